@@ -1,0 +1,80 @@
+//! The files compiled into the binary, and one way to open an input that is either one of them or a file.
+
+use crate::error::{Error, Result};
+use std::path::Path;
+
+/// A text input and what to call it in an error message.
+#[derive(Debug, Clone)]
+pub struct Source {
+    /// Path as the caller gave it, or `builtin:NAME`.
+    pub file: String,
+    pub text: String,
+}
+
+/// Kinds of input that are compiled in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    Robot,
+    RobotSettings,
+    Gains,
+    Campaign,
+}
+
+impl Kind {
+    fn what(self) -> &'static str {
+        match self {
+            Kind::Robot => "robot",
+            Kind::RobotSettings => "robot settings",
+            Kind::Gains => "gain set",
+            Kind::Campaign => "campaign",
+        }
+    }
+
+    fn builtin(self) -> &'static [(&'static str, &'static str)] {
+        match self {
+            Kind::Robot => &[("ut-mu2", include_str!("../assets/robots/ut-mu2.urdf"))],
+            Kind::RobotSettings => &[("ut-mu2", include_str!("../assets/robots/ut-mu2.toml"))],
+            Kind::Gains => &[
+                ("hold", include_str!("../assets/gains/hold.toml")),
+                ("fixed", include_str!("../assets/gains/fixed.toml")),
+                ("switching", include_str!("../assets/gains/switching.toml")),
+            ],
+            Kind::Campaign => &[
+                ("smoke", include_str!("../assets/campaigns/smoke.toml")),
+                ("standard", include_str!("../assets/campaigns/standard.toml")),
+            ],
+        }
+    }
+
+    /// Names that are compiled in, in the order in which they are offered.
+    pub fn names(self) -> Vec<&'static str> {
+        self.builtin().iter().map(|(name, _)| *name).collect()
+    }
+}
+
+/// Opens `name`: a name that is compiled in, or else a path (a file of the same name in the working folder wins only
+/// when it is written as a path, e.g. `./switching` or `switching.toml`).
+pub fn open(kind: Kind, name: &str) -> Result<Source> {
+    if let Some((_, text)) = kind.builtin().iter().find(|(n, _)| *n == name) {
+        return Ok(Source { file: format!("builtin:{name}"), text: (*text).into() });
+    }
+    let path = Path::new(name);
+    let looks_like_a_path = path.extension().is_some() || path.components().count() > 1;
+    if !looks_like_a_path && !path.exists() {
+        return Err(Error::Unknown {
+            what: kind.what(),
+            name: name.into(),
+            accepted: format!("{} or a path", kind.names().join(", ")),
+        });
+    }
+    let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    Ok(Source { file: name.into(), text })
+}
+
+/// Parses TOML; the error names the file, the line and the key.
+pub fn parse_toml<T: serde::de::DeserializeOwned>(source: &Source) -> Result<T> {
+    toml::from_str(&source.text).map_err(|e| Error::Syntax {
+        file: source.file.clone(),
+        message: e.to_string().trim_end().replace('\n', "\n  "),
+    })
+}

@@ -1,0 +1,21 @@
+//! How hard can a humanoid be pushed before it falls, and which gain set makes it stand better?
+//!
+//! A URDF becomes a Rapier multibody with PD servos ([`sim`]); the controller ([`control`]) is the switching control
+//! of the COG-ZMP inverted pendulum by maximal CPI sets of Yamamoto and Nakamura ([`lipm`]) and closes the loop on
+//! simulated contacts ([`episode`]); a [`campaign`] draws pushes and counts who stays up.
+//!
+//! SI units and f64 throughout; the world frame unless a type says otherwise: x forward, y left, z up; heading 0
+//! pushes forward, 90 to the left.
+
+pub mod assets;
+pub mod campaign;
+pub mod control;
+pub mod episode;
+pub mod error;
+pub mod geometry;
+pub mod lipm;
+pub mod report;
+pub mod robot;
+pub mod sim;
+
+pub use error::{Error, Result};

@@ -1,0 +1,13 @@
+//! The robot as data: a tree of rigid links moved by revolute joints (from URDF), and what a URDF cannot say
+//! (soles, servos, sensors, home posture; from a TOML file beside it).
+//!
+//! Links joined by fixed URDF joints are merged into the link that carries them; every URDF link keeps its name and
+//! its frame as a [`Frame`]. A joint bears the name of its URDF joint.
+
+pub mod dynamics;
+pub mod kinematics;
+pub mod model;
+pub mod urdf;
+
+pub use kinematics::{Pose, Posture};
+pub use model::{Foot, Frame, Joint, Link, PerFoot, Robot, SensorNoise, Servo, Shape, Sole, Solid};
