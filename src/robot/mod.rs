@@ -5,9 +5,11 @@
 //! its frame as a [`Frame`]. A joint bears the name of its URDF joint.
 
 pub mod dynamics;
+pub mod io;
 pub mod kinematics;
 pub mod model;
 pub mod urdf;
 
+pub use io::{Command, Imu, Sensed, Wrench};
 pub use kinematics::{Pose, Posture};
 pub use model::{Foot, Frame, Joint, Link, PerFoot, Robot, SensorNoise, Servo, Shape, Sole, Solid};

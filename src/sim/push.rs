@@ -1,6 +1,8 @@
 //! Pushes: a horizontal force on the trunk over a short time.
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
 
 /// Course of the force over the push's duration; the impulse is the same for all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -11,7 +13,8 @@ pub enum Profile {
     HalfSine,
 }
 
-/// A push on the trunk, at a height given relative to the COM at home.
+/// A push on the trunk: a horizontal force whose line passes the COM of the home posture at a height given relative
+/// to it. The point of attack moves with the trunk.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Push {
@@ -35,6 +38,52 @@ impl Default for Push {
             duration_s: 0.05,
             start_s: 0.5,
             profile: Profile::Rectangular,
+        }
+    }
+}
+
+impl Push {
+    /// Unit vector of the force, world.
+    pub fn direction(&self) -> Vector3<f64> {
+        let (sin, cos) = self.heading_deg.to_radians().sin_cos();
+        Vector3::new(cos, sin, 0.0)
+    }
+
+    /// Time at which the force ends [s].
+    pub fn end_s(&self) -> f64 {
+        self.start_s + self.duration_s
+    }
+
+    /// Mean force [N] over `[from_s, to_s]`, world. Exact, so that the impulse does not depend on the physics step.
+    pub fn mean_force(&self, from_s: f64, to_s: f64) -> Vector3<f64> {
+        let delivered = self.impulse_n_s * (self.share(to_s) - self.share(from_s));
+        self.direction() * (delivered / (to_s - from_s))
+    }
+
+    /// Share of the impulse that is delivered by `time_s`: 0 to 1.
+    fn share(&self, time_s: f64) -> f64 {
+        let phase = ((time_s - self.start_s) / self.duration_s).clamp(0.0, 1.0);
+        match self.profile {
+            Profile::Rectangular => phase,
+            Profile::HalfSine => 0.5 * (1.0 - (PI * phase).cos()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_impulse_is_delivered_whole_whatever_the_step_and_profile() {
+        for profile in [Profile::Rectangular, Profile::HalfSine] {
+            let push = Push { impulse_n_s: 2.0, heading_deg: 90.0, duration_s: 0.0335, profile, ..Push::default() };
+            for step in [0.0005, 0.001, 0.004] {
+                let sum: f64 = (0..(2.0 / step) as usize)
+                    .map(|i| push.mean_force(i as f64 * step, (i + 1) as f64 * step).y * step)
+                    .sum();
+                assert!((sum - 2.0).abs() < 1e-9, "{profile:?} in steps of {step} s delivers {sum} N s");
+            }
         }
     }
 }

@@ -1,14 +1,91 @@
-//! What the controller is told: encoders, an IMU on the trunk, a wrench under each sole; with noise, bias and delay.
+//! What the controller is told: encoders, an IMU on the trunk, a wrench under each sole; with noise and bias.
+//! (The delay acts on the way back, from command to torque: see [`Plant`](super::plant::Plant).)
+
+use crate::robot::{Foot, Imu, PerFoot, Sensed, SensorNoise, Wrench};
+use nalgebra::{UnitQuaternion, Vector3};
 
 /// Errors of the sensors in one episode: a stream of standard normal numbers and how to scale them.
 ///
 /// The plant takes the same count of numbers at the start (bias) and at every tick (noise), in a fixed order, so that
 /// the noise of a sensor at a tick depends on the stream alone, not on what the controller does.
 pub struct SensorErrors {
-    /// Noise, in units of the robot's own [`SensorNoise`](crate::robot::SensorNoise).
+    /// Noise, in units of the robot's own [`SensorNoise`].
     pub noise_scale: f64,
     /// Standard deviation of a bias that is constant over the episode, in the same units.
     pub bias_scale: f64,
     /// Independent standard normal numbers.
     pub normal: Box<dyn FnMut() -> f64 + Send>,
+}
+
+/// The sensors of a robot: add bias and noise to true values.
+pub struct Sensors {
+    noise: SensorNoise,
+    errors: Option<SensorErrors>,
+    /// Additive error, drawn once.
+    bias: Errors,
+}
+
+/// One additive error for each number in [`Sensed`].
+#[derive(Clone)]
+struct Errors {
+    q: Vec<f64>,
+    orientation: Vector3<f64>,
+    gyro: Vector3<f64>,
+    accelerometer: Vector3<f64>,
+    soles: PerFoot<Wrench>,
+}
+
+impl Sensors {
+    /// Sensors of a robot with `joints` joints; `None` makes them ideal.
+    pub fn new(joints: usize, noise: SensorNoise, mut errors: Option<SensorErrors>) -> Self {
+        let mut bias = Errors {
+            q: vec![0.0; joints],
+            orientation: Vector3::zeros(),
+            gyro: Vector3::zeros(),
+            accelerometer: Vector3::zeros(),
+            soles: PerFoot::default(),
+        };
+        if let Some(errors) = &mut errors {
+            bias.draw(&noise, errors.bias_scale, &mut errors.normal);
+        }
+        Self { noise, errors, bias }
+    }
+
+    /// Turns true values into what is read at this tick.
+    pub fn corrupt(&mut self, truth: &mut Sensed) {
+        let Some(errors) = &mut self.errors else { return };
+        self.bias.add_to(truth);
+        let mut noise = self.bias.clone();
+        noise.draw(&self.noise, errors.noise_scale, &mut errors.normal);
+        noise.add_to(truth);
+    }
+}
+
+impl Errors {
+    fn draw(&mut self, sd: &SensorNoise, scale: f64, normal: &mut dyn FnMut() -> f64) {
+        for q in &mut self.q {
+            *q = scale * sd.joint_angle_rad * normal();
+        }
+        let mut vector = |sd: f64| Vector3::from_fn(|_, _| scale * sd * normal());
+        self.orientation = vector(sd.orientation_rad);
+        self.gyro = vector(sd.gyro_rad_s);
+        self.accelerometer = vector(sd.accelerometer_m_s2);
+        for foot in Foot::BOTH {
+            self.soles[foot] = Wrench { force: vector(sd.sole_force_n), moment: vector(sd.sole_moment_n_m) };
+        }
+    }
+
+    fn add_to(&self, sensed: &mut Sensed) {
+        for (q, e) in sensed.q.iter_mut().zip(&self.q) {
+            *q += e;
+        }
+        let Imu { orientation, gyro, accelerometer } = &mut sensed.imu;
+        *orientation *= UnitQuaternion::from_scaled_axis(self.orientation);
+        *gyro += self.gyro;
+        *accelerometer += self.accelerometer;
+        for foot in Foot::BOTH {
+            sensed.soles[foot].force += self.soles[foot].force;
+            sensed.soles[foot].moment += self.soles[foot].moment;
+        }
+    }
 }

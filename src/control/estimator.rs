@@ -1,0 +1,181 @@
+//! Where the robot is, from encoders, IMU and sole wrenches: posture, COM and its velocity, measured ZMP, contact.
+//!
+//! The base is found from the feet that carry: the point of a sole under its centre of pressure rests on the ground
+//! where the foot was put down, also while the foot rocks on an edge. The trunk's orientation comes from the IMU. The
+//! COM of that posture goes through the [`Kalman`] filter.
+
+use super::kalman::{Kalman, Trust};
+use crate::lipm::pendulum::Pendulum;
+use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Pose, Posture, Robot, Sensed, Sole};
+use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
+
+/// A sole that carries more than this is in contact [N].
+const CONTACT_FORCE_N: f64 = 5.0;
+/// A sole that is less than this above the ground is in contact too: it can carry at once [m].
+const CONTACT_HEIGHT_M: f64 = 0.004;
+/// What the Kalman filter trusts: kinematics by the sensors' noise on the way from foot to COM, and accelerations of
+/// the size that a push of 1 to 3 N s brings.
+const TRUST: Trust = Trust { com_m: 0.0008, acceleration_m_s2: 4.0 };
+
+/// What the controller believes, world frame.
+#[derive(Debug, Clone)]
+pub struct Estimate {
+    pub posture: Posture,
+    pub com: Point3<f64>,
+    pub com_vel: Vector3<f64>,
+    /// From the sole wrenches; the last one while nothing presses.
+    pub zmp: Point2<f64>,
+    /// Centre of each sole's contact face.
+    pub soles: PerFoot<Pose>,
+    /// Where each foot stands, flat on the ground; where it stood last while it is in the air.
+    pub footholds: PerFoot<Pose>,
+    pub in_contact: PerFoot<bool>,
+}
+
+impl Estimate {
+    /// COM over the ground.
+    pub fn com_xy(&self) -> Point2<f64> {
+        self.com.xy()
+    }
+
+    /// Horizontal velocity of the COM.
+    pub fn com_vel_xy(&self) -> Vector2<f64> {
+        self.com_vel.xy()
+    }
+}
+
+/// The estimator. Starts at home, at rest.
+#[derive(Debug)]
+pub struct Estimator {
+    mass: f64,
+    kinematics: Kinematics,
+    filters: [Kalman; 3],
+    /// The last estimate.
+    pub now: Estimate,
+}
+
+impl Estimator {
+    /// At home, at rest.
+    pub fn new(robot: &Robot, pendulum: &Pendulum) -> Self {
+        let posture = robot.home_posture();
+        let mut kinematics = Kinematics::new(robot);
+        kinematics.update(robot, &posture);
+        let com = kinematics.com();
+        let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot));
+        let mut filters = [
+            Kalman::horizontal(pendulum, TRUST),
+            Kalman::horizontal(pendulum, TRUST),
+            Kalman::vertical(pendulum.dt, TRUST),
+        ];
+        for (filter, com) in filters.iter_mut().zip(com.coords.iter()) {
+            filter.state[0] = *com;
+        }
+        let now = Estimate {
+            posture,
+            com,
+            com_vel: Vector3::zeros(),
+            zmp: com.xy(),
+            soles,
+            footholds: soles,
+            in_contact: PerFoot { left: true, right: true },
+        };
+        Self { mass: robot.mass(), kinematics, filters, now }
+    }
+
+    /// Kinematics of the estimated posture.
+    pub fn kinematics(&self) -> &Kinematics {
+        &self.kinematics
+    }
+
+    /// One tick.
+    pub fn update(&mut self, robot: &Robot, sensed: &Sensed) {
+        self.find_base(robot, sensed);
+        let force = self.measure_zmp(sensed);
+        let com = self.kinematics.com();
+        let inputs = [self.now.zmp.x, self.now.zmp.y, force.z / self.mass - GRAVITY];
+        for (axis, filter) in self.filters.iter_mut().enumerate() {
+            filter.update(inputs[axis], com[axis]);
+            self.now.com[axis] = filter.state[0];
+            self.now.com_vel[axis] = filter.state[1];
+        }
+        self.find_contact(robot, sensed);
+    }
+
+    /// Posture: joint angles as read, orientation by the IMU, position by the feet that carry.
+    fn find_base(&mut self, robot: &Robot, sensed: &Sensed) {
+        let posture = &mut self.now.posture;
+        posture.q.copy_from_slice(&sensed.q);
+        posture.base = Isometry3::identity();
+        self.kinematics.update(robot, posture);
+        let trunk_in_base = self.kinematics.link_pose(robot.trunk).rotation;
+        let rotation = sensed.imu.orientation * trunk_in_base.inverse();
+        let (mut sum, mut carried) = (Vector3::zeros(), 0.0);
+        for foot in Foot::BOTH {
+            let load = sensed.soles[foot].force.z.max(0.0);
+            let pressed = pressure_point(&robot.soles[foot], sensed, foot);
+            let in_base = self.kinematics.sole_pose(robot, foot) * pressed;
+            let in_world = self.now.footholds[foot] * pressed;
+            sum += (in_world.coords - rotation * in_base.coords) * load;
+            carried += load;
+        }
+        // In flight the base stays where it was: nothing tells better, and it does not last.
+        let translation = if carried > 1e-3 { sum / carried } else { self.now.posture.base.translation.vector };
+        self.now.posture.base = Isometry3::from_parts(translation.into(), rotation);
+        self.kinematics.update(robot, &self.now.posture);
+        self.now.soles = PerFoot::from_fn(|foot| self.kinematics.sole_pose(robot, foot));
+    }
+
+    /// ZMP on the ground from the sole wrenches; returns their total force.
+    fn measure_zmp(&mut self, sensed: &Sensed) -> Vector3<f64> {
+        let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
+        for foot in Foot::BOTH {
+            let sole = &self.now.soles[foot];
+            let f = sole.rotation * sensed.soles[foot].force;
+            force += f;
+            moment += sole.rotation * sensed.soles[foot].moment + sole.translation.vector.cross(&f);
+        }
+        if force.z > CONTACT_FORCE_N {
+            self.now.zmp = Point2::new(-moment.y / force.z, moment.x / force.z);
+        }
+        force
+    }
+
+    fn find_contact(&mut self, robot: &Robot, sensed: &Sensed) {
+        for foot in Foot::BOTH {
+            let sole = &robot.soles[foot];
+            let pose = &self.now.soles[foot];
+            let low = sole.corners().into_iter().map(|c| (pose * c).z).fold(f64::INFINITY, f64::min);
+            let touches = sensed.soles[foot].force.z > CONTACT_FORCE_N || low < CONTACT_HEIGHT_M;
+            if touches && !self.now.in_contact[foot] {
+                self.now.footholds[foot] = flat(pose);
+            }
+            self.now.in_contact[foot] = touches;
+        }
+    }
+}
+
+/// Centre of pressure of a foot, in the frame of its sole.
+fn pressure_point(sole: &Sole, sensed: &Sensed, foot: Foot) -> Point3<f64> {
+    let wrench = &sensed.soles[foot];
+    if wrench.force.z <= 1e-3 {
+        return Point3::origin();
+    }
+    let [x, y] = [-wrench.moment.y / wrench.force.z, wrench.moment.x / wrench.force.z];
+    Point3::new(x.clamp(-sole.half_m[0], sole.half_m[0]), y.clamp(-sole.half_m[1], sole.half_m[1]), 0.0)
+}
+
+/// The pose of a sole flat on the ground below `pose`, with its heading.
+fn flat(pose: &Pose) -> Pose {
+    let yaw = heading(pose);
+    let p = pose.translation.vector;
+    Isometry3::from_parts(
+        Vector3::new(p.x, p.y, 0.0).into(),
+        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw),
+    )
+}
+
+/// Heading of a pose's x axis over the ground [rad].
+pub fn heading(pose: &Pose) -> f64 {
+    let x = pose.rotation * Vector3::x();
+    x.y.atan2(x.x)
+}

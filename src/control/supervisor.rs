@@ -1,0 +1,106 @@
+//! Which gain acts (paper, Sect. III.D), and the ZMP that it wants.
+//!
+//! The state is that of eq. 5: COM and COM velocity as estimated, and the ZMP that the controller asked for last. The
+//! gain acts on it at every tick (eq. 11), so the loop is closed through the sensors; the ZMP asked for is kept inside
+//! the support.
+
+use super::support::Support;
+use crate::geometry::SupportPolygon;
+use crate::lipm::gains::GainFamily;
+use crate::lipm::online::OnlineSets;
+use crate::lipm::pendulum::State;
+use nalgebra::{Point2, Vector2};
+
+/// A faster gain takes over only when its set holds the state with this margin: noise at the border of a set would
+/// else switch to and fro.
+const MARGIN_TO_SPEED_UP: f64 = 0.05;
+
+/// The supervisor of one episode.
+#[derive(Debug, Clone)]
+pub struct Supervisor {
+    sets: OnlineSets,
+    support: Option<Support>,
+    /// The support less the gain set's margin, control frame.
+    allowed: Option<SupportPolygon>,
+    /// Acting gain.
+    pub gain: usize,
+    /// Wanted ZMP, world.
+    pub zmp_ref: Point2<f64>,
+    /// Margin of the slowest gain's set, the largest: negative when no set holds the state (eq. 26).
+    pub margin: f64,
+}
+
+/// What the supervisor decided at a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Decision {
+    /// The gain of the last tick goes on.
+    Keep,
+    /// Another gain starts from the estimated state.
+    Switch,
+    /// No set holds the state: the slowest gain acts, as well as it can.
+    OutOfSets,
+}
+
+impl Supervisor {
+    /// Starts with the fastest gain and the ZMP at `zmp`.
+    pub fn new(family: &GainFamily, zmp: Point2<f64>) -> Self {
+        let gain = family.gains.len().saturating_sub(1);
+        Self { sets: OnlineSets::new(family), support: None, allowed: None, gain, zmp_ref: zmp, margin: 1.0 }
+    }
+
+    /// One tick: chooses the gain and moves `zmp_ref` by it.
+    pub fn update(
+        &mut self,
+        family: &GainFamily,
+        support: &Support,
+        com: Point2<f64>,
+        com_vel: Vector2<f64>,
+    ) -> Decision {
+        if self.support != Some(*support) {
+            self.support = Some(*support);
+            self.allowed = support.polygon.and_then(|p| p.inset(family.zmp_margin));
+            match &self.allowed {
+                Some(polygon) => self.sets.update(polygon),
+                None => self.sets.clear(),
+            }
+        }
+        let frame = &support.frame;
+        let mut state = State::new(
+            frame.inverse_transform_point(&com),
+            frame.inverse_transform_vector(&com_vel),
+            self.keep_inside(frame.inverse_transform_point(&self.zmp_ref)),
+        );
+        let decision = self.choose(&state);
+        let zmp = state.zmp() + family.gains[self.gain].zmp_rate(&state) * family.pendulum.dt;
+        let zmp = self.keep_inside(zmp);
+        (state.x[2], state.y[2]) = (zmp.x, zmp.y);
+        self.zmp_ref = frame.transform_point(&zmp);
+        decision
+    }
+
+    fn choose(&mut self, state: &State) -> Decision {
+        self.margin = self.sets.margin(0, state);
+        let before = self.gain;
+        let holding = self.sets.fastest_holding(state);
+        self.gain = match holding {
+            Some(fastest) if fastest > before => {
+                (before..=fastest).rev().find(|&i| i == before || self.sets.margin(i, state) > MARGIN_TO_SPEED_UP).unwrap_or(before)
+            }
+            Some(fastest) => fastest,
+            None => 0,
+        };
+        match holding {
+            None => Decision::OutOfSets,
+            Some(_) if self.gain == before => Decision::Keep,
+            Some(_) => Decision::Switch,
+        }
+    }
+
+    /// The nearest point of the allowed support, control frame.
+    fn keep_inside(&self, zmp: Point2<f64>) -> Point2<f64> {
+        match &self.allowed {
+            Some(polygon) => polygon.nearest(zmp),
+            None => zmp,
+        }
+    }
+}

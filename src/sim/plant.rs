@@ -1,0 +1,302 @@
+//! The simulated robot, one control tick at a time: `sense`, then `advance` with a command.
+
+use super::SensorErrors;
+use super::contact::{WorldWrench, ground_wrench};
+use super::convert::{pose_from_rapier, vec_to_rapier};
+use super::push::Push;
+use super::sensors::Sensors;
+use super::servo;
+use super::world::{Handles, build};
+use crate::robot::{Command, Foot, GRAVITY, Imu, Kinematics, PerFoot, Posture, Robot, Sensed, Wrench};
+use nalgebra::{DVector, Isometry3, Matrix3xX, Matrix6xX, Point3, UnitQuaternion, Vector3, Vector6};
+use rapier3d::pipeline::PhysicsWorld;
+use std::collections::VecDeque;
+
+/// Steps of the simulation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Clock {
+    pub physics_step_s: f64,
+    /// A whole number of physics steps.
+    pub control_period_s: f64,
+}
+
+/// A robot in Rapier.
+pub struct Plant<'a> {
+    robot: &'a Robot,
+    clock: Clock,
+    world: PhysicsWorld,
+    handles: Handles,
+    sensors: Sensors,
+    kinematics: Kinematics,
+    /// Commands on their way to the servos, each with the physics step at which it arrives.
+    in_flight: VecDeque<(u64, Command)>,
+    acting: Command,
+    drives: Vec<servo::Drive>,
+    /// Physics steps done.
+    steps: u64,
+    delay_steps: u64,
+    /// COM at home, in the frame of the trunk's Rapier body and in its orientation at home.
+    push_origin: Isometry3<f64>,
+    com_jacobian: Matrix3xX<f64>,
+    trunk_jacobian: Matrix6xX<f64>,
+    /// Velocity of the trunk's origin a tick ago, for the accelerometer.
+    trunk_vel_before: Vector3<f64>,
+    truth: Truth,
+}
+
+/// What the simulation knows, for judge, trace and view; never for the controller. World frame.
+#[derive(Debug, Clone)]
+pub struct Truth {
+    pub time_s: f64,
+    pub posture: Posture,
+    /// Generalised velocity: base origin linear, base angular (world), joints.
+    pub velocity: DVector<f64>,
+    pub com: Point3<f64>,
+    pub com_vel: Vector3<f64>,
+    /// Trunk frame to world, its angular velocity (world) and the velocity of its origin.
+    pub trunk: Isometry3<f64>,
+    pub trunk_velocity: Vector6<f64>,
+    /// Centre of each sole's contact face.
+    pub soles: PerFoot<Isometry3<f64>>,
+    // Means over the tick that just ended:
+    /// Contact wrench on each sole about its centre, world axes.
+    pub sole_wrenches: PerFoot<Wrench>,
+    /// Sum of all forces of the ground on the robot [N].
+    pub contact_force: Vector3<f64>,
+    /// From all contacts; None in flight.
+    pub zmp: Option<[f64; 2]>,
+    pub push_force: Vector3<f64>,
+    /// Joint torques [N m].
+    pub tau: Vec<f64>,
+    /// First link other than the soles that touches the ground: index into `Robot::links`.
+    pub touching: Option<usize>,
+}
+
+impl Truth {
+    /// Every number is finite.
+    pub fn is_finite(&self) -> bool {
+        self.com.coords.iter().chain(self.com_vel.iter()).chain(self.velocity.iter()).all(|v| v.is_finite())
+    }
+
+    /// Angle of the trunk's z axis from the vertical [rad].
+    pub fn tilt_rad(&self) -> f64 {
+        (self.trunk.rotation * Vector3::z()).angle(&Vector3::z())
+    }
+}
+
+impl<'a> Plant<'a> {
+    /// The robot at rest at home, its servos holding `initial`.
+    pub fn new(robot: &'a Robot, clock: Clock, errors: Option<SensorErrors>, initial: Command) -> Self {
+        let posture = robot.home_posture();
+        let (world, handles) = build(robot, &posture, clock.physics_step_s);
+        let joints = robot.joints.len();
+        let mut kinematics = Kinematics::new(robot);
+        kinematics.update(robot, &posture);
+        let com = kinematics.com();
+        let trunk_body = pose_from_rapier(world.bodies[handles.bodies[robot.trunk]].position());
+        let truth = Truth {
+            time_s: 0.0,
+            posture,
+            velocity: DVector::zeros(6 + joints),
+            com,
+            com_vel: Vector3::zeros(),
+            trunk: Isometry3::identity(),
+            trunk_velocity: Vector6::zeros(),
+            soles: PerFoot::from_fn(|_| Isometry3::identity()),
+            sole_wrenches: PerFoot::default(),
+            contact_force: Vector3::zeros(),
+            zmp: None,
+            push_force: Vector3::zeros(),
+            tau: vec![0.0; joints],
+            touching: None,
+        };
+        let mut plant = Self {
+            robot,
+            clock,
+            world,
+            handles,
+            sensors: Sensors::new(joints, robot.noise, errors),
+            kinematics,
+            in_flight: VecDeque::new(),
+            acting: initial,
+            drives: vec![servo::Drive { constant: 0.0, damping: 0.0 }; joints],
+            steps: 0,
+            delay_steps: (robot.delay_s / clock.physics_step_s).round() as u64,
+            push_origin: trunk_body.inverse() * Isometry3::from_parts(com.coords.into(), UnitQuaternion::identity()),
+            com_jacobian: Matrix3xX::zeros(6 + joints),
+            trunk_jacobian: Matrix6xX::zeros(6 + joints),
+            trunk_vel_before: Vector3::zeros(),
+            truth,
+        };
+        plant.read_state();
+        plant.pretend_contact();
+        plant
+    }
+
+    /// The state now, and means over the last tick.
+    pub fn truth(&self) -> &Truth {
+        &self.truth
+    }
+
+    /// What the sensors read now.
+    pub fn sense(&mut self) -> Sensed {
+        let truth = &self.truth;
+        let to_trunk = truth.trunk.rotation.inverse();
+        let linear: Vector3<f64> = truth.trunk_velocity.fixed_rows::<3>(0).into();
+        let angular: Vector3<f64> = truth.trunk_velocity.fixed_rows::<3>(3).into();
+        let acceleration = (linear - self.trunk_vel_before) / self.clock.control_period_s;
+        let mut sensed = Sensed {
+            q: truth.posture.q.clone(),
+            imu: Imu {
+                orientation: truth.trunk.rotation,
+                gyro: to_trunk * angular,
+                accelerometer: to_trunk * (acceleration + Vector3::new(0.0, 0.0, GRAVITY)),
+            },
+            soles: PerFoot::from_fn(|foot| {
+                let to_sole = truth.soles[foot].rotation.inverse();
+                let wrench = truth.sole_wrenches[foot];
+                Wrench { force: to_sole * wrench.force, moment: to_sole * wrench.moment }
+            }),
+        };
+        self.sensors.corrupt(&mut sensed);
+        sensed
+    }
+
+    /// Simulates one control period under `command` (which reaches the servos after the robot's delay) and `pushes`.
+    pub fn advance(&mut self, command: Command, pushes: &[Push]) {
+        self.in_flight.push_back((self.steps + self.delay_steps, command));
+        self.trunk_vel_before = self.truth.trunk_velocity.fixed_rows::<3>(0).into();
+        self.truth.tau.fill(0.0);
+        self.truth.touching = None;
+        let substeps = (self.clock.control_period_s / self.clock.physics_step_s).round() as u64;
+        let share = 1.0 / substeps as f64;
+        let mut soles = PerFoot::<WorldWrench>::default();
+        let mut total = WorldWrench::default();
+        let mut push_force = Vector3::zeros();
+        for _ in 0..substeps {
+            while self.in_flight.front().is_some_and(|(due, _)| *due <= self.steps) {
+                self.acting = self.in_flight.pop_front().expect("front exists").1;
+            }
+            push_force += self.apply_pushes(pushes) * share;
+            self.drive_joints();
+            self.world.step();
+            self.steps += 1;
+            self.add_torques(share);
+            self.add_contacts(share, &mut soles, &mut total);
+        }
+        self.read_state();
+        let truth = &mut self.truth;
+        truth.push_force = push_force;
+        truth.contact_force = total.force;
+        truth.zmp = total.zmp();
+        for foot in Foot::BOTH {
+            truth.sole_wrenches[foot] = soles[foot].about(&truth.soles[foot].translation.vector.into());
+        }
+    }
+
+    /// Applies the pushes of the coming physics step to the trunk; returns their sum [N].
+    fn apply_pushes(&mut self, pushes: &[Push]) -> Vector3<f64> {
+        let from_s = self.steps as f64 * self.clock.physics_step_s;
+        let trunk = &mut self.world.bodies[self.handles.bodies[self.robot.trunk]];
+        trunk.reset_forces(true);
+        trunk.reset_torques(true);
+        let origin = pose_from_rapier(trunk.position()) * self.push_origin;
+        let mut sum = Vector3::zeros();
+        for push in pushes {
+            let force = push.mean_force(from_s, from_s + self.clock.physics_step_s);
+            if force != Vector3::zeros() {
+                let point = origin * Point3::new(0.0, 0.0, push.height_m);
+                trunk.add_force_at_point(vec_to_rapier(&force), vec_to_rapier(&point.coords), true);
+                sum += force;
+            }
+        }
+        sum
+    }
+
+    /// Hands every joint its servo's drive for the coming physics step.
+    fn drive_joints(&mut self) {
+        let multibody = self.world.multibody_joints.get_multibody_mut(self.handles.multibody).expect("never removed");
+        for (i, (settings, joint)) in self.robot.servos.iter().zip(&self.robot.joints).enumerate() {
+            let dof = multibody.link(i + 1).expect("one link per joint").assembly_id();
+            let dq = f64::from(multibody.generalized_velocity()[dof]);
+            let link = multibody.link_mut(i + 1).expect("one link per joint");
+            let (q, asked) = (servo::angle(link), &self.acting);
+            let drive = servo::drive(settings, q, dq, asked.q_ref[i], asked.dq_ref[i], asked.tau_ff[i]);
+            servo::guard_limits(link, joint.lower_rad, joint.upper_rad);
+            servo::install(link, drive);
+            multibody.damping_mut()[dof] = drive.damping as f32;
+            self.drives[i] = drive;
+        }
+    }
+
+    /// Adds the torques that acted over the physics step just done.
+    fn add_torques(&mut self, share: f64) {
+        let multibody = self.world.multibody_joints.get_multibody(self.handles.multibody).expect("never removed");
+        for (i, (tau, drive)) in self.truth.tau.iter_mut().zip(&self.drives).enumerate() {
+            let dof = multibody.link(i + 1).expect("one link per joint").assembly_id();
+            let dq = f64::from(multibody.generalized_velocity()[dof]);
+            *tau += share * (drive.constant - drive.damping * dq);
+        }
+    }
+
+    /// Adds the contact wrenches of the physics step just done, and notes which link but the soles touches the ground.
+    fn add_contacts(&mut self, share: f64, soles: &mut PerFoot<WorldWrench>, total: &mut WorldWrench) {
+        let Handles { ground, soles: sole_colliders, bodies, .. } = &self.handles;
+        for pair in self.world.narrow_phase.contact_pairs_with(*ground) {
+            let other = if pair.collider1 == *ground { pair.collider2 } else { pair.collider1 };
+            let wrench = ground_wrench(pair, *ground, self.clock.physics_step_s) * share;
+            *total += wrench;
+            match Foot::BOTH.into_iter().find(|&foot| sole_colliders[foot] == other) {
+                Some(foot) => soles[foot] += wrench,
+                None if wrench.force.z > 0.0 => {
+                    let body = self.world.colliders[other].parent();
+                    self.truth.touching = bodies.iter().position(|b| Some(*b) == body);
+                }
+                None => {}
+            }
+        }
+    }
+
+    /// Before the first step no contact has acted: the sensors start from the weight shared evenly.
+    fn pretend_contact(&mut self) {
+        let truth = &mut self.truth;
+        let half_weight = Vector3::new(0.0, 0.0, 0.5 * self.robot.mass() * GRAVITY);
+        truth.contact_force = 2.0 * half_weight;
+        truth.zmp = Some([truth.com.x, truth.com.y]);
+        for foot in Foot::BOTH {
+            let lever = Vector3::new(truth.com.x - truth.soles[foot].translation.x, 0.0, 0.0);
+            truth.sole_wrenches[foot] = Wrench { force: half_weight, moment: lever.cross(&half_weight) };
+        }
+    }
+
+    /// Reads posture and velocity out of Rapier. Everything derived is computed here in f64.
+    fn read_state(&mut self) {
+        let multibody = self.world.multibody_joints.get_multibody(self.handles.multibody).expect("never removed");
+        let (robot, truth) = (self.robot, &mut self.truth);
+        truth.time_s = self.steps as f64 * self.clock.physics_step_s;
+        let root = pose_from_rapier(multibody.root().local_to_world());
+        truth.posture.base = root * self.handles.root_com.inverse();
+        let v = multibody.generalized_velocity();
+        let component = |i: usize| f64::from(v[i]);
+        let angular = Vector3::new(component(3), component(4), component(5));
+        let lever = truth.posture.base.translation.vector - root.translation.vector;
+        let linear = Vector3::new(component(0), component(1), component(2)) + angular.cross(&lever);
+        truth.velocity.fixed_rows_mut::<3>(0).copy_from(&linear);
+        truth.velocity.fixed_rows_mut::<3>(3).copy_from(&angular);
+        for i in 0..robot.joints.len() {
+            let link = multibody.link(i + 1).expect("one link per joint");
+            truth.posture.q[i] = servo::angle(link);
+            truth.velocity[6 + i] = component(link.assembly_id());
+        }
+        let kinematics = &mut self.kinematics;
+        kinematics.update(robot, &truth.posture);
+        truth.com = kinematics.com();
+        kinematics.com_jacobian(robot, &mut self.com_jacobian);
+        truth.com_vel = &self.com_jacobian * &truth.velocity;
+        truth.trunk = kinematics.link_pose(robot.trunk);
+        let origin = Point3::from(truth.trunk.translation.vector);
+        kinematics.point_jacobian(robot, robot.trunk, &origin, &mut self.trunk_jacobian);
+        truth.trunk_velocity = &self.trunk_jacobian * &truth.velocity;
+        truth.soles = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot));
+    }
+}

@@ -1,0 +1,87 @@
+//! Joint servos: `tau = kp (q_ref - q) + kd (dq_ref - dq) + tau_ff` within torque and speed limits.
+//!
+//! Rapier has no call for a generalised force. Its implicit joint spring serves as one: with a stiffness too small to
+//! matter, a rest position `q + tau / stiffness` pulls with `tau`. The damping term goes into the joint's own damping,
+//! which Rapier integrates implicitly; that makes the servo as stable as an implicit position actuator at steps of
+//! 1 to 2 ms. At the limit the clamped torque replaces the spring and the damping.
+
+use crate::robot::Servo;
+use rapier3d::prelude::{JointAxesMask, MultibodyLink};
+
+/// Stiffness of the spring that stands in for a torque [N m/rad].
+const STIFFNESS: f32 = 1e-3;
+/// Index of the one free axis of a revolute joint in Rapier's spatial coordinates.
+const AXIS: usize = 3;
+/// Rapier's limit constraint costs a solver row even when it does not act: switch it on only this near to a limit [rad].
+const LIMIT_RANGE_RAD: f64 = 0.1;
+
+/// What a servo does over one physics step: `tau = constant - damping * dq`, with dq at the end of the step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drive {
+    /// [N m]
+    pub constant: f64,
+    /// [N m s/rad]
+    pub damping: f64,
+}
+
+/// The servo law at joint angle `q` and speed `dq`, for one physics step.
+pub fn drive(servo: &Servo, q: f64, dq: f64, q_ref: f64, dq_ref: f64, tau_ff: f64) -> Drive {
+    let constant = servo.kp * (q_ref - q) + servo.kd * dq_ref + tau_ff;
+    let wanted = constant - servo.kd * dq;
+    // A motor brakes with its full torque; only driving torque fades with speed.
+    let forward = if dq > 0.0 { servo.available_torque(dq) } else { servo.torque_n_m };
+    let backward = if dq < 0.0 { servo.available_torque(dq) } else { servo.torque_n_m };
+    if wanted > forward || wanted < -backward {
+        Drive { constant: wanted.clamp(-backward, forward), damping: 0.0 }
+    } else {
+        Drive { constant, damping: servo.kd }
+    }
+}
+
+/// Angle of a revolute joint [rad].
+pub fn angle(link: &MultibodyLink) -> f64 {
+    f64::from(link.joint.coords()[AXIS])
+}
+
+/// Installs a drive's constant part in Rapier's joint for the next step.
+pub fn install(link: &mut MultibodyLink, drive: Drive) {
+    let rest = link.joint.coords()[AXIS] + drive.constant as f32 / STIFFNESS;
+    link.joint.set_spring(AXIS, STIFFNESS, rest);
+}
+
+/// Switches the joint's hard stop on or off.
+pub fn guard_limits(link: &mut MultibodyLink, lower_rad: f64, upper_rad: f64) {
+    let q = angle(link);
+    let near = q < lower_rad + LIMIT_RANGE_RAD || q > upper_rad - LIMIT_RANGE_RAD;
+    link.joint.data.limit_axes.set(JointAxesMask::ANG_X, near);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SERVO: Servo = Servo {
+        kp: 80.0,
+        kd: 2.5,
+        torque_n_m: 8.0,
+        full_torque_speed_rad_s: 10.0,
+        no_torque_speed_rad_s: 20.0,
+        rotor_inertia_kg_m2: 0.005,
+    };
+
+    #[test]
+    fn torque_stays_within_the_motor_whatever_is_asked() {
+        for (dq, expected) in [(0.0, 8.0), (10.0, 8.0), (15.0, 4.0), (20.0, 0.0), (30.0, 0.0), (-30.0, 8.0)] {
+            let drive = drive(&SERVO, 0.0, dq, 10.0, 0.0, 0.0);
+            assert_eq!(drive, Drive { constant: expected, damping: 0.0 }, "at {dq} rad/s");
+        }
+        assert_eq!(drive(&SERVO, 0.0, -15.0, -10.0, 0.0, 0.0).constant, -4.0);
+    }
+
+    #[test]
+    fn within_the_limits_it_is_a_damped_spring_with_feed_forward() {
+        let drive = drive(&SERVO, 0.1, 0.3, 0.12, 0.2, 0.5);
+        assert!((drive.constant - (80.0 * 0.02 + 2.5 * 0.2 + 0.5)).abs() < 1e-12);
+        assert_eq!(drive.damping, 2.5);
+    }
+}

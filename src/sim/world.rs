@@ -1,0 +1,163 @@
+//! Builds the Rapier world of a robot: one multibody on a half space.
+
+use super::convert::{point_to_rapier, pose_to_rapier, rotation_to_rapier, vec_to_rapier};
+use crate::robot::{Foot, Joint, PerFoot, Posture, Robot, Shape, Solid};
+use nalgebra::{Isometry3, Rotation3, UnitQuaternion, Vector3};
+use rapier3d::dynamics::MultibodyIndex;
+use rapier3d::parry::mass_properties::MassProperties;
+use rapier3d::prelude::*;
+
+/// Collision groups: everything of the robot meets the ground; of the robot's own links only left meets right leg.
+const GROUND: Group = Group::GROUP_1;
+const BODY: Group = Group::GROUP_2;
+const LEFT_SOLE: Group = Group::GROUP_3;
+const RIGHT_SOLE: Group = Group::GROUP_4;
+
+/// Handles into a world that holds one robot.
+pub struct Handles {
+    pub multibody: MultibodyIndex,
+    /// One rigid body per link of the robot.
+    pub bodies: Vec<RigidBodyHandle>,
+    pub ground: ColliderHandle,
+    pub soles: PerFoot<ColliderHandle>,
+    /// From the root's URDF frame to the frame of its Rapier body, which is at its centre of mass: with an offset
+    /// there, a floating multibody drifts.
+    pub root_com: Isometry3<f64>,
+}
+
+/// Solver settings that give contact forces fit to measure a ZMP with.
+fn integration_parameters(step_s: f64) -> IntegrationParameters {
+    IntegrationParameters {
+        dt: step_s as Real,
+        // One substep: contact impulses are then those of the whole step.
+        num_solver_iterations: 1,
+        num_internal_pgs_iterations: 4,
+        num_internal_stabilization_iterations: 1,
+        max_ccd_substeps: 0,
+        normalized_prediction_distance: 0.002,
+        friction_in_bias_pass: false,
+        // Contact points must be those of this step, not of a pose 5 cm ago.
+        contact_recycling: false,
+        contact_clustering: false,
+        ..IntegrationParameters::default()
+    }
+}
+
+/// A world with gravity along -z, a ground at z = 0 and `robot` in `posture`.
+pub fn build(robot: &Robot, posture: &Posture, step_s: f64) -> (PhysicsWorld, Handles) {
+    let mut world = PhysicsWorld {
+        gravity: Vector::new(0.0, 0.0, -crate::robot::GRAVITY as Real),
+        integration_parameters: integration_parameters(step_s),
+        ..PhysicsWorld::default()
+    };
+    let floor = world.insert_body(RigidBodyBuilder::fixed());
+    let halfspace = ColliderBuilder::halfspace(Vector::Z)
+        .friction(robot.friction as Real)
+        .friction_combine_rule(CoefficientCombineRule::Min)
+        .collision_groups(InteractionGroups::new(GROUND, Group::ALL, InteractionTestMode::And));
+    let ground = world.insert_collider(halfspace, Some(floor));
+
+    let root_com = Isometry3::from_parts(robot.links[0].com_m.coords.into(), UnitQuaternion::identity());
+    let mut bodies = Vec::with_capacity(robot.links.len());
+    let mut soles = PerFoot::from_fn(|_| ColliderHandle::invalid());
+    for (i, link) in robot.links.iter().enumerate() {
+        let offset = if i == 0 { root_com } else { Isometry3::identity() };
+        let com = offset.inverse_transform_point(&link.com_m);
+        let principal = link.inertia_kg_m2.symmetric_eigen();
+        let mut axes = principal.eigenvectors;
+        if axes.determinant() < 0.0 {
+            axes.column_mut(2).neg_mut();
+        }
+        let frame = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
+        let mass = MassProperties::with_principal_inertia_frame(
+            point_to_rapier(&com),
+            link.mass_kg as Real,
+            vec_to_rapier(&principal.eigenvalues),
+            rotation_to_rapier(&frame),
+        );
+        let pose = if i == 0 { posture.base * root_com } else { Isometry3::identity() };
+        let body = world.insert_body(
+            RigidBodyBuilder::dynamic()
+                .pose(pose_to_rapier(&pose))
+                .additional_mass_properties(mass)
+                // A sleeping robot ignores its servos.
+                .can_sleep(false),
+        );
+        for solid in &link.collisions {
+            let foot = Foot::BOTH.into_iter().find(|&f| solid.frame == robot.soles[f].frame);
+            let handle = world.insert_collider(collider(solid, &offset, foot), Some(body));
+            if let Some(foot) = foot {
+                soles[foot] = handle;
+            }
+        }
+        let colliders = &world.colliders;
+        world.bodies[body].recompute_mass_properties_from_colliders(colliders);
+        bodies.push(body);
+    }
+    for (i, joint) in robot.joints.iter().enumerate() {
+        let parent_offset = if joint.parent == 0 { root_com } else { Isometry3::identity() };
+        world
+            .insert_multibody_joint(bodies[joint.parent], bodies[i + 1], revolute(joint, &parent_offset))
+            .expect("a tree of links makes a tree of joints");
+    }
+    let multibody = world.multibody_joints.rigid_body_link(bodies[0]).expect("the root has joints").multibody;
+    place(&mut world, multibody, robot, posture);
+    (world, Handles { multibody, bodies, ground, soles, root_com })
+}
+
+fn collider(solid: &Solid, offset: &Isometry3<f64>, foot: Option<Foot>) -> ColliderBuilder {
+    let pose = offset.inverse() * solid.pose;
+    let (builder, pose) = match solid.shape {
+        Shape::Box { half } => (ColliderBuilder::cuboid(half.x as Real, half.y as Real, half.z as Real), pose),
+        Shape::Sphere { radius } => (ColliderBuilder::ball(radius as Real), pose),
+        // URDF cylinders stand along z, Rapier's along y.
+        Shape::Cylinder { radius, length } => (
+            ColliderBuilder::cylinder((0.5 * length) as Real, radius as Real),
+            pose * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2),
+        ),
+    };
+    let (group, meets) = match foot {
+        Some(Foot::Left) => (LEFT_SOLE, GROUND | RIGHT_SOLE),
+        Some(Foot::Right) => (RIGHT_SOLE, GROUND | LEFT_SOLE),
+        None => (BODY, GROUND),
+    };
+    builder
+        .position(pose_to_rapier(&pose))
+        .density(0.0)
+        .friction(1.0)
+        .friction_combine_rule(CoefficientCombineRule::Min)
+        .collision_groups(InteractionGroups::new(group, meets, InteractionTestMode::And))
+}
+
+/// A revolute joint: Rapier's free axis is x, so both frames carry the rotation that takes x to the joint's axis.
+fn revolute(joint: &Joint, parent_offset: &Isometry3<f64>) -> GenericJoint {
+    let to_axis = UnitQuaternion::rotation_between(&Vector3::x(), &joint.axis)
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::PI));
+    let frame1 = parent_offset.inverse() * joint.origin * to_axis;
+    let frame2 = Isometry3::from_parts(Vector3::zeros().into(), to_axis);
+    let mut data = GenericJointBuilder::new(JointAxesMask::LOCKED_REVOLUTE_AXES)
+        .local_frame1(pose_to_rapier(&frame1))
+        .local_frame2(pose_to_rapier(&frame2))
+        .limits(JointAxis::AngX, [joint.lower_rad as Real, joint.upper_rad as Real])
+        .build();
+    // Limits cost a solver row even when they do not act; the servos switch them on near a limit.
+    data.limit_axes = JointAxesMask::empty();
+    data
+}
+
+/// Sets joint angles, rotor inertias and (no) damping.
+fn place(world: &mut PhysicsWorld, index: MultibodyIndex, robot: &Robot, posture: &Posture) {
+    let multibody = world.multibody_joints.get_multibody_mut(index).expect("just inserted");
+    // Rapier's default damping would also brake the floating base.
+    multibody.damping_mut().fill(0.0);
+    let mut displacement = vec![0.0; multibody.ndofs()];
+    for (i, &q) in posture.q.iter().enumerate() {
+        let dof = multibody.link(i + 1).expect("one link per joint").assembly_id();
+        displacement[dof] = q as Real;
+        multibody.armature_mut()[dof] = robot.servos[i].rotor_inertia_kg_m2 as Real;
+    }
+    multibody.forward_kinematics(&world.bodies, true);
+    multibody.apply_displacements(&displacement);
+    multibody.forward_kinematics(&world.bodies, false);
+    multibody.update_rigid_bodies(&mut world.bodies, true);
+}
