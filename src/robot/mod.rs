@@ -7,7 +7,8 @@
 pub mod dynamics;
 pub mod kinematics;
 pub mod model;
+mod settings;
 pub mod urdf;
 
-pub use kinematics::{Pose, Posture};
-pub use model::{Foot, Frame, Joint, Link, PerFoot, Robot, SensorNoise, Servo, Shape, Sole, Solid};
+pub use kinematics::{Kinematics, Pose, Posture};
+pub use model::{Foot, Frame, GRAVITY, Joint, Link, PerFoot, Robot, SensorNoise, Servo, Shape, Sole, Solid};
