@@ -1,6 +1,10 @@
-//! Forward kinematics, COM and Jacobians.
+//! Forward kinematics, centre of mass and Jacobians of a floating-base tree.
+//!
+//! The generalised velocity has 6 + n entries: velocity of the base's origin, angular velocity of the base (both in
+//! world axes), then the joint rates. The COM Jacobian is the "COG Jacobian" that the paper inverts for the whole body.
 
-use nalgebra::Isometry3;
+use super::model::{Foot, GRAVITY, PerFoot, Robot};
+use nalgebra::{Isometry3, Matrix3xX, Matrix6xX, Point3, Translation3, UnitQuaternion, Vector3};
 
 /// Pose of a body in the world.
 pub type Pose = Isometry3<f64>;
@@ -11,4 +15,182 @@ pub struct Posture {
     pub base: Pose,
     /// [rad], one per joint.
     pub q: Vec<f64>,
+}
+
+/// Everything that follows from a [`Posture`], in the world frame. Allocated once; [`update`](Self::update) and the
+/// Jacobians do not allocate.
+#[derive(Debug, Clone)]
+pub struct Kinematics {
+    links: Vec<Pose>,
+    link_coms: Vec<Point3<f64>>,
+    /// Of each joint.
+    axes: Vec<Vector3<f64>>,
+    /// Mass of each link and all that it carries.
+    subtree_mass: Vec<f64>,
+    /// COM of each link and all that it carries.
+    subtree_com: Vec<Point3<f64>>,
+}
+
+impl Kinematics {
+    /// A workspace for `robot`, at zero joint angles with the base at the origin.
+    pub fn new(robot: &Robot) -> Self {
+        let n = robot.links.len();
+        let mut subtree_mass: Vec<f64> = robot.links.iter().map(|l| l.mass_kg).collect();
+        for (i, joint) in robot.joints.iter().enumerate().rev() {
+            subtree_mass[joint.parent] += subtree_mass[i + 1];
+        }
+        let mut kinematics = Self {
+            links: vec![Pose::identity(); n],
+            link_coms: vec![Point3::origin(); n],
+            axes: vec![Vector3::zeros(); robot.joints.len()],
+            subtree_mass,
+            subtree_com: vec![Point3::origin(); n],
+        };
+        kinematics.update(robot, &robot.zero_posture());
+        kinematics
+    }
+
+    /// Moves everything to `posture`. `robot` must be the one that this was made for.
+    pub fn update(&mut self, robot: &Robot, posture: &Posture) {
+        self.links[0] = posture.base;
+        for (i, (joint, &q)) in robot.joints.iter().zip(&posture.q).enumerate() {
+            let rotation = UnitQuaternion::from_axis_angle(&joint.axis, q);
+            let pose = self.links[joint.parent] * joint.origin * rotation;
+            self.axes[i] = pose.rotation * joint.axis.into_inner();
+            self.links[i + 1] = pose;
+        }
+        // First the moments of mass of the subtrees, then divided by their masses.
+        for (i, link) in robot.links.iter().enumerate() {
+            self.link_coms[i] = self.links[i] * link.com_m;
+            self.subtree_com[i] = self.link_coms[i] * link.mass_kg;
+        }
+        for (i, joint) in robot.joints.iter().enumerate().rev() {
+            let carried = self.subtree_com[i + 1].coords;
+            self.subtree_com[joint.parent] += carried;
+        }
+        for (com, mass) in self.subtree_com.iter_mut().zip(&self.subtree_mass) {
+            *com /= *mass;
+        }
+    }
+
+    /// Pose of `robot.links[link]`.
+    pub fn link_pose(&self, link: usize) -> &Pose {
+        &self.links[link]
+    }
+
+    /// Centre of mass of `robot.links[link]`.
+    pub fn link_com(&self, link: usize) -> Point3<f64> {
+        self.link_coms[link]
+    }
+
+    /// Pose of `robot.frames[frame]`.
+    pub fn frame_pose(&self, robot: &Robot, frame: usize) -> Pose {
+        let frame = &robot.frames[frame];
+        self.links[frame.link] * frame.pose
+    }
+
+    /// Pose of the centre of a sole's contact face, axes as the sole's URDF frame.
+    pub fn sole_pose(&self, robot: &Robot, foot: Foot) -> Pose {
+        let sole = &robot.soles[foot];
+        self.links[sole.link] * sole.center
+    }
+
+    /// Axis of a joint, of unit length.
+    pub fn joint_axis(&self, joint: usize) -> Vector3<f64> {
+        self.axes[joint]
+    }
+
+    /// A point on the axis of a joint: the origin of the link that it carries.
+    pub fn joint_position(&self, joint: usize) -> Point3<f64> {
+        self.links[joint + 1].translation.vector.into()
+    }
+
+    /// Centre of mass of the robot.
+    pub fn com(&self) -> Point3<f64> {
+        self.subtree_com[0]
+    }
+
+    /// Mass [kg] and centre of mass of a link together with all that it carries.
+    pub fn subtree(&self, link: usize) -> (f64, Point3<f64>) {
+        (self.subtree_mass[link], self.subtree_com[link])
+    }
+
+    fn base_origin(&self) -> Point3<f64> {
+        self.links[0].translation.vector.into()
+    }
+
+    /// Jacobian of the centre of mass, 3 x (6 + n): `com_vel = J v`. `out` must have 6 + n columns.
+    pub fn com_jacobian(&self, robot: &Robot, out: &mut Matrix3xX<f64>) {
+        let lever = self.com() - self.base_origin();
+        for (k, e) in basis().iter().enumerate() {
+            out.set_column(k, e);
+            out.set_column(3 + k, &e.cross(&lever));
+        }
+        for j in 0..robot.joints.len() {
+            let (mass, com) = self.subtree(j + 1);
+            let share = mass / self.subtree_mass[0];
+            out.set_column(6 + j, &(self.axes[j].cross(&(com - self.joint_position(j))) * share));
+        }
+    }
+
+    /// Jacobian of a point fixed to `robot.links[link]` that is now at `point` (world), 6 x (6 + n): velocity of the
+    /// point, then angular velocity of the link. `out` must have 6 + n columns.
+    pub fn point_jacobian(&self, robot: &Robot, link: usize, point: &Point3<f64>, out: &mut Matrix6xX<f64>) {
+        out.fill(0.0);
+        let lever = point - self.base_origin();
+        for (k, e) in basis().iter().enumerate() {
+            out[(k, k)] = 1.0;
+            out[(3 + k, 3 + k)] = 1.0;
+            out.fixed_view_mut::<3, 1>(0, 3 + k).copy_from(&e.cross(&lever));
+        }
+        for j in robot.chain(link) {
+            let linear = self.axes[j].cross(&(point - self.joint_position(j)));
+            out.fixed_view_mut::<3, 1>(0, 6 + j).copy_from(&linear);
+            out.fixed_view_mut::<3, 1>(3, 6 + j).copy_from(&self.axes[j]);
+        }
+    }
+}
+
+fn basis() -> [Vector3<f64>; 3] {
+    [Vector3::x(), Vector3::y(), Vector3::z()]
+}
+
+impl Robot {
+    /// Joints from `link` up to the base, nearest first.
+    pub fn chain(&self, link: usize) -> impl Iterator<Item = usize> + '_ {
+        let joint_of = |link: usize| link.checked_sub(1);
+        std::iter::successors(joint_of(link), move |&j| joint_of(self.joints[j].parent))
+    }
+
+    /// Total mass [kg].
+    pub fn mass(&self) -> f64 {
+        self.links.iter().map(|l| l.mass_kg).sum()
+    }
+
+    /// All joints at 0, base at the origin, unrotated.
+    pub fn zero_posture(&self) -> Posture {
+        Posture { base: Pose::identity(), q: vec![0.0; self.joints.len()] }
+    }
+
+    /// Home: base unrotated, soles on the ground (z = 0), the point midway between their centres at x = y = 0.
+    pub fn home_posture(&self) -> Posture {
+        let mut posture = Posture { base: Pose::identity(), q: self.home_rad.clone() };
+        let mut kinematics = Kinematics::new(self);
+        kinematics.update(self, &posture);
+        let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(self, foot).translation.vector);
+        posture.base.translation = Translation3::from(-(soles.left + soles.right) / 2.0);
+        posture
+    }
+
+    /// Height of the centre of mass above the ground at home [m].
+    pub fn home_com_height(&self) -> f64 {
+        let mut kinematics = Kinematics::new(self);
+        kinematics.update(self, &self.home_posture());
+        kinematics.com().z
+    }
+
+    /// Rate of the pendulum at home [rad/s]: sqrt(g / h), the paper's omega.
+    pub fn omega(&self) -> f64 {
+        (GRAVITY / self.home_com_height()).sqrt()
+    }
 }

@@ -8,8 +8,9 @@ pub mod dynamics;
 pub mod io;
 pub mod kinematics;
 pub mod model;
+mod settings;
 pub mod urdf;
 
 pub use io::{Command, Imu, Sensed, Wrench};
-pub use kinematics::{Pose, Posture};
-pub use model::{Foot, Frame, Joint, Link, PerFoot, Robot, SensorNoise, Servo, Shape, Sole, Solid};
+pub use kinematics::{Kinematics, Pose, Posture};
+pub use model::{Foot, Frame, GRAVITY, Joint, Link, PerFoot, Robot, SensorNoise, Servo, Shape, Sole, Solid};

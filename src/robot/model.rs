@@ -2,6 +2,9 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
+/// Acceleration of gravity [m/s^2].
+pub const GRAVITY: f64 = 9.81;
+
 /// A humanoid: links, joints, and the settings beside its URDF.
 #[derive(Debug, Clone)]
 pub struct Robot {
@@ -95,7 +98,7 @@ pub struct Frame {
     pub pose: Isometry3<f64>,
 }
 
-/// A box sole. Its contact face is the rectangle at z = 0 of the sole's frame.
+/// A box sole. Its contact face is the lower face (along z of the sole's URDF frame) of the box.
 #[derive(Debug, Clone, Copy)]
 pub struct Sole {
     /// Index into `frames`.

@@ -1,1 +1,380 @@
+//! From a URDF and the settings beside it to a [`Robot`].
+//!
+//! Revolute and fixed joints, inertials, and boxes, cylinders and spheres are understood. `effort` and `velocity` of a
+//! URDF limit are not read: servos are described in the settings. `dynamics` of a joint is not read either. A visual of
+//! another shape is left out with a warning; a collision of another shape is an error.
 
+use super::kinematics::Kinematics;
+use super::model::{Foot, Frame, Joint, Link, PerFoot, Robot, Shape, Solid};
+use super::settings::{self, Settings};
+use crate::assets::{self, Kind, Source};
+use crate::error::{Error, Result};
+use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
+use std::path::Path;
+
+/// At home the soles may be out of level with each other by this [m]...
+const LEVEL_M: f64 = 1e-4;
+/// ...and each tilted by this [rad].
+const FLAT_RAD: f64 = 1e-3;
+
+impl Robot {
+    /// Loads a robot that is compiled in, or a URDF file with its settings beside it (same name, `.toml`).
+    ///
+    /// # Errors
+    /// A file that cannot be read, is broken, or describes a robot that this program cannot simulate.
+    pub fn load(name_or_path: &str) -> Result<Robot> {
+        let urdf = assets::open(Kind::Robot, name_or_path)?;
+        let settings = match urdf.file.strip_prefix("builtin:") {
+            Some(name) => assets::open(Kind::RobotSettings, name)?,
+            None => {
+                let beside = Path::new(name_or_path).with_extension("toml");
+                assets::open(Kind::RobotSettings, &beside.to_string_lossy())?
+            }
+        };
+        Robot::parse(&urdf, &settings)
+    }
+
+    /// Builds a robot from the text of its two files; errors as in [`load`](Self::load).
+    pub fn parse(urdf: &Source, settings: &Source) -> Result<Robot> {
+        let tree = Tree::parse(urdf)?;
+        let parsed: Settings = settings::parse(settings)?;
+        let file = settings.file.as_str();
+        let robot = Robot {
+            trunk: parsed.trunk(file, &tree.frames)?,
+            soles: parsed.soles(file, &tree.links, &tree.frames)?,
+            home_rad: parsed.home(file, &tree.joints)?,
+            servos: parsed.servos(file, &tree.joints)?,
+            noise: parsed.noise,
+            delay_s: parsed.delay_s,
+            friction: parsed.friction,
+            name: tree.name,
+            links: tree.links,
+            joints: tree.joints,
+            frames: tree.frames,
+        };
+        check_home(file, &robot)?;
+        Ok(robot)
+    }
+}
+
+/// The soles must stand flat and level with each other at home, or no standing posture is defined.
+fn check_home(file: &str, robot: &Robot) -> Result<()> {
+    let mut kinematics = Kinematics::new(robot);
+    kinematics.update(robot, &robot.home_posture());
+    let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot));
+    for foot in Foot::BOTH {
+        let tilt = (soles[foot].rotation * Vector3::z()).angle(&Vector3::z());
+        if tilt > FLAT_RAD {
+            let value = format!("{} tilted by {tilt:.4} rad", robot.frames[robot.soles[foot].frame].name);
+            let accepted = format!("up to {FLAT_RAD} rad with the base unrotated");
+            return Err(Error::value(file, "home_rad", value, "soles must be flat at home", accepted));
+        }
+    }
+    let step = soles.left.translation.z - soles.right.translation.z;
+    if step.abs() > LEVEL_M {
+        let value = format!("left sole {step:+.5} m above the right one");
+        let accepted = format!("up to {LEVEL_M} m");
+        return Err(Error::value(file, "home_rad", value, "soles must be level with each other at home", accepted));
+    }
+    Ok(())
+}
+
+/// What the URDF alone says.
+struct Tree {
+    name: String,
+    links: Vec<Link>,
+    joints: Vec<Joint>,
+    frames: Vec<Frame>,
+}
+
+impl Tree {
+    fn parse(source: &Source) -> Result<Tree> {
+        let file = source.file.as_str();
+        let urdf = urdf_rs::read_from_string(&source.text)
+            .map_err(|e| Error::Syntax { file: file.into(), message: format!("not a URDF: {e}") })?;
+        unique(file, "link", urdf.links.iter().map(|l| l.name.as_str()))?;
+        unique(file, "joint", urdf.joints.iter().map(|j| j.name.as_str()))?;
+        let ends = urdf.joints.iter().map(|j| ends(file, j, &urdf.links)).collect::<Result<Vec<_>>>()?;
+        let root = root(file, &urdf, &ends)?;
+
+        // Where each URDF link went: the body that carries it, and its pose there.
+        let mut placed: Vec<Option<(usize, Isometry3<f64>)>> = vec![None; urdf.links.len()];
+        let mut bodies = vec![Body::new(root)];
+        let mut joints = Vec::new();
+        placed[root] = Some((0, Isometry3::identity()));
+        let mut waiting: Vec<usize> = (0..urdf.joints.len()).collect();
+        // In the order of the file, except that a parent always comes before its children.
+        while let Some(at) = waiting.iter().position(|&j| placed[ends[j].0].is_some()) {
+            let j = waiting.remove(at);
+            let (parent, child) = ends[j];
+            let Some((body, pose)) = placed[parent] else { break };
+            let origin = pose * isometry(file, &format!("joint {}", urdf.joints[j].name), &urdf.joints[j].origin)?;
+            placed[child] = Some(if urdf.joints[j].joint_type == urdf_rs::JointType::Fixed {
+                bodies[body].parts.push((child, origin));
+                (body, origin)
+            } else {
+                joints.push(revolute(file, &urdf.joints[j], body, origin)?);
+                bodies.push(Body::new(child));
+                (bodies.len() - 1, Isometry3::identity())
+            });
+        }
+        if let Some(&j) = waiting.first() {
+            let joint = &urdf.joints[j];
+            return Err(Error::value(
+                file,
+                format!("joint {}", joint.name),
+                format!("{} -> {}", joint.parent.link, joint.child.link),
+                format!("not connected to the root link {} (a cycle)", urdf.links[root].name),
+                "a tree of links",
+            ));
+        }
+        let links = bodies.iter().map(|body| body.link(file, &urdf)).collect::<Result<_>>()?;
+        let frames =
+            urdf.links.iter().zip(&placed).filter_map(|(link, place)| {
+                place.map(|(body, pose)| Frame { name: link.name.clone(), link: body, pose })
+            });
+        Ok(Tree { frames: frames.collect(), name: urdf.name, links, joints })
+    }
+}
+
+fn unique<'a>(file: &str, what: &str, names: impl Iterator<Item = &'a str>) -> Result<()> {
+    let mut seen = Vec::new();
+    for name in names {
+        if seen.contains(&name) {
+            return Err(Error::value(file, what, name, "name used twice", "unique names"));
+        }
+        seen.push(name);
+    }
+    Ok(())
+}
+
+/// Indices of a joint's parent and child link.
+fn ends(file: &str, joint: &urdf_rs::Joint, links: &[urdf_rs::Link]) -> Result<(usize, usize)> {
+    let find = |end: &str, name: &str| {
+        links.iter().position(|l| l.name == name).ok_or_else(|| {
+            let names: Vec<_> = links.iter().map(|l| l.name.as_str()).collect();
+            Error::value(file, format!("joint {}: {end}", joint.name), name, "no such link", names.join(", "))
+        })
+    };
+    Ok((find("parent", &joint.parent.link)?, find("child", &joint.child.link)?))
+}
+
+/// The one link that no joint carries.
+fn root(file: &str, urdf: &urdf_rs::Robot, ends: &[(usize, usize)]) -> Result<usize> {
+    for (link, l) in urdf.links.iter().enumerate() {
+        let carriers: Vec<_> =
+            urdf.joints.iter().zip(ends).filter(|(_, e)| e.1 == link).map(|(j, _)| j.name.as_str()).collect();
+        if carriers.len() > 1 {
+            let field = format!("link {}", l.name);
+            return Err(Error::value(
+                file,
+                field,
+                carriers.join(", "),
+                "child of several joints",
+                "one joint per link",
+            ));
+        }
+    }
+    let mut roots = (0..urdf.links.len()).filter(|link| ends.iter().all(|e| e.1 != *link));
+    match (roots.next(), roots.next()) {
+        (Some(root), None) => Ok(root),
+        (None, _) => Err(Error::value(file, "link", "(none)", "no root link (no links, or a cycle)", "one root link")),
+        (Some(a), Some(b)) => {
+            let value = format!("{}, {}", urdf.links[a].name, urdf.links[b].name);
+            Err(Error::value(file, "link", value, "several root links", "one link that is no joint's child"))
+        }
+    }
+}
+
+fn revolute(file: &str, joint: &urdf_rs::Joint, parent: usize, origin: Isometry3<f64>) -> Result<Joint> {
+    let field = |what: &str| format!("joint {}: {what}", joint.name);
+    if joint.joint_type != urdf_rs::JointType::Revolute {
+        let value = format!("{:?}", joint.joint_type).to_lowercase();
+        return Err(Error::value(file, field("type"), value, "joint type not supported", "revolute, fixed"));
+    }
+    if let Some(mimic) = &joint.mimic {
+        return Err(Error::value(
+            file,
+            field("mimic"),
+            &mimic.joint,
+            "not supported",
+            "joints with a servo of their own",
+        ));
+    }
+    let xyz = Vector3::from(*joint.axis.xyz);
+    let axis = Unit::try_new(xyz, 1e-9).filter(|_| xyz.iter().all(|c| c.is_finite()));
+    let Some(axis) = axis else {
+        return Err(Error::value(file, field("axis"), text(&xyz), "has no direction", "a vector of non-zero length"));
+    };
+    let limit = &joint.limit;
+    if *limit == urdf_rs::JointLimit::default() {
+        return Err(Error::value(file, field("limit"), "(none)", "missing", "<limit lower upper effort velocity>"));
+    }
+    if !(limit.lower.is_finite() && limit.upper.is_finite() && limit.lower < limit.upper) {
+        let value = format!("{} to {}", limit.lower, limit.upper);
+        return Err(Error::value(file, field("limit"), value, "not a range", "finite radians, lower < upper"));
+    }
+    Ok(Joint { name: joint.name.clone(), parent, origin, axis, lower_rad: limit.lower, upper_rad: limit.upper })
+}
+
+/// A link that moves by itself, and the URDF links that are fixed to it, each with its pose.
+struct Body {
+    parts: Vec<(usize, Isometry3<f64>)>,
+}
+
+impl Body {
+    fn new(link: usize) -> Self {
+        Self { parts: vec![(link, Isometry3::identity())] }
+    }
+
+    /// Merges the parts.
+    fn link(&self, file: &str, urdf: &urdf_rs::Robot) -> Result<Link> {
+        let name = urdf.links[self.parts[0].0].name.clone();
+        let mut masses = Vec::new();
+        let (mut collisions, mut visuals) = (Vec::new(), Vec::new());
+        for &(index, pose) in &self.parts {
+            let link = &urdf.links[index];
+            masses.extend(part_mass(file, link, &pose)?);
+            for collision in &link.collision {
+                let field = format!("link {}: collision", link.name);
+                let Some(shape) = shape(file, &field, &collision.geometry)? else {
+                    let value = kind(&collision.geometry);
+                    return Err(Error::value(file, field, value, "shape not supported", "box, cylinder, sphere"));
+                };
+                let pose = pose * isometry(file, &field, &collision.origin)?;
+                collisions.push(Solid { frame: index, pose, shape, color: GREY });
+            }
+            for visual in &link.visual {
+                let field = format!("link {}: visual", link.name);
+                let Some(shape) = shape(file, &field, &visual.geometry)? else {
+                    log::warn!("{file}: {field}: {} left out", kind(&visual.geometry));
+                    continue;
+                };
+                let pose = pose * isometry(file, &field, &visual.origin)?;
+                visuals.push(Solid { frame: index, pose, shape, color: color(urdf, visual) });
+            }
+        }
+        let mass_kg: f64 = masses.iter().map(|m| m.0).sum();
+        if mass_kg <= 0.0 {
+            let field = format!("link {name}: mass");
+            return Err(Error::value(file, field, mass_kg, "a link that moves must have mass", "a number > 0"));
+        }
+        let com: Vector3<f64> = masses.iter().map(|(m, c, _)| c * *m).sum::<Vector3<f64>>() / mass_kg;
+        let inertia_kg_m2 = masses.iter().fold(Matrix3::zeros(), |sum, (m, c, inertia)| {
+            let d = c - com;
+            sum + inertia + (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * *m
+        });
+        check_inertia(file, &name, &inertia_kg_m2, true)?;
+        Ok(Link { name, mass_kg, com_m: Point3::from(com), inertia_kg_m2, collisions, visuals })
+    }
+}
+
+/// Mass, COM and inertia about the COM of one URDF link in the frame of its body; None without mass.
+fn part_mass(
+    file: &str,
+    link: &urdf_rs::Link,
+    pose: &Isometry3<f64>,
+) -> Result<Option<(f64, Vector3<f64>, Matrix3<f64>)>> {
+    let mass = link.inertial.mass.value;
+    if !(mass.is_finite() && mass >= 0.0) {
+        let field = format!("link {}: mass", link.name);
+        return Err(Error::value(file, field, mass, "not a mass", "a finite number > 0, or no <inertial>"));
+    }
+    if mass == 0.0 {
+        return Ok(None);
+    }
+    let i = &link.inertial.inertia;
+    let inertia = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
+    check_inertia(file, &link.name, &inertia, false)?;
+    let pose = pose * isometry(file, &format!("link {}: inertial", link.name), &link.inertial.origin)?;
+    let turn = pose.rotation.to_rotation_matrix();
+    Ok(Some((mass, pose.translation.vector, turn * inertia * turn.transpose())))
+}
+
+/// Principal moments must not be negative (`strict`: must be positive), and none may exceed the sum of the others.
+/// The tolerance is for inertias rounded to a few digits.
+fn check_inertia(file: &str, link: &str, inertia: &Matrix3<f64>, strict: bool) -> Result<()> {
+    let value = || format!("{:?}", inertia.as_slice());
+    let bad = |problem: &str, accepted: &str| {
+        Err(Error::value(file, format!("link {link}: inertia"), value(), problem, accepted))
+    };
+    if inertia.iter().any(|c| !c.is_finite()) {
+        return bad("not finite", "six finite numbers");
+    }
+    let mut moments: [f64; 3] = inertia.symmetric_eigenvalues().into();
+    moments.sort_by(f64::total_cmp);
+    let tolerance = 1e-3 * moments[2].abs();
+    if moments[0] < -tolerance * 1e-3 || (strict && moments[0] <= 0.0) {
+        return bad("not positive definite", "positive principal moments");
+    }
+    if moments[0] + moments[1] < moments[2] - tolerance {
+        return bad("breaks the triangle inequality", "each principal moment at most the sum of the two others");
+    }
+    Ok(())
+}
+
+fn isometry(file: &str, field: &str, pose: &urdf_rs::Pose) -> Result<Isometry3<f64>> {
+    let (xyz, rpy) = (Vector3::from(*pose.xyz), Vector3::from(*pose.rpy));
+    if xyz.iter().chain(rpy.iter()).any(|c| !c.is_finite()) {
+        let value = format!("xyz {}, rpy {}", text(&xyz), text(&rpy));
+        return Err(Error::value(file, format!("{field}: origin"), value, "not finite", "finite numbers"));
+    }
+    let rotation = UnitQuaternion::from_euler_angles(rpy.x, rpy.y, rpy.z);
+    Ok(Isometry3::from_parts(Translation3::from(xyz), rotation))
+}
+
+/// None for a shape that is not a primitive.
+fn shape(file: &str, field: &str, geometry: &urdf_rs::Geometry) -> Result<Option<Shape>> {
+    let (shape, sizes) = match geometry {
+        urdf_rs::Geometry::Box { size } => (Shape::Box { half: Vector3::from(**size) / 2.0 }, size.to_vec()),
+        &urdf_rs::Geometry::Cylinder { radius, length } => (Shape::Cylinder { radius, length }, vec![radius, length]),
+        &urdf_rs::Geometry::Sphere { radius } => (Shape::Sphere { radius }, vec![radius]),
+        urdf_rs::Geometry::Capsule { .. } | urdf_rs::Geometry::Mesh { .. } => return Ok(None),
+    };
+    if sizes.iter().any(|s| !(s.is_finite() && *s > 0.0)) {
+        let field = format!("{field}: {}", kind(geometry));
+        return Err(Error::value(file, field, format!("{sizes:?}"), "not a size", "finite numbers > 0"));
+    }
+    Ok(Some(shape))
+}
+
+fn kind(geometry: &urdf_rs::Geometry) -> &'static str {
+    match geometry {
+        urdf_rs::Geometry::Box { .. } => "box",
+        urdf_rs::Geometry::Cylinder { .. } => "cylinder",
+        urdf_rs::Geometry::Capsule { .. } => "capsule",
+        urdf_rs::Geometry::Sphere { .. } => "sphere",
+        urdf_rs::Geometry::Mesh { .. } => "mesh",
+    }
+}
+
+const GREY: [f64; 4] = [0.7, 0.7, 0.7, 1.0];
+
+/// Colour of a visual's material: given there, or in any material of that name.
+fn color(urdf: &urdf_rs::Robot, visual: &urdf_rs::Visual) -> [f64; 4] {
+    let Some(material) = &visual.material else { return GREY };
+    let elsewhere = urdf.links.iter().flat_map(|l| &l.visual).filter_map(|v| v.material.as_ref());
+    std::iter::once(material)
+        .chain(urdf.materials.iter().chain(elsewhere).filter(|m| m.name == material.name))
+        .find_map(|m| m.color.as_ref())
+        .map_or(GREY, |c| *c.rgba)
+}
+
+fn text(v: &Vector3<f64>) -> String {
+    format!("{} {} {}", v.x, v.y, v.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ut_mu2_loads() {
+        let robot = Robot::load("ut-mu2").unwrap();
+        assert_eq!((robot.links.len(), robot.joints.len(), robot.frames.len()), (21, 20, 26));
+        assert!((robot.mass() - 8.0).abs() < 1e-4);
+        let mut kinematics = Kinematics::new(&robot);
+        kinematics.update(&robot, &robot.home_posture());
+        assert!(kinematics.com().x.abs() < 1e-4);
+    }
+}

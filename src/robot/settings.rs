@@ -1,0 +1,202 @@
+//! What a URDF cannot say of a robot: the TOML file beside it.
+
+use super::model::{Frame, Joint, Link, PerFoot, SensorNoise, Servo, Shape, Sole};
+use crate::assets::{self, Source};
+use crate::error::{Error, Result};
+use nalgebra::{Isometry3, Translation3, Vector3};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// The settings file, as written.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Settings {
+    trunk: String,
+    pub friction: f64,
+    pub delay_s: f64,
+    soles: SoleNames,
+    pub noise: SensorNoise,
+    servos: Vec<ServoGroup>,
+    home_rad: BTreeMap<String, f64>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SoleNames {
+    left: String,
+    right: String,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ServoGroup {
+    joints: Vec<String>,
+    kp_n_m_rad: f64,
+    kd_n_m_s_rad: f64,
+    torque_n_m: f64,
+    full_torque_speed_rad_s: f64,
+    no_torque_speed_rad_s: f64,
+    rotor_inertia_kg_m2: f64,
+}
+
+/// Parses the file and checks all that can be checked without the tree.
+pub(super) fn parse(source: &Source) -> Result<Settings> {
+    let settings: Settings = assets::parse_toml(source)?;
+    let noise = &settings.noise;
+    let mut not_negative = vec![
+        ("friction".to_string(), settings.friction),
+        ("delay_s".into(), settings.delay_s),
+        ("noise.joint_angle_rad".into(), noise.joint_angle_rad),
+        ("noise.gyro_rad_s".into(), noise.gyro_rad_s),
+        ("noise.orientation_rad".into(), noise.orientation_rad),
+        ("noise.accelerometer_m_s2".into(), noise.accelerometer_m_s2),
+        ("noise.sole_force_n".into(), noise.sole_force_n),
+        ("noise.sole_moment_n_m".into(), noise.sole_moment_n_m),
+    ];
+    for (i, group) in settings.servos.iter().enumerate() {
+        for (key, value) in [
+            ("kp_n_m_rad", group.kp_n_m_rad),
+            ("kd_n_m_s_rad", group.kd_n_m_s_rad),
+            ("torque_n_m", group.torque_n_m),
+            ("full_torque_speed_rad_s", group.full_torque_speed_rad_s),
+            ("rotor_inertia_kg_m2", group.rotor_inertia_kg_m2),
+        ] {
+            not_negative.push((format!("servos[{i}].{key}"), value));
+        }
+    }
+    for (field, value) in not_negative {
+        if !(value.is_finite() && value >= 0.0) {
+            return Err(Error::value(&source.file, field, value, "must not be negative", "a finite number >= 0"));
+        }
+    }
+    for (i, group) in settings.servos.iter().enumerate() {
+        let (full, none) = (group.full_torque_speed_rad_s, group.no_torque_speed_rad_s);
+        if !(none.is_finite() && none > full) {
+            return Err(Error::value(
+                &source.file,
+                format!("servos[{i}].no_torque_speed_rad_s"),
+                none,
+                "must lie above full_torque_speed_rad_s",
+                format!("a finite number > {full}"),
+            ));
+        }
+    }
+    Ok(settings)
+}
+
+impl Settings {
+    /// Link that carries the trunk frame.
+    pub fn trunk(&self, file: &str, frames: &[Frame]) -> Result<usize> {
+        Ok(frames[frame_index(file, "trunk", &self.trunk, frames)?].link)
+    }
+
+    /// One servo per joint.
+    pub fn servos(&self, file: &str, joints: &[Joint]) -> Result<Vec<Servo>> {
+        let mut servos: Vec<Option<Servo>> = vec![None; joints.len()];
+        for (i, group) in self.servos.iter().enumerate() {
+            let field = format!("servos[{i}].joints");
+            for name in &group.joints {
+                let slot = &mut servos[joint_index(file, &field, name, joints)?];
+                if slot.is_some() {
+                    return Err(Error::value(file, field, name, "joint already has a servo", "each joint once"));
+                }
+                *slot = Some(Servo {
+                    kp: group.kp_n_m_rad,
+                    kd: group.kd_n_m_s_rad,
+                    torque_n_m: group.torque_n_m,
+                    full_torque_speed_rad_s: group.full_torque_speed_rad_s,
+                    no_torque_speed_rad_s: group.no_torque_speed_rad_s,
+                    rotor_inertia_kg_m2: group.rotor_inertia_kg_m2,
+                });
+            }
+        }
+        let missing = |joint: &Joint| {
+            Error::value(file, "servos", &joint.name, "joint without a servo", "each joint in one group's `joints`")
+        };
+        servos.into_iter().zip(joints).map(|(servo, joint)| servo.ok_or_else(|| missing(joint))).collect()
+    }
+
+    /// Home posture [rad], one per joint, inside the limits.
+    pub fn home(&self, file: &str, joints: &[Joint]) -> Result<Vec<f64>> {
+        let mut home = vec![0.0; joints.len()];
+        for (name, &angle) in &self.home_rad {
+            home[joint_index(file, "home_rad", name, joints)?] = angle;
+        }
+        for (joint, &angle) in joints.iter().zip(&home) {
+            if !(joint.lower_rad..=joint.upper_rad).contains(&angle) {
+                return Err(Error::value(
+                    file,
+                    format!("home_rad.{}", joint.name),
+                    angle,
+                    "outside the joint's limits",
+                    format!("{} to {}", joint.lower_rad, joint.upper_rad),
+                ));
+            }
+        }
+        Ok(home)
+    }
+
+    /// The soles: the box of each named link.
+    pub fn soles(&self, file: &str, links: &[Link], frames: &[Frame]) -> Result<PerFoot<Sole>> {
+        let left = sole(file, "soles.left", &self.soles.left, links, frames)?;
+        let right = sole(file, "soles.right", &self.soles.right, links, frames)?;
+        if left.link == right.link {
+            return Err(Error::value(
+                file,
+                "soles.right",
+                &self.soles.right,
+                "is carried by the same body as the left sole",
+                "soles on two bodies",
+            ));
+        }
+        Ok(PerFoot { left, right })
+    }
+}
+
+fn sole(file: &str, field: &str, name: &str, links: &[Link], frames: &[Frame]) -> Result<Sole> {
+    let bad = |problem: &str| {
+        Error::value(file, field, name, problem, "a link with exactly one collision, a box parallel to the link's axes")
+    };
+    let frame = frame_index(file, field, name, frames)?;
+    let link = frames[frame].link;
+    let mut solids = links[link].collisions.iter().filter(|s| s.frame == frame);
+    let (Some(solid), None) = (solids.next(), solids.next()) else {
+        return Err(bad("does not have exactly one collision"));
+    };
+    let Shape::Box { half } = solid.shape else {
+        return Err(bad("its collision is not a box"));
+    };
+    let in_frame = frames[frame].pose.inv_mul(&solid.pose);
+    let turn = in_frame.rotation.to_rotation_matrix().matrix().abs();
+    if turn.iter().any(|&c| c > 1e-6 && c < 1.0 - 1e-6) {
+        return Err(bad("its box is not parallel to the link's axes"));
+    }
+    let half: Vector3<f64> = turn.map(f64::round) * half;
+    let face = in_frame.translation.vector - Vector3::z() * half.z;
+    Ok(Sole {
+        frame,
+        link,
+        center: frames[frame].pose * Isometry3::from(Translation3::from(face)),
+        half_m: [half.x, half.y],
+        thickness_m: 2.0 * half.z,
+    })
+}
+
+fn frame_index(file: &str, field: &str, name: &str, frames: &[Frame]) -> Result<usize> {
+    index(file, field, name, "no such link", frames.iter().map(|f| f.name.as_str()))
+}
+
+fn joint_index(file: &str, field: &str, name: &str, joints: &[Joint]) -> Result<usize> {
+    index(file, field, name, "no such joint", joints.iter().map(|j| j.name.as_str()))
+}
+
+fn index<'a>(
+    file: &str,
+    field: &str,
+    name: &str,
+    problem: &str,
+    names: impl Iterator<Item = &'a str> + Clone,
+) -> Result<usize> {
+    let accepted = || names.clone().collect::<Vec<_>>().join(", ");
+    names.clone().position(|n| n == name).ok_or_else(|| Error::value(file, field, name, problem, accepted()))
+}
