@@ -1,1 +1,186 @@
+//! Gain sets: what a TOML file under `assets/gains/` says, and the feedback that follows from it (eq. 11-13).
+//!
+//! A family of gains is ordered slow to fast. It nests (Sect. III.D: the set of a faster gain lies inside the set of a
+//! slower one) when every gain has one pole at -omega, so that the feedback acts on the divergent component alone, one
+//! fast pole that is common to the family, and one slow pole that orders it. For poles in general it does not:
+//! [`Inclusion`](super::cpi_set::Inclusion) checks.
 
+use super::pendulum::{Pendulum, State};
+use crate::assets::{Source, parse_toml};
+use crate::error::{Error, Result};
+use nalgebra::{Matrix3, Matrix6, Vector2, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// What the robot does while it stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Standing {
+    /// Joints stay at the home posture; no gains. The baseline that physics gives for free.
+    Posture,
+    /// The fastest gain whose maximal CPI set holds the state (Sect. III.D).
+    Switching,
+}
+
+/// A gain set as its file has it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GainSet {
+    /// Name in tables and results.
+    pub name: String,
+    /// One sentence.
+    #[serde(default)]
+    pub description: String,
+    pub standing: Standing,
+    /// The support polygon is made smaller by this much before it bounds the ZMP.
+    #[serde(default = "default_zmp_margin_m")]
+    pub zmp_margin_m: f64,
+    /// Slow to fast.
+    #[serde(default)]
+    pub gains: Vec<GainPoles>,
+}
+
+/// The poles of one gain, as multiples of -omega (1 is the pole at -omega).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GainPoles {
+    pub name: String,
+    pub x: [f64; 3],
+    pub y: [f64; 3],
+}
+
+fn default_zmp_margin_m() -> f64 {
+    0.003
+}
+
+impl GainSet {
+    /// Reads a gain set. Errors name the file, the field, its value and what would be accepted.
+    pub fn parse(source: &Source) -> Result<Self> {
+        let set: Self = parse_toml(source)?;
+        set.validate(&source.file)?;
+        Ok(set)
+    }
+
+    /// Checks values; `file` is what errors call the set.
+    pub fn validate(&self, file: &str) -> Result<()> {
+        if self.name.trim().is_empty() {
+            return Err(Error::value(file, "name", format!("{:?}", self.name), "is empty", "a name"));
+        }
+        if !(self.zmp_margin_m.is_finite() && self.zmp_margin_m >= 0.0) {
+            let problem = "is not a length";
+            return Err(Error::value(file, "zmp_margin_m", self.zmp_margin_m, problem, "0 or more, in metres"));
+        }
+        let count = self.gains.len();
+        match self.standing {
+            Standing::Posture if count > 0 => {
+                let problem = "standing = \"posture\" uses no gains";
+                return Err(Error::value(file, "gains", format!("{count} gains"), problem, "no [[gains]]"));
+            }
+            Standing::Switching if count == 0 => {
+                let problem = "standing = \"switching\" needs gains";
+                return Err(Error::value(file, "gains", "none", problem, "one or more [[gains]], slow to fast"));
+            }
+            _ => {}
+        }
+        for (i, gain) in self.gains.iter().enumerate() {
+            if self.gains[..i].iter().any(|earlier| earlier.name == gain.name) {
+                let field = format!("gains[{i}].name");
+                return Err(Error::value(file, field, format!("{:?}", gain.name), "is used twice", "distinct names"));
+            }
+            for (axis, poles) in [("x", gain.x), ("y", gain.y)] {
+                if let Some(k) = poles.iter().position(|p| !(p.is_finite() && *p > 0.0)) {
+                    return Err(Error::value(
+                        file,
+                        format!("gains[{i}].{axis}[{k}]"),
+                        poles[k],
+                        format!("gain {:?} would be unstable", gain.name),
+                        "positive numbers: multiples of -omega",
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One axis in closed loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisLoop {
+    /// Poles as multiples of -omega, as given.
+    pub poles: [f64; 3],
+    /// f of eq. 12 on [com, com_vel, zmp]: units 1/s, 1, 1/s.
+    pub feedback: Vector3<f64>,
+    /// Diagonal block of eq. 13 on [com, com_vel, zmp].
+    pub closed: Matrix3<f64>,
+}
+
+impl AxisLoop {
+    /// Pole placement; the poles must be positive.
+    pub fn design(pendulum: &Pendulum, poles: [f64; 3]) -> Self {
+        let feedback = pendulum.feedback(poles);
+        Self { poles, feedback, closed: pendulum.closed(&feedback) }
+    }
+}
+
+/// One gain: F_i of the paper with its closed loop Sigma_i.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gain {
+    pub name: String,
+    pub x: AxisLoop,
+    pub y: AxisLoop,
+}
+
+impl Gain {
+    pub fn design(pendulum: &Pendulum, poles: &GainPoles) -> Self {
+        let (x, y) = (AxisLoop::design(pendulum, poles.x), AxisLoop::design(pendulum, poles.y));
+        Self { name: poles.name.clone(), x, y }
+    }
+
+    /// Rate of the ZMP u = -F x [m/s] (eq. 11).
+    pub fn zmp_rate(&self, state: &State) -> Vector2<f64> {
+        -Vector2::new(self.x.feedback.dot(&state.x), self.y.feedback.dot(&state.y))
+    }
+
+    /// The state one period later in closed loop (eq. 13).
+    pub fn successor(&self, state: &State) -> State {
+        State { x: self.x.closed * state.x, y: self.y.closed * state.y }
+    }
+
+    /// The closed loop of eq. 13 on the state of eq. 5.
+    pub fn closed_loop(&self) -> Matrix6<f64> {
+        let mut closed = Matrix6::zeros();
+        closed.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.x.closed);
+        closed.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.y.closed);
+        closed
+    }
+}
+
+/// A gain set, designed for one pendulum.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GainFamily {
+    pub name: String,
+    pub standing: Standing,
+    /// [m], see [`GainSet::zmp_margin_m`].
+    pub zmp_margin: f64,
+    pub pendulum: Pendulum,
+    /// Slow to fast; empty for [`Standing::Posture`].
+    pub gains: Vec<Gain>,
+}
+
+impl GainFamily {
+    /// Places the poles of every gain. Errors: the set is not valid, or the pendulum is not a pendulum.
+    pub fn design(set: &GainSet, pendulum: Pendulum) -> Result<Self> {
+        set.validate(&set.name)?;
+        for (field, value) in [("omega", pendulum.omega), ("dt", pendulum.dt)] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(Error::value("pendulum", field, value, "is not positive", "a positive number"));
+            }
+        }
+        Ok(Self {
+            name: set.name.clone(),
+            standing: set.standing,
+            zmp_margin: set.zmp_margin_m,
+            pendulum,
+            gains: set.gains.iter().map(|g| Gain::design(&pendulum, g)).collect(),
+        })
+    }
+}

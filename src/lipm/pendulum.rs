@@ -1,1 +1,179 @@
+//! The COG-ZMP inverted pendulum (paper, Sect. II and III.A): its state, its exact discretisation and its feedback.
+//!
+//! Each horizontal axis obeys `com_acc = omega^2 (com - zmp)` (eq. 1, 2) with the rate of the ZMP as input (eq. 6).
+//! The axes do not couple (eq. 8 and 9 are block diagonal), so everything here is for one axis; [`State`] holds both.
+//!
+//! The discretisation and the pole placement are written in the modes of the pendulum, where both are closed forms:
+//!
+//! | mode | meaning | eigenvalue | input |
+//! |---|---|---|---|
+//! | com + com_vel/omega - zmp | divergent | e^(omega dt) | -(e^(omega dt) - 1)/omega |
+//! | com - com_vel/omega - zmp | convergent | e^(-omega dt) | -(1 - e^(-omega dt))/omega |
+//! | zmp | | 1 | dt |
 
+use nalgebra::{Matrix3, Point2, RowVector3, Vector2, Vector3, Vector6};
+
+/// A pendulum of constant height, seen at every control period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pendulum {
+    /// sqrt(g / height) [rad/s].
+    pub omega: f64,
+    /// Control period [s].
+    pub dt: f64,
+}
+
+/// State of eq. 5. Each axis is [com, com_vel, zmp] in [m, m/s, m], in the control frame.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct State {
+    pub x: Vector3<f64>,
+    pub y: Vector3<f64>,
+}
+
+impl State {
+    pub fn new(com: Point2<f64>, com_vel: Vector2<f64>, zmp: Point2<f64>) -> Self {
+        Self { x: Vector3::new(com.x, com_vel.x, zmp.x), y: Vector3::new(com.y, com_vel.y, zmp.y) }
+    }
+
+    pub fn com(&self) -> Point2<f64> {
+        Point2::new(self.x[0], self.y[0])
+    }
+
+    pub fn com_vel(&self) -> Vector2<f64> {
+        Vector2::new(self.x[1], self.y[1])
+    }
+
+    pub fn zmp(&self) -> Point2<f64> {
+        Point2::new(self.x[2], self.y[2])
+    }
+
+    /// Divergent component of motion, or capture point: com + com_vel / omega [m].
+    pub fn dcm(&self, omega: f64) -> Point2<f64> {
+        self.com() + self.com_vel() / omega
+    }
+
+    /// The state as one vector in the order of eq. 5.
+    pub fn stacked(&self) -> Vector6<f64> {
+        Vector6::new(self.x[0], self.x[1], self.x[2], self.y[0], self.y[1], self.y[2])
+    }
+
+    /// The inverse of [`Self::stacked`].
+    pub fn from_stacked(v: &Vector6<f64>) -> Self {
+        Self { x: Vector3::new(v[0], v[1], v[2]), y: Vector3::new(v[3], v[4], v[5]) }
+    }
+}
+
+impl Pendulum {
+    /// Transition of one axis over a period with the ZMP at rest: a diagonal block of A in eq. 10.
+    pub fn transition(&self) -> Matrix3<f64> {
+        let (sinh, cosh) = ((self.omega * self.dt).sinh(), (self.omega * self.dt).cosh());
+        Matrix3::new(cosh, sinh / self.omega, 1.0 - cosh, self.omega * sinh, cosh, -self.omega * sinh, 0.0, 0.0, 1.0)
+    }
+
+    /// Effect of a unit rate of the ZMP [m/s] held over a period: a column block of B in eq. 10 (zero-order hold).
+    pub fn input(&self) -> Vector3<f64> {
+        let x = self.omega * self.dt;
+        let half = (0.5 * x).sinh();
+        Vector3::new((x - x.sinh()) / self.omega, -2.0 * half * half, self.dt)
+    }
+
+    /// One axis after one period under the ZMP rate `rate` [m/s] (eq. 10).
+    pub fn step(&self, axis: &Vector3<f64>, rate: f64) -> Vector3<f64> {
+        self.transition() * axis + self.input() * rate
+    }
+
+    /// Acceleration of the COM [m/s^2] (eq. 1, 2).
+    pub fn com_acc(&self, com: Point2<f64>, zmp: Point2<f64>) -> Vector2<f64> {
+        (com - zmp) * (self.omega * self.omega)
+    }
+
+    /// The discrete pole that a pole `-pole * omega` of continuous time becomes.
+    pub fn discrete_pole(&self, pole: f64) -> f64 {
+        (-pole * self.omega * self.dt).exp()
+    }
+
+    /// Feedback f of one axis (eq. 11, 12: rate = -f . [com, com_vel, zmp]) that puts the poles of the closed loop at
+    /// `-poles[i] * omega` (in continuous time; in discrete time at their exponentials). Poles may repeat.
+    ///
+    /// Pole placement on a diagonal form: `f_j = prod_i (l_j - z_i) / (b_j prod_{k != j} (l_j - l_k))` for eigenvalues
+    /// l, inputs b and wanted poles z. With a pole at exactly 1 (that is -omega) the feedback on the convergent mode
+    /// is exactly zero.
+    pub fn feedback(&self, poles: [f64; 3]) -> Vector3<f64> {
+        let x = self.omega * self.dt;
+        // Eigenvalue j is exp(exponent * x); the row reads the mode from [com, com_vel, zmp].
+        let modes = [
+            (1.0, -x.exp_m1() / self.omega, RowVector3::new(1.0, 1.0 / self.omega, -1.0)),
+            (-1.0, (-x).exp_m1() / self.omega, RowVector3::new(1.0, -1.0 / self.omega, -1.0)),
+            (0.0, self.dt, RowVector3::new(0.0, 0.0, 1.0)),
+        ];
+        // exp(a x) - exp(b x) without cancellation.
+        let difference = |a: f64, b: f64| (b * x).exp() * ((a - b) * x).exp_m1();
+        let mut feedback = RowVector3::zeros();
+        for (j, (exponent, input, row)) in modes.iter().enumerate() {
+            let wanted: f64 = poles.iter().map(|p| difference(*exponent, -p)).product();
+            let others: f64 =
+                modes.iter().enumerate().filter(|(k, _)| *k != j).map(|(_, m)| difference(*exponent, m.0)).product();
+            feedback += row * (wanted / (input * others));
+        }
+        feedback.transpose()
+    }
+
+    /// Closed loop of one axis, a diagonal block of A - B F (eq. 13).
+    pub fn closed(&self, feedback: &Vector3<f64>) -> Matrix3<f64> {
+        self.transition() - self.input() * feedback.transpose()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PENDULUM: Pendulum = Pendulum { omega: 5.63, dt: 0.002 };
+
+    #[test]
+    fn the_discretisation_is_the_solution_of_the_equations_of_motion() {
+        // Runge-Kutta on eq. 1 with a ramp of the ZMP, over 10 ms in steps of 10 us.
+        let p = Pendulum { omega: 5.8, dt: 0.01 };
+        let (start, rate) = (Vector3::new(0.01, -0.2, 0.03), 0.7);
+        let f = |s: Vector3<f64>| Vector3::new(s[1], p.omega * p.omega * (s[0] - s[2]), rate);
+        let (mut s, h) = (start, p.dt / 1000.0);
+        for _ in 0..1000 {
+            let k1 = f(s);
+            let k2 = f(s + k1 * (h / 2.0));
+            let k3 = f(s + k2 * (h / 2.0));
+            let k4 = f(s + k3 * h);
+            s += (k1 + 2.0 * k2 + 2.0 * k3 + k4) * (h / 6.0);
+        }
+        assert!((p.step(&start, rate) - s).norm() < 1e-12);
+    }
+
+    #[test]
+    fn the_closed_loop_has_the_poles_that_were_asked_for() {
+        for poles in [[0.15, 1.0, 5.0], [1.0, 1.0, 1.0], [0.5, 1.0, 1.0], [2.0, 3.0, 20.0]] {
+            let closed = PENDULUM.closed(&PENDULUM.feedback(poles));
+            let z = poles.map(|p| PENDULUM.discrete_pole(p));
+            let minors = closed.trace().powi(2) - (closed * closed).trace();
+            assert!((closed.trace() - z.iter().sum::<f64>()).abs() < 1e-12);
+            assert!((minors / 2.0 - (z[0] * z[1] + z[1] * z[2] + z[2] * z[0])).abs() < 1e-12);
+            assert!((closed.determinant() - z[0] * z[1] * z[2]).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_pole_at_minus_omega_leaves_the_convergent_mode_alone() {
+        let f = PENDULUM.feedback([0.3, 1.0, 5.0]);
+        // com and com_vel enter as com + com_vel / omega only.
+        assert!((f[0] - PENDULUM.omega * f[1]).abs() <= 1e-15 * f[0].abs());
+    }
+
+    #[test]
+    fn slow_sampling_tends_to_the_feedback_of_continuous_time() {
+        // (s + p1 w)(s + p2 w)(s + p3 w) = s^3 + a2 s^2 + a1 s + a0 is met in continuous time by
+        // f = [-(w^2 a2 + a0)/w^2, -(a1 + w^2)/w^2, a2].
+        let (w, poles) = (5.8, [0.5, 1.0, 3.0]);
+        let [p, q, r] = poles.map(|p| p * w);
+        let (a2, a1, a0) = (p + q + r, p * q + q * r + r * p, p * q * r);
+        let wanted = Vector3::new(-(w * w * a2 + a0) / (w * w), -(a1 + w * w) / (w * w), a2);
+        let got = Pendulum { omega: w, dt: 1e-6 }.feedback(poles);
+        assert!((got - wanted).norm() < 1e-3, "{got} {wanted}");
+    }
+}

@@ -1,0 +1,252 @@
+//! Maximal CPI sets at every tick, on any support polygon, without a search (in place of eq. 23-25).
+//!
+//! Eq. 25 keeps the number of rows k that was found for one polygon and so promises too much on another (on the unsafe
+//! side). Here the rows are not stored: a row of eq. 22 says that the ZMP predicted j periods ahead lies inside an edge
+//! of Z, so the prediction is rolled forward and each predicted ZMP is tested against the edges. What is needed is a
+//! rule when to stop that holds for every polygon.
+//!
+//! **The rule.** The observable part of a closed loop with poles `l_1 >= ... >= l_m` in [0, 1) is a cascade of lags of
+//! unit gain: with the output `y_m = zmp` and `y_{k-1}(j) = (y_k(j+1) - l_k y_k(j)) / (1 - l_k)`,
+//!
+//! ```text
+//! y_k(j+1) = l_k y_k(j) + (1 - l_k) y_{k-1}(j),    y_0 = 0 (Cayley-Hamilton).
+//! ```
+//!
+//! Each `y_k(j+1)` is a convex combination of two of 0, y_1(j), ..., y_m(j) (points of the plane: both axes run through
+//! the same lags, the poles of x and y together). So if these lie in a convex Z that holds the origin, all later ones
+//! do, the ZMP among them. Therefore a state is in the maximal CPI set
+//!
+//! - *not*, if a predicted ZMP leaves Z before
+//! - *surely*, if at some j the points y_1 ... y_m lie in Z.
+//!
+//! One of the two happens, because y tends to 0, which is inside Z. The answer is the maximal set itself on every
+//! polygon with the origin inside: off-centre, oblique, with poles that differ in x and y. The same holds for Z scaled,
+//! so the gauge `max over j of gauge_Z(zmp(j))` is known when no y_k(j) has a larger gauge than the ZMPs up to j: that
+//! is mostly when the ZMP is at its peak. Ties with eq. 25: this k is chosen for the polygon and the state at hand.
+
+use super::gains::{AxisLoop, Gain, GainFamily};
+use super::pendulum::{Pendulum, State};
+use crate::geometry::SupportPolygon;
+use nalgebra::{Matrix3, RowVector3};
+
+/// Lags of one gain at most: three poles for each axis.
+const LAGS: usize = 6;
+/// The prediction ends here in any case, and the state then counts as if the points reached were its worst (they bound
+/// what follows): too strict, never too generous.
+const MAX_TICKS: usize = 4096;
+/// An edge closer to the origin than this [m] leaves no set.
+const MIN_DISTANCE_M: f64 = 1e-9;
+
+/// The maximal CPI sets of a family on the support polygon of the moment.
+#[derive(Debug, Clone)]
+pub struct OnlineSets {
+    cascades: Vec<Cascade>,
+    region: Region,
+}
+
+impl OnlineSets {
+    /// Sets of a family, empty until [`Self::update`] says what the robot stands on.
+    pub fn new(family: &GainFamily) -> Self {
+        let cascades = family.gains.iter().map(|g| Cascade::new(&family.pendulum, g)).collect();
+        Self { cascades, region: Region::EMPTY }
+    }
+
+    /// Sets for the support `polygon` in the control frame (its origin at the point where the COM is wanted).
+    /// When the origin is not strictly inside, the sets are empty. No allocation, no search.
+    pub fn update(&mut self, polygon: &SupportPolygon) {
+        self.region = Region::new(polygon);
+    }
+
+    /// No support: the sets are empty.
+    pub fn clear(&mut self) {
+        self.region = Region::EMPTY;
+    }
+
+    /// Number of gains.
+    pub fn len(&self) -> usize {
+        self.cascades.len()
+    }
+
+    /// Whether the family has no gains.
+    pub fn is_empty(&self) -> bool {
+        self.cascades.is_empty()
+    }
+
+    /// `min over rows of 1 - row . x` for the set of gain `index` (eq. 22 with all rows): not negative inside the set,
+    /// 1 at rest at the origin, and -1 means that the polygon would have to be twice as large. Negative infinity when
+    /// the set is empty or the state is not finite.
+    ///
+    /// # Panics
+    /// If there is no gain `index`.
+    pub fn margin(&self, index: usize, state: &State) -> f64 {
+        self.cascades[index].margin(&self.region, state)
+    }
+
+    /// Whether the set of gain `index` holds the state: the sign of [`Self::margin`], found sooner.
+    ///
+    /// # Panics
+    /// If there is no gain `index`.
+    pub fn holds(&self, index: usize, state: &State) -> bool {
+        self.cascades[index].holds(&self.region, state)
+    }
+
+    /// The fastest gain whose set holds the state (Sect. III.D); None: it is necessary to step (eq. 26).
+    pub fn fastest_holding(&self, state: &State) -> Option<usize> {
+        (0..self.len()).rev().find(|&i| self.holds(i, state))
+    }
+}
+
+/// Z as the rows of M_Z (eq. 15), padded with zeros.
+#[derive(Debug, Clone, Copy)]
+struct Region {
+    x: [f64; SupportPolygon::MAX],
+    y: [f64; SupportPolygon::MAX],
+    holds_origin: bool,
+}
+
+impl Region {
+    const EMPTY: Self = Self { x: [0.0; SupportPolygon::MAX], y: [0.0; SupportPolygon::MAX], holds_origin: false };
+
+    fn new(polygon: &SupportPolygon) -> Self {
+        let mut region = Self { holds_origin: true, ..Self::EMPTY };
+        for (i, h) in polygon.half_planes().enumerate() {
+            region.holds_origin &= h.distance > MIN_DISTANCE_M;
+            (region.x[i], region.y[i]) = (h.normal.x / h.distance, h.normal.y / h.distance);
+        }
+        if region.holds_origin { region } else { Self::EMPTY }
+    }
+
+    /// By how much Z must be scaled to reach z; at most 1 inside.
+    fn gauge(&self, z: [f64; 2]) -> f64 {
+        let mut largest = [0.0; 4];
+        for (i, largest) in largest.iter_mut().enumerate() {
+            let a = self.x[i] * z[0] + self.y[i] * z[1];
+            let b = self.x[i + 4] * z[0] + self.y[i + 4] * z[1];
+            *largest = if a > b { a } else { b };
+        }
+        largest.iter().fold(0.0, |m, &v| if v > m { v } else { m })
+    }
+}
+
+/// The closed loop of one gain as a cascade of lags: Phi of eq. 24, to any length.
+#[derive(Debug, Clone)]
+struct Cascade {
+    /// l_k, slow to fast.
+    lags: [f64; LAGS],
+    /// Rows that read the x part of y_k from the x axis of the state; the last one in use reads the ZMP.
+    x: [RowVector3<f64>; LAGS],
+    y: [RowVector3<f64>; LAGS],
+    len: usize,
+}
+
+/// The points y_1 ... y_m.
+type Points = [[f64; 2]; LAGS];
+
+impl Cascade {
+    fn new(pendulum: &Pendulum, gain: &Gain) -> Self {
+        let (of_x, of_y) = (observable_poles(&gain.x), observable_poles(&gain.y));
+        // Together, each as often as the axis that has it more often.
+        let mut poles = of_x.clone();
+        let mut unmatched = of_x.clone();
+        for p in &of_y {
+            match unmatched.iter().position(|q| q == p) {
+                Some(i) => drop(unmatched.swap_remove(i)),
+                None => poles.push(*p),
+            }
+        }
+        poles.sort_by(f64::total_cmp);
+
+        let mut cascade = Self { lags: [0.0; LAGS], x: Default::default(), y: Default::default(), len: poles.len() };
+        for (lag, p) in cascade.lags.iter_mut().zip(&poles) {
+            *lag = pendulum.discrete_pole(*p);
+        }
+        let lags = cascade.lags;
+        let rows = |axis: &AxisLoop, mut own: Vec<f64>| {
+            let mut rows = [RowVector3::zeros(); LAGS];
+            let mut row = RowVector3::new(0.0, 0.0, 1.0);
+            for k in (0..poles.len()).rev() {
+                rows[k] = row;
+                row = row * (axis.closed - Matrix3::identity() * lags[k]) / (1.0 - lags[k]);
+                if let Some(i) = own.iter().position(|p| *p == poles[k]) {
+                    own.swap_remove(i);
+                }
+                if own.is_empty() {
+                    // Cayley-Hamilton, without the rounding.
+                    row = RowVector3::zeros();
+                }
+            }
+            rows
+        };
+        cascade.x = rows(&gain.x, of_x);
+        cascade.y = rows(&gain.y, of_y);
+        cascade
+    }
+
+    fn start(&self, state: &State) -> Points {
+        let mut points = [[0.0; 2]; LAGS];
+        for (k, point) in points[..self.len].iter_mut().enumerate() {
+            *point = [(self.x[k] * state.x)[0], (self.y[k] * state.y)[0]];
+        }
+        points
+    }
+
+    fn advance(&self, points: &mut Points) {
+        for k in (0..self.len).rev() {
+            let before = if k == 0 { [0.0; 2] } else { points[k - 1] };
+            for (p, b) in points[k].iter_mut().zip(before) {
+                *p = self.lags[k] * *p + (1.0 - self.lags[k]) * b;
+            }
+        }
+    }
+
+    /// Largest gauge of the points that lead to the ZMP.
+    fn lead(&self, region: &Region, points: &Points) -> f64 {
+        points[..self.len - 1].iter().map(|p| region.gauge(*p)).fold(0.0, |m, v| if v > m { v } else { m })
+    }
+
+    fn margin(&self, region: &Region, state: &State) -> f64 {
+        if !region.holds_origin || !is_finite(state) {
+            return f64::NEG_INFINITY;
+        }
+        let mut points = self.start(state);
+        let mut worst = 0.0_f64;
+        for _ in 0..MAX_TICKS {
+            worst = worst.max(region.gauge(points[self.len - 1]));
+            if self.lead(region, &points) <= worst {
+                return 1.0 - worst;
+            }
+            self.advance(&mut points);
+        }
+        1.0 - worst.max(region.gauge(points[self.len - 1])).max(self.lead(region, &points))
+    }
+
+    fn holds(&self, region: &Region, state: &State) -> bool {
+        if !region.holds_origin || !is_finite(state) {
+            return false;
+        }
+        let mut points = self.start(state);
+        for _ in 0..MAX_TICKS {
+            if region.gauge(points[self.len - 1]) > 1.0 {
+                return false;
+            }
+            if self.lead(region, &points) <= 1.0 {
+                return true;
+            }
+            self.advance(&mut points);
+        }
+        false
+    }
+}
+
+/// The poles that show in the ZMP: with a pole at exactly -omega the feedback does not read the convergent mode.
+fn observable_poles(axis: &AxisLoop) -> Vec<f64> {
+    let mut poles = axis.poles.to_vec();
+    if let Some(i) = poles.iter().position(|p| *p == 1.0) {
+        poles.remove(i);
+    }
+    poles
+}
+
+fn is_finite(state: &State) -> bool {
+    state.x.iter().chain(state.y.iter()).all(|v| v.is_finite())
+}
