@@ -1,7 +1,11 @@
 //! One closed loop of plant and controller, and its judge.
 
-use crate::robot::Foot;
-use crate::sim::{Push, sensors::SensorErrors};
+use crate::control::{Controller, Design, Phase};
+use crate::geometry::SupportPolygon;
+use crate::robot::{Command, Foot, PerFoot, Robot};
+use crate::sim::plant::Clock;
+use crate::sim::{Plant, Push, SensorErrors, Truth};
+use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
 /// How an episode ended.
@@ -110,8 +114,200 @@ pub struct Record {
     pub peak_dcm_outside_m: f64,
     /// Time at which the state first left every set.
     pub left_sets_at_s: Option<f64>,
-    /// Largest margin of the slowest gain's set at the end of the last push (negative: outside).
+    /// Margin of the slowest gain's set at the end of the last push (negative: outside).
     pub cpi_margin_after_push: Option<f64>,
     pub gain_switches: u32,
     pub footsteps: Vec<Footstep>,
+}
+
+/// One control tick, as an observer sees it: the truth now (with means over the tick that ends now), and what the
+/// controller makes of what it senses now.
+pub struct Tick<'a> {
+    pub truth: &'a Truth,
+    pub controller: &'a Controller<'a>,
+    pub command: &'a Command,
+}
+
+/// Runs one episode. The same arguments give the same record, to the bit.
+pub fn run(
+    robot: &Robot,
+    design: &Design,
+    config: &EpisodeConfig,
+    disturbance: Disturbance,
+    until: Until,
+    observe: &mut dyn FnMut(&Tick),
+) -> Record {
+    let Disturbance { pushes, sensor_errors } = disturbance;
+    let clock = Clock { physics_step_s: config.physics_step_s, control_period_s: config.control_period_s };
+    let mut plant = Plant::new(robot, clock, sensor_errors, design.home_command().clone());
+    let mut controller = Controller::new(robot, design);
+    let mut referee = Referee::new(robot, design, config, &pushes);
+    let ticks = (config.horizon_s / config.control_period_s).round() as u64;
+    for k in 0..=ticks {
+        let sensed = plant.sense();
+        let command = controller.tick(&sensed);
+        let tick = Tick { truth: plant.truth(), controller: &controller, command: &command };
+        observe(&tick);
+        referee.watch(&tick);
+        if referee.record.outcome == Outcome::Diverged || (until == Until::Decided && referee.is_decided()) {
+            break;
+        }
+        if k < ticks {
+            plant.advance(command, &pushes);
+        }
+    }
+    referee.finish()
+}
+
+/// Watches an episode and writes its record.
+struct Referee<'a> {
+    robot: &'a Robot,
+    judge: Judge,
+    omega: f64,
+    home_height: f64,
+    last_push_end_s: f64,
+    /// Since when the robot has been standing without a break.
+    standing_since_s: Option<f64>,
+    record: Record,
+}
+
+impl<'a> Referee<'a> {
+    fn new(robot: &'a Robot, design: &Design, config: &EpisodeConfig, pushes: &[Push]) -> Self {
+        Self {
+            robot,
+            judge: config.judge,
+            omega: design.family.pendulum.omega,
+            home_height: robot.home_com_height(),
+            last_push_end_s: pushes.iter().map(Push::end_s).fold(0.0, f64::max),
+            standing_since_s: None,
+            record: Record {
+                outcome: Outcome::TimedOut,
+                end_s: 0.0,
+                fell_at_s: None,
+                fall_cause: None,
+                settled_at_s: None,
+                peak_tilt_deg: 0.0,
+                peak_torque_n_m: 0.0,
+                peak_torque_ratio: 0.0,
+                peak_joint_speed_rad_s: 0.0,
+                peak_dcm_outside_m: 0.0,
+                left_sets_at_s: None,
+                cpi_margin_after_push: None,
+                gain_switches: 0,
+                footsteps: Vec::new(),
+            },
+        }
+    }
+
+    fn is_decided(&self) -> bool {
+        self.record.outcome == Outcome::Fell || self.record.settled_at_s.is_some()
+    }
+
+    fn watch(&mut self, tick: &Tick) {
+        let truth = tick.truth;
+        self.record.end_s = truth.time_s;
+        if !truth.is_finite() {
+            self.record.outcome = Outcome::Diverged;
+            return;
+        }
+        let outside = self.dcm_outside(truth);
+        self.note_peaks(tick, outside);
+        if self.record.outcome == Outcome::Fell {
+            return;
+        }
+        if let Some(cause) = self.fall_cause(truth) {
+            self.record.outcome = Outcome::Fell;
+            self.record.fell_at_s = Some(truth.time_s);
+            self.record.fall_cause = Some(cause);
+            return;
+        }
+        let standing = truth.time_s >= self.last_push_end_s
+            && truth.tilt_rad().to_degrees() <= self.judge.standing_tilt_deg
+            && truth.com_vel.norm() <= self.judge.standing_com_speed_m_s
+            && outside <= 0.0;
+        match (standing, self.standing_since_s) {
+            (false, _) => self.standing_since_s = None,
+            (true, None) => self.standing_since_s = Some(truth.time_s),
+            (true, Some(since)) if self.has_stood(since) && self.record.settled_at_s.is_none() => {
+                self.record.settled_at_s = Some(since);
+            }
+            _ => {}
+        }
+    }
+
+    fn has_stood(&self, since_s: f64) -> bool {
+        // Half a tick of grace for the rounding of times.
+        self.record.end_s - since_s >= self.judge.standing_time_s - 1e-6
+    }
+
+    /// Distance of the DCM outside of the support of the soles on the ground [m]; negative inside.
+    fn dcm_outside(&self, truth: &Truth) -> f64 {
+        let dcm = truth.com.xy() + truth.com_vel.xy() / self.omega;
+        support_on_ground(self.robot, truth).map_or(f64::INFINITY, |polygon| polygon.signed_distance(dcm))
+    }
+
+    fn fall_cause(&self, truth: &Truth) -> Option<String> {
+        let tilt = truth.tilt_rad().to_degrees();
+        let height = truth.com.z / self.home_height;
+        if let Some(link) = truth.touching {
+            Some(format!("{} touched the ground", self.robot.links[link].name))
+        } else if tilt > self.judge.fallen_tilt_deg {
+            Some(format!("trunk tilted by more than {} degrees", self.judge.fallen_tilt_deg))
+        } else if height < self.judge.fallen_com_height_ratio {
+            Some(format!("COM below {} of its height at home", self.judge.fallen_com_height_ratio))
+        } else {
+            None
+        }
+    }
+
+    fn note_peaks(&mut self, tick: &Tick, outside: f64) {
+        let (truth, controller, record) = (tick.truth, tick.controller, &mut self.record);
+        let decided = record.outcome == Outcome::Fell;
+        record.peak_tilt_deg = record.peak_tilt_deg.max(truth.tilt_rad().to_degrees());
+        // After a fall, numbers are those of a body on the ground: of no interest.
+        if decided {
+            return;
+        }
+        for (i, (tau, servo)) in truth.tau.iter().zip(&self.robot.servos).enumerate() {
+            record.peak_torque_n_m = record.peak_torque_n_m.max(tau.abs());
+            record.peak_torque_ratio = record.peak_torque_ratio.max(tau.abs() / servo.torque_n_m);
+            record.peak_joint_speed_rad_s = record.peak_joint_speed_rad_s.max(truth.velocity[6 + i].abs());
+        }
+        if outside.is_finite() {
+            record.peak_dcm_outside_m = record.peak_dcm_outside_m.max(outside);
+        }
+        record.gain_switches = controller.switches;
+        if controller.phase == Phase::Posture {
+            return;
+        }
+        if controller.phase == Phase::OutOfSets && record.left_sets_at_s.is_none() {
+            record.left_sets_at_s = Some(truth.time_s);
+        }
+        if truth.time_s >= self.last_push_end_s && record.cpi_margin_after_push.is_none() {
+            record.cpi_margin_after_push = Some(controller.supervisor.margin);
+        }
+    }
+
+    fn finish(mut self) -> Record {
+        if self.record.outcome == Outcome::TimedOut && self.standing_since_s.is_some_and(|since| self.has_stood(since)) {
+            self.record.outcome = Outcome::Recovered;
+        }
+        self.record
+    }
+}
+
+/// Hull of the soles that rest on the ground, world; None in flight.
+pub fn support_on_ground(robot: &Robot, truth: &Truth) -> Option<SupportPolygon> {
+    /// A sole is on the ground when a corner of it is this low [m].
+    const NEAR_M: f64 = 0.003;
+    let mut corners = [Point2::origin(); 8];
+    let mut count = 0;
+    let placed = PerFoot::from_fn(|foot| robot.soles[foot].corners().map(|corner| truth.soles[foot] * corner));
+    for foot in Foot::BOTH.into_iter().filter(|&f| placed[f].iter().any(|c| c.z < NEAR_M)) {
+        for corner in placed[foot] {
+            corners[count] = corner.xy();
+            count += 1;
+        }
+    }
+    SupportPolygon::hull(&corners[..count])
 }

@@ -1,1 +1,197 @@
-//! The controller: estimate, support, supervisor, whole body. It sees `Sensed` and answers with a `Command`.
+//! The controller: estimate, support, supervisor, whole body (paper, Fig. 11). It sees
+//! [`Sensed`] and answers with a [`Command`]; it never names the simulation.
+//!
+//! One tick: [`Estimator`] (COM, its velocity, ZMP, contact) -> [`Support`] (polygon and control frame) ->
+//! [`Supervisor`] (gain and wanted ZMP) -> COM reference -> [`WholeBody`] (joint targets) and [`load`] (their
+//! feed-forward).
+
+pub mod estimator;
+pub mod kalman;
+pub mod load;
+pub mod supervisor;
+pub mod support;
+pub mod whole_body;
+
+use crate::error::Result;
+use crate::geometry::SupportPolygon;
+use crate::lipm::cpi_set::{CpiSet, Inclusion};
+use crate::lipm::gains::{GainFamily, GainSet, Standing};
+use crate::lipm::pendulum::Pendulum;
+use crate::robot::dynamics::load_torques;
+use crate::robot::{Command, GRAVITY, Kinematics, PerFoot, Robot, Sensed};
+use estimator::Estimator;
+use nalgebra::{Point2, Point3, UnitQuaternion, Vector2, Vector3};
+use supervisor::{Decision, Supervisor};
+use support::Support;
+use whole_body::{Task, WholeBody};
+
+/// A gain set made ready for a robot: what all episodes share.
+#[derive(Debug, Clone)]
+pub struct Design {
+    pub family: GainFamily,
+    /// Says which gains do not nest on the home support; None when all do.
+    pub warning: Option<String>,
+    /// Joint targets at home with the torques that carry the weight there.
+    home: Command,
+    com_height: f64,
+}
+
+impl Design {
+    /// Designs the feedback and searches the sets on the home support (to check that they nest).
+    pub fn new(robot: &Robot, gains: &GainSet, control_period_s: f64) -> Result<Self> {
+        let pendulum = Pendulum { omega: robot.omega(), dt: control_period_s };
+        let family = GainFamily::design(gains, pendulum)?;
+        let warning = match home_polygon(robot).inset(family.zmp_margin) {
+            Some(polygon) if family.gains.len() > 1 => {
+                Inclusion::of(&CpiSet::search_family(&family, &polygon)?)?.warning()
+            }
+            _ => None,
+        };
+        Ok(Self { family, warning, home: home_command(robot), com_height: robot.home_com_height() })
+    }
+
+    /// The command that holds the home posture.
+    pub fn home_command(&self) -> &Command {
+        &self.home
+    }
+}
+
+/// Support polygon of both soles at home, control frame.
+pub fn home_polygon(robot: &Robot) -> SupportPolygon {
+    let mut kinematics = Kinematics::new(robot);
+    kinematics.update(robot, &robot.home_posture());
+    let footholds = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot));
+    let both = PerFoot { left: true, right: true };
+    Support::of(robot, &footholds, &both).polygon.expect("loading a robot checks that its soles are flat and apart")
+}
+
+fn home_command(robot: &Robot) -> Command {
+    let mut kinematics = Kinematics::new(robot);
+    kinematics.update(robot, &robot.home_posture());
+    let estimate = Estimator::new(robot, &Pendulum { omega: robot.omega(), dt: 0.002 }).now;
+    let weight = Vector3::new(0.0, 0.0, robot.mass() * GRAVITY);
+    let wrenches = load::share(robot, &estimate, kinematics.com().xy(), weight);
+    let mut tau_ff = vec![0.0; robot.joints.len()];
+    load_torques(&kinematics, robot, Vector3::new(0.0, 0.0, -GRAVITY), &wrenches, &mut tau_ff);
+    Command { q_ref: robot.home_rad.clone(), dq_ref: vec![0.0; robot.joints.len()], tau_ff }
+}
+
+/// What the controller is doing, for trace and view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// The home posture is held.
+    Posture,
+    /// Some gain's set holds the state.
+    Switching,
+    /// No set holds the state.
+    OutOfSets,
+}
+
+impl Phase {
+    pub fn name(self) -> &'static str {
+        match self {
+            Phase::Posture => "posture",
+            Phase::Switching => "switching",
+            Phase::OutOfSets => "out-of-sets",
+        }
+    }
+}
+
+/// The controller of one episode.
+pub struct Controller<'a> {
+    robot: &'a Robot,
+    design: &'a Design,
+    pub estimator: Estimator,
+    pub supervisor: Supervisor,
+    pub support: Support,
+    whole_body: WholeBody,
+    pub phase: Phase,
+    /// COM reference over the ground, integrated from eq. 1 and 2, and its velocity.
+    com_ref: Point2<f64>,
+    com_ref_vel: Vector2<f64>,
+    /// Added to the COM reference: makes up for sag (paper, "COG reference shaping").
+    shaping: Vector2<f64>,
+    pub switches: u32,
+}
+
+impl<'a> Controller<'a> {
+    /// At home, at rest.
+    pub fn new(robot: &'a Robot, design: &'a Design) -> Self {
+        let estimator = Estimator::new(robot, &design.family.pendulum);
+        let support = Support::of_estimate(robot, &estimator.now);
+        let com = estimator.now.com_xy();
+        Self {
+            robot,
+            design,
+            supervisor: Supervisor::new(&design.family, com),
+            support,
+            whole_body: WholeBody::new(robot),
+            phase: Phase::Posture,
+            com_ref: com,
+            com_ref_vel: Vector2::zeros(),
+            shaping: Vector2::zeros(),
+            switches: 0,
+            estimator,
+        }
+    }
+
+    /// One control tick.
+    pub fn tick(&mut self, sensed: &Sensed) -> Command {
+        self.estimator.update(self.robot, sensed);
+        self.support = Support::of_estimate(self.robot, &self.estimator.now);
+        match self.design.family.standing {
+            Standing::Posture => self.hold(),
+            Standing::Switching => self.switch(),
+        }
+    }
+
+    /// Keeps the home posture. The wanted ZMP is shown as the one measured.
+    fn hold(&mut self) -> Command {
+        self.supervisor.zmp_ref = self.estimator.now.zmp;
+        self.design.home.clone()
+    }
+
+    /// Switching control (Sect. III.D).
+    fn switch(&mut self) -> Command {
+        let (family, estimate) = (&self.design.family, &self.estimator.now);
+        let (com, com_vel) = (estimate.com_xy(), estimate.com_vel_xy());
+        let decision = self.supervisor.update(family, &self.support, com, com_vel);
+        self.phase = if decision == Decision::OutOfSets { Phase::OutOfSets } else { Phase::Switching };
+        if decision == Decision::Switch {
+            self.switches += 1;
+            self.com_ref = com;
+            self.com_ref_vel = com_vel;
+        }
+        let Pendulum { dt, .. } = family.pendulum;
+        let acceleration = family.pendulum.com_acc(com, self.supervisor.zmp_ref);
+        self.com_ref += self.com_ref_vel * dt + acceleration * (0.5 * dt * dt);
+        self.com_ref_vel += acceleration * dt;
+        self.shaping += (self.com_ref - com) * (SHAPING_RATE * dt);
+        self.body_command(acceleration)
+    }
+
+    /// Joint targets that carry the COM reference, with the torques of the wanted ZMP.
+    fn body_command(&mut self, acceleration: Vector2<f64>) -> Command {
+        let (robot, estimate) = (self.robot, &self.estimator.now);
+        let shaped = self.com_ref + self.shaping;
+        let task = Task {
+            com: Point3::new(shaped.x, shaped.y, self.design.com_height),
+            com_vel: Vector3::new(self.com_ref_vel.x, self.com_ref_vel.y, 0.0),
+            soles: estimate.footholds,
+            trunk: UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.support.frame.rotation.angle()),
+        };
+        self.whole_body.follow(robot, &task);
+        let effective = Vector3::new(-acceleration.x, -acceleration.y, -GRAVITY);
+        let wrenches = load::share(robot, estimate, self.supervisor.zmp_ref, -effective * robot.mass());
+        let mut tau_ff = vec![0.0; robot.joints.len()];
+        load_torques(self.estimator.kinematics(), robot, effective, &wrenches, &mut tau_ff);
+        Command {
+            q_ref: self.whole_body.posture.q.clone(),
+            dq_ref: self.whole_body.velocity.as_slice()[6..].to_vec(),
+            tau_ff,
+        }
+    }
+}
+
+/// Rate at which the COM reference is moved to make up for sag [1/s].
+const SHAPING_RATE: f64 = 1.0;

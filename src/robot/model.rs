@@ -113,6 +113,14 @@ pub struct Sole {
     pub thickness_m: f64,
 }
 
+impl Sole {
+    /// Corners of the contact face, in the frame of its centre.
+    pub fn corners(&self) -> [Point3<f64>; 4] {
+        let [x, y] = self.half_m;
+        [Point3::new(x, y, 0.0), Point3::new(-x, y, 0.0), Point3::new(-x, -y, 0.0), Point3::new(x, -y, 0.0)]
+    }
+}
+
 /// Position servo of one joint: `tau = kp (q_ref - q) + kd (dq_ref - dq) + tau_ff`, limited.
 #[derive(Debug, Clone, Copy)]
 pub struct Servo {

@@ -293,7 +293,7 @@ impl<'a> Plant<'a> {
         truth.com = kinematics.com();
         kinematics.com_jacobian(robot, &mut self.com_jacobian);
         truth.com_vel = &self.com_jacobian * &truth.velocity;
-        truth.trunk = kinematics.link_pose(robot.trunk);
+        truth.trunk = *kinematics.link_pose(robot.trunk);
         let origin = Point3::from(truth.trunk.translation.vector);
         kinematics.point_jacobian(robot, robot.trunk, &origin, &mut self.trunk_jacobian);
         truth.trunk_velocity = &self.trunk_jacobian * &truth.velocity;

@@ -2,7 +2,7 @@
 
 use super::convert::{point_to_rapier, pose_to_rapier, rotation_to_rapier, vec_to_rapier};
 use crate::robot::{Foot, Joint, PerFoot, Posture, Robot, Shape, Solid};
-use nalgebra::{Isometry3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Rotation3, Unit, UnitQuaternion, Vector3};
 use rapier3d::dynamics::MultibodyIndex;
 use rapier3d::parry::mass_properties::MassProperties;
 use rapier3d::prelude::*;
@@ -51,7 +51,7 @@ pub fn build(robot: &Robot, posture: &Posture, step_s: f64) -> (PhysicsWorld, Ha
         ..PhysicsWorld::default()
     };
     let floor = world.insert_body(RigidBodyBuilder::fixed());
-    let halfspace = ColliderBuilder::halfspace(Vector::Z)
+    let halfspace = ColliderBuilder::halfspace(Unit::new_unchecked(Vector::Z))
         .friction(robot.friction as Real)
         .friction_combine_rule(CoefficientCombineRule::Min)
         .collision_groups(InteractionGroups::new(GROUND, Group::ALL, InteractionTestMode::And));

@@ -1,0 +1,203 @@
+//! Whole body: joint angles for a wanted COM, soles, trunk and arms by inverse kinematics with the COG Jacobian
+//! (paper, Sect. VI.A: "desired joint angle vector is obtained from the desired COG position by solving the inverse
+//! kinematics with COG Jacobian").
+//!
+//! One Newton step a tick on a reference posture that lives beside the measured one: weighted least squares over the
+//! base's six and the joints' velocities. The weights rank the tasks: soles, joint limits, COM, trunk, posture.
+
+use crate::robot::{Foot, Kinematics, PerFoot, Pose, Posture, Robot};
+use nalgebra::{Cholesky, DMatrix, DVector, Isometry3, Matrix3xX, Matrix6xX, Point3, UnitQuaternion, Vector3};
+
+/// Weights of squared errors (metres and radians alike).
+const SOLES: f64 = 1e4;
+const COM: f64 = 1e2;
+const TRUNK: f64 = 1e1;
+/// Joints outside of the legs stay at home.
+const ARMS: f64 = 1.0;
+/// Leg joints: only so that the problem always has one solution.
+const LEGS: f64 = 1e-6;
+/// A joint that would pass its limit is held there.
+const LIMIT: f64 = 1e6;
+/// The base's own velocities, likewise.
+const BASE: f64 = 1e-9;
+/// Joint limits are re-checked at most this often a tick.
+const LIMIT_ROUNDS: usize = 3;
+
+/// What the body shall do: poses in the world, at this tick.
+#[derive(Debug, Clone)]
+pub struct Task {
+    pub com: Point3<f64>,
+    pub com_vel: Vector3<f64>,
+    pub soles: PerFoot<Pose>,
+    pub trunk: UnitQuaternion<f64>,
+}
+
+/// Inverse kinematics of one robot. Allocates once.
+#[derive(Debug)]
+pub struct WholeBody {
+    /// The reference: where the joints are sent.
+    pub posture: Posture,
+    /// Velocity of the reference: base linear, base angular, joints.
+    pub velocity: DVector<f64>,
+    kinematics: Kinematics,
+    in_leg: Vec<bool>,
+    com_jacobian: Matrix3xX<f64>,
+    body_jacobian: Matrix6xX<f64>,
+    normal: DMatrix<f64>,
+    factor: DMatrix<f64>,
+    error: DVector<f64>,
+    step: DVector<f64>,
+}
+
+impl WholeBody {
+    /// Starts at home.
+    pub fn new(robot: &Robot) -> Self {
+        let size = 6 + robot.joints.len();
+        let mut in_leg = vec![false; robot.joints.len()];
+        for foot in Foot::BOTH {
+            for joint in robot.chain(robot.soles[foot].link) {
+                in_leg[joint] = true;
+            }
+        }
+        Self {
+            posture: robot.home_posture(),
+            velocity: DVector::zeros(size),
+            kinematics: Kinematics::new(robot),
+            in_leg,
+            com_jacobian: Matrix3xX::zeros(size),
+            body_jacobian: Matrix6xX::zeros(size),
+            normal: DMatrix::zeros(size, size),
+            factor: DMatrix::zeros(size, size),
+            error: DVector::zeros(size),
+            step: DVector::zeros(size),
+        }
+    }
+
+    /// Moves the reference posture towards `task` by one Newton step and sets its velocity.
+    pub fn follow(&mut self, robot: &Robot, task: &Task) {
+        self.kinematics.update(robot, &self.posture);
+        self.normal.fill(0.0);
+        self.error.fill(0.0);
+        self.velocity.fill(0.0);
+        self.add_soles(robot, task);
+        self.add_com(robot, task);
+        self.add_trunk(robot, task);
+        self.add_posture(robot);
+        self.solve_within_limits(robot);
+        let posture = &mut self.posture;
+        let linear = self.step.fixed_rows::<3>(0).into_owned();
+        let angular = self.step.fixed_rows::<3>(3).into_owned();
+        posture.base = Isometry3::from_parts(
+            (posture.base.translation.vector + linear).into(),
+            UnitQuaternion::from_scaled_axis(angular) * posture.base.rotation,
+        );
+        for (i, q) in posture.q.iter_mut().enumerate() {
+            *q = (*q + self.step[6 + i]).clamp(robot.joints[i].lower_rad, robot.joints[i].upper_rad);
+        }
+    }
+
+    fn add_soles(&mut self, robot: &Robot, task: &Task) {
+        for foot in Foot::BOTH {
+            let pose = self.kinematics.sole_pose(robot, foot);
+            let point = Point3::from(pose.translation.vector);
+            self.kinematics.point_jacobian(robot, robot.soles[foot].link, &point, &mut self.body_jacobian);
+            let wanted = &task.soles[foot];
+            let linear = wanted.translation.vector - pose.translation.vector;
+            let angular = (wanted.rotation * pose.rotation.inverse()).scaled_axis();
+            for k in 0..3 {
+                self.add_row(SOLES, Row::Body(k), linear[k], 0.0);
+                self.add_row(SOLES, Row::Body(3 + k), angular[k], 0.0);
+            }
+        }
+    }
+
+    fn add_com(&mut self, robot: &Robot, task: &Task) {
+        self.kinematics.com_jacobian(robot, &mut self.com_jacobian);
+        let error = task.com - self.kinematics.com();
+        for k in 0..3 {
+            self.add_row(COM, Row::Com(k), error[k], task.com_vel[k]);
+        }
+    }
+
+    fn add_trunk(&mut self, robot: &Robot, task: &Task) {
+        let pose = *self.kinematics.link_pose(robot.trunk);
+        let point = Point3::from(pose.translation.vector);
+        self.kinematics.point_jacobian(robot, robot.trunk, &point, &mut self.body_jacobian);
+        let angular = (task.trunk * pose.rotation.inverse()).scaled_axis();
+        for k in 0..3 {
+            self.add_row(TRUNK, Row::Body(3 + k), angular[k], 0.0);
+        }
+    }
+
+    fn add_posture(&mut self, robot: &Robot) {
+        for i in 0..6 {
+            self.normal[(i, i)] += BASE;
+        }
+        for (j, &home) in robot.home_rad.iter().enumerate() {
+            let weight = if self.in_leg[j] { LEGS } else { ARMS };
+            self.normal[(6 + j, 6 + j)] += weight;
+            self.error[6 + j] += weight * (home - self.posture.q[j]);
+        }
+    }
+
+    /// Adds `weight (J v - target)^2` to the normal equations, for the displacement and for the velocity.
+    fn add_row(&mut self, weight: f64, row: Row, displacement: f64, velocity: f64) {
+        let size = self.error.len();
+        let entry = |i: usize| match row {
+            Row::Body(k) => self.body_jacobian[(k, i)],
+            Row::Com(k) => self.com_jacobian[(k, i)],
+        };
+        for j in 0..size {
+            let scaled = weight * entry(j);
+            if scaled == 0.0 {
+                continue;
+            }
+            // The lower triangle is all that the factorisation reads.
+            for i in j..size {
+                self.normal[(i, j)] += scaled * entry(i);
+            }
+            self.error[j] += scaled * displacement;
+            self.velocity[j] += scaled * velocity;
+        }
+    }
+
+    /// Solves for displacement and velocity; joints that would pass a limit are pinned to it and the rest solved anew.
+    fn solve_within_limits(&mut self, robot: &Robot) {
+        let wanted_velocity = self.velocity.clone_owned();
+        for _ in 0..LIMIT_ROUNDS {
+            self.factor.copy_from(&self.normal);
+            let Some(factor) = Cholesky::new(std::mem::replace(&mut self.factor, DMatrix::zeros(0, 0))) else {
+                self.factor = self.normal.clone();
+                self.step.fill(0.0);
+                self.velocity.fill(0.0);
+                return;
+            };
+            self.step.copy_from(&self.error);
+            factor.solve_mut(&mut self.step);
+            self.velocity.copy_from(&wanted_velocity);
+            factor.solve_mut(&mut self.velocity);
+            self.factor = factor.unpack_dirty();
+            let mut pinned = false;
+            for (j, joint) in robot.joints.iter().enumerate() {
+                let (q, i) = (self.posture.q[j], 6 + j);
+                let next = q + self.step[i];
+                let limit = next.clamp(joint.lower_rad, joint.upper_rad);
+                if (next - limit).abs() > 1e-9 && self.normal[(i, i)] < LIMIT {
+                    self.normal[(i, i)] += LIMIT;
+                    self.error[i] += LIMIT * (limit - q);
+                    pinned = true;
+                }
+            }
+            if !pinned {
+                return;
+            }
+        }
+    }
+}
+
+/// A row of one of the two Jacobians at hand.
+#[derive(Clone, Copy)]
+enum Row {
+    Body(usize),
+    Com(usize),
+}
