@@ -29,6 +29,8 @@ pub struct Robot {
     pub delay_s: f64,
     /// Coulomb friction between soles and ground.
     pub friction: f64,
+    /// What is assumed of this robot rather than published, in words.
+    pub assumptions: Vec<String>,
 }
 
 /// A rigid body. Frame: the URDF link frame (of the link that gives it its name).

@@ -47,6 +47,7 @@ impl Robot {
             noise: parsed.noise,
             delay_s: parsed.delay_s,
             friction: parsed.friction,
+            assumptions: parsed.assumptions,
             name: tree.name,
             links: tree.links,
             joints: tree.joints,
