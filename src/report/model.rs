@@ -269,3 +269,54 @@ fn links_text(robot: &Robot, q: &[f64]) -> String {
     }
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn args(q: &[&str], json: bool) -> Args {
+        Args { robot: "ut-mu2".into(), q: q.iter().map(|s| s.to_string()).collect(), json }
+    }
+
+    #[test]
+    fn json_has_the_kinematics_at_the_given_angles() {
+        let text = run(&args(&["left_knee_flexion=1.5707963267948966", "right_knee_flexion=-0.1"], true)).unwrap();
+        let json: Value = serde_json::from_str(&text).unwrap();
+        assert!((json["mass_kg"].as_f64().unwrap() - 8.0).abs() < 1e-4);
+        assert_eq!(json["joints"][7], "left_knee_flexion");
+        assert_eq!(json["com_jacobian"].as_array().unwrap().len(), 3);
+        assert_eq!(json["com_jacobian"][2].as_array().unwrap().len(), 26);
+        assert_eq!(json["links"].as_object().unwrap().len(), 26);
+        // The shin points backwards: knee at (-0.046, 0.055, -0.233), ankle at (-0.008, 0, -0.113) in the shin.
+        let ankle = &json["links"]["left_ankle_flexion"];
+        let at = |k: usize| ankle["position_m"][k].as_f64().unwrap();
+        assert!((at(0) - (-0.046 - 0.113)).abs() < 1e-12 && (at(2) - (-0.233 + 0.008)).abs() < 1e-12, "{ankle}");
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let turn = |k: usize| ankle["quaternion_wxyz"][k].as_f64().unwrap();
+        assert!((turn(0) - half).abs() < 1e-12 && (turn(2) - half).abs() < 1e-12, "{ankle}");
+    }
+
+    #[test]
+    fn bad_angles_are_refused() {
+        for (q, expected) in [
+            ("left_knee=1", "--q: left_knee = 1: no such joint; accepted: left_shoulder_flexion, "),
+            ("left_knee_flexion=x", "--q: left_knee_flexion = x: not an angle"),
+            ("left_knee_flexion=nan", "--q: left_knee_flexion = nan: not an angle"),
+            ("left_knee_flexion", "left_knee_flexion: not an assignment"),
+        ] {
+            let error = run(&args(&[q], true)).unwrap_err();
+            assert!(error.to_string().contains(expected), "{error}");
+            assert_eq!(error.exit_code(), 2);
+        }
+        assert!(run(&args(&["left_knee_flexion=1", "left_knee_flexion=1"], false)).is_err());
+    }
+
+    #[test]
+    fn text_tells_the_robot() {
+        let text = run(&args(&["right_knee_flexion=-0.1"], false)).unwrap();
+        for part in ["20 joints", "96.172 x 69.172 x 7.288 mm", "[battery_and_boards]", "outside its limits", "Assumed"]
+        {
+            assert!(text.contains(part), "{part} not in:\n{text}");
+        }
+    }
+}

@@ -9,6 +9,7 @@ pub mod kinematics;
 pub mod model;
 mod settings;
 pub mod urdf;
+mod xml;
 
 pub use kinematics::{Kinematics, Pose, Posture};
 pub use model::{Foot, Frame, GRAVITY, Joint, Link, PerFoot, Robot, SensorNoise, Servo, Shape, Sole, Solid};
