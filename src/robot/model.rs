@@ -13,7 +13,7 @@ pub struct Robot {
     /// Rigid bodies that move by themselves; `links[0]` is the floating base, `links[i + 1]` is carried by `joints[i]`.
     /// A parent always stands before its children.
     pub links: Vec<Link>,
-    /// Revolute joints, in the order of the URDF.
+    /// Revolute joints, in the order of the URDF (except that a parent stands before its children).
     pub joints: Vec<Joint>,
     /// Every URDF link, by name, those merged into others included.
     pub frames: Vec<Frame>,
