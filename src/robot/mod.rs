@@ -10,6 +10,7 @@ pub mod kinematics;
 pub mod model;
 mod settings;
 pub mod urdf;
+mod xml;
 
 pub use io::{Command, Imu, Sensed, Wrench};
 pub use kinematics::{Kinematics, Pose, Posture};

@@ -13,7 +13,7 @@ pub struct Robot {
     /// Rigid bodies that move by themselves; `links[0]` is the floating base, `links[i + 1]` is carried by `joints[i]`.
     /// A parent always stands before its children.
     pub links: Vec<Link>,
-    /// Revolute joints, in the order of the URDF.
+    /// Revolute joints, in the order of the URDF (except that a parent stands before its children).
     pub joints: Vec<Joint>,
     /// Every URDF link, by name, those merged into others included.
     pub frames: Vec<Frame>,
@@ -29,6 +29,8 @@ pub struct Robot {
     pub delay_s: f64,
     /// Coulomb friction between soles and ground.
     pub friction: f64,
+    /// What is assumed of this robot rather than published, in words.
+    pub assumptions: Vec<String>,
 }
 
 /// A rigid body. Frame: the URDF link frame (of the link that gives it its name).

@@ -16,6 +16,8 @@ pub(super) struct Settings {
     pub delay_s: f64,
     soles: SoleNames,
     pub noise: SensorNoise,
+    #[serde(default)]
+    pub assumptions: Vec<String>,
     servos: Vec<ServoGroup>,
     home_rad: BTreeMap<String, f64>,
 }

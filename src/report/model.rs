@@ -1,0 +1,322 @@
+//! `standfast model`: what was understood of a robot, and its kinematics at given joint angles.
+
+use crate::error::{Error, Result};
+use crate::robot::{Foot, Kinematics, Robot};
+use comfy_table::{CellAlignment, Table, presets};
+use nalgebra::Matrix3xX;
+use serde_json::{Map, Value, json};
+use std::fmt::Write;
+
+/// What the command is asked.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// A robot that is compiled in, or a URDF file with its settings (same name, .toml) beside it
+    #[arg(value_name = "URDF", default_value = "ut-mu2")]
+    pub robot: String,
+    /// Joint angles [rad] by joint name; joints not named are 0
+    #[arg(long, value_name = "JOINT=RAD,...", value_delimiter = ',')]
+    pub q: Vec<String>,
+    /// One JSON object: kinematics at the given joint angles, with the base at the origin, unrotated
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// The text of the answer, to be printed on stdout.
+///
+/// # Errors
+/// A robot that cannot be loaded, a joint that it does not have, or an angle that is not a finite number.
+pub fn run(args: &Args) -> Result<String> {
+    let robot = Robot::load(&args.robot)?;
+    let q = joint_angles(&robot, &args.q)?;
+    if args.json {
+        let mut text = format!("{:#}", kinematics_json(&robot, &q));
+        text.push('\n');
+        return Ok(text);
+    }
+    let mut text = description(&robot);
+    if !args.q.is_empty() {
+        text.push_str(&links_text(&robot, &q));
+    }
+    Ok(text)
+}
+
+/// Reads `joint=rad` assignments; joints not named are 0.
+pub fn joint_angles(robot: &Robot, assignments: &[String]) -> Result<Vec<f64>> {
+    let mut q: Vec<Option<f64>> = vec![None; robot.joints.len()];
+    for assignment in assignments {
+        let Some((name, value)) = assignment.split_once('=').map(|(n, v)| (n.trim(), v.trim())) else {
+            return Err(Error::value("--q", "angle", assignment, "not an assignment", "joint=rad,joint=rad,..."));
+        };
+        let Some(joint) = robot.joints.iter().position(|j| j.name == name) else {
+            return Err(Error::value("--q", name, value, "no such joint", joint_names(robot).join(", ")));
+        };
+        let angle = value.parse::<f64>().ok().filter(|a| a.is_finite());
+        let Some(angle) = angle else {
+            return Err(Error::value("--q", name, value, "not an angle", "a finite number [rad]"));
+        };
+        if q[joint].replace(angle).is_some() {
+            return Err(Error::value("--q", name, value, "given twice", "each joint once"));
+        }
+    }
+    Ok(q.into_iter().map(|angle| angle.unwrap_or(0.0)).collect())
+}
+
+fn joint_names(robot: &Robot) -> Vec<&str> {
+    robot.joints.iter().map(|j| j.name.as_str()).collect()
+}
+
+/// Kinematics with the base at the origin, unrotated.
+fn at(robot: &Robot, q: &[f64]) -> Kinematics {
+    let mut posture = robot.zero_posture();
+    posture.q.copy_from_slice(q);
+    let mut kinematics = Kinematics::new(robot);
+    kinematics.update(robot, &posture);
+    kinematics
+}
+
+/// Mass, COM, COM Jacobian (columns: base linear, base angular, joints) and link poses at joint angles `q`, base at the
+/// origin, unrotated; then what does not depend on the angles.
+pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
+    let kinematics = at(robot, q);
+    let mut jacobian = Matrix3xX::zeros(6 + robot.joints.len());
+    kinematics.com_jacobian(robot, &mut jacobian);
+    let rows: Vec<Vec<f64>> = jacobian.row_iter().map(|row| row.iter().copied().collect()).collect();
+    let mut links = Map::new();
+    for (i, frame) in robot.frames.iter().enumerate() {
+        let pose = kinematics.frame_pose(robot, i);
+        // Of the two quaternions of a rotation, the one with w >= 0.
+        let turn = if pose.rotation.w < 0.0 { -pose.rotation.into_inner() } else { pose.rotation.into_inner() };
+        links.insert(
+            frame.name.clone(),
+            json!({
+                "position_m": pose.translation.vector.as_slice(),
+                "quaternion_wxyz": [turn.w, turn.i, turn.j, turn.k],
+            }),
+        );
+    }
+    let by_joint = |value: &dyn Fn(usize) -> Value| -> Map<String, Value> {
+        robot.joints.iter().enumerate().map(|(i, joint)| (joint.name.clone(), value(i))).collect()
+    };
+    let sole = |foot: Foot| {
+        let sole = &robot.soles[foot];
+        json!({
+            "link": robot.frames[sole.frame].name,
+            "length_m": 2.0 * sole.half_m[0],
+            "width_m": 2.0 * sole.half_m[1],
+            "thickness_m": sole.thickness_m,
+        })
+    };
+    json!({
+        "name": robot.name,
+        "mass_kg": robot.mass(),
+        "com_m": kinematics.com().coords.as_slice(),
+        "joints": joint_names(robot),
+        "q_rad": q,
+        "com_jacobian": rows,
+        "links": links,
+        "limits_rad": by_joint(&|i| json!([robot.joints[i].lower_rad, robot.joints[i].upper_rad])),
+        "home": {
+            "q_rad": by_joint(&|i| json!(robot.home_rad[i])),
+            "com_height_m": robot.home_com_height(),
+            "omega_rad_s": robot.omega(),
+        },
+        "trunk": robot.links[robot.trunk].name,
+        "soles": { "left": sole(Foot::Left), "right": sole(Foot::Right) },
+        "servos": by_joint(&|i| {
+            let servo = &robot.servos[i];
+            json!({
+                "kp_n_m_rad": servo.kp,
+                "kd_n_m_s_rad": servo.kd,
+                "torque_n_m": servo.torque_n_m,
+                "full_torque_speed_rad_s": servo.full_torque_speed_rad_s,
+                "no_torque_speed_rad_s": servo.no_torque_speed_rad_s,
+                "rotor_inertia_kg_m2": servo.rotor_inertia_kg_m2,
+            })
+        }),
+        "friction": robot.friction,
+        "delay_s": robot.delay_s,
+        "noise": robot.noise,
+        "assumptions": robot.assumptions,
+    })
+}
+
+/// Everything that does not depend on given angles, for a person.
+fn description(robot: &Robot) -> String {
+    let mut kinematics = Kinematics::new(robot);
+    kinematics.update(robot, &robot.home_posture());
+    let com = kinematics.com();
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let mut line = |s: String| _ = writeln!(text, "{s}");
+    line(format!("{}: {} joints, {:.6} kg", robot.name, robot.joints.len(), robot.mass()));
+    line(format!(
+        "home     COM {:+.2} {:+.2} mm (x y) from the middle of the soles, {:.4} m above them; omega {:.4} rad/s",
+        1e3 * com.x,
+        1e3 * com.y,
+        com.z,
+        robot.omega()
+    ));
+    line(format!("trunk    {} (IMU; pushes act here)", robot.links[robot.trunk].name));
+    for foot in Foot::BOTH {
+        let sole = &robot.soles[foot];
+        let center = kinematics.sole_pose(robot, foot).translation;
+        line(format!(
+            "sole     {}: {:.3} x {:.3} x {:.3} mm (x y z), at home centred at {:+.2} {:+.2} mm",
+            robot.frames[sole.frame].name,
+            2e3 * sole.half_m[0],
+            2e3 * sole.half_m[1],
+            1e3 * sole.thickness_m,
+            1e3 * center.x,
+            1e3 * center.y
+        ));
+    }
+    let noise = &robot.noise;
+    line(format!("ground   friction {}", robot.friction));
+    line(format!("delay    {} ms from sensing to torque", 1e3 * robot.delay_s));
+    line(format!(
+        "noise    encoders {} rad, gyro {} rad/s, orientation {} rad, accelerometer {} m/s^2, soles {} N and {} N m",
+        noise.joint_angle_rad,
+        noise.gyro_rad_s,
+        noise.orientation_rad,
+        noise.accelerometer_m_s2,
+        noise.sole_force_n,
+        noise.sole_moment_n_m
+    ));
+    line("\nTree (mass of each moving link; in brackets what is fixed to it)".into());
+    tree_text(robot, 0, 1, &mut line);
+    line(format!("\n{}", joint_table(robot)));
+    if !robot.assumptions.is_empty() {
+        line("\nAssumed, not published".into());
+        robot.assumptions.iter().for_each(|a| line(format!("  {a}")));
+    }
+    text
+}
+
+fn tree_text(robot: &Robot, link: usize, depth: usize, line: &mut impl FnMut(String)) {
+    let body = &robot.links[link];
+    let fixed: Vec<&str> = robot
+        .frames
+        .iter()
+        .filter(|frame| frame.link == link && frame.name != body.name)
+        .map(|frame| frame.name.as_str())
+        .collect();
+    let fixed = if fixed.is_empty() { String::new() } else { format!(" [{}]", fixed.join(", ")) };
+    let by = link.checked_sub(1).map(|j| robot.joints[j].name.as_str()).filter(|name| *name != body.name);
+    let by = by.map(|name| format!(" (joint {name})")).unwrap_or_default();
+    line(format!("{:indent$}{} {:.6} kg{fixed}{by}", "", body.name, body.mass_kg, indent = 2 * depth));
+    for (j, joint) in robot.joints.iter().enumerate() {
+        if joint.parent == link {
+            tree_text(robot, j + 1, depth + 1, line);
+        }
+    }
+}
+
+fn joint_table(robot: &Robot) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING);
+    table.set_header([
+        "joint",
+        "axis",
+        "limits [deg]",
+        "limits [rad]",
+        "home [rad]",
+        "kp [N m/rad]",
+        "kd [N m s/rad]",
+        "torque [N m]",
+        "at speeds [rad/s]",
+        "rotor [kg m^2]",
+    ]);
+    for (i, joint) in robot.joints.iter().enumerate() {
+        let (servo, axis) = (&robot.servos[i], &joint.axis);
+        table.add_row([
+            joint.name.clone(),
+            format!("{:.3} {:.3} {:.3}", axis.x + 0.0, axis.y + 0.0, axis.z + 0.0),
+            format!("{:.1} to {:.1}", joint.lower_rad.to_degrees(), joint.upper_rad.to_degrees()),
+            format!("{:.4} to {:.4}", joint.lower_rad, joint.upper_rad),
+            format!("{:.6}", robot.home_rad[i]),
+            servo.kp.to_string(),
+            servo.kd.to_string(),
+            servo.torque_n_m.to_string(),
+            format!("full to {}, none at {}", servo.full_torque_speed_rad_s, servo.no_torque_speed_rad_s),
+            servo.rotor_inertia_kg_m2.to_string(),
+        ]);
+    }
+    table.column_iter_mut().skip(1).for_each(|column| column.set_cell_alignment(CellAlignment::Right));
+    table
+}
+
+/// COM and link positions at given angles.
+fn links_text(robot: &Robot, q: &[f64]) -> String {
+    let kinematics = at(robot, q);
+    let com = kinematics.com();
+    let mut text = String::from("\nAt the given angles, base at the origin [m]\n");
+    let width = robot.frames.iter().map(|f| f.name.len()).max().unwrap_or(0).max(3);
+    let mut line = |name: &str, p: [f64; 3]| {
+        _ = writeln!(text, "  {name:width$} {:+.6} {:+.6} {:+.6}", p[0], p[1], p[2]);
+    };
+    line("COM", com.coords.into());
+    for (i, frame) in robot.frames.iter().enumerate() {
+        line(&frame.name, kinematics.frame_pose(robot, i).translation.vector.into());
+    }
+    for (joint, &angle) in robot.joints.iter().zip(q) {
+        if !(joint.lower_rad..=joint.upper_rad).contains(&angle) {
+            _ = writeln!(
+                text,
+                "  note: {} = {angle} rad is outside its limits ({:.4} to {:.4} rad)",
+                joint.name, joint.lower_rad, joint.upper_rad
+            );
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn args(q: &[&str], json: bool) -> Args {
+        Args { robot: "ut-mu2".into(), q: q.iter().map(|s| s.to_string()).collect(), json }
+    }
+
+    #[test]
+    fn json_has_the_kinematics_at_the_given_angles() {
+        let text = run(&args(&["left_knee_flexion=1.5707963267948966", "right_knee_flexion=-0.1"], true)).unwrap();
+        let json: Value = serde_json::from_str(&text).unwrap();
+        assert!((json["mass_kg"].as_f64().unwrap() - 8.0).abs() < 1e-4);
+        assert_eq!(json["joints"][7], "left_knee_flexion");
+        assert_eq!(json["com_jacobian"].as_array().unwrap().len(), 3);
+        assert_eq!(json["com_jacobian"][2].as_array().unwrap().len(), 26);
+        assert_eq!(json["links"].as_object().unwrap().len(), 26);
+        // The shin points backwards: knee at (-0.046, 0.055, -0.233), ankle at (-0.008, 0, -0.113) in the shin.
+        let ankle = &json["links"]["left_ankle_flexion"];
+        let at = |k: usize| ankle["position_m"][k].as_f64().unwrap();
+        assert!((at(0) - (-0.046 - 0.113)).abs() < 1e-12 && (at(2) - (-0.233 + 0.008)).abs() < 1e-12, "{ankle}");
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let turn = |k: usize| ankle["quaternion_wxyz"][k].as_f64().unwrap();
+        assert!((turn(0) - half).abs() < 1e-12 && (turn(2) - half).abs() < 1e-12, "{ankle}");
+    }
+
+    #[test]
+    fn bad_angles_are_refused() {
+        for (q, expected) in [
+            ("left_knee=1", "--q: left_knee = 1: no such joint; accepted: left_shoulder_flexion, "),
+            ("left_knee_flexion=x", "--q: left_knee_flexion = x: not an angle"),
+            ("left_knee_flexion=nan", "--q: left_knee_flexion = nan: not an angle"),
+            ("left_knee_flexion", "left_knee_flexion: not an assignment"),
+        ] {
+            let error = run(&args(&[q], true)).unwrap_err();
+            assert!(error.to_string().contains(expected), "{error}");
+            assert_eq!(error.exit_code(), 2);
+        }
+        assert!(run(&args(&["left_knee_flexion=1", "left_knee_flexion=1"], false)).is_err());
+    }
+
+    #[test]
+    fn text_tells_the_robot() {
+        let text = run(&args(&["right_knee_flexion=-0.1"], false)).unwrap();
+        for part in ["20 joints", "96.172 x 69.172 x 7.288 mm", "[battery_and_boards]", "outside its limits", "Assumed"]
+        {
+            assert!(text.contains(part), "{part} not in:\n{text}");
+        }
+    }
+}
