@@ -289,7 +289,8 @@ impl<'a> Referee<'a> {
     }
 
     fn finish(mut self) -> Record {
-        if self.record.outcome == Outcome::TimedOut && self.standing_since_s.is_some_and(|since| self.has_stood(since)) {
+        if self.record.outcome == Outcome::TimedOut && self.standing_since_s.is_some_and(|since| self.has_stood(since))
+        {
             self.record.outcome = Outcome::Recovered;
         }
         self.record

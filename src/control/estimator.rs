@@ -104,6 +104,7 @@ impl Estimator {
     /// Posture: joint angles as read, orientation by the IMU, position by the feet that carry.
     fn find_base(&mut self, robot: &Robot, sensed: &Sensed) {
         let posture = &mut self.now.posture;
+        let before = posture.base.translation.vector;
         posture.q.copy_from_slice(&sensed.q);
         posture.base = Isometry3::identity();
         self.kinematics.update(robot, posture);
@@ -119,7 +120,7 @@ impl Estimator {
             carried += load;
         }
         // In flight the base stays where it was: nothing tells better, and it does not last.
-        let translation = if carried > 1e-3 { sum / carried } else { self.now.posture.base.translation.vector };
+        let translation = if carried > 1e-3 { sum / carried } else { before };
         self.now.posture.base = Isometry3::from_parts(translation.into(), rotation);
         self.kinematics.update(robot, &self.now.posture);
         self.now.soles = PerFoot::from_fn(|foot| self.kinematics.sole_pose(robot, foot));
@@ -168,10 +169,7 @@ fn pressure_point(sole: &Sole, sensed: &Sensed, foot: Foot) -> Point3<f64> {
 fn flat(pose: &Pose) -> Pose {
     let yaw = heading(pose);
     let p = pose.translation.vector;
-    Isometry3::from_parts(
-        Vector3::new(p.x, p.y, 0.0).into(),
-        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw),
-    )
+    Isometry3::from_parts(Vector3::new(p.x, p.y, 0.0).into(), UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw))
 }
 
 /// Heading of a pose's x axis over the ground [rad].

@@ -166,6 +166,8 @@ impl<'a> Controller<'a> {
         let acceleration = family.pendulum.com_acc(com, self.supervisor.zmp_ref);
         self.com_ref += self.com_ref_vel * dt + acceleration * (0.5 * dt * dt);
         self.com_ref_vel += acceleration * dt;
+        self.com_ref += (com - self.com_ref) * (FORGETTING_RATE * dt);
+        self.com_ref_vel += (com_vel - self.com_ref_vel) * (FORGETTING_RATE * dt);
         self.shaping += (self.com_ref - com) * (SHAPING_RATE * dt);
         self.body_command(acceleration)
     }
@@ -193,5 +195,9 @@ impl<'a> Controller<'a> {
     }
 }
 
+/// Rate at which the COM reference comes back to the estimate [1/s]. Between switches the joints' stiffness pulls the
+/// COM to a reference that does not know of pushes: with 0 that spring outlasts the push, tips the feet and rings
+/// (a push of 1.8 N s from behind is lost that 2.6 N s is not); from 5 to 20 the outcome hardly changes.
+const FORGETTING_RATE: f64 = 10.0;
 /// Rate at which the COM reference is moved to make up for sag [1/s].
 const SHAPING_RATE: f64 = 1.0;

@@ -83,9 +83,10 @@ impl Supervisor {
         let before = self.gain;
         let holding = self.sets.fastest_holding(state);
         self.gain = match holding {
-            Some(fastest) if fastest > before => {
-                (before..=fastest).rev().find(|&i| i == before || self.sets.margin(i, state) > MARGIN_TO_SPEED_UP).unwrap_or(before)
-            }
+            Some(fastest) if fastest > before => (before..=fastest)
+                .rev()
+                .find(|&i| i == before || self.sets.margin(i, state) > MARGIN_TO_SPEED_UP)
+                .unwrap_or(before),
             Some(fastest) => fastest,
             None => 0,
         };

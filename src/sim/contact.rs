@@ -55,8 +55,10 @@ pub fn ground_wrench(pair: &ContactPair, ground: ColliderHandle, dt: f64) -> Wor
         let normal = vec_from_rapier(manifold.data.normal);
         for contact in &manifold.points {
             // Rapier keeps the friction impulse on the first body, and a normal from the first to the second.
-            let on_second = normal * f64::from(contact.data.impulse) - vec_from_rapier(contact.data.warmstart_tangent_world);
-            let (force, point) = if ground_first { (on_second, contact.local_p1) } else { (-on_second, contact.local_p2) };
+            let on_second =
+                normal * f64::from(contact.data.impulse) - vec_from_rapier(contact.data.warmstart_tangent_world);
+            let (force, point) =
+                if ground_first { (on_second, contact.local_p1) } else { (-on_second, contact.local_p2) };
             let (force, point) = (force / dt, vec_from_rapier(point));
             sum += WorldWrench { force, moment: point.cross(&force) };
         }
