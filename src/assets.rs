@@ -11,6 +11,13 @@ pub struct Source {
     pub text: String,
 }
 
+impl Source {
+    /// Whether the text is compiled in.
+    pub fn is_builtin(&self) -> bool {
+        self.file.starts_with("builtin:")
+    }
+}
+
 /// Kinds of input that are compiled in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -59,8 +66,7 @@ pub fn open(kind: Kind, name: &str) -> Result<Source> {
         return Ok(Source { file: format!("builtin:{name}"), text: (*text).into() });
     }
     let path = Path::new(name);
-    let looks_like_a_path = path.extension().is_some() || path.components().count() > 1;
-    if !looks_like_a_path && !path.exists() {
+    if !is_path(name) && !path.exists() {
         return Err(Error::Unknown {
             what: kind.what(),
             name: name.into(),
@@ -69,6 +75,12 @@ pub fn open(kind: Kind, name: &str) -> Result<Source> {
     }
     let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?;
     Ok(Source { file: name.into(), text })
+}
+
+/// Whether `name` is written as a path: with a folder or an extension.
+pub fn is_path(name: &str) -> bool {
+    let path = Path::new(name);
+    path.extension().is_some() || path.components().count() > 1
 }
 
 /// Parses TOML; the error names the file, the line and the key.

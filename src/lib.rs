@@ -9,9 +9,11 @@
 
 pub mod assets;
 pub mod campaign;
+pub mod columns;
 pub mod control;
 pub mod episode;
 pub mod error;
+pub mod files;
 pub mod geometry;
 pub mod lipm;
 pub mod report;

@@ -1,1 +1,24 @@
-fn main() {}
+//! The program: reads the command line, runs one command, turns its error into an exit code.
+
+mod cli;
+mod commands;
+
+use clap::Parser;
+use cli::{Cli, Command, RunArgs};
+use standfast::report::progress::note;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn")).init();
+    let command = Cli::parse().command.unwrap_or(Command::Run(RunArgs::default()));
+    let done = match command {
+        Command::Run(args) => commands::run(&args),
+        Command::Merge(args) => commands::merge(&args),
+        Command::Status(args) => commands::status(&args),
+        Command::Completions { shell } => commands::completions(shell),
+    };
+    done.unwrap_or_else(|error| {
+        note(&format!("error: {error}"));
+        ExitCode::from(error.exit_code())
+    })
+}

@@ -1,1 +1,19 @@
+//! A campaign: many pushes drawn at random, the same for every gain set, and the count of who stays up.
+//!
+//! A [`spec`] says what is drawn; a [`trial`] is a function of (seed, index) alone; [`run`] spreads trials over cores;
+//! [`parts`] keeps what is finished on disk and joins it; [`stats`] counts.
 
+pub mod distribution;
+pub mod parts;
+pub mod row;
+pub mod run;
+pub mod spec;
+pub mod stats;
+pub mod trial;
+
+pub use distribution::Distribution;
+pub use parts::{Folder, Shard};
+pub use row::Row;
+pub use run::Plan;
+pub use spec::{Campaign, Overrides};
+pub use stats::Summary;

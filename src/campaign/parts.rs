@@ -1,0 +1,329 @@
+//! What is finished of a campaign, on disk: a folder of parts, each a block of trials, and the join of them.
+//!
+//! A part is a CSV file (floats with all digits) and, written after it, a small marker with rows, range,
+//! configuration hash and content hash; a part counts as complete only if all of this matches. Parts do not know
+//! threads, shards or hosts, so any history of interruptions ends in the same bytes.
+
+use crate::campaign::{Row, row, stats::Summary};
+use crate::error::{Error, Result};
+use crate::files::{sha256_hex, write_atomic};
+use crate::{campaign::Campaign, columns};
+use serde::{Deserialize, Serialize};
+use std::{fs, path::Path, path::PathBuf, str::FromStr};
+
+/// Trials in a part (the last one of a campaign may have fewer).
+pub const BLOCK_TRIALS: u64 = 25;
+
+/// Share `index` of `count` (from 1): the blocks b with b mod count = index - 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    pub index: u64,
+    pub count: u64,
+}
+
+impl Shard {
+    pub fn takes(self, block: u64) -> bool {
+        block % self.count == self.index - 1
+    }
+}
+
+impl FromStr for Shard {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        text.split_once('/')
+            .and_then(|(k, n)| Some(Shard { index: k.parse().ok()?, count: n.parse().ok()? }))
+            .filter(|s| (1..=s.count).contains(&s.index))
+            .ok_or_else(|| "expected k/n with 1 <= k <= n, e.g. 1/4".into())
+    }
+}
+
+/// Whose folder it is: `parts/campaign.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Version of this program that wrote it.
+    pub standfast: String,
+    pub config_hash: String,
+    /// Names of the gain sets, in the order of the campaign.
+    pub sets: Vec<String>,
+    /// As resolved; also in `campaign.toml`.
+    pub campaign: Campaign,
+}
+
+/// Marker of a finished part.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Marker {
+    first_trial: u64,
+    trials: u64,
+    rows: usize,
+    config_hash: String,
+    sha256: String,
+}
+
+/// A result folder and whose it is.
+#[derive(Debug, Clone)]
+pub struct Folder {
+    pub path: PathBuf,
+    pub manifest: Manifest,
+}
+
+impl Folder {
+    /// What a folder holds: None if it does not exist or is empty. Errors: it holds something else.
+    pub fn open(path: &Path) -> Result<Option<Folder>> {
+        let empty = match fs::read_dir(path) {
+            Ok(mut entries) => entries.next().is_none(),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => true,
+            Err(source) => return Err(Error::Read { path: path.into(), source }),
+        };
+        if empty {
+            return Ok(None);
+        }
+        let file = path.join("parts/campaign.json");
+        let text = fs::read_to_string(&file).map_err(|e| Error::Parts {
+            path: path.into(),
+            problem: format!("not the folder of a campaign (parts/campaign.json: {e}); give a new or empty folder"),
+        })?;
+        let manifest = serde_json::from_str(&text).map_err(|e| Error::Parts { path: file, problem: e.to_string() })?;
+        Ok(Some(Folder { path: path.into(), manifest }))
+    }
+
+    /// What a folder holds. Errors: no such folder, or nothing of a campaign in it.
+    pub fn existing(path: &Path) -> Result<Folder> {
+        Folder::open(path)?
+            .ok_or_else(|| Error::Parts { path: path.into(), problem: "no such folder, or an empty one".into() })
+    }
+
+    /// Count of blocks of the whole campaign.
+    pub fn blocks(&self) -> u64 {
+        self.manifest.campaign.trials.div_ceil(BLOCK_TRIALS)
+    }
+
+    /// First trial of a block and the trial after its last.
+    pub fn range(&self, block: u64) -> (u64, u64) {
+        let first = block * BLOCK_TRIALS;
+        (first, (first + BLOCK_TRIALS).min(self.manifest.campaign.trials))
+    }
+
+    /// Blocks that are not complete, in order.
+    pub fn missing(&self) -> Vec<u64> {
+        (0..self.blocks()).filter(|&block| self.content(block).is_err()).collect()
+    }
+
+    /// Writes whose folder it is: the manifest. Errors: the folder is not writable.
+    pub fn create(&self) -> Result<()> {
+        let mut text = serde_json::to_string_pretty(&self.manifest).map_err(json_error)?;
+        text.push('\n');
+        write_atomic(&self.path.join("parts/campaign.json"), text.as_bytes())
+    }
+
+    /// Commits a finished block: the part, then its marker. `rows` are sorted by trial, then set.
+    pub fn commit(&self, block: u64, rows: &[Row]) -> Result<()> {
+        let mut csv = csv::Writer::from_writer(Vec::new());
+        let path = self.part(block, "csv");
+        let fail = |e: csv::Error| Error::Write { path: path.clone(), source: std::io::Error::other(e) };
+        for row in rows {
+            csv.serialize(row).map_err(fail)?;
+        }
+        let bytes = csv.into_inner().map_err(|e| fail(e.into_error().into()))?;
+        let (first_trial, end) = self.range(block);
+        let marker = Marker {
+            first_trial,
+            trials: end - first_trial,
+            rows: rows.len(),
+            config_hash: self.manifest.config_hash.clone(),
+            sha256: sha256_hex(&bytes),
+        };
+        write_atomic(&path, &bytes)?;
+        write_atomic(&self.part(block, "json"), serde_json::to_string(&marker).map_err(json_error)?.as_bytes())
+    }
+
+    /// Rows of a block. Errors: missing, damaged, or of another campaign.
+    pub fn read(&self, block: u64) -> Result<Vec<Row>> {
+        let content = self.content(block)?;
+        let problem = |problem: String| Error::Parts { path: self.part(block, "csv"), problem };
+        let rows: Vec<Row> = csv::Reader::from_reader(content.as_slice())
+            .deserialize()
+            .collect::<Result<_, _>>()
+            .map_err(|e| problem(e.to_string()))?;
+        let (first, end) = self.range(block);
+        let expected = (first..end).flat_map(|trial| self.manifest.sets.iter().map(move |set| (trial, set)));
+        if rows.iter().map(|row| (row.trial, &row.set)).eq(expected) {
+            Ok(rows)
+        } else {
+            Err(problem("rows are not those of its trials and sets, once each and in order".into()))
+        }
+    }
+
+    /// All rows, sorted by trial, then by set in the order of the campaign. Errors: something is missing.
+    pub fn rows(&self) -> Result<Vec<Row>> {
+        let missing = self.missing();
+        if !missing.is_empty() {
+            let problem = format!(
+                "incomplete: {} of {} parts are missing or damaged (trials {}); to complete it, run: {}",
+                missing.len(),
+                self.blocks(),
+                self.trials_of(&missing),
+                self.resume_command(),
+            );
+            return Err(Error::Parts { path: self.path.clone(), problem });
+        }
+        let mut rows = Vec::new();
+        for block in 0..self.blocks() {
+            rows.append(&mut self.read(block)?);
+        }
+        Ok(rows)
+    }
+
+    /// Writes `trials.parquet` and `summary.json` from the parts, and gives what they hold.
+    pub fn join(&self) -> Result<(Summary, Vec<Row>)> {
+        let rows = self.rows()?;
+        let trials = self.path.join("trials.parquet");
+        let fail = |source| Error::Write { path: trials.clone(), source: std::io::Error::other(source) };
+        let bytes = columns::parquet_bytes(&row::columns(&rows)).map_err(fail)?;
+        let summary = Summary::new(&self.manifest, &rows, sha256_hex(&bytes));
+        write_atomic(&trials, &bytes)?;
+        let mut text = serde_json::to_string_pretty(&summary).map_err(json_error)?;
+        text.push('\n');
+        write_atomic(&self.path.join("summary.json"), text.as_bytes())?;
+        Ok((summary, rows))
+    }
+
+    /// Ranges of trials of some blocks, e.g. `0-49, 75-99`.
+    pub fn trials_of(&self, blocks: &[u64]) -> String {
+        let mut ranges: Vec<(u64, u64)> = Vec::new();
+        for (first, end) in blocks.iter().map(|&block| self.range(block)) {
+            match ranges.last_mut() {
+                Some(last) if last.1 == first => last.1 = end,
+                _ => ranges.push((first, end)),
+            }
+        }
+        let text: Vec<String> = ranges.iter().map(|(first, end)| format!("{first}-{}", end - 1)).collect();
+        text.join(", ")
+    }
+
+    /// The command that computes what is missing.
+    pub fn resume_command(&self) -> String {
+        let path = self.path.display().to_string();
+        let quote = if path.contains(' ') { "'" } else { "" };
+        format!("standfast run {quote}{path}/campaign.toml{quote} --out {quote}{path}{quote}")
+    }
+
+    fn part(&self, block: u64, extension: &str) -> PathBuf {
+        self.path.join(format!("parts/part-{block:06}.{extension}"))
+    }
+
+    /// Bytes of a complete part.
+    fn content(&self, block: u64) -> Result<Vec<u8>> {
+        let path = self.part(block, "csv");
+        let problem = |problem: String| Error::Parts { path: path.clone(), problem };
+        let marker = fs::read(self.part(block, "json")).map_err(|e| problem(format!("no marker: {e}")))?;
+        let content = fs::read(&path).map_err(|e| problem(e.to_string()))?;
+        let found: Marker = serde_json::from_slice(&marker).map_err(|e| problem(format!("marker: {e}")))?;
+        let (first_trial, end) = self.range(block);
+        let expected = Marker {
+            first_trial,
+            trials: end - first_trial,
+            rows: (end - first_trial) as usize * self.manifest.sets.len(),
+            config_hash: self.manifest.config_hash.clone(),
+            sha256: sha256_hex(&content),
+        };
+        if found == expected { Ok(content) } else { Err(problem("does not match its marker".into())) }
+    }
+}
+
+fn json_error(e: serde_json::Error) -> Error {
+    Error::Syntax { file: "JSON".into(), message: e.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::Overrides;
+    use crate::campaign::row::tests::row;
+    use crate::episode::Outcome;
+
+    fn folder(path: &Path) -> Folder {
+        let overrides = Overrides { trials: Some(60), ..Default::default() };
+        let manifest = Manifest {
+            standfast: "0".into(),
+            config_hash: "abc".into(),
+            sets: vec!["hold".into(), "fixed".into()],
+            campaign: Campaign::load("smoke", &overrides).unwrap(),
+        };
+        Folder { path: path.into(), manifest }
+    }
+
+    fn commit(folder: &Folder, block: u64) -> Vec<Row> {
+        let (first, end) = folder.range(block);
+        let outcomes = [Outcome::Fell, Outcome::Recovered, Outcome::Diverged, Outcome::TimedOut];
+        let rows: Vec<Row> = (first..end)
+            .flat_map(|t| ["hold", "fixed"].map(|set| row(t, set, t as f64 / 7.0, outcomes[t as usize % 4])))
+            .collect();
+        folder.commit(block, &rows).unwrap();
+        rows
+    }
+
+    #[test]
+    fn shards_take_every_block_once() {
+        let shards: Vec<Shard> = (1..=3).map(|k| format!("{k}/3").parse().unwrap()).collect();
+        for block in 0..10 {
+            assert_eq!(shards.iter().filter(|s| s.takes(block)).count(), 1);
+        }
+        for bad in ["", "1", "0/3", "4/3", "a/3", "1/0", "-1/3"] {
+            assert!(bad.parse::<Shard>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_part_reads_back_to_the_bit() {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = folder(dir.path());
+        let rows = commit(&folder, 2);
+        assert_eq!(rows.len(), 20);
+        // Debug, since a peak is not a number here.
+        assert_eq!(format!("{:?}", folder.read(2).unwrap()), format!("{rows:?}"));
+    }
+
+    #[test]
+    fn a_join_needs_every_part_and_says_which_are_missing() {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = folder(dir.path());
+        folder.create().unwrap();
+        commit(&folder, 1);
+        assert_eq!(folder.missing(), [0, 2]);
+        let message = folder.join().unwrap_err().to_string();
+        assert!(message.contains("2 of 3 parts") && message.contains("trials 0-24, 50-59"), "{message}");
+        assert!(!dir.path().join("trials.parquet").exists());
+        commit(&folder, 0);
+        commit(&folder, 2);
+        assert_eq!(folder.join().unwrap().1.len(), 120);
+        assert_eq!(Folder::existing(dir.path()).unwrap().manifest, folder.manifest);
+    }
+
+    #[test]
+    fn a_flipped_byte_a_missing_marker_and_a_foreign_part_are_noticed() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut folder = folder(dir.path());
+        for block in 0..3 {
+            commit(&folder, block);
+        }
+        assert!(folder.missing().is_empty());
+        let part = folder.part(0, "csv");
+        let mut bytes = fs::read(&part).unwrap();
+        let last = bytes.len() - 2;
+        bytes[last] ^= 1;
+        fs::write(&part, bytes).unwrap();
+        fs::remove_file(folder.part(1, "json")).unwrap();
+        assert_eq!(folder.missing(), [0, 1]);
+        folder.manifest.config_hash = "other".into();
+        assert_eq!(folder.missing(), [0, 1, 2]);
+    }
+
+    #[test]
+    fn a_folder_of_something_else_is_not_opened() {
+        let dir = tempfile::tempdir().unwrap();
+        assert!(Folder::open(dir.path()).unwrap().is_none());
+        assert!(Folder::open(&dir.path().join("new")).unwrap().is_none());
+        fs::write(dir.path().join("thesis.tex"), "").unwrap();
+        assert!(Folder::open(dir.path()).is_err());
+    }
+}

@@ -1,0 +1,155 @@
+//! One row of the result: a trial under one gain set.
+
+use crate::columns::{Column, Data};
+use crate::episode::{Outcome, Record};
+use crate::sim::{Profile, Push};
+use serde::{Deserialize, Serialize};
+
+/// A row of `trials.parquet`; units are in the names, angles in degrees, world frame.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// From 0; the same trial is the same push and the same noise for every set.
+    pub trial: u64,
+    /// Name of the gain set.
+    pub set: String,
+    pub impulse_n_s: f64,
+    pub heading_deg: f64,
+    pub height_m: f64,
+    pub duration_s: f64,
+    pub start_s: f64,
+    pub profile: Profile,
+    pub outcome: Outcome,
+    /// The rest is as in [`Record`].
+    pub end_s: f64,
+    pub fell_at_s: Option<f64>,
+    pub fall_cause: Option<String>,
+    pub settled_at_s: Option<f64>,
+    pub peak_tilt_deg: f64,
+    pub peak_torque_n_m: f64,
+    pub peak_torque_ratio: f64,
+    pub peak_joint_speed_rad_s: f64,
+    pub peak_dcm_outside_m: f64,
+    pub left_sets_at_s: Option<f64>,
+    pub cpi_margin_after_push: Option<f64>,
+    pub gain_switches: u32,
+    /// Count of footsteps.
+    pub footsteps: u32,
+}
+
+impl Row {
+    pub fn new(trial: u64, set: &str, push: &Push, record: Record) -> Self {
+        Self {
+            trial,
+            set: set.into(),
+            impulse_n_s: push.impulse_n_s,
+            heading_deg: push.heading_deg,
+            height_m: push.height_m,
+            duration_s: push.duration_s,
+            start_s: push.start_s,
+            profile: push.profile,
+            outcome: record.outcome,
+            end_s: record.end_s,
+            fell_at_s: record.fell_at_s,
+            fall_cause: record.fall_cause,
+            settled_at_s: record.settled_at_s,
+            peak_tilt_deg: record.peak_tilt_deg,
+            peak_torque_n_m: record.peak_torque_n_m,
+            peak_torque_ratio: record.peak_torque_ratio,
+            peak_joint_speed_rad_s: record.peak_joint_speed_rad_s,
+            peak_dcm_outside_m: record.peak_dcm_outside_m,
+            left_sets_at_s: record.left_sets_at_s,
+            cpi_margin_after_push: record.cpi_margin_after_push,
+            gain_switches: record.gain_switches,
+            footsteps: record.footsteps.len() as u32,
+        }
+    }
+
+    /// Time from the end of the push to standing [s]; None unless recovered.
+    pub fn settling_s(&self) -> Option<f64> {
+        let settled_at_s = self.settled_at_s.filter(|_| self.outcome == Outcome::Recovered)?;
+        Some((settled_at_s - self.start_s - self.duration_s).max(0.0))
+    }
+}
+
+/// Rows as columns, in the order of the fields.
+pub fn columns(rows: &[Row]) -> Vec<Column> {
+    let f64 = |get: fn(&Row) -> f64| Data::F64(rows.iter().map(get).collect());
+    let opt = |get: fn(&Row) -> Option<f64>| Data::OptF64(rows.iter().map(get).collect());
+    let int = |get: fn(&Row) -> i64| Data::I64(rows.iter().map(get).collect());
+    let text = |get: fn(&Row) -> String| Data::Text(rows.iter().map(get).collect());
+    [
+        ("trial", int(|r| r.trial as i64)),
+        ("set", text(|r| r.set.clone())),
+        ("impulse_n_s", f64(|r| r.impulse_n_s)),
+        ("heading_deg", f64(|r| r.heading_deg)),
+        ("height_m", f64(|r| r.height_m)),
+        ("duration_s", f64(|r| r.duration_s)),
+        ("start_s", f64(|r| r.start_s)),
+        ("profile", text(|r| profile_name(r.profile).into())),
+        ("outcome", text(|r| format!("{:?}", r.outcome))),
+        ("end_s", f64(|r| r.end_s)),
+        ("fell_at_s", opt(|r| r.fell_at_s)),
+        ("fall_cause", Data::OptText(rows.iter().map(|r| r.fall_cause.clone()).collect())),
+        ("settled_at_s", opt(|r| r.settled_at_s)),
+        ("peak_tilt_deg", f64(|r| r.peak_tilt_deg)),
+        ("peak_torque_n_m", f64(|r| r.peak_torque_n_m)),
+        ("peak_torque_ratio", f64(|r| r.peak_torque_ratio)),
+        ("peak_joint_speed_rad_s", f64(|r| r.peak_joint_speed_rad_s)),
+        ("peak_dcm_outside_m", f64(|r| r.peak_dcm_outside_m)),
+        ("left_sets_at_s", opt(|r| r.left_sets_at_s)),
+        ("cpi_margin_after_push", opt(|r| r.cpi_margin_after_push)),
+        ("gain_switches", int(|r| r.gain_switches.into())),
+        ("footsteps", int(|r| r.footsteps.into())),
+    ]
+    .map(|(name, data)| Column::new(name, data))
+    .into()
+}
+
+/// As in a campaign file.
+pub fn profile_name(profile: Profile) -> &'static str {
+    match profile {
+        Profile::Rectangular => "rectangular",
+        Profile::HalfSine => "half-sine",
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    pub(crate) fn row(trial: u64, set: &str, impulse_n_s: f64, outcome: Outcome) -> Row {
+        let record = Record {
+            outcome,
+            end_s: 2.0,
+            fell_at_s: (outcome == Outcome::Fell).then_some(1.5),
+            fall_cause: (outcome == Outcome::Fell).then(|| "left_knee, at the ground".into()),
+            settled_at_s: (outcome == Outcome::Recovered).then_some(1.25),
+            peak_tilt_deg: 1.0 / 3.0,
+            peak_torque_n_m: f64::NAN,
+            peak_torque_ratio: 0.5,
+            peak_joint_speed_rad_s: 2.0,
+            peak_dcm_outside_m: 1e-300,
+            left_sets_at_s: None,
+            cpi_margin_after_push: Some(-0.25),
+            gain_switches: 3,
+            footsteps: vec![],
+        };
+        Row::new(trial, set, &Push { impulse_n_s, ..Push::default() }, record)
+    }
+
+    #[test]
+    fn columns_are_the_fields_of_a_row() {
+        let mut csv = csv::Writer::from_writer(Vec::new());
+        csv.serialize(row(0, "hold", 2.0, Outcome::Fell)).unwrap();
+        let text = String::from_utf8(csv.into_inner().unwrap()).unwrap();
+        let names: Vec<String> = columns(&[]).into_iter().map(|c| c.name).collect();
+        assert_eq!(text.lines().next().unwrap(), names.join(","));
+    }
+
+    #[test]
+    fn settling_counts_from_the_end_of_the_push() {
+        assert_eq!(row(0, "hold", 2.0, Outcome::Fell).settling_s(), None);
+        let settling_s = row(0, "hold", 2.0, Outcome::Recovered).settling_s().unwrap();
+        assert!((settling_s - (1.25 - 0.55)).abs() < 1e-12);
+    }
+}

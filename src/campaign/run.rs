@@ -1,0 +1,259 @@
+//! Running a campaign: its inputs, the folder that it goes to, and its trials spread over cores.
+
+use crate::assets::{self, Kind, Source};
+use crate::campaign::parts::{Folder, Manifest, Shard};
+use crate::campaign::{Campaign, Row, trial};
+use crate::control::Design;
+use crate::episode::{self, Until};
+use crate::error::{Error, Result};
+use crate::files::{sha256_hex, write_atomic};
+use crate::lipm::gains::GainSet;
+use crate::robot::Robot;
+use rayon::prelude::*;
+use std::path::Path;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+/// A campaign whose inputs are read and checked, not yet designed for.
+pub struct Plan {
+    pub manifest: Manifest,
+    robot: Robot,
+    gains: Vec<GainSet>,
+    /// Inputs that are not compiled in: name in the result folder, text.
+    inputs: Vec<(String, String)>,
+}
+
+/// How much of a campaign to run, and who watches.
+pub struct Options<'a> {
+    /// 0: one per core.
+    pub threads: usize,
+    pub shard: Option<Shard>,
+    /// Set from outside to stop early.
+    pub stop: &'a AtomicBool,
+    /// Called with the count of episodes to run, before the first one.
+    pub on_start: &'a dyn Fn(u64),
+    /// Called after every episode, from any thread.
+    pub on_episode: &'a (dyn Fn() + Sync),
+}
+
+impl Plan {
+    /// Reads robot and gain sets. Errors: any of them is missing or wrong, or two sets have the same name.
+    pub fn new(campaign: &Campaign) -> Result<Plan> {
+        let robot = Robot::load(&campaign.robot)?;
+        let gains = campaign.gains.iter().map(|name| GainSet::load(name)).collect::<Result<Vec<_>>>()?;
+        let sets: Vec<String> = gains.iter().map(|set| set.name.clone()).collect();
+        for (i, name) in sets.iter().enumerate() {
+            // The name becomes that of a file.
+            if name.is_empty() || name.starts_with('.') || name.contains(|c: char| "/\\:".contains(c) || c.is_control())
+            {
+                let accepted = "a name without /, \\ and :, not first a `.`";
+                return Err(Error::value(&campaign.gains[i], "name", name, "not usable as a file name", accepted));
+            }
+            if sets[..i].contains(name) {
+                let problem = "two gain sets of this name";
+                return Err(Error::value(&campaign.gains[i], "name", name, problem, "a name of its own for each"));
+            }
+        }
+        let mut resolved = campaign.clone();
+        let mut inputs = Vec::new();
+        let mut hashed = Vec::new();
+        let mut keep = |name: &mut String, stem: String, kinds: &[(Kind, &str)]| -> Result<()> {
+            let original = name.clone();
+            for &(kind, extension) in kinds.iter().rev() {
+                let source = open(kind, &original)?;
+                hashed.push(source.text.clone());
+                if !source.is_builtin() {
+                    *name = format!("inputs/{stem}.{extension}");
+                    inputs.push((name.clone(), source.text));
+                }
+            }
+            Ok(())
+        };
+        keep(&mut resolved.robot, "robot".into(), &[(Kind::Robot, "urdf"), (Kind::RobotSettings, "toml")])?;
+        for (name, set) in resolved.gains.iter_mut().zip(&sets) {
+            keep(name, format!("gains/{set}"), &[(Kind::Gains, "toml")])?;
+        }
+        let standfast = env!("CARGO_PKG_VERSION").to_string();
+        let config_hash = hash(&standfast, &resolved.to_toml()?, &hashed);
+        Ok(Plan { manifest: Manifest { standfast, config_hash, sets, campaign: resolved }, robot, gains, inputs })
+    }
+
+    /// The folder for the result: the one asked for, or one under `standfast-results` that is free or this
+    /// campaign's. Writes nothing. Errors: the one asked for holds something else.
+    pub fn folder(&self, out: Option<&Path>) -> Result<Folder> {
+        let manifest = &self.manifest;
+        let hash = &manifest.config_hash;
+        let own = |path: &Path| Ok(Folder::open(path)?.is_none_or(|found| found.manifest.config_hash == *hash));
+        let path = match out {
+            Some(path) if own(path)? => path.to_path_buf(),
+            Some(path) => {
+                let problem = "holds the result of another campaign (its configuration differs); \
+                               give a new folder, or remove this one";
+                return Err(Error::Parts { path: path.into(), problem: problem.into() });
+            }
+            None => {
+                let results = Path::new("standfast-results");
+                let plain = results.join(&manifest.campaign.name);
+                let hashed = results.join(format!("{}-{}", manifest.campaign.name, &hash[..8]));
+                if own(&plain).unwrap_or(false) { plain } else { hashed }
+            }
+        };
+        if !own(&path)? {
+            return Err(Error::Parts { path, problem: "holds the result of another campaign".into() });
+        }
+        Ok(Folder { path, manifest: manifest.clone() })
+    }
+
+    /// Runs the trials that `folder` lacks (of one shard, or all) and commits them part by part; what is complete is
+    /// left as it is. Every gain set is designed for before the first trial and before anything is written.
+    pub fn run(&self, folder: &Folder, options: &Options) -> Result<()> {
+        let mut blocks = folder.missing();
+        blocks.retain(|&block| options.shard.is_none_or(|shard| shard.takes(block)));
+        if blocks.is_empty() {
+            return self.identify(folder);
+        }
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(options.threads)
+            .build()
+            .map_err(|e| Error::Numeric { what: "threads".into(), problem: e.to_string() })?;
+        let episode = self.manifest.campaign.episode;
+        let designs: Vec<Design> = pool.install(|| {
+            let design = |set| Design::new(&self.robot, set, episode.control_period_s);
+            self.gains.par_iter().map(design).collect::<Result<_>>()
+        })?;
+        self.identify(folder)?;
+        let blocks: Vec<Block> = blocks.into_iter().map(|b| Block::new(folder, b)).collect();
+        let jobs = || blocks.iter().flat_map(|block| (0..block.slots.len()).map(move |slot| (block, slot)));
+        (options.on_start)(jobs().count() as u64);
+        // Units are single episodes, handed out in order one by one: cores stay busy to the end, and an interruption
+        // loses only the few blocks in work.
+        pool.install(|| {
+            jobs().par_bridge().try_for_each(|(block, slot)| {
+                if options.stop.load(Ordering::Relaxed) {
+                    return Err(Error::Interrupted);
+                }
+                let done = block.put(slot, self.row(&designs, block.first_trial, slot));
+                (options.on_episode)();
+                if done { folder.commit(block.index, &block.rows()) } else { Ok(()) }
+            })
+        })
+    }
+
+    /// Row `slot` of a block: trials in order, sets within.
+    fn row(&self, designs: &[Design], first_trial: u64, slot: usize) -> Row {
+        let Manifest { campaign, sets, .. } = &self.manifest;
+        let (trial, set) = (first_trial + (slot / sets.len()) as u64, slot % sets.len());
+        let disturbance = trial::disturbance(campaign, trial);
+        let push = disturbance.pushes[0];
+        let record =
+            episode::run(&self.robot, &designs[set], &campaign.episode, disturbance, Until::Decided, &mut |_| {});
+        Row::new(trial, &sets[set], &push, record)
+    }
+
+    /// Writes whose folder it is, with all that is needed to run it again: `campaign.toml` and its inputs.
+    fn identify(&self, folder: &Folder) -> Result<()> {
+        folder.create()?;
+        for (name, text) in &self.inputs {
+            write_atomic(&folder.path.join(name), text.as_bytes())?;
+        }
+        write_atomic(&folder.path.join("campaign.toml"), self.manifest.campaign.to_toml()?.as_bytes())
+    }
+}
+
+/// Opens an input of a campaign; the settings of a robot lie beside its URDF.
+fn open(kind: Kind, name: &str) -> Result<Source> {
+    match kind {
+        Kind::RobotSettings if !kind.names().contains(&name) => {
+            assets::open(kind, &Path::new(name).with_extension("toml").to_string_lossy())
+        }
+        _ => assets::open(kind, name),
+    }
+}
+
+/// SHA-256 over program version, resolved campaign and texts of its inputs; each with its length in front.
+fn hash(version: &str, campaign: &str, inputs: &[String]) -> String {
+    let mut bytes = Vec::new();
+    for text in [version, campaign].into_iter().chain(inputs.iter().map(String::as_str)) {
+        bytes.extend((text.len() as u64).to_le_bytes());
+        bytes.extend(text.as_bytes());
+    }
+    sha256_hex(&bytes)
+}
+
+/// A block in work: a place for each row, and how many are still empty.
+struct Block {
+    index: u64,
+    first_trial: u64,
+    slots: Vec<OnceLock<Row>>,
+    empty: AtomicUsize,
+}
+
+impl Block {
+    fn new(folder: &Folder, index: u64) -> Self {
+        let (first_trial, end) = folder.range(index);
+        let count = (end - first_trial) as usize * folder.manifest.sets.len();
+        let slots = std::iter::repeat_with(OnceLock::new).take(count).collect();
+        Self { index, first_trial, slots, empty: AtomicUsize::new(count) }
+    }
+
+    /// Puts a row in its place; true for the one that completes the block.
+    fn put(&self, slot: usize, row: Row) -> bool {
+        self.slots[slot].get_or_init(|| row);
+        self.empty.fetch_sub(1, Ordering::AcqRel) == 1
+    }
+
+    fn rows(&self) -> Vec<Row> {
+        self.slots.iter().filter_map(OnceLock::get).cloned().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::Overrides;
+
+    fn plan(set: &[&str]) -> Plan {
+        let set = ["episode.horizon_s=1", "push.start_s=0.1"].iter().chain(set).map(|s| s.to_string()).collect();
+        let overrides = Overrides { set, trials: Some(30), gains: vec!["hold".into()], ..Default::default() };
+        Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap()
+    }
+
+    /// Runs on one thread and stops after `most` episodes.
+    fn run(plan: &Plan, folder: &Folder, most: usize) -> Result<usize> {
+        let (stop, count) = (AtomicBool::new(false), AtomicUsize::new(0));
+        let on_episode = || {
+            if count.fetch_add(1, Ordering::Relaxed) + 1 == most {
+                stop.store(true, Ordering::Relaxed);
+            }
+        };
+        let on_start = &|_| ();
+        plan.run(folder, &Options { threads: 1, shard: None, stop: &stop, on_start, on_episode: &on_episode })?;
+        Ok(count.into_inner())
+    }
+
+    #[test]
+    fn what_is_done_when_interrupted_is_kept_and_not_run_again() {
+        let dir = tempfile::tempdir().unwrap();
+        let plan = plan(&[]);
+        let folder = plan.folder(Some(&dir.path().join("a"))).unwrap();
+        assert!(matches!(run(&plan, &folder, 27), Err(Error::Interrupted)));
+        assert_eq!(folder.missing(), [1]);
+        assert!(folder.join().is_err());
+        assert_eq!(run(&plan, &folder, usize::MAX).unwrap(), 5);
+        assert_eq!(run(&plan, &folder, usize::MAX).unwrap(), 0);
+        let whole = plan.folder(Some(&dir.path().join("b"))).unwrap();
+        assert_eq!(run(&plan, &whole, usize::MAX).unwrap(), 30);
+        assert_eq!(folder.join().unwrap().0, whole.join().unwrap().0);
+    }
+
+    #[test]
+    fn the_hash_is_of_what_changes_a_result() {
+        let hash = |plan: &Plan| plan.manifest.config_hash.clone();
+        assert_eq!(hash(&plan(&[])), hash(&plan(&[])));
+        for change in ["seed=5", "push.height_m=0.01", "sensors.bias_scale=0.4", "name=other", "episode.horizon_s=2"] {
+            assert_ne!(hash(&plan(&[change])), hash(&plan(&[])), "{change}");
+        }
+        let texts = |a: &str, b: &str| super::hash("0", "c", &[a.into(), b.into()]);
+        assert_ne!(texts("ab", "c"), texts("a", "bc"));
+    }
+}

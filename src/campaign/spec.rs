@@ -1,0 +1,336 @@
+//! What a campaign is: robot, gain sets, how many pushes, and from which distributions they are drawn.
+
+use crate::assets::{self, Kind};
+use crate::campaign::distribution::{Distribution, within};
+use crate::episode::EpisodeConfig;
+use crate::error::{Error, Result};
+use crate::sim::{Profile, Push};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// A campaign, as its TOML file has it and with nothing left open.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Campaign {
+    /// Also the name of the default result folder: letters, digits, `-`, `_`, `.`.
+    pub name: String,
+    /// A name that is compiled in, or the path of a URDF (in a file: relative to that file).
+    #[serde(default = "default_robot")]
+    pub robot: String,
+    /// Names that are compiled in, or paths, as for the robot. Every set meets the same pushes.
+    #[serde(default = "default_gains")]
+    pub gains: Vec<String>,
+    /// Count of pushes; each gain set meets all of them.
+    pub trials: u64,
+    /// Seed of every random number (TOML integers end at 2^63 - 1).
+    pub seed: u64,
+    #[serde(default)]
+    pub episode: EpisodeConfig,
+    pub push: PushSpec,
+    #[serde(default)]
+    pub sensors: SensorSpec,
+}
+
+/// Distributions of what makes a [`Push`]; the fields are those of `Push`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PushSpec {
+    pub impulse_n_s: Distribution,
+    #[serde(default = "default_heading")]
+    pub heading_deg: Distribution,
+    #[serde(default = "default_height")]
+    pub height_m: Distribution,
+    #[serde(default = "default_duration")]
+    pub duration_s: Distribution,
+    #[serde(default = "default_start")]
+    pub start_s: Distribution,
+    #[serde(default)]
+    pub profile: Profile,
+}
+
+/// Sensor errors in units of the robot's own noise; 0 and 0: ideal sensors.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SensorSpec {
+    /// White noise, one sample a control tick.
+    pub noise_scale: f64,
+    /// Standard deviation of a bias that is constant over an episode.
+    pub bias_scale: f64,
+}
+
+fn default_robot() -> String {
+    "ut-mu2".into()
+}
+fn default_gains() -> Vec<String> {
+    Kind::Gains.names().into_iter().map(String::from).collect()
+}
+fn default_heading() -> Distribution {
+    Distribution::Constant(Push::default().heading_deg)
+}
+fn default_height() -> Distribution {
+    Distribution::Constant(Push::default().height_m)
+}
+fn default_duration() -> Distribution {
+    Distribution::Constant(Push::default().duration_s)
+}
+fn default_start() -> Distribution {
+    Distribution::Constant(Push::default().start_s)
+}
+
+/// What a caller changes of a campaign, in the order in which it is applied.
+#[derive(Debug, Clone, Default)]
+pub struct Overrides {
+    /// `dotted.key=value`, the value in TOML (a bare word is a string).
+    pub set: Vec<String>,
+    pub trials: Option<u64>,
+    pub seed: Option<u64>,
+    /// Replaces the list unless empty; paths are relative to the working folder.
+    pub gains: Vec<String>,
+    pub robot: Option<String>,
+}
+
+impl Campaign {
+    /// Opens a campaign by name or path, applies what the caller changes, and checks all values.
+    pub fn load(name_or_path: &str, overrides: &Overrides) -> Result<Campaign> {
+        let source = assets::open(Kind::Campaign, name_or_path)?;
+        let mut campaign: Campaign = assets::parse_toml(&source)?;
+        campaign.check(&source.file)?;
+        if !source.is_builtin() {
+            let folder = Path::new(&source.file).parent().unwrap_or(Path::new(""));
+            for name in std::iter::once(&mut campaign.robot).chain(&mut campaign.gains) {
+                if assets::is_path(name) {
+                    *name = folder.join(&*name).to_string_lossy().into_owned();
+                }
+            }
+        }
+        for assignment in &overrides.set {
+            campaign = campaign.with(assignment)?;
+        }
+        campaign.trials = overrides.trials.unwrap_or(campaign.trials);
+        campaign.seed = overrides.seed.unwrap_or(campaign.seed);
+        if !overrides.gains.is_empty() {
+            campaign.gains.clone_from(&overrides.gains);
+        }
+        if let Some(robot) = &overrides.robot {
+            campaign.robot.clone_from(robot);
+        }
+        campaign.check("command line")?;
+        Ok(campaign)
+    }
+
+    /// The campaign with `dotted.key=value` applied. Errors: no such key, or a value of a wrong type.
+    pub fn with(&self, assignment: &str) -> Result<Campaign> {
+        let Some((key, text)) = assignment.split_once('=').map(|(k, v)| (k.trim(), v.trim())) else {
+            return Err(Error::value("--set", assignment, "", "no `=`", "key=value, e.g. push.height_m=0.1"));
+        };
+        let value = toml::from_str::<toml::Table>(&format!("value = {text}"))
+            .ok()
+            .filter(|table| table.len() == 1)
+            .and_then(|mut table| table.remove("value"))
+            .unwrap_or_else(|| toml::Value::String(text.into()));
+        let mut root = toml::Value::try_from(self).map_err(|e| Error::Syntax {
+            file: "campaign".into(), //
+            message: e.to_string(),
+        })?;
+        let mut at = &mut root;
+        let mut walked = String::new();
+        for name in key.split('.') {
+            let accepted = at.as_table().map(|t| t.keys().map(|k| format!("{walked}{k}")).collect::<Vec<_>>());
+            at = match at.get_mut(name) {
+                Some(next) => next,
+                None => {
+                    let accepted = accepted.unwrap_or_else(|| vec![walked.trim_end_matches('.').into()]);
+                    return Err(Error::value("--set", key, text, "unknown key", accepted.join(", ")));
+                }
+            };
+            walked += name;
+            walked.push('.');
+        }
+        let kind = if at.is_table() { "a table" } else { at.type_str() };
+        let accepted = format!("{kind}, as now: {}", at.to_string().trim().replace('\n', "; "));
+        *at = value;
+        root.try_into::<Campaign>().map_err(|e| Error::value("--set", key, text, e.message().trim_end(), accepted))
+    }
+
+    /// The campaign as a TOML file; reads back to the same campaign, to the bit.
+    pub fn to_toml(&self) -> Result<String> {
+        toml::to_string(self).map_err(|e| Error::Syntax { file: "campaign".into(), message: e.to_string() })
+    }
+
+    /// Checks every value; `file` is whose values they are.
+    pub fn check(&self, file: &str) -> Result<()> {
+        let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+        if self.name.is_empty() || self.name.starts_with('.') || !self.name.chars().all(plain) {
+            let accepted = "letters, digits, `-`, `_` and `.`, not first a `.`";
+            return Err(Error::value(file, "name", format!("{:?}", self.name), "not usable as a folder", accepted));
+        }
+        if self.gains.is_empty() {
+            return Err(Error::value(file, "gains", "[]", "no gain set", "one or more names or paths"));
+        }
+        // Trial indices share 64 bits with a number that says what is drawn: see `trial`.
+        within(file, "trials", self.trials as f64, 1.0, 1e9, "1 to 1e9")?;
+        if self.seed > i64::MAX as u64 {
+            return Err(Error::value(file, "seed", self.seed, "too large", "0 to 2^63 - 1"));
+        }
+        check_episode(file, &self.episode)?;
+        self.push.check(file, self.episode.horizon_s)?;
+        within(file, "sensors.noise_scale", self.sensors.noise_scale, 0.0, 1e3, "0 to 1000")?;
+        within(file, "sensors.bias_scale", self.sensors.bias_scale, 0.0, 1e3, "0 to 1000")
+    }
+}
+
+impl PushSpec {
+    fn check(&self, file: &str, horizon_s: f64) -> Result<()> {
+        let bounds = PushBounds::new(horizon_s);
+        self.impulse_n_s.check(file, "push.impulse_n_s", bounds.impulse_n_s)?;
+        self.heading_deg.check(file, "push.heading_deg", bounds.heading_deg)?;
+        self.height_m.check(file, "push.height_m", bounds.height_m)?;
+        self.duration_s.check(file, "push.duration_s", bounds.duration_s)?;
+        self.start_s.check(file, "push.start_s", bounds.start_s)
+    }
+}
+
+/// Smallest and largest accepted value of each quantity of a push.
+#[derive(Debug, Clone, Copy)]
+pub struct PushBounds {
+    pub impulse_n_s: [f64; 2],
+    pub heading_deg: [f64; 2],
+    pub height_m: [f64; 2],
+    pub duration_s: [f64; 2],
+    pub start_s: [f64; 2],
+}
+
+impl PushBounds {
+    /// A push starts in the first half of the episode and may last for a quarter of it, so that it is always over
+    /// before the horizon and time is left to settle.
+    pub fn new(horizon_s: f64) -> Self {
+        Self {
+            impulse_n_s: [0.0, 1e4],
+            heading_deg: [-360.0, 360.0],
+            height_m: [-10.0, 10.0],
+            duration_s: [1e-3, horizon_s / 4.0],
+            start_s: [0.0, horizon_s / 2.0],
+        }
+    }
+}
+
+/// Checks periods, horizon and thresholds of an episode; `file` is whose values they are.
+pub fn check_episode(file: &str, episode: &EpisodeConfig) -> Result<()> {
+    let positive = |field: &str, value: f64, most: f64| {
+        let ok = value > 0.0 && value <= most;
+        let accepted = || format!("more than 0, at most {most}");
+        if ok { Ok(()) } else { Err(Error::value(file, field, value, "out of range", accepted())) }
+    };
+    positive("episode.horizon_s", episode.horizon_s, 3600.0)?;
+    positive("episode.control_period_s", episode.control_period_s, 0.1)?;
+    positive("episode.physics_step_s", episode.physics_step_s, episode.control_period_s)?;
+    let substeps = episode.control_period_s / episode.physics_step_s;
+    if (substeps - substeps.round()).abs() > 1e-6 {
+        let accepted = format!("episode.control_period_s = {} over a whole number", episode.control_period_s);
+        let problem = "does not divide the control period";
+        return Err(Error::value(file, "episode.physics_step_s", episode.physics_step_s, problem, accepted));
+    }
+    let judge = &episode.judge;
+    positive("episode.judge.fallen_tilt_deg", judge.fallen_tilt_deg, 180.0)?;
+    positive("episode.judge.standing_tilt_deg", judge.standing_tilt_deg, judge.fallen_tilt_deg)?;
+    positive("episode.judge.standing_com_speed_m_s", judge.standing_com_speed_m_s, 10.0)?;
+    positive("episode.judge.standing_time_s", judge.standing_time_s, episode.horizon_s)?;
+    positive("episode.judge.fallen_com_height_ratio", judge.fallen_com_height_ratio, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn load(text: &str) -> Result<Campaign> {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("c.toml");
+        std::fs::write(&path, text).unwrap();
+        Campaign::load(path.to_str().unwrap(), &Overrides::default())
+    }
+
+    const SMALL: &str = "name = 'c'\ntrials = 3\nseed = 1\n[push]\nimpulse_n_s = 2\n";
+
+    #[test]
+    fn builtin_campaigns_load_and_survive_a_round_trip() {
+        for name in Kind::Campaign.names() {
+            let overrides =
+                Overrides { set: vec!["push.height_m={normal=[0.01, 0.003]}".into()], ..Default::default() };
+            let campaign = Campaign::load(name, &overrides).unwrap();
+            assert_eq!(campaign.name, name);
+            assert_eq!(load(&campaign.to_toml().unwrap()).unwrap(), campaign);
+        }
+    }
+
+    #[test]
+    fn what_is_left_out_has_the_defaults_of_a_push() {
+        let campaign = load(SMALL).unwrap();
+        assert_eq!(campaign.robot, "ut-mu2");
+        assert_eq!(campaign.gains, ["hold", "fixed", "switching"]);
+        assert_eq!(campaign.push.impulse_n_s, Distribution::Constant(2.0));
+        assert_eq!(campaign.push.duration_s, Distribution::Constant(0.05));
+        assert_eq!(campaign.sensors, SensorSpec::default());
+    }
+
+    #[test]
+    fn errors_name_the_key_and_what_is_accepted() {
+        for (bad, expected) in [
+            ("impulse_n_s = -1", vec!["c.toml", "push.impulse_n_s = -1", "0 to 10000"]),
+            ("impulse_n_s = nan", vec!["push.impulse_n_s = NaN"]),
+            ("impulse_n_s = 'hard'", vec!["impulse_n_s", "{ uniform = [a, b] }"]),
+            ("impulse_n_s = { unifrom = [1, 2] }", vec!["unifrom", "`uniform` or `normal`"]),
+            ("impulse_n_s = { uniform = [2, 1] }", vec!["push.impulse_n_s.uniform = 1", "smaller number first"]),
+            ("impulse_n_s = { uniform = [1, 2], normal = [1, 2] }", vec!["expected a number"]),
+            ("impulse_n_s = 1\nduration_s = 0", vec!["push.duration_s = 0", "0.001 to 1.5"]),
+            ("impulse_n_s = 1\nangle = 0", vec!["unknown field `angle`", "heading_deg"]),
+        ] {
+            let message = load(&SMALL.replace("impulse_n_s = 2", bad)).unwrap_err().to_string();
+            for part in expected {
+                assert!(message.contains(part), "{bad}: {part:?} not in {message:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn steps_that_do_not_fit_are_refused() {
+        let bad = format!("{SMALL}[episode]\nphysics_step_s = 0.0015\n");
+        let message = load(&bad).unwrap_err().to_string();
+        assert!(message.contains("episode.physics_step_s = 0.0015"), "{message}");
+    }
+
+    #[test]
+    fn set_walks_dotted_keys() {
+        let campaign = load(SMALL).unwrap();
+        let changed = campaign.with("push.impulse_n_s={uniform=[1, 2]}").unwrap();
+        assert_eq!(changed.push.impulse_n_s, Distribution::Uniform { uniform: [1.0, 2.0] });
+        assert_eq!(campaign.with("robot=other.urdf").unwrap().robot, "other.urdf");
+        assert_eq!(campaign.with("episode.judge.fallen_tilt_deg=45").unwrap().episode.judge.fallen_tilt_deg, 45.0);
+        assert_eq!(campaign.with("gains=['hold']").unwrap().gains, ["hold"]);
+    }
+
+    #[test]
+    fn set_refuses_what_it_does_not_know() {
+        let campaign = load(SMALL).unwrap();
+        for (bad, expected) in [
+            ("push.impulse=1", "push.impulse_n_s"),
+            ("pushes.impulse_n_s=1", "sensors"),
+            ("trials=many", "integer"),
+            ("trials.x=1", "accepted: trials"),
+            ("trials", "key=value"),
+        ] {
+            let message = campaign.with(bad).unwrap_err().to_string();
+            assert!(message.contains("--set") && message.contains(expected), "{bad}: {message}");
+        }
+    }
+
+    #[test]
+    fn paths_in_a_file_are_relative_to_it_and_names_are_not() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("c.toml");
+        std::fs::write(&path, format!("robot = 'r/a.urdf'\ngains = ['hold', 'mine.toml']\n{SMALL}")).unwrap();
+        let campaign = Campaign::load(path.to_str().unwrap(), &Overrides::default()).unwrap();
+        assert_eq!(campaign.robot, dir.path().join("r/a.urdf").to_str().unwrap());
+        assert_eq!(campaign.gains[0], "hold");
+        assert_eq!(campaign.gains[1], dir.path().join("mine.toml").to_str().unwrap());
+    }
+}

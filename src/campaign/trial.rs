@@ -1,0 +1,143 @@
+//! One trial: what is drawn for it is a function of (campaign seed, trial index) alone.
+//!
+//! Each quantity has its own ChaCha8 stream, numbered by trial and quantity. So a trial does not depend on which
+//! trials ran before it, and a quantity that becomes random, or a new one, changes no other.
+
+use crate::campaign::Distribution;
+use crate::campaign::spec::{Campaign, PushBounds};
+use crate::episode::Disturbance;
+use crate::sim::{Push, sensors::SensorErrors};
+use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
+use rand_distr::StandardNormal;
+
+/// What a stream is for. Numbers are part of what a seed means: never reuse one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stream {
+    Impulse = 0,
+    Heading = 1,
+    Height = 2,
+    Duration = 3,
+    Start = 4,
+    Sensors = 16,
+}
+
+/// The stream of one quantity in one trial.
+pub fn stream(seed: u64, trial: u64, what: Stream) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream((trial << 8) | what as u64);
+    rng
+}
+
+/// The push of a trial.
+pub fn push(campaign: &Campaign, trial: u64) -> Push {
+    let spec = &campaign.push;
+    let bounds = PushBounds::new(campaign.episode.horizon_s);
+    let draw = |distribution, bounds, what| draw(distribution, bounds, &mut stream(campaign.seed, trial, what));
+    Push {
+        impulse_n_s: draw(spec.impulse_n_s, bounds.impulse_n_s, Stream::Impulse),
+        heading_deg: draw(spec.heading_deg, bounds.heading_deg, Stream::Heading),
+        height_m: draw(spec.height_m, bounds.height_m, Stream::Height),
+        duration_s: draw(spec.duration_s, bounds.duration_s, Stream::Duration),
+        start_s: draw(spec.start_s, bounds.start_s, Stream::Start),
+        profile: spec.profile,
+    }
+}
+
+/// Sensor errors of a trial; None if the campaign has ideal sensors.
+pub fn sensor_errors(campaign: &Campaign, trial: u64) -> Option<SensorErrors> {
+    let sensors = campaign.sensors;
+    if sensors.noise_scale == 0.0 && sensors.bias_scale == 0.0 {
+        return None;
+    }
+    let mut rng = stream(campaign.seed, trial, Stream::Sensors);
+    Some(SensorErrors {
+        noise_scale: sensors.noise_scale,
+        bias_scale: sensors.bias_scale,
+        normal: Box::new(move || rng.sample(StandardNormal)),
+    })
+}
+
+/// All that disturbs a trial: the same for every gain set, so that sets are compared in pairs.
+pub fn disturbance(campaign: &Campaign, trial: u64) -> Disturbance {
+    Disturbance { pushes: vec![push(campaign, trial)], sensor_errors: sensor_errors(campaign, trial) }
+}
+
+/// Draws a quantity. A normal one is drawn again until it is in its bounds: the mean is, so about half of all draws
+/// are, at worst.
+fn draw(distribution: Distribution, [least, most]: [f64; 2], rng: &mut ChaCha8Rng) -> f64 {
+    match distribution {
+        Distribution::Constant(value) => value,
+        Distribution::Uniform { uniform: [a, b] } => a + (b - a) * rng.random::<f64>(),
+        Distribution::Normal { normal: [mean, sd] } => loop {
+            let value = mean + sd * rng.sample::<f64, _>(StandardNormal);
+            if (least..=most).contains(&value) {
+                return value;
+            }
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::Overrides;
+
+    fn campaign(set: &[&str]) -> Campaign {
+        let set = set.iter().map(|s| s.to_string()).collect();
+        Campaign::load("standard", &Overrides { set, seed: Some(7), ..Default::default() }).unwrap()
+    }
+
+    fn noise(campaign: &Campaign, trial: u64) -> Vec<f64> {
+        let mut errors = sensor_errors(campaign, trial).unwrap();
+        (0..8).map(|_| (errors.normal)()).collect()
+    }
+
+    #[test]
+    fn draws_are_the_same_on_every_machine_and_version() {
+        let mut rng = stream(7, 3, Stream::Impulse);
+        let campaign = campaign(&["push.impulse_n_s={uniform=[1,3]}"]);
+        assert_eq!(rng.random::<u64>(), 620569656280253422);
+        assert_eq!(push(&campaign, 3).impulse_n_s, 1.0672822969517632);
+        assert_eq!(noise(&campaign, 3)[..2], [-1.083990436553274, -0.8937256367380042]);
+    }
+
+    #[test]
+    fn a_trial_depends_on_no_other_and_on_the_seed() {
+        let campaign = campaign(&[]);
+        let forward: Vec<Push> = (0..50).map(|i| push(&campaign, i)).collect();
+        let fewer = Campaign { trials: 50, ..campaign.clone() };
+        for i in (0..50).rev() {
+            assert_eq!(push(&fewer, i), forward[i as usize]);
+        }
+        assert_ne!(forward[0].impulse_n_s, forward[1].impulse_n_s);
+        assert_ne!(noise(&campaign, 0), noise(&campaign, 1));
+        assert_ne!(push(&Campaign { seed: 8, ..campaign.clone() }, 0), forward[0]);
+    }
+
+    #[test]
+    fn one_quantity_more_changes_no_other() {
+        let before = campaign(&["push.height_m=0", "push.impulse_n_s=2"]);
+        let after = campaign(&["push.height_m={normal=[0, 0.02]}", "push.impulse_n_s={uniform=[1, 3]}"]);
+        for i in 0..20 {
+            let (a, b) = (push(&before, i), push(&after, i));
+            assert_ne!((a.height_m, a.impulse_n_s), (b.height_m, b.impulse_n_s));
+            assert_eq!(a, Push { height_m: a.height_m, impulse_n_s: a.impulse_n_s, ..b });
+            assert_eq!(noise(&before, i), noise(&after, i));
+        }
+    }
+
+    #[test]
+    fn draws_fill_their_range_and_stay_in_bounds() {
+        let campaign = campaign(&["push.impulse_n_s={normal=[0.5, 1]}", "push.heading_deg={uniform=[-180, 180]}"]);
+        let pushes: Vec<Push> = (0..2000).map(|i| push(&campaign, i)).collect();
+        assert!(pushes.iter().all(|p| p.impulse_n_s >= 0.0 && p.heading_deg.abs() <= 180.0));
+        let mean = pushes.iter().map(|p| p.heading_deg).sum::<f64>() / 2000.0;
+        // Five standard errors of the mean: 5 * 360 / sqrt(12 * 2000).
+        assert!(mean.abs() < 11.7, "{mean}");
+    }
+
+    #[test]
+    fn no_noise_and_no_bias_are_ideal_sensors() {
+        assert!(sensor_errors(&campaign(&["sensors.noise_scale=0", "sensors.bias_scale=0"]), 0).is_none());
+    }
+}

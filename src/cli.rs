@@ -1,0 +1,113 @@
+//! The command line, as data.
+
+use clap::{Args, Parser, Subcommand};
+use clap_complete::Shell;
+use standfast::campaign::{Overrides, Shard};
+use std::path::PathBuf;
+
+/// How hard can a humanoid be pushed before it falls, and which gain set makes it stand better?
+#[derive(Debug, Parser)]
+#[command(
+    version,
+    after_help = "Without a command, the standard campaign runs: 1000 pushes for each gain set.
+What a command computes goes to the standard output, all else to the standard error.
+
+Exit codes: 0 done, 1 error, 2 wrong input, 3 incomplete or foreign parts, 130 interrupted"
+)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run a campaign: random pushes, the same for every gain set, and count who stays up
+    Run(RunArgs),
+    /// Join the parts of a campaign that was run in shards
+    Merge(FolderArgs),
+    /// Say what is missing in the folder of a campaign (exit code 3 if anything is)
+    Status(FolderArgs),
+    /// Print a completion script for a shell
+    Completions { shell: Shell },
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  standfast run                                    the standard campaign, all cores
+  standfast run smoke                              a small one, seconds
+  standfast run my.toml --trials 200 --gains switching --gains my-gains.toml
+  standfast run --set push.impulse_n_s=2.5 --set 'push.heading_deg={uniform=[-45, 45]}'
+  standfast run --shard 1/4 --out results          a quarter of it, on this machine
+  standfast merge results                          ... joined when all four are there
+
+Interrupted, the same command goes on where it stopped.")]
+pub struct RunArgs {
+    /// A campaign that is compiled in (smoke, standard) or a TOML file
+    #[arg(default_value = "standard")]
+    pub campaign: String,
+    /// Gain set by name or file, instead of those of the campaign; may be given several times
+    #[arg(long, value_name = "NAME|FILE")]
+    pub gains: Vec<String>,
+    /// Robot by name or URDF file (settings in a .toml of the same name beside it)
+    #[arg(long, value_name = "NAME|FILE")]
+    pub robot: Option<String>,
+    /// Count of pushes
+    #[arg(long, value_name = "N")]
+    pub trials: Option<u64>,
+    /// Seed of all random numbers
+    #[arg(long, value_name = "S")]
+    pub seed: Option<u64>,
+    /// Change one value of the campaign, e.g. push.height_m=0.05 (value in TOML)
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Threads; 0: one per core. The result is the same for any
+    #[arg(long, value_name = "T", default_value_t = 0)]
+    pub threads: usize,
+    /// Run only share k of n (1/n to n/n) and leave parts for `merge`
+    #[arg(long, value_name = "K/N")]
+    pub shard: Option<Shard>,
+    /// Result folder [default: standfast-results/NAME]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print the summary as one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl Default for RunArgs {
+    fn default() -> Self {
+        Self {
+            campaign: "standard".into(),
+            gains: Vec::new(),
+            robot: None,
+            trials: None,
+            seed: None,
+            set: Vec::new(),
+            threads: 0,
+            shard: None,
+            out: None,
+            json: false,
+        }
+    }
+}
+
+impl RunArgs {
+    pub fn overrides(&self) -> Overrides {
+        Overrides {
+            set: self.set.clone(),
+            trials: self.trials,
+            seed: self.seed,
+            gains: self.gains.clone(),
+            robot: self.robot.clone(),
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct FolderArgs {
+    /// Result folder of `run`
+    pub dir: PathBuf,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}

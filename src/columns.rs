@@ -1,0 +1,212 @@
+//! Tables as columns: what trials and traces have in common on the way to a Parquet or CSV file.
+
+use crate::error::{Error, Result};
+use crate::files::write_atomic;
+use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical, ZstdLevel};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::{properties::WriterProperties, writer::SerializedColumnWriter, writer::SerializedFileWriter};
+use parquet::schema::types::Type;
+use std::{path::Path, sync::Arc};
+
+/// A named column; the unit is part of the name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    pub name: String,
+    pub data: Data,
+}
+
+/// Values of a column, one per row. `Opt`: may be absent (null in Parquet, empty in CSV).
+#[derive(Debug, Clone, PartialEq)]
+pub enum Data {
+    F64(Vec<f64>),
+    OptF64(Vec<Option<f64>>),
+    I64(Vec<i64>),
+    Bool(Vec<bool>),
+    Text(Vec<String>),
+    OptText(Vec<Option<String>>),
+}
+
+impl Column {
+    pub fn new(name: impl Into<String>, data: Data) -> Self {
+        Self { name: name.into(), data }
+    }
+
+    /// Count of rows.
+    pub fn len(&self) -> usize {
+        match &self.data {
+            Data::F64(v) => v.len(),
+            Data::OptF64(v) => v.len(),
+            Data::I64(v) => v.len(),
+            Data::Bool(v) => v.len(),
+            Data::Text(v) => v.len(),
+            Data::OptText(v) => v.len(),
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Text of one value; a float in the shortest form that reads back to the same bits.
+    fn cell(&self, row: usize) -> String {
+        match &self.data {
+            Data::F64(v) => v[row].to_string(),
+            Data::OptF64(v) => v[row].map(|x| x.to_string()).unwrap_or_default(),
+            Data::I64(v) => v[row].to_string(),
+            Data::Bool(v) => v[row].to_string(),
+            Data::Text(v) => v[row].clone(),
+            Data::OptText(v) => v[row].clone().unwrap_or_default(),
+        }
+    }
+}
+
+/// Writes columns of equal length to a file by its extension: `.csv` or `.parquet`. Errors: another extension.
+pub fn write(path: &Path, columns: &[Column]) -> Result<()> {
+    match path.extension().and_then(|e| e.to_str()) {
+        Some("csv") => write_csv(path, columns),
+        Some("parquet") => write_parquet(path, columns),
+        _ => {
+            let (problem, accepted) = ("unknown kind of file", "a name that ends in .csv or .parquet");
+            Err(Error::value("output", "file", path.display(), problem, accepted))
+        }
+    }
+}
+
+/// Writes columns of equal length as Parquet: Zstandard, one row group, nothing about host or clock inside.
+pub fn write_parquet(path: &Path, columns: &[Column]) -> Result<()> {
+    write_atomic(path, &parquet_bytes(columns).map_err(|e| other(path, e))?)
+}
+
+/// Writes columns of equal length as CSV, names in the first line, floats with all their digits.
+pub fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
+    let mut out = csv::Writer::from_writer(Vec::new());
+    let rows = columns.first().map_or(0, Column::len);
+    out.write_record(columns.iter().map(|c| &c.name)).map_err(|e| other(path, e))?;
+    for row in 0..rows {
+        out.write_record(columns.iter().map(|c| c.cell(row))).map_err(|e| other(path, e))?;
+    }
+    write_atomic(path, &out.into_inner().map_err(|e| other(path, e.into_error()))?)
+}
+
+/// The bytes of [`write_parquet`].
+pub fn parquet_bytes(columns: &[Column]) -> Result<Vec<u8>, ParquetError> {
+    let fields = columns.iter().map(|c| field(c).map(Arc::new)).collect::<Result<_, _>>()?;
+    let schema = Arc::new(Type::group_type_builder("rows").with_fields(fields).build()?);
+    let properties = WriterProperties::builder()
+        .set_compression(Compression::ZSTD(ZstdLevel::default()))
+        .set_created_by(concat!("standfast ", env!("CARGO_PKG_VERSION")).into())
+        .build();
+    let mut bytes = Vec::new();
+    let mut file = SerializedFileWriter::new(&mut bytes, schema, Arc::new(properties))?;
+    let mut group = file.next_row_group()?;
+    for column in columns {
+        let mut writer = group.next_column()?.expect("the schema has a field per column");
+        write_column(&mut writer, &column.data)?;
+        writer.close()?;
+    }
+    group.close()?;
+    file.close()?;
+    Ok(bytes)
+}
+
+fn field(column: &Column) -> Result<Type, ParquetError> {
+    let (physical, nullable) = match &column.data {
+        Data::F64(_) => (Physical::DOUBLE, false),
+        Data::OptF64(_) => (Physical::DOUBLE, true),
+        Data::I64(_) => (Physical::INT64, false),
+        Data::Bool(_) => (Physical::BOOLEAN, false),
+        Data::Text(_) => (Physical::BYTE_ARRAY, false),
+        Data::OptText(_) => (Physical::BYTE_ARRAY, true),
+    };
+    let repetition = if nullable { Repetition::OPTIONAL } else { Repetition::REQUIRED };
+    let text = (physical == Physical::BYTE_ARRAY).then_some(LogicalType::String);
+    Type::primitive_type_builder(&column.name, physical).with_repetition(repetition).with_logical_type(text).build()
+}
+
+fn write_column(writer: &mut SerializedColumnWriter<'_>, data: &Data) -> Result<(), ParquetError> {
+    let text = |s: &String| ByteArray::from(s.as_str());
+    match data {
+        Data::F64(v) => writer.typed::<DoubleType>().write_batch(v, None, None)?,
+        Data::OptF64(v) => {
+            let values: Vec<f64> = v.iter().flatten().copied().collect();
+            writer.typed::<DoubleType>().write_batch(&values, Some(&present(v)), None)?
+        }
+        Data::I64(v) => writer.typed::<Int64Type>().write_batch(v, None, None)?,
+        Data::Bool(v) => writer.typed::<BoolType>().write_batch(v, None, None)?,
+        Data::Text(v) => {
+            let values: Vec<_> = v.iter().map(text).collect();
+            writer.typed::<ByteArrayType>().write_batch(&values, None, None)?
+        }
+        Data::OptText(v) => {
+            let values: Vec<_> = v.iter().flatten().map(text).collect();
+            writer.typed::<ByteArrayType>().write_batch(&values, Some(&present(v)), None)?
+        }
+    };
+    Ok(())
+}
+
+/// Definition levels of a nullable column: 1 where there is a value.
+fn present<T>(values: &[Option<T>]) -> Vec<i16> {
+    values.iter().map(|v| i16::from(v.is_some())).collect()
+}
+
+fn other(path: &Path, e: impl std::error::Error + Send + Sync + 'static) -> Error {
+    Error::Write { path: path.into(), source: std::io::Error::other(e) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::Field;
+
+    fn sample() -> Vec<Column> {
+        vec![
+            Column::new("time_s", Data::F64(vec![0.1, f64::NAN, 1.0 / 3.0])),
+            Column::new("fell_at_s", Data::OptF64(vec![None, Some(2.5), None])),
+            Column::new("trial", Data::I64(vec![0, 1, -1])),
+            Column::new("held", Data::Bool(vec![true, false, true])),
+            Column::new("set", Data::Text(vec!["a".into(), "b, \"c\"".into(), "ü".into()])),
+            Column::new("fall_cause", Data::OptText(vec![Some("knee".into()), None, None])),
+        ]
+    }
+
+    #[test]
+    fn parquet_reads_back_value_by_value() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("t.parquet");
+        write(&path, &sample()).unwrap();
+        let reader = SerializedFileReader::new(std::fs::File::open(&path).unwrap()).unwrap();
+        let rows: Vec<Vec<Field>> = reader
+            .get_row_iter(None)
+            .unwrap()
+            .map(|row| row.unwrap().into_columns().into_iter().map(|(_, field)| field).collect())
+            .collect();
+        assert_eq!(rows[0][0], Field::Double(0.1));
+        assert!(matches!(rows[1][0], Field::Double(x) if x.is_nan()));
+        assert_eq!(rows[2][0], Field::Double(1.0 / 3.0));
+        assert_eq!((&rows[0][1], &rows[1][1]), (&Field::Null, &Field::Double(2.5)));
+        assert_eq!((&rows[2][2], &rows[1][3]), (&Field::Long(-1), &Field::Bool(false)));
+        assert_eq!((&rows[2][4], &rows[1][5]), (&Field::Str("ü".into()), &Field::Null));
+        assert_eq!(rows[0][5], Field::Str("knee".into()));
+    }
+
+    #[test]
+    fn csv_keeps_every_digit_and_quotes() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("t.csv");
+        write(&path, &sample()).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0], "time_s,fell_at_s,trial,held,set,fall_cause");
+        assert_eq!(lines[2], "NaN,2.5,1,false,\"b, \"\"c\"\"\",");
+        assert_eq!(lines[3], "0.3333333333333333,,-1,true,ü,");
+    }
+
+    #[test]
+    fn another_extension_is_an_error_that_says_which_are_accepted() {
+        let e = write(Path::new("t.xlsx"), &sample()).unwrap_err();
+        assert!(e.to_string().contains(".csv or .parquet"), "{e}");
+    }
+}

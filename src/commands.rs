@@ -1,0 +1,111 @@
+//! The commands around campaigns: what each does and prints.
+
+use crate::cli::{Cli, FolderArgs, RunArgs};
+use clap::CommandFactory;
+use clap_complete::Shell;
+use standfast::campaign::{Campaign, Folder, Plan, run::Options};
+use standfast::report::{self, plot, progress::Progress, progress::note, table};
+use standfast::{Error, Result};
+use std::process::ExitCode;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Exit code of `status` when something is missing.
+const INCOMPLETE: u8 = 3;
+
+static STOP: AtomicBool = AtomicBool::new(false);
+
+pub fn run(args: &RunArgs) -> Result<ExitCode> {
+    let plan = Plan::new(&Campaign::load(&args.campaign, &args.overrides())?)?;
+    let folder = plan.folder(args.out.as_deref())?;
+    let missing = folder.missing().len() as u64;
+    if missing == 0 {
+        note(&format!("{}: complete, nothing is computed again", folder.path.display()));
+    } else if missing < folder.blocks() {
+        let there = folder.blocks() - missing;
+        note(&format!("{}: goes on, {there} of {} parts are there", folder.path.display(), folder.blocks()));
+    }
+    stop_on_ctrl_c();
+    let progress = OnceLock::new();
+    let result = plan.run(
+        &folder,
+        &Options {
+            threads: args.threads,
+            shard: args.shard,
+            stop: &STOP,
+            on_start: &|total| _ = progress.set(Progress::start(total)),
+            on_episode: &|| progress.get().into_iter().for_each(Progress::tick),
+        },
+    );
+    progress.get().into_iter().for_each(Progress::finish);
+    if let Err(Error::Interrupted) = result {
+        note(&format!("finished parts are kept; to go on: {}", folder.resume_command()));
+    }
+    result?;
+    match args.shard {
+        Some(_) => print_status(&folder, args.json).map(|_| ExitCode::SUCCESS),
+        None => join(&folder, args.json),
+    }
+}
+
+pub fn merge(args: &FolderArgs) -> Result<ExitCode> {
+    join(&Folder::existing(&args.dir)?, args.json)
+}
+
+pub fn status(args: &FolderArgs) -> Result<ExitCode> {
+    let complete = print_status(&Folder::existing(&args.dir)?, args.json)?;
+    Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
+}
+
+pub fn completions(shell: Shell) -> Result<ExitCode> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "standfast", &mut script);
+    report::print(&String::from_utf8_lossy(&script))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the result files and prints the result.
+fn join(folder: &Folder, json: bool) -> Result<ExitCode> {
+    let (summary, _) = folder.join()?;
+    plot::write_success(&summary, &folder.path.join("success.svg"))?;
+    report::print(&if json { report::json(&summary) } else { table::campaign(&summary) })?;
+    note(&format!("written: {}/{{summary.json, trials.parquet, success.svg, campaign.toml}}", folder.path.display()));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Prints which parts are there; true if all are.
+fn print_status(folder: &Folder, json: bool) -> Result<bool> {
+    let (missing, blocks) = (folder.missing(), folder.blocks());
+    let complete = missing.is_empty();
+    let (path, there) = (folder.path.display().to_string(), blocks - missing.len() as u64);
+    let next = if complete { format!("standfast merge {path}") } else { folder.resume_command() };
+    if json {
+        report::print(&report::json(&serde_json::json!({
+            "name": folder.manifest.campaign.name,
+            "config_hash": folder.manifest.config_hash,
+            "complete": complete,
+            "parts": blocks,
+            "parts_complete": there,
+            "missing_trials": folder.trials_of(&missing),
+            "next_command": next,
+        })))?;
+    } else {
+        let trials = if complete { String::new() } else { format!("\nmissing: trials {}", folder.trials_of(&missing)) };
+        let verb = if complete { "to join them" } else { "to compute the rest" };
+        report::print(&format!("{path}: {there} of {blocks} parts are complete{trials}\n{verb}: {next}\n"))?;
+    }
+    Ok(complete)
+}
+
+/// The first Ctrl-C (or SIGTERM) lets running episodes end; the second ends at once.
+fn stop_on_ctrl_c() {
+    let handler = || {
+        if STOP.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        note("stopping; once more to end at once");
+    };
+    if let Err(e) = ctrlc::set_handler(handler) {
+        log::warn!("no handler for Ctrl-C: {e}");
+    }
+}

@@ -1,0 +1,107 @@
+//! Pictures (SVG) of a campaign.
+
+use crate::campaign::{Summary, stats::ImpulseBin};
+use crate::error::{Error, Result};
+use crate::files::write_atomic;
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use std::path::Path;
+
+/// Told apart by most colour-blind readers too (Okabe and Ito).
+const COLORS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+    RGBColor(90, 90, 90),
+];
+const SIZE: (u32, u32) = (900, 540);
+/// To the right of the chart.
+const LEGEND_WIDTH: u32 = 170;
+const INK: RGBColor = RGBColor(40, 40, 40);
+const FAINT: RGBColor = RGBColor(225, 225, 225);
+
+/// Writes success rate against impulse, a curve and a 95 % band per gain set.
+pub fn write_success(summary: &Summary, path: &Path) -> Result<()> {
+    let mut svg = String::new();
+    let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+    let fail = |source| Error::Write { path: path.into(), source };
+    draw_success(summary, &area).map_err(|e| fail(std::io::Error::other(e.to_string())))?;
+    drop(area);
+    write_atomic(path, svg.as_bytes())
+}
+
+fn draw_success(
+    summary: &Summary,
+    area: &DrawingArea<SVGBackend, Shift>,
+) -> Result<(), DrawingAreaErrorKind<std::io::Error>> {
+    area.fill(&WHITE)?;
+    let bins = || summary.sets.iter().flat_map(|set| &set.by_impulse);
+    let least = bins().map(|bin| bin.from_n_s).fold(f64::INFINITY, f64::min);
+    let most = bins().map(|bin| bin.to_n_s).fold(f64::NEG_INFINITY, f64::max);
+    let (least, most) = if least < most { (least, most) } else { (0.0, 1.0) };
+    let middle = |bin: &ImpulseBin| (bin.from_n_s + bin.to_n_s) / 2.0;
+    let font = |size: u32| ("sans-serif", size).into_font().color(&INK);
+    let title = format!("Who stays up: {} pushes per gain set ({})", summary.trials, summary.name);
+    let mut chart = ChartBuilder::on(area)
+        .margin(18)
+        .margin_right(LEGEND_WIDTH)
+        .caption(title, font(20))
+        .margin_top(10)
+        .x_label_area_size(52)
+        .y_label_area_size(64)
+        .build_cartesian_2d(least..most, 0.0..1.0)?;
+    chart
+        .configure_mesh()
+        .y_labels(6)
+        .bold_line_style(FAINT)
+        .light_line_style(TRANSPARENT)
+        .axis_style(INK)
+        .x_desc("impulse [N s]")
+        .y_desc("recovered")
+        .label_style(font(14))
+        .axis_desc_style(font(15))
+        .y_label_formatter(&|rate| format!("{:.0} %", 100.0 * rate))
+        .draw()?;
+    for (set, color) in summary.sets.iter().zip(COLORS.iter().cycle()) {
+        let low = set.by_impulse.iter().map(|bin| (middle(bin), bin.count.ci95[0]));
+        let high = set.by_impulse.iter().rev().map(|bin| (middle(bin), bin.count.ci95[1]));
+        chart.draw_series([Polygon::new(low.chain(high).collect::<Vec<_>>(), color.mix(0.13))])?;
+    }
+    for (set, color) in summary.sets.iter().zip(COLORS.iter().cycle()) {
+        let points = set.by_impulse.iter().map(|bin| (middle(bin), bin.count.success_rate));
+        if let [bin] = &set.by_impulse[..] {
+            // A band needs two points.
+            let ends = bin.count.ci95.map(|rate| (middle(bin), rate));
+            chart.draw_series([PathElement::new(ends, color.mix(0.5).stroke_width(2))])?;
+        }
+        chart.draw_series(LineSeries::new(points.clone(), color.stroke_width(2)))?;
+        chart.draw_series(points.map(|point| Circle::new(point, 4, color.filled())))?;
+    }
+    legend(summary, area)
+}
+
+/// To the right of the chart: which colour is which set, and its rate over all impulses.
+fn legend(
+    summary: &Summary,
+    area: &DrawingArea<SVGBackend, Shift>,
+) -> Result<(), DrawingAreaErrorKind<std::io::Error>> {
+    let left = (SIZE.0 - LEGEND_WIDTH) as i32 + 20;
+    let text = |size: u32, opacity: f64| {
+        let color = INK.mix(opacity);
+        ("sans-serif", size).into_font().color(&color).pos(Pos::new(HPos::Left, VPos::Center))
+    };
+    for (i, (set, color)) in summary.sets.iter().zip(COLORS.iter().cycle()).enumerate() {
+        let y = 70 + 52 * i as i32;
+        area.draw(&PathElement::new(vec![(left, y), (left + 22, y)], color.stroke_width(2)))?;
+        area.draw(&Circle::new((left + 11, y), 4, color.filled()))?;
+        area.draw(&Text::new(set.name.clone(), (left + 30, y), text(15, 1.0)))?;
+        let rate = format!("{:.1} % in all", 100.0 * set.count.success_rate);
+        area.draw(&Text::new(rate, (left + 30, y + 19), text(13, 0.7)))?;
+    }
+    let y = 70 + 52 * summary.sets.len() as i32;
+    area.draw(&Text::new("band: 95 %", (left, y), text(13, 0.7)))
+}

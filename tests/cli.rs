@@ -1,0 +1,228 @@
+//! The program from outside: exit codes, messages, and that results are the same bytes whatever happened on the way.
+
+use assert_cmd::Command;
+use std::{collections::BTreeMap, fs, path::Path};
+use tempfile::TempDir;
+
+/// A campaign of two parts and of little to simulate.
+const TINY: [&str; 9] = [
+    "run",
+    "smoke",
+    "--gains=hold",
+    "--trials=26",
+    "--set=episode.horizon_s=1",
+    "--set=push.start_s=0.1",
+    "--set=push.impulse_n_s={uniform=[0, 4]}",
+    "--set=sensors.noise_scale=0.5",
+    "--out=out",
+];
+
+fn standfast(folder: &Path, args: &[&str]) -> assert_cmd::assert::Assert {
+    Command::cargo_bin("standfast").unwrap().current_dir(folder).args(args).assert()
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+/// Every file under a folder, by path.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
+        let name = entry.file_name().into_string().unwrap();
+        if entry.path().is_dir() {
+            found.extend(files(&entry.path()).into_iter().map(|(k, v)| (format!("{name}/{k}"), v)));
+        } else {
+            found.insert(name, fs::read(entry.path()).unwrap());
+        }
+    }
+    found
+}
+
+fn stdout(assert: &assert_cmd::assert::Assert) -> String {
+    String::from_utf8(assert.get_output().stdout.clone()).unwrap()
+}
+
+fn stderr(assert: &assert_cmd::assert::Assert) -> String {
+    String::from_utf8(assert.get_output().stderr.clone()).unwrap()
+}
+
+/// Runs the tiny campaign in a new folder with further arguments and gives what it wrote.
+fn result_of(more: &[&str]) -> BTreeMap<String, Vec<u8>> {
+    let dir = folder();
+    standfast(dir.path(), &[&TINY[..], more].concat()).success();
+    files(&dir.path().join("out"))
+}
+
+#[test]
+fn bad_input_is_one_clear_error_and_nothing_is_written() {
+    let good = "name = 'c'\ntrials = 2\nseed = 1\n[push]\nimpulse_n_s = 1\n";
+    let cases: &[(&str, &[&str], &[&str])] = &[
+        (good, &["run", "missing.toml"], &["missing.toml: cannot read"]),
+        (good, &["run", "smokey"], &["campaign \"smokey\" not found", "smoke, standard or a path"]),
+        ("name = 'c\n", &["run", "c.toml"], &["c.toml", "line 1"]),
+        ("names = 'c'\n", &["run", "c.toml"], &["c.toml", "unknown field `names`", "`name`"]),
+        ("name = 'c'\n", &["run", "c.toml"], &["c.toml", "missing field `trials`"]),
+        (&good.replace("s = 1\n", "s = -1\n"), &["run", "c.toml"], &["c.toml: push.impulse_n_s = -1", "0 to 10000"]),
+        (good, &["run", "c.toml", "--set", "push.impulse_n_s=-2"], &["push.impulse_n_s = -2", "0 to 10000"]),
+        (good, &["run", "c.toml", "--set", "push.impulse=2"], &["--set: push.impulse", "push.impulse_n_s"]),
+        (good, &["run", "c.toml", "--trials", "0"], &["trials = 0", "1 to"]),
+        (good, &["run", "c.toml", "--gains", "best"], &["gain set \"best\" not found", "hold, fixed, switching"]),
+        (good, &["run", "c.toml", "--gains", "best.toml"], &["best.toml: cannot read"]),
+        (good, &["run", "c.toml", "--gains=hold", "--gains=hold"], &["two gain sets of this name"]),
+        (good, &["run", "c.toml", "--robot", "r2d2"], &["robot \"r2d2\" not found", "ut-mu2"]),
+        (good, &["run", "c.toml", "--shard", "5/4"], &["--shard", "1 <= k <= n"]),
+        (good, &["run", "c.toml", "--trails", "5"], &["--trails"]),
+        (good, &["walk"], &["walk"]),
+    ];
+    for (text, args, expected) in cases {
+        let dir = folder();
+        fs::write(dir.path().join("c.toml"), text).unwrap();
+        let run = standfast(dir.path(), args).code(2);
+        let message = stderr(&run);
+        assert!(message.starts_with("error: ") && stdout(&run).is_empty(), "{args:?}: {message}");
+        for part in *expected {
+            assert!(message.contains(part), "{args:?}: {part:?} not in {message}");
+        }
+        assert_eq!(files(dir.path()).len(), 1, "{args:?} wrote something");
+    }
+}
+
+#[test]
+fn the_same_bytes_for_any_number_of_threads() {
+    let one = result_of(&["--threads=1"]);
+    assert_eq!(one.len(), 9, "{:?}", one.keys());
+    for name in ["campaign.toml", "summary.json", "trials.parquet", "success.svg", "parts/part-000001.csv"] {
+        assert!(one.contains_key(name), "{name} in {:?}", one.keys());
+    }
+    assert!(one == result_of(&["--threads=2"]), "two threads wrote something else");
+}
+
+#[test]
+fn shards_merge_and_resume_end_in_the_same_bytes() {
+    let whole = result_of(&[]);
+    let dir = folder();
+    let out = dir.path().join("out");
+    standfast(dir.path(), &[&TINY[..], &["--shard=2/2"]].concat()).success();
+    assert!(!out.join("trials.parquet").exists() && !out.join("summary.json").exists());
+    let status = standfast(dir.path(), &["status", "out"]).code(3);
+    assert!(stdout(&status).contains("missing: trials 0-24"), "{}", stdout(&status));
+    let merge = standfast(dir.path(), &["merge", "out"]).code(3);
+    assert!(stderr(&merge).contains("standfast run out/campaign.toml --out out"), "{}", stderr(&merge));
+    // The command that was just printed.
+    let run = standfast(dir.path(), &["run", "out/campaign.toml", "--out", "out"]).success();
+    assert!(stderr(&run).contains("goes on, 1 of 2 parts"), "{}", stderr(&run));
+    assert!(files(&out) == whole, "resumed");
+    fs::remove_file(out.join("summary.json")).unwrap();
+    standfast(dir.path(), &["status", "out"]).success();
+    standfast(dir.path(), &["merge", "out"]).success();
+    assert!(files(&out) == whole, "merged");
+}
+
+#[test]
+fn a_damaged_part_is_noticed_and_computed_again() {
+    let dir = folder();
+    let out = dir.path().join("out");
+    standfast(dir.path(), &TINY).success();
+    let whole = files(&out);
+    let part = out.join("parts/part-000000.csv");
+    let mut bytes = fs::read(&part).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&part, bytes).unwrap();
+    standfast(dir.path(), &["merge", "out"]).code(3);
+    standfast(dir.path(), &TINY).success();
+    assert!(files(&out) == whole);
+}
+
+#[test]
+fn a_result_is_kept_printed_again_and_never_overwritten() {
+    let dir = folder();
+    let first = standfast(dir.path(), &TINY).success();
+    let whole = files(&dir.path().join("out"));
+    let again = standfast(dir.path(), &TINY).success();
+    assert!(stderr(&again).contains("nothing is computed again"), "{}", stderr(&again));
+    assert_eq!(stdout(&first), stdout(&again));
+    let other = standfast(dir.path(), &[&TINY[..], &["--seed=9"]].concat()).code(3);
+    assert!(stderr(&other).contains("another campaign"), "{}", stderr(&other));
+    assert!(files(&dir.path().join("out")) == whole);
+    fs::create_dir(dir.path().join("thesis")).unwrap();
+    fs::write(dir.path().join("thesis/main.tex"), "").unwrap();
+    standfast(dir.path(), &["run", "smoke", "--trials=1", "--out=thesis"]).code(3);
+    assert_eq!(files(&dir.path().join("thesis")).len(), 1);
+}
+
+#[test]
+fn the_default_folder_makes_way_for_another_campaign() {
+    let dir = folder();
+    let replaced = |arg: &&&str| !arg.starts_with("--trials") && !arg.starts_with("--out");
+    let tiny: Vec<&str> = TINY.iter().filter(replaced).copied().chain(["--trials=2"]).collect();
+    standfast(dir.path(), &tiny).success();
+    let first = files(&dir.path().join("standfast-results/smoke"));
+    let other: Vec<&str> = tiny.iter().copied().chain(["--seed=9"]).collect();
+    standfast(dir.path(), &other).success();
+    let results = dir.path().join("standfast-results");
+    let mut names: Vec<String> =
+        fs::read_dir(&results).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    assert_eq!(names.len(), 2);
+    assert!(names[0] == "smoke" && names[1].starts_with("smoke-") && names[1].len() == 14, "{names:?}");
+    assert!(files(&results.join("smoke")) == first);
+}
+
+#[test]
+fn json_is_one_object_and_all_else_goes_to_the_standard_error() {
+    let dir = folder();
+    let run = standfast(dir.path(), &[&TINY[..], &["--json"]].concat()).success();
+    let summary: serde_json::Value = serde_json::from_str(&stdout(&run)).unwrap();
+    let set = &summary["sets"][0];
+    assert_eq!((set["name"].as_str(), set["trials"].as_u64()), (Some("hold"), Some(26)));
+    let total: u64 = ["recovered", "fell", "diverged", "timed_out"].iter().map(|k| set[k].as_u64().unwrap()).sum();
+    assert_eq!(total, 26);
+    assert_eq!(summary["config_hash"].as_str().unwrap().len(), 64);
+    assert_eq!(fs::read_to_string(dir.path().join("out/summary.json")).unwrap(), stdout(&run));
+    let status: serde_json::Value =
+        serde_json::from_str(&stdout(&standfast(dir.path(), &["status", "out", "--json"]).success())).unwrap();
+    assert_eq!(status["complete"], true);
+}
+
+#[test]
+fn without_a_terminal_the_table_fits_80_columns() {
+    let dir = folder();
+    let text = stdout(&standfast(dir.path(), &TINY).success());
+    let (_, tables) = text.split_once("gain set ").unwrap();
+    let (tables, _) = tables.split_once("95 % intervals").unwrap();
+    assert!(tables.lines().all(|line| line.chars().count() <= 80), "{tables}");
+    assert!(text.contains("seed 1") && text.contains("fell:"), "{text}");
+}
+
+#[test]
+fn inputs_from_files_are_kept_with_the_result() {
+    let dir = folder();
+    let campaign = "name='c'\ngains=['../g/mine.toml']\ntrials=1\nseed=1\n[push]\nimpulse_n_s=0\nstart_s=0.1\n";
+    let hold = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/gains/hold.toml")).unwrap();
+    for sub in ["c", "g"] {
+        fs::create_dir(dir.path().join(sub)).unwrap();
+    }
+    fs::write(dir.path().join("c/c.toml"), campaign).unwrap();
+    fs::write(dir.path().join("g/mine.toml"), &hold).unwrap();
+    standfast(dir.path(), &["run", "c/c.toml", "--out=out"]).success();
+    let kept: Vec<_> = fs::read_dir(dir.path().join("out/inputs/gains")).unwrap().map(Result::unwrap).collect();
+    assert_eq!(kept.len(), 1);
+    assert_eq!(fs::read_to_string(kept[0].path()).unwrap(), hold);
+    let before = files(&dir.path().join("out"));
+    // The sources may go: the result has its own.
+    fs::remove_dir_all(dir.path().join("g")).unwrap();
+    let again = standfast(dir.path(), &["run", "out/campaign.toml", "--out=out"]).success();
+    assert!(stderr(&again).contains("nothing is computed again"), "{}", stderr(&again));
+    assert!(files(&dir.path().join("out")) == before);
+    standfast(dir.path(), &["run", "out/campaign.toml", "--out=copy"]).success();
+    assert!(files(&dir.path().join("copy")) == before);
+}
+
+#[test]
+fn help_and_completions_are_printed() {
+    let dir = folder();
+    assert!(stdout(&standfast(dir.path(), &["run", "--help"]).success()).contains("Examples:"));
+    assert!(stdout(&standfast(dir.path(), &["completions", "bash"]).success()).contains("standfast"));
+}
