@@ -39,7 +39,9 @@ impl CpiSet {
     pub fn search(gain: &Gain, pendulum: Pendulum, polygon: &SupportPolygon) -> Result<Self> {
         let rows = constraint_rows(polygon)?;
         let (horizon, set) = maximal_cpi(&closed_loop(gain), &rows).map_err(|e| match e {
-            Error::Numeric { what, problem } => Error::Numeric { what: format!("gain {:?}: {what}", gain.name), problem },
+            Error::Numeric { what, problem } => {
+                Error::Numeric { what: format!("gain {:?}: {what}", gain.name), problem }
+            }
             other => other,
         })?;
         Ok(Self { gain: gain.name.clone(), pendulum, polygon: *polygon, horizon, set })

@@ -175,6 +175,10 @@ impl GainFamily {
                 return Err(Error::value("pendulum", field, value, "is not positive", "a positive number"));
             }
         }
+        if pendulum.omega * pendulum.dt > 1.0 {
+            let accepted = format!("at most 1/omega = {} s", 1.0 / pendulum.omega);
+            return Err(Error::value("pendulum", "dt", pendulum.dt, "the pendulum falls within a period", accepted));
+        }
         Ok(Self {
             name: set.name.clone(),
             standing: set.standing,

@@ -1,1 +1,4 @@
+//! What people and other programs read: tables, JSON, pictures.
 
+pub mod cpi;
+mod cpi_plot;
