@@ -223,8 +223,8 @@ fn export(folder: &Path, family: &GainFamily, sets: &[CpiSet]) -> Result<()> {
 fn write_csv(path: &Path, rows: &DMatrix<f64>) -> Result<()> {
     let mut text = format!("{HEADER}\n");
     for row in rows.row_iter() {
-        // Debug formatting is the shortest text that reads back as the same number.
-        let cells: Vec<String> = row.iter().map(|v| format!("{v:?}")).collect();
+        // Debug formatting is the shortest text that reads back as the same number; adding 0 makes -0 plain 0.
+        let cells: Vec<String> = row.iter().map(|v| format!("{:?}", v + 0.0)).collect();
         let _ = writeln!(text, "{}", cells.join(","));
     }
     std::fs::write(path, text).map_err(|source| Error::Write { path: path.into(), source })

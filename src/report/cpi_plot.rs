@@ -9,7 +9,7 @@ use plotters::prelude::*;
 use std::path::Path;
 
 /// Directions in which the boundary of a slice is looked for.
-const DIRECTIONS: usize = 1440;
+const DIRECTIONS: usize = 720;
 /// Width and height [px].
 const SIZE: (u32, u32) = (1000, 460);
 
@@ -29,12 +29,14 @@ fn draw_panels(svg: &mut String, sets: &[CpiSet]) -> Result<(), String> {
         let name = ["x", "y"][axis];
         let reach = first.polygon.vertices().iter().map(|v| v.coords[axis].abs()).fold(0.0, f64::max) * 1.15;
         let speed = reach * first.pendulum.omega;
+        // The legend stands beside the sets of the last panel.
+        let room = if axis == 1 { 1.6 } else { 1.0 };
         let mut chart = ChartBuilder::on(panel)
             .caption(format!("{name} axis, slice com = 0"), ("sans-serif", 18))
             .margin(12)
             .x_label_area_size(40)
             .y_label_area_size(56)
-            .build_cartesian_2d(-speed..speed, -reach * 1e3..reach * 1e3)
+            .build_cartesian_2d(-speed..speed * room, -reach * 1e3..reach * 1e3)
             .map_err(|e| e.to_string())?;
         chart
             .configure_mesh()
@@ -72,7 +74,7 @@ fn draw_panels(svg: &mut String, sets: &[CpiSet]) -> Result<(), String> {
         if axis == 1 {
             chart
                 .configure_series_labels()
-                .position(SeriesLabelPosition::UpperLeft)
+                .position(SeriesLabelPosition::MiddleRight)
                 .background_style(WHITE.mix(0.8))
                 .draw()
                 .map_err(|e| e.to_string())?;
