@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use standfast::geometry::SupportPolygon;
 use standfast::geometry::polytope::Polytope;
-use standfast::lipm::cpi_set::{Inclusion, maximal_cpi};
+use standfast::lipm::cpi_set::{Inclusion, maximal_cpi, nesting_warning};
 use standfast::lipm::gains::{GainPoles, GainSet, Standing};
 use standfast::lipm::{CpiSet, Gain, GainFamily, OnlineSets, Pendulum, State};
 
@@ -97,7 +97,7 @@ fn excess_of_eq_25(gain: &Gain, polygon: &SupportPolygon) -> (f64, State) {
 fn boundary(set: &CpiSet, random: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
     let mut programs = set.set.programs().unwrap();
     let rows = &set.set.rows;
-    let stride = (rows.nrows() / 7).max(1);
+    let stride = (rows.nrows() / 5).max(1);
     let corners = (0..rows.nrows()).step_by(stride).map(|i| {
         let at = programs.maximise(&rows.row(i).into_owned()).unwrap().at;
         Vector6::from_column_slice(at.as_slice())
@@ -186,6 +186,7 @@ fn the_standard_family_nests_and_arbitrary_poles_do_not() {
     let family = GainFamily::design(&builtin("switching"), PENDULUM).unwrap();
     let inclusion = Inclusion::of(&CpiSet::search_family(&family, &home()).unwrap()).unwrap();
     assert_eq!(inclusion.warning(), None);
+    assert_eq!(nesting_warning(&family, &home()).unwrap(), None);
     for (i, row) in inclusion.inside.iter().enumerate() {
         for (j, inside) in row.iter().enumerate() {
             assert_eq!(*inside, j <= i, "gain {i} in gain {j}");
@@ -196,6 +197,7 @@ fn the_standard_family_nests_and_arbitrary_poles_do_not() {
         let inclusion = Inclusion::of(&CpiSet::search_family(&family, &home()).unwrap()).unwrap();
         assert!(!inclusion.inside[1][0] && !inclusion.inside[0][1], "{slow:?} {fast:?}");
         assert!(inclusion.warning().unwrap().contains("\"1\" is not inside \"0\""));
+        assert_eq!(nesting_warning(&family, &home()).unwrap(), inclusion.warning());
     }
 }
 

@@ -27,7 +27,7 @@ pub struct CpiArgs {
     /// Support rectangle about the control origin [m], taken as is; default: both soles at home, less the ZMP margin
     #[arg(long, value_name = "XMIN,XMAX,YMIN,YMAX", allow_hyphen_values = true, value_parser = parse_support)]
     pub support: Option<SupportPolygon>,
-    /// Write gain-<i>-set.csv and gain-<i>-closed-loop.csv for each gain
+    /// Write gain-0-set.csv, gain-0-closed-loop.csv, gain-1-set.csv ... here
     #[arg(long, value_name = "DIR")]
     pub export: Option<PathBuf>,
     /// Draw the sets as an SVG
