@@ -3,6 +3,7 @@
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use standfast::campaign::{Overrides, Shard};
+use standfast::report;
 use std::path::PathBuf;
 
 /// How hard can a humanoid be pushed before it falls, and which gain set makes it stand better?
@@ -27,6 +28,12 @@ pub enum Command {
     Merge(FolderArgs),
     /// Say what is missing in the folder of a campaign (exit code 3 if anything is)
     Status(FolderArgs),
+    /// One push: what happened and why, and a trace to plot
+    Push(report::push::PushArgs),
+    /// The maximal CPI sets of a gain set: size, inclusion, horizon, picture, export
+    Cpi(report::cpi::CpiArgs),
+    /// What was understood of a robot; kinematics at given joint angles
+    Model(report::model::Args),
     /// Print a completion script for a shell
     Completions { shell: Shell },
 }

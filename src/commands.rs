@@ -4,7 +4,14 @@ use crate::cli::{Cli, FolderArgs, RunArgs};
 use clap::CommandFactory;
 use clap_complete::Shell;
 use standfast::campaign::{Campaign, Folder, Plan, run::Options};
+use standfast::control::home_polygon;
+use standfast::episode::EpisodeConfig;
+use standfast::lipm::pendulum::Pendulum;
+use standfast::report::cpi::{CpiArgs, CpiDefaults};
+use standfast::report::model::Args as ModelArgs;
+use standfast::report::push::PushArgs;
 use standfast::report::{self, plot, progress::Progress, progress::note, table};
+use standfast::robot::Robot;
 use standfast::{Error, Result};
 use std::process::ExitCode;
 use std::sync::OnceLock;
@@ -55,6 +62,27 @@ pub fn merge(args: &FolderArgs) -> Result<ExitCode> {
 pub fn status(args: &FolderArgs) -> Result<ExitCode> {
     let complete = print_status(&Folder::existing(&args.dir)?, args.json)?;
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
+}
+
+pub fn push(args: &PushArgs) -> Result<ExitCode> {
+    report::print(&report::push::run(args)?)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The sets for UT-mu2 unless pendulum or support are given.
+pub fn cpi(args: &CpiArgs) -> Result<ExitCode> {
+    let robot = Robot::load("ut-mu2")?;
+    let pendulum = Pendulum { omega: robot.omega(), dt: EpisodeConfig::default().control_period_s };
+    let defaults = CpiDefaults { pendulum, support: home_polygon(&robot) };
+    let mut text = Vec::new();
+    report::cpi::run(args, &defaults, &mut text)?;
+    report::print(&String::from_utf8_lossy(&text))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+pub fn model(args: &ModelArgs) -> Result<ExitCode> {
+    report::print(&report::model::run(args)?)?;
+    Ok(ExitCode::SUCCESS)
 }
 
 pub fn completions(shell: Shell) -> Result<ExitCode> {

@@ -124,6 +124,10 @@ pub struct Record {
 /// controller makes of what it senses now.
 pub struct Tick<'a> {
     pub truth: &'a Truth,
+    /// True divergent component of motion, world.
+    pub dcm: Point2<f64>,
+    /// Its distance outside of the soles on the ground [m]; negative inside, infinite in flight.
+    pub dcm_outside_m: f64,
     pub controller: &'a Controller<'a>,
     pub command: &'a Command,
 }
@@ -141,12 +145,16 @@ pub fn run(
     let clock = Clock { physics_step_s: config.physics_step_s, control_period_s: config.control_period_s };
     let mut plant = Plant::new(robot, clock, sensor_errors, design.home_command().clone());
     let mut controller = Controller::new(robot, design);
-    let mut referee = Referee::new(robot, design, config, &pushes);
+    let mut referee = Referee::new(robot, config, &pushes);
     let ticks = (config.horizon_s / config.control_period_s).round() as u64;
     for k in 0..=ticks {
         let sensed = plant.sense();
         let command = controller.tick(&sensed);
-        let tick = Tick { truth: plant.truth(), controller: &controller, command: &command };
+        let truth = plant.truth();
+        let dcm = truth.com.xy() + truth.com_vel.xy() / design.family.pendulum.omega;
+        let support = support_on_ground(robot, truth);
+        let dcm_outside_m = support.map_or(f64::INFINITY, |polygon| polygon.signed_distance(dcm));
+        let tick = Tick { truth, dcm, dcm_outside_m, controller: &controller, command: &command };
         observe(&tick);
         referee.watch(&tick);
         if referee.record.outcome == Outcome::Diverged || (until == Until::Decided && referee.is_decided()) {
@@ -163,7 +171,6 @@ pub fn run(
 struct Referee<'a> {
     robot: &'a Robot,
     judge: Judge,
-    omega: f64,
     home_height: f64,
     last_push_end_s: f64,
     /// Since when the robot has been standing without a break.
@@ -172,11 +179,10 @@ struct Referee<'a> {
 }
 
 impl<'a> Referee<'a> {
-    fn new(robot: &'a Robot, design: &Design, config: &EpisodeConfig, pushes: &[Push]) -> Self {
+    fn new(robot: &'a Robot, config: &EpisodeConfig, pushes: &[Push]) -> Self {
         Self {
             robot,
             judge: config.judge,
-            omega: design.family.pendulum.omega,
             home_height: robot.home_com_height(),
             last_push_end_s: pushes.iter().map(Push::end_s).fold(0.0, f64::max),
             standing_since_s: None,
@@ -210,8 +216,7 @@ impl<'a> Referee<'a> {
             self.record.outcome = Outcome::Diverged;
             return;
         }
-        let outside = self.dcm_outside(truth);
-        self.note_peaks(tick, outside);
+        self.note_peaks(tick);
         if self.record.outcome == Outcome::Fell {
             return;
         }
@@ -224,7 +229,7 @@ impl<'a> Referee<'a> {
         let standing = truth.time_s >= self.last_push_end_s
             && truth.tilt_rad().to_degrees() <= self.judge.standing_tilt_deg
             && truth.com_vel.norm() <= self.judge.standing_com_speed_m_s
-            && outside <= 0.0;
+            && tick.dcm_outside_m <= 0.0;
         match (standing, self.standing_since_s) {
             (false, _) => self.standing_since_s = None,
             (true, None) => self.standing_since_s = Some(truth.time_s),
@@ -238,12 +243,6 @@ impl<'a> Referee<'a> {
     fn has_stood(&self, since_s: f64) -> bool {
         // Half a tick of grace for the rounding of times.
         self.record.end_s - since_s >= self.judge.standing_time_s - 1e-6
-    }
-
-    /// Distance of the DCM outside of the support of the soles on the ground [m]; negative inside.
-    fn dcm_outside(&self, truth: &Truth) -> f64 {
-        let dcm = truth.com.xy() + truth.com_vel.xy() / self.omega;
-        support_on_ground(self.robot, truth).map_or(f64::INFINITY, |polygon| polygon.signed_distance(dcm))
     }
 
     fn fall_cause(&self, truth: &Truth) -> Option<String> {
@@ -260,7 +259,7 @@ impl<'a> Referee<'a> {
         }
     }
 
-    fn note_peaks(&mut self, tick: &Tick, outside: f64) {
+    fn note_peaks(&mut self, tick: &Tick) {
         let (truth, controller, record) = (tick.truth, tick.controller, &mut self.record);
         let decided = record.outcome == Outcome::Fell;
         record.peak_tilt_deg = record.peak_tilt_deg.max(truth.tilt_rad().to_degrees());
@@ -273,8 +272,8 @@ impl<'a> Referee<'a> {
             record.peak_torque_ratio = record.peak_torque_ratio.max(tau.abs() / servo.torque_n_m);
             record.peak_joint_speed_rad_s = record.peak_joint_speed_rad_s.max(truth.velocity[6 + i].abs());
         }
-        if outside.is_finite() {
-            record.peak_dcm_outside_m = record.peak_dcm_outside_m.max(outside);
+        if tick.dcm_outside_m.is_finite() {
+            record.peak_dcm_outside_m = record.peak_dcm_outside_m.max(tick.dcm_outside_m);
         }
         record.gain_switches = controller.switches;
         if controller.phase == Phase::Posture {

@@ -15,6 +15,9 @@ fn main() -> ExitCode {
         Command::Run(args) => commands::run(&args),
         Command::Merge(args) => commands::merge(&args),
         Command::Status(args) => commands::status(&args),
+        Command::Push(args) => commands::push(&args),
+        Command::Cpi(args) => commands::cpi(&args),
+        Command::Model(args) => commands::model(&args),
         Command::Completions { shell } => commands::completions(shell),
     };
     done.unwrap_or_else(|error| {

@@ -15,5 +15,5 @@ pub use distribution::Distribution;
 pub use parts::{Folder, Shard};
 pub use row::Row;
 pub use run::Plan;
-pub use spec::{Campaign, Overrides};
+pub use spec::{Campaign, Overrides, PushBounds, check_episode};
 pub use stats::Summary;

@@ -14,7 +14,7 @@ pub mod whole_body;
 
 use crate::error::Result;
 use crate::geometry::SupportPolygon;
-use crate::lipm::cpi_set::{CpiSet, Inclusion};
+use crate::lipm::cpi_set::nesting_warning;
 use crate::lipm::gains::{GainFamily, GainSet, Standing};
 use crate::lipm::pendulum::Pendulum;
 use crate::robot::dynamics::load_torques;
@@ -42,9 +42,7 @@ impl Design {
         let pendulum = Pendulum { omega: robot.omega(), dt: control_period_s };
         let family = GainFamily::design(gains, pendulum)?;
         let warning = match home_polygon(robot).inset(family.zmp_margin) {
-            Some(polygon) if family.gains.len() > 1 => {
-                Inclusion::of(&CpiSet::search_family(&family, &polygon)?)?.warning()
-            }
+            Some(polygon) if family.gains.len() > 1 => nesting_warning(&family, &polygon)?,
             _ => None,
         };
         Ok(Self { family, warning, home: home_command(robot), com_height: robot.home_com_height() })
@@ -133,6 +131,11 @@ impl<'a> Controller<'a> {
             switches: 0,
             estimator,
         }
+    }
+
+    /// Name of the gain that acts; None where the gain set has none.
+    pub fn acting_gain(&self) -> Option<&str> {
+        self.design.family.gains.get(self.supervisor.gain).map(|gain| gain.name.as_str())
     }
 
     /// One control tick.

@@ -6,7 +6,7 @@
 //! [`Inclusion`](super::cpi_set::Inclusion) checks.
 
 use super::pendulum::{Pendulum, State};
-use crate::assets::{Source, parse_toml};
+use crate::assets::{self, Kind, Source, parse_toml};
 use crate::error::{Error, Result};
 use nalgebra::{Matrix3, Matrix6, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -53,6 +53,11 @@ fn default_zmp_margin_m() -> f64 {
 }
 
 impl GainSet {
+    /// Loads a gain set that is compiled in, or a file.
+    pub fn load(name_or_path: &str) -> Result<Self> {
+        Self::parse(&assets::open(Kind::Gains, name_or_path)?)
+    }
+
     /// Reads a gain set. Errors name the file, the field, its value and what would be accepted.
     pub fn parse(source: &Source) -> Result<Self> {
         let set: Self = parse_toml(source)?;
@@ -175,6 +180,10 @@ impl GainFamily {
                 return Err(Error::value("pendulum", field, value, "is not positive", "a positive number"));
             }
         }
+        if pendulum.omega * pendulum.dt > 1.0 {
+            let accepted = format!("at most 1/omega = {} s", 1.0 / pendulum.omega);
+            return Err(Error::value("pendulum", "dt", pendulum.dt, "the pendulum falls within a period", accepted));
+        }
         Ok(Self {
             name: set.name.clone(),
             standing: set.standing,
@@ -182,5 +191,61 @@ impl GainFamily {
             pendulum,
             gains: set.gains.iter().map(|g| Gain::design(&pendulum, g)).collect(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::assets::{self, Kind};
+
+    fn parse(text: &str) -> Result<GainSet> {
+        GainSet::parse(&Source { file: "g.toml".into(), text: text.into() })
+    }
+
+    #[test]
+    fn the_built_in_sets_are_valid() {
+        for name in Kind::Gains.names() {
+            let set = GainSet::parse(&assets::open(Kind::Gains, name).unwrap()).unwrap();
+            assert_eq!(set.name, name);
+            let family = GainFamily::design(&set, Pendulum { omega: 5.63, dt: 0.002 }).unwrap();
+            assert_eq!(family.gains.len(), set.gains.len());
+        }
+    }
+
+    #[test]
+    fn the_feedback_is_the_closed_loop() {
+        let pendulum = Pendulum { omega: 5.63, dt: 0.002 };
+        let poles = GainPoles { name: "g".into(), x: [0.2, 1.0, 5.0], y: [1.0, 2.0, 3.0] };
+        let gain = Gain::design(&pendulum, &poles);
+        let state = State { x: [0.01, -0.1, 0.02].into(), y: [-0.02, 0.3, 0.01].into() };
+        let (rate, next) = (gain.zmp_rate(&state), gain.successor(&state));
+        assert!((pendulum.step(&state.x, rate.x) - next.x).norm() < 1e-14);
+        assert!((pendulum.step(&state.y, rate.y) - next.y).norm() < 1e-14);
+        assert!((gain.closed_loop() * state.stacked() - next.stacked()).norm() < 1e-15);
+    }
+
+    #[test]
+    fn errors_name_file_field_value_and_what_is_accepted() {
+        let set = |gains: &str| format!("name = \"g\"\nstanding = \"switching\"\n{gains}");
+        let gain = |x: &str| format!("[[gains]]\nname = \"a\"\nx = {x}\ny = [0.2, 1, 5]\n");
+        for (text, words) in [
+            (set(&gain("[0.2, -1.0, 5.0]")), "g.toml: gains[0].x[1] = -1: gain \"a\" would be unstable"),
+            (set(&gain("[0.0, 1.0, 5.0]")), "gains[0].x[0] = 0"),
+            (set(&gain("[0.2, 1.0, inf]")), "gains[0].x[2] = inf"),
+            (set(&gain("[0.2, 1.0]")), "x = [0.2, 1.0]"),
+            (set(&(gain("[0.2, 1, 5]") + &gain("[0.2, 1, 5]"))), "gains[1].name = \"a\": is used twice"),
+            (set(""), "gains = none"),
+            (set(&gain("[0.2, 1, 5]")).replace("switching", "posture"), "gains = 1 gains"),
+            (set(&gain("[0.2, 1, 5]")).replace("switching", "upright"), "expected `posture` or `switching`"),
+            (format!("zmp_margin_m = -0.1\n{}", set(&gain("[0.2, 1, 5]"))), "zmp_margin_m = -0.1"),
+            (format!("zmp_margin = 0.1\n{}", set(&gain("[0.2, 1, 5]"))), "unknown field `zmp_margin`"),
+            (set(&gain("[0.2, 1, 5]")).replace("\"g\"", "\"\""), "name = \"\": is empty"),
+        ] {
+            let error = parse(&text).unwrap_err();
+            assert_eq!(error.exit_code(), 2);
+            assert!(error.to_string().contains(words), "{error}\nwanted: {words}");
+            assert!(error.to_string().starts_with("g.toml"), "{error}");
+        }
     }
 }

@@ -21,8 +21,8 @@
 //!
 //! One of the two happens, because y tends to 0, which is inside Z. The answer is the maximal set itself on every
 //! polygon with the origin inside: off-centre, oblique, with poles that differ in x and y. The same holds for Z scaled,
-//! so the gauge `max over j of gauge_Z(zmp(j))` is known when no y_k(j) has a larger gauge than the ZMPs up to j: that
-//! is mostly when the ZMP is at its peak. Ties with eq. 25: this k is chosen for the polygon and the state at hand.
+//! so the gauge `max over j of gauge_Z(zmp(j))` is known when no y_k(j) has a larger gauge than the ZMPs up to j: mostly
+//! when the ZMP is at its peak. In terms of eq. 25: k is chosen for the polygon and the state at hand.
 
 use super::gains::{AxisLoop, Gain, GainFamily};
 use super::pendulum::{Pendulum, State};

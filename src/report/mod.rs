@@ -1,10 +1,13 @@
 //! What a person or another program is told: reports of runs, descriptions of robots and sets, pictures, progress.
 
 pub mod cpi;
+mod cpi_plot;
 pub mod model;
 pub mod plot;
 pub mod progress;
+pub mod push;
 pub mod table;
+pub mod trace;
 
 use crate::error::{Error, Result};
 use std::io::{ErrorKind, Write};
