@@ -40,7 +40,8 @@ impl Plan {
     /// Reads robot and gain sets. Errors: any of them is missing or wrong, or two sets have the same name.
     pub fn new(campaign: &Campaign) -> Result<Plan> {
         let robot = Robot::load(&campaign.robot)?;
-        let gains = campaign.gains.iter().map(|name| GainSet::load(name)).collect::<Result<Vec<_>>>()?;
+        let load = |name: &String| GainSet::parse(&open(Kind::Gains, name)?);
+        let gains = campaign.gains.iter().map(load).collect::<Result<Vec<_>>>()?;
         let sets: Vec<String> = gains.iter().map(|set| set.name.clone()).collect();
         for (i, name) in sets.iter().enumerate() {
             // The name becomes that of a file.
@@ -121,6 +122,11 @@ impl Plan {
             let design = |set| Design::new(&self.robot, set, episode.control_period_s);
             self.gains.par_iter().map(design).collect::<Result<_>>()
         })?;
+        for (set, design) in self.manifest.sets.iter().zip(&designs) {
+            if let Some(warning) = &design.warning {
+                log::warn!("{set}: {warning}");
+            }
+        }
         self.identify(folder)?;
         let blocks: Vec<Block> = blocks.into_iter().map(|b| Block::new(folder, b)).collect();
         let jobs = || blocks.iter().flat_map(|block| (0..block.slots.len()).map(move |slot| (block, slot)));
