@@ -4,21 +4,28 @@ use assert_cmd::Command;
 use std::{collections::BTreeMap, fs, path::Path};
 use tempfile::TempDir;
 
-/// A campaign of two parts and of little to simulate.
-const TINY: [&str; 9] = [
+/// A campaign with little to simulate.
+const SHORT: [&str; 8] = [
     "run",
     "smoke",
     "--gains=hold",
-    "--trials=26",
-    "--set=episode.horizon_s=1",
-    "--set=push.start_s=0.1",
+    "--set=episode.horizon_s=0.4",
+    "--set=episode.judge.standing_time_s=0.1",
+    "--set=push.start_s=0.05",
     "--set=push.impulse_n_s={uniform=[0, 4]}",
-    "--set=sensors.noise_scale=0.5",
     "--out=out",
 ];
+/// How many trials: one part of a campaign, and two.
+const FEW: &str = "--trials=3";
+const TWO_PARTS: &str = "--trials=26";
 
 fn standfast(folder: &Path, args: &[&str]) -> assert_cmd::assert::Assert {
     Command::cargo_bin("standfast").unwrap().current_dir(folder).args(args).assert()
+}
+
+/// The short campaign with further arguments.
+fn short<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    [&SHORT[..], more].concat()
 }
 
 fn folder() -> TempDir {
@@ -47,10 +54,10 @@ fn stderr(assert: &assert_cmd::assert::Assert) -> String {
     String::from_utf8(assert.get_output().stderr.clone()).unwrap()
 }
 
-/// Runs the tiny campaign in a new folder with further arguments and gives what it wrote.
+/// Runs the short campaign in a new folder with further arguments and gives what it wrote.
 fn result_of(more: &[&str]) -> BTreeMap<String, Vec<u8>> {
     let dir = folder();
-    standfast(dir.path(), &[&TINY[..], more].concat()).success();
+    standfast(dir.path(), &short(more)).success();
     files(&dir.path().join("out"))
 }
 
@@ -90,20 +97,20 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
 
 #[test]
 fn the_same_bytes_for_any_number_of_threads() {
-    let one = result_of(&["--threads=1"]);
+    let one = result_of(&[TWO_PARTS, "--threads=1"]);
     assert_eq!(one.len(), 9, "{:?}", one.keys());
     for name in ["campaign.toml", "summary.json", "trials.parquet", "success.svg", "parts/part-000001.csv"] {
         assert!(one.contains_key(name), "{name} in {:?}", one.keys());
     }
-    assert!(one == result_of(&["--threads=2"]), "two threads wrote something else");
+    assert!(one == result_of(&[TWO_PARTS, "--threads=2"]), "two threads wrote something else");
 }
 
 #[test]
 fn shards_merge_and_resume_end_in_the_same_bytes() {
-    let whole = result_of(&[]);
+    let whole = result_of(&[TWO_PARTS]);
     let dir = folder();
     let out = dir.path().join("out");
-    standfast(dir.path(), &[&TINY[..], &["--shard=2/2"]].concat()).success();
+    standfast(dir.path(), &short(&[TWO_PARTS, "--shard=2/2"])).success();
     assert!(!out.join("trials.parquet").exists() && !out.join("summary.json").exists());
     let status = standfast(dir.path(), &["status", "out"]).code(3);
     assert!(stdout(&status).contains("missing: trials 0-24"), "{}", stdout(&status));
@@ -123,7 +130,7 @@ fn shards_merge_and_resume_end_in_the_same_bytes() {
 fn a_damaged_part_is_noticed_and_computed_again() {
     let dir = folder();
     let out = dir.path().join("out");
-    standfast(dir.path(), &TINY).success();
+    standfast(dir.path(), &short(&[FEW])).success();
     let whole = files(&out);
     let part = out.join("parts/part-000000.csv");
     let mut bytes = fs::read(&part).unwrap();
@@ -131,19 +138,19 @@ fn a_damaged_part_is_noticed_and_computed_again() {
     bytes[middle] ^= 1;
     fs::write(&part, bytes).unwrap();
     standfast(dir.path(), &["merge", "out"]).code(3);
-    standfast(dir.path(), &TINY).success();
+    standfast(dir.path(), &short(&[FEW])).success();
     assert!(files(&out) == whole);
 }
 
 #[test]
 fn a_result_is_kept_printed_again_and_never_overwritten() {
     let dir = folder();
-    let first = standfast(dir.path(), &TINY).success();
+    let first = standfast(dir.path(), &short(&[FEW])).success();
     let whole = files(&dir.path().join("out"));
-    let again = standfast(dir.path(), &TINY).success();
+    let again = standfast(dir.path(), &short(&[FEW])).success();
     assert!(stderr(&again).contains("nothing is computed again"), "{}", stderr(&again));
     assert_eq!(stdout(&first), stdout(&again));
-    let other = standfast(dir.path(), &[&TINY[..], &["--seed=9"]].concat()).code(3);
+    let other = standfast(dir.path(), &short(&[FEW, "--seed=9"])).code(3);
     assert!(stderr(&other).contains("another campaign"), "{}", stderr(&other));
     assert!(files(&dir.path().join("out")) == whole);
     fs::create_dir(dir.path().join("thesis")).unwrap();
@@ -155,11 +162,10 @@ fn a_result_is_kept_printed_again_and_never_overwritten() {
 #[test]
 fn the_default_folder_makes_way_for_another_campaign() {
     let dir = folder();
-    let replaced = |arg: &&&str| !arg.starts_with("--trials") && !arg.starts_with("--out");
-    let tiny: Vec<&str> = TINY.iter().filter(replaced).copied().chain(["--trials=2"]).collect();
-    standfast(dir.path(), &tiny).success();
+    let args: Vec<&str> = short(&[FEW]).into_iter().filter(|arg| !arg.starts_with("--out")).collect();
+    standfast(dir.path(), &args).success();
     let first = files(&dir.path().join("standfast-results/smoke"));
-    let other: Vec<&str> = tiny.iter().copied().chain(["--seed=9"]).collect();
+    let other: Vec<&str> = args.iter().copied().chain(["--seed=9"]).collect();
     standfast(dir.path(), &other).success();
     let results = dir.path().join("standfast-results");
     let mut names: Vec<String> =
@@ -173,12 +179,12 @@ fn the_default_folder_makes_way_for_another_campaign() {
 #[test]
 fn json_is_one_object_and_all_else_goes_to_the_standard_error() {
     let dir = folder();
-    let run = standfast(dir.path(), &[&TINY[..], &["--json"]].concat()).success();
+    let run = standfast(dir.path(), &short(&[FEW, "--json"])).success();
     let summary: serde_json::Value = serde_json::from_str(&stdout(&run)).unwrap();
     let set = &summary["sets"][0];
-    assert_eq!((set["name"].as_str(), set["trials"].as_u64()), (Some("hold"), Some(26)));
+    assert_eq!((set["name"].as_str(), set["trials"].as_u64()), (Some("hold"), Some(3)));
     let total: u64 = ["recovered", "fell", "diverged", "timed_out"].iter().map(|k| set[k].as_u64().unwrap()).sum();
-    assert_eq!(total, 26);
+    assert_eq!(total, 3);
     assert_eq!(summary["config_hash"].as_str().unwrap().len(), 64);
     assert_eq!(fs::read_to_string(dir.path().join("out/summary.json")).unwrap(), stdout(&run));
     let status: serde_json::Value =
@@ -189,7 +195,7 @@ fn json_is_one_object_and_all_else_goes_to_the_standard_error() {
 #[test]
 fn without_a_terminal_the_table_fits_80_columns() {
     let dir = folder();
-    let text = stdout(&standfast(dir.path(), &TINY).success());
+    let text = stdout(&standfast(dir.path(), &short(&[FEW])).success());
     let (_, tables) = text.split_once("gain set ").unwrap();
     let (tables, _) = tables.split_once("95 % intervals").unwrap();
     assert!(tables.lines().all(|line| line.chars().count() <= 80), "{tables}");
@@ -199,7 +205,7 @@ fn without_a_terminal_the_table_fits_80_columns() {
 #[test]
 fn inputs_from_files_are_kept_with_the_result() {
     let dir = folder();
-    let campaign = "name='c'\ngains=['../g/mine.toml']\ntrials=1\nseed=1\n[push]\nimpulse_n_s=0\nstart_s=0.1\n";
+    let campaign = "name='c'\ngains=['../g/mine.toml']\ntrials=1\nseed=1\n[episode]\nhorizon_s=0.6\n[push]\nimpulse_n_s=0\nstart_s=0\n";
     let hold = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/gains/hold.toml")).unwrap();
     for sub in ["c", "g"] {
         fs::create_dir(dir.path().join(sub)).unwrap();

@@ -219,7 +219,8 @@ mod tests {
     use crate::campaign::Overrides;
 
     fn plan(set: &[&str]) -> Plan {
-        let set = ["episode.horizon_s=1", "push.start_s=0.1"].iter().chain(set).map(|s| s.to_string()).collect();
+        let short = ["episode.horizon_s=0.4", "episode.judge.standing_time_s=0.1", "push.start_s=0.05"];
+        let set = short.iter().chain(set).map(|s| s.to_string()).collect();
         let overrides = Overrides { set, trials: Some(30), gains: vec!["hold".into()], ..Default::default() };
         Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap()
     }
