@@ -1,18 +1,23 @@
 //! How the ground is asked to carry the robot: a wanted ZMP as wrenches under the soles.
 
-use super::estimator::Estimate;
 use crate::robot::{Foot, PerFoot, Pose, Robot};
-use nalgebra::{Point2, Vector3};
+use nalgebra::{Point2, Vector2, Vector3};
 
 /// Wrenches (force; moment about the sole's centre, world) that together press at `zmp` with `force`.
 ///
 /// The weight is shared between the feet in contact by where the ZMP lies on the line between their centres; what is
 /// left of the distance each foot takes inside its own sole.
-pub fn share(robot: &Robot, estimate: &Estimate, zmp: Point2<f64>, force: Vector3<f64>) -> PerFoot<[Vector3<f64>; 2]> {
-    let centers = PerFoot::from_fn(|foot| estimate.footholds[foot].translation.vector.xy());
+pub fn share(
+    robot: &Robot,
+    footholds: &PerFoot<Pose>,
+    in_contact: &PerFoot<bool>,
+    zmp: Point2<f64>,
+    force: Vector3<f64>,
+) -> PerFoot<[Vector3<f64>; 2]> {
+    let centers = PerFoot::from_fn(|foot| footholds[foot].translation.vector.xy());
     let across = centers.right - centers.left;
     let along = across.dot(&(zmp.coords - centers.left)) / across.norm_squared();
-    let on_right = match (estimate.in_contact.left, estimate.in_contact.right) {
+    let on_right = match (in_contact.left, in_contact.right) {
         (true, false) => 0.0,
         (false, true) => 1.0,
         _ => along.clamp(0.0, 1.0),
@@ -21,13 +26,13 @@ pub fn share(robot: &Robot, estimate: &Estimate, zmp: Point2<f64>, force: Vector
     PerFoot::from_fn(|foot| {
         let part = if foot == Foot::Right { on_right } else { 1.0 - on_right };
         let f = force * part;
-        let point = clamp_to_sole(robot, foot, &estimate.footholds[foot], offset);
+        let point = clamp_to_sole(robot, foot, &footholds[foot], offset);
         [f, point.cross(&f)]
     })
 }
 
 /// The point of a sole nearest to `offset` from its centre (world axes, on the ground).
-fn clamp_to_sole(robot: &Robot, foot: Foot, pose: &Pose, offset: nalgebra::Vector2<f64>) -> Vector3<f64> {
+fn clamp_to_sole(robot: &Robot, foot: Foot, pose: &Pose, offset: Vector2<f64>) -> Vector3<f64> {
     let local = pose.rotation.inverse() * Vector3::new(offset.x, offset.y, 0.0);
     let [x, y] = robot.soles[foot].half_m;
     pose.rotation * Vector3::new(local.x.clamp(-x, x), local.y.clamp(-y, y), 0.0)

@@ -18,7 +18,7 @@ use crate::lipm::cpi_set::nesting_warning;
 use crate::lipm::gains::{GainFamily, GainSet, Standing};
 use crate::lipm::pendulum::Pendulum;
 use crate::robot::dynamics::load_torques;
-use crate::robot::{Command, GRAVITY, Kinematics, PerFoot, Robot, Sensed};
+use crate::robot::{Command, GRAVITY, Kinematics, PerFoot, Pose, Robot, Sensed};
 use estimator::Estimator;
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector2, Vector3};
 use supervisor::{Decision, Supervisor};
@@ -54,23 +54,33 @@ impl Design {
     }
 }
 
+const BOTH_FEET: PerFoot<bool> = PerFoot { left: true, right: true };
+
 /// Support polygon of both soles at home, control frame.
 pub fn home_polygon(robot: &Robot) -> SupportPolygon {
+    let footholds = home_footholds(robot, &home_kinematics(robot));
+    Support::of(robot, &footholds, &BOTH_FEET)
+        .polygon
+        .expect("loading a robot checks that its soles are flat and apart")
+}
+
+fn home_kinematics(robot: &Robot) -> Kinematics {
     let mut kinematics = Kinematics::new(robot);
     kinematics.update(robot, &robot.home_posture());
-    let footholds = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot));
-    let both = PerFoot { left: true, right: true };
-    Support::of(robot, &footholds, &both).polygon.expect("loading a robot checks that its soles are flat and apart")
+    kinematics
+}
+
+fn home_footholds(robot: &Robot, at_home: &Kinematics) -> PerFoot<Pose> {
+    PerFoot::from_fn(|foot| at_home.sole_pose(robot, foot))
 }
 
 fn home_command(robot: &Robot) -> Command {
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, &robot.home_posture());
-    let estimate = Estimator::new(robot, &Pendulum { omega: robot.omega(), dt: 0.002 }).now;
+    let kinematics = home_kinematics(robot);
     let weight = Vector3::new(0.0, 0.0, robot.mass() * GRAVITY);
-    let wrenches = load::share(robot, &estimate, kinematics.com().xy(), weight);
+    let footholds = home_footholds(robot, &kinematics);
+    let wrenches = load::share(robot, &footholds, &BOTH_FEET, kinematics.com().xy(), weight);
     let mut tau_ff = vec![0.0; robot.joints.len()];
-    load_torques(&kinematics, robot, Vector3::new(0.0, 0.0, -GRAVITY), &wrenches, &mut tau_ff);
+    load_torques(&kinematics, robot, -weight / robot.mass(), &wrenches, &mut tau_ff);
     Command { q_ref: robot.home_rad.clone(), dq_ref: vec![0.0; robot.joints.len()], tau_ff }
 }
 
@@ -187,7 +197,9 @@ impl<'a> Controller<'a> {
         };
         self.whole_body.follow(robot, &task);
         let effective = Vector3::new(-acceleration.x, -acceleration.y, -GRAVITY);
-        let wrenches = load::share(robot, estimate, self.supervisor.zmp_ref, -effective * robot.mass());
+        let force = -effective * robot.mass();
+        let (footholds, in_contact) = (&estimate.footholds, &estimate.in_contact);
+        let wrenches = load::share(robot, footholds, in_contact, self.supervisor.zmp_ref, force);
         let mut tau_ff = vec![0.0; robot.joints.len()];
         load_torques(self.estimator.kinematics(), robot, effective, &wrenches, &mut tau_ff);
         Command {
