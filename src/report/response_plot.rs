@@ -8,6 +8,8 @@ use plotters::prelude::*;
 use std::path::Path;
 
 const SIZE: (u32, u32) = (900, 620);
+/// Not every grid line has room for its number.
+const LABELLED_HZ: [f64; 9] = [0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0];
 const INK: RGBColor = RGBColor(40, 40, 40);
 const FAINT: RGBColor = RGBColor(225, 225, 225);
 const TRUTH: RGBColor = RGBColor(0, 114, 178);
@@ -59,6 +61,7 @@ fn panel(
         .light_line_style(TRANSPARENT)
         .axis_style(INK)
         .x_desc("frequency [Hz]")
+        .x_label_formatter(&|hz| if LABELLED_HZ.contains(hz) { hz.to_string() } else { String::new() })
         .y_desc(name)
         .label_style(font(14))
         .axis_desc_style(font(15))
