@@ -32,6 +32,8 @@ pub enum Command {
     Push(report::push::PushArgs),
     /// The maximal CPI sets of a gain set: size, inclusion, horizon, picture, export
     Cpi(report::cpi::CpiArgs),
+    /// How well the ZMP follows the one wanted: gain, phase and bandwidth against the poles
+    Response(report::response::ResponseArgs),
     /// What was understood of a robot; kinematics at given joint angles
     Model(report::model::Args),
     /// Print a completion script for a shell

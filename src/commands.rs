@@ -10,6 +10,7 @@ use standfast::lipm::pendulum::Pendulum;
 use standfast::report::cpi::{CpiArgs, CpiDefaults};
 use standfast::report::model::Args as ModelArgs;
 use standfast::report::push::PushArgs;
+use standfast::report::response::ResponseArgs;
 use standfast::report::{self, plot, progress::Progress, progress::note, table};
 use standfast::robot::Robot;
 use standfast::{Error, Result};
@@ -77,6 +78,11 @@ pub fn cpi(args: &CpiArgs) -> Result<ExitCode> {
     let mut text = Vec::new();
     report::cpi::run(args, &defaults, &mut text)?;
     report::print(&String::from_utf8_lossy(&text))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+pub fn response(args: &ResponseArgs) -> Result<ExitCode> {
+    report::print(&report::response::run(args)?)?;
     Ok(ExitCode::SUCCESS)
 }
 

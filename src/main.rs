@@ -17,6 +17,7 @@ fn main() -> ExitCode {
         Command::Status(args) => commands::status(&args),
         Command::Push(args) => commands::push(&args),
         Command::Cpi(args) => commands::cpi(&args),
+        Command::Response(args) => commands::response(&args),
         Command::Model(args) => commands::model(&args),
         Command::Completions { shell } => commands::completions(shell),
     };

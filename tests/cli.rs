@@ -80,6 +80,8 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         (good, &["run", "c.toml", "--robot", "r2d2"], &["robot \"r2d2\" not found", "ut-mu2"]),
         (good, &["run", "c.toml", "--shard", "5/4"], &["--shard", "1 <= k <= n"]),
         (good, &["run", "c.toml", "--trails", "5"], &["--trails"]),
+        (good, &["response", "--gains", "hold"], &["--gains = hold", "a gain set with gains"]),
+        (good, &["response", "--amplitude", "-1"], &["--amplitude = -1", "to 0.05"]),
         (good, &["walk"], &["walk"]),
     ];
     for (text, args, expected) in cases {

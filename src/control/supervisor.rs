@@ -24,8 +24,12 @@ pub struct Supervisor {
     allowed: Option<SupportPolygon>,
     /// Acting gain.
     pub gain: usize,
-    /// Wanted ZMP, world.
+    /// What the gain wants of the ZMP, world: part of the state of eq. 5.
+    zmp_state: Point2<f64>,
+    /// Wanted ZMP, world: the gain's plus the probe, inside the allowed support.
     pub zmp_ref: Point2<f64>,
+    /// Added to the gain's ZMP behind the gain's back, to measure how the ZMP follows; zero but in experiments [m].
+    pub zmp_probe: Vector2<f64>,
     /// Margin of the slowest gain's set, the largest: negative when no set holds the state (eq. 26).
     pub margin: f64,
 }
@@ -45,7 +49,16 @@ impl Supervisor {
     /// Starts with the fastest gain and the ZMP at `zmp`.
     pub fn new(family: &GainFamily, zmp: Point2<f64>) -> Self {
         let gain = family.gains.len().saturating_sub(1);
-        Self { sets: OnlineSets::new(family), support: None, allowed: None, gain, zmp_ref: zmp, margin: 1.0 }
+        Self {
+            sets: OnlineSets::new(family),
+            support: None,
+            allowed: None,
+            gain,
+            zmp_state: zmp,
+            zmp_ref: zmp,
+            zmp_probe: Vector2::zeros(),
+            margin: 1.0,
+        }
     }
 
     /// One tick: chooses the gain and moves `zmp_ref` by it.
@@ -65,16 +78,17 @@ impl Supervisor {
             }
         }
         let frame = &support.frame;
-        let mut state = State::new(
+        let state = State::new(
             frame.inverse_transform_point(&com),
             frame.inverse_transform_vector(&com_vel),
-            self.keep_inside(frame.inverse_transform_point(&self.zmp_ref)),
+            self.keep_inside(frame.inverse_transform_point(&self.zmp_state)),
         );
         let decision = self.choose(&state);
         let zmp = state.zmp() + family.gains[self.gain].zmp_rate(&state) * family.pendulum.dt;
         let zmp = self.keep_inside(zmp);
-        (state.x[2], state.y[2]) = (zmp.x, zmp.y);
-        self.zmp_ref = frame.transform_point(&zmp);
+        self.zmp_state = frame.transform_point(&zmp);
+        let probe = frame.inverse_transform_vector(&self.zmp_probe);
+        self.zmp_ref = frame.transform_point(&self.keep_inside(zmp + probe));
         decision
     }
 

@@ -6,6 +6,8 @@ pub mod model;
 pub mod plot;
 pub mod progress;
 pub mod push;
+pub mod response;
+mod response_plot;
 pub mod table;
 pub mod trace;
 
