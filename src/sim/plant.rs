@@ -68,7 +68,8 @@ pub struct Truth {
     pub push_force: Vector3<f64>,
     /// Joint torques [N m].
     pub tau: Vec<f64>,
-    /// First link other than the soles that touches the ground: index into `Robot::links`.
+    /// First link (other than by its sole) that touched the ground in the tick that just ended: index into
+    /// `Robot::links`.
     pub touching: Option<usize>,
 }
 
@@ -248,7 +249,7 @@ impl<'a> Plant<'a> {
             *total += wrench;
             match Foot::BOTH.into_iter().find(|&foot| sole_colliders[foot] == other) {
                 Some(foot) => soles[foot] += wrench,
-                None if wrench.force.z > 0.0 => {
+                None if wrench.force.z > 0.0 && self.truth.touching.is_none() => {
                     let body = self.world.colliders[other].parent();
                     self.truth.touching = bodies.iter().position(|b| Some(*b) == body);
                 }

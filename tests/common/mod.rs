@@ -1,0 +1,59 @@
+//! What the tests of the closed loop share.
+#![allow(dead_code, reason = "each test file uses its part")]
+
+use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
+use rand_distr::StandardNormal;
+use standfast::control::Design;
+use standfast::episode::{self, Disturbance, EpisodeConfig, Record, Tick, Until};
+use standfast::lipm::GainSet;
+use standfast::robot::Robot;
+use standfast::sim::{Push, SensorErrors};
+
+/// A robot and a gain set made ready for it.
+pub struct Bench {
+    pub robot: Robot,
+    pub design: Design,
+}
+
+impl Bench {
+    /// UT-mu2 with a gain set that is compiled in.
+    pub fn new(gains: &str) -> Self {
+        Self::with(Robot::load("ut-mu2").unwrap(), gains)
+    }
+
+    pub fn with(robot: Robot, gains: &str) -> Self {
+        let design = Design::new(&robot, &GainSet::load(gains).unwrap(), config(1.0).control_period_s).unwrap();
+        Self { robot, design }
+    }
+
+    /// An episode with ideal sensors and one push, until it is decided.
+    pub fn push(&self, push: Push) -> Record {
+        self.run(vec![push], None, 6.0, Until::Decided, |_| {})
+    }
+
+    pub fn run(
+        &self,
+        pushes: Vec<Push>,
+        sensor_errors: Option<SensorErrors>,
+        horizon_s: f64,
+        until: Until,
+        mut observe: impl FnMut(&Tick),
+    ) -> Record {
+        let disturbance = Disturbance { pushes, sensor_errors };
+        episode::run(&self.robot, &self.design, &config(horizon_s), disturbance, until, &mut observe)
+    }
+}
+
+pub fn config(horizon_s: f64) -> EpisodeConfig {
+    EpisodeConfig { horizon_s, ..EpisodeConfig::default() }
+}
+
+pub fn push(impulse_n_s: f64, heading_deg: f64) -> Push {
+    Push { impulse_n_s, heading_deg, ..Push::default() }
+}
+
+/// Errors of the robot's own size, with bias of half that, from a seed.
+pub fn sensor_errors(seed: u64) -> SensorErrors {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    SensorErrors { noise_scale: 1.0, bias_scale: 0.5, normal: Box::new(move || rng.sample(StandardNormal)) }
+}

@@ -1,0 +1,81 @@
+//! The same episode gives the same bits.
+
+mod common;
+
+use common::{Bench, push, sensor_errors};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+use standfast::episode::Until;
+use standfast::report::trace::Trace;
+use standfast::robot::{Foot, PerFoot};
+
+/// Fingerprint of every number of every tick (truth, estimate, command), and of the record.
+fn fingerprint(bench: &Bench, seed: u64) -> Vec<u8> {
+    let mut hash = Sha256::new();
+    let mut trace = Trace::new(&bench.robot);
+    let record = bench.run(vec![push(2.0, 30.0)], Some(sensor_errors(seed)), 1.5, Until::Horizon, |tick| {
+        trace.push(tick);
+        let truth = tick.truth;
+        let numbers = truth.velocity.iter().chain(&tick.command.dq_ref).chain(&tick.command.tau_ff);
+        numbers.for_each(|v| hash.update(v.to_bits().to_le_bytes()));
+    });
+    hash.update(format!("{record:?}{:?}", trace.columns()));
+    hash.finalize().to_vec()
+}
+
+/// A simulation is a function: same arguments, same bits, one after the other and side by side.
+#[test]
+fn an_episode_repeats_to_the_bit_in_every_thread() {
+    let bench = Bench::new("switching");
+    let first = fingerprint(&bench, 1);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().unwrap();
+    let others: Vec<Vec<u8>> = pool.install(|| (0..6).into_par_iter().map(|_| fingerprint(&bench, 1)).collect());
+    assert!(others.iter().all(|other| *other == first), "{first:?} and {others:?}");
+    assert_ne!(fingerprint(&bench, 2), first);
+}
+
+/// Errors of all sensors at every tick: what is read less what is true.
+fn errors_seen(gains: &str) -> Vec<Vec<f64>> {
+    use standfast::control::Controller;
+    use standfast::sim::{Plant, plant::Clock};
+    let bench = Bench::new(gains);
+    let clock = Clock { physics_step_s: 0.001, control_period_s: 0.002 };
+    let plant = |errors| Plant::new(&bench.robot, clock, errors, bench.design.home_command().clone());
+    // The twin without errors gets the same commands, so that it is the truth.
+    let (mut noisy, mut ideal) = (plant(Some(sensor_errors(5))), plant(None));
+    let mut controller = Controller::new(&bench.robot, &bench.design);
+    let mut seen = Vec::new();
+    for _ in 0..400 {
+        let (read, truth) = (noisy.sense(), ideal.sense());
+        let mut errors: Vec<f64> = read.q.iter().zip(&truth.q).map(|(a, b)| a - b).collect();
+        let turned = (truth.imu.orientation.inverse() * read.imu.orientation).scaled_axis();
+        let soles = PerFoot::from_fn(|foot| {
+            let (a, b) = (&read.soles[foot], &truth.soles[foot]);
+            [a.force - b.force, a.moment - b.moment]
+        });
+        let imu = [turned, read.imu.gyro - truth.imu.gyro, read.imu.accelerometer - truth.imu.accelerometer];
+        let all = imu.iter().chain(Foot::BOTH.iter().flat_map(|&foot| &soles[foot]));
+        errors.extend(all.flat_map(Vector3::iter));
+        seen.push(errors);
+        let command = controller.tick(&read);
+        let pushes = [push(2.5, 30.0)];
+        noisy.advance(command.clone(), &pushes);
+        ideal.advance(command, &pushes);
+    }
+    seen
+}
+
+/// Gain sets are compared in pairs: the error of a sensor at a tick is the same, whatever the controller does.
+#[test]
+fn sensor_errors_do_not_depend_on_the_controller() {
+    let (switching, hold) = (errors_seen("switching"), errors_seen("hold"));
+    assert_eq!(switching[0].len(), 20 + 3 * 3 + 2 * 6);
+    for (tick, (a, b)) in switching.iter().zip(&hold).enumerate() {
+        for (sensor, (a, b)) in a.iter().zip(b).enumerate() {
+            assert!((a - b).abs() < 1e-9, "tick {tick}, number {sensor}: {a} and {b}");
+        }
+    }
+    // And it is noise: no two ticks are alike.
+    assert!((1..switching.len()).all(|k| switching[k] != switching[k - 1]));
+}

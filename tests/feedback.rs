@@ -1,0 +1,84 @@
+//! The loop is closed through the sensors, after the robot's delay.
+
+mod common;
+
+use common::{Bench, config, push};
+use rayon::prelude::*;
+use standfast::control::Controller;
+use standfast::episode::Outcome;
+use standfast::robot::{Command, GRAVITY, Robot};
+use standfast::sim::{Plant, Push, plant::Clock};
+
+const CLOCK: Clock = Clock { physics_step_s: 0.001, control_period_s: 0.002 };
+
+/// Whether the robot is upright and slow after 5 s, if its sensors stand still from `freeze_s` on.
+fn stays_up(bench: &Bench, push: Push, freeze_s: f64) -> bool {
+    let mut plant = Plant::new(&bench.robot, CLOCK, None, bench.design.home_command().clone());
+    let mut controller = Controller::new(&bench.robot, &bench.design);
+    let mut sensed = plant.sense();
+    for _ in 0..2500 {
+        let now = plant.sense();
+        if plant.truth().time_s < freeze_s {
+            sensed = now;
+        }
+        let command = controller.tick(&sensed);
+        plant.advance(command, &[push]);
+        if plant.truth().touching.is_some() {
+            return false;
+        }
+    }
+    plant.truth().tilt_rad() < 0.2 && plant.truth().com_vel.norm() < 0.02
+}
+
+/// Feedback is what saves where stiffness cannot: ankles softer together than m g h make an unstable pendulum of a held
+/// posture, and a push that the live loop recovers from is lost when the sensors freeze in the middle of it.
+#[test]
+fn frozen_sensors_lose_a_push_that_live_ones_recover_from() {
+    let mut robot = Robot::load("ut-mu2").unwrap();
+    let needed = robot.mass() * GRAVITY * robot.home_com_height();
+    for (servo, joint) in robot.servos.iter_mut().zip(&robot.joints) {
+        if joint.name.contains("ankle") {
+            servo.kp = 0.2 * needed;
+        }
+    }
+    let (live, held) = (Bench::with(robot.clone(), "switching"), Bench::with(robot, "hold"));
+    [0.5, 1.0, 2.0].par_iter().for_each(|&impulse| {
+        let push = push(impulse, 0.0);
+        assert_eq!(live.push(push).outcome, Outcome::Recovered, "{impulse} N s");
+        assert!(stays_up(&live, push, f64::INFINITY), "{impulse} N s");
+        assert_eq!(held.push(push).outcome, Outcome::Fell, "{impulse} N s without feedback");
+        for freeze_s in [0.53, 0.56] {
+            assert!(!stays_up(&live, push, freeze_s), "{impulse} N s, frozen at {freeze_s} s");
+        }
+    });
+}
+
+/// A command acts after the delay, not before: the first torque that differs is that of the tick which holds
+/// `round(delay / physics step)`.
+#[test]
+fn a_command_reaches_the_servos_after_the_delay() {
+    let mut bench = Bench::new("hold");
+    let home = bench.design.home_command().clone();
+    let mut kicked = home.clone();
+    kicked.tau_ff[0] += 0.5;
+    // Ticks of two physics steps: (delay, tick with the first torque, its share of the tick).
+    for (delay_s, tick, share) in [(0.0, 0, 1.0), (0.001, 0, 0.5), (0.004, 2, 1.0), (0.0052, 2, 0.5), (0.009, 4, 0.5)] {
+        bench.robot.delay_s = delay_s;
+        let torque = |command: &Command| -> Vec<f64> {
+            let mut plant = Plant::new(&bench.robot, CLOCK, None, home.clone());
+            (0..8)
+                .map(|_| {
+                    plant.advance(command.clone(), &[]);
+                    plant.truth().tau[0]
+                })
+                .collect()
+        };
+        let (still, moved) = (torque(&home), torque(&kicked));
+        let difference: Vec<f64> = moved.iter().zip(&still).map(|(a, b)| a - b).collect();
+        let first = difference.iter().position(|d| d.abs() > 1e-9);
+        assert_eq!(first, Some(tick), "delay {delay_s} s: {difference:?}");
+        // The joint has hardly moved yet: what is felt is the torque asked for, over its share of the tick.
+        assert!((difference[tick] - 0.5 * share).abs() < 0.2 * share, "delay {delay_s} s: {difference:?}");
+    }
+    assert_eq!(config(1.0).physics_step_s, CLOCK.physics_step_s);
+}
