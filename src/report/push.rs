@@ -233,10 +233,8 @@ fn story(push: &Push, design: &Design, record: &Record, witness: &Witness) -> St
         let mm = 1000.0 * record.peak_dcm_outside_m;
         line("DCM", format!("at most {mm:.1} mm outside of the support"));
     }
-    if record.outcome == Outcome::Fell {
-        if let Some(at) = witness.dcm_outside_since_s {
-            line("lost", format!("t = {at:.3} s: from there on the DCM was outside of the support for good"));
-        }
+    if let (Outcome::Fell, Some(at)) = (record.outcome, witness.dcm_outside_since_s) {
+        line("lost", format!("t = {at:.3} s: from there on the DCM was outside of the support for good"));
     }
     if let Some((at, joint)) = &witness.torque_limited {
         line("torque", format!("{joint} was the first at its limit, at t = {at:.3} s"));
