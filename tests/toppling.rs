@@ -47,7 +47,7 @@ fn toppling_impulses_of_all_gain_sets() {
     }
 }
 
-/// A push that no robot stands, or that is no number, ends as an outcome: no panic, and no robot upright beyond the sky.
+/// A push that no robot stands, or that is no number, ends as an outcome: no panic, no robot left upright in the sky.
 #[test]
 fn absurd_pushes_are_outcomes() {
     let (switching, hold) = (Bench::new("switching"), Bench::new("hold"));
