@@ -15,7 +15,7 @@ pub enum Outcome {
     Recovered,
     /// A link other than the soles at the ground, or COM height or tilt out of bounds.
     Fell,
-    /// Numbers not finite.
+    /// Numbers not finite, or absurdly large.
     Diverged,
     /// None of these.
     TimedOut,

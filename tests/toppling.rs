@@ -47,15 +47,15 @@ fn toppling_impulses_of_all_gain_sets() {
     }
 }
 
-/// A push that no robot stands is an outcome, not a panic; nor are numbers that are none.
+/// A push that no robot stands, or that is no number, ends as an outcome: no panic, no robot left upright in the sky.
 #[test]
 fn absurd_pushes_are_outcomes() {
     let (switching, hold) = (Bench::new("switching"), Bench::new("hold"));
     let impulses = [1e2, 1e4, 1e8, 1e20, f64::INFINITY, f64::NAN];
     impulses.par_iter().for_each(|&impulse_n_s| {
         for bench in [&switching, &hold] {
-            for heading_deg in [0.0, 100.0] {
-                let push = Push { impulse_n_s, heading_deg, ..Push::default() };
+            for (heading_deg, height_m) in [(0.0, 0.0), (100.0, 0.0), (0.0, 10.0), (100.0, 1.0), (100.0, 60.0)] {
+                let push = Push { impulse_n_s, heading_deg, height_m, ..Push::default() };
                 let record = bench.run(vec![push], None, 1.0, Until::Horizon, |_| {});
                 println!("{impulse_n_s} N s: {:?} at {} s, {:?}", record.outcome, record.end_s, record.fall_cause);
                 assert!(matches!(record.outcome, Outcome::Fell | Outcome::Diverged), "{impulse_n_s} N s: {record:?}");
