@@ -90,7 +90,7 @@ pub fn run(args: &PushArgs) -> Result<String> {
     let mut trace = args.trace.as_ref().map(|_| Trace::new(&robot));
     let mut witness = Witness::default();
     let sensor_errors = campaign.as_ref().and_then(|c| trial::sensor_errors(c, args.trial.unwrap_or(0)));
-    let until = if trace.is_some() { Until::Horizon } else { Until::Decided };
+    let until = if trace.is_some() { Until::Horizon } else { config.until() };
     let disturbance = Disturbance { pushes: vec![push], sensor_errors };
     let record = episode::run(&robot, &design, &config, disturbance, until, &mut |tick| {
         witness.watch(&robot, tick);
@@ -185,6 +185,7 @@ fn as_json(push: &Push, design: &Design, record: &Record) -> Value {
         "fell_at_s": record.fell_at_s,
         "fall_cause": record.fall_cause,
         "settled_at_s": record.settled_at_s,
+        "home_at_s": record.home_at_s,
         "end_s": record.end_s,
         "peak_tilt_deg": record.peak_tilt_deg,
         "peak_torque_n_m": record.peak_torque_n_m,
@@ -192,6 +193,7 @@ fn as_json(push: &Push, design: &Design, record: &Record) -> Value {
         "peak_joint_speed_rad_s": record.peak_joint_speed_rad_s,
         "peak_dcm_outside_m": record.peak_dcm_outside_m,
         "left_sets_at_s": record.left_sets_at_s,
+        "set_after_push": record.set_after_push,
         "cpi_margin_after_push": record.cpi_margin_after_push,
         "gain_switches": record.gain_switches,
         "footsteps": record.footsteps,
