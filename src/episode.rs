@@ -389,3 +389,29 @@ pub fn support_on_ground(robot: &Robot, truth: &Truth) -> Option<SupportPolygon>
     }
     SupportPolygon::hull(&corners[..count])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lipm::gains::GainSet;
+
+    fn home_at_s(impulse_n_s: f64, home_radius_m: f64) -> Option<f64> {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let design = Design::new(&robot, &GainSet::load("hold").unwrap(), 0.002).unwrap();
+        let judge = Judge { home_radius_m, ..Judge::default() };
+        let config = EpisodeConfig { horizon_s: 0.5, end_early: false, judge, ..EpisodeConfig::default() };
+        let push = Push { impulse_n_s, start_s: 0.1, ..Push::default() };
+        let disturbance = Disturbance { pushes: vec![push], sensor_errors: None };
+        run(&robot, &design, &config, disturbance, config.until(), &mut |_| {}).home_at_s
+    }
+
+    #[test]
+    fn home_is_where_the_com_stays_after_the_push() {
+        let at = home_at_s(0.0, 0.005).unwrap();
+        assert!((at - 0.15).abs() < 0.003, "home all the time counts from the end of the push, not from {at}");
+        let at = home_at_s(1.0, 0.005).unwrap();
+        assert!(at > 0.2, "pushed by more than 5 mm, home again at {at}");
+        assert_eq!(home_at_s(4.0, 0.005), None, "on its way to the ground");
+        assert_eq!(home_at_s(0.0, 1e-9), None);
+    }
+}

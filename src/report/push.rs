@@ -41,7 +41,7 @@ pub struct PushArgs {
     /// Course of the force; the impulse is the same [default: rectangular]
     #[arg(long, value_enum)]
     pub profile: Option<Profile>,
-    /// Gain set by name or file
+    /// Gain set by name or file; of a campaign, also a file of its own by the name
     #[arg(long, value_name = "NAME|FILE", default_value = "switching")]
     pub gains: String,
     /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
@@ -79,7 +79,8 @@ pub fn run(args: &PushArgs) -> Result<String> {
     let push = the_push(args, campaign.as_ref(), &config)?;
     let robot_name = args.robot.as_ref().or(campaign.as_ref().map(|c| &c.robot));
     let robot = Robot::load(robot_name.map_or("ut-mu2", String::as_str))?;
-    let design = Design::new(&robot, &GainSet::load(&args.gains)?, config.control_period_s)?;
+    let gains = gains_of(campaign.as_ref(), &args.gains);
+    let design = Design::new(&robot, &GainSet::load(gains)?, config.control_period_s)?;
     if let Some(warning) = &design.warning {
         log::warn!("{warning}");
     }
@@ -102,8 +103,14 @@ pub fn run(args: &PushArgs) -> Result<String> {
     Ok(if args.json {
         report::json(&as_json(&push, &design, &record))
     } else {
-        story(&push, &design, &record, &witness)
+        story(&push, &design, &config, &record, &witness)
     })
+}
+
+/// The gain set asked for, as the campaign has it: one of its files by its name, else what `open` makes of it.
+fn gains_of<'a>(campaign: Option<&'a Campaign>, name: &'a str) -> &'a str {
+    let is_it = |path: &&String| Path::new(path.as_str()).file_stem().is_some_and(|stem| stem == name);
+    campaign.and_then(|c| c.gains.iter().find(is_it)).map_or(name, String::as_str)
 }
 
 /// The push asked for: that of the campaign's trial if one is named, changed by what else is given.
@@ -201,7 +208,7 @@ fn as_json(push: &Push, design: &Design, record: &Record) -> Value {
 }
 
 /// A few lines on what happened and why.
-fn story(push: &Push, design: &Design, record: &Record, witness: &Witness) -> String {
+fn story(push: &Push, design: &Design, config: &EpisodeConfig, record: &Record, witness: &Witness) -> String {
     let mut text = format!(
         "push      {} N s towards {} degrees over {} s from t = {} s, {} m above the COM\n",
         push.impulse_n_s, push.heading_deg, push.duration_s, push.start_s, push.height_m
@@ -224,9 +231,20 @@ fn story(push: &Push, design: &Design, record: &Record, witness: &Witness) -> St
         Outcome::TimedOut => format!("timed out: neither fallen nor standing still at t = {:.3} s", record.end_s),
     };
     line("outcome", outcome);
-    if let Some(margin) = record.cpi_margin_after_push.filter(|m| m.is_finite()) {
-        let side = if margin >= 0.0 { "inside" } else { "outside" };
-        line("sets", format!("{side} the slowest gain's set at the end of the push (margin {margin:.2})"));
+    if let Some(at) = record.home_at_s {
+        let (mm, end) = (1000.0 * config.judge.home_radius_m, record.end_s);
+        line(
+            "home",
+            format!("COM within {mm} mm of the middle of the soles from t = {at:.3} s to the end, {end:.3} s"),
+        );
+    }
+    match (record.set_after_push, record.cpi_margin_after_push) {
+        (Some(side), Some(margin)) => {
+            let side = side.name();
+            line("sets", format!("{side} the slowest gain's set at the end of the push (margin {margin:.2})"));
+        }
+        (Some(_), None) => line("sets", "all empty at the end of the push: nothing to stand on".into()),
+        (None, _) => {}
     }
     if let Some(at) = record.left_sets_at_s {
         line("", format!("no set held the state from t = {at:.3} s: the pendulum says that a footstep is needed"));
