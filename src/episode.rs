@@ -102,7 +102,7 @@ pub enum Until {
     Horizon,
 }
 
-/// Where the slowest gain's maximal CPI set, the largest, has the estimated state.
+/// Where the slowest gain's maximal CPI set, the largest, has the state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Membership {
@@ -168,10 +168,13 @@ pub struct Record {
     pub peak_dcm_outside_m: f64,
     /// Time at which the state first left every set.
     pub left_sets_at_s: Option<f64>,
-    /// Whether the slowest gain's set holds the state at the end of the last push; None without gains.
+    /// Whether the slowest gain's set holds the true state at the end of the last push (with the ZMP that the
+    /// controller wants, on the support that it sees); None without gains.
     pub set_after_push: Option<Membership>,
     /// The margin of that set (negative: outside); None also where the set is empty.
     pub cpi_margin_after_push: Option<f64>,
+    /// The same for the state as estimated, by which the controller chooses its gain.
+    pub cpi_margin_after_push_est: Option<f64>,
     pub gain_switches: u32,
     pub footsteps: Vec<Footstep>,
 }
@@ -262,6 +265,7 @@ impl<'a> Referee<'a> {
                 left_sets_at_s: None,
                 set_after_push: None,
                 cpi_margin_after_push: None,
+                cpi_margin_after_push_est: None,
                 gain_switches: 0,
                 footsteps: Vec::new(),
             },
@@ -359,9 +363,11 @@ impl<'a> Referee<'a> {
             record.left_sets_at_s = Some(truth.time_s);
         }
         if truth.time_s >= self.last_push_end_s && record.set_after_push.is_none() {
-            let margin = controller.supervisor.margin;
+            let supervisor = &controller.supervisor;
+            let margin = supervisor.margin_at(truth.com.xy(), truth.com_vel.xy());
             record.set_after_push = Some(Membership::of_margin(margin));
             record.cpi_margin_after_push = Some(margin).filter(|m| m.is_finite());
+            record.cpi_margin_after_push_est = Some(supervisor.margin).filter(|m| m.is_finite());
         }
     }
 

@@ -1,7 +1,7 @@
 //! Membership against outcome: how well the sets of the pendulum foretell what the simulated robot does.
 //!
 //! A maximal CPI set holds every state from which its gain keeps the ZMP inside the support for ever (paper, eq. 9).
-//! The state at the end of the push is inside the slowest gain's set, the largest, or it is not: by the theory the
+//! The true state at the end of the push is inside the slowest gain's set, the largest, or it is not: by the theory the
 //! first recover, and the others need a footstep.
 
 use crate::campaign::Row;
@@ -20,6 +20,8 @@ pub struct Foretold {
     pub outside: Count,
     /// Share of trials that did as the sets say: recovered inside, not recovered outside.
     pub agreement: f64,
+    /// The same by the margin of the estimated state: what the controller could know at that time.
+    pub agreement_est: f64,
     /// By margin, without empty bins and without trials whose set was empty.
     pub by_margin: Vec<MarginBin>,
 }
@@ -46,6 +48,11 @@ impl Foretold {
             return None;
         }
         let agreement = (inside.recovered + outside.trials - outside.recovered) as f64 / trials as f64;
+        let as_estimated = |row: &&&Row| {
+            let held = row.cpi_margin_after_push_est.is_some_and(|m| m >= 0.0);
+            row.set_after_push.is_some() && held == (row.outcome == Outcome::Recovered)
+        };
+        let agreement_est = rows.iter().filter(as_estimated).count() as f64 / trials as f64;
         let by_margin = (0..=MARGIN_EDGES.len())
             .map(|i| {
                 let (from, to) = (i.checked_sub(1).map(|i| MARGIN_EDGES[i]), MARGIN_EDGES.get(i).copied());
@@ -55,7 +62,7 @@ impl Foretold {
             })
             .filter(|bin| bin.count.trials > 0)
             .collect();
-        Some(Self { inside, outside, agreement, by_margin })
+        Some(Self { inside, outside, agreement, agreement_est, by_margin })
     }
 }
 
@@ -110,6 +117,8 @@ mod tests {
         assert_eq!((foretold.inside.trials, foretold.inside.recovered), (3, 2));
         assert_eq!((foretold.outside.trials, foretold.outside.recovered), (3, 1));
         assert!((foretold.agreement - 4.0 / 6.0).abs() < 1e-12);
+        // Each is estimated to be inside: right for the three that recovered.
+        assert!((foretold.agreement_est - 3.0 / 6.0).abs() < 1e-12);
         let bins: Vec<_> = foretold.by_margin.iter().map(|b| (b.from, b.to, b.count.trials)).collect();
         let expected =
             [(None, Some(-0.5), 1), (Some(-0.25), Some(0.0), 1), (Some(0.0), Some(0.25), 2), (Some(0.75), None, 1)];

@@ -33,6 +33,7 @@ pub struct Row {
     pub left_sets_at_s: Option<f64>,
     pub set_after_push: Option<Membership>,
     pub cpi_margin_after_push: Option<f64>,
+    pub cpi_margin_after_push_est: Option<f64>,
     pub gain_switches: u32,
     /// Count of footsteps.
     pub footsteps: u32,
@@ -63,6 +64,7 @@ impl Row {
             left_sets_at_s: record.left_sets_at_s,
             set_after_push: record.set_after_push,
             cpi_margin_after_push: record.cpi_margin_after_push,
+            cpi_margin_after_push_est: record.cpi_margin_after_push_est,
             gain_switches: record.gain_switches,
             footsteps: record.footsteps.len() as u32,
         }
@@ -110,6 +112,7 @@ pub fn columns(rows: &[Row]) -> Vec<Column> {
         ("left_sets_at_s", opt(|r| r.left_sets_at_s)),
         ("set_after_push", Data::OptText(rows.iter().map(|r| r.set_after_push.map(|m| m.name().into())).collect())),
         ("cpi_margin_after_push", opt(|r| r.cpi_margin_after_push)),
+        ("cpi_margin_after_push_est", opt(|r| r.cpi_margin_after_push_est)),
         ("gain_switches", int(|r| r.gain_switches.into())),
         ("footsteps", int(|r| r.footsteps.into())),
     ]
@@ -145,6 +148,7 @@ pub(crate) mod tests {
             left_sets_at_s: None,
             set_after_push: Some(Membership::Outside),
             cpi_margin_after_push: Some(-0.25),
+            cpi_margin_after_push_est: Some(0.25),
             gain_switches: 3,
             footsteps: vec![],
         };

@@ -202,6 +202,7 @@ fn as_json(push: &Push, design: &Design, record: &Record) -> Value {
         "left_sets_at_s": record.left_sets_at_s,
         "set_after_push": record.set_after_push,
         "cpi_margin_after_push": record.cpi_margin_after_push,
+        "cpi_margin_after_push_est": record.cpi_margin_after_push_est,
         "gain_switches": record.gain_switches,
         "footsteps": record.footsteps,
     })
@@ -241,7 +242,8 @@ fn story(push: &Push, design: &Design, config: &EpisodeConfig, record: &Record, 
     match (record.set_after_push, record.cpi_margin_after_push) {
         (Some(side), Some(margin)) => {
             let side = side.name();
-            line("sets", format!("{side} the slowest gain's set at the end of the push (margin {margin:.2})"));
+            let est = record.cpi_margin_after_push_est.map_or(String::new(), |m| format!(", as estimated {m:.2}"));
+            line("sets", format!("{side} the slowest gain's set at the end of the push (margin {margin:.2}{est})"));
         }
         (Some(_), None) => line("sets", "all empty at the end of the push: nothing to stand on".into()),
         (None, _) => {}
@@ -253,10 +255,8 @@ fn story(push: &Push, design: &Design, config: &EpisodeConfig, record: &Record, 
         let mm = 1000.0 * record.peak_dcm_outside_m;
         line("DCM", format!("at most {mm:.1} mm outside of the support"));
     }
-    if record.outcome == Outcome::Fell {
-        if let Some(at) = witness.dcm_outside_since_s {
-            line("lost", format!("t = {at:.3} s: from there on the DCM was outside of the support for good"));
-        }
+    if let (Outcome::Fell, Some(at)) = (record.outcome, witness.dcm_outside_since_s) {
+        line("lost", format!("t = {at:.3} s: from there on the DCM was outside of the support for good"));
     }
     if let Some((at, joint)) = &witness.torque_limited {
         line("torque", format!("{joint} was the first at its limit, at t = {at:.3} s"));

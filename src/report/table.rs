@@ -187,12 +187,14 @@ fn foretold(summary: &Summary) -> String {
         let cell = |f: &Foretold| f.by_margin.iter().find(|bin| bin.from == *from).map_or("-".into(), |b| of(&b.count));
         table.add_row(std::iter::once(label).chain(with_sets().map(|(_, f)| cell(f))));
     }
-    let agreement = |(set, f): (&SetSummary, &Foretold)| format!("{} {}", set.name, percent(f.agreement));
+    let agreement = |(set, f): (&SetSummary, &Foretold)| {
+        format!(" {}: {} ({} by the state as estimated then)", set.name, percent(f.agreement), percent(f.agreement_est))
+    };
     format!(
-        "\n{}\n recovered where the set holds the state at the end of the push, and where it\n \
-         does not (margin 1: rest, 0: border of the set); as the set says:\n {}\n",
+        "\n{}\n recovered where the set holds the true state at the end of the push, and where\n \
+         it does not (margin 1: rest, 0: border of the set); trials that did as it says:\n{}\n",
         align(table),
-        with_sets().map(agreement).collect::<Vec<_>>().join(", ")
+        with_sets().map(agreement).collect::<Vec<_>>().join("\n")
     )
 }
 
