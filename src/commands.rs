@@ -102,7 +102,7 @@ pub fn completions(shell: Shell) -> Result<ExitCode> {
 fn join(folder: &Folder, json: bool) -> Result<ExitCode> {
     let (summary, _) = folder.join()?;
     plot::write_success(&summary, &folder.path.join("success.svg"))?;
-    report::print(&if json { report::json(&summary) } else { table::campaign(&summary) })?;
+    report::print(&if json { report::json(&summary) } else { table::campaign(&summary, &folder.path) })?;
     note(&format!("written: {}/{{summary.json, trials.parquet, success.svg, campaign.toml}}", folder.path.display()));
     Ok(ExitCode::SUCCESS)
 }

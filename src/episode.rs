@@ -35,6 +35,8 @@ pub struct Judge {
     pub fallen_tilt_deg: f64,
     /// Fell: the COM is lower than this share of its height at home.
     pub fallen_com_height_ratio: f64,
+    /// Home: the COM over the ground is this near to the middle of the soles' centres.
+    pub home_radius_m: f64,
 }
 
 impl Default for Judge {
@@ -45,6 +47,7 @@ impl Default for Judge {
             standing_time_s: 0.5,
             fallen_tilt_deg: 60.0,
             fallen_com_height_ratio: 0.6,
+            home_radius_m: 0.005,
         }
     }
 }
@@ -56,12 +59,28 @@ pub struct EpisodeConfig {
     pub horizon_s: f64,
     pub physics_step_s: f64,
     pub control_period_s: f64,
+    /// End an episode once it is settled. False: only a fall ends it before the horizon, so that
+    /// [`Record::home_at_s`] means something, and "recovered" is standing at the horizon to the letter.
+    pub end_early: bool,
     pub judge: Judge,
 }
 
 impl Default for EpisodeConfig {
     fn default() -> Self {
-        Self { horizon_s: 6.0, physics_step_s: 0.001, control_period_s: 0.002, judge: Judge::default() }
+        Self {
+            horizon_s: 6.0,
+            physics_step_s: 0.001,
+            control_period_s: 0.002,
+            end_early: true,
+            judge: Judge::default(),
+        }
+    }
+}
+
+impl EpisodeConfig {
+    /// How long an episode of a campaign goes on.
+    pub fn until(&self) -> Until {
+        if self.end_early { Until::Decided } else { Until::Fallen }
     }
 }
 
@@ -77,8 +96,39 @@ pub struct Disturbance {
 pub enum Until {
     /// Stop when settled (after the last push) or fallen.
     Decided,
+    /// Stop when fallen.
+    Fallen,
     /// Run to the horizon, whatever happens.
     Horizon,
+}
+
+/// Where the slowest gain's maximal CPI set, the largest, has the state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Membership {
+    Inside,
+    Outside,
+    /// There is no set: nothing to stand on, or less than the margin of the gain set.
+    Empty,
+}
+
+impl Membership {
+    pub fn name(self) -> &'static str {
+        match self {
+            Membership::Inside => "inside",
+            Membership::Outside => "outside",
+            Membership::Empty => "empty",
+        }
+    }
+
+    /// From the margin of [`crate::control::supervisor::Supervisor`].
+    fn of_margin(margin: f64) -> Self {
+        match margin {
+            m if m >= 0.0 => Membership::Inside,
+            m if m.is_finite() => Membership::Outside,
+            _ => Membership::Empty,
+        }
+    }
 }
 
 /// A footstep that was taken.
@@ -105,6 +155,10 @@ pub struct Record {
     pub fall_cause: Option<String>,
     /// Start of the stretch of standing at which the episode was decided.
     pub settled_at_s: Option<f64>,
+    /// Time after the last push from which the COM over the ground stays within `home_radius_m` of the middle of the
+    /// soles' centres until the episode's end (the paper's convergence of the COG to the origin); None if it is not
+    /// there at the end. An episode that ends early ends before the COM can leave again, or arrive.
+    pub home_at_s: Option<f64>,
     pub peak_tilt_deg: f64,
     /// Largest joint torque, and its share of the limit.
     pub peak_torque_n_m: f64,
@@ -114,8 +168,13 @@ pub struct Record {
     pub peak_dcm_outside_m: f64,
     /// Time at which the state first left every set.
     pub left_sets_at_s: Option<f64>,
-    /// Margin of the slowest gain's set at the end of the last push (negative: outside).
+    /// Whether the slowest gain's set holds the true state at the end of the last push (with the ZMP that the
+    /// controller wants, on the support that it sees); None without gains.
+    pub set_after_push: Option<Membership>,
+    /// The margin of that set (negative: outside); None also where the set is empty.
     pub cpi_margin_after_push: Option<f64>,
+    /// The same for the state as estimated, by which the controller chooses its gain.
+    pub cpi_margin_after_push_est: Option<f64>,
     pub gain_switches: u32,
     pub footsteps: Vec<Footstep>,
 }
@@ -157,7 +216,12 @@ pub fn run(
         let tick = Tick { truth, dcm, dcm_outside_m, controller: &controller, command: &command };
         observe(&tick);
         referee.watch(&tick);
-        if referee.record.outcome == Outcome::Diverged || (until == Until::Decided && referee.is_decided()) {
+        let done = match until {
+            Until::Decided => referee.is_decided(),
+            Until::Fallen => referee.record.outcome == Outcome::Fell,
+            Until::Horizon => false,
+        };
+        if done || referee.record.outcome == Outcome::Diverged {
             break;
         }
         if k < ticks {
@@ -192,13 +256,16 @@ impl<'a> Referee<'a> {
                 fell_at_s: None,
                 fall_cause: None,
                 settled_at_s: None,
+                home_at_s: None,
                 peak_tilt_deg: 0.0,
                 peak_torque_n_m: 0.0,
                 peak_torque_ratio: 0.0,
                 peak_joint_speed_rad_s: 0.0,
                 peak_dcm_outside_m: 0.0,
                 left_sets_at_s: None,
+                set_after_push: None,
                 cpi_margin_after_push: None,
+                cpi_margin_after_push_est: None,
                 gain_switches: 0,
                 footsteps: Vec::new(),
             },
@@ -214,6 +281,7 @@ impl<'a> Referee<'a> {
         self.record.end_s = truth.time_s;
         if !truth.is_finite() {
             self.record.outcome = Outcome::Diverged;
+            self.record.home_at_s = None;
             return;
         }
         self.note_peaks(tick);
@@ -224,8 +292,10 @@ impl<'a> Referee<'a> {
             self.record.outcome = Outcome::Fell;
             self.record.fell_at_s = Some(truth.time_s);
             self.record.fall_cause = Some(cause);
+            self.record.home_at_s = None;
             return;
         }
+        self.note_home(truth);
         let standing = truth.time_s >= self.last_push_end_s
             && truth.tilt_rad().to_degrees() <= self.judge.standing_tilt_deg
             && truth.com_vel.norm() <= self.judge.standing_com_speed_m_s
@@ -237,6 +307,16 @@ impl<'a> Referee<'a> {
                 self.record.settled_at_s = Some(since);
             }
             _ => {}
+        }
+    }
+
+    fn note_home(&mut self, truth: &Truth) {
+        let middle = (truth.soles.left.translation.vector.xy() + truth.soles.right.translation.vector.xy()) / 2.0;
+        let near = (truth.com.coords.xy() - middle).norm() <= self.judge.home_radius_m;
+        if !near || truth.time_s < self.last_push_end_s {
+            self.record.home_at_s = None;
+        } else if self.record.home_at_s.is_none() {
+            self.record.home_at_s = Some(truth.time_s);
         }
     }
 
@@ -282,8 +362,12 @@ impl<'a> Referee<'a> {
         if controller.phase == Phase::OutOfSets && record.left_sets_at_s.is_none() {
             record.left_sets_at_s = Some(truth.time_s);
         }
-        if truth.time_s >= self.last_push_end_s && record.cpi_margin_after_push.is_none() {
-            record.cpi_margin_after_push = Some(controller.supervisor.margin);
+        if truth.time_s >= self.last_push_end_s && record.set_after_push.is_none() {
+            let supervisor = &controller.supervisor;
+            let margin = supervisor.margin_at(truth.com.xy(), truth.com_vel.xy());
+            record.set_after_push = Some(Membership::of_margin(margin));
+            record.cpi_margin_after_push = Some(margin).filter(|m| m.is_finite());
+            record.cpi_margin_after_push_est = Some(supervisor.margin).filter(|m| m.is_finite());
         }
     }
 
@@ -310,4 +394,30 @@ pub fn support_on_ground(robot: &Robot, truth: &Truth) -> Option<SupportPolygon>
         }
     }
     SupportPolygon::hull(&corners[..count])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lipm::gains::GainSet;
+
+    fn home_at_s(impulse_n_s: f64, home_radius_m: f64) -> Option<f64> {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let design = Design::new(&robot, &GainSet::load("hold").unwrap(), 0.002).unwrap();
+        let judge = Judge { home_radius_m, ..Judge::default() };
+        let config = EpisodeConfig { horizon_s: 0.5, end_early: false, judge, ..EpisodeConfig::default() };
+        let push = Push { impulse_n_s, start_s: 0.1, ..Push::default() };
+        let disturbance = Disturbance { pushes: vec![push], sensor_errors: None };
+        run(&robot, &design, &config, disturbance, config.until(), &mut |_| {}).home_at_s
+    }
+
+    #[test]
+    fn home_is_where_the_com_stays_after_the_push() {
+        let at = home_at_s(0.0, 0.005).unwrap();
+        assert!((at - 0.15).abs() < 0.003, "home all the time counts from the end of the push, not from {at}");
+        let at = home_at_s(1.0, 0.005).unwrap();
+        assert!(at > 0.2, "pushed by more than 5 mm, home again at {at}");
+        assert_eq!(home_at_s(4.0, 0.005), None, "on its way to the ground");
+        assert_eq!(home_at_s(0.0, 1e-9), None);
+    }
 }

@@ -194,10 +194,74 @@ fn json_is_one_object_and_all_else_goes_to_the_standard_error() {
     assert_eq!(status["complete"], true);
 }
 
+/// The columns of a trial that `push` reports too, as JSON values: outcome and all times and peaks.
+const REPLAYED: [&str; 14] = [
+    "outcome",
+    "end_s",
+    "fell_at_s",
+    "fall_cause",
+    "settled_at_s",
+    "home_at_s",
+    "peak_tilt_deg",
+    "peak_torque_n_m",
+    "peak_joint_speed_rad_s",
+    "peak_dcm_outside_m",
+    "left_sets_at_s",
+    "set_after_push",
+    "cpi_margin_after_push",
+    "cpi_margin_after_push_est",
+];
+
+/// A part of a campaign, one object per row; numbers are read as the numbers that they are, to the bit.
+fn rows(part: &Path) -> Vec<BTreeMap<String, serde_json::Value>> {
+    let mut reader = csv::Reader::from_path(part).unwrap();
+    let names = reader.headers().unwrap().clone();
+    let value = |text: &str| match text {
+        "" => serde_json::Value::Null,
+        text => text.parse::<f64>().map_or(text.into(), serde_json::Value::from),
+    };
+    let row = |row: csv::StringRecord| names.iter().map(String::from).zip(row.iter().map(value)).collect();
+    reader.records().map(|record| row(record.unwrap())).collect()
+}
+
+#[test]
+fn a_trial_is_replayed_to_the_bit() {
+    let dir = folder();
+    let gains = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/gains/switching.toml")).unwrap();
+    fs::write(dir.path().join("file.toml"), gains.replace("name = \"switching\"", "name = \"mine\"")).unwrap();
+    let args = [
+        "--trials=2",
+        "--set=push.impulse_n_s={uniform=[1, 7]}",
+        "--set=episode.horizon_s=1.2",
+        "--set=push.start_s=0.1",
+    ];
+    let gains = ["--gains=hold", "--gains=file.toml"];
+    for more in [&["--set=episode.end_early=true", "--out=a"], &["--set=episode.end_early=false", "--out=b"]] {
+        let out = more[1].trim_start_matches("--out=");
+        let run = [&["run", "standard", "--seed=5"][..], &gains, &args, &more[..]].concat();
+        standfast(dir.path(), &run).success();
+        let rows = rows(&dir.path().join(out).join("parts/part-000000.csv"));
+        assert_eq!(rows.len(), 4);
+        assert!(rows.iter().any(|row| row["outcome"] == "Recovered"));
+        for row in rows {
+            let (trial, set) = (row["trial"].as_f64().unwrap().to_string(), row["set"].as_str().unwrap());
+            // The name is enough for a set that is a file: the result has a copy.
+            let campaign = format!("{out}/campaign.toml");
+            let args = ["push", "--json", "--campaign", &campaign, "--trial", &trial, "--gains", set];
+            let replay: serde_json::Value =
+                serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap();
+            for name in REPLAYED {
+                assert_eq!(row[name], replay[name], "{name} of trial {trial}, {set}");
+            }
+        }
+    }
+}
+
 #[test]
 fn without_a_terminal_the_table_fits_80_columns() {
     let dir = folder();
-    let text = stdout(&standfast(dir.path(), &short(&[FEW])).success());
+    let args = ["--gains=switching", "--gains=fixed", "--set=episode.end_early=false"];
+    let text = stdout(&standfast(dir.path(), &short(&[&[FEW][..], &args].concat())).success());
     let (_, tables) = text.split_once("gain set ").unwrap();
     let (tables, _) = tables.split_once("95 % intervals").unwrap();
     assert!(tables.lines().all(|line| line.chars().count() <= 80), "{tables}");

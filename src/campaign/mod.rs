@@ -1,10 +1,13 @@
 //! A campaign: many pushes drawn at random, the same for every gain set, and the count of who stays up.
 //!
 //! A [`spec`] says what is drawn; a [`trial`] is a function of (seed, index) alone; [`run`] spreads trials over cores;
-//! [`parts`] keeps what is finished on disk and joins it; [`stats`] counts. Beside it, [`response`] measures how the ZMP
-//! follows the one wanted.
+//! [`parts`] keeps what is finished on disk and joins it; [`stats`] counts, [`paired`] compares the sets on the same
+//! pushes, [`foretold`] the theory with what happened.
+//! Beside it, [`response`] measures how the ZMP follows the one wanted.
 
 pub mod distribution;
+pub mod foretold;
+pub mod paired;
 pub mod parts;
 pub mod response;
 pub mod row;

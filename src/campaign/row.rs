@@ -1,7 +1,7 @@
 //! One row of the result: a trial under one gain set.
 
 use crate::columns::{Column, Data};
-use crate::episode::{Outcome, Record};
+use crate::episode::{Membership, Outcome, Record};
 use crate::sim::{Profile, Push};
 use serde::{Deserialize, Serialize};
 
@@ -24,13 +24,16 @@ pub struct Row {
     pub fell_at_s: Option<f64>,
     pub fall_cause: Option<String>,
     pub settled_at_s: Option<f64>,
+    pub home_at_s: Option<f64>,
     pub peak_tilt_deg: f64,
     pub peak_torque_n_m: f64,
     pub peak_torque_ratio: f64,
     pub peak_joint_speed_rad_s: f64,
     pub peak_dcm_outside_m: f64,
     pub left_sets_at_s: Option<f64>,
+    pub set_after_push: Option<Membership>,
     pub cpi_margin_after_push: Option<f64>,
+    pub cpi_margin_after_push_est: Option<f64>,
     pub gain_switches: u32,
     /// Count of footsteps.
     pub footsteps: u32,
@@ -52,13 +55,16 @@ impl Row {
             fell_at_s: record.fell_at_s,
             fall_cause: record.fall_cause,
             settled_at_s: record.settled_at_s,
+            home_at_s: record.home_at_s,
             peak_tilt_deg: record.peak_tilt_deg,
             peak_torque_n_m: record.peak_torque_n_m,
             peak_torque_ratio: record.peak_torque_ratio,
             peak_joint_speed_rad_s: record.peak_joint_speed_rad_s,
             peak_dcm_outside_m: record.peak_dcm_outside_m,
             left_sets_at_s: record.left_sets_at_s,
+            set_after_push: record.set_after_push,
             cpi_margin_after_push: record.cpi_margin_after_push,
+            cpi_margin_after_push_est: record.cpi_margin_after_push_est,
             gain_switches: record.gain_switches,
             footsteps: record.footsteps.len() as u32,
         }
@@ -68,6 +74,12 @@ impl Row {
     pub fn settling_s(&self) -> Option<f64> {
         let settled_at_s = self.settled_at_s.filter(|_| self.outcome == Outcome::Recovered)?;
         Some((settled_at_s - self.start_s - self.duration_s).max(0.0))
+    }
+
+    /// Time from the end of the push to the COM being home for good [s]; None unless recovered.
+    pub fn homing_s(&self) -> Option<f64> {
+        let home_at_s = self.home_at_s.filter(|_| self.outcome == Outcome::Recovered)?;
+        Some((home_at_s - self.start_s - self.duration_s).max(0.0))
     }
 }
 
@@ -91,13 +103,16 @@ pub fn columns(rows: &[Row]) -> Vec<Column> {
         ("fell_at_s", opt(|r| r.fell_at_s)),
         ("fall_cause", Data::OptText(rows.iter().map(|r| r.fall_cause.clone()).collect())),
         ("settled_at_s", opt(|r| r.settled_at_s)),
+        ("home_at_s", opt(|r| r.home_at_s)),
         ("peak_tilt_deg", f64(|r| r.peak_tilt_deg)),
         ("peak_torque_n_m", f64(|r| r.peak_torque_n_m)),
         ("peak_torque_ratio", f64(|r| r.peak_torque_ratio)),
         ("peak_joint_speed_rad_s", f64(|r| r.peak_joint_speed_rad_s)),
         ("peak_dcm_outside_m", f64(|r| r.peak_dcm_outside_m)),
         ("left_sets_at_s", opt(|r| r.left_sets_at_s)),
+        ("set_after_push", Data::OptText(rows.iter().map(|r| r.set_after_push.map(|m| m.name().into())).collect())),
         ("cpi_margin_after_push", opt(|r| r.cpi_margin_after_push)),
+        ("cpi_margin_after_push_est", opt(|r| r.cpi_margin_after_push_est)),
         ("gain_switches", int(|r| r.gain_switches.into())),
         ("footsteps", int(|r| r.footsteps.into())),
     ]
@@ -124,13 +139,16 @@ pub(crate) mod tests {
             fell_at_s: (outcome == Outcome::Fell).then_some(1.5),
             fall_cause: (outcome == Outcome::Fell).then(|| "left_knee, at the ground".into()),
             settled_at_s: (outcome == Outcome::Recovered).then_some(1.25),
+            home_at_s: (outcome == Outcome::Recovered).then_some(1.75),
             peak_tilt_deg: 1.0 / 3.0,
             peak_torque_n_m: f64::NAN,
             peak_torque_ratio: 0.5,
             peak_joint_speed_rad_s: 2.0,
             peak_dcm_outside_m: 1e-300,
             left_sets_at_s: None,
+            set_after_push: Some(Membership::Outside),
             cpi_margin_after_push: Some(-0.25),
+            cpi_margin_after_push_est: Some(0.25),
             gain_switches: 3,
             footsteps: vec![],
         };

@@ -4,7 +4,7 @@ use crate::assets::{self, Kind, Source};
 use crate::campaign::parts::{Folder, Manifest, Shard};
 use crate::campaign::{Campaign, Row, trial};
 use crate::control::Design;
-use crate::episode::{self, Until};
+use crate::episode;
 use crate::error::{Error, Result};
 use crate::files::{sha256_hex, write_atomic};
 use crate::lipm::gains::GainSet;
@@ -151,8 +151,8 @@ impl Plan {
         let (trial, set) = (first_trial + (slot / sets.len()) as u64, slot % sets.len());
         let disturbance = trial::disturbance(campaign, trial);
         let push = disturbance.pushes[0];
-        let record =
-            episode::run(&self.robot, &designs[set], &campaign.episode, disturbance, Until::Decided, &mut |_| {});
+        let config = &campaign.episode;
+        let record = episode::run(&self.robot, &designs[set], config, disturbance, config.until(), &mut |_| {});
         Row::new(trial, &sets[set], &push, record)
     }
 

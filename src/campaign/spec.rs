@@ -235,7 +235,8 @@ pub fn check_episode(file: &str, episode: &EpisodeConfig) -> Result<()> {
     positive("episode.judge.standing_tilt_deg", judge.standing_tilt_deg, judge.fallen_tilt_deg)?;
     positive("episode.judge.standing_com_speed_m_s", judge.standing_com_speed_m_s, 10.0)?;
     positive("episode.judge.standing_time_s", judge.standing_time_s, episode.horizon_s)?;
-    positive("episode.judge.fallen_com_height_ratio", judge.fallen_com_height_ratio, 1.0)
+    positive("episode.judge.fallen_com_height_ratio", judge.fallen_com_height_ratio, 1.0)?;
+    positive("episode.judge.home_radius_m", judge.home_radius_m, 10.0)
 }
 
 #[cfg(test)]

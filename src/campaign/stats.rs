@@ -1,5 +1,7 @@
 //! What the trials of a campaign say: success rates with intervals, by gain set and by impulse.
 
+use crate::campaign::foretold::{FallCause, Foretold};
+use crate::campaign::paired::{Common, Pair, Times};
 use crate::campaign::spec::{PushSpec, SensorSpec};
 use crate::campaign::{Row, parts::Manifest};
 use crate::episode::{EpisodeConfig, Outcome};
@@ -27,6 +29,10 @@ pub struct Summary {
     /// How `ci95` is computed.
     pub interval: &'static str,
     pub sets: Vec<SetSummary>,
+    /// Times over the trials that every set survived, to be compared between sets.
+    pub common_survivors: Common,
+    /// Every pair of sets, trial by trial.
+    pub pairs: Vec<Pair>,
 }
 
 /// One gain set's count.
@@ -38,8 +44,12 @@ pub struct SetSummary {
     pub fell: u64,
     pub diverged: u64,
     pub timed_out: u64,
-    /// Median time from the end of the push to standing, over recovered trials.
-    pub median_settling_s: Option<f64>,
+    /// Over this set's own recovered trials.
+    #[serde(flatten)]
+    pub times: Times,
+    /// What the sets of the pendulum say against what happened; None without gains.
+    pub foretold: Option<Foretold>,
+    pub fall_causes: Vec<FallCause>,
     /// Success by impulse, bins of equal width, without empty ones.
     pub by_impulse: Vec<ImpulseBin>,
 }
@@ -68,7 +78,7 @@ impl Count {
         Self { trials, recovered, success_rate, ci95: interval95(recovered, trials) }
     }
 
-    fn of<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Self {
+    pub fn of<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Self {
         let (mut trials, mut recovered) = (0, 0);
         for row in rows {
             trials += 1;
@@ -79,9 +89,10 @@ impl Count {
 }
 
 impl Summary {
-    /// Counts the rows of a whole campaign; `trials_sha256` is of the file that holds them.
+    /// Counts the rows of a whole campaign, sorted by trial, then by set; `trials_sha256` is of the file that holds them.
     pub fn new(manifest: &Manifest, rows: &[Row], trials_sha256: String) -> Self {
         let campaign = &manifest.campaign;
+        let end_early = campaign.episode.end_early;
         let bins = bin_edges(rows.iter().map(|row| row.impulse_n_s));
         Self {
             name: campaign.name.clone(),
@@ -95,13 +106,15 @@ impl Summary {
             push: campaign.push,
             sensors: campaign.sensors,
             interval: "95 %: Wilson; Clopper-Pearson where fewer than 5 trials recovered, or fewer than 5 did not",
-            sets: manifest.sets.iter().map(|name| SetSummary::new(name, rows, &bins)).collect(),
+            sets: manifest.sets.iter().map(|name| SetSummary::new(name, rows, &bins, end_early)).collect(),
+            common_survivors: Common::new(rows, manifest.sets.len(), end_early),
+            pairs: Pair::all(rows, &manifest.sets),
         }
     }
 }
 
 impl SetSummary {
-    fn new(name: &str, rows: &[Row], bins: &[f64]) -> Self {
+    fn new(name: &str, rows: &[Row], bins: &[f64], end_early: bool) -> Self {
         let rows: Vec<&Row> = rows.iter().filter(|row| row.set == name).collect();
         let with = |outcome| rows.iter().filter(|row| row.outcome == outcome).count() as u64;
         let within = |bin: &&[f64]| {
@@ -115,7 +128,9 @@ impl SetSummary {
             fell: with(Outcome::Fell),
             diverged: with(Outcome::Diverged),
             timed_out: with(Outcome::TimedOut),
-            median_settling_s: median(rows.iter().filter_map(|row| row.settling_s()).collect()),
+            times: Times::of(rows.iter().copied(), end_early),
+            foretold: Foretold::new(&rows),
+            fall_causes: FallCause::count(&rows),
             by_impulse: bins.windows(2).map(|bin| within(&bin)).filter(|bin| bin.count.trials > 0).collect(),
         }
     }
@@ -227,7 +242,7 @@ mod tests {
         let outcomes = [Outcome::Recovered, Outcome::Fell, Outcome::TimedOut, Outcome::Recovered];
         let mut rows: Vec<Row> = (0..4).map(|i| row(i, "a", i as f64, outcomes[i as usize])).collect();
         rows.push(row(0, "b", 0.0, Outcome::Diverged));
-        let set = SetSummary::new("a", &rows, &[0.0, 2.0, 4.0, 6.0]);
+        let set = SetSummary::new("a", &rows, &[0.0, 2.0, 4.0, 6.0], true);
         assert_eq!((set.count.trials, set.count.recovered, set.fell, set.timed_out, set.diverged), (4, 2, 1, 1, 0));
         assert_eq!(set.count.success_rate, 0.5);
         assert_eq!(set.by_impulse.len(), 2);

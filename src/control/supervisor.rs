@@ -92,6 +92,16 @@ impl Supervisor {
         decision
     }
 
+    /// Margin of the slowest gain's set for another state of the COM (world) on the support of the last tick, e.g. the
+    /// true one: after a push the estimated velocity lags by some hundredths of a second.
+    pub fn margin_at(&self, com: Point2<f64>, com_vel: Vector2<f64>) -> f64 {
+        let Some(support) = &self.support else { return f64::NEG_INFINITY };
+        let frame = &support.frame;
+        let zmp = self.keep_inside(frame.inverse_transform_point(&self.zmp_ref));
+        let state = State::new(frame.inverse_transform_point(&com), frame.inverse_transform_vector(&com_vel), zmp);
+        self.sets.margin(0, &state)
+    }
+
     fn choose(&mut self, state: &State) -> Decision {
         self.margin = self.sets.margin(0, state);
         let before = self.gain;

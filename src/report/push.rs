@@ -41,7 +41,7 @@ pub struct PushArgs {
     /// Course of the force; the impulse is the same [default: rectangular]
     #[arg(long, value_enum)]
     pub profile: Option<Profile>,
-    /// Gain set by name or file
+    /// Gain set by name or file; of a campaign, also a file of its own by the name
     #[arg(long, value_name = "NAME|FILE", default_value = "switching")]
     pub gains: String,
     /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
@@ -79,7 +79,8 @@ pub fn run(args: &PushArgs) -> Result<String> {
     let push = the_push(args, campaign.as_ref(), &config)?;
     let robot_name = args.robot.as_ref().or(campaign.as_ref().map(|c| &c.robot));
     let robot = Robot::load(robot_name.map_or("ut-mu2", String::as_str))?;
-    let design = Design::new(&robot, &GainSet::load(&args.gains)?, config.control_period_s)?;
+    let gains = gains_of(campaign.as_ref(), &args.gains);
+    let design = Design::new(&robot, &GainSet::load(gains)?, config.control_period_s)?;
     if let Some(warning) = &design.warning {
         log::warn!("{warning}");
     }
@@ -90,7 +91,7 @@ pub fn run(args: &PushArgs) -> Result<String> {
     let mut trace = args.trace.as_ref().map(|_| Trace::new(&robot));
     let mut witness = Witness::default();
     let sensor_errors = campaign.as_ref().and_then(|c| trial::sensor_errors(c, args.trial.unwrap_or(0)));
-    let until = if trace.is_some() { Until::Horizon } else { Until::Decided };
+    let until = if trace.is_some() { Until::Horizon } else { config.until() };
     let disturbance = Disturbance { pushes: vec![push], sensor_errors };
     let record = episode::run(&robot, &design, &config, disturbance, until, &mut |tick| {
         witness.watch(&robot, tick);
@@ -102,8 +103,14 @@ pub fn run(args: &PushArgs) -> Result<String> {
     Ok(if args.json {
         report::json(&as_json(&push, &design, &record))
     } else {
-        story(&push, &design, &record, &witness)
+        story(&push, &design, &config, &record, &witness)
     })
+}
+
+/// The gain set asked for, as the campaign has it: one of its files by its name, else what `open` makes of it.
+fn gains_of<'a>(campaign: Option<&'a Campaign>, name: &'a str) -> &'a str {
+    let is_it = |path: &&String| Path::new(path.as_str()).file_stem().is_some_and(|stem| stem == name);
+    campaign.and_then(|c| c.gains.iter().find(is_it)).map_or(name, String::as_str)
 }
 
 /// The push asked for: that of the campaign's trial if one is named, changed by what else is given.
@@ -185,6 +192,7 @@ fn as_json(push: &Push, design: &Design, record: &Record) -> Value {
         "fell_at_s": record.fell_at_s,
         "fall_cause": record.fall_cause,
         "settled_at_s": record.settled_at_s,
+        "home_at_s": record.home_at_s,
         "end_s": record.end_s,
         "peak_tilt_deg": record.peak_tilt_deg,
         "peak_torque_n_m": record.peak_torque_n_m,
@@ -192,14 +200,16 @@ fn as_json(push: &Push, design: &Design, record: &Record) -> Value {
         "peak_joint_speed_rad_s": record.peak_joint_speed_rad_s,
         "peak_dcm_outside_m": record.peak_dcm_outside_m,
         "left_sets_at_s": record.left_sets_at_s,
+        "set_after_push": record.set_after_push,
         "cpi_margin_after_push": record.cpi_margin_after_push,
+        "cpi_margin_after_push_est": record.cpi_margin_after_push_est,
         "gain_switches": record.gain_switches,
         "footsteps": record.footsteps,
     })
 }
 
 /// A few lines on what happened and why.
-fn story(push: &Push, design: &Design, record: &Record, witness: &Witness) -> String {
+fn story(push: &Push, design: &Design, config: &EpisodeConfig, record: &Record, witness: &Witness) -> String {
     let mut text = format!(
         "push      {} N s towards {} degrees over {} s from t = {} s, {} m above the COM\n",
         push.impulse_n_s, push.heading_deg, push.duration_s, push.start_s, push.height_m
@@ -222,9 +232,21 @@ fn story(push: &Push, design: &Design, record: &Record, witness: &Witness) -> St
         Outcome::TimedOut => format!("timed out: neither fallen nor standing still at t = {:.3} s", record.end_s),
     };
     line("outcome", outcome);
-    if let Some(margin) = record.cpi_margin_after_push.filter(|m| m.is_finite()) {
-        let side = if margin >= 0.0 { "inside" } else { "outside" };
-        line("sets", format!("{side} the slowest gain's set at the end of the push (margin {margin:.2})"));
+    if let Some(at) = record.home_at_s {
+        let (mm, end) = (1000.0 * config.judge.home_radius_m, record.end_s);
+        line(
+            "home",
+            format!("COM within {mm} mm of the middle of the soles from t = {at:.3} s to the end, {end:.3} s"),
+        );
+    }
+    match (record.set_after_push, record.cpi_margin_after_push) {
+        (Some(side), Some(margin)) => {
+            let side = side.name();
+            let est = record.cpi_margin_after_push_est.map_or(String::new(), |m| format!(", as estimated {m:.2}"));
+            line("sets", format!("{side} the slowest gain's set at the end of the push (margin {margin:.2}{est})"));
+        }
+        (Some(_), None) => line("sets", "all empty at the end of the push: nothing to stand on".into()),
+        (None, _) => {}
     }
     if let Some(at) = record.left_sets_at_s {
         line("", format!("no set held the state from t = {at:.3} s: the pendulum says that a footstep is needed"));
