@@ -148,7 +148,7 @@ pub struct Footstep {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Record {
     pub outcome: Outcome,
-    /// Simulated time [s].
+    /// Simulated time (s).
     pub end_s: f64,
     pub fell_at_s: Option<f64>,
     /// What decided the fall, in words (e.g. the link that touched the ground).
@@ -164,7 +164,7 @@ pub struct Record {
     pub peak_torque_n_m: f64,
     pub peak_torque_ratio: f64,
     pub peak_joint_speed_rad_s: f64,
-    /// Largest distance of the DCM outside of the support [m]; 0 when it never left it.
+    /// Largest distance of the DCM outside of the support (m); 0 when it never left it.
     pub peak_dcm_outside_m: f64,
     /// Time at which the state first left every set.
     pub left_sets_at_s: Option<f64>,
@@ -185,7 +185,7 @@ pub struct Tick<'a> {
     pub truth: &'a Truth,
     /// True divergent component of motion, world.
     pub dcm: Point2<f64>,
-    /// Its distance outside of the soles on the ground [m]; negative inside, infinite in flight.
+    /// Its distance outside of the soles on the ground (m); negative inside, infinite in flight.
     pub dcm_outside_m: f64,
     pub controller: &'a Controller<'a>,
     pub command: &'a Command,
@@ -382,7 +382,7 @@ impl<'a> Referee<'a> {
 
 /// Hull of the soles that rest on the ground, world; None in flight.
 pub fn support_on_ground(robot: &Robot, truth: &Truth) -> Option<SupportPolygon> {
-    /// A sole is on the ground when a corner of it is this low [m].
+    /// A sole is on the ground when a corner of it is this low (m).
     const NEAR_M: f64 = 0.003;
     let mut corners = [Point2::origin(); 8];
     let mut count = 0;

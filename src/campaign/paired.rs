@@ -13,9 +13,9 @@ const EXAMPLES: usize = 5;
 /// Medians of the times from the end of the push, over trials that recovered.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Times {
-    /// To standing: slow and inside of the support [s].
+    /// To standing: slow and inside of the support (s).
     pub median_settling_s: Option<f64>,
-    /// To the COM being home for good [s], where the trial that never is counts as the latest: None if the median is
+    /// To the COM being home for good (s), where the trial that never is counts as the latest: None if the median is
     /// such a trial, and for episodes that end early.
     pub median_homing_s: Option<f64>,
     /// Trials in which the COM was home at the horizon; None for episodes that end early.

@@ -8,13 +8,13 @@
 //!
 //! Measured on UT-mu2 under `switching`, sine of 5 mm, ideal sensors (`standfast response`, `--axis y`):
 //!
-//! | frequency [Hz] | 0.50 | 1.04 | 2.16 | 3.10 | 4.47 | 9.29 | 19.3 | 40.0 |
+//! | frequency (Hz) | 0.50 | 1.04 | 2.16 | 3.10 | 4.47 | 9.29 | 19.3 | 40.0 |
 //! |---|---|---|---|---|---|---|---|---|
 //! | in omega | 0.56 | 1.16 | 2.41 | 3.47 | 5.00 | 10.4 | 21.5 | 44.7 |
 //! | gain x | 1.01 | 1.04 | 1.02 | 0.97 | 0.96 | 0.96 | 0.97 | 0.98 |
-//! | phase x [deg] | -0 | -2 | -7 | -8 | -9 | -14 | -28 | -59 |
+//! | phase x (deg) | -0 | -2 | -7 | -8 | -9 | -14 | -28 | -59 |
 //! | gain y | 1.02 | 1.07 | 1.10 | 1.09 | 1.03 | 0.97 | 0.97 | 0.98 |
-//! | phase y [deg] | 1 | -1 | -5 | -9 | -12 | -16 | -29 | -59 |
+//! | phase y (deg) | 1 | -1 | -5 | -9 | -12 | -16 | -29 | -59 |
 //!
 //! Above 10 Hz what is left is the delay of 4 ms from sensing to torque: the torques of the wanted ZMP are fed forward
 //! and do not wait for the joints to move. Around 2 Hz the joints' stiffness adds up to 9 ms. -45 degrees is reached
@@ -45,12 +45,12 @@ pub enum Axis {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Experiment {
     pub axis: Axis,
-    /// Amplitude of the sine [m].
+    /// Amplitude of the sine (m).
     pub amplitude_m: f64,
     pub clock: Clock,
-    /// Time for transients to die out [s].
+    /// Time for transients to die out (s).
     pub settle_s: f64,
-    /// At least so long is measured [s]: rounded up to whole periods, two or more.
+    /// At least so long is measured (s): rounded up to whole periods, two or more.
     pub measure_s: f64,
 }
 
@@ -59,7 +59,7 @@ pub struct Experiment {
 pub struct Point {
     /// The nearest frequency whose periods are whole ticks.
     pub frequency_hz: f64,
-    /// Amplitude of the wanted ZMP [m].
+    /// Amplitude of the wanted ZMP (m).
     pub wanted_m: f64,
     /// Amplitude of the wanted ZMP over that of the sine: what the loop makes of a disturbance (its sensitivity).
     pub sensitivity: f64,
@@ -73,12 +73,12 @@ pub struct Point {
 }
 
 impl Point {
-    /// The delay that has this phase [s].
+    /// The delay that has this phase (s).
     pub fn delay_s(&self) -> f64 {
         -self.phase_deg / 360.0 / self.frequency_hz
     }
 
-    /// [rad/s]
+    /// (rad/s)
     pub fn angular_frequency(&self) -> f64 {
         TAU * self.frequency_hz
     }
@@ -109,7 +109,7 @@ pub fn measure(robot: &Robot, design: &Design, what: &Experiment, frequencies_hz
     Ok(points)
 }
 
-/// `angle` plus the whole turns that bring it nearest to `to` [degrees].
+/// `angle` plus the whole turns that bring it nearest to `to` (degrees).
 fn nearest_turn(angle: f64, to: f64) -> f64 {
     angle + 360.0 * ((to - angle) / 360.0).round()
 }
@@ -163,7 +163,7 @@ fn measure_at(robot: &Robot, design: &Design, what: &Experiment, frequency_hz: f
     })
 }
 
-/// Where the response stops following: the first frequencies [rad/s] at which it falls below a limit; None: it does not
+/// Where the response stops following: the first frequencies (rad/s) at which it falls below a limit; None: it does not
 /// within the frequencies measured.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Bandwidth {

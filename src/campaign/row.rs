@@ -70,13 +70,13 @@ impl Row {
         }
     }
 
-    /// Time from the end of the push to standing [s]; None unless recovered.
+    /// Time from the end of the push to standing (s); None unless recovered.
     pub fn settling_s(&self) -> Option<f64> {
         let settled_at_s = self.settled_at_s.filter(|_| self.outcome == Outcome::Recovered)?;
         Some((settled_at_s - self.start_s - self.duration_s).max(0.0))
     }
 
-    /// Time from the end of the push to the COM being home for good [s]; None unless recovered.
+    /// Time from the end of the push to the COM being home for good (s); None unless recovered.
     pub fn homing_s(&self) -> Option<f64> {
         let home_at_s = self.home_at_s.filter(|_| self.outcome == Outcome::Recovered)?;
         Some((home_at_s - self.start_s - self.duration_s).max(0.0))

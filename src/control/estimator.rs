@@ -9,9 +9,9 @@ use crate::lipm::pendulum::Pendulum;
 use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Pose, Posture, Robot, Sensed, Sole};
 use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 
-/// A sole that carries more than this is in contact [N].
+/// A sole that carries more than this is in contact (N).
 const CONTACT_FORCE_N: f64 = 5.0;
-/// A sole that is less than this above the ground is in contact too: it can carry at once [m].
+/// A sole that is less than this above the ground is in contact too: it can carry at once (m).
 const CONTACT_HEIGHT_M: f64 = 0.004;
 /// What the Kalman filter trusts: kinematics by the sensors' noise on the way from foot to COM, and accelerations of
 /// the size that a push of 1 to 3 N s brings.
@@ -172,7 +172,7 @@ fn flat(pose: &Pose) -> Pose {
     Isometry3::from_parts(Vector3::new(p.x, p.y, 0.0).into(), UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw))
 }
 
-/// Heading of a pose's x axis over the ground [rad].
+/// Heading of a pose's x axis over the ground (rad).
 pub fn heading(pose: &Pose) -> f64 {
     let x = pose.rotation * Vector3::x();
     x.y.atan2(x.x)

@@ -11,9 +11,9 @@ use nalgebra::{Matrix2, RowVector2, Vector2};
 /// What the filter trusts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trust {
-    /// Standard deviation of the measured COM [m].
+    /// Standard deviation of the measured COM (m).
     pub com_m: f64,
-    /// Standard deviation of the acceleration that the model leaves out [m/s^2], one sample a tick.
+    /// Standard deviation of the acceleration that the model leaves out (m/s^2), one sample a tick.
     pub acceleration_m_s2: f64,
 }
 
@@ -24,19 +24,19 @@ pub struct Kalman {
     /// Effect of the input (the ZMP, or an acceleration) over a tick.
     input: Vector2<f64>,
     gain: Vector2<f64>,
-    /// `[com, com_vel]` [m, m/s].
+    /// `[com, com_vel]` (m, m/s).
     pub state: Vector2<f64>,
 }
 
 impl Kalman {
-    /// Horizontal axis: the input is the ZMP [m].
+    /// Horizontal axis: the input is the ZMP (m).
     pub fn horizontal(pendulum: &Pendulum, trust: Trust) -> Self {
         let a = pendulum.transition();
         let transition = Matrix2::new(a[(0, 0)], a[(0, 1)], a[(1, 0)], a[(1, 1)]);
         Self::new(transition, Vector2::new(a[(0, 2)], a[(1, 2)]), pendulum.dt, trust)
     }
 
-    /// Vertical axis: the input is the acceleration f_z / m - g [m/s^2] (eq. 3).
+    /// Vertical axis: the input is the acceleration f_z / m - g (m/s^2) (eq. 3).
     pub fn vertical(dt: f64, trust: Trust) -> Self {
         Self::new(Matrix2::new(1.0, dt, 0.0, 1.0), Vector2::new(0.5 * dt * dt, dt), dt, trust)
     }

@@ -28,7 +28,7 @@ pub struct Supervisor {
     zmp_state: Point2<f64>,
     /// Wanted ZMP, world: the gain's plus the probe, inside the allowed support.
     pub zmp_ref: Point2<f64>,
-    /// Added to the gain's ZMP behind the gain's back, to measure how the ZMP follows; zero but in experiments [m].
+    /// Added to the gain's ZMP behind the gain's back, to measure how the ZMP follows; zero but in experiments (m).
     pub zmp_probe: Vector2<f64>,
     /// Margin of the slowest gain's set, the largest: negative when no set holds the state (eq. 26).
     pub margin: f64,

@@ -18,12 +18,12 @@ pub struct SupportPolygon {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfPlane {
     pub normal: Vector2<f64>,
-    /// [m]; positive when the origin lies strictly inside.
+    /// (m); positive when the origin lies strictly inside.
     pub distance: f64,
 }
 
 impl HalfPlane {
-    /// Distance of `point` from the edge's line [m]; positive outside.
+    /// Distance of `point` from the edge's line (m); positive outside.
     pub fn excess(&self, point: Point2<f64>) -> f64 {
         self.normal.dot(&point.coords) - self.distance
     }
@@ -32,7 +32,7 @@ impl HalfPlane {
 /// Points that a hull is made from: those of a polygon that was cut by the half planes of another.
 const SCRATCH: usize = 2 * SupportPolygon::MAX;
 
-/// A vertex closer than this to the line through its neighbours is dropped [m].
+/// A vertex closer than this to the line through its neighbours is dropped (m).
 const FLAT_M: f64 = 1e-9;
 
 impl SupportPolygon {
@@ -134,7 +134,7 @@ impl SupportPolygon {
         self.half_planes().all(|h| h.excess(point) <= 0.0)
     }
 
-    /// Distance to the boundary [m]: positive outside, negative inside.
+    /// Distance to the boundary (m): positive outside, negative inside.
     pub fn signed_distance(&self, point: Point2<f64>) -> f64 {
         let deepest = self.half_planes().map(|h| h.excess(point)).fold(f64::NEG_INFINITY, f64::max);
         if deepest <= 0.0 { deepest } else { (point - self.nearest_on_boundary(point)).norm() }
@@ -158,7 +158,7 @@ impl SupportPolygon {
         best
     }
 
-    /// The points at least `margin` [m] inside. None when nothing (of positive area) is left.
+    /// The points at least `margin` (m) inside. None when nothing (of positive area) is left.
     pub fn inset(&self, margin: f64) -> Option<Self> {
         let mut kept = [Point2::origin(); SCRATCH];
         kept[..self.len].copy_from_slice(self.vertices());
@@ -217,7 +217,7 @@ impl SupportPolygon {
         self.edges().map(|(a, b)| (a - origin).perp(&(b - origin)) / 2.0).sum()
     }
 
-    /// Where the ray from `origin` along `direction` leaves the polygon, as a distance from `origin` [m]
+    /// Where the ray from `origin` along `direction` leaves the polygon, as a distance from `origin` (m)
     /// (`direction` need not be of unit length). None when the ray misses the polygon.
     pub fn distance_along(&self, origin: Point2<f64>, direction: Vector2<f64>) -> Option<f64> {
         let direction = direction.try_normalize(0.0)?;

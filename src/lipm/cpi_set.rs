@@ -59,7 +59,7 @@ impl CpiSet {
     }
 
     /// Largest velocity of the COM along `direction` that the set holds, from the origin at rest with the ZMP at the
-    /// origin [m/s]: impulse per mass.
+    /// origin (m/s): impulse per mass.
     pub fn largest_com_vel_from_rest(&self, direction: Vector2<f64>) -> f64 {
         let d = direction.normalize();
         1.0 / self.set.gauge(&[0.0, d.x, 0.0, 0.0, d.y, 0.0])

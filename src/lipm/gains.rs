@@ -140,7 +140,7 @@ impl Gain {
         Self { name: poles.name.clone(), x, y }
     }
 
-    /// Rate of the ZMP u = -F x [m/s] (eq. 11).
+    /// Rate of the ZMP u = -F x (m/s) (eq. 11).
     pub fn zmp_rate(&self, state: &State) -> Vector2<f64> {
         -Vector2::new(self.x.feedback.dot(&state.x), self.y.feedback.dot(&state.y))
     }
@@ -164,7 +164,7 @@ impl Gain {
 pub struct GainFamily {
     pub name: String,
     pub standing: Standing,
-    /// [m], see [`GainSet::zmp_margin_m`].
+    /// (m), see [`GainSet::zmp_margin_m`].
     pub zmp_margin: f64,
     pub pendulum: Pendulum,
     /// Slow to fast; empty for [`Standing::Posture`].

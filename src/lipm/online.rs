@@ -34,7 +34,7 @@ const LAGS: usize = 6;
 /// The prediction ends here in any case, and the state then counts as if the points reached were its worst (they bound
 /// what follows): too strict, never too generous.
 const MAX_TICKS: usize = 4096;
-/// An edge closer to the origin than this [m] leaves no set.
+/// An edge closer to the origin than this (m) leaves no set.
 const MIN_DISTANCE_M: f64 = 1e-9;
 
 /// The maximal CPI sets of a family on the support polygon of the moment.

@@ -16,13 +16,13 @@ use nalgebra::{Matrix3, Point2, RowVector3, Vector2, Vector3, Vector6};
 /// A pendulum of constant height, seen at every control period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pendulum {
-    /// sqrt(g / height) [rad/s].
+    /// sqrt(g / height) (rad/s).
     pub omega: f64,
-    /// Control period [s].
+    /// Control period (s).
     pub dt: f64,
 }
 
-/// State of eq. 5. Each axis is [com, com_vel, zmp] in [m, m/s, m], in the control frame.
+/// State of eq. 5. Each axis is [com, com_vel, zmp] in (m, m/s, m), in the control frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct State {
     pub x: Vector3<f64>,
@@ -46,7 +46,7 @@ impl State {
         Point2::new(self.x[2], self.y[2])
     }
 
-    /// Divergent component of motion, or capture point: com + com_vel / omega [m].
+    /// Divergent component of motion, or capture point: com + com_vel / omega (m).
     pub fn dcm(&self, omega: f64) -> Point2<f64> {
         self.com() + self.com_vel() / omega
     }
@@ -69,19 +69,19 @@ impl Pendulum {
         Matrix3::new(cosh, sinh / self.omega, 1.0 - cosh, self.omega * sinh, cosh, -self.omega * sinh, 0.0, 0.0, 1.0)
     }
 
-    /// Effect of a unit rate of the ZMP [m/s] held over a period: a column block of B in eq. 10 (zero-order hold).
+    /// Effect of a unit rate of the ZMP (m/s) held over a period: a column block of B in eq. 10 (zero-order hold).
     pub fn input(&self) -> Vector3<f64> {
         let x = self.omega * self.dt;
         let half = (0.5 * x).sinh();
         Vector3::new((x - x.sinh()) / self.omega, -2.0 * half * half, self.dt)
     }
 
-    /// One axis after one period under the ZMP rate `rate` [m/s] (eq. 10).
+    /// One axis after one period under the ZMP rate `rate` (m/s) (eq. 10).
     pub fn step(&self, axis: &Vector3<f64>, rate: f64) -> Vector3<f64> {
         self.transition() * axis + self.input() * rate
     }
 
-    /// Acceleration of the COM [m/s^2] (eq. 1, 2).
+    /// Acceleration of the COM (m/s^2) (eq. 1, 2).
     pub fn com_acc(&self, com: Point2<f64>, zmp: Point2<f64>) -> Vector2<f64> {
         (com - zmp) * (self.omega * self.omega)
     }

@@ -18,13 +18,13 @@ pub struct CpiArgs {
     /// Gain set: a built-in name or a TOML file
     #[arg(value_name = "GAINS", default_value = "switching")]
     pub gains: String,
-    /// Pendulum frequency sqrt(g / height) [rad/s]; default: the robot at home
+    /// Pendulum frequency sqrt(g / height) (rad/s); default: the robot at home
     #[arg(long, value_name = "W", allow_hyphen_values = true)]
     pub omega: Option<f64>,
-    /// Control period [s]
+    /// Control period (s)
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     pub dt: Option<f64>,
-    /// Support rectangle about the control origin [m], taken as is; default: both soles at home, less the ZMP margin
+    /// Support rectangle about the control origin (m), taken as is; default: both soles at home, less the ZMP margin
     #[arg(long, value_name = "XMIN,XMAX,YMIN,YMAX", allow_hyphen_values = true, value_parser = parse_support)]
     pub support: Option<SupportPolygon>,
     /// Write gain-0-set.csv, gain-0-closed-loop.csv, gain-1-set.csv ... here

@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// Directions in which the boundary of a slice is looked for.
 const DIRECTIONS: usize = 720;
-/// Width and height [px].
+/// Width and height (px).
 const SIZE: (u32, u32) = (1000, 460);
 
 /// Draws the sets (slow to fast, largest first) into an SVG file. Errors: the file cannot be written.
@@ -83,7 +83,7 @@ fn draw_panels(svg: &mut String, sets: &[CpiSet]) -> Result<(), String> {
     root.present().map_err(|e| e.to_string())
 }
 
-/// Boundary of the slice of one axis as (com_vel [m/s], zmp [mm]).
+/// Boundary of the slice of one axis as (com_vel (m/s), zmp (mm)).
 fn outline(set: &CpiSet, axis: usize, speed: f64, reach: f64) -> Vec<(f64, f64)> {
     (0..DIRECTIONS)
         .map(|i| {

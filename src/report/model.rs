@@ -13,7 +13,7 @@ pub struct Args {
     /// A robot that is compiled in, or a URDF file with its settings (same name, .toml) beside it
     #[arg(value_name = "URDF", default_value = "ut-mu2")]
     pub robot: String,
-    /// Joint angles [rad] by joint name; joints not named are 0
+    /// Joint angles (rad) by joint name; joints not named are 0
     #[arg(long, value_name = "JOINT=RAD,...", value_delimiter = ',')]
     pub q: Vec<String>,
     /// One JSON object: kinematics at the given joint angles, with the base at the origin, unrotated

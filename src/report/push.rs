@@ -23,19 +23,19 @@ use std::path::{Path, PathBuf};
   standfast push --impulse 2 --trace push.csv       every tick, to plot
   standfast push --campaign standard --trial 17     a trial of a campaign, as it was")]
 pub struct PushArgs {
-    /// Impulse [N s]
+    /// Impulse (N s)
     #[arg(long, value_name = "N_S", required_unless_present = "trial")]
     pub impulse: Option<f64>,
-    /// Direction [degrees]: 0 pushes forward, 90 to the left [default: 0]
+    /// Direction (degrees): 0 pushes forward, 90 to the left [default: 0]
     #[arg(long, value_name = "DEG")]
     pub heading: Option<f64>,
-    /// Height above the COM at home [m] [default: 0]
+    /// Height above the COM at home (m) [default: 0]
     #[arg(long, value_name = "M")]
     pub height: Option<f64>,
-    /// Duration [s] [default: 0.05]
+    /// Duration (s) [default: 0.05]
     #[arg(long, value_name = "S")]
     pub duration: Option<f64>,
-    /// Start [s] [default: 0.5]
+    /// Start (s) [default: 0.5]
     #[arg(long, value_name = "S")]
     pub start: Option<f64>,
     /// Course of the force; the impulse is the same [default: rectangular]
@@ -56,7 +56,7 @@ pub struct PushArgs {
     /// Seed of the noise [default: that of the campaign]
     #[arg(long, value_name = "S")]
     pub seed: Option<u64>,
-    /// Length of the episode [s] [default: that of the campaign, or 6]
+    /// Length of the episode (s) [default: that of the campaign, or 6]
     #[arg(long, value_name = "S")]
     pub horizon: Option<f64>,
     /// Write every tick here; the episode then runs to its horizon

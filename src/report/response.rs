@@ -34,7 +34,7 @@ pub struct ResponseArgs {
     /// Direction of the sine: x forward, y to the left
     #[arg(long, value_enum, default_value = "x")]
     pub axis: Axis,
-    /// Amplitude of the sine that is added to the wanted ZMP [m]
+    /// Amplitude of the sine that is added to the wanted ZMP (m)
     #[arg(long, value_name = "M", default_value_t = 0.005, allow_negative_numbers = true)]
     pub amplitude: f64,
     /// Draw gain and phase

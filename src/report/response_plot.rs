@@ -15,7 +15,7 @@ const FAINT: RGBColor = RGBColor(225, 225, 225);
 const TRUTH: RGBColor = RGBColor(0, 114, 178);
 const LIMIT: RGBColor = RGBColor(213, 94, 0);
 
-/// Draws points at rising frequencies, and the fastest pole [rad/s]. Errors: no points, or the file cannot be written.
+/// Draws points at rising frequencies, and the fastest pole (rad/s). Errors: no points, or the file cannot be written.
 pub fn write(path: &Path, title: &str, points: &[Point], pole_rad_s: f64) -> Result<()> {
     let mut svg = String::new();
     let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();

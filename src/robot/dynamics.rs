@@ -8,11 +8,11 @@ use super::kinematics::Kinematics;
 use super::model::{Foot, PerFoot, Robot};
 use nalgebra::{Point3, Vector3};
 
-/// Joint torques [N m] that hold the posture of `kinematics`, written to `out` (one per joint); positive turns a joint
+/// Joint torques (N m) that hold the posture of `kinematics`, written to `out` (one per joint); positive turns a joint
 /// towards larger angles.
 ///
-/// `gravity`: effective gravity, world [m/s^2] (0, 0, -9.81 at rest). `wrenches`: of the ground on each foot, world:
-/// force [N] and moment [N m] about the centre of the sole.
+/// `gravity`: effective gravity, world (m/s^2) (0, 0, -9.81 at rest). `wrenches`: of the ground on each foot, world:
+/// force (N) and moment (N m) about the centre of the sole.
 ///
 /// Returns what gravity and the ground leave over on the base: force, and moment about the base's origin. Zero when the
 /// wrenches carry the robot; else the torques alone cannot hold it.

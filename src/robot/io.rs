@@ -6,7 +6,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 /// What the sensors tell: the only thing that a controller sees.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensed {
-    /// Joint angles [rad], one per joint.
+    /// Joint angles (rad), one per joint.
     pub q: Vec<f64>,
     pub imu: Imu,
     /// Mean over the last tick.
@@ -18,18 +18,18 @@ pub struct Sensed {
 pub struct Imu {
     /// Trunk frame to world.
     pub orientation: UnitQuaternion<f64>,
-    /// Angular velocity [rad/s], trunk frame.
+    /// Angular velocity (rad/s), trunk frame.
     pub gyro: Vector3<f64>,
-    /// Specific force (acceleration less gravity) [m/s^2], trunk frame, mean over the last tick.
+    /// Specific force (acceleration less gravity) (m/s^2), trunk frame, mean over the last tick.
     pub accelerometer: Vector3<f64>,
 }
 
 /// A force and a moment about the centre of a sole's contact face.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Wrench {
-    /// [N]
+    /// (N)
     pub force: Vector3<f64>,
-    /// [N m]
+    /// (N m)
     pub moment: Vector3<f64>,
 }
 
@@ -37,10 +37,10 @@ pub struct Wrench {
 /// `tau = kp (q_ref - q) + kd (dq_ref - dq) + tau_ff`, within the servo's limits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Command {
-    /// [rad]
+    /// (rad)
     pub q_ref: Vec<f64>,
-    /// [rad/s]
+    /// (rad/s)
     pub dq_ref: Vec<f64>,
-    /// [N m]
+    /// (N m)
     pub tau_ff: Vec<f64>,
 }

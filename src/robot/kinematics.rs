@@ -13,7 +13,7 @@ pub type Pose = Isometry3<f64>;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Posture {
     pub base: Pose,
-    /// [rad], one per joint.
+    /// (rad), one per joint.
     pub q: Vec<f64>,
 }
 
@@ -110,7 +110,7 @@ impl Kinematics {
         self.subtree_com[0]
     }
 
-    /// Mass [kg] and centre of mass of a link together with all that it carries.
+    /// Mass (kg) and centre of mass of a link together with all that it carries.
     pub fn subtree(&self, link: usize) -> (f64, Point3<f64>) {
         (self.subtree_mass[link], self.subtree_com[link])
     }
@@ -162,7 +162,7 @@ impl Robot {
         std::iter::successors(joint_of(link), move |&j| joint_of(self.joints[j].parent))
     }
 
-    /// Total mass [kg].
+    /// Total mass (kg).
     pub fn mass(&self) -> f64 {
         self.links.iter().map(|l| l.mass_kg).sum()
     }
@@ -182,14 +182,14 @@ impl Robot {
         posture
     }
 
-    /// Height of the centre of mass above the ground at home [m].
+    /// Height of the centre of mass above the ground at home (m).
     pub fn home_com_height(&self) -> f64 {
         let mut kinematics = Kinematics::new(self);
         kinematics.update(self, &self.home_posture());
         kinematics.com().z
     }
 
-    /// Rate of the pendulum at home [rad/s]: sqrt(g / h), the paper's omega.
+    /// Rate of the pendulum at home (rad/s): sqrt(g / h), the paper's omega.
     pub fn omega(&self) -> f64 {
         (GRAVITY / self.home_com_height()).sqrt()
     }

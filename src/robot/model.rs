@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
-/// Acceleration of gravity [m/s^2].
+/// Acceleration of gravity (m/s^2).
 pub const GRAVITY: f64 = 9.81;
 
 /// A humanoid: links, joints, and the settings beside its URDF.
@@ -20,12 +20,12 @@ pub struct Robot {
     /// Index into `links` of the trunk: where the IMU sits and pushes act.
     pub trunk: usize,
     pub soles: PerFoot<Sole>,
-    /// Home posture [rad], one per joint.
+    /// Home posture (rad), one per joint.
     pub home_rad: Vec<f64>,
     /// One per joint.
     pub servos: Vec<Servo>,
     pub noise: SensorNoise,
-    /// From sensing to torque [s].
+    /// From sensing to torque (s).
     pub delay_s: f64,
     /// Coulomb friction between soles and ground.
     pub friction: f64,
@@ -40,7 +40,7 @@ pub struct Link {
     pub mass_kg: f64,
     /// Centre of mass in the link frame.
     pub com_m: Point3<f64>,
-    /// About the centre of mass, axes parallel to the link frame [kg m^2].
+    /// About the centre of mass, axes parallel to the link frame (kg m^2).
     pub inertia_kg_m2: Matrix3<f64>,
     /// Collision geometry, soles included.
     pub collisions: Vec<Solid>,
@@ -59,7 +59,7 @@ pub struct Solid {
     pub color: [f64; 4],
 }
 
-/// Primitive shapes of URDF [m].
+/// Primitive shapes of URDF (m).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
     /// Half extents.
@@ -126,22 +126,22 @@ impl Sole {
 /// Position servo of one joint: `tau = kp (q_ref - q) + kd (dq_ref - dq) + tau_ff`, limited.
 #[derive(Debug, Clone, Copy)]
 pub struct Servo {
-    /// [N m/rad]
+    /// (N m/rad)
     pub kp: f64,
-    /// [N m s/rad]
+    /// (N m s/rad)
     pub kd: f64,
-    /// Torque limit at low speed [N m].
+    /// Torque limit at low speed (N m).
     pub torque_n_m: f64,
-    /// Up to this speed the full torque is available [rad/s].
+    /// Up to this speed the full torque is available (rad/s).
     pub full_torque_speed_rad_s: f64,
-    /// At this speed no torque is left; linear between [rad/s].
+    /// At this speed no torque is left; linear between (rad/s).
     pub no_torque_speed_rad_s: f64,
-    /// Inertia of the rotor as felt at the joint [kg m^2].
+    /// Inertia of the rotor as felt at the joint (kg m^2).
     pub rotor_inertia_kg_m2: f64,
 }
 
 impl Servo {
-    /// Largest torque that the motor gives in the direction of motion at `speed` [rad/s].
+    /// Largest torque that the motor gives in the direction of motion at `speed` (rad/s).
     pub fn available_torque(&self, speed: f64) -> f64 {
         let span = self.no_torque_speed_rad_s - self.full_torque_speed_rad_s;
         self.torque_n_m * ((self.no_torque_speed_rad_s - speed.abs()) / span).clamp(0.0, 1.0)

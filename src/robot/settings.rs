@@ -118,7 +118,7 @@ impl Settings {
         servos.into_iter().zip(joints).map(|(servo, joint)| servo.ok_or_else(|| missing(joint))).collect()
     }
 
-    /// Home posture [rad], one per joint, inside the limits.
+    /// Home posture (rad), one per joint, inside the limits.
     pub fn home(&self, file: &str, joints: &[Joint]) -> Result<Vec<f64>> {
         let mut home = vec![0.0; joints.len()];
         for (name, &angle) in &self.home_rad {

@@ -13,9 +13,9 @@ use crate::error::{Error, Result};
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use std::path::Path;
 
-/// At home the soles may be out of level with each other by this [m]...
+/// At home the soles may be out of level with each other by this (m)...
 const LEVEL_M: f64 = 1e-4;
-/// ...and each tilted by this [rad].
+/// ...and each tilted by this (rad).
 const FLAT_RAD: f64 = 1e-3;
 
 impl Robot {

@@ -61,12 +61,12 @@ pub struct Truth {
     // Means over the tick that just ended:
     /// Contact wrench on each sole about its centre, world axes.
     pub sole_wrenches: PerFoot<Wrench>,
-    /// Sum of all forces of the ground on the robot [N].
+    /// Sum of all forces of the ground on the robot (N).
     pub contact_force: Vector3<f64>,
     /// From all contacts; None in flight.
     pub zmp: Option<[f64; 2]>,
     pub push_force: Vector3<f64>,
-    /// Joint torques [N m].
+    /// Joint torques (N m).
     pub tau: Vec<f64>,
     /// First link (other than by its sole) that touched the ground in the tick that just ended: index into
     /// `Robot::links`.
@@ -82,7 +82,7 @@ impl Truth {
         numbers.into_iter().all(|v| v.abs() < LARGEST)
     }
 
-    /// Angle of the trunk's z axis from the vertical [rad].
+    /// Angle of the trunk's z axis from the vertical (rad).
     pub fn tilt_rad(&self) -> f64 {
         (self.trunk.rotation * Vector3::z()).angle(&Vector3::z())
     }
@@ -198,7 +198,7 @@ impl<'a> Plant<'a> {
         }
     }
 
-    /// Applies the pushes of the coming physics step to the trunk; returns their sum [N].
+    /// Applies the pushes of the coming physics step to the trunk; returns their sum (N).
     fn apply_pushes(&mut self, pushes: &[Push]) -> Vector3<f64> {
         let from_s = self.steps as f64 * self.clock.physics_step_s;
         let trunk = &mut self.world.bodies[self.handles.bodies[self.robot.trunk]];

@@ -18,11 +18,11 @@ pub enum Profile {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Push {
-    /// [N s], not negative.
+    /// (N s), not negative.
     pub impulse_n_s: f64,
     /// 0 pushes forward (+x), 90 to the left (+y).
     pub heading_deg: f64,
-    /// Height of the force's line above the COM of the home posture [m].
+    /// Height of the force's line above the COM of the home posture (m).
     pub height_m: f64,
     pub duration_s: f64,
     pub start_s: f64,
@@ -49,12 +49,12 @@ impl Push {
         Vector3::new(cos, sin, 0.0)
     }
 
-    /// Time at which the force ends [s].
+    /// Time at which the force ends (s).
     pub fn end_s(&self) -> f64 {
         self.start_s + self.duration_s
     }
 
-    /// Mean force [N] over `[from_s, to_s]`, world. Exact, so that the impulse does not depend on the physics step.
+    /// Mean force (N) over `[from_s, to_s]`, world. Exact, so that the impulse does not depend on the physics step.
     pub fn mean_force(&self, from_s: f64, to_s: f64) -> Vector3<f64> {
         let delivered = self.impulse_n_s * (self.share(to_s) - self.share(from_s));
         self.direction() * (delivered / (to_s - from_s))

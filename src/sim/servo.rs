@@ -8,19 +8,19 @@
 use crate::robot::Servo;
 use rapier3d::prelude::{JointAxesMask, MultibodyLink};
 
-/// Stiffness of the spring that stands in for a torque [N m/rad].
+/// Stiffness of the spring that stands in for a torque (N m/rad).
 const STIFFNESS: f32 = 1e-3;
 /// Index of the one free axis of a revolute joint in Rapier's spatial coordinates.
 const AXIS: usize = 3;
-/// Rapier's limit constraint costs a solver row even when it does not act: switch it on only this near to a limit [rad].
+/// Rapier's limit constraint costs a solver row even when it does not act: switch it on only this near to a limit (rad).
 const LIMIT_RANGE_RAD: f64 = 0.1;
 
 /// What a servo does over one physics step: `tau = constant - damping * dq`, with dq at the end of the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drive {
-    /// [N m]
+    /// (N m)
     pub constant: f64,
-    /// [N m s/rad]
+    /// (N m s/rad)
     pub damping: f64,
 }
 
@@ -38,7 +38,7 @@ pub fn drive(servo: &Servo, q: f64, dq: f64, q_ref: f64, dq_ref: f64, tau_ff: f6
     }
 }
 
-/// Angle of a revolute joint [rad].
+/// Angle of a revolute joint (rad).
 pub fn angle(link: &MultibodyLink) -> f64 {
     f64::from(link.joint.coords()[AXIS])
 }
