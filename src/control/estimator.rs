@@ -13,9 +13,9 @@ use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 const CONTACT_FORCE_N: f64 = 5.0;
 /// A sole that is less than this above the ground is in contact too: it can carry at once (m).
 const CONTACT_HEIGHT_M: f64 = 0.004;
-/// What the Kalman filter trusts: kinematics by the sensors' noise on the way from foot to COM, and accelerations of
-/// the size that a push of 1 to 3 N s brings.
-const TRUST: Trust = Trust { com_m: 0.0008, acceleration_m_s2: 4.0 };
+/// What the Kalman filter trusts: the COM by the sensors' noise on the way from foot to COM; disturbances that come and
+/// go as a push of 1 to 3 N s does.
+const TRUST: Trust = Trust { com_m: 0.0008, acceleration_m_s2: 1.0, model_m_s2: 1.0, disturbance_m_s2: 0.5 };
 
 /// What the controller believes, world frame.
 #[derive(Debug, Clone)]
@@ -92,9 +92,11 @@ impl Estimator {
         self.find_base(robot, sensed);
         let force = self.measure_zmp(sensed);
         let com = self.kinematics.com();
+        // Of the trunk, taken for that of the COM.
+        let acceleration = sensed.imu.orientation * sensed.imu.accelerometer - Vector3::new(0.0, 0.0, GRAVITY);
         let inputs = [self.now.zmp.x, self.now.zmp.y, force.z / self.mass - GRAVITY];
         for (axis, filter) in self.filters.iter_mut().enumerate() {
-            filter.update(inputs[axis], com[axis]);
+            filter.update(inputs[axis], com[axis], acceleration[axis]);
             self.now.com[axis] = filter.state[0];
             self.now.com_vel[axis] = filter.state[1];
         }

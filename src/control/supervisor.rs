@@ -2,7 +2,7 @@
 //!
 //! The state is that of eq. 5: COM and COM velocity as estimated, and the ZMP that the controller asked for last. The
 //! gain acts on it at every tick (eq. 11), so the loop is closed through the sensors; the ZMP asked for is kept inside
-//! the support.
+//! the support, less a margin. When no set holds the state (eq. 26) the ZMP goes to the edge of the whole support.
 
 use super::support::Support;
 use crate::geometry::SupportPolygon;
@@ -84,16 +84,21 @@ impl Supervisor {
             self.keep_inside(frame.inverse_transform_point(&self.zmp_state)),
         );
         let decision = self.choose(&state);
-        let zmp = state.zmp() + family.gains[self.gain].zmp_rate(&state) * family.pendulum.dt;
-        let zmp = self.keep_inside(zmp);
+        let gain = &family.gains[self.gain];
+        let zmp = self.keep_inside(state.zmp() + gain.zmp_rate(&state) * family.pendulum.dt);
         self.zmp_state = frame.transform_point(&zmp);
         let probe = frame.inverse_transform_vector(&self.zmp_probe);
-        self.zmp_ref = frame.transform_point(&self.keep_inside(zmp + probe));
+        let asked = match (decision, support.polygon) {
+            // Nothing is left to lose: at once to the very edge.
+            (Decision::OutOfSets, Some(whole)) => whole.nearest(gain.resting_zmp(&state)),
+            _ => self.keep_inside(zmp + probe),
+        };
+        self.zmp_ref = frame.transform_point(&asked);
         decision
     }
 
     /// Margin of the slowest gain's set for another state of the COM (world) on the support of the last tick, e.g. the
-    /// true one: after a push the estimated velocity lags by some hundredths of a second.
+    /// true one.
     pub fn margin_at(&self, com: Point2<f64>, com_vel: Vector2<f64>) -> f64 {
         let Some(support) = &self.support else { return f64::NEG_INFINITY };
         let frame = &support.frame;

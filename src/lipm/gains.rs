@@ -8,7 +8,7 @@
 use super::pendulum::{Pendulum, State};
 use crate::assets::{self, Kind, Source, parse_toml};
 use crate::error::{Error, Result};
-use nalgebra::{Matrix3, Matrix6, Vector2, Vector3};
+use nalgebra::{Matrix3, Matrix6, Point2, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// What the robot does while it stands.
@@ -143,6 +143,12 @@ impl Gain {
     /// Rate of the ZMP u = -F x (m/s) (eq. 11).
     pub fn zmp_rate(&self, state: &State) -> Vector2<f64> {
         -Vector2::new(self.x.feedback.dot(&state.x), self.y.feedback.dot(&state.y))
+    }
+
+    /// The ZMP at which the gain would rest, were COM and velocity to stay as they are: `zmp_rate` is zero there.
+    pub fn resting_zmp(&self, state: &State) -> Point2<f64> {
+        let rest = |f: &Vector3<f64>, axis: &Vector3<f64>| -(f[0] * axis[0] + f[1] * axis[1]) / f[2];
+        Point2::new(rest(&self.x.feedback, &state.x), rest(&self.y.feedback, &state.y))
     }
 
     /// The state one period later in closed loop (eq. 13).
