@@ -11,13 +11,13 @@
 //! | frequency (Hz) | 0.50 | 1.04 | 2.16 | 3.10 | 4.47 | 9.29 | 19.3 | 40.0 |
 //! |---|---|---|---|---|---|---|---|---|
 //! | in omega | 0.56 | 1.16 | 2.41 | 3.47 | 5.00 | 10.4 | 21.5 | 44.7 |
-//! | gain x | 1.01 | 1.04 | 1.02 | 0.97 | 0.96 | 0.96 | 0.97 | 0.98 |
-//! | phase x (deg) | -0 | -2 | -7 | -8 | -9 | -14 | -28 | -59 |
-//! | gain y | 1.02 | 1.07 | 1.10 | 1.09 | 1.03 | 0.97 | 0.97 | 0.98 |
-//! | phase y (deg) | 1 | -1 | -5 | -9 | -12 | -16 | -29 | -59 |
+//! | gain x | 1.02 | 1.06 | 1.03 | 0.97 | 0.95 | 0.96 | 0.97 | 0.98 |
+//! | phase x (deg) | -0 | -3 | -9 | -10 | -9 | -14 | -28 | -59 |
+//! | gain y | 1.04 | 1.10 | 1.14 | 1.10 | 1.01 | 0.96 | 0.97 | 0.98 |
+//! | phase y (deg) | 1 | -1 | -7 | -12 | -14 | -16 | -29 | -59 |
 //!
 //! Above 10 Hz what is left is the delay of 4 ms from sensing to torque: the torques of the wanted ZMP are fed forward
-//! and do not wait for the joints to move. Around 2 Hz the joints' stiffness adds up to 9 ms. -45 degrees is reached
+//! and do not wait for the joints to move. Around 2 Hz the joints' stiffness adds up to 11 ms. -45 degrees is reached
 //! at 189 rad/s, 34 omega, on both axes; -3 dB is not. The fast pole of 5 omega lies far below.
 
 use crate::control::{Controller, Design, Phase};

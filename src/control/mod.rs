@@ -211,9 +211,8 @@ impl<'a> Controller<'a> {
 }
 
 /// Rate at which the COM reference comes back to the estimate (1/s). Between switches the joints' stiffness pulls the
-/// COM to a reference that does not know of pushes: with 0 that spring outlasts the push, tips the feet and rings
-/// (pushes of 2 N s sideways are lost that 4 N s are not), and the ZMP answers with a gain of 1.17 at 1 Hz. From 5 up
-/// to 10 the limits are the same to 0.1 N s; at 20 sensor noise costs 0.1 N s a heading.
-const FORGETTING_RATE: f64 = 7.0;
+/// COM to a reference that does not know of pushes: with 0 that spring outlasts the push, tips the feet and rings. From
+/// 7 to 20 the toppling impulses are the same to 0.06 N s; small pushes settle sooner with more, large ones with less.
+const FORGETTING_RATE: f64 = 10.0;
 /// Rate at which the COM reference is moved to make up for sag (1/s).
 const SHAPING_RATE: f64 = 1.0;
