@@ -221,7 +221,7 @@ pub fn run(
             Until::Fallen => referee.record.outcome == Outcome::Fell,
             Until::Horizon => false,
         };
-        if done || referee.record.outcome == Outcome::Diverged {
+        if done || !tick.truth.is_finite() {
             break;
         }
         if k < ticks {
@@ -279,19 +279,22 @@ impl<'a> Referee<'a> {
     fn watch(&mut self, tick: &Tick) {
         let truth = tick.truth;
         self.record.end_s = truth.time_s;
+        // After a fall, numbers are those of a body on the ground: of no interest.
+        if self.record.outcome == Outcome::Fell {
+            return;
+        }
         if !truth.is_finite() {
             self.record.outcome = Outcome::Diverged;
+            self.record.settled_at_s = None;
             self.record.home_at_s = None;
             return;
         }
         self.note_peaks(tick);
-        if self.record.outcome == Outcome::Fell {
-            return;
-        }
         if let Some(cause) = self.fall_cause(truth) {
             self.record.outcome = Outcome::Fell;
             self.record.fell_at_s = Some(truth.time_s);
             self.record.fall_cause = Some(cause);
+            self.record.settled_at_s = None;
             self.record.home_at_s = None;
             return;
         }
@@ -321,7 +324,7 @@ impl<'a> Referee<'a> {
     }
 
     fn has_stood(&self, since_s: f64) -> bool {
-        // Half a tick of grace for the rounding of times.
+        // A little grace for the rounding of times.
         self.record.end_s - since_s >= self.judge.standing_time_s - 1e-6
     }
 
@@ -341,12 +344,7 @@ impl<'a> Referee<'a> {
 
     fn note_peaks(&mut self, tick: &Tick) {
         let (truth, controller, record) = (tick.truth, tick.controller, &mut self.record);
-        let decided = record.outcome == Outcome::Fell;
         record.peak_tilt_deg = record.peak_tilt_deg.max(truth.tilt_rad().to_degrees());
-        // After a fall, numbers are those of a body on the ground: of no interest.
-        if decided {
-            return;
-        }
         for (i, (tau, servo)) in truth.tau.iter().zip(&self.robot.servos).enumerate() {
             record.peak_torque_n_m = record.peak_torque_n_m.max(tau.abs());
             record.peak_torque_ratio = record.peak_torque_ratio.max(tau.abs() / servo.torque_n_m);
@@ -372,9 +370,11 @@ impl<'a> Referee<'a> {
     }
 
     fn finish(mut self) -> Record {
-        if self.record.outcome == Outcome::TimedOut && self.standing_since_s.is_some_and(|since| self.has_stood(since))
-        {
-            self.record.outcome = Outcome::Recovered;
+        if self.record.outcome == Outcome::TimedOut {
+            self.record.settled_at_s = self.standing_since_s.filter(|&since| self.has_stood(since));
+            if self.record.settled_at_s.is_some() {
+                self.record.outcome = Outcome::Recovered;
+            }
         }
         self.record
     }

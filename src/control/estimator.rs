@@ -9,13 +9,13 @@ use crate::lipm::pendulum::Pendulum;
 use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Pose, Posture, Robot, Sensed, Sole};
 use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 
-/// A sole that carries more than this is in contact (N).
-const CONTACT_FORCE_N: f64 = 5.0;
-/// A sole that is less than this above the ground is in contact too: it can carry at once (m).
-const CONTACT_HEIGHT_M: f64 = 0.004;
+/// A sole that carries more than this is in contact (N); it may carry less than the second before it counts as lifted.
+const CONTACT_FORCE_N: [f64; 2] = [5.0, 3.0];
+/// A sole that is less than this above the ground is in contact too: it can carry at once (m). Likewise.
+const CONTACT_HEIGHT_M: [f64; 2] = [0.004, 0.007];
 /// What the Kalman filter trusts: the COM by the sensors' noise on the way from foot to COM; disturbances that come and
 /// go as a push of 1 to 3 N s does.
-const TRUST: Trust = Trust { com_m: 0.0008, acceleration_m_s2: 1.0, model_m_s2: 1.0, disturbance_m_s2: 0.5 };
+pub(super) const TRUST: Trust = Trust { com_m: 0.0008, acceleration_m_s2: 1.0, model_m_s2: 1.0, disturbance_m_s2: 0.5 };
 
 /// What the controller believes, world frame.
 #[derive(Debug, Clone)]
@@ -114,7 +114,11 @@ impl Estimator {
         let rotation = sensed.imu.orientation * trunk_in_base.inverse();
         let (mut sum, mut carried) = (Vector3::zeros(), 0.0);
         for foot in Foot::BOTH {
-            let load = sensed.soles[foot].force.z.max(0.0);
+            let load = sensed.soles[foot].force.z;
+            // Below that it is mostly noise.
+            if load < CONTACT_FORCE_N[0] {
+                continue;
+            }
             let pressed = pressure_point(&robot.soles[foot], sensed, foot);
             let in_base = self.kinematics.sole_pose(robot, foot) * pressed;
             let in_world = self.now.footholds[foot] * pressed;
@@ -122,7 +126,7 @@ impl Estimator {
             carried += load;
         }
         // In flight the base stays where it was: nothing tells better, and it does not last.
-        let translation = if carried > 1e-3 { sum / carried } else { before };
+        let translation = if carried > 0.0 { sum / carried } else { before };
         self.now.posture.base = Isometry3::from_parts(translation.into(), rotation);
         self.kinematics.update(robot, &self.now.posture);
         self.now.soles = PerFoot::from_fn(|foot| self.kinematics.sole_pose(robot, foot));
@@ -137,7 +141,7 @@ impl Estimator {
             force += f;
             moment += sole.rotation * sensed.soles[foot].moment + sole.translation.vector.cross(&f);
         }
-        if force.z > CONTACT_FORCE_N {
+        if force.z > CONTACT_FORCE_N[0] {
             self.now.zmp = Point2::new(-moment.y / force.z, moment.x / force.z);
         }
         force
@@ -148,7 +152,8 @@ impl Estimator {
             let sole = &robot.soles[foot];
             let pose = &self.now.soles[foot];
             let low = sole.corners().into_iter().map(|c| (pose * c).z).fold(f64::INFINITY, f64::min);
-            let touches = sensed.soles[foot].force.z > CONTACT_FORCE_N || low < CONTACT_HEIGHT_M;
+            let threshold = usize::from(self.now.in_contact[foot]);
+            let touches = sensed.soles[foot].force.z > CONTACT_FORCE_N[threshold] || low < CONTACT_HEIGHT_M[threshold];
             if touches && !self.now.in_contact[foot] {
                 self.now.footholds[foot] = flat(pose);
             }

@@ -4,7 +4,7 @@
 //! One axis: `com_acc = omega^2 (com - zmp) + d` (eq. 1, 2, and a disturbance). The input is the measured ZMP, the state
 //! `[com, com_vel, d]`; measured are the COM (from kinematics) and its acceleration (from the IMU on the trunk). The
 //! paper's filter has no `d`. Without it a push shows only once the COM has moved: at the end of a push of 50 ms the
-//! velocity was estimated at a third to a half of what it was. The gains are those of the steady state, found once.
+//! velocity was estimated at a third to a half of what it was. The gains are those of the steady state.
 
 use crate::lipm::pendulum::Pendulum;
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix3x2, Vector2, Vector3};
@@ -105,10 +105,10 @@ impl Kalman {
 
 #[cfg(test)]
 mod tests {
+    use super::super::estimator::TRUST;
     use super::*;
 
     const PENDULUM: Pendulum = Pendulum { omega: 5.6, dt: 0.002 };
-    const TRUST: Trust = Trust { com_m: 0.0008, acceleration_m_s2: 0.5, model_m_s2: 0.5, disturbance_m_s2: 1.0 };
 
     #[test]
     fn it_finds_the_velocity_of_a_pendulum_that_it_only_sees_the_place_of() {

@@ -5,7 +5,7 @@ use nalgebra::{Point2, Vector2, Vector3};
 
 /// Wrenches (force; moment about the sole's centre, world) that together press at `zmp` with `force`.
 ///
-/// The weight is shared between the feet in contact by where the ZMP lies on the line between their centres; what is
+/// In flight there are none. Else the weight is shared between the feet in contact by where the ZMP lies on the line between their centres; what is
 /// left of the distance each foot takes inside its own sole.
 pub fn share(
     robot: &Robot,
@@ -17,6 +17,9 @@ pub fn share(
     let centers = PerFoot::from_fn(|foot| footholds[foot].translation.vector.xy());
     let across = centers.right - centers.left;
     let along = across.dot(&(zmp.coords - centers.left)) / across.norm_squared();
+    if !in_contact.left && !in_contact.right {
+        return PerFoot::default();
+    }
     let on_right = match (in_contact.left, in_contact.right) {
         (true, false) => 0.0,
         (false, true) => 1.0,

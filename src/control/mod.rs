@@ -12,7 +12,7 @@ pub mod supervisor;
 pub mod support;
 pub mod whole_body;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use crate::lipm::cpi_set::nesting_warning;
 use crate::lipm::gains::{GainFamily, GainSet, Standing};
@@ -21,7 +21,7 @@ use crate::robot::dynamics::load_torques;
 use crate::robot::{Command, GRAVITY, Kinematics, PerFoot, Pose, Robot, Sensed};
 use estimator::Estimator;
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector2, Vector3};
-use supervisor::{Decision, Supervisor};
+use supervisor::Supervisor;
 use support::Support;
 use whole_body::{Task, WholeBody};
 
@@ -41,10 +41,17 @@ impl Design {
     pub fn new(robot: &Robot, gains: &GainSet, control_period_s: f64) -> Result<Self> {
         let pendulum = Pendulum { omega: robot.omega(), dt: control_period_s };
         let family = GainFamily::design(gains, pendulum)?;
-        let warning = match home_polygon(robot).inset(family.zmp_margin) {
-            Some(polygon) if family.gains.len() > 1 => nesting_warning(&family, &polygon)?,
-            _ => None,
+        let Some(polygon) = home_polygon(robot).inset(family.zmp_margin) else {
+            let accepted = "less than half the width of the support";
+            return Err(Error::value(
+                &gains.name,
+                "zmp_margin_m",
+                family.zmp_margin,
+                "leaves no support at home",
+                accepted,
+            ));
         };
+        let warning = if family.gains.len() > 1 { nesting_warning(&family, &polygon)? } else { None };
         Ok(Self { family, warning, home: home_command(robot), com_height: robot.home_com_height() })
     }
 
@@ -114,7 +121,8 @@ pub struct Controller<'a> {
     pub support: Support,
     whole_body: WholeBody,
     pub phase: Phase,
-    /// COM reference over the ground, integrated from eq. 1 and 2, and its velocity.
+    /// COM reference over the ground and its velocity (world): integrated from eq. 1 and 2, started from the estimate at
+    /// every switch and, other than in the paper, drawn back to it in between (`FORGETTING_RATE`).
     com_ref: Point2<f64>,
     com_ref_vel: Vector2<f64>,
     /// Added to the COM reference: makes up for sag (paper, "COG reference shaping").
@@ -169,9 +177,12 @@ impl<'a> Controller<'a> {
         let (family, estimate) = (&self.design.family, &self.estimator.now);
         let (com, com_vel) = (estimate.com_xy(), estimate.com_vel_xy());
         let decision = self.supervisor.update(family, &self.support, com, com_vel);
-        self.phase = if decision == Decision::OutOfSets { Phase::OutOfSets } else { Phase::Switching };
-        if decision == Decision::Switch {
+        self.phase = if decision.held { Phase::Switching } else { Phase::OutOfSets };
+        if decision.starts {
             self.switches += 1;
+        }
+        // In flight there is no ZMP and no pendulum: the reference waits at the estimate.
+        if decision.starts || self.support.polygon.is_none() {
             self.com_ref = com;
             self.com_ref_vel = com_vel;
         }
@@ -181,7 +192,10 @@ impl<'a> Controller<'a> {
         self.com_ref_vel += acceleration * dt;
         self.com_ref += (com - self.com_ref) * (FORGETTING_RATE * dt);
         self.com_ref_vel += (com_vel - self.com_ref_vel) * (FORGETTING_RATE * dt);
-        self.shaping += (self.com_ref - com) * (SHAPING_RATE * dt);
+        if decision.held {
+            self.shaping += (self.com_ref - com) * (SHAPING_RATE * dt);
+            self.shaping = self.shaping.cap_magnitude(MOST_SHAPING_M);
+        }
         self.body_command(acceleration)
     }
 
@@ -216,3 +230,5 @@ impl<'a> Controller<'a> {
 const FORGETTING_RATE: f64 = 10.0;
 /// Rate at which the COM reference is moved to make up for sag (1/s).
 const SHAPING_RATE: f64 = 1.0;
+/// Sag is some millimetres; what asks for more is not sag (m).
+const MOST_SHAPING_M: f64 = 0.02;

@@ -22,11 +22,15 @@ pub struct Supervisor {
     support: Option<Support>,
     /// The support less the gain set's margin, control frame.
     allowed: Option<SupportPolygon>,
-    /// Acting gain.
+    /// Acting gain, index into the family.
     pub gain: usize,
     /// What the gain wants of the ZMP, world: part of the state of eq. 5.
     zmp_state: Point2<f64>,
-    /// Wanted ZMP, world: the gain's plus the probe, inside the allowed support.
+    /// The ZMP in the state that the sets were last asked about, control frame.
+    tested_zmp: Point2<f64>,
+    /// Whether a set held that state.
+    held: bool,
+    /// Wanted ZMP, world: the gain's plus the probe, inside the allowed support; at the edge when no set holds the state.
     pub zmp_ref: Point2<f64>,
     /// Added to the gain's ZMP behind the gain's back, to measure how the ZMP follows; zero but in experiments (m).
     pub zmp_probe: Vector2<f64>,
@@ -36,13 +40,11 @@ pub struct Supervisor {
 
 /// What the supervisor decided at a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Decision {
-    /// The gain of the last tick goes on.
-    Keep,
-    /// Another gain starts from the estimated state.
-    Switch,
-    /// No set holds the state: the slowest gain acts, as well as it can.
-    OutOfSets,
+pub struct Decision {
+    /// Some set holds the state. If not, the slowest gain acts, as well as it can (eq. 26).
+    pub held: bool,
+    /// A gain starts anew from the estimated state: another than before, or the first after none held it.
+    pub starts: bool,
 }
 
 impl Supervisor {
@@ -55,13 +57,15 @@ impl Supervisor {
             allowed: None,
             gain,
             zmp_state: zmp,
+            tested_zmp: zmp,
+            held: true,
             zmp_ref: zmp,
             zmp_probe: Vector2::zeros(),
             margin: 1.0,
         }
     }
 
-    /// One tick: chooses the gain and moves `zmp_ref` by it.
+    /// One tick: chooses the gain and moves `zmp_ref` by it (in flight it stays). COM and its velocity: world (m, m/s).
     pub fn update(
         &mut self,
         family: &GainFamily,
@@ -83,16 +87,20 @@ impl Supervisor {
             frame.inverse_transform_vector(&com_vel),
             self.keep_inside(frame.inverse_transform_point(&self.zmp_state)),
         );
+        self.tested_zmp = state.zmp();
         let decision = self.choose(&state);
+        let Some(whole) = support.polygon else { return decision };
         let gain = &family.gains[self.gain];
-        let zmp = self.keep_inside(state.zmp() + gain.zmp_rate(&state) * family.pendulum.dt);
-        self.zmp_state = frame.transform_point(&zmp);
-        let probe = frame.inverse_transform_vector(&self.zmp_probe);
-        let asked = match (decision, support.polygon) {
+        let zmp = if decision.held {
+            state.zmp() + gain.zmp_rate(&state) * family.pendulum.dt
+        } else {
             // Nothing is left to lose: at once to the very edge.
-            (Decision::OutOfSets, Some(whole)) => whole.nearest(gain.resting_zmp(&state)),
-            _ => self.keep_inside(zmp + probe),
+            whole.nearest(gain.resting_zmp(&state))
         };
+        let inside = self.keep_inside(zmp);
+        self.zmp_state = frame.transform_point(&inside);
+        let probe = frame.inverse_transform_vector(&self.zmp_probe);
+        let asked = if decision.held { self.keep_inside(inside + probe) } else { zmp };
         self.zmp_ref = frame.transform_point(&asked);
         decision
     }
@@ -102,8 +110,8 @@ impl Supervisor {
     pub fn margin_at(&self, com: Point2<f64>, com_vel: Vector2<f64>) -> f64 {
         let Some(support) = &self.support else { return f64::NEG_INFINITY };
         let frame = &support.frame;
-        let zmp = self.keep_inside(frame.inverse_transform_point(&self.zmp_ref));
-        let state = State::new(frame.inverse_transform_point(&com), frame.inverse_transform_vector(&com_vel), zmp);
+        let (com, com_vel) = (frame.inverse_transform_point(&com), frame.inverse_transform_vector(&com_vel));
+        let state = State::new(com, com_vel, self.tested_zmp);
         self.sets.margin(0, &state)
     }
 
@@ -119,11 +127,8 @@ impl Supervisor {
             Some(fastest) => fastest,
             None => 0,
         };
-        match holding {
-            None => Decision::OutOfSets,
-            Some(_) if self.gain == before => Decision::Keep,
-            Some(_) => Decision::Switch,
-        }
+        let held_before = std::mem::replace(&mut self.held, holding.is_some());
+        Decision { held: self.held, starts: self.gain != before || (self.held && !held_before) }
     }
 
     /// The nearest point of the allowed support, control frame.

@@ -1,5 +1,6 @@
 //! What the robot stands on: the support polygon of the soles in contact, in the control frame (paper, Sect. III.A:
-//! "the origin of the controller coordinate is the center point of both feet").
+//! "the origin of the controller coordinate is the center point of both feet"). With one sole in contact that point is
+//! outside of the support, so no set holds the state: a robot that only stands has nothing to fall back on there.
 
 use super::estimator::{Estimate, heading};
 use crate::geometry::SupportPolygon;

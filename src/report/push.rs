@@ -7,7 +7,7 @@ use crate::control::Design;
 use crate::episode::{self, Disturbance, EpisodeConfig, Outcome, Record, Tick, Until};
 use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
-use crate::report::{self, trace::Trace};
+use crate::report::{self, table::thresholds, trace::Trace};
 use crate::robot::Robot;
 use crate::sim::{Profile, Push};
 use serde_json::{Value, json};
@@ -53,7 +53,7 @@ pub struct PushArgs {
     /// Take the push and the noise of this trial of the campaign, as it was in `run`
     #[arg(long, value_name = "I", requires = "campaign")]
     pub trial: Option<u64>,
-    /// Seed of the noise [default: that of the campaign]
+    /// Seed of the campaign's noise [default: its own]; ideal sensors have none
     #[arg(long, value_name = "S")]
     pub seed: Option<u64>,
     /// Length of the episode (s) [default: that of the campaign, or 6]
@@ -101,7 +101,7 @@ pub fn run(args: &PushArgs) -> Result<String> {
         columns::write(path, &trace.columns())?;
     }
     Ok(if args.json {
-        report::json(&as_json(&push, &design, &record))
+        report::json(&as_json(&push, &design, &config, &record))
     } else {
         story(&push, &design, &config, &record, &witness)
     })
@@ -130,14 +130,25 @@ fn the_push(args: &PushArgs, campaign: Option<&Campaign>, config: &EpisodeConfig
         }
         Err(Error::value("arguments", name, value, "out of range", format!("{least} to {most}")))
     };
-    Ok(Push {
+    let push = Push {
         impulse_n_s: within("--impulse", args.impulse.unwrap_or(base.impulse_n_s), bounds.impulse_n_s)?,
         heading_deg: within("--heading", args.heading.unwrap_or(base.heading_deg), bounds.heading_deg)?,
         height_m: within("--height", args.height.unwrap_or(base.height_m), bounds.height_m)?,
-        duration_s: within("--duration", args.duration.unwrap_or(base.duration_s), bounds.duration_s)?,
-        start_s: within("--start", args.start.unwrap_or(base.start_s), bounds.start_s)?,
+        duration_s: within("--duration", args.duration.unwrap_or(base.duration_s), [1e-3, config.horizon_s])?,
+        start_s: within("--start", args.start.unwrap_or(base.start_s), [0.0, config.horizon_s])?,
         profile: args.profile.unwrap_or(base.profile),
-    })
+    };
+    if push.end_s() > config.horizon_s {
+        let accepted = format!("more than {}, the end of the push", push.end_s());
+        return Err(Error::value(
+            "arguments",
+            "--horizon",
+            config.horizon_s,
+            "the push does not end in time",
+            accepted,
+        ));
+    }
+    Ok(push)
 }
 
 /// A path that cannot be written fails before the episode, not after it.
@@ -184,10 +195,11 @@ impl Witness {
     }
 }
 
-fn as_json(push: &Push, design: &Design, record: &Record) -> Value {
+fn as_json(push: &Push, design: &Design, config: &EpisodeConfig, record: &Record) -> Value {
     json!({
         "gains": design.family.name,
         "push": push,
+        "judge": config.judge,
         "outcome": record.outcome,
         "fell_at_s": record.fell_at_s,
         "fall_cause": record.fall_cause,
@@ -272,5 +284,7 @@ fn story(push: &Push, design: &Design, config: &EpisodeConfig, record: &Record, 
         ),
     );
     line("switches", record.gain_switches.to_string());
+    text.push('\n');
+    text.push_str(&thresholds(&config.judge));
     text
 }

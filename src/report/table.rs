@@ -3,6 +3,7 @@
 use crate::campaign::Summary;
 use crate::campaign::foretold::{Foretold, MarginBin};
 use crate::campaign::stats::{Count, SetSummary};
+use crate::episode::Judge;
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle};
 use std::fmt::Write;
 use std::path::Path;
@@ -13,10 +14,23 @@ const PLAIN_WIDTH: u16 = 80;
 /// Causes of a fall that are named; the others are summed up.
 const CAUSES: usize = 5;
 
+/// What counts as recovered and as a fall, in words: three lines.
+pub fn thresholds(judge: &Judge) -> String {
+    format!(
+        "recovered: tilt under {} deg, COM under {} m/s, DCM in the support, for {} s\n\
+         fell:      a link at the ground other than the soles, tilt over {} deg,\n           \
+         or COM under {} of its height at home\n",
+        judge.standing_tilt_deg,
+        judge.standing_com_speed_m_s,
+        judge.standing_time_s,
+        judge.fallen_tilt_deg,
+        judge.fallen_com_height_ratio,
+    )
+}
+
 /// What was asked, how many trials recovered per gain set and impulse, how fast, as foretold or not, and where the sets
 /// differ. `folder` holds the result, for the command that replays a trial.
 pub fn campaign(summary: &Summary, folder: &Path) -> String {
-    let judge = &summary.episode.judge;
     let push = &summary.push;
     let mut text = String::new();
     // Writing to a String does not fail.
@@ -25,10 +39,7 @@ pub fn campaign(summary: &Summary, folder: &Path) -> String {
         "campaign {}: {} pushes, the same for each gain set; seed {}, configuration {}\n\
          push: impulse {} N s, heading {} deg,\n      \
          height {} m above the COM, duration {} s, start {} s, {}\n\
-         sensors: noise x {}, bias x {}; horizon {} s\n\
-         recovered: tilt under {} deg, COM under {} m/s, DCM in the support, for {} s\n\
-         fell:      a link at the ground other than the soles, tilt over {} deg,\n           \
-         or COM under {} of its height at home\n",
+         sensors: noise x {}, bias x {}; horizon {} s\n{}",
         summary.name,
         summary.trials,
         summary.seed,
@@ -42,11 +53,7 @@ pub fn campaign(summary: &Summary, folder: &Path) -> String {
         summary.sensors.noise_scale,
         summary.sensors.bias_scale,
         summary.episode.horizon_s,
-        judge.standing_tilt_deg,
-        judge.standing_com_speed_m_s,
-        judge.standing_time_s,
-        judge.fallen_tilt_deg,
-        judge.fallen_com_height_ratio,
+        thresholds(&summary.episode.judge),
     );
     let _ = writeln!(text, "{}\n{}\n{}", sets(summary), falls(summary), by_impulse(summary));
     let _ = write!(text, "\n{}\n{}", times(summary), times_explained(summary));

@@ -9,7 +9,7 @@ pub struct Sensed {
     /// Joint angles (rad), one per joint.
     pub q: Vec<f64>,
     pub imu: Imu,
-    /// Mean over the last tick.
+    /// Of the ground on each sole, in the axes of the sole; mean over the last tick.
     pub soles: PerFoot<Wrench>,
 }
 

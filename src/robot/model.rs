@@ -170,13 +170,6 @@ pub enum Foot {
 
 impl Foot {
     pub const BOTH: [Foot; 2] = [Foot::Left, Foot::Right];
-
-    pub fn other(self) -> Foot {
-        match self {
-            Foot::Left => Foot::Right,
-            Foot::Right => Foot::Left,
-        }
-    }
 }
 
 /// One of a thing for each foot.

@@ -72,6 +72,10 @@ pub(super) fn parse(source: &Source) -> Result<Settings> {
         }
     }
     for (i, group) in settings.servos.iter().enumerate() {
+        if group.torque_n_m == 0.0 {
+            let field = format!("servos[{i}].torque_n_m");
+            return Err(Error::value(&source.file, field, 0, "must not be zero", "a finite number > 0"));
+        }
         let (full, none) = (group.full_torque_speed_rad_s, group.no_torque_speed_rad_s);
         if !(none.is_finite() && none > full) {
             return Err(Error::value(

@@ -52,8 +52,9 @@ pub struct Truth {
     /// Generalised velocity: base origin linear, base angular (world), joints.
     pub velocity: DVector<f64>,
     pub com: Point3<f64>,
+    /// (m/s)
     pub com_vel: Vector3<f64>,
-    /// Trunk frame to world, its angular velocity (world) and the velocity of its origin.
+    /// Trunk frame to world; the velocity of its origin (m/s) and its angular velocity (rad/s), world axes.
     pub trunk: Isometry3<f64>,
     pub trunk_velocity: Vector6<f64>,
     /// Centre of each sole's contact face.
@@ -63,8 +64,9 @@ pub struct Truth {
     pub sole_wrenches: PerFoot<Wrench>,
     /// Sum of all forces of the ground on the robot (N).
     pub contact_force: Vector3<f64>,
-    /// From all contacts; None in flight.
+    /// On the ground (m), from all contacts; None in flight.
     pub zmp: Option<[f64; 2]>,
+    /// (N)
     pub push_force: Vector3<f64>,
     /// Joint torques (N m).
     pub tau: Vec<f64>,
@@ -125,6 +127,7 @@ impl<'a> Plant<'a> {
             acting: initial,
             drives: vec![servo::Drive { constant: 0.0, damping: 0.0 }; joints],
             steps: 0,
+            // To the nearest physics step.
             delay_steps: (robot.delay_s / clock.physics_step_s).round() as u64,
             push_origin: trunk_body.inverse() * Isometry3::from_parts(com.coords.into(), UnitQuaternion::identity()),
             com_jacobian: Matrix3xX::zeros(6 + joints),

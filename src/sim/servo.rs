@@ -24,7 +24,10 @@ pub struct Drive {
     pub damping: f64,
 }
 
-/// The servo law at joint angle `q` and speed `dq`, for one physics step.
+/// The servo law at joint angle `q` (rad) and speed `dq` (rad/s), for one physics step.
+///
+/// The limit is judged by the speed at the start of the step; a joint that brakes hard within a step can pass it by
+/// `kd` times the change of its speed.
 pub fn drive(servo: &Servo, q: f64, dq: f64, q_ref: f64, dq_ref: f64, tau_ff: f64) -> Drive {
     let constant = servo.kp * (q_ref - q) + servo.kd * dq_ref + tau_ff;
     let wanted = constant - servo.kd * dq;

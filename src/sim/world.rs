@@ -7,7 +7,7 @@ use rapier3d::dynamics::MultibodyIndex;
 use rapier3d::parry::mass_properties::MassProperties;
 use rapier3d::prelude::*;
 
-/// Collision groups: everything of the robot meets the ground; of the robot's own links only left meets right leg.
+/// Collision groups: everything of the robot meets the ground; of the robot's own links only the two soles meet; all others pass through each other.
 const GROUND: Group = Group::GROUP_1;
 const BODY: Group = Group::GROUP_2;
 const LEFT_SOLE: Group = Group::GROUP_3;
@@ -85,7 +85,7 @@ pub fn build(robot: &Robot, posture: &Posture, step_s: f64) -> (PhysicsWorld, Ha
         );
         for solid in &link.collisions {
             let foot = Foot::BOTH.into_iter().find(|&f| solid.frame == robot.soles[f].frame);
-            let handle = world.insert_collider(collider(solid, &offset, foot), Some(body));
+            let handle = world.insert_collider(collider(solid, &offset, foot, robot.friction), Some(body));
             if let Some(foot) = foot {
                 soles[foot] = handle;
             }
@@ -105,7 +105,7 @@ pub fn build(robot: &Robot, posture: &Posture, step_s: f64) -> (PhysicsWorld, Ha
     (world, Handles { multibody, bodies, ground, soles, root_com })
 }
 
-fn collider(solid: &Solid, offset: &Isometry3<f64>, foot: Option<Foot>) -> ColliderBuilder {
+fn collider(solid: &Solid, offset: &Isometry3<f64>, foot: Option<Foot>, friction: f64) -> ColliderBuilder {
     let pose = offset.inverse() * solid.pose;
     let (builder, pose) = match solid.shape {
         Shape::Box { half } => (ColliderBuilder::cuboid(half.x as Real, half.y as Real, half.z as Real), pose),
@@ -124,7 +124,7 @@ fn collider(solid: &Solid, offset: &Isometry3<f64>, foot: Option<Foot>) -> Colli
     builder
         .position(pose_to_rapier(&pose))
         .density(0.0)
-        .friction(1.0)
+        .friction(friction as Real)
         .friction_combine_rule(CoefficientCombineRule::Min)
         .collision_groups(InteractionGroups::new(group, meets, InteractionTestMode::And))
 }
