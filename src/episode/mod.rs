@@ -1,0 +1,236 @@
+//! One closed loop of plant and controller ([`run`]), and its judge.
+
+mod referee;
+
+use crate::control::{Controller, Design};
+use crate::robot::{Command, Foot, Robot};
+use crate::sim::plant::Clock;
+use crate::sim::{Plant, Push, SensorErrors, Truth};
+use nalgebra::Point2;
+use referee::Referee;
+use serde::{Deserialize, Serialize};
+
+pub use referee::support_on_ground;
+
+/// How an episode ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Outcome {
+    /// Standing at the horizon: trunk upright, COM slow, DCM inside the support for the last half second.
+    Recovered,
+    /// A link other than the soles at the ground, or COM height or tilt out of bounds.
+    Fell,
+    /// Numbers not finite, or absurdly large.
+    Diverged,
+    /// None of these.
+    TimedOut,
+}
+
+/// Thresholds of the judge.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Judge {
+    /// Recovered: the trunk is within this angle of upright.
+    pub standing_tilt_deg: f64,
+    /// Recovered: the COM is slower than this.
+    pub standing_com_speed_m_s: f64,
+    /// Recovered: for how long all this must hold.
+    pub standing_time_s: f64,
+    /// Fell: the trunk is tilted by more.
+    pub fallen_tilt_deg: f64,
+    /// Fell: the COM is lower than this share of its height at home.
+    pub fallen_com_height_ratio: f64,
+    /// Home: the COM over the ground is this near to the middle of the soles' centres.
+    pub home_radius_m: f64,
+}
+
+impl Default for Judge {
+    fn default() -> Self {
+        Self {
+            standing_tilt_deg: 10.0,
+            standing_com_speed_m_s: 0.02,
+            standing_time_s: 0.5,
+            fallen_tilt_deg: 60.0,
+            fallen_com_height_ratio: 0.6,
+            home_radius_m: 0.005,
+        }
+    }
+}
+
+/// What is the same for every episode of a campaign.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EpisodeConfig {
+    pub horizon_s: f64,
+    pub physics_step_s: f64,
+    pub control_period_s: f64,
+    /// End an episode once it is settled. False: only a fall ends it before the horizon, so that
+    /// [`Record::home_at_s`] means something, and "recovered" is standing at the horizon to the letter.
+    pub end_early: bool,
+    pub judge: Judge,
+}
+
+impl Default for EpisodeConfig {
+    fn default() -> Self {
+        Self {
+            horizon_s: 6.0,
+            physics_step_s: 0.001,
+            control_period_s: 0.002,
+            end_early: true,
+            judge: Judge::default(),
+        }
+    }
+}
+
+impl EpisodeConfig {
+    /// How long an episode of a campaign goes on.
+    pub fn until(&self) -> Until {
+        if self.end_early { Until::Decided } else { Until::Fallen }
+    }
+}
+
+/// What disturbs the robot in one episode.
+pub struct Disturbance {
+    pub pushes: Vec<Push>,
+    /// None: ideal sensors (the delay of the robot remains).
+    pub sensor_errors: Option<SensorErrors>,
+}
+
+/// Whether an episode goes on after it is decided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Until {
+    /// Stop when settled (after the last push) or fallen.
+    Decided,
+    /// Stop when fallen.
+    Fallen,
+    /// Run to the horizon, whatever happens.
+    Horizon,
+}
+
+/// Where the slowest gain's maximal CPI set, the largest, has the state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Membership {
+    Inside,
+    Outside,
+    /// There is no set: nothing to stand on, or less than the margin of the gain set.
+    Empty,
+}
+
+impl Membership {
+    pub fn name(self) -> &'static str {
+        match self {
+            Membership::Inside => "inside",
+            Membership::Outside => "outside",
+            Membership::Empty => "empty",
+        }
+    }
+
+    /// From the margin of [`crate::control::supervisor::Supervisor`].
+    fn of_margin(margin: f64) -> Self {
+        match margin {
+            m if m >= 0.0 => Membership::Inside,
+            m if m.is_finite() => Membership::Outside,
+            _ => Membership::Empty,
+        }
+    }
+}
+
+/// A footstep that was taken.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Footstep {
+    pub foot: Foot,
+    pub lift_s: f64,
+    pub land_s: f64,
+    /// Centre of the sole in the world, at lift and at landing.
+    pub from_m: [f64; 3],
+    pub to_m: [f64; 3],
+    /// Whether the state at landing was inside a set of the new support.
+    pub in_set_at_landing: bool,
+}
+
+/// What is kept of an episode.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Record {
+    pub outcome: Outcome,
+    /// Simulated time (s).
+    pub end_s: f64,
+    pub fell_at_s: Option<f64>,
+    /// What decided the fall, in words (e.g. the link that touched the ground).
+    pub fall_cause: Option<String>,
+    /// Start of the stretch of standing at which the episode was decided.
+    pub settled_at_s: Option<f64>,
+    /// Time after the last push from which the COM over the ground stays within `home_radius_m` of the middle of the
+    /// soles' centres until the episode's end (the paper's convergence of the COG to the origin); None if it is not
+    /// there at the end. An episode that ends early ends before the COM can leave again, or arrive.
+    pub home_at_s: Option<f64>,
+    pub peak_tilt_deg: f64,
+    /// Largest joint torque, and its share of the limit.
+    pub peak_torque_n_m: f64,
+    pub peak_torque_ratio: f64,
+    pub peak_joint_speed_rad_s: f64,
+    /// Largest distance of the DCM outside of the support (m); 0 when it never left it.
+    pub peak_dcm_outside_m: f64,
+    /// Time at which the state first left every set.
+    pub left_sets_at_s: Option<f64>,
+    /// Whether the slowest gain's set holds the true state at the end of the last push (with the ZMP that the
+    /// controller wants, on the support that it sees); None without gains.
+    pub set_after_push: Option<Membership>,
+    /// The margin of that set (negative: outside); None also where the set is empty.
+    pub cpi_margin_after_push: Option<f64>,
+    /// The same for the state as estimated, by which the controller chooses its gain.
+    pub cpi_margin_after_push_est: Option<f64>,
+    pub gain_switches: u32,
+    pub footsteps: Vec<Footstep>,
+}
+
+/// One control tick, as an observer sees it: the truth now (with means over the tick that ends now), and what the
+/// controller makes of what it senses now.
+pub struct Tick<'a> {
+    pub truth: &'a Truth,
+    /// True divergent component of motion, world.
+    pub dcm: Point2<f64>,
+    /// Its distance outside of the soles on the ground (m); negative inside, infinite in flight.
+    pub dcm_outside_m: f64,
+    pub controller: &'a Controller<'a>,
+    pub command: &'a Command,
+}
+
+/// Runs one episode. The same arguments give the same record, to the bit.
+pub fn run(
+    robot: &Robot,
+    design: &Design,
+    config: &EpisodeConfig,
+    disturbance: Disturbance,
+    until: Until,
+    observe: &mut dyn FnMut(&Tick),
+) -> Record {
+    let Disturbance { pushes, sensor_errors } = disturbance;
+    let clock = Clock { physics_step_s: config.physics_step_s, control_period_s: config.control_period_s };
+    let mut plant = Plant::new(robot, clock, sensor_errors, design.home_command().clone());
+    let mut controller = Controller::new(robot, design);
+    let mut referee = Referee::new(robot, config, &pushes);
+    let ticks = (config.horizon_s / config.control_period_s).round() as u64;
+    for k in 0..=ticks {
+        let sensed = plant.sense();
+        let command = controller.tick(&sensed);
+        let truth = plant.truth();
+        let dcm = truth.com.xy() + truth.com_vel.xy() / design.family.pendulum.omega;
+        let support = support_on_ground(robot, truth);
+        let dcm_outside_m = support.map_or(f64::INFINITY, |polygon| polygon.signed_distance(dcm));
+        let tick = Tick { truth, dcm, dcm_outside_m, controller: &controller, command: &command };
+        observe(&tick);
+        referee.watch(&tick);
+        let done = match until {
+            Until::Decided => referee.is_decided(),
+            Until::Fallen => referee.record.outcome == Outcome::Fell,
+            Until::Horizon => false,
+        };
+        if done || !tick.truth.is_finite() {
+            break;
+        }
+        if k < ticks {
+            plant.advance(command, &pushes);
+        }
+    }
+    referee.finish()
+}

@@ -1,0 +1,201 @@
+//! The judge at work: watches every tick and writes the episode's record.
+
+use super::{EpisodeConfig, Judge, Membership, Outcome, Record, Tick};
+use crate::control::Phase;
+use crate::geometry::SupportPolygon;
+use crate::robot::{Foot, PerFoot, Robot};
+use crate::sim::{Push, Truth};
+use nalgebra::Point2;
+
+/// Watches an episode and writes its record.
+pub(super) struct Referee<'a> {
+    robot: &'a Robot,
+    judge: Judge,
+    home_height: f64,
+    last_push_end_s: f64,
+    /// Since when the robot has been standing without a break.
+    standing_since_s: Option<f64>,
+    pub(super) record: Record,
+}
+
+impl<'a> Referee<'a> {
+    pub(super) fn new(robot: &'a Robot, config: &EpisodeConfig, pushes: &[Push]) -> Self {
+        Self {
+            robot,
+            judge: config.judge,
+            home_height: robot.home_com_height(),
+            last_push_end_s: pushes.iter().map(Push::end_s).fold(0.0, f64::max),
+            standing_since_s: None,
+            record: Record {
+                outcome: Outcome::TimedOut,
+                end_s: 0.0,
+                fell_at_s: None,
+                fall_cause: None,
+                settled_at_s: None,
+                home_at_s: None,
+                peak_tilt_deg: 0.0,
+                peak_torque_n_m: 0.0,
+                peak_torque_ratio: 0.0,
+                peak_joint_speed_rad_s: 0.0,
+                peak_dcm_outside_m: 0.0,
+                left_sets_at_s: None,
+                set_after_push: None,
+                cpi_margin_after_push: None,
+                cpi_margin_after_push_est: None,
+                gain_switches: 0,
+                footsteps: Vec::new(),
+            },
+        }
+    }
+
+    pub(super) fn is_decided(&self) -> bool {
+        self.record.outcome == Outcome::Fell || self.record.settled_at_s.is_some()
+    }
+
+    pub(super) fn watch(&mut self, tick: &Tick) {
+        let truth = tick.truth;
+        self.record.end_s = truth.time_s;
+        // After a fall, numbers are those of a body on the ground: of no interest.
+        if self.record.outcome == Outcome::Fell {
+            return;
+        }
+        if !truth.is_finite() {
+            self.record.outcome = Outcome::Diverged;
+            self.record.settled_at_s = None;
+            self.record.home_at_s = None;
+            return;
+        }
+        self.note_peaks(tick);
+        if let Some(cause) = self.fall_cause(truth) {
+            self.record.outcome = Outcome::Fell;
+            self.record.fell_at_s = Some(truth.time_s);
+            self.record.fall_cause = Some(cause);
+            self.record.settled_at_s = None;
+            self.record.home_at_s = None;
+            return;
+        }
+        self.note_home(truth);
+        let standing = truth.time_s >= self.last_push_end_s
+            && truth.tilt_rad().to_degrees() <= self.judge.standing_tilt_deg
+            && truth.com_vel.norm() <= self.judge.standing_com_speed_m_s
+            && tick.dcm_outside_m <= 0.0;
+        match (standing, self.standing_since_s) {
+            (false, _) => self.standing_since_s = None,
+            (true, None) => self.standing_since_s = Some(truth.time_s),
+            (true, Some(since)) if self.has_stood(since) && self.record.settled_at_s.is_none() => {
+                self.record.settled_at_s = Some(since);
+            }
+            _ => {}
+        }
+    }
+
+    fn note_home(&mut self, truth: &Truth) {
+        let middle = (truth.soles.left.translation.vector.xy() + truth.soles.right.translation.vector.xy()) / 2.0;
+        let near = (truth.com.coords.xy() - middle).norm() <= self.judge.home_radius_m;
+        if !near || truth.time_s < self.last_push_end_s {
+            self.record.home_at_s = None;
+        } else if self.record.home_at_s.is_none() {
+            self.record.home_at_s = Some(truth.time_s);
+        }
+    }
+
+    fn has_stood(&self, since_s: f64) -> bool {
+        // A little grace for the rounding of times.
+        self.record.end_s - since_s >= self.judge.standing_time_s - 1e-6
+    }
+
+    fn fall_cause(&self, truth: &Truth) -> Option<String> {
+        let tilt = truth.tilt_rad().to_degrees();
+        let height = truth.com.z / self.home_height;
+        if let Some(link) = truth.touching {
+            Some(format!("{} touched the ground", self.robot.links[link].name))
+        } else if tilt > self.judge.fallen_tilt_deg {
+            Some(format!("trunk tilted by more than {} degrees", self.judge.fallen_tilt_deg))
+        } else if height < self.judge.fallen_com_height_ratio {
+            Some(format!("COM below {} of its height at home", self.judge.fallen_com_height_ratio))
+        } else {
+            None
+        }
+    }
+
+    fn note_peaks(&mut self, tick: &Tick) {
+        let (truth, controller, record) = (tick.truth, tick.controller, &mut self.record);
+        record.peak_tilt_deg = record.peak_tilt_deg.max(truth.tilt_rad().to_degrees());
+        for (i, (tau, servo)) in truth.tau.iter().zip(&self.robot.servos).enumerate() {
+            record.peak_torque_n_m = record.peak_torque_n_m.max(tau.abs());
+            record.peak_torque_ratio = record.peak_torque_ratio.max(tau.abs() / servo.torque_n_m);
+            record.peak_joint_speed_rad_s = record.peak_joint_speed_rad_s.max(truth.velocity[6 + i].abs());
+        }
+        if tick.dcm_outside_m.is_finite() {
+            record.peak_dcm_outside_m = record.peak_dcm_outside_m.max(tick.dcm_outside_m);
+        }
+        record.gain_switches = controller.switches;
+        if controller.phase == Phase::Posture {
+            return;
+        }
+        if controller.phase == Phase::OutOfSets && record.left_sets_at_s.is_none() {
+            record.left_sets_at_s = Some(truth.time_s);
+        }
+        if truth.time_s >= self.last_push_end_s && record.set_after_push.is_none() {
+            let supervisor = &controller.supervisor;
+            let margin = supervisor.margin_at(truth.com.xy(), truth.com_vel.xy());
+            record.set_after_push = Some(Membership::of_margin(margin));
+            record.cpi_margin_after_push = Some(margin).filter(|m| m.is_finite());
+            record.cpi_margin_after_push_est = Some(supervisor.margin).filter(|m| m.is_finite());
+        }
+    }
+
+    pub(super) fn finish(mut self) -> Record {
+        if self.record.outcome == Outcome::TimedOut {
+            self.record.settled_at_s = self.standing_since_s.filter(|&since| self.has_stood(since));
+            if self.record.settled_at_s.is_some() {
+                self.record.outcome = Outcome::Recovered;
+            }
+        }
+        self.record
+    }
+}
+
+/// Hull of the soles that rest on the ground, world; None in flight.
+pub fn support_on_ground(robot: &Robot, truth: &Truth) -> Option<SupportPolygon> {
+    /// A sole is on the ground when a corner of it is this low (m).
+    const NEAR_M: f64 = 0.003;
+    let mut corners = [Point2::origin(); 8];
+    let mut count = 0;
+    let placed = PerFoot::from_fn(|foot| robot.soles[foot].corners().map(|corner| truth.soles[foot] * corner));
+    for foot in Foot::BOTH.into_iter().filter(|&f| placed[f].iter().any(|c| c.z < NEAR_M)) {
+        for corner in placed[foot] {
+            corners[count] = corner.xy();
+            count += 1;
+        }
+    }
+    SupportPolygon::hull(&corners[..count])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Disturbance, run};
+    use super::*;
+    use crate::control::Design;
+    use crate::lipm::gains::GainSet;
+
+    fn home_at_s(impulse_n_s: f64, home_radius_m: f64) -> Option<f64> {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let design = Design::new(&robot, &GainSet::load("hold").unwrap(), 0.002).unwrap();
+        let judge = Judge { home_radius_m, ..Judge::default() };
+        let config = EpisodeConfig { horizon_s: 0.5, end_early: false, judge, ..EpisodeConfig::default() };
+        let push = Push { impulse_n_s, start_s: 0.1, ..Push::default() };
+        let disturbance = Disturbance { pushes: vec![push], sensor_errors: None };
+        run(&robot, &design, &config, disturbance, config.until(), &mut |_| {}).home_at_s
+    }
+
+    #[test]
+    fn home_is_where_the_com_stays_after_the_push() {
+        let at = home_at_s(0.0, 0.005).unwrap();
+        assert!((at - 0.15).abs() < 0.003, "home all the time counts from the end of the push, not from {at}");
+        let at = home_at_s(1.0, 0.005).unwrap();
+        assert!(at > 0.2, "pushed by more than 5 mm, home again at {at}");
+        assert_eq!(home_at_s(4.0, 0.005), None, "on its way to the ground");
+        assert_eq!(home_at_s(0.0, 1e-9), None);
+    }
+}
