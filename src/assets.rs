@@ -18,6 +18,9 @@ impl Source {
     }
 }
 
+/// The robot that is meant where none is named.
+pub const DEFAULT_ROBOT: &str = "ut-mu2";
+
 /// Kinds of input that are compiled in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {

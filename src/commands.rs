@@ -3,6 +3,7 @@
 use crate::cli::{Cli, FolderArgs, RunArgs};
 use clap::CommandFactory;
 use clap_complete::Shell;
+use standfast::assets::DEFAULT_ROBOT;
 use standfast::campaign::{Campaign, Folder, Plan, run::Options};
 use standfast::control::home_polygon;
 use standfast::episode::EpisodeConfig;
@@ -72,7 +73,7 @@ pub fn push(args: &PushArgs) -> Result<ExitCode> {
 
 /// The sets for UT-mu2 unless pendulum or support are given.
 pub fn cpi(args: &CpiArgs) -> Result<ExitCode> {
-    let robot = Robot::load("ut-mu2")?;
+    let robot = Robot::load(DEFAULT_ROBOT)?;
     let pendulum = Pendulum { omega: robot.omega(), dt: EpisodeConfig::default().control_period_s };
     let defaults = CpiDefaults { pendulum, support: home_polygon(&robot) };
     let mut text = Vec::new();

@@ -59,7 +59,7 @@ pub struct SensorSpec {
 }
 
 fn default_robot() -> String {
-    "ut-mu2".into()
+    assets::DEFAULT_ROBOT.into()
 }
 fn default_gains() -> Vec<String> {
     Kind::Gains.names().into_iter().map(String::from).collect()

@@ -12,7 +12,7 @@ pub mod supervisor;
 pub mod support;
 pub mod whole_body;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::geometry::SupportPolygon;
 use crate::lipm::cpi_set::nesting_warning;
 use crate::lipm::gains::{GainFamily, GainSet, Standing};
@@ -41,16 +41,7 @@ impl Design {
     pub fn new(robot: &Robot, gains: &GainSet, control_period_s: f64) -> Result<Self> {
         let pendulum = Pendulum { omega: robot.omega(), dt: control_period_s };
         let family = GainFamily::design(gains, pendulum)?;
-        let Some(polygon) = home_polygon(robot).inset(family.zmp_margin) else {
-            let accepted = "less than half the width of the support";
-            return Err(Error::value(
-                &gains.name,
-                "zmp_margin_m",
-                family.zmp_margin,
-                "leaves no support at home",
-                accepted,
-            ));
-        };
+        let polygon = family.allowed_support(&home_polygon(robot), &gains.name)?;
         let warning = if family.gains.len() > 1 { nesting_warning(&family, &polygon)? } else { None };
         Ok(Self { family, warning, home: home_command(robot), com_height: robot.home_com_height() })
     }

@@ -8,6 +8,7 @@
 use super::pendulum::{Pendulum, State};
 use crate::assets::{self, Kind, Source, parse_toml};
 use crate::error::{Error, Result};
+use crate::geometry::SupportPolygon;
 use nalgebra::{Matrix3, Matrix6, Point2, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -178,6 +179,14 @@ pub struct GainFamily {
 }
 
 impl GainFamily {
+    /// Where the ZMP may be: `support` less the set's margin. Errors (that call the set `file`): nothing is left.
+    pub fn allowed_support(&self, support: &SupportPolygon, file: &str) -> Result<SupportPolygon> {
+        support.inset(self.zmp_margin).ok_or_else(|| {
+            let accepted = "less than half the width of the support";
+            Error::value(file, "zmp_margin_m", self.zmp_margin, "leaves no support at home", accepted)
+        })
+    }
+
     /// Places the poles of every gain. Errors: the set is not valid, or the pendulum is not a pendulum.
     pub fn design(set: &GainSet, pendulum: Pendulum) -> Result<Self> {
         set.validate(&set.name)?;

@@ -69,10 +69,7 @@ pub fn run(args: &CpiArgs, defaults: &CpiDefaults, out: &mut dyn Write) -> Resul
     let family = GainFamily::design(&set, pendulum)?;
     let support = match args.support {
         Some(support) => support,
-        None => defaults.support.inset(family.zmp_margin).ok_or_else(|| {
-            let accepted = "less than half the width of the support";
-            Error::value(&source.file, "zmp_margin_m", family.zmp_margin, "leaves no support at home", accepted)
-        })?,
+        None => family.allowed_support(&defaults.support, &source.file)?,
     };
     let sets = CpiSet::search_family(&family, &support)?;
     let inclusion = Inclusion::of(&sets)?;

@@ -1,5 +1,6 @@
 //! `standfast model`: what was understood of a robot, and its kinematics at given joint angles.
 
+use crate::assets::DEFAULT_ROBOT;
 use crate::error::{Error, Result};
 use crate::robot::{Foot, Kinematics, Robot};
 use comfy_table::{CellAlignment, Table, presets};
@@ -11,7 +12,7 @@ use std::fmt::Write;
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
     /// A robot that is compiled in, or a URDF file with its settings (same name, .toml) beside it
-    #[arg(value_name = "URDF", default_value = "ut-mu2")]
+    #[arg(value_name = "URDF", default_value = DEFAULT_ROBOT)]
     pub robot: String,
     /// Joint angles (rad) by joint name; joints not named are 0
     #[arg(long, value_name = "JOINT=RAD,...", value_delimiter = ',')]

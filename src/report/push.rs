@@ -1,5 +1,6 @@
 //! `standfast push`: one push, what happened, and why.
 
+use crate::assets::DEFAULT_ROBOT;
 use crate::campaign::trial;
 use crate::campaign::{Campaign, Overrides, PushBounds, check_episode};
 use crate::columns;
@@ -78,7 +79,7 @@ pub fn run(args: &PushArgs) -> Result<String> {
     check_episode("arguments", &config)?;
     let push = the_push(args, campaign.as_ref(), &config)?;
     let robot_name = args.robot.as_ref().or(campaign.as_ref().map(|c| &c.robot));
-    let robot = Robot::load(robot_name.map_or("ut-mu2", String::as_str))?;
+    let robot = Robot::load(robot_name.map_or(DEFAULT_ROBOT, String::as_str))?;
     let gains = gains_of(campaign.as_ref(), &args.gains);
     let design = Design::new(&robot, &GainSet::load(gains)?, config.control_period_s)?;
     if let Some(warning) = &design.warning {

@@ -1,6 +1,7 @@
 //! `standfast response`: how well the ZMP follows the one wanted, and what that means for the poles.
 
 use super::response_plot;
+use crate::assets::DEFAULT_ROBOT;
 use crate::campaign::response::{self, Axis, Bandwidth, Experiment, Point};
 use crate::control::Design;
 use crate::episode::EpisodeConfig;
@@ -29,7 +30,7 @@ pub struct ResponseArgs {
     #[arg(long, value_name = "NAME|FILE", default_value = "switching")]
     pub gains: String,
     /// Robot by name or URDF file
-    #[arg(long, value_name = "NAME|FILE", default_value = "ut-mu2")]
+    #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_ROBOT)]
     pub robot: String,
     /// Direction of the sine: x forward, y to the left
     #[arg(long, value_enum, default_value = "x")]
