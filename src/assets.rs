@@ -48,6 +48,7 @@ impl Kind {
                 ("hold", include_str!("../assets/gains/hold.toml")),
                 ("fixed", include_str!("../assets/gains/fixed.toml")),
                 ("switching", include_str!("../assets/gains/switching.toml")),
+                ("paper", include_str!("../assets/gains/paper.toml")),
             ],
             Kind::Campaign => &[
                 ("smoke", include_str!("../assets/campaigns/smoke.toml")),

@@ -30,6 +30,8 @@ pub struct Estimate {
     /// Where each foot stands, flat on the ground; where it stood last while it is in the air.
     pub footholds: PerFoot<Pose>,
     pub in_contact: PerFoot<bool>,
+    /// Vertical force on each sole (N).
+    pub load_n: PerFoot<f64>,
 }
 
 impl Estimate {
@@ -50,6 +52,8 @@ pub struct Estimator {
     mass: f64,
     kinematics: Kinematics,
     filters: [Kalman; 3],
+    /// The foot that is being moved: it tells nothing of where the robot is.
+    swing: Option<Foot>,
     /// The last estimate.
     pub now: Estimate,
 }
@@ -78,13 +82,28 @@ impl Estimator {
             soles,
             footholds: soles,
             in_contact: PerFoot { left: true, right: true },
+            load_n: PerFoot::from_fn(|_| 0.5 * robot.mass() * GRAVITY),
         };
-        Self { mass: robot.mass(), kinematics, filters, now }
+        Self { mass: robot.mass(), kinematics, filters, swing: None, now }
     }
 
     /// Kinematics of the estimated posture.
     pub fn kinematics(&self) -> &Kinematics {
         &self.kinematics
+    }
+
+    /// The controller lifts a foot: until it lands it is no foothold.
+    pub fn lift(&mut self, foot: Foot) {
+        self.swing = Some(foot);
+        self.now.in_contact[foot] = false;
+    }
+
+    /// The foot that was lifted stands where it is now.
+    pub fn land(&mut self) {
+        if let Some(foot) = self.swing.take() {
+            self.now.footholds[foot] = flat(&self.now.soles[foot]);
+            self.now.in_contact[foot] = true;
+        }
     }
 
     /// One tick.
@@ -113,7 +132,7 @@ impl Estimator {
         let trunk_in_base = self.kinematics.link_pose(robot.trunk).rotation;
         let rotation = sensed.imu.orientation * trunk_in_base.inverse();
         let (mut sum, mut carried) = (Vector3::zeros(), 0.0);
-        for foot in Foot::BOTH {
+        for foot in Foot::BOTH.into_iter().filter(|&f| self.swing != Some(f)) {
             let load = sensed.soles[foot].force.z;
             // Below that it is mostly noise.
             if load < CONTACT_FORCE_N[0] {
@@ -138,6 +157,7 @@ impl Estimator {
         for foot in Foot::BOTH {
             let sole = &self.now.soles[foot];
             let f = sole.rotation * sensed.soles[foot].force;
+            self.now.load_n[foot] = f.z;
             force += f;
             moment += sole.rotation * sensed.soles[foot].moment + sole.translation.vector.cross(&f);
         }
@@ -148,7 +168,7 @@ impl Estimator {
     }
 
     fn find_contact(&mut self, robot: &Robot, sensed: &Sensed) {
-        for foot in Foot::BOTH {
+        for foot in Foot::BOTH.into_iter().filter(|&f| self.swing != Some(f)) {
             let sole = &robot.soles[foot];
             let pose = &self.now.soles[foot];
             let low = sole.corners().into_iter().map(|c| (pose * c).z).fold(f64::INFINITY, f64::min);

@@ -6,10 +6,12 @@
 //! feed-forward).
 
 pub mod estimator;
+pub mod footstep;
 pub mod kalman;
 pub mod load;
 pub mod supervisor;
 pub mod support;
+pub mod swing;
 pub mod whole_body;
 
 use crate::error::Result;
@@ -18,11 +20,13 @@ use crate::lipm::cpi_set::nesting_warning;
 use crate::lipm::gains::{GainFamily, GainSet, Standing};
 use crate::lipm::pendulum::Pendulum;
 use crate::robot::dynamics::load_torques;
-use crate::robot::{Command, GRAVITY, Kinematics, PerFoot, Pose, Robot, Sensed};
+use crate::robot::{Command, Foot, GRAVITY, Kinematics, PerFoot, Pose, Robot, Sensed};
 use estimator::Estimator;
+use footstep::Necessity;
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector2, Vector3};
 use supervisor::Supervisor;
 use support::Support;
+use swing::{Lift, Swing};
 use whole_body::{Task, WholeBody};
 
 /// A gain set made ready for a robot: what all episodes share.
@@ -34,6 +38,8 @@ pub struct Design {
     /// Joint targets at home with the torques that carry the weight there.
     home: Command,
     com_height: f64,
+    /// From the right sole's centre to the left's at home (m).
+    stance: Vector2<f64>,
 }
 
 impl Design {
@@ -43,7 +49,9 @@ impl Design {
         let family = GainFamily::design(gains, pendulum)?;
         let polygon = family.allowed_support(&home_polygon(robot), &gains.name)?;
         let warning = if family.gains.len() > 1 { nesting_warning(&family, &polygon)? } else { None };
-        Ok(Self { family, warning, home: home_command(robot), com_height: robot.home_com_height() })
+        let footholds = home_footholds(robot, &home_kinematics(robot));
+        let stance = (footholds.left.translation.vector - footholds.right.translation.vector).xy();
+        Ok(Self { family, warning, home: home_command(robot), com_height: robot.home_com_height(), stance })
     }
 
     /// The command that holds the home posture.
@@ -89,8 +97,10 @@ pub enum Phase {
     Posture,
     /// Some gain's set holds the state.
     Switching,
-    /// No set holds the state.
+    /// No set holds the state (eq. 26), and no foot is in the air.
     OutOfSets,
+    /// This foot is in the air.
+    Swing(Foot),
 }
 
 impl Phase {
@@ -99,6 +109,8 @@ impl Phase {
             Phase::Posture => "posture",
             Phase::Switching => "switching",
             Phase::OutOfSets => "out-of-sets",
+            Phase::Swing(Foot::Left) => "swing-left",
+            Phase::Swing(Foot::Right) => "swing-right",
         }
     }
 }
@@ -112,6 +124,11 @@ pub struct Controller<'a> {
     pub support: Support,
     whole_body: WholeBody,
     pub phase: Phase,
+    /// The footstep in the air.
+    pub swing: Option<Swing>,
+    /// For how long no set has held the state with both feet down, and since the last landing (s).
+    out_of_sets_s: f64,
+    since_landing_s: f64,
     /// COM reference over the ground and its velocity (world): integrated from eq. 1 and 2, started from the estimate at
     /// every switch and, other than in the paper, drawn back to it in between (`FORGETTING_RATE`).
     com_ref: Point2<f64>,
@@ -134,6 +151,9 @@ impl<'a> Controller<'a> {
             support,
             whole_body: WholeBody::new(robot),
             phase: Phase::Posture,
+            swing: None,
+            out_of_sets_s: 0.0,
+            since_landing_s: f64::INFINITY,
             com_ref: com,
             com_ref_vel: Vector2::zeros(),
             shaping: Vector2::zeros(),
@@ -150,10 +170,18 @@ impl<'a> Controller<'a> {
     /// One control tick.
     pub fn tick(&mut self, sensed: &Sensed) -> Command {
         self.estimator.update(self.robot, sensed);
+        self.act()
+    }
+
+    /// What follows from the estimate (paper, Fig. 5): stand, or step and stand again.
+    pub fn act(&mut self) -> Command {
+        if self.swing.is_some() && !self.try_to_land() {
+            return self.swing_on();
+        }
         self.support = Support::of_estimate(self.robot, &self.estimator.now);
         match self.design.family.standing {
             Standing::Posture => self.hold(),
-            Standing::Switching => self.switch(),
+            Standing::Switching => self.stand(),
         }
     }
 
@@ -163,12 +191,18 @@ impl<'a> Controller<'a> {
         self.design.home.clone()
     }
 
-    /// Switching control (Sect. III.D).
-    fn switch(&mut self) -> Command {
+    /// Switching control (Sect. III.D); where no set holds the state, a footstep if the gain set takes any (Sect. V).
+    fn stand(&mut self) -> Command {
         let (family, estimate) = (&self.design.family, &self.estimator.now);
         let (com, com_vel) = (estimate.com_xy(), estimate.com_vel_xy());
         let decision = self.supervisor.update(family, &self.support, com, com_vel);
+        let Pendulum { dt, .. } = family.pendulum;
         self.phase = if decision.held { Phase::Switching } else { Phase::OutOfSets };
+        self.out_of_sets_s = if decision.held { 0.0 } else { self.out_of_sets_s + dt };
+        if !decision.held && self.lift() {
+            return self.swing_on();
+        }
+        self.since_landing_s += dt;
         if decision.starts {
             self.switches += 1;
         }
@@ -177,7 +211,6 @@ impl<'a> Controller<'a> {
             self.com_ref = com;
             self.com_ref_vel = com_vel;
         }
-        let Pendulum { dt, .. } = family.pendulum;
         let acceleration = family.pendulum.com_acc(com, self.supervisor.zmp_ref);
         self.com_ref += self.com_ref_vel * dt + acceleration * (0.5 * dt * dt);
         self.com_ref_vel += acceleration * dt;
@@ -187,24 +220,92 @@ impl<'a> Controller<'a> {
             self.shaping += (self.com_ref - com) * (SHAPING_RATE * dt);
             self.shaping = self.shaping.cap_magnitude(MOST_SHAPING_M);
         }
-        self.body_command(acceleration)
+        let estimate = &self.estimator.now;
+        self.body_command(acceleration, estimate.footholds, PerFoot::default(), estimate.in_contact)
     }
 
-    /// Joint targets that carry the COM reference, with the torques of the wanted ZMP.
-    fn body_command(&mut self, acceleration: Vector2<f64>) -> Command {
-        let (robot, estimate) = (self.robot, &self.estimator.now);
+    /// Plans a footstep and starts it; false if the gain set takes none, or not now, or none leads that way.
+    fn lift(&mut self) -> bool {
+        let (family, estimate) = (&self.design.family, &self.estimator.now);
+        let (Some(rules), Some(zmp_error)) = (&family.stepping, self.supervisor.zmp_error()) else { return false };
+        if self.out_of_sets_s <= rules.patience_s || self.since_landing_s <= rules.pause_s {
+            return false;
+        }
+        let necessity = Necessity {
+            frame: &self.support.frame,
+            soles: PerFoot::from_fn(|foot| estimate.footholds[foot].translation.vector.xy().into()),
+            stance: self.design.stance,
+            zmp_error,
+            load_n: estimate.load_n,
+            in_contact: estimate.in_contact,
+        };
+        let Some(footstep) = footstep::choose(rules, &necessity) else { return false };
+        let lift = Lift {
+            com: estimate.com_xy(),
+            com_vel: estimate.com_vel_xy(),
+            footholds: estimate.footholds,
+            zmp_margin: family.zmp_margin,
+        };
+        let stance_sole = &self.robot.soles[footstep.foot.other()];
+        self.swing = Some(Swing::plan(family.pendulum.omega, rules, stance_sole, footstep, &lift));
+        self.estimator.lift(footstep.foot);
+        true
+    }
+
+    /// While a foot is in the air the plan is followed; nothing is stabilised, as in the paper.
+    fn swing_on(&mut self) -> Command {
+        let Some(swing) = &mut self.swing else { return self.design.home.clone() };
+        let family = &self.design.family;
+        swing.time_s += family.pendulum.dt;
+        let foot = swing.footstep.foot;
+        let pendulum = swing.pendulum();
+        let (pose, velocity) = swing.sole();
+        self.phase = Phase::Swing(foot);
+        (self.com_ref, self.com_ref_vel) = (pendulum.com, pendulum.com_vel);
+        self.supervisor.zmp_ref = pendulum.zmp;
+        let acceleration = family.pendulum.com_acc(pendulum.com, pendulum.zmp);
+        let (mut soles, mut sole_vel) = (self.estimator.now.footholds, PerFoot::default());
+        (soles[foot], sole_vel[foot]) = (pose, velocity);
+        let stance = PerFoot::from_fn(|f| f != foot);
+        self.body_command(acceleration, soles, sole_vel, stance)
+    }
+
+    /// Ends the swing when the foot has landed: switching control goes on from the state that was reached.
+    fn try_to_land(&mut self) -> bool {
+        let Some(swing) = &self.swing else { return true };
+        if !swing.has_landed(self.estimator.now.load_n[swing.footstep.foot]) {
+            return false;
+        }
+        self.supervisor.start_anew(swing.pendulum().zmp);
+        self.estimator.land();
+        self.swing = None;
+        self.out_of_sets_s = 0.0;
+        self.since_landing_s = 0.0;
+        true
+    }
+
+    /// Joint targets that carry the COM reference, with the torques of the wanted ZMP on the feet that stand.
+    fn body_command(
+        &mut self,
+        acceleration: Vector2<f64>,
+        soles: PerFoot<Pose>,
+        sole_vel: PerFoot<Vector3<f64>>,
+        standing: PerFoot<bool>,
+    ) -> Command {
+        let robot = self.robot;
         let shaped = self.com_ref + self.shaping;
         let task = Task {
             com: Point3::new(shaped.x, shaped.y, self.design.com_height),
             com_vel: Vector3::new(self.com_ref_vel.x, self.com_ref_vel.y, 0.0),
-            soles: estimate.footholds,
+            soles,
+            sole_vel,
             trunk: UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.support.frame.rotation.angle()),
         };
         self.whole_body.follow(robot, &task);
         let effective = Vector3::new(-acceleration.x, -acceleration.y, -GRAVITY);
         let force = -effective * robot.mass();
-        let (footholds, in_contact) = (&estimate.footholds, &estimate.in_contact);
-        let wrenches = load::share(robot, footholds, in_contact, self.supervisor.zmp_ref, force);
+        let footholds = &self.estimator.now.footholds;
+        let wrenches = load::share(robot, footholds, &standing, self.supervisor.zmp_ref, force);
         let mut tau_ff = vec![0.0; robot.joints.len()];
         load_torques(self.estimator.kinematics(), robot, effective, &wrenches, &mut tau_ff);
         Command {

@@ -26,8 +26,8 @@ pub struct Supervisor {
     pub gain: usize,
     /// What the gain wants of the ZMP, world: part of the state of eq. 5.
     zmp_state: Point2<f64>,
-    /// The ZMP in the state that the sets were last asked about, control frame.
-    tested_zmp: Point2<f64>,
+    /// The state that the sets were last asked about, control frame.
+    tested: State,
     /// Whether a set held that state.
     held: bool,
     /// Wanted ZMP, world: the gain's plus the probe, inside the allowed support; at the edge when no set holds the state.
@@ -57,7 +57,7 @@ impl Supervisor {
             allowed: None,
             gain,
             zmp_state: zmp,
-            tested_zmp: zmp,
+            tested: State::default(),
             held: true,
             zmp_ref: zmp,
             zmp_probe: Vector2::zeros(),
@@ -87,7 +87,7 @@ impl Supervisor {
             frame.inverse_transform_vector(&com_vel),
             self.keep_inside(frame.inverse_transform_point(&self.zmp_state)),
         );
-        self.tested_zmp = state.zmp();
+        self.tested = state;
         let decision = self.choose(&state);
         let Some(whole) = support.polygon else { return decision };
         let gain = &family.gains[self.gain];
@@ -105,13 +105,26 @@ impl Supervisor {
         decision
     }
 
+    /// The ZMP error that makes a footstep necessary, by the slowest gain, for the state of the last tick: control frame
+    /// (m). None when there is nothing to stand on.
+    pub fn zmp_error(&self) -> Option<Vector2<f64>> {
+        let allowed = self.allowed.as_ref()?;
+        Some(self.sets.zmp_error(0, &self.tested, allowed))
+    }
+
+    /// After a landing: the ZMP is at `zmp` (world), and no set has held the state yet.
+    pub fn start_anew(&mut self, zmp: Point2<f64>) {
+        self.zmp_state = zmp;
+        self.held = false;
+    }
+
     /// Margin of the slowest gain's set for another state of the COM (world) on the support of the last tick, e.g. the
     /// true one.
     pub fn margin_at(&self, com: Point2<f64>, com_vel: Vector2<f64>) -> f64 {
         let Some(support) = &self.support else { return f64::NEG_INFINITY };
         let frame = &support.frame;
         let (com, com_vel) = (frame.inverse_transform_point(&com), frame.inverse_transform_vector(&com_vel));
-        let state = State::new(com, com_vel, self.tested_zmp);
+        let state = State::new(com, com_vel, self.tested.zmp());
         self.sets.margin(0, &state)
     }
 

@@ -5,19 +5,23 @@
 //! One Newton step a tick on a reference posture that lives beside the measured one: weighted least squares over the
 //! base's six and the joints' velocities. The weights rank the tasks: soles, joint limits, COM, trunk, posture.
 
-use crate::robot::{Foot, Kinematics, PerFoot, Pose, Posture, Robot};
+use crate::robot::{Foot, Joint, Kinematics, PerFoot, Pose, Posture, Robot};
 use nalgebra::{Cholesky, DMatrix, DVector, Isometry3, Matrix3xX, Matrix6xX, Point3, UnitQuaternion, Vector3};
 
 /// Weights of squared errors (metres and radians alike).
 const SOLES: f64 = 1e4;
 const COM: f64 = 1e2;
+/// Height gives way where legs are too short for a long stride.
+const HEIGHT: f64 = 1.0;
 const TRUNK: f64 = 1e1;
 /// Joints outside of the legs stay at home.
 const ARMS: f64 = 1.0;
 /// Leg joints: only so that the problem always has one solution.
 const LEGS: f64 = 1e-6;
-/// A joint that would pass its limit is held there.
+/// A joint that would pass its limit is held there,
 const LIMIT: f64 = 1e6;
+/// or rather this much before it (rad): a straight leg has no velocity to offer along itself.
+const LIMIT_MARGIN_RAD: f64 = 0.1;
 /// The base's own velocities, likewise.
 const BASE: f64 = 1e-9;
 /// Joint limits are re-checked at most this often a tick.
@@ -29,6 +33,8 @@ pub struct Task {
     pub com: Point3<f64>,
     pub com_vel: Vector3<f64>,
     pub soles: PerFoot<Pose>,
+    /// Velocity of each sole's centre (m/s); soles do not turn.
+    pub sole_vel: PerFoot<Vector3<f64>>,
     pub trunk: UnitQuaternion<f64>,
 }
 
@@ -47,6 +53,8 @@ pub struct WholeBody {
     factor: DMatrix<f64>,
     error: DVector<f64>,
     step: DVector<f64>,
+    /// Weighted, of all tasks.
+    squared_error: f64,
 }
 
 impl WholeBody {
@@ -70,6 +78,7 @@ impl WholeBody {
             factor: DMatrix::zeros(size, size),
             error: DVector::zeros(size),
             step: DVector::zeros(size),
+            squared_error: 0.0,
         }
     }
 
@@ -83,6 +92,7 @@ impl WholeBody {
         self.add_com(robot, task);
         self.add_trunk(robot, task);
         self.add_posture(robot);
+        self.add_damping();
         self.solve_within_limits(robot);
         let posture = &mut self.posture;
         let linear = self.step.fixed_rows::<3>(0).into_owned();
@@ -105,7 +115,7 @@ impl WholeBody {
             let linear = wanted.translation.vector - pose.translation.vector;
             let angular = (wanted.rotation * pose.rotation.inverse()).scaled_axis();
             for k in 0..3 {
-                self.add_row(SOLES, Row::Body(k), linear[k], 0.0);
+                self.add_row(SOLES, Row::Body(k), linear[k], task.sole_vel[foot][k]);
                 self.add_row(SOLES, Row::Body(3 + k), angular[k], 0.0);
             }
         }
@@ -114,8 +124,8 @@ impl WholeBody {
     fn add_com(&mut self, robot: &Robot, task: &Task) {
         self.kinematics.com_jacobian(robot, &mut self.com_jacobian);
         let error = task.com - self.kinematics.com();
-        for k in 0..3 {
-            self.add_row(COM, Row::Com(k), error[k], task.com_vel[k]);
+        for (k, weight) in [COM, COM, HEIGHT].into_iter().enumerate() {
+            self.add_row(weight, Row::Com(k), error[k], task.com_vel[k]);
         }
     }
 
@@ -140,9 +150,19 @@ impl WholeBody {
         }
     }
 
+    /// Damping by the squared error of what cannot be reached (T. Sugihara's Levenberg-Marquardt): none worth mention
+    /// while all tasks are met, and no leap of the joints when they cannot be.
+    fn add_damping(&mut self) {
+        for i in 0..self.error.len() {
+            self.normal[(i, i)] += 0.5 * self.squared_error;
+        }
+        self.squared_error = 0.0;
+    }
+
     /// Adds `weight (J v - target)^2` to the normal equations, for the displacement and for the velocity.
     fn add_row(&mut self, weight: f64, row: Row, displacement: f64, velocity: f64) {
         let size = self.error.len();
+        self.squared_error += weight * displacement * displacement;
         let entry = |i: usize| match row {
             Row::Body(k) => self.body_jacobian[(k, i)],
             Row::Com(k) => self.com_jacobian[(k, i)],
@@ -181,7 +201,8 @@ impl WholeBody {
             for (j, joint) in robot.joints.iter().enumerate() {
                 let (q, i) = (self.posture.q[j], 6 + j);
                 let next = q + self.step[i];
-                let limit = next.clamp(joint.lower_rad, joint.upper_rad);
+                let [lower, upper] = reachable(joint, robot.home_rad[j]);
+                let limit = next.clamp(lower, upper);
                 if (next - limit).abs() > 1e-9 && self.normal[(i, i)] < LIMIT {
                     self.normal[(i, i)] += LIMIT;
                     self.error[i] += LIMIT * (limit - q);
@@ -193,6 +214,11 @@ impl WholeBody {
             }
         }
     }
+}
+
+/// Angles that a joint is sent to (rad): its limits less the margin, but not less than home.
+fn reachable(joint: &Joint, home_rad: f64) -> [f64; 2] {
+    [(joint.lower_rad + LIMIT_MARGIN_RAD).min(home_rad), (joint.upper_rad - LIMIT_MARGIN_RAD).max(home_rad)]
 }
 
 /// A row of one of the two Jacobians at hand.

@@ -1,6 +1,6 @@
 //! The judge at work: watches every tick and writes the episode's record.
 
-use super::{EpisodeConfig, Judge, Membership, Outcome, Record, Tick};
+use super::{EpisodeConfig, Footstep, Judge, Membership, Outcome, Record, Tick};
 use crate::control::Phase;
 use crate::geometry::SupportPolygon;
 use crate::robot::{Foot, PerFoot, Robot};
@@ -15,6 +15,8 @@ pub(super) struct Referee<'a> {
     last_push_end_s: f64,
     /// Since when the robot has been standing without a break.
     standing_since_s: Option<f64>,
+    /// The foot in the air, since when, and where its sole's centre was.
+    lifted: Option<(Foot, f64, [f64; 3])>,
     pub(super) record: Record,
 }
 
@@ -26,6 +28,7 @@ impl<'a> Referee<'a> {
             home_height: robot.home_com_height(),
             last_push_end_s: pushes.iter().map(Push::end_s).fold(0.0, f64::max),
             standing_since_s: None,
+            lifted: None,
             record: Record {
                 outcome: Outcome::TimedOut,
                 end_s: 0.0,
@@ -66,6 +69,7 @@ impl<'a> Referee<'a> {
             return;
         }
         self.note_peaks(tick);
+        self.note_footsteps(tick);
         if let Some(cause) = self.fall_cause(truth) {
             self.record.outcome = Outcome::Fell;
             self.record.fell_at_s = Some(truth.time_s);
@@ -96,6 +100,27 @@ impl<'a> Referee<'a> {
             self.record.home_at_s = None;
         } else if self.record.home_at_s.is_none() {
             self.record.home_at_s = Some(truth.time_s);
+        }
+    }
+
+    /// A footstep lasts from the tick at which the controller lifts a foot to the one at which it takes it as landed.
+    fn note_footsteps(&mut self, tick: &Tick) {
+        let (truth, phase) = (tick.truth, tick.controller.phase);
+        let center = |foot: Foot| truth.soles[foot].translation.vector.into();
+        match (phase, self.lifted) {
+            (Phase::Swing(foot), None) => self.lifted = Some((foot, truth.time_s, center(foot))),
+            (Phase::Swing(_), Some(_)) | (_, None) => {}
+            (_, Some((foot, lift_s, from_m))) => {
+                self.record.footsteps.push(Footstep {
+                    foot,
+                    lift_s,
+                    land_s: truth.time_s,
+                    from_m,
+                    to_m: center(foot),
+                    in_set_at_landing: phase == Phase::Switching,
+                });
+                self.lifted = None;
+            }
         }
     }
 
@@ -133,7 +158,8 @@ impl<'a> Referee<'a> {
         if controller.phase == Phase::Posture {
             return;
         }
-        if controller.phase == Phase::OutOfSets && record.left_sets_at_s.is_none() {
+        let held = controller.phase == Phase::Switching;
+        if !held && record.left_sets_at_s.is_none() {
             record.left_sets_at_s = Some(truth.time_s);
         }
         if truth.time_s >= self.last_push_end_s && record.set_after_push.is_none() {

@@ -6,6 +6,7 @@
 //! [`Inclusion`](super::cpi_set::Inclusion) checks.
 
 use super::pendulum::{Pendulum, State};
+use super::stepping::Stepping;
 use crate::assets::{self, Kind, Source, parse_toml};
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
@@ -38,6 +39,9 @@ pub struct GainSet {
     /// Slow to fast.
     #[serde(default)]
     pub gains: Vec<GainPoles>,
+    /// How to step when no gain's set holds the state; None: the robot only stands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stepping: Option<Stepping>,
 }
 
 /// The poles of one gain, as multiples of -omega (1 is the pole at -omega).
@@ -86,6 +90,13 @@ impl GainSet {
                 return Err(Error::value(file, "gains", "none", problem, "one or more [[gains]], slow to fast"));
             }
             _ => {}
+        }
+        if let Some(stepping) = &self.stepping {
+            if self.standing == Standing::Posture {
+                let problem = "standing = \"posture\" has no sets that could tell when to step";
+                return Err(Error::value(file, "stepping", "a table", problem, "no [stepping]"));
+            }
+            stepping.validate(file)?;
         }
         for (i, gain) in self.gains.iter().enumerate() {
             if self.gains[..i].iter().any(|earlier| earlier.name == gain.name) {
@@ -176,6 +187,7 @@ pub struct GainFamily {
     pub pendulum: Pendulum,
     /// Slow to fast; empty for [`Standing::Posture`].
     pub gains: Vec<Gain>,
+    pub stepping: Option<Stepping>,
 }
 
 impl GainFamily {
@@ -205,6 +217,7 @@ impl GainFamily {
             zmp_margin: set.zmp_margin_m,
             pendulum,
             gains: set.gains.iter().map(|g| Gain::design(&pendulum, g)).collect(),
+            stepping: set.stepping,
         })
     }
 }

@@ -27,7 +27,7 @@
 use super::gains::{AxisLoop, Gain, GainFamily};
 use super::pendulum::{Pendulum, State};
 use crate::geometry::SupportPolygon;
-use nalgebra::{Matrix3, RowVector3};
+use nalgebra::{Matrix3, Point2, RowVector3, Vector2};
 
 /// Lags of one gain at most: three poles for each axis.
 const LAGS: usize = 6;
@@ -93,6 +93,16 @@ impl OnlineSets {
     /// The fastest gain whose set holds the state (Sect. III.D); None: it is necessary to step (eq. 26).
     pub fn fastest_holding(&self, state: &State) -> Option<usize> {
         (0..self.len()).rev().find(|&i| self.holds(i, state))
+    }
+
+    /// The ZMP error that a footstep has to make good (m): of the ZMPs that gain `index` is going to ask for, the one
+    /// farthest outside of Z, less its nearest point in Z. It points where the robot is driven; zero when none is
+    /// outside. (The paper's Delta p_Z, which it does not define.)
+    ///
+    /// # Panics
+    /// If there is no gain `index`.
+    pub fn zmp_error(&self, index: usize, state: &State, z: &SupportPolygon) -> Vector2<f64> {
+        self.cascades[index].zmp_error(state, z)
     }
 }
 
@@ -218,6 +228,29 @@ impl Cascade {
             self.advance(&mut points);
         }
         1.0 - worst.max(region.gauge(points[self.len - 1])).max(self.lead(region, &points))
+    }
+
+    fn zmp_error(&self, state: &State, z: &SupportPolygon) -> Vector2<f64> {
+        let outside = |p: [f64; 2]| Point2::from(p) - z.nearest(p.into());
+        if !is_finite(state) {
+            return Vector2::zeros();
+        }
+        // The ZMP tends to 0, which is outside of Z when that is one sole.
+        let mut worst = outside([0.0; 2]);
+        let mut points = self.start(state);
+        for _ in 0..MAX_TICKS {
+            let error = outside(points[self.len - 1]);
+            if error.norm_squared() > worst.norm_squared() {
+                worst = error;
+            }
+            // As for the sets: the points to come lie between 0 and those of now, and the distance to Z is convex.
+            let lead = points[..self.len - 1].iter().map(|p| outside(*p).norm_squared());
+            if lead.fold(0.0, f64::max) <= worst.norm_squared() {
+                break;
+            }
+            self.advance(&mut points);
+        }
+        worst
     }
 
     fn holds(&self, region: &Region, state: &State) -> bool {

@@ -170,6 +170,28 @@ pub enum Foot {
 
 impl Foot {
     pub const BOTH: [Foot; 2] = [Foot::Left, Foot::Right];
+
+    pub fn other(self) -> Self {
+        match self {
+            Foot::Left => Foot::Right,
+            Foot::Right => Foot::Left,
+        }
+    }
+
+    /// Sign of y on its side: 1 for the left foot, -1 for the right.
+    pub fn side(self) -> f64 {
+        match self {
+            Foot::Left => 1.0,
+            Foot::Right => -1.0,
+        }
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Foot::Left => "left",
+            Foot::Right => "right",
+        }
+    }
 }
 
 /// One of a thing for each foot.

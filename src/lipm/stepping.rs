@@ -1,0 +1,147 @@
+//! When no gain's set holds the state: how a gain set steps (paper, Sect. V; the table `[stepping]` of its file).
+//!
+//! The footstep is planned once, at detection, and nothing is stabilised while the foot is in the air, as in the paper.
+
+use crate::error::{Error, Result};
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+
+/// Rules of the footstep.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stepping {
+    /// For how long no set must have held the state before a foot is lifted (s). The paper steps at once (0), on an
+    /// impulse that is over when it is seen; while a push lasts the error is still growing.
+    #[serde(default)]
+    pub patience_s: f64,
+    /// Stride over ZMP error (eq. 29).
+    pub alpha: f64,
+    pub range: LandingRange,
+    /// From lift to landing as planned (s).
+    pub swing_time_s: f64,
+    /// Height of the sole in the middle of the swing (m).
+    pub lift_m: f64,
+    /// Rate at which the ZMP goes from its first to its last place, as a multiple of omega; not 1.
+    pub lambda: f64,
+    pub weights: RelaxationWeights,
+    /// A foot that is late goes on down for at most this long (s).
+    pub late_s: f64,
+    /// Both feet stay on the ground for at least this long between two footsteps (s).
+    pub pause_s: f64,
+}
+
+/// Where a foot may land, seen from the other: the semi-ellipse of eq. 27 and 28, in the axes of the control frame.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LandingRange {
+    /// Fore and aft of the stance sole's centre (m): the paper's a.
+    pub forward_m: f64,
+    /// Sideways, at most (m): the paper's b + y.
+    pub outward_m: f64,
+    /// Sideways, at least, so that the legs do not cross (m): the paper's y.
+    pub least_m: f64,
+}
+
+/// What counts at landing, per metre squared (see [`super::relaxation`]).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RelaxationWeights {
+    /// DCM away from the middle of the feet.
+    pub dcm: f64,
+    /// COM away from the middle of the feet.
+    pub com: f64,
+    /// First and last ZMP away from the middle of the stance sole.
+    pub zmp: f64,
+}
+
+impl Stepping {
+    /// Checks values; `file` is what errors call the gain set.
+    pub fn validate(&self, file: &str) -> Result<()> {
+        let range = &self.range;
+        for (field, value, least, most) in [
+            ("patience_s", self.patience_s, 0.0, 1.0),
+            ("alpha", self.alpha, 0.0, 1e3),
+            ("swing_time_s", self.swing_time_s, 0.02, 2.0),
+            ("lift_m", self.lift_m, 0.0, 0.2),
+            ("lambda", self.lambda, 0.01, 1e3),
+            ("late_s", self.late_s, 0.0, 1.0),
+            ("pause_s", self.pause_s, 0.0, 1.0),
+            ("range.forward_m", range.forward_m, 1e-3, 1.0),
+            ("range.least_m", range.least_m, 0.0, 1.0),
+            ("range.outward_m", range.outward_m, range.least_m + 1e-3, 2.0),
+            ("weights.dcm", self.weights.dcm, 0.0, 1e9),
+            ("weights.com", self.weights.com, 0.0, 1e9),
+            ("weights.zmp", self.weights.zmp, 1e-9, 1e9),
+        ] {
+            if !(least..=most).contains(&value) {
+                let accepted = format!("{least} to {most}");
+                return Err(Error::value(file, format!("stepping.{field}"), value, "out of range", accepted));
+            }
+        }
+        if (self.lambda - 1.0).abs() < 0.01 {
+            let accepted = "a multiple of omega that is not 1: below 0.99 or above 1.01";
+            return Err(Error::value(file, "stepping.lambda", self.lambda, "is omega itself", accepted));
+        }
+        Ok(())
+    }
+}
+
+impl LandingRange {
+    /// How far a foot at `from` can go along the unit vector `direction` until it leaves the semi-ellipse (m): the
+    /// length of the paper's vector `Delta_max` (Sect. V.B, steps 2 and 3). 0 when that way does not lead through it.
+    ///
+    /// Both in a frame with the origin at the stance sole's centre, x forward and y to the side of the swing foot.
+    pub fn reach(&self, from: Vector2<f64>, direction: Vector2<f64>) -> f64 {
+        let radii = Vector2::new(self.forward_m, self.outward_m - self.least_m);
+        // The ellipse as a unit circle.
+        let start = (from - Vector2::new(0.0, self.least_m)).component_div(&radii);
+        let along = direction.component_div(&radii);
+        let (a, b, c) = (along.norm_squared(), start.dot(&along), start.norm_squared() - 1.0);
+        let discriminant = b * b - a * c;
+        if !(discriminant > 0.0) {
+            return 0.0;
+        }
+        let [mut enter, mut leave] = [(-b - discriminant.sqrt()) / a, (-b + discriminant.sqrt()) / a];
+        // The straight edge y = least_m.
+        let at_edge = -start.y / along.y;
+        if along.y > 0.0 {
+            enter = enter.max(at_edge);
+        } else if along.y < 0.0 {
+            leave = leave.min(at_edge);
+        } else if start.y < 0.0 {
+            return 0.0;
+        }
+        if enter.max(0.0) < leave { leave } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RANGE: LandingRange = LandingRange { forward_m: 0.15, outward_m: 0.18, least_m: 0.075 };
+
+    #[test]
+    fn reach_ends_on_the_border_of_the_semi_ellipse() {
+        let home = Vector2::new(0.0, 0.097);
+        for degrees in [0.0_f64, 30.0, 90.0, 150.0, 200.0, 270.0, 359.0] {
+            let direction = Vector2::new(degrees.to_radians().cos(), degrees.to_radians().sin());
+            let end = home + direction * RANGE.reach(home, direction);
+            let round = (end.x / 0.15).powi(2) + ((end.y - 0.075) / 0.105).powi(2);
+            assert!((round - 1.0).abs() < 1e-12 || (end.y - 0.075).abs() < 1e-12, "{degrees}: {end}");
+        }
+        assert!((RANGE.reach(home, Vector2::new(0.0, 1.0)) - 0.083).abs() < 1e-12);
+        assert!((RANGE.reach(home, Vector2::new(0.0, -1.0)) - 0.022).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_foot_outside_of_its_range_can_only_go_back_into_it() {
+        let ahead = Vector2::new(0.2, 0.097);
+        assert_eq!(RANGE.reach(ahead, Vector2::new(1.0, 0.0)), 0.0);
+        assert!(RANGE.reach(ahead, Vector2::new(-1.0, 0.0)) > 0.3);
+        let crossed = Vector2::new(0.0, 0.05);
+        assert_eq!(RANGE.reach(crossed, Vector2::new(1.0, 0.0)), 0.0);
+        assert!((RANGE.reach(crossed, Vector2::new(0.0, 1.0)) - 0.13).abs() < 1e-12);
+        assert_eq!(RANGE.reach(crossed, Vector2::new(0.0, -1.0)), 0.0);
+    }
+}
