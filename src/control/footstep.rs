@@ -32,11 +32,15 @@ pub struct Necessity<'a> {
     pub in_contact: PerFoot<bool>,
 }
 
-/// The swing foot and where its centre is to land, world.
+/// A footstep that was chosen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Footstep {
+    /// The swing foot.
     pub foot: Foot,
+    /// Where its sole's centre is to land, world.
     pub to: Point2<f64>,
+    /// The ZMP error that asked for it (m), control frame.
+    pub zmp_error: Vector2<f64>,
 }
 
 /// Chooses the footstep; None when neither foot can go that way.
@@ -51,7 +55,7 @@ pub fn choose(rules: &Stepping, necessity: &Necessity) -> Option<Footstep> {
     let stride = (rules.alpha * necessity.zmp_error.norm()).min(reach[foot]);
     let beside = necessity.stance * foot.side() + direction * stride;
     let to = necessity.soles[foot.other()] + necessity.frame.transform_vector(&beside);
-    (stride > 0.0).then_some(Footstep { foot, to })
+    (stride > 0.0).then_some(Footstep { foot, to, zmp_error: necessity.zmp_error })
 }
 
 /// The foot with the longer way. The paper leaves a tie (a push straight fore or aft) to the left foot in its text and

@@ -19,8 +19,9 @@ use crate::geometry::SupportPolygon;
 use crate::lipm::cpi_set::nesting_warning;
 use crate::lipm::gains::{GainFamily, GainSet, Standing};
 use crate::lipm::pendulum::Pendulum;
+use crate::lipm::stepping::Stepping;
 use crate::robot::dynamics::load_torques;
-use crate::robot::{Command, Foot, GRAVITY, Kinematics, PerFoot, Pose, Robot, Sensed};
+use crate::robot::{Command, Foot, GRAVITY, Kinematics, PerFoot, Pose, Posture, Robot, Sensed};
 use estimator::Estimator;
 use footstep::Necessity;
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector2, Vector3};
@@ -52,6 +53,13 @@ impl Design {
         let footholds = home_footholds(robot, &home_kinematics(robot));
         let stance = (footholds.left.translation.vector - footholds.right.translation.vector).xy();
         Ok(Self { family, warning, home: home_command(robot), com_height: robot.home_com_height(), stance })
+    }
+
+    /// The same, but footsteps start at the first tick at which no set holds the state.
+    pub fn without_patience(&self) -> Self {
+        let mut design = self.clone();
+        design.family.stepping.iter_mut().for_each(|stepping| stepping.patience_s = 0.0);
+        design
     }
 
     /// The command that holds the home posture.
@@ -167,6 +175,11 @@ impl<'a> Controller<'a> {
         self.design.family.gains.get(self.supervisor.gain).map(|gain| gain.name.as_str())
     }
 
+    /// Where the body is sent: the posture of the inverse kinematics.
+    pub fn posture(&self) -> &Posture {
+        &self.whole_body.posture
+    }
+
     /// One control tick.
     pub fn tick(&mut self, sensed: &Sensed) -> Command {
         self.estimator.update(self.robot, sensed);
@@ -199,8 +212,11 @@ impl<'a> Controller<'a> {
         let Pendulum { dt, .. } = family.pendulum;
         self.phase = if decision.held { Phase::Switching } else { Phase::OutOfSets };
         self.out_of_sets_s = if decision.held { 0.0 } else { self.out_of_sets_s + dt };
-        if !decision.held && self.lift() {
-            return self.swing_on();
+        if !decision.held && self.is_time_to_step() {
+            let zmp_error = self.supervisor.zmp_error();
+            if zmp_error.is_some_and(|error| self.lift(error)) {
+                return self.swing_on();
+            }
         }
         self.since_landing_s += dt;
         if decision.starts {
@@ -224,13 +240,16 @@ impl<'a> Controller<'a> {
         self.body_command(acceleration, estimate.footholds, PerFoot::default(), estimate.in_contact)
     }
 
-    /// Plans a footstep and starts it; false if the gain set takes none, or not now, or none leads that way.
-    fn lift(&mut self) -> bool {
+    /// Whether the gain set steps, and has waited for as long as it wants to.
+    fn is_time_to_step(&self) -> bool {
+        let waited = |rules: &Stepping| self.out_of_sets_s > rules.patience_s && self.since_landing_s > rules.pause_s;
+        self.design.family.stepping.as_ref().is_some_and(waited)
+    }
+
+    /// Plans the footstep for a ZMP error (m, control frame) and starts it; false if there is none that way.
+    pub fn lift(&mut self, zmp_error: Vector2<f64>) -> bool {
         let (family, estimate) = (&self.design.family, &self.estimator.now);
-        let (Some(rules), Some(zmp_error)) = (&family.stepping, self.supervisor.zmp_error()) else { return false };
-        if self.out_of_sets_s <= rules.patience_s || self.since_landing_s <= rules.pause_s {
-            return false;
-        }
+        let Some(rules) = &family.stepping else { return false };
         let necessity = Necessity {
             frame: &self.support.frame,
             soles: PerFoot::from_fn(|foot| estimate.footholds[foot].translation.vector.xy().into()),

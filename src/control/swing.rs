@@ -97,6 +97,11 @@ impl Swing {
         (Pose::from_parts(place.into(), self.from.rotation.slerp(&self.to.rotation, share)), velocity)
     }
 
+    /// Whether the planned time is over.
+    pub fn is_due(&self) -> bool {
+        self.time_s >= self.rules.swing_time_s - 1e-9
+    }
+
     /// Whether the footstep is over: the sole carries `load_n` (N), early or late, or it has been late for too long.
     pub fn has_landed(&self, load_n: f64) -> bool {
         let duration = self.rules.swing_time_s;

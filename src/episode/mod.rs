@@ -1,11 +1,15 @@
-//! One closed loop of plant and controller ([`run`]), and its judge.
+//! One closed loop of plant and controller ([`run`]), and its judge; and the paper's simulation without physics
+//! ([`imposed`]).
 
+pub mod footsteps;
+pub mod imposed;
 mod referee;
 
 use crate::control::{Controller, Design};
-use crate::robot::{Command, Foot, Robot};
+use crate::robot::{Command, PerFoot, Pose, Robot};
 use crate::sim::plant::Clock;
 use crate::sim::{Plant, Push, SensorErrors, Truth};
+pub use footsteps::{Footstep, Lifted};
 use nalgebra::Point2;
 use referee::Referee;
 use serde::{Deserialize, Serialize};
@@ -135,19 +139,6 @@ impl Membership {
     }
 }
 
-/// A footstep that was taken.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Footstep {
-    pub foot: Foot,
-    pub lift_s: f64,
-    pub land_s: f64,
-    /// Centre of the sole in the world, at lift and at landing.
-    pub from_m: [f64; 3],
-    pub to_m: [f64; 3],
-    /// Whether the state at landing was inside a set of the new support.
-    pub in_set_at_landing: bool,
-}
-
 /// What is kept of an episode.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Record {
@@ -181,6 +172,8 @@ pub struct Record {
     pub cpi_margin_after_push_est: Option<f64>,
     pub gain_switches: u32,
     pub footsteps: Vec<Footstep>,
+    /// The footstep that was in the air at the fall, or at the end.
+    pub unfinished_footstep: Option<Lifted>,
 }
 
 /// One control tick, as an observer sees it: the truth now (with means over the tick that ends now), and what the
@@ -233,4 +226,10 @@ pub fn run(
         }
     }
     referee.finish()
+}
+
+/// Distance of the COM over the ground from the middle of the soles' centres (m).
+fn home_distance(com: Point2<f64>, soles: &PerFoot<Pose>) -> f64 {
+    let middle = (soles.left.translation.vector.xy() + soles.right.translation.vector.xy()) / 2.0;
+    (com.coords - middle).norm()
 }

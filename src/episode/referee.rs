@@ -1,6 +1,7 @@
 //! The judge at work: watches every tick and writes the episode's record.
 
-use super::{EpisodeConfig, Footstep, Judge, Membership, Outcome, Record, Tick};
+use super::footsteps::FootstepLog;
+use super::{EpisodeConfig, Judge, Membership, Outcome, Record, Tick, home_distance};
 use crate::control::Phase;
 use crate::geometry::SupportPolygon;
 use crate::robot::{Foot, PerFoot, Robot};
@@ -15,8 +16,7 @@ pub(super) struct Referee<'a> {
     last_push_end_s: f64,
     /// Since when the robot has been standing without a break.
     standing_since_s: Option<f64>,
-    /// The foot in the air, since when, and where its sole's centre was.
-    lifted: Option<(Foot, f64, [f64; 3])>,
+    footsteps: FootstepLog,
     pub(super) record: Record,
 }
 
@@ -28,7 +28,7 @@ impl<'a> Referee<'a> {
             home_height: robot.home_com_height(),
             last_push_end_s: pushes.iter().map(Push::end_s).fold(0.0, f64::max),
             standing_since_s: None,
-            lifted: None,
+            footsteps: FootstepLog::default(),
             record: Record {
                 outcome: Outcome::TimedOut,
                 end_s: 0.0,
@@ -47,6 +47,7 @@ impl<'a> Referee<'a> {
                 cpi_margin_after_push_est: None,
                 gain_switches: 0,
                 footsteps: Vec::new(),
+                unfinished_footstep: None,
             },
         }
     }
@@ -69,7 +70,7 @@ impl<'a> Referee<'a> {
             return;
         }
         self.note_peaks(tick);
-        self.note_footsteps(tick);
+        self.footsteps.watch(truth.time_s, &truth.soles, tick.controller);
         if let Some(cause) = self.fall_cause(truth) {
             self.record.outcome = Outcome::Fell;
             self.record.fell_at_s = Some(truth.time_s);
@@ -94,33 +95,11 @@ impl<'a> Referee<'a> {
     }
 
     fn note_home(&mut self, truth: &Truth) {
-        let middle = (truth.soles.left.translation.vector.xy() + truth.soles.right.translation.vector.xy()) / 2.0;
-        let near = (truth.com.coords.xy() - middle).norm() <= self.judge.home_radius_m;
+        let near = home_distance(truth.com.xy(), &truth.soles) <= self.judge.home_radius_m;
         if !near || truth.time_s < self.last_push_end_s {
             self.record.home_at_s = None;
         } else if self.record.home_at_s.is_none() {
             self.record.home_at_s = Some(truth.time_s);
-        }
-    }
-
-    /// A footstep lasts from the tick at which the controller lifts a foot to the one at which it takes it as landed.
-    fn note_footsteps(&mut self, tick: &Tick) {
-        let (truth, phase) = (tick.truth, tick.controller.phase);
-        let center = |foot: Foot| truth.soles[foot].translation.vector.into();
-        match (phase, self.lifted) {
-            (Phase::Swing(foot), None) => self.lifted = Some((foot, truth.time_s, center(foot))),
-            (Phase::Swing(_), Some(_)) | (_, None) => {}
-            (_, Some((foot, lift_s, from_m))) => {
-                self.record.footsteps.push(Footstep {
-                    foot,
-                    lift_s,
-                    land_s: truth.time_s,
-                    from_m,
-                    to_m: center(foot),
-                    in_set_at_landing: phase == Phase::Switching,
-                });
-                self.lifted = None;
-            }
         }
     }
 
@@ -178,6 +157,8 @@ impl<'a> Referee<'a> {
                 self.record.outcome = Outcome::Recovered;
             }
         }
+        self.record.footsteps = self.footsteps.taken;
+        self.record.unfinished_footstep = self.footsteps.unfinished;
         self.record
     }
 }

@@ -1,0 +1,65 @@
+//! Footsteps as they are taken, for the record of an episode.
+
+use crate::control::{Controller, Phase};
+use crate::robot::{Foot, PerFoot, Pose};
+use serde::Serialize;
+
+/// A footstep that was taken.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Footstep {
+    pub foot: Foot,
+    /// From the tick at which the controller lifts the foot to the one at which it takes it as landed.
+    pub lift_s: f64,
+    pub land_s: f64,
+    /// Centre of the sole in the world, at lift and at landing.
+    pub from_m: [f64; 3],
+    pub to_m: [f64; 3],
+    /// The ZMP error that asked for the footstep, in the control frame at the lift (x forward, y left).
+    pub zmp_error_m: [f64; 2],
+    /// Whether the state at landing was inside a set of the new support.
+    pub in_set_at_landing: bool,
+}
+
+/// A foot that was lifted; fields as in [`Footstep`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Lifted {
+    pub foot: Foot,
+    pub lift_s: f64,
+    pub from_m: [f64; 3],
+    pub zmp_error_m: [f64; 2],
+}
+
+/// The footsteps of an episode so far.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FootstepLog {
+    pub taken: Vec<Footstep>,
+    /// The one in the air.
+    pub unfinished: Option<Lifted>,
+}
+
+impl FootstepLog {
+    /// Looks at a tick: the soles as they are, and what the controller made of it.
+    pub fn watch(&mut self, time_s: f64, soles: &PerFoot<Pose>, controller: &Controller) {
+        let center = |foot: Foot| soles[foot].translation.vector.into();
+        match (&controller.swing, self.unfinished) {
+            (Some(swing), None) => {
+                let (foot, zmp_error) = (swing.footstep.foot, swing.footstep.zmp_error);
+                let lifted = Lifted { foot, lift_s: time_s, from_m: center(foot), zmp_error_m: zmp_error.into() };
+                self.unfinished = Some(lifted);
+            }
+            (None, Some(Lifted { foot, lift_s, from_m, zmp_error_m })) => {
+                self.unfinished = None;
+                self.taken.push(Footstep {
+                    foot,
+                    lift_s,
+                    land_s: time_s,
+                    from_m,
+                    to_m: center(foot),
+                    zmp_error_m,
+                    in_set_at_landing: controller.phase == Phase::Switching,
+                });
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! The paper's own simulation (Sect. V.C): a ZMP error is imposed on the ideal pendulum, and the whole body follows by
+//! inverse kinematics. No physics but eq. 1 and 2: the controller sees the pendulum's state, the ZMP is the one it wants,
+//! and a foot lands when its arc ends.
+//!
+//! The paper does not say what state goes with the error. Either the error is only told to the footstep and the COM
+//! starts at rest ([`Start::AtRest`]: its section is on the generation of the motion, and its second error is more than
+//! a footstep can make good), or the COM has the velocity that makes the slowest gain ask for it ([`Start::Moving`]).
+
+use super::footsteps::{Footstep, FootstepLog};
+use super::{EpisodeConfig, home_distance};
+use crate::control::{Controller, Design, home_polygon};
+use crate::error::{Error, Result};
+use crate::geometry::SupportPolygon;
+use crate::lipm::Gain;
+use crate::lipm::pendulum::State;
+use crate::robot::{GRAVITY, Kinematics, PerFoot, Pose, Posture, Robot};
+use nalgebra::{Point2, Vector2, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// One control tick; world frame.
+pub struct ImposedTick<'a> {
+    pub time_s: f64,
+    /// The pendulum's COM (m) and its velocity (m/s).
+    pub com: Point2<f64>,
+    pub com_vel: Vector2<f64>,
+    /// The ZMP of the tick that begins.
+    pub zmp: Point2<f64>,
+    /// The body by inverse kinematics, and its soles.
+    pub posture: &'a Posture,
+    pub soles: PerFoot<Pose>,
+    pub controller: &'a Controller<'a>,
+}
+
+/// What the COM does when the error is imposed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Start {
+    /// It rests at home; the error is told to the footstep alone.
+    #[default]
+    AtRest,
+    /// It moves such that the slowest gain will ask for a ZMP that far outside.
+    Moving,
+}
+
+/// What is kept.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ImposedRecord {
+    /// As asked for, control frame.
+    pub zmp_error_m: [f64; 2],
+    /// Velocity of the COM at the start, and the impulse that gives it.
+    pub com_vel_m_s: [f64; 2],
+    pub impulse_n_s: f64,
+    pub footsteps: Vec<Footstep>,
+    /// From when on the COM stays within the judge's radius of the middle of the feet; None: it does not come home.
+    pub home_at_s: Option<f64>,
+    /// When the DCM was farther from the middle of the feet than any footstep leads; the run ends there.
+    pub lost_at_s: Option<f64>,
+    /// Largest distance between the body's COM and the pendulum's, over the ground.
+    pub worst_com_error_m: f64,
+    /// Lowest height of the body's COM.
+    pub lowest_com_m: f64,
+}
+
+/// Imposes `zmp_error` (m, control frame) at t = 0 on a robot at home; the gain set's patience does not apply. Errors: the
+/// gain set does not step, or not for this error, or no velocity of the COM makes it.
+pub fn run(
+    robot: &Robot,
+    design: &Design,
+    config: &EpisodeConfig,
+    zmp_error: Vector2<f64>,
+    start: Start,
+    observe: &mut dyn FnMut(&ImposedTick),
+) -> Result<ImposedRecord> {
+    let design = &design.without_patience();
+    let pendulum = design.family.pendulum;
+    let mut controller = Controller::new(robot, design);
+    let mut kinematics = Kinematics::new(robot);
+    let com = controller.estimator.now.com_xy();
+    let com_vel = match start {
+        Start::AtRest => Vector2::zeros(),
+        Start::Moving => velocity_for(robot, design, com, zmp_error)?,
+    };
+    let mut state = State::new(com, com_vel, com);
+    let mut log = FootstepLog::default();
+    let mut record = ImposedRecord {
+        zmp_error_m: zmp_error.into(),
+        com_vel_m_s: com_vel.into(),
+        impulse_n_s: robot.mass() * com_vel.norm(),
+        footsteps: Vec::new(),
+        home_at_s: None,
+        lost_at_s: None,
+        worst_com_error_m: 0.0,
+        lowest_com_m: robot.home_com_height(),
+    };
+    if start == Start::AtRest && !controller.lift(zmp_error) {
+        return Err(refused(design, zmp_error, "asks for no footstep of this gain set"));
+    }
+    for k in 0..=(config.horizon_s / pendulum.dt).round() as u64 {
+        let time_s = k as f64 * pendulum.dt;
+        sense(robot, &mut controller, &state);
+        controller.act();
+        let posture = controller.posture();
+        kinematics.update(robot, posture);
+        let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot));
+        let (com, com_vel, zmp) = (state.com(), state.com_vel(), controller.supervisor.zmp_ref);
+        observe(&ImposedTick { time_s, com, com_vel, zmp, posture, soles, controller: &controller });
+        log.watch(time_s, &soles, &controller);
+        record.lowest_com_m = record.lowest_com_m.min(kinematics.com().z);
+        record.worst_com_error_m = record.worst_com_error_m.max((kinematics.com().xy() - com).norm());
+        let away = controller.swing.is_some() || home_distance(com, &soles) > config.judge.home_radius_m;
+        record.home_at_s = if away { None } else { record.home_at_s.or(Some(time_s)) };
+        if home_distance(state.dcm(pendulum.omega), &soles) > LOST_M {
+            record.lost_at_s = Some(time_s);
+            break;
+        }
+
+        controller.estimator.now.soles = soles;
+        let held = State::new(com, com_vel, zmp);
+        state = State { x: pendulum.step(&held.x, 0.0), y: pendulum.step(&held.y, 0.0) };
+    }
+    record.footsteps = log.taken;
+    Ok(record)
+}
+
+/// Twice the length of a leg of UT-mu2.
+const LOST_M: f64 = 0.5;
+
+/// What an ideal robot senses: the pendulum's state, and a foot down once its arc has ended.
+fn sense(robot: &Robot, controller: &mut Controller, state: &State) {
+    let in_air = controller.swing.as_ref().filter(|swing| !swing.is_due()).map(|swing| swing.footstep.foot);
+    let now = &mut controller.estimator.now;
+    (now.com.x, now.com.y) = (state.com().x, state.com().y);
+    now.com_vel = Vector3::new(state.com_vel().x, state.com_vel().y, 0.0);
+    now.zmp = state.zmp();
+    let share = 0.5 * robot.mass() * GRAVITY;
+    now.load_n = PerFoot::from_fn(|foot| if in_air == Some(foot) { 0.0 } else { share });
+}
+
+/// The velocity of a COM at `com` (world, and control frame at home) from which the slowest gain makes `zmp_error`.
+fn velocity_for(robot: &Robot, design: &Design, com: Point2<f64>, zmp_error: Vector2<f64>) -> Result<Vector2<f64>> {
+    let family = &design.family;
+    let Some(slowest) = family.gains.first() else {
+        return Err(refused(design, zmp_error, "the gain set has no gains"));
+    };
+    let z = family.allowed_support(&home_polygon(robot), &family.name)?;
+    // The ZMP that leaves Z by that error: the point of Z that the error stands on, nearest to the middle.
+    let farthest = z.vertices().iter().map(|v| v.coords.dot(&zmp_error)).fold(f64::NEG_INFINITY, f64::max);
+    let beyond = z.nearest(Point2::from(zmp_error * (farthest / zmp_error.norm_squared())));
+    let wanted = beyond + zmp_error;
+    // For each axis the ZMP is linear in the velocity, as long as the same ZMP is the farthest.
+    let mut velocity = (wanted - com) * family.pendulum.omega;
+    for _ in 0..50 {
+        let reached = farthest_zmp(slowest, State::new(com, velocity, com), &z);
+        let missing = wanted - reached;
+        if missing.norm() < 1e-6 {
+            return Ok(velocity);
+        }
+        velocity += missing * family.pendulum.omega;
+    }
+    Err(refused(design, zmp_error, "no velocity of the COM makes it"))
+}
+
+fn refused(design: &Design, zmp_error: Vector2<f64>, problem: &str) -> Error {
+    let value = format!("[{}, {}]", zmp_error.x, zmp_error.y);
+    let accepted = "an error of some centimetres, and a gain set with [stepping]";
+    Error::value(&design.family.name, "zmp_error_m", value, problem, accepted)
+}
+
+/// Of the ZMPs that a gain is going to ask for, the one farthest outside of `z`.
+fn farthest_zmp(gain: &Gain, start: State, z: &SupportPolygon) -> Point2<f64> {
+    /// By then the ZMP is on its way home.
+    const TICKS: usize = 1000;
+    let (mut state, mut worst) = (start, start.zmp());
+    for _ in 0..TICKS {
+        state = gain.successor(&state);
+        if z.signed_distance(state.zmp()) > z.signed_distance(worst) {
+            worst = state.zmp();
+        }
+    }
+    worst
+}
