@@ -2,6 +2,7 @@
 
 use crate::columns::{Column, Data};
 use crate::episode::{Membership, Outcome, Record};
+use crate::robot::Foot;
 use crate::sim::{Profile, Push};
 use serde::{Deserialize, Serialize};
 
@@ -35,8 +36,10 @@ pub struct Row {
     pub cpi_margin_after_push: Option<f64>,
     pub cpi_margin_after_push_est: Option<f64>,
     pub gain_switches: u32,
-    /// Count of footsteps.
+    /// Count of footsteps that were finished.
     pub footsteps: u32,
+    /// The foot that was in the air at the fall, or at the end.
+    pub unfinished_footstep: Option<Foot>,
 }
 
 impl Row {
@@ -67,6 +70,7 @@ impl Row {
             cpi_margin_after_push_est: record.cpi_margin_after_push_est,
             gain_switches: record.gain_switches,
             footsteps: record.footsteps.len() as u32,
+            unfinished_footstep: record.unfinished_footstep.map(|lifted| lifted.foot),
         }
     }
 
@@ -115,6 +119,10 @@ pub fn columns(rows: &[Row]) -> Vec<Column> {
         ("cpi_margin_after_push_est", opt(|r| r.cpi_margin_after_push_est)),
         ("gain_switches", int(|r| r.gain_switches.into())),
         ("footsteps", int(|r| r.footsteps.into())),
+        (
+            "unfinished_footstep",
+            Data::OptText(rows.iter().map(|r| r.unfinished_footstep.map(|foot| foot.name().into())).collect()),
+        ),
     ]
     .map(|(name, data)| Column::new(name, data))
     .into()
@@ -151,6 +159,7 @@ pub(crate) mod tests {
             cpi_margin_after_push_est: Some(0.25),
             gain_switches: 3,
             footsteps: vec![],
+            unfinished_footstep: None,
         };
         Row::new(trial, set, &Push { impulse_n_s, ..Push::default() }, record)
     }

@@ -161,7 +161,7 @@ pub struct SensorNoise {
 }
 
 /// Left or right.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Foot {
     Left,
