@@ -8,6 +8,7 @@ pub mod progress;
 pub mod push;
 pub mod response;
 mod response_plot;
+mod story;
 pub mod table;
 pub mod trace;
 
