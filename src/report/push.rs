@@ -8,7 +8,8 @@ use crate::control::Design;
 use crate::episode::{self, Disturbance, EpisodeConfig, Record, Until};
 use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
-use crate::report::{self, story::Witness, story::story, trace::Trace};
+use crate::report::story::{Witness, headline, story};
+use crate::report::{self, check_output, motion_plot::MotionPlot, trace::Trace};
 use crate::robot::Robot;
 use crate::sim::{Profile, Push};
 use serde_json::{Value, json};
@@ -20,7 +21,8 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:
   standfast push --impulse 2.2                      from behind
   standfast push --impulse 3 --heading -135 --gains hold
-  standfast push --impulse 2 --trace push.csv       every tick, to plot
+  standfast push --impulse 2 --plot push.svg        COM, ZMP and feet over time, as a picture
+  standfast push --impulse 2 --trace push.csv       every tick, as numbers
   standfast push --campaign standard --trial 17     a trial of a campaign, as it was")]
 pub struct PushArgs {
     /// Impulse (N s)
@@ -62,6 +64,9 @@ pub struct PushArgs {
     /// Write every tick here; the episode then runs to its horizon
     #[arg(long, value_name = "FILE.csv|.parquet")]
     pub trace: Option<PathBuf>,
+    /// Draw COM, ZMP and feet over time until all is over; the episode then runs to its horizon
+    #[arg(long, value_name = "FILE.svg")]
+    pub plot: Option<PathBuf>,
     /// One JSON object on stdout
     #[arg(long)]
     pub json: bool,
@@ -85,20 +90,30 @@ pub fn run(args: &PushArgs) -> Result<String> {
         log::warn!("{warning}");
     }
     if let Some(path) = &args.trace {
-        check_trace_path(path)?;
+        check_output("--trace", path, &["csv", "parquet"])?;
+    }
+    if let Some(path) = &args.plot {
+        check_output("--plot", path, &["svg"])?;
     }
 
     let mut trace = args.trace.as_ref().map(|_| Trace::new(&robot));
+    let pushes = vec![[push.start_s, push.end_s()]];
+    let mut plot = args.plot.as_ref().map(|_| MotionPlot { pushes, ..MotionPlot::default() });
     let mut witness = Witness::default();
     let sensor_errors = campaign.as_ref().and_then(|c| trial::sensor_errors(c, args.trial.unwrap_or(0)));
-    let until = if trace.is_some() { Until::Horizon } else { config.until() };
+    let until = if trace.is_some() || plot.is_some() { Until::Horizon } else { config.until() };
     let disturbance = Disturbance { pushes: vec![push], sensor_errors };
     let record = episode::run(&robot, &design, &config, disturbance, until, &mut |tick| {
         witness.watch(&robot, tick);
         trace.iter_mut().for_each(|t| t.push(tick));
+        plot.iter_mut().for_each(|p| p.push(&robot, tick));
     });
     if let (Some(path), Some(trace)) = (&args.trace, trace) {
         columns::write(path, &trace.columns())?;
+    }
+    if let (Some(path), Some(mut plot)) = (&args.plot, plot) {
+        plot.end_at(end_of_interest_s(&record));
+        plot.write(path, &headline(&push, &design, &record))?;
     }
     Ok(if args.json {
         report::json(&as_json(&push, &design, &config, &record))
@@ -151,23 +166,14 @@ fn the_push(args: &PushArgs, campaign: Option<&Campaign>, config: &EpisodeConfig
     Ok(push)
 }
 
-/// A path that cannot be written fails before the episode, not after it.
-fn check_trace_path(path: &Path) -> Result<()> {
-    if !matches!(path.extension().and_then(|e| e.to_str()), Some("csv" | "parquet")) {
-        let accepted = "a name that ends in .csv or .parquet";
-        return Err(Error::value("arguments", "--trace", path.display(), "unknown kind of file", accepted));
-    }
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if !folder.is_dir() {
-        return Err(Error::value(
-            "arguments",
-            "--trace",
-            path.display(),
-            "its folder does not exist",
-            "a folder that does",
-        ));
-    }
-    Ok(())
+/// What a picture of the episode shows after it is decided (s).
+const AFTERMATH_S: f64 = 0.5;
+
+/// When nothing more of interest happens (s): some time after the robot stands still, and is home if it gets there.
+/// After a fall there is nothing to see: COM and ZMP are those of a body on the ground.
+fn end_of_interest_s(record: &Record) -> f64 {
+    let settled_s = record.settled_at_s.map(|at| at.max(record.home_at_s.unwrap_or(at)) + AFTERMATH_S);
+    record.fell_at_s.or(settled_s).unwrap_or(record.end_s)
 }
 
 fn as_json(push: &Push, design: &Design, config: &EpisodeConfig, record: &Record) -> Value {

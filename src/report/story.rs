@@ -33,6 +33,23 @@ impl Witness {
     }
 }
 
+/// The story in one line: the title of a picture.
+pub fn headline(push: &Push, design: &Design, record: &Record) -> String {
+    let outcome = match record.outcome {
+        Outcome::Recovered => match record.settled_at_s {
+            Some(at) => format!("recovered, still from {at:.2} s"),
+            None => "recovered".into(),
+        },
+        Outcome::Fell => format!("fell at {:.2} s", record.fell_at_s.unwrap_or(record.end_s)),
+        Outcome::Diverged => "diverged".into(),
+        Outcome::TimedOut => "timed out".into(),
+    };
+    // Pushes of a campaign have many digits.
+    let short = |value: f64| (value * 100.0).round() / 100.0;
+    let (impulse, heading) = (short(push.impulse_n_s), short(push.heading_deg));
+    format!("{impulse} N s towards {heading} degrees, gain set {}: {outcome}", design.family.name)
+}
+
 /// A few lines on what happened and why.
 pub fn story(push: &Push, design: &Design, config: &EpisodeConfig, record: &Record, witness: &Witness) -> String {
     let mut text = format!(
