@@ -28,7 +28,7 @@ pub enum Command {
     Merge(FolderArgs),
     /// Say what is missing in the folder of a campaign (exit code 3 if anything is)
     Status(FolderArgs),
-    /// One push: what happened and why, and a trace to plot
+    /// One push: what happened and why, a picture of it, and a trace
     Push(report::push::PushArgs),
     /// The maximal CPI sets of a gain set: size, inclusion, horizon, picture, export
     Cpi(report::cpi::CpiArgs),

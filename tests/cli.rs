@@ -80,6 +80,9 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         (good, &["run", "c.toml", "--robot", "r2d2"], &["robot \"r2d2\" not found", "ut-mu2"]),
         (good, &["run", "c.toml", "--shard", "5/4"], &["--shard", "1 <= k <= n"]),
         (good, &["run", "c.toml", "--trails", "5"], &["--trails"]),
+        (good, &["push", "--impulse=1", "--trace=a.txt"], &["--trace = a.txt", "ends in .csv or .parquet"]),
+        (good, &["push", "--impulse=1", "--plot=a.png"], &["--plot = a.png", "ends in .svg"]),
+        (good, &["push", "--impulse=1", "--trace=a.csv", "--plot=no/a.svg"], &["--plot = no/a.svg", "does not exist"]),
         (good, &["response", "--gains", "hold"], &["--gains = hold", "a gain set with gains"]),
         (good, &["response", "--amplitude", "-1"], &["--amplitude = -1", "to 0.05"]),
         (good, &["walk"], &["walk"]),
@@ -255,6 +258,29 @@ fn a_trial_is_replayed_to_the_bit() {
             }
         }
     }
+}
+
+#[test]
+fn a_push_is_drawn_and_traced_beside_its_json() {
+    let dir = folder();
+    let push = ["push", "--gains=hold", "--impulse=4", "--start=0.1", "--horizon=1.5", "--json"];
+    let plain = standfast(dir.path(), &push).success();
+    let fell: serde_json::Value = serde_json::from_str(&stdout(&plain)).unwrap();
+    assert_eq!(fell["outcome"], "Fell");
+    let both = standfast(dir.path(), &[&push[..], &["--plot=a.svg", "--trace=a.csv"]].concat()).success();
+    let alone = standfast(dir.path(), &[&push[..], &["--plot=b.svg"]].concat()).success();
+    assert_eq!(stdout(&both), stdout(&alone));
+    let longer: serde_json::Value = serde_json::from_str(&stdout(&both)).unwrap();
+    assert_eq!((&longer["fell_at_s"], longer["end_s"].as_f64()), (&fell["fell_at_s"], Some(1.5)));
+    let written = files(dir.path());
+    assert_eq!(written.keys().collect::<Vec<_>>(), ["a.csv", "a.svg", "b.svg"]);
+    assert!(written["a.svg"] == written["b.svg"]);
+    let svg = String::from_utf8_lossy(&written["a.svg"]);
+    let title = format!("4 N s towards 0 degrees, gain set hold: fell at {:.2} s", fell["fell_at_s"].as_f64().unwrap());
+    assert!(svg.starts_with("<svg") && svg.contains(&title), "{title:?} in {svg:.600}");
+    let times: Vec<f64> = svg.lines().filter_map(|line| line.parse().ok()).filter(|t| *t > 0.0 && *t < 2.0).collect();
+    let last = times.iter().copied().fold(0.0, f64::max);
+    assert!((0.3..=longer["fell_at_s"].as_f64().unwrap()).contains(&last), "the picture ends with the fall: {times:?}");
 }
 
 #[test]

@@ -3,16 +3,20 @@
 pub mod cpi;
 mod cpi_plot;
 pub mod model;
+pub mod motion;
+pub mod motion_plot;
 pub mod plot;
 pub mod progress;
 pub mod push;
 pub mod response;
 mod response_plot;
+mod story;
 pub mod table;
 pub mod trace;
 
 use crate::error::{Error, Result};
 use std::io::{ErrorKind, Write};
+use std::path::Path;
 
 /// Prints to the standard output; a reader that has gone (`| head`) is no error.
 pub fn print(text: &str) -> Result<()> {
@@ -29,4 +33,20 @@ pub fn json(value: &impl serde::Serialize) -> String {
     let mut text = serde_json::to_string_pretty(value).unwrap_or_default();
     text.push('\n');
     text
+}
+
+/// A file to write that fails at once, not after all the work: of an unknown kind, or in a folder that is not there.
+fn check_output(option: &str, path: &Path, kinds: &[&str]) -> Result<()> {
+    let fail = |problem, accepted: &str| Err(Error::value("arguments", option, path.display(), problem, accepted));
+    if !path.extension().and_then(|e| e.to_str()).is_some_and(|e| kinds.contains(&e)) {
+        return fail("unknown kind of file", &format!("a name that ends in .{}", kinds.join(" or .")));
+    }
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        return fail("its folder does not exist", "a folder that does");
+    }
+    if path.is_dir() {
+        return fail("it is a folder", "the name of a file");
+    }
+    Ok(())
 }

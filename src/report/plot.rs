@@ -1,4 +1,4 @@
-//! Pictures (SVG) of a campaign.
+//! Pictures (SVG) of a campaign, and what all pictures share: their colours, and how they are written.
 
 use crate::campaign::{Summary, stats::ImpulseBin};
 use crate::error::{Error, Result};
@@ -9,7 +9,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
 
 /// Told apart by most colour-blind readers too (Okabe and Ito).
-const COLORS: [RGBColor; 7] = [
+pub(super) const COLORS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -21,23 +21,35 @@ const COLORS: [RGBColor; 7] = [
 const SIZE: (u32, u32) = (900, 540);
 /// To the right of the chart.
 const LEGEND_WIDTH: u32 = 170;
-const INK: RGBColor = RGBColor(40, 40, 40);
-const FAINT: RGBColor = RGBColor(225, 225, 225);
+pub(super) const INK: RGBColor = RGBColor(40, 40, 40);
+pub(super) const FAINT: RGBColor = RGBColor(225, 225, 225);
+
+pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(super) type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
+
+/// Draws a picture of `size` (px) and writes it whole. `draw` works in units of 1 / `units_per_px`: the backend rounds
+/// to whole units, which at 1 shows as stairs in a curve of many points. Errors: the file cannot be written.
+pub(super) fn write_svg(
+    path: &Path,
+    size: (u32, u32),
+    units_per_px: u32,
+    draw: impl FnOnce(&Area) -> Drawn,
+) -> Result<()> {
+    let units = (size.0 * units_per_px, size.1 * units_per_px);
+    let header = |(width, height): (u32, u32)| format!(r#"<svg width="{width}" height="{height}""#);
+    let mut svg = String::new();
+    let area = SVGBackend::with_string(&mut svg, units).into_drawing_area();
+    draw(&area).map_err(|e| Error::Write { path: path.into(), source: std::io::Error::other(e.to_string()) })?;
+    drop(area);
+    write_atomic(path, svg.replacen(&header(units), &header(size), 1).as_bytes())
+}
 
 /// Writes success rate against impulse, a curve and a 95 % band per gain set.
 pub fn write_success(summary: &Summary, path: &Path) -> Result<()> {
-    let mut svg = String::new();
-    let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-    let fail = |source| Error::Write { path: path.into(), source };
-    draw_success(summary, &area).map_err(|e| fail(std::io::Error::other(e.to_string())))?;
-    drop(area);
-    write_atomic(path, svg.as_bytes())
+    write_svg(path, SIZE, 1, |area| draw_success(summary, area))
 }
 
-fn draw_success(
-    summary: &Summary,
-    area: &DrawingArea<SVGBackend, Shift>,
-) -> Result<(), DrawingAreaErrorKind<std::io::Error>> {
+fn draw_success(summary: &Summary, area: &Area) -> Drawn {
     area.fill(&WHITE)?;
     let bins = || summary.sets.iter().flat_map(|set| &set.by_impulse);
     let least = bins().map(|bin| bin.from_n_s).fold(f64::INFINITY, f64::min);
@@ -85,10 +97,7 @@ fn draw_success(
 }
 
 /// To the right of the chart: which colour is which set, and its rate over all impulses.
-fn legend(
-    summary: &Summary,
-    area: &DrawingArea<SVGBackend, Shift>,
-) -> Result<(), DrawingAreaErrorKind<std::io::Error>> {
+fn legend(summary: &Summary, area: &Area) -> Drawn {
     let left = (SIZE.0 - LEGEND_WIDTH) as i32 + 20;
     let text = |size: u32, opacity: f64| {
         let color = INK.mix(opacity);

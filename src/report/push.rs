@@ -5,14 +5,14 @@ use crate::campaign::trial;
 use crate::campaign::{Campaign, Overrides, PushBounds, check_episode};
 use crate::columns;
 use crate::control::Design;
-use crate::episode::{self, Disturbance, EpisodeConfig, Outcome, Record, Tick, Until};
+use crate::episode::{self, Disturbance, EpisodeConfig, Record, Until};
 use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
-use crate::report::{self, table::thresholds, trace::Trace};
+use crate::report::story::{Witness, headline, story};
+use crate::report::{self, check_output, motion_plot::MotionPlot, trace::Trace};
 use crate::robot::Robot;
 use crate::sim::{Profile, Push};
 use serde_json::{Value, json};
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 /// What the command is asked.
@@ -21,7 +21,8 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:
   standfast push --impulse 2.2                      from behind
   standfast push --impulse 3 --heading -135 --gains hold
-  standfast push --impulse 2 --trace push.csv       every tick, to plot
+  standfast push --impulse 2 --plot push.svg        COM, ZMP and feet over time, as a picture
+  standfast push --impulse 2 --trace push.csv       every tick, as numbers
   standfast push --campaign standard --trial 17     a trial of a campaign, as it was")]
 pub struct PushArgs {
     /// Impulse (N s)
@@ -63,6 +64,9 @@ pub struct PushArgs {
     /// Write every tick here; the episode then runs to its horizon
     #[arg(long, value_name = "FILE.csv|.parquet")]
     pub trace: Option<PathBuf>,
+    /// Draw COM, ZMP and feet over time until all is over; the episode then runs to its horizon
+    #[arg(long, value_name = "FILE.svg")]
+    pub plot: Option<PathBuf>,
     /// One JSON object on stdout
     #[arg(long)]
     pub json: bool,
@@ -86,20 +90,30 @@ pub fn run(args: &PushArgs) -> Result<String> {
         log::warn!("{warning}");
     }
     if let Some(path) = &args.trace {
-        check_trace_path(path)?;
+        check_output("--trace", path, &["csv", "parquet"])?;
+    }
+    if let Some(path) = &args.plot {
+        check_output("--plot", path, &["svg"])?;
     }
 
     let mut trace = args.trace.as_ref().map(|_| Trace::new(&robot));
+    let pushes = vec![[push.start_s, push.end_s()]];
+    let mut plot = args.plot.as_ref().map(|_| MotionPlot { pushes, ..MotionPlot::default() });
     let mut witness = Witness::default();
     let sensor_errors = campaign.as_ref().and_then(|c| trial::sensor_errors(c, args.trial.unwrap_or(0)));
-    let until = if trace.is_some() { Until::Horizon } else { config.until() };
+    let until = if trace.is_some() || plot.is_some() { Until::Horizon } else { config.until() };
     let disturbance = Disturbance { pushes: vec![push], sensor_errors };
     let record = episode::run(&robot, &design, &config, disturbance, until, &mut |tick| {
         witness.watch(&robot, tick);
         trace.iter_mut().for_each(|t| t.push(tick));
+        plot.iter_mut().for_each(|p| p.push(&robot, tick));
     });
     if let (Some(path), Some(trace)) = (&args.trace, trace) {
         columns::write(path, &trace.columns())?;
+    }
+    if let (Some(path), Some(mut plot)) = (&args.plot, plot) {
+        plot.end_at(end_of_interest_s(&record));
+        plot.write(path, &headline(&push, &design, &record))?;
     }
     Ok(if args.json {
         report::json(&as_json(&push, &design, &config, &record))
@@ -152,48 +166,14 @@ fn the_push(args: &PushArgs, campaign: Option<&Campaign>, config: &EpisodeConfig
     Ok(push)
 }
 
-/// A path that cannot be written fails before the episode, not after it.
-fn check_trace_path(path: &Path) -> Result<()> {
-    if !matches!(path.extension().and_then(|e| e.to_str()), Some("csv" | "parquet")) {
-        let accepted = "a name that ends in .csv or .parquet";
-        return Err(Error::value("arguments", "--trace", path.display(), "unknown kind of file", accepted));
-    }
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if !folder.is_dir() {
-        return Err(Error::value(
-            "arguments",
-            "--trace",
-            path.display(),
-            "its folder does not exist",
-            "a folder that does",
-        ));
-    }
-    Ok(())
-}
+/// What a picture of the episode shows after it is decided (s).
+const AFTERMATH_S: f64 = 0.5;
 
-/// What is seen on the way, for the story.
-#[derive(Debug, Default)]
-struct Witness {
-    /// Since when the DCM has been outside of the support.
-    dcm_outside_since_s: Option<f64>,
-    /// First time and joint at its torque limit.
-    torque_limited: Option<(f64, String)>,
-}
-
-impl Witness {
-    fn watch(&mut self, robot: &Robot, tick: &Tick) {
-        let time = tick.truth.time_s;
-        if tick.dcm_outside_m <= 0.0 {
-            self.dcm_outside_since_s = None;
-        } else if self.dcm_outside_since_s.is_none() {
-            self.dcm_outside_since_s = Some(time);
-        }
-        if self.torque_limited.is_none() {
-            let at_limit = |(tau, servo): (&f64, &crate::robot::Servo)| tau.abs() >= 0.999 * servo.torque_n_m;
-            let joint = tick.truth.tau.iter().zip(&robot.servos).position(at_limit);
-            self.torque_limited = joint.map(|i| (time, robot.joints[i].name.clone()));
-        }
-    }
+/// When nothing more of interest happens (s): some time after the robot stands still, and is home if it gets there.
+/// After a fall there is nothing to see: COM and ZMP are those of a body on the ground.
+fn end_of_interest_s(record: &Record) -> f64 {
+    let settled_s = record.settled_at_s.map(|at| at.max(record.home_at_s.unwrap_or(at)) + AFTERMATH_S);
+    record.fell_at_s.or(settled_s).unwrap_or(record.end_s)
 }
 
 fn as_json(push: &Push, design: &Design, config: &EpisodeConfig, record: &Record) -> Value {
@@ -219,73 +199,4 @@ fn as_json(push: &Push, design: &Design, config: &EpisodeConfig, record: &Record
         "gain_switches": record.gain_switches,
         "footsteps": record.footsteps,
     })
-}
-
-/// A few lines on what happened and why.
-fn story(push: &Push, design: &Design, config: &EpisodeConfig, record: &Record, witness: &Witness) -> String {
-    let mut text = format!(
-        "push      {} N s towards {} degrees over {} s from t = {} s, {} m above the COM\n",
-        push.impulse_n_s, push.heading_deg, push.duration_s, push.start_s, push.height_m
-    );
-    let mut line = |label: &str, what: String| _ = writeln!(text, "{label:<10}{what}");
-    line("gains", format!("{} ({} gains)", design.family.name, design.family.gains.len()));
-    let outcome = match record.outcome {
-        Outcome::Recovered => match record.settled_at_s {
-            Some(at) => {
-                format!("recovered: standing still since t = {at:.3} s, {:.3} s after the push", at - push.end_s())
-            }
-            None => "recovered".into(),
-        },
-        Outcome::Fell => format!(
-            "fell at t = {:.3} s: {}",
-            record.fell_at_s.unwrap_or(record.end_s),
-            record.fall_cause.as_deref().unwrap_or("out of bounds")
-        ),
-        Outcome::Diverged => format!("diverged at t = {:.3} s: numbers are not finite", record.end_s),
-        Outcome::TimedOut => format!("timed out: neither fallen nor standing still at t = {:.3} s", record.end_s),
-    };
-    line("outcome", outcome);
-    if let Some(at) = record.home_at_s {
-        let (mm, end) = (1000.0 * config.judge.home_radius_m, record.end_s);
-        line(
-            "home",
-            format!("COM within {mm} mm of the middle of the soles from t = {at:.3} s to the end, {end:.3} s"),
-        );
-    }
-    match (record.set_after_push, record.cpi_margin_after_push) {
-        (Some(side), Some(margin)) => {
-            let side = side.name();
-            let est = record.cpi_margin_after_push_est.map_or(String::new(), |m| format!(", as estimated {m:.2}"));
-            line("sets", format!("{side} the slowest gain's set at the end of the push (margin {margin:.2}{est})"));
-        }
-        (Some(_), None) => line("sets", "all empty at the end of the push: nothing to stand on".into()),
-        (None, _) => {}
-    }
-    if let Some(at) = record.left_sets_at_s {
-        line("", format!("no set held the state from t = {at:.3} s: the pendulum says that a footstep is needed"));
-    }
-    if record.peak_dcm_outside_m > 0.0 {
-        let mm = 1000.0 * record.peak_dcm_outside_m;
-        line("DCM", format!("at most {mm:.1} mm outside of the support"));
-    }
-    if let (Outcome::Fell, Some(at)) = (record.outcome, witness.dcm_outside_since_s) {
-        line("lost", format!("t = {at:.3} s: from there on the DCM was outside of the support for good"));
-    }
-    if let Some((at, joint)) = &witness.torque_limited {
-        line("torque", format!("{joint} was the first at its limit, at t = {at:.3} s"));
-    }
-    line(
-        "peaks",
-        format!(
-            "tilt {:.1} degrees, torque {:.2} N m ({:.0} % of the limit), joint speed {:.1} rad/s",
-            record.peak_tilt_deg,
-            record.peak_torque_n_m,
-            100.0 * record.peak_torque_ratio,
-            record.peak_joint_speed_rad_s
-        ),
-    );
-    line("switches", record.gain_switches.to_string());
-    text.push('\n');
-    text.push_str(&thresholds(&config.judge));
-    text
 }

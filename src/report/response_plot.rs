@@ -1,33 +1,23 @@
 //! Picture (SVG) of a frequency response: gain above, phase below.
 
+use super::plot::{Area, COLORS, Drawn, FAINT, INK, write_svg};
 use crate::campaign::response::Point;
-use crate::error::{Error, Result};
-use crate::files::write_atomic;
-use plotters::coord::Shift;
+use crate::error::Result;
 use plotters::prelude::*;
 use std::path::Path;
 
 const SIZE: (u32, u32) = (900, 620);
 /// Not every grid line has room for its number.
 const LABELLED_HZ: [f64; 9] = [0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0];
-const INK: RGBColor = RGBColor(40, 40, 40);
-const FAINT: RGBColor = RGBColor(225, 225, 225);
-const TRUTH: RGBColor = RGBColor(0, 114, 178);
-const LIMIT: RGBColor = RGBColor(213, 94, 0);
+const TRUTH: RGBColor = COLORS[0];
+const LIMIT: RGBColor = COLORS[1];
 
 /// Draws points at rising frequencies, and the fastest pole (rad/s). Errors: no points, or the file cannot be written.
 pub fn write(path: &Path, title: &str, points: &[Point], pole_rad_s: f64) -> Result<()> {
-    let mut svg = String::new();
-    let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-    draw(&area, title, points, pole_rad_s)
-        .map_err(|e| Error::Write { path: path.into(), source: std::io::Error::other(e.to_string()) })?;
-    drop(area);
-    write_atomic(path, svg.as_bytes())
+    write_svg(path, SIZE, 1, |area| draw(area, title, points, pole_rad_s))
 }
 
-type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
-
-fn draw(area: &DrawingArea<SVGBackend, Shift>, title: &str, points: &[Point], pole_rad_s: f64) -> Drawn {
+fn draw(area: &Area, title: &str, points: &[Point], pole_rad_s: f64) -> Drawn {
     area.fill(&WHITE)?;
     let (above, below) = area.titled(title, ("sans-serif", 20).into_font().color(&INK))?.split_vertically(275);
     let decibel = |p: &Point| (p.frequency_hz, 20.0 * p.gain.log10());
@@ -37,12 +27,7 @@ fn draw(area: &DrawingArea<SVGBackend, Shift>, title: &str, points: &[Point], po
 }
 
 /// One quantity over frequency, with the limit that bandwidth means.
-fn panel(
-    area: &DrawingArea<SVGBackend, Shift>,
-    values: Vec<(f64, f64)>,
-    (name, limit): (&str, f64),
-    pole_rad_s: f64,
-) -> Drawn {
+fn panel(area: &Area, values: Vec<(f64, f64)>, (name, limit): (&str, f64), pole_rad_s: f64) -> Drawn {
     let pole_hz = pole_rad_s / std::f64::consts::TAU;
     let fold = |pick: fn(&(f64, f64)) -> f64, with: fn(f64, f64) -> f64, from| values.iter().map(pick).fold(from, with);
     let (left, right) = (fold(|v| v.0, f64::min, 0.5), fold(|v| v.0, f64::max, 20.0));

@@ -1,0 +1,49 @@
+//! A motion as its picture shows it: plain samples over time, whether they come from an episode or from a calculation.
+
+use crate::control::Phase;
+use crate::episode::{Tick, support_on_ground};
+use crate::geometry::SupportPolygon;
+use crate::robot::{PerFoot, Robot};
+
+/// One moment of a motion, from an episode or from a calculation. World frame (m).
+#[derive(Debug, Clone)]
+pub struct MotionSample {
+    pub time_s: f64,
+    /// COM over the ground.
+    pub com: [f64; 2],
+    /// None in flight.
+    pub zmp: Option<[f64; 2]>,
+    /// The ZMP that the controller wants.
+    pub zmp_ref: [f64; 2],
+    pub dcm: [f64; 2],
+    /// Centre of each sole, on the ground or not.
+    pub feet: PerFoot<[f64; 2]>,
+    /// Hull of the soles on the ground; None in flight.
+    pub support: Option<SupportPolygon>,
+    /// A footstep is in the air.
+    pub swing: bool,
+}
+
+impl MotionSample {
+    /// The truth of a tick, and the ZMP that the controller wants.
+    pub fn of(robot: &Robot, tick: &Tick) -> Self {
+        let truth = tick.truth;
+        Self {
+            time_s: truth.time_s,
+            com: truth.com.xy().into(),
+            zmp: truth.zmp,
+            zmp_ref: tick.controller.supervisor.zmp_ref.into(),
+            dcm: tick.dcm.into(),
+            feet: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.xy().into()),
+            support: support_on_ground(robot, truth),
+            swing: in_swing(tick),
+        }
+    }
+}
+
+/// Whether a footstep is in the air.
+fn in_swing(tick: &Tick) -> bool {
+    match tick.controller.phase {
+        Phase::Posture | Phase::Switching | Phase::OutOfSets => false,
+    }
+}

@@ -1,0 +1,120 @@
+//! The story of one episode, in a few lines: what happened to the robot, when, and why.
+
+use crate::control::Design;
+use crate::episode::{EpisodeConfig, Outcome, Record, Tick};
+use crate::report::table::thresholds;
+use crate::robot::{Robot, Servo};
+use crate::sim::Push;
+use std::fmt::Write;
+
+/// What is seen on the way, for the story.
+#[derive(Debug, Default)]
+pub struct Witness {
+    /// Since when the DCM has been outside of the support.
+    dcm_outside_since_s: Option<f64>,
+    /// First time and joint at its torque limit.
+    torque_limited: Option<(f64, String)>,
+}
+
+impl Witness {
+    /// Takes note of a tick.
+    pub fn watch(&mut self, robot: &Robot, tick: &Tick) {
+        let time = tick.truth.time_s;
+        if tick.dcm_outside_m <= 0.0 {
+            self.dcm_outside_since_s = None;
+        } else if self.dcm_outside_since_s.is_none() {
+            self.dcm_outside_since_s = Some(time);
+        }
+        if self.torque_limited.is_none() {
+            let at_limit = |(tau, servo): (&f64, &Servo)| tau.abs() >= 0.999 * servo.torque_n_m;
+            let joint = tick.truth.tau.iter().zip(&robot.servos).position(at_limit);
+            self.torque_limited = joint.map(|i| (time, robot.joints[i].name.clone()));
+        }
+    }
+}
+
+/// The story in one line: the title of a picture.
+pub fn headline(push: &Push, design: &Design, record: &Record) -> String {
+    let outcome = match record.outcome {
+        Outcome::Recovered => match record.settled_at_s {
+            Some(at) => format!("recovered, still from {at:.2} s"),
+            None => "recovered".into(),
+        },
+        Outcome::Fell => format!("fell at {:.2} s", record.fell_at_s.unwrap_or(record.end_s)),
+        Outcome::Diverged => "diverged".into(),
+        Outcome::TimedOut => "timed out".into(),
+    };
+    // Pushes of a campaign have many digits.
+    let short = |value: f64| (value * 100.0).round() / 100.0;
+    let (impulse, heading) = (short(push.impulse_n_s), short(push.heading_deg));
+    format!("{impulse} N s towards {heading} degrees, gain set {}: {outcome}", design.family.name)
+}
+
+/// A few lines on what happened and why.
+pub fn story(push: &Push, design: &Design, config: &EpisodeConfig, record: &Record, witness: &Witness) -> String {
+    let mut text = format!(
+        "push      {} N s towards {} degrees over {} s from t = {} s, {} m above the COM\n",
+        push.impulse_n_s, push.heading_deg, push.duration_s, push.start_s, push.height_m
+    );
+    let mut line = |label: &str, what: String| _ = writeln!(text, "{label:<10}{what}");
+    line("gains", format!("{} ({} gains)", design.family.name, design.family.gains.len()));
+    let outcome = match record.outcome {
+        Outcome::Recovered => match record.settled_at_s {
+            Some(at) => {
+                format!("recovered: standing still since t = {at:.3} s, {:.3} s after the push", at - push.end_s())
+            }
+            None => "recovered".into(),
+        },
+        Outcome::Fell => format!(
+            "fell at t = {:.3} s: {}",
+            record.fell_at_s.unwrap_or(record.end_s),
+            record.fall_cause.as_deref().unwrap_or("out of bounds")
+        ),
+        Outcome::Diverged => format!("diverged at t = {:.3} s: numbers are not finite", record.end_s),
+        Outcome::TimedOut => format!("timed out: neither fallen nor standing still at t = {:.3} s", record.end_s),
+    };
+    line("outcome", outcome);
+    if let Some(at) = record.home_at_s {
+        let (mm, end) = (1000.0 * config.judge.home_radius_m, record.end_s);
+        line(
+            "home",
+            format!("COM within {mm} mm of the middle of the soles from t = {at:.3} s to the end, {end:.3} s"),
+        );
+    }
+    match (record.set_after_push, record.cpi_margin_after_push) {
+        (Some(side), Some(margin)) => {
+            let side = side.name();
+            let est = record.cpi_margin_after_push_est.map_or(String::new(), |m| format!(", as estimated {m:.2}"));
+            line("sets", format!("{side} the slowest gain's set at the end of the push (margin {margin:.2}{est})"));
+        }
+        (Some(_), None) => line("sets", "all empty at the end of the push: nothing to stand on".into()),
+        (None, _) => {}
+    }
+    if let Some(at) = record.left_sets_at_s {
+        line("", format!("no set held the state from t = {at:.3} s: the pendulum says that a footstep is needed"));
+    }
+    if record.peak_dcm_outside_m > 0.0 {
+        let mm = 1000.0 * record.peak_dcm_outside_m;
+        line("DCM", format!("at most {mm:.1} mm outside of the support"));
+    }
+    if let (Outcome::Fell, Some(at)) = (record.outcome, witness.dcm_outside_since_s) {
+        line("lost", format!("t = {at:.3} s: from there on the DCM was outside of the support for good"));
+    }
+    if let Some((at, joint)) = &witness.torque_limited {
+        line("torque", format!("{joint} was the first at its limit, at t = {at:.3} s"));
+    }
+    line(
+        "peaks",
+        format!(
+            "tilt {:.1} degrees, torque {:.2} N m ({:.0} % of the limit), joint speed {:.1} rad/s",
+            record.peak_tilt_deg,
+            record.peak_torque_n_m,
+            100.0 * record.peak_torque_ratio,
+            record.peak_joint_speed_rad_s
+        ),
+    );
+    line("switches", record.gain_switches.to_string());
+    text.push('\n');
+    text.push_str(&thresholds(&config.judge));
+    text
+}
