@@ -28,6 +28,7 @@ pub enum Kind {
     RobotSettings,
     Gains,
     Campaign,
+    Scenario,
 }
 
 impl Kind {
@@ -37,6 +38,7 @@ impl Kind {
             Kind::RobotSettings => "robot settings",
             Kind::Gains => "gain set",
             Kind::Campaign => "campaign",
+            Kind::Scenario => "scenario",
         }
     }
 
@@ -53,6 +55,16 @@ impl Kind {
             Kind::Campaign => &[
                 ("smoke", include_str!("../assets/campaigns/smoke.toml")),
                 ("standard", include_str!("../assets/campaigns/standard.toml")),
+            ],
+            Kind::Scenario => &[
+                ("error-behind", include_str!("../assets/scenarios/error-behind.toml")),
+                ("error-diagonal", include_str!("../assets/scenarios/error-diagonal.toml")),
+                ("moving-behind", include_str!("../assets/scenarios/moving-behind.toml")),
+                ("moving-diagonal", include_str!("../assets/scenarios/moving-diagonal.toml")),
+                ("push-error-behind", include_str!("../assets/scenarios/push-error-behind.toml")),
+                ("push-error-diagonal", include_str!("../assets/scenarios/push-error-diagonal.toml")),
+                ("push-behind", include_str!("../assets/scenarios/push-behind.toml")),
+                ("push-diagonal", include_str!("../assets/scenarios/push-diagonal.toml")),
             ],
         }
     }

@@ -12,6 +12,7 @@ use standfast::report::cpi::{CpiArgs, CpiDefaults};
 use standfast::report::model::Args as ModelArgs;
 use standfast::report::push::PushArgs;
 use standfast::report::response::ResponseArgs;
+use standfast::report::scenario::ScenarioArgs;
 use standfast::report::{self, plot, progress::Progress, progress::note, table};
 use standfast::robot::Robot;
 use standfast::{Error, Result};
@@ -68,6 +69,11 @@ pub fn status(args: &FolderArgs) -> Result<ExitCode> {
 
 pub fn push(args: &PushArgs) -> Result<ExitCode> {
     report::print(&report::push::run(args)?)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+pub fn scenario(args: &ScenarioArgs) -> Result<ExitCode> {
+    report::print(&report::scenario::run(args)?)?;
     Ok(ExitCode::SUCCESS)
 }
 

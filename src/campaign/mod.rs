@@ -3,7 +3,7 @@
 //! A [`spec`] says what is drawn; a [`trial`] is a function of (seed, index) alone; [`run`] spreads trials over cores;
 //! [`parts`] keeps what is finished on disk and joins it; [`stats`] counts, [`paired`] compares the sets on the same
 //! pushes, [`foretold`] the theory with what happened.
-//! Beside it, [`response`] measures how the ZMP follows the one wanted.
+//! Beside it, [`response`] measures how the ZMP follows the one wanted, and a [`scenario`] is one disturbance with a name.
 
 pub mod distribution;
 pub mod foretold;
@@ -12,6 +12,7 @@ pub mod parts;
 pub mod response;
 pub mod row;
 pub mod run;
+pub mod scenario;
 pub mod spec;
 pub mod stats;
 pub mod trial;

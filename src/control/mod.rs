@@ -188,10 +188,11 @@ impl<'a> Controller<'a> {
 
     /// What follows from the estimate (paper, Fig. 5): stand, or step and stand again.
     pub fn act(&mut self) -> Command {
-        if self.swing.is_some() && !self.try_to_land() {
+        let in_air = self.swing.is_some() && !self.try_to_land();
+        self.support = Support::of_estimate(self.robot, &self.estimator.now);
+        if in_air {
             return self.swing_on();
         }
-        self.support = Support::of_estimate(self.robot, &self.estimator.now);
         match self.design.family.standing {
             Standing::Posture => self.hold(),
             Standing::Switching => self.stand(),

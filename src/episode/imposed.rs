@@ -23,8 +23,11 @@ pub struct ImposedTick<'a> {
     /// The pendulum's COM (m) and its velocity (m/s).
     pub com: Point2<f64>,
     pub com_vel: Vector2<f64>,
+    pub dcm: Point2<f64>,
     /// The ZMP of the tick that begins.
     pub zmp: Point2<f64>,
+    /// Hull of the soles on the ground, world.
+    pub support: Option<SupportPolygon>,
     /// The body by inverse kinematics, and its soles.
     pub posture: &'a Posture,
     pub soles: PerFoot<Pose>,
@@ -103,13 +106,15 @@ pub fn run(
         kinematics.update(robot, posture);
         let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot));
         let (com, com_vel, zmp) = (state.com(), state.com_vel(), controller.supervisor.zmp_ref);
-        observe(&ImposedTick { time_s, com, com_vel, zmp, posture, soles, controller: &controller });
+        let dcm = state.dcm(pendulum.omega);
+        let support = controller.support.polygon.map(|polygon| polygon.transformed(&controller.support.frame));
+        observe(&ImposedTick { time_s, com, com_vel, dcm, zmp, support, posture, soles, controller: &controller });
         log.watch(time_s, &soles, &controller);
         record.lowest_com_m = record.lowest_com_m.min(kinematics.com().z);
         record.worst_com_error_m = record.worst_com_error_m.max((kinematics.com().xy() - com).norm());
         let away = controller.swing.is_some() || home_distance(com, &soles) > config.judge.home_radius_m;
         record.home_at_s = if away { None } else { record.home_at_s.or(Some(time_s)) };
-        if home_distance(state.dcm(pendulum.omega), &soles) > LOST_M {
+        if home_distance(dcm, &soles) > LOST_M {
             record.lost_at_s = Some(time_s);
             break;
         }

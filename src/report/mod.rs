@@ -10,6 +10,7 @@ pub mod progress;
 pub mod push;
 pub mod response;
 mod response_plot;
+pub mod scenario;
 mod story;
 pub mod table;
 pub mod trace;

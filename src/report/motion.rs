@@ -1,6 +1,6 @@
 //! A motion as its picture shows it: plain samples over time, whether they come from an episode or from a calculation.
 
-use crate::control::Phase;
+use crate::episode::imposed::ImposedTick;
 use crate::episode::{Tick, support_on_ground};
 use crate::geometry::SupportPolygon;
 use crate::robot::{PerFoot, Robot};
@@ -36,14 +36,22 @@ impl MotionSample {
             dcm: tick.dcm.into(),
             feet: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.xy().into()),
             support: support_on_ground(robot, truth),
-            swing: in_swing(tick),
+            swing: tick.controller.swing.is_some(),
         }
     }
-}
 
-/// Whether a footstep is in the air.
-fn in_swing(tick: &Tick) -> bool {
-    match tick.controller.phase {
-        Phase::Posture | Phase::Switching | Phase::OutOfSets => false,
+    /// The ideal pendulum of an imposed error; its ZMP is the one wanted.
+    pub fn of_imposed(tick: &ImposedTick) -> Self {
+        let zmp = tick.zmp.into();
+        Self {
+            time_s: tick.time_s,
+            com: tick.com.into(),
+            zmp: Some(zmp),
+            zmp_ref: zmp,
+            dcm: tick.dcm.into(),
+            feet: PerFoot::from_fn(|foot| tick.soles[foot].translation.vector.xy().into()),
+            support: tick.support,
+            swing: tick.controller.swing.is_some(),
+        }
     }
 }

@@ -11,7 +11,7 @@ use crate::lipm::gains::GainSet;
 use crate::report::story::{Witness, headline, story};
 use crate::report::{self, check_output, motion_plot::MotionPlot, trace::Trace};
 use crate::robot::Robot;
-use crate::sim::{Profile, Push};
+use crate::sim::{Profile, Push, SensorErrors};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -89,36 +89,56 @@ pub fn run(args: &PushArgs) -> Result<String> {
     if let Some(warning) = &design.warning {
         log::warn!("{warning}");
     }
-    if let Some(path) = &args.trace {
+    let sensor_errors = campaign.as_ref().and_then(|c| trial::sensor_errors(c, args.trial.unwrap_or(0)));
+    let outputs = Outputs { trace: args.trace.as_deref(), plot: args.plot.as_deref(), json: args.json };
+    episode_with(&robot, &design, &config, push, sensor_errors, &outputs)
+}
+
+/// What is made of an episode beside its story.
+pub(super) struct Outputs<'a> {
+    pub trace: Option<&'a Path>,
+    pub plot: Option<&'a Path>,
+    /// One JSON object in place of the story.
+    pub json: bool,
+}
+
+/// Runs one episode, writes what is asked for and returns what to print.
+pub(super) fn episode_with(
+    robot: &Robot,
+    design: &Design,
+    config: &EpisodeConfig,
+    push: Push,
+    sensor_errors: Option<SensorErrors>,
+    outputs: &Outputs,
+) -> Result<String> {
+    if let Some(path) = outputs.trace {
         check_output("--trace", path, &["csv", "parquet"])?;
     }
-    if let Some(path) = &args.plot {
+    if let Some(path) = outputs.plot {
         check_output("--plot", path, &["svg"])?;
     }
-
-    let mut trace = args.trace.as_ref().map(|_| Trace::new(&robot));
+    let mut trace = outputs.trace.map(|_| Trace::new(robot));
     let pushes = vec![[push.start_s, push.end_s()]];
-    let mut plot = args.plot.as_ref().map(|_| MotionPlot { pushes, ..MotionPlot::default() });
+    let mut plot = outputs.plot.map(|_| MotionPlot { pushes, ..MotionPlot::default() });
     let mut witness = Witness::default();
-    let sensor_errors = campaign.as_ref().and_then(|c| trial::sensor_errors(c, args.trial.unwrap_or(0)));
     let until = if trace.is_some() || plot.is_some() { Until::Horizon } else { config.until() };
     let disturbance = Disturbance { pushes: vec![push], sensor_errors };
-    let record = episode::run(&robot, &design, &config, disturbance, until, &mut |tick| {
-        witness.watch(&robot, tick);
+    let record = episode::run(robot, design, config, disturbance, until, &mut |tick| {
+        witness.watch(robot, tick);
         trace.iter_mut().for_each(|t| t.push(tick));
-        plot.iter_mut().for_each(|p| p.push(&robot, tick));
+        plot.iter_mut().for_each(|p| p.push(robot, tick));
     });
-    if let (Some(path), Some(trace)) = (&args.trace, trace) {
+    if let (Some(path), Some(trace)) = (outputs.trace, trace) {
         columns::write(path, &trace.columns())?;
     }
-    if let (Some(path), Some(mut plot)) = (&args.plot, plot) {
+    if let (Some(path), Some(mut plot)) = (outputs.plot, plot) {
         plot.end_at(end_of_interest_s(&record));
-        plot.write(path, &headline(&push, &design, &record))?;
+        plot.write(path, &headline(&push, design, &record))?;
     }
-    Ok(if args.json {
-        report::json(&as_json(&push, &design, &config, &record))
+    Ok(if outputs.json {
+        report::json(&as_json(&push, design, config, &record))
     } else {
-        story(&push, &design, &config, &record, &witness)
+        story(&push, design, config, &record, &witness)
     })
 }
 
@@ -198,5 +218,6 @@ fn as_json(push: &Push, design: &Design, config: &EpisodeConfig, record: &Record
         "cpi_margin_after_push_est": record.cpi_margin_after_push_est,
         "gain_switches": record.gain_switches,
         "footsteps": record.footsteps,
+        "unfinished_footstep": record.unfinished_footstep,
     })
 }

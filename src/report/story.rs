@@ -1,7 +1,7 @@
 //! The story of one episode, in a few lines: what happened to the robot, when, and why.
 
 use crate::control::Design;
-use crate::episode::{EpisodeConfig, Outcome, Record, Tick};
+use crate::episode::{EpisodeConfig, Footstep, Lifted, Outcome, Record, Tick};
 use crate::report::table::thresholds;
 use crate::robot::{Robot, Servo};
 use crate::sim::Push;
@@ -50,6 +50,29 @@ pub fn headline(push: &Push, design: &Design, record: &Record) -> String {
     format!("{impulse} N s towards {heading} degrees, gain set {}: {outcome}", design.family.name)
 }
 
+/// A line for each footstep.
+pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String> {
+    let mm = |p: &[f64]| format!("({:.0}, {:.0})", 1000.0 * p[0], 1000.0 * p[1]);
+    let mut lines: Vec<String> = taken
+        .iter()
+        .map(|step| {
+            let Footstep { foot, lift_s, land_s, from_m, to_m, zmp_error_m, in_set_at_landing } = step;
+            format!(
+                "{:<5} {lift_s:.3} to {land_s:.3} s, from {} to {} mm, for a ZMP error of {} mm; landed {} the sets",
+                foot.name(),
+                mm(from_m),
+                mm(to_m),
+                mm(zmp_error_m),
+                if *in_set_at_landing { "inside" } else { "outside" }
+            )
+        })
+        .collect();
+    lines.extend(unfinished.map(|Lifted { foot, lift_s, zmp_error_m, .. }| {
+        format!("{:<5} {lift_s:.3} s, for a ZMP error of {} mm; not landed", foot.name(), mm(zmp_error_m))
+    }));
+    lines
+}
+
 /// A few lines on what happened and why.
 pub fn story(push: &Push, design: &Design, config: &EpisodeConfig, record: &Record, witness: &Witness) -> String {
     let mut text = format!(
@@ -92,6 +115,9 @@ pub fn story(push: &Push, design: &Design, config: &EpisodeConfig, record: &Reco
     }
     if let Some(at) = record.left_sets_at_s {
         line("", format!("no set held the state from t = {at:.3} s: the pendulum says that a footstep is needed"));
+    }
+    for text in footsteps(&record.footsteps, record.unfinished_footstep.as_ref()) {
+        line("footstep", text);
     }
     if record.peak_dcm_outside_m > 0.0 {
         let mm = 1000.0 * record.peak_dcm_outside_m;
