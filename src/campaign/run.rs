@@ -72,8 +72,9 @@ impl Plan {
                     match inputs.iter().find(|(kept, _)| kept == name) {
                         Some((_, text)) if *text == source.text => {}
                         Some(_) => {
+                            let set = stem.trim_start_matches("gains/");
                             let problem = "another file has a gain set of this name";
-                            return Err(Error::value(&original, "name", stem, problem, "a name of its own for each"));
+                            return Err(Error::value(&original, "name", set, problem, "a name of its own for each"));
                         }
                         None => inputs.push((name.clone(), source.text)),
                     }
@@ -275,5 +276,22 @@ mod tests {
         }
         let texts = |a: &str, b: &str| super::hash("0", "c", &[a.into(), b.into()]);
         assert_ne!(texts("ab", "c"), texts("a", "bc"));
+    }
+
+    #[test]
+    fn files_with_sets_of_one_name_are_not_mixed_up_by_their_variants() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = |name: &str| dir.path().join(name).to_string_lossy().into_owned();
+        for (name, margin) in [("a.toml", 0.001), ("b.toml", 0.002)] {
+            let text = format!("name = 'mine'\nstanding = 'posture'\nzmp_margin_m = {margin}\n");
+            std::fs::write(path(name), text).unwrap();
+        }
+        let plan = |second: &str| {
+            let gains = vec![path("a.toml") + ":zmp_margin_m=0.01", path(second) + ":zmp_margin_m=0.02"];
+            Plan::new(&Campaign::load("smoke", &Overrides { gains, ..Default::default() }).unwrap())
+        };
+        assert_eq!(plan("a.toml").unwrap().inputs.len(), 1);
+        let message = plan("b.toml").err().unwrap().to_string();
+        assert!(message.contains("b.toml: name = mine: another file"), "{message}");
     }
 }

@@ -89,7 +89,7 @@ pub struct Overrides {
     pub seed: Option<u64>,
     /// Replaces the list unless empty; paths are relative to the working folder.
     pub gains: Vec<String>,
-    /// Sweeps `GAINS:KEY=V1,V2,...`: their variants come after `gains`, instead of the campaign's own list.
+    /// Sweeps `SET:KEY=V1,V2,...`: their variants come after `gains`, instead of the campaign's own list.
     pub vary: Vec<String>,
     pub robot: Option<String>,
 }

@@ -80,9 +80,9 @@ impl<'a> Entry<'a> {
     }
 }
 
-/// The variants of `GAINS:KEY=V1,V2,...`, each as a list has it. Errors: it is not of this form.
+/// The variants of `SET:KEY=V1,V2,...`, each as a list has it. Errors: it is not of this form.
 pub fn expand(sweep: &str) -> Result<Vec<String>> {
-    let accepted = "GAINS:KEY=V1,V2,..., e.g. switching:zmp_margin_m=0.001,0.003";
+    let accepted = "SET:KEY=V1,V2,..., e.g. switching:zmp_margin_m=0.001,0.003";
     let refuse = |problem: &str| Error::value("command line", "--vary", sweep, problem, accepted);
     let Entry { base, change: Some((key, values)) } = Entry::split(sweep) else {
         return Err(refuse("names no key and values of a gain set"));
