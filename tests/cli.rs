@@ -315,7 +315,7 @@ fn a_sweep_alone_replaces_the_gain_sets_and_many_sets_stay_within_80_columns() {
     let (tables, _) = tables.split_once("95 % intervals").unwrap();
     assert!(tables.lines().all(|line| line.chars().count() <= 80), "{tables}");
     assert!(!tables.contains("hold   "), "{tables}");
-    // In each table, in a line of its own, and never cut in two.
+    // Whole in most tables, not cut into pieces.
     assert!(tables.matches("zmp_margin_m=0.012").count() >= 4, "{tables}");
     let summary: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(dir.path().join("out/summary.json")).unwrap()).unwrap();
