@@ -99,6 +99,46 @@ pub fn is_path(name: &str) -> bool {
     path.extension().is_some() || path.components().count() > 1
 }
 
+/// A value in TOML, as `key=value` has it on a command line; what is no TOML is a string (a bare word).
+pub fn toml_value(text: &str) -> toml::Value {
+    toml::from_str::<toml::Table>(&format!("value = {text}"))
+        .ok()
+        .filter(|table| table.len() == 1)
+        .and_then(|mut table| table.remove("value"))
+        .unwrap_or_else(|| toml::Value::String(text.into()))
+}
+
+/// What a dotted key names that is not there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Missing {
+    /// The key up to the name that is not there.
+    pub name: String,
+    /// What is there.
+    pub accepted: String,
+}
+
+/// The place of a dotted key, where a number counts the elements of an array from 0; the root for an empty key.
+pub fn place<'a>(root: &'a mut toml::Value, key: &str) -> Result<&'a mut toml::Value, Missing> {
+    let (mut at, mut walked) = (root, String::new());
+    for name in key.split('.').filter(|_| !key.is_empty()) {
+        let inside = walked.trim_end_matches('.').to_string();
+        let accepted = match &*at {
+            toml::Value::Table(t) => t.keys().map(|k| format!("{walked}{k}")).collect::<Vec<_>>().join(", "),
+            toml::Value::Array(a) if a.is_empty() => format!("nothing: `{inside}` is empty"),
+            toml::Value::Array(a) => format!("{walked}0 to {walked}{}", a.len() - 1),
+            _ => inside,
+        };
+        let next = match at {
+            toml::Value::Array(values) => name.parse().ok().and_then(|i: usize| values.get_mut(i)),
+            other => other.get_mut(name),
+        };
+        walked += name;
+        at = next.ok_or_else(|| Missing { name: walked.clone(), accepted })?;
+        walked.push('.');
+    }
+    Ok(at)
+}
+
 /// Parses TOML; the error names the file, the line and the key.
 pub fn parse_toml<T: serde::de::DeserializeOwned>(source: &Source) -> Result<T> {
     toml::from_str(&source.text).map_err(|e| Error::Syntax {

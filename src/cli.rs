@@ -48,6 +48,8 @@ pub enum Command {
   standfast run smoke                              a small one, seconds
   standfast run my.toml --trials 200 --gains switching --gains my-gains.toml
   standfast run --set push.impulse_n_s=2.5 --set 'push.heading_deg={uniform=[-45, 45]}'
+  standfast run --vary switching:zmp_margin_m=0.001,0.003,0.006   a sweep
+  standfast run --vary 'fixed:gains.0.x=[0.15, 1, 5],[1, 1, 5]' --gains fixed
   standfast run --shard 1/4 --out results          a quarter of it, on this machine
   standfast merge results                          ... joined when all four are there
 
@@ -59,6 +61,13 @@ pub struct RunArgs {
     /// Gain set by name or file, instead of those of the campaign; may be given several times
     #[arg(long, value_name = "NAME|FILE")]
     pub gains: Vec<String>,
+    /// Variants of a gain set, one for each value of one key (dotted, array elements from 0; values in TOML).
+    ///
+    /// They replace the campaign's gain sets; with --gains they come after those. May be given several times: each
+    /// adds its own variants, they are not combined. A variant is a gain set SET:KEY=VALUE, which --gains and the
+    /// `gains` of a campaign file take too.
+    #[arg(long, value_name = "SET:KEY=V1,V2,...")]
+    pub vary: Vec<String>,
     /// Robot by name or URDF file (settings in a .toml of the same name beside it)
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
@@ -90,6 +99,7 @@ impl Default for RunArgs {
         Self {
             campaign: "standard".into(),
             gains: Vec::new(),
+            vary: Vec::new(),
             robot: None,
             trials: None,
             seed: None,
@@ -109,6 +119,7 @@ impl RunArgs {
             trials: self.trials,
             seed: self.seed,
             gains: self.gains.clone(),
+            vary: self.vary.clone(),
             robot: self.robot.clone(),
         }
     }

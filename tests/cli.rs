@@ -77,6 +77,11 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         (good, &["run", "c.toml", "--gains", "best"], &["gain set \"best\" not found", "hold, fixed, switching"]),
         (good, &["run", "c.toml", "--gains", "best.toml"], &["best.toml: cannot read"]),
         (good, &["run", "c.toml", "--gains=hold", "--gains=hold"], &["two gain sets of this name"]),
+        (good, &["run", "c.toml", "--vary", "hold"], &["--vary = hold", "SET:KEY=V1,V2"]),
+        (good, &["run", "c.toml", "--vary", "hold:zmp=1"], &["--vary", "unknown field `zmp`", "`zmp_margin_m`"]),
+        (good, &["run", "c.toml", "--vary", "best:zmp=1"], &["gain set \"best\" not found", "switching"]),
+        (good, &["run", "c.toml", "--vary", "hold:zmp_margin_m=1,1"], &["two gain sets of this name"]),
+        (good, &["push", "--impulse=1", "--gains=fixed:gains.1.x=[1,1,5]"], &["no `gains.1`", "gains.0 to gains.0"]),
         (good, &["run", "c.toml", "--robot", "r2d2"], &["robot \"r2d2\" not found", "ut-mu2"]),
         (good, &["run", "c.toml", "--shard", "5/4"], &["--shard", "1 <= k <= n"]),
         (good, &["run", "c.toml", "--trails", "5"], &["--trails"]),
@@ -281,6 +286,68 @@ fn a_push_is_drawn_and_traced_beside_its_json() {
     let times: Vec<f64> = svg.lines().filter_map(|line| line.parse().ok()).filter(|t| *t > 0.0 && *t < 2.0).collect();
     let last = times.iter().copied().fold(0.0, f64::max);
     assert!((0.3..=longer["fell_at_s"].as_f64().unwrap()).contains(&last), "the picture ends with the fall: {times:?}");
+}
+
+#[test]
+fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
+    let dir = folder();
+    let (mine, out) = (dir.path().join("mine.toml"), dir.path().join("out"));
+    let gains = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/gains/switching.toml")).unwrap();
+    fs::write(&mine, gains.replace("name = \"switching\"", "name = \"mine\"")).unwrap();
+    let sweep = ["--vary=mine.toml:zmp_margin_m=0.001,0.02", "--vary=fixed:gains.0.x=[0.8,1,5]", TWO_PARTS];
+    standfast(dir.path(), &short(&sweep)).success();
+    let whole = files(&out);
+    let campaign = String::from_utf8(whole["campaign.toml"].clone()).unwrap();
+    let listed = r#"gains = ["hold", "inputs/gains/mine.toml:zmp_margin_m=0.001", "inputs/gains/mine.toml:zmp_margin_m=0.02", "fixed:gains.0.x=[0.8,1,5]"]"#;
+    assert!(campaign.contains(listed), "{campaign}");
+    assert_eq!(whole.keys().filter(|name| name.starts_with("inputs/")).collect::<Vec<_>>(), ["inputs/gains/mine.toml"]);
+
+    for share in ["--shard=1/2", "--shard=2/2"] {
+        let args = short(&[&sweep[..], &["--out=shards", share]].concat());
+        let args: Vec<&str> = args.into_iter().filter(|arg| *arg != "--out=out").collect();
+        standfast(dir.path(), &args).success();
+    }
+    standfast(dir.path(), &["merge", "shards"]).success();
+    assert!(files(&dir.path().join("shards")) == whole, "merged");
+    // The result has its own copy of the gain set.
+    fs::remove_file(&mine).unwrap();
+    fs::remove_file(out.join("parts/part-000001.json")).unwrap();
+    let run = standfast(dir.path(), &["run", "out/campaign.toml", "--out", "out"]).success();
+    assert!(stderr(&run).contains("goes on, 1 of 2 parts"), "{}", stderr(&run));
+    assert!(files(&out) == whole, "resumed");
+
+    let rows = rows(&out.join("parts/part-000001.csv"));
+    let sets: Vec<&str> = rows.iter().map(|row| row["set"].as_str().unwrap()).collect();
+    assert_eq!(sets, ["hold", "mine zmp_margin_m=0.001", "mine zmp_margin_m=0.02", "fixed x=[0.8,1,5]"]);
+    assert_ne!(rows[1]["cpi_margin_after_push"], rows[2]["cpi_margin_after_push"], "a variant is another set");
+    // By the name in the results, and as a list has it, where the file goes by the name of its set.
+    let asked = [sets[1], sets[2], sets[3], "mine:zmp_margin_m=0.02", "fixed:gains.0.x=[0.8,1,5]"];
+    for (set, row) in asked.into_iter().zip([1, 2, 3, 2, 3].map(|i| &rows[i])) {
+        let args = ["push", "--json", "--campaign=out/campaign.toml", "--trial=25", "--gains", set];
+        let replay: serde_json::Value = serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap();
+        for name in REPLAYED {
+            assert_eq!(row[name], replay[name], "{name} of {set}");
+        }
+    }
+}
+
+#[test]
+fn a_sweep_alone_replaces_the_gain_sets_and_many_sets_stay_within_80_columns() {
+    let dir = folder();
+    let sweep = "--vary=switching:zmp_margin_m=0.001,0.002,0.003,0.004,0.005,0.006,0.007,0.008,0.009,0.01,0.011,0.012";
+    let args: Vec<&str> = short(&[FEW, sweep]).into_iter().filter(|arg| *arg != "--gains=hold").collect();
+    let text = stdout(&standfast(dir.path(), &args).success());
+    let (_, tables) = text.split_once("gain set ").unwrap();
+    let (tables, _) = tables.split_once("95 % intervals").unwrap();
+    assert!(tables.lines().all(|line| line.chars().count() <= 80), "{tables}");
+    assert!(!tables.contains("hold   "), "{tables}");
+    // Whole in most tables, not cut into pieces.
+    assert!(tables.matches("zmp_margin_m=0.012").count() >= 4, "{tables}");
+    let summary: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(dir.path().join("out/summary.json")).unwrap()).unwrap();
+    assert_eq!(summary["sets"].as_array().unwrap().len(), 12);
+    let picture = fs::read_to_string(dir.path().join("out/success.svg")).unwrap();
+    assert!(picture.contains("switching zmp_margin_m=0.012"), "{picture}");
 }
 
 #[test]

@@ -8,6 +8,7 @@ use crate::episode;
 use crate::error::{Error, Result};
 use crate::files::{sha256_hex, write_atomic};
 use crate::lipm::gains::GainSet;
+use crate::lipm::variant::Entry;
 use crate::robot::Robot;
 use rayon::prelude::*;
 use std::path::Path;
@@ -40,15 +41,17 @@ impl Plan {
     /// Reads robot and gain sets. Errors: any of them is missing or wrong, or two sets have the same name.
     pub fn new(campaign: &Campaign) -> Result<Plan> {
         let robot = Robot::load(&campaign.robot)?;
-        let load = |name: &String| GainSet::parse(&open(Kind::Gains, name)?);
-        let gains = campaign.gains.iter().map(load).collect::<Result<Vec<_>>>()?;
+        let entries: Vec<Entry> = campaign.gains.iter().map(|gains| Entry::split(gains)).collect();
+        let load = |entry: &Entry| GainSet::parse(&open(Kind::Gains, entry.base)?);
+        let bases = entries.iter().map(load).collect::<Result<Vec<_>>>()?;
+        let gains = entries.iter().zip(&bases).map(|(entry, base)| entry.of(base)).collect::<Result<Vec<_>>>()?;
         let sets: Vec<String> = gains.iter().map(|set| set.name.clone()).collect();
-        for (i, name) in sets.iter().enumerate() {
+        for (i, (name, GainSet { name: base, .. })) in sets.iter().zip(&bases).enumerate() {
             // The name becomes that of a file.
-            if name.is_empty() || name.starts_with('.') || name.contains(|c: char| "/\\:".contains(c) || c.is_control())
+            if base.is_empty() || base.starts_with('.') || base.contains(|c: char| "/\\:".contains(c) || c.is_control())
             {
                 let accepted = "a name without /, \\ and :, not first a `.`";
-                return Err(Error::value(&campaign.gains[i], "name", name, "not usable as a file name", accepted));
+                return Err(Error::value(&campaign.gains[i], "name", base, "not usable as a file name", accepted));
             }
             if sets[..i].contains(name) {
                 let problem = "two gain sets of this name";
@@ -56,7 +59,7 @@ impl Plan {
             }
         }
         let mut resolved = campaign.clone();
-        let mut inputs = Vec::new();
+        let mut inputs: Vec<(String, String)> = Vec::new();
         let mut hashed = Vec::new();
         let mut keep = |name: &mut String, stem: String, kinds: &[(Kind, &str)]| -> Result<()> {
             let original = name.clone();
@@ -65,14 +68,25 @@ impl Plan {
                 hashed.push(source.text.clone());
                 if !source.is_builtin() {
                     *name = format!("inputs/{stem}.{extension}");
-                    inputs.push((name.clone(), source.text));
+                    // Variants of one file share it.
+                    match inputs.iter().find(|(kept, _)| kept == name) {
+                        Some((_, text)) if *text == source.text => {}
+                        Some(_) => {
+                            let set = stem.trim_start_matches("gains/");
+                            let problem = "another file has a gain set of this name";
+                            return Err(Error::value(&original, "name", set, problem, "a name of its own for each"));
+                        }
+                        None => inputs.push((name.clone(), source.text)),
+                    }
                 }
             }
             Ok(())
         };
         keep(&mut resolved.robot, "robot".into(), &[(Kind::Robot, "urdf"), (Kind::RobotSettings, "toml")])?;
-        for (name, set) in resolved.gains.iter_mut().zip(&sets) {
-            keep(name, format!("gains/{set}"), &[(Kind::Gains, "toml")])?;
+        for ((gains, entry), base) in resolved.gains.iter_mut().zip(&entries).zip(&bases) {
+            let mut name = entry.base.to_string();
+            keep(&mut name, format!("gains/{}", base.name), &[(Kind::Gains, "toml")])?;
+            *gains = entry.with_base(&name);
         }
         let standfast = env!("CARGO_PKG_VERSION").to_string();
         let config_hash = hash(&standfast, &resolved.to_toml()?, &hashed);
@@ -262,5 +276,22 @@ mod tests {
         }
         let texts = |a: &str, b: &str| super::hash("0", "c", &[a.into(), b.into()]);
         assert_ne!(texts("ab", "c"), texts("a", "bc"));
+    }
+
+    #[test]
+    fn files_with_sets_of_one_name_are_not_mixed_up_by_their_variants() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = |name: &str| dir.path().join(name).to_string_lossy().into_owned();
+        for (name, margin) in [("a.toml", 0.001), ("b.toml", 0.002)] {
+            let text = format!("name = 'mine'\nstanding = 'posture'\nzmp_margin_m = {margin}\n");
+            std::fs::write(path(name), text).unwrap();
+        }
+        let plan = |second: &str| {
+            let gains = vec![path("a.toml") + ":zmp_margin_m=0.01", path(second) + ":zmp_margin_m=0.02"];
+            Plan::new(&Campaign::load("smoke", &Overrides { gains, ..Default::default() }).unwrap())
+        };
+        assert_eq!(plan("a.toml").unwrap().inputs.len(), 1);
+        let message = plan("b.toml").err().unwrap().to_string();
+        assert!(message.contains("b.toml: name = mine: another file"), "{message}");
     }
 }

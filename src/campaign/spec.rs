@@ -4,6 +4,8 @@ use crate::assets::{self, Kind};
 use crate::campaign::distribution::{Distribution, within};
 use crate::episode::EpisodeConfig;
 use crate::error::{Error, Result};
+use crate::lipm::GainSet;
+use crate::lipm::variant::{self, Entry};
 use crate::sim::{Profile, Push};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -17,7 +19,8 @@ pub struct Campaign {
     /// A name that is compiled in, or the path of a URDF (in a file: relative to that file).
     #[serde(default = "default_robot")]
     pub robot: String,
-    /// Names that are compiled in, or paths, as for the robot. Every set meets the same pushes.
+    /// Names that are compiled in, or paths, as for the robot, or variants of these
+    /// ([`NAME:KEY=VALUE`](crate::lipm::variant)). Every set meets the same pushes.
     #[serde(default = "default_gains")]
     pub gains: Vec<String>,
     /// Count of pushes; each gain set meets all of them.
@@ -86,6 +89,8 @@ pub struct Overrides {
     pub seed: Option<u64>,
     /// Replaces the list unless empty; paths are relative to the working folder.
     pub gains: Vec<String>,
+    /// Sweeps `SET:KEY=V1,V2,...`: their variants come after `gains`, instead of the campaign's own list.
+    pub vary: Vec<String>,
     pub robot: Option<String>,
 }
 
@@ -97,10 +102,13 @@ impl Campaign {
         campaign.check(&source.file)?;
         if !source.is_builtin() {
             let folder = Path::new(&source.file).parent().unwrap_or(Path::new(""));
-            for name in std::iter::once(&mut campaign.robot).chain(&mut campaign.gains) {
-                if assets::is_path(name) {
-                    *name = folder.join(&*name).to_string_lossy().into_owned();
-                }
+            let moved = |name: &str| {
+                if assets::is_path(name) { folder.join(name).to_string_lossy().into_owned() } else { name.into() }
+            };
+            campaign.robot = moved(&campaign.robot);
+            for gains in &mut campaign.gains {
+                let entry = Entry::split(gains);
+                *gains = entry.with_base(&moved(entry.base));
             }
         }
         for assignment in &overrides.set {
@@ -108,8 +116,11 @@ impl Campaign {
         }
         campaign.trials = overrides.trials.unwrap_or(campaign.trials);
         campaign.seed = overrides.seed.unwrap_or(campaign.seed);
-        if !overrides.gains.is_empty() {
+        if !(overrides.gains.is_empty() && overrides.vary.is_empty()) {
             campaign.gains.clone_from(&overrides.gains);
+        }
+        for sweep in &overrides.vary {
+            campaign.gains.extend(variant::expand(sweep)?);
         }
         if let Some(robot) = &overrides.robot {
             campaign.robot.clone_from(robot);
@@ -123,33 +134,32 @@ impl Campaign {
         let Some((key, text)) = assignment.split_once('=').map(|(k, v)| (k.trim(), v.trim())) else {
             return Err(Error::value("--set", assignment, "", "no `=`", "key=value, e.g. push.height_m=0.1"));
         };
-        let value = toml::from_str::<toml::Table>(&format!("value = {text}"))
-            .ok()
-            .filter(|table| table.len() == 1)
-            .and_then(|mut table| table.remove("value"))
-            .unwrap_or_else(|| toml::Value::String(text.into()));
         let mut root = toml::Value::try_from(self).map_err(|e| Error::Syntax {
             file: "campaign".into(), //
             message: e.to_string(),
         })?;
-        let mut at = &mut root;
-        let mut walked = String::new();
-        for name in key.split('.') {
-            let accepted = at.as_table().map(|t| t.keys().map(|k| format!("{walked}{k}")).collect::<Vec<_>>());
-            at = match at.get_mut(name) {
-                Some(next) => next,
-                None => {
-                    let accepted = accepted.unwrap_or_else(|| vec![walked.trim_end_matches('.').into()]);
-                    return Err(Error::value("--set", key, text, "unknown key", accepted.join(", ")));
-                }
-            };
-            walked += name;
-            walked.push('.');
-        }
+        let at = assets::place(&mut root, key)
+            .map_err(|missing| Error::value("--set", key, text, "unknown key", missing.accepted))?;
         let kind = if at.is_table() { "a table" } else { at.type_str() };
         let accepted = format!("{kind}, as now: {}", at.to_string().trim().replace('\n', "; "));
-        *at = value;
+        *at = assets::toml_value(text);
         root.try_into::<Campaign>().map_err(|e| Error::value("--set", key, text, e.message().trim_end(), accepted))
+    }
+
+    /// What to load for a gain set that is called by its name in the results, by that of a file (also as the base of a
+    /// variant that is not listed), or as the list has it; anything else stays what it is.
+    pub fn gains_named(&self, name: &str) -> String {
+        let listed = self.gains.iter().find(|gains| {
+            let is_variant = Entry::split(gains).change.is_some();
+            *gains == name || is_variant && GainSet::load(gains).is_ok_and(|set| set.name == name)
+        });
+        if let Some(gains) = listed {
+            return gains.clone();
+        }
+        let wanted = Entry::split(name);
+        let of_that_name = |base: &&str| Path::new(base).file_stem().is_some_and(|stem| stem == wanted.base);
+        let base = self.gains.iter().map(|gains| Entry::split(gains).base).find(of_that_name);
+        wanted.with_base(base.unwrap_or(wanted.base))
     }
 
     /// The campaign as a TOML file; reads back to the same campaign, to the bit.

@@ -7,7 +7,8 @@
 
 use super::pendulum::{Pendulum, State};
 use super::stepping::Stepping;
-use crate::assets::{self, Kind, Source, parse_toml};
+use super::variant::Entry;
+use crate::assets::{Source, parse_toml};
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use nalgebra::{Matrix3, Matrix6, Point2, Vector2, Vector3};
@@ -58,9 +59,9 @@ fn default_zmp_margin_m() -> f64 {
 }
 
 impl GainSet {
-    /// Loads a gain set that is compiled in, or a file.
-    pub fn load(name_or_path: &str) -> Result<Self> {
-        Self::parse(&assets::open(Kind::Gains, name_or_path)?)
+    /// Loads a gain set that is compiled in, or a file, or a [`variant`](super::variant) of either.
+    pub fn load(entry: &str) -> Result<Self> {
+        Entry::split(entry).load()
     }
 
     /// Reads a gain set. Errors name the file, the field, its value and what would be accepted.

@@ -3,7 +3,8 @@
 //! [`cpi_set`] searches a set by linear programs, for one polygon, and keeps its matrix: for tables, plots, inclusion
 //! tests and export. [`online`] answers membership at every tick, on any polygon, without a search: this is what the
 //! controller uses. Both are the same set. [`stepping`] and [`relaxation`] are for when no set holds the state: where the
-//! foot may land, and how COM and ZMP move while it is in the air (Sect. V).
+//! foot may land, and how COM and ZMP move while it is in the air (Sect. V). [`variant`] opens a gain set with one value
+//! of it changed.
 
 pub mod cpi_set;
 pub mod gains;
@@ -11,6 +12,7 @@ pub mod online;
 pub mod pendulum;
 pub mod relaxation;
 pub mod stepping;
+pub mod variant;
 
 pub use cpi_set::CpiSet;
 pub use gains::{Gain, GainFamily, GainSet, Standing};

@@ -1,6 +1,5 @@
 //! `standfast cpi`: the maximal CPI sets of a gain set: size, inclusion, horizon, picture, export.
 
-use crate::assets::{self, Kind};
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
@@ -15,7 +14,7 @@ use std::path::{Path, PathBuf};
 /// Arguments of `standfast cpi`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct CpiArgs {
-    /// Gain set: a built-in name or a TOML file
+    /// Gain set: a built-in name, a TOML file, or a variant NAME:KEY=VALUE of either
     #[arg(value_name = "GAINS", default_value = "switching")]
     pub gains: String,
     /// Pendulum frequency sqrt(g / height) (rad/s); default: the robot at home
@@ -59,17 +58,16 @@ const HEADINGS: [(&str, Vector2<f64>); 4] = [
 
 /// Searches the sets, prints them to `out`, and writes what was asked for. Nothing is written if an input is bad.
 pub fn run(args: &CpiArgs, defaults: &CpiDefaults, out: &mut dyn Write) -> Result<()> {
-    let source = assets::open(Kind::Gains, &args.gains)?;
-    let set = GainSet::parse(&source)?;
+    let set = GainSet::load(&args.gains)?;
     if set.gains.is_empty() {
         let accepted = "a gain set with standing = \"switching\"";
-        return Err(Error::value(&source.file, "standing", "posture", "has no gains, so no CPI sets", accepted));
+        return Err(Error::value(&args.gains, "standing", "posture", "has no gains, so no CPI sets", accepted));
     }
     let pendulum = pendulum(args, defaults)?;
     let family = GainFamily::design(&set, pendulum)?;
     let support = match args.support {
         Some(support) => support,
-        None => family.allowed_support(&defaults.support, &source.file)?,
+        None => family.allowed_support(&defaults.support, &args.gains)?,
     };
     let sets = CpiSet::search_family(&family, &support)?;
     let inclusion = Inclusion::of(&sets)?;

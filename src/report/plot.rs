@@ -8,7 +8,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
 
-/// Told apart by most colour-blind readers too (Okabe and Ito).
+/// Told apart by most colour-blind readers too (Okabe and Ito). Sets beyond these have the same again, dashed.
 pub(super) const COLORS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -18,9 +18,20 @@ pub(super) const COLORS: [RGBColor; 7] = [
     RGBColor(230, 159, 0),
     RGBColor(90, 90, 90),
 ];
+/// Of the picture where names are short.
 const SIZE: (u32, u32) = (900, 540);
-/// To the right of the chart.
+/// To the right of the chart; more for long names.
 const LEGEND_WIDTH: u32 = 170;
+/// Left of the names in it.
+const LEGEND_INDENT: u32 = 50;
+/// Of a letter in a name, about.
+const LETTER_WIDTH: u32 = 8;
+/// Letters of a name that are shown.
+const LETTERS: usize = 40;
+/// More sets than this have no bands: they would hide each other.
+const MOST_BANDS: usize = 4;
+/// Dash and gap.
+const DASH: (u32, u32) = (7, 5);
 pub(super) const INK: RGBColor = RGBColor(40, 40, 40);
 pub(super) const FAINT: RGBColor = RGBColor(225, 225, 225);
 
@@ -46,7 +57,8 @@ pub(super) fn write_svg(
 
 /// Writes success rate against impulse, a curve and a 95 % band per gain set.
 pub fn write_success(summary: &Summary, path: &Path) -> Result<()> {
-    write_svg(path, SIZE, 1, |area| draw_success(summary, area))
+    let size = (SIZE.0 - LEGEND_WIDTH + legend_width(summary), SIZE.1);
+    write_svg(path, size, 1, |area| draw_success(summary, area))
 }
 
 fn draw_success(summary: &Summary, area: &Area) -> Drawn {
@@ -60,7 +72,7 @@ fn draw_success(summary: &Summary, area: &Area) -> Drawn {
     let title = format!("Who stays up: {} pushes per gain set ({})", summary.trials, summary.name);
     let mut chart = ChartBuilder::on(area)
         .margin(18)
-        .margin_right(LEGEND_WIDTH)
+        .margin_right(legend_width(summary))
         .caption(title, font(20))
         .margin_top(10)
         .x_label_area_size(52)
@@ -78,20 +90,27 @@ fn draw_success(summary: &Summary, area: &Area) -> Drawn {
         .axis_desc_style(font(15))
         .y_label_formatter(&|rate| format!("{:.0} %", 100.0 * rate))
         .draw()?;
-    for (set, color) in summary.sets.iter().zip(COLORS.iter().cycle()) {
+    let banded = summary.sets.iter().filter(|_| has_bands(summary));
+    for (set, color) in banded.zip(COLORS.iter().cycle()) {
         let low = set.by_impulse.iter().map(|bin| (middle(bin), bin.count.ci95[0]));
         let high = set.by_impulse.iter().rev().map(|bin| (middle(bin), bin.count.ci95[1]));
         chart.draw_series([Polygon::new(low.chain(high).collect::<Vec<_>>(), color.mix(0.13))])?;
     }
-    for (set, color) in summary.sets.iter().zip(COLORS.iter().cycle()) {
+    for (i, (set, color)) in summary.sets.iter().zip(COLORS.iter().cycle()).enumerate() {
         let points = set.by_impulse.iter().map(|bin| (middle(bin), bin.count.success_rate));
-        if let [bin] = &set.by_impulse[..] {
+        if let ([bin], true) = (&set.by_impulse[..], has_bands(summary)) {
             // A band needs two points.
             let ends = bin.count.ci95.map(|rate| (middle(bin), rate));
             chart.draw_series([PathElement::new(ends, color.mix(0.5).stroke_width(2))])?;
         }
-        chart.draw_series(LineSeries::new(points.clone(), color.stroke_width(2)))?;
-        chart.draw_series(points.map(|point| Circle::new(point, 4, color.filled())))?;
+        if i < COLORS.len() {
+            chart.draw_series(LineSeries::new(points.clone(), color.stroke_width(2)))?;
+            chart.draw_series(points.map(|point| Circle::new(point, 4, color.filled())))?;
+        } else {
+            chart.draw_series(DashedLineSeries::new(points.clone(), DASH.0, DASH.1, color.stroke_width(2)))?;
+            chart.draw_series(points.clone().map(|point| Circle::new(point, 4, WHITE.filled())))?;
+            chart.draw_series(points.map(|point| Circle::new(point, 4, color.stroke_width(2))))?;
+        }
     }
     legend(summary, area)
 }
@@ -99,18 +118,45 @@ fn draw_success(summary: &Summary, area: &Area) -> Drawn {
 /// To the right of the chart: which colour is which set, and its rate over all impulses.
 fn legend(summary: &Summary, area: &Area) -> Drawn {
     let left = (SIZE.0 - LEGEND_WIDTH) as i32 + 20;
+    // Two lines each, closer together where there are many.
+    let pitch = 52.min((SIZE.1 as i32 - 110) / summary.sets.len().max(1) as i32);
     let text = |size: u32, opacity: f64| {
         let color = INK.mix(opacity);
         ("sans-serif", size).into_font().color(&color).pos(Pos::new(HPos::Left, VPos::Center))
     };
     for (i, (set, color)) in summary.sets.iter().zip(COLORS.iter().cycle()).enumerate() {
-        let y = 70 + 52 * i as i32;
-        area.draw(&PathElement::new(vec![(left, y), (left + 22, y)], color.stroke_width(2)))?;
-        area.draw(&Circle::new((left + 11, y), 4, color.filled()))?;
-        area.draw(&Text::new(set.name.clone(), (left + 30, y), text(15, 1.0)))?;
+        let y = 70 + pitch * i as i32;
+        if i < COLORS.len() {
+            area.draw(&PathElement::new(vec![(left, y), (left + 22, y)], color.stroke_width(2)))?;
+            area.draw(&Circle::new((left + 11, y), 4, color.filled()))?;
+        } else {
+            for dash in [left, left + 16] {
+                area.draw(&PathElement::new(vec![(dash, y), (dash + 6, y)], color.stroke_width(2)))?;
+            }
+            area.draw(&Circle::new((left + 11, y), 4, color.stroke_width(2)))?;
+        }
+        area.draw(&Text::new(shown(&set.name), (left + 30, y), text(15, 1.0)))?;
         let rate = format!("{:.1} % in all", 100.0 * set.count.success_rate);
-        area.draw(&Text::new(rate, (left + 30, y + 19), text(13, 0.7)))?;
+        area.draw(&Text::new(rate, (left + 30, y + 19.min(pitch / 2)), text(13, 0.7)))?;
     }
-    let y = 70 + 52 * summary.sets.len() as i32;
-    area.draw(&Text::new("band: 95 %", (left, y), text(13, 0.7)))
+    let y = 70 + pitch * summary.sets.len() as i32;
+    let bands = if has_bands(summary) { "band: 95 %" } else { "intervals: summary.json" };
+    area.draw(&Text::new(bands, (left, y), text(13, 0.7)))
+}
+
+fn has_bands(summary: &Summary) -> bool {
+    summary.sets.len() <= MOST_BANDS
+}
+
+/// A name as far as there is room for it.
+fn shown(name: &str) -> String {
+    match name.char_indices().nth(LETTERS) {
+        Some((end, _)) => format!("{}...", &name[..end]),
+        None => name.into(),
+    }
+}
+
+fn legend_width(summary: &Summary) -> u32 {
+    let letters = summary.sets.iter().map(|set| shown(&set.name).chars().count()).max().unwrap_or(0);
+    LEGEND_WIDTH.max(LEGEND_INDENT + LETTER_WIDTH * letters as u32)
 }

@@ -43,7 +43,7 @@ pub struct PushArgs {
     /// Course of the force; the impulse is the same [default: rectangular]
     #[arg(long, value_enum)]
     pub profile: Option<Profile>,
-    /// Gain set by name or file; of a campaign, also a file of its own by the name
+    /// Gain set by name or file, or a variant NAME:KEY=VALUE; of a campaign, also by its name in the results
     #[arg(long, value_name = "NAME|FILE", default_value = "switching")]
     pub gains: String,
     /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
@@ -84,8 +84,8 @@ pub fn run(args: &PushArgs) -> Result<String> {
     let push = the_push(args, campaign.as_ref(), &config)?;
     let robot_name = args.robot.as_ref().or(campaign.as_ref().map(|c| &c.robot));
     let robot = Robot::load(robot_name.map_or(DEFAULT_ROBOT, String::as_str))?;
-    let gains = gains_of(campaign.as_ref(), &args.gains);
-    let design = Design::new(&robot, &GainSet::load(gains)?, config.control_period_s)?;
+    let gains = campaign.as_ref().map_or_else(|| args.gains.clone(), |c| c.gains_named(&args.gains));
+    let design = Design::new(&robot, &GainSet::load(&gains)?, config.control_period_s)?;
     if let Some(warning) = &design.warning {
         log::warn!("{warning}");
     }
@@ -140,12 +140,6 @@ pub(super) fn episode_with(
     } else {
         story(&push, design, config, &record, &witness)
     })
-}
-
-/// The gain set asked for, as the campaign has it: one of its files by its name, else what `open` makes of it.
-fn gains_of<'a>(campaign: Option<&'a Campaign>, name: &'a str) -> &'a str {
-    let is_it = |path: &&String| Path::new(path.as_str()).file_stem().is_some_and(|stem| stem == name);
-    campaign.and_then(|c| c.gains.iter().find(is_it)).map_or(name, String::as_str)
 }
 
 /// The push asked for: that of the campaign's trial if one is named, changed by what else is given.

@@ -2,9 +2,10 @@
 
 use crate::campaign::Summary;
 use crate::campaign::foretold::{Foretold, MarginBin};
+use crate::campaign::paired::{Only, Pair};
 use crate::campaign::stats::{Count, SetSummary};
 use crate::episode::Judge;
-use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle};
+use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, Table, TableStyle, Width};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -13,6 +14,9 @@ const PLAIN_WIDTH: u16 = 80;
 
 /// Causes of a fall that are named; the others are summed up.
 const CAUSES: usize = 5;
+
+/// With more sets than this the sets are rows, not columns, and each is compared with the first alone.
+const FEW: usize = 4;
 
 /// What counts as recovered and as a fall, in words: three lines.
 pub fn thresholds(judge: &Judge) -> String {
@@ -81,15 +85,48 @@ fn sets(summary: &Summary) -> Table {
 }
 
 fn by_impulse(summary: &Summary) -> Table {
-    let names = summary.sets.iter().map(|set| set.name.clone());
-    let mut table = table(["impulse [N s]".into(), "pushes".into()].into_iter().chain(names));
+    let names = std::iter::once("pushes").chain(names(summary));
     let bins = summary.sets.first().map_or(0, |set| set.by_impulse.len());
-    for bin in 0..bins {
+    let row = |bin: usize| {
         // Every set met the same pushes: their bins are the same.
         let first = &summary.sets[0].by_impulse[bin];
-        let rates = summary.sets.iter().map(|set| percent(set.by_impulse[bin].count.success_rate));
-        let range = format!("{} to {}", first.from_n_s, first.to_n_s);
-        table.add_row([range, first.count.trials.to_string()].into_iter().chain(rates));
+        let rate = |set: &SetSummary| {
+            let rate = set.by_impulse[bin].count.success_rate;
+            if many(summary) { format!("{:.0} %", 100.0 * rate) } else { percent(rate) }
+        };
+        let cells = std::iter::once(first.count.trials.to_string()).chain(summary.sets.iter().map(rate));
+        let to = if many(summary) { "-" } else { " to " };
+        (format!("{}{to}{}", first.from_n_s, first.to_n_s), cells.collect())
+    };
+    compared("impulse [N s]", names, (0..bins).map(row).collect(), many(summary))
+}
+
+fn names(summary: &Summary) -> impl Iterator<Item = &str> {
+    summary.sets.iter().map(|set| set.name.as_str())
+}
+
+fn many(summary: &Summary) -> bool {
+    summary.sets.len() > FEW
+}
+
+/// A table with a column for each name, or with a row for each if they are many. `rows` hold a label, then a cell for
+/// each name.
+fn compared<'a>(
+    corner: &'a str,
+    names: impl Iterator<Item = &'a str>,
+    rows: Vec<(String, Vec<String>)>,
+    many: bool,
+) -> Table {
+    if many {
+        let mut table = table(std::iter::once(corner).chain(rows.iter().map(|(label, _)| label.as_str())));
+        for (i, name) in names.enumerate() {
+            table.add_row(std::iter::once(name).chain(rows.iter().map(|(_, cells)| cells[i].as_str())));
+        }
+        return whole_names(align(table));
+    }
+    let mut table = table(std::iter::once(corner).chain(names));
+    for (label, cells) in rows {
+        table.add_row(std::iter::once(label).chain(cells));
     }
     align(table)
 }
@@ -112,18 +149,17 @@ fn falls(summary: &Summary) -> String {
     let sum = |set: &SetSummary, of: &dyn Fn(&str) -> bool| -> u64 {
         set.fall_causes.iter().filter(|fall| of(&fall.cause)).map(|fall| fall.trials).sum()
     };
-    let row = |label: &str, of: &dyn Fn(&str) -> bool| -> Vec<String> {
-        std::iter::once(label.to_string()).chain(summary.sets.iter().map(|set| sum(set, of).to_string())).collect()
+    let row = |label: &str, of: &dyn Fn(&str) -> bool| {
+        // Words wrap in a narrow column, names of links and joints do not.
+        let label = if many(summary) { label.replace('_', " ") } else { label.into() };
+        (label, summary.sets.iter().map(|set| sum(set, of).to_string()).collect())
     };
-    let mut table = table(["fell on".to_string()].into_iter().chain(summary.sets.iter().map(|set| set.name.clone())));
-    for &(cause, _) in &causes {
-        table.add_row(row(cause, &|c| c == cause));
-    }
+    let mut rows: Vec<_> = causes.iter().map(|&(cause, _)| row(cause, &|c| c == cause)).collect();
     let others = |c: &str| !named(c);
     if summary.sets.iter().any(|set| sum(set, &others) > 0) {
-        table.add_row(row("others", &others));
+        rows.push(row("others", &others));
     }
-    format!("\n{}\n", align(table))
+    format!("\n{}\n", compared("fell on", names(summary), rows, many(summary)))
 }
 
 /// Medians of each set's own survivors, and of the trials that all survive.
@@ -168,15 +204,26 @@ fn foretold(summary: &Summary) -> String {
     if with_sets().next().is_none() {
         return String::new();
     }
-    let mut table =
-        table(["slowest CPI set after the push".to_string()].into_iter().chain(with_sets().map(|s| s.0.name.clone())));
     let of = |count: &Count| match count.trials {
         0 => "-".into(),
         trials => format!("{}/{trials} {:>7}", count.recovered, percent(count.success_rate)),
     };
     type Pick = fn(&Foretold) -> &Count;
+    let mut rows: Vec<(String, Vec<String>)> = Vec::new();
     for (label, pick) in [("holds the state", (|f| &f.inside) as Pick), ("does not", |f| &f.outside)] {
-        table.add_row(std::iter::once(label.to_string()).chain(with_sets().map(|(_, f)| of(pick(f)))));
+        rows.push((label.into(), with_sets().map(|(_, f)| of(pick(f))).collect()));
+    }
+    let names = with_sets().map(|(set, _)| set.name.as_str());
+    let corner = "slowest CPI set after the push";
+    if many(summary) {
+        rows.push(("as foretold".into(), with_sets().map(|(_, f)| percent(f.agreement)).collect()));
+        rows.push(("by the estimate".into(), with_sets().map(|(_, f)| percent(f.agreement_est)).collect()));
+        return format!(
+            "\n{}\n recovered where the set holds the true state at the end of the push, and where\n \
+             it does not; trials that did as it says, and by the state as estimated then;\n \
+             by margin: see summary.json\n",
+            compared(corner, names, rows, true)
+        );
     }
     let mut bins: Vec<&MarginBin> = Vec::new();
     for bin in with_sets().flat_map(|(_, f)| &f.by_margin) {
@@ -192,7 +239,7 @@ fn foretold(summary: &Summary) -> String {
             (None, to) => format!("  margin under {}", to.unwrap_or(f64::INFINITY)),
         };
         let cell = |f: &Foretold| f.by_margin.iter().find(|bin| bin.from == *from).map_or("-".into(), |b| of(&b.count));
-        table.add_row(std::iter::once(label).chain(with_sets().map(|(_, f)| cell(f))));
+        rows.push((label, with_sets().map(|(_, f)| cell(f)).collect()));
     }
     let agreement = |(set, f): (&SetSummary, &Foretold)| {
         format!(" {}: {} ({} by the state as estimated then)", set.name, percent(f.agreement), percent(f.agreement_est))
@@ -200,34 +247,69 @@ fn foretold(summary: &Summary) -> String {
     format!(
         "\n{}\n recovered where the set holds the true state at the end of the push, and where\n \
          it does not (margin 1: rest, 0: border of the set); trials that did as it says:\n{}\n",
-        align(table),
+        compared(corner, names, rows, false),
         with_sets().map(agreement).collect::<Vec<_>>().join("\n")
     )
 }
 
-/// Pushes that one set survives and another does not, and how to replay one.
+/// Pushes that one set survives and another does not, and how to replay one. Of many sets each against the first.
 fn differences(summary: &Summary, folder: &Path) -> String {
+    let against_first = summary.pairs.iter().take(summary.sets.len().saturating_sub(1));
+    let shown = if many(summary) { against_first } else { summary.pairs.iter().take(usize::MAX) };
+    let found = shown.clone().chain(&summary.pairs).find_map(|pair| {
+        let replay = |winner: usize| Some((pair.only[winner].examples.first()?, &pair.sets[1 - winner]));
+        replay(0).or_else(|| replay(1))
+    });
+    let Some((trial, set)) = found else { return String::new() };
+    let pairs = match summary.sets.first() {
+        Some(first) if many(summary) => format!(
+            "{}\n each set against the first, {}; every pair is in summary.json\n",
+            against(&first.name, shown),
+            first.name
+        ),
+        _ => format!("{}\n", every_pair(shown)),
+    };
+    format!(
+        "\n{pairs} to replay one: standfast push --campaign {} \\\n                  --trial {trial} --gains {}\n",
+        shell_word(&folder.join("campaign.toml").display().to_string()),
+        shell_word(set)
+    )
+}
+
+fn every_pair<'a>(pairs: impl Iterator<Item = &'a Pair>) -> Table {
     let mut table = table(["recovers", "does not", "pushes", "first trials"]);
-    let mut replay = None;
-    for pair in &summary.pairs {
+    for pair in pairs {
         for (winner, loser) in [(0, 1), (1, 0)] {
             let only = &pair.only[winner];
-            let examples: Vec<String> = only.examples.iter().map(u64::to_string).collect();
-            let more = if only.trials > only.examples.len() as u64 { ", ..." } else { "" };
             let (winner, loser) = (&pair.sets[winner], &pair.sets[loser]);
-            if let (None, Some(trial)) = (&replay, only.examples.first()) {
-                replay = Some((trial, loser));
-            }
-            table.add_row([winner, loser, &only.trials.to_string(), &format!("{}{more}", examples.join(", "))]);
+            table.add_row([winner, loser, &only.trials.to_string(), &examples(only, usize::MAX)]);
         }
     }
-    let Some((trial, set)) = replay else { return String::new() };
-    let campaign = folder.join("campaign.toml");
-    format!(
-        "\n{}\n to replay one: standfast push --campaign {} \\\n                  --trial {trial} --gains {set}\n",
-        align(table),
-        campaign.display()
-    )
+    align(table)
+}
+
+/// A row for each set that is paired with the first.
+fn against<'a>(first: &str, pairs: impl Iterator<Item = &'a Pair>) -> Table {
+    let (wins, loses) = (format!("recovers, {first} does not"), format!("{first} recovers, it does not"));
+    let mut table = table(["gain set", &wins, "first trials", &loses, "first trials"]);
+    for Pair { sets: [_, set], only: [lost, won], .. } in pairs {
+        let (won_trials, lost_trials) = (won.trials.to_string(), lost.trials.to_string());
+        table.add_row([set, &won_trials, &examples(won, 2), &lost_trials, &examples(lost, 2)]);
+    }
+    whole_names(align(table))
+}
+
+/// The first trials, at most so many.
+fn examples(only: &Only, most: usize) -> String {
+    let shown: Vec<String> = only.examples.iter().take(most).map(u64::to_string).collect();
+    let more = if only.trials > shown.len() as u64 { ", ..." } else { "" };
+    format!("{}{more}", shown.join(", "))
+}
+
+/// As a shell wants it: in quotes if there is anything in it that a shell would read.
+fn shell_word(text: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
+    if text.chars().all(plain) { text.into() } else { format!("'{}'", text.replace('\'', "'\\''")) }
 }
 
 fn seconds(time_s: Option<f64>) -> String {
@@ -254,6 +336,42 @@ fn align(mut table: Table) -> Table {
     table
 }
 
+/// Keeps room for the words of the first column: the other headers wrap first.
+fn whole_names(mut table: Table) -> Table {
+    let cells = table.row_iter().filter_map(|row| row.cell_iter().next());
+    let longest = cells.flat_map(|cell| cell.content().split(' ').map(|word| word.chars().count()).max()).max();
+    if let (Some(longest), Some(column)) = (longest, table.column_mut(0)) {
+        let width = Width::Fixed((longest as u16).saturating_add(1).min(PLAIN_WIDTH / 3));
+        column.set_constraint(ColumnConstraint::LowerBoundary(width));
+    }
+    table
+}
+
 fn percent(rate: f64) -> String {
     format!("{:.1} %", 100.0 * rate)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shell_reads_a_name_as_one_word() {
+        assert_eq!(shell_word("out/campaign.toml"), "out/campaign.toml");
+        assert_eq!(shell_word("mine zmp_margin_m=0.1"), "'mine zmp_margin_m=0.1'");
+        assert_eq!(shell_word("x=[1,2]"), "'x=[1,2]'");
+        assert_eq!(shell_word("it's"), r"'it'\''s'");
+    }
+
+    #[test]
+    fn of_many_sets_each_is_compared_with_the_first() {
+        let pair = |set: &str, lost, won: u64| {
+            let only = |trials: u64| Only { trials, examples: (0..trials.min(5)).collect() };
+            let sets = ["a".into(), set.into()];
+            Pair { sets, both_recovered: 0, neither_recovered: 0, only: [only(lost), only(won)] }
+        };
+        let text = against("a", [pair("b", 0, 3), pair("c", 2, 0)].iter()).to_string();
+        let rows: Vec<String> = text.lines().map(|l| l.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
+        assert!(rows.contains(&"b 3 0, 1, ... 0".into()) && rows.contains(&"c 0 2 0, 1".into()), "{text}");
+    }
 }

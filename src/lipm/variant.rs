@@ -1,0 +1,220 @@
+//! Variants of a gain set: one value of it changed, to see what that value does (a sweep).
+//!
+//! A campaign lists its gain sets by name or path; `NAME:KEY=VALUE` lists a variant, e.g.
+//! `switching:zmp_margin_m=0.001` or `my.toml:gains.0.x=[0.2, 1, 5]`. The key is dotted, a number in it counts elements
+//! of an array from 0, and the value is TOML (a bare word is a string). Whoever opens a gain set by name opens its
+//! variants too, so that they go through result folders, shards and replays as any other set does.
+
+use super::gains::GainSet;
+use crate::assets::{self, Kind, Missing};
+use crate::error::{Error, Result};
+use toml::Value;
+
+/// A gain set as it is listed: a name or path, and for a variant what is changed of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Entry<'a> {
+    /// A name that is compiled in, or a path.
+    pub base: &'a str,
+    /// Key and value, both as written.
+    pub change: Option<(&'a str, &'a str)>,
+}
+
+impl<'a> Entry<'a> {
+    /// Splits at the first `:` that is followed by `key=` and has a gain set before it: a compiled-in name, a `.toml`,
+    /// or anything if no path goes on behind. So a drive (`C:\g.toml`) and a folder like `a:b=1/g.toml` are no variants.
+    pub fn split(text: &'a str) -> Self {
+        for (at, _) in text.match_indices(':') {
+            let base = &text[..at];
+            let Some((key, value)) = text[at + 1..].split_once('=') else { break };
+            let (key, value) = (key.trim(), value.trim());
+            let is_key = !key.is_empty() && key.chars().all(|c| c.is_ascii_alphanumeric() || "_-.".contains(c));
+            let is_set = Kind::Gains.names().contains(&base) || base.ends_with(".toml");
+            if is_key && !base.is_empty() && (is_set || !value.contains(['/', '\\'])) {
+                return Self { base, change: Some((key, value)) };
+            }
+        }
+        Self { base: text, change: None }
+    }
+
+    /// The same of another gain set: what a list has once the base has moved.
+    pub fn with_base(&self, base: &str) -> String {
+        match self.change {
+            Some((key, value)) => format!("{base}:{key}={value}"),
+            None => base.into(),
+        }
+    }
+
+    /// Opens the gain set and changes it. Errors: it cannot be read, or the change does not fit.
+    pub fn load(&self) -> Result<GainSet> {
+        self.of(&GainSet::parse(&assets::open(Kind::Gains, self.base)?)?)
+    }
+
+    /// The set that is meant, given what `base` holds. Its name says what is changed: `switching zmp_margin_m=0.001`.
+    pub fn of(&self, base: &GainSet) -> Result<GainSet> {
+        let Some((key, value)) = self.change else { return Ok(base.clone()) };
+        let file = format!("{} (a variant: --vary, or NAME:KEY=VALUE)", self.with_base(self.base));
+        let refuse = |problem: &str, accepted: String| Error::value(&file, key, value, problem, accepted);
+        if value.is_empty() || value.contains(char::is_control) {
+            return Err(refuse("not a value in one line", "a value in TOML".into()));
+        }
+        let mut tree = Value::try_from(base).map_err(|e| refuse(&e.to_string(), "a gain set".into()))?;
+        let missing = |Missing { name, accepted }| refuse(&format!("the set has no `{name}`"), accepted);
+        let (folder, last) = key.rsplit_once('.').unwrap_or(("", key));
+        let before = match assets::place(&mut tree, folder).map_err(missing)? {
+            // A name that is not there may be one that has no value so far; reading the set says whether it is known.
+            Value::Table(table) => table.insert(last.into(), assets::toml_value(value)),
+            _ => {
+                let place = assets::place(&mut tree, key).map_err(missing)?;
+                Some(std::mem::replace(place, assets::toml_value(value)))
+            }
+        };
+        let accepted = match before {
+            Some(now) => format!("as now: {}", now.to_string().trim().replace('\n', "; ")),
+            None => "a key of the gain set".into(),
+        };
+        let shown = if count(&tree, last) == 1 { last } else { key };
+        let mut set: GainSet = tree.clone().try_into().map_err(|e| refuse(e.message().trim_end(), accepted))?;
+        set.name = format!("{} {shown}={}", base.name, value.trim_matches(['"', '\'']));
+        set.validate(&file)?;
+        Ok(set)
+    }
+}
+
+/// The variants of `SET:KEY=V1,V2,...`, each as a list has it. Errors: it is not of this form.
+pub fn expand(sweep: &str) -> Result<Vec<String>> {
+    let accepted = "SET:KEY=V1,V2,..., e.g. switching:zmp_margin_m=0.001,0.003";
+    let refuse = |problem: &str| Error::value("command line", "--vary", sweep, problem, accepted);
+    let Entry { base, change: Some((key, values)) } = Entry::split(sweep) else {
+        return Err(refuse("names no key and values of a gain set"));
+    };
+    let values = split_values(values).ok_or_else(|| refuse("brackets or quotes do not close"))?;
+    if values.iter().any(|value| value.is_empty()) {
+        return Err(refuse("a value is empty"));
+    }
+    Ok(values.iter().map(|value| Entry { base, change: Some((key, value)) }.with_base(base)).collect())
+}
+
+/// Splits at commas outside of brackets and quotes; None if these do not close.
+fn split_values(text: &str) -> Option<Vec<&str>> {
+    let (mut values, mut start) = (Vec::new(), 0);
+    let (mut depth, mut quote) = (0_u32, None);
+    for (at, c) in text.char_indices() {
+        match (quote, c) {
+            (Some(open), _) if c == open => quote = None,
+            (Some(_), _) => {}
+            (None, '"' | '\'') => quote = Some(c),
+            (None, '[' | '{') => depth += 1,
+            (None, ']' | '}') => depth = depth.checked_sub(1)?,
+            (None, ',') if depth == 0 => {
+                values.push(text[start..at].trim());
+                start = at + 1;
+            }
+            _ => {}
+        }
+    }
+    values.push(text[start..].trim());
+    (depth == 0 && quote.is_none()).then_some(values)
+}
+
+/// How often a key of this name is in the tree.
+fn count(tree: &Value, name: &str) -> usize {
+    match tree {
+        Value::Table(table) => table.iter().map(|(key, value)| usize::from(key == name) + count(value, name)).sum(),
+        Value::Array(values) => values.iter().map(|value| count(value, name)).sum(),
+        _ => 0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_variant_has_a_set_before_the_colon_and_a_key_behind_it() {
+        for (text, base, change) in [
+            ("switching", "switching", None),
+            ("switching:zmp_margin_m=0.001", "switching", Some(("zmp_margin_m", "0.001"))),
+            ("swiching: zmp_margin_m = 0.001", "swiching", Some(("zmp_margin_m", "0.001"))),
+            ("a/g.toml:gains.0.x=[0.2, 1, 5]", "a/g.toml", Some(("gains.0.x", "[0.2, 1, 5]"))),
+            (r"C:\g.toml", r"C:\g.toml", None),
+            (r"C:\g.toml:zmp_margin_m=0", r"C:\g.toml", Some(("zmp_margin_m", "0"))),
+            ("C:g.toml:zmp_margin_m=0", "C:g.toml", Some(("zmp_margin_m", "0"))),
+            ("a:b=1/g.toml", "a:b=1/g.toml", None),
+            ("a:b=1/g.toml:zmp_margin_m=0", "a:b=1/g.toml", Some(("zmp_margin_m", "0"))),
+            ("hold:description='a:b=c/d'", "hold", Some(("description", "'a:b=c/d'"))),
+            (":a=1", ":a=1", None),
+        ] {
+            let entry = Entry::split(text);
+            assert_eq!(entry, Entry { base, change }, "{text}");
+            assert_eq!(Entry::split(&entry.with_base("switching")).change, change, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_sweep_is_split_at_the_commas_of_its_top_level() {
+        let of = |text: &str| expand(&format!("fixed:k={text}")).unwrap();
+        assert_eq!(of("1, 2"), ["fixed:k=1", "fixed:k=2"]);
+        assert_eq!(of("[0.2,1,5],[1,1,5]"), ["fixed:k=[0.2,1,5]", "fixed:k=[1,1,5]"]);
+        assert_eq!(of("{a=[1,2],b=3}"), ["fixed:k={a=[1,2],b=3}"]);
+        assert_eq!(of("'a,b',\"c]\""), ["fixed:k='a,b'", "fixed:k=\"c]\""]);
+        for (bad, problem) in [
+            ("fixed", "names no key"),
+            ("fixed:k", "names no key"),
+            ("fixed:k=", "a value is empty"),
+            ("fixed:k=1,,2", "a value is empty"),
+            ("fixed:k=[1,2", "do not close"),
+            ("fixed:k=1],2", "do not close"),
+            ("fixed:k='1,2", "do not close"),
+        ] {
+            let error = expand(bad).unwrap_err();
+            assert!(error.to_string().contains("--vary") && error.to_string().contains(problem), "{bad}: {error}");
+            assert_eq!(error.exit_code(), 2);
+        }
+    }
+
+    #[test]
+    fn one_value_is_changed_and_the_name_says_which() {
+        let base = GainSet::load("switching").unwrap();
+        let variant = GainSet::load("switching:zmp_margin_m=0.001").unwrap();
+        assert_eq!(variant.name, "switching zmp_margin_m=0.001");
+        assert_eq!(GainSet { name: base.name.clone(), zmp_margin_m: 0.003, ..variant }, base);
+
+        let variant = GainSet::load("switching:gains.1.x=[0.4,1,6]").unwrap();
+        assert_eq!(variant.name, "switching gains.1.x=[0.4,1,6]");
+        assert_eq!(variant.gains[1].x, [0.4, 1.0, 6.0]);
+        assert_eq!((&variant.gains[0], variant.gains[1].y), (&base.gains[0], base.gains[1].y));
+        assert_eq!(GainSet::load("switching:gains.4.y.2=7").unwrap().gains[4].y, [1.2, 1.0, 7.0]);
+        // With one gain there is one `x`.
+        assert_eq!(GainSet::load("fixed:gains.0.x=[1,1,5]").unwrap().name, "fixed x=[1,1,5]");
+        assert_eq!(GainSet::load("fixed:gains.0.name='quick'").unwrap().name, "fixed gains.0.name=quick");
+    }
+
+    #[test]
+    fn errors_name_the_variant_the_key_the_value_and_what_is_accepted() {
+        for (bad, expected) in [
+            ("switching:zmp_margin=0.1", ["zmp_margin = 0.1", "unknown field `zmp_margin`", "`zmp_margin_m`"]),
+            ("switching:zmp_margin_m=wide", ["zmp_margin_m = wide", "expected f64", "as now: 0.003"]),
+            ("switching:zmp_margin_m=-1", ["zmp_margin_m = -1", "is not a length", "0 or more"]),
+            ("switching:gains.5.x=[1,1,5]", ["gains.5.x", "the set has no `gains.5`", "gains.0 to gains.4"]),
+            ("switching:gains.slow=1", ["gains.slow", "the set has no `gains.slow`", "gains.0 to gains.4"]),
+            ("hold:gains.0.x=[1,1,5]", ["gains.0.x", "the set has no `gains.0`", "nothing: `gains` is empty"]),
+            ("switching:gian.alpha=1", ["gian.alpha = 1", "the set has no `gian`", "zmp_margin_m"]),
+            ("switching:zmp_margin_m.x=1", ["zmp_margin_m.x", "the set has no `zmp_margin_m.x`", "zmp_margin_m"]),
+            ("switching:gains.0.x=[1,1]", ["gains.0.x = [1,1]", "array of length 3", "as now: [0.15, 1.0, 5.0]"]),
+            ("switching:gains.0.x=[-1,1,5]", ["gains[0].x[0] = -1", "unstable", "positive"]),
+            ("switching:gains.0.z=1", ["gains.0.z = 1", "unknown field `z`", "`x`"]),
+            ("switching:standing=upright", ["standing = upright", "`posture`", "as now: \"switching\""]),
+            ("switching:standing=posture", ["gains = 5 gains", "uses no gains", "no [[gains]]"]),
+            ("switching:zmp_margin_m=", ["zmp_margin_m = ", "not a value", "TOML"]),
+        ] {
+            let error = GainSet::load(bad).unwrap_err();
+            assert_eq!(error.exit_code(), 2);
+            let message = error.to_string();
+            for part in expected.into_iter().chain([bad, "--vary"]) {
+                assert!(message.contains(part), "{bad}: {part:?} not in {message:?}");
+            }
+        }
+        let message = GainSet::load("swiching:zmp_margin_m=1").unwrap_err().to_string();
+        assert!(message.contains("gain set \"swiching\" not found"), "{message}");
+    }
+}
