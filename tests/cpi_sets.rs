@@ -20,6 +20,7 @@ fn family_of(poles: &[([f64; 3], [f64; 3])]) -> GainFamily {
         standing: Standing::Switching,
         zmp_margin_m: 0.0,
         gains,
+        stepping: None,
     };
     GainFamily::design(&set, PENDULUM).unwrap()
 }

@@ -2,7 +2,7 @@
 //!
 //! A [`spec`] says what is drawn; a [`trial`] is a function of (seed, index) alone; [`run`] spreads trials over cores;
 //! [`parts`] keeps what is finished on disk and joins it; [`stats`] counts, [`paired`] compares the sets on the same
-//! pushes, [`foretold`] the theory with what happened.
+//! pushes, [`foretold`] the theory with what happened, and [`stepped`] says what footsteps were worth.
 //! Beside it, [`response`] measures how the ZMP follows the one wanted, and a [`scenario`] is one disturbance with a name.
 
 pub mod distribution;
@@ -15,6 +15,7 @@ pub mod run;
 pub mod scenario;
 pub mod spec;
 pub mod stats;
+pub mod stepped;
 pub mod trial;
 
 pub use distribution::Distribution;

@@ -3,6 +3,7 @@
 use crate::campaign::foretold::{FallCause, Foretold};
 use crate::campaign::paired::{Common, Pair, Times};
 use crate::campaign::spec::{PushSpec, SensorSpec};
+use crate::campaign::stepped::Stepped;
 use crate::campaign::{Row, parts::Manifest};
 use crate::episode::{EpisodeConfig, Outcome};
 use serde::Serialize;
@@ -49,6 +50,8 @@ pub struct SetSummary {
     pub times: Times,
     /// What the sets of the pendulum say against what happened; None without gains.
     pub foretold: Option<Foretold>,
+    /// Footsteps against outcome; None for a set that took none.
+    pub stepped: Option<Stepped>,
     pub fall_causes: Vec<FallCause>,
     /// Success by impulse, bins of equal width, without empty ones.
     pub by_impulse: Vec<ImpulseBin>,
@@ -130,6 +133,7 @@ impl SetSummary {
             timed_out: with(Outcome::TimedOut),
             times: Times::of(rows.iter().copied(), end_early),
             foretold: Foretold::new(&rows),
+            stepped: Stepped::new(&rows),
             fall_causes: FallCause::count(&rows),
             by_impulse: bins.windows(2).map(|bin| within(&bin)).filter(|bin| bin.count.trials > 0).collect(),
         }

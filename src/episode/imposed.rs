@@ -148,9 +148,8 @@ fn velocity_for(robot: &Robot, design: &Design, com: Point2<f64>, zmp_error: Vec
         return Err(refused(design, zmp_error, "the gain set has no gains"));
     };
     let z = family.allowed_support(&home_polygon(robot), &family.name)?;
-    // The ZMP that leaves Z by that error: the point of Z that the error stands on, nearest to the middle.
-    let farthest = z.vertices().iter().map(|v| v.coords.dot(&zmp_error)).fold(f64::NEG_INFINITY, f64::max);
-    let beyond = z.nearest(Point2::from(zmp_error * (farthest / zmp_error.norm_squared())));
+    // The ZMP that leaves Z by that error: beyond the point of Z that is nearest to all that lies far out that way.
+    let beyond = z.nearest(Point2::from(zmp_error.normalize() * 1e3));
     let wanted = beyond + zmp_error;
     // For each axis the ZMP is linear in the velocity, as long as the same ZMP is the farthest.
     let mut velocity = (wanted - com) * family.pendulum.omega;

@@ -2,6 +2,7 @@
 
 pub mod cpi;
 mod cpi_plot;
+mod layout;
 pub mod model;
 pub mod motion;
 pub mod motion_plot;

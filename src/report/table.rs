@@ -4,13 +4,12 @@ use crate::campaign::Summary;
 use crate::campaign::foretold::{Foretold, MarginBin};
 use crate::campaign::paired::{Only, Pair};
 use crate::campaign::stats::{Count, SetSummary};
+use crate::campaign::stepped::Stepped;
 use crate::episode::Judge;
-use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, Table, TableStyle, Width};
+use crate::report::layout::{align, compared, percent, seconds, shell_word, table, whole_names};
+use comfy_table::Table;
 use std::fmt::Write;
 use std::path::Path;
-
-/// Width of text that does not go to a terminal.
-const PLAIN_WIDTH: u16 = 80;
 
 /// Causes of a fall that are named; the others are summed up.
 const CAUSES: usize = 5;
@@ -61,6 +60,7 @@ pub fn campaign(summary: &Summary, folder: &Path) -> String {
     );
     let _ = writeln!(text, "{}\n{}\n{}", sets(summary), falls(summary), by_impulse(summary));
     let _ = write!(text, "\n{}\n{}", times(summary), times_explained(summary));
+    text += &stepped(summary);
     text += &foretold(summary);
     text += &differences(summary, folder);
     let _ = writeln!(text, "\n95 % intervals: {}", summary.interval.trim_start_matches("95 %: "));
@@ -107,28 +107,6 @@ fn names(summary: &Summary) -> impl Iterator<Item = &str> {
 
 fn many(summary: &Summary) -> bool {
     summary.sets.len() > FEW
-}
-
-/// A table with a column for each name, or with a row for each if they are many. `rows` hold a label, then a cell for
-/// each name.
-fn compared<'a>(
-    corner: &'a str,
-    names: impl Iterator<Item = &'a str>,
-    rows: Vec<(String, Vec<String>)>,
-    many: bool,
-) -> Table {
-    if many {
-        let mut table = table(std::iter::once(corner).chain(rows.iter().map(|(label, _)| label.as_str())));
-        for (i, name) in names.enumerate() {
-            table.add_row(std::iter::once(name).chain(rows.iter().map(|(_, cells)| cells[i].as_str())));
-        }
-        return whole_names(align(table));
-    }
-    let mut table = table(std::iter::once(corner).chain(names));
-    for (label, cells) in rows {
-        table.add_row(std::iter::once(label).chain(cells));
-    }
-    align(table)
 }
 
 /// On what the sets fell; empty if none did.
@@ -198,20 +176,46 @@ fn times_explained(summary: &Summary) -> String {
     text
 }
 
+/// What footsteps were worth; empty if no gain set took any.
+fn stepped(summary: &Summary) -> String {
+    let steppers = || summary.sets.iter().filter_map(|set| Some((set, set.stepped.as_ref()?)));
+    if steppers().next().is_none() {
+        return String::new();
+    }
+    let mut rows: Vec<(String, Vec<String>)> = Vec::new();
+    for (i, label) in ["none", "one", "two", "three or more"].into_iter().enumerate() {
+        rows.push((label.into(), steppers().map(|(_, stepped)| rate_of(&stepped.by_footsteps[i])).collect()));
+    }
+    type Pick = fn(&Stepped) -> u64;
+    for (label, pick) in [
+        ("fell before any", (|s| s.fell_before_any) as Pick),
+        ("fell with a foot in the air", |s| s.fell_in_swing),
+        ("fell after the last landing", |s| s.fell_after_landing),
+    ] {
+        rows.push((label.into(), steppers().map(|(_, stepped)| pick(stepped).to_string()).collect()));
+    }
+    let names = steppers().map(|(set, _)| set.name.as_str());
+    format!("\n{}\n", compared("recovered, by footsteps", names, rows, many(summary)))
+}
+
+/// Recovered of trials, and the rate.
+fn rate_of(count: &Count) -> String {
+    match count.trials {
+        0 => "-".into(),
+        trials => format!("{}/{trials} {:>7}", count.recovered, percent(count.success_rate)),
+    }
+}
+
 /// How well the sets foretell what happens; empty if no gain set has any.
 fn foretold(summary: &Summary) -> String {
     let with_sets = || summary.sets.iter().filter_map(|set| Some((set, set.foretold.as_ref()?)));
     if with_sets().next().is_none() {
         return String::new();
     }
-    let of = |count: &Count| match count.trials {
-        0 => "-".into(),
-        trials => format!("{}/{trials} {:>7}", count.recovered, percent(count.success_rate)),
-    };
     type Pick = fn(&Foretold) -> &Count;
     let mut rows: Vec<(String, Vec<String>)> = Vec::new();
     for (label, pick) in [("holds the state", (|f| &f.inside) as Pick), ("does not", |f| &f.outside)] {
-        rows.push((label.into(), with_sets().map(|(_, f)| of(pick(f))).collect()));
+        rows.push((label.into(), with_sets().map(|(_, f)| rate_of(pick(f))).collect()));
     }
     let names = with_sets().map(|(set, _)| set.name.as_str());
     let corner = "slowest CPI set after the push";
@@ -238,7 +242,8 @@ fn foretold(summary: &Summary) -> String {
             (Some(from), None) => format!("  margin over {from}"),
             (None, to) => format!("  margin under {}", to.unwrap_or(f64::INFINITY)),
         };
-        let cell = |f: &Foretold| f.by_margin.iter().find(|bin| bin.from == *from).map_or("-".into(), |b| of(&b.count));
+        let cell =
+            |f: &Foretold| f.by_margin.iter().find(|bin| bin.from == *from).map_or("-".into(), |b| rate_of(&b.count));
         rows.push((label, with_sets().map(|(_, f)| cell(f)).collect()));
     }
     let agreement = |(set, f): (&SetSummary, &Foretold)| {
@@ -306,62 +311,9 @@ fn examples(only: &Only, most: usize) -> String {
     format!("{}{more}", shown.join(", "))
 }
 
-/// As a shell wants it: in quotes if there is anything in it that a shell would read.
-fn shell_word(text: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
-    if text.chars().all(plain) { text.into() } else { format!("'{}'", text.replace('\'', "'\\''")) }
-}
-
-fn seconds(time_s: Option<f64>) -> String {
-    time_s.map_or("-".into(), |s| format!("{s:.2} s"))
-}
-
-fn table<T: Into<comfy_table::Cell>>(header: impl IntoIterator<Item = T>) -> Table {
-    let mut table = Table::new();
-    let rule = TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
-    table.load_style(rule).set_content_arrangement(ContentArrangement::Dynamic);
-    if !table.is_tty() {
-        table.set_width(PLAIN_WIDTH);
-    }
-    table.set_header(header.into_iter().map(Into::into).collect::<Vec<comfy_table::Cell>>());
-    table
-}
-
-/// Names to the left, numbers to the right.
-fn align(mut table: Table) -> Table {
-    for (i, column) in table.column_iter_mut().enumerate() {
-        column.set_padding((1, 0));
-        column.set_cell_alignment(if i == 0 { CellAlignment::Left } else { CellAlignment::Right });
-    }
-    table
-}
-
-/// Keeps room for the words of the first column: the other headers wrap first.
-fn whole_names(mut table: Table) -> Table {
-    let cells = table.row_iter().filter_map(|row| row.cell_iter().next());
-    let longest = cells.flat_map(|cell| cell.content().split(' ').map(|word| word.chars().count()).max()).max();
-    if let (Some(longest), Some(column)) = (longest, table.column_mut(0)) {
-        let width = Width::Fixed((longest as u16).saturating_add(1).min(PLAIN_WIDTH / 3));
-        column.set_constraint(ColumnConstraint::LowerBoundary(width));
-    }
-    table
-}
-
-fn percent(rate: f64) -> String {
-    format!("{:.1} %", 100.0 * rate)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_shell_reads_a_name_as_one_word() {
-        assert_eq!(shell_word("out/campaign.toml"), "out/campaign.toml");
-        assert_eq!(shell_word("mine zmp_margin_m=0.1"), "'mine zmp_margin_m=0.1'");
-        assert_eq!(shell_word("x=[1,2]"), "'x=[1,2]'");
-        assert_eq!(shell_word("it's"), r"'it'\''s'");
-    }
 
     #[test]
     fn of_many_sets_each_is_compared_with_the_first() {
