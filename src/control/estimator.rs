@@ -111,8 +111,12 @@ impl Estimator {
         self.find_base(robot, sensed);
         let force = self.measure_zmp(sensed);
         let com = self.kinematics.com();
-        // Of the trunk, taken for that of the COM.
-        let acceleration = sensed.imu.orientation * sensed.imu.accelerometer - Vector3::new(0.0, 0.0, GRAVITY);
+        let mut acceleration = sensed.imu.orientation * sensed.imu.accelerometer - Vector3::new(0.0, 0.0, GRAVITY);
+        // That is the trunk's. A robot that is pushed leans about its soles, the faster the higher: UT-mu2's COM moves at
+        // 0.77 to 0.82 of the speed of its IMU, and lies at 0.81 of its height.
+        let lean = com.z / self.kinematics.link_pose(robot.trunk).translation.z;
+        acceleration.x *= lean;
+        acceleration.y *= lean;
         let inputs = [self.now.zmp.x, self.now.zmp.y, force.z / self.mass - GRAVITY];
         for (axis, filter) in self.filters.iter_mut().enumerate() {
             filter.update(inputs[axis], com[axis], acceleration[axis]);
