@@ -213,11 +213,8 @@ impl<'a> Controller<'a> {
         let Pendulum { dt, .. } = family.pendulum;
         self.phase = if decision.held { Phase::Switching } else { Phase::OutOfSets };
         self.out_of_sets_s = if decision.held { 0.0 } else { self.out_of_sets_s + dt };
-        if !decision.held && self.is_time_to_step() {
-            let zmp_error = self.supervisor.zmp_error();
-            if zmp_error.is_some_and(|error| self.lift(error)) {
-                return self.swing_on();
-            }
+        if !decision.held && self.is_time_to_step() && self.lift(self.supervisor.zmp_error()) {
+            return self.swing_on();
         }
         self.since_landing_s += dt;
         if decision.starts {

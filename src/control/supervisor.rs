@@ -106,10 +106,9 @@ impl Supervisor {
     }
 
     /// The ZMP error that makes a footstep necessary, by the slowest gain, for the state of the last tick: control frame
-    /// (m). None when there is nothing to stand on.
-    pub fn zmp_error(&self) -> Option<Vector2<f64>> {
-        let allowed = self.allowed.as_ref()?;
-        Some(self.sets.zmp_error(0, &self.tested, allowed))
+    /// (m). Zero while a set holds the state, and where there are no sets.
+    pub fn zmp_error(&self) -> Vector2<f64> {
+        self.sets.zmp_error(0, &self.tested)
     }
 
     /// After a landing: the ZMP is at `zmp` (world), and no set has held the state yet.

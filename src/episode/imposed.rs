@@ -148,13 +148,15 @@ fn velocity_for(robot: &Robot, design: &Design, com: Point2<f64>, zmp_error: Vec
         return Err(refused(design, zmp_error, "the gain set has no gains"));
     };
     let z = family.allowed_support(&home_polygon(robot), &family.name)?;
-    // The ZMP that leaves Z by that error: beyond the point of Z that is nearest to all that lies far out that way.
-    let beyond = z.nearest(Point2::from(zmp_error.normalize() * 1e3));
-    let wanted = beyond + zmp_error;
+    // The ZMP that leaves Z by that error, on the way out from the middle.
+    let Some(edge) = z.distance_along(Point2::origin(), zmp_error) else {
+        return Err(refused(design, zmp_error, "it is no error"));
+    };
+    let wanted = Point2::from(zmp_error.normalize() * edge) + zmp_error;
     // For each axis the ZMP is linear in the velocity, as long as the same ZMP is the farthest.
     let mut velocity = (wanted - com) * family.pendulum.omega;
     for _ in 0..50 {
-        let reached = farthest_zmp(slowest, State::new(com, velocity, com), &z);
+        let reached = farthest_zmp(slowest, State::new(com, velocity, com), wanted - Point2::origin());
         let missing = wanted - reached;
         if missing.norm() < 1e-6 {
             return Ok(velocity);
@@ -170,14 +172,15 @@ fn refused(design: &Design, zmp_error: Vector2<f64>, problem: &str) -> Error {
     Error::value(&design.family.name, "zmp_error_m", value, problem, accepted)
 }
 
-/// Of the ZMPs that a gain is going to ask for, the one farthest outside of `z`.
-fn farthest_zmp(gain: &Gain, start: State, z: &SupportPolygon) -> Point2<f64> {
+/// Of the ZMPs that a gain is going to ask for, the one farthest along `direction`.
+fn farthest_zmp(gain: &Gain, start: State, direction: Vector2<f64>) -> Point2<f64> {
     /// By then the ZMP is on its way home.
     const TICKS: usize = 1000;
+    let along = |zmp: Point2<f64>| zmp.coords.dot(&direction);
     let (mut state, mut worst) = (start, start.zmp());
     for _ in 0..TICKS {
         state = gain.successor(&state);
-        if z.signed_distance(state.zmp()) > z.signed_distance(worst) {
+        if along(state.zmp()) > along(worst) {
             worst = state.zmp();
         }
     }

@@ -27,7 +27,7 @@
 use super::gains::{AxisLoop, Gain, GainFamily};
 use super::pendulum::{Pendulum, State};
 use crate::geometry::SupportPolygon;
-use nalgebra::{Matrix3, Point2, RowVector3, Vector2};
+use nalgebra::{Matrix3, RowVector3, Vector2};
 
 /// Lags of one gain at most: three poles for each axis.
 const LAGS: usize = 6;
@@ -96,13 +96,17 @@ impl OnlineSets {
     }
 
     /// The ZMP error that a footstep has to make good (m): of the ZMPs that gain `index` is going to ask for, the one
-    /// farthest outside of Z, less its nearest point in Z. It points where the robot is driven; zero when none is
-    /// outside. (The paper's Delta p_Z, which it does not define.)
+    /// farthest outside of the polygon last installed, less the nearest point of the polygon; zero when none is outside.
+    /// It points where the robot is driven. (The paper's Delta p_Z, which it does not define.)
+    ///
+    /// Far and near are by the gauge of the polygon, so that the nearest point lies on the way to the origin. By plain
+    /// distance an error would point straight fore or aft for every push that leaves a long edge, also a diagonal one.
+    /// Zero also when there are no sets: nothing to stand on, or the origin not inside (one sole).
     ///
     /// # Panics
     /// If there is no gain `index`.
-    pub fn zmp_error(&self, index: usize, state: &State, z: &SupportPolygon) -> Vector2<f64> {
-        self.cascades[index].zmp_error(state, z)
+    pub fn zmp_error(&self, index: usize, state: &State) -> Vector2<f64> {
+        self.cascades[index].zmp_error(&self.region, state)
     }
 }
 
@@ -230,27 +234,26 @@ impl Cascade {
         1.0 - worst.max(region.gauge(points[self.len - 1])).max(self.lead(region, &points))
     }
 
-    fn zmp_error(&self, state: &State, z: &SupportPolygon) -> Vector2<f64> {
-        let outside = |p: [f64; 2]| Point2::from(p) - z.nearest(p.into());
-        if !is_finite(state) {
-            return Vector2::zeros();
+    fn zmp_error(&self, region: &Region, state: &State) -> Vector2<f64> {
+        let mut worst = 1.0_f64;
+        let mut error = Vector2::zeros();
+        if !region.holds_origin || !is_finite(state) {
+            return error;
         }
-        // The ZMP tends to 0, which is outside of Z when that is one sole.
-        let mut worst = outside([0.0; 2]);
         let mut points = self.start(state);
         for _ in 0..MAX_TICKS {
-            let error = outside(points[self.len - 1]);
-            if error.norm_squared() > worst.norm_squared() {
-                worst = error;
+            let zmp = Vector2::from(points[self.len - 1]);
+            let gauge = region.gauge(zmp.into());
+            if gauge > worst {
+                (worst, error) = (gauge, zmp * (1.0 - 1.0 / gauge));
             }
-            // As for the sets: the points to come lie between 0 and those of now, and the distance to Z is convex.
-            let lead = points[..self.len - 1].iter().map(|p| outside(*p).norm_squared());
-            if lead.fold(0.0, f64::max) <= worst.norm_squared() {
+            // As for the sets: what follows is no farther out than the points now.
+            if self.lead(region, &points) <= worst {
                 break;
             }
             self.advance(&mut points);
         }
-        worst
+        error
     }
 
     fn holds(&self, region: &Region, state: &State) -> bool {
