@@ -286,3 +286,86 @@ fn observable_poles(axis: &AxisLoop) -> Vec<f64> {
 fn is_finite(state: &State) -> bool {
     state.x.iter().chain(state.y.iter()).all(|v| v.is_finite())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lipm::gains::GainSet;
+    use proptest::prelude::*;
+    use proptest::test_runner::RngSeed;
+
+    const PENDULUM: Pendulum = Pendulum { omega: 5.63, dt: 0.002 };
+
+    fn family() -> GainFamily {
+        GainFamily::design(&GainSet::load("switching").unwrap(), PENDULUM).unwrap()
+    }
+
+    /// The definition: three seconds of the closed loop, the ZMP farthest outside of Z less its nearest point in Z. The
+    /// ZMP's rest at the origin belongs to it.
+    fn by_roll_out(gain: &Gain, start: &State, z: &SupportPolygon) -> Vector2<f64> {
+        let mut state = *start;
+        let mut worst = Point2::origin() - z.nearest(Point2::origin());
+        for _ in 0..=1500 {
+            let error = state.zmp() - z.nearest(state.zmp());
+            if error.norm() > worst.norm() {
+                worst = error;
+            }
+            state = gain.successor(&state);
+        }
+        worst
+    }
+
+    /// Both soles at home about the origin; shifted; a diagonal stride; one sole, which does not hold the origin.
+    fn polygons() -> [SupportPolygon; 4] {
+        let stride = [(0.02, 0.01), (0.11, 0.01), (0.11, 0.08), (0.02, 0.08)];
+        let points: Vec<_> = stride.iter().flat_map(|&(x, y)| [Point2::new(x, y), Point2::new(-x, -y)]).collect();
+        [
+            SupportPolygon::rectangle(-0.048, 0.048, -0.083, 0.083).unwrap(),
+            SupportPolygon::rectangle(-0.08, 0.016, -0.01, 0.15).unwrap(),
+            SupportPolygon::hull(&points).unwrap(),
+            SupportPolygon::rectangle(-0.048, 0.048, 0.014, 0.083).unwrap(),
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            rng_seed: RngSeed::Fixed(4), failure_persistence: None, ..ProptestConfig::with_cases(256)
+        })]
+
+        #[test]
+        fn the_zmp_error_is_that_of_a_roll_out(
+            gain in 0..5_usize, which in 0..4_usize,
+            com in [-0.05..0.05f64, -0.08..0.08f64], com_vel in [-0.8..0.8f64, -0.8..0.8f64],
+            zmp in [-0.06..0.06f64, -0.1..0.1f64],
+        ) {
+            let (family, z) = (family(), polygons()[which]);
+            let state = State::new(com.into(), com_vel.into(), zmp.into());
+            let mut sets = OnlineSets::new(&family);
+            sets.update(&z);
+            let (found, wanted) =
+                (sets.zmp_error(gain, &state, &z), by_roll_out(&family.gains[gain], &state, &z));
+            prop_assert!((found.norm() - wanted.norm()).abs() < 1e-9, "{found} {wanted}");
+            // Two ZMPs may be as far outside in different ways: then either will do.
+            prop_assert!((found - wanted).norm() < 1e-6, "{found} {wanted}");
+            // And there is an error exactly where no set holds the state.
+            let margin = sets.margin(gain, &state);
+            prop_assume!(margin.abs() > 1e-9);
+            prop_assert_eq!(found == Vector2::zeros(), margin > 0.0, "{} {}", found, margin);
+        }
+    }
+
+    #[test]
+    fn a_push_back_has_an_error_backward_and_its_mirror_image_is_forward() {
+        let (family, z) = (family(), polygons()[0]);
+        let sets = OnlineSets::new(&family);
+        let pushed = |vx: f64, vy: f64| State::new(Point2::origin(), Vector2::new(vx, vy), Point2::origin());
+        let back = sets.zmp_error(0, &pushed(-0.5, 0.0), &z);
+        assert!(back.x < -0.01 && back.y == 0.0, "{back}");
+        assert_eq!(sets.zmp_error(0, &pushed(0.5, 0.0), &z), -back);
+        let diagonal = sets.zmp_error(0, &pushed(-0.5, -0.8), &z);
+        assert!(diagonal.x < -0.01 && diagonal.y < -0.01, "{diagonal}");
+        assert_eq!(sets.zmp_error(0, &pushed(0.1, 0.1), &z), Vector2::zeros());
+        let nonsense = sets.zmp_error(0, &pushed(f64::NAN, 0.0), &z);
+        assert_eq!(nonsense, Vector2::zeros(), "a state that is no state asks for no footstep");
+    }
+}
