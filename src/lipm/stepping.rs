@@ -98,7 +98,7 @@ impl LandingRange {
         let along = direction.component_div(&radii);
         let (a, b, c) = (along.norm_squared(), start.dot(&along), start.norm_squared() - 1.0);
         let discriminant = b * b - a * c;
-        if !(discriminant > 0.0) {
+        if discriminant.is_nan() || discriminant <= 0.0 {
             return 0.0;
         }
         let [mut enter, mut leave] = [(-b - discriminant.sqrt()) / a, (-b + discriminant.sqrt()) / a];
