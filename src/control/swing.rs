@@ -109,3 +109,121 @@ impl Swing {
         (may_land && load_n > LANDED_N) || self.time_s >= duration + self.rules.late_s
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::{Foot, Robot};
+    use nalgebra::UnitQuaternion;
+
+    const OMEGA: f64 = 5.63;
+    const RULES: Stepping = Stepping::EXAMPLE;
+    const DT: f64 = 0.002;
+
+    fn flat(x: f64, y: f64, yaw: f64) -> Pose {
+        Pose::from_parts(Vector3::new(x, y, 0.0).into(), UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw))
+    }
+
+    /// A footstep back and to the right, of a right foot that has turned a little.
+    fn swing() -> Swing {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let to = Point2::new(-0.1, -0.13);
+        let footstep = Footstep { foot: Foot::Right, to, zmp_error: Vector2::new(-0.03, -0.04) };
+        let lift = Lift {
+            com: Point2::new(-0.01, 0.0),
+            com_vel: Vector2::new(-0.3, -0.2),
+            footholds: PerFoot { left: flat(0.01, 0.048, 0.1), right: flat(-0.01, -0.05, -0.05) },
+            zmp_margin: 0.003,
+        };
+        Swing::plan(OMEGA, &RULES, &robot.soles.left, footstep, &lift)
+    }
+
+    fn at(time_s: f64) -> Swing {
+        Swing { time_s, ..swing() }
+    }
+
+    #[test]
+    fn the_sole_goes_from_its_foothold_to_the_landing_place() {
+        let (start, velocity) = at(0.0).sole();
+        assert!((start.translation.vector - Vector3::new(-0.01, -0.05, 0.0)).norm() < 1e-15);
+        assert!((heading(&start) + 0.05).abs() < 1e-15 && velocity.norm() == 0.0);
+        let (end, velocity) = at(RULES.swing_time_s).sole();
+        assert!((end.translation.vector - Vector3::new(-0.1, -0.13, 0.0)).norm() < 1e-15);
+        // It lands parallel to the foot that stands.
+        assert!((heading(&end) - 0.1).abs() < 1e-12 && velocity.norm() < 1e-12);
+        let (middle, _) = at(0.5 * RULES.swing_time_s).sole();
+        assert!((middle.translation.z - RULES.lift_m).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_sole_velocity_is_the_slope_of_its_way_and_the_sole_stays_above_the_ground() {
+        for k in 1..160 {
+            let time = f64::from(k) * DT;
+            let place = |time: f64| at(time).sole().0.translation.vector;
+            let slope = (place(time + 1e-6) - place(time - 1e-6)) / 2e-6;
+            let (pose, velocity) = at(time).sole();
+            // Where the sole is due its way has a kink.
+            if (time - RULES.swing_time_s).abs() > 1e-5 {
+                assert!((velocity - slope).norm() < 1e-6, "{time} s: {velocity} {slope}");
+            }
+            if time < RULES.swing_time_s {
+                assert!(pose.translation.z > 0.0, "{time} s: {pose}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_late_foot_goes_down_and_gives_up() {
+        let due = RULES.swing_time_s;
+        let (pose, velocity) = at(due + 0.05).sole();
+        assert!((pose.translation.vector - Vector3::new(-0.1, -0.13, -0.05 * LATE_SPEED_M_S)).norm() < 1e-15);
+        assert_eq!(velocity, Vector3::new(0.0, 0.0, -LATE_SPEED_M_S));
+        assert!(!at(due + RULES.late_s - DT).has_landed(0.0));
+        assert!(at(due + RULES.late_s).has_landed(0.0), "it is late for good");
+        assert!(at(due).is_due() && !at(due - DT).is_due());
+    }
+
+    #[test]
+    fn a_foot_lands_when_it_carries_but_not_before_it_has_left() {
+        let due = RULES.swing_time_s;
+        assert!(!at(DT).has_landed(40.0), "it has not yet left the ground");
+        assert!(!at(0.59 * due).has_landed(40.0));
+        assert!(at(0.61 * due).has_landed(40.0), "early");
+        assert!(!at(0.61 * due).has_landed(4.0), "a touch is no landing");
+        assert!(at(due).has_landed(40.0) && !at(due).has_landed(0.0));
+    }
+
+    /// Eq. 1 in the world, for a stance sole that is neither at the origin nor straight.
+    #[test]
+    fn the_pendulum_starts_at_the_estimate_and_its_zmp_stays_in_the_stance_sole() {
+        let start = at(0.0).pendulum();
+        assert!((start.com - Point2::new(-0.01, 0.0)).norm() < 1e-15);
+        assert!((start.com_vel - Vector2::new(-0.3, -0.2)).norm() < 1e-14);
+        let stance = Isometry2::new(Vector2::new(0.01, 0.048), 0.1);
+        let robot = Robot::load("ut-mu2").unwrap();
+        let [x, y] = robot.soles.left.half_m.map(|half| half - 0.003 + 1e-12);
+        for k in 1..100 {
+            let (h, time) = (1e-4, f64::from(k) * DT);
+            let [before, now, after] = [time - h, time, time + h].map(|t| at(t).pendulum());
+            let velocity = (after.com - before.com) / (2.0 * h);
+            assert!((velocity - now.com_vel).norm() < 1e-6, "{time} s");
+            let acceleration = (after.com_vel - before.com_vel) / (2.0 * h);
+            assert!((acceleration - (now.com - now.zmp) * OMEGA * OMEGA).norm() < 1e-4, "{time} s");
+            let zmp = stance.inverse_transform_point(&now.zmp);
+            assert!(zmp.x.abs() <= x && zmp.y.abs() <= y, "{time} s: {zmp}");
+        }
+    }
+
+    /// A push that one footstep can take: the COM comes to rest between the feet, as far as the sole allows.
+    #[test]
+    fn the_plan_brings_the_dcm_to_the_middle_of_the_feet() {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let footholds = PerFoot { left: flat(0.0, 0.048, 0.0), right: flat(0.0, -0.048, 0.0) };
+        let lift = Lift { com: Point2::origin(), com_vel: Vector2::new(0.25, 0.0), footholds, zmp_margin: 0.003 };
+        let footstep = Footstep { foot: Foot::Right, to: Point2::new(0.12, -0.048), zmp_error: Vector2::x() };
+        let swing = Swing::plan(OMEGA, &RULES, &robot.soles.left, footstep, &lift);
+        let end = Swing { time_s: RULES.swing_time_s, ..swing }.pendulum();
+        let dcm = end.com + end.com_vel / OMEGA;
+        assert!((dcm.x - 0.06).abs() < 0.01, "{dcm}");
+    }
+}

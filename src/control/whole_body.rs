@@ -227,3 +227,95 @@ enum Row {
     Body(usize),
     Com(usize),
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What has become of a task that was reached for.
+    struct Followed {
+        /// Largest distance of COM (over the ground, and in height) and soles from where they are to be (m).
+        com: f64,
+        height: f64,
+        soles: f64,
+        /// Largest change of a joint reference in a tick: of all ticks, and of the last (rad).
+        leap: f64,
+        last: f64,
+    }
+
+    /// From home, the feet moved by `[left, right]` (m) and the COM at home height over their middle.
+    fn stride(robot: &Robot, by: [Vector3<f64>; 2]) -> Task {
+        let mut kinematics = Kinematics::new(robot);
+        kinematics.update(robot, &robot.home_posture());
+        let mut soles = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot));
+        for (foot, by) in Foot::BOTH.into_iter().zip(by) {
+            soles[foot].translation.vector += by;
+        }
+        Task {
+            com: kinematics.com() + 0.5 * (by[0] + by[1]),
+            com_vel: Vector3::zeros(),
+            soles,
+            sole_vel: PerFoot::default(),
+            trunk: UnitQuaternion::identity(),
+        }
+    }
+
+    /// A stride of least jerk, as a swing foot's, in 0.2 s; then 500 ticks in which nothing more is asked.
+    fn follow(robot: &Robot, left: [f64; 2], right: [f64; 2]) -> Followed {
+        let by = [left, right].map(|[x, y]| Vector3::new(x, y, 0.0));
+        let mut body = WholeBody::new(robot);
+        let (mut leap, mut last) = (0.0_f64, 0.0);
+        let mut task = stride(robot, by);
+        for k in 1..=600 {
+            let before = body.posture.q.clone();
+            let u = f64::from(k.min(100)) / 100.0;
+            let share = u * u * u * (10.0 - 15.0 * u + 6.0 * u * u);
+            task = stride(robot, by.map(|by| by * share));
+            body.follow(robot, &task);
+            last = body.posture.q.iter().zip(&before).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            leap = leap.max(last);
+        }
+        let mut kinematics = Kinematics::new(robot);
+        kinematics.update(robot, &body.posture);
+        let missed = |foot: Foot| {
+            let away = task.soles[foot].inverse() * kinematics.sole_pose(robot, foot);
+            away.translation.vector.norm().max(away.rotation.angle())
+        };
+        let com = kinematics.com() - task.com;
+        let soles = missed(Foot::Left).max(missed(Foot::Right));
+        Followed { com: com.xy().norm(), height: com.z.abs(), soles, leap, last }
+    }
+
+    const HERE: [f64; 2] = [0.0, 0.0];
+
+    /// The height gives way to the arms, by micrometres.
+    #[test]
+    fn what_the_legs_can_reach_is_reached() {
+        let robot = Robot::load("ut-mu2").unwrap();
+        for (left, right) in
+            [(HERE, HERE), (HERE, [0.06, 0.0]), (HERE, [-0.1, -0.05]), ([0.1, 0.0], HERE), ([0.0, 0.08], [0.02, 0.0])]
+        {
+            let Followed { com, height, soles, .. } = follow(&robot, left, right);
+            assert!(com < 1e-6 && soles < 1e-6 && height < 5e-5, "{left:?} {right:?}: {com} {soles} {height}");
+        }
+    }
+
+    /// Feet so far apart that a leg is straight at home height. Joints once leapt by radians there.
+    #[test]
+    fn what_the_legs_cannot_reach_is_approached_without_a_leap() {
+        let robot = Robot::load("ut-mu2").unwrap();
+        for (left, right) in [
+            (HERE, [0.18, 0.0]),
+            (HERE, [-0.18, 0.0]),
+            ([0.25, 0.0], HERE),
+            ([0.2, 0.05], [-0.2, -0.05]),
+            (HERE, [0.0, -0.4]),
+        ] {
+            let Followed { com, height, soles, leap, last } = follow(&robot, left, right);
+            println!("{left:?} {right:?}: COM {com:.1e}, height {height:.1e}, soles {soles:.1e}, {leap:.3} {last:.1e}");
+            assert!(leap < 0.2 && last < 1e-9, "{left:?} {right:?}: leaps by {leap} rad, in the end by {last}");
+            // The height gives way, not what stands on the ground.
+            assert!(com < 5e-3 && soles < 1e-3 && height > 1e-3, "{left:?} {right:?}: {com} {soles} {height}");
+        }
+    }
+}

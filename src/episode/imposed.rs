@@ -186,3 +186,119 @@ fn farthest_zmp(gain: &Gain, start: State, direction: Vector2<f64>) -> Point2<f6
     }
     worst
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lipm::gains::GainSet;
+    use crate::lipm::stepping::Stepping;
+    use crate::robot::Foot;
+
+    /// The set `paper`; its rules as they are, or those of the tests.
+    fn bench(stepping: Option<Stepping>) -> (Robot, Design) {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let mut gains = GainSet::load("paper").unwrap();
+        gains.stepping = stepping.or(gains.stepping);
+        let design = Design::new(&robot, &gains, 0.002).unwrap();
+        (robot, design)
+    }
+
+    fn config() -> EpisodeConfig {
+        EpisodeConfig { horizon_s: 3.0, ..EpisodeConfig::default() }
+    }
+
+    fn impose((robot, design): &(Robot, Design), error: [f64; 2], start: Start) -> Result<ImposedRecord> {
+        run(robot, design, &config(), error.into(), start, &mut |_| {})
+    }
+
+    /// Sect. V.C: Fig. 8 (a) and (b).
+    #[test]
+    fn the_papers_two_errors_make_the_right_foot_step_that_way() {
+        for rules in [None, Some(Stepping::EXAMPLE)] {
+            let bench = bench(rules);
+            for error in [[-0.03, 0.0], [-0.03, -0.0685]] {
+                let record = impose(&bench, error, Start::AtRest).unwrap();
+                let [footstep] = record.footsteps[..] else { panic!("{record:?}") };
+                assert_eq!(footstep.foot, Foot::Right);
+                assert_eq!(footstep.zmp_error_m, error);
+                assert!(footstep.in_set_at_landing && record.home_at_s.is_some(), "{record:?}");
+                assert_eq!(record.lost_at_s, None);
+                assert_eq!(record.com_vel_m_s, [0.0, 0.0]);
+                // Along the error.
+                let [x, y] = [0, 1].map(|i| footstep.to_m[i] - footstep.from_m[i]);
+                let (along, across) = (x * error[0] + y * error[1], x * error[1] - y * error[0]);
+                assert!(along > 0.0 && across.abs() < 1e-3 * along, "{footstep:?}");
+                assert!(record.worst_com_error_m < 2e-3, "{record:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_mirrored_error_moves_the_other_foot() {
+        let bench = bench(Some(Stepping::EXAMPLE));
+        let [one, other] = [-0.0685, 0.0685].map(|y| impose(&bench, [-0.03, y], Start::AtRest).unwrap());
+        assert_eq!(other.footsteps[0].foot, Foot::Left);
+        let ([x, y, _], [mirrored_x, mirrored_y, _]) = (one.footsteps[0].to_m, other.footsteps[0].to_m);
+        // The drawings of the two legs differ by some micrometres.
+        assert!((x - mirrored_x).abs() < 1e-4 && (y + mirrored_y).abs() < 1e-4, "{one:?} {other:?}");
+    }
+
+    /// The COM moves such that the footstep is asked for by the sets, not by the caller.
+    #[test]
+    fn a_moving_com_makes_the_error_that_was_asked_for() {
+        for error in [[-0.03, 0.0], [0.03, 0.0], [0.0, -0.02], [-0.02, -0.02]] {
+            let record = impose(&bench(Some(Stepping::EXAMPLE)), error, Start::Moving).unwrap();
+            let seen = record.footsteps[0].zmp_error_m;
+            assert!((0..2).all(|i| (seen[i] - error[i]).abs() < 1e-4), "{seen:?} for {error:?}");
+            assert_eq!(record.footsteps[0].lift_s, 0.0);
+            let [vx, vy] = record.com_vel_m_s;
+            assert!(vx * error[0] + vy * error[1] > 0.0, "{record:?}");
+            let robot = Robot::load("ut-mu2").unwrap();
+            assert!((record.impulse_n_s - robot.mass() * vx.hypot(vy)).abs() < 1e-12);
+        }
+        let record = impose(&bench(None), [-0.03, 0.0], Start::Moving).unwrap();
+        assert!(record.footsteps[0].in_set_at_landing && record.home_at_s.is_some(), "{record:?}");
+        assert!(record.worst_com_error_m < 2e-3, "{record:?}");
+    }
+
+    /// What the observer sees is eq. 1 under the ZMP that it sees.
+    #[test]
+    fn the_pendulum_obeys_eq_1_at_every_tick() {
+        let (robot, design) = bench(Some(Stepping::EXAMPLE));
+        let omega = design.family.pendulum.omega;
+        let mut ticks = Vec::new();
+        run(&robot, &design, &config(), [-0.03, -0.0685].into(), Start::AtRest, &mut |tick| {
+            ticks.push((tick.com, tick.com_vel, tick.zmp));
+        })
+        .unwrap();
+        assert_eq!(ticks.len(), 1501);
+        for (k, pair) in ticks.windows(2).enumerate() {
+            let [(com, vel, zmp), (_, next_vel, _)] = pair else { unreachable!() };
+            let acceleration = (next_vel - vel) / 0.002;
+            let wanted = (com + vel * 0.001 - zmp) * (omega * omega);
+            assert!((acceleration - wanted).norm() < 1e-3, "tick {k}: {acceleration} {wanted}");
+        }
+    }
+
+    #[test]
+    fn what_makes_no_footstep_is_refused() {
+        let with = bench(None);
+        for (error, start, words) in [
+            (
+                [0.0, 0.0],
+                Start::AtRest,
+                "paper: zmp_error_m = [0, 0]: asks for no footstep of this gain set; accepted: an error",
+            ),
+            ([f64::NAN, 0.0], Start::Moving, "paper: zmp_error_m = [NaN, 0]: no velocity of the COM makes it"),
+        ] {
+            let message = impose(&with, error, start).unwrap_err().to_string();
+            assert!(message.starts_with(words), "{message}");
+        }
+        let robot = Robot::load("ut-mu2").unwrap();
+        for (gains, start) in [("switching", Start::AtRest), ("hold", Start::AtRest), ("hold", Start::Moving)] {
+            let design = Design::new(&robot, &GainSet::load(gains).unwrap(), 0.002).unwrap();
+            let refused = run(&robot, &design, &config(), [-0.03, 0.0].into(), start, &mut |_| {});
+            assert!(refused.is_err(), "{gains}");
+        }
+    }
+}

@@ -258,6 +258,12 @@ mod tests {
     fn errors_name_file_field_value_and_what_is_accepted() {
         let set = |gains: &str| format!("name = \"g\"\nstanding = \"switching\"\n{gains}");
         let gain = |x: &str| format!("[[gains]]\nname = \"a\"\nx = {x}\ny = [0.2, 1, 5]\n");
+        let stepping = |lambda: &str| {
+            let rules = "alpha = 4\nswing_time_s = 0.2\nlift_m = 0.02\nlate_s = 0.1\npause_s = 0";
+            let range = "range = { forward_m = 0.15, outward_m = 0.18, least_m = 0.075 }";
+            let weights = "weights = { dcm = 1, com = 0.1, zmp = 0.01 }";
+            format!("[stepping]\n{rules}\n{range}\n{weights}\n{lambda}\n")
+        };
         for (text, words) in [
             (set(&gain("[0.2, -1.0, 5.0]")), "g.toml: gains[0].x[1] = -1: gain \"a\" would be unstable"),
             (set(&gain("[0.0, 1.0, 5.0]")), "gains[0].x[0] = 0"),
@@ -270,6 +276,16 @@ mod tests {
             (format!("zmp_margin_m = -0.1\n{}", set(&gain("[0.2, 1, 5]"))), "zmp_margin_m = -0.1"),
             (format!("zmp_margin = 0.1\n{}", set(&gain("[0.2, 1, 5]"))), "unknown field `zmp_margin`"),
             (set(&gain("[0.2, 1, 5]")).replace("\"g\"", "\"\""), "name = \"\": is empty"),
+            (
+                set(&(gain("[0.2, 1, 5]") + &stepping("lambda = 1.0"))),
+                "stepping.lambda = 1: is omega itself; accepted: a multiple of omega",
+            ),
+            (set(&stepping("lambda = 5.0\nswing = 0.2")), "unknown field `swing`"),
+            (set(&stepping("")), "missing field `lambda`"),
+            (
+                set(&stepping("lambda = 5.0")).replace("switching", "posture"),
+                "stepping = a table: standing = \"posture\"",
+            ),
         ] {
             let error = parse(&text).unwrap_err();
             assert_eq!(error.exit_code(), 2);

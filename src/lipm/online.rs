@@ -286,3 +286,92 @@ fn observable_poles(axis: &AxisLoop) -> Vec<f64> {
 fn is_finite(state: &State) -> bool {
     state.x.iter().chain(state.y.iter()).all(|v| v.is_finite())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lipm::gains::GainSet;
+    use nalgebra::Point2;
+    use proptest::prelude::*;
+    use proptest::test_runner::RngSeed;
+
+    const PENDULUM: Pendulum = Pendulum { omega: 5.63, dt: 0.002 };
+
+    fn family() -> GainFamily {
+        GainFamily::design(&GainSet::load("switching").unwrap(), PENDULUM).unwrap()
+    }
+
+    /// The definition: three seconds of the closed loop, the ZMP farthest outside of Z less the point of Z on its way
+    /// home.
+    fn by_roll_out(gain: &Gain, start: &State, z: &SupportPolygon) -> Vector2<f64> {
+        let (mut state, mut farthest, mut worst) = (*start, 1.0, Vector2::zeros());
+        for _ in 0..=1500 {
+            let zmp = state.zmp().coords;
+            if let Some(edge) = z.distance_along(Point2::origin(), zmp)
+                && zmp.norm() / edge > farthest
+            {
+                (farthest, worst) = (zmp.norm() / edge, zmp - zmp.normalize() * edge);
+            }
+            state = gain.successor(&state);
+        }
+        worst
+    }
+
+    /// Both soles at home about the origin; shifted; a diagonal stride.
+    fn polygons() -> [SupportPolygon; 3] {
+        let stride = [(0.02, 0.01), (0.11, 0.01), (0.11, 0.08), (0.02, 0.08)];
+        let points: Vec<_> = stride.iter().flat_map(|&(x, y)| [Point2::new(x, y), Point2::new(-x, -y)]).collect();
+        [
+            SupportPolygon::rectangle(-0.048, 0.048, -0.083, 0.083).unwrap(),
+            SupportPolygon::rectangle(-0.08, 0.016, -0.01, 0.15).unwrap(),
+            SupportPolygon::hull(&points).unwrap(),
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            rng_seed: RngSeed::Fixed(4), failure_persistence: None, ..ProptestConfig::with_cases(256)
+        })]
+
+        #[test]
+        fn the_zmp_error_is_that_of_a_roll_out(
+            gain in 0..5_usize, which in 0..3_usize,
+            com in [-0.05..0.05f64, -0.08..0.08f64], com_vel in [-0.8..0.8f64, -0.8..0.8f64],
+            zmp in [-0.06..0.06f64, -0.1..0.1f64],
+        ) {
+            let (family, z) = (family(), polygons()[which]);
+            let state = State::new(com.into(), com_vel.into(), zmp.into());
+            let mut sets = OnlineSets::new(&family);
+            sets.update(&z);
+            let (found, wanted) =
+                (sets.zmp_error(gain, &state), by_roll_out(&family.gains[gain], &state, &z));
+            prop_assert!((found.norm() - wanted.norm()).abs() < 1e-9, "{found} {wanted}");
+            // Two ZMPs may be as far outside in different ways: then either will do.
+            prop_assert!((found - wanted).norm() < 1e-6, "{found} {wanted}");
+            // And there is an error exactly where no set holds the state.
+            let margin = sets.margin(gain, &state);
+            prop_assume!(margin.abs() > 1e-9);
+            prop_assert_eq!(found == Vector2::zeros(), margin > 0.0, "{} {}", found, margin);
+        }
+    }
+
+    #[test]
+    fn the_zmp_error_points_where_the_robot_is_driven() {
+        let family = family();
+        let mut sets = OnlineSets::new(&family);
+        sets.update(&polygons()[0]);
+        let pushed = |vx: f64, vy: f64| State::new(Point2::origin(), Vector2::new(vx, vy), Point2::origin());
+        let back = sets.zmp_error(0, &pushed(-0.5, 0.0));
+        assert!(back.x < -0.01 && back.y == 0.0, "{back}");
+        assert_eq!(sets.zmp_error(0, &pushed(0.5, 0.0)), -back);
+        // Also where the ZMP leaves the long edge alone.
+        let diagonal = sets.zmp_error(0, &pushed(-0.4, -0.4));
+        assert!(diagonal.x < -0.005 && (diagonal.y - diagonal.x).abs() < 1e-12, "{diagonal}");
+        assert_eq!(sets.zmp_error(0, &pushed(0.1, 0.1)), Vector2::zeros());
+        let nonsense = sets.zmp_error(0, &pushed(f64::NAN, 0.0));
+        assert_eq!(nonsense, Vector2::zeros(), "a state that is no state asks for no footstep");
+        // One sole, beside the origin.
+        sets.update(&SupportPolygon::rectangle(-0.048, 0.048, 0.014, 0.083).unwrap());
+        assert_eq!(sets.zmp_error(0, &pushed(-0.5, 0.0)), Vector2::zeros());
+    }
+}

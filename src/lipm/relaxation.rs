@@ -57,13 +57,13 @@ impl AxisPlan {
             ccm: com - com_vel / omega,
         };
         let time = rules.swing_time_s;
-        // DCM and COM at landing are affine in z.
-        let at = |z: [f64; 2]| {
-            let [com, com_vel] = Self { z, ..plan }.com(time);
+        // DCM and COM at landing are linear in the start and in z.
+        let landing = |plan: Self| {
+            let [com, com_vel] = plan.com(time);
             Vector2::new(com + com_vel / omega, com)
         };
-        let free = at([0.0; 2]);
-        let by_z = [at([1.0, 0.0]) - free, at([0.0, 1.0]) - free];
+        let free = landing(plan);
+        let by_z = [[1.0, 0.0], [0.0, 1.0]].map(|z| landing(Self { z, dcm: 0.0, ccm: 0.0, ..plan }));
         let rows = [RowVector2::new(by_z[0][0], by_z[1][0]), RowVector2::new(by_z[0][1], by_z[1][1])];
         let RelaxationWeights { dcm, com, zmp } = rules.weights;
         let middle = 0.5 * (least + most);
@@ -118,4 +118,147 @@ fn in_box(hessian: &Matrix2<f64>, linear: &Vector2<f64>, [least, most]: [f64; 2]
         }
     }
     best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clarabel::algebra::CscMatrix;
+    use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT};
+    use proptest::prelude::*;
+    use proptest::test_runner::RngSeed;
+
+    const OMEGA: f64 = 5.63;
+
+    /// The same cases in every run.
+    fn cases(count: u32) -> ProptestConfig {
+        ProptestConfig { rng_seed: RngSeed::Fixed(3), failure_persistence: None, ..ProptestConfig::with_cases(count) }
+    }
+
+    fn any_rules() -> impl Strategy<Value = Stepping> {
+        let lambda = prop_oneof![0.2..0.9f64, 1.1..10.0f64];
+        (lambda, 0.1..0.4f64, 0.1..10.0f64, 0.0..1.0f64, -4.0..0.0f64).prop_map(
+            |(lambda, swing_time_s, dcm, com, zmp_exponent)| {
+                let weights = RelaxationWeights { dcm, com, zmp: 10_f64.powf(zmp_exponent) };
+                Stepping { swing_time_s, lambda, weights, ..Stepping::EXAMPLE }
+            },
+        )
+    }
+
+    /// What a push of some N s and a footstep of some centimetres make, about a stance sole that need not be centred.
+    fn any_boundary() -> impl Strategy<Value = Boundary> {
+        (-0.1..0.1f64, -0.8..0.8f64, -0.15..0.15f64, -0.05..0.02f64, 0.0..0.1f64).prop_map(
+            |(com, com_vel, target, least, width)| Boundary { com, com_vel, target, zmp: [least, least + width] },
+        )
+    }
+
+    /// COM and its velocity by small steps of Runge and Kutta's method on eq. 1 under the planned ZMP.
+    fn integrated(plan: &AxisPlan, boundary: &Boundary, until_s: f64) -> [f64; 2] {
+        const STEPS: usize = 400;
+        let dt = until_s / STEPS as f64;
+        let slope = |time: f64, x: Vector2<f64>| Vector2::new(x[1], OMEGA * OMEGA * (x[0] - plan.zmp(time)));
+        let mut x = Vector2::new(boundary.com, boundary.com_vel);
+        for k in 0..STEPS {
+            let t = k as f64 * dt;
+            let a = slope(t, x);
+            let b = slope(t + 0.5 * dt, x + a * (0.5 * dt));
+            let c = slope(t + 0.5 * dt, x + b * (0.5 * dt));
+            let d = slope(t + dt, x + c * dt);
+            x += (a + (b + c) * 2.0 + d) * (dt / 6.0);
+        }
+        x.into()
+    }
+
+    /// The objective at (z0, z1), from nothing but the COM that eq. 1 leads to.
+    fn objective(plan: &AxisPlan, rules: &Stepping, boundary: &Boundary, z: [f64; 2]) -> f64 {
+        let [com, com_vel] = integrated(&AxisPlan { z, ..*plan }, boundary, rules.swing_time_s);
+        let middle = 0.5 * (boundary.zmp[0] + boundary.zmp[1]);
+        let RelaxationWeights { dcm: by_dcm, com: by_com, zmp: by_zmp } = rules.weights;
+        by_dcm * (com + com_vel / OMEGA - boundary.target).powi(2)
+            + by_com * (com - boundary.target).powi(2)
+            + by_zmp * ((z[0] - middle).powi(2) + (z[1] - middle).powi(2))
+    }
+
+    /// The best (z0, z1) by Clarabel, from values of the objective (which is quadratic) at six points.
+    fn by_interior_points(of: impl Fn([f64; 2]) -> f64, [least, most]: [f64; 2]) -> [f64; 2] {
+        let (zero, x, y) = (of([0.0, 0.0]), of([1.0, 0.0]), of([0.0, 1.0]));
+        let hxx = x + of([-1.0, 0.0]) - 2.0 * zero;
+        let hyy = y + of([0.0, -1.0]) - 2.0 * zero;
+        let hxy = of([1.0, 1.0]) - x - y + zero;
+        let (gx, gy) = (x - zero - 0.5 * hxx, y - zero - 0.5 * hyy);
+        let scale = 1.0 / hxx.max(hyy);
+        let hessian = CscMatrix::from(&[[hxx * scale, hxy * scale], [0.0, hyy * scale]]);
+        let box_rows = CscMatrix::from(&[[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]);
+        let tight = 1e-12;
+        let settings = DefaultSettingsBuilder::default()
+            .verbose(false)
+            .tol_gap_abs(tight)
+            .tol_gap_rel(tight)
+            .tol_feas(tight)
+            .build()
+            .unwrap();
+        let (linear, bounds) = ([gx * scale, gy * scale], [most, most, -least, -least]);
+        let cones = [NonnegativeConeT(4)];
+        let mut solver = DefaultSolver::new(&hessian, &linear, &box_rows, &bounds, &cones, settings).unwrap();
+        solver.solve();
+        [solver.solution.x[0], solver.solution.x[1]]
+    }
+
+    proptest! {
+        #![proptest_config(cases(256))]
+
+        #[test]
+        fn the_com_falls_as_eq_1_says(rules in any_rules(), boundary in any_boundary(), share in 0.0..1.5f64) {
+            let plan = AxisPlan::new(OMEGA, &rules, &boundary);
+            let time = share * rules.swing_time_s;
+            let (wanted, planned) = (integrated(&plan, &boundary, time), plan.com(time));
+            prop_assert!((planned[0] - wanted[0]).abs() < 1e-8, "{planned:?} {wanted:?}");
+            prop_assert!((planned[1] - wanted[1]).abs() < 1e-7, "{planned:?} {wanted:?}");
+        }
+
+        #[test]
+        fn no_place_in_the_sole_is_better(rules in any_rules(), boundary in any_boundary()) {
+            let plan = AxisPlan::new(OMEGA, &rules, &boundary);
+            let [least, most] = boundary.zmp;
+            prop_assert!(plan.z.iter().all(|z| (least..=most).contains(z)), "{:?}", plan.z);
+            let of = |z| objective(&plan, &rules, &boundary, z);
+            let best = by_interior_points(of, boundary.zmp);
+            // How flat the objective is decides how far two equally good answers are apart.
+            prop_assert!(of(plan.z) <= of(best) + 1e-9, "{:?}: {}, {best:?}: {}", plan.z, of(plan.z), of(best));
+            prop_assert!((0..2).all(|i| (plan.z[i] - best[i]).abs() < 2e-4), "{:?} {best:?}", plan.z);
+        }
+
+        #[test]
+        fn what_can_be_met_is_met(rules in any_rules(), boundary in any_boundary()) {
+            let weights = RelaxationWeights { dcm: 1.0, com: 1.0, zmp: 1e-9 };
+            let (rules, boundary) = (Stepping { weights, ..rules }, Boundary { zmp: [-50.0, 50.0], ..boundary });
+            let plan = AxisPlan::new(OMEGA, &rules, &boundary);
+            let [com, com_vel] = plan.com(rules.swing_time_s);
+            prop_assert!((com - boundary.target).abs() < 1e-4 && com_vel.abs() < 1e-3, "{com} {com_vel}, {:?}", plan.z);
+        }
+
+        /// The robot's left is its right: to the bit, so that equal ways stay equal.
+        #[test]
+        fn mirrored_boundaries_have_mirrored_plans(rules in any_rules(), boundary in any_boundary(), time in 0.0..0.4f64) {
+            let Boundary { com, com_vel, target, zmp: [least, most] } = boundary;
+            let mirrored = Boundary { com: -com, com_vel: -com_vel, target: -target, zmp: [-most, -least] };
+            let (plan, other) = [&boundary, &mirrored].map(|b| AxisPlan::new(OMEGA, &rules, b)).into();
+            prop_assert_eq!(plan.z, other.z.map(|z| -z));
+            prop_assert_eq!(plan.com(time), other.com(time).map(|v| -v));
+            prop_assert_eq!(plan.zmp(time), -other.zmp(time));
+        }
+    }
+
+    #[test]
+    fn the_zmp_starts_at_z0_and_tends_to_z1() {
+        let rules = Stepping::EXAMPLE;
+        let boundary = Boundary { com: 0.0, com_vel: 0.3, target: 0.05, zmp: [-9.0, 9.0] };
+        let plan = AxisPlan::new(OMEGA, &rules, &boundary);
+        let [com, com_vel] = plan.com(0.0);
+        assert!(com.abs() < 1e-15 && (com_vel - 0.3).abs() < 1e-15);
+        assert!((plan.zmp(0.0) - plan.z[0]).abs() < 1e-15 && (plan.zmp(9.0) - plan.z[1]).abs() < 1e-15);
+        // After one time constant 1/e of the way is left.
+        let left = (plan.zmp(1.0 / (rules.lambda * OMEGA)) - plan.z[1]) / (plan.z[0] - plan.z[1]);
+        assert!((left - (-1.0_f64).exp()).abs() < 1e-12, "{left}");
+    }
 }

@@ -98,7 +98,7 @@ impl LandingRange {
         let along = direction.component_div(&radii);
         let (a, b, c) = (along.norm_squared(), start.dot(&along), start.norm_squared() - 1.0);
         let discriminant = b * b - a * c;
-        if !(discriminant > 0.0) {
+        if discriminant.is_nan() || discriminant <= 0.0 {
             return 0.0;
         }
         let [mut enter, mut leave] = [(-b - discriminant.sqrt()) / a, (-b + discriminant.sqrt()) / a];
@@ -116,10 +116,57 @@ impl LandingRange {
 }
 
 #[cfg(test)]
+impl Stepping {
+    /// Rules for tests, which are not to depend on how a gain set is tuned.
+    pub(crate) const EXAMPLE: Self = Self {
+        patience_s: 0.0,
+        alpha: 4.0,
+        range: LandingRange { forward_m: 0.15, outward_m: 0.18, least_m: 0.075 },
+        swing_time_s: 0.2,
+        lift_m: 0.025,
+        lambda: 5.0,
+        weights: RelaxationWeights { dcm: 1.0, com: 0.1, zmp: 0.01 },
+        late_s: 0.12,
+        pause_s: 0.03,
+    };
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 
     const RANGE: LandingRange = LandingRange { forward_m: 0.15, outward_m: 0.18, least_m: 0.075 };
+
+    #[test]
+    fn errors_name_file_field_value_and_what_is_accepted() {
+        let good = Stepping::EXAMPLE;
+        assert!(good.validate("g.toml").is_ok());
+        let wrong = |change: fn(&mut Stepping)| {
+            let mut rules = good;
+            change(&mut rules);
+            rules.validate("g.toml").unwrap_err().to_string()
+        };
+        let out = ": out of range; accepted: ";
+        for (error, words) in [
+            (wrong(|r| r.patience_s = -0.1), format!("patience_s = -0.1{out}0 to 1")),
+            (wrong(|r| r.alpha = f64::NAN), format!("alpha = NaN{out}0 to 1000")),
+            (wrong(|r| r.swing_time_s = 0.0), format!("swing_time_s = 0{out}0.02 to 2")),
+            (wrong(|r| r.lift_m = 0.3), format!("lift_m = 0.3{out}0 to 0.2")),
+            (wrong(|r| r.lambda = 0.0), format!("lambda = 0{out}0.01 to 1000")),
+            (wrong(|r| r.lambda = 1.0), "lambda = 1: is omega itself; accepted: a multiple of omega".into()),
+            (wrong(|r| r.lambda = 0.995), "lambda = 0.995: is omega itself".into()),
+            (wrong(|r| r.late_s = f64::INFINITY), format!("late_s = inf{out}0 to 1")),
+            (wrong(|r| r.pause_s = -1.0), format!("pause_s = -1{out}0 to 1")),
+            (wrong(|r| r.range.forward_m = 0.0), format!("range.forward_m = 0{out}0.001 to 1")),
+            (wrong(|r| r.range.least_m = -0.01), format!("range.least_m = -0.01{out}0 to 1")),
+            (wrong(|r| r.range.outward_m = 0.05), format!("range.outward_m = 0.05{out}0.076 to 2")),
+            (wrong(|r| r.weights.dcm = -1.0), format!("weights.dcm = -1{out}0 to ")),
+            (wrong(|r| r.weights.com = f64::NAN), format!("weights.com = NaN{out}0 to ")),
+            (wrong(|r| r.weights.zmp = 0.0), format!("weights.zmp = 0{out}0.000000001 to ")),
+        ] {
+            assert!(error.starts_with(&format!("g.toml: stepping.{words}")), "{error}\nwanted: {words}");
+        }
+    }
 
     #[test]
     fn reach_ends_on_the_border_of_the_semi_ellipse() {

@@ -1,6 +1,8 @@
 //! What the tests of the closed loop share.
 #![allow(dead_code, reason = "each test file uses its part")]
 
+pub mod mirror;
+
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 use rand_distr::StandardNormal;
 use standfast::control::Design;
@@ -22,7 +24,11 @@ impl Bench {
     }
 
     pub fn with(robot: Robot, gains: &str) -> Self {
-        let design = Design::new(&robot, &GainSet::load(gains).unwrap(), config(1.0).control_period_s).unwrap();
+        Self::with_set(robot, &GainSet::load(gains).unwrap())
+    }
+
+    pub fn with_set(robot: Robot, gains: &GainSet) -> Self {
+        let design = Design::new(&robot, gains, config(1.0).control_period_s).unwrap();
         Self { robot, design }
     }
 

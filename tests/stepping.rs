@@ -1,0 +1,205 @@
+//! Footsteps in physics: pushes that standing cannot take (paper, Sect. V and VI). Sensors are ideal.
+//!
+//! How far a gain set steps is a matter of tuning; these tests bring rules of their own.
+
+mod common;
+
+use common::mirror::symmetric_robot;
+use common::{Bench, push};
+use nalgebra::{Point2, Vector2};
+use rayon::prelude::*;
+use standfast::control::Phase;
+use standfast::episode::{Footstep, Outcome, Record, Until};
+use standfast::lipm::GainSet;
+use standfast::lipm::stepping::{LandingRange, RelaxationWeights, Stepping};
+use standfast::robot::{Foot, Robot};
+
+const RULES: Stepping = Stepping {
+    patience_s: 0.02,
+    alpha: 60.0,
+    range: LandingRange { forward_m: 0.13, outward_m: 0.18, least_m: 0.075 },
+    swing_time_s: 0.18,
+    lift_m: 0.02,
+    lambda: 5.0,
+    weights: RelaxationWeights { dcm: 1.0, com: 1.0, zmp: 0.01 },
+    late_s: 0.12,
+    pause_s: 0.03,
+};
+
+/// The gain set `paper` with the rules of these tests.
+fn stepping(robot: Robot) -> Bench {
+    let gains = GainSet { stepping: Some(RULES), ..GainSet::load("paper").unwrap() };
+    Bench::with_set(robot, &gains)
+}
+
+fn ut_mu2() -> Robot {
+    Robot::load("ut-mu2").unwrap()
+}
+
+/// Where a foot went, over the ground.
+fn way(footstep: &Footstep) -> Vector2<f64> {
+    let [[x0, y0, _], [x1, y1, _]] = [footstep.from_m, footstep.to_m];
+    Vector2::new(x1 - x0, y1 - y0)
+}
+
+/// What the first footstep answers to a push: along the way the robot is driven, sideways with the foot of that side.
+#[test]
+fn the_first_footstep_goes_where_the_robot_is_driven() {
+    let bench = stepping(ut_mu2());
+    let cases = [
+        (3.0, 0.0, None),
+        (3.0, 180.0, None),
+        (4.0, 45.0, Some(Foot::Left)),
+        (4.0, -45.0, Some(Foot::Right)),
+        (3.7, 135.0, Some(Foot::Left)),
+        // Pushed from diagonally forward left (Sect. VI): the right foot, diagonally backward right.
+        (3.7, -135.0, Some(Foot::Right)),
+        (4.4, 90.0, Some(Foot::Left)),
+        (4.4, -90.0, Some(Foot::Right)),
+    ];
+    cases.par_iter().for_each(|&(impulse, heading, foot)| {
+        let record = bench.push(push(impulse, heading));
+        let first = record.footsteps.first().unwrap_or_else(|| panic!("no footstep at {heading} degrees: {record:?}"));
+        let (driven, way, error) = (push(1.0, heading).direction().xy(), way(first), first.zmp_error_m);
+        let shown =
+            format!("at {heading} degrees: {} foot by {:.3?} for {error:.4?}", first.foot.name(), way.as_slice());
+        println!("{shown}");
+        assert!(foot.is_none_or(|foot| foot == first.foot), "{shown}");
+        for axis in 0..2 {
+            if driven[axis].abs() < 0.2 {
+                assert!(way[axis].abs() < 0.02, "{shown}");
+            } else {
+                assert!(way[axis] * driven[axis] > 0.01 && error[axis] * driven[axis] > 0.0, "{shown}");
+            }
+        }
+    });
+}
+
+/// Pushes that topple the robot as long as it stands. (At 2.6 N s fore and aft `fixed` and `switching` are lost.)
+#[test]
+fn a_footstep_takes_pushes_that_standing_cannot() {
+    let (steps, fixed, switching) = (stepping(ut_mu2()), Bench::new("fixed"), Bench::new("switching"));
+    let pushes = [(2.8, 0.0), (3.2, 0.0), (3.6, 0.0), (2.8, 180.0), (3.2, 180.0), (3.6, 180.0)];
+    pushes.par_iter().for_each(|&(impulse, heading)| {
+        let record = steps.push(push(impulse, heading));
+        assert_eq!(record.outcome, Outcome::Recovered, "{impulse} N s at {heading}: {record:?}");
+        assert!(!record.footsteps.is_empty() && record.unfinished_footstep.is_none());
+        assert!(record.footsteps.last().unwrap().in_set_at_landing, "{record:?}");
+        for standing in [&fixed, &switching] {
+            let record = standing.push(push(impulse, heading));
+            assert_eq!(record.outcome, Outcome::Fell, "{impulse} N s at {heading}, standing");
+            assert!(record.footsteps.is_empty() && record.unfinished_footstep.is_none());
+        }
+    });
+}
+
+#[test]
+fn where_standing_suffices_there_is_no_footstep() {
+    let bench = stepping(ut_mu2());
+    [(2.0, 0.0), (2.0, 180.0), (3.0, 90.0), (2.5, -45.0), (0.0, 0.0)].par_iter().for_each(|&(impulse, heading)| {
+        let record = bench.push(push(impulse, heading));
+        assert_eq!(record.outcome, Outcome::Recovered);
+        assert!(record.footsteps.is_empty(), "{impulse} N s at {heading}: {record:?}");
+    });
+}
+
+/// Left and right are alike: the first footstep starts within 0.03 mm of the mirrored one, at the same tick, and lands
+/// within 0.3 mm of it (f32 in Rapier, and the order in which it visits contacts).
+#[test]
+fn mirrored_pushes_have_mirrored_footsteps() {
+    let bench = stepping(symmetric_robot());
+    [(3.9, 45.0), (3.6, 150.0), (3.7, 135.0), (4.4, 90.0)].par_iter().for_each(|&(impulse, heading)| {
+        let [one, other] = [heading, -heading].map(|heading| bench.push(push(impulse, heading)));
+        let (a, b) = (&one.footsteps[0], &other.footsteps[0]);
+        let apart = |p: [f64; 3], q: [f64; 3]| (p[0] - q[0]).hypot(p[1] + q[1]);
+        let (from, to) = (apart(a.from_m, b.from_m), apart(a.to_m, b.to_m));
+        let land = (a.land_s - b.land_s).abs();
+        println!("{heading} degrees: {from:.1e} m, {to:.1e} m, {land:.1e} s; {} footsteps", one.footsteps.len());
+        assert_eq!(a.foot, b.foot.other());
+        assert_eq!(a.lift_s, b.lift_s);
+        assert!(from < 1e-4 && to < 1e-3 && land < 0.005, "{heading} degrees: {a:?} {b:?}");
+        assert_eq!(one.outcome, other.outcome, "{heading} degrees");
+        // What goes wrong in the end is no longer alike.
+        if one.outcome == Outcome::Recovered {
+            assert_eq!(one.footsteps.len(), other.footsteps.len(), "{heading} degrees");
+        }
+    });
+}
+
+#[test]
+fn an_episode_with_footsteps_repeats_to_the_bit() {
+    let bench = stepping(ut_mu2());
+    let records: Vec<Record> =
+        (0..4).into_par_iter().map(|_| bench.run(vec![push(3.4, 170.0)], None, 2.0, Until::Horizon, |_| {})).collect();
+    assert!(!records[0].footsteps.is_empty());
+    // As text, where NaN equals NaN.
+    let texts: Vec<String> = records.iter().map(|record| format!("{record:?}")).collect();
+    assert!(texts.iter().all(|text| *text == texts[0]), "{texts:#?}");
+}
+
+/// What the record says of footsteps is what was seen.
+#[test]
+fn footsteps_in_the_record_follow_one_another() {
+    let bench = stepping(ut_mu2());
+    [(3.2, 0.0), (3.6, 180.0), (4.0, 45.0), (3.7, -135.0), (4.4, 180.0), (4.8, 0.0)].par_iter().for_each(
+        |&(impulse, heading)| {
+            let mut in_air = Vec::new();
+            let mut before = None;
+            let record = bench.run(vec![push(impulse, heading)], None, 3.0, Until::Fallen, |tick| {
+                let phase = tick.controller.phase;
+                if let (Phase::Swing(foot), false) = (phase, before == Some(phase)) {
+                    in_air.push((foot, tick.truth.time_s));
+                }
+                before = Some(phase);
+            });
+            let feet: Vec<_> = record.footsteps.iter().map(|f| (f.foot, f.lift_s)).collect();
+            let seen = in_air.len().min(feet.len());
+            assert!(seen > 0 && feet == in_air[..seen], "{feet:?} {in_air:?}");
+            // A foot that is still in the air at the end has not landed.
+            assert_eq!(in_air.len() - feet.len(), usize::from(record.unfinished_footstep.is_some()), "{record:?}");
+            let longest = RULES.swing_time_s + RULES.late_s + 0.01;
+            for (k, footstep) in record.footsteps.iter().enumerate() {
+                let duration = footstep.land_s - footstep.lift_s;
+                assert!(duration > 0.5 * RULES.swing_time_s && duration < longest, "{footstep:?}");
+                let stood = record.footsteps[..k].iter().rev().find(|earlier| earlier.foot == footstep.foot);
+                if let Some(earlier) = stood {
+                    let slip = Point2::new(earlier.to_m[0] - footstep.from_m[0], earlier.to_m[1] - footstep.from_m[1]);
+                    println!("{impulse} N s, {heading} degrees: slipped by {:.1e} m", slip.coords.norm());
+                    let limit = if record.outcome == Outcome::Recovered { 0.05 } else { f64::INFINITY };
+                    assert!(slip.coords.norm() < limit, "{earlier:?} {footstep:?}");
+                }
+                if k > 0 {
+                    let pause = footstep.lift_s - record.footsteps[k - 1].land_s;
+                    assert!(pause >= RULES.pause_s - 1e-9, "{record:?}");
+                }
+            }
+        },
+    );
+}
+
+/// Fig. 4: "After the foot landing, the control coordinate is reset as its origin is located at the center point of both
+/// feet".
+#[test]
+fn after_the_landing_the_control_frame_is_midway_between_the_soles() {
+    let bench = stepping(ut_mu2());
+    let (mut worst, mut before, mut after_landing) = (0.0_f64, None, 0);
+    let record = bench.run(vec![push(3.2, 0.0)], None, 3.0, Until::Fallen, |tick| {
+        let (truth, support) = (tick.truth, &tick.controller.support);
+        let middle = 0.5 * (truth.soles.left.translation.vector + truth.soles.right.translation.vector).xy();
+        let away = (support.frame.translation.vector - middle).norm();
+        if matches!(before, Some(Phase::Swing(_))) && !matches!(tick.controller.phase, Phase::Swing(_)) {
+            after_landing += 1;
+            println!("at the landing the frame is {away:.1e} m from the middle, {:.3?}", support.frame.translation);
+        }
+        if after_landing > 0 && !matches!(tick.controller.phase, Phase::Swing(_)) {
+            worst = worst.max(away);
+        }
+        before = Some(tick.controller.phase);
+    });
+    assert_eq!(record.outcome, Outcome::Recovered);
+    assert_eq!(after_landing, record.footsteps.len());
+    assert!(after_landing > 0 && worst < 0.01, "{worst} m from the middle");
+    // The middle has moved on by half the strides.
+    let moved: f64 = record.footsteps.iter().map(|footstep| 0.5 * way(footstep).x).sum();
+    assert!(moved > 0.03, "{record:?}");
+}
