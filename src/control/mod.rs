@@ -313,6 +313,7 @@ impl<'a> Controller<'a> {
         let shaped = self.com_ref + self.shaping;
         let task = Task {
             com: Point3::new(shaped.x, shaped.y, self.design.com_height),
+            rise: RISING_M_S * self.design.family.pendulum.dt,
             com_vel: Vector3::new(self.com_ref_vel.x, self.com_ref_vel.y, 0.0),
             soles,
             sole_vel,
@@ -341,3 +342,5 @@ const FORGETTING_RATE: f64 = 10.0;
 const SHAPING_RATE: f64 = 1.0;
 /// Sag is some millimetres; what asks for more is not sag (m).
 const MOST_SHAPING_M: f64 = 0.02;
+/// The COM goes back up to its height at home no faster than this (m/s).
+const RISING_M_S: f64 = 0.03;

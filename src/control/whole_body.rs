@@ -31,6 +31,8 @@ const LIMIT_ROUNDS: usize = 3;
 #[derive(Debug, Clone)]
 pub struct Task {
     pub com: Point3<f64>,
+    /// The COM rises by this much at most in a tick (m).
+    pub rise: f64,
     pub com_vel: Vector3<f64>,
     pub soles: PerFoot<Pose>,
     /// Velocity of each sole's centre (m/s); soles do not turn.
@@ -123,7 +125,9 @@ impl WholeBody {
 
     fn add_com(&mut self, robot: &Robot, task: &Task) {
         self.kinematics.com_jacobian(robot, &mut self.com_jacobian);
-        let error = task.com - self.kinematics.com();
+        let mut error = task.com - self.kinematics.com();
+        // A body that a long stride has lowered must not leap off the ground when a foot is lifted again.
+        error.z = error.z.min(task.rise);
         for (k, weight) in [COM, COM, HEIGHT].into_iter().enumerate() {
             self.add_row(weight, Row::Com(k), error[k], task.com_vel[k]);
         }
@@ -253,6 +257,7 @@ mod tests {
         }
         Task {
             com: kinematics.com() + 0.5 * (by[0] + by[1]),
+            rise: f64::INFINITY,
             com_vel: Vector3::zeros(),
             soles,
             sole_vel: PerFoot::default(),
