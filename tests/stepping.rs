@@ -24,6 +24,7 @@ const RULES: Stepping = Stepping {
     weights: RelaxationWeights { dcm: 1.0, com: 1.0, zmp: 0.01 },
     late_s: 0.12,
     pause_s: 0.03,
+    same_foot_pause_s: 0.3,
 };
 
 /// The gain set `paper` with the rules of these tests.

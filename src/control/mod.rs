@@ -134,8 +134,10 @@ pub struct Controller<'a> {
     pub phase: Phase,
     /// The footstep in the air.
     pub swing: Option<Swing>,
-    /// For how long no set has held the state with both feet down, and since the last landing (s).
+    /// For how long no set has held the state with both feet down (s).
     out_of_sets_s: f64,
+    /// The foot that landed last, and since when it stands (s).
+    landed: Option<Foot>,
     since_landing_s: f64,
     /// COM reference over the ground and its velocity (world): integrated from eq. 1 and 2, started from the estimate at
     /// every switch and, other than in the paper, drawn back to it in between (`FORGETTING_RATE`).
@@ -161,6 +163,7 @@ impl<'a> Controller<'a> {
             phase: Phase::Posture,
             swing: None,
             out_of_sets_s: 0.0,
+            landed: None,
             since_landing_s: f64::INFINITY,
             com_ref: com,
             com_ref_vel: Vector2::zeros(),
@@ -257,6 +260,9 @@ impl<'a> Controller<'a> {
             in_contact: estimate.in_contact,
         };
         let Some(footstep) = footstep::choose(rules, &necessity) else { return false };
+        if self.landed == Some(footstep.foot) && self.since_landing_s <= rules.same_foot_pause_s {
+            return false;
+        }
         let lift = Lift {
             com: estimate.com_xy(),
             com_vel: estimate.com_vel_xy(),
@@ -295,6 +301,7 @@ impl<'a> Controller<'a> {
         }
         self.supervisor.start_anew(swing.pendulum().zmp);
         self.estimator.land();
+        self.landed = Some(swing.footstep.foot);
         self.swing = None;
         self.out_of_sets_s = 0.0;
         self.since_landing_s = 0.0;

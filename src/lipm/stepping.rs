@@ -26,8 +26,11 @@ pub struct Stepping {
     pub weights: RelaxationWeights,
     /// A foot that is late goes on down for at most this long (s).
     pub late_s: f64,
-    /// Both feet stay on the ground for at least this long between two footsteps (s).
+    /// Both feet stay on the ground for at least this long between two footsteps (s),
     pub pause_s: f64,
+    /// and for at least this long if the same foot were to step again (s): driven to its side, the robot stands on the
+    /// far foot meanwhile, and is driven on.
+    pub same_foot_pause_s: f64,
 }
 
 /// Where a foot may land, seen from the other: the semi-ellipse of eq. 27 and 28, in the axes of the control frame.
@@ -66,6 +69,7 @@ impl Stepping {
             ("lambda", self.lambda, 0.01, 1e3),
             ("late_s", self.late_s, 0.0, 1.0),
             ("pause_s", self.pause_s, 0.0, 1.0),
+            ("same_foot_pause_s", self.same_foot_pause_s, 0.0, 100.0),
             ("range.forward_m", range.forward_m, 1e-3, 1.0),
             ("range.least_m", range.least_m, 0.0, 1.0),
             ("range.outward_m", range.outward_m, range.least_m + 1e-3, 2.0),
@@ -128,6 +132,7 @@ impl Stepping {
         weights: RelaxationWeights { dcm: 1.0, com: 0.1, zmp: 0.01 },
         late_s: 0.12,
         pause_s: 0.03,
+        same_foot_pause_s: 0.3,
     };
 }
 
