@@ -57,14 +57,14 @@ impl Kind {
                 ("standard", include_str!("../assets/campaigns/standard.toml")),
             ],
             Kind::Scenario => &[
-                ("error-behind", include_str!("../assets/scenarios/error-behind.toml")),
+                ("error-backward", include_str!("../assets/scenarios/error-backward.toml")),
                 ("error-diagonal", include_str!("../assets/scenarios/error-diagonal.toml")),
-                ("moving-behind", include_str!("../assets/scenarios/moving-behind.toml")),
-                ("moving-diagonal", include_str!("../assets/scenarios/moving-diagonal.toml")),
-                ("push-error-behind", include_str!("../assets/scenarios/push-error-behind.toml")),
-                ("push-error-diagonal", include_str!("../assets/scenarios/push-error-diagonal.toml")),
                 ("push-behind", include_str!("../assets/scenarios/push-behind.toml")),
                 ("push-diagonal", include_str!("../assets/scenarios/push-diagonal.toml")),
+                ("moving-backward", include_str!("../assets/scenarios/moving-backward.toml")),
+                ("moving-diagonal", include_str!("../assets/scenarios/moving-diagonal.toml")),
+                ("push-error-backward", include_str!("../assets/scenarios/push-error-backward.toml")),
+                ("push-error-diagonal", include_str!("../assets/scenarios/push-error-diagonal.toml")),
             ],
         }
     }

@@ -24,7 +24,7 @@ fn first(result: &Value) -> (&str, [f64; 2], bool) {
 /// Sect. V.C: both imposed errors are answered by the right foot, which lands inside a set; the COM comes home.
 #[test]
 fn the_imposed_errors_are_made_good() {
-    let behind = json(&["scenario", "error-behind"]);
+    let behind = json(&["scenario", "error-backward"]);
     let (foot, [x, y], inside) = first(&behind);
     assert!(foot == "right" && x < -0.1 && y.abs() < 1e-3 && inside, "{behind:#}");
     let diagonal = json(&["scenario", "error-diagonal"]);
@@ -56,7 +56,7 @@ fn the_pushes_of_the_experiment_are_caught_by_a_footstep() {
 /// The pushes in physics ask for errors close to the two that the paper imposes (m).
 #[test]
 fn pushes_make_the_errors_of_the_paper() {
-    for (name, wanted) in [("push-error-behind", [-0.03, 0.0]), ("push-error-diagonal", [-0.03, -0.0685])] {
+    for (name, wanted) in [("push-error-backward", [-0.03, 0.0]), ("push-error-diagonal", [-0.03, -0.0685])] {
         let result = json(&["scenario", name]);
         // The first may be unfinished at the fall.
         let step = result["footsteps"].get(0).unwrap_or(&result["unfinished_footstep"]);
@@ -74,11 +74,11 @@ fn scenarios_are_listed_drawn_and_told() {
         assert!(text.contains(name), "{name} in\n{text}");
     }
     let dir = tempfile::tempdir().unwrap();
-    for name in ["error-behind", "push-behind"] {
+    for name in ["error-backward", "push-behind"] {
         let path = dir.path().join(format!("{name}.svg"));
         let told = standfast(&["scenario", name, "--plot", path.to_str().unwrap()]).success();
         let told = String::from_utf8_lossy(&told.get_output().stdout).into_owned();
-        assert!(told.contains("footstep  right") && told.contains("ZMP error of"), "{told}");
+        assert!(told.contains("footstep  right") && told.contains("mm, ZMP error ("), "{told}");
         let svg = fs::read_to_string(path).unwrap();
         assert!(svg.starts_with("<svg") && svg.contains("right foot") && svg.contains("gain set paper"));
     }
@@ -96,12 +96,15 @@ fn bad_scenarios_are_refused_by_name() {
         (format!("{head}[imposed]\nzmp_error_m = [0.0, 0.0]\n"), "zmp_error_m = [0, 0]"),
         (format!("{head}{imposed}").replace("paper", "switching"), "zmp_error_m = [0.03, 0]"),
         (format!("{head}{imposed}").replace("1.0", "-1.0"), "horizon_s = -1"),
+        (format!("{head}[imposed]\nzmp_error_m = [-3.0, 0.0]\n"), "imposed.zmp_error_m = [-3, 0]"),
+        (format!("{head}[push]\nimpulse_n_s = -2.0\n"), "push.impulse_n_s = -2"),
+        (format!("{head}[push]\nimpulse_n_s = 2.0\nstart_s = 5.0\n"), "push.start_s = 5"),
     ] {
         fs::write(&path, &text).unwrap();
         let refused = standfast(&["scenario", path.to_str().unwrap()]).code(2);
         let message = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
         assert!(message.contains(words), "{message}\nwanted {words} for\n{text}");
     }
-    standfast(&["scenario", "error-behind", "--trace=t.csv"]).code(2);
+    standfast(&["scenario", "error-backward", "--trace=t.csv"]).code(2);
     standfast(&["scenario", "nothing-like-it"]).code(2);
 }

@@ -2,21 +2,33 @@
 //! `assets/scenarios/` says what disturbs the robot; everything else is as in `push`.
 
 use crate::assets::{self, DEFAULT_ROBOT, Kind, Source, parse_toml};
+use crate::campaign::{PushBounds, check_episode};
+use crate::episode::EpisodeConfig;
 use crate::episode::imposed::Start;
 use crate::error::{Error, Result};
 use crate::sim::Push;
 use serde::{Deserialize, Serialize};
 
+/// An error longer than this is none that a robot on feet could make good (m).
+const MOST_ERROR_M: f64 = 1.0;
+
+/// Longer than any fall or recovery lasts (s).
+const MOST_HORIZON_S: f64 = 100.0;
+
 /// A scenario as its file has it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
+    /// By which it is called.
     pub name: String,
     /// What it shows, in a sentence.
     pub description: String,
+    /// Name or URDF file, from the working folder.
     #[serde(default = "default_robot")]
     pub robot: String,
+    /// Name or file, from the working folder.
     pub gains: String,
+    /// Length of the episode.
     pub horizon_s: f64,
     /// A push in the simulated physics, with ideal sensors,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -61,11 +73,27 @@ impl Scenario {
     /// Reads a scenario. Errors name file, field, value and what would be accepted.
     pub fn parse(source: &Source) -> Result<Self> {
         let scenario: Self = parse_toml(source)?;
-        if !(scenario.horizon_s > 0.0 && scenario.horizon_s <= 100.0) {
-            return Err(Error::value(&source.file, "horizon_s", scenario.horizon_s, "out of range", "0 to 100"));
+        if !(scenario.horizon_s > 0.0 && scenario.horizon_s <= MOST_HORIZON_S) {
+            let accepted = format!("more than 0, at most {MOST_HORIZON_S}");
+            return Err(Error::value(&source.file, "horizon_s", scenario.horizon_s, "out of range", accepted));
         }
-        scenario.cause_in(&source.file)?;
+        check_episode(&source.file, &scenario.episode())?;
+        match scenario.cause_in(&source.file)? {
+            Cause::Push(push) => PushBounds::new(scenario.horizon_s).check(&source.file, &push)?,
+            Cause::Imposed(Imposed { zmp_error_m: [x, y], .. }) => {
+                if !(x.hypot(y) > 0.0 && x.hypot(y) <= MOST_ERROR_M) {
+                    let accepted = format!("an error of at most {MOST_ERROR_M} m, and not zero");
+                    let value = format!("[{x}, {y}]");
+                    return Err(Error::value(&source.file, "imposed.zmp_error_m", value, "out of range", accepted));
+                }
+            }
+        }
         Ok(scenario)
+    }
+
+    /// How long it lasts, and by what it is judged.
+    pub fn episode(&self) -> EpisodeConfig {
+        EpisodeConfig { horizon_s: self.horizon_s, ..EpisodeConfig::default() }
     }
 
     /// What disturbs the robot.

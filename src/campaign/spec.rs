@@ -222,6 +222,22 @@ impl PushBounds {
             start_s: [0.0, horizon_s / 2.0],
         }
     }
+
+    /// Checks one push; `file` is whose values they are.
+    pub fn check(&self, file: &str, push: &Push) -> Result<()> {
+        for (field, value, [least, most]) in [
+            ("push.impulse_n_s", push.impulse_n_s, self.impulse_n_s),
+            ("push.heading_deg", push.heading_deg, self.heading_deg),
+            ("push.height_m", push.height_m, self.height_m),
+            ("push.duration_s", push.duration_s, self.duration_s),
+            ("push.start_s", push.start_s, self.start_s),
+        ] {
+            if !(least..=most).contains(&value) {
+                return Err(Error::value(file, field, value, "out of range", format!("{least} to {most}")));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Checks periods, horizon and thresholds of an episode; `file` is whose values they are.

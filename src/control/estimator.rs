@@ -98,11 +98,11 @@ impl Estimator {
         self.now.in_contact[foot] = false;
     }
 
-    /// The foot that was lifted stands where it is now.
-    pub fn land(&mut self) {
+    /// The foot that was lifted stands where it is now; or, if it is not `on_ground`, is to be found by its contact.
+    pub fn land(&mut self, on_ground: bool) {
         if let Some(foot) = self.swing.take() {
             self.now.footholds[foot] = flat(&self.now.soles[foot]);
-            self.now.in_contact[foot] = true;
+            self.now.in_contact[foot] = on_ground;
         }
     }
 
@@ -114,7 +114,7 @@ impl Estimator {
         let mut acceleration = sensed.imu.orientation * sensed.imu.accelerometer - Vector3::new(0.0, 0.0, GRAVITY);
         // That is the trunk's. A robot that is pushed leans about its soles, the faster the higher: UT-mu2's COM moves at
         // 0.77 to 0.82 of the speed of its IMU, and lies at 0.81 of its height.
-        let lean = com.z / self.kinematics.link_pose(robot.trunk).translation.z;
+        let lean = (com.z / self.kinematics.link_pose(robot.trunk).translation.z).clamp(0.0, 1.0);
         acceleration.x *= lean;
         acceleration.y *= lean;
         let inputs = [self.now.zmp.x, self.now.zmp.y, force.z / self.mass - GRAVITY];

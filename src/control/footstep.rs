@@ -28,8 +28,8 @@ pub struct Necessity<'a> {
     pub zmp_error: Vector2<f64>,
     /// Vertical force on each sole (N).
     pub load_n: PerFoot<f64>,
-    /// Feet that can be stood on.
-    pub in_contact: PerFoot<bool>,
+    /// Feet that can be lifted: the other stands.
+    pub can_lift: PerFoot<bool>,
 }
 
 /// A footstep that was chosen.
@@ -48,8 +48,11 @@ pub fn choose(rules: &Stepping, necessity: &Necessity) -> Option<Footstep> {
     let direction = necessity.zmp_error.try_normalize(0.0)?;
     let reach = PerFoot::from_fn(|foot| {
         let side = |v: Vector2<f64>| Vector2::new(v.x, v.y * foot.side());
-        let can_lift = necessity.in_contact[foot.other()];
-        if can_lift { rules.range.reach(side(necessity.stance * foot.side()), side(direction)) } else { 0.0 }
+        if necessity.can_lift[foot] {
+            rules.range.reach(side(necessity.stance * foot.side()), side(direction))
+        } else {
+            0.0
+        }
     });
     let foot = swing_foot(&reach, &necessity.load_n);
     let stride = (rules.alpha * necessity.zmp_error.norm()).min(reach[foot]);
@@ -86,14 +89,14 @@ mod tests {
     struct Case {
         error: [f64; 2],
         load_n: PerFoot<f64>,
-        in_contact: PerFoot<bool>,
+        can_lift: PerFoot<bool>,
         frame: Isometry2<f64>,
     }
 
     impl Case {
         fn new(error: [f64; 2]) -> Self {
-            let in_contact = PerFoot { left: true, right: true };
-            Self { error, load_n: EVEN, in_contact, frame: Isometry2::identity() }
+            let can_lift = PerFoot { left: true, right: true };
+            Self { error, load_n: EVEN, can_lift, frame: Isometry2::identity() }
         }
 
         /// From home.
@@ -107,7 +110,7 @@ mod tests {
                     stance: Vector2::new(0.0, 2.0 * HALF),
                     zmp_error: self.error.into(),
                     load_n: self.load_n,
-                    in_contact: self.in_contact,
+                    can_lift: self.can_lift,
                 },
             )
         }
@@ -166,9 +169,9 @@ mod tests {
 
     #[test]
     fn a_foot_is_lifted_only_beside_one_that_stands() {
-        let case = Case { in_contact: PerFoot { left: true, right: false }, ..Case::new([0.03, 0.02]) };
+        let case = Case { can_lift: PerFoot { left: false, right: true }, ..Case::new([0.03, 0.02]) };
         assert_eq!(case.choose(&RULES).unwrap().foot, Foot::Right, "the left foot carries the robot");
-        let case = Case { in_contact: PerFoot { left: false, right: false }, ..Case::new([0.03, 0.02]) };
+        let case = Case { can_lift: PerFoot { left: false, right: false }, ..Case::new([0.03, 0.02]) };
         assert_eq!(case.choose(&RULES), None);
     }
 
@@ -188,7 +191,7 @@ mod tests {
             stance: Vector2::new(0.0, 2.0 * HALF),
             zmp_error: Vector2::new(0.03, 0.01),
             load_n: EVEN,
-            in_contact: PerFoot { left: true, right: true },
+            can_lift: PerFoot { left: true, right: true },
         };
         let footstep = choose(&RULES, &necessity).unwrap();
         assert_eq!(footstep.foot, Foot::Left);

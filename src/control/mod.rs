@@ -3,7 +3,8 @@
 //!
 //! One tick: [`Estimator`] (COM, its velocity, ZMP, contact) -> [`Support`] (polygon and control frame) ->
 //! [`Supervisor`] (gain and wanted ZMP) -> COM reference -> [`WholeBody`] (joint targets) and [`load`] (their
-//! feed-forward).
+//! feed-forward). When no set holds the state, [`footstep`] chooses a foot and its landing place, and until it lands the
+//! plan of [`swing`] takes the place of supervisor and COM reference.
 
 pub mod estimator;
 pub mod footstep;
@@ -14,7 +15,7 @@ pub mod support;
 pub mod swing;
 pub mod whole_body;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use crate::lipm::cpi_set::nesting_warning;
 use crate::lipm::gains::{GainFamily, GainSet, Standing};
@@ -39,7 +40,7 @@ pub struct Design {
     /// Joint targets at home with the torques that carry the weight there.
     home: Command,
     com_height: f64,
-    /// From the right sole's centre to the left's at home (m).
+    /// From the right sole's centre to the left's at home (m), control frame.
     stance: Vector2<f64>,
 }
 
@@ -52,6 +53,9 @@ impl Design {
         let warning = if family.gains.len() > 1 { nesting_warning(&family, &polygon)? } else { None };
         let footholds = home_footholds(robot, &home_kinematics(robot));
         let stance = (footholds.left.translation.vector - footholds.right.translation.vector).xy();
+        if let Some(rules) = &family.stepping {
+            check_stepping(rules, stance, control_period_s, &gains.name)?;
+        }
         Ok(Self { family, warning, home: home_command(robot), com_height: robot.home_com_height(), stance })
     }
 
@@ -67,6 +71,25 @@ impl Design {
         &self.home
     }
 }
+
+/// What the rules of a footstep must be for this robot and period.
+fn check_stepping(rules: &Stepping, stance: Vector2<f64>, control_period_s: f64, file: &str) -> Result<()> {
+    let range = &rules.range;
+    if !(range.least_m..=range.outward_m).contains(&stance.y) {
+        let value = format!("{} to {} m to the side", range.least_m, range.outward_m);
+        let accepted = format!("least_m and outward_m around the distance of its soles, {:.4} m", stance.y);
+        return Err(Error::value(file, "stepping.range", value, "does not hold the robot's stance at home", accepted));
+    }
+    let least = SHORTEST_SWING_TICKS * control_period_s;
+    if rules.swing_time_s < least {
+        let accepted = format!("{SHORTEST_SWING_TICKS} control periods, {least} s, or more");
+        return Err(Error::value(file, "stepping.swing_time_s", rules.swing_time_s, "is too short", accepted));
+    }
+    Ok(())
+}
+
+/// A foot is moved over this many ticks at least.
+const SHORTEST_SWING_TICKS: f64 = 10.0;
 
 const BOTH_FEET: PerFoot<bool> = PerFoot { left: true, right: true };
 
@@ -105,9 +128,9 @@ pub enum Phase {
     Posture,
     /// Some gain's set holds the state.
     Switching,
-    /// No set holds the state (eq. 26), and no foot is in the air.
+    /// No set holds the state (eq. 26), and no foot is being moved.
     OutOfSets,
-    /// This foot is in the air.
+    /// This foot is being moved.
     Swing(Foot),
 }
 
@@ -134,8 +157,8 @@ pub struct Controller<'a> {
     pub phase: Phase,
     /// The footstep in the air.
     pub swing: Option<Swing>,
-    /// For how long no set has held the state with both feet down (s).
-    out_of_sets_s: f64,
+    /// For how long no set has held the state while no foot was in the air (s); 0 at the first such tick.
+    out_of_sets_s: Option<f64>,
     /// The foot that landed last, and since when it stands (s).
     landed: Option<Foot>,
     since_landing_s: f64,
@@ -162,7 +185,7 @@ impl<'a> Controller<'a> {
             whole_body: WholeBody::new(robot),
             phase: Phase::Posture,
             swing: None,
-            out_of_sets_s: 0.0,
+            out_of_sets_s: None,
             landed: None,
             since_landing_s: f64::INFINITY,
             com_ref: com,
@@ -215,7 +238,7 @@ impl<'a> Controller<'a> {
         let decision = self.supervisor.update(family, &self.support, com, com_vel);
         let Pendulum { dt, .. } = family.pendulum;
         self.phase = if decision.held { Phase::Switching } else { Phase::OutOfSets };
-        self.out_of_sets_s = if decision.held { 0.0 } else { self.out_of_sets_s + dt };
+        self.out_of_sets_s = if decision.held { None } else { Some(self.out_of_sets_s.map_or(0.0, |s| s + dt)) };
         if !decision.held && self.is_time_to_step() && self.lift(self.supervisor.zmp_error()) {
             return self.swing_on();
         }
@@ -243,26 +266,33 @@ impl<'a> Controller<'a> {
 
     /// Whether the gain set steps, and has waited for as long as it wants to.
     fn is_time_to_step(&self) -> bool {
-        let waited = |rules: &Stepping| self.out_of_sets_s > rules.patience_s && self.since_landing_s > rules.pause_s;
-        self.design.family.stepping.as_ref().is_some_and(waited)
+        let Some(rules) = &self.design.family.stepping else { return false };
+        let out_of_sets = self.out_of_sets_s.is_some_and(|s| self.has_passed(s, rules.patience_s));
+        // The tick of a landing belongs to the footstep that ends.
+        out_of_sets && self.since_landing_s > 0.0 && self.has_passed(self.since_landing_s, rules.pause_s)
     }
 
-    /// Plans the footstep for a ZMP error (m, control frame) and starts it; false if there is none that way.
+    /// Whether `time_s` is over after `elapsed_s`, a sum of ticks.
+    fn has_passed(&self, elapsed_s: f64, time_s: f64) -> bool {
+        elapsed_s >= time_s - 0.5 * self.design.family.pendulum.dt
+    }
+
+    /// Plans the footstep for a ZMP error (m, control frame) and starts it. False if the gain set takes none, or none
+    /// leads that way, or only with the foot that has just landed.
     pub fn lift(&mut self, zmp_error: Vector2<f64>) -> bool {
         let (family, estimate) = (&self.design.family, &self.estimator.now);
         let Some(rules) = &family.stepping else { return false };
+        let just_landed =
+            |foot| self.landed == Some(foot) && !self.has_passed(self.since_landing_s, rules.same_foot_pause_s);
         let necessity = Necessity {
             frame: &self.support.frame,
             soles: PerFoot::from_fn(|foot| estimate.footholds[foot].translation.vector.xy().into()),
             stance: self.design.stance,
             zmp_error,
             load_n: estimate.load_n,
-            in_contact: estimate.in_contact,
+            can_lift: PerFoot::from_fn(|foot| estimate.in_contact[foot.other()] && !just_landed(foot)),
         };
         let Some(footstep) = footstep::choose(rules, &necessity) else { return false };
-        if self.landed == Some(footstep.foot) && self.since_landing_s <= rules.same_foot_pause_s {
-            return false;
-        }
         let lift = Lift {
             com: estimate.com_xy(),
             com_vel: estimate.com_vel_xy(),
@@ -293,17 +323,18 @@ impl<'a> Controller<'a> {
         self.body_command(acceleration, soles, sole_vel, stance)
     }
 
-    /// Ends the swing when the foot has landed: switching control goes on from the state that was reached.
+    /// Ends the swing when the foot has landed, or is not going to: switching control goes on from the state reached.
     fn try_to_land(&mut self) -> bool {
         let Some(swing) = &self.swing else { return true };
-        if !swing.has_landed(self.estimator.now.load_n[swing.footstep.foot]) {
+        let has_landed = swing.has_landed(self.estimator.now.load_n[swing.footstep.foot]);
+        if !has_landed && !swing.is_overdue() {
             return false;
         }
         self.supervisor.start_anew(swing.pendulum().zmp);
-        self.estimator.land();
+        self.estimator.land(has_landed);
         self.landed = Some(swing.footstep.foot);
         self.swing = None;
-        self.out_of_sets_s = 0.0;
+        self.out_of_sets_s = None;
         self.since_landing_s = 0.0;
         true
     }

@@ -30,6 +30,8 @@ pub struct Supervisor {
     tested: State,
     /// Whether a set held that state.
     held: bool,
+    /// A foot has landed since.
+    landed: bool,
     /// Wanted ZMP, world: the gain's plus the probe, inside the allowed support; at the edge when no set holds the state.
     pub zmp_ref: Point2<f64>,
     /// Added to the gain's ZMP behind the gain's back, to measure how the ZMP follows; zero but in experiments (m).
@@ -43,7 +45,8 @@ pub struct Supervisor {
 pub struct Decision {
     /// Some set holds the state. If not, the slowest gain acts, as well as it can (eq. 26).
     pub held: bool,
-    /// A gain starts anew from the estimated state: another than before, or the first after none held it.
+    /// A gain starts anew from the estimated state: another than before, or the first after none held it, or after a
+    /// landing.
     pub starts: bool,
 }
 
@@ -59,6 +62,7 @@ impl Supervisor {
             zmp_state: zmp,
             tested: State::default(),
             held: true,
+            landed: false,
             zmp_ref: zmp,
             zmp_probe: Vector2::zeros(),
             margin: 1.0,
@@ -111,10 +115,11 @@ impl Supervisor {
         self.sets.zmp_error(0, &self.tested)
     }
 
-    /// After a landing: the ZMP is at `zmp` (world), and no set has held the state yet.
+    /// After a landing: the ZMP is at `zmp` (world), and whatever gain is next starts from the state reached.
     pub fn start_anew(&mut self, zmp: Point2<f64>) {
         self.zmp_state = zmp;
         self.held = false;
+        self.landed = true;
     }
 
     /// Margin of the slowest gain's set for another state of the COM (world) on the support of the last tick, e.g. the
@@ -140,7 +145,8 @@ impl Supervisor {
             None => 0,
         };
         let held_before = std::mem::replace(&mut self.held, holding.is_some());
-        Decision { held: self.held, starts: self.gain != before || (self.held && !held_before) }
+        let landed = std::mem::take(&mut self.landed);
+        Decision { held: self.held, starts: landed || self.gain != before || (self.held && !held_before) }
     }
 
     /// The nearest point of the allowed support, control frame.

@@ -19,6 +19,7 @@ const LATE_SPEED_M_S: f64 = 0.1;
 /// One footstep, from lift to landing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Swing {
+    /// As it was chosen.
     pub footstep: Footstep,
     rules: Stepping,
     /// Stance sole, flat on the ground, to world.
@@ -43,7 +44,9 @@ pub struct PendulumRef {
 /// What a footstep starts from: world, as estimated at the lift.
 #[derive(Debug, Clone, Copy)]
 pub struct Lift {
+    /// (m)
     pub com: Point2<f64>,
+    /// (m/s)
     pub com_vel: Vector2<f64>,
     /// Where the feet stand.
     pub footholds: PerFoot<Pose>,
@@ -102,11 +105,14 @@ impl Swing {
         self.time_s >= self.rules.swing_time_s - 1e-9
     }
 
-    /// Whether the footstep is over: the sole carries `load_n` (N), early or late, or it has been late for too long.
+    /// Whether the sole, which carries `load_n` (N), has landed: early, in time or late.
     pub fn has_landed(&self, load_n: f64) -> bool {
-        let duration = self.rules.swing_time_s;
-        let may_land = self.time_s >= EARLIEST_LANDING * duration;
-        (may_land && load_n > LANDED_N) || self.time_s >= duration + self.rules.late_s
+        self.time_s >= EARLIEST_LANDING * self.rules.swing_time_s && load_n > LANDED_N
+    }
+
+    /// Whether the foot has been late for so long that it is not waited for any more.
+    pub fn is_overdue(&self) -> bool {
+        self.time_s >= self.rules.swing_time_s + self.rules.late_s - 1e-9
     }
 }
 
@@ -178,8 +184,9 @@ mod tests {
         let (pose, velocity) = at(due + 0.05).sole();
         assert!((pose.translation.vector - Vector3::new(-0.1, -0.13, -0.05 * LATE_SPEED_M_S)).norm() < 1e-15);
         assert_eq!(velocity, Vector3::new(0.0, 0.0, -LATE_SPEED_M_S));
-        assert!(!at(due + RULES.late_s - DT).has_landed(0.0));
-        assert!(at(due + RULES.late_s).has_landed(0.0), "it is late for good");
+        assert!(!at(due + RULES.late_s - DT).is_overdue());
+        assert!(at(due + RULES.late_s).is_overdue(), "it is late for good");
+        assert!(!at(due + RULES.late_s).has_landed(0.0), "but not landed");
         assert!(at(due).is_due() && !at(due - DT).is_due());
     }
 

@@ -6,7 +6,7 @@
 //! starts at rest ([`Start::AtRest`]: its section is on the generation of the motion, and its second error is more than
 //! a footstep can make good), or the COM has the velocity that makes the slowest gain ask for it ([`Start::Moving`]).
 
-use super::footsteps::{Footstep, FootstepLog};
+use super::footsteps::{Footstep, FootstepLog, Lifted};
 use super::{EpisodeConfig, home_distance};
 use crate::control::{Controller, Design, home_polygon};
 use crate::error::{Error, Result};
@@ -54,6 +54,8 @@ pub struct ImposedRecord {
     pub com_vel_m_s: [f64; 2],
     pub impulse_n_s: f64,
     pub footsteps: Vec<Footstep>,
+    /// The one in the air at the end.
+    pub unfinished_footstep: Option<Lifted>,
     /// From when on the COM stays within the judge's radius of the middle of the feet; None: it does not come home.
     pub home_at_s: Option<f64>,
     /// When the DCM was farther from the middle of the feet than any footstep leads; the run ends there.
@@ -90,6 +92,7 @@ pub fn run(
         com_vel_m_s: com_vel.into(),
         impulse_n_s: robot.mass() * com_vel.norm(),
         footsteps: Vec::new(),
+        unfinished_footstep: None,
         home_at_s: None,
         lost_at_s: None,
         worst_com_error_m: 0.0,
@@ -114,7 +117,7 @@ pub fn run(
         record.worst_com_error_m = record.worst_com_error_m.max((kinematics.com().xy() - com).norm());
         let away = controller.swing.is_some() || home_distance(com, &soles) > config.judge.home_radius_m;
         record.home_at_s = if away { None } else { record.home_at_s.or(Some(time_s)) };
-        if home_distance(dcm, &soles) > LOST_M {
+        if home_distance(dcm, &soles) > LOST_HEIGHTS * robot.home_com_height() {
             record.lost_at_s = Some(time_s);
             break;
         }
@@ -124,11 +127,12 @@ pub fn run(
         state = State { x: pendulum.step(&held.x, 0.0), y: pendulum.step(&held.y, 0.0) };
     }
     record.footsteps = log.taken;
+    record.unfinished_footstep = log.unfinished;
     Ok(record)
 }
 
-/// Twice the length of a leg of UT-mu2.
-const LOST_M: f64 = 0.5;
+/// In heights of the COM at home.
+const LOST_HEIGHTS: f64 = 1.5;
 
 /// What an ideal robot senses: the pendulum's state, and a foot down once its arc has ended.
 fn sense(robot: &Robot, controller: &mut Controller, state: &State) {

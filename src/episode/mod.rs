@@ -164,7 +164,8 @@ pub struct Record {
     /// Time at which the state first left every set.
     pub left_sets_at_s: Option<f64>,
     /// Whether the slowest gain's set holds the true state at the end of the last push (with the ZMP that the
-    /// controller wants, on the support that it sees); None without gains.
+    /// controller wants, on the support that it sees; both as when it last stood, if a foot is in the air by then: whether
+    /// standing would have sufficed); None without gains.
     pub set_after_push: Option<Membership>,
     /// The margin of that set (negative: outside); None also where the set is empty.
     pub cpi_margin_after_push: Option<f64>,

@@ -146,7 +146,9 @@ impl<'a> Referee<'a> {
             let margin = supervisor.margin_at(truth.com.xy(), truth.com_vel.xy());
             record.set_after_push = Some(Membership::of_margin(margin));
             record.cpi_margin_after_push = Some(margin).filter(|m| m.is_finite());
-            record.cpi_margin_after_push_est = Some(supervisor.margin).filter(|m| m.is_finite());
+            let estimate = &controller.estimator.now;
+            let margin_est = supervisor.margin_at(estimate.com_xy(), estimate.com_vel_xy());
+            record.cpi_margin_after_push_est = Some(margin_est).filter(|m| m.is_finite());
         }
     }
 

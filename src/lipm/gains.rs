@@ -259,7 +259,8 @@ mod tests {
         let set = |gains: &str| format!("name = \"g\"\nstanding = \"switching\"\n{gains}");
         let gain = |x: &str| format!("[[gains]]\nname = \"a\"\nx = {x}\ny = [0.2, 1, 5]\n");
         let stepping = |lambda: &str| {
-            let rules = "alpha = 4\nswing_time_s = 0.2\nlift_m = 0.02\nlate_s = 0.1\npause_s = 0";
+            let rules =
+                "alpha = 4\nswing_time_s = 0.2\nlift_m = 0.02\nlate_s = 0.1\npause_s = 0\nsame_foot_pause_s = 0";
             let range = "range = { forward_m = 0.15, outward_m = 0.18, least_m = 0.075 }";
             let weights = "weights = { dcm = 1, com = 0.1, zmp = 0.01 }";
             format!("[stepping]\n{rules}\n{range}\n{weights}\n{lambda}\n")

@@ -26,10 +26,10 @@ pub struct Stepping {
     pub weights: RelaxationWeights,
     /// A foot that is late goes on down for at most this long (s).
     pub late_s: f64,
-    /// Both feet stay on the ground for at least this long between two footsteps (s),
+    /// No foot is lifted for at least this long after a landing (s),
     pub pause_s: f64,
-    /// and for at least this long if the same foot were to step again (s): driven to its side, the robot stands on the
-    /// far foot meanwhile, and is driven on.
+    /// and the one that landed last stays for at least this long (s). A robot that is driven to the side of that foot
+    /// would stand on the far one meanwhile, and be driven on; the other foot may step before.
     pub same_foot_pause_s: f64,
 }
 

@@ -26,13 +26,13 @@ pub struct ScenarioArgs {
     /// A scenario that is compiled in, or a TOML file; without it all are listed
     pub scenario: Option<String>,
     /// Gain set by name or file, instead of the scenario's
-    #[arg(long, value_name = "NAME|FILE")]
+    #[arg(long, value_name = "NAME|FILE", requires = "scenario")]
     pub gains: Option<String>,
     /// Robot by name or URDF file, instead of the scenario's
-    #[arg(long, value_name = "NAME|FILE")]
+    #[arg(long, value_name = "NAME|FILE", requires = "scenario")]
     pub robot: Option<String>,
     /// Draw COM, ZMP and feet over time
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg", requires = "scenario")]
     pub plot: Option<PathBuf>,
     /// Write every tick of a push here
     #[arg(long, value_name = "FILE.csv|.parquet", requires = "scenario")]
@@ -46,10 +46,13 @@ pub struct ScenarioArgs {
 pub fn run(args: &ScenarioArgs) -> Result<String> {
     let Some(name) = &args.scenario else { return list(args.json) };
     let scenario = Scenario::load(name)?;
-    let config = EpisodeConfig { horizon_s: scenario.horizon_s, ..EpisodeConfig::default() };
+    let config = scenario.episode();
     let robot = Robot::load(args.robot.as_ref().unwrap_or(&scenario.robot))?;
     let gains = GainSet::load(args.gains.as_ref().unwrap_or(&scenario.gains))?;
     let design = Design::new(&robot, &gains, config.control_period_s)?;
+    if let Some(warning) = &design.warning {
+        log::warn!("{warning}");
+    }
     match scenario.cause()? {
         Cause::Push(push) => {
             let outputs = Outputs { trace: args.trace.as_deref(), plot: args.plot.as_deref(), json: args.json };
@@ -69,6 +72,7 @@ fn list(json: bool) -> Result<String> {
     for scenario in all {
         let _ = writeln!(text, "{:<20} {}", scenario.name, scenario.description);
     }
+    text.push_str("\nto run one: standfast scenario NAME\n");
     Ok(text)
 }
 
@@ -141,7 +145,7 @@ fn tell(design: &Design, imposed: &Imposed, record: &ImposedRecord) -> String {
     );
     line("gains", design.family.name.clone());
     line("outcome", outcome(record));
-    for footstep in story::footsteps(&record.footsteps, None) {
+    for footstep in story::footsteps(&record.footsteps, record.unfinished_footstep.as_ref()) {
         line("footstep", footstep);
     }
     line(

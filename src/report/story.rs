@@ -52,13 +52,15 @@ pub fn headline(push: &Push, design: &Design, record: &Record) -> String {
 
 /// A line for each footstep.
 pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String> {
-    let mm = |p: &[f64]| format!("({:.0}, {:.0})", 1000.0 * p[0], 1000.0 * p[1]);
+    // Plus 0: no -0.
+    let round = |m: f64| (1000.0 * m).round() + 0.0;
+    let mm = |p: &[f64]| format!("({}, {})", round(p[0]), round(p[1]));
     let mut lines: Vec<String> = taken
         .iter()
-        .map(|step| {
-            let Footstep { foot, lift_s, land_s, from_m, to_m, zmp_error_m, in_set_at_landing } = step;
+        .map(|footstep| {
+            let Footstep { foot, lift_s, land_s, from_m, to_m, zmp_error_m, in_set_at_landing } = footstep;
             format!(
-                "{:<5} {lift_s:.3} to {land_s:.3} s, from {} to {} mm, for a ZMP error of {} mm; landed {} the sets",
+                "{:<5} {lift_s:.3} to {land_s:.3} s, {} to {} mm, ZMP error {} mm; landed {} the new sets",
                 foot.name(),
                 mm(from_m),
                 mm(to_m),
@@ -68,7 +70,7 @@ pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String>
         })
         .collect();
     lines.extend(unfinished.map(|Lifted { foot, lift_s, zmp_error_m, .. }| {
-        format!("{:<5} {lift_s:.3} s, for a ZMP error of {} mm; not landed", foot.name(), mm(zmp_error_m))
+        format!("{:<5} {lift_s:.3} s, ZMP error {} mm; not landed", foot.name(), mm(zmp_error_m))
     }));
     lines
 }

@@ -75,7 +75,9 @@ impl Trace {
         let (truth, controller) = (tick.truth, tick.controller);
         let (estimate, supervisor) = (&controller.estimator.now, &controller.supervisor);
         let zmp = truth.zmp.map_or([None; 2], |z| z.map(Some));
-        let margin = controller.acting_gain().map(|_| supervisor.margin);
+        // The supervisor rests while a foot is in the air.
+        let stands = controller.swing.is_none();
+        let margin = controller.acting_gain().filter(|_| stands).map(|_| supervisor.margin);
         let mut row: Vec<Option<f64>> = vec![Some(truth.time_s)];
         let mut add = |values: &[f64]| row.extend(values.iter().map(|v| Some(*v)));
         add(truth.com.coords.as_slice());

@@ -16,7 +16,7 @@ pub enum Profile {
 /// A push on the trunk: a horizontal force whose line passes the COM of the home posture at a height given relative
 /// to it. The point of attack moves with the trunk.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct Push {
     /// (N s), not negative.
     pub impulse_n_s: f64,
