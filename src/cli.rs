@@ -48,7 +48,7 @@ pub enum Command {
   standfast run smoke                              a small one, seconds
   standfast run my.toml --trials 200 --gains switching --gains my-gains.toml
   standfast run --set push.impulse_n_s=2.5 --set 'push.heading_deg={uniform=[-45, 45]}'
-  standfast run --vary switching:zmp_margin_m=0.001,0.003,0.006   a sweep
+  standfast run --vary paper:stepping.alpha=2,5,15,60   a sweep
   standfast run --vary 'fixed:gains.0.x=[0.15, 1, 5],[1, 1, 5]' --gains fixed
   standfast run --shard 1/4 --out results          a quarter of it, on this machine
   standfast merge results                          ... joined when all four are there

@@ -1,9 +1,12 @@
 //! What runs at every tick must not allocate.
 
-use nalgebra::{Isometry2, Point2, Vector2};
+use nalgebra::{Isometry2, Isometry3, Point2, Vector2};
 use standfast::assets::{self, Kind};
+use standfast::control::footstep::{self, Necessity};
+use standfast::control::swing::{Lift, Swing};
 use standfast::geometry::SupportPolygon;
 use standfast::lipm::{GainFamily, GainSet, OnlineSets, Pendulum, State};
+use standfast::robot::{PerFoot, Robot};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
@@ -26,6 +29,39 @@ unsafe impl GlobalAlloc for Counting {
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
+
+/// A footstep is chosen and planned within the tick that finds it necessary.
+#[test]
+fn a_footstep_is_chosen_planned_and_followed_without_allocation() {
+    let robot = Robot::load("ut-mu2").unwrap();
+    let set = GainSet::parse(&assets::open(Kind::Gains, "paper").unwrap()).unwrap();
+    let (rules, omega) = (set.stepping.unwrap(), robot.omega());
+    let foothold = |y: f64| Isometry3::translation(0.0, y, 0.0);
+    let footholds = PerFoot { left: foothold(0.0485), right: foothold(-0.0485) };
+    let frame = Isometry2::identity();
+    let mut height = 0.0_f64;
+    let before = COUNT.with(Cell::get);
+    for i in 0..100 {
+        let necessity = Necessity {
+            frame: &frame,
+            soles: PerFoot { left: Point2::new(0.0, 0.0485), right: Point2::new(0.0, -0.0485) },
+            stance: Vector2::new(0.0, 0.097),
+            zmp_error: Vector2::new(0.001 * f64::from(i + 1), 0.01),
+            load_n: PerFoot { left: 40.0, right: 40.0 },
+            can_lift: PerFoot { left: true, right: true },
+        };
+        let footstep = footstep::choose(&rules, &necessity).unwrap();
+        let (com, com_vel) = (Point2::new(0.01, 0.0), Vector2::new(0.4, 0.02));
+        let lift = Lift { com, com_vel, footholds, zmp_margin: 0.003 };
+        let mut swing = Swing::plan(omega, &rules, &robot.soles[footstep.foot.other()], footstep, &lift);
+        while !swing.is_due() {
+            swing.time_s += 0.002;
+            height = height.max(swing.sole().0.translation.z).max(swing.pendulum().com.x);
+        }
+    }
+    assert_eq!(COUNT.with(Cell::get) - before, 0);
+    assert!(height > 0.01);
+}
 
 #[test]
 fn support_and_sets_are_updated_and_asked_without_allocation() {

@@ -282,17 +282,18 @@ impl<'a> Controller<'a> {
     pub fn lift(&mut self, zmp_error: Vector2<f64>) -> bool {
         let (family, estimate) = (&self.design.family, &self.estimator.now);
         let Some(rules) = &family.stepping else { return false };
-        let just_landed =
-            |foot| self.landed == Some(foot) && !self.has_passed(self.since_landing_s, rules.same_foot_pause_s);
         let necessity = Necessity {
             frame: &self.support.frame,
             soles: PerFoot::from_fn(|foot| estimate.footholds[foot].translation.vector.xy().into()),
             stance: self.design.stance,
             zmp_error,
             load_n: estimate.load_n,
-            can_lift: PerFoot::from_fn(|foot| estimate.in_contact[foot.other()] && !just_landed(foot)),
+            can_lift: PerFoot::from_fn(|foot| estimate.in_contact[foot.other()]),
         };
         let Some(footstep) = footstep::choose(rules, &necessity) else { return false };
+        if self.landed == Some(footstep.foot) && !self.has_passed(self.since_landing_s, rules.same_foot_pause_s) {
+            return false;
+        }
         let lift = Lift {
             com: estimate.com_xy(),
             com_vel: estimate.com_vel_xy(),

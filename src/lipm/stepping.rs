@@ -28,8 +28,8 @@ pub struct Stepping {
     pub late_s: f64,
     /// No foot is lifted for at least this long after a landing (s),
     pub pause_s: f64,
-    /// and the one that landed last stays for at least this long (s). A robot that is driven to the side of that foot
-    /// would stand on the far one meanwhile, and be driven on; the other foot may step before.
+    /// and the one that landed last stays for at least this long (s): a robot that is driven to its side would stand on
+    /// the far foot meanwhile, and be driven on. (If it is this one that is to step, none does.)
     pub same_foot_pause_s: f64,
 }
 

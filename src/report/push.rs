@@ -21,6 +21,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:
   standfast push --impulse 2.2                      from behind
   standfast push --impulse 3 --heading -135 --gains hold
+  standfast push --impulse 3.6 --gains paper        more than standing can take: a footstep
   standfast push --impulse 2 --plot push.svg        COM, ZMP and feet over time, as a picture
   standfast push --impulse 2 --trace push.csv       every tick, as numbers
   standfast push --campaign standard --trial 17     a trial of a campaign, as it was")]
