@@ -127,6 +127,21 @@ fn mirrored_pushes_have_mirrored_footsteps() {
     });
 }
 
+/// A foot is lifted when no set has held the state for as long as the gain set waits, to the tick.
+#[test]
+fn a_footstep_waits_for_as_long_as_it_is_told_to() {
+    let waits = |patience_s| {
+        let rules = Stepping { patience_s, ..RULES };
+        let bench = Bench::with_set(ut_mu2(), &GainSet { stepping: Some(rules), ..GainSet::load("paper").unwrap() });
+        let record = bench.push(push(3.4, 0.0));
+        record.footsteps[0].lift_s - record.left_sets_at_s.unwrap()
+    };
+    for patience_s in [0.0, 0.01, 0.02] {
+        let waited = waits(patience_s);
+        assert!((waited - patience_s).abs() < 1e-9, "{waited} s for {patience_s} s");
+    }
+}
+
 #[test]
 fn an_episode_with_footsteps_repeats_to_the_bit() {
     let bench = stepping(ut_mu2());
