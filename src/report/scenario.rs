@@ -113,7 +113,7 @@ fn headline(design: &Design, record: &ImposedRecord) -> String {
 
 fn outcome(record: &ImposedRecord) -> String {
     match (record.lost_at_s, record.home_at_s) {
-        (Some(at), _) => format!("lost at {at:.2} s"),
+        (Some(at), _) => format!("lost at {at:.2} s: the DCM is out of reach"),
         (None, Some(at)) => format!("COM home from {at:.2} s"),
         (None, None) => "COM not home".into(),
     }

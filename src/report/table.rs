@@ -96,7 +96,9 @@ fn by_impulse(summary: &Summary) -> Table {
         };
         let cells = std::iter::once(first.count.trials.to_string()).chain(summary.sets.iter().map(rate));
         let to = if many(summary) { "-" } else { " to " };
-        (format!("{}{to}{}", first.from_n_s, first.to_n_s), cells.collect())
+        // Edges are sums of widths.
+        let short = |edge: f64| (1e3 * edge).round() / 1e3;
+        (format!("{}{to}{}", short(first.from_n_s), short(first.to_n_s)), cells.collect())
     };
     compared("impulse [N s]", names, (0..bins).map(row).collect(), many(summary))
 }
