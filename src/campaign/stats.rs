@@ -48,7 +48,7 @@ pub struct SetSummary {
     /// Over this set's own recovered trials.
     #[serde(flatten)]
     pub times: Times,
-    /// What the sets of the pendulum say against what happened; None without gains.
+    /// What the sets of the pendulum say (of standing) against what happened; None without gains.
     pub foretold: Option<Foretold>,
     /// Footsteps against outcome; None for a set that took none.
     pub stepped: Option<Stepped>,

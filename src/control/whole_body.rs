@@ -30,13 +30,17 @@ const LIMIT_ROUNDS: usize = 3;
 /// What the body shall do: poses in the world, at this tick.
 #[derive(Debug, Clone)]
 pub struct Task {
+    /// Centre of mass (m).
     pub com: Point3<f64>,
     /// The COM rises by this much at most in a tick (m).
     pub rise: f64,
+    /// (m/s)
     pub com_vel: Vector3<f64>,
+    /// Centre of each contact face.
     pub soles: PerFoot<Pose>,
-    /// Velocity of each sole's centre (m/s); soles do not turn.
+    /// Velocity of each sole's centre (m/s); that soles turn is left out.
     pub sole_vel: PerFoot<Vector3<f64>>,
+    /// Orientation.
     pub trunk: UnitQuaternion<f64>,
 }
 

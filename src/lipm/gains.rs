@@ -188,6 +188,7 @@ pub struct GainFamily {
     pub pendulum: Pendulum,
     /// Slow to fast; empty for [`Standing::Posture`].
     pub gains: Vec<Gain>,
+    /// As in [`GainSet`].
     pub stepping: Option<Stepping>,
 }
 

@@ -37,6 +37,15 @@ pub fn json(value: &impl serde::Serialize) -> String {
     text
 }
 
+/// A JSON object with the fields of `record` after its own.
+fn with_fields_of(mut object: serde_json::Value, record: &impl serde::Serialize) -> serde_json::Value {
+    use serde_json::Value::Object;
+    if let (Object(all), Ok(Object(more))) = (&mut object, serde_json::to_value(record)) {
+        all.extend(more);
+    }
+    object
+}
+
 /// A file to write that fails at once, not after all the work: of an unknown kind, or in a folder that is not there.
 fn check_output(option: &str, path: &Path, kinds: &[&str]) -> Result<()> {
     let fail = |problem, accepted: &str| Err(Error::value("arguments", option, path.display(), problem, accepted));

@@ -192,27 +192,6 @@ fn end_of_interest_s(record: &Record) -> f64 {
 }
 
 fn as_json(push: &Push, design: &Design, config: &EpisodeConfig, record: &Record) -> Value {
-    json!({
-        "gains": design.family.name,
-        "push": push,
-        "judge": config.judge,
-        "outcome": record.outcome,
-        "fell_at_s": record.fell_at_s,
-        "fall_cause": record.fall_cause,
-        "settled_at_s": record.settled_at_s,
-        "home_at_s": record.home_at_s,
-        "end_s": record.end_s,
-        "peak_tilt_deg": record.peak_tilt_deg,
-        "peak_torque_n_m": record.peak_torque_n_m,
-        "peak_torque_ratio": record.peak_torque_ratio,
-        "peak_joint_speed_rad_s": record.peak_joint_speed_rad_s,
-        "peak_dcm_outside_m": record.peak_dcm_outside_m,
-        "left_sets_at_s": record.left_sets_at_s,
-        "set_after_push": record.set_after_push,
-        "cpi_margin_after_push": record.cpi_margin_after_push,
-        "cpi_margin_after_push_est": record.cpi_margin_after_push_est,
-        "gain_switches": record.gain_switches,
-        "footsteps": record.footsteps,
-        "unfinished_footstep": record.unfinished_footstep,
-    })
+    let head = json!({ "gains": design.family.name, "push": push, "judge": config.judge });
+    report::with_fields_of(head, record)
 }

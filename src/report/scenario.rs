@@ -120,11 +120,8 @@ fn outcome(record: &ImposedRecord) -> String {
 }
 
 fn as_json(scenario: &Scenario, design: &Design, imposed: &Imposed, record: &ImposedRecord) -> Value {
-    let mut value = json!({ "scenario": scenario.name, "gains": design.family.name, "start": imposed.start });
-    if let (Value::Object(all), Ok(Value::Object(more))) = (&mut value, serde_json::to_value(record)) {
-        all.extend(more);
-    }
-    value
+    let head = json!({ "scenario": scenario.name, "gains": design.family.name, "start": imposed.start });
+    report::with_fields_of(head, record)
 }
 
 fn tell(design: &Design, imposed: &Imposed, record: &ImposedRecord) -> String {
