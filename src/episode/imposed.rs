@@ -11,7 +11,7 @@ use super::{EpisodeConfig, home_distance};
 use crate::control::{Controller, Design, home_polygon};
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
-use crate::lipm::Gain;
+use crate::lipm::OnlineSets;
 use crate::lipm::pendulum::State;
 use crate::robot::{GRAVITY, Kinematics, PerFoot, Pose, Posture, Robot};
 use nalgebra::{Point2, Vector2, Vector3};
@@ -148,20 +148,20 @@ fn sense(robot: &Robot, controller: &mut Controller, state: &State) {
 /// The velocity of a COM at `com` (world, and control frame at home) from which the slowest gain makes `zmp_error`.
 fn velocity_for(robot: &Robot, design: &Design, com: Point2<f64>, zmp_error: Vector2<f64>) -> Result<Vector2<f64>> {
     let family = &design.family;
-    let Some(slowest) = family.gains.first() else {
+    if family.gains.is_empty() {
         return Err(refused(design, zmp_error, "the gain set has no gains"));
-    };
+    }
     let z = family.allowed_support(&home_polygon(robot), &family.name)?;
-    // The ZMP that leaves Z by that error, on the way out from the middle.
+    let mut sets = OnlineSets::new(family);
+    sets.update(&z);
     let Some(edge) = z.distance_along(Point2::origin(), zmp_error) else {
         return Err(refused(design, zmp_error, "it is no error"));
     };
-    let wanted = Point2::from(zmp_error.normalize() * edge) + zmp_error;
-    // For each axis the ZMP is linear in the velocity, as long as the same ZMP is the farthest.
-    let mut velocity = (wanted - com) * family.pendulum.omega;
-    for _ in 0..50 {
-        let reached = farthest_zmp(slowest, State::new(com, velocity, com), wanted - Point2::origin());
-        let missing = wanted - reached;
+    // The DCM where the farthest ZMP is to be: not far from it. Then by what is missing of the error.
+    let farthest = Point2::from(zmp_error.normalize() * edge) + zmp_error;
+    let mut velocity = (farthest - com) * family.pendulum.omega;
+    for _ in 0..1000 {
+        let missing = zmp_error - sets.zmp_error(0, &State::new(com, velocity, com));
         if missing.norm() < 1e-6 {
             return Ok(velocity);
         }
@@ -174,21 +174,6 @@ fn refused(design: &Design, zmp_error: Vector2<f64>, problem: &str) -> Error {
     let value = format!("[{}, {}]", zmp_error.x, zmp_error.y);
     let accepted = "an error of some centimetres, and a gain set with [stepping]";
     Error::value(&design.family.name, "zmp_error_m", value, problem, accepted)
-}
-
-/// Of the ZMPs that a gain is going to ask for, the one farthest along `direction`.
-fn farthest_zmp(gain: &Gain, start: State, direction: Vector2<f64>) -> Point2<f64> {
-    /// By then the ZMP is on its way home.
-    const TICKS: usize = 1000;
-    let along = |zmp: Point2<f64>| zmp.coords.dot(&direction);
-    let (mut state, mut worst) = (start, start.zmp());
-    for _ in 0..TICKS {
-        state = gain.successor(&state);
-        if along(state.zmp()) > along(worst) {
-            worst = state.zmp();
-        }
-    }
-    worst
 }
 
 #[cfg(test)]

@@ -29,7 +29,7 @@ pub struct Stepping {
     /// No foot is lifted for at least this long after a landing (s),
     pub pause_s: f64,
     /// and the one that landed last stays for at least this long (s): a robot that is driven to its side would stand on
-    /// the far foot meanwhile, and be driven on. (If it is this one that is to step, none does.)
+    /// the far foot meanwhile, and be driven on. If eq. 27 to 29 choose it before, no foot is lifted.
     pub same_foot_pause_s: f64,
 }
 
