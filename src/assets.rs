@@ -51,6 +51,7 @@ impl Kind {
                 ("fixed", include_str!("../assets/gains/fixed.toml")),
                 ("switching", include_str!("../assets/gains/switching.toml")),
                 ("paper", include_str!("../assets/gains/paper.toml")),
+                ("catch", include_str!("../assets/gains/catch.toml")),
             ],
             Kind::Campaign => &[
                 ("smoke", include_str!("../assets/campaigns/smoke.toml")),

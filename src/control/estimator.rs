@@ -17,6 +17,8 @@ const CONTACT_HEIGHT_M: [f64; 2] = [0.004, 0.007];
 /// go as a push of 1 to 3 N s does.
 pub(super) const TRUST: Trust = Trust { com_m: 0.0008, acceleration_m_s2: 1.0, model_m_s2: 1.0, disturbance_m_s2: 0.5 };
 
+pub(super) const SWING_TRUST: Trust = Trust { acceleration_m_s2: 3.0, ..TRUST };
+
 /// What the controller believes, world frame.
 #[derive(Debug, Clone)]
 pub struct Estimate {
@@ -66,11 +68,7 @@ impl Estimator {
         kinematics.update(robot, &posture);
         let com = kinematics.com();
         let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot));
-        let mut filters = [
-            Kalman::horizontal(pendulum, TRUST),
-            Kalman::horizontal(pendulum, TRUST),
-            Kalman::vertical(pendulum.dt, TRUST),
-        ];
+        let mut filters = [(); 3].map(|()| Kalman::new(pendulum.dt, [TRUST, SWING_TRUST]));
         for (filter, com) in filters.iter_mut().zip(com.coords.iter()) {
             filter.state[0] = *com;
         }
@@ -117,9 +115,9 @@ impl Estimator {
         let lean = (com.z / self.kinematics.link_pose(robot.trunk).translation.z).clamp(0.0, 1.0);
         acceleration.x *= lean;
         acceleration.y *= lean;
-        let inputs = [self.now.zmp.x, self.now.zmp.y, force.z / self.mass - GRAVITY];
+        let input = force / self.mass - Vector3::new(0.0, 0.0, GRAVITY);
         for (axis, filter) in self.filters.iter_mut().enumerate() {
-            filter.update(inputs[axis], com[axis], acceleration[axis]);
+            filter.update(input[axis], com[axis], acceleration[axis], usize::from(self.swing.is_some()));
             self.now.com[axis] = filter.state[0];
             self.now.com_vel[axis] = filter.state[1];
         }

@@ -32,49 +32,30 @@ pub struct Kalman {
     output: Matrix2x3<f64>,
     /// Effect of the input on the acceleration.
     direct: f64,
-    gain: Matrix3x2<f64>,
+    gain: [Matrix3x2<f64>; 2],
     /// `[com, com_vel, d]` (m, m/s, m/s^2).
     pub state: Vector3<f64>,
 }
 
 impl Kalman {
-    /// Horizontal axis: the input is the ZMP (m).
-    pub fn horizontal(pendulum: &Pendulum, trust: Trust) -> Self {
-        let (a, square) = (pendulum.transition(), pendulum.omega * pendulum.omega);
-        // A constant acceleration acts as a ZMP moved by -d / omega^2.
-        let pushed = -Vector2::new(a[(0, 2)], a[(1, 2)]) / square;
-        Self::new(
-            Matrix3::new(a[(0, 0)], a[(0, 1)], pushed.x, a[(1, 0)], a[(1, 1)], pushed.y, 0.0, 0.0, 1.0),
-            Vector3::new(a[(0, 2)], a[(1, 2)], 0.0),
-            Matrix2x3::new(1.0, 0.0, 0.0, square, 0.0, 1.0),
-            -square,
-            pendulum.dt,
-            trust,
-        )
-    }
+    /// Of one axis, for a control period `dt` (s).
+    pub fn new(dt: f64, trust: [Trust; 2]) -> Self {
+        let gain = trust.map(|trust| Self::gain(dt, trust));
 
-    /// Vertical axis: the input is the acceleration f_z / m - g (m/s^2) (eq. 3).
-    pub fn vertical(dt: f64, trust: Trust) -> Self {
         let moved = 0.5 * dt * dt;
-        Self::new(
-            Matrix3::new(1.0, dt, moved, 0.0, 1.0, dt, 0.0, 0.0, 1.0),
-            Vector3::new(moved, dt, 0.0),
-            Matrix2x3::new(1.0, 0.0, 0.0, 0.0, 0.0, 1.0),
-            1.0,
-            dt,
-            trust,
-        )
+        let transition = Matrix3::new(1.0, dt, moved, 0.0, 1.0, dt, 0.0, 0.0, 1.0);
+        let input = Vector3::new(moved, dt, 0.0);
+        let output = Matrix2x3::new(1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+        let direct = 1.0;
+        Self { transition, input, output, direct, gain, state: Vector3::zeros() }
     }
 
-    fn new(
-        transition: Matrix3<f64>,
-        input: Vector3<f64>,
-        output: Matrix2x3<f64>,
-        direct: f64,
-        dt: f64,
-        trust: Trust,
-    ) -> Self {
-        let left_out = Vector3::new(0.5 * dt * dt, dt, 0.0) * trust.model_m_s2;
+    fn gain(dt: f64, trust: Trust) -> Matrix3x2<f64> {
+        let moved = 0.5 * dt * dt;
+        let transition = Matrix3::new(1.0, dt, moved, 0.0, 1.0, dt, 0.0, 0.0, 1.0);
+        let input = Vector3::new(moved, dt, 0.0);
+        let output = Matrix2x3::new(1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+        let left_out = input * trust.model_m_s2;
         let pushes = Vector3::new(0.0, 0.0, trust.disturbance_m_s2);
         let process = left_out * left_out.transpose() + pushes * pushes.transpose();
         let noise = Matrix2::from_diagonal(&Vector2::new(trust.com_m.powi(2), trust.acceleration_m_s2.powi(2)));
@@ -92,14 +73,14 @@ impl Kalman {
                 break;
             }
         }
-        Self { transition, input, output, direct, gain, state: Vector3::zeros() }
+        gain
     }
 
     /// One tick: the mean `input` over the tick that ended, and the COM and its acceleration measured now.
-    pub fn update(&mut self, input: f64, com: f64, com_acc: f64) {
+    pub fn update(&mut self, input: f64, com: f64, com_acc: f64, mode: usize) {
         let predicted = self.transition * self.state + self.input * input;
         let expected = self.output * predicted + Vector2::new(0.0, self.direct * input);
-        self.state = predicted + self.gain * (Vector2::new(com, com_acc) - expected);
+        self.state = predicted + self.gain[mode] * (Vector2::new(com, com_acc) - expected);
     }
 }
 

@@ -6,6 +6,7 @@
 //! feed-forward). When no set holds the state, [`footstep`] chooses a foot and its landing place, and until it lands the
 //! plan of [`swing`] takes the place of supervisor and COM reference.
 
+pub mod catch;
 pub mod estimator;
 pub mod footstep;
 pub mod kalman;
@@ -242,6 +243,9 @@ impl<'a> Controller<'a> {
         if !decision.held && self.is_time_to_step() && self.lift(self.supervisor.zmp_error()) {
             return self.swing_on();
         }
+        if self.try_to_catch() {
+            return self.swing_on();
+        }
         self.since_landing_s += dt;
         if decision.starts {
             self.switches += 1;
@@ -312,9 +316,9 @@ impl<'a> Controller<'a> {
         let family = &self.design.family;
         swing.time_s += family.pendulum.dt;
         let foot = swing.footstep.foot;
-        let pendulum = swing.pendulum();
-        let (pose, velocity) = swing.sole();
         self.phase = Phase::Swing(foot);
+        let Some(pendulum) = swing.pendulum() else { return self.catch_on() };
+        let (pose, velocity) = swing.sole();
         (self.com_ref, self.com_ref_vel) = (pendulum.com, pendulum.com_vel);
         self.supervisor.zmp_ref = pendulum.zmp;
         let acceleration = family.pendulum.com_acc(pendulum.com, pendulum.zmp);
@@ -331,7 +335,7 @@ impl<'a> Controller<'a> {
         if !has_landed && !swing.is_overdue() {
             return false;
         }
-        self.supervisor.start_anew(swing.pendulum().zmp);
+        self.supervisor.start_anew(swing.pendulum().map_or(self.supervisor.zmp_ref, |p| p.zmp));
         self.estimator.land(has_landed);
         self.landed = Some(swing.footstep.foot);
         self.swing = None;

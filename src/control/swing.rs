@@ -16,21 +16,67 @@ const EARLIEST_LANDING: f64 = 0.6;
 /// A foot that is late goes down at this speed (m/s).
 const LATE_SPEED_M_S: f64 = 0.1;
 
+/// When a swing foot is due, and how it goes there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Timing {
+    /// From lift to landing as planned (s).
+    pub swing_time_s: f64,
+    /// Height of the sole in the middle of the swing (m).
+    pub lift_m: f64,
+    /// A foot that is late goes on down for at most this long (s).
+    pub late_s: f64,
+}
+
 /// One footstep, from lift to landing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Swing {
     /// As it was chosen.
     pub footstep: Footstep,
-    rules: Stepping,
+    timing: Timing,
     /// Stance sole, flat on the ground, to world.
-    stance: Isometry2<f64>,
-    /// x and y in the stance sole's frame.
-    plan: [AxisPlan; 2],
+    pub stance: Isometry2<f64>,
+    /// x and y in the stance sole's frame; None if the ZMP is chosen anew at every tick.
+    plan: Option<[AxisPlan; 2]>,
+    /// x and y of the swing sole, world.
+    path: [Quintic; 2],
     /// Swing sole at the lift, and as it is to land.
     from: Pose,
     to: Pose,
     /// Since the lift (s).
     pub time_s: f64,
+}
+
+/// A polynomial of fifth degree in time from any state to rest: least jerk.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Quintic {
+    start_s: f64,
+    end_s: f64,
+    /// Of the distance to the end, in powers of (end - t).
+    c: [f64; 3],
+    end: f64,
+}
+
+impl Quintic {
+    /// `state`: place, velocity, acceleration at `start_s`.
+    fn new([place, vel, acc]: [f64; 3], end: f64, start_s: f64, end_s: f64) -> Self {
+        // y(s) = place - end with s = time left: y = c3 s^3 + c4 s^4 + c5 s^5 and dy/ds = -vel.
+        let s = end_s - start_s;
+        let (y, v, a) = (place - end, -vel, acc);
+        let c3 = (10.0 * y - 4.0 * v * s + 0.5 * a * s * s) / s.powi(3);
+        let c4 = (-15.0 * y + 7.0 * v * s - a * s * s) / s.powi(4);
+        let c5 = (6.0 * y - 3.0 * v * s + 0.5 * a * s * s) / s.powi(5);
+        Self { start_s, end_s, c: [c3, c4, c5], end }
+    }
+
+    fn at(&self, time_s: f64) -> [f64; 3] {
+        let s = (self.end_s - time_s).max(0.0);
+        let [c3, c4, c5] = self.c;
+        [
+            self.end + s * s * s * (c3 + s * (c4 + s * c5)),
+            -s * s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5)),
+            s * (6.0 * c3 + s * (12.0 * c4 + s * 20.0 * c5)),
+        ]
+    }
 }
 
 /// Where COM and ZMP are to be: world, over the ground (m, m/s).
@@ -57,62 +103,91 @@ pub struct Lift {
 impl Swing {
     /// Plans the footstep.
     pub fn plan(omega: f64, rules: &Stepping, stance_sole: &Sole, footstep: Footstep, lift: &Lift) -> Self {
-        let [from, foothold] = [footstep.foot, footstep.foot.other()].map(|foot| lift.footholds[foot]);
-        let stance = Isometry2::new(foothold.translation.vector.xy(), heading(&foothold));
+        let Stepping { swing_time_s, lift_m, late_s, .. } = *rules;
+        let mut swing = Self::caught(Timing { swing_time_s, lift_m, late_s }, footstep, &lift.footholds);
+        let stance = swing.stance;
         let [com, to] = [lift.com, footstep.to].map(|p| stance.inverse_transform_point(&p));
         let com_vel = stance.inverse_transform_vector(&lift.com_vel);
-        let plan = [0, 1].map(|axis| {
+        swing.plan = Some([0, 1].map(|axis| {
             let most = (stance_sole.half_m[axis] - lift.zmp_margin).max(0.0);
             let boundary =
                 Boundary { com: com[axis], com_vel: com_vel[axis], target: 0.5 * to[axis], zmp: [-most, most] };
             AxisPlan::new(omega, rules, &boundary)
-        });
-        let landing = Vector3::new(footstep.to.x, footstep.to.y, foothold.translation.z);
-        let to = Pose::from_parts(landing.into(), foothold.rotation);
-        Self { footstep, rules: *rules, stance, plan, from, to, time_s: 0.0 }
+        }));
+        swing
     }
 
-    /// The planned COM and ZMP now.
-    pub fn pendulum(&self) -> PendulumRef {
-        let [[x, vx], [y, vy]] = self.plan.map(|axis| axis.com(self.time_s));
-        let [zx, zy] = self.plan.map(|axis| axis.zmp(self.time_s));
-        PendulumRef {
+    /// A footstep whose ZMP is chosen anew at every tick.
+    pub fn caught(timing: Timing, footstep: Footstep, footholds: &PerFoot<Pose>) -> Self {
+        let [from, foothold] = [footstep.foot, footstep.foot.other()].map(|foot| footholds[foot]);
+        let stance = Isometry2::new(foothold.translation.vector.xy(), heading(&foothold));
+        let landing = Vector3::new(footstep.to.x, footstep.to.y, foothold.translation.z);
+        let to = Pose::from_parts(landing.into(), foothold.rotation);
+        let path = [0, 1].map(|k| {
+            Quintic::new([from.translation.vector[k], 0.0, 0.0], footstep.to[k], 0.0, timing.swing_time_s)
+        });
+        Self { footstep, timing, stance, plan: None, path, from, to, time_s: 0.0 }
+    }
+
+    /// Changes where the foot is to land, from where it is to be now.
+    pub fn aim(&mut self, to: Point2<f64>) {
+        for k in 0..2 {
+            let state = self.path[k].at(self.time_s);
+            self.path[k] = Quintic::new(state, to[k], self.time_s, self.timing.swing_time_s);
+        }
+        self.footstep.to = to;
+        (self.to.translation.x, self.to.translation.y) = (to.x, to.y);
+    }
+
+    /// Time left until it is due (s).
+    pub fn time_left_s(&self) -> f64 {
+        self.timing.swing_time_s - self.time_s
+    }
+
+    /// The planned COM and ZMP now; None without a plan.
+    pub fn pendulum(&self) -> Option<PendulumRef> {
+        let plan = self.plan?;
+        let [[x, vx], [y, vy]] = plan.map(|axis| axis.com(self.time_s));
+        let [zx, zy] = plan.map(|axis| axis.zmp(self.time_s));
+        Some(PendulumRef {
             com: self.stance * Point2::new(x, y),
             com_vel: self.stance * Vector2::new(vx, vy),
             zmp: self.stance * Point2::new(zx, zy),
-        }
+        })
     }
 
     /// Where the swing sole is to be now, and its velocity (m/s).
     pub fn sole(&self) -> (Pose, Vector3<f64>) {
-        let duration = self.rules.swing_time_s;
+        let duration = self.timing.swing_time_s;
         let u = (self.time_s / duration).min(1.0);
-        // Least jerk along the ground, a bump above it; both at rest at both ends.
+        // A bump above the ground; at rest at both ends.
         let share = u * u * u * (10.0 - 15.0 * u + 6.0 * u * u);
-        let share_rate = 30.0 * (u * (1.0 - u)).powi(2) / duration;
-        let height = 16.0 * self.rules.lift_m * (u * (1.0 - u)).powi(2);
-        let height_rate = 32.0 * self.rules.lift_m * u * (1.0 - u) * (1.0 - 2.0 * u) / duration;
+        let height = 16.0 * self.timing.lift_m * (u * (1.0 - u)).powi(2);
+        let height_rate = 32.0 * self.timing.lift_m * u * (1.0 - u) * (1.0 - 2.0 * u) / duration;
         let late = (self.time_s - duration).max(0.0);
         let late_speed = if late > 0.0 { LATE_SPEED_M_S } else { 0.0 };
-        let way = self.to.translation.vector - self.from.translation.vector;
-        let place = self.from.translation.vector + way * share + Vector3::z() * (height - LATE_SPEED_M_S * late);
-        let velocity = way * share_rate + Vector3::z() * (height_rate - late_speed);
+        let rise = self.to.translation.z - self.from.translation.z;
+        let rise_rate = rise * 30.0 * (u * (1.0 - u)).powi(2) / duration;
+        let [[x, vx, _], [y, vy, _]] = self.path.map(|axis| axis.at(self.time_s));
+        let z = self.from.translation.z + rise * share + height - LATE_SPEED_M_S * late;
+        let velocity = Vector3::new(vx, vy, rise_rate + height_rate - late_speed);
+        let place = Vector3::new(x, y, z);
         (Pose::from_parts(place.into(), self.from.rotation.slerp(&self.to.rotation, share)), velocity)
     }
 
     /// Whether the planned time is over.
     pub fn is_due(&self) -> bool {
-        self.time_s >= self.rules.swing_time_s - 1e-9
+        self.time_s >= self.timing.swing_time_s - 1e-9
     }
 
     /// Whether the sole, which carries `load_n` (N), has landed: early, in time or late.
     pub fn has_landed(&self, load_n: f64) -> bool {
-        self.time_s >= EARLIEST_LANDING * self.rules.swing_time_s && load_n > LANDED_N
+        self.time_s >= EARLIEST_LANDING * self.timing.swing_time_s && load_n > LANDED_N
     }
 
     /// Whether the foot has been late for so long that it is not waited for any more.
     pub fn is_overdue(&self) -> bool {
-        self.time_s >= self.rules.swing_time_s + self.rules.late_s - 1e-9
+        self.time_s >= self.timing.swing_time_s + self.timing.late_s - 1e-9
     }
 }
 
@@ -203,7 +278,7 @@ mod tests {
     /// Eq. 1 in the world, for a stance sole that is neither at the origin nor straight.
     #[test]
     fn the_pendulum_starts_at_the_estimate_and_its_zmp_stays_in_the_stance_sole() {
-        let start = at(0.0).pendulum();
+        let start = at(0.0).pendulum().unwrap();
         assert!((start.com - Point2::new(-0.01, 0.0)).norm() < 1e-15);
         assert!((start.com_vel - Vector2::new(-0.3, -0.2)).norm() < 1e-14);
         let stance = Isometry2::new(Vector2::new(0.01, 0.048), 0.1);
@@ -211,7 +286,7 @@ mod tests {
         let [x, y] = robot.soles.left.half_m.map(|half| half - 0.003 + 1e-12);
         for k in 1..100 {
             let (h, time) = (1e-4, f64::from(k) * DT);
-            let [before, now, after] = [time - h, time, time + h].map(|t| at(t).pendulum());
+            let [before, now, after] = [time - h, time, time + h].map(|t| at(t).pendulum().unwrap());
             let velocity = (after.com - before.com) / (2.0 * h);
             assert!((velocity - now.com_vel).norm() < 1e-6, "{time} s");
             let acceleration = (after.com_vel - before.com_vel) / (2.0 * h);
@@ -229,7 +304,7 @@ mod tests {
         let lift = Lift { com: Point2::origin(), com_vel: Vector2::new(0.25, 0.0), footholds, zmp_margin: 0.003 };
         let footstep = Footstep { foot: Foot::Right, to: Point2::new(0.12, -0.048), zmp_error: Vector2::x() };
         let swing = Swing::plan(OMEGA, &RULES, &robot.soles.left, footstep, &lift);
-        let end = Swing { time_s: RULES.swing_time_s, ..swing }.pendulum();
+        let end = Swing { time_s: RULES.swing_time_s, ..swing }.pendulum().unwrap();
         let dcm = end.com + end.com_vel / OMEGA;
         assert!((dcm.x - 0.06).abs() < 0.01, "{dcm}");
     }

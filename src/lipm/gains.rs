@@ -6,6 +6,7 @@
 //! [`Inclusion`](super::cpi_set::Inclusion) checks.
 
 use super::pendulum::{Pendulum, State};
+use super::catching::Catching;
 use super::stepping::Stepping;
 use super::variant::Entry;
 use crate::assets::{Source, parse_toml};
@@ -43,6 +44,9 @@ pub struct GainSet {
     /// How to step when no gain's set holds the state; None: the robot only stands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stepping: Option<Stepping>,
+    /// Footsteps that catch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub catching: Option<Catching>,
 }
 
 /// The poles of one gain, as multiples of -omega (1 is the pole at -omega).
@@ -190,6 +194,7 @@ pub struct GainFamily {
     pub gains: Vec<Gain>,
     /// As in [`GainSet`].
     pub stepping: Option<Stepping>,
+    pub catching: Option<Catching>,
 }
 
 impl GainFamily {
@@ -220,6 +225,7 @@ impl GainFamily {
             pendulum,
             gains: set.gains.iter().map(|g| Gain::design(&pendulum, g)).collect(),
             stepping: set.stepping,
+            catching: set.catching,
         })
     }
 }

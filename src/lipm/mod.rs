@@ -6,6 +6,7 @@
 //! foot may land, and how COM and ZMP move while it is in the air (Sect. V). [`variant`] opens a gain set with one value
 //! of it changed.
 
+pub mod catching;
 pub mod cpi_set;
 pub mod gains;
 pub mod online;

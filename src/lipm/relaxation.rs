@@ -73,7 +73,7 @@ impl AxisPlan {
         let linear = rows[0].transpose() * (dcm * (target - free[0]))
             + rows[1].transpose() * (com * (target - free[1]))
             + Vector2::repeat(zmp * middle);
-        plan.z = in_box(&hessian, &linear, [least, most]).into();
+        plan.z = in_box(&hessian, &linear, [[least, most]; 2]).into();
         plan
     }
 
@@ -95,23 +95,23 @@ impl AxisPlan {
     }
 }
 
-/// `min 1/2 x' H x - b' x` over the square `[least, most]^2`, H positive definite: the best of the candidates on the
-/// inside, the four edges and the four corners.
-fn in_box(hessian: &Matrix2<f64>, linear: &Vector2<f64>, [least, most]: [f64; 2]) -> Vector2<f64> {
+/// `min 1/2 x' H x - b' x` over the box `[least, most]` of each variable, H positive definite: the best of the candidates
+/// on the inside, the four edges and the four corners.
+pub(super) fn in_box(hessian: &Matrix2<f64>, linear: &Vector2<f64>, within: [[f64; 2]; 2]) -> Vector2<f64> {
     let cost = |x: &Vector2<f64>| 0.5 * x.dot(&(hessian * x)) - linear.dot(x);
     if let Some(free) = hessian.cholesky().map(|factor| factor.solve(linear))
-        && free.iter().all(|v| (least..=most).contains(v))
+        && free.iter().zip(within).all(|(v, [least, most])| (least..=most).contains(v))
     {
         return free;
     }
     // The best point of each edge, corners included; one of these is the answer.
-    let mut best = Vector2::repeat(least);
+    let mut best = within.map(|[least, _]| least).into();
     for held in [0, 1] {
         let other = 1 - held;
-        for value in [least, most] {
+        for value in within[held] {
             let mut x = Vector2::repeat(value);
             let along = (linear[other] - hessian[(other, held)] * value) / hessian[(other, other)];
-            x[other] = along.clamp(least, most);
+            x[other] = along.clamp(within[other][0], within[other][1]);
             if cost(&x) < cost(&best) {
                 best = x;
             }
