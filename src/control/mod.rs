@@ -9,8 +9,10 @@
 pub mod catch;
 pub mod estimator;
 pub mod footstep;
+pub mod inverse_dynamics;
 pub mod kalman;
 pub mod load;
+pub mod nnls;
 pub mod supervisor;
 pub mod support;
 pub mod swing;

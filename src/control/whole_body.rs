@@ -67,17 +67,11 @@ impl WholeBody {
     /// Starts at home.
     pub fn new(robot: &Robot) -> Self {
         let size = 6 + robot.joints.len();
-        let mut in_leg = vec![false; robot.joints.len()];
-        for foot in Foot::BOTH {
-            for joint in robot.chain(robot.soles[foot].link) {
-                in_leg[joint] = true;
-            }
-        }
         Self {
             posture: robot.home_posture(),
             velocity: DVector::zeros(size),
             kinematics: Kinematics::new(robot),
-            in_leg,
+            in_leg: legs(robot),
             com_jacobian: Matrix3xX::zeros(size),
             body_jacobian: Matrix6xX::zeros(size),
             normal: DMatrix::zeros(size, size),
@@ -224,8 +218,19 @@ impl WholeBody {
     }
 }
 
+/// Whether each joint is on the way from the base to a sole.
+pub(super) fn legs(robot: &Robot) -> Vec<bool> {
+    let mut in_leg = vec![false; robot.joints.len()];
+    for foot in Foot::BOTH {
+        for joint in robot.chain(robot.soles[foot].link) {
+            in_leg[joint] = true;
+        }
+    }
+    in_leg
+}
+
 /// Angles that a joint is sent to (rad): its limits less the margin, but not less than home.
-fn reachable(joint: &Joint, home_rad: f64) -> [f64; 2] {
+pub(super) fn reachable(joint: &Joint, home_rad: f64) -> [f64; 2] {
     [(joint.lower_rad + LIMIT_MARGIN_RAD).min(home_rad), (joint.upper_rad - LIMIT_MARGIN_RAD).max(home_rad)]
 }
 

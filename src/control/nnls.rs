@@ -1,0 +1,244 @@
+//! Non-negative least squares of small fixed size: `min 1/2 f' G f - c' f` over `f >= 0`, by the active-set method of
+//! Lawson and Hanson (Solving Least Squares Problems, ch. 23), started from the last answer.
+//!
+//! Every iterate is feasible and no worse than the one before, so what comes out is usable even when the iterations run
+//! out. Does not allocate.
+
+use nalgebra::{SMatrix, SVector};
+
+/// Entries of the unknown: two soles of four corners with four friction edges each.
+pub const SIZE: usize = 32;
+
+pub type Unknowns = SVector<f64, SIZE>;
+pub type Quadratic = SMatrix<f64, SIZE, SIZE>;
+
+/// Factorisations per solve, at most: three times the unknowns, as Lawson and Hanson advise.
+const MOST_ROUNDS: usize = 3 * SIZE;
+
+/// The problem's answer, from which the next solve starts.
+#[derive(Debug, Clone)]
+pub struct Nnls {
+    /// Never negative; exactly 0 where the bound holds it.
+    pub f: Unknowns,
+    /// Factorisations of the last solve.
+    pub rounds: usize,
+    /// Whether the last solve met its conditions of optimality, rather than run out of rounds.
+    pub is_optimal: bool,
+    free: [bool; SIZE],
+    factor: Quadratic,
+    trial: Unknowns,
+}
+
+impl Default for Nnls {
+    fn default() -> Self {
+        Self {
+            f: Unknowns::zeros(),
+            rounds: 0,
+            is_optimal: true,
+            free: [false; SIZE],
+            factor: Quadratic::zeros(),
+            trial: Unknowns::zeros(),
+        }
+    }
+}
+
+impl Nnls {
+    /// Solves for positive definite `g` (lower triangle read), with the entries outside of `allowed` at 0.
+    pub fn solve(&mut self, g: &Quadratic, c: &Unknowns, allowed: &[bool; SIZE]) {
+        for i in 0..SIZE {
+            self.free[i] &= allowed[i] && self.f[i] > 0.0;
+            if !self.free[i] {
+                self.f[i] = 0.0;
+            }
+        }
+        // Of the size of what the slopes are made of, less what rounding leaves of them.
+        let tolerance = 1e-10 * c.amax();
+        let mut from_last = self.free.contains(&true);
+        self.rounds = 0;
+        self.is_optimal = false;
+        while self.rounds < MOST_ROUNDS {
+            if !from_last {
+                let Some(next) = self.steepest(g, c, allowed, tolerance) else {
+                    self.is_optimal = true;
+                    return;
+                };
+                self.free[next] = true;
+            }
+            from_last = false;
+            self.descend(g, c);
+        }
+    }
+
+    /// The bound whose release lowers the objective fastest; None at the optimum.
+    fn steepest(&self, g: &Quadratic, c: &Unknowns, allowed: &[bool; SIZE], tolerance: f64) -> Option<usize> {
+        let mut steepest = (tolerance, None);
+        for i in (0..SIZE).filter(|&i| allowed[i] && !self.free[i]) {
+            // The lower triangle serves both.
+            let slope = c[i] - (0..SIZE).map(|j| g[(i.max(j), i.min(j))] * self.f[j]).sum::<f64>();
+            if slope > steepest.0 {
+                steepest = (slope, Some(i));
+            }
+        }
+        steepest.1
+    }
+
+    /// Goes to the least of the objective over the free entries; those that would turn negative on the way are bound.
+    fn descend(&mut self, g: &Quadratic, c: &Unknowns) {
+        while self.rounds < MOST_ROUNDS {
+            self.rounds += 1;
+            if !self.solve_free(g, c) {
+                return;
+            }
+            let mut share = 1.0;
+            let mut first = None;
+            for i in (0..SIZE).filter(|&i| self.free[i] && self.trial[i] <= 0.0) {
+                // An entry that was just freed and wants to turn back stays at its bound: 0 of the way.
+                let step = if self.f[i] > 0.0 { self.f[i] / (self.f[i] - self.trial[i]) } else { 0.0 };
+                if first.is_none() || step < share {
+                    (share, first) = (step, Some(i));
+                }
+            }
+            for i in 0..SIZE {
+                if self.free[i] {
+                    self.f[i] += share * (self.trial[i] - self.f[i]);
+                    self.free[i] = self.f[i] > 0.0 && first != Some(i);
+                }
+                if !self.free[i] {
+                    self.f[i] = 0.0;
+                }
+            }
+            if first.is_none() {
+                return;
+            }
+        }
+    }
+
+    /// Writes the unbounded answer of the free entries to `trial`, by Cholesky factorisation. False if `g` is not positive
+    /// definite there.
+    fn solve_free(&mut self, g: &Quadratic, c: &Unknowns) -> bool {
+        let mut index = [0; SIZE];
+        let mut count = 0;
+        for i in (0..SIZE).filter(|&i| self.free[i]) {
+            index[count] = i;
+            count += 1;
+        }
+        let l = &mut self.factor;
+        let mut y = [0.0; SIZE];
+        for a in 0..count {
+            for b in 0..=a {
+                let sum: f64 = (0..b).map(|k| l[(a, k)] * l[(b, k)]).sum();
+                let rest = g[(index[a], index[b])] - sum;
+                if a > b {
+                    l[(a, b)] = rest / l[(b, b)];
+                } else if rest > 0.0 {
+                    l[(a, a)] = rest.sqrt();
+                } else {
+                    return false;
+                }
+            }
+            let sum: f64 = (0..a).map(|k| l[(a, k)] * y[k]).sum();
+            y[a] = (c[index[a]] - sum) / l[(a, a)];
+        }
+        for a in (0..count).rev() {
+            let sum: f64 = (a + 1..count).map(|k| l[(k, a)] * y[k]).sum();
+            y[a] = (y[a] - sum) / l[(a, a)];
+            self.trial[index[a]] = y[a];
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Sum of squares of six rows, with a little of each unknown's own: what soles come to.
+    fn problem(entries: &[f64], wanted: &[f64]) -> (Quadratic, Unknowns) {
+        let rows = SMatrix::<f64, 6, SIZE>::from_row_slice(entries);
+        let wanted = SVector::<f64, 6>::from_row_slice(wanted);
+        (rows.transpose() * rows + Quadratic::identity() * 1e-6, rows.transpose() * wanted)
+    }
+
+    fn value(g: &Quadratic, c: &Unknowns, f: &Unknowns) -> f64 {
+        0.5 * f.dot(&(g * f)) - c.dot(f)
+    }
+
+    /// Karush, Kuhn and Tucker: feasible, no slope along what is free, none downwards along what is bound. The problem is
+    /// convex: this is the optimum.
+    fn check(nnls: &Nnls, g: &Quadratic, c: &Unknowns, allowed: &[bool; SIZE]) -> Result<(), TestCaseError> {
+        let slope = c - g * nnls.f;
+        for i in 0..SIZE {
+            let (f, slope) = (nnls.f[i], slope[i]);
+            let good = match (allowed[i], f > 0.0) {
+                (false, _) => f == 0.0,
+                (true, true) => slope.abs() < 1e-7,
+                (true, false) => f == 0.0 && slope < 1e-7,
+            };
+            if !good {
+                return Err(TestCaseError::fail(format!("entry {i}: {f}, slope {slope}, {} rounds", nnls.rounds)));
+            }
+        }
+        if nnls.is_optimal { Ok(()) } else { Err(TestCaseError::fail("out of rounds")) }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..Default::default() })]
+
+        /// From nothing, and from the answer of another problem.
+        #[test]
+        fn the_answer_is_the_optimum(
+            entries in prop::collection::vec(-1.0..1.0f64, 6 * SIZE),
+            wanted in prop::collection::vec(-10.0..10.0f64, 6),
+            other in prop::collection::vec(-10.0..10.0f64, 6),
+            allowed in prop::collection::vec(prop::bool::weighted(0.7), SIZE),
+        ) {
+            let allowed: [bool; SIZE] = allowed.try_into().unwrap();
+            let (g, c) = problem(&entries, &wanted);
+            let mut cold = Nnls::default();
+            cold.solve(&g, &c, &allowed);
+            check(&cold, &g, &c, &allowed)?;
+            let mut warm = Nnls::default();
+            warm.solve(&g, &problem(&entries, &other).1, &[true; SIZE]);
+            warm.solve(&g, &c, &allowed);
+            check(&warm, &g, &c, &allowed)?;
+            prop_assert!((warm.f - cold.f).amax() < 1e-3, "{}", (warm.f - cold.f).amax());
+            warm.solve(&g, &c, &allowed);
+            prop_assert_eq!(warm.rounds, 1, "the same problem again is solved at once");
+        }
+
+        /// Against all choices of what is bound, of six unknowns.
+        #[test]
+        fn the_answer_is_the_best_of_all_active_sets(
+            entries in prop::collection::vec(-1.0..1.0f64, 6 * SIZE),
+            wanted in prop::collection::vec(-10.0..10.0f64, 6),
+        ) {
+            let (g, c) = problem(&entries, &wanted);
+            let allowed = std::array::from_fn(|i| i < 6);
+            let mut nnls = Nnls::default();
+            nnls.solve(&g, &c, &allowed);
+            let mut best = 0.0_f64;
+            for choice in 1..64 {
+                let mut trial = Nnls { free: std::array::from_fn(|i| i < 6 && choice & (1 << i) != 0), ..Nnls::default() };
+                prop_assert!(trial.solve_free(&g, &c));
+                if trial.trial.iter().all(|&f| f >= 0.0) {
+                    best = best.min(value(&g, &c, &trial.trial));
+                }
+            }
+            let got = value(&g, &c, &nnls.f);
+            prop_assert!((got - best).abs() < 1e-8 * best.abs().max(1.0), "{got} {best}");
+        }
+    }
+
+    #[test]
+    fn what_is_bound_stays_bound_and_rounds_are_few() {
+        let mut nnls = Nnls::default();
+        nnls.solve(&Quadratic::identity(), &Unknowns::from_element(-1.0), &[true; SIZE]);
+        assert!(nnls.is_optimal && nnls.f == Unknowns::zeros());
+        nnls.solve(&Quadratic::identity(), &Unknowns::from_fn(|i, _| i as f64 - 15.5), &[true; SIZE]);
+        assert!(nnls.is_optimal && nnls.rounds <= 16);
+        for i in 0..SIZE {
+            assert!((nnls.f[i] - (i as f64 - 15.5).max(0.0)).abs() < 1e-12);
+        }
+    }
+}
