@@ -1,11 +1,13 @@
 //! Catching.
 use super::footstep::Footstep;
-use super::swing::{Swing, Timing};
+use super::swing::{Quintic, Swing, Timing};
+use super::whole_body::Task;
 use super::{Controller, FORGETTING_RATE};
 use crate::lipm::catching::{self, Catch, Catching};
 use crate::lipm::pendulum::Pendulum;
-use crate::robot::{Command, Foot, PerFoot};
-use nalgebra::{Isometry2, Point2, Vector2};
+use crate::robot::{Command, Foot, PerFoot, Pose};
+use super::inverse_dynamics::Wanted;
+use nalgebra::{DVector, Isometry2, Matrix3xX, Matrix6xX, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 
 impl Controller<'_> {
     /// DCM, ahead by the delay.
@@ -72,6 +74,8 @@ impl Controller<'_> {
         self.com_ref = self.estimator.now.com_xy();
         self.com_ref_vel = self.estimator.now.com_vel_xy();
         self.estimator.lift(foot);
+        self.ahead.posture = self.whole_body.posture.clone();
+        self.height = [self.whole_body.com_height(self.robot), 0.0, 0.0];
         true
     }
 
@@ -90,6 +94,7 @@ impl Controller<'_> {
         let zmp = swing.stance * Point2::new(catch.zmp.x, catch.zmp.y * foot.side());
         let (pose, velocity) = swing.sole();
         self.swing = Some(swing);
+        self.plan_height(foot, left, zmp);
         self.supervisor.zmp_ref = zmp;
         let Pendulum { dt, .. } = self.design.family.pendulum;
         let (com, com_vel) = (self.estimator.now.com_xy(), self.estimator.now.com_vel_xy());
@@ -103,5 +108,129 @@ impl Controller<'_> {
         let (mut soles, mut sole_vel) = (self.estimator.now.footholds, PerFoot::default());
         (soles[foot], sole_vel[foot]) = (pose, velocity);
         self.body_command(acceleration, soles, sole_vel, PerFoot::from_fn(|f| f != foot))
+    }
+
+    /// Where the height of the COM is to be: such that the legs reach to the landing place.
+    fn plan_height(&mut self, foot: Foot, left: f64, zmp: Point2<f64>) {
+        let Pendulum { omega, dt } = self.design.family.pendulum;
+        let Some(swing) = &self.swing else { return };
+        let estimate = &self.estimator.now;
+        let t = left.max(0.0);
+        let (com, vel) = (estimate.com_xy() - zmp, estimate.com_vel_xy() / omega);
+        let at_landing = zmp + com * (omega * t).cosh() + vel * (omega * t).sinh();
+        let mut soles = estimate.footholds;
+        let to = swing.footstep.to;
+        soles[foot].translation.vector = Vector3::new(to.x, to.y, soles[foot.other()].translation.z);
+        soles[foot].rotation = soles[foot.other()].rotation;
+        let task = Task {
+            com: Point3::new(at_landing.x, at_landing.y, self.design.com_height),
+            rise: f64::INFINITY,
+            com_vel: Vector3::zeros(),
+            soles,
+            sole_vel: PerFoot::default(),
+            trunk: UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.support.frame.rotation.angle()),
+        };
+        for _ in 0..3 {
+            self.ahead.follow(self.robot, &task);
+        }
+        let end = self.ahead.com_height(self.robot);
+        let now = self.height;
+        if std::env::var("DBG").is_ok() { self.whole_body.posture.q[0] += 0.0; eprintln!("h {:.3} left {left:.3} end {end:.4} now {:.4?} ref {:.4} est {:.4} at {:.3?} to {:.3?}", swing.time_s, now, self.whole_body.com_height(self.robot), self.estimator.now.com.z, at_landing.coords.as_slice(), to.coords.as_slice()); }
+        if left > 2.0 * dt {
+            let q = Quintic::new(now, end, 0.0, left);
+            self.height = q.at(dt);
+        } else {
+            self.height = [now[0] + now[1] * dt, now[1] * 0.8, 0.0];
+        }
+    }
+
+    /// Joint targets by inverse dynamics.
+    pub(super) fn dynamic_command(
+        &mut self,
+        acceleration: Vector2<f64>,
+        soles: &PerFoot<Pose>,
+        sole_vel: &PerFoot<Vector3<f64>>,
+        standing: PerFoot<bool>,
+    ) -> Command {
+        let env = |k: &str, d: f64| std::env::var(k).map_or(d, |v| v.parse().unwrap());
+        let robot = self.robot;
+        let dt = self.design.family.pendulum.dt;
+        let estimate = &self.estimator.now;
+        let n = robot.joints.len();
+        let q = &estimate.posture.q;
+        let (mut qr, mut vr) = match self.joints.take() {
+            Some([q, v]) => (q, v),
+            None => (q.clone(), self.whole_body.velocity.as_slice()[6..].to_vec()),
+        };
+        // Observer.
+        let w = env("OBS", 60.0);
+        for j in 0..n {
+            let e = q[j] - qr[j];
+            qr[j] += 2.0 * w * dt * e;
+            vr[j] += w * w * dt * e;
+        }
+        let mut velocity = DVector::zeros(6 + n);
+        velocity.as_mut_slice()[6..].copy_from_slice(&vr);
+        let omega_trunk = self.gyro_world;
+        velocity.fixed_rows_mut::<3>(3).copy_from(&omega_trunk);
+        let k = self.estimator.kinematics();
+        let mut com_j = Matrix3xX::zeros(6 + n);
+        k.com_jacobian(robot, &mut com_j);
+        let rest = estimate.com_vel - &com_j * &velocity;
+        velocity.fixed_rows_mut::<3>(0).copy_from(&rest);
+        let mut wanted = Wanted::rest(robot, standing);
+        let (hp, hd) = (env("HP", 150.0), env("HD", 25.0));
+        wanted.com_acc = Vector3::new(
+            acceleration.x,
+            acceleration.y,
+            hp * (self.design.com_height - estimate.com.z) - hd * estimate.com_vel.z,
+        );
+        let trunk = k.link_pose(robot.trunk).rotation;
+        let upright = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.support.frame.rotation.angle());
+        let (tp, td) = (env("TP", 400.0), env("TD", 40.0));
+        wanted.trunk_acc = (upright * trunk.inverse()).scaled_axis() * tp - omega_trunk * td;
+        let mut jac = Matrix6xX::zeros(6 + n);
+        for foot in Foot::BOTH.into_iter().filter(|&f| !standing[f]) {
+            let pose = k.sole_pose(robot, foot);
+            let point = pose.translation.vector.into();
+            k.point_jacobian(robot, robot.soles[foot].link, &point, &mut jac);
+            let vel = &jac * &velocity;
+            let (sp, sd) = (env("SP", 900.0), env("SD", 60.0));
+            let plan = self.swing.as_ref().map_or(Vector3::zeros(), |s| s.sole_acc());
+            wanted.sole_acc[foot] = [
+                plan + (soles[foot].translation.vector - pose.translation.vector) * sp
+                    + (sole_vel[foot] - vel.fixed_rows::<3>(0)) * sd,
+                (soles[foot].rotation * pose.rotation.inverse()).scaled_axis() * sp - vel.fixed_rows::<3>(3) * sd,
+            ];
+        }
+        let (jp, jd) = (env("JP", 100.0), env("JD", 20.0));
+        for j in 0..n {
+            wanted.joint_acc[j] = jp * (robot.home_rad[j] - q[j]) - jd * vr[j];
+        }
+        let outlook = self.inverse_dynamics.solve(robot, &estimate.posture, &velocity, &wanted);
+        if std::env::var("DBG").is_ok() {
+            let f = outlook.wrenches.left.force + outlook.wrenches.right.force;
+            let t = self.swing.as_ref().map_or(0.0, |s| s.time_s);
+            let worst = (0..n).max_by(|a, b| (q[*a] - qr[*a]).abs().total_cmp(&(q[*b] - qr[*b]).abs())).unwrap();
+            eprintln!(
+                "{t:.3} acc want [{:.1} {:.1} {:.1}] got [{:.1} {:.1} {:.1}] zmp {:.3?} fz {:.1} meas {:.1} {:.3?} tau {:.2} worst {} {:.3}",
+                wanted.com_acc.x, wanted.com_acc.y, wanted.com_acc.z,
+                outlook.com_acc.x, outlook.com_acc.y, outlook.com_acc.z,
+                outlook.zmp.map(|z| [z.x, z.y]), f.z,
+                estimate.load_n.left + estimate.load_n.right, [estimate.zmp.x, estimate.zmp.y], outlook.torque_ratio, robot.joints[worst].name, q[worst]-qr[worst]
+            );
+        }
+        for j in 0..n {
+            let a = self.inverse_dynamics.acceleration[6 + j];
+            qr[j] += vr[j] * dt + 0.5 * a * dt * dt;
+            vr[j] += a * dt;
+        }
+        let command =
+            Command { q_ref: qr.clone(), dq_ref: vr.clone(), tau_ff: self.inverse_dynamics.tau.clone() };
+        self.joints = Some([qr, vr]);
+        // The kinematic reference follows.
+        self.whole_body.posture = estimate.posture.clone();
+        self.whole_body.posture.q.copy_from_slice(&command.q_ref);
+        command
     }
 }

@@ -172,6 +172,15 @@ pub struct Controller<'a> {
     /// Added to the COM reference: makes up for sag (paper, "COG reference shaping").
     shaping: Vector2<f64>,
     pub switches: u32,
+    inverse_dynamics: inverse_dynamics::InverseDynamics,
+    mode: u32,
+    /// Joints as the whole body's dynamics have them: angle, velocity.
+    joints: Option<[Vec<f64>; 2]>,
+    gyro_world: Vector3<f64>,
+    /// The posture at landing.
+    ahead: WholeBody,
+    /// Height of the COM while a foot is in the air: state, and until when.
+    height: [f64; 3],
 }
 
 impl<'a> Controller<'a> {
@@ -195,6 +204,15 @@ impl<'a> Controller<'a> {
             com_ref_vel: Vector2::zeros(),
             shaping: Vector2::zeros(),
             switches: 0,
+            inverse_dynamics: inverse_dynamics::InverseDynamics::new(
+                robot,
+                inverse_dynamics::Grip { friction: 0.6, sole_share: 0.98 },
+            ),
+            joints: None,
+            gyro_world: Vector3::zeros(),
+            ahead: WholeBody::new(robot),
+            height: [design.com_height, 0.0, 0.0],
+            mode: std::env::var("WBC").map_or(2, |v| v.parse().unwrap()),
             estimator,
         }
     }
@@ -212,6 +230,7 @@ impl<'a> Controller<'a> {
     /// One control tick.
     pub fn tick(&mut self, sensed: &Sensed) -> Command {
         self.estimator.update(self.robot, sensed);
+        self.gyro_world = sensed.imu.orientation * sensed.imu.gyro;
         self.act()
     }
 
@@ -249,6 +268,7 @@ impl<'a> Controller<'a> {
             return self.swing_on();
         }
         self.since_landing_s += dt;
+        self.height = [self.design.com_height, 0.0, 0.0];
         if decision.starts {
             self.switches += 1;
         }
@@ -357,11 +377,11 @@ impl<'a> Controller<'a> {
         let robot = self.robot;
         let shaped = self.com_ref + self.shaping;
         let task = Task {
-            com: Point3::new(shaped.x, shaped.y, self.design.com_height),
+            com: Point3::new(shaped.x, shaped.y, self.height[0]),
             rise: RISING_M_S * self.design.family.pendulum.dt,
-            com_vel: Vector3::new(self.com_ref_vel.x, self.com_ref_vel.y, 0.0),
-            soles,
-            sole_vel,
+            com_vel: Vector3::new(self.com_ref_vel.x, self.com_ref_vel.y, self.height[1]),
+            soles: soles.clone(),
+            sole_vel: sole_vel.clone(),
             trunk: UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.support.frame.rotation.angle()),
         };
         self.whole_body.follow(robot, &task);
@@ -371,6 +391,21 @@ impl<'a> Controller<'a> {
         let wrenches = load::share(robot, footholds, &standing, self.supervisor.zmp_ref, force);
         let mut tau_ff = vec![0.0; robot.joints.len()];
         load_torques(self.estimator.kinematics(), robot, effective, &wrenches, &mut tau_ff);
+        let in_swing = self.swing.is_some();
+        if self.design.family.catching.is_some() && (in_swing && self.mode == 3 || self.mode == 13) {
+            return self.dynamic_command(acceleration, &soles, &sole_vel, standing);
+        }
+        self.joints = None;
+        if self.design.family.catching.is_some() && (self.mode >= 10 || self.mode > 0 && in_swing) {
+            let mut wanted = inverse_dynamics::Wanted::rest(robot, standing);
+            wanted.com_acc = Vector3::new(acceleration.x, acceleration.y, self.height[2]);
+            if let Some(swing) = &self.swing {
+                wanted.sole_acc[swing.footstep.foot][0] = swing.sole_acc();
+            }
+            let posture = if self.mode % 10 == 2 { &self.estimator.now.posture } else { &self.whole_body.posture };
+            self.inverse_dynamics.solve(robot, posture, &self.whole_body.velocity, &wanted);
+            tau_ff.copy_from_slice(&self.inverse_dynamics.tau);
+        }
         Command {
             q_ref: self.whole_body.posture.q.clone(),
             dq_ref: self.whole_body.velocity.as_slice()[6..].to_vec(),

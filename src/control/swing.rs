@@ -48,7 +48,7 @@ pub struct Swing {
 
 /// A polynomial of fifth degree in time from any state to rest: least jerk.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Quintic {
+pub struct Quintic {
     start_s: f64,
     end_s: f64,
     /// Of the distance to the end, in powers of (end - t).
@@ -58,7 +58,7 @@ struct Quintic {
 
 impl Quintic {
     /// `state`: place, velocity, acceleration at `start_s`.
-    fn new([place, vel, acc]: [f64; 3], end: f64, start_s: f64, end_s: f64) -> Self {
+    pub fn new([place, vel, acc]: [f64; 3], end: f64, start_s: f64, end_s: f64) -> Self {
         // y(s) = place - end with s = time left: y = c3 s^3 + c4 s^4 + c5 s^5 and dy/ds = -vel.
         let s = end_s - start_s;
         let (y, v, a) = (place - end, -vel, acc);
@@ -68,7 +68,7 @@ impl Quintic {
         Self { start_s, end_s, c: [c3, c4, c5], end }
     }
 
-    fn at(&self, time_s: f64) -> [f64; 3] {
+    pub fn at(&self, time_s: f64) -> [f64; 3] {
         let s = (self.end_s - time_s).max(0.0);
         let [c3, c4, c5] = self.c;
         [
@@ -154,6 +154,18 @@ impl Swing {
             com_vel: self.stance * Vector2::new(vx, vy),
             zmp: self.stance * Point2::new(zx, zy),
         })
+    }
+
+    /// Acceleration of the swing sole (m/s^2).
+    pub fn sole_acc(&self) -> Vector3<f64> {
+        let duration = self.timing.swing_time_s;
+        let u = self.time_s / duration;
+        if u >= 1.0 {
+            return Vector3::zeros();
+        }
+        let bump = 32.0 * self.timing.lift_m * (1.0 - 6.0 * u + 6.0 * u * u) / (duration * duration);
+        let [[_, _, x], [_, _, y]] = self.path.map(|axis| axis.at(self.time_s));
+        Vector3::new(x, y, bump)
     }
 
     /// Where the swing sole is to be now, and its velocity (m/s).

@@ -106,6 +106,12 @@ impl WholeBody {
         }
     }
 
+    /// Height of the COM of the reference posture (m).
+    pub fn com_height(&mut self, robot: &Robot) -> f64 {
+        self.kinematics.update(robot, &self.posture);
+        self.kinematics.com().z
+    }
+
     fn add_soles(&mut self, robot: &Robot, task: &Task) {
         for foot in Foot::BOTH {
             let pose = self.kinematics.sole_pose(robot, foot);

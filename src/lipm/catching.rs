@@ -56,7 +56,7 @@ pub fn plan(
     let e = (omega * time_s).exp();
     let mut best: Option<Catch> = None;
     for share in [0.5, 0.6, 0.7, 0.8, 0.9, 1.0] {
-        let mut c = Catch { zmp: Vector2::zeros(), place: home, dcm, miss: 0.0, cost: 1e-6 * share };
+        let mut c = Catch { zmp: Vector2::zeros(), place: home, dcm, miss: 0.0, cost: rules.overshoot * (share - 0.5) * (share - 0.5) };
         let mut miss = Vector2::zeros();
         for k in 0..2 {
             let [lo, hi] = if k == 0 { [-rules.forward_m, rules.forward_m] } else { [rules.inward_m, rules.outward_m] };
