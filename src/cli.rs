@@ -30,6 +30,8 @@ pub enum Command {
     Status(FolderArgs),
     /// One push: what happened and why, a picture of it, and a trace
     Push(report::push::PushArgs),
+    /// Largest recoverable impulse by heading, beside what the pendulum allows without a step, with one, with any number
+    Limit(report::limit::LimitArgs),
     /// A disturbance with a name, those of the paper first; without a name, what there is
     Scenario(report::scenario::ScenarioArgs),
     /// The maximal CPI sets of a gain set: size, inclusion, horizon, picture, export
