@@ -104,14 +104,14 @@ impl SteppingPendulum {
         let mut best: f64 = 0.0;
         // y of the stance sole over half the stance's width: the left foot, the right one.
         for stance in [1.0, -1.0] {
-            best = best.max(self.from_stance_n_s(direction(heading_deg), steps, stance)?);
+            best = best.max(self.on_stance_n_s(direction(heading_deg), steps, stance)?);
         }
         Ok(best)
     }
 
     /// Unknowns: the dcm's way along the heading, a point of B, a landing for each footstep, and how far the last of
     /// them counts (conv({0} u R) = {(g, t): g in t R, 0 <= t <= 1}).
-    fn from_stance_n_s(&self, along: Vector2<f64>, steps: usize, stance: f64) -> Result<f64> {
+    fn on_stance_n_s(&self, along: Vector2<f64>, steps: usize, stance: f64) -> Result<f64> {
         let unknowns = 1 + 2 + 2 * steps + 1;
         let (way, sole, landing, share) = (0, 1, |k: usize| 3 + 2 * k, unknowns - 1);
         let row = |terms: &[(usize, f64)]| {
