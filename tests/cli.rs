@@ -66,7 +66,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
     let good = "name = 'c'\ntrials = 2\nseed = 1\n[push]\nimpulse_n_s = 1\n";
     let cases: &[(&str, &[&str], &[&str])] = &[
         (good, &["run", "missing.toml"], &["missing.toml: cannot read"]),
-        (good, &["run", "smokey"], &["campaign \"smokey\" not found", "smoke, standard or a path"]),
+        (good, &["run", "smokey"], &["campaign \"smokey\" not found", "smoke, nominal, standard, harsh or a path"]),
         ("name = 'c\n", &["run", "c.toml"], &["c.toml", "line 1"]),
         ("names = 'c'\n", &["run", "c.toml"], &["c.toml", "unknown field `names`", "`name`"]),
         ("name = 'c'\n", &["run", "c.toml"], &["c.toml", "missing field `trials`"]),

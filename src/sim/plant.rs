@@ -1,6 +1,6 @@
 //! The simulated robot, one control tick at a time: `sense`, then `advance` with a command.
 
-use super::SensorErrors;
+use super::{Ground, SensorErrors};
 use super::contact::{WorldWrench, ground_wrench};
 use super::convert::{pose_from_rapier, vec_to_rapier};
 use super::push::Push;
@@ -8,7 +8,7 @@ use super::sensors::Sensors;
 use super::servo;
 use super::world::{Handles, build};
 use crate::robot::{Command, Foot, GRAVITY, Imu, Kinematics, PerFoot, Posture, Robot, Sensed, Wrench};
-use nalgebra::{DVector, Isometry3, Matrix3xX, Matrix6xX, Point3, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{DVector, Isometry3, Matrix3xX, Matrix6xX, Point3, Vector3, Vector6};
 use rapier3d::pipeline::PhysicsWorld;
 use std::collections::VecDeque;
 
@@ -48,6 +48,8 @@ pub struct Plant<'a> {
 #[derive(Debug, Clone)]
 pub struct Truth {
     pub time_s: f64,
+    /// What the robot stands on.
+    pub ground: Ground,
     pub posture: Posture,
     /// Generalised velocity: base origin linear, base angular (world), joints.
     pub velocity: DVector<f64>,
@@ -64,7 +66,7 @@ pub struct Truth {
     pub sole_wrenches: PerFoot<Wrench>,
     /// Sum of all forces of the ground on the robot (N).
     pub contact_force: Vector3<f64>,
-    /// On the ground (m), from all contacts; None in flight.
+    /// On the plane z = 0 (m), from all contacts; None in flight.
     pub zmp: Option<[f64; 2]>,
     /// (N)
     pub push_force: Vector3<f64>,
@@ -91,10 +93,23 @@ impl Truth {
 }
 
 impl<'a> Plant<'a> {
-    /// The robot at rest at home, its servos holding `initial`.
+    /// The robot at rest at home on level ground, its servos holding `initial`.
     pub fn new(robot: &'a Robot, clock: Clock, errors: Option<SensorErrors>, initial: Command) -> Self {
-        let posture = robot.home_posture();
-        let (world, handles) = build(robot, &posture, clock.physics_step_s);
+        Self::on(Ground::default(), robot, clock, errors, initial)
+    }
+
+    /// The robot at rest at home on `ground`: its soles lie flat on it, and all of the robot leans with it. Its servos
+    /// hold `initial`.
+    pub fn on(
+        ground: Ground,
+        robot: &'a Robot,
+        clock: Clock,
+        errors: Option<SensorErrors>,
+        initial: Command,
+    ) -> Self {
+        let mut posture = robot.home_posture();
+        posture.base = ground.slope * posture.base;
+        let (world, handles) = build(robot, &ground, &posture, clock.physics_step_s);
         let joints = robot.joints.len();
         let mut kinematics = Kinematics::new(robot);
         kinematics.update(robot, &posture);
@@ -102,6 +117,7 @@ impl<'a> Plant<'a> {
         let trunk_body = pose_from_rapier(world.bodies[handles.bodies[robot.trunk]].position());
         let truth = Truth {
             time_s: 0.0,
+            ground,
             posture,
             velocity: DVector::zeros(6 + joints),
             com,
@@ -129,7 +145,7 @@ impl<'a> Plant<'a> {
             steps: 0,
             // To the nearest physics step.
             delay_steps: (robot.delay_s / clock.physics_step_s).round() as u64,
-            push_origin: trunk_body.inverse() * Isometry3::from_parts(com.coords.into(), UnitQuaternion::identity()),
+            push_origin: trunk_body.inverse() * Isometry3::from_parts(com.coords.into(), ground.slope),
             com_jacobian: Matrix3xX::zeros(6 + joints),
             trunk_jacobian: Matrix6xX::zeros(6 + joints),
             trunk_vel_before: Vector3::zeros(),
@@ -249,9 +265,11 @@ impl<'a> Plant<'a> {
     /// Adds the contact wrenches of the physics step just done, and notes which link but the soles touches the ground.
     fn add_contacts(&mut self, share: f64, soles: &mut PerFoot<WorldWrench>, total: &mut WorldWrench) {
         let Handles { ground, soles: sole_colliders, bodies, .. } = &self.handles;
-        for pair in self.world.narrow_phase.contact_pairs_with(*ground) {
-            let other = if pair.collider1 == *ground { pair.collider2 } else { pair.collider1 };
-            let wrench = ground_wrench(pair, *ground, self.clock.physics_step_s) * share;
+        let narrow_phase = &self.world.narrow_phase;
+        let pairs = ground.iter().flat_map(|part| narrow_phase.contact_pairs_with(part.0).map(move |pair| (part, pair)));
+        for ((part, pose), pair) in pairs {
+            let other = if pair.collider1 == *part { pair.collider2 } else { pair.collider1 };
+            let wrench = ground_wrench(pair, *part, pose, self.clock.physics_step_s) * share;
             *total += wrench;
             match Foot::BOTH.into_iter().find(|&foot| sole_colliders[foot] == other) {
                 Some(foot) => soles[foot] += wrench,
