@@ -4,6 +4,10 @@
 //! The world's origin is on the plane, midway between the feet as they stand at the start. The patch is the rectangle
 //! about both soles, [`MARGIN_M`] wider on each side. Its edges are sharp: a sole that is set down across one stands on
 //! the higher side alone.
+//!
+//! A slope is level at first and tilts under the robot over [`TILTING_S`]: every controller starts at home, upright, at
+//! rest, and has to find its way on the slope before it is pushed. (A robot that is put on the slope at once looks to its
+//! estimator as if its COM had jumped.)
 
 use super::variation::Variation;
 use crate::robot::{Foot, Kinematics, Robot};
@@ -11,6 +15,9 @@ use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, UnitVector3, Vector3};
 
 /// By how much the patch is wider than the soles that start on it: feet that rock and slide do not meet its edge.
 pub const MARGIN_M: f64 = 0.01;
+
+/// How long the ground takes to tilt from level to its slope (s).
+pub const TILTING_S: f64 = 0.8;
 
 /// What lies around the patch reaches this far (m): farther than a robot falls.
 const REACH_M: f64 = 2.0;
@@ -38,7 +45,8 @@ impl Default for Ground {
 impl Ground {
     /// The ground of `variation` under `robot`, which stands at home.
     pub fn new(robot: &Robot, variation: &Variation) -> Self {
-        let slope = variation.slope_deg.map_or(UnitQuaternion::identity(), |angle_deg| {
+        let angle_deg = variation.slope_deg.filter(|angle_deg| *angle_deg != 0.0);
+        let slope = angle_deg.map_or(UnitQuaternion::identity(), |angle_deg| {
             let (sin, cos) = variation.slope_heading_deg.unwrap_or(0.0).to_radians().sin_cos();
             // About the horizontal axis to the right of the heading: that raises what lies ahead.
             let axis = UnitVector3::new_normalize(Vector3::new(sin, -cos, 0.0));
@@ -69,12 +77,25 @@ impl Ground {
         if inside { plane } else { plane + self.step_m / normal.z }
     }
 
-    /// Pose of the half space (its frame's z is up, out of the ground), world.
-    pub(super) fn half_space(&self) -> Isometry3<f64> {
-        self.placed(Point3::new(0.0, 0.0, self.step_m.min(0.0)))
+    /// The ground as it is at a time after the start, on its way from level to this slope.
+    pub fn at(&self, time_s: f64) -> Self {
+        let passed = (time_s / TILTING_S).clamp(0.0, 1.0);
+        // Starts and ends gently.
+        let share = passed * passed * (3.0 - 2.0 * passed);
+        Self { slope: UnitQuaternion::identity().slerp(&self.slope, share), ..*self }
     }
 
-    /// Boxes above the half space: poses in the world and half extents (m). The patch, if the ground around it is
+    /// Whether it ever moves.
+    pub(super) fn is_level(&self) -> bool {
+        self.slope == UnitQuaternion::identity()
+    }
+
+    /// Pose of the half space (its z is up, out of the ground) in the frame of the plane.
+    pub(super) fn half_space(&self) -> Isometry3<f64> {
+        Isometry3::translation(0.0, 0.0, self.step_m.min(0.0))
+    }
+
+    /// Boxes above the half space: poses in the frame of the plane and half extents (m). The patch, if the ground around it is
     /// lower; the four sides of a frame about it, if that is higher.
     pub(super) fn boxes(&self) -> Vec<(Isometry3<f64>, Vector3<f64>)> {
         let [low, high] = self.patch;
@@ -82,8 +103,8 @@ impl Ground {
         let top = self.step_m.max(0.0);
         let slab = |[from, to]: [Point2<f64>; 2]| {
             let (middle, half) = (nalgebra::center(&from, &to), (to - from) / 2.0);
-            let center = Point3::new(middle.x, middle.y, top - DEPTH_M / 2.0);
-            (self.placed(center), Vector3::new(half.x, half.y, DEPTH_M / 2.0))
+            let pose = Isometry3::translation(middle.x, middle.y, top - DEPTH_M / 2.0);
+            (pose, Vector3::new(half.x, half.y, DEPTH_M / 2.0))
         };
         let rectangles = if self.step_m < 0.0 {
             vec![[low, high]]
@@ -98,10 +119,6 @@ impl Ground {
             Vec::new()
         };
         rectangles.into_iter().map(slab).collect()
-    }
-
-    fn placed(&self, at: Point3<f64>) -> Isometry3<f64> {
-        Isometry3::from_parts((self.slope * at.coords).into(), self.slope)
     }
 }
 
@@ -121,6 +138,9 @@ mod tests {
             let at = |along: f64| ground(variation).height_m(Point2::new(along * up[0], along * up[1]));
             assert!((at(1.0) - 2f64.to_radians().tan()).abs() < 1e-12, "{heading_deg}: {}", at(1.0));
             assert!((at(-0.5) + 0.5 * 2f64.to_radians().tan()).abs() < 1e-12);
+            let ground = ground(variation);
+            let angles = [0.0, 0.5, 1.0, 2.0].map(|share| ground.at(share * TILTING_S).slope.angle().to_degrees());
+            assert!((0..4).all(|i| (angles[i] - [0.0, 1.0, 2.0, 2.0][i]).abs() < 1e-6), "{angles:?}");
         }
     }
 

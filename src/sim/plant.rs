@@ -2,13 +2,14 @@
 
 use super::{Ground, SensorErrors};
 use super::contact::{WorldWrench, ground_wrench};
-use super::convert::{pose_from_rapier, vec_to_rapier};
+use super::convert::{pose_from_rapier, rotation_to_rapier, vec_to_rapier};
+use super::ground::TILTING_S;
 use super::push::Push;
 use super::sensors::Sensors;
 use super::servo;
 use super::world::{Handles, build};
 use crate::robot::{Command, Foot, GRAVITY, Imu, Kinematics, PerFoot, Posture, Robot, Sensed, Wrench};
-use nalgebra::{DVector, Isometry3, Matrix3xX, Matrix6xX, Point3, Vector3, Vector6};
+use nalgebra::{DVector, Isometry3, Matrix3xX, Matrix6xX, Point3, UnitQuaternion, Vector3, Vector6};
 use rapier3d::pipeline::PhysicsWorld;
 use std::collections::VecDeque;
 
@@ -23,6 +24,8 @@ pub struct Clock {
 /// A robot in Rapier.
 pub struct Plant<'a> {
     robot: &'a Robot,
+    /// As it is when it has tilted.
+    ground: Ground,
     clock: Clock,
     world: PhysicsWorld,
     handles: Handles,
@@ -48,7 +51,7 @@ pub struct Plant<'a> {
 #[derive(Debug, Clone)]
 pub struct Truth {
     pub time_s: f64,
-    /// What the robot stands on.
+    /// What the robot stands on, as it lies now.
     pub ground: Ground,
     pub posture: Posture,
     /// Generalised velocity: base origin linear, base angular (world), joints.
@@ -98,8 +101,7 @@ impl<'a> Plant<'a> {
         Self::on(Ground::default(), robot, clock, errors, initial)
     }
 
-    /// The robot at rest at home on `ground`: its soles lie flat on it, and all of the robot leans with it. Its servos
-    /// hold `initial`.
+    /// The same on `ground`, which is level at first and then tilts to its slope.
     pub fn on(
         ground: Ground,
         robot: &'a Robot,
@@ -107,8 +109,7 @@ impl<'a> Plant<'a> {
         errors: Option<SensorErrors>,
         initial: Command,
     ) -> Self {
-        let mut posture = robot.home_posture();
-        posture.base = ground.slope * posture.base;
+        let posture = robot.home_posture();
         let (world, handles) = build(robot, &ground, &posture, clock.physics_step_s);
         let joints = robot.joints.len();
         let mut kinematics = Kinematics::new(robot);
@@ -117,7 +118,7 @@ impl<'a> Plant<'a> {
         let trunk_body = pose_from_rapier(world.bodies[handles.bodies[robot.trunk]].position());
         let truth = Truth {
             time_s: 0.0,
-            ground,
+            ground: ground.at(0.0),
             posture,
             velocity: DVector::zeros(6 + joints),
             com,
@@ -134,6 +135,7 @@ impl<'a> Plant<'a> {
         };
         let mut plant = Self {
             robot,
+            ground,
             clock,
             world,
             handles,
@@ -145,7 +147,7 @@ impl<'a> Plant<'a> {
             steps: 0,
             // To the nearest physics step.
             delay_steps: (robot.delay_s / clock.physics_step_s).round() as u64,
-            push_origin: trunk_body.inverse() * Isometry3::from_parts(com.coords.into(), ground.slope),
+            push_origin: trunk_body.inverse() * Isometry3::from_parts(com.coords.into(), UnitQuaternion::identity()),
             com_jacobian: Matrix3xX::zeros(6 + joints),
             trunk_jacobian: Matrix6xX::zeros(6 + joints),
             trunk_vel_before: Vector3::zeros(),
@@ -202,6 +204,7 @@ impl<'a> Plant<'a> {
             }
             push_force += self.apply_pushes(pushes) * share;
             self.drive_joints();
+            self.tilt_ground();
             self.world.step();
             self.steps += 1;
             self.add_torques(share);
@@ -236,6 +239,17 @@ impl<'a> Plant<'a> {
         sum
     }
 
+    /// Moves the ground over the coming physics step.
+    fn tilt_ground(&mut self) {
+        let at_s = |steps: u64| steps as f64 * self.clock.physics_step_s;
+        if self.ground.is_level() || at_s(self.steps) > TILTING_S {
+            return;
+        }
+        self.truth.ground = self.ground.at(at_s(self.steps + 1));
+        let rotation = rotation_to_rapier(&self.truth.ground.slope);
+        self.world.bodies[self.handles.floor].set_next_kinematic_rotation(rotation);
+    }
+
     /// Hands every joint its servo's drive for the coming physics step.
     fn drive_joints(&mut self) {
         let multibody = self.world.multibody_joints.get_multibody_mut(self.handles.multibody).expect("never removed");
@@ -266,10 +280,11 @@ impl<'a> Plant<'a> {
     fn add_contacts(&mut self, share: f64, soles: &mut PerFoot<WorldWrench>, total: &mut WorldWrench) {
         let Handles { ground, soles: sole_colliders, bodies, .. } = &self.handles;
         let narrow_phase = &self.world.narrow_phase;
+        let slope = self.truth.ground.slope;
         let pairs = ground.iter().flat_map(|part| narrow_phase.contact_pairs_with(part.0).map(move |pair| (part, pair)));
         for ((part, pose), pair) in pairs {
             let other = if pair.collider1 == *part { pair.collider2 } else { pair.collider1 };
-            let wrench = ground_wrench(pair, *part, pose, self.clock.physics_step_s) * share;
+            let wrench = ground_wrench(pair, *part, &(slope * pose), self.clock.physics_step_s) * share;
             *total += wrench;
             match Foot::BOTH.into_iter().find(|&foot| sole_colliders[foot] == other) {
                 Some(foot) => soles[foot] += wrench,

@@ -17,7 +17,7 @@ pub struct Variation<T = Option<f64>> {
     pub trunk_com_y_m: T,
     /// Coulomb friction between soles and ground, in place of the robot's.
     pub friction: T,
-    /// Angle by which the ground rises (degrees)
+    /// Angle by which the ground rises, once it has tilted (degrees),
     pub slope_deg: T,
     /// towards this heading: 0 rises forward, 90 to the left.
     pub slope_heading_deg: T,

@@ -19,7 +19,9 @@ pub struct Handles {
     pub multibody: MultibodyIndex,
     /// One rigid body per link of the robot.
     pub bodies: Vec<RigidBodyHandle>,
-    /// What the ground is made of, with poses in the world.
+    /// Carries the ground: its frame is that of the ground's plane.
+    pub floor: RigidBodyHandle,
+    /// What the ground is made of, with poses in that frame.
     pub ground: Vec<(ColliderHandle, Isometry3<f64>)>,
     pub soles: PerFoot<ColliderHandle>,
     /// From the root's URDF frame to the frame of its Rapier body, which is at its centre of mass: with an offset
@@ -45,14 +47,15 @@ fn integration_parameters(step_s: f64) -> IntegrationParameters {
     }
 }
 
-/// A world with gravity along -z, `ground` and `robot` in `posture`.
+/// A world with gravity along -z, `ground` (level as yet) and `robot` in `posture`.
 pub fn build(robot: &Robot, ground: &Ground, posture: &Posture, step_s: f64) -> (PhysicsWorld, Handles) {
     let mut world = PhysicsWorld {
         gravity: Vector::new(0.0, 0.0, -crate::robot::GRAVITY as Real),
         integration_parameters: integration_parameters(step_s),
         ..PhysicsWorld::default()
     };
-    let floor = world.insert_body(RigidBodyBuilder::fixed());
+    let floor = if ground.is_level() { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::kinematic_position_based() };
+    let floor = world.insert_body(floor);
     let half_space = (ColliderBuilder::halfspace(Unit::new_unchecked(Vector::Z)), ground.half_space());
     let boxes = ground.boxes().into_iter().map(|(pose, half)| {
         (ColliderBuilder::cuboid(half.x as Real, half.y as Real, half.z as Real), pose)
@@ -114,7 +117,7 @@ pub fn build(robot: &Robot, ground: &Ground, posture: &Posture, step_s: f64) -> 
     }
     let multibody = world.multibody_joints.rigid_body_link(bodies[0]).expect("the root has joints").multibody;
     place(&mut world, multibody, robot, posture);
-    (world, Handles { multibody, bodies, ground, soles, root_com })
+    (world, Handles { multibody, bodies, floor, ground, soles, root_com })
 }
 
 fn collider(solid: &Solid, offset: &Isometry3<f64>, foot: Option<Foot>, friction: f64) -> ColliderBuilder {
