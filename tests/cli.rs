@@ -244,9 +244,13 @@ fn a_trial_is_replayed_to_the_bit() {
         "--set=push.start_s=0.1",
     ];
     let gains = ["--gains=hold", "--gains=file.toml"];
-    for more in [&["--set=episode.end_early=true", "--out=a"], &["--set=episode.end_early=false", "--out=b"]] {
-        let out = more[1].trim_start_matches("--out=");
-        let run = [&["run", "standard", "--seed=5"][..], &gains, &args, &more[..]].concat();
+    for more in [
+        ["standard", "--set=episode.end_early=true", "--out=a"],
+        ["standard", "--set=episode.end_early=false", "--out=b"],
+        ["harsh", "--set=second_push.after_s=0.1", "--out=c"],
+    ] {
+        let out = more[2].trim_start_matches("--out=");
+        let run = [&["run", "--seed=5"][..], &gains, &args, &more[..]].concat();
         standfast(dir.path(), &run).success();
         let rows = rows(&dir.path().join(out).join("parts/part-000000.csv"));
         assert_eq!(rows.len(), 4);
@@ -261,6 +265,11 @@ fn a_trial_is_replayed_to_the_bit() {
             for name in REPLAYED {
                 assert_eq!(row[name], replay[name], "{name} of trial {trial}, {set}");
             }
+            // And it says what was varied.
+            let varied = replay["variation"].as_object().unwrap();
+            assert!(varied.len() >= 8 && varied.iter().all(|(name, value)| row[name] == *value), "{row:?} {varied:?}");
+            assert_eq!(row["second_impulse_n_s"], replay["second_push"]["impulse_n_s"]);
+            assert_eq!(row["second_impulse_n_s"].is_null(), more[0] == "standard");
         }
     }
 }
@@ -358,7 +367,14 @@ fn without_a_terminal_the_table_fits_80_columns() {
     let (_, tables) = text.split_once("gain set ").unwrap();
     let (tables, _) = tables.split_once("95 % intervals").unwrap();
     assert!(tables.lines().all(|line| line.chars().count() <= 80), "{tables}");
-    assert!(text.contains("seed 1") && text.contains("fell:"), "{text}");
+    assert!(text.contains("seed 1") && text.contains("fell:") && !text.contains("varied:"), "{text}");
+    let varied = [
+        "--set=variations.mass_scale={uniform=[0.9, 1.1]}",
+        "--set=second_push.impulse_n_s=1",
+        "--set=second_push.after_s=0",
+    ];
+    let text = stdout(&standfast(dir.path(), &short(&[&[FEW, "--out=other"][..], &varied].concat()[..])).success());
+    assert!(text.contains("varied: mass_scale uniform 0.9 to 1.1\n") && text.contains("then: impulse 1 N s"), "{text}");
 }
 
 #[test]

@@ -209,6 +209,75 @@ mod tests {
         assert!(mean.abs() < 11.7, "{mean}");
     }
 
+    /// Two values for each quantity, both within its bounds.
+    fn two_ranges(name: &str) -> [String; 2] {
+        let (_, [least, most]) = vary::BOUNDS.list().into_iter().find(|(field, _)| *field == name).unwrap();
+        let middle = 0.5 * (least + most);
+        [[least, middle], [middle, most]].map(|[a, b]| format!("variations.{name}={{uniform=[{a}, {b}]}}"))
+    }
+
+    #[test]
+    fn each_quantity_has_a_stream_of_its_own() {
+        let varied = |name: Option<&str>| {
+            let mut set = vec!["second_push={impulse_n_s={uniform=[0, 1]}, after_s={uniform=[0, 1]}}".to_string()];
+            for (field, _) in STREAMS.list() {
+                let [low, high] = two_ranges(field);
+                set.push(if name == Some(field) { high } else { low });
+            }
+            campaign(&set.iter().map(String::as_str).collect::<Vec<_>>())
+        };
+        let before = varied(None);
+        for (name, what) in STREAMS.list() {
+            let after = varied(Some(name));
+            for i in 0..5 {
+                let (a, b) = (variation(&before, i).list(), variation(&after, i).list());
+                assert!(a.iter().zip(&b).all(|(a, b)| (a.1 == b.1) == (a.0 != name)), "{name}: {a:?} {b:?}");
+                assert_eq!((pushes(&before, i), noise(&before, i)), (pushes(&after, i), noise(&after, i)));
+            }
+            let others = STREAMS.list().into_iter().filter(|&(_, other)| other == what).count();
+            assert_eq!(others, 1, "{name} shares its stream");
+        }
+        // No two quantities are drawn from the same numbers.
+        let shares = variation(&before, 0).zip(vary::BOUNDS).list();
+        let shares: Vec<f64> =
+            shares.iter().map(|(_, (v, [least, most]))| (v.unwrap() - least) / (most - least)).collect();
+        let different = |i: usize| shares[..i].iter().all(|other| (other - shares[i]).abs() > 1e-6);
+        assert!((0..shares.len()).all(different), "{shares:?}");
+    }
+
+    #[test]
+    fn the_standard_campaign_fills_its_ranges_and_nominal_varies_nothing() {
+        let standard = campaign(&[]);
+        let drawn: Vec<_> = (0..400).map(|i| variation(&standard, i).list()).collect();
+        for (k, (name, Varied(distribution))) in standard.variations.list().into_iter().enumerate() {
+            let values = drawn.iter().map(|values| values[k].1);
+            let Some(Distribution::Uniform { uniform: [a, b] }) = distribution else {
+                assert!(values.into_iter().all(|value| value.is_none()), "{name}");
+                continue;
+            };
+            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+            for value in values {
+                (low, high) = (low.min(value.unwrap()), high.max(value.unwrap()));
+            }
+            let slack = 0.02 * (b - a);
+            assert!(low >= a && high <= b && low < a + slack && high > b - slack, "{name}: {low} to {high}");
+        }
+        let nominal = Campaign::load("nominal", &Overrides::default()).unwrap();
+        assert_eq!(variation(&nominal, 3), Variation::default());
+        assert!(sensor_errors(&nominal, 3).is_none() && pushes(&nominal, 3).len() == 1);
+    }
+
+    #[test]
+    fn a_second_push_comes_after_the_first() {
+        let campaign = campaign(&["second_push={impulse_n_s={uniform=[1, 2]}, after_s={normal=[0.5, 0.5]}}"]);
+        for i in 0..50 {
+            let [first, second] = pushes(&campaign, i)[..] else { panic!() };
+            assert!(second.start_s >= first.end_s() && second.end_s() <= 0.75 * 6.0 + 1e-9, "{first:?} {second:?}");
+            assert_eq!((second.height_m, second.duration_s), (first.height_m, first.duration_s));
+            assert_eq!(first, push(&campaign, i));
+        }
+    }
+
     #[test]
     fn no_noise_and_no_bias_are_ideal_sensors() {
         assert!(sensor_errors(&campaign(&["sensors.noise_scale=0", "sensors.bias_scale=0"]), 0).is_none());

@@ -172,7 +172,9 @@ pub fn support_on_ground(robot: &Robot, truth: &Truth) -> Option<SupportPolygon>
     let mut corners = [Point2::origin(); 8];
     let mut count = 0;
     let placed = PerFoot::from_fn(|foot| robot.soles[foot].corners().map(|corner| truth.soles[foot] * corner));
-    for foot in Foot::BOTH.into_iter().filter(|&f| placed[f].iter().any(|c| c.z - truth.ground.height_m(c.xy()) < NEAR_M)) {
+    for foot in
+        Foot::BOTH.into_iter().filter(|&f| placed[f].iter().any(|c| c.z - truth.ground.height_m(c.xy()) < NEAR_M))
+    {
         for corner in placed[foot] {
             corners[count] = corner.xy();
             count += 1;

@@ -197,13 +197,7 @@ fn end_of_interest_s(record: &Record) -> f64 {
     record.fell_at_s.or(settled_s).unwrap_or(record.end_s)
 }
 
-fn as_json(
-    pushes: &[Push],
-    variation: &Variation,
-    design: &Design,
-    config: &EpisodeConfig,
-    record: &Record,
-) -> Value {
+fn as_json(pushes: &[Push], variation: &Variation, design: &Design, config: &EpisodeConfig, record: &Record) -> Value {
     let mut head = json!({ "gains": design.family.name, "push": pushes[0], "judge": config.judge });
     if let Some(second) = pushes.get(1) {
         head["second_push"] = json!(second);

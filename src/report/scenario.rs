@@ -2,8 +2,8 @@
 
 use crate::campaign::scenario::{Cause, Imposed, Scenario};
 use crate::control::Design;
-use crate::episode::{Disturbance, EpisodeConfig};
 use crate::episode::imposed::{self, ImposedRecord, Start};
+use crate::episode::{Disturbance, EpisodeConfig};
 use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
 use crate::report::motion::MotionSample;

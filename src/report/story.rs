@@ -46,8 +46,7 @@ pub fn headline(pushes: &[Push], design: &Design, record: &Record) -> String {
     };
     // Pushes of a campaign have many digits.
     let short = |value: f64| (value * 100.0).round() / 100.0;
-    let told =
-        |push: &Push| format!("{} N s towards {} degrees", short(push.impulse_n_s), short(push.heading_deg));
+    let told = |push: &Push| format!("{} N s towards {} degrees", short(push.impulse_n_s), short(push.heading_deg));
     let told = pushes.iter().map(told).collect::<Vec<_>>().join(", then ");
     format!("{told}, gain set {}: {outcome}", design.family.name)
 }

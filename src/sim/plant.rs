@@ -1,6 +1,5 @@
 //! The simulated robot, one control tick at a time: `sense`, then `advance` with a command.
 
-use super::{Ground, SensorErrors};
 use super::contact::{WorldWrench, ground_wrench};
 use super::convert::{pose_from_rapier, rotation_to_rapier, vec_to_rapier};
 use super::ground::TILTING_S;
@@ -8,6 +7,7 @@ use super::push::Push;
 use super::sensors::Sensors;
 use super::servo;
 use super::world::{Handles, build};
+use super::{Ground, SensorErrors};
 use crate::robot::{Command, Foot, GRAVITY, Imu, Kinematics, PerFoot, Posture, Robot, Sensed, Wrench};
 use nalgebra::{DVector, Isometry3, Matrix3xX, Matrix6xX, Point3, UnitQuaternion, Vector3, Vector6};
 use rapier3d::pipeline::PhysicsWorld;
@@ -102,13 +102,7 @@ impl<'a> Plant<'a> {
     }
 
     /// The same on `ground`, which is level at first and then tilts to its slope.
-    pub fn on(
-        ground: Ground,
-        robot: &'a Robot,
-        clock: Clock,
-        errors: Option<SensorErrors>,
-        initial: Command,
-    ) -> Self {
+    pub fn on(ground: Ground, robot: &'a Robot, clock: Clock, errors: Option<SensorErrors>, initial: Command) -> Self {
         let posture = robot.home_posture();
         let (world, handles) = build(robot, &ground, &posture, clock.physics_step_s);
         let joints = robot.joints.len();
@@ -281,7 +275,8 @@ impl<'a> Plant<'a> {
         let Handles { ground, soles: sole_colliders, bodies, .. } = &self.handles;
         let narrow_phase = &self.world.narrow_phase;
         let slope = self.truth.ground.slope;
-        let pairs = ground.iter().flat_map(|part| narrow_phase.contact_pairs_with(part.0).map(move |pair| (part, pair)));
+        let pairs =
+            ground.iter().flat_map(|part| narrow_phase.contact_pairs_with(part.0).map(move |pair| (part, pair)));
         for ((part, pose), pair) in pairs {
             let other = if pair.collider1 == *part { pair.collider2 } else { pair.collider1 };
             let wrench = ground_wrench(pair, *part, &(slope * pose), self.clock.physics_step_s) * share;

@@ -54,12 +54,14 @@ pub fn build(robot: &Robot, ground: &Ground, posture: &Posture, step_s: f64) -> 
         integration_parameters: integration_parameters(step_s),
         ..PhysicsWorld::default()
     };
-    let floor = if ground.is_level() { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::kinematic_position_based() };
+    let floor =
+        if ground.is_level() { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::kinematic_position_based() };
     let floor = world.insert_body(floor);
     let half_space = (ColliderBuilder::halfspace(Unit::new_unchecked(Vector::Z)), ground.half_space());
-    let boxes = ground.boxes().into_iter().map(|(pose, half)| {
-        (ColliderBuilder::cuboid(half.x as Real, half.y as Real, half.z as Real), pose)
-    });
+    let boxes = ground
+        .boxes()
+        .into_iter()
+        .map(|(pose, half)| (ColliderBuilder::cuboid(half.x as Real, half.y as Real, half.z as Real), pose));
     let ground = std::iter::once(half_space)
         .chain(boxes)
         .map(|(builder, pose)| {
