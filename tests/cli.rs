@@ -265,7 +265,6 @@ fn a_trial_is_replayed_to_the_bit() {
             for name in REPLAYED {
                 assert_eq!(row[name], replay[name], "{name} of trial {trial}, {set}");
             }
-            // And it says what was varied.
             let varied = replay["variation"].as_object().unwrap();
             assert!(varied.len() >= 8 && varied.iter().all(|(name, value)| row[name] == *value), "{row:?} {varied:?}");
             assert_eq!(row["second_impulse_n_s"], replay["second_push"]["impulse_n_s"]);
@@ -368,13 +367,8 @@ fn without_a_terminal_the_table_fits_80_columns() {
     let (tables, _) = tables.split_once("95 % intervals").unwrap();
     assert!(tables.lines().all(|line| line.chars().count() <= 80), "{tables}");
     assert!(text.contains("seed 1") && text.contains("fell:") && !text.contains("varied:"), "{text}");
-    let varied = [
-        "--set=variations.mass_scale={uniform=[0.9, 1.1]}",
-        "--set=second_push.impulse_n_s=1",
-        "--set=second_push.after_s=0",
-    ];
-    let text = stdout(&standfast(folder().path(), &short(&[&[FEW][..], &varied].concat())).success());
-    assert!(text.contains("varied: mass_scale uniform 0.9 to 1.1\n") && text.contains("then: impulse 1 N s"), "{text}");
+    let text = stdout(&standfast(folder().path(), &short(&[FEW, "--set=variations.mass_scale=1.1"])).success());
+    assert!(text.contains("varied: mass_scale 1.1\n"), "{text}");
 }
 
 #[test]
