@@ -57,7 +57,7 @@ pub enum Command {
 
 Interrupted, the same command goes on where it stopped.")]
 pub struct RunArgs {
-    /// A campaign that is compiled in (smoke, standard) or a TOML file
+    /// A campaign that is compiled in (smoke, nominal, standard, harsh) or a TOML file
     #[arg(default_value = "standard")]
     pub campaign: String,
     /// Gain set by name or file, instead of those of the campaign; may be given several times

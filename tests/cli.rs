@@ -66,7 +66,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
     let good = "name = 'c'\ntrials = 2\nseed = 1\n[push]\nimpulse_n_s = 1\n";
     let cases: &[(&str, &[&str], &[&str])] = &[
         (good, &["run", "missing.toml"], &["missing.toml: cannot read"]),
-        (good, &["run", "smokey"], &["campaign \"smokey\" not found", "smoke, standard or a path"]),
+        (good, &["run", "smokey"], &["campaign \"smokey\" not found", "smoke, nominal, standard, harsh or a path"]),
         ("name = 'c\n", &["run", "c.toml"], &["c.toml", "line 1"]),
         ("names = 'c'\n", &["run", "c.toml"], &["c.toml", "unknown field `names`", "`name`"]),
         ("name = 'c'\n", &["run", "c.toml"], &["c.toml", "missing field `trials`"]),
@@ -239,18 +239,22 @@ fn a_trial_is_replayed_to_the_bit() {
     fs::write(dir.path().join("file.toml"), gains.replace("name = \"switching\"", "name = \"mine\"")).unwrap();
     let args = [
         "--trials=2",
-        "--set=push.impulse_n_s={uniform=[1, 7]}",
-        "--set=episode.horizon_s=1.2",
+        "--set=push.impulse_n_s={uniform=[0.2, 5]}",
+        "--set=episode.horizon_s=2",
         "--set=push.start_s=0.1",
     ];
     let gains = ["--gains=hold", "--gains=file.toml"];
-    for more in [&["--set=episode.end_early=true", "--out=a"], &["--set=episode.end_early=false", "--out=b"]] {
-        let out = more[1].trim_start_matches("--out=");
-        let run = [&["run", "standard", "--seed=5"][..], &gains, &args, &more[..]].concat();
+    for more in [
+        ["standard", "--set=episode.end_early=true", "--out=a"],
+        ["standard", "--set=episode.end_early=false", "--out=b"],
+        ["harsh", "--set=second_push.after_s=0.1", "--out=c"],
+    ] {
+        let out = more[2].trim_start_matches("--out=");
+        let run = [&["run", "--seed=5"][..], &gains, &args, &more[..]].concat();
         standfast(dir.path(), &run).success();
         let rows = rows(&dir.path().join(out).join("parts/part-000000.csv"));
         assert_eq!(rows.len(), 4);
-        assert!(rows.iter().any(|row| row["outcome"] == "Recovered"));
+        assert!(more[0] == "harsh" || rows.iter().any(|row| row["outcome"] == "Recovered"));
         for row in rows {
             let (trial, set) = (row["trial"].as_f64().unwrap().to_string(), row["set"].as_str().unwrap());
             // The name is enough for a set that is a file: the result has a copy.
@@ -261,6 +265,10 @@ fn a_trial_is_replayed_to_the_bit() {
             for name in REPLAYED {
                 assert_eq!(row[name], replay[name], "{name} of trial {trial}, {set}");
             }
+            let varied = replay["variation"].as_object().unwrap();
+            assert!(varied.len() >= 8 && varied.iter().all(|(name, value)| row[name] == *value), "{row:?} {varied:?}");
+            assert_eq!(row["second_impulse_n_s"], replay["second_push"]["impulse_n_s"]);
+            assert_eq!(row["second_impulse_n_s"].is_null(), more[0] == "standard");
         }
     }
 }
@@ -358,7 +366,9 @@ fn without_a_terminal_the_table_fits_80_columns() {
     let (_, tables) = text.split_once("gain set ").unwrap();
     let (tables, _) = tables.split_once("95 % intervals").unwrap();
     assert!(tables.lines().all(|line| line.chars().count() <= 80), "{tables}");
-    assert!(text.contains("seed 1") && text.contains("fell:"), "{text}");
+    assert!(text.contains("seed 1") && text.contains("fell:") && !text.contains("varied:"), "{text}");
+    let text = stdout(&standfast(folder().path(), &short(&[FEW, "--set=variations.mass_scale=1.1"])).success());
+    assert!(text.contains("varied: mass_scale 1.1\n"), "{text}");
 }
 
 #[test]

@@ -65,6 +65,17 @@ impl Distribution {
     }
 }
 
+impl Distribution {
+    /// Largest value that is drawn, if it has to be at most `most`.
+    pub(super) fn most(&self, [_, most]: [f64; 2]) -> f64 {
+        match *self {
+            Distribution::Constant(value) => value,
+            Distribution::Uniform { uniform: [_, b] } => b,
+            Distribution::Normal { .. } => most,
+        }
+    }
+}
+
 impl fmt::Display for Distribution {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

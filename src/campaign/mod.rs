@@ -1,4 +1,5 @@
-//! A campaign: many pushes drawn at random, the same for every gain set, and the count of who stays up.
+//! A campaign: many pushes drawn at random, on robots and grounds that vary, the same for every gain set, and the count
+//! of who stays up.
 //!
 //! A [`spec`] says what is drawn; a [`trial`] is a function of (seed, index) alone; [`run`] spreads trials over cores;
 //! [`parts`] keeps what is finished on disk and joins it; [`stats`] counts, [`paired`] compares the sets on the same
@@ -20,6 +21,7 @@ pub mod spec;
 pub mod stats;
 pub mod stepped;
 pub mod trial;
+pub mod vary;
 
 pub use distribution::Distribution;
 pub use parts::{Folder, Shard};
@@ -27,3 +29,4 @@ pub use row::Row;
 pub use run::Plan;
 pub use spec::{Campaign, Overrides, PushBounds, check_episode};
 pub use stats::Summary;
+pub use vary::{SecondPushSpec, VariationSpec};

@@ -166,10 +166,10 @@ impl Plan {
         let Manifest { campaign, sets, .. } = &self.manifest;
         let (trial, set) = (first_trial + (slot / sets.len()) as u64, slot % sets.len());
         let disturbance = trial::disturbance(campaign, trial);
-        let push = disturbance.pushes[0];
+        let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
         let config = &campaign.episode;
         let record = episode::run(&self.robot, &designs[set], config, disturbance, config.until(), &mut |_| {});
-        Row::new(trial, &sets[set], &push, record)
+        Row::new(trial, &sets[set], &pushes, &variation, record)
     }
 
     /// Writes whose folder it is, with all that is needed to run it again: `campaign.toml` and its inputs.

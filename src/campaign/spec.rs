@@ -2,6 +2,7 @@
 
 use crate::assets::{self, Kind};
 use crate::campaign::distribution::{Distribution, within};
+use crate::campaign::vary::{self, SecondPushSpec, VariationSpec};
 use crate::episode::EpisodeConfig;
 use crate::error::{Error, Result};
 use crate::lipm::GainSet;
@@ -32,6 +33,10 @@ pub struct Campaign {
     pub push: PushSpec,
     #[serde(default)]
     pub sensors: SensorSpec,
+    #[serde(default)]
+    pub second_push: SecondPushSpec,
+    #[serde(default)]
+    pub variations: VariationSpec,
 }
 
 /// Distributions of what makes a [`Push`]; the fields are those of `Push`.
@@ -183,7 +188,10 @@ impl Campaign {
             return Err(Error::value(file, "seed", self.seed, "too large", "0 to 2^63 - 1"));
         }
         check_episode(file, &self.episode)?;
-        self.push.check(file, self.episode.horizon_s)?;
+        let horizon_s = self.episode.horizon_s;
+        self.push.check(file, horizon_s)?;
+        self.second_push.check(file, &self.push, horizon_s)?;
+        vary::check(&self.variations, file)?;
         within(file, "sensors.noise_scale", self.sensors.noise_scale, 0.0, 1e3, "0 to 1000")?;
         within(file, "sensors.bias_scale", self.sensors.bias_scale, 0.0, 1e3, "0 to 1000")
     }

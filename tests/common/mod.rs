@@ -45,7 +45,7 @@ impl Bench {
         until: Until,
         mut observe: impl FnMut(&Tick),
     ) -> Record {
-        let disturbance = Disturbance { pushes, sensor_errors };
+        let disturbance = Disturbance { pushes, sensor_errors, ..Disturbance::default() };
         episode::run(&self.robot, &self.design, &config(horizon_s), disturbance, until, &mut observe)
     }
 }
