@@ -6,7 +6,7 @@ use std::{fs, path::Path};
 
 /// Two headings, forward and backward, of the set that needs no search of gains.
 const SMALL: [&str; 5] = ["limit", "--gains=hold", "--headings=2", "--set=push.height_m=0.02", "--json"];
-const IDEAL: [&str; 2] = ["--set=sensors.noise_scale=0", "--set=sensors.bias_scale=0"];
+const NOMINAL: &str = "--campaign=nominal";
 
 fn standfast(folder: &Path, args: &[&str]) -> assert_cmd::assert::Assert {
     Command::cargo_bin("standfast").unwrap().current_dir(folder).args(args).assert()
@@ -19,7 +19,7 @@ fn text(bytes: &[u8]) -> String {
 #[test]
 fn what_hold_takes_forward_and_backward_beside_the_bounds() {
     let dir = tempfile::tempdir().unwrap();
-    let args = [&SMALL[..], &IDEAL, &["--precision=0.4", "--out=out", "--plot=polar.svg"]].concat();
+    let args = [&SMALL[..], &[NOMINAL, "--precision=0.4", "--out=out", "--plot=polar.svg"]].concat();
     let run = standfast(dir.path(), &args).success();
     let printed = text(&run.get_output().stdout);
     assert_eq!(printed, fs::read_to_string(dir.path().join("out/limit.json")).unwrap());

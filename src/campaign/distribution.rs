@@ -63,9 +63,7 @@ impl Distribution {
             }
         }
     }
-}
 
-impl Distribution {
     /// Largest value that is drawn, if it has to be at most `most`.
     pub(super) fn most(&self, [_, most]: [f64; 2]) -> f64 {
         match *self {

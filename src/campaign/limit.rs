@@ -7,7 +7,7 @@
 
 use crate::campaign::psychometric::{Posterior, Rule};
 use crate::campaign::run::{Plan, pool};
-use crate::campaign::{Campaign, trial};
+use crate::campaign::{Campaign, trial, vary};
 use crate::control::Design;
 use crate::episode::{self, Outcome};
 use crate::error::{Error, Result};
@@ -198,7 +198,9 @@ fn check(options: &Options) -> Result<()> {
 fn is_random(campaign: &Campaign) -> bool {
     let (push, sensors) = (&campaign.push, &campaign.sensors);
     let noisy = sensors.noise_scale != 0.0 || sensors.bias_scale != 0.0;
-    noisy || ![push.height_m, push.duration_s, push.start_s].iter().all(|quantity| quantity.is_constant())
+    let varied = vary::drawn(&campaign.variations).list().into_iter().filter_map(|(_, distribution)| distribution);
+    let mut drawn = [push.height_m, push.duration_s, push.start_s].into_iter().chain(varied);
+    noisy || campaign.second_push.is_random() || drawn.any(|distribution| !distribution.is_constant())
 }
 
 /// Where a search is made.
@@ -323,5 +325,63 @@ impl Yardstick {
             bound_n_step_at_height_n_s: n * self.height_factor,
             sets: Vec::new(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::Overrides;
+
+    fn campaign(name: &str, set: &[&str]) -> Campaign {
+        let set = set.iter().map(|s| s.to_string()).collect();
+        Campaign::load(name, &Overrides { set, ..Overrides::default() }).unwrap()
+    }
+
+    #[test]
+    fn random_is_what_lets_two_trials_differ_and_nothing_else() {
+        assert!(!is_random(&campaign("nominal", &[])) && is_random(&campaign("standard", &[])));
+        for (set, random) in [
+            (vec!["sensors.noise_scale=0.1"], true),
+            (vec!["sensors.bias_scale=0.1"], true),
+            (vec!["push.height_m={uniform=[0, 0.1]}"], true),
+            (vec!["push.height_m=0.1", "push.duration_s=0.1"], false),
+            (vec!["variations.mass_scale={uniform=[0.9, 1.1]}"], true),
+            (vec!["variations.mass_scale={normal=[1.1, 0]}", "variations.friction=0.5"], false),
+            (vec!["variations.delay_s={normal=[0.004, 0.001]}"], true),
+            // A slope rises towards a heading that is drawn, unless one is given.
+            (vec!["push.start_s=1", "variations.slope_deg=1"], true),
+            (vec!["push.start_s=1", "variations.slope_deg=1", "variations.slope_heading_deg=30"], false),
+            (vec!["variations.slope_deg=0"], false),
+            (vec!["second_push.impulse_n_s=1"], false),
+            (vec!["second_push={impulse_n_s=1, after_s={uniform=[0.1, 1]}}"], true),
+            (vec!["second_push={impulse_n_s=0, after_s={uniform=[0.1, 1]}}"], false),
+        ] {
+            let campaign = campaign("nominal", &set);
+            assert_eq!(is_random(&campaign), random, "{set:?}");
+            // As it is drawn (noise apart, which is not compared): the trials of one search differ, or do not.
+            let trials: Vec<_> = (0..20)
+                .map(|i| {
+                    let mut pushes = trial::pushes(&campaign, i);
+                    (pushes[0].impulse_n_s, pushes[0].heading_deg) = (1.0, 0.0);
+                    (pushes, trial::variation(&campaign, i))
+                })
+                .collect();
+            let noisy = set[0].starts_with("sensors");
+            assert!(noisy || trials.iter().any(|trial| *trial != trials[0]) == random, "{set:?}");
+        }
+    }
+
+    #[test]
+    fn the_yardstick_takes_the_mean_push() {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let of = |set: &[&str]| Yardstick::new(&robot, &campaign("nominal", set)).unwrap();
+        let drawn = of(&["push.height_m={uniform=[-0.05, 0.1]}", "push.duration_s={normal=[0.06, 0.02]}"]);
+        assert_eq!(drawn, of(&["push.height_m=0.025", "push.duration_s=0.06"]));
+        let heading = drawn.heading(0.0).unwrap();
+        let factor = 1.0 / (1.0 + 0.025 / robot.home_com_height());
+        assert!((heading.bound_one_step_at_height_n_s / heading.bound_one_step_n_s - factor).abs() < 1e-12);
+        // Below the COM a bound is not raised.
+        assert_eq!(of(&["push.height_m={uniform=[-0.1, 0]}"]).height_factor, 1.0);
     }
 }

@@ -5,7 +5,7 @@
 
 use crate::campaign::Distribution;
 use crate::campaign::spec::{Campaign, PushBounds};
-use crate::campaign::vary::{self, SecondPushSpec, Varied};
+use crate::campaign::vary::{self, SecondPushSpec};
 use crate::episode::Disturbance;
 use crate::sim::{Push, Variation, sensors::SensorErrors};
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
@@ -52,9 +52,6 @@ const STREAMS: Variation<Stream> = Variation {
     delay_s: Stream::Delay,
 };
 
-/// Where a slope rises to if nothing else is said.
-const ALL_AROUND_DEG: Distribution = Distribution::Uniform { uniform: [-180.0, 180.0] };
-
 /// The stream of one quantity in one trial.
 pub fn stream(seed: u64, trial: u64, what: Stream) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -65,7 +62,7 @@ pub fn stream(seed: u64, trial: u64, what: Stream) -> ChaCha8Rng {
 /// The first push of a trial.
 pub fn push(campaign: &Campaign, trial: u64) -> Push {
     let spec = &campaign.push;
-    let bounds = PushBounds::new(campaign.episode.horizon_s);
+    let bounds = campaign.push_bounds();
     let draw = |distribution, bounds, what| draw(distribution, bounds, &mut stream(campaign.seed, trial, what));
     Push {
         impulse_n_s: draw(spec.impulse_n_s, bounds.impulse_n_s, Stream::Impulse),
@@ -103,11 +100,8 @@ pub fn pushes(campaign: &Campaign, trial: u64) -> Vec<Push> {
 
 /// Robot and ground of a trial.
 pub fn variation(campaign: &Campaign, trial: u64) -> Variation {
-    let mut spec = campaign.variations;
-    if spec.slope_deg.0.is_some() {
-        spec.slope_heading_deg.0.get_or_insert(ALL_AROUND_DEG);
-    }
-    spec.zip(vary::BOUNDS).zip(STREAMS).map(|_, ((Varied(distribution), bounds), what)| {
+    let drawn = vary::drawn(&campaign.variations);
+    drawn.zip(vary::BOUNDS).zip(STREAMS).map(|_, ((distribution, bounds), what)| {
         distribution.map(|distribution| draw(distribution, bounds, &mut stream(campaign.seed, trial, what)))
     })
 }
@@ -249,7 +243,7 @@ mod tests {
     fn the_standard_campaign_fills_its_ranges_and_nominal_varies_nothing() {
         let standard = campaign(&[]);
         let drawn: Vec<_> = (0..400).map(|i| variation(&standard, i).list()).collect();
-        for (k, (name, Varied(distribution))) in standard.variations.list().into_iter().enumerate() {
+        for (k, (name, vary::Varied(distribution))) in standard.variations.list().into_iter().enumerate() {
             let values = drawn.iter().map(|values| values[k].1);
             let Some(Distribution::Uniform { uniform: [a, b] }) = distribution else {
                 assert!(values.into_iter().all(|value| value.is_none()), "{name}");

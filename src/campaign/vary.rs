@@ -4,7 +4,7 @@
 use crate::campaign::Distribution;
 use crate::campaign::spec::{PushBounds, PushSpec};
 use crate::error::Result;
-use crate::sim::{Push, Variation};
+use crate::sim::{Push, Variation, ground::TILTING_S};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
@@ -40,6 +40,29 @@ pub(super) fn check(spec: &VariationSpec, file: &str) -> Result<()> {
     let fields = spec.zip(BOUNDS).list().into_iter();
     let mut drawn = fields.filter_map(|(name, (Varied(distribution), bounds))| Some((name, distribution?, bounds)));
     drawn.try_for_each(|(name, distribution, bounds)| distribution.check(file, &format!("variations.{name}"), bounds))
+}
+
+/// Where a slope rises to if nothing else is said.
+const ALL_AROUND_DEG: Distribution = Distribution::Uniform { uniform: [-180.0, 180.0] };
+
+/// Whether the ground is not always level.
+fn is_sloped(spec: &VariationSpec) -> bool {
+    spec.slope_deg.0.is_some_and(|distribution| !(distribution.is_constant() && distribution.mean() == 0.0))
+}
+
+/// What is drawn for each quantity: a slope always rises towards some heading.
+pub(super) fn drawn(spec: &VariationSpec) -> Variation<Option<Distribution>> {
+    let mut drawn = spec.map(|_, Varied(distribution)| distribution);
+    if is_sloped(spec) {
+        drawn.slope_heading_deg.get_or_insert(ALL_AROUND_DEG);
+    }
+    drawn
+}
+
+/// When the first push may start (s): not while the ground tilts to its slope ([`TILTING_S`]), for the robot would be
+/// pushed on another slope than the campaign says, and before it has found its way.
+pub fn earliest_push_s(spec: &VariationSpec) -> f64 {
+    if is_sloped(spec) { TILTING_S } else { 0.0 }
 }
 
 /// What varies and how, in words.
@@ -99,6 +122,11 @@ impl SecondPushSpec {
         self.impulse_n_s != Distribution::Constant(0.0)
     }
 
+    /// Whether two trials can have different second pushes, their first being the same.
+    pub(super) fn is_random(&self) -> bool {
+        self.is_any() && ![self.impulse_n_s, self.heading_deg, self.after_s].iter().all(Distribution::is_constant)
+    }
+
     /// Accepted times after the first push: both are over in three quarters of the episode, as one alone is.
     pub(super) fn after_bounds(push: &PushSpec, horizon_s: f64) -> [f64; 2] {
         let bounds = PushBounds::new(horizon_s);
@@ -141,6 +169,7 @@ mod tests {
             ("variations.friction=0", vec!["variations.friction = 0", "0.01 to 10"]),
             ("variations.trunk_com_x_m={uniform=[0, 0.1]}", vec!["variations.trunk_com_x_m.uniform = 0.1", "to 0.05"]),
             ("variations.slope_deg={normal=[20, 1]}", vec!["variations.slope_deg.normal = 20", "-15 to 15"]),
+            ("variations.slope_deg=1", vec!["push.start_s = 0.5: the ground is still tilting", "accepted: 0.8 to 3"]),
             ("variations.delay_s=1", vec!["variations.delay_s = 1", "0 to 0.1"]),
             ("variations.ground_step_m=1", vec!["variations.ground_step_m = 1", "-0.05 to 0.05"]),
             ("variations.kp_scale=nominl", vec!["variations.kp_scale", "{ uniform = [a, b] }", "nominal"]),
@@ -158,10 +187,10 @@ mod tests {
 
     #[test]
     fn every_quantity_can_be_set_and_set_back() {
-        let nominal = with("trials=1000").unwrap();
+        let nominal = with("push.start_s=1").unwrap();
         for (name, _) in nominal.variations.list() {
-            let varied = with(&format!("variations.{name}=0.03")).or_else(|_| with(&format!("variations.{name}=1.5")));
-            let varied = varied.unwrap();
+            let to = |value: f64| nominal.with(&format!("variations.{name}={value}")).unwrap();
+            let varied = [to(0.03), to(1.5)].into_iter().find(|varied| varied.check("test").is_ok()).unwrap();
             assert_ne!(varied, nominal);
             assert_eq!(varied.with(&format!("variations.{name}=nominal")).unwrap(), nominal, "{name}");
         }

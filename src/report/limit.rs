@@ -13,17 +13,17 @@ use std::path::PathBuf;
 #[command(after_help = "Examples:
   standfast limit                                   all gain sets, 16 headings, the standard campaign
   standfast limit --gains hold --gains paper --headings 8 --out limits
-  standfast limit --gains hold --set sensors.noise_scale=0 --set sensors.bias_scale=0    without noise
+  standfast limit --campaign nominal                without noise and variations: no impulse is tried twice
   standfast limit --gains hold --headings 4 --precision 0.3 --plot limit.svg             a quick look
 
 For each gain set and heading an adaptive search (Bayesian, least expected entropy) finds the impulse of 50 % recovery,
-with a 95 % interval; of the campaign everything is used but the impulse and heading of its push. Without noise and
-variations no impulse is tried twice. Pendulum bounds hold for the mean duration of the campaign's push; where it acts
-above the COM, also bound / (1 + height / COM height). Headings count from 0 (pushed forward), 90 is to the left.
+with a 95 % interval; of the campaign everything is used but the impulse and heading of its first push. Pendulum
+bounds hold for the mean duration of that push; where it acts above the COM (on the mean), also bound / (1 + height /
+COM height). Headings count from 0 (pushed forward), 90 is to the left.
 
 An interrupted survey does not go on where it stopped: it starts again.")]
 pub struct LimitArgs {
-    /// A campaign that is compiled in (smoke, standard) or a TOML file
+    /// A campaign that is compiled in (smoke, nominal, standard, harsh) or a TOML file
     #[arg(long, value_name = "NAME|FILE", default_value = "standard")]
     pub campaign: String,
     /// Gain set by name or file, instead of those of the campaign; may be given several times

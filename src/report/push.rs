@@ -159,6 +159,9 @@ fn the_pushes(args: &PushArgs, campaign: Option<&Campaign>, config: &EpisodeConf
     };
     let base = pushes[0];
     let bounds = PushBounds::new(config.horizon_s);
+    // The ground of a trial may be sloped.
+    let earliest_s =
+        campaign.filter(|_| args.trial.is_some()).map_or(0.0, |campaign| campaign.push_bounds().start_s[0]);
     let within = |name: &str, value: f64, [least, most]: [f64; 2]| {
         if (least..=most).contains(&value) {
             return Ok(value);
@@ -170,7 +173,7 @@ fn the_pushes(args: &PushArgs, campaign: Option<&Campaign>, config: &EpisodeConf
         heading_deg: within("--heading", args.heading.unwrap_or(base.heading_deg), bounds.heading_deg)?,
         height_m: within("--height", args.height.unwrap_or(base.height_m), bounds.height_m)?,
         duration_s: within("--duration", args.duration.unwrap_or(base.duration_s), [1e-3, config.horizon_s])?,
-        start_s: within("--start", args.start.unwrap_or(base.start_s), [0.0, config.horizon_s])?,
+        start_s: within("--start", args.start.unwrap_or(base.start_s), [earliest_s, config.horizon_s])?,
         profile: args.profile.unwrap_or(base.profile),
     };
     let end_s = pushes.iter().map(Push::end_s).fold(0.0, f64::max);
