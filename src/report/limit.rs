@@ -32,7 +32,7 @@ pub struct LimitArgs {
     /// Variants of a gain set, as in `run`; may be given several times
     #[arg(long, value_name = "SET:KEY=V1,V2,...")]
     pub vary: Vec<String>,
-    /// Robot by name or URDF file; its settings need a table [reach]
+    /// Robot by name or URDF file; its settings need a table `reach`
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
     /// Count of headings, evenly spaced
