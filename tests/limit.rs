@@ -75,14 +75,17 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
 #[test]
 fn threads_change_nothing_the_seed_does_and_too_few_trials_are_marked() {
     let dir = tempfile::tempdir().unwrap();
+    // Robots, grounds and pushes so different that it shows whose turn it was.
     let of = |more: &[&str]| {
-        let run = standfast(dir.path(), &[&SMALL[..], &["--max-trials=5"], more].concat()).success();
+        let run =
+            standfast(dir.path(), &[&SMALL[..], &["--campaign=harsh", "--max-trials=20"], more].concat()).success();
         text(&run.get_output().stdout)
     };
     let one = of(&["--threads=1"]);
     assert!(one.contains("\"resolved\": false") && one.contains("\"random\": true"));
-    assert_eq!(one, of(&["--threads=3"]));
-    assert_ne!(one, of(&["--threads=2", "--seed=9"]));
+    assert_eq!(one, of(&["--threads=2"]));
+    let found = |json: &str| serde_json::from_str::<Value>(json).unwrap()["headings"].take();
+    assert_ne!(found(&one), found(&of(&["--threads=2", "--seed=9"])));
 }
 
 #[test]
