@@ -55,7 +55,9 @@ impl Kind {
             ],
             Kind::Campaign => &[
                 ("smoke", include_str!("../assets/campaigns/smoke.toml")),
+                ("nominal", include_str!("../assets/campaigns/nominal.toml")),
                 ("standard", include_str!("../assets/campaigns/standard.toml")),
+                ("harsh", include_str!("../assets/campaigns/harsh.toml")),
             ],
             Kind::Scenario => &[
                 ("error-backward", include_str!("../assets/scenarios/error-backward.toml")),

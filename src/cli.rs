@@ -30,6 +30,8 @@ pub enum Command {
     Status(FolderArgs),
     /// One push: what happened and why, a picture of it, and a trace
     Push(report::push::PushArgs),
+    /// Largest recoverable impulse by heading, beside what the pendulum allows without a step, with one, with any number
+    Limit(report::limit::LimitArgs),
     /// A disturbance with a name, those of the paper first; without a name, what there is
     Scenario(report::scenario::ScenarioArgs),
     /// The maximal CPI sets of a gain set: size, inclusion, horizon, picture, export
@@ -55,7 +57,7 @@ pub enum Command {
 
 Interrupted, the same command goes on where it stopped.")]
 pub struct RunArgs {
-    /// A campaign that is compiled in (smoke, standard) or a TOML file
+    /// A campaign that is compiled in (smoke, nominal, standard, harsh) or a TOML file
     #[arg(default_value = "standard")]
     pub campaign: String,
     /// Gain set by name or file, instead of those of the campaign; may be given several times

@@ -4,11 +4,12 @@ use crate::cli::{Cli, FolderArgs, RunArgs};
 use clap::CommandFactory;
 use clap_complete::Shell;
 use standfast::assets::DEFAULT_ROBOT;
-use standfast::campaign::{Campaign, Folder, Plan, run::Options};
+use standfast::campaign::{Campaign, Folder, Plan, limit, run::Options};
 use standfast::control::home_polygon;
 use standfast::episode::EpisodeConfig;
 use standfast::lipm::pendulum::Pendulum;
 use standfast::report::cpi::{CpiArgs, CpiDefaults};
+use standfast::report::limit::LimitArgs;
 use standfast::report::model::Args as ModelArgs;
 use standfast::report::push::PushArgs;
 use standfast::report::response::ResponseArgs;
@@ -43,7 +44,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
             threads: args.threads,
             shard: args.shard,
             stop: &STOP,
-            on_start: &|total| _ = progress.set(Progress::start(total)),
+            on_start: &|total| _ = progress.set(Progress::start(total, "episodes")),
             on_episode: &|| progress.get().into_iter().for_each(Progress::tick),
         },
     );
@@ -69,6 +70,33 @@ pub fn status(args: &FolderArgs) -> Result<ExitCode> {
 
 pub fn push(args: &PushArgs) -> Result<ExitCode> {
     report::print(&report::push::run(args)?)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Nothing of an interrupted survey is kept.
+pub fn limit(args: &LimitArgs) -> Result<ExitCode> {
+    args.check_outputs()?;
+    let campaign = Campaign::load(&args.campaign, &args.overrides())?;
+    stop_on_ctrl_c();
+    let progress = OnceLock::new();
+    let result = limit::measure(
+        &campaign,
+        &limit::Options {
+            headings: args.headings,
+            precision_n_s: args.precision,
+            max_trials: args.max_trials,
+            threads: args.threads,
+            stop: &STOP,
+            on_start: &|total| _ = progress.set(Progress::start(total, "searches")),
+            on_search: &|| progress.get().into_iter().for_each(Progress::tick),
+        },
+    );
+    progress.get().into_iter().for_each(Progress::finish);
+    let limits = result?;
+    for path in args.write(&limits)? {
+        note(&format!("written: {}", path.display()));
+    }
+    report::print(&if args.json { report::json(&limits) } else { report::limit::text(&limits) })?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -16,6 +16,7 @@ fn main() -> ExitCode {
         Command::Merge(args) => commands::merge(&args),
         Command::Status(args) => commands::status(&args),
         Command::Push(args) => commands::push(&args),
+        Command::Limit(args) => commands::limit(&args),
         Command::Scenario(args) => commands::scenario(&args),
         Command::Cpi(args) => commands::cpi(&args),
         Command::Response(args) => commands::response(&args),

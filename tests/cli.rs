@@ -1,58 +1,10 @@
 //! The program from outside: exit codes, messages, and that results are the same bytes whatever happened on the way.
 
-use assert_cmd::Command;
-use std::{collections::BTreeMap, fs, path::Path};
-use tempfile::TempDir;
+mod common;
 
-/// A campaign with little to simulate.
-const SHORT: [&str; 8] = [
-    "run",
-    "smoke",
-    "--gains=hold",
-    "--set=episode.horizon_s=0.4",
-    "--set=episode.judge.standing_time_s=0.1",
-    "--set=push.start_s=0.05",
-    "--set=push.impulse_n_s={uniform=[0, 4]}",
-    "--out=out",
-];
-/// How many trials: one part of a campaign, and two.
-const FEW: &str = "--trials=3";
-const TWO_PARTS: &str = "--trials=26";
-
-fn standfast(folder: &Path, args: &[&str]) -> assert_cmd::assert::Assert {
-    Command::cargo_bin("standfast").unwrap().current_dir(folder).args(args).assert()
-}
-
-/// The short campaign with further arguments.
-fn short<'a>(more: &[&'a str]) -> Vec<&'a str> {
-    [&SHORT[..], more].concat()
-}
-
-fn folder() -> TempDir {
-    tempfile::tempdir().unwrap()
-}
-
-/// Every file under a folder, by path.
-fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
-        let name = entry.file_name().into_string().unwrap();
-        if entry.path().is_dir() {
-            found.extend(files(&entry.path()).into_iter().map(|(k, v)| (format!("{name}/{k}"), v)));
-        } else {
-            found.insert(name, fs::read(entry.path()).unwrap());
-        }
-    }
-    found
-}
-
-fn stdout(assert: &assert_cmd::assert::Assert) -> String {
-    String::from_utf8(assert.get_output().stdout.clone()).unwrap()
-}
-
-fn stderr(assert: &assert_cmd::assert::Assert) -> String {
-    String::from_utf8(assert.get_output().stderr.clone()).unwrap()
-}
+use common::program::{FEW, TWO_PARTS, files, folder, short, standfast, stderr, stdout};
+use standfast::assets::Kind;
+use std::{collections::BTreeMap, fs};
 
 /// Runs the short campaign in a new folder with further arguments and gives what it wrote.
 fn result_of(more: &[&str]) -> BTreeMap<String, Vec<u8>> {
@@ -66,7 +18,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
     let good = "name = 'c'\ntrials = 2\nseed = 1\n[push]\nimpulse_n_s = 1\n";
     let cases: &[(&str, &[&str], &[&str])] = &[
         (good, &["run", "missing.toml"], &["missing.toml: cannot read"]),
-        (good, &["run", "smokey"], &["campaign \"smokey\" not found", "smoke, standard or a path"]),
+        (good, &["run", "smokey"], &["campaign \"smokey\" not found", "smoke, nominal, standard, harsh or a path"]),
         ("name = 'c\n", &["run", "c.toml"], &["c.toml", "line 1"]),
         ("names = 'c'\n", &["run", "c.toml"], &["c.toml", "unknown field `names`", "`name`"]),
         ("name = 'c'\n", &["run", "c.toml"], &["c.toml", "missing field `trials`"]),
@@ -202,69 +154,6 @@ fn json_is_one_object_and_all_else_goes_to_the_standard_error() {
     assert_eq!(status["complete"], true);
 }
 
-/// The columns of a trial that `push` reports too, as JSON values: outcome and all times and peaks.
-const REPLAYED: [&str; 14] = [
-    "outcome",
-    "end_s",
-    "fell_at_s",
-    "fall_cause",
-    "settled_at_s",
-    "home_at_s",
-    "peak_tilt_deg",
-    "peak_torque_n_m",
-    "peak_joint_speed_rad_s",
-    "peak_dcm_outside_m",
-    "left_sets_at_s",
-    "set_after_push",
-    "cpi_margin_after_push",
-    "cpi_margin_after_push_est",
-];
-
-/// A part of a campaign, one object per row; numbers are read as the numbers that they are, to the bit.
-fn rows(part: &Path) -> Vec<BTreeMap<String, serde_json::Value>> {
-    let mut reader = csv::Reader::from_path(part).unwrap();
-    let names = reader.headers().unwrap().clone();
-    let value = |text: &str| match text {
-        "" => serde_json::Value::Null,
-        text => text.parse::<f64>().map_or(text.into(), serde_json::Value::from),
-    };
-    let row = |row: csv::StringRecord| names.iter().map(String::from).zip(row.iter().map(value)).collect();
-    reader.records().map(|record| row(record.unwrap())).collect()
-}
-
-#[test]
-fn a_trial_is_replayed_to_the_bit() {
-    let dir = folder();
-    let gains = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/gains/switching.toml")).unwrap();
-    fs::write(dir.path().join("file.toml"), gains.replace("name = \"switching\"", "name = \"mine\"")).unwrap();
-    let args = [
-        "--trials=2",
-        "--set=push.impulse_n_s={uniform=[1, 7]}",
-        "--set=episode.horizon_s=1.2",
-        "--set=push.start_s=0.1",
-    ];
-    let gains = ["--gains=hold", "--gains=file.toml"];
-    for more in [&["--set=episode.end_early=true", "--out=a"], &["--set=episode.end_early=false", "--out=b"]] {
-        let out = more[1].trim_start_matches("--out=");
-        let run = [&["run", "standard", "--seed=5"][..], &gains, &args, &more[..]].concat();
-        standfast(dir.path(), &run).success();
-        let rows = rows(&dir.path().join(out).join("parts/part-000000.csv"));
-        assert_eq!(rows.len(), 4);
-        assert!(rows.iter().any(|row| row["outcome"] == "Recovered"));
-        for row in rows {
-            let (trial, set) = (row["trial"].as_f64().unwrap().to_string(), row["set"].as_str().unwrap());
-            // The name is enough for a set that is a file: the result has a copy.
-            let campaign = format!("{out}/campaign.toml");
-            let args = ["push", "--json", "--campaign", &campaign, "--trial", &trial, "--gains", set];
-            let replay: serde_json::Value =
-                serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap();
-            for name in REPLAYED {
-                assert_eq!(row[name], replay[name], "{name} of trial {trial}, {set}");
-            }
-        }
-    }
-}
-
 #[test]
 fn a_push_is_drawn_and_traced_beside_its_json() {
     let dir = folder();
@@ -286,79 +175,6 @@ fn a_push_is_drawn_and_traced_beside_its_json() {
     let times: Vec<f64> = svg.lines().filter_map(|line| line.parse().ok()).filter(|t| *t > 0.0 && *t < 2.0).collect();
     let last = times.iter().copied().fold(0.0, f64::max);
     assert!((0.3..=longer["fell_at_s"].as_f64().unwrap()).contains(&last), "the picture ends with the fall: {times:?}");
-}
-
-#[test]
-fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
-    let dir = folder();
-    let (mine, out) = (dir.path().join("mine.toml"), dir.path().join("out"));
-    let gains = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/gains/switching.toml")).unwrap();
-    fs::write(&mine, gains.replace("name = \"switching\"", "name = \"mine\"")).unwrap();
-    let sweep = ["--vary=mine.toml:zmp_margin_m=0.001,0.02", "--vary=fixed:gains.0.x=[0.8,1,5]", TWO_PARTS];
-    standfast(dir.path(), &short(&sweep)).success();
-    let whole = files(&out);
-    let campaign = String::from_utf8(whole["campaign.toml"].clone()).unwrap();
-    let listed = r#"gains = ["hold", "inputs/gains/mine.toml:zmp_margin_m=0.001", "inputs/gains/mine.toml:zmp_margin_m=0.02", "fixed:gains.0.x=[0.8,1,5]"]"#;
-    assert!(campaign.contains(listed), "{campaign}");
-    assert_eq!(whole.keys().filter(|name| name.starts_with("inputs/")).collect::<Vec<_>>(), ["inputs/gains/mine.toml"]);
-
-    for share in ["--shard=1/2", "--shard=2/2"] {
-        let args = short(&[&sweep[..], &["--out=shards", share]].concat());
-        let args: Vec<&str> = args.into_iter().filter(|arg| *arg != "--out=out").collect();
-        standfast(dir.path(), &args).success();
-    }
-    standfast(dir.path(), &["merge", "shards"]).success();
-    assert!(files(&dir.path().join("shards")) == whole, "merged");
-    // The result has its own copy of the gain set.
-    fs::remove_file(&mine).unwrap();
-    fs::remove_file(out.join("parts/part-000001.json")).unwrap();
-    let run = standfast(dir.path(), &["run", "out/campaign.toml", "--out", "out"]).success();
-    assert!(stderr(&run).contains("goes on, 1 of 2 parts"), "{}", stderr(&run));
-    assert!(files(&out) == whole, "resumed");
-
-    let rows = rows(&out.join("parts/part-000001.csv"));
-    let sets: Vec<&str> = rows.iter().map(|row| row["set"].as_str().unwrap()).collect();
-    assert_eq!(sets, ["hold", "mine zmp_margin_m=0.001", "mine zmp_margin_m=0.02", "fixed x=[0.8,1,5]"]);
-    assert_ne!(rows[1]["cpi_margin_after_push"], rows[2]["cpi_margin_after_push"], "a variant is another set");
-    // By the name in the results, and as a list has it, where the file goes by the name of its set.
-    let asked = [sets[1], sets[2], sets[3], "mine:zmp_margin_m=0.02", "fixed:gains.0.x=[0.8,1,5]"];
-    for (set, row) in asked.into_iter().zip([1, 2, 3, 2, 3].map(|i| &rows[i])) {
-        let args = ["push", "--json", "--campaign=out/campaign.toml", "--trial=25", "--gains", set];
-        let replay: serde_json::Value = serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap();
-        for name in REPLAYED {
-            assert_eq!(row[name], replay[name], "{name} of {set}");
-        }
-    }
-}
-
-#[test]
-fn a_sweep_alone_replaces_the_gain_sets_and_many_sets_stay_within_80_columns() {
-    let dir = folder();
-    let sweep = "--vary=switching:zmp_margin_m=0.001,0.002,0.003,0.004,0.005,0.006,0.007,0.008,0.009,0.01,0.011,0.012";
-    let args: Vec<&str> = short(&[FEW, sweep]).into_iter().filter(|arg| *arg != "--gains=hold").collect();
-    let text = stdout(&standfast(dir.path(), &args).success());
-    let (_, tables) = text.split_once("gain set ").unwrap();
-    let (tables, _) = tables.split_once("95 % intervals").unwrap();
-    assert!(tables.lines().all(|line| line.chars().count() <= 80), "{tables}");
-    assert!(!tables.contains("hold   "), "{tables}");
-    // Whole in most tables, not cut into pieces.
-    assert!(tables.matches("zmp_margin_m=0.012").count() >= 4, "{tables}");
-    let summary: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(dir.path().join("out/summary.json")).unwrap()).unwrap();
-    assert_eq!(summary["sets"].as_array().unwrap().len(), 12);
-    let picture = fs::read_to_string(dir.path().join("out/success.svg")).unwrap();
-    assert!(picture.contains("switching zmp_margin_m=0.012"), "{picture}");
-}
-
-#[test]
-fn without_a_terminal_the_table_fits_80_columns() {
-    let dir = folder();
-    let args = ["--gains=switching", "--gains=fixed", "--set=episode.end_early=false"];
-    let text = stdout(&standfast(dir.path(), &short(&[&[FEW][..], &args].concat())).success());
-    let (_, tables) = text.split_once("gain set ").unwrap();
-    let (tables, _) = tables.split_once("95 % intervals").unwrap();
-    assert!(tables.lines().all(|line| line.chars().count() <= 80), "{tables}");
-    assert!(text.contains("seed 1") && text.contains("fell:"), "{text}");
 }
 
 #[test]
@@ -388,6 +204,10 @@ fn inputs_from_files_are_kept_with_the_result() {
 #[test]
 fn help_and_completions_are_printed() {
     let dir = folder();
-    assert!(stdout(&standfast(dir.path(), &["run", "--help"]).success()).contains("Examples:"));
+    for command in ["run", "limit"] {
+        let help = stdout(&standfast(dir.path(), &[command, "--help"]).success());
+        let campaigns = format!("compiled in ({})", Kind::Campaign.names().join(", "));
+        assert!(help.contains("Examples:") && help.contains(&campaigns), "{campaigns} not in {help}");
+    }
     assert!(stdout(&standfast(dir.path(), &["completions", "bash"]).success()).contains("standfast"));
 }

@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::program::{TWO_PARTS, files, folder, standfast};
 use common::{Bench, push, sensor_errors};
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -78,4 +79,20 @@ fn sensor_errors_do_not_depend_on_the_controller() {
     }
     // And it is noise: no two ticks are alike.
     assert!((1..switching.len()).all(|k| switching[k] != switching[k - 1]));
+}
+
+/// All that a campaign can draw, and two parts: what is written is the same for any number of threads.
+#[test]
+fn a_campaign_that_varies_everything_is_the_same_bytes_for_any_number_of_threads() {
+    let result = |threads: &str| {
+        let dir = folder();
+        let short = ["--set=episode.horizon_s=2.4", "--set=second_push.after_s={uniform=[0.1, 0.25]}"];
+        let args = [&["run", "harsh", "--gains=hold", TWO_PARTS, "--out=out", threads][..], &short].concat();
+        standfast(dir.path(), &args).success();
+        files(&dir.path().join("out"))
+    };
+    let one = result("--threads=1");
+    let rows = String::from_utf8(one["parts/part-000000.csv"].clone()).unwrap();
+    assert!(rows.contains("second_impulse_n_s") && rows.contains("ground_step_m") && rows.contains("Fell"), "{rows}");
+    assert!(one == result("--threads=2"), "two threads wrote something else");
 }

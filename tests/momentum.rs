@@ -28,7 +28,7 @@ impl Course {
         let mut course =
             Course { time_s: vec![], momentum: vec![], received: vec![], pushed: Vector3::zeros(), fell: false };
         let mut sum = Vector3::zeros();
-        let disturbance = Disturbance { pushes, sensor_errors: None };
+        let disturbance = Disturbance { pushes, ..Disturbance::default() };
         let record = episode::run(&bench.robot, &bench.design, &config, disturbance, Until::Horizon, &mut |tick| {
             let truth = tick.truth;
             // Forces are means over the tick that ends now; none has acted at time 0.

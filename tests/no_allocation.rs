@@ -1,8 +1,9 @@
 //! What runs at every tick must not allocate.
 
-use nalgebra::{Isometry2, Isometry3, Point2, Vector2};
+use nalgebra::{DVector, Isometry2, Isometry3, Point2, Vector2, Vector3};
 use standfast::assets::{self, Kind};
 use standfast::control::footstep::{self, Necessity};
+use standfast::control::inverse_dynamics::{Grip, InverseDynamics, Wanted};
 use standfast::control::swing::{Lift, Swing};
 use standfast::geometry::SupportPolygon;
 use standfast::lipm::{GainFamily, GainSet, OnlineSets, Pendulum, State};
@@ -61,6 +62,24 @@ fn a_footstep_is_chosen_planned_and_followed_without_allocation() {
     }
     assert_eq!(COUNT.with(Cell::get) - before, 0);
     assert!(height > 0.01);
+}
+
+/// Standing, past what the soles can give, and on one foot.
+#[test]
+fn inverse_dynamics_are_solved_without_allocation() {
+    let robot = Robot::load("ut-mu2").unwrap();
+    let mut body = InverseDynamics::new(&robot, Grip { friction: 0.6, sole_share: 0.95 });
+    let (posture, velocity) = (robot.home_posture(), DVector::from_element(6 + robot.joints.len(), 0.1));
+    let mut wanted = Wanted::rest(&robot, PerFoot { left: true, right: true });
+    let mut torque_ratio = 0.0;
+    let before = COUNT.with(Cell::get);
+    for i in 0..100 {
+        wanted.com_acc = Vector3::new(0.1 * f64::from(i), 1.0, 0.0);
+        wanted.standing.right = i % 10 < 5;
+        torque_ratio += body.solve(&robot, &posture, &velocity, &wanted).torque_ratio;
+    }
+    assert_eq!(COUNT.with(Cell::get) - before, 0);
+    assert!(torque_ratio > 0.0);
 }
 
 #[test]

@@ -117,7 +117,7 @@ const BAD_URDF: [(&str, &str, &str); 26] = [
 ];
 
 /// What to replace in the settings (once), by what, and what the error must say.
-const BAD_SETTINGS: [(&str, &str, &str); 24] = [
+const BAD_SETTINGS: [(&str, &str, &str); 27] = [
     ("friction = 0.8", "friction = ", "builtin:ut-mu2: TOML parse error"),
     ("friction = 0.8", "friction = 0.8\ngrip = 1\n", "unknown field `grip`"),
     ("friction = 0.8", "", "missing field `friction`"),
@@ -126,6 +126,9 @@ const BAD_SETTINGS: [(&str, &str, &str); 24] = [
     ("delay_s = 0.004", "delay_s = -1.0", "delay_s = -1"),
     ("gyro_rad_s = 0.01", "gyro_rad_s = -0.01", "noise.gyro_rad_s = -0.01: must not be negative"),
     ("gyro_rad_s", "gyro_deg_s", "unknown field `gyro_deg_s`"),
+    ("outward_m = 0.18", "outward_m = 0.07", "reach.outward_m = 0.07: out of range; accepted: 0.075 to 10"),
+    ("forward_m = 0.15", "forward_m = -0.15", "reach.forward_m = -0.15: out of range"),
+    ("min_step_time_s = 0.2", "min_step_time_s = 0", "reach.min_step_time_s = 0: out of range; accepted: 0.01 to"),
     ("kp_n_m_rad = 80.0", "kp_n_m_rad = -80.0", "servos[0].kp_n_m_rad = -80: must not be negative"),
     ("kd_n_m_s_rad = 0.4", "kd_n_m_s_rad = -0.4", "servos[1].kd_n_m_s_rad = -0.4"),
     ("torque_n_m = 8.0", "torque_n_m = inf", "servos[0].torque_n_m = inf"),

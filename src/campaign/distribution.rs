@@ -28,6 +28,24 @@ pub(super) fn within(file: &str, field: &str, value: f64, least: f64, most: f64,
 }
 
 impl Distribution {
+    /// The mean of what is drawn (of a normal one, as if nothing were drawn again).
+    pub fn mean(&self) -> f64 {
+        match *self {
+            Distribution::Constant(value) => value,
+            Distribution::Uniform { uniform: [a, b] } => (a + b) / 2.0,
+            Distribution::Normal { normal: [mean, _] } => mean,
+        }
+    }
+
+    /// Whether the same is drawn every time.
+    pub fn is_constant(&self) -> bool {
+        match *self {
+            Distribution::Constant(_) => true,
+            Distribution::Uniform { uniform: [a, b] } => a == b,
+            Distribution::Normal { normal: [_, sd] } => sd == 0.0,
+        }
+    }
+
     /// Checks that what is drawn is in `[least, most]`; a normal one, its mean.
     pub(super) fn check(&self, file: &str, field: &str, [least, most]: [f64; 2]) -> Result<()> {
         let accepted = format!("{least} to {most}");
@@ -43,6 +61,15 @@ impl Distribution {
                 within(file, &field, mean, least, most, &accepted)?;
                 within(file, &field, sd, 0.0, 1e6, "a standard deviation that is not negative")
             }
+        }
+    }
+
+    /// Largest value that is drawn, if it has to be at most `most`.
+    pub(super) fn most(&self, [_, most]: [f64; 2]) -> f64 {
+        match *self {
+            Distribution::Constant(value) => value,
+            Distribution::Uniform { uniform: [_, b] } => b,
+            Distribution::Normal { .. } => most,
         }
     }
 }

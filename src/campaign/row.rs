@@ -3,13 +3,13 @@
 use crate::columns::{Column, Data};
 use crate::episode::{Membership, Outcome, Record};
 use crate::robot::Foot;
-use crate::sim::{Profile, Push};
+use crate::sim::{Profile, Push, Variation};
 use serde::{Deserialize, Serialize};
 
 /// A row of `trials.parquet`; units are in the names, angles in degrees, world frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// From 0; the same trial is the same push and the same noise for every set.
+    /// From 0; the same trial is the same push, robot, ground and noise for every set.
     pub trial: u64,
     /// Name of the gain set.
     pub set: String,
@@ -19,6 +19,23 @@ pub struct Row {
     pub duration_s: f64,
     pub start_s: f64,
     pub profile: Profile,
+    /// Of the second push, which is otherwise as the first; None: there is none.
+    pub second_impulse_n_s: Option<f64>,
+    pub second_heading_deg: Option<f64>,
+    pub second_start_s: Option<f64>,
+    /// Robot and ground, as in [`Variation`]; None: as the controller was designed for.
+    pub mass_scale: Option<f64>,
+    pub trunk_com_x_m: Option<f64>,
+    pub trunk_com_y_m: Option<f64>,
+    pub friction: Option<f64>,
+    pub slope_deg: Option<f64>,
+    pub slope_heading_deg: Option<f64>,
+    pub ground_step_m: Option<f64>,
+    pub kp_scale: Option<f64>,
+    pub kd_scale: Option<f64>,
+    pub torque_scale: Option<f64>,
+    pub speed_scale: Option<f64>,
+    pub delay_s: Option<f64>,
     pub outcome: Outcome,
     /// The rest is as in [`Record`].
     pub end_s: f64,
@@ -43,7 +60,9 @@ pub struct Row {
 }
 
 impl Row {
-    pub fn new(trial: u64, set: &str, push: &Push, record: Record) -> Self {
+    /// `pushes`: the first, and the second if there is one.
+    pub fn new(trial: u64, set: &str, pushes: &[Push], variation: &Variation, record: Record) -> Self {
+        let (push, second) = (&pushes[0], pushes.get(1));
         Self {
             trial,
             set: set.into(),
@@ -53,6 +72,21 @@ impl Row {
             duration_s: push.duration_s,
             start_s: push.start_s,
             profile: push.profile,
+            second_impulse_n_s: second.map(|push| push.impulse_n_s),
+            second_heading_deg: second.map(|push| push.heading_deg),
+            second_start_s: second.map(|push| push.start_s),
+            mass_scale: variation.mass_scale,
+            trunk_com_x_m: variation.trunk_com_x_m,
+            trunk_com_y_m: variation.trunk_com_y_m,
+            friction: variation.friction,
+            slope_deg: variation.slope_deg,
+            slope_heading_deg: variation.slope_heading_deg,
+            ground_step_m: variation.ground_step_m,
+            kp_scale: variation.kp_scale,
+            kd_scale: variation.kd_scale,
+            torque_scale: variation.torque_scale,
+            speed_scale: variation.speed_scale,
+            delay_s: variation.delay_s,
             outcome: record.outcome,
             end_s: record.end_s,
             fell_at_s: record.fell_at_s,
@@ -74,16 +108,21 @@ impl Row {
         }
     }
 
-    /// Time from the end of the push to standing (s); None unless recovered.
-    pub fn settling_s(&self) -> Option<f64> {
-        let settled_at_s = self.settled_at_s.filter(|_| self.outcome == Outcome::Recovered)?;
-        Some((settled_at_s - self.start_s - self.duration_s).max(0.0))
+    /// Time at which the last push ends (s).
+    fn pushed_until_s(&self) -> f64 {
+        self.second_start_s.unwrap_or(self.start_s) + self.duration_s
     }
 
-    /// Time from the end of the push to the COM being home for good (s); None unless recovered.
+    /// Time from the end of the last push to standing (s); None unless recovered.
+    pub fn settling_s(&self) -> Option<f64> {
+        let settled_at_s = self.settled_at_s.filter(|_| self.outcome == Outcome::Recovered)?;
+        Some((settled_at_s - self.pushed_until_s()).max(0.0))
+    }
+
+    /// Time from the end of the last push to the COM being home for good (s); None unless recovered.
     pub fn homing_s(&self) -> Option<f64> {
         let home_at_s = self.home_at_s.filter(|_| self.outcome == Outcome::Recovered)?;
-        Some((home_at_s - self.start_s - self.duration_s).max(0.0))
+        Some((home_at_s - self.pushed_until_s()).max(0.0))
     }
 }
 
@@ -102,6 +141,21 @@ pub fn columns(rows: &[Row]) -> Vec<Column> {
         ("duration_s", f64(|r| r.duration_s)),
         ("start_s", f64(|r| r.start_s)),
         ("profile", text(|r| profile_name(r.profile).into())),
+        ("second_impulse_n_s", opt(|r| r.second_impulse_n_s)),
+        ("second_heading_deg", opt(|r| r.second_heading_deg)),
+        ("second_start_s", opt(|r| r.second_start_s)),
+        ("mass_scale", opt(|r| r.mass_scale)),
+        ("trunk_com_x_m", opt(|r| r.trunk_com_x_m)),
+        ("trunk_com_y_m", opt(|r| r.trunk_com_y_m)),
+        ("friction", opt(|r| r.friction)),
+        ("slope_deg", opt(|r| r.slope_deg)),
+        ("slope_heading_deg", opt(|r| r.slope_heading_deg)),
+        ("ground_step_m", opt(|r| r.ground_step_m)),
+        ("kp_scale", opt(|r| r.kp_scale)),
+        ("kd_scale", opt(|r| r.kd_scale)),
+        ("torque_scale", opt(|r| r.torque_scale)),
+        ("speed_scale", opt(|r| r.speed_scale)),
+        ("delay_s", opt(|r| r.delay_s)),
         ("outcome", text(|r| format!("{:?}", r.outcome))),
         ("end_s", f64(|r| r.end_s)),
         ("fell_at_s", opt(|r| r.fell_at_s)),
@@ -161,7 +215,7 @@ pub(crate) mod tests {
             footsteps: vec![],
             unfinished_footstep: None,
         };
-        Row::new(trial, set, &Push { impulse_n_s, ..Push::default() }, record)
+        Row::new(trial, set, &[Push { impulse_n_s, ..Push::default() }], &Variation::default(), record)
     }
 
     #[test]

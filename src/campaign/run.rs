@@ -10,6 +10,7 @@ use crate::files::{sha256_hex, write_atomic};
 use crate::lipm::gains::GainSet;
 use crate::lipm::variant::Entry;
 use crate::robot::Robot;
+use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::path::Path;
 use std::sync::OnceLock;
@@ -18,7 +19,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 /// A campaign whose inputs are read and checked, not yet designed for.
 pub struct Plan {
     pub manifest: Manifest,
-    robot: Robot,
+    pub(super) robot: Robot,
     gains: Vec<GainSet>,
     /// Inputs that are not compiled in: name in the result folder, text.
     inputs: Vec<(String, String)>,
@@ -127,20 +128,8 @@ impl Plan {
         if blocks.is_empty() {
             return self.identify(folder);
         }
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(options.threads)
-            .build()
-            .map_err(|e| Error::Numeric { what: "threads".into(), problem: e.to_string() })?;
-        let episode = self.manifest.campaign.episode;
-        let designs: Vec<Design> = pool.install(|| {
-            let design = |set| Design::new(&self.robot, set, episode.control_period_s);
-            self.gains.par_iter().map(design).collect::<Result<_>>()
-        })?;
-        for (set, design) in self.manifest.sets.iter().zip(&designs) {
-            if let Some(warning) = &design.warning {
-                log::warn!("{set}: {warning}");
-            }
-        }
+        let pool = pool(options.threads)?;
+        let designs = pool.install(|| self.designs())?;
         self.identify(folder)?;
         let blocks: Vec<Block> = blocks.into_iter().map(|b| Block::new(folder, b)).collect();
         let jobs = || blocks.iter().flat_map(|block| (0..block.slots.len()).map(move |slot| (block, slot)));
@@ -159,15 +148,28 @@ impl Plan {
         })
     }
 
+    /// Designs for every gain set, and warns of those that are dubious.
+    pub(super) fn designs(&self) -> Result<Vec<Design>> {
+        let control_period_s = self.manifest.campaign.episode.control_period_s;
+        let design = |set| Design::new(&self.robot, set, control_period_s);
+        let designs: Vec<Design> = self.gains.par_iter().map(design).collect::<Result<_>>()?;
+        for (set, design) in self.manifest.sets.iter().zip(&designs) {
+            if let Some(warning) = &design.warning {
+                log::warn!("{set}: {warning}");
+            }
+        }
+        Ok(designs)
+    }
+
     /// Row `slot` of a block: trials in order, sets within.
     fn row(&self, designs: &[Design], first_trial: u64, slot: usize) -> Row {
         let Manifest { campaign, sets, .. } = &self.manifest;
         let (trial, set) = (first_trial + (slot / sets.len()) as u64, slot % sets.len());
         let disturbance = trial::disturbance(campaign, trial);
-        let push = disturbance.pushes[0];
+        let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
         let config = &campaign.episode;
         let record = episode::run(&self.robot, &designs[set], config, disturbance, config.until(), &mut |_| {});
-        Row::new(trial, &sets[set], &push, record)
+        Row::new(trial, &sets[set], &pushes, &variation, record)
     }
 
     /// Writes whose folder it is, with all that is needed to run it again: `campaign.toml` and its inputs.
@@ -178,6 +180,12 @@ impl Plan {
         }
         write_atomic(&folder.path.join("campaign.toml"), self.manifest.campaign.to_toml()?.as_bytes())
     }
+}
+
+/// Threads to work with; 0: one per core.
+pub(super) fn pool(threads: usize) -> Result<ThreadPool> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|e| Error::Numeric { what: "threads".into(), problem: e.to_string() })
 }
 
 /// Opens an input of a campaign; the settings of a robot lie beside its URDF.

@@ -2,6 +2,7 @@
 
 use crate::assets::{self, Kind};
 use crate::campaign::distribution::{Distribution, within};
+use crate::campaign::vary::{self, SecondPushSpec, VariationSpec};
 use crate::episode::EpisodeConfig;
 use crate::error::{Error, Result};
 use crate::lipm::GainSet;
@@ -32,6 +33,10 @@ pub struct Campaign {
     pub push: PushSpec,
     #[serde(default)]
     pub sensors: SensorSpec,
+    #[serde(default)]
+    pub second_push: SecondPushSpec,
+    #[serde(default)]
+    pub variations: VariationSpec,
 }
 
 /// Distributions of what makes a [`Push`]; the fields are those of `Push`.
@@ -167,6 +172,33 @@ impl Campaign {
         toml::to_string(self).map_err(|e| Error::Syntax { file: "campaign".into(), message: e.to_string() })
     }
 
+    /// What its first push may be.
+    pub fn push_bounds(&self) -> PushBounds {
+        let bounds = PushBounds::new(self.episode.horizon_s);
+        let start_s = [vary::earliest_push_s(&self.variations), bounds.start_s[1]];
+        PushBounds { start_s, ..bounds }
+    }
+
+    /// No push while the ground is on its way to a slope.
+    fn check_start(&self, file: &str) -> Result<()> {
+        let (start_s, [earliest, latest]) = (self.push.start_s, self.push_bounds().start_s);
+        start_s.check(file, "push.start_s", [earliest, latest]).map_err(|_| {
+            let problem = "the ground is still tilting to its slope (variations.slope_deg)";
+            let longer = if latest < earliest {
+                format!(", episode.horizon_s at least {}", 2.0 * earliest)
+            } else {
+                String::new()
+            };
+            Error::value(
+                file,
+                "push.start_s",
+                start_s,
+                problem,
+                format!("{earliest} to {}{longer}", latest.max(earliest)),
+            )
+        })
+    }
+
     /// Checks every value; `file` is whose values they are.
     pub fn check(&self, file: &str) -> Result<()> {
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
@@ -183,7 +215,11 @@ impl Campaign {
             return Err(Error::value(file, "seed", self.seed, "too large", "0 to 2^63 - 1"));
         }
         check_episode(file, &self.episode)?;
-        self.push.check(file, self.episode.horizon_s)?;
+        let horizon_s = self.episode.horizon_s;
+        self.push.check(file, horizon_s)?;
+        self.second_push.check(file, &self.push, horizon_s)?;
+        vary::check(&self.variations, file)?;
+        self.check_start(file)?;
         within(file, "sensors.noise_scale", self.sensors.noise_scale, 0.0, 1e3, "0 to 1000")?;
         within(file, "sensors.bias_scale", self.sensors.bias_scale, 0.0, 1e3, "0 to 1000")
     }

@@ -4,7 +4,7 @@ use crate::campaign::foretold::{FallCause, Foretold};
 use crate::campaign::paired::{Common, Pair, Times};
 use crate::campaign::spec::{PushSpec, SensorSpec};
 use crate::campaign::stepped::Stepped;
-use crate::campaign::{Row, parts::Manifest};
+use crate::campaign::{Row, SecondPushSpec, VariationSpec, parts::Manifest};
 use crate::episode::{EpisodeConfig, Outcome};
 use serde::Serialize;
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
@@ -27,6 +27,8 @@ pub struct Summary {
     pub episode: EpisodeConfig,
     pub push: PushSpec,
     pub sensors: SensorSpec,
+    pub second_push: SecondPushSpec,
+    pub variations: VariationSpec,
     /// How `ci95` is computed.
     pub interval: &'static str,
     pub sets: Vec<SetSummary>,
@@ -108,6 +110,8 @@ impl Summary {
             episode: campaign.episode,
             push: campaign.push,
             sensors: campaign.sensors,
+            second_push: campaign.second_push,
+            variations: campaign.variations,
             interval: "95 %: Wilson; Clopper-Pearson where fewer than 5 trials recovered, or fewer than 5 did not",
             sets: manifest.sets.iter().map(|name| SetSummary::new(name, rows, &bins, end_early)).collect(),
             common_survivors: Common::new(rows, manifest.sets.len(), end_early),

@@ -21,31 +21,13 @@ use nalgebra::{
 
 /// Weights of squared accelerations (m/s^2 and rad/s^2 alike).
 const STANCE: f64 = 1e5;
-fn w_com() -> f64 {
-    static V: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
-    *V.get_or_init(|| std::env::var("W_COM").map_or(100.0 as f64, |v| v.parse().unwrap()))
-}
-fn w_height() -> f64 {
-    static V: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
-    *V.get_or_init(|| std::env::var("W_HEIGHT").map_or(30.0 as f64, |v| v.parse().unwrap()))
-}
-fn w_swing() -> f64 {
-    static V: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
-    *V.get_or_init(|| std::env::var("W_SWING").map_or(30.0 as f64, |v| v.parse().unwrap()))
-}
-fn w_trunk() -> f64 {
-    static V: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
-    *V.get_or_init(|| std::env::var("W_TRUNK").map_or(1.0 as f64, |v| v.parse().unwrap()))
-}
+const COM: f64 = 100.0;
+const HEIGHT: f64 = 30.0;
+const SWING: f64 = 30.0;
+const TRUNK: f64 = 1.0;
 /// Joints outside of the legs.
-fn w_arms() -> f64 {
-    static V: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
-    *V.get_or_init(|| std::env::var("W_ARMS").map_or(1.0 as f64, |v| v.parse().unwrap()))
-}
-fn w_legs() -> f64 {
-    static V: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
-    *V.get_or_init(|| std::env::var("W_LEGS").map_or(0.02 as f64, |v| v.parse().unwrap()))
-}
+const ARMS: f64 = 1.0;
+const LEGS: f64 = 0.02;
 /// A joint near its limit is driven back,
 const LIMIT: f64 = 5.0;
 /// by a spring (1/s^2) and a damper (1/s).
@@ -187,7 +169,7 @@ impl InverseDynamics {
             let link = robot.soles[foot].link;
             let point = self.kinematics.sole_pose(robot, foot).translation.vector.into();
             self.kinematics.point_jacobian(robot, link, &point, &mut self.sole_jacobians[foot]);
-            let weight = if wanted.standing[foot] { STANCE } else { w_swing() };
+            let weight = if wanted.standing[foot] { STANCE } else { SWING };
             let bias = self.dynamics.point_bias_acc(&self.kinematics, link, &point);
             for (part, (acc, bias)) in wanted.sole_acc[foot].iter().zip(&bias).enumerate() {
                 for k in 0..3 {
@@ -201,7 +183,7 @@ impl InverseDynamics {
     fn add_com(&mut self, robot: &Robot, wanted: &Wanted) {
         self.kinematics.com_jacobian(robot, &mut self.com_jacobian);
         let acc = wanted.com_acc - self.dynamics.com_bias_acc();
-        for (k, weight) in [w_com(), w_com(), w_height()].into_iter().enumerate() {
+        for (k, weight) in [COM, COM, HEIGHT].into_iter().enumerate() {
             let row = self.com_jacobian.row(k);
             add_row(&mut self.normal, &mut self.target, weight, |i| row[i], acc[k]);
         }
@@ -213,7 +195,7 @@ impl InverseDynamics {
         let [_, bias] = self.dynamics.point_bias_acc(&self.kinematics, robot.trunk, &origin);
         for k in 0..3 {
             let row = self.trunk_jacobian.row(3 + k);
-            add_row(&mut self.normal, &mut self.target, w_trunk(), |i| row[i], wanted.trunk_acc[k] - bias[k]);
+            add_row(&mut self.normal, &mut self.target, TRUNK, |i| row[i], wanted.trunk_acc[k] - bias[k]);
         }
     }
 
@@ -226,7 +208,7 @@ impl InverseDynamics {
                 self.normal[(6 + j, 6 + j)] += weight;
                 self.target[6 + j] += weight * acc;
             };
-            add(if self.in_leg[j] { w_legs() } else { w_arms() }, wanted.joint_acc[j]);
+            add(if self.in_leg[j] { LEGS } else { ARMS }, wanted.joint_acc[j]);
             let [lower, upper] = reachable(joint, robot.home_rad[j]);
             let beyond = posture.q[j] - posture.q[j].clamp(lower, upper);
             if beyond != 0.0 {

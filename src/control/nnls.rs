@@ -45,8 +45,8 @@ impl Default for Nnls {
 impl Nnls {
     /// Solves for positive definite `g` (lower triangle read), with the entries outside of `allowed` at 0.
     pub fn solve(&mut self, g: &Quadratic, c: &Unknowns, allowed: &[bool; SIZE]) {
-        for i in 0..SIZE {
-            self.free[i] &= allowed[i] && self.f[i] > 0.0;
+        for (i, &is_allowed) in allowed.iter().enumerate() {
+            self.free[i] &= is_allowed && self.f[i] > 0.0;
             if !self.free[i] {
                 self.f[i] = 0.0;
             }

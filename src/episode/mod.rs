@@ -8,7 +8,7 @@ mod referee;
 use crate::control::{Controller, Design};
 use crate::robot::{Command, PerFoot, Pose, Robot};
 use crate::sim::plant::Clock;
-use crate::sim::{Plant, Push, SensorErrors, Truth};
+use crate::sim::{Ground, Plant, Push, SensorErrors, Truth, Variation};
 pub use footsteps::{Footstep, Lifted};
 use nalgebra::Point2;
 use referee::Referee;
@@ -92,11 +92,14 @@ impl EpisodeConfig {
     }
 }
 
-/// What disturbs the robot in one episode.
+/// What disturbs the robot in one episode. The controller knows nothing of it.
+#[derive(Default)]
 pub struct Disturbance {
     pub pushes: Vec<Push>,
     /// None: ideal sensors (the delay of the robot remains).
     pub sensor_errors: Option<SensorErrors>,
+    /// How the simulated robot and its ground differ from those that the controller was designed for.
+    pub variation: Variation,
 }
 
 /// Whether an episode goes on after it is decided.
@@ -189,7 +192,7 @@ pub struct Tick<'a> {
     pub command: &'a Command,
 }
 
-/// Runs one episode. The same arguments give the same record, to the bit.
+/// Runs one episode of `robot`, for which `design` was made, as `disturbance` varies it. The same arguments give the same record, to the bit.
 pub fn run(
     robot: &Robot,
     design: &Design,
@@ -198,11 +201,13 @@ pub fn run(
     until: Until,
     observe: &mut dyn FnMut(&Tick),
 ) -> Record {
-    let Disturbance { pushes, sensor_errors } = disturbance;
+    let Disturbance { pushes, sensor_errors, variation } = disturbance;
+    let simulated = &variation.robot(robot);
+    let ground = Ground::new(robot, &variation);
     let clock = Clock { physics_step_s: config.physics_step_s, control_period_s: config.control_period_s };
-    let mut plant = Plant::new(robot, clock, sensor_errors, design.home_command().clone());
+    let mut plant = Plant::on(ground, simulated, clock, sensor_errors, design.home_command().clone());
     let mut controller = Controller::new(robot, design);
-    let mut referee = Referee::new(robot, config, &pushes);
+    let mut referee = Referee::new(simulated, config, &pushes);
     let ticks = (config.horizon_s / config.control_period_s).round() as u64;
     for k in 0..=ticks {
         let sensed = plant.sense();

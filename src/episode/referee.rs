@@ -110,7 +110,7 @@ impl<'a> Referee<'a> {
 
     fn fall_cause(&self, truth: &Truth) -> Option<String> {
         let tilt = truth.tilt_rad().to_degrees();
-        let height = truth.com.z / self.home_height;
+        let height = (truth.com.z - truth.ground.height_m(truth.com.xy())) / self.home_height;
         if let Some(link) = truth.touching {
             Some(format!("{} touched the ground", self.robot.links[link].name))
         } else if tilt > self.judge.fallen_tilt_deg {
@@ -167,12 +167,14 @@ impl<'a> Referee<'a> {
 
 /// Hull of the soles that rest on the ground, world; None in flight.
 pub fn support_on_ground(robot: &Robot, truth: &Truth) -> Option<SupportPolygon> {
-    /// A sole is on the ground when a corner of it is this low (m).
+    /// A sole is on the ground when a corner of it is this low above it (m).
     const NEAR_M: f64 = 0.003;
     let mut corners = [Point2::origin(); 8];
     let mut count = 0;
     let placed = PerFoot::from_fn(|foot| robot.soles[foot].corners().map(|corner| truth.soles[foot] * corner));
-    for foot in Foot::BOTH.into_iter().filter(|&f| placed[f].iter().any(|c| c.z < NEAR_M)) {
+    for foot in
+        Foot::BOTH.into_iter().filter(|&f| placed[f].iter().any(|c| c.z - truth.ground.height_m(c.xy()) < NEAR_M))
+    {
         for corner in placed[foot] {
             corners[count] = corner.xy();
             count += 1;
@@ -194,7 +196,7 @@ mod tests {
         let judge = Judge { home_radius_m, ..Judge::default() };
         let config = EpisodeConfig { horizon_s: 0.5, end_early: false, judge, ..EpisodeConfig::default() };
         let push = Push { impulse_n_s, start_s: 0.1, ..Push::default() };
-        let disturbance = Disturbance { pushes: vec![push], sensor_errors: None };
+        let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
         run(&robot, &design, &config, disturbance, config.until(), &mut |_| {}).home_at_s
     }
 

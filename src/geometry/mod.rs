@@ -1,6 +1,9 @@
-//! Plane geometry of support: convex polygons ([`polygon`]) and convex sets in state space ([`polytope`]).
+//! Plane geometry of support: convex polygons ([`polygon`]), convex sets in state space ([`polytope`]), and small linear
+//! programs ([`program`]).
 
 pub mod polygon;
 pub mod polytope;
+pub mod program;
 
 pub use polygon::SupportPolygon;
+pub use program::LinearProgram;

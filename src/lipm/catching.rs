@@ -1,85 +1,259 @@
-//! Catching footsteps.
+//! Footsteps that catch: where a foot is to land, and where to press meanwhile, so that the DCM ends inside of the
+//! support that the footstep makes. Beyond the paper, whose footstep is planned once and goes as far as a stride factor says.
+//!
+//! While the foot is in the air, for a time T, the DCM runs away from the ZMP p, which lies in the stance sole (eq. 1, 2):
+//!
+//! ```text
+//! dcm(T) = e^(omega T) (dcm - p) + p
+//! ```
+//!
+//! With the foot at f the support is the hull of both soles: the line from the stance sole's centre (here the origin) to f,
+//! widened by a sole. So the DCM is inside if `dcm(T) - s f` lies in a sole, for some share s: at 1/2 it is midway between
+//! the feet, at 1 over the foot that lands. For each of some shares, and for each axis alone,
+//!
+//! ```text
+//! min over p in the sole, f within reach of  (dcm(T) - s f)^2 + w_zmp p^2 + w_place (f - home)^2
+//! ```
+//!
+//! has two variables in a box and is solved in closed form. The best share is that by which the DCM misses the support by
+//! least, and of those the one that costs least. Solved anew at every tick, the landing place and the ZMP follow the DCM.
+
 use super::relaxation::in_box;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use nalgebra::{Matrix2, Vector2};
 use serde::{Deserialize, Serialize};
 
+/// Rules of footsteps that catch (`[catching]` of a gain set's file).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Catching {
-    pub forward_m: f64,
-    pub outward_m: f64,
-    pub inward_m: f64,
+    /// From lift to landing as planned (s).
     pub swing_time_s: f64,
+    /// Height of the sole in the middle of the swing (m).
     pub lift_m: f64,
+    /// A foot that is late goes on down for at most this long (s).
     pub late_s: f64,
+    /// No foot is lifted for at least this long after a landing (s).
     pub pause_s: f64,
-    pub patience_s: f64,
-    pub outside_m: f64,
+    /// Until the ZMP is where it is wanted, for a foot that carries all the weight when it is to be lifted (s); in
+    /// proportion for less. Feet that carry are slow to step.
     pub transfer_s: f64,
+    /// For this long before the landing its place stays (s): a foot that is led on to the end lands at speed.
     pub settle_s: f64,
-    pub zmp_weight: f64,
-    pub place_weight: f64,
-    pub most_miss_m: f64,
-    pub margin_m: f64,
-    pub overshoot: f64,
-    pub delay_s: f64,
-    pub forgetting: f64,
+    pub weights: CatchingWeights,
+}
+
+/// What counts beside a DCM in the middle of its support, per metre squared.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CatchingWeights {
+    /// ZMP away from the middle of the stance sole.
+    pub zmp: f64,
+    /// Landing place away from where the foot stands at home.
+    pub place: f64,
 }
 
 impl Catching {
-    pub fn validate(&self, _file: &str) -> Result<()> {
+    /// Checks values; `file` is what errors call the gain set.
+    pub fn validate(&self, file: &str) -> Result<()> {
+        for (field, value, least, most) in [
+            ("swing_time_s", self.swing_time_s, 0.02, 2.0),
+            ("lift_m", self.lift_m, 0.0, 0.2),
+            ("late_s", self.late_s, 0.0, 1.0),
+            ("pause_s", self.pause_s, 0.0, 1.0),
+            ("transfer_s", self.transfer_s, 0.0, 0.5 * self.swing_time_s),
+            ("settle_s", self.settle_s, 0.0, self.swing_time_s),
+            ("weights.zmp", self.weights.zmp, 1e-9, 1e9),
+            ("weights.place", self.weights.place, 1e-9, 1e9),
+        ] {
+            if !(least..=most).contains(&value) {
+                let accepted = format!("{least} to {most}");
+                return Err(Error::value(file, format!("catching.{field}"), value, "out of range", accepted));
+            }
+        }
         Ok(())
     }
 }
 
+/// What a footstep has to work with: lengths in the frame of the stance sole, x forward, y to the side of the foot that
+/// swings (m).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Means {
+    /// (rad/s)
+    pub omega: f64,
+    /// Half length and half width of a sole.
+    pub sole: [f64; 2],
+    /// By how much the ZMP stays away from the edge of the stance sole.
+    pub zmp_margin: f64,
+    /// Least and greatest x, and y, of the landing place.
+    pub reach: [[f64; 2]; 2],
+    /// Where the swing foot stands at home.
+    pub home: Vector2<f64>,
+}
+
+impl Means {
+    /// The same with the landing place decided.
+    pub fn landing_at(self, place: Vector2<f64>) -> Self {
+        Self { reach: [[place.x; 2], [place.y; 2]], ..self }
+    }
+}
+
+/// A footstep as it is best taken; frame as in [`Means`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Catch {
-    /// Stance sole frame, y to the side of the swing foot.
+    /// Where to press until the landing (m).
     pub zmp: Vector2<f64>,
+    /// Where to land (m).
     pub place: Vector2<f64>,
+    /// The DCM at landing (m).
     pub dcm: Vector2<f64>,
+    /// Distance of that DCM outside of the support (m); 0 inside.
     pub miss: f64,
+    /// In squared metres; what the DCM misses the support by counts [`MISS`] times its length.
     pub cost: f64,
 }
 
-/// `dcm` in stance sole frame with y to the side of the swing foot. `fixed`: landing place decided.
-pub fn plan(
-    rules: &Catching,
-    omega: f64,
-    time_s: f64,
-    dcm: Vector2<f64>,
-    half: [f64; 2],
-    home: Vector2<f64>,
-    fixed: Option<Vector2<f64>>,
-) -> Catch {
-    let e = (omega * time_s).exp();
-    let mut best: Option<Catch> = None;
-    for share in [0.5, 0.6, 0.7, 0.8, 0.9, 1.0] {
-        let mut c = Catch { zmp: Vector2::zeros(), place: home, dcm, miss: 0.0, cost: rules.overshoot * (share - 0.5) * (share - 0.5) };
-        let mut miss = Vector2::zeros();
-        for k in 0..2 {
-            let [lo, hi] = if k == 0 { [-rules.forward_m, rules.forward_m] } else { [rules.inward_m, rules.outward_m] };
-            let [lo, hi] = fixed.map_or([lo, hi], |f| [f[k], f[k]]);
-            let z = (half[k] - rules.margin_m).max(0.0);
-            // r = e dcm + (1 - e) p - share f
-            let row = Vector2::new(1.0 - e, -share);
-            let h = row * row.transpose() + Matrix2::new(rules.zmp_weight, 0.0, 0.0, rules.place_weight);
-            let a = e * dcm[k];
-            let l = -row * a + Vector2::new(0.0, rules.place_weight * home[k]);
-            let x = in_box(&h, &l, [[-z, z], [lo, hi]]);
-            c.zmp[k] = x[0];
-            c.place[k] = x[1];
-            c.dcm[k] = a + (1.0 - e) * x[0];
-            let r = c.dcm[k] - share * x[1];
-            miss[k] = (r.abs() - half[k]).max(0.0);
-            c.cost += r * r + rules.zmp_weight * x[0] * x[0] + rules.place_weight * (x[1] - home[k]).powi(2);
-        }
-        c.miss = miss.norm();
-        c.cost += 100.0 * c.miss;
-        if best.is_none_or(|b| c.cost < b.cost) {
-            best = Some(c);
+/// Shares s that are tried.
+const SHARES: [f64; 6] = [0.5, 0.6, 0.7, 0.8, 0.9, 1.0];
+/// A metre outside of the support costs as much as this (m): more than all else.
+const MISS: f64 = 100.0;
+
+/// The best footstep that lands in `time_s`, for a `dcm` now (m; frame as in [`Means`]).
+pub fn plan(weights: &CatchingWeights, means: &Means, dcm: Vector2<f64>, time_s: f64) -> Catch {
+    let mut best = landing(weights, means, dcm, time_s, SHARES[0]);
+    for share in &SHARES[1..] {
+        let catch = landing(weights, means, dcm, time_s, *share);
+        if catch.cost < best.cost {
+            best = catch;
         }
     }
-    best.expect("one")
+    best
+}
+
+/// The best footstep for one share s.
+fn landing(weights: &CatchingWeights, means: &Means, dcm: Vector2<f64>, time_s: f64, share: f64) -> Catch {
+    let growth = (means.omega * time_s).exp();
+    let mut catch = Catch { zmp: Vector2::zeros(), place: Vector2::zeros(), dcm, miss: 0.0, cost: 0.0 };
+    let mut outside = Vector2::zeros();
+    for k in 0..2 {
+        let most = (means.sole[k] - means.zmp_margin).max(0.0);
+        let row = Vector2::new(1.0 - growth, -share);
+        let hessian = row * row.transpose() + Matrix2::new(weights.zmp, 0.0, 0.0, weights.place);
+        let linear = Vector2::new(0.0, weights.place * means.home[k]) - row * (growth * dcm[k]);
+        let [zmp, place]: [f64; 2] = in_box(&hessian, &linear, [[-most, most], means.reach[k]]).into();
+        (catch.zmp[k], catch.place[k]) = (zmp, place);
+        catch.dcm[k] = growth * (dcm[k] - zmp) + zmp;
+        let off = catch.dcm[k] - share * place;
+        outside[k] = (off.abs() - means.sole[k]).max(0.0);
+        catch.cost += off * off + weights.zmp * zmp * zmp + weights.place * (place - means.home[k]).powi(2);
+    }
+    catch.miss = outside.norm();
+    catch.cost += MISS * catch.miss;
+    catch
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use proptest::test_runner::RngSeed;
+
+    const WEIGHTS: CatchingWeights = CatchingWeights { zmp: 0.01, place: 0.01 };
+    const MEANS: Means = Means {
+        omega: 5.63,
+        sole: [0.048, 0.035],
+        zmp_margin: 0.003,
+        reach: [[-0.15, 0.15], [0.075, 0.18]],
+        home: Vector2::new(0.0, 0.097),
+    };
+    const TIME_S: f64 = 0.15;
+
+    /// A DCM beside the stance foot of a robot at home that is pushed by (x, y), y to the side of the swing foot.
+    fn pushed(x: f64, y: f64) -> Vector2<f64> {
+        Vector2::new(x, 0.5 * MEANS.home.y + y)
+    }
+
+    #[test]
+    fn a_push_forward_asks_for_a_foot_ahead_and_a_zmp_at_the_toes() {
+        let catch = plan(&WEIGHTS, &MEANS, pushed(0.09, 0.0), TIME_S);
+        assert!(catch.miss == 0.0 && catch.place.x > 0.12, "{catch:?}");
+        assert!((catch.zmp.x - 0.045).abs() < 1e-12, "{catch:?}");
+        let back = plan(&WEIGHTS, &MEANS, pushed(-0.09, 0.0), TIME_S);
+        assert_eq!([back.place.x, back.zmp.x], [-catch.place.x, -catch.zmp.x]);
+        assert_eq!(back.place.y, catch.place.y);
+    }
+
+    #[test]
+    fn a_push_to_the_side_is_best_taken_by_the_foot_on_the_far_side() {
+        // 65 mm to the side: the foot on that side would have to land beyond its reach.
+        let near = plan(&WEIGHTS, &MEANS, pushed(0.0, 0.065), TIME_S);
+        let far = plan(&WEIGHTS, &MEANS, pushed(0.0, -0.065), TIME_S);
+        assert!(near.miss > 0.02 && near.place.y == 0.18, "{near:?}");
+        assert!(far.miss == 0.0 && far.cost < near.cost, "{far:?}");
+        assert!((far.zmp.y + 0.032).abs() < 1e-12, "the ZMP at the outer edge of the sole that stands: {far:?}");
+    }
+
+    #[test]
+    fn what_is_decided_stays() {
+        let place = Vector2::new(0.05, 0.1);
+        let catch = plan(&WEIGHTS, &MEANS.landing_at(place), pushed(0.06, 0.0), 0.05);
+        assert_eq!(catch.place, place);
+    }
+
+    #[test]
+    fn errors_name_the_field_and_what_is_accepted() {
+        let good = Catching {
+            swing_time_s: 0.15,
+            lift_m: 0.01,
+            late_s: 0.1,
+            pause_s: 0.03,
+            transfer_s: 0.03,
+            settle_s: 0.08,
+            weights: WEIGHTS,
+        };
+        assert!(good.validate("g.toml").is_ok());
+        for (bad, words) in [
+            (Catching { swing_time_s: 0.0, ..good }, "swing_time_s = 0: out of range; accepted: 0.02 to 2"),
+            (Catching { lift_m: -0.01, ..good }, "lift_m = -0.01: out of range; accepted: 0 to 0.2"),
+            (Catching { late_s: f64::NAN, ..good }, "late_s = NaN: out of range"),
+            (Catching { pause_s: 2.0, ..good }, "pause_s = 2: out of range; accepted: 0 to 1"),
+            (Catching { transfer_s: 0.1, ..good }, "transfer_s = 0.1: out of range; accepted: 0 to 0.075"),
+            (Catching { settle_s: 0.2, ..good }, "settle_s = 0.2: out of range; accepted: 0 to 0.15"),
+            (Catching { weights: CatchingWeights { zmp: 0.0, ..WEIGHTS }, ..good }, "weights.zmp = 0: out of range"),
+            (Catching { weights: CatchingWeights { place: -1.0, ..WEIGHTS }, ..good }, "weights.place = -1: out"),
+        ] {
+            let error = bad.validate("g.toml").unwrap_err().to_string();
+            assert!(error.starts_with(&format!("g.toml: catching.{words}")), "{error}\nwanted: {words}");
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            rng_seed: RngSeed::Fixed(5), failure_persistence: None, ..ProptestConfig::with_cases(300)
+        })]
+
+        /// Nothing within reach does better, by its own measure; and it promises what the pendulum does.
+        #[test]
+        fn no_other_zmp_and_place_cost_less(
+            dcm in [-0.2..0.2f64, -0.1..0.25f64], time in 0.02..0.3f64, other in [-1.0..1.0f64, -1.0..1.0, 0.0..1.0, 0.0..1.0],
+            share in 0..6_usize,
+        ) {
+            let catch = landing(&WEIGHTS, &MEANS, dcm.into(), time, SHARES[share]);
+            let zmp = [0.045 * other[0], 0.032 * other[1]];
+            let at = |k: usize, u: f64| MEANS.reach[k][0] + (MEANS.reach[k][1] - MEANS.reach[k][0]) * u;
+            let place = [at(0, other[2]), at(1, other[3])];
+            let growth = (MEANS.omega * time).exp();
+            let cost = |zmp: [f64; 2], place: [f64; 2]| -> f64 {
+                (0..2).map(|k| {
+                    let off = growth * (dcm[k] - zmp[k]) + zmp[k] - SHARES[share] * place[k];
+                    off * off + 0.01 * zmp[k] * zmp[k] + 0.01 * (place[k] - MEANS.home[k]).powi(2)
+                }).sum()
+            };
+            let mine = cost(catch.zmp.into(), catch.place.into());
+            prop_assert!(mine <= cost(zmp, place) + 1e-12);
+            prop_assert!((mine + MISS * catch.miss - catch.cost).abs() < 1e-12);
+            let arrived = (Vector2::from(dcm) - catch.zmp) * growth + catch.zmp;
+            prop_assert!((arrived - catch.dcm).norm() < 1e-12);
+        }
+    }
 }

@@ -3,6 +3,8 @@
 pub mod cpi;
 mod cpi_plot;
 mod layout;
+pub mod limit;
+mod limit_plot;
 pub mod model;
 pub mod motion;
 pub mod motion_plot;

@@ -137,6 +137,7 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
         "friction": robot.friction,
         "delay_s": robot.delay_s,
         "noise": robot.noise,
+        "reach": robot.reach,
         "assumptions": robot.assumptions,
     })
 }
@@ -183,6 +184,16 @@ fn description(robot: &Robot) -> String {
         noise.sole_force_n,
         noise.sole_moment_n_m
     ));
+    line(match robot.reach {
+        Some(reach) => format!(
+            "reach    a foot lands {} mm fore or aft, {} to {} mm sideways of the other, {} s after the wish at best",
+            1e3 * reach.forward_m,
+            1e3 * reach.inward_m,
+            1e3 * reach.outward_m,
+            reach.min_step_time_s
+        ),
+        None => "reach    not given".into(),
+    });
     line("\nTree (mass of each moving link; in brackets what is fixed to it)".into());
     tree_text(robot, 0, 1, &mut line);
     line(format!("\n{}", joint_table(robot)));
@@ -315,8 +326,14 @@ mod tests {
     #[test]
     fn text_tells_the_robot() {
         let text = run(&args(&["right_knee_flexion=-0.1"], false)).unwrap();
-        for part in ["20 joints", "96.172 x 69.172 x 7.288 mm", "[battery_and_boards]", "outside its limits", "Assumed"]
-        {
+        for part in [
+            "20 joints",
+            "reach    a foot lands 150 mm fore or aft, 75 to 180 mm",
+            "96.172 x 69.172 x 7.288 mm",
+            "[battery_and_boards]",
+            "outside its limits",
+            "Assumed",
+        ] {
             assert!(text.contains(part), "{part} not in:\n{text}");
         }
     }

@@ -1,35 +1,37 @@
-//! How far a campaign is: a bar on a terminal, a line now and then elsewhere; on the standard error.
+//! How far a campaign or a survey is: a bar on a terminal, a line now and then elsewhere; on the standard error.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-/// Counts finished episodes from any thread.
+/// Counts finished episodes (or whatever is worked off) from any thread.
 pub struct Progress {
     bar: Option<ProgressBar>,
+    what: &'static str,
     total: u64,
     done: AtomicU64,
     start: Instant,
 }
 
 impl Progress {
-    /// Starts the clock for `total` episodes.
-    pub fn start(total: u64) -> Self {
+    /// Starts the clock for `total` of what is counted, e.g. episodes.
+    pub fn start(total: u64, what: &'static str) -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
-            let style = "{bar:30} {pos}/{len} episodes  {per_sec}  {elapsed} elapsed, {eta} to go";
+            let style = "{bar:30} {pos}/{len} {msg}  {per_sec}  {elapsed} elapsed, {eta} to go";
             let bar = ProgressBar::new(total);
             bar.set_style(ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar.set_message(what);
             bar
         });
-        let progress = Self { bar, total, done: AtomicU64::new(0), start: Instant::now() };
+        let progress = Self { bar, what, total, done: AtomicU64::new(0), start: Instant::now() };
         if progress.bar.is_none() {
-            note(&format!("{total} episodes to run"));
+            note(&format!("{total} {what} to run"));
         }
         progress
     }
 
-    /// One more episode is finished.
+    /// One more is finished.
     pub fn tick(&self) {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         if let Some(bar) = &self.bar {
@@ -37,7 +39,8 @@ impl Progress {
         } else if done < self.total && done * 10 / self.total != (done - 1) * 10 / self.total {
             let elapsed_s = self.start.elapsed().as_secs_f64();
             let left_s = elapsed_s / done as f64 * (self.total - done) as f64;
-            note(&format!("{done}/{} episodes, {:.1}/s, {left_s:.0} s to go", self.total, done as f64 / elapsed_s));
+            let (total, what) = (self.total, self.what);
+            note(&format!("{done}/{total} {what}, {:.1}/s, {left_s:.0} s to go", done as f64 / elapsed_s));
         }
     }
 
@@ -47,7 +50,7 @@ impl Progress {
             bar.finish_and_clear();
         }
         let (done, elapsed_s) = (self.done.load(Ordering::Relaxed), self.start.elapsed().as_secs_f64());
-        note(&format!("{done} episodes in {elapsed_s:.1} s: {:.1}/s", done as f64 / elapsed_s.max(1e-9)));
+        note(&format!("{done} {} in {elapsed_s:.1} s: {:.1}/s", self.what, done as f64 / elapsed_s.max(1e-9)));
     }
 }
 

@@ -11,7 +11,7 @@ use crate::lipm::gains::GainSet;
 use crate::report::story::{Witness, headline, story};
 use crate::report::{self, check_output, motion_plot::MotionPlot, trace::Trace};
 use crate::robot::Robot;
-use crate::sim::{Profile, Push, SensorErrors};
+use crate::sim::{Profile, Push, Variation};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -50,10 +50,11 @@ pub struct PushArgs {
     /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
-    /// Take sensor noise and thresholds from this campaign; without it sensors are ideal
+    /// Take sensor noise and thresholds from this campaign; without it sensors are ideal.
+    /// Robot and ground are the nominal ones, unless --trial is given
     #[arg(long, value_name = "NAME|FILE")]
     pub campaign: Option<String>,
-    /// Take the push and the noise of this trial of the campaign, as it was in `run`
+    /// Take pushes, robot, ground and noise of this trial of the campaign, as it was in `run`
     #[arg(long, value_name = "I", requires = "campaign")]
     pub trial: Option<u64>,
     /// Seed of the campaign's noise [default: its own]; ideal sensors have none
@@ -82,7 +83,7 @@ pub fn run(args: &PushArgs) -> Result<String> {
     let mut config = campaign.as_ref().map_or_else(EpisodeConfig::default, |c| c.episode);
     config.horizon_s = args.horizon.unwrap_or(config.horizon_s);
     check_episode("arguments", &config)?;
-    let push = the_push(args, campaign.as_ref(), &config)?;
+    let pushes = the_pushes(args, campaign.as_ref(), &config)?;
     let robot_name = args.robot.as_ref().or(campaign.as_ref().map(|c| &c.robot));
     let robot = Robot::load(robot_name.map_or(DEFAULT_ROBOT, String::as_str))?;
     let gains = campaign.as_ref().map_or_else(|| args.gains.clone(), |c| c.gains_named(&args.gains));
@@ -91,8 +92,11 @@ pub fn run(args: &PushArgs) -> Result<String> {
         log::warn!("{warning}");
     }
     let sensor_errors = campaign.as_ref().and_then(|c| trial::sensor_errors(c, args.trial.unwrap_or(0)));
+    // A trial's robot and ground belong to the trial; a push of one's own meets the nominal ones.
+    let variation = campaign.as_ref().zip(args.trial).map(|(c, trial)| trial::variation(c, trial));
+    let disturbance = Disturbance { pushes, sensor_errors, variation: variation.unwrap_or_default() };
     let outputs = Outputs { trace: args.trace.as_deref(), plot: args.plot.as_deref(), json: args.json };
-    episode_with(&robot, &design, &config, push, sensor_errors, &outputs)
+    episode_with(&robot, &design, &config, disturbance, &outputs)
 }
 
 /// What is made of an episode beside its story.
@@ -108,8 +112,7 @@ pub(super) fn episode_with(
     robot: &Robot,
     design: &Design,
     config: &EpisodeConfig,
-    push: Push,
-    sensor_errors: Option<SensorErrors>,
+    disturbance: Disturbance,
     outputs: &Outputs,
 ) -> Result<String> {
     if let Some(path) = outputs.trace {
@@ -119,13 +122,14 @@ pub(super) fn episode_with(
         check_output("--plot", path, &["svg"])?;
     }
     let mut trace = outputs.trace.map(|_| Trace::new(robot));
-    let pushes = vec![[push.start_s, push.end_s()]];
-    let mut plot = outputs.plot.map(|_| MotionPlot { pushes, ..MotionPlot::default() });
+    let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
+    let simulated = variation.robot(robot);
+    let spans = pushes.iter().map(|push| [push.start_s, push.end_s()]).collect();
+    let mut plot = outputs.plot.map(|_| MotionPlot { pushes: spans, ..MotionPlot::default() });
     let mut witness = Witness::default();
     let until = if trace.is_some() || plot.is_some() { Until::Horizon } else { config.until() };
-    let disturbance = Disturbance { pushes: vec![push], sensor_errors };
     let record = episode::run(robot, design, config, disturbance, until, &mut |tick| {
-        witness.watch(robot, tick);
+        witness.watch(&simulated, tick);
         trace.iter_mut().for_each(|t| t.push(tick));
         plot.iter_mut().for_each(|p| p.push(robot, tick));
     });
@@ -134,42 +138,47 @@ pub(super) fn episode_with(
     }
     if let (Some(path), Some(mut plot)) = (outputs.plot, plot) {
         plot.end_at(end_of_interest_s(&record));
-        plot.write(path, &headline(&push, design, &record))?;
+        plot.write(path, &headline(&pushes, design, &record))?;
     }
     Ok(if outputs.json {
-        report::json(&as_json(&push, design, config, &record))
+        report::json(&as_json(&pushes, &variation, design, config, &record))
     } else {
-        story(&push, design, config, &record, &witness)
+        story(&pushes, &variation, design, config, &record, &witness)
     })
 }
 
-/// The push asked for: that of the campaign's trial if one is named, changed by what else is given.
-fn the_push(args: &PushArgs, campaign: Option<&Campaign>, config: &EpisodeConfig) -> Result<Push> {
-    let base = match (campaign, args.trial) {
+/// The pushes asked for: those of the campaign's trial if one is named, the first changed by what else is given.
+fn the_pushes(args: &PushArgs, campaign: Option<&Campaign>, config: &EpisodeConfig) -> Result<Vec<Push>> {
+    let mut pushes = match (campaign, args.trial) {
         (Some(campaign), Some(index)) if index >= campaign.trials => {
             let accepted = format!("0 to {}", campaign.trials.saturating_sub(1));
             return Err(Error::value("arguments", "--trial", index, "the campaign has no such trial", accepted));
         }
-        (Some(campaign), Some(index)) => trial::push(campaign, index),
-        _ => Push::default(),
+        (Some(campaign), Some(index)) => trial::pushes(campaign, index),
+        _ => vec![Push::default()],
     };
+    let base = pushes[0];
     let bounds = PushBounds::new(config.horizon_s);
+    // The ground of a trial may be sloped.
+    let earliest_s =
+        campaign.filter(|_| args.trial.is_some()).map_or(0.0, |campaign| campaign.push_bounds().start_s[0]);
     let within = |name: &str, value: f64, [least, most]: [f64; 2]| {
         if (least..=most).contains(&value) {
             return Ok(value);
         }
         Err(Error::value("arguments", name, value, "out of range", format!("{least} to {most}")))
     };
-    let push = Push {
+    pushes[0] = Push {
         impulse_n_s: within("--impulse", args.impulse.unwrap_or(base.impulse_n_s), bounds.impulse_n_s)?,
         heading_deg: within("--heading", args.heading.unwrap_or(base.heading_deg), bounds.heading_deg)?,
         height_m: within("--height", args.height.unwrap_or(base.height_m), bounds.height_m)?,
         duration_s: within("--duration", args.duration.unwrap_or(base.duration_s), [1e-3, config.horizon_s])?,
-        start_s: within("--start", args.start.unwrap_or(base.start_s), [0.0, config.horizon_s])?,
+        start_s: within("--start", args.start.unwrap_or(base.start_s), [earliest_s, config.horizon_s])?,
         profile: args.profile.unwrap_or(base.profile),
     };
-    if push.end_s() > config.horizon_s {
-        let accepted = format!("more than {}, the end of the push", push.end_s());
+    let end_s = pushes.iter().map(Push::end_s).fold(0.0, f64::max);
+    if end_s > config.horizon_s {
+        let accepted = format!("more than {end_s}, the end of the push");
         return Err(Error::value(
             "arguments",
             "--horizon",
@@ -178,7 +187,7 @@ fn the_push(args: &PushArgs, campaign: Option<&Campaign>, config: &EpisodeConfig
             accepted,
         ));
     }
-    Ok(push)
+    Ok(pushes)
 }
 
 /// What a picture of the episode shows after it is decided (s).
@@ -191,7 +200,11 @@ fn end_of_interest_s(record: &Record) -> f64 {
     record.fell_at_s.or(settled_s).unwrap_or(record.end_s)
 }
 
-fn as_json(push: &Push, design: &Design, config: &EpisodeConfig, record: &Record) -> Value {
-    let head = json!({ "gains": design.family.name, "push": push, "judge": config.judge });
+fn as_json(pushes: &[Push], variation: &Variation, design: &Design, config: &EpisodeConfig, record: &Record) -> Value {
+    let mut head = json!({ "gains": design.family.name, "push": pushes[0], "judge": config.judge });
+    if let Some(second) = pushes.get(1) {
+        head["second_push"] = json!(second);
+    }
+    head["variation"] = variation.varied().into_iter().map(|(name, value)| (name.to_string(), json!(value))).collect();
     report::with_fields_of(head, record)
 }

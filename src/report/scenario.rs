@@ -2,8 +2,8 @@
 
 use crate::campaign::scenario::{Cause, Imposed, Scenario};
 use crate::control::Design;
-use crate::episode::EpisodeConfig;
 use crate::episode::imposed::{self, ImposedRecord, Start};
+use crate::episode::{Disturbance, EpisodeConfig};
 use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
 use crate::report::motion::MotionSample;
@@ -55,8 +55,9 @@ pub fn run(args: &ScenarioArgs) -> Result<String> {
     }
     match scenario.cause()? {
         Cause::Push(push) => {
+            let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
             let outputs = Outputs { trace: args.trace.as_deref(), plot: args.plot.as_deref(), json: args.json };
-            let text = episode_with(&robot, &design, &config, push, None, &outputs)?;
+            let text = episode_with(&robot, &design, &config, disturbance, &outputs)?;
             Ok(if args.json { text } else { format!("{}\n\n{text}", scenario.description) })
         }
         Cause::Imposed(imposed) => run_imposed(args, &scenario, &robot, &design, &config, imposed),

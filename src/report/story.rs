@@ -4,7 +4,7 @@ use crate::control::Design;
 use crate::episode::{EpisodeConfig, Footstep, Lifted, Outcome, Record, Tick};
 use crate::report::table::thresholds;
 use crate::robot::{Robot, Servo};
-use crate::sim::Push;
+use crate::sim::{Push, Variation};
 use std::fmt::Write;
 
 /// What is seen on the way, for the story.
@@ -34,7 +34,7 @@ impl Witness {
 }
 
 /// The story in one line: the title of a picture.
-pub fn headline(push: &Push, design: &Design, record: &Record) -> String {
+pub fn headline(pushes: &[Push], design: &Design, record: &Record) -> String {
     let outcome = match record.outcome {
         Outcome::Recovered => match record.settled_at_s {
             Some(at) => format!("recovered, still from {at:.2} s"),
@@ -46,8 +46,9 @@ pub fn headline(push: &Push, design: &Design, record: &Record) -> String {
     };
     // Pushes of a campaign have many digits.
     let short = |value: f64| (value * 100.0).round() / 100.0;
-    let (impulse, heading) = (short(push.impulse_n_s), short(push.heading_deg));
-    format!("{impulse} N s towards {heading} degrees, gain set {}: {outcome}", design.family.name)
+    let told = |push: &Push| format!("{} N s towards {} degrees", short(push.impulse_n_s), short(push.heading_deg));
+    let told = pushes.iter().map(told).collect::<Vec<_>>().join(", then ");
+    format!("{told}, gain set {}: {outcome}", design.family.name)
 }
 
 /// A line for each footstep.
@@ -76,17 +77,35 @@ pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String>
 }
 
 /// A few lines on what happened and why.
-pub fn story(push: &Push, design: &Design, config: &EpisodeConfig, record: &Record, witness: &Witness) -> String {
-    let mut text = format!(
-        "push      {} N s towards {} degrees over {} s from t = {} s, {} m above the COM\n",
-        push.impulse_n_s, push.heading_deg, push.duration_s, push.start_s, push.height_m
-    );
+pub fn story(
+    pushes: &[Push],
+    variation: &Variation,
+    design: &Design,
+    config: &EpisodeConfig,
+    record: &Record,
+    witness: &Witness,
+) -> String {
+    let mut text = String::new();
     let mut line = |label: &str, what: String| _ = writeln!(text, "{label:<10}{what}");
+    for Push { impulse_n_s, heading_deg, height_m, duration_s, start_s, .. } in pushes {
+        line(
+            "push",
+            format!(
+                "{impulse_n_s} N s towards {heading_deg} degrees over {duration_s} s from t = {start_s} s, \
+                 {height_m} m above the COM"
+            ),
+        );
+    }
+    for (i, pair) in variation.varied().chunks(3).enumerate() {
+        let told: Vec<String> = pair.iter().map(|(name, value)| format!("{name} {value:.4}")).collect();
+        line(if i == 0 { "varied" } else { "" }, told.join(", "));
+    }
     line("gains", format!("{} ({} gains)", design.family.name, design.family.gains.len()));
+    let pushed_until_s = pushes.iter().map(Push::end_s).fold(0.0, f64::max);
     let outcome = match record.outcome {
         Outcome::Recovered => match record.settled_at_s {
             Some(at) => {
-                format!("recovered: standing still since t = {at:.3} s, {:.3} s after the push", at - push.end_s())
+                format!("recovered: standing still since t = {at:.3} s, {:.3} s after the push", at - pushed_until_s)
             }
             None => "recovered".into(),
         },

@@ -5,6 +5,7 @@ use crate::campaign::foretold::{Foretold, MarginBin};
 use crate::campaign::paired::{Only, Pair};
 use crate::campaign::stats::{Count, SetSummary};
 use crate::campaign::stepped::Stepped;
+use crate::campaign::vary;
 use crate::episode::Judge;
 use crate::report::layout::{align, compared, percent, seconds, shell_word, table, whole_names};
 use comfy_table::Table;
@@ -35,6 +36,13 @@ pub fn thresholds(judge: &Judge) -> String {
 /// differ. `folder` holds the result, for the command that replays a trial.
 pub fn campaign(summary: &Summary, folder: &Path) -> String {
     let push = &summary.push;
+    let mut varied = String::new();
+    if summary.second_push.is_any() {
+        varied += &format!("then: {}\n", summary.second_push);
+    }
+    for (i, pair) in vary::described(&summary.variations).chunks(2).enumerate() {
+        varied += &format!("{:<8}{}\n", if i == 0 { "varied:" } else { "" }, pair.join(", "));
+    }
     let mut text = String::new();
     // Writing to a String does not fail.
     let _ = writeln!(
@@ -42,7 +50,7 @@ pub fn campaign(summary: &Summary, folder: &Path) -> String {
         "campaign {}: {} pushes, the same for each gain set; seed {}, configuration {}\n\
          push: impulse {} N s, heading {} deg,\n      \
          height {} m above the COM, duration {} s, start {} s, {}\n\
-         sensors: noise x {}, bias x {}; horizon {} s\n{}",
+         {varied}sensors: noise x {}, bias x {}; horizon {} s\n{}",
         summary.name,
         summary.trials,
         summary.seed,

@@ -14,4 +14,4 @@ mod xml;
 
 pub use io::{Command, Imu, Sensed, Wrench};
 pub use kinematics::{Kinematics, Pose, Posture};
-pub use model::{Foot, Frame, GRAVITY, Joint, Link, PerFoot, Robot, SensorNoise, Servo, Shape, Sole, Solid};
+pub use model::{Foot, Frame, GRAVITY, Joint, Link, PerFoot, Reach, Robot, SensorNoise, Servo, Shape, Sole, Solid};

@@ -29,6 +29,8 @@ pub struct Robot {
     pub delay_s: f64,
     /// Coulomb friction between soles and ground.
     pub friction: f64,
+    /// Where a foot can land, and how soon; None if the robot's file does not say.
+    pub reach: Option<Reach>,
     /// What is assumed of this robot rather than published, in words.
     pub assumptions: Vec<String>,
 }
@@ -158,6 +160,21 @@ pub struct SensorNoise {
     pub accelerometer_m_s2: f64,
     pub sole_force_n: f64,
     pub sole_moment_n_m: f64,
+}
+
+/// Where a foot can land, seen from the centre of the sole that stands to that of the one that lands, at home's height;
+/// axes of the stance sole. What its legs can do under their limits, whatever controls them.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Reach {
+    /// Fore and aft (m).
+    pub forward_m: f64,
+    /// Sideways, at most (m),
+    pub outward_m: f64,
+    /// and at least, so that the legs do not touch (m).
+    pub inward_m: f64,
+    /// Shortest time from the wish to step to the landing at any of these places (s).
+    pub min_step_time_s: f64,
 }
 
 /// Left or right.

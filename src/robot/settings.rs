@@ -1,6 +1,6 @@
 //! What a URDF cannot say of a robot: the TOML file beside it.
 
-use super::model::{Frame, Joint, Link, PerFoot, SensorNoise, Servo, Shape, Sole};
+use super::model::{Frame, Joint, Link, PerFoot, Reach, SensorNoise, Servo, Shape, Sole};
 use crate::assets::{self, Source};
 use crate::error::{Error, Result};
 use nalgebra::{Isometry3, Translation3, Vector3};
@@ -16,6 +16,7 @@ pub(super) struct Settings {
     pub delay_s: f64,
     soles: SoleNames,
     pub noise: SensorNoise,
+    pub reach: Option<Reach>,
     #[serde(default)]
     pub assumptions: Vec<String>,
     servos: Vec<ServoGroup>,
@@ -87,7 +88,28 @@ pub(super) fn parse(source: &Source) -> Result<Settings> {
             ));
         }
     }
+    settings.reach.map_or(Ok(()), |reach| check_reach(&source.file, &reach))?;
     Ok(settings)
+}
+
+fn check_reach(file: &str, reach: &Reach) -> Result<()> {
+    for (field, value, least, most) in [
+        ("forward_m", reach.forward_m, 0.0, 10.0),
+        ("inward_m", reach.inward_m, 0.0, 10.0),
+        ("outward_m", reach.outward_m, reach.inward_m, 10.0),
+        ("min_step_time_s", reach.min_step_time_s, 0.01, 10.0),
+    ] {
+        if !(least..=most).contains(&value) {
+            return Err(Error::value(
+                file,
+                format!("reach.{field}"),
+                value,
+                "out of range",
+                format!("{least} to {most}"),
+            ));
+        }
+    }
+    Ok(())
 }
 
 impl Settings {

@@ -48,6 +48,7 @@ impl Robot {
             noise: parsed.noise,
             delay_s: parsed.delay_s,
             friction: parsed.friction,
+            reach: parsed.reach,
             assumptions: parsed.assumptions,
             name: tree.name,
             links: tree.links,

@@ -2,7 +2,7 @@
 
 use super::convert::vec_from_rapier;
 use crate::robot::Wrench;
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 use rapier3d::prelude::{ColliderHandle, ContactPair};
 
 /// A force and a moment about the world's origin, world axes.
@@ -46,9 +46,8 @@ impl std::ops::Mul<f64> for WorldWrench {
 
 /// Mean wrench of the ground on the other collider of `pair` over the last physics step of `dt` seconds.
 ///
-/// `ground` must stand at the world's origin, unrotated. One solver iteration a step, so that the impulses kept are
-/// those of the whole step.
-pub fn ground_wrench(pair: &ContactPair, ground: ColliderHandle, dt: f64) -> WorldWrench {
+/// `pose`: of `ground` in the world. One solver iteration a step, so that the impulses kept are those of the whole step.
+pub fn ground_wrench(pair: &ContactPair, ground: ColliderHandle, pose: &Isometry3<f64>, dt: f64) -> WorldWrench {
     let mut sum = WorldWrench::default();
     let ground_first = pair.collider1 == ground;
     for manifold in pair.manifolds() {
@@ -59,8 +58,8 @@ pub fn ground_wrench(pair: &ContactPair, ground: ColliderHandle, dt: f64) -> Wor
                 normal * f64::from(contact.data.impulse) - vec_from_rapier(contact.data.warmstart_tangent_world);
             let (force, point) =
                 if ground_first { (on_second, contact.local_p1) } else { (-on_second, contact.local_p2) };
-            let (force, point) = (force / dt, vec_from_rapier(point));
-            sum += WorldWrench { force, moment: point.cross(&force) };
+            let (force, point) = (force / dt, pose * Point3::from(vec_from_rapier(point)));
+            sum += WorldWrench { force, moment: point.coords.cross(&force) };
         }
     }
     sum

@@ -1,14 +1,18 @@
-//! The plant: a robot as a Rapier multibody, its servos, contacts, sensors, and the pushes that disturb it.
+//! The plant: a robot as a Rapier multibody, its servos, contacts, sensors, ground, and the pushes that disturb it.
 //! This is the only module that names Rapier.
 
 pub mod contact;
 mod convert;
+pub mod ground;
 pub mod plant;
 pub mod push;
 pub mod sensors;
 pub mod servo;
+pub mod variation;
 mod world;
 
+pub use ground::Ground;
 pub use plant::{Plant, Truth};
 pub use push::{Profile, Push};
 pub use sensors::SensorErrors;
+pub use variation::Variation;

@@ -1,12 +1,13 @@
 //! The simulated robot, one control tick at a time: `sense`, then `advance` with a command.
 
-use super::SensorErrors;
 use super::contact::{WorldWrench, ground_wrench};
-use super::convert::{pose_from_rapier, vec_to_rapier};
+use super::convert::{pose_from_rapier, rotation_to_rapier, vec_to_rapier};
+use super::ground::TILTING_S;
 use super::push::Push;
 use super::sensors::Sensors;
 use super::servo;
 use super::world::{Handles, build};
+use super::{Ground, SensorErrors};
 use crate::robot::{Command, Foot, GRAVITY, Imu, Kinematics, PerFoot, Posture, Robot, Sensed, Wrench};
 use nalgebra::{DVector, Isometry3, Matrix3xX, Matrix6xX, Point3, UnitQuaternion, Vector3, Vector6};
 use rapier3d::pipeline::PhysicsWorld;
@@ -23,6 +24,8 @@ pub struct Clock {
 /// A robot in Rapier.
 pub struct Plant<'a> {
     robot: &'a Robot,
+    /// As it is when it has tilted.
+    ground: Ground,
     clock: Clock,
     world: PhysicsWorld,
     handles: Handles,
@@ -48,6 +51,8 @@ pub struct Plant<'a> {
 #[derive(Debug, Clone)]
 pub struct Truth {
     pub time_s: f64,
+    /// What the robot stands on, as it lies now.
+    pub ground: Ground,
     pub posture: Posture,
     /// Generalised velocity: base origin linear, base angular (world), joints.
     pub velocity: DVector<f64>,
@@ -64,7 +69,7 @@ pub struct Truth {
     pub sole_wrenches: PerFoot<Wrench>,
     /// Sum of all forces of the ground on the robot (N).
     pub contact_force: Vector3<f64>,
-    /// On the ground (m), from all contacts; None in flight.
+    /// On the plane z = 0 (m), from all contacts; None in flight.
     pub zmp: Option<[f64; 2]>,
     /// (N)
     pub push_force: Vector3<f64>,
@@ -91,10 +96,15 @@ impl Truth {
 }
 
 impl<'a> Plant<'a> {
-    /// The robot at rest at home, its servos holding `initial`.
+    /// The robot at rest at home on level ground, its servos holding `initial`.
     pub fn new(robot: &'a Robot, clock: Clock, errors: Option<SensorErrors>, initial: Command) -> Self {
+        Self::on(Ground::default(), robot, clock, errors, initial)
+    }
+
+    /// The same on `ground`, which is level at first and then tilts to its slope.
+    pub fn on(ground: Ground, robot: &'a Robot, clock: Clock, errors: Option<SensorErrors>, initial: Command) -> Self {
         let posture = robot.home_posture();
-        let (world, handles) = build(robot, &posture, clock.physics_step_s);
+        let (world, handles) = build(robot, &ground, &posture, clock.physics_step_s);
         let joints = robot.joints.len();
         let mut kinematics = Kinematics::new(robot);
         kinematics.update(robot, &posture);
@@ -102,6 +112,7 @@ impl<'a> Plant<'a> {
         let trunk_body = pose_from_rapier(world.bodies[handles.bodies[robot.trunk]].position());
         let truth = Truth {
             time_s: 0.0,
+            ground: ground.at(0.0),
             posture,
             velocity: DVector::zeros(6 + joints),
             com,
@@ -118,6 +129,7 @@ impl<'a> Plant<'a> {
         };
         let mut plant = Self {
             robot,
+            ground,
             clock,
             world,
             handles,
@@ -186,6 +198,7 @@ impl<'a> Plant<'a> {
             }
             push_force += self.apply_pushes(pushes) * share;
             self.drive_joints();
+            self.tilt_ground();
             self.world.step();
             self.steps += 1;
             self.add_torques(share);
@@ -220,6 +233,17 @@ impl<'a> Plant<'a> {
         sum
     }
 
+    /// Moves the ground over the coming physics step.
+    fn tilt_ground(&mut self) {
+        let at_s = |steps: u64| steps as f64 * self.clock.physics_step_s;
+        if self.ground.is_level() || at_s(self.steps) > TILTING_S {
+            return;
+        }
+        self.truth.ground = self.ground.at(at_s(self.steps + 1));
+        let rotation = rotation_to_rapier(&self.truth.ground.slope);
+        self.world.bodies[self.handles.floor].set_next_kinematic_rotation(rotation);
+    }
+
     /// Hands every joint its servo's drive for the coming physics step.
     fn drive_joints(&mut self) {
         let multibody = self.world.multibody_joints.get_multibody_mut(self.handles.multibody).expect("never removed");
@@ -249,9 +273,13 @@ impl<'a> Plant<'a> {
     /// Adds the contact wrenches of the physics step just done, and notes which link but the soles touches the ground.
     fn add_contacts(&mut self, share: f64, soles: &mut PerFoot<WorldWrench>, total: &mut WorldWrench) {
         let Handles { ground, soles: sole_colliders, bodies, .. } = &self.handles;
-        for pair in self.world.narrow_phase.contact_pairs_with(*ground) {
-            let other = if pair.collider1 == *ground { pair.collider2 } else { pair.collider1 };
-            let wrench = ground_wrench(pair, *ground, self.clock.physics_step_s) * share;
+        let narrow_phase = &self.world.narrow_phase;
+        let slope = self.truth.ground.slope;
+        let pairs =
+            ground.iter().flat_map(|part| narrow_phase.contact_pairs_with(part.0).map(move |pair| (part, pair)));
+        for ((part, pose), pair) in pairs {
+            let other = if pair.collider1 == *part { pair.collider2 } else { pair.collider1 };
+            let wrench = ground_wrench(pair, *part, &(slope * pose), self.clock.physics_step_s) * share;
             *total += wrench;
             match Foot::BOTH.into_iter().find(|&foot| sole_colliders[foot] == other) {
                 Some(foot) => soles[foot] += wrench,

@@ -1,5 +1,6 @@
-//! Builds the Rapier world of a robot: one multibody on a half space.
+//! Builds the Rapier world of a robot: one multibody on its ground.
 
+use super::Ground;
 use super::convert::{point_to_rapier, pose_to_rapier, rotation_to_rapier, vec_to_rapier};
 use crate::robot::{Foot, Joint, PerFoot, Posture, Robot, Shape, Solid};
 use nalgebra::{Isometry3, Rotation3, Unit, UnitQuaternion, Vector3};
@@ -18,7 +19,10 @@ pub struct Handles {
     pub multibody: MultibodyIndex,
     /// One rigid body per link of the robot.
     pub bodies: Vec<RigidBodyHandle>,
-    pub ground: ColliderHandle,
+    /// Carries the ground: its frame is that of the ground's plane.
+    pub floor: RigidBodyHandle,
+    /// What the ground is made of, with poses in that frame.
+    pub ground: Vec<(ColliderHandle, Isometry3<f64>)>,
     pub soles: PerFoot<ColliderHandle>,
     /// From the root's URDF frame to the frame of its Rapier body, which is at its centre of mass: with an offset
     /// there, a floating multibody drifts.
@@ -43,19 +47,32 @@ fn integration_parameters(step_s: f64) -> IntegrationParameters {
     }
 }
 
-/// A world with gravity along -z, a ground at z = 0 and `robot` in `posture`.
-pub fn build(robot: &Robot, posture: &Posture, step_s: f64) -> (PhysicsWorld, Handles) {
+/// A world with gravity along -z, `ground` (level as yet) and `robot` in `posture`.
+pub fn build(robot: &Robot, ground: &Ground, posture: &Posture, step_s: f64) -> (PhysicsWorld, Handles) {
     let mut world = PhysicsWorld {
         gravity: Vector::new(0.0, 0.0, -crate::robot::GRAVITY as Real),
         integration_parameters: integration_parameters(step_s),
         ..PhysicsWorld::default()
     };
-    let floor = world.insert_body(RigidBodyBuilder::fixed());
-    let halfspace = ColliderBuilder::halfspace(Unit::new_unchecked(Vector::Z))
-        .friction(robot.friction as Real)
-        .friction_combine_rule(CoefficientCombineRule::Min)
-        .collision_groups(InteractionGroups::new(GROUND, Group::ALL, InteractionTestMode::And));
-    let ground = world.insert_collider(halfspace, Some(floor));
+    let floor =
+        if ground.is_level() { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::kinematic_position_based() };
+    let floor = world.insert_body(floor);
+    let half_space = (ColliderBuilder::halfspace(Unit::new_unchecked(Vector::Z)), ground.half_space());
+    let boxes = ground
+        .boxes()
+        .into_iter()
+        .map(|(pose, half)| (ColliderBuilder::cuboid(half.x as Real, half.y as Real, half.z as Real), pose));
+    let ground = std::iter::once(half_space)
+        .chain(boxes)
+        .map(|(builder, pose)| {
+            let collider = builder
+                .position(pose_to_rapier(&pose))
+                .friction(robot.friction as Real)
+                .friction_combine_rule(CoefficientCombineRule::Min)
+                .collision_groups(InteractionGroups::new(GROUND, Group::ALL, InteractionTestMode::And));
+            (world.insert_collider(collider, Some(floor)), pose)
+        })
+        .collect();
 
     let root_com = Isometry3::from_parts(robot.links[0].com_m.coords.into(), UnitQuaternion::identity());
     let mut bodies = Vec::with_capacity(robot.links.len());
@@ -102,7 +119,7 @@ pub fn build(robot: &Robot, posture: &Posture, step_s: f64) -> (PhysicsWorld, Ha
     }
     let multibody = world.multibody_joints.rigid_body_link(bodies[0]).expect("the root has joints").multibody;
     place(&mut world, multibody, robot, posture);
-    (world, Handles { multibody, bodies, ground, soles, root_com })
+    (world, Handles { multibody, bodies, floor, ground, soles, root_com })
 }
 
 fn collider(solid: &Solid, offset: &Isometry3<f64>, foot: Option<Foot>, friction: f64) -> ColliderBuilder {

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test file uses its part")]
 
 pub mod mirror;
+pub mod program;
 
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 use rand_distr::StandardNormal;
@@ -45,7 +46,7 @@ impl Bench {
         until: Until,
         mut observe: impl FnMut(&Tick),
     ) -> Record {
-        let disturbance = Disturbance { pushes, sensor_errors };
+        let disturbance = Disturbance { pushes, sensor_errors, ..Disturbance::default() };
         episode::run(&self.robot, &self.design, &config(horizon_s), disturbance, until, &mut observe)
     }
 }

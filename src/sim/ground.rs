@@ -1,0 +1,164 @@
+//! The ground: a plane, level or inclined, on which the robot starts; around the patch under its feet the ground may be
+//! higher or lower, so that a foot that is set down elsewhere lands early or late.
+//!
+//! The world's origin is on the plane, midway between the feet as they stand at the start. The patch is the rectangle
+//! about both soles, [`MARGIN_M`] wider on each side. Its edges are sharp: a sole that is set down across one stands on
+//! the higher side alone.
+//!
+//! A slope is level at first and tilts under the robot over [`TILTING_S`]: every controller starts at home, upright, at
+//! rest, and has to find its way on the slope before it is pushed. (A robot that is put on the slope at once looks to its
+//! estimator as if its COM had jumped.)
+
+use super::variation::Variation;
+use crate::robot::{Foot, Kinematics, Robot};
+use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, UnitVector3, Vector3};
+
+/// By how much the patch is wider than the soles that start on it: feet that rock and slide do not meet its edge.
+pub const MARGIN_M: f64 = 0.01;
+
+/// How long the ground takes to tilt from level to its slope (s).
+pub const TILTING_S: f64 = 0.8;
+
+/// What lies around the patch reaches this far (m): farther than a robot falls.
+const REACH_M: f64 = 2.0;
+/// Depth of what rises above the plane (m).
+const DEPTH_M: f64 = 0.2;
+
+/// The ground under a robot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ground {
+    /// From the frame of the plane (z is its normal) to the world.
+    pub slope: UnitQuaternion<f64>,
+    /// Height of the ground around the patch above the patch, along the normal (m).
+    pub step_m: f64,
+    /// Least and largest corner of the patch, in the frame of the plane (m).
+    pub patch: [Point2<f64>; 2],
+}
+
+impl Default for Ground {
+    /// Level, without a step.
+    fn default() -> Self {
+        Self { slope: UnitQuaternion::identity(), step_m: 0.0, patch: [Point2::origin(); 2] }
+    }
+}
+
+impl Ground {
+    /// The ground of `variation` under `robot`, which stands at home.
+    pub fn new(robot: &Robot, variation: &Variation) -> Self {
+        let angle_deg = variation.slope_deg.filter(|angle_deg| *angle_deg != 0.0);
+        let slope = angle_deg.map_or(UnitQuaternion::identity(), |angle_deg| {
+            let (sin, cos) = variation.slope_heading_deg.unwrap_or(0.0).to_radians().sin_cos();
+            // About the horizontal axis to the right of the heading: that raises what lies ahead.
+            let axis = UnitVector3::new_normalize(Vector3::new(sin, -cos, 0.0));
+            UnitQuaternion::from_axis_angle(&axis, angle_deg.to_radians())
+        });
+        let mut kinematics = Kinematics::new(robot);
+        kinematics.update(robot, &robot.home_posture());
+        let mut patch = [Point2::new(f64::INFINITY, f64::INFINITY), Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY)];
+        for foot in Foot::BOTH {
+            for corner in robot.soles[foot].corners().map(|corner| kinematics.sole_pose(robot, foot) * corner) {
+                patch[0] = patch[0].inf(&corner.xy());
+                patch[1] = patch[1].sup(&corner.xy());
+            }
+        }
+        let margin = nalgebra::Vector2::repeat(MARGIN_M);
+        Self { slope, step_m: variation.ground_step_m.unwrap_or(0.0), patch: [patch[0] - margin, patch[1] + margin] }
+    }
+
+    /// Height of the ground (m) at a place in the world.
+    pub fn height_m(&self, at: Point2<f64>) -> f64 {
+        let normal = self.slope * Vector3::z();
+        let plane = -(normal.x * at.x + normal.y * at.y) / normal.z;
+        if self.step_m == 0.0 {
+            return plane;
+        }
+        let local = self.slope.inverse() * Point3::new(at.x, at.y, plane);
+        let inside = (0..2).all(|i| (self.patch[0][i]..=self.patch[1][i]).contains(&local[i]));
+        if inside { plane } else { plane + self.step_m / normal.z }
+    }
+
+    /// The ground as it is at a time after the start, on its way from level to this slope.
+    pub fn at(&self, time_s: f64) -> Self {
+        let passed = (time_s / TILTING_S).clamp(0.0, 1.0);
+        // Starts and ends gently.
+        let share = passed * passed * (3.0 - 2.0 * passed);
+        Self { slope: UnitQuaternion::identity().slerp(&self.slope, share), ..*self }
+    }
+
+    /// Whether it ever moves.
+    pub(super) fn is_level(&self) -> bool {
+        self.slope == UnitQuaternion::identity()
+    }
+
+    /// Pose of the half space (its z is up, out of the ground) in the frame of the plane.
+    pub(super) fn half_space(&self) -> Isometry3<f64> {
+        Isometry3::translation(0.0, 0.0, self.step_m.min(0.0))
+    }
+
+    /// Boxes above the half space: poses in the frame of the plane and half extents (m). The patch, if the ground around it is
+    /// lower; the four sides of a frame about it, if that is higher.
+    pub(super) fn boxes(&self) -> Vec<(Isometry3<f64>, Vector3<f64>)> {
+        let [low, high] = self.patch;
+        let (far_low, far_high) = (low.map(|v| v - REACH_M), high.map(|v| v + REACH_M));
+        let top = self.step_m.max(0.0);
+        let slab = |[from, to]: [Point2<f64>; 2]| {
+            let (middle, half) = (nalgebra::center(&from, &to), (to - from) / 2.0);
+            let pose = Isometry3::translation(middle.x, middle.y, top - DEPTH_M / 2.0);
+            (pose, Vector3::new(half.x, half.y, DEPTH_M / 2.0))
+        };
+        let rectangles = if self.step_m < 0.0 {
+            vec![[low, high]]
+        } else if self.step_m > 0.0 {
+            vec![
+                [Point2::new(high.x, far_low.y), far_high],
+                [far_low, Point2::new(low.x, far_high.y)],
+                [Point2::new(low.x, high.y), Point2::new(high.x, far_high.y)],
+                [Point2::new(low.x, far_low.y), Point2::new(high.x, low.y)],
+            ]
+        } else {
+            Vec::new()
+        };
+        rectangles.into_iter().map(slab).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ground(variation: Variation) -> Ground {
+        Ground::new(&Robot::load("ut-mu2").unwrap(), &variation)
+    }
+
+    #[test]
+    fn a_slope_rises_towards_its_heading() {
+        for (heading_deg, up) in [(0.0, [1.0, 0.0]), (90.0, [0.0, 1.0]), (-135.0, [-0.5_f64.sqrt(), -0.5_f64.sqrt()])] {
+            let variation =
+                Variation { slope_deg: Some(2.0), slope_heading_deg: Some(heading_deg), ..Variation::default() };
+            let at = |along: f64| ground(variation).height_m(Point2::new(along * up[0], along * up[1]));
+            assert!((at(1.0) - 2f64.to_radians().tan()).abs() < 1e-12, "{heading_deg}: {}", at(1.0));
+            assert!((at(-0.5) + 0.5 * 2f64.to_radians().tan()).abs() < 1e-12);
+            let ground = ground(variation);
+            let angles = [0.0, 0.5, 1.0, 2.0].map(|share| ground.at(share * TILTING_S).slope.angle().to_degrees());
+            assert!((0..4).all(|i| (angles[i] - [0.0, 1.0, 2.0, 2.0][i]).abs() < 1e-6), "{angles:?}");
+        }
+    }
+
+    #[test]
+    fn a_step_is_where_the_feet_do_not_stand_at_the_start() {
+        for step_m in [0.01, -0.01] {
+            let ground = ground(Variation { ground_step_m: Some(step_m), ..Variation::default() });
+            let [low, high] = ground.patch;
+            assert!((high.x - low.x - 2.0 * MARGIN_M - 0.1).abs() < 0.02, "{low} {high}");
+            assert_eq!(ground.height_m(Point2::origin()), 0.0);
+            for outside in [Point2::new(high.x + 1e-6, 0.0), Point2::new(0.0, low.y - 1e-6)] {
+                assert_eq!(ground.height_m(outside), step_m);
+            }
+            // The boxes have their tops where it says.
+            for (pose, half) in ground.boxes() {
+                let top = (pose * Point3::new(0.0, 0.0, half.z)).xyz();
+                assert!((top.z - ground.height_m(top.xy())).abs() < 1e-12, "{top}");
+            }
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! The program from outside, for tests of what it writes and says.
+
+use assert_cmd::Command;
+use std::{collections::BTreeMap, fs, path::Path};
+use tempfile::TempDir;
+
+/// A campaign with little to simulate.
+pub const SHORT: [&str; 8] = [
+    "run",
+    "smoke",
+    "--gains=hold",
+    "--set=episode.horizon_s=0.4",
+    "--set=episode.judge.standing_time_s=0.1",
+    "--set=push.start_s=0.05",
+    "--set=push.impulse_n_s={uniform=[0, 4]}",
+    "--out=out",
+];
+/// How many trials: one part of a campaign, and two.
+pub const FEW: &str = "--trials=3";
+pub const TWO_PARTS: &str = "--trials=26";
+
+pub fn standfast(folder: &Path, args: &[&str]) -> assert_cmd::assert::Assert {
+    Command::cargo_bin("standfast").unwrap().current_dir(folder).args(args).assert()
+}
+
+/// The short campaign with further arguments.
+pub fn short<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    [&SHORT[..], more].concat()
+}
+
+pub fn folder() -> TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+/// Every file under a folder, by path.
+pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
+        let name = entry.file_name().into_string().unwrap();
+        if entry.path().is_dir() {
+            found.extend(files(&entry.path()).into_iter().map(|(k, v)| (format!("{name}/{k}"), v)));
+        } else {
+            found.insert(name, fs::read(entry.path()).unwrap());
+        }
+    }
+    found
+}
+
+pub fn stdout(assert: &assert_cmd::assert::Assert) -> String {
+    String::from_utf8(assert.get_output().stdout.clone()).unwrap()
+}
+
+pub fn stderr(assert: &assert_cmd::assert::Assert) -> String {
+    String::from_utf8(assert.get_output().stderr.clone()).unwrap()
+}

@@ -1,0 +1,119 @@
+//! `standfast limit` from outside: what it writes, that it does not depend on threads, and what it refuses.
+
+use assert_cmd::Command;
+use serde_json::Value;
+use std::{fs, path::Path};
+
+/// Two headings, forward and backward, of the set that needs no search of gains.
+const SMALL: [&str; 5] = ["limit", "--gains=hold", "--headings=2", "--set=push.height_m=0.02", "--json"];
+const NOMINAL: &str = "--campaign=nominal";
+
+fn standfast(folder: &Path, args: &[&str]) -> assert_cmd::assert::Assert {
+    Command::cargo_bin("standfast").unwrap().current_dir(folder).args(args).assert()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+#[test]
+fn what_hold_takes_forward_and_backward_beside_the_bounds() {
+    let dir = tempfile::tempdir().unwrap();
+    let args = [&SMALL[..], &[NOMINAL, "--precision=0.4", "--out=out", "--plot=polar.svg"]].concat();
+    let run = standfast(dir.path(), &args).success();
+    let printed = text(&run.get_output().stdout);
+    assert_eq!(printed, fs::read_to_string(dir.path().join("out/limit.json")).unwrap());
+    let svg = fs::read_to_string(dir.path().join("out/limit.svg")).unwrap();
+    assert!(svg.contains("<polygon") && svg.contains("hold") && svg.contains("forward, 0"));
+    assert_eq!(svg, fs::read_to_string(dir.path().join("polar.svg")).unwrap());
+
+    let json: Value = serde_json::from_str(&printed).unwrap();
+    let number = |pointer: &str| json.pointer(pointer).and_then(Value::as_f64).unwrap_or_else(|| panic!("{pointer}"));
+    for (pointer, value, tolerance) in [
+        ("/mass_kg", 8.0, 1e-3),
+        ("/omega_rad_s", 5.63, 0.01),
+        ("/com_height_m", 0.31, 1e-3),
+        ("/com_offset_m/0", 0.0, 1e-4),
+        ("/sole_x_m/0", -0.048086, 1e-9),
+        ("/sole_y_m/1", 0.034586, 1e-9),
+        ("/stance_width_m", 0.097, 1e-9),
+        ("/min_step_time_s", 0.2, 0.0),
+        ("/reach_m/forward", 0.15, 0.0),
+        ("/reach_m/outward", 0.18, 0.0),
+        ("/reach_m/inward", 0.075, 0.0),
+        ("/push_duration_s", 0.05, 0.0),
+        ("/push_height_m", 0.02, 0.0),
+        ("/height_factor", 1.0 / (1.0 + 0.02 / 0.31), 1e-3),
+        ("/headings/1/heading_deg", 180.0, 0.0),
+        ("/headings/0/bound_no_step_n_s", 2.48, 0.01),
+        ("/headings/0/bound_one_step_n_s", 5.0, 0.01),
+        ("/headings/1/bound_one_step_at_height_n_s", 5.0 / (1.0 + 0.02 / 0.31), 0.01),
+        // `standfast push --gains hold --height 0.02` recovers from 2.4 N s and falls at 2.5, both ways.
+        ("/headings/0/sets/0/impulse50_n_s", 2.45, 0.4),
+        ("/headings/1/sets/0/impulse50_n_s", 2.45, 0.4),
+    ] {
+        assert!((number(pointer) - value).abs() <= tolerance, "{pointer} = {}", number(pointer));
+    }
+    assert!(number("/headings/0/bound_n_step_n_s") > 6.0);
+    let mut episodes = 0.0;
+    for heading in 0..2 {
+        let of = |key: &str| number(&format!("/headings/{heading}/sets/0/{key}"));
+        let (low, high) = (of("ci95/0"), of("ci95/1"));
+        assert!(low < of("impulse50_n_s") && of("impulse50_n_s") < high && high - low <= 0.8);
+        assert!(of("impulse90_n_s") <= of("impulse50_n_s"));
+        assert_eq!(of("trials"), ["recovered", "fell", "timed_out", "diverged"].map(of).iter().sum::<f64>());
+        episodes += of("trials");
+    }
+    assert_eq!(episodes, number("/episodes"));
+    assert!(episodes < 30.0, "{episodes}");
+
+    let again = standfast(dir.path(), &args).code(2);
+    let message = text(&again.get_output().stderr);
+    assert!(message.contains("--out = out: it holds a result"), "{message}");
+}
+
+#[test]
+fn threads_change_nothing_the_seed_does_and_too_few_trials_are_marked() {
+    let dir = tempfile::tempdir().unwrap();
+    // Robots, grounds and pushes so different that it shows whose turn it was.
+    let of = |more: &[&str]| {
+        let run =
+            standfast(dir.path(), &[&SMALL[..], &["--campaign=harsh", "--max-trials=20"], more].concat()).success();
+        text(&run.get_output().stdout)
+    };
+    let one = of(&["--threads=1"]);
+    assert!(one.contains("\"resolved\": false") && one.contains("\"random\": true"));
+    assert_eq!(one, of(&["--threads=2"]));
+    let found = |json: &str| serde_json::from_str::<Value>(json).unwrap()["headings"].take();
+    assert_ne!(found(&one), found(&of(&["--threads=2", "--seed=9"])));
+}
+
+#[test]
+fn what_is_wrong_is_said_before_anything_runs() {
+    let dir = tempfile::tempdir().unwrap();
+    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/robots");
+    fs::copy(assets.join("ut-mu2.urdf"), dir.path().join("r.urdf")).unwrap();
+    let settings = fs::read_to_string(assets.join("ut-mu2.toml")).unwrap();
+    let (before, after) = (settings.find("[reach]").unwrap(), settings.find("[noise]").unwrap());
+    fs::write(dir.path().join("r.toml"), format!("{}{}", &settings[..before], &settings[after..])).unwrap();
+    fs::write(dir.path().join("file"), "").unwrap();
+    for (more, expected) in [
+        ("--robot=r.urdf", "r.toml: reach = (none): the pendulum's bounds need where a foot can land"),
+        ("--headings=0", "--headings = 0: out of range; accepted: 1 to 360"),
+        ("--precision=-1", "--precision = -1: out of range"),
+        ("--max-trials=0", "--max-trials = 0"),
+        ("--plot=a.png", "--plot = a.png: unknown kind of file"),
+        ("--out=file", "--out = file: it is a file"),
+        ("--campaign=best", "campaign \"best\" not found"),
+        ("--gains=best", "gain set \"best\" not found"),
+    ] {
+        let run = standfast(dir.path(), &["limit", more]).code(2);
+        let message = text(&run.get_output().stderr);
+        assert!(message.contains(expected), "{more}: {message}");
+        assert!(run.get_output().stdout.is_empty());
+    }
+    // Without its reach a robot can do all else.
+    standfast(dir.path(), &["push", "--impulse=1", "--robot=r.urdf", "--gains=hold"]).success();
+    let model = standfast(dir.path(), &["model", "r.urdf"]).success();
+    assert!(text(&model.get_output().stdout).contains("reach    not given"));
+}

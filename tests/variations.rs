@@ -1,0 +1,270 @@
+//! What a campaign varies has its effect in the simulation, of the size that physics says, and nothing else.
+
+mod common;
+
+use common::{Bench, config, push};
+use nalgebra::Vector3;
+use standfast::episode::{self, Disturbance, Record, Tick, Until};
+use standfast::robot::{Command, Foot, GRAVITY, Robot};
+use standfast::sim::{Ground, Plant, Push, Variation, ground::TILTING_S, plant::Clock};
+
+const NONE: Push = Push {
+    impulse_n_s: 0.0,
+    heading_deg: 0.0,
+    height_m: 0.0,
+    duration_s: 0.05,
+    start_s: 0.0,
+    profile: standfast::sim::Profile::Rectangular,
+};
+
+fn run(bench: &Bench, variation: Variation, push: Push, horizon_s: f64, mut see: impl FnMut(&Tick)) -> Record {
+    let disturbance = Disturbance { pushes: vec![push], variation, ..Disturbance::default() };
+    episode::run(&bench.robot, &bench.design, &config(horizon_s), disturbance, Until::Horizon, &mut see)
+}
+
+/// Means over the last 0.2 s of an episode without a push: force of the ground, and ZMP.
+fn at_rest(bench: &Bench, variation: Variation) -> (Vector3<f64>, [f64; 2]) {
+    let (mut force, mut zmp, mut ticks) = (Vector3::zeros(), [0.0; 2], 0.0);
+    run(bench, variation, NONE, 2.0, |tick| {
+        if tick.truth.time_s > 1.8 {
+            force += tick.truth.contact_force;
+            let now = tick.truth.zmp.unwrap();
+            (zmp[0], zmp[1]) = (zmp[0] + now[0], zmp[1] + now[1]);
+            ticks += 1.0;
+        }
+    });
+    (force / ticks, zmp.map(|sum| sum / ticks))
+}
+
+/// What is set to the value that it has anyway changes no bit.
+#[test]
+fn nominal_values_change_nothing() {
+    let bench = Bench::new("paper");
+    let (robot, one) = (&bench.robot, Some(1.0));
+    let explicit = Variation {
+        mass_scale: one,
+        trunk_com_x_m: Some(0.0),
+        trunk_com_y_m: Some(0.0),
+        friction: Some(robot.friction),
+        slope_deg: Some(0.0),
+        slope_heading_deg: Some(30.0),
+        ground_step_m: Some(0.0),
+        kp_scale: one,
+        kd_scale: one,
+        torque_scale: one,
+        speed_scale: one,
+        delay_s: Some(robot.delay_s),
+    };
+    let course = |variation| {
+        let mut course = Vec::new();
+        let record = run(&bench, variation, push(3.6, 20.0), 1.5, |tick| {
+            course.extend(tick.truth.posture.q.iter().chain(&tick.truth.tau).map(|v| v.to_bits()));
+        });
+        (format!("{record:?}"), course)
+    };
+    assert!(course(explicit) == course(Variation::default()));
+}
+
+/// At rest the ground carries m g, and only that.
+#[test]
+fn the_ground_carries_the_scaled_mass() {
+    let bench = Bench::new("hold");
+    for scale in [0.9, 1.0, 1.1] {
+        let (force, _) = at_rest(&bench, Variation { mass_scale: Some(scale), ..Variation::default() });
+        let weight = scale * bench.robot.mass() * GRAVITY;
+        assert!((force - Vector3::z() * weight).norm() < 0.01 * weight, "{scale}: {force}");
+    }
+    let scaled = Variation { mass_scale: Some(1.1), ..Variation::default() }.robot(&bench.robot);
+    for (link, nominal) in scaled.links.iter().zip(&bench.robot.links) {
+        assert!((link.inertia_kg_m2 - 1.1 * nominal.inertia_kg_m2).amax() < 1e-12);
+    }
+}
+
+/// The COM moves by the trunk's share of the mass, and the ZMP at rest with it (sag adds to that).
+#[test]
+fn an_offset_of_the_trunk_moves_the_zmp_by_its_share() {
+    let bench = Bench::new("hold");
+    let share = bench.robot.links[bench.robot.trunk].mass_kg / bench.robot.mass();
+    let (_, before) = at_rest(&bench, Variation::default());
+    for offset in [-0.01, 0.01] {
+        let (_, x) = at_rest(&bench, Variation { trunk_com_x_m: Some(offset), ..Variation::default() });
+        let (_, y) = at_rest(&bench, Variation { trunk_com_y_m: Some(offset), ..Variation::default() });
+        for (moved, other) in [(x[0] - before[0], x[1] - before[1]), (y[1] - before[1], y[0] - before[0])] {
+            let ratio = moved / (share * offset);
+            println!("trunk {share:.3} of the mass, {offset} m: ZMP by {ratio:.3} of its share, {other:.5} m across");
+            assert!((0.98..1.5).contains(&ratio) && other.abs() < 2e-4, "{ratio} {other}");
+        }
+    }
+}
+
+/// Feet slip where more is asked of the ground than mu times what it carries, and it never gives more.
+#[test]
+fn feet_slip_beyond_the_friction() {
+    let bench = Bench::new("hold");
+    let slipped = |friction: f64| {
+        let (mut far, mut most): (f64, f64) = (0.0, 0.0);
+        let mut from = None;
+        run(&bench, Variation { friction: Some(friction), ..Variation::default() }, push(2.0, 0.0), 1.0, |tick| {
+            let truth = tick.truth;
+            let at = truth.soles[Foot::Left].translation.vector;
+            far = far.max((at - *from.get_or_insert(at)).xy().norm());
+            if truth.contact_force.z > 10.0 {
+                most = most.max(truth.contact_force.xy().norm() / truth.contact_force.z);
+            }
+        });
+        (far, most)
+    };
+    let ((slippery, used), (firm, needed)) = (slipped(0.1), slipped(0.8));
+    println!("mu 0.1: {slippery:.4} m, {used:.3}; mu 0.8: {firm:.4} m, {needed:.3}");
+    assert!(slippery > 0.01 && used < 0.105 && used > 0.09, "{slippery} m, {used}");
+    assert!(firm < 0.005 && needed > 0.2, "{firm} m, {needed}");
+}
+
+/// On a slope a part of the weight pulls along it; soles lie flat on it, and the robot stands still.
+#[test]
+fn a_slope_pulls_along_it_and_soles_lie_on_it() {
+    for (gains, slope_deg) in [("hold", 3.0), ("hold", -1.0), ("switching", 1.0), ("switching", -2.0)] {
+        let bench = Bench::new(gains);
+        for heading_deg in [0.0_f64, 90.0] {
+            let variation =
+                Variation { slope_deg: Some(slope_deg), slope_heading_deg: Some(heading_deg), ..Variation::default() };
+            let weight = bench.robot.mass() * GRAVITY;
+            let (sin, cos) = heading_deg.to_radians().sin_cos();
+            let mut seen = 0;
+            let record = run(&bench, variation, Push { start_s: TILTING_S + 0.2, ..NONE }, 2.0, |tick| {
+                let truth = tick.truth;
+                if truth.time_s < TILTING_S + 0.2 {
+                    return;
+                }
+                seen += 1;
+                assert!(truth.com_vel.norm() < 0.02, "{gains}, {slope_deg}: {} m/s", truth.com_vel.norm());
+                let slope = truth.ground.slope;
+                let along = (slope.inverse() * truth.contact_force).xy().dot(&nalgebra::Vector2::new(cos, sin));
+                let expected = weight * f64::to_radians(slope_deg).sin();
+                assert!((along - expected).abs() < 0.01 * weight, "{gains}, {slope_deg}: {along} N, not {expected}");
+                for foot in Foot::BOTH {
+                    let sole = &truth.soles[foot];
+                    let apart = (sole.rotation * Vector3::z()).angle(&(slope * Vector3::z())).to_degrees();
+                    let above = sole.translation.z - truth.ground.height_m(sole.translation.vector.xy().into());
+                    assert!(apart < 0.2 && above.abs() < 5e-4, "{gains}, {slope_deg}: {apart} degrees, {above} m");
+                }
+            });
+            assert!(
+                seen > 400 && record.settled_at_s.is_some_and(|at| at < TILTING_S + 0.3),
+                "{gains} {slope_deg} {record:?}"
+            );
+        }
+    }
+}
+
+/// m dv is the impulse of ground, push and gravity, whatever the ground and the robot are.
+#[test]
+fn momentum_closes_on_every_ground() {
+    let bench = Bench::new("paper");
+    let base = Variation { mass_scale: Some(1.1), slope_heading_deg: Some(40.0), ..Variation::default() };
+    for (slope_deg, step_m) in [(2.0, None), (-2.0, Some(0.01)), (0.0, Some(-0.01))] {
+        let variation = Variation { slope_deg: Some(slope_deg), ground_step_m: step_m, ..base };
+        let mass = 1.1 * bench.robot.mass();
+        let (mut sum, mut worst): (Vector3<f64>, f64) = (Vector3::zeros(), 0.0);
+        run(&bench, variation, Push { start_s: 1.0, ..push(3.0, 160.0) }, 1.6, |tick| {
+            let truth = tick.truth;
+            if truth.time_s > 0.0 {
+                sum += (truth.contact_force + truth.push_force - Vector3::z() * mass * GRAVITY) * 0.002;
+            }
+            worst = worst.max((truth.com_vel * mass - sum).amax());
+        });
+        println!("{slope_deg} degrees, step {step_m:?}: {worst:.4} N s");
+        assert!(worst < 0.06, "{slope_deg} degrees, step {step_m:?}: {worst} N s");
+    }
+}
+
+/// Torque of a joint in each physics step after a command has been given, at home.
+fn torques(robot: &Robot, variation: Variation, change: impl Fn(&mut Command)) -> Vec<f64> {
+    let varied = variation.robot(robot);
+    let design = Bench::with(robot.clone(), "hold").design;
+    let clock = Clock { physics_step_s: 0.001, control_period_s: 0.001 };
+    let home = design.home_command().clone();
+    let mut plant = Plant::on(Ground::default(), &varied, clock, None, home.clone());
+    let mut command = home;
+    change(&mut command);
+    (0..10)
+        .map(|_| {
+            plant.advance(command.clone(), &[]);
+            plant.truth().tau[ARM]
+        })
+        .collect()
+}
+
+/// A joint that carries little.
+const ARM: usize = 15;
+
+/// Stiffness, damping, torque limit and delay, each as the arm's servo shows it.
+#[test]
+fn servos_are_scaled_and_delayed() {
+    let robot = Robot::load("ut-mu2").unwrap();
+    let servo = &robot.servos[ARM];
+    let at_once = Variation { delay_s: Some(0.0), ..Variation::default() };
+    let first = |variation, change: &dyn Fn(&mut Command)| {
+        torques(&robot, variation, change)[0] - torques(&robot, variation, |_| ())[0]
+    };
+    for scale in [0.5, 1.0, 2.0] {
+        // The rotor starts to move within the step, which takes some of it.
+        let stiff = first(Variation { kp_scale: Some(scale), ..at_once }, &|c| c.q_ref[ARM] += 0.02);
+        assert!((stiff / (scale * servo.kp * 0.02) - 1.0).abs() < 0.2, "kp x {scale}: {stiff} N m");
+        let damped = first(Variation { kd_scale: Some(scale), ..at_once }, &|c| c.dq_ref[ARM] += 0.5);
+        assert!((damped / (scale * servo.kd * 0.5) - 1.0).abs() < 0.3, "kd x {scale}: {damped} N m");
+        let most = torques(&robot, Variation { torque_scale: Some(scale), ..at_once }, |c| c.q_ref[ARM] += 5.0)[0];
+        assert!((most - scale * servo.torque_n_m).abs() < 1e-6, "torque x {scale}: {most} N m");
+    }
+    for delay_s in [0.0, 0.002, 0.006] {
+        let variation = Variation { delay_s: Some(delay_s), ..Variation::default() };
+        let (asked, rest) = (torques(&robot, variation, |c| c.q_ref[ARM] += 0.02), torques(&robot, variation, |_| ()));
+        let arrives = (0..10).find(|&k| asked[k] != rest[k]).unwrap();
+        assert_eq!(arrives, (delay_s / 0.001_f64).round() as usize);
+    }
+    // A motor that turns half as fast has half of its torque left at three quarters of that speed.
+    let slow = Variation { speed_scale: Some(0.5), ..Variation::default() }.robot(&robot).servos[ARM];
+    let left = slow.available_torque(0.25 * (servo.full_torque_speed_rad_s + servo.no_torque_speed_rad_s));
+    assert!((left - 0.5 * servo.torque_n_m).abs() < 1e-12);
+}
+
+/// A robot that is pushed hard gets what its weaker motors give, and no more.
+#[test]
+fn torque_saturates_at_the_scaled_limit() {
+    let bench = Bench::new("switching");
+    for (scale, limited) in [(0.5, true), (1.5, false)] {
+        let variation = Variation { torque_scale: Some(scale), ..Variation::default() };
+        let record = run(&bench, variation, push(3.0, 0.0), 1.2, |_| {});
+        println!("{scale}: {} N m, {} of the limit", record.peak_torque_n_m, record.peak_torque_ratio);
+        assert_eq!(record.peak_torque_ratio > 0.999, limited);
+        assert!(record.peak_torque_n_m < 1.05 * scale * 8.0);
+    }
+}
+
+/// A foot that is set down where the ground is higher lands earlier, where it is lower later.
+#[test]
+fn a_step_of_the_ground_makes_a_foot_land_early_or_late() {
+    let bench = Bench::new("paper");
+    let lands_s = |ground_step_m| {
+        let variation = Variation { ground_step_m, ..Variation::default() };
+        let record = run(&bench, variation, push(3.6, 0.0), 1.5, |_| {});
+        let first = record.footsteps[0];
+        println!("{ground_step_m:?}: {first:?}");
+        first.land_s - first.lift_s
+    };
+    let (higher, level, lower) = (lands_s(Some(0.01)), lands_s(None), lands_s(Some(-0.01)));
+    assert!(higher < level - 0.003 && lower > level + 0.003, "{higher} {level} {lower}");
+}
+
+/// A second push is one more, and the judge waits for it.
+#[test]
+fn the_judge_waits_for_the_last_push() {
+    let bench = Bench::new("switching");
+    let later = Push { start_s: 2.5, ..push(1.0, 90.0) };
+    let mut sum = Vector3::zeros();
+    let record = bench.run(vec![push(1.0, 0.0), later], None, 6.0, Until::Decided, |tick| {
+        sum += tick.truth.push_force * 0.002;
+    });
+    assert!((sum - Vector3::new(1.0, 1.0, 0.0)).norm() < 1e-6, "{sum}");
+    assert!(record.settled_at_s.is_some_and(|at| at >= later.end_s()), "{record:?}");
+}
