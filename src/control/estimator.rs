@@ -15,9 +15,13 @@ const CONTACT_FORCE_N: [f64; 2] = [5.0, 3.0];
 const CONTACT_HEIGHT_M: [f64; 2] = [0.004, 0.007];
 /// What the Kalman filter trusts: the COM by the sensors' noise on the way from foot to COM; disturbances that come and
 /// go as a push of 1 to 3 N s does.
-pub(super) const TRUST: Trust = Trust { com_m: 0.0008, acceleration_m_s2: 1.0, model_m_s2: 1.0, disturbance_m_s2: 0.5 };
-
-pub(super) const SWING_TRUST: Trust = Trust { acceleration_m_s2: 3.0, ..TRUST };
+pub(super) const TRUST: Trust = Trust {
+    com_m: 0.0008,
+    acceleration_m_s2: 1.0,
+    swing_acceleration_m_s2: 3.0,
+    model_m_s2: 1.0,
+    disturbance_m_s2: 0.5,
+};
 
 /// What the controller believes, world frame.
 #[derive(Debug, Clone)]
@@ -68,7 +72,7 @@ impl Estimator {
         kinematics.update(robot, &posture);
         let com = kinematics.com();
         let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot));
-        let mut filters = [(); 3].map(|()| Kalman::new(pendulum.dt, [TRUST, SWING_TRUST]));
+        let mut filters = [(); 3].map(|()| Kalman::new(pendulum.dt, TRUST));
         for (filter, com) in filters.iter_mut().zip(com.coords.iter()) {
             filter.state[0] = *com;
         }
@@ -115,9 +119,9 @@ impl Estimator {
         let lean = (com.z / self.kinematics.link_pose(robot.trunk).translation.z).clamp(0.0, 1.0);
         acceleration.x *= lean;
         acceleration.y *= lean;
-        let input = force / self.mass - Vector3::new(0.0, 0.0, GRAVITY);
+        let force_per_mass = force / self.mass - Vector3::new(0.0, 0.0, GRAVITY);
         for (axis, filter) in self.filters.iter_mut().enumerate() {
-            filter.update(input[axis], com[axis], acceleration[axis], usize::from(self.swing.is_some()));
+            filter.update(force_per_mass[axis], com[axis], acceleration[axis], self.swing.is_some());
             self.now.com[axis] = filter.state[0];
             self.now.com_vel[axis] = filter.state[1];
         }

@@ -6,123 +6,34 @@
 //! feed-forward). When no set holds the state, [`footstep`] chooses a foot and its landing place, and until it lands the
 //! plan of [`swing`] takes the place of supervisor and COM reference.
 
-pub mod catch;
+mod catch;
+mod design;
 pub mod estimator;
 pub mod footstep;
 pub mod inverse_dynamics;
 pub mod kalman;
 pub mod load;
 pub mod nnls;
+mod quintic;
 pub mod supervisor;
 pub mod support;
 pub mod swing;
 pub mod whole_body;
 
-use crate::error::{Error, Result};
-use crate::geometry::SupportPolygon;
-use crate::lipm::cpi_set::nesting_warning;
-use crate::lipm::gains::{GainFamily, GainSet, Standing};
+use crate::lipm::gains::Standing;
 use crate::lipm::pendulum::Pendulum;
-use crate::lipm::stepping::Stepping;
 use crate::robot::dynamics::load_torques;
-use crate::robot::{Command, Foot, GRAVITY, Kinematics, PerFoot, Pose, Posture, Robot, Sensed};
+use crate::robot::{Command, Foot, GRAVITY, PerFoot, Pose, Posture, Robot, Sensed};
+use catch::Height;
+pub use design::{Design, home_polygon};
 use estimator::Estimator;
 use footstep::Necessity;
+use inverse_dynamics::{Grip, InverseDynamics};
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector2, Vector3};
 use supervisor::Supervisor;
 use support::Support;
 use swing::{Lift, Swing};
 use whole_body::{Task, WholeBody};
-
-/// A gain set made ready for a robot: what all episodes share.
-#[derive(Debug, Clone)]
-pub struct Design {
-    pub family: GainFamily,
-    /// Says which gains do not nest on the home support; None when all do.
-    pub warning: Option<String>,
-    /// Joint targets at home with the torques that carry the weight there.
-    home: Command,
-    com_height: f64,
-    /// From the right sole's centre to the left's at home (m), control frame.
-    stance: Vector2<f64>,
-}
-
-impl Design {
-    /// Designs the feedback and searches the sets on the home support (to check that they nest).
-    pub fn new(robot: &Robot, gains: &GainSet, control_period_s: f64) -> Result<Self> {
-        let pendulum = Pendulum { omega: robot.omega(), dt: control_period_s };
-        let family = GainFamily::design(gains, pendulum)?;
-        let polygon = family.allowed_support(&home_polygon(robot), &gains.name)?;
-        let warning = if family.gains.len() > 1 { nesting_warning(&family, &polygon)? } else { None };
-        let footholds = home_footholds(robot, &home_kinematics(robot));
-        let stance = (footholds.left.translation.vector - footholds.right.translation.vector).xy();
-        if let Some(rules) = &family.stepping {
-            check_stepping(rules, stance, control_period_s, &gains.name)?;
-        }
-        Ok(Self { family, warning, home: home_command(robot), com_height: robot.home_com_height(), stance })
-    }
-
-    /// The same, but footsteps start at the first tick at which no set holds the state.
-    pub fn without_patience(&self) -> Self {
-        let mut design = self.clone();
-        design.family.stepping.iter_mut().for_each(|stepping| stepping.patience_s = 0.0);
-        design
-    }
-
-    /// The command that holds the home posture.
-    pub fn home_command(&self) -> &Command {
-        &self.home
-    }
-}
-
-/// What the rules of a footstep must be for this robot and period.
-fn check_stepping(rules: &Stepping, stance: Vector2<f64>, control_period_s: f64, file: &str) -> Result<()> {
-    let range = &rules.range;
-    if !(range.least_m..=range.outward_m).contains(&stance.y) {
-        let value = format!("{} to {} m to the side", range.least_m, range.outward_m);
-        let accepted = format!("least_m and outward_m around the distance of its soles, {:.4} m", stance.y);
-        return Err(Error::value(file, "stepping.range", value, "does not hold the robot's stance at home", accepted));
-    }
-    let least = SHORTEST_SWING_TICKS * control_period_s;
-    if rules.swing_time_s < least {
-        let accepted = format!("{SHORTEST_SWING_TICKS} control periods, {least} s, or more");
-        return Err(Error::value(file, "stepping.swing_time_s", rules.swing_time_s, "is too short", accepted));
-    }
-    Ok(())
-}
-
-/// A foot is moved over this many ticks at least.
-const SHORTEST_SWING_TICKS: f64 = 10.0;
-
-const BOTH_FEET: PerFoot<bool> = PerFoot { left: true, right: true };
-
-/// Support polygon of both soles at home, control frame.
-pub fn home_polygon(robot: &Robot) -> SupportPolygon {
-    let footholds = home_footholds(robot, &home_kinematics(robot));
-    Support::of(robot, &footholds, &BOTH_FEET)
-        .polygon
-        .expect("loading a robot checks that its soles are flat and apart")
-}
-
-fn home_kinematics(robot: &Robot) -> Kinematics {
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, &robot.home_posture());
-    kinematics
-}
-
-fn home_footholds(robot: &Robot, at_home: &Kinematics) -> PerFoot<Pose> {
-    PerFoot::from_fn(|foot| at_home.sole_pose(robot, foot))
-}
-
-fn home_command(robot: &Robot) -> Command {
-    let kinematics = home_kinematics(robot);
-    let weight = Vector3::new(0.0, 0.0, robot.mass() * GRAVITY);
-    let footholds = home_footholds(robot, &kinematics);
-    let wrenches = load::share(robot, &footholds, &BOTH_FEET, kinematics.com().xy(), weight);
-    let mut tau_ff = vec![0.0; robot.joints.len()];
-    load_torques(&kinematics, robot, -weight / robot.mass(), &wrenches, &mut tau_ff);
-    Command { q_ref: robot.home_rad.clone(), dq_ref: vec![0.0; robot.joints.len()], tau_ff }
-}
 
 /// What the controller is doing, for trace and view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -172,15 +83,8 @@ pub struct Controller<'a> {
     /// Added to the COM reference: makes up for sag (paper, "COG reference shaping").
     shaping: Vector2<f64>,
     pub switches: u32,
-    inverse_dynamics: inverse_dynamics::InverseDynamics,
-    mode: u32,
-    /// Joints as the whole body's dynamics have them: angle, velocity.
-    joints: Option<[Vec<f64>; 2]>,
-    gyro_world: Vector3<f64>,
-    /// The posture at landing.
-    ahead: WholeBody,
-    /// Height of the COM while a foot is in the air: state, and until when.
-    height: [f64; 3],
+    inverse_dynamics: InverseDynamics,
+    height: Height,
 }
 
 impl<'a> Controller<'a> {
@@ -204,15 +108,11 @@ impl<'a> Controller<'a> {
             com_ref_vel: Vector2::zeros(),
             shaping: Vector2::zeros(),
             switches: 0,
-            inverse_dynamics: inverse_dynamics::InverseDynamics::new(
+            inverse_dynamics: InverseDynamics::new(
                 robot,
-                inverse_dynamics::Grip { friction: 0.6, sole_share: 0.98 },
+                Grip { friction: GRIP * robot.friction, sole_share: SOLE_SHARE },
             ),
-            joints: None,
-            gyro_world: Vector3::zeros(),
-            ahead: WholeBody::new(robot),
-            height: [design.com_height, 0.0, 0.0],
-            mode: std::env::var("WBC").map_or(2, |v| v.parse().unwrap()),
+            height: Height::new(robot, design.com_height),
             estimator,
         }
     }
@@ -230,7 +130,6 @@ impl<'a> Controller<'a> {
     /// One control tick.
     pub fn tick(&mut self, sensed: &Sensed) -> Command {
         self.estimator.update(self.robot, sensed);
-        self.gyro_world = sensed.imu.orientation * sensed.imu.gyro;
         self.act()
     }
 
@@ -261,27 +160,20 @@ impl<'a> Controller<'a> {
         let Pendulum { dt, .. } = family.pendulum;
         self.phase = if decision.held { Phase::Switching } else { Phase::OutOfSets };
         self.out_of_sets_s = if decision.held { None } else { Some(self.out_of_sets_s.map_or(0.0, |s| s + dt)) };
-        if !decision.held && self.is_time_to_step() && self.lift(self.supervisor.zmp_error()) {
-            return self.swing_on();
-        }
-        if self.try_to_catch() {
+        let steps = !decision.held && self.is_time_to_step();
+        if steps && (self.lift(self.supervisor.zmp_error()) || self.try_to_catch()) {
             return self.swing_on();
         }
         self.since_landing_s += dt;
-        self.height = [self.design.com_height, 0.0, 0.0];
+        self.height.now = [self.design.com_height, 0.0, 0.0];
         if decision.starts {
             self.switches += 1;
         }
         // In flight there is no ZMP and no pendulum: the reference waits at the estimate.
         if decision.starts || self.support.polygon.is_none() {
-            self.com_ref = com;
-            self.com_ref_vel = com_vel;
+            self.start_reference();
         }
-        let acceleration = family.pendulum.com_acc(com, self.supervisor.zmp_ref);
-        self.com_ref += self.com_ref_vel * dt + acceleration * (0.5 * dt * dt);
-        self.com_ref_vel += acceleration * dt;
-        self.com_ref += (com - self.com_ref) * (FORGETTING_RATE * dt);
-        self.com_ref_vel += (com_vel - self.com_ref_vel) * (FORGETTING_RATE * dt);
+        let acceleration = self.move_reference();
         if decision.held {
             self.shaping += (self.com_ref - com) * (SHAPING_RATE * dt);
             self.shaping = self.shaping.cap_magnitude(MOST_SHAPING_M);
@@ -290,12 +182,35 @@ impl<'a> Controller<'a> {
         self.body_command(acceleration, estimate.footholds, PerFoot::default(), estimate.in_contact)
     }
 
+    /// Starts the COM reference from the estimate.
+    fn start_reference(&mut self) {
+        self.com_ref = self.estimator.now.com_xy();
+        self.com_ref_vel = self.estimator.now.com_vel_xy();
+    }
+
+    /// Moves the COM reference by a tick (eq. 1 and 2); returns the acceleration (m/s^2).
+    fn move_reference(&mut self) -> Vector2<f64> {
+        let (pendulum, dt) = (&self.design.family.pendulum, self.design.family.pendulum.dt);
+        let (com, com_vel) = (self.estimator.now.com_xy(), self.estimator.now.com_vel_xy());
+        let acceleration = pendulum.com_acc(com, self.supervisor.zmp_ref);
+        self.com_ref += self.com_ref_vel * dt + acceleration * (0.5 * dt * dt);
+        self.com_ref_vel += acceleration * dt;
+        self.com_ref += (com - self.com_ref) * (FORGETTING_RATE * dt);
+        self.com_ref_vel += (com_vel - self.com_ref_vel) * (FORGETTING_RATE * dt);
+        acceleration
+    }
+
     /// Whether the gain set steps, and has waited for as long as it wants to.
     fn is_time_to_step(&self) -> bool {
-        let Some(rules) = &self.design.family.stepping else { return false };
-        let out_of_sets = self.out_of_sets_s.is_some_and(|s| self.has_passed(s, rules.patience_s));
+        let family = &self.design.family;
+        let [patience_s, pause_s] = match (&family.stepping, &family.catching) {
+            (Some(rules), _) => [rules.patience_s, rules.pause_s],
+            (None, Some(rules)) => [0.0, rules.pause_s],
+            (None, None) => return false,
+        };
+        let out_of_sets = self.out_of_sets_s.is_some_and(|s| self.has_passed(s, patience_s));
         // The tick of a landing belongs to the footstep that ends.
-        out_of_sets && self.since_landing_s > 0.0 && self.has_passed(self.since_landing_s, rules.pause_s)
+        out_of_sets && self.since_landing_s > 0.0 && self.has_passed(self.since_landing_s, pause_s)
     }
 
     /// Whether `time_s` is over after `elapsed_s`, a sum of ticks.
@@ -332,7 +247,8 @@ impl<'a> Controller<'a> {
         true
     }
 
-    /// While a foot is in the air the plan is followed; nothing is stabilised, as in the paper.
+    /// While a foot is in the air a plan of the paper is followed, and nothing stabilised; a footstep that catches is
+    /// planned anew.
     fn swing_on(&mut self) -> Command {
         let Some(swing) = &mut self.swing else { return self.design.home.clone() };
         let family = &self.design.family;
@@ -377,12 +293,12 @@ impl<'a> Controller<'a> {
         let robot = self.robot;
         let shaped = self.com_ref + self.shaping;
         let task = Task {
-            com: Point3::new(shaped.x, shaped.y, self.height[0]),
+            com: Point3::new(shaped.x, shaped.y, self.height.now[0]),
             rise: RISING_M_S * self.design.family.pendulum.dt,
-            com_vel: Vector3::new(self.com_ref_vel.x, self.com_ref_vel.y, self.height[1]),
-            soles: soles.clone(),
-            sole_vel: sole_vel.clone(),
-            trunk: UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.support.frame.rotation.angle()),
+            com_vel: Vector3::new(self.com_ref_vel.x, self.com_ref_vel.y, self.height.now[1]),
+            soles,
+            sole_vel,
+            trunk: upright(&self.support),
         };
         self.whole_body.follow(robot, &task);
         let effective = Vector3::new(-acceleration.x, -acceleration.y, -GRAVITY);
@@ -391,21 +307,6 @@ impl<'a> Controller<'a> {
         let wrenches = load::share(robot, footholds, &standing, self.supervisor.zmp_ref, force);
         let mut tau_ff = vec![0.0; robot.joints.len()];
         load_torques(self.estimator.kinematics(), robot, effective, &wrenches, &mut tau_ff);
-        let in_swing = self.swing.is_some();
-        if self.design.family.catching.is_some() && (in_swing && self.mode == 3 || self.mode == 13) {
-            return self.dynamic_command(acceleration, &soles, &sole_vel, standing);
-        }
-        self.joints = None;
-        if self.design.family.catching.is_some() && (self.mode >= 10 || self.mode > 0 && in_swing) {
-            let mut wanted = inverse_dynamics::Wanted::rest(robot, standing);
-            wanted.com_acc = Vector3::new(acceleration.x, acceleration.y, self.height[2]);
-            if let Some(swing) = &self.swing {
-                wanted.sole_acc[swing.footstep.foot][0] = swing.sole_acc();
-            }
-            let posture = if self.mode % 10 == 2 { &self.estimator.now.posture } else { &self.whole_body.posture };
-            self.inverse_dynamics.solve(robot, posture, &self.whole_body.velocity, &wanted);
-            tau_ff.copy_from_slice(&self.inverse_dynamics.tau);
-        }
         Command {
             q_ref: self.whole_body.posture.q.clone(),
             dq_ref: self.whole_body.velocity.as_slice()[6..].to_vec(),
@@ -414,6 +315,14 @@ impl<'a> Controller<'a> {
     }
 }
 
+/// Orientation of an upright trunk that faces as the feet do.
+fn upright(support: &Support) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_axis_angle(&Vector3::z_axis(), support.frame.rotation.angle())
+}
+
+/// Share of the friction, and of each sole's length and width, that inverse dynamics counts on.
+const GRIP: f64 = 0.75;
+const SOLE_SHARE: f64 = 0.98;
 /// Rate at which the COM reference comes back to the estimate (1/s). Between switches the joints' stiffness pulls the
 /// COM to a reference that does not know of pushes: with 0 that spring outlasts the push, tips the feet and rings. From
 /// 7 to 20 the toppling impulses are the same to 0.06 N s; small pushes settle sooner with more, large ones with less.

@@ -4,6 +4,7 @@
 
 use super::estimator::heading;
 use super::footstep::Footstep;
+use super::quintic::Quintic;
 use crate::lipm::relaxation::{AxisPlan, Boundary};
 use crate::lipm::stepping::Stepping;
 use crate::robot::{PerFoot, Pose, Sole};
@@ -46,39 +47,6 @@ pub struct Swing {
     pub time_s: f64,
 }
 
-/// A polynomial of fifth degree in time from any state to rest: least jerk.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Quintic {
-    start_s: f64,
-    end_s: f64,
-    /// Of the distance to the end, in powers of (end - t).
-    c: [f64; 3],
-    end: f64,
-}
-
-impl Quintic {
-    /// `state`: place, velocity, acceleration at `start_s`.
-    pub fn new([place, vel, acc]: [f64; 3], end: f64, start_s: f64, end_s: f64) -> Self {
-        // y(s) = place - end with s = time left: y = c3 s^3 + c4 s^4 + c5 s^5 and dy/ds = -vel.
-        let s = end_s - start_s;
-        let (y, v, a) = (place - end, -vel, acc);
-        let c3 = (10.0 * y - 4.0 * v * s + 0.5 * a * s * s) / s.powi(3);
-        let c4 = (-15.0 * y + 7.0 * v * s - a * s * s) / s.powi(4);
-        let c5 = (6.0 * y - 3.0 * v * s + 0.5 * a * s * s) / s.powi(5);
-        Self { start_s, end_s, c: [c3, c4, c5], end }
-    }
-
-    pub fn at(&self, time_s: f64) -> [f64; 3] {
-        let s = (self.end_s - time_s).max(0.0);
-        let [c3, c4, c5] = self.c;
-        [
-            self.end + s * s * s * (c3 + s * (c4 + s * c5)),
-            -s * s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5)),
-            s * (6.0 * c3 + s * (12.0 * c4 + s * 20.0 * c5)),
-        ]
-    }
-}
-
 /// Where COM and ZMP are to be: world, over the ground (m, m/s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PendulumRef {
@@ -104,7 +72,7 @@ impl Swing {
     /// Plans the footstep.
     pub fn plan(omega: f64, rules: &Stepping, stance_sole: &Sole, footstep: Footstep, lift: &Lift) -> Self {
         let Stepping { swing_time_s, lift_m, late_s, .. } = *rules;
-        let mut swing = Self::caught(Timing { swing_time_s, lift_m, late_s }, footstep, &lift.footholds);
+        let mut swing = Self::new(Timing { swing_time_s, lift_m, late_s }, footstep, &lift.footholds);
         let stance = swing.stance;
         let [com, to] = [lift.com, footstep.to].map(|p| stance.inverse_transform_point(&p));
         let com_vel = stance.inverse_transform_vector(&lift.com_vel);
@@ -118,18 +86,17 @@ impl Swing {
     }
 
     /// A footstep whose ZMP is chosen anew at every tick.
-    pub fn caught(timing: Timing, footstep: Footstep, footholds: &PerFoot<Pose>) -> Self {
+    pub fn new(timing: Timing, footstep: Footstep, footholds: &PerFoot<Pose>) -> Self {
         let [from, foothold] = [footstep.foot, footstep.foot.other()].map(|foot| footholds[foot]);
         let stance = Isometry2::new(foothold.translation.vector.xy(), heading(&foothold));
         let landing = Vector3::new(footstep.to.x, footstep.to.y, foothold.translation.z);
         let to = Pose::from_parts(landing.into(), foothold.rotation);
-        let path = [0, 1].map(|k| {
-            Quintic::new([from.translation.vector[k], 0.0, 0.0], footstep.to[k], 0.0, timing.swing_time_s)
-        });
+        let path = [0, 1]
+            .map(|k| Quintic::new([from.translation.vector[k], 0.0, 0.0], footstep.to[k], 0.0, timing.swing_time_s));
         Self { footstep, timing, stance, plan: None, path, from, to, time_s: 0.0 }
     }
 
-    /// Changes where the foot is to land, from where it is to be now.
+    /// Changes where the foot is to land (world), from where it is to be now; before it is due.
     pub fn aim(&mut self, to: Point2<f64>) {
         for k in 0..2 {
             let state = self.path[k].at(self.time_s);

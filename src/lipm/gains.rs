@@ -5,8 +5,8 @@
 //! fast pole that is common to the family, and one slow pole that orders it. For poles in general it does not:
 //! [`Inclusion`](super::cpi_set::Inclusion) checks.
 
-use super::pendulum::{Pendulum, State};
 use super::catching::Catching;
+use super::pendulum::{Pendulum, State};
 use super::stepping::Stepping;
 use super::variant::Entry;
 use crate::assets::{Source, parse_toml};
@@ -44,7 +44,7 @@ pub struct GainSet {
     /// How to step when no gain's set holds the state; None: the robot only stands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stepping: Option<Stepping>,
-    /// Footsteps that catch.
+    /// Footsteps beyond the paper's; None: none, and not both.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub catching: Option<Catching>,
 }
@@ -102,6 +102,19 @@ impl GainSet {
                 return Err(Error::value(file, "stepping", "a table", problem, "no [stepping]"));
             }
             stepping.validate(file)?;
+        }
+        if let Some(catching) = &self.catching {
+            if self.standing == Standing::Posture || self.stepping.is_some() {
+                let problem = "needs sets that tell when to step, and is instead of [stepping]";
+                return Err(Error::value(
+                    file,
+                    "catching",
+                    "a table",
+                    problem,
+                    "standing = \"switching\", no [stepping]",
+                ));
+            }
+            catching.validate(file)?;
         }
         for (i, gain) in self.gains.iter().enumerate() {
             if self.gains[..i].iter().any(|earlier| earlier.name == gain.name) {

@@ -86,6 +86,12 @@ impl Pendulum {
         (com - zmp) * (self.omega * self.omega)
     }
 
+    /// The COM after `time_s` with the ZMP where it is (m).
+    pub fn com_in(&self, time_s: f64, com: Point2<f64>, com_vel: Vector2<f64>, zmp: Point2<f64>) -> Point2<f64> {
+        let angle = self.omega * time_s;
+        zmp + (com - zmp) * angle.cosh() + com_vel * (angle.sinh() / self.omega)
+    }
+
     /// The discrete pole that a pole `-pole * omega` of continuous time becomes.
     pub fn discrete_pole(&self, pole: f64) -> f64 {
         (-pole * self.omega * self.dt).exp()

@@ -1,0 +1,133 @@
+//! A gain set made ready for a robot: feedback, the posture at home and its torques, and whether the rules of its
+//! footsteps fit the robot.
+
+use super::load;
+use super::support::Support;
+use crate::error::{Error, Result};
+use crate::geometry::SupportPolygon;
+use crate::lipm::catching::Catching;
+use crate::lipm::cpi_set::nesting_warning;
+use crate::lipm::gains::{GainFamily, GainSet};
+use crate::lipm::pendulum::Pendulum;
+use crate::lipm::stepping::Stepping;
+use crate::robot::dynamics::load_torques;
+use crate::robot::{Command, GRAVITY, Kinematics, PerFoot, Pose, Robot};
+use nalgebra::{Vector2, Vector3};
+
+/// A gain set made ready for a robot: what all episodes share.
+#[derive(Debug, Clone)]
+pub struct Design {
+    pub family: GainFamily,
+    /// Says which gains do not nest on the home support; None when all do.
+    pub warning: Option<String>,
+    /// Joint targets at home with the torques that carry the weight there.
+    pub(super) home: Command,
+    /// Of the COM at home (m).
+    pub(super) com_height: f64,
+    /// From the right sole's centre to the left's at home (m), control frame.
+    pub(super) stance: Vector2<f64>,
+}
+
+impl Design {
+    /// Designs the feedback and searches the sets on the home support (to check that they nest).
+    pub fn new(robot: &Robot, gains: &GainSet, control_period_s: f64) -> Result<Self> {
+        let pendulum = Pendulum { omega: robot.omega(), dt: control_period_s };
+        let family = GainFamily::design(gains, pendulum)?;
+        let polygon = family.allowed_support(&home_polygon(robot), &gains.name)?;
+        let warning = if family.gains.len() > 1 { nesting_warning(&family, &polygon)? } else { None };
+        let footholds = home_footholds(robot, &home_kinematics(robot));
+        let stance = (footholds.left.translation.vector - footholds.right.translation.vector).xy();
+        if let Some(rules) = &family.stepping {
+            check_stepping(rules, stance, control_period_s, &gains.name)?;
+        }
+        if let Some(rules) = &family.catching {
+            check_catching(rules, robot, stance, control_period_s, &gains.name)?;
+        }
+        Ok(Self { family, warning, home: home_command(robot), com_height: robot.home_com_height(), stance })
+    }
+
+    /// The same, but footsteps start at the first tick at which no set holds the state.
+    pub fn without_patience(&self) -> Self {
+        let mut design = self.clone();
+        design.family.stepping.iter_mut().for_each(|stepping| stepping.patience_s = 0.0);
+        design
+    }
+
+    /// The command that holds the home posture.
+    pub fn home_command(&self) -> &Command {
+        &self.home
+    }
+}
+
+/// What the rules of a footstep must be for this robot and period.
+fn check_stepping(rules: &Stepping, stance: Vector2<f64>, control_period_s: f64, file: &str) -> Result<()> {
+    let range = &rules.range;
+    if !(range.least_m..=range.outward_m).contains(&stance.y) {
+        let value = format!("{} to {} m to the side", range.least_m, range.outward_m);
+        let accepted = format!("least_m and outward_m around the distance of its soles, {:.4} m", stance.y);
+        return Err(Error::value(file, "stepping.range", value, "does not hold the robot's stance at home", accepted));
+    }
+    check_swing_time("stepping", rules.swing_time_s, control_period_s, file)
+}
+
+/// What a robot must be to catch, and the rules for this period.
+fn check_catching(
+    rules: &Catching,
+    robot: &Robot,
+    stance: Vector2<f64>,
+    control_period_s: f64,
+    file: &str,
+) -> Result<()> {
+    let Some(reach) = &robot.reach else {
+        let problem = "needs to know how far the feet reach";
+        return Err(Error::value(file, "catching", "a table", problem, "a robot with [reach] in its settings"));
+    };
+    if !(reach.inward_m..=reach.outward_m).contains(&stance.y) {
+        let value = format!("{} to {} m to the side", reach.inward_m, reach.outward_m);
+        let accepted = format!("inward_m and outward_m around the distance of its soles, {:.4} m", stance.y);
+        return Err(Error::value(&robot.name, "reach", value, "does not hold the stance at home", accepted));
+    }
+    check_swing_time("catching", rules.swing_time_s, control_period_s, file)
+}
+
+fn check_swing_time(table: &str, swing_time_s: f64, control_period_s: f64, file: &str) -> Result<()> {
+    let least = SHORTEST_SWING_TICKS * control_period_s;
+    if swing_time_s >= least {
+        return Ok(());
+    }
+    let accepted = format!("{SHORTEST_SWING_TICKS} control periods, {least} s, or more");
+    Err(Error::value(file, format!("{table}.swing_time_s"), swing_time_s, "is too short", accepted))
+}
+
+/// A foot is moved over this many ticks at least.
+const SHORTEST_SWING_TICKS: f64 = 10.0;
+
+const BOTH_FEET: PerFoot<bool> = PerFoot { left: true, right: true };
+
+/// Support polygon of both soles at home, control frame.
+pub fn home_polygon(robot: &Robot) -> SupportPolygon {
+    let footholds = home_footholds(robot, &home_kinematics(robot));
+    Support::of(robot, &footholds, &BOTH_FEET)
+        .polygon
+        .expect("loading a robot checks that its soles are flat and apart")
+}
+
+fn home_kinematics(robot: &Robot) -> Kinematics {
+    let mut kinematics = Kinematics::new(robot);
+    kinematics.update(robot, &robot.home_posture());
+    kinematics
+}
+
+fn home_footholds(robot: &Robot, at_home: &Kinematics) -> PerFoot<Pose> {
+    PerFoot::from_fn(|foot| at_home.sole_pose(robot, foot))
+}
+
+fn home_command(robot: &Robot) -> Command {
+    let kinematics = home_kinematics(robot);
+    let weight = Vector3::new(0.0, 0.0, robot.mass() * GRAVITY);
+    let footholds = home_footholds(robot, &kinematics);
+    let wrenches = load::share(robot, &footholds, &BOTH_FEET, kinematics.com().xy(), weight);
+    let mut tau_ff = vec![0.0; robot.joints.len()];
+    load_torques(&kinematics, robot, -weight / robot.mass(), &wrenches, &mut tau_ff);
+    Command { q_ref: robot.home_rad.clone(), dq_ref: vec![0.0; robot.joints.len()], tau_ff }
+}
