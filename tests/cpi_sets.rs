@@ -21,6 +21,7 @@ fn family_of(poles: &[([f64; 3], [f64; 3])]) -> GainFamily {
         zmp_margin_m: 0.0,
         gains,
         stepping: None,
+        catching: None,
     };
     GainFamily::design(&set, PENDULUM).unwrap()
 }

@@ -6,6 +6,7 @@ use standfast::control::footstep::{self, Necessity};
 use standfast::control::inverse_dynamics::{Grip, InverseDynamics, Wanted};
 use standfast::control::swing::{Lift, Swing};
 use standfast::geometry::SupportPolygon;
+use standfast::lipm::catching::{Means, plan};
 use standfast::lipm::{GainFamily, GainSet, OnlineSets, Pendulum, State};
 use standfast::robot::{PerFoot, Robot};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -57,11 +58,28 @@ fn a_footstep_is_chosen_planned_and_followed_without_allocation() {
         let mut swing = Swing::plan(omega, &rules, &robot.soles[footstep.foot.other()], footstep, &lift);
         while !swing.is_due() {
             swing.time_s += 0.002;
-            height = height.max(swing.sole().0.translation.z).max(swing.pendulum().com.x);
+            height = height.max(swing.sole().0.translation.z).max(swing.pendulum().unwrap().com.x);
         }
     }
     assert_eq!(COUNT.with(Cell::get) - before, 0);
     assert!(height > 0.01);
+}
+
+#[test]
+fn a_footstep_that_catches_is_planned_anew_without_allocation() {
+    let weights = GainSet::load("catch").unwrap().catching.unwrap().weights;
+    let means = Means {
+        omega: 5.63,
+        sole: [0.048, 0.035],
+        zmp_margin: 0.003,
+        reach: [[-0.15, 0.15], [0.075, 0.18]],
+        home: Vector2::new(0.0, 0.097),
+    };
+    let before = COUNT.with(Cell::get);
+    let far = (0..100).map(|i| plan(&weights, &means, Vector2::new(0.001 * f64::from(i), 0.05), 0.15).place.x);
+    let far = far.fold(0.0, f64::max);
+    assert_eq!(COUNT.with(Cell::get) - before, 0);
+    assert!(far > 0.1);
 }
 
 /// Standing, past what the soles can give, and on one foot.

@@ -251,7 +251,7 @@ fn the_simulation_obeys_them() {
         let design = Design::new(&ROBOT, &hold, step_s).unwrap();
         let mut before: Option<(Posture, DVector<f64>)> = None;
         let (mut sums, mut count) = ([0.0_f64; 2], 0.0);
-        let disturbance = Disturbance { pushes: vec![push(3.5, 0.0)], sensor_errors: None };
+        let disturbance = Disturbance { pushes: vec![push(3.5, 0.0)], sensor_errors: None, ..Disturbance::default() };
         episode::run(&ROBOT, &design, &config, disturbance, Until::Horizon, &mut |tick| {
             let truth = tick.truth;
             // The push acts on the trunk, off its origin: wait until it is over.

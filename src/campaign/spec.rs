@@ -329,7 +329,7 @@ mod tests {
     fn what_is_left_out_has_the_defaults_of_a_push() {
         let campaign = load(SMALL).unwrap();
         assert_eq!(campaign.robot, "ut-mu2");
-        assert_eq!(campaign.gains, ["hold", "fixed", "switching", "paper"]);
+        assert_eq!(campaign.gains, ["hold", "fixed", "switching", "paper", "catch"]);
         assert_eq!(campaign.push.impulse_n_s, Distribution::Constant(2.0));
         assert_eq!(campaign.push.duration_s, Distribution::Constant(0.05));
         assert_eq!(campaign.sensors, SensorSpec::default());

@@ -45,7 +45,7 @@ pub struct PushArgs {
     #[arg(long, value_enum)]
     pub profile: Option<Profile>,
     /// Gain set by name or file, or a variant NAME:KEY=VALUE; of a campaign, also by its name in the results
-    #[arg(long, value_name = "NAME|FILE", default_value = "switching")]
+    #[arg(long, value_name = "NAME|FILE", default_value = "catch")]
     pub gains: String,
     /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
     #[arg(long, value_name = "NAME|FILE")]
