@@ -1,13 +1,16 @@
-//! Cost of the whole body: what runs at every tick, beside a step of the simulation.
+//! Cost of the whole body: what runs at every tick, and a whole tick of `catch`, beside a step of the simulation.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{DVector, Vector3};
+use standfast::control::{Controller, Design};
 use standfast::control::inverse_dynamics::{Grip, InverseDynamics, Wanted};
 use standfast::robot::dynamics::Dynamics;
-use standfast::robot::{Command, Kinematics, PerFoot, Robot};
-use standfast::sim::Plant;
+use standfast::lipm::GainSet;
+use standfast::robot::{Command, Kinematics, PerFoot, Robot, Sensed};
 use standfast::sim::plant::Clock;
+use standfast::sim::{Plant, Push};
 use std::hint::black_box;
+use std::time::{Duration, Instant};
 
 fn whole_body(c: &mut Criterion) {
     let robot = Robot::load("ut-mu2").expect("built in");
@@ -44,5 +47,45 @@ fn whole_body(c: &mut Criterion) {
     c.bench_function("a step of the simulation, standing", |b| b.iter(|| plant.advance(home.clone(), &[])));
 }
 
-criterion_group!(benches, whole_body);
+/// Ticks of an episode with footsteps, by whether a foot is in the air. The controller meets again what it sensed in the
+/// episode, so that it is in the states of that episode, and physics takes no time.
+fn catching(c: &mut Criterion) {
+    let clock = Clock { physics_step_s: 0.001, control_period_s: 0.002 };
+    let robot = Robot::load("ut-mu2").expect("built in");
+    let gains = GainSet::load("catch").expect("built in");
+    let design = Design::new(&robot, &gains, clock.control_period_s).expect("built in");
+    let push = Push { impulse_n_s: 3.6, start_s: 0.2, ..Push::default() };
+    let mut plant = Plant::new(&robot, clock, None, design.home_command().clone());
+    let mut controller = Controller::new(&robot, &design);
+    let sensed: Vec<Sensed> = (0..400)
+        .map(|_| {
+            let sensed = plant.sense();
+            let command = controller.tick(&sensed);
+            plant.advance(command, &[push]);
+            sensed
+        })
+        .collect();
+
+    for (name, in_air) in [("both feet on the ground", false), ("a foot in the air", true)] {
+        let ticks = |count: u64| {
+            let (mut spent, mut left) = (Duration::ZERO, count);
+            while left > 0 {
+                let (mut controller, before) = (Controller::new(&robot, &design), left);
+                for sensed in &sensed {
+                    let start = Instant::now();
+                    black_box(controller.tick(black_box(sensed)));
+                    let took = start.elapsed();
+                    if left > 0 && controller.swing.is_some() == in_air {
+                        (spent, left) = (spent + took, left - 1);
+                    }
+                }
+                assert!(left < before, "no tick with {name}");
+            }
+            spent
+        };
+        c.bench_function(&format!("a tick of catch, {name}"), |b| b.iter_custom(ticks));
+    }
+}
+
+criterion_group!(benches, whole_body, catching);
 criterion_main!(benches);

@@ -1,0 +1,166 @@
+//! `catch` in physics: footsteps that follow the DCM. Sensors are ideal.
+
+mod common;
+
+use common::mirror::symmetric_robot;
+use common::{Bench, push};
+use nalgebra::{Isometry2, Point2, Vector2};
+use rayon::prelude::*;
+use standfast::campaign::limit::Yardstick;
+use standfast::campaign::{Campaign, Overrides};
+use standfast::control::estimator::heading;
+use standfast::control::Phase;
+use standfast::episode::{Footstep, Outcome, Record, Tick, Until};
+use standfast::robot::{Foot, Pose, Reach};
+use standfast::sim::Push;
+use std::sync::LazyLock;
+
+const HEADINGS: [f64; 8] = [0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0];
+
+/// What is looked at in an episode with footsteps.
+#[derive(Debug, Default)]
+struct Course {
+    /// From the centre of the stance sole to that of the sole that lands, y to the side of the foot that swings (m), at
+    /// every landing.
+    landings: Vec<Vector2<f64>>,
+    /// Least of such y while a foot is in the air (m).
+    narrowest_m: f64,
+    /// Sum over ticks with a foot in the air of the square of what the estimated velocity of the COM is wrong by.
+    squares: f64,
+    worst_m_s: f64,
+    ticks: u32,
+    in_air: Option<Foot>,
+}
+
+impl Course {
+    fn watch(&mut self, tick: &Tick) {
+        let now = match tick.controller.phase {
+            Phase::Swing(foot) => Some(foot),
+            _ => None,
+        };
+        let from_stance = |foot: Foot| {
+            let [swing, stance]: [&Pose; 2] = [foot, foot.other()].map(|f| &tick.truth.soles[f]);
+            let frame = Isometry2::new(stance.translation.vector.xy(), heading(stance));
+            let place = frame.inverse_transform_point(&swing.translation.vector.xy().into());
+            Vector2::new(place.x, place.y * foot.side())
+        };
+        if let Some(foot) = now {
+            self.narrowest_m = self.narrowest_m.min(from_stance(foot).y);
+            let wrong = (tick.controller.estimator.now.com_vel_xy() - tick.truth.com_vel.xy()).norm();
+            self.squares += wrong * wrong;
+            self.worst_m_s = self.worst_m_s.max(wrong);
+            self.ticks += 1;
+        }
+        if let (Some(foot), true) = (self.in_air, self.in_air != now) {
+            self.landings.push(from_stance(foot));
+        }
+        self.in_air = now;
+    }
+
+    /// Of the estimated velocity of the COM over the ground, while a foot is in the air (m/s).
+    fn rms_m_s(&self) -> f64 {
+        (self.squares / f64::from(self.ticks)).sqrt()
+    }
+}
+
+/// A push of 0.9 of the bound with one footstep, at each heading; simulated once for all tests of this file.
+static HARD: LazyLock<Vec<(Push, Record, Course)>> = LazyLock::new(|| {
+    let bench = Bench::new("catch");
+    let yardstick = Yardstick::new(&bench.robot, &Campaign::load("nominal", &Overrides::default()).unwrap()).unwrap();
+    assert_eq!([yardstick.push_duration_s, yardstick.push_height_m], [0.05, 0.0]);
+    let of = |heading: &f64| {
+        let hard = push(0.9 * yardstick.heading(*heading).unwrap().bound_one_step_n_s, *heading);
+        let mut course = Course { narrowest_m: f64::INFINITY, ..Course::default() };
+        let record = bench.run(vec![hard], None, 6.0, Until::Decided, |tick| course.watch(tick));
+        (hard, record, course)
+    };
+    HEADINGS.par_iter().with_max_len(1).map(of).collect()
+});
+
+#[test]
+fn nine_tenths_of_what_one_footstep_of_the_pendulum_takes_is_caught_at_every_heading() {
+    for (push, record, _) in HARD.iter() {
+        let shown = format!("{:.2} N s at {}", push.impulse_n_s, push.heading_deg);
+        println!("{shown}: {:?}, {} footsteps, {:?} s", record.outcome, record.footsteps.len(), record.settled_at_s);
+    }
+    for (push, record, _) in HARD.iter() {
+        assert_eq!(record.outcome, Outcome::Recovered, "{push:?}: {record:?}");
+        assert!(!record.footsteps.is_empty() && record.unfinished_footstep.is_none(), "{push:?}: {record:?}");
+    }
+}
+
+#[test]
+fn legs_do_not_cross_and_feet_land_within_reach() {
+    let Reach { forward_m, outward_m, inward_m, .. } = Bench::new("catch").robot.reach.unwrap();
+    // A foot is where it is sent to within some millimetres.
+    const OFF_M: f64 = 0.005;
+    for (push, record, course) in HARD.iter() {
+        let heading = push.heading_deg;
+        assert_eq!(course.landings.len(), record.footsteps.len());
+        println!("at {heading}: narrowest {:.4}, {:.4?}", course.narrowest_m, course.landings);
+        for place in &course.landings {
+            assert!(place.x.abs() <= forward_m + OFF_M, "at {heading}: {place}");
+            assert!((inward_m - OFF_M..=outward_m + OFF_M).contains(&place.y), "at {heading}: {place}");
+        }
+    }
+}
+
+#[test]
+fn the_velocity_of_the_com_is_known_while_a_leg_swings() {
+    for (push, _, course) in HARD.iter() {
+        let (heading, rms) = (push.heading_deg, course.rms_m_s());
+        println!("at {heading}: rms {rms:.4} m/s, worst {:.4} m/s", course.worst_m_s);
+    }
+    for (push, _, course) in HARD.iter() {
+        assert!(course.rms_m_s() < 0.05, "at {}: {} m/s", push.heading_deg, course.rms_m_s());
+    }
+}
+
+#[test]
+fn where_standing_suffices_no_foot_is_lifted() {
+    let bench = Bench::new("catch");
+    [(2.0, 0.0), (2.0, 180.0), (3.0, 90.0), (0.0, 0.0)].par_iter().for_each(|&(impulse, heading)| {
+        let record = bench.push(push(impulse, heading));
+        assert_eq!(record.outcome, Outcome::Recovered, "{impulse} N s at {heading}: {record:?}");
+        assert!(record.footsteps.is_empty(), "{impulse} N s at {heading}: {record:?}");
+    });
+}
+
+/// Left and right are alike. At 0 and 180 degrees either foot would do.
+#[test]
+fn a_mirrored_push_is_caught_by_the_mirrored_foot() {
+    let bench = Bench::with(symmetric_robot(), "catch");
+    [(4.2, 45.0), (4.2, 90.0), (4.2, 135.0)].par_iter().for_each(|&(impulse, heading)| {
+        let [one, other] = [heading, -heading].map(|heading| bench.push(push(impulse, heading)));
+        let (a, b) = (&one.footsteps[0], &other.footsteps[0]);
+        let apart = |p: [f64; 3], q: [f64; 3]| (p[0] - q[0]).hypot(p[1] + q[1]);
+        let (from, to, land) = (apart(a.from_m, b.from_m), apart(a.to_m, b.to_m), (a.land_s - b.land_s).abs());
+        println!("{heading} degrees: {} foot, {from:.1e} m, {to:.1e} m, {land:.1e} s", a.foot.name());
+        assert_eq!(a.foot, b.foot.other(), "{heading} degrees");
+        assert_eq!(a.lift_s, b.lift_s, "{heading} degrees");
+        assert!(from < 1e-4 && to < 1e-3 && land < 0.005, "{heading} degrees: {a:?} {b:?}");
+        assert_eq!(one.outcome, other.outcome, "{heading} degrees");
+    });
+}
+
+/// The landing place is not that of the lift: who is pushed again while the foot is in the air is caught farther along.
+#[test]
+fn a_second_push_while_the_foot_is_in_the_air_moves_its_landing_place_along() {
+    let bench = Bench::new("catch");
+    let first_footstep = |pushes: Vec<Push>| -> Footstep {
+        bench.run(pushes, None, 1.2, Until::Fallen, |_| {}).footsteps[0]
+    };
+    let first = push(3.4, 0.0);
+    let alone = first_footstep(vec![first]);
+    // From the lift until shortly before the landing place is settled.
+    let again = |heading_deg| Push { impulse_n_s: 0.5, heading_deg, duration_s: 0.02, start_s: alone.lift_s, ..first };
+    [0.0, 90.0, 180.0, -90.0].par_iter().for_each(|&heading| {
+        let second = again(heading);
+        let moved = first_footstep(vec![first, second]);
+        assert_eq!((moved.foot, moved.lift_s), (alone.foot, alone.lift_s), "the push comes after the lift");
+        let [a, b] = [alone.to_m, moved.to_m].map(|[x, y, _]| Point2::new(x, y));
+        let along = (b - a).dot(&second.direction().xy());
+        println!("{} foot to {a:.4}, pushed at {heading} again to {b:.4}: {along:.4} m", alone.foot.name());
+        assert!(along > 0.005, "pushed at {heading} again: {a} {b}");
+    });
+}
