@@ -2,10 +2,10 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{DVector, Vector3};
-use standfast::control::{Controller, Design};
 use standfast::control::inverse_dynamics::{Grip, InverseDynamics, Wanted};
-use standfast::robot::dynamics::Dynamics;
+use standfast::control::{Controller, Design};
 use standfast::lipm::GainSet;
+use standfast::robot::dynamics::Dynamics;
 use standfast::robot::{Command, Kinematics, PerFoot, Robot, Sensed};
 use standfast::sim::plant::Clock;
 use standfast::sim::{Plant, Push};

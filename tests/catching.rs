@@ -8,8 +8,8 @@ use nalgebra::{Isometry2, Point2, Vector2};
 use rayon::prelude::*;
 use standfast::campaign::limit::Yardstick;
 use standfast::campaign::{Campaign, Overrides};
-use standfast::control::estimator::heading;
 use standfast::control::Phase;
+use standfast::control::estimator::heading;
 use standfast::episode::{Footstep, Outcome, Record, Tick, Until};
 use standfast::robot::{Foot, Pose, Reach};
 use standfast::sim::Push;
@@ -147,9 +147,8 @@ fn a_mirrored_push_is_caught_by_the_mirrored_foot() {
 #[test]
 fn a_second_push_while_the_foot_is_in_the_air_moves_its_landing_place_along() {
     let bench = Bench::new("catch");
-    let first_footstep = |pushes: Vec<Push>| -> Footstep {
-        bench.run(pushes, None, 1.2, Until::Fallen, |_| {}).footsteps[0]
-    };
+    let first_footstep =
+        |pushes: Vec<Push>| -> Footstep { bench.run(pushes, None, 1.2, Until::Fallen, |_| {}).footsteps[0] };
     let first = push(3.4, 0.0);
     let alone = first_footstep(vec![first]);
     // From the lift until shortly before the landing place is settled.

@@ -131,3 +131,39 @@ fn home_command(robot: &Robot) -> Command {
     load_torques(&kinematics, robot, -weight / robot.mass(), &wrenches, &mut tau_ff);
     Command { q_ref: robot.home_rad.clone(), dq_ref: vec![0.0; robot.joints.len()], tau_ff }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::Reach;
+
+    #[test]
+    fn what_a_robot_must_be_to_catch_is_said() {
+        let (robot, gains) = (Robot::load("ut-mu2").unwrap(), GainSet::load("catch").unwrap());
+        let reach = robot.reach.unwrap();
+        let with = |reach: Option<Reach>| Robot { reach, ..robot.clone() };
+        let unknown = "catch: catching = a table: needs to know how far the feet reach; \
+                       accepted: a robot with [reach] in its settings";
+        for (robot, period_s, words) in [
+            (with(None), 0.002, unknown),
+            (
+                with(Some(Reach { inward_m: 0.1, ..reach })),
+                0.002,
+                "ut-mu2: reach = 0.1 to 0.18 m to the side: does not hold the stance at home; \
+                 accepted: inward_m and outward_m around the distance of its soles, 0.0970 m",
+            ),
+            (
+                with(Some(reach)),
+                0.015,
+                "catch: catching.swing_time_s = 0.14: is too short; accepted: 10 control periods",
+            ),
+        ] {
+            let error = Design::new(&robot, &gains, period_s).unwrap_err();
+            assert_eq!(error.exit_code(), 2);
+            assert!(error.to_string().starts_with(words), "{error}\nwanted: {words}");
+        }
+        assert!(Design::new(&robot, &gains, 0.002).is_ok());
+        // Who does not catch need not know.
+        assert!(Design::new(&with(None), &GainSet::load("hold").unwrap(), 0.002).is_ok());
+    }
+}

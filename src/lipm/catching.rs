@@ -188,7 +188,10 @@ mod tests {
         // 65 mm to the side: the foot on that side would have to land beyond its reach.
         let near = plan(&WEIGHTS, &MEANS, pushed(0.0, 0.065), TIME_S);
         let far = plan(&WEIGHTS, &MEANS, pushed(0.0, -0.065), TIME_S);
-        assert!(near.miss > 0.02 && near.place.y == 0.18, "{near:?}");
+        // By hand: the ZMP 32 mm to that side, the DCM then at e^(omega T) (113.5 - 32) + 32 = 221.6 mm.
+        let dcm = 0.032 + (MEANS.omega * TIME_S).exp() * (0.1135 - 0.032);
+        assert!((near.miss - (dcm - 0.18 - 0.035)).abs() < 1e-12 && near.miss > 0.006, "{near:?}");
+        assert_eq!(near.place.y, 0.18);
         assert!(far.miss == 0.0 && far.cost < near.cost, "{far:?}");
         assert!((far.zmp.y + 0.032).abs() < 1e-12, "the ZMP at the outer edge of the sole that stands: {far:?}");
     }

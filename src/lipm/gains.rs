@@ -285,6 +285,11 @@ mod tests {
             let weights = "weights = { dcm = 1, com = 0.1, zmp = 0.01 }";
             format!("[stepping]\n{rules}\n{range}\n{weights}\n{lambda}\n")
         };
+        let catching = "[catching]\nswing_time_s = 0.15\nlift_m = 0.01\nlate_s = 0.1\npause_s = 0\ntransfer_s = 0\n\
+                        settle_s = 0\nweights = { zmp = 0.01, place = 0.01 }\n";
+        assert!(parse(&set(&(gain("[0.2, 1, 5]") + catching))).is_ok());
+        let two_rules = "catching = a table: needs sets that tell when to step, and is instead of [stepping]; \
+                         accepted: standing = \"switching\", no [stepping]";
         for (text, words) in [
             (set(&gain("[0.2, -1.0, 5.0]")), "g.toml: gains[0].x[1] = -1: gain \"a\" would be unstable"),
             (set(&gain("[0.0, 1.0, 5.0]")), "gains[0].x[0] = 0"),
@@ -307,6 +312,9 @@ mod tests {
                 set(&stepping("lambda = 5.0")).replace("switching", "posture"),
                 "stepping = a table: standing = \"posture\"",
             ),
+            (set(&(gain("[0.2, 1, 5]") + &stepping("lambda = 5.0") + catching)), two_rules),
+            (set(catching).replace("switching", "posture"), two_rules),
+            (set(&(gain("[0.2, 1, 5]") + catching)).replace("late_s = 0.1", "late_s = 2"), "catching.late_s = 2: out"),
         ] {
             let error = parse(&text).unwrap_err();
             assert_eq!(error.exit_code(), 2);
