@@ -15,6 +15,10 @@ use standfast::robot::{Foot, Pose, Reach};
 use standfast::sim::Push;
 use std::sync::LazyLock;
 
+/// A foot is where it is sent to within some millimetres (m).
+const OFF_M: f64 = 0.005;
+/// The ground carries the robot (N).
+const CARRIES_N: f64 = 5.0;
 const HEADINGS: [f64; 8] = [0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0];
 
 /// What is looked at in an episode with footsteps.
@@ -25,10 +29,10 @@ struct Course {
     landings: Vec<Vector2<f64>>,
     /// Least of such y while a foot is in the air (m).
     narrowest_m: f64,
-    /// Sum over ticks with a foot in the air of the square of what the estimated velocity of the COM is wrong by.
-    squares: f64,
-    worst_m_s: f64,
-    ticks: u32,
+    /// By how much the estimated velocity of the COM over the ground is wrong (m/s), at every tick at which a foot is in
+    /// the air, until the other one leaves the ground too.
+    wrong_m_s: Vec<f64>,
+    flies: bool,
     in_air: Option<Foot>,
 }
 
@@ -46,10 +50,11 @@ impl Course {
         };
         if let Some(foot) = now {
             self.narrowest_m = self.narrowest_m.min(from_stance(foot).y);
-            let wrong = (tick.controller.estimator.now.com_vel_xy() - tick.truth.com_vel.xy()).norm();
-            self.squares += wrong * wrong;
-            self.worst_m_s = self.worst_m_s.max(wrong);
-            self.ticks += 1;
+            self.flies |= tick.truth.contact_force.z < CARRIES_N;
+            if !self.flies {
+                let estimate = &tick.controller.estimator.now;
+                self.wrong_m_s.push((estimate.com_vel_xy() - tick.truth.com_vel.xy()).norm());
+            }
         }
         if let (Some(foot), true) = (self.in_air, self.in_air != now) {
             self.landings.push(from_stance(foot));
@@ -57,47 +62,67 @@ impl Course {
         self.in_air = now;
     }
 
-    /// Of the estimated velocity of the COM over the ground, while a foot is in the air (m/s).
-    fn rms_m_s(&self) -> f64 {
-        (self.squares / f64::from(self.ticks)).sqrt()
+    /// An episode until it is decided.
+    fn of(bench: &Bench, push: Push) -> (Record, Self) {
+        let mut course = Self { narrowest_m: f64::INFINITY, ..Self::default() };
+        let record = bench.run(vec![push], None, 6.0, Until::Decided, |tick| course.watch(tick));
+        (record, course)
     }
 }
 
-/// A push of 0.9 of the bound with one footstep, at each heading; simulated once for all tests of this file.
-static HARD: LazyLock<Vec<(Push, Record, Course)>> = LazyLock::new(|| {
+/// A push of 0.9 of the bound with one footstep.
+struct Hard {
+    push: Push,
+    /// Whether the pendulum takes more with a footstep than without.
+    steps: bool,
+    record: Record,
+    course: Course,
+}
+
+/// At each heading; simulated once for all tests of this file.
+static HARD: LazyLock<Vec<Hard>> = LazyLock::new(|| {
     let bench = Bench::new("catch");
     let yardstick = Yardstick::new(&bench.robot, &Campaign::load("nominal", &Overrides::default()).unwrap()).unwrap();
     assert_eq!([yardstick.push_duration_s, yardstick.push_height_m], [0.05, 0.0]);
-    let of = |heading: &f64| {
-        let hard = push(0.9 * yardstick.heading(*heading).unwrap().bound_one_step_n_s, *heading);
-        let mut course = Course { narrowest_m: f64::INFINITY, ..Course::default() };
-        let record = bench.run(vec![hard], None, 6.0, Until::Decided, |tick| course.watch(tick));
-        (hard, record, course)
+    let of = |heading_deg: &f64| {
+        let bounds = yardstick.heading(*heading_deg).unwrap();
+        let push = push(0.9 * bounds.bound_one_step_n_s, *heading_deg);
+        let (record, course) = Course::of(&bench, push);
+        Hard { push, steps: bounds.bound_one_step_n_s > 1.01 * bounds.bound_no_step_n_s, record, course }
     };
     HEADINGS.par_iter().with_max_len(1).map(of).collect()
 });
 
 #[test]
-fn nine_tenths_of_what_one_footstep_of_the_pendulum_takes_is_caught_at_every_heading() {
-    for (push, record, _) in HARD.iter() {
-        let shown = format!("{:.2} N s at {}", push.impulse_n_s, push.heading_deg);
-        println!("{shown}: {:?}, {} footsteps, {:?} s", record.outcome, record.footsteps.len(), record.settled_at_s);
+fn nine_tenths_of_what_the_pendulum_takes_with_one_footstep_is_caught_at_every_heading() {
+    for Hard { push: Push { impulse_n_s, heading_deg, .. }, record, .. } in HARD.iter() {
+        let steps = record.footsteps.len();
+        println!("{impulse_n_s:.2} N s at {heading_deg}: {:?}, {steps} footsteps", record.outcome);
     }
-    for (push, record, _) in HARD.iter() {
+    for Hard { push, steps, record, .. } in HARD.iter() {
         assert_eq!(record.outcome, Outcome::Recovered, "{push:?}: {record:?}");
-        assert!(!record.footsteps.is_empty() && record.unfinished_footstep.is_none(), "{push:?}: {record:?}");
+        assert!(record.unfinished_footstep.is_none(), "{push:?}: {record:?}");
+        // Sideways the feet are apart: standing takes as much.
+        assert_eq!(record.footsteps.is_empty(), !steps, "{push:?}: {record:?}");
     }
 }
 
+/// Also where they would like to: pushed to the left the right foot is set down beside the left one.
 #[test]
 fn legs_do_not_cross_and_feet_land_within_reach() {
-    let Reach { forward_m, outward_m, inward_m, .. } = Bench::new("catch").robot.reach.unwrap();
-    // A foot is where it is sent to within some millimetres.
-    const OFF_M: f64 = 0.005;
-    for (push, record, course) in HARD.iter() {
+    let bench = Bench::new("catch");
+    let Reach { forward_m, outward_m, inward_m, .. } = bench.robot.reach.unwrap();
+    let sideways: Vec<(Push, Course)> = [90.0, -90.0]
+        .par_iter()
+        .map(|&heading| (push(4.2, heading), Course::of(&bench, push(4.2, heading)).1))
+        .collect();
+    assert!(sideways.iter().all(|(_, course)| !course.landings.is_empty()), "{sideways:?}");
+    let hard = HARD.iter().map(|hard| (&hard.push, &hard.course));
+    for (push, course) in hard.chain(sideways.iter().map(|(push, course)| (push, course))) {
         let heading = push.heading_deg;
-        assert_eq!(course.landings.len(), record.footsteps.len());
         println!("at {heading}: narrowest {:.4}, {:.4?}", course.narrowest_m, course.landings);
+        let sole_width = 2.0 * bench.robot.soles.left.half_m[1];
+        assert!(course.narrowest_m > sole_width, "at {heading} a foot is above the other one");
         for place in &course.landings {
             assert!(place.x.abs() <= forward_m + OFF_M, "at {heading}: {place}");
             assert!((inward_m - OFF_M..=outward_m + OFF_M).contains(&place.y), "at {heading}: {place}");
@@ -105,14 +130,19 @@ fn legs_do_not_cross_and_feet_land_within_reach() {
     }
 }
 
+/// The trunk tells less while a leg swings, and is believed less: the velocity is known to 0.03 to 0.04 m/s, of 0.4 to 0.5.
+/// (While neither foot carries, what is estimated is wrong.)
 #[test]
 fn the_velocity_of_the_com_is_known_while_a_leg_swings() {
-    for (push, _, course) in HARD.iter() {
-        let (heading, rms) = (push.heading_deg, course.rms_m_s());
-        println!("at {heading}: rms {rms:.4} m/s, worst {:.4} m/s", course.worst_m_s);
-    }
-    for (push, _, course) in HARD.iter() {
-        assert!(course.rms_m_s() < 0.05, "at {}: {} m/s", push.heading_deg, course.rms_m_s());
+    let seen = HARD.iter().filter(|hard| hard.steps).map(|Hard { push, course, .. }| {
+        let wrong = &course.wrong_m_s;
+        let rms = (wrong.iter().map(|v| v * v).sum::<f64>() / wrong.len() as f64).sqrt();
+        let worst = wrong.iter().copied().fold(0.0, f64::max);
+        println!("at {}: rms {rms:.4} m/s, worst {worst:.4} m/s, {} ticks", push.heading_deg, wrong.len());
+        (push.heading_deg, rms)
+    });
+    for (heading, rms) in seen.collect::<Vec<_>>() {
+        assert!(rms < 0.05, "at {heading}: {rms} m/s");
     }
 }
 

@@ -44,7 +44,7 @@ fn the_accelerometer_reads_specific_force() {
 fn the_gyro_integrates_to_the_orientation() {
     let mut turned = UnitQuaternion::identity();
     let (mut worst, mut most): (f64, f64) = (0.0, 0.0);
-    watch(5.0, 45.0, 1.6, |sensed, _| {
+    watch(7.0, 45.0, 1.6, |sensed, _| {
         turned *= UnitQuaternion::from_scaled_axis(sensed.imu.gyro * PERIOD_S);
         worst = worst.max(turned.angle_to(&sensed.imu.orientation));
         most = most.max(sensed.imu.orientation.angle());
