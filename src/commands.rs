@@ -73,7 +73,7 @@ pub fn push(args: &PushArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Nothing of an interrupted survey is kept.
+/// Nothing of an interrupted run is kept.
 pub fn limit(args: &LimitArgs) -> Result<ExitCode> {
     args.check_outputs()?;
     let campaign = Campaign::load(&args.campaign, &args.overrides())?;
@@ -93,10 +93,11 @@ pub fn limit(args: &LimitArgs) -> Result<ExitCode> {
     );
     progress.get().into_iter().for_each(Progress::finish);
     let limits = result?;
+    // First what the user waited for: a folder that cannot be written must not cost it.
+    report::print(&if args.json { report::json(&limits) } else { report::limit::text(&limits) })?;
     for path in args.write(&limits)? {
         note(&format!("written: {}", path.display()));
     }
-    report::print(&if args.json { report::json(&limits) } else { report::limit::text(&limits) })?;
     Ok(ExitCode::SUCCESS)
 }
 

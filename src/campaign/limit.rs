@@ -118,8 +118,9 @@ pub struct SetLimit {
     pub name: String,
     pub impulse50_n_s: f64,
     pub ci95: [f64; 2],
-    pub impulse90_n_s: f64,
-    pub impulse90_ci95: [f64; 2],
+    /// None where nothing is left to chance.
+    pub impulse90_n_s: Option<f64>,
+    pub impulse90_ci95: Option<[f64; 2]>,
     /// impulse50 over the bound with one footstep.
     pub of_one_step_bound: f64,
     /// Whether the interval of impulse50 is as narrow as asked for.
@@ -215,6 +216,7 @@ struct Point<'a> {
 
 impl Point<'_> {
     fn search(&self, name: &str, design: &Design, rule: Rule) -> Result<SetLimit> {
+        let random = rule.random;
         let mut posterior = Posterior::new(rule);
         let [mut recovered, mut fell, mut timed_out, mut diverged] = [0; 4];
         while let Some(impulse_n_s) = posterior.next_impulse() {
@@ -235,8 +237,8 @@ impl Point<'_> {
             name: name.into(),
             impulse50_n_s: impulse50.at_n_s,
             ci95: impulse50.ci95,
-            impulse90_n_s: impulse90.at_n_s,
-            impulse90_ci95: impulse90.ci95,
+            impulse90_n_s: random.then_some(impulse90.at_n_s),
+            impulse90_ci95: random.then_some(impulse90.ci95),
             of_one_step_bound: impulse50.at_n_s / self.heading.bound_one_step_n_s,
             resolved: posterior.is_resolved(),
             trials: posterior.trials(),

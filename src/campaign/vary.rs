@@ -50,12 +50,11 @@ fn is_sloped(spec: &VariationSpec) -> bool {
     spec.slope_deg.0.is_some_and(|distribution| !(distribution.is_constant() && distribution.mean() == 0.0))
 }
 
-/// What is drawn for each quantity: a slope always rises towards some heading.
+/// What is drawn for each quantity: a slope always rises towards some heading, level ground towards none.
 pub(super) fn drawn(spec: &VariationSpec) -> Variation<Option<Distribution>> {
     let mut drawn = spec.map(|_, Varied(distribution)| distribution);
-    if is_sloped(spec) {
-        drawn.slope_heading_deg.get_or_insert(ALL_AROUND_DEG);
-    }
+    let heading = drawn.slope_heading_deg.unwrap_or(ALL_AROUND_DEG);
+    drawn.slope_heading_deg = is_sloped(spec).then_some(heading);
     drawn
 }
 
@@ -142,7 +141,12 @@ impl SecondPushSpec {
         let bounds = PushBounds::new(horizon_s);
         self.impulse_n_s.check(file, "second_push.impulse_n_s", bounds.impulse_n_s)?;
         self.heading_deg.check(file, "second_push.heading_deg", bounds.heading_deg)?;
-        self.after_s.check(file, "second_push.after_s", Self::after_bounds(push, horizon_s))
+        let after_s = Self::after_bounds(push, horizon_s);
+        if after_s[1] < after_s[0] {
+            let accepted = "a first push that starts earlier or is shorter, or a longer episode.horizon_s";
+            return Err(Error::value(file, "second_push", self, "leaves no time for it", accepted));
+        }
+        self.after_s.check(file, "second_push.after_s", after_s)
     }
 }
 

@@ -79,8 +79,10 @@ fn check_catching(
     file: &str,
 ) -> Result<()> {
     let Some(reach) = &robot.reach else {
-        let problem = "needs to know how far the feet reach";
-        return Err(Error::value(file, "catching", "a table", problem, "a robot with [reach] in its settings"));
+        let problem = format!("needs to know how far the feet of {} reach", robot.name);
+        let accepted = "a robot whose .toml has [reach] with forward_m, outward_m, inward_m and min_step_time_s; or another \
+            gain set, e.g. switching";
+        return Err(Error::value(file, "catching", "a table", problem, accepted));
     };
     if !(reach.inward_m..=reach.outward_m).contains(&stance.y) {
         let value = format!("{} to {} m to the side", reach.inward_m, reach.outward_m);

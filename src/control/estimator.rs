@@ -72,7 +72,8 @@ impl Estimator {
         kinematics.update(robot, &posture);
         let com = kinematics.com();
         let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot));
-        let mut filters = [(); 3].map(|()| Kalman::new(pendulum.dt, TRUST));
+        let filter = Kalman::new(pendulum.dt, TRUST);
+        let mut filters = [filter.clone(), filter.clone(), filter];
         for (filter, com) in filters.iter_mut().zip(com.coords.iter()) {
             filter.state[0] = *com;
         }

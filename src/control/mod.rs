@@ -3,8 +3,9 @@
 //!
 //! One tick: [`Estimator`] (COM, its velocity, ZMP, contact) -> [`Support`] (polygon and control frame) ->
 //! [`Supervisor`] (gain and wanted ZMP) -> COM reference -> [`WholeBody`] (joint targets) and [`load`] (their
-//! feed-forward). When no set holds the state, [`footstep`] chooses a foot and its landing place, and until it lands the
-//! plan of [`swing`] takes the place of supervisor and COM reference.
+//! feed-forward). When no set holds the state a foot is lifted. In the paper [`footstep`] chooses it and its landing place,
+//! and until it lands the plan of [`swing`] takes the place of supervisor and COM reference. A set that catches plans both at
+//! every tick (`catch`), with the torques of [`inverse_dynamics`].
 
 mod catch;
 mod design;

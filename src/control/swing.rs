@@ -1,6 +1,6 @@
 //! A footstep in the air: COM and ZMP by the relaxed boundary conditions of [`AxisPlan`], the swing foot on a smooth arc,
-//! and its landing, by contact. Planned once from the estimate at the lift; nothing is stabilised until the landing, as
-//! in the paper.
+//! and its landing, by contact. The paper's footstep is planned once from the estimate at the lift, and nothing is
+//! stabilised until it lands; one that catches is led to another place ([`Swing::aim`]) while it is in the air.
 
 use super::estimator::heading;
 use super::footstep::Footstep;

@@ -208,11 +208,15 @@ pub fn run(
     let mut plant = Plant::on(ground, simulated, clock, sensor_errors, design.home_command().clone());
     let mut controller = Controller::new(robot, design);
     let mut referee = Referee::new(simulated, config, &pushes);
+    let mut command = design.home_command().clone();
     let ticks = (config.horizon_s / config.control_period_s).round() as u64;
     for k in 0..=ticks {
         let sensed = plant.sense();
-        let command = controller.tick(&sensed);
         let truth = plant.truth();
+        // A controller is not asked what to do about numbers that are none.
+        if truth.is_finite() {
+            command = controller.tick(&sensed);
+        }
         let dcm = truth.com.xy() + truth.com_vel.xy() / design.family.pendulum.omega;
         let support = support_on_ground(robot, truth);
         let dcm_outside_m = support.map_or(f64::INFINITY, |polygon| polygon.signed_distance(dcm));
@@ -228,7 +232,7 @@ pub fn run(
             break;
         }
         if k < ticks {
-            plant.advance(command, &pushes);
+            plant.advance(command.clone(), &pushes);
         }
     }
     referee.finish()

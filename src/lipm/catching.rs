@@ -15,8 +15,8 @@
 //! min over p in the sole, f within reach of  (dcm(T) - s f)^2 + w_zmp p^2 + w_place (f - home)^2
 //! ```
 //!
-//! has two variables in a box and is solved in closed form. The best share is that by which the DCM misses the support by
-//! least, and of those the one that costs least. Solved anew at every tick, the landing place and the ZMP follow the DCM.
+//! has two variables in a box and is solved in closed form. Of the shares the one that costs least is best, where to miss
+//! the support counts far more than the rest. Solved anew at every tick, the landing place and the ZMP follow the DCM.
 
 use super::relaxation::in_box;
 use crate::error::{Error, Result};
@@ -62,7 +62,7 @@ impl Catching {
             ("late_s", self.late_s, 0.0, 1.0),
             ("pause_s", self.pause_s, 0.0, 1.0),
             ("transfer_s", self.transfer_s, 0.0, 0.5 * self.swing_time_s),
-            ("settle_s", self.settle_s, 0.0, self.swing_time_s),
+            ("settle_s", self.settle_s, 0.01, self.swing_time_s),
             ("weights.zmp", self.weights.zmp, 1e-9, 1e9),
             ("weights.place", self.weights.place, 1e-9, 1e9),
         ] {
@@ -107,7 +107,8 @@ pub struct Catch {
     pub place: Vector2<f64>,
     /// The DCM at landing (m).
     pub dcm: Vector2<f64>,
-    /// Distance of that DCM outside of the support (m); 0 inside.
+    /// Distance of that DCM outside of the part of the support from midway between the feet to the foot that lands (m); 0
+    /// inside of it.
     pub miss: f64,
     /// In squared metres; what the DCM misses the support by counts [`MISS`] times its length.
     pub cost: f64,
@@ -221,7 +222,7 @@ mod tests {
             (Catching { late_s: f64::NAN, ..good }, "late_s = NaN: out of range"),
             (Catching { pause_s: 2.0, ..good }, "pause_s = 2: out of range; accepted: 0 to 1"),
             (Catching { transfer_s: 0.1, ..good }, "transfer_s = 0.1: out of range; accepted: 0 to 0.075"),
-            (Catching { settle_s: 0.2, ..good }, "settle_s = 0.2: out of range; accepted: 0 to 0.15"),
+            (Catching { settle_s: 0.2, ..good }, "settle_s = 0.2: out of range; accepted: 0.01 to 0.15"),
             (Catching { weights: CatchingWeights { zmp: 0.0, ..WEIGHTS }, ..good }, "weights.zmp = 0: out of range"),
             (Catching { weights: CatchingWeights { place: -1.0, ..WEIGHTS }, ..good }, "weights.place = -1: out"),
         ] {

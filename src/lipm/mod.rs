@@ -3,7 +3,8 @@
 //! [`cpi_set`] searches a set by linear programs, for one polygon, and keeps its matrix: for tables, plots, inclusion
 //! tests and export. [`online`] answers membership at every tick, on any polygon, without a search: this is what the
 //! controller uses. Both are the same set. [`stepping`] and [`relaxation`] are for when no set holds the state: where the
-//! foot may land, and how COM and ZMP move while it is in the air (Sect. V). [`capture`] is what any of this is measured by:
+//! foot may land, and how COM and ZMP move while it is in the air (Sect. V). [`catching`] does the same beyond the paper, at
+//! every tick. [`capture`] is what any of this is measured by:
 //! the largest impulse that the pendulum can take. [`variant`] opens a gain set with one value of it changed.
 
 pub mod capture;

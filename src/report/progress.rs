@@ -1,4 +1,4 @@
-//! How far a campaign or a survey is: a bar on a terminal, a line now and then elsewhere; on the standard error.
+//! How far a campaign or a search is: a bar on a terminal, a line now and then elsewhere; on the standard error.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, Write};

@@ -158,6 +158,13 @@ fn the_pushes(args: &PushArgs, campaign: Option<&Campaign>, config: &EpisodeConf
         _ => vec![Push::default()],
     };
     let base = pushes[0];
+    // Its time, height and duration follow from the first.
+    let moves_second =
+        args.start.is_some() || args.duration.is_some() || args.height.is_some() || args.profile.is_some();
+    if pushes.len() > 1 && moves_second {
+        let accepted = "--impulse and --heading, or --set on the campaign in a file";
+        return Err(Error::value("arguments", "--trial", args.trial.unwrap_or(0), "has a second push", accepted));
+    }
     let bounds = PushBounds::new(config.horizon_s);
     // The ground of a trial may be sloped.
     let earliest_s =

@@ -100,7 +100,8 @@ pub fn story(
         let told: Vec<String> = pair.iter().map(|(name, value)| format!("{name} {value:.4}")).collect();
         line(if i == 0 { "varied" } else { "" }, told.join(", "));
     }
-    line("gains", format!("{} ({} gains)", design.family.name, design.family.gains.len()));
+    let count = design.family.gains.len();
+    line("gains", format!("{} ({count} gain{})", design.family.name, if count == 1 { "" } else { "s" }));
     let pushed_until_s = pushes.iter().map(Push::end_s).fold(0.0, f64::max);
     let outcome = match record.outcome {
         Outcome::Recovered => match record.settled_at_s {

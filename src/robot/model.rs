@@ -173,7 +173,8 @@ pub struct Reach {
     pub outward_m: f64,
     /// and at least, so that the legs do not touch (m).
     pub inward_m: f64,
-    /// Shortest time from the wish to step to the landing at any of these places (s).
+    /// From the wish to step to the landing at any of these places, for the bounds of the pendulum (s). A controller may
+    /// be quicker.
     pub min_step_time_s: f64,
 }
 
