@@ -3,7 +3,7 @@
 
 use crate::campaign::Distribution;
 use crate::campaign::spec::{PushBounds, PushSpec};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::sim::{Push, Variation, ground::TILTING_S};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
