@@ -109,7 +109,7 @@ pub struct Catch {
     pub dcm: Vector2<f64>,
     /// Distance of that DCM outside of the support (m); 0 inside.
     pub miss: f64,
-    /// In squared metres; what the DCM misses the support by counts [`MISS`] times its length.
+    /// In squared metres; what the DCM misses the support by counts a hundred times its length (`MISS`).
     pub cost: f64,
 }
 
