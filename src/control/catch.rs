@@ -3,7 +3,8 @@
 //! A foot is lifted as soon as no set holds the state and the DCM is outside of the support: the one by which the DCM
 //! will miss the support to be by least ([`plan`]). At every tick from then on the landing place and the ZMP are planned
 //! anew from the estimate, so that both follow the DCM, and the torques are those of the moving body
-//! ([`InverseDynamics`](super::inverse_dynamics::InverseDynamics)): a leg that swings in 0.14 s pushes the rest of the body off its course.
+//! ([`InverseDynamics`](super::inverse_dynamics::InverseDynamics)): a leg that swings in 0.14 s pushes the rest of the body
+//! off its course.
 
 use super::estimator::heading;
 use super::footstep::Footstep;

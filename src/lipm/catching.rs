@@ -110,7 +110,7 @@ pub struct Catch {
     /// Distance of that DCM outside of the part of the support from midway between the feet to the foot that lands (m); 0
     /// inside of it.
     pub miss: f64,
-    /// In squared metres; what the DCM misses the support by counts [`MISS`] times its length.
+    /// In squared metres; what the DCM misses the support by counts a hundred times its length (`MISS`).
     pub cost: f64,
 }
 
