@@ -142,8 +142,7 @@ mod tests {
         let (robot, gains) = (Robot::load("ut-mu2").unwrap(), GainSet::load("catch").unwrap());
         let reach = robot.reach.unwrap();
         let with = |reach: Option<Reach>| Robot { reach, ..robot.clone() };
-        let unknown = "catch: catching = a table: needs to know how far the feet reach; \
-                       accepted: a robot with [reach] in its settings";
+        let unknown = "catch: catching = a table: needs to know how far the feet";
         for (robot, period_s, words) in [
             (with(None), 0.002, unknown),
             (
