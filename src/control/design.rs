@@ -144,8 +144,7 @@ mod tests {
         let (robot, gains) = (Robot::load("ut-mu2").unwrap(), GainSet::load("catch").unwrap());
         let reach = robot.reach.unwrap();
         let with = |reach: Option<Reach>| Robot { reach, ..robot.clone() };
-        let unknown = "catch: catching = a table: needs to know how far the feet of ut-mu2 reach; \
-                       accepted: a robot whose .toml has [reach] with forward_m";
+        let unknown = "catch: catching = a table: needs to know how far the feet";
         for (robot, period_s, words) in [
             (with(None), 0.002, unknown),
             (
