@@ -2,8 +2,8 @@
 
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
-use standfast::campaign::{Overrides, Shard};
-use standfast::report;
+use standfast::campaign::Shard;
+use standfast::report::{self, ChangeArgs};
 use std::path::PathBuf;
 
 /// How hard can a humanoid be pushed before it falls, and which gain set makes it stand better?
@@ -60,28 +60,11 @@ pub struct RunArgs {
     /// A campaign that is compiled in (smoke, nominal, standard, harsh) or a TOML file
     #[arg(default_value = "standard")]
     pub campaign: String,
-    /// Gain set by name or file, instead of those of the campaign; may be given several times
-    #[arg(long, value_name = "NAME|FILE")]
-    pub gains: Vec<String>,
-    /// Variants of a gain set, one for each value of one key (dotted, array elements from 0; values in TOML).
-    ///
-    /// They replace the campaign's gain sets; with --gains they come after those. May be given several times: each
-    /// adds its own variants, they are not combined. A variant is a gain set SET:KEY=VALUE, which --gains and the
-    /// `gains` of a campaign file take too.
-    #[arg(long, value_name = "SET:KEY=V1,V2,...")]
-    pub vary: Vec<String>,
-    /// Robot by name or URDF file (settings in a .toml of the same name beside it)
-    #[arg(long, value_name = "NAME|FILE")]
-    pub robot: Option<String>,
+    #[command(flatten)]
+    pub change: ChangeArgs,
     /// Count of pushes
     #[arg(long, value_name = "N")]
     pub trials: Option<u64>,
-    /// Seed of all random numbers
-    #[arg(long, value_name = "S")]
-    pub seed: Option<u64>,
-    /// Change one value of the campaign, e.g. push.height_m=0.05 (value in TOML)
-    #[arg(long, value_name = "KEY=VALUE")]
-    pub set: Vec<String>,
     /// Threads; 0: one per core. The result is the same for any
     #[arg(long, value_name = "T", default_value_t = 0)]
     pub threads: usize,
@@ -100,29 +83,12 @@ impl Default for RunArgs {
     fn default() -> Self {
         Self {
             campaign: "standard".into(),
-            gains: Vec::new(),
-            vary: Vec::new(),
-            robot: None,
+            change: ChangeArgs::default(),
             trials: None,
-            seed: None,
-            set: Vec::new(),
             threads: 0,
             shard: None,
             out: None,
             json: false,
-        }
-    }
-}
-
-impl RunArgs {
-    pub fn overrides(&self) -> Overrides {
-        Overrides {
-            set: self.set.clone(),
-            trials: self.trials,
-            seed: self.seed,
-            gains: self.gains.clone(),
-            vary: self.vary.clone(),
-            robot: self.robot.clone(),
         }
     }
 }

@@ -27,7 +27,7 @@ const INCOMPLETE: u8 = 3;
 static STOP: AtomicBool = AtomicBool::new(false);
 
 pub fn run(args: &RunArgs) -> Result<ExitCode> {
-    let plan = Plan::new(&Campaign::load(&args.campaign, &args.overrides())?)?;
+    let plan = Plan::new(&Campaign::load(&args.campaign, &args.change.overrides(args.trials))?)?;
     let folder = plan.folder(args.out.as_deref())?;
     let missing = folder.missing().len() as u64;
     if missing == 0 {
@@ -76,7 +76,7 @@ pub fn push(args: &PushArgs) -> Result<ExitCode> {
 /// Nothing of an interrupted run is kept.
 pub fn limit(args: &LimitArgs) -> Result<ExitCode> {
     args.check_outputs()?;
-    let campaign = Campaign::load(&args.campaign, &args.overrides())?;
+    let campaign = Campaign::load(&args.campaign, &args.change.overrides(None))?;
     stop_on_ctrl_c();
     let progress = OnceLock::new();
     let result = limit::measure(

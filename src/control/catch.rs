@@ -6,7 +6,7 @@
 //! ([`InverseDynamics`](super::inverse_dynamics::InverseDynamics)): a leg that swings in 0.14 s pushes the rest of the body
 //! off its course.
 
-use super::estimator::heading;
+use super::estimator::on_ground;
 use super::footstep::Footstep;
 use super::inverse_dynamics::Wanted;
 use super::quintic::Quintic;
@@ -49,8 +49,7 @@ impl Controller<'_> {
         let mut best: Option<(Foot, Isometry2<f64>, Catch)> = None;
         for foot in Foot::BOTH.into_iter().filter(|foot| self.estimator.now.in_contact[foot.other()]) {
             let estimate = &self.estimator.now;
-            let foothold = &estimate.footholds[foot.other()];
-            let stance = Isometry2::new(foothold.translation.vector.xy(), heading(foothold));
+            let stance = on_ground(&estimate.footholds[foot.other()]);
             let carried = (estimate.load_n[foot] / (estimate.load_n.left + estimate.load_n.right)).clamp(0.0, 1.0);
             let transfer_s = if carried.is_finite() { carried * rules.transfer_s } else { 0.0 };
             let means = self.means(foot);
@@ -99,11 +98,10 @@ impl Controller<'_> {
         self.swing = Some(swing);
         let acceleration = self.move_reference();
         wanted.com_acc = Vector3::new(acceleration.x, acceleration.y, self.height.now[2]);
-        let mut command = self.body_command(acceleration, soles, sole_vel, standing);
-        let body = &self.whole_body;
-        self.inverse_dynamics.solve(self.robot, &self.estimator.now.posture, &body.velocity, &wanted);
-        command.tau_ff.copy_from_slice(&self.inverse_dynamics.tau);
-        command
+        self.move_body(soles, sole_vel);
+        let posture = &self.estimator.now.posture;
+        self.inverse_dynamics.solve(self.robot, posture, &self.whole_body.velocity, &wanted);
+        self.command_with(self.inverse_dynamics.tau.clone())
     }
 
     /// The DCM in `time_s` and the delay from sensing to torque, if the ZMP stays where it is: world (m).

@@ -7,7 +7,7 @@
 use super::kalman::{Kalman, Trust};
 use crate::lipm::pendulum::Pendulum;
 use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Pose, Posture, Robot, Sensed, Sole};
-use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry2, Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 
 /// A sole that carries more than this is in contact (N); it may carry less than the second before it counts as lifted.
 const CONTACT_FORCE_N: [f64; 2] = [5.0, 3.0];
@@ -204,6 +204,11 @@ fn flat(pose: &Pose) -> Pose {
     let yaw = heading(pose);
     let p = pose.translation.vector;
     Isometry3::from_parts(Vector3::new(p.x, p.y, 0.0).into(), UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw))
+}
+
+/// A foothold as a pose on the ground.
+pub fn on_ground(foothold: &Pose) -> Isometry2<f64> {
+    Isometry2::new(foothold.translation.vector.xy(), heading(foothold))
 }
 
 /// Heading of a pose's x axis over the ground (rad).

@@ -292,6 +292,18 @@ impl<'a> Controller<'a> {
         standing: PerFoot<bool>,
     ) -> Command {
         let robot = self.robot;
+        self.move_body(soles, sole_vel);
+        let effective = Vector3::new(-acceleration.x, -acceleration.y, -GRAVITY);
+        let force = -effective * robot.mass();
+        let footholds = &self.estimator.now.footholds;
+        let wrenches = load::share(robot, footholds, &standing, self.supervisor.zmp_ref, force);
+        let mut tau_ff = vec![0.0; robot.joints.len()];
+        load_torques(self.estimator.kinematics(), robot, effective, &wrenches, &mut tau_ff);
+        self.command_with(tau_ff)
+    }
+
+    /// Moves the whole body's reference after the COM reference and the soles.
+    fn move_body(&mut self, soles: PerFoot<Pose>, sole_vel: PerFoot<Vector3<f64>>) {
         let shaped = self.com_ref + self.shaping;
         let task = Task {
             com: Point3::new(shaped.x, shaped.y, self.height.now[0]),
@@ -301,18 +313,13 @@ impl<'a> Controller<'a> {
             sole_vel,
             trunk: upright(&self.support),
         };
-        self.whole_body.follow(robot, &task);
-        let effective = Vector3::new(-acceleration.x, -acceleration.y, -GRAVITY);
-        let force = -effective * robot.mass();
-        let footholds = &self.estimator.now.footholds;
-        let wrenches = load::share(robot, footholds, &standing, self.supervisor.zmp_ref, force);
-        let mut tau_ff = vec![0.0; robot.joints.len()];
-        load_torques(self.estimator.kinematics(), robot, effective, &wrenches, &mut tau_ff);
-        Command {
-            q_ref: self.whole_body.posture.q.clone(),
-            dq_ref: self.whole_body.velocity.as_slice()[6..].to_vec(),
-            tau_ff,
-        }
+        self.whole_body.follow(self.robot, &task);
+    }
+
+    /// The whole body's reference as joint targets, with these torques (N m) fed forward.
+    fn command_with(&self, tau_ff: Vec<f64>) -> Command {
+        let body = &self.whole_body;
+        Command { q_ref: body.posture.q.clone(), dq_ref: body.velocity.as_slice()[6..].to_vec(), tau_ff }
     }
 }
 

@@ -2,7 +2,7 @@
 //! and its landing, by contact. The paper's footstep is planned once from the estimate at the lift, and nothing is
 //! stabilised until it lands; one that catches is led to another place ([`Swing::aim`]) while it is in the air.
 
-use super::estimator::heading;
+use super::estimator::on_ground;
 use super::footstep::Footstep;
 use super::quintic::Quintic;
 use crate::lipm::relaxation::{AxisPlan, Boundary};
@@ -88,7 +88,7 @@ impl Swing {
     /// A footstep whose ZMP is chosen anew at every tick.
     pub fn new(timing: Timing, footstep: Footstep, footholds: &PerFoot<Pose>) -> Self {
         let [from, foothold] = [footstep.foot, footstep.foot.other()].map(|foot| footholds[foot]);
-        let stance = Isometry2::new(foothold.translation.vector.xy(), heading(&foothold));
+        let stance = on_ground(&foothold);
         let landing = Vector3::new(footstep.to.x, footstep.to.y, foothold.translation.z);
         let to = Pose::from_parts(landing.into(), foothold.rotation);
         let path = [0, 1]
@@ -172,6 +172,7 @@ impl Swing {
 
 #[cfg(test)]
 mod tests {
+    use super::super::estimator::heading;
     use super::*;
     use crate::robot::{Foot, Robot};
     use nalgebra::UnitQuaternion;

@@ -1,7 +1,6 @@
 //! `standfast limit`: the largest recoverable impulse by heading, as a table.
 
-use super::{check_output, limit_plot};
-use crate::campaign::Overrides;
+use super::{ChangeArgs, check_output, limit_plot};
 use crate::campaign::limit::{Heading, Limits, SetLimit};
 use crate::error::{Error, Result};
 use crate::files::write_atomic;
@@ -19,7 +18,7 @@ use std::path::PathBuf;
 For each gain set and heading an adaptive search (Bayesian, least expected entropy) finds the impulse of 50 % recovery,
 with a 95 % interval; of the campaign everything is used but the impulse and heading of its first push. Pendulum
 bounds hold for the mean duration of that push; where it acts above the COM (on the mean), also bound / (1 + height /
-COM height). Headings count from 0 (pushed forward), 90 is to the left.
+COM height). The robot's settings need a table `reach`. Headings count from 0 (pushed forward), 90 is to the left.
 
 The 50 % and 90 % are of what is not left to chance: 2 % of the trials are taken to be lost, and won, by accident.
 Without noise and variations there is no 90 %, and the interval is a bracket: recovered below, lost above.
@@ -30,15 +29,8 @@ pub struct LimitArgs {
     /// A campaign that is compiled in (smoke, nominal, standard, harsh) or a TOML file
     #[arg(long, value_name = "NAME|FILE", default_value = "standard")]
     pub campaign: String,
-    /// Gain set by name or file, instead of those of the campaign; may be given several times
-    #[arg(long, value_name = "NAME|FILE")]
-    pub gains: Vec<String>,
-    /// Variants of a gain set, as in `run`; may be given several times
-    #[arg(long, value_name = "SET:KEY=V1,V2,...")]
-    pub vary: Vec<String>,
-    /// Robot by name or URDF file; its settings need a table `reach`
-    #[arg(long, value_name = "NAME|FILE")]
-    pub robot: Option<String>,
+    #[command(flatten)]
+    pub change: ChangeArgs,
     /// Count of headings, evenly spaced
     #[arg(long, value_name = "N", default_value_t = 16)]
     pub headings: usize,
@@ -48,12 +40,6 @@ pub struct LimitArgs {
     /// ... or after so many trials (then it is marked)
     #[arg(long, value_name = "N", default_value_t = 150)]
     pub max_trials: u64,
-    /// Seed of all random numbers
-    #[arg(long, value_name = "S")]
-    pub seed: Option<u64>,
-    /// Change one value of the campaign, e.g. push.height_m=0.05 (value in TOML)
-    #[arg(long, value_name = "KEY=VALUE")]
-    pub set: Vec<String>,
     /// Threads; 0: one per core. The result is the same for any
     #[arg(long, value_name = "T", default_value_t = 0)]
     pub threads: usize,
@@ -69,18 +55,6 @@ pub struct LimitArgs {
 }
 
 impl LimitArgs {
-    /// What is changed of the campaign.
-    pub fn overrides(&self) -> Overrides {
-        Overrides {
-            set: self.set.clone(),
-            trials: None,
-            seed: self.seed,
-            gains: self.gains.clone(),
-            vary: self.vary.clone(),
-            robot: self.robot.clone(),
-        }
-    }
-
     /// Errors: a file that could not be written in the end, or a folder that has a result already.
     pub fn check_outputs(&self) -> Result<()> {
         if let Some(path) = &self.plot {

@@ -1,5 +1,6 @@
 //! What a person or another program is told: reports of runs, descriptions of robots and sets, pictures, progress.
 
+mod change;
 pub mod cpi;
 mod cpi_plot;
 mod layout;
@@ -17,6 +18,8 @@ pub mod scenario;
 mod story;
 pub mod table;
 pub mod trace;
+
+pub use change::ChangeArgs;
 
 use crate::error::{Error, Result};
 use std::io::{ErrorKind, Write};
