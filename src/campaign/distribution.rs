@@ -1,6 +1,7 @@
 //! How a quantity of a campaign is drawn, as a TOML file has it.
 
-use crate::error::{Error, Result};
+use crate::campaign::bounds::within;
+use crate::error::Result;
 use serde::Serialize;
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
 use std::fmt;
@@ -17,14 +18,6 @@ pub enum Distribution {
     Normal {
         normal: [f64; 2],
     },
-}
-
-/// Checks that a number is in a range; `accepted` says which.
-pub(super) fn within(file: &str, field: &str, value: f64, least: f64, most: f64, accepted: &str) -> Result<()> {
-    if (least..=most).contains(&value) {
-        return Ok(());
-    }
-    Err(Error::value(file, field, value, "out of range", accepted))
 }
 
 impl Distribution {

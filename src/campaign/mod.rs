@@ -7,6 +7,7 @@
 //! [`limit`] asks how hard a push may be, heading by heading, by a [`psychometric`] search beside the pendulum's bounds.
 //! Beside it, [`response`] measures how the ZMP follows the one wanted, and a [`scenario`] is one disturbance with a name.
 
+pub mod bounds;
 pub mod distribution;
 pub mod foretold;
 pub mod limit;
@@ -20,13 +21,15 @@ pub mod scenario;
 pub mod spec;
 pub mod stats;
 pub mod stepped;
+pub mod summary;
 pub mod trial;
 pub mod vary;
 
+pub use bounds::{PushBounds, check_episode};
 pub use distribution::Distribution;
 pub use parts::{Folder, Shard};
 pub use row::Row;
 pub use run::Plan;
-pub use spec::{Campaign, Overrides, PushBounds, check_episode};
-pub use stats::Summary;
+pub use spec::{Campaign, Overrides};
+pub use summary::Summary;
 pub use vary::{SecondPushSpec, VariationSpec};

@@ -4,7 +4,7 @@
 //! configuration hash and content hash; a part counts as complete only if all of this matches. Parts do not know
 //! threads, shards or hosts, so any history of interruptions ends in the same bytes.
 
-use crate::campaign::{Row, row, stats::Summary};
+use crate::campaign::{Row, Summary, row};
 use crate::error::{Error, Result};
 use crate::files::{sha256_hex, write_atomic};
 use crate::{campaign::Campaign, columns};

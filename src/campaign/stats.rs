@@ -1,72 +1,9 @@
-//! What the trials of a campaign say: success rates with intervals, by gain set and by impulse.
+//! Success rates with their intervals.
 
-use crate::campaign::foretold::{FallCause, Foretold};
-use crate::campaign::paired::{Common, Pair, Times};
-use crate::campaign::spec::{PushSpec, SensorSpec};
-use crate::campaign::stepped::Stepped;
-use crate::campaign::{Row, SecondPushSpec, VariationSpec, parts::Manifest};
-use crate::episode::{EpisodeConfig, Outcome};
+use crate::campaign::Row;
+use crate::episode::Outcome;
 use serde::Serialize;
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
-
-/// `summary.json`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Summary {
-    pub name: String,
-    /// Version of the program.
-    pub standfast: String,
-    /// SHA-256 over campaign, robot, gain sets and version: equal hashes mean equal results.
-    pub config_hash: String,
-    /// SHA-256 of `trials.parquet`.
-    pub trials_sha256: String,
-    pub robot: String,
-    /// Count of pushes; each set met all of them.
-    pub trials: u64,
-    pub seed: u64,
-    /// Horizon, steps and the judge's thresholds.
-    pub episode: EpisodeConfig,
-    pub push: PushSpec,
-    pub sensors: SensorSpec,
-    pub second_push: SecondPushSpec,
-    pub variations: VariationSpec,
-    /// How `ci95` is computed.
-    pub interval: &'static str,
-    pub sets: Vec<SetSummary>,
-    /// Times over the trials that every set survived, to be compared between sets.
-    pub common_survivors: Common,
-    /// Every pair of sets, trial by trial.
-    pub pairs: Vec<Pair>,
-}
-
-/// One gain set's count.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SetSummary {
-    pub name: String,
-    #[serde(flatten)]
-    pub count: Count,
-    pub fell: u64,
-    pub diverged: u64,
-    pub timed_out: u64,
-    /// Over this set's own recovered trials.
-    #[serde(flatten)]
-    pub times: Times,
-    /// What the sets of the pendulum say (of standing) against what happened; None without gains.
-    pub foretold: Option<Foretold>,
-    /// Footsteps against outcome; None for a set that took none.
-    pub stepped: Option<Stepped>,
-    pub fall_causes: Vec<FallCause>,
-    /// Success by impulse, bins of equal width, without empty ones.
-    pub by_impulse: Vec<ImpulseBin>,
-}
-
-/// Trials with `from_n_s <= impulse < to_n_s`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ImpulseBin {
-    pub from_n_s: f64,
-    pub to_n_s: f64,
-    #[serde(flatten)]
-    pub count: Count,
-}
 
 /// How many of how many, and what that says of the rate.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -90,57 +27,6 @@ impl Count {
             recovered += u64::from(row.outcome == Outcome::Recovered);
         }
         Self::new(recovered, trials)
-    }
-}
-
-impl Summary {
-    /// Counts the rows of a whole campaign, sorted by trial, then by set; `trials_sha256` is of the file that holds them.
-    pub fn new(manifest: &Manifest, rows: &[Row], trials_sha256: String) -> Self {
-        let campaign = &manifest.campaign;
-        let end_early = campaign.episode.end_early;
-        let bins = bin_edges(rows.iter().map(|row| row.impulse_n_s));
-        Self {
-            name: campaign.name.clone(),
-            standfast: manifest.standfast.clone(),
-            config_hash: manifest.config_hash.clone(),
-            trials_sha256,
-            robot: campaign.robot.clone(),
-            trials: campaign.trials,
-            seed: campaign.seed,
-            episode: campaign.episode,
-            push: campaign.push,
-            sensors: campaign.sensors,
-            second_push: campaign.second_push,
-            variations: campaign.variations,
-            interval: "95 %: Wilson; Clopper-Pearson where fewer than 5 trials recovered, or fewer than 5 did not",
-            sets: manifest.sets.iter().map(|name| SetSummary::new(name, rows, &bins, end_early)).collect(),
-            common_survivors: Common::new(rows, manifest.sets.len(), end_early),
-            pairs: Pair::all(rows, &manifest.sets),
-        }
-    }
-}
-
-impl SetSummary {
-    fn new(name: &str, rows: &[Row], bins: &[f64], end_early: bool) -> Self {
-        let rows: Vec<&Row> = rows.iter().filter(|row| row.set == name).collect();
-        let with = |outcome| rows.iter().filter(|row| row.outcome == outcome).count() as u64;
-        let within = |bin: &&[f64]| {
-            let (from_n_s, to_n_s) = (bin[0], bin[1]);
-            let inside = |row: &&&Row| (from_n_s..to_n_s).contains(&row.impulse_n_s);
-            ImpulseBin { from_n_s, to_n_s, count: Count::of(rows.iter().filter(inside).copied()) }
-        };
-        Self {
-            name: name.into(),
-            count: Count::of(rows.iter().copied()),
-            fell: with(Outcome::Fell),
-            diverged: with(Outcome::Diverged),
-            timed_out: with(Outcome::TimedOut),
-            times: Times::of(rows.iter().copied(), end_early),
-            foretold: Foretold::new(&rows),
-            stepped: Stepped::new(&rows),
-            fall_causes: FallCause::count(&rows),
-            by_impulse: bins.windows(2).map(|bin| within(&bin)).filter(|bin| bin.count.trials > 0).collect(),
-        }
     }
 }
 
@@ -174,27 +60,9 @@ pub fn median(mut values: Vec<f64>) -> Option<f64> {
     if n == 0 { None } else { Some((values[(n - 1) / 2] + values[n / 2]) / 2.0) }
 }
 
-/// Edges of about eight bins of a round width (1, 2, 2.5 or 5 times a power of ten) that cover the values.
-fn bin_edges(values: impl Iterator<Item = f64>) -> Vec<f64> {
-    let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-    let span = most - least;
-    if !span.is_finite() {
-        return Vec::new();
-    }
-    if span == 0.0 {
-        // One push for all: one bin around it.
-        return vec![(least - 0.5).max(0.0), most + 0.5];
-    }
-    let decade = 10f64.powi((span / 8.0).log10().floor() as i32);
-    let width = [1.0, 2.0, 2.5, 5.0, 10.0].map(|m| m * decade).into_iter().find(|w| span / w <= 8.5).unwrap_or(span);
-    let (first, last) = ((least / width).floor() as i64, (most / width).floor() as i64);
-    (first..=last + 1).map(|i| i as f64 * width).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::row::tests::row;
 
     fn close(a: [f64; 2], b: [f64; 2]) {
         assert!((a[0] - b[0]).abs() < 1e-9 && (a[1] - b[1]).abs() < 1e-9, "{a:?} is not {b:?}");
@@ -232,32 +100,5 @@ mod tests {
         assert_eq!(median(vec![]), None);
         assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
         assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), Some(2.5));
-    }
-
-    #[test]
-    fn bins_are_round_and_hold_every_value() {
-        assert_eq!(bin_edges([0.51, 4.49].into_iter()), [0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5]);
-        assert_eq!(bin_edges([2.0, 2.0].into_iter()), [1.5, 2.5]);
-        assert!(bin_edges([].into_iter()).is_empty());
-        for most in [0.001, 0.3, 1.0, 7.7, 4e4] {
-            let edges = bin_edges([0.0, most].into_iter());
-            assert!(edges[0] <= 0.0 && most < edges[edges.len() - 1] && edges.len() <= 11, "{edges:?}");
-        }
-    }
-
-    #[test]
-    fn a_set_counts_its_own_rows() {
-        let outcomes = [Outcome::Recovered, Outcome::Fell, Outcome::TimedOut, Outcome::Recovered];
-        let mut rows: Vec<Row> = (0..4).map(|i| row(i, "a", i as f64, outcomes[i as usize])).collect();
-        rows.push(row(0, "b", 0.0, Outcome::Diverged));
-        let set = SetSummary::new("a", &rows, &[0.0, 2.0, 4.0, 6.0], true);
-        assert_eq!((set.count.trials, set.count.recovered, set.fell, set.timed_out, set.diverged), (4, 2, 1, 1, 0));
-        assert_eq!(set.count.success_rate, 0.5);
-        assert_eq!(set.by_impulse.len(), 2);
-        assert_eq!(set.by_impulse[1].count.recovered, 1);
-        let json = serde_json::to_value(&set).unwrap();
-        for key in ["name", "trials", "recovered", "fell", "diverged", "timed_out", "success_rate", "ci95"] {
-            assert!(json.get(key).is_some(), "{key}");
-        }
     }
 }

@@ -1,8 +1,8 @@
 //! What a campaign varies beside the first push: robot and ground (`[variations]`), and a second push
 //! (`[second_push]`). The controller is told nothing of it.
 
-use crate::campaign::Distribution;
-use crate::campaign::spec::{PushBounds, PushSpec};
+use crate::campaign::spec::PushSpec;
+use crate::campaign::{Distribution, PushBounds};
 use crate::error::{Error, Result};
 use crate::sim::{Push, Variation, ground::TILTING_S};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

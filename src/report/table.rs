@@ -3,8 +3,9 @@
 use crate::campaign::Summary;
 use crate::campaign::foretold::{Foretold, MarginBin};
 use crate::campaign::paired::{Only, Pair};
-use crate::campaign::stats::{Count, SetSummary};
+use crate::campaign::stats::Count;
 use crate::campaign::stepped::Stepped;
+use crate::campaign::summary::SetSummary;
 use crate::campaign::vary;
 use crate::episode::Judge;
 use crate::report::layout::{align, compared, percent, seconds, shell_word, table, whole_names};
