@@ -1,10 +1,12 @@
 //! The commands around campaigns: what each does and prints.
 
-use crate::cli::{Cli, FolderArgs, RunArgs};
+use crate::cli::{Cli, CompareArgs, FolderArgs, MergeArgs, RunArgs};
 use clap::CommandFactory;
 use clap_complete::Shell;
 use standfast::assets::DEFAULT_ROBOT;
-use standfast::campaign::{Campaign, Folder, Plan, limit, run::Options};
+use standfast::campaign::compare::Joined;
+use standfast::campaign::gates::Gates;
+use standfast::campaign::{Campaign, Folder, Plan, Summary, limit, run::Options};
 use standfast::control::home_polygon;
 use standfast::episode::EpisodeConfig;
 use standfast::lipm::pendulum::Pendulum;
@@ -14,9 +16,10 @@ use standfast::report::model::Args as ModelArgs;
 use standfast::report::push::PushArgs;
 use standfast::report::response::ResponseArgs;
 use standfast::report::scenario::ScenarioArgs;
-use standfast::report::{self, plot, progress::Progress, progress::note, table};
+use standfast::report::{self, progress, progress::Progress, progress::note, table};
 use standfast::robot::Robot;
 use standfast::{Error, Result};
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,10 +27,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Exit code of `status` when something is missing.
 const INCOMPLETE: u8 = 3;
 
+/// Exit code if a gate did not pass.
+const GATE_FAILED: u8 = 100;
+
 static STOP: AtomicBool = AtomicBool::new(false);
 
 pub fn run(args: &RunArgs) -> Result<ExitCode> {
-    let plan = Plan::new(&Campaign::load(&args.campaign, &args.change.overrides(args.trials))?)?;
+    let campaign = Campaign::load(&args.campaign, &args.overrides())?;
+    if campaign.stopping.until_resolved && args.shard.is_some() {
+        let problem = "shards know nothing of each other: they cannot stop together when the campaign is decided";
+        let accepted = "a fixed count of trials (no --until-resolved, stopping.until_resolved = false)";
+        return Err(Error::value("arguments", "--shard", "given", problem, accepted));
+    }
+    let plan = Plan::new(&campaign)?;
+    let gates = Gates::new(&plan.manifest, args.gates.baseline.as_deref())?;
     let folder = plan.folder(args.out.as_deref())?;
     let missing = folder.missing().len() as u64;
     if missing == 0 {
@@ -46,6 +59,12 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
             stop: &STOP,
             on_start: &|total| _ = progress.set(Progress::start(total, "episodes")),
             on_episode: &|| progress.get().into_iter().for_each(Progress::tick),
+            is_decided: &|rows| {
+                let open = gates.open(rows);
+                let trials = rows.len() / plan.manifest.sets.len();
+                progress.get().into_iter().for_each(|bar: &Progress| bar.say(&progress::open(trials, &open)));
+                open.is_empty()
+            },
         },
     );
     progress.get().into_iter().for_each(Progress::finish);
@@ -55,12 +74,31 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     result?;
     match args.shard {
         Some(_) => print_status(&folder, args.json).map(|_| ExitCode::SUCCESS),
-        None => join(&folder, args.json),
+        None => join(&folder, &gates, args.json),
     }
 }
 
-pub fn merge(args: &FolderArgs) -> Result<ExitCode> {
-    join(&Folder::existing(&args.dir)?, args.json)
+pub fn merge(MergeArgs { folder: FolderArgs { dir, json }, gates }: &MergeArgs) -> Result<ExitCode> {
+    let mut folder = Folder::existing(dir)?;
+    folder.manifest.campaign.gates.require.extend(gates.gate.iter().cloned());
+    let gates = Gates::new(&folder.manifest, gates.baseline.as_deref())?;
+    join(&folder, &gates, *json)
+}
+
+pub fn compare(args: &CompareArgs) -> Result<ExitCode> {
+    let joined = Joined::new(&Folder::existing(&args.dir_a)?, &Folder::existing(&args.dir_b)?, &args.gate)?;
+    let summary = joined.summary()?;
+    report::print(&if args.json { report::json(&summary) } else { table::campaign(&summary, Path::new("")) })?;
+    if let Some(out) = &args.out {
+        if out.join("parts").exists() {
+            let problem = "holds the result of a campaign; give a folder of its own for the comparison";
+            return Err(Error::Parts { path: out.clone(), problem: problem.into() });
+        }
+        joined.write(&summary, out)?;
+        report::result::write(&summary, &joined.rows, out)?;
+        note(&format!("written: {}/{{summary.json, trials.parquet, {}}}", out.display(), report::result::FILES.join(", ")));
+    }
+    Ok(exit_code(&summary, Path::new("")))
 }
 
 pub fn status(args: &FolderArgs) -> Result<ExitCode> {
@@ -135,12 +173,19 @@ pub fn completions(shell: Shell) -> Result<ExitCode> {
 }
 
 /// Writes the result files and prints the result.
-fn join(folder: &Folder, json: bool) -> Result<ExitCode> {
-    let (summary, _) = folder.join()?;
-    plot::write_success(&summary, &folder.path.join("success.svg"))?;
+fn join(folder: &Folder, gates: &Gates, json: bool) -> Result<ExitCode> {
+    let (summary, rows) = folder.join(gates)?;
+    report::result::write(&summary, &rows, &folder.path)?;
     report::print(&if json { report::json(&summary) } else { table::campaign(&summary, &folder.path) })?;
-    note(&format!("written: {}/{{summary.json, trials.parquet, success.svg, campaign.toml}}", folder.path.display()));
-    Ok(ExitCode::SUCCESS)
+    let files = report::result::FILES.join(", ");
+    note(&format!("written: {}/{{summary.json, trials.parquet, campaign.toml, {files}}}", folder.path.display()));
+    Ok(exit_code(&summary, &folder.path))
+}
+
+/// Says which gates did not pass, each with the command that replays a trial that was lost.
+fn exit_code(summary: &Summary, folder: &Path) -> ExitCode {
+    report::failed_gates(summary, folder).iter().for_each(|line| note(line));
+    if summary.gates.iter().all(|gate| gate.passes) { ExitCode::SUCCESS } else { ExitCode::from(GATE_FAILED) }
 }
 
 /// Prints which parts are there; true if all are.

@@ -10,10 +10,11 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn")).init();
-    let command = Cli::parse().command.unwrap_or(Command::Run(RunArgs::default()));
+    let command = Cli::parse().command.unwrap_or(Command::Run(RunArgs::standard()));
     let done = match command {
         Command::Run(args) => commands::run(&args),
         Command::Merge(args) => commands::merge(&args),
+        Command::Compare(args) => commands::compare(&args),
         Command::Status(args) => commands::status(&args),
         Command::Push(args) => commands::push(&args),
         Command::Limit(args) => commands::limit(&args),

@@ -8,8 +8,10 @@
 //! Beside it, [`response`] measures how the ZMP follows the one wanted, and a [`scenario`] is one disturbance with a name.
 
 pub mod bounds;
+pub mod compare;
 pub mod distribution;
 pub mod foretold;
+pub mod gates;
 pub mod limit;
 pub mod paired;
 pub mod parts;
@@ -22,14 +24,16 @@ pub mod spec;
 pub mod stats;
 pub mod stepped;
 pub mod summary;
+pub mod telling;
 pub mod trial;
 pub mod vary;
+pub mod warnings;
 
 pub use bounds::{PushBounds, check_episode};
 pub use distribution::Distribution;
 pub use parts::{Folder, Shard};
 pub use row::Row;
 pub use run::Plan;
-pub use spec::{Campaign, Overrides};
+pub use spec::{Campaign, Overrides, Stopping};
 pub use summary::Summary;
 pub use vary::{SecondPushSpec, VariationSpec};

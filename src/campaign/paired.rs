@@ -3,12 +3,21 @@
 //! Each set's own median compares different trials: a set that survives harder pushes has more of the slow ones.
 
 use crate::campaign::Row;
+use crate::campaign::gates::sequential_level;
+use crate::campaign::mcnemar::{PairedCounts, holm};
+use crate::campaign::ranks::{Shift, signed_rank};
+use crate::campaign::sequential::{self, Verdict};
 use crate::campaign::stats::median;
+use crate::campaign::strata::{Stratum, strata};
 use crate::episode::Outcome;
 use serde::Serialize;
 
 /// How many trials are named as examples.
 const EXAMPLES: usize = 5;
+/// A difference is claimed if chance alone makes one as large less often than this.
+const ALPHA: f64 = 0.05;
+/// With this chance the trials that are asked for would resolve a pair.
+const POWER: f64 = 0.8;
 
 /// Medians of the times from the end of the push, over trials that recovered.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
@@ -61,59 +70,183 @@ impl Common {
 /// Two sets, trial by trial.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Pair {
-    pub sets: [String; 2],
-    pub both_recovered: u64,
-    pub neither_recovered: u64,
-    /// Recovered with this set, not with the other; in the order of `sets`.
-    pub only: [Only; 2],
+    pub a: String,
+    pub b: String,
+    #[serde(flatten)]
+    pub counts: PairedCounts,
+    /// Rate of a less rate of b (a share).
+    pub difference: f64,
+    /// Of the difference: Tango's score interval or, where the campaign ended when decided, one that holds at every look
+    /// (all pairs together with 95 %).
+    pub ci95: [f64; 2],
+    /// Exact, two-sided, for a count of trials that was fixed in advance.
+    pub mcnemar_p: f64,
+    /// The same, adjusted for the count of pairs (Holm).
+    pub holm_p: f64,
+    pub verdict: Verdict,
+    /// The verdict in a sentence.
+    pub words: String,
+    /// About how many more trials would tell sets apart that differ as these seem to; None where they are told apart,
+    /// or no difference was seen.
+    pub more_trials: Option<u64>,
+    /// The first trials that only one of them recovered from.
+    pub first_only_a: Vec<u64>,
+    pub first_only_b: Vec<u64>,
+    /// Time to standing (s), a less b, over the trials that both recovered from.
+    pub settling_s: Option<Shift>,
+    /// Time to the COM being home for good (s), over trials in which it was with both; None for episodes that end early.
+    pub homing_s: Option<Shift>,
+    /// Footsteps that were finished, a less b, over the trials that both recovered from.
+    pub footsteps: Option<Shift>,
+    pub strata: Vec<PairStratum>,
 }
 
-/// Trials in which one set of a pair recovered and the other did not.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Only {
+/// Two sets over some of the trials. To look at, not to claim: nothing is adjusted for how many there are.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PairStratum {
+    pub by: &'static str,
+    pub label: String,
     pub trials: u64,
-    /// Indices of the first few.
-    pub examples: Vec<u64>,
+    #[serde(flatten)]
+    pub counts: PairedCounts,
+    pub difference: f64,
+    pub ci95: [f64; 2],
+}
+
+/// How a campaign decides between two sets.
+#[derive(Debug, Clone, Copy)]
+pub struct Deciding {
+    /// Whether it ended when decided.
+    pub sequential: bool,
+    /// Sets that differ by less than this share are the same.
+    pub margin: f64,
+    /// Whether episodes ended when decided, so that nothing is known of getting home.
+    pub end_early: bool,
 }
 
 impl Pair {
-    /// Every pair of sets; `rows` are sorted by trial, then by set in the order of `names`.
-    pub fn all(rows: &[Row], names: &[String]) -> Vec<Self> {
-        let n = names.len();
-        (0..n).flat_map(|a| (a + 1..n).map(move |b| (a, b))).map(|(a, b)| Self::new(rows, names, a, b)).collect()
+    /// Each pair of sets that is asked for; `rows` are sorted by trial, then by set in the order of `names`.
+    pub fn all(rows: &[Row], names: &[String], pairs: &[(usize, usize)], deciding: Deciding) -> Vec<Self> {
+        let strata = strata(rows, names.len());
+        let level = if deciding.sequential { sequential_level(pairs.len()) } else { 0.95 };
+        let pair = |&(a, b): &(usize, usize)| Self::new(rows, names, (a, b), &strata, level, deciding);
+        let mut all: Vec<Self> = pairs.iter().map(pair).collect();
+        let adjusted = holm(&all.iter().map(|pair| pair.mcnemar_p).collect::<Vec<_>>());
+        for (pair, holm_p) in all.iter_mut().zip(adjusted) {
+            pair.holm_p = holm_p;
+            pair.decide(deciding, pairs.len());
+        }
+        all
     }
 
-    fn new(rows: &[Row], names: &[String], a: usize, b: usize) -> Self {
-        let mut pair = Self {
-            sets: [names[a].clone(), names[b].clone()],
-            both_recovered: 0,
-            neither_recovered: 0,
-            only: Default::default(),
+    fn new(
+        rows: &[Row],
+        names: &[String],
+        (a, b): (usize, usize),
+        strata: &[Stratum],
+        level: f64,
+        deciding: Deciding,
+    ) -> Self {
+        let sets = names.len();
+        let counts = counts(trials(rows, sets), a, b);
+        let first = |wins: usize, loses: usize| {
+            let only = trials(rows, sets).filter(|trial| has_recovered(&trial[wins]) && !has_recovered(&trial[loses]));
+            only.take(EXAMPLES).map(|trial| trial[0].trial).collect()
         };
-        for trial in trials(rows, names.len()) {
-            let only = match (has_recovered(&trial[a]), has_recovered(&trial[b])) {
-                (true, true) => {
-                    pair.both_recovered += 1;
-                    continue;
-                }
-                (false, false) => {
-                    pair.neither_recovered += 1;
-                    continue;
-                }
-                (true, false) => &mut pair.only[0],
-                (false, true) => &mut pair.only[1],
-            };
-            only.trials += 1;
-            if only.examples.len() < EXAMPLES {
-                only.examples.push(trial[a].trial);
-            }
+        let shift = |get: &dyn Fn(&Row) -> Option<f64>| {
+            let both = trials(rows, sets).filter(|trial| has_recovered(&trial[a]) && has_recovered(&trial[b]));
+            let differences = both.filter_map(|trial| Some(get(&trial[a])? - get(&trial[b])?));
+            signed_rank(&differences.collect::<Vec<_>>())
+        };
+        let stratum = |stratum: &Stratum| {
+            let of_it = stratum.trials.iter().map(|&i| &rows[i * sets..(i + 1) * sets]);
+            let counts = self::counts(of_it, a, b);
+            let (by, label, trials) = (stratum.by, stratum.label.clone(), counts.trials());
+            let (difference, ci95) = (counts.difference(), counts.difference_interval(0.95));
+            PairStratum { by, label, trials, counts, difference, ci95 }
+        };
+        let interval = match deciding.sequential {
+            true => sequential::difference_interval(counts.only_a, counts.only_b, counts.trials(), level),
+            false => counts.difference_interval(level),
+        };
+        Self {
+            a: names[a].clone(),
+            b: names[b].clone(),
+            counts,
+            difference: counts.difference(),
+            ci95: interval,
+            mcnemar_p: counts.mcnemar_p(),
+            holm_p: 1.0,
+            verdict: Verdict::Open,
+            words: String::new(),
+            more_trials: None,
+            first_only_a: first(a, b),
+            first_only_b: first(b, a),
+            settling_s: shift(&Row::settling_s),
+            homing_s: if deciding.end_early { None } else { shift(&Row::homing_s) },
+            footsteps: shift(&|row| Some(row.footsteps.into())),
+            strata: strata.iter().map(stratum).collect(),
         }
-        pair
+    }
+
+    /// Which is better. At a fixed count of trials by the exact test, adjusted for all pairs; else by the interval.
+    fn decide(&mut self, Deciding { sequential, margin, .. }: Deciding, pairs: usize) {
+        self.verdict = match sequential::verdict(self.ci95, margin) {
+            by_interval if sequential => by_interval,
+            Verdict::Same => Verdict::Same,
+            _ if self.holm_p >= ALPHA => Verdict::Open,
+            _ if self.difference > 0.0 => Verdict::ABetter,
+            _ => Verdict::BBetter,
+        };
+        if self.verdict == Verdict::Open {
+            let needed = self.counts.trials_to_resolve(POWER, ALPHA / pairs as f64);
+            self.more_trials = needed.map(|needed| needed.saturating_sub(self.counts.trials()).max(1));
+        }
+        let points = |share: f64| format!("{:.1}", 100.0 * share);
+        let [least, most] = self.ci95.map(points);
+        let p = if sequential { String::new() } else { format!(", {}", p_value(self.holm_p)) };
+        let by = |sign: f64, least: &str, most: &str| {
+            format!("by {} points ({least} to {most}{p})", points(sign * self.difference))
+        };
+        let (a, b) = (&self.a, &self.b);
+        let mirrored = [-self.ci95[1], -self.ci95[0]].map(points);
+        self.words = match (self.verdict, self.more_trials) {
+            (Verdict::ABetter, _) => format!("{a} is better than {b} {}", by(1.0, &least, &most)),
+            (Verdict::BBetter, _) => format!("{b} is better than {a} {}", by(-1.0, &mirrored[0], &mirrored[1])),
+            (Verdict::Same, _) => {
+                format!("{a} and {b} differ by less than {} points ({least} to {most})", points(margin))
+            }
+            (Verdict::Open, Some(more)) => format!(
+                "{a} and {b}: not resolved, {} points ({least} to {most}{p}); if that is what they differ by, \
+                 about {} more trials would show it",
+                points(self.difference),
+                rounded(more),
+            ),
+            (Verdict::Open, None) => {
+                format!("{a} and {b}: not resolved, no difference seen, at most {most} points either way is likely")
+            }
+        };
     }
 }
 
+/// A p-value as it is told: four digits are enough.
+pub fn p_value(p: f64) -> String {
+    if p < 1e-4 { "p < 0.0001".into() } else { format!("p = {p:.4}") }
+}
+
+/// Two digits are enough of a guess.
+fn rounded(count: u64) -> u64 {
+    let unit = 10u64.pow(count.max(1).ilog10().saturating_sub(1));
+    count.div_ceil(unit) * unit
+}
+
+/// Who recovered, over trials that are the rows of all sets each.
+pub fn counts<'a>(trials: impl Iterator<Item = &'a [Row]>, a: usize, b: usize) -> PairedCounts {
+    PairedCounts::of(trials.map(|trial| (has_recovered(&trial[a]), has_recovered(&trial[b]))))
+}
+
 /// The rows of each trial, one per set.
-fn trials(rows: &[Row], sets: usize) -> impl Iterator<Item = &[Row]> {
+pub fn trials(rows: &[Row], sets: usize) -> impl Iterator<Item = &[Row]> {
     rows.chunks_exact(sets.max(1))
 }
 

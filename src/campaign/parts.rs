@@ -4,6 +4,9 @@
 //! configuration hash and content hash; a part counts as complete only if all of this matches. Parts do not know
 //! threads, shards or hosts, so any history of interruptions ends in the same bytes.
 
+use crate::campaign::compare::every_pair;
+use crate::campaign::gates::Gates;
+use crate::campaign::summary::Source;
 use crate::campaign::{Row, Summary, row};
 use crate::error::{Error, Result};
 use crate::files::{sha256_hex, write_atomic};
@@ -59,6 +62,13 @@ struct Marker {
     sha256: String,
 }
 
+/// `parts/stopped.json`: where a campaign that ends when decided has ended.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Stopped {
+    trials: u64,
+    config_hash: String,
+}
+
 /// A result folder and whose it is.
 #[derive(Debug, Clone)]
 pub struct Folder {
@@ -92,9 +102,35 @@ impl Folder {
             .ok_or_else(|| Error::Parts { path: path.into(), problem: "no such folder, or an empty one".into() })
     }
 
-    /// Count of blocks of the whole campaign.
+    /// Count of trials that make the result: those of the campaign or, if it has ended when decided, up to there.
+    pub fn trials(&self) -> u64 {
+        let campaign = &self.manifest.campaign;
+        let stopped = || -> Option<Stopped> { serde_json::from_slice(&fs::read(self.stopped_path()).ok()?).ok() };
+        let valid = |s: &Stopped| s.config_hash == self.manifest.config_hash && s.trials <= campaign.trials;
+        let early = campaign.stopping.until_resolved.then(stopped).flatten().filter(valid);
+        early.map_or(campaign.trials, |stopped| stopped.trials)
+    }
+
+    /// Says that the campaign has ended after so many trials, or (None) that this is not known.
+    pub fn stop_at(&self, trials: Option<u64>) -> Result<()> {
+        let path = self.stopped_path();
+        let Some(trials) = trials else {
+            return match fs::remove_file(&path) {
+                Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(Error::Write { path, source }),
+                _ => Ok(()),
+            };
+        };
+        let stopped = Stopped { trials, config_hash: self.manifest.config_hash.clone() };
+        write_atomic(&path, serde_json::to_string(&stopped).map_err(json_error)?.as_bytes())
+    }
+
+    fn stopped_path(&self) -> PathBuf {
+        self.path.join("parts/stopped.json")
+    }
+
+    /// Count of blocks that make the result.
     pub fn blocks(&self) -> u64 {
-        self.manifest.campaign.trials.div_ceil(BLOCK_TRIALS)
+        self.trials().div_ceil(BLOCK_TRIALS)
     }
 
     /// First trial of a block and the trial after its last.
@@ -105,7 +141,12 @@ impl Folder {
 
     /// Blocks that are not complete, in order.
     pub fn missing(&self) -> Vec<u64> {
-        (0..self.blocks()).filter(|&block| self.content(block).is_err()).collect()
+        (0..self.blocks()).filter(|&block| !self.has(block)).collect()
+    }
+
+    /// Whether a block is complete.
+    pub fn has(&self, block: u64) -> bool {
+        self.content(block).is_ok()
     }
 
     /// Writes whose folder it is: the manifest. Errors: the folder is not writable.
@@ -166,24 +207,23 @@ impl Folder {
             );
             return Err(Error::Parts { path: self.path.clone(), problem });
         }
-        let mut rows = Vec::new();
-        for block in 0..self.blocks() {
-            rows.append(&mut self.read(block)?);
-        }
-        Ok(rows)
+        self.first_rows(self.trials())
+    }
+
+    /// Rows of the first `trials` trials, which end with a block or the campaign. Errors: something is missing.
+    pub fn first_rows(&self, trials: u64) -> Result<Vec<Row>> {
+        let blocks = (0..trials.div_ceil(BLOCK_TRIALS)).map(|block| self.read(block));
+        Ok(blocks.collect::<Result<Vec<_>>>()?.concat())
     }
 
     /// Writes `trials.parquet` and `summary.json` from the parts, and gives what they hold.
-    pub fn join(&self) -> Result<(Summary, Vec<Row>)> {
+    pub fn join(&self, gates: &Gates) -> Result<(Summary, Vec<Row>)> {
         let rows = self.rows()?;
-        let trials = self.path.join("trials.parquet");
-        let fail = |source| Error::Write { path: trials.clone(), source: std::io::Error::other(source) };
-        let bytes = columns::parquet_bytes(&row::columns(&rows)).map_err(fail)?;
-        let summary = Summary::new(&self.manifest, &rows, sha256_hex(&bytes));
-        write_atomic(&trials, &bytes)?;
-        let mut text = serde_json::to_string_pretty(&summary).map_err(json_error)?;
-        text.push('\n');
-        write_atomic(&self.path.join("summary.json"), text.as_bytes())?;
+        let bytes = parquet(&rows)?;
+        let pairs = every_pair(self.manifest.sets.len());
+        let (manifest, trials_sha256) = (&self.manifest, sha256_hex(&bytes));
+        let summary = Summary::new(Source { manifest, rows: &rows, trials_sha256, pairs: &pairs, gates });
+        write_result(&self.path, &bytes, &summary)?;
         Ok((summary, rows))
     }
 
@@ -228,6 +268,20 @@ impl Folder {
         };
         if found == expected { Ok(content) } else { Err(problem("does not match its marker".into())) }
     }
+}
+
+/// `trials.parquet`.
+pub(super) fn parquet(rows: &[Row]) -> Result<Vec<u8>> {
+    let fail = |source| Error::Write { path: "trials.parquet".into(), source: std::io::Error::other(source) };
+    columns::parquet_bytes(&row::columns(rows)).map_err(fail)
+}
+
+/// Writes `trials.parquet` and `summary.json` to a folder.
+pub(super) fn write_result(folder: &Path, trials: &[u8], summary: &Summary) -> Result<()> {
+    write_atomic(&folder.join("trials.parquet"), trials)?;
+    let mut text = serde_json::to_string_pretty(summary).map_err(json_error)?;
+    text.push('\n');
+    write_atomic(&folder.join("summary.json"), text.as_bytes())
 }
 
 fn json_error(e: serde_json::Error) -> Error {

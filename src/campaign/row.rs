@@ -108,6 +108,41 @@ impl Row {
         }
     }
 
+    /// What pushed it, in order of time.
+    pub fn pushes(&self) -> Vec<Push> {
+        let first = Push {
+            impulse_n_s: self.impulse_n_s,
+            heading_deg: self.heading_deg,
+            height_m: self.height_m,
+            duration_s: self.duration_s,
+            start_s: self.start_s,
+            profile: self.profile,
+        };
+        let second = || {
+            let (impulse_n_s, heading_deg) = (self.second_impulse_n_s?, self.second_heading_deg?);
+            Some(Push { impulse_n_s, heading_deg, start_s: self.second_start_s?, ..first })
+        };
+        std::iter::once(first).chain(second()).collect()
+    }
+
+    /// How its robot and ground differed from those designed for.
+    pub fn variation(&self) -> Variation {
+        Variation {
+            mass_scale: self.mass_scale,
+            trunk_com_x_m: self.trunk_com_x_m,
+            trunk_com_y_m: self.trunk_com_y_m,
+            friction: self.friction,
+            slope_deg: self.slope_deg,
+            slope_heading_deg: self.slope_heading_deg,
+            ground_step_m: self.ground_step_m,
+            kp_scale: self.kp_scale,
+            kd_scale: self.kd_scale,
+            torque_scale: self.torque_scale,
+            speed_scale: self.speed_scale,
+            delay_s: self.delay_s,
+        }
+    }
+
     /// Time at which the last push ends (s).
     fn pushed_until_s(&self) -> f64 {
         self.second_start_s.unwrap_or(self.start_s) + self.duration_s

@@ -1,7 +1,9 @@
 //! Running a campaign: its inputs, the folder that it goes to, and its trials spread over cores.
 
 use crate::assets::{self, Kind, Source};
-use crate::campaign::parts::{Folder, Manifest, Shard};
+use crate::campaign::parts::{BLOCK_TRIALS, Folder, Manifest, Shard};
+use crate::campaign::sequential::next_look;
+use crate::campaign::gate::GateSpec;
 use crate::campaign::{Campaign, Row, trial};
 use crate::control::Design;
 use crate::episode;
@@ -32,10 +34,12 @@ pub struct Options<'a> {
     pub shard: Option<Shard>,
     /// Set from outside to stop early.
     pub stop: &'a AtomicBool,
-    /// Called with the count of episodes to run, before the first one.
+    /// Called with the count of episodes to run (at most), before the first one.
     pub on_start: &'a dyn Fn(u64),
     /// Called after every episode, from any thread.
     pub on_episode: &'a (dyn Fn() + Sync),
+    /// Asked at every look of a campaign that ends when decided, with the rows of all trials so far: is it?
+    pub is_decided: &'a dyn Fn(&[Row]) -> bool,
 }
 
 impl Plan {
@@ -90,7 +94,7 @@ impl Plan {
             *gains = entry.with_base(&name);
         }
         let standfast = env!("CARGO_PKG_VERSION").to_string();
-        let config_hash = hash(&standfast, &resolved.to_toml()?, &hashed);
+        let config_hash = hash(&standfast, &what_trials_are(&resolved).to_toml()?, &hashed);
         Ok(Plan { manifest: Manifest { standfast, config_hash, sets, campaign: resolved }, robot, gains, inputs })
     }
 
@@ -123,28 +127,67 @@ impl Plan {
     /// Runs the trials that `folder` lacks (of one shard, or all) and commits them part by part; what is complete is
     /// left as it is. Every gain set is designed for before the first trial and before anything is written.
     pub fn run(&self, folder: &Folder, options: &Options) -> Result<()> {
-        let mut blocks = folder.missing();
-        blocks.retain(|&block| options.shard.is_none_or(|shard| shard.takes(block)));
-        if blocks.is_empty() {
+        let campaign = &self.manifest.campaign;
+        let until_resolved = campaign.stopping.until_resolved;
+        let mut missing = if until_resolved { self.undecided(folder, options)? } else { folder.missing() };
+        missing.retain(|&block| options.shard.is_none_or(|shard| shard.takes(block)));
+        if missing.is_empty() {
             return self.identify(folder);
         }
         let pool = pool(options.threads)?;
         let designs = pool.install(|| self.designs())?;
         self.identify(folder)?;
-        let blocks: Vec<Block> = blocks.into_iter().map(|b| Block::new(folder, b)).collect();
-        let jobs = || blocks.iter().flat_map(|block| (0..block.slots.len()).map(move |slot| (block, slot)));
-        (options.on_start)(jobs().count() as u64);
-        // Units are single episodes, handed out in order one by one: cores stay busy to the end, and an interruption
-        // loses only the few blocks in work.
-        pool.install(|| {
-            jobs().par_bridge().try_for_each(|(block, slot)| {
-                if options.stop.load(Ordering::Relaxed) {
-                    return Err(Error::Interrupted);
-                }
-                let done = block.put(slot, self.row(&designs, block.first_trial, slot));
-                (options.on_episode)();
-                if done { folder.commit(block.index, &block.rows()) } else { Ok(()) }
-            })
+        let episodes = |block: &u64| {
+            let (first, end) = folder.range(*block);
+            (end - first) * self.manifest.sets.len() as u64
+        };
+        if !until_resolved {
+            (options.on_start)(missing.iter().map(episodes).sum());
+            return pool.install(|| self.run_blocks(folder, &designs, &missing, options));
+        }
+        let all = (0..campaign.trials.div_ceil(BLOCK_TRIALS)).filter(|&block| !folder.has(block));
+        (options.on_start)(all.map(|block| episodes(&block)).sum());
+        while !missing.is_empty() {
+            pool.install(|| self.run_blocks(folder, &designs, &missing, options))?;
+            missing = self.undecided(folder, options)?;
+        }
+        Ok(())
+    }
+
+    /// Looks at what is there of a campaign that ends when decided: the blocks that are missing up to the next look, or
+    /// none if it is decided, or there are no more trials; the folder is told so.
+    ///
+    /// The looks are at fixed counts of trials. So the end depends neither on threads nor on interruptions.
+    fn undecided(&self, folder: &Folder, options: &Options) -> Result<Vec<u64>> {
+        let most = self.manifest.campaign.trials;
+        let mut look = 0;
+        while look < most {
+            look = next_look(look, most);
+            let missing: Vec<u64> = (0..look.div_ceil(BLOCK_TRIALS)).filter(|&block| !folder.has(block)).collect();
+            if !missing.is_empty() {
+                folder.stop_at(None)?;
+                return Ok(missing);
+            }
+            if look < most && (options.is_decided)(&folder.first_rows(look)?) {
+                break;
+            }
+        }
+        folder.stop_at(Some(look))?;
+        Ok(Vec::new())
+    }
+
+    /// Units are single episodes, handed out in order one by one: cores stay busy to the end, and an interruption loses
+    /// only the few blocks in work.
+    fn run_blocks(&self, folder: &Folder, designs: &[Design], blocks: &[u64], options: &Options) -> Result<()> {
+        let blocks: Vec<Block> = blocks.iter().map(|&block| Block::new(folder, block)).collect();
+        let jobs = blocks.iter().flat_map(|block| (0..block.slots.len()).map(move |slot| (block, slot)));
+        jobs.par_bridge().try_for_each(|(block, slot)| {
+            if options.stop.load(Ordering::Relaxed) {
+                return Err(Error::Interrupted);
+            }
+            let done = block.put(slot, self.row(designs, block.first_trial, slot));
+            (options.on_episode)();
+            if done { folder.commit(block.index, &block.rows()) } else { Ok(()) }
         })
     }
 
@@ -196,6 +239,17 @@ fn open(kind: Kind, name: &str) -> Result<Source> {
         }
         _ => assets::open(kind, name),
     }
+}
+
+/// The campaign without what no trial depends on. One that ends when decided may be taken up again with more trials or
+/// another margin: its intervals hold at every look. One with a fixed count may not: that would be a second look.
+fn what_trials_are(campaign: &Campaign) -> Campaign {
+    let mut trials = Campaign { gates: GateSpec::default(), ..campaign.clone() };
+    if campaign.stopping.until_resolved {
+        trials.trials = 0;
+        trials.stopping.margin = 0.0;
+    }
+    trials
 }
 
 /// SHA-256 over program version, resolved campaign and texts of its inputs; each with its length in front.

@@ -3,6 +3,7 @@
 use crate::assets::{self, Kind};
 use crate::campaign::bounds::{PushBounds, check_episode, within};
 use crate::campaign::distribution::Distribution;
+use crate::campaign::gate::GateSpec;
 use crate::campaign::vary::{self, SecondPushSpec, VariationSpec};
 use crate::episode::EpisodeConfig;
 use crate::error::{Error, Result};
@@ -38,6 +39,27 @@ pub struct Campaign {
     pub second_push: SecondPushSpec,
     #[serde(default)]
     pub variations: VariationSpec,
+    #[serde(default)]
+    pub stopping: Stopping,
+    /// What a result must show to pass. No part of the configuration hash: the trials are the same without.
+    #[serde(default)]
+    pub gates: GateSpec,
+}
+
+/// When a campaign may end before all its trials are run.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Stopping {
+    /// End as soon as every gate is decided or, without gates, every pair of sets; `trials` is the most then.
+    pub until_resolved: bool,
+    /// A pair whose rates are sure to differ by less than this share is decided too: they are the same.
+    pub margin: f64,
+}
+
+impl Default for Stopping {
+    fn default() -> Self {
+        Self { until_resolved: false, margin: 0.02 }
+    }
 }
 
 /// Distributions of what makes a [`Push`]; the fields are those of `Push`.
@@ -98,6 +120,11 @@ pub struct Overrides {
     /// Sweeps `SET:KEY=V1,V2,...`: their variants come after `gains`, instead of the campaign's own list.
     pub vary: Vec<String>,
     pub robot: Option<String>,
+    /// Gates beside the campaign's own.
+    pub gates: Vec<String>,
+    /// End when decided (and margin): see [`Stopping`].
+    pub until_resolved: bool,
+    pub margin: Option<f64>,
 }
 
 impl Campaign {
@@ -131,6 +158,9 @@ impl Campaign {
         if let Some(robot) = &overrides.robot {
             campaign.robot.clone_from(robot);
         }
+        campaign.gates.require.extend(overrides.gates.iter().cloned());
+        campaign.stopping.until_resolved |= overrides.until_resolved;
+        campaign.stopping.margin = overrides.margin.unwrap_or(campaign.stopping.margin);
         campaign.check("command line")?;
         Ok(campaign)
     }
@@ -222,7 +252,9 @@ impl Campaign {
         vary::check(&self.variations, file)?;
         self.check_start(file)?;
         within(file, "sensors.noise_scale", self.sensors.noise_scale, 0.0, 1e3, "0 to 1000")?;
-        within(file, "sensors.bias_scale", self.sensors.bias_scale, 0.0, 1e3, "0 to 1000")
+        within(file, "sensors.bias_scale", self.sensors.bias_scale, 0.0, 1e3, "0 to 1000")?;
+        within(file, "stopping.margin", self.stopping.margin, 0.0, 1.0, "0 to 1: a share, not percent")?;
+        self.gates.check(file)
     }
 }
 

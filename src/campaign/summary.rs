@@ -1,11 +1,13 @@
 //! What the trials of a campaign say, as `summary.json` has it.
 
+use crate::campaign::compare::Earlier;
 use crate::campaign::foretold::{FallCause, Foretold};
-use crate::campaign::paired::{Common, Pair, Times};
-use crate::campaign::spec::{PushSpec, SensorSpec};
+use crate::campaign::gates::{GateResult, Gates};
+use crate::campaign::paired::{Common, Deciding, Pair, Times};
+use crate::campaign::spec::{PushSpec, SensorSpec, Stopping};
 use crate::campaign::stats::Count;
 use crate::campaign::stepped::Stepped;
-use crate::campaign::{Row, SecondPushSpec, VariationSpec, parts::Manifest};
+use crate::campaign::{Row, SecondPushSpec, VariationSpec, parts::Manifest, warnings};
 use crate::episode::{EpisodeConfig, Outcome};
 use serde::Serialize;
 
@@ -22,6 +24,9 @@ pub struct Summary {
     pub robot: String,
     /// Count of pushes; each set met all of them.
     pub trials: u64,
+    /// At most so many were asked for; more than `trials` where the campaign ended when decided.
+    pub most_trials: u64,
+    pub stopping: Stopping,
     pub seed: u64,
     /// Horizon, steps and the judge's thresholds.
     pub episode: EpisodeConfig,
@@ -34,14 +39,32 @@ pub struct Summary {
     pub sets: Vec<SetSummary>,
     /// Times over the trials that every set survived, to be compared between sets.
     pub common_survivors: Common,
-    /// Every pair of sets, trial by trial.
+    /// Every pair of sets (of two results: one of each), trial by trial.
     pub pairs: Vec<Pair>,
+    pub gates: Vec<GateResult>,
+    /// The result that baseline gates compare with.
+    pub baseline: Option<Earlier>,
+    /// What this result cannot support.
+    pub warnings: Vec<String>,
+}
+
+/// What a summary is made of.
+pub struct Source<'a> {
+    pub manifest: &'a Manifest,
+    /// Sorted by trial, then by set.
+    pub rows: &'a [Row],
+    /// Of the file that holds them.
+    pub trials_sha256: String,
+    /// Which sets are compared, by their places in the campaign.
+    pub pairs: &'a [(usize, usize)],
+    pub gates: &'a Gates,
 }
 
 /// One gain set's count.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SetSummary {
     pub name: String,
+    pub origin: Origin,
     #[serde(flatten)]
     pub count: Count,
     pub fell: u64,
@@ -57,6 +80,28 @@ pub struct SetSummary {
     pub fall_causes: Vec<FallCause>,
     /// Success by impulse, bins of equal width, without empty ones.
     pub by_impulse: Vec<ImpulseBin>,
+    /// The impulses (N s) that are survived in 50 % and 90 %, by a fitted curve.
+    pub curve: Curve,
+    /// The same over the impulse as a multiple of m omega d, by which robots compare.
+    pub normalized_curve: Curve,
+    pub strata: Vec<SetStratum>,
+    pub telling: Vec<Telling>,
+}
+
+/// Where a set's trials can be replayed from.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Origin {
+    /// Path of the campaign file; relative to the folder of the result.
+    pub campaign: String,
+    /// Its name there.
+    pub gains: String,
+}
+
+impl Origin {
+    /// Of a set of the result's own campaign.
+    pub fn own(set: &str) -> Self {
+        Self { campaign: "campaign.toml".into(), gains: set.into() }
+    }
 }
 
 /// Trials with `from_n_s <= impulse < to_n_s`.
@@ -69,31 +114,46 @@ pub struct ImpulseBin {
 }
 
 impl Summary {
-    /// Counts the rows of a whole campaign, sorted by trial, then by set; `trials_sha256` is of the file that holds them.
-    pub fn new(manifest: &Manifest, rows: &[Row], trials_sha256: String) -> Self {
+    /// Counts the rows of a whole campaign.
+    pub fn new(Source { manifest, rows, trials_sha256, pairs, gates }: Source) -> Self {
         let campaign = &manifest.campaign;
         let end_early = campaign.episode.end_early;
         let bins = bin_edges(rows.iter().map(|row| row.impulse_n_s));
-        Self {
+        let Stopping { until_resolved: sequential, margin } = campaign.stopping;
+        let mut summary = Self {
             name: campaign.name.clone(),
             standfast: manifest.standfast.clone(),
             config_hash: manifest.config_hash.clone(),
             trials_sha256,
             robot: campaign.robot.clone(),
-            trials: campaign.trials,
+            trials: (rows.len() / manifest.sets.len().max(1)) as u64,
+            most_trials: campaign.trials,
+            stopping: campaign.stopping,
             seed: campaign.seed,
             episode: campaign.episode,
             push: campaign.push,
             sensors: campaign.sensors,
             second_push: campaign.second_push,
             variations: campaign.variations,
-            interval: "95 %: Wilson; Clopper-Pearson where fewer than 5 trials recovered, or fewer than 5 did not",
+            interval: if sequential { SEQUENTIAL_INTERVAL } else { INTERVAL },
             sets: manifest.sets.iter().map(|name| SetSummary::new(name, rows, &bins, end_early)).collect(),
             common_survivors: Common::new(rows, manifest.sets.len(), end_early),
-            pairs: Pair::all(rows, &manifest.sets),
-        }
+            pairs: Pair::all(rows, &manifest.sets, pairs, Deciding { sequential, margin, end_early }),
+            gates: gates.judged(rows),
+            baseline: gates.baseline(),
+            warnings: Vec::new(),
+        };
+        summary.warnings = warnings::of(&summary, campaign);
+        summary
     }
 }
+
+/// How rates and differences are bounded where the count of trials was fixed.
+const INTERVAL: &str = "95 %: Wilson; Clopper-Pearson where fewer than 5 trials recovered, or fewer than 5 did not; \
+                        differences: Tango";
+/// The same where the campaign ended when decided.
+const SEQUENTIAL_INTERVAL: &str = "95 %: differences by bets, all together, at every look; rates as for a fixed count: \
+                                   Wilson, Clopper-Pearson where fewer than 5 trials recovered, or fewer than 5 did not";
 
 impl SetSummary {
     fn new(name: &str, rows: &[Row], bins: &[f64], end_early: bool) -> Self {
@@ -106,6 +166,7 @@ impl SetSummary {
         };
         Self {
             name: name.into(),
+            origin: Origin::own(name),
             count: Count::of(rows.iter().copied()),
             fell: with(Outcome::Fell),
             diverged: with(Outcome::Diverged),

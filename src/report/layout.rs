@@ -33,6 +33,22 @@ pub(super) fn shell_word(text: &str) -> String {
     if text.chars().all(plain) { text.into() } else { format!("'{}'", text.replace('\'', "'\\''")) }
 }
 
+/// Text in lines that fit, after a mark in front of the first.
+pub(super) fn wrapped(mark: &str, text: &str) -> String {
+    let mut lines = vec![mark.to_string()];
+    for word in text.split(' ') {
+        let line = lines.last_mut().expect("one at least");
+        let is_new = line.len() == mark.len();
+        if !is_new && line.chars().count() + 1 + word.chars().count() > usize::from(PLAIN_WIDTH) {
+            lines.push(" ".repeat(mark.len()) + word);
+        } else {
+            *line += if is_new { "" } else { " " };
+            *line += word;
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
 pub(super) fn seconds(time_s: Option<f64>) -> String {
     time_s.map_or("-".into(), |s| format!("{s:.2} s"))
 }

@@ -1,11 +1,14 @@
 //! What a person or another program is told: reports of runs, descriptions of robots and sets, pictures, progress.
 
 mod change;
+mod comparison;
 pub mod cpi;
 mod cpi_plot;
+pub mod junit;
 mod layout;
 pub mod limit;
 mod limit_plot;
+pub mod markdown;
 pub mod model;
 pub mod motion;
 pub mod motion_plot;
@@ -14,13 +17,16 @@ pub mod progress;
 pub mod push;
 pub mod response;
 mod response_plot;
+pub mod result;
 pub mod scenario;
 mod story;
 pub mod table;
 pub mod trace;
 
 pub use change::ChangeArgs;
+pub use comparison::failed_gates;
 
+use crate::campaign::Summary;
 use crate::error::{Error, Result};
 use std::io::{ErrorKind, Write};
 use std::path::Path;
@@ -40,6 +46,18 @@ pub fn json(value: &impl serde::Serialize) -> String {
     let mut text = serde_json::to_string_pretty(value).unwrap_or_default();
     text.push('\n');
     text
+}
+
+/// The command that replays a trial of a result in `folder`.
+pub fn replay_command(summary: &Summary, set: &str, trial: u64, folder: &Path) -> String {
+    let origin = summary.sets.iter().find(|found| found.name == set).map(|found| &found.origin);
+    let (campaign, gains) = origin.map_or(("campaign.toml", set), |origin| (&origin.campaign, &origin.gains));
+    let campaign = folder.join(campaign).display().to_string();
+    format!(
+        "standfast push --campaign {} --trial {trial} --gains {}",
+        layout::shell_word(&campaign),
+        layout::shell_word(gains)
+    )
 }
 
 /// A JSON object with the fields of `record` after its own.

@@ -44,6 +44,14 @@ impl Progress {
         }
     }
 
+    /// A line in between.
+    pub fn say(&self, line: &str) {
+        match &self.bar {
+            Some(bar) => bar.suspend(|| note(line)),
+            None => note(line),
+        }
+    }
+
     /// Takes the bar away and says how long it took.
     pub fn finish(&self) {
         if let Some(bar) = &self.bar {
@@ -51,6 +59,15 @@ impl Progress {
         }
         let (done, elapsed_s) = (self.done.load(Ordering::Relaxed), self.start.elapsed().as_secs_f64());
         note(&format!("{done} {} in {elapsed_s:.1} s: {:.1}/s", self.what, done as f64 / elapsed_s.max(1e-9)));
+    }
+}
+
+/// What a campaign that ends when decided has still to decide.
+pub fn open(trials: usize, open: &[String]) -> String {
+    match open {
+        [] => format!("{trials} trials: decided"),
+        [first] => format!("{trials} trials: open {first}"),
+        [first, more @ ..] => format!("{trials} trials: open {first}, and {} more", more.len()),
     }
 }
 

@@ -1,0 +1,63 @@
+//! What a campaign cannot support: a comparison is only as good as its design.
+
+use crate::campaign::sequential::Verdict;
+use crate::campaign::summary::Summary;
+use crate::campaign::{Campaign, trial};
+
+/// With fewer pushes than this, rates are known to 10 points at best.
+const FEW_TRIALS: u64 = 100;
+/// With fewer trials than this that tell two sets apart, an exact test at 5 % can hardly find a difference.
+const FEW_DISCORDANT: u64 = 6;
+/// A rate beyond this leaves little to compare.
+const NEARLY: f64 = 0.98;
+
+/// In words, the gravest first; empty for a sound design.
+pub fn of(summary: &Summary, campaign: &Campaign) -> Vec<String> {
+    let mut found = Vec::new();
+    let alike = |i: u64| {
+        let (pushes, variation) = (trial::pushes(campaign, i), trial::variation(campaign, i));
+        pushes == trial::pushes(campaign, 0) && variation == trial::variation(campaign, 0)
+    };
+    let is_noisy = trial::sensor_errors(campaign, 0).is_some();
+    if summary.trials > 1 && alike(1) {
+        found.push(if is_noisy {
+            "every trial is the same push on the same robot: only sensor noise differs, and rates say nothing of other \
+             pushes (draw impulse and heading: push.impulse_n_s = { uniform = [a, b] })"
+                .into()
+        } else {
+            "every trial is the same, to the bit: they count as one, and intervals and p-values mean nothing \
+             (draw impulse and heading: push.impulse_n_s = { uniform = [a, b] })"
+                .to_string()
+        });
+    }
+    if summary.trials < FEW_TRIALS {
+        found.push(format!("{} pushes are few: a rate is known to {:.0} points either way", summary.trials, {
+            98.0 / (summary.trials as f64).sqrt()
+        }));
+    }
+    let rates = || summary.sets.iter().map(|set| set.count.success_rate);
+    if summary.sets.len() > 1 && rates().all(|rate| rate > NEARLY) {
+        found.push("nearly every push is survived with every set: they are too weak to tell sets apart".into());
+    } else if summary.sets.len() > 1 && rates().all(|rate| rate < 1.0 - NEARLY) {
+        found.push("hardly any push is survived with any set: they are too hard to tell sets apart".into());
+    }
+    for pair in summary.pairs.iter().filter(|pair| pair.verdict == Verdict::Open) {
+        let discordant = pair.counts.only_a + pair.counts.only_b;
+        if discordant < FEW_DISCORDANT && summary.trials >= FEW_TRIALS {
+            let (a, b) = (&pair.a, &pair.b);
+            found.push(format!("only {discordant} pushes tell {a} and {b} apart: too few to say which is better"));
+        }
+    }
+    if summary.stopping.until_resolved {
+        found.push(
+            "the campaign ended when decided: p-values, rates and strata are as for a fixed count of trials and lean \
+             towards what it stopped for; intervals of differences and verdicts hold at every look"
+                .into(),
+        );
+    }
+    let unlike = |set: &&crate::campaign::summary::SetSummary| set.diverged > 0;
+    for set in summary.sets.iter().filter(unlike) {
+        found.push(format!("{}: {} trials diverged numerically and count as not recovered", set.name, set.diverged));
+    }
+    found
+}

@@ -1,0 +1,146 @@
+//! Gain sets against each other, and gates, as text.
+
+use crate::campaign::Summary;
+use crate::campaign::gate::Status;
+use crate::campaign::gates::GateResult;
+use crate::campaign::paired::{Pair, p_value};
+use crate::campaign::ranks::Shift;
+use crate::report::layout::{align, table, whole_names, wrapped};
+use comfy_table::Table;
+use std::fmt::Write;
+use std::path::Path;
+
+/// With more pairs than this, each set is compared with the first alone.
+const FEW_PAIRS: usize = 6;
+
+/// Verdicts in sentences, one for each pair; then the counts and intervals behind them.
+pub(super) fn pairs(summary: &Summary) -> String {
+    let shown = shown(summary);
+    if shown.is_empty() {
+        return String::new();
+    }
+    let mut text = String::from("\n");
+    for pair in &shown {
+        text += &wrapped(" - ", &pair.words);
+    }
+    let _ = writeln!(text, "\n{}", counts(&shown));
+    text += " a - b: rate of a less rate of b in percent, and its 95 % interval; p: exact McNemar\n test";
+    text += if summary.pairs.len() > 1 { ", adjusted for the count of pairs (Holm)" } else { "" };
+    text += match (summary.stopping.until_resolved, shown.len() < summary.pairs.len()) {
+        (true, _) => "; the intervals hold at every look, p does not\n",
+        (false, true) => ";\n each set against the first: every pair is in summary.json\n",
+        (false, false) => "\n",
+    };
+    text
+}
+
+fn shown(summary: &Summary) -> Vec<&Pair> {
+    let first = summary.sets.first().map(|set| &set.name);
+    let few = summary.pairs.len() <= FEW_PAIRS;
+    summary.pairs.iter().filter(|pair| few || Some(&pair.a) == first || Some(&pair.b) == first).collect()
+}
+
+fn counts(pairs: &[&Pair]) -> Table {
+    let mut table = table(["a", "b", "both", "only a", "only b", "neither", "a - b", "95 %", "p"]);
+    for pair in pairs {
+        let [least, most] = pair.ci95.map(|share| format!("{:.1}", 100.0 * share));
+        table.add_row([
+            pair.a.clone(),
+            pair.b.clone(),
+            pair.counts.both.to_string(),
+            pair.counts.only_a.to_string(),
+            pair.counts.only_b.to_string(),
+            pair.counts.neither.to_string(),
+            format!("{:+.1}", 100.0 * pair.difference),
+            format!("{least} to {most}"),
+            p_value(pair.holm_p).trim_start_matches("p ").trim_start_matches("= ").into(),
+        ]);
+    }
+    whole_names(align(table))
+}
+
+/// How much sooner, and with how many footsteps, over the trials that both sets of a pair recovered from.
+pub(super) fn shifts(summary: &Summary) -> String {
+    let shown: Vec<&Pair> = shown(summary).into_iter().filter(|pair| pair.settling_s.is_some()).collect();
+    if shown.is_empty() {
+        return String::new();
+    }
+    let mut table = table(["a", "b", "both", "settles, a - b", "p", "footsteps, a - b", "p"]);
+    for pair in shown {
+        let cells = |shift: &Option<Shift>, unit: &str| match shift {
+            Some(Shift { median, ci95: [least, most], p, .. }) => {
+                let p = p_value(*p).trim_start_matches("p ").trim_start_matches("= ").to_string();
+                [format!("{median:+.2}{unit} ({least:.2} to {most:.2})"), p]
+            }
+            None => ["-".into(), "-".into()],
+        };
+        let [settling, p] = cells(&pair.settling_s, " s");
+        let [footsteps, p_footsteps] = cells(&pair.footsteps, "");
+        table.add_row([pair.a.clone(), pair.b.clone(), pair.counts.both.to_string(), settling, p, footsteps, p_footsteps]);
+    }
+    format!(
+        "\n{}\n over the pushes that both survive: median of the differences (Hodges-Lehmann), its\n \
+         95 % interval, and p of Wilcoxon's signed-rank test (not adjusted)\n",
+        whole_names(align(table))
+    )
+}
+
+/// What became of each gate; empty without gates.
+pub(super) fn gates(summary: &Summary) -> String {
+    if summary.gates.is_empty() {
+        return String::new();
+    }
+    let mut table = table(["gate", "", "seen", "interval", "trials", "more"]);
+    for GateResult { judged, .. } in &summary.gates {
+        let [least, most] = judged.interval.map(|share| format!("{:.1}", 100.0 * share));
+        table.add_row([
+            judged.name.clone(),
+            status(judged.status).to_string(),
+            format!("{:.1} %", 100.0 * judged.observed),
+            format!("{least} to {most}"),
+            judged.trials.to_string(),
+            judged.more_trials.map_or("-".into(), |more| format!("about {more}")),
+        ]);
+    }
+    let confidence = summary.gates.first().map_or(0.95, |gate| gate.judged.confidence);
+    format!(
+        "\n{}\n passes if its whole {:.4} % interval is at least what is asked, fails if none of it is\n",
+        align(table),
+        100.0 * confidence,
+    )
+    .replace(".0000 %", " %")
+}
+
+pub(super) fn status(status: Status) -> &'static str {
+    match status {
+        Status::Passed => "passed",
+        Status::Failed => "FAILED",
+        Status::Unresolved => "unresolved",
+    }
+}
+
+/// For every gate that did not pass, a sentence and the command that replays a trial that was lost. `folder` holds the
+/// result.
+pub fn failed_gates(summary: &Summary, folder: &Path) -> Vec<String> {
+    let failed = summary.gates.iter().filter(|gate| gate.judged.status == Status::Failed);
+    failed.map(|gate| format!("gate failed: {}{}", gate_words(gate), replay_line(summary, gate, folder))).collect()
+}
+
+/// What was seen, in words.
+pub(super) fn gate_words(GateResult { judged, .. }: &GateResult) -> String {
+    let [least, most] = judged.interval.map(|share| 100.0 * share);
+    format!(
+        "{}: {:.1} % seen, {least:.1} to {most:.1} % at {:.6} % confidence, {:.1} % asked, {} trials",
+        judged.name,
+        100.0 * judged.observed,
+        100.0 * judged.confidence,
+        100.0 * judged.required,
+        judged.trials,
+    )
+    .replace(".000000 %", " %")
+}
+
+fn replay_line(summary: &Summary, gate: &GateResult, folder: &Path) -> String {
+    let Some(trial) = gate.lost_trial else { return String::new() };
+    format!("\n  a trial that it lost: {}", super::replay_command(summary, &gate.set, trial, folder))
+}

@@ -1,0 +1,42 @@
+//! `junit.xml`: gates as test cases, for the test view of a CI service. Never a case per trial: a lost push is no failed
+//! test.
+
+use crate::campaign::Summary;
+use crate::campaign::gate::Status;
+use crate::error::{Error, Result};
+use crate::report::comparison::gate_words;
+use crate::report::replay_command;
+use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
+use std::path::Path;
+
+/// One suite with a case for each gate; an unresolved one is skipped unless it has to pass. Without gates it is empty.
+pub fn xml(summary: &Summary) -> Result<String> {
+    let mut suite = TestSuite::new(summary.name.clone());
+    for gate in &summary.gates {
+        let words = gate_words(gate);
+        let status = if !gate.passes {
+            let mut failed = TestCaseStatus::non_success(NonSuccessKind::Failure);
+            failed.set_message(words.clone());
+            failed.set_type(if gate.judged.status == Status::Failed { "failed" } else { "unresolved" });
+            failed
+        } else if gate.judged.status == Status::Unresolved {
+            let mut skipped = TestCaseStatus::skipped();
+            skipped.set_message(format!("unresolved: {words}"));
+            skipped
+        } else {
+            TestCaseStatus::success()
+        };
+        let mut case = TestCase::new(gate.judged.name.clone(), status);
+        case.set_classname(format!("standfast.{}", summary.name));
+        // For who reads it in a CI service: the campaign file is in the result folder.
+        let replay = gate.lost_trial.filter(|_| gate.judged.status != Status::Passed).map(|trial| {
+            let command = replay_command(summary, &gate.set, trial, Path::new(""));
+            format!("\nto replay a trial that it lost, in the result folder: {command}")
+        });
+        case.set_system_out(words + replay.as_deref().unwrap_or_default());
+        suite.add_test_case(case);
+    }
+    let mut report = Report::new("standfast");
+    report.add_test_suite(suite);
+    report.to_string().map_err(|e| Error::Write { path: "junit.xml".into(), source: std::io::Error::other(e) })
+}

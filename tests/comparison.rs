@@ -1,0 +1,179 @@
+//! Gates, early stopping and comparisons, by the program from outside.
+
+mod common;
+
+use common::program::{FEW, TWO_PARTS, files, folder, short, standfast, stderr, stdout};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+fn summary(folder: &Path) -> Value {
+    serde_json::from_slice(&fs::read(folder.join("summary.json")).unwrap()).unwrap()
+}
+
+/// Gates of which the outcome is sure, whatever the robot does.
+const PASSES: &str = "--gate=hold >= 0";
+const FAILS: &str = "--gate=hold >= 1";
+const OPEN: &str = "--gate=hold >= hold:zmp_margin_m=0.01";
+
+#[test]
+fn a_failed_gate_is_exit_code_100_and_says_how_to_replay_a_lost_trial() {
+    let dir = folder();
+    let run = standfast(dir.path(), &short(&[TWO_PARTS, PASSES, FAILS])).code(100);
+    let message = stderr(&run);
+    assert!(message.contains("gate failed: hold >= 1"), "{message}");
+    let found = summary(&dir.path().join("out"));
+    let status = |i: usize| found["gates"][i]["status"].as_str().unwrap();
+    assert_eq!((status(0), status(1)), ("passed", "failed"));
+    // The command that it prints brings the same fall.
+    let command = message.lines().find_map(|line| line.split("standfast push ").nth(1)).unwrap();
+    let push = [&["push", "--json"], &command.split(' ').collect::<Vec<_>>()[..]].concat();
+    let replayed: Value = serde_json::from_str(&stdout(&standfast(dir.path(), &push).success())).unwrap();
+    assert_ne!(replayed["outcome"], "Recovered", "{replayed}");
+    let junit = fs::read_to_string(dir.path().join("out/junit.xml")).unwrap();
+    assert!(junit.contains("tests=\"2\"") && junit.contains("failures=\"1\"") && junit.contains("--trial"), "{junit}");
+    let markdown = fs::read_to_string(dir.path().join("out/summary.md")).unwrap();
+    assert!(markdown.contains("| `hold >= 1` | **FAILED** |"), "{markdown}");
+}
+
+#[test]
+fn gates_change_no_trial_and_need_none_again() {
+    let dir = folder();
+    standfast(dir.path(), &short(&[FEW])).success();
+    let before = files(&dir.path().join("out"));
+    let again = standfast(dir.path(), &short(&[FEW, PASSES])).success();
+    assert!(stderr(&again).contains("nothing is computed again"), "{}", stderr(&again));
+    let after = files(&dir.path().join("out"));
+    assert_eq!(before["trials.parquet"], after["trials.parquet"]);
+    assert_ne!(before["summary.json"], after["summary.json"]);
+}
+
+#[test]
+fn an_unresolved_gate_fails_only_if_asked_to() {
+    let dir = folder();
+    let both = ["--gains=hold:zmp_margin_m=0.01", OPEN, FEW];
+    let run = standfast(dir.path(), &short(&both)).success();
+    assert!(stdout(&run).contains("unresolved"), "{}", stdout(&run));
+    let junit = fs::read_to_string(dir.path().join("out/junit.xml")).unwrap();
+    assert!(junit.contains("skipped=\"1\"") && junit.contains("failures=\"0\""), "{junit}");
+    standfast(dir.path(), &short(&[&both[..], &["--set=gates.unresolved=fail"]].concat())).code(100);
+}
+
+#[test]
+fn a_gate_that_cannot_be_asked_is_an_error_before_anything_runs() {
+    for (gate, code, expected) in [
+        ("hold > 0.8", 2, "accepted"),
+        ("catch >= 0.8", 2, "hold"),
+        ("hold >= baseline - 0.01", 2, "--baseline"),
+        ("hold >= 80", 2, "0 to 1"),
+    ] {
+        let dir = folder();
+        let run = standfast(dir.path(), &short(&[FEW, "--gate", gate])).code(code);
+        assert!(stderr(&run).contains(expected), "{gate}: {}", stderr(&run));
+        assert!(files(dir.path()).is_empty(), "{gate} wrote something");
+    }
+}
+
+#[test]
+fn a_baseline_is_paired_trial_by_trial_and_must_have_the_same_pushes() {
+    let dir = folder();
+    standfast(dir.path(), &short(&[TWO_PARTS])).success();
+    let gate = ["--gate=hold >= baseline - 0.2", "--baseline=out", "--out=new"];
+    let run = |more: &[&str]| {
+        let args = short(&[&[TWO_PARTS], &gate[..], more].concat());
+        let args: Vec<&str> = args.into_iter().filter(|arg| *arg != "--out=out").collect();
+        standfast(dir.path(), &args)
+    };
+    // Nothing differs: 0 of 26 discordant trials bound the difference to 13 points.
+    run(&[]).success();
+    let found = summary(&dir.path().join("new"));
+    assert_eq!((found["gates"][0]["status"].as_str(), found["gates"][0]["observed"].as_f64()), (Some("passed"), Some(0.0)));
+    assert_eq!(found["baseline"]["trials"], 26);
+    fs::remove_dir_all(dir.path().join("new")).unwrap();
+    // A robot that is hardly held up.
+    run(&["--set=variations.kp_scale=0.1"]).code(3);
+    let other = run(&["--seed=9"]).code(3);
+    assert!(stderr(&other).contains("seed is 4 there and 9 here"), "{}", stderr(&other));
+    assert!(!dir.path().join("new").exists());
+}
+
+#[test]
+fn two_folders_are_compared_if_their_pushes_are_the_same() {
+    let dir = folder();
+    let with = |more: &[&'static str]| {
+        let args = short(&[&[TWO_PARTS], more].concat());
+        args.into_iter().filter(|arg| !["--out=out", "--gains=hold"].contains(arg)).collect::<Vec<_>>()
+    };
+    standfast(dir.path(), &with(&["--gains=hold", "--out=a"])).success();
+    standfast(dir.path(), &with(&["--gains=hold", "--gains=fixed", "--out=b"])).success();
+    standfast(dir.path(), &with(&["--gains=fixed", "--out=c"])).success();
+    let found: Value = serde_json::from_str(&stdout(&standfast(dir.path(), &["compare", "a", "b", "--json"]).success())).unwrap();
+    assert_eq!(found["pairs"].as_array().unwrap().len(), 1);
+    assert_eq!((&found["pairs"][0]["a"], &found["pairs"][0]["b"]), (&Value::from("hold (a)"), &Value::from("hold (b)")));
+    assert_eq!((found["pairs"][0]["only_a"].as_u64(), found["pairs"][0]["only_b"].as_u64()), (Some(0), Some(0)));
+    // No name in common: every set with every one. The same as one campaign with both.
+    let gate = "--gate=hold >= 1";
+    let compared = standfast(dir.path(), &["compare", "a", "c", "--out=d", gate]).code(100);
+    assert!(stderr(&compared).contains("--campaign a/campaign.toml"), "{}", stderr(&compared));
+    let (both, one) = (summary(&dir.path().join("d")), summary(&dir.path().join("b")));
+    assert_eq!(both["pairs"], one["pairs"]);
+    let trials = |folder: &str| fs::read(dir.path().join(folder).join("trials.parquet")).unwrap();
+    assert!(trials("b") == trials("d"), "the same trials, joined");
+    for name in ["report.html", "summary.md", "junit.xml", "success.svg"] {
+        assert!(dir.path().join("d").join(name).exists(), "{name}");
+    }
+    standfast(dir.path(), &with(&["--gains=fixed", "--seed=9", "--out=e"])).success();
+    let refused = standfast(dir.path(), &["compare", "a", "e"]).code(3);
+    assert!(stderr(&refused).contains("seed is 9 there and 4 here"), "{}", stderr(&refused));
+    standfast(dir.path(), &["compare", "a", "nothing"]).code(3);
+    standfast(dir.path(), &["compare", "a", "c", "--out=b"]).code(3);
+}
+
+#[test]
+fn a_campaign_ends_when_decided_with_the_same_bytes_whatever_happened_on_the_way() {
+    let until = ["--trials=200", "--until-resolved", "--gate=hold >= 0.01"];
+    let dir = folder();
+    let run = standfast(dir.path(), &short(&[&until[..], &["--threads=1"]].concat())).success();
+    assert!(stderr(&run).contains("decided"), "{}", stderr(&run));
+    let whole = files(&dir.path().join("out"));
+    let found = summary(&dir.path().join("out"));
+    let trials = found["trials"].as_u64().unwrap();
+    assert!(trials < 200 && found["gates"][0]["status"] == "passed", "{trials} trials");
+    let other = folder();
+    standfast(other.path(), &short(&[&until[..], &["--threads=2"]].concat())).success();
+    assert!(files(&other.path().join("out")) == whole, "two threads");
+    // Part of it, by hand: the same command goes on.
+    fs::remove_file(other.path().join("out/parts/part-000000.json")).unwrap();
+    fs::remove_file(other.path().join("out/parts/stopped.json")).unwrap();
+    standfast(other.path(), &short(&until)).success();
+    assert!(files(&other.path().join("out")) == whole, "resumed");
+    standfast(other.path(), &["status", "out"]).success();
+    standfast(other.path(), &["merge", "out"]).success();
+    assert!(files(&other.path().join("out")) == whole, "merged");
+    // Another question takes it up where it was.
+    let more = standfast(other.path(), &short(&["--max-trials=100", "--until-resolved", "--gate=hold >= 0.9999"]));
+    assert!(stderr(&more.code(100)).contains("goes on") || summary(&other.path().join("out"))["trials"] != trials);
+}
+
+#[test]
+fn without_gates_it_is_the_pairs_that_are_decided() {
+    let dir = folder();
+    // Variants that stand alike: they differ by less than any margin that is not small.
+    let same = ["--gains=hold:zmp_margin_m=0.01", "--trials=200", "--until-resolved", "--margin=0.4"];
+    standfast(dir.path(), &short(&same)).success();
+    let found = summary(&dir.path().join("out"));
+    assert_eq!(found["pairs"][0]["verdict"], "same", "{}", found["pairs"][0]);
+    assert!(found["trials"].as_u64().unwrap() < 200);
+    let shard = standfast(dir.path(), &short(&["--until-resolved", "--shard=1/2"])).code(2);
+    assert!(stderr(&shard).contains("--shard"), "{}", stderr(&shard));
+}
+
+#[test]
+fn a_terminal_of_80_columns_is_enough() {
+    let dir = folder();
+    let run = standfast(dir.path(), &short(&["--gains=fixed", "--gains=switching", FEW, PASSES])).success();
+    // What a shell is to read stays on one line.
+    let long = |line: &&str| line.chars().count() > 80 && !line.contains("--campaign");
+    let text = stdout(&run);
+    assert_eq!(text.lines().find(long), None);
+}
