@@ -17,6 +17,7 @@ pub mod response;
 pub mod row;
 pub mod run;
 pub mod scenario;
+pub mod sequential;
 pub mod spec;
 pub mod stats;
 pub mod stepped;
