@@ -9,6 +9,7 @@
 
 pub mod distribution;
 pub mod foretold;
+pub mod gate;
 pub mod limit;
 pub mod paired;
 pub mod parts;
