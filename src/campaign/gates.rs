@@ -1,11 +1,11 @@
 //! The gates of a campaign at work: the trials that each is asked of, and an earlier result that some compare with.
 
 use crate::campaign::compare::{Baseline, Earlier, every_pair};
-use crate::campaign::gate::{Against, Evidence, Gate, GateSpec, Judged, OnUnresolved, Status};
+use crate::campaign::gate::{Against, Evidence, Gate, GateSpec, Judged, Status};
 use crate::campaign::mcnemar::PairedCounts;
 use crate::campaign::parts::Manifest;
 use crate::campaign::sequential::{self, Verdict};
-use crate::campaign::{Row, paired, stats};
+use crate::campaign::{Row, paired};
 use crate::episode::Outcome;
 use crate::error::{Error, Result};
 use serde::Serialize;
@@ -80,7 +80,7 @@ impl Gates {
         let level = sequential_level(pairs.len());
         let open = |(a, b): (usize, usize)| {
             let counts = paired::counts(paired::trials(rows, self.sets.len()), a, b);
-            let interval = sequential::difference_interval(counts.only_a, counts.only_b, counts.trials(), level);
+            let interval = counts.interval(level, true);
             let is_open = sequential::verdict(interval, self.margin) == Verdict::Open;
             is_open.then(|| words(&format!("{} - {}", self.sets[a], self.sets[b]), counts.difference(), interval))
         };
@@ -98,32 +98,22 @@ impl Gates {
         let level = self.spec.confidence;
         let evidence = match &other {
             None => {
-                let (k, n) = (own.iter().filter(|row| recovered(row)).count() as u64, own.len() as u64);
-                let interval = match self.sequential {
-                    true => sequential::rate_interval(k, n, level),
-                    false => stats::clopper_pearson_at(k, n, level),
-                };
-                Evidence { observed: k as f64 / n.max(1) as f64, interval, trials: n }
+                let k = own.iter().filter(|row| recovered(row)).count() as u64;
+                Evidence::rate(k, own.len() as u64, level, self.sequential)
             }
             Some(other) => {
                 let counts = PairedCounts::of(own.iter().zip(other).map(|(a, b)| (recovered(a), recovered(b))));
-                let interval = match self.sequential {
-                    true => sequential::difference_interval(counts.only_a, counts.only_b, counts.trials(), level),
-                    false => counts.difference_interval(level),
-                };
-                Evidence { observed: counts.difference(), interval, trials: counts.trials() }
+                let (observed, trials) = (counts.difference(), counts.trials());
+                let interval = counts.interval(level, self.sequential);
+                Evidence { observed, interval, trials, sequential: self.sequential }
             }
         };
         let saved_by_other = |i: usize| other.as_ref().is_some_and(|other| other.get(i).is_some_and(recovered));
         let lost = || own.iter().enumerate().filter(|(_, row)| !recovered(row));
-        let least_hard = || lost().min_by(|(_, a), (_, b)| a.impulse_n_s.total_cmp(&b.impulse_n_s));
+        let least_hard = || lost().min_by(|(_, a), (_, b)| a.hardness().total_cmp(&b.hardness()));
         let lost_trial = lost().find(|&(i, _)| saved_by_other(i)).or_else(least_hard).map(|(_, row)| row.trial);
-        let judged = gate.judged(&evidence, level, self.sequential);
-        let passes = match judged.status {
-            Status::Passed => true,
-            Status::Failed => false,
-            Status::Unresolved => self.spec.unresolved == OnUnresolved::Pass,
-        };
+        let judged = gate.judged(&evidence, level);
+        let passes = !judged.status.fails(self.spec.unresolved);
         GateResult { judged, passes, set: gate.set.clone(), lost_trial }
     }
 }

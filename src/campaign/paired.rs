@@ -8,7 +8,7 @@ use crate::campaign::mcnemar::{PairedCounts, holm};
 use crate::campaign::ranks::{Shift, signed_rank};
 use crate::campaign::sequential::{self, Verdict};
 use crate::campaign::stats::median;
-use crate::campaign::strata::{Stratum, strata};
+use crate::campaign::strata::Stratum;
 use crate::episode::Outcome;
 use serde::Serialize;
 
@@ -126,10 +126,15 @@ pub struct Deciding {
 
 impl Pair {
     /// Each pair of sets that is asked for; `rows` are sorted by trial, then by set in the order of `names`.
-    pub fn all(rows: &[Row], names: &[String], pairs: &[(usize, usize)], deciding: Deciding) -> Vec<Self> {
-        let strata = strata(rows, names.len());
+    pub fn all(
+        rows: &[Row],
+        names: &[String],
+        pairs: &[(usize, usize)],
+        strata: &[Stratum],
+        deciding: Deciding,
+    ) -> Vec<Self> {
         let level = if deciding.sequential { sequential_level(pairs.len()) } else { 0.95 };
-        let pair = |&(a, b): &(usize, usize)| Self::new(rows, names, (a, b), &strata, level, deciding);
+        let pair = |&(a, b): &(usize, usize)| Self::new(rows, names, (a, b), strata, level, deciding);
         let mut all: Vec<Self> = pairs.iter().map(pair).collect();
         let adjusted = holm(&all.iter().map(|pair| pair.mcnemar_p).collect::<Vec<_>>());
         for (pair, holm_p) in all.iter_mut().zip(adjusted) {
@@ -159,22 +164,18 @@ impl Pair {
             signed_rank(&differences.collect::<Vec<_>>())
         };
         let stratum = |stratum: &Stratum| {
-            let of_it = stratum.trials.iter().map(|&i| &rows[i * sets..(i + 1) * sets]);
-            let counts = self::counts(of_it, a, b);
+            let [both, only_a, only_b, neither] = stratum.pair(rows, sets, a, b);
+            let counts = PairedCounts { both, only_a, only_b, neither };
             let (by, label, trials) = (stratum.by, stratum.label.clone(), counts.trials());
             let (difference, ci95) = (counts.difference(), counts.difference_interval(0.95));
             PairStratum { by, label, trials, counts, difference, ci95 }
-        };
-        let interval = match deciding.sequential {
-            true => sequential::difference_interval(counts.only_a, counts.only_b, counts.trials(), level),
-            false => counts.difference_interval(level),
         };
         Self {
             a: names[a].clone(),
             b: names[b].clone(),
             counts,
             difference: counts.difference(),
-            ci95: interval,
+            ci95: counts.interval(level, deciding.sequential),
             mcnemar_p: counts.mcnemar_p(),
             holm_p: 1.0,
             verdict: Verdict::Open,

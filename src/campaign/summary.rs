@@ -1,12 +1,16 @@
 //! What the trials of a campaign say, as `summary.json` has it.
 
 use crate::campaign::compare::Earlier;
+use crate::campaign::curve::{NoCurve, Pushes, SuccessCurve};
+use crate::campaign::failures::Failures;
 use crate::campaign::foretold::{FallCause, Foretold};
 use crate::campaign::gates::{GateResult, Gates};
 use crate::campaign::paired::{Common, Deciding, Pair, Times};
 use crate::campaign::spec::{PushSpec, SensorSpec, Stopping};
 use crate::campaign::stats::Count;
 use crate::campaign::stepped::Stepped;
+use crate::campaign::strata::{Stratum, strata};
+use crate::campaign::telling::Telling;
 use crate::campaign::{Row, SecondPushSpec, VariationSpec, parts::Manifest, warnings};
 use crate::episode::{EpisodeConfig, Outcome};
 use serde::Serialize;
@@ -77,6 +81,8 @@ pub struct SetSummary {
     pub foretold: Option<Foretold>,
     /// Footsteps against outcome; None for a set that took none.
     pub stepped: Option<Stepped>,
+    /// How trials were lost.
+    pub failures: Failures,
     pub fall_causes: Vec<FallCause>,
     /// Success by impulse, bins of equal width, without empty ones.
     pub by_impulse: Vec<ImpulseBin>,
@@ -95,6 +101,47 @@ pub struct Origin {
     pub campaign: String,
     /// Its name there.
     pub gains: String,
+}
+
+/// Success against impulse, fitted; without a fit, why there is none.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Curve {
+    #[serde(flatten)]
+    pub fit: Option<SuccessCurve>,
+    pub none_because: Option<NoCurve>,
+    /// For a picture, over the range of the impulses.
+    pub points: Vec<CurvePoint>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CurvePoint {
+    /// Impulse, in the unit of the curve.
+    pub x: f64,
+    pub chance: f64,
+    pub ci95: [f64; 2],
+}
+
+impl Curve {
+    fn through(trials: &[(f64, bool)]) -> Self {
+        let pushes = Pushes::new(trials);
+        let fit = match pushes.curve() {
+            Ok(fit) => fit,
+            Err(why) => return Self { fit: None, none_because: Some(why), points: Vec::new() },
+        };
+        let [from, to] = fit.range;
+        let at = |i: usize| from + (to - from) * i as f64 / (CURVE_POINTS - 1) as f64;
+        let point = |x: f64| CurvePoint { x, chance: fit.chance(x), ci95: pushes.band(x) };
+        Self { fit: Some(fit), none_because: None, points: (0..CURVE_POINTS).map(at).map(point).collect() }
+    }
+}
+
+/// Some of a set's trials.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SetStratum {
+    pub by: &'static str,
+    pub label: String,
+    #[serde(flatten)]
+    pub count: Count,
 }
 
 impl Origin {
@@ -120,6 +167,7 @@ impl Summary {
         let end_early = campaign.episode.end_early;
         let bins = bin_edges(rows.iter().map(|row| row.impulse_n_s));
         let Stopping { until_resolved: sequential, margin } = campaign.stopping;
+        let strata = strata(rows, manifest.sets.len());
         let mut summary = Self {
             name: campaign.name.clone(),
             standfast: manifest.standfast.clone(),
@@ -136,9 +184,9 @@ impl Summary {
             second_push: campaign.second_push,
             variations: campaign.variations,
             interval: if sequential { SEQUENTIAL_INTERVAL } else { INTERVAL },
-            sets: manifest.sets.iter().map(|name| SetSummary::new(name, rows, &bins, end_early)).collect(),
+            sets: manifest.sets.iter().map(|name| SetSummary::new(name, rows, &bins, &strata, end_early)).collect(),
             common_survivors: Common::new(rows, manifest.sets.len(), end_early),
-            pairs: Pair::all(rows, &manifest.sets, pairs, Deciding { sequential, margin, end_early }),
+            pairs: Pair::all(rows, &manifest.sets, pairs, &strata, Deciding { sequential, margin, end_early }),
             gates: gates.judged(rows),
             baseline: gates.baseline(),
             warnings: Vec::new(),
@@ -148,6 +196,9 @@ impl Summary {
     }
 }
 
+/// Points of a curve in a picture.
+const CURVE_POINTS: usize = 41;
+
 /// How rates and differences are bounded where the count of trials was fixed.
 const INTERVAL: &str = "95 %: Wilson; Clopper-Pearson where fewer than 5 trials recovered, or fewer than 5 did not; \
                         differences: Tango";
@@ -156,13 +207,22 @@ const SEQUENTIAL_INTERVAL: &str = "95 %: differences by bets, all together, at e
                                    Wilson, Clopper-Pearson where fewer than 5 trials recovered, or fewer than 5 did not";
 
 impl SetSummary {
-    fn new(name: &str, rows: &[Row], bins: &[f64], end_early: bool) -> Self {
+    fn new(name: &str, rows: &[Row], bins: &[f64], strata: &[Stratum], end_early: bool) -> Self {
         let rows: Vec<&Row> = rows.iter().filter(|row| row.set == name).collect();
         let with = |outcome| rows.iter().filter(|row| row.outcome == outcome).count() as u64;
         let within = |bin: &&[f64]| {
             let (from_n_s, to_n_s) = (bin[0], bin[1]);
             let inside = |row: &&&Row| (from_n_s..to_n_s).contains(&row.impulse_n_s);
             ImpulseBin { from_n_s, to_n_s, count: Count::of(rows.iter().filter(inside).copied()) }
+        };
+        let stratum = |Stratum { by, label, trials }: &Stratum| {
+            // A set has one row in each trial.
+            let count = Count::of(trials.iter().map(|&trial| rows[trial]));
+            SetStratum { by, label: label.clone(), count }
+        };
+        let over = |impulse: fn(&Row) -> Option<f64>| {
+            let trials = rows.iter().filter_map(|row| Some((impulse(row)?, row.outcome == Outcome::Recovered)));
+            Curve::through(&trials.collect::<Vec<_>>())
         };
         Self {
             name: name.into(),
@@ -176,6 +236,11 @@ impl SetSummary {
             stepped: Stepped::new(&rows),
             fall_causes: FallCause::count(&rows),
             by_impulse: bins.windows(2).map(|bin| within(&bin)).filter(|bin| bin.count.trials > 0).collect(),
+            curve: over(|row| Some(row.impulse_n_s)),
+            normalized_curve: over(|row| row.impulse_over_m_omega_d),
+            strata: strata.iter().map(stratum).collect(),
+            telling: Telling::of(&rows),
+            failures: Failures::of(rows.iter().copied()),
         }
     }
 }
@@ -218,7 +283,7 @@ mod tests {
         let outcomes = [Outcome::Recovered, Outcome::Fell, Outcome::TimedOut, Outcome::Recovered];
         let mut rows: Vec<Row> = (0..4).map(|i| row(i, "a", i as f64, outcomes[i as usize])).collect();
         rows.push(row(0, "b", 0.0, Outcome::Diverged));
-        let set = SetSummary::new("a", &rows, &[0.0, 2.0, 4.0, 6.0], true);
+        let set = SetSummary::new("a", &rows, &[0.0, 2.0, 4.0, 6.0], &[], true);
         assert_eq!((set.count.trials, set.count.recovered, set.fell, set.timed_out, set.diverged), (4, 2, 1, 1, 0));
         assert_eq!(set.count.success_rate, 0.5);
         assert_eq!(set.by_impulse.len(), 2);

@@ -20,11 +20,10 @@ impl Telling {
     /// Of one set's rows: the lost trials that the pendulum calls the easiest (impulse over m omega d), easiest first; then
     /// the hardest one that it survived.
     pub fn of(rows: &[&Row]) -> Vec<Self> {
-        let hardness = |row: &&Row| row.impulse_over_m_omega_d;
         let is_recovered = |row: &&&Row| row.outcome == Outcome::Recovered;
         let mut lost: Vec<&Row> = rows.iter().filter(|row| !is_recovered(row)).copied().collect();
-        lost.sort_by(|a, b| hardness(a).total_cmp(&hardness(b)));
-        let survived = rows.iter().filter(is_recovered).max_by(|a, b| hardness(a).total_cmp(&hardness(b)));
+        lost.sort_by(|a, b| a.hardness().total_cmp(&b.hardness()));
+        let survived = rows.iter().filter(is_recovered).max_by(|a, b| a.hardness().total_cmp(&b.hardness()));
         let telling = |row: &Row, why| {
             let Row { trial, impulse_n_s, heading_deg, .. } = *row;
             Self { trial, impulse_n_s, heading_deg, why }
@@ -45,7 +44,7 @@ mod tests {
             .into_iter()
             .enumerate()
             .map(|(i, (ratio, survived))| Row {
-                impulse_over_m_omega_d: ratio,
+                impulse_over_m_omega_d: Some(ratio),
                 ..row(i as u64, "a", 1.0, if survived { Outcome::Recovered } else { Outcome::Fell })
             })
             .collect();
