@@ -1,5 +1,6 @@
 //! What the trials of a campaign say: success rates with intervals, by gain set and by impulse.
 
+use crate::campaign::failures::Failures;
 use crate::campaign::foretold::{FallCause, Foretold};
 use crate::campaign::paired::{Common, Pair, Times};
 use crate::campaign::spec::{PushSpec, SensorSpec};
@@ -54,6 +55,8 @@ pub struct SetSummary {
     pub foretold: Option<Foretold>,
     /// Footsteps against outcome; None for a set that took none.
     pub stepped: Option<Stepped>,
+    /// When trials were lost, and what went with it.
+    pub failures: Failures,
     pub fall_causes: Vec<FallCause>,
     /// Success by impulse, bins of equal width, without empty ones.
     pub by_impulse: Vec<ImpulseBin>,
@@ -138,6 +141,7 @@ impl SetSummary {
             times: Times::of(rows.iter().copied(), end_early),
             foretold: Foretold::new(&rows),
             stepped: Stepped::new(&rows),
+            failures: Failures::of(rows.iter().copied()),
             fall_causes: FallCause::count(&rows),
             by_impulse: bins.windows(2).map(|bin| within(&bin)).filter(|bin| bin.count.trials > 0).collect(),
         }

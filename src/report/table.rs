@@ -1,10 +1,10 @@
 //! The result of a campaign as text.
 
 use crate::campaign::Summary;
+use crate::campaign::failures::Failures;
 use crate::campaign::foretold::{Foretold, MarginBin};
 use crate::campaign::paired::{Only, Pair};
 use crate::campaign::stats::{Count, SetSummary};
-use crate::campaign::stepped::Stepped;
 use crate::campaign::vary;
 use crate::episode::Judge;
 use crate::report::layout::{align, compared, percent, seconds, shell_word, table, whole_names};
@@ -196,13 +196,13 @@ fn stepped(summary: &Summary) -> String {
     for (i, label) in ["none", "one", "two", "three or more"].into_iter().enumerate() {
         rows.push((label.into(), steppers().map(|(_, stepped)| rate_of(&stepped.by_footsteps[i])).collect()));
     }
-    type Pick = fn(&Stepped) -> u64;
+    type Pick = fn(&Failures) -> u64;
     for (label, pick) in [
-        ("fell before any", (|s| s.fell_before_any) as Pick),
-        ("fell with a foot in the air", |s| s.fell_in_swing),
-        ("fell after the last landing", |s| s.fell_after_landing),
+        ("fell before any", (|f| f.fell_before_any_footstep) as Pick),
+        ("fell with a foot in the air", |f| f.fell_in_swing),
+        ("fell after the last landing", |f| f.fell_after_landing),
     ] {
-        rows.push((label.into(), steppers().map(|(_, stepped)| pick(stepped).to_string()).collect()));
+        rows.push((label.into(), steppers().map(|(set, _)| pick(&set.failures).to_string()).collect()));
     }
     let names = steppers().map(|(set, _)| set.name.as_str());
     format!("\n{}\n", compared("recovered, by footsteps", names, rows, many(summary)))
