@@ -241,6 +241,58 @@ fn torque_saturates_at_the_scaled_limit() {
     }
 }
 
+/// A sole slides where the ground does not hold it, also one that is tipped up; where it holds, a sole that rolls over
+/// its edge or is set down elsewhere has not slid.
+#[test]
+fn soles_slip_where_the_ground_is_slippery() {
+    for gains in ["hold", "catch"] {
+        let bench = Bench::new(gains);
+        for heading_deg in [0.0, 90.0] {
+            let slip_m = |friction| {
+                let variation = Variation { friction: Some(friction), ..Variation::default() };
+                run(&bench, variation, push(4.0, heading_deg), 1.2, |_| {}).peak_slip_m
+            };
+            let (slippery, firm) = (slip_m(0.15), slip_m(1.0));
+            println!("{gains}, {heading_deg}: {slippery:.4} m on friction 0.15, {firm:.4} m on 1");
+            assert!(slippery > 0.02 && firm < 0.002, "{gains}, {heading_deg}: {slippery} m, {firm} m");
+        }
+    }
+}
+
+/// Soles that lie still on ground that tilts under them do not slide, whatever they do in the world.
+#[test]
+fn ground_that_tilts_takes_the_soles_along() {
+    let bench = Bench::new("hold");
+    let variation = Variation { slope_deg: Some(5.0), slope_heading_deg: Some(60.0), ..Variation::default() };
+    let mut moved = 0.0_f64;
+    let record = run(&bench, variation, NONE, 1.0, |tick| {
+        moved = moved.max(tick.truth.soles.left.translation.z.abs());
+    });
+    println!("moved by {moved:.4} m, slid by {:.5} m", record.peak_slip_m);
+    assert!(moved > 0.003 && record.peak_slip_m < 0.0005, "{moved} m, {} m", record.peak_slip_m);
+}
+
+/// Only a robot whose motors are too weak is at their limit, and what its motors do when it has tilted over is the fall.
+#[test]
+fn time_at_the_torque_limit_counts_while_upright() {
+    let bench = Bench::new("catch");
+    for (scale, limited) in [(0.6, true), (1.5, false)] {
+        let variation = Variation { torque_scale: Some(scale), ..Variation::default() };
+        let (mut upright_s, mut tilted_s) = (0.0, 0.0);
+        let record = run(&bench, variation, push(4.5, 90.0), 1.2, |tick| {
+            let truth = tick.truth;
+            let ratio = |tau: &f64| tau.abs() / (scale * 8.0);
+            let at_limit = truth.time_s > 0.0 && truth.tau.iter().map(ratio).fold(0.0, f64::max) >= 0.999;
+            let tilt_deg = truth.tilt_rad().to_degrees();
+            if at_limit {
+                *(if tilt_deg <= 10.0 { &mut upright_s } else { &mut tilted_s }) += 0.002;
+            }
+        });
+        println!("{scale}: {} s; {upright_s} s, tilted {tilted_s} s; {:?}", record.torque_limited_s, record.fell_at_s);
+        assert_eq!(record.torque_limited_s > 0.02, limited);
+    }
+}
+
 /// A foot that is set down where the ground is higher lands earlier, where it is lower later.
 #[test]
 fn a_step_of_the_ground_makes_a_foot_land_early_or_late() {

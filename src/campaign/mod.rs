@@ -3,17 +3,20 @@
 //!
 //! A [`spec`] says what is drawn; a [`trial`] is a function of (seed, index) alone; [`run`] spreads trials over cores;
 //! [`parts`] keeps what is finished on disk and joins it; [`stats`] counts, [`paired`] compares the sets on the same
-//! pushes, [`foretold`] the theory with what happened, and [`stepped`] says what footsteps were worth.
+//! pushes, [`foretold`] the theory with what happened, [`stepped`] says what footsteps were worth, [`failures`] how trials
+//! are lost and [`strata`] where.
 //! [`limit`] asks how hard a push may be, heading by heading, by a [`psychometric`] search beside the pendulum's bounds.
 //! Beside it, [`response`] measures how the ZMP follows the one wanted, and a [`scenario`] is one disturbance with a name.
 
 pub mod bounds;
 pub mod compare;
 pub mod distribution;
+pub mod failures;
 pub mod foretold;
 pub mod gates;
 pub mod gate;
 pub mod limit;
+pub mod no_step;
 pub mod paired;
 pub mod parts;
 pub mod psychometric;
@@ -25,6 +28,7 @@ pub mod sequential;
 pub mod spec;
 pub mod stats;
 pub mod stepped;
+pub mod strata;
 pub mod summary;
 pub mod telling;
 pub mod trial;

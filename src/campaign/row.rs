@@ -1,5 +1,7 @@
 //! One row of the result: a trial under one gain set.
 
+#[cfg(doc)]
+use crate::campaign::no_step::NoStep;
 use crate::columns::{Column, Data};
 use crate::episode::{Membership, Outcome, Record};
 use crate::robot::Foot;
@@ -14,6 +16,8 @@ pub struct Row {
     /// Name of the gain set.
     pub set: String,
     pub impulse_n_s: f64,
+    /// Of the first push, over m omega d: see [`NoStep`]. None: the COM at home is not above the support.
+    pub impulse_over_m_omega_d: Option<f64>,
     pub heading_deg: f64,
     pub height_m: f64,
     pub duration_s: f64,
@@ -46,8 +50,10 @@ pub struct Row {
     pub peak_tilt_deg: f64,
     pub peak_torque_n_m: f64,
     pub peak_torque_ratio: f64,
+    pub torque_limited_s: f64,
     pub peak_joint_speed_rad_s: f64,
     pub peak_dcm_outside_m: f64,
+    pub peak_slip_m: f64,
     pub left_sets_at_s: Option<f64>,
     pub set_after_push: Option<Membership>,
     pub cpi_margin_after_push: Option<f64>,
@@ -60,13 +66,21 @@ pub struct Row {
 }
 
 impl Row {
-    /// `pushes`: the first, and the second if there is one.
-    pub fn new(trial: u64, set: &str, pushes: &[Push], variation: &Variation, record: Record) -> Self {
+    /// `pushes`: the first, and the second if there is one. `no_step_n_s`: m omega d of the first ([`NoStep`]).
+    pub fn new(
+        trial: u64,
+        set: &str,
+        pushes: &[Push],
+        no_step_n_s: Option<f64>,
+        variation: &Variation,
+        record: Record,
+    ) -> Self {
         let (push, second) = (&pushes[0], pushes.get(1));
         Self {
             trial,
             set: set.into(),
             impulse_n_s: push.impulse_n_s,
+            impulse_over_m_omega_d: no_step_n_s.map(|bound_n_s| push.impulse_n_s / bound_n_s),
             heading_deg: push.heading_deg,
             height_m: push.height_m,
             duration_s: push.duration_s,
@@ -96,8 +110,10 @@ impl Row {
             peak_tilt_deg: record.peak_tilt_deg,
             peak_torque_n_m: record.peak_torque_n_m,
             peak_torque_ratio: record.peak_torque_ratio,
+            torque_limited_s: record.torque_limited_s,
             peak_joint_speed_rad_s: record.peak_joint_speed_rad_s,
             peak_dcm_outside_m: record.peak_dcm_outside_m,
+            peak_slip_m: record.peak_slip_m,
             left_sets_at_s: record.left_sets_at_s,
             set_after_push: record.set_after_push,
             cpi_margin_after_push: record.cpi_margin_after_push,
@@ -143,6 +159,11 @@ impl Row {
         }
     }
 
+    /// How hard the first push was: its impulse over m omega d or, where there is no d, in N s.
+    pub fn hardness(&self) -> f64 {
+        self.impulse_over_m_omega_d.unwrap_or(self.impulse_n_s)
+    }
+
     /// Time at which the last push ends (s).
     fn pushed_until_s(&self) -> f64 {
         self.second_start_s.unwrap_or(self.start_s) + self.duration_s
@@ -171,6 +192,7 @@ pub fn columns(rows: &[Row]) -> Vec<Column> {
         ("trial", int(|r| r.trial as i64)),
         ("set", text(|r| r.set.clone())),
         ("impulse_n_s", f64(|r| r.impulse_n_s)),
+        ("impulse_over_m_omega_d", opt(|r| r.impulse_over_m_omega_d)),
         ("heading_deg", f64(|r| r.heading_deg)),
         ("height_m", f64(|r| r.height_m)),
         ("duration_s", f64(|r| r.duration_s)),
@@ -200,8 +222,10 @@ pub fn columns(rows: &[Row]) -> Vec<Column> {
         ("peak_tilt_deg", f64(|r| r.peak_tilt_deg)),
         ("peak_torque_n_m", f64(|r| r.peak_torque_n_m)),
         ("peak_torque_ratio", f64(|r| r.peak_torque_ratio)),
+        ("torque_limited_s", f64(|r| r.torque_limited_s)),
         ("peak_joint_speed_rad_s", f64(|r| r.peak_joint_speed_rad_s)),
         ("peak_dcm_outside_m", f64(|r| r.peak_dcm_outside_m)),
+        ("peak_slip_m", f64(|r| r.peak_slip_m)),
         ("left_sets_at_s", opt(|r| r.left_sets_at_s)),
         ("set_after_push", Data::OptText(rows.iter().map(|r| r.set_after_push.map(|m| m.name().into())).collect())),
         ("cpi_margin_after_push", opt(|r| r.cpi_margin_after_push)),
@@ -229,8 +253,8 @@ pub fn profile_name(profile: Profile) -> &'static str {
 pub(crate) mod tests {
     use super::*;
 
-    pub(crate) fn row(trial: u64, set: &str, impulse_n_s: f64, outcome: Outcome) -> Row {
-        let record = Record {
+    pub(crate) fn record(outcome: Outcome) -> Record {
+        Record {
             outcome,
             end_s: 2.0,
             fell_at_s: (outcome == Outcome::Fell).then_some(1.5),
@@ -240,8 +264,10 @@ pub(crate) mod tests {
             peak_tilt_deg: 1.0 / 3.0,
             peak_torque_n_m: f64::NAN,
             peak_torque_ratio: 0.5,
+            torque_limited_s: 0.004,
             peak_joint_speed_rad_s: 2.0,
             peak_dcm_outside_m: 1e-300,
+            peak_slip_m: 0.003,
             left_sets_at_s: None,
             set_after_push: Some(Membership::Outside),
             cpi_margin_after_push: Some(-0.25),
@@ -249,8 +275,12 @@ pub(crate) mod tests {
             gain_switches: 3,
             footsteps: vec![],
             unfinished_footstep: None,
-        };
-        Row::new(trial, set, &[Push { impulse_n_s, ..Push::default() }], &Variation::default(), record)
+        }
+    }
+
+    pub(crate) fn row(trial: u64, set: &str, impulse_n_s: f64, outcome: Outcome) -> Row {
+        let push = Push { impulse_n_s, ..Push::default() };
+        Row::new(trial, set, &[push], Some(2.0), &Variation::default(), record(outcome))
     }
 
     #[test]
@@ -260,6 +290,11 @@ pub(crate) mod tests {
         let text = String::from_utf8(csv.into_inner().unwrap()).unwrap();
         let names: Vec<String> = columns(&[]).into_iter().map(|c| c.name).collect();
         assert_eq!(text.lines().next().unwrap(), names.join(","));
+    }
+
+    #[test]
+    fn a_push_is_measured_by_what_standing_takes() {
+        assert_eq!(row(0, "hold", 3.0, Outcome::Fell).impulse_over_m_omega_d, Some(1.5));
     }
 
     #[test]

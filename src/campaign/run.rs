@@ -4,6 +4,7 @@ use crate::assets::{self, Kind, Source};
 use crate::campaign::parts::{BLOCK_TRIALS, Folder, Manifest, Shard};
 use crate::campaign::sequential::next_look;
 use crate::campaign::gate::GateSpec;
+use crate::campaign::no_step::NoStep;
 use crate::campaign::{Campaign, Row, trial};
 use crate::control::Design;
 use crate::episode;
@@ -22,6 +23,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 pub struct Plan {
     pub manifest: Manifest,
     pub(super) robot: Robot,
+    no_step: NoStep,
     gains: Vec<GainSet>,
     /// Inputs that are not compiled in: name in the result folder, text.
     inputs: Vec<(String, String)>,
@@ -95,7 +97,8 @@ impl Plan {
         }
         let standfast = env!("CARGO_PKG_VERSION").to_string();
         let config_hash = hash(&standfast, &what_trials_are(&resolved).to_toml()?, &hashed);
-        Ok(Plan { manifest: Manifest { standfast, config_hash, sets, campaign: resolved }, robot, gains, inputs })
+        let manifest = Manifest { standfast, config_hash, sets, campaign: resolved };
+        Ok(Plan { manifest, no_step: NoStep::new(&robot), robot, gains, inputs })
     }
 
     /// The folder for the result: the one asked for, or one under `standfast-results` that is free or this
@@ -212,7 +215,8 @@ impl Plan {
         let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
         let config = &campaign.episode;
         let record = episode::run(&self.robot, &designs[set], config, disturbance, config.until(), &mut |_| {});
-        Row::new(trial, &sets[set], &pushes, &variation, record)
+        let no_step_n_s = self.no_step.impulse_n_s(pushes[0].heading_deg);
+        Row::new(trial, &sets[set], &pushes, no_step_n_s, &variation, record)
     }
 
     /// Writes whose folder it is, with all that is needed to run it again: `campaign.toml` and its inputs.

@@ -2,7 +2,6 @@
 
 use crate::campaign::Row;
 use crate::campaign::stats::Count;
-use crate::episode::Outcome;
 use serde::Serialize;
 
 /// One gain set's trials by the number of footsteps that were begun.
@@ -10,10 +9,6 @@ use serde::Serialize;
 pub struct Stepped {
     /// Trials with no footstep, one, two, and three or more.
     pub by_footsteps: [Count; 4],
-    /// Falls before any foot was lifted, with a foot in the air, and after the last one had landed.
-    pub fell_before_any: u64,
-    pub fell_in_swing: u64,
-    pub fell_after_landing: u64,
 }
 
 impl Stepped {
@@ -24,15 +19,7 @@ impl Stepped {
             return None;
         }
         let count = |n: usize| Count::of(rows.iter().copied().filter(|row| begun(row).min(3) == n));
-        let falls = |of: &dyn Fn(&Row) -> bool| {
-            rows.iter().filter(|row| row.outcome == Outcome::Fell && of(row)).count() as u64
-        };
-        Some(Self {
-            by_footsteps: [0, 1, 2, 3].map(count),
-            fell_before_any: falls(&|row| begun(row) == 0),
-            fell_in_swing: falls(&|row| row.unfinished_footstep.is_some()),
-            fell_after_landing: falls(&|row| row.unfinished_footstep.is_none() && row.footsteps > 0),
-        })
+        Some(Self { by_footsteps: [0, 1, 2, 3].map(count) })
     }
 }
 
@@ -40,10 +27,11 @@ impl Stepped {
 mod tests {
     use super::*;
     use crate::campaign::row::tests::row;
+    use crate::episode::Outcome;
     use crate::robot::Foot;
 
     #[test]
-    fn trials_are_counted_by_footsteps_and_falls_by_when() {
+    fn trials_are_counted_by_footsteps() {
         let with = |outcome, footsteps, unfinished_footstep| Row {
             footsteps,
             unfinished_footstep,
@@ -60,7 +48,6 @@ mod tests {
         let stepped = Stepped::new(&rows.iter().collect::<Vec<_>>()).unwrap();
         let counts = stepped.by_footsteps.map(|count| (count.recovered, count.trials));
         assert_eq!(counts, [(1, 2), (1, 2), (0, 1), (0, 1)]);
-        assert_eq!((stepped.fell_before_any, stepped.fell_in_swing, stepped.fell_after_landing), (1, 2, 1));
         assert_eq!(Stepped::new(&[&rows[0], &rows[1]]), None, "a set that only stands");
     }
 }

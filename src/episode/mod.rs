@@ -4,6 +4,7 @@
 pub mod footsteps;
 pub mod imposed;
 mod referee;
+mod slip;
 
 use crate::control::{Controller, Design};
 use crate::robot::{Command, PerFoot, Pose, Robot};
@@ -14,7 +15,7 @@ use nalgebra::Point2;
 use referee::Referee;
 use serde::{Deserialize, Serialize};
 
-pub use referee::support_on_ground;
+pub use referee::{AT_LIMIT, support_on_ground};
 
 /// How an episode ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -161,9 +162,15 @@ pub struct Record {
     /// Largest joint torque, and its share of the limit.
     pub peak_torque_n_m: f64,
     pub peak_torque_ratio: f64,
+    /// Time during which the mean torque of some joint over a tick was at its limit, the trunk within
+    /// `standing_tilt_deg` of upright: beyond that it is the fall (s).
+    pub torque_limited_s: f64,
     pub peak_joint_speed_rad_s: f64,
     /// Largest distance of the DCM outside of the support (m); 0 when it never left it.
     pub peak_dcm_outside_m: f64,
+    /// Largest distance by which a sole that carries load (a tenth of the weight or more) has slid over the ground since it
+    /// took up that load, the trunk within `standing_tilt_deg` of upright (m): rolling over its edge is not sliding.
+    pub peak_slip_m: f64,
     /// Time at which the state first left every set.
     pub left_sets_at_s: Option<f64>,
     /// Whether the slowest gain's set holds the true state at the end of the last push (with the ZMP that the

@@ -1,6 +1,7 @@
 //! The judge at work: watches every tick and writes the episode's record.
 
 use super::footsteps::FootstepLog;
+use super::slip::Slip;
 use super::{EpisodeConfig, Judge, Membership, Outcome, Record, Tick, home_distance};
 use crate::control::Phase;
 use crate::geometry::SupportPolygon;
@@ -8,15 +9,20 @@ use crate::robot::{Foot, PerFoot, Robot};
 use crate::sim::{Push, Truth};
 use nalgebra::Point2;
 
+/// Share of its torque limit at which a joint counts as being there.
+pub const AT_LIMIT: f64 = 0.999;
+
 /// Watches an episode and writes its record.
 pub(super) struct Referee<'a> {
     robot: &'a Robot,
     judge: Judge,
+    control_period_s: f64,
     home_height: f64,
     last_push_end_s: f64,
     /// Since when the robot has been standing without a break.
     standing_since_s: Option<f64>,
     footsteps: FootstepLog,
+    slip: Slip<'a>,
     pub(super) record: Record,
 }
 
@@ -25,10 +31,12 @@ impl<'a> Referee<'a> {
         Self {
             robot,
             judge: config.judge,
+            control_period_s: config.control_period_s,
             home_height: robot.home_com_height(),
             last_push_end_s: pushes.iter().map(Push::end_s).fold(0.0, f64::max),
             standing_since_s: None,
             footsteps: FootstepLog::default(),
+            slip: Slip::new(robot),
             record: Record {
                 outcome: Outcome::TimedOut,
                 end_s: 0.0,
@@ -39,8 +47,10 @@ impl<'a> Referee<'a> {
                 peak_tilt_deg: 0.0,
                 peak_torque_n_m: 0.0,
                 peak_torque_ratio: 0.0,
+                torque_limited_s: 0.0,
                 peak_joint_speed_rad_s: 0.0,
                 peak_dcm_outside_m: 0.0,
+                peak_slip_m: 0.0,
                 left_sets_at_s: None,
                 set_after_push: None,
                 cpi_margin_after_push: None,
@@ -124,11 +134,19 @@ impl<'a> Referee<'a> {
 
     fn note_peaks(&mut self, tick: &Tick) {
         let (truth, controller, record) = (tick.truth, tick.controller, &mut self.record);
-        record.peak_tilt_deg = record.peak_tilt_deg.max(truth.tilt_rad().to_degrees());
+        let tilt_deg = truth.tilt_rad().to_degrees();
+        record.peak_tilt_deg = record.peak_tilt_deg.max(tilt_deg);
+        let mut torque_ratio = 0.0_f64;
         for (i, (tau, servo)) in truth.tau.iter().zip(&self.robot.servos).enumerate() {
             record.peak_torque_n_m = record.peak_torque_n_m.max(tau.abs());
-            record.peak_torque_ratio = record.peak_torque_ratio.max(tau.abs() / servo.torque_n_m);
+            torque_ratio = torque_ratio.max(tau.abs() / servo.torque_n_m);
             record.peak_joint_speed_rad_s = record.peak_joint_speed_rad_s.max(truth.velocity[6 + i].abs());
+        }
+        record.peak_torque_ratio = record.peak_torque_ratio.max(torque_ratio);
+        let slip_m = self.slip.watch(truth);
+        if tilt_deg <= self.judge.standing_tilt_deg {
+            record.peak_slip_m = record.peak_slip_m.max(slip_m);
+            record.torque_limited_s += if torque_ratio >= AT_LIMIT { self.control_period_s } else { 0.0 };
         }
         if tick.dcm_outside_m.is_finite() {
             record.peak_dcm_outside_m = record.peak_dcm_outside_m.max(tick.dcm_outside_m);

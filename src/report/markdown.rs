@@ -33,7 +33,7 @@ pub fn text(summary: &Summary) -> String {
             set.count.recovered,
             set.count.trials,
             percent(set.count.success_rate),
-            super::table::impulse_level(&set.curve.impulse50),
+            super::table::impulse_at(&set.curve, true),
             seconds(set.times.median_settling_s),
         );
     }

@@ -1,7 +1,7 @@
 //! The story of one episode, in a few lines: what happened to the robot, when, and why.
 
 use crate::control::Design;
-use crate::episode::{EpisodeConfig, Footstep, Lifted, Outcome, Record, Tick};
+use crate::episode::{AT_LIMIT, EpisodeConfig, Footstep, Lifted, Outcome, Record, Tick};
 use crate::report::table::thresholds;
 use crate::robot::{Robot, Servo};
 use crate::sim::{Push, Variation};
@@ -26,7 +26,7 @@ impl Witness {
             self.dcm_outside_since_s = Some(time);
         }
         if self.torque_limited.is_none() {
-            let at_limit = |(tau, servo): (&f64, &Servo)| tau.abs() >= 0.999 * servo.torque_n_m;
+            let at_limit = |(tau, servo): (&f64, &Servo)| tau.abs() >= AT_LIMIT * servo.torque_n_m;
             let joint = tick.truth.tau.iter().zip(&robot.servos).position(at_limit);
             self.torque_limited = joint.map(|i| (time, robot.joints[i].name.clone()));
         }

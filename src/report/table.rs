@@ -1,14 +1,15 @@
 //! The result of a campaign as text.
 
 use crate::campaign::Summary;
+use crate::campaign::failures::Failures;
 use crate::campaign::foretold::{Foretold, MarginBin};
-use crate::campaign::paired::{Only, Pair};
+use crate::campaign::paired::Pair;
 use crate::campaign::stats::Count;
-use crate::campaign::stepped::Stepped;
-use crate::campaign::summary::SetSummary;
+use crate::campaign::summary::{Curve, SetSummary};
 use crate::campaign::vary;
 use crate::episode::Judge;
-use crate::report::layout::{align, compared, percent, seconds, shell_word, table, whole_names};
+use crate::report::layout::{align, compared, percent, seconds, table, whole_names, wrapped};
+use crate::report::{comparison, replay_command};
 use comfy_table::Table;
 use std::fmt::Write;
 use std::path::Path;
@@ -48,12 +49,13 @@ pub fn campaign(summary: &Summary, folder: &Path) -> String {
     // Writing to a String does not fail.
     let _ = writeln!(
         text,
-        "campaign {}: {} pushes, the same for each gain set; seed {}, configuration {}\n\
+        "campaign {}: {} pushes{}, the same for each gain set; seed {},\n         configuration {}\n\
          push: impulse {} N s, heading {} deg,\n      \
          height {} m above the COM, duration {} s, start {} s, {}\n\
          {varied}sensors: noise x {}, bias x {}; horizon {} s\n{}",
         summary.name,
         summary.trials,
+        if summary.stopping.until_resolved { format!(" (of {} at most)", summary.most_trials) } else { String::new() },
         summary.seed,
         &summary.config_hash[..summary.config_hash.len().min(12)],
         push.impulse_n_s,
@@ -67,12 +69,23 @@ pub fn campaign(summary: &Summary, folder: &Path) -> String {
         summary.episode.horizon_s,
         thresholds(&summary.episode.judge),
     );
-    let _ = writeln!(text, "{}\n{}\n{}", sets(summary), falls(summary), by_impulse(summary));
+    for warning in &summary.warnings {
+        text += &wrapped("warning: ", warning);
+    }
+    let _ = writeln!(text, "{}", sets(summary));
+    text += &comparison::pairs(summary);
+    text += &comparison::gates(summary);
+    let _ = write!(text, "\n{}\n", by_impulse(summary));
+    text += &by_heading(summary);
+    let _ = write!(text, "\n{}\n{}", limits(summary), LIMITS_EXPLAINED);
+    text += &failures(summary);
+    text += &falls(summary);
     let _ = write!(text, "\n{}\n{}", times(summary), times_explained(summary));
+    text += &comparison::shifts(summary);
     text += &stepped(summary);
     text += &foretold(summary);
-    text += &differences(summary, folder);
-    let _ = writeln!(text, "\n95 % intervals: {}", summary.interval.trim_start_matches("95 %: "));
+    text += &replay(summary, folder);
+    let _ = write!(text, "\n{}", wrapped("", &format!("intervals, {}", summary.interval)));
     text
 }
 
@@ -187,6 +200,69 @@ fn times_explained(summary: &Summary) -> String {
     text
 }
 
+/// Success by heading.
+fn by_heading(summary: &Summary) -> String {
+    let of_heading = |set: &SetSummary| set.strata.iter().filter(|s| s.by == "heading").cloned().collect::<Vec<_>>();
+    let strata: Vec<_> = summary.sets.iter().map(of_heading).collect();
+    let Some(first) = strata.first().filter(|first| !first.is_empty()) else { return String::new() };
+    let row = |i: usize| {
+        let cells = strata.iter().map(|set| percent(set[i].count.success_rate));
+        let all = std::iter::once(first[i].count.trials.to_string()).chain(cells).collect();
+        (first[i].label.clone(), all)
+    };
+    let names = std::iter::once("pushes").chain(names(summary));
+    format!("\n{}\n", compared("heading", names, (0..first.len()).map(row).collect(), many(summary)))
+}
+
+/// The impulses that are survived in half of all pushes and in nine of ten.
+fn limits(summary: &Summary) -> Table {
+    let mut table = table(["gain set", "50 % [N s]", "90 % [N s]", "50 % [m w d]", "90 % [m w d]"]);
+    for set in &summary.sets {
+        let levels = [&set.curve, &set.normalized_curve].map(|curve| [impulse_at(curve, true), impulse_at(curve, false)]);
+        table.add_row(std::iter::once(set.name.clone()).chain(levels.concat()));
+    }
+    whole_names(align(table))
+}
+
+const LIMITS_EXPLAINED: &str = " impulse at which 50 % and 90 % of the pushes are survived (95 % interval), by a fitted\n \
+    logistic curve, over all headings; m w d: mass, omega, way from the COM to the\n support's edge: what a push may be without a footstep\n";
+
+/// The impulse (N s, or over m omega d) that half of the pushes at it are survived, or nine of ten, with its interval.
+pub(super) fn impulse_at(curve: &Curve, half: bool) -> String {
+    let Some(fit) = &curve.fit else {
+        return curve.none_because.map_or("-".into(), |why| why.to_string());
+    };
+    let (level, why) = if half { (fit.impulse50, fit.no_impulse50) } else { (fit.impulse90, fit.no_impulse90) };
+    match (level, why) {
+        (Some(level), _) => {
+            let [least, most] = level.ci95.map(|end| end.map_or("?".into(), |x| format!("{x:.2}")));
+            format!("{:.2} ({least}-{most})", level.at)
+        }
+        (None, why) => why.map_or("-".into(), |why| why.to_string()),
+    }
+}
+
+/// How trials were lost.
+fn failures(summary: &Summary) -> String {
+    type Pick = fn(&Failures) -> u64;
+    let kinds: [(&str, Pick); 8] = [
+        ("fell without a footstep", |f| f.fell_before_any_footstep),
+        ("fell with a foot in the air", |f| f.fell_in_swing),
+        ("fell after a landing", |f| f.fell_after_landing),
+        ("not standing at the end", |f| f.timed_out),
+        ("diverged", |f| f.diverged),
+        ("  of the falls: slipped", |f| f.fell_slipped),
+        ("  torque at its limit", |f| f.fell_torque_limited),
+        ("  neither", |f| f.fell_otherwise),
+    ];
+    let any = |pick: &Pick| summary.sets.iter().any(|set| pick(&set.failures) > 0);
+    let row = |(label, pick): (&str, Pick)| {
+        (label.to_string(), summary.sets.iter().map(|set| pick(&set.failures).to_string()).collect())
+    };
+    let rows: Vec<_> = kinds.into_iter().filter(|(_, pick)| any(pick)).map(row).collect();
+    if rows.is_empty() { String::new() } else { format!("\n{}\n", compared("lost", names(summary), rows, many(summary))) }
+}
+
 /// What footsteps were worth; empty if no gain set took any.
 fn stepped(summary: &Summary) -> String {
     let steppers = || summary.sets.iter().filter_map(|set| Some((set, set.stepped.as_ref()?)));
@@ -196,14 +272,6 @@ fn stepped(summary: &Summary) -> String {
     let mut rows: Vec<(String, Vec<String>)> = Vec::new();
     for (i, label) in ["none", "one", "two", "three or more"].into_iter().enumerate() {
         rows.push((label.into(), steppers().map(|(_, stepped)| rate_of(&stepped.by_footsteps[i])).collect()));
-    }
-    type Pick = fn(&Stepped) -> u64;
-    for (label, pick) in [
-        ("fell before any", (|s| s.fell_before_any) as Pick),
-        ("fell with a foot in the air", |s| s.fell_in_swing),
-        ("fell after the last landing", |s| s.fell_after_landing),
-    ] {
-        rows.push((label.into(), steppers().map(|(_, stepped)| pick(stepped).to_string()).collect()));
     }
     let names = steppers().map(|(set, _)| set.name.as_str());
     format!("\n{}\n", compared("recovered, by footsteps", names, rows, many(summary)))
@@ -268,73 +336,14 @@ fn foretold(summary: &Summary) -> String {
     )
 }
 
-/// Pushes that one set survives and another does not, and how to replay one. Of many sets each against the first.
-fn differences(summary: &Summary, folder: &Path) -> String {
-    let against_first = summary.pairs.iter().take(summary.sets.len().saturating_sub(1));
-    let shown = if many(summary) { against_first } else { summary.pairs.iter().take(usize::MAX) };
-    let found = shown.clone().chain(&summary.pairs).find_map(|pair| {
-        let replay = |winner: usize| Some((pair.only[winner].examples.first()?, &pair.sets[1 - winner]));
-        replay(0).or_else(|| replay(1))
-    });
-    let Some((trial, set)) = found else { return String::new() };
-    let pairs = match summary.sets.first() {
-        Some(first) if many(summary) => format!(
-            "{}\n each set against the first, {}; every pair is in summary.json\n",
-            against(&first.name, shown),
-            first.name
-        ),
-        _ => format!("{}\n", every_pair(shown)),
+/// How to replay a trial in which two sets end differently, or else one that was lost.
+fn replay(summary: &Summary, folder: &Path) -> String {
+    let differ = |pair: &Pair| {
+        let lost = |trials: &[u64], by: &str| Some((*trials.first()?, by.to_string()));
+        lost(&pair.first_only_a, &pair.b).or_else(|| lost(&pair.first_only_b, &pair.a))
     };
-    format!(
-        "\n{pairs} to replay one: standfast push --campaign {} \\\n                  --trial {trial} --gains {}\n",
-        shell_word(&folder.join("campaign.toml").display().to_string()),
-        shell_word(set)
-    )
-}
-
-fn every_pair<'a>(pairs: impl Iterator<Item = &'a Pair>) -> Table {
-    let mut table = table(["recovers", "does not", "pushes", "first trials"]);
-    for pair in pairs {
-        for (winner, loser) in [(0, 1), (1, 0)] {
-            let only = &pair.only[winner];
-            let (winner, loser) = (&pair.sets[winner], &pair.sets[loser]);
-            table.add_row([winner, loser, &only.trials.to_string(), &examples(only, usize::MAX)]);
-        }
-    }
-    align(table)
-}
-
-/// A row for each set that is paired with the first.
-fn against<'a>(first: &str, pairs: impl Iterator<Item = &'a Pair>) -> Table {
-    let (wins, loses) = (format!("recovers, {first} does not"), format!("{first} recovers, it does not"));
-    let mut table = table(["gain set", &wins, "first trials", &loses, "first trials"]);
-    for Pair { sets: [_, set], only: [lost, won], .. } in pairs {
-        let (won_trials, lost_trials) = (won.trials.to_string(), lost.trials.to_string());
-        table.add_row([set, &won_trials, &examples(won, 2), &lost_trials, &examples(lost, 2)]);
-    }
-    whole_names(align(table))
-}
-
-/// The first trials, at most so many.
-fn examples(only: &Only, most: usize) -> String {
-    let shown: Vec<String> = only.examples.iter().take(most).map(u64::to_string).collect();
-    let more = if only.trials > shown.len() as u64 { ", ..." } else { "" };
-    format!("{}{more}", shown.join(", "))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn of_many_sets_each_is_compared_with_the_first() {
-        let pair = |set: &str, lost, won: u64| {
-            let only = |trials: u64| Only { trials, examples: (0..trials.min(5)).collect() };
-            let sets = ["a".into(), set.into()];
-            Pair { sets, both_recovered: 0, neither_recovered: 0, only: [only(lost), only(won)] }
-        };
-        let text = against("a", [pair("b", 0, 3), pair("c", 2, 0)].iter()).to_string();
-        let rows: Vec<String> = text.lines().map(|l| l.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
-        assert!(rows.contains(&"b 3 0, 1, ... 0".into()) && rows.contains(&"c 0 2 0, 1".into()), "{text}");
-    }
+    let of_set = |set: &SetSummary| Some((set.telling.first()?.trial, set.name.clone()));
+    let found = summary.pairs.iter().find_map(differ).or_else(|| summary.sets.iter().find_map(of_set));
+    let Some((trial, set)) = found else { return String::new() };
+    format!("\nto replay a trial, e.g. one that tells sets apart (others: report.html):\n {}\n", replay_command(summary, &set, trial, folder))
 }

@@ -1,0 +1,58 @@
+//! How far soles slide over the ground.
+//!
+//! A sole that rolls over its edge, or pivots about it, moves without sliding; so what is followed is not its centre but
+//! the point of it that is at the centre of pressure: where that point moves along the ground, the sole slides. Its
+//! displacements are summed (as vectors: who slides out and back is where he was) for as long as the sole carries load; a
+//! foot that is lifted and set down starts anew.
+
+use crate::robot::{Foot, GRAVITY, PerFoot, Pose, Robot};
+use crate::sim::Truth;
+use nalgebra::{Point3, Vector2};
+
+/// A sole carries load from this share of the robot's weight on: at less it is being lifted or set down.
+const LOADED_SHARE: f64 = 0.1;
+
+/// Watches both soles.
+pub(super) struct Slip<'a> {
+    robot: &'a Robot,
+    least_load_n: f64,
+    soles: PerFoot<Option<Loaded>>,
+}
+
+/// A sole that carries load, in the frame of the ground's plane.
+#[derive(Clone, Copy)]
+struct Loaded {
+    /// The sole a tick ago.
+    before: Pose,
+    /// How far it has slid since it took up load (m).
+    slid: Vector2<f64>,
+}
+
+impl<'a> Slip<'a> {
+    pub(super) fn new(robot: &'a Robot) -> Self {
+        Self { robot, least_load_n: LOADED_SHARE * robot.mass() * GRAVITY, soles: PerFoot::default() }
+    }
+
+    /// Looks at a tick: how far a sole that carries load now has slid, the farther of the two (m).
+    pub(super) fn watch(&mut self, truth: &Truth) -> f64 {
+        let to_plane = truth.ground.slope.inverse();
+        let mut far = 0.0_f64;
+        for foot in Foot::BOTH {
+            let (wrench, now) = (truth.sole_wrenches[foot], to_plane * truth.soles[foot]);
+            let to_sole = truth.soles[foot].rotation.inverse();
+            let (force, moment) = (to_sole * wrench.force, to_sole * wrench.moment);
+            if (to_plane * wrench.force).z < self.least_load_n || force.z <= 0.0 {
+                self.soles[foot] = None;
+                continue;
+            }
+            let [half_x, half_y] = self.robot.soles[foot].half_m;
+            let (x, y) = (-moment.y / force.z, moment.x / force.z);
+            let pressed = Point3::new(x.clamp(-half_x, half_x), y.clamp(-half_y, half_y), 0.0);
+            let slid = self.soles[foot]
+                .map_or(Vector2::zeros(), |Loaded { before, slid }| slid + (now * pressed - before * pressed).xy());
+            far = far.max(slid.norm());
+            self.soles[foot] = Some(Loaded { before: now, slid });
+        }
+        far
+    }
+}
