@@ -139,9 +139,11 @@ pub struct MergeArgs {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Gain sets of the same name are compared with each other (and told apart by their folders: `catch (DIR_A)`);
+#[command(
+    after_help = "Gain sets of the same name are compared with each other (and told apart by their folders: `catch (DIR_A)`);
 if the results share no name, every set of the one with every set of the other.
-Exit code 3 if the folders' trials are not the same.")]
+Exit code 3 if the folders' trials are not the same."
+)]
 pub struct CompareArgs {
     /// Result folder of `run`
     pub dir_a: PathBuf,

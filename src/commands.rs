@@ -96,7 +96,11 @@ pub fn compare(args: &CompareArgs) -> Result<ExitCode> {
         }
         joined.write(&summary, out)?;
         report::result::write(&summary, &joined.rows, out)?;
-        note(&format!("written: {}/{{summary.json, trials.parquet, {}}}", out.display(), report::result::FILES.join(", ")));
+        note(&format!(
+            "written: {}/{{summary.json, trials.parquet, {}}}",
+            out.display(),
+            report::result::FILES.join(", ")
+        ));
     }
     Ok(exit_code(&summary, Path::new("")))
 }

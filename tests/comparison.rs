@@ -87,7 +87,10 @@ fn a_baseline_is_paired_trial_by_trial_and_must_have_the_same_pushes() {
     // Nothing differs: 0 of 26 discordant trials bound the difference to 13 points.
     run(&[]).success();
     let found = summary(&dir.path().join("new"));
-    assert_eq!((found["gates"][0]["status"].as_str(), found["gates"][0]["observed"].as_f64()), (Some("passed"), Some(0.0)));
+    assert_eq!(
+        (found["gates"][0]["status"].as_str(), found["gates"][0]["observed"].as_f64()),
+        (Some("passed"), Some(0.0))
+    );
     assert_eq!(found["baseline"]["trials"], 26);
     fs::remove_dir_all(dir.path().join("new")).unwrap();
     // A robot that is hardly held up.
@@ -107,9 +110,13 @@ fn two_folders_are_compared_if_their_pushes_are_the_same() {
     standfast(dir.path(), &with(&["--gains=hold", "--out=a"])).success();
     standfast(dir.path(), &with(&["--gains=hold", "--gains=fixed", "--out=b"])).success();
     standfast(dir.path(), &with(&["--gains=fixed", "--out=c"])).success();
-    let found: Value = serde_json::from_str(&stdout(&standfast(dir.path(), &["compare", "a", "b", "--json"]).success())).unwrap();
+    let found: Value =
+        serde_json::from_str(&stdout(&standfast(dir.path(), &["compare", "a", "b", "--json"]).success())).unwrap();
     assert_eq!(found["pairs"].as_array().unwrap().len(), 1);
-    assert_eq!((&found["pairs"][0]["a"], &found["pairs"][0]["b"]), (&Value::from("hold (a)"), &Value::from("hold (b)")));
+    assert_eq!(
+        (&found["pairs"][0]["a"], &found["pairs"][0]["b"]),
+        (&Value::from("hold (a)"), &Value::from("hold (b)"))
+    );
     assert_eq!((found["pairs"][0]["only_a"].as_u64(), found["pairs"][0]["only_b"].as_u64()), (Some(0), Some(0)));
     // No name in common: every set with every one. The same as one campaign with both.
     let gate = "--gate=hold >= 1";

@@ -74,7 +74,9 @@ impl Gates {
     pub fn open(&self, rows: &[Row]) -> Vec<String> {
         if !self.gates.is_empty() {
             let open = self.judged(rows).into_iter().filter(|gate| gate.judged.status == Status::Unresolved);
-            return open.map(|GateResult { judged, .. }| words(&judged.name, judged.observed, judged.interval)).collect();
+            return open
+                .map(|GateResult { judged, .. }| words(&judged.name, judged.observed, judged.interval))
+                .collect();
         }
         let pairs = every_pair(self.sets.len());
         let level = sequential_level(pairs.len());

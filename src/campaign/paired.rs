@@ -271,13 +271,73 @@ mod tests {
     fn a_pair_counts_every_trial_once_and_names_the_first_that_differ() {
         let mut outcomes = vec![[Recovered, Recovered], [Fell, TimedOut], [Fell, Recovered]];
         outcomes.extend([[Recovered, Fell]; 7]);
+        let pair = pair(&outcomes, AT_ONCE);
+        assert_eq!(pair.counts, PairedCounts { both: 1, only_a: 7, only_b: 1, neither: 1 });
+        assert_eq!((&pair.first_only_a[..], &pair.first_only_b[..]), (&[3, 4, 5, 6, 7][..], &[2][..]));
+        assert_eq!(pair.difference, 0.6);
+    }
+
+    const AT_ONCE: Deciding = Deciding { sequential: false, margin: 0.02, end_early: true };
+
+    /// Sets "a" and "b".
+    fn pair(outcomes: &[[Outcome; 2]], deciding: Deciding) -> Pair {
         let names = ["a".to_string(), "b".to_string()];
-        let pairs = Pair::all(&rows(&outcomes), &names);
-        assert_eq!(pairs.len(), 1);
-        let Pair { both_recovered, neither_recovered, only, .. } = &pairs[0];
-        assert_eq!((*both_recovered, *neither_recovered), (1, 1));
-        assert_eq!(only[0], Only { trials: 7, examples: vec![3, 4, 5, 6, 7] });
-        assert_eq!(only[1], Only { trials: 1, examples: vec![2] });
+        Pair::all(&rows(outcomes), &names, &[(0, 1)], &[], deciding).remove(0)
+    }
+
+    #[test]
+    fn a_verdict_is_what_the_trials_support() {
+        let outcomes = |both: usize, only_a: usize, only_b: usize| {
+            let parts = [vec![[Recovered; 2]; both], vec![[Recovered, Fell]; only_a], vec![[Fell, Recovered]; only_b]];
+            parts.concat()
+        };
+        let found = |counts: [usize; 3], deciding| pair(&outcomes(counts[0], counts[1], counts[2]), deciding);
+        let better = found([80, 18, 2], AT_ONCE);
+        assert_eq!((better.verdict, better.more_trials), (Verdict::ABetter, None));
+        assert!(better.words.starts_with("a is better than b by 16.0 points ("), "{}", better.words);
+        let worse = found([80, 2, 18], AT_ONCE);
+        assert_eq!(worse.words, better.words.replace("a is better than b", "b is better than a"));
+        // 5 : 0 has p = 0.0625.
+        let open = found([95, 5, 0], AT_ONCE);
+        assert_eq!(open.verdict, Verdict::Open);
+        assert!(open.more_trials.is_some_and(|more| (20..200).contains(&more)), "{}", open.words);
+        assert_eq!(found([98, 1, 1], AT_ONCE).verdict, Verdict::Open);
+        assert_eq!(found([998, 1, 1], AT_ONCE).verdict, Verdict::Same);
+        // At every look more is asked for than once.
+        let at_every_look = Deciding { sequential: true, ..AT_ONCE };
+        assert_eq!(found([90, 8, 1], AT_ONCE).verdict, Verdict::ABetter);
+        assert_eq!(found([90, 8, 1], at_every_look).verdict, Verdict::Open);
+        assert_eq!(found([80, 18, 1], at_every_look).verdict, Verdict::ABetter);
+    }
+
+    #[test]
+    fn claims_are_adjusted_for_how_many_there_are() {
+        // 8 : 1 has p = 0.039: enough for one pair, not for three.
+        let mut rows = Vec::new();
+        for i in 0..100 {
+            let (a, b) = (i != 0, i == 0 || i > 8);
+            let outcome = |recovered: bool| if recovered { Recovered } else { Fell };
+            rows.extend([("a", a), ("b", b), ("c", a)].map(|(set, recovered)| row(i, set, 1.0, outcome(recovered))));
+        }
+        let names = ["a", "b", "c"].map(String::from);
+        let all = Pair::all(&rows, &names, &[(0, 1), (0, 2), (1, 2)], &[], AT_ONCE);
+        assert!(all[0].mcnemar_p < 0.05 && all[0].holm_p > 0.05 && all[0].verdict == Verdict::Open, "{:?}", all[0]);
+    }
+
+    #[test]
+    fn times_are_compared_trial_by_trial_where_both_recover() {
+        let mut rows = rows(&[[Recovered; 2]; 12]);
+        rows.extend([row(12, "a", 1.0, Recovered), row(12, "b", 1.0, Fell)]);
+        for row in rows.iter_mut().filter(|row| row.set == "b") {
+            row.settled_at_s = row.settled_at_s.map(|s| s + 0.1 + 0.001 * row.trial as f64);
+            row.footsteps = 1;
+        }
+        let names = ["a".to_string(), "b".to_string()];
+        let pair = Pair::all(&rows, &names, &[(0, 1)], &[], AT_ONCE).remove(0);
+        let (settling, footsteps) = (pair.settling_s.unwrap(), pair.footsteps.unwrap());
+        assert_eq!((settling.pairs, footsteps.pairs, pair.homing_s), (12, 12, None));
+        assert!((settling.median + 0.1055).abs() < 1e-9 && settling.p < 0.001, "{settling:?}");
+        assert_eq!(footsteps.median, -1.0);
     }
 
     #[test]

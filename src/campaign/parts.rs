@@ -344,12 +344,13 @@ mod tests {
         folder.create().unwrap();
         commit(&folder, 1);
         assert_eq!(folder.missing(), [0, 2]);
-        let message = folder.join().unwrap_err().to_string();
+        let gates = Gates::new(&folder.manifest, None).unwrap();
+        let message = folder.join(&gates).unwrap_err().to_string();
         assert!(message.contains("2 of 3 parts") && message.contains("trials 0-24, 50-59"), "{message}");
         assert!(!dir.path().join("trials.parquet").exists());
         commit(&folder, 0);
         commit(&folder, 2);
-        assert_eq!(folder.join().unwrap().1.len(), 120);
+        assert_eq!(folder.join(&gates).unwrap().1.len(), 120);
         assert_eq!(Folder::existing(dir.path()).unwrap().manifest, folder.manifest);
     }
 

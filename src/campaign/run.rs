@@ -1,10 +1,10 @@
 //! Running a campaign: its inputs, the folder that it goes to, and its trials spread over cores.
 
 use crate::assets::{self, Kind, Source};
-use crate::campaign::parts::{BLOCK_TRIALS, Folder, Manifest, Shard};
-use crate::campaign::sequential::next_look;
 use crate::campaign::gate::GateSpec;
 use crate::campaign::no_step::NoStep;
+use crate::campaign::parts::{BLOCK_TRIALS, Folder, Manifest, Shard};
+use crate::campaign::sequential::next_look;
 use crate::campaign::{Campaign, Row, trial};
 use crate::control::Design;
 use crate::episode;
@@ -37,11 +37,11 @@ pub struct Options<'a> {
     /// Set from outside to stop early.
     pub stop: &'a AtomicBool,
     /// Called with the count of episodes to run (at most), before the first one.
-    pub on_start: &'a dyn Fn(u64),
+    pub on_start: &'a (dyn Fn(u64) + Sync),
     /// Called after every episode, from any thread.
     pub on_episode: &'a (dyn Fn() + Sync),
     /// Asked at every look of a campaign that ends when decided, with the rows of all trials so far: is it?
-    pub is_decided: &'a dyn Fn(&[Row]) -> bool,
+    pub is_decided: &'a (dyn Fn(&[Row]) -> bool + Sync),
 }
 
 impl Plan {
@@ -297,6 +297,7 @@ impl Block {
 mod tests {
     use super::*;
     use crate::campaign::Overrides;
+    use crate::campaign::gates::Gates;
 
     fn plan(set: &[&str]) -> Plan {
         let short = ["episode.horizon_s=0.4", "episode.judge.standing_time_s=0.1", "push.start_s=0.05"];
@@ -313,8 +314,9 @@ mod tests {
                 stop.store(true, Ordering::Relaxed);
             }
         };
-        let on_start = &|_| ();
-        plan.run(folder, &Options { threads: 1, shard: None, stop: &stop, on_start, on_episode: &on_episode })?;
+        let (on_start, is_decided) = (&|_| (), &|_: &[Row]| false);
+        let on_episode = &on_episode;
+        plan.run(folder, &Options { threads: 1, shard: None, stop: &stop, on_start, on_episode, is_decided })?;
         Ok(count.into_inner())
     }
 
@@ -325,12 +327,13 @@ mod tests {
         let folder = plan.folder(Some(&dir.path().join("a"))).unwrap();
         assert!(matches!(run(&plan, &folder, 27), Err(Error::Interrupted)));
         assert_eq!(folder.missing(), [1]);
-        assert!(folder.join().is_err());
+        let gates = Gates::new(&plan.manifest, None).unwrap();
+        assert!(folder.join(&gates).is_err());
         assert_eq!(run(&plan, &folder, usize::MAX).unwrap(), 5);
         assert_eq!(run(&plan, &folder, usize::MAX).unwrap(), 0);
         let whole = plan.folder(Some(&dir.path().join("b"))).unwrap();
         assert_eq!(run(&plan, &whole, usize::MAX).unwrap(), 30);
-        assert_eq!(folder.join().unwrap().0, whole.join().unwrap().0);
+        assert_eq!(folder.join(&gates).unwrap().0, whole.join(&gates).unwrap().0);
     }
 
     #[test]

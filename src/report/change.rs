@@ -36,6 +36,7 @@ impl ChangeArgs {
             gains: self.gains.clone(),
             vary: self.vary.clone(),
             robot: self.robot.clone(),
+            ..Overrides::default()
         }
     }
 }

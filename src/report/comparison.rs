@@ -53,10 +53,15 @@ fn counts(pairs: &[&Pair]) -> Table {
             pair.counts.neither.to_string(),
             format!("{:+.1}", 100.0 * pair.difference),
             format!("{least} to {most}"),
-            p_value(pair.holm_p).trim_start_matches("p ").trim_start_matches("= ").into(),
+            p_cell(pair.holm_p),
         ]);
     }
     whole_names(align(table))
+}
+
+/// A p-value without its name.
+pub(super) fn p_cell(p: f64) -> String {
+    p_value(p).trim_start_matches("p ").trim_start_matches("= ").into()
 }
 
 /// How much sooner, and with how many footsteps, over the trials that both sets of a pair recovered from.
@@ -68,15 +73,23 @@ pub(super) fn shifts(summary: &Summary) -> String {
     let mut table = table(["a", "b", "both", "settles, a - b", "p", "footsteps, a - b", "p"]);
     for pair in shown {
         let cells = |shift: &Option<Shift>, unit: &str| match shift {
-            Some(Shift { median, ci95: [least, most], p, .. }) => {
-                let p = p_value(*p).trim_start_matches("p ").trim_start_matches("= ").to_string();
-                [format!("{median:+.2}{unit} ({least:.2} to {most:.2})"), p]
+            Some(Shift { median, ci95, p, .. }) => {
+                let interval = ci95.map_or(String::new(), |[least, most]| format!(" ({least:.2} to {most:.2})"));
+                [format!("{median:+.2}{unit}{interval}"), p_cell(*p)]
             }
             None => ["-".into(), "-".into()],
         };
         let [settling, p] = cells(&pair.settling_s, " s");
         let [footsteps, p_footsteps] = cells(&pair.footsteps, "");
-        table.add_row([pair.a.clone(), pair.b.clone(), pair.counts.both.to_string(), settling, p, footsteps, p_footsteps]);
+        table.add_row([
+            pair.a.clone(),
+            pair.b.clone(),
+            pair.counts.both.to_string(),
+            settling,
+            p,
+            footsteps,
+            p_footsteps,
+        ]);
     }
     format!(
         "\n{}\n over the pushes that both survive: median of the differences (Hodges-Lehmann), its\n \

@@ -3,8 +3,8 @@
 use crate::campaign::Summary;
 use crate::campaign::gate::Status;
 use crate::campaign::gates::GateResult;
-use crate::campaign::paired::{Pair, p_value};
-use crate::report::comparison::{gate_words, status};
+use crate::campaign::paired::Pair;
+use crate::report::comparison::{gate_words, p_cell, status};
 use crate::report::layout::{percent, seconds};
 use crate::report::replay_command;
 use std::fmt::Write;
@@ -106,7 +106,7 @@ fn pairs(pairs: &[Pair]) -> String {
             counts.only_b,
             counts.neither,
             100.0 * pair.difference,
-            p_value(pair.holm_p).trim_start_matches("p ").trim_start_matches("= "),
+            p_cell(pair.holm_p),
         );
     }
     if pairs.len() > MOST_ROWS {

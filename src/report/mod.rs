@@ -4,6 +4,7 @@ mod change;
 mod comparison;
 pub mod cpi;
 mod cpi_plot;
+pub mod html;
 pub mod junit;
 mod layout;
 pub mod limit;

@@ -218,7 +218,8 @@ fn by_heading(summary: &Summary) -> String {
 fn limits(summary: &Summary) -> Table {
     let mut table = table(["gain set", "50 % [N s]", "90 % [N s]", "50 % [m w d]", "90 % [m w d]"]);
     for set in &summary.sets {
-        let levels = [&set.curve, &set.normalized_curve].map(|curve| [impulse_at(curve, true), impulse_at(curve, false)]);
+        let levels =
+            [&set.curve, &set.normalized_curve].map(|curve| [impulse_at(curve, true), impulse_at(curve, false)]);
         table.add_row(std::iter::once(set.name.clone()).chain(levels.concat()));
     }
     whole_names(align(table))
@@ -260,7 +261,11 @@ fn failures(summary: &Summary) -> String {
         (label.to_string(), summary.sets.iter().map(|set| pick(&set.failures).to_string()).collect())
     };
     let rows: Vec<_> = kinds.into_iter().filter(|(_, pick)| any(pick)).map(row).collect();
-    if rows.is_empty() { String::new() } else { format!("\n{}\n", compared("lost", names(summary), rows, many(summary))) }
+    if rows.is_empty() {
+        String::new()
+    } else {
+        format!("\n{}\n", compared("lost", names(summary), rows, many(summary)))
+    }
 }
 
 /// What footsteps were worth; empty if no gain set took any.
@@ -345,5 +350,8 @@ fn replay(summary: &Summary, folder: &Path) -> String {
     let of_set = |set: &SetSummary| Some((set.telling.first()?.trial, set.name.clone()));
     let found = summary.pairs.iter().find_map(differ).or_else(|| summary.sets.iter().find_map(of_set));
     let Some((trial, set)) = found else { return String::new() };
-    format!("\nto replay a trial, e.g. one that tells sets apart (others: report.html):\n {}\n", replay_command(summary, &set, trial, folder))
+    format!(
+        "\nto replay a trial, e.g. one that tells sets apart (others: report.html):\n {}\n",
+        replay_command(summary, &set, trial, folder)
+    )
 }
