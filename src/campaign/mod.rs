@@ -10,6 +10,7 @@
 pub mod distribution;
 pub mod foretold;
 pub mod limit;
+pub mod mcnemar;
 pub mod paired;
 pub mod parts;
 pub mod psychometric;
