@@ -14,6 +14,7 @@ pub mod mcnemar;
 pub mod paired;
 pub mod parts;
 pub mod psychometric;
+pub mod ranks;
 pub mod response;
 pub mod row;
 pub mod run;
