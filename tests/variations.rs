@@ -272,25 +272,32 @@ fn ground_that_tilts_takes_the_soles_along() {
     assert!(moved > 0.003 && record.peak_slip_m < 0.0005, "{moved} m, {} m", record.peak_slip_m);
 }
 
-/// Only a robot whose motors are too weak is at their limit, and what its motors do when it has tilted over is the fall.
+/// Weak motors are at their limit for longer, a gentle push leaves them below it, and what they do when the robot has
+/// tilted over is the fall.
 #[test]
 fn time_at_the_torque_limit_counts_while_upright() {
     let bench = Bench::new("catch");
-    for (scale, limited) in [(0.6, true), (1.5, false)] {
+    let mut limited = Vec::new();
+    for (scale, impulse_n_s, falls) in [(1.0, 1.0, false), (1.0, 5.5, true), (0.8, 5.5, true)] {
         let variation = Variation { torque_scale: Some(scale), ..Variation::default() };
-        let (mut upright_s, mut tilted_s) = (0.0, 0.0);
-        let record = run(&bench, variation, push(4.5, 90.0), 1.2, |tick| {
+        let servos = variation.robot(&bench.robot).servos;
+        let mut at_limit = Vec::new();
+        let record = run(&bench, variation, push(impulse_n_s, 90.0), 1.6, |tick| {
             let truth = tick.truth;
-            let ratio = |tau: &f64| tau.abs() / (scale * 8.0);
-            let at_limit = truth.time_s > 0.0 && truth.tau.iter().map(ratio).fold(0.0, f64::max) >= 0.999;
-            let tilt_deg = truth.tilt_rad().to_degrees();
-            if at_limit {
-                *(if tilt_deg <= 10.0 { &mut upright_s } else { &mut tilted_s }) += 0.002;
+            if truth.tau.iter().zip(&servos).any(|(tau, servo)| tau.abs() >= 0.999 * servo.torque_n_m) {
+                at_limit.push((truth.time_s, truth.tilt_rad().to_degrees()));
             }
         });
-        println!("{scale}: {} s; {upright_s} s, tilted {tilted_s} s; {:?}", record.torque_limited_s, record.fell_at_s);
-        assert_eq!(record.torque_limited_s > 0.02, limited);
+        at_limit.retain(|(time_s, _)| record.fell_at_s.is_none_or(|fell_at_s| *time_s <= fell_at_s));
+        let upright = at_limit.iter().filter(|(_, tilt_deg)| *tilt_deg <= 10.0).count();
+        let (upright_s, tilted_s) = (0.002 * upright as f64, 0.002 * (at_limit.len() - upright) as f64);
+        let limited_s = record.torque_limited_s;
+        println!("x {scale}, {impulse_n_s} N s: {limited_s:.3} s; tilted {tilted_s:.3} s; {:?}", record.outcome);
+        assert!((limited_s - upright_s).abs() < 1e-9, "{limited_s} s, seen {upright_s} s");
+        assert!(record.fell_at_s.is_some() == falls && (tilted_s > 0.01) == falls, "{tilted_s} s");
+        limited.push(limited_s);
     }
+    assert!(limited[0] == 0.0 && limited[1] > 0.02 && limited[2] > limited[1], "{limited:?}");
 }
 
 /// A foot that is set down where the ground is higher lands earlier, where it is lower later.
