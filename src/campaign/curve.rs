@@ -56,12 +56,12 @@ impl fmt::Display for NoCurve {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(match self {
             Self::NoTrials => "no trials",
-            Self::OneImpulse => "all pushes have the same impulse",
-            Self::AllRecovered => "every push was survived",
-            Self::NoneRecovered => "no push was survived",
+            Self::OneImpulse => "one impulse only",
+            Self::AllRecovered => "all survived",
+            Self::NoneRecovered => "none survived",
             Self::NotFalling => "success does not fall with impulse",
-            Self::BelowRange => "below the weakest push",
-            Self::AboveRange => "above the hardest push",
+            Self::BelowRange => "under the weakest",
+            Self::AboveRange => "over the hardest",
         })
     }
 }

@@ -13,6 +13,7 @@
 //! where next to all are of one kind and these are few: 4.5 trials are worst (400 trials with a loss of 1 % and next to no
 //! gain). Nine of one kind and none of the other are not as rare then as the score test takes them to be.
 
+use crate::campaign::sequential;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -32,6 +33,29 @@ pub struct PairedCounts {
 }
 
 impl PairedCounts {
+    /// Counts trials by whether a recovered, and whether b did.
+    pub fn of(trials: impl Iterator<Item = (bool, bool)>) -> Self {
+        let mut counts = Self::default();
+        for recovered in trials {
+            *match recovered {
+                (true, true) => &mut counts.both,
+                (true, false) => &mut counts.only_a,
+                (false, true) => &mut counts.only_b,
+                (false, false) => &mut counts.neither,
+            } += 1;
+        }
+        counts
+    }
+
+    /// Interval of the difference: for a fixed count of trials ([`difference_interval`](Self::difference_interval)), or
+    /// one that holds at every look ([`sequential`]).
+    pub fn interval(&self, level: f64, at_every_look: bool) -> [f64; 2] {
+        match at_every_look {
+            true => sequential::difference_interval(self.only_a, self.only_b, self.trials(), level),
+            false => self.difference_interval(level),
+        }
+    }
+
     pub fn trials(&self) -> u64 {
         self.both + self.only_a + self.only_b + self.neither
     }

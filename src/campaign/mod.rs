@@ -1,30 +1,30 @@
 //! A campaign: many pushes drawn at random, on robots and grounds that vary, the same for every gain set, and the count
 //! of who stays up.
 //!
-//! A [`spec`] says what is drawn; a [`trial`] is a function of (seed, index) alone; [`run`] spreads trials over cores;
-//! [`parts`] keeps what is finished on disk and joins it; [`stats`] counts, [`paired`] compares the sets on the same
-//! pushes, [`foretold`] the theory with what happened, [`stepped`] says what footsteps were worth, [`failures`] how trials
-//! are lost and [`strata`] where.
+//! - What is asked: a [`spec`] says what is drawn, each number within its [`bounds`]; a [`trial`] is a function of (seed,
+//!   index) alone.
+//! - How it is run: [`run`] spreads trials over cores; [`parts`] keeps what is finished on disk and joins it.
+//! - What came out: a [`summary`] counts ([`stats`]) and says who is better ([`paired`]), where ([`strata`]), how hard a
+//!   push may be ([`curve`], over [`no_step`]), how trials were lost ([`failures`], [`telling`]), what the theory foretold
+//!   ([`foretold`]), what footsteps were worth ([`stepped`]), and what it cannot support ([`warnings`]).
+//! - Whether that is enough: [`gates`], each of them a [`gate`]; [`compare`] sets two results beside each other.
+//! - The statistics stand alone: [`mcnemar`] of paired outcomes, [`ranks`] of paired numbers, [`curve`] of success against
+//!   impulse, [`sequential`] intervals that hold at every look.
+//!
 //! [`limit`] asks how hard a push may be, heading by heading, by a [`psychometric`] search beside the pendulum's bounds.
-//! Beside it, [`response`] measures how the ZMP follows the one wanted, and a [`scenario`] is one disturbance with a name.
+//! [`response`] measures how the ZMP follows the one wanted, and a [`scenario`] is one disturbance with a name.
 
 pub mod bounds;
 pub mod compare;
-//! pushes, [`foretold`] the theory with what happened, and [`stepped`] says what footsteps were worth.
-//! Their statistics stand alone: [`mcnemar`] of paired outcomes, [`ranks`] of paired numbers, [`curve`] of success against
-//! impulse.
-//! [`limit`] asks how hard a push may be, heading by heading, by a [`psychometric`] search beside the pendulum's bounds.
-//! Beside it, [`response`] measures how the ZMP follows the one wanted, and a [`scenario`] is one disturbance with a name.
-
 pub mod curve;
 pub mod distribution;
 pub mod failures;
 pub mod foretold;
-pub mod gates;
 pub mod gate;
+pub mod gates;
 pub mod limit;
-pub mod no_step;
 pub mod mcnemar;
+pub mod no_step;
 pub mod paired;
 pub mod parts;
 pub mod psychometric;

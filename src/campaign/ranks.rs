@@ -31,6 +31,8 @@ pub struct Shift {
     pub p: f64,
     /// Hodges and Lehmann's estimate (unit of the differences).
     pub median: f64,
+    /// Mean of the differences.
+    pub mean: f64,
     /// Of `median` (its unit), at 95 % or a little more; None below 6 pairs, which cannot give 95 %.
     pub ci95: Option<[f64; 2]>,
 }
@@ -49,7 +51,8 @@ pub fn signed_rank(differences: &[f64]) -> Option<Shift> {
     let median = 0.5 * kth_average(&sorted, averages.div_ceil(2)) + 0.5 * kth_average(&sorted, averages / 2 + 1);
     let outer = lowest_kept(n);
     let ci95 = (outer > 0).then(|| [outer, averages + 1 - outer].map(|k| kth_average(&sorted, k)));
-    Some(Shift { pairs: n as u64, nonzero, p, median, ci95 })
+    let mean = differences.iter().sum::<f64>() / n as f64;
+    Some(Shift { pairs: n as u64, nonzero, p, median, mean, ci95 })
 }
 
 /// Two-sided p of the signed ranks, and the count of differences that are not zero.

@@ -24,14 +24,13 @@ pub(super) fn pairs(summary: &Summary) -> String {
         text += &wrapped(" - ", &pair.words);
     }
     let _ = writeln!(text, "\n{}", counts(&shown));
-    text += " a - b: rate of a less rate of b in percent, and its 95 % interval; p: exact McNemar\n test";
-    text += if summary.pairs.len() > 1 { ", adjusted for the count of pairs (Holm)" } else { "" };
-    text += match (summary.stopping.until_resolved, shown.len() < summary.pairs.len()) {
-        (true, _) => "; the intervals hold at every look, p does not\n",
-        (false, true) => ";\n each set against the first: every pair is in summary.json\n",
-        (false, false) => "\n",
-    };
-    text
+    let mut notes =
+        String::from("a - b: rate of a less rate of b (points), above with its 95 % interval; p: exact McNemar test");
+    notes += if summary.pairs.len() > 1 { ", adjusted for the count of pairs (Holm)" } else { "" };
+    notes += if summary.stopping.until_resolved { "; the intervals hold at every look, p does not" } else { "" };
+    notes +=
+        if shown.len() < summary.pairs.len() { "; each set against the first, others in summary.json" } else { "" };
+    text + &wrapped(" ", &notes)
 }
 
 fn shown(summary: &Summary) -> Vec<&Pair> {
@@ -41,9 +40,8 @@ fn shown(summary: &Summary) -> Vec<&Pair> {
 }
 
 fn counts(pairs: &[&Pair]) -> Table {
-    let mut table = table(["a", "b", "both", "only a", "only b", "neither", "a - b", "95 %", "p"]);
+    let mut table = table(["a", "b", "both", "only a", "only b", "neither", "a - b", "p"]);
     for pair in pairs {
-        let [least, most] = pair.ci95.map(|share| format!("{:.1}", 100.0 * share));
         table.add_row([
             pair.a.clone(),
             pair.b.clone(),
@@ -51,8 +49,7 @@ fn counts(pairs: &[&Pair]) -> Table {
             pair.counts.only_a.to_string(),
             pair.counts.only_b.to_string(),
             pair.counts.neither.to_string(),
-            format!("{:+.1}", 100.0 * pair.difference),
-            format!("{least} to {most}"),
+            signed(100.0 * pair.difference, 1),
             p_cell(pair.holm_p),
         ]);
     }
@@ -72,30 +69,31 @@ pub(super) fn shifts(summary: &Summary) -> String {
     }
     let mut table = table(["a", "b", "both", "settles, a - b", "p", "footsteps, a - b", "p"]);
     for pair in shown {
-        let cells = |shift: &Option<Shift>, unit: &str| match shift {
-            Some(Shift { median, ci95, p, .. }) => {
-                let interval = ci95.map_or(String::new(), |[least, most]| format!(" ({least:.2} to {most:.2})"));
-                [format!("{median:+.2}{unit}{interval}"), p_cell(*p)]
-            }
+        let cells = |shift: &Option<Shift>, text: &dyn Fn(&Shift) -> String| match shift {
+            Some(shift) => [text(shift), p_cell(shift.p)],
             None => ["-".into(), "-".into()],
         };
-        let [settling, p] = cells(&pair.settling_s, " s");
-        let [footsteps, p_footsteps] = cells(&pair.footsteps, "");
-        table.add_row([
-            pair.a.clone(),
-            pair.b.clone(),
-            pair.counts.both.to_string(),
-            settling,
-            p,
-            footsteps,
-            p_footsteps,
-        ]);
+        let settling = |shift: &Shift| {
+            let interval = shift.ci95.map_or(String::new(), |ends| {
+                let [least, most] = ends.map(|s| signed(s, 2));
+                format!(" ({least} to {most})")
+            });
+            format!("{} s{interval}", signed(shift.median, 2))
+        };
+        let [settling, p] = cells(&pair.settling_s, &settling);
+        let [footsteps, p_footsteps] = cells(&pair.footsteps, &|shift| signed(shift.mean, 2));
+        let both = pair.counts.both.to_string();
+        table.add_row([pair.a.clone(), pair.b.clone(), both, settling, p, footsteps, p_footsteps]);
     }
-    format!(
-        "\n{}\n over the pushes that both survive: median of the differences (Hodges-Lehmann), its\n \
-         95 % interval, and p of Wilcoxon's signed-rank test (not adjusted)\n",
-        whole_names(align(table))
-    )
+    let notes = "over the pushes that both survive: median of the differences of settling times (Hodges-Lehmann) with its \
+                 95 % interval, mean of those of footsteps; p: Wilcoxon's signed-rank test, not adjusted";
+    format!("\n{}\n{}", whole_names(align(table)), wrapped(" ", notes))
+}
+
+/// A number with its sign; zero has none, however it was rounded.
+fn signed(x: f64, digits: usize) -> String {
+    let text = format!("{x:+.digits$}");
+    if text.trim_start_matches(['+', '-', '0', '.']).is_empty() { text[1..].into() } else { text }
 }
 
 /// What became of each gate; empty without gates.
@@ -116,12 +114,10 @@ pub(super) fn gates(summary: &Summary) -> String {
         ]);
     }
     let confidence = summary.gates.first().map_or(0.95, |gate| gate.judged.confidence);
-    format!(
-        "\n{}\n passes if its whole {:.4} % interval is at least what is asked, fails if none of it is\n",
-        align(table),
-        100.0 * confidence,
-    )
-    .replace(".0000 %", " %")
+    let level = format!("{:.6}", 100.0 * confidence);
+    let level = level.trim_end_matches('0').trim_end_matches('.');
+    let notes = format!("passes if its whole {level} % interval is at least what is asked, fails if none of it is");
+    format!("\n{}\n{}", align(table), wrapped(" ", &notes))
 }
 
 pub(super) fn status(status: Status) -> &'static str {

@@ -72,12 +72,13 @@ pub fn campaign(summary: &Summary, folder: &Path) -> String {
     for warning in &summary.warnings {
         text += &wrapped("warning: ", warning);
     }
+    text += if summary.warnings.is_empty() { "" } else { "\n" };
     let _ = writeln!(text, "{}", sets(summary));
     text += &comparison::pairs(summary);
     text += &comparison::gates(summary);
     let _ = write!(text, "\n{}\n", by_impulse(summary));
     text += &by_heading(summary);
-    let _ = write!(text, "\n{}\n{}", limits(summary), LIMITS_EXPLAINED);
+    let _ = write!(text, "\n{}\n{}", limits(summary), wrapped(" ", LIMITS_EXPLAINED));
     text += &failures(summary);
     text += &falls(summary);
     let _ = write!(text, "\n{}\n{}", times(summary), times_explained(summary));
@@ -225,8 +226,9 @@ fn limits(summary: &Summary) -> Table {
     whole_names(align(table))
 }
 
-const LIMITS_EXPLAINED: &str = " impulse at which 50 % and 90 % of the pushes are survived (95 % interval), by a fitted\n \
-    logistic curve, over all headings; m w d: mass, omega, way from the COM to the\n support's edge: what a push may be without a footstep\n";
+const LIMITS_EXPLAINED: &str = "impulse at which 50 % and 90 % of the pushes are survived (95 % interval), by a fitted \
+                                logistic curve over all headings; m w d: mass, omega, way from the COM to the support's \
+                                edge, which a push of no duration may reach without a footstep";
 
 /// The impulse (N s, or over m omega d) that half of the pushes at it are survived, or nine of ten, with its interval.
 pub(super) fn impulse_at(curve: &Curve, half: bool) -> String {
