@@ -5,7 +5,7 @@
 //! Method: betting. A gambler who believes that the mean of x is not m bets on it in every trial. With x between 0 and 1
 //! (half way: a trial in which two sets end alike), a bet f in (0, 1] that the mean is larger multiplies the capital by
 //! `1 - f + f x / m`, and one that it is smaller by `1 - f + f (1 - x) / (1 - m)`: never below 0 and, if the mean is m, 1
-//! on average. So is a capital spread over several bets, as here, evenly over [`BETS`] on either side. If the mean is m, such a
+//! on average. So is a capital spread over several bets, as here, evenly over 30 on either side. If the mean is m, such a
 //! capital ever reaches 1 / alpha with a chance of at most alpha, whenever one looks and stops (Ville 1939). The interval
 //! is every m at which it has not. It depends on the counts alone, in no order. For a difference of 0 the capital is a
 //! mixture over the odds that, where only one of two sets recovers, it is the first: McNemar's test as a bet.
