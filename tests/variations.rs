@@ -259,19 +259,6 @@ fn soles_slip_where_the_ground_is_slippery() {
     }
 }
 
-/// Soles that lie still on ground that tilts under them do not slide, whatever they do in the world.
-#[test]
-fn ground_that_tilts_takes_the_soles_along() {
-    let bench = Bench::new("hold");
-    let variation = Variation { slope_deg: Some(5.0), slope_heading_deg: Some(60.0), ..Variation::default() };
-    let mut moved = 0.0_f64;
-    let record = run(&bench, variation, NONE, 1.0, |tick| {
-        moved = moved.max(tick.truth.soles.left.translation.z.abs());
-    });
-    println!("moved by {moved:.4} m, slid by {:.5} m", record.peak_slip_m);
-    assert!(moved > 0.003 && record.peak_slip_m < 0.0005, "{moved} m, {} m", record.peak_slip_m);
-}
-
 /// Weak motors are at their limit for longer, a gentle push leaves them below it, and what they do when the robot has
 /// tilted over is the fall.
 #[test]
