@@ -11,9 +11,10 @@
 //! where 100 trials are expected to hold one single loss). Intervals that hold at every look err in 5 % at most together.
 
 use crate::campaign::sequential;
+use crate::campaign::stats::clopper_pearson;
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{Beta, ContinuousCDF, Normal};
+use statrs::distribution::{ContinuousCDF, Normal};
 
 /// What stands for the same set in an earlier result.
 const BASELINE: &str = "baseline";
@@ -229,14 +230,6 @@ impl Evidence {
         let times = (half_width * (1.0 + Z80 / z) / distance).powi(2);
         Some((self.trials as f64 * (times - 1.0)).ceil().max(1.0) as u64)
     }
-}
-
-/// Exact interval of k of n; 0 to 1 of nothing.
-fn clopper_pearson(successes: u64, trials: u64, level: f64) -> [f64; 2] {
-    let (k, n, tail) = (successes as f64, trials as f64, (1.0 - level) / 2.0);
-    let quantile = |a: f64, b: f64, p: f64| Beta::new(a, b).map(|beta| beta.inverse_cdf(p));
-    // Beta is undefined exactly where the interval ends at 0 and at 1.
-    [quantile(k, n - k + 1.0, tail).unwrap_or(0.0), quantile(k + 1.0, n - k, 1.0 - tail).unwrap_or(1.0)]
 }
 
 /// Whether a gate's requirement holds.

@@ -32,7 +32,11 @@ impl Count {
 
 /// Interval of a rate at 95 %: Wilson's, and near 0 and 1, where that is too short, Clopper and Pearson's.
 pub fn interval95(successes: u64, trials: u64) -> [f64; 2] {
-    if successes.min(trials - successes) < 5 { clopper_pearson(successes, trials) } else { wilson(successes, trials) }
+    if successes.min(trials - successes) < 5 {
+        clopper_pearson(successes, trials, 0.95)
+    } else {
+        wilson(successes, trials)
+    }
 }
 
 /// Wilson score interval of k of n at 95 %.
@@ -45,12 +49,12 @@ pub fn wilson(successes: u64, trials: u64) -> [f64; 2] {
     [(middle - half).max(0.0), (middle + half).min(1.0)]
 }
 
-/// Clopper-Pearson (exact) interval of k of n at 95 %; of nothing at all: 0 to 1.
-pub fn clopper_pearson(successes: u64, trials: u64) -> [f64; 2] {
-    let (k, n) = (successes as f64, trials as f64);
+/// Clopper-Pearson (exact) interval of k of n at a two-sided level (a share); of nothing at all: 0 to 1.
+pub fn clopper_pearson(successes: u64, trials: u64, level: f64) -> [f64; 2] {
+    let (k, n, tail) = (successes as f64, trials as f64, (1.0 - level) / 2.0);
     let quantile = |a: f64, b: f64, p: f64| Beta::new(a, b).map(|beta| beta.inverse_cdf(p));
     // Beta is undefined exactly at no success and at no failure, where the interval ends at 0 and at 1.
-    [quantile(k, n - k + 1.0, 0.025).unwrap_or(0.0), quantile(k + 1.0, n - k, 0.975).unwrap_or(1.0)]
+    [quantile(k, n - k + 1.0, tail).unwrap_or(0.0), quantile(k + 1.0, n - k, 1.0 - tail).unwrap_or(1.0)]
 }
 
 /// Middle of the sorted values, or mean of the middle two.
@@ -80,18 +84,18 @@ mod tests {
     // The same with `method="beta"`.
     #[test]
     fn clopper_pearson_is_that_of_statsmodels() {
-        close(clopper_pearson(0, 50), [0.0, 0.07112173646419767]);
-        close(clopper_pearson(50, 50), [0.9288782635358024, 1.0]);
-        close(clopper_pearson(1, 48), [0.0005273152534231199, 0.11069616059315224]);
-        close(clopper_pearson(3, 1000), [0.0006190999316495713, 0.008742023238478305]);
-        close(clopper_pearson(997, 1000), [0.9912579767615217, 0.9993809000683505]);
+        close(clopper_pearson(0, 50, 0.95), [0.0, 0.07112173646419767]);
+        close(clopper_pearson(50, 50, 0.95), [0.9288782635358024, 1.0]);
+        close(clopper_pearson(1, 48, 0.95), [0.0005273152534231199, 0.11069616059315224]);
+        close(clopper_pearson(3, 1000, 0.95), [0.0006190999316495713, 0.008742023238478305]);
+        close(clopper_pearson(997, 1000, 0.95), [0.9912579767615217, 0.9993809000683505]);
     }
 
     #[test]
     fn the_exact_interval_serves_near_0_and_1() {
-        assert_eq!(interval95(4, 100), clopper_pearson(4, 100));
+        assert_eq!(interval95(4, 100), clopper_pearson(4, 100, 0.95));
         assert_eq!(interval95(5, 100), wilson(5, 100));
-        assert_eq!(interval95(96, 100), clopper_pearson(96, 100));
+        assert_eq!(interval95(96, 100), clopper_pearson(96, 100, 0.95));
         assert_eq!(interval95(0, 0), [0.0, 1.0]);
     }
 
