@@ -1,4 +1,0 @@
-use crate::campaign::{Row, Summary};
-pub fn page(_: &Summary, _: &[Row]) -> String {
-    String::new()
-}
