@@ -3,6 +3,7 @@
 mod change;
 pub mod cpi;
 mod cpi_plot;
+pub mod html;
 mod layout;
 pub mod limit;
 mod limit_plot;
