@@ -13,7 +13,7 @@ pub const FILES: [&str; 4] = ["success.svg", "report.html", "summary.md", "junit
 pub fn write(summary: &Summary, rows: &[Row], folder: &Path) -> Result<()> {
     let [success, report, markdown, junit] = FILES.map(|name| folder.join(name));
     plot::write_success(summary, &success)?;
-    write_atomic(&report, html::page(summary, rows).as_bytes())?;
+    write_atomic(&report, html::page(summary, rows)?.as_bytes())?;
     write_atomic(&markdown, markdown::text(summary).as_bytes())?;
     write_atomic(&junit, junit::xml(summary)?.as_bytes())
 }

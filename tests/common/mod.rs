@@ -1,6 +1,7 @@
 //! What the tests of the closed loop share.
 #![allow(dead_code, reason = "each test file uses its part")]
 
+pub mod browser;
 pub mod mirror;
 pub mod program;
 

@@ -1,0 +1,114 @@
+"use strict";
+(() => {
+  document.documentElement.classList.add("scripted");
+  const data = JSON.parse(document.getElementById("trials").textContent);
+  const tip = document.getElementById("tip"), toast = document.getElementById("toast");
+  const all = (selector, root = document) => [...root.querySelectorAll(selector)];
+
+  // Tooltips: what a picture says of a part, here also for a finger.
+  for (const title of all("svg title")) {
+    title.parentNode.dataset.tip = title.textContent;
+    title.remove();
+  }
+  function show(text, event) {
+    tip.hidden = !text;
+    if (!text) return;
+    tip.textContent = text;
+    const { width, height } = tip.getBoundingClientRect();
+    const left = Math.min(event.clientX + 14, innerWidth - width - 8);
+    const below = event.clientY + 18 + height < innerHeight;
+    tip.style.left = Math.max(8, left) + "px";
+    tip.style.top = (below ? event.clientY + 18 : event.clientY - height - 12) + "px";
+  }
+
+  // Copying works in a file too; where it does not, the text stays to be read.
+  let fading;
+  function copy(text) {
+    const say = (word) => {
+      toast.textContent = word + text;
+      toast.hidden = false;
+      clearTimeout(fading);
+      fading = setTimeout(() => { toast.hidden = true; }, 6000);
+    };
+    const clipboard = navigator.clipboard ? navigator.clipboard.writeText(text) : Promise.reject();
+    clipboard.then(() => say("copied: "), () => say(""));
+  }
+
+  // Maps: the trial nearest to the pointer.
+  const RADIUS = 130, NEAR = 9, OUTCOMES = { R: "recovered", F: "fell", D: "diverged", T: "timed out" };
+  const place = (trial, most) => {
+    const heading = trial[2] * Math.PI / 180, length = RADIUS * trial[1] / most;
+    return [-length * Math.sin(heading), -length * Math.cos(heading)];
+  };
+  const setsOf = (map) => map.dataset.sets.split(" ").map(Number);
+  const differs = (trial, [a, b]) => (trial[3][a] === "R") !== (trial[3][b] === "R");
+  function nearest(map, event) {
+    if (!data) return null;
+    const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(map.getScreenCTM().inverse());
+    const sets = setsOf(map);
+    let best = null, least = NEAR;
+    for (const trial of data.trials) {
+      const [x, y] = place(trial, map.dataset.most);
+      // On a map of two sets those in which they differ come first.
+      const extra = sets.length > 1 && !differs(trial, sets) ? 3 : 0;
+      const distance = Math.hypot(x - at.x, y - at.y) + extra;
+      if (distance < least) [best, least] = [trial, distance];
+    }
+    return best;
+  }
+  function told(trial) {
+    const lines = data.sets.map((name, i) => {
+      const steps = trial[4][i], word = steps === 1 ? "footstep" : "footsteps";
+      return name + ": " + OUTCOMES[trial[3][i]] + (steps ? ", " + steps + " " + word : "");
+    });
+    const push = trial[1].toFixed(2) + " N s at " + trial[2].toFixed(0).replace("-", "\u2212") + "\u00b0";
+    return ["trial " + trial[0] + ": " + push, ...lines].join("\n");
+  }
+  function mark(trial) {
+    all(".here").forEach((ring) => ring.remove());
+    if (!trial) return;
+    for (const map of all(".map")) {
+      const ring = document.createElementNS("http://www.w3.org/2000/svg", "circle");
+      const [x, y] = place(trial, map.dataset.most);
+      Object.entries({ class: "here", cx: x, cy: y, r: 5.5 }).forEach(([k, v]) => ring.setAttribute(k, v));
+      map.append(ring);
+    }
+  }
+  let marked = null;
+  document.addEventListener("pointermove", (event) => {
+    const map = event.target.closest(".map");
+    const trial = map && nearest(map, event);
+    if (trial !== marked) mark(marked = trial);
+    if (map) map.style.cursor = trial ? "copy" : "";
+    const part = event.target.closest("[data-tip]");
+    show(trial ? told(trial) : part ? part.dataset.tip : "", event);
+  });
+  document.addEventListener("scroll", () => show(""), { passive: true });
+  document.addEventListener("click", (event) => {
+    const command = event.target.closest(".command");
+    if (command) return copy(command.textContent);
+    const map = event.target.closest(".map");
+    const trial = map && nearest(map, event);
+    if (!trial) return;
+    // Of two sets, the one that lost it.
+    const sets = setsOf(map);
+    const set = sets.find((i) => trial[3][i] !== "R") ?? sets[0];
+    copy("standfast push --campaign campaign.toml --trial " + trial[0] + " --gains " + data.words[set]);
+  });
+
+  // Choosers: one pair at a time, the same everywhere; names hide their curves.
+  const choosers = all(".choose-pair");
+  function choose(pair) {
+    choosers.forEach((chooser) => { chooser.value = pair; });
+    all("[data-pair]").forEach((part) => { part.hidden = pair !== "all" && part.dataset.pair !== pair; });
+  }
+  choosers.forEach((chooser) => chooser.addEventListener("change", () => choose(chooser.value)));
+  if (choosers.length) choose(all("[data-pair]").length > 3 * choosers.length ? choosers[0].value : "all");
+  for (const chip of all("[data-toggle]")) {
+    chip.addEventListener("click", () => {
+      const off = chip.getAttribute("aria-pressed") === "true";
+      chip.setAttribute("aria-pressed", String(!off));
+      all(".curve [data-set='" + chip.dataset.toggle + "']").forEach((curve) => { curve.toggleAttribute("hidden", off); });
+    });
+  }
+})();

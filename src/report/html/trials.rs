@@ -1,0 +1,80 @@
+//! The trials of a campaign as the page needs them: one push and what each gain set made of it.
+
+use crate::campaign::Row;
+use crate::episode::Outcome;
+use crate::report::layout::shell_word;
+use serde_json::{Value, json};
+
+/// More trials than this are not drawn one by one.
+const MOST_DOTS: usize = 2000;
+/// The last count of footsteps stands for all beyond it.
+const FOOTSTEPS: usize = 4;
+
+/// All rows, `sets.len()` for each trial.
+pub(super) struct Trials<'a> {
+    pub sets: &'a [&'a str],
+    rows: &'a [Row],
+}
+
+impl<'a> Trials<'a> {
+    /// None: the rows are not those of the sets, trial by trial, or there are none.
+    pub fn new(sets: &'a [&'a str], rows: &'a [Row]) -> Option<Self> {
+        let count = sets.len();
+        let fits = count > 0 && !rows.is_empty() && rows.len().is_multiple_of(count);
+        let same =
+            |trial: &[Row]| trial.iter().zip(sets).all(|(row, set)| row.set == **set && row.trial == trial[0].trial);
+        (fits && rows.chunks_exact(count).all(same)).then_some(Self { sets, rows })
+    }
+
+    pub fn iter(&self) -> impl Iterator<Item = &'a [Row]> {
+        self.rows.chunks_exact(self.sets.len())
+    }
+
+    /// Count of trials.
+    pub fn len(&self) -> usize {
+        self.rows.len() / self.sets.len()
+    }
+
+    /// Whether there are few enough to be drawn one by one.
+    pub fn as_dots(&self) -> bool {
+        self.len() <= MOST_DOTS
+    }
+
+    /// For the script: names of the sets, and for each trial its number, impulse (N s), heading (degrees), a letter for
+    /// each set's outcome (R, F, D, T) and each set's footsteps. Safe inside a `script` element.
+    pub fn as_json(&self) -> String {
+        let round = |x: f64, digits: f64| (x * digits).round() / digits;
+        let trials: Vec<Value> = self
+            .iter()
+            .map(|trial| {
+                let first = &trial[0];
+                let outcomes: String = trial.iter().map(|row| letter(row.outcome)).collect();
+                let footsteps: Vec<u32> = trial.iter().map(|row| row.footsteps).collect();
+                let (impulse, heading) = (round(first.impulse_n_s, 1e3), round(first.heading_deg, 1e1));
+                json!([first.trial, impulse, heading, outcomes, footsteps])
+            })
+            .collect();
+        let words: Vec<String> = self.sets.iter().map(|name| shell_word(name)).collect();
+        json!({ "sets": self.sets, "words": words, "trials": trials }).to_string().replace('<', "\\u003c")
+    }
+
+    /// For each set, its recovered trials with 0, 1, 2 ... footsteps.
+    pub fn footsteps(&self) -> Vec<[u64; FOOTSTEPS + 1]> {
+        let mut counts = vec![[0; FOOTSTEPS + 1]; self.sets.len()];
+        for trial in self.iter() {
+            for (count, row) in counts.iter_mut().zip(trial).filter(|(_, row)| row.outcome == Outcome::Recovered) {
+                count[(row.footsteps as usize).min(FOOTSTEPS)] += 1;
+            }
+        }
+        counts
+    }
+}
+
+fn letter(outcome: Outcome) -> char {
+    match outcome {
+        Outcome::Recovered => 'R',
+        Outcome::Fell => 'F',
+        Outcome::Diverged => 'D',
+        Outcome::TimedOut => 'T',
+    }
+}

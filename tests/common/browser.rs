@@ -1,0 +1,224 @@
+//! A page in headless Chromium: what it looks like, what it complains of, what it asks the network for.
+//!
+//! It speaks the Chrome DevTools Protocol over two pipes (`--remote-debugging-pipe`): JSON messages that end with a zero
+//! byte, to the browser's file descriptor 3 and from its 4. A shell gives it those, so that no port is opened.
+
+use serde_json::{Value, json};
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+/// With this in the environment a browser that is not there is a failure.
+const NEED: &str = "STANDFAST_NEED_CHROMIUM";
+const FLAGS: [&str; 10] = [
+    "--headless",
+    "--remote-debugging-pipe",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--hide-scrollbars",
+];
+const PATIENCE: Duration = Duration::from_secs(60);
+
+pub struct Browser {
+    process: Child,
+    to: ChildStdin,
+    from: Receiver<Value>,
+    /// Of the last call.
+    id: u64,
+    /// What happened since the page was opened.
+    events: Vec<Value>,
+    _profile: TempDir,
+}
+
+/// One tab.
+pub struct Page<'a> {
+    browser: &'a mut Browser,
+    session: String,
+}
+
+impl Browser {
+    /// None, and a word on stderr, if there is none and the environment does not ask for one.
+    pub fn start() -> Option<Browser> {
+        let Some(program) = NAMES.iter().find_map(|name| in_path(name)) else {
+            assert!(std::env::var_os(NEED).is_none(), "{NEED} is set, but none of {NAMES:?} is in PATH");
+            eprintln!(
+                "skipped: none of {NAMES:?} is in PATH (apt-get install chromium); {NEED}=1 makes this a failure"
+            );
+            return None;
+        };
+        let profile = tempfile::tempdir().unwrap();
+        let mut process = Command::new("sh")
+            .args(["-c", r#"exec "$0" "$@" 3<&0 4>&1 </dev/null >&2"#])
+            .arg(program)
+            .args(FLAGS)
+            .arg(format!("--user-data-dir={}", profile.path().display()))
+            .arg("about:blank")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let (to, from) = (process.stdin.take().unwrap(), BufReader::new(process.stdout.take().unwrap()));
+        // A thread reads, so that a browser that says nothing cannot stop the test.
+        let (send, receive) = channel();
+        std::thread::spawn(move || {
+            for message in from.split(0).map_while(Result::ok) {
+                if send.send(serde_json::from_slice(&message).unwrap()).is_err() {
+                    return;
+                }
+            }
+        });
+        Some(Browser { process, to, from: receive, id: 0, events: Vec::new(), _profile: profile })
+    }
+
+    /// A new tab of a size (px) with nothing in it, light or dark.
+    pub fn tab(&mut self, width: u32, height: u32, scheme: &str) -> Page<'_> {
+        let target = self.call(None, "Target.createTarget", json!({ "url": "about:blank" }));
+        let attach = json!({ "targetId": target["targetId"], "flatten": true });
+        let session = self.call(None, "Target.attachToTarget", attach)["sessionId"].as_str().unwrap().to_string();
+        self.events.clear();
+        let mut page = Page { browser: self, session };
+        for domain in ["Page", "Runtime", "Log", "Network"] {
+            page.call(&format!("{domain}.enable"), json!({}));
+        }
+        let size = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
+        page.call("Emulation.setDeviceMetricsOverride", size);
+        let scheme = json!({ "features": [{ "name": "prefers-color-scheme", "value": scheme }] });
+        page.call("Emulation.setEmulatedMedia", scheme);
+        page
+    }
+
+    fn call(&mut self, session: Option<&str>, method: &str, params: Value) -> Value {
+        self.id += 1;
+        let mut message = json!({ "id": self.id, "method": method, "params": params });
+        if let Some(session) = session {
+            message["sessionId"] = session.into();
+        }
+        self.to.write_all(format!("{message}\0").as_bytes()).unwrap();
+        loop {
+            let answer = self.next(method);
+            if answer["id"] == self.id {
+                assert!(answer["error"].is_null(), "{method}: {}", answer["error"]);
+                return answer["result"].clone();
+            }
+        }
+    }
+
+    /// The next message; events are kept.
+    fn next(&mut self, why: &str) -> Value {
+        let message = self.from.recv_timeout(PATIENCE).unwrap_or_else(|e| panic!("{why}: the browser is silent: {e}"));
+        if message["method"].is_string() {
+            self.events.push(message.clone());
+        }
+        message
+    }
+}
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        // It may have gone already, and then there is nothing to end.
+        _ = self.to.write_all(b"{\"id\":0,\"method\":\"Browser.close\"}\0");
+        let end = Instant::now() + Duration::from_secs(5);
+        while Instant::now() < end && matches!(self.process.try_wait(), Ok(None)) {
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        _ = self.process.kill();
+        _ = self.process.wait();
+    }
+}
+
+impl Page<'_> {
+    pub fn call(&mut self, method: &str, params: Value) -> Value {
+        let session = self.session.clone();
+        self.browser.call(Some(&session), method, params)
+    }
+
+    /// Opens a file and waits until all of it is there.
+    pub fn open(&mut self, file: &Path) {
+        let url = format!("file://{}", file.display());
+        let answer = self.call("Page.navigate", json!({ "url": url }));
+        assert!(answer["errorText"].is_null(), "{url}: {}", answer["errorText"]);
+        let loaded = |browser: &Browser| browser.events.iter().any(|event| event["method"] == "Page.loadEventFired");
+        while !loaded(self.browser) {
+            self.browser.next("load");
+        }
+    }
+
+    /// What an expression gives; a promise is waited for.
+    pub fn evaluate(&mut self, script: &str) -> Value {
+        let params = json!({ "expression": script, "returnByValue": true, "awaitPromise": true });
+        let answer = self.call("Runtime.evaluate", params);
+        assert!(answer["exceptionDetails"].is_null(), "{script}: {}", answer["exceptionDetails"]);
+        answer["result"]["value"].clone()
+    }
+
+    /// Moves the mouse to a point of the window (px) and clicks.
+    pub fn click(&mut self, x: f64, y: f64) {
+        for (kind, button, count) in
+            [("mouseMoved", "none", 0), ("mousePressed", "left", 1), ("mouseReleased", "left", 1)]
+        {
+            let event = json!({ "type": kind, "x": x, "y": y, "button": button, "clickCount": count });
+            self.call("Input.dispatchMouseEvent", event);
+        }
+    }
+
+    /// The whole page as PNG in base 64.
+    pub fn screenshot(&mut self) -> String {
+        let params = json!({ "format": "png", "captureBeyondViewport": true });
+        self.call("Page.captureScreenshot", params)["data"].as_str().unwrap().into()
+    }
+
+    /// How many colours a PNG (base 64) has, and the share of the most frequent one. Only for a page that may load it.
+    pub fn colors(&mut self, png: &str) -> (u64, f64) {
+        let script = format!(
+            "(async () => {{
+                const image = new Image();
+                image.src = 'data:image/png;base64,{png}';
+                await image.decode();
+                const canvas = new OffscreenCanvas(image.width, image.height), pen = canvas.getContext('2d');
+                pen.drawImage(image, 0, 0);
+                const pixels = new Uint32Array(pen.getImageData(0, 0, image.width, image.height).data.buffer);
+                const counts = new Map();
+                for (const pixel of pixels) counts.set(pixel, (counts.get(pixel) ?? 0) + 1);
+                return [counts.size, Math.max(...counts.values()) / pixels.length];
+            }})()"
+        );
+        let found = self.evaluate(&script);
+        (found[0].as_u64().unwrap(), found[1].as_f64().unwrap())
+    }
+
+    /// What went wrong since the tab was made: exceptions, errors and warnings of the console, and every request for
+    /// anything but `file`.
+    pub fn problems(&mut self, file: &Path) -> Vec<String> {
+        // What is under way arrives before the answer to this.
+        self.evaluate("new Promise((done) => setTimeout(done, 100))");
+        let own = format!("file://{}", file.display());
+        let events = self.browser.events.iter().map(|event| (event["method"].as_str().unwrap(), &event["params"]));
+        let problem = |(method, params): (&str, &Value)| match method {
+            "Runtime.exceptionThrown" => Some(format!("exception: {}", params["exceptionDetails"])),
+            "Runtime.consoleAPICalled" if params["type"] == "error" || params["type"] == "warning" => {
+                Some(format!("console: {}", params["args"]))
+            }
+            "Log.entryAdded" if params["entry"]["level"] != "verbose" => Some(format!("log: {}", params["entry"])),
+            "Network.requestWillBeSent" if params["request"]["url"] != own.as_str() => {
+                Some(format!("request: {}", params["request"]["url"]))
+            }
+            _ => None,
+        };
+        events.filter_map(problem).collect()
+    }
+}
+
+fn in_path(name: &str) -> Option<PathBuf> {
+    let folders = std::env::var_os("PATH")?;
+    std::env::split_paths(&folders).map(|folder| folder.join(name)).find(|path| path.is_file())
+}
