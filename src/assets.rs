@@ -52,6 +52,8 @@ impl Kind {
                 ("switching", include_str!("../assets/gains/switching.toml")),
                 ("paper", include_str!("../assets/gains/paper.toml")),
                 ("catch", include_str!("../assets/gains/catch.toml")),
+                ("slow", include_str!("../assets/gains/slow.toml")),
+                ("fast", include_str!("../assets/gains/fast.toml")),
             ],
             Kind::Campaign => &[
                 ("smoke", include_str!("../assets/campaigns/smoke.toml")),
