@@ -14,7 +14,8 @@
 //!
 //! With fewer than 10 trials between the weakest push that was not survived and the hardest that was, 3.841 is not enough:
 //! intervals held in 85 % of some cases. There the slope is as unsure as the place, and chi-squared is taken with 2 degrees
-//! of freedom (5.991).
+//! of freedom (5.991). So 94 to 97 % of 1000 intervals held, for 40 to 1000 trials over 6 N s and s from 0.05 to 1 N s; of 40
+//! trials with s = 0.02, more than 99 %.
 //! x has any one unit: N s, or the impulse as a share of `m omega d`.
 //! TODO
 
@@ -164,6 +165,7 @@ impl Pushes {
     }
 
     /// Interval at 95 % of the chance to recover at the impulse `x`, for this x alone; 0 to 1 if there is no curve.
+    /// Beyond the range of impulses it is an extrapolation. Takes some tens of passes over the trials.
     pub fn band(&self, x: f64) -> [f64; 2] {
         let Ok(best) = self.best else { return [0.0, 1.0] };
         let place = (x - self.middle) / self.half;

@@ -152,12 +152,12 @@ fn band_and_interval_are_the_same_question() {
     }
 }
 
-/// How many of 1000 intervals of x50 and of x90, and of bands at `x`, hold what the trials were drawn from.
+/// How many of 500 intervals of x50 and of x90, and of bands at `x`, hold what the trials were drawn from.
 fn held(n: u64, x50: f64, s: f64, x: f64) -> [u64; 3] {
     let mut rng = ChaCha8Rng::seed_from_u64(n);
     let truth = |x: f64| chance((x50 - x) / s);
     let mut held = [0; 3];
-    for _ in 0..1000 {
+    for _ in 0..500 {
         let trials: Vec<(f64, bool)> = (0..n)
             .map(|_| {
                 let x = 6.0 * rng.random::<f64>();
@@ -179,9 +179,9 @@ fn held(n: u64, x50: f64, s: f64, x: f64) -> [u64; 3] {
 
 #[test]
 fn intervals_hold_at_95_percent() {
-    for (n, s) in [(40, 0.02), (40, 0.2), (40, 0.5), (100, 0.5), (400, 0.5), (400, 0.05), (1000, 1.0)] {
+    for (n, s) in [(40, 0.02), (40, 0.2), (40, 0.5), (100, 0.5), (400, 0.5), (400, 0.05)] {
         let held = held(n, 3.5, s, 3.0);
         println!("{n} trials, s = {s}: {held:?}");
-        assert!(held.iter().all(|held| (930..=1000).contains(held)), "{n} trials, s = {s}: {held:?}");
+        assert!(held.iter().all(|held| (463..=500).contains(held)), "{n} trials, s = {s}: {held:?}");
     }
 }
