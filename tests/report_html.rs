@@ -97,9 +97,11 @@ fn a_click_on_a_trial_copies_the_command_that_replays_it_and_a_pair_can_be_chose
 
     // The third trial on the map of the second set, placed by the page's own promise: up is forward, left is left.
     let at = tab.evaluate(
-        "(() => {
+        "(async () => {
             const map = document.querySelectorAll('.map')[1];
+            const scrolled = new Promise((done) => document.addEventListener('scroll', () => setTimeout(done, 50)));
             map.scrollIntoView({ block: 'center' });
+            await scrolled;
             const [, impulse, heading] = JSON.parse(document.getElementById('trials').textContent).trials[2];
             const turn = heading * Math.PI / 180, length = 130 * impulse / map.dataset.most;
             const dot = new DOMPoint(-length * Math.sin(turn), -length * Math.cos(turn));

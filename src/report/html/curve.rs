@@ -108,9 +108,11 @@ impl Area {
         let limit = &over_impulse(set)[key];
         let Some(at) = limit["at"].as_f64() else { return };
         let (x, y) = (self.x(at), self.y(share));
+        // An end may be beyond the pushes: then the line runs to the edge.
         let ends = (limit["ci95"][0].as_f64(), limit["ci95"][1].as_f64());
-        if let (Some(low), Some(high)) = ends {
-            _ = write!(svg, "<path class=\"limit\" d=\"M{} {y}H{}\"/>", self.x(low), self.x(high));
+        if limit["ci95"].is_array() {
+            let (low, high) = (self.x(ends.0.unwrap_or(self.from)), self.x(ends.1.unwrap_or(self.to)));
+            _ = write!(svg, "<path class=\"limit\" d=\"M{low} {y}H{high}\"/>");
         }
         let name = set["name"].as_str().unwrap_or_default();
         let interval = match ends {

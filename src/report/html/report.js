@@ -30,8 +30,9 @@
       clearTimeout(fading);
       fading = setTimeout(() => { toast.hidden = true; }, 6000);
     };
+    say("");
     const clipboard = navigator.clipboard ? navigator.clipboard.writeText(text) : Promise.reject();
-    clipboard.then(() => say("copied: "), () => say(""));
+    clipboard.then(() => say("copied: "), () => {});
   }
 
   // Maps: the trial nearest to the pointer.
