@@ -132,7 +132,8 @@ impl Plan {
     pub fn run(&self, folder: &Folder, options: &Options) -> Result<()> {
         let campaign = &self.manifest.campaign;
         let until_resolved = campaign.stopping.until_resolved;
-        let mut missing = if until_resolved { self.undecided(folder, options)? } else { folder.missing() };
+        let mut look = next_look(0, campaign.trials);
+        let mut missing = if until_resolved { self.undecided(folder, options, &mut look)? } else { folder.missing() };
         missing.retain(|&block| options.shard.is_none_or(|shard| shard.takes(block)));
         if missing.is_empty() {
             return self.identify(folder);
@@ -152,31 +153,29 @@ impl Plan {
         (options.on_start)(all.map(|block| episodes(&block)).sum());
         while !missing.is_empty() {
             pool.install(|| self.run_blocks(folder, &designs, &missing, options))?;
-            missing = self.undecided(folder, options)?;
+            missing = self.undecided(folder, options, &mut look)?;
         }
         Ok(())
     }
 
-    /// Looks at what is there of a campaign that ends when decided: the blocks that are missing up to the next look, or
-    /// none if it is decided, or there are no more trials; the folder is told so.
+    /// Looks at what is there of a campaign that ends when decided, from `look` (a count of trials) on: the blocks that are
+    /// missing for the next look, or none if it is decided, or there are no more trials; the folder is told so.
     ///
     /// The looks are at fixed counts of trials. So the end depends neither on threads nor on interruptions.
-    fn undecided(&self, folder: &Folder, options: &Options) -> Result<Vec<u64>> {
+    fn undecided(&self, folder: &Folder, options: &Options, look: &mut u64) -> Result<Vec<u64>> {
         let most = self.manifest.campaign.trials;
-        let mut look = 0;
-        while look < most {
-            look = next_look(look, most);
+        loop {
             let missing: Vec<u64> = (0..look.div_ceil(BLOCK_TRIALS)).filter(|&block| !folder.has(block)).collect();
             if !missing.is_empty() {
                 folder.stop_at(None)?;
                 return Ok(missing);
             }
-            if look < most && (options.is_decided)(&folder.first_rows(look)?) {
-                break;
+            if *look == most || (options.is_decided)(&folder.first_rows(*look)?) {
+                folder.stop_at(Some(*look))?;
+                return Ok(missing);
             }
+            *look = next_look(*look, most);
         }
-        folder.stop_at(Some(look))?;
-        Ok(Vec::new())
     }
 
     /// Units are single episodes, handed out in order one by one: cores stay busy to the end, and an interruption loses
