@@ -12,6 +12,9 @@ use serde::Serialize;
 use serde_json::Value;
 use std::path::Path;
 
+/// Differences of two campaigns that an error names.
+const SHOWN: usize = 4;
+
 /// An earlier result with the same pushes.
 pub struct Baseline {
     manifest: Manifest,
@@ -186,7 +189,12 @@ fn refuse_other_trials(folder: &Folder, campaign: &Campaign) -> Result<()> {
     if found.is_empty() {
         return Ok(());
     }
-    let problem = format!("its trials are others, so nothing can be paired: {}", found.join("; "));
+    let more = match found.len().saturating_sub(SHOWN) {
+        0 => String::new(),
+        more => format!("; and {more} more differ"),
+    };
+    found.truncate(SHOWN);
+    let problem = format!("its trials are others, so nothing can be paired: {}{more}", found.join("; "));
     Err(Error::Parts { path: folder.path.clone(), problem })
 }
 
