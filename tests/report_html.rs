@@ -113,7 +113,7 @@ fn a_click_on_a_trial_copies_the_command_that_replays_it_and_a_pair_can_be_chose
     let told = "new Promise((done) => setTimeout(() => done(document.getElementById('toast').textContent), 300))";
     let toast = tab.evaluate(told).as_str().unwrap().to_string();
     let second = summary["sets"][1]["name"].as_str().unwrap();
-    let command = format!("standfast push --campaign campaign.toml --trial 2 --gains {second}");
+    let command = format!("standfast push --trial 2 --campaign campaign.toml --gains {second}");
     assert!(toast.ends_with(&command), "{toast:?} is not {command:?}");
     let tip = tab.evaluate("document.getElementById('tip').hidden ? '' : document.getElementById('tip').textContent");
     assert!(tip.as_str().unwrap().starts_with("trial 2: "), "{tip}");

@@ -82,17 +82,20 @@ impl Area {
         }
         let place = |(x, y): (f64, f64)| format!("{} {}", self.x(x), self.y(y));
         let joined = |points: Vec<(f64, f64)>| points.into_iter().map(place).collect::<Vec<_>>().join("L");
+        // Without a fitted curve, straight lines join the rates.
+        let mut curve = fitted(set);
+        let is_fitted = !curve.is_empty();
+        if !is_fitted {
+            curve = bins.iter().map(|(x, rate, ci, _)| (*x, *rate, *ci)).collect();
+        }
         if as_band {
-            let low = bins.iter().map(|(x, _, ci, _)| (*x, ci[0]));
-            let high = bins.iter().rev().map(|(x, _, ci, _)| (*x, ci[1]));
+            let low = curve.iter().map(|(x, _, ci)| (*x, ci[0]));
+            let high = curve.iter().rev().map(|(x, _, ci)| (*x, ci[1]));
             _ = write!(svg, "<path class=\"band\" d=\"M{}z\"/>", joined(low.chain(high).collect()));
         }
-        // The curve that was fitted goes through the rates; without one, straight lines do.
-        let fitted = fitted(set);
-        let line = if fitted.is_empty() { bins.iter().map(|(x, rate, ..)| (*x, *rate)).collect() } else { fitted };
-        _ = write!(svg, "<path class=\"line\" d=\"M{}\"/>", joined(line));
+        _ = write!(svg, "<path class=\"line\" d=\"M{}\"/>", joined(curve.iter().map(|(x, y, _)| (*x, *y)).collect()));
         for (x, rate, ci, words) in &bins {
-            if !as_band {
+            if !as_band && !is_fitted {
                 _ = write!(svg, "<path class=\"ci\" d=\"M{}V{}\"/>", place((*x, ci[0])), self.y(ci[1]));
             }
             let (x, y) = (self.x(*x), self.y(*rate));
@@ -105,7 +108,7 @@ impl Area {
 
     /// The impulse at which a share of the trials recovers, with its interval.
     fn limit(&self, svg: &mut String, set: &Value, share: f64, key: &str) {
-        let limit = &over_impulse(set)[key];
+        let limit = &set["curve"][key];
         let Some(at) = limit["at"].as_f64() else { return };
         let (x, y) = (self.x(at), self.y(share));
         // An end may be beyond the pushes: then the line runs to the edge.
@@ -145,15 +148,10 @@ fn bin(bin: &Value) -> Option<(f64, f64, [f64; 2], String)> {
     Some(((from + to) / 2.0, rate, ci, words))
 }
 
-/// The fit over the impulse, whether fits are listed or named.
-fn over_impulse(set: &Value) -> &Value {
-    let curve = &set["curve"];
-    let named = &curve["impulse_n_s"];
-    let listed = list(curve).iter().find(|fit| fit["over"] == "impulse_n_s");
-    listed.unwrap_or(if named.is_null() { curve } else { named })
-}
-
-/// Points (N s, share) of the fit.
-fn fitted(set: &Value) -> Vec<(f64, f64)> {
-    list(&over_impulse(set)["points"]).iter().filter_map(|p| Some((p[0].as_f64()?, p[1].as_f64()?))).collect()
+/// Points of the fitted curve: impulse (N s), chance and its interval.
+fn fitted(set: &Value) -> Vec<(f64, f64, [f64; 2])> {
+    let number = |value: &Value| value.as_f64();
+    let point =
+        |p: &Value| Some((number(&p["x"])?, number(&p["chance"])?, [number(&p["ci95"][0])?, number(&p["ci95"][1])?]));
+    list(&set["curve"]["points"]).iter().filter_map(point).collect()
 }

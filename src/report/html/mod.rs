@@ -12,6 +12,7 @@ mod words;
 
 use crate::campaign::Row;
 use crate::error::{Error, Result};
+use crate::report::layout::shell_word;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::{Kwargs, Serde};
 use minijinja::{Environment, UndefinedBehavior, Value as Cell};
@@ -59,9 +60,12 @@ pub fn page(summary: &impl serde::Serialize, rows: &[Row]) -> Result<String> {
 fn context(summary: &Value, rows: &[Row]) -> Value {
     let names: Vec<&str> = list(&summary["sets"]).iter().map(|set| set["name"].as_str().unwrap_or("?")).collect();
     let pairs = list(&summary["pairs"]);
+    let index = |name: &Value| names.iter().position(|n| Some(*n) == name.as_str());
+    let commands: Vec<String> = list(&summary["sets"]).iter().map(replay_command).collect();
+    let gates = list(&summary["gates"]).iter();
+    let gate_commands: Vec<Option<&String>> = gates.map(|gate| Some(&commands[index(&gate["set"])?])).collect();
     let trials = trials::Trials::new(&names, rows);
     let maps = trials.as_ref().map(|trials| polar::Maps::new(summary, trials));
-    let index = |name: &Value| names.iter().position(|n| Some(*n) == name.as_str());
     let pair_views: Vec<Value> = pairs
         .iter()
         .enumerate()
@@ -78,7 +82,9 @@ fn context(summary: &Value, rows: &[Row]) -> Value {
         "script": SCRIPT,
         "palette": svg::palette(),
         "colors": svg::colors(),
-        "data": trials.as_ref().filter(|t| t.as_dots()).map(trials::Trials::as_json),
+        "data": trials.as_ref().filter(|t| t.as_dots()).map(|t| t.as_json(&commands)),
+        "commands": commands,
+        "gate_commands": gate_commands,
         "maps": maps.as_ref().map(|maps| (0..names.len()).map(|set| maps.set(set)).collect::<Vec<_>>()),
         "rings": maps.as_ref().map_or(0, polar::Maps::rings),
         "pair_views": pair_views,
@@ -89,11 +95,19 @@ fn context(summary: &Value, rows: &[Row]) -> Value {
         "scale": {
             "difference": reach(pairs.iter(), "/ci95", 0.05),
             "strata": reach(pairs.iter().flat_map(|pair| list(&pair["strata"])), "/ci95", 0.05),
+            "homing": reach(pairs.iter(), "/homing_s/ci95", 0.05),
             "settling": reach(pairs.iter(), "/settling_s/ci95", 0.05),
             "footsteps": reach(pairs.iter(), "/footsteps/ci95", 0.5),
             "lost": most_lost(summary),
         },
     })
+}
+
+/// What replays a trial of a set, run in the folder of the page, after `standfast push --trial N`.
+fn replay_command(set: &Value) -> String {
+    let from = |key: &str, or: &Value| shell_word(set["origin"][key].as_str().or(or.as_str()).unwrap_or_default());
+    let (campaign, gains) = (from("campaign", &json!("campaign.toml")), from("gains", &set["name"]));
+    format!("--campaign {campaign} --gains {gains}")
 }
 
 /// Half the width of a scale about 0 that holds the intervals at `pointer`, rounded up to a multiple of `step`.

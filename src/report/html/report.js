@@ -94,7 +94,7 @@
     // Of two sets, the one that lost it.
     const sets = setsOf(map);
     const set = sets.find((i) => trial[3][i] !== "R") ?? sets[0];
-    copy("standfast push --campaign campaign.toml --trial " + trial[0] + " --gains " + data.words[set]);
+    copy("standfast push --trial " + trial[0] + " " + data.commands[set]);
   });
 
   // Choosers: one pair at a time, the same everywhere; names hide their curves.

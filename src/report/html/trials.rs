@@ -2,7 +2,6 @@
 
 use crate::campaign::Row;
 use crate::episode::Outcome;
-use crate::report::layout::shell_word;
 use serde_json::{Value, json};
 
 /// More trials than this are not drawn one by one.
@@ -40,9 +39,9 @@ impl<'a> Trials<'a> {
         self.len() <= MOST_DOTS
     }
 
-    /// For the script: names of the sets, and for each trial its number, impulse (N s), heading (degrees), a letter for
+    /// For the script: names of the sets, what replays their trials, and for each trial its number, impulse (N s), heading (degrees), a letter for
     /// each set's outcome (R, F, D, T) and each set's footsteps. Safe inside a `script` element.
-    pub fn as_json(&self) -> String {
+    pub fn as_json(&self, commands: &[String]) -> String {
         let round = |x: f64, digits: f64| (x * digits).round() / digits;
         let trials: Vec<Value> = self
             .iter()
@@ -54,8 +53,7 @@ impl<'a> Trials<'a> {
                 json!([first.trial, impulse, heading, outcomes, footsteps])
             })
             .collect();
-        let words: Vec<String> = self.sets.iter().map(|name| shell_word(name)).collect();
-        json!({ "sets": self.sets, "words": words, "trials": trials }).to_string().replace('<', "\\u003c")
+        json!({ "sets": self.sets, "commands": commands, "trials": trials }).to_string().replace('<', "\\u003c")
     }
 
     /// For each set, its recovered trials with 0, 1, 2 ... footsteps.

@@ -2,7 +2,6 @@
 
 use super::number;
 use super::svg::short;
-use crate::report::layout::shell_word;
 use minijinja::{Environment, Value as Cell};
 
 const NOTHING: &str = "\u{2013}";
@@ -18,7 +17,6 @@ pub(super) fn add_to(environment: &mut Environment) {
     environment.add_filter("p_value", |x: Cell| written(&x, p_value));
     environment.add_filter("whole", |x: Cell| written(&x, |x| short(x, 6)));
     environment.add_filter("drawn", drawn);
-    environment.add_filter("shell_word", |name: String| shell_word(&name));
 }
 
 fn written(x: &Cell, write: impl Fn(f64) -> String) -> String {
