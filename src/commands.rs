@@ -96,11 +96,7 @@ pub fn compare(args: &CompareArgs) -> Result<ExitCode> {
         }
         joined.write(&summary, out)?;
         report::result::write(&summary, &joined.rows, out)?;
-        note(&format!(
-            "written: {}/{{summary.json, trials.parquet, {}}}",
-            out.display(),
-            report::result::FILES.join(", ")
-        ));
+        note(&report::result::written(out, &["summary.json", "trials.parquet"]));
     }
     Ok(exit_code(&summary, Path::new("")))
 }
@@ -181,8 +177,7 @@ fn join(folder: &Folder, gates: &Gates, json: bool) -> Result<ExitCode> {
     let (summary, rows) = folder.join(gates)?;
     report::result::write(&summary, &rows, &folder.path)?;
     report::print(&if json { report::json(&summary) } else { table::campaign(&summary, &folder.path) })?;
-    let files = report::result::FILES.join(", ");
-    note(&format!("written: {}/{{summary.json, trials.parquet, campaign.toml, {files}}}", folder.path.display()));
+    note(&report::result::written(&folder.path, &["summary.json", "trials.parquet", "campaign.toml"]));
     Ok(exit_code(&summary, &folder.path))
 }
 

@@ -179,11 +179,60 @@ fn without_gates_it_is_the_pairs_that_are_decided() {
 }
 
 #[test]
-fn a_terminal_of_80_columns_is_enough() {
+fn gates_and_stopping_of_a_campaign_file_are_those_of_the_command_line() {
     let dir = folder();
-    let run = standfast(dir.path(), &short(&["--gains=fixed", "--gains=switching", FEW, PASSES])).success();
-    // What a shell is to read stays on one line.
-    let long = |line: &&str| line.chars().count() > 80 && !line.contains("--campaign");
-    let text = stdout(&run);
-    assert_eq!(text.lines().find(long), None);
+    let file = "name = 'c'\ntrials = 50\nseed = 1\ngains = ['hold']\n[push]\nimpulse_n_s = 1\nstart_s = 0.05\n\
+                [sensors]\nnoise_scale = 1\n[episode]\nhorizon_s = 0.4\n[episode.judge]\nstanding_time_s = 0.1\n\
+                [stopping]\nuntil_resolved = true\n[gates]\nrequire = ['hold >= 0']\nconfidence = 0.99\n";
+    fs::write(dir.path().join("c.toml"), file).unwrap();
+    standfast(dir.path(), &["run", "c.toml", "--out=out", FAILS]).success();
+    let found = summary(&dir.path().join("out"));
+    assert_eq!((found["gates"][0]["confidence"].as_f64(), found["gates"].as_array().unwrap().len()), (Some(0.99), 2));
+    assert_eq!(found["stopping"]["until_resolved"], true);
+    // The folder remembers its gates.
+    standfast(dir.path(), &["merge", "out"]).success();
+    assert_eq!(summary(&dir.path().join("out")), found);
+    fs::write(dir.path().join("c.toml"), file.replace("0.99", "1.5")).unwrap();
+    let refused = standfast(dir.path(), &["run", "c.toml", "--out=other"]).code(2);
+    assert!(stderr(&refused).contains("gates.confidence = 1.5"), "{}", stderr(&refused));
+}
+
+#[cfg(target_os = "linux")]
+/// Lines as they stand on a screen, without what colours them and without commands to copy, which must not be broken.
+fn lines(text: &str) -> Vec<String> {
+    let mut plain = String::new();
+    let mut rest = text.chars();
+    while let Some(c) = rest.next() {
+        if c == '\u{1b}' {
+            rest.by_ref().find(|c| c.is_ascii_alphabetic());
+        } else {
+            plain.push(c);
+        }
+    }
+    let lines = plain.split(['\r', '\n']).map(String::from);
+    lines.filter(|line| !line.contains("--campaign")).collect()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_terminal_of_80_columns_is_enough_and_so_is_none() {
+    let dir = folder();
+    let args = short(&["--gains=fixed", "--gains=switching", "--gains=catch", FEW, PASSES]);
+    let run = standfast(dir.path(), &args).success();
+    let too_long = |text: &str| lines(text).into_iter().find(|line| line.chars().count() > 80);
+    assert_eq!(too_long(&stdout(&run)), None);
+    fs::remove_dir_all(dir.path().join("out")).unwrap();
+    // The same in a terminal, with a bar of progress.
+    let program = assert_cmd::cargo::cargo_bin("standfast");
+    let words: Vec<String> = args.iter().map(|arg| format!("'{arg}'")).collect();
+    let shell = format!("stty cols 80 rows 24; exec {} {}", program.display(), words.join(" "));
+    let terminal = std::process::Command::new("script")
+        .args(["-qec", &shell, "/dev/null"])
+        .env("TERM", "xterm")
+        .current_dir(dir.path())
+        .output()
+        .expect("script, of util-linux, makes a terminal");
+    let text = String::from_utf8(terminal.stdout).unwrap();
+    assert!(terminal.status.success() && text.contains("elapsed") && text.contains("gain set"), "{text}");
+    assert_eq!(too_long(&text), None);
 }

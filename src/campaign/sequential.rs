@@ -74,6 +74,7 @@ pub enum Verdict {
     /// No difference as large as the margin; there may be a smaller one.
     Same,
     /// Not decided.
+    #[serde(rename = "not_resolved")]
     Open,
 }
 

@@ -203,6 +203,9 @@ impl Summary {
             baseline: gates.baseline(),
             warnings: Vec::new(),
         };
+        for (i, set) in summary.sets.iter_mut().enumerate() {
+            set.telling = Telling::of(rows, &manifest.sets, i);
+        }
         summary.warnings = warnings::of(&summary, campaign);
         summary
     }
@@ -253,7 +256,7 @@ impl SetSummary {
             curve: over(|row| Some(row.impulse_n_s)),
             normalized_curve: over(|row| row.impulse_over_m_omega_d),
             strata: strata.iter().map(stratum).collect(),
-            telling: Telling::of(&rows),
+            telling: Vec::new(),
             failures: Failures::of(rows.iter().copied()),
         }
     }
@@ -277,9 +280,48 @@ fn bin_edges(values: impl Iterator<Item = f64>) -> Vec<f64> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
+    use crate::campaign::compare::every_pair;
     use crate::campaign::row::tests::row;
+    use crate::campaign::{Campaign, Overrides};
+
+    /// Of sets "a" and "b" and these gates, a trial for each pair of outcomes, impulses from 1 to 2 N s; `set` changes the
+    /// campaign, which is `smoke`.
+    pub(crate) fn summary(outcomes: &[[Outcome; 2]], set: &[&str], gates: &[&str]) -> Summary {
+        let overrides = Overrides {
+            set: set.iter().map(|s| s.to_string()).collect(),
+            gates: gates.iter().map(|s| s.to_string()).collect(),
+            trials: Some(outcomes.len() as u64),
+            ..Overrides::default()
+        };
+        let campaign = Campaign::load("smoke", &overrides).unwrap();
+        let sets = vec!["a".to_string(), "b".to_string()];
+        let manifest = Manifest { standfast: "0".into(), config_hash: "0123456789abcdef".into(), sets, campaign };
+        let impulse = |i: usize| 1.0 + i as f64 / outcomes.len() as f64;
+        let trial = |(i, of): (usize, &[Outcome; 2])| {
+            [row(i as u64, "a", impulse(i), of[0]), row(i as u64, "b", impulse(i), of[1])]
+        };
+        let rows: Vec<Row> = outcomes.iter().enumerate().flat_map(trial).collect();
+        let gates = Gates::new(&manifest, None).unwrap();
+        let trials_sha256 = String::new();
+        let source = Source { manifest: &manifest, rows: &rows, trials_sha256, pairs: &every_pair(2), gates: &gates };
+        Summary::new(source)
+    }
+
+    #[test]
+    fn the_keys_of_a_result_are_those_that_are_documented() {
+        let outcomes = [[Outcome::Recovered, Outcome::Fell], [Outcome::Recovered; 2], [Outcome::Fell; 2]];
+        let json = serde_json::to_value(summary(&outcomes, &[], &["a >= 0.1"])).unwrap();
+        for key in ["a", "b", "both", "only_a", "only_b", "neither", "difference", "ci95", "mcnemar_p", "holm_p"] {
+            assert!(!json["pairs"][0][key].is_null(), "pairs: {key}");
+        }
+        for key in ["name", "status", "observed", "interval", "required", "confidence", "trials", "passes", "set"] {
+            assert!(!json["gates"][0][key].is_null(), "gates: {key}");
+        }
+        assert_eq!(json["pairs"][0]["verdict"], "not_resolved");
+        assert_eq!(json["config_hash"], "0123456789abcdef");
+    }
 
     #[test]
     fn bins_are_round_and_hold_every_value() {

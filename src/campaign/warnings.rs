@@ -55,9 +55,39 @@ pub fn of(summary: &Summary, campaign: &Campaign) -> Vec<String> {
                 .into(),
         );
     }
-    let unlike = |set: &&crate::campaign::summary::SetSummary| set.diverged > 0;
-    for set in summary.sets.iter().filter(unlike) {
+    for set in summary.sets.iter().filter(|set| set.diverged > 0) {
         found.push(format!("{}: {} trials diverged numerically and count as not recovered", set.name, set.diverged));
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::campaign::summary::tests::summary;
+    use crate::episode::Outcome::{self, Diverged, Fell, Recovered};
+
+    /// Warnings with this word in them, of a campaign of `n` trials.
+    fn found(word: &str, n: usize, outcomes: [Outcome; 2], set: &[&str]) -> usize {
+        let warnings = summary(&vec![outcomes; n], set, &[]).warnings;
+        warnings.iter().filter(|warning| warning.contains(word)).count()
+    }
+
+    #[test]
+    fn a_design_that_cannot_support_a_claim_is_told_so() {
+        for (word, n, outcomes, set) in [
+            ("are few", 99, [Recovered, Fell], &[][..]),
+            ("too weak", 100, [Recovered, Recovered], &[]),
+            ("too hard", 100, [Fell, Fell], &[]),
+            ("too few to say", 100, [Recovered, Recovered], &[]),
+            ("same push on the same robot", 100, [Recovered, Fell], &["push.impulse_n_s=2", "push.heading_deg=0"]),
+            ("ended when decided", 100, [Recovered, Fell], &["stopping.until_resolved=true"]),
+            ("diverged numerically", 100, [Recovered, Diverged], &[]),
+        ] {
+            assert_eq!(found(word, n, outcomes, set), 1, "{word}");
+        }
+        let same = ["push.impulse_n_s=2", "push.heading_deg=0", "sensors.noise_scale=0", "sensors.bias_scale=0"];
+        assert_eq!(found("count as one", 100, [Recovered, Fell], &same), 1);
+        // A sound one.
+        assert_eq!(found("", 100, [Recovered, Fell], &[]), 0);
+    }
 }

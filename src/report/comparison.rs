@@ -67,26 +67,22 @@ pub(super) fn shifts(summary: &Summary) -> String {
     if shown.is_empty() {
         return String::new();
     }
-    let mut table = table(["a", "b", "both", "settles, a - b", "p", "footsteps, a - b", "p"]);
+    let mut table = table(["a", "b", "settles", "95 %", "p", "footsteps", "p"]);
     for pair in shown {
         let cells = |shift: &Option<Shift>, text: &dyn Fn(&Shift) -> String| match shift {
             Some(shift) => [text(shift), p_cell(shift.p)],
             None => ["-".into(), "-".into()],
         };
-        let settling = |shift: &Shift| {
-            let interval = shift.ci95.map_or(String::new(), |ends| {
-                let [least, most] = ends.map(|s| signed(s, 2));
-                format!(" ({least} to {most})")
-            });
-            format!("{} s{interval}", signed(shift.median, 2))
-        };
-        let [settling, p] = cells(&pair.settling_s, &settling);
+        let interval = pair.settling_s.and_then(|shift| shift.ci95).map_or("-".into(), |ends| {
+            let [least, most] = ends.map(|s| signed(s, 2));
+            format!("{least} to {most}")
+        });
+        let [settling, p] = cells(&pair.settling_s, &|shift| format!("{} s", signed(shift.median, 2)));
         let [footsteps, p_footsteps] = cells(&pair.footsteps, &|shift| signed(shift.mean, 2));
-        let both = pair.counts.both.to_string();
-        table.add_row([pair.a.clone(), pair.b.clone(), both, settling, p, footsteps, p_footsteps]);
+        table.add_row([pair.a.clone(), pair.b.clone(), settling, interval, p, footsteps, p_footsteps]);
     }
-    let notes = "over the pushes that both survive: median of the differences of settling times (Hodges-Lehmann) with its \
-                 95 % interval, mean of those of footsteps; p: Wilcoxon's signed-rank test, not adjusted";
+    let notes = "a less b, over the pushes that both survive: median of the differences of settling times (Hodges-Lehmann) \
+                 with its 95 % interval, mean of those of footsteps; p: Wilcoxon's signed-rank test, not adjusted";
     format!("\n{}\n{}", whole_names(align(table)), wrapped(" ", notes))
 }
 

@@ -40,3 +40,26 @@ pub fn xml(summary: &Summary) -> Result<String> {
     report.add_test_suite(suite);
     report.to_string().map_err(|e| Error::Write { path: "junit.xml".into(), source: std::io::Error::other(e) })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::summary::tests::summary;
+    use crate::episode::Outcome::{Fell, Recovered};
+
+    #[test]
+    fn each_gate_is_a_case_and_unresolved_is_skipped_unless_it_must_pass() {
+        let outcomes: Vec<_> = (0..100).map(|i| [Recovered, if i < 50 { Recovered } else { Fell }]).collect();
+        let gates = ["a >= 0.8", "b >= 0.8", "b >= 0.5"];
+        let counts = |set: &[&str]| {
+            let xml = xml(&summary(&outcomes, set, &gates)).unwrap();
+            let suite = xml.lines().find(|line| line.contains("<testsuite ")).unwrap().trim().to_string();
+            (suite, xml)
+        };
+        let (suite, xml) = counts(&[]);
+        assert!(suite.contains(r#"tests="3" skipped="1" errors="0" failures="1""#), "{suite}");
+        assert!(xml.contains("--trial 50 --gains b") && xml.contains("b &gt;= 0.8"), "{xml}");
+        let (suite, _) = counts(&["gates.unresolved=fail"]);
+        assert!(suite.contains(r#"skipped="0" errors="0" failures="2""#), "{suite}");
+    }
+}

@@ -129,3 +129,30 @@ fn escaped(text: &str) -> String {
         out
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::summary::tests::summary;
+    use crate::episode::Outcome::{Fell, Recovered};
+
+    #[test]
+    fn verdicts_and_gates_come_first_and_names_are_text() {
+        let outcomes: Vec<_> = (0..100).map(|i| [Recovered, if i < 50 { Recovered } else { Fell }]).collect();
+        let mut summary = summary(&outcomes, &[], &["b >= 0.8"]);
+        summary.name = "<b>|x|`_".into();
+        let text = text(&summary);
+        let place = |part: &str| text.find(part).unwrap_or_else(|| panic!("{part} not in {text}"));
+        assert!(place("- a is better than b by 50.0 points") < place("| `b >= 0.8` | **FAILED** |"));
+        assert!(place("--trial 50 --gains b") < place("| a | b | 50 | 50 | 0 | 0 | +50.0 |"));
+        assert!(text.starts_with("## standfast: &lt;b&gt;\\|x\\|\\`\\_"), "{text}");
+    }
+
+    #[test]
+    fn a_service_takes_it_however_many_sets_there_are() {
+        let mut summary = summary(&[[Recovered, Fell]], &[], &["b >= 0.8"]);
+        summary.pairs = vec![summary.pairs[0].clone(); 10_000];
+        summary.sets = vec![summary.sets[0].clone(); 10_000];
+        assert!(text(&summary).len() < 100_000);
+    }
+}

@@ -3,17 +3,24 @@
 use crate::campaign::{Row, Summary};
 use crate::error::Result;
 use crate::files::write_atomic;
+use crate::report::layout::wrapped;
 use crate::report::{html, junit, markdown, plot};
 use std::path::Path;
 
 /// Their names, in the order in which they are written.
-pub const FILES: [&str; 4] = ["success.svg", "report.html", "summary.md", "junit.xml"];
+pub const FILES: [&str; 4] = ["report.html", "summary.md", "junit.xml", "success.svg"];
 
 /// Writes them beside `summary.json`. `rows` are sorted by trial, then by set.
 pub fn write(summary: &Summary, rows: &[Row], folder: &Path) -> Result<()> {
-    let [success, report, markdown, junit] = FILES.map(|name| folder.join(name));
+    let [report, markdown, junit, success] = FILES.map(|name| folder.join(name));
     plot::write_success(summary, &success)?;
     write_atomic(&report, html::page(summary, rows)?.as_bytes())?;
     write_atomic(&markdown, markdown::text(summary).as_bytes())?;
     write_atomic(&junit, junit::xml(summary)?.as_bytes())
+}
+
+/// What to say when they and others are there.
+pub fn written(folder: &Path, others: &[&str]) -> String {
+    let files = [&FILES[..], others].concat().join(", ");
+    wrapped("written: ", &format!("{}: {files}", folder.display())).trim_end().into()
 }
