@@ -73,15 +73,15 @@ pub struct RunArgs {
     /// Stop as soon as every gate is decided or, without gates, every pair of gain sets.
     ///
     /// It looks at the result after 25 trials, 50, 75, and so on, each time after about a quarter more. Its intervals are
-    /// valid however often one looks (betting confidence sequences): all verdicts of a run together are wrong in at
-    /// most 5 % of runs. It may be taken up again with more trials.
+    /// valid however often one looks (betting confidence sequences): of its gates, or of its pairs, all together are
+    /// decided wrongly in at most 5 % of runs. It may be taken up again with more trials.
     #[arg(long)]
     pub until_resolved: bool,
     /// Two gain sets that differ by less than this share are the same, and their pair is resolved [default: 0.02]
     #[arg(long, value_name = "SHARE")]
     pub margin: Option<f64>,
-    /// Most pushes with --until-resolved [default: those of the campaign]
-    #[arg(long, value_name = "N", requires = "until_resolved", conflicts_with = "trials")]
+    /// Most pushes with --until-resolved, in whole parts of 25 [default: those of the campaign]
+    #[arg(long, value_name = "N", conflicts_with = "trials")]
     pub max_trials: Option<u64>,
     #[command(flatten)]
     pub gates: GateArgs,
@@ -122,7 +122,7 @@ pub struct GateArgs {
     ///
     /// May be given several times, beside the campaign's own. A gate passes if its whole 95 % interval is at least what
     /// is asked, and fails (exit code 100) if none of it is; else it is unresolved, which is no failure unless
-    /// `gates.unresolved` is \"fail\" (--set gates.unresolved=fail). `gates.confidence` changes the 95 %.
+    /// `gates.unresolved` is "fail" (--set gates.unresolved=fail). `gates.confidence` changes the 95 %.
     #[arg(long, value_name = "EXPR")]
     pub gate: Vec<String>,
     /// Result folder of an earlier run with the same pushes, for gates that compare with the baseline

@@ -1,10 +1,10 @@
 //! The commands around campaigns: what each does and prints.
 
-use crate::cli::{Cli, CompareArgs, FolderArgs, MergeArgs, RunArgs};
+use crate::cli::{Cli, CompareArgs, FolderArgs, GateArgs, MergeArgs, RunArgs};
 use clap::CommandFactory;
 use clap_complete::Shell;
 use standfast::assets::DEFAULT_ROBOT;
-use standfast::campaign::compare::Joined;
+use standfast::campaign::compare::{Joined, is_same_folder};
 use standfast::campaign::gates::Gates;
 use standfast::campaign::{Campaign, Folder, Plan, Summary, limit, run::Options};
 use standfast::control::home_polygon;
@@ -34,21 +34,22 @@ static STOP: AtomicBool = AtomicBool::new(false);
 
 pub fn run(args: &RunArgs) -> Result<ExitCode> {
     let campaign = Campaign::load(&args.campaign, &args.overrides())?;
-    if campaign.stopping.until_resolved && args.shard.is_some() {
-        let problem = "shards know nothing of each other: they cannot stop together when the campaign is decided";
-        let accepted = "a fixed count of trials (no --until-resolved, stopping.until_resolved = false)";
-        return Err(Error::value("arguments", "--shard", "given", problem, accepted));
+    if args.max_trials.is_some() && !campaign.stopping.until_resolved {
+        let problem = "the campaign has a fixed count of trials";
+        return Err(Error::value("arguments", "--max-trials", "given", problem, "--trials, or --until-resolved too"));
+    }
+    if args.shard.is_some() && (!args.gates.gate.is_empty() || args.gates.baseline.is_some()) {
+        let problem = "a shard has a part of the trials only, which no gate can judge";
+        return Err(Error::value("arguments", "--gate, --baseline", "given", problem, "these options of `merge`"));
     }
     let plan = Plan::new(&campaign)?;
-    let gates = Gates::new(&plan.manifest, args.gates.baseline.as_deref())?;
     let folder = plan.folder(args.out.as_deref())?;
-    let missing = folder.missing().len() as u64;
-    if missing == 0 {
-        note(&format!("{}: complete, nothing is computed again", folder.path.display()));
-    } else if missing < folder.blocks() {
-        let there = folder.blocks() - missing;
-        note(&format!("{}: goes on, {there} of {} parts are there", folder.path.display(), folder.blocks()));
-    }
+    // Before anything runs: what cannot be judged in the end must not cost the time. A shard is judged by `merge`.
+    let gates = match args.shard {
+        Some(_) => None,
+        None => Some(gates_of(&folder, &args.gates)?),
+    };
+    let there = folder.blocks() - folder.missing().len() as u64;
     stop_on_ctrl_c();
     let progress = OnceLock::new();
     let result = plan.run(
@@ -57,10 +58,16 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
             threads: args.threads,
             shard: args.shard,
             stop: &STOP,
-            on_start: &|total| _ = progress.set(Progress::start(total, "episodes")),
+            on_start: &|total| {
+                if there > 0 {
+                    let (path, blocks) = (folder.path.display(), folder.blocks());
+                    note(&format!("{path}: goes on, {there} of {blocks} parts are there"));
+                }
+                _ = progress.set(Progress::start(total, "episodes"));
+            },
             on_episode: &|| progress.get().into_iter().for_each(Progress::tick),
             is_decided: &|rows| {
-                let open = gates.open(rows);
+                let open = gates.iter().flat_map(|gates| gates.open(rows)).collect::<Vec<_>>();
                 let trials = rows.len() / plan.manifest.sets.len();
                 progress.get().into_iter().for_each(|bar: &Progress| bar.say(&progress::open(trials, &open)));
                 open.is_empty()
@@ -72,30 +79,41 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
         note(&format!("finished parts are kept; to go on: {}", folder.resume_command()));
     }
     result?;
-    match args.shard {
-        Some(_) => print_status(&folder, args.json).map(|_| ExitCode::SUCCESS),
-        None => join(&folder, &gates, args.json),
+    if progress.get().is_none() {
+        note(&format!("{}: complete, nothing is computed again", folder.path.display()));
     }
+    match &gates {
+        None => print_status(&folder, args.json).map(|_| ExitCode::SUCCESS),
+        Some(gates) => join(&folder, gates, args.json),
+    }
+}
+
+/// The gates of a result. Errors: those of [`Gates::new`], or the baseline is the result itself.
+fn gates_of(folder: &Folder, args: &GateArgs) -> Result<Gates> {
+    if let Some(baseline) = args.baseline.as_deref().filter(|baseline| is_same_folder(baseline, &folder.path)) {
+        let problem = "is the result folder itself; an earlier result is wanted (and another --out for this one)";
+        return Err(Error::Parts { path: baseline.into(), problem: problem.into() });
+    }
+    Gates::new(&folder.manifest, args.baseline.as_deref())
 }
 
 pub fn merge(MergeArgs { folder: FolderArgs { dir, json }, gates }: &MergeArgs) -> Result<ExitCode> {
     let mut folder = Folder::existing(dir)?;
-    folder.manifest.campaign.gates.require.extend(gates.gate.iter().cloned());
-    let gates = Gates::new(&folder.manifest, gates.baseline.as_deref())?;
-    join(&folder, &gates, *json)
+    folder.manifest.campaign.gates.add(&gates.gate);
+    join(&folder, &gates_of(&folder, gates)?, *json)
 }
 
 pub fn compare(args: &CompareArgs) -> Result<ExitCode> {
+    if let Some(out) = args.out.as_deref().filter(|out| !report::result::may_be_written_to(out)) {
+        let problem = "holds something else than a comparison; give a new or empty folder";
+        return Err(Error::Parts { path: out.into(), problem: problem.into() });
+    }
     let joined = Joined::new(&Folder::existing(&args.dir_a)?, &Folder::existing(&args.dir_b)?, &args.gate)?;
     let summary = joined.summary()?;
     report::print(&if args.json { report::json(&summary) } else { table::campaign(&summary, Path::new("")) })?;
     if let Some(out) = &args.out {
-        if out.join("parts").exists() {
-            let problem = "holds the result of a campaign; give a folder of its own for the comparison";
-            return Err(Error::Parts { path: out.clone(), problem: problem.into() });
-        }
-        joined.write(&summary, out)?;
-        report::result::write(&summary, &joined.rows, out)?;
+        let filed = joined.write(summary.clone(), out)?;
+        report::result::write(&filed, &joined.rows, out)?;
         note(&report::result::written(out, &["summary.json", "trials.parquet"]));
     }
     Ok(exit_code(&summary, Path::new("")))
@@ -192,7 +210,7 @@ fn print_status(folder: &Folder, json: bool) -> Result<bool> {
     let (missing, blocks) = (folder.missing(), folder.blocks());
     let complete = missing.is_empty();
     let (path, there) = (folder.path.display().to_string(), blocks - missing.len() as u64);
-    let next = if complete { format!("standfast merge {path}") } else { folder.resume_command() };
+    let next = if complete { folder.merge_command() } else { folder.resume_command() };
     if json {
         report::print(&report::json(&serde_json::json!({
             "name": folder.manifest.campaign.name,

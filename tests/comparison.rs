@@ -56,7 +56,9 @@ fn an_unresolved_gate_fails_only_if_asked_to() {
     assert!(stdout(&run).contains("unresolved"), "{}", stdout(&run));
     let junit = fs::read_to_string(dir.path().join("out/junit.xml")).unwrap();
     assert!(junit.contains("skipped=\"1\"") && junit.contains("failures=\"0\""), "{junit}");
-    standfast(dir.path(), &short(&[&both[..], &["--set=gates.unresolved=fail"]].concat())).code(100);
+    let fails = standfast(dir.path(), &short(&[&both[..], &["--set=gates.unresolved=fail"]].concat())).code(100);
+    let message = stderr(&fails);
+    assert!(message.contains("gate unresolved: hold >= hold zmp"), "{message}");
 }
 
 #[test]
@@ -80,7 +82,8 @@ fn a_baseline_is_paired_trial_by_trial_and_must_have_the_same_pushes() {
     standfast(dir.path(), &short(&[TWO_PARTS])).success();
     let gate = ["--gate=hold >= baseline - 0.2", "--baseline=out", "--out=new"];
     let run = |more: &[&str]| {
-        let args = short(&[&[TWO_PARTS], &gate[..], more].concat());
+        let trials = if more == ["--trials=30"] { &[][..] } else { &[TWO_PARTS] };
+        let args = short(&[trials, &gate[..], more].concat());
         let args: Vec<&str> = args.into_iter().filter(|arg| *arg != "--out=out").collect();
         standfast(dir.path(), &args)
     };
@@ -93,11 +96,30 @@ fn a_baseline_is_paired_trial_by_trial_and_must_have_the_same_pushes() {
     );
     assert_eq!(found["baseline"]["trials"], 26);
     fs::remove_dir_all(dir.path().join("new")).unwrap();
-    // A robot that is hardly held up.
-    run(&["--set=variations.kp_scale=0.1"]).code(3);
-    let other = run(&["--seed=9"]).code(3);
-    assert!(stderr(&other).contains("seed is 1 there and 9 here"), "{}", stderr(&other));
-    assert!(!dir.path().join("new").exists());
+    let warned = found["warnings"].as_array().unwrap().iter().any(|w| w.as_str().unwrap().contains("same inputs"));
+    assert!(warned, "{}", found["warnings"]);
+    // What is printed to go on with, or to join, has what its gates need.
+    let status = standfast(dir.path(), &["status", "new"]).success();
+    assert!(stdout(&status).contains("standfast merge new --baseline DIR"), "{}", stdout(&status));
+    standfast(dir.path(), &["merge", "new"]).code(2);
+    standfast(dir.path(), &["merge", "new", "--baseline=out"]).success();
+    assert_eq!(summary(&dir.path().join("new")), found);
+    fs::remove_dir_all(dir.path().join("new")).unwrap();
+    // More trials than the baseline has.
+    run(&["--trials=30"]).success();
+    let more = summary(&dir.path().join("new"));
+    assert_eq!((more["trials"].as_u64(), more["gates"][0]["trials"].as_u64()), (Some(30), Some(26)));
+    assert!(more["warnings"].to_string().contains("the baseline has 26 trials"), "{}", more["warnings"]);
+    fs::remove_dir_all(dir.path().join("new")).unwrap();
+    let refused = |more: &[&str], expected: &str| {
+        let run = run(more).code(3);
+        assert!(stderr(&run).contains(expected), "{}", stderr(&run));
+        assert!(!dir.path().join("new").exists());
+    };
+    refused(&["--set=variations.kp_scale=0.1"], "variations.kp_scale is \"nominal\" there and 0.1 here");
+    refused(&["--seed=9"], "seed is 1 there and 9 here");
+    let itself = standfast(dir.path(), &short(&[TWO_PARTS, "--gate=hold >= baseline", "--baseline=./out"])).code(3);
+    assert!(stderr(&itself).contains("the result folder itself"), "{}", stderr(&itself));
 }
 
 #[test]
@@ -134,6 +156,14 @@ fn two_folders_are_compared_if_their_pushes_are_the_same() {
     assert!(stderr(&refused).contains("seed is 9 there and 1 here"), "{}", stderr(&refused));
     standfast(dir.path(), &["compare", "a", "nothing"]).code(3);
     standfast(dir.path(), &["compare", "a", "c", "--out=b"]).code(3);
+    standfast(dir.path(), &["compare", "a", "./a"]).code(3);
+    // Again into its own folder; commands in it run there.
+    standfast(dir.path(), &["compare", "a", "c", "--out=d", gate]).code(100);
+    let junit = fs::read_to_string(dir.path().join("d/junit.xml")).unwrap();
+    let command = junit.lines().find_map(|line| line.split("standfast push ").nth(1)).unwrap();
+    let words: Vec<&str> = command.trim_end_matches("</system-out>").split(' ').collect();
+    assert!(words.contains(&"../a/campaign.toml"), "{command}");
+    standfast(&dir.path().join("d"), &[&["push"], &words[..]].concat()).success();
 }
 
 #[test]
@@ -174,8 +204,17 @@ fn without_gates_it_is_the_pairs_that_are_decided() {
     let found = summary(&dir.path().join("out"));
     assert_eq!(found["pairs"][0]["verdict"], "same", "{}", found["pairs"][0]);
     assert!(found["trials"].as_u64().unwrap() < 200);
-    let shard = standfast(dir.path(), &short(&["--until-resolved", "--shard=1/2"])).code(2);
-    assert!(stderr(&shard).contains("--shard"), "{}", stderr(&shard));
+    for (more, expected) in [
+        (&["--until-resolved", "--shard=1/2", "--gains=fixed"][..], "cannot stop together"),
+        (&["--until-resolved"], "nothing to decide"),
+        (&["--max-trials=10"], "fixed count of trials"),
+        (&["--shard=1/2", PASSES], "`merge`"),
+    ] {
+        let other = folder();
+        let refused = standfast(other.path(), &short(more)).code(2);
+        assert!(stderr(&refused).contains(expected), "{more:?}: {}", stderr(&refused));
+        assert!(files(other.path()).is_empty(), "{more:?} wrote something");
+    }
 }
 
 #[test]
@@ -189,8 +228,8 @@ fn gates_and_stopping_of_a_campaign_file_are_those_of_the_command_line() {
     let found = summary(&dir.path().join("out"));
     assert_eq!((found["gates"][0]["confidence"].as_f64(), found["gates"].as_array().unwrap().len()), (Some(0.99), 2));
     assert_eq!(found["stopping"]["until_resolved"], true);
-    // The folder remembers its gates.
-    standfast(dir.path(), &["merge", "out"]).success();
+    // The folder remembers its gates, and takes each once.
+    standfast(dir.path(), &["merge", "out", FAILS]).success();
     assert_eq!(summary(&dir.path().join("out")), found);
     fs::write(dir.path().join("c.toml"), file.replace("0.99", "1.5")).unwrap();
     let refused = standfast(dir.path(), &["run", "c.toml", "--out=other"]).code(2);

@@ -2,6 +2,7 @@
 //!
 //! A comparison of that kind stands on the trials being the same: seed, what is drawn, judge, and every push to the bit.
 
+use crate::campaign::gate::GateSpec;
 use crate::campaign::gates::Gates;
 use crate::campaign::parts::{Folder, Manifest, parquet, write_result};
 use crate::campaign::summary::{Origin, Source, Summary};
@@ -10,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::files::sha256_hex;
 use serde::Serialize;
 use serde_json::Value;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Differences of two campaigns that an error names.
 const SHOWN: usize = 4;
@@ -32,9 +33,10 @@ pub struct Earlier {
 }
 
 impl Baseline {
-    /// Errors: no complete result, or of other trials than those of `campaign`.
-    pub fn open(path: &Path, campaign: &Campaign) -> Result<Baseline> {
+    /// Errors: no complete result, or of other trials than those of `ours`.
+    pub fn open(path: &Path, ours: &Manifest) -> Result<Baseline> {
         let folder = Folder::existing(path)?;
+        let campaign = &ours.campaign;
         refuse_other_trials(&folder, campaign)?;
         let rows = folder.rows()?;
         for row in &rows {
@@ -50,11 +52,26 @@ impl Baseline {
         &self.manifest.sets
     }
 
+    pub fn trials(&self) -> u64 {
+        (self.rows.len() / self.manifest.sets.len()) as u64
+    }
+
     /// What a report says of it.
     pub fn told(&self) -> Earlier {
-        let Manifest { standfast, config_hash, campaign, sets } = &self.manifest;
-        let (name, trials) = (campaign.name.clone(), (self.rows.len() / sets.len()) as u64);
+        let Manifest { standfast, config_hash, campaign, .. } = &self.manifest;
+        let (name, trials) = (campaign.name.clone(), self.trials());
         Earlier { name, standfast: standfast.clone(), config_hash: config_hash.clone(), trials }
+    }
+
+    /// What is not the same here and there, beside gains, or suspiciously the same.
+    pub fn unlike(&self, ours: &Manifest) -> Vec<String> {
+        let mut found = unlike(&self.manifest, ours);
+        if self.manifest.config_hash == ours.config_hash {
+            found.push(
+                "the baseline was made from the same inputs: only another build can have made a difference".into(),
+            );
+        }
+        found
     }
 
     /// Whether it ended when decided: then its count of trials has to do with its outcomes.
@@ -86,6 +103,10 @@ impl Joined {
     /// Sets two finished folders beside each other; `gates` are in the names of [`Joined::manifest`]. Errors: a folder is
     /// not complete, their trials are not the same, or a gate cannot be read.
     pub fn new(a: &Folder, b: &Folder, gates: &[String]) -> Result<Joined> {
+        if is_same_folder(&a.path, &b.path) {
+            let problem = "both are this folder: a result does not differ from itself";
+            return Err(Error::Parts { path: b.path.clone(), problem: problem.into() });
+        }
         refuse_other_trials(b, &a.manifest.campaign)?;
         let (rows_a, rows_b) = (a.rows()?, b.rows()?);
         let (sets_a, sets_b) = (&a.manifest.sets, &b.manifest.sets);
@@ -111,24 +132,18 @@ impl Joined {
             warnings.push(format!("the results have {of_a} and {of_b} trials: only the first {trials} are compared"));
         }
         let (in_a, in_b) = (&a.manifest, &b.manifest);
-        for (what, of_a, of_b) in [
-            ("robots", &in_a.campaign.robot, &in_b.campaign.robot),
-            ("versions of standfast", &in_a.standfast, &in_b.standfast),
-        ] {
-            if of_a != of_b {
-                warnings.push(format!("the {what} differ: {of_a} and {of_b}"));
-            }
-        }
+        warnings.extend(unlike(in_a, in_b));
         let both = |a: &str, b: &str| if a == b { a.to_string() } else { format!("{a}, {b}") };
         let mut campaign = in_a.campaign.clone();
         campaign.name = both(&in_a.campaign.name, &in_b.campaign.name);
         campaign.robot = both(&in_a.campaign.robot, &in_b.campaign.robot);
         campaign.trials = trials;
         campaign.stopping.until_resolved |= in_b.campaign.stopping.until_resolved;
-        campaign.gates.require = gates.to_vec();
+        campaign.gates = GateSpec { require: gates.to_vec(), ..GateSpec::default() };
         let manifest = Manifest {
             standfast: both(&in_a.standfast, &in_b.standfast),
             config_hash: sha256_hex(format!("{} {}", in_a.config_hash, in_b.config_hash).as_bytes()),
+            robot_sha256: both(&in_a.robot_sha256, &in_b.robot_sha256),
             sets,
             campaign,
         };
@@ -148,9 +163,15 @@ impl Joined {
         Ok(summary)
     }
 
-    /// Writes `trials.parquet` and `summary.json`.
-    pub fn write(&self, summary: &Summary, folder: &Path) -> Result<()> {
-        write_result(folder, &parquet(&self.rows)?, summary)
+    /// Writes `trials.parquet` and `summary.json`, and gives the summary as it is then: with paths of the two results as
+    /// they are from that folder.
+    pub fn write(&self, mut summary: Summary, folder: &Path) -> Result<Summary> {
+        std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
+        for set in &mut summary.sets {
+            set.origin.campaign = seen_from(folder, Path::new(&set.origin.campaign)).display().to_string();
+        }
+        write_result(folder, &parquet(&self.rows)?, &summary)?;
+        Ok(summary)
     }
 }
 
@@ -166,6 +187,27 @@ fn origins(folder: &Folder) -> Vec<Origin> {
     let campaign = folder.path.join("campaign.toml").display().to_string();
     let origin = |gains: &String| Origin { campaign: campaign.clone(), gains: gains.clone() };
     folder.manifest.sets.iter().map(origin).collect()
+}
+
+/// Whether two paths lead to the same place.
+pub fn is_same_folder(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+/// The path of a file as it is from a folder; both exist.
+fn seen_from(folder: &Path, file: &Path) -> PathBuf {
+    let (Ok(folder), Ok(file)) = (folder.canonicalize(), file.canonicalize()) else { return file.into() };
+    pathdiff::diff_paths(&file, &folder).unwrap_or(file)
+}
+
+/// What makes two results hard to compare, beside their trials.
+fn unlike(a: &Manifest, b: &Manifest) -> Vec<String> {
+    let robots = [a, b].map(|m| format!("{} ({:.8})", m.campaign.robot, m.robot_sha256));
+    let versions = [a, b].map(|m| m.standfast.clone());
+    let differ = |(what, [of_a, of_b]): (&str, [String; 2])| {
+        (of_a != of_b).then(|| format!("the {what} differ: {of_a} and {of_b}"))
+    };
+    [("robots", robots), ("versions of standfast", versions)].into_iter().filter_map(differ).collect()
 }
 
 /// Every pair of so many sets, the earlier one first.

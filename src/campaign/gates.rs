@@ -4,12 +4,15 @@ use crate::campaign::compare::{Baseline, Earlier, every_pair};
 use crate::campaign::gate::{Against, Evidence, Gate, GateSpec, Judged, Status};
 use crate::campaign::mcnemar::PairedCounts;
 use crate::campaign::parts::Manifest;
-use crate::campaign::sequential::{self, Verdict};
-use crate::campaign::{Row, paired};
+use crate::campaign::sequential::{self, Verdict, each_of};
+use crate::campaign::{Row, Stopping, paired};
 use crate::episode::Outcome;
 use crate::error::{Error, Result};
 use serde::Serialize;
 use std::path::Path;
+
+/// Level at which all pairs of a campaign that ends when decided are.
+const LEVEL: f64 = 0.95;
 
 /// What a campaign has to show, and how that is decided.
 pub struct Gates {
@@ -17,9 +20,7 @@ pub struct Gates {
     gates: Vec<Gate>,
     sets: Vec<String>,
     baseline: Option<Baseline>,
-    /// Whether the campaign ends when decided, so that intervals must hold at every look.
-    sequential: bool,
-    margin: f64,
+    stopping: Stopping,
 }
 
 /// A gate and what became of it.
@@ -31,6 +32,8 @@ pub struct GateResult {
     pub passes: bool,
     /// The gain set that is asked about.
     pub set: String,
+    /// Whether it is asked for a difference of two rates, not for a rate.
+    pub is_difference: bool,
     /// A trial that it lost: one that the other side recovered from, or else the least hard one.
     pub lost_trial: Option<u64>,
 }
@@ -38,15 +41,15 @@ pub struct GateResult {
 impl Gates {
     /// The gates of a campaign's specification; `baseline` is the folder of an earlier result. Errors: a gate that
     /// cannot be read or names no set of the campaign; a baseline gate without a baseline, or one that is not complete,
-    /// lacks the set, or met other pushes.
+    /// lacks the set, or met other pushes; nothing to decide in a campaign that ends when decided.
     pub fn new(manifest: &Manifest, baseline: Option<&Path>) -> Result<Gates> {
         let campaign = &manifest.campaign;
         let spec = campaign.gates.clone();
         let gates = spec.require.iter().map(|text| Gate::parse(text, &manifest.sets)).collect::<Result<Vec<_>>>()?;
-        let baseline = baseline.map(|path| Baseline::open(path, campaign)).transpose()?;
+        let baseline = baseline.map(|path| Baseline::open(path, manifest)).transpose()?;
         for gate in gates.iter().filter(|gate| gate.against == Against::Baseline) {
             let Some(baseline) = &baseline else {
-                let accepted = "the folder of an earlier result: --baseline DIR";
+                let accepted = "the folder of an earlier result: --baseline DIR (of `run` and `merge`)";
                 return Err(Error::value("gates", "--gate", &gate.text, "there is no baseline", accepted));
             };
             if !baseline.sets().contains(&gate.set) {
@@ -54,10 +57,12 @@ impl Gates {
                 return Err(Error::value("gates", "--gate", &gate.text, problem, baseline.sets().join(", ")));
             }
         }
-        let stopping = campaign.stopping;
-        let sequential = stopping.until_resolved || baseline.as_ref().is_some_and(Baseline::is_sequential);
-        let margin = stopping.margin;
-        Ok(Gates { spec, gates, sets: manifest.sets.clone(), baseline, sequential, margin })
+        if campaign.stopping.until_resolved && gates.is_empty() && manifest.sets.len() < 2 {
+            let problem = "there is nothing to decide: one gain set, and no gate";
+            let accepted = "a second gain set to compare with, or a gate, e.g. --gate 'catch >= 0.80'";
+            return Err(Error::value("campaign", "stopping.until_resolved", true, problem, accepted));
+        }
+        Ok(Gates { spec, gates, sets: manifest.sets.clone(), baseline, stopping: campaign.stopping })
     }
 
     /// The earlier result, if there is one.
@@ -65,25 +70,42 @@ impl Gates {
         self.baseline.as_ref().map(Baseline::told)
     }
 
+    /// What the baseline cannot support, for a result of `trials` trials.
+    pub fn warnings(&self, manifest: &Manifest, trials: u64) -> Vec<String> {
+        let Some(baseline) = &self.baseline else { return Vec::new() };
+        let mut found = baseline.unlike(manifest);
+        if baseline.trials() < trials {
+            let have = baseline.trials();
+            found.push(format!("the baseline has {have} trials: gates that compare with it go by the first {have}"));
+        }
+        found
+    }
+
     /// Of rows sorted by trial, then by set.
     pub fn judged(&self, rows: &[Row]) -> Vec<GateResult> {
         self.gates.iter().map(|gate| self.judge(gate, rows)).collect()
     }
 
-    /// What a campaign that ends when decided has still to decide, in words: gates or, without gates, pairs of sets.
+    /// What a campaign that ends when decided has still to decide, in words: gates or, without gates, pairs of sets. A
+    /// gate that compares with a baseline is left as it is when that has no more trials.
     pub fn open(&self, rows: &[Row]) -> Vec<String> {
+        let trials = (rows.len() / self.sets.len()) as u64;
         if !self.gates.is_empty() {
-            let open = self.judged(rows).into_iter().filter(|gate| gate.judged.status == Status::Unresolved);
+            let used_up = |gate: &Gate| {
+                gate.against == Against::Baseline && self.baseline.as_ref().is_some_and(|b| b.trials() <= trials)
+            };
+            let waiting = self.gates.iter().filter(|gate| !used_up(gate)).map(|gate| self.judge(gate, rows));
+            let open = waiting.filter(|gate| gate.judged.status == Status::Unresolved);
             return open
                 .map(|GateResult { judged, .. }| words(&judged.name, judged.observed, judged.interval))
                 .collect();
         }
         let pairs = every_pair(self.sets.len());
-        let level = sequential_level(pairs.len());
+        let level = each_of(pairs.len(), LEVEL);
         let open = |(a, b): (usize, usize)| {
             let counts = paired::counts(paired::trials(rows, self.sets.len()), a, b);
             let interval = counts.interval(level, true);
-            let is_open = sequential::verdict(interval, self.margin) == Verdict::Open;
+            let is_open = sequential::verdict(interval, self.stopping.margin) == Verdict::Open;
             is_open.then(|| words(&format!("{} - {}", self.sets[a], self.sets[b]), counts.difference(), interval))
         };
         pairs.into_iter().filter_map(open).collect()
@@ -91,23 +113,27 @@ impl Gates {
 
     fn judge(&self, gate: &Gate, rows: &[Row]) -> GateResult {
         let own: Vec<&Row> = rows.iter().filter(|row| row.set == gate.set).collect();
-        let other: Option<Vec<&Row>> = match &gate.against {
-            Against::Rate => None,
-            Against::Set(set) => Some(rows.iter().filter(|row| row.set == *set).collect()),
-            Against::Baseline => self.baseline.as_ref().map(|baseline| baseline.rows_of(&gate.set)),
+        let (other, ends_when_decided): (Option<Vec<&Row>>, bool) = match (&gate.against, &self.baseline) {
+            (Against::Set(set), _) => (Some(rows.iter().filter(|row| row.set == *set).collect()), false),
+            (Against::Baseline, Some(baseline)) => (Some(baseline.rows_of(&gate.set)), baseline.is_sequential()),
+            _ => (None, false),
         };
+        // An interval has to hold at every look where outcomes have to do with the count of trials. Then all gates hold
+        // together, at their confidence.
+        let sequential = self.stopping.until_resolved || ends_when_decided;
+        let confidence = self.spec.confidence;
+        let level = if self.stopping.until_resolved { each_of(self.gates.len(), confidence) } else { confidence };
         let recovered = |row: &&Row| row.outcome == Outcome::Recovered;
-        let level = self.spec.confidence;
         let evidence = match &other {
             None => {
                 let k = own.iter().filter(|row| recovered(row)).count() as u64;
-                Evidence::rate(k, own.len() as u64, level, self.sequential)
+                Evidence::rate(k, own.len() as u64, level, sequential)
             }
             Some(other) => {
                 let counts = PairedCounts::of(own.iter().zip(other).map(|(a, b)| (recovered(a), recovered(b))));
-                let (observed, trials) = (counts.difference(), counts.trials());
-                let interval = counts.interval(level, self.sequential);
-                Evidence { observed, interval, trials, sequential: self.sequential }
+                let (observed, trials, interval) =
+                    (counts.difference(), counts.trials(), counts.interval(level, sequential));
+                Evidence { observed, interval, trials, sequential }
             }
         };
         let saved_by_other = |i: usize| other.as_ref().is_some_and(|other| other.get(i).is_some_and(recovered));
@@ -116,15 +142,11 @@ impl Gates {
         let lost_trial = lost().find(|&(i, _)| saved_by_other(i)).or_else(least_hard).map(|(_, row)| row.trial);
         let judged = gate.judged(&evidence, level);
         let passes = !judged.status.fails(self.spec.unresolved);
-        GateResult { judged, passes, set: gate.set.clone(), lost_trial }
+        let is_difference = gate.against != Against::Rate;
+        GateResult { judged, passes, set: gate.set.clone(), is_difference, lost_trial }
     }
 }
 
 fn words(what: &str, observed: f64, [least, most]: [f64; 2]) -> String {
     format!("{what}: {:.1} % ({:.1} to {:.1})", 100.0 * observed, 100.0 * least, 100.0 * most)
-}
-
-/// Level of each of so many intervals, so that all of them hold together with 95 % (Bonferroni).
-pub fn sequential_level(pairs: usize) -> f64 {
-    1.0 - 0.05 / pairs.max(1) as f64
 }

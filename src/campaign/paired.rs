@@ -3,10 +3,10 @@
 //! Each set's own median compares different trials: a set that survives harder pushes has more of the slow ones.
 
 use crate::campaign::Row;
-use crate::campaign::gates::sequential_level;
+use crate::campaign::gate::Evidence;
 use crate::campaign::mcnemar::{PairedCounts, holm};
 use crate::campaign::ranks::{Shift, signed_rank};
-use crate::campaign::sequential::{self, Verdict};
+use crate::campaign::sequential::{self, Verdict, each_of};
 use crate::campaign::stats::median;
 use crate::campaign::strata::Stratum;
 use crate::episode::Outcome;
@@ -14,8 +14,9 @@ use serde::Serialize;
 
 /// How many trials are named as examples.
 const EXAMPLES: usize = 5;
-/// A difference is claimed if chance alone makes one as large less often than this.
+/// A difference is claimed if chance alone makes one as large less often than this; and the level of intervals.
 const ALPHA: f64 = 0.05;
+const LEVEL: f64 = 0.95;
 /// With this chance the trials that are asked for would resolve a pair.
 const POWER: f64 = 0.8;
 
@@ -86,8 +87,9 @@ pub struct Pair {
     pub verdict: Verdict,
     /// The verdict in a sentence.
     pub words: String,
-    /// About how many more trials would tell sets apart that differ as these seem to; None where they are told apart,
-    /// or no difference was seen.
+    /// About how many trials that are still to be run would tell sets apart that differ as these seem to: of this campaign
+    /// if it ends when decided, else of a new one with another seed. None where they are told apart, or no difference
+    /// was seen.
     pub more_trials: Option<u64>,
     /// The first trials that only one of them recovered from.
     pub first_only_a: Vec<u64>,
@@ -133,7 +135,7 @@ impl Pair {
         strata: &[Stratum],
         deciding: Deciding,
     ) -> Vec<Self> {
-        let level = if deciding.sequential { sequential_level(pairs.len()) } else { 0.95 };
+        let level = if deciding.sequential { each_of(pairs.len(), LEVEL) } else { LEVEL };
         let pair = |&(a, b): &(usize, usize)| Self::new(rows, names, (a, b), strata, level, deciding);
         let mut all: Vec<Self> = pairs.iter().map(pair).collect();
         let adjusted = holm(&all.iter().map(|pair| pair.mcnemar_p).collect::<Vec<_>>());
@@ -164,10 +166,9 @@ impl Pair {
             signed_rank(&differences.collect::<Vec<_>>())
         };
         let stratum = |stratum: &Stratum| {
-            let [both, only_a, only_b, neither] = stratum.pair(rows, sets, a, b);
-            let counts = PairedCounts { both, only_a, only_b, neither };
+            let counts = stratum.pair(rows, sets, a, b);
             let (by, label, trials) = (stratum.by, stratum.label.clone(), counts.trials());
-            let (difference, ci95) = (counts.difference(), counts.difference_interval(0.95));
+            let (difference, ci95) = (counts.difference(), counts.difference_interval(LEVEL));
             PairStratum { by, label, trials, counts, difference, ci95 }
         };
         Self {
@@ -190,43 +191,57 @@ impl Pair {
         }
     }
 
-    /// Which is better. At a fixed count of trials by the exact test, adjusted for all pairs; else by the interval.
+    /// Which is better. At a fixed count of trials by the exact test, adjusted for all pairs; else by the interval. That
+    /// they are the same, by an interval at a level adjusted for all pairs, for either.
     fn decide(&mut self, Deciding { sequential, margin, .. }: Deciding, pairs: usize) {
-        self.verdict = match sequential::verdict(self.ci95, margin) {
-            by_interval if sequential => by_interval,
+        let (counts, level) = (self.counts, each_of(pairs, LEVEL));
+        let by_interval = sequential::verdict(counts.interval(level, sequential), margin);
+        self.verdict = match by_interval {
+            _ if sequential => by_interval,
             Verdict::Same => Verdict::Same,
             _ if self.holm_p >= ALPHA => Verdict::Open,
             _ if self.difference > 0.0 => Verdict::ABetter,
             _ => Verdict::BBetter,
         };
         if self.verdict == Verdict::Open {
-            let needed = self.counts.trials_to_resolve(POWER, ALPHA / pairs as f64);
-            self.more_trials = needed.map(|needed| needed.saturating_sub(self.counts.trials()).max(1));
+            let (observed, trials) = (self.difference, counts.trials());
+            let evidence = Evidence { observed, interval: self.ci95, trials, sequential };
+            self.more_trials = match sequential {
+                true => evidence.more_trials(0.0, level),
+                false => counts.trials_to_resolve(POWER, ALPHA / pairs as f64),
+            };
         }
+        self.words = self.verdict_in_words(margin, sequential);
+    }
+
+    fn verdict_in_words(&self, margin: f64, sequential: bool) -> String {
         let points = |share: f64| format!("{:.1}", 100.0 * share);
-        let [least, most] = self.ci95.map(points);
+        let (a, b, [least, most]) = (&self.a, &self.b, self.ci95);
         let p = if sequential { String::new() } else { format!(", {}", p_value(self.holm_p)) };
-        let by = |sign: f64, least: &str, most: &str| {
-            format!("by {} points ({least} to {most}{p})", points(sign * self.difference))
+        let better = |a: &str, b: &str, by: f64, [least, most]: [f64; 2]| {
+            format!("{a} is better than {b} by {} points ({} to {}{p})", points(by), points(least), points(most))
         };
-        let (a, b) = (&self.a, &self.b);
-        let mirrored = [-self.ci95[1], -self.ci95[0]].map(points);
-        self.words = match (self.verdict, self.more_trials) {
-            (Verdict::ABetter, _) => format!("{a} is better than {b} {}", by(1.0, &least, &most)),
-            (Verdict::BBetter, _) => format!("{b} is better than {a} {}", by(-1.0, &mirrored[0], &mirrored[1])),
-            (Verdict::Same, _) => {
-                format!("{a} and {b} differ by less than {} points ({least} to {most})", points(margin))
-            }
-            (Verdict::Open, Some(more)) => format!(
-                "{a} and {b}: not resolved, {} points ({least} to {most}{p}); if that is what they differ by, \
-                 about {} more trials would show it",
-                points(self.difference),
-                rounded(more),
+        let seen = format!("{} points ({} to {}{p})", points(self.difference), points(least), points(most));
+        match (self.verdict, self.more_trials) {
+            (Verdict::ABetter, _) => better(a, b, self.difference, self.ci95),
+            (Verdict::BBetter, _) => better(b, a, -self.difference, [-most, -least]),
+            (Verdict::Same, _) => format!(
+                "{a} and {b} differ by less than {} points ({} to {})",
+                points(margin),
+                points(least),
+                points(most)
             ),
-            (Verdict::Open, None) => {
-                format!("{a} and {b}: not resolved, no difference seen, at most {most} points either way is likely")
-            }
-        };
+            (Verdict::Open, Some(more)) if sequential => format!(
+                "{a} and {b}: not resolved, {seen}; if that is what they differ by, about {} more trials would show it",
+                rounded(more)
+            ),
+            (Verdict::Open, Some(more)) => format!(
+                "{a} and {b}: not resolved, {seen}; if that is what they differ by, a new campaign of about {} pushes \
+                 (another seed) would show it",
+                rounded(more)
+            ),
+            (Verdict::Open, None) => format!("{a} and {b}: not resolved, no difference seen: {seen}"),
+        }
     }
 }
 
@@ -236,7 +251,7 @@ pub fn p_value(p: f64) -> String {
 }
 
 /// Two digits are enough of a guess.
-fn rounded(count: u64) -> u64 {
+pub fn rounded(count: u64) -> u64 {
     let unit = 10u64.pow(count.max(1).ilog10().saturating_sub(1));
     count.div_ceil(unit) * unit
 }
@@ -300,7 +315,7 @@ mod tests {
         // 5 : 0 has p = 0.0625.
         let open = found([95, 5, 0], AT_ONCE);
         assert_eq!(open.verdict, Verdict::Open);
-        assert!(open.more_trials.is_some_and(|more| (20..200).contains(&more)), "{}", open.words);
+        assert!(open.more_trials.is_some_and(|more| (100..300).contains(&more)), "{}", open.words);
         assert_eq!(found([98, 1, 1], AT_ONCE).verdict, Verdict::Open);
         assert_eq!(found([998, 1, 1], AT_ONCE).verdict, Verdict::Same);
         // At every look more is asked for than once.
@@ -308,6 +323,9 @@ mod tests {
         assert_eq!(found([90, 8, 1], AT_ONCE).verdict, Verdict::ABetter);
         assert_eq!(found([90, 8, 1], at_every_look).verdict, Verdict::Open);
         assert_eq!(found([80, 18, 1], at_every_look).verdict, Verdict::ABetter);
+        // Nearly decided for a fixed count, but far from it at every look.
+        let open = found([450, 66, 34], at_every_look);
+        assert!(open.verdict == Verdict::Open && open.more_trials.is_some_and(|more| more > 100), "{}", open.words);
     }
 
     #[test]

@@ -9,13 +9,17 @@ use crate::campaign::gates::Gates;
 use crate::campaign::summary::Source;
 use crate::campaign::{Row, Summary, row};
 use crate::error::{Error, Result};
-use crate::files::{sha256_hex, write_atomic};
+use crate::files::{sha256_hex, shell_word, write_atomic};
 use crate::{campaign::Campaign, columns};
 use serde::{Deserialize, Serialize};
 use std::{fs, path::Path, path::PathBuf, str::FromStr};
 
 /// Trials in a part (the last one of a campaign may have fewer).
 pub const BLOCK_TRIALS: u64 = 25;
+
+/// What is made of the parts, by this module and by `report`.
+pub const RESULT_FILES: [&str; 6] =
+    ["summary.json", "trials.parquet", "report.html", "summary.md", "junit.xml", "success.svg"];
 
 /// Share `index` of `count` (from 1): the blocks b with b mod count = index - 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,6 +50,9 @@ pub struct Manifest {
     /// Version of this program that wrote it.
     pub standfast: String,
     pub config_hash: String,
+    /// SHA-256 of URDF and settings: results of other robots can be told apart.
+    #[serde(default)]
+    pub robot_sha256: String,
     /// Names of the gain sets, in the order of the campaign.
     pub sets: Vec<String>,
     /// As resolved; also in `campaign.toml`.
@@ -115,10 +122,7 @@ impl Folder {
     pub fn stop_at(&self, trials: Option<u64>) -> Result<()> {
         let path = self.stopped_path();
         let Some(trials) = trials else {
-            return match fs::remove_file(&path) {
-                Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(Error::Write { path, source }),
-                _ => Ok(()),
-            };
+            return remove(&path);
         };
         let stopped = Stopped { trials, config_hash: self.manifest.config_hash.clone() };
         write_atomic(&path, serde_json::to_string(&stopped).map_err(json_error)?.as_bytes())
@@ -224,7 +228,13 @@ impl Folder {
         let (manifest, trials_sha256) = (&self.manifest, sha256_hex(&bytes));
         let summary = Summary::new(Source { manifest, rows: &rows, trials_sha256, pairs: &pairs, gates });
         write_result(&self.path, &bytes, &summary)?;
+        self.write_campaign()?;
         Ok((summary, rows))
+    }
+
+    /// Writes `campaign.toml`, by which all can be run again.
+    pub fn write_campaign(&self) -> Result<()> {
+        write_atomic(&self.path.join("campaign.toml"), self.manifest.campaign.to_toml()?.as_bytes())
     }
 
     /// Ranges of trials of some blocks, e.g. `0-49, 75-99`.
@@ -242,9 +252,24 @@ impl Folder {
 
     /// The command that computes what is missing.
     pub fn resume_command(&self) -> String {
-        let path = self.path.display().to_string();
-        let quote = if path.contains(' ') { "'" } else { "" };
-        format!("standfast run {quote}{path}/campaign.toml{quote} --out {quote}{path}{quote}")
+        let file = shell_word(&self.path.join("campaign.toml").display().to_string());
+        format!("standfast run {file} --out {}{}", shell_word(&self.path.display().to_string()), self.baseline_option())
+    }
+
+    /// The command that joins what is there.
+    pub fn merge_command(&self) -> String {
+        format!("standfast merge {}{}", shell_word(&self.path.display().to_string()), self.baseline_option())
+    }
+
+    /// What a command about this folder needs for its gates.
+    fn baseline_option(&self) -> &'static str {
+        if self.manifest.campaign.gates.ask_for_baseline() { " --baseline DIR" } else { "" }
+    }
+
+    /// Takes away what was made of the parts, before they become other ones.
+    pub fn remove_result(&self) -> Result<()> {
+        self.stop_at(None)?;
+        RESULT_FILES.iter().try_for_each(|name| remove(&self.path.join(name)))
     }
 
     fn part(&self, block: u64, extension: &str) -> PathBuf {
@@ -267,6 +292,14 @@ impl Folder {
             sha256: sha256_hex(&content),
         };
         if found == expected { Ok(content) } else { Err(problem("does not match its marker".into())) }
+    }
+}
+
+/// Removes a file if it is there.
+fn remove(path: &Path) -> Result<()> {
+    match fs::remove_file(path) {
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(Error::Write { path: path.into(), source }),
+        _ => Ok(()),
     }
 }
 
@@ -300,6 +333,7 @@ mod tests {
         let manifest = Manifest {
             standfast: "0".into(),
             config_hash: "abc".into(),
+            robot_sha256: String::new(),
             sets: vec!["hold".into(), "fixed".into()],
             campaign: Campaign::load("smoke", &overrides).unwrap(),
         };

@@ -97,7 +97,9 @@ impl Plan {
         }
         let standfast = env!("CARGO_PKG_VERSION").to_string();
         let config_hash = hash(&standfast, &what_trials_are(&resolved).to_toml()?, &hashed);
-        let manifest = Manifest { standfast, config_hash, sets, campaign: resolved };
+        // Settings and URDF come first among the inputs.
+        let robot_sha256 = sha256_hex(hashed[..2].concat().as_bytes());
+        let manifest = Manifest { standfast, config_hash, robot_sha256, sets, campaign: resolved };
         Ok(Plan { manifest, no_step: NoStep::new(&robot), robot, gains, inputs })
     }
 
@@ -128,10 +130,16 @@ impl Plan {
     }
 
     /// Runs the trials that `folder` lacks (of one shard, or all) and commits them part by part; what is complete is
-    /// left as it is. Every gain set is designed for before the first trial and before anything is written.
+    /// left as it is. Every gain set is designed for before the first trial and before anything is written or, of an
+    /// earlier result, taken away. Errors: a shard of a campaign that ends when decided, which no shard alone can know.
     pub fn run(&self, folder: &Folder, options: &Options) -> Result<()> {
         let campaign = &self.manifest.campaign;
         let until_resolved = campaign.stopping.until_resolved;
+        if let (true, Some(Shard { index, count })) = (until_resolved, options.shard) {
+            let problem = "shards know nothing of each other: they cannot stop together when the campaign is decided";
+            let accepted = "a fixed count of trials (no --until-resolved, stopping.until_resolved = false)";
+            return Err(Error::value("campaign", "--shard", format!("{index}/{count}"), problem, accepted));
+        }
         let mut look = next_look(0, campaign.trials);
         let mut missing = if until_resolved { self.undecided(folder, options, &mut look)? } else { folder.missing() };
         missing.retain(|&block| options.shard.is_none_or(|shard| shard.takes(block)));
@@ -140,6 +148,7 @@ impl Plan {
         }
         let pool = pool(options.threads)?;
         let designs = pool.install(|| self.designs())?;
+        folder.remove_result()?;
         self.identify(folder)?;
         let episodes = |block: &u64| {
             let (first, end) = folder.range(*block);
@@ -167,7 +176,6 @@ impl Plan {
         loop {
             let missing: Vec<u64> = (0..look.div_ceil(BLOCK_TRIALS)).filter(|&block| !folder.has(block)).collect();
             if !missing.is_empty() {
-                folder.stop_at(None)?;
                 return Ok(missing);
             }
             if *look == most || (options.is_decided)(&folder.first_rows(*look)?) {
@@ -224,7 +232,7 @@ impl Plan {
         for (name, text) in &self.inputs {
             write_atomic(&folder.path.join(name), text.as_bytes())?;
         }
-        write_atomic(&folder.path.join("campaign.toml"), self.manifest.campaign.to_toml()?.as_bytes())
+        folder.write_campaign()
     }
 }
 
@@ -244,13 +252,13 @@ fn open(kind: Kind, name: &str) -> Result<Source> {
     }
 }
 
-/// The campaign without what no trial depends on. One that ends when decided may be taken up again with more trials or
-/// another margin: its intervals hold at every look. One with a fixed count may not: that would be a second look.
+/// The campaign without what no trial depends on. One that ends when decided may be taken up again with more trials: its
+/// intervals hold at every look. One with a fixed count may not: that would be a second look.
 fn what_trials_are(campaign: &Campaign) -> Campaign {
     let mut trials = Campaign { gates: GateSpec::default(), ..campaign.clone() };
+    trials.stopping.margin = 0.0;
     if campaign.stopping.until_resolved {
         trials.trials = 0;
-        trials.stopping.margin = 0.0;
     }
     trials
 }

@@ -57,6 +57,11 @@ pub fn rate_interval(recovered: u64, trials: u64, level: f64) -> [f64; 2] {
     Counts { low: trials - recovered, middle: 0, high: recovered }.interval(&bets(LEAST_BET_RATE), level)
 }
 
+/// Level of each of so many intervals at which all of them hold together at `level` (Bonferroni; shares).
+pub fn each_of(intervals: usize, level: f64) -> f64 {
+    1.0 - (1.0 - level) / intervals.max(1) as f64
+}
+
 /// The count of trials at which to look next, after `trials`: about a quarter more, at least a block more, whole blocks;
 /// the last look is at `most`.
 pub fn next_look(trials: u64, most: u64) -> u64 {

@@ -5,6 +5,7 @@
 //! Edges lie at quantiles and are rounded to a digit that is at most a twentieth of the range.
 
 use crate::campaign::Row;
+use crate::campaign::mcnemar::PairedCounts;
 use crate::campaign::stats::Count;
 use crate::episode::Outcome;
 
@@ -26,14 +27,10 @@ impl Stratum {
         Count::of(self.trials.iter().map(|trial| &rows[trial * sets + set]))
     }
 
-    /// Trials that both of two sets survived, only `a`, only `b`, and neither.
-    pub fn pair(&self, rows: &[Row], sets: usize, a: usize, b: usize) -> [u64; 4] {
-        let mut counts = [0; 4];
-        for trial in &self.trials {
-            let lost = |set: usize| usize::from(rows[trial * sets + set].outcome != Outcome::Recovered);
-            counts[2 * lost(a) + lost(b)] += 1;
-        }
-        counts
+    /// Who of two sets recovered.
+    pub fn pair(&self, rows: &[Row], sets: usize, a: usize, b: usize) -> PairedCounts {
+        let recovered = |trial: usize, set: usize| rows[trial * sets + set].outcome == Outcome::Recovered;
+        PairedCounts::of(self.trials.iter().map(|&trial| (recovered(trial, a), recovered(trial, b))))
     }
 }
 
@@ -261,9 +258,10 @@ mod tests {
         let rows: Vec<Row> =
             (0..).zip(outcomes).flat_map(|(i, [a, b])| [row(i, "a", 1.0, a), row(i, "b", 1.0, b)]).collect();
         let stratum = |trials: &[usize]| Stratum { by: "friction", label: String::new(), trials: trials.to_vec() };
-        assert_eq!(stratum(&[0, 1, 2, 3, 4]).pair(&rows, 2, 0, 1), [1, 2, 1, 1]);
-        assert_eq!(stratum(&[0, 1, 2, 3, 4]).pair(&rows, 2, 1, 0), [1, 1, 2, 1]);
-        assert_eq!(stratum(&[1, 4]).pair(&rows, 2, 0, 1), [0, 1, 1, 0]);
+        let counts = PairedCounts { both: 1, only_a: 2, only_b: 1, neither: 1 };
+        assert_eq!(stratum(&[0, 1, 2, 3, 4]).pair(&rows, 2, 0, 1), counts);
+        assert_eq!(stratum(&[0, 1, 2, 3, 4]).pair(&rows, 2, 1, 0), PairedCounts { only_a: 1, only_b: 2, ..counts });
+        assert_eq!(stratum(&[1, 4]).pair(&rows, 2, 0, 1), PairedCounts { both: 0, only_a: 1, only_b: 1, neither: 0 });
         assert_eq!(stratum(&[1, 3, 4]).count(&rows, 2, 0), Count::new(1, 3));
         assert_eq!(stratum(&[1, 3, 4]).count(&rows, 2, 1), Count::new(1, 3));
         assert_eq!(stratum(&[2, 4]).count(&rows, 2, 0), Count::new(2, 2));

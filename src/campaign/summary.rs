@@ -5,7 +5,7 @@ use crate::campaign::curve::{NoCurve, Pushes, SuccessCurve};
 use crate::campaign::failures::Failures;
 use crate::campaign::foretold::{FallCause, Foretold};
 use crate::campaign::gates::{GateResult, Gates};
-use crate::campaign::paired::{Common, Deciding, Pair, Times};
+use crate::campaign::paired::{Common, Deciding, Pair, Times, trials};
 use crate::campaign::spec::{PushSpec, SensorSpec, Stopping};
 use crate::campaign::stats::Count;
 use crate::campaign::stepped::Stepped;
@@ -22,7 +22,7 @@ pub struct Summary {
     pub name: String,
     /// Version of the program.
     pub standfast: String,
-    /// SHA-256 over campaign, robot, gain sets and version: equal hashes mean equal results.
+    /// SHA-256 over campaign, robot, gain sets and version: equal hashes mean equal trials, by the same build.
     pub config_hash: String,
     /// SHA-256 of `trials.parquet`.
     pub trials_sha256: String,
@@ -196,17 +196,16 @@ impl Summary {
             second_push: campaign.second_push,
             variations: campaign.variations,
             interval: if sequential { SEQUENTIAL_INTERVAL } else { INTERVAL },
-            sets: manifest.sets.iter().map(|name| SetSummary::new(name, rows, &bins, &strata, end_early)).collect(),
+            sets: (0..manifest.sets.len())
+                .map(|i| SetSummary::new(i, &manifest.sets, rows, &bins, &strata, end_early))
+                .collect(),
             common_survivors: Common::new(rows, manifest.sets.len(), end_early),
             pairs: Pair::all(rows, &manifest.sets, pairs, &strata, Deciding { sequential, margin, end_early }),
             gates: gates.judged(rows),
             baseline: gates.baseline(),
             warnings: Vec::new(),
         };
-        for (i, set) in summary.sets.iter_mut().enumerate() {
-            set.telling = Telling::of(rows, &manifest.sets, i);
-        }
-        summary.warnings = warnings::of(&summary, campaign);
+        summary.warnings = [warnings::of(&summary, campaign), gates.warnings(manifest, summary.trials)].concat();
         summary
     }
 }
@@ -224,25 +223,26 @@ const SEQUENTIAL_INTERVAL: &str = "95 %: differences by bets, all together, at e
                                    Wilson, Clopper-Pearson where fewer than 5 trials recovered, or fewer than 5 did not";
 
 impl SetSummary {
-    fn new(name: &str, rows: &[Row], bins: &[f64], strata: &[Stratum], end_early: bool) -> Self {
-        let rows: Vec<&Row> = rows.iter().filter(|row| row.set == name).collect();
+    /// Of set number `set` of those that are named.
+    fn new(set: usize, names: &[String], all: &[Row], bins: &[f64], strata: &[Stratum], end_early: bool) -> Self {
+        let name = &names[set];
+        let rows: Vec<&Row> = trials(all, names.len()).map(|trial| &trial[set]).collect();
         let with = |outcome| rows.iter().filter(|row| row.outcome == outcome).count() as u64;
         let within = |bin: &&[f64]| {
             let (from_n_s, to_n_s) = (bin[0], bin[1]);
             let inside = |row: &&&Row| (from_n_s..to_n_s).contains(&row.impulse_n_s);
             ImpulseBin { from_n_s, to_n_s, count: Count::of(rows.iter().filter(inside).copied()) }
         };
-        let stratum = |Stratum { by, label, trials }: &Stratum| {
-            // A set has one row in each trial.
-            let count = Count::of(trials.iter().map(|&trial| rows[trial]));
-            SetStratum { by, label: label.clone(), count }
+        let stratum = |stratum: &Stratum| {
+            let count = stratum.count(all, names.len(), set);
+            SetStratum { by: stratum.by, label: stratum.label.clone(), count }
         };
         let over = |impulse: fn(&Row) -> Option<f64>| {
             let trials = rows.iter().filter_map(|row| Some((impulse(row)?, row.outcome == Outcome::Recovered)));
             Curve::through(&trials.collect::<Vec<_>>())
         };
         Self {
-            name: name.into(),
+            name: name.clone(),
             origin: Origin::own(name),
             count: Count::of(rows.iter().copied()),
             fell: with(Outcome::Fell),
@@ -256,7 +256,7 @@ impl SetSummary {
             curve: over(|row| Some(row.impulse_n_s)),
             normalized_curve: over(|row| row.impulse_over_m_omega_d),
             strata: strata.iter().map(stratum).collect(),
-            telling: Vec::new(),
+            telling: Telling::of(all, names, set),
             failures: Failures::of(rows.iter().copied()),
         }
     }
@@ -297,7 +297,8 @@ pub(crate) mod tests {
         };
         let campaign = Campaign::load("smoke", &overrides).unwrap();
         let sets = vec!["a".to_string(), "b".to_string()];
-        let manifest = Manifest { standfast: "0".into(), config_hash: "0123456789abcdef".into(), sets, campaign };
+        let (standfast, config_hash, robot_sha256) = ("0".into(), "0123456789abcdef".into(), String::new());
+        let manifest = Manifest { standfast, config_hash, robot_sha256, sets, campaign };
         let impulse = |i: usize| 1.0 + i as f64 / outcomes.len() as f64;
         let trial = |(i, of): (usize, &[Outcome; 2])| {
             [row(i as u64, "a", impulse(i), of[0]), row(i as u64, "b", impulse(i), of[1])]
@@ -337,9 +338,9 @@ pub(crate) mod tests {
     #[test]
     fn a_set_counts_its_own_rows() {
         let outcomes = [Outcome::Recovered, Outcome::Fell, Outcome::TimedOut, Outcome::Recovered];
-        let mut rows: Vec<Row> = (0..4).map(|i| row(i, "a", i as f64, outcomes[i as usize])).collect();
-        rows.push(row(0, "b", 0.0, Outcome::Diverged));
-        let set = SetSummary::new("a", &rows, &[0.0, 2.0, 4.0, 6.0], &[], true);
+        let trial = |i: u64| [row(i, "a", i as f64, outcomes[i as usize]), row(i, "b", i as f64, Outcome::Diverged)];
+        let rows: Vec<Row> = (0..4).flat_map(trial).collect();
+        let set = SetSummary::new(0, &["a", "b"].map(String::from), &rows, &[0.0, 2.0, 4.0, 6.0], &[], true);
         assert_eq!((set.count.trials, set.count.recovered, set.fell, set.timed_out, set.diverged), (4, 2, 1, 1, 0));
         assert_eq!(set.count.success_rate, 0.5);
         assert_eq!(set.by_impulse.len(), 2);

@@ -1,5 +1,6 @@
 //! What a campaign cannot support: a comparison is only as good as its design.
 
+use crate::campaign::paired::Pair;
 use crate::campaign::sequential::Verdict;
 use crate::campaign::summary::Summary;
 use crate::campaign::{Campaign, trial};
@@ -8,6 +9,8 @@ use crate::campaign::{Campaign, trial};
 const FEW_TRIALS: u64 = 100;
 /// With fewer trials than this that tell two sets apart, an exact test at 5 % can hardly find a difference.
 const FEW_DISCORDANT: u64 = 6;
+/// How many pairs are named.
+const NAMED: usize = 3;
 /// A rate beyond this leaves little to compare.
 const NEARLY: f64 = 0.98;
 
@@ -41,17 +44,24 @@ pub fn of(summary: &Summary, campaign: &Campaign) -> Vec<String> {
     } else if summary.sets.len() > 1 && rates().all(|rate| rate < 1.0 - NEARLY) {
         found.push("hardly any push is survived with any set: they are too hard to tell sets apart".into());
     }
-    for pair in summary.pairs.iter().filter(|pair| pair.verdict == Verdict::Open) {
+    let is_thin = |pair: &&Pair| {
         let discordant = pair.counts.only_a + pair.counts.only_b;
-        if discordant < FEW_DISCORDANT && summary.trials >= FEW_TRIALS {
-            let (a, b) = (&pair.a, &pair.b);
-            found.push(format!("only {discordant} pushes tell {a} and {b} apart: too few to say which is better"));
-        }
+        pair.verdict == Verdict::Open && discordant < FEW_DISCORDANT && summary.trials >= FEW_TRIALS
+    };
+    let thin: Vec<String> =
+        summary.pairs.iter().filter(is_thin).map(|pair| format!("{} and {}", pair.a, pair.b)).collect();
+    if !thin.is_empty() {
+        let more = if thin.len() > NAMED { format!(", and {} pairs more", thin.len() - NAMED) } else { String::new() };
+        let named = thin[..thin.len().min(NAMED)].join(", ");
+        found.push(format!(
+            "fewer than {FEW_DISCORDANT} pushes tell these apart, too few to say which is better: {named}{more}"
+        ));
     }
     if summary.stopping.until_resolved {
         found.push(
-            "the campaign ended when decided: p-values, rates and strata are as for a fixed count of trials and lean \
-             towards what it stopped for; intervals of differences and verdicts hold at every look"
+            "the campaign could end when decided: intervals of differences, verdicts and gates hold at every look; all \
+             else (rates, p-values, curves, strata, times) is as for a fixed count of trials, and leans towards what it \
+             ended for"
                 .into(),
         );
     }
@@ -80,7 +90,7 @@ mod tests {
             ("too hard", 100, [Fell, Fell], &[]),
             ("too few to say", 100, [Recovered, Recovered], &[]),
             ("same push on the same robot", 100, [Recovered, Fell], &["push.impulse_n_s=2", "push.heading_deg=0"]),
-            ("ended when decided", 100, [Recovered, Fell], &["stopping.until_resolved=true"]),
+            ("could end when decided", 100, [Recovered, Fell], &["stopping.until_resolved=true"]),
             ("diverged numerically", 100, [Recovered, Diverged], &[]),
         ] {
             assert_eq!(found(word, n, outcomes, set), 1, "{word}");

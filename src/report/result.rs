@@ -24,3 +24,10 @@ pub fn written(folder: &Path, others: &[&str]) -> String {
     let files = [&FILES[..], others].concat().join(", ");
     wrapped("written: ", &format!("{}: {files}", folder.display())).trim_end().into()
 }
+
+/// Whether a comparison may be written to a folder: it is new, empty, or holds an earlier comparison.
+pub fn may_be_written_to(folder: &Path) -> bool {
+    let Ok(mut entries) = std::fs::read_dir(folder) else { return !folder.exists() };
+    let is_comparison = || folder.join("summary.json").is_file() && !folder.join("parts").exists();
+    entries.next().is_none() || is_comparison()
+}
