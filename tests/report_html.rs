@@ -85,8 +85,14 @@ fn every_kind_of_result_shows_on_every_screen_and_asks_for_nothing() {
     let dir = folder();
     let machine = dir.path().display().to_string();
     let (light, dark, phone) = ((1200, 900, "light"), (1200, 900, "dark"), (390, 800, "light"));
+    let gated = gated(dir.path());
+    let mut tab = browser.tab(1200, 900, "light");
+    tab.call("Emulation.setScriptExecutionDisabled", json!({ "value": true }));
+    tab.open(&gated);
+    let png = tab.screenshot();
+    assert_shows_something(&mut browser, &png, "without JavaScript");
     for (file, screens) in [
-        (gated(dir.path()), &[light, dark, phone][..]),
+        (gated, &[light, dark, phone][..]),
         (sequential(dir.path()), &[light, phone]),
         (compared(dir.path()), &[light, phone]),
     ] {
@@ -105,18 +111,6 @@ fn every_kind_of_result_shows_on_every_screen_and_asks_for_nothing() {
             assert_shows_something(&mut browser, &png, &format!("{}, {width} px, {scheme}", file.display()));
         }
     }
-}
-
-#[test]
-fn the_page_shows_without_javascript() {
-    let Some(mut browser) = Browser::start() else { return };
-    let dir = folder();
-    let file = gated(dir.path());
-    let mut tab = browser.tab(1200, 900, "light");
-    tab.call("Emulation.setScriptExecutionDisabled", json!({ "value": true }));
-    tab.open(&file);
-    let png = tab.screenshot();
-    assert_shows_something(&mut browser, &png, "without JavaScript");
 }
 
 #[test]

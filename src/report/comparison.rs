@@ -98,7 +98,8 @@ pub(super) fn shifts(summary: &Summary) -> String {
         table.add_row([pair.a.clone(), pair.b.clone(), settling, interval, p, footsteps, p_footsteps]);
     }
     let notes = "a less b, over the pushes that both survive: median of the differences of settling times \
-                 (Hodges-Lehmann) with its 95 % interval, mean of those of footsteps; p: Wilcoxon's signed-rank test, not adjusted";
+                 (Hodges-Lehmann) with its 95 % interval, mean of those of footsteps; p: Wilcoxon's signed-rank \
+                 test, not adjusted";
     format!("\n{}\n{}", whole_names(align(table)), wrapped(" ", notes))
 }
 

@@ -20,7 +20,10 @@ pub(super) fn draw(summary: &Value) -> Option<String> {
     let bins = || sets.iter().flat_map(|set| list(&set["by_impulse"]));
     let edge = |key: &'static str| bins().filter_map(move |bin| bin[key].as_f64());
     let (from, to) = (edge("from_n_s").reduce(f64::min)?, edge("to_n_s").reduce(f64::max)?);
-    let area = Area { from, to };
+    // A fitted curve runs over the range of the impulses, which the outer bins may exceed.
+    let fitted_at = || sets.iter().flat_map(fitted).map(|(x, ..)| x);
+    let pushes = [fitted_at().reduce(f64::min).unwrap_or(from), fitted_at().reduce(f64::max).unwrap_or(to)];
+    let area = Area { from, to, pushes };
     let mut svg = format!(
         "<svg class=\"curve\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"Success rate over impulse\">"
     );
@@ -38,6 +41,8 @@ pub(super) fn draw(summary: &Value) -> Option<String> {
 struct Area {
     from: f64,
     to: f64,
+    /// Least and greatest impulse, as far as they are known.
+    pushes: [f64; 2],
 }
 
 impl Area {
@@ -76,7 +81,8 @@ impl Area {
     }
 
     fn set(&self, svg: &mut String, set: &Value, as_band: bool) {
-        let bins: Vec<(f64, f64, [f64; 2], String)> = list(&set["by_impulse"]).iter().filter_map(bin).collect();
+        let bins: Vec<(f64, f64, [f64; 2], String)> =
+            list(&set["by_impulse"]).iter().filter_map(|of| bin(of, self.pushes)).collect();
         if bins.is_empty() {
             return;
         }
@@ -131,8 +137,8 @@ impl Area {
     }
 }
 
-/// Middle (N s), rate and interval of a bin, and what it says.
-fn bin(bin: &Value) -> Option<(f64, f64, [f64; 2], String)> {
+/// Middle (N s) of the part of a bin that has pushes, rate and interval, and what it says.
+fn bin(bin: &Value, [least, most]: [f64; 2]) -> Option<(f64, f64, [f64; 2], String)> {
     let (from, to) = (bin["from_n_s"].as_f64()?, bin["to_n_s"].as_f64()?);
     let (rate, ci) = (bin["success_rate"].as_f64()?, [bin["ci95"][0].as_f64()?, bin["ci95"][1].as_f64()?]);
     let words = format!(
@@ -145,7 +151,7 @@ fn bin(bin: &Value) -> Option<(f64, f64, [f64; 2], String)> {
         100.0 * ci[0],
         100.0 * ci[1]
     );
-    Some(((from + to) / 2.0, rate, ci, words))
+    Some(((from.max(least) + to.min(most)) / 2.0, rate, ci, words))
 }
 
 /// Points of the fitted curve: impulse (N s), chance and its interval.
@@ -154,4 +160,17 @@ fn fitted(set: &Value) -> Vec<(f64, f64, [f64; 2])> {
     let point =
         |p: &Value| Some((number(&p["x"])?, number(&p["chance"])?, [number(&p["ci95"][0])?, number(&p["ci95"][1])?]));
     list(&set["curve"]["points"]).iter().filter_map(point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn a_rate_stands_where_its_pushes_are() {
+        let of = json!({ "from_n_s": 5.0, "to_n_s": 6.0, "success_rate": 0.5, "ci95": [0.4, 0.6] });
+        assert_eq!(bin(&of, [0.5, 5.5]).unwrap().0, 5.25);
+        assert_eq!(bin(&of, [0.5, 7.0]).unwrap().0, 5.5);
+    }
 }

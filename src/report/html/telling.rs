@@ -47,8 +47,8 @@ impl Named {
         Some(json!({ "trial": number, "link": link, "command": command }))
     }
 
-    /// The trials that only one of a pair of sets recovered from: first those of the first set, each to be replayed with
-    /// the set that lost it; and an example of what a better set survived.
+    /// The trials that only one of a pair of sets recovered from: first those of the first set, each to be replayed
+    /// with the set that lost it; and an example of what a better set survived.
     pub fn of_pair(&self, pair: &Value, (a, b): (usize, usize)) -> Value {
         let points = |key: &str, sets: [usize; 2]| -> Vec<Value> {
             list(&pair[key]).iter().filter_map(|trial| self.point(trial, &sets)).collect()
