@@ -186,7 +186,7 @@ mod tests {
         }
     }
 
-    /// Looked at until all three pairs are decided, few runs claim anything that is not so; the exact test at the same
+    /// Looked at until all three pairs are decided, few runs ever claim anything that is not so; the exact test at the same
     /// looks claims it in many.
     #[test]
     fn a_run_that_ends_when_decided_is_seldom_wrong_in_any_pair() {
@@ -199,7 +199,7 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         let (mut wrong, mut wrong_by_peeking, mut unfinished) = (0, 0, 0);
         for _ in 0..RUNS {
-            let (mut rows, mut look, mut peeked) = (Vec::new(), 0, false);
+            let (mut rows, mut look, mut erred, mut peeked) = (Vec::new(), 0, false, false);
             let pairs = |rows: &[Row], sequential| {
                 let deciding = Deciding { sequential, margin: 0.02, end_early: true };
                 Pair::all(rows, &names, &every_pair(3), &[], deciding)
@@ -213,9 +213,10 @@ mod tests {
                 let next = next_look(look, MOST);
                 run(&mut rows, next - look, &loses, &mut rng);
                 look = next;
+                erred |= errs(pairs(&rows, true));
                 peeked |= errs(pairs(&rows, false));
             }
-            wrong += u32::from(errs(pairs(&rows, true)));
+            wrong += u32::from(erred);
             wrong_by_peeking += u32::from(peeked);
             unfinished += u32::from(look == MOST);
         }
