@@ -1,47 +1,53 @@
-//! The page of a campaign as a reader meets it: in a browser, from a file, with nothing else to load.
+//! The pages of real results as a reader meets them: in a browser, from a file, with nothing else to load.
 
 mod common;
 
 use common::browser::{Browser, Page};
-use common::program::{SHORT, folder, standfast};
+use common::program::{TWO_PARTS, folder, short, standfast, stdout};
 use serde_json::{Value, json};
-use standfast::campaign::Folder;
-use standfast::report::html;
 use std::{fs, path::Path, path::PathBuf};
 
-/// A name that a page must not take for its own words.
-const TITLE: &str = "<img src=x onerror=alert(1)> & \"friends\"";
+const AROUND: &str = "--set=push.heading_deg={uniform=[-180, 180]}";
 
-/// A small campaign's page in a folder: real trials, and judgements of every kind.
-fn page(folder: &Path) -> (PathBuf, Value) {
-    let more = ["--gains=switching", "--gains=catch", "--trials=12", "--set=push.heading_deg={uniform=[-180, 180]}"];
-    standfast(folder, &[&SHORT[..], &more].concat()).success();
-    let out = folder.join("out");
-    let rows = Folder::existing(&out).unwrap().rows().unwrap();
-    let mut summary: Value = serde_json::from_slice(&fs::read(out.join("summary.json")).unwrap()).unwrap();
-    let pair = |a: &str, b: &str, verdict: &str| {
-        json!({ "a": a, "b": b, "both": 7, "only_a": 3, "only_b": 1, "neither": 1, "difference": 0.17,
-            "ci95": [-0.2, 0.5], "mcnemar_p": 0.6, "holm_p": 1.0, "verdict": verdict, "words": format!("{a}, {b}: {TITLE}"),
-            "strata": [{ "by": "heading_sector", "label": "left", "trials": 5, "difference": 0.2, "ci95": [-0.1, 0.5] }],
-            "settling_s": { "pairs": 7, "nonzero": 6, "p": 0.3, "median": 0.1, "ci95": [-0.1, 0.3] } })
-    };
-    summary["name"] = TITLE.into();
-    summary["pairs"] = json!([
-        pair("hold", "switching", "not_resolved"),
-        pair("hold", "catch", "a_better"),
-        pair("switching", "catch", "same"),
-        pair("catch", "hold", "b_better")
-    ]);
-    summary["gates"] = json!([{ "name": "catch >= 0.80", "status": "failed", "observed": 0.5, "interval": [0.2, 0.8],
-        "required": 0.8, "confidence": 0.95, "set": "catch", "lost_trial": 3 }, { "name": TITLE, "status": "passed" }]);
-    summary["warnings"] = json!([TITLE]);
-    let text = html::page(&summary, &rows).unwrap();
-    assert_eq!(text, html::page(&summary, &rows).unwrap());
-    let machine = folder.display().to_string();
-    assert!(!text.contains(&machine), "the page names {machine}");
-    let file = folder.join("report.html");
-    fs::write(&file, text).unwrap();
-    (file, summary)
+/// Runs a small campaign of these gain sets and further arguments into a folder; the page.
+fn campaign(folder: &Path, out: &str, gains: &[&str], more: &[&str], code: i32) -> PathBuf {
+    let gains: Vec<String> = gains.iter().map(|set| format!("--gains={set}")).collect();
+    let out_option = format!("--out={out}");
+    let own = |arg: &&str| !["--out=out", "--gains=hold"].contains(arg);
+    let mut args: Vec<&str> = short(&[AROUND]).into_iter().filter(own).collect();
+    args.extend(gains.iter().map(String::as_str).chain(more.iter().copied()).chain([out_option.as_str()]));
+    standfast(folder, &args).code(code);
+    folder.join(out).join("report.html")
+}
+
+/// Of two sets, with gates of each kind of answer.
+fn gated(folder: &Path) -> PathBuf {
+    let gates = [
+        "--gate=hold >= 0",
+        "--gate=hold >= 1",
+        "--gate=switching >= hold - 0.9",
+        "--gate=switching >= hold",
+        "--set=gates.unresolved=fail",
+    ];
+    campaign(folder, "gated", &["hold", "switching"], &[&[TWO_PARTS], &gates[..]].concat(), 100)
+}
+
+/// Of three sets: three pairs.
+fn three(folder: &Path) -> PathBuf {
+    campaign(folder, "three", &["hold", "switching", "fixed"], &[TWO_PARTS], 0)
+}
+
+/// Of a campaign that ends when decided.
+fn sequential(folder: &Path) -> PathBuf {
+    campaign(folder, "sequential", &["hold", "fixed"], &["--until-resolved", "--max-trials=50"], 0)
+}
+
+/// Of two results.
+fn compared(folder: &Path) -> PathBuf {
+    campaign(folder, "a", &["hold", "switching"], &[TWO_PARTS], 0);
+    campaign(folder, "b", &["fixed"], &[TWO_PARTS], 0);
+    standfast(folder, &["compare", "a", "b", "--out=compared"]).success();
+    folder.join("compared/report.html")
 }
 
 /// Of the screenshot: neither blank nor of one colour, whatever the size and the scheme.
@@ -56,21 +62,37 @@ fn assert_no_problems(page: &mut Page, file: &Path) {
     assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
 
+/// Texts of all elements that a selector finds, in one line each.
+fn texts(page: &mut Page, selector: &str) -> Vec<String> {
+    let script = format!("[...document.querySelectorAll('{selector}')].map((e) => e.innerText.replace(/\\s+/g, ' '))");
+    serde_json::from_value(page.evaluate(&script)).unwrap()
+}
+
+/// Links that lead nowhere in the page.
+const DEAD_LINKS: &str = "[...document.querySelectorAll('a')].map((a) => a.getAttribute('href'))
+    .filter((link) => !link.startsWith('#') || !document.getElementById(link.slice(1)))";
+
 #[test]
-fn the_page_shows_on_every_screen_and_asks_for_nothing() {
+fn every_kind_of_result_shows_on_every_screen_and_asks_for_nothing() {
     let Some(mut browser) = Browser::start() else { return };
     let dir = folder();
-    let (file, _) = page(dir.path());
-    for (width, height, scheme) in [(1200, 900, "light"), (1200, 900, "dark"), (390, 800, "light")] {
-        let mut tab = browser.tab(width, height, scheme);
-        tab.open(&file);
-        let wide = tab.evaluate("document.documentElement.scrollWidth").as_u64().unwrap();
-        assert!(wide <= width.into(), "{wide} px on a screen of {width} px");
-        let dark = tab.evaluate("getComputedStyle(document.body).backgroundColor") != "rgb(255, 255, 255)";
-        assert_eq!(dark, scheme == "dark");
-        assert_no_problems(&mut tab, &file);
-        let png = tab.screenshot();
-        assert_shows_something(&mut browser, &png, &format!("{width} px, {scheme}"));
+    let machine = dir.path().display().to_string();
+    let screens = [(1200, 900, "light"), (1200, 900, "dark"), (390, 800, "light")];
+    for file in [gated(dir.path()), sequential(dir.path()), compared(dir.path())] {
+        let text = fs::read_to_string(&file).unwrap();
+        assert!(!text.contains(&machine), "the page names {machine}");
+        for (width, height, scheme) in screens {
+            let mut tab = browser.tab(width, height, scheme);
+            tab.open(&file);
+            let wide = tab.evaluate("document.documentElement.scrollWidth").as_u64().unwrap();
+            assert!(wide <= width.into(), "{wide} px on a screen of {width} px");
+            let dark = tab.evaluate("getComputedStyle(document.body).backgroundColor") != "rgb(255, 255, 255)";
+            assert_eq!(dark, scheme == "dark");
+            assert_eq!(tab.evaluate(DEAD_LINKS), json!([]));
+            assert_no_problems(&mut tab, &file);
+            let png = tab.screenshot();
+            assert_shows_something(&mut browser, &png, &format!("{}, {width} px, {scheme}", file.display()));
+        }
     }
 }
 
@@ -78,7 +100,7 @@ fn the_page_shows_on_every_screen_and_asks_for_nothing() {
 fn the_page_shows_without_javascript() {
     let Some(mut browser) = Browser::start() else { return };
     let dir = folder();
-    let (file, _) = page(dir.path());
+    let file = gated(dir.path());
     let mut tab = browser.tab(1200, 900, "light");
     tab.call("Emulation.setScriptExecutionDisabled", json!({ "value": true }));
     tab.open(&file);
@@ -87,13 +109,49 @@ fn the_page_shows_without_javascript() {
 }
 
 #[test]
+fn gates_are_told_in_their_unit_and_lead_to_a_lost_trial() {
+    let Some(mut browser) = Browser::start() else { return };
+    let dir = folder();
+    let file = gated(dir.path());
+    let mut tab = browser.tab(1200, 900, "light");
+    tab.open(&file);
+    let gates = texts(&mut tab, ".gates li");
+    for (gate, parts) in gates.iter().zip([
+        &["passed hold >= 0 ", " % seen, between ", "; 0.0 % asked"][..],
+        &["failed hold >= 1 ", " at 95 % confidence; 100.0 % asked", "a lost trial, "],
+        &["passed switching >= hold - 0.9 ", " points seen, between ", "; \u{2212}90.0 asked"],
+        &["unresolved switching >= hold ", "; 0.0 asked", "here that counts as failed"],
+    ]) {
+        let gate = gate.replace('\u{a0}', " ");
+        parts.iter().for_each(|part| assert!(gate.contains(part), "{part:?} is not in {gate:?}"));
+    }
+    // The link leads to the row that tells why; its number leads to the maps, and stays marked there.
+    tab.evaluate("document.querySelector('.gates li:nth-child(2) a').click()");
+    let row = texts(&mut tab, ".telling tr:target");
+    assert!(row.len() == 1 && row[0].starts_with("hold "), "{row:?}");
+    tab.evaluate("document.querySelector('.telling tr:target [data-trial]').click()");
+    tab.evaluate("document.body.dispatchEvent(new PointerEvent('pointermove', { bubbles: true }))");
+    assert_eq!(tab.evaluate("location.hash"), "#maps");
+    assert_eq!(texts(&mut tab, ".here").len(), texts(&mut tab, ".map").len());
+    assert_eq!(texts(&mut tab, ".map").len(), 3);
+    tab.evaluate("document.body.click()");
+    assert_eq!(texts(&mut tab, ".here").len(), 0);
+    // The command brings the same fall.
+    let command = texts(&mut tab, ".gates .command").remove(0);
+    let words: Vec<&str> = command.strip_prefix("standfast push ").unwrap().split(' ').collect();
+    let push = standfast(file.parent().unwrap(), &[&["push", "--json"], &words[..]].concat()).success();
+    let replayed: Value = serde_json::from_str(&stdout(&push)).unwrap();
+    assert_ne!(replayed["outcome"], "Recovered", "{replayed}");
+    assert_no_problems(&mut tab, &file);
+}
+
+#[test]
 fn a_click_on_a_trial_copies_the_command_that_replays_it_and_a_pair_can_be_chosen() {
     let Some(mut browser) = Browser::start() else { return };
     let dir = folder();
-    let (file, summary) = page(dir.path());
+    let file = three(dir.path());
     let mut tab = browser.tab(1200, 900, "light");
     tab.open(&file);
-    assert_eq!(tab.evaluate("document.querySelector('.kicker b').textContent"), TITLE);
 
     // The third trial on the map of the second set, placed by the page's own promise: up is forward, left is left.
     let at = tab.evaluate(
@@ -112,20 +170,26 @@ fn a_click_on_a_trial_copies_the_command_that_replays_it_and_a_pair_can_be_chose
     tab.click(at[0].as_f64().unwrap(), at[1].as_f64().unwrap());
     let told = "new Promise((done) => setTimeout(() => done(document.getElementById('toast').textContent), 300))";
     let toast = tab.evaluate(told).as_str().unwrap().to_string();
-    let second = summary["sets"][1]["name"].as_str().unwrap();
-    let command = format!("standfast push --trial 2 --campaign campaign.toml --gains {second}");
-    assert!(toast.ends_with(&command), "{toast:?} is not {command:?}");
-    let tip = tab.evaluate("document.getElementById('tip').hidden ? '' : document.getElementById('tip').textContent");
-    assert!(tip.as_str().unwrap().starts_with("trial 2: "), "{tip}");
-    assert_eq!(
-        tab.evaluate("document.querySelectorAll('.here').length"),
-        tab.evaluate("document.querySelectorAll('.map').length")
+    let command = "standfast push --campaign campaign.toml --trial 2 --gains switching";
+    assert!(toast.ends_with(command), "{toast:?} is not {command:?}");
+    let tip = texts(&mut tab, "#tip:not([hidden])");
+    assert!(tip.len() == 1 && tip[0].starts_with("trial 2: "), "{tip:?}");
+    assert_eq!(texts(&mut tab, ".here").len(), texts(&mut tab, ".map").len());
+
+    // A trial that tells two sets apart, where it is not told of elsewhere.
+    let apart = tab.evaluate(
+        "(() => {
+            const code = document.querySelector('.apart .command');
+            code.click();
+            return [code.textContent, document.getElementById('toast').textContent];
+        })()",
     );
+    let (number, toast) = (apart[0].as_str().unwrap(), apart[1].as_str().unwrap());
+    assert!(toast.contains(&format!("--campaign campaign.toml --trial {number} --gains ")), "{toast}");
 
     let shown =
         "[...document.querySelectorAll('#maps [data-pair]')].filter((p) => !p.hidden).map((p) => p.dataset.pair)";
-    assert_eq!(tab.evaluate(shown), json!(["0"]));
-    for (choice, expected) in [("2", json!(["2"])), ("all", json!(["0", "1", "2", "3"]))] {
+    for (choice, expected) in [("2", json!(["2"])), ("all", json!(["0", "1", "2"]))] {
         let choose = format!(
             "(() => {{ const c = document.querySelector('.choose-pair'); c.value = '{choice}';
                 c.dispatchEvent(new Event('change')); }})()"

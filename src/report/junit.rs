@@ -1,5 +1,5 @@
-//! `junit.xml`: gates as test cases, for the test view of a CI service. Never a case per trial: a lost push is no failed
-//! test.
+//! `junit.xml`: gates as test cases, for the test view of a CI service. Never a case per trial: a lost push is no
+//! failed test.
 
 use crate::campaign::Summary;
 use crate::campaign::gate::Status;

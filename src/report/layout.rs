@@ -84,6 +84,12 @@ pub(super) fn whole_names(mut table: Table) -> Table {
     table
 }
 
+/// A number with its sign; zero has none, however it was rounded.
+pub(super) fn signed(x: f64, digits: usize) -> String {
+    let text = format!("{x:+.digits$}");
+    if text[1..].chars().all(|c| matches!(c, '0' | '.')) { text[1..].into() } else { text }
+}
+
 pub(super) fn percent(rate: f64) -> String {
     format!("{:.1} %", 100.0 * rate)
 }
@@ -98,5 +104,10 @@ mod tests {
         assert_eq!(shell_word("mine zmp_margin_m=0.1"), "'mine zmp_margin_m=0.1'");
         assert_eq!(shell_word("x=[1,2]"), "'x=[1,2]'");
         assert_eq!(shell_word("it's"), r"'it'\''s'");
+    }
+
+    #[test]
+    fn zero_has_no_sign() {
+        assert_eq!([12.34, -3.0, -0.04, 0.0].map(|x| signed(x, 1)), ["+12.3", "-3.0", "0.0", "0.0"]);
     }
 }

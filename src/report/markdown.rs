@@ -2,10 +2,8 @@
 
 use crate::campaign::Summary;
 use crate::campaign::gate::Status;
-use crate::campaign::gates::GateResult;
-use crate::campaign::paired::Pair;
-use crate::report::comparison::{gate_words, p_cell, status};
-use crate::report::layout::{percent, seconds};
+use crate::report::comparison::{about_p, baseline, gate_words, in_unit, p_cell, status, unit};
+use crate::report::layout::{percent, seconds, signed};
 use crate::report::replay_command;
 use std::fmt::Write;
 use std::path::Path;
@@ -16,9 +14,10 @@ const MOST_ROWS: usize = 100;
 /// Verdicts and gates first, then the numbers behind them. Commands are to be run in the result folder.
 pub fn text(summary: &Summary) -> String {
     let mut text = format!("## standfast: {}\n\n", escaped(&summary.name));
-    for warning in &summary.warnings {
+    for warning in summary.warnings.iter().take(MOST_ROWS) {
         let _ = writeln!(text, "> **Note** {}\n", escaped(warning));
     }
+    text += &left_out(summary.warnings.len(), "notes");
     for pair in summary.pairs.iter().take(MOST_ROWS) {
         let _ = writeln!(text, "- {}", escaped(&pair.words));
     }
@@ -37,7 +36,8 @@ pub fn text(summary: &Summary) -> String {
             seconds(set.times.median_settling_s),
         );
     }
-    text += &pairs(&summary.pairs);
+    text += &left_out(summary.sets.len(), "gain sets");
+    text += &pairs(summary);
     let push = &summary.push;
     let _ = writeln!(
         text,
@@ -60,23 +60,25 @@ fn gates(summary: &Summary) -> String {
         return String::new();
     }
     let mut text = String::from("\n| gate | | seen | interval | trials |\n|---|---|--:|--:|--:|\n");
-    for GateResult { judged, .. } in summary.gates.iter().take(MOST_ROWS) {
-        let [least, most] = judged.interval.map(|share| 100.0 * share);
+    for gate in summary.gates.iter().take(MOST_ROWS) {
+        let (judged, unit) = (&gate.judged, unit(gate));
+        let [least, most] = judged.interval.map(|share| in_unit(gate, share));
         let _ = writeln!(
             text,
-            "| `{}` | **{}** | {:.1} % | {least:.1} to {most:.1} % | {} |",
-            judged.name.replace('|', "\\|"),
+            "| {} | **{}** | {} {unit} | {least} to {most} {unit} | {} |",
+            code(&judged.name),
             status(judged.status),
-            100.0 * judged.observed,
+            in_unit(gate, judged.observed),
             judged.trials
         );
+    }
+    text += &left_out(summary.gates.len(), "gates");
+    if let Some(baseline) = baseline(summary) {
+        let _ = writeln!(text, "\n{}", escaped(&baseline));
     }
     let told = summary.gates.iter().filter(|gate| gate.judged.status != Status::Passed);
     for gate in told.take(MOST_ROWS) {
         let _ = writeln!(text, "\n{}", escaped(&gate_words(gate)));
-        if let Some(more) = gate.judged.more_trials {
-            let _ = writeln!(text, "About {more} more trials would resolve it.");
-        }
         if let Some(trial) = gate.lost_trial {
             let command = replay_command(summary, &gate.set, trial, Path::new(""));
             let _ = writeln!(text, "A trial that it lost, again:\n\n```sh\n{command}\n```");
@@ -85,7 +87,8 @@ fn gates(summary: &Summary) -> String {
     text
 }
 
-fn pairs(pairs: &[Pair]) -> String {
+fn pairs(summary: &Summary) -> String {
+    let pairs = &summary.pairs;
     if pairs.is_empty() {
         return String::new();
     }
@@ -94,25 +97,42 @@ fn pairs(pairs: &[Pair]) -> String {
          |---|---|--:|--:|--:|--:|--:|--:|--:|\n",
     );
     for pair in pairs.iter().take(MOST_ROWS) {
-        let [least, most] = pair.ci95.map(|share| 100.0 * share);
+        let [least, most] = pair.ci95.map(|share| signed(100.0 * share, 1));
         let counts = pair.counts;
         let _ = writeln!(
             text,
-            "| {} | {} | {} | {} | {} | {} | {:+.1} | {least:.1} to {most:.1} | {} |",
+            "| {} | {} | {} | {} | {} | {} | {} | {least} to {most} | {} |",
             escaped(&pair.a),
             escaped(&pair.b),
             counts.both,
             counts.only_a,
             counts.only_b,
             counts.neither,
-            100.0 * pair.difference,
+            signed(100.0 * pair.difference, 1),
             p_cell(pair.holm_p),
         );
     }
-    if pairs.len() > MOST_ROWS {
-        let _ = writeln!(text, "\n{} pairs more are in `summary.json`.", pairs.len() - MOST_ROWS);
-    }
+    text += &left_out(pairs.len(), "pairs");
+    let _ = writeln!(text, "\n{}.", escaped(&about_p(summary)));
     text
+}
+
+/// What to say where there are more rows than are written.
+fn left_out(count: usize, what: &str) -> String {
+    match count.saturating_sub(MOST_ROWS) {
+        0 => String::new(),
+        more => format!("\n{more} {what} more are in `summary.json`.\n"),
+    }
+}
+
+/// As code in a cell of a table, whatever is in it.
+fn code(text: &str) -> String {
+    let text = text.replace('|', "\\|").replace(['\n', '\r'], " ");
+    // A fence is longer than every run of backticks inside, and a space keeps it from those at an end.
+    let runs = text.split(|c| c != '`').map(str::len);
+    let fence = "`".repeat(runs.max().unwrap_or(0) + 1);
+    let space = if text.starts_with('`') || text.ends_with('`') { " " } else { "" };
+    format!("{fence}{space}{text}{space}{fence}")
 }
 
 /// Without what Markdown or HTML would read as its own.
@@ -146,6 +166,29 @@ mod tests {
         assert!(place("- a is better than b by 50.0 points") < place("| `b >= 0.8` | **FAILED** |"));
         assert!(place("--trial 50 --gains b") < place("| a | b | 50 | 50 | 0 | 0 | +50.0 |"));
         assert!(text.starts_with("## standfast: &lt;b&gt;\\|x\\|\\`\\_"), "{text}");
+        assert!(text.contains("\np: exact McNemar test.\n"), "{text}");
+    }
+
+    #[test]
+    fn p_is_told_for_what_it_is() {
+        let text = |set: &[&str]| {
+            let mut summary = summary(&[[Recovered, Fell]; 9], set, &[]);
+            summary.pairs = vec![summary.pairs[0].clone(); 3];
+            text(&summary)
+        };
+        let (fixed, sequential) = (text(&[]), text(&["stopping.until_resolved=true"]));
+        assert!(fixed.contains("count of pairs (Holm).\n") && !fixed.contains("when decided"), "{fixed}");
+        assert!(
+            sequential.contains("(Holm); it is for a count of trials fixed in advance, not for this"),
+            "{sequential}"
+        );
+    }
+
+    #[test]
+    fn code_is_code_whatever_is_in_it() {
+        for (name, expected) in [("a >= b", "`a >= b`"), ("a`|b", "``a`\\|b``"), ("``", "``` `` ```")] {
+            assert_eq!(code(name), expected);
+        }
     }
 
     #[test]
@@ -153,6 +196,10 @@ mod tests {
         let mut summary = summary(&[[Recovered, Fell]], &[], &["b >= 0.8"]);
         summary.pairs = vec![summary.pairs[0].clone(); 10_000];
         summary.sets = vec![summary.sets[0].clone(); 10_000];
-        assert!(text(&summary).len() < 100_000);
+        summary.gates = vec![summary.gates[0].clone(); 10_000];
+        summary.warnings = vec!["a design that does not support a claim".repeat(5); 10_000];
+        let text = text(&summary);
+        assert!(text.len() < 200_000, "{} bytes", text.len());
+        assert_eq!(text.matches("9900 ").count(), 4);
     }
 }

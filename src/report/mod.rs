@@ -53,12 +53,14 @@ pub fn json(value: &impl serde::Serialize) -> String {
 pub fn replay_command(summary: &Summary, set: &str, trial: u64, folder: &Path) -> String {
     let origin = summary.sets.iter().find(|found| found.name == set).map(|found| &found.origin);
     let (campaign, gains) = origin.map_or(("campaign.toml", set), |origin| (&origin.campaign, &origin.gains));
-    let campaign = folder.join(campaign).display().to_string();
-    format!(
-        "standfast push --campaign {} --trial {trial} --gains {}",
-        layout::shell_word(&campaign),
-        layout::shell_word(gains)
-    )
+    let [before, after] = replay_parts(&folder.join(campaign).display().to_string(), gains);
+    format!("{before}{trial}{after}")
+}
+
+/// What stands before and after the number of a trial in the command that replays it.
+fn replay_parts(campaign: &str, gains: &str) -> [String; 2] {
+    let [campaign, gains] = [campaign, gains].map(layout::shell_word);
+    [format!("standfast push --campaign {campaign} --trial "), format!(" --gains {gains}")]
 }
 
 /// A JSON object with the fields of `record` after its own.

@@ -186,7 +186,8 @@ fn description(robot: &Robot) -> String {
     ));
     line(match robot.reach {
         Some(reach) => format!(
-            "reach    a foot lands {} mm fore or aft, {} to {} mm sideways of the other, {} s after the wish (for the bounds of `limit`)",
+            "reach    a foot lands {} mm fore or aft, {} to {} mm sideways of the other, \
+             {} s after the wish (for the bounds of `limit`)",
             1e3 * reach.forward_m,
             1e3 * reach.inward_m,
             1e3 * reach.outward_m,

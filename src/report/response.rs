@@ -150,7 +150,8 @@ fn text(args: &ResponseArgs, family: &GainFamily, points: &[Point], bandwidth: B
     let [gain, phase] = [bandwidth.gain_rad_s, bandwidth.phase_rad_s].map(|w| w.unwrap_or(most));
     let side = |limit: f64| if pole < limit { "below" } else { "above" };
     line(format!(
-        "poles:     the fastest pole, {fastest} omega = {pole:.1} rad/s, is {} the -45 degrees bandwidth and {} the -3 dB one: {}",
+        "poles:     the fastest pole, {fastest} omega = {pole:.1} rad/s, is {} the -45 degrees bandwidth and \
+         {} the -3 dB one: {}",
         side(phase),
         side(gain),
         if pole < phase.min(gain) {

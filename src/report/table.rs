@@ -227,8 +227,8 @@ fn limits(summary: &Summary) -> Table {
 }
 
 const LIMITS_EXPLAINED: &str = "impulse at which 50 % and 90 % of the pushes are survived (95 % interval), by a fitted \
-                                logistic curve over all headings; m w d: mass, omega, way from the COM to the support's \
-                                edge, which a push of no duration may reach without a footstep";
+                                logistic curve over all headings; m w d: mass, omega, way from the COM to the \
+                                support's edge, which a push of no duration may reach without a footstep";
 
 /// The impulse (N s, or over m omega d) that half of the pushes at it are survived, or nine of ten, with its interval.
 pub(super) fn impulse_at(curve: &Curve, half: bool) -> String {
@@ -346,14 +346,34 @@ fn foretold(summary: &Summary) -> String {
 /// How to replay a trial in which two sets end differently, or else one that was lost.
 fn replay(summary: &Summary, folder: &Path) -> String {
     let differ = |pair: &Pair| {
-        let lost = |trials: &[u64], by: &str| Some((*trials.first()?, by.to_string()));
+        let lost = |trials: &[u64], by: &str| Some((*trials.first()?, by.to_string(), "that tells sets apart"));
         lost(&pair.first_only_a, &pair.b).or_else(|| lost(&pair.first_only_b, &pair.a))
     };
-    let of_set = |set: &SetSummary| Some((set.telling.first()?.trial, set.name.clone()));
-    let found = summary.pairs.iter().find_map(differ).or_else(|| summary.sets.iter().find_map(of_set));
-    let Some((trial, set)) = found else { return String::new() };
+    // A set's telling trials begin with those that it lost.
+    let lost = |set: &SetSummary| {
+        let first = set.telling.first().filter(|_| set.count.recovered < set.count.trials)?;
+        Some((first.trial, set.name.clone(), "that was lost"))
+    };
+    let found = summary.pairs.iter().find_map(differ).or_else(|| summary.sets.iter().find_map(lost));
+    let Some((trial, set, which)) = found else { return String::new() };
     format!(
-        "\nto replay a trial, e.g. one that tells sets apart (others: report.html):\n {}\n",
+        "\nto replay a trial, e.g. one {which} (others: report.html):\n {}\n",
         replay_command(summary, &set, trial, folder)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::summary::tests::summary;
+    use crate::episode::Outcome::{Fell, Recovered};
+
+    #[test]
+    fn a_trial_to_replay_is_called_what_it_is() {
+        let text = |outcomes| replay(&summary(&[outcomes; 3], &[], &[]), Path::new("out"));
+        assert!(text([Recovered, Fell]).contains("e.g. one that tells sets apart (others"));
+        assert!(text([Recovered, Fell]).ends_with("--campaign out/campaign.toml --trial 0 --gains b\n"));
+        assert!(text([Fell, Fell]).contains("e.g. one that was lost (others"));
+        assert_eq!(text([Recovered, Recovered]), "");
+    }
 }

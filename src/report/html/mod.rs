@@ -1,18 +1,19 @@
 //! `report.html`: a campaign as one page that people look at.
 //!
 //! One file that asks for nothing else: pictures are SVG and drawn here, so that they show without JavaScript; a little
-//! of it adds tooltips, replay commands to copy, and the choice of a pair. What it shows is `summary.json` and the rows,
-//! nothing of machine, path or clock: the same bytes everywhere. What the summary lacks, the page leaves out.
+//! of it adds tooltips, replay commands to copy, and the choice of a pair. What it shows is `summary.json` and the
+//! rows, nothing of machine, path or clock: the same bytes everywhere. What the summary lacks, the page leaves out.
 
 mod curve;
 mod polar;
 mod svg;
+mod telling;
 mod trials;
 mod words;
 
 use crate::campaign::Row;
 use crate::error::{Error, Result};
-use crate::report::layout::shell_word;
+use crate::report::replay_parts;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::{Kwargs, Serde};
 use minijinja::{Environment, UndefinedBehavior, Value as Cell};
@@ -61,9 +62,10 @@ fn context(summary: &Value, rows: &[Row]) -> Value {
     let names: Vec<&str> = list(&summary["sets"]).iter().map(|set| set["name"].as_str().unwrap_or("?")).collect();
     let pairs = list(&summary["pairs"]);
     let index = |name: &Value| names.iter().position(|n| Some(*n) == name.as_str());
-    let commands: Vec<String> = list(&summary["sets"]).iter().map(replay_command).collect();
-    let gates = list(&summary["gates"]).iter();
-    let gate_commands: Vec<Option<&String>> = gates.map(|gate| Some(&commands[index(&gate["set"])?])).collect();
+    let sets = list(&summary["sets"]);
+    let named = telling::Named::new(sets, sets.iter().map(replay_command).collect());
+    let telling_ids = sets.iter().enumerate().map(|(i, set)| named.row_ids(i, list(&set["telling"])));
+    let lost = |gate: &Value| named.point(&gate["lost_trial"], &[index(&gate["set"])?]);
     let trials = trials::Trials::new(&names, rows);
     let maps = trials.as_ref().map(|trials| polar::Maps::new(summary, trials));
     let pair_views: Vec<Value> = pairs
@@ -72,7 +74,8 @@ fn context(summary: &Value, rows: &[Row]) -> Value {
         .map(|(i, pair)| {
             let (a, b) = (index(&pair["a"]), index(&pair["b"]));
             let map = maps.as_ref().filter(|_| i < MOST_PAIRS).zip(a.zip(b)).and_then(|(m, (a, b))| m.pair(a, b));
-            json!({ "index": i, "a": a.unwrap_or(0), "b": b.unwrap_or(0), "map": map })
+            let trials = a.zip(b).map(|sets| named.of_pair(pair, sets));
+            json!({ "index": i, "a": a.unwrap_or(0), "b": b.unwrap_or(0), "map": map, "trials": trials })
         })
         .collect();
     let shown = |pair: &&Value| pair["a"].is_string() && pair["b"].is_string();
@@ -82,9 +85,10 @@ fn context(summary: &Value, rows: &[Row]) -> Value {
         "script": SCRIPT,
         "palette": svg::palette(),
         "colors": svg::colors(),
-        "data": trials.as_ref().filter(|t| t.as_dots()).map(|t| t.as_json(&commands)),
-        "commands": commands,
-        "gate_commands": gate_commands,
+        "data": trials.as_ref().filter(|t| t.as_dots()).map(|t| t.as_json(named.commands())),
+        "commands": named.commands(),
+        "telling_ids": telling_ids.collect::<Vec<_>>(),
+        "lost": list(&summary["gates"]).iter().map(lost).collect::<Vec<_>>(),
         "maps": maps.as_ref().map(|maps| (0..names.len()).map(|set| maps.set(set)).collect::<Vec<_>>()),
         "rings": maps.as_ref().map_or(0, polar::Maps::rings),
         "pair_views": pair_views,
@@ -103,11 +107,11 @@ fn context(summary: &Value, rows: &[Row]) -> Value {
     })
 }
 
-/// What replays a trial of a set, run in the folder of the page, after `standfast push --trial N`.
-fn replay_command(set: &Value) -> String {
-    let from = |key: &str, or: &Value| shell_word(set["origin"][key].as_str().or(or.as_str()).unwrap_or_default());
-    let (campaign, gains) = (from("campaign", &json!("campaign.toml")), from("gains", &set["name"]));
-    format!("--campaign {campaign} --gains {gains}")
+/// What stands before and after a trial's number in the command that replays it with a set, in the folder of the page.
+fn replay_command(set: &Value) -> [String; 2] {
+    let origin = |key: &str| set["origin"][key].as_str();
+    let gains = origin("gains").or(set["name"].as_str()).unwrap_or_default();
+    replay_parts(origin("campaign").unwrap_or("campaign.toml"), gains)
 }
 
 /// Half the width of a scale about 0 that holds the intervals at `pointer`, rounded up to a multiple of `step`.

@@ -1,5 +1,5 @@
-//! Maps of trials by heading and impulse, seen from above: forward is up, left is to the left, the impulse grows from the
-//! middle outward.
+//! Maps of trials by heading and impulse, seen from above: forward is up, left is to the left, the impulse grows from
+//! the middle outward.
 
 use super::list;
 use super::svg::{escape, px, short};
@@ -96,8 +96,8 @@ impl<'a> Maps<'a> {
         let many = if self.trials.len() > MANY { " many" } else { "" };
         let sets = if a == b { a.to_string() } else { format!("{a} {b}") };
         format!(
-            "<svg class=\"map{many}\" viewBox=\"-160 -160 320 320\" role=\"img\" aria-label=\"{}\" data-most=\"{most}\" \
-             data-sets=\"{sets}\">",
+            "<svg class=\"map{many}\" viewBox=\"-160 -160 320 320\" role=\"img\" aria-label=\"{}\" \
+             data-most=\"{most}\" data-sets=\"{sets}\">",
             escape(label)
         )
     }

@@ -75,11 +75,11 @@
       map.append(ring);
     }
   }
-  let marked = null;
+  let marked = null, pinned = null;
   document.addEventListener("pointermove", (event) => {
     const map = event.target.closest(".map");
     const trial = map && nearest(map, event);
-    if (trial !== marked) mark(marked = trial);
+    if (trial !== marked) mark((marked = trial) ?? pinned);
     if (map) map.style.cursor = trial ? "copy" : "";
     const part = event.target.closest("[data-tip]");
     show(trial ? told(trial) : part ? part.dataset.tip : "", event);
@@ -87,14 +87,18 @@
   document.addEventListener("scroll", () => show(""), { passive: true });
   document.addEventListener("click", (event) => {
     const command = event.target.closest(".command");
-    if (command) return copy(command.textContent);
+    if (command) return copy(command.dataset.copy ?? command.textContent);
+    // A number of the table stays marked on the maps until there is another click.
+    const number = event.target.closest("[data-trial]");
+    pinned = number && data.trials.find((trial) => trial[0] === Number(number.dataset.trial));
+    if (number || !marked) mark(pinned);
     const map = event.target.closest(".map");
     const trial = map && nearest(map, event);
     if (!trial) return;
     // Of two sets, the one that lost it.
     const sets = setsOf(map);
     const set = sets.find((i) => trial[3][i] !== "R") ?? sets[0];
-    copy("standfast push --trial " + trial[0] + " " + data.commands[set]);
+    copy(data.commands[set].join(trial[0]));
   });
 
   // Choosers: one pair at a time, the same everywhere; names hide their curves.
@@ -109,7 +113,9 @@
     chip.addEventListener("click", () => {
       const off = chip.getAttribute("aria-pressed") === "true";
       chip.setAttribute("aria-pressed", String(!off));
-      all(".curve [data-set='" + chip.dataset.toggle + "']").forEach((curve) => { curve.toggleAttribute("hidden", off); });
+      all(".curve [data-set='" + chip.dataset.toggle + "']").forEach((curve) => {
+        curve.toggleAttribute("hidden", off);
+      });
     });
   }
 })();

@@ -39,9 +39,10 @@ impl<'a> Trials<'a> {
         self.len() <= MOST_DOTS
     }
 
-    /// For the script: names of the sets, what replays their trials, and for each trial its number, impulse (N s), heading (degrees), a letter for
-    /// each set's outcome (R, F, D, T) and each set's footsteps. Safe inside a `script` element.
-    pub fn as_json(&self, commands: &[String]) -> String {
+    /// For the script: names of the sets, what stands before and after the number of a trial in the command that
+    /// replays it, and for each trial its number, impulse (N s), heading (degrees), a letter for each set's outcome
+    /// (R, F, D, T) and each set's footsteps. Safe inside a `script` element.
+    pub fn as_json(&self, commands: &[[String; 2]]) -> String {
         let round = |x: f64, digits: f64| (x * digits).round() / digits;
         let trials: Vec<Value> = self
             .iter()

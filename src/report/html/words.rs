@@ -2,6 +2,8 @@
 
 use super::number;
 use super::svg::short;
+use crate::campaign::paired::rounded;
+use crate::report::{comparison::p_cell, layout};
 use minijinja::{Environment, Value as Cell};
 
 const NOTHING: &str = "\u{2013}";
@@ -14,7 +16,8 @@ pub(super) fn add_to(environment: &mut Environment) {
     environment.add_filter("fixed", |x: Cell, digits: usize| {
         written(&x, |x| format!("{x:.digits$}").replace('-', "\u{2212}"))
     });
-    environment.add_filter("p_value", |x: Cell| written(&x, p_value));
+    environment.add_filter("p_value", |x: Cell| written(&x, p_cell));
+    environment.add_filter("about", |x: Cell| written(&x, |x| rounded(x as u64).to_string()));
     environment.add_filter("whole", |x: Cell| written(&x, |x| short(x, 6)));
     environment.add_filter("drawn", drawn);
 }
@@ -24,17 +27,7 @@ fn written(x: &Cell, write: impl Fn(f64) -> String) -> String {
 }
 
 fn signed(x: f64, digits: usize) -> String {
-    let text = format!("{x:+.digits$}");
-    let zero = text[1..].chars().all(|c| matches!(c, '0' | '.'));
-    if zero { text[1..].into() } else { text.replace('-', "\u{2212}") }
-}
-
-fn p_value(p: f64) -> String {
-    match p {
-        p if p < 0.0001 => "< 0.0001".into(),
-        p if p < 0.01 => format!("{p:.4}"),
-        p => format!("{p:.3}"),
-    }
+    layout::signed(x, digits).replace('-', "\u{2212}")
 }
 
 /// How a quantity is drawn, in words: `2.5`, `{ uniform = [a, b] }`, `{ normal = [mean, sd] }`, or a word.
@@ -59,14 +52,8 @@ mod tests {
 
     #[test]
     fn numbers_read_well() {
-        assert_eq!(
-            (signed(12.34, 1), signed(-0.04, 1), signed(-3.0, 1)),
-            ("+12.3".into(), "0.0".into(), "\u{2212}3.0".into())
-        );
-        assert_eq!(
-            (p_value(1e-9), p_value(0.0042), p_value(0.25)),
-            ("< 0.0001".into(), "0.0042".into(), "0.250".into())
-        );
+        assert_eq!([12.34, -0.04, -3.0].map(|x| signed(x, 1)), ["+12.3", "0.0", "\u{2212}3.0"]);
+        assert_eq!([1e-9, 0.0042, 0.25].map(p_cell), ["< 0.0001", "0.0042", "0.2500"]);
         assert_eq!(written(&Cell::UNDEFINED, |x| x.to_string()), NOTHING);
         let uniform = Cell::from(minijinja::value::Serde(serde_json::json!({ "uniform": [-180.0, 180.0] })));
         assert_eq!(drawn(uniform), "uniform, \u{2212}180 to 180");
