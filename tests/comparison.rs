@@ -95,7 +95,6 @@ fn a_baseline_is_paired_trial_by_trial_and_must_have_the_same_pushes() {
         (Some("passed"), Some(0.0))
     );
     assert_eq!(found["baseline"]["trials"], 26);
-    fs::remove_dir_all(dir.path().join("new")).unwrap();
     let warned = found["warnings"].as_array().unwrap().iter().any(|w| w.as_str().unwrap().contains("same inputs"));
     assert!(warned, "{}", found["warnings"]);
     // What is printed to go on with, or to join, has what its gates need.
@@ -224,12 +223,13 @@ fn gates_and_stopping_of_a_campaign_file_are_those_of_the_command_line() {
                 [sensors]\nnoise_scale = 1\n[episode]\nhorizon_s = 0.4\n[episode.judge]\nstanding_time_s = 0.1\n\
                 [stopping]\nuntil_resolved = true\n[gates]\nrequire = ['hold >= 0']\nconfidence = 0.99\n";
     fs::write(dir.path().join("c.toml"), file).unwrap();
-    standfast(dir.path(), &["run", "c.toml", "--out=out", FAILS]).success();
+    standfast(dir.path(), &["run", "c.toml", "--out=out", FAILS]).code(100);
     let found = summary(&dir.path().join("out"));
-    assert_eq!((found["gates"][0]["confidence"].as_f64(), found["gates"].as_array().unwrap().len()), (Some(0.99), 2));
+    // Two gates that are looked at again and again: each so sure that both hold with 99 %.
+    assert_eq!((found["gates"][1]["confidence"].as_f64(), found["gates"].as_array().unwrap().len()), (Some(0.995), 2));
     assert_eq!(found["stopping"]["until_resolved"], true);
     // The folder remembers its gates, and takes each once.
-    standfast(dir.path(), &["merge", "out", FAILS]).success();
+    standfast(dir.path(), &["merge", "out", FAILS]).code(100);
     assert_eq!(summary(&dir.path().join("out")), found);
     fs::write(dir.path().join("c.toml"), file.replace("0.99", "1.5")).unwrap();
     let refused = standfast(dir.path(), &["run", "c.toml", "--out=other"]).code(2);

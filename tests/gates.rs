@@ -83,10 +83,12 @@ fn a_gate_of_a_difference_errs_as_seldom_as_said_and_sees_what_is_far() {
             assert!(raw > 0.4, "{raw}");
         }
     }
-    // The score interval is approximate. It errs more often where one single loss is expected, by a sum over all tables
-    // at most 4.3 % (3 points at 5 % discordant, 100 trials).
+    // The score interval is approximate. Where next to all trials that differ are of one kind, and few, it errs more often
+    // on the side away from zero: by a sum over all tables in up to 5.6 %.
     let [passed, failed, _] = of_difference("catch >= hold + 0.10", 0.12, 0.10, 100);
-    assert!(passed < 0.045 && failed < at_most_allowed(), "{passed} {failed}");
+    assert!(passed < 0.056 && failed < at_most_allowed(), "{passed} {failed}");
+    let [passed, failed, _] = of_difference("catch >= baseline - 0.01", 0.0125, -0.01, 400);
+    assert!(passed < at_most_allowed() && failed < 0.056, "{passed} {failed}");
     assert!(of_difference("catch >= hold + 0.10", 0.2, 0.05, 1000)[1] > 0.9);
     assert!(of_difference("catch >= hold + 0.10", 0.2, 0.15, 1000)[0] > 0.9);
     // Nothing has changed, and the two results fail independently in 3 % each.

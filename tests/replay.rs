@@ -134,7 +134,7 @@ fn a_sweep_alone_replaces_the_gain_sets_and_many_sets_stay_within_80_columns() {
     let args: Vec<&str> = short(&[FEW, sweep]).into_iter().filter(|arg| *arg != "--gains=hold").collect();
     let text = stdout(&standfast(dir.path(), &args).success());
     let (_, tables) = text.split_once("gain set ").unwrap();
-    let (tables, _) = tables.split_once("95 % intervals").unwrap();
+    let (tables, _) = tables.split_once("to replay a trial").unwrap();
     assert!(tables.lines().all(|line| line.chars().count() <= 80), "{tables}");
     assert!(!tables.contains("hold   "), "{tables}");
     // Whole in most tables, not cut into pieces.
@@ -152,7 +152,7 @@ fn without_a_terminal_the_table_fits_80_columns() {
     let args = ["--gains=switching", "--gains=fixed", "--set=episode.end_early=false"];
     let text = stdout(&standfast(dir.path(), &short(&[&[FEW][..], &args].concat())).success());
     let (_, tables) = text.split_once("gain set ").unwrap();
-    let (tables, _) = tables.split_once("95 % intervals").unwrap();
+    let (tables, _) = tables.split_once("to replay a trial").unwrap();
     assert!(tables.lines().all(|line| line.chars().count() <= 80), "{tables}");
     assert!(text.contains("seed 1") && text.contains("fell:") && !text.contains("varied:"), "{text}");
     let text = stdout(&standfast(folder().path(), &short(&[FEW, "--set=variations.mass_scale=1.1"])).success());

@@ -27,12 +27,6 @@ pub(super) fn compared<'a>(
     align(table)
 }
 
-/// As a shell wants it: in quotes if there is anything in it that a shell would read.
-pub(super) fn shell_word(text: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
-    if text.chars().all(plain) { text.into() } else { format!("'{}'", text.replace('\'', "'\\''")) }
-}
-
 /// Text in lines that fit, after a mark in front of the first.
 pub(super) fn wrapped(mark: &str, text: &str) -> String {
     let mut lines = vec![mark.to_string()];
@@ -97,14 +91,6 @@ pub(super) fn percent(rate: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_shell_reads_a_name_as_one_word() {
-        assert_eq!(shell_word("out/campaign.toml"), "out/campaign.toml");
-        assert_eq!(shell_word("mine zmp_margin_m=0.1"), "'mine zmp_margin_m=0.1'");
-        assert_eq!(shell_word("x=[1,2]"), "'x=[1,2]'");
-        assert_eq!(shell_word("it's"), r"'it'\''s'");
-    }
 
     #[test]
     fn zero_has_no_sign() {

@@ -29,6 +29,7 @@ pub use comparison::failed_gates;
 
 use crate::campaign::Summary;
 use crate::error::{Error, Result};
+use crate::files::shell_word;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
@@ -59,7 +60,7 @@ pub fn replay_command(summary: &Summary, set: &str, trial: u64, folder: &Path) -
 
 /// What stands before and after the number of a trial in the command that replays it.
 fn replay_parts(campaign: &str, gains: &str) -> [String; 2] {
-    let [campaign, gains] = [campaign, gains].map(layout::shell_word);
+    let [campaign, gains] = [campaign, gains].map(shell_word);
     [format!("standfast push --campaign {campaign} --trial "), format!(" --gains {gains}")]
 }
 
