@@ -3,7 +3,8 @@
 //!
 //! - What is asked: a [`spec`] says what is drawn, each number within its [`bounds`]; a [`trial`] is a function of (seed,
 //!   index) alone.
-//! - How it is run: [`run`] spreads trials over cores; [`parts`] keeps what is finished on disk and joins it.
+//! - How it is run: [`run`] spreads trials over cores, or a [`shard`] of them; [`parts`] keeps what is finished on disk
+//!   and joins it.
 //! - What came out: a [`summary`] counts ([`stats`]) and says who is better ([`paired`]), where ([`strata`]), how hard a
 //!   push may be ([`curve`], over [`no_step`]), how trials were lost ([`failures`], [`telling`]), what the theory foretold
 //!   ([`foretold`]), what footsteps were worth ([`stepped`]), and what it cannot support ([`warnings`]).
@@ -34,6 +35,7 @@ pub mod row;
 pub mod run;
 pub mod scenario;
 pub mod sequential;
+pub mod shard;
 pub mod spec;
 pub mod stats;
 pub mod stepped;
@@ -46,9 +48,10 @@ pub mod warnings;
 
 pub use bounds::{PushBounds, check_episode};
 pub use distribution::Distribution;
-pub use parts::{Folder, Shard};
+pub use parts::Folder;
 pub use row::Row;
 pub use run::Plan;
+pub use shard::Shard;
 pub use spec::{Campaign, Overrides, Stopping};
 pub use summary::Summary;
 pub use vary::{SecondPushSpec, VariationSpec};

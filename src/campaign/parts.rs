@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::files::{sha256_hex, shell_word, write_atomic};
 use crate::{campaign::Campaign, columns};
 use serde::{Deserialize, Serialize};
-use std::{fs, path::Path, path::PathBuf, str::FromStr};
+use std::{fs, path::Path, path::PathBuf};
 
 /// Trials in a part (the last one of a campaign may have fewer).
 pub const BLOCK_TRIALS: u64 = 25;
@@ -20,29 +20,6 @@ pub const BLOCK_TRIALS: u64 = 25;
 /// What is made of the parts, by this module and by `report`.
 pub const RESULT_FILES: [&str; 6] =
     ["summary.json", "trials.parquet", "report.html", "summary.md", "junit.xml", "success.svg"];
-
-/// Share `index` of `count` (from 1): the blocks b with b mod count = index - 1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shard {
-    pub index: u64,
-    pub count: u64,
-}
-
-impl Shard {
-    pub fn takes(self, block: u64) -> bool {
-        block % self.count == self.index - 1
-    }
-}
-
-impl FromStr for Shard {
-    type Err = String;
-    fn from_str(text: &str) -> Result<Self, String> {
-        text.split_once('/')
-            .and_then(|(k, n)| Some(Shard { index: k.parse().ok()?, count: n.parse().ok()? }))
-            .filter(|s| (1..=s.count).contains(&s.index))
-            .ok_or_else(|| "expected k/n with 1 <= k <= n, e.g. 1/4".into())
-    }
-}
 
 /// Whose folder it is: `parts/campaign.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -348,17 +325,6 @@ mod tests {
             .collect();
         folder.commit(block, &rows).unwrap();
         rows
-    }
-
-    #[test]
-    fn shards_take_every_block_once() {
-        let shards: Vec<Shard> = (1..=3).map(|k| format!("{k}/3").parse().unwrap()).collect();
-        for block in 0..10 {
-            assert_eq!(shards.iter().filter(|s| s.takes(block)).count(), 1);
-        }
-        for bad in ["", "1", "0/3", "4/3", "a/3", "1/0", "-1/3"] {
-            assert!(bad.parse::<Shard>().is_err(), "{bad}");
-        }
     }
 
     #[test]

@@ -3,9 +3,9 @@
 use crate::assets::{self, Kind, Source};
 use crate::campaign::gate::GateSpec;
 use crate::campaign::no_step::NoStep;
-use crate::campaign::parts::{BLOCK_TRIALS, Folder, Manifest, Shard};
+use crate::campaign::parts::{BLOCK_TRIALS, Folder, Manifest};
 use crate::campaign::sequential::next_look;
-use crate::campaign::{Campaign, Row, trial};
+use crate::campaign::{Campaign, Row, Shard, trial};
 use crate::control::Design;
 use crate::episode;
 use crate::error::{Error, Result};
