@@ -256,7 +256,14 @@ fn lines(text: &str) -> Vec<String> {
 #[test]
 fn a_terminal_of_80_columns_is_enough_and_so_is_none() {
     let dir = folder();
-    let args = short(&["--gains=fixed", "--gains=switching", "--gains=catch", FEW, PASSES]);
+    let long = [
+        "--set=push.duration_s={uniform=[0.02, 0.1]}",
+        "--set=push.height_m={uniform=[-0.05, 0.1]}",
+        "--set=variations.trunk_com_x_m={uniform=[-0.005, 0.005]}",
+        "--set=variations.trunk_com_y_m={uniform=[-0.005, 0.005]}",
+        "--set=second_push={impulse_n_s={uniform=[0, 1]}, heading_deg={uniform=[-180, 180]}, after_s=0.05}",
+    ];
+    let args = short(&[&["--gains=fixed", "--gains=switching", "--gains=catch", FEW, PASSES][..], &long].concat());
     let run = standfast(dir.path(), &args).success();
     let too_long = |text: &str| lines(text).into_iter().find(|line| line.chars().count() > 80);
     assert_eq!(too_long(&stdout(&run)), None);

@@ -153,7 +153,7 @@ impl SecondPushSpec {
 impl fmt::Display for SecondPushSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { impulse_n_s, heading_deg, after_s } = self;
-        write!(f, "impulse {impulse_n_s} N s, heading {heading_deg} deg,\n      {after_s} s after the first")
+        write!(f, "impulse {impulse_n_s} N s, heading {heading_deg} deg, {after_s} s after the first")
     }
 }
 

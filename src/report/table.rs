@@ -38,37 +38,48 @@ pub fn thresholds(judge: &Judge) -> String {
 /// differ. `folder` holds the result, for the command that replays a trial.
 pub fn campaign(summary: &Summary, folder: &Path) -> String {
     let push = &summary.push;
-    let mut varied = String::new();
+    let most = match summary.stopping.until_resolved {
+        true => format!(" (of {} at most)", summary.most_trials),
+        false => String::new(),
+    };
+    let hash = &summary.config_hash[..summary.config_hash.len().min(12)];
+    let mut head = vec![
+        (
+            "campaign ",
+            format!(
+                "{}: {} pushes{most}, the same for each gain set; seed {}, configuration {hash}",
+                summary.name, summary.trials, summary.seed
+            ),
+        ),
+        (
+            "push:   ",
+            format!(
+                "impulse {} N s, heading {} deg, height {} m above the COM, duration {} s, start {} s, {}",
+                push.impulse_n_s,
+                push.heading_deg,
+                push.height_m,
+                push.duration_s,
+                push.start_s,
+                crate::campaign::row::profile_name(push.profile)
+            ),
+        ),
+    ];
     if summary.second_push.is_any() {
-        varied += &format!("then: {}\n", summary.second_push);
+        head.push(("then:   ", summary.second_push.to_string()));
     }
-    for (i, pair) in vary::described(&summary.variations).chunks(2).enumerate() {
-        varied += &format!("{:<8}{}\n", if i == 0 { "varied:" } else { "" }, pair.join(", "));
+    let varied = vary::described(&summary.variations).join(", ");
+    if !varied.is_empty() {
+        head.push(("varied: ", varied));
     }
-    let mut text = String::new();
-    // Writing to a String does not fail.
-    let _ = writeln!(
-        text,
-        "campaign {}: {} pushes{}, the same for each gain set; seed {},\n         configuration {}\n\
-         push: impulse {} N s, heading {} deg,\n      \
-         height {} m above the COM, duration {} s, start {} s, {}\n\
-         {varied}sensors: noise x {}, bias x {}; horizon {} s\n{}",
-        summary.name,
-        summary.trials,
-        if summary.stopping.until_resolved { format!(" (of {} at most)", summary.most_trials) } else { String::new() },
-        summary.seed,
-        &summary.config_hash[..summary.config_hash.len().min(12)],
-        push.impulse_n_s,
-        push.heading_deg,
-        push.height_m,
-        push.duration_s,
-        push.start_s,
-        crate::campaign::row::profile_name(push.profile),
-        summary.sensors.noise_scale,
-        summary.sensors.bias_scale,
-        summary.episode.horizon_s,
-        thresholds(&summary.episode.judge),
-    );
+    let sensors = &summary.sensors;
+    let horizon_s = summary.episode.horizon_s;
+    head.push((
+        "sensors: ",
+        format!("noise x {}, bias x {}; horizon {horizon_s} s", sensors.noise_scale, sensors.bias_scale),
+    ));
+    let mut text: String = head.iter().map(|(mark, words)| wrapped(mark, words)).collect();
+    text += &thresholds(&summary.episode.judge);
+    text += "\n";
     for warning in &summary.warnings {
         text += &wrapped("warning: ", warning);
     }
