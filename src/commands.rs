@@ -63,7 +63,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
                     let (path, blocks) = (folder.path.display(), folder.blocks());
                     note(&format!("{path}: goes on, {there} of {blocks} parts are there"));
                 }
-                _ = progress.set(Progress::start(total, "episodes"));
+                _ = progress.set(Progress::start(total, "episodes", campaign.stopping.until_resolved));
             },
             on_episode: &|| progress.get().into_iter().for_each(Progress::tick),
             is_decided: &|rows| {
@@ -143,7 +143,7 @@ pub fn limit(args: &LimitArgs) -> Result<ExitCode> {
             max_trials: args.max_trials,
             threads: args.threads,
             stop: &STOP,
-            on_start: &|total| _ = progress.set(Progress::start(total, "searches")),
+            on_start: &|total| _ = progress.set(Progress::start(total, "searches", false)),
             on_search: &|| progress.get().into_iter().for_each(Progress::tick),
         },
     );

@@ -279,6 +279,6 @@ fn a_terminal_of_80_columns_is_enough_and_so_is_none() {
         .output()
         .expect("script, of util-linux, makes a terminal");
     let text = String::from_utf8(terminal.stdout).unwrap();
-    assert!(terminal.status.success() && text.contains("elapsed") && text.contains("gain set"), "{text}");
+    assert!(terminal.status.success() && text.contains("to go") && text.contains("gain set"), "{text}");
     assert_eq!(too_long(&text), None);
 }

@@ -96,9 +96,10 @@ impl Gates {
             };
             let waiting = self.gates.iter().filter(|gate| !used_up(gate)).map(|gate| self.judge(gate, rows));
             let open = waiting.filter(|gate| gate.judged.status == Status::Unresolved);
-            return open
-                .map(|GateResult { judged, .. }| words(&judged.name, judged.observed, judged.interval))
-                .collect();
+            let words = |GateResult { judged, is_difference, .. }: GateResult| {
+                words(&judged.name, judged.observed, judged.interval, if is_difference { "points" } else { "%" })
+            };
+            return open.map(words).collect();
         }
         let pairs = every_pair(self.sets.len());
         let level = each_of(pairs.len(), LEVEL);
@@ -106,7 +107,8 @@ impl Gates {
             let counts = paired::counts(paired::trials(rows, self.sets.len()), a, b);
             let interval = counts.interval(level, true);
             let is_open = sequential::verdict(interval, self.stopping.margin) == Verdict::Open;
-            is_open.then(|| words(&format!("{} - {}", self.sets[a], self.sets[b]), counts.difference(), interval))
+            let pair = format!("{} - {}", self.sets[a], self.sets[b]);
+            is_open.then(|| words(&pair, counts.difference(), interval, "points"))
         };
         pairs.into_iter().filter_map(open).collect()
     }
@@ -147,8 +149,8 @@ impl Gates {
     }
 }
 
-fn words(what: &str, observed: f64, [least, most]: [f64; 2]) -> String {
-    format!("{what}: {:.1} % ({:.1} to {:.1})", 100.0 * observed, 100.0 * least, 100.0 * most)
+fn words(what: &str, observed: f64, [least, most]: [f64; 2], unit: &str) -> String {
+    format!("{what}: {:.1} {unit} ({:.1} to {:.1})", 100.0 * observed, 100.0 * least, 100.0 * most)
 }
 
 #[cfg(test)]

@@ -10,23 +10,26 @@ pub struct Progress {
     bar: Option<ProgressBar>,
     what: &'static str,
     total: u64,
+    /// "at most " if fewer may do, else nothing.
+    at_most: &'static str,
     done: AtomicU64,
     start: Instant,
 }
 
 impl Progress {
-    /// Starts the clock for `total` of what is counted, e.g. episodes.
-    pub fn start(total: u64, what: &'static str) -> Self {
+    /// Starts the clock for `total` of what is counted, e.g. episodes; `at_most`: fewer may do.
+    pub fn start(total: u64, what: &'static str, at_most: bool) -> Self {
+        let at_most = if at_most { "at most " } else { "" };
         let bar = std::io::stderr().is_terminal().then(|| {
-            let style = "{bar:30} {pos}/{len} {msg}  {per_sec}  {elapsed} elapsed, {eta} to go";
+            let style = format!("{{bar:20}} {{pos}}/{{len}} {{msg}}  {{per_sec}}  {{elapsed}}, {at_most}{{eta}} to go");
             let bar = ProgressBar::new(total);
-            bar.set_style(ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar.set_style(ProgressStyle::with_template(&style).unwrap_or_else(|_| ProgressStyle::default_bar()));
             bar.set_message(what);
             bar
         });
-        let progress = Self { bar, what, total, done: AtomicU64::new(0), start: Instant::now() };
+        let progress = Self { bar, what, total, at_most, done: AtomicU64::new(0), start: Instant::now() };
         if progress.bar.is_none() {
-            note(&format!("{total} {what} to run"));
+            note(&format!("{at_most}{total} {what} to run"));
         }
         progress
     }
@@ -39,8 +42,8 @@ impl Progress {
         } else if done < self.total && done * 10 / self.total != (done - 1) * 10 / self.total {
             let elapsed_s = self.start.elapsed().as_secs_f64();
             let left_s = elapsed_s / done as f64 * (self.total - done) as f64;
-            let (total, what) = (self.total, self.what);
-            note(&format!("{done}/{total} {what}, {:.1}/s, {left_s:.0} s to go", done as f64 / elapsed_s));
+            let Self { total, what, at_most, .. } = self;
+            note(&format!("{done}/{total} {what}, {:.1}/s, {at_most}{left_s:.0} s to go", done as f64 / elapsed_s));
         }
     }
 
