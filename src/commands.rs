@@ -50,6 +50,11 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
         None => Some(gates_of(&folder, &args.gates)?),
     };
     let there = folder.blocks() - folder.missing().len() as u64;
+    if there > 0 && folder.is_of_another_build() {
+        let path = folder.path.display();
+        note(&format!("{path}: what is there was made by another build of standfast, and is kept;"));
+        note("to see what this build makes of it, give another --out");
+    }
     stop_on_ctrl_c();
     let progress = OnceLock::new();
     let result = plan.run(
@@ -100,7 +105,9 @@ fn gates_of(folder: &Folder, args: &GateArgs) -> Result<Gates> {
 pub fn merge(MergeArgs { folder: FolderArgs { dir, json }, gates }: &MergeArgs) -> Result<ExitCode> {
     let mut folder = Folder::existing(dir)?;
     folder.manifest.campaign.gates.add(&gates.gate);
-    join(&folder, &gates_of(&folder, gates)?, *json)
+    let gates = gates_of(&folder, gates)?;
+    folder.create()?;
+    join(&folder, &gates, *json)
 }
 
 pub fn compare(args: &CompareArgs) -> Result<ExitCode> {

@@ -2,7 +2,8 @@
 
 use crate::error::{Error, Result};
 use sha2::{Digest, Sha256};
-use std::{fs, io::Write, path::Path};
+use std::hash::{DefaultHasher, Hasher};
+use std::{fs, io::Write, path::Path, sync::OnceLock};
 
 /// Writes `bytes` to `path`, making its folder if needed: a unique temporary file in the same folder, fsync, rename,
 /// fsync of the folder. Two writers may race; either result is whole.
@@ -31,6 +32,17 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
 pub fn shell_word(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
     if !text.is_empty() && text.chars().all(plain) { text.into() } else { format!("'{}'", text.replace('\'', "'\\''")) }
+}
+
+/// What tells this build of the program from another, on the same machine; empty if its file cannot be read.
+pub fn build_id() -> &'static str {
+    static ID: OnceLock<String> = OnceLock::new();
+    ID.get_or_init(|| {
+        let Ok(program) = std::env::current_exe().and_then(fs::read) else { return String::new() };
+        let mut hasher = DefaultHasher::new();
+        hasher.write(&program);
+        format!("{:016x}", hasher.finish())
+    })
 }
 
 /// SHA-256 in lower-case hexadecimal.

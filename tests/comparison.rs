@@ -37,6 +37,19 @@ fn a_failed_gate_is_exit_code_100_and_says_how_to_replay_a_lost_trial() {
 }
 
 #[test]
+fn what_another_build_has_made_is_kept_but_said() {
+    let dir = folder();
+    standfast(dir.path(), &short(&[FEW])).success();
+    let said = || stderr(&standfast(dir.path(), &short(&[FEW])).success()).contains("another build");
+    assert!(!said());
+    let manifest = dir.path().join("out/parts/campaign.json");
+    let mut found: Value = serde_json::from_slice(&fs::read(&manifest).unwrap()).unwrap();
+    found["build"] = "0".into();
+    fs::write(&manifest, found.to_string()).unwrap();
+    assert!(said());
+}
+
+#[test]
 fn gates_change_no_trial_and_need_none_again() {
     let dir = folder();
     standfast(dir.path(), &short(&[FEW])).success();

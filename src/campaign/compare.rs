@@ -2,7 +2,7 @@
 //!
 //! A comparison of that kind stands on the trials being the same: seed, what is drawn, judge, and every push to the bit.
 
-use crate::campaign::gate::GateSpec;
+use crate::campaign::gate_spec::GateSpec;
 use crate::campaign::gates::Gates;
 use crate::campaign::parts::{Folder, Manifest, parquet, write_result};
 use crate::campaign::summary::{Origin, Source, Summary};
@@ -139,10 +139,16 @@ impl Joined {
         campaign.robot = both(&in_a.campaign.robot, &in_b.campaign.robot);
         campaign.trials = trials;
         campaign.stopping.until_resolved |= in_b.campaign.stopping.until_resolved;
-        campaign.gates = GateSpec { require: gates.to_vec(), ..GateSpec::default() };
+        let (ours, theirs) = (&in_a.campaign.gates, &in_b.campaign.gates);
+        if (ours.confidence, ours.unresolved) != (theirs.confidence, theirs.unresolved) {
+            warnings
+                .push("the results ask for gates of another confidence, or decide otherwise what is unresolved".into());
+        }
+        campaign.gates = GateSpec { require: gates.to_vec(), ..ours.clone() };
         let manifest = Manifest {
             standfast: both(&in_a.standfast, &in_b.standfast),
             config_hash: sha256_hex(format!("{} {}", in_a.config_hash, in_b.config_hash).as_bytes()),
+            build: both(&in_a.build, &in_b.build),
             robot_sha256: both(&in_a.robot_sha256, &in_b.robot_sha256),
             sets,
             campaign,

@@ -12,10 +12,11 @@
 //! [`mcnemar`](super::mcnemar)): `catch >= baseline - 0.01` with a true loss of one point and no gains, 400 trials, fails in
 //! 5.3 %. Intervals that hold at every look err in 5 % at most, on both sides together.
 
+use crate::campaign::gate_spec::OnUnresolved;
 use crate::campaign::sequential;
 use crate::campaign::stats::clopper_pearson;
 use crate::error::{Error, Result};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// What stands for the same set in an earlier result.
@@ -32,62 +33,6 @@ const Z80: f64 = 0.841_621_233_572_914_3;
 const WIDER: f64 = 1.7;
 /// Distances to a requirement below this are of rounding.
 const ROUNDING: f64 = 1e-9;
-
-/// `[gates]` of a campaign.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct GateSpec {
-    /// See [`Gate::parse`].
-    pub require: Vec<String>,
-    /// Of the two-sided intervals (a share): of gates whose truth is just what is required, about half of the rest pass,
-    /// and half fail.
-    pub confidence: f64,
-    /// What an unresolved gate counts as.
-    pub unresolved: OnUnresolved,
-}
-
-impl Default for GateSpec {
-    fn default() -> Self {
-        Self { require: Vec::new(), confidence: 0.95, unresolved: OnUnresolved::Pass }
-    }
-}
-
-impl GateSpec {
-    /// Adds gates that are not there yet.
-    pub fn add(&mut self, gates: &[String]) {
-        for gate in gates {
-            if !self.require.contains(gate) {
-                self.require.push(gate.clone());
-            }
-        }
-    }
-
-    /// Whether a gate compares with an earlier result.
-    pub fn ask_for_baseline(&self) -> bool {
-        self.require.iter().any(|gate| gate.contains(BASELINE))
-    }
-
-    /// Checks what can be checked without knowing the gain sets; `file` is whose values they are.
-    ///
-    /// # Errors
-    /// [`Error::Value`] for a confidence that is none.
-    pub fn check(&self, file: &str) -> Result<()> {
-        if (0.5..1.0).contains(&self.confidence) {
-            return Ok(());
-        }
-        let accepted = "at least 0.5, below 1";
-        Err(Error::value(file, "gates.confidence", self.confidence, "is not a confidence", accepted))
-    }
-}
-
-/// What an unresolved gate counts as.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum OnUnresolved {
-    #[default]
-    Pass,
-    Fail,
-}
 
 /// A requirement.
 #[derive(Debug, Clone, PartialEq)]
@@ -185,7 +130,9 @@ impl Gate {
             confidence,
             trials,
             more_trials: if status == Status::Unresolved {
-                evidence.more_trials(self.offset, confidence)
+                // A campaign with a fixed count of trials cannot be taken up again: a new one has to have them all.
+                let more = evidence.more_trials(self.offset, confidence);
+                more.map(|more| if sequential { more } else { trials + more })
             } else {
                 None
             },
@@ -277,7 +224,8 @@ pub struct Judged {
     /// Of the interval, two-sided (a share).
     pub confidence: f64,
     pub trials: u64,
-    /// How many more, about, would resolve it; None if it is resolved, or if no number would.
+    /// How many trials that are still to be run, about, would resolve it: of this campaign if intervals hold at every look,
+    /// else of a new one with another seed. None if it is resolved, or if no number would.
     pub more_trials: Option<u64>,
     /// Whether the interval holds at every look.
     pub sequential: bool,
@@ -353,21 +301,6 @@ mod tests {
         let error = Gate::parse("catch >= baseline - 0.1", &names).unwrap_err().to_string();
         assert!(error.contains("itself named `baseline`; accepted: another name"), "{error}");
         assert_eq!(Gate::parse("baseline >= 0.8", &names).unwrap().against, Against::Rate);
-    }
-
-    #[test]
-    fn a_campaign_says_what_it_requires() {
-        let spec: GateSpec = toml::from_str("require = [\"catch >= 0.8\"]\nunresolved = \"fail\"").unwrap();
-        assert_eq!(spec.confidence, 0.95);
-        assert_eq!(spec.require, ["catch >= 0.8"]);
-        assert!(Status::Unresolved.fails(spec.unresolved) && !Status::Passed.fails(spec.unresolved));
-        assert!(!Status::Unresolved.fails(OnUnresolved::default()) && Status::Failed.fails(OnUnresolved::Pass));
-        assert!(toml::from_str::<GateSpec>("requires = []").is_err());
-        for confidence in [0.4, 1.0, f64::NAN] {
-            let error = GateSpec { confidence, ..GateSpec::default() }.check("c.toml").unwrap_err().to_string();
-            assert!(error.starts_with("c.toml: gates.confidence = "), "{error}");
-        }
-        GateSpec::default().check("c.toml").unwrap();
     }
 
     #[test]

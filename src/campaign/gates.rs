@@ -1,18 +1,16 @@
 //! The gates of a campaign at work: the trials that each is asked of, and an earlier result that some compare with.
 
 use crate::campaign::compare::{Baseline, Earlier, every_pair};
-use crate::campaign::gate::{Against, Evidence, Gate, GateSpec, Judged, Status};
+use crate::campaign::gate::{Against, Evidence, Gate, Judged, Status};
+use crate::campaign::gate_spec::GateSpec;
 use crate::campaign::mcnemar::PairedCounts;
 use crate::campaign::parts::Manifest;
-use crate::campaign::sequential::{self, Verdict, each_of};
+use crate::campaign::sequential::{Verdict, each_of};
 use crate::campaign::{Row, Stopping, paired};
 use crate::episode::Outcome;
 use crate::error::{Error, Result};
 use serde::Serialize;
 use std::path::Path;
-
-/// Level at which all pairs of a campaign that ends when decided are.
-const LEVEL: f64 = 0.95;
 
 /// What a campaign has to show, and how that is decided.
 pub struct Gates {
@@ -74,9 +72,13 @@ impl Gates {
     pub fn warnings(&self, manifest: &Manifest, trials: u64) -> Vec<String> {
         let Some(baseline) = &self.baseline else { return Vec::new() };
         let mut found = baseline.unlike(manifest);
-        if baseline.trials() < trials {
-            let have = baseline.trials();
+        let have = baseline.trials();
+        if have < trials {
             found.push(format!("the baseline has {have} trials: gates that compare with it go by the first {have}"));
+        } else if have == trials && trials < manifest.campaign.trials {
+            found.push(format!(
+                "the baseline has {have} trials, after which gates that compare with it are as they are"
+            ));
         }
         found
     }
@@ -102,15 +104,14 @@ impl Gates {
             return open.map(words).collect();
         }
         let pairs = every_pair(self.sets.len());
-        let level = each_of(pairs.len(), LEVEL);
         let open = |(a, b): (usize, usize)| {
             let counts = paired::counts(paired::trials(rows, self.sets.len()), a, b);
-            let interval = counts.interval(level, true);
-            let is_open = sequential::verdict(interval, self.stopping.margin) == Verdict::Open;
+            let (interval, verdict) = paired::at_a_look(counts, pairs.len(), self.stopping.margin);
+            let is_open = verdict == Verdict::Open;
             let pair = format!("{} - {}", self.sets[a], self.sets[b]);
             is_open.then(|| words(&pair, counts.difference(), interval, "points"))
         };
-        pairs.into_iter().filter_map(open).collect()
+        pairs.iter().copied().filter_map(open).collect()
     }
 
     fn judge(&self, gate: &Gate, rows: &[Row]) -> GateResult {
@@ -120,8 +121,8 @@ impl Gates {
             (Against::Baseline, Some(baseline)) => (Some(baseline.rows_of(&gate.set)), baseline.is_sequential()),
             _ => (None, false),
         };
-        // An interval has to hold at every look where outcomes have to do with the count of trials. Then all gates hold
-        // together, at their confidence.
+        // An interval has to hold at every look where outcomes have to do with the count of trials. In a campaign that
+        // itself ends when decided, all gates hold together, at their confidence.
         let sequential = self.stopping.until_resolved || ends_when_decided;
         let confidence = self.spec.confidence;
         let level = if self.stopping.until_resolved { each_of(self.gates.len(), confidence) } else { confidence };
@@ -169,6 +170,7 @@ mod tests {
         let manifest = Manifest {
             standfast: "0".into(),
             config_hash: "0".into(),
+            build: "0".into(),
             robot_sha256: "0".into(),
             sets: sets.iter().map(|s| s.to_string()).collect(),
             campaign: Campaign::load("smoke", &overrides).unwrap(),

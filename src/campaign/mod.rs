@@ -8,7 +8,7 @@
 //! - What came out: a [`summary`] counts ([`stats`]) and says who is better ([`paired`]), where ([`strata`]), how hard a
 //!   push may be ([`curve`], over [`no_step`]), how trials were lost ([`failures`], [`telling`]), what the theory foretold
 //!   ([`foretold`]), what footsteps were worth ([`stepped`]), and what it cannot support ([`warnings`]).
-//! - Whether that is enough: [`gates`], each of them a [`gate`]; [`compare`] sets two results beside each other.
+//! - Whether that is enough: [`gates`], each of them a [`gate`] of the [`gate_spec`]; [`compare`] sets two results beside each other.
 //! - The statistics stand alone: [`mcnemar`] of paired outcomes, [`ranks`] of paired numbers, [`curve`] of success against
 //!   impulse, [`sequential`] intervals that hold at every look.
 //!
@@ -22,6 +22,7 @@ pub mod distribution;
 pub mod failures;
 pub mod foretold;
 pub mod gate;
+pub mod gate_spec;
 pub mod gates;
 pub mod limit;
 pub mod mcnemar;

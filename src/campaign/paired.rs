@@ -122,7 +122,7 @@ pub struct Deciding {
     pub sequential: bool,
     /// Sets that differ by less than this share are the same.
     pub margin: f64,
-    /// Whether episodes ended when decided, so that nothing is known of getting home.
+    /// Whether episodes ended as soon as they had settled or fallen, so that nothing is known of getting home.
     pub end_early: bool,
 }
 
@@ -195,9 +195,8 @@ impl Pair {
     /// they are the same, by an interval at a level adjusted for all pairs, for either.
     fn decide(&mut self, Deciding { sequential, margin, .. }: Deciding, pairs: usize) {
         let (counts, level) = (self.counts, each_of(pairs, LEVEL));
-        let by_interval = sequential::verdict(counts.interval(level, sequential), margin);
-        self.verdict = match by_interval {
-            _ if sequential => by_interval,
+        self.verdict = match sequential::verdict(counts.interval(level, false), margin) {
+            _ if sequential => at_a_look(counts, pairs, margin).1,
             Verdict::Same => Verdict::Same,
             _ if self.holm_p >= ALPHA => Verdict::Open,
             _ if self.difference > 0.0 => Verdict::ABetter,
@@ -243,6 +242,12 @@ impl Pair {
             (Verdict::Open, None) => format!("{a} and {b}: not resolved, no difference seen: {seen}"),
         }
     }
+}
+
+/// Interval and verdict of one of so many pairs, of which all hold together at every look.
+pub fn at_a_look(counts: PairedCounts, pairs: usize, margin: f64) -> ([f64; 2], Verdict) {
+    let interval = counts.interval(each_of(pairs, LEVEL), true);
+    (interval, sequential::verdict(interval, margin))
 }
 
 /// A p-value as it is told: four digits are enough.

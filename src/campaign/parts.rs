@@ -27,6 +27,9 @@ pub struct Manifest {
     /// Version of this program that wrote it.
     pub standfast: String,
     pub config_hash: String,
+    /// Of the program that ran last ([`build_id`](crate::files::build_id)).
+    #[serde(default)]
+    pub build: String,
     /// SHA-256 of URDF and settings: results of other robots can be told apart.
     #[serde(default)]
     pub robot_sha256: String,
@@ -84,6 +87,11 @@ impl Folder {
     pub fn existing(path: &Path) -> Result<Folder> {
         Folder::open(path)?
             .ok_or_else(|| Error::Parts { path: path.into(), problem: "no such folder, or an empty one".into() })
+    }
+
+    /// Whether what is there was made by another build of the program.
+    pub fn is_of_another_build(&self) -> bool {
+        Folder::open(&self.path).is_ok_and(|found| found.is_some_and(|f| f.manifest.build != self.manifest.build))
     }
 
     /// Count of trials that make the result: those of the campaign or, if it has ended when decided, up to there.
@@ -240,7 +248,7 @@ impl Folder {
 
     /// What a command about this folder needs for its gates.
     fn baseline_option(&self) -> &'static str {
-        if self.manifest.campaign.gates.ask_for_baseline() { " --baseline DIR" } else { "" }
+        if self.manifest.campaign.gates.ask_for_baseline(&self.manifest.sets) { " --baseline DIR" } else { "" }
     }
 
     /// Takes away what was made of the parts, before they become other ones.
@@ -310,6 +318,7 @@ mod tests {
         let manifest = Manifest {
             standfast: "0".into(),
             config_hash: "abc".into(),
+            build: String::new(),
             robot_sha256: String::new(),
             sets: vec!["hold".into(), "fixed".into()],
             campaign: Campaign::load("smoke", &overrides).unwrap(),

@@ -1,7 +1,7 @@
 //! Running a campaign: its inputs, the folder that it goes to, and its trials spread over cores.
 
 use crate::assets::{self, Kind, Source};
-use crate::campaign::gate::GateSpec;
+use crate::campaign::gate_spec::GateSpec;
 use crate::campaign::no_step::NoStep;
 use crate::campaign::parts::{BLOCK_TRIALS, Folder, Manifest};
 use crate::campaign::sequential::next_look;
@@ -9,7 +9,7 @@ use crate::campaign::{Campaign, Row, Shard, trial};
 use crate::control::Design;
 use crate::episode;
 use crate::error::{Error, Result};
-use crate::files::{sha256_hex, write_atomic};
+use crate::files::{build_id, sha256_hex, write_atomic};
 use crate::lipm::gains::GainSet;
 use crate::lipm::variant::Entry;
 use crate::robot::Robot;
@@ -99,7 +99,8 @@ impl Plan {
         let config_hash = hash(&standfast, &what_trials_are(&resolved).to_toml()?, &hashed);
         // Settings and URDF come first among the inputs.
         let robot_sha256 = sha256_hex(hashed[..2].concat().as_bytes());
-        let manifest = Manifest { standfast, config_hash, robot_sha256, sets, campaign: resolved };
+        let build = build_id().to_string();
+        let manifest = Manifest { standfast, config_hash, build, robot_sha256, sets, campaign: resolved };
         Ok(Plan { manifest, no_step: NoStep::new(&robot), robot, gains, inputs })
     }
 

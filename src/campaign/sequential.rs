@@ -285,8 +285,8 @@ mod tests {
     }
 
     /// The truth is missed at some look to 4000 trials in at most 5 % of campaigns, and every wrong verdict is such a miss:
-    /// a better set where there is none, or no difference where it is just the margin. To peek at McNemar's p is to err
-    /// three or four times as often.
+    /// a better set where there is none, or no difference where it is just the margin. To peek at McNemar's p is to err in
+    /// 18 % and more.
     #[test]
     fn verdicts_are_wrong_at_most_as_often_as_said_and_peeking_at_p_more_often() {
         let (campaigns, most, bets) = (10_000, 4000, bets(LEAST_BET_DIFFERENCE));
@@ -302,13 +302,15 @@ mod tests {
         ] {
             let mut rng = ChaCha8Rng::seed_from_u64(7);
             let (mut missed, mut wrong, mut peeked) = (0, 0, 0);
-            for _ in 0..campaigns {
+            for campaign in 0..campaigns {
                 let (mut misses, mut errs, mut peeks) = (false, false, false);
                 watch(&mut rng, [discordance, truth], most, |a, b, trials| {
                     // Short for whether the interval misses the truth.
                     let counts = difference_counts(a, b, trials);
-                    if counts.ln_capital(&bets, (truth + 1.0) / 2.0) >= 20.0_f64.ln() {
-                        misses = true;
+                    let misses_now = counts.ln_capital(&bets, (truth + 1.0) / 2.0) >= 20.0_f64.ln();
+                    misses |= misses_now;
+                    // Intervals take their time: of the first campaigns all, then those that may be wrong.
+                    if misses_now || campaign < 200 {
                         errs |= match verdict(difference_interval(a, b, trials, 0.95), margin) {
                             Verdict::ABetter => truth <= 0.0,
                             Verdict::BBetter => truth >= 0.0,

@@ -3,7 +3,7 @@
 use crate::assets::{self, Kind};
 use crate::campaign::bounds::{PushBounds, check_episode, within};
 use crate::campaign::distribution::Distribution;
-use crate::campaign::gate::GateSpec;
+use crate::campaign::gate_spec::GateSpec;
 use crate::campaign::parts::BLOCK_TRIALS;
 use crate::campaign::vary::{self, SecondPushSpec, VariationSpec};
 use crate::episode::EpisodeConfig;
@@ -162,11 +162,11 @@ impl Campaign {
         campaign.gates.add(&overrides.gates);
         campaign.stopping.until_resolved |= overrides.until_resolved;
         campaign.stopping.margin = overrides.margin.unwrap_or(campaign.stopping.margin);
+        campaign.check("command line")?;
         if campaign.stopping.until_resolved {
             // Whole parts, so that it can be taken up again with other counts.
             campaign.trials = campaign.trials.next_multiple_of(BLOCK_TRIALS);
         }
-        campaign.check("command line")?;
         Ok(campaign)
     }
 

@@ -219,8 +219,9 @@ const CURVE_POINTS: usize = 41;
 const INTERVAL: &str = "95 %: Wilson; Clopper-Pearson where fewer than 5 trials recovered, or fewer than 5 did not; \
                         differences: Tango";
 /// The same where the campaign ended when decided.
-const SEQUENTIAL_INTERVAL: &str = "95 %: differences by bets, all together, at every look; rates as for a fixed count: \
-                                   Wilson, Clopper-Pearson where fewer than 5 trials recovered, or fewer than 5 did not";
+const SEQUENTIAL_INTERVAL: &str = "95 %: differences of pairs by bets, all together, at every look; all else as for a \
+                                   fixed count. Rates: Wilson; Clopper-Pearson where fewer than 5 trials recovered, or \
+                                   fewer than 5 did not; differences in strata: Tango";
 
 impl SetSummary {
     /// Of set number `set` of those that are named.
@@ -298,7 +299,8 @@ pub(crate) mod tests {
         let campaign = Campaign::load("smoke", &overrides).unwrap();
         let sets = vec!["a".to_string(), "b".to_string()];
         let (standfast, config_hash, robot_sha256) = ("0".into(), "0123456789abcdef".into(), String::new());
-        let manifest = Manifest { standfast, config_hash, robot_sha256, sets, campaign };
+        let build = String::new();
+        let manifest = Manifest { standfast, config_hash, build, robot_sha256, sets, campaign };
         let impulse = |i: usize| 1.0 + i as f64 / outcomes.len() as f64;
         let trial = |(i, of): (usize, &[Outcome; 2])| {
             [row(i as u64, "a", impulse(i), of[0]), row(i as u64, "b", impulse(i), of[1])]

@@ -5,10 +5,8 @@ use crate::campaign::sequential::Verdict;
 use crate::campaign::summary::Summary;
 use crate::campaign::{Campaign, trial};
 
-/// With fewer pushes than this, rates are known to 10 points at best.
+/// With fewer pushes than this, a rate of 50 % is known to 10 points either way at best.
 const FEW_TRIALS: u64 = 100;
-/// With fewer trials than this that tell two sets apart, an exact test at 5 % can hardly find a difference.
-const FEW_DISCORDANT: u64 = 6;
 /// How many pairs are named.
 const NAMED: usize = 3;
 /// A rate beyond this leaves little to compare.
@@ -34,9 +32,8 @@ pub fn of(summary: &Summary, campaign: &Campaign) -> Vec<String> {
         });
     }
     if summary.trials < FEW_TRIALS {
-        found.push(format!("{} pushes are few: a rate is known to {:.0} points either way", summary.trials, {
-            98.0 / (summary.trials as f64).sqrt()
-        }));
+        let (trials, points) = (summary.trials, 98.0 / (summary.trials as f64).sqrt());
+        found.push(format!("{trials} pushes are few: a rate near 50 % is known to {points:.0} points either way"));
     }
     let rates = || summary.sets.iter().map(|set| set.count.success_rate);
     if summary.sets.len() > 1 && rates().all(|rate| rate > NEARLY) {
@@ -44,9 +41,11 @@ pub fn of(summary: &Summary, campaign: &Campaign) -> Vec<String> {
     } else if summary.sets.len() > 1 && rates().all(|rate| rate < 1.0 - NEARLY) {
         found.push("hardly any push is survived with any set: they are too hard to tell sets apart".into());
     }
+    // So many that all to one side are a difference: 2 / 2^k under 5 %, for each of the pairs.
+    let enough = (2.0 * summary.pairs.len().max(1) as f64 / 0.05).log2().ceil() as u64;
     let is_thin = |pair: &&Pair| {
         let discordant = pair.counts.only_a + pair.counts.only_b;
-        pair.verdict == Verdict::Open && discordant < FEW_DISCORDANT && summary.trials >= FEW_TRIALS
+        pair.verdict == Verdict::Open && discordant < enough && summary.trials >= FEW_TRIALS
     };
     let thin: Vec<String> =
         summary.pairs.iter().filter(is_thin).map(|pair| format!("{} and {}", pair.a, pair.b)).collect();
@@ -54,7 +53,7 @@ pub fn of(summary: &Summary, campaign: &Campaign) -> Vec<String> {
         let more = if thin.len() > NAMED { format!(", and {} pairs more", thin.len() - NAMED) } else { String::new() };
         let named = thin[..thin.len().min(NAMED)].join(", ");
         found.push(format!(
-            "fewer than {FEW_DISCORDANT} pushes tell these apart, too few to say which is better: {named}{more}"
+            "fewer than {enough} pushes tell these apart, too few to say which is better: {named}{more}"
         ));
     }
     if summary.stopping.until_resolved {

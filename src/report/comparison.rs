@@ -185,7 +185,10 @@ pub(super) fn gate_words(gate: &GateResult) -> String {
     let (judged, unit) = (&gate.judged, unit(gate));
     let [seen, asked] = [judged.observed, judged.required].map(|share| in_unit(gate, share));
     let [least, most] = judged.interval.map(|share| in_unit(gate, share));
-    let more = judged.more_trials.map(|more| format!("; about {} more would resolve it", rounded(more)));
+    let more = judged.more_trials.map(|more| match judged.sequential {
+        true => format!("; about {} more would resolve it", rounded(more)),
+        false => format!("; a new campaign of about {} (another seed) would resolve it", rounded(more)),
+    });
     format!(
         "{}: {seen} {unit} seen, {least} to {most} {unit} at {} confidence, {asked} {unit} asked, {} trials{}",
         judged.name,

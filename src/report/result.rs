@@ -31,3 +31,14 @@ pub fn may_be_written_to(folder: &Path) -> bool {
     let is_comparison = || folder.join("summary.json").is_file() && !folder.join("parts").exists();
     entries.next().is_none() || is_comparison()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::parts::RESULT_FILES;
+
+    #[test]
+    fn what_is_written_is_taken_away_before_more_trials_are_run() {
+        assert!(FILES.iter().all(|name| RESULT_FILES.contains(name)));
+    }
+}

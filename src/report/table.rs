@@ -38,7 +38,7 @@ pub fn thresholds(judge: &Judge) -> String {
 /// differ. `folder` holds the result, for the command that replays a trial.
 pub fn campaign(summary: &Summary, folder: &Path) -> String {
     let push = &summary.push;
-    let most = match summary.stopping.until_resolved {
+    let most = match summary.most_trials > summary.trials {
         true => format!(" (of {} at most)", summary.most_trials),
         false => String::new(),
     };

@@ -27,7 +27,7 @@ const SCRIPT: &str = include_str!("report.js");
 const MOST_PAIRS: usize = 28;
 
 /// The page of a campaign: its `summary` (what becomes `summary.json`) and all `rows`, sorted by trial, then by set in
-/// the order of the summary. A telling trial with a key `replay` (an URL relative to the page) becomes a link.
+/// the order of the summary.
 ///
 /// Errors: none but a template that is wrong.
 pub fn page(summary: &impl serde::Serialize, rows: &[Row]) -> Result<String> {
