@@ -108,7 +108,7 @@ pub(super) fn gates(summary: &Summary) -> String {
     if summary.gates.is_empty() {
         return String::new();
     }
-    let mut table = table(["gate", "", "seen", "interval", "trials", "more"]);
+    let mut table = table(["gate", "", "seen", "interval", "trials", "to run"]);
     for gate in &summary.gates {
         let judged = &gate.judged;
         let [least, most] = judged.interval.map(|share| in_unit(gate, share));
@@ -262,6 +262,10 @@ mod tests {
         assert!(text.contains("about 1300"), "{text}");
         assert!(text.contains("50.0 %") && text.contains("+50.0 points"), "{text}");
         assert!(text.contains("baseline: old, 9 trials"), "{text}");
-        assert!(gate_words(&summary.gates[0]).ends_with("about 1300 more would resolve it"));
+        assert!(
+            gate_words(&summary.gates[0]).ends_with("a new campaign of about 1300 (another seed) would resolve it")
+        );
+        summary.gates[0].judged.sequential = true;
+        assert!(gate_words(&summary.gates[0]).ends_with("; about 1300 more would resolve it"));
     }
 }
