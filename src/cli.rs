@@ -118,11 +118,12 @@ impl RunArgs {
 
 #[derive(Debug, Default, Args)]
 pub struct GateArgs {
-    /// What the result must show: 'A >= 0.80', 'A >= B + 0.10', 'A >= baseline - 0.01', A and B gain sets.
+    /// What the result must show: 'A >= 0.80', 'A >= B + 0.10', 'A >= baseline - 0.01', A and B gain sets by their names
+    /// in the results.
     ///
     /// May be given several times, beside the campaign's own. A gate passes if its whole 95 % interval is at least what
     /// is asked, and fails (exit code 100) if none of it is; else it is unresolved, which is no failure unless
-    /// `gates.unresolved` is "fail" (--set gates.unresolved=fail). `gates.confidence` changes the 95 %.
+    /// `gates.unresolved` is "fail" (`run --set gates.unresolved=fail`). `gates.confidence` changes the 95 %.
     #[arg(long, value_name = "EXPR")]
     pub gate: Vec<String>,
     /// Result folder of an earlier run with the same pushes, for gates that compare with the baseline
@@ -152,7 +153,8 @@ pub struct CompareArgs {
     /// Write report.html, summary.md, summary.json, junit.xml, trials.parquet and success.svg to this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// What the result must show, as for `run`; e.g. 'catch (new) >= catch (old) - 0.01'
+    /// What the result must show, as for `run`; sets that both have are named by their folders, e.g.
+    /// 'catch (new) >= catch (old) - 0.01'
     #[arg(long, value_name = "EXPR")]
     pub gate: Vec<String>,
     /// Print the summary as one JSON object

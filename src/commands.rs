@@ -74,7 +74,9 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
             is_decided: &|rows| {
                 let open = gates.iter().flat_map(|gates| gates.open(rows)).collect::<Vec<_>>();
                 let trials = rows.len() / plan.manifest.sets.len();
-                progress.get().into_iter().for_each(|bar: &Progress| bar.say(&progress::open(trials, &open)));
+                let outlasts = gates.iter().any(|gates| gates.outlasts_baseline(rows));
+                let line = progress::open(trials, &open, outlasts);
+                progress.get().into_iter().for_each(|bar: &Progress| bar.say(&line));
                 open.is_empty()
             },
         },

@@ -123,6 +123,13 @@ fn a_baseline_is_paired_trial_by_trial_and_must_have_the_same_pushes() {
     assert_eq!((more["trials"].as_u64(), more["gates"][0]["trials"].as_u64()), (Some(30), Some(26)));
     assert!(more["warnings"].to_string().contains("the baseline has 26 trials"), "{}", more["warnings"]);
     fs::remove_dir_all(dir.path().join("new")).unwrap();
+    // One that ends when decided does not go on without the baseline, and says so. (Nothing else is drawn than there.)
+    let gate = "--gate=hold >= baseline - 0.01";
+    let until = ["--trials=100", "--until-resolved", gate, "--baseline=out", "--out=new"];
+    let args = short(&until).into_iter().filter(|arg| *arg != "--out=out").collect::<Vec<_>>();
+    let ended = standfast(dir.path(), &args).success();
+    assert!(stderr(&ended).contains("50 trials: not decided, but the baseline has no more"), "{}", stderr(&ended));
+    fs::remove_dir_all(dir.path().join("new")).unwrap();
     let refused = |more: &[&str], expected: &str| {
         let run = run(more).code(3);
         assert!(stderr(&run).contains(expected), "{}", stderr(&run));

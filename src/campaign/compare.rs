@@ -133,6 +133,9 @@ impl Joined {
         }
         let (in_a, in_b) = (&a.manifest, &b.manifest);
         warnings.extend(unlike(in_a, in_b));
+        if in_a.config_hash == in_b.config_hash {
+            warnings.push("both were made from the same inputs: only another build can have made a difference".into());
+        }
         let both = |a: &str, b: &str| if a == b { a.to_string() } else { format!("{a}, {b}") };
         let mut campaign = in_a.campaign.clone();
         campaign.name = both(&in_a.campaign.name, &in_b.campaign.name);

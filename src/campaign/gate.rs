@@ -25,7 +25,7 @@ const BASELINE: &str = "baseline";
 const SOURCE: &str = "--gate or gates.require";
 /// What a gate looks like.
 const FORMS: &str =
-    "SET >= RATE, SET >= SET + SHARE or SET >= baseline - SHARE, as `catch >= 0.80`, `catch >= hold + 10 %`";
+    "SET >= RATE, SET >= SET + SHARE or SET >= baseline - SHARE (spaces around + and -), as `catch >= 0.80`";
 /// Standard normal at 80 %: the chance that `more_trials` resolve.
 const Z80: f64 = 0.841_621_233_572_914_3;
 /// An interval that holds at every look is wider, at the same confidence, than one for a fixed number of trials: about

@@ -32,6 +32,8 @@ pub struct GateResult {
     pub set: String,
     /// Whether it is asked for a difference of two rates, not for a rate.
     pub is_difference: bool,
+    /// Who recovered, a being this set and b the other side; None for a rate.
+    pub counts: Option<PairedCounts>,
     /// A trial that it lost: one that the other side recovered from, or else the least hard one.
     pub lost_trial: Option<u64>,
 }
@@ -68,10 +70,25 @@ impl Gates {
         self.baseline.as_ref().map(Baseline::told)
     }
 
+    /// Whether a gate waits for more trials than the baseline has.
+    pub fn outlasts_baseline(&self, rows: &[Row]) -> bool {
+        let used_up = self
+            .baseline
+            .as_ref()
+            .is_some_and(|baseline| baseline.trials() * self.sets.len() as u64 <= rows.len() as u64);
+        let waits = |gate: &&Gate| {
+            gate.against == Against::Baseline && self.judge(gate, rows).judged.status == Status::Unresolved
+        };
+        used_up && self.gates.iter().any(|gate| waits(&gate))
+    }
+
     /// What the baseline cannot support, for a result of `trials` trials.
     pub fn warnings(&self, manifest: &Manifest, trials: u64) -> Vec<String> {
         let Some(baseline) = &self.baseline else { return Vec::new() };
         let mut found = baseline.unlike(manifest);
+        if self.gates.iter().all(|gate| gate.against != Against::Baseline) {
+            found.push("no gate compares with the baseline: it has no part in this result".into());
+        }
         let have = baseline.trials();
         if have < trials {
             found.push(format!("the baseline has {have} trials: gates that compare with it go by the first {have}"));
@@ -127,13 +144,14 @@ impl Gates {
         let confidence = self.spec.confidence;
         let level = if self.stopping.until_resolved { each_of(self.gates.len(), confidence) } else { confidence };
         let recovered = |row: &&Row| row.outcome == Outcome::Recovered;
-        let evidence = match &other {
+        let pairs = |other: &[&Row]| PairedCounts::of(own.iter().zip(other).map(|(a, b)| (recovered(a), recovered(b))));
+        let counts = other.as_deref().map(pairs);
+        let evidence = match &counts {
             None => {
                 let k = own.iter().filter(|row| recovered(row)).count() as u64;
                 Evidence::rate(k, own.len() as u64, level, sequential)
             }
-            Some(other) => {
-                let counts = PairedCounts::of(own.iter().zip(other).map(|(a, b)| (recovered(a), recovered(b))));
+            Some(counts) => {
                 let (observed, trials, interval) =
                     (counts.difference(), counts.trials(), counts.interval(level, sequential));
                 Evidence { observed, interval, trials, sequential }
@@ -146,7 +164,7 @@ impl Gates {
         let judged = gate.judged(&evidence, level);
         let passes = !judged.status.fails(self.spec.unresolved);
         let is_difference = gate.against != Against::Rate;
-        GateResult { judged, passes, set: gate.set.clone(), is_difference, lost_trial }
+        GateResult { judged, passes, set: gate.set.clone(), is_difference, counts, lost_trial }
     }
 }
 

@@ -77,7 +77,7 @@ impl Folder {
         let file = path.join("parts/campaign.json");
         let text = fs::read_to_string(&file).map_err(|e| Error::Parts {
             path: path.into(),
-            problem: format!("not the folder of a campaign (parts/campaign.json: {e}); give a new or empty folder"),
+            problem: format!("not the folder of a campaign (parts/campaign.json: {e})"),
         })?;
         let manifest = serde_json::from_str(&text).map_err(|e| Error::Parts { path: file, problem: e.to_string() })?;
         Ok(Some(Folder { path: path.into(), manifest }))

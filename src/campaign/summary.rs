@@ -217,7 +217,7 @@ const CURVE_POINTS: usize = 41;
 
 /// How rates and differences are bounded where the count of trials was fixed.
 const INTERVAL: &str = "95 %: Wilson; Clopper-Pearson where fewer than 5 trials recovered, or fewer than 5 did not; \
-                        differences: Tango";
+                        differences: Tango; gates of rates: Clopper-Pearson";
 /// The same where the campaign ended when decided.
 const SEQUENTIAL_INTERVAL: &str = "95 %: differences of pairs by bets, all together, at every look; all else as for a \
                                    fixed count. Rates: Wilson; Clopper-Pearson where fewer than 5 trials recovered, or \

@@ -4,6 +4,7 @@ use crate::campaign::Summary;
 use crate::campaign::compare::Earlier;
 use crate::campaign::gate::Status;
 use crate::campaign::gates::GateResult;
+use crate::campaign::mcnemar::PairedCounts;
 use crate::campaign::paired::{Pair, p_value, rounded};
 use crate::campaign::ranks::Shift;
 use crate::report::layout::{align, signed, table, whole_names, wrapped};
@@ -166,7 +167,7 @@ pub fn failed_gates(summary: &Summary, folder: &Path) -> Vec<String> {
         let mut words = gate_words(gate);
         let mark = match gate.judged.status {
             Status::Unresolved => {
-                words += "; here that counts as failed (gates.unresolved)";
+                words += " (gates.unresolved)";
                 "gate unresolved: "
             }
             _ => "gate failed: ",
@@ -186,14 +187,20 @@ pub(super) fn gate_words(gate: &GateResult) -> String {
     let [seen, asked] = [judged.observed, judged.required].map(|share| in_unit(gate, share));
     let [least, most] = judged.interval.map(|share| in_unit(gate, share));
     let more = judged.more_trials.map(|more| match judged.sequential {
-        true => format!("; about {} more would resolve it", rounded(more)),
-        false => format!("; a new campaign of about {} (another seed) would resolve it", rounded(more)),
+        true => format!("; if that is so, about {} more would resolve it", rounded(more)),
+        false => format!("; if that is so, a new campaign of about {} (another seed) would resolve it", rounded(more)),
     });
+    let differ = gate.counts.map(|counts| {
+        let PairedCounts { only_a: won, only_b: lost, .. } = counts;
+        format!(" ({won} that only it recovered from, {lost} that only the other did)")
+    });
+    let counts = if gate.passes || judged.status == Status::Failed { "" } else { "; here that counts as failed" };
     format!(
-        "{}: {seen} {unit} seen, {least} to {most} {unit} at {} confidence, {asked} {unit} asked, {} trials{}",
+        "{}: {seen} {unit} seen, {least} to {most} {unit} at {} confidence, {asked} {unit} asked, {} trials{}{}{counts}",
         judged.name,
         level(judged.confidence),
         judged.trials,
+        differ.unwrap_or_default(),
         more.unwrap_or_default()
     )
 }
@@ -245,7 +252,9 @@ mod tests {
         assert!(unresolved.replace("\n                 ", " ").contains("counts as failed"), "{unresolved}");
         let words = failed.replace("\n             ", " ");
         assert!(words.starts_with("gate failed: b >= a + 0.1: -50.0 points seen, -"), "{words}");
-        assert!(words.contains(" points at 95 % confidence, +10.0 points asked, 100 trials\na trial"), "{words}");
+        let told = "points at 95 % confidence, +10.0 points asked, 100 trials (0 that only it recovered from, 50 that only \
+                    the other did)\na trial";
+        assert!(words.contains(told), "{words}");
         for line in all.iter().flat_map(|text| text.lines()) {
             assert!(line.chars().count() <= 80 || line.starts_with("  standfast push "), "{line}");
         }
@@ -263,9 +272,10 @@ mod tests {
         assert!(text.contains("50.0 %") && text.contains("+50.0 points"), "{text}");
         assert!(text.contains("baseline: old, 9 trials"), "{text}");
         assert!(
-            gate_words(&summary.gates[0]).ends_with("a new campaign of about 1300 (another seed) would resolve it")
+            gate_words(&summary.gates[0])
+                .ends_with("if that is so, a new campaign of about 1300 (another seed) would resolve it")
         );
         summary.gates[0].judged.sequential = true;
-        assert!(gate_words(&summary.gates[0]).ends_with("; about 1300 more would resolve it"));
+        assert!(gate_words(&summary.gates[0]).ends_with("; if that is so, about 1300 more would resolve it"));
     }
 }

@@ -67,7 +67,7 @@ fn gates(summary: &Summary) -> String {
             text,
             "| {} | **{}** | {} {unit} | {least} to {most} {unit} | {} |",
             code(&judged.name),
-            status(judged.status),
+            if gate.passes { status(judged.status).to_string() } else { told(judged.status) },
             in_unit(gate, judged.observed),
             judged.trials
         );
@@ -81,10 +81,18 @@ fn gates(summary: &Summary) -> String {
         let _ = writeln!(text, "\n{}", escaped(&gate_words(gate)));
         if let Some(trial) = gate.lost_trial {
             let command = replay_command(summary, &gate.set, trial, Path::new(""));
-            let _ = writeln!(text, "A trial that it lost, again:\n\n```sh\n{command}\n```");
+            let _ = writeln!(text, "\nA trial that it lost, again (in the result folder):\n\n```sh\n{command}\n```");
         }
     }
     text
+}
+
+/// Why a gate does not let pass.
+fn told(found: Status) -> String {
+    match found {
+        Status::Unresolved => "unresolved, counts as FAILED".into(),
+        other => status(other).into(),
+    }
 }
 
 fn pairs(summary: &Summary) -> String {

@@ -65,9 +65,10 @@ impl Progress {
     }
 }
 
-/// What a campaign that ends when decided has still to decide.
-pub fn open(trials: usize, open: &[String]) -> String {
+/// What a campaign that ends when decided has still to decide, and whether that takes more trials than its baseline has.
+pub fn open(trials: usize, open: &[String], outlasts_baseline: bool) -> String {
     match open {
+        [] if outlasts_baseline => format!("{trials} trials: not decided, but the baseline has no more"),
         [] => format!("{trials} trials: decided"),
         [first] => format!("{trials} trials: open {first}"),
         [first, more @ ..] => format!("{trials} trials: open {first}, and {} more", more.len()),
