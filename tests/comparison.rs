@@ -50,6 +50,18 @@ fn what_another_build_has_made_is_kept_but_said() {
 }
 
 #[test]
+fn while_trials_are_run_there_is_no_result_of_an_earlier_look() {
+    let dir = folder();
+    let out = dir.path().join("out");
+    standfast(dir.path(), &short(&[TWO_PARTS])).success();
+    fs::remove_file(out.join("parts/part-000001.json")).unwrap();
+    // A shard joins nothing: what is left is what an interruption would leave.
+    standfast(dir.path(), &short(&[TWO_PARTS, "--shard=2/2"])).success();
+    let left: Vec<String> = files(&out).into_keys().filter(|name| !name.starts_with("parts/")).collect();
+    assert_eq!(left, ["campaign.toml"]);
+}
+
+#[test]
 fn gates_change_no_trial_and_need_none_again() {
     let dir = folder();
     standfast(dir.path(), &short(&[FEW])).success();
