@@ -233,7 +233,13 @@ fn print_status(folder: &Folder, json: bool) -> Result<bool> {
     } else {
         let trials = if complete { String::new() } else { format!("\nmissing: trials {}", folder.trials_of(&missing)) };
         let verb = if complete { "to join them" } else { "to compute the rest" };
-        report::print(&format!("{path}: {there} of {blocks} parts are complete{trials}\n{verb}: {next}\n"))?;
+        let shards = match complete {
+            true => String::new(),
+            false => {
+                format!("or copy the folders of other shards into this one, and then: {}\n", folder.merge_command())
+            }
+        };
+        report::print(&format!("{path}: {there} of {blocks} parts are complete{trials}\n{verb}: {next}\n{shards}"))?;
     }
     Ok(complete)
 }
