@@ -63,15 +63,8 @@ impl Baseline {
         Earlier { name, standfast: standfast.clone(), config_hash: config_hash.clone(), trials }
     }
 
-    /// What is not the same here and there, beside gains, or suspiciously the same.
-    pub fn unlike(&self, ours: &Manifest) -> Vec<String> {
-        let mut found = unlike(&self.manifest, ours);
-        if self.manifest.config_hash == ours.config_hash {
-            found.push(
-                "the baseline was made from the same inputs: only another build can have made a difference".into(),
-            );
-        }
-        found
+    pub fn manifest(&self) -> &Manifest {
+        &self.manifest
     }
 
     /// Whether it ended when decided: then its count of trials has to do with its outcomes.
@@ -91,6 +84,8 @@ pub struct Joined {
     pub manifest: Manifest,
     /// The trials that both have; sorted by trial, then by set, those of the first before those of the second.
     pub rows: Vec<Row>,
+    /// The rows, as `trials.parquet`.
+    trials: Vec<u8>,
     /// Pairs of sets, one of each result: of the same name or, if no name is in both, every one.
     pub pairs: Vec<(usize, usize)>,
     pub gates: Gates,
@@ -133,9 +128,6 @@ impl Joined {
         }
         let (in_a, in_b) = (&a.manifest, &b.manifest);
         warnings.extend(unlike(in_a, in_b));
-        if in_a.config_hash == in_b.config_hash {
-            warnings.push("both were made from the same inputs: only another build can have made a difference".into());
-        }
         let both = |a: &str, b: &str| if a == b { a.to_string() } else { format!("{a}, {b}") };
         let mut campaign = in_a.campaign.clone();
         campaign.name = both(&in_a.campaign.name, &in_b.campaign.name);
@@ -157,19 +149,20 @@ impl Joined {
             campaign,
         };
         let gates = Gates::new(&manifest, None)?;
-        Ok(Joined { gates, manifest, rows, pairs, origins: [origins(a), origins(b)].concat(), warnings })
+        let trials = parquet(&rows)?;
+        Ok(Joined { gates, manifest, rows, trials, pairs, origins: [origins(a), origins(b)].concat(), warnings })
     }
 
     /// What they say of each other.
-    pub fn summary(&self) -> Result<Summary> {
+    pub fn summary(&self) -> Summary {
         let Self { manifest, rows, pairs, gates, .. } = self;
-        let trials_sha256 = sha256_hex(&parquet(rows)?);
+        let trials_sha256 = sha256_hex(&self.trials);
         let mut summary = Summary::new(Source { manifest, rows, trials_sha256, pairs, gates });
         summary.warnings.splice(..0, self.warnings.iter().cloned());
         for (set, origin) in summary.sets.iter_mut().zip(&self.origins) {
             set.origin = origin.clone();
         }
-        Ok(summary)
+        summary
     }
 
     /// Writes `trials.parquet` and `summary.json`, and gives the summary as it is then: with paths of the two results as
@@ -179,7 +172,7 @@ impl Joined {
         for set in &mut summary.sets {
             set.origin.campaign = seen_from(folder, Path::new(&set.origin.campaign)).display().to_string();
         }
-        write_result(folder, &parquet(&self.rows)?, &summary)?;
+        write_result(folder, &self.trials, &summary)?;
         Ok(summary)
     }
 }
@@ -209,14 +202,16 @@ fn seen_from(folder: &Path, file: &Path) -> PathBuf {
     pathdiff::diff_paths(&file, &folder).unwrap_or(file)
 }
 
-/// What makes two results hard to compare, beside their trials.
-fn unlike(a: &Manifest, b: &Manifest) -> Vec<String> {
+/// What makes two results hard to compare, beside their trials: they differ in more than gains, or in nothing.
+pub fn unlike(a: &Manifest, b: &Manifest) -> Vec<String> {
     let robots = [a, b].map(|m| format!("{} ({:.8})", m.campaign.robot, m.robot_sha256));
     let versions = [a, b].map(|m| m.standfast.clone());
     let differ = |(what, [of_a, of_b]): (&str, [String; 2])| {
         (of_a != of_b).then(|| format!("the {what} differ: {of_a} and {of_b}"))
     };
-    [("robots", robots), ("versions of standfast", versions)].into_iter().filter_map(differ).collect()
+    let differences = [("robots", robots), ("versions of standfast", versions)].into_iter().filter_map(differ);
+    let same = "both were made from the same inputs: only another build can have made a difference";
+    differences.chain((a.config_hash == b.config_hash).then(|| same.to_string())).collect()
 }
 
 /// Every pair of so many sets, the earlier one first.

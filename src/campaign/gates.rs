@@ -1,6 +1,6 @@
 //! The gates of a campaign at work: the trials that each is asked of, and an earlier result that some compare with.
 
-use crate::campaign::compare::{Baseline, Earlier, every_pair};
+use crate::campaign::compare::{Baseline, Earlier, every_pair, unlike};
 use crate::campaign::gate::{Against, Evidence, Gate, Judged, Status};
 use crate::campaign::gate_spec::GateSpec;
 use crate::campaign::mcnemar::PairedCounts;
@@ -72,20 +72,20 @@ impl Gates {
 
     /// Whether a gate waits for more trials than the baseline has.
     pub fn outlasts_baseline(&self, rows: &[Row]) -> bool {
-        let used_up = self
-            .baseline
-            .as_ref()
-            .is_some_and(|baseline| baseline.trials() * self.sets.len() as u64 <= rows.len() as u64);
-        let waits = |gate: &&Gate| {
-            gate.against == Against::Baseline && self.judge(gate, rows).judged.status == Status::Unresolved
-        };
-        used_up && self.gates.iter().any(|gate| waits(&gate))
+        let is_open = |gate: &Gate| self.judge(gate, rows).judged.status == Status::Unresolved;
+        self.gates.iter().any(|gate| self.is_used_up(gate, rows) && is_open(gate))
+    }
+
+    /// Whether a gate compares with a baseline that has no more trials than these.
+    fn is_used_up(&self, gate: &Gate, rows: &[Row]) -> bool {
+        let trials = (rows.len() / self.sets.len()) as u64;
+        gate.against == Against::Baseline && self.baseline.as_ref().is_some_and(|b| b.trials() <= trials)
     }
 
     /// What the baseline cannot support, for a result of `trials` trials.
     pub fn warnings(&self, manifest: &Manifest, trials: u64) -> Vec<String> {
         let Some(baseline) = &self.baseline else { return Vec::new() };
-        let mut found = baseline.unlike(manifest);
+        let mut found = unlike(baseline.manifest(), manifest);
         if self.gates.iter().all(|gate| gate.against != Against::Baseline) {
             found.push("no gate compares with the baseline: it has no part in this result".into());
         }
@@ -108,12 +108,9 @@ impl Gates {
     /// What a campaign that ends when decided has still to decide, in words: gates or, without gates, pairs of sets. A
     /// gate that compares with a baseline is left as it is when that has no more trials.
     pub fn open(&self, rows: &[Row]) -> Vec<String> {
-        let trials = (rows.len() / self.sets.len()) as u64;
         if !self.gates.is_empty() {
-            let used_up = |gate: &Gate| {
-                gate.against == Against::Baseline && self.baseline.as_ref().is_some_and(|b| b.trials() <= trials)
-            };
-            let waiting = self.gates.iter().filter(|gate| !used_up(gate)).map(|gate| self.judge(gate, rows));
+            let waiting = self.gates.iter().filter(|gate| !self.is_used_up(gate, rows));
+            let waiting = waiting.map(|gate| self.judge(gate, rows));
             let open = waiting.filter(|gate| gate.judged.status == Status::Unresolved);
             let words = |GateResult { judged, is_difference, .. }: GateResult| {
                 words(&judged.name, judged.observed, judged.interval, if is_difference { "points" } else { "%" })

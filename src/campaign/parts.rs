@@ -27,7 +27,7 @@ pub struct Manifest {
     /// Version of this program that wrote it.
     pub standfast: String,
     pub config_hash: String,
-    /// Of the program that ran last ([`build_id`](crate::files::build_id)).
+    /// Of the program that ran last ([`build_id`](crate::files::build_id)); empty in a plan that has no folder.
     #[serde(default)]
     pub build: String,
     /// SHA-256 of URDF and settings: results of other robots can be told apart.
@@ -103,14 +103,10 @@ impl Folder {
         early.map_or(campaign.trials, |stopped| stopped.trials)
     }
 
-    /// Says that the campaign has ended after so many trials, or (None) that this is not known.
-    pub fn stop_at(&self, trials: Option<u64>) -> Result<()> {
-        let path = self.stopped_path();
-        let Some(trials) = trials else {
-            return remove(&path);
-        };
+    /// Says that the campaign has ended after so many trials.
+    pub fn stop_at(&self, trials: u64) -> Result<()> {
         let stopped = Stopped { trials, config_hash: self.manifest.config_hash.clone() };
-        write_atomic(&path, serde_json::to_string(&stopped).map_err(json_error)?.as_bytes())
+        write_atomic(&self.stopped_path(), serde_json::to_string(&stopped).map_err(json_error)?.as_bytes())
     }
 
     fn stopped_path(&self) -> PathBuf {
@@ -253,7 +249,7 @@ impl Folder {
 
     /// Takes away what was made of the parts, before they become other ones.
     pub fn remove_result(&self) -> Result<()> {
-        self.stop_at(None)?;
+        remove(&self.stopped_path())?;
         RESULT_FILES.iter().try_for_each(|name| remove(&self.path.join(name)))
     }
 

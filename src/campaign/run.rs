@@ -99,7 +99,7 @@ impl Plan {
         let config_hash = hash(&standfast, &what_trials_are(&resolved).to_toml()?, &hashed);
         // Settings and URDF come first among the inputs.
         let robot_sha256 = sha256_hex(hashed[..2].concat().as_bytes());
-        let build = build_id().to_string();
+        let build = String::new();
         let manifest = Manifest { standfast, config_hash, build, robot_sha256, sets, campaign: resolved };
         Ok(Plan { manifest, no_step: NoStep::new(&robot), robot, gains, inputs })
     }
@@ -127,7 +127,8 @@ impl Plan {
         if !own(&path)? {
             return Err(Error::Parts { path, problem: "holds the result of another campaign".into() });
         }
-        Ok(Folder { path, manifest: manifest.clone() })
+        // Here, not in `new`: the program's own file is read for it.
+        Ok(Folder { path, manifest: Manifest { build: build_id().into(), ..manifest.clone() } })
     }
 
     /// Runs the trials that `folder` lacks (of one shard, or all) and commits them part by part; what is complete is
@@ -180,7 +181,7 @@ impl Plan {
                 return Ok(missing);
             }
             if *look == most || (options.is_decided)(&folder.first_rows(*look)?) {
-                folder.stop_at(Some(*look))?;
+                folder.stop_at(*look)?;
                 return Ok(missing);
             }
             *look = next_look(*look, most);

@@ -194,9 +194,9 @@ pub(super) fn gate_words(gate: &GateResult) -> String {
         let PairedCounts { only_a: won, only_b: lost, .. } = counts;
         format!(" ({won} that only it recovered from, {lost} that only the other did)")
     });
-    let counts = if gate.passes || judged.status == Status::Failed { "" } else { "; here that counts as failed" };
+    let fails = if gate.passes || judged.status == Status::Failed { "" } else { "; here that counts as failed" };
     format!(
-        "{}: {seen} {unit} seen, {least} to {most} {unit} at {} confidence, {asked} {unit} asked, {} trials{}{}{counts}",
+        "{}: {seen} {unit} seen, {least} to {most} {unit} at {} confidence, {asked} {unit} asked, {} trials{}{}{fails}",
         judged.name,
         level(judged.confidence),
         judged.trials,
