@@ -4,22 +4,28 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules by floor, lowest first. Modules of one floor do not import each other, but for the floors named below.
-const FLOORS: [&[&str]; 8] = [
+const FLOORS: [&[&str]; 9] = [
     &["error"],
     &["geometry", "assets", "columns", "files"],
     &["lipm", "robot"],
     &["control", "sim"],
     &["episode"],
     &["campaign"],
-    &["report", "view"],
+    &["report"],
+    &["view"],
     &["main", "cli", "commands"],
 ];
 /// Small helpers, and the binary's own files, may use their neighbours.
-const SOCIABLE: [usize; 2] = [1, 7];
+const SOCIABLE: [usize; 2] = [1, 8];
 
 /// Crates that only some modules may name: what Rapier, the viewer and random numbers are kept behind.
-const RESERVED: [(&str, &[&str]); 4] =
-    [("rapier3d", &["sim"]), ("kiss3d", &["view"]), ("rand", &["campaign"]), ("rand_distr", &["campaign"])];
+const RESERVED: [(&str, &[&str]); 5] = [
+    ("rapier3d", &["sim"]),
+    ("kiss3d", &["view"]),
+    ("egui_plot", &["view"]),
+    ("rand", &["campaign"]),
+    ("rand_distr", &["campaign"]),
+];
 
 fn floor(module: &str) -> usize {
     let floor = FLOORS.iter().position(|modules| modules.contains(&module));

@@ -128,6 +128,20 @@ impl<'a> Controller<'a> {
         &self.whole_body.posture
     }
 
+    /// Goes on with the gain set of another design for the same robot, from the state reached. A foot in the air lands as it
+    /// was planned; one that was led by catching, of which the new set knows nothing, is left to the standing rule.
+    pub fn switch_to(&mut self, design: &'a Design) {
+        let zmp = self.supervisor.zmp_ref;
+        let is_led = self.swing.as_ref().is_some_and(|swing| swing.pendulum().is_none());
+        if is_led && design.family.catching.is_none() {
+            self.end_swing(false);
+        }
+        self.supervisor = Supervisor::new(&design.family, zmp);
+        self.supervisor.start_anew(zmp);
+        self.design = design;
+        (self.phase, self.out_of_sets_s) = (Phase::Posture, None);
+    }
+
     /// One control tick.
     pub fn tick(&mut self, sensed: &Sensed) -> Command {
         self.estimator.update(self.robot, sensed);
@@ -274,13 +288,17 @@ impl<'a> Controller<'a> {
         if !has_landed && !swing.is_overdue() {
             return false;
         }
+        self.end_swing(has_landed);
+        true
+    }
+
+    fn end_swing(&mut self, has_landed: bool) {
+        let Some(swing) = self.swing.take() else { return };
         self.supervisor.start_anew(swing.pendulum().map_or(self.supervisor.zmp_ref, |p| p.zmp));
         self.estimator.land(has_landed);
         self.landed = Some(swing.footstep.foot);
-        self.swing = None;
         self.out_of_sets_s = None;
         self.since_landing_s = 0.0;
-        true
     }
 
     /// Joint targets that carry the COM reference, with the torques of the wanted ZMP on the feet that stand.

@@ -9,7 +9,7 @@ use crate::geometry::SupportPolygon;
 use crate::lipm::gains::GainFamily;
 use crate::lipm::online::OnlineSets;
 use crate::lipm::pendulum::State;
-use nalgebra::{Point2, Vector2};
+use nalgebra::{Isometry2, Point2, Vector2};
 
 /// A faster gain takes over only when its set holds the state with this margin: noise at the border of a set would
 /// else switch to and fro.
@@ -130,6 +130,19 @@ impl Supervisor {
         let (com, com_vel) = (frame.inverse_transform_point(&com), frame.inverse_transform_vector(&com_vel));
         let state = State::new(com, com_vel, self.tested.zmp());
         self.sets.margin(0, &state)
+    }
+
+    /// For a picture: the slice of each gain's set over the COM, at the COM velocity and ZMP of the last tick, slow to fast:
+    /// corners in the world (m), none where the set holds no such state.
+    pub fn slices(&self) -> Vec<Vec<Point2<f64>>> {
+        let frame = self.support.map_or_else(Isometry2::identity, |support| support.frame);
+        let slice = |gain| self.sets.slice(gain, &self.tested).iter().map(|corner| frame * corner).collect();
+        (0..self.sets.len()).map(slice).collect()
+    }
+
+    /// Whether some set held the state of the last tick.
+    pub fn is_held(&self) -> bool {
+        self.held
     }
 
     fn choose(&mut self, state: &State) -> Decision {

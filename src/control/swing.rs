@@ -7,8 +7,8 @@ use super::footstep::Footstep;
 use super::quintic::Quintic;
 use crate::lipm::relaxation::{AxisPlan, Boundary};
 use crate::lipm::stepping::Stepping;
-use crate::robot::{PerFoot, Pose, Sole};
-use nalgebra::{Isometry2, Point2, Vector2, Vector3};
+use crate::robot::{PerFoot, Pose, Robot, Sole};
+use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
 /// A foot that presses with more has landed (N),
 const LANDED_N: f64 = 5.0;
@@ -154,6 +154,11 @@ impl Swing {
         (Pose::from_parts(place.into(), self.from.rotation.slerp(&self.to.rotation, share)), velocity)
     }
 
+    /// Corners of the sole as it is to land, world.
+    pub fn landing_corners(&self, robot: &Robot) -> [Point3<f64>; 4] {
+        robot.soles[self.footstep.foot].corners().map(|corner| self.to * corner)
+    }
+
     /// Whether the planned time is over.
     pub fn is_due(&self) -> bool {
         self.time_s >= self.timing.swing_time_s - 1e-9
@@ -174,7 +179,7 @@ impl Swing {
 mod tests {
     use super::super::estimator::heading;
     use super::*;
-    use crate::robot::{Foot, Robot};
+    use crate::robot::Foot;
     use nalgebra::UnitQuaternion;
 
     const OMEGA: f64 = 5.63;

@@ -1,21 +1,25 @@
 //! One closed loop of plant and controller ([`run`]), and its judge; and the paper's simulation without physics
 //! ([`imposed`]).
 
+mod closed_loop;
+pub mod film;
 pub mod footsteps;
 pub mod imposed;
 mod referee;
 mod slip;
+pub mod snapshot;
 
 use crate::control::{Controller, Design};
 use crate::robot::{Command, PerFoot, Pose, Robot};
-use crate::sim::plant::Clock;
-use crate::sim::{Ground, Plant, Push, SensorErrors, Truth, Variation};
+use crate::sim::{Push, SensorErrors, Truth, Variation};
+pub use closed_loop::ClosedLoop;
+pub use film::Film;
 pub use footsteps::{Footstep, Lifted};
 use nalgebra::Point2;
-use referee::Referee;
 use serde::{Deserialize, Serialize};
 
-pub use referee::{AT_LIMIT, support_on_ground};
+pub use referee::{AT_LIMIT, Referee, support_on_ground};
+pub use snapshot::Snapshot;
 
 /// How an episode ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -208,38 +212,19 @@ pub fn run(
     until: Until,
     observe: &mut dyn FnMut(&Tick),
 ) -> Record {
-    let Disturbance { pushes, sensor_errors, variation } = disturbance;
-    let simulated = &variation.robot(robot);
-    let ground = Ground::new(robot, &variation);
-    let clock = Clock { physics_step_s: config.physics_step_s, control_period_s: config.control_period_s };
-    let mut plant = Plant::on(ground, simulated, clock, sensor_errors, design.home_command().clone());
-    let mut controller = Controller::new(robot, design);
-    let mut referee = Referee::new(simulated, config, &pushes);
-    let mut command = design.home_command().clone();
+    let simulated = &disturbance.variation.robot(robot);
+    let mut closed_loop = ClosedLoop::new(robot, simulated, design, config, disturbance);
+    let mut referee = Referee::new(simulated, config, &closed_loop.pushes);
     let ticks = (config.horizon_s / config.control_period_s).round() as u64;
     for k in 0..=ticks {
-        let sensed = plant.sense();
-        let truth = plant.truth();
-        // A controller is not asked what to do about numbers that are none.
-        if truth.is_finite() {
-            command = controller.tick(&sensed);
-        }
-        let dcm = truth.com.xy() + truth.com_vel.xy() / design.family.pendulum.omega;
-        let support = support_on_ground(robot, truth);
-        let dcm_outside_m = support.map_or(f64::INFINITY, |polygon| polygon.signed_distance(dcm));
-        let tick = Tick { truth, dcm, dcm_outside_m, controller: &controller, command: &command };
+        let tick = closed_loop.tick();
         observe(&tick);
         referee.watch(&tick);
-        let done = match until {
-            Until::Decided => referee.is_decided(),
-            Until::Fallen => referee.record.outcome == Outcome::Fell,
-            Until::Horizon => false,
-        };
-        if done || !tick.truth.is_finite() {
+        if referee.is_over(until) || !tick.truth.is_finite() {
             break;
         }
         if k < ticks {
-            plant.advance(command.clone(), &pushes);
+            closed_loop.advance();
         }
     }
     referee.finish()

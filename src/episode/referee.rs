@@ -2,7 +2,7 @@
 
 use super::footsteps::FootstepLog;
 use super::slip::Slip;
-use super::{EpisodeConfig, Judge, Membership, Outcome, Record, Tick, home_distance};
+use super::{EpisodeConfig, Judge, Membership, Outcome, Record, Tick, Until, home_distance};
 use crate::control::Phase;
 use crate::geometry::SupportPolygon;
 use crate::robot::{Foot, PerFoot, Robot};
@@ -13,7 +13,7 @@ use nalgebra::Point2;
 pub const AT_LIMIT: f64 = 0.999;
 
 /// Watches an episode and writes its record.
-pub(super) struct Referee<'a> {
+pub struct Referee<'a> {
     robot: &'a Robot,
     judge: Judge,
     control_period_s: f64,
@@ -23,11 +23,13 @@ pub(super) struct Referee<'a> {
     standing_since_s: Option<f64>,
     footsteps: FootstepLog,
     slip: Slip<'a>,
-    pub(super) record: Record,
+    /// So far.
+    pub record: Record,
 }
 
 impl<'a> Referee<'a> {
-    pub(super) fn new(robot: &'a Robot, config: &EpisodeConfig, pushes: &[Push]) -> Self {
+    /// Of an episode of `robot`, as it is simulated, with these pushes.
+    pub fn new(robot: &'a Robot, config: &EpisodeConfig, pushes: &[Push]) -> Self {
         Self {
             robot,
             judge: config.judge,
@@ -62,11 +64,18 @@ impl<'a> Referee<'a> {
         }
     }
 
-    pub(super) fn is_decided(&self) -> bool {
-        self.record.outcome == Outcome::Fell || self.record.settled_at_s.is_some()
+    /// Whether an episode that is run `until` then ends before its horizon.
+    pub fn is_over(&self, until: Until) -> bool {
+        let fell = self.record.outcome == Outcome::Fell;
+        match until {
+            Until::Decided => fell || self.record.settled_at_s.is_some(),
+            Until::Fallen => fell,
+            Until::Horizon => false,
+        }
     }
 
-    pub(super) fn watch(&mut self, tick: &Tick) {
+    /// Takes note of a tick.
+    pub fn watch(&mut self, tick: &Tick) {
         let truth = tick.truth;
         self.record.end_s = truth.time_s;
         // After a fall, numbers are those of a body on the ground: of no interest.
@@ -170,7 +179,8 @@ impl<'a> Referee<'a> {
         }
     }
 
-    pub(super) fn finish(mut self) -> Record {
+    /// The record of the episode that ends here.
+    pub fn finish(mut self) -> Record {
         if self.record.outcome == Outcome::TimedOut {
             self.record.settled_at_s = self.standing_since_s.filter(|&since| self.has_stood(since));
             if self.record.settled_at_s.is_some() {

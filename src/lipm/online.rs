@@ -24,6 +24,8 @@
 //! so the gauge `max over j of gauge_Z(zmp(j))` is known when no y_k(j) has a larger gauge than the ZMPs up to j: mostly
 //! when the ZMP is at its peak. In terms of eq. 25: k is chosen for the polygon and the state at hand.
 
+mod slice;
+
 use super::gains::{AxisLoop, Gain, GainFamily};
 use super::pendulum::{Pendulum, State};
 use crate::geometry::SupportPolygon;

@@ -12,7 +12,7 @@ pub mod variation;
 mod world;
 
 pub use ground::Ground;
-pub use plant::{Plant, Truth};
+pub use plant::{Plant, Pull, Truth};
 pub use push::{Profile, Push};
 pub use sensors::SensorErrors;
 pub use variation::Variation;

@@ -21,6 +21,17 @@ pub struct Clock {
     pub control_period_s: f64,
 }
 
+/// A force on a point of a link, for as long as it is there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pull {
+    /// Index into `Robot::links`.
+    pub link: usize,
+    /// In the link's frame (m).
+    pub point: Point3<f64>,
+    /// World (N).
+    pub force: Vector3<f64>,
+}
+
 /// A robot in Rapier.
 pub struct Plant<'a> {
     robot: &'a Robot,
@@ -38,6 +49,8 @@ pub struct Plant<'a> {
     /// Physics steps done.
     steps: u64,
     delay_steps: u64,
+    /// A hand that pulls at a link until it lets go.
+    pub pull: Option<Pull>,
     /// COM at home, in the frame of the trunk's Rapier body and in its orientation at home.
     push_origin: Isometry3<f64>,
     com_jacobian: Matrix3xX<f64>,
@@ -71,8 +84,9 @@ pub struct Truth {
     pub contact_force: Vector3<f64>,
     /// On the plane z = 0 (m), from all contacts; None in flight.
     pub zmp: Option<[f64; 2]>,
-    /// (N)
+    /// Of pushes and pull together (N), and where the last of them acts.
     pub push_force: Vector3<f64>,
+    pub push_point: Point3<f64>,
     /// Joint torques (N m).
     pub tau: Vec<f64>,
     /// First link (other than by its sole) that touched the ground in the tick that just ended: index into
@@ -124,6 +138,7 @@ impl<'a> Plant<'a> {
             contact_force: Vector3::zeros(),
             zmp: None,
             push_force: Vector3::zeros(),
+            push_point: com,
             tau: vec![0.0; joints],
             touching: None,
         };
@@ -141,6 +156,7 @@ impl<'a> Plant<'a> {
             steps: 0,
             // To the nearest physics step.
             delay_steps: (robot.delay_s / clock.physics_step_s).round() as u64,
+            pull: None,
             push_origin: trunk_body.inverse() * Isometry3::from_parts(com.coords.into(), UnitQuaternion::identity()),
             com_jacobian: Matrix3xX::zeros(6 + joints),
             trunk_jacobian: Matrix6xX::zeros(6 + joints),
@@ -214,23 +230,35 @@ impl<'a> Plant<'a> {
         }
     }
 
-    /// Applies the pushes of the coming physics step to the trunk; returns their sum (N).
+    /// Applies the forces of the coming physics step, pushes on the trunk and the pull; returns their sum (N).
     fn apply_pushes(&mut self, pushes: &[Push]) -> Vector3<f64> {
         let from_s = self.steps as f64 * self.clock.physics_step_s;
-        let trunk = &mut self.world.bodies[self.handles.bodies[self.robot.trunk]];
-        trunk.reset_forces(true);
-        trunk.reset_torques(true);
-        let origin = pose_from_rapier(trunk.position()) * self.push_origin;
+        for body in &self.handles.bodies {
+            self.world.bodies[*body].reset_forces(true);
+            self.world.bodies[*body].reset_torques(true);
+        }
+        let trunk = self.robot.trunk;
+        let origin = pose_from_rapier(self.world.bodies[self.handles.bodies[trunk]].position()) * self.push_origin;
         let mut sum = Vector3::zeros();
         for push in pushes {
             let force = push.mean_force(from_s, from_s + self.clock.physics_step_s);
             if force != Vector3::zeros() {
-                let point = origin * Point3::new(0.0, 0.0, push.height_m);
-                trunk.add_force_at_point(vec_to_rapier(&force), vec_to_rapier(&point.coords), true);
+                self.apply(trunk, force, origin * Point3::new(0.0, 0.0, push.height_m));
                 sum += force;
             }
         }
+        if let Some(Pull { link, point, force }) = self.pull {
+            self.apply(link, force, self.kinematics.link_pose(link) * point);
+            sum += force;
+        }
         sum
+    }
+
+    /// Applies a force (N) to a link at a point of the world.
+    fn apply(&mut self, link: usize, force: Vector3<f64>, point: Point3<f64>) {
+        let body = &mut self.world.bodies[self.handles.bodies[link]];
+        body.add_force_at_point(vec_to_rapier(&force), vec_to_rapier(&point.coords), true);
+        self.truth.push_point = point;
     }
 
     /// Moves the ground over the coming physics step.

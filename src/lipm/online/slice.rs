@@ -1,0 +1,139 @@
+//! The slice of a maximal CPI set over the COM, for a picture: where the COM could be, at the velocity and the ZMP that it
+//! has, for the set to hold the state.
+//!
+//! Each predicted ZMP is affine in the COM, so each edge of Z cuts a half-plane of the COM off (eq. 22, two of its six
+//! columns). Cutting ends by the rule of the sets themselves: when at every corner of what is left the points that lead to
+//! the ZMP lie in Z, they do all over it, and nothing more is cut.
+
+use super::{Cascade, MAX_TICKS, OnlineSets, Points, Region, is_finite};
+use crate::lipm::pendulum::State;
+use nalgebra::Point2;
+
+/// The slice is looked for within this distance of the origin (m), beyond which no leg of this kind of robot stands.
+const FARTHEST_M: f64 = 2.0;
+
+impl OnlineSets {
+    /// Corners of the slice of the set of gain `index` at the COM velocity and the ZMP of `state`, counter-clockwise (m,
+    /// control frame); empty where no COM would do.
+    ///
+    /// # Panics
+    /// If there is no gain `index`.
+    pub fn slice(&self, index: usize, state: &State) -> Vec<Point2<f64>> {
+        self.cascades[index].slice(&self.region, state)
+    }
+}
+
+/// A corner of the slice, and where its prediction is.
+#[derive(Clone, Copy)]
+struct Corner {
+    com: Point2<f64>,
+    points: Points,
+}
+
+impl Corner {
+    /// Between two corners: the prediction is linear.
+    fn between(a: &Self, b: &Self, share: f64) -> Self {
+        let mut points = a.points;
+        for (p, q) in points.iter_mut().zip(b.points) {
+            for (p, q) in p.iter_mut().zip(q) {
+                *p += share * (q - *p);
+            }
+        }
+        Self { com: a.com + share * (b.com - a.com), points }
+    }
+}
+
+impl Cascade {
+    fn slice(&self, region: &Region, state: &State) -> Vec<Point2<f64>> {
+        if !region.holds_origin || !is_finite(state) {
+            return Vec::new();
+        }
+        let [far, near] = [FARTHEST_M, -FARTHEST_M];
+        let mut corners: Vec<Corner> = [(near, near), (far, near), (far, far), (near, far)]
+            .map(|(x, y)| {
+                let com = Point2::new(x, y);
+                Corner { com, points: self.start(&State::new(com, state.com_vel(), state.zmp())) }
+            })
+            .to_vec();
+        for _ in 0..MAX_TICKS {
+            for (x, y) in region.x.iter().zip(region.y) {
+                let excess = |corner: &Corner| {
+                    let [zmp_x, zmp_y] = corner.points[self.len - 1];
+                    x * zmp_x + y * zmp_y - 1.0
+                };
+                corners = cut(&corners, excess);
+            }
+            if corners.iter().all(|corner| self.lead(region, &corner.points) <= 1.0) {
+                break;
+            }
+            for corner in &mut corners {
+                self.advance(&mut corner.points);
+            }
+        }
+        corners.into_iter().map(|corner| corner.com).collect()
+    }
+}
+
+/// What of a convex polygon has no excess.
+fn cut(corners: &[Corner], excess: impl Fn(&Corner) -> f64) -> Vec<Corner> {
+    let mut kept = Vec::with_capacity(corners.len() + 1);
+    for (i, a) in corners.iter().enumerate() {
+        let b = &corners[(i + 1) % corners.len()];
+        let (of_a, of_b) = (excess(a), excess(b));
+        if of_a <= 0.0 {
+            kept.push(*a);
+        }
+        if (of_a < 0.0 && of_b > 0.0) || (of_a > 0.0 && of_b < 0.0) {
+            kept.push(Corner::between(a, b, of_a / (of_a - of_b)));
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::SupportPolygon;
+    use crate::lipm::gains::{GainFamily, GainSet};
+    use crate::lipm::pendulum::Pendulum;
+    use nalgebra::Vector2;
+
+    const PENDULUM: Pendulum = Pendulum { omega: 5.63, dt: 0.002 };
+
+    /// The definition: a COM is in the slice if and only if the set holds the state with that COM.
+    #[test]
+    fn the_slice_is_where_the_set_holds_the_state() {
+        let family = GainFamily::design(&GainSet::load("switching").unwrap(), PENDULUM).unwrap();
+        let mut sets = OnlineSets::new(&family);
+        let z = SupportPolygon::hull(
+            &[(-0.05, -0.08), (0.07, -0.06), (0.04, 0.08), (-0.05, 0.06)].map(|(x, y)| Point2::new(x, y)),
+        );
+        sets.update(&z.unwrap());
+        for (com_vel, zmp) in [((0.0, 0.0), (0.0, 0.0)), ((0.15, -0.1), (0.01, 0.02)), ((-0.2, 0.2), (-0.03, 0.0))] {
+            let state =
+                |com: Point2<f64>| State::new(com, Vector2::new(com_vel.0, com_vel.1), Point2::new(zmp.0, zmp.1));
+            for gain in 0..family.gains.len() {
+                let slice = sets.slice(gain, &state(Point2::origin()));
+                assert!(slice.len() >= 3, "gain {gain}: {slice:?}");
+                let middle = slice.iter().map(|p| p.coords).sum::<Vector2<f64>>() / slice.len() as f64;
+                for (i, a) in slice.iter().enumerate() {
+                    let b = slice[(i + 1) % slice.len()];
+                    for on_edge in [*a, a + 0.5 * (b - a)] {
+                        let at = |share: f64| state(Point2::from(middle + share * (on_edge.coords - middle)));
+                        assert!(sets.holds(gain, &at(1.0 - 1e-6)), "gain {gain}: {on_edge} is not in the set");
+                        assert!(!sets.holds(gain, &at(1.0 + 1e-6)), "gain {gain}: {on_edge} is not at the border");
+                    }
+                }
+            }
+        }
+        // Faster than any COM of this support can be stopped, with the ZMP far behind.
+        let lost = State::new(Point2::origin(), Vector2::new(3.0, 0.0), Point2::new(-0.5, 0.0));
+        assert!(sets.slice(0, &lost).is_empty());
+        sets.clear();
+        assert!(sets.slice(0, &state_at_rest()).is_empty());
+    }
+
+    fn state_at_rest() -> State {
+        State::new(Point2::origin(), Vector2::zeros(), Point2::origin())
+    }
+}
