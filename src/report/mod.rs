@@ -16,6 +16,7 @@ pub mod motion_plot;
 pub mod plot;
 pub mod progress;
 pub mod push;
+pub mod replay;
 pub mod response;
 mod response_plot;
 pub mod result;
