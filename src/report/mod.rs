@@ -17,6 +17,7 @@ pub mod picture;
 pub mod plot;
 pub mod progress;
 pub mod push;
+pub mod replay;
 pub mod response;
 mod response_plot;
 pub mod result;

@@ -1,0 +1,80 @@
+// Orbit about a point: drag turns, shift-drag (or two fingers) moves, the wheel (or two fingers) zooms.
+
+const FIELD = (32 * Math.PI) / 180;
+// Azimuth and elevation (degrees) of the eye as seen from the robot, which faces x.
+const VIEWS = { home: [38, 18], front: [0, 6], side: [90, 6], top: [180, 89.5] };
+
+class Camera {
+  constructor(canvas, height, changed) {
+    Object.assign(this, { canvas, height, changed, fingers: new Map() });
+    this.set("home");
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      this.fingers.set(event.pointerId, [event.clientX, event.clientY]);
+    });
+    canvas.addEventListener("pointermove", (event) => this.drag(event));
+    for (const end of ["pointerup", "pointercancel"]) {
+      canvas.addEventListener(end, (event) => this.fingers.delete(event.pointerId));
+    }
+    canvas.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      this.zoom(Math.exp(0.0012 * clamp(event.deltaY * (event.deltaMode ? 30 : 1), -300, 300)));
+    }, { passive: false });
+    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+    canvas.addEventListener("dblclick", () => this.set("home"));
+  }
+
+  set(view) {
+    [this.azimuth, this.elevation] = VIEWS[view].map((deg) => (deg * Math.PI) / 180);
+    // The robot is about twice as high as its COM.
+    this.target = [0, 0, 0.88 * this.height];
+    this.distance = 7.2 * this.height;
+    this.changed();
+  }
+
+  zoom(factor) {
+    this.distance = clamp(this.distance * factor, 0.8 * this.height, 30 * this.height);
+    this.changed();
+  }
+
+  outward() {
+    const { azimuth: a, elevation: e } = this;
+    return [Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)];
+  }
+
+  drag(event) {
+    const before = this.fingers.get(event.pointerId);
+    if (!before) return;
+    const now = [event.clientX, event.clientY], moved = [now[0] - before[0], now[1] - before[1]];
+    const others = [...this.fingers].filter(([id]) => id !== event.pointerId);
+    this.fingers.set(event.pointerId, now);
+    if (others.length) {
+      const other = others[0][1], gap = (p) => Math.hypot(p[0] - other[0], p[1] - other[1]);
+      this.distance *= clamp(gap(before) / Math.max(gap(now), 1), 0.8, 1.25);
+      // Each finger does half of it.
+      this.pan(moved[0] / 2, moved[1] / 2);
+      this.zoom(1);
+    } else if (event.shiftKey || event.buttons & 6) {
+      this.pan(...moved);
+    } else {
+      this.azimuth -= 0.008 * moved[0];
+      this.elevation = clamp(this.elevation + 0.008 * moved[1], -0.1, 1.562);
+    }
+    this.changed();
+  }
+
+  // By pixels, so that what is under the finger stays under it.
+  pan(right, down) {
+    const metres = (2 * this.distance * Math.tan(FIELD / 2)) / this.canvas.clientHeight;
+    const x = unit(cross([0, 0, 1], this.outward())), y = cross(this.outward(), x);
+    this.target = add(this.target, add(scaled(x, -right * metres), scaled(y, down * metres)));
+  }
+
+  look(aspect) {
+    // On a narrow screen it is the width that has to hold the robot.
+    const distance = this.distance * Math.max(1, 0.8 / aspect);
+    const eye = add(this.target, scaled(this.outward(), distance));
+    const seen = product(perspective(FIELD, aspect, 0.05 * distance, 12 * distance), lookingAt(eye, this.target, [0, 0, 1]));
+    return { view: seen, eye };
+  }
+}

@@ -1,0 +1,157 @@
+//! What a page knows of a film: the robot, and of every moment all that is drawn, as one JSON value.
+
+use super::pack::{column, columns, polygons};
+use crate::control::Phase;
+use crate::episode::film::Film;
+use crate::episode::snapshot::{Arrow, Snapshot};
+use crate::robot::{Foot, Pose, Robot};
+use crate::sim::{Ground, Push};
+use nalgebra::{Point2, UnitQuaternion};
+use serde_json::{Value, json};
+
+/// A longer film is shown at every second tick, or third, and so on: so a page stays small, whatever the horizon.
+const MOST_MOMENTS: usize = 2500;
+
+/// Phases by number, as the page names them.
+const PHASES: [Phase; 5] =
+    [Phase::Posture, Phase::Switching, Phase::OutOfSets, Phase::Swing(Foot::Left), Phase::Swing(Foot::Right)];
+
+/// The film, packed: `film.js` reads it.
+pub fn packed(film: &Film) -> Value {
+    let stride = film.snapshots.len().div_ceil(MOST_MOMENTS).max(1);
+    let moments: Vec<&Snapshot> = film.snapshots.iter().step_by(stride).collect();
+    let each = |value: &dyn Fn(&Snapshot) -> Option<f64>| column(&moments.iter().map(|s| value(s)).collect::<Vec<_>>());
+    let pairs = |value: &dyn Fn(&Snapshot) -> Option<Point2<f64>>| {
+        columns(&moments.iter().map(|s| value(s).map(Into::into)).collect::<Vec<Option<[f64; 2]>>>())
+    };
+    let arrows = |value: &dyn Fn(&Snapshot) -> Option<Arrow>| {
+        columns(&moments.iter().map(|s| value(s).map(six)).collect::<Vec<_>>())
+    };
+    let phase = |s: &Snapshot| PHASES.iter().position(|phase| *phase == s.phase).map(|i| i as f64);
+    let positions = moments.iter().map(|s| Some(s.posture.base.translation.vector.into()));
+    let coms = moments.iter().map(|s| Some(s.com.into()));
+    let slices = (0..film.gains.len()).map(|gain| polygons(moments.iter().map(|s| slice(s, gain))));
+    let landing = |s: &Snapshot| s.footstep.map_or_else(Vec::new, |corners| corners.map(|corner| corner.xy()).to_vec());
+    let footsteps: Vec<Vec<Point2<f64>>> = moments.iter().map(|s| landing(s)).collect();
+    json!({
+        "robot": robot(&film.robot),
+        "ground": ground(film),
+        "gains": film.gains,
+        "phases": PHASES.map(Phase::name),
+        "marks": marks(film),
+        "start_s": moments.first().map(|s| s.time_s),
+        "period_s": film.control_period_s * stride as f64,
+        "moments": moments.len(),
+        "base": columns(&positions.collect::<Vec<Option<[f64; 3]>>>()),
+        "turn": turns(moments.iter().map(|s| s.posture.base.rotation)),
+        "q": (0..film.robot.joints.len()).map(|i| each(&|s| Some(s.posture.q[i]))).collect::<Vec<_>>(),
+        "slope": turns(moments.iter().map(|s| s.slope)),
+        "com": columns(&coms.collect::<Vec<Option<[f64; 3]>>>()),
+        "dcm": pairs(&|s| Some(s.dcm)),
+        "zmp": pairs(&|s| s.zmp),
+        "zmp_ref": pairs(&|s| Some(s.zmp_ref)),
+        "dcm_outside": each(&|s| Some(s.dcm_outside_m)),
+        "margin": each(&|s| s.margin),
+        "gain": each(&|s| s.gain.map(|gain| gain as f64)),
+        "phase": each(&phase),
+        "push": arrows(&|s| s.push),
+        "contacts": Foot::BOTH.map(|foot| arrows(&|s| s.contacts[foot])),
+        "support": polygons(moments.iter().map(|s| s.support.as_slice())),
+        "slices": slices.collect::<Vec<_>>(),
+        "footstep": polygons(footsteps.iter().map(Vec::as_slice)),
+    })
+}
+
+fn slice(snapshot: &Snapshot, gain: usize) -> &[Point2<f64>] {
+    snapshot.slices.get(gain).map_or(&[], Vec::as_slice)
+}
+
+/// Point and force.
+fn six(arrow: Arrow) -> [f64; 6] {
+    let ([x, y, z], [fx, fy, fz]): ([f64; 3], [f64; 3]) = (arrow.point.into(), arrow.force.into());
+    [x, y, z, fx, fy, fz]
+}
+
+/// Columns of quaternions (x, y, z, w), neighbours on the same side of the sphere: between them it is interpolated.
+fn turns(rotations: impl Iterator<Item = UnitQuaternion<f64>>) -> Vec<Value> {
+    let mut last = [0.0; 4];
+    let continuous = rotations.map(|rotation| {
+        let now: [f64; 4] = rotation.coords.into();
+        let along: f64 = now.iter().zip(last).map(|(a, b)| a * b).sum();
+        last = if along < 0.0 { now.map(|x| -x) } else { now };
+        Some(last)
+    });
+    columns(&continuous.collect::<Vec<_>>())
+}
+
+fn robot(robot: &Robot) -> Value {
+    let links = robot.links.iter().enumerate().map(|(i, link)| {
+        let joint = i.checked_sub(1).map(|joint| &robot.joints[joint]);
+        let solid = |solid: &crate::robot::Solid| {
+            json!({ "pose": pose(&solid.pose), "shape": shape(&solid.shape), "color": solid.color })
+        };
+        json!({
+            "name": link.name,
+            "parent": joint.map(|joint| joint.parent),
+            "origin": joint.map(|joint| pose(&joint.origin)),
+            "axis": joint.map(|joint| [joint.axis.x, joint.axis.y, joint.axis.z]),
+            "visuals": link.visuals.iter().map(solid).collect::<Vec<_>>(),
+        })
+    });
+    json!({ "name": robot.name, "com_height_m": robot.home_com_height(), "links": links.collect::<Vec<_>>() })
+}
+
+/// Position, then quaternion (x, y, z, w).
+fn pose(pose: &Pose) -> [f64; 7] {
+    let ([x, y, z], [i, j, k, w]): ([f64; 3], [f64; 4]) = (pose.translation.vector.into(), pose.rotation.coords.into());
+    [x, y, z, i, j, k, w]
+}
+
+/// Half extents of the box that holds it, in the axes of the solid.
+fn shape(shape: &crate::robot::Shape) -> Value {
+    use crate::robot::Shape;
+    match *shape {
+        Shape::Box { half } => json!({ "kind": "box", "half": [half.x, half.y, half.z] }),
+        Shape::Cylinder { radius, length } => json!({ "kind": "cylinder", "half": [radius, radius, length / 2.0] }),
+        Shape::Sphere { radius } => json!({ "kind": "sphere", "half": [radius, radius, radius] }),
+    }
+}
+
+fn ground(film: &Film) -> Value {
+    let Ground { step_m, patch: [least, most], .. } = Ground::new(&film.robot, &film.variation);
+    json!({ "step_m": step_m, "patch": [least.x, least.y, most.x, most.y] })
+}
+
+/// What the time line marks: a kind, from when to when, and a few words.
+fn marks(film: &Film) -> Vec<Value> {
+    let mark = |kind: &str, from_s: f64, to_s: f64, text: String| json!({ "kind": kind, "from_s": from_s, "to_s": to_s, "text": text });
+    let told = |push: &Push| format!("push of {:.2} N s towards {:.0}°", push.impulse_n_s, push.heading_deg);
+    let mut marks: Vec<Value> = film.pushes.iter().map(|push| mark("push", push.start_s, push.end_s(), told(push))).collect();
+    for pair in film.snapshots.windows(2) {
+        if let (Some(before), Some(after)) = (pair[0].gain, pair[1].gain)
+            && before != after
+        {
+            let [before, after] = [before, after].map(|gain| &film.gains[gain]);
+            marks.push(mark("switch", pair[1].time_s, pair[1].time_s, format!("gain {before} to {after}")));
+        }
+    }
+    let record = &film.record;
+    let last_s = film.snapshots.last().map_or(record.end_s, |s| s.time_s);
+    for step in &record.footsteps {
+        let side = if step.in_set_at_landing { "inside" } else { "outside" };
+        let text = format!("{} footstep, landed {side} the new sets", step.foot.name());
+        marks.push(mark("footstep", step.lift_s, step.land_s, text));
+    }
+    if let Some(lifted) = &record.unfinished_footstep {
+        let until_s = record.fell_at_s.unwrap_or(last_s);
+        marks.push(mark("footstep", lifted.lift_s, until_s, format!("{} footstep, not landed", lifted.foot.name())));
+    }
+    if let Some(at) = record.fell_at_s {
+        let cause = record.fall_cause.as_deref().unwrap_or("out of bounds");
+        marks.push(mark("fall", at, at, format!("fell: {cause}")));
+    }
+    if let Some(at) = record.settled_at_s {
+        marks.push(mark("still", at, at, "standing still from here".into()));
+    }
+    marks
+}

@@ -1,0 +1,129 @@
+// The film as the page holds it: columns of 16-bit numbers (see pack.rs), and the kinematics of the robot.
+
+const NONE = 65535;
+
+function numbers(text) {
+  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0)), view = new DataView(bytes.buffer);
+  return Uint16Array.from({ length: bytes.length / 2 }, (_, i) => view.getUint16(2 * i, true));
+}
+
+// A function from the number of a moment to its value; null for none.
+function column({ least, step, data }) {
+  if (data === undefined) return () => least;
+  const values = numbers(data);
+  return (i) => (values[i] === NONE ? null : least + step * values[i]);
+}
+
+// Of whole numbers.
+const whole = (value) => (i) => (value(i) === null ? null : Math.round(value(i)));
+
+// Several columns; between two moments it is interpolated, except where one of the two has none: there the nearer counts.
+function columns(packed) {
+  const all = packed.map(column);
+  const at = (i) => {
+    const values = all.map((value) => value(i));
+    return values.includes(null) ? null : values;
+  };
+  return (i, share) => {
+    const here = at(i);
+    if (!share) return here;
+    const next = at(i + 1);
+    return here && next ? here.map((x, k) => x + share * (next[k] - x)) : share < 0.5 ? here : next;
+  };
+}
+
+// A function from the number of a moment to its polygon: a list of corners.
+function polygons({ which, counts, x, y }) {
+  const [index, sizes, xs, ys] = [numbers(which), numbers(counts), column(x), column(y)];
+  const starts = [0];
+  for (const size of sizes) starts.push(starts[starts.length - 1] + size);
+  const corners = (ring) => Array.from({ length: sizes[ring] }, (_, k) => [xs(starts[ring] + k), ys(starts[ring] + k)]);
+  return (i) => corners(index[i]);
+}
+
+class Film {
+  constructor(data) {
+    this.data = data;
+    this.count = data.moments;
+    this.period = data.period_s;
+    this.start = data.start_s;
+    this.end = this.start + (this.count - 1) * this.period;
+    this.gains = data.gains;
+    this.marks = data.marks;
+    this.robot = data.robot;
+    this.links = data.robot.links.map((link) => ({
+      ...link,
+      origin: link.origin && poseOf(link.origin),
+      visuals: link.visuals.map((visual) => ({ ...visual, pose: poseOf(visual.pose) })),
+    }));
+    for (const name of ["base", "turn", "q", "slope", "com", "dcm", "zmp", "zmp_ref", "push"]) this[name] = columns(data[name]);
+    for (const name of ["dcm_outside", "margin"]) this[name] = column(data[name]);
+    for (const name of ["gain", "phase"]) this[name] = whole(column(data[name]));
+    this.contacts = data.contacts.map(columns);
+    this.support = polygons(data.support);
+    this.slices = data.slices.map(polygons);
+    this.footstep = polygons(data.footstep);
+  }
+
+  // The number of the last moment until a time, and how far it is to the next: 0 to 1.
+  index(time) {
+    const at = clamp((time - this.start) / this.period, 0, this.count - 1);
+    // A time that is meant to be a tick is one, whatever its last digit.
+    const near = Math.round(at);
+    const exact = Math.abs(at - near) < 1e-6 ? near : at;
+    const i = Math.floor(exact);
+    return [i, exact - i];
+  }
+
+  time(i) {
+    return this.start + i * this.period;
+  }
+
+  // Poses of all links in the world.
+  poses(i, share) {
+    const q = this.q(i, share) ?? [];
+    const poses = [{ p: this.base(i, share), q: normalized(this.turn(i, share)) }];
+    this.links.slice(1).forEach((link, k) => {
+      const joint = { p: [0, 0, 0], q: aboutAxis(link.axis, q[k]) };
+      poses.push(placed(placed(poses[link.parent], link.origin), joint));
+    });
+    return poses;
+  }
+
+  // All that there is to see at a time.
+  at(time) {
+    const [i, share] = this.index(time);
+    const near = share < 0.5 ? i : i + 1;
+    return {
+      i,
+      time,
+      poses: this.poses(i, share),
+      slope: normalized(this.slope(i, share)),
+      com: this.com(i, share),
+      dcm: this.dcm(i, share),
+      zmp: this.zmp(i, share),
+      zmpRef: this.zmp_ref(i, share),
+      dcmOutside: this.dcm_outside(near),
+      margin: this.margin(near),
+      gain: this.gain(near),
+      phase: this.data.phases[this.phase(near)],
+      push: arrow(this.push(near, 0)),
+      contacts: this.contacts.map((contact) => arrow(contact(i, share))),
+      support: this.support(near),
+      slices: this.slices.map((slice) => slice(near)),
+      footstep: this.footstep(near),
+    };
+  }
+
+  // The ground's height (m) at a place, as it is tilted in a moment.
+  height(slope, x, y) {
+    const normal = turned(slope, [0, 0, 1]), plane = -(normal[0] * x + normal[1] * y) / normal[2];
+    const { step_m: step, patch } = this.data.ground;
+    if (!step) return plane;
+    const local = turned(inverse(slope), [x, y, plane]);
+    const inside = local[0] >= patch[0] && local[0] <= patch[2] && local[1] >= patch[1] && local[1] <= patch[3];
+    return inside ? plane : plane + step / normal[2];
+  }
+}
+
+const arrow = (six) => six && { point: six.slice(0, 3), force: six.slice(3) };

@@ -1,0 +1,72 @@
+// Vectors are arrays of three, quaternions [x, y, z, w], poses { p, q }; matrices 4 x 4, column by column, as WebGL has them.
+const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+const scaled = (a, s) => [a[0] * s, a[1] * s, a[2] * s];
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const length = (a) => Math.hypot(...a);
+const unit = (a) => scaled(a, 1 / (Math.hypot(...a) || 1));
+const clamp = (x, least, most) => Math.min(Math.max(x, least), most);
+
+function turned(q, v) {
+  const u = [q[0], q[1], q[2]], t = scaled(cross(u, v), 2);
+  return add(add(v, scaled(t, q[3])), cross(u, t));
+}
+
+// First b, then a.
+function quaternionProduct(a, b) {
+  const [ax, ay, az, aw] = a, [bx, by, bz, bw] = b;
+  return [
+    aw * bx + ax * bw + ay * bz - az * by,
+    aw * by - ax * bz + ay * bw + az * bx,
+    aw * bz + ax * by - ay * bx + az * bw,
+    aw * bw - ax * bx - ay * by - az * bz,
+  ];
+}
+
+function normalized(q) {
+  const size = Math.hypot(...q) || 1;
+  return q.map((x) => x / size);
+}
+
+const inverse = (q) => [-q[0], -q[1], -q[2], q[3]];
+
+function aboutAxis(axis, angle) {
+  const s = Math.sin(angle / 2);
+  return [axis[0] * s, axis[1] * s, axis[2] * s, Math.cos(angle / 2)];
+}
+
+// The turn that leads from z to a direction.
+function fromZ(direction) {
+  const [x, y, z] = unit(direction);
+  return z < -0.999999 ? [1, 0, 0, 0] : normalized([-y, x, 0, 1 + z]);
+}
+
+const placed = (a, b) => ({ p: add(a.p, turned(a.q, b.p)), q: quaternionProduct(a.q, b.q) });
+const poseOf = (seven) => ({ p: seven.slice(0, 3), q: seven.slice(3) });
+
+function matrixOf({ p, q }) {
+  const x = turned(q, [1, 0, 0]), y = turned(q, [0, 1, 0]), z = turned(q, [0, 0, 1]);
+  return [...x, 0, ...y, 0, ...z, 0, ...p, 1];
+}
+
+// First b, then a.
+function product(a, b) {
+  const out = new Array(16).fill(0);
+  for (let column = 0; column < 4; column++) {
+    for (let row = 0; row < 4; row++) {
+      for (let k = 0; k < 4; k++) out[4 * column + row] += a[4 * k + row] * b[4 * column + k];
+    }
+  }
+  return out;
+}
+
+function perspective(angle, aspect, near, far) {
+  const f = 1 / Math.tan(angle / 2), depth = 1 / (near - far);
+  return [f / aspect, 0, 0, 0, 0, f, 0, 0, 0, 0, (far + near) * depth, -1, 0, 0, 2 * far * near * depth, 0];
+}
+
+function lookingAt(eye, target, up) {
+  const z = unit(sub(eye, target)), x = unit(cross(up, z)), y = cross(z, x);
+  return [x[0], y[0], z[0], 0, x[1], y[1], z[1], 0, x[2], y[2], z[2], 0, -dot(x, eye), -dot(y, eye), -dot(z, eye), 1];
+}

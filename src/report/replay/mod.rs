@@ -1,0 +1,79 @@
+//! A film as one page that people look at: the robot in 3D, what the controller knows and wants, and plots over time.
+//!
+//! One file that asks for nothing else and opens from a disk: its own small WebGL viewer (`scene.js` and what it stands
+//! on), nothing of other hands. The robot's positions in it are right to 0.1 mm (`pack`: 16 bits for each number, of each
+//! tick; the page does the kinematics). The same bytes everywhere, as the film.
+
+mod data;
+mod pack;
+
+use crate::episode::film::Film;
+use crate::episode::Outcome;
+use crate::error::{Error, Result};
+use minijinja::syntax::SyntaxConfig;
+use minijinja::{Environment, context};
+
+const TEMPLATE: &str = include_str!("replay.html.jinja");
+const STYLE: &str = include_str!("replay.css");
+/// In the order in which they build on each other; all in one scope of the page.
+const SCRIPTS: [&str; 8] = [
+    include_str!("math.js"),
+    include_str!("film.js"),
+    include_str!("meshes.js"),
+    include_str!("scene.js"),
+    include_str!("overlays.js"),
+    include_str!("camera.js"),
+    include_str!("plots.js"),
+    include_str!("player.js"),
+];
+
+/// What stands beside the film.
+#[derive(Debug, Clone, Default)]
+pub struct Head {
+    pub title: String,
+    /// The story, plain text.
+    pub lines: Vec<String>,
+    /// The shell command that makes this page.
+    pub command: Option<String>,
+    /// Link to the report that led here, relative to the page.
+    pub back: Option<String>,
+}
+
+/// The page of a film.
+///
+/// Errors: a film without a moment, or a template that is wrong.
+pub fn page(film: &Film, head: &Head) -> Result<String> {
+    let fail = |problem: String| Error::Numeric { what: "replay".into(), problem };
+    if film.snapshots.is_empty() {
+        return Err(fail("the film has no moment".into()));
+    }
+    // Nothing in it may end the element that holds it.
+    let data = data::packed(film).to_string().replace('<', "\\u003c");
+    let mut environment = Environment::new();
+    let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
+    environment.set_syntax(syntax.map_err(|e| fail(e.to_string()))?);
+    // The ending .html of the name makes it escape what it prints.
+    environment.add_template("replay.html", TEMPLATE).map_err(|e| fail(e.to_string()))?;
+    let template = environment.get_template("replay.html").map_err(|e| fail(e.to_string()))?;
+    let outcome = match film.record.outcome {
+        Outcome::Recovered => "recovered",
+        Outcome::Fell => "fell",
+        Outcome::Diverged => "diverged",
+        Outcome::TimedOut => "timed out",
+    };
+    let context = context! {
+        title => &head.title,
+        lines => &head.lines,
+        command => &head.command,
+        // Only a path: a link of another kind could do more than lead back.
+        back => head.back.as_deref().filter(|link| !link.contains(':')),
+        version => env!("CARGO_PKG_VERSION"),
+        robot => &film.robot.name,
+        gain_set => &film.gain_set,
+        outcome,
+        style => STYLE,
+        script => SCRIPTS.concat(),
+        data,
+    };
+    template.render(context).map_err(|e| fail(format!("{e:#}")))
+}

@@ -1,0 +1,242 @@
+// Time, controls and keys: brings film, scene and plots together.
+
+const find = (id) => document.getElementById(id);
+const film = new Film(JSON.parse(find("film").textContent));
+const dark = matchMedia("(prefers-color-scheme: dark)");
+const theme = () => (dark.matches ? "dark" : "light");
+const shown = new Set(OVERLAYS.map((overlay) => overlay.id));
+const state = { time: film.start, playing: false, speed: 1, stale: true, last: 0 };
+
+let scene = null, camera = null;
+try {
+  const canvas = find("view");
+  scene = new Scene(canvas, film);
+  camera = new Camera(canvas, film.robot.com_height_m, () => { state.stale = true; });
+} catch (problem) {
+  find("view").hidden = find("views").hidden = true;
+  find("no-view").hidden = false;
+  // Only what went wrong in making pictures; the rest works without.
+  find("why").textContent = problem.message;
+}
+const plots = [0, 1].map((axis) => new Plot(find("plot-" + "xy"[axis]), film, axis, (time) => { pause(); seek(time); }));
+
+function seek(time) {
+  state.time = clamp(time, film.start, film.end);
+  state.stale = true;
+}
+
+// To a tick, some ticks away.
+function step(ticks) {
+  pause();
+  const [i, share] = film.index(state.time);
+  seek(film.time(clamp(ticks < 0 && share > 0 ? i + 1 + ticks : i + ticks, 0, film.count - 1)));
+  link();
+}
+
+function play() {
+  if (state.time >= film.end - 1e-9) seek(film.start);
+  state.playing = true;
+  state.last = performance.now();
+  state.stale = true;
+}
+
+function pause() {
+  const played = state.playing;
+  state.playing = false;
+  state.stale = true;
+  if (played) link();
+}
+
+// The moment in the address, for a link or a reload.
+function link() {
+  const hash = "#t=" + Number(state.time.toFixed(4));
+  try {
+    if (location.hash !== hash) history.replaceState(null, "", hash);
+  } catch {
+    // Some browsers have no history for files.
+  }
+}
+
+function followLink() {
+  const found = /^#t=(\d+(?:\.\d+)?)$/.exec(location.hash);
+  if (!found) return;
+  state.playing = false;
+  seek(Number(found[1]));
+}
+
+// Controls.
+const speeds = [...find("speed").options].map((option) => Number(option.value));
+function setSpeed(by) {
+  const at = clamp(speeds.indexOf(state.speed) + by, 0, speeds.length - 1);
+  state.speed = speeds[at];
+  find("speed").value = String(state.speed);
+}
+setSpeed(0);
+find("speed").addEventListener("change", (event) => { state.speed = Number(event.target.value); });
+const scrubber = find("time");
+Object.assign(scrubber, { min: 0, max: film.count - 1, step: 1, value: 0 });
+scrubber.addEventListener("input", () => {
+  pause();
+  seek(film.time(Number(scrubber.value)));
+});
+scrubber.addEventListener("change", link);
+for (const plot of plots) plot.canvas.addEventListener("pointerup", link);
+
+function toggle(id) {
+  if (!shown.delete(id)) shown.add(id);
+  find("show-" + id).setAttribute("aria-pressed", String(shown.has(id)));
+  renderPlots();
+}
+for (const { id, key, name, color, hint } of OVERLAYS) {
+  const chip = document.createElement("button");
+  Object.assign(chip, { id: "show-" + id, className: "chip", type: "button", title: hint + " (" + key + ")" });
+  const dot = document.createElement("i");
+  dot.style.background = color;
+  chip.append(dot, name);
+  chip.setAttribute("aria-pressed", "true");
+  chip.addEventListener("click", () => toggle(id));
+  find("overlays").append(chip);
+}
+
+const ACTIONS = {
+  play: () => (state.playing ? pause() : play()),
+  back: () => step(-1),
+  forth: () => step(1),
+  start: () => step(-film.count),
+  end: () => step(film.count),
+  slower: () => setSpeed(-1),
+  faster: () => setSpeed(1),
+  help: () => { find("keys").open = !find("keys").open; },
+  link: () => copy(location.href),
+  command: () => copy(find("command-text").textContent),
+};
+for (const view of Object.keys(VIEWS)) ACTIONS["view-" + view] = () => camera && camera.set(view);
+const KEYS = {
+  " ": "play", ArrowLeft: "back", ArrowRight: "forth", Home: "start", End: "end", "[": "slower", "]": "faster", "?": "help",
+  l: "link", 1: "view-home", 2: "view-front", 3: "view-side", 4: "view-top", r: "view-home",
+};
+document.addEventListener("click", (event) => {
+  const button = event.target.closest("[data-do]");
+  if (button) ACTIONS[button.dataset.do]();
+});
+document.addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  const at = event.target;
+  // What has a use for the key itself keeps it.
+  if (at.closest("select") || (event.key === " " && at.closest("button, summary, a"))) return;
+  const overlay = OVERLAYS.find(({ key }) => key === event.key);
+  const action = KEYS[event.key];
+  if (!overlay && !action) return;
+  event.preventDefault();
+  if (overlay) toggle(overlay.id);
+  else if (event.shiftKey && event.key.startsWith("Arrow")) step(Math.round((action === "back" ? -0.1 : 0.1) / film.period));
+  else ACTIONS[action]();
+});
+
+let fading;
+function copy(text) {
+  link();
+  const say = (word) => {
+    find("toast").textContent = word + text;
+    find("toast").hidden = false;
+    clearTimeout(fading);
+    fading = setTimeout(() => { find("toast").hidden = true; }, 5000);
+  };
+  // Where copying is not allowed the text stays to be read.
+  say("");
+  const clipboard = navigator.clipboard ? navigator.clipboard.writeText(text) : Promise.reject();
+  clipboard.then(() => say("copied: "), () => {});
+}
+
+// The time line: what the controller does over time, and what happens to the robot.
+function strip() {
+  const share = (time) => (100 * (clamp(time, film.start, film.end) - film.start)) / Math.max(film.end - film.start, 1e-9);
+  const part = (parent, kind, from, to, title) => {
+    const made = document.createElement("i");
+    made.className = kind;
+    made.title = title;
+    made.style.left = share(from) + "%";
+    if (to > from) made.style.width = share(to) - share(from) + "%";
+    parent.append(made);
+    return made;
+  };
+  const doing = (i) => {
+    const gain = film.gain(i), phase = film.data.phases[film.phase(i)];
+    return gain === null || phase !== "switching" ? phase : "gain " + film.gains[gain];
+  };
+  for (let from = 0; from < film.count; ) {
+    let to = from + 1;
+    while (to < film.count && doing(to) === doing(from)) to++;
+    const phase = film.data.phases[film.phase(from)], gain = film.gain(from);
+    const made = part(find("phases"), phase, film.time(from), film.time(to), doing(from));
+    // From slow to fast, stronger.
+    if (phase === "switching" && gain !== null) made.style.opacity = 0.35 + (0.65 * (gain + 1)) / film.gains.length;
+    from = to;
+  }
+  for (const { kind, from_s: from, to_s: to, text } of film.marks) {
+    part(find("marks"), kind, from, to, `${text}, ${from.toFixed(3)} s` + (to > from ? ` to ${to.toFixed(3)} s` : ""));
+  }
+}
+
+function readouts(moment) {
+  const mm = (metres) => (1000 * Math.abs(metres)).toFixed(0) + " mm ";
+  const outside = moment.dcmOutside;
+  const told = {
+    clock: moment.time.toFixed(3) + " s",
+    phase: moment.phase.replaceAll("-", " "),
+    gain: moment.gain === null ? "\u2013" : film.gains[moment.gain],
+    margin: moment.margin === null ? "\u2013" : moment.margin.toFixed(2).replace("-", "\u2212"),
+    edge: outside === null ? "no support" : mm(outside) + (outside > 0 ? "outside" : "inside"),
+  };
+  for (const [id, text] of Object.entries(told)) if (find(id).textContent !== text) find(id).textContent = text;
+  find("edge").className = outside === null || outside > 0 ? "bad" : "";
+  find("margin").className = moment.margin < 0 ? "bad" : "";
+}
+
+function renderPlots() {
+  for (const plot of plots) plot.render(theme(), shown);
+  state.stale = true;
+}
+
+// Canvas sizes follow the layout.
+function resize() {
+  const canvas = find("view"), ratio = window.devicePixelRatio || 1;
+  if (scene) [canvas.width, canvas.height] = [canvas.clientWidth, canvas.clientHeight].map((px) => Math.max(1, Math.round(px * ratio)));
+  renderPlots();
+}
+
+function draw() {
+  const moment = film.at(state.time);
+  if (scene) scene.draw(moment, camera, theme(), shown);
+  for (const plot of plots) plot.draw(moment);
+  readouts(moment);
+  scrubber.value = String(Math.round(film.index(state.time)[0]));
+  scrubber.setAttribute("aria-valuetext", moment.time.toFixed(3) + " seconds");
+  const button = find("play");
+  button.setAttribute("aria-label", state.playing ? "pause" : "play");
+  button.classList.toggle("playing", state.playing);
+}
+
+function frame(now) {
+  if (state.playing) {
+    // A tab that was away goes on where it was.
+    seek(state.time + (state.speed * Math.min(now - state.last, 250)) / 1000);
+    state.last = now;
+    if (state.time >= film.end) pause();
+  }
+  if (state.stale) {
+    state.stale = false;
+    draw();
+  }
+  requestAnimationFrame(frame);
+}
+
+strip();
+new ResizeObserver(resize).observe(find("stage"));
+dark.addEventListener("change", renderPlots);
+addEventListener("hashchange", followLink);
+resize();
+followLink();
+requestAnimationFrame(frame);
+// For the console.
+window.replay = { film, state, draw, seek, play, pause, camera, scene };

@@ -1,0 +1,250 @@
+// Draws a moment: the robot, its shadow on the floor, and over them what overlays.js adds.
+
+// Towards the light.
+const LIGHT = unit([0.35, 0.5, 1.1]);
+// The shadow's picture: so many pixels over twice so many metres of the floor.
+const SHADOW_PX = 1024, SHADOW_HALF = 0.9;
+
+const THEMES = {
+  light: { back: [0.93, 0.945, 0.96], floor: [0.985, 0.988, 0.992], line: [0.62, 0.67, 0.73], shade: 0.42, ambient: 0.62 },
+  dark: { back: [0.075, 0.088, 0.105], floor: [0.155, 0.175, 0.2], line: [0.36, 0.41, 0.47], shade: 0.62, ambient: 0.5 },
+};
+
+const SOLID_VERTEX = `
+layout(location = 0) in vec3 point;
+layout(location = 1) in vec3 normal;
+uniform mat4 view, pose;
+uniform vec3 size;
+out vec3 outward, place;
+void main() {
+  outward = mat3(pose) * normalize(normal / size);
+  vec4 world = pose * vec4(point * size, 1.0);
+  place = world.xyz;
+  gl_Position = view * world;
+}`;
+// Lambert's law, and light from above and, weaker, from below; colours are mixed as light is, not as screens have them.
+const SOLID_FRAGMENT = `
+in vec3 outward, place;
+uniform vec4 color;
+uniform vec3 light, eye;
+uniform float ambient;
+out vec4 shown;
+void main() {
+  vec3 n = normalize(outward), v = normalize(eye - place);
+  float key = max(dot(n, light), 0.0), sky = 0.5 + 0.5 * n.z;
+  float gloss = pow(max(dot(n, normalize(light + v)), 0.0), 40.0);
+  float rim = pow(1.0 - max(dot(n, v), 0.0), 3.0);
+  vec3 base = pow(color.rgb, vec3(2.2));
+  vec3 lit = base * (ambient * mix(0.45, 1.0, sky) + 0.75 * key) + 0.10 * gloss + 0.05 * rim * sky;
+  shown = vec4(pow(lit, vec3(1.0 / 2.2)), color.a);
+}`;
+// Seen from the light and laid on the floor; z keeps how high above it.
+const SHADOW_VERTEX = `
+layout(location = 0) in vec3 point;
+uniform mat4 pose, floor_from_world;
+uniform vec3 size, light;
+uniform vec2 middle;
+uniform float reach;
+out float height;
+void main() {
+  vec3 p = (floor_from_world * pose * vec4(point * size, 1.0)).xyz;
+  height = max(p.z, 0.0);
+  gl_Position = vec4((p.xy - light.xy / light.z * p.z - middle) / reach, clamp(p.z, 0.0, 1.9) - 0.95, 1.0);
+}`;
+const SHADOW_FRAGMENT = `
+in float height;
+out vec4 shown;
+void main() { shown = vec4(1.0, min(height, 1.0), 0.0, 1.0); }`;
+const FLOOR_VERTEX = `
+layout(location = 0) in vec3 point;
+uniform mat4 view, world_from_floor;
+out vec3 place, local;
+void main() {
+  vec4 world = world_from_floor * vec4(point, 1.0);
+  local = point;
+  place = world.xyz;
+  gl_Position = view * world;
+}`;
+// A grid of 0.1 m, stronger each 0.5 m; x and y through the origin. The higher what throws the shadow, the softer it is.
+const FLOOR_FRAGMENT = `
+in vec3 place, local;
+uniform vec3 back, ground, line, eye;
+uniform vec2 middle;
+uniform float reach, shade, sunk;
+uniform sampler2D shadow;
+out vec4 shown;
+float grid(float period, float px) {
+  vec2 at = local.xy / period, wide = fwidth(at);
+  vec2 near = abs(fract(at - 0.5) - 0.5) / max(wide, vec2(1e-6));
+  vec2 fading = clamp(0.4 / wide - 1.0, 0.0, 1.0);
+  vec2 drawn = clamp(px - near, 0.0, 1.0) * fading;
+  return max(drawn.x, drawn.y);
+}
+float axis(float across) { return clamp(1.4 - abs(across) / fwidth(across), 0.0, 1.0); }
+void main() {
+  vec3 color = mix(ground, line, 0.30 * grid(0.1, 1.0) + 0.55 * grid(0.5, 1.2));
+  color = mix(color, vec3(0.80, 0.27, 0.24), 0.55 * axis(local.y) * step(0.0, local.x));
+  color = mix(color, vec3(0.18, 0.60, 0.30), 0.55 * axis(local.x) * step(0.0, local.y));
+  color *= 1.0 - sunk;
+  vec2 uv = (local.xy - middle) / reach * 0.5 + 0.5;
+  float dark = 0.0;
+  if (all(greaterThan(uv, vec2(0.0))) && all(lessThan(uv, vec2(1.0)))) {
+    vec2 around = textureLod(shadow, uv, 5.0).rg;
+    float soft = clamp(around.g / max(around.r, 0.02), 0.0, 0.6);
+    float level = clamp(1.0 + 7.0 * soft, 1.0, 4.5), spread = exp2(level) / ${SHADOW_PX}.0;
+    for (int i = 0; i < 8; i++) {
+      float angle = 0.785398 * float(i) + 0.3;
+      dark += textureLod(shadow, uv + spread * (i % 2 == 0 ? 0.6 : 1.2) * vec2(cos(angle), sin(angle)), level).r / 8.0;
+    }
+    vec2 edge = smoothstep(vec2(0.0), vec2(0.08), uv) * smoothstep(vec2(0.0), vec2(0.08), 1.0 - uv);
+    dark *= edge.x * edge.y;
+  }
+  color *= 1.0 - shade * dark;
+  float far = length(local.xy - middle);
+  shown = vec4(mix(color, back, smoothstep(0.9, 2.6, far)), 1.0);
+}`;
+
+class Scene {
+  // Throws if this browser has no WebGL 2.
+  constructor(canvas, film) {
+    const gl = canvas.getContext("webgl2", { antialias: true, alpha: false });
+    if (!gl) throw new Error("no WebGL 2");
+    Object.assign(this, { canvas, film, gl, shapes: shapes(gl) });
+    this.solid = program(gl, SOLID_VERTEX, SOLID_FRAGMENT);
+    this.cast = program(gl, SHADOW_VERTEX, SHADOW_FRAGMENT);
+    this.floor = program(gl, FLOOR_VERTEX, FLOOR_FRAGMENT);
+    this.floorMesh = this.makeFloor();
+    this.overlay = new OverlayLayer(gl);
+    this.makeShadow();
+  }
+
+  makeShadow() {
+    const { gl } = this;
+    this.texture = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, this.texture);
+    gl.texStorage2D(gl.TEXTURE_2D, 8, gl.RGBA8, SHADOW_PX, SHADOW_PX);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
+    const depth = gl.createRenderbuffer();
+    gl.bindRenderbuffer(gl.RENDERBUFFER, depth);
+    gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT16, SHADOW_PX, SHADOW_PX);
+    this.target = gl.createFramebuffer();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.texture, 0);
+    gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, depth);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  }
+
+  // The plane; with a step, the patch on which the robot starts, what surrounds it, and the walls between.
+  makeFloor() {
+    const { step_m: step, patch: [x0, y0, x1, y1] } = this.film.data.ground, far = 4, data = [];
+    const quad = (a, b, c, d) => data.push(...a, ...b, ...c, ...a, ...c, ...d);
+    const flat = (l, b, r, t, z) => quad([l, b, z], [r, b, z], [r, t, z], [l, t, z]);
+    if (!step) flat(-far, -far, far, far, 0);
+    else {
+      flat(-far, -far, far, y0, step);
+      flat(-far, y1, far, far, step);
+      flat(-far, y0, x0, y1, step);
+      flat(x1, y0, far, y1, step);
+    }
+    this.plain = data.length / 3;
+    if (step) {
+      flat(x0, y0, x1, y1, 0);
+      const corners = [[x0, y0], [x1, y0], [x1, y1], [x0, y1]];
+      corners.forEach((a, i) => {
+        const b = corners[(i + 1) % 4];
+        quad([...a, 0], [...b, 0], [...b, step], [...a, step]);
+      });
+    }
+    return { ...vertices(this.gl, [3], data), count: data.length / 3 };
+  }
+
+  use({ made, uniforms }, values) {
+    const { gl } = this;
+    gl.useProgram(made);
+    for (const [name, value] of Object.entries(values)) {
+      const at = uniforms[name];
+      if (typeof value === "number") gl.uniform1f(at, value);
+      else if (value.length === 16) gl.uniformMatrix4fv(at, false, value);
+      else gl["uniform" + value.length + "fv"](at, value);
+    }
+    return uniforms;
+  }
+
+  // One shape, with the program in use.
+  shape(uniforms, kind, pose, size, color) {
+    const { gl } = this, mesh = this.shapes[kind];
+    gl.bindVertexArray(mesh.array);
+    gl.uniformMatrix4fv(uniforms.pose, false, matrixOf(pose));
+    gl.uniform3fv(uniforms.size, size);
+    if (color) gl.uniform4fv(uniforms.color, color);
+    gl.drawArrays(gl.TRIANGLES, 0, mesh.count);
+  }
+
+  // The robot's shapes; the translucent ones after the others.
+  solids(moment) {
+    const all = this.film.links.flatMap((link, i) => link.visuals.map((visual) => {
+      return [visual.shape.kind, placed(moment.poses[i], visual.pose), visual.shape.half, visual.color];
+    }));
+    return all.sort((a, b) => b[3][3] - a[3][3]);
+  }
+
+  draw(moment, camera, theme, overlays) {
+    const { gl, canvas } = this, colors = THEMES[theme];
+    const solids = this.solids(moment);
+    const tilt = { p: [0, 0, 0], q: moment.slope }, upright = { p: [0, 0, 0], q: inverse(moment.slope) };
+    const light = unit(turned(upright.q, LIGHT)), com = turned(upright.q, moment.com);
+    const middle = com.slice(0, 2).map((x, i) => x - (0.6 * com[2] * light[i]) / light[2]), reach = SHADOW_HALF;
+
+    gl.enable(gl.DEPTH_TEST);
+    gl.enable(gl.CULL_FACE);
+    gl.disable(gl.BLEND);
+    gl.depthFunc(gl.LESS);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
+    gl.viewport(0, 0, SHADOW_PX, SHADOW_PX);
+    gl.clearColor(0, 0, 0, 0);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    // Laid flat, shapes have no outside.
+    gl.disable(gl.CULL_FACE);
+    const cast = this.use(this.cast, { floor_from_world: matrixOf(upright), light, middle, reach });
+    for (const [kind, pose, size] of solids) this.shape(cast, kind, pose, size);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.bindTexture(gl.TEXTURE_2D, this.texture);
+    gl.generateMipmap(gl.TEXTURE_2D);
+
+    gl.viewport(0, 0, canvas.width, canvas.height);
+    gl.clearColor(...colors.back, 1);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    const { view, eye } = camera.look(canvas.width / canvas.height);
+    const floor = { view, eye, middle, reach, world_from_floor: matrixOf(tilt), back: colors.back, ground: colors.floor };
+    this.use(this.floor, { ...floor, line: colors.line, shade: colors.shade, sunk: 0 });
+    gl.bindVertexArray(this.floorMesh.array);
+    gl.drawArrays(gl.TRIANGLES, 0, this.plain);
+    if (this.floorMesh.count > this.plain) {
+      gl.uniform1f(this.floor.uniforms.sunk, 0.07);
+      gl.drawArrays(gl.TRIANGLES, this.plain, this.floorMesh.count - this.plain);
+    }
+
+    gl.enable(gl.CULL_FACE);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    const lit = { view, eye, light: LIGHT, ambient: colors.ambient };
+    const uniforms = this.use(this.solid, lit);
+    for (const solid of solids) this.shape(uniforms, ...solid);
+
+    // What lies behind the robot shines through, faintly.
+    const drawn = new Overlays(this.film, moment, theme, overlays);
+    gl.disable(gl.CULL_FACE);
+    gl.depthMask(false);
+    for (const [order, alpha] of [[gl.GREATER, 0.45], [gl.LEQUAL, 1]]) {
+      gl.depthFunc(order);
+      this.overlay.draw(drawn, view, [canvas.width, canvas.height], alpha);
+      const solid = this.use(this.solid, lit);
+      for (const [kind, pose, size, color] of drawn.solids) {
+        this.shape(solid, kind, pose, size, [...color.slice(0, 3), color[3] * alpha]);
+      }
+    }
+    gl.depthMask(true);
+  }
+}
