@@ -32,6 +32,8 @@ pub enum Command {
     Status(FolderArgs),
     /// One push: what happened and why, a picture of it, and a trace
     Push(report::push::PushArgs),
+    /// A trial of a campaign, as it was: a page that shows it in 3D, in any browser, offline
+    Replay(report::replays::ReplayArgs),
     /// Largest recoverable impulse by heading, beside what the pendulum allows without a step, with one, with any number
     Limit(report::limit::LimitArgs),
     /// A disturbance with a name, those of the paper first; without a name, what there is
@@ -91,6 +93,8 @@ pub struct RunArgs {
     /// Run only share k of n (1/n to n/n) and leave parts for `merge`
     #[arg(long, value_name = "K/N")]
     pub shard: Option<Shard>,
+    #[command(flatten)]
+    pub replays: ReplaysArgs,
     /// Result folder [default: standfast-results/NAME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -137,6 +141,22 @@ pub struct MergeArgs {
     pub folder: FolderArgs,
     #[command(flatten)]
     pub gates: GateArgs,
+    #[command(flatten)]
+    pub replays: ReplaysArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct ReplaysArgs {
+    /// Pages that show telling trials in 3D, for each gain set; 0: none. First what it lost nearest to its limit, then the
+    /// hardest that it survived
+    #[arg(long, value_name = "N", default_value_t = ReplaysArgs::default().replays)]
+    pub replays: usize,
+}
+
+impl Default for ReplaysArgs {
+    fn default() -> Self {
+        Self { replays: 2 }
+    }
 }
 
 #[derive(Debug, Args)]

@@ -1,6 +1,6 @@
 //! The commands around campaigns: what each does and prints.
 
-use crate::cli::{Cli, CompareArgs, FolderArgs, GateArgs, MergeArgs, RunArgs};
+use crate::cli::{Cli, CompareArgs, FolderArgs, GateArgs, MergeArgs, ReplaysArgs, RunArgs};
 use clap::CommandFactory;
 use clap_complete::Shell;
 use standfast::assets::DEFAULT_ROBOT;
@@ -14,6 +14,7 @@ use standfast::report::cpi::{CpiArgs, CpiDefaults};
 use standfast::report::limit::LimitArgs;
 use standfast::report::model::Args as ModelArgs;
 use standfast::report::push::PushArgs;
+use standfast::report::replays::ReplayArgs;
 use standfast::report::response::ResponseArgs;
 use standfast::report::scenario::ScenarioArgs;
 use standfast::report::{self, progress, progress::Progress, progress::note, table};
@@ -91,7 +92,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     }
     match &gates {
         None => print_status(&folder, args.json).map(|_| ExitCode::SUCCESS),
-        Some(gates) => join(&folder, gates, args.json),
+        Some(gates) => join(&folder, gates, &args.replays, args.json),
     }
 }
 
@@ -104,12 +105,13 @@ fn gates_of(folder: &Folder, args: &GateArgs) -> Result<Gates> {
     Gates::new(&folder.manifest, args.baseline.as_deref())
 }
 
-pub fn merge(MergeArgs { folder: FolderArgs { dir, json }, gates }: &MergeArgs) -> Result<ExitCode> {
+pub fn merge(MergeArgs { folder: FolderArgs { dir, json }, gates, replays }: &MergeArgs) -> Result<ExitCode> {
     let mut folder = Folder::existing(dir)?;
     folder.manifest.campaign.gates.add(&gates.gate);
     let gates = gates_of(&folder, gates)?;
     folder.create()?;
-    join(&folder, &gates, *json)
+    stop_on_ctrl_c();
+    join(&folder, &gates, replays, *json)
 }
 
 pub fn compare(args: &CompareArgs) -> Result<ExitCode> {
@@ -135,6 +137,11 @@ pub fn status(args: &FolderArgs) -> Result<ExitCode> {
 
 pub fn push(args: &PushArgs) -> Result<ExitCode> {
     report::print(&report::push::run(args)?)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+pub fn replay(args: &ReplayArgs) -> Result<ExitCode> {
+    report::print(&report::replays::run(args)?)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -199,12 +206,19 @@ pub fn completions(shell: Shell) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Writes the result files and prints the result.
-fn join(folder: &Folder, gates: &Gates, json: bool) -> Result<ExitCode> {
+/// Writes the result files and prints the result; then the replays, which nobody should have to wait for.
+fn join(folder: &Folder, gates: &Gates, args: &ReplaysArgs, json: bool) -> Result<ExitCode> {
     let (summary, rows) = folder.join(gates)?;
     report::result::write(&summary, &rows, &folder.path)?;
     report::print(&if json { report::json(&summary) } else { table::campaign(&summary, &folder.path) })?;
     note(&report::result::written(&folder.path, &["summary.json", "trials.parquet", "campaign.toml"]));
+    let stop = || STOP.load(Ordering::Relaxed);
+    let replays = report::replays::write_telling(folder, &summary, args.replays, &stop)?;
+    if replays > 0 {
+        // Now with links to them.
+        report::result::write(&summary, &rows, &folder.path)?;
+        note(&format!("written: {}: {replays} replays of telling trials", folder.path.join("replays").display()));
+    }
     Ok(exit_code(&summary, &folder.path))
 }
 

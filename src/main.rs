@@ -17,6 +17,7 @@ fn main() -> ExitCode {
         Command::Compare(args) => commands::compare(&args),
         Command::Status(args) => commands::status(&args),
         Command::Push(args) => commands::push(&args),
+        Command::Replay(args) => commands::replay(&args),
         Command::Limit(args) => commands::limit(&args),
         Command::Scenario(args) => commands::scenario(&args),
         Command::Cpi(args) => commands::cpi(&args),

@@ -158,3 +158,72 @@ fn without_a_terminal_the_table_fits_80_columns() {
     let text = stdout(&standfast(folder().path(), &short(&[FEW, "--set=variations.mass_scale=1.1"])).success());
     assert!(text.contains("varied: mass_scale 1.1\n"), "{text}");
 }
+
+/// Pages of telling trials are there, linked, and go when the trials become other ones.
+#[test]
+fn a_result_has_replays_of_telling_trials() {
+    let dir = folder();
+    let args = short(&[TWO_PARTS, "--gains=switching", "--set=push.impulse_n_s={uniform=[2, 6]}"]);
+    let asked = |replays: &'static str| [&args[..], &[replays]].concat();
+    standfast(dir.path(), &asked("--replays=0")).success();
+    let out = dir.path().join("out");
+    let report = || fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(!out.join("replays").exists() && !report().contains("watch in 3D"));
+
+    let said = stderr(&standfast(dir.path(), &asked("--replays=2")).success());
+    let pages: Vec<String> = files(&out.join("replays")).into_keys().collect();
+    assert!(said.contains(&format!("{} replays of telling trials", pages.len())), "{said}");
+    let summary: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(out.join("summary.json")).unwrap()).unwrap();
+    for set in summary["sets"].as_array().unwrap() {
+        // What it lost nearest to its limit, and the hardest that it survived.
+        let (name, telling) = (set["name"].as_str().unwrap(), set["telling"].as_array().unwrap());
+        assert!(telling.len() > 2, "{telling:?}");
+        for trial in [&telling[0], telling.last().unwrap()] {
+            let page = format!("trial-{}-{name}.html", trial["trial"]);
+            assert!(pages.contains(&page), "{pages:?}");
+            assert!(report().contains(&format!("href=\"replays/{page}\"")), "{page} is not linked");
+        }
+    }
+    assert_eq!(pages.len(), 4, "{pages:?}");
+
+    // The same page by hand; of a trial that a set lost, that set's.
+    let lost = summary["sets"][0]["telling"][0]["trial"].to_string();
+    let page =
+        |trial: &str, set: &str| fs::read_to_string(out.join(format!("replays/trial-{trial}-{set}.html"))).unwrap();
+    let before = page(&lost, "hold");
+    let told = standfast(dir.path(), &["replay", "out", "--trial", &lost, "-o", "page.html"]).success();
+    assert!(stderr(&told).contains("written: page.html"), "{}", stderr(&told));
+    let pushed = ["push", "--campaign=out/campaign.toml", "--trial", &lost, "--gains=hold"];
+    assert_eq!(stdout(&told), stdout(&standfast(dir.path(), &pushed).success()));
+    let by_hand = fs::read_to_string(dir.path().join("page.html")).unwrap();
+    let poses = |page: &str| page.split("<script").find(|part| part.contains("application/json")).map(str::to_string);
+    assert!(poses(&by_hand).is_some_and(|poses| poses.len() > 10_000), "a page without poses");
+    assert_eq!(poses(&by_hand), poses(&before));
+
+    // Another build, or other inputs: it is not the trial that it was, and that is said.
+    let part = out.join("parts/part-000000.csv");
+    fs::write(&part, fs::read_to_string(&part).unwrap()).unwrap();
+    let gains = out.join("campaign.toml");
+    fs::write(&gains, fs::read_to_string(&gains).unwrap().replace("horizon_s = 0.4", "horizon_s = 0.3")).unwrap();
+    let warned = stderr(&standfast(dir.path(), &["replay", "out", "--trial", &lost, "--gains=hold"]).success());
+    assert!(warned.contains("in the result"), "{warned}");
+
+    // More trials: what was telling may not be.
+    standfast(
+        dir.path(),
+        &short(&["--trials=30", "--gains=switching", "--replays=0", "--set=push.impulse_n_s={uniform=[2, 6]}"]),
+    )
+    .success();
+    assert!(!out.join("replays").join(&pages[0]).exists(), "a page of another result");
+    for (args, code, words) in [
+        (["replay", "out", "--trial=99"], 2, "--trial = 99: the campaign has no such trial; accepted: 0 to 29"),
+        (["replay", "nothing", "--trial=0"], 3, "nothing: no such folder"),
+        (["replay", "out/parts", "--trial=0"], 3, "not the folder of a campaign"),
+    ] {
+        let message = stderr(&standfast(dir.path(), &args).code(code));
+        assert!(message.contains(words), "{message}");
+    }
+    let message = stderr(&standfast(dir.path(), &["replay", "out", "--trial=0", "--gains=other"]).code(2));
+    assert!(message.contains("gain set \"other\" not found; accepted: hold, switching"), "{message}");
+}

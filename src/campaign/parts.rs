@@ -21,6 +21,9 @@ pub const BLOCK_TRIALS: u64 = 25;
 pub const RESULT_FILES: [&str; 6] =
     ["summary.json", "trials.parquet", "report.html", "summary.md", "junit.xml", "success.svg"];
 
+/// Folder of the pages that show trials, `trial-*.html`, beside them.
+pub const REPLAYS: &str = "replays";
+
 /// Whose folder it is: `parts/campaign.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
@@ -250,7 +253,12 @@ impl Folder {
     /// Takes away what was made of the parts, before they become other ones.
     pub fn remove_result(&self) -> Result<()> {
         remove(&self.stopped_path())?;
-        RESULT_FILES.iter().try_for_each(|name| remove(&self.path.join(name)))
+        RESULT_FILES.iter().try_for_each(|name| remove(&self.path.join(name)))?;
+        let Ok(pages) = fs::read_dir(self.path.join(REPLAYS)) else { return Ok(()) };
+        pages
+            .flatten()
+            .filter(|page| page.file_name().to_string_lossy().starts_with("trial-"))
+            .try_for_each(|page| remove(&page.path()))
     }
 
     fn part(&self, block: u64, extension: &str) -> PathBuf {

@@ -1,7 +1,7 @@
 //! An episode with all that there is to see of it, for pictures and replays.
 
 use super::referee::Referee;
-use super::{ClosedLoop, Disturbance, EpisodeConfig, Record, Snapshot, Tick};
+use super::{ClosedLoop, Disturbance, EpisodeConfig, Record, Snapshot, Tick, Until};
 use crate::control::Design;
 use crate::robot::Robot;
 use crate::sim::{Push, Variation};
@@ -25,13 +25,13 @@ pub struct Film {
 
 impl Film {
     /// Runs an episode as [`super::run`] does, and goes on for `aftermath_s` after its end (a fall takes a while), not
-    /// beyond its horizon. `observe` sees every tick, those of the aftermath too.
+    /// beyond its horizon. `observe` sees the ticks of the episode itself.
     pub fn take(
         robot: &Robot,
         design: &Design,
         config: &EpisodeConfig,
         disturbance: Disturbance,
-        aftermath_s: f64,
+        (until, aftermath_s): (Until, f64),
         observe: &mut dyn FnMut(&Tick),
     ) -> Self {
         let variation = disturbance.variation;
@@ -43,16 +43,15 @@ impl Film {
         let ticks = (config.horizon_s / config.control_period_s).round() as u64;
         for k in 0..=ticks {
             let tick = closed_loop.tick();
-            if !tick.truth.is_finite() {
+            if ended_at_s.is_none() {
+                observe(&tick);
                 referee.watch(&tick);
+                ended_at_s = referee.is_over(until).then_some(tick.truth.time_s);
+            }
+            if !tick.truth.is_finite() {
                 break;
             }
-            observe(&tick);
             snapshots.push(Snapshot::of(simulated, &tick));
-            if ended_at_s.is_none() {
-                referee.watch(&tick);
-                ended_at_s = referee.is_over(config.until()).then_some(tick.truth.time_s);
-            }
             if k == ticks || ended_at_s.is_some_and(|end_s| tick.truth.time_s >= end_s + aftermath_s) {
                 break;
             }
@@ -64,5 +63,9 @@ impl Film {
         let gains = family.gains.iter().map(|gain| gain.name.clone()).collect();
         let (gain_set, control_period_s) = (family.name.clone(), config.control_period_s);
         Self { robot: simulated.clone(), gain_set, gains, control_period_s, pushes, variation, record, snapshots }
+    }
+    /// Takes away what comes after `end_s`.
+    pub fn cut_at(&mut self, end_s: f64) {
+        self.snapshots.retain(|snapshot| snapshot.time_s <= end_s);
     }
 }

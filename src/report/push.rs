@@ -3,17 +3,13 @@
 use crate::assets::DEFAULT_ROBOT;
 use crate::campaign::trial;
 use crate::campaign::{Campaign, Overrides, PushBounds, check_episode};
-use crate::columns;
 use crate::control::Design;
-use crate::episode::{self, Disturbance, EpisodeConfig, Record, Until};
+use crate::episode::{Disturbance, EpisodeConfig};
 use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
-use crate::report::story::{Witness, headline, story};
-use crate::report::{self, check_output, motion_plot::MotionPlot, trace::Trace};
+use crate::report::outputs::{Case, Outputs};
 use crate::robot::Robot;
-use crate::sim::{Profile, Push, Variation};
-use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use crate::sim::{Profile, Push};
 
 /// What the command is asked.
 #[derive(Debug, Clone, clap::Args)]
@@ -24,6 +20,8 @@ use std::path::{Path, PathBuf};
   standfast push --impulse 3.6 --gains paper        more than standing can take: a footstep
   standfast push --impulse 2 --plot push.svg        COM, ZMP and feet over time, as a picture
   standfast push --impulse 2 --trace push.csv       every tick, as numbers
+  standfast push --impulse 3 --replay push.html     to watch in 3D, in any browser
+  standfast push --impulse 3 --frames pictures      snapshots and an animated picture
   standfast push --campaign standard --trial 17     a trial of a campaign, as it was")]
 pub struct PushArgs {
     /// Impulse (N s)
@@ -63,12 +61,8 @@ pub struct PushArgs {
     /// Length of the episode (s) [default: that of the campaign, or 6]
     #[arg(long, value_name = "S")]
     pub horizon: Option<f64>,
-    /// Write every tick here; the episode then runs to its horizon
-    #[arg(long, value_name = "FILE.csv|.parquet")]
-    pub trace: Option<PathBuf>,
-    /// Draw COM, ZMP and feet over time until all is over; the episode then runs to its horizon
-    #[arg(long, value_name = "FILE.svg")]
-    pub plot: Option<PathBuf>,
+    #[command(flatten)]
+    pub outputs: Outputs,
     /// One JSON object on stdout
     #[arg(long)]
     pub json: bool,
@@ -95,56 +89,8 @@ pub fn run(args: &PushArgs) -> Result<String> {
     // A trial's robot and ground belong to the trial; a push of one's own meets the nominal ones.
     let variation = campaign.as_ref().zip(args.trial).map(|(c, trial)| trial::variation(c, trial));
     let disturbance = Disturbance { pushes, sensor_errors, variation: variation.unwrap_or_default() };
-    let outputs = Outputs { trace: args.trace.as_deref(), plot: args.plot.as_deref(), json: args.json };
-    episode_with(&robot, &design, &config, disturbance, &outputs)
-}
-
-/// What is made of an episode beside its story.
-pub(super) struct Outputs<'a> {
-    pub trace: Option<&'a Path>,
-    pub plot: Option<&'a Path>,
-    /// One JSON object in place of the story.
-    pub json: bool,
-}
-
-/// Runs one episode, writes what is asked for and returns what to print.
-pub(super) fn episode_with(
-    robot: &Robot,
-    design: &Design,
-    config: &EpisodeConfig,
-    disturbance: Disturbance,
-    outputs: &Outputs,
-) -> Result<String> {
-    if let Some(path) = outputs.trace {
-        check_output("--trace", path, &["csv", "parquet"])?;
-    }
-    if let Some(path) = outputs.plot {
-        check_output("--plot", path, &["svg"])?;
-    }
-    let mut trace = outputs.trace.map(|_| Trace::new(robot));
-    let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
-    let simulated = variation.robot(robot);
-    let spans = pushes.iter().map(|push| [push.start_s, push.end_s()]).collect();
-    let mut plot = outputs.plot.map(|_| MotionPlot { pushes: spans, ..MotionPlot::default() });
-    let mut witness = Witness::default();
-    let until = if trace.is_some() || plot.is_some() { Until::Horizon } else { config.until() };
-    let record = episode::run(robot, design, config, disturbance, until, &mut |tick| {
-        witness.watch(&simulated, tick);
-        trace.iter_mut().for_each(|t| t.push(tick));
-        plot.iter_mut().for_each(|p| p.push(robot, tick));
-    });
-    if let (Some(path), Some(trace)) = (outputs.trace, trace) {
-        columns::write(path, &trace.columns())?;
-    }
-    if let (Some(path), Some(mut plot)) = (outputs.plot, plot) {
-        plot.end_at(end_of_interest_s(&record));
-        plot.write(path, &headline(&pushes, design, &record))?;
-    }
-    Ok(if outputs.json {
-        report::json(&as_json(&pushes, &variation, design, config, &record))
-    } else {
-        story(&pushes, &variation, design, config, &record, &witness)
-    })
+    let case = Case { robot: &robot, design: &design, config: &config };
+    case.run(disturbance, &args.outputs, args.json)
 }
 
 /// The pushes asked for: those of the campaign's trial if one is named, the first changed by what else is given.
@@ -195,23 +141,4 @@ fn the_pushes(args: &PushArgs, campaign: Option<&Campaign>, config: &EpisodeConf
         ));
     }
     Ok(pushes)
-}
-
-/// What a picture of the episode shows after it is decided (s).
-const AFTERMATH_S: f64 = 0.5;
-
-/// When nothing more of interest happens (s): some time after the robot stands still, and is home if it gets there.
-/// After a fall there is nothing to see: COM and ZMP are those of a body on the ground.
-fn end_of_interest_s(record: &Record) -> f64 {
-    let settled_s = record.settled_at_s.map(|at| at.max(record.home_at_s.unwrap_or(at)) + AFTERMATH_S);
-    record.fell_at_s.or(settled_s).unwrap_or(record.end_s)
-}
-
-fn as_json(pushes: &[Push], variation: &Variation, design: &Design, config: &EpisodeConfig, record: &Record) -> Value {
-    let mut head = json!({ "gains": design.family.name, "push": pushes[0], "judge": config.judge });
-    if let Some(second) = pushes.get(1) {
-        head["second_push"] = json!(second);
-    }
-    head["variation"] = variation.varied().into_iter().map(|(name, value)| (name.to_string(), json!(value))).collect();
-    report::with_fields_of(head, record)
 }

@@ -14,7 +14,7 @@ pub const FILES: [&str; 4] = ["report.html", "summary.md", "junit.xml", "success
 pub fn write(summary: &Summary, rows: &[Row], folder: &Path) -> Result<()> {
     let [report, markdown, junit, success] = FILES.map(|name| folder.join(name));
     plot::write_success(summary, &success)?;
-    write_atomic(&report, html::page(summary, rows)?.as_bytes())?;
+    write_atomic(&report, html::page(summary, rows, folder)?.as_bytes())?;
     write_atomic(&markdown, markdown::text(summary).as_bytes())?;
     write_atomic(&junit, junit::xml(summary)?.as_bytes())
 }

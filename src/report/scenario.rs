@@ -8,12 +8,11 @@ use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
 use crate::report::motion::MotionSample;
 use crate::report::motion_plot::MotionPlot;
-use crate::report::push::{Outputs, episode_with};
-use crate::report::{self, check_output, story};
+use crate::report::outputs::{Case, Outputs};
+use crate::report::{self, story};
 use crate::robot::Robot;
 use serde_json::{Value, json};
 use std::fmt::Write;
-use std::path::PathBuf;
 
 /// What the command is asked.
 #[derive(Debug, Clone, clap::Args)]
@@ -31,12 +30,8 @@ pub struct ScenarioArgs {
     /// Robot by name or URDF file, instead of the scenario's
     #[arg(long, value_name = "NAME|FILE", requires = "scenario")]
     pub robot: Option<String>,
-    /// Draw COM, ZMP and feet over time
-    #[arg(long, value_name = "FILE.svg", requires = "scenario")]
-    pub plot: Option<PathBuf>,
-    /// Write every tick of a push here
-    #[arg(long, value_name = "FILE.csv|.parquet", requires = "scenario")]
-    pub trace: Option<PathBuf>,
+    #[command(flatten)]
+    pub outputs: Outputs,
     /// One JSON object on stdout
     #[arg(long)]
     pub json: bool,
@@ -44,7 +39,19 @@ pub struct ScenarioArgs {
 
 /// Runs the scenario, or lists them, and returns what to print.
 pub fn run(args: &ScenarioArgs) -> Result<String> {
-    let Some(name) = &args.scenario else { return list(args.json) };
+    let Some(name) = &args.scenario else {
+        if args.outputs.is_empty() {
+            return list(args.json);
+        }
+        let problem = "there is no episode to write anything of";
+        return Err(Error::value(
+            "arguments",
+            "SCENARIO",
+            "none",
+            problem,
+            "one of those that `standfast scenario` lists",
+        ));
+    };
     let scenario = Scenario::load(name)?;
     let config = scenario.episode();
     let robot = Robot::load(args.robot.as_ref().unwrap_or(&scenario.robot))?;
@@ -56,8 +63,8 @@ pub fn run(args: &ScenarioArgs) -> Result<String> {
     match scenario.cause()? {
         Cause::Push(push) => {
             let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
-            let outputs = Outputs { trace: args.trace.as_deref(), plot: args.plot.as_deref(), json: args.json };
-            let text = episode_with(&robot, &design, &config, disturbance, &outputs)?;
+            let case = Case { robot: &robot, design: &design, config: &config };
+            let text = case.run(disturbance, &args.outputs, args.json)?;
             Ok(if args.json { text } else { format!("{}\n\n{text}", scenario.description) })
         }
         Cause::Imposed(imposed) => run_imposed(args, &scenario, &robot, &design, &config, imposed),
@@ -85,19 +92,20 @@ fn run_imposed(
     config: &EpisodeConfig,
     imposed: Imposed,
 ) -> Result<String> {
-    if let Some(path) = &args.trace {
-        let accepted = "a scenario with a push: an imposed error has no physics to trace";
-        return Err(Error::value("arguments", "--trace", path.display(), "nothing to trace", accepted));
+    let Outputs { trace, plot: to_plot, replay, frames } = &args.outputs;
+    for (option, path) in [("--trace", trace), ("--replay", replay), ("--frames", frames)] {
+        if let Some(path) = path {
+            let accepted = "a scenario with a push, or --plot: an imposed error has no physics";
+            return Err(Error::value("arguments", option, path.display(), "nothing to show", accepted));
+        }
     }
-    if let Some(path) = &args.plot {
-        check_output("--plot", path, &["svg"])?;
-    }
+    args.outputs.check()?;
     let mut plot = MotionPlot::default();
     let error = imposed.zmp_error_m.into();
     let record = imposed::run(robot, design, config, error, imposed.start, &mut |tick| {
         plot.samples.push(MotionSample::of_imposed(tick));
     })?;
-    if let Some(path) = &args.plot {
+    if let Some(path) = to_plot {
         plot.write(path, &headline(design, &record))?;
     }
     Ok(if args.json {

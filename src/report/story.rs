@@ -34,7 +34,7 @@ impl Witness {
 }
 
 /// The story in one line: the title of a picture.
-pub fn headline(pushes: &[Push], design: &Design, record: &Record) -> String {
+pub fn headline(pushes: &[Push], gain_set: &str, record: &Record) -> String {
     let outcome = match record.outcome {
         Outcome::Recovered => match record.settled_at_s {
             Some(at) => format!("recovered, still from {at:.2} s"),
@@ -44,11 +44,17 @@ pub fn headline(pushes: &[Push], design: &Design, record: &Record) -> String {
         Outcome::Diverged => "diverged".into(),
         Outcome::TimedOut => "timed out".into(),
     };
-    // Pushes of a campaign have many digits.
-    let short = |value: f64| (value * 100.0).round() / 100.0;
-    let told = |push: &Push| format!("{} N s towards {} degrees", short(push.impulse_n_s), short(push.heading_deg));
+    let told =
+        |push: &Push| format!("{} N s towards {} degrees", short(push.impulse_n_s, 2), short(push.heading_deg, 2));
     let told = pushes.iter().map(told).collect::<Vec<_>>().join(", then ");
-    format!("{told}, gain set {}: {outcome}", design.family.name)
+    format!("{told}, gain set {gain_set}: {outcome}")
+}
+
+/// Rounded to so many digits after the point: numbers of a campaign's pushes have sixteen.
+fn short(value: f64, digits: i32) -> f64 {
+    let unit = 10_f64.powi(digits);
+    // Plus 0: no -0.
+    (value * unit).round() / unit + 0.0
 }
 
 /// A line for each footstep.
@@ -87,12 +93,14 @@ pub fn story(
 ) -> String {
     let mut text = String::new();
     let mut line = |label: &str, what: String| _ = writeln!(text, "{label:<10}{what}");
-    for Push { impulse_n_s, heading_deg, height_m, duration_s, start_s, .. } in pushes {
+    for push in pushes {
+        let Push { impulse_n_s, heading_deg, height_m, duration_s, start_s, .. } = push;
+        let [impulse, heading, height, duration, start] =
+            [impulse_n_s, heading_deg, height_m, duration_s, start_s].map(|&value| short(value, 4));
         line(
             "push",
             format!(
-                "{impulse_n_s} N s towards {heading_deg} degrees over {duration_s} s from t = {start_s} s, \
-                 {height_m} m above the COM"
+                "{impulse} N s towards {heading} degrees over {duration} s from t = {start} s, {height} m above the COM"
             ),
         );
     }

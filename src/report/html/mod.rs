@@ -13,11 +13,12 @@ mod words;
 
 use crate::campaign::Row;
 use crate::error::{Error, Result};
-use crate::report::replay_parts;
+use crate::report::{replay_parts, replays};
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::{Kwargs, Serde};
 use minijinja::{Environment, UndefinedBehavior, Value as Cell};
 use serde_json::{Value, json};
+use std::path::Path;
 
 const TEMPLATE: &str = include_str!("report.html.jinja");
 const STYLE: &str = include_str!("report.css");
@@ -27,10 +28,10 @@ const SCRIPT: &str = include_str!("report.js");
 const MOST_PAIRS: usize = 28;
 
 /// The page of a campaign: its `summary` (what becomes `summary.json`) and all `rows`, sorted by trial, then by set in
-/// the order of the summary.
+/// the order of the summary. It links to the replays that are there, as seen from `folder`.
 ///
 /// Errors: none but a template that is wrong.
-pub fn page(summary: &impl serde::Serialize, rows: &[Row]) -> Result<String> {
+pub fn page(summary: &impl serde::Serialize, rows: &[Row], folder: &Path) -> Result<String> {
     let fail = |problem: String| Error::Numeric { what: "report.html".into(), problem };
     let summary = serde_json::to_value(summary).map_err(|e| fail(e.to_string()))?;
     let mut environment = Environment::new();
@@ -54,11 +55,11 @@ pub fn page(summary: &impl serde::Serialize, rows: &[Row]) -> Result<String> {
     // The ending .html of the name makes it escape what it prints.
     environment.add_template("report.html", TEMPLATE).map_err(|e| fail(e.to_string()))?;
     let template = environment.get_template("report.html").map_err(|e| fail(e.to_string()))?;
-    template.render(Serde(&context(&summary, rows))).map_err(|e| fail(format!("{e:#}")))
+    template.render(Serde(&context(&summary, rows, folder))).map_err(|e| fail(format!("{e:#}")))
 }
 
 /// What the template reads: the summary as `s`, and what it cannot make itself.
-fn context(summary: &Value, rows: &[Row]) -> Value {
+fn context(summary: &Value, rows: &[Row], folder: &Path) -> Value {
     let names: Vec<&str> = list(&summary["sets"]).iter().map(|set| set["name"].as_str().unwrap_or("?")).collect();
     let pairs = list(&summary["pairs"]);
     let index = |name: &Value| names.iter().position(|n| Some(*n) == name.as_str());
@@ -87,6 +88,7 @@ fn context(summary: &Value, rows: &[Row]) -> Value {
         "colors": svg::colors(),
         "data": trials.as_ref().filter(|t| t.as_dots()).map(|t| t.as_json(named.commands())),
         "commands": named.commands(),
+        "replays": sets.iter().map(|set| replays_of(set, folder)).collect::<Vec<_>>(),
         "telling_ids": telling_ids.collect::<Vec<_>>(),
         "lost": list(&summary["gates"]).iter().map(lost).collect::<Vec<_>>(),
         "maps": maps.as_ref().map(|maps| (0..names.len()).map(|set| maps.set(set)).collect::<Vec<_>>()),
@@ -112,6 +114,15 @@ fn replay_command(set: &Value) -> [String; 2] {
     let origin = |key: &str| set["origin"][key].as_str();
     let gains = origin("gains").or(set["name"].as_str()).unwrap_or_default();
     replay_parts(origin("campaign").unwrap_or("campaign.toml"), gains)
+}
+
+/// For each telling trial of a set its replay, if there is one: a path as seen from the folder of the page.
+fn replays_of(set: &Value, folder: &Path) -> Vec<Option<String>> {
+    let text = |value: &Value| value.as_str().map(String::from);
+    let campaign = text(&set["origin"]["campaign"]).unwrap_or("campaign.toml".into());
+    let name = text(&set["origin"]["gains"]).or(text(&set["name"])).unwrap_or_default();
+    let replay = |telling: &Value| replays::found(folder, &campaign, telling["trial"].as_u64()?, &name);
+    list(&set["telling"]).iter().map(replay).collect()
 }
 
 /// Half the width of a scale about 0 that holds the intervals at `pointer`, rounded up to a multiple of `step`.
@@ -173,7 +184,7 @@ mod tests {
         let set = json!({ "name": HOSTILE, "telling": telling, "by_impulse": by_impulse, "success_rate": 0.5 });
         let summary = json!({ "name": HOSTILE, "sets": [set, { "name": "hold" }], "pairs": [pair], "gates": [gate],
             "warnings": [HOSTILE], "robot": HOSTILE });
-        let page = page(&summary, &rows([HOSTILE, "hold"], 30)).unwrap();
+        let page = page(&summary, &rows([HOSTILE, "hold"], 30), Path::new("")).unwrap();
         assert!(!page.contains("</script><b") && !page.contains("<b onclick"));
         assert!(page.contains("&lt;b onclick"));
         // Two elements of data and code, each closed once.
@@ -185,7 +196,7 @@ mod tests {
         for summary in
             [json!({}), json!({ "name": "x", "sets": [{ "name": "hold" }, { "name": null }], "pairs": [{}] })]
         {
-            let page = page(&summary, &[]).unwrap();
+            let page = page(&summary, &[], Path::new("")).unwrap();
             assert!(page.contains("<h1") && !page.contains("NaN"), "{page}");
         }
     }
@@ -194,7 +205,7 @@ mod tests {
     fn many_trials_are_cells_without_dots() {
         let sets = ["hold", "catch"];
         let summary = json!({ "name": "x", "sets": [{ "name": "hold" }, { "name": "catch" }] });
-        let page = |trials| page(&summary, &rows(sets, trials)).unwrap();
+        let page = |trials| page(&summary, &rows(sets, trials), Path::new("")).unwrap();
         let (few, many) = (page(1000), page(20_000));
         assert!(few.contains("class=\"won\"") && !many.contains("class=\"won\""));
         assert!(few.len() < 200_000 && many.len() < 100_000, "{} and {} bytes", few.len(), many.len());

@@ -1,0 +1,123 @@
+//! A closed loop that somebody meddles with: pulls at a link, switches the gain set.
+
+mod common;
+
+use common::{Bench, config, push};
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+use standfast::control::Phase;
+use standfast::episode::{ClosedLoop, Disturbance, Film, Until};
+use standfast::sim::Pull;
+
+fn closed_loop(bench: &Bench) -> ClosedLoop<'_> {
+    ClosedLoop::new(&bench.robot, &bench.robot, &bench.design, &config(6.0), Disturbance::default())
+}
+
+/// Pulls at the trunk where a push acts, with its force and for as long.
+#[test]
+fn a_pull_is_a_push_by_hand() {
+    let bench = Bench::new("hold");
+    let (trunk, home) = (bench.robot.trunk, bench.robot.home_posture());
+    let mut kinematics = standfast::robot::Kinematics::new(&bench.robot);
+    kinematics.update(&bench.robot, &home);
+    let point = kinematics.link_pose(trunk).inverse() * kinematics.com();
+    let (mut pushed, mut pulled) = (closed_loop(&bench), closed_loop(&bench));
+    pushed.pushes.push(push(2.0, 30.0));
+    let force = push(2.0, 30.0).direction() * 2.0 / 0.05;
+    let mut farthest = 0.0_f64;
+    for k in 0..500 {
+        let [a, b] = [&mut pushed, &mut pulled].map(|live| live.tick().truth.clone());
+        assert!((a.com - b.com).norm() < 1e-4, "tick {k}: {} {}", a.com, b.com);
+        let was_on = (251..=275).contains(&k);
+        let [f, g] = [a.push_force, b.push_force];
+        assert!((f - g).norm() < 1e-9 && (f.norm() > 0.0) == was_on, "tick {k}: {f} {g}");
+        farthest = farthest.max(a.com.x);
+        let is_on = (250..275).contains(&k);
+        pulled.pull(is_on.then_some(Pull { link: trunk, point, force }));
+        pushed.advance();
+        pulled.advance();
+    }
+    assert!(farthest > 0.01, "the COM moved by {farthest} m");
+}
+
+/// A hand acts where it holds the link: a hand of the robot turns it where the trunk would not.
+#[test]
+fn a_pull_acts_at_its_link_and_point() {
+    let bench = Bench::new("hold");
+    let yaw = |link: &str| {
+        let index = bench.robot.links.iter().position(|found| found.name.contains(link)).unwrap();
+        let mut live = closed_loop(&bench);
+        for _ in 0..150 {
+            live.tick();
+            live.pull(Some(Pull { link: index, point: Point3::origin(), force: Vector3::new(8.0, 0.0, 0.0) }));
+            live.advance();
+        }
+        live.tick().truth.trunk.rotation.euler_angles().2
+    };
+    let [left, right] = [yaw("left_elbow"), yaw("right_elbow")];
+    assert!(left < -1e-4 && right > 1e-4, "{left} {right}");
+}
+
+/// Whatever the robot is doing, another gain set takes over, and the robot that was safe is still so.
+#[test]
+fn gain_sets_can_be_switched_at_any_time() {
+    let benches = ["hold", "switching", "paper", "catch"].map(Bench::new);
+    let pairs: Vec<(&Bench, &Bench)> =
+        benches.iter().flat_map(|from| benches.iter().map(move |to| (from, to))).collect();
+    pairs.into_par_iter().filter(|(from, to)| !std::ptr::eq(*from, *to)).for_each(|(from, to)| {
+        for switch_at in [100, 262, 330] {
+            let mut live = closed_loop(from);
+            // One that each of them survives.
+            live.pushes.push(push(1.5, 150.0));
+            for k in 0..1000 {
+                if k == switch_at {
+                    live.switch_to(&to.design);
+                }
+                assert!(live.tick().truth.is_finite());
+                live.advance();
+            }
+            let (name, to) = (&from.design.family.name, &to.design.family.name);
+            let tick = live.tick();
+            assert!(tick.truth.tilt_rad() < 0.05 && tick.dcm_outside_m < 0.0, "{name} to {to} at {switch_at}");
+        }
+    });
+}
+
+/// A foot that catching leads is let down when a set takes over that does not catch.
+#[test]
+fn a_set_that_does_not_catch_ends_a_footstep_that_does() {
+    let [catch, hold] = ["catch", "hold"].map(Bench::new);
+    let mut live = closed_loop(&catch);
+    live.pushes.push(push(5.0, 0.0));
+    for _ in 0..400 {
+        if matches!(live.tick().controller.phase, Phase::Swing(_)) {
+            live.switch_to(&hold.design);
+            assert!(!matches!(live.tick().controller.phase, Phase::Swing(_)));
+            live.advance();
+            return assert!(live.tick().truth.is_finite());
+        }
+        live.advance();
+    }
+    panic!("no foot was lifted");
+}
+
+/// A film goes on after the end, and its record does not.
+#[test]
+fn a_film_shows_the_fall_and_its_record_ends_with_the_episode() {
+    let bench = Bench::new("hold");
+    let record = bench.push(push(4.0, 180.0));
+    let disturbance = Disturbance { pushes: vec![push(4.0, 180.0)], ..Disturbance::default() };
+    let mut seen = 0;
+    let how_long = (Until::Decided, 0.5);
+    let mut film = Film::take(&bench.robot, &bench.design, &config(6.0), disturbance, how_long, &mut |_| seen += 1);
+    assert_eq!(format!("{:?}", film.record), format!("{record:?}"));
+    let fell_at_s = record.fell_at_s.unwrap();
+    assert_eq!(seen, (fell_at_s / 0.002).round() as usize + 1);
+    let last = film.snapshots.last().unwrap();
+    assert!((last.time_s - fell_at_s - 0.5).abs() < 0.0021, "{} {fell_at_s}", last.time_s);
+    assert!(last.com.z < 0.6 * film.snapshots[0].com.z, "it lies on the ground");
+    let pushed: Vec<f64> = film.snapshots.iter().filter(|s| s.push.is_some()).map(|s| s.time_s).collect();
+    assert_eq!(pushed.len(), 25, "{pushed:?}");
+    film.cut_at(1.0);
+    assert_eq!(film.snapshots.len(), 501);
+}
