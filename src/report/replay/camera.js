@@ -27,8 +27,8 @@ class Camera {
   set(view) {
     [this.azimuth, this.elevation] = VIEWS[view].map((deg) => (deg * Math.PI) / 180);
     // The robot is about twice as high as its COM.
-    this.target = [0, 0, 0.88 * this.height];
-    this.distance = 7.2 * this.height;
+    this.target = [0, 0, 0.8 * this.height];
+    this.distance = 5.4 * this.height;
     this.changed();
   }
 

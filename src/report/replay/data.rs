@@ -126,7 +126,8 @@ fn ground(film: &Film) -> Value {
 fn marks(film: &Film) -> Vec<Value> {
     let mark = |kind: &str, from_s: f64, to_s: f64, text: String| json!({ "kind": kind, "from_s": from_s, "to_s": to_s, "text": text });
     let told = |push: &Push| format!("push of {:.2} N s towards {:.0}°", push.impulse_n_s, push.heading_deg);
-    let mut marks: Vec<Value> = film.pushes.iter().map(|push| mark("push", push.start_s, push.end_s(), told(push))).collect();
+    let mut marks: Vec<Value> =
+        film.pushes.iter().map(|push| mark("push", push.start_s, push.end_s(), told(push))).collect();
     for pair in film.snapshots.windows(2) {
         if let (Some(before), Some(after)) = (pair[0].gain, pair[1].gain)
             && before != after

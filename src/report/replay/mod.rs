@@ -7,8 +7,8 @@
 mod data;
 mod pack;
 
-use crate::episode::film::Film;
 use crate::episode::Outcome;
+use crate::episode::film::Film;
 use crate::error::{Error, Result};
 use minijinja::syntax::SyntaxConfig;
 use minijinja::{Environment, context};

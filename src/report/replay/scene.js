@@ -2,6 +2,8 @@
 
 // Towards the light.
 const LIGHT = unit([0.35, 0.5, 1.1]);
+// How much of an overlay shows through what is before it.
+const THROUGH = 0.7;
 // The shadow's picture: so many pixels over twice so many metres of the floor.
 const SHADOW_PX = 1024, SHADOW_HALF = 0.9;
 
@@ -101,14 +103,14 @@ void main() {
   }
   color *= 1.0 - shade * dark;
   float far = length(local.xy - middle);
-  shown = vec4(mix(color, back, smoothstep(0.9, 2.6, far)), 1.0);
+  shown = vec4(mix(color, back, smoothstep(0.6, 2.0, far)), 1.0);
 }`;
 
 class Scene {
   // Throws if this browser has no WebGL 2.
   constructor(canvas, film) {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: false });
-    if (!gl) throw new Error("no WebGL 2");
+    if (!gl) throw new Error("getContext gives none");
     Object.assign(this, { canvas, film, gl, shapes: shapes(gl) });
     this.solid = program(gl, SOLID_VERTEX, SOLID_FRAGMENT);
     this.cast = program(gl, SHADOW_VERTEX, SHADOW_FRAGMENT);
@@ -231,18 +233,28 @@ class Scene {
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     const lit = { view, eye, light: LIGHT, ambient: colors.ambient };
     const uniforms = this.use(this.solid, lit);
-    for (const solid of solids) this.shape(uniforms, ...solid);
+    if (overlays.has(BODY.id)) {
+      for (const solid of solids) this.shape(uniforms, ...solid);
+    } else {
+      // Of a ghost only what is nearest to the eye is seen: first its depth, then its colour.
+      for (const visible of [false, true]) {
+        gl.colorMask(visible, visible, visible, visible);
+        gl.depthFunc(visible ? gl.EQUAL : gl.LESS);
+        for (const [kind, pose, size, color] of solids) this.shape(uniforms, kind, pose, size, [...color.slice(0, 3), 0.22]);
+      }
+      gl.clear(gl.DEPTH_BUFFER_BIT);
+    }
 
     // What lies behind the robot shines through, faintly.
     const drawn = new Overlays(this.film, moment, theme, overlays);
     gl.disable(gl.CULL_FACE);
     gl.depthMask(false);
-    for (const [order, alpha] of [[gl.GREATER, 0.45], [gl.LEQUAL, 1]]) {
-      gl.depthFunc(order);
-      this.overlay.draw(drawn, view, [canvas.width, canvas.height], alpha);
+    for (const behind of [true, false]) {
+      gl.depthFunc(behind ? gl.GREATER : gl.LEQUAL);
+      this.overlay.draw(drawn, view, [canvas.width, canvas.height], behind ? THROUGH : 1);
       const solid = this.use(this.solid, lit);
-      for (const [kind, pose, size, color] of drawn.solids) {
-        this.shape(solid, kind, pose, size, [...color.slice(0, 3), color[3] * alpha]);
+      for (const [kind, pose, size, [r, g, b, alpha], through = THROUGH] of drawn.solids) {
+        this.shape(solid, kind, pose, size, [r, g, b, alpha * (behind ? through : 1)]);
       }
     }
     gl.depthMask(true);
