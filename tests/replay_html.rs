@@ -4,11 +4,12 @@ mod common;
 
 use common::browser::{Browser, Page};
 use common::{Bench, config, push};
-use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Point2, Point3, Quaternion, Translation3, UnitQuaternion};
 use serde_json::{Value, json};
 use standfast::episode::{Disturbance, EpisodeConfig, Film, Outcome};
 use standfast::report::replay::{Head, page};
 use standfast::robot::{Foot, Kinematics, Shape};
+use standfast::sim::{Ground, Variation};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -19,10 +20,10 @@ const SCREENS: [(u32, u32, &str); 4] =
 /// Positions in a page are as near as this to those of the film (m).
 const NEAR_M: f64 = 1e-4;
 
-/// A push from behind, to the right: `catch` makes a footstep and stands.
-fn caught() -> &'static Film {
+/// A push from behind, to the right: `paper` switches gains and makes a footstep.
+fn stepping() -> &'static Film {
     static FILM: OnceLock<Film> = OnceLock::new();
-    FILM.get_or_init(|| film("catch", 3.6, config(4.0)))
+    FILM.get_or_init(|| film("paper", 3.6, config(4.0)))
 }
 
 /// The same push, to which `hold` falls.
@@ -157,7 +158,7 @@ fn the_robot_shows_on_every_screen_and_the_page_asks_for_nothing() {
 fn what_the_page_shows_is_what_the_film_holds() {
     let Some(mut browser) = Browser::start() else { return };
     let folder = tempfile::tempdir().unwrap();
-    let film = caught();
+    let film = stepping();
     let file = written(&folder, film, &head());
     let mut tab = browser.tab(600, 600, "light");
     tab.open(&file);
@@ -183,12 +184,12 @@ fn what_the_page_shows_is_what_the_film_holds() {
                 worst.see("robot", (pose * corner - kinematics.link_pose(i) * corner).norm());
             }
         }
-        let flat = |p: nalgebra::Point2<f64>| vec![p.x, p.y];
+        let flat = |p: Point2<f64>| vec![p.x, p.y];
         worst.compare("com", &shown["com"], Some(vec![snapshot.com.x, snapshot.com.y, snapshot.com.z]));
         worst.compare("dcm", &shown["dcm"], Some(flat(snapshot.dcm)));
         worst.compare("zmp", &shown["zmp"], snapshot.zmp.map(flat));
         worst.compare("zmp_ref", &shown["zmpRef"], Some(flat(snapshot.zmp_ref)));
-        let all = |points: &[nalgebra::Point2<f64>]| Some(points.iter().flat_map(|p| [p.x, p.y]).collect());
+        let all = |points: &[Point2<f64>]| Some(points.iter().flat_map(|p| [p.x, p.y]).collect());
         worst.compare("support", &flattened(&shown["support"]), all(&snapshot.support));
         for gain in 0..film.gains.len() {
             let slice = snapshot.slices.get(gain).map_or(&[][..], |slice| slice);
@@ -206,11 +207,51 @@ fn what_the_page_shows_is_what_the_film_holds() {
     }
     eprintln!("largest differences (m): {:?}", worst.0);
     assert!(worst.0.len() >= 9 && worst.0.iter().all(|(_, error)| *error < NEAR_M), "{:?}", worst.0);
+    let marks = tab.evaluate("replay.film.marks.map((mark) => [mark.kind, mark.from_s])");
+    let marked = |kind: &str| -> Vec<f64> {
+        let of_kind = marks.as_array().unwrap().iter().filter(|mark| mark[0] == kind);
+        of_kind.map(|mark| mark[1].as_f64().unwrap()).collect()
+    };
+    assert_eq!(marked("push"), [0.5]);
+    assert_eq!(marked("footstep"), film.record.footsteps.iter().map(|step| step.lift_s).collect::<Vec<_>>());
+    assert!(!marked("footstep").is_empty() && !marked("switch").is_empty(), "{marks}");
+    assert_eq!(tab.evaluate("document.querySelectorAll('#marks i').length"), marks.as_array().unwrap().len());
     // One moment as it is told.
-    let stepping = film.snapshots.iter().find(|s| s.footstep.is_some()).unwrap();
-    look_at(&mut tab, stepping.time_s);
+    let swinging = film.snapshots.iter().find(|s| s.footstep.is_some()).unwrap();
+    look_at(&mut tab, swinging.time_s);
     assert_eq!(text(&mut tab, "phase"), "swing right");
-    assert_eq!(text(&mut tab, "clock"), format!("{:.3} s", stepping.time_s));
+    assert_eq!(text(&mut tab, "clock"), format!("{:.3} s", swinging.time_s));
+    assert_no_problems(&mut tab, &file);
+}
+
+#[test]
+fn the_ground_is_that_of_the_trial() {
+    let Some(mut browser) = Browser::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let bench = Bench::new("hold");
+    let slope = (Some(2.0), Some(-60.0));
+    let variation = Variation {
+        slope_deg: slope.0,
+        slope_heading_deg: slope.1,
+        ground_step_m: Some(0.004),
+        ..Variation::default()
+    };
+    let disturbance = Disturbance { pushes: vec![push(1.0, 0.0)], variation, ..Disturbance::default() };
+    let film = Film::take(&bench.robot, &bench.design, &config(1.0), disturbance, 0.0, &mut |_| {});
+    let file = written(&folder, &film, &head());
+    let mut tab = browser.tab(800, 600, "light");
+    tab.open(&file);
+    for (i, snapshot) in film.snapshots.iter().enumerate().step_by(100) {
+        let ground = Ground { slope: snapshot.slope, ..Ground::new(&film.robot, &variation) };
+        for (x, y) in [(0.0, 0.0), (0.03, -0.05), (0.3, 0.1), (-0.2, 0.4)] {
+            let script = format!("replay.film.height(replay.film.at(replay.film.time({i})).slope, {x}, {y}) + 0");
+            let shown_m = tab.evaluate(&script).as_f64().unwrap();
+            let height_m = ground.height_m(Point2::new(x, y));
+            assert!((shown_m - height_m).abs() < NEAR_M, "at ({x}, {y}): {shown_m} m, not {height_m} m");
+        }
+    }
+    let level = look_at(&mut tab, 0.0);
+    assert!(level["purple"].as_f64().unwrap() > 0.02, "{level}");
     assert_no_problems(&mut tab, &file);
 }
 
@@ -249,7 +290,7 @@ fn pose(shown: &Value) -> Isometry3<f64> {
 fn time_is_scrubbed_and_linked_and_runs() {
     let Some(mut browser) = Browser::start() else { return };
     let folder = tempfile::tempdir().unwrap();
-    let film = caught();
+    let film = stepping();
     let file = written(&folder, film, &head());
     let (last_s, tick_s) = (film.snapshots.last().unwrap().time_s, film.control_period_s);
     let mut tab = browser.tab(1200, 900, "light");
@@ -319,7 +360,7 @@ fn time_is_scrubbed_and_linked_and_runs() {
 fn overlays_and_views_change_the_picture_and_come_back() {
     let Some(mut browser) = Browser::start() else { return };
     let folder = tempfile::tempdir().unwrap();
-    let film = caught();
+    let film = stepping();
     let file = written(&folder, film, &head());
     let mut tab = browser.tab(900, 700, "light");
     tab.open(&file);
@@ -386,7 +427,7 @@ fn overlays_and_views_change_the_picture_and_come_back() {
 fn without_webgl_the_rest_works() {
     let Some(mut browser) = Browser::start() else { return };
     let folder = tempfile::tempdir().unwrap();
-    let file = written(&folder, caught(), &head());
+    let file = written(&folder, stepping(), &head());
     let mut tab = browser.tab(1200, 900, "light");
     let none = "const get = HTMLCanvasElement.prototype.getContext;
         HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
@@ -398,7 +439,7 @@ fn without_webgl_the_rest_works() {
     assert!(told.as_str().unwrap().starts_with("No 3D view here"), "{told}");
     let plot = look(&mut tab, "plot-x");
     press(&mut tab, "End");
-    assert_eq!(time_s(&mut tab), caught().snapshots.last().unwrap().time_s);
+    assert_eq!(time_s(&mut tab), stepping().snapshots.last().unwrap().time_s);
     assert_ne!(plot["hash"], look(&mut tab, "plot-x")["hash"], "the plot keeps step");
     press(&mut tab, "2");
     assert_no_problems(&mut tab, &file);
@@ -410,7 +451,7 @@ fn names_are_text_whatever_they_contain() {
     let folder = tempfile::tempdir().unwrap();
     let evil =
         |n: u8| format!("</script><script>window.evil={n}</script><!--<img src=x onerror=window.evil={n}>\"'&\\u003c");
-    let mut film = caught().clone();
+    let mut film = stepping().clone();
     film.gain_set = evil(1);
     film.gains.iter_mut().for_each(|name| *name = evil(2));
     film.robot.name = evil(3);
@@ -435,7 +476,7 @@ fn names_are_text_whatever_they_contain() {
 #[test]
 fn a_page_of_four_seconds_is_small_and_always_the_same() {
     let whole = EpisodeConfig { end_early: false, ..config(4.0) };
-    let film = film("catch", 3.6, whole);
+    let film = film("paper", 3.6, whole);
     assert_eq!(film.snapshots.len(), 2001);
     let html = page(&film, &head()).unwrap();
     eprintln!("{} bytes", html.len());

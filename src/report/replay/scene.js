@@ -83,6 +83,11 @@ float grid(float period, float px) {
   return max(drawn.x, drawn.y);
 }
 float axis(float across) { return clamp(1.4 - abs(across) / fwidth(across), 0.0, 1.0); }
+// Places spread evenly over a disc.
+vec2 ring(int i, int count) {
+  float angle = 2.39996 * float(i);
+  return sqrt((float(i) + 0.5) / float(count)) * vec2(cos(angle), sin(angle));
+}
 void main() {
   vec3 color = mix(ground, line, 0.30 * grid(0.1, 1.0) + 0.55 * grid(0.5, 1.2));
   color = mix(color, vec3(0.80, 0.27, 0.24), 0.55 * axis(local.y) * step(0.0, local.x));
@@ -91,12 +96,11 @@ void main() {
   vec2 uv = (local.xy - middle) / reach * 0.5 + 0.5;
   float dark = 0.0;
   if (all(greaterThan(uv, vec2(0.0))) && all(lessThan(uv, vec2(1.0)))) {
-    vec2 around = textureLod(shadow, uv, 5.0).rg;
-    float soft = clamp(around.g / max(around.r, 0.02), 0.0, 0.6);
-    float level = clamp(1.0 + 7.0 * soft, 1.0, 4.5), spread = exp2(level) / ${SHADOW_PX}.0;
-    for (int i = 0; i < 8; i++) {
-      float angle = 0.785398 * float(i) + 0.3;
-      dark += textureLod(shadow, uv + spread * (i % 2 == 0 ? 0.6 : 1.2) * vec2(cos(angle), sin(angle)), level).r / 8.0;
+    vec2 around = vec2(0.0);
+    for (int i = 0; i < 6; i++) around += textureLod(shadow, uv + ring(i, 6) * 0.02, 3.5).rg;
+    float px = clamp(90.0 * around.g / max(around.r, 0.02), 2.0, 40.0);
+    for (int i = 0; i < 20; i++) {
+      dark += textureLod(shadow, uv + ring(i, 20) * px / ${SHADOW_PX}.0, log2(px / 2.0)).r / 20.0;
     }
     vec2 edge = smoothstep(vec2(0.0), vec2(0.08), uv) * smoothstep(vec2(0.0), vec2(0.08), 1.0 - uv);
     dark *= edge.x * edge.y;
@@ -218,7 +222,7 @@ class Scene {
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clearColor(...colors.back, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    const { view, eye } = camera.look(canvas.width / canvas.height);
+    const { view, eye } = camera.look(canvas.width / canvas.height, moment.com);
     const floor = { view, eye, middle, reach, world_from_floor: matrixOf(tilt), back: colors.back, ground: colors.floor };
     this.use(this.floor, { ...floor, line: colors.line, shade: colors.shade, sunk: 0 });
     gl.bindVertexArray(this.floorMesh.array);
