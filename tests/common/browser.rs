@@ -14,11 +14,14 @@ use tempfile::TempDir;
 const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 /// With this in the environment a browser that is not there is a failure.
 const NEED: &str = "STANDFAST_NEED_CHROMIUM";
-const FLAGS: [&str; 10] = [
+const FLAGS: [&str; 12] = [
     "--headless",
     "--remote-debugging-pipe",
     "--no-sandbox",
     "--disable-gpu",
+    // WebGL without a graphics card.
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
     "--disable-quic",
     "--no-first-run",
     "--disable-background-networking",
@@ -26,6 +29,7 @@ const FLAGS: [&str; 10] = [
     "--disable-sync",
     "--hide-scrollbars",
 ];
+const SLOW: &str = "GL Driver Message (OpenGL, Performance";
 const PATIENCE: Duration = Duration::from_secs(60);
 
 pub struct Browser {
@@ -208,6 +212,8 @@ impl Page<'_> {
             "Runtime.consoleAPICalled" if params["type"] == "error" || params["type"] == "warning" => {
                 Some(format!("console: {}", params["args"]))
             }
+            // Software graphics remark on their own slowness.
+            "Log.entryAdded" if params["entry"]["text"].as_str().is_some_and(|text| text.contains(SLOW)) => None,
             "Log.entryAdded" if params["entry"]["level"] != "verbose" => Some(format!("log: {}", params["entry"])),
             "Network.requestWillBeSent" if params["request"]["url"] != own.as_str() => {
                 Some(format!("request: {}", params["request"]["url"]))

@@ -1,8 +1,10 @@
 // Orbit about a point: drag turns, shift-drag (or two fingers) moves, the wheel (or two fingers) zooms.
 
 const FIELD = (32 * Math.PI) / 180;
+// As far as this the COM may go from home before the camera follows, in COM heights.
+const LEASH = 0.4;
 // Azimuth and elevation (degrees) of the eye as seen from the robot, which faces x.
-const VIEWS = { home: [38, 18], front: [0, 6], side: [90, 6], top: [180, 89.5] };
+const VIEWS = { home: [38, 18], front: [0, 6], side: [-90, 6], top: [180, 89.5] };
 
 class Camera {
   constructor(canvas, height, changed) {
@@ -27,8 +29,8 @@ class Camera {
   set(view) {
     [this.azimuth, this.elevation] = VIEWS[view].map((deg) => (deg * Math.PI) / 180);
     // The robot is about twice as high as its COM.
-    this.target = [0, 0, 0.88 * this.height];
-    this.distance = 7.2 * this.height;
+    this.target = [0, 0, 0.8 * this.height];
+    this.distance = 5.4 * this.height;
     this.changed();
   }
 
@@ -70,11 +72,17 @@ class Camera {
     this.target = add(this.target, add(scaled(x, -right * metres), scaled(y, down * metres)));
   }
 
-  look(aspect) {
+  // How far the COM has dragged the camera along.
+  dragged(com) {
+    const away = sub(com, [0, 0, this.height]), far = length(away);
+    return scaled(away, Math.max(0, 1 - (LEASH * this.height) / (far || 1)));
+  }
+
+  look(aspect, com) {
     // On a narrow screen it is the width that has to hold the robot.
     const distance = this.distance * Math.max(1, 0.8 / aspect);
-    const eye = add(this.target, scaled(this.outward(), distance));
-    const seen = product(perspective(FIELD, aspect, 0.05 * distance, 12 * distance), lookingAt(eye, this.target, [0, 0, 1]));
-    return { view: seen, eye };
+    const target = add(this.target, this.dragged(com)), eye = add(target, scaled(this.outward(), distance));
+    const lens = perspective(FIELD, aspect, 0.05 * distance, 12 * distance);
+    return { view: product(lens, lookingAt(eye, target, [0, 0, 1])), eye };
   }
 }

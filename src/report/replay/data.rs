@@ -4,7 +4,7 @@ use super::pack::{column, columns, polygons};
 use crate::control::Phase;
 use crate::episode::film::Film;
 use crate::episode::snapshot::{Arrow, Snapshot};
-use crate::robot::{Foot, Pose, Robot};
+use crate::robot::{Foot, Pose, Robot, Shape, Solid};
 use crate::sim::{Ground, Push};
 use nalgebra::{Point2, UnitQuaternion};
 use serde_json::{Value, json};
@@ -87,9 +87,8 @@ fn turns(rotations: impl Iterator<Item = UnitQuaternion<f64>>) -> Vec<Value> {
 fn robot(robot: &Robot) -> Value {
     let links = robot.links.iter().enumerate().map(|(i, link)| {
         let joint = i.checked_sub(1).map(|joint| &robot.joints[joint]);
-        let solid = |solid: &crate::robot::Solid| {
-            json!({ "pose": pose(&solid.pose), "shape": shape(&solid.shape), "color": solid.color })
-        };
+        let solid =
+            |solid: &Solid| json!({ "pose": pose(&solid.pose), "shape": shape(&solid.shape), "color": solid.color });
         json!({
             "name": link.name,
             "parent": joint.map(|joint| joint.parent),
@@ -108,8 +107,7 @@ fn pose(pose: &Pose) -> [f64; 7] {
 }
 
 /// Half extents of the box that holds it, in the axes of the solid.
-fn shape(shape: &crate::robot::Shape) -> Value {
-    use crate::robot::Shape;
+fn shape(shape: &Shape) -> Value {
     match *shape {
         Shape::Box { half } => json!({ "kind": "box", "half": [half.x, half.y, half.z] }),
         Shape::Cylinder { radius, length } => json!({ "kind": "cylinder", "half": [radius, radius, length / 2.0] }),

@@ -6,12 +6,14 @@ const OVERLAYS = [
   { id: "zmp", key: "z", name: "ZMP", color: "#d62728", hint: "measured: from the forces under the soles" },
   { id: "zmpRef", key: "w", name: "ZMP wanted", color: "#ff9f1c", hint: "the one that the controller asks for" },
   { id: "support", key: "s", name: "support", color: "#5b6b7b", hint: "hull of the soles on the ground" },
-  { id: "sets", key: "i", name: "CPI sets", color: "#2f6fdd", hint: "where the COM may be, for each gain; the active one is filled" },
+  { id: "sets", key: "i", name: "CPI sets", color: "#2f6fdd", hint: "where the COM may be, by gain; the active one is filled" },
   { id: "footstep", key: "f", name: "footstep", color: "#00a3a3", hint: "where the foot in the air is to land" },
   { id: "contacts", key: "g", name: "ground forces", color: "#4fb84f", hint: "on each sole, 1 cm for 5 N" },
   { id: "push", key: "p", name: "push", color: "#e4002b", hint: "1 cm for 2.5 N; it fades after it ends" },
   { id: "trail", key: "t", name: "trails", color: "#7f8894", hint: "COM and DCM over the ground until now" },
 ];
+// The robot itself: without it, a ghost that hides nothing.
+const BODY = { id: "body", key: "b", name: "body", color: "#593399", hint: "the robot; else a ghost that hides nothing" };
 const METRES_PER_NEWTON = { contacts: 0.002, push: 0.004 };
 // A push is short: its arrow stays for a while, faint (s).
 const AFTERGLOW = 0.3;
@@ -25,7 +27,7 @@ function colorOf(id, theme) {
   return theme === "dark" ? parts.map((x) => x + 0.32 * (1 - x)) : parts;
 }
 
-// Lines, filled polygons and solid shapes of a moment.
+// Lines, filled polygons and solid shapes of a moment. A solid may say how much of it shows through what is before it.
 class Overlays {
   constructor(film, moment, theme, on) {
     Object.assign(this, { film, moment, lines: [], fills: [], solids: [] });
@@ -38,7 +40,9 @@ class Overlays {
       this.trail(color("dcm"), film.dcm);
     }
     if (on.has("contacts")) {
-      for (const arrow of moment.contacts) if (arrow) this.arrow(arrow.point, scaled(arrow.force, METRES_PER_NEWTON.contacts), color("contacts"), 0.9);
+      for (const contact of moment.contacts) {
+        if (contact) this.arrow(contact.point, scaled(contact.force, METRES_PER_NEWTON.contacts), color("contacts"), 0.9);
+      }
     }
     if (on.has("push")) this.push(color("push"));
     if (on.has("zmpRef")) this.disc(moment.zmpRef, 0.0095, color("zmpRef"), 4);
@@ -47,7 +51,10 @@ class Overlays {
     if (on.has("com")) {
       const foot = this.disc(moment.com, 0.0075, color("com"), 7);
       this.lines.push([foot, moment.com, [...color("com"), 0.9], 2]);
-      this.solids.push(["sphere", { p: moment.com, q: [0, 0, 0, 1] }, [0.012, 0.012, 0.012], [...color("com"), 1]]);
+      // In white, so that it shows in a robot of any colour.
+      for (const [radius, rgb] of [[0.0135, [1, 1, 1]], [0.011, color("com")]]) {
+        this.solids.push(["sphere", { p: moment.com, q: [0, 0, 0, 1] }, [radius, radius, radius], [...rgb, 1], 1]);
+      }
     }
   }
 
@@ -156,8 +163,8 @@ void main() { color = tint; gl_Position = view * vec4(here, 1.0); }`,
     for (const [a, b, color, width] of lines) {
       const w = width * ratio;
       // Seen from the other end, left is right.
-      const [a1, a2, b1, b2] = [[...a, ...b, ...color, w], [...a, ...b, ...color, -w], [...b, ...a, ...color, -w], [...b, ...a, ...color, w]];
-      lineData.push(...a1, ...a2, ...b1, ...b1, ...a2, ...b2);
+      const from = (side) => [...a, ...b, ...color, side], to = (side) => [...b, ...a, ...color, -side];
+      lineData.push(...from(w), ...from(-w), ...to(w), ...to(w), ...from(-w), ...to(-w));
     }
     for (const [a, b, c, color] of fills) fillData.push(...a, ...color, ...b, ...color, ...c, ...color);
     this.batch(this.fillProgram, this.fillBuffer, fillData, 7, view, screen, alpha);

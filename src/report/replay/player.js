@@ -4,7 +4,8 @@ const find = (id) => document.getElementById(id);
 const film = new Film(JSON.parse(find("film").textContent));
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const theme = () => (dark.matches ? "dark" : "light");
-const shown = new Set(OVERLAYS.map((overlay) => overlay.id));
+const toggles = [...OVERLAYS, BODY];
+const shown = new Set(toggles.map((overlay) => overlay.id));
 const state = { time: film.start, playing: false, speed: 1, stale: true, last: 0 };
 
 let scene = null, camera = null;
@@ -12,6 +13,12 @@ try {
   const canvas = find("view");
   scene = new Scene(canvas, film);
   camera = new Camera(canvas, film.robot.com_height_m, () => { state.stale = true; });
+  // A telephone takes the graphics away from a page that is out of sight.
+  canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
+  canvas.addEventListener("webglcontextrestored", () => {
+    scene = new Scene(canvas, film);
+    resize();
+  });
 } catch (problem) {
   find("view").hidden = find("views").hidden = true;
   find("no-view").hidden = false;
@@ -87,7 +94,7 @@ function toggle(id) {
   find("show-" + id).setAttribute("aria-pressed", String(shown.has(id)));
   renderPlots();
 }
-for (const { id, key, name, color, hint } of OVERLAYS) {
+for (const { id, key, name, color, hint } of toggles) {
   const chip = document.createElement("button");
   Object.assign(chip, { id: "show-" + id, className: "chip", type: "button", title: hint + " (" + key + ")" });
   const dot = document.createElement("i");
@@ -124,7 +131,7 @@ document.addEventListener("keydown", (event) => {
   const at = event.target;
   // What has a use for the key itself keeps it.
   if (at.closest("select") || (event.key === " " && at.closest("button, summary, a"))) return;
-  const overlay = OVERLAYS.find(({ key }) => key === event.key);
+  const overlay = toggles.find(({ key }) => key === event.key);
   const action = KEYS[event.key];
   if (!overlay && !action) return;
   event.preventDefault();
@@ -189,6 +196,7 @@ function readouts(moment) {
     edge: outside === null ? "no support" : mm(outside) + (outside > 0 ? "outside" : "inside"),
   };
   for (const [id, text] of Object.entries(told)) if (find(id).textContent !== text) find(id).textContent = text;
+  find("doing").className = moment.phase;
   find("edge").className = outside === null || outside > 0 ? "bad" : "";
   find("margin").className = moment.margin < 0 ? "bad" : "";
 }
@@ -201,7 +209,8 @@ function renderPlots() {
 // Canvas sizes follow the layout.
 function resize() {
   const canvas = find("view"), ratio = window.devicePixelRatio || 1;
-  if (scene) [canvas.width, canvas.height] = [canvas.clientWidth, canvas.clientHeight].map((px) => Math.max(1, Math.round(px * ratio)));
+  const pixels = (px) => Math.max(1, Math.round(px * ratio));
+  if (scene) [canvas.width, canvas.height] = [pixels(canvas.clientWidth), pixels(canvas.clientHeight)];
   renderPlots();
 }
 

@@ -75,7 +75,8 @@ class Plot {
     this.grid(pen, paint);
     pen.save();
     pen.beginPath();
-    pen.rect(PLOT_MARGIN.left, PLOT_MARGIN.top, this.width - PLOT_MARGIN.left - PLOT_MARGIN.right, this.height - PLOT_MARGIN.top - PLOT_MARGIN.bottom);
+    const { left, right, top, bottom } = PLOT_MARGIN;
+    pen.rect(left, top, this.width - left - right, this.height - top - bottom);
     pen.clip();
     this.bands(pen);
     if (on.has("support")) this.support(pen);
@@ -89,7 +90,8 @@ class Plot {
   }
 
   grid(pen, paint) {
-    const nice = (span, most) => [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].map((n) => n / 1000).find((step) => span / step <= most) ?? span;
+    const steps = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].map((n) => n / 1000);
+    const nice = (span, most) => steps.find((step) => span / step <= most) ?? span;
     const { film, range: [low, high], width, height } = this, { left, right, top, bottom } = PLOT_MARGIN;
     pen.strokeStyle = paint("--line");
     pen.fillStyle = paint("--soft");
@@ -100,7 +102,7 @@ class Plot {
       pen.lineTo(x1, y1);
       pen.stroke();
     };
-    const step = nice(high - low, Math.max(2, (height - top - bottom) / 26));
+    const step = nice(high - low, Math.max(2, (height - top - bottom) / 20));
     pen.textAlign = "right";
     pen.textBaseline = "middle";
     for (let k = Math.ceil(low / step); k * step <= high; k++) {
@@ -137,7 +139,8 @@ class Plot {
       if (!limits[from]) continue;
       let to = from;
       while (to + 1 < film.count && limits[to + 1]) to++;
-      const side = (k) => Array.from({ length: to - from + 1 }, (_, n) => [this.x(film.time(from + n)), this.y(limits[from + n][k])]);
+      const point = (i, k) => [this.x(film.time(i)), this.y(limits[i][k])];
+      const side = (k) => Array.from({ length: to - from + 1 }, (_, n) => point(from + n, k));
       const [low, high] = [side(0), side(1)];
       for (const [points, fills] of [[[...low, ...high.reverse()], true], [low, false], [high, false]]) {
         pen.beginPath();

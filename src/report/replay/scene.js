@@ -2,6 +2,8 @@
 
 // Towards the light.
 const LIGHT = unit([0.35, 0.5, 1.1]);
+// How much of an overlay shows through what is before it.
+const THROUGH = 0.7;
 // The shadow's picture: so many pixels over twice so many metres of the floor.
 const SHADOW_PX = 1024, SHADOW_HALF = 0.9;
 
@@ -81,6 +83,11 @@ float grid(float period, float px) {
   return max(drawn.x, drawn.y);
 }
 float axis(float across) { return clamp(1.4 - abs(across) / fwidth(across), 0.0, 1.0); }
+// Places spread evenly over a disc.
+vec2 ring(int i, int count) {
+  float angle = 2.39996 * float(i);
+  return sqrt((float(i) + 0.5) / float(count)) * vec2(cos(angle), sin(angle));
+}
 void main() {
   vec3 color = mix(ground, line, 0.30 * grid(0.1, 1.0) + 0.55 * grid(0.5, 1.2));
   color = mix(color, vec3(0.80, 0.27, 0.24), 0.55 * axis(local.y) * step(0.0, local.x));
@@ -89,26 +96,25 @@ void main() {
   vec2 uv = (local.xy - middle) / reach * 0.5 + 0.5;
   float dark = 0.0;
   if (all(greaterThan(uv, vec2(0.0))) && all(lessThan(uv, vec2(1.0)))) {
-    vec2 around = textureLod(shadow, uv, 5.0).rg;
-    float soft = clamp(around.g / max(around.r, 0.02), 0.0, 0.6);
-    float level = clamp(1.0 + 7.0 * soft, 1.0, 4.5), spread = exp2(level) / ${SHADOW_PX}.0;
-    for (int i = 0; i < 8; i++) {
-      float angle = 0.785398 * float(i) + 0.3;
-      dark += textureLod(shadow, uv + spread * (i % 2 == 0 ? 0.6 : 1.2) * vec2(cos(angle), sin(angle)), level).r / 8.0;
+    vec2 around = vec2(0.0);
+    for (int i = 0; i < 6; i++) around += textureLod(shadow, uv + ring(i, 6) * 0.02, 3.5).rg;
+    float px = clamp(90.0 * around.g / max(around.r, 0.02), 2.0, 40.0);
+    for (int i = 0; i < 20; i++) {
+      dark += textureLod(shadow, uv + ring(i, 20) * px / ${SHADOW_PX}.0, log2(px / 2.0)).r / 20.0;
     }
     vec2 edge = smoothstep(vec2(0.0), vec2(0.08), uv) * smoothstep(vec2(0.0), vec2(0.08), 1.0 - uv);
     dark *= edge.x * edge.y;
   }
   color *= 1.0 - shade * dark;
   float far = length(local.xy - middle);
-  shown = vec4(mix(color, back, smoothstep(0.9, 2.6, far)), 1.0);
+  shown = vec4(mix(color, back, smoothstep(0.6, 2.0, far)), 1.0);
 }`;
 
 class Scene {
   // Throws if this browser has no WebGL 2.
   constructor(canvas, film) {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: false });
-    if (!gl) throw new Error("no WebGL 2");
+    if (!gl) throw new Error("getContext gives none");
     Object.assign(this, { canvas, film, gl, shapes: shapes(gl) });
     this.solid = program(gl, SOLID_VERTEX, SOLID_FRAGMENT);
     this.cast = program(gl, SHADOW_VERTEX, SHADOW_FRAGMENT);
@@ -216,7 +222,7 @@ class Scene {
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clearColor(...colors.back, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    const { view, eye } = camera.look(canvas.width / canvas.height);
+    const { view, eye } = camera.look(canvas.width / canvas.height, moment.com);
     const floor = { view, eye, middle, reach, world_from_floor: matrixOf(tilt), back: colors.back, ground: colors.floor };
     this.use(this.floor, { ...floor, line: colors.line, shade: colors.shade, sunk: 0 });
     gl.bindVertexArray(this.floorMesh.array);
@@ -231,18 +237,28 @@ class Scene {
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     const lit = { view, eye, light: LIGHT, ambient: colors.ambient };
     const uniforms = this.use(this.solid, lit);
-    for (const solid of solids) this.shape(uniforms, ...solid);
+    if (overlays.has(BODY.id)) {
+      for (const solid of solids) this.shape(uniforms, ...solid);
+    } else {
+      // Of a ghost only what is nearest to the eye is seen: first its depth, then its colour.
+      for (const visible of [false, true]) {
+        gl.colorMask(visible, visible, visible, visible);
+        gl.depthFunc(visible ? gl.EQUAL : gl.LESS);
+        for (const [kind, pose, size, color] of solids) this.shape(uniforms, kind, pose, size, [...color.slice(0, 3), 0.22]);
+      }
+      gl.clear(gl.DEPTH_BUFFER_BIT);
+    }
 
     // What lies behind the robot shines through, faintly.
     const drawn = new Overlays(this.film, moment, theme, overlays);
     gl.disable(gl.CULL_FACE);
     gl.depthMask(false);
-    for (const [order, alpha] of [[gl.GREATER, 0.45], [gl.LEQUAL, 1]]) {
-      gl.depthFunc(order);
-      this.overlay.draw(drawn, view, [canvas.width, canvas.height], alpha);
+    for (const behind of [true, false]) {
+      gl.depthFunc(behind ? gl.GREATER : gl.LEQUAL);
+      this.overlay.draw(drawn, view, [canvas.width, canvas.height], behind ? THROUGH : 1);
       const solid = this.use(this.solid, lit);
-      for (const [kind, pose, size, color] of drawn.solids) {
-        this.shape(solid, kind, pose, size, [...color.slice(0, 3), color[3] * alpha]);
+      for (const [kind, pose, size, [r, g, b, alpha], through = THROUGH] of drawn.solids) {
+        this.shape(solid, kind, pose, size, [r, g, b, alpha * (behind ? through : 1)]);
       }
     }
     gl.depthMask(true);
