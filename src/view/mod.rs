@@ -4,43 +4,10 @@
 
 #[cfg(feature = "view")]
 mod app;
-#[cfg(feature = "view")]
-mod clock;
-#[cfg(feature = "view")]
-mod colors;
-#[cfg(feature = "view")]
-mod keys;
-#[cfg(feature = "view")]
-mod live;
-#[cfg(feature = "view")]
-mod marks;
-#[cfg(feature = "view")]
-mod mesh;
-#[cfg(feature = "view")]
-mod overlays;
-#[cfg(feature = "view")]
-mod panel;
-#[cfg(feature = "view")]
-mod pick;
-#[cfg(feature = "view")]
-mod plots;
-#[cfg(feature = "view")]
-mod recorded;
-#[cfg(feature = "view")]
-mod scene;
-#[cfg(feature = "view")]
-mod solids;
-#[cfg(feature = "view")]
-mod timeline;
-#[cfg(feature = "view")]
-mod window;
-#[cfg(feature = "view")]
-mod world;
 
 #[cfg(feature = "view")]
 pub use app::run;
 
-use crate::assets::DEFAULT_ROBOT;
 #[cfg(not(feature = "view"))]
 use crate::error::{Error, Result};
 use std::path::PathBuf;
@@ -87,13 +54,6 @@ pub struct ViewArgs {
     /// Write the window's last picture here
     #[arg(long, value_name = "FILE.png")]
     pub screenshot: Option<PathBuf>,
-}
-
-impl ViewArgs {
-    /// Name of the robot if neither a campaign nor the caller names one.
-    fn default_robot() -> &'static str {
-        DEFAULT_ROBOT
-    }
 }
 
 /// There is no window in this build. Errors: says so, and how to build one.

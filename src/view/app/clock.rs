@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 pub const SPEEDS: [f64; 7] = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0];
 
 /// The longest that one frame may spend on catching up: beyond it the window would no longer answer.
-const PATIENCE: Duration = Duration::from_millis(250);
+const PATIENCE: Duration = Duration::from_millis(400);
 
 /// Frames that a display shows in a second: what is not drawn of them counts as dropped.
 const DISPLAY_HZ: f64 = 60.0;
@@ -69,14 +69,14 @@ impl Clock {
             self.stretch_frames = 0;
             return;
         }
-        self.due_s += passed_s * self.speed;
-        self.stretch[1] += passed_s;
-        self.stretch_frames += 1;
         if self.stretch[1] >= 1.0 {
             self.factor = Some(self.stretch[0] / self.stretch[1]);
             self.frames_per_s = f64::from(self.stretch_frames) / self.stretch[1];
             (self.stretch, self.stretch_frames) = ([0.0; 2], 0);
         }
+        self.due_s += passed_s * self.speed;
+        self.stretch[1] += passed_s;
+        self.stretch_frames += 1;
     }
 
     /// Runs `advance` by `step_s` of simulated time as often as is due; it says whether it can go on. What a machine whose

@@ -32,9 +32,8 @@ impl Lens {
     /// None behind the viewer.
     pub fn project(&self, at: &Point3<f64>) -> Option<Pos2> {
         let clip = self.to_clip * vec3(at).extend(1.0);
-        (clip.w > 1e-3).then(|| {
-            pos2((1.0 + clip.x / clip.w) * self.size.x / 2.0, (1.0 - clip.y / clip.w) * self.size.y / 2.0)
-        })
+        (clip.w > 1e-3)
+            .then(|| pos2((1.0 + clip.x / clip.w) * self.size.x / 2.0, (1.0 - clip.y / clip.w) * self.size.y / 2.0))
     }
 
     /// From the eye through a point of the picture.
@@ -61,6 +60,15 @@ pub struct Marks<'a> {
 impl Marks<'_> {
     /// Draws what is shown of a moment; `force` is the push or pull to be seen.
     pub fn draw(&self, now: &Snapshot, shown: &Shown, force: Option<Arrow>) {
+        if shown.has(Overlay::Slices) {
+            self.slices(now);
+        }
+        if shown.has(Overlay::Support) {
+            self.outline(now.support.iter().map(|at| self.on_floor(at)), colors::SUPPORT.egui(), 2.5);
+        }
+        if let Some(corners) = now.footstep.filter(|_| shown.has(Overlay::Footstep)) {
+            self.outline(corners.into_iter(), colors::FOOTSTEP.egui(), 2.5);
+        }
         if shown.has(Overlay::Contacts) {
             for arrow in Foot::BOTH.into_iter().filter_map(|foot| now.contacts[foot]) {
                 let tip = arrow.point + arrow.force * colors::CONTACT_M_PER_N;
@@ -92,6 +100,19 @@ impl Marks<'_> {
         }
     }
 
+    /// The sets' slices, one within the other; the one of the gain that acts is lit.
+    fn slices(&self, now: &Snapshot) {
+        for (i, slice) in now.slices.iter().enumerate() {
+            let (opacity, width) = if now.gain == Some(i) { (1.0, 2.5) } else { (0.55, 1.2) };
+            self.outline(slice.iter().map(|at| self.on_floor(at)), colors::SLICE.faint(opacity), width);
+        }
+    }
+
+    fn outline(&self, corners: impl Iterator<Item = Point3<f64>>, color: Color32, width: f32) {
+        let corners: Option<Vec<_>> = corners.map(|corner| self.lens.project(&corner)).collect();
+        self.painter.extend(corners.map(|corners| Shape::closed_line(corners, Stroke::new(width, color))));
+    }
+
     /// A push or pull, with its size.
     fn force(&self, arrow: &Arrow) {
         let tip = arrow.point + arrow.force * colors::PUSH_M_PER_N;
@@ -109,8 +130,8 @@ impl Marks<'_> {
         let at = |m: f64| self.on_floor(&(middle + nalgebra::Vector2::new(cos, sin) * m));
         let text = format!("{impulse_n_s:.1} N s");
         let faint = colors::PUSH.towards(colors::FLOOR, 0.35);
-        self.arrow(at(-0.26), at(-0.16), faint, 2.5, None);
-        self.at(at(-0.30), |painter, place| self.text(painter, place, &text, faint));
+        self.arrow(at(-0.31), at(-0.19), faint, 2.5, None);
+        self.at(at(-0.34), |painter, place| self.text(painter, place, &text, faint));
     }
 
     /// The axes' names, at the ends of the grid.
@@ -180,11 +201,7 @@ impl Marks<'_> {
     fn diamond(&self, place: Point3<f64>, color: Named) {
         self.at(place, |painter, at| {
             let corners = [vec2(0.0, -7.0), vec2(7.0, 0.0), vec2(0.0, 7.0), vec2(-7.0, 0.0)].map(|d| at + d);
-            painter.add(PathShape::convex_polygon(
-                corners.to_vec(),
-                color.egui(),
-                Stroke::new(1.2, Color32::WHITE),
-            ));
+            painter.add(PathShape::convex_polygon(corners.to_vec(), color.egui(), Stroke::new(1.2, Color32::WHITE)));
         });
     }
 

@@ -58,20 +58,10 @@ pub const RECORDED_HELP: [(&str, &str); 8] = [
     ("H, Q or Esc", "this help, quit"),
 ];
 
-const DIGITS: [Key; 9] = [
-    Key::Key1,
-    Key::Key2,
-    Key::Key3,
-    Key::Key4,
-    Key::Key5,
-    Key::Key6,
-    Key::Key7,
-    Key::Key8,
-    Key::Key9,
-];
+const DIGITS: [Key; 9] =
+    [Key::Key1, Key::Key2, Key::Key3, Key::Key4, Key::Key5, Key::Key6, Key::Key7, Key::Key8, Key::Key9];
 /// Of the overlays, in their order.
-const LETTERS: [Key; OVERLAYS.len()] =
-    [Key::C, Key::Z, Key::W, Key::D, Key::S, Key::G, Key::F, Key::K, Key::A];
+const LETTERS: [Key; OVERLAYS.len()] = [Key::C, Key::Z, Key::W, Key::D, Key::S, Key::G, Key::F, Key::K, Key::A];
 
 /// What a key asks for, live or of a recording.
 pub fn wish(key: Key, live: bool) -> Option<Wish> {

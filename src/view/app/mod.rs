@@ -1,42 +1,49 @@
 //! The window's loop: what a person asks for, time that passes, the next picture.
 
-use super::ViewArgs;
-use super::clock::Clock;
-use super::colors;
-use super::keys::{self, Wish};
-use super::live::Live;
-use super::marks::{Lens, Marks};
-use super::overlays::Shown;
-use super::panel::{self, Facts};
-use super::pick::{self, Grab};
-use super::plots::Trail;
-use super::recorded::Recorded;
-use super::scene::{Scene, camera};
-use super::world::World;
-use super::{timeline, window};
-use crate::episode::Snapshot;
-use crate::episode::snapshot::Arrow;
+mod clock;
+mod colors;
+mod keys;
+mod live;
+mod marks;
+mod mesh;
+mod overlays;
+mod panel;
+mod pick;
+mod plots;
+mod recorded;
+mod scene;
+mod show;
+mod solids;
+mod timeline;
+mod window;
+mod world;
+
 use crate::error::{Error, Result};
 use crate::report::check_output;
-use crate::robot::{Kinematics, Robot};
+use crate::view::ViewArgs;
+use clock::Clock;
+use keys::Wish;
 use kiss3d::camera::OrbitCamera3d;
 use kiss3d::egui::{self, LayerId, Pos2, Rect, Theme, pos2};
 use kiss3d::event::{Action, MouseButton, WindowEvent};
 use kiss3d::post_processing::Tonemap;
 use kiss3d::window::{NumSamples, Window};
+use live::Live;
+use marks::{Lens, Marks};
+use overlays::Shown;
+use panel::Facts;
+use pick::Grab;
+use recorded::Recorded;
+use scene::{Scene, camera};
+use show::Show;
 use std::path::Path;
 use std::time::Instant;
+use world::World;
 
 /// Size of the window at the start (pixels).
-const SIZE: (u32, u32) = (1280, 800);
+const SIZE: (u32, u32) = (1200, 720);
 /// Fewer frames a second than this: the machine draws without a graphics card, and edges are no longer smoothed.
 const SLOW_FRAMES_PER_S: f64 = 25.0;
-
-/// What is shown.
-enum Show<'a> {
-    Live(Box<Live<'a>>),
-    Recorded(Box<Recorded>),
-}
 
 /// Opens the window, and returns what happened when it is closed. Errors: what is named is not there or not accepted;
 /// there can be no window ([`Error::NoWindow`]); the picture cannot be written.
@@ -94,6 +101,8 @@ struct App<'a> {
     heading_deg: f64,
     help: bool,
     quits: bool,
+    /// Where the mouse was last seen (pixels).
+    cursor: Option<(f64, f64)>,
 }
 
 impl<'a> App<'a> {
@@ -116,6 +125,7 @@ impl<'a> App<'a> {
             heading_deg: wrapped(args.heading),
             help: true,
             quits: false,
+            cursor: None,
         })
     }
 
@@ -140,7 +150,10 @@ impl<'a> App<'a> {
         if let Some(path) = &args.screenshot {
             write_picture(&self.window, path)?;
         }
-        Ok(self.account(start.elapsed().as_secs_f64()))
+        let (frames, dropped) = self.clock.frames();
+        let seconds = start.elapsed().as_secs_f64();
+        let drawn = format!("{frames} frames drawn, {dropped} dropped, in {seconds:.1} s");
+        Ok(format!("{}; {drawn}\n", self.show.account(self.step_s())))
     }
 
     /// What the keys ask for; the mouse takes hold of the robot here.
@@ -153,6 +166,7 @@ impl<'a> App<'a> {
                     event.inhibited = wish.is_some();
                     wishes.extend(wish);
                 }
+                WindowEvent::CursorPos(x, y, _) => self.cursor = Some((x, y)),
                 WindowEvent::MouseButton(MouseButton::Button1, action, _) => match action {
                     Action::Press if !self.window.is_egui_capturing_mouse() => self.take(),
                     Action::Press => {}
@@ -232,6 +246,9 @@ impl<'a> App<'a> {
         if let Some((at, name)) = name {
             marks.name(at, name);
         }
+        if self.help {
+            panel::help(ctx, push.is_some());
+        }
         panel::draw(ctx, &facts, wishes);
         if let Show::Recorded(recorded) = show {
             timeline::draw(ctx, recorded, paused, wide, wishes);
@@ -239,15 +256,7 @@ impl<'a> App<'a> {
     }
 
     fn facts(&self, push: Option<(f64, f64)>) -> Facts<'_> {
-        let (gain_sets, acting, gains) = match (&self.show, self.world) {
-            (Show::Live(live), Some(world)) => {
-                let names = world.designs.iter().map(|design| design.family.name.clone()).collect();
-                let gains = &world.designs[live.acting].family.gains;
-                (names, live.acting, gains.iter().map(|gain| gain.name.clone()).collect())
-            }
-            (Show::Recorded(recorded), _) => (Vec::new(), 0, recorded.film.gains.clone()),
-            _ => (Vec::new(), 0, Vec::new()),
-        };
+        let (gain_sets, acting, gains) = self.show.gain_sets(self.world);
         Facts {
             now: self.show.now(),
             trail: self.show.trail(),
@@ -258,13 +267,7 @@ impl<'a> App<'a> {
             gains,
             verdict: self.show.verdict(),
             push,
-            recording: match &self.show {
-                Show::Recorded(recorded) => {
-                    Some((format!("trial {} of {}", recorded.trial, recorded.film.gain_set), recorded.end_s()))
-                }
-                Show::Live(_) => None,
-            },
-            help: self.help,
+            recording: self.show.recording(),
         }
     }
 
@@ -280,7 +283,10 @@ impl<'a> App<'a> {
             (Wish::Ticks(ticks), show) => {
                 self.clock.paused = true;
                 match show {
-                    Show::Live(live) => _ = live.advance(),
+                    Show::Live(live) => {
+                        live.advance();
+                        live.counts.single_ticks += 1;
+                    }
                     Show::Recorded(recorded) => _ = recorded.go(ticks),
                 }
             }
@@ -312,91 +318,12 @@ impl<'a> App<'a> {
     /// The mouse in the picture (points of egui).
     fn mouse(&self) -> Option<Pos2> {
         let scale = self.window.scale_factor();
-        self.window.cursor_pos().map(|(x, y)| pos2((x / scale) as f32, (y / scale) as f32))
+        self.cursor.map(|(x, y)| pos2((x / scale) as f32, (y / scale) as f32))
     }
 
     fn lens(&self) -> Lens {
         let (size, scale) = (self.window.size(), self.window.scale_factor() as f32);
         Lens::new(&self.camera, egui::vec2(size.x as f32 / scale, size.y as f32 / scale))
-    }
-
-    /// What happened, in a line or two.
-    fn account(&self, wall_s: f64) -> String {
-        let (frames, dropped) = self.clock.frames();
-        let frames = format!("{frames} frames drawn, {dropped} dropped, in {wall_s:.1} s");
-        match &self.show {
-            Show::Live(live) => {
-                let counts = live.counts;
-                let simulated_s = counts.ticks as f64 * self.step_s();
-                format!(
-                    "{} pushes, {} drags (up to {:.1} N), {} gain switches, {} restarts, {} falls\n{} ticks, \
-                     {simulated_s:.3} s simulated; {frames}\n",
-                    counts.pushes,
-                    counts.drags,
-                    counts.drag_n,
-                    counts.switches,
-                    counts.restarts,
-                    counts.falls,
-                    counts.ticks
-                )
-            }
-            Show::Recorded(recorded) => {
-                let (verdict, _) = recorded.verdict();
-                format!(
-                    "trial {}, gain set {}: {verdict}; shown at {:.3} s\n{} ticks recorded; {frames}\n",
-                    recorded.trial,
-                    recorded.film.gain_set,
-                    recorded.now().time_s,
-                    recorded.film.snapshots.len()
-                )
-            }
-        }
-    }
-}
-
-impl Show<'_> {
-    fn now(&self) -> &Snapshot {
-        match self {
-            Show::Live(live) => &live.now,
-            Show::Recorded(recorded) => recorded.now(),
-        }
-    }
-
-    fn kinematics(&self) -> &Kinematics {
-        match self {
-            Show::Live(live) => &live.kinematics,
-            Show::Recorded(recorded) => &recorded.kinematics,
-        }
-    }
-
-    fn trail(&self) -> &Trail {
-        match self {
-            Show::Live(live) => &live.trail,
-            Show::Recorded(recorded) => &recorded.trail,
-        }
-    }
-
-    fn verdict(&self) -> (String, bool) {
-        match self {
-            Show::Live(live) => live.verdict(),
-            Show::Recorded(recorded) => recorded.verdict(),
-        }
-    }
-
-    fn force(&self) -> Option<Arrow> {
-        match self {
-            Show::Live(live) => live.force(),
-            Show::Recorded(recorded) => recorded.now().push,
-        }
-    }
-
-    /// Name of the link that can be pulled there.
-    fn link_at<'w>(&self, world: &'w World, sight: &pick::Sight) -> Option<&'w str> {
-        let robot: &Robot = &world.simulated;
-        let Show::Live(live) = self else { return None };
-        let held = live.grab.map(|grab| grab.link);
-        let link = held.or_else(|| pick::pick(robot, &live.kinematics, sight).map(|hit| hit.link))?;
-        Some(robot.links[link].name.as_str())
     }
 }
 

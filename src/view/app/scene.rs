@@ -1,6 +1,6 @@
-//! The picture in three dimensions: floor, robot, and what lies on the floor.
+//! The picture in three dimensions: floor, robot, and what is filled on the floor. Lines and points are `marks`.
 
-use super::colors::{self, Named};
+use super::colors;
 use super::mesh::{Mesh, Triangles, vec3};
 use super::overlays::{Overlay, Shown};
 use super::solids::Surfaces;
@@ -50,18 +50,13 @@ impl Scene {
         floor(&ground, &mut self.triangles);
         grid(&ground, window);
         self.surfaces.draw(kinematics, eye, &now.slope, &mut self.triangles);
-        let mut sheet = Sheet { ground, triangles: &mut self.triangles, window };
-        if shown.has(Overlay::Slices) {
-            slices(now, &mut sheet);
-        }
-        if shown.has(Overlay::Support) {
-            let support: Vec<_> = now.support.iter().map(|corner| sheet.lift(corner, 9)).collect();
-            sheet.outline(&support, colors::SUPPORT, 3.0);
-        }
+        let lit = now.gain.and_then(|gain| now.slices.get(gain)).filter(|_| shown.has(Overlay::Slices));
+        let lift = |corner: &Point2<f64>| Point3::new(corner.x, corner.y, ground.height_m(*corner) + 3.0 * LAYER_M);
+        let lit: Vec<_> = lit.iter().flat_map(|slice| slice.iter().map(lift)).collect();
+        self.triangles.polygon(&lit, colors::SLICE.towards(colors::FLOOR, 0.5).linear());
         if let Some(corners) = now.footstep.filter(|_| shown.has(Overlay::Footstep)) {
-            let raised = corners.map(|corner| corner + Vector3::z() * 10.0 * LAYER_M);
-            sheet.triangles.polygon(&raised, colors::FOOTSTEP.towards(colors::FLOOR, 0.55).linear());
-            sheet.outline(&raised, colors::FOOTSTEP, 3.0);
+            let raised = corners.map(|corner| corner + Vector3::z() * 4.0 * LAYER_M);
+            self.triangles.polygon(&raised, colors::FOOTSTEP.towards(colors::FLOOR, 0.55).linear());
         }
         self.mesh.show(&self.triangles);
     }
@@ -69,7 +64,7 @@ impl Scene {
 
 /// The camera as it is at the start: from the front left of the robot, which stands left of the panel.
 pub fn camera() -> OrbitCamera3d {
-    let (eye, at) = (Vec3::new(1.05, 0.78, 0.62), Vec3::new(-0.08, 0.10, 0.20));
+    let (eye, at) = (Vec3::new(0.80, 0.56, 0.68), Vec3::new(-0.07, 0.09, 0.19));
     let mut camera = OrbitCamera3d::new_with_frustum(std::f32::consts::FRAC_PI_4, 0.05, 50.0, eye, at);
     camera.set_up_axis(Vec3::Z);
     camera.look_at(eye, at);
@@ -79,43 +74,6 @@ pub fn camera() -> OrbitCamera3d {
     camera.set_dist_step(1.0 / 1.01);
     camera.rebind_reset_key(None);
     camera
-}
-
-/// The floor, and what is drawn on it.
-struct Sheet<'a> {
-    ground: Ground,
-    triangles: &'a mut Triangles,
-    window: &'a mut Window,
-}
-
-impl Sheet<'_> {
-    /// A place of the floor, above so many layers.
-    fn lift(&self, at: &Point2<f64>, layers: usize) -> Point3<f64> {
-        Point3::new(at.x, at.y, self.ground.height_m(*at) + layers as f64 * LAYER_M)
-    }
-
-    fn outline(&mut self, corners: &[Point3<f64>], color: Named, width_px: f32) {
-        for (i, corner) in corners.iter().enumerate() {
-            let next = &corners[(i + 1) % corners.len()];
-            self.window.draw_line(vec3(corner), vec3(next), color.line(), width_px, false);
-        }
-    }
-}
-
-/// The sets' slices, the largest (of the slowest gain) below; the one of the gain that acts is lit.
-fn slices(now: &Snapshot, sheet: &mut Sheet) {
-    for (i, slice) in now.slices.iter().enumerate() {
-        let acts = now.gain == Some(i);
-        let raised: Vec<_> = slice.iter().map(|corner| sheet.lift(corner, 2 + i)).collect();
-        let is_slower = now.gain.is_some_and(|gain| i < gain);
-        if acts || is_slower || now.gain.is_none() {
-            let share = if acts { 0.35 } else { 0.78 };
-            sheet.triangles.polygon(&raised, colors::SLICE.towards(colors::FLOOR, share).linear());
-        }
-        let (color, width_px) =
-            if acts { (colors::SLICE, 2.5) } else { (colors::SLICE.towards(colors::FLOOR, 0.45), 1.5) };
-        sheet.outline(&raised, color, width_px);
-    }
 }
 
 /// A point of the plane, as it lies in the world.

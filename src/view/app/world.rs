@@ -1,6 +1,6 @@
 //! What is simulated live: robot, gain sets, and what disturbs the robot beside the person at the window.
 
-use super::ViewArgs;
+use crate::assets::DEFAULT_ROBOT;
 use crate::campaign::{Campaign, Overrides, trial};
 use crate::control::Design;
 use crate::episode::{Disturbance, EpisodeConfig};
@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
 use crate::robot::Robot;
 use crate::sim::Ground;
+use crate::view::ViewArgs;
 
 /// Of a live view, if none are named; the first acts.
 const DEFAULT_GAINS: [&str; 4] = ["catch", "paper", "switching", "hold"];
@@ -41,7 +42,7 @@ impl World {
             }
         }
         let named = args.robot.as_ref().or(campaign.as_ref().map(|campaign| &campaign.robot));
-        let robot = Robot::load(named.map_or(ViewArgs::default_robot(), String::as_str))?;
+        let robot = Robot::load(named.map_or(DEFAULT_ROBOT, String::as_str))?;
         let config = campaign.as_ref().map_or_else(EpisodeConfig::default, |campaign| campaign.episode);
         let defaults = DEFAULT_GAINS.map(String::from);
         let names = if args.gains.is_empty() { &defaults[..] } else { &args.gains };

@@ -18,13 +18,13 @@ pub enum Overlay {
 
 /// Every overlay: key, name, colour.
 pub const OVERLAYS: [(Overlay, char, &str, Named); 9] = [
-    (Overlay::Com, 'C', "COM and its projection", colors::COM),
+    (Overlay::Com, 'C', "COM", colors::COM),
     (Overlay::Zmp, 'Z', "ZMP measured", colors::ZMP),
     (Overlay::ZmpRef, 'W', "ZMP wanted", colors::ZMP_REF),
     (Overlay::Dcm, 'D', "DCM", colors::DCM),
-    (Overlay::Support, 'S', "support polygon", colors::SUPPORT),
+    (Overlay::Support, 'S', "support", colors::SUPPORT),
     (Overlay::Slices, 'G', "CPI sets", colors::SLICE),
-    (Overlay::Footstep, 'F', "planned footstep", colors::FOOTSTEP),
+    (Overlay::Footstep, 'F', "footstep", colors::FOOTSTEP),
     (Overlay::Contacts, 'K', "contact forces", colors::CONTACT),
     (Overlay::Push, 'A', "push", colors::PUSH),
 ];

@@ -13,6 +13,9 @@ const PUSH_S: f64 = 0.05;
 /// For how long a push stays in the picture after its end (s): it is shorter than many a frame.
 const LINGERING_S: f64 = 0.25;
 
+/// A push that weakens to less is over (N).
+const LEAST_N: f64 = 0.1;
+
 /// A running simulation.
 pub struct Live<'a> {
     world: &'a World,
@@ -41,6 +44,8 @@ pub struct Counts {
     pub switches: u32,
     pub restarts: u32,
     pub ticks: u64,
+    /// Of the ticks, those that were asked for one by one.
+    pub single_ticks: u32,
     pub falls: u32,
 }
 
@@ -90,7 +95,7 @@ impl<'a> Live<'a> {
         self.now = Snapshot::of(&self.world.simulated, &tick);
         self.kinematics.update(&self.world.simulated, &self.now.posture);
         self.trail.push(Sample::of(&self.now));
-        if let Some(push) = self.now.push.filter(|_| pull.is_none()) {
+        if let Some(push) = self.now.push.filter(|push| pull.is_none() && push.force.norm() > LEAST_N) {
             self.lingering = Some((self.now.time_s + LINGERING_S, push));
         }
         true
@@ -99,13 +104,7 @@ impl<'a> Live<'a> {
     /// A push that starts now.
     pub fn push(&mut self, impulse_n_s: f64, heading_deg: f64) {
         let start_s = self.now.time_s;
-        self.closed_loop.pushes.push(Push {
-            impulse_n_s,
-            heading_deg,
-            duration_s: PUSH_S,
-            start_s,
-            ..Push::default()
-        });
+        self.closed_loop.pushes.push(Push { impulse_n_s, heading_deg, duration_s: PUSH_S, start_s, ..Push::default() });
         self.counts.pushes += 1;
         self.judge_anew();
     }

@@ -8,8 +8,7 @@ use kiss3d::window::{CanvasSetup, NumSamples, Window};
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
 
 /// What to do where there is no window.
-const NO_DISPLAY: &str =
-    "start it from a desktop session, or under Xvfb (apt-get install xvfb; xvfb-run standfast view ...), or use \
+const NO_DISPLAY: &str = "start it from a desktop session, or under Xvfb (apt-get install xvfb; xvfb-run standfast view ...), or use \
      `standfast replay`, which needs no display";
 const NO_DRIVER: &str = "install a Vulkan driver (apt-get install mesa-vulkan-drivers libvulkan1), or use \
                          `standfast replay`, which needs none";
@@ -26,15 +25,15 @@ pub fn open(title: &str, width: u32, height: u32) -> Result<Window> {
     let hook = take_hook();
     set_hook(Box::new(|_| {}));
     let setup = CanvasSetup { vsync: true, samples: NumSamples::Four, ..CanvasSetup::default() };
-    let opened = catch_unwind(AssertUnwindSafe(|| {
-        pollster::block_on(Window::new_with_setup(title, width, height, setup))
-    }));
+    let opened =
+        catch_unwind(AssertUnwindSafe(|| pollster::block_on(Window::new_with_setup(title, width, height, setup))));
     set_hook(hook);
     log::set_max_level(level);
     opened.map_err(|panic| {
         let told = panic.downcast_ref::<String>().map(String::as_str);
         let told = told.or(panic.downcast_ref::<&str>().copied()).unwrap_or("unknown cause");
-        let told = told.lines().next().unwrap_or_default();
+        // The rest is for whoever debugs the graphics stack.
+        let told = told.split([':', '\n']).next().unwrap_or_default();
         let about_driver = ["adapter", "device", "urface"].iter().any(|word| told.contains(word));
         match about_driver {
             true => no_window(format!("no graphics driver for the window ({told})"), NO_DRIVER),

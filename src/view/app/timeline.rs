@@ -4,9 +4,7 @@ use super::colors::{self, Named};
 use super::keys::Wish;
 use super::recorded::Recorded;
 use crate::control::Phase;
-use kiss3d::egui::{
-    Align2, Area, Color32, Context, FontId, Frame, Id, Margin, Rect, Sense, Stroke, Ui, pos2, vec2,
-};
+use kiss3d::egui::{Align2, Area, Color32, Context, FontId, Frame, Id, Margin, Rect, Sense, Stroke, Ui, pos2, vec2};
 
 const HEIGHT: f32 = 34.0;
 
@@ -46,8 +44,7 @@ fn color(phase: Phase) -> Named {
 }
 
 fn line(ui: &mut Ui, recorded: &Recorded, wishes: &mut Vec<Wish>) {
-    let (area, response) =
-        ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::click_and_drag());
+    let (area, response) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::click_and_drag());
     let painter = ui.painter();
     let end_s = recorded.end_s().max(1e-9);
     let x = |time_s: f64| area.left() + (time_s / end_s) as f32 * area.width();

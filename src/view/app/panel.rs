@@ -30,7 +30,6 @@ pub struct Facts<'a> {
     pub push: Option<(f64, f64)>,
     /// Name and length (s) of a recording.
     pub recording: Option<(String, f64)>,
-    pub help: bool,
 }
 
 /// Draws the panel and adds what is asked for.
@@ -40,6 +39,7 @@ pub fn draw(ctx: &Context, facts: &Facts, wishes: &mut Vec<Wish>) {
     Area::new(Id::new("panel")).anchor(Align2::RIGHT_TOP, vec2(0.0, 0.0)).show(ctx, |ui| {
         frame.show(ui, |ui| {
             ui.set_width(WIDTH - 24.0);
+            ui.set_max_width(WIDTH - 24.0);
             ui.set_height(height - 24.0);
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                 state(ui, facts, wishes);
@@ -55,8 +55,8 @@ pub fn draw(ctx: &Context, facts: &Facts, wishes: &mut Vec<Wish>) {
                     Some((_, end_s)) => ([0.0, *end_s], Some(facts.now.time_s)),
                     None => ([facts.now.time_s.max(SPAN_S) - SPAN_S, facts.now.time_s.max(SPAN_S)], None),
                 };
-                plots::draw(ui, facts.trail, span_s, now_s, 118.0);
-                help(ui, facts, wishes);
+                plots::draw(ui, facts.trail, span_s, now_s, 122.0);
+                ui.weak("H: keys");
             });
         });
     });
@@ -86,9 +86,7 @@ fn state(ui: &mut Ui, facts: &Facts, wishes: &mut Vec<Wish>) {
             for (i, name) in facts.gains.iter().enumerate() {
                 match now.gain == Some(i) {
                     true => ui.label(
-                        RichText::new(format!(" {name} "))
-                            .color(Color32::WHITE)
-                            .background_color(colors::SLICE.egui()),
+                        RichText::new(format!(" {name} ")).color(Color32::WHITE).background_color(colors::SLICE.egui()),
                     ),
                     false => ui.weak(name),
                 };
@@ -103,7 +101,7 @@ fn state(ui: &mut Ui, facts: &Facts, wishes: &mut Vec<Wish>) {
         ui.end_row();
         ui.label("margin");
         match now.margin {
-            Some(margin) => ui.label(format!("{margin:.2}  (1 at rest, below 0 no set holds)")),
+            Some(margin) => ui.label(format!("{margin:.2}  (at rest 1, outside below 0)")),
             None => ui.weak("no set now"),
         };
         ui.end_row();
@@ -120,20 +118,18 @@ fn state(ui: &mut Ui, facts: &Facts, wishes: &mut Vec<Wish>) {
 
 fn time(ui: &mut Ui, facts: &Facts, wishes: &mut Vec<Wish>) {
     let clock = facts.clock;
-    ui.horizontal(|ui| {
-        ui.monospace(RichText::new(format!("{:8.3} s", facts.now.time_s)).size(16.0));
+    ui.horizontal_wrapped(|ui| {
+        ui.monospace(RichText::new(format!("{:.3} s", facts.now.time_s)).size(16.0));
         let (text, slow) = match clock.factor {
             None if clock.paused => ("paused".to_string(), false),
             None => (String::new(), false),
             Some(factor) => {
                 let late = factor < 0.9 * clock.speed && facts.recording.is_none();
-                (format!("x {factor:.2} of real time, {:.0} frames/s", clock.frames_per_s), late)
+                let late_words = if late { "physics is late, " } else { "" };
+                (format!("{late_words}{factor:.2} of real time, {:.0} frames/s", clock.frames_per_s), late)
             }
         };
         ui.label(if slow { RichText::new(text).color(colors::ZMP.egui()) } else { RichText::new(text).weak() });
-        if slow {
-            ui.label(RichText::new("physics is late").color(colors::ZMP.egui()));
-        }
     });
     ui.horizontal(|ui| {
         if facts.recording.is_none() {
@@ -183,13 +179,7 @@ fn overlays(ui: &mut Ui, shown: &Shown, wishes: &mut Vec<Wish>) {
         for (i, (overlay, key, name, color)) in OVERLAYS.into_iter().enumerate() {
             ui.horizontal(|ui| {
                 let (place, _) = ui.allocate_exact_size(vec2(10.0, 10.0), kiss3d::egui::Sense::hover());
-                ui.painter().rect(
-                    place,
-                    2,
-                    color.egui(),
-                    Stroke::NONE,
-                    kiss3d::egui::StrokeKind::Inside,
-                );
+                ui.painter().rect(place, 2, color.egui(), Stroke::NONE, kiss3d::egui::StrokeKind::Inside);
                 let mut is_shown = shown.has(overlay);
                 if ui.checkbox(&mut is_shown, format!("{name} ({key})")).changed() {
                     wishes.push(Wish::Toggle(overlay));
@@ -202,19 +192,19 @@ fn overlays(ui: &mut Ui, shown: &Shown, wishes: &mut Vec<Wish>) {
     });
 }
 
-fn help(ui: &mut Ui, facts: &Facts, wishes: &mut Vec<Wish>) {
-    let title = if facts.help { "Keys: hide (H)" } else { "Keys: show (H)" };
-    if ui.small_button(title).clicked() {
-        wishes.push(Wish::Help);
-    }
-    if facts.help {
-        let lines = if facts.recording.is_some() { &RECORDED_HELP[..] } else { &LIVE_HELP[..] };
-        Grid::new("keys").num_columns(2).spacing([10.0, 1.0]).show(ui, |ui| {
-            for (key, what) in lines {
-                ui.label(RichText::new(*key).monospace().small());
-                ui.label(RichText::new(*what).small());
-                ui.end_row();
-            }
+/// The keys, at the upper left of the picture.
+pub fn help(ctx: &Context, live: bool) {
+    let lines = if live { &LIVE_HELP[..] } else { &RECORDED_HELP[..] };
+    let frame = Frame::NONE.fill(Color32::from_white_alpha(150)).corner_radius(6).inner_margin(Margin::same(8));
+    Area::new(Id::new("keys")).anchor(Align2::LEFT_TOP, vec2(10.0, 10.0)).interactable(false).show(ctx, |ui| {
+        frame.show(ui, |ui| {
+            Grid::new("keys").num_columns(2).spacing([10.0, 0.0]).min_row_height(15.0).show(ui, |ui| {
+                for (key, what) in lines {
+                    ui.label(RichText::new(*key).size(11.5).strong());
+                    ui.label(RichText::new(*what).size(11.5));
+                    ui.end_row();
+                }
+            });
         });
-    }
+    });
 }

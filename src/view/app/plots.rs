@@ -2,8 +2,8 @@
 
 use super::colors::{self, Named};
 use crate::episode::Snapshot;
-use kiss3d::egui::{Color32, Ui};
-use egui_plot::{Line, Plot, PlotPoint, PlotPoints, VLine};
+use egui_plot::{Line, Plot, PlotPoint, PlotPoints, VLine, uniform_grid_spacer};
+use kiss3d::egui::{Color32, Rangef, Ui};
 use nalgebra::Point2;
 use std::collections::VecDeque;
 
@@ -97,6 +97,9 @@ pub fn draw(ui: &mut Ui, trail: &Trail, span_s: [f64; 2], now_s: Option<f64>, he
             }
             lines.push((name, color, stretch));
         }
+        // Lines that leave room for their numbers.
+        let line_mm = [20.0, 50.0, 100.0].into_iter().find(|mm| high.min(MOST_MM) - low.max(-MOST_MM) <= 5.0 * mm);
+        let line_mm = line_mm.unwrap_or(200.0);
         let nice = |mm: f64| ((mm.abs() / 20.0).ceil() * 20.0).min(MOST_MM) * mm.signum();
         Plot::new(name)
             .height(height)
@@ -111,6 +114,8 @@ pub fn draw(ui: &mut Ui, trail: &Trail, span_s: [f64; 2], now_s: Option<f64>, he
             .allow_double_click_reset(false)
             .show_crosshair(false)
             .y_axis_min_width(30.0)
+            .grid_spacing(Rangef::new(4.0, 40.0))
+            .y_grid_spacer(uniform_grid_spacer(move |_| [line_mm / 2.0, line_mm, 10.0 * line_mm]))
             .show(ui, |plot| {
                 for (name, color, points) in lines {
                     plot.line(Line::new(name, PlotPoints::Owned(points)).color(color.egui()).width(1.6));

@@ -1,12 +1,12 @@
 //! A trial of a result, run again exactly, to be looked at moment by moment.
 
-use super::ViewArgs;
 use super::plots::{Sample, Trail};
 use crate::campaign::Replayed;
 use crate::episode::{Film, Outcome, Snapshot};
 use crate::error::{Error, Result};
 use crate::robot::Kinematics;
 use crate::sim::Ground;
+use crate::view::ViewArgs;
 use std::path::Path;
 
 /// What is shown after the end of the episode (s): a fall takes a while.
@@ -37,8 +37,7 @@ impl Recorded {
         replayed.difference(&film.record).iter().for_each(|difference| log::warn!("{difference}"));
         let ground = Ground::new(&replayed.robot, &film.variation);
         let trail = film.snapshots.iter().map(Sample::of).collect();
-        let mut recorded =
-            Self { kinematics: Kinematics::new(&film.robot), film, trial, ground, trail, frame: 0 };
+        let mut recorded = Self { kinematics: Kinematics::new(&film.robot), film, trial, ground, trail, frame: 0 };
         recorded.show(0);
         Ok(recorded)
     }

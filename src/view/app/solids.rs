@@ -147,8 +147,7 @@ fn lathe(rings: &[([f32; 2], [f32; 2])]) -> Vec<Corner> {
     };
     for pair in rings.windows(2) {
         for i in 0..SIDES {
-            let [a, b, c, d] =
-                [around(pair[0], i), around(pair[0], i + 1), around(pair[1], i + 1), around(pair[1], i)];
+            let [a, b, c, d] = [around(pair[0], i), around(pair[0], i + 1), around(pair[1], i + 1), around(pair[1], i)];
             corners.extend([a, b, c, a, c, d]);
         }
     }
