@@ -44,6 +44,8 @@ pub enum Command {
     Response(report::response::ResponseArgs),
     /// What was understood of a robot; kinematics at given joint angles
     Model(report::model::Args),
+    /// The robot in a 3D window: live, to be pushed and pulled, or a trial of a result
+    View(standfast::view::ViewArgs),
     /// Print a completion script for a shell
     Completions { shell: Shell },
 }

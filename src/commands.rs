@@ -19,6 +19,7 @@ use standfast::report::response::ResponseArgs;
 use standfast::report::scenario::ScenarioArgs;
 use standfast::report::{self, progress, progress::Progress, progress::note, table};
 use standfast::robot::Robot;
+use standfast::view::ViewArgs;
 use standfast::{Error, Result};
 use std::path::Path;
 use std::process::ExitCode;
@@ -196,6 +197,11 @@ pub fn response(args: &ResponseArgs) -> Result<ExitCode> {
 
 pub fn model(args: &ModelArgs) -> Result<ExitCode> {
     report::print(&report::model::run(args)?)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+pub fn view(args: &ViewArgs) -> Result<ExitCode> {
+    report::print(&standfast::view::run(args)?)?;
     Ok(ExitCode::SUCCESS)
 }
 

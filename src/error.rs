@@ -26,6 +26,9 @@ pub enum Error {
     /// The caller asked to stop (Ctrl-C); what is done is kept.
     #[error("interrupted")]
     Interrupted,
+    /// A window was asked for where none can be.
+    #[error("{missing}; {remedy}")]
+    NoWindow { missing: String, remedy: String },
     /// A numerical search did not converge.
     #[error("{what}: {problem}")]
     Numeric { what: String, problem: String },
@@ -36,6 +39,7 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Read { .. } | Error::Syntax { .. } | Error::Value { .. } | Error::Unknown { .. } => 2,
+            Error::NoWindow { .. } => 2,
             Error::Parts { .. } => 3,
             Error::Interrupted => 130,
             Error::Write { .. } | Error::Numeric { .. } => 1,

@@ -19,5 +19,6 @@ pub mod lipm;
 pub mod report;
 pub mod robot;
 pub mod sim;
+pub mod view;
 
 pub use error::{Error, Result};

@@ -23,6 +23,7 @@ fn main() -> ExitCode {
         Command::Cpi(args) => commands::cpi(&args),
         Command::Response(args) => commands::response(&args),
         Command::Model(args) => commands::model(&args),
+        Command::View(args) => commands::view(&args),
         Command::Completions { shell } => commands::completions(shell),
     };
     done.unwrap_or_else(|error| {

@@ -19,10 +19,11 @@ const FLOORS: [&[&str]; 9] = [
 const SOCIABLE: [usize; 2] = [1, 8];
 
 /// Crates that only some modules may name: what Rapier, the viewer and random numbers are kept behind.
-const RESERVED: [(&str, &[&str]); 5] = [
+const RESERVED: [(&str, &[&str]); 6] = [
     ("rapier3d", &["sim"]),
     ("kiss3d", &["view"]),
     ("egui_plot", &["view"]),
+    ("parry3d", &["view"]),
     ("rand", &["campaign"]),
     ("rand_distr", &["campaign"]),
 ];

@@ -78,7 +78,7 @@ fn with_fields_of(mut object: serde_json::Value, record: &impl serde::Serialize)
 }
 
 /// A file to write that fails at once, not after all the work: of an unknown kind, or in a folder that is not there.
-fn check_output(option: &str, path: &Path, kinds: &[&str]) -> Result<()> {
+pub(crate) fn check_output(option: &str, path: &Path, kinds: &[&str]) -> Result<()> {
     let fail = |problem, accepted: &str| Err(Error::value("arguments", option, path.display(), problem, accepted));
     if !path.extension().and_then(|e| e.to_str()).is_some_and(|e| kinds.contains(&e)) {
         return fail("unknown kind of file", &format!("a name that ends in .{}", kinds.join(" or .")));

@@ -1,0 +1,141 @@
+//! From the time on the wall to simulated time: a slow machine drops frames, never simulated time.
+
+use std::time::{Duration, Instant};
+
+/// What `slower` and `faster` go through (simulated seconds per second).
+pub const SPEEDS: [f64; 7] = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0];
+
+/// The longest that one frame may spend on catching up: beyond it the window would no longer answer.
+const PATIENCE: Duration = Duration::from_millis(400);
+
+/// Frames that a display shows in a second: what is not drawn of them counts as dropped.
+const DISPLAY_HZ: f64 = 60.0;
+
+/// Keeps a simulation in step with the wall.
+#[derive(Debug)]
+pub struct Clock {
+    pub speed: f64,
+    pub paused: bool,
+    last: Instant,
+    /// Simulated time that is due (s).
+    due_s: f64,
+    frames: u64,
+    dropped: u64,
+    /// Simulated and wall time of the stretch that the real-time factor is taken over (s).
+    stretch: [f64; 2],
+    /// Simulated seconds per second, of late; None while paused.
+    pub factor: Option<f64>,
+    /// Frames drawn per second, of late.
+    pub frames_per_s: f64,
+    stretch_frames: u32,
+}
+
+impl Clock {
+    pub fn new(speed: f64) -> Self {
+        Self {
+            speed,
+            paused: false,
+            last: Instant::now(),
+            due_s: 0.0,
+            frames: 0,
+            dropped: 0,
+            stretch: [0.0; 2],
+            factor: None,
+            frames_per_s: 0.0,
+            stretch_frames: 0,
+        }
+    }
+
+    /// The next speed of the list, up or down.
+    pub fn change_speed(&mut self, up: bool) {
+        let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-6;
+        let other = if up {
+            SPEEDS.into_iter().find(|&s| s > self.speed && !near(s, self.speed))
+        } else {
+            SPEEDS.into_iter().rev().find(|&s| s < self.speed && !near(s, self.speed))
+        };
+        self.speed = other.unwrap_or(self.speed);
+    }
+
+    /// Begins a frame: the wall time since the last one becomes due.
+    pub fn begin_frame(&mut self) {
+        let passed_s = self.last.elapsed().as_secs_f64();
+        self.last = Instant::now();
+        self.frames += 1;
+        self.dropped += (passed_s * DISPLAY_HZ).round().max(1.0) as u64 - 1;
+        if self.paused {
+            (self.due_s, self.factor) = (0.0, None);
+            self.stretch = [0.0; 2];
+            self.stretch_frames = 0;
+            return;
+        }
+        if self.stretch[1] >= 1.0 {
+            self.factor = Some(self.stretch[0] / self.stretch[1]);
+            self.frames_per_s = f64::from(self.stretch_frames) / self.stretch[1];
+            (self.stretch, self.stretch_frames) = ([0.0; 2], 0);
+        }
+        self.due_s += passed_s * self.speed;
+        self.stretch[1] += passed_s;
+        self.stretch_frames += 1;
+    }
+
+    /// Runs `advance` by `step_s` of simulated time as often as is due; it says whether it can go on. What a machine whose
+    /// physics is slower than the wall cannot do in time is forgotten: the simulation is complete, but late.
+    pub fn catch_up(&mut self, step_s: f64, mut advance: impl FnMut() -> bool) {
+        let start = Instant::now();
+        while self.due_s >= step_s {
+            if start.elapsed() > PATIENCE || !advance() {
+                self.due_s = 0.0;
+                return;
+            }
+            self.due_s -= step_s;
+            self.stretch[0] += step_s;
+        }
+    }
+
+    /// Frames drawn, and those of a display of 60 Hz that were not.
+    pub fn frames(&self) -> (u64, u64) {
+        (self.frames, self.dropped)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::thread::sleep;
+
+    #[test]
+    fn all_time_that_passes_is_simulated_however_few_frames_there_are() {
+        let mut clock = Clock::new(0.5);
+        let (start, mut ticks) = (Instant::now(), 0);
+        for pause_ms in [5, 60, 110, 3] {
+            sleep(Duration::from_millis(pause_ms));
+            clock.begin_frame();
+            clock.catch_up(0.002, || {
+                ticks += 1;
+                true
+            });
+        }
+        let passed_s = start.elapsed().as_secs_f64();
+        assert!((0.5 * passed_s - f64::from(ticks) * 0.002).abs() < 0.004, "{ticks} ticks in {passed_s} s");
+        let (frames, dropped) = clock.frames();
+        assert_eq!(frames, 4);
+        assert!(dropped >= 8, "{dropped}");
+        clock.paused = true;
+        sleep(Duration::from_millis(10));
+        clock.begin_frame();
+        clock.catch_up(0.002, || panic!("it is paused"));
+    }
+
+    #[test]
+    fn speeds_go_through_the_list() {
+        let mut clock = Clock::new(1.0);
+        clock.change_speed(false);
+        assert_eq!(clock.speed, 0.5);
+        clock.speed = 0.3;
+        clock.change_speed(true);
+        assert_eq!(clock.speed, 0.5);
+        (0..9).for_each(|_| clock.change_speed(true));
+        assert_eq!(clock.speed, SPEEDS[6]);
+    }
+}

@@ -1,0 +1,90 @@
+//! Triangles with a colour at each corner, collected anew for every frame and drawn in one go.
+//!
+//! kiss3d's lit material takes most of a second for a frame where there is no GPU. Its material `normals` is a tenth of
+//! that: it shows a vertex's normal n as the colour (n + 1) / 2. So light is computed here, once for each corner, and
+//! handed over in place of normals.
+
+use super::colors::linear;
+use kiss3d::glamx::Vec3;
+use kiss3d::procedural::{IndexBuffer, RenderMesh};
+use kiss3d::resource::GpuMesh3d;
+use kiss3d::resource::vertex_index::VertexIndex;
+use kiss3d::scene::SceneNode3d;
+use nalgebra::Point3;
+use std::cell::RefCell;
+use std::rc::Rc;
+
+/// Light of a colour: red, green, blue, 0 to 1.
+pub type Rgb = Vec3;
+
+/// World coordinates (m) and colours, three in a row a triangle.
+#[derive(Debug, Default)]
+pub struct Triangles {
+    corners: Vec<Vec3>,
+    colors: Vec<Vec3>,
+}
+
+impl Triangles {
+    pub fn clear(&mut self) {
+        self.corners.clear();
+        self.colors.clear();
+    }
+
+    /// Adds a corner; every third completes a triangle.
+    pub fn corner(&mut self, at: Vec3, color: Rgb) {
+        self.corners.push(at);
+        self.colors.push(2.0 * color - Vec3::ONE);
+    }
+
+    /// Adds a convex polygon of one colour.
+    pub fn polygon(&mut self, corners: &[Point3<f64>], color: Rgb) {
+        for i in 2..corners.len() {
+            for at in [0, i - 1, i] {
+                self.corner(vec3(&corners[at]), color);
+            }
+        }
+    }
+}
+
+/// The triangles on the graphics card.
+pub struct Mesh {
+    node: SceneNode3d,
+}
+
+impl Mesh {
+    pub fn new(scene: &mut SceneNode3d) -> Self {
+        // One triangle of no size: an empty buffer is not accepted.
+        let nothing = RenderMesh::new(
+            vec![Vec3::ZERO; 3],
+            Some(vec![Vec3::ZERO; 3]),
+            None,
+            Some(IndexBuffer::Unified(vec![[0, 1, 2]])),
+        );
+        let mesh = Rc::new(RefCell::new(GpuMesh3d::from_render_mesh(nothing, true)));
+        let mut node = scene.add_mesh(mesh, Vec3::ONE);
+        node.set_material_with_name("normals");
+        node.enable_backface_culling(false);
+        Self { node }
+    }
+
+    /// Shows these triangles from the next frame on.
+    pub fn show(&mut self, triangles: &Triangles) {
+        let count = triangles.corners.len() as VertexIndex;
+        self.node.modify_vertices(&mut |corners| corners.clone_from(&triangles.corners));
+        self.node.modify_normals(&mut |normals| normals.clone_from(&triangles.colors));
+        self.node.modify_faces(&mut |faces| {
+            faces.clear();
+            faces.extend((0..count / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]));
+        });
+    }
+}
+
+/// A point for the graphics card.
+pub fn vec3(p: &Point3<f64>) -> Vec3 {
+    Vec3::new(p.x as f32, p.y as f32, p.z as f32)
+}
+
+/// Light of an sRGB colour (0 to 1).
+pub fn light(color: &[f64]) -> Rgb {
+    Rgb::new(linear(color[0] as f32), linear(color[1] as f32), linear(color[2] as f32))
+}

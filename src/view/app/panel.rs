@@ -1,0 +1,210 @@
+//! The panel at the right: what acts, how the robot fares, and all that keys can do, by mouse.
+
+use super::clock::{Clock, SPEEDS};
+use super::colors;
+use super::keys::{LIVE_HELP, RECORDED_HELP, Wish};
+use super::overlays::{OVERLAYS, Shown};
+use super::plots::{self, SPAN_S, Trail};
+use crate::episode::Snapshot;
+use kiss3d::egui::{
+    Align2, Area, Color32, Context, DragValue, Frame, Grid, Id, Margin, RichText, ScrollArea, Stroke, Ui, vec2,
+};
+
+/// Width of the panel (points).
+pub const WIDTH: f32 = 340.0;
+
+/// What the panel tells.
+pub struct Facts<'a> {
+    pub now: &'a Snapshot,
+    pub trail: &'a Trail,
+    pub clock: &'a Clock,
+    pub shown: &'a Shown,
+    /// Names of the gain sets to choose from; which acts.
+    pub gain_sets: Vec<String>,
+    pub acting: usize,
+    /// Names of the gains of the set that acts, slow to fast.
+    pub gains: Vec<String>,
+    /// How the robot fares, in words; true if badly.
+    pub verdict: (String, bool),
+    /// Impulse (N s) and heading (degrees) of the next push; None of a recording.
+    pub push: Option<(f64, f64)>,
+    /// Name and length (s) of a recording.
+    pub recording: Option<(String, f64)>,
+}
+
+/// Draws the panel and adds what is asked for.
+pub fn draw(ctx: &Context, facts: &Facts, wishes: &mut Vec<Wish>) {
+    let height = ctx.content_rect().height();
+    let frame = Frame::NONE.fill(Color32::from_rgb(0xf8, 0xf9, 0xfb)).inner_margin(Margin::same(12));
+    Area::new(Id::new("panel")).anchor(Align2::RIGHT_TOP, vec2(0.0, 0.0)).show(ctx, |ui| {
+        frame.show(ui, |ui| {
+            ui.set_width(WIDTH - 24.0);
+            ui.set_max_width(WIDTH - 24.0);
+            ui.set_height(height - 24.0);
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                state(ui, facts, wishes);
+                ui.separator();
+                time(ui, facts, wishes);
+                if let Some((impulse_n_s, heading_deg)) = facts.push {
+                    push(ui, impulse_n_s, heading_deg, wishes);
+                }
+                ui.separator();
+                overlays(ui, facts.shown, wishes);
+                ui.separator();
+                let (span_s, now_s) = match &facts.recording {
+                    Some((_, end_s)) => ([0.0, *end_s], Some(facts.now.time_s)),
+                    None => ([facts.now.time_s.max(SPAN_S) - SPAN_S, facts.now.time_s.max(SPAN_S)], None),
+                };
+                plots::draw(ui, facts.trail, span_s, now_s, 122.0);
+                ui.weak("H: keys");
+            });
+        });
+    });
+}
+
+fn state(ui: &mut Ui, facts: &Facts, wishes: &mut Vec<Wish>) {
+    match &facts.recording {
+        Some((name, _)) => _ = ui.heading(name),
+        None => {
+            ui.horizontal_wrapped(|ui| {
+                for (i, name) in facts.gain_sets.iter().enumerate() {
+                    if ui.selectable_label(i == facts.acting, format!("{} {name}", i + 1)).clicked() {
+                        wishes.push(Wish::GainSet(i));
+                    }
+                }
+            });
+        }
+    }
+    let now = facts.now;
+    let (verdict, badly) = &facts.verdict;
+    let color = if *badly { colors::ZMP } else { colors::DCM };
+    ui.label(RichText::new(verdict).color(color.egui()).strong());
+    Grid::new("state").num_columns(2).spacing([10.0, 3.0]).show(ui, |ui| {
+        ui.label("gain");
+        ui.horizontal_wrapped(|ui| {
+            ui.spacing_mut().item_spacing.x = 6.0;
+            for (i, name) in facts.gains.iter().enumerate() {
+                match now.gain == Some(i) {
+                    true => ui.label(
+                        RichText::new(format!(" {name} ")).color(Color32::WHITE).background_color(colors::SLICE.egui()),
+                    ),
+                    false => ui.weak(name),
+                };
+            }
+            if facts.gains.is_empty() {
+                ui.weak("none: the posture is held");
+            }
+        });
+        ui.end_row();
+        ui.label("phase");
+        ui.label(now.phase.name());
+        ui.end_row();
+        ui.label("margin");
+        match now.margin {
+            Some(margin) => ui.label(format!("{margin:.2}  (at rest 1, outside below 0)")),
+            None => ui.weak("no set now"),
+        };
+        ui.end_row();
+        ui.label("DCM");
+        let mm = 1000.0 * now.dcm_outside_m;
+        ui.label(match mm {
+            mm if mm.is_infinite() => "in flight".to_string(),
+            mm if mm > 0.0 => format!("{mm:.0} mm outside of the soles"),
+            mm => format!("{:.0} mm inside of the soles", -mm),
+        });
+        ui.end_row();
+    });
+}
+
+fn time(ui: &mut Ui, facts: &Facts, wishes: &mut Vec<Wish>) {
+    let clock = facts.clock;
+    ui.horizontal_wrapped(|ui| {
+        ui.monospace(RichText::new(format!("{:.3} s", facts.now.time_s)).size(16.0));
+        let (text, slow) = match clock.factor {
+            None if clock.paused => ("paused".to_string(), false),
+            None => (String::new(), false),
+            Some(factor) => {
+                let late = factor < 0.9 * clock.speed && facts.recording.is_none();
+                let late_words = if late { "physics is late, " } else { "" };
+                (format!("{late_words}{factor:.2} of real time, {:.0} frames/s", clock.frames_per_s), late)
+            }
+        };
+        ui.label(if slow { RichText::new(text).color(colors::ZMP.egui()) } else { RichText::new(text).weak() });
+    });
+    ui.horizontal(|ui| {
+        if facts.recording.is_none() {
+            if ui.button(if clock.paused { "Go on" } else { "Pause" }).clicked() {
+                wishes.push(Wish::Pause);
+            }
+            if ui.button("Tick").clicked() {
+                wishes.push(Wish::Ticks(1));
+            }
+            if ui.button("Restart").clicked() {
+                wishes.push(Wish::Restart);
+            }
+        }
+    });
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 3.0;
+        ui.label("speed ");
+        for speed in SPEEDS {
+            let name = if speed < 1.0 { format!("1/{:.0}", 1.0 / speed) } else { format!("{speed:.0}") };
+            if ui.selectable_label((clock.speed / speed - 1.0).abs() < 1e-6, name).clicked() {
+                wishes.push(Wish::Speed(speed));
+            }
+        }
+    });
+}
+
+fn push(ui: &mut Ui, impulse_n_s: f64, heading_deg: f64, wishes: &mut Vec<Wish>) {
+    ui.horizontal(|ui| {
+        let button = kiss3d::egui::Button::new(RichText::new("Push").color(Color32::WHITE)).fill(colors::PUSH.egui());
+        if ui.add(button).clicked() {
+            wishes.push(Wish::Push);
+        }
+        let (mut impulse, mut heading) = (impulse_n_s, heading_deg);
+        if ui.add(DragValue::new(&mut impulse).speed(0.02).fixed_decimals(2).suffix(" N s")).changed() {
+            wishes.push(Wish::Impulse(impulse - impulse_n_s));
+        }
+        ui.label("to");
+        if ui.add(DragValue::new(&mut heading).speed(1.0).fixed_decimals(0).suffix(" deg")).changed() {
+            wishes.push(Wish::Heading(heading - heading_deg));
+        }
+        ui.weak("0 forward, 90 left");
+    });
+}
+
+fn overlays(ui: &mut Ui, shown: &Shown, wishes: &mut Vec<Wish>) {
+    Grid::new("overlays").num_columns(2).spacing([8.0, 2.0]).show(ui, |ui| {
+        for (i, (overlay, key, name, color)) in OVERLAYS.into_iter().enumerate() {
+            ui.horizontal(|ui| {
+                let (place, _) = ui.allocate_exact_size(vec2(10.0, 10.0), kiss3d::egui::Sense::hover());
+                ui.painter().rect(place, 2, color.egui(), Stroke::NONE, kiss3d::egui::StrokeKind::Inside);
+                let mut is_shown = shown.has(overlay);
+                if ui.checkbox(&mut is_shown, format!("{name} ({key})")).changed() {
+                    wishes.push(Wish::Toggle(overlay));
+                }
+            });
+            if i % 2 == 1 {
+                ui.end_row();
+            }
+        }
+    });
+}
+
+/// The keys, at the upper left of the picture.
+pub fn help(ctx: &Context, live: bool) {
+    let lines = if live { &LIVE_HELP[..] } else { &RECORDED_HELP[..] };
+    let frame = Frame::NONE.fill(Color32::from_white_alpha(150)).corner_radius(6).inner_margin(Margin::same(8));
+    Area::new(Id::new("keys")).anchor(Align2::LEFT_TOP, vec2(10.0, 10.0)).interactable(false).show(ctx, |ui| {
+        frame.show(ui, |ui| {
+            Grid::new("keys").num_columns(2).spacing([10.0, 0.0]).min_row_height(15.0).show(ui, |ui| {
+                for (key, what) in lines {
+                    ui.label(RichText::new(*key).size(11.5).strong());
+                    ui.label(RichText::new(*what).size(11.5));
+                    ui.end_row();
+                }
+            });
+        });
+    });
+}

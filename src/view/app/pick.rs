@@ -1,0 +1,175 @@
+//! A hand on the robot: which link is under the mouse (Parry's ray cast), and the spring by which it is dragged.
+
+use crate::episode::snapshot::Arrow;
+use crate::robot::{Kinematics, Pose, Robot, Shape};
+use crate::sim::Pull;
+use kiss3d::glamx::Vec3;
+use nalgebra::{Point3, Unit, Vector3};
+use parry3d::query::{Ray, RayCast};
+use parry3d::shape::{Ball, Cuboid, Cylinder};
+
+/// Of the spring between hand and robot (N/m).
+const STIFFNESS_N_M: f64 = 150.0;
+/// The hand pulls no more than this (N): about the weight of a robot of four kilograms.
+const MOST_N: f64 = 40.0;
+/// Nothing is farther (m).
+const REACH_M: f32 = 100.0;
+
+/// From the eye through a point of the picture, world.
+#[derive(Debug, Clone, Copy)]
+pub struct Sight {
+    pub origin: Point3<f64>,
+    pub direction: Unit<Vector3<f64>>,
+}
+
+/// A point of a link.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// Index into `Robot::links`.
+    pub link: usize,
+    /// Along the line of sight (m).
+    pub distance_m: f64,
+}
+
+/// The first solid that the line of sight meets: visual ones, and collision ones of links without.
+pub fn pick(robot: &Robot, kinematics: &Kinematics, sight: &Sight) -> Option<Hit> {
+    let mut nearest: Option<Hit> = None;
+    for (link, body) in robot.links.iter().enumerate() {
+        let solids = if body.visuals.is_empty() { &body.collisions } else { &body.visuals };
+        for solid in solids {
+            let Some(distance_m) = distance(&solid.shape, &(kinematics.link_pose(link) * solid.pose), sight) else {
+                continue;
+            };
+            if nearest.is_none_or(|hit| distance_m < hit.distance_m) {
+                nearest = Some(Hit { link, distance_m });
+            }
+        }
+    }
+    nearest
+}
+
+/// Distance of a shape along the line of sight (m); None beside it.
+fn distance(shape: &Shape, pose: &Pose, sight: &Sight) -> Option<f64> {
+    let (origin, direction) =
+        (pose.inverse_transform_point(&sight.origin), pose.inverse_transform_vector(&sight.direction));
+    let cast = |shape: &dyn RayCast, turn: fn(Vector3<f64>) -> Vec3| {
+        shape.cast_local_ray(&Ray::new(turn(origin.coords), turn(direction)), REACH_M, true)
+    };
+    let as_it_is = |v: Vector3<f64>| Vec3::new(v.x as f32, v.y as f32, v.z as f32);
+    // The axis of Parry's cylinder is y.
+    let z_to_y = |v: Vector3<f64>| Vec3::new(v.y as f32, v.z as f32, v.x as f32);
+    match *shape {
+        Shape::Box { half } => cast(&Cuboid::new(as_it_is(half)), as_it_is),
+        Shape::Cylinder { radius, length } => cast(&Cylinder::new(length as f32 / 2.0, radius as f32), z_to_y),
+        Shape::Sphere { radius } => cast(&Ball::new(radius as f32), as_it_is),
+    }
+    .map(f64::from)
+}
+
+/// A point of a link that is held, and where the hand is. The hand moves on the plane through the place where it took
+/// hold, facing the viewer.
+#[derive(Debug, Clone, Copy)]
+pub struct Grab {
+    pub link: usize,
+    /// Where it holds, in the link's frame (m).
+    point: Point3<f64>,
+    plane_point: Point3<f64>,
+    plane_normal: Unit<Vector3<f64>>,
+    /// The hand, world.
+    pub hand: Point3<f64>,
+}
+
+impl Grab {
+    /// Takes hold of what was hit, `looking` along this direction.
+    pub fn new(hit: Hit, sight: &Sight, kinematics: &Kinematics, looking: Unit<Vector3<f64>>) -> Self {
+        let at = sight.origin + sight.direction.into_inner() * hit.distance_m;
+        let point = kinematics.link_pose(hit.link).inverse_transform_point(&at);
+        Self { link: hit.link, point, plane_point: at, plane_normal: looking, hand: at }
+    }
+
+    /// Follows the mouse.
+    pub fn follow(&mut self, sight: &Sight) {
+        let towards = sight.direction.dot(&self.plane_normal);
+        if towards > 1e-6 {
+            let distance = (self.plane_point - sight.origin).dot(&self.plane_normal) / towards;
+            self.hand = sight.origin + sight.direction.into_inner() * distance;
+        }
+    }
+
+    /// The force on the robot as it stands.
+    pub fn pull(&self, kinematics: &Kinematics) -> Pull {
+        let spring = STIFFNESS_N_M * (self.hand - self.held(kinematics));
+        let force = spring.cap_magnitude(MOST_N);
+        Pull { link: self.link, point: self.point, force }
+    }
+
+    /// The same, to draw.
+    pub fn arrow(&self, kinematics: &Kinematics) -> Arrow {
+        Arrow { point: self.held(kinematics), force: self.pull(kinematics).force }
+    }
+
+    /// Where it holds, world.
+    fn held(&self, kinematics: &Kinematics) -> Point3<f64> {
+        kinematics.link_pose(self.link) * self.point
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn standing() -> (Robot, Kinematics) {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let mut kinematics = Kinematics::new(&robot);
+        kinematics.update(&robot, &robot.home_posture());
+        (robot, kinematics)
+    }
+
+    fn sight(origin: [f64; 3], direction: Vector3<f64>) -> Sight {
+        Sight { origin: Point3::from(origin), direction: Unit::new_normalize(direction) }
+    }
+
+    #[test]
+    fn the_nearest_link_is_picked() {
+        let (robot, kinematics) = standing();
+        let com = kinematics.com();
+        let hit = pick(&robot, &kinematics, &sight([1.0, 0.0, com.z + 0.05], -Vector3::x())).unwrap();
+        assert_eq!(hit.link, robot.trunk);
+        assert!((0.8..1.1).contains(&hit.distance_m), "{hit:?}");
+        // From the left the arm hides the trunk.
+        let shoulder = sight([0.0, 1.0, kinematics.link_pose(robot.trunk).translation.z], -Vector3::y());
+        assert_ne!(pick(&robot, &kinematics, &shoulder).unwrap().link, robot.trunk);
+        assert_eq!(pick(&robot, &kinematics, &sight([1.0, 0.0, 2.0], -Vector3::x())), None);
+    }
+
+    #[test]
+    fn every_shape_is_met_at_its_surface() {
+        let from_above = sight([0.0, 0.0, 1.0], -Vector3::z());
+        let from_aside = sight([1.0, 0.0, 0.0], -Vector3::x());
+        let pose = Pose::identity();
+        let cylinder = Shape::Cylinder { radius: 0.1, length: 0.6 };
+        for (shape, sight, expected) in [
+            (cylinder, from_above, 0.7),
+            (cylinder, from_aside, 0.9),
+            (Shape::Sphere { radius: 0.2 }, from_above, 0.8),
+            (Shape::Box { half: Vector3::new(0.1, 0.2, 0.3) }, from_aside, 0.9),
+        ] {
+            let distance_m = distance(&shape, &pose, &sight).unwrap();
+            assert!((distance_m - expected).abs() < 1e-6, "{shape:?}: {distance_m}");
+        }
+    }
+
+    #[test]
+    fn the_hand_pulls_like_a_spring_up_to_its_limit() {
+        let (robot, kinematics) = standing();
+        let at = |y: f64| sight([1.0, y, kinematics.com().z + 0.05], -Vector3::x());
+        let hit = pick(&robot, &kinematics, &at(0.0)).unwrap();
+        let mut grab = Grab::new(hit, &at(0.0), &kinematics, -Vector3::x_axis());
+        assert!(grab.pull(&kinematics).force.norm() < 1e-9);
+        grab.follow(&at(0.1));
+        let force = grab.pull(&kinematics).force;
+        assert!((force - Vector3::new(0.0, 15.0, 0.0)).norm() < 1e-6, "{force}");
+        grab.follow(&at(2.0));
+        assert!((grab.pull(&kinematics).force.norm() - MOST_N).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,90 @@
+//! A trial of a result, run again exactly, to be looked at moment by moment.
+
+use super::plots::{Sample, Trail};
+use crate::campaign::Replayed;
+use crate::episode::{Film, Outcome, Snapshot};
+use crate::error::{Error, Result};
+use crate::robot::Kinematics;
+use crate::sim::Ground;
+use crate::view::ViewArgs;
+use std::path::Path;
+
+/// What is shown after the end of the episode (s): a fall takes a while.
+const AFTERMATH_S: f64 = 1.0;
+
+/// A recorded trial, and the moment of it that is shown.
+pub struct Recorded {
+    pub film: Film,
+    pub trial: u64,
+    pub ground: Ground,
+    pub trail: Trail,
+    pub kinematics: Kinematics,
+    /// Index into the film's snapshots.
+    frame: usize,
+}
+
+impl Recorded {
+    /// Runs the trial. Errors: those of [`Replayed::open`]; more than one gain set.
+    pub fn new(folder: &Path, trial: u64, args: &ViewArgs) -> Result<Self> {
+        if let [_, second, ..] = &args.gains[..] {
+            let problem = "a trial of a result is that of one gain set";
+            return Err(Error::value("arguments", "--gains", second, problem, "one gain set"));
+        }
+        let replayed = Replayed::open(folder, trial, args.gains.first().map(String::as_str))?;
+        let disturbance = replayed.disturbance();
+        let film =
+            Film::take(&replayed.robot, &replayed.design, replayed.config(), disturbance, AFTERMATH_S, &mut |_| {});
+        replayed.difference(&film.record).iter().for_each(|difference| log::warn!("{difference}"));
+        let ground = Ground::new(&replayed.robot, &film.variation);
+        let trail = film.snapshots.iter().map(Sample::of).collect();
+        let mut recorded = Self { kinematics: Kinematics::new(&film.robot), film, trial, ground, trail, frame: 0 };
+        recorded.show(0);
+        Ok(recorded)
+    }
+
+    pub fn now(&self) -> &Snapshot {
+        &self.film.snapshots[self.frame]
+    }
+
+    /// Time of the last snapshot (s).
+    pub fn end_s(&self) -> f64 {
+        self.film.snapshots[self.film.snapshots.len() - 1].time_s
+    }
+
+    fn show(&mut self, frame: usize) {
+        self.frame = frame.min(self.film.snapshots.len() - 1);
+        self.kinematics.update(&self.film.robot, &self.film.snapshots[self.frame].posture);
+    }
+
+    /// Goes to a time, the nearest that there is.
+    pub fn seek(&mut self, time_s: f64) {
+        self.show((time_s.max(0.0) / self.film.control_period_s).round() as usize);
+    }
+
+    /// Goes by some ticks, back if negative. False at the end.
+    pub fn go(&mut self, ticks: i64) -> bool {
+        let before = self.frame;
+        self.show(usize::try_from(self.frame as i64 + ticks).unwrap_or(0));
+        self.frame != before
+    }
+
+    pub fn is_at_end(&self) -> bool {
+        self.frame + 1 == self.film.snapshots.len()
+    }
+
+    /// How the trial ended, in words; true if badly.
+    pub fn verdict(&self) -> (String, bool) {
+        let record = &self.film.record;
+        match record.outcome {
+            Outcome::Recovered => {
+                (format!("recovered, still from {:.2} s", record.settled_at_s.unwrap_or(record.end_s)), false)
+            }
+            Outcome::Fell => {
+                let cause = record.fall_cause.as_deref().unwrap_or("fell");
+                (format!("fell at {:.2} s: {cause}", record.fell_at_s.unwrap_or(record.end_s)), true)
+            }
+            Outcome::Diverged => (format!("diverged at {:.2} s", record.end_s), true),
+            Outcome::TimedOut => (format!("neither fell nor stood still in {:.2} s", record.end_s), true),
+        }
+    }
+}

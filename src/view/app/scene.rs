@@ -1,0 +1,147 @@
+//! The picture in three dimensions: floor, robot, and what is filled on the floor. Lines and points are `marks`.
+
+use super::colors;
+use super::mesh::{Mesh, Triangles, vec3};
+use super::overlays::{Overlay, Shown};
+use super::solids::Surfaces;
+use crate::episode::Snapshot;
+use crate::robot::{Kinematics, Robot};
+use crate::sim::Ground;
+use kiss3d::camera::OrbitCamera3d;
+use kiss3d::glamx::Vec3;
+use kiss3d::scene::SceneNode3d;
+use kiss3d::window::Window;
+use nalgebra::{Point2, Point3, Vector3};
+
+/// The floor is drawn up to here, and fades into the sky (m).
+const HORIZON_M: f64 = 4.0;
+const TILE_M: f64 = 0.25;
+/// Lines of the grid: how far, and how far apart (m).
+const GRID_M: f64 = 1.0;
+const SPACING_M: f64 = 0.1;
+/// What lies on the floor is drawn so much above what lies under it (m).
+const LAYER_M: f64 = 0.0006;
+
+pub struct Scene {
+    pub root: SceneNode3d,
+    mesh: Mesh,
+    triangles: Triangles,
+    surfaces: Surfaces,
+    ground: Ground,
+}
+
+impl Scene {
+    /// A robot on its ground, as that lies in the end.
+    pub fn new(robot: &Robot, ground: Ground) -> Self {
+        let mut root = SceneNode3d::empty();
+        let mesh = Mesh::new(&mut root);
+        Self { mesh, root, triangles: Triangles::default(), surfaces: Surfaces::new(robot), ground }
+    }
+
+    /// The ground as it lies in a moment.
+    pub fn ground(&self, now: &Snapshot) -> Ground {
+        Ground { slope: now.slope, ..self.ground }
+    }
+
+    /// Makes the picture of a moment, seen from `eye`.
+    pub fn draw(&mut self, now: &Snapshot, kinematics: &Kinematics, shown: &Shown, eye: Vec3, window: &mut Window) {
+        let ground = self.ground(now);
+        self.triangles.clear();
+        floor(&ground, &mut self.triangles);
+        grid(&ground, window);
+        self.surfaces.draw(kinematics, eye, &now.slope, &mut self.triangles);
+        let lit = now.gain.and_then(|gain| now.slices.get(gain)).filter(|_| shown.has(Overlay::Slices));
+        let lift = |corner: &Point2<f64>| Point3::new(corner.x, corner.y, ground.height_m(*corner) + 3.0 * LAYER_M);
+        let lit: Vec<_> = lit.iter().flat_map(|slice| slice.iter().map(lift)).collect();
+        self.triangles.polygon(&lit, colors::SLICE.towards(colors::FLOOR, 0.5).linear());
+        if let Some(corners) = now.footstep.filter(|_| shown.has(Overlay::Footstep)) {
+            let raised = corners.map(|corner| corner + Vector3::z() * 4.0 * LAYER_M);
+            self.triangles.polygon(&raised, colors::FOOTSTEP.towards(colors::FLOOR, 0.55).linear());
+        }
+        self.mesh.show(&self.triangles);
+    }
+}
+
+/// The camera as it is at the start: from the front left of the robot, which stands left of the panel.
+pub fn camera() -> OrbitCamera3d {
+    let (eye, at) = (Vec3::new(0.80, 0.56, 0.68), Vec3::new(-0.07, 0.09, 0.19));
+    let mut camera = OrbitCamera3d::new_with_frustum(std::f32::consts::FRAC_PI_4, 0.05, 50.0, eye, at);
+    camera.set_up_axis(Vec3::Z);
+    camera.look_at(eye, at);
+    camera.set_min_dist(0.1);
+    camera.set_max_dist(8.0);
+    // Towards the viewer when the wheel turns towards him.
+    camera.set_dist_step(1.0 / 1.01);
+    camera.rebind_reset_key(None);
+    camera
+}
+
+/// A point of the plane, as it lies in the world.
+fn on(ground: &Ground, x: f64, y: f64, z: f64) -> Point3<f64> {
+    ground.slope * Point3::new(x, y, z)
+}
+
+fn floor(ground: &Ground, out: &mut Triangles) {
+    let [low, high] = ground.patch;
+    let is_flat = ground.step_m == 0.0;
+    // Lines between tiles, those around a patch that lies higher or lower too.
+    let lines = |edges: [f64; 2]| {
+        let count = (2.0 * HORIZON_M / TILE_M) as i32;
+        let mut lines: Vec<f64> = (0..=count).map(|i| f64::from(i) * TILE_M - HORIZON_M).collect();
+        lines.extend(edges.iter().filter(|_| !is_flat));
+        lines.sort_by(f64::total_cmp);
+        lines
+    };
+    let (xs, ys) = (lines([low.x, high.x]), lines([low.y, high.y]));
+    let (near, far) = (colors::FLOOR.linear(), colors::SKY.linear());
+    let fading = |x: f64, y: f64| {
+        let share = ((x.hypot(y) / HORIZON_M - 0.25) / 0.65).clamp(0.0, 1.0) as f32;
+        near + share * (far - near)
+    };
+    for x in xs.windows(2) {
+        for y in ys.windows(2) {
+            if x[0].hypot(y[0]).min(x[1].hypot(y[1])) > HORIZON_M {
+                continue;
+            }
+            let middle = nalgebra::center(&Point2::new(x[0], y[0]), &Point2::new(x[1], y[1]));
+            let inside = (0..2).all(|i| (low[i]..=high[i]).contains(&middle[i]));
+            let z = if inside { 0.0 } else { ground.step_m };
+            for (i, j) in [(0, 0), (1, 0), (1, 1), (0, 0), (1, 1), (0, 1)] {
+                out.corner(vec3(&on(ground, x[i], y[j], z)), fading(x[i], y[j]));
+            }
+        }
+    }
+    if !is_flat {
+        let corners = [(low.x, low.y), (high.x, low.y), (high.x, high.y), (low.x, high.y)];
+        for i in 0..4 {
+            let ((ax, ay), (bx, by)) = (corners[i], corners[(i + 1) % 4]);
+            let wall = [(ax, ay, 0.0), (bx, by, 0.0), (bx, by, ground.step_m), (ax, ay, ground.step_m)];
+            out.polygon(&wall.map(|(x, y, z)| on(ground, x, y, z)), colors::GRID.linear());
+        }
+    }
+}
+
+fn grid(ground: &Ground, window: &mut Window) {
+    let [low, high] = ground.patch;
+    let count = (GRID_M / SPACING_M).round() as i32;
+    for i in -count..=count {
+        let at = f64::from(i) * SPACING_M;
+        for axis in 0..2 {
+            let along = 1 - axis;
+            // Other than the floor around it, the patch is seen without lines.
+            let crosses = ground.step_m != 0.0 && (low[axis]..=high[axis]).contains(&at);
+            let pieces = match crosses {
+                true => vec![(-GRID_M, low[along]), (high[along], GRID_M)],
+                false => vec![(-GRID_M, GRID_M)],
+            };
+            for (from, to) in pieces {
+                let end = |t: f64| {
+                    let (x, y) = if axis == 0 { (at, t) } else { (t, at) };
+                    vec3(&on(ground, x, y, ground.step_m + 1.5 * LAYER_M))
+                };
+                let color = if i == 0 { colors::GRID.towards(colors::INK, 0.3) } else { colors::GRID };
+                window.draw_line(end(from), end(to), color.line(), 1.0, false);
+            }
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! What is shown: a live robot or a recording. What the window needs of either.
+
+use super::live::Live;
+use super::pick::{self, Sight};
+use super::plots::Trail;
+use super::recorded::Recorded;
+use super::world::World;
+use crate::episode::Snapshot;
+use crate::episode::snapshot::Arrow;
+use crate::robot::Kinematics;
+
+pub enum Show<'a> {
+    Live(Box<Live<'a>>),
+    Recorded(Box<Recorded>),
+}
+
+impl Show<'_> {
+    pub fn now(&self) -> &Snapshot {
+        match self {
+            Show::Live(live) => &live.now,
+            Show::Recorded(recorded) => recorded.now(),
+        }
+    }
+
+    pub fn kinematics(&self) -> &Kinematics {
+        match self {
+            Show::Live(live) => &live.kinematics,
+            Show::Recorded(recorded) => &recorded.kinematics,
+        }
+    }
+
+    pub fn trail(&self) -> &Trail {
+        match self {
+            Show::Live(live) => &live.trail,
+            Show::Recorded(recorded) => &recorded.trail,
+        }
+    }
+
+    /// How the robot fares, in words; true if badly.
+    pub fn verdict(&self) -> (String, bool) {
+        match self {
+            Show::Live(live) => live.verdict(),
+            Show::Recorded(recorded) => recorded.verdict(),
+        }
+    }
+
+    /// The force to be seen on the robot.
+    pub fn force(&self) -> Option<Arrow> {
+        match self {
+            Show::Live(live) => live.force(),
+            Show::Recorded(recorded) => recorded.now().push,
+        }
+    }
+
+    /// Name of the link under the mouse that can be pulled; none while one is.
+    pub fn link_at<'w>(&self, world: &'w World, sight: &Sight) -> Option<&'w str> {
+        let Show::Live(live) = self else { return None };
+        if live.grab.is_some() {
+            return None;
+        }
+        let hit = pick::pick(&world.simulated, &live.kinematics, sight)?;
+        Some(world.simulated.links[hit.link].name.as_str())
+    }
+
+    /// Names of the gain sets to choose from, which of them acts, and the names of its gains, slow to fast.
+    pub fn gain_sets(&self, world: Option<&World>) -> (Vec<String>, usize, Vec<String>) {
+        match (self, world) {
+            (Show::Live(live), Some(world)) => {
+                let names = world.designs.iter().map(|design| design.family.name.clone()).collect();
+                let gains = &world.designs[live.acting].family.gains;
+                (names, live.acting, gains.iter().map(|gain| gain.name.clone()).collect())
+            }
+            (Show::Recorded(recorded), _) => (Vec::new(), 0, recorded.film.gains.clone()),
+            (Show::Live(_), None) => (Vec::new(), 0, Vec::new()),
+        }
+    }
+
+    /// Name and length (s) of a recording.
+    pub fn recording(&self) -> Option<(String, f64)> {
+        let Show::Recorded(recorded) = self else { return None };
+        Some((format!("trial {} of {}", recorded.trial, recorded.film.gain_set), recorded.end_s()))
+    }
+
+    /// What happened, in a line or two, when a tick lasts `step_s`.
+    pub fn account(&self, step_s: f64) -> String {
+        match self {
+            Show::Live(live) => {
+                let counts = live.counts;
+                format!(
+                    "{} pushes, {} drags (up to {:.1} N), {} gain switches, {} restarts, {} falls\n\
+                     {} ticks ({} single), {:.3} s simulated",
+                    counts.pushes,
+                    counts.drags,
+                    counts.drag_n,
+                    counts.switches,
+                    counts.restarts,
+                    counts.falls,
+                    counts.ticks,
+                    counts.single_ticks,
+                    counts.ticks as f64 * step_s
+                )
+            }
+            Show::Recorded(recorded) => format!(
+                "trial {}, gain set {}: {}; shown at {:.3} s\n{} ticks recorded",
+                recorded.trial,
+                recorded.film.gain_set,
+                recorded.verdict().0,
+                recorded.now().time_s,
+                recorded.film.snapshots.len()
+            ),
+        }
+    }
+}

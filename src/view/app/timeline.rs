@@ -1,0 +1,89 @@
+//! The time line of a recording: what happened when, and where we are.
+
+use super::colors::{self, Named};
+use super::keys::Wish;
+use super::recorded::Recorded;
+use crate::control::Phase;
+use kiss3d::egui::{Align2, Area, Color32, Context, FontId, Frame, Id, Margin, Rect, Sense, Stroke, Ui, pos2, vec2};
+
+const HEIGHT: f32 = 34.0;
+
+/// Draws the line along the lower edge, `width` points long, and adds what is asked for.
+pub fn draw(ctx: &Context, recorded: &Recorded, paused: bool, width: f32, wishes: &mut Vec<Wish>) {
+    let frame = Frame::NONE.fill(Color32::from_white_alpha(225)).inner_margin(Margin::symmetric(12, 8));
+    Area::new(Id::new("time line")).anchor(Align2::LEFT_BOTTOM, vec2(0.0, 0.0)).show(ctx, |ui| {
+        frame.show(ui, |ui| {
+            ui.set_width(width - 24.0);
+            ui.horizontal(|ui| {
+                let label = if paused { "Play" } else { "Pause" };
+                if ui.button(label).clicked() {
+                    wishes.push(Wish::Pause);
+                }
+                if ui.button("<").on_hover_text("a tick back").clicked() {
+                    wishes.push(Wish::Ticks(-1));
+                }
+                if ui.button(">").on_hover_text("a tick on").clicked() {
+                    wishes.push(Wish::Ticks(1));
+                }
+                let time = format!("{:.3} of {:.2} s", recorded.now().time_s, recorded.end_s());
+                ui.monospace(time);
+                line(ui, recorded, wishes);
+            });
+        });
+    });
+}
+
+/// The colour of a stretch.
+fn color(phase: Phase) -> Named {
+    match phase {
+        Phase::Posture => colors::GRID,
+        Phase::Switching => colors::SLICE.towards(colors::FLOOR, 0.5),
+        Phase::OutOfSets => colors::ZMP_REF,
+        Phase::Swing(_) => colors::FOOTSTEP,
+    }
+}
+
+fn line(ui: &mut Ui, recorded: &Recorded, wishes: &mut Vec<Wish>) {
+    let (area, response) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::click_and_drag());
+    let painter = ui.painter();
+    let end_s = recorded.end_s().max(1e-9);
+    let x = |time_s: f64| area.left() + (time_s / end_s) as f32 * area.width();
+    let bar = Rect::from_x_y_ranges(area.x_range(), area.top() + 4.0..=area.top() + 18.0);
+    let block = |from_s: f64, to_s: f64| Rect::from_x_y_ranges(x(from_s)..=x(to_s), bar.y_range());
+    // One block for each stretch of the same phase.
+    let snapshots = &recorded.film.snapshots;
+    let mut from = 0;
+    for i in 1..=snapshots.len() {
+        if i == snapshots.len() || snapshots[i].phase != snapshots[from].phase {
+            let to_s = snapshots[i.min(snapshots.len() - 1)].time_s;
+            painter.rect_filled(block(snapshots[from].time_s, to_s), 0, color(snapshots[from].phase).egui());
+            from = i;
+        }
+    }
+    let mark = |at_s: f64, text: &str, color: Named| {
+        painter.text(
+            pos2(x(at_s), bar.bottom() + 2.0),
+            Align2::CENTER_TOP,
+            text,
+            FontId::proportional(11.0),
+            color.egui(),
+        );
+        painter.vline(x(at_s), bar.y_range(), Stroke::new(1.5, color.egui()));
+    };
+    for push in &recorded.film.pushes {
+        painter.rect_filled(block(push.start_s, push.end_s().min(end_s)), 0, colors::PUSH.egui());
+        mark(push.start_s, &format!("{:.2} N s to {:.0} deg", push.impulse_n_s, push.heading_deg), colors::PUSH);
+    }
+    if let Some(fell_at_s) = recorded.film.record.fell_at_s {
+        mark(fell_at_s, "fell", colors::INK);
+    } else if let Some(settled_at_s) = recorded.film.record.settled_at_s {
+        mark(settled_at_s, "still", colors::DCM);
+    }
+    let now = x(recorded.now().time_s);
+    painter.vline(now, area.top()..=bar.bottom() + 3.0, Stroke::new(2.0, colors::INK.egui()));
+    painter.circle_filled(pos2(now, area.top() + 3.0), 5.0, colors::INK.egui());
+    if let Some(at) = response.interact_pointer_pos() {
+        let share = f64::from((at.x - area.left()) / area.width()).clamp(0.0, 1.0);
+        wishes.push(Wish::Seek(share * end_s));
+    }
+}

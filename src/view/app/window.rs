@@ -1,0 +1,104 @@
+//! Opening the window, or saying in one line why there is none.
+//!
+//! kiss3d panics where it cannot open a window. So what can be known before is looked at before, and the panic of the
+//! rest is caught and told as an error.
+
+use crate::error::{Error, Result};
+use kiss3d::window::{CanvasSetup, NumSamples, Window};
+use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
+
+/// What to do where there is no window.
+const NO_DISPLAY: &str = "start it from a desktop session, or under Xvfb (apt-get install xvfb; xvfb-run standfast view ...), or use \
+     `standfast replay`, which needs no display";
+const NO_DRIVER: &str = "install a Vulkan driver (apt-get install mesa-vulkan-drivers libvulkan1), or use \
+                         `standfast replay`, which needs none";
+
+/// Opens the window, size in pixels. Errors: no display that answers, or no graphics driver.
+pub fn open(title: &str, width: u32, height: u32) -> Result<Window> {
+    #[cfg(all(unix, not(target_os = "macos")))]
+    display::check().map_err(|missing| no_window(missing, NO_DISPLAY))?;
+    let level = log::max_level();
+    // The graphics stack tells by many lines what is told below by one. Who wants to read them says so.
+    if std::env::var_os("RUST_LOG").is_none() {
+        log::set_max_level(log::LevelFilter::Off);
+    }
+    let hook = take_hook();
+    set_hook(Box::new(|_| {}));
+    let setup = CanvasSetup { vsync: true, samples: NumSamples::Four, ..CanvasSetup::default() };
+    let opened =
+        catch_unwind(AssertUnwindSafe(|| pollster::block_on(Window::new_with_setup(title, width, height, setup))));
+    set_hook(hook);
+    log::set_max_level(level);
+    opened.map_err(|panic| {
+        let told = panic.downcast_ref::<String>().map(String::as_str);
+        let told = told.or(panic.downcast_ref::<&str>().copied()).unwrap_or("unknown cause");
+        // The rest is for whoever debugs the graphics stack.
+        let told = told.split([':', '\n']).next().unwrap_or_default();
+        let about_driver = ["adapter", "device", "urface"].iter().any(|word| told.contains(word));
+        match about_driver {
+            true => no_window(format!("no graphics driver for the window ({told})"), NO_DRIVER),
+            false => no_window(format!("the window cannot be opened ({told})"), NO_DISPLAY),
+        }
+    })
+}
+
+fn no_window(missing: String, remedy: &str) -> Error {
+    Error::NoWindow { missing, remedy: remedy.into() }
+}
+
+/// The display that the environment names: Wayland before X, as winit takes them.
+#[cfg(all(unix, not(target_os = "macos")))]
+mod display {
+    use std::env::var;
+    use std::net::{TcpStream, ToSocketAddrs};
+    use std::os::unix::net::UnixStream;
+    use std::path::Path;
+    use std::time::Duration;
+
+    /// How long a display on another machine may take to answer.
+    const PATIENCE: Duration = Duration::from_secs(3);
+
+    /// Whether there is a display that answers; else what is missing, in words.
+    pub fn check() -> Result<(), String> {
+        let set = |name: &str| var(name).ok().filter(|value| !value.is_empty());
+        if set("WAYLAND_SOCKET").is_some() {
+            return Ok(());
+        }
+        if let Some(name) = set("WAYLAND_DISPLAY") {
+            let folder = set("XDG_RUNTIME_DIR").unwrap_or_default();
+            // A name with a slash at its start is a path of its own.
+            return UnixStream::connect(Path::new(&folder).join(&name))
+                .map(drop)
+                .map_err(|e| format!("no display: Wayland's {name} does not answer ({e})"));
+        }
+        let Some(name) = set("DISPLAY") else {
+            return Err("no display: neither DISPLAY nor WAYLAND_DISPLAY is set".into());
+        };
+        if answers(&name) { Ok(()) } else { Err(format!("no display: DISPLAY={name} does not answer")) }
+    }
+
+    /// Whether an X server listens on `[host]:number[.screen]`.
+    fn answers(display: &str) -> bool {
+        let Some((host, rest)) = display.rsplit_once(':') else { return false };
+        let Ok(number) = rest.split('.').next().unwrap_or_default().parse::<u16>() else { return false };
+        if host.is_empty() || host == "unix" {
+            return UnixStream::connect(format!("/tmp/.X11-unix/X{number}")).is_ok() || abstract_socket(number);
+        }
+        let addresses = (host, 6000_u16.saturating_add(number)).to_socket_addrs();
+        addresses.is_ok_and(|mut all| all.any(|at| TcpStream::connect_timeout(&at, PATIENCE).is_ok()))
+    }
+
+    #[cfg(target_os = "linux")]
+    fn abstract_socket(number: u16) -> bool {
+        use std::os::linux::net::SocketAddrExt;
+        use std::os::unix::net::SocketAddr;
+        SocketAddr::from_abstract_name(format!("/tmp/.X11-unix/X{number}"))
+            .and_then(|address| UnixStream::connect_addr(&address))
+            .is_ok()
+    }
+
+    #[cfg(not(target_os = "linux"))]
+    fn abstract_socket(_: u16) -> bool {
+        false
+    }
+}
