@@ -6,7 +6,7 @@ use common::browser::{Browser, Page};
 use common::{Bench, config, push};
 use nalgebra::{Isometry3, Point2, Point3, Quaternion, Translation3, UnitQuaternion};
 use serde_json::{Value, json};
-use standfast::episode::{Disturbance, EpisodeConfig, Film, Outcome};
+use standfast::episode::{Disturbance, EpisodeConfig, Film, Outcome, Until};
 use standfast::report::replay::{Head, page};
 use standfast::robot::{Foot, Kinematics, Shape};
 use standfast::sim::{Ground, Variation};
@@ -35,7 +35,7 @@ fn fallen() -> &'static Film {
 fn film(gains: &str, impulse_n_s: f64, config: EpisodeConfig) -> Film {
     let bench = Bench::new(gains);
     let disturbance = Disturbance { pushes: vec![push(impulse_n_s, -20.0)], ..Disturbance::default() };
-    Film::take(&bench.robot, &bench.design, &config, disturbance, 0.8, &mut |_| {})
+    Film::take(&bench.robot, &bench.design, &config, disturbance, (config.until(), 0.8), &mut |_| {})
 }
 
 fn head() -> Head {
@@ -237,7 +237,7 @@ fn the_ground_is_that_of_the_trial() {
         ..Variation::default()
     };
     let disturbance = Disturbance { pushes: vec![push(1.0, 0.0)], variation, ..Disturbance::default() };
-    let film = Film::take(&bench.robot, &bench.design, &config(1.0), disturbance, 0.0, &mut |_| {});
+    let film = Film::take(&bench.robot, &bench.design, &config(1.0), disturbance, (Until::Decided, 0.0), &mut |_| {});
     let file = written(&folder, &film, &head());
     let mut tab = browser.tab(800, 600, "light");
     tab.open(&file);

@@ -288,7 +288,7 @@ mod tests {
         let design = Design::new(&robot, &GainSet::load("hold").unwrap(), config.control_period_s).unwrap();
         let push = Push { impulse_n_s: 1.0, heading_deg: 180.0, start_s: 0.3, ..Push::default() };
         let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
-        let mut film = Film::take(&robot, &design, &config, disturbance, 0.5, &mut |_| {});
+        let mut film = Film::take(&robot, &design, &config, disturbance, (config.until(), 0.5), &mut |_| {});
         film.record.footsteps = vec![Footstep {
             foot: Foot::Left,
             lift_s: 0.4,

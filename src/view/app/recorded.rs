@@ -32,8 +32,8 @@ impl Recorded {
         }
         let replayed = Replayed::open(folder, trial, args.gains.first().map(String::as_str))?;
         let disturbance = replayed.disturbance();
-        let film =
-            Film::take(&replayed.robot, &replayed.design, replayed.config(), disturbance, AFTERMATH_S, &mut |_| {});
+        let how_long = (replayed.config().until(), AFTERMATH_S);
+        let film = Film::take(&replayed.robot, &replayed.design, replayed.config(), disturbance, how_long, &mut |_| {});
         replayed.difference(&film.record).iter().for_each(|difference| log::warn!("{difference}"));
         let ground = Ground::new(&replayed.robot, &film.variation);
         let trail = film.snapshots.iter().map(Sample::of).collect();
