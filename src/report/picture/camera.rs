@@ -97,8 +97,7 @@ impl View {
     pub fn project(&self, point: Point3<f64>) -> Option<[f64; 3]> {
         let from_eye = point - self.eye;
         let depth = -self.back.dot(&from_eye);
-        // Not a number, too.
-        if !(depth > NEAREST_M) {
+        if depth.is_nan() || depth <= NEAREST_M {
             return None;
         }
         let scale = self.focal_px / depth;

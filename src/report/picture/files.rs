@@ -1,12 +1,10 @@
 //! Pictures as bytes: PNG, a strip of several, and a GIF that moves.
 
 use crate::error::{Error, Result};
-use color_quant::NeuQuant;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder, RgbImage, imageops};
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 
 /// A picture as a PNG file.
 pub fn png(image: &RgbImage) -> Vec<u8> {
@@ -39,9 +37,6 @@ pub fn strip(images: &[RgbImage]) -> RgbImage {
 /// Colours of a GIF: one of them says "as before".
 const COLORS: usize = 255;
 const AS_BEFORE: u8 = 255;
-/// NeuQuant looks at every pixel.
-const EVERY_PIXEL: i32 = 1;
-
 /// Pictures of one size, each with how long it is shown (1/100 s), as a GIF file that begins again for ever. Of each
 /// picture only what has changed is stored. Error: no picture, or one beyond the 65535 px of a GIF.
 pub(super) fn gif(images: &[RgbImage], delays_cs: &[u16]) -> Result<Vec<u8>> {
@@ -52,7 +47,7 @@ pub(super) fn gif(images: &[RgbImage], delays_cs: &[u16]) -> Result<Vec<u8>> {
     let palette = Palette::of(images);
     let mut bytes = Vec::new();
     let mut encode = || -> Result<(), gif::EncodingError> {
-        let mut encoder = Encoder::new(&mut bytes, width, height, &palette.quant.color_map_rgb())?;
+        let mut encoder = Encoder::new(&mut bytes, width, height, palette.colors.as_flattened())?;
         encoder.set_repeat(Repeat::Infinite)?;
         let mut before: Option<Vec<u8>> = None;
         for (image, &delay) in images.iter().zip(delays_cs) {
@@ -96,34 +91,86 @@ fn changes(before: Option<&[u8]>, now: &[u8], width: u16, height: u16) -> Frame<
     }
 }
 
-/// The colours that serve all pictures of a GIF best.
+/// The colours that serve all pictures of a GIF best (median cut: Heckbert 1982).
 struct Palette {
-    quant: NeuQuant,
+    colors: Vec<[u8; 3]>,
+    /// The nearest of them for each [`bucket`].
+    nearest: Vec<u8>,
 }
+
+/// Colours that agree in their upper six bits are taken for one.
+fn bucket(color: [u8; 3]) -> usize {
+    color.iter().fold(0, |sum, v| sum << 6 | usize::from(v >> 2))
+}
+
+/// Colour and weight.
+type Weighted = ([u8; 3], u64);
 
 impl Palette {
     fn of(images: &[RgbImage]) -> Self {
-        // How often each colour is there, colours that nearly agree taken together.
-        let mut counts: BTreeMap<[u8; 3], u32> = BTreeMap::new();
+        let mut counts = vec![0_u64; 1 << 18];
         for pixel in images.iter().flat_map(RgbImage::pixels) {
-            *counts.entry(pixel.0.map(|v| v & !3 | 2)).or_default() += 1;
+            counts[bucket(pixel.0)] += 1;
         }
-        // By the square root of that: a small arrow is not to lose its red to the floor's many greys.
-        let times = |count: u32| f64::from(count).sqrt().ceil() as usize;
-        let mut pixels: Vec<u8> = counts.iter().flat_map(|(&[r, g, b], &n)| [r, g, b, 255].repeat(times(n))).collect();
-        // It learns little from few pixels.
-        while pixels.len() < 4 * 4096 && !pixels.is_empty() {
-            pixels.extend_from_within(..);
+        // Weighed by the square root: a small arrow is not to lose its red to the floor's many greys.
+        let middle = |bucket: usize| [12, 6, 0].map(|shift| (bucket >> shift << 2 & 0xff | 2) as u8);
+        let weighted = |(bucket, &count): (usize, &u64)| (count > 0).then(|| (middle(bucket), count.isqrt().max(1)));
+        let all: Vec<Weighted> = counts.iter().enumerate().filter_map(weighted).collect();
+        let mut boxes = vec![all.clone()];
+        while boxes.len() < COLORS {
+            let Some((i, (axis, _))) = boxes.iter().map(|set| widest(set)).enumerate().max_by_key(|(_, (_, s))| *s)
+            else {
+                break;
+            };
+            let Some((low, high)) = halves(&mut boxes[i], axis) else { break };
+            boxes[i] = low;
+            boxes.push(high);
         }
-        Self { quant: NeuQuant::new(EVERY_PIXEL, COLORS, &pixels) }
+        let colors: Vec<[u8; 3]> = boxes.iter().map(|set| mean(set)).collect();
+        let mut nearest = vec![0; 1 << 18];
+        for (color, _) in &all {
+            let distance = |other: &[u8; 3]| (0..3).map(|i| u32::from(color[i].abs_diff(other[i])).pow(2)).sum::<u32>();
+            let best = (0..colors.len()).min_by_key(|&i| distance(&colors[i])).unwrap_or(0);
+            nearest[bucket(*color)] = best as u8;
+        }
+        Self { colors, nearest }
     }
 
     fn indices(&self, image: &RgbImage) -> Vec<u8> {
-        let mut known: BTreeMap<[u8; 3], u8> = BTreeMap::new();
-        let mut index =
-            |[r, g, b]: [u8; 3]| *known.entry([r, g, b]).or_insert_with(|| self.quant.index_of(&[r, g, b, 255]) as u8);
-        image.pixels().map(|pixel| index(pixel.0)).collect()
+        image.pixels().map(|pixel| self.nearest[bucket(pixel.0)]).collect()
     }
+}
+
+/// The channel in which a set of colours is the widest, and how much it asks to be cut.
+fn widest(set: &[Weighted]) -> (usize, u64) {
+    let width = |axis: usize| {
+        let values = || set.iter().map(|(color, _)| u64::from(color[axis]));
+        values().max().unwrap_or(0) - values().min().unwrap_or(0)
+    };
+    let (axis, width) = [0, 1, 2].map(|axis| (axis, width(axis))).into_iter().max_by_key(|(_, w)| *w).unwrap_or((0, 0));
+    (axis, width * width * set.iter().map(|(_, weight)| weight).sum::<u64>())
+}
+
+/// A set cut along a channel, half of its weight on either side; None if it has one colour only.
+fn halves(set: &mut [Weighted], axis: usize) -> Option<(Vec<Weighted>, Vec<Weighted>)> {
+    if set.len() < 2 {
+        return None;
+    }
+    set.sort_by_key(|(color, _)| (color[axis], *color));
+    let total: u64 = set.iter().map(|(_, weight)| weight).sum();
+    let mut before = 0;
+    let half = set.iter().position(|(_, weight)| {
+        before += weight;
+        2 * before >= total
+    });
+    let (low, high) = set.split_at((half.unwrap_or(0) + 1).clamp(1, set.len() - 1));
+    Some((low.to_vec(), high.to_vec()))
+}
+
+fn mean(set: &[Weighted]) -> [u8; 3] {
+    let total: u64 = set.iter().map(|(_, weight)| weight).sum();
+    let sum = |axis: usize| set.iter().map(|(color, weight)| u64::from(color[axis]) * weight).sum::<u64>();
+    [0, 1, 2].map(|axis| (sum(axis) / total.max(1)) as u8)
 }
 
 #[cfg(test)]

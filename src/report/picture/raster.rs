@@ -154,7 +154,8 @@ pub(super) struct Area {
 impl Area {
     /// `corners` in units of which `scale` make a sample; None for a triangle without area or far out of any picture.
     pub fn new(corners: &[[f64; 2]; 3], scale: f64) -> Option<Self> {
-        if corners.iter().flatten().any(|v| !((v * scale).abs() < FARTHEST)) {
+        // Neither is one that is not a number.
+        if !corners.iter().flatten().all(|v| (v * scale).abs() < FARTHEST) {
             return None;
         }
         let mut corners = corners.map(|at| at.map(|v| (v * scale * PLACES).round() as i64));
