@@ -1,0 +1,197 @@
+//! A pinhole camera that looks at a point, world z up in the picture.
+
+use nalgebra::{Point3, Vector3};
+
+/// Where the picture is taken from (perspective).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    /// Seen in the middle of the picture; world (m).
+    pub target: Point3<f64>,
+    /// From where around the target (degrees): 0 sees it from +x (the robot's front), 90 from +y (its left).
+    pub azimuth_deg: f64,
+    /// From how far above the horizontal (degrees), within -89 to 89.
+    pub elevation_deg: f64,
+    /// From the target (m), positive.
+    pub distance_m: f64,
+    /// From the lower to the upper edge of the picture (degrees), below 180.
+    pub fov_deg: f64,
+}
+
+impl Camera {
+    /// Where a world point is seen in a picture of `size` (px): to the right and down from the upper left corner; None if
+    /// it is not before the camera.
+    pub fn project(&self, point: Point3<f64>, size: [u32; 2]) -> Option<[f64; 2]> {
+        View::new(self, size).project(point).map(|[x, y, _]| [x, y])
+    }
+
+    /// The same view from as near as shows the balls (centre and radius, m) whole in a picture of `size`, with `margin` (a
+    /// share of the half width and height) around them. Unchanged if there are none.
+    pub fn framing(&self, balls: &[(Point3<f64>, f64)], size: [u32; 2], margin: f64) -> Self {
+        let view = View::new(self, size);
+        let free = 1.0 - margin;
+        let slope = view.middle.map(|half| free * half / view.focal_px);
+        // A ball is tangent to a plane through the eye where its centre is this much farther inside.
+        let reach = slope.map(|slope| (1.0 + slope * slope).sqrt());
+        // Of the pyramid's four planes, how far back each must pass: across + slope * (towards the camera) at most.
+        let most = |axis: Vector3<f64>, i: usize| {
+            let extent = |(at, radius): &(Point3<f64>, f64)| {
+                axis.dot(&at.coords) + slope[i] * view.back.dot(&at.coords) + radius * reach[i]
+            };
+            balls.iter().map(extent).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let [right, left] = [view.right, -view.right].map(|axis| most(axis, 0));
+        let [up, down] = [view.up, -view.up].map(|axis| most(axis, 1));
+        if !(right + left + up + down).is_finite() {
+            return *self;
+        }
+        let back = ((right + left) / (2.0 * slope[0])).max((up + down) / (2.0 * slope[1]));
+        let eye = view.right * ((right - left) / 2.0) + view.up * ((up - down) / 2.0) + view.back * back;
+        // The target at the depth of the balls' middle, so that the distance means something.
+        let depths = balls.iter().map(|(at, _)| view.back.dot(&at.coords));
+        let (near, far) = depths.fold((f64::NEG_INFINITY, f64::INFINITY), |(n, f), d| (n.max(d), f.min(d)));
+        let distance_m = back - (near + far) / 2.0;
+        Self { target: Point3::from(eye - view.back * distance_m), distance_m, ..*self }
+    }
+}
+
+/// A camera made ready for a picture of one size. World frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct View {
+    pub eye: Point3<f64>,
+    pub right: Vector3<f64>,
+    pub up: Vector3<f64>,
+    /// From the target to the eye.
+    pub back: Vector3<f64>,
+    /// Pixels per unit of slope.
+    pub focal_px: f64,
+    /// Middle of the picture (px).
+    pub middle: [f64; 2],
+    pub distance_m: f64,
+    pub target: Point3<f64>,
+}
+
+/// What is nearer to the eye than this is not drawn (m).
+pub(super) const NEAREST_M: f64 = 0.02;
+
+impl View {
+    pub fn new(camera: &Camera, size: [u32; 2]) -> Self {
+        let [sin_a, cos_a] = sin_cos(camera.azimuth_deg);
+        let [sin_e, cos_e] = sin_cos(camera.elevation_deg);
+        let [sin_f, cos_f] = sin_cos(camera.fov_deg / 2.0);
+        let back = Vector3::new(cos_e * cos_a, cos_e * sin_a, sin_e);
+        let right = Vector3::new(-sin_a, cos_a, 0.0);
+        let middle = size.map(|px| f64::from(px) / 2.0);
+        Self {
+            eye: camera.target + back * camera.distance_m,
+            right,
+            up: back.cross(&right),
+            back,
+            focal_px: middle[1] * cos_f / sin_f,
+            middle,
+            distance_m: camera.distance_m,
+            target: camera.target,
+        }
+    }
+
+    /// Pixels to the right and down, and one over the depth (1/m), which is linear over the picture of a plane.
+    pub fn project(&self, point: Point3<f64>) -> Option<[f64; 3]> {
+        let from_eye = point - self.eye;
+        let depth = -self.back.dot(&from_eye);
+        // Not a number, too.
+        if !(depth > NEAREST_M) {
+            return None;
+        }
+        let scale = self.focal_px / depth;
+        let [x, y] = self.middle;
+        Some([x + scale * self.right.dot(&from_eye), y - scale * self.up.dot(&from_eye), 1.0 / depth])
+    }
+
+    /// Direction of the ray through a point of the picture (px), one unit deep.
+    pub fn ray(&self, x: f64, y: f64) -> Vector3<f64> {
+        self.right * ((x - self.middle[0]) / self.focal_px)
+            - self.up * ((y - self.middle[1]) / self.focal_px)
+            - self.back
+    }
+}
+
+/// Sine and cosine of an angle (degrees) from sums and products alone, so that pictures are the same on every machine:
+/// those of the system differ in the last place.
+pub(super) fn sin_cos(angle_deg: f64) -> [f64; 2] {
+    let quarter = (angle_deg / 90.0).round();
+    let x = (angle_deg - 90.0 * quarter) * (std::f64::consts::PI / 180.0);
+    // Taylor series up to x^17, x at most pi/4: to the last place but one.
+    let series = |first: f64, from: i32| {
+        let (mut term, mut sum) = (first, first);
+        for k in 0..8 {
+            let n = f64::from(from + 2 * k);
+            term *= -x * x / ((n + 1.0) * (n + 2.0));
+            sum += term;
+        }
+        sum
+    };
+    let (sin, cos) = (series(x, 1), series(1.0, 0));
+    match quarter.rem_euclid(4.0) as u8 {
+        0 => [sin, cos],
+        1 => [cos, -sin],
+        2 => [-sin, -cos],
+        _ => [-cos, sin],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CAMERA: Camera = Camera {
+        target: Point3::new(0.1, -0.2, 0.3),
+        azimuth_deg: 30.0,
+        elevation_deg: 20.0,
+        distance_m: 2.0,
+        fov_deg: 40.0,
+    };
+
+    /// x = f X / Z with f = (h / 2) / tan(fov / 2), for a camera at +x that looks along -x: its right is +y.
+    #[test]
+    fn a_point_is_seen_where_the_pinhole_formula_says() {
+        let camera = Camera { target: Point3::origin(), azimuth_deg: 0.0, elevation_deg: 0.0, ..CAMERA };
+        let f = 240.0 / 20.0_f64.to_radians().tan();
+        let [x, y] = camera.project(Point3::new(0.5, 0.3, 0.2), [640, 480]).unwrap();
+        assert!((x - (320.0 + f * 0.3 / 1.5)).abs() < 1e-9 && (y - (240.0 - f * 0.2 / 1.5)).abs() < 1e-9, "{x} {y}");
+        let seen_from_left = Camera { azimuth_deg: 90.0, ..camera };
+        let [x, _] = seen_from_left.project(Point3::new(0.3, 0.0, 0.0), [640, 480]).unwrap();
+        assert!((x - (320.0 - f * 0.3 / 2.0)).abs() < 1e-9, "from the left, forward is to the left: {x}");
+        assert_eq!(camera.project(Point3::new(2.5, 0.0, 0.0), [640, 480]), None, "behind the camera");
+        let [x, y] = CAMERA.project(CAMERA.target, [640, 480]).unwrap();
+        assert!((x - 320.0).abs() < 1e-9 && (y - 240.0).abs() < 1e-9, "the target is in the middle: {x} {y}");
+    }
+
+    #[test]
+    fn sine_and_cosine_are_those_of_the_library() {
+        for k in -800..=800 {
+            let angle = f64::from(k) * 0.7;
+            let [sin, cos] = sin_cos(angle);
+            let (s, c) = angle.to_radians().sin_cos();
+            assert!((sin - s).abs() < 1e-13 && (cos - c).abs() < 1e-13, "{angle}: {sin} {cos}");
+        }
+    }
+
+    /// A framed ball touches the inner frame on some side, and none leaves it.
+    #[test]
+    fn a_framed_picture_shows_all_and_is_as_near_as_can_be() {
+        let balls = [(Point3::new(0.0, 0.0, 0.1), 0.1), (Point3::new(0.5, 0.2, 0.5), 0.05)];
+        for size in [[640, 480], [200, 500]] {
+            let view = View::new(&CAMERA.framing(&balls, size, 0.1), size);
+            // Of the planes of the inner pyramid: distance of each ball inside.
+            let mut least = f64::INFINITY;
+            for (at, radius) in balls {
+                for (axis, i) in [(view.right, 0), (-view.right, 0), (view.up, 1), (-view.up, 1)] {
+                    let slope = 0.9 * view.middle[i] / view.focal_px;
+                    let normal = -(axis + view.back * slope) / (1.0 + slope * slope).sqrt();
+                    least = least.min(normal.dot(&(at - view.eye)) - radius);
+                }
+            }
+            assert!(least.abs() < 1e-9, "{least}");
+        }
+        assert_eq!(CAMERA.framing(&[], [640, 480], 0.1), CAMERA);
+    }
+}

@@ -1,0 +1,221 @@
+//! What the robot stands on and before: a floor with a grid that fades out into a plain background, and the robot's shadow.
+
+use super::camera::View;
+use super::raster::{Area, Light, linear};
+use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
+
+/// Colours as stored, 0 to 1.
+const FLOOR: [f64; 3] = [0.905, 0.915, 0.930];
+const LINE: [f64; 3] = [0.800, 0.820, 0.850];
+const STRONG_LINE: [f64; 3] = [0.700, 0.728, 0.770];
+const HORIZON: [f64; 3] = [0.955, 0.962, 0.972];
+const ZENITH: [f64; 3] = [0.800, 0.845, 0.900];
+/// Of the grid (m).
+const PERIOD_M: f64 = 0.1;
+const STRONG_PERIOD_M: f64 = 0.5;
+const LINE_WIDTH_M: f64 = 0.0022;
+/// The floor has faded where it is so many times as far from the target as the camera is.
+const FADED: f64 = 1.9;
+/// Share of the light that a full shadow takes away.
+const SHADOW: f32 = 0.62;
+/// The lamp is a square of so many points to a side, and of this size seen from the ground (radians, about).
+const LAMPS: usize = 4;
+const LAMP_SIZE: f64 = 0.22;
+
+/// Floor and background of a picture.
+pub(super) struct Floor {
+    view: View,
+    /// Columns: directions on the floor, and its normal.
+    axes: Matrix3<f64>,
+    shadow: Shadow,
+    floor: Light,
+    line: Light,
+    strong_line: Light,
+    horizon: Light,
+    zenith: Light,
+}
+
+impl Floor {
+    /// A plane through the origin, turned by `slope`, with the shadow of `triangles` (world) in the light from `lamp` (unit
+    /// vector towards it).
+    pub fn new(view: View, slope: UnitQuaternion<f64>, lamp: Vector3<f64>, triangles: &[[Point3<f64>; 3]]) -> Self {
+        let axes = *slope.to_rotation_matrix().matrix();
+        Self {
+            view,
+            axes,
+            shadow: Shadow::new(&axes, lamp, triangles),
+            floor: linear(FLOOR),
+            line: linear(LINE),
+            strong_line: linear(STRONG_LINE),
+            horizon: linear(HORIZON),
+            zenith: linear(ZENITH),
+        }
+    }
+
+    fn normal(&self) -> Vector3<f64> {
+        self.axes.column(2).into()
+    }
+
+    /// One over the depth of the floor at a point of the picture (px); 0 where there is none.
+    pub fn near(&self, x: f64, y: f64) -> f64 {
+        let (normal, height) = (self.normal(), self.normal().dot(&self.view.eye.coords));
+        // Rays are one unit deep: the floor is met at the depth -height / (normal . ray).
+        if height > 0.0 { (-normal.dot(&self.view.ray(x, y)) / height).max(0.0) } else { 0.0 }
+    }
+
+    /// What is seen at a point of the picture (px).
+    pub fn light(&self, x: f64, y: f64) -> Light {
+        let upwards = (1.0 - y / (2.0 * self.view.middle[1])).clamp(0.0, 1.0) as f32;
+        let background = mix(self.horizon, self.zenith, upwards * upwards);
+        let near = self.near(x, y);
+        if near <= 0.0 {
+            return background;
+        }
+        let (eye, ray) = (self.view.eye, self.view.ray(x, y));
+        let point = eye + ray / near;
+        let across = point - self.view.target;
+        let distance = (across - self.normal() * self.normal().dot(&across)).norm() / (FADED * self.view.distance_m);
+        if distance >= 1.0 {
+            return background;
+        }
+        let fade = (1.0 - distance * distance) as f32;
+        let fade = fade * fade;
+        // How far the floor moves from one pixel to the next, right and down.
+        let steps = [self.view.right, -self.view.up].map(|direction| {
+            let turn = direction / self.view.focal_px;
+            (turn - ray * (self.normal().dot(&turn) / self.normal().dot(&ray))) / near
+        });
+        let axis = |i: usize| Vector3::from(self.axes.column(i));
+        let at = [0, 1].map(|i| axis(i).dot(&point.coords));
+        let width = [0, 1].map(|i| steps.iter().map(|step| axis(i).dot(step).abs()).sum::<f64>());
+        let lines = |period: f64, breadth: f64| {
+            let bare = [0, 1].map(|i| 1.0 - line_share(at[i], width[i], period, breadth));
+            (1.0 - bare[0] * bare[1]) as f32
+        };
+        let mut light = mix(self.floor, self.line, fade * lines(PERIOD_M, LINE_WIDTH_M));
+        light = mix(light, self.strong_line, fade * lines(STRONG_PERIOD_M, 1.5 * LINE_WIDTH_M));
+        let lit = 1.0 - SHADOW * self.shadow.at(at) * fade;
+        mix(background, light.map(|v| v * lit), fade)
+    }
+}
+
+fn mix(a: Light, b: Light, share: f32) -> Light {
+    [0, 1, 2].map(|i| a[i] + share * (b[i] - a[i]))
+}
+
+/// Share of a stretch of `width` about `at` that lines of a grid take up: lines too fine to be seen become a tint.
+fn line_share(at: f64, width: f64, period: f64, breadth: f64) -> f64 {
+    let width = width.max(1e-9);
+    // Length of lines from the origin on, each about a multiple of the period.
+    let total = |x: f64| {
+        let x = x + breadth / 2.0;
+        let whole = (x / period).floor();
+        whole * breadth + (x - whole * period).min(breadth)
+    };
+    (total(at + width / 2.0) - total(at - width / 2.0)) / width
+}
+
+/// Cells along a side of the shadow.
+const CELLS: usize = 288;
+
+/// A soft shadow on the floor: mean of those that the points of a lamp throw.
+struct Shadow {
+    /// Lower left corner on the floor (m), and cells per metre.
+    corner: [f64; 2],
+    cells_per_m: f64,
+    /// 0 lit, 1 dark; row by row.
+    dark: Vec<f32>,
+}
+
+impl Shadow {
+    fn new(axes: &Matrix3<f64>, lamp: Vector3<f64>, triangles: &[[Point3<f64>; 3]]) -> Self {
+        let in_floor: Vec<[Vector3<f64>; 3]> =
+            triangles.iter().map(|corners| corners.map(|corner| axes.transpose() * corner.coords)).collect();
+        let lamp = axes.transpose() * lamp;
+        let (side, over) = across(&lamp);
+        let lamps: Vec<Vector3<f64>> = (0..LAMPS * LAMPS)
+            .map(|k| {
+                let offset = |i: usize| ((i as f64 + 0.5) / LAMPS as f64 - 0.5) * LAMP_SIZE;
+                lamp + side * offset(k % LAMPS) + over * offset(k / LAMPS)
+            })
+            .collect();
+        let thrown = |lamp: &Vector3<f64>, p: &Vector3<f64>| [p.x - lamp.x / lamp.z * p.z, p.y - lamp.y / lamp.z * p.z];
+
+        let (mut least, mut most) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for at in in_floor.iter().flatten().flat_map(|p| lamps.iter().map(move |lamp| thrown(lamp, p))) {
+            for i in 0..2 {
+                (least[i], most[i]) = (least[i].min(at[i]), most[i].max(at[i]));
+            }
+        }
+        let extent = (most[0] - least[0]).max(most[1] - least[1]);
+        if !(extent.is_finite() && extent > 0.0) {
+            return Self { corner: [0.0; 2], cells_per_m: 0.0, dark: Vec::new() };
+        }
+        // Room for the blur at the edges.
+        let cells_per_m = (CELLS - 8) as f64 / extent;
+        let corner = least.map(|v| v - 4.0 / cells_per_m);
+        let mut counts = vec![0_u8; CELLS * CELLS];
+        let mut reached = vec![0_u8; CELLS * CELLS];
+        for (k, lamp) in lamps.iter().enumerate() {
+            for corners in &in_floor {
+                // Faces that the lamp sees are enough.
+                if (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).dot(lamp) <= 0.0 {
+                    continue;
+                }
+                let on_floor = corners.map(|p| thrown(lamp, &p));
+                let area = on_floor.map(|at| [0, 1].map(|i| (at[i] - corner[i]) * cells_per_m));
+                let Some(area) = Area::new(&area, 1.0) else { continue };
+                area.for_each([0, 0, CELLS as i64, CELLS as i64], |x, y, _| {
+                    let cell = y as usize * CELLS + x as usize;
+                    // Once for each point of the lamp.
+                    if reached[cell] != k as u8 + 1 {
+                        reached[cell] = k as u8 + 1;
+                        counts[cell] += 1;
+                    }
+                });
+            }
+        }
+        let mut dark: Vec<f32> = counts.iter().map(|&count| f32::from(count) / (LAMPS * LAMPS) as f32).collect();
+        for stride in [1, CELLS, 1, CELLS] {
+            blur(&mut dark, stride);
+        }
+        Self { corner, cells_per_m, dark }
+    }
+
+    /// At a point of the floor (m).
+    fn at(&self, point: [f64; 2]) -> f32 {
+        let [x, y] = [0, 1].map(|i| (point[i] - self.corner[i]) * self.cells_per_m - 0.5);
+        let inside = |v: f64| v >= 0.0 && v < (CELLS - 1) as f64;
+        if self.dark.is_empty() || !inside(x) || !inside(y) {
+            return 0.0;
+        }
+        let (i, j) = (x as usize, y as usize);
+        let (fx, fy) = ((x - i as f64) as f32, (y - j as f64) as f32);
+        let row = |j: usize| {
+            let start = j * CELLS + i;
+            self.dark[start] + fx * (self.dark[start + 1] - self.dark[start])
+        };
+        row(j) + fy * (row(j + 1) - row(j))
+    }
+}
+
+/// Two unit vectors across a direction (not zero), which is their cross product.
+pub(super) fn across(direction: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    let direction = direction.normalize();
+    let side = if direction.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() }.cross(&direction).normalize();
+    (side, direction.cross(&side))
+}
+
+/// Each cell with its two neighbours along one direction, 1 : 2 : 1.
+fn blur(cells: &mut [f32], stride: usize) {
+    for line in 0..CELLS {
+        let start = if stride == 1 { line * CELLS } else { line };
+        let mut before = cells[start];
+        for k in 1..CELLS - 1 {
+            let at = start + k * stride;
+            let this = cells[at];
+            cells[at] = 0.25 * before + 0.5 * this + 0.25 * cells[at + stride];
+            before = this;
+        }
+    }
+}

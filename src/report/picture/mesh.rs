@@ -1,0 +1,191 @@
+//! Triangle meshes of what is drawn: all closed and convex piece by piece, counter-clockwise from outside, with normals.
+
+use super::camera::sin_cos;
+use crate::robot::Shape;
+use nalgebra::{Point3, Vector3};
+
+/// Corners and the normals there, and three corners for each face.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Mesh {
+    pub corners: Vec<(Point3<f64>, Vector3<f64>)>,
+    pub faces: Vec<[usize; 3]>,
+}
+
+/// Sides of a round body.
+const SIDES: usize = 24;
+/// From pole to pole of a sphere.
+const STACKS: usize = 12;
+/// Width of the bevel of an edge (m), at most the given share of the body's size: an edge that catches the light is
+/// what makes a box look solid.
+const BEVEL_M: f64 = 0.002;
+const BEVEL_SHARE: f64 = 0.15;
+
+/// What a solid of the robot looks like, in its own frame.
+pub(super) fn of_shape(shape: &Shape) -> Mesh {
+    match *shape {
+        Shape::Box { half } => bevelled_box(half),
+        Shape::Cylinder { radius, length } => cylinder(radius, length),
+        Shape::Sphere { radius } => sphere(radius),
+    }
+}
+
+fn bevelled_box(half: Vector3<f64>) -> Mesh {
+    let bevel = BEVEL_M.min(BEVEL_SHARE * half.min());
+    let mut mesh = Mesh::default();
+    // Corner k of the box has a corner of the mesh on each of its three faces: 3 k + axis.
+    let sign = |k: usize, axis: usize| if k >> axis & 1 == 1 { 1.0 } else { -1.0 };
+    for k in 0..8 {
+        for axis in 0..3 {
+            let inset = |i: usize| sign(k, i) * (half[i] - if i == axis { 0.0 } else { bevel });
+            let mut normal = Vector3::zeros();
+            normal[axis] = sign(k, axis);
+            mesh.corners.push((Point3::new(inset(0), inset(1), inset(2)), normal));
+        }
+    }
+    for axis in 0..3 {
+        let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
+        for k in (0..8).filter(|k| k >> axis & 1 == 0) {
+            // The edge that goes along the axis from this corner, between two faces.
+            let end = k | 1 << axis;
+            mesh.face(&[3 * k + a, 3 * end + a, 3 * end + b, 3 * k + b]);
+        }
+        for side in [0, 1 << axis] {
+            mesh.face(&[side, side | 1 << a, side | 1 << a | 1 << b, side | 1 << b].map(|k| 3 * k + axis));
+        }
+    }
+    for k in 0..8 {
+        mesh.face(&[3 * k, 3 * k + 1, 3 * k + 2]);
+    }
+    mesh
+}
+
+fn cylinder(radius: f64, length: f64) -> Mesh {
+    let bevel = BEVEL_M.min(BEVEL_SHARE * radius.min(length));
+    let (h, r) = (length / 2.0, radius - bevel);
+    revolved(&[
+        [0.0, -h, 0.0, -1.0],
+        [r, -h, 0.0, -1.0],
+        [radius, bevel - h, 1.0, 0.0],
+        [radius, h - bevel, 1.0, 0.0],
+        [r, h, 0.0, 1.0],
+        [0.0, h, 0.0, 1.0],
+    ])
+}
+
+/// A ball about the origin.
+pub(super) fn sphere(radius: f64) -> Mesh {
+    let stack = |k: usize| {
+        let [sin, cos] = sin_cos(180.0 * k as f64 / STACKS as f64);
+        // At the poles sin is not quite 0, and could be less.
+        [(radius * sin).max(0.0), -radius * cos, sin, -cos]
+    };
+    revolved(&(0..=STACKS).map(stack).collect::<Vec<_>>())
+}
+
+/// An arrow from the origin along z, its tip at `length`: a shaft and a head, which shrinks with an arrow that is short.
+pub(super) fn arrow(length: f64, shaft_radius: f64) -> Mesh {
+    let head = (6.0 * shaft_radius).min(0.6 * length);
+    let (r, neck) = (shaft_radius.min(0.3 * head), length - head);
+    let wide = 2.4 * r;
+    // The head's side is steeper than it is wide.
+    let slant = (head * head + wide * wide).sqrt();
+    let (nr, nz) = (head / slant, wide / slant);
+    let mut mesh = revolved(&[[0.0, 0.0, 0.0, -1.0], [r, 0.0, 0.0, -1.0]]);
+    for part in [
+        revolved(&[[r, 0.0, 1.0, 0.0], [r, neck, 1.0, 0.0]]),
+        revolved(&[[0.0, neck, 0.0, -1.0], [wide, neck, 0.0, -1.0]]),
+        revolved(&[[wide, neck, nr, nz], [0.0, length, nr, nz]]),
+    ] {
+        mesh.append(part);
+    }
+    mesh
+}
+
+/// A rod from the origin along z.
+pub(super) fn rod(radius: f64, length: f64) -> Mesh {
+    let ends = [[0.0, 0.0, 0.0, -1.0], [radius, 0.0, 0.0, -1.0], [radius, 0.0, 1.0, 0.0], [radius, length, 1.0, 0.0]];
+    revolved(&[&ends[..], &[[radius, length, 0.0, 1.0], [0.0, length, 0.0, 1.0]]].concat())
+}
+
+/// A surface of revolution about z, from points [r, z] with normals [r, z] that go up along its outside.
+fn revolved(profile: &[[f64; 4]]) -> Mesh {
+    let mut mesh = Mesh::default();
+    for k in 0..SIDES {
+        let [sin, cos] = sin_cos(360.0 * k as f64 / SIDES as f64);
+        let corner =
+            |&[r, z, nr, nz]: &[f64; 4]| (Point3::new(r * cos, r * sin, z), Vector3::new(nr * cos, nr * sin, nz));
+        mesh.corners.extend(profile.iter().map(corner));
+    }
+    for k in 0..SIDES {
+        let (this, next) = (k * profile.len(), (k + 1) % SIDES * profile.len());
+        for (i, ends) in profile.windows(2).enumerate() {
+            // A ring about a point of the axis is made of triangles.
+            if ends[0][0] > 0.0 {
+                mesh.faces.push([this + i, next + i, next + i + 1]);
+            }
+            if ends[1][0] > 0.0 {
+                mesh.faces.push([this + i, next + i + 1, this + i + 1]);
+            }
+        }
+    }
+    mesh
+}
+
+impl Mesh {
+    /// A convex polygon, turned so that it faces the way of its normals.
+    fn face(&mut self, corners: &[usize]) {
+        let at = |i: usize| self.corners[corners[i]].0;
+        let outward: Vector3<f64> = corners.iter().map(|&i| self.corners[i].1).sum();
+        let turned = (at(1) - at(0)).cross(&(at(2) - at(0))).dot(&outward) < 0.0;
+        for i in 1..corners.len() - 1 {
+            let [a, b] = if turned { [i + 1, i] } else { [i, i + 1] };
+            self.faces.push([corners[0], corners[a], corners[b]]);
+        }
+    }
+
+    fn append(&mut self, other: Mesh) {
+        let base = self.corners.len();
+        self.corners.extend(other.corners);
+        self.faces.extend(other.faces.iter().map(|face| face.map(|i| base + i)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    /// Volume inside by the divergence theorem: right only if the surface is closed and every face looks outward.
+    fn volume(mesh: &Mesh) -> f64 {
+        let at = |i: usize| mesh.corners[i].0.coords;
+        mesh.faces.iter().map(|f| at(f[0]).cross(&at(f[1])).dot(&at(f[2])) / 6.0).sum()
+    }
+
+    #[test]
+    fn meshes_are_closed_look_outward_and_have_the_bodies_volume() {
+        let half = Vector3::new(0.05, 0.1, 0.15);
+        let share = volume(&bevelled_box(half)) / (8.0 * 0.05 * 0.1 * 0.15);
+        assert!(share < 1.0 && share > 0.998, "{share}");
+        let share = volume(&cylinder(0.05, 0.2)) / (PI * 0.0025 * 0.2);
+        assert!(share < 1.0 && share > 0.98, "{share}");
+        let share = volume(&sphere(0.1)) / (4.0 / 3.0 * PI * 0.001);
+        assert!(share < 1.0 && share > 0.95, "{share}");
+        let arrow = volume(&arrow(0.3, 0.005));
+        let [shaft, head] = [PI * 25e-6 * 0.27, PI * 144e-6 * 0.03 / 3.0];
+        assert!((arrow / (shaft + head) - 1.0).abs() < 0.02, "{arrow}");
+    }
+
+    #[test]
+    fn normals_look_the_way_of_the_faces() {
+        for mesh in [bevelled_box(Vector3::new(0.05, 0.1, 0.15)), cylinder(0.05, 0.2), sphere(0.1), arrow(0.3, 0.005)] {
+            for face in &mesh.faces {
+                let [a, b, c] = face.map(|i| mesh.corners[i].0);
+                let outward = (b - a).cross(&(c - a)).normalize();
+                for normal in face.map(|i| mesh.corners[i].1) {
+                    assert!((normal.norm() - 1.0).abs() < 1e-9);
+                    assert!(normal.dot(&outward) > 0.2, "{normal} on a face towards {outward}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! Pictures of the robot, drawn without display, graphics card or driver: stills, strips and moving pictures of an episode.
+//!
+//! A small renderer of triangles with a depth buffer. It is deterministic: the same snapshot gives the same bytes on every
+//! machine.
+
+mod camera;
+mod floor;
+mod mesh;
+mod overlay;
+mod raster;
+
+use crate::episode::Snapshot;
+use crate::robot::{Kinematics, Posture, Robot};
+pub use camera::Camera;
+use camera::View;
+use floor::Floor;
+use image::RgbImage;
+use mesh::Mesh;
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+pub use overlay::Marks;
+use raster::{Corner, Light, Triangle, linear};
+
+/// Draws a moment of an episode, in a picture of `size` (width, height; px). `robot` is the simulated one.
+pub fn draw(robot: &Robot, snapshot: &Snapshot, camera: &Camera, size: [u32; 2], marks: &Marks) -> RgbImage {
+    let mut scene = Scene::new(camera, size);
+    let on_floor = overlay::on_floor(&scene.view, snapshot, marks);
+    scene.triangles.extend(&on_floor);
+    scene.robot(robot, &snapshot.posture);
+    // Once more where the robot hides them, faintly.
+    let hidden = |mark: &Triangle| Triangle { cover: 0.0, through: overlay::THROUGH * mark.cover, ..*mark };
+    scene.triangles.extend(on_floor.iter().map(hidden));
+    overlay::in_space(&mut scene, snapshot, marks);
+    scene.paint(size, snapshot.slope)
+}
+
+/// Draws a robot on a level floor and nothing else, in a picture of `size` (width, height; px).
+pub fn draw_posture(robot: &Robot, posture: &Posture, camera: &Camera, size: [u32; 2]) -> RgbImage {
+    let mut scene = Scene::new(camera, size);
+    scene.robot(robot, posture);
+    scene.paint(size, UnitQuaternion::identity())
+}
+
+/// What is to be painted.
+struct Scene {
+    view: View,
+    /// Towards the lamp, and towards a weaker light that fills its shadows.
+    lamp: Vector3<f64>,
+    fill: Vector3<f64>,
+    triangles: Vec<Triangle>,
+    /// World; what throws a shadow.
+    opaque: Vec<[Point3<f64>; 3]>,
+}
+
+/// How a body is painted.
+#[derive(Clone, Copy)]
+struct Paint {
+    light: Light,
+    /// As in [`Triangle`].
+    cover: f32,
+    through: f32,
+    throws_shadow: bool,
+}
+
+impl Scene {
+    fn new(camera: &Camera, size: [u32; 2]) -> Self {
+        let view = View::new(camera, size);
+        // Horizontally towards the camera. The lamp is above the camera's left shoulder: what is seen is lit, and shadows fall away to the right.
+        let level = view.right.cross(&Vector3::z());
+        let lamp = (Vector3::z() * 1.5 + level * 0.75 - view.right * 0.8).normalize();
+        let fill = (Vector3::z() * 0.35 + level * 0.6 + view.right * 0.9).normalize();
+        Self { view, lamp, fill, triangles: Vec::new(), opaque: Vec::new() }
+    }
+
+    fn robot(&mut self, robot: &Robot, posture: &Posture) {
+        let mut kinematics = Kinematics::new(robot);
+        kinematics.update(robot, posture);
+        for (i, link) in robot.links.iter().enumerate() {
+            for solid in &link.visuals {
+                let [r, g, b, alpha] = solid.color;
+                let paint = Paint { light: linear([r, g, b]), cover: alpha as f32, through: 0.0, throws_shadow: true };
+                self.body(&mesh::of_shape(&solid.shape), &(kinematics.link_pose(i) * solid.pose), &paint);
+            }
+        }
+    }
+
+    /// A mesh at a pose. Of its faces those are painted that look at the camera.
+    fn body(&mut self, mesh: &Mesh, pose: &Isometry3<f64>, paint: &Paint) {
+        let corners: Vec<_> = mesh
+            .corners
+            .iter()
+            .map(|(point, normal)| {
+                let at = pose * point;
+                let light = self.shaded(paint.light, &at, &(pose.rotation * normal));
+                let corner = self.view.project(at).map(|[x, y, near]| Corner { at: [x, y], near, light });
+                (at, corner)
+            })
+            .collect();
+        for face in &mesh.faces {
+            let [a, b, c] = face.map(|i| corners[i].0);
+            if paint.throws_shadow {
+                self.opaque.push([a, b, c]);
+            }
+            if (b - a).cross(&(c - a)).dot(&(self.view.eye - a)) <= 0.0 {
+                continue;
+            }
+            if let [Some(a), Some(b), Some(c)] = face.map(|i| corners[i].1) {
+                let Paint { cover, through, .. } = *paint;
+                self.triangles.push(Triangle { corners: [a, b, c], cover, through, hides: cover >= 1.0 });
+            }
+        }
+    }
+
+    /// A colour on a surface: light from sky and floor, from the lamp, from the other side, and a gloss.
+    fn shaded(&self, light: Light, at: &Point3<f64>, normal: &Vector3<f64>) -> Light {
+        let eye = (self.view.eye - at).normalize();
+        let half = (self.lamp + eye).normalize();
+        let sky = 0.30 + 0.14 * normal.z;
+        let diffuse = sky + 0.72 * normal.dot(&self.lamp).max(0.0) + 0.16 * normal.dot(&self.fill).max(0.0);
+        let mut gloss = normal.dot(&half).max(0.0);
+        for _ in 0..5 {
+            gloss *= gloss;
+        }
+        light.map(|v| v * diffuse as f32 + 0.06 * gloss as f32 + 0.006)
+    }
+
+    fn paint(&self, size: [u32; 2], slope: UnitQuaternion<f64>) -> RgbImage {
+        let floor = Floor::new(self.view, slope, self.lamp, &self.opaque);
+        raster::paint(size, &floor, &self.triangles)
+    }
+}

@@ -1,0 +1,231 @@
+//! What a snapshot knows beside the posture: marks on the floor, and balls and arrows in space.
+
+use super::camera::View;
+use super::floor::across;
+use super::mesh::{arrow, rod, sphere};
+use super::raster::{Corner, Light, Triangle, linear};
+use super::{Paint, Scene};
+use crate::episode::Snapshot;
+use crate::episode::snapshot::Arrow;
+use crate::robot::Foot;
+use nalgebra::{Isometry3, Point2, Point3, Rotation3, UnitQuaternion, Vector2, Vector3};
+
+/// Which overlays a picture has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Marks {
+    /// The centre of mass: a ball, and its point of the floor.
+    pub com: bool,
+    /// The measured ZMP and the one that the controller wants.
+    pub zmp: bool,
+    pub dcm: bool,
+    /// Outline of what the robot stands on.
+    pub support: bool,
+    /// Slices of the CPI sets over the COM, the one of the acting gain brighter.
+    pub slices: bool,
+    /// Where the foot in the air is to land.
+    pub footstep: bool,
+    /// Forces of the ground, 2 mm for a newton.
+    pub contacts: bool,
+    /// The force that pushes the robot, 4 mm for a newton: its tip is where it acts.
+    pub push: bool,
+}
+
+impl Marks {
+    pub const ALL: Self = Self {
+        com: true,
+        zmp: true,
+        dcm: true,
+        support: true,
+        slices: true,
+        footstep: true,
+        contacts: true,
+        push: true,
+    };
+    pub const NONE: Self = Self {
+        com: false,
+        zmp: false,
+        dcm: false,
+        support: false,
+        slices: false,
+        footstep: false,
+        contacts: false,
+        push: false,
+    };
+}
+
+const COM: u32 = 0x7b3fa0;
+const ZMP: u32 = 0xd62728;
+const ZMP_WANTED: u32 = 0xff9f1c;
+const DCM: u32 = 0x0b7a3b;
+const SUPPORT: u32 = 0x5b6b7b;
+const SLICES: u32 = 0x2f6fdd;
+const FOOTSTEP: u32 = 0x00a3a3;
+const CONTACT: u32 = 0x57bf57;
+const PUSH: u32 = 0xe4002b;
+const WHITE: u32 = 0xffffff;
+
+/// How much of a mark is seen through what hides it.
+pub(super) const THROUGH: f32 = 0.4;
+/// Marks on the floor lie so high above it (m),
+const LIFT_M: f64 = 0.0005;
+/// and have such sizes.
+const DOT_M: f64 = 0.008;
+const RIM_M: f64 = 0.002;
+const LINE_M: f64 = 0.0025;
+const COM_RADIUS_M: f64 = 0.014;
+const SHAFT_M: f64 = 0.0045;
+const CONTACT_M_PER_N: f64 = 0.002;
+const PUSH_M_PER_N: f64 = 0.004;
+/// Corners of a round mark.
+const ROUND: usize = 24;
+
+fn light(color: u32) -> Light {
+    linear([16, 8, 0].map(|shift| f64::from(color >> shift & 0xff) / 255.0))
+}
+
+/// Marks on the floor, lowest first.
+pub(super) fn on_floor(view: &View, snapshot: &Snapshot, marks: &Marks) -> Vec<Triangle> {
+    let mut sheet = Sheet { view, slope: snapshot.slope, triangles: Vec::new() };
+    if marks.slices {
+        // Slow to fast: the set of a slower gain is larger, mostly.
+        for (i, slice) in snapshot.slices.iter().enumerate() {
+            let acts = snapshot.gain == Some(i);
+            sheet.polygon(slice, SLICES, if acts { 0.45 } else { 0.06 });
+            sheet.outline(slice, LINE_M * if acts { 0.8 } else { 0.5 }, SLICES, if acts { 1.0 } else { 0.5 });
+        }
+    }
+    if marks.support {
+        sheet.polygon(&snapshot.support, SUPPORT, 0.10);
+        sheet.outline(&snapshot.support, LINE_M, SUPPORT, 1.0);
+    }
+    if let (true, Some(corners)) = (marks.footstep, snapshot.footstep) {
+        let corners = corners.map(|corner| corner.xy());
+        sheet.polygon(&corners, FOOTSTEP, 0.25);
+        sheet.outline(&corners, LINE_M, FOOTSTEP, 1.0);
+    }
+    if marks.com {
+        sheet.ring(snapshot.com.xy(), DOT_M + RIM_M, RIM_M, COM);
+    }
+    if marks.zmp {
+        sheet.dot(snapshot.zmp_ref, ZMP_WANTED);
+        if let Some(zmp) = snapshot.zmp {
+            sheet.dot(zmp, ZMP);
+        }
+    }
+    if marks.dcm {
+        sheet.dot(snapshot.dcm, DCM);
+    }
+    sheet.triangles
+}
+
+/// The ball of the COM, and arrows.
+pub(super) fn in_space(scene: &mut Scene, snapshot: &Snapshot, marks: &Marks) {
+    let paint = |color: u32, through: f32| Paint { light: light(color), cover: 1.0, through, throws_shadow: false };
+    if marks.com {
+        let on_floor = on_plane(snapshot.com.xy(), &snapshot.slope);
+        let plumb = snapshot.com - on_floor;
+        if plumb.norm() > COM_RADIUS_M {
+            let line = rod(0.3 * SHAFT_M, plumb.norm());
+            scene.body(&line, &pose_along(on_floor, plumb), &paint(COM, 0.5));
+        }
+        scene.body(&sphere(COM_RADIUS_M), &Isometry3::from(snapshot.com.coords), &paint(COM, 0.8));
+    }
+    if marks.contacts {
+        for Arrow { point, force } in Foot::BOTH.into_iter().filter_map(|foot| snapshot.contacts[foot]) {
+            let mesh = arrow(CONTACT_M_PER_N * force.norm(), SHAFT_M);
+            scene.body(&mesh, &pose_along(point, force), &paint(CONTACT, 0.3));
+        }
+    }
+    if let (true, Some(Arrow { point, force })) = (marks.push, snapshot.push) {
+        let length = PUSH_M_PER_N * force.norm();
+        let tail = point - force.normalize() * length;
+        scene.body(&arrow(length, 1.4 * SHAFT_M), &pose_along(tail, force), &paint(PUSH, 0.6));
+    }
+}
+
+/// At `from`, z along `direction`.
+fn pose_along(from: Point3<f64>, direction: Vector3<f64>) -> Isometry3<f64> {
+    let (x, y) = across(&direction);
+    let axes = Rotation3::from_basis_unchecked(&[x, y, direction.normalize()]);
+    Isometry3::from_parts(from.into(), UnitQuaternion::from_rotation_matrix(&axes))
+}
+
+/// The point of the floor (through the origin, turned by `slope`) below or above a point of the plan.
+fn on_plane(at: Point2<f64>, slope: &UnitQuaternion<f64>) -> Point3<f64> {
+    let normal = slope * Vector3::z();
+    Point3::new(at.x, at.y, -(normal.x * at.x + normal.y * at.y) / normal.z)
+}
+
+/// Flat marks just above the floor.
+struct Sheet<'a> {
+    view: &'a View,
+    slope: UnitQuaternion<f64>,
+    triangles: Vec<Triangle>,
+}
+
+impl Sheet<'_> {
+    fn triangle(&mut self, corners: [Point2<f64>; 3], light: Light, cover: f32) {
+        let lift = self.slope * Vector3::z() * LIFT_M;
+        let corners = corners.map(|at| {
+            let seen = self.view.project(on_plane(at, &self.slope) + lift);
+            seen.map(|[x, y, near]| Corner { at: [x, y], near, light })
+        });
+        if let [Some(a), Some(b), Some(c)] = corners {
+            self.triangles.push(Triangle { corners: [a, b, c], cover, through: 0.0, hides: false });
+        }
+    }
+
+    /// A convex polygon.
+    fn polygon(&mut self, corners: &[Point2<f64>], color: u32, cover: f32) {
+        for pair in corners.windows(2).skip(1) {
+            self.triangle([corners[0], pair[0], pair[1]], light(color), cover);
+        }
+    }
+
+    /// The band between a closed line and another inside of it with as many corners.
+    fn band(&mut self, outer: &[Point2<f64>], inner: &[Point2<f64>], color: u32, cover: f32) {
+        for i in 0..outer.len() {
+            let next = (i + 1) % outer.len();
+            self.triangle([outer[i], outer[next], inner[next]], light(color), cover);
+            self.triangle([outer[i], inner[next], inner[i]], light(color), cover);
+        }
+    }
+
+    /// The border of a convex polygon, inside of it; corners counter-clockwise or clockwise.
+    fn outline(&mut self, corners: &[Point2<f64>], breadth: f64, color: u32, cover: f32) {
+        let mut corners = corners.to_vec();
+        corners.dedup_by(|a, b| (*a - *b).norm() < 1e-6);
+        if corners.len() < 3 {
+            return;
+        }
+        let n = corners.len();
+        let along = |i: usize| (corners[(i + 1) % n] - corners[i]).normalize();
+        let turn: f64 = (0..n).map(|i| along(i).perp(&along((i + 1) % n))).sum();
+        let inwards = |i: usize| Vector2::new(-along(i).y, along(i).x) * turn.signum();
+        let inner: Vec<_> = (0..n)
+            .map(|i| {
+                let (a, b) = (inwards((i + n - 1) % n), inwards(i));
+                // The mitre of a sharp corner is cut.
+                corners[i] + (a + b) * (breadth / (1.0 + a.dot(&b)).max(0.3))
+            })
+            .collect();
+        self.band(&corners, &inner, color, cover);
+    }
+
+    fn dot(&mut self, at: Point2<f64>, color: u32) {
+        self.polygon(&circle(at, DOT_M), color, 1.0);
+        self.ring(at, DOT_M + RIM_M, RIM_M, WHITE);
+    }
+
+    fn ring(&mut self, at: Point2<f64>, radius: f64, breadth: f64, color: u32) {
+        self.band(&circle(at, radius), &circle(at, radius - breadth), color, 1.0);
+    }
+}
+
+fn circle(at: Point2<f64>, radius: f64) -> Vec<Point2<f64>> {
+    let corner = |k: usize| {
+        let [sin, cos] = super::camera::sin_cos(360.0 * k as f64 / ROUND as f64);
+        at + Vector2::new(cos, sin) * radius
+    };
+    (0..ROUND).map(corner).collect()
+}

@@ -1,0 +1,206 @@
+//! Triangles to pixels: a depth buffer of [`SAMPLES`] x [`SAMPLES`] samples a pixel, averaged in linear light.
+//!
+//! Coverage is decided in whole numbers and colours by sums, products and square roots, so that a picture is the same to
+//! the byte on every machine, whatever the number of threads.
+
+use super::floor::Floor;
+use image::RgbImage;
+use rayon::prelude::*;
+
+/// Linear light, red, green and blue.
+pub(super) type Light = [f32; 3];
+
+/// Samples along a side of a pixel.
+const SAMPLES: usize = 3;
+/// Rows of pixels that are worked on at a time, so that their samples stay in the cache.
+const BAND: usize = 8;
+/// Corners lie on a grid of so many places to a sample.
+const PLACES: f64 = 256.0;
+/// Corners farther out than this (samples) are beyond what whole numbers are made for.
+const FARTHEST: f64 = 1e6;
+
+/// A corner in the picture.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Corner {
+    /// Pixels to the right and down.
+    pub at: [f64; 2],
+    /// One over the depth (1/m).
+    pub near: f64,
+    pub light: Light,
+}
+
+/// A triangle in the picture, either way round; later ones are painted over earlier ones.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Triangle {
+    pub corners: [Corner; 3],
+    /// Share of what is behind that it replaces: where it is in front of what is painted yet,
+    pub cover: f32,
+    /// and where it is hidden.
+    pub through: f32,
+    /// Whether it hides what is behind it from then on.
+    pub hides: bool,
+}
+
+#[derive(Clone, Copy)]
+struct Sample {
+    light: Light,
+    near: f32,
+}
+
+/// Paints triangles over a floor.
+pub(super) fn paint(size: [u32; 2], floor: &Floor, triangles: &[Triangle]) -> RgbImage {
+    let [width, height] = size.map(|px| px as usize);
+    let prepared: Vec<(Area, &Triangle)> =
+        triangles.iter().filter_map(|t| Some((Area::new(&t.corners.map(|c| c.at), SAMPLES as f64)?, t))).collect();
+    let mut image = RgbImage::new(size[0], size[1]);
+    if width == 0 || height == 0 {
+        return image;
+    }
+    image.par_chunks_mut(3 * width * BAND).enumerate().for_each(|(band, pixels)| {
+        let top = band * BAND;
+        let rows = (pixels.len() / (3 * width)).min(height - top);
+        let mut samples = vec![Sample { light: [0.0; 3], near: 0.0 }; width * rows * SAMPLES * SAMPLES];
+        start(&mut samples, width, top, floor);
+        let window = [0, (top * SAMPLES) as i64, (width * SAMPLES) as i64, ((top + rows) * SAMPLES) as i64];
+        for (area, triangle) in &prepared {
+            blend(&mut samples, window, area, triangle);
+        }
+        resolve(&samples, width, pixels);
+    });
+    image
+}
+
+/// Floor and background. They are smooth enough for one look a pixel; their depth is that of each sample.
+fn start(samples: &mut [Sample], width: usize, top: usize, floor: &Floor) {
+    let row_length = width * SAMPLES;
+    for (i, rows) in samples.chunks_mut(row_length * SAMPLES).enumerate() {
+        let y = (top + i) as f64;
+        for x in 0..width {
+            let light = floor.light(x as f64 + 0.5, y + 0.5);
+            for (j, row) in rows.chunks_mut(row_length).enumerate() {
+                for (k, sample) in row[x * SAMPLES..(x + 1) * SAMPLES].iter_mut().enumerate() {
+                    let [dx, dy] = [k, j].map(|n| (n as f64 + 0.5) / SAMPLES as f64);
+                    *sample = Sample { light, near: floor.near(x as f64 + dx, y + dy) as f32 };
+                }
+            }
+        }
+    }
+}
+
+fn blend(samples: &mut [Sample], window: [i64; 4], area: &Area, triangle: &Triangle) {
+    let row_length = (window[2] - window[0]) as usize;
+    let [a, b, c] = &triangle.corners;
+    area.for_each(window, |x, y, [wa, wb, wc]| {
+        let sample = &mut samples[(y - window[1]) as usize * row_length + x as usize];
+        let near = (wa * a.near + wb * b.near + wc * c.near) as f32;
+        let seen = near > sample.near;
+        let share = if seen { triangle.cover } else { triangle.through };
+        if share <= 0.0 {
+            return;
+        }
+        let weights = [wa, wb, wc].map(|w| w as f32);
+        for (i, value) in sample.light.iter_mut().enumerate() {
+            let light = weights[0] * a.light[i] + weights[1] * b.light[i] + weights[2] * c.light[i];
+            *value += share * (light - *value);
+        }
+        if seen && triangle.hides {
+            sample.near = near;
+        }
+    });
+}
+
+/// Mean of each pixel's samples, as it is stored.
+fn resolve(samples: &[Sample], width: usize, pixels: &mut [u8]) {
+    let row_length = width * SAMPLES;
+    for (rows, line) in samples.chunks(row_length * SAMPLES).zip(pixels.chunks_mut(3 * width)) {
+        for (x, pixel) in line.chunks_mut(3).enumerate() {
+            let mut sum = [0.0_f32; 3];
+            for row in rows.chunks(row_length) {
+                for sample in &row[x * SAMPLES..(x + 1) * SAMPLES] {
+                    for (s, v) in sum.iter_mut().zip(sample.light) {
+                        *s += v;
+                    }
+                }
+            }
+            for (byte, s) in pixel.iter_mut().zip(sum) {
+                *byte = stored(s / (SAMPLES * SAMPLES) as f32);
+            }
+        }
+    }
+}
+
+/// Linear light as it is stored: a gamma of 2, whose square root is exact everywhere, in place of the screen's 2.2.
+pub(super) fn stored(light: f32) -> u8 {
+    (255.0 * light.clamp(0.0, 1.0).sqrt()).round() as u8
+}
+
+/// A stored colour (0 to 1) in linear light.
+pub(super) fn linear(color: [f64; 3]) -> Light {
+    color.map(|c| (c * c) as f32)
+}
+
+/// The samples inside a triangle; those on an edge that two triangles share belong to one of them.
+pub(super) struct Area {
+    /// On the grid, turned so that the inside is to the left.
+    corners: [[i64; 2]; 3],
+    /// Whether corners 1 and 2 were exchanged for that.
+    turned: bool,
+    double: i64,
+}
+
+impl Area {
+    /// `corners` in units of which `scale` make a sample; None for a triangle without area or far out of any picture.
+    pub fn new(corners: &[[f64; 2]; 3], scale: f64) -> Option<Self> {
+        if corners.iter().flatten().any(|v| !((v * scale).abs() < FARTHEST)) {
+            return None;
+        }
+        let mut corners = corners.map(|at| at.map(|v| (v * scale * PLACES).round() as i64));
+        let double = edge(corners[0], corners[1], corners[2]);
+        if double < 0 {
+            corners.swap(1, 2);
+        }
+        (double != 0).then_some(Self { corners, turned: double < 0, double: double.abs() })
+    }
+
+    /// Calls with each sample inside the window (left, top, right, bottom; the last two not included) and the weights
+    /// of the three corners there.
+    pub fn for_each(&self, [left, top, right, bottom]: [i64; 4], mut call: impl FnMut(i64, i64, [f64; 3])) {
+        let places = PLACES as i64;
+        let range = |axis: usize, from: i64, to: i64| {
+            let values = self.corners.map(|corner| corner[axis]);
+            let (least, most) = (values.iter().min(), values.iter().max());
+            // The first sample whose middle is not before, the last whose middle is not behind.
+            let first = least.map_or(from, |v| (v - places / 2).div_euclid(places));
+            let last = most.map_or(from, |v| (v - places / 2).div_euclid(places) + 1);
+            (first.max(from), last.min(to))
+        };
+        let ((x0, x1), (y0, y1)) = (range(0, left, right), range(1, top, bottom));
+        if x0 >= x1 || y0 >= y1 {
+            return;
+        }
+        let [a, b, c] = self.corners;
+        let edges = [(b, c), (c, a), (a, b)];
+        // A sample on an edge is inside of the one of two triangles that has it as a left or a top edge.
+        let owned = edges.map(|(p, q)| i64::from(q[1] < p[1] || (q[1] == p[1] && q[0] > p[0])));
+        let along = edges.map(|(p, q)| (p[1] - q[1]) * places);
+        let scale = 1.0 / self.double as f64;
+        for y in y0..y1 {
+            let at = |x: i64| [x * places + places / 2, y * places + places / 2];
+            let mut w = edges.map(|(p, q)| edge(p, q, at(x0)));
+            for x in x0..x1 {
+                if (0..3).all(|i| w[i] + owned[i] > 0) {
+                    let [wa, wb, wc] = w.map(|w| w as f64 * scale);
+                    call(x, y, if self.turned { [wa, wc, wb] } else { [wa, wb, wc] });
+                }
+                for (w, step) in w.iter_mut().zip(along) {
+                    *w += step;
+                }
+            }
+        }
+    }
+}
+
+/// Twice the area of a triangle, positive if it turns clockwise as seen with y down.
+fn edge(a: [i64; 2], b: [i64; 2], c: [i64; 2]) -> i64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
