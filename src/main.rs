@@ -19,6 +19,7 @@ fn main() -> ExitCode {
         Command::Push(args) => commands::push(&args),
         Command::Limit(args) => commands::limit(&args),
         Command::Scenario(args) => commands::scenario(&args),
+        Command::Paper(args) => commands::paper(&args),
         Command::Cpi(args) => commands::cpi(&args),
         Command::Response(args) => commands::response(&args),
         Command::Model(args) => commands::model(&args),

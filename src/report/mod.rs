@@ -13,6 +13,7 @@ pub mod markdown;
 pub mod model;
 pub mod motion;
 pub mod motion_plot;
+pub mod paper;
 pub mod picture;
 pub mod plot;
 pub mod progress;

@@ -6,9 +6,9 @@
 
 use super::motion::MotionSample;
 use super::plot::{Area, COLORS, Drawn, INK, svg};
-use crate::files::write_atomic;
 use crate::episode::Tick;
 use crate::error::Result;
+use crate::files::write_atomic;
 use crate::robot::Robot;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};

@@ -90,25 +90,32 @@ pub fn figure(study: &Study) -> Figure {
     };
     let lengths = |degrees: f64| Foot::BOTH.map(|foot| home.reach(foot, unit(degrees)));
     let claims = vec![
-        Claim::judged("In (A) the left foot is chosen, in (B) the right one.", chosen(a) == Some(Foot::Left) && chosen(b) == Some(Foot::Right),
+        Claim::judged(
+            "In (A) the left foot is chosen, in (B) the right one.",
+            chosen(a) == Some(Foot::Left) && chosen(b) == Some(Foot::Right),
             format!("So it is: (A) {}; (B) {}.", told(a), told(b)),
-            format!("(A) {}; (B) {}.", told(a), told(b))),
+            format!("(A) {}; (B) {}.", told(a), told(b)),
+        ),
         Claim::judged(
             "If the left foot can go at least as far it is chosen (step 4): also for an error straight fore or aft.",
             tie == Some(Foot::Left),
             "So it is.".into(),
             format!(
                 "That is a tie, and the paper's own experiment (Fig. 12) moves the right foot. Here the less loaded foot goes, with equal loads the {} one. In all other directions it is the foot on the side of the error{}.",
-                name(tie), if by_side { "" } else { ", but not always" }
+                name(tie),
+                if by_side { "" } else { ", but not always" }
             ),
         ),
         Claim::open(
             "\u{3b1} of eq. 29 and a, b, y of eq. 27 and 28 are not printed.",
             format!(
                 "Here \u{3b1} = {}, a = {} mm, y = {} mm, b = {} mm. So an error of {} mm straight forward, or of {} mm to the side, asks for all that the range gives.",
-                short(rules.alpha, 1), short(1e3 * rules.range.forward_m, 0), short(1e3 * rules.range.least_m, 0),
+                short(rules.alpha, 1),
+                short(1e3 * rules.range.forward_m, 0),
+                short(1e3 * rules.range.least_m, 0),
                 short(1e3 * (rules.range.outward_m - rules.range.least_m), 0),
-                short(1e3 * saturates_m(0.0), 1), short(1e3 * saturates_m(90.0), 1)
+                short(1e3 * saturates_m(0.0), 1),
+                short(1e3 * saturates_m(90.0), 1)
             ),
         ),
         Claim::open(
@@ -171,7 +178,11 @@ fn example(home: &Home, degrees: f64, name: &str) -> Panel {
         let end = center + direction * home.reach(foot, direction);
         panel.arrow(class(foot), ground.at(center.into()), ground.at(end.into()));
         let [x, y] = ground.at([end.x + 0.008 * direction.x.signum(), end.y + 0.012 * direction.y.signum()]);
-        panel.text(&format!("{} halo", class(foot)), [x, y + 4.0], if foot == Foot::Left { "\u{394}L" } else { "\u{394}R" });
+        panel.text(
+            &format!("{} halo", class(foot)),
+            [x, y + 4.0],
+            if foot == Foot::Left { "\u{394}L" } else { "\u{394}R" },
+        );
         let [x, y] = ground.at([-0.125, foot.side() * 0.045]);
         panel.text(&format!("{} halo", class(foot)), [x, y], if foot == Foot::Left { "D_L" } else { "D_R" });
     }
@@ -202,9 +213,11 @@ fn fan(home: &Home, study: &Study) -> Panel {
         panel.text(&format!("{} halo", class(foot)), [x, y], &format!("{} foot", foot.name()));
     }
     let imposed = study.errors.iter().zip(["8 (a)", "8 (b)"]).map(|(run, name)| (run.record.zmp_error_m, name));
-    let pushed = study.pushes.iter().zip(["12", "13"]).filter_map(|(pushed, name)| {
-        Some((pushed.film.record.footsteps.first()?.zmp_error_m, name))
-    });
+    let pushed = study
+        .pushes
+        .iter()
+        .zip(["12", "13"])
+        .filter_map(|(pushed, name)| Some((pushed.film.record.footsteps.first()?.zmp_error_m, name)));
     for (error, name) in imposed.chain(pushed) {
         let direction = Vector2::from(error).normalize();
         panel.arrow("push", ground.at((direction * 0.115).into()), ground.at((direction * 0.132).into()));

@@ -18,14 +18,18 @@ const AFTER_S: f64 = 0.06;
 /// Fig. 5.
 pub fn figure(study: &Study) -> Figure {
     let told = study.pushes.each_ref().map(Told::of);
-    let sequence = ["switching control", "stepping necessity", "stepping motion", "landing, sets updated", "switching control"];
+    let sequence =
+        ["switching control", "stepping necessity", "stepping motion", "landing, sets updated", "switching control"];
     let arrow = sequence.join(" \u{2192} ");
     let waits_ms = |told: &Told| told.lift_s.zip(told.out_s).map(|(lift, out)| 1e3 * (lift - out));
     let waits: Vec<String> = told.iter().filter_map(waits_ms).map(|ms| short(ms, 0)).collect();
     let mut claims = Vec::new();
     for (told, name) in told.iter().zip(["(a)", "(b)"]) {
         let landed = told.landing_s.map_or_else(String::new, |at| format!("t = {} s", short(at, 3)));
-        let back = told.held_after_s.map_or_else(|| "no set holds the state any more".into(), |at| format!("a set holds the state again from t = {} s", short(at, 3)));
+        let back = told.held_after_s.map_or_else(
+            || "no set holds the state any more".into(),
+            |at| format!("a set holds the state again from t = {} s", short(at, 3)),
+        );
         claims.push(Claim::judged(
             &arrow,
             told.is_in_order && told.lands_inside,
@@ -52,7 +56,11 @@ pub fn figure(study: &Study) -> Figure {
         "After the landing the switching control is applied again.",
         told.iter().all(|told| told.fastest_s.is_some()),
         format!("It ends with the fastest gain: (a) {}, (b) {}.", to_fastest(&told[0]), to_fastest(&told[1])),
-        format!("It does not end with the fastest gain in both: (a) {}, (b) {}.", to_fastest(&told[0]), to_fastest(&told[1])),
+        format!(
+            "It does not end with the fastest gain in both: (a) {}, (b) {}.",
+            to_fastest(&told[0]),
+            to_fastest(&told[1])
+        ),
     ));
     Figure {
         number: "5",
@@ -60,10 +68,16 @@ pub fn figure(study: &Study) -> Figure {
         title: "Sequence of control",
         reading: format!(
             "What the controller does when the robot is pushed (a) from behind and (b) from diagonally forward left, {} N s each. Above: its phase. Middle: which of the {} gains acts, slow at the bottom. Below: the margin of the slowest gain's set, 1 at rest, negative when no set holds the state (eq. 26). With a foot in the air neither is in use.",
-            short(study.pushes[0].push.impulse_n_s, 2), fastest + 1
+            short(study.pushes[0].push.impulse_n_s, 2),
+            fastest + 1
         ),
-        panels: study.pushes.iter().zip(&told).zip(["(a) from behind", "(b) from diagonally forward left"])
-            .map(|((pushed, told), title)| panel(pushed, told, title)).collect(),
+        panels: study
+            .pushes
+            .iter()
+            .zip(&told)
+            .zip(["(a) from behind", "(b) from diagonally forward left"])
+            .map(|((pushed, told), title)| panel(pushed, told, title))
+            .collect(),
         columns: 2,
         table: None,
         claims,

@@ -78,7 +78,8 @@ pub fn inclusion(study: &Study) -> Result<Figure> {
         title: "Inclusion of the maximal CPI sets",
         reading: format!(
             "Two slices of the six-dimensional sets on the soles at home. Left: COM over the middle of the feet; a push moves a robot at rest along the horizontal line, the controller moves the ZMP. Right, seen from above: where a resting COM may be, with the ZMP in the middle. Names are the slow pole over \u{2212}\u{3c9}; \u{3c9} = {} rad/s. The sets are for the soles less {} mm (dashed).",
-            short(omega, 2), short(1e3 * family.zmp_margin, 1)
+            short(omega, 2),
+            short(1e3 * family.zmp_margin, 1)
         ),
         panels: vec![velocity_slice(study), com_slice(study)],
         columns: 2,
@@ -195,7 +196,8 @@ impl Region {
 /// Fig. 4. None: there was no footstep.
 pub fn regions(study: &Study) -> Result<Option<Figure>> {
     let pushed = &study.pushes[0];
-    let (Some(lift), Some(landing), Some(footstep)) = (&pushed.lift, &pushed.landing, pushed.film.record.footsteps.first())
+    let (Some(lift), Some(landing), Some(footstep)) =
+        (&pushed.lift, &pushed.landing, pushed.film.record.footsteps.first())
     else {
         return Ok(None);
     };
@@ -218,46 +220,70 @@ pub fn regions(study: &Study) -> Result<Option<Figure>> {
         Claim::judged(
             "The example: the robot steps the right foot forward.",
             footstep.foot == Foot::Right && way[0] > 0.0,
-            format!("So it does when it is pushed from behind: {} mm forward, {} mm to the left.", short(1e3 * way[0], 0), short(1e3 * way[1], 0)),
-            format!("Pushed from behind it moves the {} foot by {} mm forward.", footstep.foot.name(), short(1e3 * way[0], 0)),
+            format!(
+                "So it does when it is pushed from behind: {} mm forward, {} mm to the left.",
+                short(1e3 * way[0], 0),
+                short(1e3 * way[1], 0)
+            ),
+            format!(
+                "Pushed from behind it moves the {} foot by {} mm forward.",
+                footstep.foot.name(),
+                short(1e3 * way[0], 0)
+            ),
         ),
         Claim::judged(
             "After the landing the control coordinate is reset: its origin is midway between the feet.",
             off < 1e-9,
-            format!("Its origin moves by {} mm forward and {} mm to the left, to the middle of the feet.", short(1e3 * moved.x, 0), short(1e3 * moved.y, 0)),
+            format!(
+                "Its origin moves by {} mm forward and {} mm to the left, to the middle of the feet.",
+                short(1e3 * moved.x, 0),
+                short(1e3 * moved.y, 0)
+            ),
             format!("Its origin is {} mm off the middle of the feet.", short(1e3 * off, 1)),
         ),
         Claim::judged(
             "The sets on the new region have the old number of rows k (eq. 25), without a new search.",
             enough,
-            format!("The old k is enough here. Stored, slow to fast: {}; searched anew: {}.", listed(&stored), listed(&needed)),
+            format!(
+                "The old k is enough here. Stored, slow to fast: {}; searched anew: {}.",
+                listed(&stored),
+                listed(&needed)
+            ),
             format!(
                 "The old k is too small here: stored, slow to fast, {}; needed {}. Eq. 25 would call states safe that exceed the set by up to {} %. The controller here uses no stored k: it rolls the prediction on until it is decided.",
-                listed(&stored), listed(&needed), short(100.0 * excess, 2)
+                listed(&stored),
+                listed(&needed),
+                short(100.0 * excess, 2)
             ),
         ),
         Claim::open(
             "The region is larger, so the robot can take more: the paper gives no figures.",
             format!(
                 "From {} to {} cm\u{b2}; the largest impulse that the slowest gain's set holds from rest goes from {} to {} N s forward, and from {} to {} N s to the left.",
-                area(&support_before), area(&support_after), short(slow_before[0], 2), short(slow_after[0], 2), short(slow_before[1], 2), short(slow_after[1], 2)
+                area(&support_before),
+                area(&support_after),
+                short(slow_before[0], 2),
+                short(slow_after[0], 2),
+                short(slow_before[1], 2),
+                short(slow_after[1], 2)
             ),
         ),
     ];
     let range = [[-0.15, 0.15], [-0.125, 0.125]];
-    let panel = |title: String, stand: &Stand, region: &Region, whole: &SupportPolygon, old: Option<&Isometry2<f64>>| {
-        let (mut panel, ground) = Ground::panel(WIDTH, range[0], range[1]);
-        ground.draw(&mut panel, &title);
-        stand_of(study, &mut panel, &ground, stand, old);
-        super::sets::region(&mut panel, &ground, whole, &region.allowed);
-        let mut sets = OnlineSets::new(family);
-        sets.update(&region.allowed);
-        for gain in 0..sets.len() {
-            panel.polygon("slice", &ground.all(sets.slice(gain, &State::default()).iter().map(|p| [p.x, p.y])));
-        }
-        frame_axes(&mut panel, &ground);
-        panel
-    };
+    let panel =
+        |title: String, stand: &Stand, region: &Region, whole: &SupportPolygon, old: Option<&Isometry2<f64>>| {
+            let (mut panel, ground) = Ground::panel(WIDTH, range[0], range[1]);
+            ground.draw(&mut panel, &title);
+            stand_of(study, &mut panel, &ground, stand, old);
+            super::sets::region(&mut panel, &ground, whole, &region.allowed);
+            let mut sets = OnlineSets::new(family);
+            sets.update(&region.allowed);
+            for gain in 0..sets.len() {
+                panel.polygon("slice", &ground.all(sets.slice(gain, &State::default()).iter().map(|p| [p.x, p.y])));
+            }
+            frame_axes(&mut panel, &ground);
+            panel
+        };
     let title = |what: &str, stand: &Stand| format!("{what}, t = {} s", short(stand.time_s, 3));
     Ok(Some(Figure {
         number: "4",
@@ -265,7 +291,8 @@ pub fn regions(study: &Study) -> Result<Option<Figure>> {
         title: "Contact region before and after the footstep",
         reading: format!(
             "Pushed from behind with {} N s. Each in its own control frame, seen from above: soles, contact region (solid; dashed: what of it the ZMP may use), and in blue the sets of the {} gains for a COM at rest with the ZMP at the origin. On the right, dotted: where the soles were, and the old origin.",
-            short(pushed.push.impulse_n_s, 2), before.sets.len()
+            short(pushed.push.impulse_n_s, 2),
+            before.sets.len()
         ),
         panels: vec![
             panel(title("Before", lift), lift, &before, &support_before, None),

@@ -92,10 +92,6 @@ impl Study {
         let sets = CpiSet::search_family(&design.family, &allowed)?;
         let inclusion = Inclusion::of(&sets)?;
         progress.tick();
-        let done = |part| {
-            progress.tick();
-            part
-        };
         let pushed = |name: &str| -> Result<Pushed> {
             let scenario = Scenario::load(name)?;
             let Cause::Push(push) = scenario.cause()? else { return Err(is_not(&scenario, "a push")) };
@@ -108,10 +104,10 @@ impl Study {
                 watch.see(tick);
             });
             progress.tick();
-            let without_footstep =
-                episode::run(&robot, &standing, &config, disturbance(), config.until(), &mut |_| {});
+            let without_footstep = episode::run(&robot, &standing, &config, disturbance(), config.until(), &mut |_| {});
             let Watch { lift, landing, .. } = watch;
-            done(Ok(Pushed { push, film, motion, lift, landing, without_footstep }))
+            progress.tick();
+            Ok(Pushed { push, film, motion, lift, landing, without_footstep })
         };
         let pushes = [pushed("push-behind")?, pushed("push-diagonal")?];
         let imposed = |name: &str| -> Result<ImposedRun> {
@@ -120,13 +116,13 @@ impl Study {
                 return Err(is_not(&scenario, "an imposed error"));
             };
             let (mut motion, mut ticks) = (MotionPlot::default(), Vec::new());
-            let record =
-                imposed::run(&robot, &design, &scenario.episode(), zmp_error_m.into(), start, &mut |tick| {
-                    motion.samples.push(MotionSample::of_imposed(tick));
-                    let gain = tick.controller.swing.is_none().then_some(tick.controller.supervisor.gain);
-                    ticks.push((tick.time_s, tick.posture.clone(), gain));
-                })?;
-            done(Ok(ImposedRun { record, motion, ticks }))
+            let record = imposed::run(&robot, &design, &scenario.episode(), zmp_error_m.into(), start, &mut |tick| {
+                motion.samples.push(MotionSample::of_imposed(tick));
+                let gain = tick.controller.swing.is_none().then_some(tick.controller.supervisor.gain);
+                ticks.push((tick.time_s, tick.posture.clone(), gain));
+            })?;
+            progress.tick();
+            Ok(ImposedRun { record, motion, ticks })
         };
         let errors = [imposed("error-backward")?, imposed("error-diagonal")?];
         let moving = [imposed("moving-backward")?.record, imposed("moving-diagonal")?.record];
