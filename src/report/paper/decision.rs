@@ -13,7 +13,9 @@ const WIDTH: f64 = 460.0;
 /// Directions of the examples (degrees): the paper's arrows are in its picture only.
 const EXAMPLES_DEG: [f64; 2] = [45.0, -45.0];
 /// Of the fan (degrees).
-const STEP_DEG: usize = 3;
+const STEP_DEG: usize = 1;
+/// Finer, to find where the foot changes (parts of a degree).
+const PARTS: u32 = 10;
 
 /// The feet at home, on which the decision is made.
 pub struct Home<'a> {
@@ -50,6 +52,11 @@ impl<'a> Home<'a> {
         self.study.rules.range.reach(side(self.stance * foot.side()), side(direction))
     }
 
+    /// Lengths of Delta_max of the left and the right foot along an error (m).
+    pub fn reaches(&self, zmp_error: Vector2<f64>) -> [f64; 2] {
+        Foot::BOTH.map(|foot| zmp_error.try_normalize(0.0).map_or(0.0, |direction| self.reach(foot, direction)))
+    }
+
     /// Outline of D_L or D_R (eq. 27, 28), seen from the middle of the feet (m).
     fn range(&self, foot: Foot) -> Vec<At> {
         let range = &self.study.rules.range;
@@ -77,10 +84,14 @@ pub fn figure(study: &Study) -> Figure {
         home.reach(Foot::Left, direction).max(home.reach(Foot::Right, direction)) / rules.alpha
     };
     let chosen = |degrees: f64| home.choose(unit(degrees) * 0.03).map(|footstep| footstep.foot);
-    let by_side = (1..180).all(|deg| {
-        let deg = f64::from(deg);
-        chosen(deg) == Some(Foot::Left) && chosen(-deg) == Some(Foot::Right)
-    });
+    // Near fore and aft the foot on the other side may go farther: it goes inward, where its range is longer.
+    let crosses = |deg: f64| chosen(deg) == Some(Foot::Right) || chosen(-deg) == Some(Foot::Left);
+    let tenths = 1..90 * PARTS;
+    let near_deg = |mirror: fn(f64) -> f64| {
+        let crossing = tenths.clone().map(|i| f64::from(i) / f64::from(PARTS)).filter(|deg| crosses(mirror(*deg)));
+        crossing.fold(0.0, f64::max)
+    };
+    let other_side_deg = near_deg(|deg| deg).max(near_deg(|deg| 180.0 - deg));
     let tie = chosen(0.0);
     let name = |foot: Option<Foot>| foot.map_or("no", Foot::name);
     let [a, b] = EXAMPLES_DEG;
@@ -88,7 +99,7 @@ pub fn figure(study: &Study) -> Figure {
         let reach = Foot::BOTH.map(|foot| short(1e3 * home.reach(foot, unit(degrees)), 0));
         format!("left {} mm, right {} mm: the {} foot", reach[0], reach[1], name(chosen(degrees)))
     };
-    let lengths = |degrees: f64| Foot::BOTH.map(|foot| home.reach(foot, unit(degrees)));
+    let lengths = |degrees: f64| home.reaches(unit(degrees));
     let claims = vec![
         Claim::judged(
             "In (A) the left foot is chosen, in (B) the right one.",
@@ -101,9 +112,16 @@ pub fn figure(study: &Study) -> Figure {
             tie == Some(Foot::Left),
             "So it is.".into(),
             format!(
-                "That is a tie, and the paper's own experiment (Fig. 12) moves the right foot. Here the less loaded foot goes, with equal loads the {} one. In all other directions it is the foot on the side of the error{}.",
+                "Straight fore or aft is a tie, and the paper's own experiment (Fig. 12) moves the right foot. Here the less loaded foot goes, with equal loads the {} one. {}",
                 name(tie),
-                if by_side { "" } else { ", but not always" }
+                if other_side_deg > 0.0 {
+                    format!(
+                        "Up to {} degrees to the side it is the foot on the other side, by the rule itself: going inward it has the longer way. Beyond, it is the foot on the side of the error.",
+                        short(other_side_deg, 1)
+                    )
+                } else {
+                    "In all other directions it is the foot on the side of the error.".into()
+                }
             ),
         ),
         Claim::open(
@@ -140,7 +158,7 @@ pub fn figure(study: &Study) -> Figure {
             "alpha": rules.alpha,
             "examples": EXAMPLES_DEG.map(|deg| json!({ "direction_deg": deg, "foot": chosen(deg), "reach_left_right_m": lengths(deg) })),
             "tie_foot": tie,
-            "foot_on_the_side_of_the_error": by_side,
+            "other_side_up_to_deg": other_side_deg,
         }),
     }
 }
@@ -153,7 +171,7 @@ fn example(home: &Home, degrees: f64, name: &str) -> Panel {
     let direction = unit(degrees);
     let (mut panel, ground) = Ground::panel(WIDTH, [-0.15, 0.16], [-0.15, 0.15]);
     let chosen = home.choose(direction * home.study.rules.range.outward_m);
-    let lengths = Foot::BOTH.map(|foot| home.reach(foot, direction));
+    let lengths = home.reaches(direction);
     let relation = if lengths[0] >= lengths[1] { "\u{2265}" } else { "<" };
     let foot = chosen.map_or("no", |footstep| footstep.foot.name());
     let title = format!(
@@ -183,7 +201,7 @@ fn example(home: &Home, degrees: f64, name: &str) -> Panel {
             [x, y + 4.0],
             if foot == Foot::Left { "\u{394}L" } else { "\u{394}R" },
         );
-        let [x, y] = ground.at([-0.125, foot.side() * 0.045]);
+        let [x, y] = ground.at([-0.075, foot.side() * 0.075]);
         panel.text(&format!("{} halo", class(foot)), [x, y], if foot == Foot::Left { "D_L" } else { "D_R" });
     }
     panel.arrow("push", ground.at([0.0, 0.0]), ground.at((direction * 0.05).into()));

@@ -85,11 +85,11 @@ fn figures(study: &Study) -> Result<Vec<Figure>> {
         sets::regions(study)?,
         Some(sequence::figure(study)),
         Some(decision::figure(study)),
-        Some(machine::figure(study)?),
-        Some(pictures::imposed(study)?),
+        Some(machine::figure(study)),
+        Some(pictures::imposed(study)),
         Some(responses::imposed(study)?),
-        Some(pictures::from_behind(study)?),
-        Some(pictures::from_diagonal(study)?),
+        Some(pictures::from_behind(study)),
+        Some(pictures::from_diagonal(study)),
         Some(responses::pushed(study)?),
     ];
     Ok(figures.into_iter().flatten().collect())

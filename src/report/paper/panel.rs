@@ -146,7 +146,7 @@ impl Axes {
         }
         panel.rect("frame", [left, top], [right, bottom]);
         panel.text("name", [0.5 * (left + right), bottom + 35.0], x_name);
-        panel.text_up("name", [left - 38.0, 0.5 * (top + bottom)], y_name);
+        panel.text_up("name", [left - 43.0, 0.5 * (top + bottom)], y_name);
     }
 }
 
@@ -163,7 +163,7 @@ pub struct Ground {
 impl Ground {
     /// A panel `width` px wide that shows from `x` to `x` forward and from `y` to `y` to the left (m), in equal scales.
     pub fn panel(width: f64, x: At, y: At) -> (Panel, Self) {
-        let [left, top, margin, below] = [52.0, 34.0, 8.0, 44.0];
+        let [left, top, margin, below] = [56.0, 34.0, 18.0, 44.0];
         let px_per_m = (width - left - margin) / (y[1] - y[0]);
         let bottom = top + px_per_m * (x[1] - x[0]);
         let mm = |[a, b]: At| [1e3 * a, 1e3 * b];

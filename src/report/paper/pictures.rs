@@ -4,10 +4,10 @@ use super::super::html::svg::short;
 use super::decision::Home;
 use super::figure::{Claim, Figure};
 use super::panel::Panel;
+use super::sets::{told, way};
 use super::study::{ImposedRun, Pushed, Study};
 use crate::episode::{Outcome, Snapshot};
-use crate::error::{Error, Result};
-use crate::report::picture::{Camera, Marks, draw, draw_posture};
+use crate::report::picture::{Camera, Marks, draw, draw_posture, png};
 use crate::robot::{Foot, Posture};
 use image::RgbImage;
 use nalgebra::{Point3, Vector2, Vector3};
@@ -28,15 +28,6 @@ pub fn fine(width: f64, height: f64) -> [u32; 2] {
     [width, height].map(|side| (FINE * side) as u32)
 }
 
-/// A picture as a file.
-pub fn png(image: &RgbImage) -> Result<Vec<u8>> {
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    image
-        .write_to(&mut bytes, image::ImageFormat::Png)
-        .map_err(|e| Error::Numeric { what: "picture".into(), problem: e.to_string() })?;
-    Ok(bytes.into_inner())
-}
-
 /// From the robot's front right; it does not follow the robot, so that a step is seen as one.
 fn camera(x_m: f64, y_m: f64) -> Camera {
     Camera {
@@ -44,26 +35,20 @@ fn camera(x_m: f64, y_m: f64) -> Camera {
         azimuth_deg: -48.0,
         elevation_deg: 12.0,
         distance_m: 1.7,
-        fov_deg: 24.0,
+        fov_deg: 22.5,
     }
 }
 
-fn snapshot(image: &RgbImage, time: &str, what: &str) -> Result<Panel> {
+fn snapshot(image: &RgbImage, time: &str, what: &str) -> Panel {
     let mut panel = Panel::new(WIDTH, HEIGHT + BELOW);
-    panel.image([0.0, 0.0], [WIDTH, HEIGHT], &png(image)?, &format!("{time}: {what}"));
+    panel.image([0.0, 0.0], [WIDTH, HEIGHT], &png(image), &format!("{time}: {what}"));
     panel.text("title", [0.5 * WIDTH, HEIGHT + 17.0], time);
     panel.text("small", [0.5 * WIDTH, HEIGHT + 33.0], what);
-    Ok(panel)
-}
-
-/// How far a foot went, in words.
-fn told(way: [f64; 2]) -> String {
-    let part = |m: f64, ways: [&str; 2]| format!("{} mm {}", short(1e3 * m.abs(), 0), ways[usize::from(m < 0.0)]);
-    format!("{} and {}", part(way[0], ["forward", "backward"]), part(way[1], ["to the left", "to the right"]))
+    panel
 }
 
 /// Fig. 8.
-pub fn imposed(study: &Study) -> Result<Figure> {
+pub fn imposed(study: &Study) -> Figure {
     let mut panels = Vec::new();
     for (run, name) in study.errors.iter().zip(["(a)", "(b)"]) {
         let Some(footstep) = run.record.footsteps.first() else { continue };
@@ -80,7 +65,7 @@ pub fn imposed(study: &Study) -> Result<Figure> {
         ] {
             let (time_s, posture) = posture_at(run, at);
             let image = draw_posture(&study.robot, posture, &camera, fine(WIDTH, HEIGHT));
-            panels.push(snapshot(&image, &format!("{name}  {} s", short(time_s, 3)), what)?);
+            panels.push(snapshot(&image, &format!("{name}  {} s", short(time_s, 3)), what));
         }
     }
     let [a, b] = study.errors.each_ref().map(|run| (run.record.footsteps.first(), way_of(run)));
@@ -120,7 +105,7 @@ pub fn imposed(study: &Study) -> Result<Figure> {
             ),
         ),
     ];
-    Ok(Figure {
+    Figure {
         number: "8",
         file: "fig08-imposed.svg",
         title: "Snapshots of the imposed errors",
@@ -137,7 +122,7 @@ pub fn imposed(study: &Study) -> Result<Figure> {
             "moving_a": study.moving[0], "moving_b": study.moving[1],
             "foot_of_the_printed_signs": printed,
         }),
-    })
+    }
 }
 
 fn posture_at(run: &ImposedRun, at_s: f64) -> (f64, &Posture) {
@@ -150,22 +135,32 @@ fn way_of(run: &ImposedRun) -> [f64; 2] {
 }
 
 /// Fig. 12.
-pub fn from_behind(study: &Study) -> Result<Figure> {
+pub fn from_behind(study: &Study) -> Figure {
     let pushed = &study.pushes[0];
-    let (way, footstep) = (super::sets::way(pushed).unwrap_or_default(), pushed.film.record.footsteps.first());
+    let (gone, footstep) = (way(pushed).unwrap_or_default(), pushed.film.record.footsteps.first());
     let foot = footstep.map_or("no", |f| f.foot.name());
+    let home = Home::new(study);
+    let reach = footstep.map_or([0.0; 2], |f| home.reaches(f.zmp_error_m.into()));
+    let ways = format!("could go {} mm, the right one {} mm", short(1e3 * reach[0], 1), short(1e3 * reach[1], 1));
+    let tie = if (reach[0] - reach[1]).abs() < 1e-4 {
+        format!(
+            "The left foot {ways}: a tie, which step 4 of Sect. V.B gives to the left foot; here it goes to the less loaded one, else to the right."
+        )
+    } else {
+        format!("The left foot {ways}.")
+    };
     let claims = vec![
         Claim::judged(
             "A disturbance from behind; the robot steps forward.",
-            way[0] > 0.0,
-            format!("The foot goes {}.", told(way)),
-            format!("The foot goes {}.", told(way)),
+            gone[0] > 0.0,
+            format!("The foot goes {}.", told(gone)),
+            format!("The foot goes {}.", told(gone)),
         ),
         Claim::judged(
             "The right foot is chosen as swinging foot.",
             footstep.is_some_and(|f| f.foot == Foot::Right),
-            "The right foot: a tie, which eq. 27 to 29 would give to the left one; here it goes to the less loaded foot, then to the right.".into(),
-            format!("The {foot} foot: the push is a tie, and that foot was the less loaded one."),
+            format!("The right foot. {tie}"),
+            format!("The {foot} foot. {tie}"),
         ),
         outcome(pushed),
         magnitude(pushed),
@@ -174,9 +169,9 @@ pub fn from_behind(study: &Study) -> Result<Figure> {
 }
 
 /// Fig. 13.
-pub fn from_diagonal(study: &Study) -> Result<Figure> {
+pub fn from_diagonal(study: &Study) -> Figure {
     let pushed = &study.pushes[1];
-    let (way, footstep) = (super::sets::way(pushed).unwrap_or_default(), pushed.film.record.footsteps.first());
+    let (gone, footstep) = (way(pushed).unwrap_or_default(), pushed.film.record.footsteps.first());
     let foot = footstep.map_or("no", |f| f.foot.name());
     let yaw_deg = |s: &Snapshot| {
         let ahead = s.posture.base.rotation * Vector3::x();
@@ -196,9 +191,9 @@ pub fn from_diagonal(study: &Study) -> Result<Figure> {
         ),
         Claim::judged(
             "It steps diagonally backward right.",
-            way[0] < 0.0 && way[1] < 0.0,
-            format!("The foot goes {}.", told(way)),
-            format!("The foot goes {}.", told(way)),
+            gone[0] < 0.0 && gone[1] < 0.0,
+            format!("The foot goes {}.", told(gone)),
+            format!("The foot goes {}.", told(gone)),
         ),
         Claim::judged(
             "The robot rotates around the yaw axis, slightly.",
@@ -254,7 +249,7 @@ fn strip(
     pushed: &Pushed,
     claims: Vec<Claim>,
     more: Value,
-) -> Result<Figure> {
+) -> Figure {
     let record = &pushed.film.record;
     let mut panels = Vec::new();
     let mut times = Vec::new();
@@ -274,7 +269,7 @@ fn strip(
             let i = snapshots.partition_point(|s| s.time_s < at - 1e-9).min(snapshots.len() - 1);
             let image = draw(&study.robot, &snapshots[i], &camera, fine(WIDTH, HEIGHT), &Marks::ALL);
             times.push(snapshots[i].time_s);
-            panels.push(snapshot(&image, &format!("{} s", short(snapshots[i].time_s, 3)), what)?);
+            panels.push(snapshot(&image, &format!("{} s", short(snapshots[i].time_s, 3)), what));
         }
     }
     let mut numbers = json!({
@@ -285,7 +280,7 @@ fn strip(
     if let (Value::Object(all), Value::Object(more)) = (&mut numbers, more) {
         all.extend(more);
     }
-    Ok(Figure {
+    Figure {
         number,
         file,
         title,
@@ -295,5 +290,5 @@ fn strip(
         table: None,
         claims,
         numbers,
-    })
+    }
 }

@@ -44,7 +44,7 @@ pub fn imposed(study: &Study) -> Result<Figure> {
         inside &= footstep.is_some_and(|f| f.in_set_at_landing) && record.home_at_s.is_some();
         let (gains, fastest_s) = gains_after_landing(study, run);
         told.push(format!(
-            "{name}: landed at {} s {} the new sets, gains {gains}, the fastest from {} s, COM home from {}",
+            "{name}: landed at {} s {} the new sets, then {gains}, the fastest from {} s, COM home from {}",
             footstep.map_or("?".into(), |f| short(f.land_s, 3)),
             if footstep.is_some_and(|f| f.in_set_at_landing) { "inside" } else { "outside" },
             fastest_s.map_or("?".into(), |at| short(at, 3)),
@@ -84,7 +84,7 @@ fn gains_after_landing(study: &Study, run: &ImposedRun) -> (String, Option<f64>)
             since_s = (*gain == gains.len() - 1).then_some(*time_s);
         }
     }
-    (names.join(" \u{2192} "), since_s)
+    (if names.len() == 1 { "gain" } else { "gains" }.to_string() + " " + &names.join(" \u{2192} "), since_s)
 }
 
 /// Fig. 14.
@@ -133,7 +133,7 @@ pub fn pushed(study: &Study) -> Result<Figure> {
                 figures.clone(),
                 format!("{figures} It is not as planned here either, but x is the worse axis."),
             ),
-            Claim::judged("The COG comes back over the middle of the feet.", all_home, home.clone(), home),
+            Claim::judged("The control regulates the COG to the origin, midway between the feet.", all_home, home.clone(), home),
             Claim::open("The values of the curves are in the paper's picture only.", "So their shapes are not compared here.".into()),
         ],
         numbers: json!({

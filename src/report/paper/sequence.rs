@@ -22,7 +22,8 @@ pub fn figure(study: &Study) -> Figure {
         ["switching control", "stepping necessity", "stepping motion", "landing, sets updated", "switching control"];
     let arrow = sequence.join(" \u{2192} ");
     let waits_ms = |told: &Told| told.lift_s.zip(told.out_s).map(|(lift, out)| 1e3 * (lift - out));
-    let waits: Vec<String> = told.iter().filter_map(waits_ms).map(|ms| short(ms, 0)).collect();
+    let mut waits: Vec<String> = told.iter().filter_map(waits_ms).map(|ms| short(ms, 0)).collect();
+    waits.dedup();
     let mut claims = Vec::new();
     for (told, name) in told.iter().zip(["(a)", "(b)"]) {
         let landed = told.landing_s.map_or_else(String::new, |at| format!("t = {} s", short(at, 3)));
@@ -146,7 +147,7 @@ impl Told {
             (self.fastest_s, "fastest gain, to the end"),
             (Some(self.end_s), "stands still"),
         ];
-        let told = |(at, what): (Option<f64>, &str)| at.map(|at| (at, format!("{} s: {what}", short(at, 3))));
+        let told = |(at, what): (Option<f64>, &str)| at.map(|at| (at, format!("t = {at:.3} s  {what}")));
         events.into_iter().filter_map(told).collect()
     }
 
@@ -211,7 +212,7 @@ fn panel(pushed: &Pushed, told: &Told, title: &str) -> Panel {
         last = label;
         panel.text("small", [label, 57.0], &(i + 1).to_string());
         let row = 410.0 + 17.0 * i as f64;
-        panel.text("small start", [LEFT, row], &format!("{}   {words}", i + 1));
+        panel.text("small start", [LEFT, row], &format!("{}:  {words}", i + 1));
     }
     panel
 }

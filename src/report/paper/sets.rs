@@ -48,7 +48,7 @@ pub fn inclusion(study: &Study) -> Result<Figure> {
             "The largest impulse from rest does not fall with every faster gain.".into(),
         ),
         Claim::judged(
-            "... and that holds in general.",
+            "In general a low convergence speed makes the set large, a high one small.",
             others,
             "So it is for the pair of other poles that was tried.".into(),
             format!(
@@ -127,13 +127,10 @@ fn velocity_slice(study: &Study) -> Panel {
     for outline in &outlines {
         panel.polygon("slice", &axes.all(outline.iter().copied()));
     }
-    // At the line of a resting ZMP the sets are as wide as the impulse that they take.
-    for (set, i) in sets.iter().zip(0..) {
-        let edge = set.largest_com_vel_from_rest(Vector2::x());
-        let [x, y] = axes.at([edge, 0.0]);
-        panel.line("slice", [x, y - 4.0], [x, y + 4.0]);
-        let [_, up] = axes.at([0.0, 1e3 * reach * (0.12 + 0.13 * f64::from(i % 2))]);
-        panel.text("slice small halo", [x, up], &set.gain);
+    for (i, set) in sets.iter().enumerate() {
+        let zmp = 0.45 * reach * (1.0 - 2.0 * i as f64 / (sets.len() - 1).max(1) as f64);
+        let edge = edge(set, speed, zmp);
+        leader(&mut panel, axes.at([edge, 1e3 * zmp]), axes.at([0.93 * speed, 1e3 * zmp]), &set.gain);
     }
     let limit = most - study.design.family.zmp_margin;
     for side in [-1.0, 1.0] {
@@ -161,12 +158,29 @@ fn com_slice(study: &Study) -> Panel {
     for (i, set) in study.sets.iter().enumerate() {
         let slice = sets.slice(i, &State::default());
         panel.polygon("slice", &ground.all(slice.iter().map(|p| [p.x, p.y])));
-        let top = slice.iter().map(|p| p.x).fold(0.0, f64::max);
-        let along = 0.055 - 0.022 * i as f64;
-        let [x, y] = ground.at([top, along]);
-        panel.text("slice small halo", [x, y + 4.0], &set.gain);
+        let x = 0.022 * (1.0 - 2.0 * i as f64 / (study.sets.len() - 1).max(1) as f64);
+        let edge = slice.iter().map(|p| p.y).fold(0.0, f64::min);
+        leader(&mut panel, ground.at([x, edge]), ground.at([x, -0.091]), &set.gain);
     }
     panel
+}
+
+/// A name with a line to where it belongs.
+fn leader(panel: &mut Panel, to: At, name: At, words: &str) {
+    panel.line("slice", to, name);
+    panel.circle("slice", to, 2.0);
+    panel.text("slice small start", [name[0] + 4.0, name[1] + 4.0], words);
+}
+
+/// The largest velocity of a COM over the middle (m/s, up to `most`) that a set holds with a ZMP (m), fore and aft.
+fn edge(set: &CpiSet, most: f64, zmp: f64) -> f64 {
+    let (mut inside, mut outside) = (0.0, most);
+    for _ in 0..40 {
+        let middle = 0.5 * (inside + outside);
+        let holds = set.set.contains(&[0.0, middle, zmp, 0.0, 0.0, 0.0]);
+        *(if holds { &mut inside } else { &mut outside }) = middle;
+    }
+    inside
 }
 
 fn region(panel: &mut Panel, ground: &Ground, whole: &SupportPolygon, allowed: &SupportPolygon) {
@@ -211,7 +225,8 @@ pub fn regions(study: &Study) -> Result<Option<Figure>> {
     let enough = stored.iter().zip(&needed).all(|(stored, needed)| needed <= stored);
     let middle = (landing.soles.left.translation.vector + landing.soles.right.translation.vector) / 2.0;
     let off = (landing.support.frame.translation.vector - middle).norm();
-    let way = [0, 1].map(|axis| footstep.to_m[axis] - footstep.from_m[axis]);
+    let way = way(pushed).unwrap_or_default();
+    let turned_deg = (landing.soles.left.rotation.angle() - landing.soles.right.rotation.angle()).to_degrees().abs();
     let moved = landing.support.frame.translation.vector - lift.support.frame.translation.vector;
     let area = |polygon: &SupportPolygon| short(1e4 * polygon.area(), 0);
     let listed = |ks: &[usize]| ks.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
@@ -220,25 +235,13 @@ pub fn regions(study: &Study) -> Result<Option<Figure>> {
         Claim::judged(
             "The example: the robot steps the right foot forward.",
             footstep.foot == Foot::Right && way[0] > 0.0,
-            format!(
-                "So it does when it is pushed from behind: {} mm forward, {} mm to the left.",
-                short(1e3 * way[0], 0),
-                short(1e3 * way[1], 0)
-            ),
-            format!(
-                "Pushed from behind it moves the {} foot by {} mm forward.",
-                footstep.foot.name(),
-                short(1e3 * way[0], 0)
-            ),
+            format!("So it does when it is pushed from behind: {}.", told(way)),
+            format!("Pushed from behind it moves the {} foot: {}.", footstep.foot.name(), told(way)),
         ),
         Claim::judged(
             "After the landing the control coordinate is reset: its origin is midway between the feet.",
             off < 1e-9,
-            format!(
-                "Its origin moves by {} mm forward and {} mm to the left, to the middle of the feet.",
-                short(1e3 * moved.x, 0),
-                short(1e3 * moved.y, 0)
-            ),
+            format!("Its origin moves to the middle of the feet: {}.", told(moved.into())),
             format!("Its origin is {} mm off the middle of the feet.", short(1e3 * off, 1)),
         ),
         Claim::judged(
@@ -250,9 +253,10 @@ pub fn regions(study: &Study) -> Result<Option<Figure>> {
                 listed(&needed)
             ),
             format!(
-                "The old k is too small here: stored, slow to fast, {}; needed {}. Eq. 25 would call states safe that exceed the set by up to {} %. The controller here uses no stored k: it rolls the prediction on until it is decided.",
+                "Stored, slow to fast: {}; searched anew: {}. So the old k falls short here, where the soles have come to stand at {} degrees to each other: eq. 25 would call states safe that exceed the set by up to {} %. The controller here stores no k: it rolls the prediction on until it is decided.",
                 listed(&stored),
                 listed(&needed),
+                short(turned_deg, 1),
                 short(100.0 * excess, 2)
             ),
         ),
@@ -271,13 +275,13 @@ pub fn regions(study: &Study) -> Result<Option<Figure>> {
     ];
     let range = [[-0.15, 0.15], [-0.125, 0.125]];
     let panel =
-        |title: String, stand: &Stand, region: &Region, whole: &SupportPolygon, old: Option<&Isometry2<f64>>| {
+        |title: String, stand: &Stand, on: &Region, whole: &SupportPolygon, old: Option<&Isometry2<f64>>| {
             let (mut panel, ground) = Ground::panel(WIDTH, range[0], range[1]);
             ground.draw(&mut panel, &title);
             stand_of(study, &mut panel, &ground, stand, old);
-            super::sets::region(&mut panel, &ground, whole, &region.allowed);
+            region(&mut panel, &ground, whole, &on.allowed);
             let mut sets = OnlineSets::new(family);
-            sets.update(&region.allowed);
+            sets.update(&on.allowed);
             for gain in 0..sets.len() {
                 panel.polygon("slice", &ground.all(sets.slice(gain, &State::default()).iter().map(|p| [p.x, p.y])));
             }
@@ -309,6 +313,7 @@ pub fn regions(study: &Study) -> Result<Option<Figure>> {
             "horizon_k_before": stored,
             "horizon_k_after": needed,
             "stored_k_excess": excess,
+            "soles_turned_deg": turned_deg,
             "slowest_impulse_from_rest_n_s": { "before": slow_before, "after": slow_after },
         }),
     }))
@@ -334,7 +339,10 @@ fn stand_of(study: &Study, panel: &mut Panel, ground: &Ground, stand: &Stand, ol
     let into = stand.support.frame.inverse();
     let corners = |pose: Isometry2<f64>| study.sole().map(|[x, y]| (pose * Point2::new(x, y)).into());
     for foot in Foot::BOTH {
-        panel.polygon("sole", &ground.all(corners(into * stand.soles[foot])));
+        let pose = into * stand.soles[foot];
+        panel.polygon("sole", &ground.all(corners(pose)));
+        let [x, y] = ground.at((pose * Point2::new(-0.034, 0.0)).into());
+        panel.text("small", [x, y], foot.name());
     }
     if let Some(old) = old {
         for foot in Foot::BOTH {
@@ -342,7 +350,9 @@ fn stand_of(study: &Study, panel: &mut Panel, ground: &Ground, stand: &Stand, ol
             panel.polygon("sole ghost", &ground.all(corners(into * old * home)));
         }
         let origin: At = (into * old * Point2::origin()).into();
-        panel.circle("frame", ground.at(origin), 4.0);
+        let [x, y] = ground.at(origin);
+        panel.circle("plan", [x, y], 3.5);
+        panel.text("plan small halo start", [x + 7.0, y + 4.0], "old origin");
     }
 }
 
@@ -352,6 +362,13 @@ fn frame_axes(panel: &mut Panel, ground: &Ground) {
         let [x, y] = ground.at([1.28 * to[0], 1.28 * to[1]]);
         panel.text("small halo", [x, y + 4.0], name);
     }
+}
+
+/// How far something went (m; x forward, y left), in words.
+pub fn told(way: [f64; 2]) -> String {
+    let part = |m: f64, ways: [&str; 2]| format!("{} mm {}", short(1e3 * m.abs(), 0), ways[usize::from(m < 0.0)]);
+    let [along, across] = [part(way[0], ["forward", "backward"]), part(way[1], ["to the left", "to the right"])];
+    if way[1].abs() < 5e-4 { along } else { format!("{along} and {across}") }
 }
 
 /// The first footstep of a pushed run: where to (m; x forward, y left).
