@@ -19,14 +19,16 @@ const FADED: f64 = 1.9;
 /// Share of the light that a full shadow takes away.
 const SHADOW: f32 = 0.62;
 /// The lamp is a square of so many points to a side, and of this size seen from the ground (radians, about).
-const LAMPS: usize = 4;
-const LAMP_SIZE: f64 = 0.22;
+const LAMPS: usize = 5;
+const LAMP_SIZE: f64 = 0.2;
 
 /// Floor and background of a picture.
 pub(super) struct Floor {
     view: View,
     /// Columns: directions on the floor, and its normal.
     axes: Matrix3<f64>,
+    /// One over the depth (1/m): at the upper left corner, and its growth from pixel to pixel, right and down.
+    near: [f64; 3],
     shadow: Shadow,
     floor: Light,
     line: Light,
@@ -40,7 +42,13 @@ impl Floor {
     /// vector towards it).
     pub fn new(view: View, slope: UnitQuaternion<f64>, lamp: Vector3<f64>, triangles: &[[Point3<f64>; 3]]) -> Self {
         let axes = *slope.to_rotation_matrix().matrix();
+        let normal = Vector3::from(axes.column(2));
+        let height = normal.dot(&view.eye.coords);
+        // Rays are one unit deep: the floor is met at the depth -height / (normal . ray).
+        let near = [view.ray(0.0, 0.0), view.right / view.focal_px, -view.up / view.focal_px];
+        let near = near.map(|direction| if height > 0.0 { -normal.dot(&direction) / height } else { 0.0 });
         Self {
+            near,
             view,
             axes,
             shadow: Shadow::new(&axes, lamp, triangles),
@@ -58,9 +66,7 @@ impl Floor {
 
     /// One over the depth of the floor at a point of the picture (px); 0 where there is none.
     pub fn near(&self, x: f64, y: f64) -> f64 {
-        let (normal, height) = (self.normal(), self.normal().dot(&self.view.eye.coords));
-        // Rays are one unit deep: the floor is met at the depth -height / (normal . ray).
-        if height > 0.0 { (-normal.dot(&self.view.ray(x, y)) / height).max(0.0) } else { 0.0 }
+        (self.near[0] + self.near[1] * x + self.near[2] * y).max(0.0)
     }
 
     /// What is seen at a point of the picture (px).
@@ -115,8 +121,10 @@ fn line_share(at: f64, width: f64, period: f64, breadth: f64) -> f64 {
     (total(at + width / 2.0) - total(at - width / 2.0)) / width
 }
 
-/// Cells along a side of the shadow.
-const CELLS: usize = 288;
+/// Cells along a side of the shadow, and their size where the robot stands (m). Those of a shadow that is longer are so
+/// many times as large; their grid lies still, so that a still robot's shadow does.
+const CELLS: usize = 320;
+const CELL_M: f64 = 0.0025;
 
 /// A soft shadow on the floor: mean of those that the points of a lamp throw.
 struct Shadow {
@@ -141,19 +149,24 @@ impl Shadow {
             .collect();
         let thrown = |lamp: &Vector3<f64>, p: &Vector3<f64>| [p.x - lamp.x / lamp.z * p.z, p.y - lamp.y / lamp.z * p.z];
 
+        // The corners of the lamp throw the farthest.
+        let corners = [0, LAMPS - 1, LAMPS * (LAMPS - 1), LAMPS * LAMPS - 1].map(|k| lamps[k]);
         let (mut least, mut most) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for at in in_floor.iter().flatten().flat_map(|p| lamps.iter().map(move |lamp| thrown(lamp, p))) {
-            for i in 0..2 {
-                (least[i], most[i]) = (least[i].min(at[i]), most[i].max(at[i]));
+        for p in in_floor.iter().flatten() {
+            for lamp in &corners {
+                for (i, at) in thrown(lamp, p).into_iter().enumerate() {
+                    (least[i], most[i]) = (least[i].min(at), most[i].max(at));
+                }
             }
         }
         let extent = (most[0] - least[0]).max(most[1] - least[1]);
         if !(extent.is_finite() && extent > 0.0) {
             return Self { corner: [0.0; 2], cells_per_m: 0.0, dark: Vec::new() };
         }
-        // Room for the blur at the edges.
-        let cells_per_m = (CELLS - 8) as f64 / extent;
-        let corner = least.map(|v| v - 4.0 / cells_per_m);
+        // With room for the blur at the edges.
+        let cell_m = CELL_M * (extent / (CELL_M * (CELLS - 10) as f64)).ceil();
+        let cells_per_m = 1.0 / cell_m;
+        let corner = least.map(|v| ((v * cells_per_m).floor() - 4.0) * cell_m);
         let mut counts = vec![0_u8; CELLS * CELLS];
         let mut reached = vec![0_u8; CELLS * CELLS];
         for (k, lamp) in lamps.iter().enumerate() {
@@ -176,7 +189,7 @@ impl Shadow {
             }
         }
         let mut dark: Vec<f32> = counts.iter().map(|&count| f32::from(count) / (LAMPS * LAMPS) as f32).collect();
-        for stride in [1, CELLS, 1, CELLS] {
+        for stride in [1, CELLS].repeat(4) {
             blur(&mut dark, stride);
         }
         Self { corner, cells_per_m, dark }

@@ -4,17 +4,23 @@
 //! machine.
 
 mod camera;
+mod files;
 mod floor;
+mod frames;
+mod label;
 mod mesh;
 mod overlay;
 mod raster;
 
 use crate::episode::Snapshot;
-use crate::robot::{Kinematics, Posture, Robot};
+use crate::robot::{Kinematics, Posture, Robot, Shape};
 pub use camera::Camera;
 use camera::View;
+pub use files::{png, strip};
 use floor::Floor;
+pub use frames::{FramesOptions, check_folder, write_frames};
 use image::RgbImage;
+pub use label::label;
 use mesh::Mesh;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 pub use overlay::Marks;
@@ -38,6 +44,24 @@ pub fn draw_posture(robot: &Robot, posture: &Posture, camera: &Camera, size: [u3
     let mut scene = Scene::new(camera, size);
     scene.robot(robot, posture);
     scene.paint(size, UnitQuaternion::identity())
+}
+
+/// Balls (centre in the world and radius, m) that hold the robot's solids: what a camera is to be framed on.
+pub fn extent(robot: &Robot, posture: &Posture) -> Vec<(Point3<f64>, f64)> {
+    let mut kinematics = Kinematics::new(robot);
+    kinematics.update(robot, posture);
+    let of_link = |i: usize| {
+        let pose = kinematics.link_pose(i);
+        robot.links[i].visuals.iter().map(move |solid| {
+            let radius = match solid.shape {
+                Shape::Box { half } => half.norm(),
+                Shape::Cylinder { radius, length } => (radius * radius + length * length / 4.0).sqrt(),
+                Shape::Sphere { radius } => radius,
+            };
+            (pose * Point3::from(solid.pose.translation.vector), radius)
+        })
+    };
+    (0..robot.links.len()).flat_map(of_link).collect()
 }
 
 /// What is to be painted.
@@ -120,7 +144,7 @@ impl Scene {
         for _ in 0..5 {
             gloss *= gloss;
         }
-        light.map(|v| v * diffuse as f32 + 0.06 * gloss as f32 + 0.006)
+        light.map(|v| v * diffuse as f32 + 0.06 * gloss as f32 + 0.010)
     }
 
     fn paint(&self, size: [u32; 2], slope: UnitQuaternion<f64>) -> RgbImage {

@@ -65,11 +65,11 @@ const PUSH: u32 = 0xe4002b;
 const WHITE: u32 = 0xffffff;
 
 /// How much of a mark is seen through what hides it.
-pub(super) const THROUGH: f32 = 0.4;
+pub(super) const THROUGH: f32 = 0.7;
 /// Marks on the floor lie so high above it (m),
 const LIFT_M: f64 = 0.0005;
 /// and have such sizes.
-const DOT_M: f64 = 0.008;
+const DOT_M: f64 = 0.009;
 const RIM_M: f64 = 0.002;
 const LINE_M: f64 = 0.0025;
 const COM_RADIUS_M: f64 = 0.014;

@@ -146,6 +146,9 @@ pub(super) struct Area {
     /// Whether corners 1 and 2 were exchanged for that.
     turned: bool,
     double: i64,
+    /// The samples that may be inside: from, and to (not included), right and down.
+    from: [i64; 2],
+    to: [i64; 2],
 }
 
 impl Area {
@@ -159,25 +162,23 @@ impl Area {
         if double < 0 {
             corners.swap(1, 2);
         }
-        (double != 0).then_some(Self { corners, turned: double < 0, double: double.abs() })
+        // The first sample whose middle is not before a corner.
+        let sample = |place: i64| (place + PLACES as i64 / 2 - 1).div_euclid(PLACES as i64);
+        let [a, b, c] = corners;
+        let from = [0, 1].map(|i| sample(a[i].min(b[i]).min(c[i])));
+        let to = [0, 1].map(|i| sample(a[i].max(b[i]).max(c[i])) + 1);
+        (double != 0).then_some(Self { corners, turned: double < 0, double: double.abs(), from, to })
     }
 
     /// Calls with each sample inside the window (left, top, right, bottom; the last two not included) and the weights
     /// of the three corners there.
     pub fn for_each(&self, [left, top, right, bottom]: [i64; 4], mut call: impl FnMut(i64, i64, [f64; 3])) {
-        let places = PLACES as i64;
-        let range = |axis: usize, from: i64, to: i64| {
-            let values = self.corners.map(|corner| corner[axis]);
-            let (least, most) = (values.iter().min(), values.iter().max());
-            // The first sample whose middle is not before, the last whose middle is not behind.
-            let first = least.map_or(from, |v| (v - places / 2).div_euclid(places));
-            let last = most.map_or(from, |v| (v - places / 2).div_euclid(places) + 1);
-            (first.max(from), last.min(to))
-        };
-        let ((x0, x1), (y0, y1)) = (range(0, left, right), range(1, top, bottom));
+        let ([x0, y0], [x1, y1]) = (self.from, self.to);
+        let (x0, x1, y0, y1) = (x0.max(left), x1.min(right), y0.max(top), y1.min(bottom));
         if x0 >= x1 || y0 >= y1 {
             return;
         }
+        let places = PLACES as i64;
         let [a, b, c] = self.corners;
         let edges = [(b, c), (c, a), (a, b)];
         // A sample on an edge is inside of the one of two triangles that has it as a left or a top edge.

@@ -1,0 +1,271 @@
+//! The pictures of a film: some moments one by one and as a strip (as Fig. 8, 12 and 13 of the paper), and a GIF.
+
+use super::files::{gif, png, strip};
+use super::{Camera, Marks, draw, extent, label};
+use crate::episode::Film;
+use crate::error::{Error, Result};
+use crate::files::write_atomic;
+use crate::sim::Push;
+use image::RgbImage;
+use nalgebra::Point3;
+use rayon::prelude::*;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What pictures of a film are like. Sizes are width and height (px).
+#[derive(Debug, Clone, PartialEq)]
+pub struct FramesOptions {
+    /// None: across the push, from where all that moves is seen.
+    pub camera: Option<Camera>,
+    pub marks: Marks,
+    /// Of a moment by itself.
+    pub size: [u32; 2],
+    /// Of a moment in the strip.
+    pub strip_size: [u32; 2],
+    pub gif_size: [u32; 2],
+    /// How many moments.
+    pub moments: usize,
+    /// The speed of the GIF from the push to the last landing or the fall, a share of real time; real time before and
+    /// after.
+    pub slow_motion: f64,
+}
+
+impl Default for FramesOptions {
+    fn default() -> Self {
+        Self {
+            camera: None,
+            marks: Marks::ALL,
+            size: [640, 480],
+            strip_size: [240, 320],
+            gif_size: [480, 360],
+            moments: 8,
+            slow_motion: 0.25,
+        }
+    }
+}
+
+const STRIP: &str = "strip.png";
+const GIF: &str = "motion.gif";
+/// A GIF shows a picture for so long (1/100 s), and its last one.
+const DELAY_CS: u16 = 4;
+const LAST_DELAY_CS: u16 = 120;
+/// A GIF begins so long before the push, and slows down so long before it (s).
+const LEAD_S: f64 = 0.2;
+const SLOW_LEAD_S: f64 = 0.04;
+/// It is slow until so long after a landing or a fall, but not longer than this in all (s).
+const SLOW_TAIL_S: f64 = 0.1;
+const LONGEST_SLOW_S: f64 = 0.8;
+/// It ends so long after the robot stands still (s).
+const REST_S: f64 = 0.5;
+/// Moments are at least so far apart (s).
+const APART_S: f64 = 0.012;
+/// So much of a push's arrow is in the picture in any case (m).
+const ARROW_M: f64 = 0.3;
+const MARGIN: f64 = 0.08;
+
+/// Draws a film: `frame-0001-0.480s.png` and so on, `strip.png` and `motion.gif` in `folder`, which is made if there is
+/// none. Frames of before are replaced. Returns the files. Errors: as [`check_folder`]; a file cannot be written; there is
+/// nothing to draw.
+pub fn write_frames(film: &Film, folder: &Path, options: &FramesOptions) -> Result<Vec<PathBuf>> {
+    let before = check_folder(folder)?;
+    if film.snapshots.is_empty() {
+        return Err(Error::Numeric { what: "frames".into(), problem: "the episode has no moment to draw".into() });
+    }
+    let moments = moments(film, options.moments);
+    let pictures = |size: [u32; 2]| -> Vec<RgbImage> {
+        let camera = options.camera.unwrap_or_else(|| camera(film, moments.iter().copied(), size));
+        moments.par_iter().map(|&k| picture(film, k, &camera, size, options, "")).collect()
+    };
+    let mut files: Vec<(String, Vec<u8>)> = Vec::new();
+    for (i, (&k, image)) in moments.iter().zip(pictures(options.size)).enumerate() {
+        files.push((format!("frame-{:04}-{:.3}s.png", i + 1, film.snapshots[k].time_s), png(&image)));
+    }
+    files.push((STRIP.into(), png(&strip(&pictures(options.strip_size)))));
+    files.push((GIF.into(), moving(film, options)?));
+
+    for old in before.iter().filter(|old| !files.iter().any(|(name, _)| name == *old)) {
+        let path = folder.join(old);
+        fs::remove_file(&path).map_err(|source| Error::Write { path, source })?;
+    }
+    let write = |(name, bytes): &(String, Vec<u8>)| {
+        let path = folder.join(name);
+        write_atomic(&path, bytes).map(|()| path)
+    };
+    files.iter().map(write).collect()
+}
+
+/// The frames of before in a folder, none if it is not there. Error: it is not a folder, or it holds something else.
+pub fn check_folder(folder: &Path) -> Result<Vec<String>> {
+    let refuse = |problem: String| {
+        let accepted =
+            format!("a folder that is new, empty, or holds nothing but frames (frame-*.png, {STRIP}, {GIF})");
+        Error::value("arguments", "--frames", folder.display(), problem, accepted)
+    };
+    let fail = |source| Error::Read { path: folder.into(), source };
+    if !folder.exists() {
+        return Ok(Vec::new());
+    }
+    if !folder.is_dir() {
+        return Err(refuse("it is not a folder".into()));
+    }
+    let mut names = Vec::new();
+    for entry in fs::read_dir(folder).map_err(fail)? {
+        let name = entry.map_err(fail)?.file_name().to_string_lossy().into_owned();
+        if !is_frame(&name) {
+            return Err(refuse(format!("it holds {name:?}")));
+        }
+        names.push(name);
+    }
+    Ok(names)
+}
+
+/// Whether a file bears a name that [`write_frames`] gives.
+fn is_frame(name: &str) -> bool {
+    let numbered = name.strip_prefix("frame-").and_then(|rest| rest.strip_suffix("s.png"));
+    let all_digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    let is_time = |time: &str| time.split_once('.').is_some_and(|(s, ms)| all_digits(s) && all_digits(ms));
+    name == STRIP
+        || name == GIF
+        || numbered.and_then(|n| n.split_once('-')).is_some_and(|(n, time)| all_digits(n) && is_time(time))
+}
+
+fn picture(film: &Film, k: usize, camera: &Camera, size: [u32; 2], options: &FramesOptions, speed: &str) -> RgbImage {
+    let snapshot = &film.snapshots[k];
+    let mut image = draw(&film.robot, snapshot, camera, size, &options.marks);
+    label(&mut image, format!("{:.2} s {speed}", snapshot.time_s).trim_end(), [10, 8]);
+    image
+}
+
+/// Across the push rather than along it, from the left or the right front, and so near that the robot is in the picture at
+/// all these moments.
+fn camera(film: &Film, moments: impl Iterator<Item = usize>, size: [u32; 2]) -> Camera {
+    const SIDES_DEG: [f64; 2] = [52.0, -38.0];
+    let heading = film.pushes.first().map_or(0.0, |push| push.heading_deg);
+    let along = |side: f64| {
+        let off = (side - heading).rem_euclid(180.0);
+        off.min(180.0 - off)
+    };
+    let azimuth_deg = if along(SIDES_DEG[0]) >= 30.0 { SIDES_DEG[0] } else { SIDES_DEG[1] };
+    let target = Point3::origin();
+    let toward = Camera { target, azimuth_deg, elevation_deg: 17.0, distance_m: 2.0, fov_deg: 28.0 };
+    let mut balls = Vec::new();
+    for snapshot in moments.map(|k| &film.snapshots[k]) {
+        balls.extend(extent(&film.robot, &snapshot.posture));
+        balls.extend(snapshot.push.map(|push| (push.point - push.force.normalize() * ARROW_M, 0.01)));
+    }
+    toward.framing(&balls, size, MARGIN)
+}
+
+/// When nothing more is to be seen (s).
+fn end_s(film: &Film) -> f64 {
+    let last_s = film.snapshots.last().map_or(0.0, |snapshot| snapshot.time_s);
+    let record = &film.record;
+    match (record.fell_at_s, record.settled_at_s) {
+        (None, Some(at)) => last_s.min(at.max(pushed_until_s(film)) + REST_S),
+        _ => last_s,
+    }
+}
+
+fn pushed_from_s(film: &Film) -> f64 {
+    film.pushes.iter().map(|push| push.start_s).reduce(f64::min).unwrap_or(0.0)
+}
+
+fn pushed_until_s(film: &Film) -> f64 {
+    film.pushes.iter().map(Push::end_s).fold(0.0, f64::max)
+}
+
+/// Index of the snapshot at a time, or of the nearest there is.
+fn index(film: &Film, time_s: f64) -> usize {
+    let first_s = film.snapshots.first().map_or(0.0, |snapshot| snapshot.time_s);
+    let k = ((time_s - first_s) / film.control_period_s).round().max(0.0) as usize;
+    k.min(film.snapshots.len().saturating_sub(1))
+}
+
+/// The moments that tell the story, in order: before the push, at its end, at lift, in mid swing and at landing of each
+/// footstep, at the fall, at the end; the most crowded left out, or the widest gaps filled, to make up `count`.
+fn moments(film: &Film, count: usize) -> Vec<usize> {
+    let record = &film.record;
+    let end_s = end_s(film);
+    let mut times = vec![(pushed_from_s(film) - 2.0 * APART_S).max(0.0)];
+    times.extend(film.pushes.iter().map(Push::end_s));
+    for step in &record.footsteps {
+        times.extend([step.lift_s, (step.lift_s + step.land_s) / 2.0, step.land_s]);
+    }
+    times.extend(record.unfinished_footstep.map(|step| step.lift_s));
+    times.extend(record.fell_at_s);
+    times.retain(|&time| time < end_s - APART_S);
+    times.push(end_s);
+    times.sort_by(f64::total_cmp);
+    times.dedup_by(|later, earlier| *later - *earlier < APART_S);
+    while times.len() > count.max(2) {
+        let room = |i: &usize| times[i + 1] - times[i - 1];
+        let crowded = (1..times.len() - 1).min_by(|a, b| room(a).total_cmp(&room(b)));
+        let Some(i) = crowded else { break };
+        times.remove(i);
+    }
+    while times.len() < count {
+        // There is less to see while the robot comes to rest.
+        let gap = |i: &usize| (times[i + 1] - times[*i]) * if i + 2 == times.len() { 0.3 } else { 1.0 };
+        let widest = (0..times.len() - 1).max_by(|a, b| gap(a).total_cmp(&gap(b)));
+        let Some(i) = widest.filter(|i| gap(i) > APART_S) else { break };
+        // Early in the last gap, for the same reason.
+        let share = if i + 2 == times.len() { 0.3 } else { 0.5 };
+        times.insert(i + 1, times[i] + share * (times[i + 1] - times[i]));
+    }
+    let mut moments: Vec<usize> = times.into_iter().map(|time| index(film, time)).collect();
+    moments.dedup();
+    moments
+}
+
+/// A picture of the GIF: index of its snapshot, for how long (1/100 s), and whether in slow motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Shot {
+    snapshot: usize,
+    delay_cs: u16,
+    slow: bool,
+}
+
+/// Stretches of the film: from, to (s) and speed.
+fn stretches(film: &Film, slow_motion: f64) -> [(f64, f64, f64); 3] {
+    let (record, end_s) = (&film.record, end_s(film));
+    let from_s = (pushed_from_s(film) - LEAD_S).max(0.0);
+    let slow_from_s = (pushed_from_s(film) - SLOW_LEAD_S).max(from_s);
+    let landed_s = record.footsteps.iter().map(|step| step.land_s).fold(pushed_until_s(film), f64::max);
+    let slow_to_s = landed_s.max(record.fell_at_s.unwrap_or(0.0)) + SLOW_TAIL_S;
+    let slow_to_s = slow_to_s.min(slow_from_s + LONGEST_SLOW_S).min(end_s).max(slow_from_s);
+    [(from_s, slow_from_s, 1.0), (slow_from_s, slow_to_s, slow_motion), (slow_to_s, end_s, 1.0)]
+}
+
+fn shots(film: &Film, slow_motion: f64) -> Vec<Shot> {
+    let delay_s = f64::from(DELAY_CS) / 100.0;
+    let mut shots = Vec::new();
+    for (from_s, to_s, speed) in stretches(film, slow_motion) {
+        let count = ((to_s - from_s) / (delay_s * speed)).round() as usize;
+        let shot = |i: usize| Shot {
+            snapshot: index(film, from_s + i as f64 * delay_s * speed),
+            delay_cs: DELAY_CS,
+            slow: speed != 1.0,
+        };
+        shots.extend((0..count).map(shot));
+    }
+    shots.push(Shot { snapshot: index(film, end_s(film)), delay_cs: LAST_DELAY_CS, slow: false });
+    shots
+}
+
+/// The film as a GIF.
+fn moving(film: &Film, options: &FramesOptions) -> Result<Vec<u8>> {
+    let shots = shots(film, options.slow_motion);
+    let camera = options.camera.unwrap_or_else(|| {
+        // One in three is enough to see how far the robot gets.
+        camera(film, shots.iter().step_by(3).chain(shots.last()).map(|shot| shot.snapshot), options.gif_size)
+    });
+    let slow = format!("({} x)", options.slow_motion);
+    let images: Vec<RgbImage> = shots
+        .par_iter()
+        .map(|shot| {
+            let speed = if shot.slow { slow.as_str() } else { "" };
+            picture(film, shot.snapshot, &camera, options.gif_size, options, speed)
+        })
+        .collect();
+    gif(&images, &shots.iter().map(|shot| shot.delay_cs).collect::<Vec<_>>())
+}
