@@ -169,7 +169,7 @@ fn class(foot: Foot) -> &'static str {
 
 fn example(home: &Home, degrees: f64, name: &str) -> Panel {
     let direction = unit(degrees);
-    let (mut panel, ground) = Ground::panel(WIDTH, [-0.15, 0.16], [-0.15, 0.15]);
+    let (mut panel, ground) = Ground::panel(WIDTH, [-0.16, 0.16], [-0.168, 0.168]);
     let chosen = home.choose(direction * home.study.rules.range.outward_m);
     let lengths = home.reaches(direction);
     let relation = if lengths[0] >= lengths[1] { "\u{2265}" } else { "<" };
@@ -211,7 +211,7 @@ fn example(home: &Home, degrees: f64, name: &str) -> Panel {
 }
 
 fn fan(home: &Home, study: &Study) -> Panel {
-    let (mut panel, ground) = Ground::panel(WIDTH, [-0.15, 0.16], [-0.15, 0.15]);
+    let (mut panel, ground) = Ground::panel(WIDTH, [-0.16, 0.16], [-0.168, 0.168]);
     ground.draw(&mut panel, "All directions: how far each foot can go");
     let tip = |foot: Foot, degrees: f64| -> At { (unit(degrees) * home.reach(foot, unit(degrees))).into() };
     let degrees = |i: usize| (i * STEP_DEG) as f64;

@@ -56,7 +56,7 @@ pub fn imposed(study: &Study) -> Result<Figure> {
         number: "9",
         file: "fig09-responses-imposed.svg",
         title: "Responses to the imposed errors",
-        reading: "COM (the paper's COG), ZMP and feet of Fig. 8: fore and aft above, sideways below; (a) error that drives backward, (b) error from diagonally forward left. On the ideal pendulum the ZMP is the one wanted.".into(),
+        reading: "COM (the paper's COG), ZMP and feet of Fig. 8: fore and aft above, sideways below; (a) error that drives backward, (b) error from diagonally forward left. COM purple, ZMP red (wanted: orange, dashed), DCM green, right foot pink, left foot dashed. On the ideal pendulum the ZMP is the one wanted.".into(),
         panels,
         columns: 1,
         table: None,

@@ -130,7 +130,7 @@ fn velocity_slice(study: &Study) -> Panel {
     for (i, set) in sets.iter().enumerate() {
         let zmp = 0.45 * reach * (1.0 - 2.0 * i as f64 / (sets.len() - 1).max(1) as f64);
         let edge = edge(set, speed, zmp);
-        leader(&mut panel, axes.at([edge, 1e3 * zmp]), axes.at([0.93 * speed, 1e3 * zmp]), &set.gain);
+        leader(&mut panel, axes.at([edge, 1e3 * zmp]), axes.at([0.87 * speed, 1e3 * zmp]), &set.gain);
     }
     let limit = most - study.design.family.zmp_margin;
     for side in [-1.0, 1.0] {
@@ -273,21 +273,20 @@ pub fn regions(study: &Study) -> Result<Option<Figure>> {
             ),
         ),
     ];
-    let range = [[-0.15, 0.15], [-0.125, 0.125]];
-    let panel =
-        |title: String, stand: &Stand, on: &Region, whole: &SupportPolygon, old: Option<&Isometry2<f64>>| {
-            let (mut panel, ground) = Ground::panel(WIDTH, range[0], range[1]);
-            ground.draw(&mut panel, &title);
-            stand_of(study, &mut panel, &ground, stand, old);
-            region(&mut panel, &ground, whole, &on.allowed);
-            let mut sets = OnlineSets::new(family);
-            sets.update(&on.allowed);
-            for gain in 0..sets.len() {
-                panel.polygon("slice", &ground.all(sets.slice(gain, &State::default()).iter().map(|p| [p.x, p.y])));
-            }
-            frame_axes(&mut panel, &ground);
-            panel
-        };
+    let range = [[-0.155, 0.155], [-0.125, 0.125]];
+    let panel = |title: String, stand: &Stand, on: &Region, whole: &SupportPolygon, old: Option<&Isometry2<f64>>| {
+        let (mut panel, ground) = Ground::panel(WIDTH, range[0], range[1]);
+        ground.draw(&mut panel, &title);
+        stand_of(study, &mut panel, &ground, stand, old);
+        region(&mut panel, &ground, whole, &on.allowed);
+        let mut sets = OnlineSets::new(family);
+        sets.update(&on.allowed);
+        for gain in 0..sets.len() {
+            panel.polygon("slice", &ground.all(sets.slice(gain, &State::default()).iter().map(|p| [p.x, p.y])));
+        }
+        frame_axes(&mut panel, &ground);
+        panel
+    };
     let title = |what: &str, stand: &Stand| format!("{what}, t = {} s", short(stand.time_s, 3));
     Ok(Some(Figure {
         number: "4",
@@ -341,8 +340,8 @@ fn stand_of(study: &Study, panel: &mut Panel, ground: &Ground, stand: &Stand, ol
     for foot in Foot::BOTH {
         let pose = into * stand.soles[foot];
         panel.polygon("sole", &ground.all(corners(pose)));
-        let [x, y] = ground.at((pose * Point2::new(-0.034, 0.0)).into());
-        panel.text("small", [x, y], foot.name());
+        let [x, y] = ground.at((pose * Point2::new(-0.06, 0.0)).into());
+        panel.text("small halo", [x, y], foot.name());
     }
     if let Some(old) = old {
         for foot in Foot::BOTH {

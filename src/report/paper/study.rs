@@ -178,3 +178,20 @@ impl Watch {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One robot and one gain set stand for all scenarios of the study.
+    #[test]
+    fn the_papers_scenarios_share_robot_and_gain_set() {
+        let same = |scenario: &Scenario| {
+            (scenario.robot.clone(), scenario.gains.clone(), scenario.episode().control_period_s.to_bits())
+        };
+        let first = same(&Scenario::load("push-behind").unwrap());
+        for name in ["push-diagonal", "error-backward", "error-diagonal", "moving-backward", "moving-diagonal"] {
+            assert_eq!(same(&Scenario::load(name).unwrap()), first, "{name}");
+        }
+    }
+}

@@ -161,3 +161,27 @@ fn landed(study: &Study) -> Option<(SupportPolygon, State)> {
     let polygon = support.polygon?.inset(study.design.family.zmp_margin)?;
     polygon.half_planes().all(|edge| edge.distance > 0.0).then_some((polygon, state))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lipm::cpi_set::CpiSet;
+    use crate::lipm::gains::GainSet;
+    use crate::lipm::{GainFamily, Pendulum};
+
+    /// What is timed is eq. 25, row by row.
+    #[test]
+    fn the_stored_phi_gives_the_rows_of_the_stack() {
+        let pendulum = Pendulum { omega: 5.63, dt: 0.002 };
+        let family = GainFamily::design(&GainSet::load("paper").unwrap(), pendulum).unwrap();
+        let polygon = SupportPolygon::rectangle(-0.05, 0.07, -0.08, 0.09).unwrap();
+        for gain in &family.gains {
+            let mut stored = Stored::new(gain, 20, 4);
+            stored.update(&polygon);
+            let stacked = CpiSet::stacked(gain, &polygon, 20).unwrap();
+            assert!((&stored.s - &stacked.rows).amax() < 1e-9, "{}", gain.name);
+            let x = Vector6::new(0.01, -0.1, 0.02, 0.0, 0.2, -0.03);
+            assert!((stored.margin(&x) - stacked.margin(x.as_slice())).abs() < 1e-9);
+        }
+    }
+}
