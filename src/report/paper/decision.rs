@@ -100,6 +100,7 @@ pub fn figure(study: &Study) -> Figure {
         format!("left {} mm, right {} mm: the {} foot", reach[0], reach[1], name(chosen(degrees)))
     };
     let lengths = |degrees: f64| home.reaches(unit(degrees));
+    let in_json = |deg: f64| json!({ "direction_deg": deg, "foot": chosen(deg), "reach_left_right_m": lengths(deg) });
     let claims = vec![
         Claim::judged(
             "In (A) the left foot is chosen, in (B) the right one.",
@@ -112,11 +113,13 @@ pub fn figure(study: &Study) -> Figure {
             tie == Some(Foot::Left),
             "So it is.".into(),
             format!(
-                "Straight fore or aft is a tie, and the paper's own experiment (Fig. 12) moves the right foot. Here the less loaded foot goes, with equal loads the {} one. {}",
+                "Straight fore or aft is a tie, and the paper's own experiment (Fig. 12) moves the right foot. \
+                 Here the less loaded foot goes, with equal loads the {} one. {}",
                 name(tie),
                 if other_side_deg > 0.0 {
                     format!(
-                        "Up to {} degrees to the side it is the foot on the other side, by the rule itself: going inward it has the longer way. Beyond, it is the foot on the side of the error.",
+                        "Up to {} degrees to the side it is the foot on the other side, by the rule itself: \
+                         going inward it has the longer way. Beyond, it is the foot on the side of the error.",
                         short(other_side_deg, 1)
                     )
                 } else {
@@ -127,7 +130,8 @@ pub fn figure(study: &Study) -> Figure {
         Claim::open(
             "\u{3b1} of eq. 29 and a, b, y of eq. 27 and 28 are not printed.",
             format!(
-                "Here \u{3b1} = {}, a = {} mm, y = {} mm, b = {} mm. So an error of {} mm straight forward, or of {} mm to the side, asks for all that the range gives.",
+                "Here \u{3b1} = {}, a = {} mm, y = {} mm, b = {} mm. So an error of {} mm straight forward, or \
+                 of {} mm to the side, asks for all that the range gives.",
                 short(rules.alpha, 1),
                 short(1e3 * rules.range.forward_m, 0),
                 short(1e3 * rules.range.least_m, 0),
@@ -145,18 +149,19 @@ pub fn figure(study: &Study) -> Figure {
         number: "6",
         file: "fig06-swing-foot.svg",
         title: "Which foot swings",
-        reading: "Seen from above. D_L and D_R: where each foot may land beside the other. An arrow d for the direction of the ZMP error; from each sole the way along it to the border of its range; dotted, where the chosen foot lands at most. Right: how far each foot can go in every direction, as the distance from the centre; filled with the colour of the foot that is chosen, with the directions of the runs on this page.".into(),
-        panels: vec![
-            example(&home, a, "(A)"),
-            example(&home, b, "(B)"),
-            fan(&home, study),
-        ],
+        reading: "Seen from above. D_L and D_R: where each foot may land beside the other. An arrow d for the \
+        direction of the ZMP error; from each sole the way along it to the border of its range; dotted, where \
+         the chosen foot lands at most. Right: how far each foot can go in every direction, as the distance \
+         from the centre; filled with the colour of the foot that is chosen, with the directions of the runs on \
+         this page."
+            .into(),
+        panels: vec![example(&home, a, "(A)"), example(&home, b, "(B)"), fan(&home, study)],
         columns: 3,
         table: None,
         claims,
         numbers: json!({
             "alpha": rules.alpha,
-            "examples": EXAMPLES_DEG.map(|deg| json!({ "direction_deg": deg, "foot": chosen(deg), "reach_left_right_m": lengths(deg) })),
+            "examples": EXAMPLES_DEG.map(in_json),
             "tie_foot": tie,
             "other_side_up_to_deg": other_side_deg,
         }),

@@ -1,5 +1,6 @@
 //! A figure of the page: its panels, what it claims against the paper, and the numbers behind.
 
+use super::super::html::svg::short;
 use super::panel::Panel;
 use serde::Serialize;
 use serde_json::Value;
@@ -107,6 +108,13 @@ impl Figure {
         }
         svg + "</svg>\n"
     }
+}
+
+/// How far something went (m; x forward, y left), in words.
+pub fn walked(way: [f64; 2]) -> String {
+    let part = |m: f64, ways: [&str; 2]| format!("{} mm {}", short(1e3 * m.abs(), 0), ways[usize::from(m < 0.0)]);
+    let [along, across] = [part(way[0], ["forward", "backward"]), part(way[1], ["to the left", "to the right"])];
+    if way[1].abs() < 5e-4 { along } else { format!("{along} and {across}") }
 }
 
 #[cfg(test)]

@@ -61,7 +61,8 @@ pub fn figure(study: &Study) -> Figure {
         Claim::open(
             "The initial foot placement is in the picture only.",
             format!(
-                "Here the soles are {} by {} mm, their centres {} mm apart, side by side; the knees are bent by {} degrees and the COM is {} mm high.",
+                "Here the soles are {} by {} mm, their centres {} mm apart, side by side; the knees are bent by \
+                 {} degrees and the COM is {} mm high.",
                 short(1e3 * sole[0], 0),
                 short(1e3 * sole[1], 0),
                 short(1e3 * stance.y, 0),
@@ -85,7 +86,9 @@ pub fn figure(study: &Study) -> Figure {
         number: "7",
         file: "fig07-robot.svg",
         title: "The robot, its joints, and the initial foot placement",
-        reading: "UT-\u{3bc}2 at home, from the solids of its model; the axes of its joints in the same view; the soles from above. The table has the left half; the right one mirrors it.".into(),
+        reading: "UT-\u{3bc}2 at home, from the solids of its model; the axes of its joints in the same view; \
+        the soles from above. The table has the left half; the right one mirrors it."
+            .into(),
         panels: vec![view(robot), skeleton(robot), placement(study)],
         columns: 3,
         table: Some(Table {
@@ -93,8 +96,16 @@ pub fn figure(study: &Study) -> Figure {
             rows: rows.collect(),
         }),
         claims,
-        numbers: json!({ "joints": joints[0], "joints_arm": arm, "joints_leg": leg, "mass_kg": mass_kg, "height_m": height_m,
-            "sole_m": sole, "feet_apart_m": stance.y, "com_height_m": robot.home_com_height() }),
+        numbers: json!({
+            "joints": joints[0],
+            "joints_arm": arm,
+            "joints_leg": leg,
+            "mass_kg": mass_kg,
+            "height_m": height_m,
+            "sole_m": sole,
+            "feet_apart_m": stance.y,
+            "com_height_m": robot.home_com_height(),
+        }),
     }
 }
 

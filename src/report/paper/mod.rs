@@ -1,19 +1,20 @@
 //! `standfast paper`: what the paper's figures show, from simulations of its own scenarios, each beside what the paper
 //! states and whether that was found.
 //!
-//! [`study`] simulates and searches everything once; a module for each kind of figure draws it and judges; [`figure`] is
-//! what they have in common. Everything is a function of the program alone, but for the times of [`timing`].
+//! `study` simulates and searches everything once; a module for each kind of figure draws it and judges; `figure` is
+//! what they have in common. Everything is a function of the program alone, but for the times of `timing`.
 
 mod base64;
 mod decision;
 mod figure;
+mod inclusion;
 mod machine;
 mod page;
 mod panel;
 mod pictures;
+mod regions;
 mod responses;
 mod sequence;
-mod sets;
 mod study;
 mod timing;
 
@@ -81,8 +82,8 @@ pub fn run(args: &PaperArgs) -> Result<String> {
 
 fn figures(study: &Study) -> Result<Vec<Figure>> {
     let figures = [
-        Some(sets::inclusion(study)?),
-        sets::regions(study)?,
+        Some(inclusion::figure(study)?),
+        regions::figure(study)?,
         Some(sequence::figure(study)),
         Some(decision::figure(study)),
         Some(machine::figure(study)),

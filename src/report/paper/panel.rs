@@ -2,6 +2,7 @@
 
 use super::super::html::svg::{Scale, escape, px, short};
 use super::base64;
+use crate::geometry::SupportPolygon;
 use std::fmt::Write;
 
 /// A point in the units of whoever draws: px in a panel, (m), (s) ... in axes.
@@ -174,6 +175,13 @@ impl Ground {
     pub fn draw(&self, panel: &mut Panel, title: &str) {
         self.axes.draw(panel, "y, to the left [mm]", "x, forward [mm]");
         panel.text("title start", [self.axes.frame[0], 20.0], title);
+    }
+
+    /// A contact region, and what of it the ZMP may use.
+    pub fn region(&self, panel: &mut Panel, whole: &SupportPolygon, allowed: &SupportPolygon) {
+        for (class, polygon) in [("support", whole), ("allowed", allowed)] {
+            panel.polygon(class, &self.all(polygon.vertices().iter().map(|v| [v.x, v.y])));
+        }
     }
 
     /// A point of the ground (m; x forward, y left).

@@ -2,9 +2,8 @@
 
 use super::super::html::svg::short;
 use super::decision::Home;
-use super::figure::{Claim, Figure};
+use super::figure::{Claim, Figure, walked};
 use super::panel::Panel;
-use super::sets::{told, way};
 use super::study::{ImposedRun, Pushed, Study};
 use crate::episode::{Outcome, Snapshot};
 use crate::report::picture::{Camera, Marks, draw, draw_posture, png};
@@ -80,28 +79,30 @@ pub fn imposed(study: &Study) -> Figure {
         Claim::judged(
             "(a) Error [\u{2212}0.03 0 0] m: a backward stepping motion.",
             a.1[0] < 0.0,
-            format!("The {} foot goes {}.", foot(a.0), told(a.1)),
-            format!("The {} foot goes {}.", foot(a.0), told(a.1)),
+            format!("The {} foot goes {}.", foot(a.0), walked(a.1)),
+            format!("The {} foot goes {}.", foot(a.0), walked(a.1)),
         ),
         Claim::judged(
             "(b) A disturbance from diagonally forward left: the right foot swings.",
             b.0.is_some_and(|f| f.foot == Foot::Right) && b.1[0] < 0.0 && b.1[1] < 0.0,
-            format!("The {} foot goes {}.", foot(b.0), told(b.1)),
-            format!("The {} foot goes {}.", foot(b.0), told(b.1)),
+            format!("The {} foot goes {}.", foot(b.0), walked(b.1)),
+            format!("The {} foot goes {}.", foot(b.0), walked(b.1)),
         ),
         Claim::judged(
             "(b) is printed as an error of [0.03 0.685 0] m.",
             printed == Some(Foot::Right),
             "Its signs lead to the right foot.".into(),
             format!(
-                "By eq. 27 to 29 those signs lead to the {} foot; and 0.685 m is more than the robot is high. Read as [\u{2212}30 \u{2212}68.5] mm: where the robot is driven, as in (a).",
+                "By eq. 27 to 29 those signs lead to the {} foot; and 0.685 m is more than the robot is high. \
+                 Read as [\u{2212}30 \u{2212}68.5] mm: where the robot is driven, as in (a).",
                 printed.map_or("no", Foot::name)
             ),
         ),
         Claim::open(
             "The paper does not say how the COM moves as the error is imposed.",
             format!(
-                "Here it rests, and the error is told to the footstep alone. With the velocity of the COM that makes the error, (a) is {moving_a}; (b) is {moving_b}."
+                "Here it rests, and the error is told to the footstep alone. With the velocity of the COM that \
+                 makes the error, (a) is {moving_a}; (b) is {moving_b}."
             ),
         ),
     ];
@@ -110,7 +111,9 @@ pub fn imposed(study: &Study) -> Figure {
         file: "fig08-imposed.svg",
         title: "Snapshots of the imposed errors",
         reading: format!(
-            "Whole body motion by inverse kinematics on the ideal pendulum, without physics, seen from the robot's front right: (a) error that drives backward, (b) error from diagonally forward left. Its COM is at most {} mm from the pendulum's.",
+            "Whole body motion by inverse kinematics on the ideal pendulum, without physics, seen from the \
+             robot's front right: (a) error that drives backward, (b) error from diagonally forward left. Its \
+             COM is at most {} mm from the pendulum's.",
             short(1e3 * study.errors.iter().map(|run| run.record.worst_com_error_m).fold(0.0, f64::max), 1)
         ),
         panels,
@@ -137,14 +140,15 @@ fn way_of(run: &ImposedRun) -> [f64; 2] {
 /// Fig. 12.
 pub fn from_behind(study: &Study) -> Figure {
     let pushed = &study.pushes[0];
-    let (gone, footstep) = (way(pushed).unwrap_or_default(), pushed.film.record.footsteps.first());
+    let (gone, footstep) = (pushed.way().unwrap_or_default(), pushed.film.record.footsteps.first());
     let foot = footstep.map_or("no", |f| f.foot.name());
     let home = Home::new(study);
     let reach = footstep.map_or([0.0; 2], |f| home.reaches(f.zmp_error_m.into()));
     let ways = format!("could go {} mm, the right one {} mm", short(1e3 * reach[0], 1), short(1e3 * reach[1], 1));
     let tie = if (reach[0] - reach[1]).abs() < 1e-4 {
         format!(
-            "The left foot {ways}: a tie, which step 4 of Sect. V.B gives to the left foot; here it goes to the less loaded one, else to the right."
+            "The left foot {ways}: a tie, which step 4 of Sect. V.B gives to the left foot; here it goes to the \
+             less loaded one, else to the right."
         )
     } else {
         format!("The left foot {ways}.")
@@ -153,8 +157,8 @@ pub fn from_behind(study: &Study) -> Figure {
         Claim::judged(
             "A disturbance from behind; the robot steps forward.",
             gone[0] > 0.0,
-            format!("The foot goes {}.", told(gone)),
-            format!("The foot goes {}.", told(gone)),
+            format!("The foot goes {}.", walked(gone)),
+            format!("The foot goes {}.", walked(gone)),
         ),
         Claim::judged(
             "The right foot is chosen as swinging foot.",
@@ -171,7 +175,7 @@ pub fn from_behind(study: &Study) -> Figure {
 /// Fig. 13.
 pub fn from_diagonal(study: &Study) -> Figure {
     let pushed = &study.pushes[1];
-    let (gone, footstep) = (way(pushed).unwrap_or_default(), pushed.film.record.footsteps.first());
+    let (gone, footstep) = (pushed.way().unwrap_or_default(), pushed.film.record.footsteps.first());
     let foot = footstep.map_or("no", |f| f.foot.name());
     let yaw_deg = |s: &Snapshot| {
         let ahead = s.posture.base.rotation * Vector3::x();
@@ -192,14 +196,17 @@ pub fn from_diagonal(study: &Study) -> Figure {
         Claim::judged(
             "It steps diagonally backward right.",
             gone[0] < 0.0 && gone[1] < 0.0,
-            format!("The foot goes {}.", told(gone)),
-            format!("The foot goes {}.", told(gone)),
+            format!("The foot goes {}.", walked(gone)),
+            format!("The foot goes {}.", walked(gone)),
         ),
         Claim::judged(
             "The robot rotates around the yaw axis, slightly.",
             most.abs() > YAW_DEG,
             yaw.clone(),
-            format!("{yaw} Less than {YAW_DEG} degree: soles hold better here, or the push passes nearer to the axis."),
+            format!(
+                "{yaw} Less than {YAW_DEG} degree: soles hold better here, or the push passes nearer to the \
+            axis."
+            ),
         ),
         outcome(pushed),
         magnitude(pushed),
@@ -233,7 +240,8 @@ fn magnitude(pushed: &Pushed) -> Claim {
     Claim::open(
         "The paper does not print how hard it pushed.",
         format!(
-            "Here {} N s within {} ms at the height of the COM, towards {} degrees (0 is forward, 90 to the left). The paper's robot was real; this one is simulated, its batteries, servos and friction assumed.",
+            "Here {} N s within {} ms at the height of the COM, towards {} degrees (0 is forward, 90 to the \
+             left). The paper's robot was real; this one is simulated, its batteries, servos and friction assumed.",
             short(pushed.push.impulse_n_s, 2),
             short(1e3 * pushed.push.duration_s, 0),
             short(pushed.push.heading_deg, 0)
@@ -284,7 +292,10 @@ fn strip(
         number,
         file,
         title,
-        reading: "Simulated physics, seen from the robot's front right. Marks: the push (red arrow), forces under the soles (light green), COM (purple), ZMP (red; wanted: orange), DCM (green), the contact region (slate), the sets (blue) and the planned footstep (teal).".into(),
+        reading: "Simulated physics, seen from the robot's front right. Marks: the push (red arrow), forces \
+        under the soles (light green), COM (purple), ZMP (red; wanted: orange), DCM (green), the contact region \
+         (slate), the sets (blue) and the planned footstep (teal)."
+            .into(),
         panels,
         columns: COLUMNS,
         table: None,

@@ -56,13 +56,27 @@ pub fn imposed(study: &Study) -> Result<Figure> {
         number: "9",
         file: "fig09-responses-imposed.svg",
         title: "Responses to the imposed errors",
-        reading: "COM (the paper's COG), ZMP and feet of Fig. 8: fore and aft above, sideways below; (a) error that drives backward, (b) error from diagonally forward left. COM purple, ZMP red (wanted: orange, dashed), DCM green, right foot pink, left foot dashed. On the ideal pendulum the ZMP is the one wanted.".into(),
+        reading: "COM (the paper's COG), ZMP and feet of Fig. 8: fore and aft above, sideways below; (a) error \
+        that drives backward, (b) error from diagonally forward left. COM purple, ZMP red (wanted: orange, \
+         dashed), DCM green, right foot pink, left foot dashed. On the ideal pendulum the ZMP is the one \
+         wanted."
+            .into(),
         panels,
         columns: 1,
         table: None,
         claims: vec![
-            Claim::judged("After the landing the state is controlled by the switching control.", inside, told.clone(), told),
-            Claim::open("The values of the curves are in the paper's picture only.", "So their shapes are not compared here.".into()),
+            Claim::judged(
+                "After the landing the state is controlled by the switching control.",
+                inside,
+                told.clone(),
+                told,
+            ),
+            Claim::open(
+                "The values of the curves are in the paper's picture only.",
+                "So their shapes are not \
+            compared here."
+                    .into(),
+            ),
         ],
         numbers: json!({
             "a": { "home_at_s": study.errors[0].record.home_at_s, "footsteps": study.errors[0].record.footsteps },
@@ -101,7 +115,8 @@ pub fn pushed(study: &Study) -> Result<Figure> {
     let [_, [x, y]] = errors;
     let worse_in_y = y > x;
     let figures = format!(
-        "From the lift to the landing the measured ZMP is off the wanted one by {} (root of the mean square) in (b), {} in (a).",
+        "From the lift to the landing the measured ZMP is off the wanted one by {} (root of the mean square) in \
+         (b), {} in (a).",
         mm(errors[1]),
         mm(errors[0])
     );
@@ -122,7 +137,9 @@ pub fn pushed(study: &Study) -> Result<Figure> {
         number: "14",
         file: "fig14-responses-pushed.svg",
         title: "Responses to the pushes",
-        reading: "As Fig. 9, measured: the pushes of Fig. 12 (a) and 13 (b) in simulated physics, the ZMP from the contacts. Grey: how far the soles on the ground reach.".into(),
+        reading: "As Fig. 9, measured: the pushes of Fig. 12 (a) and 13 (b) in simulated physics, the ZMP from \
+        the contacts. Grey: how far the soles on the ground reach."
+            .into(),
         panels,
         columns: 1,
         table: None,
@@ -133,8 +150,18 @@ pub fn pushed(study: &Study) -> Result<Figure> {
                 figures.clone(),
                 format!("{figures} It is not as planned here either, but x is the worse axis."),
             ),
-            Claim::judged("The control regulates the COG to the origin, midway between the feet.", all_home, home.clone(), home),
-            Claim::open("The values of the curves are in the paper's picture only.", "So their shapes are not compared here.".into()),
+            Claim::judged(
+                "The control regulates the COG to the origin, midway between the feet.",
+                all_home,
+                home.clone(),
+                home,
+            ),
+            Claim::open(
+                "The values of the curves are in the paper's picture only.",
+                "So their shapes are not \
+            compared here."
+                    .into(),
+            ),
         ],
         numbers: json!({
             "zmp_error_rms_m": { "push_behind": errors[0], "push_diagonal": errors[1] },
@@ -152,8 +179,7 @@ fn zmp_errors(pushed: &Pushed) -> [f64; 2] {
         .samples
         .iter()
         .filter(in_air)
-        .filter_map(|s| Some([0, 1].map(|axis| s.zmp.map(|zmp| zmp[axis] - s.zmp_ref[axis]))))
-        .filter_map(|[x, y]| Some([x?, y?]))
+        .filter_map(|s| s.zmp.map(|zmp| [0, 1].map(|axis| zmp[axis] - s.zmp_ref[axis])))
         .collect();
     [0, 1].map(|axis| (errors.iter().map(|e| e[axis] * e[axis]).sum::<f64>() / errors.len().max(1) as f64).sqrt())
 }

@@ -47,8 +47,11 @@ pub fn figure(study: &Study) -> Figure {
         study.rules.patience_s == 0.0,
         "So it does.".into(),
         format!(
-            "The foot is lifted {} ms later: pushes here last {} ms and the error still grows, so the gain set waits for {} ms.",
-            waits.join(" and "), short(1e3 * study.pushes[0].push.duration_s, 0), short(1e3 * study.rules.patience_s, 0)
+            "The foot is lifted {} ms later: pushes here last {} ms and the error still grows, so the gain set \
+             waits for {} ms.",
+            waits.join(" and "),
+            short(1e3 * study.pushes[0].push.duration_s, 0),
+            short(1e3 * study.rules.patience_s, 0)
         ),
     ));
     let fastest = study.design.family.gains.len() - 1;
@@ -68,7 +71,10 @@ pub fn figure(study: &Study) -> Figure {
         file: "fig05-sequence.svg",
         title: "Sequence of control",
         reading: format!(
-            "What the controller does when the robot is pushed (a) from behind and (b) from diagonally forward left, {} N s each. Above: its phase. Middle: which of the {} gains acts, slow at the bottom. Below: the margin of the slowest gain's set, 1 at rest, negative when no set holds the state (eq. 26). With a foot in the air neither is in use.",
+            "What the controller does when the robot is pushed (a) from behind and (b) from diagonally forward \
+             left, {} N s each. Above: its phase. Middle: which of the {} gains acts, slow at the bottom. \
+             Below: the margin of the slowest gain's set, 1 at rest, negative when no set holds the state (eq. \
+             26). With a foot in the air neither is in use.",
             short(study.pushes[0].push.impulse_n_s, 2),
             fastest + 1
         ),
@@ -111,7 +117,7 @@ impl Told {
         let landing_s = footstep.map(|f| f.land_s);
         let after = || film.snapshots.iter().filter(|s| landing_s.is_some_and(|at| s.time_s >= at));
         let fastest = film.gains.len() - 1;
-        let last_other = after().filter(|s| s.gain != Some(fastest)).last();
+        let last_other = after().rfind(|s| s.gain != Some(fastest));
         let fastest_s = after().find(|s| last_other.is_none_or(|other| s.time_s > other.time_s)).map(|s| s.time_s);
         let mut phases: Vec<&'static str> = Vec::new();
         for snapshot in film.snapshots.iter().filter(|s| s.time_s >= pushed.push.start_s) {
@@ -153,9 +159,15 @@ impl Told {
 
     fn numbers(&self) -> Value {
         json!({
-            "push_s": self.push_s, "left_sets_s": self.out_s, "lift_s": self.lift_s, "landing_s": self.landing_s,
-            "held_after_landing_s": self.held_after_s, "fastest_gain_from_s": self.fastest_s, "still_from_s": self.end_s,
-            "landed_inside": self.lands_inside, "phases": self.phases,
+            "push_s": self.push_s,
+            "left_sets_s": self.out_s,
+            "lift_s": self.lift_s,
+            "landing_s": self.landing_s,
+            "held_after_landing_s": self.held_after_s,
+            "fastest_gain_from_s": self.fastest_s,
+            "still_from_s": self.end_s,
+            "landed_inside": self.lands_inside,
+            "phases": self.phases,
         })
     }
 }

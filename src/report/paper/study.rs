@@ -56,6 +56,14 @@ pub struct Pushed {
     pub without_footstep: Record,
 }
 
+impl Pushed {
+    /// How far the first footstep goes (m; x forward, y left).
+    pub fn way(&self) -> Option<[f64; 2]> {
+        let footstep = self.film.record.footsteps.first()?;
+        Some([0, 1].map(|axis| footstep.to_m[axis] - footstep.from_m[axis]))
+    }
+}
+
 /// What the controller knows while it stands on both feet.
 #[derive(Debug, Clone, Copy)]
 pub struct Stand {
@@ -136,6 +144,11 @@ impl Study {
         kinematics.update(&self.robot, &self.robot.home_posture());
         let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(&self.robot, foot).translation.vector);
         (soles.left - soles.right).xy()
+    }
+
+    /// Largest impulse from rest that a set holds: forward, and to the left (N s).
+    pub fn impulses(&self, set: &CpiSet) -> [f64; 2] {
+        [Vector2::x(), Vector2::y()].map(|direction| self.robot.mass() * set.largest_com_vel_from_rest(direction))
     }
 
     /// Corners of a sole about its centre (m).

@@ -133,13 +133,15 @@ pub fn measure(study: &Study) -> Result<Option<Timing>> {
             "After the foot landing it took about 0.15 ms to update the maximal CPI set.",
             online.median_ms <= PAPER_MS && stored_phi.median_ms <= PAPER_MS,
             format!(
-                "Not longer here: {} as this controller does it, and {} by the paper's eq. 25 with stored \u{3a6} ({rows} rows), each for all {} gains with the first question whether they hold the state.",
+                "Not longer here: {} as this controller does it, and {} by the paper's eq. 25 with stored \
+                 \u{3a6} ({rows} rows), each for all {} gains with the first question whether they hold the state.",
                 online.told(),
                 stored_phi.told(),
                 family.gains.len()
             ),
             format!(
-                "Longer in one way here: {} as this controller does it, {} by the paper's eq. 25 with stored \u{3a6} ({rows} rows), each for all {} gains with the first question whether they hold the state.",
+                "Longer in one way here: {} as this controller does it, {} by the paper's eq. 25 with stored \
+                 \u{3a6} ({rows} rows), each for all {} gains with the first question whether they hold the state.",
                 online.told(),
                 stored_phi.told(),
                 family.gains.len()
