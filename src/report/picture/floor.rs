@@ -138,16 +138,20 @@ struct Shadow {
 impl Shadow {
     fn new(axes: &Matrix3<f64>, lamp: Vector3<f64>, triangles: &[[Point3<f64>; 3]]) -> Self {
         let in_floor: Vec<[Vector3<f64>; 3]> =
-            triangles.iter().map(|corners| corners.map(|corner| axes.transpose() * corner.coords)).collect();
-        let lamp = axes.transpose() * lamp;
+            triangles.iter().map(|corners| corners.map(|corner| axes.tr_mul(&corner.coords))).collect();
+        let outward = in_floor.iter().map(|[a, b, c]| (b - a).cross(&(c - a)));
+        let faces: Vec<_> = in_floor.iter().zip(outward).collect();
+        let lamp = axes.tr_mul(&lamp);
         let (side, over) = across(&lamp);
+        // Scaled so that a metre of height throws a shadow as long as their x and y.
         let lamps: Vec<Vector3<f64>> = (0..LAMPS * LAMPS)
             .map(|k| {
                 let offset = |i: usize| ((i as f64 + 0.5) / LAMPS as f64 - 0.5) * LAMP_SIZE;
-                lamp + side * offset(k % LAMPS) + over * offset(k / LAMPS)
+                let lamp = lamp + side * offset(k % LAMPS) + over * offset(k / LAMPS);
+                lamp / lamp.z
             })
             .collect();
-        let thrown = |lamp: &Vector3<f64>, p: &Vector3<f64>| [p.x - lamp.x / lamp.z * p.z, p.y - lamp.y / lamp.z * p.z];
+        let thrown = |lamp: &Vector3<f64>, p: &Vector3<f64>| [p.x - lamp.x * p.z, p.y - lamp.y * p.z];
 
         // The corners of the lamp throw the farthest.
         let corners = [0, LAMPS - 1, LAMPS * (LAMPS - 1), LAMPS * LAMPS - 1].map(|k| lamps[k]);
@@ -170,11 +174,8 @@ impl Shadow {
         let mut counts = vec![0_u8; CELLS * CELLS];
         let mut reached = vec![0_u8; CELLS * CELLS];
         for (k, lamp) in lamps.iter().enumerate() {
-            for corners in &in_floor {
-                // Faces that the lamp sees are enough.
-                if (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).dot(lamp) <= 0.0 {
-                    continue;
-                }
+            // Faces that the lamp sees are enough.
+            for (corners, _) in faces.iter().filter(|(_, outward)| outward.dot(lamp) > 0.0) {
                 let on_floor = corners.map(|p| thrown(lamp, &p));
                 let area = on_floor.map(|at| [0, 1].map(|i| (at[i] - corner[i]) * cells_per_m));
                 let Some(area) = Area::new(&area, 1.0) else { continue };

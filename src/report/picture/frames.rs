@@ -269,3 +269,128 @@ fn moving(film: &Film, options: &FramesOptions) -> Result<Vec<u8>> {
         .collect();
     gif(&images, &shots.iter().map(|shot| shot.delay_cs).collect::<Vec<_>>())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::Design;
+    use crate::episode::{Disturbance, EpisodeConfig, Footstep};
+    use crate::lipm::gains::GainSet;
+    use crate::robot::{Foot, Robot};
+    use image::AnimationDecoder;
+    use image::codecs::gif::GifDecoder;
+    use std::io::Cursor;
+
+    /// A second of standing, pushed at 0.3 s, told as if the robot had taken a footstep.
+    fn film() -> Film {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let config = EpisodeConfig { horizon_s: 1.0, ..EpisodeConfig::default() };
+        let design = Design::new(&robot, &GainSet::load("hold").unwrap(), config.control_period_s).unwrap();
+        let push = Push { impulse_n_s: 1.0, heading_deg: 180.0, start_s: 0.3, ..Push::default() };
+        let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
+        let mut film = Film::take(&robot, &design, &config, disturbance, 0.5, &mut |_| {});
+        film.record.footsteps = vec![Footstep {
+            foot: Foot::Left,
+            lift_s: 0.4,
+            land_s: 0.5,
+            from_m: [0.0; 3],
+            to_m: [0.0; 3],
+            zmp_error_m: [0.0; 2],
+            in_set_at_landing: true,
+        }];
+        (film.record.settled_at_s, film.record.fell_at_s) = (None, None);
+        film
+    }
+
+    fn small() -> FramesOptions {
+        let size = [48, 36];
+        FramesOptions { size, strip_size: [20, 36], gif_size: size, moments: 7, ..FramesOptions::default() }
+    }
+
+    #[test]
+    fn moments_tell_the_story() {
+        let film = film();
+        let times = |count: usize| -> Vec<f64> {
+            let round = |k: usize| (film.snapshots[k].time_s * 1000.0).round() / 1000.0;
+            moments(&film, count).into_iter().map(round).collect()
+        };
+        // Before the push, at its end, lift, mid swing, landing, end.
+        assert_eq!(times(6), [0.276, 0.35, 0.4, 0.45, 0.5, 1.0]);
+        let more = times(9);
+        assert_eq!(more.len(), 9);
+        assert!(more.is_sorted() && times(6).iter().all(|time| more.contains(time)), "{more:?}");
+        let fewer = times(3);
+        assert_eq!((fewer.len(), fewer[0], fewer[2]), (3, 0.276, 1.0));
+        let fallen = {
+            let mut film = film.clone();
+            film.record.footsteps.clear();
+            film.record.fell_at_s = Some(0.7);
+            moments(&film, 4)
+        };
+        assert_eq!(fallen, [138, 175, 350, 500]);
+    }
+
+    #[test]
+    fn files_are_written_and_the_gif_lasts_as_long_as_it_should() {
+        let (film, options) = (film(), small());
+        let parent = tempfile::tempdir().unwrap();
+        let folder = parent.path().join("new/frames");
+        let files = write_frames(&film, &folder, &options).unwrap();
+        let names: Vec<_> = files.iter().map(|file| file.file_name().unwrap().to_str().unwrap()).collect();
+        assert_eq!((names.len(), names[0], names[1]), (9, "frame-0001-0.276s.png", "frame-0002-0.350s.png"));
+        assert_eq!(names[7..], [STRIP, GIF]);
+        assert!(names.iter().all(|name| is_frame(name)));
+        let still = image::open(&files[0]).unwrap();
+        assert_eq!((still.width(), still.height()), (48, 36));
+        assert_eq!(image::open(folder.join(STRIP)).unwrap().width(), 7 * 20);
+
+        let bytes = fs::read(folder.join(GIF)).unwrap();
+        let frames = GifDecoder::new(Cursor::new(&bytes)).unwrap().into_frames().collect_frames().unwrap();
+        assert_eq!(frames.len(), shots(&film, options.slow_motion).len());
+        let shown_ms: u32 = frames.iter().map(|frame| frame.delay().numer_denom_ms().0).sum();
+        // From 0.1 s on: 0.16 s as they are, slow from 0.26 s until 0.1 s after the landing, and the rest.
+        let expected_s = 0.16 + 4.0 * 0.34 + 0.4 + f64::from(LAST_DELAY_CS) / 100.0;
+        assert!((f64::from(shown_ms) / 1000.0 - expected_s).abs() < 0.05, "{shown_ms} ms");
+
+        // Again, with fewer moments: the frames of before are gone.
+        let files = write_frames(&film, &folder, &FramesOptions { moments: 4, ..options }).unwrap();
+        assert_eq!((files.len(), fs::read_dir(&folder).unwrap().count()), (6, 6));
+    }
+
+    #[test]
+    fn a_foreign_folder_is_refused_and_left_as_it_is() {
+        let film = film();
+        let folder = tempfile::tempdir().unwrap();
+        for foreign in ["frame-1.png", "frame-0001-0.5s.png.txt", "frame--1.5s.png", "notes.txt"] {
+            for name in ["frame-0001-0.123s.png", STRIP, foreign] {
+                fs::write(folder.path().join(name), name).unwrap();
+            }
+            let refused = write_frames(&film, folder.path(), &small()).unwrap_err().to_string();
+            assert!(refused.contains(foreign) && refused.contains("accepted: a folder that is new"), "{refused}");
+            for name in ["frame-0001-0.123s.png", STRIP, foreign] {
+                assert_eq!(fs::read_to_string(folder.path().join(name)).unwrap(), name);
+            }
+            assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3);
+            fs::remove_file(folder.path().join(foreign)).unwrap();
+        }
+        let file = folder.path().join(STRIP);
+        assert!(check_folder(&file).unwrap_err().to_string().contains("not a folder"));
+    }
+
+    /// The camera looks across the push.
+    #[test]
+    fn the_robot_moves_across_the_picture() {
+        let mut film = film();
+        for heading_deg in [0.0, 45.0, 90.0, 135.0, 180.0, -135.0, -45.0] {
+            film.pushes[0].heading_deg = heading_deg;
+            let camera = camera(&film, [0, 200].into_iter(), [480, 360]);
+            let across = (camera.azimuth_deg - heading_deg).to_radians().sin().abs();
+            assert!(across > 0.5, "{heading_deg}: {across}");
+            // All of it is seen.
+            for (at, _) in extent(&film.robot, &film.snapshots[200].posture) {
+                let [x, y] = camera.project(at, [480, 360]).unwrap();
+                assert!((15.0..465.0).contains(&x) && (10.0..350.0).contains(&y), "{x} {y}");
+            }
+        }
+    }
+}

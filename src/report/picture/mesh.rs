@@ -93,7 +93,7 @@ pub(super) fn arrow(length: f64, shaft_radius: f64) -> Mesh {
     let mut mesh = revolved(&[[0.0, 0.0, 0.0, -1.0], [r, 0.0, 0.0, -1.0]]);
     for part in [
         revolved(&[[r, 0.0, 1.0, 0.0], [r, neck, 1.0, 0.0]]),
-        revolved(&[[0.0, neck, 0.0, -1.0], [wide, neck, 0.0, -1.0]]),
+        revolved(&[[r, neck, 0.0, -1.0], [wide, neck, 0.0, -1.0]]),
         revolved(&[[wide, neck, nr, nz], [0.0, length, nr, nz]]),
     ] {
         mesh.append(part);

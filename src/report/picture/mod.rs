@@ -11,6 +11,8 @@ mod label;
 mod mesh;
 mod overlay;
 mod raster;
+#[cfg(test)]
+mod tests;
 
 use crate::episode::Snapshot;
 use crate::robot::{Kinematics, Posture, Robot, Shape};
@@ -98,10 +100,13 @@ impl Scene {
     fn robot(&mut self, robot: &Robot, posture: &Posture) {
         let mut kinematics = Kinematics::new(robot);
         kinematics.update(robot, posture);
-        for (i, link) in robot.links.iter().enumerate() {
-            for solid in &link.visuals {
+        let solids = || robot.links.iter().enumerate().flat_map(|(i, link)| link.visuals.iter().map(move |s| (i, s)));
+        // What is translucent is painted over what is not.
+        for opaque in [true, false] {
+            for (i, solid) in solids().filter(|(_, solid)| (solid.color[3] >= 1.0) == opaque) {
                 let [r, g, b, alpha] = solid.color;
-                let paint = Paint { light: linear([r, g, b]), cover: alpha as f32, through: 0.0, throws_shadow: true };
+                let paint =
+                    Paint { light: linear([r, g, b]), cover: alpha as f32, through: 0.0, throws_shadow: opaque };
                 self.body(&mesh::of_shape(&solid.shape), &(kinematics.link_pose(i) * solid.pose), &paint);
             }
         }

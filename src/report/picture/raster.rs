@@ -131,7 +131,7 @@ fn resolve(samples: &[Sample], width: usize, pixels: &mut [u8]) {
 
 /// Linear light as it is stored: a gamma of 2, whose square root is exact everywhere, in place of the screen's 2.2.
 pub(super) fn stored(light: f32) -> u8 {
-    (255.0 * light.clamp(0.0, 1.0).sqrt()).round() as u8
+    (255.0 * light.clamp(0.0, 1.0).sqrt() + 0.5) as u8
 }
 
 /// A stored colour (0 to 1) in linear light.
@@ -187,15 +187,17 @@ impl Area {
         let scale = 1.0 / self.double as f64;
         for y in y0..y1 {
             let at = |x: i64| [x * places + places / 2, y * places + places / 2];
-            let mut w = edges.map(|(p, q)| edge(p, q, at(x0)));
+            let [mut wa, mut wb, mut wc] = edges.map(|(p, q)| edge(p, q, at(x0)));
+            let mut was_inside = false;
             for x in x0..x1 {
-                if (0..3).all(|i| w[i] + owned[i] > 0) {
-                    let [wa, wb, wc] = w.map(|w| w as f64 * scale);
-                    call(x, y, if self.turned { [wa, wc, wb] } else { [wa, wb, wc] });
+                if wa + owned[0] > 0 && wb + owned[1] > 0 && wc + owned[2] > 0 {
+                    was_inside = true;
+                    let [a, b, c] = [wa as f64 * scale, wb as f64 * scale, wc as f64 * scale];
+                    call(x, y, if self.turned { [a, c, b] } else { [a, b, c] });
+                } else if was_inside {
+                    break;
                 }
-                for (w, step) in w.iter_mut().zip(along) {
-                    *w += step;
-                }
+                (wa, wb, wc) = (wa + along[0], wb + along[1], wc + along[2]);
             }
         }
     }
@@ -204,4 +206,52 @@ impl Area {
 /// Twice the area of a triangle, positive if it turns clockwise as seen with y down.
 fn edge(a: [i64; 2], b: [i64; 2], c: [i64; 2]) -> i64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A fan of triangles about a point inside a rectangle, some of them turned, with corners on and off the samples.
+    #[test]
+    fn each_sample_belongs_to_one_of_the_triangles_that_share_an_edge() {
+        let rim =
+            [[2.0, 3.0], [20.5, 3.0], [33.3, 3.0], [33.3, 17.5], [33.3, 28.5], [11.25, 28.5], [2.0, 28.5], [2.0, 9.1]];
+        for center in [[15.5, 12.5], [3.25, 27.0], [20.123, 9.871]] {
+            let mut times = [[0; 40]; 32];
+            for (i, &a) in rim.iter().enumerate() {
+                let b = rim[(i + 1) % rim.len()];
+                let corners = if i % 2 == 0 { [a, b, center] } else { [a, center, b] };
+                Area::new(&corners, 1.0).unwrap().for_each([0, 0, 40, 32], |x, y, weights| {
+                    times[y as usize][x as usize] += 1;
+                    // The weights are those of the sample's middle.
+                    for (axis, middle) in [x as f64 + 0.5, y as f64 + 0.5].into_iter().enumerate() {
+                        let at: f64 = weights.iter().zip(corners).map(|(w, corner)| w * corner[axis]).sum();
+                        assert!((at - middle).abs() < 0.01, "{at} {middle}");
+                    }
+                });
+            }
+            for (y, row) in times.iter().enumerate() {
+                for (x, &times) in row.iter().enumerate() {
+                    // Middles from 2.5 to 32.5, and from 3.5 to 27.5: one at 28.5 is on the lower edge, and not inside.
+                    let inside = (2..33).contains(&x) && (3..28).contains(&y);
+                    assert_eq!(times, u32::from(inside), "{x} {y}, center {center:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn triangles_without_area_or_out_of_reach_are_left_out() {
+        assert!(Area::new(&[[1.0, 1.0], [2.0, 2.0], [3.0, 3.0]], 1.0).is_none());
+        assert!(Area::new(&[[1.0, 1.0], [2e6, 2.0], [3.0, 5.0]], 1.0).is_none());
+        assert!(Area::new(&[[1.0, 1.0], [f64::NAN, 2.0], [3.0, 5.0]], 1.0).is_none());
+    }
+
+    #[test]
+    fn a_colour_comes_back_as_it_was() {
+        for byte in 0..=255 {
+            assert_eq!(stored(linear([f64::from(byte) / 255.0; 3])[0]), byte);
+        }
+    }
 }

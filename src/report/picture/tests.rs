@@ -1,0 +1,234 @@
+use super::*;
+use crate::control::Phase;
+use crate::episode::snapshot::Arrow;
+use crate::robot::{Foot, Link, PerFoot, Pose, Solid};
+use nalgebra::Point2;
+
+const SIZE: [u32; 2] = [320, 240];
+const FRONT: Camera = Camera {
+    target: Point3::new(0.0, 0.0, 0.26),
+    azimuth_deg: 50.0,
+    elevation_deg: 17.0,
+    distance_m: 1.3,
+    fov_deg: 30.0,
+};
+
+fn ut_mu2() -> Robot {
+    Robot::load("ut-mu2").unwrap()
+}
+
+/// UT-mu2 at rest, with all there is to mark.
+fn snapshot(robot: &Robot) -> Snapshot {
+    let square = |x: f64, half: f64| {
+        [(half, half), (-half, half), (-half, -half), (half, -half)].map(|(dx, dy)| Point2::new(x + dx, dy))
+    };
+    let arrow = |x: f64, y: f64, z: f64, force: Vector3<f64>| Arrow { point: Point3::new(x, y, z), force };
+    Snapshot {
+        time_s: 0.5,
+        posture: robot.home_posture(),
+        com: Point3::new(0.0, 0.0, 0.3),
+        dcm: Point2::new(0.15, 0.0),
+        dcm_outside_m: 0.0,
+        zmp: Some(Point2::new(0.2, 0.05)),
+        zmp_ref: Point2::new(0.2, -0.05),
+        soles: PerFoot::default(),
+        support: square(0.0, 0.15).to_vec(),
+        slices: vec![square(0.0, 0.13).to_vec(), square(0.0, 0.1).to_vec()],
+        gain: Some(1),
+        margin: None,
+        phase: Phase::Swing(Foot::Left),
+        footstep: Some(square(0.25, 0.03).map(|at| Point3::new(at.x, at.y, 0.0))),
+        contacts: PerFoot { left: Some(arrow(0.1, 0.1, 0.0, Vector3::z() * 60.0)), right: None },
+        push: Some(arrow(0.0, 0.0, 0.3, Vector3::x() * -70.0)),
+        slope: UnitQuaternion::identity(),
+    }
+}
+
+/// A robot that is nothing but boxes (centre, half size, colour), and its posture.
+fn boxes(boxes: &[([f64; 3], [f64; 3], [f64; 4])]) -> (Robot, Posture) {
+    let mut robot = ut_mu2();
+    robot.links.iter_mut().for_each(|Link { visuals, .. }| visuals.clear());
+    robot.links[0].visuals = boxes
+        .iter()
+        .map(|&(center, half, color)| Solid {
+            frame: 0,
+            pose: Isometry3::translation(center[0], center[1], center[2]),
+            shape: Shape::Box { half: half.into() },
+            color,
+        })
+        .collect();
+    let posture = Posture { base: Pose::identity(), ..robot.zero_posture() };
+    (robot, posture)
+}
+
+const RED: [f64; 4] = [0.9, 0.1, 0.1, 1.0];
+const GREEN: [f64; 4] = [0.1, 0.8, 0.1, 1.0];
+
+fn is_red([r, g, b]: [u8; 3]) -> bool {
+    u16::from(r) > 2 * u16::from(g.max(b))
+}
+
+#[test]
+fn the_same_bytes_come_out_whatever_the_number_of_threads() {
+    let robot = ut_mu2();
+    let picture = || draw(&robot, &snapshot(&robot), &FRONT, SIZE, &Marks::ALL);
+    let first = picture();
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        assert!(pool.install(picture) == first, "{threads} threads");
+    }
+    assert_eq!(first.dimensions(), (SIZE[0], SIZE[1]));
+}
+
+/// Seen along -x from 1 m before its front face, which is 0.2 m wide and 0.1 m high: the pinhole formula says where.
+#[test]
+fn a_box_covers_the_pixels_that_the_pinhole_formula_says() {
+    let (robot, posture) = boxes(&[([-0.05, 0.03, 0.5], [0.05, 0.1, 0.05], RED)]);
+    let camera = Camera {
+        target: Point3::new(0.0, 0.0, 0.5),
+        azimuth_deg: 0.0,
+        elevation_deg: 0.0,
+        distance_m: 1.0,
+        fov_deg: 30.0,
+    };
+    let image = draw_posture(&robot, &posture, &camera, SIZE);
+    let f = 120.0 / 15.0_f64.to_radians().tan();
+    let (left, right) = (160.0 + f * -0.07, 160.0 + f * 0.13);
+    let (top, bottom) = (120.0 - f * 0.05, 120.0 + f * 0.05);
+    for (x, y, pixel) in image.enumerate_pixels() {
+        let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
+        // How far inside (px); the bevel is not quite there.
+        let inside = (x - left).min(right - x).min(y - top).min(bottom - y);
+        if inside.abs() > 1.5 {
+            assert_eq!(is_red(pixel.0), inside > 0.0, "{x} {y}: {pixel:?}");
+        }
+    }
+}
+
+#[test]
+fn what_is_nearer_hides_what_is_farther_in_any_order() {
+    let (near, far) = (([0.2, 0.0, 0.26], [0.05; 3], RED), ([-0.2, 0.0, 0.26], [0.06; 3], GREEN));
+    let pictures = [[near, far], [far, near]].map(|order| {
+        let (robot, posture) = boxes(&order);
+        draw_posture(&robot, &posture, &Camera { azimuth_deg: 0.0, elevation_deg: 0.0, ..FRONT }, SIZE)
+    });
+    assert!(pictures[0] == pictures[1]);
+    assert!(is_red(pictures[0].get_pixel(160, 120).0));
+    // The floor hides what is below it.
+    let (robot, posture) = boxes(&[([0.0, 0.0, -0.3], [0.1; 3], RED)]);
+    let image = draw_posture(&robot, &posture, &Camera { target: Point3::origin(), ..FRONT }, SIZE);
+    assert!(!image.pixels().any(|pixel| is_red(pixel.0)));
+}
+
+#[test]
+fn what_is_translucent_lets_through_what_is_behind() {
+    let glass = ([0.2, 0.0, 0.26], [0.05; 3], [0.1, 0.1, 0.9, 0.4]);
+    let behind = ([-0.2, 0.0, 0.26], [0.06; 3], RED);
+    let seen = |solids: &[_]| {
+        let (robot, posture) = boxes(solids);
+        let image = draw_posture(&robot, &posture, &Camera { azimuth_deg: 0.0, elevation_deg: 0.0, ..FRONT }, SIZE);
+        image.get_pixel(160, 120).0
+    };
+    let through = seen(&[glass, behind]);
+    assert_eq!(through, seen(&[behind, glass]));
+    assert!(through[0] > seen(&[([0.2, 0.0, 0.26], [0.05; 3], [0.1, 0.1, 0.9, 1.0])])[0] + 40, "{through:?}");
+    assert!(through[2] > seen(&[behind])[2] + 20, "{through:?}");
+}
+
+/// UT-mu2 is purple, nearly white and nearly black.
+#[test]
+fn the_robots_colours_are_found_in_the_picture() {
+    let robot = ut_mu2();
+    let image = draw_posture(&robot, &robot.home_posture(), &FRONT, SIZE);
+    let share = |wanted: fn([i32; 3]) -> bool| {
+        let found = image.pixels().filter(|pixel| wanted(pixel.0.map(i32::from))).count();
+        found as f64 / f64::from(SIZE[0] * SIZE[1])
+    };
+    assert!(share(|[r, g, b]| b > r + 30 && r > g + 15) > 0.04, "purple");
+    assert!(share(|[r, g, b]| r > b + 6 && g > b && g > 120) > 0.015, "warm white");
+    assert!(share(|[r, g, b]| r.max(g).max(b) < 50) > 0.004, "black");
+}
+
+#[test]
+fn a_shadow_lies_on_the_floor_away_from_the_lamp() {
+    let (robot, posture) = boxes(&[([0.0, 0.0, 0.3], [0.05; 3], RED)]);
+    let camera = Camera { target: Point3::origin(), azimuth_deg: 0.0, ..FRONT };
+    let image = draw_posture(&robot, &posture, &camera, SIZE);
+    // The lamp stands 1.5 high, 0.75 towards the camera (+x) and 0.8 to its left (-y) for a shadow at the origin.
+    let floor_at = |x: f64, y: f64| {
+        let [x, y] = camera.project(Point3::new(x, y, 0.0), SIZE).unwrap();
+        u32::from(image.get_pixel(x as u32, y as u32).0[1])
+    };
+    let (shaded, lit) = (floor_at(-0.15, 0.16), floor_at(-0.15, -0.16));
+    assert!(shaded + 40 < lit, "{shaded} {lit}");
+}
+
+#[test]
+fn each_mark_is_seen_in_its_colour() {
+    let robot = ut_mu2();
+    let moment = snapshot(&robot);
+    let bare = draw(&robot, &moment, &FRONT, SIZE, &Marks::NONE);
+    assert!(bare == draw_posture(&robot, &moment.posture, &FRONT, SIZE));
+    // Where each stands out, and the channel that is its strongest there.
+    let none = Marks::NONE;
+    let on_floor = |x: f64, y: f64| Point3::new(x, y, 0.0);
+    let cases = [
+        (Marks { com: true, ..none }, Point3::new(0.0, 0.0, 0.3), 2),
+        (Marks { zmp: true, ..none }, on_floor(0.2, 0.05), 0),
+        (Marks { zmp: true, ..none }, on_floor(0.2, -0.05), 0),
+        (Marks { dcm: true, ..none }, on_floor(0.15, 0.0), 1),
+        (Marks { support: true, ..none }, on_floor(0.149, 0.1), 2),
+        (Marks { slices: true, ..none }, on_floor(0.09, -0.09), 2),
+        (Marks { footstep: true, ..none }, on_floor(0.25, 0.0), 2),
+        (Marks { contacts: true, ..none }, Point3::new(0.1, 0.1, 0.03), 1),
+        (Marks { push: true, ..none }, Point3::new(0.2, 0.0, 0.3), 0),
+    ];
+    for (marks, at, channel) in cases {
+        let image = draw(&robot, &moment, &FRONT, SIZE, &marks);
+        let [x, y] = FRONT.project(at, SIZE).unwrap().map(|px| px as u32);
+        let (now, before) = (image.get_pixel(x, y).0, bare.get_pixel(x, y).0);
+        assert_ne!(now, before, "{marks:?}");
+        let strongest = (0..3).max_by_key(|&i| now[i]).unwrap();
+        assert!(now[channel] == now[strongest], "{marks:?}: {now:?}");
+    }
+    // A mark below the sole is seen through the foot.
+    let beneath = Snapshot { zmp: Some(Point2::new(-0.03, 0.05)), ..moment };
+    let image = draw(&robot, &beneath, &FRONT, SIZE, &Marks { zmp: true, ..none });
+    let [x, y] = FRONT.project(on_floor(-0.03, 0.05), SIZE).unwrap().map(|px| px as u32);
+    let [r, g, b] = image.get_pixel(x, y).0;
+    assert!(r > g.max(b) + 60, "{r} {g} {b}");
+}
+
+#[test]
+fn a_slope_tilts_the_floor_and_what_lies_on_it() {
+    let robot = ut_mu2();
+    let level = snapshot(&robot);
+    let slope = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.2);
+    let tilted = Snapshot { slope, ..level.clone() };
+    let marks = Marks { dcm: true, ..Marks::NONE };
+    let image = draw(&robot, &tilted, &FRONT, SIZE, &marks);
+    // The DCM is above x = 0.15 m of the plan, where the floor that falls forward is lower.
+    let seen = |z: f64| {
+        let [x, y] = FRONT.project(Point3::new(0.15, 0.0, z), SIZE).unwrap().map(|px| px as u32);
+        image.get_pixel(x, y).0
+    };
+    let is_green = |[r, g, b]: [u8; 3]| u16::from(g) > u16::from(r.max(b)) + 20;
+    assert!(is_green(seen(-0.15 * 0.2_f64.tan())) && !is_green(seen(0.0)));
+}
+
+#[test]
+fn nothing_breaks_at_odd_cameras_and_sizes() {
+    let robot = ut_mu2();
+    let moment = snapshot(&robot);
+    for size in [[0, 0], [1, 1], [7, 200]] {
+        assert_eq!(draw(&robot, &moment, &FRONT, size, &Marks::ALL).dimensions(), (size[0], size[1]));
+    }
+    // Inside of the robot, from below, from straight above.
+    for camera in [
+        Camera { distance_m: 0.01, ..FRONT },
+        Camera { elevation_deg: -40.0, ..FRONT },
+        Camera { elevation_deg: 90.0, ..FRONT },
+    ] {
+        draw(&robot, &moment, &camera, [40, 30], &Marks::ALL);
+    }
+}
