@@ -1,4 +1,4 @@
-//! How long it takes to have the sets of a new contact region after a landing: as the controller here does it, and as the
+//! How long it takes to have the sets of a new contact region after a landing: as the controller does it, and as the
 //! paper does (eq. 25 with the stored Phi). The only part of the page that a clock has a say in.
 
 use super::super::html::svg::short;
