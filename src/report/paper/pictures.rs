@@ -64,7 +64,7 @@ pub fn imposed(study: &Study) -> Figure {
         ] {
             let (time_s, posture) = posture_at(run, at);
             let image = draw_posture(&study.robot, posture, &camera, fine(WIDTH, HEIGHT));
-            panels.push(snapshot(&image, &format!("{name}  {} s", short(time_s, 3)), what));
+            panels.push(snapshot(&image, &format!("{name}  {time_s:.3} s"), what));
         }
     }
     let [a, b] = study.errors.each_ref().map(|run| (run.record.footsteps.first(), way_of(run)));
@@ -277,7 +277,7 @@ fn strip(
             let i = snapshots.partition_point(|s| s.time_s < at - 1e-9).min(snapshots.len() - 1);
             let image = draw(&study.robot, &snapshots[i], &camera, fine(WIDTH, HEIGHT), &Marks::ALL);
             times.push(snapshots[i].time_s);
-            panels.push(snapshot(&image, &format!("{} s", short(snapshots[i].time_s, 3)), what));
+            panels.push(snapshot(&image, &format!("{:.3} s", snapshots[i].time_s), what));
         }
     }
     let mut numbers = json!({

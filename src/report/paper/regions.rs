@@ -124,7 +124,7 @@ pub fn figure(study: &Study) -> Result<Option<Figure>> {
         reading: format!(
             "Pushed from behind with {} N s. Each in its own control frame, seen from above: soles, contact \
              region (solid; dashed: what of it the ZMP may use), and in blue the sets of the {} gains for a COM \
-             at rest with the ZMP at the origin. On the right, dotted: where the soles were, and the old origin.",
+             at rest with the ZMP at the origin. On the right, thinly dashed: where the soles were, and the old origin.",
             short(pushed.push.impulse_n_s, 2),
             before.sets.len()
         ),
@@ -171,7 +171,7 @@ fn stand_of(study: &Study, panel: &mut Panel, ground: &Ground, stand: &Stand, ol
     for foot in Foot::BOTH {
         let pose = into * stand.soles[foot];
         panel.polygon("sole", &ground.all(corners(pose)));
-        let [x, y] = ground.at((pose * Point2::new(-0.06, 0.0)).into());
+        let [x, y] = ground.at((pose * Point2::new(0.0, 0.049 * foot.side())).into());
         panel.text("small halo", [x, y], foot.name());
     }
     if let Some(old) = old {

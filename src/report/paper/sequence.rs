@@ -177,7 +177,7 @@ fn panel(pushed: &Pushed, told: &Told, title: &str) -> Panel {
     let (from, to) = (told.push_s - BEFORE_S, told.end_s + AFTER_S);
     let seen: Vec<&Snapshot> = snapshots.iter().filter(|s| (from..=to).contains(&s.time_s)).collect();
     let events = told.events();
-    let mut panel = Panel::new(WIDTH, 424.0 + 17.0 * events.len() as f64);
+    let mut panel = Panel::new(WIDTH, 414.0 + 17.0 * events.len() as f64);
     panel.text("title start", [LEFT, 20.0], title);
     let keys = [("switching", "switching"), ("out", "no set holds"), ("swing", "foot in the air"), ("pushed", "push")];
     for ((class, words), x) in keys.into_iter().zip([LEFT, 154.0, 264.0, 384.0]) {

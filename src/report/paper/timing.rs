@@ -148,9 +148,12 @@ pub fn measure(study: &Study) -> Result<Option<Timing>> {
             ),
         ),
         Claim::judged(
-            "Both ways give the same set.",
+            "Eq. 25 gives the maximal CPI set on the new region.",
             same && off < 1e-9,
-            format!("At the state of the landing both choose {}.", names(held)),
+            format!(
+                "At the state of the landing both ways choose {}; Fig. 4 has what happens at the border.",
+                names(held)
+            ),
             format!("At the state of the landing their margins differ by {off:.1e}."),
         ),
     ];
