@@ -38,6 +38,8 @@ pub enum Command {
     Limit(report::limit::LimitArgs),
     /// A disturbance with a name, those of the paper first; without a name, what there is
     Scenario(report::scenario::ScenarioArgs),
+    /// The paper's figures, from its own scenarios, and what of the paper they bear out
+    Paper(report::paper::PaperArgs),
     /// The maximal CPI sets of a gain set: size, inclusion, horizon, picture, export
     Cpi(report::cpi::CpiArgs),
     /// How well the ZMP follows the one wanted: gain, phase and bandwidth against the poles

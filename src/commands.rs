@@ -13,6 +13,7 @@ use standfast::lipm::pendulum::Pendulum;
 use standfast::report::cpi::{CpiArgs, CpiDefaults};
 use standfast::report::limit::LimitArgs;
 use standfast::report::model::Args as ModelArgs;
+use standfast::report::paper::PaperArgs;
 use standfast::report::push::PushArgs;
 use standfast::report::replays::ReplayArgs;
 use standfast::report::response::ResponseArgs;
@@ -176,6 +177,11 @@ pub fn limit(args: &LimitArgs) -> Result<ExitCode> {
 
 pub fn scenario(args: &ScenarioArgs) -> Result<ExitCode> {
     report::print(&report::scenario::run(args)?)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+pub fn paper(args: &PaperArgs) -> Result<ExitCode> {
+    report::print(&report::paper::run(args)?)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -84,7 +84,7 @@ fn draw_panels(svg: &mut String, sets: &[CpiSet]) -> Result<(), String> {
 }
 
 /// Boundary of the slice of one axis as (com_vel (m/s), zmp (mm)).
-fn outline(set: &CpiSet, axis: usize, speed: f64, reach: f64) -> Vec<(f64, f64)> {
+pub(super) fn outline(set: &CpiSet, axis: usize, speed: f64, reach: f64) -> Vec<(f64, f64)> {
     (0..DIRECTIONS)
         .map(|i| {
             let (sin, cos) = (i as f64 / DIRECTIONS as f64 * std::f64::consts::TAU).sin_cos();

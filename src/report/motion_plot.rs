@@ -5,9 +5,10 @@
 //! grey is a robot on its way to the ground; in colour, the time of pushes and of footsteps. World frame.
 
 use super::motion::MotionSample;
-use super::plot::{Area, COLORS, Drawn, INK, write_svg};
+use super::plot::{Area, COLORS, Drawn, INK, svg};
 use crate::episode::Tick;
 use crate::error::Result;
+use crate::files::write_atomic;
 use crate::robot::Robot;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -15,9 +16,9 @@ use std::ops::Range;
 use std::path::Path;
 
 /// Width and height (px).
-const SIZE: (u32, u32) = (900, 640);
-/// Units to the pixel, see [`write_svg`].
-const PX: i32 = 10;
+pub(super) const SIZE: (u32, u32) = (900, 640);
+/// Units to the pixel, see [`svg`].
+pub(super) const PX: i32 = 10;
 /// To the right of the panels (px).
 const LEGEND_WIDTH: i32 = 190;
 /// Below the lower panel, for the labels of the time (px).
@@ -26,8 +27,13 @@ const AXIS_HEIGHT: i32 = 44;
 const MOST_OUTSIDE_M: f64 = 0.15;
 
 const SUPPORT: RGBAColor = faint(INK, 0.1);
-const PUSH: RGBAColor = faint(COLORS[4], 0.4);
-const SWING: RGBAColor = faint(COLORS[5], 0.2);
+const PUSH: RGBAColor = faint(RGBColor(0xe4, 0x00, 0x2b), 0.3);
+const SWING: RGBAColor = faint(RGBColor(0x00, 0xa3, 0xa3), 0.2);
+/// As in views and replays.
+const COM: RGBColor = RGBColor(0x7b, 0x3f, 0xa0);
+const ZMP: RGBColor = RGBColor(0xd6, 0x27, 0x28);
+const ZMP_WANTED: RGBColor = RGBColor(0xff, 0x9f, 0x1c);
+const DCM: RGBColor = RGBColor(0x0b, 0x7a, 0x3b);
 
 /// A curve: what it shows, and how.
 struct Line {
@@ -44,10 +50,10 @@ struct Line {
 const LINES: [Line; 6] = [
     Line { name: "right foot", of: |s| Some(s.feet.right), color: faint(COLORS[3], 1.0), width: 20, dash: None },
     Line { name: "left foot", of: |s| Some(s.feet.left), color: faint(INK, 1.0), width: 20, dash: Some((7, 7)) },
-    Line { name: "DCM", of: |s| Some(s.dcm), color: faint(COLORS[2], 1.0), width: 13, dash: None },
-    Line { name: "ZMP", of: |s| s.zmp, color: faint(COLORS[1], 1.0), width: 14, dash: None },
-    Line { name: "ZMP wanted", of: |s| Some(s.zmp_ref), color: faint(COLORS[5], 1.0), width: 13, dash: Some((4, 3)) },
-    Line { name: "COM", of: |s| Some(s.com), color: faint(COLORS[0], 1.0), width: 22, dash: None },
+    Line { name: "DCM", of: |s| Some(s.dcm), color: faint(DCM, 1.0), width: 13, dash: None },
+    Line { name: "ZMP", of: |s| s.zmp, color: faint(ZMP, 1.0), width: 14, dash: None },
+    Line { name: "ZMP wanted", of: |s| Some(s.zmp_ref), color: faint(ZMP_WANTED, 1.0), width: 13, dash: Some((4, 3)) },
+    Line { name: "COM", of: |s| Some(s.com), color: faint(COM, 1.0), width: 22, dash: None },
 ];
 
 impl Line {
@@ -92,7 +98,12 @@ impl MotionPlot {
 
     /// Writes the picture. Errors: the file cannot be written.
     pub fn write(&self, path: &Path, title: &str) -> Result<()> {
-        write_svg(path, SIZE, PX as u32, |area| self.draw(area, title))
+        write_atomic(path, self.svg(title)?.as_bytes())
+    }
+
+    /// The picture as text: `SIZE` in px, `PX` units to each. Errors: it cannot be drawn.
+    pub fn svg(&self, title: &str) -> Result<String> {
+        svg(SIZE, PX as u32, |area| self.draw(area, title))
     }
 
     fn draw(&self, area: &Area, title: &str) -> Drawn {

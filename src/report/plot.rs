@@ -38,21 +38,26 @@ pub(super) const FAINT: RGBColor = RGBColor(225, 225, 225);
 pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub(super) type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
-/// Draws a picture of `size` (px) and writes it whole. `draw` works in units of 1 / `units_per_px`: the backend rounds
-/// to whole units, which at 1 shows as stairs in a curve of many points. Errors: the file cannot be written.
+/// Draws a picture of `size` (px) and writes it whole. Errors: the file cannot be written.
 pub(super) fn write_svg(
     path: &Path,
     size: (u32, u32),
     units_per_px: u32,
     draw: impl FnOnce(&Area) -> Drawn,
 ) -> Result<()> {
+    write_atomic(path, svg(size, units_per_px, draw)?.as_bytes())
+}
+
+/// Draws a picture of `size` (px). `draw` works in units of 1 / `units_per_px`: the backend rounds to whole units, which at
+/// 1 shows as stairs in a curve of many points. Errors: it cannot be drawn.
+pub(super) fn svg(size: (u32, u32), units_per_px: u32, draw: impl FnOnce(&Area) -> Drawn) -> Result<String> {
     let units = (size.0 * units_per_px, size.1 * units_per_px);
     let header = |(width, height): (u32, u32)| format!(r#"<svg width="{width}" height="{height}""#);
     let mut svg = String::new();
     let area = SVGBackend::with_string(&mut svg, units).into_drawing_area();
-    draw(&area).map_err(|e| Error::Write { path: path.into(), source: std::io::Error::other(e.to_string()) })?;
+    draw(&area).map_err(|e| Error::Numeric { what: "picture".into(), problem: e.to_string() })?;
     drop(area);
-    write_atomic(path, svg.replacen(&header(units), &header(size), 1).as_bytes())
+    Ok(svg.replacen(&header(units), &header(size), 1))
 }
 
 /// Writes success rate against impulse, a curve and a 95 % band per gain set.

@@ -6,7 +6,7 @@
 
 mod curve;
 mod polar;
-mod svg;
+pub(super) mod svg;
 mod telling;
 mod trials;
 mod words;

@@ -7,7 +7,7 @@ use std::fmt::Write;
 
 /// What is drawn from the left end of a picture to its right end.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Scale {
+pub(in crate::report) struct Scale {
     pub from: f64,
     pub to: f64,
 }
@@ -33,19 +33,19 @@ impl Scale {
 }
 
 /// Text for the inside of an element or of an attribute in quotes.
-pub(super) fn escape(text: &str) -> impl std::fmt::Display {
+pub(in crate::report) fn escape(text: &str) -> impl std::fmt::Display {
     HtmlEscape(text)
 }
 
 /// A number with at most `digits` behind the point and a real minus.
-pub(super) fn short(x: f64, digits: usize) -> String {
+pub(in crate::report) fn short(x: f64, digits: usize) -> String {
     let text = format!("{x:.digits$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     if text == "-0" { "0".into() } else { text.replace('-', "\u{2212}") }
 }
 
 /// A place in a picture: one digit behind the point.
-pub(super) fn px(x: f64) -> String {
+pub(in crate::report) fn px(x: f64) -> String {
     let text = format!("{x:.1}");
     text.strip_suffix(".0").unwrap_or(&text).into()
 }

@@ -1,0 +1,64 @@
+//! `index.html`: all figures as one page that asks for nothing else.
+
+use super::figure::Figure;
+use super::timing::Timing;
+use crate::error::{Error, Result};
+use minijinja::syntax::SyntaxConfig;
+use minijinja::value::Serde;
+use minijinja::{Environment, UndefinedBehavior};
+use serde_json::{Value, json};
+
+const TEMPLATE: &str = include_str!("paper.html.jinja");
+const STYLE: &str = include_str!("paper.css");
+const FIGURE_STYLE: &str = include_str!("figure.css");
+
+/// Figures of the paper that nothing here can show.
+pub const NOT_MADE: [(&str, &str); 4] = [
+    ("1", "a sketch of the mass concentrated model and the inverted pendulum: eq. 1 to 4, nothing to compute."),
+    ("2", "a sketch of a contact region and its convex hull: Fig. 4 shows real ones."),
+    ("10", "a photograph of the force gauge on its wires: pushes are simulated here."),
+    ("11", "a block diagram of the controller: it is a drawing; Fig. 5 shows the controller at work."),
+];
+
+/// The page. Errors: none but a template that is wrong.
+pub fn page(figures: &[Figure], timing: Option<&Timing>, facts: &Value) -> Result<String> {
+    let fail = |problem: String| Error::Numeric { what: "index.html".into(), problem };
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
+    environment.set_syntax(syntax.map_err(|e| fail(e.to_string()))?);
+    // The ending .html of the name makes it escape what it prints.
+    environment.add_template("index.html", TEMPLATE).map_err(|e| fail(e.to_string()))?;
+    let template = environment.get_template("index.html").map_err(|e| fail(e.to_string()))?;
+    let figures: Vec<Value> = figures.iter().map(shown).collect();
+    let context = json!({
+        "style": STYLE,
+        "figure_style": FIGURE_STYLE,
+        "figures": figures,
+        "not_made": NOT_MADE,
+        "timing": timing.map(|timing| json!({ "claims": timing.claims, "repetitions": timing.repetitions })),
+        "facts": facts,
+        "version": env!("CARGO_PKG_VERSION"),
+    });
+    template.render(Serde(&context)).map_err(|e| fail(format!("{e:#}")))
+}
+
+fn shown(figure: &Figure) -> Value {
+    let layout = match figure.panels.iter().map(|panel| panel.width).fold(0.0, f64::max) {
+        w if w < 300.0 => "strip",
+        w if w < 600.0 => "panels",
+        _ => "wide",
+    };
+    let label = |i: usize| format!("role=\"img\" aria-label=\"Fig. {}, part {}\"", figure.number, i + 1);
+    json!({
+        "number": figure.number,
+        "title": figure.title,
+        "file": figure.file,
+        "reading": figure.reading,
+        "layout": layout,
+        "panels": figure.panels.iter().enumerate().map(|(i, panel)| panel.svg(&label(i))).collect::<Vec<_>>(),
+        "table": figure.table,
+        "claims": figure.claims,
+        "verdict": figure.verdict(),
+    })
+}

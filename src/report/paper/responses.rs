@@ -1,0 +1,185 @@
+//! Fig. 9 and 14: COM ("COG"), ZMP and feet over time.
+
+use super::super::html::svg::short;
+use super::super::motion_plot::{self, MotionPlot};
+use super::super::story;
+use super::figure::{Claim, Figure};
+use super::panel::Panel;
+use super::study::{ImposedRun, Pushed, Study};
+use crate::error::Result;
+use crate::report::motion::MotionSample;
+use serde_json::json;
+
+/// Shown after the COM is home (s).
+const AFTER_S: f64 = 0.4;
+
+fn panel(motion: &MotionPlot, title: &str, end_s: f64) -> Result<Panel> {
+    let mut motion = motion.clone();
+    motion.end_at(end_s);
+    let (width, height) = motion_plot::SIZE;
+    let body = motion.svg(title)?;
+    Ok(Panel {
+        width: width.into(),
+        height: height.into(),
+        units_per_px: motion_plot::PX.into(),
+        class: "fig plot",
+        // Its own tag gives way to that of a panel.
+        body: body
+            .split_once(">\n")
+            .and_then(|(_, rest)| rest.rsplit_once("</svg>"))
+            .map_or(String::new(), |(inside, _)| inside.into()),
+    })
+}
+
+/// Fig. 9.
+pub fn imposed(study: &Study) -> Result<Figure> {
+    let mut panels = Vec::new();
+    let (mut inside, mut told) = (true, Vec::new());
+    for (run, name) in study.errors.iter().zip(["(a)", "(b)"]) {
+        let record = &run.record;
+        let [x, y] = record.zmp_error_m.map(|m| short(1e3 * m, 1));
+        let end_s = record.home_at_s.unwrap_or(1.0) + AFTER_S;
+        panels.push(panel(&run.motion, &format!("{name}  ZMP error ({x}, {y}) mm imposed at t = 0"), end_s)?);
+        let footstep = record.footsteps.first();
+        inside &= footstep.is_some_and(|f| f.in_set_at_landing) && record.home_at_s.is_some();
+        let (gains, fastest_s) = gains_after_landing(study, run);
+        told.push(format!(
+            "{name}: landed at {} s {} the new sets, then {gains}, the fastest from {} s, COM home from {}",
+            footstep.map_or("?".into(), |f| short(f.land_s, 3)),
+            if footstep.is_some_and(|f| f.in_set_at_landing) { "inside" } else { "outside" },
+            fastest_s.map_or("?".into(), |at| short(at, 3)),
+            record.home_at_s.map_or("never".into(), |at| format!("{} s", short(at, 2))),
+        ));
+    }
+    let told = format!("{}.", told.join("; "));
+    Ok(Figure {
+        number: "9",
+        file: "fig09-responses-imposed.svg",
+        title: "Responses to the imposed errors",
+        reading: "COM (the paper's COG), ZMP and feet of Fig. 8: fore and aft above, sideways below; (a) error \
+        that drives backward, (b) error from diagonally forward left. COM purple, ZMP red (wanted: orange, \
+         dashed), DCM green, right foot pink, left foot dashed. On the ideal pendulum the ZMP is the one \
+         wanted."
+            .into(),
+        panels,
+        columns: 1,
+        table: None,
+        claims: vec![
+            Claim::judged(
+                "After the landing the state is controlled by the switching control.",
+                inside,
+                told.clone(),
+                told,
+            ),
+            Claim::open(
+                "The values of the curves are in the paper's picture only.",
+                "So their shapes are not \
+            compared here."
+                    .into(),
+            ),
+        ],
+        numbers: json!({
+            "a": { "home_at_s": study.errors[0].record.home_at_s, "footsteps": study.errors[0].record.footsteps },
+            "b": { "home_at_s": study.errors[1].record.home_at_s, "footsteps": study.errors[1].record.footsteps },
+        }),
+    })
+}
+
+/// Names of the gains that act after the landing, in their order, and from when on the last is the fastest (s).
+fn gains_after_landing(study: &Study, run: &ImposedRun) -> (String, Option<f64>) {
+    let land_s = run.record.footsteps.first().map_or(0.0, |f| f.land_s);
+    let gains = &study.design.family.gains;
+    let mut names: Vec<&str> = Vec::new();
+    let mut since_s = None;
+    for (time_s, _, gain) in run.ticks.iter().filter(|(time_s, ..)| *time_s >= land_s) {
+        let Some(gain) = gain else { continue };
+        if names.last() != Some(&gains[*gain].name.as_str()) {
+            names.push(&gains[*gain].name);
+            since_s = (*gain == gains.len() - 1).then_some(*time_s);
+        }
+    }
+    (if names.len() == 1 { "gain" } else { "gains" }.to_string() + " " + &names.join(" \u{2192} "), since_s)
+}
+
+/// Fig. 14.
+pub fn pushed(study: &Study) -> Result<Figure> {
+    let mut panels = Vec::new();
+    for (pushed, name) in study.pushes.iter().zip(["(a)", "(b)"]) {
+        let record = &pushed.film.record;
+        let title = story::headline(&[pushed.push], &study.design, record);
+        let end_s = record.settled_at_s.map_or(record.end_s, |at| at.max(record.home_at_s.unwrap_or(at)) + AFTER_S);
+        panels.push(panel(&pushed.motion, &format!("{name}  {title}"), end_s)?);
+    }
+    let errors = study.pushes.each_ref().map(zmp_errors);
+    let mm = |[x, y]: [f64; 2]| format!("{} mm in x and {} mm in y", short(1e3 * x, 0), short(1e3 * y, 0));
+    let [_, [x, y]] = errors;
+    let worse_in_y = y > x;
+    let figures = format!(
+        "From the lift to the landing the measured ZMP is off the wanted one by {} (root of the mean square) in \
+         (b), {} in (a).",
+        mm(errors[1]),
+        mm(errors[0])
+    );
+    let homes: Vec<String> = study
+        .pushes
+        .iter()
+        .map(|pushed| {
+            pushed
+                .film
+                .record
+                .home_at_s
+                .map_or("not".into(), |at| format!("{} s after the push began", short(at - pushed.push.start_s, 2)))
+        })
+        .collect();
+    let all_home = study.pushes.iter().all(|pushed| pushed.film.record.home_at_s.is_some());
+    let home = format!("The COM is home (a) {}, (b) {}.", homes[0], homes[1]);
+    Ok(Figure {
+        number: "14",
+        file: "fig14-responses-pushed.svg",
+        title: "Responses to the pushes",
+        reading: "As Fig. 9, measured: the pushes of Fig. 12 (a) and 13 (b) in simulated physics, the ZMP from \
+        the contacts. Grey: how far the soles on the ground reach."
+            .into(),
+        panels,
+        columns: 1,
+        table: None,
+        claims: vec![
+            Claim::judged(
+                "In Fig. 13 the ZMP is not manipulated as planned, especially in y.",
+                worse_in_y,
+                figures.clone(),
+                format!("{figures} It is not as planned here either, but x is the worse axis."),
+            ),
+            Claim::judged(
+                "The control regulates the COG to the origin, midway between the feet.",
+                all_home,
+                home.clone(),
+                home,
+            ),
+            Claim::open(
+                "The values of the curves are in the paper's picture only.",
+                "So their shapes are not \
+            compared here."
+                    .into(),
+            ),
+        ],
+        numbers: json!({
+            "zmp_error_rms_m": { "push_behind": errors[0], "push_diagonal": errors[1] },
+            "home_at_s": study.pushes.each_ref().map(|pushed| pushed.film.record.home_at_s),
+        }),
+    })
+}
+
+/// Root of the mean square of the ZMP's error while the foot is in the air (m; x, y).
+fn zmp_errors(pushed: &Pushed) -> [f64; 2] {
+    let in_air =
+        |s: &&MotionSample| s.swing && s.time_s <= pushed.film.record.footsteps.first().map_or(0.0, |f| f.land_s);
+    let errors: Vec<[f64; 2]> = pushed
+        .motion
+        .samples
+        .iter()
+        .filter(in_air)
+        .filter_map(|s| s.zmp.map(|zmp| [0, 1].map(|axis| zmp[axis] - s.zmp_ref[axis])))
+        .collect();
+    [0, 1].map(|axis| (errors.iter().map(|e| e[axis] * e[axis]).sum::<f64>() / errors.len().max(1) as f64).sqrt())
+}

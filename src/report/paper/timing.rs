@@ -1,0 +1,192 @@
+//! How long it takes to have the sets of a new contact region after a landing: as the controller does it, and as the
+//! paper does (eq. 25 with the stored Phi). The only part of the page that a clock has a say in.
+
+use super::super::html::svg::short;
+use super::figure::Claim;
+use super::study::{Stand, Study};
+use crate::error::Result;
+use crate::geometry::SupportPolygon;
+use crate::lipm::pendulum::State;
+use crate::lipm::{Gain, OnlineSets};
+use nalgebra::{DMatrix, Matrix2x6, Vector6};
+use serde::Serialize;
+use std::hint::black_box;
+use std::time::Instant;
+
+/// What the paper prints (ms), on a computer of 2009.
+const PAPER_MS: f64 = 0.15;
+/// How often each is timed,
+const TIMES: usize = 4000;
+/// and before that not (caches, clock of the processor).
+const WARM_UP: usize = 200;
+
+/// What was measured.
+#[derive(Debug, Clone, Serialize)]
+pub struct Timing {
+    pub paper_ms: f64,
+    pub repetitions: usize,
+    /// Installing the polygon, and the first question which gains hold the state.
+    pub online: Spread,
+    /// Eq. 25 with the stored Phi for all gains, and the same question to the matrices.
+    pub stored_phi: Spread,
+    /// Rows of the matrices of eq. 25, all gains together.
+    pub rows: usize,
+    #[serde(skip)]
+    pub claims: Vec<Claim>,
+}
+
+/// Of a wall clock.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Spread {
+    pub median_ms: f64,
+    pub p95_ms: f64,
+}
+
+impl Spread {
+    /// Times `work` again and again.
+    fn of(mut work: impl FnMut()) -> Self {
+        let mut times_ms: Vec<f64> = (0..WARM_UP + TIMES)
+            .map(|_| {
+                let start = Instant::now();
+                work();
+                1e3 * start.elapsed().as_secs_f64()
+            })
+            .skip(WARM_UP)
+            .collect();
+        times_ms.sort_by(f64::total_cmp);
+        Self { median_ms: times_ms[TIMES / 2], p95_ms: times_ms[TIMES * 95 / 100] }
+    }
+
+    fn told(&self) -> String {
+        format!(
+            "{} \u{3bc}s (95 % within {} \u{3bc}s)",
+            significant(1e3 * self.median_ms),
+            significant(1e3 * self.p95_ms)
+        )
+    }
+}
+
+/// With about two digits that say something.
+fn significant(x: f64) -> String {
+    short(x, if x < 1.0 { 2 } else { usize::from(x < 10.0) })
+}
+
+/// Phi of eq. 24 and room for S of eq. 25, for one gain.
+struct Stored {
+    phi: Vec<Matrix2x6<f64>>,
+    s: DMatrix<f64>,
+}
+
+impl Stored {
+    fn new(gain: &Gain, horizon: usize, edges: usize) -> Self {
+        let closed = gain.closed_loop();
+        let mut row = Matrix2x6::zeros();
+        (row[(0, 2)], row[(1, 5)]) = (1.0, 1.0);
+        let phi: Vec<_> = std::iter::successors(Some(row), |row| Some(row * closed)).take(horizon + 1).collect();
+        Self { phi, s: DMatrix::zeros(edges * (horizon + 1), 6) }
+    }
+
+    /// Eq. 25.
+    fn update(&mut self, polygon: &SupportPolygon) {
+        let edges = polygon.vertices().len();
+        for (i, edge) in polygon.half_planes().enumerate() {
+            let normal = (edge.normal / edge.distance).transpose();
+            for (j, block) in self.phi.iter().enumerate() {
+                self.s.fixed_view_mut::<1, 6>(edges * j + i, 0).copy_from(&(normal * block));
+            }
+        }
+    }
+
+    /// Least `1 - row . x`.
+    fn margin(&self, x: &Vector6<f64>) -> f64 {
+        1.0 - (&self.s * x).max()
+    }
+}
+
+/// Measures on the region and the state right after the first landing of the push from behind. None: it did not land, or
+/// the control frame's origin is not inside of the region.
+pub fn measure(study: &Study) -> Result<Option<Timing>> {
+    let Some((polygon, state)) = landed(study) else { return Ok(None) };
+    let family = &study.design.family;
+    let mut sets = OnlineSets::new(family);
+    sets.update(&polygon);
+    let held = sets.fastest_holding(&state);
+    let margin = sets.margin(0, &state);
+    let online = Spread::of(|| {
+        sets.update(black_box(&polygon));
+        black_box(sets.fastest_holding(black_box(&state)));
+    });
+    let edges = polygon.vertices().len();
+    let mut stored: Vec<Stored> =
+        family.gains.iter().zip(&study.sets).map(|(gain, set)| Stored::new(gain, set.horizon, edges)).collect();
+    let x = state.stacked();
+    let stored_phi = Spread::of(|| {
+        stored.iter_mut().for_each(|stored| stored.update(black_box(&polygon)));
+        black_box(stored.iter().rposition(|stored| stored.margin(black_box(&x)) >= 0.0));
+    });
+    let same = stored.iter().rposition(|stored| stored.margin(&x) >= 0.0) == held;
+    let off = (stored[0].margin(&x) - margin).abs();
+    let rows = stored.iter().map(|stored| stored.s.nrows()).sum();
+    let names = |gain: Option<usize>| gain.map_or("no gain".to_string(), |i| format!("gain {}", family.gains[i].name));
+    let claims = vec![
+        Claim::judged(
+            "After the foot landing it took about 0.15 ms to update the maximal CPI set.",
+            online.median_ms <= PAPER_MS && stored_phi.median_ms <= PAPER_MS,
+            format!(
+                "Not longer here: {} as this controller does it, and {} by the paper's eq. 25 with stored \
+                 \u{3a6} ({rows} rows), each for all {} gains with the first question whether they hold the state.",
+                online.told(),
+                stored_phi.told(),
+                family.gains.len()
+            ),
+            format!(
+                "Longer in one way here: {} as this controller does it, {} by the paper's eq. 25 with stored \
+                 \u{3a6} ({rows} rows), each for all {} gains with the first question whether they hold the state.",
+                online.told(),
+                stored_phi.told(),
+                family.gains.len()
+            ),
+        ),
+        Claim::judged(
+            "Eq. 25 gives the maximal CPI set on the new region.",
+            same && off < 1e-9,
+            format!(
+                "At the state of the landing both ways choose {}; Fig. 4 has what happens at the border.",
+                names(held)
+            ),
+            format!("At the state of the landing their margins differ by {off:.1e}."),
+        ),
+    ];
+    Ok(Some(Timing { paper_ms: PAPER_MS, repetitions: TIMES, online, stored_phi, rows, claims }))
+}
+
+/// The region that the ZMP may use after the landing, and the state then.
+fn landed(study: &Study) -> Option<(SupportPolygon, State)> {
+    let Stand { support, state, .. } = study.pushes[0].landing?;
+    let polygon = support.polygon?.inset(study.design.family.zmp_margin)?;
+    polygon.half_planes().all(|edge| edge.distance > 0.0).then_some((polygon, state))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lipm::cpi_set::CpiSet;
+    use crate::lipm::gains::GainSet;
+    use crate::lipm::{GainFamily, Pendulum};
+
+    /// What is timed is eq. 25, row by row.
+    #[test]
+    fn the_stored_phi_gives_the_rows_of_the_stack() {
+        let pendulum = Pendulum { omega: 5.63, dt: 0.002 };
+        let family = GainFamily::design(&GainSet::load("paper").unwrap(), pendulum).unwrap();
+        let polygon = SupportPolygon::rectangle(-0.05, 0.07, -0.08, 0.09).unwrap();
+        for gain in &family.gains {
+            let mut stored = Stored::new(gain, 20, 4);
+            stored.update(&polygon);
+            let stacked = CpiSet::stacked(gain, &polygon, 20).unwrap();
+            assert!((&stored.s - &stacked.rows).amax() < 1e-9, "{}", gain.name);
+            let x = Vector6::new(0.01, -0.1, 0.02, 0.0, 0.2, -0.03);
+            assert!((stored.margin(&x) - stacked.margin(x.as_slice())).abs() < 1e-9);
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! `standfast paper`, from outside: what it writes, that it is the same every time, and that its captions say what the
+//! library says when it is asked again.
+
+mod common;
+
+use common::browser::Browser;
+use common::program::{files, folder, standfast, stderr, stdout};
+use common::{Bench, config};
+use nalgebra::Vector2;
+use serde_json::Value;
+use standfast::campaign::scenario::{Cause, Scenario};
+use standfast::control::home_polygon;
+use standfast::episode::{Footstep, imposed};
+use standfast::lipm::cpi_set::{CpiSet, Inclusion};
+use standfast::robot::Foot;
+use std::collections::BTreeMap;
+use std::fs;
+use std::sync::OnceLock;
+
+const FILES: [&str; 11] = [
+    "fig03-inclusion.svg",
+    "fig04-regions.svg",
+    "fig05-sequence.svg",
+    "fig06-swing-foot.svg",
+    "fig07-robot.svg",
+    "fig08-imposed.svg",
+    "fig09-responses-imposed.svg",
+    "fig12-push-behind.svg",
+    "fig13-push-diagonal.svg",
+    "fig14-responses-pushed.svg",
+    "index.html",
+];
+const FIGURES: [&str; 10] = ["3", "4", "5", "6", "7", "8", "9", "12", "13", "14"];
+
+/// Two runs of the command, the one with `--json`, the other into the folder of an earlier one.
+struct Runs {
+    json: Value,
+    table: String,
+    /// What each wrote, by name.
+    written: [BTreeMap<String, Vec<u8>>; 2],
+}
+
+fn runs() -> &'static Runs {
+    static RUNS: OnceLock<Runs> = OnceLock::new();
+    RUNS.get_or_init(|| {
+        let dir = folder();
+        let earlier = dir.path().join("b");
+        fs::create_dir(&earlier).unwrap();
+        for name in FILES {
+            fs::write(earlier.join(name), "of an earlier run").unwrap();
+        }
+        let run = |args: &[&str]| stdout(&standfast(dir.path(), args).success());
+        let [json, table] = std::thread::scope(|scope| {
+            let first = scope.spawn(|| run(&["paper", "--out=a", "--json"]));
+            let second = scope.spawn(|| run(&["paper", "--out=b"]));
+            [first.join().unwrap(), second.join().unwrap()]
+        });
+        let written = ["a", "b"].map(|out| files(&dir.path().join(out)));
+        Runs { json: serde_json::from_str(&json).unwrap(), table, written }
+    })
+}
+
+fn page() -> String {
+    String::from_utf8(runs().written[0]["index.html"].clone()).unwrap()
+}
+
+/// The page without what a clock has a say in.
+fn without_times(page: &[u8]) -> String {
+    let page = String::from_utf8(page.to_vec()).unwrap();
+    let (before, rest) = page.split_once("<!--timing-->").unwrap();
+    let (times, after) = rest.split_once("<!--/timing-->").unwrap();
+    assert!(times.contains("0.15 ms") && times.contains("μs"), "{times}");
+    format!("{before}{after}")
+}
+
+fn figure(number: &str) -> &'static Value {
+    let figures = runs().json["figures"].as_array().unwrap();
+    figures.iter().find(|figure| figure["figure"] == number).unwrap_or_else(|| panic!("no Fig. {number}"))
+}
+
+fn numbers(number: &str) -> &'static Value {
+    &figure(number)["numbers"]
+}
+
+/// The verdict of the claim of a figure that holds words.
+fn verdict(number: &str, words: &str) -> &'static str {
+    let claims = figure(number)["claims"].as_array().unwrap();
+    let of_words = |claim: &&Value| claim["paper"].as_str().unwrap().contains(words);
+    let claim = claims.iter().find(of_words).unwrap_or_else(|| panic!("Fig. {number} claims nothing on {words:?}"));
+    claim["verdict"].as_str().unwrap()
+}
+
+#[test]
+fn every_figure_is_a_file_and_on_the_page() {
+    let Runs { table, written, .. } = runs();
+    let page = page();
+    assert_eq!(written[0].keys().collect::<Vec<_>>(), FILES);
+    for number in FIGURES {
+        let file = figure(number)["file"].as_str().unwrap();
+        let title = figure(number)["title"].as_str().unwrap();
+        assert!(page.contains(&format!("<h2>Fig. {number}: {title}</h2>")), "Fig. {number}");
+        assert!(
+            table.lines().any(|line| line.starts_with(&format!("Fig. {number} ")) && line.contains(file)),
+            "{table}"
+        );
+        let svg = std::str::from_utf8(&written[0][file]).unwrap();
+        let document = roxmltree::Document::parse(svg).unwrap_or_else(|e| panic!("{file}: {e}"));
+        assert!(document.root_element().has_tag_name(("http://www.w3.org/2000/svg", "svg")), "{file}");
+        let elements = document.descendants().filter(|node| node.is_element()).count();
+        assert!(elements > 20, "{file}: {elements} elements");
+    }
+    for number in ["1", "2", "10", "11"] {
+        assert!(page.contains(&format!("<dt>Fig. {number}</dt>")), "why Fig. {number} is not made");
+    }
+}
+
+#[test]
+fn only_the_times_differ_between_two_runs() {
+    let [a, b] = &runs().written;
+    assert_eq!(a.keys().collect::<Vec<_>>(), b.keys().collect::<Vec<_>>());
+    for (name, bytes) in a {
+        if name == "index.html" {
+            assert!(without_times(bytes) == without_times(&b[name]), "the pages differ beyond the times");
+        } else {
+            assert!(*bytes == b[name], "{name} differs");
+        }
+    }
+}
+
+/// How far the first footstep goes (mm), as a caption says it.
+fn in_words(footstep: &Footstep) -> String {
+    let [x, y] = [0, 1].map(|axis| 1e3 * (footstep.to_m[axis] - footstep.from_m[axis]));
+    let forward = format!("{:.0} mm {}", x.abs(), if x < 0.0 { "backward" } else { "forward" });
+    let left = format!("{:.0} mm to the {}", y.abs(), if y < 0.0 { "right" } else { "left" });
+    if y.abs() < 0.5 { forward } else { format!("{forward} and {left}") }
+}
+
+/// Fig. 4, 5, 8, 12, 13: the library is asked again.
+#[test]
+fn captions_tell_the_footsteps_that_the_scenarios_take() {
+    let (bench, page) = (Bench::new("paper"), page());
+    for (name, number) in [("push-behind", "12"), ("push-diagonal", "13")] {
+        let Cause::Push(push) = Scenario::load(name).unwrap().cause().unwrap() else { panic!("{name} is a push") };
+        let record = bench.push(push);
+        let footstep = record.footsteps[0];
+        let told = &numbers(number)["footsteps"][0];
+        assert_eq!(told, &serde_json::to_value(footstep).unwrap(), "Fig. {number}");
+        assert!(page.contains(&format!("The foot goes {}.", in_words(&footstep))), "{}", in_words(&footstep));
+        let agrees = if footstep.foot == Foot::Right { "agrees" } else { "differs" };
+        assert_eq!(verdict(number, "right foot is chosen"), agrees);
+        let at = &numbers("5")[name.replace('-', "_")];
+        assert_eq!(at["landing_s"], footstep.land_s);
+        assert_eq!(at["left_sets_s"].as_f64(), record.left_sets_at_s);
+        for time_s in [footstep.lift_s, footstep.land_s] {
+            assert!(page.contains(&format!("t = {time_s:.3} s")), "{name}: {time_s}");
+        }
+    }
+    assert_eq!(numbers("4")["foot"], numbers("12")["footsteps"][0]["foot"]);
+    for (name, key) in [("error-backward", "a"), ("error-diagonal", "b")] {
+        let Cause::Imposed(asked) = Scenario::load(name).unwrap().cause().unwrap() else { panic!("{name} is imposed") };
+        let (error, start) = (asked.zmp_error_m.into(), asked.start);
+        let record = imposed::run(&bench.robot, &bench.design, &config(2.0), error, start, &mut |_| {}).unwrap();
+        assert_eq!(numbers("8")[key]["footsteps"], serde_json::to_value(&record.footsteps).unwrap());
+        let (foot, words) = (record.footsteps[0].foot.name(), in_words(&record.footsteps[0]));
+        assert!(page.contains(&format!("The {foot} foot goes {words}.")), "{words}");
+    }
+}
+
+/// Fig. 3 and 6: the sets are searched again, the ways measured again.
+#[test]
+fn captions_tell_the_sets_and_the_ways_of_the_gain_set() {
+    let (bench, page) = (Bench::new("paper"), page());
+    let family = &bench.design.family;
+    let allowed = home_polygon(&bench.robot).inset(family.zmp_margin).unwrap();
+    let sets: Vec<CpiSet> =
+        family.gains.iter().map(|gain| CpiSet::search(gain, family.pendulum, &allowed).unwrap()).collect();
+    let nested = Inclusion::of(&sets).unwrap().failures().is_empty();
+    assert_eq!(numbers("3")["nested"], nested);
+    assert_eq!(verdict("3", "one in the other"), if nested { "agrees" } else { "differs" });
+    let horizons: Vec<usize> = sets.iter().map(|set| set.horizon).collect();
+    assert_eq!(numbers("3")["horizon_k"], serde_json::to_value(&horizons).unwrap());
+    for set in &sets {
+        let k = set.horizon;
+        assert!(page.contains(&format!("<td>{k} ({} ms)</td>", 2 * k)), "k = {k}");
+        let impulse = bench.robot.mass() * set.largest_com_vel_from_rest(Vector2::x());
+        assert!(page.contains(&format!("<td>{}</td>", (100.0 * impulse).round() / 100.0)), "{impulse} N s");
+    }
+    let (range, half) = (family.stepping.unwrap().range, Vector2::new(0.0, 0.097));
+    for example in numbers("6")["examples"].as_array().unwrap() {
+        let (sin, cos) = example["direction_deg"].as_f64().unwrap().to_radians().sin_cos();
+        let ways = [1.0, -1.0].map(|side| range.reach(half, Vector2::new(cos, side * sin)));
+        for (way, told) in ways.iter().zip(example["reach_left_right_m"].as_array().unwrap()) {
+            assert!((way - told.as_f64().unwrap()).abs() < 1e-4, "{example}");
+        }
+        assert_eq!(example["foot"], if ways[0] > ways[1] { "left" } else { "right" });
+        let told = format!("left {:.0} mm, right {:.0} mm", 1e3 * ways[0], 1e3 * ways[1]);
+        assert!(page.contains(&told), "{told}");
+    }
+}
+
+#[test]
+fn a_folder_with_other_things_is_refused_before_anything_is_done() {
+    let dir = folder();
+    fs::create_dir(dir.path().join("thesis")).unwrap();
+    fs::write(dir.path().join("thesis/main.tex"), "").unwrap();
+    for (out, words) in [("thesis", "holds other things (main.tex)"), ("thesis/main.tex", "is a file")] {
+        let refused = standfast(dir.path(), &["paper", &format!("--out={out}")]).code(2);
+        let message = stderr(&refused);
+        assert!(message.starts_with(&format!("error: arguments: --out = {out}: {words}")), "{message}");
+        assert_eq!(files(dir.path()).len(), 1);
+    }
+}
+
+#[test]
+fn the_page_needs_nothing_else_and_fits_a_phone() {
+    let Some(mut browser) = Browser::start() else { return };
+    let dir = folder();
+    let file = dir.path().join("index.html");
+    fs::write(&file, page()).unwrap();
+    for (width, scheme) in [(390, "light"), (390, "dark"), (1200, "light")] {
+        let mut tab = browser.tab(width, 900, scheme);
+        tab.open(&file);
+        let wide = tab.evaluate("document.documentElement.scrollWidth");
+        assert!(wide.as_u64().unwrap() <= u64::from(width), "{wide} px wide on a screen of {width}");
+        let shown =
+            tab.evaluate("[...document.querySelectorAll('.panel svg')].filter((s) => s.clientWidth > 100).length");
+        assert!(shown.as_u64().unwrap() >= 30, "{shown} panels are seen");
+        let background = tab.evaluate("getComputedStyle(document.body).backgroundColor");
+        assert_eq!(background, if scheme == "dark" { "rgb(20, 23, 27)" } else { "rgb(255, 255, 255)" });
+        let mut problems = tab.problems(&file);
+        // Its own snapshots.
+        problems.retain(|problem| !problem.starts_with("request: \"data:image/png;base64,"));
+        assert!(problems.is_empty(), "{}", problems.join("\n"));
+    }
+}
