@@ -4,7 +4,6 @@
 //! `study` simulates and searches everything once; a module for each kind of figure draws it and judges; `figure` is
 //! what they have in common. Everything is a function of the program alone, but for the times of `timing`.
 
-mod base64;
 mod decision;
 mod figure;
 mod inclusion;

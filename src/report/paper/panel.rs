@@ -1,8 +1,9 @@
 //! What the figures are drawn with: a panel of SVG elements whose colours are classes of `figure.css`, and axes in it.
 
 use super::super::html::svg::{Scale, escape, px, short};
-use super::base64;
+
 use crate::geometry::SupportPolygon;
+use base64::prelude::{BASE64_STANDARD, Engine};
 use std::fmt::Write;
 
 /// A point in the units of whoever draws: px in a panel, (m), (s) ... in axes.
@@ -83,7 +84,7 @@ impl Panel {
     /// A PNG of the given size (px).
     pub fn image(&mut self, [x, y]: At, [width, height]: At, png: &[u8], words: &str) {
         let ([x, y, width, height], words) = ([x, y, width, height].map(px), escape(words));
-        let data = base64::encode(png);
+        let data = BASE64_STANDARD.encode(png);
         self.add(format_args!(
             "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" role=\"img\" aria-label=\"{words}\" \
              href=\"data:image/png;base64,{data}\"/>"

@@ -106,7 +106,7 @@ pub fn pushed(study: &Study) -> Result<Figure> {
     let mut panels = Vec::new();
     for (pushed, name) in study.pushes.iter().zip(["(a)", "(b)"]) {
         let record = &pushed.film.record;
-        let title = story::headline(&[pushed.push], &study.design, record);
+        let title = story::headline(&[pushed.push], &study.design.family.name, record);
         let end_s = record.settled_at_s.map_or(record.end_s, |at| at.max(record.home_at_s.unwrap_or(at)) + AFTER_S);
         panels.push(panel(&pushed.motion, &format!("{name}  {title}"), end_s)?);
     }

@@ -3,6 +3,7 @@
 //! Each column has a grid of its own: a value is `least + step * n`, n from 0 to 65 534, and n = 65 535 stands for none.
 //! The grid spans what the column holds, so that the error, half a step, is 8 µm for each metre that it spans.
 
+use base64::prelude::{BASE64_STANDARD, Engine};
 use nalgebra::Point2;
 use serde_json::{Value, json};
 
@@ -56,35 +57,20 @@ pub fn polygons<'a>(moments: impl Iterator<Item = &'a [Point2<f64>]>) -> Value {
     json!({ "which": base64(which.into_iter()), "counts": base64(counts.into_iter()), "x": axis(0), "y": axis(1) })
 }
 
-/// Little-endian numbers in base 64 (RFC 4648), padded.
+/// Little-endian numbers in base 64, padded.
 fn base64(numbers: impl Iterator<Item = u16>) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let bytes: Vec<u8> = numbers.flat_map(u16::to_le_bytes).collect();
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for three in bytes.chunks(3) {
-        let byte = |i: usize| u32::from(three.get(i).copied().unwrap_or(0));
-        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
-        for i in 0..4 {
-            let digit = DIGITS[(bits >> (18 - 6 * i)) as usize & 63] as char;
-            text.push(if i <= three.len() { digit } else { '=' });
-        }
-    }
-    text
+    BASE64_STANDARD.encode(numbers.flat_map(u16::to_le_bytes).collect::<Vec<_>>())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// As the page reads them.
     #[test]
-    fn numbers_in_base_64_are_as_the_standard_has_them() {
-        // "Ma", "Mann", "Manned".
-        for (numbers, text) in
-            [(&[0x614d][..], "TWE="), (&[0x614d, 0x6e6e], "TWFubg=="), (&[0x614d, 0x6e6e, 0x6465], "TWFubmVk")]
-        {
-            assert_eq!(base64(numbers.iter().copied()), text);
-        }
-        assert_eq!(base64(std::iter::empty()), "");
+    fn numbers_are_little_endian() {
+        // "Mann".
+        assert_eq!(base64([0x614d, 0x6e6e].into_iter()), "TWFubg==");
     }
 
     #[test]
