@@ -451,8 +451,11 @@ fn without_webgl_the_rest_works() {
 fn names_are_text_whatever_they_contain() {
     let Some(mut browser) = Browser::start() else { return };
     let folder = tempfile::tempdir().unwrap();
-    let evil =
-        |n: u8| format!("</script><script>window.evil={n}</script><!--<img src=x onerror=window.evil={n}>\"'&\\u003c");
+    let evil = |n: u8| {
+        format!(
+            "</title></code></pre></script><script>window.evil={n}</script><!--<img src=x onerror=window.evil={n}>\"'&\\u003c"
+        )
+    };
     let mut film = stepping().clone();
     film.gain_set = evil(1);
     film.gains.iter_mut().for_each(|name| *name = evil(2));
