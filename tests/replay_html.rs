@@ -3,117 +3,16 @@
 mod common;
 
 use common::browser::{Browser, Page};
-use common::{Bench, config, push};
-use nalgebra::{Isometry3, Point2, Point3, Quaternion, Translation3, UnitQuaternion};
+use common::films::{
+    assert_no_problems, click_in, fallen, head, look, look_at, press, stepping, text, time_s, written,
+};
 use serde_json::{Value, json};
-use standfast::episode::{Disturbance, EpisodeConfig, Film, Outcome, Until};
-use standfast::report::replay::{Head, page};
-use standfast::robot::{Foot, Kinematics, Shape};
-use standfast::sim::{Ground, Variation};
+use standfast::episode::Outcome;
+use standfast::report::replay::Head;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
-use tempfile::TempDir;
 
 const SCREENS: [(u32, u32, &str); 4] =
     [(1200, 900, "light"), (1200, 900, "dark"), (390, 844, "light"), (390, 844, "dark")];
-/// Positions in a page are as near as this to those of the film (m).
-const NEAR_M: f64 = 1e-4;
-
-/// A push from behind, to the right: `paper` switches gains and makes a footstep.
-fn stepping() -> &'static Film {
-    static FILM: OnceLock<Film> = OnceLock::new();
-    FILM.get_or_init(|| film("paper", 3.6, config(4.0)))
-}
-
-/// The same push, to which `hold` falls.
-fn fallen() -> &'static Film {
-    static FILM: OnceLock<Film> = OnceLock::new();
-    FILM.get_or_init(|| film("hold", 3.6, config(3.0)))
-}
-
-fn film(gains: &str, impulse_n_s: f64, config: EpisodeConfig) -> Film {
-    let bench = Bench::new(gains);
-    let disturbance = Disturbance { pushes: vec![push(impulse_n_s, -20.0)], ..Disturbance::default() };
-    Film::take(&bench.robot, &bench.design, &config, disturbance, (config.until(), 0.8), &mut |_| {})
-}
-
-fn head() -> Head {
-    Head {
-        title: "A push".into(),
-        lines: vec!["push      3.6 N s".into(), "outcome   as it was".into()],
-        command: Some("standfast push --impulse 3.6 --heading -20 --replay replay.html".into()),
-        back: Some("report.html#telling".into()),
-    }
-}
-
-fn written(folder: &TempDir, film: &Film, head: &Head) -> PathBuf {
-    let file = folder.path().join("replay.html");
-    fs::write(&file, page(film, head).unwrap()).unwrap();
-    file
-}
-
-fn assert_no_problems(tab: &mut Page, file: &Path) {
-    let problems = tab.problems(file);
-    assert!(problems.is_empty(), "{}", problems.join("\n"));
-}
-
-/// Draws and reads the pixels of a canvas: a hash of all, the share of purple ones (the robot's own colour), their highest
-/// row (share of the height), and how many colours there are.
-const LOOK: &str = "(id = 'view') => {
-    replay.draw();
-    const canvas = document.getElementById(id), { width, height } = canvas;
-    const pen = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
-    pen.drawImage(canvas, 0, 0);
-    const pixels = pen.getImageData(0, 0, width, height).data, colors = new Set();
-    let hash = 2166136261, purple = 0, top = height;
-    for (let i = 0; i < pixels.length; i += 4) {
-        const [r, g, b] = [pixels[i], pixels[i + 1], pixels[i + 2]];
-        hash = Math.imul(hash ^ (r << 16 | g << 8 | b), 16777619);
-        colors.add(r << 16 | g << 8 | b);
-        if (b > 60 && b > 1.25 * r && r > 1.2 * g) {
-            purple++;
-            top = Math.min(top, Math.floor(i / 4 / width));
-        }
-    }
-    return { hash, purple: purple / (width * height), top: top / height, colors: colors.size };
-}";
-
-fn look(tab: &mut Page, canvas: &str) -> Value {
-    tab.evaluate(&format!("({LOOK})('{canvas}')"))
-}
-
-fn look_at(tab: &mut Page, time_s: f64) -> Value {
-    tab.evaluate(&format!("replay.seek({time_s})"));
-    look(tab, "view")
-}
-
-fn time_s(tab: &mut Page) -> f64 {
-    tab.evaluate("replay.state.time").as_f64().unwrap()
-}
-
-fn press(tab: &mut Page, key: &str) {
-    tab.call("Input.dispatchKeyEvent", json!({ "type": "keyDown", "key": key }));
-    tab.call("Input.dispatchKeyEvent", json!({ "type": "keyUp", "key": key }));
-}
-
-/// Clicks into an element, at shares of its width and height.
-fn click_in(tab: &mut Page, id: &str, across: f64, down: f64) {
-    let script = format!(
-        "(() => {{
-            const element = document.getElementById('{id}');
-            element.scrollIntoView({{ block: 'center' }});
-            const {{ left, top, width, height }} = element.getBoundingClientRect();
-            return [left + {across} * width, top + {down} * height];
-        }})()"
-    );
-    let at = tab.evaluate(&script);
-    tab.click(at[0].as_f64().unwrap(), at[1].as_f64().unwrap());
-}
-
-fn text(tab: &mut Page, id: &str) -> String {
-    tab.evaluate(&format!("document.getElementById('{id}').textContent")).as_str().unwrap().into()
-}
 
 #[test]
 fn the_robot_shows_on_every_screen_and_the_page_asks_for_nothing() {
@@ -152,138 +51,6 @@ fn the_robot_shows_on_every_screen_and_the_page_asks_for_nothing() {
     let nameless = "[...document.querySelectorAll('button, input, select, canvas, output')]
         .filter((e) => !(e.getAttribute('aria-label') || e.textContent).trim()).map((e) => e.outerHTML)";
     assert_eq!(tab.evaluate(nameless), json!([]));
-}
-
-#[test]
-fn what_the_page_shows_is_what_the_film_holds() {
-    let Some(mut browser) = Browser::start() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let film = stepping();
-    let file = written(&folder, film, &head());
-    let mut tab = browser.tab(600, 600, "light");
-    tab.open(&file);
-    const EVERY: usize = 5;
-    let shown = tab.evaluate(&format!(
-        "Array.from({{ length: Math.ceil(replay.film.count / {EVERY}) }}, (_, k) => replay.film.at(replay.film.time({EVERY} * k)))"
-    ));
-    let shown = shown.as_array().unwrap();
-    assert_eq!(shown.len(), film.snapshots.len().div_ceil(EVERY), "a moment for each tick");
-    let mut worst = Worst::default();
-    let mut kinematics = Kinematics::new(&film.robot);
-    for (shown, snapshot) in shown.iter().zip(film.snapshots.iter().step_by(EVERY)) {
-        kinematics.update(&film.robot, &snapshot.posture);
-        for (i, link) in film.robot.links.iter().enumerate() {
-            let pose = pose(&shown["poses"][i]);
-            for solid in &link.visuals {
-                let corner = match solid.shape {
-                    Shape::Box { half } => Point3::from(half),
-                    Shape::Cylinder { radius, length } => Point3::new(radius, 0.0, length / 2.0),
-                    Shape::Sphere { radius } => Point3::new(0.0, 0.0, radius),
-                };
-                let corner = solid.pose * corner;
-                worst.see("robot", (pose * corner - kinematics.link_pose(i) * corner).norm());
-            }
-        }
-        let flat = |p: Point2<f64>| vec![p.x, p.y];
-        worst.compare("com", &shown["com"], Some(vec![snapshot.com.x, snapshot.com.y, snapshot.com.z]));
-        worst.compare("dcm", &shown["dcm"], Some(flat(snapshot.dcm)));
-        worst.compare("zmp", &shown["zmp"], snapshot.zmp.map(flat));
-        worst.compare("zmp_ref", &shown["zmpRef"], Some(flat(snapshot.zmp_ref)));
-        let all = |points: &[Point2<f64>]| Some(points.iter().flat_map(|p| [p.x, p.y]).collect());
-        worst.compare("support", &flattened(&shown["support"]), all(&snapshot.support));
-        for gain in 0..film.gains.len() {
-            let slice = snapshot.slices.get(gain).map_or(&[][..], |slice| slice);
-            worst.compare("slices", &flattened(&shown["slices"][gain]), all(slice));
-        }
-        let landing: Vec<_> = snapshot.footstep.iter().flatten().map(|corner| corner.xy()).collect();
-        worst.compare("footstep", &flattened(&shown["footstep"]), all(&landing));
-        for (i, foot) in Foot::BOTH.into_iter().enumerate() {
-            let at = snapshot.contacts[foot].map(|arrow| arrow.point.coords.as_slice().to_vec());
-            worst.compare("contacts", &shown["contacts"][i]["point"], at);
-        }
-        worst.compare("push", &shown["push"]["point"], snapshot.push.map(|push| push.point.coords.as_slice().to_vec()));
-        assert_eq!(shown["phase"], snapshot.phase.name());
-        assert_eq!(shown["gain"].as_u64(), snapshot.gain.map(|gain| gain as u64));
-    }
-    eprintln!("largest differences (m): {:?}", worst.0);
-    assert!(worst.0.len() >= 9 && worst.0.iter().all(|(_, error)| *error < NEAR_M), "{:?}", worst.0);
-    let marks = tab.evaluate("replay.film.marks.map((mark) => [mark.kind, mark.from_s])");
-    let marked = |kind: &str| -> Vec<f64> {
-        let of_kind = marks.as_array().unwrap().iter().filter(|mark| mark[0] == kind);
-        of_kind.map(|mark| mark[1].as_f64().unwrap()).collect()
-    };
-    assert_eq!(marked("push"), [0.5]);
-    assert_eq!(marked("footstep"), film.record.footsteps.iter().map(|step| step.lift_s).collect::<Vec<_>>());
-    assert!(!marked("footstep").is_empty() && !marked("switch").is_empty(), "{marks}");
-    assert_eq!(tab.evaluate("document.querySelectorAll('#marks i').length"), marks.as_array().unwrap().len());
-    // One moment as it is told.
-    let swinging = film.snapshots.iter().find(|s| s.footstep.is_some()).unwrap();
-    look_at(&mut tab, swinging.time_s);
-    assert_eq!(text(&mut tab, "phase"), "swing right");
-    assert_eq!(text(&mut tab, "clock"), format!("{:.3} s", swinging.time_s));
-    assert_no_problems(&mut tab, &file);
-}
-
-#[test]
-fn the_ground_is_that_of_the_trial() {
-    let Some(mut browser) = Browser::start() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let bench = Bench::new("hold");
-    let slope = (Some(2.0), Some(-60.0));
-    let variation = Variation {
-        slope_deg: slope.0,
-        slope_heading_deg: slope.1,
-        ground_step_m: Some(0.004),
-        ..Variation::default()
-    };
-    let disturbance = Disturbance { pushes: vec![push(1.0, 0.0)], variation, ..Disturbance::default() };
-    let film = Film::take(&bench.robot, &bench.design, &config(1.0), disturbance, (Until::Decided, 0.0), &mut |_| {});
-    let file = written(&folder, &film, &head());
-    let mut tab = browser.tab(800, 600, "light");
-    tab.open(&file);
-    for (i, snapshot) in film.snapshots.iter().enumerate().step_by(100) {
-        let ground = Ground { slope: snapshot.slope, ..Ground::new(&film.robot, &variation) };
-        for (x, y) in [(0.0, 0.0), (0.03, -0.05), (0.3, 0.1), (-0.2, 0.4)] {
-            let script = format!("replay.film.height(replay.film.at(replay.film.time({i})).slope, {x}, {y}) + 0");
-            let shown_m = tab.evaluate(&script).as_f64().unwrap();
-            let height_m = ground.height_m(Point2::new(x, y));
-            assert!((shown_m - height_m).abs() < NEAR_M, "at ({x}, {y}): {shown_m} m, not {height_m} m");
-        }
-    }
-    let level = look_at(&mut tab, 0.0);
-    assert!(level["purple"].as_f64().unwrap() > 0.02, "{level}");
-    assert_no_problems(&mut tab, &file);
-}
-
-/// The largest difference of each kind (m).
-#[derive(Default)]
-struct Worst(std::collections::BTreeMap<&'static str, f64>);
-
-impl Worst {
-    fn see(&mut self, what: &'static str, error: f64) {
-        let worst = self.0.entry(what).or_default();
-        *worst = worst.max(error);
-    }
-
-    fn compare(&mut self, what: &'static str, shown: &Value, held: Option<Vec<f64>>) {
-        let Some(held) = held else { return assert!(shown.is_null(), "{what}: {shown}, but there is none") };
-        let shown: Vec<f64> = shown.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
-        assert_eq!(shown.len(), held.len(), "{what}");
-        for (a, b) in shown.iter().zip(held) {
-            self.see(what, (a - b).abs());
-        }
-    }
-}
-
-fn flattened(corners: &Value) -> Value {
-    corners.as_array().unwrap().iter().flat_map(|corner| corner.as_array().unwrap().clone()).collect()
-}
-
-fn pose(shown: &Value) -> Isometry3<f64> {
-    let part = |name: &str, i: usize| shown[name][i].as_f64().unwrap();
-    let turn = Quaternion::new(part("q", 3), part("q", 0), part("q", 1), part("q", 2));
-    let at = Translation3::new(part("p", 0), part("p", 1), part("p", 2));
-    Isometry3::from_parts(at, UnitQuaternion::from_quaternion(turn))
 }
 
 #[test]
@@ -451,8 +218,11 @@ fn without_webgl_the_rest_works() {
 fn names_are_text_whatever_they_contain() {
     let Some(mut browser) = Browser::start() else { return };
     let folder = tempfile::tempdir().unwrap();
-    let evil =
-        |n: u8| format!("</script><script>window.evil={n}</script><!--<img src=x onerror=window.evil={n}>\"'&\\u003c");
+    let evil = |n: u8| {
+        format!(
+            "</title></code></pre></script><script>window.evil={n}</script><!--<img src=x onerror=window.evil={n}>\"'&\\u003c"
+        )
+    };
     let mut film = stepping().clone();
     film.gain_set = evil(1);
     film.gains.iter_mut().for_each(|name| *name = evil(2));
@@ -473,22 +243,4 @@ fn names_are_text_whatever_they_contain() {
     let marked = tab.evaluate("[...document.querySelectorAll('#marks .fall')].map((mark) => mark.title)");
     assert!(marked[0].as_str().unwrap().contains(&evil(5)), "{marked}");
     assert_no_problems(&mut tab, &file);
-}
-
-#[test]
-fn a_page_of_four_seconds_is_small_and_always_the_same() {
-    let whole = EpisodeConfig { end_early: false, ..config(4.0) };
-    let film = film("paper", 3.6, whole);
-    assert_eq!(film.snapshots.len(), 2001);
-    let html = page(&film, &head()).unwrap();
-    eprintln!("{} bytes", html.len());
-    assert!(html.len() < 600_000, "{} bytes", html.len());
-    assert!(html == page(&film, &head()).unwrap());
-    // A longer film is thinned out.
-    let mut long = film.clone();
-    for _ in 0..3 {
-        long.snapshots.extend(film.snapshots.iter().cloned());
-    }
-    let html = page(&long, &head()).unwrap();
-    assert!(html.len() < 1_000_000, "{} bytes", html.len());
 }

@@ -3,6 +3,7 @@
 
 pub mod browser;
 pub mod display;
+pub mod films;
 pub mod mirror;
 pub mod program;
 
