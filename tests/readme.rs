@@ -42,3 +42,15 @@ fn every_command_of_the_readme_is_one() {
         assert!(run.get_output().status.success(), "{command}: {}", stderr(&run));
     }
 }
+
+/// Pictures and files that it links are there.
+#[test]
+fn every_link_of_the_readme_leads_somewhere() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let links = include_str!("../README.md").split("](").skip(1).filter_map(|rest| rest.split(')').next());
+    let files: Vec<&str> = links.filter(|link| !link.starts_with("https://") && !link.starts_with('#')).collect();
+    assert!(files.len() > 8, "only {files:?}");
+    for file in files {
+        assert!(root.join(file).is_file(), "{file} is not there");
+    }
+}

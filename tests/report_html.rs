@@ -75,9 +75,11 @@ fn count(page: &mut Page, selector: &str) -> u64 {
     page.evaluate(&format!("document.querySelectorAll('{selector}').length")).as_u64().unwrap()
 }
 
-/// Links that lead nowhere in the page.
+/// Links that lead nowhere in the page, and those to other files.
 const DEAD_LINKS: &str = "[...document.querySelectorAll('a')].map((a) => a.getAttribute('href'))
-    .filter((link) => !link.startsWith('#') || !document.getElementById(link.slice(1)))";
+    .filter((link) => link.startsWith('#') && !document.getElementById(link.slice(1)))";
+const FILES: &str = "[...document.querySelectorAll('a')].map((a) => a.getAttribute('href'))
+    .filter((link) => !link.startsWith('#'))";
 
 #[test]
 fn every_kind_of_result_shows_on_every_screen_and_asks_for_nothing() {
@@ -104,6 +106,12 @@ fn every_kind_of_result_shows_on_every_screen_and_asks_for_nothing() {
             let dark = tab.evaluate("getComputedStyle(document.body).backgroundColor") != "rgb(255, 255, 255)";
             assert_eq!(dark, scheme == "dark");
             assert_eq!(tab.evaluate(DEAD_LINKS), json!([]));
+            let linked = tab.evaluate(FILES);
+            assert!(!linked.as_array().unwrap().is_empty(), "no replay is linked");
+            for link in linked.as_array().unwrap().iter().map(|link| link.as_str().unwrap()) {
+                let target = file.parent().unwrap().join(link);
+                assert!(link.contains("replays/trial-") && target.is_file(), "{link} from {}", file.display());
+            }
             assert_no_problems(&mut tab, &file);
             let png = tab.screenshot();
             assert_shows_something(&mut browser, &png, &format!("{}, {width} px, {scheme}", file.display()));
