@@ -9,6 +9,7 @@ use standfast::campaign::gates::Gates;
 use standfast::campaign::{Campaign, Folder, Plan, Summary, limit, run::Options};
 use standfast::control::home_polygon;
 use standfast::episode::EpisodeConfig;
+use standfast::files::shell_word;
 use standfast::lipm::pendulum::Pendulum;
 use standfast::report::cpi::{CpiArgs, CpiDefaults};
 use standfast::report::limit::LimitArgs;
@@ -138,7 +139,7 @@ pub fn status(args: &FolderArgs) -> Result<ExitCode> {
 }
 
 pub fn push(args: &PushArgs) -> Result<ExitCode> {
-    report::print(&report::push::run(args)?)?;
+    report::print(&report::push::run(args, command_line())?)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -176,7 +177,7 @@ pub fn limit(args: &LimitArgs) -> Result<ExitCode> {
 }
 
 pub fn scenario(args: &ScenarioArgs) -> Result<ExitCode> {
-    report::print(&report::scenario::run(args)?)?;
+    report::print(&report::scenario::run(args, command_line())?)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -224,14 +225,25 @@ fn join(folder: &Folder, gates: &Gates, args: &ReplaysArgs, json: bool) -> Resul
     report::result::write(&summary, &rows, &folder.path)?;
     report::print(&if json { report::json(&summary) } else { table::campaign(&summary, &folder.path) })?;
     note(&report::result::written(&folder.path, &["summary.json", "trials.parquet", "campaign.toml"]));
+    let verdict = exit_code(&summary, &folder.path);
     let stop = || STOP.load(Ordering::Relaxed);
-    let replays = report::replays::write_telling(folder, &summary, args.replays, &stop)?;
-    if replays > 0 {
-        // Now with links to them.
-        report::result::write(&summary, &rows, &folder.path)?;
-        note(&format!("written: {}: {replays} replays of telling trials", folder.path.join("replays").display()));
+    match report::replays::write_telling(folder, &summary, args.replays, &stop) {
+        Ok(0) => {}
+        Ok(replays) => {
+            // Now with links to them.
+            report::result::write(&summary, &rows, &folder.path)?;
+            note(&format!("written: {}: {replays} replays of telling trials", folder.path.join("replays").display()));
+        }
+        // The result is none the worse.
+        Err(error) => log::warn!("no replays: {error}"),
     }
-    Ok(exit_code(&summary, &folder.path))
+    Ok(verdict)
+}
+
+/// This command as it was given.
+fn command_line() -> String {
+    let args = std::env::args().skip(1).map(|arg| shell_word(&arg));
+    std::iter::once("standfast".to_string()).chain(args).collect::<Vec<_>>().join(" ")
 }
 
 /// Says which gates did not pass, each with the command that replays a trial that was lost.

@@ -7,6 +7,7 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use standfast::control::Phase;
 use standfast::episode::{ClosedLoop, Disturbance, Film, Until};
+use standfast::geometry::SupportPolygon;
 use standfast::sim::Pull;
 
 fn closed_loop(bench: &Bench) -> ClosedLoop<'_> {
@@ -101,6 +102,58 @@ fn a_set_that_does_not_catch_ends_a_footstep_that_does() {
     panic!("no foot was lifted");
 }
 
+/// With a foot in the air: it lands, or is let down, and what follows is what the new set does.
+#[test]
+fn gain_sets_can_be_switched_with_a_foot_in_the_air() {
+    let benches = ["hold", "switching", "paper", "catch"].map(Bench::new);
+    for from in &benches[2..] {
+        for to in &benches {
+            let mut live = closed_loop(from);
+            live.pushes.push(push(3.6, -20.0));
+            let mut switched_at = None;
+            for k in 0..600 {
+                let tick = live.tick();
+                assert!(tick.truth.is_finite());
+                let in_air = matches!(tick.controller.phase, Phase::Swing(_));
+                if in_air && switched_at.is_none() {
+                    switched_at = Some(k);
+                    live.switch_to(&to.design);
+                }
+                live.advance();
+            }
+            let (name, new) = (&from.design.family.name, &to.design.family.name);
+            assert!(switched_at.is_some(), "{name} has lifted no foot");
+            let phase = live.tick().controller.phase;
+            match new.as_str() {
+                "hold" => assert_eq!(phase, Phase::Posture, "{name} to {new}"),
+                "switching" => assert!(!matches!(phase, Phase::Swing(_)), "{name} to {new}: {phase:?}"),
+                _ => {}
+            }
+        }
+    }
+}
+
+/// What the controller wants is shown where the robot is, though its feet have slipped and it does not know.
+#[test]
+fn a_snapshot_is_all_in_one_world() {
+    let bench = Bench::new("catch");
+    let disturbance = Disturbance { pushes: vec![push(6.0, 0.0)], ..Disturbance::default() };
+    let how_long = (Until::Decided, 0.0);
+    let mut drift_m = 0.0_f64;
+    let mut drift = |tick: &standfast::episode::Tick| {
+        drift_m = (tick.truth.com - tick.controller.estimator.now.com).xy().norm();
+    };
+    let film = Film::take(&bench.robot, &bench.design, &config(6.0), disturbance, how_long, &mut drift);
+    let last = film.snapshots.last().unwrap();
+    assert!(drift_m > 0.008, "the estimate is only {drift_m} m off: the test has nothing to see");
+    let zmp = last.zmp.unwrap();
+    assert!((zmp - last.zmp_ref).norm() < 0.004, "at rest the ZMP is at {zmp}, and wanted at {}", last.zmp_ref);
+    // The COM lies inside of the acting set's slice, as its margin says.
+    assert!(last.margin.unwrap() > 0.8);
+    let slice = SupportPolygon::hull(&last.slices[last.gain.unwrap()]).unwrap();
+    assert!(slice.signed_distance(last.com.xy()) < -0.01, "{slice:?} {}", last.com);
+}
+
 /// A film goes on after the end, and its record does not.
 #[test]
 fn a_film_shows_the_fall_and_its_record_ends_with_the_episode() {
@@ -109,7 +162,7 @@ fn a_film_shows_the_fall_and_its_record_ends_with_the_episode() {
     let disturbance = Disturbance { pushes: vec![push(4.0, 180.0)], ..Disturbance::default() };
     let mut seen = 0;
     let how_long = (Until::Decided, 0.5);
-    let mut film = Film::take(&bench.robot, &bench.design, &config(6.0), disturbance, how_long, &mut |_| seen += 1);
+    let film = Film::take(&bench.robot, &bench.design, &config(6.0), disturbance, how_long, &mut |_| seen += 1);
     assert_eq!(format!("{:?}", film.record), format!("{record:?}"));
     let fell_at_s = record.fell_at_s.unwrap();
     assert_eq!(seen, (fell_at_s / 0.002).round() as usize + 1);
@@ -118,6 +171,5 @@ fn a_film_shows_the_fall_and_its_record_ends_with_the_episode() {
     assert!(last.com.z < 0.6 * film.snapshots[0].com.z, "it lies on the ground");
     let pushed: Vec<f64> = film.snapshots.iter().filter(|s| s.push.is_some()).map(|s| s.time_s).collect();
     assert_eq!(pushed.len(), 25, "{pushed:?}");
-    film.cut_at(1.0);
-    assert_eq!(film.snapshots.len(), 501);
+    assert_eq!(film.cut_at(1.0).snapshots.len(), 501);
 }

@@ -14,6 +14,8 @@ pub struct Replayed {
     pub trial: u64,
     /// Name of the gain set in the results.
     pub set: String,
+    /// Those that the result has.
+    pub sets: Vec<String>,
     pub robot: Robot,
     pub design: Design,
     /// As the campaign found it; None where it has not come so far, or its part is damaged.
@@ -44,7 +46,7 @@ impl Replayed {
         let gains = GainSet::load(&campaign.gains_named(&set))?;
         let design = Design::new(&robot, &gains, campaign.episode.control_period_s)?;
         let row = rows.into_iter().find(|row| row.set == set);
-        Ok(Self { campaign, trial, set, robot, design, row })
+        Ok(Self { campaign, trial, set, sets: found.manifest.sets, robot, design, row })
     }
 
     /// How long it lasts, and by what it is judged.
@@ -57,12 +59,24 @@ impl Replayed {
         trial::disturbance(&self.campaign, self.trial)
     }
 
-    /// What to tell of a record of this trial that is not what the campaign found; None if it is the same.
+    /// What to tell of a record of this trial, which may be of a run that went on after its end, that is not what the
+    /// campaign found; None if it is the same, or there is nothing to compare with.
     pub fn difference(&self, record: &Record) -> Option<String> {
         let row = self.row.as_ref()?;
-        let same = row.outcome == record.outcome && row.end_s.to_bits() == record.end_s.to_bits();
-        let told = |outcome: Outcome, end_s: f64| format!("{outcome:?} at {end_s} s").to_lowercase();
+        let bits = |time_s: Option<f64>| time_s.map(f64::to_bits);
+        let goes_on = record.end_s > row.end_s;
+        let fell_at_s = record.fell_at_s.filter(|fell_s| !goes_on || *fell_s <= row.end_s);
+        let same_end = goes_on || (row.outcome, row.end_s.to_bits()) == (record.outcome, record.end_s.to_bits());
+        let settled_at_s = record.settled_at_s.or(row.settled_at_s.filter(|_| goes_on && record.fell_at_s.is_some()));
+        let same = same_end && bits(fell_at_s) == bits(row.fell_at_s) && bits(settled_at_s) == bits(row.settled_at_s);
+        let told = |outcome: Outcome, end_s: f64| format!("{} at {end_s:.3} s", format!("{outcome:?}").to_lowercase());
         let [now, then] = [told(record.outcome, record.end_s), told(row.outcome, row.end_s)];
-        (!same).then(|| format!("trial {} of {}: {now}, but {then} in the result: it was made by another build of standfast, or its inputs have changed", self.trial, self.set))
+        (!same).then(|| {
+            format!(
+                "trial {} of {} is not as it was: {now}, but {then} in the result, which another build of standfast has \
+                 made, or its inputs have changed",
+                self.trial, self.set
+            )
+        })
     }
 }

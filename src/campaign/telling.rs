@@ -16,6 +16,7 @@ pub struct Telling {
     pub trial: u64,
     pub impulse_n_s: f64,
     pub heading_deg: f64,
+    pub survived: bool,
     pub why: String,
 }
 
@@ -39,7 +40,7 @@ impl Telling {
         let hardest = hardest.map(|row| (row, "the hardest that it survived".to_string()));
         let telling = |(row, why): (&Row, String)| {
             let Row { trial, impulse_n_s, heading_deg, .. } = *row;
-            Self { trial, impulse_n_s, heading_deg, why }
+            Self { trial, impulse_n_s, heading_deg, survived: recovered(row), why }
         };
         easiest.chain(others.take(OTHERS)).chain(hardest).map(telling).collect()
     }

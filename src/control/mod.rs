@@ -163,6 +163,7 @@ impl<'a> Controller<'a> {
 
     /// Keeps the home posture. The wanted ZMP is shown as the one measured.
     fn hold(&mut self) -> Command {
+        self.phase = Phase::Posture;
         self.supervisor.zmp_ref = self.estimator.now.zmp;
         self.design.home.clone()
     }

@@ -1,16 +1,17 @@
 //! An episode with all that there is to see of it, for pictures and replays.
 
-use super::referee::Referee;
-use super::{ClosedLoop, Disturbance, EpisodeConfig, Record, Snapshot, Tick, Until};
+use super::{ClosedLoop, Disturbance, EpisodeConfig, Record, Snapshot, Tick, Until, drive};
 use crate::control::Design;
 use crate::robot::Robot;
-use crate::sim::{Push, Variation};
+use crate::sim::{Ground, Push, Variation};
 
 /// A recorded episode.
 #[derive(Debug, Clone)]
 pub struct Film {
     /// As the episode had it: with the disturbance's variation.
     pub robot: Robot,
+    /// What it stood on, as it lay in the end.
+    pub ground: Ground,
     /// Name of the gain set, and of its gains, slow to fast.
     pub gain_set: String,
     pub gains: Vec<String>,
@@ -24,48 +25,38 @@ pub struct Film {
 }
 
 impl Film {
-    /// Runs an episode as [`super::run`] does, and goes on for `aftermath_s` after its end (a fall takes a while), not
-    /// beyond its horizon. `observe` sees the ticks of the episode itself.
+    /// Runs an episode as [`super::run`] does, and goes on for a time (s) after its end (a fall takes a while), not beyond
+    /// its horizon. `observe` sees the ticks of the episode itself.
     pub fn take(
         robot: &Robot,
         design: &Design,
         config: &EpisodeConfig,
         disturbance: Disturbance,
-        (until, aftermath_s): (Until, f64),
+        how_long: (Until, f64),
         observe: &mut dyn FnMut(&Tick),
     ) -> Self {
-        let variation = disturbance.variation;
-        let simulated = &variation.robot(robot);
-        let mut closed_loop = ClosedLoop::new(robot, simulated, design, config, disturbance);
-        let mut referee = Referee::new(simulated, config, &closed_loop.pushes);
+        let (variation, pushes) = (disturbance.variation, disturbance.pushes.clone());
+        let simulated = variation.robot(robot);
+        let closed_loop = ClosedLoop::new(robot, &simulated, design, config, disturbance);
         let mut snapshots = Vec::new();
-        let mut ended_at_s: Option<f64> = None;
-        let ticks = (config.horizon_s / config.control_period_s).round() as u64;
-        for k in 0..=ticks {
-            let tick = closed_loop.tick();
-            if ended_at_s.is_none() {
-                observe(&tick);
-                referee.watch(&tick);
-                ended_at_s = referee.is_over(until).then_some(tick.truth.time_s);
+        let record = drive(closed_loop, &simulated, config, how_long, &mut |tick, is_after| {
+            if !is_after {
+                observe(tick);
             }
-            if !tick.truth.is_finite() {
-                break;
+            if tick.truth.is_finite() {
+                snapshots.push(Snapshot::of(&simulated, tick));
             }
-            snapshots.push(Snapshot::of(simulated, &tick));
-            if k == ticks || ended_at_s.is_some_and(|end_s| tick.truth.time_s >= end_s + aftermath_s) {
-                break;
-            }
-            closed_loop.advance();
-        }
-        let pushes = closed_loop.pushes;
-        let record = referee.finish();
+        });
         let family = &design.family;
         let gains = family.gains.iter().map(|gain| gain.name.clone()).collect();
         let (gain_set, control_period_s) = (family.name.clone(), config.control_period_s);
-        Self { robot: simulated.clone(), gain_set, gains, control_period_s, pushes, variation, record, snapshots }
+        let ground = Ground::new(robot, &variation);
+        Self { robot: simulated, ground, gain_set, gains, control_period_s, pushes, variation, record, snapshots }
     }
+
     /// Takes away what comes after `end_s`.
-    pub fn cut_at(&mut self, end_s: f64) {
+    pub fn cut_at(mut self, end_s: f64) -> Self {
         self.snapshots.retain(|snapshot| snapshot.time_s <= end_s);
+        self
     }
 }

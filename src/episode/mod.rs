@@ -213,14 +213,31 @@ pub fn run(
     observe: &mut dyn FnMut(&Tick),
 ) -> Record {
     let simulated = &disturbance.variation.robot(robot);
-    let mut closed_loop = ClosedLoop::new(robot, simulated, design, config, disturbance);
+    let closed_loop = ClosedLoop::new(robot, simulated, design, config, disturbance);
+    drive(closed_loop, simulated, config, (until, 0.0), &mut |tick, _| observe(tick))
+}
+
+/// Drives a loop to its end, and for a while after it, not beyond its horizon. `observe` sees every tick, and whether it is
+/// of the aftermath. The record is that of the episode itself.
+fn drive(
+    mut closed_loop: ClosedLoop,
+    simulated: &Robot,
+    config: &EpisodeConfig,
+    (until, aftermath_s): (Until, f64),
+    observe: &mut dyn FnMut(&Tick, bool),
+) -> Record {
     let mut referee = Referee::new(simulated, config, &closed_loop.pushes);
     let ticks = (config.horizon_s / config.control_period_s).round() as u64;
+    let mut ended_at_s: Option<f64> = None;
     for k in 0..=ticks {
         let tick = closed_loop.tick();
-        observe(&tick);
-        referee.watch(&tick);
-        if referee.is_over(until) || !tick.truth.is_finite() {
+        observe(&tick, ended_at_s.is_some());
+        if ended_at_s.is_none() {
+            referee.watch(&tick);
+            ended_at_s = referee.is_over(until).then_some(tick.truth.time_s);
+        }
+        let is_over = ended_at_s.is_some_and(|end_s| tick.truth.time_s >= end_s + aftermath_s);
+        if is_over || !tick.truth.is_finite() {
             break;
         }
         if k < ticks {

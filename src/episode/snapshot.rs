@@ -2,10 +2,11 @@
 
 use super::{Tick, support_on_ground};
 use crate::control::Phase;
-use crate::robot::{Foot, PerFoot, Posture, Robot};
-use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
+use crate::robot::{Foot, PerFoot, Pose, Posture, Robot};
+use nalgebra::{Isometry2, Point2, Point3, UnitQuaternion, Vector3};
 
-/// One moment of an episode: the truth, and what the controller wants. World frame.
+/// One moment of an episode: the truth, and what the controller wants. World frame: what the controller wants is moved
+/// there from the world as it estimates it, which drifts away where feet slip ([`to_world`]).
 #[derive(Debug, Clone)]
 pub struct Snapshot {
     pub time_s: f64,
@@ -23,8 +24,8 @@ pub struct Snapshot {
     pub soles: PerFoot<Point3<f64>>,
     /// Corners of the hull of the soles on the ground, counter-clockwise; none in flight.
     pub support: Vec<Point2<f64>>,
-    /// For each gain, slow to fast, the slice of its set over the COM, at the COM velocity and ZMP of the moment: the set
-    /// holds the state while the COM is over it. Corners, counter-clockwise; none where the set holds no such state, and
+    /// For each gain, slow to fast, the slice of its set over the COM, at the COM velocity as estimated and the ZMP wanted:
+    /// the set holds the state while the estimated COM is over it. Corners, counter-clockwise; none where the set holds no such state, and
     /// for all gains while a foot is in the air: the supervisor rests then.
     pub slices: Vec<Vec<Point2<f64>>>,
     /// The gain that acts, index into those of the gain set; None without gains, or with a foot in the air.
@@ -61,6 +62,12 @@ impl Snapshot {
         let stands = controller.swing.is_none();
         let gain = controller.acting_gain().filter(|_| stands).map(|_| supervisor.gain);
         let force = truth.push_force;
+        let to_world = to_world(tick);
+        let slice = |slice: &Vec<Point2<f64>>| slice.iter().map(|corner| to_world * corner).collect();
+        let landing = |corner: Point3<f64>| {
+            let place = to_world * corner.xy();
+            Point3::new(place.x, place.y, corner.z)
+        };
         Self {
             time_s: truth.time_s,
             posture: truth.posture.clone(),
@@ -68,19 +75,29 @@ impl Snapshot {
             dcm: tick.dcm,
             dcm_outside_m: tick.dcm_outside_m,
             zmp: truth.zmp.map(Point2::from),
-            zmp_ref: supervisor.zmp_ref,
+            zmp_ref: to_world * supervisor.zmp_ref,
             soles: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.into()),
             support: support_on_ground(robot, truth).map_or_else(Vec::new, |polygon| polygon.vertices().to_vec()),
-            slices: if stands { supervisor.slices() } else { Vec::new() },
+            slices: if stands { supervisor.slices().iter().map(slice).collect() } else { Vec::new() },
             gain,
             margin: gain.map(|_| supervisor.margin).filter(|margin| margin.is_finite()),
             phase: controller.phase,
-            footstep: controller.swing.as_ref().map(|swing| swing.landing_corners(robot)),
+            footstep: controller.swing.as_ref().map(|swing| swing.landing_corners(robot).map(landing)),
             contacts: PerFoot::from_fn(|foot| contact(tick, foot)),
             push: (force.norm() > 0.0).then_some(Arrow { point: truth.push_point, force }),
             slope: truth.ground.slope,
         }
     }
+}
+
+/// From the world as the controller estimates it to the world: what takes its estimate of the trunk over the ground to
+/// where the trunk is.
+pub fn to_world(tick: &Tick) -> Isometry2<f64> {
+    let over_ground = |base: &Pose| {
+        let heading = base.rotation * Vector3::x();
+        Isometry2::new(base.translation.vector.xy(), heading.y.atan2(heading.x))
+    };
+    over_ground(&tick.truth.posture.base) * over_ground(&tick.controller.estimator.now.posture.base).inverse()
 }
 
 /// The force on a sole, at its centre of pressure.

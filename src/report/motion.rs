@@ -1,6 +1,7 @@
 //! A motion as its picture shows it: plain samples over time, whether they come from an episode or from a calculation.
 
 use crate::episode::imposed::ImposedTick;
+use crate::episode::snapshot::to_world;
 use crate::episode::{Tick, support_on_ground};
 use crate::geometry::SupportPolygon;
 use crate::robot::{PerFoot, Robot};
@@ -25,14 +26,14 @@ pub struct MotionSample {
 }
 
 impl MotionSample {
-    /// The truth of a tick, and the ZMP that the controller wants.
+    /// The truth of a tick, and the ZMP that the controller wants, moved to where the robot is.
     pub fn of(robot: &Robot, tick: &Tick) -> Self {
         let truth = tick.truth;
         Self {
             time_s: truth.time_s,
             com: truth.com.xy().into(),
             zmp: truth.zmp,
-            zmp_ref: tick.controller.supervisor.zmp_ref.into(),
+            zmp_ref: (to_world(tick) * tick.controller.supervisor.zmp_ref).into(),
             dcm: tick.dcm.into(),
             feet: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.xy().into()),
             support: support_on_ground(robot, truth),

@@ -2,8 +2,8 @@
 
 use crate::columns;
 use crate::control::Design;
-use crate::episode::{Disturbance, EpisodeConfig, Film, Record, Until};
-use crate::error::Result;
+use crate::episode::{self, Disturbance, EpisodeConfig, Film, Record, Tick, Until};
+use crate::error::{Error, Result};
 use crate::files::write_atomic;
 use crate::report::motion_plot::MotionPlot;
 use crate::report::picture::{self, FramesOptions};
@@ -12,6 +12,7 @@ use crate::report::story::{Witness, headline, story};
 use crate::report::trace::Trace;
 use crate::report::{self, check_output, with_fields_of};
 use crate::robot::Robot;
+use crate::sim::{Push, Variation};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -43,7 +44,22 @@ impl Outputs {
         for (option, path, kinds) in kinds {
             path.iter().try_for_each(|path| check_output(option, path, kinds))?;
         }
-        self.frames.iter().try_for_each(|folder| picture::check_folder(folder).map(|_| ()))
+        let Some(frames) = &self.frames else { return Ok(()) };
+        picture::check_folder(frames)?;
+        // A folder of frames holds nothing else.
+        for (option, path, _) in kinds {
+            if let Some(path) = path.as_ref().filter(|path| is_in(path, frames)) {
+                let accepted = "a file in another folder";
+                return Err(Error::value(
+                    "arguments",
+                    option,
+                    path.display(),
+                    "it is in the folder of --frames",
+                    accepted,
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// Whether any is asked for.
@@ -53,8 +69,9 @@ impl Outputs {
 
     /// Draws the snapshots if they are asked for.
     pub fn write_frames(&self, told: &Told) -> Result<()> {
-        let Some(folder) = &self.frames else { return Ok(()) };
-        picture::write_frames(&told.film, folder, &FramesOptions::default())?;
+        if let (Some(folder), Some(film)) = (&self.frames, &told.film) {
+            picture::write_frames(film, folder, &FramesOptions::default())?;
+        }
         Ok(())
     }
 
@@ -74,18 +91,22 @@ pub struct Case<'a> {
 
 /// What an episode came to.
 pub struct Told {
-    pub film: Film,
+    pub pushes: Vec<Push>,
+    pub variation: Variation,
+    pub record: Record,
     /// In a few lines.
     pub story: String,
+    /// If there is something to show.
+    pub film: Option<Film>,
 }
 
 impl Case<'_> {
-    /// Runs one episode, writes what is asked for and returns what to print.
-    pub fn run(&self, disturbance: Disturbance, outputs: &Outputs, as_json: bool) -> Result<String> {
+    /// Runs one episode, writes what is asked for and returns what to print. `command`: what made it, for the replay.
+    pub fn run(&self, disturbance: Disturbance, outputs: &Outputs, as_json: bool, command: String) -> Result<String> {
         outputs.check()?;
         let told = self.tell(disturbance, outputs)?;
         if let Some(path) = &outputs.replay {
-            write_replay(&told, path, None, None)?;
+            write_replay(&told, path, Origin { command, ..Origin::default() })?;
         }
         outputs.write_frames(&told)?;
         Ok(if as_json { self.as_json(&told) } else { told.story })
@@ -94,34 +115,42 @@ impl Case<'_> {
     /// Runs one episode, writes trace and plot if they are asked for, and tells what happened.
     pub fn tell(&self, disturbance: Disturbance, outputs: &Outputs) -> Result<Told> {
         let Self { robot, design, config } = *self;
+        let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
         let mut trace = outputs.trace.as_ref().map(|_| Trace::new(robot));
-        let simulated = disturbance.variation.robot(robot);
-        let spans = disturbance.pushes.iter().map(|push| [push.start_s, push.end_s()]).collect();
+        let simulated = variation.robot(robot);
+        let spans = pushes.iter().map(|push| [push.start_s, push.end_s()]).collect();
         let mut plot = outputs.plot.as_ref().map(|_| MotionPlot { pushes: spans, ..MotionPlot::default() });
         let mut witness = Witness::default();
-        let how_long = (outputs.until(config), AFTERMATH_S);
-        let mut film = Film::take(robot, design, config, disturbance, how_long, &mut |tick| {
+        let mut observe = |tick: &Tick| {
             witness.watch(&simulated, tick);
             trace.iter_mut().for_each(|t| t.push(tick));
             plot.iter_mut().for_each(|p| p.push(robot, tick));
-        });
-        let Film { pushes, variation, record, .. } = &film;
+        };
+        let until = outputs.until(config);
+        let (record, film) = if outputs.replay.is_some() || outputs.frames.is_some() {
+            let film = Film::take(robot, design, config, disturbance, (until, AFTERMATH_S), &mut observe);
+            (film.record.clone(), Some(film))
+        } else {
+            (episode::run(robot, design, config, disturbance, until, &mut observe), None)
+        };
         if let (Some(path), Some(trace)) = (&outputs.trace, trace) {
             columns::write(path, &trace.columns())?;
         }
+        let end_s = end_of_interest_s(&record);
         if let (Some(path), Some(mut plot)) = (&outputs.plot, plot) {
-            plot.end_at(end_of_interest_s(record));
-            plot.write(path, &headline(pushes, &design.family.name, record))?;
+            plot.end_at(end_s);
+            plot.write(path, &headline(&pushes, &design.family.name, &record))?;
         }
-        let story = story(pushes, variation, design, config, record, &witness);
+        let story = story(&pushes, &variation, design, config, &record, &witness);
         // After a fall a plot has nothing to tell: COM and ZMP are those of a body on the ground. But a film has.
-        film.cut_at(end_of_interest_s(&film.record) + if film.record.fell_at_s.is_some() { AFTERMATH_S } else { 0.0 });
-        Ok(Told { film, story })
+        let aftermath_s = if record.fell_at_s.is_some() { AFTERMATH_S } else { 0.0 };
+        let film = film.map(|film| film.cut_at(end_s + aftermath_s));
+        Ok(Told { pushes, variation, record, story, film })
     }
 
     /// One JSON object.
     pub fn as_json(&self, told: &Told) -> String {
-        let Film { pushes, variation, record, .. } = &told.film;
+        let Told { pushes, variation, record, .. } = told;
         let mut head = json!({ "gains": self.design.family.name, "push": pushes[0], "judge": self.config.judge });
         if let Some(second) = pushes.get(1) {
             head["second_push"] = json!(second);
@@ -132,12 +161,31 @@ impl Case<'_> {
     }
 }
 
-/// Writes the page that shows an episode in 3D, with the command that makes it, and the page to go back to.
-pub fn write_replay(told: &Told, path: &Path, command: Option<String>, back: Option<String>) -> Result<()> {
-    let Film { pushes, gain_set, record, .. } = &told.film;
-    let title = headline(pushes, gain_set, record);
-    let head = Head { title, lines: told.story.lines().map(String::from).collect(), command, back };
-    write_atomic(path, replay::page(&told.film, &head)?.as_bytes())
+/// Where a replay comes from.
+#[derive(Debug, Default)]
+pub struct Origin {
+    /// The command that makes it.
+    pub command: String,
+    /// The page to go back to.
+    pub back: Option<String>,
+    /// What is not as it should be.
+    pub warning: Option<String>,
+}
+
+/// Writes the page that shows an episode in 3D.
+pub fn write_replay(told: &Told, path: &Path, origin: Origin) -> Result<()> {
+    let Some(film) = &told.film else { return Ok(()) };
+    let Origin { command, back, warning } = origin;
+    let title = headline(&told.pushes, &film.gain_set, &told.record);
+    let lines = warning.iter().map(String::as_str).chain(told.story.lines()).map(String::from).collect();
+    let head = Head { title, lines, command: Some(command), back };
+    write_atomic(path, replay::page(film, &head)?.as_bytes())
+}
+
+/// Whether a file would be in a folder; both may be new.
+fn is_in(file: &Path, folder: &Path) -> bool {
+    let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    matches!((parent.canonicalize(), folder.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// How long a film goes on after the episode is decided (s).

@@ -68,8 +68,8 @@ pub struct PushArgs {
     pub json: bool,
 }
 
-/// Runs the episode and returns what to print.
-pub fn run(args: &PushArgs) -> Result<String> {
+/// Runs the episode and returns what to print. `command`: as it was given, for the replay.
+pub fn run(args: &PushArgs, command: String) -> Result<String> {
     let campaign = match &args.campaign {
         Some(name) => Some(Campaign::load(name, &Overrides { seed: args.seed, ..Overrides::default() })?),
         None => None,
@@ -90,7 +90,7 @@ pub fn run(args: &PushArgs) -> Result<String> {
     let variation = campaign.as_ref().zip(args.trial).map(|(c, trial)| trial::variation(c, trial));
     let disturbance = Disturbance { pushes, sensor_errors, variation: variation.unwrap_or_default() };
     let case = Case { robot: &robot, design: &design, config: &config };
-    case.run(disturbance, &args.outputs, args.json)
+    case.run(disturbance, &args.outputs, args.json, command)
 }
 
 /// The pushes asked for: those of the campaign's trial if one is named, the first changed by what else is given.

@@ -1,10 +1,11 @@
 //! `standfast replay`: a trial of a result, to watch in 3D; and the pages for the telling trials of a result.
 
 use crate::campaign::parts::REPLAYS;
+use crate::campaign::telling::Telling;
 use crate::campaign::{Folder, Replayed, Summary};
 use crate::error::{Error, Result};
 use crate::files::shell_word;
-use crate::report::outputs::{Case, Outputs, Told, write_replay};
+use crate::report::outputs::{Case, Origin, Outputs, Told, write_replay};
 use crate::report::progress::note;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -41,34 +42,40 @@ pub fn run(args: &ReplayArgs) -> Result<String> {
     outputs.replay.clone_from(&asked);
     outputs.check()?;
     let replayed = Replayed::open(&args.dir, args.trial, args.gains.as_deref())?;
-    let path = match asked {
-        Some(path) => path,
-        None => create_folder(&args.dir)?.join(file_name(&replayed)),
+    // A page among those of the result leads back to its report.
+    let (path, back) = match asked {
+        Some(path) => (path, None),
+        None => (create_folder(&args.dir)?.join(file_name(&replayed)), Some(BACK)),
     };
-    let told = tell(&replayed, &outputs)?;
-    write_replay(&told, &path, Some(command(&args.dir, &replayed)), None)?;
+    outputs.replay = Some(path.clone());
+    if args.gains.is_none() && replayed.sets.len() > 1 {
+        note(&format!("gain set {} of {}; --gains NAME for another", replayed.set, replayed.sets.join(", ")));
+    }
+    if replayed.row.is_none() {
+        note("the result has no such trial yet: there is nothing to compare it with");
+    }
+    let told = case(&replayed).tell(replayed.disturbance(), &outputs)?;
+    write(&replayed, &told, &path, &args.dir, back)?;
     outputs.write_frames(&told)?;
     note(&format!("written: {}", path.display()));
     Ok(if args.json { case(&replayed).as_json(&told) } else { told.story })
 }
 
-/// Runs a trial again; says so if it is not as it was.
-fn tell(replayed: &Replayed, outputs: &Outputs) -> Result<Told> {
-    let told = case(replayed).tell(replayed.disturbance(), outputs)?;
-    if let Some(difference) = replayed.difference(&told.film.record) {
-        log::warn!("{difference}");
-    }
-    Ok(told)
+/// Writes a page; says so if the trial is not as it was.
+fn write(replayed: &Replayed, told: &Told, path: &Path, folder: &Path, back: Option<&str>) -> Result<()> {
+    let warning = replayed.difference(&told.record);
+    warning.iter().for_each(|warning| log::warn!("{warning}"));
+    let [folder, set] = [&folder.display().to_string(), &replayed.set].map(|word| shell_word(word));
+    let command = format!("standfast replay {folder} --trial {} --gains {set}", replayed.trial);
+    write_replay(told, path, Origin { command, back: back.map(String::from), warning })
 }
 
 fn case(replayed: &Replayed) -> Case<'_> {
     Case { robot: &replayed.robot, design: &replayed.design, config: replayed.config() }
 }
 
-fn command(folder: &Path, replayed: &Replayed) -> String {
-    let [folder, set] = [&folder.display().to_string(), &replayed.set].map(|word| shell_word(word));
-    format!("standfast replay {folder} --trial {} --gains {set}", replayed.trial)
-}
+/// The report, as seen from the folder of the pages.
+const BACK: &str = "../report.html#telling";
 
 /// Writes the pages of telling trials that are not there yet, at most so many for each set: first what it lost nearest to
 /// its limit, then the hardest that it survived, then what else is telling. Returns how many are new.
@@ -83,10 +90,14 @@ pub fn write_telling(
     let path = |trial: u64, set: &str| folder.path.join(REPLAYS).join(name(trial, set));
     let mut wanted: Vec<(u64, &str)> = Vec::new();
     for set in &summary.sets {
-        let mut trials: Vec<u64> = set.telling.iter().map(|telling| telling.trial).collect();
-        // The hardest that it survived stands last.
-        if let Some(hardest) = trials.pop() {
-            trials.insert(trials.len().min(1), hardest);
+        let (survived, lost): (Vec<&Telling>, Vec<_>) = set.telling.iter().partition(|telling| telling.survived);
+        let (first, others) = lost.split_at(lost.len().min(1));
+        let mut trials: Vec<u64> = Vec::new();
+        for trial in first.iter().chain(&survived).chain(others).map(|telling| telling.trial) {
+            // One may be telling for more than one reason.
+            if !trials.contains(&trial) {
+                trials.push(trial);
+            }
         }
         wanted.extend(trials.into_iter().take(for_each_set).map(|trial| (trial, set.name.as_str())));
     }
@@ -98,12 +109,11 @@ pub fn write_telling(
         if stop() {
             return Ok(0);
         }
-        let replayed = Replayed::open(&folder.path, trial, Some(set))?;
-        let told = tell(&replayed, &Outputs::default())?;
-        // As seen from the folder of the result.
-        let command = command(Path::new("."), &replayed);
-        write_replay(&told, &path(trial, set), Some(command), Some("../report.html#telling".into()))?;
-        Ok(1)
+        let (replayed, path) = (Replayed::open(&folder.path, trial, Some(set))?, path(trial, set));
+        let outputs = Outputs { replay: Some(path.clone()), ..Outputs::default() };
+        let told = case(&replayed).tell(replayed.disturbance(), &outputs)?;
+        // The command as it is in the folder of the result.
+        write(&replayed, &told, &path, Path::new("."), Some(BACK)).map(|()| 1)
     });
     written.sum()
 }

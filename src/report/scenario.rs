@@ -37,8 +37,8 @@ pub struct ScenarioArgs {
     pub json: bool,
 }
 
-/// Runs the scenario, or lists them, and returns what to print.
-pub fn run(args: &ScenarioArgs) -> Result<String> {
+/// Runs the scenario, or lists them, and returns what to print. `command`: as it was given, for the replay.
+pub fn run(args: &ScenarioArgs, command: String) -> Result<String> {
     let Some(name) = &args.scenario else {
         if args.outputs.is_empty() {
             return list(args.json);
@@ -64,7 +64,7 @@ pub fn run(args: &ScenarioArgs) -> Result<String> {
         Cause::Push(push) => {
             let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
             let case = Case { robot: &robot, design: &design, config: &config };
-            let text = case.run(disturbance, &args.outputs, args.json)?;
+            let text = case.run(disturbance, &args.outputs, args.json, command)?;
             Ok(if args.json { text } else { format!("{}\n\n{text}", scenario.description) })
         }
         Cause::Imposed(imposed) => run_imposed(args, &scenario, &robot, &design, &config, imposed),

@@ -46,8 +46,13 @@ pub fn headline(pushes: &[Push], gain_set: &str, record: &Record) -> String {
     };
     let told =
         |push: &Push| format!("{} N s towards {} degrees", short(push.impulse_n_s, 2), short(push.heading_deg, 2));
-    let told = pushes.iter().map(told).collect::<Vec<_>>().join(", then ");
+    let told = pushes.iter().filter(|push| came(push, record)).map(told).collect::<Vec<_>>().join(", then ");
     format!("{told}, gain set {gain_set}: {outcome}")
+}
+
+/// Whether a push came before the fall.
+fn came(push: &Push, record: &Record) -> bool {
+    record.fell_at_s.is_none_or(|fell_at_s| push.start_s < fell_at_s)
 }
 
 /// Rounded to so many digits after the point: numbers of a campaign's pushes have sixteen.
@@ -97,10 +102,12 @@ pub fn story(
         let Push { impulse_n_s, heading_deg, height_m, duration_s, start_s, .. } = push;
         let [impulse, heading, height, duration, start] =
             [impulse_n_s, heading_deg, height_m, duration_s, start_s].map(|&value| short(value, 4));
+        let late = if came(push, record) { "" } else { "; the robot had fallen by then" };
         line(
             "push",
             format!(
-                "{impulse} N s towards {heading} degrees over {duration} s from t = {start} s, {height} m above the COM"
+                "{impulse} N s towards {heading} degrees over {duration} s from t = {start} s, {height} m above the \
+                 COM{late}"
             ),
         );
     }

@@ -1,7 +1,8 @@
 //! The trace of an episode: one row a control tick, columns with units in their names.
 //!
 //! A row at time t has the true state at t, means of forces over the tick that ends at t, and what the controller
-//! estimates and asks for at t (it acts after the robot's delay). World frame. The forces of the first row, before any
+//! estimates and asks for at t (it acts after the robot's delay). World frame; estimates and what is asked
+//! for in the world as estimated, which drifts away where feet slip. The forces of the first row, before any
 //! step, are the weight shared evenly. A value that does not exist (the ZMP in flight, the margin of a gain set
 //! without gains) is empty.
 

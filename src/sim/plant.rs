@@ -24,9 +24,9 @@ pub struct Clock {
 /// A force on a point of a link, for as long as it is there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pull {
-    /// Index into `Robot::links`.
+    /// Index into `Robot::links`; out of range it panics.
     pub link: usize,
-    /// In the link's frame (m).
+    /// In the link's frame (m); its place is taken from the beginning of a control period.
     pub point: Point3<f64>,
     /// World (N).
     pub force: Vector3<f64>,
