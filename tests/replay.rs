@@ -163,7 +163,7 @@ fn without_a_terminal_the_table_fits_80_columns() {
 #[test]
 fn a_result_has_replays_of_telling_trials() {
     let dir = folder();
-    let args = short(&[TWO_PARTS, "--gains=switching", "--set=push.impulse_n_s={uniform=[2, 6]}"]);
+    let args = short(&[TWO_PARTS, "--gains=switching", "--set=push.impulse_n_s={uniform=[0, 6]}"]);
     let asked = |replays: &'static str| [&args[..], &[replays]].concat();
     standfast(dir.path(), &asked("--replays=0")).success();
     let out = dir.path().join("out");
@@ -179,7 +179,9 @@ fn a_result_has_replays_of_telling_trials() {
         // What it lost nearest to its limit, and the hardest that it survived.
         let (name, telling) = (set["name"].as_str().unwrap(), set["telling"].as_array().unwrap());
         assert!(telling.len() > 2, "{telling:?}");
-        for trial in [&telling[0], telling.last().unwrap()] {
+        let hardest = telling.last().unwrap();
+        assert!(hardest["survived"] == true && telling[0]["survived"] == false, "{telling:?}");
+        for trial in [&telling[0], hardest] {
             let page = format!("trial-{}-{name}.html", trial["trial"]);
             assert!(pages.contains(&page), "{pages:?}");
             assert!(report().contains(&format!("href=\"replays/{page}\"")), "{page} is not linked");
@@ -201,13 +203,24 @@ fn a_result_has_replays_of_telling_trials() {
     assert!(poses(&by_hand).is_some_and(|poses| poses.len() > 10_000), "a page without poses");
     assert_eq!(poses(&by_hand), poses(&before));
 
+    // It is as it was, also if it is watched for longer.
+    let longer = ["replay", "out", "--trial", &lost, "--gains=hold", "-o=page.html", "--trace=trace.csv"];
+    let said = stderr(&standfast(dir.path(), &longer).success());
+    assert!(said.contains("written: page.html") && !said.contains("not as it was"), "{said}");
+    let unfit = ["push", "--impulse=1", "--frames=.", "--plot=plot.svg"];
+    let message = stderr(&standfast(&out.join("replays"), &unfit).code(2));
+    assert!(message.contains("it holds \"trial-"), "{message}");
+    fs::create_dir(dir.path().join("frames")).unwrap();
+    let unfit = ["push", "--impulse=1", "--frames=frames", "--plot=frames/plot.svg"];
+    let message = stderr(&standfast(dir.path(), &unfit).code(2));
+    assert!(message.contains("it is in the folder of --frames"), "{message}");
+
     // Another build, or other inputs: it is not the trial that it was, and that is said.
-    let part = out.join("parts/part-000000.csv");
-    fs::write(&part, fs::read_to_string(&part).unwrap()).unwrap();
     let gains = out.join("campaign.toml");
     fs::write(&gains, fs::read_to_string(&gains).unwrap().replace("horizon_s = 0.4", "horizon_s = 0.3")).unwrap();
     let warned = stderr(&standfast(dir.path(), &["replay", "out", "--trial", &lost, "--gains=hold"]).success());
-    assert!(warned.contains("in the result"), "{warned}");
+    assert!(warned.contains(&format!("trial {lost} of hold is not as it was: ")), "{warned}");
+    assert!(page(&lost, "hold").contains("is not as it was"), "the page does not say so");
 
     // Trials are computed again: what was telling may not be.
     fs::remove_file(out.join("parts/part-000001.json")).unwrap();
