@@ -4,7 +4,7 @@ use super::referee::Referee;
 use super::{ClosedLoop, Disturbance, EpisodeConfig, Record, Snapshot, Tick, Until};
 use crate::control::Design;
 use crate::robot::Robot;
-use crate::sim::{Push, Variation};
+use crate::sim::{Ground, Push, Variation};
 
 /// A recorded episode.
 #[derive(Debug, Clone)]
@@ -17,6 +17,8 @@ pub struct Film {
     pub control_period_s: f64,
     pub pushes: Vec<Push>,
     pub variation: Variation,
+    /// Under the robot, on its slope in the end: a snapshot has that of its moment.
+    pub ground: Ground,
     /// The record of the episode itself, without what follows it.
     pub record: Record,
     /// One for each control tick, from the start to some time after the episode's end.
@@ -35,6 +37,7 @@ impl Film {
         observe: &mut dyn FnMut(&Tick),
     ) -> Self {
         let variation = disturbance.variation;
+        let ground = Ground::new(robot, &variation);
         let simulated = &variation.robot(robot);
         let mut closed_loop = ClosedLoop::new(robot, simulated, design, config, disturbance);
         let mut referee = Referee::new(simulated, config, &closed_loop.pushes);
@@ -62,7 +65,8 @@ impl Film {
         let family = &design.family;
         let gains = family.gains.iter().map(|gain| gain.name.clone()).collect();
         let (gain_set, control_period_s) = (family.name.clone(), config.control_period_s);
-        Self { robot: simulated.clone(), gain_set, gains, control_period_s, pushes, variation, record, snapshots }
+        let robot = simulated.clone();
+        Self { robot, gain_set, gains, control_period_s, pushes, variation, ground, record, snapshots }
     }
     /// Takes away what comes after `end_s`.
     pub fn cut_at(&mut self, end_s: f64) {

@@ -136,7 +136,8 @@ impl Case<'_> {
 pub fn write_replay(told: &Told, path: &Path, command: Option<String>, back: Option<String>) -> Result<()> {
     let Film { pushes, gain_set, record, .. } = &told.film;
     let title = headline(pushes, gain_set, record);
-    let head = Head { title, lines: told.story.lines().map(String::from).collect(), command, back };
+    let lines = told.story.lines().map(String::from).collect();
+    let head = Head { title, lines, command, back, ..Head::default() };
     write_atomic(path, replay::page(&told.film, &head)?.as_bytes())
 }
 
