@@ -2,15 +2,17 @@
 
 mod common;
 
+use base64::prelude::{BASE64_STANDARD, Engine};
 use common::browser::Browser;
-use common::films::{assert_no_problems, film, head, look_at, stepping, text, written};
+use common::films::{assert_no_problems, fallen, film, head, look_at, stepping, text, written};
 use common::{Bench, config, push};
-use nalgebra::{Isometry3, Point2, Point3, Quaternion, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Point2, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
+use standfast::episode::snapshot::Arrow;
 use standfast::episode::{Disturbance, EpisodeConfig, Film, Until};
 use standfast::report::replay::page;
 use standfast::robot::{Foot, Kinematics, Shape};
-use standfast::sim::{Ground, Variation};
+use standfast::sim::{Ground, Push, Variation};
 
 /// Positions in a page are as near as this to those of the film (m).
 const NEAR_M: f64 = 1e-4;
@@ -163,4 +165,123 @@ fn a_page_of_four_seconds_is_small_and_always_the_same() {
     }
     let html = page(&long, &head()).unwrap();
     assert!(html.len() < 1_000_000, "{} bytes", html.len());
+}
+
+/// No two moments alike, as with noise: sets of many gains change at every tick.
+#[test]
+fn a_noisy_page_of_many_gains_is_small_too() {
+    let whole = EpisodeConfig { end_early: false, ..config(4.0) };
+    let mut film = film("hold", 1.0, whole);
+    film.gains = (1..=16).map(|i| format!("gain {i}")).collect();
+    for (k, snapshot) in film.snapshots.iter_mut().enumerate() {
+        let corner = |gain: usize, i: usize| {
+            let (angle, noise) = (0.6 * i as f64, (k * 37 % 101) as f64 * 1e-4);
+            Point2::new(angle.cos(), angle.sin()) * (0.1 + 0.005 * gain as f64 + noise)
+        };
+        snapshot.slices = (0..16).map(|gain| (0..10).map(|i| corner(gain, i)).collect()).collect();
+        // A foot that is lifted ends it at once.
+        if (1000..1051).contains(&k) {
+            snapshot.slices.clear();
+        }
+    }
+    let html = page(&film, &head()).unwrap();
+    eprintln!("{} bytes", html.len());
+    assert!(html.len() < 1_000_000, "{} bytes", html.len());
+    assert!(html.contains("CPI sets are shown every 12 ms."), "it says so");
+    let page = packed(&film);
+    let [which, counts] = ["which", "counts"].map(|name| whole_numbers(&page["slices"][3][name]));
+    let sizes: Vec<u16> = which.iter().map(|&ring| counts[usize::from(ring)]).collect();
+    let held: Vec<u16> = film.snapshots.iter().map(|s| s.slices.get(3).map_or(0, Vec::len) as u16).collect();
+    assert_eq!(sizes, held, "they appear and vanish when they do");
+}
+
+#[test]
+fn a_push_of_one_tick_is_seen_in_a_long_film() {
+    let mut film = stepping().clone();
+    film.snapshots.iter_mut().for_each(|snapshot| snapshot.push = None);
+    while film.snapshots.len() < 5100 {
+        let again = film.snapshots.clone();
+        film.snapshots.extend(again);
+    }
+    let stride = film.snapshots.len().div_ceil(2500);
+    let html = page(&film, &head()).unwrap();
+    assert!(stride >= 3 && html.contains(&format!("shown in moments of {} ms", 2 * stride)), "{stride}");
+    // Wherever in a moment it is.
+    let (force, point) = (Vector3::new(0.0, -90.0, 0.0), Point3::new(0.1, 0.2, 0.3));
+    for tick in 3 * stride + 1..=4 * stride {
+        film.snapshots[tick].push = Some(Arrow { point, force });
+        let page = packed(&film);
+        film.snapshots[tick].push = None;
+        let seen: Vec<(usize, Vec<f64>)> = (0..page["moments"].as_u64().unwrap() as usize)
+            .filter_map(|k| Some((k, (0..6).map(|i| value(&page["push"][i], k)).collect::<Option<_>>()?)))
+            .collect();
+        assert_eq!(seen.len(), 1, "tick {tick}: {seen:?}");
+        assert_eq!(seen[0].0, 4);
+        let expected = [0.1, 0.2, 0.3, 0.0, -90.0 / stride as f64, 0.0];
+        assert!(seen[0].1.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "tick {tick}: {seen:?}");
+    }
+    assert!(!page(stepping(), &head()).unwrap().contains("shown in moments"));
+}
+
+#[test]
+fn what_did_not_come_is_not_marked() {
+    let mut film = fallen().clone();
+    let last_s = film.snapshots.last().unwrap().time_s;
+    let second = Push { start_s: last_s + 0.5, ..film.pushes[0] };
+    film.pushes.push(second);
+    let marks = packed(&film)["marks"].clone();
+    let of_kind = |kind: &str| marks.as_array().unwrap().iter().filter(|mark| mark["kind"] == kind).count();
+    assert_eq!((of_kind("push"), of_kind("fall")), (1, 1), "{marks}");
+}
+
+/// One number that runs away must not cost those before it their digits.
+#[test]
+fn a_page_ends_where_the_film_diverges() {
+    let mut film = stepping().clone();
+    let count = film.snapshots.len();
+    for (k, snapshot) in film.snapshots.iter_mut().enumerate().skip(count - 40) {
+        let far = 1.5_f64.powi((k + 40 - count) as i32);
+        snapshot.com.x += far;
+        snapshot.dcm.x += 2.0 * far;
+        snapshot.posture.base.translation.vector.x += far;
+        snapshot.posture.q[0] -= far;
+        snapshot.margin = Some(-1e4 * far);
+        snapshot.zmp = Some(Point2::new(100.0, 0.0));
+    }
+    let page = packed(&film);
+    let shown = page["moments"].as_u64().unwrap() as usize;
+    assert!((count - 40..count - 30).contains(&shown), "{shown} of {count} moments");
+    for name in ["base", "turn", "com", "dcm", "zmp", "zmp_ref", "q"] {
+        for column in page[name].as_array().unwrap() {
+            // No step where it does not change.
+            let error = column["step"].as_f64().map_or(0.0, |step| step / 2.0);
+            assert!(error < NEAR_M, "{name}: {error}");
+        }
+    }
+    assert!(page["margin"]["step"].as_f64().unwrap() < 0.005, "a margin has two digits");
+    let html = standfast::report::replay::page(&film, &head()).unwrap();
+    let ends = format!("The page ends at {:.3} s", film.snapshots[shown].time_s);
+    assert!(html.contains(&ends), "{ends}");
+}
+
+/// What a page holds, as its script reads it.
+fn packed(film: &Film) -> Value {
+    let html = page(film, &head()).unwrap();
+    let (_, from) = html.split_once("id=\"film\">").unwrap();
+    serde_json::from_str(from.split_once("</script>").unwrap().0).unwrap()
+}
+
+fn whole_numbers(data: &Value) -> Vec<u16> {
+    let bytes = BASE64_STANDARD.decode(data.as_str().unwrap()).unwrap();
+    bytes.chunks(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect()
+}
+
+/// Of a column at a moment.
+fn value(column: &Value, moment: usize) -> Option<f64> {
+    let least = column["least"].as_f64();
+    if column["data"].is_null() {
+        return least;
+    }
+    let n = whole_numbers(&column["data"])[moment];
+    (n != u16::MAX).then(|| least.unwrap() + column["step"].as_f64().unwrap() * f64::from(n))
 }

@@ -126,6 +126,69 @@ fn time_is_scrubbed_and_linked_and_runs() {
 }
 
 #[test]
+fn a_link_is_to_the_moment_that_is_shown() {
+    let Some(mut browser) = Browser::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let file = written(&folder, stepping(), &head());
+    let mut tab = browser.tab(1200, 900, "light");
+    tab.open(&file);
+    for (hash, expected_s) in [("#t=0.6", 0.6), ("#t=.5", 0.5), ("#t=1.2s", 1.2), ("#t=1.", 1.0), ("#t=x", 1.0)] {
+        tab.evaluate(&format!(
+            "new Promise((done) => {{ addEventListener('hashchange', done); location.hash = '{hash}'; }})"
+        ));
+        assert!((time_s(&mut tab) - expected_s).abs() < 1e-9, "{hash}: {}", time_s(&mut tab));
+    }
+    // The first picture may be of a moment before the start was asked for.
+    let next = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))";
+    tab.evaluate(&format!("replay.seek(0.6), replay.play(), replay.state.last += 300, {next}"));
+    assert!(time_s(&mut tab) >= 0.6, "it began by going back, to {} s", time_s(&mut tab));
+    // While it plays, also where a browser does not let the address be changed.
+    let pressed = "(() => {
+        document.querySelector('[data-do=link]').click();
+        return [replay.state.playing, replay.state.time, document.getElementById('toast').textContent];
+    })()";
+    for refuse in [false, true] {
+        if refuse {
+            tab.evaluate("history.replaceState = () => { throw new Error('not here'); }, 0");
+        }
+        tab.evaluate(&format!("replay.seek(0.6), replay.play(), {next}, {next}"));
+        let shown = tab.evaluate(pressed);
+        assert!(shown[0] == true && shown[1].as_f64() > Some(0.6), "it plays: {shown}");
+        let link = shown[2].as_str().unwrap();
+        let linked_s: f64 = link.rsplit_once("#t=").unwrap().1.parse().unwrap();
+        assert!((linked_s - shown[1].as_f64().unwrap()).abs() < 1e-4, "{shown}");
+        assert!(link.contains("file://") && link.matches('#').count() == 1, "{link}");
+        tab.evaluate("replay.pause()");
+    }
+    assert_no_problems(&mut tab, &file);
+}
+
+#[test]
+fn without_scripts_the_page_says_so_first() {
+    let Some(mut browser) = Browser::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let warning = Some("this is not the trial as it was".to_string());
+    let command_in = Some("in the folder of the result".to_string());
+    let file = written(&folder, stepping(), &Head { warning, command_in, ..head() });
+    let mut tab = browser.tab(1200, 900, "light");
+    tab.call("Emulation.setScriptExecutionDisabled", json!({ "value": true }));
+    tab.open(&file);
+    let told = tab.evaluate("document.body.innerText");
+    let order = [
+        "recovered",
+        "Beware: this is not the trial as it was",
+        "This page draws with JavaScript",
+        "outcome   as it was",
+        "Run again in the folder of the result:",
+        "standfast push",
+    ];
+    let at = order.map(|part| told.as_str().unwrap().find(part).unwrap_or_else(|| panic!("no {part:?} in {told}")));
+    assert!(at.is_sorted(), "{at:?} in {told}");
+    let seen = "[...document.querySelectorAll('button, input, canvas')].filter((e) => e.checkVisibility()).length";
+    assert_eq!(tab.evaluate(seen), 0, "what does nothing is not shown");
+}
+
+#[test]
 fn overlays_and_views_change_the_picture_and_come_back() {
     let Some(mut browser) = Browser::start() else { return };
     let folder = tempfile::tempdir().unwrap();
@@ -180,6 +243,20 @@ fn overlays_and_views_change_the_picture_and_come_back() {
         }
         seen.push(look(&mut tab, "view")["hash"].clone());
     }
+    // Arrow keys are those of time, even after a click into the view; with the focus there they orbit.
+    press(&mut tab, "1");
+    let shown_s = time_s(&mut tab);
+    press(&mut tab, "ArrowLeft");
+    assert!(time_s(&mut tab) < shown_s);
+    press(&mut tab, "ArrowRight");
+    assert_eq!(look(&mut tab, "view")["hash"], home["hash"], "a tick back and forth");
+    tab.evaluate("document.getElementById('view').focus()");
+    for key in ["ArrowLeft", "ArrowUp", "+"] {
+        press(&mut tab, key);
+        seen.push(look(&mut tab, "view")["hash"].clone());
+    }
+    assert_eq!(time_s(&mut tab), shown_s);
+    tab.evaluate("document.activeElement.blur()");
     press(&mut tab, "1");
     let wheel = json!({ "type": "mouseWheel", "x": 200, "y": 300, "deltaX": 0, "deltaY": -240 });
     tab.call("Input.dispatchMouseEvent", wheel);
@@ -205,7 +282,7 @@ fn without_webgl_the_rest_works() {
     tab.call("Page.addScriptToEvaluateOnNewDocument", json!({ "source": none }));
     tab.open(&file);
     let told = tab.evaluate("document.getElementById('stage').innerText");
-    assert!(told.as_str().unwrap().starts_with("No 3D view here"), "{told}");
+    assert!(told.as_str().unwrap().starts_with("No 3D view here: this browser lacks WebGL 2"), "{told}");
     let plot = look(&mut tab, "plot-x");
     press(&mut tab, "End");
     assert_eq!(time_s(&mut tab), stepping().snapshots.last().unwrap().time_s);
@@ -230,8 +307,15 @@ fn names_are_text_whatever_they_contain() {
     film.robot.links[0].name = evil(4);
     film.record.fell_at_s = Some(1.0);
     film.record.fall_cause = Some(evil(5));
-    let back = Some("javascript:window.evil=6".to_string());
-    let file = written(&folder, &film, &Head { title: evil(7), lines: vec![evil(8)], command: Some(evil(9)), back });
+    let head = Head {
+        title: evil(7),
+        warning: Some(evil(10)),
+        lines: vec![evil(8)],
+        command: Some(evil(9)),
+        command_in: Some(evil(11)),
+        back: Some("javascript:window.evil=6".into()),
+    };
+    let file = written(&folder, &film, &head);
     let mut tab = browser.tab(1200, 900, "light");
     tab.open(&file);
     look_at(&mut tab, 0.1);
@@ -239,6 +323,8 @@ fn names_are_text_whatever_they_contain() {
     assert_eq!(tab.evaluate("document.querySelectorAll('img, a').length"), 0);
     assert_eq!(tab.evaluate("document.title"), evil(7).as_str());
     assert_eq!(text(&mut tab, "command-text"), evil(9));
+    assert_eq!(text(&mut tab, "command-caption"), format!("Run again {}:", evil(11)));
+    assert_eq!(text(&mut tab, "warning"), format!("Beware: {}", evil(10)));
     assert_eq!(text(&mut tab, "gain"), evil(2));
     let marked = tab.evaluate("[...document.querySelectorAll('#marks .fall')].map((mark) => mark.title)");
     assert!(marked[0].as_str().unwrap().contains(&evil(5)), "{marked}");

@@ -10,14 +10,14 @@ use crate::sim::{Ground, Push, Variation};
 pub struct Film {
     /// As the episode had it: with the disturbance's variation.
     pub robot: Robot,
-    /// What it stood on, as it lay in the end.
-    pub ground: Ground,
     /// Name of the gain set, and of its gains, slow to fast.
     pub gain_set: String,
     pub gains: Vec<String>,
     pub control_period_s: f64,
     pub pushes: Vec<Push>,
     pub variation: Variation,
+    /// Under the robot, on its slope in the end: a snapshot has that of its moment.
+    pub ground: Ground,
     /// The record of the episode itself, without what follows it.
     pub record: Record,
     /// One for each control tick, from the start to some time after the episode's end.

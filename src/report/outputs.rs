@@ -177,8 +177,10 @@ pub fn write_replay(told: &Told, path: &Path, origin: Origin) -> Result<()> {
     let Some(film) = &told.film else { return Ok(()) };
     let Origin { command, back, warning } = origin;
     let title = headline(&told.pushes, &film.gain_set, &told.record);
-    let lines = warning.iter().map(String::as_str).chain(told.story.lines()).map(String::from).collect();
-    let head = Head { title, lines, command: Some(command), back };
+    let lines = told.story.lines().map(String::from).collect();
+    // Pages of a result lie in it, and their commands are those of its folder.
+    let command_in = back.as_ref().map(|_| "in the folder of the result".to_string());
+    let head = Head { title, warning, lines, command: Some(command), command_in, back };
     write_atomic(path, replay::page(film, &head)?.as_bytes())
 }
 

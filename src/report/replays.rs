@@ -43,9 +43,9 @@ pub fn run(args: &ReplayArgs) -> Result<String> {
     outputs.check()?;
     let replayed = Replayed::open(&args.dir, args.trial, args.gains.as_deref())?;
     // A page among those of the result leads back to its report.
-    let (path, back) = match asked {
-        Some(path) => (path, None),
-        None => (create_folder(&args.dir)?.join(file_name(&replayed)), Some(BACK)),
+    let (path, folder, back) = match asked {
+        Some(path) => (path, args.dir.as_path(), None),
+        None => (create_folder(&args.dir)?.join(file_name(&replayed)), Path::new("."), Some(BACK)),
     };
     outputs.replay = Some(path.clone());
     if args.gains.is_none() && replayed.sets.len() > 1 {
@@ -55,7 +55,7 @@ pub fn run(args: &ReplayArgs) -> Result<String> {
         note("the result has no such trial yet: there is nothing to compare it with");
     }
     let told = case(&replayed).tell(replayed.disturbance(), &outputs)?;
-    write(&replayed, &told, &path, &args.dir, back)?;
+    write(&replayed, &told, &path, folder, back)?;
     outputs.write_frames(&told)?;
     note(&format!("written: {}", path.display()));
     Ok(if args.json { case(&replayed).as_json(&told) } else { told.story })

@@ -34,6 +34,7 @@ pub fn head() -> Head {
         lines: vec!["push      3.6 N s".into(), "outcome   as it was".into()],
         command: Some("standfast push --impulse 3.6 --heading -20 --replay replay.html".into()),
         back: Some("report.html#telling".into()),
+        ..Head::default()
     }
 }
 

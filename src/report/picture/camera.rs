@@ -75,9 +75,9 @@ pub(super) const NEAREST_M: f64 = 0.02;
 
 impl View {
     pub fn new(camera: &Camera, size: [u32; 2]) -> Self {
-        let [sin_a, cos_a] = sin_cos(camera.azimuth_deg);
-        let [sin_e, cos_e] = sin_cos(camera.elevation_deg);
-        let [sin_f, cos_f] = sin_cos(camera.fov_deg / 2.0);
+        let (sin_a, cos_a) = camera.azimuth_deg.to_radians().sin_cos();
+        let (sin_e, cos_e) = camera.elevation_deg.to_radians().sin_cos();
+        let (sin_f, cos_f) = (camera.fov_deg / 2.0).to_radians().sin_cos();
         let back = Vector3::new(cos_e * cos_a, cos_e * sin_a, sin_e);
         let right = Vector3::new(-sin_a, cos_a, 0.0);
         let middle = size.map(|px| f64::from(px) / 2.0);
@@ -113,30 +113,6 @@ impl View {
     }
 }
 
-/// Sine and cosine of an angle (degrees) from sums and products alone, so that pictures are the same on every machine:
-/// those of the system differ in the last place.
-pub(super) fn sin_cos(angle_deg: f64) -> [f64; 2] {
-    let quarter = (angle_deg / 90.0).round();
-    let x = (angle_deg - 90.0 * quarter) * (std::f64::consts::PI / 180.0);
-    // Taylor series up to x^17, x at most pi/4: to the last place but one.
-    let series = |first: f64, from: i32| {
-        let (mut term, mut sum) = (first, first);
-        for k in 0..8 {
-            let n = f64::from(from + 2 * k);
-            term *= -x * x / ((n + 1.0) * (n + 2.0));
-            sum += term;
-        }
-        sum
-    };
-    let (sin, cos) = (series(x, 1), series(1.0, 0));
-    match quarter.rem_euclid(4.0) as u8 {
-        0 => [sin, cos],
-        1 => [cos, -sin],
-        2 => [-sin, -cos],
-        _ => [-cos, sin],
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -162,16 +138,6 @@ mod tests {
         assert_eq!(camera.project(Point3::new(2.5, 0.0, 0.0), [640, 480]), None, "behind the camera");
         let [x, y] = CAMERA.project(CAMERA.target, [640, 480]).unwrap();
         assert!((x - 320.0).abs() < 1e-9 && (y - 240.0).abs() < 1e-9, "the target is in the middle: {x} {y}");
-    }
-
-    #[test]
-    fn sine_and_cosine_are_those_of_the_library() {
-        for k in -800..=800 {
-            let angle = f64::from(k) * 0.7;
-            let [sin, cos] = sin_cos(angle);
-            let (s, c) = angle.to_radians().sin_cos();
-            assert!((sin - s).abs() < 1e-13 && (cos - c).abs() < 1e-13, "{angle}: {sin} {cos}");
-        }
     }
 
     /// A framed ball touches the inner frame on some side, and none leaves it.

@@ -37,21 +37,21 @@ pub fn strip(images: &[RgbImage]) -> RgbImage {
 /// Colours of a GIF: one of them says "as before".
 const COLORS: usize = 255;
 const AS_BEFORE: u8 = 255;
-/// Pictures of one size, each with how long it is shown (1/100 s), as a GIF file that begins again for ever. Of each
-/// picture only what has changed is stored. Error: no picture, or one beyond the 65535 px of a GIF.
-pub(super) fn gif(images: &[RgbImage], delays_cs: &[u16]) -> Result<Vec<u8>> {
+/// Pictures of one size, each with how long it is shown (1/100 s), as a GIF file that begins again for ever, in the colours
+/// of a palette. Of each picture only what has changed is stored. Error: no picture, or one beyond the 65535 px of a GIF.
+pub(super) fn gif(mut palette: Palette, images: impl Iterator<Item = (RgbImage, u16)>) -> Result<Vec<u8>> {
     let fail = |problem: String| Error::Numeric { what: "GIF".into(), problem };
-    let first = images.first().ok_or_else(|| fail("there is no picture to show".into()))?;
+    let mut images = images.peekable();
+    let (first, _) = images.peek().ok_or_else(|| fail("there is no picture to show".into()))?;
     let side = |px: u32| u16::try_from(px).map_err(|_| fail(format!("a picture of {px} px is too large")));
     let (width, height) = (side(first.width())?, side(first.height())?);
-    let palette = Palette::of(images);
     let mut bytes = Vec::new();
-    let mut encode = || -> Result<(), gif::EncodingError> {
+    let encode = || -> Result<(), gif::EncodingError> {
         let mut encoder = Encoder::new(&mut bytes, width, height, palette.colors.as_flattened())?;
         encoder.set_repeat(Repeat::Infinite)?;
         let mut before: Option<Vec<u8>> = None;
-        for (image, &delay) in images.iter().zip(delays_cs) {
-            let now = palette.indices(image);
+        for (image, delay) in images {
+            let now = palette.indices(&image);
             let mut frame = changes(before.as_deref(), &now, width, height);
             frame.delay = delay;
             encoder.write_frame(&frame)?;
@@ -91,11 +91,11 @@ fn changes(before: Option<&[u8]>, now: &[u8], width: u16, height: u16) -> Frame<
     }
 }
 
-/// The colours that serve all pictures of a GIF best (median cut: Heckbert 1982).
-struct Palette {
+/// The colours that serve some pictures best (median cut: Heckbert 1982).
+pub(super) struct Palette {
     colors: Vec<[u8; 3]>,
-    /// The nearest of them for each [`bucket`].
-    nearest: Vec<u8>,
+    /// The nearest of them for each [`bucket`] that was met.
+    nearest: Vec<Option<u8>>,
 }
 
 /// Colours that agree in their upper six bits are taken for one.
@@ -103,20 +103,24 @@ fn bucket(color: [u8; 3]) -> usize {
     color.iter().fold(0, |sum, v| sum << 6 | usize::from(v >> 2))
 }
 
+/// The colour in the middle of a bucket.
+fn middle(bucket: usize) -> [u8; 3] {
+    [12, 6, 0].map(|shift| (bucket >> shift << 2 & 0xff | 2) as u8)
+}
+
 /// Colour and weight.
 type Weighted = ([u8; 3], u64);
 
 impl Palette {
-    fn of(images: &[RgbImage]) -> Self {
+    pub fn of(images: &[RgbImage]) -> Self {
         let mut counts = vec![0_u64; 1 << 18];
         for pixel in images.iter().flat_map(RgbImage::pixels) {
             counts[bucket(pixel.0)] += 1;
         }
         // Weighed by the square root: a small arrow is not to lose its red to the floor's many greys.
-        let middle = |bucket: usize| [12, 6, 0].map(|shift| (bucket >> shift << 2 & 0xff | 2) as u8);
         let weighted = |(bucket, &count): (usize, &u64)| (count > 0).then(|| (middle(bucket), count.isqrt().max(1)));
         let all: Vec<Weighted> = counts.iter().enumerate().filter_map(weighted).collect();
-        let mut boxes = vec![all.clone()];
+        let mut boxes = vec![all];
         while boxes.len() < COLORS {
             let Some((i, (axis, _))) = boxes.iter().map(|set| widest(set)).enumerate().max_by_key(|(_, (_, s))| *s)
             else {
@@ -126,18 +130,18 @@ impl Palette {
             boxes[i] = low;
             boxes.push(high);
         }
-        let colors: Vec<[u8; 3]> = boxes.iter().map(|set| mean(set)).collect();
-        let mut nearest = vec![0; 1 << 18];
-        for (color, _) in &all {
-            let distance = |other: &[u8; 3]| (0..3).map(|i| u32::from(color[i].abs_diff(other[i])).pow(2)).sum::<u32>();
-            let best = (0..colors.len()).min_by_key(|&i| distance(&colors[i])).unwrap_or(0);
-            nearest[bucket(*color)] = best as u8;
-        }
-        Self { colors, nearest }
+        Self { colors: boxes.iter().map(|set| mean(set)).collect(), nearest: vec![None; 1 << 18] }
     }
 
-    fn indices(&self, image: &RgbImage) -> Vec<u8> {
-        image.pixels().map(|pixel| self.nearest[bucket(pixel.0)]).collect()
+    fn indices(&mut self, image: &RgbImage) -> Vec<u8> {
+        let Self { colors, nearest } = self;
+        let find = |bucket: usize| {
+            let color = middle(bucket);
+            let distance = |other: &[u8; 3]| (0..3).map(|i| u32::from(color[i].abs_diff(other[i])).pow(2)).sum::<u32>();
+            (0..colors.len()).min_by_key(|&i| distance(&colors[i])).unwrap_or(0) as u8
+        };
+        let mut index = |bucket: usize| *nearest[bucket].get_or_insert_with(|| find(bucket));
+        image.pixels().map(|pixel| index(bucket(pixel.0))).collect()
     }
 }
 
@@ -213,8 +217,10 @@ mod tests {
             })
             .collect();
         let delays = [4, 8, 4, 100];
-        let bytes = gif(&pictures, &delays).unwrap();
-        assert_eq!(bytes, gif(&pictures, &delays).unwrap());
+        // The square is where the palette has not seen it, too.
+        let made = || gif(Palette::of(&pictures[..1]), pictures.iter().cloned().zip(delays));
+        let bytes = made().unwrap();
+        assert_eq!(bytes, made().unwrap());
         let frames = GifDecoder::new(Cursor::new(&bytes)).unwrap().into_frames().collect_frames().unwrap();
         assert_eq!(frames.len(), 4);
         for ((frame, picture), delay) in frames.iter().zip(&pictures).zip(delays) {
@@ -225,6 +231,6 @@ mod tests {
                 assert!(off <= 14, "at {x}, {y}: {shown:?} for {pixel:?}");
             }
         }
-        assert!(gif(&[], &[]).is_err());
+        assert!(gif(Palette::of(&[]), std::iter::empty()).is_err());
     }
 }

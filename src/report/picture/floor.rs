@@ -1,8 +1,12 @@
 //! What the robot stands on and before: a floor with a grid that fades out into a plain background, and the robot's shadow.
+//!
+//! Where the ground has a step, a ray first meets the higher of two planes, that of the patch or that around it; where it
+//! misses that, it goes on to a wall between the two or to the lower plane.
 
 use super::camera::View;
 use super::raster::{Area, Light, linear};
-use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
+use crate::sim::Ground;
+use nalgebra::{Matrix3, Point3, Vector3};
 
 /// Colours as stored, 0 to 1.
 const FLOOR: [f64; 3] = [0.905, 0.915, 0.930];
@@ -16,6 +20,9 @@ const STRONG_PERIOD_M: f64 = 0.5;
 const LINE_WIDTH_M: f64 = 0.0022;
 /// The floor has faded where it is so many times as far from the target as the camera is.
 const FADED: f64 = 1.9;
+/// Share of the light that the patch gives back, and its walls, of that of the floor around.
+const PATCH: f32 = 0.87;
+const WALL: f32 = 0.62;
 /// Share of the light that a full shadow takes away.
 const SHADOW: f32 = 0.62;
 /// The lamp is a square of so many points to a side, and of this size seen from the ground (radians, about).
@@ -25,10 +32,14 @@ const LAMP_SIZE: f64 = 0.2;
 /// Floor and background of a picture.
 pub(super) struct Floor {
     view: View,
+    ground: Ground,
     /// Columns: directions on the floor, and its normal.
     axes: Matrix3<f64>,
-    /// One over the depth (1/m): at the upper left corner, and its growth from pixel to pixel, right and down.
-    near: [f64; 3],
+    /// How much a ray, one unit deep, falls towards the floor: at the upper left corner, and its growth from pixel to pixel,
+    /// right and down.
+    fall: [f64; 3],
+    /// Of the eye above the plane of the patch (m).
+    height_m: f64,
     shadow: Shadow,
     floor: Light,
     line: Light,
@@ -37,18 +48,24 @@ pub(super) struct Floor {
     zenith: Light,
 }
 
+/// What of the floor is seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Part {
+    Around,
+    Patch,
+    Wall,
+}
+
 impl Floor {
-    /// A plane through the origin, turned by `slope`, with the shadow of `triangles` (world) in the light from `lamp` (unit
-    /// vector towards it).
-    pub fn new(view: View, slope: UnitQuaternion<f64>, lamp: Vector3<f64>, triangles: &[[Point3<f64>; 3]]) -> Self {
-        let axes = *slope.to_rotation_matrix().matrix();
+    /// The ground, with the shadow of `triangles` (world) in the light from `lamp` (unit vector towards it).
+    pub fn new(view: View, ground: &Ground, lamp: Vector3<f64>, triangles: &[[Point3<f64>; 3]]) -> Self {
+        let axes = *ground.slope.to_rotation_matrix().matrix();
         let normal = Vector3::from(axes.column(2));
-        let height = normal.dot(&view.eye.coords);
-        // Rays are one unit deep: the floor is met at the depth -height / (normal . ray).
-        let near = [view.ray(0.0, 0.0), view.right / view.focal_px, -view.up / view.focal_px];
-        let near = near.map(|direction| if height > 0.0 { -normal.dot(&direction) / height } else { 0.0 });
+        let rays = [view.ray(0.0, 0.0), view.right / view.focal_px, -view.up / view.focal_px];
         Self {
-            near,
+            fall: rays.map(|direction| -normal.dot(&direction)),
+            height_m: normal.dot(&view.eye.coords),
+            ground: *ground,
             view,
             axes,
             shadow: Shadow::new(&axes, lamp, triangles),
@@ -64,16 +81,54 @@ impl Floor {
         self.axes.column(2).into()
     }
 
-    /// One over the depth of the floor at a point of the picture (px); 0 where there is none.
-    pub fn near(&self, x: f64, y: f64) -> f64 {
-        (self.near[0] + self.near[1] * x + self.near[2] * y).max(0.0)
+    /// What is met at a point of the picture (px), and one over its depth (1/m); 0 where there is no floor.
+    pub fn meet(&self, x: f64, y: f64) -> (Part, f64) {
+        let Ground { step_m, patch: [least, most], .. } = self.ground;
+        let fall = self.fall[0] + self.fall[1] * x + self.fall[2] * y;
+        // Of a plane so high above that of the patch: rays are one unit deep.
+        let near = |above_m: f64| {
+            let height_m = self.height_m - above_m;
+            if height_m > 0.0 { (fall / height_m).max(0.0) } else { 0.0 }
+        };
+        let first = near(step_m.max(0.0));
+        if step_m == 0.0 || first <= 0.0 {
+            return (Part::Around, first);
+        }
+        let second = near(step_m.min(0.0));
+        let (eye, ray) = (self.local(&self.view.eye.coords), self.local(&self.view.ray(x, y)));
+        // On the way from the higher plane (0) to the lower (1): where it comes into the patch's rectangle, and leaves it.
+        let (mut enters, mut leaves) = (f64::NEG_INFINITY, f64::INFINITY);
+        for i in 0..2 {
+            let [from, to] = [first, second].map(|near| eye[i] + ray[i] / near);
+            let [a, b] = [least[i], most[i]].map(|edge| (edge - from) / (to - from));
+            if from != to {
+                (enters, leaves) = (enters.max(a.min(b)), leaves.min(a.max(b)));
+            } else if !(least[i]..=most[i]).contains(&from) {
+                enters = f64::INFINITY;
+            }
+        }
+        let (is_over, is_crossed) = (enters <= 0.0 && leaves >= 0.0, enters <= leaves);
+        let wall = |share: f64| (Part::Wall, 1.0 / (1.0 / first + share * (1.0 / second - 1.0 / first)));
+        match (step_m > 0.0, is_over) {
+            (true, false) => (Part::Around, first),
+            (true, true) if leaves < 1.0 => wall(leaves),
+            (true, true) => (Part::Patch, second),
+            (false, true) => (Part::Patch, first),
+            (false, false) if is_crossed && (0.0..=1.0).contains(&enters) => wall(enters),
+            (false, false) => (Part::Around, second),
+        }
+    }
+
+    /// In the frame of the plane.
+    fn local(&self, world: &Vector3<f64>) -> Vector3<f64> {
+        self.axes.tr_mul(world)
     }
 
     /// What is seen at a point of the picture (px).
     pub fn light(&self, x: f64, y: f64) -> Light {
         let upwards = (1.0 - y / (2.0 * self.view.middle[1])).clamp(0.0, 1.0) as f32;
         let background = mix(self.horizon, self.zenith, upwards * upwards);
-        let near = self.near(x, y);
+        let (part, near) = self.meet(x, y);
         if near <= 0.0 {
             return background;
         }
@@ -92,15 +147,24 @@ impl Floor {
             (turn - ray * (self.normal().dot(&turn) / self.normal().dot(&ray))) / near
         });
         let axis = |i: usize| Vector3::from(self.axes.column(i));
-        let at = [0, 1].map(|i| axis(i).dot(&point.coords));
+        let local = self.local(&point.coords);
+        let at = [local.x, local.y];
         let width = [0, 1].map(|i| steps.iter().map(|step| axis(i).dot(step).abs()).sum::<f64>());
         let lines = |period: f64, breadth: f64| {
             let bare = [0, 1].map(|i| 1.0 - line_share(at[i], width[i], period, breadth));
             (1.0 - bare[0] * bare[1]) as f32
         };
-        let mut light = mix(self.floor, self.line, fade * lines(PERIOD_M, LINE_WIDTH_M));
-        light = mix(light, self.strong_line, fade * lines(STRONG_PERIOD_M, 1.5 * LINE_WIDTH_M));
-        let lit = 1.0 - SHADOW * self.shadow.at(at) * fade;
+        let mut light = self.floor;
+        if part != Part::Wall {
+            light = mix(light, self.line, fade * lines(PERIOD_M, LINE_WIDTH_M));
+            light = mix(light, self.strong_line, fade * lines(STRONG_PERIOD_M, 1.5 * LINE_WIDTH_M));
+        }
+        let given_back = match part {
+            Part::Around => 1.0,
+            Part::Patch => PATCH,
+            Part::Wall => WALL,
+        };
+        let lit = given_back * (1.0 - SHADOW * self.shadow.at(&local) * fade);
         mix(background, light.map(|v| v * lit), fade)
     }
 }
@@ -131,6 +195,8 @@ struct Shadow {
     /// Lower left corner on the floor (m), and cells per metre.
     corner: [f64; 2],
     cells_per_m: f64,
+    /// Towards the middle of the lamp, z 1, in the frame of the plane.
+    lamp: Vector3<f64>,
     /// 0 lit, 1 dark; row by row.
     dark: Vec<f32>,
 }
@@ -142,6 +208,7 @@ impl Shadow {
         let outward = in_floor.iter().map(|[a, b, c]| (b - a).cross(&(c - a)));
         let faces: Vec<_> = in_floor.iter().zip(outward).collect();
         let lamp = axes.tr_mul(&lamp);
+        let middle = lamp / lamp.z;
         let (side, over) = across(&lamp);
         // Scaled so that a metre of height throws a shadow as long as their x and y.
         let lamps: Vec<Vector3<f64>> = (0..LAMPS * LAMPS)
@@ -165,7 +232,7 @@ impl Shadow {
         }
         let extent = (most[0] - least[0]).max(most[1] - least[1]);
         if !(extent.is_finite() && extent > 0.0) {
-            return Self { corner: [0.0; 2], cells_per_m: 0.0, dark: Vec::new() };
+            return Self { corner: [0.0; 2], cells_per_m: 0.0, lamp: middle, dark: Vec::new() };
         }
         // With room for the blur at the edges.
         let cell_m = CELL_M * (extent / (CELL_M * (CELLS - 10) as f64)).ceil();
@@ -193,12 +260,13 @@ impl Shadow {
         for stride in [1, CELLS].repeat(4) {
             blur(&mut dark, stride);
         }
-        Self { corner, cells_per_m, dark }
+        Self { corner, cells_per_m, lamp: middle, dark }
     }
 
-    /// At a point of the floor (m).
-    fn at(&self, point: [f64; 2]) -> f32 {
-        let [x, y] = [0, 1].map(|i| (point[i] - self.corner[i]) * self.cells_per_m - 0.5);
+    /// At a point of the floor (m, frame of the plane).
+    fn at(&self, point: &Vector3<f64>) -> f32 {
+        let thrown = point - self.lamp * point.z;
+        let [x, y] = [0, 1].map(|i| (thrown[i] - self.corner[i]) * self.cells_per_m - 0.5);
         let inside = |v: f64| v >= 0.0 && v < (CELLS - 1) as f64;
         if self.dark.is_empty() || !inside(x) || !inside(y) {
             return 0.0;

@@ -1,7 +1,8 @@
 //! The pictures of a film: some moments one by one and as a strip (as Fig. 8, 12 and 13 of the paper), and a GIF.
 
-use super::files::{gif, png, strip};
-use super::{Camera, Marks, draw, extent, label};
+use super::files::{png, strip};
+use super::motion::moving;
+use super::{Camera, Marks, draw_on, extent, label};
 use crate::episode::Film;
 use crate::error::{Error, Result};
 use crate::files::write_atomic;
@@ -26,7 +27,7 @@ pub struct FramesOptions {
     /// How many moments.
     pub moments: usize,
     /// The speed of the GIF from the push to the last landing or the fall, a share of real time; real time before and
-    /// after.
+    /// after, or faster where that would take long.
     pub slow_motion: f64,
 }
 
@@ -46,16 +47,7 @@ impl Default for FramesOptions {
 
 const STRIP: &str = "strip.png";
 const GIF: &str = "motion.gif";
-/// A GIF shows a picture for so long (1/100 s), and its last one.
-const DELAY_CS: u16 = 4;
-const LAST_DELAY_CS: u16 = 120;
-/// A GIF begins so long before the push, and slows down so long before it (s).
-const LEAD_S: f64 = 0.2;
-const SLOW_LEAD_S: f64 = 0.04;
-/// It is slow until so long after a landing or a fall, but not longer than this in all (s).
-const SLOW_TAIL_S: f64 = 0.1;
-const LONGEST_SLOW_S: f64 = 0.8;
-/// It ends so long after the robot stands still (s).
+/// A film of pictures ends so long after the robot stands still (s).
 const REST_S: f64 = 0.5;
 /// Moments are at least so far apart (s).
 const APART_S: f64 = 0.012;
@@ -129,16 +121,23 @@ fn is_frame(name: &str) -> bool {
         || numbered.and_then(|n| n.split_once('-')).is_some_and(|(n, time)| all_digits(n) && is_time(time))
 }
 
-fn picture(film: &Film, k: usize, camera: &Camera, size: [u32; 2], options: &FramesOptions, speed: &str) -> RgbImage {
+pub(super) fn picture(
+    film: &Film,
+    k: usize,
+    camera: &Camera,
+    size: [u32; 2],
+    options: &FramesOptions,
+    speed: &str,
+) -> RgbImage {
     let snapshot = &film.snapshots[k];
-    let mut image = draw(&film.robot, snapshot, camera, size, &options.marks);
+    let mut image = draw_on(&film.ground, &film.robot, snapshot, camera, size, &options.marks);
     label(&mut image, format!("{:.2} s {speed}", snapshot.time_s).trim_end(), [10, 8]);
     image
 }
 
 /// Across the push rather than along it, from the left or the right front, and so near that the robot is in the picture at
 /// all these moments.
-fn camera(film: &Film, moments: impl Iterator<Item = usize>, size: [u32; 2]) -> Camera {
+pub(super) fn camera(film: &Film, moments: impl Iterator<Item = usize>, size: [u32; 2]) -> Camera {
     const SIDES_DEG: [f64; 2] = [52.0, -38.0];
     let heading = film.pushes.first().map_or(0.0, |push| push.heading_deg);
     let along = |side: f64| {
@@ -157,7 +156,7 @@ fn camera(film: &Film, moments: impl Iterator<Item = usize>, size: [u32; 2]) -> 
 }
 
 /// When nothing more is to be seen (s).
-fn end_s(film: &Film) -> f64 {
+pub(super) fn end_s(film: &Film) -> f64 {
     let last_s = film.snapshots.last().map_or(0.0, |snapshot| snapshot.time_s);
     let record = &film.record;
     match (record.fell_at_s, record.settled_at_s) {
@@ -166,16 +165,16 @@ fn end_s(film: &Film) -> f64 {
     }
 }
 
-fn pushed_from_s(film: &Film) -> f64 {
+pub(super) fn pushed_from_s(film: &Film) -> f64 {
     film.pushes.iter().map(|push| push.start_s).reduce(f64::min).unwrap_or(0.0)
 }
 
-fn pushed_until_s(film: &Film) -> f64 {
+pub(super) fn pushed_until_s(film: &Film) -> f64 {
     film.pushes.iter().map(Push::end_s).fold(0.0, f64::max)
 }
 
 /// Index of the snapshot at a time, or of the nearest there is.
-fn index(film: &Film, time_s: f64) -> usize {
+pub(super) fn index(film: &Film, time_s: f64) -> usize {
     let first_s = film.snapshots.first().map_or(0.0, |snapshot| snapshot.time_s);
     let k = ((time_s - first_s) / film.control_period_s).round().max(0.0) as usize;
     k.min(film.snapshots.len().saturating_sub(1))
@@ -217,61 +216,9 @@ fn moments(film: &Film, count: usize) -> Vec<usize> {
     moments
 }
 
-/// A picture of the GIF: index of its snapshot, for how long (1/100 s), and whether in slow motion.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Shot {
-    snapshot: usize,
-    delay_cs: u16,
-    slow: bool,
-}
-
-/// Stretches of the film: from, to (s) and speed.
-fn stretches(film: &Film, slow_motion: f64) -> [(f64, f64, f64); 3] {
-    let (record, end_s) = (&film.record, end_s(film));
-    let from_s = (pushed_from_s(film) - LEAD_S).max(0.0);
-    let slow_from_s = (pushed_from_s(film) - SLOW_LEAD_S).max(from_s);
-    let landed_s = record.footsteps.iter().map(|step| step.land_s).fold(pushed_until_s(film), f64::max);
-    let slow_to_s = landed_s.max(record.fell_at_s.unwrap_or(0.0)) + SLOW_TAIL_S;
-    let slow_to_s = slow_to_s.min(slow_from_s + LONGEST_SLOW_S).min(end_s).max(slow_from_s);
-    [(from_s, slow_from_s, 1.0), (slow_from_s, slow_to_s, slow_motion), (slow_to_s, end_s, 1.0)]
-}
-
-fn shots(film: &Film, slow_motion: f64) -> Vec<Shot> {
-    let delay_s = f64::from(DELAY_CS) / 100.0;
-    let mut shots = Vec::new();
-    for (from_s, to_s, speed) in stretches(film, slow_motion) {
-        let count = ((to_s - from_s) / (delay_s * speed)).round() as usize;
-        let shot = |i: usize| Shot {
-            snapshot: index(film, from_s + i as f64 * delay_s * speed),
-            delay_cs: DELAY_CS,
-            slow: speed != 1.0,
-        };
-        shots.extend((0..count).map(shot));
-    }
-    shots.push(Shot { snapshot: index(film, end_s(film)), delay_cs: LAST_DELAY_CS, slow: false });
-    shots
-}
-
-/// The film as a GIF.
-fn moving(film: &Film, options: &FramesOptions) -> Result<Vec<u8>> {
-    let shots = shots(film, options.slow_motion);
-    let camera = options.camera.unwrap_or_else(|| {
-        // One in three is enough to see how far the robot gets.
-        camera(film, shots.iter().step_by(3).chain(shots.last()).map(|shot| shot.snapshot), options.gif_size)
-    });
-    let slow = format!("({} x)", options.slow_motion);
-    let images: Vec<RgbImage> = shots
-        .par_iter()
-        .map(|shot| {
-            let speed = if shot.slow { slow.as_str() } else { "" };
-            picture(film, shot.snapshot, &camera, options.gif_size, options, speed)
-        })
-        .collect();
-    gif(&images, &shots.iter().map(|shot| shot.delay_cs).collect::<Vec<_>>())
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::motion::{LAST_DELAY_CS, shots};
     use super::*;
     use crate::control::Design;
     use crate::episode::{Disturbance, EpisodeConfig, Footstep};
@@ -351,6 +298,18 @@ mod tests {
         // From 0.1 s on: 0.16 s as they are, slow from 0.26 s until 0.1 s after the landing, and the rest.
         let expected_s = 0.16 + 4.0 * 0.34 + 0.4 + f64::from(LAST_DELAY_CS) / 100.0;
         assert!((f64::from(shown_ms) / 1000.0 - expected_s).abs() < 0.05, "{shown_ms} ms");
+
+        // A robot that sways for ten seconds more.
+        let mut long = film.clone();
+        long.snapshots.extend((0..10).flat_map(|_| film.snapshots.iter().cloned()));
+        for (k, snapshot) in long.snapshots.iter_mut().enumerate() {
+            snapshot.time_s = k as f64 * film.control_period_s;
+        }
+        let shots = shots(&long, options.slow_motion);
+        let last = shots.len() - 1;
+        assert!((150..=205).contains(&shots.len()), "{} pictures", shots.len());
+        assert_eq!((shots[0].speed, shots[30].speed, shots[last - 1].speed), (1.0, 0.25, 2.0));
+        assert_eq!(shots[last].snapshot, long.snapshots.len() - 1);
 
         // Again, with fewer moments: the frames of before are gone.
         let files = write_frames(&film, &folder, &FramesOptions { moments: 4, ..options }).unwrap();

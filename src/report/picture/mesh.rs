@@ -1,6 +1,5 @@
 //! Triangle meshes of what is drawn: all closed and convex piece by piece, counter-clockwise from outside, with normals.
 
-use super::camera::sin_cos;
 use crate::robot::Shape;
 use nalgebra::{Point3, Vector3};
 
@@ -75,9 +74,10 @@ fn cylinder(radius: f64, length: f64) -> Mesh {
 /// A ball about the origin.
 pub(super) fn sphere(radius: f64) -> Mesh {
     let stack = |k: usize| {
-        let [sin, cos] = sin_cos(180.0 * k as f64 / STACKS as f64);
-        // At the poles sin is not quite 0, and could be less.
-        [(radius * sin).max(0.0), -radius * cos, sin, -cos]
+        let (sin, cos) = (180.0 * k as f64 / STACKS as f64).to_radians().sin_cos();
+        // At the upper pole sin is not quite 0.
+        let sin = if k == STACKS { 0.0 } else { sin };
+        [radius * sin, -radius * cos, sin, -cos]
     };
     revolved(&(0..=STACKS).map(stack).collect::<Vec<_>>())
 }
@@ -111,7 +111,7 @@ pub(super) fn rod(radius: f64, length: f64) -> Mesh {
 fn revolved(profile: &[[f64; 4]]) -> Mesh {
     let mut mesh = Mesh::default();
     for k in 0..SIDES {
-        let [sin, cos] = sin_cos(360.0 * k as f64 / SIDES as f64);
+        let (sin, cos) = (360.0 * k as f64 / SIDES as f64).to_radians().sin_cos();
         let corner =
             |&[r, z, nr, nz]: &[f64; 4]| (Point3::new(r * cos, r * sin, z), Vector3::new(nr * cos, nr * sin, nz));
         mesh.corners.extend(profile.iter().map(corner));

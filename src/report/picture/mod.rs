@@ -1,7 +1,7 @@
 //! Pictures of the robot, drawn without display, graphics card or driver: stills, strips and moving pictures of an episode.
 //!
-//! A small renderer of triangles with a depth buffer. It is deterministic: the same snapshot gives the same bytes on every
-//! machine.
+//! A small renderer of triangles with a depth buffer. The same snapshot gives the same bytes, whatever the number of threads;
+//! on another machine they may differ where its sines do, in their last place.
 
 mod camera;
 mod files;
@@ -9,6 +9,7 @@ mod floor;
 mod frames;
 mod label;
 mod mesh;
+mod motion;
 mod overlay;
 mod raster;
 #[cfg(test)]
@@ -16,6 +17,7 @@ mod tests;
 
 use crate::episode::Snapshot;
 use crate::robot::{Kinematics, Posture, Robot, Shape};
+use crate::sim::Ground;
 pub use camera::Camera;
 use camera::View;
 pub use files::{png, strip};
@@ -24,28 +26,42 @@ pub use frames::{FramesOptions, check_folder, write_frames};
 use image::RgbImage;
 pub use label::label;
 use mesh::Mesh;
-use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 pub use overlay::Marks;
 use raster::{Corner, Light, Triangle, linear};
 
-/// Draws a moment of an episode, in a picture of `size` (width, height; px). `robot` is the simulated one.
+/// Draws a moment of an episode, in a picture of `size` (width, height; px). `robot` is the simulated one. The ground has
+/// the snapshot's slope, and no step.
 pub fn draw(robot: &Robot, snapshot: &Snapshot, camera: &Camera, size: [u32; 2], marks: &Marks) -> RgbImage {
+    draw_on(&Ground::default(), robot, snapshot, camera, size, marks)
+}
+
+/// As [`draw`], with the step of a ground; its slope is the snapshot's.
+pub fn draw_on(
+    ground: &Ground,
+    robot: &Robot,
+    snapshot: &Snapshot,
+    camera: &Camera,
+    size: [u32; 2],
+    marks: &Marks,
+) -> RgbImage {
+    let ground = &Ground { slope: snapshot.slope, ..*ground };
     let mut scene = Scene::new(camera, size);
-    let on_floor = overlay::on_floor(&scene.view, snapshot, marks);
+    let on_floor = overlay::on_floor(&scene.view, ground, snapshot, marks);
     scene.triangles.extend(&on_floor);
     scene.robot(robot, &snapshot.posture);
     // Once more where the robot hides them, faintly.
     let hidden = |mark: &Triangle| Triangle { cover: 0.0, through: overlay::THROUGH * mark.cover, ..*mark };
     scene.triangles.extend(on_floor.iter().map(hidden));
-    overlay::in_space(&mut scene, snapshot, marks);
-    scene.paint(size, snapshot.slope)
+    overlay::in_space(&mut scene, ground, snapshot, marks);
+    scene.paint(size, ground)
 }
 
 /// Draws a robot on a level floor and nothing else, in a picture of `size` (width, height; px).
 pub fn draw_posture(robot: &Robot, posture: &Posture, camera: &Camera, size: [u32; 2]) -> RgbImage {
     let mut scene = Scene::new(camera, size);
     scene.robot(robot, posture);
-    scene.paint(size, UnitQuaternion::identity())
+    scene.paint(size, &Ground::default())
 }
 
 /// Balls (centre in the world and radius, m) that hold the robot's solids: what a camera is to be framed on.
@@ -152,8 +168,8 @@ impl Scene {
         light.map(|v| v * diffuse as f32 + 0.06 * gloss as f32 + 0.010)
     }
 
-    fn paint(&self, size: [u32; 2], slope: UnitQuaternion<f64>) -> RgbImage {
-        let floor = Floor::new(self.view, slope, self.lamp, &self.opaque);
+    fn paint(&self, size: [u32; 2], ground: &Ground) -> RgbImage {
+        let floor = Floor::new(self.view, ground, self.lamp, &self.opaque);
         raster::paint(size, &floor, &self.triangles)
     }
 }

@@ -8,6 +8,7 @@ use super::{Paint, Scene};
 use crate::episode::Snapshot;
 use crate::episode::snapshot::Arrow;
 use crate::robot::Foot;
+use crate::sim::Ground;
 use nalgebra::{Isometry3, Point2, Point3, Rotation3, UnitQuaternion, Vector2, Vector3};
 
 /// Which overlays a picture has.
@@ -84,8 +85,8 @@ fn light(color: u32) -> Light {
 }
 
 /// Marks on the floor, lowest first.
-pub(super) fn on_floor(view: &View, snapshot: &Snapshot, marks: &Marks) -> Vec<Triangle> {
-    let mut sheet = Sheet { view, slope: snapshot.slope, triangles: Vec::new() };
+pub(super) fn on_floor(view: &View, ground: &Ground, snapshot: &Snapshot, marks: &Marks) -> Vec<Triangle> {
+    let mut sheet = Sheet { view, ground, triangles: Vec::new() };
     if marks.slices {
         // Slow to fast: the set of a slower gain is larger, mostly.
         for (i, slice) in snapshot.slices.iter().enumerate() {
@@ -119,10 +120,10 @@ pub(super) fn on_floor(view: &View, snapshot: &Snapshot, marks: &Marks) -> Vec<T
 }
 
 /// The ball of the COM, and arrows.
-pub(super) fn in_space(scene: &mut Scene, snapshot: &Snapshot, marks: &Marks) {
+pub(super) fn in_space(scene: &mut Scene, ground: &Ground, snapshot: &Snapshot, marks: &Marks) {
     let paint = |color: u32, through: f32| Paint { light: light(color), cover: 1.0, through, throws_shadow: false };
     if marks.com {
-        let on_floor = on_plane(snapshot.com.xy(), &snapshot.slope);
+        let on_floor = on_ground(snapshot.com.xy(), ground);
         let plumb = snapshot.com - on_floor;
         if plumb.norm() > COM_RADIUS_M {
             let line = rod(0.3 * SHAFT_M, plumb.norm());
@@ -150,24 +151,23 @@ fn pose_along(from: Point3<f64>, direction: Vector3<f64>) -> Isometry3<f64> {
     Isometry3::from_parts(from.into(), UnitQuaternion::from_rotation_matrix(&axes))
 }
 
-/// The point of the floor (through the origin, turned by `slope`) below or above a point of the plan.
-fn on_plane(at: Point2<f64>, slope: &UnitQuaternion<f64>) -> Point3<f64> {
-    let normal = slope * Vector3::z();
-    Point3::new(at.x, at.y, -(normal.x * at.x + normal.y * at.y) / normal.z)
+/// The point of the floor below or above a point of the plan.
+fn on_ground(at: Point2<f64>, ground: &Ground) -> Point3<f64> {
+    Point3::new(at.x, at.y, ground.height_m(at))
 }
 
 /// Flat marks just above the floor.
 struct Sheet<'a> {
     view: &'a View,
-    slope: UnitQuaternion<f64>,
+    ground: &'a Ground,
     triangles: Vec<Triangle>,
 }
 
 impl Sheet<'_> {
     fn triangle(&mut self, corners: [Point2<f64>; 3], light: Light, cover: f32) {
-        let lift = self.slope * Vector3::z() * LIFT_M;
+        let lift = self.ground.slope * Vector3::z() * LIFT_M;
         let corners = corners.map(|at| {
-            let seen = self.view.project(on_plane(at, &self.slope) + lift);
+            let seen = self.view.project(on_ground(at, self.ground) + lift);
             seen.map(|[x, y, near]| Corner { at: [x, y], near, light })
         });
         if let [Some(a), Some(b), Some(c)] = corners {
@@ -224,7 +224,7 @@ impl Sheet<'_> {
 
 fn circle(at: Point2<f64>, radius: f64) -> Vec<Point2<f64>> {
     let corner = |k: usize| {
-        let [sin, cos] = super::camera::sin_cos(360.0 * k as f64 / ROUND as f64);
+        let (sin, cos) = (360.0 * k as f64 / ROUND as f64).to_radians().sin_cos();
         at + Vector2::new(cos, sin) * radius
     };
     (0..ROUND).map(corner).collect()

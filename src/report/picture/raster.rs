@@ -1,7 +1,7 @@
 //! Triangles to pixels: a depth buffer of [`SAMPLES`] x [`SAMPLES`] samples a pixel, averaged in linear light.
 //!
-//! Coverage is decided in whole numbers and colours by sums, products and square roots, so that a picture is the same to
-//! the byte on every machine, whatever the number of threads.
+//! Coverage is decided in whole numbers, so that no sample between two triangles is missed or painted twice, and each band
+//! of rows by itself, so that a picture is the same to the byte whatever the number of threads.
 
 use super::floor::Floor;
 use image::RgbImage;
@@ -70,17 +70,21 @@ pub(super) fn paint(size: [u32; 2], floor: &Floor, triangles: &[Triangle]) -> Rg
     image
 }
 
-/// Floor and background. They are smooth enough for one look a pixel; their depth is that of each sample.
+/// Floor and background. They are smooth enough for one look a pixel, but for the edges of a step; their depth is that of
+/// each sample.
 fn start(samples: &mut [Sample], width: usize, top: usize, floor: &Floor) {
     let row_length = width * SAMPLES;
     for (i, rows) in samples.chunks_mut(row_length * SAMPLES).enumerate() {
         let y = (top + i) as f64;
         for x in 0..width {
+            let (part, _) = floor.meet(x as f64 + 0.5, y + 0.5);
             let light = floor.light(x as f64 + 0.5, y + 0.5);
             for (j, row) in rows.chunks_mut(row_length).enumerate() {
                 for (k, sample) in row[x * SAMPLES..(x + 1) * SAMPLES].iter_mut().enumerate() {
                     let [dx, dy] = [k, j].map(|n| (n as f64 + 0.5) / SAMPLES as f64);
-                    *sample = Sample { light, near: floor.near(x as f64 + dx, y + dy) as f32 };
+                    let (x, y) = (x as f64 + dx, y + dy);
+                    let (of, near) = floor.meet(x, y);
+                    *sample = Sample { light: if of == part { light } else { floor.light(x, y) }, near: near as f32 };
                 }
             }
         }

@@ -2,7 +2,7 @@ use super::*;
 use crate::control::Phase;
 use crate::episode::snapshot::Arrow;
 use crate::robot::{Foot, Link, PerFoot, Pose, Solid};
-use nalgebra::Point2;
+use nalgebra::{Point2, UnitQuaternion};
 
 const SIZE: [u32; 2] = [320, 240];
 const FRONT: Camera = Camera {
@@ -214,6 +214,49 @@ fn a_slope_tilts_the_floor_and_what_lies_on_it() {
     };
     let is_green = |[r, g, b]: [u8; 3]| u16::from(g) > u16::from(r.max(b)) + 20;
     assert!(is_green(seen(-0.15 * 0.2_f64.tan())) && !is_green(seen(0.0)));
+}
+
+/// A patch that is lower or higher than what is around it: marks, walls and what they hide are where the ground is.
+#[test]
+fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
+    let robot = boxes(&[]).0;
+    let moment = Snapshot { dcm: Point2::new(0.15, 0.0), ..snapshot(&robot) };
+    let marks = Marks { dcm: true, ..Marks::NONE };
+    let patch = [Point2::new(-0.07, -0.1), Point2::new(0.07, 0.1)];
+    let camera = Camera { target: Point3::origin(), azimuth_deg: 0.0, distance_m: 0.8, ..FRONT };
+    let at = |image: &RgbImage, x: f64, y: f64, z: f64| {
+        let [x, y] = camera.project(Point3::new(x, y, z), SIZE).unwrap().map(|px| px as u32);
+        image.get_pixel(x, y).0
+    };
+    let is_green = |[r, g, b]: [u8; 3]| u16::from(g) > u16::from(r.max(b)) + 20;
+    let flat = draw(&robot, &moment, &camera, SIZE, &marks);
+    assert!(flat == draw_on(&Ground { patch, ..Ground::default() }, &robot, &moment, &camera, SIZE, &marks));
+    for step_m in [0.02, -0.02] {
+        let ground = Ground { step_m, patch, ..Ground::default() };
+        let image = draw_on(&ground, &robot, &moment, &camera, SIZE, &marks);
+        for (x, is_dot) in [(0.15, true), (0.13, false), (0.17, false)] {
+            assert_eq!(is_green(at(&image, x, 0.0, step_m)), is_dot, "{step_m} m: {x}");
+        }
+        let light = |x: f64, y: f64, z: f64| u16::from(at(&image, x, y, z)[1]);
+        // Between lines of the grid.
+        let (around, patch) = (light(-0.03, 0.15, step_m), light(-0.03, 0.05, 0.0));
+        assert!(around > patch + 8, "{step_m} m: {around}, {patch}");
+        // Of a pit the far wall is seen, of a plateau the near one.
+        let wall_x = if step_m > 0.0 { -0.07 } else { 0.07 };
+        let wall = light(wall_x, 0.05, step_m / 2.0);
+        assert!(patch > wall + 15, "{step_m} m: {patch}, {wall}");
+        let unseen = light(-wall_x, 0.05, step_m / 2.0);
+        assert!(unseen > wall + 15, "{step_m} m: {unseen}, {wall}");
+    }
+    // What is in the pit but behind its edge is hidden; what stands on the plateau is not.
+    let (robot, _) = boxes(&[([0.06, 0.05, 0.003], [0.005, 0.02, 0.003], RED)]);
+    let red = |step_m: f64| {
+        let ground = Ground { step_m, patch, ..Ground::default() };
+        let posture = Posture { base: Pose::identity(), ..robot.zero_posture() };
+        let image = draw_on(&ground, &robot, &Snapshot { posture, ..moment.clone() }, &camera, SIZE, &Marks::NONE);
+        image.pixels().filter(|pixel| is_red(pixel.0)).count()
+    };
+    assert!(red(-0.02) > 100 && red(0.0) > 100 && red(0.02) == 0, "{} {} {}", red(-0.02), red(0.0), red(0.02));
 }
 
 #[test]

@@ -1,4 +1,5 @@
-// Orbit about a point: drag turns, shift-drag (or two fingers) moves, the wheel (or two fingers) zooms.
+// Orbit about a point: drag turns, shift-drag (or two fingers) moves, the wheel (or two fingers) zooms. So do arrow keys,
+// with shift, and + and -, when the keyboard's focus is in the view.
 
 const FIELD = (32 * Math.PI) / 180;
 // As far as this the COM may go from home before the camera follows, in COM heights.
@@ -22,6 +23,12 @@ class Camera {
       event.preventDefault();
       this.zoom(Math.exp(0.0012 * clamp(event.deltaY * (event.deltaMode ? 30 : 1), -300, 300)));
     }, { passive: false });
+    canvas.addEventListener("keydown", (event) => this.press(event));
+    // The focus is for who has come with the keyboard: after a click the arrow keys are still those of time.
+    canvas.addEventListener("mousedown", (event) => {
+      event.preventDefault();
+      document.activeElement.blur();
+    });
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("dblclick", () => this.set("home"));
   }
@@ -59,10 +66,28 @@ class Camera {
     } else if (event.shiftKey || event.buttons & 6) {
       this.pan(...moved);
     } else {
-      this.azimuth -= 0.008 * moved[0];
-      this.elevation = clamp(this.elevation + 0.008 * moved[1], -0.1, 1.562);
+      this.turn(...moved);
     }
     this.changed();
+  }
+
+  press(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+    const zooms = { "+": 0.9, "=": 0.9, "-": 1 / 0.9 };
+    const [right, down] = arrows[event.key] ?? [0, 0];
+    if (zooms[event.key]) this.zoom(zooms[event.key]);
+    else if (!arrows[event.key]) return;
+    else if (event.shiftKey) this.pan(20 * right, 20 * down);
+    else this.turn(15 * right, 15 * down);
+    event.preventDefault();
+    event.stopPropagation();
+    this.changed();
+  }
+
+  turn(right, down) {
+    this.azimuth -= 0.008 * right;
+    this.elevation = clamp(this.elevation + 0.008 * down, -0.1, 1.562);
   }
 
   // By pixels, so that what is under the finger stays under it.

@@ -1,46 +1,80 @@
 //! What a page knows of a film: the robot, and of every moment all that is drawn, as one JSON value.
+//!
+//! A column's grid spans all that it holds, so that one number that runs away would make those of the whole film coarse:
+//! the page ends before that.
 
-use super::pack::{column, columns, polygons};
+use super::pack::{Polygons, column, columns};
 use crate::control::Phase;
 use crate::episode::film::Film;
 use crate::episode::snapshot::{Arrow, Snapshot};
 use crate::robot::{Foot, Pose, Robot, Shape, Solid};
 use crate::sim::{Ground, Push};
-use nalgebra::{Point2, UnitQuaternion};
+use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
+use std::f64::consts::TAU;
 
 /// A longer film is shown at every second tick, or third, and so on: so a page stays small, whatever the horizon.
 const MOST_MOMENTS: usize = 2500;
+
+/// A robot that is farther from home than this, or whose DCM is, or one with a joint beyond a full turn, is not shown (m):
+/// so far a column's error is 0.08 mm.
+const FARTHEST_M: f64 = 5.0;
+/// A margin is shown as this at least, so that those about 0 keep their two digits.
+const LEAST_MARGIN: f64 = -100.0;
+/// Corners of CPI sets in a page. With noise no two moments have the same, and gains are many: where there would be more
+/// than these, sets are shown at every second moment, or third, and so on.
+const MOST_CORNERS: usize = 60_000;
 
 /// Phases by number, as the page names them.
 const PHASES: [Phase; 5] =
     [Phase::Posture, Phase::Switching, Phase::OutOfSets, Phase::Swing(Foot::Left), Phase::Swing(Foot::Right)];
 
-/// The film, packed: `film.js` reads it.
-pub fn packed(film: &Film) -> Value {
-    let stride = film.snapshots.len().div_ceil(MOST_MOMENTS).max(1);
-    let moments: Vec<&Snapshot> = film.snapshots.iter().step_by(stride).collect();
+/// The film, packed: `film.js` reads it. And sentences on what it leaves out, if it does.
+pub fn packed(film: &Film) -> (Value, Vec<String>) {
+    let near = film.snapshots.iter().position(|s| !is_near(s)).unwrap_or(film.snapshots.len());
+    // A page has a moment in any case.
+    let ticks = &film.snapshots[..near.max(1)];
+    let stride = ticks.len().div_ceil(MOST_MOMENTS).max(1);
+    let moments: Vec<&Snapshot> = ticks.iter().step_by(stride).collect();
+    let (slices, every) = slices(&moments, film.gains.len());
+    let period_s = film.control_period_s * stride as f64;
+    let mut notes = Vec::new();
+    if stride > 1 {
+        let ms = 1000.0 * period_s;
+        notes.push(format!("A long film, shown in moments of {ms:.0} ms: each force is the mean over one."));
+    }
+    if every > 1 {
+        notes.push(format!("CPI sets are shown every {:.0} ms.", 1000.0 * period_s * every as f64));
+    }
+    if let Some(beyond) = film.snapshots[ticks.len()..].first() {
+        let time_s = beyond.time_s;
+        notes.push(format!(
+            "The page ends at {time_s:.3} s, where the robot is {FARTHEST_M} m from home, or its numbers run away."
+        ));
+    }
     let each = |value: &dyn Fn(&Snapshot) -> Option<f64>| column(&moments.iter().map(|s| value(s)).collect::<Vec<_>>());
     let pairs = |value: &dyn Fn(&Snapshot) -> Option<Point2<f64>>| {
         columns(&moments.iter().map(|s| value(s).map(Into::into)).collect::<Vec<Option<[f64; 2]>>>())
     };
     let arrows = |value: &dyn Fn(&Snapshot) -> Option<Arrow>| {
-        columns(&moments.iter().map(|s| value(s).map(six)).collect::<Vec<_>>())
+        let since = |end: usize| &ticks[(end + 1).saturating_sub(stride)..=end];
+        let means = (0..ticks.len()).step_by(stride).map(|end| mean(since(end), value).map(six));
+        columns(&means.collect::<Vec<_>>())
     };
+    let on_floor = |at: Option<Point2<f64>>| at.filter(|at| at.coords.norm() <= FARTHEST_M);
     let phase = |s: &Snapshot| PHASES.iter().position(|phase| *phase == s.phase).map(|i| i as f64);
     let positions = moments.iter().map(|s| Some(s.posture.base.translation.vector.into()));
     let coms = moments.iter().map(|s| Some(s.com.into()));
-    let slices = (0..film.gains.len()).map(|gain| polygons(moments.iter().map(|s| slice(s, gain))));
     let landing = |s: &Snapshot| s.footstep.map_or_else(Vec::new, |corners| corners.map(|corner| corner.xy()).to_vec());
     let footsteps: Vec<Vec<Point2<f64>>> = moments.iter().map(|s| landing(s)).collect();
-    json!({
+    let packed = json!({
         "robot": robot(&film.robot),
         "ground": ground(film),
         "gains": film.gains,
         "phases": PHASES.map(Phase::name),
-        "marks": marks(film),
+        "marks": marks(film, ticks),
         "start_s": moments.first().map(|s| s.time_s),
-        "period_s": film.control_period_s * stride as f64,
+        "period_s": period_s,
         "moments": moments.len(),
         "base": columns(&positions.collect::<Vec<Option<[f64; 3]>>>()),
         "turn": turns(moments.iter().map(|s| s.posture.base.rotation)),
@@ -48,17 +82,62 @@ pub fn packed(film: &Film) -> Value {
         "slope": turns(moments.iter().map(|s| s.slope)),
         "com": columns(&coms.collect::<Vec<Option<[f64; 3]>>>()),
         "dcm": pairs(&|s| Some(s.dcm)),
-        "zmp": pairs(&|s| s.zmp),
-        "zmp_ref": pairs(&|s| Some(s.zmp_ref)),
+        "zmp": pairs(&|s| on_floor(s.zmp)),
+        "zmp_ref": pairs(&|s| on_floor(Some(s.zmp_ref))),
         "dcm_outside": each(&|s| Some(s.dcm_outside_m)),
-        "margin": each(&|s| s.margin),
+        "margin": each(&|s| s.margin.map(|margin| margin.max(LEAST_MARGIN))),
         "gain": each(&|s| s.gain.map(|gain| gain as f64)),
         "phase": each(&phase),
         "push": arrows(&|s| s.push),
         "contacts": Foot::BOTH.map(|foot| arrows(&|s| s.contacts[foot])),
-        "support": polygons(moments.iter().map(|s| s.support.as_slice())),
-        "slices": slices.collect::<Vec<_>>(),
-        "footstep": polygons(footsteps.iter().map(Vec::as_slice)),
+        "support": Polygons::of(moments.iter().map(|s| s.support.as_slice())).packed(),
+        "slices": slices.iter().map(Polygons::packed).collect::<Vec<_>>(),
+        "footstep": Polygons::of(footsteps.iter().map(Vec::as_slice)).packed(),
+    });
+    (packed, notes)
+}
+
+fn is_near(snapshot: &Snapshot) -> bool {
+    let base = snapshot.posture.base.translation.vector;
+    let far_m = [base.norm(), snapshot.com.coords.norm(), snapshot.dcm.coords.norm()];
+    far_m.iter().all(|far| *far <= FARTHEST_M) && snapshot.posture.q.iter().all(|q| q.abs() <= TAU)
+}
+
+/// Mean force over ticks, where it attacks on the mean; None if there is none in any.
+fn mean(ticks: &[Snapshot], value: &dyn Fn(&Snapshot) -> Option<Arrow>) -> Option<Arrow> {
+    let arrows: Vec<Arrow> = ticks.iter().filter_map(value).collect();
+    if let [arrow] = arrows[..]
+        && ticks.len() == 1
+    {
+        return Some(arrow);
+    }
+    let sum: Vector3<f64> = arrows.iter().map(|arrow| arrow.force).sum();
+    let weight: f64 = arrows.iter().map(|arrow| arrow.force.norm()).sum();
+    let point: Vector3<f64> = arrows.iter().map(|arrow| arrow.point.coords * arrow.force.norm()).sum();
+    (weight > 0.0).then(|| Arrow { point: Point3::from(point / weight), force: sum / ticks.len() as f64 })
+}
+
+/// Of each gain, and how many moments they are held for.
+fn slices(moments: &[&Snapshot], gains: usize) -> (Vec<Polygons>, usize) {
+    let mut every = 1;
+    loop {
+        let all: Vec<Polygons> = (0..gains).map(|gain| Polygons::of(held(moments, gain, every))).collect();
+        if all.iter().map(Polygons::corners).sum::<usize>() <= MOST_CORNERS || every >= moments.len() {
+            return (all, every);
+        }
+        every += 1;
+    }
+}
+
+/// The slices of one gain, renewed at every so many moments, and where they appear or vanish.
+fn held<'a>(moments: &[&'a Snapshot], gain: usize, every: usize) -> impl Iterator<Item = &'a [Point2<f64>]> {
+    let mut last: &[Point2<f64>] = &[];
+    moments.iter().enumerate().map(move |(k, snapshot)| {
+        let now = slice(snapshot, gain);
+        if k % every == 0 || now.is_empty() || last.is_empty() {
+            last = now;
+        }
+        last
     })
 }
 
@@ -116,17 +195,18 @@ fn shape(shape: &Shape) -> Value {
 }
 
 fn ground(film: &Film) -> Value {
-    let Ground { step_m, patch: [least, most], .. } = Ground::new(&film.robot, &film.variation);
+    let Ground { step_m, patch: [least, most], .. } = film.ground;
     json!({ "step_m": step_m, "patch": [least.x, least.y, most.x, most.y] })
 }
 
-/// What the time line marks: a kind, from when to when, and a few words.
-fn marks(film: &Film) -> Vec<Value> {
+/// What the time line marks: a kind, from when to when, and a few words. What would begin after the last of `ticks` (a
+/// second push, after a fall) did not.
+fn marks(film: &Film, ticks: &[Snapshot]) -> Vec<Value> {
     let mark = |kind: &str, from_s: f64, to_s: f64, text: String| json!({ "kind": kind, "from_s": from_s, "to_s": to_s, "text": text });
     let told = |push: &Push| format!("push of {:.2} N s towards {:.0}°", push.impulse_n_s, push.heading_deg);
     let mut marks: Vec<Value> =
         film.pushes.iter().map(|push| mark("push", push.start_s, push.end_s(), told(push))).collect();
-    for pair in film.snapshots.windows(2) {
+    for pair in ticks.windows(2) {
         if let (Some(before), Some(after)) = (pair[0].gain, pair[1].gain)
             && before != after
         {
@@ -135,7 +215,7 @@ fn marks(film: &Film) -> Vec<Value> {
         }
     }
     let record = &film.record;
-    let last_s = film.snapshots.last().map_or(record.end_s, |s| s.time_s);
+    let last_s = ticks.last().map_or(record.end_s, |s| s.time_s);
     for step in &record.footsteps {
         let side = if step.in_set_at_landing { "inside" } else { "outside" };
         let text = format!("{} footstep, landed {side} the new sets", step.foot.name());
@@ -152,5 +232,6 @@ fn marks(film: &Film) -> Vec<Value> {
     if let Some(at) = record.settled_at_s {
         marks.push(mark("still", at, at, "standing still from here".into()));
     }
+    marks.retain(|mark| mark["from_s"].as_f64().is_some_and(|from_s| from_s <= last_s + 1e-9));
     marks
 }

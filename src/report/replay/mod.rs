@@ -1,8 +1,9 @@
 //! A film as one page that people look at: the robot in 3D, what the controller knows and wants, and plots over time.
 //!
 //! One file that asks for nothing else and opens from a disk: its own small WebGL viewer (`scene.js` and what it stands
-//! on), nothing of other hands. The robot's positions in it are right to 0.1 mm (`pack`: 16 bits for each number, of each
-//! tick; the page does the kinematics). The same bytes everywhere, as the film.
+//! on), nothing of other hands. The robot's positions in it are right to 0.1 mm (`pack`: 16 bits for each number; the page
+//! does the kinematics), as far as it shows them: it ends where the robot has flown off or its numbers run away (`data`).
+//! The same bytes everywhere, as the film.
 
 mod data;
 mod pack;
@@ -31,10 +32,14 @@ const SCRIPTS: [&str; 8] = [
 #[derive(Debug, Clone, Default)]
 pub struct Head {
     pub title: String,
+    /// What a reader must know before anything else, a sentence: that this is not the trial as it was, say.
+    pub warning: Option<String>,
     /// The story, plain text.
     pub lines: Vec<String>,
     /// The shell command that makes this page.
     pub command: Option<String>,
+    /// Where it is to be run, as the words after "Run again": "in the folder of the result", say.
+    pub command_in: Option<String>,
     /// Link to the report that led here, relative to the page.
     pub back: Option<String>,
 }
@@ -48,7 +53,8 @@ pub fn page(film: &Film, head: &Head) -> Result<String> {
         return Err(fail("the film has no moment".into()));
     }
     // Nothing in it may end the element that holds it.
-    let data = data::packed(film).to_string().replace('<', "\\u003c");
+    let (data, notes) = data::packed(film);
+    let data = data.to_string().replace('<', "\\u003c");
     let mut environment = Environment::new();
     let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
     environment.set_syntax(syntax.map_err(|e| fail(e.to_string()))?);
@@ -64,7 +70,10 @@ pub fn page(film: &Film, head: &Head) -> Result<String> {
     let context = context! {
         title => &head.title,
         lines => &head.lines,
+        warning => &head.warning,
         command => &head.command,
+        command_in => &head.command_in,
+        notes,
         // Only a path: a link of another kind could do more than lead back.
         back => head.back.as_deref().filter(|link| !link.contains(':')),
         version => env!("CARGO_PKG_VERSION"),

@@ -40,21 +40,41 @@ fn on_grid(values: &[Option<f64>], least_step: f64) -> Value {
 
 /// A polygon in the plane for each moment, empty ones included: those that differ from the one before, and for each moment
 /// which of them holds.
-pub fn polygons<'a>(moments: impl Iterator<Item = &'a [Point2<f64>]>) -> Value {
-    let on_grid_of_corners = |corner: &Point2<f64>| [corner.x, corner.y].map(|x| (x / CORNER_STEP_M).round() as i64);
-    let (mut which, mut counts, mut corners) = (Vec::new(), Vec::new(), Vec::new());
-    let mut last: Option<Vec<[i64; 2]>> = None;
-    for polygon in moments {
-        let now: Vec<_> = polygon.iter().map(on_grid_of_corners).collect();
-        if last.as_ref() != Some(&now) {
-            counts.push(now.len() as u16);
-            corners.extend_from_slice(polygon);
-            last = Some(now);
+#[derive(Default)]
+pub struct Polygons {
+    which: Vec<u16>,
+    counts: Vec<u16>,
+    corners: Vec<Point2<f64>>,
+}
+
+impl Polygons {
+    pub fn of<'a>(moments: impl Iterator<Item = &'a [Point2<f64>]>) -> Self {
+        let on_grid = |corner: &Point2<f64>| [corner.x, corner.y].map(|x| (x / CORNER_STEP_M).round() as i64);
+        let mut polygons = Self::default();
+        let mut last: Option<Vec<[i64; 2]>> = None;
+        for polygon in moments {
+            let now: Vec<_> = polygon.iter().map(on_grid).collect();
+            if last.as_ref() != Some(&now) {
+                polygons.counts.push(now.len() as u16);
+                polygons.corners.extend_from_slice(polygon);
+                last = Some(now);
+            }
+            polygons.which.push((polygons.counts.len() - 1) as u16);
         }
-        which.push((counts.len() - 1) as u16);
+        polygons
     }
-    let axis = |i: usize| on_grid(&corners.iter().map(|corner| Some(corner[i])).collect::<Vec<_>>(), CORNER_STEP_M);
-    json!({ "which": base64(which.into_iter()), "counts": base64(counts.into_iter()), "x": axis(0), "y": axis(1) })
+
+    /// How many are held, of all polygons together.
+    pub fn corners(&self) -> usize {
+        self.corners.len()
+    }
+
+    pub fn packed(&self) -> Value {
+        let axis = |i: usize| self.corners.iter().map(|corner| Some(corner[i])).collect::<Vec<_>>();
+        let [x, y] = [0, 1].map(|i| on_grid(&axis(i), CORNER_STEP_M));
+        let [which, counts] = [&self.which, &self.counts].map(|numbers| base64(numbers.iter().copied()));
+        json!({ "which": which, "counts": counts, "x": x, "y": y })
+    }
 }
 
 /// Little-endian numbers in base 64, padded.
@@ -88,7 +108,9 @@ mod tests {
     fn polygons_that_stay_the_same_are_held_once() {
         let at = |x: f64| vec![Point2::new(x, 0.0), Point2::new(x + 1.0, 0.0), Point2::new(x, 1.0)];
         let moments = [at(0.0), at(1e-6), vec![], at(0.0), at(0.1)];
-        let packed = polygons(moments.iter().map(Vec::as_slice));
+        let polygons = Polygons::of(moments.iter().map(Vec::as_slice));
+        assert_eq!(polygons.corners(), 9);
+        let packed = polygons.packed();
         assert_eq!(packed["which"], base64([0, 0, 1, 2, 3].into_iter()));
         assert_eq!(packed["counts"], base64([3, 0, 3, 3].into_iter()));
     }

@@ -54,7 +54,7 @@ function pause() {
   if (played) link();
 }
 
-// The moment in the address, for a link or a reload.
+// The moment in the address, for a reload; returns the link to it.
 function link() {
   const hash = "#t=" + Number(state.time.toFixed(4));
   try {
@@ -62,10 +62,11 @@ function link() {
   } catch {
     // Some browsers have no history for files.
   }
+  return location.href.replace(/#.*$/, "") + hash;
 }
 
 function followLink() {
-  const found = /^#t=(\d+(?:\.\d+)?)$/.exec(location.hash);
+  const found = /^#t=(\d+\.?\d*|\.\d+)s?$/.exec(location.hash);
   if (!found) return;
   state.playing = false;
   seek(Number(found[1]));
@@ -114,7 +115,7 @@ const ACTIONS = {
   slower: () => setSpeed(-1),
   faster: () => setSpeed(1),
   help: () => { find("keys").open = !find("keys").open; },
-  link: () => copy(location.href),
+  link: () => copy(link()),
   command: () => copy(find("command-text").textContent),
 };
 for (const view of Object.keys(VIEWS)) ACTIONS["view-" + view] = () => camera && camera.set(view);
@@ -142,7 +143,6 @@ document.addEventListener("keydown", (event) => {
 
 let fading;
 function copy(text) {
-  link();
   const say = (word) => {
     find("toast").textContent = word + text;
     find("toast").hidden = false;
@@ -228,8 +228,8 @@ function draw() {
 
 function frame(now) {
   if (state.playing) {
-    // A tab that was away goes on where it was.
-    seek(state.time + (state.speed * Math.min(now - state.last, 250)) / 1000);
+    // A tab that was away goes on where it was; a first picture may be of before the start was asked for.
+    seek(state.time + (state.speed * clamp(now - state.last, 0, 250)) / 1000);
     state.last = now;
     if (state.time >= film.end) pause();
   }

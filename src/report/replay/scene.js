@@ -67,12 +67,13 @@ void main() {
   place = world.xyz;
   gl_Position = view * world;
 }`;
-// A grid of 0.1 m, stronger each 0.5 m; x and y through the origin. The higher what throws the shadow, the softer it is.
+// A grid of 0.1 m, stronger each 0.5 m; x and y through the origin; neither on walls, where one of the two does not change
+// and a line has no width (lined: 1 or 0). The higher what throws the shadow, the softer it is.
 const FLOOR_FRAGMENT = `
 in vec3 place, local;
 uniform vec3 back, ground, line, eye;
 uniform vec2 middle;
-uniform float reach, shade, sunk;
+uniform float reach, shade, sunk, lined;
 uniform sampler2D shadow;
 out vec4 shown;
 float grid(float period, float px) {
@@ -89,9 +90,9 @@ vec2 ring(int i, int count) {
   return sqrt((float(i) + 0.5) / float(count)) * vec2(cos(angle), sin(angle));
 }
 void main() {
-  vec3 color = mix(ground, line, 0.30 * grid(0.1, 1.0) + 0.55 * grid(0.5, 1.2));
-  color = mix(color, vec3(0.80, 0.27, 0.24), 0.55 * axis(local.y) * step(0.0, local.x));
-  color = mix(color, vec3(0.18, 0.60, 0.30), 0.55 * axis(local.x) * step(0.0, local.y));
+  vec3 color = mix(ground, line, lined * (0.30 * grid(0.1, 1.0) + 0.55 * grid(0.5, 1.2)));
+  color = mix(color, vec3(0.80, 0.27, 0.24), lined * 0.55 * axis(local.y) * step(0.0, local.x));
+  color = mix(color, vec3(0.18, 0.60, 0.30), lined * 0.55 * axis(local.x) * step(0.0, local.y));
   color *= 1.0 - sunk;
   vec2 uv = (local.xy - middle) / reach * 0.5 + 0.5;
   float dark = 0.0;
@@ -114,7 +115,7 @@ class Scene {
   // Throws if this browser has no WebGL 2.
   constructor(canvas, film) {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: false });
-    if (!gl) throw new Error("getContext gives none");
+    if (!gl) throw new Error("this browser lacks WebGL 2, or has it switched off");
     Object.assign(this, { canvas, film, gl, shapes: shapes(gl) });
     this.solid = program(gl, SOLID_VERTEX, SOLID_FRAGMENT);
     this.cast = program(gl, SHADOW_VERTEX, SHADOW_FRAGMENT);
@@ -154,9 +155,11 @@ class Scene {
       flat(-far, y0, x0, y1, step);
       flat(x1, y0, far, y1, step);
     }
+    // Up to here the surroundings, then the patch, then its walls.
     this.plain = data.length / 3;
     if (step) {
       flat(x0, y0, x1, y1, 0);
+      this.flat = data.length / 3;
       const corners = [[x0, y0], [x1, y0], [x1, y1], [x0, y1]];
       corners.forEach((a, i) => {
         const b = corners[(i + 1) % 4];
@@ -224,12 +227,14 @@ class Scene {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const { view, eye } = camera.look(canvas.width / canvas.height, moment.com);
     const floor = { view, eye, middle, reach, world_from_floor: matrixOf(tilt), back: colors.back, ground: colors.floor };
-    this.use(this.floor, { ...floor, line: colors.line, shade: colors.shade, sunk: 0 });
+    this.use(this.floor, { ...floor, line: colors.line, shade: colors.shade, sunk: 0, lined: 1 });
     gl.bindVertexArray(this.floorMesh.array);
     gl.drawArrays(gl.TRIANGLES, 0, this.plain);
     if (this.floorMesh.count > this.plain) {
       gl.uniform1f(this.floor.uniforms.sunk, 0.07);
-      gl.drawArrays(gl.TRIANGLES, this.plain, this.floorMesh.count - this.plain);
+      gl.drawArrays(gl.TRIANGLES, this.plain, this.flat - this.plain);
+      gl.uniform1f(this.floor.uniforms.lined, 0);
+      gl.drawArrays(gl.TRIANGLES, this.flat, this.floorMesh.count - this.flat);
     }
 
     gl.enable(gl.CULL_FACE);

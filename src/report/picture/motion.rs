@@ -1,0 +1,78 @@
+//! A film as a GIF: slow where things happen, and not without end.
+
+use super::files::{Palette, gif};
+use super::frames::{FramesOptions, camera, end_s, index, picture, pushed_from_s, pushed_until_s};
+use crate::episode::Film;
+use crate::error::Result;
+use image::RgbImage;
+use rayon::prelude::*;
+
+/// A GIF shows a picture for so long (1/100 s), and its last one.
+const DELAY_CS: u16 = 4;
+pub(super) const LAST_DELAY_CS: u16 = 120;
+/// It has about so many pictures at most, and so many of them are in memory at a time; its palette is made for so many.
+const MOST_SHOTS: usize = 200;
+const AT_ONCE: usize = 16;
+/// A GIF begins so long before the push, and slows down so long before it (s).
+const LEAD_S: f64 = 0.2;
+const SLOW_LEAD_S: f64 = 0.04;
+/// It is slow until so long after a landing or a fall, but not longer than this in all (s).
+const SLOW_TAIL_S: f64 = 0.1;
+const LONGEST_SLOW_S: f64 = 0.8;
+
+/// A picture of the GIF: index of its snapshot, for how long (1/100 s), and the speed as a share of real time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Shot {
+    pub snapshot: usize,
+    pub delay_cs: u16,
+    pub speed: f64,
+}
+
+/// Stretches of the film: from, to (s) and speed.
+fn stretches(film: &Film, slow_motion: f64) -> [(f64, f64, f64); 3] {
+    let (record, end_s) = (&film.record, end_s(film));
+    let from_s = (pushed_from_s(film) - LEAD_S).max(0.0);
+    let slow_from_s = (pushed_from_s(film) - SLOW_LEAD_S).max(from_s);
+    let landed_s = record.footsteps.iter().map(|step| step.land_s).fold(pushed_until_s(film), f64::max);
+    let slow_to_s = landed_s.max(record.fell_at_s.unwrap_or(0.0)) + SLOW_TAIL_S;
+    let slow_to_s = slow_to_s.min(slow_from_s + LONGEST_SLOW_S).min(end_s).max(slow_from_s);
+    [(from_s, slow_from_s, 1.0), (slow_from_s, slow_to_s, slow_motion), (slow_to_s, end_s, 1.0)]
+}
+
+pub(super) fn shots(film: &Film, slow_motion: f64) -> Vec<Shot> {
+    let delay_s = f64::from(DELAY_CS) / 100.0;
+    let count = |(from_s, to_s, speed): (f64, f64, f64)| ((to_s - from_s) / (delay_s * speed)).round() as usize;
+    let mut stretches = stretches(film, slow_motion);
+    // A robot that does not come to rest is shown faster.
+    let room = MOST_SHOTS.saturating_sub(count(stretches[0]) + count(stretches[1])).max(MOST_SHOTS / 4);
+    stretches[2].2 = (count(stretches[2]) as f64 / room as f64).ceil().max(1.0);
+    let mut shots = Vec::new();
+    for (from_s, to_s, speed) in stretches {
+        let count = count((from_s, to_s, speed));
+        let shot =
+            |i: usize| Shot { snapshot: index(film, from_s + i as f64 * delay_s * speed), delay_cs: DELAY_CS, speed };
+        shots.extend((0..count).map(shot));
+    }
+    shots.push(Shot { snapshot: index(film, end_s(film)), delay_cs: LAST_DELAY_CS, speed: 1.0 });
+    shots
+}
+
+/// The film as a GIF.
+pub(super) fn moving(film: &Film, options: &FramesOptions) -> Result<Vec<u8>> {
+    let shots = shots(film, options.slow_motion);
+    let camera = options.camera.unwrap_or_else(|| {
+        // One in three is enough to see how far the robot gets.
+        camera(film, shots.iter().step_by(3).chain(shots.last()).map(|shot| shot.snapshot), options.gif_size)
+    });
+    let shown = |shot: &Shot| {
+        let speed = if shot.speed == 1.0 { String::new() } else { format!("({} x)", shot.speed) };
+        picture(film, shot.snapshot, &camera, options.gif_size, options, &speed)
+    };
+    let some: Vec<&Shot> = shots.iter().step_by(shots.len().div_ceil(AT_ONCE)).collect();
+    let palette = Palette::of(&some.into_par_iter().map(shown).collect::<Vec<_>>());
+    let some_at_a_time = shots.chunks(AT_ONCE).flat_map(|shots| {
+        let images: Vec<RgbImage> = shots.par_iter().map(shown).collect();
+        images.into_iter().zip(shots.iter().map(|shot| shot.delay_cs))
+    });
+    gif(palette, some_at_a_time)
+}
