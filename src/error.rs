@@ -29,6 +29,9 @@ pub enum Error {
     /// A window was asked for where none can be.
     #[error("{missing}; {remedy}")]
     NoWindow { missing: String, remedy: String },
+    /// The window that was there is gone, and not because it was closed.
+    #[error("the window is lost: {cause}")]
+    LostWindow { cause: String },
     /// A numerical search did not converge.
     #[error("{what}: {problem}")]
     Numeric { what: String, problem: String },
@@ -42,7 +45,7 @@ impl Error {
             Error::NoWindow { .. } => 2,
             Error::Parts { .. } => 3,
             Error::Interrupted => 130,
-            Error::Write { .. } | Error::Numeric { .. } => 1,
+            Error::Write { .. } | Error::Numeric { .. } | Error::LostWindow { .. } => 1,
         }
     }
 

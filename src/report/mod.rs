@@ -14,6 +14,7 @@ pub mod model;
 pub mod motion;
 pub mod motion_plot;
 pub mod outputs;
+pub mod palette;
 pub mod paper;
 pub mod picture;
 pub mod plot;

@@ -49,6 +49,13 @@ pub struct Link {
     pub visuals: Vec<Solid>,
 }
 
+impl Link {
+    /// What is drawn of it: its visual geometry; its collision geometry if it has none that is a primitive.
+    pub fn drawn(&self) -> &[Solid] {
+        if self.visuals.is_empty() { &self.collisions } else { &self.visuals }
+    }
+}
+
 /// A primitive placed on a link.
 #[derive(Debug, Clone)]
 pub struct Solid {

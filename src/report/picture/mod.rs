@@ -70,7 +70,7 @@ pub fn extent(robot: &Robot, posture: &Posture) -> Vec<(Point3<f64>, f64)> {
     kinematics.update(robot, posture);
     let of_link = |i: usize| {
         let pose = kinematics.link_pose(i);
-        robot.links[i].visuals.iter().map(move |solid| {
+        robot.links[i].drawn().iter().map(move |solid| {
             let radius = match solid.shape {
                 Shape::Box { half } => half.norm(),
                 Shape::Cylinder { radius, length } => (radius * radius + length * length / 4.0).sqrt(),
@@ -116,7 +116,7 @@ impl Scene {
     fn robot(&mut self, robot: &Robot, posture: &Posture) {
         let mut kinematics = Kinematics::new(robot);
         kinematics.update(robot, posture);
-        let solids = || robot.links.iter().enumerate().flat_map(|(i, link)| link.visuals.iter().map(move |s| (i, s)));
+        let solids = || robot.links.iter().enumerate().flat_map(|(i, link)| link.drawn().iter().map(move |s| (i, s)));
         // What is translucent is painted over what is not.
         for opaque in [true, false] {
             for (i, solid) in solids().filter(|(_, solid)| (solid.color[3] >= 1.0) == opaque) {

@@ -7,6 +7,7 @@ use super::raster::{Corner, Light, Triangle, linear};
 use super::{Paint, Scene};
 use crate::episode::Snapshot;
 use crate::episode::snapshot::Arrow;
+use crate::report::palette::{CONTACT_M_PER_N, Overlay, PUSH_M_PER_N};
 use crate::robot::Foot;
 use crate::sim::Ground;
 use nalgebra::{Isometry3, Point2, Point3, Rotation3, UnitQuaternion, Vector2, Vector3};
@@ -54,15 +55,15 @@ impl Marks {
     };
 }
 
-const COM: u32 = 0x7b3fa0;
-const ZMP: u32 = 0xd62728;
-const ZMP_WANTED: u32 = 0xff9f1c;
-const DCM: u32 = 0x0b7a3b;
-const SUPPORT: u32 = 0x5b6b7b;
-const SLICES: u32 = 0x2f6fdd;
-const FOOTSTEP: u32 = 0x00a3a3;
-const CONTACT: u32 = 0x57bf57;
-const PUSH: u32 = 0xe4002b;
+const COM: u32 = Overlay::Com.color();
+const ZMP: u32 = Overlay::Zmp.color();
+const ZMP_WANTED: u32 = Overlay::ZmpRef.color();
+const DCM: u32 = Overlay::Dcm.color();
+const SUPPORT: u32 = Overlay::Support.color();
+const SLICES: u32 = Overlay::Slices.color();
+const FOOTSTEP: u32 = Overlay::Footstep.color();
+const CONTACT: u32 = Overlay::Contacts.color();
+const PUSH: u32 = Overlay::Push.color();
 const WHITE: u32 = 0xffffff;
 
 /// How much of a mark is seen through what hides it.
@@ -75,8 +76,6 @@ const RIM_M: f64 = 0.002;
 const LINE_M: f64 = 0.0025;
 const COM_RADIUS_M: f64 = 0.014;
 const SHAFT_M: f64 = 0.0045;
-const CONTACT_M_PER_N: f64 = 0.002;
-const PUSH_M_PER_N: f64 = 0.004;
 /// Corners of a round mark.
 const ROUND: usize = 24;
 

@@ -47,7 +47,10 @@ fn snapshot(robot: &Robot) -> Snapshot {
 /// A robot that is nothing but boxes (centre, half size, colour), and its posture.
 fn boxes(boxes: &[([f64; 3], [f64; 3], [f64; 4])]) -> (Robot, Posture) {
     let mut robot = ut_mu2();
-    robot.links.iter_mut().for_each(|Link { visuals, .. }| visuals.clear());
+    for Link { visuals, collisions, .. } in &mut robot.links {
+        visuals.clear();
+        collisions.clear();
+    }
     robot.links[0].visuals = boxes
         .iter()
         .map(|&(center, half, color)| Solid {

@@ -173,7 +173,7 @@ fn robot(robot: &Robot) -> Value {
             "parent": joint.map(|joint| joint.parent),
             "origin": joint.map(|joint| pose(&joint.origin)),
             "axis": joint.map(|joint| [joint.axis.x, joint.axis.y, joint.axis.z]),
-            "visuals": link.visuals.iter().map(solid).collect::<Vec<_>>(),
+            "visuals": link.drawn().iter().map(solid).collect::<Vec<_>>(),
         })
     });
     json!({ "name": robot.name, "com_height_m": robot.home_com_height(), "links": links.collect::<Vec<_>>() })

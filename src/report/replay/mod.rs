@@ -11,6 +11,7 @@ mod pack;
 use crate::episode::Outcome;
 use crate::episode::film::Film;
 use crate::error::{Error, Result};
+use crate::report::palette;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::{Environment, context};
 
@@ -80,8 +81,8 @@ pub fn page(film: &Film, head: &Head) -> Result<String> {
         robot => &film.robot.name,
         gain_set => &film.gain_set,
         outcome,
-        style => STYLE,
-        script => SCRIPTS.concat(),
+        style => palette::css() + STYLE,
+        script => format!("const PALETTE = {};\n{}", palette::json(), SCRIPTS.concat()),
         data,
     };
     template.render(context).map_err(|e| fail(format!("{e:#}")))

@@ -1,20 +1,20 @@
 // What is drawn over the robot: where its COM, ZMP and DCM are, what holds it, and what pushes it.
 
 const OVERLAYS = [
-  { id: "com", key: "c", name: "COM", color: "#7b3fa0", hint: "centre of mass, and its projection on the ground" },
-  { id: "dcm", key: "d", name: "DCM", color: "#0b7a3b", hint: "divergent component of motion (capture point)" },
-  { id: "zmp", key: "z", name: "ZMP", color: "#d62728", hint: "measured: from the forces under the soles" },
-  { id: "zmpRef", key: "w", name: "ZMP wanted", color: "#ff9f1c", hint: "the one that the controller asks for" },
-  { id: "support", key: "s", name: "support", color: "#5b6b7b", hint: "hull of the soles on the ground" },
-  { id: "sets", key: "i", name: "CPI sets", color: "#2f6fdd", hint: "where the COM may be, by gain; the active one is filled" },
-  { id: "footstep", key: "f", name: "footstep", color: "#00a3a3", hint: "where the foot in the air is to land" },
-  { id: "contacts", key: "g", name: "ground forces", color: "#4fb84f", hint: "on each sole, 1 cm for 5 N" },
-  { id: "push", key: "p", name: "push", color: "#e4002b", hint: "1 cm for 2.5 N; it fades after it ends" },
+  { ...PALETTE.overlays.com, hint: "centre of mass, and its projection on the ground" },
+  { ...PALETTE.overlays.dcm, hint: "divergent component of motion (capture point)" },
+  { ...PALETTE.overlays.zmp, hint: "measured: from the forces under the soles" },
+  { ...PALETTE.overlays.zmpRef, hint: "the one that the controller asks for" },
+  { ...PALETTE.overlays.support, hint: "hull of the soles on the ground" },
+  { ...PALETTE.overlays.sets, hint: "where the COM may be, by gain; the active one is filled" },
+  { ...PALETTE.overlays.footstep, hint: "where the foot in the air is to land" },
+  { ...PALETTE.overlays.contacts, hint: "on each sole, 1 cm for 5 N" },
+  { ...PALETTE.overlays.push, hint: "1 cm for 2.5 N; it fades after it ends" },
   { id: "trail", key: "t", name: "trails", color: "#7f8894", hint: "COM and DCM over the ground until now" },
 ];
 // The robot itself: without it, a ghost that hides nothing.
 const BODY = { id: "body", key: "b", name: "body", color: "#593399", hint: "the robot; else a ghost that hides nothing" };
-const METRES_PER_NEWTON = { contacts: 0.002, push: 0.004 };
+const METRES_PER_NEWTON = PALETTE.metres_per_newton;
 // A push is short: its arrow stays for a while, faint (s).
 const AFTERGLOW = 0.3;
 // Above the floor, so that they do not flicker (m).

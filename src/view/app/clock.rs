@@ -5,8 +5,10 @@ use std::time::{Duration, Instant};
 /// What `slower` and `faster` go through (simulated seconds per second).
 pub const SPEEDS: [f64; 7] = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0];
 
-/// The longest that one frame may spend on catching up: beyond it the window would no longer answer.
+/// One frame spends no more than this on catching up where the physics is slower than the wall,
 const PATIENCE: Duration = Duration::from_millis(400);
+/// and no more than this where it is not: beyond it the window would no longer answer.
+const LONGEST: Duration = Duration::from_secs(3);
 
 /// Frames that a display shows in a second: what is not drawn of them counts as dropped.
 const DISPLAY_HZ: f64 = 60.0;
@@ -14,16 +16,20 @@ const DISPLAY_HZ: f64 = 60.0;
 /// Keeps a simulation in step with the wall.
 #[derive(Debug)]
 pub struct Clock {
-    pub speed: f64,
+    speed: f64,
     pub paused: bool,
     last: Instant,
+    /// Wall time of the last frame (s).
+    pub frame_s: f64,
     /// Simulated time that is due (s).
     due_s: f64,
     frames: u64,
     dropped: u64,
+    /// Simulated time that was due and never came (s).
+    lost_s: f64,
     /// Simulated and wall time of the stretch that the real-time factor is taken over (s).
     stretch: [f64; 2],
-    /// Simulated seconds per second, of late; None while paused.
+    /// Simulated seconds per second, of late; None while paused, or where that is not known yet.
     pub factor: Option<f64>,
     /// Frames drawn per second, of late.
     pub frames_per_s: f64,
@@ -36,9 +42,11 @@ impl Clock {
             speed,
             paused: false,
             last: Instant::now(),
+            frame_s: 0.0,
             due_s: 0.0,
             frames: 0,
             dropped: 0,
+            lost_s: 0.0,
             stretch: [0.0; 2],
             factor: None,
             frames_per_s: 0.0,
@@ -54,19 +62,39 @@ impl Clock {
         } else {
             SPEEDS.into_iter().rev().find(|&s| s < self.speed && !near(s, self.speed))
         };
-        self.speed = other.unwrap_or(self.speed);
+        self.set_speed(other.unwrap_or(self.speed));
+    }
+
+    /// Goes on at another speed. How fast it was before says nothing of that.
+    pub fn set_speed(&mut self, speed: f64) {
+        self.speed = speed;
+        self.forget();
+    }
+
+    /// Simulated seconds per second, as wished.
+    pub fn speed(&self) -> f64 {
+        self.speed
+    }
+
+    /// Begins to measure anew.
+    fn forget(&mut self) {
+        (self.factor, self.stretch, self.stretch_frames) = (None, [0.0; 2], 0);
+    }
+
+    /// What has passed since the last frame is not to be simulated: the window was not there yet.
+    pub fn skip(&mut self) {
+        self.last = Instant::now();
     }
 
     /// Begins a frame: the wall time since the last one becomes due.
     pub fn begin_frame(&mut self) {
         let passed_s = self.last.elapsed().as_secs_f64();
-        self.last = Instant::now();
+        (self.last, self.frame_s) = (Instant::now(), passed_s);
         self.frames += 1;
         self.dropped += (passed_s * DISPLAY_HZ).round().max(1.0) as u64 - 1;
         if self.paused {
-            (self.due_s, self.factor) = (0.0, None);
-            self.stretch = [0.0; 2];
-            self.stretch_frames = 0;
+            self.due_s = 0.0;
+            self.forget();
             return;
         }
         if self.stretch[1] >= 1.0 {
@@ -80,22 +108,37 @@ impl Clock {
     }
 
     /// Runs `advance` by `step_s` of simulated time as often as is due; it says whether it can go on. What a machine whose
-    /// physics is slower than the wall cannot do in time is forgotten: the simulation is complete, but late.
+    /// physics is slower than the wall cannot do in time is lost: the simulation is complete, but late. Where only drawing
+    /// is slow a frame takes as long as it needs: the next ones need less.
     pub fn catch_up(&mut self, step_s: f64, mut advance: impl FnMut() -> bool) {
-        let start = Instant::now();
+        let (start, mut done_s) = (Instant::now(), 0.0);
         while self.due_s >= step_s {
-            if start.elapsed() > PATIENCE || !advance() {
+            let spent = start.elapsed();
+            let is_late = spent > PATIENCE && done_s < self.speed * spent.as_secs_f64();
+            if is_late || spent > LONGEST {
+                self.lost_s += self.due_s;
                 self.due_s = 0.0;
+                return;
+            }
+            if !advance() {
+                self.due_s = 0.0;
+                self.forget();
                 return;
             }
             self.due_s -= step_s;
             self.stretch[0] += step_s;
+            done_s += step_s;
         }
     }
 
     /// Frames drawn, and those of a display of 60 Hz that were not.
     pub fn frames(&self) -> (u64, u64) {
         (self.frames, self.dropped)
+    }
+
+    /// Simulated time that was due and never came (s): physics was slower than the wall.
+    pub fn lost_s(&self) -> f64 {
+        self.lost_s
     }
 }
 
@@ -132,10 +175,47 @@ mod tests {
         let mut clock = Clock::new(1.0);
         clock.change_speed(false);
         assert_eq!(clock.speed, 0.5);
-        clock.speed = 0.3;
+        clock.set_speed(0.3);
         clock.change_speed(true);
         assert_eq!(clock.speed, 0.5);
         (0..9).for_each(|_| clock.change_speed(true));
         assert_eq!(clock.speed, SPEEDS[6]);
+    }
+
+    #[test]
+    fn only_physics_that_is_slower_than_the_wall_loses_time() {
+        let ticks = |tick_ms: u64, speed: f64| {
+            let mut clock = Clock { due_s: 1.0, ..Clock::new(speed) };
+            let mut ticks = 0;
+            clock.catch_up(0.01, || {
+                ticks += 1;
+                sleep(Duration::from_millis(tick_ms));
+                true
+            });
+            (ticks, clock.lost_s(), clock.due_s)
+        };
+        // Longer than the patience, but faster than the wall.
+        let (done, lost_s, due_s) = ticks(6, 1.0);
+        assert!(done >= 99 && lost_s == 0.0 && due_s < 0.0101, "{done} {lost_s} {due_s}");
+        // Slower: it stops when the patience ends.
+        let (done, lost_s, due_s) = ticks(6, 4.0);
+        assert!((10..90).contains(&done) && due_s == 0.0, "{done} {due_s}");
+        assert!((lost_s - (1.0 - 0.01 * f64::from(done))).abs() < 1e-6, "{lost_s}");
+    }
+
+    #[test]
+    fn the_factor_is_that_of_the_speed_and_of_what_goes_on() {
+        let measured = || {
+            let mut clock = Clock { stretch: [2.0, 1.0], ..Clock::new(2.0) };
+            clock.begin_frame();
+            assert_eq!(clock.factor, Some(2.0));
+            clock
+        };
+        let mut clock = measured();
+        clock.change_speed(false);
+        assert_eq!((clock.speed(), clock.factor), (1.0, None));
+        let mut clock = Clock { due_s: 0.1, ..measured() };
+        clock.catch_up(0.002, || false);
+        assert_eq!((clock.factor, clock.lost_s()), (None, 0.0));
     }
 }

@@ -1,6 +1,7 @@
-//! The colours of what is drawn, the same in every view: in the window, in pictures and in replays.
+//! Colours of the window: those of the palette that pictures and replays have too, and of what is around the robot.
 
 use super::mesh::Rgb;
+use crate::report::palette::Overlay;
 use kiss3d::color::Color;
 use kiss3d::egui::Color32;
 
@@ -8,15 +9,15 @@ use kiss3d::egui::Color32;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Named(pub u8, pub u8, pub u8);
 
-pub const COM: Named = Named(0x7b, 0x3f, 0xa0);
-pub const ZMP: Named = Named(0xd6, 0x27, 0x28);
-pub const ZMP_REF: Named = Named(0xff, 0x9f, 0x1c);
-pub const DCM: Named = Named(0x0b, 0x7a, 0x3b);
-pub const SUPPORT: Named = Named(0x5b, 0x6b, 0x7b);
-pub const SLICE: Named = Named(0x2f, 0x6f, 0xdd);
-pub const FOOTSTEP: Named = Named(0x00, 0xa3, 0xa3);
-pub const CONTACT: Named = Named(0x4c, 0xc2, 0x4c);
-pub const PUSH: Named = Named(0xe4, 0x00, 0x2b);
+pub const COM: Named = Named::of(Overlay::Com);
+pub const ZMP: Named = Named::of(Overlay::Zmp);
+pub const ZMP_REF: Named = Named::of(Overlay::ZmpRef);
+pub const DCM: Named = Named::of(Overlay::Dcm);
+pub const SUPPORT: Named = Named::of(Overlay::Support);
+pub const SLICE: Named = Named::of(Overlay::Slices);
+pub const FOOTSTEP: Named = Named::of(Overlay::Footstep);
+pub const CONTACT: Named = Named::of(Overlay::Contacts);
+pub const PUSH: Named = Named::of(Overlay::Push);
 
 pub const SKY: Named = Named(0xe9, 0xed, 0xf2);
 pub const FLOOR: Named = Named(0xcf, 0xd6, 0xde);
@@ -24,11 +25,12 @@ pub const GRID: Named = Named(0xb4, 0xbe, 0xc9);
 pub const SHADOW: Named = Named(0xb3, 0xbb, 0xc5);
 pub const INK: Named = Named(0x1f, 0x29, 0x33);
 
-/// Length of a drawn force (m/N).
-pub const CONTACT_M_PER_N: f64 = 0.002;
-pub const PUSH_M_PER_N: f64 = 0.004;
-
 impl Named {
+    pub const fn of(overlay: Overlay) -> Self {
+        let [_, r, g, b] = overlay.color().to_be_bytes();
+        Self(r, g, b)
+    }
+
     pub fn egui(self) -> Color32 {
         Color32::from_rgb(self.0, self.1, self.2)
     }
@@ -68,6 +70,7 @@ mod tests {
 
     #[test]
     fn colours_mix_and_become_light() {
+        assert_eq!(Named::of(Overlay::Com), Named(0x7b, 0x3f, 0xa0));
         assert_eq!(Named(0, 100, 255).towards(Named(100, 0, 255), 0.5), Named(50, 50, 255));
         assert_eq!((linear(0.0), linear(1.0)), (0.0, 1.0));
         // Middle grey of the standard's table.

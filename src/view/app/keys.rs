@@ -1,6 +1,6 @@
 //! What a person can ask for, and by which keys.
 
-use super::overlays::{OVERLAYS, Overlay};
+use crate::report::palette::Overlay;
 use kiss3d::event::Key;
 
 /// One wish, from a key or from the panel.
@@ -38,7 +38,7 @@ pub const LIVE_HELP: [(&str, &str); 12] = [
     (". or N", "one control tick"),
     ("- +", "slower, faster"),
     ("R", "restart"),
-    ("Enter or P", "push"),
+    ("Enter", "push"),
     ("up down", "impulse of the push"),
     ("left right", "heading of the push"),
     ("1 2 3 ...", "gain set"),
@@ -61,12 +61,12 @@ pub const RECORDED_HELP: [(&str, &str); 8] = [
 const DIGITS: [Key; 9] =
     [Key::Key1, Key::Key2, Key::Key3, Key::Key4, Key::Key5, Key::Key6, Key::Key7, Key::Key8, Key::Key9];
 /// Of the overlays, in their order.
-const LETTERS: [Key; OVERLAYS.len()] = [Key::C, Key::Z, Key::W, Key::D, Key::S, Key::G, Key::F, Key::K, Key::A];
+const LETTERS: [Key; Overlay::ALL.len()] = [Key::C, Key::D, Key::Z, Key::W, Key::S, Key::I, Key::F, Key::G, Key::P];
 
 /// What a key asks for, live or of a recording.
 pub fn wish(key: Key, live: bool) -> Option<Wish> {
     if let Some(i) = LETTERS.iter().position(|&letter| letter == key) {
-        return Some(Wish::Toggle(OVERLAYS[i].0));
+        return Some(Wish::Toggle(Overlay::ALL[i]));
     }
     let shared = match key {
         Key::Space => Wish::Pause,
@@ -87,7 +87,7 @@ fn live_wish(key: Key) -> Option<Wish> {
     }
     Some(match key {
         Key::R => Wish::Restart,
-        Key::Return | Key::P | Key::NumpadEnter => Wish::Push,
+        Key::Return | Key::NumpadEnter => Wish::Push,
         Key::Up => Wish::Impulse(0.1),
         Key::Down => Wish::Impulse(-0.1),
         // Headings turn to the left.
@@ -114,8 +114,8 @@ mod tests {
 
     #[test]
     fn the_keys_of_overlays_are_those_in_their_list() {
-        for (letter, (overlay, name, ..)) in LETTERS.into_iter().zip(OVERLAYS) {
-            assert_eq!(format!("{letter:?}"), name.to_string());
+        for (letter, overlay) in LETTERS.into_iter().zip(Overlay::ALL) {
+            assert_eq!(format!("{letter:?}").to_lowercase(), overlay.look().key.to_string());
             assert_eq!(wish(letter, true), Some(Wish::Toggle(overlay)));
             assert_eq!(wish(letter, false), Some(Wish::Toggle(overlay)));
         }

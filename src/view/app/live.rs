@@ -7,6 +7,7 @@ use crate::episode::snapshot::Arrow;
 use crate::episode::{ClosedLoop, Outcome, Referee, Snapshot};
 use crate::robot::Kinematics;
 use crate::sim::Push;
+use nalgebra::Point3;
 
 /// Duration of a push by key (s), that of a campaign's.
 const PUSH_S: f64 = 0.05;
@@ -32,6 +33,8 @@ pub struct Live<'a> {
     /// The last push that acted: to when (s), and as it was last seen.
     lingering: Option<(f64, Arrow)>,
     pub counts: Counts,
+    /// Of the COM.
+    start: Point3<f64>,
 }
 
 /// What happened since the window was opened.
@@ -47,6 +50,8 @@ pub struct Counts {
     /// Of the ticks, those that were asked for one by one.
     pub single_ticks: u32,
     pub falls: u32,
+    /// How far the COM was from where it began, over the ground, at most (m).
+    pub com_m: f64,
 }
 
 impl<'a> Live<'a> {
@@ -71,8 +76,8 @@ impl<'a> Live<'a> {
         let now = Snapshot::of(simulated, &tick);
         let mut kinematics = Kinematics::new(simulated);
         kinematics.update(simulated, &now.posture);
-        let trail = Trail::from([Sample::of(&now)]);
-        Self { world, closed_loop, referee, acting, now, kinematics, trail, grab: None, lingering: None, counts }
+        let (trail, start) = (Trail::from([Sample::of(&now)]), now.com);
+        Self { world, closed_loop, referee, acting, now, kinematics, trail, grab: None, lingering: None, counts, start }
     }
 
     /// One control period. False once the simulation has no numbers left to go on with.
@@ -95,6 +100,7 @@ impl<'a> Live<'a> {
         self.now = Snapshot::of(&self.world.simulated, &tick);
         self.kinematics.update(&self.world.simulated, &self.now.posture);
         self.trail.push(Sample::of(&self.now));
+        self.counts.com_m = self.counts.com_m.max((self.now.com - self.start).xy().norm());
         if let Some(push) = self.now.push.filter(|push| pull.is_none() && push.force.norm() > LEAST_N) {
             self.lingering = Some((self.now.time_s + LINGERING_S, push));
         }
@@ -109,7 +115,8 @@ impl<'a> Live<'a> {
         self.judge_anew();
     }
 
-    /// The judge waits for the last push to end; it need not watch who has fallen.
+    /// What was judged is no longer true after a push, a pull, or with other gains. The judge waits for the last push to end;
+    /// it need not watch who has fallen.
     fn judge_anew(&mut self) {
         if matches!(self.referee.record.outcome, Outcome::TimedOut | Outcome::Recovered) {
             self.referee = Referee::new(&self.world.simulated, &self.world.config, &self.closed_loop.pushes);
@@ -120,6 +127,7 @@ impl<'a> Live<'a> {
     pub fn take(&mut self, grab: Grab) {
         self.grab = Some(grab);
         self.counts.drags += 1;
+        self.judge_anew();
     }
 
     /// Lets go.
@@ -135,6 +143,7 @@ impl<'a> Live<'a> {
             self.acting = index;
             self.closed_loop.switch_to(design);
             self.counts.switches += 1;
+            self.judge_anew();
         }
     }
 
@@ -153,6 +162,7 @@ impl<'a> Live<'a> {
                 (format!("fell at {:.2} s: {cause}", record.fell_at_s.unwrap_or(record.end_s)), true)
             }
             (Outcome::Diverged, _) => (format!("diverged at {:.2} s", record.end_s), true),
+            _ if self.grab.is_some() => ("held by hand".into(), false),
             (_, Some(since_s)) => (format!("stands still since {since_s:.2} s"), false),
             _ => ("in motion".into(), false),
         }

@@ -2,10 +2,11 @@
 
 use super::colors::{self, Named};
 use super::mesh::vec3;
-use super::overlays::{Overlay, Shown};
+use super::overlays::Shown;
 use super::pick::Sight;
 use crate::episode::Snapshot;
 use crate::episode::snapshot::Arrow;
+use crate::report::palette::{CONTACT_M_PER_N, Overlay, PUSH_M_PER_N};
 use crate::robot::Foot;
 use crate::sim::Ground;
 use kiss3d::camera::Camera3d;
@@ -71,7 +72,7 @@ impl Marks<'_> {
         }
         if shown.has(Overlay::Contacts) {
             for arrow in Foot::BOTH.into_iter().filter_map(|foot| now.contacts[foot]) {
-                let tip = arrow.point + arrow.force * colors::CONTACT_M_PER_N;
+                let tip = arrow.point + arrow.force * CONTACT_M_PER_N;
                 self.arrow(arrow.point, tip, colors::CONTACT, 3.0, None);
             }
         }
@@ -115,7 +116,7 @@ impl Marks<'_> {
 
     /// A push or pull, with its size.
     fn force(&self, arrow: &Arrow) {
-        let tip = arrow.point + arrow.force * colors::PUSH_M_PER_N;
+        let tip = arrow.point + arrow.force * PUSH_M_PER_N;
         let text = format!("{:.1} N", arrow.force.norm());
         self.arrow(arrow.point, tip, colors::PUSH, 4.0, Some(&text));
         self.at(arrow.point, |painter, at| {

@@ -15,6 +15,7 @@ mod scene;
 mod show;
 mod solids;
 mod timeline;
+mod watch;
 mod window;
 mod world;
 
@@ -34,10 +35,11 @@ use overlays::Shown;
 use panel::Facts;
 use pick::Grab;
 use recorded::Recorded;
-use scene::{Scene, camera};
-use show::Show;
+use scene::{Leash, Scene, camera};
+use show::{Show, several};
 use std::path::Path;
 use std::time::Instant;
+use watch::Watch;
 use world::World;
 
 /// Size of the window at the start (pixels).
@@ -92,6 +94,7 @@ const MOST_N_S: f64 = 20.0;
 struct App<'a> {
     window: Window,
     camera: OrbitCamera3d,
+    leash: Leash,
     show: Show<'a>,
     world: Option<&'a World>,
     clock: Clock,
@@ -117,6 +120,7 @@ impl<'a> App<'a> {
         Ok(Self {
             window,
             camera: camera(),
+            leash: Leash::default(),
             show,
             world,
             clock: Clock::new(args.speed),
@@ -130,15 +134,32 @@ impl<'a> App<'a> {
     }
 
     fn run(mut self, args: &ViewArgs, mut scene: Scene) -> Result<String> {
-        let start = Instant::now();
+        let (start, watch) = (Instant::now(), Watch::start());
         let is_due = |start: &Instant| args.seconds.is_some_and(|s| start.elapsed().as_secs_f64() >= s);
         loop {
             let mut wishes = self.input();
             self.clock.begin_frame();
             self.advance();
+            // Not under a hand: what it holds would move with the picture.
+            if !matches!(&self.show, Show::Live(live) if live.grab.is_some()) {
+                self.leash.pull(&mut self.camera, &self.show.now().com, self.clock.frame_s);
+            }
             self.draw(&mut scene, &mut wishes);
             wishes.into_iter().for_each(|wish| self.grant(wish));
-            let goes_on = pollster::block_on(self.window.render_3d(&mut scene.root, &mut self.camera));
+            let goes_on = match window::render(&mut self.window, &mut scene.root, &mut self.camera) {
+                Ok(goes_on) => goes_on,
+                Err(error) => {
+                    // A window that is gone cannot be closed.
+                    std::mem::forget(self);
+                    return Err(error);
+                }
+            };
+            watch.beat();
+            let (frames, _) = self.clock.frames();
+            if frames == 1 {
+                self.clock.skip();
+            }
+            log::trace!("frame {frames}: {:.3} s, speed {}", self.show.now().time_s, self.clock.speed());
             let is_slow = (0.1..SLOW_FRAMES_PER_S).contains(&self.clock.frames_per_s);
             if is_slow && self.window.samples() > 1 {
                 self.window.set_samples(NumSamples::One);
@@ -150,9 +171,12 @@ impl<'a> App<'a> {
         if let Some(path) = &args.screenshot {
             write_picture(&self.window, path)?;
         }
-        let (frames, dropped) = self.clock.frames();
-        let seconds = start.elapsed().as_secs_f64();
-        let drawn = format!("{frames} frames drawn, {dropped} dropped, in {seconds:.1} s");
+        let ((frames, dropped), lost_s) = (self.clock.frames(), self.clock.lost_s());
+        let (frames, seconds) = (several(frames, "frame", "frames"), start.elapsed().as_secs_f64());
+        let mut drawn = format!("{frames} drawn, {dropped} dropped, in {seconds:.1} s");
+        if lost_s > 0.0 {
+            drawn += &format!("; physics was slower than the wall by {lost_s:.1} s");
+        }
         Ok(format!("{}; {drawn}\n", self.show.account(self.step_s())))
     }
 
@@ -272,6 +296,7 @@ impl<'a> App<'a> {
     }
 
     fn grant(&mut self, wish: Wish) {
+        log::debug!("{wish:?}");
         match (wish, &mut self.show) {
             (Wish::Pause, Show::Recorded(recorded)) => {
                 if self.clock.paused && recorded.is_at_end() {
@@ -293,7 +318,7 @@ impl<'a> App<'a> {
             (Wish::Restart, Show::Live(live)) => live.restart(),
             (Wish::Faster, _) => self.clock.change_speed(true),
             (Wish::Slower, _) => self.clock.change_speed(false),
-            (Wish::Speed(speed), _) => self.clock.speed = speed,
+            (Wish::Speed(speed), _) => self.clock.set_speed(speed),
             (Wish::Push, Show::Live(live)) => live.push(self.impulse_n_s, self.heading_deg),
             (Wish::Impulse(more), _) => self.impulse_n_s = (self.impulse_n_s + more).clamp(0.0, MOST_N_S),
             (Wish::Heading(turn), _) => self.heading_deg = wrapped(self.heading_deg + turn),
@@ -307,7 +332,7 @@ impl<'a> App<'a> {
                 let to_s = recorded.now().time_s + by_s;
                 recorded.seek(to_s);
             }
-            (Wish::ResetCamera, _) => self.camera = camera(),
+            (Wish::ResetCamera, _) => (self.camera, self.leash) = (camera(), Leash::default()),
             (Wish::Help, _) => self.help ^= true,
             (Wish::Quit, _) => self.quits = true,
             (Wish::Restart | Wish::Push | Wish::GainSet(_), Show::Recorded(_)) => {}

@@ -3,9 +3,10 @@
 use super::clock::{Clock, SPEEDS};
 use super::colors;
 use super::keys::{LIVE_HELP, RECORDED_HELP, Wish};
-use super::overlays::{OVERLAYS, Shown};
+use super::overlays::Shown;
 use super::plots::{self, SPAN_S, Trail};
 use crate::episode::Snapshot;
+use crate::report::palette::{Look, Overlay};
 use kiss3d::egui::{
     Align2, Area, Color32, Context, DragValue, Frame, Grid, Id, Margin, RichText, ScrollArea, Stroke, Ui, vec2,
 };
@@ -124,7 +125,7 @@ fn time(ui: &mut Ui, facts: &Facts, wishes: &mut Vec<Wish>) {
             None if clock.paused => ("paused".to_string(), false),
             None => (String::new(), false),
             Some(factor) => {
-                let late = factor < 0.9 * clock.speed && facts.recording.is_none();
+                let late = factor < 0.9 * clock.speed() && facts.recording.is_none();
                 let late_words = if late { "physics is late, " } else { "" };
                 (format!("{late_words}{factor:.2} of real time, {:.0} frames/s", clock.frames_per_s), late)
             }
@@ -149,7 +150,7 @@ fn time(ui: &mut Ui, facts: &Facts, wishes: &mut Vec<Wish>) {
         ui.label("speed ");
         for speed in SPEEDS {
             let name = if speed < 1.0 { format!("1/{:.0}", 1.0 / speed) } else { format!("{speed:.0}") };
-            if ui.selectable_label((clock.speed / speed - 1.0).abs() < 1e-6, name).clicked() {
+            if ui.selectable_label((clock.speed() / speed - 1.0).abs() < 1e-6, name).clicked() {
                 wishes.push(Wish::Speed(speed));
             }
         }
@@ -176,12 +177,19 @@ fn push(ui: &mut Ui, impulse_n_s: f64, heading_deg: f64, wishes: &mut Vec<Wish>)
 
 fn overlays(ui: &mut Ui, shown: &Shown, wishes: &mut Vec<Wish>) {
     Grid::new("overlays").num_columns(2).spacing([8.0, 2.0]).show(ui, |ui| {
-        for (i, (overlay, key, name, color)) in OVERLAYS.into_iter().enumerate() {
+        for (i, overlay) in Overlay::ALL.into_iter().enumerate() {
+            let Look { key, name, .. } = overlay.look();
             ui.horizontal(|ui| {
                 let (place, _) = ui.allocate_exact_size(vec2(10.0, 10.0), kiss3d::egui::Sense::hover());
-                ui.painter().rect(place, 2, color.egui(), Stroke::NONE, kiss3d::egui::StrokeKind::Inside);
+                ui.painter().rect(
+                    place,
+                    2,
+                    colors::Named::of(overlay).egui(),
+                    Stroke::NONE,
+                    kiss3d::egui::StrokeKind::Inside,
+                );
                 let mut is_shown = shown.has(overlay);
-                if ui.checkbox(&mut is_shown, format!("{name} ({key})")).changed() {
+                if ui.checkbox(&mut is_shown, format!("{name} ({})", key.to_ascii_uppercase())).changed() {
                     wishes.push(Wish::Toggle(overlay));
                 }
             });

@@ -31,12 +31,11 @@ pub struct Hit {
     pub distance_m: f64,
 }
 
-/// The first solid that the line of sight meets: visual ones, and collision ones of links without.
+/// The first of the drawn solids that the line of sight meets.
 pub fn pick(robot: &Robot, kinematics: &Kinematics, sight: &Sight) -> Option<Hit> {
     let mut nearest: Option<Hit> = None;
     for (link, body) in robot.links.iter().enumerate() {
-        let solids = if body.visuals.is_empty() { &body.collisions } else { &body.visuals };
-        for solid in solids {
+        for solid in body.drawn() {
             let Some(distance_m) = distance(&solid.shape, &(kinematics.link_pose(link) * solid.pose), sight) else {
                 continue;
             };

@@ -2,15 +2,15 @@
 
 use super::colors::{self, Named};
 use crate::episode::Snapshot;
-use egui_plot::{Line, Plot, PlotPoint, PlotPoints, VLine, uniform_grid_spacer};
+use egui_plot::{Line, LineStyle, Plot, PlotPoint, PlotPoints, VLine, uniform_grid_spacer};
 use kiss3d::egui::{Color32, Rangef, Ui};
 use nalgebra::Point2;
 use std::collections::VecDeque;
 
 /// What the plots show of a live run (s).
 pub const SPAN_S: f64 = 4.0;
-/// As many points of a curve are enough for the width of a plot.
-const POINTS: usize = 300;
+/// As many buckets of a curve are enough for the width of a plot: each keeps its least and its greatest value.
+const BUCKETS: usize = 150;
 
 /// What is plotted of one tick, world (m).
 #[derive(Debug, Clone, Copy)]
@@ -30,29 +30,34 @@ impl Sample {
     }
 }
 
-/// Samples in order of time.
+/// Samples in order of time, one a tick.
 #[derive(Debug, Default)]
-pub struct Trail(VecDeque<Sample>);
+pub struct Trail {
+    samples: VecDeque<Sample>,
+    /// How many came before those that are left.
+    gone: usize,
+}
 
 impl Trail {
     /// Adds the newest; those that are older than the plots show go.
     pub fn push(&mut self, sample: Sample) {
-        while self.0.front().is_some_and(|first| first.time_s < sample.time_s - SPAN_S) {
-            self.0.pop_front();
+        while self.samples.front().is_some_and(|first| first.time_s < sample.time_s - SPAN_S) {
+            self.samples.pop_front();
+            self.gone += 1;
         }
-        self.0.push_back(sample);
+        self.samples.push_back(sample);
     }
 }
 
 impl<const N: usize> From<[Sample; N]> for Trail {
     fn from(samples: [Sample; N]) -> Self {
-        Self(samples.into())
+        samples.into_iter().collect()
     }
 }
 
 impl FromIterator<Sample> for Trail {
     fn from_iter<T: IntoIterator<Item = Sample>>(samples: T) -> Self {
-        Self(samples.into_iter().collect())
+        Self { samples: samples.into_iter().collect(), gone: 0 }
     }
 }
 
@@ -66,45 +71,24 @@ const CURVES: [Curve; 4] = [
     ("COM", colors::COM, |s| Some(s.com)),
 ];
 
-/// How far the plots reach at least, to either side (mm): the noise of standing is not to fill them.
+/// Beside the COM the plots reach at least so far (mm): the noise of standing is not to fill them.
 const LEAST_MM: f64 = 40.0;
 /// And at most: after a fall the DCM is nowhere.
 const MOST_MM: f64 = 300.0;
+/// To what their ends are rounded (mm).
+const ROUND_MM: f64 = 20.0;
 
 /// Draws both plots over `span_s` (from, to), each `height` points high; `now_s` is marked if it is given.
 pub fn draw(ui: &mut Ui, trail: &Trail, span_s: [f64; 2], now_s: Option<f64>, height: f32) {
     for (axis, name) in ["x (mm), forward", "y (mm), left"].into_iter().enumerate() {
         ui.label(name);
-        let stride = trail.0.len().div_ceil(POINTS).max(1);
-        // By the clock and not by the place in the trail: a curve that scrolls must not dance.
-        let kept = |sample: &&Sample| ((sample.time_s * 1000.0).round() as usize / 2).is_multiple_of(stride);
-        let mm = |sample: &Sample, at: Point2<f64>| PlotPoint::new(sample.time_s, 1000.0 * at[axis]);
-        let (mut low, mut high) = (-LEAST_MM, LEAST_MM);
-        let mut lines = Vec::new();
-        for (name, color, of) in CURVES {
-            // A curve ends where there is no ZMP, and another begins.
-            let mut stretch = Vec::new();
-            for sample in trail.0.iter().filter(kept) {
-                match of(sample) {
-                    Some(at) => {
-                        stretch.push(mm(sample, at));
-                        let value = 1000.0 * at[axis];
-                        (low, high) = (low.min(value), high.max(value));
-                    }
-                    None if !stretch.is_empty() => lines.push((name, color, std::mem::take(&mut stretch))),
-                    None => {}
-                }
-            }
-            lines.push((name, color, stretch));
-        }
+        let [low, high] = bounds(trail, axis);
         // Lines that leave room for their numbers.
-        let line_mm = [20.0, 50.0, 100.0].into_iter().find(|mm| high.min(MOST_MM) - low.max(-MOST_MM) <= 5.0 * mm);
-        let line_mm = line_mm.unwrap_or(200.0);
-        let nice = |mm: f64| ((mm.abs() / 20.0).ceil() * 20.0).min(MOST_MM) * mm.signum();
+        let line_mm = [20.0, 50.0, 100.0].into_iter().find(|mm| high - low <= 5.0 * mm).unwrap_or(200.0);
         Plot::new(name)
             .height(height)
             .default_x_bounds(span_s[0], span_s[1])
-            .default_y_bounds(nice(low), nice(high))
+            .default_y_bounds(low, high)
             .reset()
             .auto_bounds(false)
             .allow_drag(false)
@@ -117,8 +101,14 @@ pub fn draw(ui: &mut Ui, trail: &Trail, span_s: [f64; 2], now_s: Option<f64>, he
             .grid_spacing(Rangef::new(4.0, 40.0))
             .y_grid_spacer(uniform_grid_spacer(move |_| [line_mm / 2.0, line_mm, 10.0 * line_mm]))
             .show(ui, |plot| {
-                for (name, color, points) in lines {
-                    plot.line(Line::new(name, PlotPoints::Owned(points)).color(color.egui()).width(1.6));
+                for (name, color, of) in CURVES {
+                    for points in thinned(trail, axis, of) {
+                        // Red and green are one colour to many.
+                        let dashed = LineStyle::Dashed { length: 5.0 };
+                        let style = if name == "DCM" { dashed } else { LineStyle::Solid };
+                        let line = Line::new(name, PlotPoints::Owned(points));
+                        plot.line(line.color(color.egui()).width(1.6).style(style));
+                    }
                 }
                 if let Some(now_s) = now_s {
                     plot.vline(VLine::new("now", now_s).color(Color32::DARK_GRAY).width(1.0));
@@ -127,19 +117,115 @@ pub fn draw(ui: &mut Ui, trail: &Trail, span_s: [f64; 2], now_s: Option<f64>, he
     }
 }
 
+/// From where to where the plot of an axis reaches (mm): it goes with the COM.
+fn bounds(trail: &Trail, axis: usize) -> [f64; 2] {
+    let extent = |values: &mut dyn Iterator<Item = f64>| {
+        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], mm| [low.min(mm), high.max(mm)])
+    };
+    let com = extent(&mut trail.samples.iter().map(|sample| 1000.0 * sample.com[axis]));
+    let of = |sample| CURVES.iter().filter_map(move |(_, _, of)| of(sample)).map(|at| 1000.0 * at[axis]);
+    let all = extent(&mut trail.samples.iter().flat_map(of));
+    let [least, greatest] = com.map(|mm| (mm / ROUND_MM).round() * ROUND_MM);
+    let low = (all[0] / ROUND_MM).floor() * ROUND_MM;
+    let high = (all[1] / ROUND_MM).ceil() * ROUND_MM;
+    [low.clamp(least - MOST_MM, least - LEAST_MM), high.clamp(greatest + LEAST_MM, greatest + MOST_MM)]
+}
+
+/// A curve in its stretches: it ends where there is no such point, and another begins. Of as many ticks as share a bucket
+/// it has the least and the greatest value (mm), in order of time. Buckets go by the tick's number and not by the place in
+/// the trail: a curve that scrolls must not dance.
+fn thinned(trail: &Trail, axis: usize, of: fn(&Sample) -> Option<Point2<f64>>) -> Vec<Vec<PlotPoint>> {
+    let size = trail.samples.len().div_ceil(BUCKETS).max(1);
+    let mut stretches = vec![Vec::new()];
+    // Of the bucket that is being filled: its number, and its least and greatest point.
+    let mut bucket: Option<(usize, [PlotPoint; 2])> = None;
+    let close = |bucket: &mut Option<(usize, [PlotPoint; 2])>, stretch: &mut Vec<PlotPoint>| {
+        if let Some((_, [least, greatest])) = bucket.take() {
+            let (first, second) = if least.x <= greatest.x { (least, greatest) } else { (greatest, least) };
+            stretch.push(first);
+            stretch.extend((second.x > first.x).then_some(second));
+        }
+    };
+    for (i, sample) in trail.samples.iter().enumerate() {
+        let number = (trail.gone + i) / size;
+        let Some(last) = stretches.last_mut() else { break };
+        if bucket.as_ref().is_some_and(|(open, _)| *open != number) {
+            close(&mut bucket, last);
+        }
+        let Some(at) = of(sample) else {
+            close(&mut bucket, last);
+            if !last.is_empty() {
+                stretches.push(Vec::new());
+            }
+            continue;
+        };
+        let point = PlotPoint::new(sample.time_s, 1000.0 * at[axis]);
+        let (_, [least, greatest]) = bucket.get_or_insert((number, [point, point]));
+        if point.y < least.y {
+            *least = point;
+        }
+        if point.y > greatest.y {
+            *greatest = point;
+        }
+    }
+    if let Some(last) = stretches.last_mut() {
+        close(&mut bucket, last);
+    }
+    stretches
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn sample(k: u32) -> Sample {
+        let time_s = f64::from(k) * 0.002;
+        Sample { time_s, com: Point2::origin(), dcm: Point2::origin(), zmp: None, zmp_ref: Point2::origin() }
+    }
+
     #[test]
     fn a_trail_forgets_what_the_plots_no_longer_show() {
-        let sample = |k: u32| {
-            let time_s = f64::from(k) * 0.002;
-            Sample { time_s, com: Point2::origin(), dcm: Point2::origin(), zmp: None, zmp_ref: Point2::origin() }
-        };
         let mut trail = Trail::from([sample(0)]);
         (1..5000).for_each(|k| trail.push(sample(k)));
-        assert_eq!(trail.0.len(), (SPAN_S / 0.002) as usize + 1);
-        assert!(trail.0[0].time_s >= 4999.0 * 0.002 - SPAN_S - 1e-9);
+        assert_eq!(trail.samples.len(), (SPAN_S / 0.002) as usize + 1);
+        assert_eq!(trail.samples.len() + trail.gone, 5000);
+        assert!(trail.samples[0].time_s >= 4999.0 * 0.002 - SPAN_S - 1e-9);
+    }
+
+    #[test]
+    fn no_peak_is_lost_however_long_the_recording() {
+        for peak in 2000..2040 {
+            let mut samples: Vec<_> = (0..6000).map(sample).collect();
+            samples[peak].dcm.x = 0.1;
+            samples[peak + 1].dcm.x = -0.1;
+            let trail: Trail = samples.into_iter().collect();
+            let [points] = &thinned(&trail, 0, |s| Some(s.dcm))[..] else { panic!("one stretch") };
+            assert!(points.len() <= 2 * BUCKETS, "{}", points.len());
+            assert!(points.windows(2).all(|pair| pair[0].x < pair[1].x));
+            for mm in [100.0, -100.0] {
+                assert!(points.iter().any(|point| (point.y - mm).abs() < 1e-9), "{mm} mm at tick {peak}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_curve_ends_where_there_is_no_point() {
+        let with_zmp = |k: u32| Sample { zmp: (!(300..400).contains(&k)).then(Point2::origin), ..sample(k) };
+        let trail: Trail = (0..1000).map(with_zmp).collect();
+        let stretches = thinned(&trail, 1, |s| s.zmp);
+        let ends = |stretch: &Vec<PlotPoint>| [stretch[0].x, stretch[stretch.len() - 1].x];
+        assert_eq!(stretches.len(), 2);
+        assert!(ends(&stretches[0])[1] < 0.6 && ends(&stretches[1])[0] >= 0.8);
+    }
+
+    #[test]
+    fn the_plots_go_with_the_com() {
+        let at = |com: f64, dcm: f64| {
+            let (com, dcm) = (Point2::new(com, 0.0), Point2::new(dcm, 0.0));
+            bounds(&Trail::from([Sample { com, dcm, zmp_ref: com, ..sample(0) }]), 0)
+        };
+        assert_eq!(at(0.0, 0.0), [-40.0, 40.0]);
+        assert_eq!(at(0.5, 0.555), [460.0, 560.0]);
+        assert_eq!(at(-0.5, 7.0), [-540.0, -200.0]);
     }
 }

@@ -2,9 +2,10 @@
 
 use super::colors;
 use super::mesh::{Mesh, Triangles, vec3};
-use super::overlays::{Overlay, Shown};
+use super::overlays::Shown;
 use super::solids::Surfaces;
 use crate::episode::Snapshot;
+use crate::report::palette::Overlay;
 use crate::robot::{Kinematics, Robot};
 use crate::sim::Ground;
 use kiss3d::camera::OrbitCamera3d;
@@ -76,6 +77,30 @@ pub fn camera() -> OrbitCamera3d {
     camera
 }
 
+/// Keeps the robot in the picture: how far (m) the camera has gone with it.
+#[derive(Debug, Default)]
+pub struct Leash {
+    gone: Vec3,
+}
+
+/// The COM may go so far (m) before the camera goes too,
+const LEASH_M: f32 = 0.25;
+/// which takes about so long (s).
+const GENTLY_S: f64 = 0.4;
+
+impl Leash {
+    /// Lets the camera go with the COM, when so much time has passed (s).
+    pub fn pull(&mut self, camera: &mut OrbitCamera3d, com: &Point3<f64>, passed_s: f64) {
+        let away = Vec3::new(com.x as f32, com.y as f32, 0.0);
+        let wanted = away * (1.0 - LEASH_M / away.length().max(LEASH_M));
+        let step = (wanted - self.gone) * (1.0 - (-passed_s / GENTLY_S).exp()) as f32;
+        if step.is_finite() && step.length() > 1e-5 {
+            self.gone += step;
+            camera.set_at(camera.at() + step);
+        }
+    }
+}
+
 /// A point of the plane, as it lies in the world.
 fn on(ground: &Ground, x: f64, y: f64, z: f64) -> Point3<f64> {
     ground.slope * Point3::new(x, y, z)
@@ -143,5 +168,25 @@ fn grid(ground: &Ground, window: &mut Window) {
                 window.draw_line(end(from), end(to), color.line(), 1.0, false);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_camera_goes_with_a_robot_that_goes_away_and_comes_back() {
+        let (mut camera, mut leash) = (camera(), Leash::default());
+        let start = camera.at();
+        let mut look = |com: Point3<f64>| {
+            (0..100).for_each(|_| leash.pull(&mut camera, &com, 0.1));
+            camera.at() - start
+        };
+        assert_eq!(look(Point3::new(0.1, -0.2, 0.3)), Vec3::ZERO);
+        let gone = look(Point3::new(-1.0, 0.0, 0.1));
+        assert!((gone - Vec3::new(-0.75, 0.0, 0.0)).length() < 1e-3, "{gone}");
+        assert!(look(Point3::new(f64::NAN, 0.0, 0.0)) == gone);
+        assert!(look(Point3::new(0.0, 0.0, 0.3)).length() < 1e-3);
     }
 }

@@ -9,6 +9,11 @@ use crate::episode::Snapshot;
 use crate::episode::snapshot::Arrow;
 use crate::robot::Kinematics;
 
+/// A number of things, in words.
+pub fn several(count: u64, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
 pub enum Show<'a> {
     Live(Box<Live<'a>>),
     Recorded(Box<Recorded>),
@@ -87,15 +92,16 @@ impl Show<'_> {
             Show::Live(live) => {
                 let counts = live.counts;
                 format!(
-                    "{} pushes, {} drags (up to {:.1} N), {} gain switches, {} restarts, {} falls\n\
-                     {} ticks ({} single), {:.3} s simulated",
-                    counts.pushes,
-                    counts.drags,
+                    "{}, {} (up to {:.1} N), {}, {}, {}; COM up to {:.1} mm from its start\n\
+                     {} ({} single), {:.3} s simulated",
+                    several(counts.pushes.into(), "push", "pushes"),
+                    several(counts.drags.into(), "drag", "drags"),
                     counts.drag_n,
-                    counts.switches,
-                    counts.restarts,
-                    counts.falls,
-                    counts.ticks,
+                    several(counts.switches.into(), "gain switch", "gain switches"),
+                    several(counts.restarts.into(), "restart", "restarts"),
+                    several(counts.falls.into(), "fall", "falls"),
+                    1000.0 * counts.com_m,
+                    several(counts.ticks, "tick", "ticks"),
                     counts.single_ticks,
                     counts.ticks as f64 * step_s
                 )

@@ -31,12 +31,10 @@ pub struct Surfaces {
 }
 
 impl Surfaces {
-    /// The visual geometry of a robot; of a link without any, its collision geometry.
     pub fn new(robot: &Robot) -> Self {
         let mut surfaces = Vec::new();
         for (link, body) in robot.links.iter().enumerate() {
-            let solids = if body.visuals.is_empty() { &body.collisions } else { &body.visuals };
-            surfaces.extend(solids.iter().map(|solid| {
+            surfaces.extend(body.drawn().iter().map(|solid| {
                 let place = Place::of(&solid.pose);
                 let corners = corners(&solid.shape).into_iter().map(|corner| place.of_corner(corner)).collect();
                 Surface { link, color: light(&solid.color), corners }

@@ -4,41 +4,70 @@
 //! rest is caught and told as an error.
 
 use crate::error::{Error, Result};
+use kiss3d::camera::Camera3d;
+use kiss3d::scene::SceneNode3d;
 use kiss3d::window::{CanvasSetup, NumSamples, Window};
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
 
 /// What to do where there is no window.
-const NO_DISPLAY: &str = "start it from a desktop session, or under Xvfb (apt-get install xvfb; xvfb-run standfast view ...), or use \
-     `standfast replay`, which needs no display";
-const NO_DRIVER: &str = "install a Vulkan driver (apt-get install mesa-vulkan-drivers libvulkan1), or use \
-                         `standfast replay`, which needs none";
+const NO_DISPLAY: &str = "start it from a desktop session, or under Xvfb (apt-get install xvfb; xvfb-run standfast view ...); \
+                          without a display: `standfast push --replay FILE.html`, or `standfast replay` of a result";
+const NO_DRIVER: &str = "install a Vulkan driver (apt-get install mesa-vulkan-drivers libvulkan1); without one: \
+                         `standfast push --replay FILE.html`, or `standfast replay` of a result";
+const NO_LIBRARY: &str = "install what windows of X need (apt-get install libxkbcommon-x11-0 libxcursor1 libxi6)";
 
-/// Opens the window, size in pixels. Errors: no display that answers, or no graphics driver.
+/// Opens the window, size in pixels. Errors: no display that answers, no graphics driver, or a library is missing.
 pub fn open(title: &str, width: u32, height: u32) -> Result<Window> {
-    #[cfg(all(unix, not(target_os = "macos")))]
-    display::check().map_err(|missing| no_window(missing, NO_DISPLAY))?;
-    let level = log::max_level();
-    // The graphics stack tells by many lines what is told below by one. Who wants to read them says so.
-    if std::env::var_os("RUST_LOG").is_none() {
-        log::set_max_level(log::LevelFilter::Off);
-    }
-    let hook = take_hook();
-    set_hook(Box::new(|_| {}));
+    display().map_err(|missing| no_window(missing, NO_DISPLAY))?;
     let setup = CanvasSetup { vsync: true, samples: NumSamples::Four, ..CanvasSetup::default() };
-    let opened =
-        catch_unwind(AssertUnwindSafe(|| pollster::block_on(Window::new_with_setup(title, width, height, setup))));
+    quietly(|| pollster::block_on(Window::new_with_setup(title, width, height, setup))).map_err(|told| {
+        let is_about = |words: &[&str]| words.iter().any(|word| told.contains(word));
+        if is_about(&["Library", "library", ".so"]) {
+            no_window(format!("a library for the window is missing ({told})"), NO_LIBRARY)
+        } else if is_about(&["adapter", "device", "urface"]) {
+            no_window(format!("no graphics driver for the window ({told})"), NO_DRIVER)
+        } else {
+            no_window(format!("the window cannot be opened ({told})"), NO_DISPLAY)
+        }
+    })
+}
+
+/// Draws a frame and takes in what the person does; false if the window is to be closed. Errors: there is no window any
+/// more ([`Error::LostWindow`]).
+pub fn render(window: &mut Window, root: &mut SceneNode3d, camera: &mut impl Camera3d) -> Result<bool> {
+    quietly(|| pollster::block_on(window.render_3d(root, camera))).map_err(lost)
+}
+
+/// The window is gone.
+pub fn lost(cause: String) -> Error {
+    Error::LostWindow { cause }
+}
+
+/// Whether there is a display that answers; else what is missing, in words.
+pub fn display() -> std::result::Result<(), String> {
+    #[cfg(all(unix, not(target_os = "macos")))]
+    display::check()?;
+    Ok(())
+}
+
+/// Runs what tells by panics and many lines what can be told in one: in short why it panicked.
+fn quietly<T>(run: impl FnOnce() -> T) -> std::result::Result<T, String> {
+    let level = log::max_level();
+    // Who wants to read the lines of the graphics stack says so.
+    let is_asked = std::env::var_os("RUST_LOG").is_some();
+    let hook = take_hook();
+    if !is_asked {
+        log::set_max_level(log::LevelFilter::Off);
+        set_hook(Box::new(|_| {}));
+    }
+    let done = catch_unwind(AssertUnwindSafe(run));
     set_hook(hook);
     log::set_max_level(level);
-    opened.map_err(|panic| {
+    done.map_err(|panic| {
         let told = panic.downcast_ref::<String>().map(String::as_str);
         let told = told.or(panic.downcast_ref::<&str>().copied()).unwrap_or("unknown cause");
         // The rest is for whoever debugs the graphics stack.
-        let told = told.split([':', '\n']).next().unwrap_or_default();
-        let about_driver = ["adapter", "device", "urface"].iter().any(|word| told.contains(word));
-        match about_driver {
-            true => no_window(format!("no graphics driver for the window ({told})"), NO_DRIVER),
-            false => no_window(format!("the window cannot be opened ({told})"), NO_DISPLAY),
-        }
+        told.split([':', '\n']).next().unwrap_or_default().into()
     })
 }
 
