@@ -1,7 +1,7 @@
 //! Maximal CPI sets at every tick, on any support polygon, without a search (in place of eq. 23-25).
 //!
-//! Eq. 25 keeps the number of rows k that was found for one polygon and so promises too much on another (on the unsafe
-//! side). Here the rows are not stored: a row of eq. 22 says that the ZMP predicted j periods ahead lies inside an edge
+//! Eq. 25 keeps the number of iterations k (eq. 22: the ZMP is looked at 0 to k periods ahead) that was found for one
+//! polygon and so can promise too much on another (on the unsafe side). Here the rows are not stored: a row of eq. 22 says that the ZMP predicted j periods ahead lies inside an edge
 //! of Z, so the prediction is rolled forward and each predicted ZMP is tested against the edges. What is needed is a
 //! rule when to stop that holds for every polygon.
 //!

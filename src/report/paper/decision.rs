@@ -1,6 +1,7 @@
 //! Fig. 6: which foot swings, and how far: the paper's two examples, and all directions.
 
 use super::super::html::svg::short;
+use super::figure::Said::{Quote, Remark};
 use super::figure::{Claim, Figure};
 use super::panel::{At, Ground, Panel};
 use super::study::Study;
@@ -102,18 +103,32 @@ pub fn figure(study: &Study) -> Figure {
     let lengths = |degrees: f64| home.reaches(unit(degrees));
     let in_json = |deg: f64| json!({ "direction_deg": deg, "foot": chosen(deg), "reach_left_right_m": lengths(deg) });
     let claims = vec![
-        Claim::judged(
-            "In (A) the left foot is chosen, in (B) the right one.",
-            chosen(a) == Some(Foot::Left) && chosen(b) == Some(Foot::Right),
-            format!("So it is: (A) {}; (B) {}.", told(a), told(b)),
-            format!("(A) {}; (B) {}.", told(a), told(b)),
+        Claim::open(
+            Quote(
+                "When d is given by the arrow shown in (A) of Fig. 6 \u{2026} the left foot is chosen. On the other hand, \
+                 when d is given by the arrow shown in (B) \u{2026} the right foot is chosen.",
+                "Sect. V.B",
+            ),
+            format!(
+                "The arrows are in the paper's picture only; the directions here are chosen to be like its words. (A) {} \
+                 degrees from forward to the left: {}; (B) {} degrees: {}.",
+                short(a, 0),
+                told(a),
+                short(b, 0),
+                told(b)
+            ),
         ),
         Claim::judged(
-            "If the left foot can go at least as far it is chosen (step 4): also for an error straight fore or aft.",
+            Quote(
+                "if \u{2016}\u{394}L_max\u{2016} \u{2265} \u{2016}\u{394}R_max\u{2016}, the left foot is chosen as \
+                   swinging foot. Otherwise, the right foot is chosen.",
+                "Sect. V.B, step 4",
+            ),
             tie == Some(Foot::Left),
-            "So it is.".into(),
+            "So it is, also for a tie: an error straight fore or aft.".into(),
             format!(
-                "Straight fore or aft is a tie, and the paper's own experiment (Fig. 12) moves the right foot. \
+                "So it is but for a tie, an error straight fore or aft: the paper's own \
+                 experiment (Fig. 12) then moves the right foot. \
                  Here the less loaded foot goes, with equal loads the {} one. {}",
                 name(tie),
                 if other_side_deg > 0.0 {
@@ -128,7 +143,7 @@ pub fn figure(study: &Study) -> Figure {
             ),
         ),
         Claim::open(
-            "\u{3b1} of eq. 29 and a, b, y of eq. 27 and 28 are not printed.",
+            Remark("\u{3b1} of eq. 29 and a, b, y of eq. 27 and 28 are not printed."),
             format!(
                 "Here \u{3b1} = {}, a = {} mm, y = {} mm, b = {} mm. So an error of {} mm straight forward, or \
                  of {} mm to the side, asks for all that the range gives.",
@@ -141,7 +156,10 @@ pub fn figure(study: &Study) -> Figure {
             ),
         ),
         Claim::open(
-            "Eq. 27 is printed as the range of the right foot with the left one fixed.",
+            Quote(
+                "we set motion range of the right foot D_L by a semi-ellipsoid assuming the left foot is fixed",
+                "Sect. V.B, eq. 27",
+            ),
             "Read as its formula has it: D_L is where the left foot may land, seen from the right one.".into(),
         ),
     ];
@@ -150,7 +168,7 @@ pub fn figure(study: &Study) -> Figure {
         file: "fig06-swing-foot.svg",
         title: "Which foot swings",
         reading: "Seen from above. D_L and D_R: where each foot may land beside the other. An arrow d for the \
-        direction of the ZMP error; from each sole the way along it to the border of its range; dotted, where \
+        direction (45 degrees to the left of forward in A, to the right in B: a choice of this page) of the ZMP error; from each sole the way along it to the border of its range; dotted, where \
          the chosen foot lands at most. Right: how far each foot can go in every direction, as the distance \
          from the centre; filled with the colour of the foot that is chosen, with the directions of the runs on \
          this page."

@@ -29,24 +29,43 @@ impl Verdict {
     }
 }
 
+/// What a claim is about.
+#[derive(Debug, Clone, Copy)]
+pub enum Said {
+    /// The paper's own words, and where they stand. What is left out is an ellipsis.
+    Quote(&'static str, &'static str),
+    /// A remark on the paper, in words of this page.
+    Remark(&'static str),
+}
+
 /// A statement of the paper and what this run has to say to it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Claim {
     pub verdict: Verdict,
+    /// The paper's own words if they have a `place`, else a remark on it.
     pub paper: String,
+    pub place: Option<&'static str>,
     pub here: String,
 }
 
 impl Claim {
     /// One that a number decides: what is said if it `holds`, and if not.
-    pub fn judged(paper: &str, holds: bool, if_so: String, if_not: String) -> Self {
+    pub fn judged(paper: Said, holds: bool, if_so: String, if_not: String) -> Self {
         let (verdict, here) = if holds { (Verdict::Agrees, if_so) } else { (Verdict::Differs, if_not) };
-        Self { verdict, paper: paper.into(), here }
+        Self::new(verdict, paper, here)
     }
 
     /// One that no number decides.
-    pub fn open(paper: &str, here: String) -> Self {
-        Self { verdict: Verdict::Open, paper: paper.into(), here }
+    pub fn open(paper: Said, here: String) -> Self {
+        Self::new(Verdict::Open, paper, here)
+    }
+
+    fn new(verdict: Verdict, paper: Said, here: String) -> Self {
+        let (paper, place) = match paper {
+            Said::Quote(words, place) => (words, Some(place)),
+            Said::Remark(words) => (words, None),
+        };
+        Self { verdict, paper: paper.into(), place, here }
     }
 }
 
@@ -123,7 +142,7 @@ mod tests {
 
     #[test]
     fn what_differs_decides_and_nothing_said_is_open() {
-        let claim = |holds| Claim::judged("p", holds, "yes".into(), "no".into());
+        let claim = |holds| Claim::judged(Said::Quote("p", "Sect. I"), holds, "yes".into(), "no".into());
         let figure = |claims| Figure {
             number: "0",
             file: "f.svg",
@@ -137,7 +156,7 @@ mod tests {
         };
         assert_eq!((claim(true).here, claim(false).here), ("yes".into(), "no".into()));
         assert_eq!(figure(vec![claim(true), claim(false)]).verdict(), Verdict::Differs);
-        assert_eq!(figure(vec![claim(true), Claim::open("p", String::new())]).verdict(), Verdict::Agrees);
+        assert_eq!(figure(vec![claim(true), Claim::open(Said::Remark("p"), String::new())]).verdict(), Verdict::Agrees);
         assert_eq!(figure(vec![]).verdict(), Verdict::Open);
         // Two rows, of two panels and of one.
         assert!(figure(vec![]).svg().contains("viewBox=\"0 0 248 148\""), "{}", figure(vec![]).svg());

@@ -2,15 +2,15 @@
 
 use super::super::cpi_plot;
 use super::super::html::svg::short;
+use super::figure::Said::{Quote, Remark};
 use super::figure::{Claim, Figure, Table};
 use super::panel::{At, Axes, Ground, Panel};
 use super::study::Study;
 use crate::error::Result;
-use crate::geometry::SupportPolygon;
+use crate::lipm::OnlineSets;
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
 use crate::lipm::gains::{Gain, GainPoles};
 use crate::lipm::pendulum::State;
-use crate::lipm::{GainFamily, OnlineSets};
 use crate::robot::Foot;
 use nalgebra::Vector2;
 use serde_json::json;
@@ -26,14 +26,18 @@ pub fn figure(study: &Study) -> Result<Figure> {
     let nests = study.inclusion.failures().is_empty();
     let impulses: Vec<[f64; 2]> = sets.iter().map(|set| study.impulses(set)).collect();
     let shrinks = impulses.windows(2).all(|pair| (0..2).all(|axis| pair[1][axis] < pair[0][axis]));
-    let others = others_nest(family, &study.allowed)?;
+    let (others, [other_slow, other_fast]) = others(study)?;
     let (slow, fast) = (impulses[0], impulses[impulses.len() - 1]);
     let told = |poles: [f64; 3]| format!("({})", poles.map(|p| short(p, 2)).join(", "));
     let pairs = sets.len() * (sets.len() - 1) / 2;
     let in_json = |[forward, left]: &[f64; 2]| json!({ "forward": forward, "left": left });
     let claims = vec![
         Claim::judged(
-            "The gains are designed so that the sets lie one in the other, that of the fastest innermost.",
+            Quote(
+                "the state feedback gains \u{2026} are designed so that each maximal CPI set \u{2026} satisfies the \
+                 inclusion relation",
+                "Sect. III.D",
+            ),
             nests,
             format!(
                 "Proved by linear programs for all {pairs} pairs of the {} gains: each set lies inside \
@@ -43,7 +47,7 @@ pub fn figure(study: &Study) -> Result<Figure> {
             study.inclusion.warning().unwrap_or_default(),
         ),
         Claim::judged(
-            "A gain with a higher convergence speed has the smaller set.",
+            Quote("the sets \u{2026} are ordered according to the convergence speed", "Sect. III.D"),
             shrinks,
             format!(
                 "The largest impulse that a robot at rest can take within the set falls with every faster gain: \
@@ -56,19 +60,25 @@ pub fn figure(study: &Study) -> Result<Figure> {
             "The largest impulse from rest does not fall with every faster gain.".into(),
         ),
         Claim::judged(
-            "In general a low convergence speed makes the set large, a high one small.",
+            Quote(
+                "In general, the maximal CPI set becomes small when F with a high convergence speed is applied. On the \
+                 other hand, the maximal CPI set becomes large when F with a low convergence speed is applied.",
+                "Sect. III.D",
+            ),
             others,
-            "So it is for the pair of other poles that was tried.".into(),
+            "So it is in the family here, and for the pair of other poles that was tried.".into(),
             format!(
-                "Not for poles in general: of the sets of poles {} and {} times \u{2212}\u{3c9} neither lies in \
-                 the other. The family here nests because its gains share a pole at \u{2212}\u{3c9} and a fast \
-                 one, and differ in the slow one alone.",
+                "So it is in the family here, whose gains share a pole at \u{2212}\u{3c9} and a fast one and differ in \
+                 the slow one alone; but not for all poles: the set of the faster {} times \u{2212}\u{3c9} does not lie \
+                 in that of the slower {}, and takes {} N s forward from rest, the slower one {} N s.",
+                told(NOT_NESTED[1]),
                 told(NOT_NESTED[0]),
-                told(NOT_NESTED[1])
+                short(other_fast, 3),
+                short(other_slow, 3)
             ),
         ),
         Claim::open(
-            "The paper prints neither its gains nor their k.",
+            Remark("The paper prints neither its gains nor their k."),
             "The table has those of this run. Fig. 3 also shows the block diagram of switching, a drawing: Fig. \
              5 shows it at work."
                 .into(),
@@ -108,19 +118,21 @@ pub fn figure(study: &Study) -> Result<Figure> {
             "largest_impulse_from_rest_n_s": impulses.iter().map(in_json).collect::<Vec<_>>(),
             "other_poles_over_minus_omega": NOT_NESTED,
             "other_poles_nest": others,
+            "other_poles_forward_n_s": [other_slow, other_fast],
         }),
     })
 }
 
-/// Whether the sets of `NOT_NESTED` nest after all.
-fn others_nest(family: &GainFamily, polygon: &SupportPolygon) -> Result<bool> {
-    let sets = NOT_NESTED.map(|poles| {
-        let gain = Gain::design(&family.pendulum, &GainPoles { name: "other".into(), x: poles, y: poles });
-        CpiSet::search(&gain, family.pendulum, polygon)
+/// Of `NOT_NESTED`: whether the set of the faster poles lies in that of the slower ones after all, and the largest
+/// impulse forward from rest that each holds (N s).
+fn others(study: &Study) -> Result<(bool, [f64; 2])> {
+    let pendulum = study.design.family.pendulum;
+    let [slow, fast] = NOT_NESTED.map(|poles| {
+        let gain = Gain::design(&pendulum, &GainPoles { name: "other".into(), x: poles, y: poles });
+        CpiSet::search(&gain, pendulum, &study.allowed)
     });
-    let [slow, fast] = sets;
-    let inclusion = Inclusion::of(&[slow?, fast?])?;
-    Ok(inclusion.inside[1][0] || inclusion.inside[0][1])
+    let sets = [slow?, fast?];
+    Ok((Inclusion::of(&sets)?.inside[1][0], sets.each_ref().map(|set| study.impulses(set)[0])))
 }
 
 /// Slice com = 0 of the fore and aft axis.
@@ -150,7 +162,7 @@ fn velocity_slice(study: &Study) -> Panel {
         panel.line("allowed", axes.at([-speed, side * 1e3 * limit]), axes.at([speed, side * 1e3 * limit]));
     }
     let [x, y] = axes.at([omega * limit, -1e3 * reach]);
-    panel.text("limit end halo small", [x - 5.0, y - 8.0], "\u{3c9} d: most that standing can take");
+    panel.text("limit end halo small", [x - 5.0, y - 8.0], "\u{3c9} d: most with the ZMP in the dashed region");
     panel
 }
 

@@ -66,7 +66,7 @@ pub fn run(args: &PaperArgs) -> Result<String> {
     let figures = figures(&study)?;
     // Last, when nothing else is going on.
     let timing = timing::measure(&study)?;
-    let facts = json!({ "robot": study.robot.name, "gains": study.design.family.name });
+    let facts = json!({ "robot": study.robot.name, "gains": study.design.family.name, "judge": study.judge });
     let page = page::page(&figures, timing.as_ref(), &facts)?;
     for figure in &figures {
         write_atomic(&args.out.join(figure.file), figure.svg().as_bytes())?;

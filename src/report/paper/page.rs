@@ -20,6 +20,19 @@ pub const NOT_MADE: [(&str, &str); 4] = [
     ("11", "a block diagram of the controller: it is a drawing; Fig. 5 shows the controller at work."),
 ];
 
+/// What the curves and bands of Fig. 9 and 14 are, where their own legend is scrolled out of sight.
+const KEYS: [(&str, &str); 9] = [
+    ("<line class=\"com\" x1=\"0\" y1=\"5\" x2=\"26\" y2=\"5\"/>", "COM"),
+    ("<line class=\"wanted\" x1=\"0\" y1=\"5\" x2=\"26\" y2=\"5\"/>", "ZMP wanted"),
+    ("<line class=\"zmp\" x1=\"0\" y1=\"5\" x2=\"26\" y2=\"5\"/>", "ZMP"),
+    ("<line class=\"dcm dashed\" x1=\"0\" y1=\"5\" x2=\"26\" y2=\"5\"/>", "DCM"),
+    ("<line class=\"left dashed\" x1=\"0\" y1=\"5\" x2=\"26\" y2=\"5\"/>", "left foot"),
+    ("<line class=\"right\" x1=\"0\" y1=\"5\" x2=\"26\" y2=\"5\"/>", "right foot"),
+    ("<rect class=\"band\" width=\"26\" height=\"10\"/>", "soles on the ground"),
+    ("<rect class=\"pushed\" width=\"26\" height=\"10\"/>", "push"),
+    ("<rect class=\"swing\" width=\"26\" height=\"10\"/>", "footstep in the air"),
+];
+
 /// The page. Errors: none but a template that is wrong.
 pub fn page(figures: &[Figure], timing: Option<&Timing>, facts: &Value) -> Result<String> {
     let fail = |problem: String| Error::Numeric { what: "index.html".into(), problem };
@@ -36,6 +49,7 @@ pub fn page(figures: &[Figure], timing: Option<&Timing>, facts: &Value) -> Resul
         "figure_style": FIGURE_STYLE,
         "figures": figures,
         "not_made": NOT_MADE,
+        "keys": KEYS,
         "timing": timing.map(|timing| json!({ "claims": timing.claims, "repetitions": timing.repetitions })),
         "facts": facts,
         "version": env!("CARGO_PKG_VERSION"),

@@ -2,6 +2,7 @@
 
 use super::super::html::svg::short;
 use super::decision::Home;
+use super::figure::Said::{Quote, Remark};
 use super::figure::{Claim, Figure, walked};
 use super::panel::Panel;
 use super::study::{ImposedRun, Pushed, Study};
@@ -11,16 +12,19 @@ use crate::robot::{Foot, Posture};
 use image::RgbImage;
 use nalgebra::{Point3, Vector2, Vector3};
 use serde_json::{Value, json};
+use std::ops::RangeInclusive;
 
-/// Of a snapshot (px).
-const WIDTH: f64 = 200.0;
-const HEIGHT: f64 = 270.0;
+/// Of a snapshot (px),
+const SIZE: [f64; 2] = [200.0, 270.0];
+/// and of one with marks, which are small.
+const MARKED: [f64; 2] = [340.0, 440.0];
 /// For the words below it.
 const BELOW: f64 = 40.0;
 /// Dots of a picture to a px of the page.
 const FINE: f64 = 2.0;
-/// In a row.
+/// Snapshots in a row; those with marks.
 const COLUMNS: usize = 6;
+const MARKED_COLUMNS: usize = 3;
 
 /// Size of a picture that is shown `width` by `height` px.
 pub fn fine(width: f64, height: f64) -> [u32; 2] {
@@ -38,11 +42,11 @@ fn camera(x_m: f64, y_m: f64) -> Camera {
     }
 }
 
-fn snapshot(image: &RgbImage, time: &str, what: &str) -> Panel {
-    let mut panel = Panel::new(WIDTH, HEIGHT + BELOW);
-    panel.image([0.0, 0.0], [WIDTH, HEIGHT], &png(image), &format!("{time}: {what}"));
-    panel.text("title", [0.5 * WIDTH, HEIGHT + 17.0], time);
-    panel.text("small", [0.5 * WIDTH, HEIGHT + 33.0], what);
+fn snapshot(image: &RgbImage, [width, height]: [f64; 2], time: &str, what: &str) -> Panel {
+    let mut panel = Panel::new(width, height + BELOW);
+    panel.image([0.0, 0.0], [width, height], &png(image), &format!("{time}: {what}"));
+    panel.text("title", [0.5 * width, height + 17.0], time);
+    panel.text("small", [0.5 * width, height + 33.0], what);
     panel
 }
 
@@ -63,8 +67,8 @@ pub fn imposed(study: &Study) -> Figure {
             (end_s, "COM home"),
         ] {
             let (time_s, posture) = posture_at(run, at);
-            let image = draw_posture(&study.robot, posture, &camera, fine(WIDTH, HEIGHT));
-            panels.push(snapshot(&image, &format!("{name}  {time_s:.3} s"), what));
+            let image = draw_posture(&study.robot, posture, &camera, fine(SIZE[0], SIZE[1]));
+            panels.push(snapshot(&image, SIZE, &format!("{name}  {time_s:.3} s"), what));
         }
     }
     let [a, b] = study.errors.each_ref().map(|run| (run.record.footsteps.first(), way_of(run)));
@@ -75,31 +79,47 @@ pub fn imposed(study: &Study) -> Figure {
         (None, Some(at)) => format!("home from {} s", short(at, 2)),
         _ => "lost: more than one footstep can make good".into(),
     });
+    let there = format!("With the error as read below. The {} foot goes {}.", foot(b.0), walked(b.1));
     let claims = vec![
         Claim::judged(
-            "(a) Error [\u{2212}0.03 0 0] m: a backward stepping motion.",
+            Quote(
+                "we set ZMP error to be \u{394}p_Z = [\u{2212}0.03 0 0] assuming that a disturbance imposed backward \u{2026} \
+                 a backward stepping motion was generated automatically.",
+                "Sect. V.C",
+            ),
             a.1[0] < 0.0,
             format!("The {} foot goes {}.", foot(a.0), walked(a.1)),
             format!("The {} foot goes {}.", foot(a.0), walked(a.1)),
         ),
         Claim::judged(
-            "(b) A disturbance from diagonally forward left: the right foot swings.",
-            b.0.is_some_and(|f| f.foot == Foot::Right) && b.1[0] < 0.0 && b.1[1] < 0.0,
-            format!("The {} foot goes {}.", foot(b.0), walked(b.1)),
-            format!("The {} foot goes {}.", foot(b.0), walked(b.1)),
+            Quote(
+                "The right foot was chosen as swinging foot based on proposed determination algorithm.",
+                "Sect. V.C, of (b)",
+            ),
+            b.0.is_some_and(|f| f.foot == Foot::Right),
+            there.clone(),
+            there,
         ),
-        Claim::judged(
-            "(b) is printed as an error of [0.03 0.685 0] m.",
-            printed == Some(Foot::Right),
-            "Its signs lead to the right foot.".into(),
+        Claim::open(
+            Quote(
+                "we set ZMP error to be \u{394}p_Z = [0.03 0.685 0] assuming that a disturbance imposed from diagonally \
+                 forward left.",
+                "Sect. V.C",
+            ),
             format!(
-                "By eq. 27 to 29 those signs lead to the {} foot; and 0.685 m is more than the robot is high. \
+                "As printed its signs lead to the {} foot by eq. 27 to 29, and 0.685 m is more than the robot is high. \
                  Read as [\u{2212}30 \u{2212}68.5] mm: where the robot is driven, as in (a).",
                 printed.map_or("no", Foot::name)
             ),
         ),
         Claim::open(
-            "The paper does not say how the COM moves as the error is imposed.",
+            Quote("disturbances were imposed from backward (a)", "Fig. 8, and alike Fig. 9"),
+            "In Fig. 12 the same words go with a step forward; the text of Sect. V.C has (a) imposed backward, with a \
+             backward step. Read by the text: (a) drives the robot backward."
+                .into(),
+        ),
+        Claim::open(
+            Remark("The paper does not say how the COM moves as the error is imposed."),
             format!(
                 "Here it rests, and the error is told to the footstep alone. With the velocity of the COM that \
                  makes the error, (a) is {moving_a}; (b) is {moving_b}."
@@ -145,27 +165,29 @@ pub fn from_behind(study: &Study) -> Figure {
     let home = Home::new(study);
     let reach = footstep.map_or([0.0; 2], |f| home.reaches(f.zmp_error_m.into()));
     let ways = format!("could go {} mm, the right one {} mm", short(1e3 * reach[0], 1), short(1e3 * reach[1], 1));
-    let tie = if (reach[0] - reach[1]).abs() < 1e-4 {
-        format!(
-            "The left foot {ways}: a tie, which step 4 of Sect. V.B gives to the left foot; here it goes to the \
-             less loaded one, else to the right."
+    let is_tie = (reach[0] - reach[1]).abs() < 1e-4;
+    let quoted = Quote("The right foot is chosen as swinging foot.", "Sect. VI.B");
+    let is_right = footstep.is_some_and(|f| f.foot == Foot::Right);
+    let swinging = if is_tie && is_right {
+        Claim::open(
+            quoted,
+            format!(
+                "The right foot. The left foot {ways}: a tie, which step 4 of Sect. V.B gives to the left foot. A tie goes \
+                 to the less loaded foot here, else to the right one, to be like this experiment: so this is no finding."
+            ),
         )
     } else {
-        format!("The left foot {ways}.")
+        let told = format!("The {foot} foot. The left foot {ways}.");
+        Claim::judged(quoted, is_right, told.clone(), told)
     };
     let claims = vec![
         Claim::judged(
-            "A disturbance from behind; the robot steps forward.",
+            Quote("a disturbance was imposed from backward and the robot steps forward.", "Sect. VI.B"),
             gone[0] > 0.0,
             format!("The foot goes {}.", walked(gone)),
             format!("The foot goes {}.", walked(gone)),
         ),
-        Claim::judged(
-            "The right foot is chosen as swinging foot.",
-            footstep.is_some_and(|f| f.foot == Foot::Right),
-            format!("The right foot. {tie}"),
-            format!("The {foot} foot. {tie}"),
-        ),
+        swinging,
         outcome(pushed),
         magnitude(pushed),
     ];
@@ -185,28 +207,34 @@ pub fn from_diagonal(study: &Study) -> Figure {
     let most =
         snapshots.iter().map(yaw_deg).fold(0.0, |most: f64, yaw| if yaw.abs() > most.abs() { yaw } else { most });
     let last = snapshots.last().map_or(0.0, yaw_deg);
-    let yaw = format!("The trunk turns by at most {} degrees and ends at {}.", short(most, 1), short(last, 1));
+    let yaw = format!(
+        "The trunk turns by at most {} degrees and ends at {}. (\u{201c}Slightly\u{201d} is taken as {} to {}.)",
+        short(most, 1),
+        short(last, 1),
+        short(*SLIGHT_DEG.start(), 0),
+        short(*SLIGHT_DEG.end(), 0)
+    );
     let claims = vec![
         Claim::judged(
-            "From diagonally forward left: the right foot is chosen.",
+            Quote(
+                "disturbance was imposed from diagonally forward left and the right foot is chosen as swinging foot",
+                "Sect. VI.B",
+            ),
             footstep.is_some_and(|f| f.foot == Foot::Right),
             "The right foot.".into(),
             format!("The {foot} foot."),
         ),
         Claim::judged(
-            "It steps diagonally backward right.",
+            Quote("the robot stepped diagonally backward right.", "Fig. 13"),
             gone[0] < 0.0 && gone[1] < 0.0,
             format!("The foot goes {}.", walked(gone)),
             format!("The foot goes {}.", walked(gone)),
         ),
         Claim::judged(
-            "The robot rotates around the yaw axis, slightly.",
-            most.abs() > YAW_DEG,
+            Quote("it was seen that the robot rotated around the yaw axis, slightly.", "Sect. VI.B"),
+            SLIGHT_DEG.contains(&most.abs()),
             yaw.clone(),
-            format!(
-                "{yaw} Less than {YAW_DEG} degree: soles hold better here, or the push passes nearer to the \
-            axis."
-            ),
+            yaw,
         ),
         outcome(pushed),
         magnitude(pushed),
@@ -215,8 +243,8 @@ pub fn from_diagonal(study: &Study) -> Figure {
     strip("13", "fig13-push-diagonal.svg", "Pushed from diagonally forward left", study, pushed, claims, numbers)
 }
 
-/// A turn by less is none (degrees).
-const YAW_DEG: f64 = 1.0;
+/// What "slightly" is taken for (degrees): less is no turn.
+const SLIGHT_DEG: RangeInclusive<f64> = 1.0..=15.0;
 
 fn outcome(pushed: &Pushed) -> Claim {
     let record = &pushed.film.record;
@@ -228,17 +256,21 @@ fn outcome(pushed: &Pushed) -> Claim {
     let sets = if landed { "inside" } else { "outside" };
     let still =
         record.settled_at_s.map_or_else(String::new, |at| format!(", and stands still from {} s", short(at, 2)));
+    let is_up = record.outcome == Outcome::Recovered;
+    let with =
+        if is_up { format!("It lands {sets} the new sets{still}.") } else { "The robot does not recover.".into() };
+    let told = format!("{with} {alone}");
     Claim::judged(
-        "The footstep avoids the fall.",
-        record.outcome == Outcome::Recovered,
-        format!("It lands {sets} the new sets{still}. {alone}"),
-        "The robot does not recover.".into(),
+        Quote("In order to avoid falling, it is necessary for the robot to step", "Sect. V.A"),
+        is_up && pushed.without_footstep.fell_at_s.is_some(),
+        told.clone(),
+        told,
     )
 }
 
 fn magnitude(pushed: &Pushed) -> Claim {
     Claim::open(
-        "The paper does not print how hard it pushed.",
+        Remark("The paper does not print how hard it pushed."),
         format!(
             "Here {} N s within {} ms at the height of the COM, towards {} degrees (0 is forward, 90 to the \
              left). The paper's robot was real; this one is simulated, its batteries, servos and friction assumed.",
@@ -275,9 +307,9 @@ fn strip(
         ] {
             let snapshots = &pushed.film.snapshots;
             let i = snapshots.partition_point(|s| s.time_s < at - 1e-9).min(snapshots.len() - 1);
-            let image = draw(&study.robot, &snapshots[i], &camera, fine(WIDTH, HEIGHT), &Marks::ALL);
+            let image = draw(&study.robot, &snapshots[i], &camera, fine(MARKED[0], MARKED[1]), &Marks::ALL);
             times.push(snapshots[i].time_s);
-            panels.push(snapshot(&image, &format!("{:.3} s", snapshots[i].time_s), what));
+            panels.push(snapshot(&image, MARKED, &format!("{:.3} s", snapshots[i].time_s), what));
         }
     }
     let mut numbers = json!({
@@ -297,7 +329,7 @@ fn strip(
          (slate), the sets (blue) and the planned footstep (teal)."
             .into(),
         panels,
-        columns: COLUMNS,
+        columns: MARKED_COLUMNS,
         table: None,
         claims,
         numbers,

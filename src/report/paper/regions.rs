@@ -1,6 +1,7 @@
 //! Fig. 4: the region of the ZMP and the sets on it, before a footstep and after.
 
 use super::super::html::svg::short;
+use super::figure::Said::Quote;
 use super::figure::{Claim, Figure, walked};
 use super::panel::{At, Ground, Panel};
 use super::study::{Stand, Study};
@@ -57,49 +58,61 @@ pub fn figure(study: &Study) -> Result<Option<Figure>> {
     let area = |polygon: &SupportPolygon| short(1e4 * polygon.area(), 0);
     let listed = |ks: &[usize]| ks.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
     let [slow_before, slow_after] = [&before, &after].map(|region| study.impulses(&region.sets[0]));
+    let areas = format!("from {} to {} cm\u{b2}", area(&support_before), area(&support_after));
+    let change = |axis: usize| {
+        let [old, new] = [slow_before, slow_after].map(|slow| slow[axis]);
+        format!("{} from {} to {} N s", if new > old { "rises" } else { "falls" }, short(old, 2), short(new, 2))
+    };
+    let worth = format!(
+        "The largest impulse from rest that the slowest gain's set holds {} forward and {} to the left.",
+        change(0),
+        change(1)
+    );
     let claims = vec![
         Claim::judged(
-            "The example: the robot steps the right foot forward.",
+            Quote("the robot steps the right foot forward", "Fig. 4"),
             footstep.foot == Foot::Right && way[0] > 0.0,
             format!("So it does when it is pushed from behind: {}.", walked(way)),
             format!("Pushed from behind it moves the {} foot: {}.", footstep.foot.name(), walked(way)),
         ),
         Claim::judged(
-            "After the landing the control coordinate is reset: its origin is midway between the feet.",
+            Quote(
+                "After the foot landing, the control coordinate is reset as its origin is located at the center point \
+                 of both feet.",
+                "Fig. 4",
+            ),
             off < 1e-9,
             format!("Its origin moves to the middle of the feet: {}.", walked(moved.into())),
             format!("Its origin is {} mm off the middle of the feet.", short(1e3 * off, 1)),
         ),
         Claim::judged(
-            "The sets on the new region have the old number of rows k (eq. 25), without a new search.",
+            Quote(
+                "Because the matrix \u{3a6} has been already calculated, we can compute S_max(M_Z) online",
+                "Sect. IV",
+            ),
             enough,
             format!(
-                "The old k is enough here. Stored, slow to fast: {}; searched anew: {}.",
+                "The k of the stored \u{3a6} (eq. 24: how many periods it looks ahead) is enough here. Stored, slow to \
+                 fast: {}; searched anew: {}.",
                 listed(&stored),
                 listed(&needed)
             ),
             format!(
-                "Stored, slow to fast: {}; searched anew: {}. So the old k falls short here, where the soles \
-                 have come to stand at {} degrees to each other: eq. 25 would call states safe that exceed the \
-                 set by up to {} %. The controller here stores no k: it rolls the prediction on until it is decided.",
+                "So one can, but it is not quite the maximal set: the stored \u{3a6} has the k (eq. 24: how many \
+                 periods it looks ahead) of the old region. Stored, slow to fast: {}; searched anew: {}. The soles have \
+                 come to stand at {} degrees to each other, and eq. 25 would hold states that exceed the maximal set by \
+                 up to {} %. The controller here stores no k: it rolls the prediction on until it is decided.",
                 listed(&stored),
                 listed(&needed),
                 short(turned_deg, 1),
                 short(100.0 * excess, 2)
             ),
         ),
-        Claim::open(
-            "The region is larger, so the robot can take more: the paper gives no figures.",
-            format!(
-                "From {} to {} cm\u{b2}; the largest impulse that the slowest gain's set holds from rest goes \
-                 from {} to {} N s forward, and from {} to {} N s to the left.",
-                area(&support_before),
-                area(&support_after),
-                short(slow_before[0], 2),
-                short(slow_after[0], 2),
-                short(slow_before[1], 2),
-                short(slow_after[1], 2)
-            ),
+        Claim::judged(
+            Quote("it is necessary for the robot to step and enlarge the support region actively", "Sect. V.A"),
+            support_after.area() > support_before.area(),
+            format!("The footstep enlarges it {areas}. {worth}"),
+            format!("The footstep takes it {areas}. {worth}"),
         ),
     ];
     let range = [[-0.155, 0.155], [-0.125, 0.125]];

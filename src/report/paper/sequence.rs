@@ -1,6 +1,7 @@
 //! Fig. 5: the sequence of control, as the phases of the two pushed runs on a time line.
 
 use super::super::html::svg::short;
+use super::figure::Said::{Quote, Remark};
 use super::figure::{Claim, Figure};
 use super::panel::{Axes, Panel};
 use super::study::{Pushed, Study};
@@ -18,34 +19,38 @@ const AFTER_S: f64 = 0.06;
 /// Fig. 5.
 pub fn figure(study: &Study) -> Figure {
     let told = study.pushes.each_ref().map(Told::of);
-    let sequence =
-        ["switching control", "stepping necessity", "stepping motion", "landing, sets updated", "switching control"];
-    let arrow = sequence.join(" \u{2192} ");
     let waits_ms = |told: &Told| told.lift_s.zip(told.out_s).map(|(lift, out)| 1e3 * (lift - out));
     let mut waits: Vec<String> = told.iter().filter_map(waits_ms).map(|ms| short(ms, 0)).collect();
     waits.dedup();
-    let mut claims = Vec::new();
-    for (told, name) in told.iter().zip(["(a)", "(b)"]) {
-        let landed = told.landing_s.map_or_else(String::new, |at| format!("t = {} s", short(at, 3)));
-        let back = told.held_after_s.map_or_else(
-            || "no set holds the state any more".into(),
-            |at| format!("a set holds the state again from t = {} s", short(at, 3)),
-        );
-        claims.push(Claim::judged(
-            &arrow,
-            told.is_in_order && told.lands_inside,
-            format!("{name}: in this order; at the landing ({landed}) the new sets hold the state at once."),
-            if told.is_in_order {
-                format!("{name}: in this order, but at the landing ({landed}) no new set holds the state; {back}.")
-            } else {
-                format!("{name}: not in this order: {}.", told.phases.join(" \u{2192} "))
-            },
-        ));
-    }
+    let order = told.each_ref().map(|told| told.phases.join(" \u{2192} "));
+    let order = format!("(a) {}; (b) {}.", order[0], order[1]);
+    let at_landing = told.each_ref().map(|told| match (told.landing_s, told.held_after_s) {
+        (Some(_), _) if told.lands_inside => "a new set holds the state at once".to_string(),
+        (Some(landing), Some(held)) => {
+            format!("no new set holds it at first, one does {} ms later", short(1e3 * (held - landing), 0))
+        }
+        _ => "no new set holds it any more".into(),
+    });
+    let mut claims = vec![
+        Claim::judged(
+            Quote(
+                "As the stepping necessity is detected, a stepping motion is generated \u{2026} After the foot landing, \
+                 we recalculate the maximal CPI set \u{2026} and the switching control is applied again.",
+                "Sect. V.A",
+            ),
+            told.iter().all(|told| told.is_in_order),
+            format!("In this order: {order}"),
+            format!("Not in this order: {order}"),
+        ),
+        Claim::open(
+            Remark("The paper does not say whether the state at the landing lies in the new sets."),
+            format!("Here: (a) {}; (b) {}.", at_landing[0], at_landing[1]),
+        ),
+    ];
     claims.push(Claim::judged(
-        "The stepping motion begins as the necessity is detected.",
+        Quote("As the stepping necessity is detected, a stepping motion is generated", "Sect. V.A"),
         study.rules.patience_s == 0.0,
-        "So it does.".into(),
+        "The foot is lifted at once.".into(),
         format!(
             "The foot is lifted {} ms later: pushes here last {} ms and the error still grows, so the gain set \
              waits for {} ms.",
@@ -55,9 +60,13 @@ pub fn figure(study: &Study) -> Figure {
         ),
     ));
     let fastest = study.design.family.gains.len() - 1;
-    let to_fastest = |told: &Told| told.fastest_s.map_or("never".into(), |at| format!("from t = {} s", short(at, 3)));
+    let to_fastest = |told: &Told| match told.fastest_s {
+        None => "never".into(),
+        Some(_) if told.fastest_s == told.landing_s => "from the landing on: no switch was needed".to_string(),
+        Some(at) => format!("from t = {} s", short(at, 3)),
+    };
     claims.push(Claim::judged(
-        "After the landing the switching control is applied again.",
+        Quote("the switching control is applied again", "Sect. V.A"),
         told.iter().all(|told| told.fastest_s.is_some()),
         format!("It ends with the fastest gain: (a) {}, (b) {}.", to_fastest(&told[0]), to_fastest(&told[1])),
         format!(

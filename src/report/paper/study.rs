@@ -5,7 +5,7 @@ use crate::control::estimator::on_ground;
 use crate::control::support::Support;
 use crate::control::{Design, home_polygon};
 use crate::episode::imposed::{self, ImposedRecord};
-use crate::episode::{self, Disturbance, Film, Record, Tick};
+use crate::episode::{self, Disturbance, Film, Judge, Record, Tick};
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
@@ -31,6 +31,8 @@ pub struct Study {
     pub robot: Robot,
     pub design: Design,
     pub rules: Stepping,
+    /// What "stands still" and "home" are in all runs.
+    pub judge: Judge,
     /// Support of both soles at home, control frame; and what of it the ZMP may use.
     pub home: SupportPolygon,
     pub allowed: SupportPolygon,
@@ -89,7 +91,7 @@ impl Study {
         let progress = Progress::start(PARTS, "simulations and searches", false);
         let first = Scenario::load("push-behind")?;
         let robot = Robot::load(&first.robot)?;
-        let period_s = first.episode().control_period_s;
+        let (period_s, judge) = (first.episode().control_period_s, first.episode().judge);
         let design = Design::new(&robot, &GainSet::load(&first.gains)?, period_s)?;
         let standing = Design::new(&robot, &GainSet::load(WITHOUT_FOOTSTEP)?, period_s)?;
         let Some(rules) = design.family.stepping else {
@@ -136,7 +138,7 @@ impl Study {
         let errors = [imposed("error-backward")?, imposed("error-diagonal")?];
         let moving = [imposed("moving-backward")?.record, imposed("moving-diagonal")?.record];
         progress.finish();
-        Ok(Self { robot, design, rules, home, allowed, sets, inclusion, pushes, errors, moving })
+        Ok(Self { robot, design, rules, judge, home, allowed, sets, inclusion, pushes, errors, moving })
     }
 
     /// From the right sole's centre to the left's at home (m).

@@ -3,6 +3,7 @@
 
 use super::super::html::svg::short;
 use super::figure::Claim;
+use super::figure::Said::{Quote, Remark};
 use super::study::{Stand, Study};
 use crate::error::Result;
 use crate::geometry::SupportPolygon;
@@ -25,7 +26,7 @@ const WARM_UP: usize = 200;
 pub struct Timing {
     pub paper_ms: f64,
     pub repetitions: usize,
-    /// Installing the polygon, and the first question which gains hold the state.
+    /// Installing the polygon, and the question to every gain whether its set holds the state.
     pub online: Spread,
     /// Eq. 25 with the stored Phi for all gains, and the same question to the matrices.
     pub stored_phi: Spread,
@@ -111,10 +112,11 @@ pub fn measure(study: &Study) -> Result<Option<Timing>> {
     let mut sets = OnlineSets::new(family);
     sets.update(&polygon);
     let held = sets.fastest_holding(&state);
-    let margin = sets.margin(0, &state);
     let online = Spread::of(|| {
         sets.update(black_box(&polygon));
-        black_box(sets.fastest_holding(black_box(&state)));
+        for gain in 0..sets.len() {
+            black_box(sets.holds(gain, black_box(&state)));
+        }
     });
     let edges = polygon.vertices().len();
     let mut stored: Vec<Stored> =
@@ -122,39 +124,33 @@ pub fn measure(study: &Study) -> Result<Option<Timing>> {
     let x = state.stacked();
     let stored_phi = Spread::of(|| {
         stored.iter_mut().for_each(|stored| stored.update(black_box(&polygon)));
-        black_box(stored.iter().rposition(|stored| stored.margin(black_box(&x)) >= 0.0));
+        for stored in &stored {
+            black_box(stored.margin(black_box(&x)) >= 0.0);
+        }
     });
-    let same = stored.iter().rposition(|stored| stored.margin(&x) >= 0.0) == held;
-    let off = (stored[0].margin(&x) - margin).abs();
+    let by_stored = stored.iter().rposition(|stored| stored.margin(&x) >= 0.0);
     let rows = stored.iter().map(|stored| stored.s.nrows()).sum();
+    let count = family.gains.len();
     let names = |gain: Option<usize>| gain.map_or("no gain".to_string(), |i| format!("gain {}", family.gains[i].name));
     let claims = vec![
-        Claim::judged(
-            "After the foot landing it took about 0.15 ms to update the maximal CPI set.",
-            online.median_ms <= PAPER_MS && stored_phi.median_ms <= PAPER_MS,
+        Claim::open(
+            Quote("After the foot landing, it took about 0.15 ms to update the maximal CPI set.", "Sect. VI.B"),
             format!(
-                "Not longer here: {} as this controller does it, and {} by the paper's eq. 25 with stored \
-                 \u{3a6} ({rows} rows), each for all {} gains with the first question whether they hold the state.",
+                "On another computer, and the paper does not say what its figure covers. Here, as this controller does it: \
+                 {} to install the new region and to test the state against the sets of all {count} gains. By eq. 25: {} to write the matrices of all {count} gains ({rows} \
+                 rows) from the stored \u{3a6} and to test the state against each. The control period is {} ms.",
                 online.told(),
                 stored_phi.told(),
-                family.gains.len()
-            ),
-            format!(
-                "Longer in one way here: {} as this controller does it, {} by the paper's eq. 25 with stored \
-                 \u{3a6} ({rows} rows), each for all {} gains with the first question whether they hold the state.",
-                online.told(),
-                stored_phi.told(),
-                family.gains.len()
+                short(1e3 * family.pendulum.dt, 1)
             ),
         ),
-        Claim::judged(
-            "Eq. 25 gives the maximal CPI set on the new region.",
-            same && off < 1e-9,
-            format!(
-                "At the state of the landing both ways choose {}; Fig. 4 has what happens at the border.",
-                names(held)
-            ),
-            format!("At the state of the landing their margins differ by {off:.1e}."),
+        Claim::open(
+            Remark("Whether both ways lead to the same gain at this state; Fig. 4 has where eq. 25 goes too far."),
+            if by_stored == held {
+                format!("Both choose {}.", names(held))
+            } else {
+                format!("This controller chooses {}, eq. 25 {}.", names(held), names(by_stored))
+            },
         ),
     ];
     Ok(Some(Timing { paper_ms: PAPER_MS, repetitions: TIMES, online, stored_phi, rows, claims }))
