@@ -151,8 +151,10 @@ pub struct MergeArgs {
 
 #[derive(Debug, Args)]
 pub struct ReplaysArgs {
-    /// Pages that show telling trials in 3D, for each gain set; 0: none. First what it lost nearest to its limit, then the
-    /// hardest that it survived
+    /// Pages that show telling trials in 3D, for each gain set, of those that report.html names; 0: no new ones.
+    ///
+    /// First the push that it lost nearest to its limit, then the hardest that it survived (by impulse over m omega d), then
+    /// the others.
     #[arg(long, value_name = "N", default_value_t = ReplaysArgs::default().replays)]
     pub replays: usize,
 }

@@ -232,12 +232,14 @@ fn join(folder: &Folder, gates: &Gates, args: &ReplaysArgs, json: bool) -> Resul
         Ok(replays) => {
             // Now with links to them.
             report::result::write(&summary, &rows, &folder.path)?;
-            note(&format!("written: {}: {replays} replays of telling trials", folder.path.join("replays").display()));
+            let these = if replays == 1 { "replay of a telling trial" } else { "replays of telling trials" };
+            note(&format!("written: {}: {replays} {these}", folder.path.join("replays").display()));
         }
         // The result is none the worse.
         Err(error) => log::warn!("no replays: {error}"),
     }
-    Ok(verdict)
+    // The same command writes those that are missing.
+    if stop() { Err(Error::Interrupted) } else { Ok(verdict) }
 }
 
 /// This command as it was given.

@@ -15,6 +15,9 @@ const OTHERS: usize = 3;
 pub struct Telling {
     pub trial: u64,
     pub impulse_n_s: f64,
+    /// By which a push is hard or easy here: 1 is what standing could take.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub impulse_over_m_omega_d: Option<f64>,
     pub heading_deg: f64,
     pub survived: bool,
     pub why: String,
@@ -39,8 +42,8 @@ impl Telling {
         let hardest = own().filter(|row| recovered(row)).max_by(harder);
         let hardest = hardest.map(|row| (row, "the hardest that it survived".to_string()));
         let telling = |(row, why): (&Row, String)| {
-            let Row { trial, impulse_n_s, heading_deg, .. } = *row;
-            Self { trial, impulse_n_s, heading_deg, survived: recovered(row), why }
+            let Row { trial, impulse_n_s, impulse_over_m_omega_d, heading_deg, .. } = *row;
+            Self { trial, impulse_n_s, impulse_over_m_omega_d, heading_deg, survived: recovered(row), why }
         };
         easiest.chain(others.take(OTHERS)).chain(hardest).map(telling).collect()
     }

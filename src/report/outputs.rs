@@ -7,13 +7,14 @@ use crate::error::{Error, Result};
 use crate::files::write_atomic;
 use crate::report::motion_plot::MotionPlot;
 use crate::report::picture::{self, FramesOptions};
+use crate::report::progress::note;
 use crate::report::replay::{self, Head};
 use crate::report::story::{Witness, headline, story};
 use crate::report::trace::Trace;
 use crate::report::{self, check_output, with_fields_of};
 use crate::robot::Robot;
 use crate::sim::{Push, Variation};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 /// Files to make of an episode.
@@ -75,6 +76,16 @@ impl Outputs {
         Ok(())
     }
 
+    /// Says what is written.
+    pub fn say_written(&self) {
+        for path in [&self.trace, &self.plot, &self.replay].into_iter().flatten() {
+            note(&format!("written: {}", path.display()));
+        }
+        if let Some(folder) = &self.frames {
+            note(&format!("written: {}: frame-*.png, strip.png, motion.gif", folder.display()));
+        }
+    }
+
     /// Whether some show more than the episode up to its decision.
     fn until(&self, config: &EpisodeConfig) -> Until {
         if self.trace.is_some() || self.plot.is_some() { Until::Horizon } else { config.until() }
@@ -109,7 +120,8 @@ impl Case<'_> {
             write_replay(&told, path, Origin { command, ..Origin::default() })?;
         }
         outputs.write_frames(&told)?;
-        Ok(if as_json { self.as_json(&told) } else { told.story })
+        outputs.say_written();
+        Ok(if as_json { report::json(&self.as_json(&told)) } else { told.story })
     }
 
     /// Runs one episode, writes trace and plot if they are asked for, and tells what happened.
@@ -148,8 +160,8 @@ impl Case<'_> {
         Ok(Told { pushes, variation, record, story, film })
     }
 
-    /// One JSON object.
-    pub fn as_json(&self, told: &Told) -> String {
+    /// What happened, as JSON.
+    pub fn as_json(&self, told: &Told) -> Value {
         let Told { pushes, variation, record, .. } = told;
         let mut head = json!({ "gains": self.design.family.name, "push": pushes[0], "judge": self.config.judge });
         if let Some(second) = pushes.get(1) {
@@ -157,13 +169,15 @@ impl Case<'_> {
         }
         let varied = variation.varied().into_iter();
         head["variation"] = varied.map(|(name, value)| (name.to_string(), json!(value))).collect();
-        report::json(&with_fields_of(head, record))
+        with_fields_of(head, record)
     }
 }
 
 /// Where a replay comes from.
 #[derive(Debug, Default)]
 pub struct Origin {
+    /// What it is of, before the headline.
+    pub title: Option<String>,
     /// The command that makes it.
     pub command: String,
     /// The page to go back to.
@@ -175,8 +189,9 @@ pub struct Origin {
 /// Writes the page that shows an episode in 3D.
 pub fn write_replay(told: &Told, path: &Path, origin: Origin) -> Result<()> {
     let Some(film) = &told.film else { return Ok(()) };
-    let Origin { command, back, warning } = origin;
-    let title = headline(&told.pushes, &film.gain_set, &told.record);
+    let Origin { title, command, back, warning } = origin;
+    let headline = headline(&told.pushes, &film.gain_set, &told.record);
+    let title = title.map_or_else(|| headline.clone(), |title| format!("{title}: {headline}"));
     let lines = told.story.lines().map(String::from).collect();
     // Pages of a result lie in it, and their commands are those of its folder.
     let command_in = back.as_ref().map(|_| "in the folder of the result".to_string());

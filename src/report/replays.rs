@@ -7,7 +7,9 @@ use crate::error::{Error, Result};
 use crate::files::shell_word;
 use crate::report::outputs::{Case, Origin, Outputs, Told, write_replay};
 use crate::report::progress::note;
+use crate::report::{self, check_output, with_fields_of};
 use rayon::prelude::*;
+use serde_json::json;
 use std::path::{Path, PathBuf};
 
 /// What the command is asked.
@@ -26,10 +28,17 @@ pub struct ReplayArgs {
     #[arg(long, value_name = "NAME")]
     pub gains: Option<String>,
     /// The page to write [default: DIR/replays/trial-I-SET.html]
-    #[arg(short, long, value_name = "FILE.html", conflicts_with = "replay")]
+    #[arg(short, long, value_name = "FILE.html")]
     pub output: Option<PathBuf>,
-    #[command(flatten)]
-    pub outputs: Outputs,
+    /// Draw snapshots to this folder, a strip of them and an animated picture (PNG, GIF)
+    #[arg(long, value_name = "DIR")]
+    pub frames: Option<PathBuf>,
+    /// Write every tick here
+    #[arg(long, value_name = "FILE.csv|.parquet")]
+    pub trace: Option<PathBuf>,
+    /// Draw COM, ZMP and feet over time until all is over
+    #[arg(long, value_name = "FILE.svg")]
+    pub plot: Option<PathBuf>,
     /// One JSON object on stdout
     #[arg(long)]
     pub json: bool,
@@ -37,13 +46,13 @@ pub struct ReplayArgs {
 
 /// Runs the trial again, writes its page, and returns what to print.
 pub fn run(args: &ReplayArgs) -> Result<String> {
-    let mut outputs = args.outputs.clone();
-    let asked = args.output.clone().or(outputs.replay.take());
-    outputs.replay.clone_from(&asked);
+    let ReplayArgs { frames, trace, plot, .. } = args.clone();
+    let mut outputs = Outputs { frames, trace, plot, replay: None };
+    args.output.iter().try_for_each(|path| check_output("--output", path, &["html"]))?;
     outputs.check()?;
     let replayed = Replayed::open(&args.dir, args.trial, args.gains.as_deref())?;
     // A page among those of the result leads back to its report.
-    let (path, folder, back) = match asked {
+    let (path, folder, back) = match args.output.clone() {
         Some(path) => (path, args.dir.as_path(), None),
         None => (create_folder(&args.dir)?.join(file_name(&replayed)), Path::new("."), Some(BACK)),
     };
@@ -57,8 +66,12 @@ pub fn run(args: &ReplayArgs) -> Result<String> {
     let told = case(&replayed).tell(replayed.disturbance(), &outputs)?;
     write(&replayed, &told, &path, folder, back)?;
     outputs.write_frames(&told)?;
-    note(&format!("written: {}", path.display()));
-    Ok(if args.json { case(&replayed).as_json(&told) } else { told.story })
+    outputs.say_written();
+    if !args.json {
+        return Ok(told.story);
+    }
+    let head = json!({ "trial": args.trial, "set": replayed.set, "page": path.display().to_string() });
+    Ok(report::json(&with_fields_of(head, &case(&replayed).as_json(&told))))
 }
 
 /// Writes a page; says so if the trial is not as it was.
@@ -67,7 +80,8 @@ fn write(replayed: &Replayed, told: &Told, path: &Path, folder: &Path, back: Opt
     warning.iter().for_each(|warning| log::warn!("{warning}"));
     let [folder, set] = [&folder.display().to_string(), &replayed.set].map(|word| shell_word(word));
     let command = format!("standfast replay {folder} --trial {} --gains {set}", replayed.trial);
-    write_replay(told, path, Origin { command, back: back.map(String::from), warning })
+    let title = format!("Trial {} of {}", replayed.trial, replayed.campaign.name);
+    write_replay(told, path, Origin { title: Some(title), command, back: back.map(String::from), warning })
 }
 
 fn case(replayed: &Replayed) -> Case<'_> {
@@ -78,9 +92,8 @@ fn case(replayed: &Replayed) -> Case<'_> {
 const BACK: &str = "../report.html#telling";
 
 /// Writes the pages of telling trials that are not there yet, at most so many for each set: first what it lost nearest to
-/// its limit, then the hardest that it survived, then what else is telling. Returns how many are new.
-///
-/// `stop` is asked before each.
+/// its limit, then the hardest that it survived, then what else is telling. Returns how many are new; when `stop`, asked
+/// before each, says so, there are fewer.
 pub fn write_telling(
     folder: &Folder,
     summary: &Summary,
