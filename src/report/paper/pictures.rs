@@ -79,7 +79,7 @@ pub fn imposed(study: &Study) -> Figure {
         (None, Some(at)) => format!("home from {} s", short(at, 2)),
         _ => "lost: more than one footstep can make good".into(),
     });
-    let there = format!("With the error as read below. The {} foot goes {}.", foot(b.0), walked(b.1));
+    let there = format!("With the error read as told below: The {} foot goes {}.", foot(b.0), walked(b.1));
     let claims = vec![
         Claim::judged(
             Quote(

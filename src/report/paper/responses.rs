@@ -17,7 +17,7 @@ use serde_json::json;
 const AFTER_S: f64 = 0.4;
 /// A ZMP that is off by less is where it is wanted (m).
 const OFF_M: f64 = 0.005;
-/// A sole that is off the ground for less has not left it (s).
+/// A sole that carries no load for less has not lost it (s).
 const LIFTED_S: f64 = 0.01;
 
 fn panel(motion: &MotionPlot, title: &str, end_s: f64) -> Result<Panel> {
@@ -179,7 +179,10 @@ pub fn pushed(study: &Study) -> Result<Figure> {
             ),
             Claim::open(
                 Remark("The paper does not say whether the soles stay on the ground after the landing."),
-                format!("Soles that leave it again before the robot stands still: (a) {}; (b) {}.", told[0], told[1]),
+                format!(
+                    "Soles that carry no load for a while before the robot stands still: (a) {}; (b) {}.",
+                    told[0], told[1]
+                ),
             ),
             Claim::open(
                 Remark("The values of the curves are in the paper's picture only."),
@@ -191,12 +194,12 @@ pub fn pushed(study: &Study) -> Result<Figure> {
         numbers: json!({
             "zmp_error_rms_m": { "push_behind": errors[0], "push_diagonal": errors[1] },
             "home_at_s": study.pushes.each_ref().map(|pushed| pushed.film.record.home_at_s),
-            "soles_off_ground_s": off,
+            "soles_without_load_s": off,
         }),
     })
 }
 
-/// Soles that leave the ground again between the landing and when the robot stands still, each with its time (s).
+/// Soles that carry no load again between the landing and when the robot stands still, each with its time (s).
 fn off_ground(pushed: &Pushed) -> Vec<(Foot, [f64; 2])> {
     let record = &pushed.film.record;
     let Some(footstep) = record.footsteps.first() else { return Vec::new() };
