@@ -14,6 +14,7 @@ use kiss3d::egui::epaint::PathShape;
 use kiss3d::egui::{Align2, Color32, FontId, Painter, Pos2, Shape, Stroke, Vec2, pos2, vec2};
 use kiss3d::glamx;
 use nalgebra::{Point2, Point3, Unit, Vector3};
+use std::f32::consts::{FRAC_PI_2, PI};
 
 /// From the world to the picture (points of egui), and back.
 pub struct Lens {
@@ -211,8 +212,8 @@ impl Marks<'_> {
         self.at(place, |painter, at| {
             let (radius, color) = (8.0_f32, colors::COM.egui());
             painter.circle_filled(at, radius, Color32::WHITE);
-            for start in [0.0, std::f32::consts::PI] {
-                let arc = (0..=8).map(|i| at + Vec2::angled(start + i as f32 * 0.125 * 1.5708) * radius);
+            for start in [0.0, PI] {
+                let arc = (0..=8).map(|i| at + Vec2::angled(start + i as f32 * FRAC_PI_2 / 8.0) * radius);
                 let quarter = std::iter::once(at).chain(arc).collect();
                 painter.add(PathShape::convex_polygon(quarter, color, Stroke::NONE));
             }
