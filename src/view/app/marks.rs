@@ -112,7 +112,17 @@ impl Marks<'_> {
 
     fn outline(&self, corners: impl Iterator<Item = Point3<f64>>, color: Color32, width: f32) {
         let corners: Option<Vec<_>> = corners.map(|corner| self.lens.project(&corner)).collect();
-        self.painter.extend(corners.map(|corners| Shape::closed_line(corners, Stroke::new(width, color))));
+        let (Some(mut corners), stroke) = (corners, Stroke::new(width, color)) else { return };
+        corners.dedup_by(|a, b| a.distance(*b) < 1.0);
+        let after = |i: usize| corners[(i + 1) % corners.len()];
+        let side = |i: usize| (after(i) - corners[i]).normalized();
+        let count = corners.len();
+        // Joined, the sides of a sole that stands on its edge would make spikes.
+        if (0..count).any(|i| side(i).dot(side((i + 1) % count)) < -0.9) {
+            self.painter.extend((0..count).map(|i| Shape::line_segment([corners[i], after(i)], stroke)));
+        } else {
+            self.painter.add(Shape::closed_line(corners, stroke));
+        }
     }
 
     /// A push or pull, with its size.
