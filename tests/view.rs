@@ -37,17 +37,22 @@ fn a_build_without_the_window_says_how_to_get_one() {
 #[cfg(feature = "view")]
 mod window {
     use super::*;
-    use common::display::{Display, colors};
+    use common::display::{Display, PATIENCE};
     use common::program::{folder, short, standfast, stdout};
-    use std::io::Read;
+    use image::RgbImage;
+    use std::io::{BufRead, BufReader, Read};
     use std::path::Path;
-    use std::process::{Child, Command, Stdio};
-    use std::thread::sleep;
+    use std::process::{Child, Command, ExitStatus, Stdio};
+    use std::sync::{Arc, Mutex};
+    use std::thread::{sleep, spawn};
     use std::time::{Duration, Instant};
 
-    /// A frame takes up to this long where many share a machine that has no graphics card.
-    const FRAME: Duration = Duration::from_millis(2500);
-    const PATIENCE: Duration = Duration::from_secs(60);
+    /// The picture is left of here, the panel right of it (px); and its height.
+    const PANEL_X: u32 = 860;
+    const HEIGHT: u32 = 720;
+    const COM: [u8; 3] = [0x7b, 0x3f, 0xa0];
+    const DCM: [u8; 3] = [0x0b, 0x7a, 0x3b];
+    const ZMP_WANTED: [u8; 3] = [0xff, 0x9f, 0x1c];
 
     #[test]
     fn without_a_display_one_line_says_so() {
@@ -70,28 +75,77 @@ mod window {
         let folder = folder();
         let arguments = ["--gains=switching", "--gains=hold", "--impulse=1", "--heading=90", "--screenshot=last.png"];
         let view = View::open(&display, folder.path(), &arguments);
+        let before = view.frame();
+        assert!(before.y_mm.abs() < 3.0, "{before:?}");
         view.press("Return");
+        view.until("the push moves the COM to the left", |frame| frame.y_mm > before.y_mm + 4.0);
         view.press("2");
         view.press("1");
-        // The trunk, some way from the middle of the picture; the robot stands still again.
-        let at = |x: u32| display.tell(&["mousemove", &x.to_string(), "240"]);
-        at(500);
-        sleep(FRAME);
-        display.tell(&["mousedown", "1"]);
-        sleep(FRAME);
-        at(530);
-        sleep(FRAME);
-        display.tell(&["mouseup", "1"]);
+        view.press("minus");
+        assert_eq!(view.frame().speed, 0.5);
+        view.press("equal");
+        assert_eq!(view.frame().speed, 1.0);
+        // The trunk, some way from the middle of the picture.
+        view.drag([500, 240], [530, 240]);
         view.press("space");
+        let paused = view.frame();
+        view.frames(3);
+        assert_eq!(view.frame().time_s, paused.time_s);
         (0..3).for_each(|_| view.press("period"));
+        let stepped_s = view.frame().time_s - paused.time_s;
+        assert!((stepped_s - 0.006).abs() < 1e-6, "{stepped_s} s");
+        view.press("r");
+        view.until("it begins anew", |frame| frame.time_s == 0.0);
         let told = view.quit("q");
-        assert!(told.starts_with("1 pushes, 1 drags (up to "), "{told}");
+        assert!(told.starts_with("1 push, 1 drag (up to "), "{told}");
         let force: f64 = told.split("up to ").nth(1).unwrap().split(" N").next().unwrap().parse().unwrap();
         assert!((0.5..40.0).contains(&force), "{told}");
-        assert!(told.contains("2 gain switches, 0 restarts"), "{told}");
+        assert!(told.contains("2 gain switches, 1 restart, "), "{told}");
         assert!(told.contains(" ticks (3 single)"), "{told}");
-        assert!(number_before(&told, " ticks") > 200.0, "{told}");
-        shows_the_robot(&folder.path().join("last.png"));
+        assert!(number_before(&told, " ticks") > 50.0, "{told}");
+        assert!((4.0..500.0).contains(&number_before(&told, " mm from its start")), "{told}");
+        shows_the_robot(&image::open(folder.path().join("last.png")).unwrap().to_rgb8());
+    }
+
+    #[test]
+    fn overlays_plots_and_another_side_are_to_be_seen() {
+        let Some(display) = Display::start() else { return };
+        let folder = folder();
+        let view = View::open(&display, folder.path(), &["--gains=switching", "--impulse=1.5"]);
+        view.press("space");
+        view.press("Return");
+        (0..15).for_each(|_| display.tell(&["key", "period"]));
+        // On the screen, and not only in the program's own picture.
+        let screen = || {
+            view.frames(3);
+            display.screen()
+        };
+        let shown = screen();
+        shows_the_robot(&shown);
+        for color in [COM, DCM, ZMP_WANTED] {
+            assert!(count(&shown, [PANEL_X, 1200], [350, HEIGHT], color) > 20, "{color:x?} in the plots");
+        }
+        for (key, color) in [("d", DCM), ("w", ZMP_WANTED)] {
+            let of_it = |picture: &RgbImage| count(picture, [0, PANEL_X], [0, HEIGHT], color);
+            view.press(key);
+            let without = screen();
+            view.press(key);
+            assert!(of_it(&shown) > 20 && of_it(&without) == 0, "{key}: {} {}", of_it(&shown), of_it(&without));
+            assert_eq!(of_it(&screen()), of_it(&shown), "{key} does not come back");
+        }
+        for key in ["c", "z", "s", "i", "g", "p"] {
+            view.press(key);
+            let without = screen();
+            assert!(differing(&shown, &without) > 20, "{key} makes no difference");
+            view.press(key);
+        }
+        assert_eq!(differing(&shown, &screen()), 0);
+        // From another side, and back.
+        view.drag([100, 600], [200, 600]);
+        assert!(differing(&shown, &screen()) > 20_000);
+        view.press("v");
+        assert_eq!(differing(&shown, &screen()), 0);
+        view.quit("q");
     }
 
     #[test]
@@ -103,11 +157,41 @@ mod window {
         view.press("Home");
         view.press("period");
         (0..2).for_each(|_| view.press("Right"));
+        let moment_s = view.frame().time_s;
+        assert!((moment_s - 0.202).abs() < 1e-6, "{moment_s}");
+        // The middle of the time line, and its end.
+        display.tell(&["mousemove", "540", "693"]);
+        view.frames(2);
+        display.tell(&["click", "1"]);
+        view.until("the middle", |frame| frame.time_s > 0.3);
+        view.press("Home");
+        (0..2).for_each(|_| view.press("Right"));
         let told = view.quit("Escape");
         assert!(told.starts_with("trial 1, gain set hold: "), "{told}");
-        assert!(told.contains("shown at 0.202 s"), "{told}");
+        assert!(told.contains("shown at 0.200 s"), "{told}");
         assert!(number_before(&told, " ticks recorded") >= 200.0, "{told}");
-        shows_the_robot(&folder.path().join("last.png"));
+        shows_the_robot(&image::open(folder.path().join("last.png")).unwrap().to_rgb8());
+    }
+
+    #[test]
+    fn a_window_that_is_lost_ends_the_program() {
+        for destroys in [true, false] {
+            let Some(mut display) = Display::start() else { return };
+            let folder = folder();
+            let view = View::open(&display, folder.path(), &["--gains=hold"]);
+            let (mut process, told) = view.leave();
+            if destroys {
+                let id = display.window("standfast");
+                display.tell(&["windowclose", &id]);
+            } else {
+                display.end();
+            }
+            assert_eq!(ended(&mut process).code(), Some(1), "destroys: {destroys}");
+            let told = told.lock().unwrap();
+            let is_told = |words: &str| told.iter().any(|line| line.contains(words));
+            // Without a server the library for X says it, and ends the program by itself.
+            assert!(is_told("the window is lost") || is_told("X connection"), "{told:?}");
+        }
     }
 
     #[test]
@@ -128,13 +212,29 @@ mod window {
         told.split(words).next().unwrap().split_whitespace().last().unwrap().parse().unwrap()
     }
 
+    fn near(pixel: &[u8; 3], color: [u8; 3]) -> bool {
+        (0..3).all(|i| pixel[i].abs_diff(color[i]) <= 3)
+    }
+
+    /// How many pixels of a part of a picture have a colour.
+    fn count(picture: &RgbImage, x: [u32; 2], y: [u32; 2], color: [u8; 3]) -> usize {
+        let at = |y| (x[0]..x[1]).map(move |x| (x, y));
+        (y[0]..y[1]).flat_map(at).filter(|&(x, y)| near(&picture.get_pixel(x, y).0, color)).count()
+    }
+
+    /// How many pixels of the picture, without the panel and the rest of the screen, are not the same.
+    fn differing(a: &RgbImage, b: &RgbImage) -> usize {
+        let all = (0..HEIGHT).flat_map(|y| (0..PANEL_X).map(move |x| (x, y)));
+        all.filter(|&(x, y)| a.get_pixel(x, y) != b.get_pixel(x, y)).count()
+    }
+
     /// Purple and white in many shades, on a floor, beside a panel.
-    fn shows_the_robot(picture: &Path) {
-        let colors = colors(picture);
-        assert!(colors.len() > 300, "only {} colours", colors.len());
+    fn shows_the_robot(picture: &RgbImage) {
+        let pixels: Vec<[u8; 3]> = picture.pixels().map(|pixel| pixel.0).collect();
+        let colors = pixels.iter().collect::<std::collections::HashSet<_>>().len();
+        assert!(colors > 300, "only {colors} colours");
         let share = |is: fn([f64; 3]) -> bool| {
-            let found: usize = colors.iter().filter(|(rgb, _)| is(rgb.map(f64::from))).map(|(_, count)| count).sum();
-            found as f64 / colors.values().sum::<usize>() as f64
+            pixels.iter().filter(|rgb| is(rgb.map(f64::from))).count() as f64 / pixels.len() as f64
         };
         let purple = share(|[r, g, b]| b > 1.4 * r && r > 1.25 * g && b > 60.0);
         let cream = share(|[r, g, b]| r > 150.0 && r > g && g > b + 8.0 && b > 110.0);
@@ -142,59 +242,143 @@ mod window {
         assert!(purple > 0.02 && cream > 0.005 && panel > 0.05, "purple {purple}, cream {cream}, panel {panel}");
     }
 
-    /// A running `standfast view`.
+    /// What a program says while it runs, line by line.
+    type Told = Arc<Mutex<Vec<String>>>;
+
+    /// A running `standfast view`. It tells of each frame, so nothing here waits by the clock.
     struct View<'a> {
-        process: Child,
+        process: Option<Child>,
         display: &'a Display,
+        told: Told,
+    }
+
+    /// What was told of a frame.
+    #[derive(Debug)]
+    struct Frame {
+        number: u64,
+        time_s: f64,
+        speed: f64,
+        y_mm: f64,
     }
 
     impl<'a> View<'a> {
         fn open(display: &'a Display, folder: &Path, arguments: &[&str]) -> Self {
-            let process = Command::new(env!("CARGO_BIN_EXE_standfast"))
+            let mut process = Command::new(env!("CARGO_BIN_EXE_standfast"))
                 .current_dir(folder)
                 .env("DISPLAY", &display.name)
+                .env("RUST_LOG", "standfast=trace")
                 .env_remove("WAYLAND_DISPLAY")
-                .arg("view")
+                .env_remove("WAYLAND_SOCKET")
+                // Should the test be killed it is not left behind.
+                .args(["view", "--seconds=300"])
                 .args(arguments)
                 .stdout(Stdio::piped())
-                .stderr(Stdio::null())
+                .stderr(Stdio::piped())
                 .spawn()
                 .unwrap();
-            let view = Self { process, display };
+            let (told, stderr) = (Told::default(), process.stderr.take().unwrap());
+            let lines = told.clone();
+            spawn(move || {
+                BufReader::new(stderr).lines().map_while(Result::ok).for_each(|line| lines.lock().unwrap().push(line));
+            });
+            let view = Self { process: Some(process), display, told };
+            // The server ends with its last client: that is the window, so it comes first.
+            view.wait("a frame", || view.last().is_some());
             display.window("standfast");
-            sleep(FRAME);
+            view.frames(2);
             view
+        }
+
+        fn wait(&self, what: &str, is_so: impl Fn() -> bool) {
+            let end = Instant::now() + PATIENCE;
+            while !is_so() {
+                let told = self.told.lock().unwrap();
+                assert!(Instant::now() < end, "in vain: {what}; {:?}", &told[told.len().saturating_sub(5)..]);
+                drop(told);
+                sleep(Duration::from_millis(20));
+            }
+        }
+
+        fn last(&self) -> Option<Frame> {
+            let told = self.told.lock().unwrap();
+            let line = told.iter().rev().find(|line| line.contains("] frame "))?;
+            let words: Vec<&str> = line.split("] frame ").nth(1)?.split([' ', ':', ',']).collect();
+            let number = |at: usize| words.iter().filter(|word| !word.is_empty()).nth(at)?.parse::<f64>().ok();
+            // "12: 1.234 s, speed 1, COM 0.1 -0.2 mm"
+            Some(Frame { number: number(0)? as u64, time_s: number(1)?, speed: number(4)?, y_mm: number(7)? })
+        }
+
+        fn frame(&self) -> Frame {
+            self.last().unwrap()
+        }
+
+        /// Waits for so many frames more.
+        fn frames(&self, count: u64) {
+            let until = self.frame().number + count;
+            self.wait("frames", || self.frame().number >= until);
+        }
+
+        fn until(&self, what: &str, is_so: impl Fn(&Frame) -> bool) {
+            self.wait(what, || is_so(&self.frame()));
         }
 
         /// Presses a key and waits until it is seen to.
         fn press(&self, key: &str) {
             self.display.tell(&["key", key]);
-            sleep(FRAME);
+            self.frames(3);
+        }
+
+        /// Drags by the left button.
+        fn drag(&self, from: [u32; 2], to: [u32; 2]) {
+            let steps = [[from[0], from[1], 0], [from[0], from[1], 1], [to[0], to[1], 0], [to[0], to[1], 2]];
+            for [x, y, button] in steps {
+                match button {
+                    0 => self.display.tell(&["mousemove", &x.to_string(), &y.to_string()]),
+                    1 => self.display.tell(&["mousedown", "1"]),
+                    _ => self.display.tell(&["mouseup", "1"]),
+                }
+                self.frames(3);
+            }
         }
 
         /// Quits by a key; what was printed.
-        fn quit(mut self, key: &str) -> String {
-            self.press(key);
-            let end = Instant::now() + PATIENCE;
-            let status = loop {
-                if let Some(status) = self.process.try_wait().unwrap() {
-                    break status;
-                }
-                assert!(Instant::now() < end, "it does not quit");
-                sleep(Duration::from_millis(50));
-            };
-            assert_eq!(status.code(), Some(0));
+        fn quit(self, key: &str) -> String {
+            self.display.tell(&["key", key]);
+            let (mut process, _) = self.leave();
+            assert_eq!(ended(&mut process).code(), Some(0));
             let mut told = String::new();
-            self.process.stdout.take().unwrap().read_to_string(&mut told).unwrap();
+            process.stdout.take().unwrap().read_to_string(&mut told).unwrap();
             told
+        }
+
+        /// Leaves the process, and what it tells, to the caller.
+        fn leave(mut self) -> (Child, Told) {
+            (self.process.take().unwrap(), self.told.clone())
         }
     }
 
     impl Drop for View<'_> {
         fn drop(&mut self) {
-            // It has quit, unless the test failed.
-            _ = self.process.kill();
-            _ = self.process.wait();
+            // The test has failed.
+            if let Some(mut process) = self.process.take() {
+                _ = process.kill();
+                _ = process.wait();
+            }
+        }
+    }
+
+    /// Waits until a process ends by itself.
+    fn ended(process: &mut Child) -> ExitStatus {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            if let Some(status) = process.try_wait().unwrap() {
+                return status;
+            }
+            if Instant::now() > end {
+                _ = process.kill();
+                panic!("it does not end");
+            }
+            sleep(Duration::from_millis(50));
         }
     }
 }

@@ -1,22 +1,35 @@
-//! A display of one's own (Xvfb) with a hand on keyboard and mouse (xdotool).
+//! A display of one's own (Xvfb) with a hand on keyboard and mouse (xdotool), and what is to be seen on it.
 
+use image::{Rgb, RgbImage};
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::channel;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant};
+use tempfile::TempDir;
 
 /// With this in the environment a display that cannot be had is a failure.
 const NEED: &str = "STANDFAST_NEED_DISPLAY";
 const PROGRAMS: [&str; 2] = ["Xvfb", "xdotool"];
+/// For whatever takes a moment, on a busy machine too.
+pub const PATIENCE: Duration = Duration::from_secs(120);
+/// One at a time: a window that is drawn in software takes the whole machine.
+static TURN: Mutex<()> = Mutex::new(());
 
 pub struct Display {
     server: Child,
     /// As in DISPLAY.
     pub name: String,
+    /// Of the picture that the server shows.
+    folder: TempDir,
+    _turn: MutexGuard<'static, ()>,
 }
 
 impl Display {
-    /// None, and a word on stderr, if there can be none and the environment does not ask for one.
+    /// None, and a word on stderr, if there can be none and the environment does not ask for one. Waits until no other
+    /// test has one.
     pub fn start() -> Option<Self> {
         if let Some(program) = PROGRAMS.into_iter().find(|program| in_path(program).is_none()) {
             assert!(std::env::var_os(NEED).is_none(), "{NEED} is set, but {program} is not in PATH");
@@ -25,17 +38,37 @@ impl Display {
             );
             return None;
         }
+        // A test that failed leaves nothing behind that another could stumble over.
+        let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+        let folder = tempfile::tempdir().unwrap();
         // The server finds a free number and tells it.
         let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1280x800x24", "-noreset", "-nolisten", "tcp"])
+            .args(["-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp", "-terminate", "-fbdir"])
+            .arg(folder.path())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
-        let mut number = String::new();
-        BufReader::new(server.stdout.take().unwrap()).read_line(&mut number).unwrap();
+        let told = server.stdout.take().unwrap();
+        // From here on the server ends with the display.
+        let mut display = Self { server, name: String::new(), folder, _turn: turn };
+        let (tell, number) = channel();
+        spawn(move || {
+            let mut line = String::new();
+            _ = BufReader::new(told).read_line(&mut line);
+            _ = tell.send(line);
+        });
+        let number = number.recv_timeout(PATIENCE).expect("Xvfb does not tell its number");
         assert!(!number.trim().is_empty(), "Xvfb did not start");
-        Some(Self { server, name: format!(":{}", number.trim()) })
+        display.name = format!(":{}", number.trim());
+        Some(display)
+    }
+
+    /// Ends the server, as a display that is lost.
+    pub fn end(&mut self) {
+        // It may have gone already.
+        _ = self.server.kill();
+        _ = self.server.wait();
     }
 
     /// What `xdotool` prints; None if it fails.
@@ -48,36 +81,42 @@ impl Display {
         assert!(self.ask(args).is_some(), "xdotool {args:?}");
     }
 
-    /// Waits for the window with this title, puts it at the upper left and gives it the keyboard.
-    pub fn window(&self, title: &str) {
-        let end = Instant::now() + Duration::from_secs(60);
+    /// Waits for the window with this title, puts it at the upper left and gives it the keyboard; its number.
+    pub fn window(&self, title: &str) -> String {
+        let end = Instant::now() + PATIENCE;
         let id = loop {
             let found = self.ask(&["search", "--onlyvisible", "--name", title]);
             if let Some(id) = found.as_deref().and_then(|ids| ids.lines().next()) {
                 break id.to_string();
             }
             assert!(Instant::now() < end, "no window {title:?}");
-            std::thread::sleep(Duration::from_millis(100));
+            sleep(Duration::from_millis(100));
         };
         self.tell(&["windowmove", &id, "0", "0", "windowfocus", "--sync", &id]);
+        id
+    }
+
+    /// What is on the screen, whoever drew it: the server's own memory, a file in the format of `xwd`.
+    pub fn screen(&self) -> RgbImage {
+        let file = std::fs::read(self.folder.path().join("Xvfb_screen0")).unwrap();
+        let word = |i: usize| u32::from_be_bytes(file[4 * i..4 * i + 4].try_into().unwrap());
+        let [header, width, height, is_big_endian, bits, stride, colors] = [0, 4, 5, 7, 11, 12, 19].map(word);
+        assert_eq!((word(1), bits), (7, 32), "an unknown format");
+        let pixels = &file[(header + 12 * colors) as usize..];
+        RgbImage::from_fn(width, height, |x, y| {
+            let at = (y * stride + 4 * x) as usize;
+            let pixel = pixels[at..at + 4].try_into().unwrap();
+            let pixel = if is_big_endian == 1 { u32::from_be_bytes(pixel) } else { u32::from_le_bytes(pixel) };
+            let [_, r, g, b] = pixel.to_be_bytes();
+            Rgb([r, g, b])
+        })
     }
 }
 
 impl Drop for Display {
     fn drop(&mut self) {
-        // It may have gone already.
-        _ = self.server.kill();
-        _ = self.server.wait();
+        self.end();
     }
-}
-
-/// How many colours a picture has.
-pub fn colors(picture: &Path) -> std::collections::HashMap<[u8; 3], usize> {
-    let mut counts = std::collections::HashMap::new();
-    for pixel in image::open(picture).unwrap().to_rgb8().pixels() {
-        *counts.entry(pixel.0).or_default() += 1;
-    }
-    counts
 }
 
 fn in_path(name: &str) -> Option<PathBuf> {

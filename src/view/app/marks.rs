@@ -14,6 +14,7 @@ use kiss3d::egui::epaint::PathShape;
 use kiss3d::egui::{Align2, Color32, FontId, Painter, Pos2, Shape, Stroke, Vec2, pos2, vec2};
 use kiss3d::glamx;
 use nalgebra::{Point2, Point3, Unit, Vector3};
+use std::f32::consts::{FRAC_PI_2, PI};
 
 /// From the world to the picture (points of egui), and back.
 pub struct Lens {
@@ -111,7 +112,17 @@ impl Marks<'_> {
 
     fn outline(&self, corners: impl Iterator<Item = Point3<f64>>, color: Color32, width: f32) {
         let corners: Option<Vec<_>> = corners.map(|corner| self.lens.project(&corner)).collect();
-        self.painter.extend(corners.map(|corners| Shape::closed_line(corners, Stroke::new(width, color))));
+        let (Some(mut corners), stroke) = (corners, Stroke::new(width, color)) else { return };
+        corners.dedup_by(|a, b| a.distance(*b) < 1.0);
+        let after = |i: usize| corners[(i + 1) % corners.len()];
+        let side = |i: usize| (after(i) - corners[i]).normalized();
+        let count = corners.len();
+        // Joined, the sides of a sole that stands on its edge would make spikes.
+        if (0..count).any(|i| side(i).dot(side((i + 1) % count)) < -0.9) {
+            self.painter.extend((0..count).map(|i| Shape::line_segment([corners[i], after(i)], stroke)));
+        } else {
+            self.painter.add(Shape::closed_line(corners, stroke));
+        }
     }
 
     /// A push or pull, with its size.
@@ -211,8 +222,8 @@ impl Marks<'_> {
         self.at(place, |painter, at| {
             let (radius, color) = (8.0_f32, colors::COM.egui());
             painter.circle_filled(at, radius, Color32::WHITE);
-            for start in [0.0, std::f32::consts::PI] {
-                let arc = (0..=8).map(|i| at + Vec2::angled(start + i as f32 * 0.125 * 1.5708) * radius);
+            for start in [0.0, PI] {
+                let arc = (0..=8).map(|i| at + Vec2::angled(start + i as f32 * FRAC_PI_2 / 8.0) * radius);
                 let quarter = std::iter::once(at).chain(arc).collect();
                 painter.add(PathShape::convex_polygon(quarter, color, Stroke::NONE));
             }

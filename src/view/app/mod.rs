@@ -159,7 +159,9 @@ impl<'a> App<'a> {
             if frames == 1 {
                 self.clock.skip();
             }
-            log::trace!("frame {frames}: {:.3} s, speed {}", self.show.now().time_s, self.clock.speed());
+            let (now, speed) = (self.show.now(), self.clock.speed());
+            let [x_mm, y_mm, _] = <[f64; 3]>::from(now.com * 1000.0);
+            log::trace!("frame {frames}: {:.3} s, speed {speed}, COM {x_mm:.1} {y_mm:.1} mm", now.time_s);
             let is_slow = (0.1..SLOW_FRAMES_PER_S).contains(&self.clock.frames_per_s);
             if is_slow && self.window.samples() > 1 {
                 self.window.set_samples(NumSamples::One);

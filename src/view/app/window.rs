@@ -18,7 +18,8 @@ const NO_LIBRARY: &str = "install what windows of X need (apt-get install libxkb
 
 /// Opens the window, size in pixels. Errors: no display that answers, no graphics driver, or a library is missing.
 pub fn open(title: &str, width: u32, height: u32) -> Result<Window> {
-    display().map_err(|missing| no_window(missing, NO_DISPLAY))?;
+    // Held until the window has its own: an X server begins anew when its last connection ends, and refuses others then.
+    let _held = display().map_err(|missing| no_window(missing, NO_DISPLAY))?;
     let setup = CanvasSetup { vsync: true, samples: NumSamples::Four, ..CanvasSetup::default() };
     quietly(|| pollster::block_on(Window::new_with_setup(title, width, height, setup))).map_err(|told| {
         let is_about = |words: &[&str]| words.iter().any(|word| told.contains(word));
@@ -43,11 +44,15 @@ pub fn lost(cause: String) -> Error {
     Error::LostWindow { cause }
 }
 
-/// Whether there is a display that answers; else what is missing, in words.
-pub fn display() -> std::result::Result<(), String> {
+/// A connection.
+type Held = Box<dyn std::any::Any>;
+
+/// A connection to the display that the environment names, where that can be known; else what is missing, in words.
+pub fn display() -> std::result::Result<Option<Held>, String> {
     #[cfg(all(unix, not(target_os = "macos")))]
-    display::check()?;
-    Ok(())
+    return display::connect();
+    #[cfg(not(all(unix, not(target_os = "macos"))))]
+    Ok(None)
 }
 
 /// Runs what tells by panics and many lines what can be told in one: in short why it panicked.
@@ -78,6 +83,8 @@ fn no_window(missing: String, remedy: &str) -> Error {
 /// The display that the environment names: Wayland before X, as winit takes them.
 #[cfg(all(unix, not(target_os = "macos")))]
 mod display {
+    use super::Held;
+    use std::any::Any;
     use std::env::var;
     use std::net::{TcpStream, ToSocketAddrs};
     use std::os::unix::net::UnixStream;
@@ -87,47 +94,51 @@ mod display {
     /// How long a display on another machine may take to answer.
     const PATIENCE: Duration = Duration::from_secs(3);
 
-    /// Whether there is a display that answers; else what is missing, in words.
-    pub fn check() -> Result<(), String> {
+    /// A connection to it, unless it was handed over as one already; else what is missing, in words.
+    pub fn connect() -> Result<Option<Held>, String> {
         let set = |name: &str| var(name).ok().filter(|value| !value.is_empty());
         if set("WAYLAND_SOCKET").is_some() {
-            return Ok(());
+            return Ok(None);
         }
         if let Some(name) = set("WAYLAND_DISPLAY") {
             let folder = set("XDG_RUNTIME_DIR").unwrap_or_default();
             // A name with a slash at its start is a path of its own.
             return UnixStream::connect(Path::new(&folder).join(&name))
-                .map(drop)
+                .map(held)
                 .map_err(|e| format!("no display: Wayland's {name} does not answer ({e})"));
         }
         let Some(name) = set("DISPLAY") else {
             return Err("no display: neither DISPLAY nor WAYLAND_DISPLAY is set".into());
         };
-        if answers(&name) { Ok(()) } else { Err(format!("no display: DISPLAY={name} does not answer")) }
+        x_server(&name).ok_or_else(|| format!("no display: DISPLAY={name} does not answer"))
     }
 
-    /// Whether an X server listens on `[host]:number[.screen]`.
-    fn answers(display: &str) -> bool {
-        let Some((host, rest)) = display.rsplit_once(':') else { return false };
-        let Ok(number) = rest.split('.').next().unwrap_or_default().parse::<u16>() else { return false };
+    fn held(connection: impl Any) -> Option<Held> {
+        Some(Box::new(connection))
+    }
+
+    /// The X server that listens on `[host]:number[.screen]`.
+    fn x_server(display: &str) -> Option<Option<Held>> {
+        let (host, rest) = display.rsplit_once(':')?;
+        let number = rest.split('.').next()?.parse::<u16>().ok()?;
         if host.is_empty() || host == "unix" {
-            return UnixStream::connect(format!("/tmp/.X11-unix/X{number}")).is_ok() || abstract_socket(number);
+            let socket = UnixStream::connect(format!("/tmp/.X11-unix/X{number}")).ok();
+            return socket.or_else(|| abstract_socket(number)).map(held);
         }
-        let addresses = (host, 6000_u16.saturating_add(number)).to_socket_addrs();
-        addresses.is_ok_and(|mut all| all.any(|at| TcpStream::connect_timeout(&at, PATIENCE).is_ok()))
+        let mut addresses = (host, 6000_u16.saturating_add(number)).to_socket_addrs().ok()?;
+        addresses.find_map(|at| TcpStream::connect_timeout(&at, PATIENCE).ok()).map(held)
     }
 
     #[cfg(target_os = "linux")]
-    fn abstract_socket(number: u16) -> bool {
+    fn abstract_socket(number: u16) -> Option<UnixStream> {
         use std::os::linux::net::SocketAddrExt;
         use std::os::unix::net::SocketAddr;
-        SocketAddr::from_abstract_name(format!("/tmp/.X11-unix/X{number}"))
-            .and_then(|address| UnixStream::connect_addr(&address))
-            .is_ok()
+        let address = SocketAddr::from_abstract_name(format!("/tmp/.X11-unix/X{number}")).ok()?;
+        UnixStream::connect_addr(&address).ok()
     }
 
     #[cfg(not(target_os = "linux"))]
-    fn abstract_socket(_: u16) -> bool {
-        false
+    fn abstract_socket(_: u16) -> Option<UnixStream> {
+        None
     }
 }
