@@ -10,6 +10,7 @@ use nalgebra::Vector2;
 use serde_json::Value;
 use standfast::campaign::scenario::{Cause, Scenario};
 use standfast::control::home_polygon;
+use standfast::episode::snapshot::to_world;
 use standfast::episode::{Footstep, Record, Until, imposed};
 use standfast::geometry::SupportPolygon;
 use standfast::lipm::cpi_set::{CpiSet, Inclusion};
@@ -218,7 +219,7 @@ fn see(bench: &Bench, name: &str) -> Seen {
     bench.run(vec![push], None, record.end_s + 0.5, Until::Fallen, |tick| {
         let (truth, controller) = (tick.truth, tick.controller);
         if let (true, Some(zmp)) = (controller.swing.is_some() && truth.time_s < land_s, truth.zmp) {
-            let wanted = controller.supervisor.zmp_ref;
+            let wanted = to_world(tick) * controller.supervisor.zmp_ref;
             squares = [squares[0] + (zmp[0] - wanted.x).powi(2), squares[1] + (zmp[1] - wanted.y).powi(2)];
             count += 1;
         }
