@@ -90,7 +90,8 @@ fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
     let (mine, out) = (dir.path().join("mine.toml"), dir.path().join("out"));
     let gains = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/gains/switching.toml")).unwrap();
     fs::write(&mine, gains.replace("name = \"switching\"", "name = \"mine\"")).unwrap();
-    let sweep = ["--vary=mine.toml:zmp_margin_m=0.001,0.02", "--vary=fixed:gains.0.x=[0.8,1,5]", TWO_PARTS, "--replays=0"];
+    let sweep =
+        ["--vary=mine.toml:zmp_margin_m=0.001,0.02", "--vary=fixed:gains.0.x=[0.8,1,5]", TWO_PARTS, "--replays=0"];
     standfast(dir.path(), &short(&sweep)).success();
     let whole = files(&out);
     let campaign = String::from_utf8(whole["campaign.toml"].clone()).unwrap();
@@ -131,7 +132,8 @@ fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
 fn a_sweep_alone_replaces_the_gain_sets_and_many_sets_stay_within_80_columns() {
     let dir = folder();
     let sweep = "--vary=switching:zmp_margin_m=0.001,0.002,0.003,0.004,0.005,0.006,0.007,0.008,0.009,0.01,0.011,0.012";
-    let args: Vec<&str> = short(&[FEW, sweep, "--replays=0"]).into_iter().filter(|arg| *arg != "--gains=hold").collect();
+    let args: Vec<&str> =
+        short(&[FEW, sweep, "--replays=0"]).into_iter().filter(|arg| *arg != "--gains=hold").collect();
     let text = stdout(&standfast(dir.path(), &args).success());
     let (_, tables) = text.split_once("gain set ").unwrap();
     let (tables, _) = tables.split_once("to replay a trial").unwrap();
