@@ -366,7 +366,7 @@ fn a_folder_with_other_things_is_refused_before_anything_is_done() {
     let dir = folder();
     fs::create_dir(dir.path().join("thesis")).unwrap();
     fs::write(dir.path().join("thesis/main.tex"), "").unwrap();
-    for (out, words) in [("thesis", "holds other things (main.tex)"), ("thesis/main.tex", "is a file")] {
+    for (out, words) in [("thesis", "it holds \"main.tex\""), ("thesis/main.tex", "it is a file")] {
         let refused = standfast(dir.path(), &["paper", &format!("--out={out}")]).code(2);
         let message = stderr(&refused);
         assert!(message.starts_with(&format!("error: arguments: --out = {out}: {words}")), "{message}");

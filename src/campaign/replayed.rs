@@ -28,10 +28,7 @@ impl Replayed {
     pub fn open(folder: &Path, trial: u64, set: Option<&str>) -> Result<Self> {
         let found = Folder::existing(folder)?;
         let (campaign, sets) = (&found.manifest.campaign, &found.manifest.sets);
-        if trial >= campaign.trials {
-            let accepted = format!("0 to {}", campaign.trials.saturating_sub(1));
-            return Err(Error::value("arguments", "--trial", trial, "the campaign has no such trial", accepted));
-        }
+        campaign.check_trial(trial)?;
         if let Some(name) = set.filter(|name| !sets.iter().any(|set| set == name)) {
             return Err(Error::Unknown { what: "gain set", name: name.into(), accepted: sets.join(", ") });
         }

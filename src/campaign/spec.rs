@@ -170,6 +170,15 @@ impl Campaign {
         Ok(campaign)
     }
 
+    /// Error: it has no trial of that number.
+    pub fn check_trial(&self, trial: u64) -> Result<()> {
+        if trial < self.trials {
+            return Ok(());
+        }
+        let accepted = format!("0 to {}", self.trials.saturating_sub(1));
+        Err(Error::value("arguments", "--trial", trial, "the campaign has no such trial", accepted))
+    }
+
     /// The campaign with `dotted.key=value` applied. Errors: no such key, or a value of a wrong type.
     pub fn with(&self, assignment: &str) -> Result<Campaign> {
         let Some((key, text)) = assignment.split_once('=').map(|(k, v)| (k.trim(), v.trim())) else {

@@ -206,9 +206,9 @@ fn flat(pose: &Pose) -> Pose {
     Isometry3::from_parts(Vector3::new(p.x, p.y, 0.0).into(), UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw))
 }
 
-/// A foothold as a pose on the ground.
-pub fn on_ground(foothold: &Pose) -> Isometry2<f64> {
-    Isometry2::new(foothold.translation.vector.xy(), heading(foothold))
+/// A pose (a foothold, a base) as seen from above: place and heading.
+pub fn on_ground(pose: &Pose) -> Isometry2<f64> {
+    Isometry2::new(pose.translation.vector.xy(), heading(pose))
 }
 
 /// Heading of a pose's x axis over the ground (rad).

@@ -2,7 +2,8 @@
 
 use super::{Tick, support_on_ground};
 use crate::control::Phase;
-use crate::robot::{Foot, PerFoot, Pose, Posture, Robot};
+use crate::control::estimator::on_ground;
+use crate::robot::{Foot, PerFoot, Posture, Robot};
 use nalgebra::{Isometry2, Point2, Point3, UnitQuaternion, Vector3};
 
 /// One moment of an episode: the truth, and what the controller wants. World frame: what the controller wants is moved
@@ -93,11 +94,7 @@ impl Snapshot {
 /// From the world as the controller estimates it to the world: what takes its estimate of the trunk over the ground to
 /// where the trunk is.
 pub fn to_world(tick: &Tick) -> Isometry2<f64> {
-    let over_ground = |base: &Pose| {
-        let heading = base.rotation * Vector3::x();
-        Isometry2::new(base.translation.vector.xy(), heading.y.atan2(heading.x))
-    };
-    over_ground(&tick.truth.posture.base) * over_ground(&tick.controller.estimator.now.posture.base).inverse()
+    on_ground(&tick.truth.posture.base) * on_ground(&tick.controller.estimator.now.posture.base).inverse()
 }
 
 /// The force on a sole, at its centre of pressure.

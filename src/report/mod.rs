@@ -5,6 +5,7 @@ mod comparison;
 pub mod cpi;
 mod cpi_plot;
 pub mod html;
+mod html_page;
 pub mod junit;
 mod layout;
 pub mod limit;
@@ -46,6 +47,28 @@ pub fn print(text: &str) -> Result<()> {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::Write { path: "standard output".into(), source: e }),
         _ => Ok(()),
     }
+}
+
+/// The files in a folder that `option` names and whose files may be replaced; none if it is not there. Errors: it is a file,
+/// or holds one whose name is not `own`.
+fn own_folder(option: &str, folder: &Path, own: impl Fn(&str) -> bool, accepted: &str) -> Result<Vec<String>> {
+    let refuse = |problem: String| Err(Error::value("arguments", option, folder.display(), problem, accepted));
+    let fail = |source| Error::Read { path: folder.into(), source };
+    let entries = match std::fs::read_dir(folder) {
+        Ok(entries) => entries,
+        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(e) if e.kind() == ErrorKind::NotADirectory => return refuse("it is a file".into()),
+        Err(source) => return Err(fail(source)),
+    };
+    let mut names = Vec::new();
+    for entry in entries {
+        let name = entry.map_err(fail)?.file_name().to_string_lossy().into_owned();
+        if !own(&name) {
+            return refuse(format!("it holds {name:?}"));
+        }
+        names.push(name);
+    }
+    Ok(names)
 }
 
 /// One JSON object, as it is printed.

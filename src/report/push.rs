@@ -96,11 +96,10 @@ pub fn run(args: &PushArgs, command: String) -> Result<String> {
 /// The pushes asked for: those of the campaign's trial if one is named, the first changed by what else is given.
 fn the_pushes(args: &PushArgs, campaign: Option<&Campaign>, config: &EpisodeConfig) -> Result<Vec<Push>> {
     let mut pushes = match (campaign, args.trial) {
-        (Some(campaign), Some(index)) if index >= campaign.trials => {
-            let accepted = format!("0 to {}", campaign.trials.saturating_sub(1));
-            return Err(Error::value("arguments", "--trial", index, "the campaign has no such trial", accepted));
+        (Some(campaign), Some(index)) => {
+            campaign.check_trial(index)?;
+            trial::pushes(campaign, index)
         }
-        (Some(campaign), Some(index)) => trial::pushes(campaign, index),
         _ => vec![Push::default()],
     };
     let base = pushes[0];

@@ -13,9 +13,8 @@ mod words;
 
 use crate::campaign::Row;
 use crate::error::{Error, Result};
-use crate::report::{replay_parts, replays};
-use minijinja::syntax::SyntaxConfig;
-use minijinja::value::{Kwargs, Serde};
+use crate::report::{html_page, replay_parts, replays};
+use minijinja::value::Kwargs;
 use minijinja::{Environment, UndefinedBehavior, Value as Cell};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -32,14 +31,15 @@ const MOST_PAIRS: usize = 28;
 ///
 /// Errors: none but a template that is wrong.
 pub fn page(summary: &impl serde::Serialize, rows: &[Row], folder: &Path) -> Result<String> {
-    let fail = |problem: String| Error::Numeric { what: "report.html".into(), problem };
-    let summary = serde_json::to_value(summary).map_err(|e| fail(e.to_string()))?;
-    let mut environment = Environment::new();
-    environment.set_undefined_behavior(UndefinedBehavior::Chainable);
-    // Lines of the template that only decide leave nothing behind.
-    let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
-    environment.set_syntax(syntax.map_err(|e| fail(e.to_string()))?);
-    words::add_to(&mut environment);
+    let fail = |e: serde_json::Error| Error::Numeric { what: "report.html".into(), problem: e.to_string() };
+    let summary = serde_json::to_value(summary).map_err(fail)?;
+    let context = context(&summary, rows, folder);
+    html_page::render("report.html", TEMPLATE, UndefinedBehavior::Chainable, add_to, &context)
+}
+
+/// What the template calls.
+fn add_to(environment: &mut Environment) {
+    words::add_to(environment);
     environment.add_function("whisker", |at: Cell, ci: Cell, options: Kwargs| {
         let part = |name| options.get::<Option<f64>>(name).ok().flatten();
         let scale = svg::Scale { from: part("from").unwrap_or(0.0), to: part("to").unwrap_or(1.0) };
@@ -52,10 +52,6 @@ pub fn page(summary: &impl serde::Serialize, rows: &[Row], folder: &Path) -> Res
     environment.add_function("share_bar", |parts: Vec<Cell>, to: f64| {
         Cell::from_safe_string(svg::share_bar(&parts.iter().filter_map(part).collect::<Vec<_>>(), to))
     });
-    // The ending .html of the name makes it escape what it prints.
-    environment.add_template("report.html", TEMPLATE).map_err(|e| fail(e.to_string()))?;
-    let template = environment.get_template("report.html").map_err(|e| fail(e.to_string()))?;
-    template.render(Serde(&context(&summary, rows, folder))).map_err(|e| fail(format!("{e:#}")))
 }
 
 /// What the template reads: the summary as `s`, and what it cannot make itself.

@@ -17,13 +17,12 @@ mod sequence;
 mod study;
 mod timing;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::files::write_atomic;
-use crate::report;
+use crate::report::{self, own_folder};
 use figure::Figure;
 use serde_json::{Value, json};
 use std::fmt::Write;
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use study::Study;
 use timing::Timing;
@@ -61,7 +60,8 @@ pub struct PaperArgs {
 /// Computes, writes page and figures, and returns what to print. Errors: `--out` holds other things (found out before
 /// anything is computed), or cannot be written; the solver gives up.
 pub fn run(args: &PaperArgs) -> Result<String> {
-    check_folder(&args.out)?;
+    let accepted = "a new folder, an empty one, or that of an earlier `standfast paper`";
+    own_folder("--out", &args.out, |name| name == PAGE || FILES.contains(&name), accepted)?;
     let study = Study::run()?;
     let figures = figures(&study)?;
     // Last, when nothing else is going on.
@@ -93,28 +93,6 @@ fn figures(study: &Study) -> Result<Vec<Figure>> {
         Some(responses::pushed(study)?),
     ];
     Ok(figures.into_iter().flatten().collect())
-}
-
-/// Refuses a folder that holds anything but what this command writes.
-fn check_folder(folder: &Path) -> Result<()> {
-    let refuse = |problem: String| {
-        let accepted = "a new folder, an empty one, or that of an earlier `standfast paper`";
-        Err(Error::value("arguments", "--out", folder.display(), problem, accepted))
-    };
-    let entries = match std::fs::read_dir(folder) {
-        Ok(entries) => entries,
-        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(()),
-        Err(e) if e.kind() == ErrorKind::NotADirectory => return refuse("is a file".into()),
-        Err(source) => return Err(Error::Read { path: folder.into(), source }),
-    };
-    for entry in entries {
-        let name = entry.map_err(|source| Error::Read { path: folder.into(), source })?.file_name();
-        let is_own = name.to_str().is_some_and(|name| name == PAGE || FILES.contains(&name));
-        if !is_own {
-            return refuse(format!("holds other things ({})", name.display()));
-        }
-    }
-    Ok(())
 }
 
 fn as_json(study: &Study, figures: &[Figure], timing: Option<&Timing>) -> Value {

@@ -2,10 +2,9 @@
 
 use super::figure::Figure;
 use super::timing::Timing;
-use crate::error::{Error, Result};
-use minijinja::syntax::SyntaxConfig;
-use minijinja::value::Serde;
-use minijinja::{Environment, UndefinedBehavior};
+use crate::error::Result;
+use crate::report::html_page;
+use minijinja::UndefinedBehavior;
 use serde_json::{Value, json};
 
 const TEMPLATE: &str = include_str!("paper.html.jinja");
@@ -35,14 +34,6 @@ const KEYS: [(&str, &str); 9] = [
 
 /// The page. Errors: none but a template that is wrong.
 pub fn page(figures: &[Figure], timing: Option<&Timing>, facts: &Value) -> Result<String> {
-    let fail = |problem: String| Error::Numeric { what: "index.html".into(), problem };
-    let mut environment = Environment::new();
-    environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
-    environment.set_syntax(syntax.map_err(|e| fail(e.to_string()))?);
-    // The ending .html of the name makes it escape what it prints.
-    environment.add_template("index.html", TEMPLATE).map_err(|e| fail(e.to_string()))?;
-    let template = environment.get_template("index.html").map_err(|e| fail(e.to_string()))?;
     let figures: Vec<Value> = figures.iter().map(shown).collect();
     let context = json!({
         "style": STYLE,
@@ -52,9 +43,8 @@ pub fn page(figures: &[Figure], timing: Option<&Timing>, facts: &Value) -> Resul
         "keys": KEYS,
         "timing": timing.map(|timing| json!({ "claims": timing.claims, "repetitions": timing.repetitions })),
         "facts": facts,
-        "version": env!("CARGO_PKG_VERSION"),
     });
-    template.render(Serde(&context)).map_err(|e| fail(format!("{e:#}")))
+    html_page::render("index.html", TEMPLATE, UndefinedBehavior::Strict, |_| (), &context)
 }
 
 fn shown(figure: &Figure) -> Value {

@@ -80,12 +80,7 @@ pub fn imposed(study: &Study) -> Result<Figure> {
                 told.clone(),
                 told,
             ),
-            Claim::open(
-                Remark("The values of the curves are in the paper's picture only."),
-                "So their shapes are not \
-            compared here."
-                    .into(),
-            ),
+            curves_are_pictures(),
         ],
         numbers: json!({
             "a": { "home_at_s": study.errors[0].record.home_at_s, "footsteps": study.errors[0].record.footsteps },
@@ -184,12 +179,7 @@ pub fn pushed(study: &Study) -> Result<Figure> {
                     told[0], told[1]
                 ),
             ),
-            Claim::open(
-                Remark("The values of the curves are in the paper's picture only."),
-                "So their shapes are not \
-            compared here."
-                    .into(),
-            ),
+            curves_are_pictures(),
         ],
         numbers: json!({
             "zmp_error_rms_m": { "push_behind": errors[0], "push_diagonal": errors[1] },
@@ -230,4 +220,9 @@ fn zmp_errors(pushed: &Pushed) -> [f64; 2] {
         .filter_map(|s| s.zmp.map(|zmp| [0, 1].map(|axis| zmp[axis] - s.zmp_ref[axis])))
         .collect();
     [0, 1].map(|axis| (errors.iter().map(|e| e[axis] * e[axis]).sum::<f64>() / errors.len().max(1) as f64).sqrt())
+}
+
+fn curves_are_pictures() -> Claim {
+    let remark = Remark("The values of the curves are in the paper's picture only.");
+    Claim::open(remark, "So their shapes are not compared here.".into())
 }

@@ -1,10 +1,13 @@
 //! Pictures as bytes: PNG, a strip of several, and a GIF that moves.
 
 use crate::error::{Error, Result};
+use crate::report::palette::Overlay;
+use color_quant::NeuQuant;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder, RgbImage, imageops};
 use std::borrow::Cow;
+use std::iter::repeat_n;
 
 /// A picture as a PNG file.
 pub fn png(image: &RgbImage) -> Vec<u8> {
@@ -37,6 +40,8 @@ pub fn strip(images: &[RgbImage]) -> RgbImage {
 /// Colours of a GIF: one of them says "as before".
 const COLORS: usize = 255;
 const AS_BEFORE: u8 = 255;
+/// How often a palette is taught the colour of each mark.
+const MARK_LESSONS: usize = 100;
 /// Pictures of one size, each with how long it is shown (1/100 s), as a GIF file that begins again for ever, in the colours
 /// of a palette. Of each picture only what has changed is stored. Error: no picture, or one beyond the 65535 px of a GIF.
 pub(super) fn gif(mut palette: Palette, images: impl Iterator<Item = (RgbImage, u16)>) -> Result<Vec<u8>> {
@@ -47,7 +52,7 @@ pub(super) fn gif(mut palette: Palette, images: impl Iterator<Item = (RgbImage, 
     let (width, height) = (side(first.width())?, side(first.height())?);
     let mut bytes = Vec::new();
     let encode = || -> Result<(), gif::EncodingError> {
-        let mut encoder = Encoder::new(&mut bytes, width, height, palette.colors.as_flattened())?;
+        let mut encoder = Encoder::new(&mut bytes, width, height, &palette.colors)?;
         encoder.set_repeat(Repeat::Infinite)?;
         let mut before: Option<Vec<u8>> = None;
         for (image, delay) in images {
@@ -91,10 +96,11 @@ fn changes(before: Option<&[u8]>, now: &[u8], width: u16, height: u16) -> Frame<
     }
 }
 
-/// The colours that serve some pictures best (median cut: Heckbert 1982).
+/// The colours that serve some pictures, by a network that learns them (Dekker 1994).
 pub(super) struct Palette {
-    colors: Vec<[u8; 3]>,
-    /// The nearest of them for each [`bucket`] that was met.
+    network: NeuQuant,
+    colors: Vec<u8>,
+    /// Which of them stands for each [`bucket`] that was met.
     nearest: Vec<Option<u8>>,
 }
 
@@ -103,78 +109,35 @@ fn bucket(color: [u8; 3]) -> usize {
     color.iter().fold(0, |sum, v| sum << 6 | usize::from(v >> 2))
 }
 
-/// The colour in the middle of a bucket.
-fn middle(bucket: usize) -> [u8; 3] {
-    [12, 6, 0].map(|shift| (bucket >> shift << 2 & 0xff | 2) as u8)
+/// The colour in the middle of a bucket, opaque.
+fn middle(bucket: usize) -> [u8; 4] {
+    let [r, g, b] = [12, 6, 0].map(|shift| (bucket >> shift << 2 & 0xff | 2) as u8);
+    [r, g, b, 255]
 }
-
-/// Colour and weight.
-type Weighted = ([u8; 3], u64);
 
 impl Palette {
     pub fn of(images: &[RgbImage]) -> Self {
-        let mut counts = vec![0_u64; 1 << 18];
+        let mut counts = vec![0_usize; 1 << 18];
         for pixel in images.iter().flat_map(RgbImage::pixels) {
             counts[bucket(pixel.0)] += 1;
         }
-        // Weighed by the square root: a small arrow is not to lose its red to the floor's many greys.
-        let weighted = |(bucket, &count): (usize, &u64)| (count > 0).then(|| (middle(bucket), count.isqrt().max(1)));
-        let all: Vec<Weighted> = counts.iter().enumerate().filter_map(weighted).collect();
-        let mut boxes = vec![all];
-        while boxes.len() < COLORS {
-            let Some((i, (axis, _))) = boxes.iter().map(|set| widest(set)).enumerate().max_by_key(|(_, (_, s))| *s)
-            else {
-                break;
-            };
-            let Some((low, high)) = halves(&mut boxes[i], axis) else { break };
-            boxes[i] = low;
-            boxes.push(high);
-        }
-        Self { colors: boxes.iter().map(|set| mean(set)).collect(), nearest: vec![None; 1 << 18] }
+        // As often as the square root, and the marks more than that: they are small, and not to lose their colours to the
+        // floor's many greys.
+        let seen = counts.iter().enumerate().flat_map(|(bucket, count)| repeat_n(middle(bucket), count.isqrt()));
+        let marks = Overlay::ALL.into_iter().flat_map(|mark| {
+            let [_, r, g, b] = mark.color().to_be_bytes();
+            repeat_n([r, g, b, 255], MARK_LESSONS)
+        });
+        let lesson: Vec<_> = seen.chain(marks).collect();
+        let network = NeuQuant::new(1, COLORS, lesson.as_flattened());
+        Self { colors: network.color_map_rgb(), network, nearest: vec![None; counts.len()] }
     }
 
     fn indices(&mut self, image: &RgbImage) -> Vec<u8> {
-        let Self { colors, nearest } = self;
-        let find = |bucket: usize| {
-            let color = middle(bucket);
-            let distance = |other: &[u8; 3]| (0..3).map(|i| u32::from(color[i].abs_diff(other[i])).pow(2)).sum::<u32>();
-            (0..colors.len()).min_by_key(|&i| distance(&colors[i])).unwrap_or(0) as u8
-        };
-        let mut index = |bucket: usize| *nearest[bucket].get_or_insert_with(|| find(bucket));
+        let Self { network, nearest, .. } = self;
+        let mut index = |bucket: usize| *nearest[bucket].get_or_insert_with(|| network.index_of(&middle(bucket)) as u8);
         image.pixels().map(|pixel| index(bucket(pixel.0))).collect()
     }
-}
-
-/// The channel in which a set of colours is the widest, and how much it asks to be cut.
-fn widest(set: &[Weighted]) -> (usize, u64) {
-    let width = |axis: usize| {
-        let values = || set.iter().map(|(color, _)| u64::from(color[axis]));
-        values().max().unwrap_or(0) - values().min().unwrap_or(0)
-    };
-    let (axis, width) = [0, 1, 2].map(|axis| (axis, width(axis))).into_iter().max_by_key(|(_, w)| *w).unwrap_or((0, 0));
-    (axis, width * width * set.iter().map(|(_, weight)| weight).sum::<u64>())
-}
-
-/// A set cut along a channel, half of its weight on either side; None if it has one colour only.
-fn halves(set: &mut [Weighted], axis: usize) -> Option<(Vec<Weighted>, Vec<Weighted>)> {
-    if set.len() < 2 {
-        return None;
-    }
-    set.sort_by_key(|(color, _)| (color[axis], *color));
-    let total: u64 = set.iter().map(|(_, weight)| weight).sum();
-    let mut before = 0;
-    let half = set.iter().position(|(_, weight)| {
-        before += weight;
-        2 * before >= total
-    });
-    let (low, high) = set.split_at((half.unwrap_or(0) + 1).clamp(1, set.len() - 1));
-    Some((low.to_vec(), high.to_vec()))
-}
-
-fn mean(set: &[Weighted]) -> [u8; 3] {
-    let total: u64 = set.iter().map(|(_, weight)| weight).sum();
-    let sum = |axis: usize| set.iter().map(|(color, weight)| u64::from(color[axis]) * weight).sum::<u64>();
-    [0, 1, 2].map(|axis| (sum(axis) / total.max(1)) as u8)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use super::{Camera, Marks, draw_on, extent, label};
 use crate::episode::Film;
 use crate::error::{Error, Result};
 use crate::files::write_atomic;
+use crate::report::own_folder;
 use crate::sim::Push;
 use image::RgbImage;
 use nalgebra::Point3;
@@ -88,27 +89,8 @@ pub fn write_frames(film: &Film, folder: &Path, options: &FramesOptions) -> Resu
 
 /// The frames of before in a folder, none if it is not there. Error: it is not a folder, or it holds something else.
 pub fn check_folder(folder: &Path) -> Result<Vec<String>> {
-    let refuse = |problem: String| {
-        let accepted =
-            format!("a folder that is new, empty, or holds nothing but frames (frame-*.png, {STRIP}, {GIF})");
-        Error::value("arguments", "--frames", folder.display(), problem, accepted)
-    };
-    let fail = |source| Error::Read { path: folder.into(), source };
-    if !folder.exists() {
-        return Ok(Vec::new());
-    }
-    if !folder.is_dir() {
-        return Err(refuse("it is not a folder".into()));
-    }
-    let mut names = Vec::new();
-    for entry in fs::read_dir(folder).map_err(fail)? {
-        let name = entry.map_err(fail)?.file_name().to_string_lossy().into_owned();
-        if !is_frame(&name) {
-            return Err(refuse(format!("it holds {name:?}")));
-        }
-        names.push(name);
-    }
-    Ok(names)
+    let accepted = format!("a folder that is new, empty, or holds nothing but frames (frame-*.png, {STRIP}, {GIF})");
+    own_folder("--frames", folder, is_frame, &accepted)
 }
 
 /// Whether a file bears a name that [`write_frames`] gives.
@@ -333,7 +315,7 @@ mod tests {
             fs::remove_file(folder.path().join(foreign)).unwrap();
         }
         let file = folder.path().join(STRIP);
-        assert!(check_folder(&file).unwrap_err().to_string().contains("not a folder"));
+        assert!(check_folder(&file).unwrap_err().to_string().contains("it is a file"));
     }
 
     /// The camera looks across the push.

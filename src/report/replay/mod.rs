@@ -11,9 +11,8 @@ mod pack;
 use crate::episode::Outcome;
 use crate::episode::film::Film;
 use crate::error::{Error, Result};
-use crate::report::palette;
-use minijinja::syntax::SyntaxConfig;
-use minijinja::{Environment, context};
+use crate::report::{html_page, palette};
+use minijinja::{UndefinedBehavior, context};
 
 const TEMPLATE: &str = include_str!("replay.html.jinja");
 const STYLE: &str = include_str!("replay.css");
@@ -49,19 +48,12 @@ pub struct Head {
 ///
 /// Errors: a film without a moment, or a template that is wrong.
 pub fn page(film: &Film, head: &Head) -> Result<String> {
-    let fail = |problem: String| Error::Numeric { what: "replay".into(), problem };
     if film.snapshots.is_empty() {
-        return Err(fail("the film has no moment".into()));
+        return Err(Error::Numeric { what: "replay".into(), problem: "the film has no moment".into() });
     }
     // Nothing in it may end the element that holds it.
     let (data, notes) = data::packed(film);
     let data = data.to_string().replace('<', "\\u003c");
-    let mut environment = Environment::new();
-    let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
-    environment.set_syntax(syntax.map_err(|e| fail(e.to_string()))?);
-    // The ending .html of the name makes it escape what it prints.
-    environment.add_template("replay.html", TEMPLATE).map_err(|e| fail(e.to_string()))?;
-    let template = environment.get_template("replay.html").map_err(|e| fail(e.to_string()))?;
     let outcome = match film.record.outcome {
         Outcome::Recovered => "recovered",
         Outcome::Fell => "fell",
@@ -77,7 +69,6 @@ pub fn page(film: &Film, head: &Head) -> Result<String> {
         notes,
         // Only a path: a link of another kind could do more than lead back.
         back => head.back.as_deref().filter(|link| !link.contains(':')),
-        version => env!("CARGO_PKG_VERSION"),
         robot => &film.robot.name,
         gain_set => &film.gain_set,
         outcome,
@@ -85,5 +76,5 @@ pub fn page(film: &Film, head: &Head) -> Result<String> {
         script => format!("const PALETTE = {};\n{}", palette::json(), SCRIPTS.concat()),
         data,
     };
-    template.render(context).map_err(|e| fail(format!("{e:#}")))
+    html_page::render("replay.html", TEMPLATE, UndefinedBehavior::Lenient, |_| (), &context)
 }

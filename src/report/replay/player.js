@@ -110,6 +110,8 @@ const ACTIONS = {
   play: () => (state.playing ? pause() : play()),
   back: () => step(-1),
   forth: () => step(1),
+  rewind: () => step(-Math.round(0.1 / film.period)),
+  skip: () => step(Math.round(0.1 / film.period)),
   start: () => step(-film.count),
   end: () => step(film.count),
   slower: () => setSpeed(-1),
@@ -119,9 +121,11 @@ const ACTIONS = {
   command: () => copy(find("command-text").textContent),
 };
 for (const view of Object.keys(VIEWS)) ACTIONS["view-" + view] = () => camera && camera.set(view);
+// Those that the window has too are the same there.
 const KEYS = {
-  " ": "play", ArrowLeft: "back", ArrowRight: "forth", Home: "start", End: "end", "[": "slower", "]": "faster", "?": "help",
-  l: "link", 1: "view-home", 2: "view-front", 3: "view-side", 4: "view-top", r: "view-home",
+  " ": "play", ",": "back", ".": "forth", ArrowLeft: "rewind", ArrowRight: "skip", Home: "start", End: "end", r: "start",
+  "-": "slower", "+": "faster", "=": "faster", h: "help", "?": "help", l: "link",
+  v: "view-home", 1: "view-home", 2: "view-front", 3: "view-side", 4: "view-top",
 };
 document.addEventListener("click", (event) => {
   const button = event.target.closest("[data-do]");
@@ -137,7 +141,6 @@ document.addEventListener("keydown", (event) => {
   if (!overlay && !action) return;
   event.preventDefault();
   if (overlay) toggle(overlay.id);
-  else if (event.shiftKey && event.key.startsWith("Arrow")) step(Math.round((action === "back" ? -0.1 : 0.1) / film.period));
   else ACTIONS[action]();
 });
 

@@ -98,13 +98,14 @@ void main() {
   float dark = 0.0;
   if (all(greaterThan(uv, vec2(0.0))) && all(lessThan(uv, vec2(1.0)))) {
     vec2 around = vec2(0.0);
-    for (int i = 0; i < 6; i++) around += textureLod(shadow, uv + ring(i, 6) * 0.02, 3.5).rg;
+    for (int i = 0; i < 6; i++) around += textureLod(shadow, uv + ring(i, 6) * 0.035, 4.5).rg;
     float px = clamp(90.0 * around.g / max(around.r, 0.02), 2.0, 40.0);
     for (int i = 0; i < 20; i++) {
       dark += textureLod(shadow, uv + ring(i, 20) * px / ${SHADOW_PX}.0, log2(px / 2.0)).r / 20.0;
     }
     vec2 edge = smoothstep(vec2(0.0), vec2(0.08), uv) * smoothstep(vec2(0.0), vec2(0.08), 1.0 - uv);
-    dark *= edge.x * edge.y;
+    // Where hardly anything is found that throws it, how soft it is is not known.
+    dark *= edge.x * edge.y * smoothstep(0.0, 0.15, around.r);
   }
   color *= 1.0 - shade * dark;
   float far = length(local.xy - middle);

@@ -13,6 +13,10 @@ use kiss3d::egui::{
 
 /// Width of the panel (points).
 pub const WIDTH: f32 = 340.0;
+/// A line of text with what separates it from the next.
+const LINE: f32 = 22.0;
+/// Least height of a plot; where two do not fit the panel scrolls.
+const LEAST_PLOT: f32 = 110.0;
 
 /// What the panel tells.
 pub struct Facts<'a> {
@@ -56,7 +60,9 @@ pub fn draw(ctx: &Context, facts: &Facts, wishes: &mut Vec<Wish>) {
                     Some((_, end_s)) => ([0.0, *end_s], Some(facts.now.time_s)),
                     None => ([facts.now.time_s.max(SPAN_S) - SPAN_S, facts.now.time_s.max(SPAN_S)], None),
                 };
-                plots::draw(ui, facts.trail, span_s, now_s, 122.0);
+                // Both plots, their names and the last line fill what is left of the window.
+                let height = (0.5 * (ui.available_height() - 3.0 * LINE)).max(LEAST_PLOT);
+                plots::draw(ui, facts.trail, span_s, now_s, height);
                 ui.weak("H: keys");
             });
         });
@@ -109,7 +115,7 @@ fn state(ui: &mut Ui, facts: &Facts, wishes: &mut Vec<Wish>) {
         ui.label("DCM");
         let mm = 1000.0 * now.dcm_outside_m;
         ui.label(match mm {
-            mm if mm.is_infinite() => "in flight".to_string(),
+            mm if mm.is_infinite() => "no sole on the ground".to_string(),
             mm if mm > 0.0 => format!("{mm:.0} mm outside of the soles"),
             mm => format!("{:.0} mm inside of the soles", -mm),
         });

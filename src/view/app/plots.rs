@@ -85,6 +85,7 @@ pub fn draw(ui: &mut Ui, trail: &Trail, span_s: [f64; 2], now_s: Option<f64>, he
         let [low, high] = bounds(trail, axis);
         // Lines that leave room for their numbers.
         let line_mm = [20.0, 50.0, 100.0].into_iter().find(|mm| high - low <= 5.0 * mm).unwrap_or(200.0);
+        let line_s = [0.1, 0.5, 1.0].into_iter().find(|s| span_s[1] - span_s[0] <= 10.0 * s).unwrap_or(5.0);
         Plot::new(name)
             .height(height)
             .default_x_bounds(span_s[0], span_s[1])
@@ -98,7 +99,8 @@ pub fn draw(ui: &mut Ui, trail: &Trail, span_s: [f64; 2], now_s: Option<f64>, he
             .allow_double_click_reset(false)
             .show_crosshair(false)
             .y_axis_min_width(30.0)
-            .grid_spacing(Rangef::new(4.0, 40.0))
+            .grid_spacing(Rangef::new(4.0, 120.0))
+            .x_grid_spacer(uniform_grid_spacer(move |_| [line_s, 2.0 * line_s, 10.0 * line_s]))
             .y_grid_spacer(uniform_grid_spacer(move |_| [line_mm / 2.0, line_mm, 10.0 * line_mm]))
             .show(ui, |plot| {
                 for (name, color, of) in CURVES {

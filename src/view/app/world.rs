@@ -36,10 +36,7 @@ impl World {
                 let accepted = "a result folder, or --campaign";
                 return Err(Error::value("arguments", "--trial", index, "of what?", accepted));
             };
-            if index >= campaign.trials {
-                let accepted = format!("0 to {}", campaign.trials.saturating_sub(1));
-                return Err(Error::value("arguments", "--trial", index, "the campaign has no such trial", accepted));
-            }
+            campaign.check_trial(index)?;
         }
         let named = args.robot.as_ref().or(campaign.as_ref().map(|campaign| &campaign.robot));
         let robot = Robot::load(named.map_or(DEFAULT_ROBOT, String::as_str))?;
