@@ -153,15 +153,15 @@ pub struct MergeArgs {
 pub struct ReplaysArgs {
     /// Pages that show telling trials in 3D, for each gain set, of those that report.html names; 0: no new ones.
     ///
-    /// First the push that it lost nearest to its limit, then the hardest that it survived (by impulse over m omega d), then
-    /// the others.
+    /// First the easiest push that it lost, the lost one nearest to its limit of 50 %, and the hardest that it survived (by
+    /// impulse over m omega d), then the others.
     #[arg(long, value_name = "N", default_value_t = ReplaysArgs::default().replays)]
     pub replays: usize,
 }
 
 impl Default for ReplaysArgs {
     fn default() -> Self {
-        Self { replays: 2 }
+        Self { replays: 3 }
     }
 }
 

@@ -172,24 +172,24 @@ fn a_result_has_replays_of_telling_trials() {
     let report = || fs::read_to_string(out.join("report.html")).unwrap();
     assert!(!out.join("replays").exists() && !report().contains("watch in 3D"));
 
-    let said = stderr(&standfast(dir.path(), &asked("--replays=2")).success());
+    let said = stderr(&standfast(dir.path(), &asked("--replays=3")).success());
     let pages: Vec<String> = files(&out.join("replays")).into_keys().collect();
     assert!(said.contains(&format!("{} replays of telling trials", pages.len())), "{said}");
     let summary: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(out.join("summary.json")).unwrap()).unwrap();
     for set in summary["sets"].as_array().unwrap() {
-        // What it lost nearest to its limit, and the hardest that it survived.
         let (name, telling) = (set["name"].as_str().unwrap(), set["telling"].as_array().unwrap());
-        assert!(telling.len() > 2, "{telling:?}");
-        let hardest = telling.last().unwrap();
-        assert!(hardest["survived"] == true && telling[0]["survived"] == false, "{telling:?}");
-        for trial in [&telling[0], hardest] {
+        assert!(telling.len() > 3, "{telling:?}");
+        let survived = telling.iter().map(|trial| trial["survived"] == true).collect::<Vec<_>>();
+        assert_eq!(survived[..3], [false, false, true], "{telling:?}");
+        assert!(telling[1]["why"].as_str().unwrap().contains("nearest to its limit"), "{telling:?}");
+        for trial in &telling[..3] {
             let page = format!("trial-{}-{name}.html", trial["trial"]);
             assert!(pages.contains(&page), "{pages:?}");
             assert!(report().contains(&format!("href=\"replays/{page}\"")), "{page} is not linked");
         }
     }
-    assert_eq!(pages.len(), 4, "{pages:?}");
+    assert_eq!(pages.len(), 6, "{pages:?}");
 
     // The same page by hand; of a trial that a set lost, that set's.
     let lost = summary["sets"][0]["telling"][0]["trial"].to_string();

@@ -168,13 +168,56 @@ fn a_link_is_to_the_moment_that_is_shown() {
     assert_no_problems(&mut tab, &file);
 }
 
+/// A key that is held plays or hides once, and goes on through time; after a click the keys are still those of time.
+#[test]
+fn a_held_key_acts_once_and_a_click_takes_no_key_away() {
+    let Some(mut browser) = Browser::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let file = written(&folder, stepping(), &head());
+    let mut tab = browser.tab(1200, 900, "light");
+    tab.open(&file);
+    let hold = |tab: &mut Page, key: &str| {
+        for repeats in [false, true, true, true] {
+            tab.call("Input.dispatchKeyEvent", json!({ "type": "keyDown", "key": key, "autoRepeat": repeats }));
+        }
+        tab.call("Input.dispatchKeyEvent", json!({ "type": "keyUp", "key": key }));
+    };
+    let is_shown = "document.getElementById('show-com').getAttribute('aria-pressed')";
+    hold(&mut tab, "c");
+    assert_eq!(tab.evaluate(is_shown), "false");
+    hold(&mut tab, ".");
+    assert!((time_s(&mut tab) - 4.0 * stepping().control_period_s).abs() < 1e-9, "at {} s", time_s(&mut tab));
+    let plays = |tab: &mut Page| tab.evaluate("replay.state.playing");
+    for clicked in ["show-com", "view-top", "speed"] {
+        match clicked {
+            "view-top" => _ = tab.evaluate("document.querySelector('[data-do=view-top]').id = 'view-top'"),
+            _ => (),
+        }
+        click_in(&mut tab, clicked, 0.5, 0.5);
+        if clicked == "speed" {
+            // The menu itself is the browser's: as if the fastest had been chosen in it.
+            tab.evaluate("(speed => { speed.value = '5'; speed.dispatchEvent(new Event('change')); })(document.getElementById('speed'))");
+            assert_eq!(tab.evaluate("replay.state.speed"), 5.0);
+        }
+        let before_s = time_s(&mut tab);
+        press(&mut tab, ".");
+        assert!(time_s(&mut tab) > before_s, "after a click on {clicked}");
+        assert_eq!(plays(&mut tab), false);
+        hold(&mut tab, " ");
+        assert_eq!(plays(&mut tab), true, "after a click on {clicked}");
+        press(&mut tab, " ");
+        press(&mut tab, "Home");
+    }
+    assert_eq!(tab.evaluate(is_shown), "true", "by the click, and by nothing else");
+    assert_no_problems(&mut tab, &file);
+}
+
 #[test]
 fn without_scripts_the_page_says_so_first() {
     let Some(mut browser) = Browser::start() else { return };
     let folder = tempfile::tempdir().unwrap();
     let warning = Some("this is not the trial as it was".to_string());
-    let command_in = Some("in the folder of the result".to_string());
-    let file = written(&folder, stepping(), &Head { warning, command_in, ..head() });
+    let file = written(&folder, stepping(), &Head { warning, ..head() });
     let mut tab = browser.tab(1200, 900, "light");
     tab.call("Emulation.setScriptExecutionDisabled", json!({ "value": true }));
     tab.open(&file);
@@ -309,17 +352,10 @@ fn names_are_text_whatever_they_contain() {
     film.gain_set = evil(1);
     film.gains.iter_mut().for_each(|name| *name = evil(2));
     film.robot.name = evil(3);
-    film.robot.links[0].name = evil(4);
     film.record.fell_at_s = Some(1.0);
     film.record.fall_cause = Some(evil(5));
-    let head = Head {
-        title: evil(7),
-        warning: Some(evil(10)),
-        lines: vec![evil(8)],
-        command: Some(evil(9)),
-        command_in: Some(evil(11)),
-        back: Some("javascript:window.evil=6".into()),
-    };
+    let head =
+        Head { title: evil(7), warning: Some(evil(10)), lines: vec![evil(8)], command: evil(9), of_result: false };
     let file = written(&folder, &film, &head);
     let mut tab = browser.tab(1200, 900, "light");
     tab.open(&file);
@@ -328,7 +364,6 @@ fn names_are_text_whatever_they_contain() {
     assert_eq!(tab.evaluate("document.querySelectorAll('img, a').length"), 0);
     assert_eq!(tab.evaluate("document.title"), evil(7).as_str());
     assert_eq!(text(&mut tab, "command-text"), evil(9));
-    assert_eq!(text(&mut tab, "command-caption"), format!("Run again {}:", evil(11)));
     assert_eq!(text(&mut tab, "warning"), format!("Beware: {}", evil(10)));
     assert_eq!(text(&mut tab, "gain"), evil(2));
     let marked = tab.evaluate("[...document.querySelectorAll('#marks .fall')].map((mark) => mark.title)");

@@ -66,7 +66,7 @@ impl Replayed {
         let same_end = goes_on || (row.outcome, row.end_s.to_bits()) == (record.outcome, record.end_s.to_bits());
         let settled_at_s = record.settled_at_s.or(row.settled_at_s.filter(|_| goes_on && record.fell_at_s.is_some()));
         let same = same_end && bits(fell_at_s) == bits(row.fell_at_s) && bits(settled_at_s) == bits(row.settled_at_s);
-        let told = |outcome: Outcome, end_s: f64| format!("{} at {end_s:.3} s", format!("{outcome:?}").to_lowercase());
+        let told = |outcome: Outcome, end_s: f64| format!("{} at {end_s:.3} s", outcome.name());
         let [now, then] = [told(record.outcome, record.end_s), told(row.outcome, row.end_s)];
         (!same).then(|| {
             format!(

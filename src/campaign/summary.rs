@@ -242,6 +242,8 @@ impl SetSummary {
             let trials = rows.iter().filter_map(|row| Some((impulse(row)?, row.outcome == Outcome::Recovered)));
             Curve::through(&trials.collect::<Vec<_>>())
         };
+        let (curve, normalized_curve) = (over(|row| Some(row.impulse_n_s)), over(|row| row.impulse_over_m_omega_d));
+        let limit = normalized_curve.fit.or(curve.fit).map(|fit| fit.x50);
         Self {
             name: name.clone(),
             origin: Origin::own(name),
@@ -254,10 +256,10 @@ impl SetSummary {
             stepped: Stepped::new(&rows),
             fall_causes: FallCause::count(&rows),
             by_impulse: bins.windows(2).map(|bin| within(&bin)).filter(|bin| bin.count.trials > 0).collect(),
-            curve: over(|row| Some(row.impulse_n_s)),
-            normalized_curve: over(|row| row.impulse_over_m_omega_d),
+            curve,
+            normalized_curve,
             strata: strata.iter().map(stratum).collect(),
-            telling: Telling::of(all, names, set),
+            telling: Telling::of(all, names, set, limit),
             failures: Failures::of(rows.iter().copied()),
         }
     }

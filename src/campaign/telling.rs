@@ -1,12 +1,13 @@
-//! The trials of a gain set that are worth a look: what it lost without need, what another set survived, and the hardest
-//! that it survived.
+//! The trials of a gain set that are worth a look: what it lost without need, what it lost nearest to its limit, the hardest
+//! that it survived, and what another set survived.
 
 use crate::campaign::Row;
 use crate::campaign::paired::trials;
 use crate::episode::Outcome;
 use serde::Serialize;
+use std::collections::HashSet;
 
-/// How many of the easiest lost trials are named, and how many sets that survived what was lost.
+/// How many of the easiest lost trials are named, and how many sets that survived what was lost, at most.
 const LOST: usize = 3;
 const OTHERS: usize = 3;
 
@@ -24,16 +25,21 @@ pub struct Telling {
 }
 
 impl Telling {
-    /// Of set number `set` of those that are named; `rows` are sorted by trial, then by set. First the lost trials that the
-    /// pendulum calls the easiest (impulse over m omega d), easiest first; then, for the first of the other sets, the first
-    /// trial that it survived and this set lost; last the hardest one that this set survived.
-    pub fn of(rows: &[Row], names: &[String], set: usize) -> Vec<Self> {
+    /// Of set number `set` of those that are named, whose limit is the push (impulse over m omega d, as [`Row::hardness`])
+    /// that half survive; `rows` are sorted by trial, then by set. What tells most comes first: the easiest push that was
+    /// lost, the lost one that is nearest to the limit, and the hardest that was survived; then, for the first of the other
+    /// sets, the first trial that it survived and this set lost; then the next easiest lost ones. Each trial once.
+    pub fn of(rows: &[Row], names: &[String], set: usize, limit: Option<f64>) -> Vec<Self> {
         let recovered = |row: &Row| row.outcome == Outcome::Recovered;
         let harder = |a: &&Row, b: &&Row| a.hardness().total_cmp(&b.hardness());
         let own = || trials(rows, names.len()).map(|trial| &trial[set]);
         let mut lost: Vec<&Row> = own().filter(|row| !recovered(row)).collect();
         lost.sort_by(harder);
-        let easiest = lost.into_iter().take(LOST).map(|row| (row, "lost, though among the easiest".to_string()));
+        let from_limit = |row: &Row| limit.map_or(f64::INFINITY, |limit| (row.hardness() - limit).abs());
+        let nearest =
+            lost.iter().copied().min_by(|a, b| from_limit(a).total_cmp(&from_limit(b))).filter(|_| limit.is_some());
+        let nearest = nearest.map(|row| (row, "lost, nearest to its limit of 50 %".to_string()));
+        let mut easiest = lost.into_iter().take(LOST).map(|row| (row, "lost, though among the easiest".to_string()));
         let others = (0..names.len()).filter_map(|other| {
             let differs = |trial: &&[Row]| recovered(&trial[other]) && !recovered(&trial[set]);
             let found = trials(rows, names.len()).find(differs)?;
@@ -45,7 +51,11 @@ impl Telling {
             let Row { trial, impulse_n_s, impulse_over_m_omega_d, heading_deg, .. } = *row;
             Self { trial, impulse_n_s, impulse_over_m_omega_d, heading_deg, survived: recovered(row), why }
         };
-        easiest.chain(others.take(OTHERS)).chain(hardest).map(telling).collect()
+        let first = easiest.next().into_iter().chain(nearest).chain(hardest);
+        let mut found: Vec<Self> = first.chain(others.take(OTHERS)).chain(easiest).map(telling).collect();
+        let mut seen = HashSet::new();
+        found.retain(|telling| seen.insert(telling.trial));
+        found
     }
 }
 
@@ -55,7 +65,7 @@ mod tests {
     use crate::campaign::row::tests::row;
 
     #[test]
-    fn the_easiest_that_were_lost_come_first_and_the_hardest_that_was_survived_last() {
+    fn what_tells_most_comes_first_and_each_trial_once() {
         let outcome = |survived: bool| if survived { Outcome::Recovered } else { Outcome::Fell };
         let trials = [(2.0, false), (9.0, false), (1.0, true), (0.5, false), (7.0, true), (3.0, false)];
         let rows: Vec<Row> = (trials.into_iter().enumerate())
@@ -68,10 +78,14 @@ mod tests {
             })
             .collect();
         let names = ["a", "b"].map(String::from);
-        let telling = Telling::of(&rows, &names, 0);
-        assert_eq!(telling.iter().map(|t| t.trial).collect::<Vec<_>>(), [3, 0, 5, 1, 4]);
-        assert_eq!(telling[3].why, "lost; b survives it");
-        assert!(telling[4].why.contains("hardest"));
-        assert!(Telling::of(&[], &names, 0).is_empty());
+        let telling = Telling::of(&rows, &names, 0, Some(3.4));
+        assert_eq!(telling.iter().map(|t| t.trial).collect::<Vec<_>>(), [3, 5, 4, 1, 0]);
+        for (i, why) in ["easiest", "nearest to its limit", "hardest", "b survives it", "easiest"].iter().enumerate() {
+            assert!(telling[i].why.contains(why), "{telling:?}");
+        }
+        // Without a limit none is nearest to it.
+        let telling = Telling::of(&rows, &names, 0, None);
+        assert_eq!(telling.iter().map(|t| t.trial).collect::<Vec<_>>(), [3, 4, 1, 0, 5]);
+        assert!(Telling::of(&[], &names, 0, Some(1.0)).is_empty());
     }
 }

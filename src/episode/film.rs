@@ -4,6 +4,10 @@ use super::{ClosedLoop, Disturbance, EpisodeConfig, Record, Snapshot, Tick, Unti
 use crate::control::Design;
 use crate::robot::Robot;
 use crate::sim::{Ground, Push, Variation};
+use std::f64::consts::TAU;
+
+/// A robot farther from home than this (m) has flown off.
+pub const FARTHEST_M: f64 = 5.0;
 
 /// A recorded episode.
 #[derive(Debug, Clone)]
@@ -52,6 +56,18 @@ impl Film {
         let (gain_set, control_period_s) = (family.name.clone(), config.control_period_s);
         let ground = Ground::new(robot, &variation);
         Self { robot: simulated, ground, gain_set, gains, control_period_s, pushes, variation, record, snapshots }
+    }
+
+    /// How many moments there are until the robot has flown off or its numbers run away (beyond [`FARTHEST_M`], or a joint
+    /// beyond a turn): those that can be shown, one at least of a film that has any.
+    pub fn near(&self) -> usize {
+        let is_near = |snapshot: &Snapshot| {
+            let base = snapshot.posture.base.translation.vector;
+            let far_m = [base.norm(), snapshot.com.coords.norm(), snapshot.dcm.coords.norm()];
+            far_m.iter().all(|far| *far <= FARTHEST_M) && snapshot.posture.q.iter().all(|q| q.abs() <= TAU)
+        };
+        let count = self.snapshots.len();
+        self.snapshots.iter().position(|snapshot| !is_near(snapshot)).unwrap_or(count).max(1).min(count)
     }
 
     /// Takes away what comes after `end_s`.

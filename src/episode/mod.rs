@@ -34,6 +34,18 @@ pub enum Outcome {
     TimedOut,
 }
 
+impl Outcome {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Recovered => "recovered",
+            Self::Fell => "fell",
+            Self::Diverged => "diverged",
+            Self::TimedOut => "timed out",
+        }
+    }
+}
+
 /// Thresholds of the judge.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]

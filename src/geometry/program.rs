@@ -8,16 +8,23 @@ use nalgebra::DMatrix;
 
 /// Accuracy asked of the solver.
 const TOLERANCE: f64 = 1e-10;
+/// Constraints that have to give way by more are met by nothing.
+const MISSED: f64 = 1e-7;
 
 /// Maximise `cost . x` subject to rows `a . x = b` and `a . x <= b`.
 #[derive(Debug, Clone, Default)]
 pub struct LinearProgram {
     pub cost: Vec<f64>,
-    /// (a, b) of `a . x = b`; a as long as the cost.
-    pub equal: Vec<(Vec<f64>, f64)>,
+    /// (a, b) of `a . x = b`.
+    pub equal: Vec<Row>,
     /// (a, b) of `a . x <= b`.
-    pub at_most: Vec<(Vec<f64>, f64)>,
+    pub at_most: Vec<Row>,
+    /// This is the [`elastic`](Self::elastic) one of another program.
+    is_elastic: bool,
 }
+
+/// a, as long as the cost, and b.
+pub type Row = (Vec<f64>, f64);
 
 impl LinearProgram {
     /// A program without constraints yet.
@@ -35,14 +42,29 @@ impl LinearProgram {
     ///
     /// Errors: the value has no bound, or the solver gives up.
     pub fn solve(&self) -> Result<Option<(f64, Vec<f64>)>> {
-        let (n, rows) = (self.cost.len(), self.equal.len() + self.at_most.len());
-        let all = || self.equal.iter().chain(&self.at_most);
+        // What is at most b and at least b is b: between two such rows a solver that goes through the inside finds none.
+        let is_opposite = |(a, b): &Row, (c, d): &Row| *b == -*d && a.iter().zip(c).all(|(x, y)| *x == -*y);
+        let opposites = |row: &Row| self.at_most.iter().position(|other| is_opposite(row, other));
+        let (mut equal, mut at_most): (Vec<&Row>, Vec<&Row>) = (self.equal.iter().collect(), Vec::new());
+        for (i, row) in self.at_most.iter().enumerate() {
+            match opposites(row) {
+                Some(other) if other > i => equal.push(row),
+                Some(_) => {}
+                None => at_most.push(row),
+            }
+        }
+        let (n, rows) = (self.cost.len(), equal.len() + at_most.len());
+        let all = || equal.iter().chain(&at_most);
         let mut a = DMatrix::zeros(rows, n);
         for (i, (row, _)) in all().enumerate() {
             row.iter().enumerate().for_each(|(j, value)| a[(i, j)] = *value);
         }
         let starts = (0..=n).map(|j| j * rows).collect();
         let places = (0..n).flat_map(|_| 0..rows).collect();
+        let a = CscMatrix::new(rows, n, starts, places, a.as_slice().to_vec());
+        let b: Vec<f64> = all().map(|(_, b)| *b).collect();
+        let cost: Vec<f64> = self.cost.iter().map(|c| -c).collect();
+        let cones = [ZeroConeT(equal.len()), NonnegativeConeT(at_most.len())];
         let settings = DefaultSettingsBuilder::default()
             .verbose(false)
             .max_threads(1)
@@ -52,22 +74,30 @@ impl LinearProgram {
             .tol_feas(TOLERANCE)
             .build()
             .map_err(|e| failure(e.to_string()))?;
-        let mut solver = DefaultSolver::new(
-            &CscMatrix::zeros((n, n)),
-            &self.cost.iter().map(|c| -c).collect::<Vec<_>>(),
-            &CscMatrix::new(rows, n, starts, places, a.as_slice().to_vec()),
-            &all().map(|(_, b)| *b).collect::<Vec<_>>(),
-            &[ZeroConeT(self.equal.len()), NonnegativeConeT(self.at_most.len())],
-            settings,
-        )
-        .map_err(|e| failure(e.to_string()))?;
+        let mut solver = DefaultSolver::new(&CscMatrix::zeros((n, n)), &cost, &a, &b, &cones, settings)
+            .map_err(|e| failure(e.to_string()))?;
         solver.solve();
-        let solution = &solver.solution;
+        let solution = solver.solution;
         match solution.status {
-            SolverStatus::Solved | SolverStatus::AlmostSolved => Ok(Some((-solution.obj_val, solution.x.clone()))),
+            SolverStatus::Solved | SolverStatus::AlmostSolved => Ok(Some((-solution.obj_val, solution.x))),
             SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => Ok(None),
+            // One in some thousands of those that nothing meets is not seen to be one.
+            _ if !self.is_elastic && self.elastic().solve()?.is_some_and(|(value, _)| -value > MISSED) => Ok(None),
             status => Err(failure(format!("{status:?}"))),
         }
+    }
+
+    /// By how much (negative) the constraints have to give way for any x to meet them: a program that some x meets, whatever
+    /// the constraints.
+    fn elastic(&self) -> Self {
+        let unknowns = self.cost.len();
+        let with = |a: &[f64], sign: f64| a.iter().map(|c| sign * c).chain([-1.0]).collect::<Vec<_>>();
+        let mut program = Self::maximise([vec![0.0; unknowns], vec![-1.0]].concat());
+        program.is_elastic = true;
+        program.at_most.push((with(&vec![0.0; unknowns], 1.0), 0.0));
+        program.at_most.extend(self.at_most.iter().map(|(a, b)| (with(a, 1.0), *b)));
+        program.at_most.extend(self.equal.iter().flat_map(|(a, b)| [(with(a, 1.0), *b), (with(a, -1.0), -b)]));
+        program
     }
 }
 
@@ -98,6 +128,14 @@ mod tests {
         let (value, _) = segment(3.0).solve().unwrap().unwrap();
         assert!((value - 9.0).abs() < 1e-6, "{value}");
         assert_eq!(segment(3.5).solve().unwrap(), None);
+    }
+
+    #[test]
+    fn what_nothing_meets_is_missed_by_so_much() {
+        for (least, missed) in [(-1.0, 0.0), (3.0, 0.0), (3.5, 0.25)] {
+            let (value, _) = segment(least).elastic().solve().unwrap().unwrap();
+            assert!((value + missed).abs() < 1e-7, "{least}: {value}");
+        }
     }
 
     #[test]

@@ -180,8 +180,8 @@ pub struct Origin {
     pub title: Option<String>,
     /// The command that makes it.
     pub command: String,
-    /// The page to go back to.
-    pub back: Option<String>,
+    /// As in [`Head`].
+    pub of_result: bool,
     /// What is not as it should be.
     pub warning: Option<String>,
 }
@@ -189,13 +189,11 @@ pub struct Origin {
 /// Writes the page that shows an episode in 3D.
 pub fn write_replay(told: &Told, path: &Path, origin: Origin) -> Result<()> {
     let Some(film) = &told.film else { return Ok(()) };
-    let Origin { title, command, back, warning } = origin;
+    let Origin { title, command, of_result, warning } = origin;
     let headline = headline(&told.pushes, &film.gain_set, &told.record);
     let title = title.map_or_else(|| headline.clone(), |title| format!("{title}: {headline}"));
     let lines = told.story.lines().map(String::from).collect();
-    // Pages of a result lie in it, and their commands are those of its folder.
-    let command_in = back.as_ref().map(|_| "in the folder of the result".to_string());
-    let head = Head { title, warning, lines, command: Some(command), command_in, back };
+    let head = Head { title, warning, lines, command, of_result };
     write_atomic(path, replay::page(film, &head)?.as_bytes())
 }
 

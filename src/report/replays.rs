@@ -1,7 +1,6 @@
 //! `standfast replay`: a trial of a result, to watch in 3D; and the pages for the telling trials of a result.
 
 use crate::campaign::parts::REPLAYS;
-use crate::campaign::telling::Telling;
 use crate::campaign::{Folder, Replayed, Summary};
 use crate::error::{Error, Result};
 use crate::files::shell_word;
@@ -51,11 +50,11 @@ pub fn run(args: &ReplayArgs) -> Result<String> {
     args.output.iter().try_for_each(|path| check_output("--output", path, &["html"]))?;
     outputs.check()?;
     let replayed = Replayed::open(&args.dir, args.trial, args.gains.as_deref())?;
-    // A page among those of the result leads back to its report.
-    let (path, folder, back) = match args.output.clone() {
-        Some(path) => (path, args.dir.as_path(), None),
-        None => (create_folder(&args.dir)?.join(file_name(&replayed)), Path::new("."), Some(BACK)),
+    let path = match args.output.clone() {
+        Some(path) => path,
+        None => create_folder(&args.dir)?.join(file_name(&replayed)),
     };
+    let folder = args.output.is_some().then_some(args.dir.as_path());
     outputs.replay = Some(path.clone());
     if args.gains.is_none() && replayed.sets.len() > 1 {
         note(&format!("gain set {} of {}; --gains NAME for another", replayed.set, replayed.sets.join(", ")));
@@ -64,7 +63,7 @@ pub fn run(args: &ReplayArgs) -> Result<String> {
         note("the result has no such trial yet: there is nothing to compare it with");
     }
     let told = case(&replayed).tell(replayed.disturbance(), &outputs)?;
-    write(&replayed, &told, &path, folder, back)?;
+    write(&replayed, &told, &path, folder)?;
     outputs.write_frames(&told)?;
     outputs.say_written();
     if !args.json {
@@ -74,26 +73,25 @@ pub fn run(args: &ReplayArgs) -> Result<String> {
     Ok(report::json(&with_fields_of(head, &case(&replayed).as_json(&told))))
 }
 
-/// Writes a page; says so if the trial is not as it was.
-fn write(replayed: &Replayed, told: &Told, path: &Path, folder: &Path, back: Option<&str>) -> Result<()> {
+/// Writes a page, of the result in `folder` or, if there is none, among the pages of that result; says so if the trial is
+/// not as it was.
+fn write(replayed: &Replayed, told: &Told, path: &Path, folder: Option<&Path>) -> Result<()> {
     let warning = replayed.difference(&told.record);
     warning.iter().for_each(|warning| log::warn!("{warning}"));
-    let [folder, set] = [&folder.display().to_string(), &replayed.set].map(|word| shell_word(word));
+    let of_result = folder.is_none();
+    let folder = folder.unwrap_or(Path::new(".")).display().to_string();
+    let [folder, set] = [&folder, &replayed.set].map(|word| shell_word(word));
     let command = format!("standfast replay {folder} --trial {} --gains {set}", replayed.trial);
     let title = format!("Trial {} of {}", replayed.trial, replayed.campaign.name);
-    write_replay(told, path, Origin { title: Some(title), command, back: back.map(String::from), warning })
+    write_replay(told, path, Origin { title: Some(title), command, of_result, warning })
 }
 
 fn case(replayed: &Replayed) -> Case<'_> {
     Case { robot: &replayed.robot, design: &replayed.design, config: replayed.config() }
 }
 
-/// The report, as seen from the folder of the pages.
-const BACK: &str = "../report.html#telling";
-
-/// Writes the pages of telling trials that are not there yet, at most so many for each set: first what it lost nearest to
-/// its limit, then the hardest that it survived, then what else is telling. Returns how many are new; when `stop`, asked
-/// before each, says so, there are fewer.
+/// Writes the pages of telling trials that are not there yet, of the first so many of each set. Returns how many are new;
+/// when `stop`, asked before each, says so, there are fewer. One that cannot be written is warned of and left out.
 pub fn write_telling(
     folder: &Folder,
     summary: &Summary,
@@ -103,32 +101,23 @@ pub fn write_telling(
     let path = |trial: u64, set: &str| folder.path.join(REPLAYS).join(name(trial, set));
     let mut wanted: Vec<(u64, &str)> = Vec::new();
     for set in &summary.sets {
-        let (survived, lost): (Vec<&Telling>, Vec<_>) = set.telling.iter().partition(|telling| telling.survived);
-        let (first, others) = lost.split_at(lost.len().min(1));
-        let mut trials: Vec<u64> = Vec::new();
-        for trial in first.iter().chain(&survived).chain(others).map(|telling| telling.trial) {
-            // One may be telling for more than one reason.
-            if !trials.contains(&trial) {
-                trials.push(trial);
-            }
-        }
-        wanted.extend(trials.into_iter().take(for_each_set).map(|trial| (trial, set.name.as_str())));
+        wanted.extend(set.telling.iter().take(for_each_set).map(|telling| (telling.trial, set.name.as_str())));
     }
     wanted.retain(|(trial, set)| !path(*trial, set).is_file());
     if !wanted.is_empty() {
         create_folder(&folder.path)?;
     }
-    let written = wanted.par_iter().map(|&(trial, set)| {
-        if stop() {
-            return Ok(0);
-        }
+    let page = |trial: u64, set: &str| {
         let (replayed, path) = (Replayed::open(&folder.path, trial, Some(set))?, path(trial, set));
         let outputs = Outputs { replay: Some(path.clone()), ..Outputs::default() };
         let told = case(&replayed).tell(replayed.disturbance(), &outputs)?;
-        // The command as it is in the folder of the result.
-        write(&replayed, &told, &path, Path::new("."), Some(BACK)).map(|()| 1)
-    });
-    written.sum()
+        write(&replayed, &told, &path, None)
+    };
+    let is_written = |&&(trial, set): &&(u64, &str)| {
+        let written = if stop() { return false } else { page(trial, set) };
+        written.inspect_err(|error| log::warn!("no replay of trial {trial} of {set}: {error}")).is_ok()
+    };
+    Ok(wanted.par_iter().filter(is_written).count())
 }
 
 /// The page of a trial, if it is there: its path as seen from a report in `folder`, for a set whose campaign is the file

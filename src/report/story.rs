@@ -36,13 +36,9 @@ impl Witness {
 /// The story in one line: the title of a picture.
 pub fn headline(pushes: &[Push], gain_set: &str, record: &Record) -> String {
     let outcome = match record.outcome {
-        Outcome::Recovered => match record.settled_at_s {
-            Some(at) => format!("recovered, still from {at:.2} s"),
-            None => "recovered".into(),
-        },
+        Outcome::Recovered if let Some(at) = record.settled_at_s => format!("recovered, still from {at:.2} s"),
         Outcome::Fell => format!("fell at {:.2} s", record.fell_at_s.unwrap_or(record.end_s)),
-        Outcome::Diverged => "diverged".into(),
-        Outcome::TimedOut => "timed out".into(),
+        outcome => outcome.name().into(),
     };
     let told =
         |push: &Push| format!("{} N s towards {} degrees", short(push.impulse_n_s, 2), short(push.heading_deg, 2));

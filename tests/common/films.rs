@@ -32,8 +32,8 @@ pub fn head() -> Head {
     Head {
         title: "A push".into(),
         lines: vec!["push      3.6 N s".into(), "outcome   as it was".into()],
-        command: Some("standfast push --impulse 3.6 --heading -20 --replay replay.html".into()),
-        back: Some("report.html#telling".into()),
+        command: "standfast push --impulse 3.6 --heading -20 --replay replay.html".into(),
+        of_result: true,
         ..Head::default()
     }
 }

@@ -1,7 +1,7 @@
 use super::*;
 use proptest::prelude::*;
 
-/// UT-mu2, as PAPER-NOTES' table has it.
+/// UT-mu2, in round numbers.
 fn ut_mu2() -> SteppingPendulum {
     SteppingPendulum {
         mass_kg: 8.0,
@@ -162,7 +162,13 @@ proptest! {
     }
 
     #[test]
-    fn feet_that_reach_nowhere_bring_nothing(heading_deg in -180.0..180.0, x in -0.03..0.03, y in -0.05..0.05) {
+    fn feet_that_reach_nowhere_bring_nothing(
+        (heading_deg, x, y) in prop_oneof![
+            (-180.0..180.0, -0.03..0.03, -0.05..0.05),
+            // Here a solver of the inside gives up.
+            Just((-49.48337274454812, -0.026949666059254022, -0.042285175371695134)),
+        ],
+    ) {
         for sideways in [0.0, 0.097] {
             let reach = LandingBox { forward_m: 0.0, outward_m: sideways, inward_m: sideways };
             let pendulum = SteppingPendulum { com: Point2::new(x, y), reach, ..ut_mu2() };

@@ -40,8 +40,8 @@ pub fn strip(images: &[RgbImage]) -> RgbImage {
 /// Colours of a GIF: one of them says "as before".
 const COLORS: usize = 255;
 const AS_BEFORE: u8 = 255;
-/// How often a palette is taught the colour of each mark.
-const MARK_LESSONS: usize = 100;
+/// Of so many colours that a palette is taught one is that of the same mark.
+const EACH_MARK: usize = 200;
 /// Pictures of one size, each with how long it is shown (1/100 s), as a GIF file that begins again for ever, in the colours
 /// of a palette. Of each picture only what has changed is stored. Error: no picture, or one beyond the 65535 px of a GIF.
 pub(super) fn gif(mut palette: Palette, images: impl Iterator<Item = (RgbImage, u16)>) -> Result<Vec<u8>> {
@@ -124,11 +124,12 @@ impl Palette {
         // As often as the square root, and the marks more than that: they are small, and not to lose their colours to the
         // floor's many greys.
         let seen = counts.iter().enumerate().flat_map(|(bucket, count)| repeat_n(middle(bucket), count.isqrt()));
-        let marks = Overlay::ALL.into_iter().flat_map(|mark| {
+        let mut lesson: Vec<_> = seen.collect();
+        let count = lesson.len() / EACH_MARK;
+        lesson.extend(Overlay::ALL.into_iter().flat_map(|mark| {
             let [_, r, g, b] = mark.color().to_be_bytes();
-            repeat_n([r, g, b, 255], MARK_LESSONS)
-        });
-        let lesson: Vec<_> = seen.chain(marks).collect();
+            repeat_n([r, g, b, 255], count)
+        }));
         let network = NeuQuant::new(1, COLORS, lesson.as_flattened());
         Self { colors: network.color_map_rgb(), network, nearest: vec![None; counts.len()] }
     }
@@ -170,12 +171,12 @@ mod tests {
     /// A small square that wanders over a gradient; the last two pictures are alike.
     #[test]
     fn a_gif_shows_each_picture_for_its_time_with_its_colours() {
-        let gradient = RgbImage::from_fn(60, 40, |x, y| Rgb([150 + x as u8, 160 + y as u8, 200]));
-        let pictures: Vec<RgbImage> = [4, 20, 40, 40]
+        let gradient = RgbImage::from_fn(240, 160, |x, y| Rgb([150 + x as u8 / 4, 160 + y as u8 / 4, 200]));
+        let pictures: Vec<RgbImage> = [16, 80, 160, 160]
             .iter()
             .map(|&left| {
                 let mut picture = gradient.clone();
-                imageops::replace(&mut picture, &plain(5, 5, [230, 0, 40]), left, 10);
+                imageops::replace(&mut picture, &plain(20, 20, [230, 0, 40]), left, 40);
                 picture
             })
             .collect();
@@ -191,7 +192,7 @@ mod tests {
             for (x, y, pixel) in picture.enumerate_pixels() {
                 let shown = frame.buffer().get_pixel(x, y);
                 let off = (0..3).map(|i| pixel[i].abs_diff(shown[i])).max().unwrap();
-                assert!(off <= 14, "at {x}, {y}: {shown:?} for {pixel:?}");
+                assert!(off <= 20, "at {x}, {y}: {shown:?} for {pixel:?}");
             }
         }
         assert!(gif(Palette::of(&[]), std::iter::empty()).is_err());

@@ -137,9 +137,9 @@ pub(super) fn camera(film: &Film, moments: impl Iterator<Item = usize>, size: [u
     toward.framing(&balls, size, MARGIN)
 }
 
-/// When nothing more is to be seen (s).
+/// When nothing more is to be seen (s): the robot stands still, or has flown off.
 pub(super) fn end_s(film: &Film) -> f64 {
-    let last_s = film.snapshots.last().map_or(0.0, |snapshot| snapshot.time_s);
+    let last_s = film.snapshots[..film.near()].last().map_or(0.0, |snapshot| snapshot.time_s);
     let record = &film.record;
     match (record.fell_at_s, record.settled_at_s) {
         (None, Some(at)) => last_s.min(at.max(pushed_until_s(film)) + REST_S),

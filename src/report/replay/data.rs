@@ -1,24 +1,20 @@
 //! What a page knows of a film: the robot, and of every moment all that is drawn, as one JSON value.
 //!
 //! A column's grid spans all that it holds, so that one number that runs away would make those of the whole film coarse:
-//! the page ends before that.
+//! the page ends before that ([`Film::near`]: so far a column's error is 0.08 mm).
 
 use super::pack::{Polygons, column, columns};
 use crate::control::Phase;
-use crate::episode::film::Film;
+use crate::episode::film::{FARTHEST_M, Film};
 use crate::episode::snapshot::{Arrow, Snapshot};
 use crate::robot::{Foot, Pose, Robot, Shape, Solid};
 use crate::sim::{Ground, Push};
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
-use std::f64::consts::TAU;
 
 /// A longer film is shown at every second tick, or third, and so on: so a page stays small, whatever the horizon.
 const MOST_MOMENTS: usize = 2500;
 
-/// A robot that is farther from home than this, or whose DCM is, or one with a joint beyond a full turn, is not shown (m):
-/// so far a column's error is 0.08 mm.
-const FARTHEST_M: f64 = 5.0;
 /// A margin is shown as this at least, so that those about 0 keep their two digits.
 const LEAST_MARGIN: f64 = -100.0;
 /// Corners of CPI sets in a page. With noise no two moments have the same, and gains are many: where there would be more
@@ -31,9 +27,7 @@ const PHASES: [Phase; 5] =
 
 /// The film, packed: `film.js` reads it. And sentences on what it leaves out, if it does.
 pub fn packed(film: &Film) -> (Value, Vec<String>) {
-    let near = film.snapshots.iter().position(|s| !is_near(s)).unwrap_or(film.snapshots.len());
-    // A page has a moment in any case.
-    let ticks = &film.snapshots[..near.max(1)];
+    let ticks = &film.snapshots[..film.near()];
     let stride = ticks.len().div_ceil(MOST_MOMENTS).max(1);
     let moments: Vec<&Snapshot> = ticks.iter().step_by(stride).collect();
     let (slices, every) = slices(&moments, film.gains.len());
@@ -95,12 +89,6 @@ pub fn packed(film: &Film) -> (Value, Vec<String>) {
         "footstep": Polygons::of(footsteps.iter().map(Vec::as_slice)).packed(),
     });
     (packed, notes)
-}
-
-fn is_near(snapshot: &Snapshot) -> bool {
-    let base = snapshot.posture.base.translation.vector;
-    let far_m = [base.norm(), snapshot.com.coords.norm(), snapshot.dcm.coords.norm()];
-    far_m.iter().all(|far| *far <= FARTHEST_M) && snapshot.posture.q.iter().all(|q| q.abs() <= TAU)
 }
 
 /// Mean force over ticks, where it attacks on the mean; None if there is none in any.
@@ -169,14 +157,13 @@ fn robot(robot: &Robot) -> Value {
         let solid =
             |solid: &Solid| json!({ "pose": pose(&solid.pose), "shape": shape(&solid.shape), "color": solid.color });
         json!({
-            "name": link.name,
             "parent": joint.map(|joint| joint.parent),
             "origin": joint.map(|joint| pose(&joint.origin)),
             "axis": joint.map(|joint| [joint.axis.x, joint.axis.y, joint.axis.z]),
             "visuals": link.drawn().iter().map(solid).collect::<Vec<_>>(),
         })
     });
-    json!({ "name": robot.name, "com_height_m": robot.home_com_height(), "links": links.collect::<Vec<_>>() })
+    json!({ "com_height_m": robot.home_com_height(), "links": links.collect::<Vec<_>>() })
 }
 
 /// Position, then quaternion (x, y, z, w).

@@ -81,8 +81,8 @@ class Film {
 
   // Poses of all links in the world.
   poses(i, share) {
-    const q = this.q(i, share) ?? [];
-    const poses = [{ p: this.base(i, share), q: normalized(this.turn(i, share)) }];
+    const q = this.q(i, share);
+    const poses = [{ p: this.base(i, share), q: unit(this.turn(i, share)) }];
     this.links.slice(1).forEach((link, k) => {
       const joint = { p: [0, 0, 0], q: aboutAxis(link.axis, q[k]) };
       poses.push(placed(placed(poses[link.parent], link.origin), joint));
@@ -98,7 +98,7 @@ class Film {
       i,
       time,
       poses: this.poses(i, share),
-      slope: normalized(this.slope(i, share)),
+      slope: unit(this.slope(i, share)),
       com: this.com(i, share),
       dcm: this.dcm(i, share),
       zmp: this.zmp(i, share),

@@ -5,7 +5,10 @@ const scaled = (a, s) => [a[0] * s, a[1] * s, a[2] * s];
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const length = (a) => Math.hypot(...a);
-const unit = (a) => scaled(a, 1 / (Math.hypot(...a) || 1));
+const unit = (a) => {
+  const size = Math.hypot(...a) || 1;
+  return a.map((x) => x / size);
+};
 const clamp = (x, least, most) => Math.min(Math.max(x, least), most);
 
 function turned(q, v) {
@@ -24,11 +27,6 @@ function quaternionProduct(a, b) {
   ];
 }
 
-function normalized(q) {
-  const size = Math.hypot(...q) || 1;
-  return q.map((x) => x / size);
-}
-
 const inverse = (q) => [-q[0], -q[1], -q[2], q[3]];
 
 function aboutAxis(axis, angle) {
@@ -39,7 +37,7 @@ function aboutAxis(axis, angle) {
 // The turn that leads from z to a direction.
 function fromZ(direction) {
   const [x, y, z] = unit(direction);
-  return z < -0.999999 ? [1, 0, 0, 0] : normalized([-y, x, 0, 1 + z]);
+  return z < -0.999999 ? [1, 0, 0, 0] : unit([-y, x, 0, 1 + z]);
 }
 
 const placed = (a, b) => ({ p: add(a.p, turned(a.q, b.p)), q: quaternionProduct(a.q, b.q) });

@@ -8,7 +8,6 @@
 mod data;
 mod pack;
 
-use crate::episode::Outcome;
 use crate::episode::film::Film;
 use crate::error::{Error, Result};
 use crate::report::{html_page, palette};
@@ -37,11 +36,9 @@ pub struct Head {
     /// The story, plain text.
     pub lines: Vec<String>,
     /// The shell command that makes this page.
-    pub command: Option<String>,
-    /// Where it is to be run, as the words after "Run again": "in the folder of the result", say.
-    pub command_in: Option<String>,
-    /// Link to the report that led here, relative to the page.
-    pub back: Option<String>,
+    pub command: String,
+    /// The page lies among the replays of a result: it leads back to the report, and the command is to be run in that folder.
+    pub of_result: bool,
 }
 
 /// The page of a film.
@@ -54,24 +51,16 @@ pub fn page(film: &Film, head: &Head) -> Result<String> {
     // Nothing in it may end the element that holds it.
     let (data, notes) = data::packed(film);
     let data = data.to_string().replace('<', "\\u003c");
-    let outcome = match film.record.outcome {
-        Outcome::Recovered => "recovered",
-        Outcome::Fell => "fell",
-        Outcome::Diverged => "diverged",
-        Outcome::TimedOut => "timed out",
-    };
     let context = context! {
         title => &head.title,
         lines => &head.lines,
         warning => &head.warning,
         command => &head.command,
-        command_in => &head.command_in,
+        of_result => head.of_result,
         notes,
-        // Only a path: a link of another kind could do more than lead back.
-        back => head.back.as_deref().filter(|link| !link.contains(':')),
         robot => &film.robot.name,
         gain_set => &film.gain_set,
-        outcome,
+        outcome => film.record.outcome.name(),
         style => palette::css() + STYLE,
         script => format!("const PALETTE = {};\n{}", palette::json(), SCRIPTS.concat()),
         data,

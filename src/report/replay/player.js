@@ -80,7 +80,10 @@ function setSpeed(by) {
   find("speed").value = String(state.speed);
 }
 setSpeed(0);
-find("speed").addEventListener("change", (event) => { state.speed = Number(event.target.value); });
+find("speed").addEventListener("change", (event) => {
+  state.speed = Number(event.target.value);
+  release();
+});
 const scrubber = find("time");
 Object.assign(scrubber, { min: 0, max: film.count - 1, step: 1, value: 0 });
 scrubber.addEventListener("input", () => {
@@ -106,12 +109,14 @@ for (const { id, key, name, color, hint } of toggles) {
   find("overlays").append(chip);
 }
 
+// Moments in 0.1 s, of a long film one.
+const TENTH = Math.max(1, Math.round(0.1 / film.period));
 const ACTIONS = {
   play: () => (state.playing ? pause() : play()),
   back: () => step(-1),
   forth: () => step(1),
-  rewind: () => step(-Math.round(0.1 / film.period)),
-  skip: () => step(Math.round(0.1 / film.period)),
+  rewind: () => step(-TENTH),
+  skip: () => step(TENTH),
   start: () => step(-film.count),
   end: () => step(film.count),
   slower: () => setSpeed(-1),
@@ -121,7 +126,7 @@ const ACTIONS = {
   command: () => copy(find("command-text").textContent),
 };
 for (const view of Object.keys(VIEWS)) ACTIONS["view-" + view] = () => camera && camera.set(view);
-// Those that the window has too are the same there.
+// As in the window's recordings, where it has them.
 const KEYS = {
   " ": "play", ",": "back", ".": "forth", ArrowLeft: "rewind", ArrowRight: "skip", Home: "start", End: "end", r: "start",
   "-": "slower", "+": "faster", "=": "faster", h: "help", "?": "help", l: "link",
@@ -130,7 +135,14 @@ const KEYS = {
 document.addEventListener("click", (event) => {
   const button = event.target.closest("[data-do]");
   if (button) ACTIONS[button.dataset.do]();
+  release();
 });
+// After a click the keys are those of time, not of what was clicked; who went there by keys stays there.
+function release() {
+  if (!document.activeElement.matches(":focus-visible")) document.activeElement.blur();
+}
+// While a key is held these go on.
+const GO_ON = ["back", "forth", "rewind", "skip", "slower", "faster"];
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   const at = event.target;
@@ -140,6 +152,7 @@ document.addEventListener("keydown", (event) => {
   const action = KEYS[event.key];
   if (!overlay && !action) return;
   event.preventDefault();
+  if (event.repeat && !GO_ON.includes(action)) return;
   if (overlay) toggle(overlay.id);
   else ACTIONS[action]();
 });

@@ -90,8 +90,9 @@ class Plot {
   }
 
   grid(pen, paint) {
-    const steps = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].map((n) => n / 1000);
-    const nice = (span, most) => steps.find((step) => span / step <= most) ?? span;
+    // In thousandths: of a metre, and of a second, in which minutes are of 60.
+    const steps = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000, 60000, 120000, 300000, 600000];
+    const nice = (span, most) => (steps.find((step) => span / (step / 1000) <= most) ?? 1000 * span) / 1000;
     const { film, range: [low, high], width, height } = this, { left, right, top, bottom } = PLOT_MARGIN;
     pen.strokeStyle = paint("--line");
     pen.fillStyle = paint("--soft");
@@ -117,7 +118,8 @@ class Plot {
     for (let k = Math.ceil(film.start / every); k * every <= film.end + 1e-9; k++) {
       const x = Math.round(this.x(k * every)) + 0.5;
       rule(x, top, x, height - bottom);
-      pen.fillText((k * every).toFixed(digits), x, height - bottom + 5);
+      const text = (k * every).toFixed(digits), half = pen.measureText(text).width / 2;
+      pen.fillText(text, Math.min(x, width - half), height - bottom + 5);
     }
   }
 
