@@ -180,9 +180,9 @@ fn a_result_has_replays_of_telling_trials() {
     for set in summary["sets"].as_array().unwrap() {
         let (name, telling) = (set["name"].as_str().unwrap(), set["telling"].as_array().unwrap());
         assert!(telling.len() > 3, "{telling:?}");
-        let survived = telling.iter().map(|trial| trial["survived"] == true).collect::<Vec<_>>();
-        assert_eq!(survived[..3], [false, false, true], "{telling:?}");
-        assert!(telling[1]["why"].as_str().unwrap().contains("nearest to its limit"), "{telling:?}");
+        // The easiest that was lost may be the one nearest to the limit, too.
+        let survived = telling.iter().position(|trial| trial["survived"] == true).unwrap();
+        assert!([1, 2].contains(&survived), "{telling:?}");
         for trial in &telling[..3] {
             let page = format!("trial-{}-{name}.html", trial["trial"]);
             assert!(pages.contains(&page), "{pages:?}");
