@@ -217,7 +217,7 @@ pub fn figure(study: &Study) -> Figure {
                 if limited == all {
                     "the branch of eq. 29 that is proportional to the error is never used"
                 } else {
-                    "the others are proportional to the error"
+                    "only in the rest the stride is proportional to the error"
                 }
             ),
         ),
@@ -242,8 +242,8 @@ pub fn figure(study: &Study) -> Figure {
         file: "fig06-swing-foot.svg",
         title: "Which foot swings",
         reading: "Seen from above. D_L and D_R: where each foot may land beside the other. An arrow d for the \
-        direction (45 degrees to the left of forward in A, to the right in B: a choice of this page) of the ZMP error; from each sole the way along it to the border of its range; dotted, where \
-         the chosen foot lands at most. Right: how far each foot can go in every direction, as the distance \
+        direction (45 degrees to the left of forward in A, to the right in B: a choice of this page) of the ZMP error; from each sole the way along it to the border of its range; dashed, where \
+         the chosen foot lands at most. Last: how far each foot can go in every direction, as the distance \
          from the centre; filled with the colour of the foot that is chosen, with the directions of the runs on \
          this page."
             .into(),
@@ -338,9 +338,10 @@ fn fan(home: &Home, study: &Study) -> Panel {
     for (error, name) in imposed.chain(pushed) {
         let direction = Vector2::from(error).normalize();
         panel.arrow("push", ground.at((direction * 0.115).into()), ground.at((direction * 0.132).into()));
-        // Names near the edges stay inside of the frame.
         let [x, y] = ground.at((direction * 0.148).into());
-        panel.text("push small halo", [x.min(WIDTH - 48.0), y + 4.0], &format!("Fig. {name}"));
+        // A name near the edge stays inside of the frame, below its arrow.
+        let inside = x.min(WIDTH - 48.0);
+        panel.text("push small halo", [inside, if inside < x { y + 15.0 } else { y + 4.0 }], &format!("Fig. {name}"));
     }
     panel
 }

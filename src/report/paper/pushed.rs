@@ -18,8 +18,9 @@ use std::ops::RangeInclusive;
 
 /// Of a snapshot (px): marks are small.
 const SIZE: [f64; 2] = [340.0, 440.0];
-/// Of the camera (degrees): the arrow of the push is to be in it.
-const VIEW_DEG: f64 = 26.0;
+/// Of the camera (degrees), and by how much it looks to the side of the push (m): the arrow is to be in the picture.
+const VIEW_DEG: f64 = 27.0;
+const ARROW_M: f64 = 0.07;
 /// What "slightly" is taken for (degrees): less is no turn.
 const SLIGHT_DEG: RangeInclusive<f64> = 1.0..=15.0;
 /// A footstep whose direction is off that of the push by more is not appropriate (degrees).
@@ -77,12 +78,14 @@ pub fn from_diagonal(study: &Study) -> Figure {
     let foot = footstep.map_or("no", |f| f.foot.name());
     let plain = by_plain_distance(study, pushed);
     let [plain_foot, plain_way] = plain.map_or([String::new(), String::new()], |(error, footstep)| {
-        let way = error.y.atan2(error.x).to_degrees();
         [
-            format!(" So it is by the ZMP error of Fig. 6; by plain distance the {} foot would go.", footstep.foot.name()),
             format!(
-                " By plain distance (Fig. 6) the ZMP error would point {} degrees to the left of forward, and the foot with it.",
-                short(way, 1)
+                " So it is by the ZMP error of Fig. 6; by plain distance the {} foot would go.",
+                footstep.foot.name()
+            ),
+            format!(
+                " By plain distance (Fig. 6) the ZMP error, and the footstep with it, would point towards {} degrees.",
+                short(towards_deg(error), 0)
             ),
         ]
     });
@@ -229,7 +232,7 @@ fn necessity(study: &Study, pushed: &Pushed, numbers: &mut Value) -> Claim {
         if is_up { format!("It lands {sets} the new sets{still}.") } else { "The robot does not recover.".into() };
     let bound = no_step_n_s(study, &pushed.push);
     let told = format!(
-        "{with} Without the footstep the same gains {}, and stiff joints that keep the posture {}. The pendulum can take {} \
+        "{with} Without the footstep the same gains {}, and stiff joints that keep the posture (gain set hold) {}. The pendulum can take {} \
          N s of such a push without a footstep; this one has {} N s.",
         falls(&pushed.without_footstep),
         falls(&pushed.stiff),
@@ -269,15 +272,16 @@ fn heading(study: &Study) -> Claim {
         }
     }
     let told: Vec<String> = ends.iter().map(|(end, list)| format!("{end} towards {}", list.join(", "))).collect();
-    let like: Vec<&str> = study.like_imposed.iter().map(|tried| end(&tried.record)).collect();
+    let like = study.like_imposed.iter().zip(["that of (a)", "that of (b)"]);
+    let like: Vec<String> = like.map(|(tried, which)| format!("{} after {which}", end(&tried.record))).collect();
     Claim::open(
         Remark("The paper does not print towards where it pushed in Fig. 13."),
         format!(
             "{} degrees were chosen here, and so for Fig. 5 (b) and 14 (b). The outcome depends on it: the robot {}. The last \
-             rows of the table are pushes whose ZMP errors come close to those of Sect. V.C: {}.",
+             rows of the table are pushes whose ZMP errors come close to those of Sect. V.C: the robot {}.",
             short(study.pushes[1].push.heading_deg, 0),
             told.join("; "),
-            like.join("; ")
+            like.join(", ")
         ),
     )
 }
@@ -348,7 +352,9 @@ fn strip(
     if let Some(footstep) = record.footsteps.first() {
         let (lift, land) = (footstep.lift_s, footstep.land_s);
         let end_s = record.settled_at_s.unwrap_or(record.end_s);
-        let middle = [0.5 * footstep.to_m[0], 0.5 * (footstep.to_m[1] - footstep.from_m[1])];
+        let middle = Vector2::new(0.5 * footstep.to_m[0], 0.5 * (footstep.to_m[1] - footstep.from_m[1]));
+        // With room for the arrow, on the side that the push comes from.
+        let camera = camera((middle - ARROW_M * pushed.push.direction().xy()).into(), VIEW_DEG);
         for (at, what) in [
             (pushed.push.start_s + 0.5 * pushed.push.duration_s, "pushed"),
             (lift, "foot lifted"),
@@ -359,8 +365,7 @@ fn strip(
         ] {
             let snapshots = &pushed.film.snapshots;
             let i = snapshots.partition_point(|s| s.time_s < at - 1e-9).min(snapshots.len() - 1);
-            let image =
-                draw(&study.robot, &snapshots[i], &camera(middle, VIEW_DEG), fine(SIZE[0], SIZE[1]), &Marks::ALL);
+            let image = draw(&study.robot, &snapshots[i], &camera, fine(SIZE[0], SIZE[1]), &Marks::ALL);
             times.push(snapshots[i].time_s);
             panels.push(snapshot(&image, SIZE, &format!("{:.3} s", snapshots[i].time_s), what));
         }

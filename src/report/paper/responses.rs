@@ -141,7 +141,7 @@ pub fn pushed(study: &Study) -> Result<Figure> {
     let mut panels = Vec::new();
     for (pushed, name) in study.pushes.iter().zip(["(a)", "(b)"]) {
         let record = &pushed.film.record;
-        let title = story::headline(&[pushed.push], &study.design.family.name, record);
+        let title = story::headline(&[pushed.push], &study.design.family.name, record).replace(" -", " \u{2212}");
         let end_s = record.settled_at_s.map_or(record.end_s, |at| at.max(record.home_at_s.unwrap_or(at)) + AFTER_S);
         panels.push(panel(&pushed.motion, &format!("{name}  {title}"), end_s)?);
     }
@@ -197,7 +197,7 @@ pub fn pushed(study: &Study) -> Result<Figure> {
             ),
             Claim::open(
                 Quote("This was because ZMP was not manipulated as planned", "Sect. VI.B, of the turn about the yaw axis"),
-                "Not examined: no run here turns less because its ZMP is as planned.".into(),
+                "Not examined here: it would take a run whose ZMP is as planned.".into(),
             ),
             Claim::judged(
                 Quote("the main focus of the control is set as the regulation of the COG to the origin", "Sect. III.A"),
@@ -213,10 +213,14 @@ pub fn pushed(study: &Study) -> Result<Figure> {
                 ),
             ),
             Claim::open(
-                Quote("In particular, modeling errors became a problem in the experiments.", "Sect. VII"),
+                Quote(
+                    "In this paper, compensation or stabilizing control were not discussed during the stepping motion. In \
+                     particular, modeling errors became a problem in the experiments.",
+                    "Sect. VII",
+                ),
                 format!(
-                    "Not here: the controller's model is the robot that is simulated, and its sensors are ideal. As in the \
-                     paper nothing is stabilised while a foot is in the air. At the limit that is assumed for its torque: \
+                    "Nothing is stabilised here while a foot is in the air, too. Modelling errors there are none: the controller \
+                     knows the robot that is simulated, and its sensors are ideal. At the limit that is assumed for its torque: \
                      (a) {}; (b) {}.",
                     at_limit[0], at_limit[1]
                 ),
