@@ -1,8 +1,8 @@
 //! `standfast paper`: what the paper's figures show, from simulations of its own scenarios, each beside what the paper
 //! states and whether that was found.
 //!
-//! `study` simulates and searches everything once; a module for each kind of figure draws it and judges; `figure` is
-//! what they have in common. Everything is a function of the program alone, but for the times of `timing`.
+//! `study` simulates and searches everything once (`watch`: what is seen of a pushed run on the way); a module for each
+//! kind of figure draws it and judges; `figure` is what they have in common. Everything is a function of the program alone, but for the times of `timing`.
 
 mod convergence;
 mod decision;
