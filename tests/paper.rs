@@ -2,6 +2,10 @@
 //! library says when it is asked again.
 
 mod common;
+#[path = "paper/measured.rs"]
+mod measured;
+#[path = "paper/verdicts.rs"]
+mod verdicts;
 
 use common::browser::Browser;
 use common::program::{files, folder, standfast, stderr, stdout};
@@ -10,9 +14,7 @@ use nalgebra::Vector2;
 use serde_json::Value;
 use standfast::campaign::scenario::{Cause, Scenario};
 use standfast::control::home_polygon;
-use standfast::episode::snapshot::to_world;
-use standfast::episode::{Footstep, Record, Until, imposed};
-use standfast::geometry::SupportPolygon;
+use standfast::episode::{Footstep, imposed};
 use standfast::lipm::cpi_set::{CpiSet, Inclusion};
 use standfast::robot::Foot;
 use std::collections::BTreeMap;
@@ -197,168 +199,6 @@ fn captions_tell_the_sets_and_the_ways_of_the_gain_set() {
         let told = format!("left {:.0} mm, right {:.0} mm", 1e3 * ways[0], 1e3 * ways[1]);
         assert!(page.contains(&told), "{told}");
     }
-}
-
-/// What a run of a push shows, measured here.
-struct Seen {
-    record: Record,
-    /// Root of the mean square of ZMP less ZMP wanted while the foot is in the air (m; x, y).
-    rms_m: [f64; 2],
-    /// The largest turn of the trunk about the vertical, up to half a second after the end (degrees).
-    most_yaw_deg: f64,
-    /// Regions on both feet before the lift and right after the landing, control frame.
-    regions: [SupportPolygon; 2],
-}
-
-fn see(bench: &Bench, name: &str) -> Seen {
-    let Cause::Push(push) = Scenario::load(name).unwrap().cause().unwrap() else { panic!("{name} is a push") };
-    let record = bench.push(push);
-    let land_s = record.footsteps[0].land_s;
-    let (mut squares, mut count, mut most_yaw_deg) = ([0.0; 2], 0, 0.0_f64);
-    let mut regions = [None; 2];
-    bench.run(vec![push], None, record.end_s + 0.5, Until::Fallen, |tick| {
-        let (truth, controller) = (tick.truth, tick.controller);
-        if let (true, Some(zmp)) = (controller.swing.is_some() && truth.time_s < land_s, truth.zmp) {
-            let wanted = to_world(tick) * controller.supervisor.zmp_ref;
-            squares = [squares[0] + (zmp[0] - wanted.x).powi(2), squares[1] + (zmp[1] - wanted.y).powi(2)];
-            count += 1;
-        }
-        let yaw_deg = truth.posture.base.rotation.euler_angles().2.to_degrees();
-        if yaw_deg.abs() > most_yaw_deg.abs() {
-            most_yaw_deg = yaw_deg;
-        }
-        if controller.swing.is_none()
-            && controller.estimator.now.in_contact.left
-            && controller.estimator.now.in_contact.right
-        {
-            if truth.time_s < record.footsteps[0].lift_s {
-                regions[0] = controller.support.polygon;
-            } else if regions[1].is_none() {
-                regions[1] = controller.support.polygon;
-            }
-        }
-    });
-    let rms_m = squares.map(|sum| (sum / f64::from(count)).sqrt());
-    Seen { record, rms_m, most_yaw_deg, regions: regions.map(Option::unwrap) }
-}
-
-fn near(told: &Value, here: f64, tolerance: f64) {
-    let told = told.as_f64().unwrap();
-    assert!((told - here).abs() <= tolerance, "told {told}, here {here}");
-}
-
-/// Fig. 4, 9, 13, 14: measured again from the ticks of the runs.
-#[test]
-fn captions_tell_the_responses_and_the_regions_of_the_runs() {
-    let (bench, page) = (Bench::new("paper"), page());
-    let runs = ["push-behind", "push-diagonal"].map(|name| see(&bench, name));
-    for (run, key) in runs.iter().zip(["push_behind", "push_diagonal"]) {
-        for axis in 0..2 {
-            near(&numbers("14")["zmp_error_rms_m"][key][axis], run.rms_m[axis], 1e-4);
-        }
-    }
-    let [x, y] = runs[1].rms_m;
-    assert!(y > x + 0.005 && page.contains(&format!("{:.0} mm in x and {:.0} mm in y", 1e3 * x, 1e3 * y)));
-    for (run, told) in runs.iter().zip(numbers("14")["home_at_s"].as_array().unwrap()) {
-        near(told, run.record.home_at_s.unwrap(), 1e-9);
-    }
-    let most = runs[1].most_yaw_deg;
-    near(&numbers("13")["most_yaw_deg"], most, 0.01);
-    assert!(page.contains(&format!("The trunk turns by at most {most:.1} degrees")), "{most}");
-    let family = &bench.design.family;
-    let regions = runs[0].regions;
-    for (told, region) in numbers("4")["area_m2"].as_array().unwrap().iter().zip(regions) {
-        near(told, region.area(), 1e-9);
-    }
-    let allowed = regions[1].inset(family.zmp_margin).unwrap();
-    let old = numbers("4")["horizon_k_before"].as_array().unwrap();
-    let (mut excess, mut horizons) = (0.0_f64, Vec::new());
-    for (gain, old) in family.gains.iter().zip(old) {
-        let set = CpiSet::search(gain, family.pendulum, &allowed).unwrap();
-        horizons.push(set.horizon);
-        let stored = CpiSet::stacked(gain, &allowed, old.as_u64().unwrap() as usize).unwrap();
-        let mut programs = stored.programs().unwrap();
-        for row in set.set.rows.row_iter() {
-            excess = excess.max(programs.maximise(&row.into_owned()).unwrap().value - 1.0);
-        }
-    }
-    assert_eq!(numbers("4")["horizon_k_after"], serde_json::to_value(&horizons).unwrap());
-    near(&numbers("4")["stored_k_excess"], excess, 1e-6);
-    assert!(excess > 1e-5, "{excess}");
-    for (name, key) in [("error-backward", "a"), ("error-diagonal", "b")] {
-        let Cause::Imposed(asked) = Scenario::load(name).unwrap().cause().unwrap() else { panic!("{name} is imposed") };
-        let (error, start) = (asked.zmp_error_m.into(), asked.start);
-        let record = imposed::run(&bench.robot, &bench.design, &config(2.0), error, start, &mut |_| {}).unwrap();
-        near(&numbers("9")[key]["home_at_s"], record.home_at_s.unwrap(), 1e-9);
-    }
-    near(&numbers("7")["mass_kg"], bench.robot.mass(), 1e-9);
-}
-
-/// Each claim by the first words that tell it from others, in the order of the page.
-const VERDICTS: [(&str, &str, &str); 40] = [
-    ("3", "the state feedback gains … are designed so tha", "agrees"),
-    ("3", "the sets … are ordered according to the conver", "agrees"),
-    ("3", "In general, the maximal CPI set becomes small ", "differs"),
-    ("3", "The paper prints neither its gains nor their k", "open"),
-    ("4", "the robot steps the right foot forward", "agrees"),
-    ("4", "After the foot landing, the control coordinate", "agrees"),
-    ("4", "Because the matrix Φ has been already calculat", "differs"),
-    ("4", "it is necessary for the robot to step and enla", "agrees"),
-    ("5", "As the stepping necessity is detected, a stepp", "agrees"),
-    ("5", "The paper does not say whether the state at th", "open"),
-    ("5", "As the stepping necessity is detected, a stepp", "differs"),
-    ("5", "the switching control is applied again", "agrees"),
-    ("6", "When d is given by the arrow shown in (A) of F", "open"),
-    ("6", "if ‖ΔL_max‖ ≥ ‖ΔR_max‖, the left foot is chose", "differs"),
-    ("6", "α of eq. 29 and a, b, y of eq. 27 and 28 are n", "open"),
-    ("6", "we set motion range of the right foot D_L by a", "open"),
-    ("7", "Number of joints : 20 (4 at each arms, 6 at ea", "agrees"),
-    ("7", "Weight : 8.0[kg]", "open"),
-    ("7", "Height : 54[mm]", "agrees"),
-    ("7", "The initial foot placement is in the picture o", "open"),
-    ("8", "we set ZMP error to be Δp_Z = [−0.03 0 0] assu", "agrees"),
-    ("8", "The right foot was chosen as swinging foot bas", "agrees"),
-    ("8", "we set ZMP error to be Δp_Z = [0.03 0.685 0] a", "open"),
-    ("8", "disturbances were imposed from backward (a)", "open"),
-    ("8", "The paper does not say how the COM moves as th", "open"),
-    ("9", "It is apparent that the state is controlled by", "agrees"),
-    ("9", "The values of the curves are in the paper's pi", "open"),
-    ("12", "a disturbance was imposed from backward and th", "agrees"),
-    ("12", "The right foot is chosen as swinging foot.", "open"),
-    ("12", "In order to avoid falling, it is necessary for", "agrees"),
-    ("12", "The paper does not print how hard it pushed.", "open"),
-    ("13", "disturbance was imposed from diagonally forwar", "agrees"),
-    ("13", "the robot stepped diagonally backward right.", "agrees"),
-    ("13", "it was seen that the robot rotated around the ", "agrees"),
-    ("13", "In order to avoid falling, it is necessary for", "agrees"),
-    ("13", "The paper does not print how hard it pushed.", "open"),
-    ("14", "ZMP was not manipulated as planned, especially", "agrees"),
-    ("14", "the main focus of the control is set as the re", "agrees"),
-    ("14", "The paper does not say whether the soles stay ", "open"),
-    ("14", "The values of the curves are in the paper's pi", "open"),
-];
-
-#[test]
-fn every_verdict_is_the_one_that_was_thought_over() {
-    let mut told = Vec::new();
-    for number in FIGURES {
-        for claim in figure(number)["claims"].as_array().unwrap() {
-            told.push((number, claim["paper"].as_str().unwrap(), claim["verdict"].as_str().unwrap()));
-        }
-    }
-    assert_eq!(told.len(), VERDICTS.len());
-    for ((number, paper, verdict), pinned) in told.iter().zip(VERDICTS) {
-        assert!(
-            (*number, *verdict) == (pinned.0, pinned.2) && paper.starts_with(pinned.1),
-            "{number}: {paper}: {verdict}"
-        );
-    }
-    // Quotation marks are for the paper's words, and these have a place.
-    let (page, claims) = (page(), told.len() + 2);
-    assert_eq!(page.matches("<p class=\"said\">").count(), claims);
-    let quotes = page.matches("<p class=\"said\"><q>").count();
-    assert_eq!(page.matches("</q> (Sect. ").count() + page.matches("</q> (Fig. ").count(), quotes);
-    assert!(quotes < claims && quotes > 15, "{quotes} of {claims}");
 }
 
 #[test]

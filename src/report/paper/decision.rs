@@ -4,8 +4,9 @@ use super::super::html::svg::short;
 use super::figure::Said::{Quote, Remark};
 use super::figure::{Claim, Figure};
 use super::panel::{At, Ground, Panel};
-use super::study::Study;
+use super::study::{Pushed, Study};
 use crate::control::footstep::{Footstep, Necessity, choose};
+use crate::lipm::pendulum::State;
 use crate::robot::{Foot, GRAVITY, PerFoot};
 use nalgebra::{Isometry2, Point2, Vector2};
 use serde_json::json;
@@ -15,6 +16,10 @@ const WIDTH: f64 = 460.0;
 const EXAMPLES_DEG: [f64; 2] = [45.0, -45.0];
 /// Of the fan (degrees).
 const STEP_DEG: usize = 1;
+/// Ways that differ by less are equal, as for the controller (m).
+const TIE_M: f64 = 1e-4;
+/// So far ahead a ZMP is looked for (s).
+const AHEAD_S: f64 = 3.0;
 /// Finer, to find where the foot changes (parts of a degree).
 const PARTS: u32 = 10;
 
@@ -32,15 +37,30 @@ impl<'a> Home<'a> {
     /// The paper's procedure for a ZMP error (m), both feet equally loaded.
     pub fn choose(&self, zmp_error: Vector2<f64>) -> Option<Footstep> {
         let load_n = 0.5 * GRAVITY * self.study.robot.mass();
+        self.choose_under(PerFoot { left: load_n, right: load_n }, zmp_error)
+    }
+
+    /// The same with a load on each foot (N), which decides a tie.
+    fn choose_under(&self, load_n: PerFoot<f64>, zmp_error: Vector2<f64>) -> Option<Footstep> {
         let necessity = Necessity {
             frame: &Isometry2::identity(),
             soles: PerFoot::from_fn(|foot| self.center(foot)),
             stance: self.stance,
             zmp_error,
-            load_n: PerFoot { left: load_n, right: load_n },
+            load_n,
             can_lift: PerFoot { left: true, right: true },
         };
         choose(&self.study.rules, &necessity)
+    }
+
+    /// How far the foot of the paper's procedure is sent (m; x forward, y left).
+    pub fn stride(&self, zmp_error: Vector2<f64>) -> Option<Vector2<f64>> {
+        self.choose(zmp_error).map(|footstep| footstep.to - self.center(footstep.foot))
+    }
+
+    /// Whether two ways are equal for the choice of the foot.
+    pub fn is_tie([left, right]: [f64; 2]) -> bool {
+        (left - right).abs() <= TIE_M
     }
 
     fn center(&self, foot: Foot) -> Point2<f64> {
@@ -76,6 +96,41 @@ fn unit(degrees: f64) -> Vector2<f64> {
     Vector2::new(cos, sin)
 }
 
+/// The ZMP error at the lift of a pushed run if far and near were by plain distance (m, control frame), and the footstep
+/// that it would ask for. None: there is none.
+pub fn by_plain_distance(study: &Study, pushed: &Pushed) -> Option<(Vector2<f64>, Footstep)> {
+    let (stand, family) = (pushed.watch.lift.as_ref()?, &study.design.family);
+    let allowed = stand.support.polygon?.inset(family.zmp_margin)?;
+    let State { x, y } = stand.state;
+    let mut state = State::new(Point2::new(x[0], y[0]), Vector2::new(x[1], y[1]), allowed.nearest(stand.state.zmp()));
+    let mut farthest = Vector2::<f64>::zeros();
+    for _ in 0..(AHEAD_S / family.pendulum.dt) as usize {
+        let outside = state.zmp() - allowed.nearest(state.zmp());
+        if outside.norm() > farthest.norm() {
+            farthest = outside;
+        }
+        state = family.gains[0].successor(&state);
+    }
+    Some((farthest, Home::new(study).choose_under(stand.load_n, farthest)?))
+}
+
+/// Of all footsteps of the runs on this page: how many eq. 29 gives all that the range has, and how many there are.
+fn at_most(home: &Home) -> [usize; 2] {
+    let study = home.study;
+    let records = study.pushes.iter().map(|pushed| &pushed.film.record);
+    let records = records.chain(study.headings.iter().chain(&study.like_imposed).map(|tried| &tried.record));
+    let imposed = study.errors.iter().map(|run| &run.record).chain(&study.moving);
+    let footsteps: Vec<_> = records.flat_map(|record| &record.footsteps).collect();
+    let footsteps = footsteps.into_iter().chain(imposed.flat_map(|record| &record.footsteps));
+    let asks = footsteps.map(|footstep| {
+        let error = Vector2::from(footstep.zmp_error_m);
+        let reach = home.reach(footstep.foot, error.normalize());
+        study.rules.alpha * error.norm() >= reach
+    });
+    let asks: Vec<bool> = asks.collect();
+    [asks.iter().filter(|most| **most).count(), asks.len()]
+}
+
 /// Fig. 6.
 pub fn figure(study: &Study) -> Figure {
     let home = Home::new(study);
@@ -102,6 +157,11 @@ pub fn figure(study: &Study) -> Figure {
     };
     let lengths = |degrees: f64| home.reaches(unit(degrees));
     let in_json = |deg: f64| json!({ "direction_deg": deg, "foot": chosen(deg), "reach_left_right_m": lengths(deg) });
+    let [limited, all] = at_most(&home);
+    let mm = |[x, y]: [f64; 2]| format!("({}, {}) mm", short(1e3 * x, 1), short(1e3 * y, 1));
+    let diagonal = &study.pushes[1];
+    let of_diagonal = diagonal.film.record.footsteps.first().map_or("none".into(), |f| mm(f.zmp_error_m));
+    let by_distance = by_plain_distance(study, diagonal).map_or("none".into(), |(error, _)| mm(error.into()));
     let claims = vec![
         Claim::open(
             Quote(
@@ -146,13 +206,27 @@ pub fn figure(study: &Study) -> Figure {
             Remark("\u{3b1} of eq. 29 and a, b, y of eq. 27 and 28 are not printed."),
             format!(
                 "Here \u{3b1} = {}, a = {} mm, y = {} mm, b = {} mm. So an error of {} mm straight forward, or \
-                 of {} mm to the side, asks for all that the range gives.",
+                 of {} mm to the side, asks for all that the range gives. {limited} of the {all} footsteps of the runs on this \
+                 page do: {}.",
                 short(rules.alpha, 1),
                 short(1e3 * rules.range.forward_m, 0),
                 short(1e3 * rules.range.least_m, 0),
                 short(1e3 * (rules.range.outward_m - rules.range.least_m), 0),
                 short(1e3 * saturates_m(0.0), 1),
-                short(1e3 * saturates_m(90.0), 1)
+                short(1e3 * saturates_m(90.0), 1),
+                if limited == all {
+                    "the branch of eq. 29 that is proportional to the error is never used"
+                } else {
+                    "only in the rest the stride is proportional to the error"
+                }
+            ),
+        ),
+        Claim::open(
+            Remark("The paper does not define the ZMP error \u{394}p_Z."),
+            format!(
+                "Here: of the ZMPs that the slowest gain is going to ask for the one farthest outside of the region, less the \
+                 region's nearest point; far and near by the region's own gauge, towards its middle. In Fig. 13 that is \
+                 {of_diagonal}; by plain distance it would be {by_distance}."
             ),
         ),
         Claim::open(
@@ -168,8 +242,8 @@ pub fn figure(study: &Study) -> Figure {
         file: "fig06-swing-foot.svg",
         title: "Which foot swings",
         reading: "Seen from above. D_L and D_R: where each foot may land beside the other. An arrow d for the \
-        direction (45 degrees to the left of forward in A, to the right in B: a choice of this page) of the ZMP error; from each sole the way along it to the border of its range; dotted, where \
-         the chosen foot lands at most. Right: how far each foot can go in every direction, as the distance \
+        direction (45 degrees to the left of forward in A, to the right in B: a choice of this page) of the ZMP error; from each sole the way along it to the border of its range; dashed, where \
+         the chosen foot lands at most. Last: how far each foot can go in every direction, as the distance \
          from the centre; filled with the colour of the foot that is chosen, with the directions of the runs on \
          this page."
             .into(),
@@ -181,6 +255,8 @@ pub fn figure(study: &Study) -> Figure {
             "alpha": rules.alpha,
             "examples": EXAMPLES_DEG.map(in_json),
             "tie_foot": tie,
+            "footsteps_at_most": limited,
+            "footsteps": all,
             "other_side_up_to_deg": other_side_deg,
         }),
     }
@@ -262,8 +338,10 @@ fn fan(home: &Home, study: &Study) -> Panel {
     for (error, name) in imposed.chain(pushed) {
         let direction = Vector2::from(error).normalize();
         panel.arrow("push", ground.at((direction * 0.115).into()), ground.at((direction * 0.132).into()));
-        let [x, y] = ground.at((direction * 0.143).into());
-        panel.text("push small halo", [x, y + 4.0], &format!("Fig. {name}"));
+        let [x, y] = ground.at((direction * 0.148).into());
+        // A name near the edge stays inside of the frame, below its arrow.
+        let inside = x.min(WIDTH - 48.0);
+        panel.text("push small halo", [inside, if inside < x { y + 15.0 } else { y + 4.0 }], &format!("Fig. {name}"));
     }
     panel
 }

@@ -19,14 +19,32 @@ pub enum Verdict {
     Open,
 }
 
-impl Verdict {
-    pub fn name(self) -> &'static str {
-        match self {
-            Verdict::Agrees => "agrees",
-            Verdict::Differs => "differs",
-            Verdict::Open => "open",
-        }
+/// How many claims have a verdict.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Count {
+    pub verdict: Verdict,
+    pub claims: usize,
+}
+
+impl Count {
+    /// In words: "2 agree", "1 differs".
+    pub fn told(&self) -> String {
+        let words = match (self.verdict, self.claims) {
+            (Verdict::Agrees, 1) => "agrees",
+            (Verdict::Agrees, _) => "agree",
+            (Verdict::Differs, 1) => "differs",
+            (Verdict::Differs, _) => "differ",
+            (Verdict::Open, _) => "open",
+        };
+        format!("{} {words}", self.claims)
     }
+}
+
+/// Of each verdict that some claim has.
+pub fn counts(claims: &[Claim]) -> Vec<Count> {
+    let count = |verdict| Count { verdict, claims: claims.iter().filter(|claim| claim.verdict == verdict).count() };
+    let all = [Verdict::Agrees, Verdict::Differs, Verdict::Open].map(count);
+    all.into_iter().filter(|count| count.claims > 0).collect()
 }
 
 /// What a claim is about.
@@ -95,12 +113,6 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// The worst of its claims: differs before agrees before open.
-    pub fn verdict(&self) -> Verdict {
-        let has = |verdict| self.claims.iter().any(|claim| claim.verdict == verdict);
-        [Verdict::Differs, Verdict::Agrees].into_iter().find(|v| has(*v)).unwrap_or(Verdict::Open)
-    }
-
     /// All panels as one SVG file.
     pub fn svg(&self) -> String {
         let rows: Vec<&[Panel]> = self.panels.chunks(self.columns).collect();
@@ -141,7 +153,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_differs_decides_and_nothing_said_is_open() {
+    fn verdicts_are_counted_and_panels_are_put_in_rows() {
         let claim = |holds| Claim::judged(Said::Quote("p", "Sect. I"), holds, "yes".into(), "no".into());
         let figure = |claims| Figure {
             number: "0",
@@ -155,9 +167,10 @@ mod tests {
             numbers: Value::Null,
         };
         assert_eq!((claim(true).here, claim(false).here), ("yes".into(), "no".into()));
-        assert_eq!(figure(vec![claim(true), claim(false)]).verdict(), Verdict::Differs);
-        assert_eq!(figure(vec![claim(true), Claim::open(Said::Remark("p"), String::new())]).verdict(), Verdict::Agrees);
-        assert_eq!(figure(vec![]).verdict(), Verdict::Open);
+        let told = |claims: &[Claim]| counts(claims).iter().map(Count::told).collect::<Vec<_>>().join(", ");
+        assert_eq!(told(&[claim(true), claim(false), claim(true)]), "2 agree, 1 differs");
+        assert_eq!(told(&[claim(true), Claim::open(Said::Remark("p"), String::new())]), "1 agrees, 1 open");
+        assert_eq!(told(&[]), "");
         // Two rows, of two panels and of one.
         assert!(figure(vec![]).svg().contains("viewBox=\"0 0 248 148\""), "{}", figure(vec![]).svg());
     }

@@ -2,6 +2,7 @@
 
 use super::super::cpi_plot;
 use super::super::html::svg::short;
+use super::convergence;
 use super::figure::Said::{Quote, Remark};
 use super::figure::{Claim, Figure, Table};
 use super::panel::{At, Axes, Ground, Panel};
@@ -26,21 +27,32 @@ pub fn figure(study: &Study) -> Result<Figure> {
     let nests = study.inclusion.failures().is_empty();
     let impulses: Vec<[f64; 2]> = sets.iter().map(|set| study.impulses(set)).collect();
     let shrinks = impulses.windows(2).all(|pair| (0..2).all(|axis| pair[1][axis] < pair[0][axis]));
-    let (others, [other_slow, other_fast]) = others(study)?;
+    let (others, contains, [other_slow, other_fast]) = others(study)?;
     let (slow, fast) = (impulses[0], impulses[impulses.len() - 1]);
     let told = |poles: [f64; 3]| format!("({})", poles.map(|p| short(p, 2)).join(", "));
     let pairs = sets.len() * (sets.len() - 1) / 2;
+    let settles = convergence::of_gains(study);
+    let quickens = settles.windows(2).all(|pair| matches!(pair, [Some(slow), Some(fast)] if fast < slow));
+    let switching = convergence::of_switching(study);
+    let seconds = |at: &Option<f64>| at.map_or("never".into(), |at| format!("{at:.2} s"));
+    let listed = |times: &[Option<f64>]| times.iter().map(seconds).collect::<Vec<_>>().join(", ");
+    let with_switching = format!(
+        "After a push forward that the slowest gain's set just holds the COM is home after {} with the fastest gain whose set \
+         holds the state at every tick, after {} with the slowest gain alone, on the pendulum.",
+        seconds(&switching[1]),
+        seconds(&switching[0])
+    );
     let in_json = |[forward, left]: &[f64; 2]| json!({ "forward": forward, "left": left });
     let claims = vec![
         Claim::judged(
             Quote(
-                "the state feedback gains \u{2026} are designed so that each maximal CPI set \u{2026} satisfies the \
+                "Suppose that the state feedback gains \u{2026} are designed so that each maximal CPI set \u{2026} satisfies the \
                  inclusion relation",
                 "Sect. III.D",
             ),
             nests,
             format!(
-                "Proved by linear programs for all {pairs} pairs of the {} gains: each set lies inside \
+                "They are here: proved by linear programs for all {pairs} pairs of the {} gains: each set lies inside \
             every slower one.",
                 sets.len()
             ),
@@ -48,16 +60,32 @@ pub fn figure(study: &Study) -> Result<Figure> {
         ),
         Claim::judged(
             Quote("the sets \u{2026} are ordered according to the convergence speed", "Sect. III.D"),
-            shrinks,
+            shrinks && quickens,
             format!(
-                "The largest impulse that a robot at rest can take within the set falls with every faster gain: \
-                 forward from {} to {} N s, to the left from {} to {} N s.",
+                "From one state the COM is home after {} with the gains from slow to fast, on the pendulum; and the largest \
+                 impulse from rest within the set falls, forward from {} to {} N s, to the left from {} to {} N s.",
+                listed(&settles),
                 short(slow[0], 2),
                 short(fast[0], 2),
                 short(slow[1], 2),
                 short(fast[1], 2)
             ),
-            "The largest impulse from rest does not fall with every faster gain.".into(),
+            format!(
+                "Not in both: from one state the COM is home after {} with the gains from slow to fast, on the pendulum; the \
+                 largest impulses forward from rest are {}.",
+                listed(&settles),
+                impulses.iter().map(|impulse| short(impulse[0], 2)).collect::<Vec<_>>().join(", ")
+            ),
+        ),
+        Claim::judged(
+            Quote(
+                "In the switching control, the performance is improved by choosing maximum index i \u{2026} the convergence \
+                 speed of the COG is improved by applying the switching control.",
+                "Sect. III.D",
+            ),
+            matches!(switching, [alone, Some(switched)] if alone.is_none_or(|alone| switched < alone)),
+            with_switching.clone(),
+            with_switching,
         ),
         Claim::judged(
             Quote(
@@ -69,12 +97,13 @@ pub fn figure(study: &Study) -> Result<Figure> {
             "So it is in the family here, and for the pair of other poles that was tried.".into(),
             format!(
                 "So it is in the family here, whose gains share a pole at \u{2212}\u{3c9} and a fast one and differ in \
-                 the slow one alone; but not for all poles: the set of the faster {} times \u{2212}\u{3c9} does not lie \
-                 in that of the slower {}, and takes {} N s forward from rest, the slower one {} N s.",
-                told(NOT_NESTED[1]),
+                 the slow one alone; but not in general: of the sets of the poles {} and, faster, {} times \u{2212}\u{3c9} \
+                 {}, a counterexample; from rest they hold {} and {} N s forward.",
                 told(NOT_NESTED[0]),
-                short(other_fast, 3),
-                short(other_slow, 3)
+                told(NOT_NESTED[1]),
+                if contains { "the faster one contains the slower one" } else { "neither contains the other" },
+                short(other_slow, 3),
+                short(other_fast, 3)
             ),
         ),
         Claim::open(
@@ -84,7 +113,7 @@ pub fn figure(study: &Study) -> Result<Figure> {
                 .into(),
         ),
     ];
-    let rows = sets.iter().zip(&family.gains).zip(&impulses).map(|((set, gain), impulse)| {
+    let rows = sets.iter().zip(&family.gains).zip(&impulses).zip(&settles).map(|(((set, gain), impulse), settles)| {
         vec![
             set.gain.clone(),
             told(gain.x.poles),
@@ -92,9 +121,18 @@ pub fn figure(study: &Study) -> Result<Figure> {
             set.set.rows.nrows().to_string(),
             short(impulse[0], 2),
             short(impulse[1], 2),
+            seconds(settles),
         ]
     });
-    let head = ["gain", "poles / \u{2212}\u{3c9}", "k", "rows of S", "forward [N s]", "left [N s]"];
+    let head = [
+        "gain",
+        "poles / \u{2212}\u{3c9}",
+        "k",
+        "rows of S",
+        "impulse forward [N s]",
+        "to the left [N s]",
+        "COM home after",
+    ];
     Ok(Figure {
         number: "3",
         file: "fig03-inclusion.svg",
@@ -102,8 +140,9 @@ pub fn figure(study: &Study) -> Result<Figure> {
         reading: format!(
             "Two slices of the six-dimensional sets on the soles at home. Left: COM over the middle of the \
              feet; a push moves a robot at rest along the horizontal line, the controller moves the ZMP. Right, \
-             seen from above: where a resting COM may be, with the ZMP in the middle. Names are the slow pole \
-             over \u{2212}\u{3c9}; \u{3c9} = {} rad/s. The sets are for the soles less {} mm (dashed).",
+             seen from above: where a resting COM may be, with the ZMP in the middle. A gain has the name of its pole that is \
+             neither \u{2212}\u{3c9} nor 5 times that; \u{3c9} = {} rad/s. The sets are for the soles less {} mm (dashed); d is \
+             from the middle to that edge. Impulses of the table: the largest that a robot at rest can take within the set.",
             short(omega, 2),
             short(1e3 * family.zmp_margin, 1)
         ),
@@ -118,21 +157,25 @@ pub fn figure(study: &Study) -> Result<Figure> {
             "largest_impulse_from_rest_n_s": impulses.iter().map(in_json).collect::<Vec<_>>(),
             "other_poles_over_minus_omega": NOT_NESTED,
             "other_poles_nest": others,
+            "other_poles_nest_the_other_way": contains,
+            "home_after_s": settles,
+            "home_after_s_slowest_and_switching": switching,
             "other_poles_forward_n_s": [other_slow, other_fast],
         }),
     })
 }
 
-/// Of `NOT_NESTED`: whether the set of the faster poles lies in that of the slower ones after all, and the largest
-/// impulse forward from rest that each holds (N s).
-fn others(study: &Study) -> Result<(bool, [f64; 2])> {
+/// Of `NOT_NESTED`: whether the set of the faster poles lies in that of the slower ones after all, or the other way
+/// round, and the largest impulse forward from rest that each holds (N s).
+fn others(study: &Study) -> Result<(bool, bool, [f64; 2])> {
     let pendulum = study.design.family.pendulum;
     let [slow, fast] = NOT_NESTED.map(|poles| {
         let gain = Gain::design(&pendulum, &GainPoles { name: "other".into(), x: poles, y: poles });
         CpiSet::search(&gain, pendulum, &study.allowed)
     });
     let sets = [slow?, fast?];
-    Ok((Inclusion::of(&sets)?.inside[1][0], sets.each_ref().map(|set| study.impulses(set)[0])))
+    let inside = Inclusion::of(&sets)?.inside;
+    Ok((inside[1][0], inside[0][1], sets.each_ref().map(|set| study.impulses(set)[0])))
 }
 
 /// Slice com = 0 of the fore and aft axis.
@@ -162,7 +205,7 @@ fn velocity_slice(study: &Study) -> Panel {
         panel.line("allowed", axes.at([-speed, side * 1e3 * limit]), axes.at([speed, side * 1e3 * limit]));
     }
     let [x, y] = axes.at([omega * limit, -1e3 * reach]);
-    panel.text("limit end halo small", [x - 5.0, y - 8.0], "\u{3c9} d: most with the ZMP in the dashed region");
+    panel.text("limit end halo small", [x - 5.0, y - 8.0], "\u{3c9} d: most with the ZMP within d");
     panel
 }
 

@@ -1,9 +1,10 @@
 //! `standfast paper`: what the paper's figures show, from simulations of its own scenarios, each beside what the paper
 //! states and whether that was found.
 //!
-//! `study` simulates and searches everything once; a module for each kind of figure draws it and judges; `figure` is
-//! what they have in common. Everything is a function of the program alone, but for the times of `timing`.
+//! `study` simulates and searches everything once (`watch`: what is seen of a pushed run on the way); a module for each
+//! kind of figure draws it and judges; `figure` is what they have in common. Everything is a function of the program alone, but for the times of `timing`.
 
+mod convergence;
 mod decision;
 mod figure;
 mod inclusion;
@@ -11,16 +12,18 @@ mod machine;
 mod page;
 mod panel;
 mod pictures;
+mod pushed;
 mod regions;
 mod responses;
 mod sequence;
 mod study;
 mod timing;
+mod watch;
 
 use crate::error::Result;
 use crate::files::write_atomic;
 use crate::report::{self, own_folder};
-use figure::Figure;
+use figure::{Count, Figure};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -88,8 +91,8 @@ fn figures(study: &Study) -> Result<Vec<Figure>> {
         Some(machine::figure(study)),
         Some(pictures::imposed(study)),
         Some(responses::imposed(study)?),
-        Some(pictures::from_behind(study)),
-        Some(pictures::from_diagonal(study)),
+        Some(pushed::from_behind(study)),
+        Some(pushed::from_diagonal(study)),
         Some(responses::pushed(study)?),
     ];
     Ok(figures.into_iter().flatten().collect())
@@ -98,7 +101,7 @@ fn figures(study: &Study) -> Result<Vec<Figure>> {
 fn as_json(study: &Study, figures: &[Figure], timing: Option<&Timing>) -> Value {
     let shown = |figure: &Figure| {
         json!({
-            "figure": figure.number, "file": figure.file, "title": figure.title, "verdict": figure.verdict(),
+            "figure": figure.number, "file": figure.file, "title": figure.title, "verdicts": figure::counts(&figure.claims),
             "claims": figure.claims, "numbers": figure.numbers,
         })
     };
@@ -112,12 +115,9 @@ fn as_json(study: &Study, figures: &[Figure], timing: Option<&Timing>) -> Value 
 }
 
 fn tell(folder: &Path, figures: &[Figure], timing: Option<&Timing>) -> String {
-    use figure::Verdict::{Agrees, Differs, Open};
     let mut text = String::new();
     for figure in figures {
-        let count = |verdict| figure.claims.iter().filter(|claim| claim.verdict == verdict).count();
-        let counts = [Agrees, Differs, Open].map(|verdict| (verdict.name(), count(verdict)));
-        let told: Vec<String> = counts.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{n} {name}")).collect();
+        let told: Vec<String> = figure::counts(&figure.claims).iter().map(Count::told).collect();
         let number = format!("Fig. {}", figure.number);
         _ = writeln!(text, "{number:<8}{:<30}{}", figure.file, told.join(", "));
     }

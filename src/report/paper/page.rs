@@ -1,6 +1,6 @@
 //! `index.html`: all figures as one page that asks for nothing else.
 
-use super::figure::Figure;
+use super::figure::{Claim, Count, Figure, counts};
 use super::timing::Timing;
 use crate::error::Result;
 use crate::report::html_page;
@@ -41,7 +41,9 @@ pub fn page(figures: &[Figure], timing: Option<&Timing>, facts: &Value) -> Resul
         "figures": figures,
         "not_made": NOT_MADE,
         "keys": KEYS,
-        "timing": timing.map(|timing| json!({ "claims": timing.claims, "repetitions": timing.repetitions })),
+        "timing": timing.map(|timing| json!({
+            "claims": timing.claims, "repetitions": timing.repetitions, "counts": told(&timing.claims),
+        })),
         "facts": facts,
     });
     html_page::render("index.html", TEMPLATE, UndefinedBehavior::Strict, |_| (), &context)
@@ -50,7 +52,8 @@ pub fn page(figures: &[Figure], timing: Option<&Timing>, facts: &Value) -> Resul
 fn shown(figure: &Figure) -> Value {
     let layout = match figure.panels.iter().map(|panel| panel.width).fold(0.0, f64::max) {
         w if w < 300.0 => "strip",
-        w if w < 600.0 => "panels",
+        w if w < 420.0 => "thirds",
+        w if w < 600.0 => "halves",
         _ => "wide",
     };
     let label = |i: usize| format!("role=\"img\" aria-label=\"Fig. {}, part {}\"", figure.number, i + 1);
@@ -63,6 +66,11 @@ fn shown(figure: &Figure) -> Value {
         "panels": figure.panels.iter().enumerate().map(|(i, panel)| panel.svg(&label(i))).collect::<Vec<_>>(),
         "table": figure.table,
         "claims": figure.claims,
-        "verdict": figure.verdict(),
+        "counts": told(&figure.claims),
     })
+}
+
+/// The verdicts of a list of claims: how many of each, in words.
+fn told(claims: &[Claim]) -> Vec<Value> {
+    counts(claims).iter().map(|count: &Count| json!({ "verdict": count.verdict, "told": count.told() })).collect()
 }

@@ -1,6 +1,7 @@
 //! Fig. 4: the region of the ZMP and the sets on it, before a footstep and after.
 
 use super::super::html::svg::short;
+use super::decision::Home;
 use super::figure::Said::Quote;
 use super::figure::{Claim, Figure, walked};
 use super::panel::{At, Ground, Panel};
@@ -38,7 +39,7 @@ impl Region {
 pub fn figure(study: &Study) -> Result<Option<Figure>> {
     let pushed = &study.pushes[0];
     let (Some(lift), Some(landing), Some(footstep)) =
-        (&pushed.lift, &pushed.landing, pushed.film.record.footsteps.first())
+        (&pushed.watch.lift, &pushed.watch.landing, pushed.film.record.footsteps.first())
     else {
         return Ok(None);
     };
@@ -68,42 +69,44 @@ pub fn figure(study: &Study) -> Result<Option<Figure>> {
         change(0),
         change(1)
     );
+    let stepped = format!("Pushed from behind the {} foot goes {}.", footstep.foot.name(), walked(way));
+    let quoted = Quote("the robot steps the right foot forward", "Fig. 4");
+    let is_tie = Home::is_tie(Home::new(study).reaches(footstep.zmp_error_m.into()));
+    let stepping = if is_tie && footstep.foot == Foot::Right && way[0] > 0.0 {
+        Claim::open(quoted, format!("{stepped} That it is the right one is a choice made here for a tie (Fig. 12)."))
+    } else {
+        Claim::judged(quoted, footstep.foot == Foot::Right && way[0] > 0.0, stepped.clone(), stepped)
+    };
+    let horizons = format!("Stored, slow to fast: {}; searched anew: {}.", listed(&stored), listed(&needed));
+    let quoted = Quote(
+        "After the foot landing, the control coordinate is reset as its origin is located at the center point of both feet.",
+        "Fig. 4",
+    );
+    let origin = if off < 1e-9 {
+        let moved = walked(moved.into());
+        Claim::open(quoted, format!("Done so by the controller here, and so no finding: its origin moves {moved}."))
+    } else {
+        let off = format!("Its origin is {} mm off the middle of the feet.", short(1e3 * off, 1));
+        Claim::judged(quoted, false, String::new(), off)
+    };
     let claims = vec![
-        Claim::judged(
-            Quote("the robot steps the right foot forward", "Fig. 4"),
-            footstep.foot == Foot::Right && way[0] > 0.0,
-            format!("So it does when it is pushed from behind: {}.", walked(way)),
-            format!("Pushed from behind it moves the {} foot: {}.", footstep.foot.name(), walked(way)),
-        ),
+        stepping,
+        origin,
         Claim::judged(
             Quote(
-                "After the foot landing, the control coordinate is reset as its origin is located at the center point \
-                 of both feet.",
-                "Fig. 4",
-            ),
-            off < 1e-9,
-            format!("Its origin moves to the middle of the feet: {}.", walked(moved.into())),
-            format!("Its origin is {} mm off the middle of the feet.", short(1e3 * off, 1)),
-        ),
-        Claim::judged(
-            Quote(
-                "Because the matrix \u{3a6} has been already calculated, we can compute S_max(M_Z) online",
-                "Sect. IV",
+                "Because the matrix \u{3a6} has been already calculated, we can compute S_max(M_Z) online as follows",
+                "Sect. IV, eq. 25",
             ),
             enough,
             format!(
-                "The k of the stored \u{3a6} (eq. 24: how many periods it looks ahead) is enough here. Stored, slow to \
-                 fast: {}; searched anew: {}.",
-                listed(&stored),
-                listed(&needed)
+                "What eq. 25 gives is the maximal set here: the k of the stored \u{3a6} (eq. 24: how many periods it looks \
+                 ahead) is enough. {horizons}"
             ),
             format!(
-                "So one can, but it is not quite the maximal set: the stored \u{3a6} has the k (eq. 24: how many \
-                 periods it looks ahead) of the old region. Stored, slow to fast: {}; searched anew: {}. The soles have \
+                "Online, yes (see the update time); but what eq. 25 gives is not quite the maximal set S_max: the stored \u{3a6} \
+                 has the k (eq. 24: how many periods it looks ahead) of the old region. {horizons} The soles have \
                  come to stand at {} degrees to each other, and eq. 25 would hold states that exceed the maximal set by \
                  up to {} %. The controller here stores no k: it rolls the prediction on until it is decided.",
-                listed(&stored),
-                listed(&needed),
                 short(turned_deg, 1),
                 short(100.0 * excess, 2)
             ),
@@ -137,7 +140,8 @@ pub fn figure(study: &Study) -> Result<Option<Figure>> {
         reading: format!(
             "Pushed from behind with {} N s. Each in its own control frame, seen from above: soles, contact \
              region (solid; dashed: what of it the ZMP may use), and in blue the sets of the {} gains for a COM \
-             at rest with the ZMP at the origin. On the right, thinly dashed: where the soles were, and the old origin.",
+             at rest with the ZMP at the origin. On the right the soles are where the controller estimates them; thinly dashed: \
+             where they were; teal: the old origin.",
             short(pushed.push.impulse_n_s, 2),
             before.sets.len()
         ),
@@ -195,7 +199,10 @@ fn stand_of(study: &Study, panel: &mut Panel, ground: &Ground, stand: &Stand, ol
         let origin: At = (into * old * Point2::origin()).into();
         let [x, y] = ground.at(origin);
         panel.circle("plan", [x, y], 3.5);
-        panel.text("plan small halo start", [x + 7.0, y + 4.0], "old origin");
+        // In the free ground below the soles that were.
+        let [_, below] = ground.at([-0.14, 0.0]);
+        panel.line("plan hair", [x, y], [x, below - 12.0]);
+        panel.text("plan small halo", [x, below], "old origin");
     }
 }
 

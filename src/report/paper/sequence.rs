@@ -44,7 +44,14 @@ pub fn figure(study: &Study) -> Figure {
         ),
         Claim::open(
             Remark("The paper does not say whether the state at the landing lies in the new sets."),
-            format!("Here: (a) {}; (b) {}.", at_landing[0], at_landing[1]),
+            format!("Here: (a) {}; (b) {}.{}", at_landing[0], at_landing[1], without_load(study)),
+        ),
+        Claim::open(
+            Quote("a stepping motion is generated with the Boundary Condition Relaxation method [12]", "Sect. V.A"),
+            "The original could not be had. Ours is made after its name and what the paper says of it: one footstep, planned at \
+             once, with an exponential ZMP; the state wanted at the landing is met in the least squares, with the ZMP \
+             kept inside of the sole that stands."
+                .into(),
         ),
     ];
     claims.push(Claim::judged(
@@ -83,7 +90,8 @@ pub fn figure(study: &Study) -> Figure {
             "What the controller does when the robot is pushed (a) from behind and (b) from diagonally forward \
              left, {} N s each. Above: its phase. Middle: which of the {} gains acts, slow at the bottom. \
              Below: the margin of the slowest gain's set, 1 at rest, negative when no set holds the state (eq. \
-             26). With a foot in the air neither is in use.",
+             26). With a foot in the air neither is in use. The direction of (b) is a choice made here (Fig. 13); the two time \
+             axes differ in scale.",
             short(study.pushes[0].push.impulse_n_s, 2),
             fastest + 1
         ),
@@ -99,6 +107,23 @@ pub fn figure(study: &Study) -> Figure {
         claims,
         numbers: json!({ "push_behind": told[0].numbers(), "push_diagonal": told[1].numbers() }),
     }
+}
+
+/// What the sets stand on where a sole has lost its load after the landing.
+fn without_load(study: &Study) -> String {
+    let on_both = study.pushes.each_ref().map(|pushed| {
+        let unloaded = pushed.unloaded();
+        let both = unloaded.iter().filter(|(.., on_both)| *on_both).count();
+        format!("{both} of {}", unloaded.len())
+    });
+    if study.pushes.iter().all(|pushed| pushed.unloaded().is_empty()) {
+        return String::new();
+    }
+    let [a, b] = on_both;
+    format!(
+        " While a sole carries no load after the landing (Fig. 14) the sets still take both soles for support: all through in \
+         {a} spans in (a), {b} in (b)."
+    )
 }
 
 /// The events of a run (s).

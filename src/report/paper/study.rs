@@ -1,11 +1,11 @@
 //! What is simulated and searched for the figures, once for all of them: the paper's scenarios and its gain set's sets.
 
+use super::watch::Watch;
 use crate::campaign::scenario::{Cause, Imposed, Scenario};
-use crate::control::estimator::on_ground;
 use crate::control::support::Support;
 use crate::control::{Design, home_polygon};
 use crate::episode::imposed::{self, ImposedRecord};
-use crate::episode::{self, Disturbance, Film, Judge, Record, Tick};
+use crate::episode::{self, Disturbance, EpisodeConfig, Film, Judge, Record};
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
@@ -15,16 +15,25 @@ use crate::lipm::stepping::Stepping;
 use crate::report::motion::MotionSample;
 use crate::report::motion_plot::MotionPlot;
 use crate::report::progress::Progress;
-use crate::robot::{Kinematics, PerFoot, Posture, Robot};
+use crate::robot::{Foot, Kinematics, PerFoot, Posture, Robot};
 use crate::sim::Push;
 use nalgebra::{Isometry2, Vector2};
+use rayon::prelude::*;
 
 /// Gain set of the same gains that takes no footstep: what the footstep is worth.
 const WITHOUT_FOOTSTEP: &str = "switching";
+/// And one that does nothing.
+const STIFF: &str = "hold";
+/// Towards these headings (degrees) the push of Fig. 13 is tried: the paper does not print its own.
+const HEADINGS_DEG: [f64; 6] = [-120.0, -130.0, -140.0, -150.0, -160.0, -170.0];
+/// Pushes whose ZMP errors come close to those of Sect. V.C.
+const LIKE_IMPOSED: [&str; 2] = ["push-error-backward", "push-error-diagonal"];
 /// After an episode's end a film goes on (s).
 const AFTERMATH_S: f64 = 0.5;
+/// A sole that carries no load for less has not lost it (s).
+const LIFTED_S: f64 = 0.01;
 /// Simulations and searches, for the progress.
-const PARTS: u64 = 9;
+const PARTS: u64 = 19;
 
 /// Everything that the figures show.
 pub struct Study {
@@ -40,6 +49,9 @@ pub struct Study {
     pub inclusion: Inclusion,
     /// Sect. VI, Fig. 12 to 14: (a) from behind, (b) from diagonally forward left.
     pub pushes: [Pushed; 2],
+    /// The push of Fig. 13 towards some headings; pushes whose ZMP errors come close to those of Sect. V.C.
+    pub headings: Vec<Tried>,
+    pub like_imposed: Vec<Tried>,
     /// Sect. V.C, Fig. 8 and 9: (a), (b).
     pub errors: [ImposedRun; 2],
     /// The same errors, made by a COM that moves.
@@ -50,12 +62,18 @@ pub struct Study {
 pub struct Pushed {
     pub push: Push,
     pub film: Film,
+    /// Its support is what carries load.
     pub motion: MotionPlot,
-    /// The last tick on both feet before the first lift, and the first one after its landing.
-    pub lift: Option<Stand>,
-    pub landing: Option<Stand>,
-    /// The same push, by a set that takes no footstep.
+    pub watch: Watch,
+    /// The same push, by a set of the same gains that takes no footstep, and by a robot that keeps its posture.
     pub without_footstep: Record,
+    pub stiff: Record,
+}
+
+/// A push of which the record is enough.
+pub struct Tried {
+    pub push: Push,
+    pub record: Record,
 }
 
 impl Pushed {
@@ -63,6 +81,27 @@ impl Pushed {
     pub fn way(&self) -> Option<[f64; 2]> {
         let footstep = self.film.record.footsteps.first()?;
         Some([0, 1].map(|axis| footstep.to_m[axis] - footstep.from_m[axis]))
+    }
+
+    /// Soles that carry no load again between the landing and when the robot stands still: each with its time (s), and
+    /// whether the controller took both soles for support all the while.
+    pub fn unloaded(&self) -> Vec<(Foot, [f64; 2], bool)> {
+        let record = &self.film.record;
+        let Some(footstep) = record.footsteps.first() else { return Vec::new() };
+        let span_s = footstep.land_s..=record.settled_at_s.unwrap_or(record.end_s);
+        let ticks = self.motion.samples.iter().zip(&self.watch.loaded).zip(&self.watch.on_both);
+        let after: Vec<_> = ticks.filter(|((sample, _), _)| span_s.contains(&sample.time_s)).collect();
+        let mut off = Vec::new();
+        for foot in Foot::BOTH {
+            for run in after.chunk_by(|((_, a), _), ((_, b), _)| a[foot] == b[foot]) {
+                let ((first, loaded), _) = run[0];
+                let span = [first.time_s, run[run.len() - 1].0.0.time_s];
+                if !loaded[foot] && span[1] - span[0] >= LIFTED_S {
+                    off.push((foot, span, run.iter().all(|(_, on_both)| **on_both)));
+                }
+            }
+        }
+        off
     }
 }
 
@@ -75,6 +114,8 @@ pub struct Stand {
     pub state: State,
     /// Centres and headings of the soles, world.
     pub soles: PerFoot<Isometry2<f64>>,
+    /// On each sole (N).
+    pub load_n: PerFoot<f64>,
 }
 
 /// An imposed error, without physics.
@@ -102,25 +143,43 @@ impl Study {
         let sets = CpiSet::search_family(&design.family, &allowed)?;
         let inclusion = Inclusion::of(&sets)?;
         progress.tick();
-        let pushed = |name: &str| -> Result<Pushed> {
+        let stiff = Design::new(&robot, &GainSet::load(STIFF)?, period_s)?;
+        let push_of = |name: &str| -> Result<(Push, EpisodeConfig)> {
             let scenario = Scenario::load(name)?;
             let Cause::Push(push) = scenario.cause()? else { return Err(is_not(&scenario, "a push")) };
-            let config = scenario.episode();
-            let disturbance = || Disturbance { pushes: vec![push], ..Disturbance::default() };
+            Ok((push, scenario.episode()))
+        };
+        let (behind, diagonal) = (push_of("push-behind")?, push_of("push-diagonal")?);
+        let run = |design: &Design, push: Push, config: &EpisodeConfig| {
+            let record = episode::run(&robot, design, config, by(push), config.until(), &mut |_| {});
+            progress.tick();
+            record
+        };
+        let pushed = |(push, config): &(Push, EpisodeConfig)| {
             let mut motion = MotionPlot { pushes: vec![[push.start_s, push.end_s()]], ..MotionPlot::default() };
             let mut watch = Watch::default();
-            let film =
-                Film::take(&robot, &design, &config, disturbance(), (config.until(), AFTERMATH_S), &mut |tick| {
-                    motion.push(&robot, tick);
-                    watch.see(tick);
-                });
+            let how_long = (config.until(), AFTERMATH_S);
+            let film = Film::take(&robot, &design, config, by(*push), how_long, &mut |tick| {
+                let support = watch.see(&robot, period_s, tick);
+                motion.samples.push(MotionSample { support, ..MotionSample::of(&robot, tick) });
+            });
             progress.tick();
-            let without_footstep = episode::run(&robot, &standing, &config, disturbance(), config.until(), &mut |_| {});
-            let Watch { lift, landing, .. } = watch;
-            progress.tick();
-            Ok(Pushed { push, film, motion, lift, landing, without_footstep })
+            let [without_footstep, stiff] = [&standing, &stiff].map(|design| run(design, *push, config));
+            Pushed { push: *push, film, motion, watch, without_footstep, stiff }
         };
-        let pushes = [pushed("push-behind")?, pushed("push-diagonal")?];
+        let turned = |heading_deg: f64| (Push { heading_deg, ..diagonal.0 }, diagonal.1);
+        let mut asked: Vec<_> = HEADINGS_DEG.map(turned).into();
+        for name in LIKE_IMPOSED {
+            asked.push(push_of(name)?);
+        }
+        let try_out =
+            |(push, config): &(Push, EpisodeConfig)| Tried { push: *push, record: run(&design, *push, config) };
+        // Side by side: no run knows of another.
+        let (pushes, mut headings): (_, Vec<Tried>) = rayon::join(
+            || rayon::join(|| pushed(&behind), || pushed(&diagonal)),
+            || asked.par_iter().with_max_len(1).map(try_out).collect(),
+        );
+        let (pushes, like_imposed) = (<[Pushed; 2]>::from(pushes), headings.split_off(HEADINGS_DEG.len()));
         let imposed = |name: &str| -> Result<ImposedRun> {
             let scenario = Scenario::load(name)?;
             let Cause::Imposed(Imposed { zmp_error_m, start }) = scenario.cause()? else {
@@ -138,7 +197,21 @@ impl Study {
         let errors = [imposed("error-backward")?, imposed("error-diagonal")?];
         let moving = [imposed("moving-backward")?.record, imposed("moving-diagonal")?.record];
         progress.finish();
-        Ok(Self { robot, design, rules, judge, home, allowed, sets, inclusion, pushes, errors, moving })
+        Ok(Self {
+            robot,
+            design,
+            rules,
+            judge,
+            home,
+            allowed,
+            sets,
+            inclusion,
+            pushes,
+            headings,
+            like_imposed,
+            errors,
+            moving,
+        })
     }
 
     /// From the right sole's centre to the left's at home (m).
@@ -164,35 +237,9 @@ fn is_not(scenario: &Scenario, accepted: &str) -> Error {
     Error::value(&scenario.name, "cause", "another", "is not what the figures are made from", accepted)
 }
 
-/// What is seen of the first footstep.
-#[derive(Default)]
-struct Watch {
-    lift: Option<Stand>,
-    has_swung: bool,
-    landing: Option<Stand>,
-}
-
-impl Watch {
-    fn see(&mut self, tick: &Tick) {
-        let controller = tick.controller;
-        let estimate = &controller.estimator.now;
-        if controller.swing.is_some() {
-            self.has_swung = true;
-        } else if estimate.in_contact.left && estimate.in_contact.right && self.landing.is_none() {
-            let frame = controller.support.frame;
-            let stand = Stand {
-                time_s: tick.truth.time_s,
-                support: controller.support,
-                state: State::new(
-                    frame.inverse_transform_point(&estimate.com_xy()),
-                    frame.inverse_transform_vector(&estimate.com_vel_xy()),
-                    frame.inverse_transform_point(&controller.supervisor.zmp_ref),
-                ),
-                soles: PerFoot::from_fn(|foot| on_ground(&estimate.footholds[foot])),
-            };
-            *(if self.has_swung { &mut self.landing } else { &mut self.lift }) = Some(stand);
-        }
-    }
+/// One push and nothing else.
+fn by(push: Push) -> Disturbance {
+    Disturbance { pushes: vec![push], ..Disturbance::default() }
 }
 
 #[cfg(test)]
@@ -206,7 +253,8 @@ mod tests {
             (scenario.robot.clone(), scenario.gains.clone(), scenario.episode().control_period_s.to_bits())
         };
         let first = same(&Scenario::load("push-behind").unwrap());
-        for name in ["push-diagonal", "error-backward", "error-diagonal", "moving-backward", "moving-diagonal"] {
+        let others = ["push-diagonal", "error-backward", "error-diagonal", "moving-backward", "moving-diagonal"];
+        for name in others.into_iter().chain(LIKE_IMPOSED) {
             assert_eq!(same(&Scenario::load(name).unwrap()), first, "{name}");
         }
     }
