@@ -9,7 +9,8 @@ use super::study::{Pushed, Study, Tried};
 use crate::campaign::no_step::NoStep;
 use crate::episode::{Outcome, Record, Snapshot};
 use crate::lipm::capture;
-use crate::report::picture::{Marks, draw};
+use crate::report::palette::Overlay;
+use crate::report::picture::draw;
 use crate::robot::Foot;
 use crate::sim::{Profile, Push};
 use nalgebra::{Vector2, Vector3};
@@ -365,7 +366,7 @@ fn strip(
         ] {
             let snapshots = &pushed.film.snapshots;
             let i = snapshots.partition_point(|s| s.time_s < at - 1e-9).min(snapshots.len() - 1);
-            let image = draw(&study.robot, &snapshots[i], &camera, fine(SIZE[0], SIZE[1]), &Marks::ALL);
+            let image = draw(&study.robot, &snapshots[i], &camera, fine(SIZE[0], SIZE[1]), &Overlay::ALL);
             times.push(snapshots[i].time_s);
             panels.push(snapshot(&image, SIZE, &format!("{:.3} s", snapshots[i].time_s), what));
         }

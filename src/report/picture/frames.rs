@@ -2,11 +2,12 @@
 
 use super::files::{png, strip};
 use super::motion::moving;
-use super::{Camera, Marks, draw_on, extent, label};
+use super::{Camera, draw_on, extent, label};
 use crate::episode::Film;
 use crate::error::{Error, Result};
 use crate::files::write_atomic;
 use crate::report::own_folder;
+use crate::report::palette::Overlay;
 use crate::sim::Push;
 use image::RgbImage;
 use nalgebra::Point3;
@@ -17,9 +18,6 @@ use std::path::{Path, PathBuf};
 /// What pictures of a film are like. Sizes are width and height (px).
 #[derive(Debug, Clone, PartialEq)]
 pub struct FramesOptions {
-    /// None: across the push, from where all that moves is seen.
-    pub camera: Option<Camera>,
-    pub marks: Marks,
     /// Of a moment by itself.
     pub size: [u32; 2],
     /// Of a moment in the strip.
@@ -34,15 +32,7 @@ pub struct FramesOptions {
 
 impl Default for FramesOptions {
     fn default() -> Self {
-        Self {
-            camera: None,
-            marks: Marks::ALL,
-            size: [640, 480],
-            strip_size: [240, 320],
-            gif_size: [480, 360],
-            moments: 8,
-            slow_motion: 0.25,
-        }
+        Self { size: [640, 480], strip_size: [240, 320], gif_size: [480, 360], moments: 8, slow_motion: 0.25 }
     }
 }
 
@@ -66,8 +56,8 @@ pub fn write_frames(film: &Film, folder: &Path, options: &FramesOptions) -> Resu
     }
     let moments = moments(film, options.moments);
     let pictures = |size: [u32; 2]| -> Vec<RgbImage> {
-        let camera = options.camera.unwrap_or_else(|| camera(film, moments.iter().copied(), size));
-        moments.par_iter().map(|&k| picture(film, k, &camera, size, options, "")).collect()
+        let camera = camera(film, moments.iter().copied(), size);
+        moments.par_iter().map(|&k| picture(film, k, &camera, size, "")).collect()
     };
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     for (i, (&k, image)) in moments.iter().zip(pictures(options.size)).enumerate() {
@@ -103,16 +93,9 @@ fn is_frame(name: &str) -> bool {
         || numbered.and_then(|n| n.split_once('-')).is_some_and(|(n, time)| all_digits(n) && is_time(time))
 }
 
-pub(super) fn picture(
-    film: &Film,
-    k: usize,
-    camera: &Camera,
-    size: [u32; 2],
-    options: &FramesOptions,
-    speed: &str,
-) -> RgbImage {
+pub(super) fn picture(film: &Film, k: usize, camera: &Camera, size: [u32; 2], speed: &str) -> RgbImage {
     let snapshot = &film.snapshots[k];
-    let mut image = draw_on(&film.ground, &film.robot, snapshot, camera, size, &options.marks);
+    let mut image = draw_on(&film.ground, &film.robot, snapshot, camera, size, &Overlay::ALL);
     label(&mut image, format!("{:.2} s {speed}", snapshot.time_s).trim_end(), [10, 8]);
     image
 }

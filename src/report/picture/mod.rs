@@ -16,6 +16,7 @@ mod raster;
 mod tests;
 
 use crate::episode::Snapshot;
+use crate::report::palette::Overlay;
 use crate::robot::{Kinematics, Posture, Robot, Shape};
 use crate::sim::Ground;
 pub use camera::Camera;
@@ -27,12 +28,11 @@ use image::RgbImage;
 pub use label::label;
 use mesh::Mesh;
 use nalgebra::{Isometry3, Point3, Vector3};
-pub use overlay::Marks;
 use raster::{Corner, Light, Triangle, linear};
 
-/// Draws a moment of an episode, in a picture of `size` (width, height; px). `robot` is the simulated one. The ground has
+/// Draws a moment of an episode with some marks, in a picture of `size` (width, height; px). `robot` is the simulated one. The ground has
 /// the snapshot's slope, and no step.
-pub fn draw(robot: &Robot, snapshot: &Snapshot, camera: &Camera, size: [u32; 2], marks: &Marks) -> RgbImage {
+pub fn draw(robot: &Robot, snapshot: &Snapshot, camera: &Camera, size: [u32; 2], marks: &[Overlay]) -> RgbImage {
     draw_on(&Ground::default(), robot, snapshot, camera, size, marks)
 }
 
@@ -43,7 +43,7 @@ pub fn draw_on(
     snapshot: &Snapshot,
     camera: &Camera,
     size: [u32; 2],
-    marks: &Marks,
+    marks: &[Overlay],
 ) -> RgbImage {
     let ground = &Ground { slope: snapshot.slope, ..*ground };
     let mut scene = Scene::new(camera, size);

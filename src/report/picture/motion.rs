@@ -60,13 +60,12 @@ pub(super) fn shots(film: &Film, slow_motion: f64) -> Vec<Shot> {
 /// The film as a GIF.
 pub(super) fn moving(film: &Film, options: &FramesOptions) -> Result<Vec<u8>> {
     let shots = shots(film, options.slow_motion);
-    let camera = options.camera.unwrap_or_else(|| {
-        // One in three is enough to see how far the robot gets.
-        camera(film, shots.iter().step_by(3).chain(shots.last()).map(|shot| shot.snapshot), options.gif_size)
-    });
+    // One in three is enough to see how far the robot gets.
+    let some = shots.iter().step_by(3).chain(shots.last()).map(|shot| shot.snapshot);
+    let camera = camera(film, some, options.gif_size);
     let shown = |shot: &Shot| {
         let speed = if shot.speed == 1.0 { String::new() } else { format!("({} x)", shot.speed) };
-        picture(film, shot.snapshot, &camera, options.gif_size, options, &speed)
+        picture(film, shot.snapshot, &camera, options.gif_size, &speed)
     };
     let some: Vec<&Shot> = shots.iter().step_by(shots.len().div_ceil(AT_ONCE)).collect();
     let palette = Palette::of(&some.into_par_iter().map(shown).collect::<Vec<_>>());

@@ -12,49 +12,6 @@ use crate::robot::Foot;
 use crate::sim::Ground;
 use nalgebra::{Isometry3, Point2, Point3, Rotation3, UnitQuaternion, Vector2, Vector3};
 
-/// Which overlays a picture has.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Marks {
-    /// The centre of mass: a ball, and its point of the floor.
-    pub com: bool,
-    /// The measured ZMP and the one that the controller wants.
-    pub zmp: bool,
-    pub dcm: bool,
-    /// Outline of what the robot stands on.
-    pub support: bool,
-    /// Slices of the CPI sets over the COM, the one of the acting gain brighter.
-    pub slices: bool,
-    /// Where the foot in the air is to land.
-    pub footstep: bool,
-    /// Forces of the ground, 2 mm for a newton.
-    pub contacts: bool,
-    /// The force that pushes the robot, 4 mm for a newton: its tip is where it acts.
-    pub push: bool,
-}
-
-impl Marks {
-    pub const ALL: Self = Self {
-        com: true,
-        zmp: true,
-        dcm: true,
-        support: true,
-        slices: true,
-        footstep: true,
-        contacts: true,
-        push: true,
-    };
-    pub const NONE: Self = Self {
-        com: false,
-        zmp: false,
-        dcm: false,
-        support: false,
-        slices: false,
-        footstep: false,
-        contacts: false,
-        push: false,
-    };
-}
-
 const COM: u32 = Overlay::Com.color();
 const ZMP: u32 = Overlay::Zmp.color();
 const ZMP_WANTED: u32 = Overlay::ZmpRef.color();
@@ -84,9 +41,10 @@ fn light(color: u32) -> Light {
 }
 
 /// Marks on the floor, lowest first.
-pub(super) fn on_floor(view: &View, ground: &Ground, snapshot: &Snapshot, marks: &Marks) -> Vec<Triangle> {
+pub(super) fn on_floor(view: &View, ground: &Ground, snapshot: &Snapshot, marks: &[Overlay]) -> Vec<Triangle> {
     let mut sheet = Sheet { view, ground, triangles: Vec::new() };
-    if marks.slices {
+    let has = |mark: Overlay| marks.contains(&mark);
+    if has(Overlay::Slices) {
         // Slow to fast: the set of a slower gain is larger, mostly.
         for (i, slice) in snapshot.slices.iter().enumerate() {
             let acts = snapshot.gain == Some(i);
@@ -94,34 +52,35 @@ pub(super) fn on_floor(view: &View, ground: &Ground, snapshot: &Snapshot, marks:
             sheet.outline(slice, LINE_M * if acts { 0.8 } else { 0.5 }, SLICES, if acts { 1.0 } else { 0.5 });
         }
     }
-    if marks.support {
+    if has(Overlay::Support) {
         sheet.polygon(&snapshot.support, SUPPORT, 0.10);
         sheet.outline(&snapshot.support, LINE_M, SUPPORT, 1.0);
     }
-    if let (true, Some(corners)) = (marks.footstep, snapshot.footstep) {
+    if let Some(corners) = snapshot.footstep.filter(|_| has(Overlay::Footstep)) {
         let corners = corners.map(|corner| corner.xy());
         sheet.polygon(&corners, FOOTSTEP, 0.25);
         sheet.outline(&corners, LINE_M, FOOTSTEP, 1.0);
     }
-    if marks.com {
+    if has(Overlay::Com) {
         sheet.ring(snapshot.com.xy(), DOT_M + RIM_M, RIM_M, COM);
     }
-    if marks.zmp {
+    if has(Overlay::ZmpRef) {
         sheet.dot(snapshot.zmp_ref, ZMP_WANTED);
-        if let Some(zmp) = snapshot.zmp {
-            sheet.dot(zmp, ZMP);
-        }
     }
-    if marks.dcm {
+    if let Some(zmp) = snapshot.zmp.filter(|_| has(Overlay::Zmp)) {
+        sheet.dot(zmp, ZMP);
+    }
+    if has(Overlay::Dcm) {
         sheet.dot(snapshot.dcm, DCM);
     }
     sheet.triangles
 }
 
 /// The ball of the COM, and arrows.
-pub(super) fn in_space(scene: &mut Scene, ground: &Ground, snapshot: &Snapshot, marks: &Marks) {
+pub(super) fn in_space(scene: &mut Scene, ground: &Ground, snapshot: &Snapshot, marks: &[Overlay]) {
+    let has = |mark: Overlay| marks.contains(&mark);
     let paint = |color: u32, through: f32| Paint { light: light(color), cover: 1.0, through, throws_shadow: false };
-    if marks.com {
+    if has(Overlay::Com) {
         let on_floor = on_ground(snapshot.com.xy(), ground);
         let plumb = snapshot.com - on_floor;
         if plumb.norm() > COM_RADIUS_M {
@@ -130,13 +89,13 @@ pub(super) fn in_space(scene: &mut Scene, ground: &Ground, snapshot: &Snapshot, 
         }
         scene.body(&sphere(COM_RADIUS_M), &Isometry3::from(snapshot.com.coords), &paint(COM, 0.8));
     }
-    if marks.contacts {
+    if has(Overlay::Contacts) {
         for Arrow { point, force } in Foot::BOTH.into_iter().filter_map(|foot| snapshot.contacts[foot]) {
             let mesh = arrow(CONTACT_M_PER_N * force.norm(), SHAFT_M);
             scene.body(&mesh, &pose_along(point, force), &paint(CONTACT, 0.3));
         }
     }
-    if let (true, Some(Arrow { point, force })) = (marks.push, snapshot.push) {
+    if let Some(Arrow { point, force }) = snapshot.push.filter(|_| has(Overlay::Push)) {
         let length = PUSH_M_PER_N * force.norm();
         let tail = point - force.normalize() * length;
         scene.body(&arrow(length, 1.4 * SHAFT_M), &pose_along(tail, force), &paint(PUSH, 0.6));

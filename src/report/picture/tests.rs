@@ -74,7 +74,7 @@ fn is_red([r, g, b]: [u8; 3]) -> bool {
 #[test]
 fn the_same_bytes_come_out_whatever_the_number_of_threads() {
     let robot = ut_mu2();
-    let picture = || draw(&robot, &snapshot(&robot), &FRONT, SIZE, &Marks::ALL);
+    let picture = || draw(&robot, &snapshot(&robot), &FRONT, SIZE, &Overlay::ALL);
     let first = picture();
     for threads in [1, 3] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -170,33 +170,33 @@ fn a_shadow_lies_on_the_floor_away_from_the_lamp() {
 fn each_mark_is_seen_in_its_colour() {
     let robot = ut_mu2();
     let moment = snapshot(&robot);
-    let bare = draw(&robot, &moment, &FRONT, SIZE, &Marks::NONE);
+    let bare = draw(&robot, &moment, &FRONT, SIZE, &[]);
     assert!(bare == draw_posture(&robot, &moment.posture, &FRONT, SIZE));
     // Where each stands out, and the channel that is its strongest there.
-    let none = Marks::NONE;
     let on_floor = |x: f64, y: f64| Point3::new(x, y, 0.0);
     let cases = [
-        (Marks { com: true, ..none }, Point3::new(0.0, 0.0, 0.3), 2),
-        (Marks { zmp: true, ..none }, on_floor(0.2, 0.05), 0),
-        (Marks { zmp: true, ..none }, on_floor(0.2, -0.05), 0),
-        (Marks { dcm: true, ..none }, on_floor(0.15, 0.0), 1),
-        (Marks { support: true, ..none }, on_floor(0.149, 0.1), 2),
-        (Marks { slices: true, ..none }, on_floor(0.09, -0.09), 2),
-        (Marks { footstep: true, ..none }, on_floor(0.25, 0.0), 2),
-        (Marks { contacts: true, ..none }, Point3::new(0.1, 0.1, 0.03), 1),
-        (Marks { push: true, ..none }, Point3::new(0.2, 0.0, 0.3), 0),
+        (Overlay::Com, Point3::new(0.0, 0.0, 0.3), 2),
+        (Overlay::Dcm, on_floor(0.15, 0.0), 1),
+        (Overlay::Zmp, on_floor(0.2, 0.05), 0),
+        (Overlay::ZmpRef, on_floor(0.2, -0.05), 0),
+        (Overlay::Support, on_floor(0.149, 0.1), 2),
+        (Overlay::Slices, on_floor(0.09, -0.09), 2),
+        (Overlay::Footstep, on_floor(0.25, 0.0), 2),
+        (Overlay::Contacts, Point3::new(0.1, 0.1, 0.03), 1),
+        (Overlay::Push, Point3::new(0.2, 0.0, 0.3), 0),
     ];
-    for (marks, at, channel) in cases {
-        let image = draw(&robot, &moment, &FRONT, SIZE, &marks);
+    assert_eq!(cases.each_ref().map(|(mark, ..)| *mark), Overlay::ALL);
+    for (mark, at, channel) in cases {
+        let image = draw(&robot, &moment, &FRONT, SIZE, &[mark]);
         let [x, y] = FRONT.project(at, SIZE).unwrap().map(|px| px as u32);
         let (now, before) = (image.get_pixel(x, y).0, bare.get_pixel(x, y).0);
-        assert_ne!(now, before, "{marks:?}");
+        assert_ne!(now, before, "{mark:?}");
         let strongest = (0..3).max_by_key(|&i| now[i]).unwrap();
-        assert!(now[channel] == now[strongest], "{marks:?}: {now:?}");
+        assert!(now[channel] == now[strongest], "{mark:?}: {now:?}");
     }
     // A mark below the sole is seen through the foot.
     let beneath = Snapshot { zmp: Some(Point2::new(-0.03, 0.05)), ..moment };
-    let image = draw(&robot, &beneath, &FRONT, SIZE, &Marks { zmp: true, ..none });
+    let image = draw(&robot, &beneath, &FRONT, SIZE, &[Overlay::Zmp]);
     let [x, y] = FRONT.project(on_floor(-0.03, 0.05), SIZE).unwrap().map(|px| px as u32);
     let [r, g, b] = image.get_pixel(x, y).0;
     assert!(r > g.max(b) + 60, "{r} {g} {b}");
@@ -208,7 +208,7 @@ fn a_slope_tilts_the_floor_and_what_lies_on_it() {
     let level = snapshot(&robot);
     let slope = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.2);
     let tilted = Snapshot { slope, ..level.clone() };
-    let marks = Marks { dcm: true, ..Marks::NONE };
+    let marks = [Overlay::Dcm];
     let image = draw(&robot, &tilted, &FRONT, SIZE, &marks);
     // The DCM is above x = 0.15 m of the plan, where the floor that falls forward is lower.
     let seen = |z: f64| {
@@ -224,7 +224,7 @@ fn a_slope_tilts_the_floor_and_what_lies_on_it() {
 fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
     let robot = boxes(&[]).0;
     let moment = Snapshot { dcm: Point2::new(0.15, 0.0), ..snapshot(&robot) };
-    let marks = Marks { dcm: true, ..Marks::NONE };
+    let marks = [Overlay::Dcm];
     let patch = [Point2::new(-0.07, -0.1), Point2::new(0.07, 0.1)];
     let camera = Camera { target: Point3::origin(), azimuth_deg: 0.0, distance_m: 0.8, ..FRONT };
     let at = |image: &RgbImage, x: f64, y: f64, z: f64| {
@@ -256,7 +256,7 @@ fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
     let red = |step_m: f64| {
         let ground = Ground { step_m, patch, ..Ground::default() };
         let posture = Posture { base: Pose::identity(), ..robot.zero_posture() };
-        let image = draw_on(&ground, &robot, &Snapshot { posture, ..moment.clone() }, &camera, SIZE, &Marks::NONE);
+        let image = draw_on(&ground, &robot, &Snapshot { posture, ..moment.clone() }, &camera, SIZE, &[]);
         image.pixels().filter(|pixel| is_red(pixel.0)).count()
     };
     assert!(red(-0.02) > 50 && red(0.0) > 50 && red(0.02) == 0, "{} {} {}", red(-0.02), red(0.0), red(0.02));
@@ -267,7 +267,7 @@ fn nothing_breaks_at_odd_cameras_and_sizes() {
     let robot = ut_mu2();
     let moment = snapshot(&robot);
     for size in [[0, 0], [1, 1], [7, 200]] {
-        assert_eq!(draw(&robot, &moment, &FRONT, size, &Marks::ALL).dimensions(), (size[0], size[1]));
+        assert_eq!(draw(&robot, &moment, &FRONT, size, &Overlay::ALL).dimensions(), (size[0], size[1]));
     }
     // Inside of the robot, from below, from straight above.
     for camera in [
@@ -275,6 +275,6 @@ fn nothing_breaks_at_odd_cameras_and_sizes() {
         Camera { elevation_deg: -40.0, ..FRONT },
         Camera { elevation_deg: 90.0, ..FRONT },
     ] {
-        draw(&robot, &moment, &camera, [40, 30], &Marks::ALL);
+        draw(&robot, &moment, &camera, [40, 30], &Overlay::ALL);
     }
 }
