@@ -3,7 +3,7 @@
 use super::{ClosedLoop, Disturbance, EpisodeConfig, Record, Snapshot, Tick, Until, drive};
 use crate::control::Design;
 use crate::robot::Robot;
-use crate::sim::{Ground, Push, Variation};
+use crate::sim::{Ground, Push};
 
 /// A recorded episode.
 #[derive(Debug, Clone)]
@@ -15,7 +15,6 @@ pub struct Film {
     pub gains: Vec<String>,
     pub control_period_s: f64,
     pub pushes: Vec<Push>,
-    pub variation: Variation,
     /// Under the robot, on its slope in the end: a snapshot has that of its moment.
     pub ground: Ground,
     /// The record of the episode itself, without what follows it.
@@ -51,7 +50,7 @@ impl Film {
         let gains = family.gains.iter().map(|gain| gain.name.clone()).collect();
         let (gain_set, control_period_s) = (family.name.clone(), config.control_period_s);
         let ground = Ground::new(robot, &variation);
-        Self { robot: simulated, ground, gain_set, gains, control_period_s, pushes, variation, record, snapshots }
+        Self { robot: simulated, ground, gain_set, gains, control_period_s, pushes, record, snapshots }
     }
 
     /// Takes away what comes after `end_s`.
