@@ -37,15 +37,11 @@ fn a_build_without_the_window_says_how_to_get_one() {
 #[cfg(feature = "view")]
 mod window {
     use super::*;
-    use common::display::{Display, PATIENCE};
+    use common::display::Display;
     use common::program::{folder, short, standfast, stdout};
+    use common::window::{View, ended};
     use image::RgbImage;
-    use std::io::{BufRead, BufReader, Read};
     use std::path::Path;
-    use std::process::{Child, Command, ExitStatus, Stdio};
-    use std::sync::{Arc, Mutex};
-    use std::thread::{sleep, spawn};
-    use std::time::{Duration, Instant};
 
     /// The picture is left of here, the panel right of it (px); and its height.
     const PANEL_X: u32 = 860;
@@ -53,6 +49,8 @@ mod window {
     const COM: [u8; 3] = [0x7b, 0x3f, 0xa0];
     const DCM: [u8; 3] = [0x0b, 0x7a, 0x3b];
     const ZMP_WANTED: [u8; 3] = [0xff, 0x9f, 0x1c];
+    /// What the panel says of what is not well.
+    const BADLY: [u8; 3] = [0xd6, 0x27, 0x28];
 
     #[test]
     fn without_a_display_one_line_says_so() {
@@ -74,17 +72,18 @@ mod window {
         let Some(display) = Display::start() else { return };
         let folder = folder();
         let arguments = ["--gains=switching", "--gains=hold", "--impulse=2", "--heading=90", "--screenshot=last.png"];
-        let view = View::open(&display, folder.path(), &arguments);
+        // The COM is back in a quarter of a second: less than a frame of a busy machine, but for slow motion.
+        let view = View::open(&display, folder.path(), &[&arguments[..], &["--speed=0.2"]].concat());
         let before = view.frame();
         assert!(before.y_mm.abs() < 3.0, "{before:?}");
         view.press("Return");
-        view.until("the push moves the COM to the left", |frame| frame.y_mm > before.y_mm + 3.0);
+        view.once("the push moves the COM to the left", &before, |frame| frame.y_mm > before.y_mm + 3.0);
         view.press("2");
         view.press("1");
         view.press("minus");
-        assert_eq!(view.frame().speed, 0.5);
+        assert_eq!(view.frame().speed, 0.1);
         view.press("equal");
-        assert_eq!(view.frame().speed, 1.0);
+        assert_eq!(view.frame().speed, 0.2);
         // The trunk, some way from the middle of the picture.
         view.drag([500, 240], [530, 240]);
         view.press("space");
@@ -94,7 +93,8 @@ mod window {
         (0..3).for_each(|_| view.press("period"));
         let stepped_s = view.frame().time_s - paused.time_s;
         assert!((stepped_s - 0.006).abs() < 1e-6, "{stepped_s} s");
-        view.press("r");
+        // For as long as a keyboard repeats it many times: it is one restart.
+        view.hold("r");
         view.until("it begins anew", |frame| frame.time_s == 0.0);
         let told = view.quit("q");
         assert!(told.starts_with("1 push, 1 drag (up to "), "{told}");
@@ -166,6 +166,15 @@ mod window {
         (0..2).for_each(|_| view.press("Right"));
         let moment_s = view.frame().time_s;
         assert!((moment_s - 0.202).abs() < 1e-6, "{moment_s}");
+        // To go to another moment stops it, as it does in a page.
+        view.press("minus");
+        view.press("minus");
+        view.press("space");
+        view.once("it plays", &view.frame(), |frame| frame.time_s > moment_s);
+        view.press("Left");
+        let moment_s = view.frame().time_s;
+        view.frames(3);
+        assert_eq!(view.frame().time_s, moment_s);
         // From the middle of the time line towards its end.
         view.drag([530, 689], [760, 689]);
         view.until("the middle", |frame| frame.time_s > 0.3);
@@ -175,7 +184,21 @@ mod window {
         assert!(told.starts_with("trial 1, gain set hold: "), "{told}");
         assert!(told.contains("shown at 0.200 s"), "{told}");
         assert!(number_before(&told, " ticks recorded") >= 200.0, "{told}");
-        shows_the_robot(&image::open(folder.path().join("last.png")).unwrap().to_rgb8());
+        let as_it_was = image::open(folder.path().join("last.png")).unwrap().to_rgb8();
+        shows_the_robot(&as_it_was);
+
+        // Of other inputs it is another trial, and the panel says so.
+        let campaign = folder.path().join("out/campaign.toml");
+        let changed = std::fs::read_to_string(&campaign).unwrap().replace("horizon_s = 0.4", "horizon_s = 0.3");
+        std::fs::write(&campaign, changed).unwrap();
+        // A display ends with its last window, and there is one at a time.
+        drop(display);
+        let Some(display) = Display::start() else { return };
+        View::open(&display, folder.path(), &["out", "--trial=1", "--screenshot=last.png"]).quit("q");
+        let another = image::open(folder.path().join("last.png")).unwrap().to_rgb8();
+        let in_red = |picture: &RgbImage| count(picture, [PANEL_X, 1200], [0, 150], BADLY, 60);
+        let (before, after) = (in_red(&as_it_was), in_red(&another));
+        assert!(after > before + 200, "{before} {after}");
     }
 
     #[test]
@@ -242,145 +265,5 @@ mod window {
         let cream = share(|[r, g, b]| r > 150.0 && r > g && g > b + 8.0 && b > 110.0);
         let panel = share(|rgb| rgb == [248.0, 249.0, 251.0]);
         assert!(purple > 0.02 && cream > 0.005 && panel > 0.05, "purple {purple}, cream {cream}, panel {panel}");
-    }
-
-    /// What a program says while it runs, line by line.
-    type Told = Arc<Mutex<Vec<String>>>;
-
-    /// A running `standfast view`. It tells of each frame, so nothing here waits by the clock.
-    struct View<'a> {
-        process: Option<Child>,
-        display: &'a Display,
-        told: Told,
-    }
-
-    /// What was told of a frame.
-    #[derive(Debug)]
-    struct Frame {
-        number: u64,
-        time_s: f64,
-        speed: f64,
-        y_mm: f64,
-    }
-
-    impl<'a> View<'a> {
-        fn open(display: &'a Display, folder: &Path, arguments: &[&str]) -> Self {
-            let mut process = Command::new(env!("CARGO_BIN_EXE_standfast"))
-                .current_dir(folder)
-                .env("DISPLAY", &display.name)
-                .env("RUST_LOG", "standfast=trace")
-                .env_remove("WAYLAND_DISPLAY")
-                .env_remove("WAYLAND_SOCKET")
-                // Should the test be killed it is not left behind.
-                .args(["view", "--seconds=300"])
-                .args(arguments)
-                .stdout(Stdio::piped())
-                .stderr(Stdio::piped())
-                .spawn()
-                .unwrap();
-            let (told, stderr) = (Told::default(), process.stderr.take().unwrap());
-            let lines = told.clone();
-            spawn(move || {
-                BufReader::new(stderr).lines().map_while(Result::ok).for_each(|line| lines.lock().unwrap().push(line));
-            });
-            let view = Self { process: Some(process), display, told };
-            // The server ends with its last client: that is the window, so it comes first.
-            view.wait("a frame", || view.last().is_some());
-            display.window("standfast");
-            view.frames(2);
-            view
-        }
-
-        fn wait(&self, what: &str, is_so: impl Fn() -> bool) {
-            let end = Instant::now() + PATIENCE;
-            while !is_so() {
-                let told = self.told.lock().unwrap();
-                assert!(Instant::now() < end, "in vain: {what}; {:?}", &told[told.len().saturating_sub(5)..]);
-                drop(told);
-                sleep(Duration::from_millis(20));
-            }
-        }
-
-        fn last(&self) -> Option<Frame> {
-            let told = self.told.lock().unwrap();
-            let line = told.iter().rev().find(|line| line.contains("] frame "))?;
-            let words: Vec<&str> = line.split("] frame ").nth(1)?.split([' ', ':', ',']).collect();
-            let number = |at: usize| words.iter().filter(|word| !word.is_empty()).nth(at)?.parse::<f64>().ok();
-            // "12: 1.234 s, speed 1, COM 0.1 -0.2 mm"
-            Some(Frame { number: number(0)? as u64, time_s: number(1)?, speed: number(4)?, y_mm: number(7)? })
-        }
-
-        fn frame(&self) -> Frame {
-            self.last().unwrap()
-        }
-
-        /// Waits for so many frames more.
-        fn frames(&self, count: u64) {
-            let until = self.frame().number + count;
-            self.wait("frames", || self.frame().number >= until);
-        }
-
-        fn until(&self, what: &str, is_so: impl Fn(&Frame) -> bool) {
-            self.wait(what, || is_so(&self.frame()));
-        }
-
-        /// Presses a key and waits until it is seen to.
-        fn press(&self, key: &str) {
-            self.display.tell(&["key", key]);
-            self.frames(3);
-        }
-
-        /// Drags by the left button.
-        fn drag(&self, from: [u32; 2], to: [u32; 2]) {
-            let steps = [[from[0], from[1], 0], [from[0], from[1], 1], [to[0], to[1], 0], [to[0], to[1], 2]];
-            for [x, y, button] in steps {
-                match button {
-                    0 => self.display.tell(&["mousemove", &x.to_string(), &y.to_string()]),
-                    1 => self.display.tell(&["mousedown", "1"]),
-                    _ => self.display.tell(&["mouseup", "1"]),
-                }
-                self.frames(3);
-            }
-        }
-
-        /// Quits by a key; what was printed.
-        fn quit(self, key: &str) -> String {
-            self.display.tell(&["key", key]);
-            let (mut process, _) = self.leave();
-            assert_eq!(ended(&mut process).code(), Some(0));
-            let mut told = String::new();
-            process.stdout.take().unwrap().read_to_string(&mut told).unwrap();
-            told
-        }
-
-        /// Leaves the process, and what it tells, to the caller.
-        fn leave(mut self) -> (Child, Told) {
-            (self.process.take().unwrap(), self.told.clone())
-        }
-    }
-
-    impl Drop for View<'_> {
-        fn drop(&mut self) {
-            // The test has failed.
-            if let Some(mut process) = self.process.take() {
-                _ = process.kill();
-                _ = process.wait();
-            }
-        }
-    }
-
-    /// Waits until a process ends by itself.
-    fn ended(process: &mut Child) -> ExitStatus {
-        let end = Instant::now() + PATIENCE;
-        loop {
-            if let Some(status) = process.try_wait().unwrap() {
-                return status;
-            }
-            if Instant::now() > end {
-                _ = process.kill();
-                panic!("it does not end");
-            }
-            sleep(Duration::from_millis(50));
-        }
     }
 }

@@ -3,7 +3,7 @@
 use super::{ClosedLoop, Disturbance, EpisodeConfig, Record, Snapshot, Tick, Until, drive};
 use crate::control::Design;
 use crate::robot::Robot;
-use crate::sim::{Ground, Push, Variation};
+use crate::sim::{Ground, Push};
 use std::f64::consts::TAU;
 
 /// A robot farther from home than this (m) has flown off.
@@ -19,7 +19,6 @@ pub struct Film {
     pub gains: Vec<String>,
     pub control_period_s: f64,
     pub pushes: Vec<Push>,
-    pub variation: Variation,
     /// Under the robot, on its slope in the end: a snapshot has that of its moment.
     pub ground: Ground,
     /// The record of the episode itself, without what follows it.
@@ -55,7 +54,7 @@ impl Film {
         let gains = family.gains.iter().map(|gain| gain.name.clone()).collect();
         let (gain_set, control_period_s) = (family.name.clone(), config.control_period_s);
         let ground = Ground::new(robot, &variation);
-        Self { robot: simulated, ground, gain_set, gains, control_period_s, pushes, variation, record, snapshots }
+        Self { robot: simulated, ground, gain_set, gains, control_period_s, pushes, record, snapshots }
     }
 
     /// How many moments there are until the robot has flown off or its numbers run away (beyond [`FARTHEST_M`], or a joint

@@ -203,8 +203,8 @@ fn is_in(file: &Path, folder: &Path) -> bool {
     matches!((parent.canonicalize(), folder.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-/// How long a film goes on after the episode is decided (s).
-const AFTERMATH_S: f64 = 1.0;
+/// How long a film goes on after the episode is decided (s): a fall takes a while.
+pub const AFTERMATH_S: f64 = 1.0;
 
 /// What a picture of the episode shows after the robot stands still (s).
 const REST_S: f64 = 0.5;

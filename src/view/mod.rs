@@ -39,9 +39,10 @@ pub struct ViewArgs {
     /// Take sensor noise, rates and thresholds from this campaign; without it sensors are ideal
     #[arg(long, value_name = "NAME|FILE")]
     pub campaign: Option<String>,
-    /// Impulse of the key's push (N s); adjustable in the window
-    #[arg(long, value_name = "N_S", default_value_t = 2.5)]
-    pub impulse: f64,
+    /// Impulse of the key's push (N s); adjustable in the window [default: 2.5, in proportion for robots that are larger or
+    /// smaller than ut-mu2]
+    #[arg(long, value_name = "N_S")]
+    pub impulse: Option<f64>,
     /// Its direction (degrees): 0 pushes forward, 90 to the left; adjustable in the window
     #[arg(long, value_name = "DEG", default_value_t = 0.0)]
     pub heading: f64,

@@ -6,6 +6,7 @@ pub mod display;
 pub mod films;
 pub mod mirror;
 pub mod program;
+pub mod window;
 
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 use rand_distr::StandardNormal;

@@ -10,6 +10,10 @@ const PATIENCE: Duration = Duration::from_millis(400);
 /// and no more than this where it is not: beyond it the window would no longer answer.
 const LONGEST: Duration = Duration::from_secs(3);
 
+/// No frame is to bring more of the wall's time (s): what lasts longer is no slow frame but a display that stood still, or a
+/// program that was stopped.
+const LONGEST_FRAME_S: f64 = 1.0;
+
 /// Frames that a display shows in a second: what is not drawn of them counts as dropped.
 const DISPLAY_HZ: f64 = 60.0;
 
@@ -88,10 +92,14 @@ impl Clock {
 
     /// Begins a frame: the wall time since the last one becomes due.
     pub fn begin_frame(&mut self) {
-        let passed_s = self.last.elapsed().as_secs_f64();
+        let stood_s = self.last.elapsed().as_secs_f64();
+        let passed_s = stood_s.min(LONGEST_FRAME_S);
         (self.last, self.frame_s) = (Instant::now(), passed_s);
         self.frames += 1;
-        self.dropped += (passed_s * DISPLAY_HZ).round().max(1.0) as u64 - 1;
+        self.dropped += (stood_s * DISPLAY_HZ).round().max(1.0) as u64 - 1;
+        if stood_s > passed_s {
+            self.forget();
+        }
         if self.paused {
             self.due_s = 0.0;
             self.forget();
@@ -171,6 +179,22 @@ mod tests {
     }
 
     #[test]
+    fn a_program_that_was_stopped_goes_on_where_it_was() {
+        let mut clock = Clock::new(2.0);
+        clock.last -= Duration::from_secs(100);
+        clock.stretch = [0.5, 0.5];
+        clock.begin_frame();
+        let mut ticks = 0;
+        clock.catch_up(0.002, || {
+            ticks += 1;
+            true
+        });
+        // A second at twice the speed, but for what rounding leaves.
+        assert!((999..=1000).contains(&ticks) && clock.lost_s() == 0.0, "{ticks} {}", clock.lost_s());
+        assert!(clock.stretch[0] <= clock.speed * clock.stretch[1], "{:?}", clock.stretch);
+    }
+
+    #[test]
     fn speeds_go_through_the_list() {
         let mut clock = Clock::new(1.0);
         clock.change_speed(false);
@@ -185,9 +209,9 @@ mod tests {
     #[test]
     fn only_physics_that_is_slower_than_the_wall_loses_time() {
         let ticks = |tick_ms: u64, speed: f64| {
-            let mut clock = Clock { due_s: 1.0, ..Clock::new(speed) };
+            let mut clock = Clock { due_s: 2.0, ..Clock::new(speed) };
             let mut ticks = 0;
-            clock.catch_up(0.01, || {
+            clock.catch_up(0.02, || {
                 ticks += 1;
                 sleep(Duration::from_millis(tick_ms));
                 true
@@ -196,11 +220,11 @@ mod tests {
         };
         // Longer than the patience, but faster than the wall.
         let (done, lost_s, due_s) = ticks(6, 1.0);
-        assert!(done >= 99 && lost_s == 0.0 && due_s < 0.0101, "{done} {lost_s} {due_s}");
+        assert!(done >= 99 && lost_s == 0.0 && due_s < 0.0201, "{done} {lost_s} {due_s}");
         // Slower: it stops when the patience ends.
         let (done, lost_s, due_s) = ticks(6, 4.0);
         assert!((10..90).contains(&done) && due_s == 0.0, "{done} {due_s}");
-        assert!((lost_s - (1.0 - 0.01 * f64::from(done))).abs() < 1e-6, "{lost_s}");
+        assert!((lost_s - (2.0 - 0.02 * f64::from(done))).abs() < 1e-6, "{lost_s}");
     }
 
     #[test]

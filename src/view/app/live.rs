@@ -19,7 +19,7 @@ const LEAST_N: f64 = 0.1;
 
 /// A running simulation.
 pub struct Live<'a> {
-    world: &'a World,
+    pub world: &'a World,
     closed_loop: ClosedLoop<'a>,
     referee: Referee<'a>,
     /// Index into `world.designs`.

@@ -1,9 +1,12 @@
 //! What must not be hidden by the robot: points, forces and names, drawn over the picture.
 
+use super::aim::Aim;
 use super::colors::{self, Named};
 use super::mesh::vec3;
 use super::overlays::Shown;
 use super::pick::Sight;
+use super::scale::Scale;
+use super::scene;
 use crate::episode::Snapshot;
 use crate::episode::snapshot::Arrow;
 use crate::report::palette::{CONTACT_M_PER_N, Overlay, PUSH_M_PER_N};
@@ -52,11 +55,16 @@ impl Lens {
     }
 }
 
+/// Of names and sizes.
+const FONT: FontId = FontId::proportional(13.0);
+
 /// A picture with marks on it.
 pub struct Marks<'a> {
     pub painter: Painter,
     pub lens: &'a Lens,
     pub ground: Ground,
+    /// Of the robot.
+    pub scale: Scale,
 }
 
 impl Marks<'_> {
@@ -73,7 +81,7 @@ impl Marks<'_> {
         }
         if shown.has(Overlay::Contacts) {
             for arrow in Foot::BOTH.into_iter().filter_map(|foot| now.contacts[foot]) {
-                let tip = arrow.point + arrow.force * CONTACT_M_PER_N;
+                let tip = arrow.point + arrow.force * (CONTACT_M_PER_N / self.scale.stiffness());
                 self.arrow(arrow.point, tip, colors::CONTACT, 3.0, None);
             }
         }
@@ -127,7 +135,7 @@ impl Marks<'_> {
 
     /// A push or pull, with its size.
     fn force(&self, arrow: &Arrow) {
-        let tip = arrow.point + arrow.force * PUSH_M_PER_N;
+        let tip = arrow.point + arrow.force * (PUSH_M_PER_N / self.scale.stiffness());
         let text = format!("{:.1} N", arrow.force.norm());
         self.arrow(arrow.point, tip, colors::PUSH, 4.0, Some(&text));
         self.at(arrow.point, |painter, at| {
@@ -136,11 +144,12 @@ impl Marks<'_> {
     }
 
     /// Where the next push goes: an arrow on the floor, outside of the feet.
-    pub fn aim(&self, now: &Snapshot, impulse_n_s: f64, heading_deg: f64) {
-        let (sin, cos) = heading_deg.to_radians().sin_cos();
+    pub fn aim(&self, now: &Snapshot, aim: &Aim) {
+        let (sin, cos) = aim.heading_deg.to_radians().sin_cos();
         let middle = nalgebra::center(&now.soles.left.xy(), &now.soles.right.xy());
-        let at = |m: f64| self.on_floor(&(middle + nalgebra::Vector2::new(cos, sin) * m));
-        let text = format!("{impulse_n_s:.1} N s");
+        let along = nalgebra::Vector2::new(cos, sin) * self.scale.length();
+        let at = |m: f64| self.on_floor(&(middle + along * m));
+        let text = format!("{:.1} N s", aim.impulse_n_s);
         let faint = colors::PUSH.towards(colors::FLOOR, 0.35);
         self.arrow(at(-0.31), at(-0.19), faint, 2.5, None);
         self.at(at(-0.34), |painter, place| self.text(painter, place, &text, faint));
@@ -148,7 +157,8 @@ impl Marks<'_> {
 
     /// The axes' names, at the ends of the grid.
     pub fn axes(&self) {
-        for (name, x, y) in [("x, forward", 1.05, 0.0), ("y, left", 0.0, 1.05)] {
+        let end_m = scene::grid_m(self.scale) + 0.05 * self.scale.length();
+        for (name, x, y) in [("x, forward", end_m, 0.0), ("y, left", 0.0, end_m)] {
             let color = colors::GRID.towards(colors::INK, 0.4);
             self.at(self.on_floor(&Point2::new(x, y)), |painter, at| self.text(painter, at, name, color));
         }
@@ -170,11 +180,10 @@ impl Marks<'_> {
     }
 
     fn text(&self, painter: &Painter, at: Pos2, text: &str, color: Named) {
-        let font = FontId::proportional(13.0);
         for (x, y) in [(-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0)] {
-            painter.text(at + vec2(x, y), Align2::CENTER_CENTER, text, font.clone(), Color32::from_white_alpha(150));
+            painter.text(at + vec2(x, y), Align2::CENTER_CENTER, text, FONT, Color32::from_white_alpha(150));
         }
-        painter.text(at, Align2::CENTER_CENTER, text, font, color.egui());
+        painter.text(at, Align2::CENTER_CENTER, text, FONT, color.egui());
     }
 
     fn arrow(&self, from: Point3<f64>, to: Point3<f64>, color: Named, width: f32, text: Option<&str>) {
@@ -190,7 +199,9 @@ impl Marks<'_> {
         let tip = vec![to, neck + side, neck - side];
         self.painter.add(PathShape::convex_polygon(tip, color.egui(), Stroke::NONE));
         if let Some(text) = text {
-            self.text(&self.painter, to + unit * 12.0 + vec2(0.0, -9.0), text, color);
+            // Beyond the tip, as far as the words reach.
+            let half = self.painter.layout_no_wrap(text.into(), FONT, Color32::BLACK).size() / 2.0;
+            self.text(&self.painter, to + unit * 6.0 + unit * half, text, color);
         }
     }
 
@@ -234,11 +245,12 @@ impl Marks<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::scale::tests::THRICE;
     use super::*;
 
     #[test]
     fn a_line_of_sight_goes_through_what_is_seen_there() {
-        let camera = super::super::scene::camera();
+        let camera = scene::camera(Scale::of(&crate::robot::Robot::load("ut-mu2").unwrap()));
         let lens = Lens::new(&camera, vec2(800.0, 600.0));
         for place in [Point3::new(0.0, 0.0, 0.3), Point3::new(0.2, -0.4, 0.0)] {
             let sight = lens.sight(lens.project(&place).unwrap());
@@ -250,5 +262,16 @@ mod tests {
         // Up is up.
         let [low, high] = [0.0, 0.4].map(|z| lens.project(&Point3::new(0.0, 0.0, z)).unwrap().y);
         assert!(high < low - 50.0, "{high} {low}");
+    }
+
+    #[test]
+    fn a_robot_of_another_size_is_seen_as_large() {
+        let at = |scale: Scale, m: f64| {
+            let lens = Lens::new(&scene::camera(scale), vec2(800.0, 600.0));
+            lens.project(&(Point3::new(0.05, 0.1, 0.31) * m)).unwrap()
+        };
+        let ut_mu2 = Scale::of(&crate::robot::Robot::load("ut-mu2").unwrap());
+        let (one, three) = (at(ut_mu2, 1.0), at(THRICE, 3.0));
+        assert!(one.distance(three) < 1.0, "{one} {three}");
     }
 }

@@ -1,5 +1,6 @@
 //! The window's loop: what a person asks for, time that passes, the next picture.
 
+mod aim;
 mod clock;
 mod colors;
 mod keys;
@@ -11,6 +12,7 @@ mod panel;
 mod pick;
 mod plots;
 mod recorded;
+mod scale;
 mod scene;
 mod show;
 mod solids;
@@ -22,8 +24,9 @@ mod world;
 use crate::error::{Error, Result};
 use crate::report::check_output;
 use crate::view::ViewArgs;
+use aim::Aim;
 use clock::Clock;
-use keys::Wish;
+use keys::{Keyboard, Wish};
 use kiss3d::camera::OrbitCamera3d;
 use kiss3d::egui::{self, LayerId, Pos2, Rect, Theme, pos2};
 use kiss3d::event::{Action, MouseButton, WindowEvent};
@@ -35,6 +38,7 @@ use overlays::Shown;
 use panel::Facts;
 use pick::Grab;
 use recorded::Recorded;
+use scale::Scale;
 use scene::{Leash, Scene, camera};
 use show::{Show, several};
 use std::path::Path;
@@ -57,14 +61,15 @@ pub fn run(args: &ViewArgs) -> Result<String> {
     match (&args.dir, args.trial) {
         (Some(folder), Some(trial)) => {
             let recorded = Recorded::new(folder, trial, args)?;
-            let (robot, ground) = (recorded.film.robot.clone(), recorded.ground);
-            App::open(args, Show::Recorded(Box::new(recorded)), None)?.run(args, Scene::new(&robot, ground))
+            let (robot, ground, scale) = (recorded.film.robot.clone(), recorded.film.ground, recorded.scale);
+            let app = App::open(args, Show::Recorded(Box::new(recorded)), scale)?;
+            app.run(args, Scene::new(&robot, ground, scale))
         }
         _ => {
             let world = World::new(args)?;
-            let scene = || Scene::new(&world.simulated, world.ground());
-            let app = App::open(args, Show::Live(Box::new(Live::new(&world))), Some(&world))?;
-            app.run(args, scene())
+            let scale = Scale::of(&world.robot);
+            let app = App::open(args, Show::Live(Box::new(Live::new(&world))), scale)?;
+            app.run(args, Scene::new(&world.simulated, world.ground(), scale))
         }
     }
 }
@@ -77,31 +82,20 @@ fn check(args: &ViewArgs) -> Result<()> {
         Err(Error::value("arguments", name, value, "out of range", format!("more than 0, at most {most}")))
     };
     positive("--speed", args.speed, 10.0)?;
-    args.seconds.map_or(Ok(()), |seconds| positive("--seconds", seconds, 1e6))?;
-    if !(0.0..=MOST_N_S).contains(&args.impulse) {
-        let accepted = format!("0 to {MOST_N_S}");
-        return Err(Error::value("arguments", "--impulse", args.impulse, "out of range", accepted));
-    }
-    if !args.heading.is_finite() {
-        return Err(Error::value("arguments", "--heading", args.heading, "out of range", "-180 to 180"));
-    }
-    Ok(())
+    args.seconds.map_or(Ok(()), |seconds| positive("--seconds", seconds, 1e6))
 }
-
-/// The largest push by key (N s).
-const MOST_N_S: f64 = 20.0;
 
 struct App<'a> {
     window: Window,
     camera: OrbitCamera3d,
     leash: Leash,
     show: Show<'a>,
-    world: Option<&'a World>,
+    /// Of the robot.
+    scale: Scale,
     clock: Clock,
     shown: Shown,
-    /// Of the next push.
-    impulse_n_s: f64,
-    heading_deg: f64,
+    aim: Aim,
+    keyboard: Keyboard,
     help: bool,
     quits: bool,
     /// Where the mouse was last seen (pixels).
@@ -109,7 +103,8 @@ struct App<'a> {
 }
 
 impl<'a> App<'a> {
-    fn open(args: &ViewArgs, show: Show<'a>, world: Option<&'a World>) -> Result<Self> {
+    fn open(args: &ViewArgs, show: Show<'a>, scale: Scale) -> Result<Self> {
+        let aim = Aim::new(args, scale)?;
         let mut window = window::open("standfast", SIZE.0, SIZE.1)?;
         window.set_background_color(colors::SKY.line());
         window.set_shadows_enabled(false);
@@ -119,14 +114,14 @@ impl<'a> App<'a> {
         window.egui_context_mut().set_theme(Theme::Light);
         Ok(Self {
             window,
-            camera: camera(),
-            leash: Leash::default(),
+            camera: camera(scale),
+            leash: Leash::of(scale),
             show,
-            world,
+            scale,
             clock: Clock::new(args.speed),
             shown: Shown::default(),
-            impulse_n_s: args.impulse,
-            heading_deg: wrapped(args.heading),
+            aim,
+            keyboard: Keyboard::default(),
             help: true,
             quits: false,
             cursor: None,
@@ -176,22 +171,23 @@ impl<'a> App<'a> {
         let ((frames, dropped), lost_s) = (self.clock.frames(), self.clock.lost_s());
         let (frames, seconds) = (several(frames, "frame", "frames"), start.elapsed().as_secs_f64());
         let mut drawn = format!("{frames} drawn, {dropped} dropped, in {seconds:.1} s");
-        if lost_s > 0.0 {
+        // Less is none in what is printed.
+        if lost_s >= 0.05 {
             drawn += &format!("; physics was slower than the wall by {lost_s:.1} s");
         }
-        Ok(format!("{}; {drawn}\n", self.show.account(self.step_s())))
+        Ok(format!("{}; {drawn}\n", self.show.account()))
     }
 
     /// What the keys ask for; the mouse takes hold of the robot here.
     fn input(&mut self) -> Vec<Wish> {
         let (mut wishes, live) = (Vec::new(), matches!(self.show, Show::Live(_)));
-        for mut event in self.window.events().iter() {
+        for event in self.window.events().iter() {
+            let is_typing = self.window.is_egui_capturing_keyboard();
             match event.value {
-                WindowEvent::Key(key, Action::Press, _) if !self.window.is_egui_capturing_keyboard() => {
-                    let wish = keys::wish(key, live);
-                    event.inhibited = wish.is_some();
-                    wishes.extend(wish);
+                WindowEvent::Key(key, action, _) => {
+                    wishes.extend(self.keyboard.key(key, action, live).filter(|_| !is_typing));
                 }
+                WindowEvent::Char(sign) => wishes.extend(self.keyboard.sign(sign, live).filter(|_| !is_typing)),
                 WindowEvent::CursorPos(x, y, _) => self.cursor = Some((x, y)),
                 WindowEvent::MouseButton(MouseButton::Button1, action, _) => match action {
                     Action::Press if !self.window.is_egui_capturing_mouse() => self.take(),
@@ -212,10 +208,10 @@ impl<'a> App<'a> {
     /// Takes hold of the link under the mouse; else the camera turns.
     fn take(&mut self) {
         let (lens, mouse) = (self.lens(), self.mouse());
-        let (Show::Live(live), Some(world), Some(mouse)) = (&mut self.show, self.world, mouse) else { return };
+        let (Show::Live(live), Some(mouse)) = (&mut self.show, mouse) else { return };
         let sight = lens.sight(mouse);
-        if let Some(hit) = pick::pick(&world.simulated, &live.kinematics, &sight) {
-            live.take(Grab::new(hit, &sight, &live.kinematics, lens.looking()));
+        if let Some(hit) = pick::pick(&live.world.simulated, &live.kinematics, &sight) {
+            live.take(Grab::new(hit, &sight, &live.kinematics, lens.looking(), self.scale));
             self.camera.rebind_rotate_button(None);
         }
     }
@@ -229,20 +225,13 @@ impl<'a> App<'a> {
 
     /// Lets the time that has passed pass in the simulation.
     fn advance(&mut self) {
-        let step_s = self.step_s();
+        let step_s = self.show.step_s();
         match &mut self.show {
             Show::Live(live) => self.clock.catch_up(step_s, || live.advance()),
             Show::Recorded(recorded) => self.clock.catch_up(step_s, || recorded.go(1)),
         }
         if matches!(&self.show, Show::Recorded(recorded) if recorded.is_at_end()) {
             self.clock.paused = true;
-        }
-    }
-
-    fn step_s(&self) -> f64 {
-        match &self.show {
-            Show::Live(_) => self.world.map_or(0.002, |world| world.config.control_period_s),
-            Show::Recorded(recorded) => recorded.film.control_period_s,
         }
     }
 
@@ -255,25 +244,24 @@ impl<'a> App<'a> {
         // Opens a frame of the context, which the handle then stands for.
         self.window.draw_ui(|_| {});
         let ctx = &self.window.egui_context().clone();
-        let push = self.world.map(|_| (self.impulse_n_s, self.heading_deg));
-        let facts = self.facts(push);
+        let facts = self.facts();
         let (show, shown, ground) = (&self.show, &self.shown, scene.ground(now));
-        let (world, paused) = (self.world, self.clock.paused);
+        let paused = self.clock.paused;
         let wide = ctx.content_rect().width() - panel::WIDTH;
-        let name = mouse.and_then(|at| Some((at, show.link_at(world?, &lens.sight(at))?)));
+        let name = mouse.and_then(|at| Some((at, show.link_at(&lens.sight(at))?)));
         let painter = ctx.layer_painter(LayerId::background());
         let free = Rect::from_min_max(Pos2::ZERO, pos2(wide, ctx.content_rect().bottom()));
-        let marks = Marks { painter: painter.with_clip_rect(free), lens: &lens, ground };
+        let marks = Marks { painter: painter.with_clip_rect(free), lens: &lens, ground, scale: self.scale };
         marks.axes();
-        if let Some((impulse_n_s, heading_deg)) = push {
-            marks.aim(now, impulse_n_s, heading_deg);
+        if let Some(aim) = facts.push {
+            marks.aim(now, &aim);
         }
         marks.draw(now, shown, show.force());
         if let Some((at, name)) = name {
             marks.name(at, name);
         }
         if self.help {
-            panel::help(ctx, push.is_some());
+            panel::help(ctx, facts.push.is_some());
         }
         panel::draw(ctx, &facts, wishes);
         if let Show::Recorded(recorded) = show {
@@ -281,8 +269,8 @@ impl<'a> App<'a> {
         }
     }
 
-    fn facts(&self, push: Option<(f64, f64)>) -> Facts<'_> {
-        let (gain_sets, acting, gains) = self.show.gain_sets(self.world);
+    fn facts(&self) -> Facts<'_> {
+        let (gain_sets, acting, gains) = self.show.gain_sets();
         Facts {
             now: self.show.now(),
             trail: self.show.trail(),
@@ -292,7 +280,9 @@ impl<'a> App<'a> {
             acting,
             gains,
             verdict: self.show.verdict(),
-            push,
+            difference: self.show.difference(),
+            push: matches!(self.show, Show::Live(_)).then_some(self.aim),
+            scale: self.scale,
             recording: self.show.recording(),
         }
     }
@@ -321,9 +311,10 @@ impl<'a> App<'a> {
             (Wish::Faster, _) => self.clock.change_speed(true),
             (Wish::Slower, _) => self.clock.change_speed(false),
             (Wish::Speed(speed), _) => self.clock.set_speed(speed),
-            (Wish::Push, Show::Live(live)) => live.push(self.impulse_n_s, self.heading_deg),
-            (Wish::Impulse(more), _) => self.impulse_n_s = (self.impulse_n_s + more).clamp(0.0, MOST_N_S),
-            (Wish::Heading(turn), _) => self.heading_deg = wrapped(self.heading_deg + turn),
+            (Wish::Push, Show::Live(live)) => live.push(self.aim.impulse_n_s, self.aim.heading_deg),
+            (Wish::Impulse(impulse_n_s), _) => self.aim.set_impulse(impulse_n_s),
+            (Wish::Harder(steps), _) => self.aim.harder(steps),
+            (Wish::Heading(turn_deg), _) => self.aim.turn(turn_deg),
             (Wish::GainSet(index), Show::Live(live)) => live.switch_to(index),
             (Wish::Toggle(overlay), _) => self.shown.toggle(overlay),
             (Wish::Seek(time_s), Show::Recorded(recorded)) => {
@@ -331,10 +322,13 @@ impl<'a> App<'a> {
                 recorded.seek(time_s.min(recorded.end_s()));
             }
             (Wish::Skip(by_s), Show::Recorded(recorded)) => {
+                self.clock.paused = true;
                 let to_s = recorded.now().time_s + by_s;
                 recorded.seek(to_s);
             }
-            (Wish::ResetCamera, _) => (self.camera, self.leash) = (camera(), Leash::default()),
+            (Wish::ResetCamera, _) => {
+                (self.camera, self.leash) = (camera(self.scale), Leash::of(self.scale));
+            }
             (Wish::Help, _) => self.help ^= true,
             (Wish::Quit, _) => self.quits = true,
             (Wish::Restart | Wish::Push | Wish::GainSet(_), Show::Recorded(_)) => {}
@@ -354,24 +348,7 @@ impl<'a> App<'a> {
     }
 }
 
-/// A heading in -180 (not included) to 180 degrees.
-fn wrapped(heading_deg: f64) -> f64 {
-    180.0 - (180.0 - heading_deg).rem_euclid(360.0)
-}
-
 fn write_picture(window: &Window, path: &Path) -> Result<()> {
     let written = window.snap_image().save(path);
     written.map_err(|e| Error::Write { path: path.into(), source: std::io::Error::other(e) })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn headings_are_wrapped() {
-        for (given, expected) in [(0.0, 0.0), (180.0, 180.0), (-180.0, 180.0), (195.0, -165.0), (-540.0, 180.0)] {
-            assert_eq!(wrapped(given), expected);
-        }
-    }
 }

@@ -1,10 +1,13 @@
 //! The panel at the right: what acts, how the robot fares, and all that keys can do, by mouse.
 
+use super::aim::Aim;
 use super::clock::{Clock, SPEEDS};
 use super::colors;
 use super::keys::{LIVE_HELP, RECORDED_HELP, Wish};
 use super::overlays::Shown;
 use super::plots::{self, SPAN_S, Trail};
+use super::scale::Scale;
+use super::scene;
 use crate::episode::Snapshot;
 use crate::report::palette::{Look, Overlay};
 use kiss3d::egui::{
@@ -16,7 +19,7 @@ pub const WIDTH: f32 = 340.0;
 /// A line of text with what separates it from the next.
 const LINE: f32 = 22.0;
 /// Least height of a plot; where two do not fit the panel scrolls.
-const LEAST_PLOT: f32 = 110.0;
+const LEAST_PLOT: f32 = 80.0;
 
 /// What the panel tells.
 pub struct Facts<'a> {
@@ -31,8 +34,11 @@ pub struct Facts<'a> {
     pub gains: Vec<String>,
     /// How the robot fares, in words; true if badly.
     pub verdict: (String, bool),
-    /// Impulse (N s) and heading (degrees) of the next push; None of a recording.
-    pub push: Option<(f64, f64)>,
+    /// How a recording differs from what it should be, in words.
+    pub difference: Option<&'a str>,
+    /// The next push; None of a recording.
+    pub push: Option<Aim>,
+    pub scale: Scale,
     /// Name and length (s) of a recording.
     pub recording: Option<(String, f64)>,
 }
@@ -50,8 +56,8 @@ pub fn draw(ctx: &Context, facts: &Facts, wishes: &mut Vec<Wish>) {
                 state(ui, facts, wishes);
                 ui.separator();
                 time(ui, facts, wishes);
-                if let Some((impulse_n_s, heading_deg)) = facts.push {
-                    push(ui, impulse_n_s, heading_deg, wishes);
+                if let Some(aim) = facts.push {
+                    push(ui, aim, wishes);
                 }
                 ui.separator();
                 overlays(ui, facts.shown, wishes);
@@ -62,8 +68,8 @@ pub fn draw(ctx: &Context, facts: &Facts, wishes: &mut Vec<Wish>) {
                 };
                 // Both plots, their names and the last line fill what is left of the window.
                 let height = (0.5 * (ui.available_height() - 3.0 * LINE)).max(LEAST_PLOT);
-                plots::draw(ui, facts.trail, span_s, now_s, height);
-                ui.weak("H: keys");
+                plots::draw(ui, facts.trail, facts.scale.length(), span_s, now_s, height);
+                ui.weak(format!("H: keys; lines of the floor every {} m", scene::spacing_m(facts.scale)));
             });
         });
     });
@@ -86,6 +92,9 @@ fn state(ui: &mut Ui, facts: &Facts, wishes: &mut Vec<Wish>) {
     let (verdict, badly) = &facts.verdict;
     let color = if *badly { colors::ZMP } else { colors::DCM };
     ui.label(RichText::new(verdict).color(color.egui()).strong());
+    if let Some(difference) = facts.difference {
+        ui.label(RichText::new(difference).color(colors::ZMP.egui()));
+    }
     Grid::new("state").num_columns(2).spacing([10.0, 3.0]).show(ui, |ui| {
         ui.label("gain");
         ui.horizontal_wrapped(|ui| {
@@ -138,8 +147,9 @@ fn time(ui: &mut Ui, facts: &Facts, wishes: &mut Vec<Wish>) {
         };
         ui.label(if slow { RichText::new(text).color(colors::ZMP.egui()) } else { RichText::new(text).weak() });
     });
-    ui.horizontal(|ui| {
-        if facts.recording.is_none() {
+    // A recording has them at its time line.
+    if facts.recording.is_none() {
+        ui.horizontal(|ui| {
             if ui.button(if clock.paused { "Go on" } else { "Pause" }).clicked() {
                 wishes.push(Wish::Pause);
             }
@@ -149,8 +159,8 @@ fn time(ui: &mut Ui, facts: &Facts, wishes: &mut Vec<Wish>) {
             if ui.button("Restart").clicked() {
                 wishes.push(Wish::Restart);
             }
-        }
-    });
+        });
+    }
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 3.0;
         ui.label("speed ");
@@ -163,19 +173,20 @@ fn time(ui: &mut Ui, facts: &Facts, wishes: &mut Vec<Wish>) {
     });
 }
 
-fn push(ui: &mut Ui, impulse_n_s: f64, heading_deg: f64, wishes: &mut Vec<Wish>) {
+fn push(ui: &mut Ui, aim: Aim, wishes: &mut Vec<Wish>) {
     ui.horizontal(|ui| {
         let button = kiss3d::egui::Button::new(RichText::new("Push").color(Color32::WHITE)).fill(colors::PUSH.egui());
         if ui.add(button).clicked() {
             wishes.push(Wish::Push);
         }
-        let (mut impulse, mut heading) = (impulse_n_s, heading_deg);
-        if ui.add(DragValue::new(&mut impulse).speed(0.02).fixed_decimals(2).suffix(" N s")).changed() {
-            wishes.push(Wish::Impulse(impulse - impulse_n_s));
+        let (mut impulse, mut heading) = (aim.impulse_n_s, aim.heading_deg);
+        let speed = 0.2 * aim.step_n_s;
+        if ui.add(DragValue::new(&mut impulse).speed(speed).fixed_decimals(2).suffix(" N s")).changed() {
+            wishes.push(Wish::Impulse(impulse));
         }
         ui.label("to");
         if ui.add(DragValue::new(&mut heading).speed(1.0).fixed_decimals(0).suffix(" deg")).changed() {
-            wishes.push(Wish::Heading(heading - heading_deg));
+            wishes.push(Wish::Heading(heading - aim.heading_deg));
         }
         ui.weak("0 forward, 90 left");
     });
@@ -209,7 +220,7 @@ fn overlays(ui: &mut Ui, shown: &Shown, wishes: &mut Vec<Wish>) {
 /// The keys, at the upper left of the picture.
 pub fn help(ctx: &Context, live: bool) {
     let lines = if live { &LIVE_HELP[..] } else { &RECORDED_HELP[..] };
-    let frame = Frame::NONE.fill(Color32::from_white_alpha(150)).corner_radius(6).inner_margin(Margin::same(8));
+    let frame = Frame::NONE.fill(Color32::from_white_alpha(210)).corner_radius(6).inner_margin(Margin::same(8));
     Area::new(Id::new("keys")).anchor(Align2::LEFT_TOP, vec2(10.0, 10.0)).interactable(false).show(ctx, |ui| {
         frame.show(ui, |ui| {
             Grid::new("keys").num_columns(2).spacing([10.0, 0.0]).min_row_height(15.0).show(ui, |ui| {

@@ -1,5 +1,6 @@
 //! A hand on the robot: which link is under the mouse (Parry's ray cast), and the spring by which it is dragged.
 
+use super::scale::Scale;
 use crate::episode::snapshot::Arrow;
 use crate::robot::{Kinematics, Pose, Robot, Shape};
 use crate::sim::Pull;
@@ -8,9 +9,9 @@ use nalgebra::{Point3, Unit, Vector3};
 use parry3d::query::{Ray, RayCast};
 use parry3d::shape::{Ball, Cuboid, Cylinder};
 
-/// Of the spring between hand and robot (N/m).
+/// Of the spring between hand and robot (N/m), for a robot of UT-mu2's size.
 const STIFFNESS_N_M: f64 = 150.0;
-/// The hand pulls no more than this (N): about the weight of a robot of four kilograms.
+/// And no more than this (N): about half of its weight.
 const MOST_N: f64 = 40.0;
 /// Nothing is farther (m).
 const REACH_M: f32 = 100.0;
@@ -76,14 +77,16 @@ pub struct Grab {
     plane_normal: Unit<Vector3<f64>>,
     /// The hand, world.
     pub hand: Point3<f64>,
+    /// Of the robot.
+    scale: Scale,
 }
 
 impl Grab {
-    /// Takes hold of what was hit, `looking` along this direction.
-    pub fn new(hit: Hit, sight: &Sight, kinematics: &Kinematics, looking: Unit<Vector3<f64>>) -> Self {
+    /// Takes hold of what was hit on a robot of this size, `looking` along this direction.
+    pub fn new(hit: Hit, sight: &Sight, kinematics: &Kinematics, looking: Unit<Vector3<f64>>, scale: Scale) -> Self {
         let at = sight.origin + sight.direction.into_inner() * hit.distance_m;
         let point = kinematics.link_pose(hit.link).inverse_transform_point(&at);
-        Self { link: hit.link, point, plane_point: at, plane_normal: looking, hand: at }
+        Self { link: hit.link, point, plane_point: at, plane_normal: looking, hand: at, scale }
     }
 
     /// Follows the mouse.
@@ -97,8 +100,8 @@ impl Grab {
 
     /// The force on the robot as it stands.
     pub fn pull(&self, kinematics: &Kinematics) -> Pull {
-        let spring = STIFFNESS_N_M * (self.hand - self.held(kinematics));
-        let force = spring.cap_magnitude(MOST_N);
+        let spring = STIFFNESS_N_M * self.scale.stiffness() * (self.hand - self.held(kinematics));
+        let force = spring.cap_magnitude(MOST_N * self.scale.force());
         Pull { link: self.link, point: self.point, force }
     }
 
@@ -115,6 +118,7 @@ impl Grab {
 
 #[cfg(test)]
 mod tests {
+    use super::super::scale::tests::THRICE;
     use super::*;
 
     fn standing() -> (Robot, Kinematics) {
@@ -163,12 +167,19 @@ mod tests {
         let (robot, kinematics) = standing();
         let at = |y: f64| sight([1.0, y, kinematics.com().z + 0.05], -Vector3::x());
         let hit = pick(&robot, &kinematics, &at(0.0)).unwrap();
-        let mut grab = Grab::new(hit, &at(0.0), &kinematics, -Vector3::x_axis());
-        assert!(grab.pull(&kinematics).force.norm() < 1e-9);
-        grab.follow(&at(0.1));
-        let force = grab.pull(&kinematics).force;
-        assert!((force - Vector3::new(0.0, 15.0, 0.0)).norm() < 1e-6, "{force}");
-        grab.follow(&at(2.0));
-        assert!((grab.pull(&kinematics).force.norm() - MOST_N).abs() < 1e-9);
+        let forces = |scale: Scale| {
+            let mut grab = Grab::new(hit, &at(0.0), &kinematics, -Vector3::x_axis(), scale);
+            [0.0, 0.1, 90.0].map(|y| {
+                grab.follow(&at(y));
+                grab.pull(&kinematics).force
+            })
+        };
+        let scale = Scale::of(&robot);
+        let is_near = |force: Vector3<f64>, y_n: f64| (force - Vector3::new(0.0, y_n, 0.0)).norm() < 0.01 * y_n + 1e-9;
+        let [none, some, most] = forces(scale);
+        assert!(is_near(none, 0.0) && is_near(some, 15.0) && is_near(most, MOST_N), "{some} {most}");
+        // A larger robot gives way by the same share of its length to the same share of its weight.
+        let [_, some, most] = forces(THRICE);
+        assert!(is_near(some, 9.0 * 15.0) && is_near(most, 27.0 * MOST_N), "{some} {most}");
     }
 }

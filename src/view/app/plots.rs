@@ -2,7 +2,7 @@
 
 use super::colors::{self, Named};
 use crate::episode::Snapshot;
-use egui_plot::{Line, LineStyle, Plot, PlotPoint, PlotPoints, VLine, uniform_grid_spacer};
+use egui_plot::{AxisHints, Line, LineStyle, Plot, PlotPoint, PlotPoints, VLine, uniform_grid_spacer};
 use kiss3d::egui::{Color32, Rangef, Ui};
 use nalgebra::Point2;
 use std::collections::VecDeque;
@@ -71,20 +71,24 @@ const CURVES: [Curve; 4] = [
     ("COM", colors::COM, |s| Some(s.com)),
 ];
 
-/// Beside the COM the plots reach at least so far (mm): the noise of standing is not to fill them.
+/// Beside the COM of a robot of UT-mu2's size the plots reach at least so far (mm): the noise of standing is not to fill
+/// them.
 const LEAST_MM: f64 = 40.0;
 /// And at most: after a fall the DCM is nowhere.
 const MOST_MM: f64 = 300.0;
+/// Height of the numbers below a plot, and of one beside it, with what keeps it from the next (points).
+const TIMES: f32 = 20.0;
+const NUMBER: f32 = 18.0;
 /// To what their ends are rounded (mm).
 const ROUND_MM: f64 = 20.0;
 
-/// Draws both plots over `span_s` (from, to), each `height` points high; `now_s` is marked if it is given.
-pub fn draw(ui: &mut Ui, trail: &Trail, span_s: [f64; 2], now_s: Option<f64>, height: f32) {
+/// Draws both plots of a robot of this length over `span_s` (from, to), each `height` points high; `now_s` is marked if it
+/// is given.
+pub fn draw(ui: &mut Ui, trail: &Trail, length: f64, span_s: [f64; 2], now_s: Option<f64>, height: f32) {
     for (axis, name) in ["x (mm), forward", "y (mm), left"].into_iter().enumerate() {
         ui.label(name);
-        let [low, high] = bounds(trail, axis);
-        // Lines that leave room for their numbers.
-        let line_mm = [20.0, 50.0, 100.0].into_iter().find(|mm| high - low <= 5.0 * mm).unwrap_or(200.0);
+        let [low, high] = bounds(trail, length, axis);
+        let line_mm = line_mm(high - low, height);
         let line_s = [0.1, 0.5, 1.0].into_iter().find(|s| span_s[1] - span_s[0] <= 10.0 * s).unwrap_or(5.0);
         Plot::new(name)
             .height(height)
@@ -98,8 +102,18 @@ pub fn draw(ui: &mut Ui, trail: &Trail, span_s: [f64; 2], now_s: Option<f64>, he
             .allow_boxed_zoom(false)
             .allow_double_click_reset(false)
             .show_crosshair(false)
-            .y_axis_min_width(30.0)
-            .grid_spacing(Rangef::new(4.0, 120.0))
+            // All lines alike and lighter than any curve, all numbers alike.
+            .grid_spacing(Rangef::new(4.0, 5.0))
+            .grid_color(colors::GRID.faint(0.6))
+            .grid_fade(0.0)
+            .custom_x_axes(vec![
+                AxisHints::new_x()
+                    .label_spacing(Rangef::new(30.0, 31.0))
+                    .formatter(|mark, _| format!("{}", (10.0 * mark.value).round() / 10.0)),
+            ])
+            .custom_y_axes(vec![
+                AxisHints::new_y().label_spacing(Rangef::new(NUMBER - 1.0, NUMBER)).min_thickness(30.0),
+            ])
             .x_grid_spacer(uniform_grid_spacer(move |_| [line_s, 2.0 * line_s, 10.0 * line_s]))
             .y_grid_spacer(uniform_grid_spacer(move |_| [line_mm / 2.0, line_mm, 10.0 * line_mm]))
             .show(ui, |plot| {
@@ -119,8 +133,16 @@ pub fn draw(ui: &mut Ui, trail: &Trail, span_s: [f64; 2], now_s: Option<f64>, he
     }
 }
 
-/// From where to where the plot of an axis reaches (mm): it goes with the COM.
-fn bounds(trail: &Trail, axis: usize) -> [f64; 2] {
+/// How far apart the lines of a plot over so much are (mm) that leave room for their numbers.
+fn line_mm(range_mm: f64, height: f32) -> f64 {
+    let points_per_mm = f64::from(height - TIMES) / range_mm;
+    let steps = [10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
+    steps.into_iter().find(|mm| mm * points_per_mm > f64::from(NUMBER)).unwrap_or(1000.0)
+}
+
+/// From where to where the plot of an axis reaches (mm) for a robot of this length: it goes with the COM.
+fn bounds(trail: &Trail, length: f64, axis: usize) -> [f64; 2] {
+    let [least_mm, most_mm] = [LEAST_MM, MOST_MM].map(|mm| (mm * length / ROUND_MM).round() * ROUND_MM);
     let extent = |values: &mut dyn Iterator<Item = f64>| {
         values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], mm| [low.min(mm), high.max(mm)])
     };
@@ -130,7 +152,7 @@ fn bounds(trail: &Trail, axis: usize) -> [f64; 2] {
     let [least, greatest] = com.map(|mm| (mm / ROUND_MM).round() * ROUND_MM);
     let low = (all[0] / ROUND_MM).floor() * ROUND_MM;
     let high = (all[1] / ROUND_MM).ceil() * ROUND_MM;
-    [low.clamp(least - MOST_MM, least - LEAST_MM), high.clamp(greatest + LEAST_MM, greatest + MOST_MM)]
+    [low.clamp(least - most_mm, least - least_mm), high.clamp(greatest + least_mm, greatest + most_mm)]
 }
 
 /// A curve in its stretches: it ends where there is no such point, and another begins. Of as many ticks as share a bucket
@@ -221,13 +243,22 @@ mod tests {
     }
 
     #[test]
+    fn numbers_beside_a_plot_have_room() {
+        for (range_mm, height, expected) in [(80.0, 130.0, 20.0), (80.0, 80.0, 50.0), (600.0, 130.0, 100.0)] {
+            assert_eq!(line_mm(range_mm, height), expected, "{range_mm} mm in {height} points");
+        }
+    }
+
+    #[test]
     fn the_plots_go_with_the_com() {
-        let at = |com: f64, dcm: f64| {
+        let of = |length: f64, com: f64, dcm: f64| {
             let (com, dcm) = (Point2::new(com, 0.0), Point2::new(dcm, 0.0));
-            bounds(&Trail::from([Sample { com, dcm, zmp_ref: com, ..sample(0) }]), 0)
+            bounds(&Trail::from([Sample { com, dcm, zmp_ref: com, ..sample(0) }]), length, 0)
         };
+        let at = |com: f64, dcm: f64| of(0.999, com, dcm);
         assert_eq!(at(0.0, 0.0), [-40.0, 40.0]);
         assert_eq!(at(0.5, 0.555), [460.0, 560.0]);
         assert_eq!(at(-0.5, 7.0), [-540.0, -200.0]);
+        assert_eq!(of(3.0, -0.5, 7.0), [-620.0, 400.0]);
     }
 }

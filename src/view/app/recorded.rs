@@ -1,22 +1,22 @@
 //! A trial of a result, run again exactly, to be looked at moment by moment.
 
 use super::plots::{Sample, Trail};
+use super::scale::Scale;
 use crate::campaign::Replayed;
 use crate::episode::{Film, Outcome, Snapshot};
 use crate::error::{Error, Result};
+use crate::report::outputs::AFTERMATH_S;
 use crate::robot::Kinematics;
-use crate::sim::Ground;
 use crate::view::ViewArgs;
 use std::path::Path;
-
-/// What is shown after the end of the episode (s): a fall takes a while.
-const AFTERMATH_S: f64 = 1.0;
 
 /// A recorded trial, and the moment of it that is shown.
 pub struct Recorded {
     pub film: Film,
     pub trial: u64,
-    pub ground: Ground,
+    /// How it differs from what the campaign found, in words.
+    pub difference: Option<String>,
+    pub scale: Scale,
     pub trail: Trail,
     pub kinematics: Kinematics,
     /// Index into the film's snapshots.
@@ -34,10 +34,11 @@ impl Recorded {
         let disturbance = replayed.disturbance();
         let how_long = (replayed.config().until(), AFTERMATH_S);
         let film = Film::take(&replayed.robot, &replayed.design, replayed.config(), disturbance, how_long, &mut |_| {});
-        replayed.difference(&film.record).iter().for_each(|difference| log::warn!("{difference}"));
-        let ground = Ground::new(&replayed.robot, &film.variation);
+        let (difference, scale) = (replayed.difference(&film.record), Scale::of(&replayed.robot));
+        difference.iter().for_each(|difference| log::warn!("{difference}"));
         let trail = film.snapshots.iter().map(Sample::of).collect();
-        let mut recorded = Self { kinematics: Kinematics::new(&film.robot), film, trial, ground, trail, frame: 0 };
+        let kinematics = Kinematics::new(&film.robot);
+        let mut recorded = Self { film, trial, difference, scale, trail, kinematics, frame: 0 };
         recorded.show(0);
         Ok(recorded)
     }

@@ -4,7 +4,6 @@ use super::live::Live;
 use super::pick::{self, Sight};
 use super::plots::Trail;
 use super::recorded::Recorded;
-use super::world::World;
 use crate::episode::Snapshot;
 use crate::episode::snapshot::Arrow;
 use crate::robot::Kinematics;
@@ -58,26 +57,41 @@ impl Show<'_> {
     }
 
     /// Name of the link under the mouse that can be pulled; none while one is.
-    pub fn link_at<'w>(&self, world: &'w World, sight: &Sight) -> Option<&'w str> {
+    pub fn link_at(&self, sight: &Sight) -> Option<&str> {
         let Show::Live(live) = self else { return None };
         if live.grab.is_some() {
             return None;
         }
-        let hit = pick::pick(&world.simulated, &live.kinematics, sight)?;
-        Some(world.simulated.links[hit.link].name.as_str())
+        let robot = &live.world.simulated;
+        let hit = pick::pick(robot, &live.kinematics, sight)?;
+        Some(robot.links[hit.link].name.as_str())
+    }
+
+    /// How long a tick lasts (s).
+    pub fn step_s(&self) -> f64 {
+        match self {
+            Show::Live(live) => live.world.config.control_period_s,
+            Show::Recorded(recorded) => recorded.film.control_period_s,
+        }
     }
 
     /// Names of the gain sets to choose from, which of them acts, and the names of its gains, slow to fast.
-    pub fn gain_sets(&self, world: Option<&World>) -> (Vec<String>, usize, Vec<String>) {
-        match (self, world) {
-            (Show::Live(live), Some(world)) => {
+    pub fn gain_sets(&self) -> (Vec<String>, usize, Vec<String>) {
+        match self {
+            Show::Live(live) => {
+                let world = live.world;
                 let names = world.designs.iter().map(|design| design.family.name.clone()).collect();
                 let gains = &world.designs[live.acting].family.gains;
                 (names, live.acting, gains.iter().map(|gain| gain.name.clone()).collect())
             }
-            (Show::Recorded(recorded), _) => (Vec::new(), 0, recorded.film.gains.clone()),
-            (Show::Live(_), None) => (Vec::new(), 0, Vec::new()),
+            Show::Recorded(recorded) => (Vec::new(), 0, recorded.film.gains.clone()),
         }
+    }
+
+    /// How a recording differs from what it should be, in words.
+    pub fn difference(&self) -> Option<&str> {
+        let Show::Recorded(recorded) = self else { return None };
+        recorded.difference.as_deref()
     }
 
     /// Name and length (s) of a recording.
@@ -86,8 +100,8 @@ impl Show<'_> {
         Some((format!("trial {} of {}", recorded.trial, recorded.film.gain_set), recorded.end_s()))
     }
 
-    /// What happened, in a line or two, when a tick lasts `step_s`.
-    pub fn account(&self, step_s: f64) -> String {
+    /// What happened, in a line or two.
+    pub fn account(&self) -> String {
         match self {
             Show::Live(live) => {
                 let counts = live.counts;
@@ -103,7 +117,7 @@ impl Show<'_> {
                     1000.0 * counts.com_m,
                     several(counts.ticks, "tick", "ticks"),
                     counts.single_ticks,
-                    counts.ticks as f64 * step_s
+                    counts.ticks as f64 * self.step_s()
                 )
             }
             Show::Recorded(recorded) => format!(

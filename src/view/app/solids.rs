@@ -44,8 +44,14 @@ impl Surfaces {
     }
 
     /// Adds the robot as it stands to a picture seen from `eye`, and its shadow on the plane through the origin with this
-    /// rotation.
-    pub fn draw(&self, kinematics: &Kinematics, eye: Vec3, slope: &UnitQuaternion<f64>, out: &mut Triangles) {
+    /// rotation, or rather so much above it (m): it is not to be hidden by the floor.
+    pub fn draw(
+        &self,
+        kinematics: &Kinematics,
+        eye: Vec3,
+        (slope, above_m): (&UnitQuaternion<f64>, f64),
+        out: &mut Triangles,
+    ) {
         let up = {
             let normal = slope * Vector3::z();
             Vec3::new(normal.x as f32, normal.y as f32, normal.z as f32)
@@ -63,9 +69,7 @@ impl Surfaces {
                     continue;
                 }
                 for (at, _) in triangle {
-                    /// Over the floor, so that it is not hidden by it (m).
-                    const ABOVE: f32 = 0.0004;
-                    out.corner(at - sun * ((at.dot(up) - ABOVE) / sun.dot(up)), shadow);
+                    out.corner(at - sun * ((at.dot(up) - above_m as f32) / sun.dot(up)), shadow);
                 }
             }
         }

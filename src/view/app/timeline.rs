@@ -4,6 +4,7 @@ use super::colors::{self, Named};
 use super::keys::Wish;
 use super::recorded::Recorded;
 use crate::control::Phase;
+use crate::sim::Push;
 use kiss3d::egui::{Align2, Area, Color32, Context, FontId, Frame, Id, Margin, Rect, Sense, Stroke, Ui, pos2, vec2};
 
 const HEIGHT: f32 = 34.0;
@@ -33,6 +34,11 @@ pub fn draw(ctx: &Context, recorded: &Recorded, paused: bool, width: f32, wishes
     });
 }
 
+/// The pushes that came: a recording may end before others.
+fn begun(pushes: &[Push], end_s: f64) -> impl Iterator<Item = &Push> {
+    pushes.iter().filter(move |push| push.start_s <= end_s)
+}
+
 /// The colour of a stretch.
 fn color(phase: Phase) -> Named {
     match phase {
@@ -60,17 +66,17 @@ fn line(ui: &mut Ui, recorded: &Recorded, wishes: &mut Vec<Wish>) {
             from = i;
         }
     }
-    let mark = |at_s: f64, text: &str, color: Named| {
-        painter.text(
-            pos2(x(at_s), bar.bottom() + 2.0),
-            Align2::CENTER_TOP,
-            text,
-            FontId::proportional(11.0),
-            color.egui(),
-        );
+    // Where words may begin: they are told one after the other.
+    let mut free_x = area.left();
+    let mut mark = |at_s: f64, text: &str, color: Named| {
+        let words = painter.layout_no_wrap(text.into(), FontId::proportional(11.0), color.egui());
+        let width = words.size().x;
+        let left = (x(at_s) - width / 2.0).min(area.right() - width).max(free_x);
+        free_x = left + width + 6.0;
+        painter.galley(pos2(left, bar.bottom() + 2.0), words, color.egui());
         painter.vline(x(at_s), bar.y_range(), Stroke::new(1.5, color.egui()));
     };
-    for push in &recorded.film.pushes {
+    for push in begun(&recorded.film.pushes, end_s) {
         painter.rect_filled(block(push.start_s, push.end_s().min(end_s)), 0, colors::PUSH.egui());
         mark(push.start_s, &format!("{:.2} N s to {:.0} deg", push.impulse_n_s, push.heading_deg), colors::PUSH);
     }
@@ -85,5 +91,17 @@ fn line(ui: &mut Ui, recorded: &Recorded, wishes: &mut Vec<Wish>) {
     if let Some(at) = response.interact_pointer_pos() {
         let share = f64::from((at.x - area.left()) / area.width()).clamp(0.0, 1.0);
         wishes.push(Wish::Seek(share * end_s));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_push_that_never_came_is_not_on_the_line() {
+        let pushes = [0.5, 1.5, 2.5].map(|start_s| Push { start_s, ..Push::default() });
+        let seen = |end_s: f64| begun(&pushes, end_s).map(|push| push.start_s).collect::<Vec<_>>();
+        assert_eq!((seen(1.4), seen(1.5), seen(3.0)), (vec![0.5], vec![0.5, 1.5], vec![0.5, 1.5, 2.5]));
     }
 }

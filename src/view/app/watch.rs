@@ -8,7 +8,7 @@ use super::window;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::{sleep, spawn};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 /// A loop that stands still for so long is asked whether its display is there,
@@ -42,18 +42,20 @@ impl Drop for Watch {
 }
 
 fn watch(frames: &AtomicU64) {
-    let (mut seen, mut since) = (0, Instant::now());
+    // Looks are counted, not the time: that goes on while the program is stopped.
+    let (mut seen, mut looks) = (0, 0);
     loop {
         sleep(LOOK_EVERY);
+        looks += 1;
         let now = frames.load(Ordering::Relaxed);
         if now == OVER {
             return;
         }
         if now != seen {
-            (seen, since) = (now, Instant::now());
+            (seen, looks) = (now, 0);
             continue;
         }
-        let stood = since.elapsed();
+        let stood = LOOK_EVERY * looks;
         let cause = match window::display() {
             Err(missing) if stood > SUSPICIOUS => missing,
             _ if stood > HOPELESS => format!("no frame for {:.0} s", stood.as_secs_f64()),

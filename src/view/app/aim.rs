@@ -1,0 +1,101 @@
+//! The push that the next press of its key gives.
+
+use super::scale::{Scale, round};
+use crate::error::{Error, Result};
+use crate::view::ViewArgs;
+
+/// For a robot of UT-mu2's size: the push at the start, the largest one, and by how much a key makes it harder (N s).
+const FIRST_N_S: f64 = 2.5;
+const MOST_N_S: f64 = 20.0;
+const STEP_N_S: f64 = 0.1;
+
+/// The next push.
+#[derive(Debug, Clone, Copy)]
+pub struct Aim {
+    pub impulse_n_s: f64,
+    /// -180 (not included) to 180.
+    pub heading_deg: f64,
+    /// The largest that is accepted (N s).
+    pub most_n_s: f64,
+    /// By how much a key makes it harder (N s).
+    pub step_n_s: f64,
+}
+
+impl Aim {
+    /// As asked, for a robot of this size. Errors: `--impulse` or `--heading` is out of range.
+    pub fn new(args: &ViewArgs, scale: Scale) -> Result<Self> {
+        let [first_n_s, most_n_s, step_n_s] = [FIRST_N_S, MOST_N_S, STEP_N_S].map(|n_s| round(n_s * scale.impulse()));
+        let impulse_n_s = args.impulse.unwrap_or(first_n_s);
+        if !(0.0..=most_n_s).contains(&impulse_n_s) {
+            let accepted = format!("0 to {most_n_s}");
+            return Err(Error::value("arguments", "--impulse", impulse_n_s, "out of range", accepted));
+        }
+        if !args.heading.is_finite() {
+            return Err(Error::value("arguments", "--heading", args.heading, "out of range", "-180 to 180"));
+        }
+        Ok(Self { impulse_n_s, heading_deg: wrapped(args.heading), most_n_s, step_n_s })
+    }
+
+    /// With another impulse (N s), or the nearest that is accepted.
+    pub fn set_impulse(&mut self, impulse_n_s: f64) {
+        self.impulse_n_s = impulse_n_s.clamp(0.0, self.most_n_s);
+    }
+
+    /// Harder by so many steps.
+    pub fn harder(&mut self, steps: i32) {
+        self.set_impulse(self.impulse_n_s + f64::from(steps) * self.step_n_s);
+    }
+
+    /// Turned to the left (degrees).
+    pub fn turn(&mut self, by_deg: f64) {
+        self.heading_deg = wrapped(self.heading_deg + by_deg);
+    }
+}
+
+/// A heading in -180 (not included) to 180 degrees.
+fn wrapped(heading_deg: f64) -> f64 {
+    180.0 - (180.0 - heading_deg).rem_euclid(360.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::scale::tests::THRICE;
+    use super::*;
+    use crate::robot::Robot;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        view: ViewArgs,
+    }
+
+    fn aim(scale: Scale, arguments: &[&str]) -> Result<Aim> {
+        let line = ["view"].iter().chain(arguments);
+        Aim::new(&Line::try_parse_from(line).unwrap().view, scale)
+    }
+
+    #[test]
+    fn headings_are_wrapped() {
+        for (given, expected) in [(0.0, 0.0), (180.0, 180.0), (-180.0, 180.0), (195.0, -165.0), (-540.0, 180.0)] {
+            assert_eq!(wrapped(given), expected);
+        }
+    }
+
+    #[test]
+    fn a_heavier_robot_is_pushed_harder() {
+        let ut_mu2 = Scale::of(&Robot::load("ut-mu2").unwrap());
+        for (scale, first, most, step) in [(ut_mu2, 2.5, 20.0, 0.1), (THRICE, 100.0, 1000.0, 5.0)] {
+            let mut aim = aim(scale, &[]).unwrap();
+            assert_eq!((aim.impulse_n_s, aim.most_n_s, aim.step_n_s), (first, most, step));
+            aim.harder(-2);
+            assert!((aim.impulse_n_s - (first - 2.0 * step)).abs() < 1e-12, "{aim:?}");
+            aim.set_impulse(1e9);
+            assert_eq!(aim.impulse_n_s, most);
+        }
+        let refused = aim(ut_mu2, &["--impulse=60"]).unwrap_err().to_string();
+        assert!(refused.contains("--impulse") && refused.contains("0 to 20"), "{refused}");
+        assert_eq!(aim(THRICE, &["--impulse=60"]).unwrap().impulse_n_s, 60.0);
+        assert!(aim(ut_mu2, &["--impulse=-1"]).is_err() && aim(ut_mu2, &["--heading=inf"]).is_err());
+    }
+}
