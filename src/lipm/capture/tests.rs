@@ -144,6 +144,22 @@ fn sampled_footsteps_catch_up_to_the_bound_and_no_more() {
     }
 }
 
+/// Programs in which the solver by itself gets nowhere: those of feet that reach nowhere, seen from beside the soles.
+#[test]
+fn what_the_solver_gives_up_is_decided() {
+    for (heading_deg, x, y) in [
+        (-49.48337274454812, -0.026949666059254022, -0.042285175371695134),
+        (131.8930372442295, 0.026375036059389734, 0.03534421265399891),
+        (-56.192296129921885, 0.01703688562132756, 0.04881370023893243),
+        (-131.27640287686586, 0.029307690406912404, -0.03213146600268822),
+        (-37.96617841926238, 0.0028133806815172704, -0.029406477509638998),
+    ] {
+        let reach = LandingBox { forward_m: 0.0, outward_m: 0.0, inward_m: 0.0 };
+        let bounds = SteppingPendulum { com: Point2::new(x, y), reach, ..ut_mu2() }.bounds(heading_deg).unwrap();
+        assert!(bounds.one_step_n_s <= bounds.no_step_n_s * (1.0 + 1e-6), "{heading_deg}: {bounds:?}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
@@ -163,11 +179,7 @@ proptest! {
 
     #[test]
     fn feet_that_reach_nowhere_bring_nothing(
-        (heading_deg, x, y) in prop_oneof![
-            (-180.0..180.0, -0.03..0.03, -0.05..0.05),
-            // Here a solver of the inside gives up.
-            Just((-49.48337274454812, -0.026949666059254022, -0.042285175371695134)),
-        ],
+        heading_deg in -180.0..180.0, x in -0.03..0.03, y in -0.05..0.05,
     ) {
         for sideways in [0.0, 0.097] {
             let reach = LandingBox { forward_m: 0.0, outward_m: sideways, inward_m: sideways };
