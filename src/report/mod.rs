@@ -26,6 +26,7 @@ pub mod replays;
 pub mod response;
 mod response_plot;
 pub mod result;
+pub mod scale;
 pub mod scenario;
 mod story;
 pub mod table;

@@ -28,10 +28,6 @@ pub struct Look {
     pub color: u32,
 }
 
-/// Length of a drawn force (m/N).
-pub const CONTACT_M_PER_N: f64 = 0.002;
-pub const PUSH_M_PER_N: f64 = 0.004;
-
 impl Overlay {
     pub const ALL: [Self; 9] = [
         Self::Com,
@@ -76,10 +72,7 @@ pub fn json() -> Value {
         let Look { id, key, name, .. } = overlay.look();
         (id.to_string(), json!({ "id": id, "key": key, "name": name, "color": overlay.css() }))
     });
-    json!({
-        "overlays": Map::from_iter(looks),
-        "metres_per_newton": { "contacts": CONTACT_M_PER_N, "push": PUSH_M_PER_N },
-    })
+    json!({ "overlays": Map::from_iter(looks) })
 }
 
 /// The variables of a page's style.

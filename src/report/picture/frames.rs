@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::files::write_atomic;
 use crate::report::own_folder;
 use crate::report::palette::Overlay;
+use crate::report::scale::Scale;
 use crate::sim::Push;
 use image::RgbImage;
 use nalgebra::Point3;
@@ -42,7 +43,7 @@ const GIF: &str = "motion.gif";
 const REST_S: f64 = 0.5;
 /// Moments are at least so far apart (s).
 const APART_S: f64 = 0.012;
-/// So much of a push's arrow is in the picture in any case (m).
+/// So much of a push's arrow is in the picture in any case, of a robot as large as UT-mu2 (m).
 const ARROW_M: f64 = 0.3;
 const MARGIN: f64 = 0.08;
 
@@ -112,10 +113,11 @@ pub(super) fn camera(film: &Film, moments: impl Iterator<Item = usize>, size: [u
     let azimuth_deg = if along(SIDES_DEG[0]) >= 30.0 { SIDES_DEG[0] } else { SIDES_DEG[1] };
     let target = Point3::origin();
     let toward = Camera { target, azimuth_deg, elevation_deg: 17.0, distance_m: 2.0, fov_deg: 28.0 };
+    let arrow_m = ARROW_M * Scale::of(&film.robot).length();
     let mut balls = Vec::new();
     for snapshot in moments.map(|k| &film.snapshots[k]) {
         balls.extend(extent(&film.robot, &snapshot.posture));
-        balls.extend(snapshot.push.map(|push| (push.point - push.force.normalize() * ARROW_M, 0.01)));
+        balls.extend(snapshot.push.map(|push| (push.point - push.force.normalize() * arrow_m, 0.01)));
     }
     toward.framing(&balls, size, MARGIN)
 }

@@ -17,6 +17,7 @@ mod tests;
 
 use crate::episode::Snapshot;
 use crate::report::palette::Overlay;
+use crate::report::scale::Scale;
 use crate::robot::{Kinematics, Posture, Robot, Shape};
 use crate::sim::Ground;
 pub use camera::Camera;
@@ -46,14 +47,14 @@ pub fn draw_on(
     marks: &[Overlay],
 ) -> RgbImage {
     let ground = &Ground { slope: snapshot.slope, ..*ground };
-    let mut scene = Scene::new(camera, size);
-    let on_floor = overlay::on_floor(&scene.view, ground, snapshot, marks);
+    let (mut scene, scale) = (Scene::new(camera, size), Scale::of(robot));
+    let on_floor = overlay::on_floor(&scene.view, ground, scale, snapshot, marks);
     scene.triangles.extend(&on_floor);
     scene.robot(robot, &snapshot.posture);
     // Once more where the robot hides them, faintly.
     let hidden = |mark: &Triangle| Triangle { cover: 0.0, through: overlay::THROUGH * mark.cover, ..*mark };
     scene.triangles.extend(on_floor.iter().map(hidden));
-    overlay::in_space(&mut scene, ground, snapshot, marks);
+    overlay::in_space(&mut scene, ground, scale, snapshot, marks);
     scene.paint(size, ground)
 }
 

@@ -7,7 +7,8 @@ use super::raster::{Corner, Light, Triangle, linear};
 use super::{Paint, Scene};
 use crate::episode::Snapshot;
 use crate::episode::snapshot::Arrow;
-use crate::report::palette::{CONTACT_M_PER_N, Overlay, PUSH_M_PER_N};
+use crate::report::palette::Overlay;
+use crate::report::scale::Scale;
 use crate::robot::Foot;
 use crate::sim::Ground;
 use nalgebra::{Isometry3, Point2, Point3, Rotation3, UnitQuaternion, Vector2, Vector3};
@@ -27,7 +28,7 @@ const WHITE: u32 = 0xffffff;
 pub(super) const THROUGH: f32 = 0.7;
 /// Marks on the floor lie so high above it (m),
 const LIFT_M: f64 = 0.0005;
-/// and have such sizes.
+/// and have such sizes, all of a robot as large as UT-mu2.
 const DOT_M: f64 = 0.009;
 const RIM_M: f64 = 0.002;
 const LINE_M: f64 = 0.0025;
@@ -41,8 +42,14 @@ fn light(color: u32) -> Light {
 }
 
 /// Marks on the floor, lowest first.
-pub(super) fn on_floor(view: &View, ground: &Ground, snapshot: &Snapshot, marks: &[Overlay]) -> Vec<Triangle> {
-    let mut sheet = Sheet { view, ground, triangles: Vec::new() };
+pub(super) fn on_floor(
+    view: &View,
+    ground: &Ground,
+    scale: Scale,
+    snapshot: &Snapshot,
+    marks: &[Overlay],
+) -> Vec<Triangle> {
+    let mut sheet = Sheet { view, ground, scale, triangles: Vec::new() };
     let has = |mark: Overlay| marks.contains(&mark);
     if has(Overlay::Slices) {
         // Slow to fast: the set of a slower gain is larger, mostly.
@@ -77,28 +84,29 @@ pub(super) fn on_floor(view: &View, ground: &Ground, snapshot: &Snapshot, marks:
 }
 
 /// The ball of the COM, and arrows.
-pub(super) fn in_space(scene: &mut Scene, ground: &Ground, snapshot: &Snapshot, marks: &[Overlay]) {
+pub(super) fn in_space(scene: &mut Scene, ground: &Ground, scale: Scale, snapshot: &Snapshot, marks: &[Overlay]) {
+    let [com_m, shaft_m] = [COM_RADIUS_M, SHAFT_M].map(|m| m * scale.length());
     let has = |mark: Overlay| marks.contains(&mark);
     let paint = |color: u32, through: f32| Paint { light: light(color), cover: 1.0, through, throws_shadow: false };
     if has(Overlay::Com) {
         let on_floor = on_ground(snapshot.com.xy(), ground);
         let plumb = snapshot.com - on_floor;
-        if plumb.norm() > COM_RADIUS_M {
-            let line = rod(0.3 * SHAFT_M, plumb.norm());
+        if plumb.norm() > com_m {
+            let line = rod(0.3 * shaft_m, plumb.norm());
             scene.body(&line, &pose_along(on_floor, plumb), &paint(COM, 0.5));
         }
-        scene.body(&sphere(COM_RADIUS_M), &Isometry3::from(snapshot.com.coords), &paint(COM, 0.8));
+        scene.body(&sphere(com_m), &Isometry3::from(snapshot.com.coords), &paint(COM, 0.8));
     }
     if has(Overlay::Contacts) {
         for Arrow { point, force } in Foot::BOTH.into_iter().filter_map(|foot| snapshot.contacts[foot]) {
-            let mesh = arrow(CONTACT_M_PER_N * force.norm(), SHAFT_M);
+            let mesh = arrow(scale.contact_m_per_n() * force.norm(), shaft_m);
             scene.body(&mesh, &pose_along(point, force), &paint(CONTACT, 0.3));
         }
     }
     if let Some(Arrow { point, force }) = snapshot.push.filter(|_| has(Overlay::Push)) {
-        let length = PUSH_M_PER_N * force.norm();
+        let length = scale.push_m_per_n() * force.norm();
         let tail = point - force.normalize() * length;
-        scene.body(&arrow(length, 1.4 * SHAFT_M), &pose_along(tail, force), &paint(PUSH, 0.6));
+        scene.body(&arrow(length, 1.4 * shaft_m), &pose_along(tail, force), &paint(PUSH, 0.6));
     }
 }
 
@@ -118,12 +126,13 @@ fn on_ground(at: Point2<f64>, ground: &Ground) -> Point3<f64> {
 struct Sheet<'a> {
     view: &'a View,
     ground: &'a Ground,
+    scale: Scale,
     triangles: Vec<Triangle>,
 }
 
 impl Sheet<'_> {
     fn triangle(&mut self, corners: [Point2<f64>; 3], light: Light, cover: f32) {
-        let lift = self.ground.slope * Vector3::z() * LIFT_M;
+        let lift = self.ground.slope * Vector3::z() * (LIFT_M * self.scale.length());
         let corners = corners.map(|at| {
             let seen = self.view.project(on_ground(at, self.ground) + lift);
             seen.map(|[x, y, near]| Corner { at: [x, y], near, light })
@@ -151,6 +160,7 @@ impl Sheet<'_> {
 
     /// The border of a convex polygon, inside of it; corners counter-clockwise or clockwise.
     fn outline(&mut self, corners: &[Point2<f64>], breadth: f64, color: u32, cover: f32) {
+        let breadth = breadth * self.scale.length();
         let mut corners = corners.to_vec();
         corners.dedup_by(|a, b| (*a - *b).norm() < 1e-6);
         if corners.len() < 3 {
@@ -171,12 +181,13 @@ impl Sheet<'_> {
     }
 
     fn dot(&mut self, at: Point2<f64>, color: u32) {
-        self.polygon(&circle(at, DOT_M), color, 1.0);
+        self.polygon(&circle(at, DOT_M * self.scale.length()), color, 1.0);
         self.ring(at, DOT_M + RIM_M, RIM_M, WHITE);
     }
 
     fn ring(&mut self, at: Point2<f64>, radius: f64, breadth: f64, color: u32) {
-        self.band(&circle(at, radius), &circle(at, radius - breadth), color, 1.0);
+        let [outer, inner] = [radius, radius - breadth].map(|m| circle(at, m * self.scale.length()));
+        self.band(&outer, &inner, color, 1.0);
     }
 }
 

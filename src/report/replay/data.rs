@@ -7,6 +7,7 @@ use super::pack::{Polygons, column, columns};
 use crate::control::Phase;
 use crate::episode::film::{FARTHEST_M, Film};
 use crate::episode::snapshot::{Arrow, Snapshot};
+use crate::report::scale::Scale;
 use crate::robot::{Foot, Pose, Robot, Shape, Solid};
 use crate::sim::{Ground, Push};
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
@@ -163,7 +164,13 @@ fn robot(robot: &Robot) -> Value {
             "visuals": link.drawn().iter().map(solid).collect::<Vec<_>>(),
         })
     });
-    json!({ "com_height_m": robot.home_com_height(), "links": links.collect::<Vec<_>>() })
+    let scale = Scale::of(robot);
+    json!({
+        "com_height_m": robot.home_com_height(),
+        "length": scale.length(),
+        "metres_per_newton": { "contacts": scale.contact_m_per_n(), "push": scale.push_m_per_n() },
+        "links": links.collect::<Vec<_>>(),
+    })
 }
 
 /// Position, then quaternion (x, y, z, w).

@@ -8,16 +8,15 @@ const OVERLAYS = [
   { ...PALETTE.overlays.support, hint: "hull of the soles on the ground" },
   { ...PALETTE.overlays.sets, hint: "where the COM may be, by gain; the active one is filled" },
   { ...PALETTE.overlays.footstep, hint: "where the foot in the air is to land" },
-  { ...PALETTE.overlays.contacts, hint: "on each sole, 1 cm for 5 N" },
-  { ...PALETTE.overlays.push, hint: "1 cm for 2.5 N; it fades after it ends" },
+  { ...PALETTE.overlays.contacts, hint: "on each sole" },
+  { ...PALETTE.overlays.push, hint: "it fades after it ends" },
   { id: "trail", key: "t", name: "trails", color: "#7f8894", hint: "COM and DCM over the ground until now" },
 ];
 // The robot itself: without it, a ghost that hides nothing.
 const BODY = { id: "body", key: "b", name: "body", color: "#593399", hint: "the robot; else a ghost that hides nothing" };
-const METRES_PER_NEWTON = PALETTE.metres_per_newton;
 // A push is short: its arrow stays for a while, faint (s).
 const AFTERGLOW = 0.3;
-// Above the floor, so that they do not flicker (m).
+// Above the floor, so that they do not flicker (m); this and other lengths are for a robot of the size of UT-mu2.
 const ABOVE = 0.0012;
 
 // As parts of 1; on a dark ground, brighter.
@@ -41,7 +40,7 @@ class Overlays {
     }
     if (on.has("contacts")) {
       for (const contact of moment.contacts) {
-        if (contact) this.arrow(contact.point, scaled(contact.force, METRES_PER_NEWTON.contacts), color("contacts"), 0.9);
+        if (contact) this.arrow(contact.point, scaled(contact.force, film.robot.metres_per_newton.contacts), color("contacts"), 0.9);
       }
     }
     if (on.has("push")) this.push(color("push"));
@@ -52,7 +51,8 @@ class Overlays {
       const foot = this.disc(moment.com, 0.0075, color("com"), 7);
       this.lines.push([foot, moment.com, [...color("com"), 0.9], 2]);
       // In white, so that it shows in a robot of any colour.
-      for (const [radius, rgb] of [[0.0135, [1, 1, 1]], [0.011, color("com")]]) {
+      for (const [part, rgb] of [[0.0135, [1, 1, 1]], [0.011, color("com")]]) {
+        const radius = part * film.robot.length;
         this.solids.push(["sphere", { p: moment.com, q: [0, 0, 0, 1] }, [radius, radius, radius], [...rgb, 1], 1]);
       }
     }
@@ -60,7 +60,7 @@ class Overlays {
 
   // A place on the floor; layers are one above the other.
   on([x, y], layer) {
-    return [x, y, this.film.height(this.moment.slope, x, y) + ABOVE + 0.0002 * layer];
+    return [x, y, this.film.height(this.moment.slope, x, y) + (ABOVE + 0.0002 * layer) * this.film.robot.length];
   }
 
   polygon(corners, color, fill, width, layer, edge = 1) {
@@ -82,9 +82,10 @@ class Overlays {
 
   disc(at, radius, color, layer) {
     if (!at) return null;
+    const size = radius * this.film.robot.length;
     const around = Array.from({ length: 28 }, (_, k) => {
       const angle = (2 * Math.PI * k) / 28;
-      return [at[0] + radius * Math.cos(angle), at[1] + radius * Math.sin(angle)];
+      return [at[0] + size * Math.cos(angle), at[1] + size * Math.sin(angle)];
     });
     const rim = around.map(([x, y]) => [at[0] + 1.22 * (x - at[0]), at[1] + 1.22 * (y - at[1])]);
     this.polygon(rim, [1, 1, 1], 0.9, 0, layer);
@@ -110,7 +111,7 @@ class Overlays {
       alpha = 0.45 * (1 - (moment.time - film.time(i)) / AFTERGLOW);
     }
     if (!push) return;
-    const along = scaled(push.force, METRES_PER_NEWTON.push);
+    const along = scaled(push.force, this.film.robot.metres_per_newton.push);
     // It pushes: its point is where the force attacks.
     this.arrow(sub(push.point, along), along, color, alpha);
   }
@@ -118,7 +119,8 @@ class Overlays {
   arrow(from, along, color, alpha) {
     const size = length(along);
     if (size < 1e-4) return;
-    const q = fromZ(along), head = Math.min(0.03, 0.5 * size), thick = 0.0045;
+    const { length: large } = this.film.robot;
+    const q = fromZ(along), head = Math.min(0.03 * large, 0.5 * size), thick = 0.0045 * large;
     const at = (share) => add(from, scaled(along, share / size));
     const shaft = (size - head) / 2;
     this.solids.push(["cylinder", { p: at(shaft), q }, [thick, thick, shaft], [...color, alpha]]);

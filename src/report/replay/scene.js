@@ -4,7 +4,7 @@
 const LIGHT = unit([0.35, 0.5, 1.1]);
 // How much of an overlay shows through what is before it.
 const THROUGH = 0.7;
-// The shadow's picture: so many pixels over twice so many metres of the floor.
+// The shadow's picture: so many pixels over twice so many metres of the floor, for a robot of the size of UT-mu2.
 const SHADOW_PX = 1024, SHADOW_HALF = 0.9;
 
 const THEMES = {
@@ -46,12 +46,12 @@ layout(location = 0) in vec3 point;
 uniform mat4 pose, floor_from_world;
 uniform vec3 size, light;
 uniform vec2 middle;
-uniform float reach;
+uniform float reach, large;
 out float height;
 void main() {
   vec3 p = (floor_from_world * pose * vec4(point * size, 1.0)).xyz;
-  height = max(p.z, 0.0);
-  gl_Position = vec4((p.xy - light.xy / light.z * p.z - middle) / reach, clamp(p.z, 0.0, 1.9) - 0.95, 1.0);
+  height = max(p.z, 0.0) / large;
+  gl_Position = vec4((p.xy - light.xy / light.z * p.z - middle) / reach, min(height, 1.9) - 0.95, 1.0);
 }`;
 const SHADOW_FRAGMENT = `
 in float height;
@@ -73,7 +73,7 @@ const FLOOR_FRAGMENT = `
 in vec3 place, local;
 uniform vec3 back, ground, line, eye;
 uniform vec2 middle;
-uniform float reach, shade, sunk, lined;
+uniform float reach, large, shade, sunk, lined;
 uniform sampler2D shadow;
 out vec4 shown;
 float grid(float period, float px) {
@@ -108,7 +108,7 @@ void main() {
     dark *= edge.x * edge.y * smoothstep(0.0, 0.15, around.r);
   }
   color *= 1.0 - shade * dark;
-  float far = length(local.xy - middle);
+  float far = length(local.xy - middle) / large;
   shown = vec4(mix(color, back, smoothstep(0.6, 2.0, far)), 1.0);
 }`;
 
@@ -117,7 +117,8 @@ class Scene {
   constructor(canvas, film) {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: false });
     if (!gl) throw new Error("this browser lacks WebGL 2, or has it switched off");
-    Object.assign(this, { canvas, film, gl, shapes: shapes(gl) });
+    // How large the robot is beside UT-mu2.
+    Object.assign(this, { canvas, film, gl, shapes: shapes(gl), large: film.robot.length });
     this.solid = program(gl, SOLID_VERTEX, SOLID_FRAGMENT);
     this.cast = program(gl, SHADOW_VERTEX, SHADOW_FRAGMENT);
     this.floor = program(gl, FLOOR_VERTEX, FLOOR_FRAGMENT);
@@ -146,7 +147,7 @@ class Scene {
 
   // The plane; with a step, the patch on which the robot starts, what surrounds it, and the walls between.
   makeFloor() {
-    const { step_m: step, patch: [x0, y0, x1, y1] } = this.film.data.ground, far = 4, data = [];
+    const { step_m: step, patch: [x0, y0, x1, y1] } = this.film.data.ground, far = 4 * this.large, data = [];
     const quad = (a, b, c, d) => data.push(...a, ...b, ...c, ...a, ...c, ...d);
     const flat = (l, b, r, t, z) => quad([l, b, z], [r, b, z], [r, t, z], [l, t, z]);
     if (!step) flat(-far, -far, far, far, 0);
@@ -205,7 +206,7 @@ class Scene {
     const solids = this.solids(moment);
     const tilt = { p: [0, 0, 0], q: moment.slope }, upright = { p: [0, 0, 0], q: inverse(moment.slope) };
     const light = unit(turned(upright.q, LIGHT)), com = turned(upright.q, moment.com);
-    const middle = com.slice(0, 2).map((x, i) => x - (0.6 * com[2] * light[i]) / light[2]), reach = SHADOW_HALF;
+    const middle = com.slice(0, 2).map((x, i) => x - (0.6 * com[2] * light[i]) / light[2]), { large } = this, reach = SHADOW_HALF * large;
 
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.CULL_FACE);
@@ -217,7 +218,7 @@ class Scene {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     // Laid flat, shapes have no outside.
     gl.disable(gl.CULL_FACE);
-    const cast = this.use(this.cast, { floor_from_world: matrixOf(upright), light, middle, reach });
+    const cast = this.use(this.cast, { floor_from_world: matrixOf(upright), light, middle, reach, large });
     for (const [kind, pose, size] of solids) this.shape(cast, kind, pose, size);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.bindTexture(gl.TEXTURE_2D, this.texture);
@@ -227,7 +228,7 @@ class Scene {
     gl.clearColor(...colors.back, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const { view, eye } = camera.look(canvas.width / canvas.height, moment.com);
-    const floor = { view, eye, middle, reach, world_from_floor: matrixOf(tilt), back: colors.back, ground: colors.floor };
+    const floor = { view, eye, middle, reach, large, world_from_floor: matrixOf(tilt), back: colors.back, ground: colors.floor };
     this.use(this.floor, { ...floor, line: colors.line, shade: colors.shade, sunk: 0, lined: 1 });
     gl.bindVertexArray(this.floorMesh.array);
     gl.drawArrays(gl.TRIANGLES, 0, this.plain);

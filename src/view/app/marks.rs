@@ -5,11 +5,11 @@ use super::colors::{self, Named};
 use super::mesh::vec3;
 use super::overlays::Shown;
 use super::pick::Sight;
-use super::scale::Scale;
 use super::scene;
 use crate::episode::Snapshot;
 use crate::episode::snapshot::Arrow;
-use crate::report::palette::{CONTACT_M_PER_N, Overlay, PUSH_M_PER_N};
+use crate::report::palette::Overlay;
+use crate::report::scale::Scale;
 use crate::robot::Foot;
 use crate::sim::Ground;
 use kiss3d::camera::Camera3d;
@@ -81,7 +81,7 @@ impl Marks<'_> {
         }
         if shown.has(Overlay::Contacts) {
             for arrow in Foot::BOTH.into_iter().filter_map(|foot| now.contacts[foot]) {
-                let tip = arrow.point + arrow.force * (CONTACT_M_PER_N / self.scale.stiffness());
+                let tip = arrow.point + arrow.force * self.scale.contact_m_per_n();
                 self.arrow(arrow.point, tip, colors::CONTACT, 3.0, None);
             }
         }
@@ -135,7 +135,7 @@ impl Marks<'_> {
 
     /// A push or pull, with its size.
     fn force(&self, arrow: &Arrow) {
-        let tip = arrow.point + arrow.force * (PUSH_M_PER_N / self.scale.stiffness());
+        let tip = arrow.point + arrow.force * self.scale.push_m_per_n();
         let text = format!("{:.1} N", arrow.force.norm());
         self.arrow(arrow.point, tip, colors::PUSH, 4.0, Some(&text));
         self.at(arrow.point, |painter, at| {
@@ -245,8 +245,8 @@ impl Marks<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::scale::tests::THRICE;
     use super::*;
+    use crate::report::scale::tests::THRICE;
 
     #[test]
     fn a_line_of_sight_goes_through_what_is_seen_there() {

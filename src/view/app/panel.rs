@@ -6,10 +6,10 @@ use super::colors;
 use super::keys::{LIVE_HELP, RECORDED_HELP, Wish};
 use super::overlays::Shown;
 use super::plots::{self, SPAN_S, Trail};
-use super::scale::Scale;
 use super::scene;
 use crate::episode::Snapshot;
 use crate::report::palette::{Look, Overlay};
+use crate::report::scale::Scale;
 use kiss3d::egui::{
     Align2, Area, Color32, Context, DragValue, Frame, Grid, Id, Margin, RichText, ScrollArea, Stroke, Ui, vec2,
 };

@@ -1,11 +1,11 @@
 //! A trial of a result, run again exactly, to be looked at moment by moment.
 
 use super::plots::{Sample, Trail};
-use super::scale::Scale;
 use crate::campaign::Replayed;
 use crate::episode::{Film, Outcome, Snapshot};
 use crate::error::{Error, Result};
 use crate::report::outputs::AFTERMATH_S;
+use crate::report::scale::Scale;
 use crate::robot::Kinematics;
 use crate::view::ViewArgs;
 use std::path::Path;

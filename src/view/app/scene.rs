@@ -3,10 +3,10 @@
 use super::colors;
 use super::mesh::{Mesh, Triangles, vec3};
 use super::overlays::Shown;
-use super::scale::{Scale, round};
 use super::solids::Surfaces;
 use crate::episode::Snapshot;
 use crate::report::palette::Overlay;
+use crate::report::scale::{Scale, round};
 use crate::robot::{Kinematics, Robot};
 use crate::sim::Ground;
 use kiss3d::camera::OrbitCamera3d;

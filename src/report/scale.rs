@@ -1,8 +1,11 @@
-//! How large a robot is beside UT-mu2, for which the window was made: what is seen grows with its length, how hard a hand
-//! pulls with its weight.
+//! How large a robot is beside UT-mu2, for which window, pages and pictures were made: what is seen grows with its length,
+//! how hard a hand pulls with its weight.
 
-use crate::robot::{Kinematics, Robot};
+use crate::robot::Robot;
 
+/// Length of a drawn force of UT-mu2 (m/N).
+const CONTACT_M_PER_N: f64 = 0.002;
+const PUSH_M_PER_N: f64 = 0.004;
 /// UT-mu2 at home: height of its COM (m), and its mass (kg).
 const COM_HEIGHT_M: f64 = 0.31;
 const MASS_KG: f64 = 8.0;
@@ -17,9 +20,7 @@ pub struct Scale {
 
 impl Scale {
     pub fn of(robot: &Robot) -> Self {
-        let mut kinematics = Kinematics::new(robot);
-        kinematics.update(robot, &robot.home_posture());
-        Self { length: kinematics.com().z / COM_HEIGHT_M, mass: robot.mass() / MASS_KG }
+        Self { length: robot.home_com_height() / COM_HEIGHT_M, mass: robot.mass() / MASS_KG }
     }
 
     pub fn length(self) -> f64 {
@@ -38,6 +39,15 @@ impl Scale {
     pub fn impulse(self) -> f64 {
         self.mass * self.length.sqrt()
     }
+
+    /// Length of a drawn force (m/N): of the ground, and of a push.
+    pub fn contact_m_per_n(self) -> f64 {
+        CONTACT_M_PER_N / self.stiffness()
+    }
+
+    pub fn push_m_per_n(self) -> f64 {
+        PUSH_M_PER_N / self.stiffness()
+    }
 }
 
 /// The nearest number that a person would choose: 1, 2, 2.5 or 5 times a power of ten.
@@ -55,7 +65,7 @@ pub mod tests {
     pub const THRICE: Scale = Scale { length: 3.0, mass: 27.0 };
 
     #[test]
-    fn the_window_was_made_for_ut_mu2() {
+    fn what_is_drawn_was_made_for_ut_mu2() {
         let scale = Scale::of(&Robot::load("ut-mu2").unwrap());
         for one in [scale.length(), scale.force(), scale.stiffness(), scale.impulse()] {
             assert!((one - 1.0).abs() < 0.01, "{scale:?}");
