@@ -60,11 +60,11 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
 #[test]
 fn the_same_bytes_for_any_number_of_threads() {
     let one = result_of(&[TWO_PARTS, "--threads=1"]);
-    assert_eq!(one.len(), 14, "{:?}", one.keys());
+    assert_eq!(one.len(), 15, "{:?}", one.keys());
     for name in ["campaign.toml", "summary.json", "trials.parquet", "report.html", "parts/part-000001.csv"] {
         assert!(one.contains_key(name), "{name} in {:?}", one.keys());
     }
-    assert_eq!(one.keys().filter(|name| name.starts_with("replays/trial-")).count(), 2, "{:?}", one.keys());
+    assert_eq!(one.keys().filter(|name| name.starts_with("replays/trial-")).count(), 3, "{:?}", one.keys());
     assert!(one == result_of(&[TWO_PARTS, "--threads=2"]), "two threads wrote something else");
 }
 

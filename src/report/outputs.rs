@@ -49,13 +49,13 @@ impl Outputs {
         picture::check_folder(frames)?;
         // A folder of frames holds nothing else.
         for (option, path, _) in kinds {
-            if let Some(path) = path.as_ref().filter(|path| is_in(path, frames)) {
+            if let Some(path) = path.as_ref().filter(|path| is_in(path, frames) || *path == frames) {
                 let accepted = "a file in another folder";
                 return Err(Error::value(
                     "arguments",
                     option,
                     path.display(),
-                    "it is in the folder of --frames",
+                    if path == frames { "it is the folder of --frames" } else { "it is in the folder of --frames" },
                     accepted,
                 ));
             }

@@ -42,8 +42,11 @@ pub fn headline(pushes: &[Push], gain_set: &str, record: &Record) -> String {
     };
     let told =
         |push: &Push| format!("{} N s towards {} degrees", short(push.impulse_n_s, 2), short(push.heading_deg, 2));
-    let told = pushes.iter().filter(|push| came(push, record)).map(told).collect::<Vec<_>>().join(", then ");
-    format!("{told}, gain set {gain_set}: {outcome}")
+    let came: Vec<String> = pushes.iter().filter(|push| came(push, record)).map(told).collect();
+    match &came[..] {
+        [] => format!("gain set {gain_set}: {outcome}, before any push"),
+        _ => format!("{}, gain set {gain_set}: {outcome}", came.join(", then ")),
+    }
 }
 
 /// Whether a push came before the fall.

@@ -121,7 +121,11 @@ const ACTIONS = {
   end: () => step(film.count),
   slower: () => setSpeed(-1),
   faster: () => setSpeed(1),
-  help: () => { find("keys").open = !find("keys").open; },
+  help: () => {
+    const keys = find("keys");
+    keys.open = !keys.open;
+    if (keys.open) keys.scrollIntoView({ block: "nearest" });
+  },
   link: () => copy(link()),
   command: () => copy(find("command-text").textContent),
 };
