@@ -244,6 +244,15 @@ mod tests {
         assert_eq!(fallen, [138, 175, 350, 500]);
     }
 
+    /// Pictures of a robot that has flown off would be of a floor.
+    #[test]
+    fn what_has_flown_off_is_not_drawn() {
+        let mut film = film();
+        film.snapshots[300..].iter_mut().for_each(|snapshot| snapshot.com.z = 6.0);
+        let (last, moments) = (shots(&film, 0.25).last().map(|shot| shot.snapshot), moments(&film, 4));
+        assert_eq!((last, moments.last()), (Some(299), Some(&299)), "{moments:?}");
+    }
+
     #[test]
     fn files_are_written_and_the_gif_lasts_as_long_as_it_should() {
         let (film, options) = (film(), small());
