@@ -52,8 +52,8 @@ pub struct Arrow {
     pub force: Vector3<f64>,
 }
 
-/// A sole that is pressed by less shows no force (N).
-const LEAST_N: f64 = 0.5;
+/// A sole that is pressed by less carries no load, and shows no force (N).
+pub const LEAST_N: f64 = 0.5;
 
 impl Snapshot {
     /// What a tick shows.

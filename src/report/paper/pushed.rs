@@ -7,13 +7,14 @@ use super::figure::{Claim, Figure, Table, walked};
 use super::pictures::{camera, fine, snapshot};
 use super::study::{Pushed, Study, Tried};
 use crate::campaign::no_step::NoStep;
+use crate::control::estimator;
 use crate::episode::{Outcome, Record, Snapshot};
 use crate::lipm::capture;
 use crate::report::palette::Overlay;
 use crate::report::picture::draw;
 use crate::robot::Foot;
 use crate::sim::{Profile, Push};
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
 use serde_json::{Value, json};
 use std::ops::RangeInclusive;
 
@@ -90,10 +91,7 @@ pub fn from_diagonal(study: &Study) -> Figure {
             ),
         ]
     });
-    let yaw_deg = |s: &Snapshot| {
-        let ahead = s.posture.base.rotation * Vector3::x();
-        ahead.y.atan2(ahead.x).to_degrees()
-    };
+    let yaw_deg = |s: &Snapshot| estimator::heading(&s.posture.base).to_degrees();
     let snapshots = &pushed.film.snapshots;
     let most =
         snapshots.iter().map(yaw_deg).fold(0.0, |most: f64, yaw| if yaw.abs() > most.abs() { yaw } else { most });

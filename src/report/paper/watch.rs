@@ -2,15 +2,13 @@
 
 use super::study::Stand;
 use crate::control::estimator::on_ground;
+use crate::episode::snapshot::LEAST_N;
 use crate::episode::{AT_LIMIT, Tick};
 use crate::geometry::SupportPolygon;
 use crate::lipm::pendulum::State;
 use crate::robot::{Foot, PerFoot, Robot};
 use crate::sim::Truth;
 use nalgebra::{Point2, Vector3};
-
-/// A sole that is pressed by less carries no load (N).
-const LEAST_N: f64 = 0.5;
 
 /// What is seen of a run.
 #[derive(Debug, Clone, Default)]
