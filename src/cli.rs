@@ -3,7 +3,7 @@
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use standfast::campaign::{Overrides, Shard};
-use standfast::report::{self, ChangeArgs};
+use standfast::render::{self, ChangeArgs};
 use std::path::PathBuf;
 
 /// How hard can a humanoid be pushed before it falls, and which gain set makes it stand better?
@@ -31,21 +31,21 @@ pub enum Command {
     /// Say what is missing in the folder of a campaign (exit code 3 if anything is)
     Status(FolderArgs),
     /// One push: what happened and why, a picture of it, and a trace
-    Push(report::push::PushArgs),
+    Push(render::push::PushArgs),
     /// A trial of a campaign, as it was: a page that shows it in 3D, in any browser, offline
-    Replay(report::replays::ReplayArgs),
+    Replay(render::replays::ReplayArgs),
     /// Largest recoverable impulse by heading, beside what the pendulum allows without a step, with one, with any number
-    Limit(report::limit::LimitArgs),
+    Limit(render::limit::LimitArgs),
     /// A disturbance with a name, those of the paper first; without a name, what there is
-    Scenario(report::scenario::ScenarioArgs),
+    Scenario(render::scenario::ScenarioArgs),
     /// The paper's figures, from its own scenarios, and what of the paper they bear out
-    Paper(report::paper::PaperArgs),
+    Paper(render::paper::PaperArgs),
     /// The maximal CPI sets of a gain set: size, inclusion, horizon, picture, export
-    Cpi(report::cpi::CpiArgs),
+    Cpi(render::cpi::CpiArgs),
     /// How well the ZMP follows the one wanted: gain, phase and bandwidth against the poles
-    Response(report::response::ResponseArgs),
+    Response(render::response::ResponseArgs),
     /// What was understood of a robot; kinematics at given joint angles
-    Model(report::model::Args),
+    Model(render::model::Args),
     /// The robot in a 3D window: live, to be pushed and pulled, or a trial of a result
     View(standfast::view::ViewArgs),
     /// Print a completion script for a shell

@@ -4,22 +4,22 @@ use crate::cli::{Cli, CompareArgs, FolderArgs, GateArgs, MergeArgs, ReplaysArgs,
 use clap::CommandFactory;
 use clap_complete::Shell;
 use standfast::assets::DEFAULT_ROBOT;
-use standfast::campaign::compare::{Joined, is_same_folder};
-use standfast::campaign::gates::Gates;
+use standfast::campaign::verdict::compare::{Joined, is_same_folder};
+use standfast::campaign::verdict::gates::Gates;
 use standfast::campaign::{Campaign, Folder, Plan, Summary, limit, run::Options};
 use standfast::control::home_polygon;
 use standfast::episode::EpisodeConfig;
 use standfast::files::shell_word;
 use standfast::lipm::pendulum::Pendulum;
-use standfast::report::cpi::{CpiArgs, CpiDefaults};
-use standfast::report::limit::LimitArgs;
-use standfast::report::model::Args as ModelArgs;
-use standfast::report::paper::PaperArgs;
-use standfast::report::push::PushArgs;
-use standfast::report::replays::ReplayArgs;
-use standfast::report::response::ResponseArgs;
-use standfast::report::scenario::ScenarioArgs;
-use standfast::report::{self, progress, progress::Progress, progress::note, table};
+use standfast::render::cpi::{CpiArgs, CpiDefaults};
+use standfast::render::limit::LimitArgs;
+use standfast::render::model::Args as ModelArgs;
+use standfast::render::paper::PaperArgs;
+use standfast::render::push::PushArgs;
+use standfast::render::replays::ReplayArgs;
+use standfast::render::response::ResponseArgs;
+use standfast::render::scenario::ScenarioArgs;
+use standfast::render::{self, progress, progress::Progress, progress::note, table};
 use standfast::robot::Robot;
 use standfast::view::ViewArgs;
 use standfast::{Error, Result};
@@ -118,17 +118,17 @@ pub fn merge(MergeArgs { folder: FolderArgs { dir, json }, gates, replays }: &Me
 }
 
 pub fn compare(args: &CompareArgs) -> Result<ExitCode> {
-    if let Some(out) = args.out.as_deref().filter(|out| !report::result::may_be_written_to(out)) {
+    if let Some(out) = args.out.as_deref().filter(|out| !render::result::may_be_written_to(out)) {
         let problem = "holds something else than a comparison; give a new or empty folder";
         return Err(Error::Parts { path: out.into(), problem: problem.into() });
     }
     let joined = Joined::new(&Folder::existing(&args.dir_a)?, &Folder::existing(&args.dir_b)?, &args.gate)?;
     let summary = joined.summary();
-    report::print(&if args.json { report::json(&summary) } else { table::campaign(&summary, Path::new("")) })?;
+    render::print(&if args.json { render::json(&summary) } else { table::campaign(&summary, Path::new("")) })?;
     if let Some(out) = &args.out {
         let filed = joined.write(summary.clone(), out)?;
-        report::result::write(&filed, &joined.rows, out)?;
-        note(&report::result::written(out, &["summary.json", "trials.parquet"]));
+        render::result::write(&filed, &joined.rows, out)?;
+        note(&render::result::written(out, &["summary.json", "trials.parquet"]));
     }
     Ok(exit_code(&summary, Path::new("")))
 }
@@ -139,12 +139,12 @@ pub fn status(args: &FolderArgs) -> Result<ExitCode> {
 }
 
 pub fn push(args: &PushArgs) -> Result<ExitCode> {
-    report::print(&report::push::run(args, command_line())?)?;
+    render::print(&render::push::run(args, command_line())?)?;
     Ok(ExitCode::SUCCESS)
 }
 
 pub fn replay(args: &ReplayArgs) -> Result<ExitCode> {
-    report::print(&report::replays::run(args)?)?;
+    render::print(&render::replays::run(args)?)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -169,7 +169,7 @@ pub fn limit(args: &LimitArgs) -> Result<ExitCode> {
     progress.get().into_iter().for_each(Progress::finish);
     let limits = result?;
     // First what the user waited for: a folder that cannot be written must not cost it.
-    report::print(&if args.json { report::json(&limits) } else { report::limit::text(&limits) })?;
+    render::print(&if args.json { render::json(&limits) } else { render::limit::text(&limits) })?;
     for path in args.write(&limits)? {
         note(&format!("written: {}", path.display()));
     }
@@ -177,12 +177,12 @@ pub fn limit(args: &LimitArgs) -> Result<ExitCode> {
 }
 
 pub fn scenario(args: &ScenarioArgs) -> Result<ExitCode> {
-    report::print(&report::scenario::run(args, command_line())?)?;
+    render::print(&render::scenario::run(args, command_line())?)?;
     Ok(ExitCode::SUCCESS)
 }
 
 pub fn paper(args: &PaperArgs) -> Result<ExitCode> {
-    report::print(&report::paper::run(args)?)?;
+    render::print(&render::paper::run(args)?)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -192,46 +192,46 @@ pub fn cpi(args: &CpiArgs) -> Result<ExitCode> {
     let pendulum = Pendulum { omega: robot.omega(), dt: EpisodeConfig::default().control_period_s };
     let defaults = CpiDefaults { pendulum, support: home_polygon(&robot) };
     let mut text = Vec::new();
-    report::cpi::run(args, &defaults, &mut text)?;
-    report::print(&String::from_utf8_lossy(&text))?;
+    render::cpi::run(args, &defaults, &mut text)?;
+    render::print(&String::from_utf8_lossy(&text))?;
     Ok(ExitCode::SUCCESS)
 }
 
 pub fn response(args: &ResponseArgs) -> Result<ExitCode> {
-    report::print(&report::response::run(args)?)?;
+    render::print(&render::response::run(args)?)?;
     Ok(ExitCode::SUCCESS)
 }
 
 pub fn model(args: &ModelArgs) -> Result<ExitCode> {
-    report::print(&report::model::run(args)?)?;
+    render::print(&render::model::run(args)?)?;
     Ok(ExitCode::SUCCESS)
 }
 
 pub fn view(args: &ViewArgs) -> Result<ExitCode> {
-    report::print(&standfast::view::run(args)?)?;
+    render::print(&standfast::view::run(args)?)?;
     Ok(ExitCode::SUCCESS)
 }
 
 pub fn completions(shell: Shell) -> Result<ExitCode> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "standfast", &mut script);
-    report::print(&String::from_utf8_lossy(&script))?;
+    render::print(&String::from_utf8_lossy(&script))?;
     Ok(ExitCode::SUCCESS)
 }
 
 /// Writes the result files and prints the result; then the replays, which nobody should have to wait for.
 fn join(folder: &Folder, gates: &Gates, args: &ReplaysArgs, json: bool) -> Result<ExitCode> {
     let (summary, rows) = folder.join(gates)?;
-    report::result::write(&summary, &rows, &folder.path)?;
-    report::print(&if json { report::json(&summary) } else { table::campaign(&summary, &folder.path) })?;
-    note(&report::result::written(&folder.path, &["summary.json", "trials.parquet", "campaign.toml"]));
+    render::result::write(&summary, &rows, &folder.path)?;
+    render::print(&if json { render::json(&summary) } else { table::campaign(&summary, &folder.path) })?;
+    note(&render::result::written(&folder.path, &["summary.json", "trials.parquet", "campaign.toml"]));
     let verdict = exit_code(&summary, &folder.path);
     let stop = || STOP.load(Ordering::Relaxed);
-    match report::replays::write_telling(folder, &summary, args.replays, &stop) {
+    match render::replays::write_telling(folder, &summary, args.replays, &stop) {
         Ok(0) => {}
         Ok(replays) => {
             // Now with links to them.
-            report::result::write(&summary, &rows, &folder.path)?;
+            render::result::write(&summary, &rows, &folder.path)?;
             let these = if replays == 1 { "replay of a telling trial" } else { "replays of telling trials" };
             note(&format!("written: {}: {replays} {these}", folder.path.join("replays").display()));
         }
@@ -250,7 +250,7 @@ fn command_line() -> String {
 
 /// Says which gates did not pass, each with the command that replays a trial that was lost.
 fn exit_code(summary: &Summary, folder: &Path) -> ExitCode {
-    report::failed_gates(summary, folder).iter().for_each(|line| note(line));
+    render::failed_gates(summary, folder).iter().for_each(|line| note(line));
     if summary.gates.iter().all(|gate| gate.passes) { ExitCode::SUCCESS } else { ExitCode::from(GATE_FAILED) }
 }
 
@@ -261,7 +261,7 @@ fn print_status(folder: &Folder, json: bool) -> Result<bool> {
     let (path, there) = (folder.path.display().to_string(), blocks - missing.len() as u64);
     let next = if complete { folder.merge_command() } else { folder.resume_command() };
     if json {
-        report::print(&report::json(&serde_json::json!({
+        render::print(&render::json(&serde_json::json!({
             "name": folder.manifest.campaign.name,
             "config_hash": folder.manifest.config_hash,
             "complete": complete,
@@ -279,7 +279,7 @@ fn print_status(folder: &Folder, json: bool) -> Result<bool> {
                 format!("or copy the folders of other shards into this one, and then: {}\n", folder.merge_command())
             }
         };
-        report::print(&format!("{path}: {there} of {blocks} parts are complete{trials}\n{verb}: {next}\n{shards}"))?;
+        render::print(&format!("{path}: {there} of {blocks} parts are complete{trials}\n{verb}: {next}\n{shards}"))?;
     }
     Ok(complete)
 }

@@ -16,9 +16,10 @@ pub mod error;
 pub mod files;
 pub mod geometry;
 pub mod lipm;
-pub mod report;
+pub mod render;
 pub mod robot;
 pub mod sim;
+pub mod stats;
 pub mod view;
 
 pub use error::{Error, Result};

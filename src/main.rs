@@ -5,7 +5,7 @@ mod commands;
 
 use clap::Parser;
 use cli::{Cli, Command, RunArgs};
-use standfast::report::progress::note;
+use standfast::render::progress::note;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {

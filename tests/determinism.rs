@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use standfast::episode::Until;
-use standfast::report::trace::Trace;
+use standfast::render::trace::Trace;
 use standfast::robot::{Foot, PerFoot};
 
 /// Fingerprint of every number of every tick (truth, estimate, command), and of the record.

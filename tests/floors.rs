@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 /// Modules by floor, lowest first. Modules of one floor do not import each other, but for the floors named below.
 const FLOORS: [&[&str]; 9] = [
     &["error"],
-    &["geometry", "assets", "columns", "files"],
+    &["geometry", "stats", "assets", "columns", "files"],
     &["lipm", "robot"],
     &["control", "sim"],
     &["episode"],
     &["campaign"],
-    &["report"],
+    &["render"],
     &["view"],
     &["main", "cli", "commands"],
 ];
@@ -142,7 +142,7 @@ fn breaches_are_seen() {
     assert_eq!(seen("sim", "fn f(c: &crate::control::Controller) {}"), 1);
     assert_eq!(seen("lipm", "use crate::{error::Error, robot::{Foot, Robot}, geometry};"), 1);
     assert_eq!(seen("episode", "use crate::{control::{Design, Phase},\n    sim::Plant, campaign::Row};"), 1);
-    assert_eq!(seen("cli", "use standfast::report;"), 0);
+    assert_eq!(seen("cli", "use standfast::render;"), 0);
     assert_eq!(seen("robot", "use rapier3d::prelude::*;"), 1);
     assert_eq!(seen("sim", "use rand::RngExt;"), 1);
     assert_eq!(seen("sim", "// crate::control is not ours\nuse crate::robot::Robot; use rapier3d::prelude::*;"), 0);

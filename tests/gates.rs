@@ -3,9 +3,9 @@
 
 use rand::{SeedableRng, rngs::ChaCha8Rng};
 use rand_distr::{Binomial, Distribution};
-use standfast::campaign::gate::{Evidence, Gate, Judged, Status};
-use standfast::campaign::mcnemar::PairedCounts;
-use standfast::campaign::sequential::next_look;
+use standfast::campaign::verdict::gate::{Evidence, Gate, Judged, Status};
+use standfast::stats::mcnemar::PairedCounts;
+use standfast::stats::sequential::next_look;
 use std::collections::HashMap;
 use std::hash::Hash;
 

@@ -12,7 +12,7 @@ use common::program::{files, folder, standfast, stderr, stdout};
 use common::{Bench, config};
 use nalgebra::Vector2;
 use serde_json::Value;
-use standfast::campaign::scenario::{Cause, Scenario};
+use standfast::campaign::ask::scenario::{Cause, Scenario};
 use standfast::control::home_polygon;
 use standfast::episode::{Footstep, imposed};
 use standfast::lipm::cpi_set::{CpiSet, Inclusion};

@@ -10,7 +10,7 @@ use nalgebra::{Isometry3, Point2, Point3, Quaternion, Translation3, UnitQuaterni
 use serde_json::Value;
 use standfast::episode::snapshot::Arrow;
 use standfast::episode::{Disturbance, EpisodeConfig, Film, Until};
-use standfast::report::replay::page;
+use standfast::render::replay::page;
 use standfast::robot::{Foot, Kinematics, Shape};
 use standfast::sim::{Ground, Push, Variation};
 
@@ -259,7 +259,7 @@ fn a_page_ends_where_the_film_diverges() {
         }
     }
     assert!(page["margin"]["step"].as_f64().unwrap() < 0.005, "a margin has two digits");
-    let html = standfast::report::replay::page(&film, &head()).unwrap();
+    let html = standfast::render::replay::page(&film, &head()).unwrap();
     let ends = format!("The page ends at {:.3} s", film.snapshots[shown].time_s);
     assert!(html.contains(&ends), "{ends}");
 }

@@ -8,7 +8,7 @@ use common::films::{
 };
 use serde_json::{Value, json};
 use standfast::episode::Outcome;
-use standfast::report::replay::Head;
+use standfast::render::replay::Head;
 use std::fs;
 
 const SCREENS: [(u32, u32, &str); 4] =

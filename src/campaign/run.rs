@@ -1,11 +1,10 @@
 //! Running a campaign: its inputs, the folder that it goes to, and its trials spread over cores.
 
 use crate::assets::{self, Kind, Source};
-use crate::campaign::gate_spec::GateSpec;
-use crate::campaign::no_step::NoStep;
-use crate::campaign::parts::{BLOCK_TRIALS, Folder, Manifest};
-use crate::campaign::sequential::next_look;
-use crate::campaign::{Campaign, Row, Shard, trial};
+use crate::campaign::ask::no_step::NoStep;
+use crate::campaign::store::parts::{BLOCK_TRIALS, Folder, Manifest};
+use crate::campaign::verdict::gate_spec::GateSpec;
+use crate::campaign::{Campaign, Row, Shard, ask::trial};
 use crate::control::Design;
 use crate::episode;
 use crate::error::{Error, Result};
@@ -13,6 +12,7 @@ use crate::files::{build_id, sha256_hex, write_atomic};
 use crate::lipm::gains::GainSet;
 use crate::lipm::variant::Entry;
 use crate::robot::Robot;
+use crate::stats::sequential::next_look;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::path::Path;
@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 /// A campaign whose inputs are read and checked, not yet designed for.
 pub struct Plan {
     pub manifest: Manifest,
-    pub(super) robot: Robot,
+    pub(crate) robot: Robot,
     no_step: NoStep,
     gains: Vec<GainSet>,
     /// Inputs that are not compiled in: name in the result folder, text.
@@ -204,7 +204,7 @@ impl Plan {
     }
 
     /// Designs for every gain set, and warns of those that are dubious.
-    pub(super) fn designs(&self) -> Result<Vec<Design>> {
+    pub(crate) fn designs(&self) -> Result<Vec<Design>> {
         let control_period_s = self.manifest.campaign.episode.control_period_s;
         let design = |set| Design::new(&self.robot, set, control_period_s);
         let designs: Vec<Design> = self.gains.par_iter().map(design).collect::<Result<_>>()?;
@@ -239,7 +239,7 @@ impl Plan {
 }
 
 /// Threads to work with; 0: one per core.
-pub(super) fn pool(threads: usize) -> Result<ThreadPool> {
+pub(crate) fn pool(threads: usize) -> Result<ThreadPool> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map_err(|e| Error::Numeric { what: "threads".into(), problem: e.to_string() })
 }
@@ -306,7 +306,7 @@ impl Block {
 mod tests {
     use super::*;
     use crate::campaign::Overrides;
-    use crate::campaign::gates::Gates;
+    use crate::campaign::verdict::gates::Gates;
 
     fn plan(set: &[&str]) -> Plan {
         let short = ["episode.horizon_s=0.4", "episode.judge.standing_time_s=0.1", "push.start_s=0.05"];

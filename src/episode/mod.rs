@@ -6,6 +6,7 @@ pub mod film;
 pub mod footsteps;
 pub mod imposed;
 mod referee;
+pub mod response;
 mod slip;
 pub mod snapshot;
 

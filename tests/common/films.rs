@@ -4,7 +4,7 @@ use super::browser::Page;
 use super::{Bench, config, push};
 use serde_json::{Value, json};
 use standfast::episode::{Disturbance, EpisodeConfig, Film};
-use standfast::report::replay::{Head, page};
+use standfast::render::replay::{Head, page};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;

@@ -1,7 +1,7 @@
 //! The push that the next press of its key gives.
 
 use crate::error::{Error, Result};
-use crate::report::scale::{Scale, round};
+use crate::render::scale::{Scale, round};
 use crate::view::ViewArgs;
 
 /// For a robot of UT-mu2's size: the push at the start, the largest one, and by how much a key makes it harder (N s).
@@ -60,7 +60,7 @@ fn wrapped(heading_deg: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::scale::tests::THRICE;
+    use crate::render::scale::tests::THRICE;
     use crate::robot::Robot;
     use clap::Parser;
 

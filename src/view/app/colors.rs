@@ -1,7 +1,7 @@
 //! Colours of the window: those of the palette that pictures and replays have too, and of what is around the robot.
 
 use super::mesh::Rgb;
-use crate::report::palette::Overlay;
+use crate::render::palette::Overlay;
 use kiss3d::color::Color;
 use kiss3d::egui::Color32;
 

@@ -8,8 +8,8 @@ use super::pick::Sight;
 use super::scene;
 use crate::episode::Snapshot;
 use crate::episode::snapshot::Arrow;
-use crate::report::palette::Overlay;
-use crate::report::scale::Scale;
+use crate::render::palette::Overlay;
+use crate::render::scale::Scale;
 use crate::robot::Foot;
 use crate::sim::Ground;
 use kiss3d::camera::Camera3d;
@@ -246,7 +246,7 @@ impl Marks<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::scale::tests::THRICE;
+    use crate::render::scale::tests::THRICE;
 
     #[test]
     fn a_line_of_sight_goes_through_what_is_seen_there() {

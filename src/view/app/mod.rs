@@ -21,8 +21,8 @@ mod window;
 mod world;
 
 use crate::error::{Error, Result};
-use crate::report::check_output;
-use crate::report::scale::Scale;
+use crate::render::check_output;
+use crate::render::scale::Scale;
 use crate::view::ViewArgs;
 use aim::Aim;
 use clock::Clock;

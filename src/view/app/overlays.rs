@@ -1,6 +1,6 @@
 //! Which of the overlays are shown.
 
-use crate::report::palette::Overlay;
+use crate::render::palette::Overlay;
 
 /// One switch for each overlay.
 #[derive(Debug, Clone, Copy)]

@@ -8,8 +8,8 @@ use super::overlays::Shown;
 use super::plots::{self, SPAN_S, Trail};
 use super::scene;
 use crate::episode::Snapshot;
-use crate::report::palette::{Look, Overlay};
-use crate::report::scale::Scale;
+use crate::render::palette::{Look, Overlay};
+use crate::render::scale::Scale;
 use kiss3d::egui::{
     Align2, Area, Color32, Context, DragValue, Frame, Grid, Id, Margin, RichText, ScrollArea, Stroke, Ui, vec2,
 };

@@ -1,7 +1,7 @@
 //! A hand on the robot: which link is under the mouse (Parry's ray cast), and the spring by which it is dragged.
 
 use crate::episode::snapshot::Arrow;
-use crate::report::scale::Scale;
+use crate::render::scale::Scale;
 use crate::robot::{Kinematics, Pose, Robot, Shape};
 use crate::sim::Pull;
 use kiss3d::glamx::Vec3;
@@ -119,7 +119,7 @@ impl Grab {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::scale::tests::THRICE;
+    use crate::render::scale::tests::THRICE;
 
     fn standing() -> (Robot, Kinematics) {
         let robot = Robot::load("ut-mu2").unwrap();

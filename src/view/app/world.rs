@@ -1,7 +1,7 @@
 //! What is simulated live: robot, gain sets, and what disturbs the robot beside the person at the window.
 
 use crate::assets::DEFAULT_ROBOT;
-use crate::campaign::{Campaign, Overrides, trial};
+use crate::campaign::{Campaign, Overrides, ask::trial};
 use crate::control::Design;
 use crate::episode::{Disturbance, EpisodeConfig};
 use crate::error::{Error, Result};

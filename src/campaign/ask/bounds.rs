@@ -1,0 +1,90 @@
+//! What each number of a campaign may be.
+
+use crate::campaign::ask::spec::PushSpec;
+use crate::episode::EpisodeConfig;
+use crate::error::{Error, Result};
+use crate::sim::Push;
+
+impl PushSpec {
+    pub(crate) fn check(&self, file: &str, horizon_s: f64) -> Result<()> {
+        let bounds = PushBounds::new(horizon_s);
+        self.impulse_n_s.check(file, "push.impulse_n_s", bounds.impulse_n_s)?;
+        self.heading_deg.check(file, "push.heading_deg", bounds.heading_deg)?;
+        self.height_m.check(file, "push.height_m", bounds.height_m)?;
+        self.duration_s.check(file, "push.duration_s", bounds.duration_s)?;
+        self.start_s.check(file, "push.start_s", bounds.start_s)
+    }
+}
+
+/// Smallest and largest accepted value of each quantity of a push.
+#[derive(Debug, Clone, Copy)]
+pub struct PushBounds {
+    pub impulse_n_s: [f64; 2],
+    pub heading_deg: [f64; 2],
+    pub height_m: [f64; 2],
+    pub duration_s: [f64; 2],
+    pub start_s: [f64; 2],
+}
+
+impl PushBounds {
+    /// A push starts in the first half of the episode and may last for a quarter of it, so that it is always over
+    /// before the horizon and time is left to settle.
+    pub fn new(horizon_s: f64) -> Self {
+        Self {
+            impulse_n_s: [0.0, 1e4],
+            heading_deg: [-360.0, 360.0],
+            height_m: [-10.0, 10.0],
+            duration_s: [1e-3, horizon_s / 4.0],
+            start_s: [0.0, horizon_s / 2.0],
+        }
+    }
+
+    /// Checks one push; `file` is whose values they are.
+    pub fn check(&self, file: &str, push: &Push) -> Result<()> {
+        for (field, value, [least, most]) in [
+            ("push.impulse_n_s", push.impulse_n_s, self.impulse_n_s),
+            ("push.heading_deg", push.heading_deg, self.heading_deg),
+            ("push.height_m", push.height_m, self.height_m),
+            ("push.duration_s", push.duration_s, self.duration_s),
+            ("push.start_s", push.start_s, self.start_s),
+        ] {
+            if !(least..=most).contains(&value) {
+                return Err(Error::value(file, field, value, "out of range", format!("{least} to {most}")));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Checks periods, horizon and thresholds of an episode; `file` is whose values they are.
+pub fn check_episode(file: &str, episode: &EpisodeConfig) -> Result<()> {
+    let positive = |field: &str, value: f64, most: f64| {
+        let ok = value > 0.0 && value <= most;
+        let accepted = || format!("more than 0, at most {most}");
+        if ok { Ok(()) } else { Err(Error::value(file, field, value, "out of range", accepted())) }
+    };
+    positive("episode.horizon_s", episode.horizon_s, 3600.0)?;
+    positive("episode.control_period_s", episode.control_period_s, 0.1)?;
+    positive("episode.physics_step_s", episode.physics_step_s, episode.control_period_s)?;
+    let substeps = episode.control_period_s / episode.physics_step_s;
+    if (substeps - substeps.round()).abs() > 1e-6 {
+        let accepted = format!("episode.control_period_s = {} over a whole number", episode.control_period_s);
+        let problem = "does not divide the control period";
+        return Err(Error::value(file, "episode.physics_step_s", episode.physics_step_s, problem, accepted));
+    }
+    let judge = &episode.judge;
+    positive("episode.judge.fallen_tilt_deg", judge.fallen_tilt_deg, 180.0)?;
+    positive("episode.judge.standing_tilt_deg", judge.standing_tilt_deg, judge.fallen_tilt_deg)?;
+    positive("episode.judge.standing_com_speed_m_s", judge.standing_com_speed_m_s, 10.0)?;
+    positive("episode.judge.standing_time_s", judge.standing_time_s, episode.horizon_s)?;
+    positive("episode.judge.fallen_com_height_ratio", judge.fallen_com_height_ratio, 1.0)?;
+    positive("episode.judge.home_radius_m", judge.home_radius_m, 10.0)
+}
+
+/// Checks that a number is in a range; `accepted` says which.
+pub(crate) fn within(file: &str, field: &str, value: f64, least: f64, most: f64, accepted: &str) -> Result<()> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    Err(Error::value(file, field, value, "out of range", accepted))
+}

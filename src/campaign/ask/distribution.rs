@@ -1,0 +1,115 @@
+//! How a quantity of a campaign is drawn, as a TOML file has it.
+
+use crate::campaign::ask::bounds::within;
+use crate::error::Result;
+use serde::Serialize;
+use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
+use std::fmt;
+
+/// How a quantity is drawn: `2.5`, `{ uniform = [a, b] }` or `{ normal = [mean, sd] }`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Distribution {
+    Constant(f64),
+    Uniform {
+        uniform: [f64; 2],
+    },
+    /// Drawn again while the quantity would be out of its bounds (a negative impulse, say).
+    Normal {
+        normal: [f64; 2],
+    },
+}
+
+impl Distribution {
+    /// The mean of what is drawn (of a normal one, as if nothing were drawn again).
+    pub fn mean(&self) -> f64 {
+        match *self {
+            Distribution::Constant(value) => value,
+            Distribution::Uniform { uniform: [a, b] } => (a + b) / 2.0,
+            Distribution::Normal { normal: [mean, _] } => mean,
+        }
+    }
+
+    /// Whether the same is drawn every time.
+    pub fn is_constant(&self) -> bool {
+        match *self {
+            Distribution::Constant(_) => true,
+            Distribution::Uniform { uniform: [a, b] } => a == b,
+            Distribution::Normal { normal: [_, sd] } => sd == 0.0,
+        }
+    }
+
+    /// Checks that what is drawn is in `[least, most]`; a normal one, its mean.
+    pub(crate) fn check(&self, file: &str, field: &str, [least, most]: [f64; 2]) -> Result<()> {
+        let accepted = format!("{least} to {most}");
+        match *self {
+            Distribution::Constant(value) => within(file, field, value, least, most, &accepted),
+            Distribution::Uniform { uniform: [a, b] } => {
+                let field = format!("{field}.uniform");
+                within(file, &field, a, least, most, &accepted)?;
+                within(file, &field, b, a, most, &format!("{a} to {most}, the smaller number first"))
+            }
+            Distribution::Normal { normal: [mean, sd] } => {
+                let field = format!("{field}.normal");
+                within(file, &field, mean, least, most, &accepted)?;
+                within(file, &field, sd, 0.0, 1e6, "a standard deviation that is not negative")
+            }
+        }
+    }
+
+    /// Largest value that is drawn, if it has to be at most `most`.
+    pub(crate) fn most(&self, [_, most]: [f64; 2]) -> f64 {
+        match *self {
+            Distribution::Constant(value) => value,
+            Distribution::Uniform { uniform: [_, b] } => b,
+            Distribution::Normal { .. } => most,
+        }
+    }
+}
+
+impl fmt::Display for Distribution {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Distribution::Constant(value) => write!(f, "{value}"),
+            Distribution::Uniform { uniform: [a, b] } => write!(f, "uniform {a} to {b}"),
+            Distribution::Normal { normal: [mean, sd] } => write!(f, "normal {mean} +- {sd}"),
+        }
+    }
+}
+
+// By hand, because the error of a derived untagged enum names neither the key nor what would be accepted.
+impl<'de> Deserialize<'de> for Distribution {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Form;
+        impl<'de> Visitor<'de> for Form {
+            type Value = Distribution;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a number, { uniform = [a, b] } or { normal = [mean, sd] }")
+            }
+            fn visit_f64<E>(self, value: f64) -> Result<Distribution, E> {
+                Ok(Distribution::Constant(value))
+            }
+            fn visit_i64<E>(self, value: i64) -> Result<Distribution, E> {
+                Ok(Distribution::Constant(value as f64))
+            }
+            fn visit_u64<E>(self, value: u64) -> Result<Distribution, E> {
+                Ok(Distribution::Constant(value as f64))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Distribution, A::Error> {
+                let Some(key) = map.next_key::<String>()? else {
+                    return Err(de::Error::invalid_length(0, &self));
+                };
+                let distribution = match key.as_str() {
+                    "uniform" => Distribution::Uniform { uniform: map.next_value()? },
+                    "normal" => Distribution::Normal { normal: map.next_value()? },
+                    other => return Err(de::Error::unknown_field(other, &["uniform", "normal"])),
+                };
+                match map.next_key::<String>()? {
+                    None => Ok(distribution),
+                    Some(_) => Err(de::Error::invalid_length(2, &self)),
+                }
+            }
+        }
+        deserializer.deserialize_any(Form)
+    }
+}

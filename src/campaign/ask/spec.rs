@@ -1,0 +1,370 @@
+//! What a campaign is: robot, gain sets, how many pushes, and from which distributions they are drawn.
+
+use crate::assets::{self, Kind};
+use crate::campaign::ask::bounds::{PushBounds, check_episode, within};
+use crate::campaign::ask::distribution::Distribution;
+use crate::campaign::ask::vary::{self, SecondPushSpec, VariationSpec};
+use crate::campaign::store::parts::BLOCK_TRIALS;
+use crate::campaign::verdict::gate_spec::GateSpec;
+use crate::episode::EpisodeConfig;
+use crate::error::{Error, Result};
+use crate::lipm::GainSet;
+use crate::lipm::variant::{self, Entry};
+use crate::sim::{Profile, Push};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// A campaign, as its TOML file has it and with nothing left open.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Campaign {
+    /// Also the name of the default result folder: letters, digits, `-`, `_`, `.`.
+    pub name: String,
+    /// A name that is compiled in, or the path of a URDF (in a file: relative to that file).
+    #[serde(default = "default_robot")]
+    pub robot: String,
+    /// Names that are compiled in, or paths, as for the robot, or variants of these
+    /// ([`NAME:KEY=VALUE`](crate::lipm::variant)). Every set meets the same pushes.
+    #[serde(default = "default_gains")]
+    pub gains: Vec<String>,
+    /// Count of pushes; each gain set meets all of them.
+    pub trials: u64,
+    /// Seed of every random number (TOML integers end at 2^63 - 1).
+    pub seed: u64,
+    #[serde(default)]
+    pub episode: EpisodeConfig,
+    pub push: PushSpec,
+    #[serde(default)]
+    pub sensors: SensorSpec,
+    #[serde(default)]
+    pub second_push: SecondPushSpec,
+    #[serde(default)]
+    pub variations: VariationSpec,
+    #[serde(default)]
+    pub stopping: Stopping,
+    /// What a result must show to pass. No part of the configuration hash: the trials are the same without.
+    #[serde(default)]
+    pub gates: GateSpec,
+}
+
+/// When a campaign may end before all its trials are run.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Stopping {
+    /// End as soon as every gate is decided or, without gates, every pair of sets; `trials` is the most then.
+    pub until_resolved: bool,
+    /// A pair whose rates are sure to differ by less than this share is decided too: they are the same.
+    pub margin: f64,
+}
+
+impl Default for Stopping {
+    fn default() -> Self {
+        Self { until_resolved: false, margin: 0.02 }
+    }
+}
+
+/// Distributions of what makes a [`Push`]; the fields are those of `Push`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PushSpec {
+    pub impulse_n_s: Distribution,
+    #[serde(default = "default_heading")]
+    pub heading_deg: Distribution,
+    #[serde(default = "default_height")]
+    pub height_m: Distribution,
+    #[serde(default = "default_duration")]
+    pub duration_s: Distribution,
+    #[serde(default = "default_start")]
+    pub start_s: Distribution,
+    #[serde(default)]
+    pub profile: Profile,
+}
+
+/// Sensor errors in units of the robot's own noise; 0 and 0: ideal sensors.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SensorSpec {
+    /// White noise, one sample a control tick.
+    pub noise_scale: f64,
+    /// Standard deviation of a bias that is constant over an episode.
+    pub bias_scale: f64,
+}
+
+fn default_robot() -> String {
+    assets::DEFAULT_ROBOT.into()
+}
+fn default_gains() -> Vec<String> {
+    ["hold", "switching", "paper", "catch"].map(String::from).into()
+}
+fn default_heading() -> Distribution {
+    Distribution::Constant(Push::default().heading_deg)
+}
+fn default_height() -> Distribution {
+    Distribution::Constant(Push::default().height_m)
+}
+fn default_duration() -> Distribution {
+    Distribution::Constant(Push::default().duration_s)
+}
+fn default_start() -> Distribution {
+    Distribution::Constant(Push::default().start_s)
+}
+
+/// What a caller changes of a campaign, in the order in which it is applied.
+#[derive(Debug, Clone, Default)]
+pub struct Overrides {
+    /// `dotted.key=value`, the value in TOML (a bare word is a string).
+    pub set: Vec<String>,
+    pub trials: Option<u64>,
+    pub seed: Option<u64>,
+    /// Replaces the list unless empty; paths are relative to the working folder.
+    pub gains: Vec<String>,
+    /// Sweeps `SET:KEY=V1,V2,...`: their variants come after `gains`, instead of the campaign's own list.
+    pub vary: Vec<String>,
+    pub robot: Option<String>,
+    /// Gates beside the campaign's own.
+    pub gates: Vec<String>,
+    /// End when decided (and margin): see [`Stopping`].
+    pub until_resolved: bool,
+    pub margin: Option<f64>,
+}
+
+impl Campaign {
+    /// Opens a campaign by name or path, applies what the caller changes, and checks all values.
+    pub fn load(name_or_path: &str, overrides: &Overrides) -> Result<Campaign> {
+        let source = assets::open(Kind::Campaign, name_or_path)?;
+        let mut campaign: Campaign = assets::parse_toml(&source)?;
+        campaign.check(&source.file)?;
+        if !source.is_builtin() {
+            let folder = Path::new(&source.file).parent().unwrap_or(Path::new(""));
+            let moved = |name: &str| {
+                if assets::is_path(name) { folder.join(name).to_string_lossy().into_owned() } else { name.into() }
+            };
+            campaign.robot = moved(&campaign.robot);
+            for gains in &mut campaign.gains {
+                let entry = Entry::split(gains);
+                *gains = entry.with_base(&moved(entry.base));
+            }
+        }
+        for assignment in &overrides.set {
+            campaign = campaign.with(assignment)?;
+        }
+        campaign.trials = overrides.trials.unwrap_or(campaign.trials);
+        campaign.seed = overrides.seed.unwrap_or(campaign.seed);
+        if !(overrides.gains.is_empty() && overrides.vary.is_empty()) {
+            campaign.gains.clone_from(&overrides.gains);
+        }
+        for sweep in &overrides.vary {
+            campaign.gains.extend(variant::expand(sweep)?);
+        }
+        if let Some(robot) = &overrides.robot {
+            campaign.robot.clone_from(robot);
+        }
+        campaign.gates.add(&overrides.gates);
+        campaign.stopping.until_resolved |= overrides.until_resolved;
+        campaign.stopping.margin = overrides.margin.unwrap_or(campaign.stopping.margin);
+        campaign.check("command line")?;
+        if campaign.stopping.until_resolved {
+            // Whole parts, so that it can be taken up again with other counts.
+            campaign.trials = campaign.trials.next_multiple_of(BLOCK_TRIALS);
+        }
+        Ok(campaign)
+    }
+
+    /// Error: it has no trial of that number.
+    pub fn check_trial(&self, trial: u64) -> Result<()> {
+        if trial < self.trials {
+            return Ok(());
+        }
+        let accepted = format!("0 to {}", self.trials.saturating_sub(1));
+        Err(Error::value("arguments", "--trial", trial, "the campaign has no such trial", accepted))
+    }
+
+    /// The campaign with `dotted.key=value` applied. Errors: no such key, or a value of a wrong type.
+    pub fn with(&self, assignment: &str) -> Result<Campaign> {
+        let Some((key, text)) = assignment.split_once('=').map(|(k, v)| (k.trim(), v.trim())) else {
+            return Err(Error::value("--set", assignment, "", "no `=`", "key=value, e.g. push.height_m=0.1"));
+        };
+        let mut root = toml::Value::try_from(self).map_err(|e| Error::Syntax {
+            file: "campaign".into(), //
+            message: e.to_string(),
+        })?;
+        let at = assets::place(&mut root, key)
+            .map_err(|missing| Error::value("--set", key, text, "unknown key", missing.accepted))?;
+        let kind = if at.is_table() { "a table" } else { at.type_str() };
+        let accepted = format!("{kind}, as now: {}", at.to_string().trim().replace('\n', "; "));
+        *at = assets::toml_value(text);
+        root.try_into::<Campaign>().map_err(|e| Error::value("--set", key, text, e.message().trim_end(), accepted))
+    }
+
+    /// What to load for a gain set that is called by its name in the results, by that of a file (also as the base of a
+    /// variant that is not listed), or as the list has it; anything else stays what it is.
+    pub fn gains_named(&self, name: &str) -> String {
+        let listed = self.gains.iter().find(|gains| {
+            let is_variant = Entry::split(gains).change.is_some();
+            *gains == name || is_variant && GainSet::load(gains).is_ok_and(|set| set.name == name)
+        });
+        if let Some(gains) = listed {
+            return gains.clone();
+        }
+        let wanted = Entry::split(name);
+        let of_that_name = |base: &&str| Path::new(base).file_stem().is_some_and(|stem| stem == wanted.base);
+        let base = self.gains.iter().map(|gains| Entry::split(gains).base).find(of_that_name);
+        wanted.with_base(base.unwrap_or(wanted.base))
+    }
+
+    /// The campaign as a TOML file; reads back to the same campaign, to the bit.
+    pub fn to_toml(&self) -> Result<String> {
+        toml::to_string(self).map_err(|e| Error::Syntax { file: "campaign".into(), message: e.to_string() })
+    }
+
+    /// What its first push may be.
+    pub fn push_bounds(&self) -> PushBounds {
+        let bounds = PushBounds::new(self.episode.horizon_s);
+        let start_s = [vary::earliest_push_s(&self.variations), bounds.start_s[1]];
+        PushBounds { start_s, ..bounds }
+    }
+
+    /// No push while the ground is on its way to a slope.
+    fn check_start(&self, file: &str) -> Result<()> {
+        let (start_s, [earliest, latest]) = (self.push.start_s, self.push_bounds().start_s);
+        start_s.check(file, "push.start_s", [earliest, latest]).map_err(|_| {
+            let problem = "the ground is still tilting to its slope (variations.slope_deg)";
+            let longer = if latest < earliest {
+                format!(", episode.horizon_s at least {}", 2.0 * earliest)
+            } else {
+                String::new()
+            };
+            Error::value(
+                file,
+                "push.start_s",
+                start_s,
+                problem,
+                format!("{earliest} to {}{longer}", latest.max(earliest)),
+            )
+        })
+    }
+
+    /// Checks every value; `file` is whose values they are.
+    pub fn check(&self, file: &str) -> Result<()> {
+        let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+        if self.name.is_empty() || self.name.starts_with('.') || !self.name.chars().all(plain) {
+            let accepted = "letters, digits, `-`, `_` and `.`, not first a `.`";
+            return Err(Error::value(file, "name", format!("{:?}", self.name), "not usable as a folder", accepted));
+        }
+        if self.gains.is_empty() {
+            return Err(Error::value(file, "gains", "[]", "no gain set", "one or more names or paths"));
+        }
+        // Trial indices share 64 bits with a number that says what is drawn: see `trial`.
+        within(file, "trials", self.trials as f64, 1.0, 1e9, "1 to 1e9")?;
+        if self.seed > i64::MAX as u64 {
+            return Err(Error::value(file, "seed", self.seed, "too large", "0 to 2^63 - 1"));
+        }
+        check_episode(file, &self.episode)?;
+        let horizon_s = self.episode.horizon_s;
+        self.push.check(file, horizon_s)?;
+        self.second_push.check(file, &self.push, horizon_s)?;
+        vary::check(&self.variations, file)?;
+        self.check_start(file)?;
+        within(file, "sensors.noise_scale", self.sensors.noise_scale, 0.0, 1e3, "0 to 1000")?;
+        within(file, "sensors.bias_scale", self.sensors.bias_scale, 0.0, 1e3, "0 to 1000")?;
+        within(file, "stopping.margin", self.stopping.margin, 0.0, 1.0, "0 to 1: a share, not percent")?;
+        self.gates.check(file)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn load(text: &str) -> Result<Campaign> {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("c.toml");
+        std::fs::write(&path, text).unwrap();
+        Campaign::load(path.to_str().unwrap(), &Overrides::default())
+    }
+
+    const SMALL: &str = "name = 'c'\ntrials = 3\nseed = 1\n[push]\nimpulse_n_s = 2\n";
+
+    #[test]
+    fn builtin_campaigns_load_and_survive_a_round_trip() {
+        for name in Kind::Campaign.names() {
+            let overrides =
+                Overrides { set: vec!["push.height_m={normal=[0.01, 0.003]}".into()], ..Default::default() };
+            let campaign = Campaign::load(name, &overrides).unwrap();
+            assert_eq!(campaign.name, name);
+            assert_eq!(load(&campaign.to_toml().unwrap()).unwrap(), campaign);
+        }
+    }
+
+    #[test]
+    fn what_is_left_out_has_the_defaults_of_a_push() {
+        let campaign = load(SMALL).unwrap();
+        assert_eq!(campaign.robot, "ut-mu2");
+        assert_eq!(campaign.gains, ["hold", "switching", "paper", "catch"]);
+        assert_eq!(campaign.push.impulse_n_s, Distribution::Constant(2.0));
+        assert_eq!(campaign.push.duration_s, Distribution::Constant(0.05));
+        assert_eq!(campaign.sensors, SensorSpec::default());
+    }
+
+    #[test]
+    fn errors_name_the_key_and_what_is_accepted() {
+        for (bad, expected) in [
+            ("impulse_n_s = -1", vec!["c.toml", "push.impulse_n_s = -1", "0 to 10000"]),
+            ("impulse_n_s = nan", vec!["push.impulse_n_s = NaN"]),
+            ("impulse_n_s = 'hard'", vec!["impulse_n_s", "{ uniform = [a, b] }"]),
+            ("impulse_n_s = { unifrom = [1, 2] }", vec!["unifrom", "`uniform` or `normal`"]),
+            ("impulse_n_s = { uniform = [2, 1] }", vec!["push.impulse_n_s.uniform = 1", "smaller number first"]),
+            ("impulse_n_s = { uniform = [1, 2], normal = [1, 2] }", vec!["expected a number"]),
+            ("impulse_n_s = 1\nduration_s = 0", vec!["push.duration_s = 0", "0.001 to 1.5"]),
+            ("impulse_n_s = 1\nangle = 0", vec!["unknown field `angle`", "heading_deg"]),
+        ] {
+            let message = load(&SMALL.replace("impulse_n_s = 2", bad)).unwrap_err().to_string();
+            for part in expected {
+                assert!(message.contains(part), "{bad}: {part:?} not in {message:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn steps_that_do_not_fit_are_refused() {
+        let bad = format!("{SMALL}[episode]\nphysics_step_s = 0.0015\n");
+        let message = load(&bad).unwrap_err().to_string();
+        assert!(message.contains("episode.physics_step_s = 0.0015"), "{message}");
+    }
+
+    #[test]
+    fn set_walks_dotted_keys() {
+        let campaign = load(SMALL).unwrap();
+        let changed = campaign.with("push.impulse_n_s={uniform=[1, 2]}").unwrap();
+        assert_eq!(changed.push.impulse_n_s, Distribution::Uniform { uniform: [1.0, 2.0] });
+        assert_eq!(campaign.with("robot=other.urdf").unwrap().robot, "other.urdf");
+        assert_eq!(campaign.with("episode.judge.fallen_tilt_deg=45").unwrap().episode.judge.fallen_tilt_deg, 45.0);
+        assert_eq!(campaign.with("gains=['hold']").unwrap().gains, ["hold"]);
+    }
+
+    #[test]
+    fn set_refuses_what_it_does_not_know() {
+        let campaign = load(SMALL).unwrap();
+        for (bad, expected) in [
+            ("push.impulse=1", "push.impulse_n_s"),
+            ("pushes.impulse_n_s=1", "sensors"),
+            ("trials=many", "integer"),
+            ("trials.x=1", "accepted: trials"),
+            ("trials", "key=value"),
+        ] {
+            let message = campaign.with(bad).unwrap_err().to_string();
+            assert!(message.contains("--set") && message.contains(expected), "{bad}: {message}");
+        }
+    }
+
+    #[test]
+    fn paths_in_a_file_are_relative_to_it_and_names_are_not() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("c.toml");
+        std::fs::write(&path, format!("robot = 'r/a.urdf'\ngains = ['hold', 'mine.toml']\n{SMALL}")).unwrap();
+        let campaign = Campaign::load(path.to_str().unwrap(), &Overrides::default()).unwrap();
+        assert_eq!(campaign.robot, dir.path().join("r/a.urdf").to_str().unwrap());
+        assert_eq!(campaign.gains[0], "hold");
+        assert_eq!(campaign.gains[1], dir.path().join("mine.toml").to_str().unwrap());
+    }
+}

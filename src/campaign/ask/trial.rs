@@ -1,0 +1,278 @@
+//! One trial: what is drawn for it is a function of (campaign seed, trial index) alone.
+//!
+//! Each quantity has its own ChaCha8 stream, numbered by trial and quantity. So a trial does not depend on which
+//! trials ran before it, and a quantity that becomes random, or a new one, changes no other.
+
+use crate::campaign::ask::vary::{self, SecondPushSpec};
+use crate::campaign::{Campaign, Distribution, PushBounds};
+use crate::episode::Disturbance;
+use crate::sim::{Push, Variation, sensors::SensorErrors};
+use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
+use rand_distr::StandardNormal;
+
+/// What a stream is for. Numbers are part of what a seed means: never reuse one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stream {
+    Impulse = 0,
+    Heading = 1,
+    Height = 2,
+    Duration = 3,
+    Start = 4,
+    Sensors = 16,
+    MassScale = 32,
+    TrunkComX = 33,
+    TrunkComY = 34,
+    Friction = 35,
+    Slope = 36,
+    SlopeHeading = 37,
+    GroundStep = 38,
+    KpScale = 39,
+    KdScale = 40,
+    TorqueScale = 41,
+    SpeedScale = 42,
+    Delay = 43,
+    SecondImpulse = 48,
+    SecondHeading = 49,
+    SecondAfter = 50,
+}
+
+const STREAMS: Variation<Stream> = Variation {
+    mass_scale: Stream::MassScale,
+    trunk_com_x_m: Stream::TrunkComX,
+    trunk_com_y_m: Stream::TrunkComY,
+    friction: Stream::Friction,
+    slope_deg: Stream::Slope,
+    slope_heading_deg: Stream::SlopeHeading,
+    ground_step_m: Stream::GroundStep,
+    kp_scale: Stream::KpScale,
+    kd_scale: Stream::KdScale,
+    torque_scale: Stream::TorqueScale,
+    speed_scale: Stream::SpeedScale,
+    delay_s: Stream::Delay,
+};
+
+/// The stream of one quantity in one trial.
+pub fn stream(seed: u64, trial: u64, what: Stream) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream((trial << 8) | what as u64);
+    rng
+}
+
+/// The first push of a trial.
+pub fn push(campaign: &Campaign, trial: u64) -> Push {
+    let spec = &campaign.push;
+    let bounds = campaign.push_bounds();
+    let draw = |distribution, bounds, what| draw(distribution, bounds, &mut stream(campaign.seed, trial, what));
+    Push {
+        impulse_n_s: draw(spec.impulse_n_s, bounds.impulse_n_s, Stream::Impulse),
+        heading_deg: draw(spec.heading_deg, bounds.heading_deg, Stream::Heading),
+        height_m: draw(spec.height_m, bounds.height_m, Stream::Height),
+        duration_s: draw(spec.duration_s, bounds.duration_s, Stream::Duration),
+        start_s: draw(spec.start_s, bounds.start_s, Stream::Start),
+        profile: spec.profile,
+    }
+}
+
+/// The second push of a trial, of which `first` is the first; None if the campaign has none.
+fn second_push(campaign: &Campaign, trial: u64, first: &Push) -> Option<Push> {
+    let spec = &campaign.second_push;
+    if !spec.is_any() {
+        return None;
+    }
+    let horizon_s = campaign.episode.horizon_s;
+    let bounds = PushBounds::new(horizon_s);
+    let draw = |distribution, bounds, what| draw(distribution, bounds, &mut stream(campaign.seed, trial, what));
+    let after_s = draw(spec.after_s, SecondPushSpec::after_bounds(&campaign.push, horizon_s), Stream::SecondAfter);
+    Some(Push {
+        impulse_n_s: draw(spec.impulse_n_s, bounds.impulse_n_s, Stream::SecondImpulse),
+        heading_deg: draw(spec.heading_deg, bounds.heading_deg, Stream::SecondHeading),
+        start_s: first.end_s() + after_s,
+        ..*first
+    })
+}
+
+/// All pushes of a trial, in order of time.
+pub fn pushes(campaign: &Campaign, trial: u64) -> Vec<Push> {
+    let first = push(campaign, trial);
+    std::iter::once(first).chain(second_push(campaign, trial, &first)).collect()
+}
+
+/// Robot and ground of a trial.
+pub fn variation(campaign: &Campaign, trial: u64) -> Variation {
+    let drawn = vary::drawn(&campaign.variations);
+    drawn.zip(vary::BOUNDS).zip(STREAMS).map(|_, ((distribution, bounds), what)| {
+        distribution.map(|distribution| draw(distribution, bounds, &mut stream(campaign.seed, trial, what)))
+    })
+}
+
+/// Sensor errors of a trial; None if the campaign has ideal sensors.
+pub fn sensor_errors(campaign: &Campaign, trial: u64) -> Option<SensorErrors> {
+    let sensors = campaign.sensors;
+    if sensors.noise_scale == 0.0 && sensors.bias_scale == 0.0 {
+        return None;
+    }
+    let mut rng = stream(campaign.seed, trial, Stream::Sensors);
+    Some(SensorErrors {
+        noise_scale: sensors.noise_scale,
+        bias_scale: sensors.bias_scale,
+        normal: Box::new(move || rng.sample(StandardNormal)),
+    })
+}
+
+/// All that disturbs a trial: the same for every gain set, so that sets are compared in pairs.
+pub fn disturbance(campaign: &Campaign, trial: u64) -> Disturbance {
+    Disturbance {
+        pushes: pushes(campaign, trial),
+        sensor_errors: sensor_errors(campaign, trial),
+        variation: variation(campaign, trial),
+    }
+}
+
+/// Draws a quantity. A normal one is drawn again until it is in its bounds: the mean is, so about half of all draws
+/// are, at worst.
+fn draw(distribution: Distribution, [least, most]: [f64; 2], rng: &mut ChaCha8Rng) -> f64 {
+    match distribution {
+        Distribution::Constant(value) => value,
+        Distribution::Uniform { uniform: [a, b] } => a + (b - a) * rng.random::<f64>(),
+        Distribution::Normal { normal: [mean, sd] } => loop {
+            let value = mean + sd * rng.sample::<f64, _>(StandardNormal);
+            if (least..=most).contains(&value) {
+                return value;
+            }
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::Overrides;
+
+    fn campaign(set: &[&str]) -> Campaign {
+        let set = set.iter().map(|s| s.to_string()).collect();
+        Campaign::load("standard", &Overrides { set, seed: Some(7), ..Default::default() }).unwrap()
+    }
+
+    fn noise(campaign: &Campaign, trial: u64) -> Vec<f64> {
+        let mut errors = sensor_errors(campaign, trial).unwrap();
+        (0..8).map(|_| (errors.normal)()).collect()
+    }
+
+    #[test]
+    fn draws_are_the_same_on_every_machine_and_version() {
+        let mut rng = stream(7, 3, Stream::Impulse);
+        let campaign = campaign(&["push.impulse_n_s={uniform=[1,3]}"]);
+        assert_eq!(rng.random::<u64>(), 620569656280253422);
+        assert_eq!(push(&campaign, 3).impulse_n_s, 1.0672822969517632);
+        assert_eq!(noise(&campaign, 3)[..2], [-1.083990436553274, -0.8937256367380042]);
+    }
+
+    #[test]
+    fn a_trial_depends_on_no_other_and_on_the_seed() {
+        let campaign = campaign(&[]);
+        let forward: Vec<Push> = (0..50).map(|i| push(&campaign, i)).collect();
+        let fewer = Campaign { trials: 50, ..campaign.clone() };
+        for i in (0..50).rev() {
+            assert_eq!(push(&fewer, i), forward[i as usize]);
+        }
+        assert_ne!(forward[0].impulse_n_s, forward[1].impulse_n_s);
+        assert_ne!(noise(&campaign, 0), noise(&campaign, 1));
+        assert_ne!(push(&Campaign { seed: 8, ..campaign.clone() }, 0), forward[0]);
+    }
+
+    #[test]
+    fn one_quantity_more_changes_no_other() {
+        let before = campaign(&["push.height_m=0", "push.impulse_n_s=2"]);
+        let after = campaign(&["push.height_m={normal=[0, 0.02]}", "push.impulse_n_s={uniform=[1, 3]}"]);
+        for i in 0..20 {
+            let (a, b) = (push(&before, i), push(&after, i));
+            assert_ne!((a.height_m, a.impulse_n_s), (b.height_m, b.impulse_n_s));
+            assert_eq!(a, Push { height_m: a.height_m, impulse_n_s: a.impulse_n_s, ..b });
+            assert_eq!(noise(&before, i), noise(&after, i));
+        }
+    }
+
+    #[test]
+    fn draws_fill_their_range_and_stay_in_bounds() {
+        let campaign = campaign(&["push.impulse_n_s={normal=[0.5, 1]}", "push.heading_deg={uniform=[-180, 180]}"]);
+        let pushes: Vec<Push> = (0..2000).map(|i| push(&campaign, i)).collect();
+        assert!(pushes.iter().all(|p| p.impulse_n_s >= 0.0 && p.heading_deg.abs() <= 180.0));
+        let mean = pushes.iter().map(|p| p.heading_deg).sum::<f64>() / 2000.0;
+        // Five standard errors of the mean: 5 * 360 / sqrt(12 * 2000).
+        assert!(mean.abs() < 11.7, "{mean}");
+    }
+
+    /// Two values for each quantity, both within its bounds.
+    fn two_ranges(name: &str) -> [String; 2] {
+        let (_, [least, most]) = vary::BOUNDS.list().into_iter().find(|(field, _)| *field == name).unwrap();
+        let middle = 0.5 * (least + most);
+        [[least, middle], [middle, most]].map(|[a, b]| format!("variations.{name}={{uniform=[{a}, {b}]}}"))
+    }
+
+    #[test]
+    fn each_quantity_has_a_stream_of_its_own() {
+        let varied = |name: Option<&str>| {
+            let mut set = vec!["second_push={impulse_n_s={uniform=[0, 1]}, after_s={uniform=[0, 1]}}".to_string()];
+            for (field, _) in STREAMS.list() {
+                let [low, high] = two_ranges(field);
+                set.push(if name == Some(field) { high } else { low });
+            }
+            campaign(&set.iter().map(String::as_str).collect::<Vec<_>>())
+        };
+        let before = varied(None);
+        for (name, what) in STREAMS.list() {
+            let after = varied(Some(name));
+            for i in 0..5 {
+                let (a, b) = (variation(&before, i).list(), variation(&after, i).list());
+                assert!(a.iter().zip(&b).all(|(a, b)| (a.1 == b.1) == (a.0 != name)), "{name}: {a:?} {b:?}");
+                assert_eq!((pushes(&before, i), noise(&before, i)), (pushes(&after, i), noise(&after, i)));
+            }
+            let others = STREAMS.list().into_iter().filter(|&(_, other)| other == what).count();
+            assert_eq!(others, 1, "{name} shares its stream");
+        }
+        // No two quantities are drawn from the same numbers.
+        let shares = variation(&before, 0).zip(vary::BOUNDS).list();
+        let shares: Vec<f64> =
+            shares.iter().map(|(_, (v, [least, most]))| (v.unwrap() - least) / (most - least)).collect();
+        let different = |i: usize| shares[..i].iter().all(|other| (other - shares[i]).abs() > 1e-6);
+        assert!((0..shares.len()).all(different), "{shares:?}");
+    }
+
+    #[test]
+    fn the_standard_campaign_fills_its_ranges_and_nominal_varies_nothing() {
+        let standard = campaign(&[]);
+        let drawn: Vec<_> = (0..400).map(|i| variation(&standard, i).list()).collect();
+        for (k, (name, vary::Varied(distribution))) in standard.variations.list().into_iter().enumerate() {
+            let values = drawn.iter().map(|values| values[k].1);
+            let Some(Distribution::Uniform { uniform: [a, b] }) = distribution else {
+                assert!(values.into_iter().all(|value| value.is_none()), "{name}");
+                continue;
+            };
+            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+            for value in values {
+                (low, high) = (low.min(value.unwrap()), high.max(value.unwrap()));
+            }
+            let slack = 0.02 * (b - a);
+            assert!(low >= a && high <= b && low < a + slack && high > b - slack, "{name}: {low} to {high}");
+        }
+        let nominal = Campaign::load("nominal", &Overrides::default()).unwrap();
+        assert_eq!(variation(&nominal, 3), Variation::default());
+        assert!(sensor_errors(&nominal, 3).is_none() && pushes(&nominal, 3).len() == 1);
+    }
+
+    #[test]
+    fn a_second_push_comes_after_the_first() {
+        let campaign = campaign(&["second_push={impulse_n_s={uniform=[1, 2]}, after_s={normal=[0.5, 0.5]}}"]);
+        for i in 0..50 {
+            let [first, second] = pushes(&campaign, i)[..] else { panic!() };
+            assert!(second.start_s >= first.end_s() && second.end_s() <= 0.75 * 6.0 + 1e-9, "{first:?} {second:?}");
+            assert_eq!((second.height_m, second.duration_s), (first.height_m, first.duration_s));
+            assert_eq!(first, push(&campaign, i));
+        }
+    }
+
+    #[test]
+    fn no_noise_and_no_bias_are_ideal_sensors() {
+        assert!(sensor_errors(&campaign(&["sensors.noise_scale=0", "sensors.bias_scale=0"]), 0).is_none());
+    }
+}

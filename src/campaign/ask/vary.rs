@@ -1,0 +1,202 @@
+//! What a campaign varies beside the first push: robot and ground (`[variations]`), and a second push
+//! (`[second_push]`). The controller is told nothing of it.
+
+use crate::campaign::ask::spec::PushSpec;
+use crate::campaign::{Distribution, PushBounds};
+use crate::error::{Error, Result};
+use crate::sim::{Push, Variation, ground::TILTING_S};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+
+/// `[variations]`: a distribution for each quantity, or "nominal" (as left out): as the controller was designed for.
+/// A slope whose heading is nominal rises towards a heading drawn from all around.
+pub type VariationSpec = Variation<Varied>;
+
+/// How one quantity is drawn; None: not at all.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Varied(pub Option<Distribution>);
+
+/// What a file has in place of a distribution for a quantity that does not vary.
+const NOMINAL: &str = "nominal";
+
+/// Smallest and largest accepted value of each quantity.
+pub const BOUNDS: Variation<[f64; 2]> = Variation {
+    mass_scale: [0.5, 2.0],
+    trunk_com_x_m: [-0.05, 0.05],
+    trunk_com_y_m: [-0.05, 0.05],
+    friction: [0.01, 10.0],
+    slope_deg: [-15.0, 15.0],
+    slope_heading_deg: [-360.0, 360.0],
+    ground_step_m: [-0.05, 0.05],
+    kp_scale: [0.1, 10.0],
+    kd_scale: [0.1, 10.0],
+    torque_scale: [0.1, 10.0],
+    speed_scale: [0.1, 10.0],
+    delay_s: [0.0, 0.1],
+};
+
+/// Checks every distribution; `file` is whose values they are.
+pub(crate) fn check(spec: &VariationSpec, file: &str) -> Result<()> {
+    let fields = spec.zip(BOUNDS).list().into_iter();
+    let mut drawn = fields.filter_map(|(name, (Varied(distribution), bounds))| Some((name, distribution?, bounds)));
+    drawn.try_for_each(|(name, distribution, bounds)| distribution.check(file, &format!("variations.{name}"), bounds))
+}
+
+/// Where a slope rises to if nothing else is said.
+const ALL_AROUND_DEG: Distribution = Distribution::Uniform { uniform: [-180.0, 180.0] };
+
+/// Whether the ground is not always level.
+fn is_sloped(spec: &VariationSpec) -> bool {
+    spec.slope_deg.0.is_some_and(|distribution| !(distribution.is_constant() && distribution.mean() == 0.0))
+}
+
+/// What is drawn for each quantity: a slope always rises towards some heading, level ground towards none.
+pub(crate) fn drawn(spec: &VariationSpec) -> Variation<Option<Distribution>> {
+    let mut drawn = spec.map(|_, Varied(distribution)| distribution);
+    let heading = drawn.slope_heading_deg.unwrap_or(ALL_AROUND_DEG);
+    drawn.slope_heading_deg = is_sloped(spec).then_some(heading);
+    drawn
+}
+
+/// When the first push may start (s): not while the ground tilts to its slope ([`TILTING_S`]), for the robot would be
+/// pushed on another slope than the campaign says, and before it has found its way.
+pub fn earliest_push_s(spec: &VariationSpec) -> f64 {
+    if is_sloped(spec) { TILTING_S } else { 0.0 }
+}
+
+/// What varies and how, in words.
+pub fn described(spec: &VariationSpec) -> Vec<String> {
+    let fields = spec.list().into_iter();
+    fields.filter_map(|(name, Varied(distribution))| Some(format!("{name} {}", distribution?))).collect()
+}
+
+// By hand, because TOML has nothing for what is not there, and `--set` must find each key.
+impl Serialize for Varied {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match &self.0 {
+            Some(distribution) => distribution.serialize(serializer),
+            None => serializer.serialize_str(NOMINAL),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Varied {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let value = toml::Value::deserialize(deserializer)?;
+        if value.as_str() == Some(NOMINAL) {
+            return Ok(Varied(None));
+        }
+        let expected = |e: toml::de::Error| {
+            let problem = e.message().trim_end().to_string();
+            serde::de::Error::custom(format!("{problem}; or \"{NOMINAL}\""))
+        };
+        Distribution::deserialize(value).map(|distribution| Varied(Some(distribution))).map_err(expected)
+    }
+}
+
+/// `[second_push]`: distributions of a push that comes after the first, with its height, duration and profile.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SecondPushSpec {
+    /// 0: there is none.
+    pub impulse_n_s: Distribution,
+    pub heading_deg: Distribution,
+    /// From the end of the first push to the start of this one.
+    pub after_s: Distribution,
+}
+
+impl Default for SecondPushSpec {
+    fn default() -> Self {
+        Self {
+            impulse_n_s: Distribution::Constant(0.0),
+            heading_deg: Distribution::Constant(Push::default().heading_deg),
+            after_s: Distribution::Constant(1.0),
+        }
+    }
+}
+
+impl SecondPushSpec {
+    /// Whether there is a second push.
+    pub fn is_any(&self) -> bool {
+        self.impulse_n_s != Distribution::Constant(0.0)
+    }
+
+    /// Whether two trials can have different second pushes, their first being the same.
+    pub(crate) fn is_random(&self) -> bool {
+        self.is_any() && ![self.impulse_n_s, self.heading_deg, self.after_s].iter().all(Distribution::is_constant)
+    }
+
+    /// Accepted times after the first push: both are over in three quarters of the episode, as one alone is.
+    pub(crate) fn after_bounds(push: &PushSpec, horizon_s: f64) -> [f64; 2] {
+        let bounds = PushBounds::new(horizon_s);
+        let (start_s, duration_s) = (push.start_s.most(bounds.start_s), push.duration_s.most(bounds.duration_s));
+        [0.0, 0.75 * horizon_s - start_s - 2.0 * duration_s]
+    }
+
+    /// Checks the distributions, those of the first push (`push`) being right.
+    pub(crate) fn check(&self, file: &str, push: &PushSpec, horizon_s: f64) -> Result<()> {
+        if !self.is_any() {
+            return Ok(());
+        }
+        let bounds = PushBounds::new(horizon_s);
+        self.impulse_n_s.check(file, "second_push.impulse_n_s", bounds.impulse_n_s)?;
+        self.heading_deg.check(file, "second_push.heading_deg", bounds.heading_deg)?;
+        let after_s = Self::after_bounds(push, horizon_s);
+        if after_s[1] < after_s[0] {
+            let accepted = "a first push that starts earlier or is shorter, or a longer episode.horizon_s";
+            return Err(Error::value(file, "second_push", self, "leaves no time for it", accepted));
+        }
+        self.after_s.check(file, "second_push.after_s", after_s)
+    }
+}
+
+impl fmt::Display for SecondPushSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { impulse_n_s, heading_deg, after_s } = self;
+        write!(f, "impulse {impulse_n_s} N s, heading {heading_deg} deg, {after_s} s after the first")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::campaign::{Campaign, Overrides};
+
+    fn with(set: &str) -> Result<Campaign, String> {
+        let overrides = Overrides { set: vec![set.into()], ..Default::default() };
+        Campaign::load("nominal", &overrides).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn errors_name_the_quantity_and_what_is_accepted() {
+        for (bad, expected) in [
+            ("variations.mass_scale=0", vec!["variations.mass_scale = 0", "0.5 to 2"]),
+            ("variations.friction=0", vec!["variations.friction = 0", "0.01 to 10"]),
+            ("variations.trunk_com_x_m={uniform=[0, 0.1]}", vec!["variations.trunk_com_x_m.uniform = 0.1", "to 0.05"]),
+            ("variations.slope_deg={normal=[20, 1]}", vec!["variations.slope_deg.normal = 20", "-15 to 15"]),
+            ("variations.slope_deg=1", vec!["push.start_s = 0.5: the ground is still tilting", "accepted: 0.8 to 3"]),
+            ("variations.delay_s=1", vec!["variations.delay_s = 1", "0 to 0.1"]),
+            ("variations.ground_step_m=1", vec!["variations.ground_step_m = 1", "-0.05 to 0.05"]),
+            ("variations.kp_scale=nominl", vec!["variations.kp_scale", "{ uniform = [a, b] }", "nominal"]),
+            ("variations.mass_kg=1", vec!["variations.mass_kg", "variations.mass_scale"]),
+            ("second_push.impulse=1", vec!["second_push.impulse_n_s"]),
+            ("second_push={impulse_n_s=-1}", vec!["second_push.impulse_n_s = -1", "0 to 10000"]),
+            ("second_push={impulse_n_s=1, after_s=4}", vec!["second_push.after_s = 4", "0 to 3.9"]),
+        ] {
+            let message = with(bad).unwrap_err();
+            for part in expected {
+                assert!(message.contains(part), "{bad}: {part:?} not in {message:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_quantity_can_be_set_and_set_back() {
+        let nominal = with("push.start_s=1").unwrap();
+        for (name, _) in nominal.variations.list() {
+            let to = |value: f64| nominal.with(&format!("variations.{name}={value}")).unwrap();
+            let varied = [to(0.03), to(1.5)].into_iter().find(|varied| varied.check("test").is_ok()).unwrap();
+            assert_ne!(varied, nominal);
+            assert_eq!(varied.with(&format!("variations.{name}=nominal")).unwrap(), nominal, "{name}");
+        }
+    }
+}

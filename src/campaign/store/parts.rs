@@ -1,0 +1,397 @@
+//! What is finished of a campaign, on disk: a folder of parts, each a block of trials, and the join of them.
+//!
+//! A part is a CSV file (floats with all digits) and, written after it, a small marker with rows, range,
+//! configuration hash and content hash; a part counts as complete only if all of this matches. Parts do not know
+//! threads, shards or hosts, so any history of interruptions ends in the same bytes.
+
+use crate::campaign::verdict::compare::every_pair;
+use crate::campaign::verdict::gates::Gates;
+use crate::campaign::verdict::summary::Source;
+use crate::campaign::{Row, Summary, store::row};
+use crate::error::{Error, Result};
+use crate::files::{sha256_hex, shell_word, write_atomic};
+use crate::{campaign::Campaign, columns};
+use serde::{Deserialize, Serialize};
+use std::{fs, path::Path, path::PathBuf};
+
+/// Trials in a part (the last one of a campaign may have fewer).
+pub const BLOCK_TRIALS: u64 = 25;
+
+/// What is made of the parts, by this module and by `report`.
+pub const RESULT_FILES: [&str; 6] =
+    ["summary.json", "trials.parquet", "report.html", "summary.md", "junit.xml", "success.svg"];
+
+/// Folder of the pages that show trials, `trial-*.html`, beside them.
+pub const REPLAYS: &str = "replays";
+
+/// Whose folder it is: `parts/campaign.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Version of this program that wrote it.
+    pub standfast: String,
+    pub config_hash: String,
+    /// Of the program that ran last ([`build_id`](crate::files::build_id)); empty in a plan that has no folder.
+    #[serde(default)]
+    pub build: String,
+    /// SHA-256 of URDF and settings: results of other robots can be told apart.
+    #[serde(default)]
+    pub robot_sha256: String,
+    /// Names of the gain sets, in the order of the campaign.
+    pub sets: Vec<String>,
+    /// As resolved; also in `campaign.toml`.
+    pub campaign: Campaign,
+}
+
+/// Marker of a finished part.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Marker {
+    first_trial: u64,
+    trials: u64,
+    rows: usize,
+    config_hash: String,
+    sha256: String,
+}
+
+/// `parts/stopped.json`: where a campaign that ends when decided has ended.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Stopped {
+    trials: u64,
+    config_hash: String,
+}
+
+/// A result folder and whose it is.
+#[derive(Debug, Clone)]
+pub struct Folder {
+    pub path: PathBuf,
+    pub manifest: Manifest,
+}
+
+impl Folder {
+    /// What a folder holds: None if it does not exist or is empty. Errors: it holds something else.
+    pub fn open(path: &Path) -> Result<Option<Folder>> {
+        let empty = match fs::read_dir(path) {
+            Ok(mut entries) => entries.next().is_none(),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => true,
+            Err(source) => return Err(Error::Read { path: path.into(), source }),
+        };
+        if empty {
+            return Ok(None);
+        }
+        let file = path.join("parts/campaign.json");
+        let text = fs::read_to_string(&file).map_err(|e| Error::Parts {
+            path: path.into(),
+            problem: format!("not the folder of a campaign (parts/campaign.json: {e})"),
+        })?;
+        let manifest = serde_json::from_str(&text).map_err(|e| Error::Parts { path: file, problem: e.to_string() })?;
+        Ok(Some(Folder { path: path.into(), manifest }))
+    }
+
+    /// What a folder holds. Errors: no such folder, or nothing of a campaign in it.
+    pub fn existing(path: &Path) -> Result<Folder> {
+        Folder::open(path)?
+            .ok_or_else(|| Error::Parts { path: path.into(), problem: "no such folder, or an empty one".into() })
+    }
+
+    /// Whether what is there was made by another build of the program.
+    pub fn is_of_another_build(&self) -> bool {
+        Folder::open(&self.path).is_ok_and(|found| found.is_some_and(|f| f.manifest.build != self.manifest.build))
+    }
+
+    /// Count of trials that make the result: those of the campaign or, if it has ended when decided, up to there.
+    pub fn trials(&self) -> u64 {
+        let campaign = &self.manifest.campaign;
+        let stopped = || -> Option<Stopped> { serde_json::from_slice(&fs::read(self.stopped_path()).ok()?).ok() };
+        let valid = |s: &Stopped| s.config_hash == self.manifest.config_hash && s.trials <= campaign.trials;
+        let early = campaign.stopping.until_resolved.then(stopped).flatten().filter(valid);
+        early.map_or(campaign.trials, |stopped| stopped.trials)
+    }
+
+    /// Says that the campaign has ended after so many trials.
+    pub fn stop_at(&self, trials: u64) -> Result<()> {
+        let stopped = Stopped { trials, config_hash: self.manifest.config_hash.clone() };
+        write_atomic(&self.stopped_path(), serde_json::to_string(&stopped).map_err(json_error)?.as_bytes())
+    }
+
+    fn stopped_path(&self) -> PathBuf {
+        self.path.join("parts/stopped.json")
+    }
+
+    /// Count of blocks that make the result.
+    pub fn blocks(&self) -> u64 {
+        self.trials().div_ceil(BLOCK_TRIALS)
+    }
+
+    /// First trial of a block and the trial after its last.
+    pub fn range(&self, block: u64) -> (u64, u64) {
+        let first = block * BLOCK_TRIALS;
+        (first, (first + BLOCK_TRIALS).min(self.manifest.campaign.trials))
+    }
+
+    /// Blocks that are not complete, in order.
+    pub fn missing(&self) -> Vec<u64> {
+        (0..self.blocks()).filter(|&block| !self.has(block)).collect()
+    }
+
+    /// Whether a block is complete.
+    pub fn has(&self, block: u64) -> bool {
+        self.content(block).is_ok()
+    }
+
+    /// Writes whose folder it is: the manifest. Errors: the folder is not writable.
+    pub fn create(&self) -> Result<()> {
+        let mut text = serde_json::to_string_pretty(&self.manifest).map_err(json_error)?;
+        text.push('\n');
+        write_atomic(&self.path.join("parts/campaign.json"), text.as_bytes())
+    }
+
+    /// Commits a finished block: the part, then its marker. `rows` are sorted by trial, then set.
+    pub fn commit(&self, block: u64, rows: &[Row]) -> Result<()> {
+        let mut csv = csv::Writer::from_writer(Vec::new());
+        let path = self.part(block, "csv");
+        let fail = |e: csv::Error| Error::Write { path: path.clone(), source: std::io::Error::other(e) };
+        for row in rows {
+            csv.serialize(row).map_err(fail)?;
+        }
+        let bytes = csv.into_inner().map_err(|e| fail(e.into_error().into()))?;
+        let (first_trial, end) = self.range(block);
+        let marker = Marker {
+            first_trial,
+            trials: end - first_trial,
+            rows: rows.len(),
+            config_hash: self.manifest.config_hash.clone(),
+            sha256: sha256_hex(&bytes),
+        };
+        write_atomic(&path, &bytes)?;
+        write_atomic(&self.part(block, "json"), serde_json::to_string(&marker).map_err(json_error)?.as_bytes())
+    }
+
+    /// Rows of a block. Errors: missing, damaged, or of another campaign.
+    pub fn read(&self, block: u64) -> Result<Vec<Row>> {
+        let content = self.content(block)?;
+        let problem = |problem: String| Error::Parts { path: self.part(block, "csv"), problem };
+        let rows: Vec<Row> = csv::Reader::from_reader(content.as_slice())
+            .deserialize()
+            .collect::<Result<_, _>>()
+            .map_err(|e| problem(e.to_string()))?;
+        let (first, end) = self.range(block);
+        let expected = (first..end).flat_map(|trial| self.manifest.sets.iter().map(move |set| (trial, set)));
+        if rows.iter().map(|row| (row.trial, &row.set)).eq(expected) {
+            Ok(rows)
+        } else {
+            Err(problem("rows are not those of its trials and sets, once each and in order".into()))
+        }
+    }
+
+    /// All rows, sorted by trial, then by set in the order of the campaign. Errors: something is missing.
+    pub fn rows(&self) -> Result<Vec<Row>> {
+        let missing = self.missing();
+        if !missing.is_empty() {
+            let problem = format!(
+                "incomplete: {} of {} parts are missing or damaged (trials {}); to complete it, run: {}",
+                missing.len(),
+                self.blocks(),
+                self.trials_of(&missing),
+                self.resume_command(),
+            );
+            return Err(Error::Parts { path: self.path.clone(), problem });
+        }
+        self.first_rows(self.trials())
+    }
+
+    /// Rows of the first `trials` trials, which end with a block or the campaign. Errors: something is missing.
+    pub fn first_rows(&self, trials: u64) -> Result<Vec<Row>> {
+        let blocks = (0..trials.div_ceil(BLOCK_TRIALS)).map(|block| self.read(block));
+        Ok(blocks.collect::<Result<Vec<_>>>()?.concat())
+    }
+
+    /// Writes `trials.parquet` and `summary.json` from the parts, and gives what they hold.
+    pub fn join(&self, gates: &Gates) -> Result<(Summary, Vec<Row>)> {
+        let rows = self.rows()?;
+        let bytes = parquet(&rows)?;
+        let pairs = every_pair(self.manifest.sets.len());
+        let (manifest, trials_sha256) = (&self.manifest, sha256_hex(&bytes));
+        let summary = Summary::new(Source { manifest, rows: &rows, trials_sha256, pairs: &pairs, gates });
+        write_result(&self.path, &bytes, &summary)?;
+        self.write_campaign()?;
+        Ok((summary, rows))
+    }
+
+    /// Writes `campaign.toml`, by which all can be run again.
+    pub fn write_campaign(&self) -> Result<()> {
+        write_atomic(&self.path.join("campaign.toml"), self.manifest.campaign.to_toml()?.as_bytes())
+    }
+
+    /// Ranges of trials of some blocks, e.g. `0-49, 75-99`.
+    pub fn trials_of(&self, blocks: &[u64]) -> String {
+        let mut ranges: Vec<(u64, u64)> = Vec::new();
+        for (first, end) in blocks.iter().map(|&block| self.range(block)) {
+            match ranges.last_mut() {
+                Some(last) if last.1 == first => last.1 = end,
+                _ => ranges.push((first, end)),
+            }
+        }
+        let text: Vec<String> = ranges.iter().map(|(first, end)| format!("{first}-{}", end - 1)).collect();
+        text.join(", ")
+    }
+
+    /// The command that computes what is missing.
+    pub fn resume_command(&self) -> String {
+        let file = shell_word(&self.path.join("campaign.toml").display().to_string());
+        format!("standfast run {file} --out {}{}", shell_word(&self.path.display().to_string()), self.baseline_option())
+    }
+
+    /// The command that joins what is there.
+    pub fn merge_command(&self) -> String {
+        format!("standfast merge {}{}", shell_word(&self.path.display().to_string()), self.baseline_option())
+    }
+
+    /// What a command about this folder needs for its gates.
+    fn baseline_option(&self) -> &'static str {
+        if self.manifest.campaign.gates.ask_for_baseline(&self.manifest.sets) { " --baseline DIR" } else { "" }
+    }
+
+    /// Takes away what was made of the parts, before they become other ones.
+    pub fn remove_result(&self) -> Result<()> {
+        remove(&self.stopped_path())?;
+        RESULT_FILES.iter().try_for_each(|name| remove(&self.path.join(name)))?;
+        let Ok(pages) = fs::read_dir(self.path.join(REPLAYS)) else { return Ok(()) };
+        pages
+            .flatten()
+            .filter(|page| page.file_name().to_string_lossy().starts_with("trial-"))
+            .try_for_each(|page| remove(&page.path()))
+    }
+
+    fn part(&self, block: u64, extension: &str) -> PathBuf {
+        self.path.join(format!("parts/part-{block:06}.{extension}"))
+    }
+
+    /// Bytes of a complete part.
+    fn content(&self, block: u64) -> Result<Vec<u8>> {
+        let path = self.part(block, "csv");
+        let problem = |problem: String| Error::Parts { path: path.clone(), problem };
+        let marker = fs::read(self.part(block, "json")).map_err(|e| problem(format!("no marker: {e}")))?;
+        let content = fs::read(&path).map_err(|e| problem(e.to_string()))?;
+        let found: Marker = serde_json::from_slice(&marker).map_err(|e| problem(format!("marker: {e}")))?;
+        let (first_trial, end) = self.range(block);
+        let expected = Marker {
+            first_trial,
+            trials: end - first_trial,
+            rows: (end - first_trial) as usize * self.manifest.sets.len(),
+            config_hash: self.manifest.config_hash.clone(),
+            sha256: sha256_hex(&content),
+        };
+        if found == expected { Ok(content) } else { Err(problem("does not match its marker".into())) }
+    }
+}
+
+/// Removes a file if it is there.
+fn remove(path: &Path) -> Result<()> {
+    match fs::remove_file(path) {
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(Error::Write { path: path.into(), source }),
+        _ => Ok(()),
+    }
+}
+
+/// `trials.parquet`.
+pub(crate) fn parquet(rows: &[Row]) -> Result<Vec<u8>> {
+    let fail = |source| Error::Write { path: "trials.parquet".into(), source: std::io::Error::other(source) };
+    columns::parquet_bytes(&row::columns(rows)).map_err(fail)
+}
+
+/// Writes `trials.parquet` and `summary.json` to a folder.
+pub(crate) fn write_result(folder: &Path, trials: &[u8], summary: &Summary) -> Result<()> {
+    write_atomic(&folder.join("trials.parquet"), trials)?;
+    let mut text = serde_json::to_string_pretty(summary).map_err(json_error)?;
+    text.push('\n');
+    write_atomic(&folder.join("summary.json"), text.as_bytes())
+}
+
+fn json_error(e: serde_json::Error) -> Error {
+    Error::Syntax { file: "JSON".into(), message: e.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::Overrides;
+    use crate::campaign::store::row::tests::row;
+    use crate::episode::Outcome;
+
+    fn folder(path: &Path) -> Folder {
+        let overrides = Overrides { trials: Some(60), ..Default::default() };
+        let manifest = Manifest {
+            standfast: "0".into(),
+            config_hash: "abc".into(),
+            build: String::new(),
+            robot_sha256: String::new(),
+            sets: vec!["hold".into(), "fixed".into()],
+            campaign: Campaign::load("smoke", &overrides).unwrap(),
+        };
+        Folder { path: path.into(), manifest }
+    }
+
+    fn commit(folder: &Folder, block: u64) -> Vec<Row> {
+        let (first, end) = folder.range(block);
+        let outcomes = [Outcome::Fell, Outcome::Recovered, Outcome::Diverged, Outcome::TimedOut];
+        let rows: Vec<Row> = (first..end)
+            .flat_map(|t| ["hold", "fixed"].map(|set| row(t, set, t as f64 / 7.0, outcomes[t as usize % 4])))
+            .collect();
+        folder.commit(block, &rows).unwrap();
+        rows
+    }
+
+    #[test]
+    fn a_part_reads_back_to_the_bit() {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = folder(dir.path());
+        let rows = commit(&folder, 2);
+        assert_eq!(rows.len(), 20);
+        // Debug, since a peak is not a number here.
+        assert_eq!(format!("{:?}", folder.read(2).unwrap()), format!("{rows:?}"));
+    }
+
+    #[test]
+    fn a_join_needs_every_part_and_says_which_are_missing() {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = folder(dir.path());
+        folder.create().unwrap();
+        commit(&folder, 1);
+        assert_eq!(folder.missing(), [0, 2]);
+        let gates = Gates::new(&folder.manifest, None).unwrap();
+        let message = folder.join(&gates).unwrap_err().to_string();
+        assert!(message.contains("2 of 3 parts") && message.contains("trials 0-24, 50-59"), "{message}");
+        assert!(!dir.path().join("trials.parquet").exists());
+        commit(&folder, 0);
+        commit(&folder, 2);
+        assert_eq!(folder.join(&gates).unwrap().1.len(), 120);
+        assert_eq!(Folder::existing(dir.path()).unwrap().manifest, folder.manifest);
+    }
+
+    #[test]
+    fn a_flipped_byte_a_missing_marker_and_a_foreign_part_are_noticed() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut folder = folder(dir.path());
+        for block in 0..3 {
+            commit(&folder, block);
+        }
+        assert!(folder.missing().is_empty());
+        let part = folder.part(0, "csv");
+        let mut bytes = fs::read(&part).unwrap();
+        let last = bytes.len() - 2;
+        bytes[last] ^= 1;
+        fs::write(&part, bytes).unwrap();
+        fs::remove_file(folder.part(1, "json")).unwrap();
+        assert_eq!(folder.missing(), [0, 1]);
+        folder.manifest.config_hash = "other".into();
+        assert_eq!(folder.missing(), [0, 1, 2]);
+    }
+
+    #[test]
+    fn a_folder_of_something_else_is_not_opened() {
+        let dir = tempfile::tempdir().unwrap();
+        assert!(Folder::open(dir.path()).unwrap().is_none());
+        assert!(Folder::open(&dir.path().join("new")).unwrap().is_none());
+        fs::write(dir.path().join("thesis.tex"), "").unwrap();
+        assert!(Folder::open(dir.path()).is_err());
+    }
+}

@@ -1,0 +1,79 @@
+//! A trial of a finished campaign, to be run again and looked at: it follows from the campaign and its number alone.
+
+use crate::campaign::{Campaign, Folder, Overrides, Row, ask::trial};
+use crate::control::Design;
+use crate::episode::{Disturbance, EpisodeConfig, Outcome, Record};
+use crate::error::{Error, Result};
+use crate::lipm::gains::GainSet;
+use crate::robot::Robot;
+use std::path::Path;
+
+/// A trial of one gain set, ready to run.
+pub struct Replayed {
+    pub campaign: Campaign,
+    pub trial: u64,
+    /// Name of the gain set in the results.
+    pub set: String,
+    /// Those that the result has.
+    pub sets: Vec<String>,
+    pub robot: Robot,
+    pub design: Design,
+    /// As the campaign found it; None where it has not come so far, or its part is damaged.
+    pub row: Option<Row>,
+}
+
+impl Replayed {
+    /// Opens trial number `trial` of the result in `folder`. Without a set it is the first that did not recover, else the
+    /// first of all. Errors: no such trial or set, no campaign in that folder, or an input of it that is gone.
+    pub fn open(folder: &Path, trial: u64, set: Option<&str>) -> Result<Self> {
+        let found = Folder::existing(folder)?;
+        let (campaign, sets) = (&found.manifest.campaign, &found.manifest.sets);
+        campaign.check_trial(trial)?;
+        if let Some(name) = set.filter(|name| !sets.iter().any(|set| set == name)) {
+            return Err(Error::Unknown { what: "gain set", name: name.into(), accepted: sets.join(", ") });
+        }
+        let block = (0..found.blocks()).find(|&block| found.range(block).1 > trial);
+        let mut rows = block.and_then(|block| found.read(block).ok()).unwrap_or_default();
+        rows.retain(|row| row.trial == trial);
+        let lost = sets.iter().find(|set| rows.iter().any(|r| r.set == **set && r.outcome != Outcome::Recovered));
+        let set = set.unwrap_or_else(|| lost.unwrap_or(&sets[0])).to_string();
+        let file = folder.join("campaign.toml");
+        let campaign = Campaign::load(&file.display().to_string(), &Overrides::default())?;
+        let robot = Robot::load(&campaign.robot)?;
+        let gains = GainSet::load(&campaign.gains_named(&set))?;
+        let design = Design::new(&robot, &gains, campaign.episode.control_period_s)?;
+        let row = rows.into_iter().find(|row| row.set == set);
+        Ok(Self { campaign, trial, set, sets: found.manifest.sets, robot, design, row })
+    }
+
+    /// How long it lasts, and by what it is judged.
+    pub fn config(&self) -> &EpisodeConfig {
+        &self.campaign.episode
+    }
+
+    /// What disturbs the robot; every call gives the same.
+    pub fn disturbance(&self) -> Disturbance {
+        trial::disturbance(&self.campaign, self.trial)
+    }
+
+    /// What to tell of a record of this trial, which may be of a run that went on after its end, that is not what the
+    /// campaign found; None if it is the same, or there is nothing to compare with.
+    pub fn difference(&self, record: &Record) -> Option<String> {
+        let row = self.row.as_ref()?;
+        let bits = |time_s: Option<f64>| time_s.map(f64::to_bits);
+        let goes_on = record.end_s > row.end_s;
+        let fell_at_s = record.fell_at_s.filter(|fell_s| !goes_on || *fell_s <= row.end_s);
+        let same_end = goes_on || (row.outcome, row.end_s.to_bits()) == (record.outcome, record.end_s.to_bits());
+        let settled_at_s = record.settled_at_s.or(row.settled_at_s.filter(|_| goes_on && record.fell_at_s.is_some()));
+        let same = same_end && bits(fell_at_s) == bits(row.fell_at_s) && bits(settled_at_s) == bits(row.settled_at_s);
+        let told = |outcome: Outcome, end_s: f64| format!("{} at {end_s:.3} s", outcome.name());
+        let [now, then] = [told(record.outcome, record.end_s), told(row.outcome, row.end_s)];
+        (!same).then(|| {
+            format!(
+                "trial {} of {} is not as it was: {now}, but {then} in the result, which another build of standfast has \
+                 made, or its inputs have changed",
+                self.trial, self.set
+            )
+        })
+    }
+}

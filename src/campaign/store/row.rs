@@ -1,0 +1,306 @@
+//! One row of the result: a trial under one gain set.
+
+#[cfg(doc)]
+use crate::campaign::ask::no_step::NoStep;
+use crate::columns::{Column, Data};
+use crate::episode::{Membership, Outcome, Record};
+use crate::robot::Foot;
+use crate::sim::{Profile, Push, Variation};
+use serde::{Deserialize, Serialize};
+
+/// A row of `trials.parquet`; units are in the names, angles in degrees, world frame.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// From 0; the same trial is the same push, robot, ground and noise for every set.
+    pub trial: u64,
+    /// Name of the gain set.
+    pub set: String,
+    pub impulse_n_s: f64,
+    /// Of the first push, over m omega d: see [`NoStep`]. None: the COM at home is not above the support.
+    pub impulse_over_m_omega_d: Option<f64>,
+    pub heading_deg: f64,
+    pub height_m: f64,
+    pub duration_s: f64,
+    pub start_s: f64,
+    pub profile: Profile,
+    /// Of the second push, which is otherwise as the first; None: there is none.
+    pub second_impulse_n_s: Option<f64>,
+    pub second_heading_deg: Option<f64>,
+    pub second_start_s: Option<f64>,
+    /// Robot and ground, as in [`Variation`]; None: as the controller was designed for.
+    pub mass_scale: Option<f64>,
+    pub trunk_com_x_m: Option<f64>,
+    pub trunk_com_y_m: Option<f64>,
+    pub friction: Option<f64>,
+    pub slope_deg: Option<f64>,
+    pub slope_heading_deg: Option<f64>,
+    pub ground_step_m: Option<f64>,
+    pub kp_scale: Option<f64>,
+    pub kd_scale: Option<f64>,
+    pub torque_scale: Option<f64>,
+    pub speed_scale: Option<f64>,
+    pub delay_s: Option<f64>,
+    pub outcome: Outcome,
+    /// The rest is as in [`Record`].
+    pub end_s: f64,
+    pub fell_at_s: Option<f64>,
+    pub fall_cause: Option<String>,
+    pub settled_at_s: Option<f64>,
+    pub home_at_s: Option<f64>,
+    pub peak_tilt_deg: f64,
+    pub peak_torque_n_m: f64,
+    pub peak_torque_ratio: f64,
+    pub torque_limited_s: f64,
+    pub peak_joint_speed_rad_s: f64,
+    pub peak_dcm_outside_m: f64,
+    pub peak_slip_m: f64,
+    pub left_sets_at_s: Option<f64>,
+    pub set_after_push: Option<Membership>,
+    pub cpi_margin_after_push: Option<f64>,
+    pub cpi_margin_after_push_est: Option<f64>,
+    pub gain_switches: u32,
+    /// Count of footsteps that were finished.
+    pub footsteps: u32,
+    /// The foot that was in the air at the fall, or at the end.
+    pub unfinished_footstep: Option<Foot>,
+}
+
+impl Row {
+    /// `pushes`: the first, and the second if there is one. `no_step_n_s`: m omega d of the first ([`NoStep`]).
+    pub fn new(
+        trial: u64,
+        set: &str,
+        pushes: &[Push],
+        no_step_n_s: Option<f64>,
+        variation: &Variation,
+        record: Record,
+    ) -> Self {
+        let (push, second) = (&pushes[0], pushes.get(1));
+        Self {
+            trial,
+            set: set.into(),
+            impulse_n_s: push.impulse_n_s,
+            impulse_over_m_omega_d: no_step_n_s.map(|bound_n_s| push.impulse_n_s / bound_n_s),
+            heading_deg: push.heading_deg,
+            height_m: push.height_m,
+            duration_s: push.duration_s,
+            start_s: push.start_s,
+            profile: push.profile,
+            second_impulse_n_s: second.map(|push| push.impulse_n_s),
+            second_heading_deg: second.map(|push| push.heading_deg),
+            second_start_s: second.map(|push| push.start_s),
+            mass_scale: variation.mass_scale,
+            trunk_com_x_m: variation.trunk_com_x_m,
+            trunk_com_y_m: variation.trunk_com_y_m,
+            friction: variation.friction,
+            slope_deg: variation.slope_deg,
+            slope_heading_deg: variation.slope_heading_deg,
+            ground_step_m: variation.ground_step_m,
+            kp_scale: variation.kp_scale,
+            kd_scale: variation.kd_scale,
+            torque_scale: variation.torque_scale,
+            speed_scale: variation.speed_scale,
+            delay_s: variation.delay_s,
+            outcome: record.outcome,
+            end_s: record.end_s,
+            fell_at_s: record.fell_at_s,
+            fall_cause: record.fall_cause,
+            settled_at_s: record.settled_at_s,
+            home_at_s: record.home_at_s,
+            peak_tilt_deg: record.peak_tilt_deg,
+            peak_torque_n_m: record.peak_torque_n_m,
+            peak_torque_ratio: record.peak_torque_ratio,
+            torque_limited_s: record.torque_limited_s,
+            peak_joint_speed_rad_s: record.peak_joint_speed_rad_s,
+            peak_dcm_outside_m: record.peak_dcm_outside_m,
+            peak_slip_m: record.peak_slip_m,
+            left_sets_at_s: record.left_sets_at_s,
+            set_after_push: record.set_after_push,
+            cpi_margin_after_push: record.cpi_margin_after_push,
+            cpi_margin_after_push_est: record.cpi_margin_after_push_est,
+            gain_switches: record.gain_switches,
+            footsteps: record.footsteps.len() as u32,
+            unfinished_footstep: record.unfinished_footstep.map(|lifted| lifted.foot),
+        }
+    }
+
+    /// What pushed it, in order of time.
+    pub fn pushes(&self) -> Vec<Push> {
+        let first = Push {
+            impulse_n_s: self.impulse_n_s,
+            heading_deg: self.heading_deg,
+            height_m: self.height_m,
+            duration_s: self.duration_s,
+            start_s: self.start_s,
+            profile: self.profile,
+        };
+        let second = || {
+            let (impulse_n_s, heading_deg) = (self.second_impulse_n_s?, self.second_heading_deg?);
+            Some(Push { impulse_n_s, heading_deg, start_s: self.second_start_s?, ..first })
+        };
+        std::iter::once(first).chain(second()).collect()
+    }
+
+    /// How its robot and ground differed from those designed for.
+    pub fn variation(&self) -> Variation {
+        Variation {
+            mass_scale: self.mass_scale,
+            trunk_com_x_m: self.trunk_com_x_m,
+            trunk_com_y_m: self.trunk_com_y_m,
+            friction: self.friction,
+            slope_deg: self.slope_deg,
+            slope_heading_deg: self.slope_heading_deg,
+            ground_step_m: self.ground_step_m,
+            kp_scale: self.kp_scale,
+            kd_scale: self.kd_scale,
+            torque_scale: self.torque_scale,
+            speed_scale: self.speed_scale,
+            delay_s: self.delay_s,
+        }
+    }
+
+    /// How hard the first push was: its impulse over m omega d or, where there is no d, in N s.
+    pub fn hardness(&self) -> f64 {
+        self.impulse_over_m_omega_d.unwrap_or(self.impulse_n_s)
+    }
+
+    /// Time at which the last push ends (s).
+    fn pushed_until_s(&self) -> f64 {
+        self.second_start_s.unwrap_or(self.start_s) + self.duration_s
+    }
+
+    /// Time from the end of the last push to standing (s); None unless recovered.
+    pub fn settling_s(&self) -> Option<f64> {
+        let settled_at_s = self.settled_at_s.filter(|_| self.outcome == Outcome::Recovered)?;
+        Some((settled_at_s - self.pushed_until_s()).max(0.0))
+    }
+
+    /// Time from the end of the last push to the COM being home for good (s); None unless recovered.
+    pub fn homing_s(&self) -> Option<f64> {
+        let home_at_s = self.home_at_s.filter(|_| self.outcome == Outcome::Recovered)?;
+        Some((home_at_s - self.pushed_until_s()).max(0.0))
+    }
+}
+
+/// Rows as columns, in the order of the fields.
+pub fn columns(rows: &[Row]) -> Vec<Column> {
+    let f64 = |get: fn(&Row) -> f64| Data::F64(rows.iter().map(get).collect());
+    let opt = |get: fn(&Row) -> Option<f64>| Data::OptF64(rows.iter().map(get).collect());
+    let int = |get: fn(&Row) -> i64| Data::I64(rows.iter().map(get).collect());
+    let text = |get: fn(&Row) -> String| Data::Text(rows.iter().map(get).collect());
+    [
+        ("trial", int(|r| r.trial as i64)),
+        ("set", text(|r| r.set.clone())),
+        ("impulse_n_s", f64(|r| r.impulse_n_s)),
+        ("impulse_over_m_omega_d", opt(|r| r.impulse_over_m_omega_d)),
+        ("heading_deg", f64(|r| r.heading_deg)),
+        ("height_m", f64(|r| r.height_m)),
+        ("duration_s", f64(|r| r.duration_s)),
+        ("start_s", f64(|r| r.start_s)),
+        ("profile", text(|r| profile_name(r.profile).into())),
+        ("second_impulse_n_s", opt(|r| r.second_impulse_n_s)),
+        ("second_heading_deg", opt(|r| r.second_heading_deg)),
+        ("second_start_s", opt(|r| r.second_start_s)),
+        ("mass_scale", opt(|r| r.mass_scale)),
+        ("trunk_com_x_m", opt(|r| r.trunk_com_x_m)),
+        ("trunk_com_y_m", opt(|r| r.trunk_com_y_m)),
+        ("friction", opt(|r| r.friction)),
+        ("slope_deg", opt(|r| r.slope_deg)),
+        ("slope_heading_deg", opt(|r| r.slope_heading_deg)),
+        ("ground_step_m", opt(|r| r.ground_step_m)),
+        ("kp_scale", opt(|r| r.kp_scale)),
+        ("kd_scale", opt(|r| r.kd_scale)),
+        ("torque_scale", opt(|r| r.torque_scale)),
+        ("speed_scale", opt(|r| r.speed_scale)),
+        ("delay_s", opt(|r| r.delay_s)),
+        ("outcome", text(|r| format!("{:?}", r.outcome))),
+        ("end_s", f64(|r| r.end_s)),
+        ("fell_at_s", opt(|r| r.fell_at_s)),
+        ("fall_cause", Data::OptText(rows.iter().map(|r| r.fall_cause.clone()).collect())),
+        ("settled_at_s", opt(|r| r.settled_at_s)),
+        ("home_at_s", opt(|r| r.home_at_s)),
+        ("peak_tilt_deg", f64(|r| r.peak_tilt_deg)),
+        ("peak_torque_n_m", f64(|r| r.peak_torque_n_m)),
+        ("peak_torque_ratio", f64(|r| r.peak_torque_ratio)),
+        ("torque_limited_s", f64(|r| r.torque_limited_s)),
+        ("peak_joint_speed_rad_s", f64(|r| r.peak_joint_speed_rad_s)),
+        ("peak_dcm_outside_m", f64(|r| r.peak_dcm_outside_m)),
+        ("peak_slip_m", f64(|r| r.peak_slip_m)),
+        ("left_sets_at_s", opt(|r| r.left_sets_at_s)),
+        ("set_after_push", Data::OptText(rows.iter().map(|r| r.set_after_push.map(|m| m.name().into())).collect())),
+        ("cpi_margin_after_push", opt(|r| r.cpi_margin_after_push)),
+        ("cpi_margin_after_push_est", opt(|r| r.cpi_margin_after_push_est)),
+        ("gain_switches", int(|r| r.gain_switches.into())),
+        ("footsteps", int(|r| r.footsteps.into())),
+        (
+            "unfinished_footstep",
+            Data::OptText(rows.iter().map(|r| r.unfinished_footstep.map(|foot| foot.name().into())).collect()),
+        ),
+    ]
+    .map(|(name, data)| Column::new(name, data))
+    .into()
+}
+
+/// As in a campaign file.
+pub fn profile_name(profile: Profile) -> &'static str {
+    match profile {
+        Profile::Rectangular => "rectangular",
+        Profile::HalfSine => "half-sine",
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    pub(crate) fn record(outcome: Outcome) -> Record {
+        Record {
+            outcome,
+            end_s: 2.0,
+            fell_at_s: (outcome == Outcome::Fell).then_some(1.5),
+            fall_cause: (outcome == Outcome::Fell).then(|| "left_knee, at the ground".into()),
+            settled_at_s: (outcome == Outcome::Recovered).then_some(1.25),
+            home_at_s: (outcome == Outcome::Recovered).then_some(1.75),
+            peak_tilt_deg: 1.0 / 3.0,
+            peak_torque_n_m: f64::NAN,
+            peak_torque_ratio: 0.5,
+            torque_limited_s: 0.004,
+            peak_joint_speed_rad_s: 2.0,
+            peak_dcm_outside_m: 1e-300,
+            peak_slip_m: 0.003,
+            left_sets_at_s: None,
+            set_after_push: Some(Membership::Outside),
+            cpi_margin_after_push: Some(-0.25),
+            cpi_margin_after_push_est: Some(0.25),
+            gain_switches: 3,
+            footsteps: vec![],
+            unfinished_footstep: None,
+        }
+    }
+
+    pub(crate) fn row(trial: u64, set: &str, impulse_n_s: f64, outcome: Outcome) -> Row {
+        let push = Push { impulse_n_s, ..Push::default() };
+        Row::new(trial, set, &[push], Some(2.0), &Variation::default(), record(outcome))
+    }
+
+    #[test]
+    fn columns_are_the_fields_of_a_row() {
+        let mut csv = csv::Writer::from_writer(Vec::new());
+        csv.serialize(row(0, "hold", 2.0, Outcome::Fell)).unwrap();
+        let text = String::from_utf8(csv.into_inner().unwrap()).unwrap();
+        let names: Vec<String> = columns(&[]).into_iter().map(|c| c.name).collect();
+        assert_eq!(text.lines().next().unwrap(), names.join(","));
+    }
+
+    #[test]
+    fn a_push_is_measured_by_what_standing_takes() {
+        assert_eq!(row(0, "hold", 3.0, Outcome::Fell).impulse_over_m_omega_d, Some(1.5));
+    }
+
+    #[test]
+    fn settling_counts_from_the_end_of_the_push() {
+        assert_eq!(row(0, "hold", 2.0, Outcome::Fell).settling_s(), None);
+        let settling_s = row(0, "hold", 2.0, Outcome::Recovered).settling_s().unwrap();
+        assert!((settling_s - (1.25 - 0.55)).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,103 @@
+//! How trials are lost: when the robot fell (each fall counts once), and what went with the fall.
+//!
+//! What goes with a fall need not be its cause. The thresholds are such that survivors hardly ever pass them: of the 259
+//! survivors among the first 100 pushes of the standard campaign none slid by more than 9 mm, and 3 were at a torque limit
+//! for longer than 0.1 s; of the 141 that fell or timed out, 5 slid by more than 10 mm, and 32 were longer at a limit.
+
+use crate::campaign::Row;
+use crate::episode::Outcome;
+use serde::Serialize;
+
+/// A sole that has slid farther has slipped.
+pub const SLIPPED_M: f64 = 0.01;
+/// A robot with a joint at its torque limit for longer, in all, is limited by torque.
+pub const TORQUE_LIMITED_S: f64 = 0.1;
+
+/// Trials that did not recover. The first five are each trial once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Failures {
+    /// Fell before any foot was lifted, with a foot in the air, and after the last one had landed.
+    pub fell_before_any_footstep: u64,
+    pub fell_in_swing: u64,
+    pub fell_after_landing: u64,
+    /// Not standing at the horizon.
+    pub timed_out: u64,
+    pub diverged: u64,
+    /// Of the falls, those in which a sole slid by more than [`SLIPPED_M`] while the trunk was upright,
+    pub fell_slipped: u64,
+    /// some joint was at its torque limit for longer than [`TORQUE_LIMITED_S`] while the trunk was upright
+    pub fell_torque_limited: u64,
+    /// (a fall may be both), and those that are neither.
+    pub fell_otherwise: u64,
+}
+
+impl Failures {
+    pub fn of<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Self {
+        let mut failures = Self::default();
+        for row in rows {
+            match row.outcome {
+                Outcome::Recovered => {}
+                Outcome::TimedOut => failures.timed_out += 1,
+                Outcome::Diverged => failures.diverged += 1,
+                Outcome::Fell => failures.count_fall(row),
+            }
+        }
+        failures
+    }
+
+    fn count_fall(&mut self, row: &Row) {
+        *match (row.unfinished_footstep, row.footsteps) {
+            (Some(_), _) => &mut self.fell_in_swing,
+            (None, 0) => &mut self.fell_before_any_footstep,
+            (None, _) => &mut self.fell_after_landing,
+        } += 1;
+        let slipped = row.peak_slip_m > SLIPPED_M;
+        let torque_limited = row.torque_limited_s > TORQUE_LIMITED_S;
+        self.fell_slipped += u64::from(slipped);
+        self.fell_torque_limited += u64::from(torque_limited);
+        self.fell_otherwise += u64::from(!slipped && !torque_limited);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::store::row::tests::row;
+    use crate::robot::Foot;
+    use Outcome::{Diverged, Fell, Recovered, TimedOut};
+
+    #[test]
+    fn each_failure_is_of_one_time_and_any_falls_flags() {
+        let with = |outcome, footsteps, unfinished_footstep, slip_mm: f64, limited_ms: f64| Row {
+            footsteps,
+            unfinished_footstep,
+            peak_slip_m: 1e-3 * slip_mm,
+            torque_limited_s: 1e-3 * limited_ms,
+            ..row(0, "paper", 3.0, outcome)
+        };
+        let rows = [
+            with(Recovered, 1, None, 50.0, 500.0),
+            with(Fell, 0, None, 9.0, 90.0),
+            with(Fell, 0, Some(Foot::Left), 11.0, 90.0),
+            with(Fell, 2, None, 9.0, 110.0),
+            with(Fell, 4, Some(Foot::Right), 11.0, 110.0),
+            with(Fell, 3, None, 0.0, 120.0),
+            with(Fell, 1, Some(Foot::Right), 0.0, 0.0),
+            with(TimedOut, 3, Some(Foot::Left), 50.0, 500.0),
+            with(Diverged, 0, None, 50.0, 500.0),
+            with(Diverged, 1, None, 50.0, 500.0),
+        ];
+        let expected = Failures {
+            fell_before_any_footstep: 1,
+            fell_in_swing: 3,
+            fell_after_landing: 2,
+            timed_out: 1,
+            diverged: 2,
+            fell_slipped: 2,
+            fell_torque_limited: 3,
+            fell_otherwise: 2,
+        };
+        assert_eq!(Failures::of(&rows), expected);
+        assert_eq!(Failures::of([]), Failures::default());
+    }
+}

@@ -1,0 +1,53 @@
+//! Footsteps against outcome: how often they were taken, and whether they helped.
+
+use crate::campaign::Row;
+use crate::stats::rate::Count;
+use serde::Serialize;
+
+/// One gain set's trials by the number of footsteps that were begun.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Stepped {
+    /// Trials with no footstep, one, two, and three or more.
+    pub by_footsteps: [Count; 4],
+}
+
+impl Stepped {
+    /// None for a set that took no footstep.
+    pub fn new(rows: &[&Row]) -> Option<Self> {
+        let begun = |row: &Row| row.footsteps as usize + usize::from(row.unfinished_footstep.is_some());
+        if rows.iter().all(|row| begun(row) == 0) {
+            return None;
+        }
+        let count = |n: usize| Count::of(rows.iter().copied().filter(|row| begun(row).min(3) == n));
+        Some(Self { by_footsteps: [0, 1, 2, 3].map(count) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::store::row::tests::row;
+    use crate::episode::Outcome;
+    use crate::robot::Foot;
+
+    #[test]
+    fn trials_are_counted_by_footsteps() {
+        let with = |outcome, footsteps, unfinished_footstep| Row {
+            footsteps,
+            unfinished_footstep,
+            ..row(0, "paper", 3.0, outcome)
+        };
+        let rows = [
+            with(Outcome::Recovered, 0, None),
+            with(Outcome::Fell, 0, None),
+            with(Outcome::Fell, 0, Some(Foot::Left)),
+            with(Outcome::Recovered, 1, None),
+            with(Outcome::Fell, 2, None),
+            with(Outcome::Fell, 4, Some(Foot::Right)),
+        ];
+        let stepped = Stepped::new(&rows.iter().collect::<Vec<_>>()).unwrap();
+        let counts = stepped.by_footsteps.map(|count| (count.recovered, count.trials));
+        assert_eq!(counts, [(1, 2), (1, 2), (0, 1), (0, 1)]);
+        assert_eq!(Stepped::new(&[&rows[0], &rows[1]]), None, "a set that only stands");
+    }
+}

@@ -1,0 +1,269 @@
+//! Strata: the trials of a campaign sorted by one quantity of what was drawn for them, to see where gain sets differ.
+//!
+//! A stratum is made of what every gain set met alike, never of what came of it. Quantities are sorted one at a time, so
+//! that each trial is in one stratum of each. One that does not vary, or that puts all trials in the same, makes none.
+//! Edges lie at quantiles and are rounded to a digit that is at most a twentieth of the range.
+
+use crate::campaign::Row;
+use crate::episode::Outcome;
+use crate::stats::mcnemar::PairedCounts;
+use crate::stats::rate::Count;
+
+/// Trials that are alike in one quantity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stratum {
+    /// The quantity: "heading", "impulse", "duration", "height", "second push", "slope along the push", or one of robot
+    /// and ground by its name in a campaign ("friction").
+    pub by: &'static str,
+    /// Which of its values, with unit: "forward", "2.1 to 3.8 N s", "below 0.06 s".
+    pub label: String,
+    /// Positions of the trials among the campaign's, ascending: of rows in chunks of one per set.
+    pub trials: Vec<usize>,
+}
+
+impl Stratum {
+    /// What gain set `set` (its place in the campaign) made of these trials; `rows` and `sets` as for [`strata`].
+    pub fn count(&self, rows: &[Row], sets: usize, set: usize) -> Count {
+        Count::of(self.trials.iter().map(|trial| &rows[trial * sets + set]))
+    }
+
+    /// Who of two sets recovered.
+    pub fn pair(&self, rows: &[Row], sets: usize, a: usize, b: usize) -> PairedCounts {
+        let recovered = |trial: usize, set: usize| rows[trial * sets + set].outcome == Outcome::Recovered;
+        PairedCounts::of(self.trials.iter().map(|&trial| (recovered(trial, a), recovered(trial, b))))
+    }
+}
+
+/// All strata of a campaign; `rows` are sorted by trial, then by set; `sets` is the count of sets.
+pub fn strata(rows: &[Row], sets: usize) -> Vec<Stratum> {
+    // What was drawn is the same in the row of every set.
+    let trials: Vec<&Row> = rows.chunks_exact(sets.max(1)).map(|trial| &trial[0]).collect();
+    let of = |get: &dyn Fn(&Row) -> Option<f64>| -> Vec<Option<f64>> { trials.iter().map(|row| get(row)).collect() };
+    let mut strata = Vec::new();
+    let headings = of(&|row| Some(row.heading_deg));
+    if range(&headings).is_some() {
+        strata.extend(sorted("heading", &headings, SECTORS.map(|(label, _)| label.to_string()), sector));
+    }
+    strata.extend(at_quantiles("impulse", &of(&|row| Some(row.impulse_n_s)), 3, " N s"));
+    strata.extend(at_quantiles("duration", &of(&|row| Some(row.duration_s)), 2, " s"));
+    strata.extend(by_height(&of(&|row| Some(row.height_m))));
+    strata.extend(at_quantiles("second push", &of(&|row| row.second_impulse_n_s), 2, " N s"));
+    // The sign of a slope says something only beside the direction of the push.
+    let along = of(&|row| {
+        let between_deg = row.slope_heading_deg? - row.heading_deg;
+        Some(row.slope_deg? * between_deg.to_radians().cos())
+    });
+    let labels = ["downhill", "uphill"].map(String::from);
+    strata.extend(sorted("slope along the push", &along, labels, |rise| usize::from(rise > 0.0)));
+    let varied: Vec<_> = trials.iter().map(|row| row.variation().list()).collect();
+    let names = varied.first().map_or(Vec::new(), |first| first.iter().map(|(name, _)| *name).collect());
+    for (i, name) in names.into_iter().enumerate().filter(|(_, name)| !name.starts_with("slope")) {
+        let values: Vec<Option<f64>> = varied.iter().map(|list| list[i].1).collect();
+        let unit = [("_m", " m"), ("_s", " s")].into_iter().find(|(end, _)| name.ends_with(end));
+        strata.extend(at_quantiles(name, &values, 2, unit.map_or("", |(_, unit)| unit)));
+    }
+    strata
+}
+
+/// Sectors of headings, left and right together, each with the angle from forward at which it ends (degrees).
+const SECTORS: [(&str, f64); 5] = [
+    ("forward", 22.5),
+    ("diagonally forward", 67.5),
+    ("sideways", 112.5),
+    ("diagonally backward", 157.5),
+    ("backward", 180.0),
+];
+
+/// Index of the sector of a heading (degrees, any turn).
+fn sector(heading_deg: f64) -> usize {
+    let turned = heading_deg.rem_euclid(360.0);
+    let from_forward = turned.min(360.0 - turned);
+    SECTORS.iter().position(|&(_, end)| from_forward <= end).unwrap_or(SECTORS.len() - 1)
+}
+
+/// Below the COM and above it, or, if all pushes are on one side, the lower and the upper half.
+fn by_height(heights: &[Option<f64>]) -> Vec<Stratum> {
+    let labels = ["below the COM", "above the COM"].map(String::from);
+    let sides = sorted("height", heights, labels, |height| usize::from(height >= 0.0));
+    if sides.is_empty() { at_quantiles("height", heights, 2, " m above the COM") } else { sides }
+}
+
+/// `parts` strata of about as many trials each; none if the values do not vary enough for that.
+fn at_quantiles(by: &'static str, values: &[Option<f64>], parts: usize, unit: &str) -> Vec<Stratum> {
+    let Some([least, most]) = range(values) else { return Vec::new() };
+    let mut ascending: Vec<f64> = values.iter().flatten().copied().collect();
+    ascending.sort_by(f64::total_cmp);
+    // 0 for whole numbers, 1 for tenths, ...
+    let digits = (-((most - least) / 20.0).log10().floor()).max(0.0) as usize;
+    let edge = |part: usize| {
+        let value = ascending[part * ascending.len() / parts];
+        let rounded = format!("{value:.digits$}").parse().unwrap_or(value);
+        // Plus 0: no -0.
+        (rounded, format!("{:.digits$}", rounded + 0.0))
+    };
+    let edges: Vec<(f64, String)> = (1..parts).map(edge).collect();
+    let label = |part: usize| match (part.checked_sub(1).map(|below| &edges[below].1), edges.get(part)) {
+        (None, Some((_, to))) => format!("below {to}{unit}"),
+        (Some(from), Some((_, to))) => format!("{from} to {to}{unit}"),
+        (Some(from), None) => format!("from {from}{unit}"),
+        (None, None) => "all".into(),
+    };
+    sorted(by, values, (0..parts).map(label), |value| edges.iter().filter(|(edge, _)| value >= *edge).count())
+}
+
+/// Sorts trials into the strata of `labels` by the index that `of` gives for a value, and leaves empty ones out. None if
+/// fewer than two are left. A trial without a value is in none.
+fn sorted(
+    by: &'static str,
+    values: &[Option<f64>],
+    labels: impl IntoIterator<Item = String>,
+    of: impl Fn(f64) -> usize,
+) -> Vec<Stratum> {
+    let mut strata: Vec<Stratum> = labels.into_iter().map(|label| Stratum { by, label, trials: Vec::new() }).collect();
+    for (trial, value) in values.iter().enumerate() {
+        if let Some(value) = value {
+            strata[of(*value)].trials.push(trial);
+        }
+    }
+    strata.retain(|stratum| !stratum.trials.is_empty());
+    if strata.len() < 2 { Vec::new() } else { strata }
+}
+
+/// Least and most; None if they are the same, or there are none.
+fn range(values: &[Option<f64>]) -> Option<[f64; 2]> {
+    let of = |f: fn(f64, f64) -> f64| values.iter().flatten().copied().reduce(f);
+    let (least, most) = (of(f64::min)?, of(f64::max)?);
+    (least < most).then_some([least, most])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::store::row::tests::{record, row};
+    use crate::campaign::{Campaign, Overrides, ask::trial};
+    use Outcome::{Fell, Recovered, TimedOut};
+
+    /// Rows of a campaign as it is drawn, for two sets; nothing is simulated.
+    fn drawn(name: &str, trials: u64, set: &[&str]) -> Vec<Row> {
+        let set = set.iter().map(|s| s.to_string()).collect();
+        let campaign = Campaign::load(name, &Overrides { set, ..Overrides::default() }).unwrap();
+        let row = |trial: u64, set: &str| {
+            let (pushes, variation) = (trial::pushes(&campaign, trial), trial::variation(&campaign, trial));
+            Row::new(trial, set, &pushes, None, &variation, record(Recovered))
+        };
+        (0..trials).flat_map(|trial| [row(trial, "a"), row(trial, "b")]).collect()
+    }
+
+    fn quantities(strata: &[Stratum]) -> Vec<&str> {
+        let mut names: Vec<&str> = strata.iter().map(|stratum| stratum.by).collect();
+        names.dedup();
+        names
+    }
+
+    fn labels<'a>(strata: &'a [Stratum], by: &str) -> Vec<&'a str> {
+        strata.iter().filter(|stratum| stratum.by == by).map(|stratum| stratum.label.as_str()).collect()
+    }
+
+    #[test]
+    fn headings_are_sorted_by_their_angle_from_forward() {
+        let expected = [
+            (vec![0.0, 22.0, -22.0, 350.0, -360.0], "forward"),
+            (vec![23.0, -67.0, 315.0], "diagonally forward"),
+            (vec![68.0, -90.0, 112.0, 270.0], "sideways"),
+            (vec![113.0, -135.0, 225.0], "diagonally backward"),
+            (vec![158.0, 180.0, -180.0, 190.0], "backward"),
+        ];
+        for (headings, label) in expected {
+            for heading_deg in headings {
+                assert_eq!(SECTORS[sector(heading_deg)].0, label, "{heading_deg}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_varies_is_sorted_and_nothing_else() {
+        assert_eq!(quantities(&strata(&drawn("nominal", 100, &[]), 2)), ["heading", "impulse"]);
+        assert_eq!(
+            quantities(&strata(&drawn("nominal", 100, &["push.heading_deg=30", "push.impulse_n_s=2"]), 2)),
+            [""; 0]
+        );
+        let standard = strata(&drawn("standard", 300, &[]), 2);
+        let expected = ["heading", "impulse", "duration", "height", "slope along the push", "mass_scale"];
+        let robot = ["trunk_com_x_m", "trunk_com_y_m", "friction", "torque_scale", "delay_s"];
+        assert_eq!(quantities(&standard), [&expected[..], &robot[..]].concat());
+        assert_eq!(labels(&standard, "heading"), SECTORS.map(|(label, _)| label));
+        assert_eq!(labels(&standard, "height"), ["below the COM", "above the COM"]);
+        let harsh = strata(&drawn("harsh", 300, &[]), 2);
+        assert!(quantities(&harsh).contains(&"second push") && quantities(&harsh).contains(&"ground_step_m"));
+        assert_eq!(strata(&[], 2), []);
+    }
+
+    #[test]
+    fn every_trial_is_in_one_stratum_of_each_quantity_and_halves_are_halves() {
+        let strata = strata(&drawn("harsh", 300, &["push.height_m={uniform=[0.0, 0.2]}"]), 2);
+        for by in quantities(&strata) {
+            let of: Vec<&Stratum> = strata.iter().filter(|stratum| stratum.by == by).collect();
+            let mut trials: Vec<usize> = of.iter().flat_map(|stratum| stratum.trials.clone()).collect();
+            trials.sort_unstable();
+            assert_eq!(trials, (0..300).collect::<Vec<_>>(), "{by}");
+            let share = |stratum: &&Stratum| stratum.trials.len() as f64 / 300.0;
+            let even = |stratum| (share(stratum) * of.len() as f64 - 1.0).abs() < 0.2;
+            assert!(by == "heading" || of.iter().all(even), "{of:?}");
+        }
+    }
+
+    #[test]
+    fn labels_tell_the_edges_and_their_unit() {
+        let rows: Vec<Row> = (0..30)
+            .map(|i| Row {
+                duration_s: 0.02 + 0.001 * i as f64,
+                friction: Some(0.5 + 0.01 * i as f64),
+                trunk_com_x_m: Some(-0.01501 + 0.001 * i as f64),
+                height_m: 0.1 + 0.002 * i as f64,
+                ..row(i, "a", 1.0 + 0.1 * i as f64, Fell)
+            })
+            .collect();
+        let strata = strata(&rows, 1);
+        assert_eq!(labels(&strata, "impulse"), ["below 2.0 N s", "2.0 to 3.0 N s", "from 3.0 N s"]);
+        assert_eq!(labels(&strata, "duration"), ["below 0.035 s", "from 0.035 s"]);
+        assert_eq!(labels(&strata, "friction"), ["below 0.65", "from 0.65"]);
+        assert_eq!(labels(&strata, "trunk_com_x_m"), ["below 0.000 m", "from 0.000 m"]);
+        assert_eq!(labels(&strata, "height"), ["below 0.130 m above the COM", "from 0.130 m above the COM"]);
+        let middle = strata.iter().find(|stratum| stratum.label == "2.0 to 3.0 N s").unwrap();
+        assert_eq!(middle.trials, (10..20).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn a_slope_counts_by_its_rise_along_the_push() {
+        let trials =
+            [(1.0, 0.0, 10.0), (1.0, 180.0, 10.0), (-1.0, 180.0, 10.0), (-1.0, 0.0, 10.0), (1.0, -90.0, -100.0)];
+        let rows: Vec<Row> = (0..)
+            .zip(trials)
+            .map(|(i, (slope_deg, towards_deg, heading_deg))| Row {
+                slope_deg: Some(slope_deg),
+                slope_heading_deg: Some(towards_deg),
+                heading_deg,
+                ..row(i, "a", 1.0, Fell)
+            })
+            .collect();
+        let strata = strata(&rows, 1);
+        let of = |label: &str| strata.iter().find(|stratum| stratum.label == label).unwrap().trials.clone();
+        assert_eq!((of("uphill"), of("downhill")), (vec![0, 2, 4], vec![1, 3]));
+    }
+
+    #[test]
+    fn a_stratum_counts_its_own_trials() {
+        let outcomes =
+            [[Recovered, Recovered], [Fell, Recovered], [Recovered, Fell], [Fell, TimedOut], [Recovered, Fell]];
+        let rows: Vec<Row> =
+            (0..).zip(outcomes).flat_map(|(i, [a, b])| [row(i, "a", 1.0, a), row(i, "b", 1.0, b)]).collect();
+        let stratum = |trials: &[usize]| Stratum { by: "friction", label: String::new(), trials: trials.to_vec() };
+        let counts = PairedCounts { both: 1, only_a: 2, only_b: 1, neither: 1 };
+        assert_eq!(stratum(&[0, 1, 2, 3, 4]).pair(&rows, 2, 0, 1), counts);
+        assert_eq!(stratum(&[0, 1, 2, 3, 4]).pair(&rows, 2, 1, 0), PairedCounts { only_a: 1, only_b: 2, ..counts });
+        assert_eq!(stratum(&[1, 4]).pair(&rows, 2, 0, 1), PairedCounts { both: 0, only_a: 1, only_b: 1, neither: 0 });
+        assert_eq!(stratum(&[1, 3, 4]).count(&rows, 2, 0), Count::new(1, 3));
+        assert_eq!(stratum(&[1, 3, 4]).count(&rows, 2, 1), Count::new(1, 3));
+        assert_eq!(stratum(&[2, 4]).count(&rows, 2, 0), Count::new(2, 2));
+    }
+}

@@ -1,0 +1,102 @@
+//! What a campaign cannot support: a comparison is only as good as its design.
+
+use crate::campaign::verdict::paired::Pair;
+use crate::campaign::verdict::summary::Summary;
+use crate::campaign::{Campaign, ask::trial};
+use crate::stats::sequential::Verdict;
+
+/// With fewer pushes than this, a rate of 50 % is known to 10 points either way at best.
+const FEW_TRIALS: u64 = 100;
+/// How many pairs are named.
+const NAMED: usize = 3;
+/// A rate beyond this leaves little to compare.
+const NEARLY: f64 = 0.98;
+
+/// In words, the gravest first; empty for a sound design.
+pub fn of(summary: &Summary, campaign: &Campaign) -> Vec<String> {
+    let mut found = Vec::new();
+    let alike = |i: u64| {
+        let (pushes, variation) = (trial::pushes(campaign, i), trial::variation(campaign, i));
+        pushes == trial::pushes(campaign, 0) && variation == trial::variation(campaign, 0)
+    };
+    let is_noisy = trial::sensor_errors(campaign, 0).is_some();
+    if summary.trials > 1 && alike(1) {
+        found.push(if is_noisy {
+            "every trial is the same push on the same robot: only sensor noise differs, and rates say nothing of other \
+             pushes (draw impulse and heading: push.impulse_n_s = { uniform = [a, b] })"
+                .into()
+        } else {
+            "every trial is the same, to the bit: they count as one, and intervals and p-values mean nothing \
+             (draw impulse and heading: push.impulse_n_s = { uniform = [a, b] })"
+                .to_string()
+        });
+    }
+    if summary.trials < FEW_TRIALS {
+        let (trials, points) = (summary.trials, 98.0 / (summary.trials as f64).sqrt());
+        found.push(format!("{trials} pushes are few: a rate near 50 % is known to {points:.0} points either way"));
+    }
+    let rates = || summary.sets.iter().map(|set| set.count.success_rate);
+    if summary.sets.len() > 1 && rates().all(|rate| rate > NEARLY) {
+        found.push("nearly every push is survived with every set: they are too weak to tell sets apart".into());
+    } else if summary.sets.len() > 1 && rates().all(|rate| rate < 1.0 - NEARLY) {
+        found.push("hardly any push is survived with any set: they are too hard to tell sets apart".into());
+    }
+    // So many that all to one side are a difference: 2 / 2^k under 5 %, for each of the pairs.
+    let enough = (2.0 * summary.pairs.len().max(1) as f64 / 0.05).log2().ceil() as u64;
+    let is_thin = |pair: &&Pair| {
+        let discordant = pair.counts.only_a + pair.counts.only_b;
+        pair.verdict == Verdict::Open && discordant < enough && summary.trials >= FEW_TRIALS
+    };
+    let thin: Vec<String> =
+        summary.pairs.iter().filter(is_thin).map(|pair| format!("{} and {}", pair.a, pair.b)).collect();
+    if !thin.is_empty() {
+        let more = if thin.len() > NAMED { format!(", and {} pairs more", thin.len() - NAMED) } else { String::new() };
+        let named = thin[..thin.len().min(NAMED)].join(", ");
+        found.push(format!(
+            "fewer than {enough} pushes tell these apart, too few to say which is better: {named}{more}"
+        ));
+    }
+    if summary.stopping.until_resolved {
+        found.push(
+            "the campaign could end when decided: intervals of differences, verdicts and gates hold at every look; all \
+             else (rates, p-values, curves, strata, times) is as for a fixed count of trials, and leans towards what it \
+             ended for"
+                .into(),
+        );
+    }
+    for set in summary.sets.iter().filter(|set| set.diverged > 0) {
+        found.push(format!("{}: {} trials diverged numerically and count as not recovered", set.name, set.diverged));
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::campaign::verdict::summary::tests::summary;
+    use crate::episode::Outcome::{self, Diverged, Fell, Recovered};
+
+    /// Warnings with this word in them, of a campaign of `n` trials.
+    fn found(word: &str, n: usize, outcomes: [Outcome; 2], set: &[&str]) -> usize {
+        let warnings = summary(&vec![outcomes; n], set, &[]).warnings;
+        warnings.iter().filter(|warning| warning.contains(word)).count()
+    }
+
+    #[test]
+    fn a_design_that_cannot_support_a_claim_is_told_so() {
+        for (word, n, outcomes, set) in [
+            ("are few", 99, [Recovered, Fell], &[][..]),
+            ("too weak", 100, [Recovered, Recovered], &[]),
+            ("too hard", 100, [Fell, Fell], &[]),
+            ("too few to say", 100, [Recovered, Recovered], &[]),
+            ("same push on the same robot", 100, [Recovered, Fell], &["push.impulse_n_s=2", "push.heading_deg=0"]),
+            ("could end when decided", 100, [Recovered, Fell], &["stopping.until_resolved=true"]),
+            ("diverged numerically", 100, [Recovered, Diverged], &[]),
+        ] {
+            assert_eq!(found(word, n, outcomes, set), 1, "{word}");
+        }
+        let same = ["push.impulse_n_s=2", "push.heading_deg=0", "sensors.noise_scale=0", "sensors.bias_scale=0"];
+        assert_eq!(found("count as one", 100, [Recovered, Fell], &same), 1);
+        // A sound one.
+        assert_eq!(found("", 100, [Recovered, Fell], &[]), 0);
+    }
+}

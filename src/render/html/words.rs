@@ -1,0 +1,62 @@
+//! How the page writes numbers: filters of its template. What is absent, or no number, is a dash.
+
+use super::number;
+use super::svg::short;
+use crate::campaign::verdict::paired::rounded;
+use crate::render::{comparison::p_cell, layout};
+use minijinja::{Environment, Value as Cell};
+
+const NOTHING: &str = "\u{2013}";
+
+pub(super) fn add_to(environment: &mut Environment) {
+    environment.add_filter("pct", |x: Cell| written(&x, |x| format!("{:.1}\u{a0}%", 100.0 * x)));
+    environment.add_filter("points", |x: Cell| written(&x, |x| signed(100.0 * x, 1)));
+    environment.add_filter("seconds", |x: Cell| written(&x, |x| format!("{x:.2}\u{a0}s")));
+    environment.add_filter("signed", |x: Cell| written(&x, |x| signed(x, 2)));
+    environment.add_filter("fixed", |x: Cell, digits: usize| {
+        written(&x, |x| format!("{x:.digits$}").replace('-', "\u{2212}"))
+    });
+    environment.add_filter("p_value", |x: Cell| written(&x, p_cell));
+    environment.add_filter("about", |x: Cell| written(&x, |x| rounded(x as u64).to_string()));
+    environment.add_filter("whole", |x: Cell| written(&x, |x| short(x, 6)));
+    environment.add_filter("drawn", drawn);
+}
+
+fn written(x: &Cell, write: impl Fn(f64) -> String) -> String {
+    number(x).map_or(NOTHING.into(), write)
+}
+
+fn signed(x: f64, digits: usize) -> String {
+    layout::signed(x, digits).replace('-', "\u{2212}")
+}
+
+/// How a quantity is drawn, in words: `2.5`, `{ uniform = [a, b] }`, `{ normal = [mean, sd] }`, or a word.
+fn drawn(value: Cell) -> String {
+    let two = |key: &str| super::interval(&value.get_attr(key).ok()?);
+    if let Some([a, b]) = two("uniform") {
+        return format!("uniform, {} to {}", short(a, 6), short(b, 6));
+    }
+    if let Some([mean, sd]) = two("normal") {
+        return format!("normal, mean {}, standard deviation {}", short(mean, 6), short(sd, 6));
+    }
+    match number(&value) {
+        Some(x) => short(x, 6),
+        None if value.is_undefined() || value.is_none() => NOTHING.into(),
+        None => value.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_well() {
+        assert_eq!([12.34, -0.04, -3.0].map(|x| signed(x, 1)), ["+12.3", "0.0", "\u{2212}3.0"]);
+        assert_eq!([1e-9, 0.0042, 0.25].map(p_cell), ["< 0.0001", "0.0042", "0.2500"]);
+        assert_eq!(written(&Cell::UNDEFINED, |x| x.to_string()), NOTHING);
+        let uniform = Cell::from(minijinja::value::Serde(serde_json::json!({ "uniform": [-180.0, 180.0] })));
+        assert_eq!(drawn(uniform), "uniform, \u{2212}180 to 180");
+        assert_eq!(drawn(Cell::from("rectangular")), "rectangular");
+    }
+}

@@ -1,0 +1,213 @@
+//! `summary.md`: the result as a CI service shows it on the page of a job.
+
+use crate::campaign::Summary;
+use crate::campaign::verdict::gate::Status;
+use crate::render::comparison::{about_p, baseline, gate_words, in_unit, p_cell, status, unit};
+use crate::render::layout::{percent, seconds, signed};
+use crate::render::replay_command;
+use std::fmt::Write;
+use std::path::Path;
+
+/// What GitHub takes is 1 MiB; more than these rows nobody reads.
+const MOST_ROWS: usize = 100;
+
+/// Verdicts and gates first, then the numbers behind them. Commands are to be run in the result folder.
+pub fn text(summary: &Summary) -> String {
+    let mut text = format!("## standfast: {}\n\n", escaped(&summary.name));
+    for warning in summary.warnings.iter().take(MOST_ROWS) {
+        let _ = writeln!(text, "> **Note** {}\n", escaped(warning));
+    }
+    text += &left_out(summary.warnings.len(), "notes");
+    for pair in summary.pairs.iter().take(MOST_ROWS) {
+        let _ = writeln!(text, "- {}", escaped(&pair.words));
+    }
+    text += &gates(summary);
+    text += "\n| gain set | recovered | rate | 95 % | 50 % impulse | settles (median) |\n|---|--:|--:|--:|--:|--:|\n";
+    for set in summary.sets.iter().take(MOST_ROWS) {
+        let [low, high] = set.count.ci95.map(|share| 100.0 * share);
+        let _ = writeln!(
+            text,
+            "| {} | {}/{} | {} | {low:.1} to {high:.1} % | {} | {} |",
+            escaped(&set.name),
+            set.count.recovered,
+            set.count.trials,
+            percent(set.count.success_rate),
+            super::table::impulse_at(&set.curve, true),
+            seconds(set.times.median_settling_s),
+        );
+    }
+    text += &left_out(summary.sets.len(), "gain sets");
+    text += &pairs(summary);
+    let push = &summary.push;
+    let _ = writeln!(
+        text,
+        "\n{} pushes of {} N s, heading {} deg, the same for each gain set; robot {}, seed {}, standfast {}, \
+         configuration `{}`. Intervals, {}. `report.html` has pictures, strata and trials to replay.",
+        summary.trials,
+        push.impulse_n_s,
+        push.heading_deg,
+        escaped(&summary.robot),
+        summary.seed,
+        summary.standfast,
+        &summary.config_hash[..summary.config_hash.len().min(12)],
+        summary.interval,
+    );
+    text
+}
+
+fn gates(summary: &Summary) -> String {
+    if summary.gates.is_empty() {
+        return String::new();
+    }
+    let mut text = String::from("\n| gate | | seen | interval | trials |\n|---|---|--:|--:|--:|\n");
+    for gate in summary.gates.iter().take(MOST_ROWS) {
+        let (judged, unit) = (&gate.judged, unit(gate));
+        let [least, most] = judged.interval.map(|share| in_unit(gate, share));
+        let _ = writeln!(
+            text,
+            "| {} | **{}** | {} {unit} | {least} to {most} {unit} | {} |",
+            code(&judged.name),
+            if gate.passes { status(judged.status).to_string() } else { told(judged.status) },
+            in_unit(gate, judged.observed),
+            judged.trials
+        );
+    }
+    text += &left_out(summary.gates.len(), "gates");
+    if let Some(baseline) = baseline(summary) {
+        let _ = writeln!(text, "\n{}", escaped(&baseline));
+    }
+    let told = summary.gates.iter().filter(|gate| gate.judged.status != Status::Passed);
+    for gate in told.take(MOST_ROWS) {
+        let _ = writeln!(text, "\n{}", escaped(&gate_words(gate)));
+        if let Some(trial) = gate.lost_trial {
+            let command = replay_command(summary, &gate.set, trial, Path::new(""));
+            let _ = writeln!(text, "\nA trial that it lost, again (in the result folder):\n\n```sh\n{command}\n```");
+        }
+    }
+    text
+}
+
+/// Why a gate does not let pass.
+fn told(found: Status) -> String {
+    match found {
+        Status::Unresolved => "unresolved, counts as FAILED".into(),
+        other => status(other).into(),
+    }
+}
+
+fn pairs(summary: &Summary) -> String {
+    let pairs = &summary.pairs;
+    if pairs.is_empty() {
+        return String::new();
+    }
+    let mut text = String::from(
+        "\n| a | b | both | only a | only b | neither | a - b (points) | 95 % | p |\n\
+         |---|---|--:|--:|--:|--:|--:|--:|--:|\n",
+    );
+    for pair in pairs.iter().take(MOST_ROWS) {
+        let [least, most] = pair.ci95.map(|share| signed(100.0 * share, 1));
+        let counts = pair.counts;
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {} | {} | {} | {least} to {most} | {} |",
+            escaped(&pair.a),
+            escaped(&pair.b),
+            counts.both,
+            counts.only_a,
+            counts.only_b,
+            counts.neither,
+            signed(100.0 * pair.difference, 1),
+            p_cell(pair.holm_p),
+        );
+    }
+    text += &left_out(pairs.len(), "pairs");
+    let _ = writeln!(text, "\n{}.", escaped(&about_p(summary)));
+    text
+}
+
+/// What to say where there are more rows than are written.
+fn left_out(count: usize, what: &str) -> String {
+    match count.saturating_sub(MOST_ROWS) {
+        0 => String::new(),
+        more => format!("\n{more} {what} more are in `summary.json`.\n"),
+    }
+}
+
+/// As code in a cell of a table, whatever is in it.
+fn code(text: &str) -> String {
+    let text = text.replace('|', "\\|").replace(['\n', '\r'], " ");
+    // A fence is longer than every run of backticks inside, and a space keeps it from those at an end.
+    let runs = text.split(|c| c != '`').map(str::len);
+    let fence = "`".repeat(runs.max().unwrap_or(0) + 1);
+    let space = if text.starts_with('`') || text.ends_with('`') { " " } else { "" };
+    format!("{fence}{space}{text}{space}{fence}")
+}
+
+/// Without what Markdown or HTML would read as its own.
+fn escaped(text: &str) -> String {
+    text.chars().fold(String::new(), |mut out, c| {
+        match c {
+            '<' => out += "&lt;",
+            '>' => out += "&gt;",
+            '&' => out += "&amp;",
+            '\\' | '`' | '*' | '_' | '[' | ']' | '|' | '#' | '~' => out.extend(['\\', c]),
+            '\n' | '\r' => out.push(' '),
+            _ => out.push(c),
+        }
+        out
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::verdict::summary::tests::summary;
+    use crate::episode::Outcome::{Fell, Recovered};
+
+    #[test]
+    fn verdicts_and_gates_come_first_and_names_are_text() {
+        let outcomes: Vec<_> = (0..100).map(|i| [Recovered, if i < 50 { Recovered } else { Fell }]).collect();
+        let mut summary = summary(&outcomes, &[], &["b >= 0.8"]);
+        summary.name = "<b>|x|`_".into();
+        let text = text(&summary);
+        let place = |part: &str| text.find(part).unwrap_or_else(|| panic!("{part} not in {text}"));
+        assert!(place("- a is better than b by 50.0 points") < place("| `b >= 0.8` | **FAILED** |"));
+        assert!(place("--trial 50 --gains b") < place("| a | b | 50 | 50 | 0 | 0 | +50.0 |"));
+        assert!(text.starts_with("## standfast: &lt;b&gt;\\|x\\|\\`\\_"), "{text}");
+        assert!(text.contains("\np: exact McNemar test.\n"), "{text}");
+    }
+
+    #[test]
+    fn p_is_told_for_what_it_is() {
+        let text = |set: &[&str]| {
+            let mut summary = summary(&[[Recovered, Fell]; 9], set, &[]);
+            summary.pairs = vec![summary.pairs[0].clone(); 3];
+            text(&summary)
+        };
+        let (fixed, sequential) = (text(&[]), text(&["stopping.until_resolved=true"]));
+        assert!(fixed.contains("count of pairs (Holm).\n") && !fixed.contains("when decided"), "{fixed}");
+        assert!(
+            sequential.contains("(Holm); it is for a count of trials fixed in advance, not for this"),
+            "{sequential}"
+        );
+    }
+
+    #[test]
+    fn code_is_code_whatever_is_in_it() {
+        for (name, expected) in [("a >= b", "`a >= b`"), ("a`|b", "``a`\\|b``"), ("``", "``` `` ```")] {
+            assert_eq!(code(name), expected);
+        }
+    }
+
+    #[test]
+    fn a_service_takes_it_however_many_sets_there_are() {
+        let mut summary = summary(&[[Recovered, Fell]], &[], &["b >= 0.8"]);
+        summary.pairs = vec![summary.pairs[0].clone(); 10_000];
+        summary.sets = vec![summary.sets[0].clone(); 10_000];
+        summary.gates = vec![summary.gates[0].clone(); 10_000];
+        summary.warnings = vec!["a design that does not support a claim".repeat(5); 10_000];
+        let text = text(&summary);
+        assert!(text.len() < 200_000, "{} bytes", text.len());
+        assert_eq!(text.matches("9900 ").count(), 4);
+    }
+}

@@ -1,0 +1,200 @@
+//! Pictures as bytes: PNG, a strip of several, and a GIF that moves.
+
+use crate::error::{Error, Result};
+use crate::render::palette::Overlay;
+use color_quant::NeuQuant;
+use gif::{DisposalMethod, Encoder, Frame, Repeat};
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder, RgbImage, imageops};
+use std::borrow::Cow;
+use std::iter::repeat_n;
+
+/// A picture as a PNG file.
+pub fn png(image: &RgbImage) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let written =
+        PngEncoder::new(&mut bytes).write_image(image, image.width(), image.height(), ExtendedColorType::Rgb8);
+    // Memory takes all, and an RgbImage has the bytes that its size says.
+    debug_assert!(written.is_ok());
+    bytes
+}
+
+/// Pictures side by side, as wide as they are together, the highest setting the height; white below the others, and a fine
+/// white line between two.
+pub fn strip(images: &[RgbImage]) -> RgbImage {
+    let width = images.iter().map(RgbImage::width).sum();
+    let height = images.iter().map(RgbImage::height).max().unwrap_or(0);
+    let mut strip = RgbImage::from_pixel(width, height, image::Rgb([255; 3]));
+    let mut left = 0;
+    for picture in images {
+        imageops::replace(&mut strip, picture, left, 0);
+        if left > 0 {
+            // What keeps two pictures apart costs no width.
+            imageops::replace(&mut strip, &RgbImage::from_pixel(2, height, image::Rgb([255; 3])), left - 1, 0);
+        }
+        left += i64::from(picture.width());
+    }
+    strip
+}
+
+/// Colours of a GIF: one of them says "as before".
+const COLORS: usize = 255;
+const AS_BEFORE: u8 = 255;
+/// Of so many colours that a palette is taught one is that of the same mark.
+const EACH_MARK: usize = 200;
+/// Pictures of one size, each with how long it is shown (1/100 s), as a GIF file that begins again for ever, in the colours
+/// of a palette. Of each picture only what has changed is stored. Error: no picture, or one beyond the 65535 px of a GIF.
+pub(super) fn gif(mut palette: Palette, images: impl Iterator<Item = (RgbImage, u16)>) -> Result<Vec<u8>> {
+    let fail = |problem: String| Error::Numeric { what: "GIF".into(), problem };
+    let mut images = images.peekable();
+    let (first, _) = images.peek().ok_or_else(|| fail("there is no picture to show".into()))?;
+    let side = |px: u32| u16::try_from(px).map_err(|_| fail(format!("a picture of {px} px is too large")));
+    let (width, height) = (side(first.width())?, side(first.height())?);
+    let mut bytes = Vec::new();
+    let encode = || -> Result<(), gif::EncodingError> {
+        let mut encoder = Encoder::new(&mut bytes, width, height, &palette.colors)?;
+        encoder.set_repeat(Repeat::Infinite)?;
+        let mut before: Option<Vec<u8>> = None;
+        for (image, delay) in images {
+            let now = palette.indices(&image);
+            let mut frame = changes(before.as_deref(), &now, width, height);
+            frame.delay = delay;
+            encoder.write_frame(&frame)?;
+            before = Some(now);
+        }
+        Ok(())
+    };
+    encode().map_err(|e| fail(e.to_string()))?;
+    Ok(bytes)
+}
+
+/// The smallest rectangle that holds all that is not as before, and in it what is.
+fn changes(before: Option<&[u8]>, now: &[u8], width: u16, height: u16) -> Frame<'static> {
+    let whole = usize::from(width);
+    let changed = |i: usize| before.is_none_or(|before| before[i] != now[i]);
+    let (mut left, mut right, mut top, mut bottom) = (whole, 0, usize::from(height), 0);
+    for i in (0..now.len()).filter(|&i| changed(i)) {
+        let (x, y) = (i % whole, i / whole);
+        (left, right) = (left.min(x), right.max(x + 1));
+        (top, bottom) = (top.min(y), bottom.max(y + 1));
+    }
+    if right == 0 {
+        // Nothing: a frame must have a pixel all the same.
+        (left, right, top, bottom) = (0, 1, 0, 1);
+    }
+    let pixels = (top..bottom).flat_map(|y| (left..right).map(move |x| y * whole + x));
+    let buffer: Vec<u8> = pixels.map(|i| if changed(i) { now[i] } else { AS_BEFORE }).collect();
+    Frame {
+        dispose: DisposalMethod::Keep,
+        transparent: before.map(|_| AS_BEFORE),
+        left: left as u16,
+        top: top as u16,
+        width: (right - left) as u16,
+        height: (bottom - top) as u16,
+        buffer: Cow::Owned(buffer),
+        ..Frame::default()
+    }
+}
+
+/// The colours that serve some pictures, by a network that learns them (Dekker 1994).
+pub(super) struct Palette {
+    network: NeuQuant,
+    colors: Vec<u8>,
+    /// Which of them stands for each [`bucket`] that was met.
+    nearest: Vec<Option<u8>>,
+}
+
+/// Colours that agree in their upper six bits are taken for one.
+fn bucket(color: [u8; 3]) -> usize {
+    color.iter().fold(0, |sum, v| sum << 6 | usize::from(v >> 2))
+}
+
+/// The colour in the middle of a bucket, opaque.
+fn middle(bucket: usize) -> [u8; 4] {
+    let [r, g, b] = [12, 6, 0].map(|shift| (bucket >> shift << 2 & 0xff | 2) as u8);
+    [r, g, b, 255]
+}
+
+impl Palette {
+    pub fn of(images: &[RgbImage]) -> Self {
+        let mut counts = vec![0_usize; 1 << 18];
+        for pixel in images.iter().flat_map(RgbImage::pixels) {
+            counts[bucket(pixel.0)] += 1;
+        }
+        // As often as the square root, and the marks more than that: they are small, and not to lose their colours to the
+        // floor's many greys.
+        let seen = counts.iter().enumerate().flat_map(|(bucket, count)| repeat_n(middle(bucket), count.isqrt()));
+        let mut lesson: Vec<_> = seen.collect();
+        let count = lesson.len() / EACH_MARK;
+        lesson.extend(Overlay::ALL.into_iter().flat_map(|mark| {
+            let [_, r, g, b] = mark.color().to_be_bytes();
+            repeat_n([r, g, b, 255], count)
+        }));
+        let network = NeuQuant::new(1, COLORS, lesson.as_flattened());
+        Self { colors: network.color_map_rgb(), network, nearest: vec![None; counts.len()] }
+    }
+
+    fn indices(&mut self, image: &RgbImage) -> Vec<u8> {
+        let Self { network, nearest, .. } = self;
+        let mut index = |bucket: usize| *nearest[bucket].get_or_insert_with(|| network.index_of(&middle(bucket)) as u8);
+        image.pixels().map(|pixel| index(bucket(pixel.0))).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::codecs::gif::GifDecoder;
+    use image::{AnimationDecoder, Rgb};
+    use std::io::Cursor;
+
+    fn plain(width: u32, height: u32, color: [u8; 3]) -> RgbImage {
+        RgbImage::from_pixel(width, height, Rgb(color))
+    }
+
+    #[test]
+    fn a_strip_has_the_width_of_its_parts_and_shows_them_in_order() {
+        let strip = strip(&[plain(30, 20, [255, 0, 0]), plain(7, 25, [0, 255, 0]), plain(10, 20, [0, 0, 255])]);
+        assert_eq!(strip.dimensions(), (47, 25));
+        let at = |x, y| strip.get_pixel(x, y).0;
+        assert_eq!([at(28, 19), at(31, 24), at(38, 0)], [[255, 0, 0], [0, 255, 0], [0, 0, 255]]);
+        assert_eq!([at(0, 24), at(29, 3), at(30, 3)], [[255; 3]; 3]);
+    }
+
+    #[test]
+    fn a_png_is_read_back_as_it_was() {
+        let mut image = plain(5, 4, [10, 20, 30]);
+        image.put_pixel(2, 3, Rgb([200, 100, 0]));
+        assert_eq!(image::load_from_memory(&png(&image)).unwrap().to_rgb8(), image);
+    }
+
+    /// A small square that wanders over a gradient; the last two pictures are alike.
+    #[test]
+    fn a_gif_shows_each_picture_for_its_time_with_its_colours() {
+        let gradient = RgbImage::from_fn(240, 160, |x, y| Rgb([150 + x as u8 / 4, 160 + y as u8 / 4, 200]));
+        let pictures: Vec<RgbImage> = [16, 80, 160, 160]
+            .iter()
+            .map(|&left| {
+                let mut picture = gradient.clone();
+                imageops::replace(&mut picture, &plain(20, 20, [230, 0, 40]), left, 40);
+                picture
+            })
+            .collect();
+        let delays = [4, 8, 4, 100];
+        // The square is where the palette has not seen it, too.
+        let made = || gif(Palette::of(&pictures[..1]), pictures.iter().cloned().zip(delays));
+        let bytes = made().unwrap();
+        assert_eq!(bytes, made().unwrap());
+        let frames = GifDecoder::new(Cursor::new(&bytes)).unwrap().into_frames().collect_frames().unwrap();
+        assert_eq!(frames.len(), 4);
+        for ((frame, picture), delay) in frames.iter().zip(&pictures).zip(delays) {
+            assert_eq!(frame.delay().numer_denom_ms(), (10 * u32::from(delay), 1));
+            for (x, y, pixel) in picture.enumerate_pixels() {
+                let shown = frame.buffer().get_pixel(x, y);
+                let off = (0..3).map(|i| pixel[i].abs_diff(shown[i])).max().unwrap();
+                assert!(off <= 20, "at {x}, {y}: {shown:?} for {pixel:?}");
+            }
+        }
+        assert!(gif(Palette::of(&[]), std::iter::empty()).is_err());
+    }
+}

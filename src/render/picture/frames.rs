@@ -1,0 +1,331 @@
+//! The pictures of a film: some moments one by one and as a strip (as Fig. 8, 12 and 13 of the paper), and a GIF.
+
+use super::files::{png, strip};
+use super::motion::moving;
+use super::{Camera, draw_on, extent, label};
+use crate::episode::Film;
+use crate::error::{Error, Result};
+use crate::files::write_atomic;
+use crate::render::own_folder;
+use crate::render::palette::Overlay;
+use crate::render::scale::Scale;
+use crate::sim::Push;
+use image::RgbImage;
+use nalgebra::Point3;
+use rayon::prelude::*;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What pictures of a film are like. Sizes are width and height (px).
+#[derive(Debug, Clone, PartialEq)]
+pub struct FramesOptions {
+    /// Of a moment by itself.
+    pub size: [u32; 2],
+    /// Of a moment in the strip.
+    pub strip_size: [u32; 2],
+    pub gif_size: [u32; 2],
+    /// How many moments.
+    pub moments: usize,
+    /// The speed of the GIF from the push to the last landing or the fall, a share of real time; real time before and
+    /// after, or faster where that would take long.
+    pub slow_motion: f64,
+}
+
+impl Default for FramesOptions {
+    fn default() -> Self {
+        Self { size: [640, 480], strip_size: [240, 320], gif_size: [480, 360], moments: 8, slow_motion: 0.25 }
+    }
+}
+
+const STRIP: &str = "strip.png";
+const GIF: &str = "motion.gif";
+/// A film of pictures ends so long after the robot stands still (s).
+const REST_S: f64 = 0.5;
+/// Moments are at least so far apart (s).
+const APART_S: f64 = 0.012;
+/// So much of a push's arrow is in the picture in any case, of a robot as large as UT-mu2 (m).
+const ARROW_M: f64 = 0.3;
+const MARGIN: f64 = 0.08;
+
+/// Draws a film: `frame-0001-0.480s.png` and so on, `strip.png` and `motion.gif` in `folder`, which is made if there is
+/// none. Frames of before are replaced. Returns the files. Errors: as [`check_folder`]; a file cannot be written; there is
+/// nothing to draw.
+pub fn write_frames(film: &Film, folder: &Path, options: &FramesOptions) -> Result<Vec<PathBuf>> {
+    let before = check_folder(folder)?;
+    if film.snapshots.is_empty() {
+        return Err(Error::Numeric { what: "frames".into(), problem: "the episode has no moment to draw".into() });
+    }
+    let moments = moments(film, options.moments);
+    let pictures = |size: [u32; 2]| -> Vec<RgbImage> {
+        let camera = camera(film, moments.iter().copied(), size);
+        moments.par_iter().map(|&k| picture(film, k, &camera, size, "")).collect()
+    };
+    let mut files: Vec<(String, Vec<u8>)> = Vec::new();
+    for (i, (&k, image)) in moments.iter().zip(pictures(options.size)).enumerate() {
+        files.push((format!("frame-{:04}-{:.3}s.png", i + 1, film.snapshots[k].time_s), png(&image)));
+    }
+    files.push((STRIP.into(), png(&strip(&pictures(options.strip_size)))));
+    files.push((GIF.into(), moving(film, options)?));
+
+    for old in before.iter().filter(|old| !files.iter().any(|(name, _)| name == *old)) {
+        let path = folder.join(old);
+        fs::remove_file(&path).map_err(|source| Error::Write { path, source })?;
+    }
+    let write = |(name, bytes): &(String, Vec<u8>)| {
+        let path = folder.join(name);
+        write_atomic(&path, bytes).map(|()| path)
+    };
+    files.iter().map(write).collect()
+}
+
+/// The frames of before in a folder, none if it is not there. Error: it is not a folder, or it holds something else.
+pub fn check_folder(folder: &Path) -> Result<Vec<String>> {
+    let accepted = format!("a folder that is new, empty, or holds nothing but frames (frame-*.png, {STRIP}, {GIF})");
+    own_folder("--frames", folder, is_frame, &accepted)
+}
+
+/// Whether a file bears a name that [`write_frames`] gives.
+fn is_frame(name: &str) -> bool {
+    let numbered = name.strip_prefix("frame-").and_then(|rest| rest.strip_suffix("s.png"));
+    let all_digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    let is_time = |time: &str| time.split_once('.').is_some_and(|(s, ms)| all_digits(s) && all_digits(ms));
+    name == STRIP
+        || name == GIF
+        || numbered.and_then(|n| n.split_once('-')).is_some_and(|(n, time)| all_digits(n) && is_time(time))
+}
+
+pub(super) fn picture(film: &Film, k: usize, camera: &Camera, size: [u32; 2], speed: &str) -> RgbImage {
+    let snapshot = &film.snapshots[k];
+    let mut image = draw_on(&film.ground, &film.robot, snapshot, camera, size, &Overlay::ALL);
+    label(&mut image, format!("{:.2} s {speed}", snapshot.time_s).trim_end(), [10, 8]);
+    image
+}
+
+/// Across the push rather than along it, from the left or the right front, and so near that the robot is in the picture at
+/// all these moments.
+pub(super) fn camera(film: &Film, moments: impl Iterator<Item = usize>, size: [u32; 2]) -> Camera {
+    const SIDES_DEG: [f64; 2] = [52.0, -38.0];
+    let heading = film.pushes.first().map_or(0.0, |push| push.heading_deg);
+    let along = |side: f64| {
+        let off = (side - heading).rem_euclid(180.0);
+        off.min(180.0 - off)
+    };
+    let azimuth_deg = if along(SIDES_DEG[0]) >= 30.0 { SIDES_DEG[0] } else { SIDES_DEG[1] };
+    let target = Point3::origin();
+    let toward = Camera { target, azimuth_deg, elevation_deg: 17.0, distance_m: 2.0, fov_deg: 28.0 };
+    let arrow_m = ARROW_M * Scale::of(&film.robot).length();
+    let mut balls = Vec::new();
+    for snapshot in moments.map(|k| &film.snapshots[k]) {
+        balls.extend(extent(&film.robot, &snapshot.posture));
+        balls.extend(snapshot.push.map(|push| (push.point - push.force.normalize() * arrow_m, 0.01)));
+    }
+    toward.framing(&balls, size, MARGIN)
+}
+
+/// When nothing more is to be seen (s): the robot stands still, or has flown off.
+pub(super) fn end_s(film: &Film) -> f64 {
+    let last_s = film.snapshots[..film.near()].last().map_or(0.0, |snapshot| snapshot.time_s);
+    let record = &film.record;
+    match (record.fell_at_s, record.settled_at_s) {
+        (None, Some(at)) => last_s.min(at.max(pushed_until_s(film)) + REST_S),
+        _ => last_s,
+    }
+}
+
+pub(super) fn pushed_from_s(film: &Film) -> f64 {
+    film.pushes.iter().map(|push| push.start_s).reduce(f64::min).unwrap_or(0.0)
+}
+
+pub(super) fn pushed_until_s(film: &Film) -> f64 {
+    film.pushes.iter().map(Push::end_s).fold(0.0, f64::max)
+}
+
+/// Index of the snapshot at a time, or of the nearest there is.
+pub(super) fn index(film: &Film, time_s: f64) -> usize {
+    let first_s = film.snapshots.first().map_or(0.0, |snapshot| snapshot.time_s);
+    let k = ((time_s - first_s) / film.control_period_s).round().max(0.0) as usize;
+    k.min(film.snapshots.len().saturating_sub(1))
+}
+
+/// The moments that tell the story, in order: before the push, at its end, at lift, in mid swing and at landing of each
+/// footstep, at the fall, at the end; the most crowded left out, or the widest gaps filled, to make up `count`.
+fn moments(film: &Film, count: usize) -> Vec<usize> {
+    let record = &film.record;
+    let end_s = end_s(film);
+    let mut times = vec![(pushed_from_s(film) - 2.0 * APART_S).max(0.0)];
+    times.extend(film.pushes.iter().map(Push::end_s));
+    for step in &record.footsteps {
+        times.extend([step.lift_s, (step.lift_s + step.land_s) / 2.0, step.land_s]);
+    }
+    times.extend(record.unfinished_footstep.map(|step| step.lift_s));
+    times.extend(record.fell_at_s);
+    times.retain(|&time| time < end_s - APART_S);
+    times.push(end_s);
+    times.sort_by(f64::total_cmp);
+    times.dedup_by(|later, earlier| *later - *earlier < APART_S);
+    while times.len() > count.max(2) {
+        let room = |i: &usize| times[i + 1] - times[i - 1];
+        let crowded = (1..times.len() - 1).min_by(|a, b| room(a).total_cmp(&room(b)));
+        let Some(i) = crowded else { break };
+        times.remove(i);
+    }
+    while times.len() < count {
+        // There is less to see while the robot comes to rest.
+        let gap = |i: &usize| (times[i + 1] - times[*i]) * if i + 2 == times.len() { 0.3 } else { 1.0 };
+        let widest = (0..times.len() - 1).max_by(|a, b| gap(a).total_cmp(&gap(b)));
+        let Some(i) = widest.filter(|i| gap(i) > APART_S) else { break };
+        // Early in the last gap, for the same reason.
+        let share = if i + 2 == times.len() { 0.3 } else { 0.5 };
+        times.insert(i + 1, times[i] + share * (times[i + 1] - times[i]));
+    }
+    let mut moments: Vec<usize> = times.into_iter().map(|time| index(film, time)).collect();
+    moments.dedup();
+    moments
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::motion::{LAST_DELAY_CS, shots};
+    use super::*;
+    use crate::control::Design;
+    use crate::episode::{Disturbance, EpisodeConfig, Footstep};
+    use crate::lipm::gains::GainSet;
+    use crate::robot::{Foot, Robot};
+    use image::AnimationDecoder;
+    use image::codecs::gif::GifDecoder;
+    use std::io::Cursor;
+
+    /// A second of standing, pushed at 0.3 s, told as if the robot had taken a footstep.
+    fn film() -> Film {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let config = EpisodeConfig { horizon_s: 1.0, ..EpisodeConfig::default() };
+        let design = Design::new(&robot, &GainSet::load("hold").unwrap(), config.control_period_s).unwrap();
+        let push = Push { impulse_n_s: 1.0, heading_deg: 180.0, start_s: 0.3, ..Push::default() };
+        let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
+        let mut film = Film::take(&robot, &design, &config, disturbance, (config.until(), 0.5), &mut |_| {});
+        film.record.footsteps = vec![Footstep {
+            foot: Foot::Left,
+            lift_s: 0.4,
+            land_s: 0.5,
+            from_m: [0.0; 3],
+            to_m: [0.0; 3],
+            zmp_error_m: [0.0; 2],
+            in_set_at_landing: true,
+        }];
+        (film.record.settled_at_s, film.record.fell_at_s) = (None, None);
+        film
+    }
+
+    fn small() -> FramesOptions {
+        let size = [48, 36];
+        FramesOptions { size, strip_size: [20, 36], gif_size: size, moments: 7, ..FramesOptions::default() }
+    }
+
+    #[test]
+    fn moments_tell_the_story() {
+        let film = film();
+        let times = |count: usize| -> Vec<f64> {
+            let round = |k: usize| (film.snapshots[k].time_s * 1000.0).round() / 1000.0;
+            moments(&film, count).into_iter().map(round).collect()
+        };
+        // Before the push, at its end, lift, mid swing, landing, end.
+        assert_eq!(times(6), [0.276, 0.35, 0.4, 0.45, 0.5, 1.0]);
+        let more = times(9);
+        assert_eq!(more.len(), 9);
+        assert!(more.is_sorted() && times(6).iter().all(|time| more.contains(time)), "{more:?}");
+        let fewer = times(3);
+        assert_eq!((fewer.len(), fewer[0], fewer[2]), (3, 0.276, 1.0));
+        let fallen = {
+            let mut film = film.clone();
+            film.record.footsteps.clear();
+            film.record.fell_at_s = Some(0.7);
+            moments(&film, 4)
+        };
+        assert_eq!(fallen, [138, 175, 350, 500]);
+    }
+
+    /// Pictures of a robot that has flown off would be of a floor.
+    #[test]
+    fn what_has_flown_off_is_not_drawn() {
+        let mut film = film();
+        film.snapshots[300..].iter_mut().for_each(|snapshot| snapshot.com.z = 6.0);
+        let (last, moments) = (shots(&film, 0.25).last().map(|shot| shot.snapshot), moments(&film, 4));
+        assert_eq!((last, moments.last()), (Some(299), Some(&299)), "{moments:?}");
+    }
+
+    #[test]
+    fn files_are_written_and_the_gif_lasts_as_long_as_it_should() {
+        let (film, options) = (film(), small());
+        let parent = tempfile::tempdir().unwrap();
+        let folder = parent.path().join("new/frames");
+        let files = write_frames(&film, &folder, &options).unwrap();
+        let names: Vec<_> = files.iter().map(|file| file.file_name().unwrap().to_str().unwrap()).collect();
+        assert_eq!((names.len(), names[0], names[1]), (9, "frame-0001-0.276s.png", "frame-0002-0.350s.png"));
+        assert_eq!(names[7..], [STRIP, GIF]);
+        assert!(names.iter().all(|name| is_frame(name)));
+        let still = image::open(&files[0]).unwrap();
+        assert_eq!((still.width(), still.height()), (48, 36));
+        assert_eq!(image::open(folder.join(STRIP)).unwrap().width(), 7 * 20);
+
+        let bytes = fs::read(folder.join(GIF)).unwrap();
+        let frames = GifDecoder::new(Cursor::new(&bytes)).unwrap().into_frames().collect_frames().unwrap();
+        assert_eq!(frames.len(), shots(&film, options.slow_motion).len());
+        let shown_ms: u32 = frames.iter().map(|frame| frame.delay().numer_denom_ms().0).sum();
+        // From 0.1 s on: 0.16 s as they are, slow from 0.26 s until 0.1 s after the landing, and the rest.
+        let expected_s = 0.16 + 4.0 * 0.34 + 0.4 + f64::from(LAST_DELAY_CS) / 100.0;
+        assert!((f64::from(shown_ms) / 1000.0 - expected_s).abs() < 0.05, "{shown_ms} ms");
+
+        // A robot that sways for ten seconds more.
+        let mut long = film.clone();
+        long.snapshots.extend((0..10).flat_map(|_| film.snapshots.iter().cloned()));
+        for (k, snapshot) in long.snapshots.iter_mut().enumerate() {
+            snapshot.time_s = k as f64 * film.control_period_s;
+        }
+        let shots = shots(&long, options.slow_motion);
+        let last = shots.len() - 1;
+        assert!((150..=205).contains(&shots.len()), "{} pictures", shots.len());
+        assert_eq!((shots[0].speed, shots[30].speed, shots[last - 1].speed), (1.0, 0.25, 2.0));
+        assert_eq!(shots[last].snapshot, long.snapshots.len() - 1);
+
+        // Again, with fewer moments: the frames of before are gone.
+        let files = write_frames(&film, &folder, &FramesOptions { moments: 4, ..options }).unwrap();
+        assert_eq!((files.len(), fs::read_dir(&folder).unwrap().count()), (6, 6));
+    }
+
+    #[test]
+    fn a_foreign_folder_is_refused_and_left_as_it_is() {
+        let film = film();
+        let folder = tempfile::tempdir().unwrap();
+        for foreign in ["frame-1.png", "frame-0001-0.5s.png.txt", "frame--1.5s.png", "notes.txt"] {
+            for name in ["frame-0001-0.123s.png", STRIP, foreign] {
+                fs::write(folder.path().join(name), name).unwrap();
+            }
+            let refused = write_frames(&film, folder.path(), &small()).unwrap_err().to_string();
+            assert!(refused.contains(foreign) && refused.contains("accepted: a folder that is new"), "{refused}");
+            for name in ["frame-0001-0.123s.png", STRIP, foreign] {
+                assert_eq!(fs::read_to_string(folder.path().join(name)).unwrap(), name);
+            }
+            assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3);
+            fs::remove_file(folder.path().join(foreign)).unwrap();
+        }
+        let file = folder.path().join(STRIP);
+        assert!(check_folder(&file).unwrap_err().to_string().contains("it is a file"));
+    }
+
+    /// The camera looks across the push.
+    #[test]
+    fn the_robot_moves_across_the_picture() {
+        let mut film = film();
+        for heading_deg in [0.0, 45.0, 90.0, 135.0, 180.0, -135.0, -45.0] {
+            film.pushes[0].heading_deg = heading_deg;
+            let camera = camera(&film, [0, 200].into_iter(), [480, 360]);
+            let across = (camera.azimuth_deg - heading_deg).to_radians().sin().abs();
+            assert!(across > 0.5, "{heading_deg}: {across}");
+            // All of it is seen.
+            for (at, _) in extent(&film.robot, &film.snapshots[200].posture) {
+                let [x, y] = camera.project(at, [480, 360]).unwrap();
+                assert!((15.0..465.0).contains(&x) && (10.0..350.0).contains(&y), "{x} {y}");
+            }
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! What a page knows of a film: the robot, and of every moment all that is drawn, as one JSON value.
+//!
+//! A column's grid spans all that it holds, so that one number that runs away would make those of the whole film coarse:
+//! the page ends before that ([`Film::near`]: so far a column's error is 0.08 mm).
+
+use super::pack::{Polygons, column, columns};
+use crate::control::Phase;
+use crate::episode::film::{FARTHEST_M, Film};
+use crate::episode::snapshot::{Arrow, Snapshot};
+use crate::render::scale::Scale;
+use crate::robot::{Foot, Pose, Robot, Shape, Solid};
+use crate::sim::{Ground, Push};
+use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
+use serde_json::{Value, json};
+
+/// A longer film is shown at every second tick, or third, and so on: so a page stays small, whatever the horizon.
+const MOST_MOMENTS: usize = 2500;
+
+/// A margin is shown as this at least, so that those about 0 keep their two digits.
+const LEAST_MARGIN: f64 = -100.0;
+/// Corners of CPI sets in a page. With noise no two moments have the same, and gains are many: where there would be more
+/// than these, sets are shown at every second moment, or third, and so on.
+const MOST_CORNERS: usize = 60_000;
+
+/// Phases by number, as the page names them.
+const PHASES: [Phase; 5] =
+    [Phase::Posture, Phase::Switching, Phase::OutOfSets, Phase::Swing(Foot::Left), Phase::Swing(Foot::Right)];
+
+/// The film, packed: `film.js` reads it. And sentences on what it leaves out, if it does.
+pub fn packed(film: &Film) -> (Value, Vec<String>) {
+    let ticks = &film.snapshots[..film.near()];
+    let stride = ticks.len().div_ceil(MOST_MOMENTS).max(1);
+    let moments: Vec<&Snapshot> = ticks.iter().step_by(stride).collect();
+    let (slices, every) = slices(&moments, film.gains.len());
+    let period_s = film.control_period_s * stride as f64;
+    let mut notes = Vec::new();
+    if stride > 1 {
+        let ms = 1000.0 * period_s;
+        notes.push(format!("A long film, shown in moments of {ms:.0} ms: each force is the mean over one."));
+    }
+    if every > 1 {
+        notes.push(format!("CPI sets are shown every {:.0} ms.", 1000.0 * period_s * every as f64));
+    }
+    if let Some(beyond) = film.snapshots[ticks.len()..].first() {
+        let time_s = beyond.time_s;
+        notes.push(format!(
+            "The page ends at {time_s:.3} s, where the robot is {FARTHEST_M} m from home, or its numbers run away."
+        ));
+    }
+    let each = |value: &dyn Fn(&Snapshot) -> Option<f64>| column(&moments.iter().map(|s| value(s)).collect::<Vec<_>>());
+    let pairs = |value: &dyn Fn(&Snapshot) -> Option<Point2<f64>>| {
+        columns(&moments.iter().map(|s| value(s).map(Into::into)).collect::<Vec<Option<[f64; 2]>>>())
+    };
+    let arrows = |value: &dyn Fn(&Snapshot) -> Option<Arrow>| {
+        let since = |end: usize| &ticks[(end + 1).saturating_sub(stride)..=end];
+        let means = (0..ticks.len()).step_by(stride).map(|end| mean(since(end), value).map(six));
+        columns(&means.collect::<Vec<_>>())
+    };
+    let on_floor = |at: Option<Point2<f64>>| at.filter(|at| at.coords.norm() <= FARTHEST_M);
+    let phase = |s: &Snapshot| PHASES.iter().position(|phase| *phase == s.phase).map(|i| i as f64);
+    let positions = moments.iter().map(|s| Some(s.posture.base.translation.vector.into()));
+    let coms = moments.iter().map(|s| Some(s.com.into()));
+    let landing = |s: &Snapshot| s.footstep.map_or_else(Vec::new, |corners| corners.map(|corner| corner.xy()).to_vec());
+    let footsteps: Vec<Vec<Point2<f64>>> = moments.iter().map(|s| landing(s)).collect();
+    let packed = json!({
+        "robot": robot(&film.robot),
+        "ground": ground(film),
+        "gains": film.gains,
+        "phases": PHASES.map(Phase::name),
+        "marks": marks(film, ticks),
+        "start_s": moments.first().map(|s| s.time_s),
+        "period_s": period_s,
+        "moments": moments.len(),
+        "base": columns(&positions.collect::<Vec<Option<[f64; 3]>>>()),
+        "turn": turns(moments.iter().map(|s| s.posture.base.rotation)),
+        "q": (0..film.robot.joints.len()).map(|i| each(&|s| Some(s.posture.q[i]))).collect::<Vec<_>>(),
+        "slope": turns(moments.iter().map(|s| s.slope)),
+        "com": columns(&coms.collect::<Vec<Option<[f64; 3]>>>()),
+        "dcm": pairs(&|s| Some(s.dcm)),
+        "zmp": pairs(&|s| on_floor(s.zmp)),
+        "zmp_ref": pairs(&|s| on_floor(Some(s.zmp_ref))),
+        "dcm_outside": each(&|s| Some(s.dcm_outside_m)),
+        "margin": each(&|s| s.margin.map(|margin| margin.max(LEAST_MARGIN))),
+        "gain": each(&|s| s.gain.map(|gain| gain as f64)),
+        "phase": each(&phase),
+        "push": arrows(&|s| s.push),
+        "contacts": Foot::BOTH.map(|foot| arrows(&|s| s.contacts[foot])),
+        "support": Polygons::of(moments.iter().map(|s| s.support.as_slice())).packed(),
+        "slices": slices.iter().map(Polygons::packed).collect::<Vec<_>>(),
+        "footstep": Polygons::of(footsteps.iter().map(Vec::as_slice)).packed(),
+    });
+    (packed, notes)
+}
+
+/// Mean force over ticks, where it attacks on the mean; None if there is none in any.
+fn mean(ticks: &[Snapshot], value: &dyn Fn(&Snapshot) -> Option<Arrow>) -> Option<Arrow> {
+    let arrows: Vec<Arrow> = ticks.iter().filter_map(value).collect();
+    if let [arrow] = arrows[..]
+        && ticks.len() == 1
+    {
+        return Some(arrow);
+    }
+    let sum: Vector3<f64> = arrows.iter().map(|arrow| arrow.force).sum();
+    let weight: f64 = arrows.iter().map(|arrow| arrow.force.norm()).sum();
+    let point: Vector3<f64> = arrows.iter().map(|arrow| arrow.point.coords * arrow.force.norm()).sum();
+    (weight > 0.0).then(|| Arrow { point: Point3::from(point / weight), force: sum / ticks.len() as f64 })
+}
+
+/// Of each gain, and how many moments they are held for.
+fn slices(moments: &[&Snapshot], gains: usize) -> (Vec<Polygons>, usize) {
+    let mut every = 1;
+    loop {
+        let all: Vec<Polygons> = (0..gains).map(|gain| Polygons::of(held(moments, gain, every))).collect();
+        if all.iter().map(Polygons::corners).sum::<usize>() <= MOST_CORNERS || every >= moments.len() {
+            return (all, every);
+        }
+        every += 1;
+    }
+}
+
+/// The slices of one gain, renewed at every so many moments, and where they appear or vanish.
+fn held<'a>(moments: &[&'a Snapshot], gain: usize, every: usize) -> impl Iterator<Item = &'a [Point2<f64>]> {
+    let mut last: &[Point2<f64>] = &[];
+    moments.iter().enumerate().map(move |(k, snapshot)| {
+        let now = slice(snapshot, gain);
+        if k % every == 0 || now.is_empty() || last.is_empty() {
+            last = now;
+        }
+        last
+    })
+}
+
+fn slice(snapshot: &Snapshot, gain: usize) -> &[Point2<f64>] {
+    snapshot.slices.get(gain).map_or(&[], Vec::as_slice)
+}
+
+/// Point and force.
+fn six(arrow: Arrow) -> [f64; 6] {
+    let ([x, y, z], [fx, fy, fz]): ([f64; 3], [f64; 3]) = (arrow.point.into(), arrow.force.into());
+    [x, y, z, fx, fy, fz]
+}
+
+/// Columns of quaternions (x, y, z, w), neighbours on the same side of the sphere: between them it is interpolated.
+fn turns(rotations: impl Iterator<Item = UnitQuaternion<f64>>) -> Vec<Value> {
+    let mut last = [0.0; 4];
+    let continuous = rotations.map(|rotation| {
+        let now: [f64; 4] = rotation.coords.into();
+        let along: f64 = now.iter().zip(last).map(|(a, b)| a * b).sum();
+        last = if along < 0.0 { now.map(|x| -x) } else { now };
+        Some(last)
+    });
+    columns(&continuous.collect::<Vec<_>>())
+}
+
+fn robot(robot: &Robot) -> Value {
+    let links = robot.links.iter().enumerate().map(|(i, link)| {
+        let joint = i.checked_sub(1).map(|joint| &robot.joints[joint]);
+        let solid =
+            |solid: &Solid| json!({ "pose": pose(&solid.pose), "shape": shape(&solid.shape), "color": solid.color });
+        json!({
+            "parent": joint.map(|joint| joint.parent),
+            "origin": joint.map(|joint| pose(&joint.origin)),
+            "axis": joint.map(|joint| [joint.axis.x, joint.axis.y, joint.axis.z]),
+            "visuals": link.drawn().iter().map(solid).collect::<Vec<_>>(),
+        })
+    });
+    let scale = Scale::of(robot);
+    json!({
+        "com_height_m": robot.home_com_height(),
+        "length": scale.length(),
+        "metres_per_newton": { "contacts": scale.contact_m_per_n(), "push": scale.push_m_per_n() },
+        "links": links.collect::<Vec<_>>(),
+    })
+}
+
+/// Position, then quaternion (x, y, z, w).
+fn pose(pose: &Pose) -> [f64; 7] {
+    let ([x, y, z], [i, j, k, w]): ([f64; 3], [f64; 4]) = (pose.translation.vector.into(), pose.rotation.coords.into());
+    [x, y, z, i, j, k, w]
+}
+
+/// Half extents of the box that holds it, in the axes of the solid.
+fn shape(shape: &Shape) -> Value {
+    match *shape {
+        Shape::Box { half } => json!({ "kind": "box", "half": [half.x, half.y, half.z] }),
+        Shape::Cylinder { radius, length } => json!({ "kind": "cylinder", "half": [radius, radius, length / 2.0] }),
+        Shape::Sphere { radius } => json!({ "kind": "sphere", "half": [radius, radius, radius] }),
+    }
+}
+
+fn ground(film: &Film) -> Value {
+    let Ground { step_m, patch: [least, most], .. } = film.ground;
+    json!({ "step_m": step_m, "patch": [least.x, least.y, most.x, most.y] })
+}
+
+/// What the time line marks: a kind, from when to when, and a few words. What would begin after the last of `ticks` (a
+/// second push, after a fall) did not.
+fn marks(film: &Film, ticks: &[Snapshot]) -> Vec<Value> {
+    let mark = |kind: &str, from_s: f64, to_s: f64, text: String| json!({ "kind": kind, "from_s": from_s, "to_s": to_s, "text": text });
+    let told = |push: &Push| format!("push of {:.2} N s towards {:.0}°", push.impulse_n_s, push.heading_deg);
+    let mut marks: Vec<Value> =
+        film.pushes.iter().map(|push| mark("push", push.start_s, push.end_s(), told(push))).collect();
+    for pair in ticks.windows(2) {
+        if let (Some(before), Some(after)) = (pair[0].gain, pair[1].gain)
+            && before != after
+        {
+            let [before, after] = [before, after].map(|gain| &film.gains[gain]);
+            marks.push(mark("switch", pair[1].time_s, pair[1].time_s, format!("gain {before} to {after}")));
+        }
+    }
+    let record = &film.record;
+    let last_s = ticks.last().map_or(record.end_s, |s| s.time_s);
+    for step in &record.footsteps {
+        let side = if step.in_set_at_landing { "inside" } else { "outside" };
+        let text = format!("{} footstep, landed {side} the new sets", step.foot.name());
+        marks.push(mark("footstep", step.lift_s, step.land_s, text));
+    }
+    if let Some(lifted) = &record.unfinished_footstep {
+        let until_s = record.fell_at_s.unwrap_or(last_s);
+        marks.push(mark("footstep", lifted.lift_s, until_s, format!("{} footstep, not landed", lifted.foot.name())));
+    }
+    if let Some(at) = record.fell_at_s {
+        let cause = record.fall_cause.as_deref().unwrap_or("out of bounds");
+        marks.push(mark("fall", at, at, format!("fell: {cause}")));
+    }
+    if let Some(at) = record.settled_at_s {
+        marks.push(mark("still", at, at, "standing still from here".into()));
+    }
+    marks.retain(|mark| mark["from_s"].as_f64().is_some_and(|from_s| from_s <= last_s + 1e-9));
+    marks
+}

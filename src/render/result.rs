@@ -1,0 +1,44 @@
+//! The files of a result that people and CI services look at.
+
+use crate::campaign::{Row, Summary};
+use crate::error::Result;
+use crate::files::write_atomic;
+use crate::render::layout::wrapped;
+use crate::render::{html, junit, markdown, plot};
+use std::path::Path;
+
+/// Their names, in the order in which they are written.
+pub const FILES: [&str; 4] = ["report.html", "summary.md", "junit.xml", "success.svg"];
+
+/// Writes them beside `summary.json`. `rows` are sorted by trial, then by set.
+pub fn write(summary: &Summary, rows: &[Row], folder: &Path) -> Result<()> {
+    let [report, markdown, junit, success] = FILES.map(|name| folder.join(name));
+    plot::write_success(summary, &success)?;
+    write_atomic(&report, html::page(summary, rows, folder)?.as_bytes())?;
+    write_atomic(&markdown, markdown::text(summary).as_bytes())?;
+    write_atomic(&junit, junit::xml(summary)?.as_bytes())
+}
+
+/// What to say when they and others are there.
+pub fn written(folder: &Path, others: &[&str]) -> String {
+    let files = [&FILES[..], others].concat().join(", ");
+    wrapped("written: ", &format!("{}: {files}", folder.display())).trim_end().into()
+}
+
+/// Whether a comparison may be written to a folder: it is new, empty, or holds an earlier comparison.
+pub fn may_be_written_to(folder: &Path) -> bool {
+    let Ok(mut entries) = std::fs::read_dir(folder) else { return !folder.exists() };
+    let is_comparison = || folder.join("summary.json").is_file() && !folder.join("parts").exists();
+    entries.next().is_none() || is_comparison()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::store::parts::RESULT_FILES;
+
+    #[test]
+    fn what_is_written_is_taken_away_before_more_trials_are_run() {
+        assert!(FILES.iter().all(|name| RESULT_FILES.contains(name)));
+    }
+}

@@ -1,0 +1,327 @@
+//! Two sets on the same pushes: the 2x2 table of who recovered, what it says of the difference of their rates, and how
+//! sure that is.
+//!
+//! Only trials in which the two end differently tell them apart. The exact McNemar test asks whether these fall to either
+//! side like a fair coin. Tango's score interval (1998, "Equivalence test and confidence interval for the difference in
+//! proportions for the paired-sample design") holds every difference D that the score test does not reject:
+//! `only_a - only_b - n D = +-z sqrt(n (2 q + D (1 - D)))`, with q the likeliest share of `only_b` if the difference is D:
+//! the root of `2 n q^2 + ((2 n - only_a + only_b) D - only_a - only_b) q - only_b D (1 - D) = 0`.
+//!
+//! The interval at 95 % misses on either side with 2.5 %, about. Summed over all tables (200 to 4000 trials, up to 40 %
+//! discordant), it puts a difference nearer to zero than it is, or beyond zero, with at most 2.9 %; farther from zero with
+//! at most 2.9 % where 10 trials or more of the rarer discordant kind are expected, 3.3 % from 5, 4.8 % from 2, and 5.6 %
+//! where next to all are of one kind and these are few: 4.5 trials are worst (400 trials with a loss of 1 % and next to no
+//! gain). Nine of one kind and none of the other are not as rare then as the score test takes them to be.
+
+use crate::stats::sequential;
+use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, Normal};
+
+/// Halvings of an interval of length 2 at most: its end is known to 1e-17.
+const HALVINGS: usize = 58;
+
+/// How many trials ended how, of two sets a and b on the same pushes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct PairedCounts {
+    /// Both recovered.
+    pub both: u64,
+    /// a recovered, b did not.
+    pub only_a: u64,
+    /// b recovered, a did not.
+    pub only_b: u64,
+    pub neither: u64,
+}
+
+impl PairedCounts {
+    /// Counts trials by whether a recovered, and whether b did.
+    pub fn of(trials: impl Iterator<Item = (bool, bool)>) -> Self {
+        let mut counts = Self::default();
+        for recovered in trials {
+            *match recovered {
+                (true, true) => &mut counts.both,
+                (true, false) => &mut counts.only_a,
+                (false, true) => &mut counts.only_b,
+                (false, false) => &mut counts.neither,
+            } += 1;
+        }
+        counts
+    }
+
+    /// Interval of the difference: for a fixed count of trials ([`difference_interval`](Self::difference_interval)), or
+    /// one that holds at every look ([`sequential`]).
+    pub fn interval(&self, level: f64, at_every_look: bool) -> [f64; 2] {
+        match at_every_look {
+            true => sequential::difference_interval(self.only_a, self.only_b, self.trials(), level),
+            false => self.difference_interval(level),
+        }
+    }
+
+    pub fn trials(&self) -> u64 {
+        self.both + self.only_a + self.only_b + self.neither
+    }
+
+    /// Rate of a less rate of b (a share, -1 to 1); 0 without trials.
+    pub fn difference(&self) -> f64 {
+        (self.only_a as f64 - self.only_b as f64) / self.trials().max(1) as f64
+    }
+
+    /// Exact two-sided McNemar test: the chance that a fair coin, thrown once for each discordant trial, is as lopsided or
+    /// more. 1 where no trial is discordant.
+    pub fn mcnemar_p(&self) -> f64 {
+        (2.0 * fair_coin_tail(self.only_a.min(self.only_b), self.only_a + self.only_b)).min(1.0)
+    }
+
+    /// Tango's score interval of [`difference`](Self::difference) at a two-sided level (0 to 1, both not included); -1 to
+    /// 1 without trials. Each of its ends alone is a one-sided bound at the level `(1 + level) / 2`, about.
+    pub fn difference_interval(&self, level: f64) -> [f64; 2] {
+        if self.trials() == 0 {
+            return [-1.0, 1.0];
+        }
+        let z = Normal::standard().inverse_cdf(0.5 + level / 2.0);
+        let swapped = Self { only_a: self.only_b, only_b: self.only_a, ..*self };
+        [self.least_difference(z), -swapped.least_difference(z)]
+    }
+
+    /// Trials in all after which a McNemar test at the two-sided level `alpha` finds the difference with the chance
+    /// `power`, if the rates are as observed (Connor 1987, "Sample size for testing differences in proportions for the
+    /// paired-sample design"): `(z_alpha sqrt(s) + z_power sqrt(s - d^2))^2 / d^2`, s the share of discordant trials, d the
+    /// difference. None where no difference was seen.
+    ///
+    /// A guess from a guess: an observed difference that is not resolved may well be twice the true one.
+    pub fn trials_to_resolve(&self, power: f64, alpha: f64) -> Option<u64> {
+        let d = self.difference();
+        if d == 0.0 {
+            return None;
+        }
+        let discordant = (self.only_a + self.only_b) as f64 / self.trials() as f64;
+        let z = |p: f64| Normal::standard().inverse_cdf(p);
+        // Rounding may leave s - d^2 a little below 0 where all trials are discordant to one side.
+        let spread = (discordant - d * d).max(0.0).sqrt();
+        let root = z(1.0 - alpha / 2.0) * discordant.sqrt() + z(power) * spread;
+        Some((root / d).powi(2).ceil() as u64)
+    }
+
+    /// The least difference that the score test does not reject.
+    fn least_difference(&self, z: f64) -> f64 {
+        let n = self.trials() as f64;
+        let observed = self.only_a as f64 - self.only_b as f64;
+        // Monotone: too low a difference is one from which the observed one lies more than z standard errors.
+        let too_low = |d: f64| observed - n * d > z * (n * self.variance_at(d)).sqrt();
+        let (mut low, mut high) = (-1.0, self.difference());
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            *if too_low(middle) { &mut low } else { &mut high } = middle;
+        }
+        high
+    }
+
+    /// Variance of one trial's difference (-1, 0 or 1), at the likeliest rates of which the difference is `d`.
+    fn variance_at(&self, d: f64) -> f64 {
+        // Mirrored for d < 0: then nothing below cancels.
+        let (a, b) = if d < 0.0 { (self.only_b, self.only_a) } else { (self.only_a, self.only_b) };
+        let (n, a, b, d) = (self.trials() as f64, a as f64, b as f64, d.abs());
+        let (quadratic, linear, constant) = (2.0 * n, (2.0 * n - a + b) * d - a - b, b * d * (1.0 - d));
+        let root = (linear * linear + 4.0 * quadratic * constant).sqrt();
+        let only_b = if linear > 0.0 { 2.0 * constant / (root + linear) } else { (root - linear) / (2.0 * quadratic) };
+        2.0 * only_b + d * (1.0 - d)
+    }
+}
+
+/// Chance of at most `k` heads in `n` throws of a fair coin, for `k <= n / 2`.
+///
+/// Each term from the one before, outwards from the middle, against their own sum: no factorials, no cancellation. Terms
+/// vanish at 38 standard deviations, so that a million throws take some 20 thousand of them.
+fn fair_coin_tail(k: u64, n: u64) -> f64 {
+    let middle = n / 2;
+    let (mut term, mut below, mut tail) = (1.0, 0.0, 0.0);
+    for heads in (0..=middle).rev() {
+        below += term;
+        tail += if heads <= k { term } else { 0.0 };
+        term *= heads as f64 / (n - heads + 1) as f64;
+        // Below, halves round up to the least number there is, and never end.
+        if term < f64::MIN_POSITIVE {
+            break;
+        }
+    }
+    // The upper half mirrors the lower; for even n they share the middle.
+    let all = 2.0 * below - if n.is_multiple_of(2) { 1.0 } else { 0.0 };
+    tail / all
+}
+
+/// P values of several tests, adjusted so that the chance of any false alarm among them stays that of one (Holm 1979, "A
+/// simple sequentially rejective multiple test procedure"); in the order given.
+pub fn holm(p: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..p.len()).collect();
+    order.sort_by(|&i, &j| p[i].total_cmp(&p[j]));
+    let (mut adjusted, mut least) = (vec![0.0; p.len()], 0.0f64);
+    for (rank, &i) in order.iter().enumerate() {
+        least = least.max((p.len() - rank) as f64 * p[i]).min(1.0);
+        adjusted[i] = least;
+    }
+    adjusted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use statrs::function::gamma::ln_gamma;
+
+    fn table(both: u64, only_a: u64, only_b: u64, neither: u64) -> PairedCounts {
+        PairedCounts { both, only_a, only_b, neither }
+    }
+
+    // Expected values: scipy 1.17.1 `binomtest(only_a, only_a + only_b).pvalue`, and the same of statsmodels 0.15.0
+    // `mcnemar(exact=True)`; and Tango's interval at 95 and 90 % from the score test with the likeliest rates found by
+    // maximising the likelihood of the table numerically (brentq), not from the quadratic.
+    type Table = ([u64; 4], f64, [f64; 2], [f64; 2]);
+    #[rustfmt::skip]
+    const TABLES: [Table; 12] = [
+        ([40, 9, 3, 48], 0.14599609375, [-0.009115601446117016, 0.13769300936663148], [0.00336016859529008, 0.12344326888250748]),
+        ([0, 1, 0, 9], 1.0, [-0.20528607984917807, 0.4041500267952385], [-0.13423616709174757, 0.3477186673358584]),
+        ([50, 0, 0, 50], 1.0, [-0.03699349820698568, 0.03699349820698568], [-0.026342720783172967, 0.026342720783172967]),
+        ([20, 7, 0, 3], 0.015625, [0.09333348175210521, 0.4092832615812221], [0.1313066866457109, 0.37902605312868204]),
+        ([0, 0, 12, 0], 0.00048828125, [-1.0, -0.5150119866895184], [-1.0, -0.632037610505046]),
+        ([0, 5, 5, 0], 1.0, [-0.526813818974872, 0.526813818974872], [-0.46145635772346555, 0.46145635772346555]),
+        ([430, 31, 52, 487], 0.027534178012294533, [-0.03948044764916283, -0.0032136357050342257], [-0.03638670446372324, -0.006110358809225233]),
+        ([1, 1, 0, 0], 1.0, [-0.48642965874002037, 0.9054687942657692], [-0.36245408649048055, 0.8791336805777262]),
+        ([900000, 10500, 10000, 79500], 0.0004915393992266739, [0.000219396330266726, 0.0007806915852594555], [0.00026451030171397203, 0.0007355516209315603]),
+        ([999990, 3, 7, 0], 0.34375, [-1.1793848371859009e-05, 2.656057623007103e-06], [-1.0249790194904648e-05, 1.3788325943096192e-06]),
+        ([0, 1, 0, 0], 1.0, [-0.5869013712455244, 1.0], [-0.46026810243189165, 1.0]),
+        ([0, 600000, 400000, 0], 0.0, [0.19807887057544873, 0.2019195928469257], [0.1983878401470455, 0.20161107763850084]),
+    ];
+
+    #[test]
+    fn p_and_interval_are_those_of_others() {
+        for ([both, only_a, only_b, neither], p, at95, at90) in TABLES {
+            let (counts, swapped) = (table(both, only_a, only_b, neither), table(both, only_b, only_a, neither));
+            assert!((counts.mcnemar_p() - p).abs() <= 1e-10 * p, "{counts:?}: {}", counts.mcnemar_p());
+            assert_eq!(counts.mcnemar_p(), swapped.mcnemar_p());
+            for (level, expected) in [(0.95, at95), (0.9, at90)] {
+                let found = counts.difference_interval(level);
+                // 1e-10, or what is left of 16 digits after brentq for the million.
+                let wrong = (found[0] - expected[0]).abs().max((found[1] - expected[1]).abs());
+                assert!(wrong < 1e-10, "{counts:?}: {found:?} is not {expected:?}");
+                let mirrored = swapped.difference_interval(level);
+                assert_eq!([-mirrored[1], -mirrored[0]], found);
+            }
+        }
+    }
+
+    #[test]
+    fn no_trials_say_nothing() {
+        let none = PairedCounts::default();
+        assert_eq!((none.difference(), none.mcnemar_p(), none.trials_to_resolve(0.8, 0.05)), (0.0, 1.0, None));
+        assert_eq!(none.difference_interval(0.95), [-1.0, 1.0]);
+        // Without discordant trials the interval is z^2 / (n + z^2) to either side.
+        let z2 = Normal::standard().inverse_cdf(0.975).powi(2);
+        let [low, high] = table(300, 0, 0, 100).difference_interval(0.95);
+        assert!((high - z2 / (400.0 + z2)).abs() < 1e-12 && low == -high);
+        // All of them discordant to one side: Wilson's.
+        let [low, high] = table(0, 40, 0, 0).difference_interval(0.95);
+        assert!((low - (40.0 - z2) / (40.0 + z2)).abs() < 1e-12 && high == 1.0);
+    }
+
+    #[test]
+    fn a_million_coins_are_counted_without_loss() {
+        // scipy 1.17.1: binomtest(499000, 10**6).pvalue and others.
+        for (k, n, p) in [
+            (499000, 1000000, 0.0456082998653896),
+            (495000, 1000000, 1.538155504390233e-23),
+            (490000, 1000000, 5.544363287708518e-89),
+            (7, 40, 4.2277022657799534e-05),
+            (20, 41, 1.0),
+            (0, 900, 2.3661043723335494e-271),
+            (450000, 900001, 1.0),
+        ] {
+            let found = table(0, k, n - k, 0).mcnemar_p();
+            assert!((found - p).abs() <= 1e-9 * p, "{k} of {n}: {found}");
+        }
+    }
+
+    // Expected values: Connor's formula on scipy 1.17.1 normal quantiles, rounded up.
+    #[test]
+    fn trials_to_resolve_are_those_of_connor() {
+        let needed = |counts: PairedCounts, power, alpha| counts.trials_to_resolve(power, alpha);
+        assert_eq!(needed(table(40, 9, 3, 48), 0.8, 0.05), Some(260));
+        assert_eq!(needed(table(430, 31, 52, 487), 0.9, 0.01), Some(2796));
+        assert_eq!(needed(table(0, 0, 12, 0), 0.8, 0.05), Some(4));
+        assert_eq!(needed(table(900000, 10500, 10000, 79500), 0.8, 0.05), Some(643_606));
+        assert_eq!(needed(table(5, 3, 3, 5), 0.8, 0.05), None);
+        assert_eq!(needed(table(5, 0, 0, 5), 0.8, 0.05), None);
+    }
+
+    // Expected values: statsmodels 0.15.0 `multipletests(p, method="holm")[1]`.
+    #[test]
+    fn holm_is_that_of_statsmodels() {
+        let is = |p: &[f64], expected: &[f64]| {
+            let found = holm(p);
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?} is not {expected:?}");
+            assert_eq!(found.len(), expected.len());
+        };
+        is(&[0.01, 0.04, 0.03, 0.005], &[0.03, 0.06, 0.06, 0.02]);
+        is(&[0.5, 0.02, 0.9, 0.02, 1.0], &[1.0, 0.1, 1.0, 0.1, 1.0]);
+        is(&[0.2], &[0.2]);
+        is(&[], &[]);
+    }
+
+    /// Chance that the interval at 95 % lies above, and below, the true difference: summed over all tables of `n` trials
+    /// but for those that are less likely than 1 in 10^8 together.
+    fn misses(n: u64, discordant: f64, difference: f64) -> [f64; 2] {
+        let (rate_a, rate_b) = ((discordant + difference) / 2.0, (discordant - difference) / 2.0);
+        let ln_chance = |k: u64, n: u64, p: f64| {
+            let (k, n) = (k as f64, n as f64);
+            let ways = ln_gamma(n + 1.0) - ln_gamma(k + 1.0) - ln_gamma(n - k + 1.0);
+            ways + if k > 0.0 { k * p.ln() } else { 0.0 } + (n - k) * (-p).ln_1p()
+        };
+        let likely = |n: u64, p: f64| {
+            let (mean, reach) = (n as f64 * p, 6.0 * (n as f64 * p).sqrt() + 12.0);
+            (mean - reach).max(0.0) as u64..=((mean + reach) as u64).min(n)
+        };
+        let [mut above, mut below] = [0.0; 2];
+        for only_a in likely(n, rate_a) {
+            let ln_a = ln_chance(only_a, n, rate_a);
+            for only_b in likely(n, rate_b).take_while(|only_b| only_a + only_b <= n) {
+                let chance = (ln_a + ln_chance(only_b, n - only_a, rate_b / (1.0 - rate_a))).exp();
+                let [low, high] = table(n - only_a - only_b, only_a, only_b, 0).difference_interval(0.95);
+                above += if low > difference { chance } else { 0.0 };
+                below += if high < difference { chance } else { 0.0 };
+            }
+        }
+        [above, below]
+    }
+
+    /// Trials, discordant share and difference, and how often the interval at 95 % lies above it, and below (%). Expected
+    /// values: the sum over all tables in numpy 2.4.6, by the score alone, without an interval.
+    #[rustfmt::skip]
+    const MISSES: [(u64, f64, f64, f64, f64); 20] = [
+        (200, 0.01, 0.0, 0.70, 0.70),
+        (200, 0.02, 0.01, 3.21, 1.61),
+        (200, 0.025, 0.02, 5.23, 1.53),
+        (200, 0.05, 0.0, 2.17, 2.17),
+        (200, 0.05, 0.01, 2.97, 2.60),
+        (200, 0.05, 0.05, 2.38, 0.90),
+        (200, 0.1, 0.05, 2.68, 2.23),
+        (200, 0.2, 0.01, 2.52, 2.47),
+        (200, 0.4, 0.05, 2.54, 2.47),
+        (400, 0.0125, 0.01, 5.28, 1.55),
+        (1000, 0.004, 0.004, 5.08, 1.82),
+        (1000, 0.01, 0.0, 2.17, 2.17),
+        (1000, 0.01, 0.01, 2.64, 1.01),
+        (1000, 0.02, 0.01, 2.77, 2.34),
+        (1000, 0.05, 0.01, 2.51, 2.46),
+        (1000, 0.05, 0.05, 2.84, 2.12),
+        (1000, 0.1, 0.01, 2.49, 2.49),
+        (1000, 0.1, 0.05, 2.61, 2.42),
+        (1000, 0.4, 0.05, 2.49, 2.51),
+        (2000, 0.0025, 0.002, 5.32, 1.58),
+    ];
+
+    #[test]
+    fn how_often_the_interval_misses() {
+        for (n, discordant, difference, above, below) in MISSES {
+            let found = misses(n, discordant, difference).map(|chance| 100.0 * chance);
+            let wrong = (found[0] - above).abs().max((found[1] - below).abs());
+            assert!(wrong < 0.006, "{n} trials, {discordant} discordant, difference {difference}: {found:?}");
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! Tests and intervals that know no campaign: rates ([`rate`]), paired outcomes ([`mcnemar`]) and paired numbers
+//! ([`ranks`]), success against impulse ([`curve`]), intervals that hold at every look ([`sequential`]), and the impulse of
+//! 50 % found with few pushes ([`psychometric`]).
+
+pub mod curve;
+pub mod mcnemar;
+pub mod psychometric;
+pub mod ranks;
+pub mod rate;
+pub mod sequential;

@@ -1,0 +1,301 @@
+//! The impulse of 50 % recovery, found with few pushes: an adaptive Bayesian search (after Kontsevich and Tyler 1999,
+//! "Bayesian adaptive estimation of psychometric slope and threshold").
+//!
+//! The chance to recover falls with the impulse J as `lapse + (1 - 2 lapse) Phi((threshold - J) / spread)`: a cumulative
+//! normal. The lapse allows for a fall far below the threshold, and for luck far above it. On a grid of thresholds and
+//! spreads every outcome multiplies the probability of each pair by its likelihood. The next impulse is the one from
+//! whose outcome most is expected to be learnt about the threshold: after which its expected entropy is least. (Theirs
+//! asks about the spread too; where it is large, that took 15 % more trials here, and intervals held less often.) It
+//! stops when the 95 % interval of the threshold is narrow enough.
+//!
+//! Simulated on 480 logistic curves, intervals of +-0.1 N s hold the threshold in 100 of 100 searches with 18 trials each
+//! where recovery goes from 88 to 12 % within 0.08 N s, in 97 with 34 trials within 0.3, in 92 with 95 trials within 0.8.
+//!
+//! Where the same impulse always ends in the same outcome (no noise, nothing drawn), to try it again would teach nothing:
+//! no impulse is tried twice then. The search becomes a bisection that, because of the lapse, believes no single
+//! outcome: it looks again just below and just above; an island of falls below the threshold widens the interval.
+
+use serde::Serialize;
+use statrs::function::erf::erfc;
+use std::f64::consts::SQRT_2;
+
+/// Share of outcomes, on either side, that are not the impulse's doing.
+const LAPSE: f64 = 0.02;
+/// Of the standard normal at 90 %.
+const Z90: f64 = 1.281_551_565_544_6;
+/// A threshold on the grid every so many half widths of the interval asked for.
+const STEPS_IN_PRECISION: f64 = 2.0;
+/// Fewest and most thresholds on the grid.
+const THRESHOLDS: [f64; 2] = [160.0, 2000.0];
+/// Spreads: from half a step of the grid, each so much larger than the one before, up to this share of the range.
+const SPREAD_RATIO: f64 = 1.5;
+const SPREAD_SHARE: f64 = 0.15;
+/// Impulses among which the next one is chosen, about.
+const CANDIDATES: usize = 60;
+/// The 95 % interval, and what of the threshold's distribution is worth a candidate.
+const INTERVAL: [f64; 2] = [0.025, 0.975];
+const WORTH_A_TRIAL: [f64; 2] = [0.002, 0.998];
+/// Thresholds less likely than this teach nothing.
+const NEGLIGIBLE: f64 = 1e-12;
+
+/// What is asked of a search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rule {
+    /// Thresholds from 0 to here are equally likely at first (N s).
+    pub most_n_s: f64,
+    /// Stop when the 95 % interval of the threshold is narrower than twice this (N s),
+    pub precision_n_s: f64,
+    /// or after so many trials.
+    pub max_trials: u64,
+    /// Whether the same impulse may end differently in the next trial.
+    pub random: bool,
+}
+
+/// An impulse (N s) as far as it is known: median, and the interval that holds it with 95 %.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Estimate {
+    pub at_n_s: f64,
+    pub ci95: [f64; 2],
+}
+
+/// What is known of threshold and spread.
+pub struct Posterior {
+    rule: Rule,
+    /// Between thresholds, and between impulses (N s).
+    step: f64,
+    count: usize,
+    spreads: Vec<f64>,
+    /// `chance[s * (2 count) + count + j - i]`: to recover from impulse j with threshold i and spread s.
+    chance: Vec<f64>,
+    /// Of threshold i with spread s at `s * count + i`; they sum to 1.
+    probability: Vec<f64>,
+    /// Impulses tried, as places on the grid.
+    tried: Vec<usize>,
+}
+
+impl Posterior {
+    /// Nothing is known yet.
+    pub fn new(rule: Rule) -> Self {
+        let count = (rule.most_n_s / rule.precision_n_s * STEPS_IN_PRECISION).clamp(THRESHOLDS[0], THRESHOLDS[1]);
+        let (step, count) = (rule.most_n_s / count.round(), count.round() as usize + 1);
+        let wider = |spread: &f64| Some(spread * SPREAD_RATIO).filter(|s| *s <= SPREAD_SHARE * rule.most_n_s);
+        let spreads: Vec<f64> = std::iter::successors(Some(step / 2.0), wider).collect();
+        let mut chance = Vec::new();
+        for spread in &spreads {
+            for lag in 0..2 * count {
+                let below = (count as f64 - lag as f64) * step / spread;
+                chance.push(LAPSE + (1.0 - 2.0 * LAPSE) * 0.5 * erfc(-below / SQRT_2));
+            }
+        }
+        let pairs = count * spreads.len();
+        let probability = vec![1.0 / pairs as f64; pairs];
+        Self { rule, step, count, spreads, chance, probability, tried: Vec::new() }
+    }
+
+    /// The impulse (N s) to try next; None when enough is known, or no more is to be learnt.
+    pub fn next_impulse(&self) -> Option<f64> {
+        if self.tried.len() as u64 >= self.rule.max_trials || self.is_resolved() {
+            return None;
+        }
+        let marginal = self.thresholds();
+        let spread: f64 =
+            self.probability.chunks(self.count).zip(&self.spreads).map(|(p, s)| s * p.iter().sum::<f64>()).sum();
+        let [low, high] = WORTH_A_TRIAL.map(|share| self.quantile(&marginal, share));
+        let place = |impulse: f64| ((impulse / self.step).max(0.0) as usize).min(self.count - 1);
+        let (first, last) = (place(low - 1.5 * spread), place(high + 1.5 * spread) + 1);
+        let stride = (last - first).div_ceil(CANDIDATES);
+        let fresh = |j: &usize| self.rule.random || !self.tried.contains(j);
+        // Where every candidate has been tried, those between them have not.
+        let next = [stride, 1].into_iter().find_map(|stride| {
+            let candidates = (first..=last.min(self.count - 1)).step_by(stride).filter(fresh);
+            candidates.map(|j| (j, self.learnt(j, &marginal))).reduce(|a, b| if b.1 > a.1 { b } else { a })
+        });
+        next.map(|(j, _)| j as f64 * self.step)
+    }
+
+    /// Takes an outcome into account, at an impulse of [`Self::next_impulse`].
+    pub fn observe(&mut self, impulse_n_s: f64, recovered: bool) {
+        let j = (impulse_n_s / self.step).round() as usize;
+        self.tried.push(j);
+        let rows = self.probability.chunks_mut(self.count).zip(self.chance.chunks(2 * self.count));
+        for (row, chance) in rows {
+            for (i, p) in row.iter_mut().enumerate() {
+                let recovers = chance[self.count + j - i];
+                *p *= if recovered { recovers } else { 1.0 - recovers };
+            }
+        }
+        let sum: f64 = self.probability.iter().sum();
+        self.probability.iter_mut().for_each(|p| *p /= sum);
+    }
+
+    /// The impulse of 50 % recovery.
+    pub fn impulse50(&self) -> Estimate {
+        let marginal = self.thresholds();
+        let [low, high] = INTERVAL.map(|share| self.quantile(&marginal, share));
+        Estimate { at_n_s: self.quantile(&marginal, 0.5), ci95: [low, high] }
+    }
+
+    /// The impulse of 90 % recovery, lapses apart; not below 0.
+    pub fn impulse90(&self) -> Estimate {
+        let mut at: Vec<(f64, f64)> = Vec::new();
+        for (row, spread) in self.probability.chunks(self.count).zip(&self.spreads) {
+            at.extend(row.iter().enumerate().map(|(i, p)| ((i as f64 * self.step - Z90 * spread).max(0.0), *p)));
+        }
+        at.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let quantile = |share: f64| {
+            let mut sum = 0.0;
+            at.iter()
+                .find(|(_, p)| {
+                    sum += p;
+                    sum >= share
+                })
+                .map_or(self.rule.most_n_s, |(at, _)| *at)
+        };
+        let [low, high] = INTERVAL.map(quantile);
+        Estimate { at_n_s: quantile(0.5), ci95: [low, high] }
+    }
+
+    /// Whether the interval is as narrow as asked for, and inside of the range.
+    pub fn is_resolved(&self) -> bool {
+        let [low, high] = self.impulse50().ci95;
+        high - low <= 2.0 * self.rule.precision_n_s && high < self.rule.most_n_s - self.step
+    }
+
+    /// Trials so far.
+    pub fn trials(&self) -> u64 {
+        self.tried.len() as u64
+    }
+
+    /// What is expected to be learnt from impulse j about the threshold (nats), given the probability of each: the entropy
+    /// of the outcome less what of it would be left if the threshold were known.
+    fn learnt(&self, j: usize, marginal: &[f64]) -> f64 {
+        // Chance to recover, together with threshold i.
+        let mut joint = vec![0.0; self.count];
+        let rows = self.probability.chunks(self.count).zip(self.chance.chunks(2 * self.count));
+        for (row, chance) in rows {
+            for (i, p) in row.iter().enumerate() {
+                joint[i] += p * chance[self.count + j - i];
+            }
+        }
+        let known = marginal.iter().zip(&joint).filter(|(p, _)| **p > NEGLIGIBLE);
+        entropy(joint.iter().sum()) - known.map(|(p, joint)| p * entropy(joint / p)).sum::<f64>()
+    }
+
+    /// Probability of each threshold.
+    fn thresholds(&self) -> Vec<f64> {
+        let mut sum = vec![0.0; self.count];
+        for row in self.probability.chunks(self.count) {
+            sum.iter_mut().zip(row).for_each(|(sum, p)| *sum += p);
+        }
+        sum
+    }
+
+    /// Quantile of thresholds, each spread evenly over its step; not below 0.
+    fn quantile(&self, marginal: &[f64], share: f64) -> f64 {
+        let mut sum = 0.0;
+        for (i, p) in marginal.iter().enumerate() {
+            if sum + p >= share && *p > 0.0 {
+                return (self.step * (i as f64 - 0.5 + (share - sum) / p)).max(0.0);
+            }
+            sum += p;
+        }
+        self.rule.most_n_s
+    }
+}
+
+/// Of a chance (nats).
+fn entropy(p: f64) -> f64 {
+    let part = |p: f64| if p > 0.0 { -p * p.ln() } else { 0.0 };
+    part(p) + part(1.0 - p)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::ask::trial::{Stream, stream};
+    use rand::RngExt;
+
+    const RULE: Rule = Rule { most_n_s: 16.0, precision_n_s: 0.1, max_trials: 400, random: true };
+
+    fn search(rule: Rule, mut recovers: impl FnMut(f64) -> bool) -> Posterior {
+        let mut posterior = Posterior::new(rule);
+        while let Some(impulse) = posterior.next_impulse() {
+            posterior.observe(impulse, recovers(impulse));
+        }
+        posterior
+    }
+
+    /// A logistic curve (not the normal one that is assumed) with lapses on the lower side.
+    fn logistic(impulse: f64, threshold: f64, scale: f64, lapse: f64) -> f64 {
+        (1.0 - lapse) / (1.0 + ((impulse - threshold) / scale).exp())
+    }
+
+    #[test]
+    fn the_interval_holds_the_threshold_as_often_as_it_says_for_far_fewer_trials_than_a_grid() {
+        let (mut held50, mut held90, mut trials, count) = (0, 0, 0, 240);
+        for i in 0..count {
+            let mut rng = stream(11, i, Stream::Impulse);
+            let threshold = 2.0 + 5.0 * rng.random::<f64>();
+            let scale = [0.02, 0.08, 0.2][i as usize % 3];
+            let found = search(RULE, |impulse| rng.random::<f64>() < logistic(impulse, threshold, scale, 0.01));
+            assert!(found.is_resolved(), "threshold {threshold}, scale {scale}: {:?}", found.impulse50());
+            let holds =
+                |estimate: Estimate, truth: f64| u32::from(estimate.ci95[0] <= truth && truth <= estimate.ci95[1]);
+            held50 += holds(found.impulse50(), threshold);
+            held90 += holds(found.impulse90(), threshold - scale * 9.0_f64.ln());
+            trials += found.trials();
+        }
+        let share = f64::from(held50) / count as f64;
+        assert!(share > 0.91, "{share}");
+        assert!(f64::from(held90) / count as f64 > 0.9, "{held90}");
+        // A grid over the range, 0.2 N s apart, has 80 impulses, each to be tried several times.
+        assert!(trials / count < 60, "{} trials on average", trials / count);
+    }
+
+    #[test]
+    fn without_noise_no_impulse_is_tried_twice_and_the_threshold_is_found() {
+        let rule = Rule { random: false, ..RULE };
+        for threshold in [0.0, 0.33, 2.49, 5.555, 12.3] {
+            let mut tried = Vec::new();
+            let found = search(rule, |impulse| {
+                tried.push(impulse);
+                impulse < threshold
+            });
+            let estimate = found.impulse50();
+            assert!(
+                found.is_resolved() && found.trials() <= 20,
+                "{threshold}: {} trials, {estimate:?}",
+                found.trials()
+            );
+            assert!((estimate.at_n_s - threshold).abs() < 0.1, "{threshold}: {estimate:?}");
+            // Seen from both sides.
+            let near = |from: f64, to: f64| tried.iter().any(|impulse| (from..to).contains(impulse));
+            assert!(threshold == 0.0 || near(threshold - 0.3, threshold), "{tried:?}");
+            assert!(near(threshold, threshold + 0.3), "{tried:?}");
+            tried.sort_by(f64::total_cmp);
+            tried.dedup();
+            assert_eq!(tried.len() as u64, found.trials());
+        }
+    }
+
+    #[test]
+    fn an_island_of_falls_is_seen_and_the_search_ends() {
+        let rule = Rule { random: false, max_trials: 60, ..RULE };
+        let island = |impulse: f64| impulse < 3.0 && !(2.6..2.8).contains(&impulse) || (3.3..3.4).contains(&impulse);
+        let found = search(rule, island);
+        let estimate = found.impulse50();
+        assert!((2.5..=3.4).contains(&estimate.at_n_s), "{estimate:?}");
+        assert!(found.trials() <= 60);
+        assert!(estimate.ci95[0] < 3.0 && estimate.ci95[1] > 2.6, "{estimate:?}");
+    }
+
+    #[test]
+    fn a_threshold_beyond_the_range_or_too_few_trials_is_not_resolved() {
+        for random in [false, true] {
+            let never_falls = search(Rule { random, max_trials: 50, ..RULE }, |_| true);
+            assert!(!never_falls.is_resolved() && never_falls.impulse50().ci95[1] > 15.0);
+            let few = search(Rule { random, max_trials: 4, ..RULE }, |impulse| impulse < 3.0);
+            assert!(!few.is_resolved() && few.trials() == 4);
+        }
+    }
+}
