@@ -10,6 +10,7 @@
 pub mod assets;
 pub mod campaign;
 pub mod columns;
+pub mod commands;
 pub mod control;
 pub mod episode;
 pub mod error;

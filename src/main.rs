@@ -1,10 +1,10 @@
 //! The program: reads the command line, runs one command, turns its error into an exit code.
 
-mod cli;
-mod commands;
-
 use clap::Parser;
-use cli::{Cli, Command, RunArgs};
+use standfast::commands::{
+    self,
+    cli::{Cli, Command, RunArgs},
+};
 use standfast::render::progress::note;
 use std::process::ExitCode;
 

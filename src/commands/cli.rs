@@ -1,9 +1,9 @@
 //! The command line, as data.
 
+use crate::campaign::{Overrides, Shard};
+use crate::render::{self, ChangeArgs};
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
-use standfast::campaign::{Overrides, Shard};
-use standfast::render::{self, ChangeArgs};
 use std::path::PathBuf;
 
 /// How hard can a humanoid be pushed before it falls, and which gain set makes it stand better?
@@ -47,7 +47,7 @@ pub enum Command {
     /// What was understood of a robot; kinematics at given joint angles
     Model(render::model::Args),
     /// The robot in a 3D window: live, to be pushed and pulled, or a trial of a result
-    View(standfast::view::ViewArgs),
+    View(crate::view::ViewArgs),
     /// Print a completion script for a shell
     Completions { shell: Shell },
 }

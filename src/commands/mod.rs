@@ -1,28 +1,30 @@
 //! The commands around campaigns: what each does and prints.
 
-use crate::cli::{Cli, CompareArgs, FolderArgs, GateArgs, MergeArgs, ReplaysArgs, RunArgs};
+pub mod cli;
+
+use self::cli::{Cli, CompareArgs, FolderArgs, GateArgs, MergeArgs, ReplaysArgs, RunArgs};
+use crate::assets::DEFAULT_ROBOT;
+use crate::campaign::verdict::compare::{Joined, is_same_folder};
+use crate::campaign::verdict::gates::Gates;
+use crate::campaign::{Campaign, Folder, Plan, Summary, limit, run::Options};
+use crate::control::home_polygon;
+use crate::episode::EpisodeConfig;
+use crate::files::shell_word;
+use crate::lipm::pendulum::Pendulum;
+use crate::render::cpi::{CpiArgs, CpiDefaults};
+use crate::render::limit::LimitArgs;
+use crate::render::model::Args as ModelArgs;
+use crate::render::paper::PaperArgs;
+use crate::render::push::PushArgs;
+use crate::render::replays::ReplayArgs;
+use crate::render::response::ResponseArgs;
+use crate::render::scenario::ScenarioArgs;
+use crate::render::{self, progress, progress::Progress, progress::note, table};
+use crate::robot::Robot;
+use crate::view::ViewArgs;
+use crate::{Error, Result};
 use clap::CommandFactory;
 use clap_complete::Shell;
-use standfast::assets::DEFAULT_ROBOT;
-use standfast::campaign::verdict::compare::{Joined, is_same_folder};
-use standfast::campaign::verdict::gates::Gates;
-use standfast::campaign::{Campaign, Folder, Plan, Summary, limit, run::Options};
-use standfast::control::home_polygon;
-use standfast::episode::EpisodeConfig;
-use standfast::files::shell_word;
-use standfast::lipm::pendulum::Pendulum;
-use standfast::render::cpi::{CpiArgs, CpiDefaults};
-use standfast::render::limit::LimitArgs;
-use standfast::render::model::Args as ModelArgs;
-use standfast::render::paper::PaperArgs;
-use standfast::render::push::PushArgs;
-use standfast::render::replays::ReplayArgs;
-use standfast::render::response::ResponseArgs;
-use standfast::render::scenario::ScenarioArgs;
-use standfast::render::{self, progress, progress::Progress, progress::note, table};
-use standfast::robot::Robot;
-use standfast::view::ViewArgs;
-use standfast::{Error, Result};
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::OnceLock;
@@ -208,7 +210,7 @@ pub fn model(args: &ModelArgs) -> Result<ExitCode> {
 }
 
 pub fn view(args: &ViewArgs) -> Result<ExitCode> {
-    render::print(&standfast::view::run(args)?)?;
+    render::print(&crate::view::run(args)?)?;
     Ok(ExitCode::SUCCESS)
 }
 
