@@ -1,7 +1,7 @@
 //! Cost of the sets: what runs at every tick and after a landing, beside what is searched once.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use standfast::assets::{self, Kind};
 use standfast::control::stand::Support;
 use standfast::geometry::SupportPolygon;

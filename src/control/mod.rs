@@ -4,6 +4,41 @@
 //! One tick ([`Controller::tick`]): [`Estimator`] (COM, its velocity, ZMP, contact) -> [`Balance`]: the standing rule
 //! ([`stand`]: support, gain, wanted ZMP) or, when no set holds the state, a footwork rule ([`step`]) -> [`body`] (joint
 //! targets and torques). What it did, and why, says its [`Account`].
+//!
+//! With what is below it the controller is a library of its own (`default-features = false`): for another simulator, or a robot.
+//! Here the robot is one whose joints go where they are sent, standing still:
+//!
+//! ```
+//! use standfast::control::{Controller, Design, Phase};
+//! use standfast::lipm::GainSet;
+//! use standfast::robot::{Command, GRAVITY, Imu, PerFoot, Robot, Sensed, Wrench};
+//! use nalgebra::{UnitQuaternion, Vector3};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let period_s = 0.002;
+//! let robot = Robot::load("ut-mu2")?;
+//! let design = Design::new(&robot, &GainSet::load("catch")?, period_s)?;
+//! let mut controller = Controller::new(design);
+//! let mut command = Command::hold(&robot.home_rad);
+//! let half_weight = Vector3::new(0.0, 0.0, 0.5 * robot.mass() * GRAVITY);
+//! for _ in 0..100 {
+//!     // Encoders, the IMU over the period that ends, and mean wrenches under the soles, in their axes.
+//!     let sensed = Sensed {
+//!         q: command.q_ref.clone(),
+//!         imu: Imu::over(period_s, UnitQuaternion::identity(), [Vector3::zeros(); 2], Vector3::zeros()),
+//!         soles: PerFoot::from_fn(|_| Wrench { force: half_weight, moment: Vector3::zeros() }),
+//!     };
+//!     // A reading that cannot be is refused; the last good command then stands.
+//!     if let Err(error) = controller.tick(&sensed, &mut command) {
+//!         eprintln!("{error}");
+//!     }
+//! }
+//! let account = controller.account();
+//! assert_eq!(account.phase, Phase::Switching);
+//! println!("{}: margin {:.2}, ZMP wanted at {}", account.phase.name(), account.margin, account.zmp_ref);
+//! # Ok(())
+//! # }
+//! ```
 
 mod account;
 mod balance;
