@@ -3,7 +3,7 @@
 
 use rand::{SeedableRng, rngs::ChaCha8Rng};
 use rand_distr::{Binomial, Distribution};
-use standfast::campaign::verdict::gate::{Evidence, Gate, Judged, Status};
+use standfast::campaign::verdict::gate::{Evidence, Gate, GateAnswer, Status};
 use standfast::stats::mcnemar::PairedCounts;
 use standfast::stats::sequential::next_look;
 use std::collections::HashMap;
@@ -21,11 +21,11 @@ fn at_most_allowed() -> f64 {
 
 /// Shares of campaigns that pass, that fail, and that a raw threshold on what was observed fails. What is drawn is judged
 /// once.
-fn shares<T: Copy + Eq + Hash>(draw: impl Fn(&mut ChaCha8Rng) -> T, judge: impl Fn(T) -> Judged) -> [f64; 3] {
+fn shares<T: Copy + Eq + Hash>(draw: impl Fn(&mut ChaCha8Rng) -> T, judge: impl Fn(T) -> GateAnswer) -> [f64; 3] {
     let (mut rng, mut known, mut counts) = (ChaCha8Rng::seed_from_u64(5), HashMap::new(), [0; 3]);
     for _ in 0..CAMPAIGNS {
         let drawn = draw(&mut rng);
-        let judged: &Judged = known.entry(drawn).or_insert_with(|| judge(drawn));
+        let judged: &GateAnswer = known.entry(drawn).or_insert_with(|| judge(drawn));
         counts[0] += u32::from(judged.status == Status::Passed);
         counts[1] += u32::from(judged.status == Status::Failed);
         counts[2] += u32::from(judged.observed < judged.required);

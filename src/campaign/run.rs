@@ -4,7 +4,7 @@ use crate::assets::{self, Kind, Source};
 use crate::campaign::ask::no_step::NoStep;
 use crate::campaign::store::parts::{BLOCK_TRIALS, Folder, Manifest};
 use crate::campaign::verdict::gate_spec::GateSpec;
-use crate::campaign::{Campaign, Row, Shard, ask::trial};
+use crate::campaign::{Campaign, Shard, TrialRow, ask::trial};
 use crate::control::Design;
 use crate::episode;
 use crate::error::{Error, Result};
@@ -30,7 +30,7 @@ pub struct Plan {
 }
 
 /// How much of a campaign to run, and who watches.
-pub struct Options<'a> {
+pub struct RunOptions<'a> {
     /// 0: one per core.
     pub threads: usize,
     pub shard: Option<Shard>,
@@ -41,7 +41,7 @@ pub struct Options<'a> {
     /// Called after every episode, from any thread.
     pub on_episode: &'a (dyn Fn() + Sync),
     /// Asked at every look of a campaign that ends when decided, with the rows of all trials so far: is it?
-    pub is_decided: &'a (dyn Fn(&[Row]) -> bool + Sync),
+    pub is_decided: &'a (dyn Fn(&[TrialRow]) -> bool + Sync),
 }
 
 impl Plan {
@@ -134,7 +134,7 @@ impl Plan {
     /// Runs the trials that `folder` lacks (of one shard, or all) and commits them part by part; what is complete is
     /// left as it is. Every gain set is designed for before the first trial and before anything is written or, of an
     /// earlier result, taken away. Errors: a shard of a campaign that ends when decided, which no shard alone can know.
-    pub fn run(&self, folder: &Folder, options: &Options) -> Result<()> {
+    pub fn run(&self, folder: &Folder, options: &RunOptions) -> Result<()> {
         let campaign = &self.manifest.campaign;
         let until_resolved = campaign.stopping.until_resolved;
         if let (true, Some(Shard { index, count })) = (until_resolved, options.shard) {
@@ -173,7 +173,7 @@ impl Plan {
     /// missing for the next look, or none if it is decided, or there are no more trials; the folder is told so.
     ///
     /// The looks are at fixed counts of trials. So the end depends neither on threads nor on interruptions.
-    fn undecided(&self, folder: &Folder, options: &Options, look: &mut u64) -> Result<Vec<u64>> {
+    fn undecided(&self, folder: &Folder, options: &RunOptions, look: &mut u64) -> Result<Vec<u64>> {
         let most = self.manifest.campaign.trials;
         loop {
             let missing: Vec<u64> = (0..look.div_ceil(BLOCK_TRIALS)).filter(|&block| !folder.has(block)).collect();
@@ -190,7 +190,7 @@ impl Plan {
 
     /// Units are single episodes, handed out in order one by one: cores stay busy to the end, and an interruption loses
     /// only the few blocks in work.
-    fn run_blocks(&self, folder: &Folder, designs: &[Design], blocks: &[u64], options: &Options) -> Result<()> {
+    fn run_blocks(&self, folder: &Folder, designs: &[Design], blocks: &[u64], options: &RunOptions) -> Result<()> {
         let blocks: Vec<Block> = blocks.iter().map(|&block| Block::new(folder, block)).collect();
         let jobs = blocks.iter().flat_map(|block| (0..block.slots.len()).map(move |slot| (block, slot)));
         jobs.par_bridge().try_for_each(|(block, slot)| {
@@ -217,7 +217,7 @@ impl Plan {
     }
 
     /// Row `slot` of a block: trials in order, sets within.
-    fn row(&self, designs: &[Design], first_trial: u64, slot: usize) -> Row {
+    fn row(&self, designs: &[Design], first_trial: u64, slot: usize) -> TrialRow {
         let Manifest { campaign, sets, .. } = &self.manifest;
         let (trial, set) = (first_trial + (slot / sets.len()) as u64, slot % sets.len());
         let disturbance = trial::disturbance(campaign, trial);
@@ -225,7 +225,7 @@ impl Plan {
         let config = &campaign.episode;
         let record = episode::run(&self.robot, &designs[set], config, disturbance, config.until(), &mut |_| {});
         let no_step_n_s = self.no_step.impulse_n_s(pushes[0].heading_deg);
-        Row::new(trial, &sets[set], &pushes, no_step_n_s, &variation, record)
+        TrialRow::new(trial, &sets[set], &pushes, no_step_n_s, &variation, record)
     }
 
     /// Writes whose folder it is, with all that is needed to run it again: `campaign.toml` and its inputs.
@@ -279,7 +279,7 @@ fn hash(version: &str, campaign: &str, inputs: &[String]) -> String {
 struct Block {
     index: u64,
     first_trial: u64,
-    slots: Vec<OnceLock<Row>>,
+    slots: Vec<OnceLock<TrialRow>>,
     empty: AtomicUsize,
 }
 
@@ -292,12 +292,12 @@ impl Block {
     }
 
     /// Puts a row in its place; true for the one that completes the block.
-    fn put(&self, slot: usize, row: Row) -> bool {
+    fn put(&self, slot: usize, row: TrialRow) -> bool {
         self.slots[slot].get_or_init(|| row);
         self.empty.fetch_sub(1, Ordering::AcqRel) == 1
     }
 
-    fn rows(&self) -> Vec<Row> {
+    fn rows(&self) -> Vec<TrialRow> {
         self.slots.iter().filter_map(OnceLock::get).cloned().collect()
     }
 }
@@ -323,9 +323,9 @@ mod tests {
                 stop.store(true, Ordering::Relaxed);
             }
         };
-        let (on_start, is_decided) = (&|_| (), &|_: &[Row]| false);
+        let (on_start, is_decided) = (&|_| (), &|_: &[TrialRow]| false);
         let on_episode = &on_episode;
-        plan.run(folder, &Options { threads: 1, shard: None, stop: &stop, on_start, on_episode, is_decided })?;
+        plan.run(folder, &RunOptions { threads: 1, shard: None, stop: &stop, on_start, on_episode, is_decided })?;
         Ok(count.into_inner())
     }
 

@@ -4,9 +4,9 @@ pub mod cli;
 
 use self::cli::{Cli, CompareArgs, FolderArgs, GateArgs, MergeArgs, ReplaysArgs, RunArgs};
 use crate::assets::DEFAULT_ROBOT;
-use crate::campaign::verdict::compare::{Joined, is_same_folder};
+use crate::campaign::verdict::compare::{Comparison, is_same_folder};
 use crate::campaign::verdict::gates::Gates;
-use crate::campaign::{Campaign, Folder, Plan, Summary, limit, run::Options};
+use crate::campaign::{Campaign, Folder, Plan, Summary, limit, run::RunOptions};
 use crate::control::home_polygon;
 use crate::episode::EpisodeConfig;
 use crate::files::shell_word;
@@ -65,7 +65,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     let progress = OnceLock::new();
     let result = plan.run(
         &folder,
-        &Options {
+        &RunOptions {
             threads: args.threads,
             shard: args.shard,
             stop: &STOP,
@@ -124,7 +124,7 @@ pub fn compare(args: &CompareArgs) -> Result<ExitCode> {
         let problem = "holds something else than a comparison; give a new or empty folder";
         return Err(Error::Parts { path: out.into(), problem: problem.into() });
     }
-    let joined = Joined::new(&Folder::existing(&args.dir_a)?, &Folder::existing(&args.dir_b)?, &args.gate)?;
+    let joined = Comparison::new(&Folder::existing(&args.dir_a)?, &Folder::existing(&args.dir_b)?, &args.gate)?;
     let summary = joined.summary();
     render::print(&if args.json { render::json(&summary) } else { table::campaign(&summary, Path::new("")) })?;
     if let Some(out) = &args.out {
@@ -158,7 +158,7 @@ pub fn limit(args: &LimitArgs) -> Result<ExitCode> {
     let progress = OnceLock::new();
     let result = limit::measure(
         &campaign,
-        &limit::Options {
+        &limit::LimitOptions {
             headings: args.headings,
             precision_n_s: args.precision,
             max_trials: args.max_trials,

@@ -1,26 +1,26 @@
 //! Success rates with their intervals.
 
-use crate::campaign::Row;
+use crate::campaign::TrialRow;
 use crate::episode::Outcome;
 use serde::Serialize;
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
 /// How many of how many, and what that says of the rate.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Count {
+pub struct SuccessCount {
     pub trials: u64,
     pub recovered: u64,
     pub success_rate: f64,
     pub ci95: [f64; 2],
 }
 
-impl Count {
+impl SuccessCount {
     pub fn new(recovered: u64, trials: u64) -> Self {
         let success_rate = if trials == 0 { 0.0 } else { recovered as f64 / trials as f64 };
         Self { trials, recovered, success_rate, ci95: interval95(recovered, trials) }
     }
 
-    pub fn of<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Self {
+    pub fn of<'a>(rows: impl IntoIterator<Item = &'a TrialRow>) -> Self {
         let (mut trials, mut recovered) = (0, 0);
         for row in rows {
             trials += 1;

@@ -43,7 +43,7 @@ const HALVINGS: usize = 45;
 /// If fewer trials than `only_a + only_b`, or `level` is not within 0 to 1.
 pub fn difference_interval(only_a: u64, only_b: u64, trials: u64, level: f64) -> [f64; 2] {
     assert!(only_a + only_b <= trials, "{only_a} and {only_b} of {trials} trials");
-    let counts = Counts { low: only_b, middle: trials - only_a - only_b, high: only_a };
+    let counts = Tally { low: only_b, middle: trials - only_a - only_b, high: only_a };
     // From -1, 0, 1 to 0, 1/2, 1, and back.
     counts.interval(&bets(LEAST_BET_DIFFERENCE), level).map(|mean| 2.0 * mean - 1.0)
 }
@@ -54,7 +54,7 @@ pub fn difference_interval(only_a: u64, only_b: u64, trials: u64, level: f64) ->
 /// If more recovered than `trials`, or `level` is not within 0 to 1.
 pub fn rate_interval(recovered: u64, trials: u64, level: f64) -> [f64; 2] {
     assert!(recovered <= trials, "{recovered} of {trials} trials");
-    Counts { low: trials - recovered, middle: 0, high: recovered }.interval(&bets(LEAST_BET_RATE), level)
+    Tally { low: trials - recovered, middle: 0, high: recovered }.interval(&bets(LEAST_BET_RATE), level)
 }
 
 /// Level of each of so many intervals at which all of them hold together at `level` (Bonferroni; shares).
@@ -72,7 +72,7 @@ pub fn next_look(trials: u64, most: u64) -> u64 {
 /// What an interval of the difference of two rates decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Verdict {
+pub enum PairVerdict {
     /// The rate of a is larger, by however little.
     ABetter,
     BBetter,
@@ -86,16 +86,16 @@ pub enum Verdict {
 /// Reads an interval of the difference (rate of a less rate of b, a share). A difference that is known to be smaller than
 /// the margin (a share), but not to be none, goes to the better set. As each verdict is wrong only if the interval misses
 /// the truth, so is the verdict at which one stops.
-pub fn verdict(interval: [f64; 2], margin: f64) -> Verdict {
+pub fn verdict(interval: [f64; 2], margin: f64) -> PairVerdict {
     let [least, most] = interval;
     if least > 0.0 {
-        Verdict::ABetter
+        PairVerdict::ABetter
     } else if most < 0.0 {
-        Verdict::BBetter
+        PairVerdict::BBetter
     } else if -margin < least && most < margin {
-        Verdict::Same
+        PairVerdict::Same
     } else {
-        Verdict::Open
+        PairVerdict::Open
     }
 }
 
@@ -106,13 +106,13 @@ fn bets(least: f64) -> [f64; BETS] {
 
 /// How often x was 0, 1/2 and 1.
 #[derive(Debug, Clone, Copy)]
-struct Counts {
+struct Tally {
     low: u64,
     middle: u64,
     high: u64,
 }
 
-impl Counts {
+impl Tally {
     fn mirrored(self) -> Self {
         Self { low: self.high, middle: self.middle, high: self.low }
     }
@@ -196,8 +196,8 @@ mod tests {
         None
     }
 
-    fn difference_counts(only_a: u64, only_b: u64, trials: u64) -> Counts {
-        Counts { low: only_b, middle: trials - only_a - only_b, high: only_a }
+    fn difference_counts(only_a: u64, only_b: u64, trials: u64) -> Tally {
+        Tally { low: only_b, middle: trials - only_a - only_b, high: only_a }
     }
 
     /// Exact two-sided McNemar p.
@@ -276,12 +276,12 @@ mod tests {
 
     #[test]
     fn verdicts() {
-        assert_eq!(verdict([0.001, 0.01], 0.02), Verdict::ABetter);
-        assert_eq!(verdict([-0.3, -0.001], 0.02), Verdict::BBetter);
-        assert_eq!(verdict([-0.019, 0.019], 0.02), Verdict::Same);
-        assert_eq!(verdict([-0.019, 0.02], 0.02), Verdict::Open);
-        assert_eq!(verdict([0.0, 0.0], 0.0), Verdict::Open);
-        assert_eq!(serde_json::to_value(Verdict::ABetter).unwrap(), "a_better");
+        assert_eq!(verdict([0.001, 0.01], 0.02), PairVerdict::ABetter);
+        assert_eq!(verdict([-0.3, -0.001], 0.02), PairVerdict::BBetter);
+        assert_eq!(verdict([-0.019, 0.019], 0.02), PairVerdict::Same);
+        assert_eq!(verdict([-0.019, 0.02], 0.02), PairVerdict::Open);
+        assert_eq!(verdict([0.0, 0.0], 0.0), PairVerdict::Open);
+        assert_eq!(serde_json::to_value(PairVerdict::ABetter).unwrap(), "a_better");
     }
 
     /// The truth is missed at some look to 4000 trials in at most 5 % of campaigns, and every wrong verdict is such a miss:
@@ -312,10 +312,10 @@ mod tests {
                     // Intervals take their time: of the first campaigns all, then those that may be wrong.
                     if misses_now || campaign < 200 {
                         errs |= match verdict(difference_interval(a, b, trials, 0.95), margin) {
-                            Verdict::ABetter => truth <= 0.0,
-                            Verdict::BBetter => truth >= 0.0,
-                            Verdict::Same => truth.abs() >= margin,
-                            Verdict::Open => false,
+                            PairVerdict::ABetter => truth <= 0.0,
+                            PairVerdict::BBetter => truth >= 0.0,
+                            PairVerdict::Same => truth.abs() >= margin,
+                            PairVerdict::Open => false,
                         };
                     }
                     peeks |= truth == 0.0 && a + b > 0 && mcnemar_p(a, b) < 0.05;
@@ -345,7 +345,7 @@ mod tests {
             for _ in 0..10_000 {
                 // A set that recovers in that share against one that never does.
                 let seen = watch(&mut rng, [rate, rate], 4000, |recovered, _, trials| {
-                    let counts = Counts { low: trials - recovered, middle: 0, high: recovered };
+                    let counts = Tally { low: trials - recovered, middle: 0, high: recovered };
                     counts.ln_capital(&bets, rate) >= 20.0_f64.ln()
                 });
                 missed += u32::from(seen.is_some());
@@ -366,13 +366,13 @@ mod tests {
             let mut rng = ChaCha8Rng::seed_from_u64(3);
             let (mut stops, mut decided, mut right, mut held) = (Vec::new(), 0, 0, 0);
             for _ in 0..campaigns {
-                let mut last = ([0.0; 2], Verdict::Open);
+                let mut last = ([0.0; 2], PairVerdict::Open);
                 let stop = watch(&mut rng, [discordance, truth], most, |a, b, trials| {
                     let interval = difference_interval(a, b, trials, 0.95);
                     last = (interval, verdict(interval, margin));
-                    last.1 != Verdict::Open
+                    last.1 != PairVerdict::Open
                 });
-                let expected = if truth > 0.0 { Verdict::ABetter } else { Verdict::Same };
+                let expected = if truth > 0.0 { PairVerdict::ABetter } else { PairVerdict::Same };
                 stops.push(stop.unwrap_or(most));
                 decided += u32::from(stop.is_some());
                 right += u32::from(last.1 == expected);

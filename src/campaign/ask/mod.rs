@@ -7,4 +7,4 @@ pub mod no_step;
 pub mod scenario;
 pub mod spec;
 pub mod trial;
-pub mod vary;
+pub mod variations;

@@ -3,7 +3,7 @@
 use crate::assets::{self, Kind};
 use crate::campaign::ask::bounds::{PushBounds, check_episode, within};
 use crate::campaign::ask::distribution::Distribution;
-use crate::campaign::ask::vary::{self, SecondPushSpec, VariationSpec};
+use crate::campaign::ask::variations::{self, SecondPushSpec, VariationSpec};
 use crate::campaign::store::parts::BLOCK_TRIALS;
 use crate::campaign::verdict::gate_spec::GateSpec;
 use crate::episode::EpisodeConfig;
@@ -220,7 +220,7 @@ impl Campaign {
     /// What its first push may be.
     pub fn push_bounds(&self) -> PushBounds {
         let bounds = PushBounds::new(self.episode.horizon_s);
-        let start_s = [vary::earliest_push_s(&self.variations), bounds.start_s[1]];
+        let start_s = [variations::earliest_push_s(&self.variations), bounds.start_s[1]];
         PushBounds { start_s, ..bounds }
     }
 
@@ -263,7 +263,7 @@ impl Campaign {
         let horizon_s = self.episode.horizon_s;
         self.push.check(file, horizon_s)?;
         self.second_push.check(file, &self.push, horizon_s)?;
-        vary::check(&self.variations, file)?;
+        variations::check(&self.variations, file)?;
         self.check_start(file)?;
         within(file, "sensors.noise_scale", self.sensors.noise_scale, 0.0, 1e3, "0 to 1000")?;
         within(file, "sensors.bias_scale", self.sensors.bias_scale, 0.0, 1e3, "0 to 1000")?;

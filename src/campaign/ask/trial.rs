@@ -3,7 +3,7 @@
 //! Each quantity has its own ChaCha8 stream, numbered by trial and quantity. So a trial does not depend on which
 //! trials ran before it, and a quantity that becomes random, or a new one, changes no other.
 
-use crate::campaign::ask::vary::{self, SecondPushSpec};
+use crate::campaign::ask::variations::{self, SecondPushSpec};
 use crate::campaign::{Campaign, Distribution, PushBounds};
 use crate::episode::Disturbance;
 use crate::sim::{Push, Variation, sensors::SensorErrors};
@@ -99,8 +99,8 @@ pub fn pushes(campaign: &Campaign, trial: u64) -> Vec<Push> {
 
 /// Robot and ground of a trial.
 pub fn variation(campaign: &Campaign, trial: u64) -> Variation {
-    let drawn = vary::drawn(&campaign.variations);
-    drawn.zip(vary::BOUNDS).zip(STREAMS).map(|_, ((distribution, bounds), what)| {
+    let drawn = variations::drawn(&campaign.variations);
+    drawn.zip(variations::BOUNDS).zip(STREAMS).map(|_, ((distribution, bounds), what)| {
         distribution.map(|distribution| draw(distribution, bounds, &mut stream(campaign.seed, trial, what)))
     })
 }
@@ -204,7 +204,7 @@ mod tests {
 
     /// Two values for each quantity, both within its bounds.
     fn two_ranges(name: &str) -> [String; 2] {
-        let (_, [least, most]) = vary::BOUNDS.list().into_iter().find(|(field, _)| *field == name).unwrap();
+        let (_, [least, most]) = variations::BOUNDS.list().into_iter().find(|(field, _)| *field == name).unwrap();
         let middle = 0.5 * (least + most);
         [[least, middle], [middle, most]].map(|[a, b]| format!("variations.{name}={{uniform=[{a}, {b}]}}"))
     }
@@ -231,7 +231,7 @@ mod tests {
             assert_eq!(others, 1, "{name} shares its stream");
         }
         // No two quantities are drawn from the same numbers.
-        let shares = variation(&before, 0).zip(vary::BOUNDS).list();
+        let shares = variation(&before, 0).zip(variations::BOUNDS).list();
         let shares: Vec<f64> =
             shares.iter().map(|(_, (v, [least, most]))| (v.unwrap() - least) / (most - least)).collect();
         let different = |i: usize| shares[..i].iter().all(|other| (other - shares[i]).abs() > 1e-6);
@@ -242,7 +242,7 @@ mod tests {
     fn the_standard_campaign_fills_its_ranges_and_nominal_varies_nothing() {
         let standard = campaign(&[]);
         let drawn: Vec<_> = (0..400).map(|i| variation(&standard, i).list()).collect();
-        for (k, (name, vary::Varied(distribution))) in standard.variations.list().into_iter().enumerate() {
+        for (k, (name, variations::Varied(distribution))) in standard.variations.list().into_iter().enumerate() {
             let values = drawn.iter().map(|values| values[k].1);
             let Some(Distribution::Uniform { uniform: [a, b] }) = distribution else {
                 assert!(values.into_iter().all(|value| value.is_none()), "{name}");

@@ -6,7 +6,7 @@
 //! run side by side and know nothing of each other: the result does not depend on the count of threads.
 
 use crate::campaign::run::{Plan, pool};
-use crate::campaign::{Campaign, ask::trial, ask::vary};
+use crate::campaign::{Campaign, ask::trial, ask::variations};
 use crate::control::Design;
 use crate::episode::{self, Outcome};
 use crate::error::{Error, Result};
@@ -29,7 +29,7 @@ pub const MOST_TRIALS: u64 = 100_000;
 const BEYOND_THE_BOUND: f64 = 3.0;
 
 /// What is asked for.
-pub struct Options<'a> {
+pub struct LimitOptions<'a> {
     /// Headings from 0, evenly spaced.
     pub headings: usize,
     /// Half width of the 95 % interval at which a search ends (N s),
@@ -133,7 +133,7 @@ pub struct SetLimit {
 }
 
 /// Runs all searches. Errors: a wrong option or input, a robot whose reach is not known, or an interruption.
-pub fn measure(campaign: &Campaign, options: &Options) -> Result<Limits> {
+pub fn measure(campaign: &Campaign, options: &LimitOptions) -> Result<Limits> {
     check(options)?;
     let plan = Plan::new(campaign)?;
     let (yardstick, mut headings) = (Yardstick::new(&plan.robot, campaign)?, Vec::new());
@@ -156,7 +156,7 @@ pub fn measure(campaign: &Campaign, options: &Options) -> Result<Limits> {
                 random,
             };
             let first_trial = h as u64 * TRIALS_APART;
-            let point = Point { campaign, robot: &plan.robot, heading, first_trial, stop: options.stop };
+            let point = Search { campaign, robot: &plan.robot, heading, first_trial, stop: options.stop };
             let limit = point.search(&sets[s], &designs[s], rule)?;
             (options.on_search)();
             Ok(limit)
@@ -179,7 +179,7 @@ pub fn measure(campaign: &Campaign, options: &Options) -> Result<Limits> {
     })
 }
 
-fn check(options: &Options) -> Result<()> {
+fn check(options: &LimitOptions) -> Result<()> {
     let wrong = |option: &str, value: &dyn ToString, accepted: String| {
         Err(Error::value("arguments", option, value.to_string(), "out of range", accepted))
     };
@@ -199,13 +199,14 @@ fn check(options: &Options) -> Result<()> {
 fn is_random(campaign: &Campaign) -> bool {
     let (push, sensors) = (&campaign.push, &campaign.sensors);
     let noisy = sensors.noise_scale != 0.0 || sensors.bias_scale != 0.0;
-    let varied = vary::drawn(&campaign.variations).list().into_iter().filter_map(|(_, distribution)| distribution);
+    let varied =
+        variations::drawn(&campaign.variations).list().into_iter().filter_map(|(_, distribution)| distribution);
     let mut drawn = [push.height_m, push.duration_s, push.start_s].into_iter().chain(varied);
     noisy || campaign.second_push.is_random() || drawn.any(|distribution| !distribution.is_constant())
 }
 
 /// Where a search is made.
-struct Point<'a> {
+struct Search<'a> {
     campaign: &'a Campaign,
     robot: &'a Robot,
     heading: &'a Heading,
@@ -214,7 +215,7 @@ struct Point<'a> {
     stop: &'a AtomicBool,
 }
 
-impl Point<'_> {
+impl Search<'_> {
     fn search(&self, name: &str, design: &Design, rule: Rule) -> Result<SetLimit> {
         let random = rule.random;
         let mut posterior = Posterior::new(rule);

@@ -6,8 +6,8 @@
 
 use crate::campaign::verdict::compare::every_pair;
 use crate::campaign::verdict::gates::Gates;
-use crate::campaign::verdict::summary::Source;
-use crate::campaign::{Row, Summary, store::row};
+use crate::campaign::verdict::summary::SummaryInput;
+use crate::campaign::{Summary, TrialRow, store::row};
 use crate::error::{Error, Result};
 use crate::files::{sha256_hex, shell_word, write_atomic};
 use crate::{campaign::Campaign, columns};
@@ -145,7 +145,7 @@ impl Folder {
     }
 
     /// Commits a finished block: the part, then its marker. `rows` are sorted by trial, then set.
-    pub fn commit(&self, block: u64, rows: &[Row]) -> Result<()> {
+    pub fn commit(&self, block: u64, rows: &[TrialRow]) -> Result<()> {
         let mut csv = csv::Writer::from_writer(Vec::new());
         let path = self.part(block, "csv");
         let fail = |e: csv::Error| Error::Write { path: path.clone(), source: std::io::Error::other(e) };
@@ -166,10 +166,10 @@ impl Folder {
     }
 
     /// Rows of a block. Errors: missing, damaged, or of another campaign.
-    pub fn read(&self, block: u64) -> Result<Vec<Row>> {
+    pub fn read(&self, block: u64) -> Result<Vec<TrialRow>> {
         let content = self.content(block)?;
         let problem = |problem: String| Error::Parts { path: self.part(block, "csv"), problem };
-        let rows: Vec<Row> = csv::Reader::from_reader(content.as_slice())
+        let rows: Vec<TrialRow> = csv::Reader::from_reader(content.as_slice())
             .deserialize()
             .collect::<Result<_, _>>()
             .map_err(|e| problem(e.to_string()))?;
@@ -183,7 +183,7 @@ impl Folder {
     }
 
     /// All rows, sorted by trial, then by set in the order of the campaign. Errors: something is missing.
-    pub fn rows(&self) -> Result<Vec<Row>> {
+    pub fn rows(&self) -> Result<Vec<TrialRow>> {
         let missing = self.missing();
         if !missing.is_empty() {
             let problem = format!(
@@ -199,18 +199,18 @@ impl Folder {
     }
 
     /// Rows of the first `trials` trials, which end with a block or the campaign. Errors: something is missing.
-    pub fn first_rows(&self, trials: u64) -> Result<Vec<Row>> {
+    pub fn first_rows(&self, trials: u64) -> Result<Vec<TrialRow>> {
         let blocks = (0..trials.div_ceil(BLOCK_TRIALS)).map(|block| self.read(block));
         Ok(blocks.collect::<Result<Vec<_>>>()?.concat())
     }
 
     /// Writes `trials.parquet` and `summary.json` from the parts, and gives what they hold.
-    pub fn join(&self, gates: &Gates) -> Result<(Summary, Vec<Row>)> {
+    pub fn join(&self, gates: &Gates) -> Result<(Summary, Vec<TrialRow>)> {
         let rows = self.rows()?;
         let bytes = parquet(&rows)?;
         let pairs = every_pair(self.manifest.sets.len());
         let (manifest, trials_sha256) = (&self.manifest, sha256_hex(&bytes));
-        let summary = Summary::new(Source { manifest, rows: &rows, trials_sha256, pairs: &pairs, gates });
+        let summary = Summary::new(SummaryInput { manifest, rows: &rows, trials_sha256, pairs: &pairs, gates });
         write_result(&self.path, &bytes, &summary)?;
         self.write_campaign()?;
         Ok((summary, rows))
@@ -293,7 +293,7 @@ fn remove(path: &Path) -> Result<()> {
 }
 
 /// `trials.parquet`.
-pub(crate) fn parquet(rows: &[Row]) -> Result<Vec<u8>> {
+pub(crate) fn parquet(rows: &[TrialRow]) -> Result<Vec<u8>> {
     let fail = |source| Error::Write { path: "trials.parquet".into(), source: std::io::Error::other(source) };
     columns::parquet_bytes(&row::columns(rows)).map_err(fail)
 }
@@ -330,10 +330,10 @@ mod tests {
         Folder { path: path.into(), manifest }
     }
 
-    fn commit(folder: &Folder, block: u64) -> Vec<Row> {
+    fn commit(folder: &Folder, block: u64) -> Vec<TrialRow> {
         let (first, end) = folder.range(block);
         let outcomes = [Outcome::Fell, Outcome::Recovered, Outcome::Diverged, Outcome::TimedOut];
-        let rows: Vec<Row> = (first..end)
+        let rows: Vec<TrialRow> = (first..end)
             .flat_map(|t| ["hold", "fixed"].map(|set| row(t, set, t as f64 / 7.0, outcomes[t as usize % 4])))
             .collect();
         folder.commit(block, &rows).unwrap();

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// A row of `trials.parquet`; units are in the names, angles in degrees, world frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Row {
+pub struct TrialRow {
     /// From 0; the same trial is the same push, robot, ground and noise for every set.
     pub trial: u64,
     /// Name of the gain set.
@@ -65,7 +65,7 @@ pub struct Row {
     pub unfinished_footstep: Option<Foot>,
 }
 
-impl Row {
+impl TrialRow {
     /// `pushes`: the first, and the second if there is one. `no_step_n_s`: m omega d of the first ([`NoStep`]).
     pub fn new(
         trial: u64,
@@ -183,11 +183,11 @@ impl Row {
 }
 
 /// Rows as columns, in the order of the fields.
-pub fn columns(rows: &[Row]) -> Vec<Column> {
-    let f64 = |get: fn(&Row) -> f64| Data::F64(rows.iter().map(get).collect());
-    let opt = |get: fn(&Row) -> Option<f64>| Data::OptF64(rows.iter().map(get).collect());
-    let int = |get: fn(&Row) -> i64| Data::I64(rows.iter().map(get).collect());
-    let text = |get: fn(&Row) -> String| Data::Text(rows.iter().map(get).collect());
+pub fn columns(rows: &[TrialRow]) -> Vec<Column> {
+    let f64 = |get: fn(&TrialRow) -> f64| Data::F64(rows.iter().map(get).collect());
+    let opt = |get: fn(&TrialRow) -> Option<f64>| Data::OptF64(rows.iter().map(get).collect());
+    let int = |get: fn(&TrialRow) -> i64| Data::I64(rows.iter().map(get).collect());
+    let text = |get: fn(&TrialRow) -> String| Data::Text(rows.iter().map(get).collect());
     [
         ("trial", int(|r| r.trial as i64)),
         ("set", text(|r| r.set.clone())),
@@ -278,9 +278,9 @@ pub(crate) mod tests {
         }
     }
 
-    pub(crate) fn row(trial: u64, set: &str, impulse_n_s: f64, outcome: Outcome) -> Row {
+    pub(crate) fn row(trial: u64, set: &str, impulse_n_s: f64, outcome: Outcome) -> TrialRow {
         let push = Push { impulse_n_s, ..Push::default() };
-        Row::new(trial, set, &[push], Some(2.0), &Variation::default(), record(outcome))
+        TrialRow::new(trial, set, &[push], Some(2.0), &Variation::default(), record(outcome))
     }
 
     #[test]

@@ -5,8 +5,8 @@
 use crate::campaign::store::parts::{Folder, Manifest, parquet, write_result};
 use crate::campaign::verdict::gate_spec::GateSpec;
 use crate::campaign::verdict::gates::Gates;
-use crate::campaign::verdict::summary::{Origin, Source, Summary};
-use crate::campaign::{Campaign, Row, ask::trial};
+use crate::campaign::verdict::summary::{SetOrigin, Summary, SummaryInput};
+use crate::campaign::{Campaign, TrialRow, ask::trial};
 use crate::error::{Error, Result};
 use crate::files::sha256_hex;
 use serde::Serialize;
@@ -19,12 +19,12 @@ const SHOWN: usize = 4;
 /// An earlier result with the same pushes.
 pub struct Baseline {
     manifest: Manifest,
-    rows: Vec<Row>,
+    rows: Vec<TrialRow>,
 }
 
 /// Which result was the baseline.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Earlier {
+pub struct BaselineId {
     pub name: String,
     /// Version of the program.
     pub standfast: String,
@@ -57,10 +57,10 @@ impl Baseline {
     }
 
     /// What a report says of it.
-    pub fn told(&self) -> Earlier {
+    pub fn told(&self) -> BaselineId {
         let Manifest { standfast, config_hash, campaign, .. } = &self.manifest;
         let (name, trials) = (campaign.name.clone(), self.trials());
-        Earlier { name, standfast: standfast.clone(), config_hash: config_hash.clone(), trials }
+        BaselineId { name, standfast: standfast.clone(), config_hash: config_hash.clone(), trials }
     }
 
     pub fn manifest(&self) -> &Manifest {
@@ -73,31 +73,31 @@ impl Baseline {
     }
 
     /// In the order of trials, from 0.
-    pub fn rows_of(&self, set: &str) -> Vec<&Row> {
+    pub fn rows_of(&self, set: &str) -> Vec<&TrialRow> {
         self.rows.iter().filter(|row| row.set == set).collect()
     }
 }
 
 /// Two results as one: what a campaign with the gain sets of both would have given.
-pub struct Joined {
+pub struct Comparison {
     /// Of the first, with the name, sets, count of trials and hashes of both.
     pub manifest: Manifest,
     /// The trials that both have; sorted by trial, then by set, those of the first before those of the second.
-    pub rows: Vec<Row>,
+    pub rows: Vec<TrialRow>,
     /// The rows, as `trials.parquet`.
     trials: Vec<u8>,
     /// Pairs of sets, one of each result: of the same name or, if no name is in both, every one.
     pub pairs: Vec<(usize, usize)>,
     pub gates: Gates,
     /// Of each set; paths as those of the folders.
-    pub origins: Vec<Origin>,
+    pub origins: Vec<SetOrigin>,
     pub warnings: Vec<String>,
 }
 
-impl Joined {
-    /// Sets two finished folders beside each other; `gates` are in the names of [`Joined::manifest`]. Errors: a folder is
+impl Comparison {
+    /// Sets two finished folders beside each other; `gates` are in the names of [`Comparison::manifest`]. Errors: a folder is
     /// not complete, their trials are not the same, or a gate cannot be read.
-    pub fn new(a: &Folder, b: &Folder, gates: &[String]) -> Result<Joined> {
+    pub fn new(a: &Folder, b: &Folder, gates: &[String]) -> Result<Comparison> {
         if is_same_folder(&a.path, &b.path) {
             let problem = "both are this folder: a result does not differ from itself";
             return Err(Error::Parts { path: b.path.clone(), problem: problem.into() });
@@ -112,7 +112,9 @@ impl Joined {
             if ours.pushes() != theirs.pushes() || ours.variation() != theirs.variation() {
                 return Err(other_push(&b.path, ours.trial));
             }
-            rows.extend(of_a.iter().chain(of_b).zip(&sets).map(|(row, set)| Row { set: set.clone(), ..row.clone() }));
+            rows.extend(
+                of_a.iter().chain(of_b).zip(&sets).map(|(row, set)| TrialRow { set: set.clone(), ..row.clone() }),
+            );
         }
         let place = |i: usize| sets_a.len() + i;
         let of_one_name: Vec<(usize, usize)> = (sets_a.iter().enumerate())
@@ -150,14 +152,14 @@ impl Joined {
         };
         let gates = Gates::new(&manifest, None)?;
         let trials = parquet(&rows)?;
-        Ok(Joined { gates, manifest, rows, trials, pairs, origins: [origins(a), origins(b)].concat(), warnings })
+        Ok(Comparison { gates, manifest, rows, trials, pairs, origins: [origins(a), origins(b)].concat(), warnings })
     }
 
     /// What they say of each other.
     pub fn summary(&self) -> Summary {
         let Self { manifest, rows, pairs, gates, .. } = self;
         let trials_sha256 = sha256_hex(&self.trials);
-        let mut summary = Summary::new(Source { manifest, rows, trials_sha256, pairs, gates });
+        let mut summary = Summary::new(SummaryInput { manifest, rows, trials_sha256, pairs, gates });
         summary.warnings.splice(..0, self.warnings.iter().cloned());
         for (set, origin) in summary.sets.iter_mut().zip(&self.origins) {
             set.origin = origin.clone();
@@ -185,9 +187,9 @@ fn names(folder: &Folder, other: &Folder) -> Vec<String> {
     folder.manifest.sets.iter().map(name).collect()
 }
 
-fn origins(folder: &Folder) -> Vec<Origin> {
+fn origins(folder: &Folder) -> Vec<SetOrigin> {
     let campaign = folder.path.join("campaign.toml").display().to_string();
-    let origin = |gains: &String| Origin { campaign: campaign.clone(), gains: gains.clone() };
+    let origin = |gains: &String| SetOrigin { campaign: campaign.clone(), gains: gains.clone() };
     folder.manifest.sets.iter().map(origin).collect()
 }
 

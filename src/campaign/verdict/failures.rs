@@ -4,7 +4,7 @@
 //! survivors among the first 100 pushes of the standard campaign none slid by more than 9 mm, and 3 were at a torque limit
 //! for longer than 0.1 s; of the 141 that fell or timed out, 5 slid by more than 10 mm, and 32 were longer at a limit.
 
-use crate::campaign::Row;
+use crate::campaign::TrialRow;
 use crate::episode::Outcome;
 use serde::Serialize;
 
@@ -32,7 +32,7 @@ pub struct Failures {
 }
 
 impl Failures {
-    pub fn of<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Self {
+    pub fn of<'a>(rows: impl IntoIterator<Item = &'a TrialRow>) -> Self {
         let mut failures = Self::default();
         for row in rows {
             match row.outcome {
@@ -45,7 +45,7 @@ impl Failures {
         failures
     }
 
-    fn count_fall(&mut self, row: &Row) {
+    fn count_fall(&mut self, row: &TrialRow) {
         *match (row.unfinished_footstep, row.footsteps) {
             (Some(_), _) => &mut self.fell_in_swing,
             (None, 0) => &mut self.fell_before_any_footstep,
@@ -68,7 +68,7 @@ mod tests {
 
     #[test]
     fn each_failure_is_of_one_time_and_any_falls_flags() {
-        let with = |outcome, footsteps, unfinished_footstep, slip_mm: f64, limited_ms: f64| Row {
+        let with = |outcome, footsteps, unfinished_footstep, slip_mm: f64, limited_ms: f64| TrialRow {
             footsteps,
             unfinished_footstep,
             peak_slip_m: 1e-3 * slip_mm,

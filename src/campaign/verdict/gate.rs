@@ -114,14 +114,14 @@ impl Gate {
 
     /// The answer, by evidence whose interval is of this `confidence` (a share), two-sided: of the rate, or of the
     /// difference (rate of the set less that of what it is held against).
-    pub fn judged(&self, evidence: &Evidence, confidence: f64) -> Judged {
+    pub fn judged(&self, evidence: &Evidence, confidence: f64) -> GateAnswer {
         let &Evidence { observed, interval: [least, most], trials, sequential } = evidence;
         let status = match self.offset {
             required if least >= required => Status::Passed,
             required if most < required => Status::Failed,
             _ => Status::Unresolved,
         };
-        Judged {
+        GateAnswer {
             name: self.text.clone(),
             status,
             observed,
@@ -213,7 +213,7 @@ impl Status {
 
 /// A gate with its answer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Judged {
+pub struct GateAnswer {
     /// The gate as it was written.
     pub name: String,
     pub status: Status,

@@ -5,13 +5,13 @@
 
 pub mod compare;
 pub mod failures;
-pub mod foretold;
+pub mod footsteps;
 pub mod gate;
 pub mod gate_spec;
 pub mod gates;
-pub mod paired;
-pub mod stepped;
+pub mod pairs;
+pub mod prediction;
 pub mod strata;
 pub mod summary;
-pub mod telling;
+pub mod telling_trials;
 pub mod warnings;

@@ -1,18 +1,18 @@
 //! What the trials of a campaign say, as `summary.json` has it.
 
 use crate::campaign::ask::spec::{PushSpec, SensorSpec, Stopping};
-use crate::campaign::verdict::compare::Earlier;
+use crate::campaign::verdict::compare::BaselineId;
 use crate::campaign::verdict::failures::Failures;
-use crate::campaign::verdict::foretold::{FallCause, Foretold};
+use crate::campaign::verdict::footsteps::ByFootsteps;
 use crate::campaign::verdict::gates::{GateResult, Gates};
-use crate::campaign::verdict::paired::{Common, Deciding, Pair, Times, trials};
-use crate::campaign::verdict::stepped::Stepped;
+use crate::campaign::verdict::pairs::{CommonSurvivors, DecisionRule, Pair, Times, trials};
+use crate::campaign::verdict::prediction::{FallCause, Prediction};
 use crate::campaign::verdict::strata::{Stratum, strata};
-use crate::campaign::verdict::telling::Telling;
-use crate::campaign::{Row, SecondPushSpec, VariationSpec, store::parts::Manifest, verdict::warnings};
+use crate::campaign::verdict::telling_trials::TellingTrial;
+use crate::campaign::{SecondPushSpec, TrialRow, VariationSpec, store::parts::Manifest, verdict::warnings};
 use crate::episode::{EpisodeConfig, Outcome};
 use crate::stats::curve::{NoCurve, Pushes, SuccessCurve};
-use crate::stats::rate::Count;
+use crate::stats::rate::SuccessCount;
 use serde::Serialize;
 use std::borrow::Cow;
 
@@ -43,21 +43,21 @@ pub struct Summary {
     pub interval: &'static str,
     pub sets: Vec<SetSummary>,
     /// Times over the trials that every set survived, to be compared between sets.
-    pub common_survivors: Common,
+    pub common_survivors: CommonSurvivors,
     /// Every pair of sets (of two results: one of each), trial by trial.
     pub pairs: Vec<Pair>,
     pub gates: Vec<GateResult>,
     /// The result that baseline gates compare with.
-    pub baseline: Option<Earlier>,
+    pub baseline: Option<BaselineId>,
     /// What this result cannot support.
     pub warnings: Vec<String>,
 }
 
 /// What a summary is made of.
-pub struct Source<'a> {
+pub struct SummaryInput<'a> {
     pub manifest: &'a Manifest,
     /// Sorted by trial, then by set.
-    pub rows: &'a [Row],
+    pub rows: &'a [TrialRow],
     /// Of the file that holds them.
     pub trials_sha256: String,
     /// Which sets are compared, by their places in the campaign.
@@ -69,9 +69,9 @@ pub struct Source<'a> {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SetSummary {
     pub name: String,
-    pub origin: Origin,
+    pub origin: SetOrigin,
     #[serde(flatten)]
-    pub count: Count,
+    pub count: SuccessCount,
     pub fell: u64,
     pub diverged: u64,
     pub timed_out: u64,
@@ -79,25 +79,25 @@ pub struct SetSummary {
     #[serde(flatten)]
     pub times: Times,
     /// What the sets of the pendulum say (of standing) against what happened; None without gains.
-    pub foretold: Option<Foretold>,
+    pub foretold: Option<Prediction>,
     /// Footsteps against outcome; None for a set that took none.
-    pub stepped: Option<Stepped>,
+    pub stepped: Option<ByFootsteps>,
     /// How trials were lost.
     pub failures: Failures,
     pub fall_causes: Vec<FallCause>,
     /// Success by impulse, bins of equal width, without empty ones.
     pub by_impulse: Vec<ImpulseBin>,
     /// The impulses (N s) that are survived in 50 % and 90 %, by a fitted curve.
-    pub curve: Curve,
+    pub curve: FittedCurve,
     /// The same over the impulse as a multiple of m omega d, by which robots compare.
-    pub normalized_curve: Curve,
+    pub normalized_curve: FittedCurve,
     pub strata: Vec<SetStratum>,
-    pub telling: Vec<Telling>,
+    pub telling: Vec<TellingTrial>,
 }
 
 /// Where a set's trials can be replayed from.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Origin {
+pub struct SetOrigin {
     /// Path of the campaign file; relative to the folder of the result.
     pub campaign: String,
     /// Its name there.
@@ -106,7 +106,7 @@ pub struct Origin {
 
 /// Success against impulse, fitted; without a fit, why there is none.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Curve {
+pub struct FittedCurve {
     #[serde(flatten)]
     pub fit: Option<SuccessCurve>,
     pub none_because: Option<NoCurve>,
@@ -122,7 +122,7 @@ pub struct CurvePoint {
     pub ci95: [f64; 2],
 }
 
-impl Curve {
+impl FittedCurve {
     fn through(trials: &[(f64, bool)]) -> Self {
         let pushes = Pushes::new(&pooled(trials));
         let fit = match pushes.curve() {
@@ -153,10 +153,10 @@ pub struct SetStratum {
     pub by: &'static str,
     pub label: String,
     #[serde(flatten)]
-    pub count: Count,
+    pub count: SuccessCount,
 }
 
-impl Origin {
+impl SetOrigin {
     /// Of a set of the result's own campaign.
     pub fn own(set: &str) -> Self {
         Self { campaign: "campaign.toml".into(), gains: set.into() }
@@ -169,12 +169,12 @@ pub struct ImpulseBin {
     pub from_n_s: f64,
     pub to_n_s: f64,
     #[serde(flatten)]
-    pub count: Count,
+    pub count: SuccessCount,
 }
 
 impl Summary {
     /// Counts the rows of a whole campaign.
-    pub fn new(Source { manifest, rows, trials_sha256, pairs, gates }: Source) -> Self {
+    pub fn new(SummaryInput { manifest, rows, trials_sha256, pairs, gates }: SummaryInput) -> Self {
         let campaign = &manifest.campaign;
         let end_early = campaign.episode.end_early;
         let bins = bin_edges(rows.iter().map(|row| row.impulse_n_s));
@@ -199,8 +199,8 @@ impl Summary {
             sets: (0..manifest.sets.len())
                 .map(|i| SetSummary::new(i, &manifest.sets, rows, &bins, &strata, end_early))
                 .collect(),
-            common_survivors: Common::new(rows, manifest.sets.len(), end_early),
-            pairs: Pair::all(rows, &manifest.sets, pairs, &strata, Deciding { sequential, margin, end_early }),
+            common_survivors: CommonSurvivors::new(rows, manifest.sets.len(), end_early),
+            pairs: Pair::all(rows, &manifest.sets, pairs, &strata, DecisionRule { sequential, margin, end_early }),
             gates: gates.judged(rows),
             baseline: gates.baseline(),
             warnings: Vec::new(),
@@ -225,41 +225,41 @@ const SEQUENTIAL_INTERVAL: &str = "95 %: differences of pairs by bets, all toget
 
 impl SetSummary {
     /// Of set number `set` of those that are named.
-    fn new(set: usize, names: &[String], all: &[Row], bins: &[f64], strata: &[Stratum], end_early: bool) -> Self {
+    fn new(set: usize, names: &[String], all: &[TrialRow], bins: &[f64], strata: &[Stratum], end_early: bool) -> Self {
         let name = &names[set];
-        let rows: Vec<&Row> = trials(all, names.len()).map(|trial| &trial[set]).collect();
+        let rows: Vec<&TrialRow> = trials(all, names.len()).map(|trial| &trial[set]).collect();
         let with = |outcome| rows.iter().filter(|row| row.outcome == outcome).count() as u64;
         let within = |bin: &&[f64]| {
             let (from_n_s, to_n_s) = (bin[0], bin[1]);
-            let inside = |row: &&&Row| (from_n_s..to_n_s).contains(&row.impulse_n_s);
-            ImpulseBin { from_n_s, to_n_s, count: Count::of(rows.iter().filter(inside).copied()) }
+            let inside = |row: &&&TrialRow| (from_n_s..to_n_s).contains(&row.impulse_n_s);
+            ImpulseBin { from_n_s, to_n_s, count: SuccessCount::of(rows.iter().filter(inside).copied()) }
         };
         let stratum = |stratum: &Stratum| {
             let count = stratum.count(all, names.len(), set);
             SetStratum { by: stratum.by, label: stratum.label.clone(), count }
         };
-        let over = |impulse: fn(&Row) -> Option<f64>| {
+        let over = |impulse: fn(&TrialRow) -> Option<f64>| {
             let trials = rows.iter().filter_map(|row| Some((impulse(row)?, row.outcome == Outcome::Recovered)));
-            Curve::through(&trials.collect::<Vec<_>>())
+            FittedCurve::through(&trials.collect::<Vec<_>>())
         };
         let (curve, normalized_curve) = (over(|row| Some(row.impulse_n_s)), over(|row| row.impulse_over_m_omega_d));
         let limit = normalized_curve.fit.or(curve.fit).map(|fit| fit.x50);
         Self {
             name: name.clone(),
-            origin: Origin::own(name),
-            count: Count::of(rows.iter().copied()),
+            origin: SetOrigin::own(name),
+            count: SuccessCount::of(rows.iter().copied()),
             fell: with(Outcome::Fell),
             diverged: with(Outcome::Diverged),
             timed_out: with(Outcome::TimedOut),
             times: Times::of(rows.iter().copied(), end_early),
-            foretold: Foretold::new(&rows),
-            stepped: Stepped::new(&rows),
+            foretold: Prediction::new(&rows),
+            stepped: ByFootsteps::new(&rows),
             fall_causes: FallCause::count(&rows),
             by_impulse: bins.windows(2).map(|bin| within(&bin)).filter(|bin| bin.count.trials > 0).collect(),
             curve,
             normalized_curve,
             strata: strata.iter().map(stratum).collect(),
-            telling: Telling::of(all, names, set, limit),
+            telling: TellingTrial::of(all, names, set, limit),
             failures: Failures::of(rows.iter().copied()),
         }
     }
@@ -307,10 +307,11 @@ pub(crate) mod tests {
         let trial = |(i, of): (usize, &[Outcome; 2])| {
             [row(i as u64, "a", impulse(i), of[0]), row(i as u64, "b", impulse(i), of[1])]
         };
-        let rows: Vec<Row> = outcomes.iter().enumerate().flat_map(trial).collect();
+        let rows: Vec<TrialRow> = outcomes.iter().enumerate().flat_map(trial).collect();
         let gates = Gates::new(&manifest, None).unwrap();
         let trials_sha256 = String::new();
-        let source = Source { manifest: &manifest, rows: &rows, trials_sha256, pairs: &every_pair(2), gates: &gates };
+        let source =
+            SummaryInput { manifest: &manifest, rows: &rows, trials_sha256, pairs: &every_pair(2), gates: &gates };
         Summary::new(source)
     }
 
@@ -343,7 +344,7 @@ pub(crate) mod tests {
     fn a_set_counts_its_own_rows() {
         let outcomes = [Outcome::Recovered, Outcome::Fell, Outcome::TimedOut, Outcome::Recovered];
         let trial = |i: u64| [row(i, "a", i as f64, outcomes[i as usize]), row(i, "b", i as f64, Outcome::Diverged)];
-        let rows: Vec<Row> = (0..4).flat_map(trial).collect();
+        let rows: Vec<TrialRow> = (0..4).flat_map(trial).collect();
         let set = SetSummary::new(0, &["a", "b"].map(String::from), &rows, &[0.0, 2.0, 4.0, 6.0], &[], true);
         assert_eq!((set.count.trials, set.count.recovered, set.fell, set.timed_out, set.diverged), (4, 2, 1, 1, 0));
         assert_eq!(set.count.success_rate, 0.5);

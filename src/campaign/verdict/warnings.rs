@@ -1,9 +1,9 @@
 //! What a campaign cannot support: a comparison is only as good as its design.
 
-use crate::campaign::verdict::paired::Pair;
+use crate::campaign::verdict::pairs::Pair;
 use crate::campaign::verdict::summary::Summary;
 use crate::campaign::{Campaign, ask::trial};
-use crate::stats::sequential::Verdict;
+use crate::stats::sequential::PairVerdict;
 
 /// With fewer pushes than this, a rate of 50 % is known to 10 points either way at best.
 const FEW_TRIALS: u64 = 100;
@@ -45,7 +45,7 @@ pub fn of(summary: &Summary, campaign: &Campaign) -> Vec<String> {
     let enough = (2.0 * summary.pairs.len().max(1) as f64 / 0.05).log2().ceil() as u64;
     let is_thin = |pair: &&Pair| {
         let discordant = pair.counts.only_a + pair.counts.only_b;
-        pair.verdict == Verdict::Open && discordant < enough && summary.trials >= FEW_TRIALS
+        pair.verdict == PairVerdict::Open && discordant < enough && summary.trials >= FEW_TRIALS
     };
     let thin: Vec<String> =
         summary.pairs.iter().filter(is_thin).map(|pair| format!("{} and {}", pair.a, pair.b)).collect();

@@ -1,6 +1,6 @@
 //! A trial of a finished campaign, to be run again and looked at: it follows from the campaign and its number alone.
 
-use crate::campaign::{Campaign, Folder, Overrides, Row, ask::trial};
+use crate::campaign::{Campaign, Folder, Overrides, TrialRow, ask::trial};
 use crate::control::Design;
 use crate::episode::{Disturbance, EpisodeConfig, Outcome, Record};
 use crate::error::{Error, Result};
@@ -9,7 +9,7 @@ use crate::robot::Robot;
 use std::path::Path;
 
 /// A trial of one gain set, ready to run.
-pub struct Replayed {
+pub struct StoredTrial {
     pub campaign: Campaign,
     pub trial: u64,
     /// Name of the gain set in the results.
@@ -19,10 +19,10 @@ pub struct Replayed {
     pub robot: Robot,
     pub design: Design,
     /// As the campaign found it; None where it has not come so far, or its part is damaged.
-    pub row: Option<Row>,
+    pub row: Option<TrialRow>,
 }
 
-impl Replayed {
+impl StoredTrial {
     /// Opens trial number `trial` of the result in `folder`. Without a set it is the first that did not recover, else the
     /// first of all. Errors: no such trial or set, no campaign in that folder, or an input of it that is gone.
     pub fn open(folder: &Path, trial: u64, set: Option<&str>) -> Result<Self> {
