@@ -1,6 +1,8 @@
 //! A campaign: many pushes drawn at random, on robots and grounds that vary, the same for every gain set, and the count
-//! of who stays up: what is asked ([`ask`]), how it is run ([`run`]), where it is kept ([`store`]) and what is concluded
-//! ([`verdict`]). [`limit`] asks how hard a push may be, heading by heading.
+//! of who stays up: what is asked ([`ask`]), where it is kept ([`store`]), what is concluded ([`verdict`]) and how it is
+//! run ([`run`]). [`limit`] asks how hard a push may be, heading by heading.
+//!
+//! The rooms are floors, in this order: who asks knows nothing of what is kept, and neither of what is concluded.
 
 pub mod ask;
 pub mod limit;
@@ -13,7 +15,7 @@ pub use ask::distribution::Distribution;
 pub use ask::spec::{Campaign, Overrides, Stopping};
 pub use ask::variations::{SecondPushSpec, VariationSpec};
 pub use run::Plan;
-pub use store::parts::Folder;
+pub use store::folder::Folder;
 pub use store::row::TrialRow;
 pub use store::shard::Shard;
 pub use store::stored_trial::StoredTrial;

@@ -1,10 +1,14 @@
 //! Running a campaign: its inputs, the folder that it goes to, and its trials spread over cores.
 
 use crate::assets::{self, Kind, Source};
+use crate::campaign::ask::gate::GateSpec;
 use crate::campaign::ask::no_step::NoStep;
-use crate::campaign::store::parts::{BLOCK_TRIALS, Folder, Manifest};
-use crate::campaign::verdict::gate_spec::GateSpec;
-use crate::campaign::{Campaign, Shard, TrialRow, ask::trial};
+use crate::campaign::ask::spec::BLOCK_TRIALS;
+use crate::campaign::ask::spec::Campaign;
+use crate::campaign::ask::trial;
+use crate::campaign::store::folder::{Folder, Manifest};
+use crate::campaign::store::row::TrialRow;
+use crate::campaign::store::shard::Shard;
 use crate::control::Design;
 use crate::episode;
 use crate::error::{Error, Result};
@@ -142,7 +146,7 @@ impl Plan {
             let accepted = "a fixed count of trials (no --until-resolved, stopping.until_resolved = false)";
             return Err(Error::value("campaign", "--shard", format!("{index}/{count}"), problem, accepted));
         }
-        let mut look = next_look(0, campaign.trials);
+        let mut look = next_look(0, BLOCK_TRIALS, campaign.trials);
         let mut missing = if until_resolved { self.undecided(folder, options, &mut look)? } else { folder.missing() };
         missing.retain(|&block| options.shard.is_none_or(|shard| shard.takes(block)));
         if missing.is_empty() {
@@ -184,7 +188,7 @@ impl Plan {
                 folder.stop_at(*look)?;
                 return Ok(missing);
             }
-            *look = next_look(*look, most);
+            *look = next_look(*look, BLOCK_TRIALS, most);
         }
     }
 
@@ -199,7 +203,7 @@ impl Plan {
             }
             let done = block.put(slot, self.row(designs, block.first_trial, slot));
             (options.on_episode)();
-            if done { folder.commit(block.index, &block.rows()) } else { Ok(()) }
+            if done { folder.part(block.index).write(&block.rows()) } else { Ok(()) }
         })
     }
 
@@ -306,7 +310,7 @@ impl Block {
 mod tests {
     use super::*;
     use crate::campaign::Overrides;
-    use crate::campaign::verdict::gates::Gates;
+    use crate::campaign::verdict::{gates::Gates, summary::Summary};
 
     fn plan(set: &[&str]) -> Plan {
         let short = ["episode.horizon_s=0.4", "episode.judge.standing_time_s=0.1", "push.start_s=0.05"];
@@ -337,12 +341,13 @@ mod tests {
         assert!(matches!(run(&plan, &folder, 27), Err(Error::Interrupted)));
         assert_eq!(folder.missing(), [1]);
         let gates = Gates::new(&plan.manifest, None).unwrap();
-        assert!(folder.join(&gates).is_err());
+        assert!(Summary::of_folder(&folder, &gates).is_err() && !folder.path.join("trials.parquet").exists());
         assert_eq!(run(&plan, &folder, usize::MAX).unwrap(), 5);
         assert_eq!(run(&plan, &folder, usize::MAX).unwrap(), 0);
         let whole = plan.folder(Some(&dir.path().join("b"))).unwrap();
         assert_eq!(run(&plan, &whole, usize::MAX).unwrap(), 30);
-        assert_eq!(folder.join(&gates).unwrap().0, whole.join(&gates).unwrap().0);
+        let summary = |folder| Summary::of_folder(folder, &gates).unwrap().0;
+        assert_eq!(summary(&folder), summary(&whole));
     }
 
     #[test]

@@ -223,7 +223,7 @@ pub fn completions(shell: Shell) -> Result<ExitCode> {
 
 /// Writes the result files and prints the result; then the replays, which nobody should have to wait for.
 fn join(folder: &Folder, gates: &Gates, args: &ReplaysArgs, json: bool) -> Result<ExitCode> {
-    let (summary, rows) = folder.join(gates)?;
+    let (summary, rows) = Summary::of_folder(folder, gates)?;
     render::result::write(&summary, &rows, &folder.path)?;
     render::print(&if json { render::json(&summary) } else { table::campaign(&summary, &folder.path) })?;
     note(&render::result::written(&folder.path, &["summary.json", "trials.parquet", "campaign.toml"]));

@@ -1,8 +1,8 @@
 //! Gain sets against each other, and gates, as text.
 
 use crate::campaign::Summary;
-use crate::campaign::verdict::compare::BaselineId;
-use crate::campaign::verdict::gate::Status;
+use crate::campaign::verdict::baseline::BaselineId;
+use crate::campaign::verdict::evidence::Status;
 use crate::campaign::verdict::gates::GateResult;
 use crate::campaign::verdict::pairs::{Pair, p_value, rounded};
 use crate::render::layout::{align, signed, table, whole_names, wrapped};
@@ -221,15 +221,16 @@ mod tests {
         let mut summary = summary(&halves(10), &[], &[]);
         let (set, pair) = (summary.sets[0].clone(), summary.pairs[0].clone());
         let name = |i: usize| format!("set{i}");
-        summary.sets =
-            (0..sets).map(|i| crate::campaign::verdict::summary::SetSummary { name: name(i), ..set.clone() }).collect();
+        summary.sets = (0..sets)
+            .map(|i| crate::campaign::verdict::set_summary::SetSummary { name: name(i), ..set.clone() })
+            .collect();
         summary.pairs = pairs.iter().map(|&(a, b)| Pair { a: name(a), b: name(b), ..pair.clone() }).collect();
         summary
     }
 
     #[test]
     fn of_every_pair_those_with_the_first_set_are_shown_and_all_where_sets_have_partners() {
-        let every = crate::campaign::verdict::compare::every_pair(7);
+        let every = crate::campaign::verdict::pairs::every_pair(7);
         let text = pairs(&with_pairs(7, &every));
         assert_eq!(text.matches("\n - ").count() + usize::from(text.starts_with(" - ")), 6, "{text}");
         assert!(

@@ -1,6 +1,6 @@
 //! `standfast replay`: a trial of a result, to watch in 3D; and the pages for the telling trials of a result.
 
-use crate::campaign::store::parts::REPLAYS;
+use crate::campaign::store::folder::REPLAYS;
 use crate::campaign::{Folder, StoredTrial, Summary};
 use crate::error::{Error, Result};
 use crate::files::shell_word;

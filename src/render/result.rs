@@ -35,7 +35,7 @@ pub fn may_be_written_to(folder: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::store::parts::RESULT_FILES;
+    use crate::campaign::store::folder::RESULT_FILES;
 
     #[test]
     fn what_is_written_is_taken_away_before_more_trials_are_run() {

@@ -5,7 +5,7 @@ use crate::campaign::ask::variations;
 use crate::campaign::verdict::failures::Failures;
 use crate::campaign::verdict::pairs::Pair;
 use crate::campaign::verdict::prediction::{MarginBin, Prediction};
-use crate::campaign::verdict::summary::{FittedCurve, SetSummary};
+use crate::campaign::verdict::set_summary::{FittedCurve, SetSummary};
 use crate::episode::Judge;
 use crate::render::layout::{align, compared, percent, seconds, table, whole_names, wrapped};
 use crate::render::{comparison, replay_command};

@@ -17,7 +17,6 @@
 //! Sources: Waudby-Smith and Ramdas 2024, "Estimating means of bounded random variables by betting", J. R. Stat. Soc. B
 //! 86, 1-27; Robbins 1970, "Statistical methods related to the law of the iterated logarithm" (mixtures).
 
-use crate::campaign::store::parts::BLOCK_TRIALS;
 use serde::Serialize;
 
 /// Bets on either side, evenly in the logarithm from the least one to 1.
@@ -62,11 +61,11 @@ pub fn each_of(intervals: usize, level: f64) -> f64 {
     1.0 - (1.0 - level) / intervals.max(1) as f64
 }
 
-/// The count of trials at which to look next, after `trials`: about a quarter more, at least a block more, whole blocks;
-/// the last look is at `most`.
-pub fn next_look(trials: u64, most: u64) -> u64 {
-    let more = (trials / 4).max(BLOCK_TRIALS);
-    (trials + more).next_multiple_of(BLOCK_TRIALS).min(most)
+/// The count of trials at which to look next, after `trials`: about a quarter more, at least a block of so many more,
+/// whole blocks; the last look is at `most`.
+pub fn next_look(trials: u64, block: u64, most: u64) -> u64 {
+    let more = (trials / 4).max(block);
+    (trials + more).next_multiple_of(block).min(most)
 }
 
 /// What an interval of the difference of two rates decides.
@@ -185,7 +184,7 @@ mod tests {
     ) -> Option<u64> {
         let (mut trials, mut only_a, mut only_b) = (0, 0, 0);
         while trials < most {
-            let next = next_look(trials, most);
+            let next = next_look(trials, 25, most);
             let differ = draw(rng, next - trials, discordance);
             let a = draw(rng, differ, (0.5 + difference / discordance / 2.0).min(1.0));
             (trials, only_a, only_b) = (next, only_a + a, only_b + differ - a);
@@ -267,11 +266,11 @@ mod tests {
     fn looks_are_whole_blocks_a_quarter_apart_and_end_at_the_most() {
         let mut looks = vec![0];
         while *looks.last().unwrap() < 1010 {
-            looks.push(next_look(*looks.last().unwrap(), 1010));
+            looks.push(next_look(*looks.last().unwrap(), 25, 1010));
         }
         assert_eq!(looks, [0, 25, 50, 75, 100, 125, 175, 225, 300, 375, 475, 600, 750, 950, 1010]);
-        assert_eq!(next_look(30, 1000), 75);
-        assert_eq!(next_look(1010, 1010), 1010);
+        assert_eq!(next_look(30, 25, 1000), 75);
+        assert_eq!(next_look(1010, 25, 1010), 1010);
     }
 
     #[test]

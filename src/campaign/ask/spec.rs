@@ -3,9 +3,8 @@
 use crate::assets::{self, Kind};
 use crate::campaign::ask::bounds::{PushBounds, check_episode, within};
 use crate::campaign::ask::distribution::Distribution;
+use crate::campaign::ask::gate::GateSpec;
 use crate::campaign::ask::variations::{self, SecondPushSpec, VariationSpec};
-use crate::campaign::store::parts::BLOCK_TRIALS;
-use crate::campaign::verdict::gate_spec::GateSpec;
 use crate::episode::EpisodeConfig;
 use crate::error::{Error, Result};
 use crate::lipm::GainSet;
@@ -13,6 +12,9 @@ use crate::lipm::variant::{self, Entry};
 use crate::sim::{Profile, Push};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+
+/// Trials in a block, which is kept as one part and after which a campaign may end (the last block may have fewer).
+pub const BLOCK_TRIALS: u64 = 25;
 
 /// A campaign, as its TOML file has it and with nothing left open.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

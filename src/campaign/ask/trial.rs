@@ -3,8 +3,10 @@
 //! Each quantity has its own ChaCha8 stream, numbered by trial and quantity. So a trial does not depend on which
 //! trials ran before it, and a quantity that becomes random, or a new one, changes no other.
 
+use crate::campaign::ask::bounds::PushBounds;
+use crate::campaign::ask::distribution::Distribution;
+use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::variations::{self, SecondPushSpec};
-use crate::campaign::{Campaign, Distribution, PushBounds};
 use crate::episode::Disturbance;
 use crate::sim::{Push, Variation, sensors::SensorErrors};
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};

@@ -1,8 +1,9 @@
 //! What a campaign varies beside the first push: robot and ground (`[variations]`), and a second push
 //! (`[second_push]`). The controller is told nothing of it.
 
+use crate::campaign::ask::bounds::PushBounds;
+use crate::campaign::ask::distribution::Distribution;
 use crate::campaign::ask::spec::PushSpec;
-use crate::campaign::{Distribution, PushBounds};
 use crate::error::{Error, Result};
 use crate::sim::{Push, Variation, ground::TILTING_S};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

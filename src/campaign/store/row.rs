@@ -2,10 +2,12 @@
 
 #[cfg(doc)]
 use crate::campaign::ask::no_step::NoStep;
-use crate::columns::{Column, Data};
+use crate::columns::{Column, Data, parquet_bytes};
 use crate::episode::{Membership, Outcome, Record};
+use crate::error::{Error, Result};
 use crate::robot::Foot;
 use crate::sim::{Profile, Push, Variation};
+use crate::stats::rate::SuccessCount;
 use serde::{Deserialize, Serialize};
 
 /// A row of `trials.parquet`; units are in the names, angles in degrees, world frame.
@@ -159,6 +161,11 @@ impl TrialRow {
         }
     }
 
+    /// Whether the robot stood in the end.
+    pub fn has_recovered(&self) -> bool {
+        self.outcome == Outcome::Recovered
+    }
+
     /// How hard the first push was: its impulse over m omega d or, where there is no d, in N s.
     pub fn hardness(&self) -> f64 {
         self.impulse_over_m_omega_d.unwrap_or(self.impulse_n_s)
@@ -171,15 +178,30 @@ impl TrialRow {
 
     /// Time from the end of the last push to standing (s); None unless recovered.
     pub fn settling_s(&self) -> Option<f64> {
-        let settled_at_s = self.settled_at_s.filter(|_| self.outcome == Outcome::Recovered)?;
+        let settled_at_s = self.settled_at_s.filter(|_| self.has_recovered())?;
         Some((settled_at_s - self.pushed_until_s()).max(0.0))
     }
 
     /// Time from the end of the last push to the COM being home for good (s); None unless recovered.
     pub fn homing_s(&self) -> Option<f64> {
-        let home_at_s = self.home_at_s.filter(|_| self.outcome == Outcome::Recovered)?;
+        let home_at_s = self.home_at_s.filter(|_| self.has_recovered())?;
         Some((home_at_s - self.pushed_until_s()).max(0.0))
     }
+}
+
+/// The rows of each trial, one per set.
+pub fn by_trial(rows: &[TrialRow], sets: usize) -> impl Iterator<Item = &[TrialRow]> {
+    rows.chunks_exact(sets.max(1))
+}
+
+/// How many of some trials were recovered from.
+pub fn success_count<'a>(rows: impl IntoIterator<Item = &'a TrialRow>) -> SuccessCount {
+    let (mut trials, mut recovered) = (0, 0);
+    for row in rows {
+        trials += 1;
+        recovered += u64::from(row.has_recovered());
+    }
+    SuccessCount::new(recovered, trials)
 }
 
 /// Rows as columns, in the order of the fields.
@@ -241,6 +263,12 @@ pub fn columns(rows: &[TrialRow]) -> Vec<Column> {
     .into()
 }
 
+/// The bytes of `trials.parquet`.
+pub fn parquet(rows: &[TrialRow]) -> Result<Vec<u8>> {
+    let fail = |source| Error::Write { path: "trials.parquet".into(), source: std::io::Error::other(source) };
+    parquet_bytes(&columns(rows)).map_err(fail)
+}
+
 /// As in a campaign file.
 pub fn profile_name(profile: Profile) -> &'static str {
     match profile {
@@ -281,6 +309,12 @@ pub(crate) mod tests {
     pub(crate) fn row(trial: u64, set: &str, impulse_n_s: f64, outcome: Outcome) -> TrialRow {
         let push = Push { impulse_n_s, ..Push::default() };
         TrialRow::new(trial, set, &[push], Some(2.0), &Variation::default(), record(outcome))
+    }
+
+    /// A trial for each pair of outcomes, of sets "a" and "b".
+    pub(crate) fn rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
+        let trial = |(i, of): (usize, &[Outcome; 2])| [row(i as u64, "a", 1.0, of[0]), row(i as u64, "b", 1.0, of[1])];
+        outcomes.iter().enumerate().flat_map(trial).collect()
     }
 
     #[test]

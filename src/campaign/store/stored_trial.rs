@@ -1,6 +1,9 @@
 //! A trial of a finished campaign, to be run again and looked at: it follows from the campaign and its number alone.
 
-use crate::campaign::{Campaign, Folder, Overrides, TrialRow, ask::trial};
+use crate::campaign::ask::spec::{Campaign, Overrides};
+use crate::campaign::ask::trial;
+use crate::campaign::store::folder::Folder;
+use crate::campaign::store::row::TrialRow;
 use crate::control::Design;
 use crate::episode::{Disturbance, EpisodeConfig, Outcome, Record};
 use crate::error::{Error, Result};
@@ -33,7 +36,7 @@ impl StoredTrial {
             return Err(Error::Unknown { what: "gain set", name: name.into(), accepted: sets.join(", ") });
         }
         let block = (0..found.blocks()).find(|&block| found.range(block).1 > trial);
-        let mut rows = block.and_then(|block| found.read(block).ok()).unwrap_or_default();
+        let mut rows = block.and_then(|block| found.part(block).rows().ok()).unwrap_or_default();
         rows.retain(|row| row.trial == trial);
         let lost = sets.iter().find(|set| rows.iter().any(|r| r.set == **set && r.outcome != Outcome::Recovered));
         let set = set.unwrap_or_else(|| lost.unwrap_or(&sets[0])).to_string();

@@ -1,11 +1,12 @@
 //! The gates of a campaign at work: the trials that each is asked of, and an earlier result that some compare with.
 
-use crate::campaign::store::parts::Manifest;
-use crate::campaign::verdict::compare::{Baseline, BaselineId, every_pair, unlike};
-use crate::campaign::verdict::gate::{Against, Evidence, Gate, GateAnswer, Status};
-use crate::campaign::verdict::gate_spec::GateSpec;
-use crate::campaign::{Stopping, TrialRow, verdict::pairs};
-use crate::episode::Outcome;
+use crate::campaign::ask::gate::{Against, Gate, GateSpec};
+use crate::campaign::ask::spec::Stopping;
+use crate::campaign::store::folder::Manifest;
+use crate::campaign::store::row::{TrialRow, by_trial};
+use crate::campaign::verdict::baseline::{Baseline, BaselineId, unlike};
+use crate::campaign::verdict::evidence::{Evidence, GateAnswer, Status};
+use crate::campaign::verdict::pairs::{self, every_pair};
 use crate::error::{Error, Result};
 use crate::stats::mcnemar::PairedCounts;
 use crate::stats::sequential::{PairVerdict, each_of};
@@ -119,7 +120,7 @@ impl Gates {
         }
         let pairs = every_pair(self.sets.len());
         let open = |(a, b): (usize, usize)| {
-            let counts = pairs::counts(pairs::trials(rows, self.sets.len()), a, b);
+            let counts = pairs::counts(by_trial(rows, self.sets.len()), a, b);
             let (interval, verdict) = pairs::at_a_look(counts, pairs.len(), self.stopping.margin);
             let is_open = verdict == PairVerdict::Open;
             let pair = format!("{} - {}", self.sets[a], self.sets[b]);
@@ -140,7 +141,7 @@ impl Gates {
         let sequential = self.stopping.until_resolved || ends_when_decided;
         let confidence = self.spec.confidence;
         let level = if self.stopping.until_resolved { each_of(self.gates.len(), confidence) } else { confidence };
-        let recovered = |row: &&TrialRow| row.outcome == Outcome::Recovered;
+        let recovered = |row: &&TrialRow| row.has_recovered();
         let pairs =
             |other: &[&TrialRow]| PairedCounts::of(own.iter().zip(other).map(|(a, b)| (recovered(a), recovered(b))));
         let counts = other.as_deref().map(pairs);
@@ -159,7 +160,7 @@ impl Gates {
         let lost = || own.iter().enumerate().filter(|(_, row)| !recovered(row));
         let least_hard = || lost().min_by(|(_, a), (_, b)| a.hardness().total_cmp(&b.hardness()));
         let lost_trial = lost().find(|&(i, _)| saved_by_other(i)).or_else(least_hard).map(|(_, row)| row.trial);
-        let judged = gate.judged(&evidence, level);
+        let judged = evidence.answer(gate, level);
         let passes = !judged.status.fails(self.spec.unresolved);
         let is_difference = gate.against != Against::Rate;
         GateResult { judged, passes, set: gate.set.clone(), is_difference, counts, lost_trial }
@@ -176,6 +177,7 @@ mod tests {
     use crate::campaign::store::row::tests::row;
     use crate::campaign::verdict::pairs::{DecisionRule, Pair};
     use crate::campaign::{Campaign, Overrides};
+    use crate::episode::Outcome;
     use crate::stats::sequential::next_look;
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
@@ -230,7 +232,7 @@ mod tests {
                     || pairs[1..].iter().any(|pair| claims(pair, &[PairVerdict::BBetter, PairVerdict::Same]))
             };
             while look < MOST && (look == 0 || !gates.open(&rows).is_empty()) {
-                let next = next_look(look, MOST);
+                let next = next_look(look, 25, MOST);
                 run(&mut rows, next - look, &loses, &mut rng);
                 look = next;
                 erred |= errs(pairs(&rows, true));

@@ -1,14 +1,10 @@
-//! Gain sets compared on the same pushes: where two of them end differently, and times over the trials that all survive.
-//!
-//! Each set's own median compares different trials: a set that survives harder pushes has more of the slow ones.
+//! Two gain sets compared on the same pushes: where they end differently, and which is better.
 
-use crate::campaign::TrialRow;
-use crate::campaign::verdict::gate::Evidence;
+use crate::campaign::store::row::{TrialRow, by_trial};
+use crate::campaign::verdict::evidence::Evidence;
 use crate::campaign::verdict::strata::Stratum;
-use crate::episode::Outcome;
 use crate::stats::mcnemar::{PairedCounts, holm};
 use crate::stats::ranks::{Shift, signed_rank};
-use crate::stats::rate::median;
 use crate::stats::sequential::{self, PairVerdict, each_of};
 use serde::Serialize;
 
@@ -19,54 +15,6 @@ const ALPHA: f64 = 0.05;
 const LEVEL: f64 = 0.95;
 /// With this chance the trials that are asked for would resolve a pair.
 const POWER: f64 = 0.8;
-
-/// Medians of the times from the end of the push, over trials that recovered.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Times {
-    /// To standing: slow and inside of the support (s).
-    pub median_settling_s: Option<f64>,
-    /// To the COM being home for good (s), where the trial that never is counts as the latest: None if the median is
-    /// such a trial, and for episodes that end early.
-    pub median_homing_s: Option<f64>,
-    /// Trials in which the COM was home at the horizon; None for episodes that end early.
-    pub home: Option<u64>,
-}
-
-impl Times {
-    /// Of rows that recovered; others are left out.
-    pub fn of<'a>(rows: impl Iterator<Item = &'a TrialRow>, end_early: bool) -> Self {
-        let rows: Vec<&TrialRow> = rows.filter(|row| row.outcome == Outcome::Recovered).collect();
-        let median_settling_s = median(rows.iter().filter_map(|row| row.settling_s()).collect());
-        if end_early {
-            return Self { median_settling_s, ..Self::default() };
-        }
-        let homing = rows.iter().map(|row| row.homing_s().unwrap_or(f64::INFINITY)).collect();
-        Self {
-            median_settling_s,
-            median_homing_s: median(homing).filter(|s| s.is_finite()),
-            home: Some(rows.iter().filter(|row| row.homing_s().is_some()).count() as u64),
-        }
-    }
-}
-
-/// Trials that every set of the campaign survived, and each set's times over them.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct CommonSurvivors {
-    pub trials: u64,
-    /// In the order of the sets.
-    pub sets: Vec<Times>,
-}
-
-impl CommonSurvivors {
-    /// `rows` are sorted by trial, then by set; `sets` is the count of sets.
-    pub fn new(rows: &[TrialRow], sets: usize, end_early: bool) -> Self {
-        let survived: Vec<&[TrialRow]> = trials(rows, sets).filter(|trial| trial.iter().all(has_recovered)).collect();
-        Self {
-            trials: survived.len() as u64,
-            sets: (0..sets).map(|set| Times::of(survived.iter().map(|trial| &trial[set]), end_early)).collect(),
-        }
-    }
-}
 
 /// Two sets, trial by trial.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -155,13 +103,14 @@ impl Pair {
         deciding: DecisionRule,
     ) -> Self {
         let sets = names.len();
-        let counts = counts(trials(rows, sets), a, b);
+        let counts = counts(by_trial(rows, sets), a, b);
         let first = |wins: usize, loses: usize| {
-            let only = trials(rows, sets).filter(|trial| has_recovered(&trial[wins]) && !has_recovered(&trial[loses]));
+            let only =
+                by_trial(rows, sets).filter(|trial| trial[wins].has_recovered() && !trial[loses].has_recovered());
             only.take(EXAMPLES).map(|trial| trial[0].trial).collect()
         };
         let shift = |get: &dyn Fn(&TrialRow) -> Option<f64>| {
-            let both = trials(rows, sets).filter(|trial| has_recovered(&trial[a]) && has_recovered(&trial[b]));
+            let both = by_trial(rows, sets).filter(|trial| trial[a].has_recovered() && trial[b].has_recovered());
             let differences = both.filter_map(|trial| Some(get(&trial[a])? - get(&trial[b])?));
             signed_rank(&differences.collect::<Vec<_>>())
         };
@@ -263,29 +212,19 @@ pub fn rounded(count: u64) -> u64 {
 
 /// Who recovered, over trials that are the rows of all sets each.
 pub fn counts<'a>(trials: impl Iterator<Item = &'a [TrialRow]>, a: usize, b: usize) -> PairedCounts {
-    PairedCounts::of(trials.map(|trial| (has_recovered(&trial[a]), has_recovered(&trial[b]))))
+    PairedCounts::of(trials.map(|trial| (trial[a].has_recovered(), trial[b].has_recovered())))
 }
 
-/// The rows of each trial, one per set.
-pub fn trials(rows: &[TrialRow], sets: usize) -> impl Iterator<Item = &[TrialRow]> {
-    rows.chunks_exact(sets.max(1))
-}
-
-fn has_recovered(row: &TrialRow) -> bool {
-    row.outcome == Outcome::Recovered
+/// Every pair of so many sets, the earlier one first.
+pub fn every_pair(sets: usize) -> Vec<(usize, usize)> {
+    (0..sets).flat_map(|a| (a + 1..sets).map(move |b| (a, b))).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::store::row::tests::row;
-    use Outcome::{Fell, Recovered, TimedOut};
-
-    /// A trial per pair of outcomes, of sets "a" and "b".
-    fn rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
-        let trial = |(i, of): (usize, &[Outcome; 2])| [row(i as u64, "a", 1.0, of[0]), row(i as u64, "b", 1.0, of[1])];
-        outcomes.iter().enumerate().flat_map(trial).collect()
-    }
+    use crate::campaign::store::row::tests::{row, rows};
+    use crate::episode::Outcome::{self, Fell, Recovered, TimedOut};
 
     #[test]
     fn a_pair_counts_every_trial_once_and_names_the_first_that_differ() {
@@ -361,31 +300,5 @@ mod tests {
         assert_eq!((settling.pairs, footsteps.pairs, pair.homing_s), (12, 12, None));
         assert!((settling.median + 0.1055).abs() < 1e-9 && settling.p < 0.001, "{settling:?}");
         assert_eq!(footsteps.median, -1.0);
-    }
-
-    #[test]
-    fn common_times_leave_out_what_one_set_lost() {
-        let mut rows = rows(&[[Recovered, Recovered], [Recovered, Fell], [Recovered, Recovered]]);
-        for (row, settled) in rows.iter_mut().zip([1.0, 2.0, 9.0, 9.0, 3.0, 4.0]) {
-            row.settled_at_s = Some(row.start_s + row.duration_s + settled);
-        }
-        let common = CommonSurvivors::new(&rows, 2, true);
-        assert_eq!(common.trials, 2);
-        let median = |set: usize| common.sets[set].median_settling_s.unwrap();
-        assert!((median(0) - 2.0).abs() < 1e-12 && (median(1) - 3.0).abs() < 1e-12);
-        assert_eq!(common.sets[0].home, None);
-        let own = Times::of(rows.iter().filter(|row| row.set == "a"), true);
-        assert!((own.median_settling_s.unwrap() - 3.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn a_trial_that_never_gets_home_is_the_latest() {
-        let mut rows = rows(&[[Recovered, Recovered]; 3]);
-        rows[0].home_at_s = None;
-        let times = |rows: &[TrialRow]| Times::of(rows.iter().filter(|row| row.set == "a"), false);
-        assert_eq!(times(&rows).home, Some(2));
-        assert!((times(&rows).median_homing_s.unwrap() - (1.75 - 0.55)).abs() < 1e-12);
-        rows[2].home_at_s = None;
-        assert_eq!((times(&rows).home, times(&rows).median_homing_s), (Some(1), None));
     }
 }

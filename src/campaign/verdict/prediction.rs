@@ -4,7 +4,7 @@
 //! The true state at the end of the push is inside the slowest gain's set, the largest, or it is not: by the theory the
 //! first recover, and the others need a footstep.
 
-use crate::campaign::TrialRow;
+use crate::campaign::store::row::{TrialRow, success_count};
 use crate::episode::{Membership, Outcome};
 use crate::stats::rate::SuccessCount;
 use serde::Serialize;
@@ -40,7 +40,7 @@ impl Prediction {
     pub fn new(rows: &[&TrialRow]) -> Option<Self> {
         let side = |inside: bool| {
             let on_it = move |row: &&&TrialRow| row.set_after_push.is_some_and(|m| (m == Membership::Inside) == inside);
-            SuccessCount::of(rows.iter().filter(on_it).copied())
+            success_count(rows.iter().filter(on_it).copied())
         };
         let (inside, outside) = (side(true), side(false));
         let trials = inside.trials + outside.trials;
@@ -58,34 +58,11 @@ impl Prediction {
                 let (from, to) = (i.checked_sub(1).map(|i| MARGIN_EDGES[i]), MARGIN_EDGES.get(i).copied());
                 let within = |m: f64| from.is_none_or(|from| m >= from) && to.is_none_or(|to| m < to);
                 let inside = |row: &&&TrialRow| row.cpi_margin_after_push.is_some_and(within);
-                MarginBin { from, to, count: SuccessCount::of(rows.iter().filter(inside).copied()) }
+                MarginBin { from, to, count: success_count(rows.iter().filter(inside).copied()) }
             })
             .filter(|bin| bin.count.trials > 0)
             .collect();
         Some(Self { inside, outside, agreement, agreement_est, by_margin })
-    }
-}
-
-/// How many trials of a set fell on what.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct FallCause {
-    /// As in [`crate::episode::Record::fall_cause`].
-    pub cause: String,
-    pub trials: u64,
-}
-
-impl FallCause {
-    /// The most frequent first; of equals, by name.
-    pub fn count(rows: &[&TrialRow]) -> Vec<Self> {
-        let mut found: Vec<Self> = Vec::new();
-        for cause in rows.iter().filter(|row| row.outcome == Outcome::Fell).filter_map(|row| row.fall_cause.as_ref()) {
-            match found.iter_mut().find(|f| f.cause == *cause) {
-                Some(known) => known.trials += 1,
-                None => found.push(Self { cause: cause.clone(), trials: 1 }),
-            }
-        }
-        found.sort_by(|a, b| b.trials.cmp(&a.trials).then_with(|| a.cause.cmp(&b.cause)));
-        found
     }
 }
 
@@ -129,20 +106,5 @@ mod tests {
     fn without_gains_nothing_is_foretold() {
         let hold = TrialRow { set_after_push: None, cpi_margin_after_push: None, ..row(0, "hold", 1.0, Outcome::Fell) };
         assert_eq!(Prediction::new(&[&hold]), None);
-    }
-
-    #[test]
-    fn causes_are_counted_of_falls_and_the_most_frequent_is_first() {
-        let on = |cause: &str, outcome| TrialRow { fall_cause: Some(cause.into()), ..row(0, "a", 1.0, outcome) };
-        let rows = [
-            on("b", Outcome::Fell),
-            on("c", Outcome::Fell),
-            on("a", Outcome::Fell),
-            on("c", Outcome::Fell),
-            on("b", Outcome::Diverged),
-        ];
-        let causes = FallCause::count(&rows.iter().collect::<Vec<_>>());
-        let causes: Vec<_> = causes.iter().map(|c| (c.cause.as_str(), c.trials)).collect();
-        assert_eq!(causes, [("c", 2), ("a", 1), ("b", 1)]);
     }
 }

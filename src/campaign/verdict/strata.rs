@@ -4,8 +4,7 @@
 //! that each trial is in one stratum of each. One that does not vary, or that puts all trials in the same, makes none.
 //! Edges lie at quantiles and are rounded to a digit that is at most a twentieth of the range.
 
-use crate::campaign::TrialRow;
-use crate::episode::Outcome;
+use crate::campaign::store::row::{TrialRow, success_count};
 use crate::stats::mcnemar::PairedCounts;
 use crate::stats::rate::SuccessCount;
 
@@ -24,12 +23,12 @@ pub struct Stratum {
 impl Stratum {
     /// What gain set `set` (its place in the campaign) made of these trials; `rows` and `sets` as for [`strata`].
     pub fn count(&self, rows: &[TrialRow], sets: usize, set: usize) -> SuccessCount {
-        SuccessCount::of(self.trials.iter().map(|trial| &rows[trial * sets + set]))
+        success_count(self.trials.iter().map(|trial| &rows[trial * sets + set]))
     }
 
     /// Who of two sets recovered.
     pub fn pair(&self, rows: &[TrialRow], sets: usize, a: usize, b: usize) -> PairedCounts {
-        let recovered = |trial: usize, set: usize| rows[trial * sets + set].outcome == Outcome::Recovered;
+        let recovered = |trial: usize, set: usize| rows[trial * sets + set].has_recovered();
         PairedCounts::of(self.trials.iter().map(|&trial| (recovered(trial, a), recovered(trial, b))))
     }
 }
@@ -142,6 +141,7 @@ mod tests {
     use super::*;
     use crate::campaign::store::row::tests::{record, row};
     use crate::campaign::{Campaign, Overrides, ask::trial};
+    use crate::episode::Outcome;
     use Outcome::{Fell, Recovered, TimedOut};
 
     /// Rows of a campaign as it is drawn, for two sets; nothing is simulated.

@@ -1,9 +1,7 @@
 //! The trials of a gain set that are worth a look: what it lost without need, what it lost nearest to its limit, the hardest
 //! that it survived, and what another set survived.
 
-use crate::campaign::TrialRow;
-use crate::campaign::verdict::pairs::trials;
-use crate::episode::Outcome;
+use crate::campaign::store::row::{TrialRow, by_trial};
 use serde::Serialize;
 use std::collections::HashSet;
 
@@ -30,10 +28,9 @@ impl TellingTrial {
     /// lost, the lost one that is nearest to the limit, and the hardest that was survived; then, for the first of the other
     /// sets, the first trial that it survived and this set lost; then the next easiest lost ones. Each trial once.
     pub fn of(rows: &[TrialRow], names: &[String], set: usize, limit: Option<f64>) -> Vec<Self> {
-        let recovered = |row: &TrialRow| row.outcome == Outcome::Recovered;
         let harder = |a: &&TrialRow, b: &&TrialRow| a.hardness().total_cmp(&b.hardness());
-        let own = || trials(rows, names.len()).map(|trial| &trial[set]);
-        let mut lost: Vec<&TrialRow> = own().filter(|row| !recovered(row)).collect();
+        let own = || by_trial(rows, names.len()).map(|trial| &trial[set]);
+        let mut lost: Vec<&TrialRow> = own().filter(|row| !row.has_recovered()).collect();
         lost.sort_by(harder);
         let from_limit = |row: &TrialRow| limit.map_or(f64::INFINITY, |limit| (row.hardness() - limit).abs());
         let nearest =
@@ -41,15 +38,15 @@ impl TellingTrial {
         let nearest = nearest.map(|row| (row, "lost, nearest to its limit of 50 %".to_string()));
         let mut easiest = lost.into_iter().take(LOST).map(|row| (row, "lost, though among the easiest".to_string()));
         let others = (0..names.len()).filter_map(|other| {
-            let differs = |trial: &&[TrialRow]| recovered(&trial[other]) && !recovered(&trial[set]);
-            let found = trials(rows, names.len()).find(differs)?;
+            let differs = |trial: &&[TrialRow]| trial[other].has_recovered() && !trial[set].has_recovered();
+            let found = by_trial(rows, names.len()).find(differs)?;
             Some((&found[set], format!("lost; {} survives it", names[other])))
         });
-        let hardest = own().filter(|row| recovered(row)).max_by(harder);
+        let hardest = own().filter(|row| row.has_recovered()).max_by(harder);
         let hardest = hardest.map(|row| (row, "the hardest that it survived".to_string()));
         let telling = |(row, why): (&TrialRow, String)| {
             let TrialRow { trial, impulse_n_s, impulse_over_m_omega_d, heading_deg, .. } = *row;
-            Self { trial, impulse_n_s, impulse_over_m_omega_d, heading_deg, survived: recovered(row), why }
+            Self { trial, impulse_n_s, impulse_over_m_omega_d, heading_deg, survived: row.has_recovered(), why }
         };
         let first = easiest.next().into_iter().chain(nearest).chain(hardest);
         let mut found: Vec<Self> = first.chain(others.take(OTHERS)).chain(easiest).map(telling).collect();
@@ -63,6 +60,7 @@ impl TellingTrial {
 mod tests {
     use super::*;
     use crate::campaign::store::row::tests::row;
+    use crate::episode::Outcome;
 
     #[test]
     fn what_tells_most_comes_first_and_each_trial_once() {
