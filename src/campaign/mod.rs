@@ -12,8 +12,9 @@ pub mod verdict;
 
 pub use ask::bounds::{PushBounds, check_episode};
 pub use ask::distribution::Distribution;
+pub use ask::push::SecondPushSpec;
 pub use ask::spec::{Campaign, Overrides, Stopping};
-pub use ask::variations::{SecondPushSpec, VariationSpec};
+pub use ask::variations::VariationSpec;
 pub use run::Plan;
 pub use store::folder::Folder;
 pub use store::row::TrialRow;

@@ -212,8 +212,7 @@ fn entropy(p: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::ask::trial::{Stream, stream};
-    use rand::RngExt;
+    use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
     const RULE: Rule = Rule { most_n_s: 16.0, precision_n_s: 0.1, max_trials: 400, random: true };
 
@@ -234,7 +233,8 @@ mod tests {
     fn the_interval_holds_the_threshold_as_often_as_it_says_for_far_fewer_trials_than_a_grid() {
         let (mut held50, mut held90, mut trials, count) = (0, 0, 0, 240);
         for i in 0..count {
-            let mut rng = stream(11, i, Stream::Impulse);
+            let mut rng = ChaCha8Rng::seed_from_u64(11);
+            rng.set_stream(i << 8);
             let threshold = 2.0 + 5.0 * rng.random::<f64>();
             let scale = [0.02, 0.08, 0.2][i as usize % 3];
             let found = search(RULE, |impulse| rng.random::<f64>() < logistic(impulse, threshold, scale, 0.01));

@@ -2,14 +2,13 @@
 
 use crate::assets::{self, Kind};
 use crate::campaign::ask::bounds::{PushBounds, check_episode, within};
-use crate::campaign::ask::distribution::Distribution;
 use crate::campaign::ask::gate::GateSpec;
-use crate::campaign::ask::variations::{self, SecondPushSpec, VariationSpec};
+use crate::campaign::ask::push::{PushSpec, SecondPushSpec};
+use crate::campaign::ask::variations::{self, VariationSpec};
 use crate::episode::EpisodeConfig;
 use crate::error::{Error, Result};
 use crate::lipm::GainSet;
 use crate::lipm::variant::{self, Entry};
-use crate::sim::{Profile, Push};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -65,23 +64,6 @@ impl Default for Stopping {
     }
 }
 
-/// Distributions of what makes a [`Push`]; the fields are those of `Push`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PushSpec {
-    pub impulse_n_s: Distribution,
-    #[serde(default = "default_heading")]
-    pub heading_deg: Distribution,
-    #[serde(default = "default_height")]
-    pub height_m: Distribution,
-    #[serde(default = "default_duration")]
-    pub duration_s: Distribution,
-    #[serde(default = "default_start")]
-    pub start_s: Distribution,
-    #[serde(default)]
-    pub profile: Profile,
-}
-
 /// Sensor errors in units of the robot's own noise; 0 and 0: ideal sensors.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -98,19 +80,6 @@ fn default_robot() -> String {
 fn default_gains() -> Vec<String> {
     ["hold", "switching", "paper", "catch"].map(String::from).into()
 }
-fn default_heading() -> Distribution {
-    Distribution::Constant(Push::default().heading_deg)
-}
-fn default_height() -> Distribution {
-    Distribution::Constant(Push::default().height_m)
-}
-fn default_duration() -> Distribution {
-    Distribution::Constant(Push::default().duration_s)
-}
-fn default_start() -> Distribution {
-    Distribution::Constant(Push::default().start_s)
-}
-
 /// What a caller changes of a campaign, in the order in which it is applied.
 #[derive(Debug, Clone, Default)]
 pub struct Overrides {
@@ -277,6 +246,7 @@ impl Campaign {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::campaign::ask::distribution::Distribution;
 
     fn load(text: &str) -> Result<Campaign> {
         let dir = tempfile::tempdir().unwrap();

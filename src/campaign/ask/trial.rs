@@ -5,8 +5,9 @@
 
 use crate::campaign::ask::bounds::PushBounds;
 use crate::campaign::ask::distribution::Distribution;
+use crate::campaign::ask::push::SecondPushSpec;
 use crate::campaign::ask::spec::Campaign;
-use crate::campaign::ask::variations::{self, SecondPushSpec};
+use crate::campaign::ask::variations;
 use crate::episode::Disturbance;
 use crate::sim::{Push, Variation, sensors::SensorErrors};
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};

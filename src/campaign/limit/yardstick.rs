@@ -132,6 +132,7 @@ impl Yardstick {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::campaign::ask::no_step::NoStep;
     use crate::campaign::ask::spec::Overrides;
 
     fn campaign(name: &str, set: &[&str]) -> Campaign {
@@ -150,5 +151,17 @@ mod tests {
         assert!((heading.bound_one_step_at_height_n_s / heading.bound_one_step_n_s - factor).abs() < 1e-12);
         // Below the COM a bound is not raised.
         assert_eq!(of(&["push.height_m={uniform=[-0.1, 0]}"]).height_factor, 1.0);
+    }
+
+    /// The measure of a push is the bound without a footstep, without the factor of the push's duration.
+    #[test]
+    fn the_measure_of_a_push_is_the_bound_without_a_footstep() {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let (yardstick, no_step) = (Yardstick::new(&robot, &campaign("nominal", &[])).unwrap(), NoStep::new(&robot));
+        for heading_deg in [-135.0, -20.0, 0.0, 70.0, 90.0, 180.0] {
+            let bound = yardstick.heading(heading_deg).unwrap().bound_no_step_n_s / yardstick.push_factor;
+            let found = no_step.impulse_n_s(heading_deg).unwrap();
+            assert!((found - bound).abs() < 1e-9, "{heading_deg}: {found}, not {bound}");
+        }
     }
 }

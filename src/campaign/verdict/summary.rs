@@ -1,7 +1,8 @@
 //! What the trials of a campaign say, as `summary.json` has it.
 
-use crate::campaign::ask::spec::{PushSpec, SensorSpec, Stopping};
-use crate::campaign::ask::variations::{SecondPushSpec, VariationSpec};
+use crate::campaign::ask::push::{PushSpec, SecondPushSpec};
+use crate::campaign::ask::spec::{SensorSpec, Stopping};
+use crate::campaign::ask::variations::VariationSpec;
 use crate::campaign::store::folder::{Folder, Manifest};
 use crate::campaign::store::row::{TrialRow, parquet};
 use crate::campaign::verdict::baseline::BaselineId;
