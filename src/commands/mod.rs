@@ -124,15 +124,14 @@ pub fn compare(args: &CompareArgs) -> Result<ExitCode> {
         let problem = "holds something else than a comparison; give a new or empty folder";
         return Err(Error::Parts { path: out.into(), problem: problem.into() });
     }
-    let joined = Comparison::new(&Folder::existing(&args.dir_a)?, &Folder::existing(&args.dir_b)?, &args.gate)?;
-    let summary = joined.summary();
-    render::print(&if args.json { render::json(&summary) } else { table::campaign(&summary, Path::new("")) })?;
+    let comparison = Comparison::new(&Folder::existing(&args.dir_a)?, &Folder::existing(&args.dir_b)?, &args.gate)?;
+    let summary = &comparison.summary;
+    render::print(&if args.json { render::json(summary) } else { table::campaign(summary, Path::new("")) })?;
     if let Some(out) = &args.out {
-        let filed = joined.write(summary.clone(), out)?;
-        render::result::write(&filed, &joined.rows, out)?;
+        render::result::write(&comparison.write(out)?, &comparison.rows, out)?;
         note(&render::result::written(out, &["summary.json", "trials.parquet"]));
     }
-    Ok(exit_code(&summary, Path::new("")))
+    Ok(exit_code(summary, Path::new("")))
 }
 
 pub fn status(args: &FolderArgs) -> Result<ExitCode> {

@@ -16,7 +16,7 @@ const SHOWN: usize = 4;
 
 /// An earlier result with the same pushes.
 pub struct Baseline {
-    manifest: Manifest,
+    pub manifest: Manifest,
     rows: Vec<TrialRow>,
 }
 
@@ -46,10 +46,6 @@ impl Baseline {
         Ok(Baseline { manifest: folder.manifest, rows })
     }
 
-    pub fn sets(&self) -> &[String] {
-        &self.manifest.sets
-    }
-
     pub fn trials(&self) -> u64 {
         (self.rows.len() / self.manifest.sets.len()) as u64
     }
@@ -59,10 +55,6 @@ impl Baseline {
         let Manifest { standfast, config_hash, campaign, .. } = &self.manifest;
         let (name, trials) = (campaign.name.clone(), self.trials());
         BaselineId { name, standfast: standfast.clone(), config_hash: config_hash.clone(), trials }
-    }
-
-    pub fn manifest(&self) -> &Manifest {
-        &self.manifest
     }
 
     /// Whether it ended when decided: then its count of trials has to do with its outcomes.

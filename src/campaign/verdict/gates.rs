@@ -53,9 +53,9 @@ impl Gates {
                 let accepted = "the folder of an earlier result: --baseline DIR (of `run` and `merge`)";
                 return Err(Error::value("gates", "--gate", &gate.text, "there is no baseline", accepted));
             };
-            if !baseline.sets().contains(&gate.set) {
+            if !baseline.manifest.sets.contains(&gate.set) {
                 let problem = format!("the baseline has no gain set {}", gate.set);
-                return Err(Error::value("gates", "--gate", &gate.text, problem, baseline.sets().join(", ")));
+                return Err(Error::value("gates", "--gate", &gate.text, problem, baseline.manifest.sets.join(", ")));
             }
         }
         if campaign.stopping.until_resolved && gates.is_empty() && manifest.sets.len() < 2 {
@@ -86,7 +86,7 @@ impl Gates {
     /// What the baseline cannot support, for a result of `trials` trials.
     pub fn warnings(&self, manifest: &Manifest, trials: u64) -> Vec<String> {
         let Some(baseline) = &self.baseline else { return Vec::new() };
-        let mut found = unlike(baseline.manifest(), manifest);
+        let mut found = unlike(&baseline.manifest, manifest);
         if self.gates.iter().all(|gate| gate.against != Against::Baseline) {
             found.push("no gate compares with the baseline: it has no part in this result".into());
         }
