@@ -207,23 +207,27 @@ fn remove(path: &Path) -> Result<()> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
-    use crate::campaign::Overrides;
+    use crate::campaign::ask::spec::Overrides;
     use crate::campaign::store::row::tests::row;
     use crate::episode::Outcome;
 
-    fn folder(path: &Path) -> Folder {
-        let overrides = Overrides { trials: Some(60), ..Default::default() };
-        let manifest = Manifest {
+    /// Of the campaign `smoke` with these changes.
+    pub(crate) fn manifest(sets: &[&str], overrides: Overrides) -> Manifest {
+        Manifest {
             standfast: "0".into(),
-            config_hash: "abc".into(),
+            config_hash: "0123456789abcdef".into(),
             build: String::new(),
             robot_sha256: String::new(),
-            sets: vec!["hold".into(), "fixed".into()],
+            sets: sets.iter().map(|set| set.to_string()).collect(),
             campaign: Campaign::load("smoke", &overrides).unwrap(),
-        };
-        Folder { path: path.into(), manifest }
+        }
+    }
+
+    fn folder(path: &Path) -> Folder {
+        let overrides = Overrides { trials: Some(60), ..Overrides::default() };
+        Folder { path: path.into(), manifest: manifest(&["hold", "fixed"], overrides) }
     }
 
     fn commit(folder: &Folder, block: u64) -> Vec<TrialRow> {

@@ -174,9 +174,10 @@ fn words(what: &str, observed: f64, [least, most]: [f64; 2], unit: &str) -> Stri
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::campaign::ask::spec::Overrides;
+    use crate::campaign::store::folder::tests::manifest;
     use crate::campaign::store::row::tests::row;
     use crate::campaign::verdict::pairs::{DecisionRule, Pair};
-    use crate::campaign::{Campaign, Overrides};
     use crate::episode::Outcome;
     use crate::stats::sequential::next_look;
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
@@ -185,15 +186,7 @@ mod tests {
     fn gates(sets: &[&str], gates: &[&str]) -> Result<Gates> {
         let gates = gates.iter().map(|s| s.to_string()).collect();
         let overrides = Overrides { gates, until_resolved: true, ..Overrides::default() };
-        let manifest = Manifest {
-            standfast: "0".into(),
-            config_hash: "0".into(),
-            build: "0".into(),
-            robot_sha256: "0".into(),
-            sets: sets.iter().map(|s| s.to_string()).collect(),
-            campaign: Campaign::load("smoke", &overrides).unwrap(),
-        };
-        Gates::new(&manifest, None)
+        Gates::new(&manifest(sets, overrides), None)
     }
 
     /// Rows of `trials` more trials: each set recovers if one of ten equally likely kinds of push is none of those it loses.

@@ -137,8 +137,9 @@ const SEQUENTIAL_INTERVAL: &str = "95 %: differences of pairs by bets, all toget
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::campaign::ask::spec::Overrides;
+    use crate::campaign::store::folder::tests::manifest;
     use crate::campaign::store::row::tests::row;
-    use crate::campaign::{Campaign, Overrides};
     use crate::episode::Outcome;
 
     /// Of sets "a" and "b" and these gates, a trial for each pair of outcomes, impulses from 1 to 2 N s; `set` changes the
@@ -150,11 +151,7 @@ pub(crate) mod tests {
             trials: Some(outcomes.len() as u64),
             ..Overrides::default()
         };
-        let campaign = Campaign::load("smoke", &overrides).unwrap();
-        let sets = vec!["a".to_string(), "b".to_string()];
-        let (standfast, config_hash, robot_sha256) = ("0".into(), "0123456789abcdef".into(), String::new());
-        let build = String::new();
-        let manifest = Manifest { standfast, config_hash, build, robot_sha256, sets, campaign };
+        let manifest = manifest(&["a", "b"], overrides);
         let impulse = |i: usize| 1.0 + i as f64 / outcomes.len() as f64;
         let trial = |(i, of): (usize, &[Outcome; 2])| {
             [row(i as u64, "a", impulse(i), of[0]), row(i as u64, "b", impulse(i), of[1])]
