@@ -11,10 +11,7 @@ pub mod store;
 pub mod verdict;
 
 pub use ask::bounds::{PushBounds, check_episode};
-pub use ask::distribution::Distribution;
-pub use ask::push::SecondPushSpec;
-pub use ask::spec::{Campaign, Overrides, Stopping};
-pub use ask::variations::VariationSpec;
+pub use ask::spec::{Campaign, Overrides};
 pub use run::Plan;
 pub use store::folder::Folder;
 pub use store::row::TrialRow;

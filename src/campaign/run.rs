@@ -57,55 +57,21 @@ impl Plan {
         let bases = entries.iter().map(load).collect::<Result<Vec<_>>>()?;
         let gains = entries.iter().zip(&bases).map(|(entry, base)| entry.of(base)).collect::<Result<Vec<_>>>()?;
         let sets: Vec<String> = gains.iter().map(|set| set.name.clone()).collect();
-        for (i, (name, GainSet { name: base, .. })) in sets.iter().zip(&bases).enumerate() {
-            // The name becomes that of a file.
-            if base.is_empty() || base.starts_with('.') || base.contains(|c: char| "/\\:".contains(c) || c.is_control())
-            {
-                let accepted = "a name without /, \\ and :, not first a `.`";
-                return Err(Error::value(&campaign.gains[i], "name", base, "not usable as a file name", accepted));
-            }
-            if sets[..i].contains(name) {
-                let problem = "two gain sets of this name";
-                return Err(Error::value(&campaign.gains[i], "name", name, problem, "a name of its own for each"));
-            }
-        }
-        let mut resolved = campaign.clone();
-        let mut inputs: Vec<(String, String)> = Vec::new();
-        let mut hashed = Vec::new();
-        let mut keep = |name: &mut String, stem: String, kinds: &[(Kind, &str)]| -> Result<()> {
-            let original = name.clone();
-            for &(kind, extension) in kinds.iter().rev() {
-                let source = open(kind, &original)?;
-                hashed.push(source.text.clone());
-                if !source.is_builtin() {
-                    *name = format!("inputs/{stem}.{extension}");
-                    // Variants of one file share it.
-                    match inputs.iter().find(|(kept, _)| kept == name) {
-                        Some((_, text)) if *text == source.text => {}
-                        Some(_) => {
-                            let set = stem.trim_start_matches("gains/");
-                            let problem = "another file has a gain set of this name";
-                            return Err(Error::value(&original, "name", set, problem, "a name of its own for each"));
-                        }
-                        None => inputs.push((name.clone(), source.text)),
-                    }
-                }
-            }
-            Ok(())
-        };
-        keep(&mut resolved.robot, "robot".into(), &[(Kind::Robot, "urdf"), (Kind::RobotSettings, "toml")])?;
+        check_names(campaign, &sets, &bases)?;
+        let (mut inputs, mut resolved) = (Inputs::default(), campaign.clone());
+        let robot_files = [(Kind::RobotSettings, "toml"), (Kind::Robot, "urdf")];
+        resolved.robot = inputs.take(&campaign.robot, "robot", &robot_files)?;
+        // Settings and URDF come first among the inputs.
+        let robot_sha256 = sha256_hex(inputs.texts.concat().as_bytes());
         for ((gains, entry), base) in resolved.gains.iter_mut().zip(&entries).zip(&bases) {
-            let mut name = entry.base.to_string();
-            keep(&mut name, format!("gains/{}", base.name), &[(Kind::Gains, "toml")])?;
-            *gains = entry.with_base(&name);
+            let stem = format!("gains/{}", base.name);
+            *gains = entry.with_base(&inputs.take(entry.base, &stem, &[(Kind::Gains, "toml")])?);
         }
         let standfast = env!("CARGO_PKG_VERSION").to_string();
-        let config_hash = hash(&standfast, &what_trials_are(&resolved).to_toml()?, &hashed);
-        // Settings and URDF come first among the inputs.
-        let robot_sha256 = sha256_hex(hashed[..2].concat().as_bytes());
+        let config_hash = hash(&standfast, &what_trials_are(&resolved).to_toml()?, &inputs.texts);
         let build = String::new();
         let manifest = Manifest { standfast, config_hash, build, robot_sha256, sets, campaign: resolved };
-        Ok(Plan { manifest, no_step: NoStep::new(&robot), robot, gains, inputs })
+        Ok(Plan { manifest, no_step: NoStep::new(&robot), robot, gains, inputs: inputs.kept })
     }
 
     /// The folder for the result: the one asked for, or one under `standfast-results` that is free or this
@@ -246,6 +212,57 @@ impl Plan {
 pub(crate) fn pool(threads: usize) -> Result<ThreadPool> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map_err(|e| Error::Numeric { what: "threads".into(), problem: e.to_string() })
+}
+
+/// Errors: a name of a gain set that cannot become that of a file, or that two have.
+fn check_names(campaign: &Campaign, sets: &[String], bases: &[GainSet]) -> Result<()> {
+    for (i, (name, GainSet { name: base, .. })) in sets.iter().zip(bases).enumerate() {
+        if base.is_empty() || base.starts_with('.') || base.contains(|c: char| "/\\:".contains(c) || c.is_control()) {
+            let accepted = "a name without /, \\ and :, not first a `.`";
+            return Err(Error::value(&campaign.gains[i], "name", base, "not usable as a file name", accepted));
+        }
+        if sets[..i].contains(name) {
+            let problem = "two gain sets of this name";
+            return Err(Error::value(&campaign.gains[i], "name", name, problem, "a name of its own for each"));
+        }
+    }
+    Ok(())
+}
+
+/// What a campaign reads, so that it can be run again from its folder.
+#[derive(Default)]
+struct Inputs {
+    /// Of all files, in the order in which they are hashed.
+    texts: Vec<String>,
+    /// Of those that are not compiled in: name in the result folder, text.
+    kept: Vec<(String, String)>,
+}
+
+impl Inputs {
+    /// Takes the files of one input, each a kind and its extension; returns how the campaign in the folder names it: as it
+    /// is if it is compiled in, else by the last file.
+    fn take(&mut self, original: &str, stem: &str, files: &[(Kind, &str)]) -> Result<String> {
+        let mut name = original.to_string();
+        for &(kind, extension) in files {
+            let source = open(kind, original)?;
+            self.texts.push(source.text.clone());
+            if source.is_builtin() {
+                continue;
+            }
+            name = format!("inputs/{stem}.{extension}");
+            // Variants of one file share it.
+            match self.kept.iter().find(|(kept, _)| *kept == name) {
+                Some((_, text)) if *text == source.text => {}
+                Some(_) => {
+                    let (set, problem) =
+                        (stem.trim_start_matches("gains/"), "another file has a gain set of this name");
+                    return Err(Error::value(original, "name", set, problem, "a name of its own for each"));
+                }
+                None => self.kept.push((name.clone(), source.text)),
+            }
+        }
+        Ok(name)
+    }
 }
 
 /// Opens an input of a campaign; the settings of a robot lie beside its URDF.

@@ -20,7 +20,7 @@ impl SuccessCount {
 }
 
 /// Interval of a rate at 95 %: Wilson's, and near 0 and 1, where that is too short, Clopper and Pearson's.
-pub fn interval95(successes: u64, trials: u64) -> [f64; 2] {
+fn interval95(successes: u64, trials: u64) -> [f64; 2] {
     if successes.min(trials - successes) < 5 {
         clopper_pearson(successes, trials, 0.95)
     } else {
@@ -29,7 +29,7 @@ pub fn interval95(successes: u64, trials: u64) -> [f64; 2] {
 }
 
 /// Wilson score interval of k of n at 95 %.
-pub fn wilson(successes: u64, trials: u64) -> [f64; 2] {
+fn wilson(successes: u64, trials: u64) -> [f64; 2] {
     let (k, n) = (successes as f64, trials as f64);
     let z = Normal::standard().inverse_cdf(0.975);
     let rate = k / n;
