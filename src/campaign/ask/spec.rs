@@ -244,9 +244,15 @@ impl Campaign {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::campaign::ask::distribution::Distribution;
+
+    /// A campaign that is compiled in, with these values set.
+    pub(crate) fn campaign(name: &str, set: &[&str]) -> Campaign {
+        let set = set.iter().map(|s| s.to_string()).collect();
+        Campaign::load(name, &Overrides { set, ..Overrides::default() }).unwrap()
+    }
 
     fn load(text: &str) -> Result<Campaign> {
         let dir = tempfile::tempdir().unwrap();
@@ -260,9 +266,7 @@ mod tests {
     #[test]
     fn builtin_campaigns_load_and_survive_a_round_trip() {
         for name in Kind::Campaign.names() {
-            let overrides =
-                Overrides { set: vec!["push.height_m={normal=[0.01, 0.003]}".into()], ..Default::default() };
-            let campaign = Campaign::load(name, &overrides).unwrap();
+            let campaign = campaign(name, &["push.height_m={normal=[0.01, 0.003]}"]);
             assert_eq!(campaign.name, name);
             assert_eq!(load(&campaign.to_toml().unwrap()).unwrap(), campaign);
         }

@@ -133,11 +133,10 @@ fn draw(distribution: Distribution, [least, most]: [f64; 2], rng: &mut ChaCha8Rn
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::Overrides;
+    use crate::campaign::ask::spec::tests::campaign as with;
 
     fn campaign(set: &[&str]) -> Campaign {
-        let set = set.iter().map(|s| s.to_string()).collect();
-        Campaign::load("standard", &Overrides { set, seed: Some(7), ..Default::default() }).unwrap()
+        Campaign { seed: 7, ..with("standard", set) }
     }
 
     fn noise(campaign: &Campaign, trial: u64) -> Vec<f64> {
@@ -242,7 +241,7 @@ mod tests {
             let slack = 0.02 * (b - a);
             assert!(low >= a && high <= b && low < a + slack && high > b - slack, "{name}: {low} to {high}");
         }
-        let nominal = Campaign::load("nominal", &Overrides::default()).unwrap();
+        let nominal = with("nominal", &[]);
         assert_eq!(variation(&nominal, 3), Variation::default());
         assert!(sensor_errors(&nominal, 3).is_none() && pushes(&nominal, 3).len() == 1);
     }

@@ -1,8 +1,8 @@
 //! The largest recoverable impulse by heading, beside what the pendulum allows ([`crate::lipm::capture`]).
 //!
-//! For each gain set and heading a [psychometric search](crate::stats::psychometric) finds the impulse of 50 % recovery. Each
-//! of its trials is a trial of the campaign in everything but the push's impulse and heading. Trial k at a heading is the
-//! same disturbance for every gain set, so that sets are compared on the same robot, noise and variations. Searches
+//! For each gain set and heading a [psychometric search](crate::stats::psychometric) finds the impulse of 50 % recovery.
+//! Each of its trials is a trial of the campaign in everything but the push's impulse and heading. Trial k at a heading is
+//! the same disturbance for every gain set, so that sets are compared on the same robot, noise and variations. Searches
 //! run side by side and know nothing of each other: the result does not depend on the count of threads.
 
 mod search;

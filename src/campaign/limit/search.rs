@@ -102,12 +102,7 @@ impl Search<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::ask::spec::Overrides;
-
-    fn campaign(name: &str, set: &[&str]) -> Campaign {
-        let set = set.iter().map(|s| s.to_string()).collect();
-        Campaign::load(name, &Overrides { set, ..Overrides::default() }).unwrap()
-    }
+    use crate::campaign::ask::spec::tests::campaign;
 
     #[test]
     fn random_is_what_lets_two_trials_differ_and_nothing_else() {

@@ -133,12 +133,7 @@ impl Yardstick {
 mod tests {
     use super::*;
     use crate::campaign::ask::no_step::NoStep;
-    use crate::campaign::ask::spec::Overrides;
-
-    fn campaign(name: &str, set: &[&str]) -> Campaign {
-        let set = set.iter().map(|s| s.to_string()).collect();
-        Campaign::load(name, &Overrides { set, ..Overrides::default() }).unwrap()
-    }
+    use crate::campaign::ask::spec::tests::campaign;
 
     #[test]
     fn the_yardstick_takes_the_mean_push() {

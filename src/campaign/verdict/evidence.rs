@@ -1,13 +1,13 @@
 //! Whether trials have shown what a gate asks for.
 //!
-//! A gate has three answers. It passes if the whole interval of what was observed lies at or above what is required, fails
-//! if the whole interval lies below, and is unresolved else: more trials may tell. To hold the observed value itself
+//! A gate has three answers. It passes if the whole interval of what was observed lies at or above what is required,
+//! fails if the whole interval lies below, and is unresolved else: more trials may tell. To hold the observed value itself
 //! against the requirement raises alarms by chance: between two results of 1000 trials, of a set that recovers in 97 %
 //! in both, "half a point lower" is seen in every fourth. At a confidence of 95 % at most 2.5 % of campaigns pass wrongly,
-//! and at most 2.5 % fail wrongly: of a rate never more, of a difference about: its interval is approximate. It
-//! errs in up to 5.6 % on the side away from zero where next to all trials that differ are of one kind and these are few (see
-//! [`mcnemar`](crate::stats::mcnemar)): `catch >= baseline - 0.01` with a true loss of one point and no gains, 400 trials, fails in
-//! 5.3 %. Intervals that hold at every look err in 5 % at most, on both sides together.
+//! and at most 2.5 % fail wrongly: of a rate never more, of a difference about: its interval is approximate. It errs in up
+//! to 5.6 % on the side away from zero where next to all trials that differ are of one kind and these are few (see
+//! [`mcnemar`](crate::stats::mcnemar)): `catch >= baseline - 0.01` with a true loss of one point and no gains, 400 trials,
+//! fails in 5.3 %. Intervals that hold at every look err in 5 % at most, on both sides together.
 
 use crate::campaign::ask::gate::{Gate, OnUnresolved};
 use crate::stats::rate::clopper_pearson;
