@@ -308,7 +308,7 @@ impl Reader<'_> {
                     return;
                 }
                 Some(TokenTree::Punct(punct)) if punct.as_char() == '*' => {
-                    let (from, is_ours) = self.from_root(path.clone());
+                    let (from, is_ours) = self.absolute(path.clone());
                     if is_ours && !self.in_test {
                         self.file.globs.push(from);
                     }
@@ -326,7 +326,7 @@ impl Reader<'_> {
             path.pop();
         }
         let name = alias.or_else(|| path.last().cloned()).unwrap_or_default();
-        let (from, is_ours) = self.from_root(path.clone());
+        let (from, is_ours) = self.absolute(path.clone());
         if is_ours && !self.in_test {
             self.file.imported.insert(name.clone(), from);
         }
@@ -334,12 +334,12 @@ impl Reader<'_> {
     }
 
     fn name(&mut self, path: Vec<String>, handed_on: Option<String>) {
-        let (path, is_ours) = self.from_root(path);
+        let (path, is_ours) = self.absolute(path);
         self.file.named.push(Named { path, is_ours, in_test: self.in_test, handed_on });
     }
 
     /// A path from the root, and whether it is one of this crate.
-    fn from_root(&self, path: Vec<String>) -> (Vec<String>, bool) {
+    fn absolute(&self, path: Vec<String>) -> (Vec<String>, bool) {
         let above = path.iter().take_while(|name| *name == "super").count();
         let is_main = self.file.name == "main.rs";
         let (base, rest) = match path[0].as_str() {
