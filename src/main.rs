@@ -1,5 +1,7 @@
 //! The program: reads the command line, runs one command, turns its error into an exit code.
 
+#![forbid(unsafe_code)]
+
 use clap::Parser;
 use standfast::commands::{
     self,
