@@ -20,11 +20,11 @@ fn main() -> ExitCode {
         Command::Replay(args) => commands::replay(&args),
         Command::Limit(args) => commands::limit(&args),
         Command::Scenario(args) => commands::scenario(&args),
-        Command::Paper(args) => commands::paper(&args),
+        Command::Paper(args) => commands::paper::run(&args),
         Command::Cpi(args) => commands::cpi(&args),
         Command::Response(args) => commands::response(&args),
         Command::Model(args) => commands::model(&args),
-        Command::View(args) => commands::view(&args),
+        Command::View(args) => commands::view::run(args),
         Command::Completions { shell } => commands::completions(shell),
     };
     done.unwrap_or_else(|error| {

@@ -1,6 +1,8 @@
 //! The commands around campaigns: what each does and prints.
 
 pub mod cli;
+pub mod paper;
+pub mod view;
 
 use self::cli::{Cli, CompareArgs, FolderArgs, GateArgs, MergeArgs, ReplaysArgs, RunArgs};
 use crate::assets::DEFAULT_ROBOT;
@@ -14,14 +16,12 @@ use crate::lipm::pendulum::Pendulum;
 use crate::render::cpi::{CpiArgs, CpiDefaults};
 use crate::render::limit::LimitArgs;
 use crate::render::model::Args as ModelArgs;
-use crate::render::paper::PaperArgs;
 use crate::render::push::PushArgs;
 use crate::render::replays::ReplayArgs;
 use crate::render::response::ResponseArgs;
 use crate::render::scenario::ScenarioArgs;
 use crate::render::{self, progress, progress::Progress, progress::note, table};
 use crate::robot::Robot;
-use crate::view::ViewArgs;
 use crate::{Error, Result};
 use clap::CommandFactory;
 use clap_complete::Shell;
@@ -183,11 +183,6 @@ pub fn scenario(args: &ScenarioArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-pub fn paper(args: &PaperArgs) -> Result<ExitCode> {
-    render::print(&render::paper::run(args)?)?;
-    Ok(ExitCode::SUCCESS)
-}
-
 /// The sets for UT-mu2 unless pendulum or support are given.
 pub fn cpi(args: &CpiArgs) -> Result<ExitCode> {
     let robot = Robot::load(DEFAULT_ROBOT)?;
@@ -206,11 +201,6 @@ pub fn response(args: &ResponseArgs) -> Result<ExitCode> {
 
 pub fn model(args: &ModelArgs) -> Result<ExitCode> {
     render::print(&render::model::run(args)?)?;
-    Ok(ExitCode::SUCCESS)
-}
-
-pub fn view(args: &ViewArgs) -> Result<ExitCode> {
-    render::print(&crate::view::run(args)?)?;
     Ok(ExitCode::SUCCESS)
 }
 

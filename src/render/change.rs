@@ -1,6 +1,20 @@
 //! What a command line changes of a campaign: the same options wherever one is run.
 
 use crate::campaign::Overrides;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use serde::de::value::{Error, StringDeserializer};
+use serde::de::{DeserializeOwned, IntoDeserializer};
+
+/// Reads a value by one of its names, which are those in files, too.
+pub fn one_of<T>(names: [&'static str; 2]) -> impl TypedValueParser<Value = T>
+where
+    T: DeserializeOwned + Clone + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(names).try_map(|name| -> Result<T, Error> {
+        let name: StringDeserializer<Error> = name.into_deserializer();
+        T::deserialize(name)
+    })
+}
 
 /// Options of `run` and `limit`.
 #[derive(Debug, Clone, Default, clap::Args)]

@@ -32,7 +32,7 @@ mod story;
 pub mod table;
 pub mod trace;
 
-pub use change::ChangeArgs;
+pub use change::{ChangeArgs, one_of};
 pub use comparison::failed_gates;
 
 use crate::campaign::Summary;

@@ -40,7 +40,7 @@ pub struct PushArgs {
     #[arg(long, value_name = "S")]
     pub start: Option<f64>,
     /// Course of the force; the impulse is the same [default: rectangular]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = super::one_of::<Profile>(["rectangular", "half-sine"]))]
     pub profile: Option<Profile>,
     /// Gain set by name or file, or a variant NAME:KEY=VALUE; of a campaign, also by its name in the results
     #[arg(long, value_name = "NAME|FILE", default_value = "catch")]

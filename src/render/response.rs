@@ -33,7 +33,7 @@ pub struct ResponseArgs {
     #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_ROBOT)]
     pub robot: String,
     /// Direction of the sine: x forward, y to the left
-    #[arg(long, value_enum, default_value = "x")]
+    #[arg(long, value_parser = super::one_of::<Axis>(["x", "y"]), default_value = "x")]
     pub axis: Axis,
     /// Amplitude of the sine that is added to the wanted ZMP (m)
     #[arg(long, value_name = "M", default_value_t = 0.005, allow_negative_numbers = true)]

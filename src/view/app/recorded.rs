@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::render::outputs::AFTERMATH_S;
 use crate::render::scale::Scale;
 use crate::robot::Kinematics;
-use crate::view::ViewArgs;
+use crate::view::Options;
 use std::path::Path;
 
 /// A recorded trial, and the moment of it that is shown.
@@ -25,7 +25,7 @@ pub struct Recorded {
 
 impl Recorded {
     /// Runs the trial. Errors: those of [`Replayed::open`]; more than one gain set.
-    pub fn new(folder: &Path, trial: u64, args: &ViewArgs) -> Result<Self> {
+    pub fn new(folder: &Path, trial: u64, args: &Options) -> Result<Self> {
         if let [_, second, ..] = &args.gains[..] {
             let problem = "a trial of a result is that of one gain set";
             return Err(Error::value("arguments", "--gains", second, problem, "one gain set"));
