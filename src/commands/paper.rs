@@ -1,5 +1,6 @@
 //! `standfast paper`: the paper's figures, from its own scenarios.
 
+use super::terminal::print;
 use crate::error::Result;
 use crate::render;
 use std::path::PathBuf;
@@ -19,6 +20,6 @@ pub struct PaperArgs {
 }
 
 pub fn run(args: &PaperArgs) -> Result<ExitCode> {
-    render::print(&render::paper::run(&args.out, args.json)?)?;
+    print(&render::paper::run(&args.out, args.json)?)?;
     Ok(ExitCode::SUCCESS)
 }

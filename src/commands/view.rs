@@ -1,7 +1,8 @@
 //! `standfast view`: the robot in a 3D window, live or a trial of a result.
 
+use super::arguments::check_output;
+use super::terminal::print;
 use crate::error::Result;
-use crate::render::{self, check_output};
 use crate::view::{self, Options};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -56,6 +57,6 @@ pub fn run(args: ViewArgs) -> Result<ExitCode> {
         check_output("--screenshot", path, &["png"])?;
     }
     let options = Options { dir, trial, gains, robot, campaign, impulse, heading, speed, seconds, screenshot };
-    render::print(&view::run(&options)?)?;
+    print(&view::run(&options)?)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -2,9 +2,9 @@
 
 use crate::campaign::Summary;
 use crate::campaign::verdict::gate::Status;
-use crate::render::comparison::{about_p, baseline, gate_words, in_unit, p_cell, status, unit};
-use crate::render::layout::{percent, seconds, signed};
 use crate::render::replay_command;
+use crate::render::text::layout::{percent, seconds, signed};
+use crate::render::text::{about_p, baseline, gate_words, impulse_at, in_unit, p_cell, status, unit};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -32,7 +32,7 @@ pub fn text(summary: &Summary) -> String {
             set.count.recovered,
             set.count.trials,
             percent(set.count.success_rate),
-            super::table::impulse_at(&set.curve, true),
+            impulse_at(&set.curve, true),
             seconds(set.times.median_settling_s),
         );
     }

@@ -15,6 +15,7 @@ use crate::robot::{Foot, Kinematics, PerFoot, Reach, Robot};
 use crate::sim::Profile;
 use crate::stats::psychometric::{Posterior, Rule};
 use nalgebra::Point2;
+use rayon::ThreadPool;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::path::Path;
@@ -29,7 +30,8 @@ pub const MOST_TRIALS: u64 = 100_000;
 const BEYOND_THE_BOUND: f64 = 3.0;
 
 /// What is asked for.
-pub struct Options<'a> {
+#[derive(Debug, Clone, Copy)]
+pub struct Options {
     /// Headings from 0, evenly spaced.
     pub headings: usize,
     /// Half width of the 95 % interval at which a search ends (N s),
@@ -38,12 +40,17 @@ pub struct Options<'a> {
     pub max_trials: u64,
     /// 0: one per core.
     pub threads: usize,
-    /// Set from outside to stop early.
-    pub stop: &'a AtomicBool,
-    /// Called with the count of searches, before the first one.
-    pub on_start: &'a (dyn Fn(u64) + Sync),
-    /// Called after every search, from any thread.
-    pub on_search: &'a (dyn Fn() + Sync),
+}
+
+/// Searches to run, with all that they need: one for each gain set and heading.
+pub struct Searches<'a> {
+    campaign: &'a Campaign,
+    options: Options,
+    plan: Plan,
+    yardstick: Yardstick,
+    headings: Vec<Heading>,
+    pool: ThreadPool,
+    designs: Vec<Design>,
 }
 
 /// The result. Lengths in the control frame: origin midway between the soles' centres, x forward, y left.
@@ -132,21 +139,31 @@ pub struct SetLimit {
     pub diverged: u64,
 }
 
-/// Runs all searches. Errors: a wrong option or input, a robot whose reach is not known, or an interruption.
-pub fn measure(campaign: &Campaign, options: &Options) -> Result<Limits> {
-    check(options)?;
-    let plan = Plan::new(campaign)?;
-    let (yardstick, mut headings) = (Yardstick::new(&plan.robot, campaign)?, Vec::new());
-    for i in 0..options.headings {
-        headings.push(yardstick.heading(360.0 * i as f64 / options.headings as f64)?);
+impl<'a> Searches<'a> {
+    /// Reads and designs, and runs nothing. Errors: a wrong option or input, or a robot whose reach is not known.
+    pub fn new(campaign: &'a Campaign, options: Options) -> Result<Self> {
+        check(&options)?;
+        let plan = Plan::new(campaign)?;
+        let (yardstick, mut headings) = (Yardstick::new(&plan.robot, campaign)?, Vec::new());
+        for i in 0..options.headings {
+            headings.push(yardstick.heading(360.0 * i as f64 / options.headings as f64)?);
+        }
+        let pool = pool(options.threads)?;
+        let designs = pool.install(|| plan.designs())?;
+        Ok(Self { campaign, options, plan, yardstick, headings, pool, designs })
     }
-    let pool = pool(options.threads)?;
-    let designs = pool.install(|| plan.designs())?;
-    let sets = &plan.manifest.sets;
-    let random = is_random(campaign);
-    let jobs: Vec<(usize, usize)> = (0..headings.len()).flat_map(|h| (0..sets.len()).map(move |s| (h, s))).collect();
-    (options.on_start)(jobs.len() as u64);
-    let found: Vec<SetLimit> = pool.install(|| {
+
+    pub fn count(&self) -> u64 {
+        (self.headings.len() * self.designs.len()) as u64
+    }
+
+    /// Runs all of them; `on_search` is called after each, from any thread. Errors: `stop` was set from outside.
+    pub fn run(self, stop: &AtomicBool, on_search: &(dyn Fn() + Sync)) -> Result<Limits> {
+        let Self { campaign, options, plan, yardstick, mut headings, pool, designs } = self;
+        let sets = &plan.manifest.sets;
+        let random = is_random(campaign);
+        let jobs: Vec<(usize, usize)> =
+            (0..headings.len()).flat_map(|h| (0..sets.len()).map(move |s| (h, s))).collect();
         let search = |&(h, s): &(usize, usize)| {
             let heading: &Heading = &headings[h];
             let rule = Rule {
@@ -156,27 +173,27 @@ pub fn measure(campaign: &Campaign, options: &Options) -> Result<Limits> {
                 random,
             };
             let first_trial = h as u64 * TRIALS_APART;
-            let point = Point { campaign, robot: &plan.robot, heading, first_trial, stop: options.stop };
+            let point = Point { campaign, robot: &plan.robot, heading, first_trial, stop };
             let limit = point.search(&sets[s], &designs[s], rule)?;
-            (options.on_search)();
+            on_search();
             Ok(limit)
         };
         // One by one, so that no core is left with several searches at the end.
-        jobs.par_iter().with_max_len(1).map(search).collect::<Result<_>>()
-    })?;
-    let mut found = found.into_iter();
-    headings.iter_mut().for_each(|heading| heading.sets = found.by_ref().take(sets.len()).collect());
-    Ok(Limits {
-        campaign: campaign.name.clone(),
-        robot: campaign.robot.clone(),
-        seed: campaign.seed,
-        precision_n_s: options.precision_n_s,
-        max_trials: options.max_trials,
-        random,
-        episodes: headings.iter().flat_map(|heading| &heading.sets).map(|set| set.trials).sum(),
-        yardstick,
-        headings,
-    })
+        let found = pool.install(|| jobs.par_iter().with_max_len(1).map(search).collect::<Result<Vec<SetLimit>>>())?;
+        let mut found = found.into_iter();
+        headings.iter_mut().for_each(|heading| heading.sets = found.by_ref().take(sets.len()).collect());
+        Ok(Limits {
+            campaign: campaign.name.clone(),
+            robot: campaign.robot.clone(),
+            seed: campaign.seed,
+            precision_n_s: options.precision_n_s,
+            max_trials: options.max_trials,
+            random,
+            episodes: headings.iter().flat_map(|heading| &heading.sets).map(|set| set.trials).sum(),
+            yardstick,
+            headings,
+        })
+    }
 }
 
 fn check(options: &Options) -> Result<()> {

@@ -13,7 +13,7 @@ mod words;
 
 use crate::campaign::Row;
 use crate::error::{Error, Result};
-use crate::render::{html_page, replay_parts, replays};
+use crate::render::{html_page, replay_parts, result};
 use minijinja::value::Kwargs;
 use minijinja::{Environment, UndefinedBehavior, Value as Cell};
 use serde_json::{Value, json};
@@ -117,7 +117,7 @@ fn replays_of(set: &Value, folder: &Path) -> Vec<Option<String>> {
     let text = |value: &Value| value.as_str().map(String::from);
     let campaign = text(&set["origin"]["campaign"]).unwrap_or("campaign.toml".into());
     let name = text(&set["origin"]["gains"]).or(text(&set["name"])).unwrap_or_default();
-    let replay = |telling: &Value| replays::found(folder, &campaign, telling["trial"].as_u64()?, &name);
+    let replay = |telling: &Value| result::replay_found(folder, &campaign, telling["trial"].as_u64()?, &name);
     list(&set["telling"]).iter().map(replay).collect()
 }
 

@@ -4,7 +4,7 @@ use super::plots::{Sample, Trail};
 use crate::campaign::Replayed;
 use crate::episode::{Film, Outcome, Snapshot};
 use crate::error::{Error, Result};
-use crate::render::outputs::AFTERMATH_S;
+
 use crate::render::scale::Scale;
 use crate::robot::Kinematics;
 use crate::view::Options;
@@ -32,7 +32,7 @@ impl Recorded {
         }
         let replayed = Replayed::open(folder, trial, args.gains.first().map(String::as_str))?;
         let disturbance = replayed.disturbance();
-        let how_long = (replayed.config().until(), AFTERMATH_S);
+        let how_long = (replayed.config().until(), Film::AFTERMATH_S);
         let film = Film::take(&replayed.robot, &replayed.design, replayed.config(), disturbance, how_long, &mut |_| {});
         let (difference, scale) = (replayed.difference(&film.record), Scale::of(&replayed.robot));
         difference.iter().for_each(|difference| log::warn!("{difference}"));

@@ -4,21 +4,24 @@
 //! Behind the curves: in grey how far the soles on the ground reach along the axis, so that a DCM on its way out of the
 //! grey is a robot on its way to the ground; in colour, the time of pushes and of footsteps. World frame.
 
-use super::motion::MotionSample;
-use super::plot::{Area, COLORS, Drawn, INK, svg};
-use crate::episode::Tick;
+use super::{Area, COLORS, Drawn, INK, svg};
+use crate::episode::imposed::ImposedTick;
+use crate::episode::snapshot::to_world;
+use crate::episode::{Tick, support_on_ground};
 use crate::error::Result;
 use crate::files::write_atomic;
-use crate::robot::Robot;
+use crate::geometry::SupportPolygon;
+use crate::robot::{PerFoot, Robot};
+use crate::sim::Push;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::ops::Range;
 use std::path::Path;
 
 /// Width and height (px).
-pub(super) const SIZE: (u32, u32) = (900, 640);
+pub const SIZE: (u32, u32) = (900, 640);
 /// Units to the pixel, see [`svg`].
-pub(super) const PX: i32 = 10;
+pub const PX: i32 = 10;
 /// To the right of the panels (px).
 const LEGEND_WIDTH: i32 = 190;
 /// Below the lower panel, for the labels of the time (px).
@@ -76,6 +79,57 @@ fn text(size_px: i32) -> TextStyle<'static> {
     ("sans-serif", px(size_px)).into_font().color(&INK)
 }
 
+/// One moment of a motion, from an episode or from a calculation. World frame (m).
+#[derive(Debug, Clone)]
+pub struct MotionSample {
+    pub time_s: f64,
+    /// COM over the ground.
+    pub com: [f64; 2],
+    /// None in flight.
+    pub zmp: Option<[f64; 2]>,
+    /// The ZMP that the controller wants.
+    pub zmp_ref: [f64; 2],
+    pub dcm: [f64; 2],
+    /// Centre of each sole, on the ground or not.
+    pub feet: PerFoot<[f64; 2]>,
+    /// Hull of the soles on the ground; None in flight.
+    pub support: Option<SupportPolygon>,
+    /// A footstep is in the air.
+    pub swing: bool,
+}
+
+impl MotionSample {
+    /// The truth of a tick, and the ZMP that the controller wants, moved to where the robot is.
+    pub fn of(robot: &Robot, tick: &Tick) -> Self {
+        let truth = tick.truth;
+        Self {
+            time_s: truth.time_s,
+            com: truth.com.xy().into(),
+            zmp: truth.zmp,
+            zmp_ref: (to_world(tick) * tick.controller.supervisor.zmp_ref).into(),
+            dcm: tick.dcm.into(),
+            feet: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.xy().into()),
+            support: support_on_ground(robot, truth),
+            swing: tick.controller.swing.is_some(),
+        }
+    }
+
+    /// The ideal pendulum of an imposed error; its ZMP is the one wanted.
+    pub fn of_imposed(tick: &ImposedTick) -> Self {
+        let zmp = tick.zmp.into();
+        Self {
+            time_s: tick.time_s,
+            com: tick.com.into(),
+            zmp: Some(zmp),
+            zmp_ref: zmp,
+            dcm: tick.dcm.into(),
+            feet: PerFoot::from_fn(|foot| tick.soles[foot].translation.vector.xy().into()),
+            support: tick.support,
+            swing: tick.controller.swing.is_some(),
+        }
+    }
+}
+
 /// A motion to draw.
 #[derive(Debug, Clone, Default)]
 pub struct MotionPlot {
@@ -86,6 +140,11 @@ pub struct MotionPlot {
 }
 
 impl MotionPlot {
+    /// Nothing yet but the pushes.
+    pub fn of_pushes(pushes: &[Push]) -> Self {
+        Self { samples: Vec::new(), pushes: pushes.iter().map(|push| [push.start_s, push.end_s()]).collect() }
+    }
+
     /// Adds a tick of an episode.
     pub fn push(&mut self, robot: &Robot, tick: &Tick) {
         self.samples.push(MotionSample::of(robot, tick));
@@ -270,8 +329,6 @@ fn pieces<T>(values: impl Iterator<Item = Option<T>>) -> Vec<Vec<T>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::SupportPolygon;
-    use crate::robot::PerFoot;
 
     /// A footstep of the right foot to the front over one second, in flight at its middle; the COM runs away.
     fn footstep() -> MotionPlot {

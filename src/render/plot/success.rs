@@ -1,23 +1,12 @@
-//! Pictures (SVG) of a campaign, and what all pictures share: their colours, and how they are written.
+//! Picture of a campaign: the share of pushes that each gain set survives, by impulse.
 
+use super::{Area, COLORS, Drawn, FAINT, INK, write_svg};
 use crate::campaign::{Summary, verdict::summary::ImpulseBin};
-use crate::error::{Error, Result};
-use crate::files::write_atomic;
-use plotters::coord::Shift;
+use crate::error::Result;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
 
-/// Told apart by most colour-blind readers too (Okabe and Ito). Sets beyond these have the same again, dashed.
-pub(super) const COLORS: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(86, 180, 233),
-    RGBColor(230, 159, 0),
-    RGBColor(90, 90, 90),
-];
 /// Of the picture where names are short.
 const SIZE: (u32, u32) = (900, 540);
 /// To the right of the chart; more for long names.
@@ -32,41 +21,14 @@ const LETTERS: usize = 40;
 const MOST_BANDS: usize = 4;
 /// Dash and gap.
 const DASH: (u32, u32) = (7, 5);
-pub(super) const INK: RGBColor = RGBColor(40, 40, 40);
-pub(super) const FAINT: RGBColor = RGBColor(225, 225, 225);
-
-pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-pub(super) type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
-
-/// Draws a picture of `size` (px) and writes it whole. Errors: the file cannot be written.
-pub(super) fn write_svg(
-    path: &Path,
-    size: (u32, u32),
-    units_per_px: u32,
-    draw: impl FnOnce(&Area) -> Drawn,
-) -> Result<()> {
-    write_atomic(path, svg(size, units_per_px, draw)?.as_bytes())
-}
-
-/// Draws a picture of `size` (px). `draw` works in units of 1 / `units_per_px`: the backend rounds to whole units, which at
-/// 1 shows as stairs in a curve of many points. Errors: it cannot be drawn.
-pub(super) fn svg(size: (u32, u32), units_per_px: u32, draw: impl FnOnce(&Area) -> Drawn) -> Result<String> {
-    let units = (size.0 * units_per_px, size.1 * units_per_px);
-    let header = |(width, height): (u32, u32)| format!(r#"<svg width="{width}" height="{height}""#);
-    let mut svg = String::new();
-    let area = SVGBackend::with_string(&mut svg, units).into_drawing_area();
-    draw(&area).map_err(|e| Error::Numeric { what: "picture".into(), problem: e.to_string() })?;
-    drop(area);
-    Ok(svg.replacen(&header(units), &header(size), 1))
-}
 
 /// Writes success rate against impulse, a curve and a 95 % band per gain set.
-pub fn write_success(summary: &Summary, path: &Path) -> Result<()> {
+pub fn write(path: &Path, summary: &Summary) -> Result<()> {
     let size = (SIZE.0 - LEGEND_WIDTH + legend_width(summary), SIZE.1);
-    write_svg(path, size, 1, |area| draw_success(summary, area))
+    write_svg(path, size, 1, |area| draw(summary, area))
 }
 
-fn draw_success(summary: &Summary, area: &Area) -> Drawn {
+fn draw(summary: &Summary, area: &Area) -> Drawn {
     area.fill(&WHITE)?;
     let bins = || summary.sets.iter().flat_map(|set| &set.by_impulse);
     let least = bins().map(|bin| bin.from_n_s).fold(f64::INFINITY, f64::min);

@@ -1,8 +1,9 @@
 //! Picture (SVG) of a frequency response: gain above, phase below.
 
-use super::plot::{Area, COLORS, Drawn, FAINT, INK, write_svg};
+use super::{Area, COLORS, Drawn, FAINT, INK, write_svg};
 use crate::episode::response::Point;
 use crate::error::Result;
+use crate::render::text::response::Response;
 use plotters::prelude::*;
 use std::path::Path;
 
@@ -12,12 +13,14 @@ const LABELLED_HZ: [f64; 9] = [0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0];
 const TRUTH: RGBColor = COLORS[0];
 const LIMIT: RGBColor = COLORS[1];
 
-/// Draws points at rising frequencies, and the fastest pole (rad/s). Errors: no points, or the file cannot be written.
-pub fn write(path: &Path, title: &str, points: &[Point], pole_rad_s: f64) -> Result<()> {
-    write_svg(path, SIZE, 1, |area| draw(area, title, points, pole_rad_s))
+/// Draws it, with the fastest pole. Errors: the file cannot be written.
+pub fn write(path: &Path, response: &Response) -> Result<()> {
+    write_svg(path, SIZE, 1, |area| draw(area, response))
 }
 
-fn draw(area: &Area, title: &str, points: &[Point], pole_rad_s: f64) -> Drawn {
+fn draw(area: &Area, response: &Response) -> Drawn {
+    let (points, pole_rad_s) = (&response.points, response.fastest_pole_rad_s());
+    let title = &format!("From the ZMP wanted to the ZMP: {}, {} axis", response.family.name, response.axis_name());
     area.fill(&WHITE)?;
     let (above, below) = area.titled(title, ("sans-serif", 20).into_font().color(&INK))?.split_vertically(275);
     let decibel = |p: &Point| (p.frequency_hz, 20.0 * p.gain.log10());

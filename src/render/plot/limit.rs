@@ -1,6 +1,6 @@
 //! Picture (SVG) of `standfast limit`, seen from above: forward is up, left is to the left.
 
-use super::plot::{Area, COLORS, Drawn, FAINT, INK, write_svg};
+use super::{Area, COLORS, Drawn, FAINT, INK, write_svg};
 use crate::campaign::limit::{Limits, SetLimit};
 use crate::error::Result;
 use plotters::prelude::*;

@@ -5,7 +5,8 @@ use crate::campaign::verdict::compare::Earlier;
 use crate::campaign::verdict::gate::Status;
 use crate::campaign::verdict::gates::GateResult;
 use crate::campaign::verdict::paired::{Pair, p_value, rounded};
-use crate::render::layout::{align, signed, table, whole_names, wrapped};
+use crate::render::replay_command;
+use crate::render::text::layout::{align, signed, table, whole_names, wrapped};
 use crate::stats::mcnemar::PairedCounts;
 use crate::stats::ranks::Shift;
 use comfy_table::Table;
@@ -16,7 +17,7 @@ use std::path::Path;
 const FEW_PAIRS: usize = 6;
 
 /// Verdicts in sentences, one for each pair; then the counts and intervals behind them.
-pub(super) fn pairs(summary: &Summary) -> String {
+pub fn pairs(summary: &Summary) -> String {
     let shown = shown(summary);
     if shown.is_empty() {
         return String::new();
@@ -36,7 +37,7 @@ pub(super) fn pairs(summary: &Summary) -> String {
 }
 
 /// What the p of pairs is, in words.
-pub(super) fn about_p(summary: &Summary) -> String {
+pub fn about_p(summary: &Summary) -> String {
     let holm = if summary.pairs.len() > 1 { ", adjusted for the count of pairs (Holm)" } else { "" };
     let looks = match summary.stopping.until_resolved {
         true => {
@@ -74,12 +75,12 @@ fn counts(pairs: &[&Pair]) -> Table {
 }
 
 /// A p-value without its name.
-pub(super) fn p_cell(p: f64) -> String {
+pub fn p_cell(p: f64) -> String {
     p_value(p).trim_start_matches("p ").trim_start_matches("= ").into()
 }
 
 /// How much sooner, and with how many footsteps, over the trials that both sets of a pair recovered from.
-pub(super) fn shifts(summary: &Summary) -> String {
+pub fn shifts(summary: &Summary) -> String {
     let shown: Vec<&Pair> = shown(summary).into_iter().filter(|pair| pair.settling_s.is_some()).collect();
     if shown.is_empty() {
         return String::new();
@@ -105,7 +106,7 @@ pub(super) fn shifts(summary: &Summary) -> String {
 }
 
 /// What became of each gate; empty without gates.
-pub(super) fn gates(summary: &Summary) -> String {
+pub fn gates(summary: &Summary) -> String {
     if summary.gates.is_empty() {
         return String::new();
     }
@@ -130,7 +131,7 @@ pub(super) fn gates(summary: &Summary) -> String {
     format!("\n{}\n{}", align(table), wrapped(" ", &notes))
 }
 
-pub(super) fn status(status: Status) -> &'static str {
+pub fn status(status: Status) -> &'static str {
     match status {
         Status::Passed => "passed",
         Status::Failed => "FAILED",
@@ -139,11 +140,11 @@ pub(super) fn status(status: Status) -> &'static str {
 }
 
 /// What a gate is about, in its unit: a rate in %, a difference in points, with its sign.
-pub(super) fn in_unit(gate: &GateResult, share: f64) -> String {
+pub fn in_unit(gate: &GateResult, share: f64) -> String {
     if gate.is_difference { signed(100.0 * share, 1) } else { format!("{:.1}", 100.0 * share) }
 }
 
-pub(super) fn unit(gate: &GateResult) -> &'static str {
+pub fn unit(gate: &GateResult) -> &'static str {
     if gate.is_difference { "points" } else { "%" }
 }
 
@@ -154,7 +155,7 @@ fn level(confidence: f64) -> String {
 }
 
 /// Which result gates compare with; None without one.
-pub(super) fn baseline(summary: &Summary) -> Option<String> {
+pub fn baseline(summary: &Summary) -> Option<String> {
     let Earlier { name, standfast, config_hash, trials } = summary.baseline.as_ref()?;
     let hash = &config_hash[..config_hash.len().min(12)];
     Some(format!("baseline: {name}, {trials} trials, standfast {standfast}, configuration {hash}"))
@@ -175,14 +176,14 @@ pub fn failed_gates(summary: &Summary, folder: &Path) -> Vec<String> {
         let sentence = wrapped(mark, &words).trim_end().to_string();
         let Some(trial) = gate.lost_trial else { return sentence };
         // A line of its own, however long: it is to be copied.
-        let command = super::replay_command(summary, &gate.set, trial, folder);
+        let command = replay_command(summary, &gate.set, trial, folder);
         format!("{sentence}\na trial that it lost:\n  {command}")
     };
     summary.gates.iter().filter(|gate| !gate.passes).map(told).collect()
 }
 
 /// What was seen, in words.
-pub(super) fn gate_words(gate: &GateResult) -> String {
+pub fn gate_words(gate: &GateResult) -> String {
     let (judged, unit) = (&gate.judged, unit(gate));
     let [seen, asked] = [judged.observed, judged.required].map(|share| in_unit(gate, share));
     let [least, most] = judged.interval.map(|share| in_unit(gate, share));

@@ -14,7 +14,7 @@ const DIRECTIONS: usize = 720;
 const SIZE: (u32, u32) = (1000, 460);
 
 /// Draws the sets (slow to fast, largest first) into an SVG file. Errors: the file cannot be written.
-pub fn draw(file: &Path, sets: &[CpiSet]) -> Result<()> {
+pub fn write(file: &Path, sets: &[CpiSet]) -> Result<()> {
     let mut svg = String::new();
     draw_panels(&mut svg, sets).map_err(|problem| Error::Numeric { what: "plot".into(), problem })?;
     std::fs::write(file, svg).map_err(|source| Error::Write { path: file.into(), source })
@@ -84,7 +84,7 @@ fn draw_panels(svg: &mut String, sets: &[CpiSet]) -> Result<(), String> {
 }
 
 /// Boundary of the slice of one axis as (com_vel (m/s), zmp (mm)).
-pub(super) fn outline(set: &CpiSet, axis: usize, speed: f64, reach: f64) -> Vec<(f64, f64)> {
+pub fn outline(set: &CpiSet, axis: usize, speed: f64, reach: f64) -> Vec<(f64, f64)> {
     (0..DIRECTIONS)
         .map(|i| {
             let (sin, cos) = (i as f64 / DIRECTIONS as f64 * std::f64::consts::TAU).sin_cos();
