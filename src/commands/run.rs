@@ -17,7 +17,7 @@ use std::process::ExitCode;
 #[command(after_help = "Examples:
   standfast run                                    the standard campaign, all cores
   standfast run smoke                              a small one, seconds
-  standfast run my.toml --trials 200 --gains switching --gains my-gains.toml
+  standfast run my.toml --trials 200 --gains switching --gains mine.toml
   standfast run --set push.impulse_n_s=2.5 --set 'push.heading_deg={uniform=[-45, 45]}'
   standfast run --vary paper:stepping.alpha=2,5,15,60   a sweep
   standfast run --vary 'fixed:gains.0.x=[0.15, 1, 5],[1, 1, 5]' --gains fixed

@@ -19,7 +19,7 @@ use std::process::ExitCode;
   standfast scenario                                    what there is
   standfast scenario push-behind --plot response.svg    the paper's push from behind, as in its Fig. 14 (a)
   standfast scenario push-behind --gains switching      ... without a footstep
-  standfast scenario my.toml --json                     your own; start from one in assets/scenarios")]
+  standfast scenario my-scenario.toml                    your own; start from one in assets/scenarios")]
 pub struct ScenarioArgs {
     /// A scenario that is compiled in, or a TOML file; without it all are listed
     pub scenario: Option<String>,

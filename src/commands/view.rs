@@ -11,7 +11,7 @@ use std::process::ExitCode;
 #[command(allow_negative_numbers = true)]
 #[command(after_help = "Examples:
   standfast view                                    live; drag the robot with the mouse, or push it by Enter
-  standfast view --gains hold --gains my-gains.toml keys 1 and 2 switch between them
+  standfast view --gains hold --gains mine.toml     keys 1 and 2 switch between them
   standfast view --campaign harsh --trial 17        live, on the robot and ground and with the pushes of a trial
   standfast view standfast-results/standard --trial 17    a trial of a result as it was, with a time line
 

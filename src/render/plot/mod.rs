@@ -8,8 +8,11 @@ pub mod success;
 
 use crate::error::{Error, Result};
 use crate::files::write_atomic;
+use plotters::chart::MeshStyle;
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::ValueFormatter;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
 
 /// Told apart by most colour-blind readers too (Okabe and Ito). Sets beyond these have the same again, dashed.
@@ -48,4 +51,28 @@ pub(super) fn svg(size: (u32, u32), units_per_px: u32, draw: impl FnOnce(&Area) 
     draw(&area).map_err(|e| Error::Numeric { what: "picture".into(), problem: e.to_string() })?;
     drop(area);
     Ok(svg.replacen(&header(units), &header(size), 1))
+}
+
+/// Text in ink. `size` in units of the drawing.
+fn text(size: i32) -> TextStyle<'static> {
+    ("sans-serif", size).into_font().color(&INK)
+}
+
+/// Text beside a place, to the right of it and as high, more or less faint.
+fn beside(size: i32, opacity: f64) -> TextStyle<'static> {
+    let color = INK.mix(opacity).to_backend_color();
+    TextStyle { color, ..text(size).pos(Pos::new(HPos::Left, VPos::Center)) }
+}
+
+/// Axes with faint lines at their labels. `px`: units of the drawing to the pixel.
+fn axes<'a, X, Y, XT, YT>(mesh: &mut MeshStyle<'a, '_, X, Y, SVGBackend<'a>>, px: i32)
+where
+    X: Ranged<ValueType = XT> + ValueFormatter<XT>,
+    Y: Ranged<ValueType = YT> + ValueFormatter<YT>,
+{
+    mesh.bold_line_style(FAINT.stroke_width(px as u32))
+        .light_line_style(TRANSPARENT)
+        .axis_style(INK.stroke_width(px as u32))
+        .label_style(text(14 * px))
+        .axis_desc_style(text(15 * px));
 }

@@ -1,10 +1,9 @@
 //! Picture of a campaign: the share of pushes that each gain set survives, by impulse.
 
-use super::{Area, COLORS, Drawn, FAINT, INK, write_svg};
+use super::{Area, COLORS, Drawn, axes, beside, text, write_svg};
 use crate::campaign::{Summary, verdict::summary::ImpulseBin};
 use crate::error::Result;
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
 
 /// Of the picture where names are short.
@@ -35,28 +34,19 @@ fn draw(summary: &Summary, area: &Area) -> Drawn {
     let most = bins().map(|bin| bin.to_n_s).fold(f64::NEG_INFINITY, f64::max);
     let (least, most) = if least < most { (least, most) } else { (0.0, 1.0) };
     let middle = |bin: &ImpulseBin| (bin.from_n_s + bin.to_n_s) / 2.0;
-    let font = |size: u32| ("sans-serif", size).into_font().color(&INK);
     let title = format!("Who stays up: {} pushes per gain set ({})", summary.trials, summary.name);
     let mut chart = ChartBuilder::on(area)
         .margin(18)
         .margin_right(legend_width(summary))
-        .caption(title, font(20))
+        .caption(title, text(20))
         .margin_top(10)
         .x_label_area_size(52)
         .y_label_area_size(64)
         .build_cartesian_2d(least..most, 0.0..1.0)?;
-    chart
-        .configure_mesh()
-        .y_labels(6)
-        .bold_line_style(FAINT)
-        .light_line_style(TRANSPARENT)
-        .axis_style(INK)
-        .x_desc("impulse [N s]")
-        .y_desc("recovered")
-        .label_style(font(14))
-        .axis_desc_style(font(15))
-        .y_label_formatter(&|rate| format!("{:.0} %", 100.0 * rate))
-        .draw()?;
+    let mut mesh = chart.configure_mesh();
+    axes(&mut mesh, 1);
+    let percent = |rate: &f64| format!("{:.0} %", 100.0 * rate);
+    mesh.y_labels(6).x_desc("impulse [N s]").y_desc("recovered").y_label_formatter(&percent).draw()?;
     let banded = summary.sets.iter().filter(|_| has_bands(summary));
     for (set, color) in banded.zip(COLORS.iter().cycle()) {
         let low = set.by_impulse.iter().map(|bin| (middle(bin), bin.count.ci95[0]));
@@ -87,10 +77,6 @@ fn legend(summary: &Summary, area: &Area) -> Drawn {
     let left = (SIZE.0 - LEGEND_WIDTH) as i32 + 20;
     // Two lines each, closer together where there are many.
     let pitch = 52.min((SIZE.1 as i32 - 110) / summary.sets.len().max(1) as i32);
-    let text = |size: u32, opacity: f64| {
-        let color = INK.mix(opacity);
-        ("sans-serif", size).into_font().color(&color).pos(Pos::new(HPos::Left, VPos::Center))
-    };
     for (i, (set, color)) in summary.sets.iter().zip(COLORS.iter().cycle()).enumerate() {
         let y = 70 + pitch * i as i32;
         if i < COLORS.len() {
@@ -102,13 +88,13 @@ fn legend(summary: &Summary, area: &Area) -> Drawn {
             }
             area.draw(&Circle::new((left + 11, y), 4, color.stroke_width(2)))?;
         }
-        area.draw(&Text::new(shown(&set.name), (left + 30, y), text(15, 1.0)))?;
+        area.draw(&Text::new(shown(&set.name), (left + 30, y), beside(15, 1.0)))?;
         let rate = format!("{:.1} % in all", 100.0 * set.count.success_rate);
-        area.draw(&Text::new(rate, (left + 30, y + 19.min(pitch / 2)), text(13, 0.7)))?;
+        area.draw(&Text::new(rate, (left + 30, y + 19.min(pitch / 2)), beside(13, 0.7)))?;
     }
     let y = 70 + pitch * summary.sets.len() as i32;
     let bands = if has_bands(summary) { "band: 95 %" } else { "intervals: summary.json" };
-    area.draw(&Text::new(bands, (left, y), text(13, 0.7)))
+    area.draw(&Text::new(bands, (left, y), beside(13, 0.7)))
 }
 
 fn has_bands(summary: &Summary) -> bool {

@@ -182,8 +182,13 @@ pub fn failed_gates(summary: &Summary, folder: &Path) -> Vec<String> {
     summary.gates.iter().filter(|gate| !gate.passes).map(told).collect()
 }
 
-/// What was seen, in words.
+/// A gate and what was seen, in words.
 pub fn gate_words(gate: &GateResult) -> String {
+    format!("{}: {}", gate.judged.name, gate_seen(gate))
+}
+
+/// What was seen, in words.
+pub fn gate_seen(gate: &GateResult) -> String {
     let (judged, unit) = (&gate.judged, unit(gate));
     let [seen, asked] = [judged.observed, judged.required].map(|share| in_unit(gate, share));
     let [least, most] = judged.interval.map(|share| in_unit(gate, share));
@@ -197,8 +202,7 @@ pub fn gate_words(gate: &GateResult) -> String {
     });
     let fails = if gate.passes || judged.status == Status::Failed { "" } else { "; here that counts as failed" };
     format!(
-        "{}: {seen} {unit} seen, {least} to {most} {unit} at {} confidence, {asked} {unit} asked, {} trials{}{}{fails}",
-        judged.name,
+        "{seen} {unit} seen, {least} to {most} {unit} at {} confidence, {asked} {unit} asked, {} trials{}{}{fails}",
         level(judged.confidence),
         judged.trials,
         differ.unwrap_or_default(),
