@@ -17,7 +17,7 @@ use std::path::Path;
 const FEW_PAIRS: usize = 6;
 
 /// Verdicts in sentences, one for each pair; then the counts and intervals behind them.
-pub fn pairs(summary: &Summary) -> String {
+pub(super) fn pairs(summary: &Summary) -> String {
     let shown = shown(summary);
     if shown.is_empty() {
         return String::new();
@@ -60,18 +60,16 @@ fn shown(summary: &Summary) -> Vec<&Pair> {
 fn counts(pairs: &[&Pair]) -> Table {
     let mut table = table(["a", "b", "both", "only a", "only b", "neither", "a - b", "p"]);
     for pair in pairs {
-        table.add_row([
-            pair.a.clone(),
-            pair.b.clone(),
-            pair.counts.both.to_string(),
-            pair.counts.only_a.to_string(),
-            pair.counts.only_b.to_string(),
-            pair.counts.neither.to_string(),
-            signed(100.0 * pair.difference, 1),
-            p_cell(pair.holm_p),
-        ]);
+        table.add_row(pair_cells(pair).into_iter().chain([p_cell(pair.holm_p)]));
     }
     whole_names(align(table))
+}
+
+/// Of a table of pairs: a, b, both, only a, only b, neither, and the difference in points.
+pub fn pair_cells(pair: &Pair) -> [String; 7] {
+    let PairedCounts { both, only_a, only_b, neither } = pair.counts;
+    let [both, only_a, only_b, neither] = [both, only_a, only_b, neither].map(|count| count.to_string());
+    [pair.a.clone(), pair.b.clone(), both, only_a, only_b, neither, signed(100.0 * pair.difference, 1)]
 }
 
 /// A p-value without its name.
@@ -80,7 +78,7 @@ pub fn p_cell(p: f64) -> String {
 }
 
 /// How much sooner, and with how many footsteps, over the trials that both sets of a pair recovered from.
-pub fn shifts(summary: &Summary) -> String {
+pub(super) fn shifts(summary: &Summary) -> String {
     let shown: Vec<&Pair> = shown(summary).into_iter().filter(|pair| pair.settling_s.is_some()).collect();
     if shown.is_empty() {
         return String::new();
@@ -106,22 +104,16 @@ pub fn shifts(summary: &Summary) -> String {
 }
 
 /// What became of each gate; empty without gates.
-pub fn gates(summary: &Summary) -> String {
+pub(super) fn gates(summary: &Summary) -> String {
     if summary.gates.is_empty() {
         return String::new();
     }
     let mut table = table(["gate", "", "seen", "interval", "trials", "to run"]);
     for gate in &summary.gates {
         let judged = &gate.judged;
-        let [least, most] = judged.interval.map(|share| in_unit(gate, share));
-        table.add_row([
-            judged.name.clone(),
-            status(judged.status).to_string(),
-            format!("{} {}", in_unit(gate, judged.observed), unit(gate)),
-            format!("{least} to {most}"),
-            judged.trials.to_string(),
-            judged.more_trials.map_or("-".into(), |more| format!("about {}", rounded(more))),
-        ]);
+        let head = [judged.name.clone(), status(judged.status).to_string()];
+        let more = judged.more_trials.map_or("-".into(), |more| format!("about {}", rounded(more)));
+        table.add_row(head.into_iter().chain(gate_cells(gate)).chain([more]));
     }
     let level = level(summary.gates.first().map_or(0.95, |gate| gate.judged.confidence));
     let mut notes = format!("passes if its whole {level} interval is at least what is asked, fails if none of it is");
@@ -129,6 +121,14 @@ pub fn gates(summary: &Summary) -> String {
         notes += &format!("; {baseline}");
     }
     format!("\n{}\n{}", align(table), wrapped(" ", &notes))
+}
+
+/// Of a table of gates: what was seen, its interval, and the trials.
+pub fn gate_cells(gate: &GateResult) -> [String; 3] {
+    let judged = &gate.judged;
+    let [least, most] = judged.interval.map(|share| in_unit(gate, share));
+    let seen = format!("{} {}", in_unit(gate, judged.observed), unit(gate));
+    [seen, format!("{least} to {most}"), judged.trials.to_string()]
 }
 
 pub fn status(status: Status) -> &'static str {
@@ -140,7 +140,7 @@ pub fn status(status: Status) -> &'static str {
 }
 
 /// What a gate is about, in its unit: a rate in %, a difference in points, with its sign.
-pub fn in_unit(gate: &GateResult, share: f64) -> String {
+fn in_unit(gate: &GateResult, share: f64) -> String {
     if gate.is_difference { signed(100.0 * share, 1) } else { format!("{:.1}", 100.0 * share) }
 }
 

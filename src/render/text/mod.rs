@@ -11,6 +11,8 @@ pub mod response;
 pub mod story;
 
 pub use campaign::{campaign, impulse_at, thresholds};
-pub use comparison::{about_p, baseline, failed_gates, gate_seen, gate_words, in_unit, p_cell, status, unit};
+pub use comparison::{
+    about_p, baseline, failed_gates, gate_cells, gate_seen, gate_words, p_cell, pair_cells, status, unit,
+};
 pub use imposed::Imposed;
 pub use limit::text as limit;
