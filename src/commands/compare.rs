@@ -3,7 +3,7 @@
 use super::result::exit_code;
 use super::terminal::{note, print};
 use crate::campaign::Folder;
-use crate::campaign::verdict::compare::Joined;
+use crate::campaign::verdict::compare::Comparison;
 use crate::error::{Error, Result};
 use crate::render::{self, result, text};
 use std::path::{Path, PathBuf};
@@ -37,13 +37,12 @@ pub fn run(args: &CompareArgs) -> Result<ExitCode> {
         let problem = "holds something else than a comparison; give a new or empty folder";
         return Err(Error::Parts { path: out.into(), problem: problem.into() });
     }
-    let joined = Joined::new(&Folder::existing(&args.dir_a)?, &Folder::existing(&args.dir_b)?, &args.gate)?;
-    let summary = joined.summary();
-    print(&if args.json { render::json(&summary) } else { text::campaign(&summary, Path::new("")) })?;
+    let comparison = Comparison::new(&Folder::existing(&args.dir_a)?, &Folder::existing(&args.dir_b)?, &args.gate)?;
+    let summary = &comparison.summary;
+    print(&if args.json { render::json(summary) } else { text::campaign(summary, Path::new("")) })?;
     if let Some(out) = &args.out {
-        let filed = joined.write(summary.clone(), out)?;
-        result::write(&filed, &joined.rows, out)?;
+        result::write(&comparison.write(out)?, &comparison.rows, out)?;
         note(&result::written(out, &["summary.json", "trials.parquet"]));
     }
-    Ok(exit_code(&summary, Path::new("")))
+    Ok(exit_code(summary, Path::new("")))
 }

@@ -5,7 +5,7 @@ use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::Progress;
 use super::terminal::{note, print};
 use crate::campaign::Campaign;
-use crate::campaign::limit::{Limits, Options, Searches};
+use crate::campaign::limit::{LimitOptions, Limits, Searches};
 use crate::error::{Error, Result};
 use crate::files::write_atomic;
 use crate::render::{self, plot, text};
@@ -64,7 +64,7 @@ pub struct LimitArgs {
 pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     args.check_outputs()?;
     let campaign = Campaign::load(&args.campaign, &args.change.overrides())?;
-    let options = Options {
+    let options = LimitOptions {
         headings: args.headings,
         precision_n_s: args.precision,
         max_trials: args.max_trials,

@@ -3,7 +3,7 @@
 use super::arguments::check_output;
 use super::episode::{Case, Origin, OutputArgs, write_replay};
 use super::terminal::{note, print};
-use crate::campaign::{Folder, Replayed, Summary};
+use crate::campaign::{Folder, StoredTrial, Summary};
 use crate::episode::Film;
 use crate::error::{Error, Result};
 use crate::files::shell_word;
@@ -57,7 +57,7 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     };
     args.output.iter().try_for_each(|path| check_output("--output", path, &["html"]))?;
     outputs.check()?;
-    let replayed = Replayed::open(&args.dir, args.trial, args.gains.as_deref())?;
+    let replayed = StoredTrial::open(&args.dir, args.trial, args.gains.as_deref())?;
     let path = match args.output.clone() {
         Some(path) => path,
         None => page_in(&args.dir, args.trial, &replayed.set)?,
@@ -84,7 +84,7 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
 
 /// Writes a page, of the result in `folder` or, if there is none, among the pages of that result; says so if the trial is
 /// not as it was.
-fn write(replayed: &Replayed, told: &Told, film: Option<&Film>, path: &Path, folder: Option<&Path>) -> Result<()> {
+fn write(replayed: &StoredTrial, told: &Told, film: Option<&Film>, path: &Path, folder: Option<&Path>) -> Result<()> {
     let warning = replayed.difference(&told.record);
     warning.iter().for_each(|warning| log::warn!("{warning}"));
     let of_result = folder.is_none();
@@ -95,7 +95,7 @@ fn write(replayed: &Replayed, told: &Told, film: Option<&Film>, path: &Path, fol
     film.map_or(Ok(()), |film| write_replay(told, film, path, Origin { title, command, of_result, warning }))
 }
 
-fn case(replayed: &Replayed) -> Case<'_> {
+fn case(replayed: &StoredTrial) -> Case<'_> {
     Case { robot: &replayed.robot, design: &replayed.design, config: replayed.config() }
 }
 
@@ -121,7 +121,7 @@ pub fn write_telling(
 
 /// Runs a trial of the result in a folder again and writes its page to the folder.
 fn write_page(folder: &Path, trial: u64, set: &str) -> Result<()> {
-    let (replayed, path) = (Replayed::open(folder, trial, Some(set))?, page_in(folder, trial, set)?);
+    let (replayed, path) = (StoredTrial::open(folder, trial, Some(set))?, page_in(folder, trial, set)?);
     let outputs = OutputArgs { replay: Some(path.clone()), ..OutputArgs::default() };
     let (told, film) = case(&replayed).tell(replayed.disturbance(), &outputs)?;
     write(&replayed, &told, film.as_ref(), &path, None)

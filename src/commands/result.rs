@@ -27,7 +27,7 @@ pub fn gates_of(folder: &Folder, args: &GateArgs) -> Result<Gates> {
 
 /// Writes the result files and prints the result; then the replays, which nobody should have to wait for.
 pub fn conclude(folder: &Folder, gates: &Gates, args: &ReplaysArgs, json: bool) -> Result<ExitCode> {
-    let (summary, rows) = folder.join(gates)?;
+    let (summary, rows) = Summary::of_folder(folder, gates)?;
     result::write(&summary, &rows, &folder.path)?;
     print(&if json { render::json(&summary) } else { text::campaign(&summary, &folder.path) })?;
     note(&result::written(&folder.path, &["summary.json", "trials.parquet", "campaign.toml"]));

@@ -6,9 +6,9 @@ use super::progress::Progress;
 use super::result::{conclude, gates_of};
 use super::status::print_status;
 use super::terminal::note;
-use crate::campaign::run::{Options, Watch, Work};
+use crate::campaign::run::{RunOptions, Watch, Work};
 use crate::campaign::verdict::gates::Gates;
-use crate::campaign::{Campaign, Folder, Overrides, Plan, Row, Shard};
+use crate::campaign::{Campaign, Folder, Overrides, Plan, Shard, TrialRow};
 use crate::error::{Error, Result};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -81,8 +81,8 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
         Some(_) => None,
         None => Some(gates_of(&folder, &args.gates)?),
     };
-    let undecided = |rows: &[Row]| gates.as_ref().map_or(Vec::new(), |gates| gates.open(rows));
-    let options = Options { threads: args.threads, shard: args.shard };
+    let undecided = |rows: &[TrialRow]| gates.as_ref().map_or(Vec::new(), |gates| gates.open(rows));
+    let options = RunOptions { threads: args.threads, shard: args.shard };
     stop_on_ctrl_c();
     let work = plan.work(&folder, options, &|rows| undecided(rows).is_empty())?;
     if args.check.check {
@@ -92,7 +92,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     say_what_is_there(&folder, &work);
     let progress =
         (!work.is_done()).then(|| Progress::start(work.episodes(), "episodes", campaign.stopping.until_resolved));
-    let is_decided = |rows: &[Row]| {
+    let is_decided = |rows: &[TrialRow]| {
         let open = undecided(rows);
         progress.iter().for_each(|bar| bar.say(&look(rows, &open, gates.as_ref(), &folder)));
         open.is_empty()
@@ -164,7 +164,7 @@ fn say_what_is_there(folder: &Folder, work: &Work) {
 
 /// What a campaign that ends when decided has still to decide (`open`), and whether that takes more trials than its
 /// baseline has.
-fn look(rows: &[Row], open: &[String], gates: Option<&Gates>, folder: &Folder) -> String {
+fn look(rows: &[TrialRow], open: &[String], gates: Option<&Gates>, folder: &Folder) -> String {
     let trials = rows.len() / folder.manifest.sets.len();
     let what = match open {
         [] if gates.is_some_and(|gates| gates.outlasts_baseline(rows)) => "not decided, but the baseline has no more",

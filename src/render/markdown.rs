@@ -1,7 +1,7 @@
 //! `summary.md`: the result as a CI service shows it on the page of a job.
 
 use crate::campaign::Summary;
-use crate::campaign::verdict::gate::Status;
+use crate::campaign::verdict::evidence::Status;
 use crate::render::replay_command;
 use crate::render::text::layout::{percent, seconds, signed};
 use crate::render::text::{about_p, baseline, gate_cells, gate_words, impulse_at, p_cell, pair_cells, status, unit};

@@ -1,7 +1,7 @@
 //! The files of a result that people and CI services look at.
 
-use crate::campaign::store::parts::REPLAYS;
-use crate::campaign::{Row, Summary};
+use crate::campaign::store::folder::REPLAYS;
+use crate::campaign::{Summary, TrialRow};
 use crate::error::Result;
 use crate::files::{sha256_hex, write_atomic};
 use crate::render::text::layout::wrapped;
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 pub const FILES: [&str; 4] = ["report.html", "summary.md", "junit.xml", "success.svg"];
 
 /// Writes them beside `summary.json`. `rows` are sorted by trial, then by set.
-pub fn write(summary: &Summary, rows: &[Row], folder: &Path) -> Result<()> {
+pub fn write(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Result<()> {
     let [report, markdown, junit, success] = FILES.map(|name| folder.join(name));
     plot::success::write(&success, summary)?;
     write_atomic(&report, html::page(summary, rows, folder)?.as_bytes())?;
@@ -69,7 +69,7 @@ mod tests {
         }
     }
 
-    use crate::campaign::store::parts::RESULT_FILES;
+    use crate::campaign::store::folder::RESULT_FILES;
 
     #[test]
     fn what_is_written_is_taken_away_before_more_trials_are_run() {

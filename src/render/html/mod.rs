@@ -11,7 +11,7 @@ mod telling;
 mod trials;
 mod words;
 
-use crate::campaign::{Row, Summary};
+use crate::campaign::{Summary, TrialRow};
 use crate::error::{Error, Result};
 use crate::render::{html_page, replay_parts, result, text};
 use minijinja::value::Kwargs;
@@ -30,7 +30,7 @@ const MOST_PAIRS: usize = 28;
 /// to the replays that are there, as seen from `folder`.
 ///
 /// Errors: none but a template that is wrong.
-pub fn page(summary: &Summary, rows: &[Row], folder: &Path) -> Result<String> {
+pub fn page(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Result<String> {
     let fail = |e: serde_json::Error| Error::Numeric { what: "report.html".into(), problem: e.to_string() };
     let gates: Vec<String> = summary.gates.iter().map(text::gate_seen).collect();
     let words = json!({ "gates": gates, "baseline": text::baseline(summary) });
@@ -38,7 +38,7 @@ pub fn page(summary: &Summary, rows: &[Row], folder: &Path) -> Result<String> {
 }
 
 /// The same of what becomes `summary.json`, and of sentences that other reports have, too.
-fn page_of(summary: &Value, words: Value, rows: &[Row], folder: &Path) -> Result<String> {
+fn page_of(summary: &Value, words: Value, rows: &[TrialRow], folder: &Path) -> Result<String> {
     let mut context = context(summary, rows, folder);
     context["words"] = words;
     html_page::render("report.html", TEMPLATE, UndefinedBehavior::Chainable, add_to, &context)
@@ -62,7 +62,7 @@ fn add_to(environment: &mut Environment) {
 }
 
 /// What the template reads: the summary as `s`, and what it cannot make itself.
-fn context(summary: &Value, rows: &[Row], folder: &Path) -> Value {
+fn context(summary: &Value, rows: &[TrialRow], folder: &Path) -> Value {
     let names: Vec<&str> = list(&summary["sets"]).iter().map(|set| set["name"].as_str().unwrap_or("?")).collect();
     let pairs = list(&summary["pairs"]);
     let index = |name: &Value| names.iter().position(|n| Some(*n) == name.as_str());
@@ -169,7 +169,7 @@ mod tests {
 
     const HOSTILE: &str = "</script><b onclick='x()'>&";
 
-    fn rows(sets: [&str; 2], trials: u64) -> Vec<Row> {
+    fn rows(sets: [&str; 2], trials: u64) -> Vec<TrialRow> {
         let outcome = |k: u64| if k.is_multiple_of(3) { Outcome::Fell } else { Outcome::Recovered };
         (0..trials)
             .flat_map(|k| {

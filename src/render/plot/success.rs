@@ -1,7 +1,7 @@
 //! Picture of a campaign: the share of pushes that each gain set survives, by impulse.
 
 use super::{Area, COLORS, Drawn, axes, beside, text, write_svg};
-use crate::campaign::{Summary, verdict::summary::ImpulseBin};
+use crate::campaign::{Summary, verdict::set_summary::ImpulseBin};
 use crate::error::Result;
 use plotters::prelude::*;
 use std::path::Path;
