@@ -1,7 +1,7 @@
 //! Fig. 3: the sets of the gains, one in the other.
 
-use super::super::cpi_plot;
 use super::super::html::svg::short;
+use super::super::plot;
 use super::convergence;
 use super::figure::Said::{Quote, Remark};
 use super::figure::{Claim, Figure, Table};
@@ -189,7 +189,7 @@ fn velocity_slice(study: &Study) -> Panel {
     axes.draw(&mut panel, "COM velocity, forward [m/s]", "ZMP, forward [mm]");
     panel.text("title start", [60.0, 20.0], "COM over the middle of the feet");
     let outlines: Vec<Vec<At>> =
-        sets.iter().map(|set| cpi_plot::outline(set, 0, speed, reach).into_iter().map(At::from).collect()).collect();
+        sets.iter().map(|set| plot::cpi::outline(set, 0, speed, reach).into_iter().map(At::from).collect()).collect();
     for outline in &outlines {
         panel.polygon("slice", &axes.all(outline.iter().copied()));
     }

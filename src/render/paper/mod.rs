@@ -1,4 +1,4 @@
-//! `standfast paper`: what the paper's figures show, from simulations of its own scenarios, each beside what the paper
+//! What the paper's figures show, from simulations of its own scenarios, each beside what the paper
 //! states and whether that was found.
 //!
 //! `study` simulates and searches everything once (`watch`: what is seen of a pushed run on the way); a module for each
@@ -26,7 +26,7 @@ use crate::render::{self, own_folder};
 use figure::{Count, Figure};
 use serde_json::{Value, json};
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use study::Study;
 use timing::Timing;
 
@@ -46,25 +46,11 @@ const FILES: [&str; 10] = [
     "fig14-responses-pushed.svg",
 ];
 
-/// What the command is asked.
-#[derive(Debug, Clone, clap::Args)]
-#[command(
-    after_help = "Writes index.html, which holds everything and opens from the disk, and one SVG for each figure."
-)]
-pub struct PaperArgs {
-    /// Folder: a new one, an empty one, or that of an earlier `standfast paper`
-    #[arg(long, value_name = "DIR", default_value = "standfast-paper")]
-    pub out: PathBuf,
-    /// Print the numbers behind the captions as one JSON object
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// Computes, writes page and figures, and returns what to print. Errors: `--out` holds other things (found out before
+/// Computes, writes page and figures to a folder, and returns what to print. Errors: `--out` holds other things (found out before
 /// anything is computed), or cannot be written; the solver gives up.
-pub fn run(args: &PaperArgs) -> Result<String> {
+pub fn run(out: &Path, json: bool) -> Result<String> {
     let accepted = "a new folder, an empty one, or that of an earlier `standfast paper`";
-    own_folder("--out", &args.out, |name| name == PAGE || FILES.contains(&name), accepted)?;
+    own_folder("--out", out, |name| name == PAGE || FILES.contains(&name), accepted)?;
     let study = Study::run()?;
     let figures = figures(&study)?;
     // Last, when nothing else is going on.
@@ -72,13 +58,13 @@ pub fn run(args: &PaperArgs) -> Result<String> {
     let facts = json!({ "robot": study.robot.name, "gains": study.design.family.name, "judge": study.judge });
     let page = page::page(&figures, timing.as_ref(), &facts)?;
     for figure in &figures {
-        write_atomic(&args.out.join(figure.file), figure.svg().as_bytes())?;
+        write_atomic(&out.join(figure.file), figure.svg().as_bytes())?;
     }
-    write_atomic(&args.out.join(PAGE), page.as_bytes())?;
-    Ok(if args.json {
+    write_atomic(&out.join(PAGE), page.as_bytes())?;
+    Ok(if json {
         render::json(&as_json(&study, &figures, timing.as_ref()))
     } else {
-        tell(&args.out, &figures, timing.as_ref())
+        tell(out, &figures, timing.as_ref())
     })
 }
 

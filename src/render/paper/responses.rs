@@ -1,8 +1,8 @@
 //! Fig. 9 and 14: COM ("COG"), ZMP and feet over time.
 
 use super::super::html::svg::short;
-use super::super::motion_plot::{self, MotionPlot};
-use super::super::story;
+use super::super::plot::motion::{self, MotionPlot};
+use super::super::text::story;
 use super::figure::Said::{Quote, Remark};
 use super::figure::{Claim, Figure};
 use super::panel::Panel;
@@ -19,12 +19,12 @@ const OFF_M: f64 = 0.005;
 fn panel(motion: &MotionPlot, title: &str, end_s: f64) -> Result<Panel> {
     let mut motion = motion.clone();
     motion.end_at(end_s);
-    let (width, height) = motion_plot::SIZE;
+    let (width, height) = motion::SIZE;
     let body = motion.svg(title)?;
     Ok(Panel {
         width: width.into(),
         height: height.into(),
-        units_per_px: motion_plot::PX.into(),
+        units_per_px: motion::PX.into(),
         class: "fig plot",
         // Its own tag gives way to that of a panel.
         body: body

@@ -2,6 +2,7 @@
 
 use super::watch::Watch;
 use crate::campaign::ask::scenario::{Cause, Imposed, Scenario};
+use crate::commands::progress::Progress;
 use crate::control::stand::Support;
 use crate::control::{Design, home_polygon};
 use crate::episode::imposed::{self, ImposedRecord};
@@ -12,9 +13,8 @@ use crate::lipm::cpi_set::{CpiSet, Inclusion};
 use crate::lipm::gains::GainSet;
 use crate::lipm::pendulum::State;
 use crate::lipm::stepping::Stepping;
-use crate::render::motion::MotionSample;
-use crate::render::motion_plot::MotionPlot;
-use crate::render::progress::Progress;
+use crate::render::plot::motion::MotionPlot;
+use crate::render::plot::motion::MotionSample;
 use crate::robot::{Foot, Kinematics, PerFoot, Posture, Robot};
 use crate::sim::Push;
 use nalgebra::{Isometry2, Vector2};

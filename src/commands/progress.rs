@@ -1,7 +1,8 @@
 //! How far a campaign or a search is: a bar on a terminal, a line now and then elsewhere; on the standard error.
 
+use super::terminal::note;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
@@ -63,19 +64,4 @@ impl Progress {
         let (done, elapsed_s) = (self.done.load(Ordering::Relaxed), self.start.elapsed().as_secs_f64());
         note(&format!("{done} {} in {elapsed_s:.1} s: {:.1}/s", self.what, done as f64 / elapsed_s.max(1e-9)));
     }
-}
-
-/// What a campaign that ends when decided has still to decide, and whether that takes more trials than its baseline has.
-pub fn open(trials: usize, open: &[String], outlasts_baseline: bool) -> String {
-    match open {
-        [] if outlasts_baseline => format!("{trials} trials: not decided, but the baseline has no more"),
-        [] => format!("{trials} trials: decided"),
-        [first] => format!("{trials} trials: open {first}"),
-        [first, more @ ..] => format!("{trials} trials: open {first}, and {} more", more.len()),
-    }
-}
-
-/// A line on the standard error; nobody there to read it is no reason to stop.
-pub fn note(line: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "{line}");
 }

@@ -1,6 +1,6 @@
 //! Picture (SVG) of `standfast limit`, seen from above: forward is up, left is to the left.
 
-use super::plot::{Area, COLORS, Drawn, FAINT, INK, write_svg};
+use super::{Area, COLORS, Drawn, FAINT, INK, beside, text, write_svg};
 use crate::campaign::limit::{Limits, SetLimit};
 use crate::error::Result;
 use plotters::prelude::*;
@@ -97,13 +97,13 @@ fn ring_n_s(most: f64) -> f64 {
 }
 
 fn rings(area: &Area, scale: &Scale, ring: f64, count: usize) -> Drawn {
-    let font = |h, v| ("sans-serif", px(12) as i32).into_font().color(&INK).pos(Pos::new(h, v));
+    let centred = text(px(12) as i32).pos(Pos::new(HPos::Center, VPos::Center));
     for i in 1..=count {
         let impulse_n_s = ring * i as f64;
         let radius = (impulse_n_s * scale.px_per_n_s * f64::from(UNITS_PER_PX)) as i32;
         area.draw(&Circle::new(scale.at(0.0, 0.0), radius, FAINT.stroke_width(px(1))))?;
         let text = format!("{}", (impulse_n_s * 1e3).round() / 1e3);
-        area.draw(&Text::new(text, scale.at(-11.0, impulse_n_s), font(HPos::Center, VPos::Center)))?;
+        area.draw(&Text::new(text, scale.at(-11.0, impulse_n_s), centred.clone()))?;
     }
     let edge = RADIUS_PX / scale.px_per_n_s;
     for (heading_deg, name) in
@@ -114,17 +114,14 @@ fn rings(area: &Area, scale: &Scale, ring: f64, count: usize) -> Drawn {
         // Beside the chart there is little room: above the line's end.
         let (x, y) = scale.at(heading_deg, edge);
         let raise = units(0.0, if sideways { -12.0 } else { 12.0 * if heading_deg == 0.0 { -1.0 } else { 1.0 } }).1;
-        area.draw(&Text::new(name, (x, y + raise), font(HPos::Center, VPos::Center)))?;
+        area.draw(&Text::new(name, (x, y + raise), centred.clone()))?;
     }
     Ok(())
 }
 
 /// Title and legend.
 fn words(area: &Area, limits: &Limits) -> Drawn {
-    let font = |size: u32, opacity: f64| {
-        let color = INK.mix(opacity);
-        ("sans-serif", px(size) as i32).into_font().color(&color).pos(Pos::new(HPos::Left, VPos::Center))
-    };
+    let font = |size: u32, opacity: f64| beside(px(size) as i32, opacity);
     let title = format!("Largest recoverable impulse [N s]: {}, {}", limits.robot, limits.campaign);
     area.draw(&Text::new(title, units(40.0, 24.0), font(19, 1.0)))?;
     let mut y = 90.0;

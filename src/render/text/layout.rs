@@ -7,7 +7,7 @@ const PLAIN_WIDTH: u16 = 80;
 
 /// A table with a column for each name, or with a row for each if they are many. `rows` hold a label, then a cell for
 /// each name.
-pub(super) fn compared<'a>(
+pub fn compared<'a>(
     corner: &'a str,
     names: impl Iterator<Item = &'a str>,
     rows: Vec<(String, Vec<String>)>,
@@ -28,7 +28,7 @@ pub(super) fn compared<'a>(
 }
 
 /// Text in lines that fit, after a mark in front of the first.
-pub(super) fn wrapped(mark: &str, text: &str) -> String {
+pub fn wrapped(mark: &str, text: &str) -> String {
     let mut lines = vec![mark.to_string()];
     for word in text.split(' ') {
         let line = lines.last_mut().expect("one at least");
@@ -43,11 +43,11 @@ pub(super) fn wrapped(mark: &str, text: &str) -> String {
     lines.join("\n") + "\n"
 }
 
-pub(super) fn seconds(time_s: Option<f64>) -> String {
+pub fn seconds(time_s: Option<f64>) -> String {
     time_s.map_or("-".into(), |s| format!("{s:.2} s"))
 }
 
-pub(super) fn table<T: Into<comfy_table::Cell>>(header: impl IntoIterator<Item = T>) -> Table {
+pub fn table<T: Into<comfy_table::Cell>>(header: impl IntoIterator<Item = T>) -> Table {
     let mut table = Table::new();
     let rule = TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
     table.load_style(rule).set_content_arrangement(ContentArrangement::Dynamic);
@@ -59,7 +59,7 @@ pub(super) fn table<T: Into<comfy_table::Cell>>(header: impl IntoIterator<Item =
 }
 
 /// Names to the left, numbers to the right.
-pub(super) fn align(mut table: Table) -> Table {
+pub fn align(mut table: Table) -> Table {
     for (i, column) in table.column_iter_mut().enumerate() {
         column.set_padding((1, 0));
         column.set_cell_alignment(if i == 0 { CellAlignment::Left } else { CellAlignment::Right });
@@ -68,7 +68,7 @@ pub(super) fn align(mut table: Table) -> Table {
 }
 
 /// Keeps room for the words of the first column: the other headers wrap first.
-pub(super) fn whole_names(mut table: Table) -> Table {
+pub fn whole_names(mut table: Table) -> Table {
     let cells = table.row_iter().filter_map(|row| row.cell_iter().next());
     let longest = cells.flat_map(|cell| cell.content().split(' ').map(|word| word.chars().count()).max()).max();
     if let (Some(longest), Some(column)) = (longest, table.column_mut(0)) {
@@ -79,12 +79,12 @@ pub(super) fn whole_names(mut table: Table) -> Table {
 }
 
 /// A number with its sign; zero has none, however it was rounded.
-pub(super) fn signed(x: f64, digits: usize) -> String {
+pub fn signed(x: f64, digits: usize) -> String {
     let text = format!("{x:+.digits$}");
     if text[1..].chars().all(|c| matches!(c, '0' | '.')) { text[1..].into() } else { text }
 }
 
-pub(super) fn percent(rate: f64) -> String {
+pub fn percent(rate: f64) -> String {
     format!("{:.1} %", 100.0 * rate)
 }
 

@@ -1,5 +1,8 @@
 //! `standfast push`: one push, what happened, and why.
 
+use super::arguments::{CheckArgs, fine, one_of};
+use super::episode::{Case, OutputArgs, command_line};
+use super::terminal::print;
 use crate::assets::DEFAULT_ROBOT;
 use crate::campaign::ask::trial;
 use crate::campaign::{Campaign, Overrides, PushBounds, check_episode};
@@ -7,12 +10,11 @@ use crate::control::Design;
 use crate::episode::{Disturbance, EpisodeConfig};
 use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
-use crate::render::outputs::{Case, Outputs};
 use crate::robot::Robot;
 use crate::sim::{Profile, Push};
+use std::process::ExitCode;
 
-/// What the command is asked.
-#[derive(Debug, Clone, clap::Args)]
+#[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
 #[command(after_help = "Examples:
   standfast push --impulse 2.2                      from behind
@@ -40,7 +42,7 @@ pub struct PushArgs {
     #[arg(long, value_name = "S")]
     pub start: Option<f64>,
     /// Course of the force; the impulse is the same [default: rectangular]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = one_of::<Profile>(["rectangular", "half-sine"]))]
     pub profile: Option<Profile>,
     /// Gain set by name or file, or a variant NAME:KEY=VALUE; of a campaign, also by its name in the results
     #[arg(long, value_name = "NAME|FILE", default_value = "catch")]
@@ -62,14 +64,15 @@ pub struct PushArgs {
     #[arg(long, value_name = "S")]
     pub horizon: Option<f64>,
     #[command(flatten)]
-    pub outputs: Outputs,
+    pub outputs: OutputArgs,
+    #[command(flatten)]
+    pub check: CheckArgs,
     /// One JSON object on stdout
     #[arg(long)]
     pub json: bool,
 }
 
-/// Runs the episode and returns what to print. `command`: as it was given, for the replay.
-pub fn run(args: &PushArgs, command: String) -> Result<String> {
+pub fn run(args: &PushArgs) -> Result<ExitCode> {
     let campaign = match &args.campaign {
         Some(name) => Some(Campaign::load(name, &Overrides { seed: args.seed, ..Overrides::default() })?),
         None => None,
@@ -82,15 +85,18 @@ pub fn run(args: &PushArgs, command: String) -> Result<String> {
     let robot = Robot::load(robot_name.map_or(DEFAULT_ROBOT, String::as_str))?;
     let gains = campaign.as_ref().map_or_else(|| args.gains.clone(), |c| c.gains_named(&args.gains));
     let design = Design::new(&robot, &GainSet::load(&gains)?, config.control_period_s)?;
-    if let Some(warning) = &design.warning {
-        log::warn!("{warning}");
+    design.warning.iter().for_each(|warning| log::warn!("{warning}"));
+    args.outputs.check()?;
+    if args.check.check {
+        return fine(&format!("a push of {} N s, gain set {}", pushes[0].impulse_n_s, design.family.name));
     }
     let sensor_errors = campaign.as_ref().and_then(|c| trial::sensor_errors(c, args.trial.unwrap_or(0)));
     // A trial's robot and ground belong to the trial; a push of one's own meets the nominal ones.
     let variation = campaign.as_ref().zip(args.trial).map(|(c, trial)| trial::variation(c, trial));
     let disturbance = Disturbance { pushes, sensor_errors, variation: variation.unwrap_or_default() };
     let case = Case { robot: &robot, design: &design, config: &config };
-    case.run(disturbance, &args.outputs, args.json, command)
+    print(&case.run(disturbance, &args.outputs, args.json, command_line())?)?;
+    Ok(ExitCode::SUCCESS)
 }
 
 /// The pushes asked for: those of the campaign's trial if one is named, the first changed by what else is given.
@@ -130,14 +136,8 @@ fn the_pushes(args: &PushArgs, campaign: Option<&Campaign>, config: &EpisodeConf
     };
     let end_s = pushes.iter().map(Push::end_s).fold(0.0, f64::max);
     if end_s > config.horizon_s {
-        let accepted = format!("more than {end_s}, the end of the push");
-        return Err(Error::value(
-            "arguments",
-            "--horizon",
-            config.horizon_s,
-            "the push does not end in time",
-            accepted,
-        ));
+        let (problem, accepted) = ("the push does not end in time", format!("more than {end_s}, the end of the push"));
+        return Err(Error::value("arguments", "--horizon", config.horizon_s, problem, accepted));
     }
     Ok(pushes)
 }

@@ -5,7 +5,8 @@ use crate::campaign::verdict::baseline::BaselineId;
 use crate::campaign::verdict::evidence::Status;
 use crate::campaign::verdict::gates::GateResult;
 use crate::campaign::verdict::pairs::{Pair, p_value, rounded};
-use crate::render::layout::{align, signed, table, whole_names, wrapped};
+use crate::render::replay_command;
+use crate::render::text::layout::{align, signed, table, whole_names, wrapped};
 use crate::stats::mcnemar::PairedCounts;
 use crate::stats::ranks::Shift;
 use comfy_table::Table;
@@ -36,7 +37,7 @@ pub(super) fn pairs(summary: &Summary) -> String {
 }
 
 /// What the p of pairs is, in words.
-pub(super) fn about_p(summary: &Summary) -> String {
+pub fn about_p(summary: &Summary) -> String {
     let holm = if summary.pairs.len() > 1 { ", adjusted for the count of pairs (Holm)" } else { "" };
     let looks = match summary.stopping.until_resolved {
         true => {
@@ -59,22 +60,20 @@ fn shown(summary: &Summary) -> Vec<&Pair> {
 fn counts(pairs: &[&Pair]) -> Table {
     let mut table = table(["a", "b", "both", "only a", "only b", "neither", "a - b", "p"]);
     for pair in pairs {
-        table.add_row([
-            pair.a.clone(),
-            pair.b.clone(),
-            pair.counts.both.to_string(),
-            pair.counts.only_a.to_string(),
-            pair.counts.only_b.to_string(),
-            pair.counts.neither.to_string(),
-            signed(100.0 * pair.difference, 1),
-            p_cell(pair.holm_p),
-        ]);
+        table.add_row(pair_cells(pair).into_iter().chain([p_cell(pair.holm_p)]));
     }
     whole_names(align(table))
 }
 
+/// Of a table of pairs: a, b, both, only a, only b, neither, and the difference in points.
+pub fn pair_cells(pair: &Pair) -> [String; 7] {
+    let PairedCounts { both, only_a, only_b, neither } = pair.counts;
+    let [both, only_a, only_b, neither] = [both, only_a, only_b, neither].map(|count| count.to_string());
+    [pair.a.clone(), pair.b.clone(), both, only_a, only_b, neither, signed(100.0 * pair.difference, 1)]
+}
+
 /// A p-value without its name.
-pub(super) fn p_cell(p: f64) -> String {
+pub fn p_cell(p: f64) -> String {
     p_value(p).trim_start_matches("p ").trim_start_matches("= ").into()
 }
 
@@ -112,15 +111,9 @@ pub(super) fn gates(summary: &Summary) -> String {
     let mut table = table(["gate", "", "seen", "interval", "trials", "to run"]);
     for gate in &summary.gates {
         let judged = &gate.judged;
-        let [least, most] = judged.interval.map(|share| in_unit(gate, share));
-        table.add_row([
-            judged.name.clone(),
-            status(judged.status).to_string(),
-            format!("{} {}", in_unit(gate, judged.observed), unit(gate)),
-            format!("{least} to {most}"),
-            judged.trials.to_string(),
-            judged.more_trials.map_or("-".into(), |more| format!("about {}", rounded(more))),
-        ]);
+        let head = [judged.name.clone(), status(judged.status).to_string()];
+        let more = judged.more_trials.map_or("-".into(), |more| format!("about {}", rounded(more)));
+        table.add_row(head.into_iter().chain(gate_cells(gate)).chain([more]));
     }
     let level = level(summary.gates.first().map_or(0.95, |gate| gate.judged.confidence));
     let mut notes = format!("passes if its whole {level} interval is at least what is asked, fails if none of it is");
@@ -130,7 +123,15 @@ pub(super) fn gates(summary: &Summary) -> String {
     format!("\n{}\n{}", align(table), wrapped(" ", &notes))
 }
 
-pub(super) fn status(status: Status) -> &'static str {
+/// Of a table of gates: what was seen, its interval, and the trials.
+pub fn gate_cells(gate: &GateResult) -> [String; 3] {
+    let judged = &gate.judged;
+    let [least, most] = judged.interval.map(|share| in_unit(gate, share));
+    let seen = format!("{} {}", in_unit(gate, judged.observed), unit(gate));
+    [seen, format!("{least} to {most}"), judged.trials.to_string()]
+}
+
+pub fn status(status: Status) -> &'static str {
     match status {
         Status::Passed => "passed",
         Status::Failed => "FAILED",
@@ -139,11 +140,11 @@ pub(super) fn status(status: Status) -> &'static str {
 }
 
 /// What a gate is about, in its unit: a rate in %, a difference in points, with its sign.
-pub(super) fn in_unit(gate: &GateResult, share: f64) -> String {
+fn in_unit(gate: &GateResult, share: f64) -> String {
     if gate.is_difference { signed(100.0 * share, 1) } else { format!("{:.1}", 100.0 * share) }
 }
 
-pub(super) fn unit(gate: &GateResult) -> &'static str {
+pub fn unit(gate: &GateResult) -> &'static str {
     if gate.is_difference { "points" } else { "%" }
 }
 
@@ -154,7 +155,7 @@ fn level(confidence: f64) -> String {
 }
 
 /// Which result gates compare with; None without one.
-pub(super) fn baseline(summary: &Summary) -> Option<String> {
+pub fn baseline(summary: &Summary) -> Option<String> {
     let BaselineId { name, standfast, config_hash, trials } = summary.baseline.as_ref()?;
     let hash = &config_hash[..config_hash.len().min(12)];
     Some(format!("baseline: {name}, {trials} trials, standfast {standfast}, configuration {hash}"))
@@ -175,14 +176,19 @@ pub fn failed_gates(summary: &Summary, folder: &Path) -> Vec<String> {
         let sentence = wrapped(mark, &words).trim_end().to_string();
         let Some(trial) = gate.lost_trial else { return sentence };
         // A line of its own, however long: it is to be copied.
-        let command = super::replay_command(summary, &gate.set, trial, folder);
+        let command = replay_command(summary, &gate.set, trial, folder);
         format!("{sentence}\na trial that it lost:\n  {command}")
     };
     summary.gates.iter().filter(|gate| !gate.passes).map(told).collect()
 }
 
+/// A gate and what was seen, in words.
+pub fn gate_words(gate: &GateResult) -> String {
+    format!("{}: {}", gate.judged.name, gate_seen(gate))
+}
+
 /// What was seen, in words.
-pub(super) fn gate_words(gate: &GateResult) -> String {
+pub fn gate_seen(gate: &GateResult) -> String {
     let (judged, unit) = (&gate.judged, unit(gate));
     let [seen, asked] = [judged.observed, judged.required].map(|share| in_unit(gate, share));
     let [least, most] = judged.interval.map(|share| in_unit(gate, share));
@@ -196,8 +202,7 @@ pub(super) fn gate_words(gate: &GateResult) -> String {
     });
     let fails = if gate.passes || judged.status == Status::Failed { "" } else { "; here that counts as failed" };
     format!(
-        "{}: {seen} {unit} seen, {least} to {most} {unit} at {} confidence, {asked} {unit} asked, {} trials{}{}{fails}",
-        judged.name,
+        "{seen} {unit} seen, {least} to {most} {unit} at {} confidence, {asked} {unit} asked, {} trials{}{}{fails}",
         level(judged.confidence),
         judged.trials,
         differ.unwrap_or_default(),

@@ -1,5 +1,6 @@
 //! The result of a campaign as text.
 
+use super::comparison;
 use crate::campaign::Summary;
 use crate::campaign::ask::variations;
 use crate::campaign::verdict::failures::Failures;
@@ -7,8 +8,8 @@ use crate::campaign::verdict::pairs::Pair;
 use crate::campaign::verdict::prediction::{MarginBin, Prediction};
 use crate::campaign::verdict::set_summary::{FittedCurve, SetSummary};
 use crate::episode::Judge;
-use crate::render::layout::{align, compared, percent, seconds, table, whole_names, wrapped};
-use crate::render::{comparison, replay_command};
+use crate::render::replay_command;
+use crate::render::text::layout::{align, compared, percent, seconds, table, whole_names, wrapped};
 use crate::stats::rate::SuccessCount;
 use comfy_table::Table;
 use std::fmt::Write;
@@ -242,7 +243,7 @@ const LIMITS_EXPLAINED: &str = "impulse at which 50 % and 90 % of the pushes are
                                 support's edge, which a push of no duration may reach without a footstep";
 
 /// The impulse (N s, or over m omega d) that half of the pushes at it are survived, or nine of ten, with its interval.
-pub(super) fn impulse_at(curve: &FittedCurve, half: bool) -> String {
+pub fn impulse_at(curve: &FittedCurve, half: bool) -> String {
     let Some(fit) = &curve.fit else {
         return curve.none_because.map_or("-".into(), |why| why.to_string());
     };

@@ -4,21 +4,24 @@
 //! Behind the curves: in grey how far the soles on the ground reach along the axis, so that a DCM on its way out of the
 //! grey is a robot on its way to the ground; in colour, the time of pushes and of footsteps. World frame.
 
-use super::motion::MotionSample;
-use super::plot::{Area, COLORS, Drawn, INK, svg};
-use crate::episode::Tick;
+use super::{Area, COLORS, Drawn, INK, axes, beside, svg};
+use crate::episode::imposed::ImposedTick;
+use crate::episode::snapshot::to_world;
+use crate::episode::{Tick, support_on_ground};
 use crate::error::Result;
 use crate::files::write_atomic;
-use crate::robot::Robot;
+use crate::geometry::SupportPolygon;
+use crate::render::palette::Overlay;
+use crate::robot::{PerFoot, Robot};
+use crate::sim::Push;
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::ops::Range;
 use std::path::Path;
 
 /// Width and height (px).
-pub(super) const SIZE: (u32, u32) = (900, 640);
+pub const SIZE: (u32, u32) = (900, 640);
 /// Units to the pixel, see [`svg`].
-pub(super) const PX: i32 = 10;
+pub const PX: i32 = 10;
 /// To the right of the panels (px).
 const LEGEND_WIDTH: i32 = 190;
 /// Below the lower panel, for the labels of the time (px).
@@ -27,13 +30,8 @@ const AXIS_HEIGHT: i32 = 44;
 const MOST_OUTSIDE_M: f64 = 0.15;
 
 const SUPPORT: RGBAColor = faint(INK, 0.1);
-const PUSH: RGBAColor = faint(RGBColor(0xe4, 0x00, 0x2b), 0.3);
-const SWING: RGBAColor = faint(RGBColor(0x00, 0xa3, 0xa3), 0.2);
-/// As in views and replays.
-const COM: RGBColor = RGBColor(0x7b, 0x3f, 0xa0);
-const ZMP: RGBColor = RGBColor(0xd6, 0x27, 0x28);
-const ZMP_WANTED: RGBColor = RGBColor(0xff, 0x9f, 0x1c);
-const DCM: RGBColor = RGBColor(0x0b, 0x7a, 0x3b);
+const PUSH: RGBAColor = of(Overlay::Push, 0.3);
+const SWING: RGBAColor = of(Overlay::Footstep, 0.2);
 
 /// A curve: what it shows, and how.
 struct Line {
@@ -51,10 +49,16 @@ struct Line {
 const LINES: [Line; 6] = [
     Line { name: "right foot", of: |s| Some(s.feet.right), color: faint(COLORS[3], 1.0), width: 20, dash: None },
     Line { name: "left foot", of: |s| Some(s.feet.left), color: faint(INK, 1.0), width: 20, dash: Some((7, 7)) },
-    Line { name: "DCM", of: |s| Some(s.dcm), color: faint(DCM, 1.0), width: 14, dash: Some((10, 3)) },
-    Line { name: "ZMP", of: |s| s.zmp, color: faint(ZMP, 1.0), width: 14, dash: None },
-    Line { name: "ZMP wanted", of: |s| Some(s.zmp_ref), color: faint(ZMP_WANTED, 1.0), width: 13, dash: Some((4, 3)) },
-    Line { name: "COM", of: |s| Some(s.com), color: faint(COM, 1.0), width: 22, dash: None },
+    Line { name: "DCM", of: |s| Some(s.dcm), color: of(Overlay::Dcm, 1.0), width: 14, dash: Some((10, 3)) },
+    Line { name: "ZMP", of: |s| s.zmp, color: of(Overlay::Zmp, 1.0), width: 14, dash: None },
+    Line {
+        name: "ZMP wanted",
+        of: |s| Some(s.zmp_ref),
+        color: of(Overlay::ZmpRef, 1.0),
+        width: 13,
+        dash: Some((4, 3)),
+    },
+    Line { name: "COM", of: |s| Some(s.com), color: of(Overlay::Com, 1.0), width: 22, dash: None },
 ];
 
 impl Line {
@@ -67,13 +71,66 @@ const fn faint(RGBColor(r, g, b): RGBColor, opacity: f64) -> RGBAColor {
     RGBAColor(r, g, b, opacity)
 }
 
+/// The colour that views and replays have, too.
+const fn of(overlay: Overlay, opacity: f64) -> RGBAColor {
+    let [_, r, g, b] = overlay.color().to_be_bytes();
+    RGBAColor(r, g, b, opacity)
+}
+
 /// Pixels in the units of the drawing.
 const fn px(pixels: i32) -> i32 {
     pixels * PX
 }
 
-fn text(size_px: i32) -> TextStyle<'static> {
-    ("sans-serif", px(size_px)).into_font().color(&INK)
+/// One moment of a motion, from an episode or from a calculation. World frame (m).
+#[derive(Debug, Clone)]
+pub struct MotionSample {
+    pub time_s: f64,
+    /// COM over the ground.
+    pub com: [f64; 2],
+    /// None in flight.
+    pub zmp: Option<[f64; 2]>,
+    /// The ZMP that the controller wants.
+    pub zmp_ref: [f64; 2],
+    pub dcm: [f64; 2],
+    /// Centre of each sole, on the ground or not.
+    pub feet: PerFoot<[f64; 2]>,
+    /// Hull of the soles on the ground; None in flight.
+    pub support: Option<SupportPolygon>,
+    /// A footstep is in the air.
+    pub swing: bool,
+}
+
+impl MotionSample {
+    /// The truth of a tick, and the ZMP that the controller wants, moved to where the robot is.
+    pub fn of(robot: &Robot, tick: &Tick) -> Self {
+        let truth = tick.truth;
+        Self {
+            time_s: truth.time_s,
+            com: truth.com.xy().into(),
+            zmp: truth.zmp,
+            zmp_ref: (to_world(tick) * tick.account.zmp_ref).into(),
+            dcm: tick.dcm.into(),
+            feet: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.xy().into()),
+            support: support_on_ground(robot, truth),
+            swing: !tick.account.stands(),
+        }
+    }
+
+    /// The ideal pendulum of an imposed error; its ZMP is the one wanted.
+    pub fn of_imposed(tick: &ImposedTick) -> Self {
+        let zmp = tick.zmp.into();
+        Self {
+            time_s: tick.time_s,
+            com: tick.com.into(),
+            zmp: Some(zmp),
+            zmp_ref: zmp,
+            dcm: tick.dcm.into(),
+            feet: PerFoot::from_fn(|foot| tick.soles[foot].translation.vector.xy().into()),
+            support: tick.support,
+            swing: !tick.account.stands(),
+        }
+    }
 }
 
 /// A motion to draw.
@@ -86,6 +143,11 @@ pub struct MotionPlot {
 }
 
 impl MotionPlot {
+    /// Nothing yet but the pushes.
+    pub fn of_pushes(pushes: &[Push]) -> Self {
+        Self { samples: Vec::new(), pushes: pushes.iter().map(|push| [push.start_s, push.end_s()]).collect() }
+    }
+
     /// Adds a tick of an episode.
     pub fn push(&mut self, robot: &Robot, tick: &Tick) {
         self.samples.push(MotionSample::of(robot, tick));
@@ -109,8 +171,7 @@ impl MotionPlot {
 
     fn draw(&self, area: &Area, title: &str) -> Drawn {
         area.fill(&WHITE)?;
-        let left = text(17).pos(Pos::new(HPos::Left, VPos::Center));
-        area.draw(&Text::new(title.to_string(), (px(20), px(22)), left))?;
+        area.draw(&Text::new(title.to_string(), (px(20), px(22)), beside(px(17), 1.0)))?;
         let (_, panels) = area.split_vertically(px(40));
         let (above, below) = panels.split_vertically(px((SIZE.1 as i32 - 40 - AXIS_HEIGHT) / 2));
         self.panel(&above, 0, "x, forward [mm]")?;
@@ -138,20 +199,16 @@ impl MotionPlot {
         let in_sight = |[from, to]: &[f64; 2]| *from < times.end && *to > times.start;
         chart.draw_series(self.swings().into_iter().filter(in_sight).map(|time| band(time, SWING)))?;
         chart.draw_series(self.pushes.iter().copied().filter(in_sight).map(|time| band(time, PUSH)))?;
-        chart
-            .configure_mesh()
+        let mut mesh = chart.configure_mesh();
+        axes(&mut mesh, PX);
+        mesh.bold_line_style(INK.mix(0.13).stroke_width(PX as u32)) // Over the bands: they show through.
             .x_labels(12)
             .y_labels(9)
-            .bold_line_style(INK.mix(0.13).stroke_width(PX as u32))
-            .light_line_style(TRANSPARENT)
-            .axis_style(INK.stroke_width(PX as u32))
             .set_all_tick_mark_size(px(5))
             .x_desc(if last { "time [s]" } else { "" })
             .y_desc(name)
             .x_label_formatter(&|s| format!("{}", (s * 1e3).round() / 1e3))
             .y_label_formatter(&|mm| format!("{mm:.0}"))
-            .label_style(text(14))
-            .axis_desc_style(text(15))
             .draw()?;
         for line in &LINES {
             for run in self.runs(line, axis, &values) {
@@ -224,7 +281,7 @@ impl MotionPlot {
         // Half a pixel: thin lines are sharp there.
         let row = |i: usize| px(64 + 27 * i as i32) + PX / 2;
         let (swatch, words) = (px(26), left + px(34));
-        let style = text(14).pos(Pos::new(HPos::Left, VPos::Center));
+        let style = beside(px(14), 1.0);
         // What is in front comes first, but for the feet.
         let mut next = 0;
         for line in LINES.iter().rev() {
@@ -270,8 +327,6 @@ fn pieces<T>(values: impl Iterator<Item = Option<T>>) -> Vec<Vec<T>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::SupportPolygon;
-    use crate::robot::PerFoot;
 
     /// A footstep of the right foot to the front over one second, in flight at its middle; the COM runs away.
     fn footstep() -> MotionPlot {
