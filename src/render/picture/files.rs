@@ -1,7 +1,7 @@
 //! Pictures as bytes: PNG, a strip of several, and a GIF that moves.
 
 use crate::error::{Error, Result};
-use crate::render::palette::Overlay;
+use crate::render::scene::palette::{Color, Overlay};
 use color_quant::NeuQuant;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
 use image::codecs::png::PngEncoder;
@@ -127,7 +127,7 @@ impl Palette {
         let mut lesson: Vec<_> = seen.collect();
         let count = lesson.len() / EACH_MARK;
         lesson.extend(Overlay::ALL.into_iter().flat_map(|mark| {
-            let [_, r, g, b] = mark.color().to_be_bytes();
+            let Color(r, g, b) = mark.color();
             repeat_n([r, g, b, 255], count)
         }));
         let network = NeuQuant::new(1, COLORS, lesson.as_flattened());

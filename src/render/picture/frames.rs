@@ -2,13 +2,13 @@
 
 use super::files::{png, strip};
 use super::motion::moving;
-use super::{Camera, draw_on, extent, label};
-use crate::episode::Film;
+use super::{Camera, draw_on, label};
+use crate::episode::{Film, Snapshot};
 use crate::error::{Error, Result};
 use crate::files::write_atomic;
 use crate::render::own_folder;
-use crate::render::palette::Overlay;
-use crate::render::scale::Scale;
+use crate::render::scene::Stage;
+use crate::render::scene::palette::Overlay;
 use crate::sim::Push;
 use image::RgbImage;
 use nalgebra::Point3;
@@ -55,17 +55,17 @@ pub fn write_frames(film: &Film, folder: &Path, options: &FramesOptions) -> Resu
     if film.snapshots.is_empty() {
         return Err(Error::Numeric { what: "frames".into(), problem: "the episode has no moment to draw".into() });
     }
-    let moments = moments(film, options.moments);
+    let (moments, stage) = (moments(film, options.moments), Stage::new(&film.robot, film.ground));
     let pictures = |size: [u32; 2]| -> Vec<RgbImage> {
-        let camera = camera(film, moments.iter().copied(), size);
-        moments.par_iter().map(|&k| picture(film, k, &camera, size, "")).collect()
+        let camera = camera(film, &stage, moments.iter().copied(), size);
+        moments.par_iter().map(|&k| picture(&stage, &film.snapshots[k], &camera, size, "")).collect()
     };
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     for (i, (&k, image)) in moments.iter().zip(pictures(options.size)).enumerate() {
         files.push((format!("frame-{:04}-{:.3}s.png", i + 1, film.snapshots[k].time_s), png(&image)));
     }
     files.push((STRIP.into(), png(&strip(&pictures(options.strip_size)))));
-    files.push((GIF.into(), moving(film, options)?));
+    files.push((GIF.into(), moving(film, &stage, options)?));
 
     for old in before.iter().filter(|old| !files.iter().any(|(name, _)| name == *old)) {
         let path = folder.join(old);
@@ -94,16 +94,16 @@ fn is_frame(name: &str) -> bool {
         || numbered.and_then(|n| n.split_once('-')).is_some_and(|(n, time)| all_digits(n) && is_time(time))
 }
 
-pub(super) fn picture(film: &Film, k: usize, camera: &Camera, size: [u32; 2], speed: &str) -> RgbImage {
-    let snapshot = &film.snapshots[k];
-    let mut image = draw_on(&film.ground, &film.robot, snapshot, camera, size, &Overlay::ALL);
+/// A moment with its time, and the speed if there is one to be told.
+pub(super) fn picture(stage: &Stage, snapshot: &Snapshot, camera: &Camera, size: [u32; 2], speed: &str) -> RgbImage {
+    let mut image = draw_on(stage, snapshot, camera, size, &Overlay::ALL);
     label(&mut image, format!("{:.2} s {speed}", snapshot.time_s).trim_end(), [10, 8]);
     image
 }
 
 /// Across the push rather than along it, from the left or the right front, and so near that the robot is in the picture at
 /// all these moments.
-pub(super) fn camera(film: &Film, moments: impl Iterator<Item = usize>, size: [u32; 2]) -> Camera {
+pub(super) fn camera(film: &Film, stage: &Stage, moments: impl Iterator<Item = usize>, size: [u32; 2]) -> Camera {
     const SIDES_DEG: [f64; 2] = [52.0, -38.0];
     let heading = film.pushes.first().map_or(0.0, |push| push.heading_deg);
     let along = |side: f64| {
@@ -113,10 +113,10 @@ pub(super) fn camera(film: &Film, moments: impl Iterator<Item = usize>, size: [u
     let azimuth_deg = if along(SIDES_DEG[0]) >= 30.0 { SIDES_DEG[0] } else { SIDES_DEG[1] };
     let target = Point3::origin();
     let toward = Camera { target, azimuth_deg, elevation_deg: 17.0, distance_m: 2.0, fov_deg: 28.0 };
-    let arrow_m = ARROW_M * Scale::of(&film.robot).length();
+    let arrow_m = ARROW_M * stage.scale.length();
     let mut balls = Vec::new();
     for snapshot in moments.map(|k| &film.snapshots[k]) {
-        balls.extend(extent(&film.robot, &snapshot.posture));
+        balls.extend(stage.extent(&snapshot.posture));
         balls.extend(snapshot.push.map(|push| (push.point - push.force.normalize() * arrow_m, 0.01)));
     }
     toward.framing(&balls, size, MARGIN)
@@ -318,11 +318,12 @@ mod tests {
         let mut film = film();
         for heading_deg in [0.0, 45.0, 90.0, 135.0, 180.0, -135.0, -45.0] {
             film.pushes[0].heading_deg = heading_deg;
-            let camera = camera(&film, [0, 200].into_iter(), [480, 360]);
+            let stage = Stage::new(&film.robot, film.ground);
+            let camera = camera(&film, &stage, [0, 200].into_iter(), [480, 360]);
             let across = (camera.azimuth_deg - heading_deg).to_radians().sin().abs();
             assert!(across > 0.5, "{heading_deg}: {across}");
             // All of it is seen.
-            for (at, _) in extent(&film.robot, &film.snapshots[200].posture) {
+            for (at, _) in stage.extent(&film.snapshots[200].posture) {
                 let [x, y] = camera.project(at, [480, 360]).unwrap();
                 assert!((15.0..465.0).contains(&x) && (10.0..350.0).contains(&y), "{x} {y}");
             }

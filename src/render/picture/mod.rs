@@ -8,17 +8,17 @@ mod files;
 mod floor;
 mod frames;
 mod label;
-mod mesh;
+mod marks;
 mod motion;
-mod overlay;
 mod raster;
 #[cfg(test)]
 mod tests;
 
 use crate::episode::Snapshot;
-use crate::render::palette::Overlay;
-use crate::render::scale::Scale;
-use crate::robot::{Kinematics, Posture, Robot, Shape};
+use crate::render::scene::mesh::Mesh;
+use crate::render::scene::palette::Overlay;
+use crate::render::scene::{Stage, Surface};
+use crate::robot::{Kinematics, Posture, Robot};
 use crate::sim::Ground;
 pub use camera::Camera;
 use camera::View;
@@ -27,64 +27,37 @@ use floor::Floor;
 pub use frames::{FramesOptions, check_folder, write_frames};
 use image::RgbImage;
 pub use label::label;
-use mesh::Mesh;
 use nalgebra::{Isometry3, Point3, Vector3};
-use raster::{Corner, Light, Triangle, linear};
+use raster::{Light, Triangle, linear};
 
-/// Draws a moment of an episode with some marks, in a picture of `size` (width, height; px). `robot` is the simulated one. The ground has
-/// the snapshot's slope, and no step.
+/// Draws a moment of an episode with some marks, in a picture of `size` (width, height; px). `robot` is the simulated one.
+/// The ground has the snapshot's slope, and no step.
 pub fn draw(robot: &Robot, snapshot: &Snapshot, camera: &Camera, size: [u32; 2], marks: &[Overlay]) -> RgbImage {
-    draw_on(&Ground::default(), robot, snapshot, camera, size, marks)
+    draw_on(&Stage::new(robot, Ground::default()), snapshot, camera, size, marks)
 }
 
-/// As [`draw`], with the step of a ground; its slope is the snapshot's.
-pub fn draw_on(
-    ground: &Ground,
-    robot: &Robot,
-    snapshot: &Snapshot,
-    camera: &Camera,
-    size: [u32; 2],
-    marks: &[Overlay],
-) -> RgbImage {
-    let ground = &Ground { slope: snapshot.slope, ..*ground };
-    let (mut scene, scale) = (Scene::new(camera, size), Scale::of(robot));
-    let on_floor = overlay::on_floor(&scene.view, ground, scale, snapshot, marks);
-    scene.triangles.extend(&on_floor);
-    scene.robot(robot, &snapshot.posture);
+/// As [`draw`], with the ground of a stage; its slope is the snapshot's.
+fn draw_on(stage: &Stage, snapshot: &Snapshot, camera: &Camera, size: [u32; 2], marks: &[Overlay]) -> RgbImage {
+    let (mut canvas, ground) = (Canvas::new(camera, size), stage.ground(snapshot));
+    let marks = stage.marks(snapshot, marks);
+    let on_ground = marks::on_the_ground(&canvas.view, &ground, stage.scale, &marks);
+    canvas.triangles.extend(&on_ground);
+    canvas.robot(stage, &stage.kinematics(&snapshot.posture));
     // Once more where the robot hides them, faintly.
-    let hidden = |mark: &Triangle| Triangle { cover: 0.0, through: overlay::THROUGH * mark.cover, ..*mark };
-    scene.triangles.extend(on_floor.iter().map(hidden));
-    overlay::in_space(&mut scene, ground, scale, snapshot, marks);
-    scene.paint(size, ground)
+    canvas.triangles.extend(on_ground.iter().map(marks::hidden));
+    marks::in_space(&mut canvas, &ground, stage.scale, &marks);
+    canvas.paint(size, &ground)
 }
 
 /// Draws a robot on a level floor and nothing else, in a picture of `size` (width, height; px).
 pub fn draw_posture(robot: &Robot, posture: &Posture, camera: &Camera, size: [u32; 2]) -> RgbImage {
-    let mut scene = Scene::new(camera, size);
-    scene.robot(robot, posture);
-    scene.paint(size, &Ground::default())
-}
-
-/// Balls (centre in the world and radius, m) that hold the robot's solids: what a camera is to be framed on.
-pub fn extent(robot: &Robot, posture: &Posture) -> Vec<(Point3<f64>, f64)> {
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, posture);
-    let of_link = |i: usize| {
-        let pose = kinematics.link_pose(i);
-        robot.links[i].drawn().iter().map(move |solid| {
-            let radius = match solid.shape {
-                Shape::Box { half } => half.norm(),
-                Shape::Cylinder { radius, length } => (radius * radius + length * length / 4.0).sqrt(),
-                Shape::Sphere { radius } => radius,
-            };
-            (pose * Point3::from(solid.pose.translation.vector), radius)
-        })
-    };
-    (0..robot.links.len()).flat_map(of_link).collect()
+    let (mut canvas, stage) = (Canvas::new(camera, size), Stage::new(robot, Ground::default()));
+    canvas.robot(&stage, &stage.kinematics(posture));
+    canvas.paint(size, &Ground::default())
 }
 
 /// What is to be painted.
-struct Scene {
+struct Canvas {
     view: View,
     /// Towards the lamp, and towards a weaker light that fills its shadows.
     lamp: Vector3<f64>,
@@ -104,28 +77,23 @@ struct Paint {
     throws_shadow: bool,
 }
 
-impl Scene {
+impl Canvas {
     fn new(camera: &Camera, size: [u32; 2]) -> Self {
         let view = View::new(camera, size);
-        // Horizontally towards the camera. The lamp is above the camera's left shoulder: what is seen is lit, and shadows fall away to the right.
+        // Horizontally towards the camera. The lamp is above the camera's left shoulder: what is seen is lit, and shadows
+        // fall away to the right.
         let level = view.right.cross(&Vector3::z());
         let lamp = (Vector3::z() * 1.5 + level * 0.75 - view.right * 0.8).normalize();
         let fill = (Vector3::z() * 0.35 + level * 0.6 + view.right * 0.9).normalize();
         Self { view, lamp, fill, triangles: Vec::new(), opaque: Vec::new() }
     }
 
-    fn robot(&mut self, robot: &Robot, posture: &Posture) {
-        let mut kinematics = Kinematics::new(robot);
-        kinematics.update(robot, posture);
-        let solids = || robot.links.iter().enumerate().flat_map(|(i, link)| link.drawn().iter().map(move |s| (i, s)));
-        // What is translucent is painted over what is not.
-        for opaque in [true, false] {
-            for (i, solid) in solids().filter(|(_, solid)| (solid.color[3] >= 1.0) == opaque) {
-                let [r, g, b, alpha] = solid.color;
-                let paint =
-                    Paint { light: linear([r, g, b]), cover: alpha as f32, through: 0.0, throws_shadow: opaque };
-                self.body(&mesh::of_shape(&solid.shape), &(kinematics.link_pose(i) * solid.pose), &paint);
-            }
+    fn robot(&mut self, stage: &Stage, kinematics: &Kinematics) {
+        for (solid, pose) in stage.solids(kinematics) {
+            let Surface { color: [r, g, b, alpha], mesh, .. } = solid;
+            let light = linear([*r, *g, *b]);
+            let throws_shadow = !solid.is_translucent();
+            self.body(mesh, &pose, &Paint { light, cover: *alpha as f32, through: 0.0, throws_shadow });
         }
     }
 
@@ -137,8 +105,7 @@ impl Scene {
             .map(|(point, normal)| {
                 let at = pose * point;
                 let light = self.shaded(paint.light, &at, &(pose.rotation * normal));
-                let corner = self.view.project(at).map(|[x, y, near]| Corner { at: [x, y], near, light });
-                (at, corner)
+                (at, self.view.vertex(at, light))
             })
             .collect();
         for face in &mesh.faces {
@@ -162,10 +129,7 @@ impl Scene {
         let half = (self.lamp + eye).normalize();
         let sky = 0.30 + 0.14 * normal.z;
         let diffuse = sky + 0.72 * normal.dot(&self.lamp).max(0.0) + 0.16 * normal.dot(&self.fill).max(0.0);
-        let mut gloss = normal.dot(&half).max(0.0);
-        for _ in 0..5 {
-            gloss *= gloss;
-        }
+        let gloss = normal.dot(&half).max(0.0).powi(32);
         light.map(|v| v * diffuse as f32 + 0.06 * gloss as f32 + 0.010)
     }
 

@@ -21,7 +21,7 @@ const FARTHEST: f64 = 1e6;
 
 /// A corner in the picture.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Corner {
+pub(super) struct Vertex {
     /// Pixels to the right and down.
     pub at: [f64; 2],
     /// One over the depth (1/m).
@@ -32,7 +32,7 @@ pub(super) struct Corner {
 /// A triangle in the picture, either way round; later ones are painted over earlier ones.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Triangle {
-    pub corners: [Corner; 3],
+    pub corners: [Vertex; 3],
     /// Share of what is behind that it replaces: where it is in front of what is painted yet,
     pub cover: f32,
     /// and where it is hidden.
@@ -50,8 +50,8 @@ struct Sample {
 /// Paints triangles over a floor.
 pub(super) fn paint(size: [u32; 2], floor: &Floor, triangles: &[Triangle]) -> RgbImage {
     let [width, height] = size.map(|px| px as usize);
-    let prepared: Vec<(Area, &Triangle)> =
-        triangles.iter().filter_map(|t| Some((Area::new(&t.corners.map(|c| c.at), SAMPLES as f64)?, t))).collect();
+    let prepared: Vec<(Coverage, &Triangle)> =
+        triangles.iter().filter_map(|t| Some((Coverage::new(&t.corners.map(|c| c.at), SAMPLES as f64)?, t))).collect();
     let mut image = RgbImage::new(size[0], size[1]);
     if width == 0 || height == 0 {
         return image;
@@ -60,8 +60,8 @@ pub(super) fn paint(size: [u32; 2], floor: &Floor, triangles: &[Triangle]) -> Rg
         let top = band * BAND;
         let rows = (pixels.len() / (3 * width)).min(height - top);
         let mut samples = vec![Sample { light: [0.0; 3], near: 0.0 }; width * rows * SAMPLES * SAMPLES];
-        start(&mut samples, width, top, floor);
         let window = [0, (top * SAMPLES) as i64, (width * SAMPLES) as i64, ((top + rows) * SAMPLES) as i64];
+        start(&mut samples, window, floor);
         for (area, triangle) in &prepared {
             blend(&mut samples, window, area, triangle);
         }
@@ -70,28 +70,41 @@ pub(super) fn paint(size: [u32; 2], floor: &Floor, triangles: &[Triangle]) -> Rg
     image
 }
 
-/// Floor and background. They are smooth enough for one look a pixel, but for the edges of a step; their depth is that of
+/// Ground and background. They are smooth enough for one look a pixel, but for the edges of a step; their depth is that of
 /// each sample.
-fn start(samples: &mut [Sample], width: usize, top: usize, floor: &Floor) {
-    let row_length = width * SAMPLES;
-    for (i, rows) in samples.chunks_mut(row_length * SAMPLES).enumerate() {
-        let y = (top + i) as f64;
-        for x in 0..width {
-            let (part, _) = floor.meet(x as f64 + 0.5, y + 0.5);
-            let light = floor.light(x as f64 + 0.5, y + 0.5);
-            for (j, row) in rows.chunks_mut(row_length).enumerate() {
-                for (k, sample) in row[x * SAMPLES..(x + 1) * SAMPLES].iter_mut().enumerate() {
-                    let [dx, dy] = [k, j].map(|n| (n as f64 + 0.5) / SAMPLES as f64);
-                    let (x, y) = (x as f64 + dx, y + dy);
-                    let (of, near) = floor.meet(x, y);
-                    *sample = Sample { light: if of == part { light } else { floor.light(x, y) }, near: near as f32 };
+fn start(samples: &mut [Sample], window: [i64; 4], floor: &Floor) {
+    let row_length = (window[2] - window[0]) as usize;
+    let mut parts = vec![None; samples.len()];
+    for (part, corners) in &floor.faces {
+        for i in 2..corners.len() {
+            let [a, b, c] = [0, i - 1, i].map(|i| corners[i]);
+            let Some(covered) = Coverage::new(&[a.at, b.at, c.at], SAMPLES as f64) else { continue };
+            covered.for_each(window, |x, y, [wa, wb, wc]| {
+                let at = (y - window[1]) as usize * row_length + x as usize;
+                let near = (wa * a.near + wb * b.near + wc * c.near) as f32;
+                if near > samples[at].near {
+                    (samples[at].near, parts[at]) = (near, Some(*part));
                 }
-            }
+            });
+        }
+    }
+    for y in (0..samples.len() / row_length).step_by(SAMPLES) {
+        for x in (0..row_length).step_by(SAMPLES) {
+            let at = |k: usize| (y + k / SAMPLES) * row_length + x + k % SAMPLES;
+            let look = |k: usize| {
+                let place = [x + k % SAMPLES, window[1] as usize + y + k / SAMPLES].map(|n| n as f64 + 0.5);
+                floor.light(place.map(|n| n / SAMPLES as f64), parts[at(k)], samples[at(k)].near.into())
+            };
+            let middle = SAMPLES * SAMPLES / 2;
+            let common = look(middle);
+            let lights: [Light; SAMPLES * SAMPLES] =
+                std::array::from_fn(|k| if parts[at(k)] == parts[at(middle)] { common } else { look(k) });
+            lights.into_iter().enumerate().for_each(|(k, light)| samples[at(k)].light = light);
         }
     }
 }
 
-fn blend(samples: &mut [Sample], window: [i64; 4], area: &Area, triangle: &Triangle) {
+fn blend(samples: &mut [Sample], window: [i64; 4], area: &Coverage, triangle: &Triangle) {
     let row_length = (window[2] - window[0]) as usize;
     let [a, b, c] = &triangle.corners;
     area.for_each(window, |x, y, [wa, wb, wc]| {
@@ -143,8 +156,8 @@ pub(super) fn linear(color: [f64; 3]) -> Light {
     color.map(|c| (c * c) as f32)
 }
 
-/// The samples inside a triangle; those on an edge that two triangles share belong to one of them.
-pub(super) struct Area {
+/// Which samples are inside of a triangle; those on an edge that two triangles share belong to one of them.
+pub(super) struct Coverage {
     /// On the grid, turned so that the inside is to the left.
     corners: [[i64; 2]; 3],
     /// Whether corners 1 and 2 were exchanged for that.
@@ -155,7 +168,7 @@ pub(super) struct Area {
     to: [i64; 2],
 }
 
-impl Area {
+impl Coverage {
     /// `corners` in units of which `scale` make a sample; None for a triangle without area or far out of any picture.
     pub fn new(corners: &[[f64; 2]; 3], scale: f64) -> Option<Self> {
         // Neither is one that is not a number.
@@ -227,7 +240,7 @@ mod tests {
             for (i, &a) in rim.iter().enumerate() {
                 let b = rim[(i + 1) % rim.len()];
                 let corners = if i % 2 == 0 { [a, b, center] } else { [a, center, b] };
-                Area::new(&corners, 1.0).unwrap().for_each([0, 0, 40, 32], |x, y, weights| {
+                Coverage::new(&corners, 1.0).unwrap().for_each([0, 0, 40, 32], |x, y, weights| {
                     times[y as usize][x as usize] += 1;
                     // The weights are those of the sample's middle.
                     for (axis, middle) in [x as f64 + 0.5, y as f64 + 0.5].into_iter().enumerate() {
@@ -248,9 +261,9 @@ mod tests {
 
     #[test]
     fn triangles_without_area_or_out_of_reach_are_left_out() {
-        assert!(Area::new(&[[1.0, 1.0], [2.0, 2.0], [3.0, 3.0]], 1.0).is_none());
-        assert!(Area::new(&[[1.0, 1.0], [2e6, 2.0], [3.0, 5.0]], 1.0).is_none());
-        assert!(Area::new(&[[1.0, 1.0], [f64::NAN, 2.0], [3.0, 5.0]], 1.0).is_none());
+        assert!(Coverage::new(&[[1.0, 1.0], [2.0, 2.0], [3.0, 3.0]], 1.0).is_none());
+        assert!(Coverage::new(&[[1.0, 1.0], [2e6, 2.0], [3.0, 5.0]], 1.0).is_none());
+        assert!(Coverage::new(&[[1.0, 1.0], [f64::NAN, 2.0], [3.0, 5.0]], 1.0).is_none());
     }
 
     #[test]

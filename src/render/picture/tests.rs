@@ -1,7 +1,7 @@
 use super::*;
 use crate::control::Phase;
 use crate::episode::snapshot::Arrow;
-use crate::robot::{Foot, Link, PerFoot, Pose, Solid};
+use crate::robot::{Foot, Link, PerFoot, Pose, Shape, Solid};
 use nalgebra::{Point2, UnitQuaternion};
 
 const SIZE: [u32; 2] = [320, 240];
@@ -233,10 +233,12 @@ fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
     };
     let is_green = |[r, g, b]: [u8; 3]| u16::from(g) > u16::from(r.max(b)) + 20;
     let flat = draw(&robot, &moment, &camera, SIZE, &marks);
-    assert!(flat == draw_on(&Ground { patch, ..Ground::default() }, &robot, &moment, &camera, SIZE, &marks));
+    assert!(
+        flat == draw_on(&Stage::new(&robot, Ground { patch, ..Ground::default() }), &moment, &camera, SIZE, &marks)
+    );
     for step_m in [0.02, -0.02] {
         let ground = Ground { step_m, patch, ..Ground::default() };
-        let image = draw_on(&ground, &robot, &moment, &camera, SIZE, &marks);
+        let image = draw_on(&Stage::new(&robot, ground), &moment, &camera, SIZE, &marks);
         for (x, is_dot) in [(0.15, true), (0.13, false), (0.17, false)] {
             assert_eq!(is_green(at(&image, x, 0.0, step_m)), is_dot, "{step_m} m: {x}");
         }
@@ -256,7 +258,7 @@ fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
     let red = |step_m: f64| {
         let ground = Ground { step_m, patch, ..Ground::default() };
         let posture = Posture { base: Pose::identity(), ..robot.zero_posture() };
-        let image = draw_on(&ground, &robot, &Snapshot { posture, ..moment.clone() }, &camera, SIZE, &[]);
+        let image = draw_on(&Stage::new(&robot, ground), &Snapshot { posture, ..moment.clone() }, &camera, SIZE, &[]);
         image.pixels().filter(|pixel| is_red(pixel.0)).count()
     };
     assert!(red(-0.02) > 50 && red(0.0) > 50 && red(0.02) == 0, "{} {} {}", red(-0.02), red(0.0), red(0.02));

@@ -10,7 +10,8 @@ mod pack;
 
 use crate::episode::film::Film;
 use crate::error::{Error, Result};
-use crate::render::{html_page, palette};
+use crate::render::html_page;
+use crate::render::scene::palette::{self, Overlay};
 use minijinja::{UndefinedBehavior, context};
 
 const TEMPLATE: &str = include_str!("replay.html.jinja");
@@ -51,6 +52,7 @@ pub fn page(film: &Film, head: &Head) -> Result<String> {
     // Nothing in it may end the element that holds it.
     let (data, notes) = data::packed(film);
     let data = data.to_string().replace('<', "\\u003c");
+    let looks = palette::json();
     let context = context! {
         title => &head.title,
         lines => &head.lines,
@@ -61,8 +63,9 @@ pub fn page(film: &Film, head: &Head) -> Result<String> {
         robot => &film.robot.name,
         gain_set => &film.gain_set,
         outcome => film.record.outcome.name(),
+        overlays => Overlay::ALL.map(Overlay::look).map(|look| vec![look.key.to_string(), look.name.to_string()]).to_vec(),
         style => palette::css() + STYLE,
-        script => format!("const PALETTE = {};\n{}", palette::json(), SCRIPTS.concat()),
+        script => format!("const PALETTE = {looks};\n{}", SCRIPTS.concat()),
         data,
     };
     html_page::render("replay.html", TEMPLATE, UndefinedBehavior::Lenient, |_| (), &context)

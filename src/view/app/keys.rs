@@ -1,6 +1,6 @@
 //! What a person can ask for, and by which keys.
 
-use crate::render::palette::Overlay;
+use crate::render::scene::palette::Overlay;
 use kiss3d::event::{Action, Key};
 use std::time::{Duration, Instant};
 

@@ -19,9 +19,9 @@ const HOPELESS: Duration = Duration::from_secs(60);
 const OVER: u64 = u64::MAX;
 
 /// Watches a loop until it is dropped.
-pub struct Watch(Arc<AtomicU64>);
+pub struct Watchdog(Arc<AtomicU64>);
 
-impl Watch {
+impl Watchdog {
     pub fn start() -> Self {
         let frames = Arc::new(AtomicU64::new(0));
         let watched = frames.clone();
@@ -35,7 +35,7 @@ impl Watch {
     }
 }
 
-impl Drop for Watch {
+impl Drop for Watchdog {
     fn drop(&mut self) {
         self.0.store(OVER, Ordering::Relaxed);
     }
