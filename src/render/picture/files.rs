@@ -4,19 +4,18 @@ use crate::error::{Error, Result};
 use crate::render::scene::palette::{Color, Overlay};
 use color_quant::NeuQuant;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
-use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder, RgbImage, imageops};
+use image::{ImageFormat, RgbImage, imageops};
 use std::borrow::Cow;
+use std::io::Cursor;
 use std::iter::repeat_n;
 
 /// A picture as a PNG file.
 pub fn png(image: &RgbImage) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    let written =
-        PngEncoder::new(&mut bytes).write_image(image, image.width(), image.height(), ExtendedColorType::Rgb8);
-    // Memory takes all, and an RgbImage has the bytes that its size says.
+    let mut bytes = Cursor::new(Vec::new());
+    // Memory takes all.
+    let written = image.write_to(&mut bytes, ImageFormat::Png);
     debug_assert!(written.is_ok());
-    bytes
+    bytes.into_inner()
 }
 
 /// Pictures side by side, as wide as they are together, the highest setting the height; white below the others, and a fine
@@ -146,7 +145,6 @@ mod tests {
     use super::*;
     use image::codecs::gif::GifDecoder;
     use image::{AnimationDecoder, Rgb};
-    use std::io::Cursor;
 
     fn plain(width: u32, height: u32, color: [u8; 3]) -> RgbImage {
         RgbImage::from_pixel(width, height, Rgb(color))

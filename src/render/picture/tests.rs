@@ -67,6 +67,10 @@ fn boxes(boxes: &[([f64; 3], [f64; 3], [f64; 4])]) -> (Robot, Posture) {
 const RED: [f64; 4] = [0.9, 0.1, 0.1, 1.0];
 const GREEN: [f64; 4] = [0.1, 0.8, 0.1, 1.0];
 
+fn is_green([r, g, b]: [u8; 3]) -> bool {
+    u16::from(g) > u16::from(r.max(b)) + 20
+}
+
 fn is_red([r, g, b]: [u8; 3]) -> bool {
     u16::from(r) > 2 * u16::from(g.max(b))
 }
@@ -175,13 +179,13 @@ fn each_mark_is_seen_in_its_colour() {
     // Where each stands out, and the channel that is its strongest there.
     let on_floor = |x: f64, y: f64| Point3::new(x, y, 0.0);
     let cases = [
-        (Overlay::Com, Point3::new(0.0, 0.0, 0.3), 2),
-        (Overlay::Dcm, on_floor(0.15, 0.0), 1),
-        (Overlay::Zmp, on_floor(0.2, 0.05), 0),
-        (Overlay::ZmpRef, on_floor(0.2, -0.05), 0),
         (Overlay::Support, on_floor(0.149, 0.1), 2),
         (Overlay::Slices, on_floor(0.09, -0.09), 2),
         (Overlay::Footstep, on_floor(0.25, 0.0), 2),
+        (Overlay::Com, Point3::new(0.0, 0.0, 0.3), 2),
+        (Overlay::Dcm, on_floor(0.15, 0.0), 1),
+        (Overlay::ZmpRef, on_floor(0.2, -0.05), 0),
+        (Overlay::Zmp, on_floor(0.2, 0.05), 0),
         (Overlay::Contacts, Point3::new(0.1, 0.1, 0.03), 1),
         (Overlay::Push, Point3::new(0.2, 0.0, 0.3), 0),
     ];
@@ -215,7 +219,6 @@ fn a_slope_tilts_the_floor_and_what_lies_on_it() {
         let [x, y] = FRONT.project(Point3::new(0.15, 0.0, z), SIZE).unwrap().map(|px| px as u32);
         image.get_pixel(x, y).0
     };
-    let is_green = |[r, g, b]: [u8; 3]| u16::from(g) > u16::from(r.max(b)) + 20;
     assert!(is_green(seen(-0.15 * 0.2_f64.tan())) && !is_green(seen(0.0)));
 }
 
@@ -231,7 +234,6 @@ fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
         let [x, y] = camera.project(Point3::new(x, y, z), SIZE).unwrap().map(|px| px as u32);
         image.get_pixel(x, y).0
     };
-    let is_green = |[r, g, b]: [u8; 3]| u16::from(g) > u16::from(r.max(b)) + 20;
     let flat = draw(&robot, &moment, &camera, SIZE, &marks);
     assert!(
         flat == draw_on(&Stage::new(&robot, Ground { patch, ..Ground::default() }), &moment, &camera, SIZE, &marks)

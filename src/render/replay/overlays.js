@@ -24,7 +24,7 @@ function colorOf(id, theme) {
 class Overlays {
   constructor(film, moment, theme, on) {
     Object.assign(this, { film, moment, large: film.robot.length, lines: [], fills: [], solids: [] });
-    for (const { id, style } of PALETTE.from_below.map((id) => PALETTE.overlays[id])) {
+    for (const { id, style } of Object.values(PALETTE.overlays)) {
       if (!on.has(id)) continue;
       const [shown, alpha] = id === "push" ? this.push() : [moment[id], 1];
       if (shown) this[style.shape](shown, colorOf(id, theme), style, alpha);
@@ -112,6 +112,7 @@ class OverlayLayer {
   constructor(gl) {
     this.gl = gl;
     // A line is a rectangle between its ends, turned to the screen: WebGL has lines of one pixel only.
+    const paint = "in vec4 color; uniform float alpha; out vec4 shown; void main() { shown = vec4(color.rgb, color.a * alpha); }";
     this.lineProgram = program(gl, `
 layout(location = 0) in vec3 here;
 layout(location = 1) in vec3 other;
@@ -127,14 +128,13 @@ void main() {
   a.xy += across * wide / screen * a.w;
   color = tint;
   gl_Position = a;
-}`, "in vec4 color; uniform float alpha; out vec4 shown; void main() { shown = vec4(color.rgb, color.a * alpha); }");
+}`, paint);
     this.fillProgram = program(gl, `
 layout(location = 0) in vec3 here;
 layout(location = 1) in vec4 tint;
 uniform mat4 view;
 out vec4 color;
-void main() { color = tint; gl_Position = view * vec4(here, 1.0); }`,
-    "in vec4 color; uniform float alpha; out vec4 shown; void main() { shown = vec4(color.rgb, color.a * alpha); }");
+void main() { color = tint; gl_Position = view * vec4(here, 1.0); }`, paint);
     this.lineBuffer = vertices(gl, [3, 3, 4, 1]);
     this.fillBuffer = vertices(gl, [3, 4]);
   }

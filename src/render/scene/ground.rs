@@ -53,3 +53,33 @@ pub fn faces(ground: &Ground, reach_m: f64, tile_m: f64) -> Vec<Face> {
     }
     faces
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Point2, UnitQuaternion, Vector3};
+
+    /// The plan is covered once, at the height that the ground has there; walls join what is level.
+    #[test]
+    fn faces_are_the_ground() {
+        let slope = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.1);
+        let patch = [Point2::new(-0.1, -0.2), Point2::new(0.3, 0.2)];
+        for (step_m, tile_m, count) in [(0.0, 2.0, 1), (0.0, 0.5, 16), (0.02, 2.0, 9 + 4), (-0.02, 0.5, 36 + 4)] {
+            let ground = Ground { slope, step_m, patch };
+            let faces = faces(&ground, 1.0, tile_m);
+            assert_eq!(faces.len(), count);
+            let mut area = 0.0;
+            for Face { part, corners: [a, b, c, d] } in faces {
+                let around = (c - a).cross(&(d - b)) / 2.0;
+                if part == GroundPart::Wall {
+                    assert!(around.z == 0.0 && (c.z - a.z) == step_m);
+                    continue;
+                }
+                area += around.z;
+                let middle = slope * nalgebra::center(&a, &c);
+                assert!((middle.z - ground.height_m(middle.xy())).abs() < 1e-12, "{part:?} {middle}");
+            }
+            assert!((area - 4.0).abs() < 1e-12, "{area}");
+        }
+    }
+}

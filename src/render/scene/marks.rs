@@ -46,7 +46,7 @@ pub enum Drawing {
 /// The marks of a moment, lowest first.
 pub(super) fn of(now: &Snapshot, scale: RobotScale, shown: &[Overlay]) -> Vec<Mark> {
     let mut marks = Vec::new();
-    for overlay in Overlay::FROM_BELOW.into_iter().filter(|overlay| shown.contains(overlay)) {
+    for overlay in Overlay::ALL.into_iter().filter(|overlay| shown.contains(overlay)) {
         let mut add = |drawing| marks.push(Mark { overlay, drawing });
         match overlay.look().style {
             Style::Polygon { of, sheet } => add(Drawing::Polygon { corners: of(now), sheet }),

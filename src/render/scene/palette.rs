@@ -42,13 +42,13 @@ impl Color {
 /// One thing to see beside the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Overlay {
-    Com,
-    Dcm,
-    Zmp,
-    ZmpRef,
     Support,
     Slices,
     Footstep,
+    Com,
+    Dcm,
+    ZmpRef,
+    Zmp,
     Contacts,
     Push,
 }
@@ -118,22 +118,9 @@ pub enum Sign {
 }
 
 impl Overlay {
-    /// In the order in which they are told.
+    /// In the order in which they are drawn, one over the other. Points are the smaller the later they come: at rest, where all
+    /// are one, each is seen.
     pub const ALL: [Self; 9] = [
-        Self::Com,
-        Self::Dcm,
-        Self::Zmp,
-        Self::ZmpRef,
-        Self::Support,
-        Self::Slices,
-        Self::Footstep,
-        Self::Contacts,
-        Self::Push,
-    ];
-
-    /// In the order in which they are drawn, one over the other. Points are the smaller the later they come: at rest, where all are one,
-    /// each is seen.
-    pub const FROM_BELOW: [Self; 9] = [
         Self::Support,
         Self::Slices,
         Self::Footstep,
@@ -145,64 +132,59 @@ impl Overlay {
         Self::Push,
     ];
 
-    pub fn look(self) -> Look {
-        let sheet = |fill, edge, width| Sheet { fill, edge, width };
-        let (id, key, name, hint, style) = match self {
-            Self::Com => {
-                let style = Style::Ball { radius_m: 0.014, through: 0.8 };
-                ("com", 'c', "COM", "centre of mass, and its projection on the ground", style)
-            }
-            Self::Dcm => {
-                let style = Style::Spot { of: |now| Some(now.dcm), radius_m: 0.0115, sign: Sign::Diamond };
-                ("dcm", 'd', "DCM", "divergent component of motion (capture point)", style)
-            }
-            Self::Zmp => {
-                let style = Style::Spot { of: |now| now.zmp, radius_m: 0.006, sign: Sign::Disc };
-                ("zmp", 'z', "ZMP", "measured: from the forces under the soles", style)
-            }
-            Self::ZmpRef => {
-                let style = Style::Spot { of: |now| Some(now.zmp_ref), radius_m: 0.0085, sign: Sign::Ring };
-                ("zmpRef", 'w', "ZMP wanted", "the one that the controller asks for", style)
-            }
+    pub const fn look(self) -> Look {
+        const fn sheet(fill: f32, edge: f32, width: f32) -> Sheet {
+            Sheet { fill, edge, width }
+        }
+        const fn spot(radius_m: f64, sign: Sign, of: fn(&Snapshot) -> Option<Point2<f64>>) -> Style {
+            Style::Spot { of, radius_m, sign }
+        }
+        let (id, key, name, hint, color, style) = match self {
             Self::Support => {
                 let style = Style::Polygon { of: |now| now.support.clone(), sheet: sheet(0.1, 1.0, 2.5) };
-                ("support", 's', "support", "hull of the soles on the ground", style)
+                ("support", 's', "support", "hull of the soles on the ground", 0x5b6b7b, style)
             }
             Self::Slices => {
                 let style = Style::Sets { resting: sheet(0.05, 0.55, 1.25), acting: sheet(0.4, 1.0, 2.25) };
-                ("sets", 'i', "CPI sets", "where the COM may be, by gain; the active one is filled", style)
+                ("sets", 'i', "CPI sets", "where the COM may be, by gain; the active one is filled", 0x2f6fdd, style)
             }
             Self::Footstep => {
-                let corners = |now: &Snapshot| now.footstep.iter().flatten().map(|corner| corner.xy()).collect();
-                let style = Style::Polygon { of: corners, sheet: sheet(0.28, 1.0, 2.5) };
-                ("footstep", 'f', "footstep", "where the foot in the air is to land", style)
+                let of = |now: &Snapshot| now.footstep.iter().flatten().map(|corner| corner.xy()).collect();
+                let style = Style::Polygon { of, sheet: sheet(0.28, 1.0, 2.5) };
+                ("footstep", 'f', "footstep", "where the foot in the air is to land", 0x00a3a3, style)
+            }
+            Self::Com => {
+                let style = Style::Ball { radius_m: 0.014, through: 0.8 };
+                ("com", 'c', "COM", "centre of mass, and its projection on the ground", 0x7b3fa0, style)
+            }
+            Self::Dcm => {
+                let style = spot(0.0115, Sign::Diamond, |now| Some(now.dcm));
+                ("dcm", 'd', "DCM", "divergent component of motion (capture point)", 0x0b7a3b, style)
+            }
+            Self::ZmpRef => {
+                let style = spot(0.0085, Sign::Ring, |now| Some(now.zmp_ref));
+                ("zmpRef", 'w', "ZMP wanted", "the one that the controller asks for", 0xff9f1c, style)
+            }
+            Self::Zmp => {
+                let style = spot(0.006, Sign::Disc, |now| now.zmp);
+                ("zmp", 'z', "ZMP", "measured: from the forces under the soles", 0xd62728, style)
             }
             Self::Contacts => {
                 let of = |now: &Snapshot| [now.contacts.left, now.contacts.right].into_iter().flatten().collect();
                 let style = Style::Arrow { of, m_per_n: 0.002, ends: false, radius_m: 0.0045, through: 0.3 };
-                ("contacts", 'g', "ground forces", "on each sole", style)
+                ("contacts", 'g', "ground forces", "on each sole", 0x4fb84f, style)
             }
             Self::Push => {
-                let of = |now: &Snapshot| Vec::from_iter(now.push);
+                let of = |now: &Snapshot| now.push.into_iter().collect();
                 let style = Style::Arrow { of, m_per_n: 0.004, ends: true, radius_m: 0.006, through: 0.6 };
-                ("push", 'p', "push", "it fades after it ends", style)
+                ("push", 'p', "push", "it fades after it ends", 0xe4002b, style)
             }
         };
-        Look { id, key, name, hint, color: self.color(), style }
+        Look { id, key, name, hint, color: Color::hex(color), style }
     }
 
     pub const fn color(self) -> Color {
-        Color::hex(match self {
-            Self::Com => 0x7b3fa0,
-            Self::Dcm => 0x0b7a3b,
-            Self::Zmp => 0xd62728,
-            Self::ZmpRef => 0xff9f1c,
-            Self::Support => 0x5b6b7b,
-            Self::Slices => 0x2f6fdd,
-            Self::Footstep => 0x00a3a3,
-            Self::Contacts => 0x4fb84f,
-            Self::Push => 0xe4002b,
-        })
+        self.look().color
     }
 }
 
@@ -213,8 +195,7 @@ pub fn json() -> Value {
         let look = json!({ "id": id, "key": key, "name": name, "hint": hint, "color": color.css(), "style": style });
         (id.to_string(), look)
     });
-    let from_below = Overlay::FROM_BELOW.map(|overlay| overlay.look().id);
-    json!({ "overlays": Map::from_iter(looks), "from_below": from_below, "through": THROUGH })
+    json!({ "overlays": Map::from_iter(looks), "through": THROUGH })
 }
 
 /// The variables of a page's style.
@@ -234,7 +215,6 @@ mod tests {
             for b in Overlay::ALL.into_iter().skip(i + 1).map(Overlay::look) {
                 assert!(a.id != b.id && a.key != b.key && a.name != b.name && a.color != b.color, "{a:?} {b:?}");
             }
-            assert!(Overlay::FROM_BELOW.contains(&Overlay::ALL[i]), "{a:?} is not drawn");
         }
     }
 

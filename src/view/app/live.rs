@@ -76,7 +76,7 @@ impl<'a> Live<'a> {
         let now = Snapshot::of(simulated, &tick);
         let mut kinematics = Kinematics::new(simulated);
         kinematics.update(simulated, &now.posture);
-        let (trail, start) = (Trail::from([Plotted::of(&now)]), now.com);
+        let (trail, start) = (std::iter::once(Plotted::of(&now)).collect(), now.com);
         Self { world, closed_loop, referee, acting, now, kinematics, trail, grab: None, lingering: None, counts, start }
     }
 

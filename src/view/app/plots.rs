@@ -50,12 +50,6 @@ impl Trail {
     }
 }
 
-impl<const N: usize> From<[Plotted; N]> for Trail {
-    fn from(samples: [Plotted; N]) -> Self {
-        samples.into_iter().collect()
-    }
-}
-
 impl FromIterator<Plotted> for Trail {
     fn from_iter<T: IntoIterator<Item = Plotted>>(samples: T) -> Self {
         Self { samples: samples.into_iter().collect(), gone: 0 }
@@ -208,7 +202,7 @@ mod tests {
 
     #[test]
     fn a_trail_forgets_what_the_plots_no_longer_show() {
-        let mut trail = Trail::from([sample(0)]);
+        let mut trail: Trail = std::iter::once(sample(0)).collect();
         (1..5000).for_each(|k| trail.push(sample(k)));
         assert_eq!(trail.samples.len(), (SPAN_S / 0.002) as usize + 1);
         assert_eq!(trail.samples.len() + trail.gone, 5000);
@@ -252,7 +246,7 @@ mod tests {
     fn the_plots_go_with_the_com() {
         let of = |length: f64, com: f64, dcm: f64| {
             let (com, dcm) = (Point2::new(com, 0.0), Point2::new(dcm, 0.0));
-            bounds(&Trail::from([Plotted { com, dcm, zmp_ref: com, ..sample(0) }]), length, 0)
+            bounds(&std::iter::once(Plotted { com, dcm, zmp_ref: com, ..sample(0) }).collect(), length, 0)
         };
         let at = |com: f64, dcm: f64| of(0.999, com, dcm);
         assert_eq!(at(0.0, 0.0), [-40.0, 40.0]);
