@@ -182,12 +182,12 @@ fn each_mark_is_seen_in_its_colour() {
         (Overlay::Support, on_floor(0.149, 0.1), 2),
         (Overlay::Slices, on_floor(0.09, -0.09), 2),
         (Overlay::Footstep, on_floor(0.25, 0.0), 2),
+        (Overlay::Contacts, Point3::new(0.1, 0.1, 0.03), 1),
+        (Overlay::Push, Point3::new(0.2, 0.0, 0.3), 0),
         (Overlay::Com, Point3::new(0.0, 0.0, 0.3), 2),
         (Overlay::Dcm, on_floor(0.15, 0.0), 1),
         (Overlay::ZmpRef, on_floor(0.2, -0.05), 0),
         (Overlay::Zmp, on_floor(0.2, 0.05), 0),
-        (Overlay::Contacts, Point3::new(0.1, 0.1, 0.03), 1),
-        (Overlay::Push, Point3::new(0.2, 0.0, 0.3), 0),
     ];
     assert_eq!(cases.each_ref().map(|(mark, ..)| *mark), Overlay::ALL);
     for (mark, at, channel) in cases {

@@ -45,12 +45,12 @@ pub enum Overlay {
     Support,
     Slices,
     Footstep,
+    Contacts,
+    Push,
     Com,
     Dcm,
     ZmpRef,
     Zmp,
-    Contacts,
-    Push,
 }
 
 /// How an overlay is told apart.
@@ -124,12 +124,12 @@ impl Overlay {
         Self::Support,
         Self::Slices,
         Self::Footstep,
+        Self::Contacts,
+        Self::Push,
         Self::Com,
         Self::Dcm,
         Self::ZmpRef,
         Self::Zmp,
-        Self::Contacts,
-        Self::Push,
     ];
 
     pub const fn look(self) -> Look {
@@ -153,6 +153,16 @@ impl Overlay {
                 let style = Style::Polygon { of, sheet: sheet(0.28, 1.0, 2.5) };
                 ("footstep", 'f', "footstep", "where the foot in the air is to land", 0x00a3a3, style)
             }
+            Self::Contacts => {
+                let of = |now: &Snapshot| [now.contacts.left, now.contacts.right].into_iter().flatten().collect();
+                let style = Style::Arrow { of, m_per_n: 0.002, ends: false, radius_m: 0.0045, through: 0.3 };
+                ("contacts", 'g', "ground forces", "on each sole", 0x4fb84f, style)
+            }
+            Self::Push => {
+                let of = |now: &Snapshot| now.push.into_iter().collect();
+                let style = Style::Arrow { of, m_per_n: 0.004, ends: true, radius_m: 0.006, through: 0.6 };
+                ("push", 'p', "push", "it fades after it ends", 0xe4002b, style)
+            }
             Self::Com => {
                 let style = Style::Ball { radius_m: 0.014, through: 0.8 };
                 ("com", 'c', "COM", "centre of mass, and its projection on the ground", 0x7b3fa0, style)
@@ -168,16 +178,6 @@ impl Overlay {
             Self::Zmp => {
                 let style = spot(0.006, Sign::Disc, |now| now.zmp);
                 ("zmp", 'z', "ZMP", "measured: from the forces under the soles", 0xd62728, style)
-            }
-            Self::Contacts => {
-                let of = |now: &Snapshot| [now.contacts.left, now.contacts.right].into_iter().flatten().collect();
-                let style = Style::Arrow { of, m_per_n: 0.002, ends: false, radius_m: 0.0045, through: 0.3 };
-                ("contacts", 'g', "ground forces", "on each sole", 0x4fb84f, style)
-            }
-            Self::Push => {
-                let of = |now: &Snapshot| now.push.into_iter().collect();
-                let style = Style::Arrow { of, m_per_n: 0.004, ends: true, radius_m: 0.006, through: 0.6 };
-                ("push", 'p', "push", "it fades after it ends", 0xe4002b, style)
             }
         };
         Look { id, key, name, hint, color: Color::hex(color), style }
