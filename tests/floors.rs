@@ -20,11 +20,10 @@ const FLOORS: [&[&str]; 10] = [
 const SOCIABLE: [usize; 1] = [1];
 
 /// Crates that only some modules may name: what Rapier, the viewer and random numbers are kept behind.
-const RESERVED: [(&str, &[&str]); 6] = [
+const RESERVED: [(&str, &[&str]); 5] = [
     ("rapier3d", &["sim"]),
     ("kiss3d", &["view"]),
     ("egui_plot", &["view"]),
-    ("parry3d", &["view"]),
     ("rand", &["campaign"]),
     ("rand_distr", &["campaign"]),
 ];

@@ -19,14 +19,14 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Where a world point is seen in a picture of `size` (px): to the right and down from the upper left corner; None if
-    /// it is not before the camera.
+    /// Where a world point is seen in a picture of `size` (px): to the right and down from the upper left corner; None
+    /// if it is not before the camera.
     pub fn project(&self, point: Point3<f64>, size: [u32; 2]) -> Option<[f64; 2]> {
         View::new(self, size).project(point).map(|[x, y, _]| [x, y])
     }
 
-    /// The same view from as near as shows the balls (centre and radius, m) whole in a picture of `size`, with `margin` (a
-    /// share of the half width and height) around them. Unchanged if there are none.
+    /// The same view from as near as shows the balls (centre and radius, m) whole in a picture of `size`, with `margin`
+    /// (a share of the half width and height) around them. Unchanged if there are none.
     pub fn framing(&self, balls: &[(Point3<f64>, f64)], size: [u32; 2], margin: f64) -> Self {
         let view = View::new(self, size);
         let free = 1.0 - margin;

@@ -18,8 +18,8 @@ pub fn png(image: &RgbImage) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// Pictures side by side, as wide as they are together, the highest setting the height; white below the others, and a fine
-/// white line between two.
+/// Pictures side by side, as wide as they are together, the highest setting the height; white below the others, and a
+/// fine white line between two.
 pub fn strip(images: &[RgbImage]) -> RgbImage {
     let width = images.iter().map(RgbImage::width).sum();
     let height = images.iter().map(RgbImage::height).max().unwrap_or(0);
@@ -41,8 +41,9 @@ const COLORS: usize = 255;
 const AS_BEFORE: u8 = 255;
 /// Of so many colours that a palette is taught one is that of the same mark.
 const EACH_MARK: usize = 200;
-/// Pictures of one size, each with how long it is shown (1/100 s), as a GIF file that begins again for ever, in the colours
-/// of a palette. Of each picture only what has changed is stored. Error: no picture, or one beyond the 65535 px of a GIF.
+/// Pictures of one size, each with how long it is shown (1/100 s), as a GIF file that begins again for ever, in the
+/// colours of a palette. Of each picture only what has changed is stored. Error: no picture, or one beyond the 65535 px
+/// of a GIF.
 pub(super) fn gif(mut palette: Palette, images: impl Iterator<Item = (RgbImage, u16)>) -> Result<Vec<u8>> {
     let fail = |problem: String| Error::Numeric { what: "GIF".into(), problem };
     let mut images = images.peekable();
@@ -120,8 +121,8 @@ impl Palette {
         for pixel in images.iter().flat_map(RgbImage::pixels) {
             counts[bucket(pixel.0)] += 1;
         }
-        // As often as the square root, and the marks more than that: they are small, and not to lose their colours to the
-        // floor's many greys.
+        // As often as the square root, and the marks more than that: they are small, and not to lose their colours to
+        // the floor's many greys.
         let seen = counts.iter().enumerate().flat_map(|(bucket, count)| repeat_n(middle(bucket), count.isqrt()));
         let mut lesson: Vec<_> = seen.collect();
         let count = lesson.len() / EACH_MARK;

@@ -1,4 +1,5 @@
-//! What the robot stands on and before: a floor with a grid that fades out into a plain background, and the robot's shadow.
+//! What the robot stands on and before: a floor with a grid that fades out into a plain background, and the robot's
+//! shadow.
 
 use super::camera::{NEAREST_M, View};
 use super::raster::{Coverage, Light, Vertex, linear};
@@ -83,7 +84,8 @@ impl Floor {
         self.axes.tr_mul(world)
     }
 
-    /// What is seen at a point of the picture (px): a part of the ground, one over whose depth is `near` (1/m), or none of it.
+    /// What is seen at a point of the picture (px): a part of the ground, one over whose depth is `near` (1/m), or none
+    /// of it.
     pub fn light(&self, [x, y]: [f64; 2], part: Option<GroundPart>, near: f64) -> Light {
         let upwards = (1.0 - y / (2.0 * self.view.middle[1])).clamp(0.0, 1.0) as f32;
         let background = mix(self.horizon, self.zenith, upwards * upwards);

@@ -48,8 +48,8 @@ const ARROW_M: f64 = 0.3;
 const MARGIN: f64 = 0.08;
 
 /// Draws a film: `frame-0001-0.480s.png` and so on, `strip.png` and `motion.gif` in `folder`, which is made if there is
-/// none. Frames of before are replaced. Returns the files. Errors: as [`check_folder`]; a file cannot be written; there is
-/// nothing to draw.
+/// none. Frames of before are replaced. Returns the files. Errors: as [`check_folder`]; a file cannot be written; there
+/// is nothing to draw.
 pub fn write_frames(film: &Film, folder: &Path, options: &FramesOptions) -> Result<Vec<PathBuf>> {
     let before = check_folder(folder)?;
     if film.snapshots.is_empty() {
@@ -101,8 +101,8 @@ pub(super) fn picture(stage: &Stage, snapshot: &Snapshot, camera: &Camera, size:
     image
 }
 
-/// Across the push rather than along it, from the left or the right front, and so near that the robot is in the picture at
-/// all these moments.
+/// Across the push rather than along it, from the left or the right front, and so near that the robot is in the picture
+/// at all these moments.
 pub(super) fn camera(film: &Film, stage: &Stage, moments: impl Iterator<Item = usize>, size: [u32; 2]) -> Camera {
     const SIDES_DEG: [f64; 2] = [52.0, -38.0];
     let heading = film.pushes.first().map_or(0.0, |push| push.heading_deg);

@@ -12,7 +12,8 @@ use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 
 /// How much larger a point is with its white rim.
 const RIM: f64 = 1.22;
-/// For a robot as large as UT-mu2: how high marks lie above the ground, the radii of the ring at the foot of a plumb line, and of the line (m).
+/// For a robot as large as UT-mu2: how high marks lie above the ground, the radii of the ring at the foot of a plumb
+/// line, and of the line (m).
 const LIFT_M: f64 = 0.0005;
 const FOOT_M: [f64; 2] = [0.0165, 0.0145];
 const PLUMB_M: f64 = 0.00135;
@@ -25,7 +26,7 @@ fn light(color: Color) -> Light {
 
 /// A mark on the ground where it is hidden.
 pub(super) fn hidden(mark: &Triangle) -> Triangle {
-    Triangle { cover: 0.0, through: THROUGH * mark.cover, ..*mark }
+    Triangle { cover: 0.0, through: THROUGH as f32 * mark.cover, ..*mark }
 }
 
 /// What lies on the ground, lowest first.
@@ -35,8 +36,8 @@ pub(super) fn on_the_ground(view: &View, ground: &Ground, scale: RobotScale, mar
         let color = overlay.color();
         match drawing {
             Drawing::Polygon { corners, sheet } => {
-                flat.polygon(corners, color, sheet.fill);
-                flat.outline(corners, 0.001 * f64::from(sheet.width), color, sheet.edge);
+                flat.polygon(corners, color, sheet.fill as f32);
+                flat.outline(corners, 0.001 * sheet.width, color, sheet.edge as f32);
             }
             Drawing::Spot { at, radius_m, .. } => {
                 flat.polygon(&circle(*at, *radius_m), color, 1.0);
@@ -55,7 +56,8 @@ pub(super) fn on_the_ground(view: &View, ground: &Ground, scale: RobotScale, mar
 /// Balls with what they hang on, and arrows.
 pub(super) fn in_space(canvas: &mut Canvas, ground: &Ground, scale: RobotScale, marks: &[Mark]) {
     for Mark { overlay, drawing } in marks {
-        let paint = |through| Paint { light: light(overlay.color()), cover: 1.0, through, throws_shadow: false };
+        let light = light(overlay.color());
+        let paint = |through: f64| Paint { light, cover: 1.0, through: through as f32, throws_shadow: false };
         match *drawing {
             Drawing::Ball { center, radius_m, through } => {
                 let foot = on_ground(center.xy(), ground);

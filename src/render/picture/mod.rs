@@ -1,7 +1,8 @@
-//! Pictures of the robot, drawn without display, graphics card or driver: stills, strips and moving pictures of an episode.
+//! Pictures of the robot, drawn without display, graphics card or driver: stills, strips and moving pictures of an
+//! episode.
 //!
-//! A small renderer of triangles with a depth buffer. The same snapshot gives the same bytes, whatever the number of threads;
-//! on another machine they may differ where its sines do, in their last place.
+//! A small renderer of triangles with a depth buffer. The same snapshot gives the same bytes, whatever the number of
+//! threads; on another machine they may differ where its sines do, in their last place.
 
 mod camera;
 mod files;
@@ -30,8 +31,8 @@ pub use label::label;
 use nalgebra::{Isometry3, Point3, Vector3};
 use raster::{Light, Triangle, linear};
 
-/// Draws a moment of an episode with some marks, in a picture of `size` (width, height; px). `robot` is the simulated one.
-/// The ground has the snapshot's slope, and no step.
+/// Draws a moment of an episode with some marks, in a picture of `size` (width, height; px). `robot` is the simulated
+/// one. The ground has the snapshot's slope, and no step.
 pub fn draw(robot: &Robot, snapshot: &Snapshot, camera: &Camera, size: [u32; 2], marks: &[Overlay]) -> RgbImage {
     draw_on(&Stage::new(robot, Ground::default()), snapshot, camera, size, marks)
 }
@@ -80,8 +81,8 @@ struct Paint {
 impl Canvas {
     fn new(camera: &Camera, size: [u32; 2]) -> Self {
         let view = View::new(camera, size);
-        // Horizontally towards the camera. The lamp is above the camera's left shoulder: what is seen is lit, and shadows
-        // fall away to the right.
+        // Horizontally towards the camera. The lamp is above the camera's left shoulder: what is seen is lit, and
+        // shadows fall away to the right.
         let level = view.right.cross(&Vector3::z());
         let lamp = (Vector3::z() * 1.5 + level * 0.75 - view.right * 0.8).normalize();
         let fill = (Vector3::z() * 0.35 + level * 0.6 + view.right * 0.9).normalize();

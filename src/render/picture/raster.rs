@@ -1,7 +1,7 @@
 //! Triangles to pixels: a depth buffer of [`SAMPLES`] x [`SAMPLES`] samples a pixel, averaged in linear light.
 //!
-//! Coverage is decided in whole numbers, so that no sample between two triangles is missed or painted twice, and each band
-//! of rows by itself, so that a picture is the same to the byte whatever the number of threads.
+//! Coverage is decided in whole numbers, so that no sample between two triangles is missed or painted twice, and each
+//! band of rows by itself, so that a picture is the same to the byte whatever the number of threads.
 
 use super::floor::Floor;
 use image::RgbImage;
@@ -70,8 +70,8 @@ pub(super) fn paint(size: [u32; 2], floor: &Floor, triangles: &[Triangle]) -> Rg
     image
 }
 
-/// Ground and background. They are smooth enough for one look a pixel, but for the edges of a step; their depth is that of
-/// each sample.
+/// Ground and background. They are smooth enough for one look a pixel, but for the edges of a step; their depth is that
+/// of each sample.
 fn start(samples: &mut [Sample], window: [i64; 4], floor: &Floor) {
     let row_length = (window[2] - window[0]) as usize;
     let mut parts = vec![None; samples.len()];

@@ -1,7 +1,7 @@
 //! What a page knows of a film: the robot, and of every moment all that is drawn, as one JSON value.
 //!
-//! A column's grid spans all that it holds, so that one number that runs away would make those of the whole film coarse:
-//! the page ends before that ([`Film::near`]: so far a column's error is 0.08 mm).
+//! A column's grid spans all that it holds, so that one number that runs away would make those of the whole film
+//! coarse: the page ends before that ([`Film::near`]: so far a column's error is 0.08 mm).
 
 use super::pack::{Polygons, column, columns, packed_mesh};
 use crate::control::Phase;
@@ -20,8 +20,8 @@ const MOST_MOMENTS: usize = 2500;
 
 /// A margin is shown as this at least, so that those about 0 keep their two digits.
 const LEAST_MARGIN: f64 = -100.0;
-/// Corners of CPI sets in a page. With noise no two moments have the same, and gains are many: where there would be more
-/// than these, sets are shown at every second moment, or third, and so on.
+/// Corners of CPI sets in a page. With noise no two moments have the same, and gains are many: where there would be
+/// more than these, sets are shown at every second moment, or third, and so on.
 const MOST_CORNERS: usize = 60_000;
 
 /// Phases by number, as the page names them.
@@ -191,8 +191,8 @@ fn shape(shape: &Shape) -> Value {
     }
 }
 
-/// What solids and arrows are made of, each in the cube from -1 to 1: the page places and stretches them, which keeps it
-/// small.
+/// What solids and arrows are made of, each in the cube from -1 to 1: the page places and stretches them, which keeps
+/// it small.
 fn shapes() -> Value {
     let cone = mesh::cone(1.0, 2.0).at(&Pose::translation(0.0, 0.0, -1.0));
     json!({

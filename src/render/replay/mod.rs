@@ -1,9 +1,9 @@
 //! A film as one page that people look at: the robot in 3D, what the controller knows and wants, and plots over time.
 //!
 //! One file that asks for nothing else and opens from a disk: its own small WebGL viewer (`scene.js` and what it stands
-//! on), nothing of other hands. The robot's positions in it are right to 0.1 mm (`pack`: 16 bits for each number; the page
-//! does the kinematics), as far as it shows them: it ends where the robot has flown off or its numbers run away (`data`).
-//! The same bytes everywhere, as the film.
+//! on), nothing of other hands. The robot's positions in it are right to 0.1 mm (`pack`: 16 bits for each number; the
+//! page does the kinematics), as far as it shows them: it ends where the robot has flown off or its numbers run away
+//! (`data`). The same bytes everywhere, as the film.
 
 mod data;
 mod pack;
@@ -38,7 +38,8 @@ pub struct Head {
     pub lines: Vec<String>,
     /// The shell command that makes this page.
     pub command: String,
-    /// The page lies among the replays of a result: it leads back to the report, and the command is to be run in that folder.
+    /// The page lies among the replays of a result: it leads back to the report, and the command is to be run in that
+    /// folder.
     pub of_result: bool,
 }
 

@@ -24,8 +24,8 @@ pub enum EventKind {
     Still,
 }
 
-/// What happened in `ticks` of a film, its first ones. What would begin after the last of them (a second push, after a fall)
-/// did not.
+/// What happened in `ticks` of a film, its first ones. What would begin after the last of them (a second push, after a
+/// fall) did not.
 pub fn events(film: &Film, ticks: &[Snapshot]) -> Vec<Event> {
     let record = &film.record;
     let last_s = ticks.last().map_or(record.end_s, |tick| tick.time_s);

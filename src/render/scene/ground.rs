@@ -21,8 +21,8 @@ pub enum GroundPart {
     Wall,
 }
 
-/// The ground so far to each side of the origin of its plane (m), in tiles of at most so much (m). Where it has no step there is neither a patch
-/// nor a wall.
+/// The ground so far to each side of the origin of its plane (m), in tiles of at most so much (m). Where it has no step
+/// there is neither a patch nor a wall.
 pub fn faces(ground: &Ground, reach_m: f64, tile_m: f64) -> Vec<Face> {
     let Ground { step_m, patch: [least, most], .. } = *ground;
     let has_step = step_m != 0.0;

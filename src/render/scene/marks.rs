@@ -14,7 +14,8 @@ pub struct Mark {
     pub drawing: Drawing,
 }
 
-/// World (m); what lies on the ground ([`on_ground`]) is given in the plan. How much is seen `through` what hides it: 0 to 1.
+/// World (m); what lies on the ground ([`on_ground`]) is given in the plan. How much is seen `through` what hides it: 0
+/// to 1.
 #[derive(Debug, Clone)]
 pub enum Drawing {
     /// A convex polygon on the ground.
@@ -32,13 +33,13 @@ pub enum Drawing {
     Ball {
         center: Point3<f64>,
         radius_m: f64,
-        through: f32,
+        through: f64,
     },
     Arrow {
         tail: Point3<f64>,
         along: Vector3<f64>,
         radius_m: f64,
-        through: f32,
+        through: f64,
         force_n: f64,
     },
 }
@@ -73,8 +74,8 @@ pub(super) fn of(now: &Snapshot, scale: RobotScale, shown: &[Overlay]) -> Vec<Ma
     marks
 }
 
-/// A force in the manner of an overlay; its arrow ends at the point of attack or begins there. None of an overlay without
-/// arrows.
+/// A force in the manner of an overlay; its arrow ends at the point of attack or begins there. None of an overlay
+/// without arrows.
 pub fn arrow_along(overlay: Overlay, Arrow { point, force }: &Arrow, ends: bool, scale: RobotScale) -> Option<Drawing> {
     let Style::Arrow { m_per_n, radius_m, through, .. } = overlay.look().style else { return None };
     let along = force * scale.m_per_n(m_per_n);

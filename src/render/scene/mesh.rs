@@ -1,4 +1,5 @@
-//! Triangle meshes of what is drawn: all closed and convex piece by piece, counter-clockwise from outside, with normals.
+//! Triangle meshes of what is drawn: all closed and convex piece by piece, counter-clockwise from outside, with
+//! normals.
 
 use crate::robot::Shape;
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -73,7 +74,8 @@ pub fn sphere(radius: f64) -> Mesh {
     revolved(&(0..=STACKS).map(stack).collect::<Vec<_>>())
 }
 
-/// An arrow from the origin along z, its tip at `length`: a shaft and a head, which shrinks with an arrow that is short.
+/// An arrow from the origin along z, its tip at `length`: a shaft and a head, which shrinks with an arrow that is
+/// short.
 pub fn arrow(length: f64, shaft_radius: f64) -> Mesh {
     let head = (6.0 * shaft_radius).min(0.6 * length);
     let (r, neck) = (shaft_radius.min(0.3 * head), length - head);

@@ -1,7 +1,9 @@
-//! What there is to see of a robot, as plain data: its solids as triangles, the ground as faces, and one list of marks. Pictures
-//! rasterise it, the window of `view` hands it to the graphics card, and the page of a replay takes its ingredients.
+//! What there is to see of a robot, as plain data: its solids as triangles, the ground as faces, and one list of marks.
+//! Pictures rasterise it, the window of `view` hands it to the graphics card, and the page of a replay takes its
+//! ingredients.
 //!
-//! A mark is added in one place: an [`Overlay`] with its look and style, and what it shows of a snapshot in [`Stage::marks`].
+//! A mark is added in one place: an [`Overlay`] with its look and style, and what it shows of a snapshot in
+//! [`Stage::marks`].
 
 mod events;
 mod ground;

@@ -1,4 +1,5 @@
-//! What can be marked beside the robot: its colour, its key, its name, and how it looks, the same in the window, in pictures and in replays.
+//! What can be marked beside the robot: its colour, its key, its name, and how it looks, the same in the window, in
+//! pictures and in replays.
 
 use crate::episode::Snapshot;
 use crate::episode::snapshot::Arrow;
@@ -7,7 +8,7 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 /// How much of a mark on the ground is seen through what hides it.
-pub const THROUGH: f32 = 0.7;
+pub const THROUGH: f64 = 0.7;
 
 /// sRGB.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,7 +89,7 @@ pub enum Style {
         sign: Sign,
     },
     /// The COM: a ball, and a plumb line from it to the ground.
-    Ball { radius_m: f64, through: f32 },
+    Ball { radius_m: f64, through: f64 },
     /// Forces; the arrow of one that `ends` at its point of attack begins there otherwise.
     Arrow {
         #[serde(skip)]
@@ -96,17 +97,17 @@ pub enum Style {
         m_per_n: f64,
         ends: bool,
         radius_m: f64,
-        through: f32,
+        through: f64,
     },
 }
 
-/// What a polygon on the ground looks like: how much (0 to 1) it covers of what it lies on, and its edge, whose width is in
-/// points of a screen; in a picture in mm for a robot as large as UT-mu2.
+/// What a polygon on the ground looks like: how much (0 to 1) it covers of what it lies on, and its edge, whose width
+/// is in points of a screen; in a picture in mm for a robot as large as UT-mu2.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Sheet {
-    pub fill: f32,
-    pub edge: f32,
-    pub width: f32,
+    pub fill: f64,
+    pub edge: f64,
+    pub width: f64,
 }
 
 /// How points of the ground are told apart, where there are points enough of the screen to do so.
@@ -118,8 +119,8 @@ pub enum Sign {
 }
 
 impl Overlay {
-    /// In the order in which they are drawn, one over the other. Points are the smaller the later they come: at rest, where all
-    /// are one, each is seen.
+    /// In the order in which they are drawn, one over the other. Points are the smaller the later they come: at rest,
+    /// where all are one, each is seen.
     pub const ALL: [Self; 9] = [
         Self::Support,
         Self::Slices,
@@ -133,7 +134,7 @@ impl Overlay {
     ];
 
     pub const fn look(self) -> Look {
-        const fn sheet(fill: f32, edge: f32, width: f32) -> Sheet {
+        const fn sheet(fill: f64, edge: f64, width: f64) -> Sheet {
             Sheet { fill, edge, width }
         }
         const fn spot(radius_m: f64, sign: Sign, of: fn(&Snapshot) -> Option<Point2<f64>>) -> Style {

@@ -1,5 +1,5 @@
-//! How large a robot is beside UT-mu2, for which window, pages and pictures were made: what is seen grows with its length,
-//! how hard a hand pulls with its weight.
+//! How large a robot is beside UT-mu2, for which window, pages and pictures were made: what is seen grows with its
+//! length, how hard a hand pulls with its weight.
 
 use crate::robot::Robot;
 
@@ -7,8 +7,8 @@ use crate::robot::Robot;
 const COM_HEIGHT_M: f64 = 0.31;
 const MASS_KG: f64 = 8.0;
 
-/// Length and mass of a robot, UT-mu2's are 1. Gravity is the same for all: a force goes with the mass, a speed with the
-/// root of the length.
+/// Length and mass of a robot, UT-mu2's are 1. Gravity is the same for all: a force goes with the mass, a speed with
+/// the root of the length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RobotScale {
     length: f64,
@@ -65,8 +65,8 @@ pub mod tests {
         }
     }
 
-    /// A push moves the capture point by `impulse / (mass omega)`, a hand the COM by `force / (mass omega^2)`, where omega
-    /// goes with the root of gravity by length: by the same share of the robot's length, however long it is.
+    /// A push moves the capture point by `impulse / (mass omega)`, a hand the COM by `force / (mass omega^2)`, where
+    /// omega goes with the root of gravity by length: by the same share of the robot's length, however long it is.
     #[test]
     fn a_push_and_a_hand_do_the_same_to_a_robot_of_any_size() {
         let omega = 3.0_f64.sqrt().recip();

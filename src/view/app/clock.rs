@@ -10,8 +10,8 @@ const PATIENCE: Duration = Duration::from_millis(400);
 /// and no more than this where it is not: beyond it the window would no longer answer.
 const LONGEST: Duration = Duration::from_secs(3);
 
-/// No frame is to bring more of the wall's time (s): what lasts longer is no slow frame but a display that stood still, or a
-/// program that was stopped.
+/// No frame is to bring more of the wall's time (s): what lasts longer is no slow frame but a display that stood still,
+/// or a program that was stopped.
 const LONGEST_FRAME_S: f64 = 3.0;
 
 /// Frames that a display shows in a second: what is not drawn of them counts as dropped.
@@ -115,9 +115,9 @@ impl FrameClock {
         self.stretch_frames += 1;
     }
 
-    /// Runs `advance` by `step_s` of simulated time as often as is due; it says whether it can go on. What a machine whose
-    /// physics is slower than the wall cannot do in time is lost: the simulation is complete, but late. Where only drawing
-    /// is slow a frame takes as long as it needs: the next ones need less.
+    /// Runs `advance` by `step_s` of simulated time as often as is due; it says whether it can go on. What a machine
+    /// whose physics is slower than the wall cannot do in time is lost: the simulation is complete, but late. Where
+    /// only drawing is slow a frame takes as long as it needs: the next ones need less.
     pub fn catch_up(&mut self, step_s: f64, mut advance: impl FnMut() -> bool) {
         let (start, mut done_s) = (Instant::now(), 0.0);
         while self.due_s >= step_s {

@@ -115,8 +115,8 @@ impl<'a> Live<'a> {
         self.judge_anew();
     }
 
-    /// What was judged is no longer true after a push, a pull, or with other gains. The judge waits for the last push to end;
-    /// it need not watch who has fallen.
+    /// What was judged is no longer true after a push, a pull, or with other gains. The judge waits for the last push
+    /// to end; it need not watch who has fallen.
     fn judge_anew(&mut self) {
         if matches!(self.referee.record.outcome, Outcome::TimedOut | Outcome::Recovered) {
             self.referee = Referee::new(&self.world.simulated, &self.world.config, &self.closed_loop.pushes);

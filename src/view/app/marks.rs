@@ -32,7 +32,11 @@ impl Marks<'_> {
         let color = mark.overlay.color();
         match &mark.drawing {
             Drawing::Polygon { corners, sheet } => {
-                self.outline(corners.iter().map(|at| self.on_ground(at)), color.faint(sheet.edge), sheet.width);
+                self.outline(
+                    corners.iter().map(|at| self.on_ground(at)),
+                    color.faint(sheet.edge as f32),
+                    sheet.width as f32,
+                );
             }
             Drawing::Spot { at, sign, .. } => self.sign(self.on_ground(at), *sign, color),
             Drawing::Ball { center, .. } => {

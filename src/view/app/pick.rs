@@ -49,7 +49,7 @@ fn distance_m(mesh: &Mesh, pose: &Pose, sight: &Sight) -> Option<f64> {
         let turn = ab.dot(&across);
         let [u, v, along] = [from_a.dot(&across), direction.dot(&over), ac.dot(&over)].map(|x| x / turn);
         // One on the edge of two triangles is not to be missed by both.
-        (u.min(v).min(1.0 - u - v) >= -1e-9 && along > 0.0).then_some(along)
+        (u >= -1e-9 && v >= -1e-9 && u + v <= 1.0 + 1e-9 && along > 0.0).then_some(along)
     };
     mesh.faces.iter().filter_map(on_face).min_by(f64::total_cmp)
 }

@@ -64,8 +64,8 @@ const CURVES: [(Overlay, fn(&Plotted) -> Option<Point2<f64>>); 4] = [
     (Overlay::Com, |s| Some(s.com)),
 ];
 
-/// Beside the COM of a robot of UT-mu2's size the plots reach at least so far (mm): the noise of standing is not to fill
-/// them.
+/// Beside the COM of a robot of UT-mu2's size the plots reach at least so far (mm): the noise of standing is not to
+/// fill them.
 const LEAST_MM: f64 = 40.0;
 /// And at most: after a fall the DCM is nowhere.
 const MOST_MM: f64 = 300.0;
@@ -75,8 +75,8 @@ const NUMBER: f32 = 18.0;
 /// To what their ends are rounded (mm).
 const ROUND_MM: f64 = 20.0;
 
-/// Draws both plots of a robot of this length over `span_s` (from, to), each `height` points high; `now_s` is marked if it
-/// is given.
+/// Draws both plots of a robot of this length over `span_s` (from, to), each `height` points high; `now_s` is marked if
+/// it is given.
 pub fn draw(ui: &mut Ui, trail: &Trail, length: f64, span_s: [f64; 2], now_s: Option<f64>, height: f32) {
     for (axis, name) in ["x (mm), forward", "y (mm), left"].into_iter().enumerate() {
         ui.label(name);
@@ -148,9 +148,9 @@ fn bounds(trail: &Trail, length: f64, axis: usize) -> [f64; 2] {
     [low.clamp(least - most_mm, least - least_mm), high.clamp(greatest + least_mm, greatest + most_mm)]
 }
 
-/// A curve in its stretches: it ends where there is no such point, and another begins. Of as many ticks as share a bucket
-/// it has the least and the greatest value (mm), in order of time. Buckets go by the tick's number and not by the place in
-/// the trail: a curve that scrolls must not dance.
+/// A curve in its stretches: it ends where there is no such point, and another begins. Of as many ticks as share a
+/// bucket it has the least and the greatest value (mm), in order of time. Buckets go by the tick's number and not by
+/// the place in the trail: a curve that scrolls must not dance.
 fn thinned(trail: &Trail, axis: usize, of: fn(&Plotted) -> Option<Point2<f64>>) -> Vec<Vec<PlotPoint>> {
     let size = trail.samples.len().div_ceil(BUCKETS).max(1);
     let mut stretches = vec![Vec::new()];

@@ -1,4 +1,5 @@
-//! The picture in three dimensions: floor, robot, and what is filled on the floor. What must not be hidden by the robot is `marks`.
+//! The picture in three dimensions: floor, robot, and what is filled on the floor. What must not be hidden by the robot
+//! is `marks`.
 
 use super::colors;
 use super::triangles::{OnCard, Rgb, Triangles, vec3};
@@ -23,7 +24,7 @@ const LINES: i32 = 10;
 /// What lies on the floor is drawn so much above what lies under it (m): the shadow first.
 const LAYER_M: f64 = 0.0004;
 /// What covers less than this of the floor would hide the shadow: it is not filled here.
-const LEAST_FILL: f32 = 0.2;
+const LEAST_FILL: f64 = 0.2;
 
 /// Towards the sun, world.
 fn to_sun() -> Vector3<f64> {
@@ -64,7 +65,7 @@ impl<'a> Space<'a> {
             if let Drawing::Polygon { corners, sheet } = drawing
                 && sheet.fill >= LEAST_FILL
             {
-                let color = colors::FLOOR.towards(overlay.color(), sheet.fill).linear();
+                let color = colors::FLOOR.towards(overlay.color(), sheet.fill as f32).linear();
                 let lift = Vector3::z() * layer_m * (3 + i) as f64;
                 let corners: Vec<_> = corners.iter().map(|at| (on_ground(*at, &ground) + lift, color)).collect();
                 self.triangles.polygon(&corners);
@@ -73,7 +74,8 @@ impl<'a> Space<'a> {
         self.on_card.show(&self.triangles);
     }
 
-    /// The robot as it stands, and its shadow on the plane with this normal, or rather so much above it (m): it is not to be hidden by the floor.
+    /// The robot as it stands, and its shadow on the plane with this normal, or rather so much above it (m): it is not
+    /// to be hidden by the floor.
     fn robot(&mut self, kinematics: &Kinematics, eye: Point3<f64>, up: &Vector3<f64>, above_m: f64) {
         let (sun, shadow) = (to_sun(), colors::SHADOW.linear());
         for (solid, pose) in self.stage.solids(kinematics) {
@@ -96,8 +98,8 @@ impl<'a> Space<'a> {
     }
 }
 
-/// How much of its colour a surface sends to the eye: the sky above and the floor below, the sun, and a little light that
-/// comes with the viewer, so that no side is without shape.
+/// How much of its colour a surface sends to the eye: the sky above and the floor below, the sun, and a little light
+/// that comes with the viewer, so that no side is without shape.
 fn brightness(normal: &Vector3<f64>, to_eye: &Vector3<f64>, to_sun: &Vector3<f64>) -> f64 {
     0.42 + 0.12 * normal.z + 0.50 * normal.dot(to_sun).max(0.0) + 0.16 * normal.dot(to_eye).max(0.0)
 }

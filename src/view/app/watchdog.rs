@@ -1,8 +1,8 @@
 //! Ends the program when its window is gone and nobody will ever tell it.
 //!
-//! A graphics driver may wait without end for a picture to be shown in a window that was destroyed (seen with Mesa under
-//! X: `poll` on a connection on which nothing comes any more). The loop is inside that call then, so another thread looks
-//! whether the loop goes on.
+//! A graphics driver may wait without end for a picture to be shown in a window that was destroyed (seen with Mesa
+//! under X: `poll` on a connection on which nothing comes any more). The loop is inside that call then, so another
+//! thread looks whether the loop goes on.
 
 use super::window;
 use std::sync::Arc;
