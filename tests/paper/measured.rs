@@ -56,11 +56,11 @@ fn see(bench: &Bench, name: &str) -> Seen {
     let (mut tip_turn_deg, mut unloaded_s) = ([0.0_f64; 2], PerFoot::<Vec<f64>>::default());
     let mut at_limit = vec![0; bench.robot.joints.len()];
     bench.run(vec![push], None, record.end_s + 0.5, Until::Fallen, |tick| {
-        let (truth, controller) = (tick.truth, tick.controller);
+        let (truth, account) = (tick.truth, &tick.account);
         let loaded = PerFoot::from_fn(|foot| truth.sole_wrenches[foot].force.z >= LEAST_N);
-        let swings = controller.swing.is_some() && truth.time_s < land_s;
+        let swings = !account.stands() && truth.time_s < land_s;
         if let (true, false, Some(zmp)) = (swings, loaded[swing], truth.zmp) {
-            let wanted = to_world(tick) * controller.supervisor.zmp_ref;
+            let wanted = to_world(tick) * account.zmp_ref;
             squares = [squares[0] + (zmp[0] - wanted.x).powi(2), squares[1] + (zmp[1] - wanted.y).powi(2)];
             count += 1;
         }
@@ -88,12 +88,12 @@ fn see(bench: &Bench, name: &str) -> Seen {
         if yaw_deg.abs() > most_yaw_deg.abs() {
             most_yaw_deg = yaw_deg;
         }
-        let estimate = &controller.estimator.now;
-        if controller.swing.is_none() && estimate.in_contact.left && estimate.in_contact.right {
+        let estimate = account.estimate;
+        if account.stands() && estimate.in_contact.left && estimate.in_contact.right {
             if truth.time_s < record.footsteps[0].lift_s {
-                regions[0] = controller.support.polygon;
+                regions[0] = account.support().polygon;
             } else if regions[1].is_none() {
-                regions[1] = controller.support.polygon;
+                regions[1] = account.support().polygon;
             }
         }
     });
@@ -251,7 +251,7 @@ fn the_table_tells_what_other_pushes_lead_to() {
 #[test]
 fn captions_tell_the_stride_that_was_asked_for_and_where_the_foot_landed() {
     let (bench, page) = (Bench::new("paper"), page());
-    let rules = bench.design.family.stepping.unwrap();
+    let rules = bench.design.family.stepping().unwrap();
     // Along the error, from beside the other foot.
     let reach = |footstep: &Value| {
         let error = [0, 1].map(|axis| footstep["zmp_error_m"][axis].as_f64().unwrap());

@@ -5,7 +5,8 @@ use super::figure::Said::{Quote, Remark};
 use super::figure::{Claim, Figure};
 use super::panel::{At, Ground, Panel};
 use super::study::{Pushed, Study};
-use crate::control::footstep::{Footstep, Necessity, choose};
+use crate::control::step::PlannedFootstep;
+use crate::control::step::paper::{StanceState, choose};
 use crate::lipm::pendulum::State;
 use crate::robot::{Foot, GRAVITY, PerFoot};
 use nalgebra::{Isometry2, Point2, Vector2};
@@ -35,14 +36,14 @@ impl<'a> Home<'a> {
     }
 
     /// The paper's procedure for a ZMP error (m), both feet equally loaded.
-    pub fn choose(&self, zmp_error: Vector2<f64>) -> Option<Footstep> {
+    pub fn choose(&self, zmp_error: Vector2<f64>) -> Option<PlannedFootstep> {
         let load_n = 0.5 * GRAVITY * self.study.robot.mass();
         self.choose_under(PerFoot { left: load_n, right: load_n }, zmp_error)
     }
 
     /// The same with a load on each foot (N), which decides a tie.
-    fn choose_under(&self, load_n: PerFoot<f64>, zmp_error: Vector2<f64>) -> Option<Footstep> {
-        let necessity = Necessity {
+    fn choose_under(&self, load_n: PerFoot<f64>, zmp_error: Vector2<f64>) -> Option<PlannedFootstep> {
+        let necessity = StanceState {
             frame: &Isometry2::identity(),
             soles: PerFoot::from_fn(|foot| self.center(foot)),
             stance: self.stance,
@@ -98,7 +99,7 @@ fn unit(degrees: f64) -> Vector2<f64> {
 
 /// The ZMP error at the lift of a pushed run if far and near were by plain distance (m, control frame), and the footstep
 /// that it would ask for. None: there is none.
-pub fn by_plain_distance(study: &Study, pushed: &Pushed) -> Option<(Vector2<f64>, Footstep)> {
+pub fn by_plain_distance(study: &Study, pushed: &Pushed) -> Option<(Vector2<f64>, PlannedFootstep)> {
     let (stand, family) = (pushed.watch.lift.as_ref()?, &study.design.family);
     let allowed = stand.support.polygon?.inset(family.zmp_margin)?;
     let State { x, y } = stand.state;

@@ -7,7 +7,7 @@ use super::figure::{Claim, Figure, Table, walked};
 use super::pictures::{camera, fine, snapshot};
 use super::study::{Pushed, Study, Tried};
 use crate::campaign::ask::no_step::NoStep;
-use crate::control::estimator;
+use crate::control::estimate;
 use crate::episode::{Outcome, Record, Snapshot};
 use crate::lipm::capture;
 use crate::render::picture::draw;
@@ -91,7 +91,7 @@ pub fn from_diagonal(study: &Study) -> Figure {
             ),
         ]
     });
-    let yaw_deg = |s: &Snapshot| estimator::heading(&s.posture.base).to_degrees();
+    let yaw_deg = |s: &Snapshot| estimate::heading(&s.posture.base).to_degrees();
     let snapshots = &pushed.film.snapshots;
     let most =
         snapshots.iter().map(yaw_deg).fold(0.0, |most: f64, yaw| if yaw.abs() > most.abs() { yaw } else { most });

@@ -2,7 +2,7 @@
 
 use super::watch::Watch;
 use crate::campaign::ask::scenario::{Cause, Imposed, Scenario};
-use crate::control::support::Support;
+use crate::control::stand::Support;
 use crate::control::{Design, home_polygon};
 use crate::episode::imposed::{self, ImposedRecord};
 use crate::episode::{self, Disturbance, EpisodeConfig, Film, Judge, Record};
@@ -135,7 +135,7 @@ impl Study {
         let (period_s, judge) = (first.episode().control_period_s, first.episode().judge);
         let design = Design::new(&robot, &GainSet::load(&first.gains)?, period_s)?;
         let standing = Design::new(&robot, &GainSet::load(WITHOUT_FOOTSTEP)?, period_s)?;
-        let Some(rules) = design.family.stepping else {
+        let Some(rules) = design.family.stepping().copied() else {
             return Err(Error::value(&first.gains, "stepping", "none", "takes no footstep", "a gain set that does"));
         };
         let home = home_polygon(&robot);
@@ -188,7 +188,7 @@ impl Study {
             let (mut motion, mut ticks) = (MotionPlot::default(), Vec::new());
             let record = imposed::run(&robot, &design, &scenario.episode(), zmp_error_m.into(), start, &mut |tick| {
                 motion.samples.push(MotionSample::of_imposed(tick));
-                let gain = tick.controller.swing.is_none().then_some(tick.controller.supervisor.gain);
+                let gain = tick.account.gain.filter(|_| tick.account.stands());
                 ticks.push((tick.time_s, tick.posture.clone(), gain));
             })?;
             progress.tick();

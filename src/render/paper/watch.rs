@@ -1,7 +1,7 @@
 //! What is seen of a pushed run, tick by tick, beyond what its record and its film keep.
 
 use super::study::Stand;
-use crate::control::estimator::on_ground;
+use crate::control::estimate::on_ground;
 use crate::episode::snapshot::LEAST_N;
 use crate::episode::{AT_LIMIT, Tick};
 use crate::geometry::SupportPolygon;
@@ -32,23 +32,23 @@ pub struct Watch {
 impl Watch {
     /// Takes note of a tick; returns the hull of the soles that carry load.
     pub fn see(&mut self, robot: &Robot, period_s: f64, tick: &Tick) -> Option<SupportPolygon> {
-        let (truth, controller) = (tick.truth, tick.controller);
-        let estimate = &controller.estimator.now;
+        let (truth, account) = (tick.truth, &tick.account);
+        let estimate = account.estimate;
         let loaded = PerFoot::from_fn(|foot| truth.sole_wrenches[foot].force.z >= LEAST_N);
         self.loaded.push(loaded);
         self.on_both.push(estimate.in_contact.left && estimate.in_contact.right);
         self.note_torques(robot, period_s, truth);
-        if let (Some(swing), None) = (&controller.swing, &self.landing) {
+        if let (Some(swing), None) = (account.swing, &self.landing) {
             self.note_stance(truth, swing.footstep.foot.other());
-        } else if controller.swing.is_none() && self.on_both.last() == Some(&true) && self.landing.is_none() {
-            let frame = controller.support.frame;
+        } else if account.stands() && self.on_both.last() == Some(&true) && self.landing.is_none() {
+            let frame = account.support().frame;
             let stand = Stand {
                 time_s: truth.time_s,
-                support: controller.support,
+                support: account.support(),
                 state: State::new(
                     frame.inverse_transform_point(&estimate.com_xy()),
                     frame.inverse_transform_vector(&estimate.com_vel_xy()),
-                    frame.inverse_transform_point(&controller.supervisor.zmp_ref),
+                    frame.inverse_transform_point(&account.zmp_ref),
                 ),
                 soles: PerFoot::from_fn(|foot| on_ground(&estimate.footholds[foot])),
                 load_n: estimate.load_n,
