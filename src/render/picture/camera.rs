@@ -1,6 +1,6 @@
 //! A pinhole camera that looks at a point, world z up in the picture.
 
-use super::raster::{Light, Vertex};
+use super::triangle::{Light, Vertex};
 use nalgebra::{Point3, Vector3};
 
 /// Where the picture is taken from (perspective).

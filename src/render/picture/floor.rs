@@ -2,7 +2,7 @@
 //! shadow.
 
 use super::camera::{NEAREST_M, View};
-use super::raster::{Coverage, Light, Vertex, linear};
+use super::triangle::{Coverage, Light, Vertex, linear};
 use crate::render::scene::{self, Face, GroundPart};
 use crate::sim::Ground;
 use nalgebra::{Matrix3, Point3, Vector3};

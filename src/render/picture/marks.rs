@@ -1,8 +1,8 @@
 //! Marks as triangles: flat ones just above the ground, and balls and arrows in space.
 
 use super::camera::View;
-use super::raster::{Light, Triangle, linear};
-use super::{Canvas, Paint};
+use super::canvas::{Canvas, Paint};
+use super::triangle::{Light, Triangle, linear};
 use crate::render::scene::mesh::{arrow, rod, sphere};
 use crate::render::scene::palette::{Color, THROUGH};
 use crate::render::scene::scale::RobotScale;

@@ -1,7 +1,7 @@
 //! A film as a GIF: slow where things happen, and not without end.
 
 use super::files::{Palette, gif};
-use super::frames::{FramesOptions, camera, end_s, index, picture, pushed_from_s, pushed_until_s};
+use super::film::{FramesOptions, camera, end_s, index, picture, pushed_from_s, pushed_until_s};
 use crate::episode::Film;
 use crate::error::Result;
 use crate::render::scene::Stage;

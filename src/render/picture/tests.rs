@@ -1,8 +1,14 @@
-use super::*;
+use super::Camera;
+use super::draw::{draw, draw_on, draw_posture};
 use crate::control::Phase;
+use crate::episode::Snapshot;
 use crate::episode::snapshot::Arrow;
-use crate::robot::{Foot, Link, PerFoot, Pose, Shape, Solid};
-use nalgebra::{Point2, UnitQuaternion};
+use crate::render::scene::Stage;
+use crate::render::scene::palette::Overlay;
+use crate::robot::{Foot, Link, PerFoot, Pose, Posture, Robot, Shape, Solid};
+use crate::sim::Ground;
+use image::RgbImage;
+use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector3};
 
 const SIZE: [u32; 2] = [320, 240];
 const FRONT: Camera = Camera {

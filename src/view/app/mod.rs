@@ -36,6 +36,7 @@ use kiss3d::post_processing::Tonemap;
 use kiss3d::window::{NumSamples, Window};
 use live::Live;
 use marks::Marks;
+use panel::Told;
 use pick::Grab;
 use recorded::Recorded;
 use show::{Show, several};
@@ -180,7 +181,7 @@ impl<'a> App<'a> {
 
     /// What the keys ask for; the mouse takes hold of the robot here.
     fn input(&mut self) -> Vec<Wish> {
-        let (mut wishes, live) = (Vec::new(), self.is_live());
+        let (mut wishes, live) = (Vec::new(), self.show.is_live());
         for event in self.window.events().iter() {
             let is_typing = self.window.is_egui_capturing_keyboard();
             match event.value {
@@ -250,7 +251,7 @@ impl<'a> App<'a> {
         let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(free);
         let drawn = Marks { painter, lens: &lens, ground: stage.ground(now), scale: stage.scale };
         drawn.axes();
-        if self.is_live() {
+        if self.show.is_live() {
             drawn.aim(now, &self.aim);
         }
         marks.iter().for_each(|mark| drawn.draw(mark));
@@ -258,16 +259,13 @@ impl<'a> App<'a> {
             drawn.name(at, name);
         }
         if self.help {
-            panel::help(ctx, self.is_live());
+            panel::help(ctx, self.show.is_live());
         }
-        panel::draw(ctx, self, wishes);
+        let Self { show, clock, shown, aim, scale, .. } = self;
+        panel::draw(ctx, &Told { show, clock, shown, aim: *aim, scale: *scale }, wishes);
         if let Show::Recorded(recorded) = &self.show {
             timeline::draw(ctx, recorded, self.clock.paused, wide, wishes);
         }
-    }
-
-    fn is_live(&self) -> bool {
-        matches!(self.show, Show::Live(_))
     }
 
     fn grant(&mut self, wish: Wish) {

@@ -20,6 +20,10 @@ pub enum Show<'a> {
 }
 
 impl Show<'_> {
+    pub fn is_live(&self) -> bool {
+        matches!(self, Show::Live(_))
+    }
+
     pub fn now(&self) -> &Snapshot {
         match self {
             Show::Live(live) => &live.now,
@@ -47,7 +51,7 @@ impl Show<'_> {
             Show::Live(live) => (live.record(), live.grab.is_some()),
             Show::Recorded(recorded) => (&recorded.film.record, false),
         };
-        let (end_s, is_live) = (record.end_s, matches!(self, Show::Live(_)));
+        let (end_s, is_live) = (record.end_s, self.is_live());
         match (record.outcome, record.settled_at_s) {
             (Outcome::Fell, _) => {
                 let cause = record.fall_cause.as_deref().unwrap_or("fell");
