@@ -4,13 +4,12 @@ pub mod html;
 mod html_page;
 pub mod junit;
 pub mod markdown;
-pub mod palette;
 pub mod paper;
 pub mod picture;
 pub mod plot;
 pub mod replay;
 pub mod result;
-pub mod scale;
+pub mod scene;
 pub mod text;
 pub mod trace;
 
