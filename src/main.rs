@@ -20,7 +20,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => commands::replay(&args),
         Command::Limit(args) => commands::limit(&args),
         Command::Scenario(args) => commands::scenario(&args),
-        Command::Paper(args) => commands::paper(&args),
+        Command::Paper(args) => commands::paper::run(&args),
         Command::Cpi(args) => commands::cpi(&args),
         Command::Response(args) => commands::response(&args),
         Command::Model(args) => commands::model(&args),

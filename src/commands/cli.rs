@@ -39,7 +39,7 @@ pub enum Command {
     /// A disturbance with a name, those of the paper first; without a name, what there is
     Scenario(render::scenario::ScenarioArgs),
     /// The paper's figures, from its own scenarios, and what of the paper they bear out
-    Paper(render::paper::PaperArgs),
+    Paper(super::paper::PaperArgs),
     /// The maximal CPI sets of a gain set: size, inclusion, horizon, picture, export
     Cpi(render::cpi::CpiArgs),
     /// How well the ZMP follows the one wanted: gain, phase and bandwidth against the poles

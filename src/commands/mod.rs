@@ -1,6 +1,7 @@
 //! The commands around campaigns: what each does and prints.
 
 pub mod cli;
+pub mod paper;
 
 use self::cli::{Cli, CompareArgs, FolderArgs, GateArgs, MergeArgs, ReplaysArgs, RunArgs};
 use crate::assets::DEFAULT_ROBOT;
@@ -14,7 +15,6 @@ use crate::lipm::pendulum::Pendulum;
 use crate::render::cpi::{CpiArgs, CpiDefaults};
 use crate::render::limit::LimitArgs;
 use crate::render::model::Args as ModelArgs;
-use crate::render::paper::PaperArgs;
 use crate::render::push::PushArgs;
 use crate::render::replays::ReplayArgs;
 use crate::render::response::ResponseArgs;
@@ -180,11 +180,6 @@ pub fn limit(args: &LimitArgs) -> Result<ExitCode> {
 
 pub fn scenario(args: &ScenarioArgs) -> Result<ExitCode> {
     render::print(&render::scenario::run(args, command_line())?)?;
-    Ok(ExitCode::SUCCESS)
-}
-
-pub fn paper(args: &PaperArgs) -> Result<ExitCode> {
-    render::print(&render::paper::run(args)?)?;
     Ok(ExitCode::SUCCESS)
 }
 

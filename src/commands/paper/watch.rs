@@ -1,11 +1,11 @@
-//! What is seen of a pushed run, tick by tick, beyond what its record and its film keep.
+//! What is seen of a pushed run, tick by tick, beyond what its record and its film keep; fields as in `Pushed`.
 
-use super::study::Stand;
 use crate::control::estimator::on_ground;
 use crate::episode::snapshot::LEAST_N;
 use crate::episode::{AT_LIMIT, Tick};
 use crate::geometry::SupportPolygon;
 use crate::lipm::pendulum::State;
+use crate::render::paper::study::Stand;
 use crate::robot::{Foot, PerFoot, Robot};
 use crate::sim::Truth;
 use nalgebra::{Point2, Vector3};
@@ -13,20 +13,14 @@ use nalgebra::{Point2, Vector3};
 /// What is seen of a run.
 #[derive(Debug, Clone, Default)]
 pub struct Watch {
-    /// The last tick on both feet before the first lift, and the first one after its landing.
     pub lift: Option<Stand>,
     pub landing: Option<Stand>,
-    /// Of every tick: which soles carry load, and whether the controller takes both for support.
     pub loaded: Vec<PerFoot<bool>>,
     pub on_both: Vec<bool>,
-    /// In the first swing, of the sole that stands: its largest angle to the ground, and its largest turn about the vertical
-    /// since the lift (degrees, to the left).
     pub stance_tip_deg: f64,
     pub stance_turn_deg: f64,
-    /// For how long the torque of each joint was at its limit (s).
     pub at_limit_s: Vec<f64>,
-    has_swung: bool,
-    heading_at_lift: f64,
+    heading_at_lift: Option<f64>,
 }
 
 impl Watch {
@@ -40,11 +34,16 @@ impl Watch {
         self.note_torques(robot, period_s, truth);
         if let (Some(swing), None) = (&controller.swing, &self.landing) {
             self.note_stance(truth, swing.footstep.foot.other());
-        } else if controller.swing.is_none() && self.on_both.last() == Some(&true) && self.landing.is_none() {
+        } else if controller.swing.is_none()
+            && self.on_both.last() == Some(&true)
+            && self.landing.is_none()
+            && let Some(polygon) = controller.support.polygon
+        {
             let frame = controller.support.frame;
             let stand = Stand {
                 time_s: truth.time_s,
-                support: controller.support,
+                frame,
+                polygon,
                 state: State::new(
                     frame.inverse_transform_point(&estimate.com_xy()),
                     frame.inverse_transform_vector(&estimate.com_vel_xy()),
@@ -53,7 +52,7 @@ impl Watch {
                 soles: PerFoot::from_fn(|foot| on_ground(&estimate.footholds[foot])),
                 load_n: estimate.load_n,
             };
-            *(if self.has_swung { &mut self.landing } else { &mut self.lift }) = Some(stand);
+            *(if self.heading_at_lift.is_some() { &mut self.landing } else { &mut self.lift }) = Some(stand);
         }
         hull(robot, truth, &loaded)
     }
@@ -61,12 +60,9 @@ impl Watch {
     fn note_stance(&mut self, truth: &Truth, stance: Foot) {
         let rotation = truth.soles[stance].rotation;
         let heading = on_ground(&truth.soles[stance]).rotation.angle();
-        if !self.has_swung {
-            (self.has_swung, self.heading_at_lift) = (true, heading);
-        }
         let tip_deg = (rotation * Vector3::z()).z.clamp(-1.0, 1.0).acos().to_degrees();
         self.stance_tip_deg = self.stance_tip_deg.max(tip_deg);
-        let turn_deg = (heading - self.heading_at_lift).to_degrees();
+        let turn_deg = (heading - *self.heading_at_lift.get_or_insert(heading)).to_degrees();
         if turn_deg.abs() > self.stance_turn_deg.abs() {
             self.stance_turn_deg = turn_deg;
         }

@@ -1,16 +1,12 @@
 //! How long it takes to have the sets of a new contact region after a landing: as the controller does it, and as the
 //! paper does (eq. 25 with the stored Phi). The only part of the page that a clock has a say in.
 
-use super::super::html::svg::short;
-use super::figure::Claim;
-use super::figure::Said::{Quote, Remark};
-use super::study::{Stand, Study};
-use crate::error::Result;
 use crate::geometry::SupportPolygon;
-use crate::lipm::pendulum::State;
 use crate::lipm::{Gain, OnlineSets};
+use crate::render::paper::study::Study;
 use nalgebra::{DMatrix, Matrix2x6, Vector6};
 use serde::Serialize;
+use serde_json::{Value, json};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -32,8 +28,9 @@ pub struct Timing {
     pub stored_phi: Spread,
     /// Rows of the matrices of eq. 25, all gains together.
     pub rows: usize,
+    /// What else the words name.
     #[serde(skip)]
-    pub claims: Vec<Claim>,
+    pub more: Value,
 }
 
 /// Of a wall clock.
@@ -57,19 +54,6 @@ impl Spread {
         times_ms.sort_by(f64::total_cmp);
         Self { median_ms: times_ms[TIMES / 2], p95_ms: times_ms[TIMES * 95 / 100] }
     }
-
-    fn told(&self) -> String {
-        format!(
-            "{} \u{3bc}s (95 % within {} \u{3bc}s)",
-            significant(1e3 * self.median_ms),
-            significant(1e3 * self.p95_ms)
-        )
-    }
-}
-
-/// With about two digits that say something.
-fn significant(x: f64) -> String {
-    short(x, if x < 1.0 { 2 } else { usize::from(x < 10.0) })
 }
 
 /// Phi of eq. 24 and room for S of eq. 25, for one gain.
@@ -104,11 +88,13 @@ impl Stored {
     }
 }
 
-/// Measures on the region and the state right after the first landing of the push from behind. None: it did not land, or
-/// the control frame's origin is not inside of the region.
-pub fn measure(study: &Study) -> Result<Option<Timing>> {
-    let Some((polygon, state)) = landed(study) else { return Ok(None) };
-    let family = &study.design.family;
+/// Measures on the region and the state right after the first landing of the push from behind. None: the control frame's
+/// origin is not inside of the region.
+pub fn measure(study: &Study) -> Option<Timing> {
+    let (polygon, state, family) = (study.landed_allowed, study.pushes[0].landing.state, &study.design.family);
+    if polygon.half_planes().any(|edge| edge.distance <= 0.0) {
+        return None;
+    }
     let mut sets = OnlineSets::new(family);
     sets.update(&polygon);
     let held = sets.fastest_holding(&state);
@@ -130,51 +116,9 @@ pub fn measure(study: &Study) -> Result<Option<Timing>> {
     });
     let by_stored = stored.iter().rposition(|stored| stored.margin(&x) >= 0.0);
     let rows = stored.iter().map(|stored| stored.s.nrows()).sum();
-    let count = family.gains.len();
-    let names = |gain: Option<usize>| gain.map_or("no gain".to_string(), |i| format!("gain {}", family.gains[i].name));
-    let period_ms = 1e3 * family.pendulum.dt;
-    let claims = vec![
-        Claim::open(
-            Quote("After the foot landing, it took about 0.15 ms to update the maximal CPI set.", "Sect. VI.B"),
-            format!(
-                "On another computer, and the paper does not say what its figure covers. Here, as this controller does it: \
-                 {} to install the new region and to test the state against the sets of all {count} gains. By eq. 25: {} to write the matrices of all {count} gains ({rows} \
-                 rows) from the stored \u{3a6} and to test the state against each. The printed {PAPER_MS} ms are {} and {} times that.",
-                online.told(),
-                stored_phi.told(),
-                short(PAPER_MS / online.median_ms, 0),
-                short(PAPER_MS / stored_phi.median_ms, 0)
-            ),
-        ),
-        Claim::judged(
-            Quote(
-                "Because the matrix \u{3a6} has been already calculated, we can compute S_max(M_Z) online",
-                "Sect. IV",
-            ),
-            stored_phi.p95_ms < period_ms,
-            format!(
-                "By eq. 25 in less than a control period, which is {} ms. (Whether it is the maximal set: Fig. 4.)",
-                short(period_ms, 1)
-            ),
-            format!("By eq. 25 it takes more than a control period, which is {} ms.", short(period_ms, 1)),
-        ),
-        Claim::open(
-            Remark("Whether both ways lead to the same gain at this state; Fig. 4 has where eq. 25 goes too far."),
-            if by_stored == held {
-                format!("Both choose {}.", names(held))
-            } else {
-                format!("This controller chooses {}, eq. 25 {}.", names(held), names(by_stored))
-            },
-        ),
-    ];
-    Ok(Some(Timing { paper_ms: PAPER_MS, repetitions: TIMES, online, stored_phi, rows, claims }))
-}
-
-/// The region that the ZMP may use after the landing, and the state then.
-fn landed(study: &Study) -> Option<(SupportPolygon, State)> {
-    let Stand { support, state, .. } = study.pushes[0].watch.landing?;
-    let polygon = support.polygon?.inset(study.design.family.zmp_margin)?;
-    polygon.half_planes().all(|edge| edge.distance > 0.0).then_some((polygon, state))
+    let name = |gain: Option<usize>| gain.map_or("no gain".into(), |i| format!("gain {}", family.gains[i].name));
+    let more = json!({ "gains": family.gains.len(), "chosen": [name(held), name(by_stored)] });
+    Some(Timing { paper_ms: PAPER_MS, repetitions: TIMES, online, stored_phi, rows, more })
 }
 
 #[cfg(test)]
