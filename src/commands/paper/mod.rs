@@ -13,15 +13,14 @@ mod watch;
 
 use crate::error::Result;
 use crate::files::write_atomic;
-use crate::render::paper::Page;
+use crate::render::paper::study::Study;
 use crate::render::paper::words::{Count, Words, counts};
+use crate::render::paper::{Figure, Page};
 use crate::render::{self, own_folder};
-use numbers::{Found, with};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use timing::Timing;
 
 /// The page.
 const PAGE: &str = "index.html";
@@ -48,48 +47,54 @@ pub fn run(args: &PaperArgs) -> Result<ExitCode> {
     let accepted = "a new folder, an empty one, or that of an earlier `standfast paper`";
     own_folder("--out", &args.out, is_own, accepted)?;
     let study = study::run()?;
-    let found = numbers::all(&study)?;
+    let mut numbers = numbers::all(&study)?;
     // Last, when nothing else is going on.
-    let timing = timing::measure(&study);
-    let mut all: Map<String, Value> =
-        found.iter().map(|it| (it.figure.into(), with(it.numbers.clone(), it.more.clone()))).collect();
-    all.insert("update_time".into(), timing.as_ref().map_or(Value::Null, |it| with(json!(it), it.more.clone())));
-    let page = Page::new(words, &study, &Value::Object(all))?;
-    let html = page.html(&study, timing.as_ref().map(|timing| timing.repetitions))?;
+    numbers.insert("update_time".into(), timing::measure(&study));
+    let numbers = Value::Object(numbers);
+    let page = Page::new(words, &study, &numbers)?;
+    let html = page.html(&study)?;
     for figure in &page.figures {
         write_atomic(&args.out.join(&figure.words.file), figure.svg().as_bytes())?;
     }
     write_atomic(&args.out.join(PAGE), html.as_bytes())?;
-    render::print(&if args.json {
-        let figure = |(figure, found): (&render::paper::Figure, &Found)| {
-            json!({
-                "figure": figure.words.number, "file": figure.words.file, "title": figure.words.title,
-                "verdicts": counts(&figure.claims), "claims": figure.claims, "numbers": found.numbers,
-            })
-        };
-        render::json(&json!({
-            "robot": study.robot.name,
-            "gains": study.design.family.name,
-            "figures": page.figures.iter().zip(&found).map(figure).collect::<Vec<_>>(),
-            "not_made": page.not_made,
-            "update_time": timing,
-        }))
-    } else {
-        tell(&args.out, &page, timing.as_ref())
-    })?;
+    let text =
+        if args.json { as_json(&study, &page, numbers) } else { tell(&args.out, &page, &numbers["update_time"]) };
+    render::print(&text)?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn tell(folder: &Path, page: &Page, timing: Option<&Timing>) -> String {
+/// Claims and numbers as one JSON object, without what only words name.
+fn as_json(study: &Study, page: &Page, mut numbers: Value) -> String {
+    let mut printed = |key: &str| {
+        let mut numbers = numbers[key].take();
+        _ = numbers.as_object_mut().and_then(|numbers| numbers.shift_remove("told"));
+        numbers
+    };
+    let mut figure = |Figure { words, claims, .. }: &Figure| {
+        json!({
+            "figure": words.number, "file": words.file, "title": words.title, "verdicts": counts(claims),
+            "claims": claims, "numbers": printed(&words.number),
+        })
+    };
+    render::json(&json!({
+        "robot": study.robot.name,
+        "gains": study.design.family.name,
+        "figures": page.figures.iter().map(&mut figure).collect::<Vec<_>>(),
+        "not_made": page.not_made,
+        "update_time": printed("update_time"),
+    }))
+}
+
+fn tell(folder: &Path, page: &Page, timing: &Value) -> String {
     let mut text = String::new();
-    for figure in &page.figures {
-        let told: Vec<String> = counts(&figure.claims).into_iter().map(|Count { told, .. }| told).collect();
-        let number = format!("Fig. {}", figure.words.number);
-        _ = writeln!(text, "{number:<8}{:<30}{}", figure.words.file, told.join(", "));
+    for Figure { words, claims, .. } in &page.figures {
+        let told: Vec<String> = counts(claims).into_iter().map(|Count { told, .. }| told).collect();
+        let number = format!("Fig. {}", words.number);
+        _ = writeln!(text, "{number:<8}{:<30}{}", words.file, told.join(", "));
     }
-    if let Some(Timing { paper_ms, online, stored_phi, .. }) = timing {
-        let [online, stored] = [online, stored_phi].map(|spread| format!("{:.4} ms", spread.median_ms));
-        _ = writeln!(text, "update  {online} here, {stored} by eq. 25; printed {paper_ms} ms");
+    if let [Some(online), Some(stored)] = ["online", "stored_phi"].map(|way| timing[way]["median_ms"].as_f64()) {
+        let printed = &timing["paper_ms"];
+        _ = writeln!(text, "update  {online:.4} ms here, {stored:.4} ms by eq. 25; printed {printed} ms");
     }
     _ = writeln!(text, "\nopen {}", folder.join(PAGE).display());
     text

@@ -1,4 +1,5 @@
-//! What the study comes to: for each figure its numbers as JSON, from which every caption, claim and verdict is made.
+//! What the study comes to: for each figure its numbers as JSON, from which every caption, claim and verdict is made. What
+//! only words name stands under "told".
 
 use super::footwork::{Home, is_tie};
 use super::study::EXAMPLES_DEG;
@@ -16,7 +17,7 @@ use crate::render::paper::study::{ImposedRun, Pushed, Study};
 use crate::robot::{Foot, Joint, Kinematics, Robot, Shape};
 use crate::sim::{Profile, Push};
 use nalgebra::{Point2, Vector2, Vector3};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 /// Poles over -omega of two gains, slow to fast, whose sets do not nest.
 const NOT_NESTED: [[f64; 3]; 2] = [[0.5, 1.0, 1.0], [1.0, 1.0, 1.0]];
@@ -27,17 +28,8 @@ const LONGEST_S: f64 = 30.0;
 /// A sole that carries no load for less has not lost it (s).
 const LIFTED_S: f64 = 0.01;
 
-/// What was found for a figure.
-pub struct Found {
-    pub figure: &'static str,
-    /// What the claims rest on, as it is printed.
-    pub numbers: Value,
-    /// And what else the words name.
-    pub more: Value,
-}
-
-/// All figures. Errors: the solver gives up.
-pub fn all(study: &Study) -> Result<Vec<Found>> {
+/// All figures, by their numbers. Errors: the solver gives up.
+pub fn all(study: &Study) -> Result<Map<String, Value>> {
     let [behind, diagonal] = &study.pushes;
     let found = [
         ("3", inclusion(study)?),
@@ -47,23 +39,15 @@ pub fn all(study: &Study) -> Result<Vec<Found>> {
         ("7", machine(study)),
         ("8", imposed(study)),
         ("9", imposed_responses(study)),
-        ("12", pushed(study, behind, directions(study))),
-        ("13", pushed(study, diagonal, turned(study))),
+        ("12", with_directions(study, pushed(study, behind))),
+        ("13", with_turns(study, pushed(study, diagonal))),
         ("14", pushed_responses(study)),
     ];
-    Ok(found.map(|(figure, (numbers, more))| Found { figure, numbers, more }).into())
-}
-
-/// `object` with the fields of `more` after its own.
-pub fn with(mut object: Value, more: Value) -> Value {
-    if let (Value::Object(all), Value::Object(more)) = (&mut object, more) {
-        all.extend(more);
-    }
-    object
+    Ok(found.map(|(figure, numbers)| (figure.into(), numbers)).into_iter().collect())
 }
 
 /// Fig. 3.
-fn inclusion(study: &Study) -> Result<(Value, Value)> {
+fn inclusion(study: &Study) -> Result<Value> {
     let (sets, family) = (&study.sets, &study.design.family);
     let impulses: Vec<[f64; 2]> = sets.iter().map(|set| impulses_of(study, set)).collect();
     let in_json = |[forward, left]: &[f64; 2]| json!({ "forward": forward, "left": left });
@@ -86,7 +70,8 @@ fn inclusion(study: &Study) -> Result<(Value, Value)> {
             "impulse": in_json(impulse), "home_after_s": settles,
         })
     };
-    let numbers = json!({
+    let rows = sets.iter().zip(&family.gains).zip(impulses.iter().zip(&settles)).map(row);
+    Ok(json!({
         "nested": study.inclusion.failures().is_empty(),
         "gains": sets.iter().map(|set| &set.gain).collect::<Vec<_>>(),
         "horizon_k": horizons(sets),
@@ -97,16 +82,14 @@ fn inclusion(study: &Study) -> Result<(Value, Value)> {
         "home_after_s": settles,
         "home_after_s_slowest_and_switching": [alone, switching],
         "other_poles_forward_n_s": others.each_ref().map(|set| impulses_of(study, set)[0]),
-    });
-    let rows = sets.iter().zip(&family.gains).zip(impulses.iter().zip(&settles)).map(row);
-    let more = json!({
-        "sets": rows.collect::<Vec<_>>(),
-        "warning": study.inclusion.warning(),
-        "shrinks": impulses.windows(2).all(|pair| (0..2).all(|axis| pair[1][axis] < pair[0][axis])),
-        "quickens": settles.windows(2).all(|pair| matches!(pair, [Some(slow), Some(fast)] if fast < slow)),
-        "switching_quickens": switching.is_some_and(|switching| alone.is_none_or(|alone| switching < alone)),
-    });
-    Ok((numbers, more))
+        "told": {
+            "sets": rows.collect::<Vec<_>>(),
+            "warning": study.inclusion.warning(),
+            "shrinks": impulses.windows(2).all(|pair| (0..2).all(|axis| pair[1][axis] < pair[0][axis])),
+            "quickens": settles.windows(2).all(|pair| matches!(pair, [Some(slow), Some(fast)] if fast < slow)),
+            "switching_quickens": switching.is_some_and(|switching| alone.is_none_or(|alone| switching < alone)),
+        },
+    }))
 }
 
 /// Largest impulse from rest that a set holds: forward, and to the left (N s).
@@ -138,7 +121,7 @@ fn home_s(study: &Study, start: State, choose: impl Fn(&State) -> usize) -> Opti
 }
 
 /// Fig. 4.
-fn regions(study: &Study) -> Result<(Value, Value)> {
+fn regions(study: &Study) -> Result<Value> {
     let Pushed { lift, landing, footstep, .. } = &study.pushes[0];
     // By how much states in the sets of eq. 25, with the k of the region before, can exceed the true sets (share).
     let mut excess = 0.0_f64;
@@ -156,11 +139,7 @@ fn regions(study: &Study) -> Result<(Value, Value)> {
     let (origin, middle) =
         (landing.frame.translation.vector, (left.translation.vector + right.translation.vector) / 2.0);
     let moved = origin - lift.frame.translation.vector;
-    let more = json!({
-        "stored_k_is_enough": before.iter().zip(&after).all(|(stored, needed)| needed <= stored),
-        "origin_off_m": (origin - middle).norm(),
-    });
-    let numbers = json!({
+    Ok(json!({
         "foot": footstep.foot,
         "way_m": way(footstep),
         "origin_moved_m": [moved.x, moved.y],
@@ -172,8 +151,11 @@ fn regions(study: &Study) -> Result<(Value, Value)> {
         "slowest_impulse_from_rest_n_s": {
             "before": impulses_of(study, &study.sets[0]), "after": impulses_of(study, &study.landed_sets[0]),
         },
-    });
-    Ok((numbers, more))
+        "told": {
+            "stored_k_is_enough": before.iter().zip(&after).all(|(stored, needed)| needed <= stored),
+            "origin_off_m": (origin - middle).norm(),
+        },
+    }))
 }
 
 /// How far a footstep leads (m; x forward, y left).
@@ -182,7 +164,7 @@ fn way(footstep: &Footstep) -> [f64; 2] {
 }
 
 /// Fig. 5.
-fn sequence(study: &Study) -> (Value, Value) {
+fn sequence(study: &Study) -> Value {
     let phases = study.pushes.each_ref().map(phases);
     let is_swing = |name: &&str| name.starts_with("swing");
     let in_order = phases.each_ref().map(|phases| {
@@ -192,16 +174,18 @@ fn sequence(study: &Study) -> (Value, Value) {
     });
     let [a, b] = &study.pushes;
     let [phases_a, phases_b] = phases;
-    let numbers = json!({ "push_behind": events(a, phases_a), "push_diagonal": events(b, phases_b) });
     let spans = study.pushes.each_ref().map(unloaded);
     let waits = |pushed: &Pushed| Some(pushed.footstep.lift_s - pushed.film.record.left_sets_at_s?);
-    let more = json!({
-        "in_order": in_order,
-        "waits_s": study.pushes.iter().filter_map(waits).collect::<Vec<_>>(),
-        "unloaded_spans": spans.each_ref().map(Vec::len),
-        "unloaded_spans_on_both": spans.map(|spans| spans.iter().filter(|(.., on_both)| *on_both).count()),
-    });
-    (numbers, more)
+    json!({
+        "push_behind": events(a, phases_a),
+        "push_diagonal": events(b, phases_b),
+        "told": {
+            "in_order": in_order,
+            "waits_s": study.pushes.iter().filter_map(waits).collect::<Vec<_>>(),
+            "unloaded_spans": spans.each_ref().map(Vec::len),
+            "unloaded_spans_on_both": spans.map(|spans| spans.iter().filter(|(.., on_both)| *on_both).count()),
+        },
+    })
 }
 
 /// Phases of a run in their order, from the push on.
@@ -236,7 +220,7 @@ fn events(pushed: &Pushed, phases: Vec<&str>) -> Value {
 /// whether the controller took both soles for support all the while.
 fn unloaded(pushed: &Pushed) -> Vec<(Foot, [f64; 2], bool)> {
     let span_s = pushed.footstep.land_s..=pushed.end_s();
-    let ticks = pushed.motion.samples.iter().zip(pushed.loaded.iter().zip(&pushed.on_both));
+    let ticks = pushed.motion.samples.iter().zip(pushed.seen.loaded.iter().zip(&pushed.seen.on_both));
     let after: Vec<_> = ticks.filter(|(sample, _)| span_s.contains(&sample.time_s)).collect();
     let mut off = Vec::new();
     for foot in Foot::BOTH {
@@ -252,7 +236,7 @@ fn unloaded(pushed: &Pushed) -> Vec<(Foot, [f64; 2], bool)> {
 }
 
 /// Fig. 6.
-fn decision(study: &Study) -> (Value, Value) {
+fn decision(study: &Study) -> Value {
     let (home, rules) = (Home::of(study), &study.rules);
     let examples = EXAMPLES_DEG.into_iter().zip(&study.examples).map(|(deg, choice)| {
         let foot = choice.chosen.map(|(foot, _)| foot);
@@ -265,20 +249,19 @@ fn decision(study: &Study) -> (Value, Value) {
         let reach = home.reach(direction);
         reach.left.max(reach.right) / rules.alpha
     };
-    let more = json!({ "saturates_m": [saturates(Vector2::x()), saturates(Vector2::y())] });
-    let numbers = json!({
+    json!({
         "alpha": rules.alpha,
         "examples": examples.collect::<Vec<_>>(),
         "tie_foot": home.choose(Vector2::x()).map(|(foot, _)| foot),
         "footsteps_at_most": at_most.count(),
         "footsteps": footsteps.len(),
         "other_side_up_to_deg": home.other_side_up_to_deg(),
-    });
-    (numbers, more)
+        "told": { "saturates_m": [saturates(Vector2::x()), saturates(Vector2::y())] },
+    })
 }
 
 /// Fig. 7.
-fn machine(study: &Study) -> (Value, Value) {
+fn machine(study: &Study) -> Value {
     let robot = &study.robot;
     let limb = |words: [&str; 3]| {
         let of_limb = |joint: &&Joint| words.iter().any(|word| joint.name.starts_with(&format!("left_{word}")));
@@ -295,12 +278,7 @@ fn machine(study: &Study) -> (Value, Value) {
         }))
     });
     let knee = robot.joints.iter().position(|joint| joint.name == "left_knee_flexion");
-    let more = json!({
-        "left_joints": left.collect::<Vec<_>>(),
-        "knee_deg": knee.map_or(0.0, |i| robot.home_rad[i].to_degrees()),
-        "assumption": robot.assumptions.first(),
-    });
-    let numbers = json!({
+    json!({
         "joints": robot.joints.len(),
         "joints_arm": limb(["shoulder", "elbow", "wrist"]),
         "joints_leg": limb(["hip", "knee", "ankle"]),
@@ -309,8 +287,12 @@ fn machine(study: &Study) -> (Value, Value) {
         "sole_m": robot.soles.left.half_m.map(|half| 2.0 * half),
         "feet_apart_m": study.stance.y,
         "com_height_m": robot.home_com_height(),
-    });
-    (numbers, more)
+        "told": {
+            "left_joints": left.collect::<Vec<_>>(),
+            "knee_deg": knee.map_or(0.0, |i| robot.home_rad[i].to_degrees()),
+            "assumption": robot.assumptions.first(),
+        },
+    })
 }
 
 /// From the soles to the highest point of a solid, joints at zero (m).
@@ -334,21 +316,22 @@ fn height(robot: &Robot) -> f64 {
 }
 
 /// Fig. 8.
-fn imposed(study: &Study) -> (Value, Value) {
-    let numbers = json!({
+fn imposed(study: &Study) -> Value {
+    json!({
         "a": study.errors[0].record, "b": study.errors[1].record,
         "moving_a": study.moving[0], "moving_b": study.moving[1],
         "foot_of_the_printed_signs": Home::of(study).choose(Vector2::new(0.03, 0.0685)).map(|(foot, _)| foot),
-    });
-    (numbers, json!({}))
+    })
 }
 
 /// Fig. 9.
-fn imposed_responses(study: &Study) -> (Value, Value) {
+fn imposed_responses(study: &Study) -> Value {
     let [a, b] = &study.errors;
     let in_json = |run: &ImposedRun| json!({ "home_at_s": run.record.home_at_s, "footsteps": run.record.footsteps });
-    let numbers = json!({ "moving": study.moving, "a": in_json(a), "b": in_json(b) });
-    (numbers, json!({ "gains_after": { "a": gains_after(study, a), "b": gains_after(study, b) } }))
+    json!({
+        "moving": study.moving, "a": in_json(a), "b": in_json(b),
+        "told": { "gains_after": { "a": gains_after(study, a), "b": gains_after(study, b) } },
+    })
 }
 
 /// The gains that act after the landing, in their order, and from when on the last one acts if it is the fastest.
@@ -362,8 +345,8 @@ fn gains_after(study: &Study, run: &ImposedRun) -> Value {
     json!({ "names": names, "fastest_from_s": fastest_from })
 }
 
-/// Fig. 12 and 13; `own`: what only one of them has.
-fn pushed(study: &Study, pushed: &Pushed, own: (Value, Value)) -> (Value, Value) {
+/// What Fig. 12 and 13 have in common.
+fn pushed(study: &Study, pushed: &Pushed) -> Value {
     let Pushed { push, film, footstep, .. } = pushed;
     let (home, error) = (Home::of(study), Vector2::from(footstep.zmp_error_m));
     let reach = home.reach(error.normalize());
@@ -374,39 +357,36 @@ fn pushed(study: &Study, pushed: &Pushed, own: (Value, Value)) -> (Value, Value)
         Profile::HalfSine => capture::half_sine_push_factor,
     };
     let bound = NoStep::new(&study.robot).impulse_n_s(push.heading_deg);
-    let numbers = json!({
+    json!({
         "push": push,
         "outcome": film.record.outcome,
         "footsteps": film.record.footsteps,
         "settled_at_s": film.record.settled_at_s,
         "snapshots_s": pushed.moments().map(|(i, _)| film.snapshots[i].time_s),
-    });
-    let of_both = json!({
         "stride": {
             "asked_m": [asked.x, asked.y], "landed_m": [gone.x, gone.y], "off_m": (gone - asked).norm(),
-            "stance_tip_deg": pushed.stance_tip_deg, "stance_turn_deg": pushed.stance_turn_deg,
+            "stance_tip_deg": pushed.seen.stance_tip_deg, "stance_turn_deg": pushed.seen.stance_turn_deg,
         },
         "without_footstep_fell_at_s": pushed.without_footstep.fell_at_s,
         "stiff_fell_at_s": pushed.stiff.fell_at_s,
         "bound_no_step_n_s": bound.map(|n_s| n_s * factor(study.robot.omega(), push.duration_s)),
-    });
-    let more = json!({ "reach_left_right_m": [reach.left, reach.right], "tie": is_tie(&reach) });
-    (with(with(numbers, own.0), of_both), with(more, own.1))
+        "told": { "reach_left_right_m": [reach.left, reach.right], "tie": is_tie(&reach) },
+    })
 }
 
 /// Of Fig. 12: whether the footsteps go where the robot is pushed to.
-fn directions(study: &Study) -> (Value, Value) {
+fn with_directions(study: &Study, mut numbers: Value) -> Value {
     let off = |(push, record): (&Push, &Record)| {
         let way = Vector2::from(way(record.footsteps.first()?));
         Some(push.direction().xy().angle(&way).to_degrees())
     };
-    let off_deg: Vec<Option<f64>> = study.records().take(2 + study.headings.len()).map(off).collect();
-    let of_headings: Vec<f64> = off_deg[2..].iter().flatten().copied().collect();
-    (json!({ "footstep_off_push_deg": off_deg }), json!({ "headings_off_deg": of_headings }))
+    let runs = study.records().take(2 + study.headings.len());
+    numbers["footstep_off_push_deg"] = runs.map(off).collect();
+    numbers
 }
 
 /// Of Fig. 13: how the trunk turns, and what was tried beside its push.
-fn turned(study: &Study) -> (Value, Value) {
+fn with_turns(study: &Study, mut numbers: Value) -> Value {
     let pushed = &study.pushes[1];
     let yaws: Vec<f64> =
         pushed.film.snapshots.iter().map(|s| estimator::heading(&s.posture.base).to_degrees()).collect();
@@ -434,40 +414,39 @@ fn turned(study: &Study) -> (Value, Value) {
         })
     };
     let tried = || study.records().skip(2);
-    let numbers = json!({
-        "most_yaw_deg": most,
-        "last_yaw_deg": yaws.last(),
-        "by_plain_distance": plain,
-        "tried": tried().map(in_json).collect::<Vec<_>>(),
-    });
-    (numbers, json!({ "table": tried().map(row).collect::<Vec<_>>() }))
+    numbers["most_yaw_deg"] = json!(most);
+    numbers["last_yaw_deg"] = json!(yaws.last());
+    numbers["by_plain_distance"] = json!(plain);
+    numbers["tried"] = tried().map(in_json).collect();
+    numbers["told"]["table"] = tried().map(row).collect();
+    numbers
 }
 
 /// Fig. 14.
-fn pushed_responses(study: &Study) -> (Value, Value) {
+fn pushed_responses(study: &Study) -> Value {
     let [a, b] = study.pushes.each_ref().map(zmp_errors);
     let spans = study.pushes.each_ref().map(|pushed| {
         let spans = unloaded(pushed).into_iter().map(|(foot, span, _)| (foot, span));
         spans.collect::<Vec<_>>()
     });
     let at_limit = |pushed: &Pushed| {
-        let joints = study.robot.joints.iter().zip(&pushed.at_limit_s).filter(|(_, time_s)| **time_s > 0.0);
+        let joints = study.robot.joints.iter().zip(&pushed.seen.at_limit_s).filter(|(_, time_s)| **time_s > 0.0);
         let told = joints.map(|(joint, s)| json!({ "name": joint.name.replace('_', " "), "time_s": s }));
         told.collect::<Vec<_>>()
     };
-    let numbers = json!({
+    json!({
         "zmp_error_rms_m": { "push_behind": a, "push_diagonal": b },
         "home_at_s": study.pushes.each_ref().map(|pushed| pushed.film.record.home_at_s),
         "soles_without_load_s": spans,
-        "joints_at_torque_limit_s": study.pushes.each_ref().map(|pushed| &pushed.at_limit_s),
-    });
-    (numbers, json!({ "at_limit": study.pushes.each_ref().map(at_limit) }))
+        "joints_at_torque_limit_s": study.pushes.each_ref().map(|pushed| &pushed.seen.at_limit_s),
+        "told": { "at_limit": study.pushes.each_ref().map(at_limit) },
+    })
 }
 
 /// Root of the mean square of the ZMP's error in the first swing, while the sole in the air carries no load (m; x, y).
 fn zmp_errors(pushed: &Pushed) -> [f64; 2] {
     let Footstep { foot, land_s, .. } = pushed.footstep;
-    let samples = pushed.motion.samples.iter().zip(&pushed.loaded);
+    let samples = pushed.motion.samples.iter().zip(&pushed.seen.loaded);
     let in_air = samples.filter(|(s, loaded)| s.swing && s.time_s < land_s && !loaded[foot]);
     let errors: Vec<[f64; 2]> =
         in_air.filter_map(|(s, _)| s.zmp.map(|zmp| [0, 1].map(|axis| zmp[axis] - s.zmp_ref[axis]))).collect();

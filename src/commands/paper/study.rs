@@ -61,27 +61,13 @@ pub fn run() -> Result<Study> {
             motion.samples.push(MotionSample { support, ..MotionSample::of(&robot, tick) });
         });
         progress.tick();
-        let (Some(lift), Some(landing), Some(&footstep)) = (watch.lift, watch.landing, film.record.footsteps.first())
+        let seen = watch.seen;
+        let (Some(lift), Some(landing), Some(&footstep)) = (seen.lift, seen.landing, film.record.footsteps.first())
         else {
             return Err(takes_no_footstep(name));
         };
-        let Watch { loaded, on_both, stance_tip_deg, stance_turn_deg, at_limit_s, .. } = watch;
         let [without_footstep, stiff] = [&standing, &stiff].map(|design| run(design, &asked));
-        Ok(Pushed {
-            push,
-            film,
-            footstep,
-            motion,
-            lift,
-            landing,
-            loaded,
-            on_both,
-            stance_tip_deg,
-            stance_turn_deg,
-            at_limit_s,
-            without_footstep,
-            stiff,
-        })
+        Ok(Pushed { push, film, footstep, motion, lift, landing, seen, without_footstep, stiff })
     };
     let (diagonal, config) = push_of("push-diagonal")?;
     let mut asked = HEADINGS_DEG.map(|heading_deg| (Push { heading_deg, ..diagonal }, config)).to_vec();

@@ -5,7 +5,6 @@ use crate::geometry::SupportPolygon;
 use crate::lipm::{Gain, OnlineSets};
 use crate::render::paper::study::Study;
 use nalgebra::{DMatrix, Matrix2x6, Vector6};
-use serde::Serialize;
 use serde_json::{Value, json};
 use std::hint::black_box;
 use std::time::Instant;
@@ -17,43 +16,18 @@ const TIMES: usize = 4000;
 /// and before that not (caches, clock of the processor).
 const WARM_UP: usize = 200;
 
-/// What was measured.
-#[derive(Debug, Clone, Serialize)]
-pub struct Timing {
-    pub paper_ms: f64,
-    pub repetitions: usize,
-    /// Installing the polygon, and the question to every gain whether its set holds the state.
-    pub online: Spread,
-    /// Eq. 25 with the stored Phi for all gains, and the same question to the matrices.
-    pub stored_phi: Spread,
-    /// Rows of the matrices of eq. 25, all gains together.
-    pub rows: usize,
-    /// What else the words name.
-    #[serde(skip)]
-    pub more: Value,
-}
-
-/// Of a wall clock.
-#[derive(Debug, Clone, Copy, Serialize)]
-pub struct Spread {
-    pub median_ms: f64,
-    pub p95_ms: f64,
-}
-
-impl Spread {
-    /// Times `work` again and again.
-    fn of(mut work: impl FnMut()) -> Self {
-        let mut times_ms: Vec<f64> = (0..WARM_UP + TIMES)
-            .map(|_| {
-                let start = Instant::now();
-                work();
-                1e3 * start.elapsed().as_secs_f64()
-            })
-            .skip(WARM_UP)
-            .collect();
-        times_ms.sort_by(f64::total_cmp);
-        Self { median_ms: times_ms[TIMES / 2], p95_ms: times_ms[TIMES * 95 / 100] }
-    }
+/// Times `work` again and again, by a wall clock.
+fn spread(mut work: impl FnMut()) -> Value {
+    let mut times_ms: Vec<f64> = (0..WARM_UP + TIMES)
+        .map(|_| {
+            let start = Instant::now();
+            work();
+            1e3 * start.elapsed().as_secs_f64()
+        })
+        .skip(WARM_UP)
+        .collect();
+    times_ms.sort_by(f64::total_cmp);
+    json!({ "median_ms": times_ms[TIMES / 2], "p95_ms": times_ms[TIMES * 95 / 100] })
 }
 
 /// Phi of eq. 24 and room for S of eq. 25, for one gain.
@@ -88,17 +62,18 @@ impl Stored {
     }
 }
 
-/// Measures on the region and the state right after the first landing of the push from behind. None: the control frame's
-/// origin is not inside of the region.
-pub fn measure(study: &Study) -> Option<Timing> {
+/// Measures on the region and the state right after the first landing of the push from behind: `online`: installing the
+/// polygon, and the question to every gain whether its set holds the state; `stored_phi`: eq. 25 with the stored Phi for all
+/// gains, and the same question to the matrices. Null: the control frame's origin is not inside of the region.
+pub fn measure(study: &Study) -> Value {
     let (polygon, state, family) = (study.landed_allowed, study.pushes[0].landing.state, &study.design.family);
     if polygon.half_planes().any(|edge| edge.distance <= 0.0) {
-        return None;
+        return Value::Null;
     }
     let mut sets = OnlineSets::new(family);
     sets.update(&polygon);
     let held = sets.fastest_holding(&state);
-    let online = Spread::of(|| {
+    let online = spread(|| {
         sets.update(black_box(&polygon));
         for gain in 0..sets.len() {
             black_box(sets.holds(gain, black_box(&state)));
@@ -108,17 +83,19 @@ pub fn measure(study: &Study) -> Option<Timing> {
     let mut stored: Vec<Stored> =
         family.gains.iter().zip(&study.sets).map(|(gain, set)| Stored::new(gain, set.horizon, edges)).collect();
     let x = state.stacked();
-    let stored_phi = Spread::of(|| {
+    let stored_phi = spread(|| {
         stored.iter_mut().for_each(|stored| stored.update(black_box(&polygon)));
         for stored in &stored {
             black_box(stored.margin(black_box(&x)) >= 0.0);
         }
     });
     let by_stored = stored.iter().rposition(|stored| stored.margin(&x) >= 0.0);
-    let rows = stored.iter().map(|stored| stored.s.nrows()).sum();
     let name = |gain: Option<usize>| gain.map_or("no gain".into(), |i| format!("gain {}", family.gains[i].name));
-    let more = json!({ "gains": family.gains.len(), "chosen": [name(held), name(by_stored)] });
-    Some(Timing { paper_ms: PAPER_MS, repetitions: TIMES, online, stored_phi, rows, more })
+    json!({
+        "paper_ms": PAPER_MS, "repetitions": TIMES, "online": online, "stored_phi": stored_phi,
+        "rows": stored.iter().map(|stored| stored.s.nrows()).sum::<usize>(),
+        "told": { "gains": family.gains.len(), "chosen": [name(held), name(by_stored)] },
+    })
 }
 
 #[cfg(test)]

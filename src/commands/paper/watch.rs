@@ -1,25 +1,20 @@
-//! What is seen of a pushed run, tick by tick, beyond what its record and its film keep; fields as in `Pushed`.
+//! What is seen of a pushed run, tick by tick, beyond what its record and its film keep.
 
 use crate::control::estimator::on_ground;
 use crate::episode::snapshot::LEAST_N;
 use crate::episode::{AT_LIMIT, Tick};
 use crate::geometry::SupportPolygon;
 use crate::lipm::pendulum::State;
-use crate::render::paper::study::Stand;
+use crate::render::paper::study::{Seen, Stand};
 use crate::robot::{Foot, PerFoot, Robot};
 use crate::sim::Truth;
 use nalgebra::{Point2, Vector3};
 
-/// What is seen of a run.
-#[derive(Debug, Clone, Default)]
+/// Sees a run.
+#[derive(Default)]
 pub struct Watch {
-    pub lift: Option<Stand>,
-    pub landing: Option<Stand>,
-    pub loaded: Vec<PerFoot<bool>>,
-    pub on_both: Vec<bool>,
-    pub stance_tip_deg: f64,
-    pub stance_turn_deg: f64,
-    pub at_limit_s: Vec<f64>,
+    pub seen: Seen,
+    /// Of the sole that stands in the first swing.
     heading_at_lift: Option<f64>,
 }
 
@@ -29,14 +24,14 @@ impl Watch {
         let (truth, controller) = (tick.truth, tick.controller);
         let estimate = &controller.estimator.now;
         let loaded = PerFoot::from_fn(|foot| truth.sole_wrenches[foot].force.z >= LEAST_N);
-        self.loaded.push(loaded);
-        self.on_both.push(estimate.in_contact.left && estimate.in_contact.right);
+        self.seen.loaded.push(loaded);
+        self.seen.on_both.push(estimate.in_contact.left && estimate.in_contact.right);
         self.note_torques(robot, period_s, truth);
-        if let (Some(swing), None) = (&controller.swing, &self.landing) {
+        if let (Some(swing), None) = (&controller.swing, &self.seen.landing) {
             self.note_stance(truth, swing.footstep.foot.other());
         } else if controller.swing.is_none()
-            && self.on_both.last() == Some(&true)
-            && self.landing.is_none()
+            && self.seen.on_both.last() == Some(&true)
+            && self.seen.landing.is_none()
             && let Some(polygon) = controller.support.polygon
         {
             let frame = controller.support.frame;
@@ -52,7 +47,7 @@ impl Watch {
                 soles: PerFoot::from_fn(|foot| on_ground(&estimate.footholds[foot])),
                 load_n: estimate.load_n,
             };
-            *(if self.heading_at_lift.is_some() { &mut self.landing } else { &mut self.lift }) = Some(stand);
+            *(if self.heading_at_lift.is_some() { &mut self.seen.landing } else { &mut self.seen.lift }) = Some(stand);
         }
         hull(robot, truth, &loaded)
     }
@@ -61,16 +56,16 @@ impl Watch {
         let rotation = truth.soles[stance].rotation;
         let heading = on_ground(&truth.soles[stance]).rotation.angle();
         let tip_deg = (rotation * Vector3::z()).z.clamp(-1.0, 1.0).acos().to_degrees();
-        self.stance_tip_deg = self.stance_tip_deg.max(tip_deg);
+        self.seen.stance_tip_deg = self.seen.stance_tip_deg.max(tip_deg);
         let turn_deg = (heading - *self.heading_at_lift.get_or_insert(heading)).to_degrees();
-        if turn_deg.abs() > self.stance_turn_deg.abs() {
-            self.stance_turn_deg = turn_deg;
+        if turn_deg.abs() > self.seen.stance_turn_deg.abs() {
+            self.seen.stance_turn_deg = turn_deg;
         }
     }
 
     fn note_torques(&mut self, robot: &Robot, period_s: f64, truth: &Truth) {
-        self.at_limit_s.resize(robot.joints.len(), 0.0);
-        for ((time_s, tau), servo) in self.at_limit_s.iter_mut().zip(&truth.tau).zip(&robot.servos) {
+        self.seen.at_limit_s.resize(robot.joints.len(), 0.0);
+        for ((time_s, tau), servo) in self.seen.at_limit_s.iter_mut().zip(&truth.tau).zip(&robot.servos) {
             *time_s += if tau.abs() >= AT_LIMIT * servo.torque_n_m { period_s } else { 0.0 };
         }
     }

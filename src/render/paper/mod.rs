@@ -24,25 +24,14 @@ const FIGURE_STYLE: &str = include_str!("figure.css");
 /// Between panels of a file (px).
 const GAP: f64 = 16.0;
 
-/// What the curves and bands of Fig. 9 and 14 are, where their own legend is scrolled out of sight: class, line or band.
-const KEYS: [(&str, &str, &str); 9] = [
-    ("com", "line", "COM"),
-    ("wanted", "line", "ZMP wanted"),
-    ("zmp", "line", "ZMP"),
-    ("dcm dashed", "line", "DCM"),
-    ("left dashed", "line", "left foot"),
-    ("right", "line", "right foot"),
-    ("band", "rect", "soles on the ground"),
-    ("pushed", "rect", "push"),
-    ("swing", "rect", "footstep in the air"),
-];
-
 /// All that stands on the page.
 pub struct Page {
     pub figures: Vec<Figure>,
     pub not_made: Vec<NotMade>,
     /// On the update time of the sets; empty: it was not measured.
     pub update_claims: Vec<Claim>,
+    /// How often it was.
+    repetitions: Value,
 }
 
 /// A figure.
@@ -80,20 +69,19 @@ impl Page {
             figures: teller.words.figure.iter().map(figure).collect::<Result<_>>()?,
             not_made: teller.words.not_made.clone(),
             update_claims: if update.is_null() { Vec::new() } else { teller.update_claims(update)? },
+            repetitions: update["repetitions"].clone(),
         })
     }
 
-    /// `index.html`: all figures as one page that asks for nothing else; `times`: how often the update was timed. Errors: none
-    /// but a template that is wrong.
-    pub fn html(&self, study: &Study, times: Option<usize>) -> Result<String> {
+    /// `index.html`: all figures as one page that asks for nothing else. Errors: none but a template that is wrong.
+    pub fn html(&self, study: &Study) -> Result<String> {
         let context = json!({
             "style": include_str!("paper.css"),
             "figure_style": FIGURE_STYLE,
             "figures": self.figures.iter().map(Figure::shown).collect::<Vec<_>>(),
             "not_made": self.not_made,
-            "keys": KEYS,
             "timing": {
-                "claims": self.update_claims, "counts": told(&self.update_claims), "repetitions": times,
+                "claims": self.update_claims, "counts": told(&self.update_claims), "repetitions": self.repetitions,
             },
             "facts": { "robot": study.robot.name, "gains": study.design.family.name, "judge": study.judge },
         });

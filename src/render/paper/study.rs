@@ -52,9 +52,20 @@ pub struct Pushed {
     pub footstep: Footstep,
     /// Its support is what carries load.
     pub motion: MotionPlot,
-    /// The last tick on both feet before the first lift, and the first one after its landing.
     pub lift: Stand,
     pub landing: Stand,
+    pub seen: Seen,
+    /// The same push, by a set of the same gains that takes no footstep, and by a robot that keeps its posture.
+    pub without_footstep: Record,
+    pub stiff: Record,
+}
+
+/// What is seen of a pushed run beyond its record and its film.
+#[derive(Debug, Default)]
+pub struct Seen {
+    /// The last tick on both feet before the first lift, and the first one after its landing.
+    pub lift: Option<Stand>,
+    pub landing: Option<Stand>,
     /// Of every tick: which soles carry load, and whether the controller takes both for support.
     pub loaded: Vec<PerFoot<bool>>,
     pub on_both: Vec<bool>,
@@ -64,9 +75,6 @@ pub struct Pushed {
     pub stance_turn_deg: f64,
     /// For how long the torque of each joint was at its limit (s).
     pub at_limit_s: Vec<f64>,
-    /// The same push, by a set of the same gains that takes no footstep, and by a robot that keeps its posture.
-    pub without_footstep: Record,
-    pub stiff: Record,
 }
 
 /// A push of which the record is enough.

@@ -17,7 +17,7 @@ pub struct Words {
     pub figure: Vec<FigureWords>,
     claim: BTreeMap<String, ClaimWords>,
     pub not_made: Vec<NotMade>,
-    update_time: UpdateWords,
+    update_time: Vec<String>,
 }
 
 impl Words {
@@ -46,7 +46,7 @@ pub struct FigureWords {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TableWords {
-    /// Name of the list among the numbers.
+    /// Name of the list under `told`.
     rows: String,
     /// Head and cell of each column.
     columns: Vec<[String; 2]>,
@@ -56,15 +56,8 @@ pub struct TableWords {
 #[serde(deny_unknown_fields)]
 struct ClaimWords {
     paper: String,
-    place: Option<String>,
     holds: Option<String>,
     here: String,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct UpdateWords {
-    claims: Vec<String>,
 }
 
 /// A figure of the paper that nothing here can show.
@@ -162,7 +155,7 @@ impl Teller {
 
     /// Those of the update time.
     pub fn update_claims(&self, numbers: &Value) -> Result<Vec<Claim>> {
-        self.claims(&self.words.update_time.claims, numbers)
+        self.claims(&self.words.update_time, numbers)
     }
 
     fn claim(&self, name: &str, numbers: &Value) -> Result<Claim> {
@@ -179,7 +172,11 @@ impl Teller {
             _ => Verdict::Differs,
         };
         let here = self.fill(&words.here, context! { holds, ..numbers })?;
-        Ok(Claim { verdict, paper: joined(&words.paper), place: words.place.clone(), here })
+        let paper = joined(&words.paper);
+        let quoted =
+            paper.strip_prefix('\u{201c}').and_then(|quoted| quoted.strip_suffix(')')?.rsplit_once("\u{201d} ("));
+        let (paper, place) = quoted.map_or((paper.as_str(), None), |(paper, place)| (paper, Some(place.into())));
+        Ok(Claim { verdict, paper: paper.into(), place, here })
     }
 
     /// How a figure is to be read.
@@ -191,7 +188,8 @@ impl Teller {
         let cells = |row: &Value| {
             words.columns.iter().map(|[_, cell]| self.fill(cell, context! { row => Serde(row) })).collect()
         };
-        let rows = numbers[&words.rows].as_array().ok_or_else(|| wrong(format!("there is no list {}", words.rows)))?;
+        let rows =
+            numbers["told"][&words.rows].as_array().ok_or_else(|| wrong(format!("there is no list {}", words.rows)))?;
         Ok(Table {
             head: words.columns.iter().map(|[head, _]| head.clone()).collect(),
             rows: rows.iter().map(cells).collect::<Result<_>>()?,
