@@ -1,7 +1,7 @@
 //! What is simulated and searched for the page, once for all figures: the paper's scenarios, and its gain set's sets.
 
 use super::footwork::Home;
-use super::watch::Watch;
+use super::watch::{Watch, acting_gain};
 use crate::campaign::ask::scenario::{Cause, Imposed, Scenario};
 use crate::control::{Design, home_polygon};
 use crate::episode::imposed::{self, ImposedRecord};
@@ -89,8 +89,7 @@ pub fn run() -> Result<Study> {
         let (mut motion, mut ticks) = (MotionPlot::default(), Vec::new());
         let record = imposed::run(&robot, &design, &scenario.episode(), zmp_error_m.into(), start, &mut |tick| {
             motion.samples.push(MotionSample::of_imposed(tick));
-            let gain = tick.controller.swing.is_none().then_some(tick.controller.supervisor.gain);
-            ticks.push((tick.time_s, tick.posture.clone(), gain));
+            ticks.push((tick.time_s, tick.posture.clone(), acting_gain(tick.controller)));
         })?;
         progress.tick();
         Ok((record, motion, ticks))

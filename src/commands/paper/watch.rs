@@ -1,5 +1,6 @@
 //! What is seen of a pushed run, tick by tick, beyond what its record and its film keep.
 
+use crate::control::Controller;
 use crate::control::estimator::on_ground;
 use crate::episode::snapshot::LEAST_N;
 use crate::episode::{AT_LIMIT, Tick};
@@ -69,6 +70,11 @@ impl Watch {
             *time_s += if tau.abs() >= AT_LIMIT * servo.torque_n_m { period_s } else { 0.0 };
         }
     }
+}
+
+/// The gain that acts; None with a foot in the air.
+pub fn acting_gain(controller: &Controller) -> Option<usize> {
+    controller.swing.is_none().then_some(controller.supervisor.gain)
 }
 
 /// Hull of the soles that carry load, world.

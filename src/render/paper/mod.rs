@@ -65,11 +65,12 @@ impl Page {
             })
         };
         let update = &numbers["update_time"];
+        let on_update: &[String] = if update.is_null() { &[] } else { &teller.words.update_time };
         Ok(Self {
             figures: teller.words.figure.iter().map(figure).collect::<Result<_>>()?,
-            not_made: teller.words.not_made.clone(),
-            update_claims: if update.is_null() { Vec::new() } else { teller.update_claims(update)? },
+            update_claims: teller.claims(on_update, update)?,
             repetitions: update["repetitions"].clone(),
+            not_made: teller.words.not_made,
         })
     }
 
@@ -120,17 +121,11 @@ impl Figure {
             w if w < 600.0 => "halves",
             _ => "wide",
         };
-        let number = &self.words.number;
-        let label = |i: usize| format!("role=\"img\" aria-label=\"Fig. {number}, part {}\"", i + 1);
+        let label = |i: usize| format!("role=\"img\" aria-label=\"Fig. {}, part {}\"", self.words.number, i + 1);
+        let panels: Vec<String> = self.panels.iter().enumerate().map(|(i, panel)| panel.svg(&label(i))).collect();
         json!({
-            "number": number,
-            "title": self.words.title,
-            "reading": self.reading,
-            "layout": layout,
-            "panels": self.panels.iter().enumerate().map(|(i, panel)| panel.svg(&label(i))).collect::<Vec<_>>(),
-            "table": self.table,
-            "claims": self.claims,
-            "counts": told(&self.claims),
+            "number": self.words.number, "title": self.words.title, "reading": self.reading, "layout": layout,
+            "panels": panels, "table": self.table, "claims": self.claims, "counts": told(&self.claims),
         })
     }
 

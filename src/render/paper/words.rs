@@ -2,7 +2,7 @@
 
 use super::super::html::svg::short;
 use crate::error::{Error, Result};
-use minijinja::value::{Rest, Serde, Value as Any};
+use minijinja::value::{Serde, Value as Any};
 use minijinja::{Environment, UndefinedBehavior, context};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -17,7 +17,8 @@ pub struct Words {
     pub figure: Vec<FigureWords>,
     claim: BTreeMap<String, ClaimWords>,
     pub not_made: Vec<NotMade>,
-    update_time: Vec<String>,
+    /// The claims on the update time.
+    pub update_time: Vec<String>,
 }
 
 impl Words {
@@ -131,14 +132,9 @@ impl Teller {
         environment.set_undefined_behavior(UndefinedBehavior::Strict);
         environment.add_global("fig", Any::from(Serde(numbers)));
         environment.add_global("design", Any::from(Serde(design)));
-        environment.add_filter("n", |x: f64, digits: Rest<usize>| short(x, digits.first().copied().unwrap_or(0)));
-        environment
-            .add_filter("mm", |m: f64, digits: Rest<usize>| short(1e3 * m, digits.first().copied().unwrap_or(0)));
+        environment.add_filter("n", |x: f64, digits: Option<usize>| short(x, digits.unwrap_or(0)));
+        environment.add_filter("mm", |m: f64, digits: Option<usize>| short(1e3 * m, digits.unwrap_or(0)));
         environment.add_filter("s", |s: Option<f64>| s.map_or("never".into(), |s| format!("{s:.2} s")));
-        environment.add_filter("micro", |milli: f64| {
-            let micro = 1e3 * milli;
-            short(micro, if micro < 1.0 { 2 } else { usize::from(micro < 10.0) })
-        });
         environment.add_filter("length_of", |Serde([x, y]): Serde<[f64; 2]>| x.hypot(y));
         environment.add_filter("towards_deg", |Serde([x, y]): Serde<[f64; 2]>| y.atan2(x).to_degrees());
         environment.add_filter("walked", |Serde(way): Serde<[f64; 2]>| walked(way));
@@ -153,13 +149,8 @@ impl Teller {
         names.iter().map(|name| self.claim(name, numbers)).collect()
     }
 
-    /// Those of the update time.
-    pub fn update_claims(&self, numbers: &Value) -> Result<Vec<Claim>> {
-        self.claims(&self.words.update_time, numbers)
-    }
-
     fn claim(&self, name: &str, numbers: &Value) -> Result<Claim> {
-        let Some(words) = self.words.claim.get(name) else { return Err(wrong(format!("there is no claim {name}"))) };
+        let words = self.words.claim.get(name).ok_or_else(|| wrong(format!("there is no claim {name}")))?;
         let numbers = Any::from(Serde(numbers));
         let holds = match &words.holds {
             Some(holds) => self.environment.compile_expression(holds).and_then(|it| it.eval(&numbers)),
@@ -223,23 +214,4 @@ fn walked(way: [f64; 2]) -> String {
     let part = |m: f64, ways: [&str; 2]| format!("{} mm {}", short(1e3 * m.abs(), 0), ways[usize::from(m < 0.0)]);
     let [along, across] = [part(way[0], ["forward", "backward"]), part(way[1], ["to the left", "to the right"])];
     if way[1].abs() < 5e-4 { along } else { format!("{along} and {across}") }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn verdicts_are_counted() {
-        let claims = |verdicts: &[Verdict]| -> Vec<Claim> {
-            let claim =
-                |verdict: &Verdict| Claim { verdict: *verdict, paper: "p".into(), place: None, here: "h".into() };
-            verdicts.iter().map(claim).collect()
-        };
-        let told =
-            |verdicts| counts(&claims(verdicts)).into_iter().map(|count| count.told).collect::<Vec<_>>().join(", ");
-        assert_eq!(told(&[Verdict::Agrees, Verdict::Differs, Verdict::Agrees]), "2 agree, 1 differs");
-        assert_eq!(told(&[Verdict::Agrees, Verdict::Open]), "1 agrees, 1 open");
-        assert_eq!(told(&[]), "");
-    }
 }
