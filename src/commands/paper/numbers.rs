@@ -64,13 +64,12 @@ fn inclusion(study: &Study) -> Result<Value> {
     });
     let others = [slow?, fast?];
     let inside = Inclusion::of(&others)?.inside;
-    let row = |((set, gain), (impulse, settles)): ((&CpiSet, &Gain), (&[f64; 2], &Option<f64>))| {
+    let rows = sets.iter().enumerate().map(|(i, set)| {
         json!({
-            "gain": set.gain, "poles": gain.x.poles, "k": set.horizon, "rows": set.set.rows.nrows(),
-            "impulse": in_json(impulse), "home_after_s": settles,
+            "gain": set.gain, "poles": family.gains[i].x.poles, "k": set.horizon, "rows": set.set.rows.nrows(),
+            "impulse": in_json(&impulses[i]), "home_after_s": settles[i],
         })
-    };
-    let rows = sets.iter().zip(&family.gains).zip(impulses.iter().zip(&settles)).map(row);
+    });
     Ok(json!({
         "nested": study.inclusion.failures().is_empty(),
         "gains": sets.iter().map(|set| &set.gain).collect::<Vec<_>>(),
