@@ -1,14 +1,13 @@
 //! Cost of the sets: what runs at every tick and after a landing, beside what is searched once.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use standfast::assets::{self, Kind};
-use standfast::control::footstep::Footstep;
-use standfast::control::support::Support;
-use standfast::control::swing::{Lift, Swing};
+use standfast::control::stand::Support;
 use standfast::geometry::SupportPolygon;
+use standfast::lipm::relaxation::{AxisPlan, Boundary};
 use standfast::lipm::{CpiSet, GainFamily, GainSet, OnlineSets, Pendulum, State};
-use standfast::robot::{Foot, PerFoot, Robot};
+use standfast::robot::{PerFoot, Robot};
 use std::hint::black_box;
 
 fn sets(c: &mut Criterion) {
@@ -43,7 +42,7 @@ fn sets(c: &mut Criterion) {
     let paper = GainSet::load("paper").expect("built in");
     let pendulum = Pendulum { omega: robot.omega(), dt: 0.002 };
     let family = GainFamily::design(&paper, pendulum).expect("valid");
-    let rules = family.stepping.expect("it steps");
+    let rules = family.stepping().expect("it steps");
     let foothold = |x: f64, y: f64, yaw: f64| {
         Isometry3::from_parts(Vector3::new(x, y, 0.0).into(), UnitQuaternion::from_euler_angles(0.0, 0.0, yaw))
     };
@@ -60,11 +59,12 @@ fn sets(c: &mut Criterion) {
             online.fastest_holding(black_box(&state))
         })
     });
-    let lift =
-        Lift { com: Point2::new(0.01, 0.0), com_vel: Vector2::new(0.4, 0.02), footholds: home, zmp_margin: 0.003 };
-    let footstep = Footstep { foot: Foot::Right, to: Point2::new(0.13, -0.0485), zmp_error: Vector2::new(0.02, 0.0) };
+    let [x, y] = [(0.01, 0.4, 0.13), (0.05, 0.02, 0.0)].map(|(com, com_vel, to)| {
+        let most = robot.soles.left.half_m[0] - family.zmp_margin;
+        Boundary { com, com_vel, target: 0.5 * to, zmp: [-most, most] }
+    });
     c.bench_function("plan of a footstep", |b| {
-        b.iter(|| Swing::plan(pendulum.omega, &rules, &robot.soles.left, black_box(footstep), black_box(&lift)))
+        b.iter(|| [x, y].map(|axis| AxisPlan::new(pendulum.omega, rules, black_box(&axis))))
     });
 
     let mut slow = c.benchmark_group("search by linear programs, all gains");

@@ -2,7 +2,7 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{DVector, Vector3};
-use standfast::control::inverse_dynamics::{Grip, InverseDynamics, Wanted};
+use standfast::control::body::{ContactModel, DesiredAcceleration, InverseDynamics};
 use standfast::control::{Controller, Design};
 use standfast::lipm::GainSet;
 use standfast::robot::dynamics::Dynamics;
@@ -20,7 +20,7 @@ fn whole_body(c: &mut Criterion) {
     c.bench_function("kinematics", |b| b.iter(|| kinematics.update(&robot, black_box(&posture))));
     c.bench_function("mass matrix and bias", |b| b.iter(|| dynamics.update(&robot, &kinematics, black_box(&velocity))));
 
-    let mut body = InverseDynamics::new(&robot, Grip { friction: 0.6, sole_share: 0.95 });
+    let mut body = InverseDynamics::new(&robot, ContactModel { friction: 0.6, sole_share: 0.95 });
     let both = PerFoot { left: true, right: true };
     for (name, standing, com_acc, vary) in [
         ("both feet", both, Vector3::new(0.5, 0.0, 0.0), 0.001),
@@ -29,7 +29,7 @@ fn whole_body(c: &mut Criterion) {
         // No help from the last answer.
         ("both feet, from edge to edge", both, Vector3::zeros(), 4.0),
     ] {
-        let mut wanted = Wanted::rest(&robot, standing);
+        let mut wanted = DesiredAcceleration::rest(&robot, standing);
         let mut sign = 1.0;
         c.bench_function(&format!("inverse dynamics, {name}"), |b| {
             b.iter(|| {
@@ -41,8 +41,7 @@ fn whole_body(c: &mut Criterion) {
     }
 
     let clock = Clock { physics_step_s: 0.001, control_period_s: 0.001 };
-    let zeros = vec![0.0; robot.joints.len()];
-    let home = Command { q_ref: robot.home_rad.clone(), dq_ref: zeros.clone(), tau_ff: zeros };
+    let home = Command::hold(&robot.home_rad);
     let mut plant = Plant::new(&robot, clock, None, home.clone());
     c.bench_function("a step of the simulation, standing", |b| b.iter(|| plant.advance(home.clone(), &[])));
 }
@@ -56,26 +55,28 @@ fn catching(c: &mut Criterion) {
     let design = Design::new(&robot, &gains, clock.control_period_s).expect("built in");
     let push = Push { impulse_n_s: 3.6, start_s: 0.2, ..Push::default() };
     let mut plant = Plant::new(&robot, clock, None, design.home_command().clone());
-    let mut controller = Controller::new(&robot, &design);
+    let mut controller = Controller::new(design.clone());
+    let mut command = design.home_command().clone();
     let sensed: Vec<Sensed> = (0..400)
         .map(|_| {
             let sensed = plant.sense();
-            let command = controller.tick(&sensed);
-            plant.advance(command, &[push]);
+            controller.tick(&sensed, &mut command).expect("readings");
+            plant.advance(command.clone(), &[push]);
             sensed
         })
         .collect();
 
     for (name, in_air) in [("both feet on the ground", false), ("a foot in the air", true)] {
         let ticks = |count: u64| {
+            let mut command = Command::hold(&robot.home_rad);
             let (mut spent, mut left) = (Duration::ZERO, count);
             while left > 0 {
-                let (mut controller, before) = (Controller::new(&robot, &design), left);
+                let (mut controller, before) = (Controller::new(design.clone()), left);
                 for sensed in &sensed {
                     let start = Instant::now();
-                    black_box(controller.tick(black_box(sensed)));
+                    black_box(controller.tick(black_box(sensed), &mut command)).expect("readings");
                     let took = start.elapsed();
-                    if left > 0 && controller.swing.is_some() == in_air {
+                    if left > 0 && controller.account().stands() != in_air {
                         (spent, left) = (spent + took, left - 1);
                     }
                 }

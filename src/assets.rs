@@ -21,6 +21,13 @@ impl Source {
 /// The robot that is meant where none is named.
 pub const DEFAULT_ROBOT: &str = "ut-mu2";
 
+/// Files of a folder under `assets`, by their names without the extension.
+macro_rules! texts {
+    ($folder:literal, $extension:literal: $($name:literal)*) => {
+        &[$(($name, include_str!(concat!("../assets/", $folder, "/", $name, ".", $extension)))),*]
+    };
+}
+
 /// Kinds of input that are compiled in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -42,35 +49,17 @@ impl Kind {
         }
     }
 
+    /// Names and texts, in the order in which they are offered.
     fn builtin(self) -> &'static [(&'static str, &'static str)] {
         match self {
-            Kind::Robot => &[("ut-mu2", include_str!("../assets/robots/ut-mu2.urdf"))],
-            Kind::RobotSettings => &[("ut-mu2", include_str!("../assets/robots/ut-mu2.toml"))],
-            Kind::Gains => &[
-                ("hold", include_str!("../assets/gains/hold.toml")),
-                ("fixed", include_str!("../assets/gains/fixed.toml")),
-                ("switching", include_str!("../assets/gains/switching.toml")),
-                ("paper", include_str!("../assets/gains/paper.toml")),
-                ("catch", include_str!("../assets/gains/catch.toml")),
-                ("slow", include_str!("../assets/gains/slow.toml")),
-                ("fast", include_str!("../assets/gains/fast.toml")),
-            ],
-            Kind::Campaign => &[
-                ("smoke", include_str!("../assets/campaigns/smoke.toml")),
-                ("nominal", include_str!("../assets/campaigns/nominal.toml")),
-                ("standard", include_str!("../assets/campaigns/standard.toml")),
-                ("harsh", include_str!("../assets/campaigns/harsh.toml")),
-            ],
-            Kind::Scenario => &[
-                ("error-backward", include_str!("../assets/scenarios/error-backward.toml")),
-                ("error-diagonal", include_str!("../assets/scenarios/error-diagonal.toml")),
-                ("push-behind", include_str!("../assets/scenarios/push-behind.toml")),
-                ("push-diagonal", include_str!("../assets/scenarios/push-diagonal.toml")),
-                ("moving-backward", include_str!("../assets/scenarios/moving-backward.toml")),
-                ("moving-diagonal", include_str!("../assets/scenarios/moving-diagonal.toml")),
-                ("push-error-backward", include_str!("../assets/scenarios/push-error-backward.toml")),
-                ("push-error-diagonal", include_str!("../assets/scenarios/push-error-diagonal.toml")),
-            ],
+            Kind::Robot => texts!("robots", "urdf": "ut-mu2"),
+            Kind::RobotSettings => texts!("robots", "toml": "ut-mu2"),
+            Kind::Gains => texts!("gains", "toml": "hold" "fixed" "switching" "paper" "catch" "slow" "fast"),
+            Kind::Campaign => texts!("campaigns", "toml": "smoke" "nominal" "standard" "harsh"),
+            Kind::Scenario => texts!("scenarios", "toml":
+                "error-backward" "error-diagonal" "push-behind" "push-diagonal"
+                "moving-backward" "moving-diagonal" "push-error-backward" "push-error-diagonal"
+            ),
         }
     }
 

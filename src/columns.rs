@@ -33,7 +33,7 @@ impl Column {
     }
 
     /// Count of rows.
-    pub fn len(&self) -> usize {
+    fn len(&self) -> usize {
         match &self.data {
             Data::F64(v) => v.len(),
             Data::OptF64(v) => v.len(),
@@ -42,10 +42,6 @@ impl Column {
             Data::Text(v) => v.len(),
             Data::OptText(v) => v.len(),
         }
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 
     /// Text of one value; a float in the shortest form that reads back to the same bits.
@@ -65,7 +61,7 @@ impl Column {
 pub fn write(path: &Path, columns: &[Column]) -> Result<()> {
     match path.extension().and_then(|e| e.to_str()) {
         Some("csv") => write_csv(path, columns),
-        Some("parquet") => write_parquet(path, columns),
+        Some("parquet") => write_atomic(path, &parquet_bytes(columns).map_err(|e| other(path, e))?),
         _ => {
             let (problem, accepted) = ("unknown kind of file", "a name that ends in .csv or .parquet");
             Err(Error::value("output", "file", path.display(), problem, accepted))
@@ -73,13 +69,8 @@ pub fn write(path: &Path, columns: &[Column]) -> Result<()> {
     }
 }
 
-/// Writes columns of equal length as Parquet: Zstandard, one row group, nothing about host or clock inside.
-pub fn write_parquet(path: &Path, columns: &[Column]) -> Result<()> {
-    write_atomic(path, &parquet_bytes(columns).map_err(|e| other(path, e))?)
-}
-
 /// Writes columns of equal length as CSV, names in the first line, floats with all their digits.
-pub fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
+fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
     let mut out = csv::Writer::from_writer(Vec::new());
     let rows = columns.first().map_or(0, Column::len);
     out.write_record(columns.iter().map(|c| &c.name)).map_err(|e| other(path, e))?;
@@ -89,7 +80,7 @@ pub fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
     write_atomic(path, &out.into_inner().map_err(|e| other(path, e.into_error()))?)
 }
 
-/// The bytes of [`write_parquet`].
+/// Columns of equal length as Parquet: Zstandard, one row group, nothing about host or clock inside.
 pub fn parquet_bytes(columns: &[Column]) -> Result<Vec<u8>, ParquetError> {
     let fields = columns.iter().map(|c| field(c).map(Arc::new)).collect::<Result<_, _>>()?;
     let schema = Arc::new(Type::group_type_builder("rows").with_fields(fields).build()?);

@@ -1,6 +1,7 @@
 //! Writing files so that a reader, or a crash, never meets half of one; and how a shell wants to hear of them.
 
 use crate::error::{Error, Result};
+use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::hash::{DefaultHasher, Hasher};
 use std::{fs, io::Write, path::Path, sync::OnceLock};
@@ -26,6 +27,20 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
     #[cfg(unix)]
     fs::File::open(folder).and_then(|f| f.sync_all()).map_err(fail)?;
     Ok(())
+}
+
+/// One line of JSON.
+pub fn json(value: &impl Serialize) -> Result<String> {
+    serde_json::to_string(value).map_err(json_error)
+}
+
+/// JSON to read, with an end of line.
+pub fn json_pretty(value: &impl Serialize) -> Result<String> {
+    Ok(serde_json::to_string_pretty(value).map_err(json_error)? + "\n")
+}
+
+fn json_error(e: serde_json::Error) -> Error {
+    Error::Syntax { file: "JSON".into(), message: e.to_string() }
 }
 
 /// As a shell wants it: in quotes if there is anything in it that a shell would read.

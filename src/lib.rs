@@ -8,19 +8,28 @@
 //! pushes forward, 90 to the left.
 
 pub mod assets;
+#[cfg(feature = "program")]
 pub mod campaign;
+#[cfg(feature = "program")]
 pub mod columns;
+#[cfg(feature = "program")]
 pub mod commands;
 pub mod control;
+#[cfg(feature = "program")]
 pub mod episode;
 pub mod error;
+#[cfg(feature = "program")]
 pub mod files;
 pub mod geometry;
 pub mod lipm;
+#[cfg(feature = "program")]
 pub mod render;
 pub mod robot;
+#[cfg(feature = "program")]
 pub mod sim;
+#[cfg(feature = "program")]
 pub mod stats;
+#[cfg(feature = "program")]
 pub mod view;
 
 pub use error::{Error, Result};

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use standfast::campaign::limit::Yardstick;
 use standfast::campaign::{Campaign, Overrides};
 use standfast::control::Phase;
-use standfast::control::estimator::heading;
+use standfast::control::estimate::heading;
 use standfast::episode::{Footstep, Outcome, Record, Tick, Until};
 use standfast::robot::{Foot, Pose, Reach};
 use standfast::sim::Push;
@@ -38,7 +38,7 @@ struct Course {
 
 impl Course {
     fn watch(&mut self, tick: &Tick) {
-        let now = match tick.controller.phase {
+        let now = match tick.account.phase {
             Phase::Swing(foot) => Some(foot),
             _ => None,
         };
@@ -52,7 +52,7 @@ impl Course {
             self.narrowest_m = self.narrowest_m.min(from_stance(foot).y);
             self.flies |= tick.truth.contact_force.z < CARRIES_N;
             if !self.flies {
-                let estimate = &tick.controller.estimator.now;
+                let estimate = tick.account.estimate;
                 self.wrong_m_s.push((estimate.com_vel_xy() - tick.truth.com_vel.xy()).norm());
             }
         }

@@ -45,7 +45,8 @@ fn errors_seen(gains: &str) -> Vec<Vec<f64>> {
     let plant = |errors| Plant::new(&bench.robot, clock, errors, bench.design.home_command().clone());
     // The twin without errors gets the same commands, so that it is the truth.
     let (mut noisy, mut ideal) = (plant(Some(sensor_errors(5))), plant(None));
-    let mut controller = Controller::new(&bench.robot, &bench.design);
+    let mut controller = Controller::new(bench.design.clone());
+    let mut command = bench.design.home_command().clone();
     let mut seen = Vec::new();
     for _ in 0..400 {
         let (read, truth) = (noisy.sense(), ideal.sense());
@@ -59,10 +60,10 @@ fn errors_seen(gains: &str) -> Vec<Vec<f64>> {
         let all = imu.iter().chain(Foot::BOTH.iter().flat_map(|&foot| &soles[foot]));
         errors.extend(all.flat_map(Vector3::iter));
         seen.push(errors);
-        let command = controller.tick(&read);
+        controller.tick(&read, &mut command).unwrap();
         let pushes = [push(2.5, 30.0)];
         noisy.advance(command.clone(), &pushes);
-        ideal.advance(command, &pushes);
+        ideal.advance(command.clone(), &pushes);
     }
     seen
 }

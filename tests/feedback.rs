@@ -14,15 +14,16 @@ const CLOCK: Clock = Clock { physics_step_s: 0.001, control_period_s: 0.002 };
 /// Whether the robot is upright and slow after 5 s, if its sensors stand still from `freeze_s` on.
 fn stays_up(bench: &Bench, push: Push, freeze_s: f64) -> bool {
     let mut plant = Plant::new(&bench.robot, CLOCK, None, bench.design.home_command().clone());
-    let mut controller = Controller::new(&bench.robot, &bench.design);
+    let mut controller = Controller::new(bench.design.clone());
+    let mut command = bench.design.home_command().clone();
     let mut sensed = plant.sense();
     for _ in 0..2500 {
         let now = plant.sense();
         if plant.truth().time_s < freeze_s {
             sensed = now;
         }
-        let command = controller.tick(&sensed);
-        plant.advance(command, &[push]);
+        controller.tick(&sensed, &mut command).unwrap();
+        plant.advance(command.clone(), &[push]);
         if plant.truth().touching.is_some() {
             return false;
         }

@@ -1,12 +1,16 @@
-//! The floors of the house: a module imports from lower floors only.
+//! The floors of the house: a file names what is on lower floors only, files form no circle, and some crates stand in one
+//! room each.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+#[path = "floors/imports.rs"]
+mod imports;
 
-/// Modules by floor, lowest first. Modules of one floor do not import each other, but for the floors named below.
+use imports::{Crate, File, Named};
+use std::path::Path;
+
+/// Rooms by floor, lowest first. Who draws and who shows a window share a floor; the window takes from the drawings.
 const FLOORS: [&[&str]; 10] = [
-    &["error"],
-    &["geometry", "stats", "assets", "columns", "files"],
+    &["error", "files", "columns", "assets"],
+    &["stats", "geometry"],
     &["lipm", "robot"],
     &["control", "sim"],
     &["episode"],
@@ -16,135 +20,197 @@ const FLOORS: [&[&str]; 10] = [
     &["commands"],
     &["main"],
 ];
-/// Small helpers may use their neighbours.
-const SOCIABLE: [usize; 1] = [1];
+/// Small helpers may use their neighbours; rooms of another floor do not name each other.
+const SOCIABLE: usize = 0;
 
-/// Crates that only some modules may name: what Rapier, the viewer and random numbers are kept behind.
-const RESERVED: [(&str, &[&str]); 6] = [
-    ("rapier3d", &["sim"]),
-    ("kiss3d", &["view"]),
-    ("egui_plot", &["view"]),
-    ("parry3d", &["view"]),
-    ("rand", &["campaign"]),
-    ("rand_distr", &["campaign"]),
+/// Floors within a room, lowest first.
+const INNER_FLOORS: [(&str, &[&str]); 1] = [("campaign", &["ask", "store", "verdict", "run", "limit"])];
+
+/// Crates that only one room, or file, may name.
+const RESERVED: [(&str, &str); 11] = [
+    ("rapier3d", "sim"),
+    ("kiss3d", "view"),
+    ("egui_plot", "view"),
+    ("parry3d", "view"),
+    ("clap", "commands"),
+    ("clap_complete", "commands"),
+    ("indicatif", "commands"),
+    ("ctrlc", "commands"),
+    ("parquet", "columns"),
+    ("rand", "campaign/ask"),
+    ("rand_distr", "campaign/ask"),
 ];
 
-fn floor(module: &str) -> usize {
-    let floor = FLOORS.iter().position(|modules| modules.contains(&module));
-    floor.unwrap_or_else(|| panic!("module {module} has no floor: give it one in tests/floors.rs"))
+/// TEMPORARY: breaches that are being taken away, by how they begin and what is in them. To be emptied, then removed.
+const NOT_YET: [(&str, &str); 11] = [
+    ("a circle: control/", ""),
+    ("a circle: episode/", ""),
+    ("a circle: lipm/gains.rs", ""),
+    ("a circle: render/", ""),
+    ("a circle: view/", ""),
+    ("episode/response.rs", "clap::"),
+    ("main.rs", "clap::"),
+    ("render/", "clap::"),
+    ("render/", "indicatif::"),
+    ("sim/push.rs", "clap::"),
+    ("view/mod.rs", "clap::"),
+];
+
+fn floor(room: &str) -> usize {
+    let floor = FLOORS.iter().position(|rooms| rooms.contains(&room));
+    floor.unwrap_or_else(|| panic!("room {room} has no floor: give it one in tests/floors.rs"))
 }
 
-fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
-    let mut entries: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
-    entries.sort();
-    for path in entries {
-        if path.is_dir() {
-            rust_files(&path, found);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            found.push(path);
+/// What breaks the order of the house, in words.
+fn breaches(house: &Crate) -> Vec<String> {
+    let mut found = house.circles();
+    for (module, file) in house.files.iter().filter(|(module, _)| !module.is_empty()) {
+        for named in &file.named {
+            let breach = match named.is_ours {
+                true => not_below(house, module, &named.path),
+                false => reserved_for_others(file, named, house.is_test(module)),
+            };
+            found.extend(breach.map(|breach| format!("{}: {} {breach}", file.name, named.path.join("::"))));
         }
     }
+    found.sort();
+    found.dedup();
+    found
 }
 
-/// Words of Rust text without its comments: identifiers, and every other character by itself.
-fn words(text: &str) -> Vec<String> {
-    let mut words: Vec<String> = Vec::new();
-    for line in text.lines() {
-        let code = line.split("//").next().unwrap_or_default();
-        let mut in_word = false;
-        for c in code.chars() {
-            let part_of_word = c.is_alphanumeric() || c == '_';
-            match words.last_mut() {
-                Some(word) if in_word && part_of_word => word.push(c),
-                _ if c.is_whitespace() => {}
-                _ => words.push(c.into()),
-            }
-            in_word = part_of_word;
-        }
+fn not_below(house: &Crate, module: &[String], path: &[String]) -> Option<String> {
+    let (room, made_in) = (&module[0], house.made_in(path)?);
+    // By the room that is named, and by the one in which what it hands on is made.
+    let named = path.first().filter(|name| house.files.contains_key(std::slice::from_ref(*name)));
+    let too_high = |other: &&String| {
+        let (mine, theirs) = (floor(room), floor(other));
+        *other != room && (theirs > mine || theirs == mine && mine != SOCIABLE)
+    };
+    if let Some(other) = named.into_iter().chain(made_in.first()).find(too_high) {
+        return Some(format!("is of {other}, which is not below {room}"));
     }
-    words
+    let (_, inner) = INNER_FLOORS.iter().find(|(outer, _)| room == outer && made_in.first() == Some(room))?;
+    let place = |module: &[String]| inner.iter().position(|floor| module.get(1).is_some_and(|name| name == floor));
+    let (mine, theirs) = (place(module)?, place(made_in)?);
+    (theirs > mine).then(|| format!("is of {room}/{}, which is not below {room}/{}", inner[theirs], inner[mine]))
 }
 
-/// Modules of this crate that are named by `crate::module` (or `standfast::module` in the binary), groups included.
-fn named_modules(words: &[String]) -> Vec<String> {
-    let mut named = Vec::new();
-    for i in 0..words.len().saturating_sub(3) {
-        if !matches!(words[i].as_str(), "crate" | "standfast") || words[i + 1] != ":" || words[i + 2] != ":" {
-            continue;
-        }
-        if words[i + 3] != "{" {
-            named.push(words[i + 3].clone());
-            continue;
-        }
-        let (mut depth, mut at) = (1, i + 4);
-        while depth > 0 {
-            if depth == 1 && (words[at - 1] == "{" || words[at - 1] == ",") && words[at] != "}" {
-                named.push(words[at].clone());
-            }
-            depth += i32::from(words[at] == "{") - i32::from(words[at] == "}");
-            at += 1;
-        }
-    }
-    // The root hands on two types.
-    for name in &mut named {
-        if matches!(name.as_str(), "Error" | "Result") {
-            *name = "error".into();
-        }
-    }
-    named
+/// Unit tests may name any crate.
+fn reserved_for_others(file: &File, named: &Named, is_test_file: bool) -> Option<String> {
+    let (_, place) = RESERVED.iter().find(|(name, _)| named.path[0] == *name)?;
+    let is_there = file.name.trim_end_matches(".rs") == *place || file.name.starts_with(&format!("{place}/"));
+    (!is_there && !named.in_test && !is_test_file).then(|| format!("is for {place} only"))
 }
 
-/// What a file breaks, in words.
-fn breaches(module: &str, text: &str) -> Vec<String> {
-    let words = words(text);
-    let mut breaches = Vec::new();
-    let mine = floor(module);
-    for name in named_modules(&words).iter().filter(|name| name.as_str() != module) {
-        let theirs = floor(name);
-        if theirs > mine || (theirs == mine && !SOCIABLE.contains(&mine)) {
-            breaches.push(format!("{module} (floor {mine}) names {name} (floor {theirs})"));
-        }
-    }
-    for (name, allowed) in RESERVED {
-        // A path `name::`, or `name` in a use.
-        let is_crate = |i: usize| words[i] == name && words.get(i + 1).is_some_and(|w| w == ":" || w == ";");
-        if !allowed.contains(&module) && (0..words.len()).any(is_crate) {
-            breaches.push(format!("{module} names the crate {name}"));
-        }
-    }
-    breaches
-}
-
-/// Whoever reads a module needs to know only what is below it.
+/// Whoever reads a file needs to know only what is below it.
 #[test]
-fn modules_import_from_lower_floors_only() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let mut files = Vec::new();
-    rust_files(&root, &mut files);
-    assert!(files.len() > 20, "only {} files under src", files.len());
-    let mut found = Vec::new();
-    for file in &files {
-        let inside = file.strip_prefix(&root).unwrap();
-        let top = inside.components().next().unwrap().as_os_str().to_str().unwrap();
-        let module = top.trim_end_matches(".rs");
-        if module == "lib" {
-            continue;
-        }
-        let text = fs::read_to_string(file).unwrap();
-        found.extend(breaches(module, &text).into_iter().map(|b| format!("{}: {b}", inside.display())));
-    }
-    assert!(found.is_empty(), "{}", found.join("\n"));
+fn files_name_what_is_below_them_and_form_no_circle() {
+    let house = Crate::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));
+    assert!(house.files.len() > 100, "only {} files under src", house.files.len());
+    let is_known =
+        |breach: &String| NOT_YET.iter().any(|(start, part)| breach.starts_with(start) && breach.contains(part));
+    let (known, found): (Vec<String>, Vec<String>) = breaches(&house).into_iter().partition(is_known);
+    println!("not yet taken away:\n{}", known.join("\n"));
+    assert!(found.is_empty(), "\n{}", found.join("\n"));
+}
+
+/// Files of the same content as in a room of the house that are needed for others to name.
+const NEIGHBOURS: [(&str, &str); 6] = [
+    ("lib.rs", "pub mod error; pub use error::Error;"),
+    ("error.rs", "pub enum Error {}"),
+    ("robot/mod.rs", "pub struct Robot;"),
+    ("sim/mod.rs", "pub mod plant; pub use plant::Plant;"),
+    ("sim/plant.rs", "pub struct Plant; use rapier3d::prelude::*;"),
+    ("campaign/mod.rs", "pub mod ask; pub mod store; pub use store::row::Row as TrialRow;"),
+];
+
+fn seen(files: &[(&str, &str)]) -> Vec<String> {
+    breaches(&Crate::of(NEIGHBOURS.into_iter().chain(files.iter().copied())))
 }
 
 #[test]
 fn breaches_are_seen() {
-    let seen = |module, text| breaches(module, text).len();
-    assert_eq!(seen("control", "use crate::sim::Plant;"), 1);
-    assert_eq!(seen("sim", "fn f(c: &crate::control::Controller) {}"), 1);
-    assert_eq!(seen("lipm", "use crate::{error::Error, robot::{Foot, Robot}, geometry};"), 1);
-    assert_eq!(seen("episode", "use crate::{control::{Design, Phase},\n    sim::Plant, campaign::Row};"), 1);
-    assert_eq!(seen("commands", "use standfast::render;"), 0);
-    assert_eq!(seen("robot", "use rapier3d::prelude::*;"), 1);
-    assert_eq!(seen("sim", "use rand::RngExt;"), 1);
-    assert_eq!(seen("sim", "// crate::control is not ours\nuse crate::robot::Robot; use rapier3d::prelude::*;"), 0);
+    let row = ("campaign/store/row.rs", "pub struct Row;");
+    for (name, text, expected) in [
+        (
+            "control/mod.rs",
+            "use crate::sim::Plant;",
+            "control/mod.rs: sim::Plant is of sim, which is not below control",
+        ),
+        ("robot/io.rs", "fn f(c: &crate::sim::plant::Plant) {}", "robot/io.rs: sim::plant::Plant is of sim"),
+        ("robot/io.rs", "use crate::{error::Error, sim::{Plant as P}};", "robot/io.rs: sim::Plant is of sim"),
+        ("robot/io.rs", "use super::super::sim;", "robot/io.rs: sim is of sim"),
+        ("robot/io.rs", "#[cfg(test)] mod tests { fn f() { crate::sim::f() } }", "robot/io.rs: sim::f is of sim"),
+        ("lipm/mod.rs", "use crate::robot::Robot;", "lipm/mod.rs: robot::Robot is of robot"),
+        ("campaign/ask/spec.rs", "use crate::campaign::store::row::Row;", "which is not below campaign/ask"),
+        (
+            "campaign/ask/spec.rs",
+            "use crate::campaign::TrialRow;",
+            "is of campaign/store, which is not below campaign/ask",
+        ),
+        ("campaign/ask/spec.rs", "use super::super::store::row;", "which is not below campaign/ask"),
+        ("robot/io.rs", "use rapier3d::prelude::*;", "rapier3d::prelude is for sim only"),
+        ("robot/io.rs", "#[derive(Debug, clap::Args)] struct A;", "clap::Args is for commands only"),
+        ("robot/io.rs", "use clap;", "clap is for commands only"),
+        ("campaign/store/part.rs", "fn f() { x(rand::random::<f64>()) }", "rand::random is for campaign/ask only"),
+    ] {
+        let found = seen(&[row, (name, text)]);
+        assert!(found.len() == 1 && found[0].contains(expected), "{text}: {found:?}");
+    }
+}
+
+#[test]
+fn circles_are_seen() {
+    for (a, b) in [
+        ("use crate::robot::b::B; pub struct A;", "use crate::robot::a::A; pub struct B;"),
+        ("use super::b; pub struct A;", "pub fn b(a: super::a::A) {}"),
+        ("use super::{b::B, c}; pub struct A;", "impl T for crate::robot::a::A {} pub struct B;"),
+    ] {
+        let found = seen(&[("robot/a.rs", a), ("robot/b.rs", b), ("robot/c.rs", "")]);
+        let circle = "a circle: robot/a.rs -> robot/b.rs; robot/b.rs -> robot/a.rs";
+        assert_eq!(found, [circle], "{a} {b}");
+    }
+    // Through what another file hands on, and of three.
+    let house = [
+        ("lipm/mod.rs", "mod a; mod b; mod c; pub use b::B; pub use self::c::*;"),
+        ("lipm/a.rs", "use crate::lipm::B; pub struct A;"),
+        ("lipm/b.rs", "use super::C; pub struct B;"),
+        ("lipm/c.rs", "use crate::lipm::a::A; pub struct C;"),
+    ];
+    let circle = "a circle: lipm/a.rs -> lipm/b.rs; lipm/b.rs -> lipm/c.rs; lipm/c.rs -> lipm/a.rs";
+    assert_eq!(seen(&house), [circle]);
+    // What is handed on and used there, too.
+    let house =
+        [("lipm/mod.rs", "mod a; pub use a::A; pub const N: A = A;"), ("lipm/a.rs", "use super::N; pub struct A;")];
+    assert_eq!(seen(&house), ["a circle: lipm/mod.rs -> lipm/a.rs; lipm/a.rs -> lipm/mod.rs"]);
+}
+
+#[test]
+fn what_is_allowed_is_no_breach() {
+    for (name, text) in [
+        (
+            "sim/servo.rs",
+            "// crate::control is not ours\nuse crate::robot::Robot; use rapier3d::prelude::*; use crate::Error;",
+        ),
+        ("robot/io.rs", "fn f() { println!(\"use crate::sim::Plant; {\") } use super::Robot; const C: char = '{';"),
+        ("robot/io.rs", "#[cfg(test)] mod tests { use super::*; use rand::random; use crate::robot::Robot; }"),
+        ("columns.rs", "use parquet::basic; use crate::files::write; use crate::error::Error;"),
+        ("campaign/ask/trial.rs", "use rand::random;"),
+        ("campaign/verdict/mod.rs", "use crate::campaign::{TrialRow, store::row};"),
+        ("main.rs", "use standfast::sim; fn main() { sim::run() }"),
+    ] {
+        assert_eq!(
+            seen(&[(name, text), ("campaign/store/row.rs", "pub struct Row;"), ("files.rs", "")]),
+            [""; 0],
+            "{text}"
+        );
+    }
+    // A door that hands on what its rooms make is no circle, nor is a test beside what it tests.
+    let house = [
+        ("lipm/mod.rs", "mod a; mod b; pub use a::A; pub use b::{self, B};"),
+        ("lipm/a.rs", "use super::B; pub struct A; #[cfg(test)] mod tests;"),
+        ("lipm/a/tests.rs", "use super::*; use crate::lipm::b;"),
+        ("lipm/b.rs", "pub struct B; #[cfg(test)] mod tests { use super::super::A; }"),
+    ];
+    assert_eq!(seen(&house), [""; 0]);
 }

@@ -3,7 +3,8 @@
 
 use rand::{SeedableRng, rngs::ChaCha8Rng};
 use rand_distr::{Binomial, Distribution};
-use standfast::campaign::verdict::gate::{Evidence, Gate, Judged, Status};
+use standfast::campaign::ask::gate::Gate;
+use standfast::campaign::verdict::evidence::{Evidence, GateAnswer, Status};
 use standfast::stats::mcnemar::PairedCounts;
 use standfast::stats::sequential::next_look;
 use std::collections::HashMap;
@@ -21,11 +22,11 @@ fn at_most_allowed() -> f64 {
 
 /// Shares of campaigns that pass, that fail, and that a raw threshold on what was observed fails. What is drawn is judged
 /// once.
-fn shares<T: Copy + Eq + Hash>(draw: impl Fn(&mut ChaCha8Rng) -> T, judge: impl Fn(T) -> Judged) -> [f64; 3] {
+fn shares<T: Copy + Eq + Hash>(draw: impl Fn(&mut ChaCha8Rng) -> T, judge: impl Fn(T) -> GateAnswer) -> [f64; 3] {
     let (mut rng, mut known, mut counts) = (ChaCha8Rng::seed_from_u64(5), HashMap::new(), [0; 3]);
     for _ in 0..CAMPAIGNS {
         let drawn = draw(&mut rng);
-        let judged: &Judged = known.entry(drawn).or_insert_with(|| judge(drawn));
+        let judged: &GateAnswer = known.entry(drawn).or_insert_with(|| judge(drawn));
         counts[0] += u32::from(judged.status == Status::Passed);
         counts[1] += u32::from(judged.status == Status::Failed);
         counts[2] += u32::from(judged.observed < judged.required);
@@ -42,7 +43,7 @@ fn a_gate_of_a_rate_errs_as_seldom_as_said_and_sees_what_is_far() {
     let gate = gate("catch >= 0.80");
     println!("rate trials: passed, failed, failed by a raw threshold");
     let of_rate = |rate: f64, trials: u64| {
-        let judge = |recovered| gate.judged(&Evidence::rate(recovered, trials, 0.95, false), 0.95);
+        let judge = |recovered| Evidence::rate(recovered, trials, 0.95, false).answer(&gate, 0.95);
         let shares = shares(|rng| draw(rng, trials, rate), judge);
         println!("{rate} {trials}: {shares:.4?}");
         shares
@@ -70,7 +71,7 @@ fn a_gate_of_a_difference_errs_as_seldom_as_said_and_sees_what_is_far() {
         let judge = |(only_a, only_b)| {
             let counts = PairedCounts { both: trials - only_a - only_b, only_a, only_b, neither: 0 };
             let (observed, interval) = (counts.difference(), counts.difference_interval(0.95));
-            gate.judged(&Evidence { observed, interval, trials, sequential: false }, 0.95)
+            Evidence { observed, interval, trials, sequential: false }.answer(&gate, 0.95)
         };
         let shares = shares(pairs, judge);
         println!("{text}, {discordance} {difference} {trials}: {shares:.4?}");
@@ -101,10 +102,10 @@ fn so_many_more_trials_resolve_in_about_four_of_five_campaigns() {
     for sequential in [false, true] {
         for (rate, required) in [(0.85, 0.80), (0.90, 0.92), (0.90, 0.93)] {
             let gate = gate(&format!("catch >= {required}"));
-            let seen = gate.judged(&Evidence::rate((rate * 200.0) as u64, 200, 0.95, sequential), 0.95);
+            let seen = Evidence::rate((rate * 200.0) as u64, 200, 0.95, sequential).answer(&gate, 0.95);
             assert_eq!((seen.status, seen.sequential), (Status::Unresolved, sequential));
             let trials = if sequential { 200 } else { 0 } + seen.more_trials.unwrap();
-            let judge = |recovered| gate.judged(&Evidence::rate(recovered, trials, 0.95, sequential), 0.95);
+            let judge = |recovered| Evidence::rate(recovered, trials, 0.95, sequential).answer(&gate, 0.95);
             let [passed, failed, _] = shares(|rng| draw(rng, trials, rate), judge);
             println!("{rate} for {required}, sequential {sequential}: {trials} trials, {passed} {failed}");
             let resolved = if rate > required { passed } else { failed };
@@ -125,10 +126,10 @@ fn a_gate_that_is_looked_at_until_it_is_resolved_errs_as_seldom_as_said() {
         for _ in 0..campaigns {
             let (mut recovered, mut trials, mut status) = (0, 0, Status::Unresolved);
             while status == Status::Unresolved && trials < most {
-                let next = next_look(trials, most);
+                let next = next_look(trials, 25, most);
                 recovered += draw(&mut rng, next - trials, rate);
                 trials = next;
-                let judge = || gate.judged(&Evidence::rate(recovered, trials, 0.95, sequential), 0.95).status;
+                let judge = || Evidence::rate(recovered, trials, 0.95, sequential).answer(&gate, 0.95).status;
                 status = *known.entry((recovered, trials, sequential)).or_insert_with(judge);
             }
             passed += u32::from(status == Status::Passed);

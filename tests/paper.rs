@@ -7,9 +7,9 @@ mod measured;
 #[path = "paper/verdicts.rs"]
 mod verdicts;
 
+use common::Bench;
 use common::browser::Browser;
 use common::program::{files, folder, standfast, stderr, stdout};
-use common::{Bench, config};
 use measured::{impose, scenario_push};
 use nalgebra::Vector2;
 use serde_json::{Value, json};
@@ -173,7 +173,7 @@ fn captions_tell_the_sets_and_the_ways_of_the_gain_set() {
         let impulse = bench.robot.mass() * set.largest_com_vel_from_rest(Vector2::x());
         tells(&format!("<td>{}</td>", (100.0 * impulse).round() / 100.0));
     }
-    let (range, half) = (family.stepping.unwrap().range, Vector2::new(0.0, 0.097));
+    let (range, half) = (family.stepping().unwrap().range, Vector2::new(0.0, 0.097));
     for example in numbers("6")["examples"].as_array().unwrap() {
         let (sin, cos) = example["direction_deg"].as_f64().unwrap().to_radians().sin_cos();
         let ways = [1.0, -1.0].map(|side| range.reach(half, Vector2::new(cos, side * sin)));

@@ -15,11 +15,13 @@ fn watch(impulse: f64, heading: f64, horizon_s: f64, mut see: impl FnMut(&Sensed
     let bench = Bench::new("switching");
     let clock = Clock { physics_step_s: 0.001, control_period_s: PERIOD_S };
     let mut plant = Plant::new(&bench.robot, clock, None, bench.design.home_command().clone());
-    let mut controller = Controller::new(&bench.robot, &bench.design);
+    let mut controller = Controller::new(bench.design.clone());
+    let mut command = bench.design.home_command().clone();
     for _ in 0..(horizon_s / PERIOD_S) as usize {
         let sensed = plant.sense();
         see(&sensed, plant.truth());
-        plant.advance(controller.tick(&sensed), &[push(impulse, heading)]);
+        controller.tick(&sensed, &mut command).unwrap();
+        plant.advance(command.clone(), &[push(impulse, heading)]);
     }
 }
 

@@ -162,7 +162,7 @@ fn footsteps_in_the_record_follow_one_another() {
             let mut in_air = Vec::new();
             let mut before = None;
             let record = bench.run(vec![push(impulse, heading)], None, 3.0, Until::Fallen, |tick| {
-                let phase = tick.controller.phase;
+                let phase = tick.account.phase;
                 if let (Phase::Swing(foot), false) = (phase, before == Some(phase)) {
                     in_air.push((foot, tick.truth.time_s));
                 }
@@ -200,17 +200,17 @@ fn after_the_landing_the_control_frame_is_midway_between_the_soles() {
     let bench = stepping(ut_mu2());
     let (mut worst, mut before, mut after_landing) = (0.0_f64, None, 0);
     let record = bench.run(vec![push(3.2, 0.0)], None, 3.0, Until::Fallen, |tick| {
-        let (truth, support) = (tick.truth, &tick.controller.support);
+        let (truth, support) = (tick.truth, tick.account.support());
         let middle = 0.5 * (truth.soles.left.translation.vector + truth.soles.right.translation.vector).xy();
         let away = (support.frame.translation.vector - middle).norm();
-        if matches!(before, Some(Phase::Swing(_))) && !matches!(tick.controller.phase, Phase::Swing(_)) {
+        if matches!(before, Some(Phase::Swing(_))) && !matches!(tick.account.phase, Phase::Swing(_)) {
             after_landing += 1;
             println!("at the landing the frame is {away:.1e} m from the middle, {:.3?}", support.frame.translation);
         }
-        if after_landing > 0 && !matches!(tick.controller.phase, Phase::Swing(_)) {
+        if after_landing > 0 && !matches!(tick.account.phase, Phase::Swing(_)) {
             worst = worst.max(away);
         }
-        before = Some(tick.controller.phase);
+        before = Some(tick.account.phase);
     });
     assert_eq!(record.outcome, Outcome::Recovered);
     assert_eq!(after_landing, record.footsteps.len());

@@ -1,6 +1,8 @@
 //! A campaign: many pushes drawn at random, on robots and grounds that vary, the same for every gain set, and the count
-//! of who stays up: what is asked ([`ask`]), how it is run ([`run`]), where it is kept ([`store`]) and what is concluded
-//! ([`verdict`]). [`limit`] asks how hard a push may be, heading by heading.
+//! of who stays up: what is asked ([`ask`]), where it is kept ([`store`]), what is concluded ([`verdict`]) and how it is
+//! run ([`run`]). [`limit`] asks how hard a push may be, heading by heading.
+//!
+//! The rooms are floors, in this order: who asks knows nothing of what is kept, and neither of what is concluded.
 
 pub mod ask;
 pub mod limit;
@@ -9,12 +11,10 @@ pub mod store;
 pub mod verdict;
 
 pub use ask::bounds::{PushBounds, check_episode};
-pub use ask::distribution::Distribution;
-pub use ask::spec::{Campaign, Overrides, Stopping};
-pub use ask::vary::{SecondPushSpec, VariationSpec};
+pub use ask::spec::{Campaign, Overrides};
 pub use run::Plan;
-pub use store::parts::Folder;
-pub use store::replayed::Replayed;
-pub use store::row::Row;
+pub use store::folder::Folder;
+pub use store::row::TrialRow;
 pub use store::shard::Shard;
+pub use store::stored_trial::StoredTrial;
 pub use verdict::summary::Summary;

@@ -1,10 +1,14 @@
 //! Running a campaign: its inputs, the folder that it goes to, and its trials spread over cores.
 
 use crate::assets::{self, Kind, Source};
+use crate::campaign::ask::gate::GateSpec;
 use crate::campaign::ask::no_step::NoStep;
-use crate::campaign::store::parts::{BLOCK_TRIALS, Folder, Manifest};
-use crate::campaign::verdict::gate_spec::GateSpec;
-use crate::campaign::{Campaign, Row, Shard, ask::trial};
+use crate::campaign::ask::spec::BLOCK_TRIALS;
+use crate::campaign::ask::spec::Campaign;
+use crate::campaign::ask::trial;
+use crate::campaign::store::folder::{Folder, Manifest};
+use crate::campaign::store::row::TrialRow;
+use crate::campaign::store::shard::Shard;
 use crate::control::Design;
 use crate::episode;
 use crate::error::{Error, Result};
@@ -30,7 +34,7 @@ pub struct Plan {
 }
 
 /// How much of a campaign to run, and who watches.
-pub struct Options<'a> {
+pub struct RunOptions<'a> {
     /// 0: one per core.
     pub threads: usize,
     pub shard: Option<Shard>,
@@ -41,7 +45,7 @@ pub struct Options<'a> {
     /// Called after every episode, from any thread.
     pub on_episode: &'a (dyn Fn() + Sync),
     /// Asked at every look of a campaign that ends when decided, with the rows of all trials so far: is it?
-    pub is_decided: &'a (dyn Fn(&[Row]) -> bool + Sync),
+    pub is_decided: &'a (dyn Fn(&[TrialRow]) -> bool + Sync),
 }
 
 impl Plan {
@@ -53,55 +57,21 @@ impl Plan {
         let bases = entries.iter().map(load).collect::<Result<Vec<_>>>()?;
         let gains = entries.iter().zip(&bases).map(|(entry, base)| entry.of(base)).collect::<Result<Vec<_>>>()?;
         let sets: Vec<String> = gains.iter().map(|set| set.name.clone()).collect();
-        for (i, (name, GainSet { name: base, .. })) in sets.iter().zip(&bases).enumerate() {
-            // The name becomes that of a file.
-            if base.is_empty() || base.starts_with('.') || base.contains(|c: char| "/\\:".contains(c) || c.is_control())
-            {
-                let accepted = "a name without /, \\ and :, not first a `.`";
-                return Err(Error::value(&campaign.gains[i], "name", base, "not usable as a file name", accepted));
-            }
-            if sets[..i].contains(name) {
-                let problem = "two gain sets of this name";
-                return Err(Error::value(&campaign.gains[i], "name", name, problem, "a name of its own for each"));
-            }
-        }
-        let mut resolved = campaign.clone();
-        let mut inputs: Vec<(String, String)> = Vec::new();
-        let mut hashed = Vec::new();
-        let mut keep = |name: &mut String, stem: String, kinds: &[(Kind, &str)]| -> Result<()> {
-            let original = name.clone();
-            for &(kind, extension) in kinds.iter().rev() {
-                let source = open(kind, &original)?;
-                hashed.push(source.text.clone());
-                if !source.is_builtin() {
-                    *name = format!("inputs/{stem}.{extension}");
-                    // Variants of one file share it.
-                    match inputs.iter().find(|(kept, _)| kept == name) {
-                        Some((_, text)) if *text == source.text => {}
-                        Some(_) => {
-                            let set = stem.trim_start_matches("gains/");
-                            let problem = "another file has a gain set of this name";
-                            return Err(Error::value(&original, "name", set, problem, "a name of its own for each"));
-                        }
-                        None => inputs.push((name.clone(), source.text)),
-                    }
-                }
-            }
-            Ok(())
-        };
-        keep(&mut resolved.robot, "robot".into(), &[(Kind::Robot, "urdf"), (Kind::RobotSettings, "toml")])?;
+        check_names(campaign, &sets, &bases)?;
+        let (mut inputs, mut resolved) = (Inputs::default(), campaign.clone());
+        let robot_files = [(Kind::RobotSettings, "toml"), (Kind::Robot, "urdf")];
+        resolved.robot = inputs.take(&campaign.robot, "robot", &robot_files)?;
+        // Settings and URDF come first among the inputs.
+        let robot_sha256 = sha256_hex(inputs.texts.concat().as_bytes());
         for ((gains, entry), base) in resolved.gains.iter_mut().zip(&entries).zip(&bases) {
-            let mut name = entry.base.to_string();
-            keep(&mut name, format!("gains/{}", base.name), &[(Kind::Gains, "toml")])?;
-            *gains = entry.with_base(&name);
+            let stem = format!("gains/{}", base.name);
+            *gains = entry.with_base(&inputs.take(entry.base, &stem, &[(Kind::Gains, "toml")])?);
         }
         let standfast = env!("CARGO_PKG_VERSION").to_string();
-        let config_hash = hash(&standfast, &what_trials_are(&resolved).to_toml()?, &hashed);
-        // Settings and URDF come first among the inputs.
-        let robot_sha256 = sha256_hex(hashed[..2].concat().as_bytes());
+        let config_hash = hash(&standfast, &what_trials_are(&resolved).to_toml()?, &inputs.texts);
         let build = String::new();
         let manifest = Manifest { standfast, config_hash, build, robot_sha256, sets, campaign: resolved };
-        Ok(Plan { manifest, no_step: NoStep::new(&robot), robot, gains, inputs })
+        Ok(Plan { manifest, no_step: NoStep::new(&robot), robot, gains, inputs: inputs.kept })
     }
 
     /// The folder for the result: the one asked for, or one under `standfast-results` that is free or this
@@ -134,7 +104,7 @@ impl Plan {
     /// Runs the trials that `folder` lacks (of one shard, or all) and commits them part by part; what is complete is
     /// left as it is. Every gain set is designed for before the first trial and before anything is written or, of an
     /// earlier result, taken away. Errors: a shard of a campaign that ends when decided, which no shard alone can know.
-    pub fn run(&self, folder: &Folder, options: &Options) -> Result<()> {
+    pub fn run(&self, folder: &Folder, options: &RunOptions) -> Result<()> {
         let campaign = &self.manifest.campaign;
         let until_resolved = campaign.stopping.until_resolved;
         if let (true, Some(Shard { index, count })) = (until_resolved, options.shard) {
@@ -142,7 +112,7 @@ impl Plan {
             let accepted = "a fixed count of trials (no --until-resolved, stopping.until_resolved = false)";
             return Err(Error::value("campaign", "--shard", format!("{index}/{count}"), problem, accepted));
         }
-        let mut look = next_look(0, campaign.trials);
+        let mut look = next_look(0, BLOCK_TRIALS, campaign.trials);
         let mut missing = if until_resolved { self.undecided(folder, options, &mut look)? } else { folder.missing() };
         missing.retain(|&block| options.shard.is_none_or(|shard| shard.takes(block)));
         if missing.is_empty() {
@@ -173,7 +143,7 @@ impl Plan {
     /// missing for the next look, or none if it is decided, or there are no more trials; the folder is told so.
     ///
     /// The looks are at fixed counts of trials. So the end depends neither on threads nor on interruptions.
-    fn undecided(&self, folder: &Folder, options: &Options, look: &mut u64) -> Result<Vec<u64>> {
+    fn undecided(&self, folder: &Folder, options: &RunOptions, look: &mut u64) -> Result<Vec<u64>> {
         let most = self.manifest.campaign.trials;
         loop {
             let missing: Vec<u64> = (0..look.div_ceil(BLOCK_TRIALS)).filter(|&block| !folder.has(block)).collect();
@@ -184,13 +154,13 @@ impl Plan {
                 folder.stop_at(*look)?;
                 return Ok(missing);
             }
-            *look = next_look(*look, most);
+            *look = next_look(*look, BLOCK_TRIALS, most);
         }
     }
 
     /// Units are single episodes, handed out in order one by one: cores stay busy to the end, and an interruption loses
     /// only the few blocks in work.
-    fn run_blocks(&self, folder: &Folder, designs: &[Design], blocks: &[u64], options: &Options) -> Result<()> {
+    fn run_blocks(&self, folder: &Folder, designs: &[Design], blocks: &[u64], options: &RunOptions) -> Result<()> {
         let blocks: Vec<Block> = blocks.iter().map(|&block| Block::new(folder, block)).collect();
         let jobs = blocks.iter().flat_map(|block| (0..block.slots.len()).map(move |slot| (block, slot)));
         jobs.par_bridge().try_for_each(|(block, slot)| {
@@ -199,7 +169,7 @@ impl Plan {
             }
             let done = block.put(slot, self.row(designs, block.first_trial, slot));
             (options.on_episode)();
-            if done { folder.commit(block.index, &block.rows()) } else { Ok(()) }
+            if done { folder.part(block.index).write(&block.rows()) } else { Ok(()) }
         })
     }
 
@@ -217,7 +187,7 @@ impl Plan {
     }
 
     /// Row `slot` of a block: trials in order, sets within.
-    fn row(&self, designs: &[Design], first_trial: u64, slot: usize) -> Row {
+    fn row(&self, designs: &[Design], first_trial: u64, slot: usize) -> TrialRow {
         let Manifest { campaign, sets, .. } = &self.manifest;
         let (trial, set) = (first_trial + (slot / sets.len()) as u64, slot % sets.len());
         let disturbance = trial::disturbance(campaign, trial);
@@ -225,7 +195,7 @@ impl Plan {
         let config = &campaign.episode;
         let record = episode::run(&self.robot, &designs[set], config, disturbance, config.until(), &mut |_| {});
         let no_step_n_s = self.no_step.impulse_n_s(pushes[0].heading_deg);
-        Row::new(trial, &sets[set], &pushes, no_step_n_s, &variation, record)
+        TrialRow::new(trial, &sets[set], &pushes, no_step_n_s, &variation, record)
     }
 
     /// Writes whose folder it is, with all that is needed to run it again: `campaign.toml` and its inputs.
@@ -242,6 +212,57 @@ impl Plan {
 pub(crate) fn pool(threads: usize) -> Result<ThreadPool> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map_err(|e| Error::Numeric { what: "threads".into(), problem: e.to_string() })
+}
+
+/// Errors: a name of a gain set that cannot become that of a file, or that two have.
+fn check_names(campaign: &Campaign, sets: &[String], bases: &[GainSet]) -> Result<()> {
+    for (i, (name, GainSet { name: base, .. })) in sets.iter().zip(bases).enumerate() {
+        if base.is_empty() || base.starts_with('.') || base.contains(|c: char| "/\\:".contains(c) || c.is_control()) {
+            let accepted = "a name without /, \\ and :, not first a `.`";
+            return Err(Error::value(&campaign.gains[i], "name", base, "not usable as a file name", accepted));
+        }
+        if sets[..i].contains(name) {
+            let problem = "two gain sets of this name";
+            return Err(Error::value(&campaign.gains[i], "name", name, problem, "a name of its own for each"));
+        }
+    }
+    Ok(())
+}
+
+/// What a campaign reads, so that it can be run again from its folder.
+#[derive(Default)]
+struct Inputs {
+    /// Of all files, in the order in which they are hashed.
+    texts: Vec<String>,
+    /// Of those that are not compiled in: name in the result folder, text.
+    kept: Vec<(String, String)>,
+}
+
+impl Inputs {
+    /// Takes the files of one input, each a kind and its extension; returns how the campaign in the folder names it: as it
+    /// is if it is compiled in, else by the last file.
+    fn take(&mut self, original: &str, stem: &str, files: &[(Kind, &str)]) -> Result<String> {
+        let mut name = original.to_string();
+        for &(kind, extension) in files {
+            let source = open(kind, original)?;
+            self.texts.push(source.text.clone());
+            if source.is_builtin() {
+                continue;
+            }
+            name = format!("inputs/{stem}.{extension}");
+            // Variants of one file share it.
+            match self.kept.iter().find(|(kept, _)| *kept == name) {
+                Some((_, text)) if *text == source.text => {}
+                Some(_) => {
+                    let (set, problem) =
+                        (stem.trim_start_matches("gains/"), "another file has a gain set of this name");
+                    return Err(Error::value(original, "name", set, problem, "a name of its own for each"));
+                }
+                None => self.kept.push((name.clone(), source.text)),
+            }
+        }
+        Ok(name)
+    }
 }
 
 /// Opens an input of a campaign; the settings of a robot lie beside its URDF.
@@ -279,7 +300,7 @@ fn hash(version: &str, campaign: &str, inputs: &[String]) -> String {
 struct Block {
     index: u64,
     first_trial: u64,
-    slots: Vec<OnceLock<Row>>,
+    slots: Vec<OnceLock<TrialRow>>,
     empty: AtomicUsize,
 }
 
@@ -292,12 +313,12 @@ impl Block {
     }
 
     /// Puts a row in its place; true for the one that completes the block.
-    fn put(&self, slot: usize, row: Row) -> bool {
+    fn put(&self, slot: usize, row: TrialRow) -> bool {
         self.slots[slot].get_or_init(|| row);
         self.empty.fetch_sub(1, Ordering::AcqRel) == 1
     }
 
-    fn rows(&self) -> Vec<Row> {
+    fn rows(&self) -> Vec<TrialRow> {
         self.slots.iter().filter_map(OnceLock::get).cloned().collect()
     }
 }
@@ -306,7 +327,7 @@ impl Block {
 mod tests {
     use super::*;
     use crate::campaign::Overrides;
-    use crate::campaign::verdict::gates::Gates;
+    use crate::campaign::verdict::{gates::Gates, summary::Summary};
 
     fn plan(set: &[&str]) -> Plan {
         let short = ["episode.horizon_s=0.4", "episode.judge.standing_time_s=0.1", "push.start_s=0.05"];
@@ -323,9 +344,9 @@ mod tests {
                 stop.store(true, Ordering::Relaxed);
             }
         };
-        let (on_start, is_decided) = (&|_| (), &|_: &[Row]| false);
+        let (on_start, is_decided) = (&|_| (), &|_: &[TrialRow]| false);
         let on_episode = &on_episode;
-        plan.run(folder, &Options { threads: 1, shard: None, stop: &stop, on_start, on_episode, is_decided })?;
+        plan.run(folder, &RunOptions { threads: 1, shard: None, stop: &stop, on_start, on_episode, is_decided })?;
         Ok(count.into_inner())
     }
 
@@ -337,12 +358,13 @@ mod tests {
         assert!(matches!(run(&plan, &folder, 27), Err(Error::Interrupted)));
         assert_eq!(folder.missing(), [1]);
         let gates = Gates::new(&plan.manifest, None).unwrap();
-        assert!(folder.join(&gates).is_err());
+        assert!(Summary::of_folder(&folder, &gates).is_err() && !folder.path.join("trials.parquet").exists());
         assert_eq!(run(&plan, &folder, usize::MAX).unwrap(), 5);
         assert_eq!(run(&plan, &folder, usize::MAX).unwrap(), 0);
         let whole = plan.folder(Some(&dir.path().join("b"))).unwrap();
         assert_eq!(run(&plan, &whole, usize::MAX).unwrap(), 30);
-        assert_eq!(folder.join(&gates).unwrap().0, whole.join(&gates).unwrap().0);
+        let summary = |folder| Summary::of_folder(folder, &gates).unwrap().0;
+        assert_eq!(summary(&folder), summary(&whole));
     }
 
     #[test]

@@ -5,9 +5,9 @@ pub mod paper;
 
 use self::cli::{Cli, CompareArgs, FolderArgs, GateArgs, MergeArgs, ReplaysArgs, RunArgs};
 use crate::assets::DEFAULT_ROBOT;
-use crate::campaign::verdict::compare::{Joined, is_same_folder};
+use crate::campaign::verdict::compare::{Comparison, is_same_folder};
 use crate::campaign::verdict::gates::Gates;
-use crate::campaign::{Campaign, Folder, Plan, Summary, limit, run::Options};
+use crate::campaign::{Campaign, Folder, Plan, Summary, limit, run::RunOptions};
 use crate::control::home_polygon;
 use crate::episode::EpisodeConfig;
 use crate::files::shell_word;
@@ -65,7 +65,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     let progress = OnceLock::new();
     let result = plan.run(
         &folder,
-        &Options {
+        &RunOptions {
             threads: args.threads,
             shard: args.shard,
             stop: &STOP,
@@ -124,15 +124,14 @@ pub fn compare(args: &CompareArgs) -> Result<ExitCode> {
         let problem = "holds something else than a comparison; give a new or empty folder";
         return Err(Error::Parts { path: out.into(), problem: problem.into() });
     }
-    let joined = Joined::new(&Folder::existing(&args.dir_a)?, &Folder::existing(&args.dir_b)?, &args.gate)?;
-    let summary = joined.summary();
-    render::print(&if args.json { render::json(&summary) } else { table::campaign(&summary, Path::new("")) })?;
+    let comparison = Comparison::new(&Folder::existing(&args.dir_a)?, &Folder::existing(&args.dir_b)?, &args.gate)?;
+    let summary = &comparison.summary;
+    render::print(&if args.json { render::json(summary) } else { table::campaign(summary, Path::new("")) })?;
     if let Some(out) = &args.out {
-        let filed = joined.write(summary.clone(), out)?;
-        render::result::write(&filed, &joined.rows, out)?;
+        render::result::write(&comparison.write(out)?, &comparison.rows, out)?;
         note(&render::result::written(out, &["summary.json", "trials.parquet"]));
     }
-    Ok(exit_code(&summary, Path::new("")))
+    Ok(exit_code(summary, Path::new("")))
 }
 
 pub fn status(args: &FolderArgs) -> Result<ExitCode> {
@@ -158,7 +157,7 @@ pub fn limit(args: &LimitArgs) -> Result<ExitCode> {
     let progress = OnceLock::new();
     let result = limit::measure(
         &campaign,
-        &limit::Options {
+        &limit::LimitOptions {
             headings: args.headings,
             precision_n_s: args.precision,
             max_trials: args.max_trials,
@@ -218,7 +217,7 @@ pub fn completions(shell: Shell) -> Result<ExitCode> {
 
 /// Writes the result files and prints the result; then the replays, which nobody should have to wait for.
 fn join(folder: &Folder, gates: &Gates, args: &ReplaysArgs, json: bool) -> Result<ExitCode> {
-    let (summary, rows) = folder.join(gates)?;
+    let (summary, rows) = Summary::of_folder(folder, gates)?;
     render::result::write(&summary, &rows, &folder.path)?;
     render::print(&if json { render::json(&summary) } else { table::campaign(&summary, &folder.path) })?;
     note(&render::result::written(&folder.path, &["summary.json", "trials.parquet", "campaign.toml"]));

@@ -1,22 +1,25 @@
 //! A gain set made ready for a robot: feedback, the posture at home and its torques, and whether the rules of its
 //! footsteps fit the robot.
 
-use super::load;
-use super::support::Support;
+use super::body::load;
+use super::stand::Support;
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use crate::lipm::catching::Catching;
 use crate::lipm::cpi_set::nesting_warning;
-use crate::lipm::gains::{GainFamily, GainSet};
+use crate::lipm::gains::{FootworkRules, GainFamily, GainSet};
 use crate::lipm::pendulum::Pendulum;
 use crate::lipm::stepping::Stepping;
 use crate::robot::dynamics::load_torques;
 use crate::robot::{Command, GRAVITY, Kinematics, PerFoot, Pose, Robot};
 use nalgebra::{Vector2, Vector3};
+use std::sync::Arc;
 
 /// A gain set made ready for a robot: what all episodes share.
 #[derive(Debug, Clone)]
 pub struct Design {
+    /// The robot that it is made for.
+    pub robot: Arc<Robot>,
     pub family: GainFamily,
     /// Says which gains do not nest on the home support; None when all do.
     pub warning: Option<String>,
@@ -37,19 +40,23 @@ impl Design {
         let warning = if family.gains.len() > 1 { nesting_warning(&family, &polygon)? } else { None };
         let footholds = home_footholds(robot, &home_kinematics(robot));
         let stance = (footholds.left.translation.vector - footholds.right.translation.vector).xy();
-        if let Some(rules) = &family.stepping {
-            check_stepping(rules, stance, control_period_s, &gains.name)?;
+        match &family.footwork {
+            Some(FootworkRules::Stepping(rules)) => check_stepping(rules, stance, control_period_s, &gains.name)?,
+            Some(FootworkRules::Catching(rules)) => {
+                check_catching(rules, robot, stance, control_period_s, &gains.name)?
+            }
+            None => {}
         }
-        if let Some(rules) = &family.catching {
-            check_catching(rules, robot, stance, control_period_s, &gains.name)?;
-        }
-        Ok(Self { family, warning, home: home_command(robot), com_height: robot.home_com_height(), stance })
+        let (home, com_height) = (home_command(robot), robot.home_com_height());
+        Ok(Self { robot: Arc::new(robot.clone()), family, warning, home, com_height, stance })
     }
 
     /// The same, but footsteps start at the first tick at which no set holds the state.
     pub fn without_patience(&self) -> Self {
         let mut design = self.clone();
-        design.family.stepping.iter_mut().for_each(|stepping| stepping.patience_s = 0.0);
+        if let Some(FootworkRules::Stepping(rules)) = &mut design.family.footwork {
+            rules.patience_s = 0.0;
+        }
         design
     }
 

@@ -6,13 +6,14 @@ use crate::control::{Controller, Design};
 use crate::robot::{Command, Robot};
 use crate::sim::plant::Clock;
 use crate::sim::{Ground, Plant, Pull, Push};
+use nalgebra::Vector2;
 
 /// A robot under control.
 pub struct ClosedLoop<'a> {
     robot: &'a Robot,
     design: &'a Design,
     plant: Plant<'a>,
-    pub controller: Controller<'a>,
+    controller: Controller,
     command: Command,
     /// More may be added on the way.
     pub pushes: Vec<Push>,
@@ -32,21 +33,21 @@ impl<'a> ClosedLoop<'a> {
         let clock = Clock { physics_step_s: config.physics_step_s, control_period_s: config.control_period_s };
         let command = design.home_command().clone();
         let plant = Plant::on(ground, simulated, clock, sensor_errors, command.clone());
-        Self { robot, design, plant, controller: Controller::new(robot, design), command, pushes }
+        Self { robot, design, plant, controller: Controller::new(design.clone()), command, pushes }
     }
 
     /// What the sensors read now, and what the controller makes of it. Once a control period.
     pub fn tick(&mut self) -> Tick<'_> {
         let sensed = self.plant.sense();
-        // A controller is not asked what to do about numbers that are none.
-        if self.plant.truth().is_finite() {
-            self.command = self.controller.tick(&sensed);
+        // One that is refused what it senses keeps to its last command; a plant without numbers ends the episode.
+        if let Err(error) = self.controller.tick(&sensed, &mut self.command) {
+            log::debug!("{:.3} s: {error}", self.plant.truth().time_s);
         }
         let truth = self.plant.truth();
         let dcm = truth.com.xy() + truth.com_vel.xy() / self.design.family.pendulum.omega;
         let support = support_on_ground(self.robot, truth);
         let dcm_outside_m = support.map_or(f64::INFINITY, |polygon| polygon.signed_distance(dcm));
-        Tick { truth, dcm, dcm_outside_m, controller: &self.controller, command: &self.command }
+        Tick { truth, dcm, dcm_outside_m, account: self.controller.account(), command: &self.command }
     }
 
     /// Simulates a control period under the last command.
@@ -59,9 +60,14 @@ impl<'a> ClosedLoop<'a> {
         self.plant.pull = pull;
     }
 
+    /// Adds to what the acting gain wants of the ZMP (m, world) from the coming tick on: to measure how the ZMP follows.
+    pub fn probe_zmp(&mut self, probe: Vector2<f64>) {
+        self.controller.probe_zmp(probe);
+    }
+
     /// Goes on with another gain set, designed for the same robot.
     pub fn switch_to(&mut self, design: &'a Design) {
         self.design = design;
-        self.controller.switch_to(design);
+        self.controller.switch_to(design.clone());
     }
 }

@@ -1,6 +1,6 @@
 //! Footsteps as they are taken, for the record of an episode.
 
-use crate::control::{Controller, Phase};
+use crate::control::{Account, Phase};
 use crate::robot::{Foot, PerFoot, Pose};
 use serde::Serialize;
 
@@ -39,9 +39,9 @@ pub struct FootstepLog {
 
 impl FootstepLog {
     /// Looks at a tick: the soles as they are, and what the controller made of it.
-    pub fn watch(&mut self, time_s: f64, soles: &PerFoot<Pose>, controller: &Controller) {
+    pub fn watch(&mut self, time_s: f64, soles: &PerFoot<Pose>, account: &Account) {
         let center = |foot: Foot| soles[foot].translation.vector.into();
-        match (&controller.swing, self.unfinished) {
+        match (account.swing, self.unfinished) {
             (Some(swing), None) => {
                 let (foot, zmp_error) = (swing.footstep.foot, swing.footstep.zmp_error);
                 let lifted = Lifted { foot, lift_s: time_s, from_m: center(foot), zmp_error_m: zmp_error.into() };
@@ -56,7 +56,7 @@ impl FootstepLog {
                     from_m,
                     to_m: center(foot),
                     zmp_error_m,
-                    in_set_at_landing: controller.phase == Phase::Switching,
+                    in_set_at_landing: account.phase == Phase::Switching,
                 });
             }
             _ => {}

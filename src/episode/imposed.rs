@@ -8,7 +8,8 @@
 
 use super::footsteps::{Footstep, FootstepLog, Lifted};
 use super::{EpisodeConfig, home_distance};
-use crate::control::{Controller, Design, home_polygon};
+use crate::control::estimate::Estimate;
+use crate::control::{Account, Balance, Design, home_polygon};
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use crate::lipm::OnlineSets;
@@ -16,6 +17,7 @@ use crate::lipm::pendulum::State;
 use crate::robot::{GRAVITY, Kinematics, PerFoot, Pose, Posture, Robot};
 use nalgebra::{Point2, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// One control tick; world frame.
 pub struct ImposedTick<'a> {
@@ -31,7 +33,8 @@ pub struct ImposedTick<'a> {
     /// The body by inverse kinematics, and its soles.
     pub posture: &'a Posture,
     pub soles: PerFoot<Pose>,
-    pub controller: &'a Controller<'a>,
+    /// What the controller did, and why.
+    pub account: Account<'a>,
 }
 
 /// What the COM does when the error is imposed.
@@ -76,14 +79,15 @@ pub fn run(
     start: Start,
     observe: &mut dyn FnMut(&ImposedTick),
 ) -> Result<ImposedRecord> {
-    let design = &design.without_patience();
+    let design = design.without_patience();
     let pendulum = design.family.pendulum;
-    let mut controller = Controller::new(robot, design);
-    let mut kinematics = Kinematics::new(robot);
-    let com = controller.estimator.now.com_xy();
+    let mut estimate = Estimate::at_home(robot);
+    let mut balance = Balance::new(Arc::new(design.clone()), &estimate);
+    let (mut command, mut kinematics) = (design.home_command().clone(), Kinematics::new(robot));
+    let com = estimate.com_xy();
     let com_vel = match start {
         Start::AtRest => Vector2::zeros(),
-        Start::Moving => velocity_for(robot, design, com, zmp_error)?,
+        Start::Moving => velocity_for(robot, &design, com, zmp_error)?,
     };
     let mut state = State::new(com, com_vel, com);
     let mut log = FootstepLog::default();
@@ -98,31 +102,34 @@ pub fn run(
         worst_com_error_m: 0.0,
         lowest_com_m: robot.home_com_height(),
     };
-    if start == Start::AtRest && !controller.lift(zmp_error) {
-        return Err(refused(design, zmp_error, "asks for no footstep of this gain set"));
+    if start == Start::AtRest && !balance.lift_for(&mut estimate, zmp_error) {
+        return Err(refused(&design, zmp_error, "asks for no footstep of this gain set"));
     }
     for k in 0..=(config.horizon_s / pendulum.dt).round() as u64 {
         let time_s = k as f64 * pendulum.dt;
-        sense(robot, &mut controller, &state);
-        controller.act();
-        let posture = controller.posture();
+        sense(robot, &balance, &state, &mut estimate);
+        let solved = balance.tick(&mut estimate, &mut command);
+        solved.map_err(|e| Error::Numeric { what: format!("{time_s} s"), problem: e.to_string() })?;
+        let account = balance.account(&estimate);
+        let posture = account.posture_ref();
         kinematics.update(robot, posture);
         let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot));
-        let (com, com_vel, zmp) = (state.com(), state.com_vel(), controller.supervisor.zmp_ref);
+        let (com, com_vel, zmp) = (state.com(), state.com_vel(), account.zmp_ref);
         let dcm = state.dcm(pendulum.omega);
-        let support = controller.support.polygon.map(|polygon| polygon.transformed(&controller.support.frame));
-        observe(&ImposedTick { time_s, com, com_vel, dcm, zmp, support, posture, soles, controller: &controller });
-        log.watch(time_s, &soles, &controller);
+        let support = account.support();
+        let support = support.polygon.map(|polygon| polygon.transformed(&support.frame));
+        observe(&ImposedTick { time_s, com, com_vel, dcm, zmp, support, posture, soles, account });
+        log.watch(time_s, &soles, &account);
         record.lowest_com_m = record.lowest_com_m.min(kinematics.com().z);
         record.worst_com_error_m = record.worst_com_error_m.max((kinematics.com().xy() - com).norm());
-        let away = controller.swing.is_some() || home_distance(com, &soles) > config.judge.home_radius_m;
+        let away = !account.stands() || home_distance(com, &soles) > config.judge.home_radius_m;
         record.home_at_s = if away { None } else { record.home_at_s.or(Some(time_s)) };
         if home_distance(dcm, &soles) > LOST_HEIGHTS * robot.home_com_height() {
             record.lost_at_s = Some(time_s);
             break;
         }
 
-        controller.estimator.now.soles = soles;
+        estimate.soles = soles;
         let held = State::new(com, com_vel, zmp);
         state = State { x: pendulum.step(&held.x, 0.0), y: pendulum.step(&held.y, 0.0) };
     }
@@ -135,14 +142,13 @@ pub fn run(
 const LOST_HEIGHTS: f64 = 1.5;
 
 /// What an ideal robot senses: the pendulum's state, and a foot down once its arc has ended.
-fn sense(robot: &Robot, controller: &mut Controller, state: &State) {
-    let in_air = controller.swing.as_ref().filter(|swing| !swing.is_due()).map(|swing| swing.footstep.foot);
-    let now = &mut controller.estimator.now;
-    (now.com.x, now.com.y) = (state.com().x, state.com().y);
-    now.com_vel = Vector3::new(state.com_vel().x, state.com_vel().y, 0.0);
-    now.zmp = state.zmp();
+fn sense(robot: &Robot, balance: &Balance, state: &State, estimate: &mut Estimate) {
+    let in_air = balance.swing().filter(|swing| !swing.is_due()).map(|swing| swing.footstep.foot);
+    (estimate.com.x, estimate.com.y) = (state.com().x, state.com().y);
+    estimate.com_vel = Vector3::new(state.com_vel().x, state.com_vel().y, 0.0);
+    estimate.zmp = state.zmp();
     let share = 0.5 * robot.mass() * GRAVITY;
-    now.load_n = PerFoot::from_fn(|foot| if in_air == Some(foot) { 0.0 } else { share });
+    estimate.load_n = PerFoot::from_fn(|foot| if in_air == Some(foot) { 0.0 } else { share });
 }
 
 /// The velocity of a COM at `com` (world, and control frame at home) from which the slowest gain makes `zmp_error`.

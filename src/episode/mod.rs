@@ -10,7 +10,7 @@ pub mod response;
 mod slip;
 pub mod snapshot;
 
-use crate::control::{Controller, Design};
+use crate::control::{Account, Design};
 use crate::robot::{Command, PerFoot, Pose, Robot};
 use crate::sim::{Push, SensorErrors, Truth, Variation};
 pub use closed_loop::ClosedLoop;
@@ -150,7 +150,7 @@ impl Membership {
         }
     }
 
-    /// From the margin of [`crate::control::supervisor::Supervisor`].
+    /// From the margin of [`crate::control::stand::Supervisor`].
     fn of_margin(margin: f64) -> Self {
         match margin {
             m if m >= 0.0 => Membership::Inside,
@@ -212,7 +212,8 @@ pub struct Tick<'a> {
     pub dcm: Point2<f64>,
     /// Its distance outside of the soles on the ground (m); negative inside, infinite in flight.
     pub dcm_outside_m: f64,
-    pub controller: &'a Controller<'a>,
+    /// What the controller did, and why.
+    pub account: Account<'a>,
     pub command: &'a Command,
 }
 

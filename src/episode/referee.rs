@@ -89,7 +89,7 @@ impl<'a> Referee<'a> {
             return;
         }
         self.note_peaks(tick);
-        self.footsteps.watch(truth.time_s, &truth.soles, tick.controller);
+        self.footsteps.watch(truth.time_s, &truth.soles, &tick.account);
         if let Some(cause) = self.fall_cause(truth) {
             self.record.outcome = Outcome::Fell;
             self.record.fell_at_s = Some(truth.time_s);
@@ -142,7 +142,7 @@ impl<'a> Referee<'a> {
     }
 
     fn note_peaks(&mut self, tick: &Tick) {
-        let (truth, controller, record) = (tick.truth, tick.controller, &mut self.record);
+        let (truth, account, record) = (tick.truth, &tick.account, &mut self.record);
         let tilt_deg = truth.tilt_rad().to_degrees();
         record.peak_tilt_deg = record.peak_tilt_deg.max(tilt_deg);
         let mut torque_ratio = 0.0_f64;
@@ -160,21 +160,20 @@ impl<'a> Referee<'a> {
         if tick.dcm_outside_m.is_finite() {
             record.peak_dcm_outside_m = record.peak_dcm_outside_m.max(tick.dcm_outside_m);
         }
-        record.gain_switches = controller.switches;
-        if controller.phase == Phase::Posture {
+        record.gain_switches = account.switches;
+        if account.phase == Phase::Posture {
             return;
         }
-        let held = controller.phase == Phase::Switching;
+        let held = account.phase == Phase::Switching;
         if !held && record.left_sets_at_s.is_none() {
             record.left_sets_at_s = Some(truth.time_s);
         }
         if truth.time_s >= self.last_push_end_s && record.set_after_push.is_none() {
-            let supervisor = &controller.supervisor;
-            let margin = supervisor.margin_at(truth.com.xy(), truth.com_vel.xy());
+            let margin = account.margin_at(truth.com.xy(), truth.com_vel.xy());
             record.set_after_push = Some(Membership::of_margin(margin));
             record.cpi_margin_after_push = Some(margin).filter(|m| m.is_finite());
-            let estimate = &controller.estimator.now;
-            let margin_est = supervisor.margin_at(estimate.com_xy(), estimate.com_vel_xy());
+            let estimate = account.estimate;
+            let margin_est = account.margin_at(estimate.com_xy(), estimate.com_vel_xy());
             record.cpi_margin_after_push_est = Some(margin_est).filter(|m| m.is_finite());
         }
     }

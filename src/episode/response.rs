@@ -20,13 +20,13 @@
 //! and do not wait for the joints to move. Around 2 Hz the joints' stiffness adds up to 11 ms. -45 degrees is reached
 //! at 189 rad/s, 34 omega, on both axes; -3 dB is not. The fast pole of 5 omega lies far below.
 
-use crate::control::{Controller, Design, Phase};
+use super::{ClosedLoop, Disturbance, EpisodeConfig};
+use crate::control::{Design, Phase};
 use crate::error::{Error, Result};
 use crate::lipm::gains::Standing;
 use crate::robot::Robot;
-use crate::sim::Plant;
 use crate::sim::plant::Clock;
-use nalgebra::{Complex, Vector2};
+use nalgebra::{Complex, Point2, Vector2};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -124,32 +124,30 @@ fn measure_at(robot: &Robot, design: &Design, what: &Experiment, frequency_hz: f
         Axis::X => (0, Vector2::x()),
         Axis::Y => (1, Vector2::y()),
     };
-    let mut plant = Plant::new(robot, what.clock, None, design.home_command().clone());
-    let mut controller = Controller::new(robot, design);
+    let config =
+        EpisodeConfig { physics_step_s: what.clock.physics_step_s, control_period_s: dt, ..EpisodeConfig::default() };
+    let mut closed_loop = ClosedLoop::new(robot, robot, design, &config, Disturbance::default());
     let [mut wanted, mut truth, mut estimate] = [Complex::new(0.0, 0.0); 3];
+    let turn_at = |k: u64| Complex::cis(-TAU * frequency_hz * dt * k as f64);
+    // What is wanted at a tick the coming one can deliver at best; it is read, true and estimated, at that one's end.
+    let (mut wanted_before, mut stood) = (Point2::origin(), true);
     for k in 0..=settle + measured {
         let angle = TAU * frequency_hz * dt * k as f64;
-        let command = {
-            controller.supervisor.zmp_probe = direction * (what.amplitude_m * angle.sin());
-            controller.tick(&plant.sense())
-        };
-        let turn = Complex::cis(-angle);
-        // What is wanted now the coming tick can deliver at best; the controller sees it at the end of that tick.
-        if k > settle {
-            estimate += Complex::cis(TAU * frequency_hz * dt) * turn * controller.estimator.now.zmp[axis];
+        closed_loop.probe_zmp(direction * (what.amplitude_m * angle.sin()));
+        let tick = closed_loop.tick();
+        if k > 0 {
+            let Some(zmp) = tick.truth.zmp.filter(|_| stood) else {
+                let problem = format!("the robot loses its balance under a sine of {} m", what.amplitude_m);
+                return Err(Error::Numeric { what: format!("response at {frequency_hz:.2} Hz"), problem });
+            };
+            if k > settle {
+                wanted += turn_at(k - 1) * wanted_before[axis];
+                truth += turn_at(k - 1) * zmp[axis];
+                estimate += Complex::cis(TAU * frequency_hz * dt) * turn_at(k) * tick.account.estimate.zmp[axis];
+            }
         }
-        if k == settle + measured {
-            break;
-        }
-        plant.advance(command, &[]);
-        let Some(zmp) = plant.truth().zmp.filter(|_| controller.phase == Phase::Switching) else {
-            let problem = format!("the robot loses its balance under a sine of {} m", what.amplitude_m);
-            return Err(Error::Numeric { what: format!("response at {frequency_hz:.2} Hz"), problem });
-        };
-        if k >= settle {
-            wanted += turn * controller.supervisor.zmp_ref[axis];
-            truth += turn * zmp[axis];
-        }
+        (wanted_before, stood) = (tick.account.zmp_ref, tick.account.phase == Phase::Switching);
+        closed_loop.advance();
     }
     let wanted_m = 2.0 * wanted.norm() / measured as f64;
     Ok(Point {

@@ -2,7 +2,7 @@
 
 use super::{Tick, support_on_ground};
 use crate::control::Phase;
-use crate::control::estimator::on_ground;
+use crate::control::estimate::on_ground;
 use crate::robot::{Foot, PerFoot, Posture, Robot};
 use nalgebra::{Isometry2, Point2, Point3, UnitQuaternion, Vector3};
 
@@ -58,10 +58,8 @@ pub const LEAST_N: f64 = 0.5;
 impl Snapshot {
     /// What a tick shows.
     pub fn of(robot: &Robot, tick: &Tick) -> Self {
-        let (truth, controller) = (tick.truth, tick.controller);
-        let supervisor = &controller.supervisor;
-        let stands = controller.swing.is_none();
-        let gain = controller.acting_gain().filter(|_| stands).map(|_| supervisor.gain);
+        let (truth, account) = (tick.truth, &tick.account);
+        let gain = account.gain.filter(|_| account.stands());
         let force = truth.push_force;
         let to_world = to_world(tick);
         let slice = |slice: &Vec<Point2<f64>>| slice.iter().map(|corner| to_world * corner).collect();
@@ -76,14 +74,14 @@ impl Snapshot {
             dcm: tick.dcm,
             dcm_outside_m: tick.dcm_outside_m,
             zmp: truth.zmp.map(Point2::from),
-            zmp_ref: to_world * supervisor.zmp_ref,
+            zmp_ref: to_world * account.zmp_ref,
             soles: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.into()),
             support: support_on_ground(robot, truth).map_or_else(Vec::new, |polygon| polygon.vertices().to_vec()),
-            slices: if stands { supervisor.slices().iter().map(slice).collect() } else { Vec::new() },
+            slices: if account.stands() { account.slices().iter().map(slice).collect() } else { Vec::new() },
             gain,
-            margin: gain.map(|_| supervisor.margin).filter(|margin| margin.is_finite()),
-            phase: controller.phase,
-            footstep: controller.swing.as_ref().map(|swing| swing.landing_corners(robot).map(landing)),
+            margin: gain.map(|_| account.margin).filter(|margin| margin.is_finite()),
+            phase: account.phase,
+            footstep: account.swing.map(|swing| swing.landing_corners(robot).map(landing)),
             contacts: PerFoot::from_fn(|foot| contact(tick, foot)),
             push: (force.norm() > 0.0).then_some(Arrow { point: truth.push_point, force }),
             slope: truth.ground.slope,
@@ -94,7 +92,7 @@ impl Snapshot {
 /// From the world as the controller estimates it to the world: what takes its estimate of the trunk over the ground to
 /// where the trunk is.
 pub fn to_world(tick: &Tick) -> Isometry2<f64> {
-    on_ground(&tick.truth.posture.base) * on_ground(&tick.controller.estimator.now.posture.base).inverse()
+    on_ground(&tick.truth.posture.base) * on_ground(&tick.account.estimate.posture.base).inverse()
 }
 
 /// The force on a sole, at its centre of pressure.

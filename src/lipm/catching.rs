@@ -78,7 +78,7 @@ impl Catching {
 /// What a footstep has to work with: lengths in the frame of the stance sole, x forward, y to the side of the foot that
 /// swings (m).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Means {
+pub struct CatchProblem {
     /// (rad/s)
     pub omega: f64,
     /// Half length and half width of a sole.
@@ -91,16 +91,16 @@ pub struct Means {
     pub home: Vector2<f64>,
 }
 
-impl Means {
+impl CatchProblem {
     /// The same with the landing place decided.
     pub fn landing_at(self, place: Vector2<f64>) -> Self {
         Self { reach: [[place.x; 2], [place.y; 2]], ..self }
     }
 }
 
-/// A footstep as it is best taken; frame as in [`Means`].
+/// A footstep as it is best taken; frame as in [`CatchProblem`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Catch {
+pub struct CatchPlan {
     /// Where to press until the landing (m).
     pub zmp: Vector2<f64>,
     /// Where to land (m).
@@ -119,11 +119,11 @@ const SHARES: [f64; 6] = [0.5, 0.6, 0.7, 0.8, 0.9, 1.0];
 /// A metre outside of the support costs as much as this (m): more than all else.
 const MISS: f64 = 100.0;
 
-/// The best footstep that lands in `time_s`, for a `dcm` now (m; frame as in [`Means`]).
-pub fn plan(weights: &CatchingWeights, means: &Means, dcm: Vector2<f64>, time_s: f64) -> Catch {
-    let mut best = landing(weights, means, dcm, time_s, SHARES[0]);
+/// The best footstep that lands in `time_s`, for a `dcm` now (m; frame as in [`CatchProblem`]).
+pub fn plan(weights: &CatchingWeights, problem: &CatchProblem, dcm: Vector2<f64>, time_s: f64) -> CatchPlan {
+    let mut best = landing(weights, problem, dcm, time_s, SHARES[0]);
     for share in &SHARES[1..] {
-        let catch = landing(weights, means, dcm, time_s, *share);
+        let catch = landing(weights, problem, dcm, time_s, *share);
         if catch.cost < best.cost {
             best = catch;
         }
@@ -132,21 +132,21 @@ pub fn plan(weights: &CatchingWeights, means: &Means, dcm: Vector2<f64>, time_s:
 }
 
 /// The best footstep for one share s.
-fn landing(weights: &CatchingWeights, means: &Means, dcm: Vector2<f64>, time_s: f64, share: f64) -> Catch {
-    let growth = (means.omega * time_s).exp();
-    let mut catch = Catch { zmp: Vector2::zeros(), place: Vector2::zeros(), dcm, miss: 0.0, cost: 0.0 };
+fn landing(weights: &CatchingWeights, problem: &CatchProblem, dcm: Vector2<f64>, time_s: f64, share: f64) -> CatchPlan {
+    let growth = (problem.omega * time_s).exp();
+    let mut catch = CatchPlan { zmp: Vector2::zeros(), place: Vector2::zeros(), dcm, miss: 0.0, cost: 0.0 };
     let mut outside = Vector2::zeros();
     for k in 0..2 {
-        let most = (means.sole[k] - means.zmp_margin).max(0.0);
+        let most = (problem.sole[k] - problem.zmp_margin).max(0.0);
         let row = Vector2::new(1.0 - growth, -share);
         let hessian = row * row.transpose() + Matrix2::new(weights.zmp, 0.0, 0.0, weights.place);
-        let linear = Vector2::new(0.0, weights.place * means.home[k]) - row * (growth * dcm[k]);
-        let [zmp, place]: [f64; 2] = in_box(&hessian, &linear, [[-most, most], means.reach[k]]).into();
+        let linear = Vector2::new(0.0, weights.place * problem.home[k]) - row * (growth * dcm[k]);
+        let [zmp, place]: [f64; 2] = in_box(&hessian, &linear, [[-most, most], problem.reach[k]]).into();
         (catch.zmp[k], catch.place[k]) = (zmp, place);
         catch.dcm[k] = growth * (dcm[k] - zmp) + zmp;
         let off = catch.dcm[k] - share * place;
-        outside[k] = (off.abs() - means.sole[k]).max(0.0);
-        catch.cost += off * off + weights.zmp * zmp * zmp + weights.place * (place - means.home[k]).powi(2);
+        outside[k] = (off.abs() - problem.sole[k]).max(0.0);
+        catch.cost += off * off + weights.zmp * zmp * zmp + weights.place * (place - problem.home[k]).powi(2);
     }
     catch.miss = outside.norm();
     catch.cost += MISS * catch.miss;
@@ -160,7 +160,7 @@ mod tests {
     use proptest::test_runner::RngSeed;
 
     const WEIGHTS: CatchingWeights = CatchingWeights { zmp: 0.01, place: 0.01 };
-    const MEANS: Means = Means {
+    const PROBLEM: CatchProblem = CatchProblem {
         omega: 5.63,
         sole: [0.048, 0.035],
         zmp_margin: 0.003,
@@ -171,15 +171,15 @@ mod tests {
 
     /// A DCM beside the stance foot of a robot at home that is pushed by (x, y), y to the side of the swing foot.
     fn pushed(x: f64, y: f64) -> Vector2<f64> {
-        Vector2::new(x, 0.5 * MEANS.home.y + y)
+        Vector2::new(x, 0.5 * PROBLEM.home.y + y)
     }
 
     #[test]
     fn a_push_forward_asks_for_a_foot_ahead_and_a_zmp_at_the_toes() {
-        let catch = plan(&WEIGHTS, &MEANS, pushed(0.09, 0.0), TIME_S);
+        let catch = plan(&WEIGHTS, &PROBLEM, pushed(0.09, 0.0), TIME_S);
         assert!(catch.miss == 0.0 && catch.place.x > 0.12, "{catch:?}");
         assert!((catch.zmp.x - 0.045).abs() < 1e-12, "{catch:?}");
-        let back = plan(&WEIGHTS, &MEANS, pushed(-0.09, 0.0), TIME_S);
+        let back = plan(&WEIGHTS, &PROBLEM, pushed(-0.09, 0.0), TIME_S);
         assert_eq!([back.place.x, back.zmp.x], [-catch.place.x, -catch.zmp.x]);
         assert_eq!(back.place.y, catch.place.y);
     }
@@ -187,10 +187,10 @@ mod tests {
     #[test]
     fn a_push_to_the_side_is_best_taken_by_the_foot_on_the_far_side() {
         // 65 mm to the side: the foot on that side would have to land beyond its reach.
-        let near = plan(&WEIGHTS, &MEANS, pushed(0.0, 0.065), TIME_S);
-        let far = plan(&WEIGHTS, &MEANS, pushed(0.0, -0.065), TIME_S);
+        let near = plan(&WEIGHTS, &PROBLEM, pushed(0.0, 0.065), TIME_S);
+        let far = plan(&WEIGHTS, &PROBLEM, pushed(0.0, -0.065), TIME_S);
         // By hand: the ZMP 32 mm to that side, the DCM then at e^(omega T) (113.5 - 32) + 32 = 221.6 mm.
-        let dcm = 0.032 + (MEANS.omega * TIME_S).exp() * (0.1135 - 0.032);
+        let dcm = 0.032 + (PROBLEM.omega * TIME_S).exp() * (0.1135 - 0.032);
         assert!((near.miss - (dcm - 0.18 - 0.035)).abs() < 1e-12 && near.miss > 0.006, "{near:?}");
         assert_eq!(near.place.y, 0.18);
         assert!(far.miss == 0.0 && far.cost < near.cost, "{far:?}");
@@ -200,7 +200,7 @@ mod tests {
     #[test]
     fn what_is_decided_stays() {
         let place = Vector2::new(0.05, 0.1);
-        let catch = plan(&WEIGHTS, &MEANS.landing_at(place), pushed(0.06, 0.0), 0.05);
+        let catch = plan(&WEIGHTS, &PROBLEM.landing_at(place), pushed(0.06, 0.0), 0.05);
         assert_eq!(catch.place, place);
     }
 
@@ -242,15 +242,15 @@ mod tests {
             dcm in [-0.2..0.2f64, -0.1..0.25f64], time in 0.02..0.3f64, other in [-1.0..1.0f64, -1.0..1.0, 0.0..1.0, 0.0..1.0],
             share in 0..6_usize,
         ) {
-            let catch = landing(&WEIGHTS, &MEANS, dcm.into(), time, SHARES[share]);
+            let catch = landing(&WEIGHTS, &PROBLEM, dcm.into(), time, SHARES[share]);
             let zmp = [0.045 * other[0], 0.032 * other[1]];
-            let at = |k: usize, u: f64| MEANS.reach[k][0] + (MEANS.reach[k][1] - MEANS.reach[k][0]) * u;
+            let at = |k: usize, u: f64| PROBLEM.reach[k][0] + (PROBLEM.reach[k][1] - PROBLEM.reach[k][0]) * u;
             let place = [at(0, other[2]), at(1, other[3])];
-            let growth = (MEANS.omega * time).exp();
+            let growth = (PROBLEM.omega * time).exp();
             let cost = |zmp: [f64; 2], place: [f64; 2]| -> f64 {
                 (0..2).map(|k| {
                     let off = growth * (dcm[k] - zmp[k]) + zmp[k] - SHARES[share] * place[k];
-                    off * off + 0.01 * zmp[k] * zmp[k] + 0.01 * (place[k] - MEANS.home[k]).powi(2)
+                    off * off + 0.01 * zmp[k] * zmp[k] + 0.01 * (place[k] - PROBLEM.home[k]).powi(2)
                 }).sum()
             };
             let mine = cost(catch.zmp.into(), catch.place.into());

@@ -75,6 +75,12 @@ impl GainSet {
         Ok(set)
     }
 
+    /// Its footwork rule; a valid set has one at most.
+    pub fn footwork(&self) -> Option<FootworkRules> {
+        let stepping = self.stepping.map(FootworkRules::Stepping);
+        stepping.or(self.catching.map(FootworkRules::Catching))
+    }
+
     /// Checks values; `file` is what errors call the set.
     pub fn validate(&self, file: &str) -> Result<()> {
         if self.name.trim().is_empty() {
@@ -205,12 +211,28 @@ pub struct GainFamily {
     pub pendulum: Pendulum,
     /// Slow to fast; empty for [`Standing::Posture`].
     pub gains: Vec<Gain>,
-    /// As in [`GainSet`].
-    pub stepping: Option<Stepping>,
-    pub catching: Option<Catching>,
+    /// What to do when no set holds the state; None: the robot only stands.
+    pub footwork: Option<FootworkRules>,
+}
+
+/// The footwork rules that there are, each by the table of a gain set's file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FootworkRules {
+    /// `[stepping]`: the paper's.
+    Stepping(Stepping),
+    /// `[catching]`: beyond it.
+    Catching(Catching),
 }
 
 impl GainFamily {
+    /// The paper's rules of footsteps, if these are the set's.
+    pub fn stepping(&self) -> Option<&Stepping> {
+        match &self.footwork {
+            Some(FootworkRules::Stepping(rules)) => Some(rules),
+            _ => None,
+        }
+    }
+
     /// Where the ZMP may be: `support` less the set's margin. Errors (that call the set `file`): nothing is left.
     pub fn allowed_support(&self, support: &SupportPolygon, file: &str) -> Result<SupportPolygon> {
         support.inset(self.zmp_margin).ok_or_else(|| {
@@ -237,8 +259,7 @@ impl GainFamily {
             zmp_margin: set.zmp_margin_m,
             pendulum,
             gains: set.gains.iter().map(|g| Gain::design(&pendulum, g)).collect(),
-            stepping: set.stepping,
-            catching: set.catching,
+            footwork: set.footwork(),
         })
     }
 }

@@ -18,6 +18,6 @@ pub mod stepping;
 pub mod variant;
 
 pub use cpi_set::CpiSet;
-pub use gains::{Gain, GainFamily, GainSet, Standing};
+pub use gains::{FootworkRules, Gain, GainFamily, GainSet, Standing};
 pub use online::OnlineSets;
 pub use pendulum::{Pendulum, State};

@@ -1,10 +1,10 @@
 //! Gain sets against each other, and gates, as text.
 
 use crate::campaign::Summary;
-use crate::campaign::verdict::compare::Earlier;
-use crate::campaign::verdict::gate::Status;
+use crate::campaign::verdict::baseline::BaselineId;
+use crate::campaign::verdict::evidence::Status;
 use crate::campaign::verdict::gates::GateResult;
-use crate::campaign::verdict::paired::{Pair, p_value, rounded};
+use crate::campaign::verdict::pairs::{Pair, p_value, rounded};
 use crate::render::layout::{align, signed, table, whole_names, wrapped};
 use crate::stats::mcnemar::PairedCounts;
 use crate::stats::ranks::Shift;
@@ -155,7 +155,7 @@ fn level(confidence: f64) -> String {
 
 /// Which result gates compare with; None without one.
 pub(super) fn baseline(summary: &Summary) -> Option<String> {
-    let Earlier { name, standfast, config_hash, trials } = summary.baseline.as_ref()?;
+    let BaselineId { name, standfast, config_hash, trials } = summary.baseline.as_ref()?;
     let hash = &config_hash[..config_hash.len().min(12)];
     Some(format!("baseline: {name}, {trials} trials, standfast {standfast}, configuration {hash}"))
 }
@@ -221,15 +221,16 @@ mod tests {
         let mut summary = summary(&halves(10), &[], &[]);
         let (set, pair) = (summary.sets[0].clone(), summary.pairs[0].clone());
         let name = |i: usize| format!("set{i}");
-        summary.sets =
-            (0..sets).map(|i| crate::campaign::verdict::summary::SetSummary { name: name(i), ..set.clone() }).collect();
+        summary.sets = (0..sets)
+            .map(|i| crate::campaign::verdict::set_summary::SetSummary { name: name(i), ..set.clone() })
+            .collect();
         summary.pairs = pairs.iter().map(|&(a, b)| Pair { a: name(a), b: name(b), ..pair.clone() }).collect();
         summary
     }
 
     #[test]
     fn of_every_pair_those_with_the_first_set_are_shown_and_all_where_sets_have_partners() {
-        let every = crate::campaign::verdict::compare::every_pair(7);
+        let every = crate::campaign::verdict::pairs::every_pair(7);
         let text = pairs(&with_pairs(7, &every));
         assert_eq!(text.matches("\n - ").count() + usize::from(text.starts_with(" - ")), 6, "{text}");
         assert!(
@@ -266,7 +267,7 @@ mod tests {
         let mut summary = summary(&halves(100), &[], &["b >= 0.45", "a >= b + 0.45"]);
         summary.gates[0].judged.more_trials = Some(1234);
         summary.baseline =
-            Some(Earlier { name: "old".into(), standfast: "0".into(), config_hash: "00".into(), trials: 9 });
+            Some(BaselineId { name: "old".into(), standfast: "0".into(), config_hash: "00".into(), trials: 9 });
         let text = gates(&summary);
         assert!(text.contains("about 1300"), "{text}");
         assert!(text.contains("50.0 %") && text.contains("+50.0 points"), "{text}");

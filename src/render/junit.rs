@@ -2,7 +2,7 @@
 //! failed test.
 
 use crate::campaign::Summary;
-use crate::campaign::verdict::gate::Status;
+use crate::campaign::verdict::evidence::Status;
 use crate::error::{Error, Result};
 use crate::render::comparison::gate_words;
 use crate::render::replay_command;

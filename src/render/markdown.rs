@@ -1,7 +1,7 @@
 //! `summary.md`: the result as a CI service shows it on the page of a job.
 
 use crate::campaign::Summary;
-use crate::campaign::verdict::gate::Status;
+use crate::campaign::verdict::evidence::Status;
 use crate::render::comparison::{about_p, baseline, gate_words, in_unit, p_cell, status, unit};
 use crate::render::layout::{percent, seconds, signed};
 use crate::render::replay_command;

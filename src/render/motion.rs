@@ -33,11 +33,11 @@ impl MotionSample {
             time_s: truth.time_s,
             com: truth.com.xy().into(),
             zmp: truth.zmp,
-            zmp_ref: (to_world(tick) * tick.controller.supervisor.zmp_ref).into(),
+            zmp_ref: (to_world(tick) * tick.account.zmp_ref).into(),
             dcm: tick.dcm.into(),
             feet: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.xy().into()),
             support: support_on_ground(robot, truth),
-            swing: tick.controller.swing.is_some(),
+            swing: !tick.account.stands(),
         }
     }
 
@@ -52,7 +52,7 @@ impl MotionSample {
             dcm: tick.dcm.into(),
             feet: PerFoot::from_fn(|foot| tick.soles[foot].translation.vector.xy().into()),
             support: tick.support,
-            swing: tick.controller.swing.is_some(),
+            swing: !tick.account.stands(),
         }
     }
 }

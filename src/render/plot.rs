@@ -1,6 +1,6 @@
 //! Pictures (SVG) of a campaign, and what all pictures share: their colours, and how they are written.
 
-use crate::campaign::{Summary, verdict::summary::ImpulseBin};
+use crate::campaign::{Summary, verdict::set_summary::ImpulseBin};
 use crate::error::{Error, Result};
 use crate::files::write_atomic;
 use plotters::coord::Shift;

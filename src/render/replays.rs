@@ -1,7 +1,7 @@
 //! `standfast replay`: a trial of a result, to watch in 3D; and the pages for the telling trials of a result.
 
-use crate::campaign::store::parts::REPLAYS;
-use crate::campaign::{Folder, Replayed, Summary};
+use crate::campaign::store::folder::REPLAYS;
+use crate::campaign::{Folder, StoredTrial, Summary};
 use crate::error::{Error, Result};
 use crate::files::shell_word;
 use crate::render::outputs::{Case, Origin, Outputs, Told, write_replay};
@@ -49,7 +49,7 @@ pub fn run(args: &ReplayArgs) -> Result<String> {
     let mut outputs = Outputs { frames, trace, plot, replay: None };
     args.output.iter().try_for_each(|path| check_output("--output", path, &["html"]))?;
     outputs.check()?;
-    let replayed = Replayed::open(&args.dir, args.trial, args.gains.as_deref())?;
+    let replayed = StoredTrial::open(&args.dir, args.trial, args.gains.as_deref())?;
     let path = match args.output.clone() {
         Some(path) => path,
         None => create_folder(&args.dir)?.join(file_name(&replayed)),
@@ -75,7 +75,7 @@ pub fn run(args: &ReplayArgs) -> Result<String> {
 
 /// Writes a page, of the result in `folder` or, if there is none, among the pages of that result; says so if the trial is
 /// not as it was.
-fn write(replayed: &Replayed, told: &Told, path: &Path, folder: Option<&Path>) -> Result<()> {
+fn write(replayed: &StoredTrial, told: &Told, path: &Path, folder: Option<&Path>) -> Result<()> {
     let warning = replayed.difference(&told.record);
     warning.iter().for_each(|warning| log::warn!("{warning}"));
     let of_result = folder.is_none();
@@ -86,7 +86,7 @@ fn write(replayed: &Replayed, told: &Told, path: &Path, folder: Option<&Path>) -
     write_replay(told, path, Origin { title: Some(title), command, of_result, warning })
 }
 
-fn case(replayed: &Replayed) -> Case<'_> {
+fn case(replayed: &StoredTrial) -> Case<'_> {
     Case { robot: &replayed.robot, design: &replayed.design, config: replayed.config() }
 }
 
@@ -108,7 +108,7 @@ pub fn write_telling(
         create_folder(&folder.path)?;
     }
     let page = |trial: u64, set: &str| {
-        let (replayed, path) = (Replayed::open(&folder.path, trial, Some(set))?, path(trial, set));
+        let (replayed, path) = (StoredTrial::open(&folder.path, trial, Some(set))?, path(trial, set));
         let outputs = Outputs { replay: Some(path.clone()), ..Outputs::default() };
         let told = case(&replayed).tell(replayed.disturbance(), &outputs)?;
         write(&replayed, &told, &path, None)
@@ -127,7 +127,7 @@ pub fn found(folder: &Path, campaign: &str, trial: u64, set: &str) -> Option<Str
     folder.join(&path).is_file().then(|| path.display().to_string())
 }
 
-fn file_name(replayed: &Replayed) -> String {
+fn file_name(replayed: &StoredTrial) -> String {
     name(replayed.trial, &replayed.set)
 }
 

@@ -1,6 +1,6 @@
 //! The files of a result that people and CI services look at.
 
-use crate::campaign::{Row, Summary};
+use crate::campaign::{Summary, TrialRow};
 use crate::error::Result;
 use crate::files::write_atomic;
 use crate::render::layout::wrapped;
@@ -11,7 +11,7 @@ use std::path::Path;
 pub const FILES: [&str; 4] = ["report.html", "summary.md", "junit.xml", "success.svg"];
 
 /// Writes them beside `summary.json`. `rows` are sorted by trial, then by set.
-pub fn write(summary: &Summary, rows: &[Row], folder: &Path) -> Result<()> {
+pub fn write(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Result<()> {
     let [report, markdown, junit, success] = FILES.map(|name| folder.join(name));
     plot::write_success(summary, &success)?;
     write_atomic(&report, html::page(summary, rows, folder)?.as_bytes())?;
@@ -35,7 +35,7 @@ pub fn may_be_written_to(folder: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::store::parts::RESULT_FILES;
+    use crate::campaign::store::folder::RESULT_FILES;
 
     #[test]
     fn what_is_written_is_taken_away_before_more_trials_are_run() {

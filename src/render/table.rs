@@ -1,15 +1,15 @@
 //! The result of a campaign as text.
 
 use crate::campaign::Summary;
-use crate::campaign::ask::vary;
+use crate::campaign::ask::variations;
 use crate::campaign::verdict::failures::Failures;
-use crate::campaign::verdict::foretold::{Foretold, MarginBin};
-use crate::campaign::verdict::paired::Pair;
-use crate::campaign::verdict::summary::{Curve, SetSummary};
+use crate::campaign::verdict::pairs::Pair;
+use crate::campaign::verdict::prediction::{MarginBin, Prediction};
+use crate::campaign::verdict::set_summary::{FittedCurve, SetSummary};
 use crate::episode::Judge;
 use crate::render::layout::{align, compared, percent, seconds, table, whole_names, wrapped};
 use crate::render::{comparison, replay_command};
-use crate::stats::rate::Count;
+use crate::stats::rate::SuccessCount;
 use comfy_table::Table;
 use std::fmt::Write;
 use std::path::Path;
@@ -67,7 +67,7 @@ pub fn campaign(summary: &Summary, folder: &Path) -> String {
     if summary.second_push.is_any() {
         head.push(("then:   ", summary.second_push.to_string()));
     }
-    let varied = vary::described(&summary.variations).join(", ");
+    let varied = variations::described(&summary.variations).join(", ");
     if !varied.is_empty() {
         head.push(("varied: ", varied));
     }
@@ -104,7 +104,7 @@ pub fn campaign(summary: &Summary, folder: &Path) -> String {
 fn sets(summary: &Summary) -> Table {
     let mut table = table(["gain set", "recovered", "rate", "95 %", "fell", "diverged", "timed out"]);
     for set in &summary.sets {
-        let Count { trials, recovered, success_rate, ci95: [low, high] } = set.count;
+        let SuccessCount { trials, recovered, success_rate, ci95: [low, high] } = set.count;
         table.add_row([
             set.name.clone(),
             format!("{recovered}/{trials}"),
@@ -242,7 +242,7 @@ const LIMITS_EXPLAINED: &str = "impulse at which 50 % and 90 % of the pushes are
                                 support's edge, which a push of no duration may reach without a footstep";
 
 /// The impulse (N s, or over m omega d) that half of the pushes at it are survived, or nine of ten, with its interval.
-pub(super) fn impulse_at(curve: &Curve, half: bool) -> String {
+pub(super) fn impulse_at(curve: &FittedCurve, half: bool) -> String {
     let Some(fit) = &curve.fit else {
         return curve.none_because.map_or("-".into(), |why| why.to_string());
     };
@@ -296,7 +296,7 @@ fn stepped(summary: &Summary) -> String {
 }
 
 /// Recovered of trials, and the rate.
-fn rate_of(count: &Count) -> String {
+fn rate_of(count: &SuccessCount) -> String {
     match count.trials {
         0 => "-".into(),
         trials => format!("{}/{trials} {:>7}", count.recovered, percent(count.success_rate)),
@@ -309,7 +309,7 @@ fn foretold(summary: &Summary) -> String {
     if with_sets().next().is_none() {
         return String::new();
     }
-    type Pick = fn(&Foretold) -> &Count;
+    type Pick = fn(&Prediction) -> &SuccessCount;
     let mut rows: Vec<(String, Vec<String>)> = Vec::new();
     for (label, pick) in [("holds the state", (|f| &f.inside) as Pick), ("does not", |f| &f.outside)] {
         rows.push((label.into(), with_sets().map(|(_, f)| rate_of(pick(f))).collect()));
@@ -340,10 +340,10 @@ fn foretold(summary: &Summary) -> String {
             (None, to) => format!("  margin under {}", to.unwrap_or(f64::INFINITY)),
         };
         let cell =
-            |f: &Foretold| f.by_margin.iter().find(|bin| bin.from == *from).map_or("-".into(), |b| rate_of(&b.count));
+            |f: &Prediction| f.by_margin.iter().find(|bin| bin.from == *from).map_or("-".into(), |b| rate_of(&b.count));
         rows.push((label, with_sets().map(|(_, f)| cell(f)).collect()));
     }
-    let agreement = |(set, f): (&SetSummary, &Foretold)| {
+    let agreement = |(set, f): (&SetSummary, &Prediction)| {
         format!(" {}: {} ({} by the state as estimated then)", set.name, percent(f.agreement), percent(f.agreement_est))
     };
     format!(

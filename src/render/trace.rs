@@ -73,12 +73,11 @@ impl Trace {
 
     /// Adds a row.
     pub fn push(&mut self, tick: &Tick) {
-        let (truth, controller) = (tick.truth, tick.controller);
-        let (estimate, supervisor) = (&controller.estimator.now, &controller.supervisor);
+        let (truth, account) = (tick.truth, &tick.account);
+        let estimate = account.estimate;
         let zmp = truth.zmp.map_or([None; 2], |z| z.map(Some));
         // The supervisor rests while a foot is in the air.
-        let stands = controller.swing.is_none();
-        let margin = controller.acting_gain().filter(|_| stands).map(|_| supervisor.margin);
+        let margin = account.gain.filter(|_| account.stands()).map(|_| account.margin);
         let mut row: Vec<Option<f64>> = vec![Some(truth.time_s)];
         let mut add = |values: &[f64]| row.extend(values.iter().map(|v| Some(*v)));
         add(truth.com.coords.as_slice());
@@ -87,7 +86,7 @@ impl Trace {
         add(estimate.com_vel.as_slice());
         row.extend(zmp);
         let mut add = |values: &[f64]| row.extend(values.iter().map(|v| Some(*v)));
-        add(supervisor.zmp_ref.coords.as_slice());
+        add(account.zmp_ref.coords.as_slice());
         add(tick.dcm.coords.as_slice());
         add(truth.contact_force.as_slice());
         add(truth.push_force.as_slice());
@@ -110,8 +109,8 @@ impl Trace {
         for (column, value) in self.values.iter_mut().zip(row) {
             column.push(value);
         }
-        self.phase.push(controller.phase.name().into());
-        self.gain.push(controller.acting_gain().unwrap_or("none").into());
+        self.phase.push(account.phase.name().into());
+        self.gain.push(account.gain_name().unwrap_or("none").into());
     }
 
     /// The table.

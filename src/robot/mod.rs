@@ -12,6 +12,6 @@ mod settings;
 pub mod urdf;
 mod xml;
 
-pub use io::{Command, Imu, Sensed, Wrench};
+pub use io::{Command, Imu, Sensed, SensedError, Wrench};
 pub use kinematics::{Kinematics, Pose, Posture};
 pub use model::{Foot, Frame, GRAVITY, Joint, Link, PerFoot, Reach, Robot, SensorNoise, Servo, Shape, Sole, Solid};

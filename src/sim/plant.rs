@@ -176,17 +176,11 @@ impl<'a> Plant<'a> {
     /// What the sensors read now.
     pub fn sense(&mut self) -> Sensed {
         let truth = &self.truth;
-        let to_trunk = truth.trunk.rotation.inverse();
-        let linear: Vector3<f64> = truth.trunk_velocity.fixed_rows::<3>(0).into();
-        let angular: Vector3<f64> = truth.trunk_velocity.fixed_rows::<3>(3).into();
-        let acceleration = (linear - self.trunk_vel_before) / self.clock.control_period_s;
+        let [linear, angular] = [0, 3].map(|first| truth.trunk_velocity.fixed_rows::<3>(first).into_owned());
+        let velocities = [self.trunk_vel_before, linear];
         let mut sensed = Sensed {
             q: truth.posture.q.clone(),
-            imu: Imu {
-                orientation: truth.trunk.rotation,
-                gyro: to_trunk * angular,
-                accelerometer: to_trunk * (acceleration + Vector3::new(0.0, 0.0, GRAVITY)),
-            },
+            imu: Imu::over(self.clock.control_period_s, truth.trunk.rotation, velocities, angular),
             soles: PerFoot::from_fn(|foot| {
                 let to_sole = truth.soles[foot].rotation.inverse();
                 let wrench = truth.sole_wrenches[foot];

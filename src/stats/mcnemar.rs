@@ -173,9 +173,9 @@ mod tests {
     // Expected values: scipy 1.17.1 `binomtest(only_a, only_a + only_b).pvalue`, and the same of statsmodels 0.15.0
     // `mcnemar(exact=True)`; and Tango's interval at 95 and 90 % from the score test with the likeliest rates found by
     // maximising the likelihood of the table numerically (brentq), not from the quadratic.
-    type Table = ([u64; 4], f64, [f64; 2], [f64; 2]);
+    type KnownTable = ([u64; 4], f64, [f64; 2], [f64; 2]);
     #[rustfmt::skip]
-    const TABLES: [Table; 12] = [
+    const TABLES: [KnownTable; 12] = [
         ([40, 9, 3, 48], 0.14599609375, [-0.009115601446117016, 0.13769300936663148], [0.00336016859529008, 0.12344326888250748]),
         ([0, 1, 0, 9], 1.0, [-0.20528607984917807, 0.4041500267952385], [-0.13423616709174757, 0.3477186673358584]),
         ([50, 0, 0, 50], 1.0, [-0.03699349820698568, 0.03699349820698568], [-0.026342720783172967, 0.026342720783172967]),

@@ -53,7 +53,7 @@ pub struct Rule {
 
 /// An impulse (N s) as far as it is known: median, and the interval that holds it with 95 %.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Estimate {
+pub struct ImpulseEstimate {
     pub at_n_s: f64,
     pub ci95: [f64; 2],
 }
@@ -129,14 +129,14 @@ impl Posterior {
     }
 
     /// The impulse of 50 % recovery.
-    pub fn impulse50(&self) -> Estimate {
+    pub fn impulse50(&self) -> ImpulseEstimate {
         let marginal = self.thresholds();
         let [low, high] = INTERVAL.map(|share| self.quantile(&marginal, share));
-        Estimate { at_n_s: self.quantile(&marginal, 0.5), ci95: [low, high] }
+        ImpulseEstimate { at_n_s: self.quantile(&marginal, 0.5), ci95: [low, high] }
     }
 
     /// The impulse of 90 % recovery, lapses apart; not below 0.
-    pub fn impulse90(&self) -> Estimate {
+    pub fn impulse90(&self) -> ImpulseEstimate {
         let mut at: Vec<(f64, f64)> = Vec::new();
         for (row, spread) in self.probability.chunks(self.count).zip(&self.spreads) {
             at.extend(row.iter().enumerate().map(|(i, p)| ((i as f64 * self.step - Z90 * spread).max(0.0), *p)));
@@ -152,7 +152,7 @@ impl Posterior {
                 .map_or(self.rule.most_n_s, |(at, _)| *at)
         };
         let [low, high] = INTERVAL.map(quantile);
-        Estimate { at_n_s: quantile(0.5), ci95: [low, high] }
+        ImpulseEstimate { at_n_s: quantile(0.5), ci95: [low, high] }
     }
 
     /// Whether the interval is as narrow as asked for, and inside of the range.
@@ -212,8 +212,7 @@ fn entropy(p: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::ask::trial::{Stream, stream};
-    use rand::RngExt;
+    use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
     const RULE: Rule = Rule { most_n_s: 16.0, precision_n_s: 0.1, max_trials: 400, random: true };
 
@@ -234,13 +233,15 @@ mod tests {
     fn the_interval_holds_the_threshold_as_often_as_it_says_for_far_fewer_trials_than_a_grid() {
         let (mut held50, mut held90, mut trials, count) = (0, 0, 0, 240);
         for i in 0..count {
-            let mut rng = stream(11, i, Stream::Impulse);
+            let mut rng = ChaCha8Rng::seed_from_u64(11);
+            rng.set_stream(i << 8);
             let threshold = 2.0 + 5.0 * rng.random::<f64>();
             let scale = [0.02, 0.08, 0.2][i as usize % 3];
             let found = search(RULE, |impulse| rng.random::<f64>() < logistic(impulse, threshold, scale, 0.01));
             assert!(found.is_resolved(), "threshold {threshold}, scale {scale}: {:?}", found.impulse50());
-            let holds =
-                |estimate: Estimate, truth: f64| u32::from(estimate.ci95[0] <= truth && truth <= estimate.ci95[1]);
+            let holds = |estimate: ImpulseEstimate, truth: f64| {
+                u32::from(estimate.ci95[0] <= truth && truth <= estimate.ci95[1])
+            };
             held50 += holds(found.impulse50(), threshold);
             held90 += holds(found.impulse90(), threshold - scale * 9.0_f64.ln());
             trials += found.trials();

@@ -1,37 +1,26 @@
 //! Success rates with their intervals.
 
-use crate::campaign::Row;
-use crate::episode::Outcome;
 use serde::Serialize;
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
 /// How many of how many, and what that says of the rate.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Count {
+pub struct SuccessCount {
     pub trials: u64,
     pub recovered: u64,
     pub success_rate: f64,
     pub ci95: [f64; 2],
 }
 
-impl Count {
+impl SuccessCount {
     pub fn new(recovered: u64, trials: u64) -> Self {
         let success_rate = if trials == 0 { 0.0 } else { recovered as f64 / trials as f64 };
         Self { trials, recovered, success_rate, ci95: interval95(recovered, trials) }
     }
-
-    pub fn of<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Self {
-        let (mut trials, mut recovered) = (0, 0);
-        for row in rows {
-            trials += 1;
-            recovered += u64::from(row.outcome == Outcome::Recovered);
-        }
-        Self::new(recovered, trials)
-    }
 }
 
 /// Interval of a rate at 95 %: Wilson's, and near 0 and 1, where that is too short, Clopper and Pearson's.
-pub fn interval95(successes: u64, trials: u64) -> [f64; 2] {
+fn interval95(successes: u64, trials: u64) -> [f64; 2] {
     if successes.min(trials - successes) < 5 {
         clopper_pearson(successes, trials, 0.95)
     } else {
@@ -40,7 +29,7 @@ pub fn interval95(successes: u64, trials: u64) -> [f64; 2] {
 }
 
 /// Wilson score interval of k of n at 95 %.
-pub fn wilson(successes: u64, trials: u64) -> [f64; 2] {
+fn wilson(successes: u64, trials: u64) -> [f64; 2] {
     let (k, n) = (successes as f64, trials as f64);
     let z = Normal::standard().inverse_cdf(0.975);
     let rate = k / n;
@@ -83,12 +72,17 @@ mod tests {
 
     // The same with `method="beta"`.
     #[test]
-    fn clopper_pearson_is_that_of_statsmodels() {
+    fn clopper_pearson_is_that_of_statsmodels_and_scipy() {
         close(clopper_pearson(0, 50, 0.95), [0.0, 0.07112173646419767]);
         close(clopper_pearson(50, 50, 0.95), [0.9288782635358024, 1.0]);
         close(clopper_pearson(1, 48, 0.95), [0.0005273152534231199, 0.11069616059315224]);
         close(clopper_pearson(3, 1000, 0.95), [0.0006190999316495713, 0.008742023238478305]);
         close(clopper_pearson(997, 1000, 0.95), [0.9912579767615217, 0.9993809000683505]);
+        // At other levels: scipy 1.17.1, `beta.ppf((1 - level) / 2, k, n - k + 1)`, `beta.ppf((1 + level) / 2, k + 1, n - k)`.
+        close(clopper_pearson(80, 100, 0.9), [0.7227997503290862, 0.8633386747541327]);
+        close(clopper_pearson(0, 50, 0.99), [0.0, 0.10054508337476258]);
+        close(clopper_pearson(997, 1000, 0.8), [0.9933315046629319, 0.9988974393004678]);
+        assert_eq!(clopper_pearson(0, 0, 0.9), [0.0, 1.0]);
     }
 
     #[test]

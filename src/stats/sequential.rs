@@ -17,7 +17,6 @@
 //! Sources: Waudby-Smith and Ramdas 2024, "Estimating means of bounded random variables by betting", J. R. Stat. Soc. B
 //! 86, 1-27; Robbins 1970, "Statistical methods related to the law of the iterated logarithm" (mixtures).
 
-use crate::campaign::store::parts::BLOCK_TRIALS;
 use serde::Serialize;
 
 /// Bets on either side, evenly in the logarithm from the least one to 1.
@@ -43,7 +42,7 @@ const HALVINGS: usize = 45;
 /// If fewer trials than `only_a + only_b`, or `level` is not within 0 to 1.
 pub fn difference_interval(only_a: u64, only_b: u64, trials: u64, level: f64) -> [f64; 2] {
     assert!(only_a + only_b <= trials, "{only_a} and {only_b} of {trials} trials");
-    let counts = Counts { low: only_b, middle: trials - only_a - only_b, high: only_a };
+    let counts = Tally { low: only_b, middle: trials - only_a - only_b, high: only_a };
     // From -1, 0, 1 to 0, 1/2, 1, and back.
     counts.interval(&bets(LEAST_BET_DIFFERENCE), level).map(|mean| 2.0 * mean - 1.0)
 }
@@ -54,7 +53,7 @@ pub fn difference_interval(only_a: u64, only_b: u64, trials: u64, level: f64) ->
 /// If more recovered than `trials`, or `level` is not within 0 to 1.
 pub fn rate_interval(recovered: u64, trials: u64, level: f64) -> [f64; 2] {
     assert!(recovered <= trials, "{recovered} of {trials} trials");
-    Counts { low: trials - recovered, middle: 0, high: recovered }.interval(&bets(LEAST_BET_RATE), level)
+    Tally { low: trials - recovered, middle: 0, high: recovered }.interval(&bets(LEAST_BET_RATE), level)
 }
 
 /// Level of each of so many intervals at which all of them hold together at `level` (Bonferroni; shares).
@@ -62,17 +61,17 @@ pub fn each_of(intervals: usize, level: f64) -> f64 {
     1.0 - (1.0 - level) / intervals.max(1) as f64
 }
 
-/// The count of trials at which to look next, after `trials`: about a quarter more, at least a block more, whole blocks;
-/// the last look is at `most`.
-pub fn next_look(trials: u64, most: u64) -> u64 {
-    let more = (trials / 4).max(BLOCK_TRIALS);
-    (trials + more).next_multiple_of(BLOCK_TRIALS).min(most)
+/// The count of trials at which to look next, after `trials`: about a quarter more, at least a block of so many more,
+/// whole blocks; the last look is at `most`.
+pub fn next_look(trials: u64, block: u64, most: u64) -> u64 {
+    let more = (trials / 4).max(block);
+    (trials + more).next_multiple_of(block).min(most)
 }
 
 /// What an interval of the difference of two rates decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Verdict {
+pub enum PairVerdict {
     /// The rate of a is larger, by however little.
     ABetter,
     BBetter,
@@ -86,16 +85,16 @@ pub enum Verdict {
 /// Reads an interval of the difference (rate of a less rate of b, a share). A difference that is known to be smaller than
 /// the margin (a share), but not to be none, goes to the better set. As each verdict is wrong only if the interval misses
 /// the truth, so is the verdict at which one stops.
-pub fn verdict(interval: [f64; 2], margin: f64) -> Verdict {
+pub fn verdict(interval: [f64; 2], margin: f64) -> PairVerdict {
     let [least, most] = interval;
     if least > 0.0 {
-        Verdict::ABetter
+        PairVerdict::ABetter
     } else if most < 0.0 {
-        Verdict::BBetter
+        PairVerdict::BBetter
     } else if -margin < least && most < margin {
-        Verdict::Same
+        PairVerdict::Same
     } else {
-        Verdict::Open
+        PairVerdict::Open
     }
 }
 
@@ -106,13 +105,13 @@ fn bets(least: f64) -> [f64; BETS] {
 
 /// How often x was 0, 1/2 and 1.
 #[derive(Debug, Clone, Copy)]
-struct Counts {
+struct Tally {
     low: u64,
     middle: u64,
     high: u64,
 }
 
-impl Counts {
+impl Tally {
     fn mirrored(self) -> Self {
         Self { low: self.high, middle: self.middle, high: self.low }
     }
@@ -185,7 +184,7 @@ mod tests {
     ) -> Option<u64> {
         let (mut trials, mut only_a, mut only_b) = (0, 0, 0);
         while trials < most {
-            let next = next_look(trials, most);
+            let next = next_look(trials, 25, most);
             let differ = draw(rng, next - trials, discordance);
             let a = draw(rng, differ, (0.5 + difference / discordance / 2.0).min(1.0));
             (trials, only_a, only_b) = (next, only_a + a, only_b + differ - a);
@@ -196,8 +195,8 @@ mod tests {
         None
     }
 
-    fn difference_counts(only_a: u64, only_b: u64, trials: u64) -> Counts {
-        Counts { low: only_b, middle: trials - only_a - only_b, high: only_a }
+    fn difference_counts(only_a: u64, only_b: u64, trials: u64) -> Tally {
+        Tally { low: only_b, middle: trials - only_a - only_b, high: only_a }
     }
 
     /// Exact two-sided McNemar p.
@@ -267,21 +266,21 @@ mod tests {
     fn looks_are_whole_blocks_a_quarter_apart_and_end_at_the_most() {
         let mut looks = vec![0];
         while *looks.last().unwrap() < 1010 {
-            looks.push(next_look(*looks.last().unwrap(), 1010));
+            looks.push(next_look(*looks.last().unwrap(), 25, 1010));
         }
         assert_eq!(looks, [0, 25, 50, 75, 100, 125, 175, 225, 300, 375, 475, 600, 750, 950, 1010]);
-        assert_eq!(next_look(30, 1000), 75);
-        assert_eq!(next_look(1010, 1010), 1010);
+        assert_eq!(next_look(30, 25, 1000), 75);
+        assert_eq!(next_look(1010, 25, 1010), 1010);
     }
 
     #[test]
     fn verdicts() {
-        assert_eq!(verdict([0.001, 0.01], 0.02), Verdict::ABetter);
-        assert_eq!(verdict([-0.3, -0.001], 0.02), Verdict::BBetter);
-        assert_eq!(verdict([-0.019, 0.019], 0.02), Verdict::Same);
-        assert_eq!(verdict([-0.019, 0.02], 0.02), Verdict::Open);
-        assert_eq!(verdict([0.0, 0.0], 0.0), Verdict::Open);
-        assert_eq!(serde_json::to_value(Verdict::ABetter).unwrap(), "a_better");
+        assert_eq!(verdict([0.001, 0.01], 0.02), PairVerdict::ABetter);
+        assert_eq!(verdict([-0.3, -0.001], 0.02), PairVerdict::BBetter);
+        assert_eq!(verdict([-0.019, 0.019], 0.02), PairVerdict::Same);
+        assert_eq!(verdict([-0.019, 0.02], 0.02), PairVerdict::Open);
+        assert_eq!(verdict([0.0, 0.0], 0.0), PairVerdict::Open);
+        assert_eq!(serde_json::to_value(PairVerdict::ABetter).unwrap(), "a_better");
     }
 
     /// The truth is missed at some look to 4000 trials in at most 5 % of campaigns, and every wrong verdict is such a miss:
@@ -312,10 +311,10 @@ mod tests {
                     // Intervals take their time: of the first campaigns all, then those that may be wrong.
                     if misses_now || campaign < 200 {
                         errs |= match verdict(difference_interval(a, b, trials, 0.95), margin) {
-                            Verdict::ABetter => truth <= 0.0,
-                            Verdict::BBetter => truth >= 0.0,
-                            Verdict::Same => truth.abs() >= margin,
-                            Verdict::Open => false,
+                            PairVerdict::ABetter => truth <= 0.0,
+                            PairVerdict::BBetter => truth >= 0.0,
+                            PairVerdict::Same => truth.abs() >= margin,
+                            PairVerdict::Open => false,
                         };
                     }
                     peeks |= truth == 0.0 && a + b > 0 && mcnemar_p(a, b) < 0.05;
@@ -345,7 +344,7 @@ mod tests {
             for _ in 0..10_000 {
                 // A set that recovers in that share against one that never does.
                 let seen = watch(&mut rng, [rate, rate], 4000, |recovered, _, trials| {
-                    let counts = Counts { low: trials - recovered, middle: 0, high: recovered };
+                    let counts = Tally { low: trials - recovered, middle: 0, high: recovered };
                     counts.ln_capital(&bets, rate) >= 20.0_f64.ln()
                 });
                 missed += u32::from(seen.is_some());
@@ -366,13 +365,13 @@ mod tests {
             let mut rng = ChaCha8Rng::seed_from_u64(3);
             let (mut stops, mut decided, mut right, mut held) = (Vec::new(), 0, 0, 0);
             for _ in 0..campaigns {
-                let mut last = ([0.0; 2], Verdict::Open);
+                let mut last = ([0.0; 2], PairVerdict::Open);
                 let stop = watch(&mut rng, [discordance, truth], most, |a, b, trials| {
                     let interval = difference_interval(a, b, trials, 0.95);
                     last = (interval, verdict(interval, margin));
-                    last.1 != Verdict::Open
+                    last.1 != PairVerdict::Open
                 });
-                let expected = if truth > 0.0 { Verdict::ABetter } else { Verdict::Same };
+                let expected = if truth > 0.0 { PairVerdict::ABetter } else { PairVerdict::Same };
                 stops.push(stop.unwrap_or(most));
                 decided += u32::from(stop.is_some());
                 right += u32::from(last.1 == expected);

@@ -67,11 +67,11 @@ fn see(bench: &Bench, name: &str) -> Seen {
     let mut at_limit = vec![0; bench.robot.joints.len()];
     let take_larger = |most: &mut f64, now: f64| *most = if now.abs() > most.abs() { now } else { *most };
     bench.run(vec![push], None, record.end_s + 0.5, Until::Fallen, |tick| {
-        let (truth, controller) = (tick.truth, tick.controller);
+        let (truth, account) = (tick.truth, &tick.account);
         let loaded = PerFoot::from_fn(|foot| truth.sole_wrenches[foot].force.z >= LEAST_N);
-        let swings = controller.swing.is_some() && truth.time_s < land_s;
+        let swings = !account.stands() && truth.time_s < land_s;
         if let (true, false, Some(zmp)) = (swings, loaded[swing], truth.zmp) {
-            let wanted = to_world(tick) * controller.supervisor.zmp_ref;
+            let wanted = to_world(tick) * account.zmp_ref;
             squares = [squares[0] + (zmp[0] - wanted.x).powi(2), squares[1] + (zmp[1] - wanted.y).powi(2)];
             count += 1;
         }
@@ -94,12 +94,12 @@ fn see(bench: &Bench, name: &str) -> Seen {
             }
         }
         take_larger(&mut most_yaw_deg, truth.posture.base.rotation.euler_angles().2.to_degrees());
-        let estimate = &controller.estimator.now;
-        if controller.swing.is_none() && estimate.in_contact.left && estimate.in_contact.right {
+        let estimate = account.estimate;
+        if account.stands() && estimate.in_contact.left && estimate.in_contact.right {
             if truth.time_s < record.footsteps[0].lift_s {
-                regions[0] = controller.support.polygon;
+                regions[0] = account.support().polygon;
             } else if regions[1].is_none() {
-                regions[1] = controller.support.polygon;
+                regions[1] = account.support().polygon;
             }
         }
     });
@@ -243,7 +243,7 @@ fn the_table_tells_what_other_pushes_lead_to() {
 /// Fig. 12, 13: eq. 29 against the landing; Fig. 6: how often it is at its limit.
 #[test]
 fn captions_tell_the_stride_that_was_asked_for_and_where_the_foot_landed() {
-    let rules = Bench::new("paper").design.family.stepping.unwrap();
+    let rules = *Bench::new("paper").design.family.stepping().unwrap();
     assert_eq!(rules.alpha, 60.0);
     // The ZMP error, and how far the foot can go along it from beside the other.
     let reach = |footstep: &Value| {

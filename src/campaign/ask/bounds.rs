@@ -1,20 +1,8 @@
 //! What each number of a campaign may be.
 
-use crate::campaign::ask::spec::PushSpec;
 use crate::episode::EpisodeConfig;
 use crate::error::{Error, Result};
 use crate::sim::Push;
-
-impl PushSpec {
-    pub(crate) fn check(&self, file: &str, horizon_s: f64) -> Result<()> {
-        let bounds = PushBounds::new(horizon_s);
-        self.impulse_n_s.check(file, "push.impulse_n_s", bounds.impulse_n_s)?;
-        self.heading_deg.check(file, "push.heading_deg", bounds.heading_deg)?;
-        self.height_m.check(file, "push.height_m", bounds.height_m)?;
-        self.duration_s.check(file, "push.duration_s", bounds.duration_s)?;
-        self.start_s.check(file, "push.start_s", bounds.start_s)
-    }
-}
 
 /// Smallest and largest accepted value of each quantity of a push.
 #[derive(Debug, Clone, Copy)]

@@ -2,7 +2,7 @@
 //! `assets/scenarios/` says what disturbs the robot; everything else is as in `push`.
 
 use crate::assets::{self, DEFAULT_ROBOT, Kind, Source, parse_toml};
-use crate::campaign::{PushBounds, check_episode};
+use crate::campaign::ask::bounds::{PushBounds, check_episode};
 use crate::episode::EpisodeConfig;
 use crate::episode::imposed::Start;
 use crate::error::{Error, Result};

@@ -2,17 +2,18 @@
 
 use crate::assets::{self, Kind};
 use crate::campaign::ask::bounds::{PushBounds, check_episode, within};
-use crate::campaign::ask::distribution::Distribution;
-use crate::campaign::ask::vary::{self, SecondPushSpec, VariationSpec};
-use crate::campaign::store::parts::BLOCK_TRIALS;
-use crate::campaign::verdict::gate_spec::GateSpec;
+use crate::campaign::ask::gate::GateSpec;
+use crate::campaign::ask::push::{PushSpec, SecondPushSpec};
+use crate::campaign::ask::variations::{self, VariationSpec};
 use crate::episode::EpisodeConfig;
 use crate::error::{Error, Result};
 use crate::lipm::GainSet;
 use crate::lipm::variant::{self, Entry};
-use crate::sim::{Profile, Push};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+
+/// Trials in a block, which is kept as one part and after which a campaign may end (the last block may have fewer).
+pub const BLOCK_TRIALS: u64 = 25;
 
 /// A campaign, as its TOML file has it and with nothing left open.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -63,23 +64,6 @@ impl Default for Stopping {
     }
 }
 
-/// Distributions of what makes a [`Push`]; the fields are those of `Push`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PushSpec {
-    pub impulse_n_s: Distribution,
-    #[serde(default = "default_heading")]
-    pub heading_deg: Distribution,
-    #[serde(default = "default_height")]
-    pub height_m: Distribution,
-    #[serde(default = "default_duration")]
-    pub duration_s: Distribution,
-    #[serde(default = "default_start")]
-    pub start_s: Distribution,
-    #[serde(default)]
-    pub profile: Profile,
-}
-
 /// Sensor errors in units of the robot's own noise; 0 and 0: ideal sensors.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -96,19 +80,6 @@ fn default_robot() -> String {
 fn default_gains() -> Vec<String> {
     ["hold", "switching", "paper", "catch"].map(String::from).into()
 }
-fn default_heading() -> Distribution {
-    Distribution::Constant(Push::default().heading_deg)
-}
-fn default_height() -> Distribution {
-    Distribution::Constant(Push::default().height_m)
-}
-fn default_duration() -> Distribution {
-    Distribution::Constant(Push::default().duration_s)
-}
-fn default_start() -> Distribution {
-    Distribution::Constant(Push::default().start_s)
-}
-
 /// What a caller changes of a campaign, in the order in which it is applied.
 #[derive(Debug, Clone, Default)]
 pub struct Overrides {
@@ -220,7 +191,7 @@ impl Campaign {
     /// What its first push may be.
     pub fn push_bounds(&self) -> PushBounds {
         let bounds = PushBounds::new(self.episode.horizon_s);
-        let start_s = [vary::earliest_push_s(&self.variations), bounds.start_s[1]];
+        let start_s = [variations::earliest_push_s(&self.variations), bounds.start_s[1]];
         PushBounds { start_s, ..bounds }
     }
 
@@ -263,7 +234,7 @@ impl Campaign {
         let horizon_s = self.episode.horizon_s;
         self.push.check(file, horizon_s)?;
         self.second_push.check(file, &self.push, horizon_s)?;
-        vary::check(&self.variations, file)?;
+        variations::check(&self.variations, file)?;
         self.check_start(file)?;
         within(file, "sensors.noise_scale", self.sensors.noise_scale, 0.0, 1e3, "0 to 1000")?;
         within(file, "sensors.bias_scale", self.sensors.bias_scale, 0.0, 1e3, "0 to 1000")?;
@@ -273,8 +244,15 @@ impl Campaign {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
+    use crate::campaign::ask::distribution::Distribution;
+
+    /// A campaign that is compiled in, with these values set.
+    pub(crate) fn campaign(name: &str, set: &[&str]) -> Campaign {
+        let set = set.iter().map(|s| s.to_string()).collect();
+        Campaign::load(name, &Overrides { set, ..Overrides::default() }).unwrap()
+    }
 
     fn load(text: &str) -> Result<Campaign> {
         let dir = tempfile::tempdir().unwrap();
@@ -288,9 +266,7 @@ mod tests {
     #[test]
     fn builtin_campaigns_load_and_survive_a_round_trip() {
         for name in Kind::Campaign.names() {
-            let overrides =
-                Overrides { set: vec!["push.height_m={normal=[0.01, 0.003]}".into()], ..Default::default() };
-            let campaign = Campaign::load(name, &overrides).unwrap();
+            let campaign = campaign(name, &["push.height_m={normal=[0.01, 0.003]}"]);
             assert_eq!(campaign.name, name);
             assert_eq!(load(&campaign.to_toml().unwrap()).unwrap(), campaign);
         }

@@ -3,58 +3,45 @@
 //! Each quantity has its own ChaCha8 stream, numbered by trial and quantity. So a trial does not depend on which
 //! trials ran before it, and a quantity that becomes random, or a new one, changes no other.
 
-use crate::campaign::ask::vary::{self, SecondPushSpec};
-use crate::campaign::{Campaign, Distribution, PushBounds};
+use crate::campaign::ask::bounds::PushBounds;
+use crate::campaign::ask::distribution::Distribution;
+use crate::campaign::ask::push::SecondPushSpec;
+use crate::campaign::ask::spec::Campaign;
+use crate::campaign::ask::variations;
 use crate::episode::Disturbance;
 use crate::sim::{Push, Variation, sensors::SensorErrors};
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 use rand_distr::StandardNormal;
 
-/// What a stream is for. Numbers are part of what a seed means: never reuse one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stream {
-    Impulse = 0,
-    Heading = 1,
-    Height = 2,
-    Duration = 3,
-    Start = 4,
-    Sensors = 16,
-    MassScale = 32,
-    TrunkComX = 33,
-    TrunkComY = 34,
-    Friction = 35,
-    Slope = 36,
-    SlopeHeading = 37,
-    GroundStep = 38,
-    KpScale = 39,
-    KdScale = 40,
-    TorqueScale = 41,
-    SpeedScale = 42,
-    Delay = 43,
-    SecondImpulse = 48,
-    SecondHeading = 49,
-    SecondAfter = 50,
-}
-
-const STREAMS: Variation<Stream> = Variation {
-    mass_scale: Stream::MassScale,
-    trunk_com_x_m: Stream::TrunkComX,
-    trunk_com_y_m: Stream::TrunkComY,
-    friction: Stream::Friction,
-    slope_deg: Stream::Slope,
-    slope_heading_deg: Stream::SlopeHeading,
-    ground_step_m: Stream::GroundStep,
-    kp_scale: Stream::KpScale,
-    kd_scale: Stream::KdScale,
-    torque_scale: Stream::TorqueScale,
-    speed_scale: Stream::SpeedScale,
-    delay_s: Stream::Delay,
+/// Numbers of the streams. They are part of what a seed means: never reuse one.
+const IMPULSE: u64 = 0;
+const HEADING: u64 = 1;
+const HEIGHT: u64 = 2;
+const DURATION: u64 = 3;
+const START: u64 = 4;
+const SENSORS: u64 = 16;
+const VARIATION: Variation<u64> = Variation {
+    mass_scale: 32,
+    trunk_com_x_m: 33,
+    trunk_com_y_m: 34,
+    friction: 35,
+    slope_deg: 36,
+    slope_heading_deg: 37,
+    ground_step_m: 38,
+    kp_scale: 39,
+    kd_scale: 40,
+    torque_scale: 41,
+    speed_scale: 42,
+    delay_s: 43,
 };
+const SECOND_IMPULSE: u64 = 48;
+const SECOND_HEADING: u64 = 49;
+const SECOND_AFTER: u64 = 50;
 
 /// The stream of one quantity in one trial.
-pub fn stream(seed: u64, trial: u64, what: Stream) -> ChaCha8Rng {
+fn stream(seed: u64, trial: u64, quantity: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    rng.set_stream((trial << 8) | what as u64);
+    rng.set_stream((trial << 8) | quantity);
     rng
 }
 
@@ -62,13 +49,13 @@ pub fn stream(seed: u64, trial: u64, what: Stream) -> ChaCha8Rng {
 pub fn push(campaign: &Campaign, trial: u64) -> Push {
     let spec = &campaign.push;
     let bounds = campaign.push_bounds();
-    let draw = |distribution, bounds, what| draw(distribution, bounds, &mut stream(campaign.seed, trial, what));
+    let draw = |distribution, bounds, quantity| draw(distribution, bounds, &mut stream(campaign.seed, trial, quantity));
     Push {
-        impulse_n_s: draw(spec.impulse_n_s, bounds.impulse_n_s, Stream::Impulse),
-        heading_deg: draw(spec.heading_deg, bounds.heading_deg, Stream::Heading),
-        height_m: draw(spec.height_m, bounds.height_m, Stream::Height),
-        duration_s: draw(spec.duration_s, bounds.duration_s, Stream::Duration),
-        start_s: draw(spec.start_s, bounds.start_s, Stream::Start),
+        impulse_n_s: draw(spec.impulse_n_s, bounds.impulse_n_s, IMPULSE),
+        heading_deg: draw(spec.heading_deg, bounds.heading_deg, HEADING),
+        height_m: draw(spec.height_m, bounds.height_m, HEIGHT),
+        duration_s: draw(spec.duration_s, bounds.duration_s, DURATION),
+        start_s: draw(spec.start_s, bounds.start_s, START),
         profile: spec.profile,
     }
 }
@@ -81,11 +68,11 @@ fn second_push(campaign: &Campaign, trial: u64, first: &Push) -> Option<Push> {
     }
     let horizon_s = campaign.episode.horizon_s;
     let bounds = PushBounds::new(horizon_s);
-    let draw = |distribution, bounds, what| draw(distribution, bounds, &mut stream(campaign.seed, trial, what));
-    let after_s = draw(spec.after_s, SecondPushSpec::after_bounds(&campaign.push, horizon_s), Stream::SecondAfter);
+    let draw = |distribution, bounds, quantity| draw(distribution, bounds, &mut stream(campaign.seed, trial, quantity));
+    let after_s = draw(spec.after_s, SecondPushSpec::after_bounds(&campaign.push, horizon_s), SECOND_AFTER);
     Some(Push {
-        impulse_n_s: draw(spec.impulse_n_s, bounds.impulse_n_s, Stream::SecondImpulse),
-        heading_deg: draw(spec.heading_deg, bounds.heading_deg, Stream::SecondHeading),
+        impulse_n_s: draw(spec.impulse_n_s, bounds.impulse_n_s, SECOND_IMPULSE),
+        heading_deg: draw(spec.heading_deg, bounds.heading_deg, SECOND_HEADING),
         start_s: first.end_s() + after_s,
         ..*first
     })
@@ -99,9 +86,9 @@ pub fn pushes(campaign: &Campaign, trial: u64) -> Vec<Push> {
 
 /// Robot and ground of a trial.
 pub fn variation(campaign: &Campaign, trial: u64) -> Variation {
-    let drawn = vary::drawn(&campaign.variations);
-    drawn.zip(vary::BOUNDS).zip(STREAMS).map(|_, ((distribution, bounds), what)| {
-        distribution.map(|distribution| draw(distribution, bounds, &mut stream(campaign.seed, trial, what)))
+    let drawn = variations::drawn(&campaign.variations);
+    drawn.zip(variations::BOUNDS).zip(VARIATION).map(|_, ((distribution, bounds), quantity)| {
+        distribution.map(|distribution| draw(distribution, bounds, &mut stream(campaign.seed, trial, quantity)))
     })
 }
 
@@ -111,7 +98,7 @@ pub fn sensor_errors(campaign: &Campaign, trial: u64) -> Option<SensorErrors> {
     if sensors.noise_scale == 0.0 && sensors.bias_scale == 0.0 {
         return None;
     }
-    let mut rng = stream(campaign.seed, trial, Stream::Sensors);
+    let mut rng = stream(campaign.seed, trial, SENSORS);
     Some(SensorErrors {
         noise_scale: sensors.noise_scale,
         bias_scale: sensors.bias_scale,
@@ -146,11 +133,10 @@ fn draw(distribution: Distribution, [least, most]: [f64; 2], rng: &mut ChaCha8Rn
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::Overrides;
+    use crate::campaign::ask::spec::tests::campaign as with;
 
     fn campaign(set: &[&str]) -> Campaign {
-        let set = set.iter().map(|s| s.to_string()).collect();
-        Campaign::load("standard", &Overrides { set, seed: Some(7), ..Default::default() }).unwrap()
+        Campaign { seed: 7, ..with("standard", set) }
     }
 
     fn noise(campaign: &Campaign, trial: u64) -> Vec<f64> {
@@ -160,7 +146,7 @@ mod tests {
 
     #[test]
     fn draws_are_the_same_on_every_machine_and_version() {
-        let mut rng = stream(7, 3, Stream::Impulse);
+        let mut rng = stream(7, 3, IMPULSE);
         let campaign = campaign(&["push.impulse_n_s={uniform=[1,3]}"]);
         assert_eq!(rng.random::<u64>(), 620569656280253422);
         assert_eq!(push(&campaign, 3).impulse_n_s, 1.0672822969517632);
@@ -204,7 +190,7 @@ mod tests {
 
     /// Two values for each quantity, both within its bounds.
     fn two_ranges(name: &str) -> [String; 2] {
-        let (_, [least, most]) = vary::BOUNDS.list().into_iter().find(|(field, _)| *field == name).unwrap();
+        let (_, [least, most]) = variations::BOUNDS.list().into_iter().find(|(field, _)| *field == name).unwrap();
         let middle = 0.5 * (least + most);
         [[least, middle], [middle, most]].map(|[a, b]| format!("variations.{name}={{uniform=[{a}, {b}]}}"))
     }
@@ -213,25 +199,25 @@ mod tests {
     fn each_quantity_has_a_stream_of_its_own() {
         let varied = |name: Option<&str>| {
             let mut set = vec!["second_push={impulse_n_s={uniform=[0, 1]}, after_s={uniform=[0, 1]}}".to_string()];
-            for (field, _) in STREAMS.list() {
+            for (field, _) in VARIATION.list() {
                 let [low, high] = two_ranges(field);
                 set.push(if name == Some(field) { high } else { low });
             }
             campaign(&set.iter().map(String::as_str).collect::<Vec<_>>())
         };
         let before = varied(None);
-        for (name, what) in STREAMS.list() {
+        for (name, what) in VARIATION.list() {
             let after = varied(Some(name));
             for i in 0..5 {
                 let (a, b) = (variation(&before, i).list(), variation(&after, i).list());
                 assert!(a.iter().zip(&b).all(|(a, b)| (a.1 == b.1) == (a.0 != name)), "{name}: {a:?} {b:?}");
                 assert_eq!((pushes(&before, i), noise(&before, i)), (pushes(&after, i), noise(&after, i)));
             }
-            let others = STREAMS.list().into_iter().filter(|&(_, other)| other == what).count();
+            let others = VARIATION.list().into_iter().filter(|&(_, other)| other == what).count();
             assert_eq!(others, 1, "{name} shares its stream");
         }
         // No two quantities are drawn from the same numbers.
-        let shares = variation(&before, 0).zip(vary::BOUNDS).list();
+        let shares = variation(&before, 0).zip(variations::BOUNDS).list();
         let shares: Vec<f64> =
             shares.iter().map(|(_, (v, [least, most]))| (v.unwrap() - least) / (most - least)).collect();
         let different = |i: usize| shares[..i].iter().all(|other| (other - shares[i]).abs() > 1e-6);
@@ -242,7 +228,7 @@ mod tests {
     fn the_standard_campaign_fills_its_ranges_and_nominal_varies_nothing() {
         let standard = campaign(&[]);
         let drawn: Vec<_> = (0..400).map(|i| variation(&standard, i).list()).collect();
-        for (k, (name, vary::Varied(distribution))) in standard.variations.list().into_iter().enumerate() {
+        for (k, (name, variations::Varied(distribution))) in standard.variations.list().into_iter().enumerate() {
             let values = drawn.iter().map(|values| values[k].1);
             let Some(Distribution::Uniform { uniform: [a, b] }) = distribution else {
                 assert!(values.into_iter().all(|value| value.is_none()), "{name}");
@@ -255,7 +241,7 @@ mod tests {
             let slack = 0.02 * (b - a);
             assert!(low >= a && high <= b && low < a + slack && high > b - slack, "{name}: {low} to {high}");
         }
-        let nominal = Campaign::load("nominal", &Overrides::default()).unwrap();
+        let nominal = with("nominal", &[]);
         assert_eq!(variation(&nominal, 3), Variation::default());
         assert!(sensor_errors(&nominal, 3).is_none() && pushes(&nominal, 3).len() == 1);
     }

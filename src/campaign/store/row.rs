@@ -2,15 +2,17 @@
 
 #[cfg(doc)]
 use crate::campaign::ask::no_step::NoStep;
-use crate::columns::{Column, Data};
+use crate::columns::{Column, Data, parquet_bytes};
 use crate::episode::{Membership, Outcome, Record};
+use crate::error::{Error, Result};
 use crate::robot::Foot;
 use crate::sim::{Profile, Push, Variation};
+use crate::stats::rate::SuccessCount;
 use serde::{Deserialize, Serialize};
 
 /// A row of `trials.parquet`; units are in the names, angles in degrees, world frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Row {
+pub struct TrialRow {
     /// From 0; the same trial is the same push, robot, ground and noise for every set.
     pub trial: u64,
     /// Name of the gain set.
@@ -65,7 +67,7 @@ pub struct Row {
     pub unfinished_footstep: Option<Foot>,
 }
 
-impl Row {
+impl TrialRow {
     /// `pushes`: the first, and the second if there is one. `no_step_n_s`: m omega d of the first ([`NoStep`]).
     pub fn new(
         trial: u64,
@@ -159,6 +161,11 @@ impl Row {
         }
     }
 
+    /// Whether the robot stood in the end.
+    pub fn has_recovered(&self) -> bool {
+        self.outcome == Outcome::Recovered
+    }
+
     /// How hard the first push was: its impulse over m omega d or, where there is no d, in N s.
     pub fn hardness(&self) -> f64 {
         self.impulse_over_m_omega_d.unwrap_or(self.impulse_n_s)
@@ -171,74 +178,84 @@ impl Row {
 
     /// Time from the end of the last push to standing (s); None unless recovered.
     pub fn settling_s(&self) -> Option<f64> {
-        let settled_at_s = self.settled_at_s.filter(|_| self.outcome == Outcome::Recovered)?;
+        let settled_at_s = self.settled_at_s.filter(|_| self.has_recovered())?;
         Some((settled_at_s - self.pushed_until_s()).max(0.0))
     }
 
     /// Time from the end of the last push to the COM being home for good (s); None unless recovered.
     pub fn homing_s(&self) -> Option<f64> {
-        let home_at_s = self.home_at_s.filter(|_| self.outcome == Outcome::Recovered)?;
+        let home_at_s = self.home_at_s.filter(|_| self.has_recovered())?;
         Some((home_at_s - self.pushed_until_s()).max(0.0))
     }
 }
 
+/// The rows of each trial, one per set.
+pub fn by_trial(rows: &[TrialRow], sets: usize) -> impl Iterator<Item = &[TrialRow]> {
+    rows.chunks_exact(sets.max(1))
+}
+
+/// How many of some trials were recovered from.
+pub fn success_count<'a>(rows: impl IntoIterator<Item = &'a TrialRow>) -> SuccessCount {
+    let (mut trials, mut recovered) = (0, 0);
+    for row in rows {
+        trials += 1;
+        recovered += u64::from(row.has_recovered());
+    }
+    SuccessCount::new(recovered, trials)
+}
+
+/// A column for each field of the rows, by its kind.
+macro_rules! columns {
+    ($rows:ident: $($kind:ident $($field:ident)*;)*) => {
+        vec![$($(Column::new(stringify!($field), $kind($rows.iter().map(|row| &row.$field)))),*),*]
+    };
+}
+
 /// Rows as columns, in the order of the fields.
-pub fn columns(rows: &[Row]) -> Vec<Column> {
-    let f64 = |get: fn(&Row) -> f64| Data::F64(rows.iter().map(get).collect());
-    let opt = |get: fn(&Row) -> Option<f64>| Data::OptF64(rows.iter().map(get).collect());
-    let int = |get: fn(&Row) -> i64| Data::I64(rows.iter().map(get).collect());
-    let text = |get: fn(&Row) -> String| Data::Text(rows.iter().map(get).collect());
-    [
-        ("trial", int(|r| r.trial as i64)),
-        ("set", text(|r| r.set.clone())),
-        ("impulse_n_s", f64(|r| r.impulse_n_s)),
-        ("impulse_over_m_omega_d", opt(|r| r.impulse_over_m_omega_d)),
-        ("heading_deg", f64(|r| r.heading_deg)),
-        ("height_m", f64(|r| r.height_m)),
-        ("duration_s", f64(|r| r.duration_s)),
-        ("start_s", f64(|r| r.start_s)),
-        ("profile", text(|r| profile_name(r.profile).into())),
-        ("second_impulse_n_s", opt(|r| r.second_impulse_n_s)),
-        ("second_heading_deg", opt(|r| r.second_heading_deg)),
-        ("second_start_s", opt(|r| r.second_start_s)),
-        ("mass_scale", opt(|r| r.mass_scale)),
-        ("trunk_com_x_m", opt(|r| r.trunk_com_x_m)),
-        ("trunk_com_y_m", opt(|r| r.trunk_com_y_m)),
-        ("friction", opt(|r| r.friction)),
-        ("slope_deg", opt(|r| r.slope_deg)),
-        ("slope_heading_deg", opt(|r| r.slope_heading_deg)),
-        ("ground_step_m", opt(|r| r.ground_step_m)),
-        ("kp_scale", opt(|r| r.kp_scale)),
-        ("kd_scale", opt(|r| r.kd_scale)),
-        ("torque_scale", opt(|r| r.torque_scale)),
-        ("speed_scale", opt(|r| r.speed_scale)),
-        ("delay_s", opt(|r| r.delay_s)),
-        ("outcome", text(|r| format!("{:?}", r.outcome))),
-        ("end_s", f64(|r| r.end_s)),
-        ("fell_at_s", opt(|r| r.fell_at_s)),
-        ("fall_cause", Data::OptText(rows.iter().map(|r| r.fall_cause.clone()).collect())),
-        ("settled_at_s", opt(|r| r.settled_at_s)),
-        ("home_at_s", opt(|r| r.home_at_s)),
-        ("peak_tilt_deg", f64(|r| r.peak_tilt_deg)),
-        ("peak_torque_n_m", f64(|r| r.peak_torque_n_m)),
-        ("peak_torque_ratio", f64(|r| r.peak_torque_ratio)),
-        ("torque_limited_s", f64(|r| r.torque_limited_s)),
-        ("peak_joint_speed_rad_s", f64(|r| r.peak_joint_speed_rad_s)),
-        ("peak_dcm_outside_m", f64(|r| r.peak_dcm_outside_m)),
-        ("peak_slip_m", f64(|r| r.peak_slip_m)),
-        ("left_sets_at_s", opt(|r| r.left_sets_at_s)),
-        ("set_after_push", Data::OptText(rows.iter().map(|r| r.set_after_push.map(|m| m.name().into())).collect())),
-        ("cpi_margin_after_push", opt(|r| r.cpi_margin_after_push)),
-        ("cpi_margin_after_push_est", opt(|r| r.cpi_margin_after_push_est)),
-        ("gain_switches", int(|r| r.gain_switches.into())),
-        ("footsteps", int(|r| r.footsteps.into())),
-        (
-            "unfinished_footstep",
-            Data::OptText(rows.iter().map(|r| r.unfinished_footstep.map(|foot| foot.name().into())).collect()),
-        ),
-    ]
-    .map(|(name, data)| Column::new(name, data))
-    .into()
+pub fn columns(rows: &[TrialRow]) -> Vec<Column> {
+    columns! { rows:
+        count trial; word set;
+        number impulse_n_s; maybe impulse_over_m_omega_d; number heading_deg height_m duration_s start_s; word profile;
+        maybe second_impulse_n_s second_heading_deg second_start_s;
+        maybe mass_scale trunk_com_x_m trunk_com_y_m friction slope_deg slope_heading_deg ground_step_m;
+        maybe kp_scale kd_scale torque_scale speed_scale delay_s;
+        word outcome; number end_s; maybe fell_at_s; maybe_word fall_cause; maybe settled_at_s home_at_s;
+        number peak_tilt_deg peak_torque_n_m peak_torque_ratio torque_limited_s peak_joint_speed_rad_s;
+        number peak_dcm_outside_m peak_slip_m; maybe left_sets_at_s;
+        maybe_word set_after_push; maybe cpi_margin_after_push cpi_margin_after_push_est;
+        count gain_switches footsteps; maybe_word unfinished_footstep;
+    }
+}
+
+fn count<'a, T: Copy + TryInto<i64> + 'a>(values: impl Iterator<Item = &'a T>) -> Data {
+    Data::I64(values.map(|&count| count.try_into().unwrap_or(i64::MAX)).collect())
+}
+
+fn number<'a>(values: impl Iterator<Item = &'a f64>) -> Data {
+    Data::F64(values.copied().collect())
+}
+
+fn maybe<'a>(values: impl Iterator<Item = &'a Option<f64>>) -> Data {
+    Data::OptF64(values.copied().collect())
+}
+
+/// Text, or a word that stands for one of several, as a CSV file has it.
+fn word<'a, T: Serialize + 'a>(values: impl Iterator<Item = &'a T>) -> Data {
+    Data::Text(values.map(as_text).collect())
+}
+
+fn maybe_word<'a, T: Serialize + 'a>(values: impl Iterator<Item = &'a Option<T>>) -> Data {
+    Data::OptText(values.map(|value| value.as_ref().map(as_text)).collect())
+}
+
+fn as_text(value: &impl Serialize) -> String {
+    serde_json::to_value(value).ok().and_then(|value| value.as_str().map(String::from)).unwrap_or_default()
+}
+
+/// The bytes of `trials.parquet`.
+pub fn parquet(rows: &[TrialRow]) -> Result<Vec<u8>> {
+    let fail = |source| Error::Write { path: "trials.parquet".into(), source: std::io::Error::other(source) };
+    parquet_bytes(&columns(rows)).map_err(fail)
 }
 
 /// As in a campaign file.
@@ -278,9 +295,15 @@ pub(crate) mod tests {
         }
     }
 
-    pub(crate) fn row(trial: u64, set: &str, impulse_n_s: f64, outcome: Outcome) -> Row {
+    pub(crate) fn row(trial: u64, set: &str, impulse_n_s: f64, outcome: Outcome) -> TrialRow {
         let push = Push { impulse_n_s, ..Push::default() };
-        Row::new(trial, set, &[push], Some(2.0), &Variation::default(), record(outcome))
+        TrialRow::new(trial, set, &[push], Some(2.0), &Variation::default(), record(outcome))
+    }
+
+    /// A trial for each pair of outcomes, of sets "a" and "b".
+    pub(crate) fn rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
+        let trial = |(i, of): (usize, &[Outcome; 2])| [row(i as u64, "a", 1.0, of[0]), row(i as u64, "b", 1.0, of[1])];
+        outcomes.iter().enumerate().flat_map(trial).collect()
     }
 
     #[test]
@@ -290,6 +313,17 @@ pub(crate) mod tests {
         let text = String::from_utf8(csv.into_inner().unwrap()).unwrap();
         let names: Vec<String> = columns(&[]).into_iter().map(|c| c.name).collect();
         assert_eq!(text.lines().next().unwrap(), names.join(","));
+    }
+
+    #[test]
+    fn words_are_those_of_a_csv_file() {
+        let found = columns(&[row(0, "hold", 2.0, Outcome::TimedOut)]);
+        let column = |name: &str| found.iter().find(|column| column.name == name).map(|column| column.data.clone());
+        for (name, expected) in [("set", "hold"), ("profile", "rectangular"), ("outcome", "TimedOut")] {
+            assert_eq!(column(name), Some(Data::Text(vec![expected.into()])), "{name}");
+        }
+        assert_eq!(column("set_after_push"), Some(Data::OptText(vec![Some("outside".into())])));
+        assert_eq!(column("unfinished_footstep"), Some(Data::OptText(vec![None])));
     }
 
     #[test]

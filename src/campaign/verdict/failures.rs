@@ -4,7 +4,7 @@
 //! survivors among the first 100 pushes of the standard campaign none slid by more than 9 mm, and 3 were at a torque limit
 //! for longer than 0.1 s; of the 141 that fell or timed out, 5 slid by more than 10 mm, and 32 were longer at a limit.
 
-use crate::campaign::Row;
+use crate::campaign::store::row::TrialRow;
 use crate::episode::Outcome;
 use serde::Serialize;
 
@@ -32,7 +32,7 @@ pub struct Failures {
 }
 
 impl Failures {
-    pub fn of<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Self {
+    pub fn of<'a>(rows: impl IntoIterator<Item = &'a TrialRow>) -> Self {
         let mut failures = Self::default();
         for row in rows {
             match row.outcome {
@@ -45,7 +45,7 @@ impl Failures {
         failures
     }
 
-    fn count_fall(&mut self, row: &Row) {
+    fn count_fall(&mut self, row: &TrialRow) {
         *match (row.unfinished_footstep, row.footsteps) {
             (Some(_), _) => &mut self.fell_in_swing,
             (None, 0) => &mut self.fell_before_any_footstep,
@@ -59,6 +59,29 @@ impl Failures {
     }
 }
 
+/// How many trials of a set fell on what.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FallCause {
+    /// As in [`crate::episode::Record::fall_cause`].
+    pub cause: String,
+    pub trials: u64,
+}
+
+impl FallCause {
+    /// The most frequent first; of equals, by name.
+    pub fn count(rows: &[&TrialRow]) -> Vec<Self> {
+        let mut found: Vec<Self> = Vec::new();
+        for cause in rows.iter().filter(|row| row.outcome == Outcome::Fell).filter_map(|row| row.fall_cause.as_ref()) {
+            match found.iter_mut().find(|f| f.cause == *cause) {
+                Some(known) => known.trials += 1,
+                None => found.push(Self { cause: cause.clone(), trials: 1 }),
+            }
+        }
+        found.sort_by(|a, b| b.trials.cmp(&a.trials).then_with(|| a.cause.cmp(&b.cause)));
+        found
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -68,7 +91,7 @@ mod tests {
 
     #[test]
     fn each_failure_is_of_one_time_and_any_falls_flags() {
-        let with = |outcome, footsteps, unfinished_footstep, slip_mm: f64, limited_ms: f64| Row {
+        let with = |outcome, footsteps, unfinished_footstep, slip_mm: f64, limited_ms: f64| TrialRow {
             footsteps,
             unfinished_footstep,
             peak_slip_m: 1e-3 * slip_mm,
@@ -99,5 +122,14 @@ mod tests {
         };
         assert_eq!(Failures::of(&rows), expected);
         assert_eq!(Failures::of([]), Failures::default());
+    }
+
+    #[test]
+    fn causes_are_counted_of_falls_and_the_most_frequent_is_first() {
+        let on = |cause: &str, outcome| TrialRow { fall_cause: Some(cause.into()), ..row(0, "a", 1.0, outcome) };
+        let rows = [on("b", Fell), on("c", Fell), on("a", Fell), on("c", Fell), on("b", Diverged)];
+        let causes = FallCause::count(&rows.iter().collect::<Vec<_>>());
+        let causes: Vec<_> = causes.iter().map(|c| (c.cause.as_str(), c.trials)).collect();
+        assert_eq!(causes, [("c", 2), ("a", 1), ("b", 1)]);
     }
 }

@@ -1,14 +1,15 @@
 //! The gates of a campaign at work: the trials that each is asked of, and an earlier result that some compare with.
 
-use crate::campaign::store::parts::Manifest;
-use crate::campaign::verdict::compare::{Baseline, Earlier, every_pair, unlike};
-use crate::campaign::verdict::gate::{Against, Evidence, Gate, Judged, Status};
-use crate::campaign::verdict::gate_spec::GateSpec;
-use crate::campaign::{Row, Stopping, verdict::paired};
-use crate::episode::Outcome;
+use crate::campaign::ask::gate::{Against, Gate, GateSpec};
+use crate::campaign::ask::spec::Stopping;
+use crate::campaign::store::folder::Manifest;
+use crate::campaign::store::row::{TrialRow, by_trial};
+use crate::campaign::verdict::baseline::{Baseline, BaselineId, unlike};
+use crate::campaign::verdict::evidence::{Evidence, GateAnswer, Status};
+use crate::campaign::verdict::pairs::{self, every_pair};
 use crate::error::{Error, Result};
 use crate::stats::mcnemar::PairedCounts;
-use crate::stats::sequential::{Verdict, each_of};
+use crate::stats::sequential::{PairVerdict, each_of};
 use serde::Serialize;
 use std::path::Path;
 
@@ -25,7 +26,7 @@ pub struct Gates {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GateResult {
     #[serde(flatten)]
-    pub judged: Judged,
+    pub judged: GateAnswer,
     /// Whether the campaign may pass with this: a failed gate may not, one that is unresolved as the campaign says.
     pub passes: bool,
     /// The gain set that is asked about.
@@ -52,9 +53,9 @@ impl Gates {
                 let accepted = "the folder of an earlier result: --baseline DIR (of `run` and `merge`)";
                 return Err(Error::value("gates", "--gate", &gate.text, "there is no baseline", accepted));
             };
-            if !baseline.sets().contains(&gate.set) {
+            if !baseline.manifest.sets.contains(&gate.set) {
                 let problem = format!("the baseline has no gain set {}", gate.set);
-                return Err(Error::value("gates", "--gate", &gate.text, problem, baseline.sets().join(", ")));
+                return Err(Error::value("gates", "--gate", &gate.text, problem, baseline.manifest.sets.join(", ")));
             }
         }
         if campaign.stopping.until_resolved && gates.is_empty() && manifest.sets.len() < 2 {
@@ -66,18 +67,18 @@ impl Gates {
     }
 
     /// The earlier result, if there is one.
-    pub fn baseline(&self) -> Option<Earlier> {
+    pub fn baseline(&self) -> Option<BaselineId> {
         self.baseline.as_ref().map(Baseline::told)
     }
 
     /// Whether a gate waits for more trials than the baseline has.
-    pub fn outlasts_baseline(&self, rows: &[Row]) -> bool {
+    pub fn outlasts_baseline(&self, rows: &[TrialRow]) -> bool {
         let is_open = |gate: &Gate| self.judge(gate, rows).judged.status == Status::Unresolved;
         self.gates.iter().any(|gate| self.is_used_up(gate, rows) && is_open(gate))
     }
 
     /// Whether a gate compares with a baseline that has no more trials than these.
-    fn is_used_up(&self, gate: &Gate, rows: &[Row]) -> bool {
+    fn is_used_up(&self, gate: &Gate, rows: &[TrialRow]) -> bool {
         let trials = (rows.len() / self.sets.len()) as u64;
         gate.against == Against::Baseline && self.baseline.as_ref().is_some_and(|b| b.trials() <= trials)
     }
@@ -85,7 +86,7 @@ impl Gates {
     /// What the baseline cannot support, for a result of `trials` trials.
     pub fn warnings(&self, manifest: &Manifest, trials: u64) -> Vec<String> {
         let Some(baseline) = &self.baseline else { return Vec::new() };
-        let mut found = unlike(baseline.manifest(), manifest);
+        let mut found = unlike(&baseline.manifest, manifest);
         if self.gates.iter().all(|gate| gate.against != Against::Baseline) {
             found.push("no gate compares with the baseline: it has no part in this result".into());
         }
@@ -101,13 +102,13 @@ impl Gates {
     }
 
     /// Of rows sorted by trial, then by set.
-    pub fn judged(&self, rows: &[Row]) -> Vec<GateResult> {
+    pub fn judged(&self, rows: &[TrialRow]) -> Vec<GateResult> {
         self.gates.iter().map(|gate| self.judge(gate, rows)).collect()
     }
 
     /// What a campaign that ends when decided has still to decide, in words: gates or, without gates, pairs of sets. A
     /// gate that compares with a baseline is left as it is when that has no more trials.
-    pub fn open(&self, rows: &[Row]) -> Vec<String> {
+    pub fn open(&self, rows: &[TrialRow]) -> Vec<String> {
         if !self.gates.is_empty() {
             let waiting = self.gates.iter().filter(|gate| !self.is_used_up(gate, rows));
             let waiting = waiting.map(|gate| self.judge(gate, rows));
@@ -119,18 +120,18 @@ impl Gates {
         }
         let pairs = every_pair(self.sets.len());
         let open = |(a, b): (usize, usize)| {
-            let counts = paired::counts(paired::trials(rows, self.sets.len()), a, b);
-            let (interval, verdict) = paired::at_a_look(counts, pairs.len(), self.stopping.margin);
-            let is_open = verdict == Verdict::Open;
+            let counts = pairs::counts(by_trial(rows, self.sets.len()), a, b);
+            let (interval, verdict) = pairs::at_a_look(counts, pairs.len(), self.stopping.margin);
+            let is_open = verdict == PairVerdict::Open;
             let pair = format!("{} - {}", self.sets[a], self.sets[b]);
             is_open.then(|| words(&pair, counts.difference(), interval, "points"))
         };
         pairs.iter().copied().filter_map(open).collect()
     }
 
-    fn judge(&self, gate: &Gate, rows: &[Row]) -> GateResult {
-        let own: Vec<&Row> = rows.iter().filter(|row| row.set == gate.set).collect();
-        let (other, ends_when_decided): (Option<Vec<&Row>>, bool) = match (&gate.against, &self.baseline) {
+    fn judge(&self, gate: &Gate, rows: &[TrialRow]) -> GateResult {
+        let own: Vec<&TrialRow> = rows.iter().filter(|row| row.set == gate.set).collect();
+        let (other, ends_when_decided): (Option<Vec<&TrialRow>>, bool) = match (&gate.against, &self.baseline) {
             (Against::Set(set), _) => (Some(rows.iter().filter(|row| row.set == *set).collect()), false),
             (Against::Baseline, Some(baseline)) => (Some(baseline.rows_of(&gate.set)), baseline.is_sequential()),
             _ => (None, false),
@@ -140,8 +141,9 @@ impl Gates {
         let sequential = self.stopping.until_resolved || ends_when_decided;
         let confidence = self.spec.confidence;
         let level = if self.stopping.until_resolved { each_of(self.gates.len(), confidence) } else { confidence };
-        let recovered = |row: &&Row| row.outcome == Outcome::Recovered;
-        let pairs = |other: &[&Row]| PairedCounts::of(own.iter().zip(other).map(|(a, b)| (recovered(a), recovered(b))));
+        let recovered = |row: &&TrialRow| row.has_recovered();
+        let pairs =
+            |other: &[&TrialRow]| PairedCounts::of(own.iter().zip(other).map(|(a, b)| (recovered(a), recovered(b))));
         let counts = other.as_deref().map(pairs);
         let evidence = match &counts {
             None => {
@@ -158,7 +160,7 @@ impl Gates {
         let lost = || own.iter().enumerate().filter(|(_, row)| !recovered(row));
         let least_hard = || lost().min_by(|(_, a), (_, b)| a.hardness().total_cmp(&b.hardness()));
         let lost_trial = lost().find(|&(i, _)| saved_by_other(i)).or_else(least_hard).map(|(_, row)| row.trial);
-        let judged = gate.judged(&evidence, level);
+        let judged = evidence.answer(gate, level);
         let passes = !judged.status.fails(self.spec.unresolved);
         let is_difference = gate.against != Against::Rate;
         GateResult { judged, passes, set: gate.set.clone(), is_difference, counts, lost_trial }
@@ -172,9 +174,11 @@ fn words(what: &str, observed: f64, [least, most]: [f64; 2], unit: &str) -> Stri
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::campaign::ask::spec::Overrides;
+    use crate::campaign::store::folder::tests::manifest;
     use crate::campaign::store::row::tests::row;
-    use crate::campaign::verdict::paired::{Deciding, Pair};
-    use crate::campaign::{Campaign, Overrides};
+    use crate::campaign::verdict::pairs::{DecisionRule, Pair};
+    use crate::episode::Outcome;
     use crate::stats::sequential::next_look;
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
@@ -182,19 +186,11 @@ mod tests {
     fn gates(sets: &[&str], gates: &[&str]) -> Result<Gates> {
         let gates = gates.iter().map(|s| s.to_string()).collect();
         let overrides = Overrides { gates, until_resolved: true, ..Overrides::default() };
-        let manifest = Manifest {
-            standfast: "0".into(),
-            config_hash: "0".into(),
-            build: "0".into(),
-            robot_sha256: "0".into(),
-            sets: sets.iter().map(|s| s.to_string()).collect(),
-            campaign: Campaign::load("smoke", &overrides).unwrap(),
-        };
-        Gates::new(&manifest, None)
+        Gates::new(&manifest(sets, overrides), None)
     }
 
     /// Rows of `trials` more trials: each set recovers if one of ten equally likely kinds of push is none of those it loses.
-    fn run(rows: &mut Vec<Row>, trials: u64, loses: &[(&str, [u32; 2])], rng: &mut ChaCha8Rng) {
+    fn run(rows: &mut Vec<TrialRow>, trials: u64, loses: &[(&str, [u32; 2])], rng: &mut ChaCha8Rng) {
         let first = (rows.len() / loses.len()) as u64;
         for trial in first..first + trials {
             let kind = rng.random_range(0..10);
@@ -219,17 +215,17 @@ mod tests {
         let (mut wrong, mut wrong_by_peeking, mut unfinished) = (0, 0, 0);
         for _ in 0..RUNS {
             let (mut rows, mut look, mut erred, mut peeked) = (Vec::new(), 0, false, false);
-            let pairs = |rows: &[Row], sequential| {
-                let deciding = Deciding { sequential, margin: 0.02, end_early: true };
+            let pairs = |rows: &[TrialRow], sequential| {
+                let deciding = DecisionRule { sequential, margin: 0.02, end_early: true };
                 Pair::all(rows, &names, &every_pair(3), &[], deciding)
             };
             let errs = |pairs: Vec<Pair>| {
-                let claims = |pair: &Pair, wrong: &[Verdict]| wrong.contains(&pair.verdict);
-                claims(&pairs[0], &[Verdict::ABetter, Verdict::BBetter])
-                    || pairs[1..].iter().any(|pair| claims(pair, &[Verdict::BBetter, Verdict::Same]))
+                let claims = |pair: &Pair, wrong: &[PairVerdict]| wrong.contains(&pair.verdict);
+                claims(&pairs[0], &[PairVerdict::ABetter, PairVerdict::BBetter])
+                    || pairs[1..].iter().any(|pair| claims(pair, &[PairVerdict::BBetter, PairVerdict::Same]))
             };
             while look < MOST && (look == 0 || !gates.open(&rows).is_empty()) {
-                let next = next_look(look, MOST);
+                let next = next_look(look, 25, MOST);
                 run(&mut rows, next - look, &loses, &mut rng);
                 look = next;
                 erred |= errs(pairs(&rows, true));

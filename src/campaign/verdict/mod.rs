@@ -1,17 +1,21 @@
-//! What is concluded from the trials of a campaign: a [`summary`] says who is better ([`paired`]), where ([`strata`]), how
-//! trials were lost ([`failures`], [`telling`]), what the theory foretold ([`foretold`]), what footsteps were worth
-//! ([`stepped`]), and what it cannot support ([`warnings`]). Whether that is enough: [`gates`], each of them a [`gate`] of
-//! the [`gate_spec`]; [`compare`] sets two results beside each other.
+//! What is concluded from the trials of a campaign: a [`summary`] says of each gain set ([`set_summary`]) how many trials
+//! it recovered from, where ([`strata`]) and how fast ([`times`]), how trials were lost ([`failures`],
+//! [`telling_trials`]), what the theory foretold ([`prediction`]), what footsteps were worth ([`footsteps`]); which of two
+//! sets is better ([`pairs`]), and what the result cannot support ([`warnings`]). Whether that is enough, its [`gates`]
+//! say by their [`evidence`], some of them beside an earlier result ([`baseline`]); [`compare`] sets two results beside
+//! each other.
 
+pub mod baseline;
 pub mod compare;
+pub mod evidence;
 pub mod failures;
-pub mod foretold;
-pub mod gate;
-pub mod gate_spec;
+pub mod footsteps;
 pub mod gates;
-pub mod paired;
-pub mod stepped;
+pub mod pairs;
+pub mod prediction;
+pub mod set_summary;
 pub mod strata;
 pub mod summary;
-pub mod telling;
+pub mod telling_trials;
+pub mod times;
 pub mod warnings;

@@ -4,10 +4,9 @@
 //! that each trial is in one stratum of each. One that does not vary, or that puts all trials in the same, makes none.
 //! Edges lie at quantiles and are rounded to a digit that is at most a twentieth of the range.
 
-use crate::campaign::Row;
-use crate::episode::Outcome;
+use crate::campaign::store::row::{TrialRow, success_count};
 use crate::stats::mcnemar::PairedCounts;
-use crate::stats::rate::Count;
+use crate::stats::rate::SuccessCount;
 
 /// Trials that are alike in one quantity.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,22 +22,23 @@ pub struct Stratum {
 
 impl Stratum {
     /// What gain set `set` (its place in the campaign) made of these trials; `rows` and `sets` as for [`strata`].
-    pub fn count(&self, rows: &[Row], sets: usize, set: usize) -> Count {
-        Count::of(self.trials.iter().map(|trial| &rows[trial * sets + set]))
+    pub fn count(&self, rows: &[TrialRow], sets: usize, set: usize) -> SuccessCount {
+        success_count(self.trials.iter().map(|trial| &rows[trial * sets + set]))
     }
 
     /// Who of two sets recovered.
-    pub fn pair(&self, rows: &[Row], sets: usize, a: usize, b: usize) -> PairedCounts {
-        let recovered = |trial: usize, set: usize| rows[trial * sets + set].outcome == Outcome::Recovered;
+    pub fn pair(&self, rows: &[TrialRow], sets: usize, a: usize, b: usize) -> PairedCounts {
+        let recovered = |trial: usize, set: usize| rows[trial * sets + set].has_recovered();
         PairedCounts::of(self.trials.iter().map(|&trial| (recovered(trial, a), recovered(trial, b))))
     }
 }
 
 /// All strata of a campaign; `rows` are sorted by trial, then by set; `sets` is the count of sets.
-pub fn strata(rows: &[Row], sets: usize) -> Vec<Stratum> {
+pub fn strata(rows: &[TrialRow], sets: usize) -> Vec<Stratum> {
     // What was drawn is the same in the row of every set.
-    let trials: Vec<&Row> = rows.chunks_exact(sets.max(1)).map(|trial| &trial[0]).collect();
-    let of = |get: &dyn Fn(&Row) -> Option<f64>| -> Vec<Option<f64>> { trials.iter().map(|row| get(row)).collect() };
+    let trials: Vec<&TrialRow> = rows.chunks_exact(sets.max(1)).map(|trial| &trial[0]).collect();
+    let of =
+        |get: &dyn Fn(&TrialRow) -> Option<f64>| -> Vec<Option<f64>> { trials.iter().map(|row| get(row)).collect() };
     let mut strata = Vec::new();
     let headings = of(&|row| Some(row.heading_deg));
     if range(&headings).is_some() {
@@ -141,15 +141,16 @@ mod tests {
     use super::*;
     use crate::campaign::store::row::tests::{record, row};
     use crate::campaign::{Campaign, Overrides, ask::trial};
+    use crate::episode::Outcome;
     use Outcome::{Fell, Recovered, TimedOut};
 
     /// Rows of a campaign as it is drawn, for two sets; nothing is simulated.
-    fn drawn(name: &str, trials: u64, set: &[&str]) -> Vec<Row> {
+    fn drawn(name: &str, trials: u64, set: &[&str]) -> Vec<TrialRow> {
         let set = set.iter().map(|s| s.to_string()).collect();
         let campaign = Campaign::load(name, &Overrides { set, ..Overrides::default() }).unwrap();
         let row = |trial: u64, set: &str| {
             let (pushes, variation) = (trial::pushes(&campaign, trial), trial::variation(&campaign, trial));
-            Row::new(trial, set, &pushes, None, &variation, record(Recovered))
+            TrialRow::new(trial, set, &pushes, None, &variation, record(Recovered))
         };
         (0..trials).flat_map(|trial| [row(trial, "a"), row(trial, "b")]).collect()
     }
@@ -214,8 +215,8 @@ mod tests {
 
     #[test]
     fn labels_tell_the_edges_and_their_unit() {
-        let rows: Vec<Row> = (0..30)
-            .map(|i| Row {
+        let rows: Vec<TrialRow> = (0..30)
+            .map(|i| TrialRow {
                 duration_s: 0.02 + 0.001 * i as f64,
                 friction: Some(0.5 + 0.01 * i as f64),
                 trunk_com_x_m: Some(-0.01501 + 0.001 * i as f64),
@@ -237,9 +238,9 @@ mod tests {
     fn a_slope_counts_by_its_rise_along_the_push() {
         let trials =
             [(1.0, 0.0, 10.0), (1.0, 180.0, 10.0), (-1.0, 180.0, 10.0), (-1.0, 0.0, 10.0), (1.0, -90.0, -100.0)];
-        let rows: Vec<Row> = (0..)
+        let rows: Vec<TrialRow> = (0..)
             .zip(trials)
-            .map(|(i, (slope_deg, towards_deg, heading_deg))| Row {
+            .map(|(i, (slope_deg, towards_deg, heading_deg))| TrialRow {
                 slope_deg: Some(slope_deg),
                 slope_heading_deg: Some(towards_deg),
                 heading_deg,
@@ -255,15 +256,15 @@ mod tests {
     fn a_stratum_counts_its_own_trials() {
         let outcomes =
             [[Recovered, Recovered], [Fell, Recovered], [Recovered, Fell], [Fell, TimedOut], [Recovered, Fell]];
-        let rows: Vec<Row> =
+        let rows: Vec<TrialRow> =
             (0..).zip(outcomes).flat_map(|(i, [a, b])| [row(i, "a", 1.0, a), row(i, "b", 1.0, b)]).collect();
         let stratum = |trials: &[usize]| Stratum { by: "friction", label: String::new(), trials: trials.to_vec() };
         let counts = PairedCounts { both: 1, only_a: 2, only_b: 1, neither: 1 };
         assert_eq!(stratum(&[0, 1, 2, 3, 4]).pair(&rows, 2, 0, 1), counts);
         assert_eq!(stratum(&[0, 1, 2, 3, 4]).pair(&rows, 2, 1, 0), PairedCounts { only_a: 1, only_b: 2, ..counts });
         assert_eq!(stratum(&[1, 4]).pair(&rows, 2, 0, 1), PairedCounts { both: 0, only_a: 1, only_b: 1, neither: 0 });
-        assert_eq!(stratum(&[1, 3, 4]).count(&rows, 2, 0), Count::new(1, 3));
-        assert_eq!(stratum(&[1, 3, 4]).count(&rows, 2, 1), Count::new(1, 3));
-        assert_eq!(stratum(&[2, 4]).count(&rows, 2, 0), Count::new(2, 2));
+        assert_eq!(stratum(&[1, 3, 4]).count(&rows, 2, 0), SuccessCount::new(1, 3));
+        assert_eq!(stratum(&[1, 3, 4]).count(&rows, 2, 1), SuccessCount::new(1, 3));
+        assert_eq!(stratum(&[2, 4]).count(&rows, 2, 0), SuccessCount::new(2, 2));
     }
 }

@@ -1,9 +1,10 @@
 //! What a campaign cannot support: a comparison is only as good as its design.
 
-use crate::campaign::verdict::paired::Pair;
-use crate::campaign::verdict::summary::Summary;
-use crate::campaign::{Campaign, ask::trial};
-use crate::stats::sequential::Verdict;
+use crate::campaign::ask::spec::Campaign;
+use crate::campaign::ask::trial;
+use crate::campaign::verdict::pairs::Pair;
+use crate::campaign::verdict::set_summary::SetSummary;
+use crate::stats::sequential::PairVerdict;
 
 /// With fewer pushes than this, a rate of 50 % is known to 10 points either way at best.
 const FEW_TRIALS: u64 = 100;
@@ -13,14 +14,14 @@ const NAMED: usize = 3;
 const NEARLY: f64 = 0.98;
 
 /// In words, the gravest first; empty for a sound design.
-pub fn of(summary: &Summary, campaign: &Campaign) -> Vec<String> {
+pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair]) -> Vec<String> {
     let mut found = Vec::new();
     let alike = |i: u64| {
         let (pushes, variation) = (trial::pushes(campaign, i), trial::variation(campaign, i));
         pushes == trial::pushes(campaign, 0) && variation == trial::variation(campaign, 0)
     };
     let is_noisy = trial::sensor_errors(campaign, 0).is_some();
-    if summary.trials > 1 && alike(1) {
+    if trials > 1 && alike(1) {
         found.push(if is_noisy {
             "every trial is the same push on the same robot: only sensor noise differs, and rates say nothing of other \
              pushes (draw impulse and heading: push.impulse_n_s = { uniform = [a, b] })"
@@ -31,24 +32,23 @@ pub fn of(summary: &Summary, campaign: &Campaign) -> Vec<String> {
                 .to_string()
         });
     }
-    if summary.trials < FEW_TRIALS {
-        let (trials, points) = (summary.trials, 98.0 / (summary.trials as f64).sqrt());
+    if trials < FEW_TRIALS {
+        let points = 98.0 / (trials as f64).sqrt();
         found.push(format!("{trials} pushes are few: a rate near 50 % is known to {points:.0} points either way"));
     }
-    let rates = || summary.sets.iter().map(|set| set.count.success_rate);
-    if summary.sets.len() > 1 && rates().all(|rate| rate > NEARLY) {
+    let rates = || sets.iter().map(|set| set.count.success_rate);
+    if sets.len() > 1 && rates().all(|rate| rate > NEARLY) {
         found.push("nearly every push is survived with every set: they are too weak to tell sets apart".into());
-    } else if summary.sets.len() > 1 && rates().all(|rate| rate < 1.0 - NEARLY) {
+    } else if sets.len() > 1 && rates().all(|rate| rate < 1.0 - NEARLY) {
         found.push("hardly any push is survived with any set: they are too hard to tell sets apart".into());
     }
     // So many that all to one side are a difference: 2 / 2^k under 5 %, for each of the pairs.
-    let enough = (2.0 * summary.pairs.len().max(1) as f64 / 0.05).log2().ceil() as u64;
+    let enough = (2.0 * pairs.len().max(1) as f64 / 0.05).log2().ceil() as u64;
     let is_thin = |pair: &&Pair| {
         let discordant = pair.counts.only_a + pair.counts.only_b;
-        pair.verdict == Verdict::Open && discordant < enough && summary.trials >= FEW_TRIALS
+        pair.verdict == PairVerdict::Open && discordant < enough && trials >= FEW_TRIALS
     };
-    let thin: Vec<String> =
-        summary.pairs.iter().filter(is_thin).map(|pair| format!("{} and {}", pair.a, pair.b)).collect();
+    let thin: Vec<String> = pairs.iter().filter(is_thin).map(|pair| format!("{} and {}", pair.a, pair.b)).collect();
     if !thin.is_empty() {
         let more = if thin.len() > NAMED { format!(", and {} pairs more", thin.len() - NAMED) } else { String::new() };
         let named = thin[..thin.len().min(NAMED)].join(", ");
@@ -56,7 +56,7 @@ pub fn of(summary: &Summary, campaign: &Campaign) -> Vec<String> {
             "fewer than {enough} pushes tell these apart, too few to say which is better: {named}{more}"
         ));
     }
-    if summary.stopping.until_resolved {
+    if campaign.stopping.until_resolved {
         found.push(
             "the campaign could end when decided: intervals of differences, verdicts and gates hold at every look; all \
              else (rates, p-values, curves, strata, times) is as for a fixed count of trials, and leans towards what it \
@@ -64,7 +64,7 @@ pub fn of(summary: &Summary, campaign: &Campaign) -> Vec<String> {
                 .into(),
         );
     }
-    for set in summary.sets.iter().filter(|set| set.diverged > 0) {
+    for set in sets.iter().filter(|set| set.diverged > 0) {
         found.push(format!("{}: {} trials diverged numerically and count as not recovered", set.name, set.diverged));
     }
     found

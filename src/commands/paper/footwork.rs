@@ -1,6 +1,7 @@
 //! Which foot the paper's procedure chooses, asked of the controller's own rule (Fig. 6, 12, 13).
 
-use crate::control::footstep::{Footstep, Necessity, choose};
+use crate::control::step::PlannedFootstep;
+use crate::control::step::paper::{StanceState, choose};
 use crate::lipm::GainFamily;
 use crate::lipm::pendulum::State;
 use crate::lipm::stepping::Stepping;
@@ -34,13 +35,13 @@ impl<'a> Home<'a> {
 
     /// The foot that is sent for a ZMP error (m), both feet equally loaded, and how far (m; x forward, y left).
     pub fn choose(&self, zmp_error: Vector2<f64>) -> Option<(Foot, Vector2<f64>)> {
-        let Footstep { foot, to, .. } = self.choose_under(self.load_n, zmp_error)?;
+        let PlannedFootstep { foot, to, .. } = self.choose_under(self.load_n, zmp_error)?;
         Some((foot, to - self.center(foot)))
     }
 
     /// The same with a load on each foot (N), which decides a tie.
-    fn choose_under(&self, load_n: PerFoot<f64>, zmp_error: Vector2<f64>) -> Option<Footstep> {
-        let necessity = Necessity {
+    fn choose_under(&self, load_n: PerFoot<f64>, zmp_error: Vector2<f64>) -> Option<PlannedFootstep> {
+        let stance = StanceState {
             frame: &Isometry2::identity(),
             soles: PerFoot::from_fn(|foot| self.center(foot)),
             stance: self.stance,
@@ -48,7 +49,7 @@ impl<'a> Home<'a> {
             load_n,
             can_lift: PerFoot { left: true, right: true },
         };
-        choose(self.rules, &necessity)
+        choose(self.rules, &stance)
     }
 
     fn center(&self, foot: Foot) -> Point2<f64> {

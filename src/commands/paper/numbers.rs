@@ -4,7 +4,7 @@
 use super::footwork::{Home, is_tie};
 use super::study::EXAMPLES_DEG;
 use crate::campaign::ask::no_step::NoStep;
-use crate::control::{Phase, estimator};
+use crate::control::{Phase, estimate};
 use crate::episode::{Footstep, Outcome, Record};
 use crate::error::Result;
 use crate::lipm::OnlineSets;
@@ -388,7 +388,7 @@ fn with_directions(study: &Study, mut numbers: Value) -> Value {
 fn with_turns(study: &Study, mut numbers: Value) -> Value {
     let pushed = &study.pushes[1];
     let yaws: Vec<f64> =
-        pushed.film.snapshots.iter().map(|s| estimator::heading(&s.posture.base).to_degrees()).collect();
+        pushed.film.snapshots.iter().map(|s| estimate::heading(&s.posture.base).to_degrees()).collect();
     let most = yaws.iter().fold(0.0, |most: f64, yaw| if yaw.abs() > most.abs() { *yaw } else { most });
     let plain = Home::of(study).by_plain_distance(&pushed.lift, &study.design.family);
     let plain = plain.map(|(error, foot)| json!({ "zmp_error_m": [error.x, error.y], "foot": foot }));

@@ -40,7 +40,9 @@ pub fn run() -> Result<Study> {
     let (period_s, judge) = (first.episode().control_period_s, first.episode().judge);
     let design_of = |gains: &str| Design::new(&robot, &GainSet::load(gains)?, period_s);
     let (design, standing, stiff) = (design_of(&first.gains)?, design_of(WITHOUT_FOOTSTEP)?, design_of(STIFF)?);
-    let Some(rules) = design.family.stepping else { return Err(is_not(&first, "a gain set that takes footsteps")) };
+    let Some(rules) = design.family.stepping().copied() else {
+        return Err(is_not(&first, "a gain set that takes footsteps"));
+    };
     let home = home_polygon(&robot);
     let allowed = design.family.allowed_support(&home, &design.family.name)?;
     let sets = CpiSet::search_family(&design.family, &allowed)?;
@@ -89,7 +91,7 @@ pub fn run() -> Result<Study> {
         let (mut motion, mut ticks) = (MotionPlot::default(), Vec::new());
         let record = imposed::run(&robot, &design, &scenario.episode(), zmp_error_m.into(), start, &mut |tick| {
             motion.samples.push(MotionSample::of_imposed(tick));
-            ticks.push((tick.time_s, tick.posture.clone(), acting_gain(tick.controller)));
+            ticks.push((tick.time_s, tick.posture.clone(), acting_gain(&tick.account)));
         })?;
         progress.tick();
         Ok((record, motion, ticks))

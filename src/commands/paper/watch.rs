@@ -1,7 +1,8 @@
 //! What is seen of a pushed run, tick by tick, beyond what its record and its film keep.
 
-use crate::control::Controller;
-use crate::control::estimator::on_ground;
+use crate::control::Account;
+use crate::control::estimate::on_ground;
+use crate::control::stand::Support;
 use crate::episode::snapshot::LEAST_N;
 use crate::episode::{AT_LIMIT, Tick};
 use crate::geometry::SupportPolygon;
@@ -22,20 +23,19 @@ pub struct Watch {
 impl Watch {
     /// Takes note of a tick; returns the hull of the soles that carry load.
     pub fn see(&mut self, robot: &Robot, period_s: f64, tick: &Tick) -> Option<SupportPolygon> {
-        let (truth, controller) = (tick.truth, tick.controller);
-        let estimate = &controller.estimator.now;
+        let (truth, account) = (tick.truth, &tick.account);
+        let estimate = account.estimate;
         let loaded = PerFoot::from_fn(|foot| truth.sole_wrenches[foot].force.z >= LEAST_N);
         self.seen.loaded.push(loaded);
         self.seen.on_both.push(estimate.in_contact.left && estimate.in_contact.right);
         self.note_torques(robot, period_s, truth);
-        if let (Some(swing), None) = (&controller.swing, &self.seen.landing) {
+        if let (Some(swing), None) = (account.swing, &self.seen.landing) {
             self.note_stance(truth, swing.footstep.foot.other());
-        } else if controller.swing.is_none()
+        } else if account.stands()
             && self.seen.on_both.last() == Some(&true)
             && self.seen.landing.is_none()
-            && let Some(polygon) = controller.support.polygon
+            && let Support { frame, polygon: Some(polygon), .. } = account.support()
         {
-            let frame = controller.support.frame;
             let stand = Stand {
                 time_s: truth.time_s,
                 frame,
@@ -43,7 +43,7 @@ impl Watch {
                 state: State::new(
                     frame.inverse_transform_point(&estimate.com_xy()),
                     frame.inverse_transform_vector(&estimate.com_vel_xy()),
-                    frame.inverse_transform_point(&controller.supervisor.zmp_ref),
+                    frame.inverse_transform_point(&account.zmp_ref),
                 ),
                 soles: PerFoot::from_fn(|foot| on_ground(&estimate.footholds[foot])),
                 load_n: estimate.load_n,
@@ -73,8 +73,8 @@ impl Watch {
 }
 
 /// The gain that acts; None with a foot in the air.
-pub fn acting_gain(controller: &Controller) -> Option<usize> {
-    controller.swing.is_none().then_some(controller.supervisor.gain)
+pub fn acting_gain(account: &Account) -> Option<usize> {
+    account.gain.filter(|_| account.stands())
 }
 
 /// Hull of the soles that carry load, world.

@@ -11,7 +11,7 @@ mod telling;
 mod trials;
 mod words;
 
-use crate::campaign::Row;
+use crate::campaign::TrialRow;
 use crate::error::{Error, Result};
 use crate::render::{html_page, replay_parts, replays};
 use minijinja::value::Kwargs;
@@ -30,7 +30,7 @@ const MOST_PAIRS: usize = 28;
 /// the order of the summary. It links to the replays that are there, as seen from `folder`.
 ///
 /// Errors: none but a template that is wrong.
-pub fn page(summary: &impl serde::Serialize, rows: &[Row], folder: &Path) -> Result<String> {
+pub fn page(summary: &impl serde::Serialize, rows: &[TrialRow], folder: &Path) -> Result<String> {
     let fail = |e: serde_json::Error| Error::Numeric { what: "report.html".into(), problem: e.to_string() };
     let summary = serde_json::to_value(summary).map_err(fail)?;
     let context = context(&summary, rows, folder);
@@ -55,7 +55,7 @@ fn add_to(environment: &mut Environment) {
 }
 
 /// What the template reads: the summary as `s`, and what it cannot make itself.
-fn context(summary: &Value, rows: &[Row], folder: &Path) -> Value {
+fn context(summary: &Value, rows: &[TrialRow], folder: &Path) -> Value {
     let names: Vec<&str> = list(&summary["sets"]).iter().map(|set| set["name"].as_str().unwrap_or("?")).collect();
     let pairs = list(&summary["pairs"]);
     let index = |name: &Value| names.iter().position(|n| Some(*n) == name.as_str());
@@ -162,7 +162,7 @@ mod tests {
 
     const HOSTILE: &str = "</script><b onclick='x()'>&";
 
-    fn rows(sets: [&str; 2], trials: u64) -> Vec<Row> {
+    fn rows(sets: [&str; 2], trials: u64) -> Vec<TrialRow> {
         let outcome = |k: u64| if k.is_multiple_of(3) { Outcome::Fell } else { Outcome::Recovered };
         (0..trials)
             .flat_map(|k| {

@@ -4,7 +4,7 @@
 use super::list;
 use super::svg::{escape, px, short};
 use super::trials::Trials;
-use crate::campaign::Row;
+use crate::campaign::TrialRow;
 use crate::episode::Outcome;
 use serde_json::Value;
 use std::fmt::Write;
@@ -63,7 +63,7 @@ impl<'a> Maps<'a> {
         self.cells(&mut svg, set);
         self.rings_and_axes(&mut svg);
         if self.trials.as_dots() {
-            let won = |trial: &&[Row]| trial[set].outcome == Outcome::Recovered;
+            let won = |trial: &&[TrialRow]| trial[set].outcome == Outcome::Recovered;
             svg += &self.dots("won", won);
             svg += &self.crosses("lost", |trial| !won(trial));
         }
@@ -79,11 +79,11 @@ impl<'a> Maps<'a> {
         let names = self.trials.sets;
         let mut svg = self.opened(&format!("Trials that only one of {} and {} recovered", names[a], names[b]), a, b);
         self.rings_and_axes(&mut svg);
-        let won = |row: &Row| row.outcome == Outcome::Recovered;
+        let won = |row: &TrialRow| row.outcome == Outcome::Recovered;
         svg += &self.dots("same", |trial| won(&trial[a]) == won(&trial[b]));
         for (only, other) in [(a, b), (b, a)] {
             let class = format!("only s{}", only % super::svg::colors());
-            let differ = |trial: &&[Row]| won(&trial[only]) && !won(&trial[other]);
+            let differ = |trial: &&[TrialRow]| won(&trial[only]) && !won(&trial[other]);
             svg += &if only == a { self.dots(&class, differ) } else { self.squares(&class, differ) };
         }
         self.names(&mut svg);
@@ -180,11 +180,11 @@ impl<'a> Maps<'a> {
     }
 
     /// Lines of no length with round ends.
-    fn dots(&self, class: &str, chosen: impl Fn(&&[Row]) -> bool) -> String {
+    fn dots(&self, class: &str, chosen: impl Fn(&&[TrialRow]) -> bool) -> String {
         self.marks(class, chosen, |path, x, y| _ = write!(path, "M{} {}h0", px(x), px(y)))
     }
 
-    fn crosses(&self, class: &str, chosen: impl Fn(&&[Row]) -> bool) -> String {
+    fn crosses(&self, class: &str, chosen: impl Fn(&&[TrialRow]) -> bool) -> String {
         let arm = if self.trials.len() > MANY { SMALL_CROSS } else { CROSS };
         let (arm, across) = (px(arm), px(2.0 * arm));
         self.marks(class, chosen, |path, x, y| {
@@ -192,11 +192,16 @@ impl<'a> Maps<'a> {
         })
     }
 
-    fn squares(&self, class: &str, chosen: impl Fn(&&[Row]) -> bool) -> String {
+    fn squares(&self, class: &str, chosen: impl Fn(&&[TrialRow]) -> bool) -> String {
         self.marks(&format!("{class} square"), chosen, |path, x, y| _ = write!(path, "M{} {}h0", px(x), px(y)))
     }
 
-    fn marks(&self, class: &str, chosen: impl Fn(&&[Row]) -> bool, mark: impl Fn(&mut String, f64, f64)) -> String {
+    fn marks(
+        &self,
+        class: &str,
+        chosen: impl Fn(&&[TrialRow]) -> bool,
+        mark: impl Fn(&mut String, f64, f64),
+    ) -> String {
         let mut path = String::new();
         for trial in self.trials.iter().filter(chosen) {
             let (x, y) = self.at(trial[0].impulse_n_s, trial[0].heading_deg);
@@ -226,9 +231,13 @@ mod tests {
     #[test]
     fn headings_are_seen_from_above() {
         let sets = ["hold"];
-        let turned = |trial, heading_deg| Row { heading_deg, ..row(trial, "hold", 2.0, Outcome::Recovered) };
-        let rows =
-            [turned(0, 0.0), turned(1, 90.0), turned(2, -270.0), Row { outcome: Outcome::Fell, ..turned(3, 91.0) }];
+        let turned = |trial, heading_deg| TrialRow { heading_deg, ..row(trial, "hold", 2.0, Outcome::Recovered) };
+        let rows = [
+            turned(0, 0.0),
+            turned(1, 90.0),
+            turned(2, -270.0),
+            TrialRow { outcome: Outcome::Fell, ..turned(3, 91.0) },
+        ];
         let trials = Trials::new(&sets, &rows).unwrap();
         let maps = Maps::new(&Value::Null, &trials);
         let ((x, y), (left, level)) = (maps.at(2.0, 0.0), maps.at(2.0, 90.0));

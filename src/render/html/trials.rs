@@ -1,6 +1,6 @@
 //! The trials of a campaign as the page needs them: one push and what each gain set made of it.
 
-use crate::campaign::Row;
+use crate::campaign::TrialRow;
 use crate::episode::Outcome;
 use serde_json::{Value, json};
 
@@ -12,20 +12,21 @@ const FOOTSTEPS: usize = 4;
 /// All rows, `sets.len()` for each trial.
 pub(super) struct Trials<'a> {
     pub sets: &'a [&'a str],
-    rows: &'a [Row],
+    rows: &'a [TrialRow],
 }
 
 impl<'a> Trials<'a> {
     /// None: the rows are not those of the sets, trial by trial, or there are none.
-    pub fn new(sets: &'a [&'a str], rows: &'a [Row]) -> Option<Self> {
+    pub fn new(sets: &'a [&'a str], rows: &'a [TrialRow]) -> Option<Self> {
         let count = sets.len();
         let fits = count > 0 && !rows.is_empty() && rows.len().is_multiple_of(count);
-        let same =
-            |trial: &[Row]| trial.iter().zip(sets).all(|(row, set)| row.set == **set && row.trial == trial[0].trial);
+        let same = |trial: &[TrialRow]| {
+            trial.iter().zip(sets).all(|(row, set)| row.set == **set && row.trial == trial[0].trial)
+        };
         (fits && rows.chunks_exact(count).all(same)).then_some(Self { sets, rows })
     }
 
-    pub fn iter(&self) -> impl Iterator<Item = &'a [Row]> {
+    pub fn iter(&self) -> impl Iterator<Item = &'a [TrialRow]> {
         self.rows.chunks_exact(self.sets.len())
     }
 

@@ -2,7 +2,7 @@
 
 use super::number;
 use super::svg::short;
-use crate::campaign::verdict::paired::rounded;
+use crate::campaign::verdict::pairs::rounded;
 use crate::render::{comparison::p_cell, layout};
 use minijinja::{Environment, Value as Cell};
 

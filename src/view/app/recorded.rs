@@ -1,7 +1,7 @@
 //! A trial of a result, run again exactly, to be looked at moment by moment.
 
 use super::plots::{Sample, Trail};
-use crate::campaign::Replayed;
+use crate::campaign::StoredTrial;
 use crate::episode::{Film, Outcome, Snapshot};
 use crate::error::{Error, Result};
 use crate::render::outputs::AFTERMATH_S;
@@ -24,13 +24,13 @@ pub struct Recorded {
 }
 
 impl Recorded {
-    /// Runs the trial. Errors: those of [`Replayed::open`]; more than one gain set.
+    /// Runs the trial. Errors: those of [`StoredTrial::open`]; more than one gain set.
     pub fn new(folder: &Path, trial: u64, args: &ViewArgs) -> Result<Self> {
         if let [_, second, ..] = &args.gains[..] {
             let problem = "a trial of a result is that of one gain set";
             return Err(Error::value("arguments", "--gains", second, problem, "one gain set"));
         }
-        let replayed = Replayed::open(folder, trial, args.gains.first().map(String::as_str))?;
+        let replayed = StoredTrial::open(folder, trial, args.gains.first().map(String::as_str))?;
         let disturbance = replayed.disturbance();
         let how_long = (replayed.config().until(), AFTERMATH_S);
         let film = Film::take(&replayed.robot, &replayed.design, replayed.config(), disturbance, how_long, &mut |_| {});

@@ -1,4 +1,5 @@
-//! Which foot steps, and where to (paper, Sect. V.B).
+//! The paper's footwork (Sect. V): which foot steps and where to, decided once, when no set has held the state for a while; COM and
+//! ZMP then follow the plan of relaxed boundary conditions ([`AxisPlan`]), and nothing is stabilised until the foot lands.
 //!
 //! Each foot may land in a semi-ellipse beside the other (eq. 27, 28). It is moved along the direction of the ZMP error:
 //! the foot that can go farther that way is chosen, and it goes as far as the error asks for, times alpha (eq. 29).
@@ -6,18 +7,127 @@
 //! The paper takes one footstep, from home. When the feet are apart after an earlier one, the way starts where the foot
 //! would stand at home beside the other: from where it is, behind or ahead, it could leave its range at once.
 
+use super::{Footwork, PlannedFootstep, StepState, Swing, SwingTiming};
+use crate::control::TickError;
+use crate::control::body::{Body, SoleReference, carry};
+use crate::control::estimate::Estimate;
+use crate::lipm::relaxation::{AxisPlan, Boundary};
 use crate::lipm::stepping::Stepping;
-use crate::robot::{Foot, PerFoot};
+use crate::robot::{Command, Foot, PerFoot, Sole};
 use nalgebra::{Isometry2, Point2, Vector2};
+
+/// The rule, and the plan of the footstep in the air.
+#[derive(Debug)]
+pub struct PaperFootwork {
+    rules: Stepping,
+    plan: Option<StepPlan>,
+}
+
+impl PaperFootwork {
+    pub fn new(rules: Stepping) -> Self {
+        Self { rules, plan: None }
+    }
+}
+
+impl Footwork for PaperFootwork {
+    fn lift(&mut self, now: &StepState, _: &mut Body) -> Option<Swing> {
+        let (rules, estimate, family) = (&self.rules, now.estimate, &now.design.family);
+        if !now.has_waited(rules.patience_s, rules.pause_s) {
+            return None;
+        }
+        let footstep = choose(rules, &StanceState::of(now))?;
+        if let Some(landing) = now.last_landing.filter(|landing| landing.foot == footstep.foot)
+            && !now.has_passed(landing.ago_s, rules.same_foot_pause_s)
+        {
+            return None;
+        }
+        let Stepping { swing_time_s, lift_m, late_s, .. } = *rules;
+        let swing = Swing::new(SwingTiming { swing_time_s, lift_m, late_s }, footstep, &estimate.footholds);
+        let stance_sole = &now.design.robot.soles[footstep.foot.other()];
+        self.plan = Some(StepPlan::new(family.pendulum.omega, rules, stance_sole, family.zmp_margin, &swing, estimate));
+        Some(swing)
+    }
+
+    fn swing(
+        &mut self,
+        now: &StepState,
+        swing: &mut Swing,
+        body: &mut Body,
+        command: &mut Command,
+    ) -> Result<Point2<f64>, TickError> {
+        let (robot, pendulum) = (&*now.design.robot, &now.design.family.pendulum);
+        let planned = self.plan.as_ref().expect("a foot in the air was lifted").at(swing.time_s);
+        (body.com.place, body.com.vel) = (planned.com, planned.com_vel);
+        let acceleration = pendulum.com_acc(planned.com, planned.zmp);
+        let foot = swing.footstep.foot;
+        let mut soles = SoleReference { poses: now.estimate.footholds, velocities: PerFoot::default() };
+        (soles.poses[foot], soles.velocities[foot]) = swing.sole();
+        body.follow(robot, pendulum, now.estimate, soles, command);
+        let standing = PerFoot::from_fn(|f| f != foot);
+        carry(robot, now.estimate, &standing, planned.zmp, acceleration, &mut command.tau_ff);
+        Ok(planned.zmp)
+    }
+}
+
+/// COM and ZMP from lift to landing (Sect. V.A).
+#[derive(Debug, Clone, PartialEq)]
+struct StepPlan {
+    /// Stance sole, flat on the ground, to world.
+    stance: Isometry2<f64>,
+    /// x and y in the stance sole's frame.
+    axes: [AxisPlan; 2],
+}
+
+/// Where COM and ZMP are to be: world, over the ground (m, m/s).
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct PlannedState {
+    com: Point2<f64>,
+    com_vel: Vector2<f64>,
+    zmp: Point2<f64>,
+}
+
+impl StepPlan {
+    /// From the estimate at the lift, the ZMP at least `zmp_margin` (m) inside the stance sole.
+    fn new(
+        omega: f64,
+        rules: &Stepping,
+        stance_sole: &Sole,
+        zmp_margin: f64,
+        swing: &Swing,
+        estimate: &Estimate,
+    ) -> Self {
+        let stance = swing.stance;
+        let [com, to] = [estimate.com_xy(), swing.footstep.to].map(|p| stance.inverse_transform_point(&p));
+        let com_vel = stance.inverse_transform_vector(&estimate.com_vel_xy());
+        let axes = [0, 1].map(|axis| {
+            let most = (stance_sole.half_m[axis] - zmp_margin).max(0.0);
+            let boundary =
+                Boundary { com: com[axis], com_vel: com_vel[axis], target: 0.5 * to[axis], zmp: [-most, most] };
+            AxisPlan::new(omega, rules, &boundary)
+        });
+        Self { stance, axes }
+    }
+
+    /// At a time after the lift.
+    fn at(&self, time_s: f64) -> PlannedState {
+        let [[x, vx], [y, vy]] = self.axes.map(|axis| axis.com(time_s));
+        let [zx, zy] = self.axes.map(|axis| axis.zmp(time_s));
+        PlannedState {
+            com: self.stance * Point2::new(x, y),
+            com_vel: self.stance * Vector2::new(vx, vy),
+            zmp: self.stance * Point2::new(zx, zy),
+        }
+    }
+}
 
 /// Ways that differ by less are equal (m).
 const TIE_M: f64 = 1e-4;
 /// Loads that differ by less are equal (N).
 const TIE_N: f64 = 0.5;
 
-/// What is known when a footstep becomes necessary.
+/// What the choice of a footstep goes by.
 #[derive(Debug, Clone, Copy)]
-pub struct Necessity<'a> {
+pub struct StanceState<'a> {
     /// Control frame to world.
     pub frame: &'a Isometry2<f64>,
     /// Centres of the soles on the ground, world.
@@ -32,33 +142,32 @@ pub struct Necessity<'a> {
     pub can_lift: PerFoot<bool>,
 }
 
-/// A footstep that was chosen.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Footstep {
-    /// The swing foot.
-    pub foot: Foot,
-    /// Where its sole's centre is to land, world.
-    pub to: Point2<f64>,
-    /// The ZMP error that asked for it (m), control frame.
-    pub zmp_error: Vector2<f64>,
+impl<'a> StanceState<'a> {
+    fn of(now: &StepState<'a>) -> Self {
+        let estimate = now.estimate;
+        Self {
+            frame: &now.support.frame,
+            soles: PerFoot::from_fn(|foot| estimate.footholds[foot].translation.vector.xy().into()),
+            stance: now.design.stance,
+            zmp_error: now.zmp_error,
+            load_n: estimate.load_n,
+            can_lift: PerFoot::from_fn(|foot| estimate.in_contact[foot.other()]),
+        }
+    }
 }
 
 /// Chooses the footstep; None when neither foot can go that way.
-pub fn choose(rules: &Stepping, necessity: &Necessity) -> Option<Footstep> {
-    let direction = necessity.zmp_error.try_normalize(0.0)?;
+pub fn choose(rules: &Stepping, state: &StanceState) -> Option<PlannedFootstep> {
+    let direction = state.zmp_error.try_normalize(0.0)?;
     let reach = PerFoot::from_fn(|foot| {
         let side = |v: Vector2<f64>| Vector2::new(v.x, v.y * foot.side());
-        if necessity.can_lift[foot] {
-            rules.range.reach(side(necessity.stance * foot.side()), side(direction))
-        } else {
-            0.0
-        }
+        if state.can_lift[foot] { rules.range.reach(side(state.stance * foot.side()), side(direction)) } else { 0.0 }
     });
-    let foot = swing_foot(&reach, &necessity.load_n);
-    let stride = (rules.alpha * necessity.zmp_error.norm()).min(reach[foot]);
-    let beside = necessity.stance * foot.side() + direction * stride;
-    let to = necessity.soles[foot.other()] + necessity.frame.transform_vector(&beside);
-    (stride > 0.0).then_some(Footstep { foot, to, zmp_error: necessity.zmp_error })
+    let foot = swing_foot(&reach, &state.load_n);
+    let stride = (rules.alpha * state.zmp_error.norm()).min(reach[foot]);
+    let beside = state.stance * foot.side() + direction * stride;
+    let to = state.soles[foot.other()] + state.frame.transform_vector(&beside);
+    (stride > 0.0).then_some(PlannedFootstep { foot, to, zmp_error: state.zmp_error })
 }
 
 /// The foot with the longer way. The paper leaves a tie (a push straight fore or aft) to the left foot in its text and
@@ -78,6 +187,8 @@ fn swing_foot(reach: &PerFoot<f64>, load_n: &PerFoot<f64>) -> Foot {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::robot::{Pose, Robot};
+    use nalgebra::{UnitQuaternion, Vector3};
     use proptest::prelude::*;
     use proptest::test_runner::RngSeed;
 
@@ -100,11 +211,11 @@ mod tests {
         }
 
         /// From home.
-        fn choose(&self, rules: &Stepping) -> Option<Footstep> {
+        fn choose(&self, rules: &Stepping) -> Option<PlannedFootstep> {
             let sole = |foot: Foot| self.frame * Point2::new(0.0, HALF * foot.side());
             choose(
                 rules,
-                &Necessity {
+                &StanceState {
                     frame: &self.frame,
                     soles: PerFoot::from_fn(sole),
                     stance: Vector2::new(0.0, 2.0 * HALF),
@@ -116,7 +227,7 @@ mod tests {
         }
     }
 
-    fn chosen(error: [f64; 2]) -> Footstep {
+    fn chosen(error: [f64; 2]) -> PlannedFootstep {
         Case::new(error).choose(&RULES).unwrap()
     }
 
@@ -185,7 +296,7 @@ mod tests {
     #[test]
     fn the_next_footstep_is_measured_from_the_foot_that_stands() {
         let frame = Isometry2::identity();
-        let necessity = Necessity {
+        let state = StanceState {
             frame: &frame,
             soles: PerFoot { left: Point2::new(0.0, HALF), right: Point2::new(0.12, -HALF) },
             stance: Vector2::new(0.0, 2.0 * HALF),
@@ -193,9 +304,59 @@ mod tests {
             load_n: EVEN,
             can_lift: PerFoot { left: true, right: true },
         };
-        let footstep = choose(&RULES, &necessity).unwrap();
+        let footstep = choose(&RULES, &state).unwrap();
         assert_eq!(footstep.foot, Foot::Left);
         assert!((footstep.to - Point2::new(0.12 + 0.03, HALF + 0.01)).norm() < 1e-12, "{footstep:?}");
+    }
+
+    const OMEGA: f64 = 5.63;
+
+    fn flat(x: f64, y: f64, yaw: f64) -> Pose {
+        Pose::from_parts(Vector3::new(x, y, 0.0).into(), UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw))
+    }
+
+    /// The plan of a footstep of the right foot, from a COM (m) and its velocity (m/s).
+    fn plan(to: [f64; 2], com: [f64; 2], com_vel: [f64; 2], footholds: PerFoot<Pose>) -> StepPlan {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let mut estimate = Estimate::at_home(&robot);
+        (estimate.com.x, estimate.com.y) = (com[0], com[1]);
+        estimate.com_vel = Vector3::new(com_vel[0], com_vel[1], 0.0);
+        let Stepping { swing_time_s, lift_m, late_s, .. } = RULES;
+        let footstep = PlannedFootstep { foot: Foot::Right, to: to.into(), zmp_error: Vector2::x() };
+        let swing = Swing::new(SwingTiming { swing_time_s, lift_m, late_s }, footstep, &footholds);
+        StepPlan::new(OMEGA, &RULES, &robot.soles.left, 0.003, &swing, &estimate)
+    }
+
+    /// Eq. 1 in the world, for a stance sole that is neither at the origin nor straight.
+    #[test]
+    fn the_pendulum_starts_at_the_estimate_and_its_zmp_stays_in_the_stance_sole() {
+        let footholds = PerFoot { left: flat(0.01, 0.048, 0.1), right: flat(-0.01, -0.05, -0.05) };
+        let plan = plan([-0.1, -0.13], [-0.01, 0.0], [-0.3, -0.2], footholds);
+        let start = plan.at(0.0);
+        assert!((start.com - Point2::new(-0.01, 0.0)).norm() < 1e-15);
+        assert!((start.com_vel - Vector2::new(-0.3, -0.2)).norm() < 1e-14);
+        let stance = Isometry2::new(Vector2::new(0.01, 0.048), 0.1);
+        let robot = Robot::load("ut-mu2").unwrap();
+        let [x, y] = robot.soles.left.half_m.map(|half| half - 0.003 + 1e-12);
+        for k in 1..100 {
+            let (h, time) = (1e-4, f64::from(k) * 0.002);
+            let [before, now, after] = [time - h, time, time + h].map(|t| plan.at(t));
+            let velocity = (after.com - before.com) / (2.0 * h);
+            assert!((velocity - now.com_vel).norm() < 1e-6, "{time} s");
+            let acceleration = (after.com_vel - before.com_vel) / (2.0 * h);
+            assert!((acceleration - (now.com - now.zmp) * OMEGA * OMEGA).norm() < 1e-4, "{time} s");
+            let zmp = stance.inverse_transform_point(&now.zmp);
+            assert!(zmp.x.abs() <= x && zmp.y.abs() <= y, "{time} s: {zmp}");
+        }
+    }
+
+    /// A push that one footstep can take: the COM comes to rest between the feet, as far as the sole allows.
+    #[test]
+    fn the_plan_brings_the_dcm_to_the_middle_of_the_feet() {
+        let footholds = PerFoot { left: flat(0.0, 0.048, 0.0), right: flat(0.0, -0.048, 0.0) };
+        let end = plan([0.12, -0.048], [0.0; 2], [0.25, 0.0], footholds).at(RULES.swing_time_s);
+        let dcm = end.com + end.com_vel / OMEGA;
+        assert!((dcm.x - 0.06).abs() < 0.01, "{dcm}");
     }
 
     proptest! {
@@ -230,7 +391,7 @@ mod tests {
         /// Wherever the foot goes, it lands in the semi-ellipse beside the other one.
         #[test]
         fn no_footstep_leaves_the_range(x in -0.1..0.1f64, y in -0.1..0.1f64, alpha in 0.5..20.0f64) {
-            let Footstep { foot, to, .. } = Case::new([x, y]).choose(&Stepping { alpha, ..RULES }).unwrap();
+            let PlannedFootstep { foot, to, .. } = Case::new([x, y]).choose(&Stepping { alpha, ..RULES }).unwrap();
             let (ahead, aside) = (to.x, to.y * foot.side() + HALF);
             prop_assert!(aside >= 0.075 - 1e-12, "{} {}", ahead, aside);
             let round = (ahead / 0.15).powi(2) + ((aside - 0.075) / 0.105).powi(2);

@@ -1,13 +1,8 @@
-//! A footstep in the air: COM and ZMP by the relaxed boundary conditions of [`AxisPlan`], the swing foot on a smooth arc,
-//! and its landing, by contact. The paper's footstep is planned once from the estimate at the lift, and nothing is
-//! stabilised until it lands; one that catches is led to another place ([`Swing::aim`]) while it is in the air.
+//! A foot in the air: on a smooth arc to where it is to land, and its landing, by contact.
 
-use super::estimator::on_ground;
-use super::footstep::Footstep;
 use super::quintic::Quintic;
-use crate::lipm::relaxation::{AxisPlan, Boundary};
-use crate::lipm::stepping::Stepping;
-use crate::robot::{PerFoot, Pose, Robot, Sole};
+use crate::control::estimate::on_ground;
+use crate::robot::{Foot, PerFoot, Pose, Robot};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
 /// A foot that presses with more has landed (N),
@@ -19,7 +14,7 @@ const LATE_SPEED_M_S: f64 = 0.1;
 
 /// When a swing foot is due, and how it goes there.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Timing {
+pub struct SwingTiming {
     /// From lift to landing as planned (s).
     pub swing_time_s: f64,
     /// Height of the sole in the middle of the swing (m).
@@ -28,16 +23,25 @@ pub struct Timing {
     pub late_s: f64,
 }
 
+/// A footstep as it is planned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlannedFootstep {
+    /// The swing foot.
+    pub foot: Foot,
+    /// Where its sole's centre is to land, world (m).
+    pub to: Point2<f64>,
+    /// The ZMP error that asked for it (m), control frame.
+    pub zmp_error: Vector2<f64>,
+}
+
 /// One footstep, from lift to landing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Swing {
-    /// As it was chosen.
-    pub footstep: Footstep,
-    timing: Timing,
+    /// As it was chosen, and led to another place since.
+    pub footstep: PlannedFootstep,
+    timing: SwingTiming,
     /// Stance sole, flat on the ground, to world.
     pub stance: Isometry2<f64>,
-    /// x and y in the stance sole's frame; None if the ZMP is chosen anew at every tick.
-    plan: Option<[AxisPlan; 2]>,
     /// x and y of the swing sole, world.
     path: [Quintic; 2],
     /// Swing sole at the lift, and as it is to land.
@@ -47,53 +51,16 @@ pub struct Swing {
     pub time_s: f64,
 }
 
-/// Where COM and ZMP are to be: world, over the ground (m, m/s).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PendulumRef {
-    pub com: Point2<f64>,
-    pub com_vel: Vector2<f64>,
-    pub zmp: Point2<f64>,
-}
-
-/// What a footstep starts from: world, as estimated at the lift.
-#[derive(Debug, Clone, Copy)]
-pub struct Lift {
-    /// (m)
-    pub com: Point2<f64>,
-    /// (m/s)
-    pub com_vel: Vector2<f64>,
-    /// Where the feet stand.
-    pub footholds: PerFoot<Pose>,
-    /// Least distance of the ZMP from the edge of the stance sole (m).
-    pub zmp_margin: f64,
-}
-
 impl Swing {
-    /// Plans the footstep.
-    pub fn plan(omega: f64, rules: &Stepping, stance_sole: &Sole, footstep: Footstep, lift: &Lift) -> Self {
-        let Stepping { swing_time_s, lift_m, late_s, .. } = *rules;
-        let mut swing = Self::new(Timing { swing_time_s, lift_m, late_s }, footstep, &lift.footholds);
-        let stance = swing.stance;
-        let [com, to] = [lift.com, footstep.to].map(|p| stance.inverse_transform_point(&p));
-        let com_vel = stance.inverse_transform_vector(&lift.com_vel);
-        swing.plan = Some([0, 1].map(|axis| {
-            let most = (stance_sole.half_m[axis] - lift.zmp_margin).max(0.0);
-            let boundary =
-                Boundary { com: com[axis], com_vel: com_vel[axis], target: 0.5 * to[axis], zmp: [-most, most] };
-            AxisPlan::new(omega, rules, &boundary)
-        }));
-        swing
-    }
-
-    /// A footstep whose ZMP is chosen anew at every tick.
-    pub fn new(timing: Timing, footstep: Footstep, footholds: &PerFoot<Pose>) -> Self {
+    /// A footstep between footholds (world), at its lift.
+    pub fn new(timing: SwingTiming, footstep: PlannedFootstep, footholds: &PerFoot<Pose>) -> Self {
         let [from, foothold] = [footstep.foot, footstep.foot.other()].map(|foot| footholds[foot]);
         let stance = on_ground(&foothold);
         let landing = Vector3::new(footstep.to.x, footstep.to.y, foothold.translation.z);
         let to = Pose::from_parts(landing.into(), foothold.rotation);
         let path = [0, 1]
             .map(|k| Quintic::new([from.translation.vector[k], 0.0, 0.0], footstep.to[k], 0.0, timing.swing_time_s));
-        Self { footstep, timing, stance, plan: None, path, from, to, time_s: 0.0 }
+        Self { footstep, timing, stance, path, from, to, time_s: 0.0 }
     }
 
     /// Changes where the foot is to land (world), from where it is to be now; before it is due.
@@ -109,18 +76,6 @@ impl Swing {
     /// Time left until it is due (s).
     pub fn time_left_s(&self) -> f64 {
         self.timing.swing_time_s - self.time_s
-    }
-
-    /// The planned COM and ZMP now; None without a plan.
-    pub fn pendulum(&self) -> Option<PendulumRef> {
-        let plan = self.plan?;
-        let [[x, vx], [y, vy]] = plan.map(|axis| axis.com(self.time_s));
-        let [zx, zy] = plan.map(|axis| axis.zmp(self.time_s));
-        Some(PendulumRef {
-            com: self.stance * Point2::new(x, y),
-            com_vel: self.stance * Vector2::new(vx, vy),
-            zmp: self.stance * Point2::new(zx, zy),
-        })
     }
 
     /// Acceleration of the swing sole (m/s^2).
@@ -177,13 +132,11 @@ impl Swing {
 
 #[cfg(test)]
 mod tests {
-    use super::super::estimator::heading;
     use super::*;
-    use crate::robot::Foot;
+    use crate::control::estimate::heading;
     use nalgebra::UnitQuaternion;
 
-    const OMEGA: f64 = 5.63;
-    const RULES: Stepping = Stepping::EXAMPLE;
+    const TIMING: SwingTiming = SwingTiming { swing_time_s: 0.2, lift_m: 0.025, late_s: 0.12 };
     const DT: f64 = 0.002;
 
     fn flat(x: f64, y: f64, yaw: f64) -> Pose {
@@ -192,16 +145,10 @@ mod tests {
 
     /// A footstep back and to the right, of a right foot that has turned a little.
     fn swing() -> Swing {
-        let robot = Robot::load("ut-mu2").unwrap();
         let to = Point2::new(-0.1, -0.13);
-        let footstep = Footstep { foot: Foot::Right, to, zmp_error: Vector2::new(-0.03, -0.04) };
-        let lift = Lift {
-            com: Point2::new(-0.01, 0.0),
-            com_vel: Vector2::new(-0.3, -0.2),
-            footholds: PerFoot { left: flat(0.01, 0.048, 0.1), right: flat(-0.01, -0.05, -0.05) },
-            zmp_margin: 0.003,
-        };
-        Swing::plan(OMEGA, &RULES, &robot.soles.left, footstep, &lift)
+        let footstep = PlannedFootstep { foot: Foot::Right, to, zmp_error: Vector2::new(-0.03, -0.04) };
+        let footholds = PerFoot { left: flat(0.01, 0.048, 0.1), right: flat(-0.01, -0.05, -0.05) };
+        Swing::new(TIMING, footstep, &footholds)
     }
 
     fn at(time_s: f64) -> Swing {
@@ -213,12 +160,12 @@ mod tests {
         let (start, velocity) = at(0.0).sole();
         assert!((start.translation.vector - Vector3::new(-0.01, -0.05, 0.0)).norm() < 1e-15);
         assert!((heading(&start) + 0.05).abs() < 1e-15 && velocity.norm() == 0.0);
-        let (end, velocity) = at(RULES.swing_time_s).sole();
+        let (end, velocity) = at(TIMING.swing_time_s).sole();
         assert!((end.translation.vector - Vector3::new(-0.1, -0.13, 0.0)).norm() < 1e-15);
         // It lands parallel to the foot that stands.
         assert!((heading(&end) - 0.1).abs() < 1e-12 && velocity.norm() < 1e-12);
-        let (middle, _) = at(0.5 * RULES.swing_time_s).sole();
-        assert!((middle.translation.z - RULES.lift_m).abs() < 1e-15);
+        let (middle, _) = at(0.5 * TIMING.swing_time_s).sole();
+        assert!((middle.translation.z - TIMING.lift_m).abs() < 1e-15);
     }
 
     #[test]
@@ -229,10 +176,10 @@ mod tests {
             let slope = (place(time + 1e-6) - place(time - 1e-6)) / 2e-6;
             let (pose, velocity) = at(time).sole();
             // Where the sole is due its way has a kink.
-            if (time - RULES.swing_time_s).abs() > 1e-5 {
+            if (time - TIMING.swing_time_s).abs() > 1e-5 {
                 assert!((velocity - slope).norm() < 1e-6, "{time} s: {velocity} {slope}");
             }
-            if time < RULES.swing_time_s {
+            if time < TIMING.swing_time_s {
                 assert!(pose.translation.z > 0.0, "{time} s: {pose}");
             }
         }
@@ -240,57 +187,23 @@ mod tests {
 
     #[test]
     fn a_late_foot_goes_down_and_gives_up() {
-        let due = RULES.swing_time_s;
+        let due = TIMING.swing_time_s;
         let (pose, velocity) = at(due + 0.05).sole();
         assert!((pose.translation.vector - Vector3::new(-0.1, -0.13, -0.05 * LATE_SPEED_M_S)).norm() < 1e-15);
         assert_eq!(velocity, Vector3::new(0.0, 0.0, -LATE_SPEED_M_S));
-        assert!(!at(due + RULES.late_s - DT).is_overdue());
-        assert!(at(due + RULES.late_s).is_overdue(), "it is late for good");
-        assert!(!at(due + RULES.late_s).has_landed(0.0), "but not landed");
+        assert!(!at(due + TIMING.late_s - DT).is_overdue());
+        assert!(at(due + TIMING.late_s).is_overdue(), "it is late for good");
+        assert!(!at(due + TIMING.late_s).has_landed(0.0), "but not landed");
         assert!(at(due).is_due() && !at(due - DT).is_due());
     }
 
     #[test]
     fn a_foot_lands_when_it_carries_but_not_before_it_has_left() {
-        let due = RULES.swing_time_s;
+        let due = TIMING.swing_time_s;
         assert!(!at(DT).has_landed(40.0), "it has not yet left the ground");
         assert!(!at(0.59 * due).has_landed(40.0));
         assert!(at(0.61 * due).has_landed(40.0), "early");
         assert!(!at(0.61 * due).has_landed(4.0), "a touch is no landing");
         assert!(at(due).has_landed(40.0) && !at(due).has_landed(0.0));
-    }
-
-    /// Eq. 1 in the world, for a stance sole that is neither at the origin nor straight.
-    #[test]
-    fn the_pendulum_starts_at_the_estimate_and_its_zmp_stays_in_the_stance_sole() {
-        let start = at(0.0).pendulum().unwrap();
-        assert!((start.com - Point2::new(-0.01, 0.0)).norm() < 1e-15);
-        assert!((start.com_vel - Vector2::new(-0.3, -0.2)).norm() < 1e-14);
-        let stance = Isometry2::new(Vector2::new(0.01, 0.048), 0.1);
-        let robot = Robot::load("ut-mu2").unwrap();
-        let [x, y] = robot.soles.left.half_m.map(|half| half - 0.003 + 1e-12);
-        for k in 1..100 {
-            let (h, time) = (1e-4, f64::from(k) * DT);
-            let [before, now, after] = [time - h, time, time + h].map(|t| at(t).pendulum().unwrap());
-            let velocity = (after.com - before.com) / (2.0 * h);
-            assert!((velocity - now.com_vel).norm() < 1e-6, "{time} s");
-            let acceleration = (after.com_vel - before.com_vel) / (2.0 * h);
-            assert!((acceleration - (now.com - now.zmp) * OMEGA * OMEGA).norm() < 1e-4, "{time} s");
-            let zmp = stance.inverse_transform_point(&now.zmp);
-            assert!(zmp.x.abs() <= x && zmp.y.abs() <= y, "{time} s: {zmp}");
-        }
-    }
-
-    /// A push that one footstep can take: the COM comes to rest between the feet, as far as the sole allows.
-    #[test]
-    fn the_plan_brings_the_dcm_to_the_middle_of_the_feet() {
-        let robot = Robot::load("ut-mu2").unwrap();
-        let footholds = PerFoot { left: flat(0.0, 0.048, 0.0), right: flat(0.0, -0.048, 0.0) };
-        let lift = Lift { com: Point2::origin(), com_vel: Vector2::new(0.25, 0.0), footholds, zmp_margin: 0.003 };
-        let footstep = Footstep { foot: Foot::Right, to: Point2::new(0.12, -0.048), zmp_error: Vector2::x() };
-        let swing = Swing::plan(OMEGA, &RULES, &robot.soles.left, footstep, &lift);
-        let end = Swing { time_s: RULES.swing_time_s, ..swing }.pendulum().unwrap();
-        let dcm = end.com + end.com_vel / OMEGA;
-        assert!((dcm.x - 0.06).abs() < 0.01, "{dcm}");
     }
 }

@@ -92,7 +92,7 @@ impl Kalman {
 
 #[cfg(test)]
 mod tests {
-    use super::super::estimator::TRUST;
+    use super::super::TRUST;
     use super::*;
     use crate::lipm::pendulum::Pendulum;
 

@@ -1,9 +1,7 @@
 //! The trials of a gain set that are worth a look: what it lost without need, what it lost nearest to its limit, the hardest
 //! that it survived, and what another set survived.
 
-use crate::campaign::Row;
-use crate::campaign::verdict::paired::trials;
-use crate::episode::Outcome;
+use crate::campaign::store::row::{TrialRow, by_trial};
 use serde::Serialize;
 use std::collections::HashSet;
 
@@ -13,7 +11,7 @@ const OTHERS: usize = 3;
 
 /// A trial to replay, and why.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Telling {
+pub struct TellingTrial {
     pub trial: u64,
     pub impulse_n_s: f64,
     /// By which a push is hard or easy here: 1 is what standing could take.
@@ -24,32 +22,32 @@ pub struct Telling {
     pub why: String,
 }
 
-impl Telling {
-    /// Of set number `set` of those that are named, whose limit is the push (impulse over m omega d, as [`Row::hardness`])
-    /// that half survive; `rows` are sorted by trial, then by set. What tells most comes first: the easiest push that was
-    /// lost, the lost one that is nearest to the limit, and the hardest that was survived; then, for the first of the other
-    /// sets, the first trial that it survived and this set lost; then the next easiest lost ones. Each trial once.
-    pub fn of(rows: &[Row], names: &[String], set: usize, limit: Option<f64>) -> Vec<Self> {
-        let recovered = |row: &Row| row.outcome == Outcome::Recovered;
-        let harder = |a: &&Row, b: &&Row| a.hardness().total_cmp(&b.hardness());
-        let own = || trials(rows, names.len()).map(|trial| &trial[set]);
-        let mut lost: Vec<&Row> = own().filter(|row| !recovered(row)).collect();
+impl TellingTrial {
+    /// Of set number `set` of those that are named, whose limit is the push (impulse over m omega d, as
+    /// [`TrialRow::hardness`]) that half survive; `rows` are sorted by trial, then by set. What tells most comes first: the
+    /// easiest push that was lost, the lost one that is nearest to the limit, and the hardest that was survived; then, for
+    /// the first of the other sets, the first trial that it survived and this set lost; then the next easiest lost ones.
+    /// Each trial once.
+    pub fn of(rows: &[TrialRow], names: &[String], set: usize, limit: Option<f64>) -> Vec<Self> {
+        let harder = |a: &&TrialRow, b: &&TrialRow| a.hardness().total_cmp(&b.hardness());
+        let own = || by_trial(rows, names.len()).map(|trial| &trial[set]);
+        let mut lost: Vec<&TrialRow> = own().filter(|row| !row.has_recovered()).collect();
         lost.sort_by(harder);
-        let from_limit = |row: &Row| limit.map_or(f64::INFINITY, |limit| (row.hardness() - limit).abs());
+        let from_limit = |row: &TrialRow| limit.map_or(f64::INFINITY, |limit| (row.hardness() - limit).abs());
         let nearest =
             lost.iter().copied().min_by(|a, b| from_limit(a).total_cmp(&from_limit(b))).filter(|_| limit.is_some());
         let nearest = nearest.map(|row| (row, "lost, nearest to its limit of 50 %".to_string()));
         let mut easiest = lost.into_iter().take(LOST).map(|row| (row, "lost, though among the easiest".to_string()));
         let others = (0..names.len()).filter_map(|other| {
-            let differs = |trial: &&[Row]| recovered(&trial[other]) && !recovered(&trial[set]);
-            let found = trials(rows, names.len()).find(differs)?;
+            let differs = |trial: &&[TrialRow]| trial[other].has_recovered() && !trial[set].has_recovered();
+            let found = by_trial(rows, names.len()).find(differs)?;
             Some((&found[set], format!("lost; {} survives it", names[other])))
         });
-        let hardest = own().filter(|row| recovered(row)).max_by(harder);
+        let hardest = own().filter(|row| row.has_recovered()).max_by(harder);
         let hardest = hardest.map(|row| (row, "the hardest that it survived".to_string()));
-        let telling = |(row, why): (&Row, String)| {
-            let Row { trial, impulse_n_s, impulse_over_m_omega_d, heading_deg, .. } = *row;
-            Self { trial, impulse_n_s, impulse_over_m_omega_d, heading_deg, survived: recovered(row), why }
+        let telling = |(row, why): (&TrialRow, String)| {
+            let TrialRow { trial, impulse_n_s, impulse_over_m_omega_d, heading_deg, .. } = *row;
+            Self { trial, impulse_n_s, impulse_over_m_omega_d, heading_deg, survived: row.has_recovered(), why }
         };
         let first = easiest.next().into_iter().chain(nearest).chain(hardest);
         let mut found: Vec<Self> = first.chain(others.take(OTHERS)).chain(easiest).map(telling).collect();
@@ -63,29 +61,30 @@ impl Telling {
 mod tests {
     use super::*;
     use crate::campaign::store::row::tests::row;
+    use crate::episode::Outcome;
 
     #[test]
     fn what_tells_most_comes_first_and_each_trial_once() {
         let outcome = |survived: bool| if survived { Outcome::Recovered } else { Outcome::Fell };
         let trials = [(2.0, false), (9.0, false), (1.0, true), (0.5, false), (7.0, true), (3.0, false)];
-        let rows: Vec<Row> = (trials.into_iter().enumerate())
+        let rows: Vec<TrialRow> = (trials.into_iter().enumerate())
             .flat_map(|(i, (ratio, survived))| {
                 let rows = [("a", survived), ("b", i == 1 || i == 5)];
-                rows.map(|(set, survived)| Row {
+                rows.map(|(set, survived)| TrialRow {
                     impulse_over_m_omega_d: Some(ratio),
                     ..row(i as u64, set, 1.0, outcome(survived))
                 })
             })
             .collect();
         let names = ["a", "b"].map(String::from);
-        let telling = Telling::of(&rows, &names, 0, Some(3.4));
+        let telling = TellingTrial::of(&rows, &names, 0, Some(3.4));
         assert_eq!(telling.iter().map(|t| t.trial).collect::<Vec<_>>(), [3, 5, 4, 1, 0]);
         for (i, why) in ["easiest", "nearest to its limit", "hardest", "b survives it", "easiest"].iter().enumerate() {
             assert!(telling[i].why.contains(why), "{telling:?}");
         }
         // Without a limit none is nearest to it.
-        let telling = Telling::of(&rows, &names, 0, None);
+        let telling = TellingTrial::of(&rows, &names, 0, None);
         assert_eq!(telling.iter().map(|t| t.trial).collect::<Vec<_>>(), [3, 4, 1, 0, 5]);
-        assert!(Telling::of(&[], &names, 0, Some(1.0)).is_empty());
+        assert!(TellingTrial::of(&[], &names, 0, Some(1.0)).is_empty());
     }
 }

@@ -1,23 +1,10 @@
-//! Gates: what a campaign has to show, as in CI, and whether it has shown it.
+//! Gates: what a campaign has to show, as in CI; how sure one has to be, and what counts as a failure.
 //!
 //! `catch >= 0.80` asks for a rate of recovery; `catch >= hold + 0.10` for a difference of two sets on the same trials;
 //! `catch >= baseline - 0.01` for the difference to the same set in an earlier result.
-//!
-//! A gate has three answers. It passes if the whole interval of what was observed lies at or above what is required, fails
-//! if the whole interval lies below, and is unresolved else: more trials may tell. To hold the observed value itself
-//! against the requirement raises alarms by chance: between two results of 1000 trials, of a set that recovers in 97 %
-//! in both, "half a point lower" is seen in every fourth. At a confidence of 95 % at most 2.5 % of campaigns pass wrongly,
-//! and at most 2.5 % fail wrongly: of a rate never more, of a difference about: its interval is approximate. It
-//! errs in up to 5.6 % on the side away from zero where next to all trials that differ are of one kind and these are few (see
-//! [`mcnemar`](crate::stats::mcnemar)): `catch >= baseline - 0.01` with a true loss of one point and no gains, 400 trials, fails in
-//! 5.3 %. Intervals that hold at every look err in 5 % at most, on both sides together.
 
-use crate::campaign::verdict::gate_spec::OnUnresolved;
 use crate::error::{Error, Result};
-use crate::stats::rate::clopper_pearson;
-use crate::stats::sequential;
-use serde::Serialize;
-use statrs::distribution::{ContinuousCDF, Normal};
+use serde::{Deserialize, Serialize};
 
 /// What stands for the same set in an earlier result.
 const BASELINE: &str = "baseline";
@@ -26,13 +13,63 @@ const SOURCE: &str = "--gate or gates.require";
 /// What a gate looks like.
 const FORMS: &str =
     "SET >= RATE, SET >= SET + SHARE or SET >= baseline - SHARE (spaces around + and -), as `catch >= 0.80`";
-/// Standard normal at 80 %: the chance that `more_trials` resolve.
-const Z80: f64 = 0.841_621_233_572_914_3;
-/// An interval that holds at every look is wider, at the same confidence, than one for a fixed number of trials: about
-/// so much (1000 to 10,000 trials at 95 %).
-const WIDER: f64 = 1.7;
-/// Distances to a requirement below this are of rounding.
-const ROUNDING: f64 = 1e-9;
+
+/// `[gates]` of a campaign.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GateSpec {
+    /// See [`Gate::parse`].
+    pub require: Vec<String>,
+    /// Of the two-sided intervals (a share): of gates whose truth is just what is required, about half of the rest pass,
+    /// and half fail.
+    pub confidence: f64,
+    /// What an unresolved gate counts as.
+    pub unresolved: OnUnresolved,
+}
+
+impl Default for GateSpec {
+    fn default() -> Self {
+        Self { require: Vec::new(), confidence: 0.95, unresolved: OnUnresolved::Pass }
+    }
+}
+
+impl GateSpec {
+    /// Adds gates that are not there yet.
+    pub fn add(&mut self, gates: &[String]) {
+        for gate in gates {
+            if !self.require.contains(gate) {
+                self.require.push(gate.clone());
+            }
+        }
+    }
+
+    /// Whether a gate compares with an earlier result; `sets` are the names of the campaign's.
+    pub fn ask_for_baseline(&self, sets: &[String]) -> bool {
+        let is_baseline = |gate: &String| Gate::parse(gate, sets).is_ok_and(|gate| gate.against == Against::Baseline);
+        self.require.iter().any(is_baseline)
+    }
+
+    /// Checks what can be checked without knowing the gain sets; `file` is whose values they are.
+    ///
+    /// # Errors
+    /// [`Error::Value`] for a confidence that is none.
+    pub fn check(&self, file: &str) -> Result<()> {
+        if (0.5..1.0).contains(&self.confidence) {
+            return Ok(());
+        }
+        let accepted = "at least 0.5, below 1";
+        Err(Error::value(file, "gates.confidence", self.confidence, "is not a confidence", accepted))
+    }
+}
+
+/// What an unresolved gate counts as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum OnUnresolved {
+    #[default]
+    Pass,
+    Fail,
+}
 
 /// A requirement.
 #[derive(Debug, Clone, PartialEq)]
@@ -111,34 +148,6 @@ impl Gate {
         };
         Ok(Self { text: text.into(), set: set.clone(), against, offset })
     }
-
-    /// The answer, by evidence whose interval is of this `confidence` (a share), two-sided: of the rate, or of the
-    /// difference (rate of the set less that of what it is held against).
-    pub fn judged(&self, evidence: &Evidence, confidence: f64) -> Judged {
-        let &Evidence { observed, interval: [least, most], trials, sequential } = evidence;
-        let status = match self.offset {
-            required if least >= required => Status::Passed,
-            required if most < required => Status::Failed,
-            _ => Status::Unresolved,
-        };
-        Judged {
-            name: self.text.clone(),
-            status,
-            observed,
-            interval: evidence.interval,
-            required: self.offset,
-            confidence,
-            trials,
-            more_trials: if status == Status::Unresolved {
-                // A campaign with a fixed count of trials cannot be taken up again: a new one has to have them all.
-                let more = evidence.more_trials(self.offset, confidence);
-                more.map(|more| if sequential { more } else { trials + more })
-            } else {
-                None
-            },
-            sequential,
-        }
-    }
 }
 
 /// `0.8`, or `80 %`.
@@ -157,90 +166,12 @@ fn split_offset(text: &str) -> Option<(&str, f64, &str)> {
     Some((text[..at].trim_end(), sign, text[at + 3..].trim_start()))
 }
 
-/// What was seen of a rate, or of a difference of two on the same trials (shares).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Evidence {
-    pub observed: f64,
-    pub interval: [f64; 2],
-    pub trials: u64,
-    /// Whether the interval holds at every look, as one of [`sequential`] does, or for a fixed number of trials only.
-    pub sequential: bool,
-}
-
-impl Evidence {
-    /// Of a rate, with an interval of this `confidence` (a share): for a fixed number of trials that of Clopper and Pearson,
-    /// which errs at most as often as it says.
-    pub fn rate(recovered: u64, trials: u64, confidence: f64, sequential: bool) -> Self {
-        let interval = if sequential { sequential::rate_interval } else { clopper_pearson };
-        let observed = recovered as f64 / trials.max(1) as f64;
-        Self { observed, interval: interval(recovered, trials, confidence), trials, sequential }
-    }
-
-    /// How many more trials, about, resolve with a chance of 80 % whether what is `required` holds, if the truth is as
-    /// observed; None if that is just what is required, for then no number does. By the normal approximation: the
-    /// interval narrows with the root of the trials.
-    pub fn more_trials(&self, required: f64, confidence: f64) -> Option<u64> {
-        let distance = (self.observed - required).abs();
-        if self.trials == 0 || distance < ROUNDING {
-            return None;
-        }
-        let [least, most] = self.interval;
-        // The side towards the requirement is the shorter one where the rate is near 0 or 1, but will not stay so.
-        let towards = if self.observed > required { self.observed - least } else { most - self.observed };
-        let half_width = towards.max((most - least) / 2.0);
-        // Half the interval's width in standard errors; it takes the requirement to be so many and 0.84 away.
-        let z = Normal::standard().inverse_cdf(0.5 + confidence / 2.0) * if self.sequential { WIDER } else { 1.0 };
-        let times = (half_width * (1.0 + Z80 / z) / distance).powi(2);
-        Some((self.trials as f64 * (times - 1.0)).ceil().max(1.0) as u64)
-    }
-}
-
-/// Whether a gate's requirement holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Status {
-    Passed,
-    Failed,
-    Unresolved,
-}
-
-impl Status {
-    /// Whether it counts as a failure.
-    pub fn fails(self, unresolved: OnUnresolved) -> bool {
-        self == Status::Failed || (self == Status::Unresolved && unresolved == OnUnresolved::Fail)
-    }
-}
-
-/// A gate with its answer.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Judged {
-    /// The gate as it was written.
-    pub name: String,
-    pub status: Status,
-    /// Rate, or difference of two (shares), its interval, and what is required of it.
-    pub observed: f64,
-    pub interval: [f64; 2],
-    pub required: f64,
-    /// Of the interval, two-sided (a share).
-    pub confidence: f64,
-    pub trials: u64,
-    /// How many trials that are still to be run, about, would resolve it: of this campaign if intervals hold at every look,
-    /// else of a new one with another seed. None if it is resolved, or if no number would.
-    pub more_trials: Option<u64>,
-    /// Whether the interval holds at every look.
-    pub sequential: bool,
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn sets(names: &[&str]) -> Vec<String> {
         names.iter().map(|name| name.to_string()).collect()
-    }
-
-    fn gate(text: &str) -> Gate {
-        Gate::parse(text, &sets(&["catch", "hold"])).unwrap()
     }
 
     #[test]
@@ -304,28 +235,28 @@ mod tests {
     }
 
     #[test]
-    fn the_whole_interval_has_to_lie_on_one_side() {
-        let judged = |least, most| {
-            let evidence = Evidence { observed: 0.1, interval: [least, most], trials: 100, sequential: false };
-            gate("catch >= hold + 0.10").judged(&evidence, 0.95)
-        };
-        assert_eq!(judged(0.1, 0.2).status, Status::Passed);
-        assert_eq!(judged(0.0, 0.0999).status, Status::Failed);
-        assert_eq!((judged(0.0, 0.1).status, judged(0.0, 0.1).more_trials), (Status::Unresolved, None));
-        let json = serde_json::to_value(judged(0.1, 0.2)).unwrap();
-        assert_eq!(json["name"], "catch >= hold + 0.10");
-        assert_eq!(json["status"], "passed");
-        assert_eq!(json["more_trials"], serde_json::Value::Null);
+    fn a_campaign_says_what_it_requires() {
+        let spec: GateSpec = toml::from_str("require = [\"catch >= 0.8\"]\nunresolved = \"fail\"").unwrap();
+        assert_eq!(spec.confidence, 0.95);
+        assert_eq!(spec.require, ["catch >= 0.8"]);
+        assert_eq!((spec.unresolved, OnUnresolved::default()), (OnUnresolved::Fail, OnUnresolved::Pass));
+        assert!(toml::from_str::<GateSpec>("requires = []").is_err());
+        for confidence in [0.4, 1.0, f64::NAN] {
+            let error = GateSpec { confidence, ..GateSpec::default() }.check("c.toml").unwrap_err().to_string();
+            assert!(error.starts_with("c.toml: gates.confidence = "), "{error}");
+        }
+        GateSpec::default().check("c.toml").unwrap();
     }
 
-    // Expected values: scipy 1.17.1, `beta.ppf((1 - level) / 2, k, n - k + 1)` and `beta.ppf((1 + level) / 2, k + 1, n - k)`.
     #[test]
-    fn the_exact_interval_at_any_level() {
-        let close = |a: [f64; 2], b: [f64; 2]| assert!((a[0] - b[0]).abs().max((a[1] - b[1]).abs()) < 1e-9, "{a:?}");
-        close(clopper_pearson(80, 100, 0.9), [0.7227997503290862, 0.8633386747541327]);
-        close(clopper_pearson(0, 50, 0.99), [0.0, 0.10054508337476258]);
-        close(clopper_pearson(997, 1000, 0.8), [0.9933315046629319, 0.9988974393004678]);
-        close(clopper_pearson(50, 50, 0.95), [0.9288782635358024, 1.0]);
-        assert_eq!(clopper_pearson(0, 0, 0.9), [0.0, 1.0]);
+    fn a_gate_is_there_once_and_asks_for_a_baseline_or_not() {
+        let mut spec = GateSpec::default();
+        let gates = ["catch >= 0.8", "catch >= 0.8", "catch >= baseline-2"].map(String::from);
+        spec.add(&gates);
+        assert_eq!(spec.require.len(), 2);
+        let sets = ["catch", "baseline-2"].map(String::from);
+        assert!(!spec.ask_for_baseline(&sets));
+        spec.add(&["catch >= baseline - 0.01".into()]);
+        assert!(spec.ask_for_baseline(&sets));
     }
 }

@@ -4,7 +4,7 @@
 //! gain acts on it at every tick (eq. 11), so the loop is closed through the sensors; the ZMP asked for is kept inside
 //! the support, less a margin. When no set holds the state (eq. 26) the ZMP goes to the edge of the whole support.
 
-use super::support::Support;
+use super::Support;
 use crate::geometry::SupportPolygon;
 use crate::lipm::gains::GainFamily;
 use crate::lipm::online::OnlineSets;
@@ -30,10 +30,8 @@ pub struct Supervisor {
     tested: State,
     /// Whether a set held that state.
     held: bool,
-    /// A foot has landed since.
-    landed: bool,
-    /// Wanted ZMP, world: the gain's plus the probe, inside the allowed support; at the edge when no set holds the state.
-    pub zmp_ref: Point2<f64>,
+    /// Whatever gain is next starts from the state reached.
+    anew: bool,
     /// Added to the gain's ZMP behind the gain's back, to measure how the ZMP follows; zero but in experiments (m).
     pub zmp_probe: Vector2<f64>,
     /// Margin of the slowest gain's set, the largest: negative when no set holds the state (eq. 26).
@@ -41,8 +39,11 @@ pub struct Supervisor {
 }
 
 /// What the supervisor decided at a tick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decision {
+    /// Wanted ZMP, world (m): the gain's plus the probe, inside the allowed support; at the edge when no set holds the state.
+    /// None in flight.
+    pub zmp: Option<Point2<f64>>,
     /// Some set holds the state. If not, the slowest gain acts, as well as it can (eq. 26).
     pub held: bool,
     /// A gain starts anew from the estimated state: another than before, or the first after none held it, or after a
@@ -62,14 +63,13 @@ impl Supervisor {
             zmp_state: zmp,
             tested: State::default(),
             held: true,
-            landed: false,
-            zmp_ref: zmp,
+            anew: false,
             zmp_probe: Vector2::zeros(),
             margin: 1.0,
         }
     }
 
-    /// One tick: chooses the gain and moves `zmp_ref` by it (in flight it stays). COM and its velocity: world (m, m/s).
+    /// One tick: chooses the gain and moves the ZMP by it. COM and its velocity: world (m, m/s).
     pub fn update(
         &mut self,
         family: &GainFamily,
@@ -92,7 +92,7 @@ impl Supervisor {
             self.keep_inside(frame.inverse_transform_point(&self.zmp_state)),
         );
         self.tested = state;
-        let decision = self.choose(&state);
+        let mut decision = self.choose(&state);
         let Some(whole) = support.polygon else { return decision };
         let gain = &family.gains[self.gain];
         let zmp = if decision.held {
@@ -105,7 +105,7 @@ impl Supervisor {
         self.zmp_state = frame.transform_point(&inside);
         let probe = frame.inverse_transform_vector(&self.zmp_probe);
         let asked = if decision.held { self.keep_inside(inside + probe) } else { zmp };
-        self.zmp_ref = frame.transform_point(&asked);
+        decision.zmp = Some(frame.transform_point(&asked));
         decision
     }
 
@@ -115,11 +115,11 @@ impl Supervisor {
         self.sets.zmp_error(0, &self.tested)
     }
 
-    /// After a landing: the ZMP is at `zmp` (world), and whatever gain is next starts from the state reached.
+    /// The ZMP is at `zmp` (world), after a landing, say, and whatever gain is next starts from the state reached.
     pub fn start_anew(&mut self, zmp: Point2<f64>) {
         self.zmp_state = zmp;
         self.held = false;
-        self.landed = true;
+        self.anew = true;
     }
 
     /// Margin of the slowest gain's set for another state of the COM (world) on the support of the last tick, e.g. the
@@ -158,8 +158,8 @@ impl Supervisor {
             None => 0,
         };
         let held_before = std::mem::replace(&mut self.held, holding.is_some());
-        let landed = std::mem::take(&mut self.landed);
-        Decision { held: self.held, starts: landed || self.gain != before || (self.held && !held_before) }
+        let anew = std::mem::take(&mut self.anew);
+        Decision { zmp: None, held: self.held, starts: anew || self.gain != before || (self.held && !held_before) }
     }
 
     /// The nearest point of the allowed support, control frame.

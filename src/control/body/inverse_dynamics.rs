@@ -12,29 +12,15 @@
 //! cannot give what is wanted, the accelerations are those that it can give. Then `tau = (M a + h - J' f)` of the joints.
 
 use super::nnls::{Nnls, Quadratic, SIZE, Unknowns};
-use super::whole_body::{legs, reachable};
+use super::tasks::{DYNAMICS, NormalEquations, TaskJacobians, legs, reachable, sole_center, trunk_origin};
 use crate::robot::dynamics::Dynamics;
-use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot, Wrench};
-use nalgebra::{
-    Cholesky, DMatrix, DVector, Matrix3xX, Matrix6, Matrix6xX, MatrixXx6, Point2, Point3, SMatrix, Vector3, Vector6,
-};
+use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot, Servo, Wrench};
+use nalgebra::{Cholesky, DMatrix, DVector, Matrix6, MatrixXx6, Point2, Point3, SMatrix, Vector3, Vector6};
 
-/// Weights of squared accelerations (m/s^2 and rad/s^2 alike).
-const STANCE: f64 = 1e5;
-const COM: f64 = 100.0;
-const HEIGHT: f64 = 30.0;
-const SWING: f64 = 30.0;
-const TRUNK: f64 = 1.0;
-/// Joints outside of the legs.
-const ARMS: f64 = 1.0;
-const LEGS: f64 = 0.02;
-/// A joint near its limit is driven back,
-const LIMIT: f64 = 5.0;
-/// by a spring (1/s^2) and a damper (1/s).
+/// A joint near its limit is driven back by a spring (1/s^2)
 const LIMIT_STIFFNESS: f64 = 400.0;
+/// and a damper (1/s).
 const LIMIT_DAMPING: f64 = 40.0;
-/// The base's own accelerations: only so that the problem always has one solution.
-const BASE: f64 = 1e-6;
 /// Weight of squared forces (N): small, it shares a load evenly among the corners.
 const RHO: f64 = 1e-6;
 
@@ -43,7 +29,7 @@ const PER_SOLE: usize = 4 * EDGES;
 
 /// What the contact forces may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Grip {
+pub struct ContactModel {
     /// Coulomb friction counted on.
     pub friction: f64,
     /// Share of each sole's length and width, about its centre, within which it presses.
@@ -52,7 +38,7 @@ pub struct Grip {
 
 /// What is to happen, in the world frame.
 #[derive(Debug, Clone)]
-pub struct Wanted {
+pub struct DesiredAcceleration {
     /// Acceleration of the COM (m/s^2).
     pub com_acc: Vector3<f64>,
     /// Angular acceleration of the trunk (rad/s^2).
@@ -65,7 +51,7 @@ pub struct Wanted {
     pub standing: PerFoot<bool>,
 }
 
-impl Wanted {
+impl DesiredAcceleration {
     /// Nothing moves.
     pub fn rest(robot: &Robot, standing: PerFoot<bool>) -> Self {
         Self {
@@ -80,14 +66,14 @@ impl Wanted {
 
 /// What will happen, as far as the model knows, in the world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outlook {
+pub struct PredictedContact {
     /// Acceleration of the COM (m/s^2): the one that the contact forces give.
     pub com_acc: Vector3<f64>,
     /// Of the ground on each sole, about its centre, world axes.
     pub wrenches: PerFoot<Wrench>,
     /// Where the ground presses, at the height of the soles (m); None if it does not.
     pub zmp: Option<Point2<f64>>,
-    /// Largest joint torque as a share of its servo's limit; over 1, the rest of the outlook will not come true.
+    /// Largest joint torque as a share of its servo's limit; over 1, the rest will not come true.
     pub torque_ratio: f64,
     /// Whether the contact forces are the best ones, rather than good ones found when the iterations ran out.
     pub is_optimal: bool,
@@ -96,7 +82,7 @@ pub struct Outlook {
 /// Inverse dynamics of one robot. Allocates once.
 #[derive(Debug, Clone)]
 pub struct InverseDynamics {
-    grip: Grip,
+    contact: ContactModel,
     in_leg: Vec<bool>,
     /// Joint torques (N m) of the last solve, one per joint.
     pub tau: Vec<f64>,
@@ -104,13 +90,9 @@ pub struct InverseDynamics {
     pub acceleration: DVector<f64>,
     kinematics: Kinematics,
     dynamics: Dynamics,
-    /// H, lower triangle.
-    normal: DMatrix<f64>,
-    /// g.
-    target: DVector<f64>,
-    com_jacobian: Matrix3xX<f64>,
-    sole_jacobians: PerFoot<Matrix6xX<f64>>,
-    trunk_jacobian: Matrix6xX<f64>,
+    jacobians: TaskJacobians,
+    /// H and g.
+    equations: NormalEquations<1>,
     /// L^-1 M_b', with H = L L'.
     coupling: MatrixXx6<f64>,
     /// B: the wrench on the base (force, moment about its origin) of each unknown force.
@@ -123,21 +105,18 @@ pub struct InverseDynamics {
 }
 
 impl InverseDynamics {
-    /// For soles and ground of which `grip` is known.
-    pub fn new(robot: &Robot, grip: Grip) -> Self {
+    /// For soles and ground of which `contact` is known.
+    pub fn new(robot: &Robot, contact: ContactModel) -> Self {
         let size = 6 + robot.joints.len();
         Self {
-            grip,
+            contact,
             in_leg: legs(robot),
             tau: vec![0.0; robot.joints.len()],
             acceleration: DVector::zeros(size),
             kinematics: Kinematics::new(robot),
             dynamics: Dynamics::new(robot),
-            normal: DMatrix::zeros(size, size),
-            target: DVector::zeros(size),
-            com_jacobian: Matrix3xX::zeros(size),
-            sole_jacobians: PerFoot::from_fn(|_| Matrix6xX::zeros(size)),
-            trunk_jacobian: Matrix6xX::zeros(size),
+            jacobians: TaskJacobians::new(robot),
+            equations: NormalEquations::new(size),
             coupling: MatrixXx6::zeros(size),
             spread: SMatrix::zeros(),
             edges: [Vector3::zeros(); SIZE],
@@ -148,85 +127,88 @@ impl InverseDynamics {
     }
 
     /// Joint torques ([`tau`](Self::tau)) and accelerations for `wanted`, from `posture` at a generalised `velocity`
-    /// (6 + n entries: base linear, base angular, joints). Does not allocate.
-    pub fn solve(&mut self, robot: &Robot, posture: &Posture, velocity: &DVector<f64>, wanted: &Wanted) -> Outlook {
+    /// (6 + n entries: base linear, base angular, joints). Does not allocate. None where numbers are so large that the
+    /// equations have no solution; torques and accelerations are then of no use.
+    pub fn solve(
+        &mut self,
+        robot: &Robot,
+        posture: &Posture,
+        velocity: &DVector<f64>,
+        wanted: &DesiredAcceleration,
+    ) -> Option<PredictedContact> {
         self.kinematics.update(robot, posture);
         self.dynamics.update(robot, &self.kinematics, velocity);
-        self.normal.fill(0.0);
-        self.target.fill(0.0);
+        self.jacobians.update(robot, &self.kinematics);
+        self.equations.clear();
         self.add_soles(robot, wanted);
-        self.add_com(robot, wanted);
+        self.add_com(wanted);
         self.add_trunk(robot, wanted);
         self.add_joints(robot, posture, velocity, wanted);
         self.place_forces(robot, wanted);
-        self.solve_tasks(wanted);
+        self.solve_tasks(wanted)?;
         self.find_torques();
-        self.outlook(robot, wanted)
+        Some(self.predict(robot, wanted))
     }
 
-    fn add_soles(&mut self, robot: &Robot, wanted: &Wanted) {
+    fn add_soles(&mut self, robot: &Robot, wanted: &DesiredAcceleration) {
         for foot in Foot::BOTH {
-            let link = robot.soles[foot].link;
-            let point = self.kinematics.sole_pose(robot, foot).translation.vector.into();
-            self.kinematics.point_jacobian(robot, link, &point, &mut self.sole_jacobians[foot]);
-            let weight = if wanted.standing[foot] { STANCE } else { SWING };
-            let bias = self.dynamics.point_bias_acc(&self.kinematics, link, &point);
+            let weight = if wanted.standing[foot] { DYNAMICS.stance } else { DYNAMICS.swing };
+            let center = sole_center(robot, &self.kinematics, foot);
+            let bias = self.dynamics.point_bias_acc(&self.kinematics, robot.soles[foot].link, &center);
+            let jacobian = &self.jacobians.soles[foot];
             for (part, (acc, bias)) in wanted.sole_acc[foot].iter().zip(&bias).enumerate() {
                 for k in 0..3 {
-                    let row = self.sole_jacobians[foot].row(3 * part + k);
-                    add_row(&mut self.normal, &mut self.target, weight, |i| row[i], acc[k] - bias[k]);
+                    self.equations.add_row(weight, |i| jacobian[(3 * part + k, i)], [acc[k] - bias[k]]);
                 }
             }
         }
     }
 
-    fn add_com(&mut self, robot: &Robot, wanted: &Wanted) {
-        self.kinematics.com_jacobian(robot, &mut self.com_jacobian);
+    fn add_com(&mut self, wanted: &DesiredAcceleration) {
         let acc = wanted.com_acc - self.dynamics.com_bias_acc();
-        for (k, weight) in [COM, COM, HEIGHT].into_iter().enumerate() {
-            let row = self.com_jacobian.row(k);
-            add_row(&mut self.normal, &mut self.target, weight, |i| row[i], acc[k]);
+        for (k, weight) in [DYNAMICS.com, DYNAMICS.com, DYNAMICS.height].into_iter().enumerate() {
+            self.equations.add_row(weight, |i| self.jacobians.com[(k, i)], [acc[k]]);
         }
     }
 
-    fn add_trunk(&mut self, robot: &Robot, wanted: &Wanted) {
-        let origin = self.kinematics.link_pose(robot.trunk).translation.vector.into();
-        self.kinematics.point_jacobian(robot, robot.trunk, &origin, &mut self.trunk_jacobian);
+    fn add_trunk(&mut self, robot: &Robot, wanted: &DesiredAcceleration) {
+        let origin = trunk_origin(robot, &self.kinematics);
         let [_, bias] = self.dynamics.point_bias_acc(&self.kinematics, robot.trunk, &origin);
         for k in 0..3 {
-            let row = self.trunk_jacobian.row(3 + k);
-            add_row(&mut self.normal, &mut self.target, TRUNK, |i| row[i], wanted.trunk_acc[k] - bias[k]);
+            let acc = wanted.trunk_acc[k] - bias[k];
+            self.equations.add_row(DYNAMICS.trunk, |i| self.jacobians.trunk[(3 + k, i)], [acc]);
         }
     }
 
-    fn add_joints(&mut self, robot: &Robot, posture: &Posture, velocity: &DVector<f64>, wanted: &Wanted) {
+    fn add_joints(&mut self, robot: &Robot, posture: &Posture, velocity: &DVector<f64>, wanted: &DesiredAcceleration) {
+        let NormalEquations { matrix, right: [target] } = &mut self.equations;
         for i in 0..6 {
-            self.normal[(i, i)] += BASE;
+            matrix[(i, i)] += DYNAMICS.base;
         }
         for (j, joint) in robot.joints.iter().enumerate() {
             let mut add = |weight: f64, acc: f64| {
-                self.normal[(6 + j, 6 + j)] += weight;
-                self.target[6 + j] += weight * acc;
+                matrix[(6 + j, 6 + j)] += weight;
+                target[6 + j] += weight * acc;
             };
-            add(if self.in_leg[j] { LEGS } else { ARMS }, wanted.joint_acc[j]);
+            add(if self.in_leg[j] { DYNAMICS.legs } else { DYNAMICS.arms }, wanted.joint_acc[j]);
             let [lower, upper] = reachable(joint, robot.home_rad[j]);
             let beyond = posture.q[j] - posture.q[j].clamp(lower, upper);
             if beyond != 0.0 {
-                add(LIMIT, -LIMIT_STIFFNESS * beyond - LIMIT_DAMPING * velocity[6 + j]);
+                add(DYNAMICS.limit, -LIMIT_STIFFNESS * beyond - LIMIT_DAMPING * velocity[6 + j]);
             }
         }
     }
 
     /// Where and along what each unknown force acts, and what it does to the base.
-    fn place_forces(&mut self, robot: &Robot, wanted: &Wanted) {
+    fn place_forces(&mut self, robot: &Robot, wanted: &DesiredAcceleration) {
         let base = self.kinematics.link_pose(0).translation.vector;
         for (side, foot) in Foot::BOTH.into_iter().enumerate() {
             let sole = self.kinematics.sole_pose(robot, foot);
             for (k, corner) in robot.soles[foot].corners().iter().enumerate() {
-                let point = sole * (corner * self.grip.sole_share);
+                let point = sole * (corner * self.contact.sole_share);
                 for edge in 0..EDGES {
                     let lean = [Vector3::x(), Vector3::y(), -Vector3::x(), -Vector3::y()][edge];
-                    let direction = sole.rotation * (Vector3::z() + lean * self.grip.friction);
+                    let direction = sole.rotation * (Vector3::z() + lean * self.contact.friction);
                     let i = side * PER_SOLE + k * EDGES + edge;
                     (self.edges[i], self.points[i]) = (direction, point);
                     let mut column = self.spread.column_mut(i);
@@ -241,11 +223,14 @@ impl InverseDynamics {
         }
     }
 
-    /// Accelerations and contact forces.
-    fn solve_tasks(&mut self, wanted: &Wanted) {
-        let size = self.target.len();
-        let factor = Cholesky::new(std::mem::replace(&mut self.normal, DMatrix::zeros(0, 0)))
-            .expect("every unknown has a weight of its own");
+    /// Accelerations and contact forces; None if the equations have no solution.
+    fn solve_tasks(&mut self, wanted: &DesiredAcceleration) -> Option<()> {
+        let NormalEquations { matrix, right: [target] } = &mut self.equations;
+        let size = target.len();
+        let Some(factor) = Cholesky::new(std::mem::replace(matrix, DMatrix::zeros(0, 0))) else {
+            *matrix = DMatrix::zeros(size, size);
+            return None;
+        };
         let l = factor.l_dirty();
         let mass_matrix = self.dynamics.mass_matrix();
         for k in 0..6 {
@@ -254,24 +239,27 @@ impl InverseDynamics {
             }
         }
         l.solve_lower_triangular_mut(&mut self.coupling);
-        l.solve_lower_triangular_mut(&mut self.target);
+        l.solve_lower_triangular_mut(target);
         let column = |k: usize| self.coupling.column(k);
         let yielding = Matrix6::from_fn(|i, k| column(i).dot(&column(k)));
-        let asked = Vector6::from_fn(|k, _| self.dynamics.bias()[k] + column(k).dot(&self.target));
-        let stiffness = yielding.cholesky().expect("the base can be accelerated along every axis").inverse();
-        let spread = &self.spread;
-        let weighted = stiffness * spread;
-        self.quadratic = spread.transpose() * weighted + Quadratic::identity() * RHO;
-        let linear: Unknowns = weighted.transpose() * asked;
-        let allowed: [bool; SIZE] = std::array::from_fn(|i| wanted.standing[Foot::BOTH[i / PER_SOLE]]);
-        self.nnls.solve(&self.quadratic, &linear, &allowed);
-        let excess = stiffness * (spread * self.nnls.f - asked);
-        for i in 0..size {
-            let along: f64 = (0..6).map(|k| self.coupling[(i, k)] * excess[k]).sum();
-            self.acceleration[i] = self.target[i] + along;
+        let asked = Vector6::from_fn(|k, _| self.dynamics.bias()[k] + column(k).dot(target));
+        let stiffness = yielding.cholesky().map(|yielding| yielding.inverse());
+        if let Some(stiffness) = stiffness {
+            let spread = &self.spread;
+            let weighted = stiffness * spread;
+            self.quadratic = spread.transpose() * weighted + Quadratic::identity() * RHO;
+            let linear: Unknowns = weighted.transpose() * asked;
+            let allowed: [bool; SIZE] = std::array::from_fn(|i| wanted.standing[Foot::BOTH[i / PER_SOLE]]);
+            self.nnls.solve(&self.quadratic, &linear, &allowed);
+            let excess = stiffness * (spread * self.nnls.f - asked);
+            for i in 0..size {
+                let along: f64 = (0..6).map(|k| self.coupling[(i, k)] * excess[k]).sum();
+                self.acceleration[i] = target[i] + along;
+            }
+            l.ad_solve_lower_triangular_mut(&mut self.acceleration);
         }
-        l.ad_solve_lower_triangular_mut(&mut self.acceleration);
-        self.normal = factor.unpack_dirty();
+        *matrix = factor.unpack_dirty();
+        stiffness.map(|_| ())
     }
 
     fn find_torques(&mut self) {
@@ -280,7 +268,7 @@ impl InverseDynamics {
             *tau = mass_matrix.column(6 + j).dot(&self.acceleration) + bias[6 + j];
         }
         for (i, &f) in self.nnls.f.iter().enumerate().filter(|(_, f)| **f > 0.0) {
-            let jacobian = &self.sole_jacobians[Foot::BOTH[i / PER_SOLE]];
+            let jacobian = &self.jacobians.soles[Foot::BOTH[i / PER_SOLE]];
             // The jacobian is the sole's centre's.
             let (force, moment) = (self.edges[i] * f, self.lever(i).cross(&(self.edges[i] * f)));
             for (j, tau) in self.tau.iter_mut().enumerate() {
@@ -298,7 +286,7 @@ impl InverseDynamics {
         self.points[i] - center
     }
 
-    fn outlook(&self, robot: &Robot, wanted: &Wanted) -> Outlook {
+    fn predict(&self, robot: &Robot, wanted: &DesiredAcceleration) -> PredictedContact {
         let mut wrenches = PerFoot::<Wrench>::default();
         let (mut force, mut pressed, mut press) = (Vector3::zeros(), Vector3::zeros(), 0.0);
         for (i, &f) in self.nnls.f.iter().enumerate() {
@@ -310,28 +298,13 @@ impl InverseDynamics {
             pressed += self.points[i].coords * (self.edges[i].z * f);
         }
         debug_assert!(Foot::BOTH.iter().all(|&f| wanted.standing[f] || wrenches[f] == Wrench::default()));
-        let ratio = |(tau, servo): (&f64, &crate::robot::Servo)| tau.abs() / servo.torque_n_m;
-        Outlook {
+        let ratio = |(tau, servo): (&f64, &Servo)| tau.abs() / servo.torque_n_m;
+        PredictedContact {
             com_acc: force / robot.mass() - Vector3::z() * GRAVITY,
             wrenches,
             zmp: (press > 0.0).then(|| (pressed / press).xy().into()),
             torque_ratio: self.tau.iter().zip(&robot.servos).map(ratio).fold(0.0, f64::max),
             is_optimal: self.nnls.is_optimal,
         }
-    }
-}
-
-/// Adds `weight (row a - wanted)^2` to the normal equations, whose lower triangle is all that the factorisation reads.
-fn add_row(normal: &mut DMatrix<f64>, target: &mut DVector<f64>, weight: f64, row: impl Fn(usize) -> f64, wanted: f64) {
-    let size = target.len();
-    for j in 0..size {
-        let scaled = weight * row(j);
-        if scaled == 0.0 {
-            continue;
-        }
-        for i in j..size {
-            normal[(i, j)] += scaled * row(i);
-        }
-        target[j] += scaled * wanted;
     }
 }

@@ -1,21 +1,12 @@
-//! What is finished of a campaign, on disk: a folder of parts, each a block of trials, and the join of them.
-//!
-//! A part is a CSV file (floats with all digits) and, written after it, a small marker with rows, range,
-//! configuration hash and content hash; a part counts as complete only if all of this matches. Parts do not know
-//! threads, shards or hosts, so any history of interruptions ends in the same bytes.
+//! What is finished of a campaign, on disk: a folder of parts, each a block of trials, and whose it is.
 
-use crate::campaign::verdict::compare::every_pair;
-use crate::campaign::verdict::gates::Gates;
-use crate::campaign::verdict::summary::Source;
-use crate::campaign::{Row, Summary, store::row};
+use crate::campaign::ask::spec::{BLOCK_TRIALS, Campaign};
+use crate::campaign::store::part::PartFile;
+use crate::campaign::store::row::TrialRow;
 use crate::error::{Error, Result};
-use crate::files::{sha256_hex, shell_word, write_atomic};
-use crate::{campaign::Campaign, columns};
+use crate::files::{json, json_pretty, shell_word, write_atomic};
 use serde::{Deserialize, Serialize};
 use std::{fs, path::Path, path::PathBuf};
-
-/// Trials in a part (the last one of a campaign may have fewer).
-pub const BLOCK_TRIALS: u64 = 25;
 
 /// What is made of the parts, by this module and by `report`.
 pub const RESULT_FILES: [&str; 6] =
@@ -40,16 +31,6 @@ pub struct Manifest {
     pub sets: Vec<String>,
     /// As resolved; also in `campaign.toml`.
     pub campaign: Campaign,
-}
-
-/// Marker of a finished part.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Marker {
-    first_trial: u64,
-    trials: u64,
-    rows: usize,
-    config_hash: String,
-    sha256: String,
 }
 
 /// `parts/stopped.json`: where a campaign that ends when decided has ended.
@@ -109,7 +90,7 @@ impl Folder {
     /// Says that the campaign has ended after so many trials.
     pub fn stop_at(&self, trials: u64) -> Result<()> {
         let stopped = Stopped { trials, config_hash: self.manifest.config_hash.clone() };
-        write_atomic(&self.stopped_path(), serde_json::to_string(&stopped).map_err(json_error)?.as_bytes())
+        write_atomic(&self.stopped_path(), json(&stopped)?.as_bytes())
     }
 
     fn stopped_path(&self) -> PathBuf {
@@ -132,58 +113,25 @@ impl Folder {
         (0..self.blocks()).filter(|&block| !self.has(block)).collect()
     }
 
+    /// The part of a block, complete or not.
+    pub fn part(&self, block: u64) -> PartFile<'_> {
+        let stem = self.path.join(format!("parts/part-{block:06}"));
+        let (first, end) = self.range(block);
+        PartFile { stem, trials: first..end, sets: &self.manifest.sets, config_hash: &self.manifest.config_hash }
+    }
+
     /// Whether a block is complete.
     pub fn has(&self, block: u64) -> bool {
-        self.content(block).is_ok()
+        self.part(block).is_complete()
     }
 
     /// Writes whose folder it is: the manifest. Errors: the folder is not writable.
     pub fn create(&self) -> Result<()> {
-        let mut text = serde_json::to_string_pretty(&self.manifest).map_err(json_error)?;
-        text.push('\n');
-        write_atomic(&self.path.join("parts/campaign.json"), text.as_bytes())
-    }
-
-    /// Commits a finished block: the part, then its marker. `rows` are sorted by trial, then set.
-    pub fn commit(&self, block: u64, rows: &[Row]) -> Result<()> {
-        let mut csv = csv::Writer::from_writer(Vec::new());
-        let path = self.part(block, "csv");
-        let fail = |e: csv::Error| Error::Write { path: path.clone(), source: std::io::Error::other(e) };
-        for row in rows {
-            csv.serialize(row).map_err(fail)?;
-        }
-        let bytes = csv.into_inner().map_err(|e| fail(e.into_error().into()))?;
-        let (first_trial, end) = self.range(block);
-        let marker = Marker {
-            first_trial,
-            trials: end - first_trial,
-            rows: rows.len(),
-            config_hash: self.manifest.config_hash.clone(),
-            sha256: sha256_hex(&bytes),
-        };
-        write_atomic(&path, &bytes)?;
-        write_atomic(&self.part(block, "json"), serde_json::to_string(&marker).map_err(json_error)?.as_bytes())
-    }
-
-    /// Rows of a block. Errors: missing, damaged, or of another campaign.
-    pub fn read(&self, block: u64) -> Result<Vec<Row>> {
-        let content = self.content(block)?;
-        let problem = |problem: String| Error::Parts { path: self.part(block, "csv"), problem };
-        let rows: Vec<Row> = csv::Reader::from_reader(content.as_slice())
-            .deserialize()
-            .collect::<Result<_, _>>()
-            .map_err(|e| problem(e.to_string()))?;
-        let (first, end) = self.range(block);
-        let expected = (first..end).flat_map(|trial| self.manifest.sets.iter().map(move |set| (trial, set)));
-        if rows.iter().map(|row| (row.trial, &row.set)).eq(expected) {
-            Ok(rows)
-        } else {
-            Err(problem("rows are not those of its trials and sets, once each and in order".into()))
-        }
+        write_atomic(&self.path.join("parts/campaign.json"), json_pretty(&self.manifest)?.as_bytes())
     }
 
     /// All rows, sorted by trial, then by set in the order of the campaign. Errors: something is missing.
-    pub fn rows(&self) -> Result<Vec<Row>> {
+    pub fn rows(&self) -> Result<Vec<TrialRow>> {
         let missing = self.missing();
         if !missing.is_empty() {
             let problem = format!(
@@ -199,21 +147,9 @@ impl Folder {
     }
 
     /// Rows of the first `trials` trials, which end with a block or the campaign. Errors: something is missing.
-    pub fn first_rows(&self, trials: u64) -> Result<Vec<Row>> {
-        let blocks = (0..trials.div_ceil(BLOCK_TRIALS)).map(|block| self.read(block));
+    pub fn first_rows(&self, trials: u64) -> Result<Vec<TrialRow>> {
+        let blocks = (0..trials.div_ceil(BLOCK_TRIALS)).map(|block| self.part(block).rows());
         Ok(blocks.collect::<Result<Vec<_>>>()?.concat())
-    }
-
-    /// Writes `trials.parquet` and `summary.json` from the parts, and gives what they hold.
-    pub fn join(&self, gates: &Gates) -> Result<(Summary, Vec<Row>)> {
-        let rows = self.rows()?;
-        let bytes = parquet(&rows)?;
-        let pairs = every_pair(self.manifest.sets.len());
-        let (manifest, trials_sha256) = (&self.manifest, sha256_hex(&bytes));
-        let summary = Summary::new(Source { manifest, rows: &rows, trials_sha256, pairs: &pairs, gates });
-        write_result(&self.path, &bytes, &summary)?;
-        self.write_campaign()?;
-        Ok((summary, rows))
     }
 
     /// Writes `campaign.toml`, by which all can be run again.
@@ -260,28 +196,6 @@ impl Folder {
             .filter(|page| page.file_name().to_string_lossy().starts_with("trial-"))
             .try_for_each(|page| remove(&page.path()))
     }
-
-    fn part(&self, block: u64, extension: &str) -> PathBuf {
-        self.path.join(format!("parts/part-{block:06}.{extension}"))
-    }
-
-    /// Bytes of a complete part.
-    fn content(&self, block: u64) -> Result<Vec<u8>> {
-        let path = self.part(block, "csv");
-        let problem = |problem: String| Error::Parts { path: path.clone(), problem };
-        let marker = fs::read(self.part(block, "json")).map_err(|e| problem(format!("no marker: {e}")))?;
-        let content = fs::read(&path).map_err(|e| problem(e.to_string()))?;
-        let found: Marker = serde_json::from_slice(&marker).map_err(|e| problem(format!("marker: {e}")))?;
-        let (first_trial, end) = self.range(block);
-        let expected = Marker {
-            first_trial,
-            trials: end - first_trial,
-            rows: (end - first_trial) as usize * self.manifest.sets.len(),
-            config_hash: self.manifest.config_hash.clone(),
-            sha256: sha256_hex(&content),
-        };
-        if found == expected { Ok(content) } else { Err(problem("does not match its marker".into())) }
-    }
 }
 
 /// Removes a file if it is there.
@@ -292,51 +206,37 @@ fn remove(path: &Path) -> Result<()> {
     }
 }
 
-/// `trials.parquet`.
-pub(crate) fn parquet(rows: &[Row]) -> Result<Vec<u8>> {
-    let fail = |source| Error::Write { path: "trials.parquet".into(), source: std::io::Error::other(source) };
-    columns::parquet_bytes(&row::columns(rows)).map_err(fail)
-}
-
-/// Writes `trials.parquet` and `summary.json` to a folder.
-pub(crate) fn write_result(folder: &Path, trials: &[u8], summary: &Summary) -> Result<()> {
-    write_atomic(&folder.join("trials.parquet"), trials)?;
-    let mut text = serde_json::to_string_pretty(summary).map_err(json_error)?;
-    text.push('\n');
-    write_atomic(&folder.join("summary.json"), text.as_bytes())
-}
-
-fn json_error(e: serde_json::Error) -> Error {
-    Error::Syntax { file: "JSON".into(), message: e.to_string() }
-}
-
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
-    use crate::campaign::Overrides;
+    use crate::campaign::ask::spec::Overrides;
     use crate::campaign::store::row::tests::row;
     use crate::episode::Outcome;
 
-    fn folder(path: &Path) -> Folder {
-        let overrides = Overrides { trials: Some(60), ..Default::default() };
-        let manifest = Manifest {
+    /// Of the campaign `smoke` with these changes.
+    pub(crate) fn manifest(sets: &[&str], overrides: Overrides) -> Manifest {
+        Manifest {
             standfast: "0".into(),
-            config_hash: "abc".into(),
+            config_hash: "0123456789abcdef".into(),
             build: String::new(),
             robot_sha256: String::new(),
-            sets: vec!["hold".into(), "fixed".into()],
+            sets: sets.iter().map(|set| set.to_string()).collect(),
             campaign: Campaign::load("smoke", &overrides).unwrap(),
-        };
-        Folder { path: path.into(), manifest }
+        }
     }
 
-    fn commit(folder: &Folder, block: u64) -> Vec<Row> {
+    fn folder(path: &Path) -> Folder {
+        let overrides = Overrides { trials: Some(60), ..Overrides::default() };
+        Folder { path: path.into(), manifest: manifest(&["hold", "fixed"], overrides) }
+    }
+
+    fn commit(folder: &Folder, block: u64) -> Vec<TrialRow> {
         let (first, end) = folder.range(block);
         let outcomes = [Outcome::Fell, Outcome::Recovered, Outcome::Diverged, Outcome::TimedOut];
-        let rows: Vec<Row> = (first..end)
+        let rows: Vec<TrialRow> = (first..end)
             .flat_map(|t| ["hold", "fixed"].map(|set| row(t, set, t as f64 / 7.0, outcomes[t as usize % 4])))
             .collect();
-        folder.commit(block, &rows).unwrap();
+        folder.part(block).write(&rows).unwrap();
         rows
     }
 
@@ -347,23 +247,21 @@ mod tests {
         let rows = commit(&folder, 2);
         assert_eq!(rows.len(), 20);
         // Debug, since a peak is not a number here.
-        assert_eq!(format!("{:?}", folder.read(2).unwrap()), format!("{rows:?}"));
+        assert_eq!(format!("{:?}", folder.part(2).rows().unwrap()), format!("{rows:?}"));
     }
 
     #[test]
-    fn a_join_needs_every_part_and_says_which_are_missing() {
+    fn all_rows_need_every_part_and_it_is_said_which_are_missing() {
         let dir = tempfile::tempdir().unwrap();
         let folder = folder(dir.path());
         folder.create().unwrap();
         commit(&folder, 1);
         assert_eq!(folder.missing(), [0, 2]);
-        let gates = Gates::new(&folder.manifest, None).unwrap();
-        let message = folder.join(&gates).unwrap_err().to_string();
+        let message = folder.rows().unwrap_err().to_string();
         assert!(message.contains("2 of 3 parts") && message.contains("trials 0-24, 50-59"), "{message}");
-        assert!(!dir.path().join("trials.parquet").exists());
         commit(&folder, 0);
         commit(&folder, 2);
-        assert_eq!(folder.join(&gates).unwrap().1.len(), 120);
+        assert_eq!(folder.rows().unwrap().len(), 120);
         assert_eq!(Folder::existing(dir.path()).unwrap().manifest, folder.manifest);
     }
 
@@ -375,12 +273,12 @@ mod tests {
             commit(&folder, block);
         }
         assert!(folder.missing().is_empty());
-        let part = folder.part(0, "csv");
+        let part = dir.path().join("parts/part-000000.csv");
         let mut bytes = fs::read(&part).unwrap();
         let last = bytes.len() - 2;
         bytes[last] ^= 1;
         fs::write(&part, bytes).unwrap();
-        fs::remove_file(folder.part(1, "json")).unwrap();
+        fs::remove_file(dir.path().join("parts/part-000001.json")).unwrap();
         assert_eq!(folder.missing(), [0, 1]);
         folder.manifest.config_hash = "other".into();
         assert_eq!(folder.missing(), [0, 1, 2]);

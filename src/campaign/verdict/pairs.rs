@@ -1,15 +1,11 @@
-//! Gain sets compared on the same pushes: where two of them end differently, and times over the trials that all survive.
-//!
-//! Each set's own median compares different trials: a set that survives harder pushes has more of the slow ones.
+//! Two gain sets compared on the same pushes: where they end differently, and which is better.
 
-use crate::campaign::Row;
-use crate::campaign::verdict::gate::Evidence;
+use crate::campaign::store::row::{TrialRow, by_trial};
+use crate::campaign::verdict::evidence::Evidence;
 use crate::campaign::verdict::strata::Stratum;
-use crate::episode::Outcome;
 use crate::stats::mcnemar::{PairedCounts, holm};
 use crate::stats::ranks::{Shift, signed_rank};
-use crate::stats::rate::median;
-use crate::stats::sequential::{self, Verdict, each_of};
+use crate::stats::sequential::{self, PairVerdict, each_of};
 use serde::Serialize;
 
 /// How many trials are named as examples.
@@ -19,54 +15,6 @@ const ALPHA: f64 = 0.05;
 const LEVEL: f64 = 0.95;
 /// With this chance the trials that are asked for would resolve a pair.
 const POWER: f64 = 0.8;
-
-/// Medians of the times from the end of the push, over trials that recovered.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Times {
-    /// To standing: slow and inside of the support (s).
-    pub median_settling_s: Option<f64>,
-    /// To the COM being home for good (s), where the trial that never is counts as the latest: None if the median is
-    /// such a trial, and for episodes that end early.
-    pub median_homing_s: Option<f64>,
-    /// Trials in which the COM was home at the horizon; None for episodes that end early.
-    pub home: Option<u64>,
-}
-
-impl Times {
-    /// Of rows that recovered; others are left out.
-    pub fn of<'a>(rows: impl Iterator<Item = &'a Row>, end_early: bool) -> Self {
-        let rows: Vec<&Row> = rows.filter(|row| row.outcome == Outcome::Recovered).collect();
-        let median_settling_s = median(rows.iter().filter_map(|row| row.settling_s()).collect());
-        if end_early {
-            return Self { median_settling_s, ..Self::default() };
-        }
-        let homing = rows.iter().map(|row| row.homing_s().unwrap_or(f64::INFINITY)).collect();
-        Self {
-            median_settling_s,
-            median_homing_s: median(homing).filter(|s| s.is_finite()),
-            home: Some(rows.iter().filter(|row| row.homing_s().is_some()).count() as u64),
-        }
-    }
-}
-
-/// Trials that every set of the campaign survived, and each set's times over them.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Common {
-    pub trials: u64,
-    /// In the order of the sets.
-    pub sets: Vec<Times>,
-}
-
-impl Common {
-    /// `rows` are sorted by trial, then by set; `sets` is the count of sets.
-    pub fn new(rows: &[Row], sets: usize, end_early: bool) -> Self {
-        let survived: Vec<&[Row]> = trials(rows, sets).filter(|trial| trial.iter().all(has_recovered)).collect();
-        Self {
-            trials: survived.len() as u64,
-            sets: (0..sets).map(|set| Times::of(survived.iter().map(|trial| &trial[set]), end_early)).collect(),
-        }
-    }
-}
 
 /// Two sets, trial by trial.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -84,7 +32,7 @@ pub struct Pair {
     pub mcnemar_p: f64,
     /// The same, adjusted for the count of pairs (Holm).
     pub holm_p: f64,
-    pub verdict: Verdict,
+    pub verdict: PairVerdict,
     /// The verdict in a sentence.
     pub words: String,
     /// About how many trials that are still to be run would tell sets apart that differ as these seem to: of this campaign
@@ -117,7 +65,7 @@ pub struct PairStratum {
 
 /// How a campaign decides between two sets.
 #[derive(Debug, Clone, Copy)]
-pub struct Deciding {
+pub struct DecisionRule {
     /// Whether it ended when decided.
     pub sequential: bool,
     /// Sets that differ by less than this share are the same.
@@ -129,11 +77,11 @@ pub struct Deciding {
 impl Pair {
     /// Each pair of sets that is asked for; `rows` are sorted by trial, then by set in the order of `names`.
     pub fn all(
-        rows: &[Row],
+        rows: &[TrialRow],
         names: &[String],
         pairs: &[(usize, usize)],
         strata: &[Stratum],
-        deciding: Deciding,
+        deciding: DecisionRule,
     ) -> Vec<Self> {
         let level = if deciding.sequential { each_of(pairs.len(), LEVEL) } else { LEVEL };
         let pair = |&(a, b): &(usize, usize)| Self::new(rows, names, (a, b), strata, level, deciding);
@@ -147,21 +95,22 @@ impl Pair {
     }
 
     fn new(
-        rows: &[Row],
+        rows: &[TrialRow],
         names: &[String],
         (a, b): (usize, usize),
         strata: &[Stratum],
         level: f64,
-        deciding: Deciding,
+        deciding: DecisionRule,
     ) -> Self {
         let sets = names.len();
-        let counts = counts(trials(rows, sets), a, b);
+        let counts = counts(by_trial(rows, sets), a, b);
         let first = |wins: usize, loses: usize| {
-            let only = trials(rows, sets).filter(|trial| has_recovered(&trial[wins]) && !has_recovered(&trial[loses]));
+            let only =
+                by_trial(rows, sets).filter(|trial| trial[wins].has_recovered() && !trial[loses].has_recovered());
             only.take(EXAMPLES).map(|trial| trial[0].trial).collect()
         };
-        let shift = |get: &dyn Fn(&Row) -> Option<f64>| {
-            let both = trials(rows, sets).filter(|trial| has_recovered(&trial[a]) && has_recovered(&trial[b]));
+        let shift = |get: &dyn Fn(&TrialRow) -> Option<f64>| {
+            let both = by_trial(rows, sets).filter(|trial| trial[a].has_recovered() && trial[b].has_recovered());
             let differences = both.filter_map(|trial| Some(get(&trial[a])? - get(&trial[b])?));
             signed_rank(&differences.collect::<Vec<_>>())
         };
@@ -179,13 +128,13 @@ impl Pair {
             ci95: counts.interval(level, deciding.sequential),
             mcnemar_p: counts.mcnemar_p(),
             holm_p: 1.0,
-            verdict: Verdict::Open,
+            verdict: PairVerdict::Open,
             words: String::new(),
             more_trials: None,
             first_only_a: first(a, b),
             first_only_b: first(b, a),
-            settling_s: shift(&Row::settling_s),
-            homing_s: if deciding.end_early { None } else { shift(&Row::homing_s) },
+            settling_s: shift(&TrialRow::settling_s),
+            homing_s: if deciding.end_early { None } else { shift(&TrialRow::homing_s) },
             footsteps: shift(&|row| Some(row.footsteps.into())),
             strata: strata.iter().map(stratum).collect(),
         }
@@ -193,16 +142,16 @@ impl Pair {
 
     /// Which is better. At a fixed count of trials by the exact test, adjusted for all pairs; else by the interval. That
     /// they are the same, by an interval at a level adjusted for all pairs, for either.
-    fn decide(&mut self, Deciding { sequential, margin, .. }: Deciding, pairs: usize) {
+    fn decide(&mut self, DecisionRule { sequential, margin, .. }: DecisionRule, pairs: usize) {
         let (counts, level) = (self.counts, each_of(pairs, LEVEL));
         self.verdict = match sequential::verdict(counts.interval(level, false), margin) {
             _ if sequential => at_a_look(counts, pairs, margin).1,
-            Verdict::Same => Verdict::Same,
-            _ if self.holm_p >= ALPHA => Verdict::Open,
-            _ if self.difference > 0.0 => Verdict::ABetter,
-            _ => Verdict::BBetter,
+            PairVerdict::Same => PairVerdict::Same,
+            _ if self.holm_p >= ALPHA => PairVerdict::Open,
+            _ if self.difference > 0.0 => PairVerdict::ABetter,
+            _ => PairVerdict::BBetter,
         };
-        if self.verdict == Verdict::Open {
+        if self.verdict == PairVerdict::Open {
             let (observed, trials) = (self.difference, counts.trials());
             let evidence = Evidence { observed, interval: self.ci95, trials, sequential };
             self.more_trials = match sequential {
@@ -222,30 +171,30 @@ impl Pair {
         };
         let seen = format!("{} points ({} to {}{p})", points(self.difference), points(least), points(most));
         match (self.verdict, self.more_trials) {
-            (Verdict::ABetter, _) => better(a, b, self.difference, self.ci95),
-            (Verdict::BBetter, _) => better(b, a, -self.difference, [-most, -least]),
-            (Verdict::Same, _) => format!(
+            (PairVerdict::ABetter, _) => better(a, b, self.difference, self.ci95),
+            (PairVerdict::BBetter, _) => better(b, a, -self.difference, [-most, -least]),
+            (PairVerdict::Same, _) => format!(
                 "{a} and {b} differ by less than {} points ({} to {})",
                 points(margin),
                 points(least),
                 points(most)
             ),
-            (Verdict::Open, Some(more)) if sequential => format!(
+            (PairVerdict::Open, Some(more)) if sequential => format!(
                 "{a} and {b}: not resolved, {seen}; if that is what they differ by, about {} more trials would show it",
                 rounded(more)
             ),
-            (Verdict::Open, Some(more)) => format!(
+            (PairVerdict::Open, Some(more)) => format!(
                 "{a} and {b}: not resolved, {seen}; if that is what they differ by, a new campaign of about {} pushes \
                  (another seed) would show it",
                 rounded(more)
             ),
-            (Verdict::Open, None) => format!("{a} and {b}: not resolved, no difference seen: {seen}"),
+            (PairVerdict::Open, None) => format!("{a} and {b}: not resolved, no difference seen: {seen}"),
         }
     }
 }
 
 /// Interval and verdict of one of so many pairs, of which all hold together at every look.
-pub fn at_a_look(counts: PairedCounts, pairs: usize, margin: f64) -> ([f64; 2], Verdict) {
+pub fn at_a_look(counts: PairedCounts, pairs: usize, margin: f64) -> ([f64; 2], PairVerdict) {
     let interval = counts.interval(each_of(pairs, LEVEL), true);
     (interval, sequential::verdict(interval, margin))
 }
@@ -262,30 +211,20 @@ pub fn rounded(count: u64) -> u64 {
 }
 
 /// Who recovered, over trials that are the rows of all sets each.
-pub fn counts<'a>(trials: impl Iterator<Item = &'a [Row]>, a: usize, b: usize) -> PairedCounts {
-    PairedCounts::of(trials.map(|trial| (has_recovered(&trial[a]), has_recovered(&trial[b]))))
+pub fn counts<'a>(trials: impl Iterator<Item = &'a [TrialRow]>, a: usize, b: usize) -> PairedCounts {
+    PairedCounts::of(trials.map(|trial| (trial[a].has_recovered(), trial[b].has_recovered())))
 }
 
-/// The rows of each trial, one per set.
-pub fn trials(rows: &[Row], sets: usize) -> impl Iterator<Item = &[Row]> {
-    rows.chunks_exact(sets.max(1))
-}
-
-fn has_recovered(row: &Row) -> bool {
-    row.outcome == Outcome::Recovered
+/// Every pair of so many sets, the earlier one first.
+pub fn every_pair(sets: usize) -> Vec<(usize, usize)> {
+    (0..sets).flat_map(|a| (a + 1..sets).map(move |b| (a, b))).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::store::row::tests::row;
-    use Outcome::{Fell, Recovered, TimedOut};
-
-    /// A trial per pair of outcomes, of sets "a" and "b".
-    fn rows(outcomes: &[[Outcome; 2]]) -> Vec<Row> {
-        let trial = |(i, of): (usize, &[Outcome; 2])| [row(i as u64, "a", 1.0, of[0]), row(i as u64, "b", 1.0, of[1])];
-        outcomes.iter().enumerate().flat_map(trial).collect()
-    }
+    use crate::campaign::store::row::tests::{row, rows};
+    use crate::episode::Outcome::{self, Fell, Recovered, TimedOut};
 
     #[test]
     fn a_pair_counts_every_trial_once_and_names_the_first_that_differ() {
@@ -297,10 +236,10 @@ mod tests {
         assert_eq!(pair.difference, 0.6);
     }
 
-    const AT_ONCE: Deciding = Deciding { sequential: false, margin: 0.02, end_early: true };
+    const AT_ONCE: DecisionRule = DecisionRule { sequential: false, margin: 0.02, end_early: true };
 
     /// Sets "a" and "b".
-    fn pair(outcomes: &[[Outcome; 2]], deciding: Deciding) -> Pair {
+    fn pair(outcomes: &[[Outcome; 2]], deciding: DecisionRule) -> Pair {
         let names = ["a".to_string(), "b".to_string()];
         Pair::all(&rows(outcomes), &names, &[(0, 1)], &[], deciding).remove(0)
     }
@@ -313,24 +252,24 @@ mod tests {
         };
         let found = |counts: [usize; 3], deciding| pair(&outcomes(counts[0], counts[1], counts[2]), deciding);
         let better = found([80, 18, 2], AT_ONCE);
-        assert_eq!((better.verdict, better.more_trials), (Verdict::ABetter, None));
+        assert_eq!((better.verdict, better.more_trials), (PairVerdict::ABetter, None));
         assert!(better.words.starts_with("a is better than b by 16.0 points ("), "{}", better.words);
         let worse = found([80, 2, 18], AT_ONCE);
         assert_eq!(worse.words, better.words.replace("a is better than b", "b is better than a"));
         // 5 : 0 has p = 0.0625.
         let open = found([95, 5, 0], AT_ONCE);
-        assert_eq!(open.verdict, Verdict::Open);
+        assert_eq!(open.verdict, PairVerdict::Open);
         assert!(open.more_trials.is_some_and(|more| (100..300).contains(&more)), "{}", open.words);
-        assert_eq!(found([98, 1, 1], AT_ONCE).verdict, Verdict::Open);
-        assert_eq!(found([998, 1, 1], AT_ONCE).verdict, Verdict::Same);
+        assert_eq!(found([98, 1, 1], AT_ONCE).verdict, PairVerdict::Open);
+        assert_eq!(found([998, 1, 1], AT_ONCE).verdict, PairVerdict::Same);
         // At every look more is asked for than once.
-        let at_every_look = Deciding { sequential: true, ..AT_ONCE };
-        assert_eq!(found([90, 8, 1], AT_ONCE).verdict, Verdict::ABetter);
-        assert_eq!(found([90, 8, 1], at_every_look).verdict, Verdict::Open);
-        assert_eq!(found([80, 18, 1], at_every_look).verdict, Verdict::ABetter);
+        let at_every_look = DecisionRule { sequential: true, ..AT_ONCE };
+        assert_eq!(found([90, 8, 1], AT_ONCE).verdict, PairVerdict::ABetter);
+        assert_eq!(found([90, 8, 1], at_every_look).verdict, PairVerdict::Open);
+        assert_eq!(found([80, 18, 1], at_every_look).verdict, PairVerdict::ABetter);
         // Nearly decided for a fixed count, but far from it at every look.
         let open = found([450, 66, 34], at_every_look);
-        assert!(open.verdict == Verdict::Open && open.more_trials.is_some_and(|more| more > 100), "{}", open.words);
+        assert!(open.verdict == PairVerdict::Open && open.more_trials.is_some_and(|more| more > 100), "{}", open.words);
     }
 
     #[test]
@@ -344,7 +283,7 @@ mod tests {
         }
         let names = ["a", "b", "c"].map(String::from);
         let all = Pair::all(&rows, &names, &[(0, 1), (0, 2), (1, 2)], &[], AT_ONCE);
-        assert!(all[0].mcnemar_p < 0.05 && all[0].holm_p > 0.05 && all[0].verdict == Verdict::Open, "{:?}", all[0]);
+        assert!(all[0].mcnemar_p < 0.05 && all[0].holm_p > 0.05 && all[0].verdict == PairVerdict::Open, "{:?}", all[0]);
     }
 
     #[test]
@@ -361,31 +300,5 @@ mod tests {
         assert_eq!((settling.pairs, footsteps.pairs, pair.homing_s), (12, 12, None));
         assert!((settling.median + 0.1055).abs() < 1e-9 && settling.p < 0.001, "{settling:?}");
         assert_eq!(footsteps.median, -1.0);
-    }
-
-    #[test]
-    fn common_times_leave_out_what_one_set_lost() {
-        let mut rows = rows(&[[Recovered, Recovered], [Recovered, Fell], [Recovered, Recovered]]);
-        for (row, settled) in rows.iter_mut().zip([1.0, 2.0, 9.0, 9.0, 3.0, 4.0]) {
-            row.settled_at_s = Some(row.start_s + row.duration_s + settled);
-        }
-        let common = Common::new(&rows, 2, true);
-        assert_eq!(common.trials, 2);
-        let median = |set: usize| common.sets[set].median_settling_s.unwrap();
-        assert!((median(0) - 2.0).abs() < 1e-12 && (median(1) - 3.0).abs() < 1e-12);
-        assert_eq!(common.sets[0].home, None);
-        let own = Times::of(rows.iter().filter(|row| row.set == "a"), true);
-        assert!((own.median_settling_s.unwrap() - 3.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn a_trial_that_never_gets_home_is_the_latest() {
-        let mut rows = rows(&[[Recovered, Recovered]; 3]);
-        rows[0].home_at_s = None;
-        let times = |rows: &[Row]| Times::of(rows.iter().filter(|row| row.set == "a"), false);
-        assert_eq!(times(&rows).home, Some(2));
-        assert!((times(&rows).median_homing_s.unwrap() - (1.75 - 0.55)).abs() < 1e-12);
-        rows[2].home_at_s = None;
-        assert_eq!((times(&rows).home, times(&rows).median_homing_s), (Some(1), None));
     }
 }

@@ -2,10 +2,10 @@
 //! "the origin of the controller coordinate is the center point of both feet"). With one sole in contact that point is
 //! outside of the support, so no set holds the state: a robot that only stands has nothing to fall back on there.
 
-use super::estimator::{Estimate, heading};
+use crate::control::estimate::{Estimate, control_frame};
 use crate::geometry::SupportPolygon;
 use crate::robot::{Foot, PerFoot, Pose, Robot};
-use nalgebra::{Isometry2, Point2, Vector2};
+use nalgebra::{Isometry2, Point2};
 
 /// The control frame and the support in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,13 +35,4 @@ impl Support {
     pub fn of_estimate(robot: &Robot, estimate: &Estimate) -> Self {
         Self::of(robot, &estimate.footholds, &estimate.in_contact)
     }
-}
-
-/// Control frame to world.
-pub fn control_frame(footholds: &PerFoot<Pose>) -> Isometry2<f64> {
-    let middle = (footholds.left.translation.vector.xy() + footholds.right.translation.vector.xy()) / 2.0;
-    let [left, right] = [heading(&footholds.left), heading(&footholds.right)];
-    // Mean of two directions, safe at the turn from pi to -pi.
-    let sum = Vector2::new(left.cos() + right.cos(), left.sin() + right.sin());
-    Isometry2::new(middle, sum.y.atan2(sum.x))
 }

@@ -1,24 +1,24 @@
 //! Footsteps against outcome: how often they were taken, and whether they helped.
 
-use crate::campaign::Row;
-use crate::stats::rate::Count;
+use crate::campaign::store::row::{TrialRow, success_count};
+use crate::stats::rate::SuccessCount;
 use serde::Serialize;
 
 /// One gain set's trials by the number of footsteps that were begun.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Stepped {
+pub struct ByFootsteps {
     /// Trials with no footstep, one, two, and three or more.
-    pub by_footsteps: [Count; 4],
+    pub by_footsteps: [SuccessCount; 4],
 }
 
-impl Stepped {
+impl ByFootsteps {
     /// None for a set that took no footstep.
-    pub fn new(rows: &[&Row]) -> Option<Self> {
-        let begun = |row: &Row| row.footsteps as usize + usize::from(row.unfinished_footstep.is_some());
+    pub fn new(rows: &[&TrialRow]) -> Option<Self> {
+        let begun = |row: &TrialRow| row.footsteps as usize + usize::from(row.unfinished_footstep.is_some());
         if rows.iter().all(|row| begun(row) == 0) {
             return None;
         }
-        let count = |n: usize| Count::of(rows.iter().copied().filter(|row| begun(row).min(3) == n));
+        let count = |n: usize| success_count(rows.iter().copied().filter(|row| begun(row).min(3) == n));
         Some(Self { by_footsteps: [0, 1, 2, 3].map(count) })
     }
 }
@@ -32,7 +32,7 @@ mod tests {
 
     #[test]
     fn trials_are_counted_by_footsteps() {
-        let with = |outcome, footsteps, unfinished_footstep| Row {
+        let with = |outcome, footsteps, unfinished_footstep| TrialRow {
             footsteps,
             unfinished_footstep,
             ..row(0, "paper", 3.0, outcome)
@@ -45,9 +45,9 @@ mod tests {
             with(Outcome::Fell, 2, None),
             with(Outcome::Fell, 4, Some(Foot::Right)),
         ];
-        let stepped = Stepped::new(&rows.iter().collect::<Vec<_>>()).unwrap();
+        let stepped = ByFootsteps::new(&rows.iter().collect::<Vec<_>>()).unwrap();
         let counts = stepped.by_footsteps.map(|count| (count.recovered, count.trials));
         assert_eq!(counts, [(1, 2), (1, 2), (0, 1), (0, 1)]);
-        assert_eq!(Stepped::new(&[&rows[0], &rows[1]]), None, "a set that only stands");
+        assert_eq!(ByFootsteps::new(&[&rows[0], &rows[1]]), None, "a set that only stands");
     }
 }

@@ -1,12 +1,9 @@
-//! What a campaign varies beside the first push: robot and ground (`[variations]`), and a second push
-//! (`[second_push]`). The controller is told nothing of it.
+//! What a campaign varies beside its pushes: robot and ground (`[variations]`). The controller is told nothing of it.
 
-use crate::campaign::ask::spec::PushSpec;
-use crate::campaign::{Distribution, PushBounds};
-use crate::error::{Error, Result};
-use crate::sim::{Push, Variation, ground::TILTING_S};
+use crate::campaign::ask::distribution::Distribution;
+use crate::error::Result;
+use crate::sim::{Variation, ground::TILTING_S};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::fmt;
 
 /// `[variations]`: a distribution for each quantity, or "nominal" (as left out): as the controller was designed for.
 /// A slope whose heading is nominal rises towards a heading drawn from all around.
@@ -91,69 +88,6 @@ impl<'de> Deserialize<'de> for Varied {
             serde::de::Error::custom(format!("{problem}; or \"{NOMINAL}\""))
         };
         Distribution::deserialize(value).map(|distribution| Varied(Some(distribution))).map_err(expected)
-    }
-}
-
-/// `[second_push]`: distributions of a push that comes after the first, with its height, duration and profile.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SecondPushSpec {
-    /// 0: there is none.
-    pub impulse_n_s: Distribution,
-    pub heading_deg: Distribution,
-    /// From the end of the first push to the start of this one.
-    pub after_s: Distribution,
-}
-
-impl Default for SecondPushSpec {
-    fn default() -> Self {
-        Self {
-            impulse_n_s: Distribution::Constant(0.0),
-            heading_deg: Distribution::Constant(Push::default().heading_deg),
-            after_s: Distribution::Constant(1.0),
-        }
-    }
-}
-
-impl SecondPushSpec {
-    /// Whether there is a second push.
-    pub fn is_any(&self) -> bool {
-        self.impulse_n_s != Distribution::Constant(0.0)
-    }
-
-    /// Whether two trials can have different second pushes, their first being the same.
-    pub(crate) fn is_random(&self) -> bool {
-        self.is_any() && ![self.impulse_n_s, self.heading_deg, self.after_s].iter().all(Distribution::is_constant)
-    }
-
-    /// Accepted times after the first push: both are over in three quarters of the episode, as one alone is.
-    pub(crate) fn after_bounds(push: &PushSpec, horizon_s: f64) -> [f64; 2] {
-        let bounds = PushBounds::new(horizon_s);
-        let (start_s, duration_s) = (push.start_s.most(bounds.start_s), push.duration_s.most(bounds.duration_s));
-        [0.0, 0.75 * horizon_s - start_s - 2.0 * duration_s]
-    }
-
-    /// Checks the distributions, those of the first push (`push`) being right.
-    pub(crate) fn check(&self, file: &str, push: &PushSpec, horizon_s: f64) -> Result<()> {
-        if !self.is_any() {
-            return Ok(());
-        }
-        let bounds = PushBounds::new(horizon_s);
-        self.impulse_n_s.check(file, "second_push.impulse_n_s", bounds.impulse_n_s)?;
-        self.heading_deg.check(file, "second_push.heading_deg", bounds.heading_deg)?;
-        let after_s = Self::after_bounds(push, horizon_s);
-        if after_s[1] < after_s[0] {
-            let accepted = "a first push that starts earlier or is shorter, or a longer episode.horizon_s";
-            return Err(Error::value(file, "second_push", self, "leaves no time for it", accepted));
-        }
-        self.after_s.check(file, "second_push.after_s", after_s)
-    }
-}
-
-impl fmt::Display for SecondPushSpec {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { impulse_n_s, heading_deg, after_s } = self;
-        write!(f, "impulse {impulse_n_s} N s, heading {heading_deg} deg, {after_s} s after the first")
     }
 }
 

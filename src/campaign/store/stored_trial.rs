@@ -1,6 +1,9 @@
 //! A trial of a finished campaign, to be run again and looked at: it follows from the campaign and its number alone.
 
-use crate::campaign::{Campaign, Folder, Overrides, Row, ask::trial};
+use crate::campaign::ask::spec::{Campaign, Overrides};
+use crate::campaign::ask::trial;
+use crate::campaign::store::folder::Folder;
+use crate::campaign::store::row::TrialRow;
 use crate::control::Design;
 use crate::episode::{Disturbance, EpisodeConfig, Outcome, Record};
 use crate::error::{Error, Result};
@@ -9,7 +12,7 @@ use crate::robot::Robot;
 use std::path::Path;
 
 /// A trial of one gain set, ready to run.
-pub struct Replayed {
+pub struct StoredTrial {
     pub campaign: Campaign,
     pub trial: u64,
     /// Name of the gain set in the results.
@@ -19,10 +22,10 @@ pub struct Replayed {
     pub robot: Robot,
     pub design: Design,
     /// As the campaign found it; None where it has not come so far, or its part is damaged.
-    pub row: Option<Row>,
+    pub row: Option<TrialRow>,
 }
 
-impl Replayed {
+impl StoredTrial {
     /// Opens trial number `trial` of the result in `folder`. Without a set it is the first that did not recover, else the
     /// first of all. Errors: no such trial or set, no campaign in that folder, or an input of it that is gone.
     pub fn open(folder: &Path, trial: u64, set: Option<&str>) -> Result<Self> {
@@ -33,7 +36,7 @@ impl Replayed {
             return Err(Error::Unknown { what: "gain set", name: name.into(), accepted: sets.join(", ") });
         }
         let block = (0..found.blocks()).find(|&block| found.range(block).1 > trial);
-        let mut rows = block.and_then(|block| found.read(block).ok()).unwrap_or_default();
+        let mut rows = block.and_then(|block| found.part(block).rows().ok()).unwrap_or_default();
         rows.retain(|row| row.trial == trial);
         let lost = sets.iter().find(|set| rows.iter().any(|r| r.set == **set && r.outcome != Outcome::Recovered));
         let set = set.unwrap_or_else(|| lost.unwrap_or(&sets[0])).to_string();

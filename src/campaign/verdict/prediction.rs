@@ -4,9 +4,9 @@
 //! The true state at the end of the push is inside the slowest gain's set, the largest, or it is not: by the theory the
 //! first recover, and the others need a footstep.
 
-use crate::campaign::Row;
+use crate::campaign::store::row::{TrialRow, success_count};
 use crate::episode::{Membership, Outcome};
-use crate::stats::rate::Count;
+use crate::stats::rate::SuccessCount;
 use serde::Serialize;
 
 /// Edges of the bins of the margin; 0 is the border of the set, 1 is rest at its centre. The outer bins are open.
@@ -14,10 +14,10 @@ const MARGIN_EDGES: [f64; 6] = [-0.5, -0.25, 0.0, 0.25, 0.5, 0.75];
 
 /// One gain set's trials by where their state was at the end of the push. Trials that were over before are left out.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Foretold {
-    pub inside: Count,
+pub struct Prediction {
+    pub inside: SuccessCount,
     /// Empty sets hold nothing: their trials are here.
-    pub outside: Count,
+    pub outside: SuccessCount,
     /// Share of trials that did as the sets say: recovered inside, not recovered outside.
     pub agreement: f64,
     /// The same by the margin of the estimated state: what the controller could know at that time.
@@ -32,15 +32,15 @@ pub struct MarginBin {
     pub from: Option<f64>,
     pub to: Option<f64>,
     #[serde(flatten)]
-    pub count: Count,
+    pub count: SuccessCount,
 }
 
-impl Foretold {
+impl Prediction {
     /// None for a set without gains.
-    pub fn new(rows: &[&Row]) -> Option<Self> {
+    pub fn new(rows: &[&TrialRow]) -> Option<Self> {
         let side = |inside: bool| {
-            let on_it = move |row: &&&Row| row.set_after_push.is_some_and(|m| (m == Membership::Inside) == inside);
-            Count::of(rows.iter().filter(on_it).copied())
+            let on_it = move |row: &&&TrialRow| row.set_after_push.is_some_and(|m| (m == Membership::Inside) == inside);
+            success_count(rows.iter().filter(on_it).copied())
         };
         let (inside, outside) = (side(true), side(false));
         let trials = inside.trials + outside.trials;
@@ -48,7 +48,7 @@ impl Foretold {
             return None;
         }
         let agreement = (inside.recovered + outside.trials - outside.recovered) as f64 / trials as f64;
-        let as_estimated = |row: &&&Row| {
+        let as_estimated = |row: &&&TrialRow| {
             let held = row.cpi_margin_after_push_est.is_some_and(|m| m >= 0.0);
             row.set_after_push.is_some() && held == (row.outcome == Outcome::Recovered)
         };
@@ -57,35 +57,12 @@ impl Foretold {
             .map(|i| {
                 let (from, to) = (i.checked_sub(1).map(|i| MARGIN_EDGES[i]), MARGIN_EDGES.get(i).copied());
                 let within = |m: f64| from.is_none_or(|from| m >= from) && to.is_none_or(|to| m < to);
-                let inside = |row: &&&Row| row.cpi_margin_after_push.is_some_and(within);
-                MarginBin { from, to, count: Count::of(rows.iter().filter(inside).copied()) }
+                let inside = |row: &&&TrialRow| row.cpi_margin_after_push.is_some_and(within);
+                MarginBin { from, to, count: success_count(rows.iter().filter(inside).copied()) }
             })
             .filter(|bin| bin.count.trials > 0)
             .collect();
         Some(Self { inside, outside, agreement, agreement_est, by_margin })
-    }
-}
-
-/// How many trials of a set fell on what.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct FallCause {
-    /// As in [`crate::episode::Record::fall_cause`].
-    pub cause: String,
-    pub trials: u64,
-}
-
-impl FallCause {
-    /// The most frequent first; of equals, by name.
-    pub fn count(rows: &[&Row]) -> Vec<Self> {
-        let mut found: Vec<Self> = Vec::new();
-        for cause in rows.iter().filter(|row| row.outcome == Outcome::Fell).filter_map(|row| row.fall_cause.as_ref()) {
-            match found.iter_mut().find(|f| f.cause == *cause) {
-                Some(known) => known.trials += 1,
-                None => found.push(Self { cause: cause.clone(), trials: 1 }),
-            }
-        }
-        found.sort_by(|a, b| b.trials.cmp(&a.trials).then_with(|| a.cause.cmp(&b.cause)));
-        found
     }
 }
 
@@ -94,13 +71,13 @@ mod tests {
     use super::*;
     use crate::campaign::store::row::tests::row;
 
-    fn at(margin: Option<f64>, outcome: Outcome) -> Row {
+    fn at(margin: Option<f64>, outcome: Outcome) -> TrialRow {
         let side = match margin {
             Some(m) if m >= 0.0 => Membership::Inside,
             Some(_) => Membership::Outside,
             None => Membership::Empty,
         };
-        Row { cpi_margin_after_push: margin, set_after_push: Some(side), ..row(0, "a", 1.0, outcome) }
+        TrialRow { cpi_margin_after_push: margin, set_after_push: Some(side), ..row(0, "a", 1.0, outcome) }
     }
 
     #[test]
@@ -113,7 +90,7 @@ mod tests {
             at(Some(-7.0), Outcome::Recovered),
             at(None, Outcome::Fell),
         ];
-        let foretold = Foretold::new(&rows.iter().collect::<Vec<_>>()).unwrap();
+        let foretold = Prediction::new(&rows.iter().collect::<Vec<_>>()).unwrap();
         assert_eq!((foretold.inside.trials, foretold.inside.recovered), (3, 2));
         assert_eq!((foretold.outside.trials, foretold.outside.recovered), (3, 1));
         assert!((foretold.agreement - 4.0 / 6.0).abs() < 1e-12);
@@ -127,22 +104,7 @@ mod tests {
 
     #[test]
     fn without_gains_nothing_is_foretold() {
-        let hold = Row { set_after_push: None, cpi_margin_after_push: None, ..row(0, "hold", 1.0, Outcome::Fell) };
-        assert_eq!(Foretold::new(&[&hold]), None);
-    }
-
-    #[test]
-    fn causes_are_counted_of_falls_and_the_most_frequent_is_first() {
-        let on = |cause: &str, outcome| Row { fall_cause: Some(cause.into()), ..row(0, "a", 1.0, outcome) };
-        let rows = [
-            on("b", Outcome::Fell),
-            on("c", Outcome::Fell),
-            on("a", Outcome::Fell),
-            on("c", Outcome::Fell),
-            on("b", Outcome::Diverged),
-        ];
-        let causes = FallCause::count(&rows.iter().collect::<Vec<_>>());
-        let causes: Vec<_> = causes.iter().map(|c| (c.cause.as_str(), c.trials)).collect();
-        assert_eq!(causes, [("c", 2), ("a", 1), ("b", 1)]);
+        let hold = TrialRow { set_after_push: None, cpi_margin_after_push: None, ..row(0, "hold", 1.0, Outcome::Fell) };
+        assert_eq!(Prediction::new(&[&hold]), None);
     }
 }

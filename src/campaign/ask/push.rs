@@ -1,0 +1,112 @@
+//! What pushes a campaign draws: `[push]` and `[second_push]`.
+
+use crate::campaign::ask::bounds::PushBounds;
+use crate::campaign::ask::distribution::Distribution;
+use crate::error::{Error, Result};
+use crate::sim::{Profile, Push};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Distributions of what makes a [`Push`]; the fields are those of `Push`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PushSpec {
+    pub impulse_n_s: Distribution,
+    #[serde(default = "default_heading")]
+    pub heading_deg: Distribution,
+    #[serde(default = "default_height")]
+    pub height_m: Distribution,
+    #[serde(default = "default_duration")]
+    pub duration_s: Distribution,
+    #[serde(default = "default_start")]
+    pub start_s: Distribution,
+    #[serde(default)]
+    pub profile: Profile,
+}
+
+fn default_heading() -> Distribution {
+    Distribution::Constant(Push::default().heading_deg)
+}
+fn default_height() -> Distribution {
+    Distribution::Constant(Push::default().height_m)
+}
+fn default_duration() -> Distribution {
+    Distribution::Constant(Push::default().duration_s)
+}
+fn default_start() -> Distribution {
+    Distribution::Constant(Push::default().start_s)
+}
+
+impl PushSpec {
+    pub(crate) fn check(&self, file: &str, horizon_s: f64) -> Result<()> {
+        let bounds = PushBounds::new(horizon_s);
+        self.impulse_n_s.check(file, "push.impulse_n_s", bounds.impulse_n_s)?;
+        self.heading_deg.check(file, "push.heading_deg", bounds.heading_deg)?;
+        self.height_m.check(file, "push.height_m", bounds.height_m)?;
+        self.duration_s.check(file, "push.duration_s", bounds.duration_s)?;
+        self.start_s.check(file, "push.start_s", bounds.start_s)
+    }
+}
+
+/// `[second_push]`: distributions of a push that comes after the first, with its height, duration and profile.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SecondPushSpec {
+    /// 0: there is none.
+    pub impulse_n_s: Distribution,
+    pub heading_deg: Distribution,
+    /// From the end of the first push to the start of this one.
+    pub after_s: Distribution,
+}
+
+impl Default for SecondPushSpec {
+    fn default() -> Self {
+        Self {
+            impulse_n_s: Distribution::Constant(0.0),
+            heading_deg: Distribution::Constant(Push::default().heading_deg),
+            after_s: Distribution::Constant(1.0),
+        }
+    }
+}
+
+impl SecondPushSpec {
+    /// Whether there is a second push.
+    pub fn is_any(&self) -> bool {
+        self.impulse_n_s != Distribution::Constant(0.0)
+    }
+
+    /// Whether two trials can have different second pushes, their first being the same.
+    pub(crate) fn is_random(&self) -> bool {
+        self.is_any() && ![self.impulse_n_s, self.heading_deg, self.after_s].iter().all(Distribution::is_constant)
+    }
+
+    /// Accepted times after the first push: both are over in three quarters of the episode, as one alone is.
+    pub(crate) fn after_bounds(push: &PushSpec, horizon_s: f64) -> [f64; 2] {
+        let bounds = PushBounds::new(horizon_s);
+        let (start_s, duration_s) = (push.start_s.most(bounds.start_s), push.duration_s.most(bounds.duration_s));
+        [0.0, 0.75 * horizon_s - start_s - 2.0 * duration_s]
+    }
+
+    /// Checks the distributions, those of the first push (`push`) being right.
+    pub(crate) fn check(&self, file: &str, push: &PushSpec, horizon_s: f64) -> Result<()> {
+        if !self.is_any() {
+            return Ok(());
+        }
+        let bounds = PushBounds::new(horizon_s);
+        self.impulse_n_s.check(file, "second_push.impulse_n_s", bounds.impulse_n_s)?;
+        self.heading_deg.check(file, "second_push.heading_deg", bounds.heading_deg)?;
+        let after_s = Self::after_bounds(push, horizon_s);
+        if after_s[1] < after_s[0] {
+            let accepted = "a first push that starts earlier or is shorter, or a longer episode.horizon_s";
+            return Err(Error::value(file, "second_push", self, "leaves no time for it", accepted));
+        }
+        self.after_s.check(file, "second_push.after_s", after_s)
+    }
+}
+
+impl fmt::Display for SecondPushSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { impulse_n_s, heading_deg, after_s } = self;
+        write!(f, "impulse {impulse_n_s} N s, heading {heading_deg} deg, {after_s} s after the first")
+    }
+}

@@ -1,0 +1,140 @@
+//! The search at one heading with one gain set. Each of its trials is a trial of the campaign in everything but the push's
+//! impulse and heading.
+
+use crate::campaign::ask::spec::Campaign;
+use crate::campaign::ask::{trial, variations};
+use crate::control::Design;
+use crate::episode::{self, Outcome};
+use crate::error::{Error, Result};
+use crate::robot::Robot;
+use crate::stats::psychometric::{Posterior, Rule};
+use serde::Serialize;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What one gain set takes at one heading.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SetLimit {
+    pub name: String,
+    pub impulse50_n_s: f64,
+    pub ci95: [f64; 2],
+    /// None where nothing is left to chance.
+    pub impulse90_n_s: Option<f64>,
+    pub impulse90_ci95: Option<[f64; 2]>,
+    /// impulse50 over the bound with one footstep.
+    pub of_one_step_bound: f64,
+    /// Whether the interval of impulse50 is as narrow as asked for.
+    pub resolved: bool,
+    pub trials: u64,
+    pub recovered: u64,
+    pub fell: u64,
+    pub timed_out: u64,
+    pub diverged: u64,
+}
+
+/// Whether two trials with the same impulse and heading can differ.
+pub(super) fn is_random(campaign: &Campaign) -> bool {
+    let (push, sensors) = (&campaign.push, &campaign.sensors);
+    let noisy = sensors.noise_scale != 0.0 || sensors.bias_scale != 0.0;
+    let varied =
+        variations::drawn(&campaign.variations).list().into_iter().filter_map(|(_, distribution)| distribution);
+    let mut drawn = [push.height_m, push.duration_s, push.start_s].into_iter().chain(varied);
+    noisy || campaign.second_push.is_random() || drawn.any(|distribution| !distribution.is_constant())
+}
+
+/// Where a search is made.
+pub(super) struct Search<'a> {
+    pub campaign: &'a Campaign,
+    pub robot: &'a Robot,
+    pub heading_deg: f64,
+    /// Largest impulse that one footstep takes by the pendulum (N s).
+    pub bound_one_step_n_s: f64,
+    /// Index of its trial 0 in the campaign.
+    pub first_trial: u64,
+    pub stop: &'a AtomicBool,
+}
+
+impl Search<'_> {
+    pub fn run(&self, name: &str, design: &Design, rule: Rule) -> Result<SetLimit> {
+        let random = rule.random;
+        let mut posterior = Posterior::new(rule);
+        let [mut recovered, mut fell, mut timed_out, mut diverged] = [0; 4];
+        while let Some(impulse_n_s) = posterior.next_impulse() {
+            if self.stop.load(Ordering::Relaxed) {
+                return Err(Error::Interrupted);
+            }
+            let outcome = self.outcome(design, self.first_trial + posterior.trials(), impulse_n_s);
+            *match outcome {
+                Outcome::Recovered => &mut recovered,
+                Outcome::Fell => &mut fell,
+                Outcome::TimedOut => &mut timed_out,
+                Outcome::Diverged => &mut diverged,
+            } += 1;
+            posterior.observe(impulse_n_s, outcome == Outcome::Recovered);
+        }
+        let (impulse50, impulse90) = (posterior.impulse50(), posterior.impulse90());
+        Ok(SetLimit {
+            name: name.into(),
+            impulse50_n_s: impulse50.at_n_s,
+            ci95: impulse50.ci95,
+            impulse90_n_s: random.then_some(impulse90.at_n_s),
+            impulse90_ci95: random.then_some(impulse90.ci95),
+            of_one_step_bound: impulse50.at_n_s / self.bound_one_step_n_s,
+            resolved: posterior.is_resolved(),
+            trials: posterior.trials(),
+            recovered,
+            fell,
+            timed_out,
+            diverged,
+        })
+    }
+
+    /// A trial of the campaign with another first push.
+    fn outcome(&self, design: &Design, trial: u64, impulse_n_s: f64) -> Outcome {
+        let mut disturbance = trial::disturbance(self.campaign, trial);
+        if let Some(push) = disturbance.pushes.first_mut() {
+            (push.impulse_n_s, push.heading_deg) = (impulse_n_s, self.heading_deg);
+        }
+        let config = &self.campaign.episode;
+        episode::run(self.robot, design, config, disturbance, config.until(), &mut |_| {}).outcome
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::ask::spec::tests::campaign;
+
+    #[test]
+    fn random_is_what_lets_two_trials_differ_and_nothing_else() {
+        assert!(!is_random(&campaign("nominal", &[])) && is_random(&campaign("standard", &[])));
+        for (set, random) in [
+            (vec!["sensors.noise_scale=0.1"], true),
+            (vec!["sensors.bias_scale=0.1"], true),
+            (vec!["push.height_m={uniform=[0, 0.1]}"], true),
+            (vec!["push.height_m=0.1", "push.duration_s=0.1"], false),
+            (vec!["variations.mass_scale={uniform=[0.9, 1.1]}"], true),
+            (vec!["variations.mass_scale={normal=[1.1, 0]}", "variations.friction=0.5"], false),
+            (vec!["variations.delay_s={normal=[0.004, 0.001]}"], true),
+            // A slope rises towards a heading that is drawn, unless one is given.
+            (vec!["push.start_s=1", "variations.slope_deg=1"], true),
+            (vec!["push.start_s=1", "variations.slope_deg=1", "variations.slope_heading_deg=30"], false),
+            (vec!["variations.slope_deg=0"], false),
+            (vec!["second_push.impulse_n_s=1"], false),
+            (vec!["second_push={impulse_n_s=1, after_s={uniform=[0.1, 1]}}"], true),
+            (vec!["second_push={impulse_n_s=0, after_s={uniform=[0.1, 1]}}"], false),
+        ] {
+            let campaign = campaign("nominal", &set);
+            assert_eq!(is_random(&campaign), random, "{set:?}");
+            // As it is drawn (noise apart, which is not compared): the trials of one search differ, or do not.
+            let trials: Vec<_> = (0..20)
+                .map(|i| {
+                    let mut pushes = trial::pushes(&campaign, i);
+                    (pushes[0].impulse_n_s, pushes[0].heading_deg) = (1.0, 0.0);
+                    (pushes, trial::variation(&campaign, i))
+                })
+                .collect();
+            let noisy = set[0].starts_with("sensors");
+            assert!(noisy || trials.iter().any(|trial| *trial != trials[0]) == random, "{set:?}");
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! What the pendulum allows: the largest impulses that standing, one footstep and any number of them can take.
+
+use crate::campaign::ask::spec::Campaign;
+use crate::campaign::limit::search::SetLimit;
+use crate::error::{Error, Result};
+use crate::lipm::capture::{self, LandingBox, SteppingPendulum};
+use crate::robot::{Foot, Kinematics, PerFoot, Reach, Robot};
+use crate::sim::Profile;
+use nalgebra::Point2;
+use serde::Serialize;
+use std::path::Path;
+
+/// What the bounds are computed from.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Yardstick {
+    pub mass_kg: f64,
+    pub omega_rad_s: f64,
+    pub com_height_m: f64,
+    /// COM at home less the origin: x, y.
+    pub com_offset_m: [f64; 2],
+    /// Least and most, about the sole's centre.
+    pub sole_x_m: [f64; 2],
+    pub sole_y_m: [f64; 2],
+    /// Between the soles' centres.
+    pub stance_width_m: f64,
+    pub min_step_time_s: f64,
+    /// From the stance sole's centre to that of the landing one.
+    pub reach_m: ReachM,
+    /// Mean of the campaign's.
+    pub push_duration_s: f64,
+    /// Mean of the campaign's, above the COM.
+    pub push_height_m: f64,
+    pub push_profile: Profile,
+    /// By how much a push of this duration may be harder than an instantaneous one.
+    pub push_factor: f64,
+    /// 1 / (1 + push_height / com_height) for a push above the COM, else 1: what is left of a bound if the angular
+    /// momentum that the push brings is paid back through the ankles.
+    pub height_factor: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ReachM {
+    pub forward: f64,
+    pub outward: f64,
+    pub inward: f64,
+}
+
+/// One heading: bounds for the campaign's push (its duration counted in, its height not), and what gain sets take.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Heading {
+    pub heading_deg: f64,
+    pub bound_no_step_n_s: f64,
+    pub bound_one_step_n_s: f64,
+    pub bound_n_step_n_s: f64,
+    /// Bounds times `height_factor`.
+    pub bound_no_step_at_height_n_s: f64,
+    pub bound_one_step_at_height_n_s: f64,
+    pub bound_n_step_at_height_n_s: f64,
+    pub sets: Vec<SetLimit>,
+}
+
+impl Yardstick {
+    /// Of a robot at home, under the mean push of a campaign. Errors: the robot's file does not tell its reach.
+    pub fn new(robot: &Robot, campaign: &Campaign) -> Result<Yardstick> {
+        let Some(Reach { forward_m, outward_m, inward_m, min_step_time_s }) = robot.reach else {
+            let path = Path::new(&campaign.robot).with_extension("toml");
+            let accepted = "a table [reach] with forward_m, outward_m, inward_m and min_step_time_s";
+            let problem = "the pendulum's bounds need where a foot can land, and how soon";
+            return Err(Error::value(&path.to_string_lossy(), "reach", "(none)", problem, accepted));
+        };
+        let mut kinematics = Kinematics::new(robot);
+        kinematics.update(robot, &robot.home_posture());
+        let centre = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot).translation.vector);
+        let (com, middle) = (kinematics.com(), (centre.left + centre.right) / 2.0);
+        let omega_rad_s = robot.omega();
+        let com_height_m = robot.home_com_height();
+        // Soles of two sizes: the smaller one.
+        let half_m = [0, 1].map(|axis| {
+            Foot::BOTH.map(|foot| robot.soles[foot].half_m[axis]).into_iter().fold(f64::INFINITY, f64::min)
+        });
+        let (push_duration_s, push_height_m) = (campaign.push.duration_s.mean(), campaign.push.height_m.mean());
+        let push_factor = match campaign.push.profile {
+            Profile::Rectangular => capture::rectangular_push_factor,
+            Profile::HalfSine => capture::half_sine_push_factor,
+        };
+        Ok(Yardstick {
+            mass_kg: robot.mass(),
+            omega_rad_s,
+            com_height_m,
+            com_offset_m: [com.x - middle.x, com.y - middle.y],
+            sole_x_m: [-half_m[0], half_m[0]],
+            sole_y_m: [-half_m[1], half_m[1]],
+            stance_width_m: (centre.left.y - centre.right.y).abs(),
+            min_step_time_s,
+            reach_m: ReachM { forward: forward_m, outward: outward_m, inward: inward_m },
+            push_duration_s,
+            push_height_m,
+            push_profile: campaign.push.profile,
+            push_factor: push_factor(omega_rad_s, push_duration_s),
+            height_factor: 1.0 / (1.0 + push_height_m.max(0.0) / com_height_m),
+        })
+    }
+
+    /// The bounds at one heading (degrees), no gain sets yet. Errors: the solver gives up.
+    pub fn heading(&self, heading_deg: f64) -> Result<Heading> {
+        let ReachM { forward, outward, inward } = self.reach_m;
+        let pendulum = SteppingPendulum {
+            mass_kg: self.mass_kg,
+            omega: self.omega_rad_s,
+            com: Point2::from(self.com_offset_m),
+            sole_x_m: self.sole_x_m,
+            sole_y_m: self.sole_y_m,
+            stance_width_m: self.stance_width_m,
+            reach: LandingBox { forward_m: forward, outward_m: outward, inward_m: inward },
+            step_time_s: self.min_step_time_s,
+        };
+        let bounds = pendulum.bounds(heading_deg)?;
+        let [no, one, n] = [bounds.no_step_n_s, bounds.one_step_n_s, bounds.n_step_n_s].map(|j| j * self.push_factor);
+        Ok(Heading {
+            heading_deg,
+            bound_no_step_n_s: no,
+            bound_one_step_n_s: one,
+            bound_n_step_n_s: n,
+            bound_no_step_at_height_n_s: no * self.height_factor,
+            bound_one_step_at_height_n_s: one * self.height_factor,
+            bound_n_step_at_height_n_s: n * self.height_factor,
+            sets: Vec::new(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::ask::no_step::NoStep;
+    use crate::campaign::ask::spec::tests::campaign;
+
+    #[test]
+    fn the_yardstick_takes_the_mean_push() {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let of = |set: &[&str]| Yardstick::new(&robot, &campaign("nominal", set)).unwrap();
+        let drawn = of(&["push.height_m={uniform=[-0.05, 0.1]}", "push.duration_s={normal=[0.06, 0.02]}"]);
+        assert_eq!(drawn, of(&["push.height_m=0.025", "push.duration_s=0.06"]));
+        let heading = drawn.heading(0.0).unwrap();
+        let factor = 1.0 / (1.0 + 0.025 / robot.home_com_height());
+        assert!((heading.bound_one_step_at_height_n_s / heading.bound_one_step_n_s - factor).abs() < 1e-12);
+        // Below the COM a bound is not raised.
+        assert_eq!(of(&["push.height_m={uniform=[-0.1, 0]}"]).height_factor, 1.0);
+    }
+
+    /// The measure of a push is the bound without a footstep, without the factor of the push's duration.
+    #[test]
+    fn the_measure_of_a_push_is_the_bound_without_a_footstep() {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let (yardstick, no_step) = (Yardstick::new(&robot, &campaign("nominal", &[])).unwrap(), NoStep::new(&robot));
+        for heading_deg in [-135.0, -20.0, 0.0, 70.0, 90.0, 180.0] {
+            let bound = yardstick.heading(heading_deg).unwrap().bound_no_step_n_s / yardstick.push_factor;
+            let found = no_step.impulse_n_s(heading_deg).unwrap();
+            assert!((found - bound).abs() < 1e-9, "{heading_deg}: {found}, not {bound}");
+        }
+    }
+}

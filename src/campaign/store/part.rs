@@ -1,0 +1,95 @@
+//! A part of a result: the rows of one block of trials, in a CSV file (floats with all digits) and, written after it, a
+//! small marker with rows, range, configuration hash and content hash. A part counts as complete only if all of this
+//! matches. Parts do not know threads, shards or hosts, so any history of interruptions ends in the same bytes.
+
+use crate::campaign::store::row::TrialRow;
+use crate::error::{Error, Result};
+use crate::files::{json, sha256_hex, write_atomic};
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+use std::{fs, path::PathBuf};
+
+/// Which part it is, complete or not.
+pub struct PartFile<'a> {
+    /// Without the extension.
+    pub stem: PathBuf,
+    pub trials: Range<u64>,
+    /// Names of the gain sets, in the order of the campaign.
+    pub sets: &'a [String],
+    pub config_hash: &'a str,
+}
+
+/// Marker of a finished part.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Marker {
+    first_trial: u64,
+    trials: u64,
+    rows: usize,
+    config_hash: String,
+    sha256: String,
+}
+
+impl PartFile<'_> {
+    /// Writes the part, then its marker. `rows` are sorted by trial, then set.
+    pub fn write(&self, rows: &[TrialRow]) -> Result<()> {
+        let mut csv = csv::Writer::from_writer(Vec::new());
+        let path = self.path("csv");
+        let fail = |e: csv::Error| Error::Write { path: path.clone(), source: std::io::Error::other(e) };
+        for row in rows {
+            csv.serialize(row).map_err(fail)?;
+        }
+        let bytes = csv.into_inner().map_err(|e| fail(e.into_error().into()))?;
+        write_atomic(&path, &bytes)?;
+        write_atomic(&self.path("json"), json(&self.marker(rows.len(), &bytes))?.as_bytes())
+    }
+
+    /// The rows. Errors: missing, damaged, or of another campaign.
+    pub fn rows(&self) -> Result<Vec<TrialRow>> {
+        let content = self.content()?;
+        let problem = |problem: String| Error::Parts { path: self.path("csv"), problem };
+        let rows: Vec<TrialRow> = csv::Reader::from_reader(content.as_slice())
+            .deserialize()
+            .collect::<Result<_, _>>()
+            .map_err(|e| problem(e.to_string()))?;
+        let expected = self.trials.clone().flat_map(|trial| self.sets.iter().map(move |set| (trial, set)));
+        if rows.iter().map(|row| (row.trial, &row.set)).eq(expected) {
+            Ok(rows)
+        } else {
+            Err(problem("rows are not those of its trials and sets, once each and in order".into()))
+        }
+    }
+
+    /// Whether all of it is there, as it was written.
+    pub fn is_complete(&self) -> bool {
+        self.content().is_ok()
+    }
+
+    fn path(&self, extension: &str) -> PathBuf {
+        self.stem.with_extension(extension)
+    }
+
+    fn marker(&self, rows: usize, content: &[u8]) -> Marker {
+        Marker {
+            first_trial: self.trials.start,
+            trials: self.trials.end - self.trials.start,
+            rows,
+            config_hash: self.config_hash.into(),
+            sha256: sha256_hex(content),
+        }
+    }
+
+    /// Bytes of a complete part.
+    fn content(&self) -> Result<Vec<u8>> {
+        let path = self.path("csv");
+        let problem = |problem: String| Error::Parts { path: path.clone(), problem };
+        let marker = fs::read(self.path("json")).map_err(|e| problem(format!("no marker: {e}")))?;
+        let content = fs::read(&path).map_err(|e| problem(e.to_string()))?;
+        let found: Marker = serde_json::from_slice(&marker).map_err(|e| problem(format!("marker: {e}")))?;
+        let rows = (self.trials.end - self.trials.start) as usize * self.sets.len();
+        if found == self.marker(rows, &content) {
+            Ok(content)
+        } else {
+            Err(problem("does not match its marker".into()))
+        }
+    }
+}

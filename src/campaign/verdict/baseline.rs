@@ -1,0 +1,129 @@
+//! An earlier result as the baseline of gates, and whether two results can be compared at all.
+//!
+//! A comparison stands on the trials being the same: seed, what is drawn, judge, and every push to the bit.
+
+use crate::campaign::ask::spec::Campaign;
+use crate::campaign::ask::trial;
+use crate::campaign::store::folder::{Folder, Manifest};
+use crate::campaign::store::row::TrialRow;
+use crate::error::{Error, Result};
+use serde::Serialize;
+use serde_json::Value;
+use std::path::Path;
+
+/// Differences of two campaigns that an error names.
+const SHOWN: usize = 4;
+
+/// An earlier result with the same pushes.
+pub struct Baseline {
+    pub manifest: Manifest,
+    rows: Vec<TrialRow>,
+}
+
+/// Which result was the baseline.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BaselineId {
+    pub name: String,
+    /// Version of the program.
+    pub standfast: String,
+    pub config_hash: String,
+    pub trials: u64,
+}
+
+impl Baseline {
+    /// Errors: no complete result, or of other trials than those of `ours`.
+    pub fn open(path: &Path, ours: &Manifest) -> Result<Baseline> {
+        let folder = Folder::existing(path)?;
+        let campaign = &ours.campaign;
+        refuse_other_trials(&folder, campaign)?;
+        let rows = folder.rows()?;
+        for row in &rows {
+            let (pushes, variation) = (trial::pushes(campaign, row.trial), trial::variation(campaign, row.trial));
+            if row.pushes() != pushes || row.variation() != variation {
+                return Err(other_push(path, row.trial));
+            }
+        }
+        Ok(Baseline { manifest: folder.manifest, rows })
+    }
+
+    pub fn trials(&self) -> u64 {
+        (self.rows.len() / self.manifest.sets.len()) as u64
+    }
+
+    /// What a report says of it.
+    pub fn told(&self) -> BaselineId {
+        let Manifest { standfast, config_hash, campaign, .. } = &self.manifest;
+        let (name, trials) = (campaign.name.clone(), self.trials());
+        BaselineId { name, standfast: standfast.clone(), config_hash: config_hash.clone(), trials }
+    }
+
+    /// Whether it ended when decided: then its count of trials has to do with its outcomes.
+    pub fn is_sequential(&self) -> bool {
+        self.manifest.campaign.stopping.until_resolved
+    }
+
+    /// In the order of trials, from 0.
+    pub fn rows_of(&self, set: &str) -> Vec<&TrialRow> {
+        self.rows.iter().filter(|row| row.set == set).collect()
+    }
+}
+
+/// What makes two results hard to compare, beside their trials: they differ in more than gains, or in nothing.
+pub fn unlike(a: &Manifest, b: &Manifest) -> Vec<String> {
+    let robots = [a, b].map(|m| format!("{} ({:.8})", m.campaign.robot, m.robot_sha256));
+    let versions = [a, b].map(|m| m.standfast.clone());
+    let differ = |(what, [of_a, of_b]): (&str, [String; 2])| {
+        (of_a != of_b).then(|| format!("the {what} differ: {of_a} and {of_b}"))
+    };
+    let differences = [("robots", robots), ("versions of standfast", versions)].into_iter().filter_map(differ);
+    let same = "both were made from the same inputs: only another build can have made a difference";
+    differences.chain((a.config_hash == b.config_hash).then(|| same.to_string())).collect()
+}
+
+/// Errors: the trials of `folder` are drawn or judged otherwise than those of `campaign`.
+pub(super) fn refuse_other_trials(folder: &Folder, campaign: &Campaign) -> Result<()> {
+    let mut found = Vec::new();
+    differences("", &drawn(campaign), &drawn(&folder.manifest.campaign), &mut found);
+    if found.is_empty() {
+        return Ok(());
+    }
+    let more = match found.len().saturating_sub(SHOWN) {
+        0 => String::new(),
+        more => format!("; and {more} more differ"),
+    };
+    found.truncate(SHOWN);
+    let problem = format!("its trials are others, so nothing can be paired: {}{more}", found.join("; "));
+    Err(Error::Parts { path: folder.path.clone(), problem })
+}
+
+/// Error: what was drawn for a trial is not what the same campaign draws now, or drew for another result.
+pub(super) fn other_push(path: &Path, trial: u64) -> Error {
+    let problem = format!("trial {trial} met another push, robot or ground, though the campaigns say the same");
+    Error::Parts { path: path.into(), problem: problem + ": another version drew it otherwise" }
+}
+
+/// All of a campaign that says what its trials are and how they are judged.
+fn drawn(campaign: &Campaign) -> Value {
+    serde_json::json!({
+        "seed": campaign.seed,
+        "push": campaign.push,
+        "second_push": campaign.second_push,
+        "variations": campaign.variations,
+        "sensors": campaign.sensors,
+        "episode": campaign.episode,
+    })
+}
+
+/// The values that differ, each with its dotted key.
+fn differences(key: &str, here: &Value, there: &Value, found: &mut Vec<String>) {
+    match (here, there) {
+        (Value::Object(a), Value::Object(b)) if a.keys().eq(b.keys()) => {
+            for (name, value) in a {
+                let key = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
+                differences(&key, value, &b[name], found);
+            }
+        }
+        _ if here == there => {}
+        _ => found.push(format!("{key} is {there} there and {here} here")),
+    }
+}

@@ -1,0 +1,90 @@
+//! How long gain sets take to stand and to be home.
+//!
+//! Each set's own median compares different trials: a set that survives harder pushes has more of the slow ones. So there
+//! are medians over the trials that all sets survive, too.
+
+use crate::campaign::store::row::{TrialRow, by_trial};
+use crate::stats::rate::median;
+use serde::Serialize;
+
+/// Medians of the times from the end of the push, over trials that recovered.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Times {
+    /// To standing: slow and inside of the support (s).
+    pub median_settling_s: Option<f64>,
+    /// To the COM being home for good (s), where the trial that never is counts as the latest: None if the median is
+    /// such a trial, and for episodes that end early.
+    pub median_homing_s: Option<f64>,
+    /// Trials in which the COM was home at the horizon; None for episodes that end early.
+    pub home: Option<u64>,
+}
+
+impl Times {
+    /// Of rows that recovered; others are left out.
+    pub fn of<'a>(rows: impl Iterator<Item = &'a TrialRow>, end_early: bool) -> Self {
+        let rows: Vec<&TrialRow> = rows.filter(|row| row.has_recovered()).collect();
+        let median_settling_s = median(rows.iter().filter_map(|row| row.settling_s()).collect());
+        if end_early {
+            return Self { median_settling_s, ..Self::default() };
+        }
+        let homing = rows.iter().map(|row| row.homing_s().unwrap_or(f64::INFINITY)).collect();
+        Self {
+            median_settling_s,
+            median_homing_s: median(homing).filter(|s| s.is_finite()),
+            home: Some(rows.iter().filter(|row| row.homing_s().is_some()).count() as u64),
+        }
+    }
+}
+
+/// Trials that every set of the campaign survived, and each set's times over them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CommonSurvivors {
+    pub trials: u64,
+    /// In the order of the sets.
+    pub sets: Vec<Times>,
+}
+
+impl CommonSurvivors {
+    /// `rows` are sorted by trial, then by set; `sets` is the count of sets.
+    pub fn new(rows: &[TrialRow], sets: usize, end_early: bool) -> Self {
+        let survived: Vec<&[TrialRow]> =
+            by_trial(rows, sets).filter(|trial| trial.iter().all(TrialRow::has_recovered)).collect();
+        Self {
+            trials: survived.len() as u64,
+            sets: (0..sets).map(|set| Times::of(survived.iter().map(|trial| &trial[set]), end_early)).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::store::row::tests::rows;
+    use crate::episode::Outcome::{Fell, Recovered};
+
+    #[test]
+    fn common_times_leave_out_what_one_set_lost() {
+        let mut rows = rows(&[[Recovered, Recovered], [Recovered, Fell], [Recovered, Recovered]]);
+        for (row, settled) in rows.iter_mut().zip([1.0, 2.0, 9.0, 9.0, 3.0, 4.0]) {
+            row.settled_at_s = Some(row.start_s + row.duration_s + settled);
+        }
+        let common = CommonSurvivors::new(&rows, 2, true);
+        assert_eq!(common.trials, 2);
+        let median = |set: usize| common.sets[set].median_settling_s.unwrap();
+        assert!((median(0) - 2.0).abs() < 1e-12 && (median(1) - 3.0).abs() < 1e-12);
+        assert_eq!(common.sets[0].home, None);
+        let own = Times::of(rows.iter().filter(|row| row.set == "a"), true);
+        assert!((own.median_settling_s.unwrap() - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_trial_that_never_gets_home_is_the_latest() {
+        let mut rows = rows(&[[Recovered, Recovered]; 3]);
+        rows[0].home_at_s = None;
+        let times = |rows: &[TrialRow]| Times::of(rows.iter().filter(|row| row.set == "a"), false);
+        assert_eq!(times(&rows).home, Some(2));
+        assert!((times(&rows).median_homing_s.unwrap() - (1.75 - 0.55)).abs() < 1e-12);
+        rows[2].home_at_s = None;
+        assert_eq!((times(&rows).home, times(&rows).median_homing_s), (Some(1), None));
+    }
+}

@@ -1,0 +1,202 @@
+//! What follows from an estimate (paper, Fig. 5): stand, or step and stand again.
+
+use super::TickError;
+use super::account::{Account, Phase};
+use super::body::{Body, SoleReference, carry};
+use super::design::Design;
+use super::estimate::Estimate;
+use super::stand::{Supervisor, Support};
+use super::step::{Footwork, Landing, LastLanding, StepState, Swing, footwork};
+use crate::lipm::gains::Standing;
+use crate::robot::{Command, Foot, PerFoot};
+use nalgebra::{Point2, Vector2};
+use std::sync::Arc;
+
+/// The part of the controller that acts. Alone, it can be driven by an estimate from elsewhere.
+#[derive(Debug)]
+pub struct Balance {
+    pub(super) design: Arc<Design>,
+    pub(super) supervisor: Supervisor,
+    pub(super) body: Body,
+    footwork: Option<Box<dyn Footwork>>,
+    /// Of another gain set, which takes over when the foot in the air has landed.
+    next_footwork: Option<Option<Box<dyn Footwork>>>,
+    /// The footstep in the air.
+    swing: Option<Swing>,
+    last_landing: Option<LastLanding>,
+    /// For how long no set has held the state while no foot was in the air (s); 0 at the first such tick.
+    out_of_sets_s: Option<f64>,
+    /// Wanted ZMP, world.
+    zmp_ref: Point2<f64>,
+    switches: u32,
+}
+
+impl Balance {
+    /// At rest as `start` says.
+    pub fn new(design: Arc<Design>, start: &Estimate) -> Self {
+        Self {
+            supervisor: Supervisor::new(&design.family, start.com_xy()),
+            body: Body::new(&design.robot, start, design.com_height),
+            footwork: footwork(&design),
+            next_footwork: None,
+            swing: None,
+            last_landing: None,
+            out_of_sets_s: None,
+            zmp_ref: start.com_xy(),
+            switches: 0,
+            design,
+        }
+    }
+
+    /// Goes on with the gain set of another design for the same robot, from the state reached. A foot in the air is led to its
+    /// landing by the rule that lifted it.
+    pub fn switch_to(&mut self, design: Arc<Design>) {
+        self.supervisor = Supervisor::new(&design.family, self.zmp_ref);
+        self.supervisor.start_anew(self.zmp_ref);
+        match &self.swing {
+            Some(_) => self.next_footwork = Some(footwork(&design)),
+            None => self.footwork = footwork(&design),
+        }
+        self.out_of_sets_s = None;
+        self.design = design;
+    }
+
+    /// Adds to what the acting gain wants of the ZMP (m, world), behind its back: to measure how the ZMP follows.
+    pub fn probe_zmp(&mut self, probe: Vector2<f64>) {
+        self.supervisor.zmp_probe = probe;
+    }
+
+    /// The foot in the air.
+    pub fn in_air(&self) -> Option<Foot> {
+        self.swing.as_ref().map(|swing| swing.footstep.foot)
+    }
+
+    /// The footstep in the air.
+    pub fn swing(&self) -> Option<&Swing> {
+        self.swing.as_ref()
+    }
+
+    /// One tick: writes `command`, and into `estimate` which foot stands. Does not allocate. Errors: the equations of the body
+    /// have no solution; `command` may then be half written.
+    pub fn tick(&mut self, estimate: &mut Estimate, command: &mut Command) -> Result<(), TickError> {
+        if let (Some(swing), Some(footwork)) = (&self.swing, &self.footwork) {
+            match footwork.landing(estimate, swing) {
+                Some(landing) => self.land(landing, estimate),
+                None => return self.swing_on(estimate, command),
+            }
+        }
+        match self.design.family.standing {
+            Standing::Posture => self.hold(estimate, command),
+            Standing::Switching => return self.stand(estimate, command),
+        }
+        Ok(())
+    }
+
+    /// What was done at the last tick, on the estimate that it went by.
+    pub fn account<'a>(&'a self, estimate: &'a Estimate) -> Account<'a> {
+        let family = &self.design.family;
+        let phase = match (self.in_air(), family.standing) {
+            (Some(foot), _) => Phase::Swing(foot),
+            (None, Standing::Posture) => Phase::Posture,
+            (None, Standing::Switching) if self.supervisor.is_held() => Phase::Switching,
+            (None, Standing::Switching) => Phase::OutOfSets,
+        };
+        Account {
+            phase,
+            estimate,
+            zmp_ref: self.zmp_ref,
+            gain: Some(self.supervisor.gain).filter(|_| !family.gains.is_empty()),
+            margin: self.supervisor.margin,
+            switches: self.switches,
+            swing: self.swing.as_ref(),
+            balance: self,
+        }
+    }
+
+    /// Keeps the home posture. The wanted ZMP is shown as the one measured.
+    fn hold(&mut self, estimate: &Estimate, command: &mut Command) {
+        self.zmp_ref = estimate.zmp;
+        command.clone_from(&self.design.home);
+    }
+
+    /// Switching control (Sect. III.D); where no set holds the state, a footstep if the gain set takes any (Sect. V).
+    fn stand(&mut self, estimate: &mut Estimate, command: &mut Command) -> Result<(), TickError> {
+        let Design { family, robot, .. } = &*self.design;
+        let (com, dt) = (estimate.com_xy(), family.pendulum.dt);
+        let support = Support::of_estimate(robot, estimate);
+        let decision = self.supervisor.update(family, &support, com, estimate.com_vel_xy());
+        self.zmp_ref = decision.zmp.unwrap_or(self.zmp_ref);
+        self.out_of_sets_s = (!decision.held).then(|| self.out_of_sets_s.map_or(0.0, |s| s + dt));
+        if let Some(out_of_sets_s) = self.out_of_sets_s
+            && self.lift(estimate, &support, self.supervisor.zmp_error(), out_of_sets_s)
+        {
+            return self.swing_on(estimate, command);
+        }
+        if let Some(landing) = &mut self.last_landing {
+            landing.ago_s += dt;
+        }
+        self.switches += u32::from(decision.starts);
+        let Self { design, body, .. } = self;
+        let Design { family, robot, .. } = &**design;
+        body.com.height = [design.com_height, 0.0, 0.0];
+        // In flight there is no ZMP and no pendulum: the reference waits at the estimate.
+        if decision.starts || support.polygon.is_none() {
+            body.com.start(estimate);
+        }
+        let acceleration = body.com.advance(&family.pendulum, estimate, self.zmp_ref);
+        if decision.held {
+            body.com.make_up_for_sag(com, dt);
+        }
+        let soles = SoleReference { poses: estimate.footholds, velocities: PerFoot::default() };
+        body.follow(robot, &family.pendulum, estimate, soles, command);
+        carry(robot, estimate, &estimate.in_contact, self.zmp_ref, acceleration, &mut command.tau_ff);
+        Ok(())
+    }
+
+    /// Lifts a foot for a ZMP error (m, control frame) that no state shows, as the paper imposes it (Sect. V.C). False if the
+    /// footwork rule has no footstep for it.
+    pub fn lift_for(&mut self, estimate: &mut Estimate, zmp_error: Vector2<f64>) -> bool {
+        let support = Support::of_estimate(&self.design.robot, estimate);
+        self.lift(estimate, &support, zmp_error, f64::INFINITY)
+    }
+
+    fn lift(
+        &mut self,
+        estimate: &mut Estimate,
+        support: &Support,
+        zmp_error: Vector2<f64>,
+        out_of_sets_s: f64,
+    ) -> bool {
+        let Some(footwork) = &mut self.footwork else { return false };
+        let (design, zmp_ref, last_landing) = (&self.design, self.zmp_ref, self.last_landing);
+        let now = StepState { design, estimate, support, zmp_error, zmp_ref, out_of_sets_s, last_landing };
+        self.swing = footwork.lift(&now, &mut self.body);
+        self.swing.iter().for_each(|swing| estimate.lift(swing.footstep.foot));
+        self.swing.is_some()
+    }
+
+    /// A tick with a foot in the air.
+    fn swing_on(&mut self, estimate: &Estimate, command: &mut Command) -> Result<(), TickError> {
+        let (Some(swing), Some(footwork)) = (&mut self.swing, &mut self.footwork) else { return Ok(()) };
+        let Self { design, zmp_ref, last_landing, .. } = self;
+        swing.time_s += design.family.pendulum.dt;
+        let support = &Support::of_estimate(&design.robot, estimate);
+        let (zmp_error, zmp_ref, last_landing) = (swing.footstep.zmp_error, *zmp_ref, *last_landing);
+        let now = StepState { design, estimate, support, zmp_error, zmp_ref, out_of_sets_s: 0.0, last_landing };
+        self.zmp_ref = footwork.swing(&now, swing, &mut self.body, command)?;
+        Ok(())
+    }
+
+    /// Ends the footstep in the air: the standing rule goes on from the state reached.
+    fn land(&mut self, landing: Landing, estimate: &mut Estimate) {
+        let Some(foot) = self.in_air() else { return };
+        self.swing = None;
+        self.supervisor.start_anew(self.zmp_ref);
+        estimate.land(foot, landing == Landing::OnGround);
+        self.last_landing = Some(LastLanding { foot, ago_s: 0.0 });
+        self.out_of_sets_s = None;
+        if let Some(next) = self.next_footwork.take() {
+            self.footwork = next;
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! Footsteps that catch the robot: what the paper leaves out while a foot is in the air.
+//!
+//! A foot is lifted as soon as no set holds the state and the DCM is outside of the support: the one by which the DCM
+//! will miss the support to be by least ([`plan`]). At every tick from then on the landing place and the ZMP are planned
+//! anew from the estimate, so that both follow the DCM, and the torques are those of the moving body
+//! ([`InverseDynamics`]): a leg that swings in 0.14 s pushes the rest of the body
+//! off its course.
+
+use super::quintic::Quintic;
+use super::{Footwork, PlannedFootstep, StepState, Swing, SwingTiming};
+use crate::control::TickError;
+use crate::control::body::{
+    Body, BodyTargets, ContactModel, DesiredAcceleration, InverseDynamics, InverseKinematics, SoleReference, upright,
+};
+use crate::control::design::Design;
+use crate::control::estimate::on_ground;
+use crate::lipm::catching::{CatchPlan, CatchProblem, Catching, plan};
+use crate::robot::{Command, Foot, PerFoot, Reach};
+use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
+
+/// A foot that is late is planned for as if it were due in so many ticks.
+const LATE_TICKS: f64 = 5.0;
+/// Newton steps a tick towards the posture at landing, which moves with the landing place.
+const AHEAD_STEPS: usize = 3;
+/// Share of the friction, and of each sole's length and width, that inverse dynamics counts on.
+const FRICTION_SHARE: f64 = 0.75;
+const SOLE_SHARE: f64 = 0.98;
+
+/// The rule, and the models that it plans with.
+#[derive(Debug)]
+pub struct CatchFootwork {
+    rules: Catching,
+    reach: Reach,
+    /// The posture at landing. Where the feet will be far apart the legs reach only from lower: the body sinks on the way. One
+    /// that is pulled down by the leg at the end leaves the ground.
+    at_landing: InverseKinematics,
+    dynamics: InverseDynamics,
+    wanted: DesiredAcceleration,
+}
+
+impl CatchFootwork {
+    /// For a design that was checked: its robot says how far the feet reach.
+    pub fn new(rules: Catching, design: &Design) -> Self {
+        let robot = &*design.robot;
+        let contact = ContactModel { friction: FRICTION_SHARE * robot.friction, sole_share: SOLE_SHARE };
+        Self {
+            rules,
+            reach: robot.reach.expect("the design of a set that catches asks for it"),
+            at_landing: InverseKinematics::new(robot),
+            dynamics: InverseDynamics::new(robot, contact),
+            wanted: DesiredAcceleration::rest(robot, PerFoot::default()),
+        }
+    }
+}
+
+impl Footwork for CatchFootwork {
+    /// Lifts the foot that catches best; none while the DCM is inside of the support, or without a foot to stand on.
+    fn lift(&mut self, now: &StepState, body: &mut Body) -> Option<Swing> {
+        let (rules, estimate, robot) = (self.rules, now.estimate, &now.design.robot);
+        if !now.has_waited(0.0, rules.pause_s) {
+            return None;
+        }
+        let polygon = now.support.polygon?;
+        if polygon.contains(now.support.frame.inverse_transform_point(&dcm_in(0.0, now))) {
+            return None;
+        }
+        let mut best: Option<(Foot, Isometry2<f64>, CatchPlan)> = None;
+        for foot in Foot::BOTH.into_iter().filter(|foot| estimate.in_contact[foot.other()]) {
+            let stance = on_ground(&estimate.footholds[foot.other()]);
+            let carried = (estimate.load_n[foot] / (estimate.load_n.left + estimate.load_n.right)).clamp(0.0, 1.0);
+            let transfer_s = if carried.is_finite() { carried * rules.transfer_s } else { 0.0 };
+            let dcm = to_side(foot, stance.inverse_transform_point(&dcm_in(transfer_s, now)));
+            let catch = plan(&rules.weights, &self.problem(foot, now), dcm, rules.swing_time_s - transfer_s);
+            if best.as_ref().is_none_or(|(.., least)| catch.cost < least.cost) {
+                best = Some((foot, stance, catch));
+            }
+        }
+        let (foot, stance, catch) = best?;
+        let to = stance * Point2::from(to_side(foot, catch.place.into()));
+        let Catching { swing_time_s, lift_m, late_s, .. } = rules;
+        body.com.start(estimate);
+        self.at_landing.start_at(body.posture());
+        body.com.height = [self.at_landing.com_height(robot), 0.0, 0.0];
+        let footstep = PlannedFootstep { foot, to, zmp_error: now.zmp_error };
+        Some(Swing::new(SwingTiming { swing_time_s, lift_m, late_s }, footstep, &estimate.footholds))
+    }
+
+    /// Landing place and ZMP are planned anew until shortly before the landing, then the ZMP alone.
+    fn swing(
+        &mut self,
+        now: &StepState,
+        swing: &mut Swing,
+        body: &mut Body,
+        command: &mut Command,
+    ) -> Result<Point2<f64>, TickError> {
+        let (robot, pendulum, estimate) = (&*now.design.robot, &now.design.family.pendulum, now.estimate);
+        let (foot, stance, left_s) = (swing.footstep.foot, swing.stance, swing.time_left_s());
+        let mut problem = self.problem(foot, now);
+        if left_s <= self.rules.settle_s {
+            problem = problem.landing_at(to_side(foot, stance.inverse_transform_point(&swing.footstep.to)));
+        }
+        let dcm = to_side(foot, stance.inverse_transform_point(&dcm_in(0.0, now)));
+        let catch = plan(&self.rules.weights, &problem, dcm, left_s.max(LATE_TICKS * pendulum.dt));
+        if left_s > self.rules.settle_s {
+            swing.aim(stance * Point2::from(to_side(foot, catch.place.into())));
+        }
+        let zmp = stance * Point2::from(to_side(foot, catch.zmp.into()));
+        self.lower_body(now, swing, zmp, body);
+        let acceleration = body.com.advance(pendulum, estimate, zmp);
+        let mut soles = SoleReference { poses: estimate.footholds, velocities: PerFoot::default() };
+        (soles.poses[foot], soles.velocities[foot]) = swing.sole();
+        body.follow(robot, pendulum, estimate, soles, command);
+        let wanted = &mut self.wanted;
+        wanted.standing = PerFoot::from_fn(|f| f != foot);
+        wanted.sole_acc = PerFoot::default();
+        wanted.sole_acc[foot][0] = swing.sole_acc();
+        wanted.com_acc = Vector3::new(acceleration.x, acceleration.y, body.com.height[2]);
+        let solved = self.dynamics.solve(robot, &estimate.posture, body.velocity(), wanted);
+        solved.ok_or(TickError::Unsolvable)?;
+        command.tau_ff.copy_from_slice(&self.dynamics.tau);
+        Ok(zmp)
+    }
+}
+
+impl CatchFootwork {
+    /// What a footstep of `foot` has to work with.
+    fn problem(&self, foot: Foot, now: &StepState) -> CatchProblem {
+        let Design { robot, family, stance, .. } = now.design;
+        let reach = &self.reach;
+        CatchProblem {
+            omega: family.pendulum.omega,
+            sole: robot.soles[foot.other()].half_m,
+            zmp_margin: family.zmp_margin,
+            reach: [[-reach.forward_m, reach.forward_m], [reach.inward_m, reach.outward_m]],
+            home: Vector2::new(stance.x * foot.side(), stance.y),
+        }
+    }
+
+    /// Moves the height of the COM towards one from which the legs reach the landing place.
+    fn lower_body(&mut self, now: &StepState, swing: &Swing, zmp: Point2<f64>, body: &mut Body) {
+        let (robot, pendulum, estimate) = (&now.design.robot, &now.design.family.pendulum, now.estimate);
+        let (foot, left_s, dt) = (swing.footstep.foot, swing.time_left_s(), pendulum.dt);
+        let com = pendulum.com_in(left_s.max(0.0), estimate.com_xy(), estimate.com_vel_xy(), zmp);
+        let mut soles = estimate.footholds;
+        soles[foot] = soles[foot.other()];
+        (soles[foot].translation.vector.x, soles[foot].translation.vector.y) =
+            (swing.footstep.to.x, swing.footstep.to.y);
+        let targets = BodyTargets {
+            com: Point3::new(com.x, com.y, now.design.com_height),
+            rise: f64::INFINITY,
+            com_vel: Vector3::zeros(),
+            soles,
+            sole_vel: PerFoot::default(),
+            trunk: upright(estimate),
+        };
+        for _ in 0..AHEAD_STEPS {
+            self.at_landing.follow(robot, &targets);
+        }
+        let height = &mut body.com.height;
+        *height = if left_s > LATE_TICKS * dt {
+            Quintic::new(*height, self.at_landing.com_height(robot), 0.0, left_s).at(dt)
+        } else {
+            [height[0], 0.0, 0.0]
+        };
+    }
+}
+
+/// The DCM in `time_s` and the delay from sensing to torque, if the ZMP stays where it is: world (m).
+fn dcm_in(time_s: f64, now: &StepState) -> Point2<f64> {
+    let (estimate, omega) = (now.estimate, now.design.family.pendulum.omega);
+    let dcm = estimate.com_xy() + estimate.com_vel_xy() / omega;
+    estimate.zmp + (dcm - estimate.zmp) * (omega * (time_s + now.design.robot.delay_s)).exp()
+}
+
+/// Between the axes of a stance sole and those in which y is to the side of `foot`, its own inverse.
+fn to_side(foot: Foot, v: Point2<f64>) -> Vector2<f64> {
+    Vector2::new(v.x, v.y * foot.side())
+}
