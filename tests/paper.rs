@@ -106,6 +106,18 @@ fn every_figure_is_a_file_and_on_the_page() {
         assert!(document.root_element().has_tag_name(("http://www.w3.org/2000/svg", "svg")), "{file}");
         let elements = document.descendants().filter(|node| node.is_element()).count();
         assert!(elements > 20, "{file}: {elements} elements");
+        // Its panels stand beside and below each other, inside of the picture.
+        let side = |node: roxmltree::Node, name| node.attribute(name).map_or(0.0, |px| px.parse::<f64>().unwrap());
+        let place = |node| ["x", "y", "width", "height"].map(|name| side(node, name));
+        let [_, _, width, height] = place(document.root_element());
+        let panels = document.root_element().children().filter(|node| node.has_tag_name("svg")).map(place);
+        let panels: Vec<[f64; 4]> = panels.collect();
+        for (i, [x, y, w, h]) in panels.iter().enumerate() {
+            assert!(x + w < width && y + h < height, "{file}: panel {i}");
+            let apart = |[u, v, ..]: &[f64; 4]| u >= &(x + w) || v >= &(y + h);
+            assert!(panels[i + 1..].iter().all(apart), "{file}: panel {i} is covered");
+        }
+        assert!(panels.len() > 1, "{file}");
     }
     for number in ["1", "2", "10", "11"] {
         tells(&format!("<dt>Fig. {number}</dt>"));
