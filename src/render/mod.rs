@@ -21,7 +21,12 @@ use std::path::Path;
 
 /// The files in a folder that `option` names and whose files may be replaced; none if it is not there. Errors: it is a file,
 /// or holds one whose name is not `own`.
-fn own_folder(option: &str, folder: &Path, own: impl Fn(&str) -> bool, accepted: &str) -> Result<Vec<String>> {
+pub(crate) fn own_folder(
+    option: &str,
+    folder: &Path,
+    own: impl Fn(&str) -> bool,
+    accepted: &str,
+) -> Result<Vec<String>> {
     let refuse = |problem: String| Err(Error::value("arguments", option, folder.display(), problem, accepted));
     let fail = |source| Error::Read { path: folder.into(), source };
     let entries = match std::fs::read_dir(folder) {
