@@ -6,7 +6,7 @@ use common::{Bench, config, push};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use standfast::control::Phase;
-use standfast::episode::{ClosedLoop, Disturbance, Film, Until};
+use standfast::episode::{ClosedLoop, Controlled, Disturbance, Film, Until};
 use standfast::geometry::SupportPolygon;
 use standfast::sim::Pull;
 

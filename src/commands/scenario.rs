@@ -8,7 +8,7 @@ use crate::control::Design;
 use crate::episode::{Disturbance, imposed};
 use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
-use crate::render::plot::motion::{MotionPlot, MotionSample};
+use crate::render::plot::motion::MotionPlot;
 use crate::render::{self, text};
 use crate::robot::Robot;
 use serde_json::json;
@@ -90,7 +90,7 @@ fn impose(args: &ScenarioArgs, scenario: &Scenario, case: &Case, error: &Imposed
     let Case { robot, design, config } = *case;
     let mut plot = MotionPlot::default();
     let record = imposed::run(robot, design, config, error.zmp_error_m.into(), error.start, &mut |tick| {
-        plot.samples.push(MotionSample::of_imposed(tick));
+        plot.push(robot, tick);
     })?;
     let told = text::Imposed { scenario: &scenario.name, gain_set: &design.family.name, start: error.start, record };
     if let Some(path) = &args.outputs.plot {

@@ -1,8 +1,8 @@
 //! What the controller did at a tick, and why: read by trace, film, window and judge. Nobody reaches into the controller.
 
-use super::balance::Balance;
+use super::design::Design;
 use super::estimate::Estimate;
-use super::stand::Support;
+use super::stand::{Supervisor, Support};
 use super::step::Swing;
 use crate::robot::{Foot, Posture};
 use nalgebra::{Point2, Vector2};
@@ -49,7 +49,10 @@ pub struct Account<'a> {
     pub switches: u32,
     /// The footstep in the air.
     pub swing: Option<&'a Swing>,
-    pub(super) balance: &'a Balance,
+    /// Where the body is sent: the posture of the inverse kinematics.
+    pub posture_ref: &'a Posture,
+    pub(super) design: &'a Design,
+    pub(super) supervisor: &'a Supervisor,
 }
 
 impl<'a> Account<'a> {
@@ -60,27 +63,22 @@ impl<'a> Account<'a> {
 
     /// Name of the gain that acts; None where the gain set has none.
     pub fn gain_name(&self) -> Option<&'a str> {
-        self.gain.map(|gain| self.balance.design.family.gains[gain].name.as_str())
+        self.gain.map(|gain| self.design.family.gains[gain].name.as_str())
     }
 
     /// What the robot stands on, as estimated: not on a foot that is in the air.
     pub fn support(&self) -> Support {
-        Support::of_estimate(&self.balance.design.robot, self.estimate)
-    }
-
-    /// Where the body is sent: the posture of the inverse kinematics.
-    pub fn posture_ref(&self) -> &'a Posture {
-        self.balance.body.posture()
+        Support::of_estimate(&self.design.robot, self.estimate)
     }
 
     /// The margin, as [`margin`](Self::margin), of another state of the COM (world; m, m/s), e.g. the true one.
     pub fn margin_at(&self, com: Point2<f64>, com_vel: Vector2<f64>) -> f64 {
-        self.balance.supervisor.margin_at(com, com_vel)
+        self.supervisor.margin_at(com, com_vel)
     }
 
     /// For a picture: the slice of each gain's set over the COM, at the COM velocity and ZMP when the robot last stood, slow to
     /// fast: corners in the world (m), none where the set holds no such state.
     pub fn slices(&self) -> Vec<Vec<Point2<f64>>> {
-        self.balance.supervisor.slices()
+        self.supervisor.slices()
     }
 }

@@ -1,9 +1,9 @@
 //! What follows from an estimate (paper, Fig. 5): stand, or step and stand again.
 
-use super::TickError;
 use super::account::{Account, Phase};
 use super::body::{Body, SoleReference, carry};
 use super::design::Design;
+use super::error::TickError;
 use super::estimate::Estimate;
 use super::stand::{Supervisor, Support};
 use super::step::{Footwork, Landing, LastLanding, StepState, Swing, footwork};
@@ -15,9 +15,9 @@ use std::sync::Arc;
 /// The part of the controller that acts. Alone, it can be driven by an estimate from elsewhere.
 #[derive(Debug)]
 pub struct Balance {
-    pub(super) design: Arc<Design>,
-    pub(super) supervisor: Supervisor,
-    pub(super) body: Body,
+    design: Arc<Design>,
+    supervisor: Supervisor,
+    body: Body,
     footwork: Option<Box<dyn Footwork>>,
     /// Of another gain set, which takes over when the foot in the air has landed.
     next_footwork: Option<Option<Box<dyn Footwork>>>,
@@ -109,7 +109,9 @@ impl Balance {
             margin: self.supervisor.margin,
             switches: self.switches,
             swing: self.swing.as_ref(),
-            balance: self,
+            posture_ref: self.body.posture(),
+            design: &self.design,
+            supervisor: &self.supervisor,
         }
     }
 

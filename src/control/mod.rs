@@ -44,30 +44,19 @@ mod account;
 mod balance;
 pub mod body;
 mod design;
+mod error;
 pub mod estimate;
 pub mod stand;
 pub mod step;
 
-use crate::robot::{Command, Sensed, SensedError};
+use crate::robot::{Command, Sensed};
 pub use account::{Account, Phase};
 pub use balance::Balance;
 pub use design::{Design, home_polygon};
+pub use error::TickError;
 use estimate::{Estimate, Estimator};
 use nalgebra::Vector2;
 use std::sync::Arc;
-
-/// Why there is no new command. The last good one holds, and the controller goes on with the next good sample.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum TickError {
-    /// What was sensed cannot be: nothing has changed.
-    #[error(transparent)]
-    Sensed(#[from] SensedError),
-    /// The body's equations have no solution, or one that is no number; the controller starts anew with the next sample.
-    #[error(
-        "the equations of the body have no solution for what was sensed; the controller starts anew with the next sample"
-    )]
-    Unsolvable,
-}
 
 /// A controller, of one robot and gain set.
 #[derive(Debug)]

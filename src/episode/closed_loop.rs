@@ -1,7 +1,7 @@
-//! Plant and controller in a closed loop, one tick at a time: [`ClosedLoop::tick`] (sense, estimate, decide), then
-//! [`ClosedLoop::advance`] (servos and physics, up to the next tick).
+//! Plant and controller in a closed loop: sense, estimate, decide at every tick, then servos and physics up to the next.
 
-use super::{Disturbance, EpisodeConfig, Tick, support_on_ground};
+use super::config::{Disturbance, EpisodeConfig};
+use super::tick::{Controlled, Tick};
 use crate::control::{Controller, Design};
 use crate::robot::{Command, Robot};
 use crate::sim::plant::Clock;
@@ -36,25 +36,6 @@ impl<'a> ClosedLoop<'a> {
         Self { robot, design, plant, controller: Controller::new(design.clone()), command, pushes }
     }
 
-    /// What the sensors read now, and what the controller makes of it. Once a control period.
-    pub fn tick(&mut self) -> Tick<'_> {
-        let sensed = self.plant.sense();
-        // One that is refused what it senses keeps to its last command; a plant without numbers ends the episode.
-        if let Err(error) = self.controller.tick(&sensed, &mut self.command) {
-            log::debug!("{:.3} s: {error}", self.plant.truth().time_s);
-        }
-        let truth = self.plant.truth();
-        let dcm = truth.com.xy() + truth.com_vel.xy() / self.design.family.pendulum.omega;
-        let support = support_on_ground(self.robot, truth);
-        let dcm_outside_m = support.map_or(f64::INFINITY, |polygon| polygon.signed_distance(dcm));
-        Tick { truth, dcm, dcm_outside_m, account: self.controller.account(), command: &self.command }
-    }
-
-    /// Simulates a control period under the last command.
-    pub fn advance(&mut self) {
-        self.plant.advance(self.command.clone(), &self.pushes);
-    }
-
     /// Pulls at a link from the coming physics step on; None lets go.
     pub fn pull(&mut self, pull: Option<Pull>) {
         self.plant.pull = pull;
@@ -69,5 +50,21 @@ impl<'a> ClosedLoop<'a> {
     pub fn switch_to(&mut self, design: &'a Design) {
         self.design = design;
         self.controller.switch_to(design.clone());
+    }
+}
+
+impl Controlled for ClosedLoop<'_> {
+    fn tick(&mut self) -> Tick<'_> {
+        let sensed = self.plant.sense();
+        // One that is refused what it senses keeps to its last command; a plant without numbers ends the episode.
+        if let Err(error) = self.controller.tick(&sensed, &mut self.command) {
+            log::debug!("{:.3} s: {error}", self.plant.truth().time_s);
+        }
+        let omega = self.design.family.pendulum.omega;
+        Tick::new(self.robot, omega, self.plant.truth(), self.controller.account(), &self.command)
+    }
+
+    fn advance(&mut self) {
+        self.plant.advance(self.command.clone(), &self.pushes);
     }
 }

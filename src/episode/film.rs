@@ -1,6 +1,11 @@
 //! An episode with all that there is to see of it, for pictures and replays.
 
-use super::{ClosedLoop, Disturbance, EpisodeConfig, Record, Snapshot, Tick, Until, drive};
+use super::closed_loop::ClosedLoop;
+use super::config::{Disturbance, EpisodeConfig, Until};
+use super::record::Record;
+use super::run::judged;
+use super::snapshot::Snapshot;
+use super::tick::Tick;
 use crate::control::Design;
 use crate::robot::Robot;
 use crate::sim::{Ground, Push};
@@ -45,7 +50,7 @@ impl Film {
         let simulated = variation.robot(robot);
         let closed_loop = ClosedLoop::new(robot, &simulated, design, config, disturbance);
         let mut snapshots = Vec::new();
-        let record = drive(closed_loop, &simulated, config, how_long, &mut |tick, is_after| {
+        let record = judged(closed_loop, &simulated, config, how_long, &mut |tick, is_after| {
             if !is_after {
                 observe(tick);
             }

@@ -6,36 +6,20 @@
 //! starts at rest ([`Start::AtRest`]: its section is on the generation of the motion, and its second error is more than
 //! a footstep can make good), or the COM has the velocity that makes the slowest gain ask for it ([`Start::Moving`]).
 
+use super::config::EpisodeConfig;
 use super::footsteps::{Footstep, FootstepLog, Lifted};
-use super::{EpisodeConfig, home_distance};
+use super::tick::{Controlled, Tick, drive, home_distance};
 use crate::control::estimate::Estimate;
-use crate::control::{Account, Balance, Design, home_polygon};
+use crate::control::{Balance, Design, TickError, home_polygon};
 use crate::error::{Error, Result};
-use crate::geometry::SupportPolygon;
-use crate::lipm::OnlineSets;
 use crate::lipm::pendulum::State;
-use crate::robot::{GRAVITY, Kinematics, PerFoot, Pose, Posture, Robot};
+use crate::lipm::{OnlineSets, Pendulum};
+use crate::robot::{Command, GRAVITY, Kinematics, PerFoot, Robot};
+use crate::sim::{Ground, Truth};
 use nalgebra::{Point2, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
+use std::ops::ControlFlow;
 use std::sync::Arc;
-
-/// One control tick; world frame.
-pub struct ImposedTick<'a> {
-    pub time_s: f64,
-    /// The pendulum's COM (m) and its velocity (m/s).
-    pub com: Point2<f64>,
-    pub com_vel: Vector2<f64>,
-    pub dcm: Point2<f64>,
-    /// The ZMP of the tick that begins.
-    pub zmp: Point2<f64>,
-    /// Hull of the soles on the ground, world.
-    pub support: Option<SupportPolygon>,
-    /// The body by inverse kinematics, and its soles.
-    pub posture: &'a Posture,
-    pub soles: PerFoot<Pose>,
-    /// What the controller did, and why.
-    pub account: Account<'a>,
-}
 
 /// What the COM does when the error is imposed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -69,28 +53,29 @@ pub struct ImposedRecord {
     pub lowest_com_m: f64,
 }
 
-/// Imposes `zmp_error` (m, control frame) at t = 0 on a robot at home; the gain set's patience does not apply. Errors: the
-/// gain set does not step, or not for this error, or no velocity of the COM makes it.
+/// Imposes `zmp_error` (m, control frame) at t = 0 on a robot at home; the gain set's patience does not apply. What `observe`
+/// sees as the truth is the pendulum's COM and ZMP, and the body by inverse kinematics. Errors: the gain set does not step, or
+/// not for this error, or no velocity of the COM makes it.
 pub fn run(
     robot: &Robot,
     design: &Design,
     config: &EpisodeConfig,
     zmp_error: Vector2<f64>,
     start: Start,
-    observe: &mut dyn FnMut(&ImposedTick),
+    observe: &mut dyn FnMut(&Tick),
 ) -> Result<ImposedRecord> {
     let design = design.without_patience();
-    let pendulum = design.family.pendulum;
-    let mut estimate = Estimate::at_home(robot);
-    let mut balance = Balance::new(Arc::new(design.clone()), &estimate);
-    let (mut command, mut kinematics) = (design.home_command().clone(), Kinematics::new(robot));
-    let com = estimate.com_xy();
+    let com = Estimate::at_home(robot).com_xy();
     let com_vel = match start {
         Start::AtRest => Vector2::zeros(),
         Start::Moving => velocity_for(robot, &design, com, zmp_error)?,
     };
-    let mut state = State::new(com, com_vel, com);
+    let mut ideal = Ideal::new(robot, &design, State::new(com, com_vel, com));
+    if start == Start::AtRest && !ideal.balance.lift_for(&mut ideal.estimate, zmp_error) {
+        return Err(refused(&design, zmp_error, "asks for no footstep of this gain set"));
+    }
     let mut log = FootstepLog::default();
+    let mut kinematics = Kinematics::new(robot);
     let mut record = ImposedRecord {
         zmp_error_m: zmp_error.into(),
         com_vel_m_s: com_vel.into(),
@@ -102,36 +87,21 @@ pub fn run(
         worst_com_error_m: 0.0,
         lowest_com_m: robot.home_com_height(),
     };
-    if start == Start::AtRest && !balance.lift_for(&mut estimate, zmp_error) {
-        return Err(refused(&design, zmp_error, "asks for no footstep of this gain set"));
-    }
-    for k in 0..=(config.horizon_s / pendulum.dt).round() as u64 {
-        let time_s = k as f64 * pendulum.dt;
-        sense(robot, &balance, &state, &mut estimate);
-        let solved = balance.tick(&mut estimate, &mut command);
-        solved.map_err(|e| Error::Numeric { what: format!("{time_s} s"), problem: e.to_string() })?;
-        let account = balance.account(&estimate);
-        let posture = account.posture_ref();
+    drive(&mut ideal, config, |tick| {
+        observe(tick);
+        let Truth { time_s, com, soles, posture, .. } = tick.truth;
+        log.watch(*time_s, soles, &tick.account);
         kinematics.update(robot, posture);
-        let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot));
-        let (com, com_vel, zmp) = (state.com(), state.com_vel(), account.zmp_ref);
-        let dcm = state.dcm(pendulum.omega);
-        let support = account.support();
-        let support = support.polygon.map(|polygon| polygon.transformed(&support.frame));
-        observe(&ImposedTick { time_s, com, com_vel, dcm, zmp, support, posture, soles, account });
-        log.watch(time_s, &soles, &account);
         record.lowest_com_m = record.lowest_com_m.min(kinematics.com().z);
-        record.worst_com_error_m = record.worst_com_error_m.max((kinematics.com().xy() - com).norm());
-        let away = !account.stands() || home_distance(com, &soles) > config.judge.home_radius_m;
-        record.home_at_s = if away { None } else { record.home_at_s.or(Some(time_s)) };
-        if home_distance(dcm, &soles) > LOST_HEIGHTS * robot.home_com_height() {
-            record.lost_at_s = Some(time_s);
-            break;
-        }
-
-        estimate.soles = soles;
-        let held = State::new(com, com_vel, zmp);
-        state = State { x: pendulum.step(&held.x, 0.0), y: pendulum.step(&held.y, 0.0) };
+        record.worst_com_error_m = record.worst_com_error_m.max((kinematics.com().xy() - com.xy()).norm());
+        let away = !tick.account.stands() || home_distance(com.xy(), soles) > config.judge.home_radius_m;
+        record.home_at_s = if away { None } else { record.home_at_s.or(Some(*time_s)) };
+        let is_lost = home_distance(tick.dcm, soles) > LOST_HEIGHTS * robot.home_com_height();
+        record.lost_at_s = is_lost.then_some(*time_s);
+        if is_lost { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    if let Some(error) = ideal.failed {
+        return Err(Error::Numeric { what: design.family.name, problem: error.to_string() });
     }
     record.footsteps = log.taken;
     record.unfinished_footstep = log.unfinished;
@@ -141,14 +111,72 @@ pub fn run(
 /// In heights of the COM at home.
 const LOST_HEIGHTS: f64 = 1.5;
 
-/// What an ideal robot senses: the pendulum's state, and a foot down once its arc has ended.
-fn sense(robot: &Robot, balance: &Balance, state: &State, estimate: &mut Estimate) {
-    let in_air = balance.swing().filter(|swing| !swing.is_due()).map(|swing| swing.footstep.foot);
-    (estimate.com.x, estimate.com.y) = (state.com().x, state.com().y);
-    estimate.com_vel = Vector3::new(state.com_vel().x, state.com_vel().y, 0.0);
-    estimate.zmp = state.zmp();
-    let share = 0.5 * robot.mass() * GRAVITY;
-    estimate.load_n = PerFoot::from_fn(|foot| if in_air == Some(foot) { 0.0 } else { share });
+/// The ideal pendulum under control, with a body that follows it.
+struct Ideal<'a> {
+    robot: &'a Robot,
+    pendulum: Pendulum,
+    balance: Balance,
+    estimate: Estimate,
+    command: Command,
+    state: State,
+    ticks: u64,
+    truth: Truth,
+    failed: Option<TickError>,
+}
+
+impl<'a> Ideal<'a> {
+    fn new(robot: &'a Robot, design: &Design, state: State) -> Self {
+        let estimate = Estimate::at_home(robot);
+        Self {
+            robot,
+            pendulum: design.family.pendulum,
+            balance: Balance::new(Arc::new(design.clone()), &estimate),
+            command: design.home_command().clone(),
+            state,
+            ticks: 0,
+            truth: Truth::at_rest(robot.home_posture(), estimate.com, Ground::default()),
+            failed: None,
+            estimate,
+        }
+    }
+
+    /// What an ideal robot senses: the pendulum's state, and a foot down once its arc has ended.
+    fn sense(&mut self) {
+        let in_air = self.balance.swing().filter(|swing| !swing.is_due()).map(|swing| swing.footstep.foot);
+        let (state, estimate) = (&self.state, &mut self.estimate);
+        (estimate.com.x, estimate.com.y) = (state.com().x, state.com().y);
+        estimate.com_vel = Vector3::new(state.com_vel().x, state.com_vel().y, 0.0);
+        estimate.zmp = state.zmp();
+        let share = 0.5 * self.robot.mass() * GRAVITY;
+        estimate.load_n = PerFoot::from_fn(|foot| if in_air == Some(foot) { 0.0 } else { share });
+    }
+}
+
+impl Controlled for Ideal<'_> {
+    fn tick(&mut self) -> Tick<'_> {
+        self.sense();
+        if let Err(error) = self.balance.tick(&mut self.estimate, &mut self.command) {
+            self.failed = Some(error);
+        }
+        let Self { robot, balance, estimate, truth, state, .. } = self;
+        let account = balance.account(estimate);
+        let zmp = account.zmp_ref;
+        truth.posture.clone_from(account.posture_ref);
+        estimate.place(robot, &truth.posture);
+        truth.time_s = self.ticks as f64 * self.pendulum.dt;
+        (truth.com.x, truth.com.y) = (state.com().x, state.com().y);
+        truth.com_vel = estimate.com_vel;
+        (truth.zmp, truth.soles) = (Some(zmp.into()), estimate.soles);
+        Tick::new(robot, self.pendulum.omega, truth, balance.account(estimate), &self.command)
+    }
+
+    /// The ZMP is the one wanted.
+    fn advance(&mut self) {
+        let zmp = self.balance.account(&self.estimate).zmp_ref;
+        let held = State::new(self.state.com(), self.state.com_vel(), zmp);
+        self.state = State { x: self.pendulum.step(&held.x, 0.0), y: self.pendulum.step(&held.y, 0.0) };
+        self.ticks += 1;
+    }
 }
 
 /// The velocity of a COM at `com` (world, and control frame at home) from which the slowest gain makes `zmp_error`.
@@ -263,7 +291,8 @@ mod tests {
         let omega = design.family.pendulum.omega;
         let mut ticks = Vec::new();
         run(&robot, &design, &config(), [-0.03, -0.0685].into(), Start::AtRest, &mut |tick| {
-            ticks.push((tick.com, tick.com_vel, tick.zmp));
+            let zmp = Point2::from(tick.truth.zmp.unwrap());
+            ticks.push((tick.truth.com.xy(), tick.truth.com_vel.xy(), zmp));
         })
         .unwrap();
         assert_eq!(ticks.len(), 1501);

@@ -1,13 +1,13 @@
 //! The judge at work: watches every tick and writes the episode's record.
 
+use super::config::{EpisodeConfig, Judge, Until};
 use super::footsteps::FootstepLog;
+use super::record::{Membership, Outcome, Record};
 use super::slip::Slip;
-use super::{EpisodeConfig, Judge, Membership, Outcome, Record, Tick, Until, home_distance};
+use super::tick::{Tick, home_distance};
 use crate::control::Phase;
-use crate::geometry::SupportPolygon;
-use crate::robot::{Foot, PerFoot, Robot};
+use crate::robot::Robot;
 use crate::sim::{Push, Truth};
-use nalgebra::Point2;
 
 /// Share of its torque limit at which a joint counts as being there.
 pub const AT_LIMIT: f64 = 0.999;
@@ -190,24 +190,6 @@ impl<'a> Referee<'a> {
         self.record.unfinished_footstep = self.footsteps.unfinished;
         self.record
     }
-}
-
-/// Hull of the soles that rest on the ground, world; None in flight.
-pub fn support_on_ground(robot: &Robot, truth: &Truth) -> Option<SupportPolygon> {
-    /// A sole is on the ground when a corner of it is this low above it (m).
-    const NEAR_M: f64 = 0.003;
-    let mut corners = [Point2::origin(); 8];
-    let mut count = 0;
-    let placed = PerFoot::from_fn(|foot| robot.soles[foot].corners().map(|corner| truth.soles[foot] * corner));
-    for foot in
-        Foot::BOTH.into_iter().filter(|&f| placed[f].iter().any(|c| c.z - truth.ground.height_m(c.xy()) < NEAR_M))
-    {
-        for corner in placed[foot] {
-            corners[count] = corner.xy();
-            count += 1;
-        }
-    }
-    SupportPolygon::hull(&corners[..count])
 }
 
 #[cfg(test)]

@@ -20,7 +20,9 @@
 //! and do not wait for the joints to move. Around 2 Hz the joints' stiffness adds up to 11 ms. -45 degrees is reached
 //! at 189 rad/s, 34 omega, on both axes; -3 dB is not. The fast pole of 5 omega lies far below.
 
-use super::{ClosedLoop, Disturbance, EpisodeConfig};
+use super::closed_loop::ClosedLoop;
+use super::config::{Disturbance, EpisodeConfig};
+use super::tick::Controlled;
 use crate::control::{Design, Phase};
 use crate::error::{Error, Result};
 use crate::lipm::gains::Standing;

@@ -1,6 +1,6 @@
 //! What there is to see of one tick: plain numbers, for whoever draws them.
 
-use super::{Tick, support_on_ground};
+use super::tick::{Tick, support_on_ground};
 use crate::control::Phase;
 use crate::control::estimate::on_ground;
 use crate::robot::{Foot, PerFoot, Posture, Robot};

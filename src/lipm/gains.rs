@@ -8,7 +8,6 @@
 use super::catching::Catching;
 use super::pendulum::{Pendulum, State};
 use super::stepping::Stepping;
-use super::variant::Entry;
 use crate::assets::{Source, parse_toml};
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
@@ -63,11 +62,6 @@ fn default_zmp_margin_m() -> f64 {
 }
 
 impl GainSet {
-    /// Loads a gain set that is compiled in, or a file, or a [`variant`](super::variant) of either.
-    pub fn load(entry: &str) -> Result<Self> {
-        Entry::split(entry).load()
-    }
-
     /// Reads a gain set. Errors name the file, the field, its value and what would be accepted.
     pub fn parse(source: &Source) -> Result<Self> {
         let set: Self = parse_toml(source)?;

@@ -80,6 +80,13 @@ impl<'a> Entry<'a> {
     }
 }
 
+impl GainSet {
+    /// Loads a gain set that is compiled in, or a file, or a variant of either.
+    pub fn load(entry: &str) -> Result<Self> {
+        Entry::split(entry).load()
+    }
+}
+
 /// The variants of `SET:KEY=V1,V2,...`, each as a list has it. Errors: it is not of this form.
 pub fn expand(sweep: &str) -> Result<Vec<String>> {
     let accepted = "SET:KEY=V1,V2,..., e.g. switching:zmp_margin_m=0.001,0.003";

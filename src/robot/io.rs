@@ -43,7 +43,7 @@ impl Sensed {
 const LARGEST_READING: f64 = 1e6;
 
 fn plausible(field: &'static str, values: &[f64]) -> Result<(), SensedError> {
-    match values.iter().position(|value| !(value.abs() <= LARGEST_READING)) {
+    match values.iter().position(|value| value.is_nan() || value.abs() > LARGEST_READING) {
         Some(index) => Err(SensedError::NoReading { field, index, value: values[index] }),
         None => Ok(()),
     }

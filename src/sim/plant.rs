@@ -95,6 +95,29 @@ pub struct Truth {
 }
 
 impl Truth {
+    /// At rest in a posture, nothing having acted yet; trunk and soles are still to be placed.
+    pub fn at_rest(posture: Posture, com: Point3<f64>, ground: Ground) -> Self {
+        let joints = posture.q.len();
+        Self {
+            time_s: 0.0,
+            ground,
+            posture,
+            velocity: DVector::zeros(6 + joints),
+            com,
+            com_vel: Vector3::zeros(),
+            trunk: Isometry3::identity(),
+            trunk_velocity: Vector6::zeros(),
+            soles: PerFoot::from_fn(|_| Isometry3::identity()),
+            sole_wrenches: PerFoot::default(),
+            contact_force: Vector3::zeros(),
+            zmp: None,
+            push_force: Vector3::zeros(),
+            push_point: com,
+            tau: vec![0.0; joints],
+            touching: None,
+        }
+    }
+
     /// Every number is finite, and no larger than a robot on Earth can come to (in m, m/s, rad/s): Rapier stops a
     /// body whose numbers overflow, which then stays wherever it got to, upright if it happened to be.
     pub fn is_finite(&self) -> bool {
@@ -124,24 +147,7 @@ impl<'a> Plant<'a> {
         kinematics.update(robot, &posture);
         let com = kinematics.com();
         let trunk_body = pose_from_rapier(world.bodies[handles.bodies[robot.trunk]].position());
-        let truth = Truth {
-            time_s: 0.0,
-            ground: ground.at(0.0),
-            posture,
-            velocity: DVector::zeros(6 + joints),
-            com,
-            com_vel: Vector3::zeros(),
-            trunk: Isometry3::identity(),
-            trunk_velocity: Vector6::zeros(),
-            soles: PerFoot::from_fn(|_| Isometry3::identity()),
-            sole_wrenches: PerFoot::default(),
-            contact_force: Vector3::zeros(),
-            zmp: None,
-            push_force: Vector3::zeros(),
-            push_point: com,
-            tau: vec![0.0; joints],
-            touching: None,
-        };
+        let truth = Truth::at_rest(posture, com, ground.at(0.0));
         let mut plant = Self {
             robot,
             ground,

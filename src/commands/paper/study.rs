@@ -90,8 +90,8 @@ pub fn run() -> Result<Study> {
         };
         let (mut motion, mut ticks) = (MotionPlot::default(), Vec::new());
         let record = imposed::run(&robot, &design, &scenario.episode(), zmp_error_m.into(), start, &mut |tick| {
-            motion.samples.push(MotionSample::of_imposed(tick));
-            ticks.push((tick.time_s, tick.posture.clone(), acting_gain(&tick.account)));
+            motion.push(&robot, tick);
+            ticks.push((tick.truth.time_s, tick.truth.posture.clone(), acting_gain(&tick.account)));
         })?;
         progress.tick();
         Ok((record, motion, ticks))

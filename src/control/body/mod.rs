@@ -27,7 +27,7 @@ const MOST_SHAPING_M: f64 = 0.02;
 const RISING_M_S: f64 = 0.03;
 
 /// Where the COM is to be: world. Over the ground it is integrated from eq. 1 and 2, started from the estimate at every switch
-/// and, other than in the paper, drawn back to it in between ([`FORGETTING_RATE`]).
+/// and, other than in the paper, drawn back to it in between.
 #[derive(Debug, Clone)]
 pub struct ComReference {
     /// Over the ground (m).

@@ -79,6 +79,12 @@ impl Estimate {
         self.in_contact[foot] = on_ground;
     }
 
+    /// Puts the body into a posture that is known, whatever the COM is said to do.
+    pub fn place(&mut self, robot: &Robot, posture: &Posture) {
+        self.posture.q.copy_from_slice(&posture.q);
+        self.place_base(robot, posture.base.translation.vector, posture.base.rotation);
+    }
+
     /// Joint angles as read, with the base at the origin; returns the orientation that the base has by the IMU.
     fn read_posture(&mut self, robot: &Robot, sensed: &Sensed) -> UnitQuaternion<f64> {
         self.posture.q.copy_from_slice(&sensed.q);

@@ -6,13 +6,14 @@
 //! ([`InverseDynamics`]): a leg that swings in 0.14 s pushes the rest of the body
 //! off its course.
 
+use super::footwork::{Footwork, StepState};
 use super::quintic::Quintic;
-use super::{Footwork, PlannedFootstep, StepState, Swing, SwingTiming};
-use crate::control::TickError;
+use super::swing::{PlannedFootstep, Swing, SwingTiming};
 use crate::control::body::{
     Body, BodyTargets, ContactModel, DesiredAcceleration, InverseDynamics, InverseKinematics, SoleReference, upright,
 };
 use crate::control::design::Design;
+use crate::control::error::TickError;
 use crate::control::estimate::on_ground;
 use crate::lipm::catching::{CatchPlan, CatchProblem, Catching, plan};
 use crate::robot::{Command, Foot, PerFoot, Reach};

@@ -7,9 +7,10 @@
 //! The paper takes one footstep, from home. When the feet are apart after an earlier one, the way starts where the foot
 //! would stand at home beside the other: from where it is, behind or ahead, it could leave its range at once.
 
-use super::{Footwork, PlannedFootstep, StepState, Swing, SwingTiming};
-use crate::control::TickError;
+use super::footwork::{Footwork, StepState};
+use super::swing::{PlannedFootstep, Swing, SwingTiming};
 use crate::control::body::{Body, SoleReference, carry};
+use crate::control::error::TickError;
 use crate::control::estimate::Estimate;
 use crate::lipm::relaxation::{AxisPlan, Boundary};
 use crate::lipm::stepping::Stepping;

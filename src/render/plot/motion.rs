@@ -5,7 +5,6 @@
 //! grey is a robot on its way to the ground; in colour, the time of pushes and of footsteps. World frame.
 
 use super::{Area, COLORS, Drawn, INK, axes, beside, svg};
-use crate::episode::imposed::ImposedTick;
 use crate::episode::snapshot::to_world;
 use crate::episode::{Tick, support_on_ground};
 use crate::error::Result;
@@ -113,21 +112,6 @@ impl MotionSample {
             dcm: tick.dcm.into(),
             feet: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.xy().into()),
             support: support_on_ground(robot, truth),
-            swing: !tick.account.stands(),
-        }
-    }
-
-    /// The ideal pendulum of an imposed error; its ZMP is the one wanted.
-    pub fn of_imposed(tick: &ImposedTick) -> Self {
-        let zmp = tick.zmp.into();
-        Self {
-            time_s: tick.time_s,
-            com: tick.com.into(),
-            zmp: Some(zmp),
-            zmp_ref: zmp,
-            dcm: tick.dcm.into(),
-            feet: PerFoot::from_fn(|foot| tick.soles[foot].translation.vector.xy().into()),
-            support: tick.support,
             swing: !tick.account.stands(),
         }
     }

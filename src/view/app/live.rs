@@ -4,7 +4,7 @@ use super::pick::Grab;
 use super::plots::{Plotted, Trail};
 use super::world::World;
 use crate::episode::snapshot::Arrow;
-use crate::episode::{ClosedLoop, Outcome, Record, Referee, Snapshot};
+use crate::episode::{ClosedLoop, Controlled, Outcome, Record, Referee, Snapshot};
 use crate::robot::Kinematics;
 use crate::sim::Push;
 use nalgebra::Point3;

@@ -1,0 +1,48 @@
+//! An episode, from its start to its record.
+
+use super::closed_loop::ClosedLoop;
+use super::config::{Disturbance, EpisodeConfig, Until};
+use super::record::Record;
+use super::referee::Referee;
+use super::tick::{Tick, drive};
+use crate::control::Design;
+use crate::robot::Robot;
+use std::ops::ControlFlow;
+
+/// Runs one episode of `robot`, for which `design` was made, as `disturbance` varies it. The same arguments give the same
+/// record, to the bit.
+pub fn run(
+    robot: &Robot,
+    design: &Design,
+    config: &EpisodeConfig,
+    disturbance: Disturbance,
+    until: Until,
+    observe: &mut dyn FnMut(&Tick),
+) -> Record {
+    let simulated = &disturbance.variation.robot(robot);
+    let closed_loop = ClosedLoop::new(robot, simulated, design, config, disturbance);
+    judged(closed_loop, simulated, config, (until, 0.0), &mut |tick, _| observe(tick))
+}
+
+/// Drives a loop to its end, and for a while after it (s), not beyond its horizon. `observe` sees every tick, and whether it is
+/// of the aftermath. The record is that of the episode itself.
+pub(super) fn judged(
+    mut closed_loop: ClosedLoop,
+    simulated: &Robot,
+    config: &EpisodeConfig,
+    (until, aftermath_s): (Until, f64),
+    observe: &mut dyn FnMut(&Tick, bool),
+) -> Record {
+    let mut referee = Referee::new(simulated, config, &closed_loop.pushes);
+    let mut ended_at_s: Option<f64> = None;
+    drive(&mut closed_loop, config, |tick| {
+        observe(tick, ended_at_s.is_some());
+        if ended_at_s.is_none() {
+            referee.watch(tick);
+            ended_at_s = referee.is_over(until).then_some(tick.truth.time_s);
+        }
+        let is_over = ended_at_s.is_some_and(|end_s| tick.truth.time_s >= end_s + aftermath_s);
+        if is_over || !tick.truth.is_finite() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    referee.finish()
+}
