@@ -13,6 +13,7 @@ pub mod result;
 pub mod scale;
 pub mod text;
 pub mod trace;
+pub mod trial_page;
 
 use crate::campaign::Summary;
 use crate::error::{Error, Result};
