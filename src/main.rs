@@ -1,5 +1,7 @@
 //! The program: runs the command that it is called with, and turns an error into an exit code.
 
+#![forbid(unsafe_code)]
+
 use standfast::commands::{self, note};
 use std::process::ExitCode;
 

@@ -56,7 +56,7 @@ fn what_the_page_shows_is_what_the_film_holds() {
         worst.compare("support", &flattened(&shown["support"]), all(&snapshot.support));
         for gain in 0..film.gains.len() {
             let slice = snapshot.slices.get(gain).map_or(&[][..], |slice| slice);
-            worst.compare("slices", &flattened(&shown["slices"][gain]), all(slice));
+            worst.compare("slices", &flattened(&shown["sets"][gain]), all(slice));
         }
         let landing: Vec<_> = snapshot.footstep.iter().flatten().map(|corner| corner.xy()).collect();
         worst.compare("footstep", &flattened(&shown["footstep"]), all(&landing));
@@ -70,7 +70,7 @@ fn what_the_page_shows_is_what_the_film_holds() {
     }
     eprintln!("largest differences (m): {:?}", worst.0);
     assert!(worst.0.len() >= 9 && worst.0.iter().all(|(_, error)| *error < NEAR_M), "{:?}", worst.0);
-    let marks = tab.evaluate("replay.film.marks.map((mark) => [mark.kind, mark.from_s])");
+    let marks = tab.evaluate("replay.film.events.map((event) => [event.kind, event.from_s])");
     let marked = |kind: &str| -> Vec<f64> {
         let of_kind = marks.as_array().unwrap().iter().filter(|mark| mark[0] == kind);
         of_kind.map(|mark| mark[1].as_f64().unwrap()).collect()
@@ -229,7 +229,7 @@ fn what_did_not_come_is_not_marked() {
     let last_s = film.snapshots.last().unwrap().time_s;
     let second = Push { start_s: last_s + 0.5, ..film.pushes[0] };
     film.pushes.push(second);
-    let marks = packed(&film)["marks"].clone();
+    let marks = packed(&film)["events"].clone();
     let of_kind = |kind: &str| marks.as_array().unwrap().iter().filter(|mark| mark["kind"] == kind).count();
     assert_eq!((of_kind("push"), of_kind("fall")), (1, 1), "{marks}");
 }

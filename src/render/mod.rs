@@ -4,13 +4,12 @@ pub mod html;
 mod html_page;
 pub mod junit;
 pub mod markdown;
-pub mod palette;
 pub mod paper;
 pub mod picture;
 pub mod plot;
 pub mod replay;
 pub mod result;
-pub mod scale;
+pub mod scene;
 pub mod text;
 pub mod trace;
 pub mod trial_page;
@@ -23,7 +22,12 @@ use std::path::Path;
 
 /// The files in a folder that `option` names and whose files may be replaced; none if it is not there. Errors: it is a file,
 /// or holds one whose name is not `own`.
-fn own_folder(option: &str, folder: &Path, own: impl Fn(&str) -> bool, accepted: &str) -> Result<Vec<String>> {
+pub(crate) fn own_folder(
+    option: &str,
+    folder: &Path,
+    own: impl Fn(&str) -> bool,
+    accepted: &str,
+) -> Result<Vec<String>> {
     let refuse = |problem: String| Err(Error::value("arguments", option, folder.display(), problem, accepted));
     let fail = |source| Error::Read { path: folder.into(), source };
     let entries = match std::fs::read_dir(folder) {

@@ -1,5 +1,6 @@
 //! A pinhole camera that looks at a point, world z up in the picture.
 
+use super::triangle::{Light, Vertex};
 use nalgebra::{Point3, Vector3};
 
 /// Where the picture is taken from (perspective).
@@ -18,14 +19,14 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Where a world point is seen in a picture of `size` (px): to the right and down from the upper left corner; None if
-    /// it is not before the camera.
+    /// Where a world point is seen in a picture of `size` (px): to the right and down from the upper left corner; None
+    /// if it is not before the camera.
     pub fn project(&self, point: Point3<f64>, size: [u32; 2]) -> Option<[f64; 2]> {
         View::new(self, size).project(point).map(|[x, y, _]| [x, y])
     }
 
-    /// The same view from as near as shows the balls (centre and radius, m) whole in a picture of `size`, with `margin` (a
-    /// share of the half width and height) around them. Unchanged if there are none.
+    /// The same view from as near as shows the balls (centre and radius, m) whole in a picture of `size`, with `margin`
+    /// (a share of the half width and height) around them. Unchanged if there are none.
     pub fn framing(&self, balls: &[(Point3<f64>, f64)], size: [u32; 2], margin: f64) -> Self {
         let view = View::new(self, size);
         let free = 1.0 - margin;
@@ -103,6 +104,24 @@ impl View {
         let scale = self.focal_px / depth;
         let [x, y] = self.middle;
         Some([x + scale * self.right.dot(&from_eye), y - scale * self.up.dot(&from_eye), 1.0 / depth])
+    }
+
+    /// A corner of a triangle to be painted; None if it is not before the camera.
+    pub fn vertex(&self, at: Point3<f64>, light: Light) -> Option<Vertex> {
+        self.project(at).map(|[x, y, near]| Vertex { at: [x, y], near, light })
+    }
+
+    /// A convex polygon without what is nearer to the eye than this (m, along the direction of view).
+    pub fn clipped(&self, corners: &[Point3<f64>], nearest_m: f64) -> Vec<Point3<f64>> {
+        let beyond = |at: &Point3<f64>| self.back.dot(&(self.eye - at)) - nearest_m;
+        let mut kept = Vec::new();
+        for (i, a) in corners.iter().enumerate() {
+            let b = &corners[(i + 1) % corners.len()];
+            let (from, to) = (beyond(a), beyond(b));
+            kept.extend((from > 0.0).then_some(*a));
+            kept.extend(((from > 0.0) != (to > 0.0)).then(|| a + (b - a) * (from / (from - to))));
+        }
+        kept
     }
 
     /// Direction of the ray through a point of the picture (px), one unit deep.

@@ -1,26 +1,25 @@
 //! Pictures as bytes: PNG, a strip of several, and a GIF that moves.
 
 use crate::error::{Error, Result};
-use crate::render::palette::Overlay;
+use crate::render::scene::palette::{Color, Overlay};
 use color_quant::NeuQuant;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
-use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder, RgbImage, imageops};
+use image::{ImageFormat, RgbImage, imageops};
 use std::borrow::Cow;
+use std::io::Cursor;
 use std::iter::repeat_n;
 
 /// A picture as a PNG file.
 pub fn png(image: &RgbImage) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    let written =
-        PngEncoder::new(&mut bytes).write_image(image, image.width(), image.height(), ExtendedColorType::Rgb8);
-    // Memory takes all, and an RgbImage has the bytes that its size says.
+    let mut bytes = Cursor::new(Vec::new());
+    // Memory takes all.
+    let written = image.write_to(&mut bytes, ImageFormat::Png);
     debug_assert!(written.is_ok());
-    bytes
+    bytes.into_inner()
 }
 
-/// Pictures side by side, as wide as they are together, the highest setting the height; white below the others, and a fine
-/// white line between two.
+/// Pictures side by side, as wide as they are together, the highest setting the height; white below the others, and a
+/// fine white line between two.
 pub fn strip(images: &[RgbImage]) -> RgbImage {
     let width = images.iter().map(RgbImage::width).sum();
     let height = images.iter().map(RgbImage::height).max().unwrap_or(0);
@@ -42,8 +41,9 @@ const COLORS: usize = 255;
 const AS_BEFORE: u8 = 255;
 /// Of so many colours that a palette is taught one is that of the same mark.
 const EACH_MARK: usize = 200;
-/// Pictures of one size, each with how long it is shown (1/100 s), as a GIF file that begins again for ever, in the colours
-/// of a palette. Of each picture only what has changed is stored. Error: no picture, or one beyond the 65535 px of a GIF.
+/// Pictures of one size, each with how long it is shown (1/100 s), as a GIF file that begins again for ever, in the
+/// colours of a palette. Of each picture only what has changed is stored. Error: no picture, or one beyond the 65535 px
+/// of a GIF.
 pub(super) fn gif(mut palette: Palette, images: impl Iterator<Item = (RgbImage, u16)>) -> Result<Vec<u8>> {
     let fail = |problem: String| Error::Numeric { what: "GIF".into(), problem };
     let mut images = images.peekable();
@@ -121,13 +121,13 @@ impl Palette {
         for pixel in images.iter().flat_map(RgbImage::pixels) {
             counts[bucket(pixel.0)] += 1;
         }
-        // As often as the square root, and the marks more than that: they are small, and not to lose their colours to the
-        // floor's many greys.
+        // As often as the square root, and the marks more than that: they are small, and not to lose their colours to
+        // the floor's many greys.
         let seen = counts.iter().enumerate().flat_map(|(bucket, count)| repeat_n(middle(bucket), count.isqrt()));
         let mut lesson: Vec<_> = seen.collect();
         let count = lesson.len() / EACH_MARK;
         lesson.extend(Overlay::ALL.into_iter().flat_map(|mark| {
-            let [_, r, g, b] = mark.color().to_be_bytes();
+            let Color(r, g, b) = mark.color();
             repeat_n([r, g, b, 255], count)
         }));
         let network = NeuQuant::new(1, COLORS, lesson.as_flattened());
@@ -146,7 +146,6 @@ mod tests {
     use super::*;
     use image::codecs::gif::GifDecoder;
     use image::{AnimationDecoder, Rgb};
-    use std::io::Cursor;
 
     fn plain(width: u32, height: u32, color: [u8; 3]) -> RgbImage {
         RgbImage::from_pixel(width, height, Rgb(color))

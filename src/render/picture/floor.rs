@@ -1,10 +1,9 @@
-//! What the robot stands on and before: a floor with a grid that fades out into a plain background, and the robot's shadow.
-//!
-//! Where the ground has a step, a ray first meets the higher of two planes, that of the patch or that around it; where it
-//! misses that, it goes on to a wall between the two or to the lower plane.
+//! What the robot stands on and before: a floor with a grid that fades out into a plain background, and the robot's
+//! shadow.
 
-use super::camera::View;
-use super::raster::{Area, Light, linear};
+use super::camera::{NEAREST_M, View};
+use super::triangle::{Coverage, Light, Vertex, linear};
+use crate::render::scene::{self, Face, GroundPart};
 use crate::sim::Ground;
 use nalgebra::{Matrix3, Point3, Vector3};
 
@@ -32,14 +31,10 @@ const LAMP_SIZE: f64 = 0.2;
 /// Floor and background of a picture.
 pub(super) struct Floor {
     view: View,
-    ground: Ground,
     /// Columns: directions on the floor, and its normal.
     axes: Matrix3<f64>,
-    /// How much a ray, one unit deep, falls towards the floor: at the upper left corner, and its growth from pixel to pixel,
-    /// right and down.
-    fall: [f64; 3],
-    /// Of the eye above the plane of the patch (m).
-    height_m: f64,
+    /// What of the ground is before the camera.
+    pub faces: Vec<(GroundPart, Vec<Vertex>)>,
     shadow: Shadow,
     floor: Light,
     line: Light,
@@ -48,24 +43,27 @@ pub(super) struct Floor {
     zenith: Light,
 }
 
-/// What of the floor is seen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Part {
-    Around,
-    Patch,
-    Wall,
-}
-
 impl Floor {
     /// The ground, with the shadow of `triangles` (world) in the light from `lamp` (unit vector towards it).
     pub fn new(view: View, ground: &Ground, lamp: Vector3<f64>, triangles: &[[Point3<f64>; 3]]) -> Self {
         let axes = *ground.slope.to_rotation_matrix().matrix();
         let normal = Vector3::from(axes.column(2));
-        let rays = [view.ray(0.0, 0.0), view.right / view.focal_px, -view.up / view.focal_px];
+        let height_m = |at: &Point3<f64>| normal.dot(&(view.eye - at));
+        // As far as the floor is to be seen, wherever the target is.
+        let reach_m = 1.01 * FADED * view.distance_m + view.target.coords.norm();
+        let mut faces = Vec::new();
+        for Face { part, corners } in scene::faces(ground, reach_m, 2.0 * reach_m) {
+            let corners = corners.map(|corner| ground.slope * corner);
+            // Of what is level nothing is seen from below.
+            if part == GroundPart::Wall || height_m(&corners[0]) > 0.0 {
+                // No ray of a picture meets the floor nearer than that.
+                let nearest_m = NEAREST_M.max(0.2 * height_m(&corners[0]));
+                let before = view.clipped(&corners, nearest_m);
+                faces.push((part, before.into_iter().filter_map(|at| view.vertex(at, [0.0; 3])).collect()));
+            }
+        }
         Self {
-            fall: rays.map(|direction| -normal.dot(&direction)),
-            height_m: normal.dot(&view.eye.coords),
-            ground: *ground,
+            faces,
             view,
             axes,
             shadow: Shadow::new(&axes, lamp, triangles),
@@ -81,57 +79,17 @@ impl Floor {
         self.axes.column(2).into()
     }
 
-    /// What is met at a point of the picture (px), and one over its depth (1/m); 0 where there is no floor.
-    pub fn meet(&self, x: f64, y: f64) -> (Part, f64) {
-        let Ground { step_m, patch: [least, most], .. } = self.ground;
-        let fall = self.fall[0] + self.fall[1] * x + self.fall[2] * y;
-        // Of a plane so high above that of the patch: rays are one unit deep.
-        let near = |above_m: f64| {
-            let height_m = self.height_m - above_m;
-            if height_m > 0.0 { (fall / height_m).max(0.0) } else { 0.0 }
-        };
-        let first = near(step_m.max(0.0));
-        if step_m == 0.0 || first <= 0.0 {
-            return (Part::Around, first);
-        }
-        let second = near(step_m.min(0.0));
-        let (eye, ray) = (self.local(&self.view.eye.coords), self.local(&self.view.ray(x, y)));
-        // On the way from the higher plane (0) to the lower (1): where it comes into the patch's rectangle, and leaves it.
-        let (mut enters, mut leaves) = (f64::NEG_INFINITY, f64::INFINITY);
-        for i in 0..2 {
-            let [from, to] = [first, second].map(|near| eye[i] + ray[i] / near);
-            let [a, b] = [least[i], most[i]].map(|edge| (edge - from) / (to - from));
-            if from != to {
-                (enters, leaves) = (enters.max(a.min(b)), leaves.min(a.max(b)));
-            } else if !(least[i]..=most[i]).contains(&from) {
-                enters = f64::INFINITY;
-            }
-        }
-        let (is_over, is_crossed) = (enters <= 0.0 && leaves >= 0.0, enters <= leaves);
-        let wall = |share: f64| (Part::Wall, 1.0 / (1.0 / first + share * (1.0 / second - 1.0 / first)));
-        match (step_m > 0.0, is_over) {
-            (true, false) => (Part::Around, first),
-            (true, true) if leaves < 1.0 => wall(leaves),
-            (true, true) => (Part::Patch, second),
-            (false, true) => (Part::Patch, first),
-            (false, false) if is_crossed && (0.0..=1.0).contains(&enters) => wall(enters),
-            (false, false) => (Part::Around, second),
-        }
-    }
-
     /// In the frame of the plane.
     fn local(&self, world: &Vector3<f64>) -> Vector3<f64> {
         self.axes.tr_mul(world)
     }
 
-    /// What is seen at a point of the picture (px).
-    pub fn light(&self, x: f64, y: f64) -> Light {
+    /// What is seen at a point of the picture (px): a part of the ground, one over whose depth is `near` (1/m), or none
+    /// of it.
+    pub fn light(&self, [x, y]: [f64; 2], part: Option<GroundPart>, near: f64) -> Light {
         let upwards = (1.0 - y / (2.0 * self.view.middle[1])).clamp(0.0, 1.0) as f32;
         let background = mix(self.horizon, self.zenith, upwards * upwards);
-        let (part, near) = self.meet(x, y);
-        if near <= 0.0 {
-            return background;
-        }
+        let Some(part) = part else { return background };
         let (eye, ray) = (self.view.eye, self.view.ray(x, y));
         let point = eye + ray / near;
         let across = point - self.view.target;
@@ -155,14 +113,14 @@ impl Floor {
             (1.0 - bare[0] * bare[1]) as f32
         };
         let mut light = self.floor;
-        if part != Part::Wall {
+        if part != GroundPart::Wall {
             light = mix(light, self.line, fade * lines(PERIOD_M, LINE_WIDTH_M));
             light = mix(light, self.strong_line, fade * lines(STRONG_PERIOD_M, 1.5 * LINE_WIDTH_M));
         }
         let given_back = match part {
-            Part::Around => 1.0,
-            Part::Patch => PATCH,
-            Part::Wall => WALL,
+            GroundPart::Around => 1.0,
+            GroundPart::Patch => PATCH,
+            GroundPart::Wall => WALL,
         };
         let lit = given_back * (1.0 - SHADOW * self.shadow.at(&local) * fade);
         mix(background, light.map(|v| v * lit), fade)
@@ -244,9 +202,9 @@ impl Shadow {
             // Faces that the lamp sees are enough.
             for (corners, _) in faces.iter().filter(|(_, outward)| outward.dot(lamp) > 0.0) {
                 let on_floor = corners.map(|p| thrown(lamp, &p));
-                let area = on_floor.map(|at| [0, 1].map(|i| (at[i] - corner[i]) * cells_per_m));
-                let Some(area) = Area::new(&area, 1.0) else { continue };
-                area.for_each([0, 0, CELLS as i64, CELLS as i64], |x, y, _| {
+                let corners = on_floor.map(|at| [0, 1].map(|i| (at[i] - corner[i]) * cells_per_m));
+                let Some(covered) = Coverage::new(&corners, 1.0) else { continue };
+                covered.for_each([0, 0, CELLS as i64, CELLS as i64], |x, y, _| {
                     let cell = y as usize * CELLS + x as usize;
                     // Once for each point of the lamp.
                     if reached[cell] != k as u8 + 1 {
@@ -282,7 +240,7 @@ impl Shadow {
 }
 
 /// Two unit vectors across a direction (not zero), which is their cross product.
-pub(super) fn across(direction: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+fn across(direction: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
     let direction = direction.normalize();
     let side = if direction.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() }.cross(&direction).normalize();
     (side, direction.cross(&side))

@@ -1,71 +1,39 @@
 //! The pictures of a film: some moments one by one and as a strip (as Fig. 8, 12 and 13 of the paper), and a GIF.
 
 use super::files::{png, strip};
+use super::film::{FramesOptions, camera, moments, picture};
 use super::motion::moving;
-use super::{Camera, draw_on, extent, label};
 use crate::episode::Film;
 use crate::error::{Error, Result};
 use crate::files::write_atomic;
 use crate::render::own_folder;
-use crate::render::palette::Overlay;
-use crate::render::scale::Scale;
-use crate::sim::Push;
+use crate::render::scene::Stage;
 use image::RgbImage;
-use nalgebra::Point3;
 use rayon::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What pictures of a film are like. Sizes are width and height (px).
-#[derive(Debug, Clone, PartialEq)]
-pub struct FramesOptions {
-    /// Of a moment by itself.
-    pub size: [u32; 2],
-    /// Of a moment in the strip.
-    pub strip_size: [u32; 2],
-    pub gif_size: [u32; 2],
-    /// How many moments.
-    pub moments: usize,
-    /// The speed of the GIF from the push to the last landing or the fall, a share of real time; real time before and
-    /// after, or faster where that would take long.
-    pub slow_motion: f64,
-}
-
-impl Default for FramesOptions {
-    fn default() -> Self {
-        Self { size: [640, 480], strip_size: [240, 320], gif_size: [480, 360], moments: 8, slow_motion: 0.25 }
-    }
-}
-
 const STRIP: &str = "strip.png";
 const GIF: &str = "motion.gif";
-/// A film of pictures ends so long after the robot stands still (s).
-const REST_S: f64 = 0.5;
-/// Moments are at least so far apart (s).
-const APART_S: f64 = 0.012;
-/// So much of a push's arrow is in the picture in any case, of a robot as large as UT-mu2 (m).
-const ARROW_M: f64 = 0.3;
-const MARGIN: f64 = 0.08;
-
 /// Draws a film: `frame-0001-0.480s.png` and so on, `strip.png` and `motion.gif` in `folder`, which is made if there is
-/// none. Frames of before are replaced. Returns the files. Errors: as [`check_folder`]; a file cannot be written; there is
-/// nothing to draw.
+/// none. Frames of before are replaced. Returns the files. Errors: as [`check_folder`]; a file cannot be written; there
+/// is nothing to draw.
 pub fn write_frames(film: &Film, folder: &Path, options: &FramesOptions) -> Result<Vec<PathBuf>> {
     let before = check_folder(folder)?;
     if film.snapshots.is_empty() {
         return Err(Error::Numeric { what: "frames".into(), problem: "the episode has no moment to draw".into() });
     }
-    let moments = moments(film, options.moments);
+    let (moments, stage) = (moments(film, options.moments), Stage::new(&film.robot, film.ground));
     let pictures = |size: [u32; 2]| -> Vec<RgbImage> {
-        let camera = camera(film, moments.iter().copied(), size);
-        moments.par_iter().map(|&k| picture(film, k, &camera, size, "")).collect()
+        let camera = camera(film, &stage, moments.iter().copied(), size);
+        moments.par_iter().map(|&k| picture(&stage, &film.snapshots[k], &camera, size, "")).collect()
     };
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     for (i, (&k, image)) in moments.iter().zip(pictures(options.size)).enumerate() {
         files.push((format!("frame-{:04}-{:.3}s.png", i + 1, film.snapshots[k].time_s), png(&image)));
     }
     files.push((STRIP.into(), png(&strip(&pictures(options.strip_size)))));
-    files.push((GIF.into(), moving(film, options)?));
+    files.push((GIF.into(), moving(film, &stage, options)?));
 
     for old in before.iter().filter(|old| !files.iter().any(|(name, _)| name == *old)) {
         let path = folder.join(old);
@@ -94,95 +62,6 @@ fn is_frame(name: &str) -> bool {
         || numbered.and_then(|n| n.split_once('-')).is_some_and(|(n, time)| all_digits(n) && is_time(time))
 }
 
-pub(super) fn picture(film: &Film, k: usize, camera: &Camera, size: [u32; 2], speed: &str) -> RgbImage {
-    let snapshot = &film.snapshots[k];
-    let mut image = draw_on(&film.ground, &film.robot, snapshot, camera, size, &Overlay::ALL);
-    label(&mut image, format!("{:.2} s {speed}", snapshot.time_s).trim_end(), [10, 8]);
-    image
-}
-
-/// Across the push rather than along it, from the left or the right front, and so near that the robot is in the picture at
-/// all these moments.
-pub(super) fn camera(film: &Film, moments: impl Iterator<Item = usize>, size: [u32; 2]) -> Camera {
-    const SIDES_DEG: [f64; 2] = [52.0, -38.0];
-    let heading = film.pushes.first().map_or(0.0, |push| push.heading_deg);
-    let along = |side: f64| {
-        let off = (side - heading).rem_euclid(180.0);
-        off.min(180.0 - off)
-    };
-    let azimuth_deg = if along(SIDES_DEG[0]) >= 30.0 { SIDES_DEG[0] } else { SIDES_DEG[1] };
-    let target = Point3::origin();
-    let toward = Camera { target, azimuth_deg, elevation_deg: 17.0, distance_m: 2.0, fov_deg: 28.0 };
-    let arrow_m = ARROW_M * Scale::of(&film.robot).length();
-    let mut balls = Vec::new();
-    for snapshot in moments.map(|k| &film.snapshots[k]) {
-        balls.extend(extent(&film.robot, &snapshot.posture));
-        balls.extend(snapshot.push.map(|push| (push.point - push.force.normalize() * arrow_m, 0.01)));
-    }
-    toward.framing(&balls, size, MARGIN)
-}
-
-/// When nothing more is to be seen (s): the robot stands still, or has flown off.
-pub(super) fn end_s(film: &Film) -> f64 {
-    let last_s = film.snapshots[..film.near()].last().map_or(0.0, |snapshot| snapshot.time_s);
-    let record = &film.record;
-    match (record.fell_at_s, record.settled_at_s) {
-        (None, Some(at)) => last_s.min(at.max(pushed_until_s(film)) + REST_S),
-        _ => last_s,
-    }
-}
-
-pub(super) fn pushed_from_s(film: &Film) -> f64 {
-    film.pushes.iter().map(|push| push.start_s).reduce(f64::min).unwrap_or(0.0)
-}
-
-pub(super) fn pushed_until_s(film: &Film) -> f64 {
-    film.pushes.iter().map(Push::end_s).fold(0.0, f64::max)
-}
-
-/// Index of the snapshot at a time, or of the nearest there is.
-pub(super) fn index(film: &Film, time_s: f64) -> usize {
-    let first_s = film.snapshots.first().map_or(0.0, |snapshot| snapshot.time_s);
-    let k = ((time_s - first_s) / film.control_period_s).round().max(0.0) as usize;
-    k.min(film.snapshots.len().saturating_sub(1))
-}
-
-/// The moments that tell the story, in order: before the push, at its end, at lift, in mid swing and at landing of each
-/// footstep, at the fall, at the end; the most crowded left out, or the widest gaps filled, to make up `count`.
-fn moments(film: &Film, count: usize) -> Vec<usize> {
-    let record = &film.record;
-    let end_s = end_s(film);
-    let mut times = vec![(pushed_from_s(film) - 2.0 * APART_S).max(0.0)];
-    times.extend(film.pushes.iter().map(Push::end_s));
-    for step in &record.footsteps {
-        times.extend([step.lift_s, (step.lift_s + step.land_s) / 2.0, step.land_s]);
-    }
-    times.extend(record.unfinished_footstep.map(|step| step.lift_s));
-    times.extend(record.fell_at_s);
-    times.retain(|&time| time < end_s - APART_S);
-    times.push(end_s);
-    times.sort_by(f64::total_cmp);
-    times.dedup_by(|later, earlier| *later - *earlier < APART_S);
-    while times.len() > count.max(2) {
-        let room = |i: &usize| times[i + 1] - times[i - 1];
-        let crowded = (1..times.len() - 1).min_by(|a, b| room(a).total_cmp(&room(b)));
-        let Some(i) = crowded else { break };
-        times.remove(i);
-    }
-    while times.len() < count {
-        // There is less to see while the robot comes to rest.
-        let gap = |i: &usize| (times[i + 1] - times[*i]) * if i + 2 == times.len() { 0.3 } else { 1.0 };
-        let widest = (0..times.len() - 1).max_by(|a, b| gap(a).total_cmp(&gap(b)));
-        let Some(i) = widest.filter(|i| gap(i) > APART_S) else { break };
-        // Early in the last gap, for the same reason.
-        let share = if i + 2 == times.len() { 0.3 } else { 0.5 };
-        times.insert(i + 1, times[i] + share * (times[i + 1] - times[i]));
-    }
-    let mut moments: Vec<usize> = times.into_iter().map(|time| index(film, time)).collect();
-    moments.dedup();
-    moments
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::motion::{LAST_DELAY_CS, shots};
@@ -191,6 +70,7 @@ mod tests {
     use crate::episode::{Disturbance, EpisodeConfig, Footstep};
     use crate::lipm::gains::GainSet;
     use crate::robot::{Foot, Robot};
+    use crate::sim::Push;
     use image::AnimationDecoder;
     use image::codecs::gif::GifDecoder;
     use std::io::Cursor;
@@ -318,11 +198,12 @@ mod tests {
         let mut film = film();
         for heading_deg in [0.0, 45.0, 90.0, 135.0, 180.0, -135.0, -45.0] {
             film.pushes[0].heading_deg = heading_deg;
-            let camera = camera(&film, [0, 200].into_iter(), [480, 360]);
+            let stage = Stage::new(&film.robot, film.ground);
+            let camera = camera(&film, &stage, [0, 200].into_iter(), [480, 360]);
             let across = (camera.azimuth_deg - heading_deg).to_radians().sin().abs();
             assert!(across > 0.5, "{heading_deg}: {across}");
             // All of it is seen.
-            for (at, _) in extent(&film.robot, &film.snapshots[200].posture) {
+            for (at, _) in stage.extent(&film.snapshots[200].posture) {
                 let [x, y] = camera.project(at, [480, 360]).unwrap();
                 assert!((15.0..465.0).contains(&x) && (10.0..350.0).contains(&y), "{x} {y}");
             }

@@ -1,9 +1,10 @@
 //! A film as a GIF: slow where things happen, and not without end.
 
 use super::files::{Palette, gif};
-use super::frames::{FramesOptions, camera, end_s, index, picture, pushed_from_s, pushed_until_s};
+use super::film::{FramesOptions, camera, end_s, index, picture, pushed_from_s, pushed_until_s};
 use crate::episode::Film;
 use crate::error::Result;
+use crate::render::scene::Stage;
 use image::RgbImage;
 use rayon::prelude::*;
 
@@ -58,14 +59,14 @@ pub(super) fn shots(film: &Film, slow_motion: f64) -> Vec<Shot> {
 }
 
 /// The film as a GIF.
-pub(super) fn moving(film: &Film, options: &FramesOptions) -> Result<Vec<u8>> {
+pub(super) fn moving(film: &Film, stage: &Stage, options: &FramesOptions) -> Result<Vec<u8>> {
     let shots = shots(film, options.slow_motion);
     // One in three is enough to see how far the robot gets.
     let some = shots.iter().step_by(3).chain(shots.last()).map(|shot| shot.snapshot);
-    let camera = camera(film, some, options.gif_size);
+    let camera = camera(film, stage, some, options.gif_size);
     let shown = |shot: &Shot| {
         let speed = if shot.speed == 1.0 { String::new() } else { format!("({} x)", shot.speed) };
-        picture(film, shot.snapshot, &camera, options.gif_size, &speed)
+        picture(stage, &film.snapshots[shot.snapshot], &camera, options.gif_size, &speed)
     };
     let some: Vec<&Shot> = shots.iter().step_by(shots.len().div_ceil(AT_ONCE)).collect();
     let palette = Palette::of(&some.into_par_iter().map(shown).collect::<Vec<_>>());

@@ -1,8 +1,14 @@
-use super::*;
+use super::Camera;
+use super::draw::{draw, draw_on, draw_posture};
 use crate::control::Phase;
+use crate::episode::Snapshot;
 use crate::episode::snapshot::Arrow;
-use crate::robot::{Foot, Link, PerFoot, Pose, Solid};
-use nalgebra::{Point2, UnitQuaternion};
+use crate::render::scene::Stage;
+use crate::render::scene::palette::Overlay;
+use crate::robot::{Foot, Link, PerFoot, Pose, Posture, Robot, Shape, Solid};
+use crate::sim::Ground;
+use image::RgbImage;
+use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector3};
 
 const SIZE: [u32; 2] = [320, 240];
 const FRONT: Camera = Camera {
@@ -66,6 +72,10 @@ fn boxes(boxes: &[([f64; 3], [f64; 3], [f64; 4])]) -> (Robot, Posture) {
 
 const RED: [f64; 4] = [0.9, 0.1, 0.1, 1.0];
 const GREEN: [f64; 4] = [0.1, 0.8, 0.1, 1.0];
+
+fn is_green([r, g, b]: [u8; 3]) -> bool {
+    u16::from(g) > u16::from(r.max(b)) + 20
+}
 
 fn is_red([r, g, b]: [u8; 3]) -> bool {
     u16::from(r) > 2 * u16::from(g.max(b))
@@ -175,15 +185,15 @@ fn each_mark_is_seen_in_its_colour() {
     // Where each stands out, and the channel that is its strongest there.
     let on_floor = |x: f64, y: f64| Point3::new(x, y, 0.0);
     let cases = [
-        (Overlay::Com, Point3::new(0.0, 0.0, 0.3), 2),
-        (Overlay::Dcm, on_floor(0.15, 0.0), 1),
-        (Overlay::Zmp, on_floor(0.2, 0.05), 0),
-        (Overlay::ZmpRef, on_floor(0.2, -0.05), 0),
         (Overlay::Support, on_floor(0.149, 0.1), 2),
         (Overlay::Slices, on_floor(0.09, -0.09), 2),
         (Overlay::Footstep, on_floor(0.25, 0.0), 2),
         (Overlay::Contacts, Point3::new(0.1, 0.1, 0.03), 1),
         (Overlay::Push, Point3::new(0.2, 0.0, 0.3), 0),
+        (Overlay::Com, Point3::new(0.0, 0.0, 0.3), 2),
+        (Overlay::Dcm, on_floor(0.15, 0.0), 1),
+        (Overlay::ZmpRef, on_floor(0.2, -0.05), 0),
+        (Overlay::Zmp, on_floor(0.2, 0.05), 0),
     ];
     assert_eq!(cases.each_ref().map(|(mark, ..)| *mark), Overlay::ALL);
     for (mark, at, channel) in cases {
@@ -215,7 +225,6 @@ fn a_slope_tilts_the_floor_and_what_lies_on_it() {
         let [x, y] = FRONT.project(Point3::new(0.15, 0.0, z), SIZE).unwrap().map(|px| px as u32);
         image.get_pixel(x, y).0
     };
-    let is_green = |[r, g, b]: [u8; 3]| u16::from(g) > u16::from(r.max(b)) + 20;
     assert!(is_green(seen(-0.15 * 0.2_f64.tan())) && !is_green(seen(0.0)));
 }
 
@@ -231,12 +240,13 @@ fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
         let [x, y] = camera.project(Point3::new(x, y, z), SIZE).unwrap().map(|px| px as u32);
         image.get_pixel(x, y).0
     };
-    let is_green = |[r, g, b]: [u8; 3]| u16::from(g) > u16::from(r.max(b)) + 20;
     let flat = draw(&robot, &moment, &camera, SIZE, &marks);
-    assert!(flat == draw_on(&Ground { patch, ..Ground::default() }, &robot, &moment, &camera, SIZE, &marks));
+    assert!(
+        flat == draw_on(&Stage::new(&robot, Ground { patch, ..Ground::default() }), &moment, &camera, SIZE, &marks)
+    );
     for step_m in [0.02, -0.02] {
         let ground = Ground { step_m, patch, ..Ground::default() };
-        let image = draw_on(&ground, &robot, &moment, &camera, SIZE, &marks);
+        let image = draw_on(&Stage::new(&robot, ground), &moment, &camera, SIZE, &marks);
         for (x, is_dot) in [(0.15, true), (0.13, false), (0.17, false)] {
             assert_eq!(is_green(at(&image, x, 0.0, step_m)), is_dot, "{step_m} m: {x}");
         }
@@ -256,7 +266,7 @@ fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
     let red = |step_m: f64| {
         let ground = Ground { step_m, patch, ..Ground::default() };
         let posture = Posture { base: Pose::identity(), ..robot.zero_posture() };
-        let image = draw_on(&ground, &robot, &Snapshot { posture, ..moment.clone() }, &camera, SIZE, &[]);
+        let image = draw_on(&Stage::new(&robot, ground), &Snapshot { posture, ..moment.clone() }, &camera, SIZE, &[]);
         image.pixels().filter(|pixel| is_red(pixel.0)).count()
     };
     assert!(red(-0.02) > 50 && red(0.0) > 50 && red(0.02) == 0, "{} {} {}", red(-0.02), red(0.0), red(0.02));

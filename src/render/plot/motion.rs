@@ -11,7 +11,7 @@ use crate::episode::{Tick, support_on_ground};
 use crate::error::Result;
 use crate::files::write_atomic;
 use crate::geometry::SupportPolygon;
-use crate::render::palette::Overlay;
+use crate::render::scene::palette::{self, Overlay};
 use crate::robot::{PerFoot, Robot};
 use crate::sim::Push;
 use plotters::prelude::*;
@@ -73,7 +73,7 @@ const fn faint(RGBColor(r, g, b): RGBColor, opacity: f64) -> RGBAColor {
 
 /// The colour that views and replays have, too.
 const fn of(overlay: Overlay, opacity: f64) -> RGBAColor {
-    let [_, r, g, b] = overlay.color().to_be_bytes();
+    let palette::Color(r, g, b) = overlay.color();
     RGBAColor(r, g, b, opacity)
 }
 

@@ -1,15 +1,17 @@
 //! What a page knows of a film: the robot, and of every moment all that is drawn, as one JSON value.
 //!
-//! A column's grid spans all that it holds, so that one number that runs away would make those of the whole film coarse:
-//! the page ends before that ([`Film::near`]: so far a column's error is 0.08 mm).
+//! A column's grid spans all that it holds, so that one number that runs away would make those of the whole film
+//! coarse: the page ends before that ([`Film::near`]: so far a column's error is 0.08 mm).
 
-use super::pack::{Polygons, column, columns};
+use super::pack::{Polygons, column, columns, packed_mesh};
 use crate::control::Phase;
 use crate::episode::film::{FARTHEST_M, Film};
 use crate::episode::snapshot::{Arrow, Snapshot};
-use crate::render::scale::Scale;
+use crate::render::scene::mesh::{self, Mesh};
+use crate::render::scene::scale::RobotScale;
+use crate::render::scene::{Face, events, faces};
 use crate::robot::{Foot, Pose, Robot, Shape, Solid};
-use crate::sim::{Ground, Push};
+use crate::sim::Ground;
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 
@@ -18,8 +20,8 @@ const MOST_MOMENTS: usize = 2500;
 
 /// A margin is shown as this at least, so that those about 0 keep their two digits.
 const LEAST_MARGIN: f64 = -100.0;
-/// Corners of CPI sets in a page. With noise no two moments have the same, and gains are many: where there would be more
-/// than these, sets are shown at every second moment, or third, and so on.
+/// Corners of CPI sets in a page. With noise no two moments have the same, and gains are many: where there would be
+/// more than these, sets are shown at every second moment, or third, and so on.
 const MOST_CORNERS: usize = 60_000;
 
 /// Phases by number, as the page names them.
@@ -64,10 +66,11 @@ pub fn packed(film: &Film) -> (Value, Vec<String>) {
     let footsteps: Vec<Vec<Point2<f64>>> = moments.iter().map(|s| landing(s)).collect();
     let packed = json!({
         "robot": robot(&film.robot),
+        "shapes": shapes(),
         "ground": ground(film),
         "gains": film.gains,
         "phases": PHASES.map(Phase::name),
-        "marks": marks(film, ticks),
+        "events": events(film, ticks),
         "start_s": moments.first().map(|s| s.time_s),
         "period_s": period_s,
         "moments": moments.len(),
@@ -164,11 +167,11 @@ fn robot(robot: &Robot) -> Value {
             "visuals": link.drawn().iter().map(solid).collect::<Vec<_>>(),
         })
     });
-    let scale = Scale::of(robot);
+    let scale = RobotScale::of(robot);
     json!({
         "com_height_m": robot.home_com_height(),
         "length": scale.length(),
-        "metres_per_newton": { "contacts": scale.contact_m_per_n(), "push": scale.push_m_per_n() },
+        "stiffness": scale.stiffness(),
         "links": links.collect::<Vec<_>>(),
     })
 }
@@ -188,44 +191,22 @@ fn shape(shape: &Shape) -> Value {
     }
 }
 
-fn ground(film: &Film) -> Value {
-    let Ground { step_m, patch: [least, most], .. } = film.ground;
-    json!({ "step_m": step_m, "patch": [least.x, least.y, most.x, most.y] })
+/// What solids and arrows are made of, each in the cube from -1 to 1: the page places and stretches them, which keeps
+/// it small.
+fn shapes() -> Value {
+    let cone = mesh::cone(1.0, 2.0).at(&Pose::translation(0.0, 0.0, -1.0));
+    json!({
+        "box": packed_mesh(&Mesh::of(&Shape::Box { half: Vector3::repeat(1.0) })),
+        "cylinder": packed_mesh(&Mesh::of(&Shape::Cylinder { radius: 1.0, length: 2.0 })),
+        "sphere": packed_mesh(&Mesh::of(&Shape::Sphere { radius: 1.0 })),
+        "cone": packed_mesh(&cone),
+    })
 }
 
-/// What the time line marks: a kind, from when to when, and a few words. What would begin after the last of `ticks` (a
-/// second push, after a fall) did not.
-fn marks(film: &Film, ticks: &[Snapshot]) -> Vec<Value> {
-    let mark = |kind: &str, from_s: f64, to_s: f64, text: String| json!({ "kind": kind, "from_s": from_s, "to_s": to_s, "text": text });
-    let told = |push: &Push| format!("push of {:.2} N s towards {:.0}°", push.impulse_n_s, push.heading_deg);
-    let mut marks: Vec<Value> =
-        film.pushes.iter().map(|push| mark("push", push.start_s, push.end_s(), told(push))).collect();
-    for pair in ticks.windows(2) {
-        if let (Some(before), Some(after)) = (pair[0].gain, pair[1].gain)
-            && before != after
-        {
-            let [before, after] = [before, after].map(|gain| &film.gains[gain]);
-            marks.push(mark("switch", pair[1].time_s, pair[1].time_s, format!("gain {before} to {after}")));
-        }
-    }
-    let record = &film.record;
-    let last_s = ticks.last().map_or(record.end_s, |s| s.time_s);
-    for step in &record.footsteps {
-        let side = if step.in_set_at_landing { "inside" } else { "outside" };
-        let text = format!("{} footstep, landed {side} the new sets", step.foot.name());
-        marks.push(mark("footstep", step.lift_s, step.land_s, text));
-    }
-    if let Some(lifted) = &record.unfinished_footstep {
-        let until_s = record.fell_at_s.unwrap_or(last_s);
-        marks.push(mark("footstep", lifted.lift_s, until_s, format!("{} footstep, not landed", lifted.foot.name())));
-    }
-    if let Some(at) = record.fell_at_s {
-        let cause = record.fall_cause.as_deref().unwrap_or("out of bounds");
-        marks.push(mark("fall", at, at, format!("fell: {cause}")));
-    }
-    if let Some(at) = record.settled_at_s {
-        marks.push(mark("still", at, at, "standing still from here".into()));
-    }
-    marks.retain(|mark| mark["from_s"].as_f64().is_some_and(|from_s| from_s <= last_s + 1e-9));
-    marks
+fn ground(film: &Film) -> Value {
+    let Ground { step_m, patch: [least, most], .. } = film.ground;
+    let reach_m = 4.0 * RobotScale::of(&film.robot).length();
+    let face = |Face { part, corners }: Face| json!([part, corners.map(|at| [at.x, at.y, at.z])]);
+    let faces: Vec<Value> = faces(&film.ground, reach_m, 2.0 * reach_m).into_iter().map(face).collect();
+    json!({ "step_m": step_m, "patch": [least.x, least.y, most.x, most.y], "faces": faces })
 }

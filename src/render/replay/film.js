@@ -49,7 +49,7 @@ class Film {
     this.start = data.start_s;
     this.end = this.start + (this.count - 1) * this.period;
     this.gains = data.gains;
-    this.marks = data.marks;
+    this.events = data.events;
     this.robot = data.robot;
     this.links = data.robot.links.map((link) => ({
       ...link,
@@ -110,7 +110,7 @@ class Film {
       push: arrow(this.push(near, 0)),
       contacts: this.contacts.map((contact) => arrow(contact(i, share))),
       support: this.support(near),
-      slices: this.slices.map((slice) => slice(near)),
+      sets: this.slices.map((slice) => slice(near)),
       footstep: this.footstep(near),
     };
   }

@@ -49,15 +49,7 @@ function matrixOf({ p, q }) {
 }
 
 // First b, then a.
-function product(a, b) {
-  const out = new Array(16).fill(0);
-  for (let column = 0; column < 4; column++) {
-    for (let row = 0; row < 4; row++) {
-      for (let k = 0; k < 4; k++) out[4 * column + row] += a[4 * k + row] * b[4 * column + k];
-    }
-  }
-  return out;
-}
+const product = (a, b) => [...new DOMMatrix(a).multiply(new DOMMatrix(b)).toFloat64Array()];
 
 function perspective(angle, aspect, near, far) {
   const f = 1 / Math.tan(angle / 2), depth = 1 / (near - far);

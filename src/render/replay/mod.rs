@@ -1,16 +1,17 @@
 //! A film as one page that people look at: the robot in 3D, what the controller knows and wants, and plots over time.
 //!
 //! One file that asks for nothing else and opens from a disk: its own small WebGL viewer (`scene.js` and what it stands
-//! on), nothing of other hands. The robot's positions in it are right to 0.1 mm (`pack`: 16 bits for each number; the page
-//! does the kinematics), as far as it shows them: it ends where the robot has flown off or its numbers run away (`data`).
-//! The same bytes everywhere, as the film.
+//! on), nothing of other hands. The robot's positions in it are right to 0.1 mm (`pack`: 16 bits for each number; the
+//! page does the kinematics), as far as it shows them: it ends where the robot has flown off or its numbers run away
+//! (`data`). The same bytes everywhere, as the film.
 
 mod data;
 mod pack;
 
 use crate::episode::film::Film;
 use crate::error::{Error, Result};
-use crate::render::{html_page, palette};
+use crate::render::html_page;
+use crate::render::scene::palette::{self, Overlay};
 use minijinja::{UndefinedBehavior, context};
 
 const TEMPLATE: &str = include_str!("replay.html.jinja");
@@ -37,7 +38,8 @@ pub struct Head {
     pub lines: Vec<String>,
     /// The shell command that makes this page.
     pub command: String,
-    /// The page lies among the replays of a result: it leads back to the report, and the command is to be run in that folder.
+    /// The page lies among the replays of a result: it leads back to the report, and the command is to be run in that
+    /// folder.
     pub of_result: bool,
 }
 
@@ -51,6 +53,7 @@ pub fn page(film: &Film, head: &Head) -> Result<String> {
     // Nothing in it may end the element that holds it.
     let (data, notes) = data::packed(film);
     let data = data.to_string().replace('<', "\\u003c");
+    let looks = palette::json();
     let context = context! {
         title => &head.title,
         lines => &head.lines,
@@ -61,8 +64,9 @@ pub fn page(film: &Film, head: &Head) -> Result<String> {
         robot => &film.robot.name,
         gain_set => &film.gain_set,
         outcome => film.record.outcome.name(),
+        overlays => Overlay::ALL.map(Overlay::look).map(|look| vec![look.key.to_string(), look.name.to_string()]).to_vec(),
         style => palette::css() + STYLE,
-        script => format!("const PALETTE = {};\n{}", palette::json(), SCRIPTS.concat()),
+        script => format!("const PALETTE = {looks};\n{}", SCRIPTS.concat()),
         data,
     };
     html_page::render("replay.html", TEMPLATE, UndefinedBehavior::Lenient, |_| (), &context)

@@ -1,23 +1,16 @@
 // What is drawn over the robot: where its COM, ZMP and DCM are, what holds it, and what pushes it.
 
 const OVERLAYS = [
-  { ...PALETTE.overlays.com, hint: "centre of mass, and its projection on the ground" },
-  { ...PALETTE.overlays.dcm, hint: "divergent component of motion (capture point)" },
-  { ...PALETTE.overlays.zmp, hint: "measured: from the forces under the soles" },
-  { ...PALETTE.overlays.zmpRef, hint: "the one that the controller asks for" },
-  { ...PALETTE.overlays.support, hint: "hull of the soles on the ground" },
-  { ...PALETTE.overlays.sets, hint: "where the COM may be, by gain; the active one is filled" },
-  { ...PALETTE.overlays.footstep, hint: "where the foot in the air is to land" },
-  { ...PALETTE.overlays.contacts, hint: "on each sole" },
-  { ...PALETTE.overlays.push, hint: "it fades after it ends" },
+  ...Object.values(PALETTE.overlays),
   { id: "trail", key: "t", name: "trails", color: "#7f8894", hint: "COM and DCM over the ground until now" },
 ];
 // The robot itself: without it, a ghost that hides nothing.
 const BODY = { id: "body", key: "b", name: "body", color: "#593399", hint: "the robot; else a ghost that hides nothing" };
 // A push is short: its arrow stays for a while, faint (s).
 const AFTERGLOW = 0.3;
-// Above the floor, so that they do not flicker (m); this and other lengths are for a robot of the size of UT-mu2.
-const ABOVE = 0.0012;
+// Above the floor, so that marks do not flicker, and the foot of the COM's plumb line (m); these and other lengths are for a
+// robot of the size of UT-mu2.
+const ABOVE = 0.0018, FOOT = 0.0075;
 
 // As parts of 1; on a dark ground, brighter.
 function colorOf(id, theme) {
@@ -26,105 +19,91 @@ function colorOf(id, theme) {
   return theme === "dark" ? parts.map((x) => x + 0.32 * (1 - x)) : parts;
 }
 
-// Lines, filled polygons and solid shapes of a moment. A solid may say how much of it shows through what is before it.
+// Lines, filled polygons and solid shapes of a moment: each overlay as its style says. A solid says how much of it shows
+// through what is before it.
 class Overlays {
   constructor(film, moment, theme, on) {
-    Object.assign(this, { film, moment, lines: [], fills: [], solids: [] });
-    const color = (id) => colorOf(id, theme);
-    if (on.has("support")) this.polygon(moment.support, color("support"), 0.1, 2.5, 1);
-    if (on.has("sets")) this.sets(color("sets"));
-    if (on.has("footstep")) this.polygon(moment.footstep, color("footstep"), 0.3, 3, 2);
-    if (on.has("trail")) {
-      this.trail(color("com"), film.com);
-      this.trail(color("dcm"), film.dcm);
+    Object.assign(this, { film, moment, large: film.robot.length, lines: [], fills: [], solids: [] });
+    for (const { id, style } of Object.values(PALETTE.overlays)) {
+      if (!on.has(id)) continue;
+      const [shown, alpha] = id === "push" ? this.push() : [moment[id], 1];
+      if (shown) this[style.shape](shown, colorOf(id, theme), style, alpha);
     }
-    if (on.has("contacts")) {
-      for (const contact of moment.contacts) {
-        if (contact) this.arrow(contact.point, scaled(contact.force, film.robot.metres_per_newton.contacts), color("contacts"), 0.9);
-      }
-    }
-    if (on.has("push")) this.push(color("push"));
-    if (on.has("zmpRef")) this.disc(moment.zmpRef, 0.0095, color("zmpRef"), 4);
-    if (on.has("zmp")) this.disc(moment.zmp, 0.006, color("zmp"), 5);
-    if (on.has("dcm")) this.disc(moment.dcm, 0.0075, color("dcm"), 6);
-    if (on.has("com")) {
-      const foot = this.disc(moment.com, 0.0075, color("com"), 7);
-      this.lines.push([foot, moment.com, [...color("com"), 0.9], 2]);
-      // In white, so that it shows in a robot of any colour.
-      for (const [part, rgb] of [[0.0135, [1, 1, 1]], [0.011, color("com")]]) {
-        const radius = part * film.robot.length;
-        this.solids.push(["sphere", { p: moment.com, q: [0, 0, 0, 1] }, [radius, radius, radius], [...rgb, 1], 1]);
-      }
-    }
+    if (on.has("trail")) for (const id of ["com", "dcm"]) this.trail(colorOf(id, theme), film[id]);
   }
 
-  // A place on the floor; layers are one above the other.
-  on([x, y], layer) {
-    return [x, y, this.film.height(this.moment.slope, x, y) + (ABOVE + 0.0002 * layer) * this.film.robot.length];
+  // A place on the floor.
+  on([x, y]) {
+    return [x, y, this.film.height(this.moment.slope, x, y) + ABOVE * this.large];
   }
 
-  polygon(corners, color, fill, width, layer, edge = 1) {
-    const points = corners.map((corner) => this.on(corner, layer));
+  polygon(corners, color, { sheet: { fill, edge, width } }) {
+    const points = corners.map((corner) => this.on(corner));
     points.forEach((point, i) => {
       this.lines.push([point, points[(i + 1) % points.length], [...color, edge], width]);
       if (i > 1) this.fills.push([points[0], points[i - 1], point, [...color, fill]]);
     });
   }
 
-  // Nested, the fastest innermost; the active one filled, over the others.
-  sets(color) {
-    const { slices, gain } = this.moment;
-    slices.forEach((slice, i) => {
-      if (i !== gain) this.polygon(slice, color, 0.05, 1.3, 2, 0.6);
-    });
-    if (gain !== null && slices[gain]) this.polygon(slices[gain], color, 0.34, 2.5, 3);
+  // Nested, the fastest innermost; the active one over the others.
+  sets(slices, color, { resting, acting }) {
+    const { gain } = this.moment;
+    slices.forEach((slice, i) => i !== gain && this.polygon(slice, color, { sheet: resting }));
+    if (gain !== null && slices[gain]) this.polygon(slices[gain], color, { sheet: acting });
   }
 
-  disc(at, radius, color, layer) {
-    if (!at) return null;
-    const size = radius * this.film.robot.length;
-    const around = Array.from({ length: 28 }, (_, k) => {
+  spot(at, color, { radius_m: radius }) {
+    const size = radius * this.large;
+    const disc = (size) => Array.from({ length: 28 }, (_, k) => {
       const angle = (2 * Math.PI * k) / 28;
       return [at[0] + size * Math.cos(angle), at[1] + size * Math.sin(angle)];
     });
-    const rim = around.map(([x, y]) => [at[0] + 1.22 * (x - at[0]), at[1] + 1.22 * (y - at[1])]);
-    this.polygon(rim, [1, 1, 1], 0.9, 0, layer);
-    this.polygon(around, color, 1, 0, layer + 0.5);
-    return this.on(at, layer);
+    this.polygon(disc(1.22 * size), [1, 1, 1], { sheet: { fill: 0.9, edge: 0.9, width: 0 } });
+    this.polygon(disc(size), color, { sheet: { fill: 1, edge: 1, width: 0 } });
+  }
+
+  ball(center, color, { radius_m: radius, through }) {
+    this.spot(center, color, { radius_m: FOOT });
+    this.lines.push([this.on(center), center, [...color, 0.9], 2]);
+    // In white, so that it shows in a robot of any colour.
+    for (const [part, rgb] of [[1, [1, 1, 1]], [0.82, color]]) {
+      const size = part * radius * this.large;
+      this.solids.push(["sphere", { p: center, q: [0, 0, 0, 1] }, [size, size, size], [...rgb, 1], through]);
+    }
+  }
+
+  // One force or several.
+  arrow(forces, color, { m_per_n: long, ends, radius_m: radius, through }, alpha) {
+    for (const { point, force } of [forces].flat().filter(Boolean)) {
+      const along = scaled(force, long / this.film.robot.stiffness), size = length(along);
+      if (size < 1e-4) continue;
+      const from = ends ? sub(point, along) : point, q = fromZ(along);
+      const head = Math.min(6 * radius * this.large, 0.6 * size), thick = Math.min(radius * this.large, 0.3 * head);
+      const at = (share) => add(from, scaled(along, share / size)), shaft = (size - head) / 2, tint = [...color, alpha];
+      this.solids.push(["cylinder", { p: at(shaft), q }, [thick, thick, shaft], tint, through]);
+      this.solids.push(["cone", { p: at(size - head / 2), q }, [2.4 * thick, 2.4 * thick, head / 2], tint, through]);
+    }
+  }
+
+  // The push that acts, or acted a moment ago, and how strong it shows.
+  push() {
+    const { film, moment } = this;
+    if (moment.push) return [moment.push, 1];
+    for (let i = moment.i; i >= 0 && moment.time - film.time(i) < AFTERGLOW; i--) {
+      const push = arrow(film.push(i, 0));
+      if (push) return [push, 0.45 * (1 - (moment.time - film.time(i)) / AFTERGLOW)];
+    }
+    return [null, 0];
   }
 
   trail(color, path) {
     const every = Math.max(1, Math.round(0.006 / this.film.period));
     let last = null;
     for (let i = 0; i <= this.moment.i; i += every) {
-      const at = path(i, 0), point = at && this.on(at, 3.5);
+      const at = path(i, 0), point = at && this.on(at);
       if (point && last) this.lines.push([last, point, [...color, 0.75], 1.8]);
       last = point;
     }
-  }
-
-  push(color) {
-    const { film, moment } = this;
-    let { push } = moment, alpha = 1;
-    for (let i = moment.i; !push && i >= 0 && moment.time - film.time(i) < AFTERGLOW; i--) {
-      push = arrow(film.push(i, 0));
-      alpha = 0.45 * (1 - (moment.time - film.time(i)) / AFTERGLOW);
-    }
-    if (!push) return;
-    const along = scaled(push.force, this.film.robot.metres_per_newton.push);
-    // It pushes: its point is where the force attacks.
-    this.arrow(sub(push.point, along), along, color, alpha);
-  }
-
-  arrow(from, along, color, alpha) {
-    const size = length(along);
-    if (size < 1e-4) return;
-    const { length: large } = this.film.robot;
-    const q = fromZ(along), head = Math.min(0.03 * large, 0.5 * size), thick = 0.0045 * large;
-    const at = (share) => add(from, scaled(along, share / size));
-    const shaft = (size - head) / 2;
-    this.solids.push(["cylinder", { p: at(shaft), q }, [thick, thick, shaft], [...color, alpha]]);
-    this.solids.push(["cone", { p: at(size - head / 2), q }, [0.4 * head, 0.4 * head, head / 2], [...color, alpha]]);
   }
 }
 
@@ -133,6 +112,7 @@ class OverlayLayer {
   constructor(gl) {
     this.gl = gl;
     // A line is a rectangle between its ends, turned to the screen: WebGL has lines of one pixel only.
+    const paint = "in vec4 color; uniform float alpha; out vec4 shown; void main() { shown = vec4(color.rgb, color.a * alpha); }";
     this.lineProgram = program(gl, `
 layout(location = 0) in vec3 here;
 layout(location = 1) in vec3 other;
@@ -148,14 +128,13 @@ void main() {
   a.xy += across * wide / screen * a.w;
   color = tint;
   gl_Position = a;
-}`, "in vec4 color; uniform float alpha; out vec4 shown; void main() { shown = vec4(color.rgb, color.a * alpha); }");
+}`, paint);
     this.fillProgram = program(gl, `
 layout(location = 0) in vec3 here;
 layout(location = 1) in vec4 tint;
 uniform mat4 view;
 out vec4 color;
-void main() { color = tint; gl_Position = view * vec4(here, 1.0); }`,
-    "in vec4 color; uniform float alpha; out vec4 shown; void main() { shown = vec4(color.rgb, color.a * alpha); }");
+void main() { color = tint; gl_Position = view * vec4(here, 1.0); }`, paint);
     this.lineBuffer = vertices(gl, [3, 3, 4, 1]);
     this.fillBuffer = vertices(gl, [3, 4]);
   }

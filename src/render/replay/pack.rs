@@ -1,8 +1,9 @@
 //! Numbers of a film, packed for a page: 16 bits each, in base 64.
 //!
-//! Each column has a grid of its own: a value is `least + step * n`, n from 0 to 65 534, and n = 65 535 stands for none.
-//! The grid spans what the column holds, so that the error, half a step, is 8 µm for each metre that it spans.
+//! Each column has a grid of its own: a value is `least + step * n`, n from 0 to 65 534, and n = 65 535 stands for
+//! none. The grid spans what the column holds, so that the error, half a step, is 8 µm for each metre that it spans.
 
+use crate::render::scene::mesh::Mesh;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use nalgebra::Point2;
 use serde_json::{Value, json};
@@ -38,8 +39,8 @@ fn on_grid(values: &[Option<f64>], least_step: f64) -> Value {
     json!({ "least": least, "step": step, "data": base64(values.iter().map(number)) })
 }
 
-/// A polygon in the plane for each moment, empty ones included: those that differ from the one before, and for each moment
-/// which of them holds.
+/// A polygon in the plane for each moment, empty ones included: those that differ from the one before, and for each
+/// moment which of them holds.
 #[derive(Default)]
 pub struct Polygons {
     which: Vec<u16>,
@@ -75,6 +76,14 @@ impl Polygons {
         let [which, counts] = [&self.which, &self.counts].map(|numbers| base64(numbers.iter().copied()));
         json!({ "which": which, "counts": counts, "x": x, "y": y })
     }
+}
+
+/// A mesh within the cube from -1 to 1: of each corner its place and its normal, n for n / 32767 - 1; and the corners
+/// of each triangle.
+pub fn packed_mesh(mesh: &Mesh) -> Value {
+    let numbers = mesh.corners.iter().flat_map(|(at, normal)| [at.x, at.y, at.z, normal.x, normal.y, normal.z]);
+    let corners = base64(numbers.map(|x| ((x + 1.0) * 32767.0).round() as u16));
+    json!({ "corners": corners, "faces": base64(mesh.faces.iter().flatten().map(|&corner| corner as u16)) })
 }
 
 /// Little-endian numbers in base 64, padded.

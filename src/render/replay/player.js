@@ -200,7 +200,7 @@ function strip() {
     if (phase === "switching" && gain !== null) made.style.opacity = 0.35 + (0.65 * (gain + 1)) / film.gains.length;
     from = to;
   }
-  for (const { kind, from_s: from, to_s: to, text } of film.marks) {
+  for (const { kind, from_s: from, to_s: to, text } of film.events) {
     part(find("marks"), kind, from, to, `${text}, ${from.toFixed(3)} s` + (to > from ? ` to ${to.toFixed(3)} s` : ""));
   }
 }

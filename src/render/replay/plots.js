@@ -26,7 +26,7 @@ class Plot {
   // What is seen: the support and what stays near to it, until a fall.
   findRange() {
     const { film, axis } = this;
-    const fall = film.marks.find((mark) => mark.kind === "fall"), until = fall ? film.index(fall.from_s)[0] : film.count - 1;
+    const fall = film.events.find((event) => event.kind === "fall"), until = fall ? film.index(fall.from_s)[0] : film.count - 1;
     const limits = this.limits.slice(0, until + 1).filter(Boolean).flat();
     const [least, most] = limits.length ? [Math.min(...limits), Math.max(...limits)] : [-0.1, 0.1];
     const values = [least, most];
@@ -125,7 +125,7 @@ class Plot {
 
   // Pushes and footsteps; a fall.
   bands(pen) {
-    for (const { kind, from_s: from, to_s: to } of this.film.marks) {
+    for (const { kind, from_s: from, to_s: to } of this.film.events) {
       if (!["push", "footstep", "fall"].includes(kind)) continue;
       pen.fillStyle = kind === "footstep" ? this.css("footstep", 0.14) : this.css("push", kind === "push" ? 0.25 : 0.8);
       pen.fillRect(this.x(from), 0, Math.max(this.x(to) - this.x(from), 1.5), this.height);

@@ -2,8 +2,6 @@
 
 // Towards the light.
 const LIGHT = unit([0.35, 0.5, 1.1]);
-// How much of an overlay shows through what is before it.
-const THROUGH = 0.7;
 // The shadow's picture: so many pixels over twice so many metres of the floor, for a robot of the size of UT-mu2.
 const SHADOW_PX = 1024, SHADOW_HALF = 0.9;
 
@@ -118,7 +116,7 @@ class Scene {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: false });
     if (!gl) throw new Error("this browser lacks WebGL 2, or has it switched off");
     // How large the robot is beside UT-mu2.
-    Object.assign(this, { canvas, film, gl, shapes: shapes(gl), large: film.robot.length });
+    Object.assign(this, { canvas, film, gl, shapes: shapes(gl, film.data.shapes), large: film.robot.length });
     this.solid = program(gl, SOLID_VERTEX, SOLID_FRAGMENT);
     this.cast = program(gl, SHADOW_VERTEX, SHADOW_FRAGMENT);
     this.floor = program(gl, FLOOR_VERTEX, FLOOR_FRAGMENT);
@@ -145,30 +143,10 @@ class Scene {
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
 
-  // The plane; with a step, the patch on which the robot starts, what surrounds it, and the walls between.
   makeFloor() {
-    const { step_m: step, patch: [x0, y0, x1, y1] } = this.film.data.ground, far = 4 * this.large, data = [];
-    const quad = (a, b, c, d) => data.push(...a, ...b, ...c, ...a, ...c, ...d);
-    const flat = (l, b, r, t, z) => quad([l, b, z], [r, b, z], [r, t, z], [l, t, z]);
-    if (!step) flat(-far, -far, far, far, 0);
-    else {
-      flat(-far, -far, far, y0, step);
-      flat(-far, y1, far, far, step);
-      flat(-far, y0, x0, y1, step);
-      flat(x1, y0, far, y1, step);
-    }
-    // Up to here the surroundings, then the patch, then its walls.
-    this.plain = data.length / 3;
-    if (step) {
-      flat(x0, y0, x1, y1, 0);
-      this.flat = data.length / 3;
-      const corners = [[x0, y0], [x1, y0], [x1, y1], [x0, y1]];
-      corners.forEach((a, i) => {
-        const b = corners[(i + 1) % 4];
-        quad([...a, 0], [...b, 0], [...b, step], [...a, step]);
-      });
-    }
-    return { ...vertices(this.gl, [3], data), count: data.length / 3 };
+    const { faces } = this.film.data.ground;
+    const data = faces.flatMap(([, [a, b, c, d]]) => [a, b, c, a, c, d].flat());
+    return { ...vertices(this.gl, [3], data), parts: faces.map(([part]) => part) };
   }
 
   use({ made, uniforms }, values) {
@@ -229,15 +207,13 @@ class Scene {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const { view, eye } = camera.look(canvas.width / canvas.height, moment.com);
     const floor = { view, eye, middle, reach, large, world_from_floor: matrixOf(tilt), back: colors.back, ground: colors.floor };
-    this.use(this.floor, { ...floor, line: colors.line, shade: colors.shade, sunk: 0, lined: 1 });
+    const ground = this.use(this.floor, { ...floor, line: colors.line, shade: colors.shade });
     gl.bindVertexArray(this.floorMesh.array);
-    gl.drawArrays(gl.TRIANGLES, 0, this.plain);
-    if (this.floorMesh.count > this.plain) {
-      gl.uniform1f(this.floor.uniforms.sunk, 0.07);
-      gl.drawArrays(gl.TRIANGLES, this.plain, this.flat - this.plain);
-      gl.uniform1f(this.floor.uniforms.lined, 0);
-      gl.drawArrays(gl.TRIANGLES, this.flat, this.floorMesh.count - this.flat);
-    }
+    this.floorMesh.parts.forEach((part, i) => {
+      gl.uniform1f(ground.sunk, part === "around" ? 0 : 0.07);
+      gl.uniform1f(ground.lined, part === "wall" ? 0 : 1);
+      gl.drawArrays(gl.TRIANGLES, 6 * i, 6);
+    });
 
     gl.enable(gl.CULL_FACE);
     gl.enable(gl.BLEND);
@@ -262,9 +238,9 @@ class Scene {
     gl.depthMask(false);
     for (const behind of [true, false]) {
       gl.depthFunc(behind ? gl.GREATER : gl.LEQUAL);
-      this.overlay.draw(drawn, view, [canvas.width, canvas.height], behind ? THROUGH : 1);
+      this.overlay.draw(drawn, view, [canvas.width, canvas.height], behind ? PALETTE.through : 1);
       const solid = this.use(this.solid, lit);
-      for (const [kind, pose, size, [r, g, b, alpha], through = THROUGH] of drawn.solids) {
+      for (const [kind, pose, size, [r, g, b, alpha], through] of drawn.solids) {
         this.shape(solid, kind, pose, size, [r, g, b, alpha * (behind ? through : 1)]);
       }
     }

@@ -1,7 +1,7 @@
 //! The push that the next press of its key gives.
 
 use crate::error::{Error, Result};
-use crate::render::scale::{Scale, round};
+use crate::render::scene::scale::{RobotScale, round};
 use crate::view::Options;
 
 /// For a robot of UT-mu2's size: the push at the start, the largest one, and by how much a key makes it harder (N s).
@@ -23,7 +23,7 @@ pub struct Aim {
 
 impl Aim {
     /// As asked, for a robot of this size. Errors: `--impulse` or `--heading` is out of range.
-    pub fn new(args: &Options, scale: Scale) -> Result<Self> {
+    pub fn new(args: &Options, scale: RobotScale) -> Result<Self> {
         let [first_n_s, most_n_s, step_n_s] = [FIRST_N_S, MOST_N_S, STEP_N_S].map(|n_s| round(n_s * scale.impulse()));
         let impulse_n_s = args.impulse.unwrap_or(first_n_s);
         if !(0.0..=most_n_s).contains(&impulse_n_s) {
@@ -60,11 +60,11 @@ fn wrapped(heading_deg: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::scale::tests::THRICE;
+    use crate::render::scene::scale::tests::THRICE;
     use crate::robot::Robot;
 
     /// A push with this impulse (None: as suits the robot) and heading (degrees).
-    fn aim(scale: Scale, impulse: Option<f64>, heading: f64) -> Result<Aim> {
+    fn aim(scale: RobotScale, impulse: Option<f64>, heading: f64) -> Result<Aim> {
         Aim::new(&Options { impulse, heading, ..Options::default() }, scale)
     }
 
@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     fn a_heavier_robot_is_pushed_harder() {
-        let ut_mu2 = Scale::of(&Robot::load("ut-mu2").unwrap());
+        let ut_mu2 = RobotScale::of(&Robot::load("ut-mu2").unwrap());
         for (scale, first, most, step) in [(ut_mu2, 2.5, 20.0, 0.1), (THRICE, 100.0, 1000.0, 5.0)] {
             let mut aim = aim(scale, None, 0.0).unwrap();
             assert_eq!((aim.impulse_n_s, aim.most_n_s, aim.step_n_s), (first, most, step));

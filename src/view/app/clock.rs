@@ -10,8 +10,8 @@ const PATIENCE: Duration = Duration::from_millis(400);
 /// and no more than this where it is not: beyond it the window would no longer answer.
 const LONGEST: Duration = Duration::from_secs(3);
 
-/// No frame is to bring more of the wall's time (s): what lasts longer is no slow frame but a display that stood still, or a
-/// program that was stopped.
+/// No frame is to bring more of the wall's time (s): what lasts longer is no slow frame but a display that stood still,
+/// or a program that was stopped.
 const LONGEST_FRAME_S: f64 = 3.0;
 
 /// Frames that a display shows in a second: what is not drawn of them counts as dropped.
@@ -19,7 +19,7 @@ const DISPLAY_HZ: f64 = 60.0;
 
 /// Keeps a simulation in step with the wall.
 #[derive(Debug)]
-pub struct Clock {
+pub struct FrameClock {
     speed: f64,
     pub paused: bool,
     last: Instant,
@@ -40,7 +40,7 @@ pub struct Clock {
     stretch_frames: u32,
 }
 
-impl Clock {
+impl FrameClock {
     pub fn new(speed: f64) -> Self {
         Self {
             speed,
@@ -115,9 +115,9 @@ impl Clock {
         self.stretch_frames += 1;
     }
 
-    /// Runs `advance` by `step_s` of simulated time as often as is due; it says whether it can go on. What a machine whose
-    /// physics is slower than the wall cannot do in time is lost: the simulation is complete, but late. Where only drawing
-    /// is slow a frame takes as long as it needs: the next ones need less.
+    /// Runs `advance` by `step_s` of simulated time as often as is due; it says whether it can go on. What a machine
+    /// whose physics is slower than the wall cannot do in time is lost: the simulation is complete, but late. Where
+    /// only drawing is slow a frame takes as long as it needs: the next ones need less.
     pub fn catch_up(&mut self, step_s: f64, mut advance: impl FnMut() -> bool) {
         let (start, mut done_s) = (Instant::now(), 0.0);
         while self.due_s >= step_s {
@@ -157,7 +157,7 @@ mod tests {
 
     #[test]
     fn all_time_that_passes_is_simulated_however_few_frames_there_are() {
-        let mut clock = Clock::new(0.5);
+        let mut clock = FrameClock::new(0.5);
         let (start, mut ticks) = (Instant::now(), 0);
         for pause_ms in [5, 60, 110, 3] {
             sleep(Duration::from_millis(pause_ms));
@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn a_program_that_was_stopped_goes_on_where_it_was() {
-        let mut clock = Clock::new(2.0);
+        let mut clock = FrameClock::new(2.0);
         clock.last -= Duration::from_secs(100);
         clock.stretch = [0.5, 0.5];
         clock.begin_frame();
@@ -196,7 +196,7 @@ mod tests {
 
     #[test]
     fn speeds_go_through_the_list() {
-        let mut clock = Clock::new(1.0);
+        let mut clock = FrameClock::new(1.0);
         clock.change_speed(false);
         assert_eq!(clock.speed, 0.5);
         clock.set_speed(0.3);
@@ -209,7 +209,7 @@ mod tests {
     #[test]
     fn only_physics_that_is_slower_than_the_wall_loses_time() {
         let ticks = |tick_ms: u64, speed: f64| {
-            let mut clock = Clock { due_s: 2.0, ..Clock::new(speed) };
+            let mut clock = FrameClock { due_s: 2.0, ..FrameClock::new(speed) };
             let mut ticks = 0;
             clock.catch_up(0.02, || {
                 ticks += 1;
@@ -230,7 +230,7 @@ mod tests {
     #[test]
     fn the_factor_is_that_of_the_speed_and_of_what_goes_on() {
         let measured = || {
-            let mut clock = Clock { stretch: [2.0, 1.0], ..Clock::new(2.0) };
+            let mut clock = FrameClock { stretch: [2.0, 1.0], ..FrameClock::new(2.0) };
             clock.begin_frame();
             assert_eq!(clock.factor, Some(2.0));
             clock
@@ -238,7 +238,7 @@ mod tests {
         let mut clock = measured();
         clock.change_speed(false);
         assert_eq!((clock.speed(), clock.factor), (1.0, None));
-        let mut clock = Clock { due_s: 0.1, ..measured() };
+        let mut clock = FrameClock { due_s: 0.1, ..measured() };
         clock.catch_up(0.002, || false);
         assert_eq!((clock.factor, clock.lost_s()), (None, 0.0));
     }

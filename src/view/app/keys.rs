@@ -1,6 +1,6 @@
 //! What a person can ask for, and by which keys.
 
-use crate::render::palette::Overlay;
+use crate::render::scene::palette::Overlay;
 use kiss3d::event::{Action, Key};
 use std::time::{Duration, Instant};
 
@@ -72,12 +72,12 @@ pub const RECORDED_HELP: [(&str, &str); 8] = [
 const DIGITS: [Key; 9] =
     [Key::Key1, Key::Key2, Key::Key3, Key::Key4, Key::Key5, Key::Key6, Key::Key7, Key::Key8, Key::Key9];
 
-/// A key that is held is pressed again sooner than this. One that was let go where the window was not told of it (another
-/// one had the keyboard) is not.
+/// A key that is held is pressed again sooner than this. One that was let go where the window was not told of it
+/// (another one had the keyboard) is not.
 const LONGEST_REPEAT: Duration = Duration::from_secs(3);
 
-/// The keys that are down. A press is told as the place of a key, and then as the sign that it has there: letters and signs
-/// go by what is printed on the person's keyboard, what has a name and the digits by their place.
+/// The keys that are down. A press is told as the place of a key, and then as the sign that it has there: letters and
+/// signs go by what is printed on the person's keyboard, what has a name and the digits by their place.
 #[derive(Debug, Default)]
 pub struct Keyboard {
     /// Each with its last press.

@@ -1,10 +1,10 @@
 //! The robot live in the closed loop: pushed, pulled, and with the gain set that a person chooses.
 
 use super::pick::Grab;
-use super::plots::{Sample, Trail};
+use super::plots::{Plotted, Trail};
 use super::world::World;
 use crate::episode::snapshot::Arrow;
-use crate::episode::{ClosedLoop, Outcome, Referee, Snapshot};
+use crate::episode::{ClosedLoop, Outcome, Record, Referee, Snapshot};
 use crate::robot::Kinematics;
 use crate::sim::Push;
 use nalgebra::Point3;
@@ -32,14 +32,14 @@ pub struct Live<'a> {
     pub grab: Option<Grab>,
     /// The last push that acted: to when (s), and as it was last seen.
     lingering: Option<(f64, Arrow)>,
-    pub counts: Counts,
+    pub counts: Account,
     /// Of the COM.
     start: Point3<f64>,
 }
 
 /// What happened since the window was opened.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Counts {
+pub struct Account {
     pub pushes: u32,
     pub drags: u32,
     /// The largest force of a drag (N).
@@ -57,16 +57,16 @@ pub struct Counts {
 impl<'a> Live<'a> {
     /// At home, at rest, with the first gain set.
     pub fn new(world: &'a World) -> Self {
-        Self::start(world, 0, Counts::default())
+        Self::start(world, 0, Account::default())
     }
 
     /// From the start again, with the gain set that acts now.
     pub fn restart(&mut self) {
-        let counts = Counts { restarts: self.counts.restarts + 1, ..self.counts };
+        let counts = Account { restarts: self.counts.restarts + 1, ..self.counts };
         *self = Self::start(self.world, self.acting, counts);
     }
 
-    fn start(world: &'a World, acting: usize, counts: Counts) -> Self {
+    fn start(world: &'a World, acting: usize, counts: Account) -> Self {
         let (robot, simulated) = (&world.robot, &world.simulated);
         let mut closed_loop =
             ClosedLoop::new(robot, simulated, &world.designs[acting], &world.config, world.disturbance());
@@ -76,7 +76,7 @@ impl<'a> Live<'a> {
         let now = Snapshot::of(simulated, &tick);
         let mut kinematics = Kinematics::new(simulated);
         kinematics.update(simulated, &now.posture);
-        let (trail, start) = (Trail::from([Sample::of(&now)]), now.com);
+        let (trail, start) = (std::iter::once(Plotted::of(&now)).collect(), now.com);
         Self { world, closed_loop, referee, acting, now, kinematics, trail, grab: None, lingering: None, counts, start }
     }
 
@@ -99,7 +99,7 @@ impl<'a> Live<'a> {
         self.counts.drag_n = pull.iter().map(|pull| pull.force.norm()).fold(self.counts.drag_n, f64::max);
         self.now = Snapshot::of(&self.world.simulated, &tick);
         self.kinematics.update(&self.world.simulated, &self.now.posture);
-        self.trail.push(Sample::of(&self.now));
+        self.trail.push(Plotted::of(&self.now));
         self.counts.com_m = self.counts.com_m.max((self.now.com - self.start).xy().norm());
         if let Some(push) = self.now.push.filter(|push| pull.is_none() && push.force.norm() > LEAST_N) {
             self.lingering = Some((self.now.time_s + LINGERING_S, push));
@@ -115,8 +115,8 @@ impl<'a> Live<'a> {
         self.judge_anew();
     }
 
-    /// What was judged is no longer true after a push, a pull, or with other gains. The judge waits for the last push to end;
-    /// it need not watch who has fallen.
+    /// What was judged is no longer true after a push, a pull, or with other gains. The judge waits for the last push
+    /// to end; it need not watch who has fallen.
     fn judge_anew(&mut self) {
         if matches!(self.referee.record.outcome, Outcome::TimedOut | Outcome::Recovered) {
             self.referee = Referee::new(&self.world.simulated, &self.world.config, &self.closed_loop.pushes);
@@ -147,24 +147,13 @@ impl<'a> Live<'a> {
         }
     }
 
-    /// The force of the hand, or of a push that acts or acted a moment ago.
-    pub fn force(&self) -> Option<Arrow> {
-        let lingering = || self.lingering.filter(|(until_s, _)| self.now.time_s <= *until_s).map(|(_, arrow)| arrow);
-        self.grab.map(|grab| grab.arrow(&self.kinematics)).or_else(lingering)
+    /// The force of a push that acts or acted a moment ago, unless a hand holds the robot; and that of the hand.
+    pub fn forces(&self) -> (Option<Arrow>, Option<Arrow>) {
+        let lingering = self.lingering.filter(|(until_s, _)| self.grab.is_none() && self.now.time_s <= *until_s);
+        (lingering.map(|(_, push)| push), self.grab.map(|grab| grab.arrow(&self.kinematics)))
     }
 
-    /// How the robot fares, in words; true if badly.
-    pub fn verdict(&self) -> (String, bool) {
-        let record = &self.referee.record;
-        match (record.outcome, record.settled_at_s) {
-            (Outcome::Fell, _) => {
-                let cause = record.fall_cause.as_deref().unwrap_or("fell");
-                (format!("fell at {:.2} s: {cause}", record.fell_at_s.unwrap_or(record.end_s)), true)
-            }
-            (Outcome::Diverged, _) => (format!("diverged at {:.2} s", record.end_s), true),
-            _ if self.grab.is_some() => ("held by hand".into(), false),
-            (_, Some(since_s)) => (format!("stands still since {since_s:.2} s"), false),
-            _ => ("in motion".into(), false),
-        }
+    pub fn record(&self) -> &Record {
+        &self.referee.record
     }
 }

@@ -1,30 +1,32 @@
 //! The window's loop: what a person asks for, time that passes, the next picture.
 
 mod aim;
+mod camera;
 mod clock;
 mod colors;
 mod keys;
 mod live;
 mod marks;
-mod mesh;
-mod overlays;
 mod panel;
 mod pick;
 mod plots;
 mod recorded;
-mod scene;
 mod show;
-mod solids;
+mod space;
 mod timeline;
-mod watch;
+mod triangles;
+mod watchdog;
 mod window;
 mod world;
 
 use crate::error::{Error, Result};
-use crate::render::scale::Scale;
+use crate::render::scene::Stage;
+use crate::render::scene::palette::Overlay;
+use crate::render::scene::scale::RobotScale;
 use crate::view::Options;
 use aim::Aim;
-use clock::Clock;
+use camera::{Leash, Lens, camera};
+use clock::FrameClock;
 use keys::{Keyboard, Wish};
 use kiss3d::camera::OrbitCamera3d;
 use kiss3d::egui::{self, LayerId, Pos2, Rect, Theme, pos2};
@@ -32,16 +34,15 @@ use kiss3d::event::{Action, MouseButton, WindowEvent};
 use kiss3d::post_processing::Tonemap;
 use kiss3d::window::{NumSamples, Window};
 use live::Live;
-use marks::{Lens, Marks};
-use overlays::Shown;
-use panel::Facts;
+use marks::Marks;
+use panel::Told;
 use pick::Grab;
 use recorded::Recorded;
-use scene::{Leash, Scene, camera};
 use show::{Show, several};
+use space::Space;
 use std::path::Path;
 use std::time::Instant;
-use watch::Watch;
+use watchdog::Watchdog;
 use world::World;
 
 /// Size of the window at the start (pixels).
@@ -57,14 +58,13 @@ pub fn run(args: &Options) -> Result<String> {
         (Some(folder), Some(trial)) => {
             let recorded = Recorded::new(folder, trial, args)?;
             let (robot, ground, scale) = (recorded.film.robot.clone(), recorded.film.ground, recorded.scale);
-            let app = App::open(args, Show::Recorded(Box::new(recorded)), scale)?;
-            app.run(args, Scene::new(&robot, ground, scale))
+            App::open(args, Show::Recorded(Box::new(recorded)), Stage::new(&robot, ground), scale)?.run(args)
         }
         _ => {
             let world = World::new(args)?;
-            let scale = Scale::of(&world.robot);
-            let app = App::open(args, Show::Live(Box::new(Live::new(&world))), scale)?;
-            app.run(args, Scene::new(&world.simulated, world.ground(), scale))
+            let scale = RobotScale::of(&world.robot);
+            let stage = Stage::new(&world.simulated, world.ground());
+            App::open(args, Show::Live(Box::new(Live::new(&world))), stage, scale)?.run(args)
         }
     }
 }
@@ -84,11 +84,12 @@ struct App<'a> {
     window: Window,
     camera: OrbitCamera3d,
     leash: Leash,
+    space: Space<'a>,
     show: Show<'a>,
     /// Of the robot.
-    scale: Scale,
-    clock: Clock,
-    shown: Shown,
+    scale: RobotScale,
+    clock: FrameClock,
+    shown: Vec<Overlay>,
     aim: Aim,
     keyboard: Keyboard,
     help: bool,
@@ -98,7 +99,7 @@ struct App<'a> {
 }
 
 impl<'a> App<'a> {
-    fn open(args: &Options, show: Show<'a>, scale: Scale) -> Result<Self> {
+    fn open(args: &Options, show: Show<'a>, stage: Stage<'a>, scale: RobotScale) -> Result<Self> {
         let aim = Aim::new(args, scale)?;
         let mut window = window::open("standfast", SIZE.0, SIZE.1)?;
         window.set_background_color(colors::SKY.line());
@@ -111,10 +112,11 @@ impl<'a> App<'a> {
             window,
             camera: camera(scale),
             leash: Leash::of(scale),
+            space: Space::new(stage),
             show,
             scale,
-            clock: Clock::new(args.speed),
-            shown: Shown::default(),
+            clock: FrameClock::new(args.speed),
+            shown: Overlay::ALL.to_vec(),
             aim,
             keyboard: Keyboard::default(),
             help: true,
@@ -123,8 +125,8 @@ impl<'a> App<'a> {
         })
     }
 
-    fn run(mut self, args: &Options, mut scene: Scene) -> Result<String> {
-        let (start, watch) = (Instant::now(), Watch::start());
+    fn run(mut self, args: &Options) -> Result<String> {
+        let (start, watch) = (Instant::now(), Watchdog::start());
         let is_due = |start: &Instant| args.seconds.is_some_and(|s| start.elapsed().as_secs_f64() >= s);
         loop {
             let mut wishes = self.input();
@@ -134,9 +136,9 @@ impl<'a> App<'a> {
             if !matches!(&self.show, Show::Live(live) if live.grab.is_some()) {
                 self.leash.pull(&mut self.camera, &self.show.now().com, self.clock.frame_s);
             }
-            self.draw(&mut scene, &mut wishes);
+            self.draw(&mut wishes);
             wishes.into_iter().for_each(|wish| self.grant(wish));
-            let goes_on = match window::render(&mut self.window, &mut scene.root, &mut self.camera) {
+            let goes_on = match window::render(&mut self.window, &mut self.space.root, &mut self.camera) {
                 Ok(goes_on) => goes_on,
                 Err(error) => {
                     // A window that is gone cannot be closed.
@@ -175,7 +177,7 @@ impl<'a> App<'a> {
 
     /// What the keys ask for; the mouse takes hold of the robot here.
     fn input(&mut self) -> Vec<Wish> {
-        let (mut wishes, live) = (Vec::new(), matches!(self.show, Show::Live(_)));
+        let (mut wishes, live) = (Vec::new(), self.show.is_live());
         for event in self.window.events().iter() {
             let is_typing = self.window.is_egui_capturing_keyboard();
             match event.value {
@@ -205,7 +207,7 @@ impl<'a> App<'a> {
         let (lens, mouse) = (self.lens(), self.mouse());
         let (Show::Live(live), Some(mouse)) = (&mut self.show, mouse) else { return };
         let sight = lens.sight(mouse);
-        if let Some(hit) = pick::pick(&live.world.simulated, &live.kinematics, &sight) {
+        if let Some(hit) = pick::pick(&self.space.stage, &live.kinematics, &sight) {
             live.take(Grab::new(hit, &sight, &live.kinematics, lens.looking(), self.scale));
             self.camera.rebind_rotate_button(None);
         }
@@ -230,55 +232,35 @@ impl<'a> App<'a> {
         }
     }
 
-    fn draw(&mut self, scene: &mut Scene, wishes: &mut Vec<Wish>) {
+    fn draw(&mut self, wishes: &mut Vec<Wish>) {
         let lens = self.lens();
         let eye = kiss3d::camera::Camera3d::eye(&self.camera);
-        let (now, kinematics) = (self.show.now(), self.show.kinematics());
-        scene.draw(now, kinematics, &self.shown, eye, &mut self.window);
+        let marks = self.show.marks(&self.space.stage, &self.shown);
+        self.space.draw(self.show.now(), self.show.kinematics(), &marks, eye, &mut self.window);
         let mouse = self.mouse().filter(|_| !self.window.is_egui_capturing_mouse());
         // Opens a frame of the context, which the handle then stands for.
         self.window.draw_ui(|_| {});
         let ctx = &self.window.egui_context().clone();
-        let facts = self.facts();
-        let (show, shown, ground) = (&self.show, &self.shown, scene.ground(now));
-        let paused = self.clock.paused;
+        let (now, stage) = (self.show.now(), &self.space.stage);
         let wide = ctx.content_rect().width() - panel::WIDTH;
-        let name = mouse.and_then(|at| Some((at, show.link_at(&lens.sight(at))?)));
-        let painter = ctx.layer_painter(LayerId::background());
         let free = Rect::from_min_max(Pos2::ZERO, pos2(wide, ctx.content_rect().bottom()));
-        let marks = Marks { painter: painter.with_clip_rect(free), lens: &lens, ground, scale: self.scale };
-        marks.axes();
-        if let Some(aim) = facts.push {
-            marks.aim(now, &aim);
+        let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(free);
+        let drawn = Marks { painter, lens: &lens, ground: stage.ground(now), scale: stage.scale };
+        drawn.axes();
+        if self.show.is_live() {
+            drawn.aim(now, &self.aim);
         }
-        marks.draw(now, shown, show.force());
-        if let Some((at, name)) = name {
-            marks.name(at, name);
+        marks.iter().for_each(|mark| drawn.draw(mark));
+        if let Some((at, name)) = mouse.and_then(|at| Some((at, self.show.link_at(stage, &lens.sight(at))?))) {
+            drawn.name(at, name);
         }
         if self.help {
-            panel::help(ctx, facts.push.is_some());
+            panel::help(ctx, self.show.is_live());
         }
-        panel::draw(ctx, &facts, wishes);
-        if let Show::Recorded(recorded) = show {
-            timeline::draw(ctx, recorded, paused, wide, wishes);
-        }
-    }
-
-    fn facts(&self) -> Facts<'_> {
-        let (gain_sets, acting, gains) = self.show.gain_sets();
-        Facts {
-            now: self.show.now(),
-            trail: self.show.trail(),
-            clock: &self.clock,
-            shown: &self.shown,
-            gain_sets,
-            acting,
-            gains,
-            verdict: self.show.verdict(),
-            difference: self.show.difference(),
-            push: matches!(self.show, Show::Live(_)).then_some(self.aim),
-            scale: self.scale,
-            recording: self.show.recording(),
+        let Self { show, clock, shown, aim, scale, .. } = self;
+        panel::draw(ctx, &Told { show, clock, shown, aim: *aim, scale: *scale }, wishes);
+        if let Show::Recorded(recorded) = &self.show {
+            timeline::draw(ctx, recorded, self.clock.paused, wide, wishes);
         }
     }
 
@@ -311,7 +293,10 @@ impl<'a> App<'a> {
             (Wish::Harder(steps), _) => self.aim.harder(steps),
             (Wish::Heading(turn_deg), _) => self.aim.turn(turn_deg),
             (Wish::GainSet(index), Show::Live(live)) => live.switch_to(index),
-            (Wish::Toggle(overlay), _) => self.shown.toggle(overlay),
+            (Wish::Toggle(overlay), _) => match self.shown.iter().position(|shown| *shown == overlay) {
+                Some(i) => _ = self.shown.remove(i),
+                None => self.shown.push(overlay),
+            },
             (Wish::Seek(time_s), Show::Recorded(recorded)) => {
                 self.clock.paused = true;
                 recorded.seek(time_s.min(recorded.end_s()));

@@ -1,17 +1,15 @@
 //! The panel at the right: what acts, how the robot fares, and all that keys can do, by mouse.
 
 use super::aim::Aim;
-use super::clock::{Clock, SPEEDS};
-use super::colors;
+use super::clock::{FrameClock, SPEEDS};
 use super::keys::{LIVE_HELP, RECORDED_HELP, Wish};
-use super::overlays::Shown;
-use super::plots::{self, SPAN_S, Trail};
-use super::scene;
-use crate::episode::Snapshot;
-use crate::render::palette::{Look, Overlay};
-use crate::render::scale::Scale;
+use super::plots::{self, SPAN_S};
+use super::show::Show;
+use super::{colors, space};
+use crate::render::scene::palette::{Look, Overlay};
+use crate::render::scene::scale::RobotScale;
 use kiss3d::egui::{
-    Align2, Area, Color32, Context, DragValue, Frame, Grid, Id, Margin, RichText, ScrollArea, Stroke, Ui, vec2,
+    Align2, Area, Button, Color32, Context, DragValue, Frame, Grid, Id, Margin, RichText, ScrollArea, Sense, Ui, vec2,
 };
 
 /// Width of the panel (points).
@@ -22,29 +20,17 @@ const LINE: f32 = 22.0;
 const LEAST_PLOT: f32 = 80.0;
 
 /// What the panel tells.
-pub struct Facts<'a> {
-    pub now: &'a Snapshot,
-    pub trail: &'a Trail,
-    pub clock: &'a Clock,
-    pub shown: &'a Shown,
-    /// Names of the gain sets to choose from; which acts.
-    pub gain_sets: Vec<String>,
-    pub acting: usize,
-    /// Names of the gains of the set that acts, slow to fast.
-    pub gains: Vec<String>,
-    /// How the robot fares, in words; true if badly.
-    pub verdict: (String, bool),
-    /// How a recording differs from what it should be, in words.
-    pub difference: Option<&'a str>,
-    /// The next push; None of a recording.
-    pub push: Option<Aim>,
-    pub scale: Scale,
-    /// Name and length (s) of a recording.
-    pub recording: Option<(String, f64)>,
+pub struct Told<'a> {
+    pub show: &'a Show<'a>,
+    pub clock: &'a FrameClock,
+    pub shown: &'a [Overlay],
+    /// The next push.
+    pub aim: Aim,
+    pub scale: RobotScale,
 }
 
 /// Draws the panel and adds what is asked for.
-pub fn draw(ctx: &Context, facts: &Facts, wishes: &mut Vec<Wish>) {
+pub fn draw(ctx: &Context, told: &Told, wishes: &mut Vec<Wish>) {
     let height = ctx.content_rect().height();
     let frame = Frame::NONE.fill(Color32::from_rgb(0xf8, 0xf9, 0xfb)).inner_margin(Margin::same(12));
     Area::new(Id::new("panel")).anchor(Align2::RIGHT_TOP, vec2(0.0, 0.0)).show(ctx, |ui| {
@@ -53,61 +39,64 @@ pub fn draw(ctx: &Context, facts: &Facts, wishes: &mut Vec<Wish>) {
             ui.set_max_width(WIDTH - 24.0);
             ui.set_height(height - 24.0);
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                state(ui, facts, wishes);
+                let (now_s, scale) = (told.show.now().time_s, told.scale);
+                state(ui, told.show, wishes);
                 ui.separator();
-                time(ui, facts, wishes);
-                if let Some(aim) = facts.push {
-                    push(ui, aim, wishes);
+                time(ui, told, wishes);
+                if told.show.is_live() {
+                    push(ui, told.aim, wishes);
                 }
                 ui.separator();
-                overlays(ui, facts.shown, wishes);
+                overlays(ui, &told.shown, wishes);
                 ui.separator();
-                let (span_s, now_s) = match &facts.recording {
-                    Some((_, end_s)) => ([0.0, *end_s], Some(facts.now.time_s)),
-                    None => ([facts.now.time_s.max(SPAN_S) - SPAN_S, facts.now.time_s.max(SPAN_S)], None),
+                let (span_s, marked_s) = match told.show {
+                    Show::Recorded(recorded) => ([0.0, recorded.end_s()], Some(now_s)),
+                    Show::Live(_) => ([now_s.max(SPAN_S) - SPAN_S, now_s.max(SPAN_S)], None),
                 };
                 // Both plots, their names and the last line fill what is left of the window.
                 let height = (0.5 * (ui.available_height() - 3.0 * LINE)).max(LEAST_PLOT);
-                plots::draw(ui, facts.trail, facts.scale.length(), span_s, now_s, height);
-                ui.weak(format!("H: keys; lines of the floor every {} m", scene::spacing_m(facts.scale)));
+                plots::draw(ui, told.show.trail(), scale.length(), span_s, marked_s, height);
+                ui.weak(format!("H: keys; lines of the floor every {} m", space::spacing_m(scale)));
             });
         });
     });
 }
 
-fn state(ui: &mut Ui, facts: &Facts, wishes: &mut Vec<Wish>) {
-    match &facts.recording {
-        Some((name, _)) => _ = ui.heading(name),
-        None => {
+fn state(ui: &mut Ui, show: &Show, wishes: &mut Vec<Wish>) {
+    let (names, acting, gains) = show.gain_sets();
+    match show {
+        Show::Recorded(recorded) => _ = ui.heading(format!("trial {} of {}", recorded.trial, recorded.film.gain_set)),
+        Show::Live(_) => {
             ui.horizontal_wrapped(|ui| {
-                for (i, name) in facts.gain_sets.iter().enumerate() {
-                    if ui.selectable_label(i == facts.acting, format!("{} {name}", i + 1)).clicked() {
+                for (i, name) in names.iter().enumerate() {
+                    if ui.selectable_label(i == acting, format!("{} {name}", i + 1)).clicked() {
                         wishes.push(Wish::GainSet(i));
                     }
                 }
             });
         }
     }
-    let now = facts.now;
-    let (verdict, badly) = &facts.verdict;
-    let color = if *badly { colors::ZMP } else { colors::DCM };
+    let (now, (verdict, badly)) = (show.now(), show.verdict());
+    let color = if badly { colors::BADLY } else { colors::WELL };
     ui.label(RichText::new(verdict).color(color.egui()).strong());
-    if let Some(difference) = facts.difference {
-        ui.label(RichText::new(difference).color(colors::ZMP.egui()));
+    if let Some(difference) = show.difference() {
+        ui.label(RichText::new(difference).color(colors::BADLY.egui()));
     }
     Grid::new("state").num_columns(2).spacing([10.0, 3.0]).show(ui, |ui| {
         ui.label("gain");
         ui.horizontal_wrapped(|ui| {
             ui.spacing_mut().item_spacing.x = 6.0;
-            for (i, name) in facts.gains.iter().enumerate() {
+            for (i, name) in gains.iter().enumerate() {
                 match now.gain == Some(i) {
                     true => ui.label(
-                        RichText::new(format!(" {name} ")).color(Color32::WHITE).background_color(colors::SLICE.egui()),
+                        RichText::new(format!(" {name} "))
+                            .color(Color32::WHITE)
+                            .background_color(Overlay::Slices.color().egui()),
                     ),
                     false => ui.weak(name),
                 };
             }
-            if facts.gains.is_empty() {
+            if gains.is_empty() {
                 ui.weak("none: the posture is held");
             }
         });
@@ -132,23 +121,23 @@ fn state(ui: &mut Ui, facts: &Facts, wishes: &mut Vec<Wish>) {
     });
 }
 
-fn time(ui: &mut Ui, facts: &Facts, wishes: &mut Vec<Wish>) {
-    let clock = facts.clock;
+fn time(ui: &mut Ui, told: &Told, wishes: &mut Vec<Wish>) {
+    let (clock, is_live) = (told.clock, told.show.is_live());
     ui.horizontal_wrapped(|ui| {
-        ui.monospace(RichText::new(format!("{:.3} s", facts.now.time_s)).size(16.0));
+        ui.monospace(RichText::new(format!("{:.3} s", told.show.now().time_s)).size(16.0));
         let (text, slow) = match clock.factor {
             None if clock.paused => ("paused".to_string(), false),
             None => (String::new(), false),
             Some(factor) => {
-                let late = factor < 0.9 * clock.speed() && facts.recording.is_none();
+                let late = factor < 0.9 * clock.speed() && is_live;
                 let late_words = if late { "physics is late, " } else { "" };
                 (format!("{late_words}{factor:.2} of real time, {:.0} frames/s", clock.frames_per_s), late)
             }
         };
-        ui.label(if slow { RichText::new(text).color(colors::ZMP.egui()) } else { RichText::new(text).weak() });
+        ui.label(if slow { RichText::new(text).color(colors::BADLY.egui()) } else { RichText::new(text).weak() });
     });
     // A recording has them at its time line.
-    if facts.recording.is_none() {
+    if is_live {
         ui.horizontal(|ui| {
             if ui.button(if clock.paused { "Go on" } else { "Pause" }).clicked() {
                 wishes.push(Wish::Pause);
@@ -175,7 +164,7 @@ fn time(ui: &mut Ui, facts: &Facts, wishes: &mut Vec<Wish>) {
 
 fn push(ui: &mut Ui, aim: Aim, wishes: &mut Vec<Wish>) {
     ui.horizontal(|ui| {
-        let button = kiss3d::egui::Button::new(RichText::new("Push").color(Color32::WHITE)).fill(colors::PUSH.egui());
+        let button = Button::new(RichText::new("Push").color(Color32::WHITE)).fill(colors::PUSH.egui());
         if ui.add(button).clicked() {
             wishes.push(Wish::Push);
         }
@@ -192,21 +181,16 @@ fn push(ui: &mut Ui, aim: Aim, wishes: &mut Vec<Wish>) {
     });
 }
 
-fn overlays(ui: &mut Ui, shown: &Shown, wishes: &mut Vec<Wish>) {
+fn overlays(ui: &mut Ui, shown: &[Overlay], wishes: &mut Vec<Wish>) {
     Grid::new("overlays").num_columns(2).spacing([8.0, 2.0]).show(ui, |ui| {
         for (i, overlay) in Overlay::ALL.into_iter().enumerate() {
-            let Look { key, name, .. } = overlay.look();
+            let Look { key, name, hint, color, .. } = overlay.look();
             ui.horizontal(|ui| {
-                let (place, _) = ui.allocate_exact_size(vec2(10.0, 10.0), kiss3d::egui::Sense::hover());
-                ui.painter().rect(
-                    place,
-                    2,
-                    colors::Named::of(overlay).egui(),
-                    Stroke::NONE,
-                    kiss3d::egui::StrokeKind::Inside,
-                );
-                let mut is_shown = shown.has(overlay);
-                if ui.checkbox(&mut is_shown, format!("{name} ({})", key.to_ascii_uppercase())).changed() {
+                let (place, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
+                ui.painter().rect_filled(place, 2, color.egui());
+                let mut is_shown = shown.contains(&overlay);
+                let switch = ui.checkbox(&mut is_shown, format!("{name} ({})", key.to_ascii_uppercase()));
+                if switch.on_hover_text(hint).changed() {
                     wishes.push(Wish::Toggle(overlay));
                 }
             });

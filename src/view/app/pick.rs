@@ -1,20 +1,17 @@
-//! A hand on the robot: which link is under the mouse (Parry's ray cast), and the spring by which it is dragged.
+//! A hand on the robot: which link is under the mouse, and the spring by which it is dragged.
 
 use crate::episode::snapshot::Arrow;
-use crate::render::scale::Scale;
-use crate::robot::{Kinematics, Pose, Robot, Shape};
+use crate::render::scene::mesh::Mesh;
+use crate::render::scene::scale::RobotScale;
+use crate::render::scene::{Stage, Surface};
+use crate::robot::{Kinematics, Pose};
 use crate::sim::Pull;
-use kiss3d::glamx::Vec3;
 use nalgebra::{Point3, Unit, Vector3};
-use parry3d::query::{Ray, RayCast};
-use parry3d::shape::{Ball, Cuboid, Cylinder};
 
 /// Of the spring between hand and robot (N/m), for a robot of UT-mu2's size.
 const STIFFNESS_N_M: f64 = 150.0;
 /// And no more than this (N): about half of its weight.
 const MOST_N: f64 = 40.0;
-/// Nothing is farther (m).
-const REACH_M: f32 = 100.0;
 
 /// From the eye through a point of the picture, world.
 #[derive(Debug, Clone, Copy)]
@@ -33,37 +30,28 @@ pub struct Hit {
 }
 
 /// The first of the drawn solids that the line of sight meets.
-pub fn pick(robot: &Robot, kinematics: &Kinematics, sight: &Sight) -> Option<Hit> {
-    let mut nearest: Option<Hit> = None;
-    for (link, body) in robot.links.iter().enumerate() {
-        for solid in body.drawn() {
-            let Some(distance_m) = distance(&solid.shape, &(kinematics.link_pose(link) * solid.pose), sight) else {
-                continue;
-            };
-            if nearest.is_none_or(|hit| distance_m < hit.distance_m) {
-                nearest = Some(Hit { link, distance_m });
-            }
-        }
-    }
-    nearest
+pub fn pick(stage: &Stage, kinematics: &Kinematics, sight: &Sight) -> Option<Hit> {
+    let hit = |(solid, pose): (&Surface, Pose)| {
+        distance_m(&solid.mesh, &pose, sight).map(|distance_m| Hit { link: solid.link, distance_m })
+    };
+    stage.solids(kinematics).filter_map(hit).min_by(|a, b| a.distance_m.total_cmp(&b.distance_m))
 }
 
-/// Distance of a shape along the line of sight (m); None beside it.
-fn distance(shape: &Shape, pose: &Pose, sight: &Sight) -> Option<f64> {
+/// Distance of a mesh along the line of sight (m); None beside it.
+fn distance_m(mesh: &Mesh, pose: &Pose, sight: &Sight) -> Option<f64> {
     let (origin, direction) =
         (pose.inverse_transform_point(&sight.origin), pose.inverse_transform_vector(&sight.direction));
-    let cast = |shape: &dyn RayCast, turn: fn(Vector3<f64>) -> Vec3| {
-        shape.cast_local_ray(&Ray::new(turn(origin.coords), turn(direction)), REACH_M, true)
+    // Möller and Trumbore: the place on a triangle by its sides, each 0 to 1, and that on the line.
+    let on_face = |face: &[usize; 3]| {
+        let [a, b, c] = face.map(|i| mesh.corners[i].0);
+        let (ab, ac, from_a) = (b - a, c - a, origin - a);
+        let (across, over) = (direction.cross(&ac), from_a.cross(&ab));
+        let turn = ab.dot(&across);
+        let [u, v, along] = [from_a.dot(&across), direction.dot(&over), ac.dot(&over)].map(|x| x / turn);
+        // One on the edge of two triangles is not to be missed by both.
+        (u >= -1e-9 && v >= -1e-9 && u + v <= 1.0 + 1e-9 && along > 0.0).then_some(along)
     };
-    let as_it_is = |v: Vector3<f64>| Vec3::new(v.x as f32, v.y as f32, v.z as f32);
-    // The axis of Parry's cylinder is y.
-    let z_to_y = |v: Vector3<f64>| Vec3::new(v.y as f32, v.z as f32, v.x as f32);
-    match *shape {
-        Shape::Box { half } => cast(&Cuboid::new(as_it_is(half)), as_it_is),
-        Shape::Cylinder { radius, length } => cast(&Cylinder::new(length as f32 / 2.0, radius as f32), z_to_y),
-        Shape::Sphere { radius } => cast(&Ball::new(radius as f32), as_it_is),
-    }
-    .map(f64::from)
+    mesh.faces.iter().filter_map(on_face).min_by(f64::total_cmp)
 }
 
 /// A point of a link that is held, and where the hand is. The hand moves on the plane through the place where it took
@@ -78,12 +66,18 @@ pub struct Grab {
     /// The hand, world.
     pub hand: Point3<f64>,
     /// Of the robot.
-    scale: Scale,
+    scale: RobotScale,
 }
 
 impl Grab {
     /// Takes hold of what was hit on a robot of this size, `looking` along this direction.
-    pub fn new(hit: Hit, sight: &Sight, kinematics: &Kinematics, looking: Unit<Vector3<f64>>, scale: Scale) -> Self {
+    pub fn new(
+        hit: Hit,
+        sight: &Sight,
+        kinematics: &Kinematics,
+        looking: Unit<Vector3<f64>>,
+        scale: RobotScale,
+    ) -> Self {
         let at = sight.origin + sight.direction.into_inner() * hit.distance_m;
         let point = kinematics.link_pose(hit.link).inverse_transform_point(&at);
         Self { link: hit.link, point, plane_point: at, plane_normal: looking, hand: at, scale }
@@ -119,7 +113,9 @@ impl Grab {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::scale::tests::THRICE;
+    use crate::render::scene::scale::tests::THRICE;
+    use crate::robot::{Robot, Shape};
+    use crate::sim::Ground;
 
     fn standing() -> (Robot, Kinematics) {
         let robot = Robot::load("ut-mu2").unwrap();
@@ -135,14 +131,14 @@ mod tests {
     #[test]
     fn the_nearest_link_is_picked() {
         let (robot, kinematics) = standing();
-        let com = kinematics.com();
-        let hit = pick(&robot, &kinematics, &sight([1.0, 0.0, com.z + 0.05], -Vector3::x())).unwrap();
+        let (com, stage) = (kinematics.com(), Stage::new(&robot, Ground::default()));
+        let hit = pick(&stage, &kinematics, &sight([1.0, 0.0, com.z + 0.05], -Vector3::x())).unwrap();
         assert_eq!(hit.link, robot.trunk);
         assert!((0.8..1.1).contains(&hit.distance_m), "{hit:?}");
         // From the left the arm hides the trunk.
         let shoulder = sight([0.0, 1.0, kinematics.link_pose(robot.trunk).translation.z], -Vector3::y());
-        assert_ne!(pick(&robot, &kinematics, &shoulder).unwrap().link, robot.trunk);
-        assert_eq!(pick(&robot, &kinematics, &sight([1.0, 0.0, 2.0], -Vector3::x())), None);
+        assert_ne!(pick(&stage, &kinematics, &shoulder).unwrap().link, robot.trunk);
+        assert_eq!(pick(&stage, &kinematics, &sight([1.0, 0.0, 2.0], -Vector3::x())), None);
     }
 
     #[test]
@@ -157,7 +153,7 @@ mod tests {
             (Shape::Sphere { radius: 0.2 }, from_above, 0.8),
             (Shape::Box { half: Vector3::new(0.1, 0.2, 0.3) }, from_aside, 0.9),
         ] {
-            let distance_m = distance(&shape, &pose, &sight).unwrap();
+            let distance_m = distance_m(&Mesh::of(&shape), &pose, &sight).unwrap();
             assert!((distance_m - expected).abs() < 1e-6, "{shape:?}: {distance_m}");
         }
     }
@@ -166,15 +162,15 @@ mod tests {
     fn the_hand_pulls_like_a_spring_up_to_its_limit() {
         let (robot, kinematics) = standing();
         let at = |y: f64| sight([1.0, y, kinematics.com().z + 0.05], -Vector3::x());
-        let hit = pick(&robot, &kinematics, &at(0.0)).unwrap();
-        let forces = |scale: Scale| {
+        let hit = pick(&Stage::new(&robot, Ground::default()), &kinematics, &at(0.0)).unwrap();
+        let forces = |scale: RobotScale| {
             let mut grab = Grab::new(hit, &at(0.0), &kinematics, -Vector3::x_axis(), scale);
             [0.0, 0.1, 90.0].map(|y| {
                 grab.follow(&at(y));
                 grab.pull(&kinematics).force
             })
         };
-        let scale = Scale::of(&robot);
+        let scale = RobotScale::of(&robot);
         let is_near = |force: Vector3<f64>, y_n: f64| (force - Vector3::new(0.0, y_n, 0.0)).norm() < 0.01 * y_n + 1e-9;
         let [none, some, most] = forces(scale);
         assert!(is_near(none, 0.0) && is_near(some, 15.0) && is_near(most, MOST_N), "{some} {most}");

@@ -1,7 +1,8 @@
 //! COM, ZMP and DCM over time, one plot for each axis.
 
-use super::colors::{self, Named};
+use super::colors;
 use crate::episode::Snapshot;
+use crate::render::scene::palette::Overlay;
 use egui_plot::{AxisHints, Line, LineStyle, Plot, PlotPoint, PlotPoints, VLine, uniform_grid_spacer};
 use kiss3d::egui::{Color32, Rangef, Ui};
 use nalgebra::Point2;
@@ -14,7 +15,7 @@ const BUCKETS: usize = 150;
 
 /// What is plotted of one tick, world (m).
 #[derive(Debug, Clone, Copy)]
-pub struct Sample {
+pub struct Plotted {
     pub time_s: f64,
     pub com: Point2<f64>,
     pub dcm: Point2<f64>,
@@ -23,7 +24,7 @@ pub struct Sample {
     pub zmp_ref: Point2<f64>,
 }
 
-impl Sample {
+impl Plotted {
     pub fn of(snapshot: &Snapshot) -> Self {
         let Snapshot { time_s, com, dcm, zmp, zmp_ref, .. } = snapshot;
         Self { time_s: *time_s, com: com.xy(), dcm: *dcm, zmp: *zmp, zmp_ref: *zmp_ref }
@@ -33,14 +34,14 @@ impl Sample {
 /// Samples in order of time, one a tick.
 #[derive(Debug, Default)]
 pub struct Trail {
-    samples: VecDeque<Sample>,
+    samples: VecDeque<Plotted>,
     /// How many came before those that are left.
     gone: usize,
 }
 
 impl Trail {
     /// Adds the newest; those that are older than the plots show go.
-    pub fn push(&mut self, sample: Sample) {
+    pub fn push(&mut self, sample: Plotted) {
         while self.samples.front().is_some_and(|first| first.time_s < sample.time_s - SPAN_S) {
             self.samples.pop_front();
             self.gone += 1;
@@ -49,30 +50,22 @@ impl Trail {
     }
 }
 
-impl<const N: usize> From<[Sample; N]> for Trail {
-    fn from(samples: [Sample; N]) -> Self {
-        samples.into_iter().collect()
-    }
-}
-
-impl FromIterator<Sample> for Trail {
-    fn from_iter<T: IntoIterator<Item = Sample>>(samples: T) -> Self {
+impl FromIterator<Plotted> for Trail {
+    fn from_iter<T: IntoIterator<Item = Plotted>>(samples: T) -> Self {
         Self { samples: samples.into_iter().collect(), gone: 0 }
     }
 }
 
-/// One curve: its name and colour, and where it is.
-type Curve = (&'static str, Named, fn(&Sample) -> Option<Point2<f64>>);
-
-const CURVES: [Curve; 4] = [
-    ("ZMP wanted", colors::ZMP_REF, |s| Some(s.zmp_ref)),
-    ("ZMP", colors::ZMP, |s| s.zmp),
-    ("DCM", colors::DCM, |s| Some(s.dcm)),
-    ("COM", colors::COM, |s| Some(s.com)),
+/// Of what there are curves, and where it is.
+const CURVES: [(Overlay, fn(&Plotted) -> Option<Point2<f64>>); 4] = [
+    (Overlay::ZmpRef, |s| Some(s.zmp_ref)),
+    (Overlay::Zmp, |s| s.zmp),
+    (Overlay::Dcm, |s| Some(s.dcm)),
+    (Overlay::Com, |s| Some(s.com)),
 ];
 
-/// Beside the COM of a robot of UT-mu2's size the plots reach at least so far (mm): the noise of standing is not to fill
-/// them.
+/// Beside the COM of a robot of UT-mu2's size the plots reach at least so far (mm): the noise of standing is not to
+/// fill them.
 const LEAST_MM: f64 = 40.0;
 /// And at most: after a fall the DCM is nowhere.
 const MOST_MM: f64 = 300.0;
@@ -82,8 +75,8 @@ const NUMBER: f32 = 18.0;
 /// To what their ends are rounded (mm).
 const ROUND_MM: f64 = 20.0;
 
-/// Draws both plots of a robot of this length over `span_s` (from, to), each `height` points high; `now_s` is marked if it
-/// is given.
+/// Draws both plots of a robot of this length over `span_s` (from, to), each `height` points high; `now_s` is marked if
+/// it is given.
 pub fn draw(ui: &mut Ui, trail: &Trail, length: f64, span_s: [f64; 2], now_s: Option<f64>, height: f32) {
     for (axis, name) in ["x (mm), forward", "y (mm), left"].into_iter().enumerate() {
         ui.label(name);
@@ -117,13 +110,13 @@ pub fn draw(ui: &mut Ui, trail: &Trail, length: f64, span_s: [f64; 2], now_s: Op
             .x_grid_spacer(uniform_grid_spacer(move |_| [line_s, 2.0 * line_s, 10.0 * line_s]))
             .y_grid_spacer(uniform_grid_spacer(move |_| [line_mm / 2.0, line_mm, 10.0 * line_mm]))
             .show(ui, |plot| {
-                for (name, color, of) in CURVES {
+                for (overlay, of) in CURVES {
                     for points in thinned(trail, axis, of) {
                         // Red and green are one colour to many.
                         let dashed = LineStyle::Dashed { length: 5.0 };
-                        let style = if name == "DCM" { dashed } else { LineStyle::Solid };
-                        let line = Line::new(name, PlotPoints::Owned(points));
-                        plot.line(line.color(color.egui()).width(1.6).style(style));
+                        let style = if overlay == Overlay::Dcm { dashed } else { LineStyle::Solid };
+                        let line = Line::new(overlay.look().name, PlotPoints::Owned(points));
+                        plot.line(line.color(overlay.color().egui()).width(1.6).style(style));
                     }
                 }
                 if let Some(now_s) = now_s {
@@ -147,7 +140,7 @@ fn bounds(trail: &Trail, length: f64, axis: usize) -> [f64; 2] {
         values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], mm| [low.min(mm), high.max(mm)])
     };
     let com = extent(&mut trail.samples.iter().map(|sample| 1000.0 * sample.com[axis]));
-    let of = |sample| CURVES.iter().filter_map(move |(_, _, of)| of(sample)).map(|at| 1000.0 * at[axis]);
+    let of = |sample| CURVES.iter().filter_map(move |(_, of)| of(sample)).map(|at| 1000.0 * at[axis]);
     let all = extent(&mut trail.samples.iter().flat_map(of));
     let [least, greatest] = com.map(|mm| (mm / ROUND_MM).round() * ROUND_MM);
     let low = (all[0] / ROUND_MM).floor() * ROUND_MM;
@@ -155,10 +148,10 @@ fn bounds(trail: &Trail, length: f64, axis: usize) -> [f64; 2] {
     [low.clamp(least - most_mm, least - least_mm), high.clamp(greatest + least_mm, greatest + most_mm)]
 }
 
-/// A curve in its stretches: it ends where there is no such point, and another begins. Of as many ticks as share a bucket
-/// it has the least and the greatest value (mm), in order of time. Buckets go by the tick's number and not by the place in
-/// the trail: a curve that scrolls must not dance.
-fn thinned(trail: &Trail, axis: usize, of: fn(&Sample) -> Option<Point2<f64>>) -> Vec<Vec<PlotPoint>> {
+/// A curve in its stretches: it ends where there is no such point, and another begins. Of as many ticks as share a
+/// bucket it has the least and the greatest value (mm), in order of time. Buckets go by the tick's number and not by
+/// the place in the trail: a curve that scrolls must not dance.
+fn thinned(trail: &Trail, axis: usize, of: fn(&Plotted) -> Option<Point2<f64>>) -> Vec<Vec<PlotPoint>> {
     let size = trail.samples.len().div_ceil(BUCKETS).max(1);
     let mut stretches = vec![Vec::new()];
     // Of the bucket that is being filled: its number, and its least and greatest point.
@@ -202,14 +195,14 @@ fn thinned(trail: &Trail, axis: usize, of: fn(&Sample) -> Option<Point2<f64>>) -
 mod tests {
     use super::*;
 
-    fn sample(k: u32) -> Sample {
+    fn sample(k: u32) -> Plotted {
         let time_s = f64::from(k) * 0.002;
-        Sample { time_s, com: Point2::origin(), dcm: Point2::origin(), zmp: None, zmp_ref: Point2::origin() }
+        Plotted { time_s, com: Point2::origin(), dcm: Point2::origin(), zmp: None, zmp_ref: Point2::origin() }
     }
 
     #[test]
     fn a_trail_forgets_what_the_plots_no_longer_show() {
-        let mut trail = Trail::from([sample(0)]);
+        let mut trail: Trail = std::iter::once(sample(0)).collect();
         (1..5000).for_each(|k| trail.push(sample(k)));
         assert_eq!(trail.samples.len(), (SPAN_S / 0.002) as usize + 1);
         assert_eq!(trail.samples.len() + trail.gone, 5000);
@@ -234,7 +227,7 @@ mod tests {
 
     #[test]
     fn a_curve_ends_where_there_is_no_point() {
-        let with_zmp = |k: u32| Sample { zmp: (!(300..400).contains(&k)).then(Point2::origin), ..sample(k) };
+        let with_zmp = |k: u32| Plotted { zmp: (!(300..400).contains(&k)).then(Point2::origin), ..sample(k) };
         let trail: Trail = (0..1000).map(with_zmp).collect();
         let stretches = thinned(&trail, 1, |s| s.zmp);
         let ends = |stretch: &Vec<PlotPoint>| [stretch[0].x, stretch[stretch.len() - 1].x];
@@ -253,7 +246,7 @@ mod tests {
     fn the_plots_go_with_the_com() {
         let of = |length: f64, com: f64, dcm: f64| {
             let (com, dcm) = (Point2::new(com, 0.0), Point2::new(dcm, 0.0));
-            bounds(&Trail::from([Sample { com, dcm, zmp_ref: com, ..sample(0) }]), length, 0)
+            bounds(&std::iter::once(Plotted { com, dcm, zmp_ref: com, ..sample(0) }).collect(), length, 0)
         };
         let at = |com: f64, dcm: f64| of(0.999, com, dcm);
         assert_eq!(at(0.0, 0.0), [-40.0, 40.0]);

@@ -1,11 +1,10 @@
 //! A trial of a result, run again exactly, to be looked at moment by moment.
 
-use super::plots::{Sample, Trail};
+use super::plots::{Plotted, Trail};
 use crate::campaign::StoredTrial;
-use crate::episode::{Film, Outcome, Snapshot};
+use crate::episode::{Film, Snapshot};
 use crate::error::{Error, Result};
-
-use crate::render::scale::Scale;
+use crate::render::scene::scale::RobotScale;
 use crate::robot::Kinematics;
 use crate::view::Options;
 use std::path::Path;
@@ -16,7 +15,7 @@ pub struct Recorded {
     pub trial: u64,
     /// How it differs from what the campaign found, in words.
     pub difference: Option<String>,
-    pub scale: Scale,
+    pub scale: RobotScale,
     pub trail: Trail,
     pub kinematics: Kinematics,
     /// Index into the film's snapshots.
@@ -34,9 +33,9 @@ impl Recorded {
         let disturbance = replayed.disturbance();
         let how_long = (replayed.config().until(), Film::AFTERMATH_S);
         let film = Film::take(&replayed.robot, &replayed.design, replayed.config(), disturbance, how_long, &mut |_| {});
-        let (difference, scale) = (replayed.difference(&film.record), Scale::of(&replayed.robot));
+        let (difference, scale) = (replayed.difference(&film.record), RobotScale::of(&replayed.robot));
         difference.iter().for_each(|difference| log::warn!("{difference}"));
-        let trail = film.snapshots.iter().map(Sample::of).collect();
+        let trail = film.snapshots.iter().map(Plotted::of).collect();
         let kinematics = Kinematics::new(&film.robot);
         let mut recorded = Self { film, trial, difference, scale, trail, kinematics, frame: 0 };
         recorded.show(0);
@@ -71,21 +70,5 @@ impl Recorded {
 
     pub fn is_at_end(&self) -> bool {
         self.frame + 1 == self.film.snapshots.len()
-    }
-
-    /// How the trial ended, in words; true if badly.
-    pub fn verdict(&self) -> (String, bool) {
-        let record = &self.film.record;
-        match record.outcome {
-            Outcome::Recovered => {
-                (format!("recovered, still from {:.2} s", record.settled_at_s.unwrap_or(record.end_s)), false)
-            }
-            Outcome::Fell => {
-                let cause = record.fall_cause.as_deref().unwrap_or("fell");
-                (format!("fell at {:.2} s: {cause}", record.fell_at_s.unwrap_or(record.end_s)), true)
-            }
-            Outcome::Diverged => (format!("diverged at {:.2} s", record.end_s), true),
-            Outcome::TimedOut => (format!("neither fell nor stood still in {:.2} s", record.end_s), true),
-        }
     }
 }

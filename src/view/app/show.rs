@@ -4,8 +4,9 @@ use super::live::Live;
 use super::pick::{self, Sight};
 use super::plots::Trail;
 use super::recorded::Recorded;
-use crate::episode::Snapshot;
-use crate::episode::snapshot::Arrow;
+use crate::episode::{Outcome, Snapshot};
+use crate::render::scene::palette::Overlay;
+use crate::render::scene::{Mark, Stage, arrow_along};
 use crate::robot::Kinematics;
 
 /// A number of things, in words.
@@ -19,6 +20,10 @@ pub enum Show<'a> {
 }
 
 impl Show<'_> {
+    pub fn is_live(&self) -> bool {
+        matches!(self, Show::Live(_))
+    }
+
     pub fn now(&self) -> &Snapshot {
         match self {
             Show::Live(live) => &live.now,
@@ -40,31 +45,46 @@ impl Show<'_> {
         }
     }
 
-    /// How the robot fares, in words; true if badly.
+    /// How the robot fares, or how the trial ended, in words; true if badly.
     pub fn verdict(&self) -> (String, bool) {
-        match self {
-            Show::Live(live) => live.verdict(),
-            Show::Recorded(recorded) => recorded.verdict(),
+        let (record, is_held) = match self {
+            Show::Live(live) => (live.record(), live.grab.is_some()),
+            Show::Recorded(recorded) => (&recorded.film.record, false),
+        };
+        let (end_s, is_live) = (record.end_s, self.is_live());
+        match (record.outcome, record.settled_at_s) {
+            (Outcome::Fell, _) => {
+                let cause = record.fall_cause.as_deref().unwrap_or("fell");
+                (format!("fell at {:.2} s: {cause}", record.fell_at_s.unwrap_or(end_s)), true)
+            }
+            (Outcome::Diverged, _) => (format!("diverged at {end_s:.2} s"), true),
+            _ if is_held => ("held by hand".into(), false),
+            (_, Some(since_s)) if is_live => (format!("stands still since {since_s:.2} s"), false),
+            (Outcome::Recovered, since_s) => {
+                (format!("recovered, still from {:.2} s", since_s.unwrap_or(end_s)), false)
+            }
+            (Outcome::TimedOut, _) if is_live => ("in motion".into(), false),
+            (Outcome::TimedOut, _) => (format!("neither fell nor stood still in {end_s:.2} s"), true),
         }
     }
 
-    /// The force to be seen on the robot.
-    pub fn force(&self) -> Option<Arrow> {
-        match self {
-            Show::Live(live) => live.force(),
-            Show::Recorded(recorded) => recorded.now().push,
-        }
+    /// What is marked: of a push also one that has just ended, and a hand.
+    pub fn marks(&self, stage: &Stage, shown: &[Overlay]) -> Vec<Mark> {
+        let Show::Live(live) = self else { return stage.marks(self.now(), shown) };
+        let (push, hand) = live.forces();
+        let mut marks = stage.marks(&Snapshot { push, ..live.now.clone() }, shown);
+        let hand = hand.filter(|_| shown.contains(&Overlay::Push));
+        // From where it holds towards the hand.
+        let drawing = hand.and_then(|hand| arrow_along(Overlay::Push, &hand, false, stage.scale));
+        marks.extend(drawing.map(|drawing| Mark { overlay: Overlay::Push, drawing }));
+        marks
     }
 
     /// Name of the link under the mouse that can be pulled; none while one is.
-    pub fn link_at(&self, sight: &Sight) -> Option<&str> {
+    pub fn link_at(&self, stage: &Stage, sight: &Sight) -> Option<&str> {
         let Show::Live(live) = self else { return None };
-        if live.grab.is_some() {
-            return None;
-        }
-        let robot = &live.world.simulated;
-        let hit = pick::pick(robot, &live.kinematics, sight)?;
-        Some(robot.links[hit.link].name.as_str())
+        let hit = pick::pick(stage, &live.kinematics, sight).filter(|_| live.grab.is_none())?;
+        Some(live.world.simulated.links[hit.link].name.as_str())
     }
 
     /// How long a tick lasts (s).
@@ -94,12 +114,6 @@ impl Show<'_> {
         recorded.difference.as_deref()
     }
 
-    /// Name and length (s) of a recording.
-    pub fn recording(&self) -> Option<(String, f64)> {
-        let Show::Recorded(recorded) = self else { return None };
-        Some((format!("trial {} of {}", recorded.trial, recorded.film.gain_set), recorded.end_s()))
-    }
-
     /// What happened, in a line or two.
     pub fn account(&self) -> String {
         match self {
@@ -124,7 +138,7 @@ impl Show<'_> {
                 "trial {}, gain set {}: {}; shown at {:.3} s\n{} ticks recorded",
                 recorded.trial,
                 recorded.film.gain_set,
-                recorded.verdict().0,
+                self.verdict().0,
                 recorded.now().time_s,
                 recorded.film.snapshots.len()
             ),

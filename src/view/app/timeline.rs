@@ -1,10 +1,11 @@
 //! The time line of a recording: what happened when, and where we are.
 
-use super::colors::{self, Named};
+use super::colors;
 use super::keys::Wish;
 use super::recorded::Recorded;
 use crate::control::Phase;
-use crate::sim::Push;
+use crate::render::scene::palette::{Color, Overlay};
+use crate::render::scene::{Event, EventKind, events};
 use kiss3d::egui::{Align2, Area, Color32, Context, FontId, Frame, Id, Margin, Rect, Sense, Stroke, Ui, pos2, vec2};
 
 const HEIGHT: f32 = 34.0;
@@ -34,18 +35,13 @@ pub fn draw(ctx: &Context, recorded: &Recorded, paused: bool, width: f32, wishes
     });
 }
 
-/// The pushes that came: a recording may end before others.
-fn begun(pushes: &[Push], end_s: f64) -> impl Iterator<Item = &Push> {
-    pushes.iter().filter(move |push| push.start_s <= end_s)
-}
-
 /// The colour of a stretch.
-fn color(phase: Phase) -> Named {
+fn color(phase: Phase) -> Color {
     match phase {
         Phase::Posture => colors::GRID,
-        Phase::Switching => colors::SLICE.towards(colors::FLOOR, 0.5),
-        Phase::OutOfSets => colors::ZMP_REF,
-        Phase::Swing(_) => colors::FOOTSTEP,
+        Phase::Switching => Overlay::Slices.color().towards(colors::FLOOR, 0.5),
+        Phase::OutOfSets => Overlay::ZmpRef.color(),
+        Phase::Swing(_) => Overlay::Footstep.color(),
     }
 }
 
@@ -68,7 +64,7 @@ fn line(ui: &mut Ui, recorded: &Recorded, wishes: &mut Vec<Wish>) {
     }
     // Where words may begin: they are told one after the other.
     let mut free_x = area.left();
-    let mut mark = |at_s: f64, text: &str, color: Named| {
+    let mut mark = |at_s: f64, text: &str, color: Color| {
         let words = painter.layout_no_wrap(text.into(), FontId::proportional(11.0), color.egui());
         let width = words.size().x;
         let left = (x(at_s) - width / 2.0).min(area.right() - width).max(free_x);
@@ -76,14 +72,17 @@ fn line(ui: &mut Ui, recorded: &Recorded, wishes: &mut Vec<Wish>) {
         painter.galley(pos2(left, bar.bottom() + 2.0), words, color.egui());
         painter.vline(x(at_s), bar.y_range(), Stroke::new(1.5, color.egui()));
     };
-    for push in begun(&recorded.film.pushes, end_s) {
-        painter.rect_filled(block(push.start_s, push.end_s().min(end_s)), 0, colors::PUSH.egui());
-        mark(push.start_s, &format!("{:.2} N s to {:.0} deg", push.impulse_n_s, push.heading_deg), colors::PUSH);
-    }
-    if let Some(fell_at_s) = recorded.film.record.fell_at_s {
-        mark(fell_at_s, "fell", colors::INK);
-    } else if let Some(settled_at_s) = recorded.film.record.settled_at_s {
-        mark(settled_at_s, "still", colors::DCM);
+    for Event { kind, from_s, to_s, text } in events(&recorded.film, snapshots) {
+        match kind {
+            EventKind::Push => {
+                painter.rect_filled(block(from_s, to_s.min(end_s)), 0, colors::PUSH.egui());
+                mark(from_s, &text, colors::PUSH);
+            }
+            EventKind::Fall => mark(from_s, &text, colors::INK),
+            EventKind::Still => mark(from_s, "still", colors::WELL),
+            // Phases are told by their colours.
+            EventKind::Switch | EventKind::Footstep => {}
+        }
     }
     let now = x(recorded.now().time_s);
     painter.vline(now, area.top()..=bar.bottom() + 3.0, Stroke::new(2.0, colors::INK.egui()));
@@ -91,17 +90,5 @@ fn line(ui: &mut Ui, recorded: &Recorded, wishes: &mut Vec<Wish>) {
     if let Some(at) = response.interact_pointer_pos() {
         let share = f64::from((at.x - area.left()) / area.width()).clamp(0.0, 1.0);
         wishes.push(Wish::Seek(share * end_s));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_push_that_never_came_is_not_on_the_line() {
-        let pushes = [0.5, 1.5, 2.5].map(|start_s| Push { start_s, ..Push::default() });
-        let seen = |end_s: f64| begun(&pushes, end_s).map(|push| push.start_s).collect::<Vec<_>>();
-        assert_eq!((seen(1.4), seen(1.5), seen(3.0)), (vec![0.5], vec![0.5, 1.5], vec![0.5, 1.5, 2.5]));
     }
 }

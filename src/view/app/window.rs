@@ -18,7 +18,8 @@ const NO_LIBRARY: &str = "install what windows of X need (apt-get install libxkb
 
 /// Opens the window, size in pixels. Errors: no display that answers, no graphics driver, or a library is missing.
 pub fn open(title: &str, width: u32, height: u32) -> Result<Window> {
-    // Held until the window has its own: an X server begins anew when its last connection ends, and refuses others then.
+    // Held until the window has its own: an X server begins anew when its last connection ends, and refuses others
+    // then.
     let _held = display().map_err(|missing| no_window(missing, NO_DISPLAY))?;
     let setup = CanvasSetup { vsync: true, samples: NumSamples::Four, ..CanvasSetup::default() };
     quietly(|| pollster::block_on(Window::new_with_setup(title, width, height, setup))).map_err(|told| {

@@ -1,32 +1,23 @@
 //! What is seen of a pushed run, tick by tick, beyond what its record and its film keep.
 
-use super::study::Stand;
+use crate::control::Account;
 use crate::control::estimate::on_ground;
+use crate::control::stand::Support;
 use crate::episode::snapshot::LEAST_N;
 use crate::episode::{AT_LIMIT, Tick};
 use crate::geometry::SupportPolygon;
 use crate::lipm::pendulum::State;
+use crate::render::paper::study::{Seen, Stand};
 use crate::robot::{Foot, PerFoot, Robot};
 use crate::sim::Truth;
 use nalgebra::{Point2, Vector3};
 
-/// What is seen of a run.
-#[derive(Debug, Clone, Default)]
+/// Sees a run.
+#[derive(Default)]
 pub struct Watch {
-    /// The last tick on both feet before the first lift, and the first one after its landing.
-    pub lift: Option<Stand>,
-    pub landing: Option<Stand>,
-    /// Of every tick: which soles carry load, and whether the controller takes both for support.
-    pub loaded: Vec<PerFoot<bool>>,
-    pub on_both: Vec<bool>,
-    /// In the first swing, of the sole that stands: its largest angle to the ground, and its largest turn about the vertical
-    /// since the lift (degrees, to the left).
-    pub stance_tip_deg: f64,
-    pub stance_turn_deg: f64,
-    /// For how long the torque of each joint was at its limit (s).
-    pub at_limit_s: Vec<f64>,
-    has_swung: bool,
-    heading_at_lift: f64,
+    pub seen: Seen,
+    /// Of the sole that stands in the first swing.
+    heading_at_lift: Option<f64>,
 }
 
 impl Watch {
@@ -35,16 +26,20 @@ impl Watch {
         let (truth, account) = (tick.truth, &tick.account);
         let estimate = account.estimate;
         let loaded = PerFoot::from_fn(|foot| truth.sole_wrenches[foot].force.z >= LEAST_N);
-        self.loaded.push(loaded);
-        self.on_both.push(estimate.in_contact.left && estimate.in_contact.right);
+        self.seen.loaded.push(loaded);
+        self.seen.on_both.push(estimate.in_contact.left && estimate.in_contact.right);
         self.note_torques(robot, period_s, truth);
-        if let (Some(swing), None) = (account.swing, &self.landing) {
+        if let (Some(swing), None) = (account.swing, &self.seen.landing) {
             self.note_stance(truth, swing.footstep.foot.other());
-        } else if account.stands() && self.on_both.last() == Some(&true) && self.landing.is_none() {
-            let frame = account.support().frame;
+        } else if account.stands()
+            && self.seen.on_both.last() == Some(&true)
+            && self.seen.landing.is_none()
+            && let Support { frame, polygon: Some(polygon), .. } = account.support()
+        {
             let stand = Stand {
                 time_s: truth.time_s,
-                support: account.support(),
+                frame,
+                polygon,
                 state: State::new(
                     frame.inverse_transform_point(&estimate.com_xy()),
                     frame.inverse_transform_vector(&estimate.com_vel_xy()),
@@ -53,7 +48,7 @@ impl Watch {
                 soles: PerFoot::from_fn(|foot| on_ground(&estimate.footholds[foot])),
                 load_n: estimate.load_n,
             };
-            *(if self.has_swung { &mut self.landing } else { &mut self.lift }) = Some(stand);
+            *(if self.heading_at_lift.is_some() { &mut self.seen.landing } else { &mut self.seen.lift }) = Some(stand);
         }
         hull(robot, truth, &loaded)
     }
@@ -61,23 +56,25 @@ impl Watch {
     fn note_stance(&mut self, truth: &Truth, stance: Foot) {
         let rotation = truth.soles[stance].rotation;
         let heading = on_ground(&truth.soles[stance]).rotation.angle();
-        if !self.has_swung {
-            (self.has_swung, self.heading_at_lift) = (true, heading);
-        }
         let tip_deg = (rotation * Vector3::z()).z.clamp(-1.0, 1.0).acos().to_degrees();
-        self.stance_tip_deg = self.stance_tip_deg.max(tip_deg);
-        let turn_deg = (heading - self.heading_at_lift).to_degrees();
-        if turn_deg.abs() > self.stance_turn_deg.abs() {
-            self.stance_turn_deg = turn_deg;
+        self.seen.stance_tip_deg = self.seen.stance_tip_deg.max(tip_deg);
+        let turn_deg = (heading - *self.heading_at_lift.get_or_insert(heading)).to_degrees();
+        if turn_deg.abs() > self.seen.stance_turn_deg.abs() {
+            self.seen.stance_turn_deg = turn_deg;
         }
     }
 
     fn note_torques(&mut self, robot: &Robot, period_s: f64, truth: &Truth) {
-        self.at_limit_s.resize(robot.joints.len(), 0.0);
-        for ((time_s, tau), servo) in self.at_limit_s.iter_mut().zip(&truth.tau).zip(&robot.servos) {
+        self.seen.at_limit_s.resize(robot.joints.len(), 0.0);
+        for ((time_s, tau), servo) in self.seen.at_limit_s.iter_mut().zip(&truth.tau).zip(&robot.servos) {
             *time_s += if tau.abs() >= AT_LIMIT * servo.torque_n_m { period_s } else { 0.0 };
         }
     }
+}
+
+/// The gain that acts; None with a foot in the air.
+pub fn acting_gain(account: &Account) -> Option<usize> {
+    account.gain.filter(|_| account.stands())
 }
 
 /// Hull of the soles that carry load, world.

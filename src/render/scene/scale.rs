@@ -1,24 +1,21 @@
-//! How large a robot is beside UT-mu2, for which window, pages and pictures were made: what is seen grows with its length,
-//! how hard a hand pulls with its weight.
+//! How large a robot is beside UT-mu2, for which window, pages and pictures were made: what is seen grows with its
+//! length, how hard a hand pulls with its weight.
 
 use crate::robot::Robot;
 
-/// Length of a drawn force of UT-mu2 (m/N).
-const CONTACT_M_PER_N: f64 = 0.002;
-const PUSH_M_PER_N: f64 = 0.004;
 /// UT-mu2 at home: height of its COM (m), and its mass (kg).
 const COM_HEIGHT_M: f64 = 0.31;
 const MASS_KG: f64 = 8.0;
 
-/// Length and mass of a robot, UT-mu2's are 1. Gravity is the same for all: a force goes with the mass, a speed with the
-/// root of the length.
+/// Length and mass of a robot, UT-mu2's are 1. Gravity is the same for all: a force goes with the mass, a speed with
+/// the root of the length.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scale {
+pub struct RobotScale {
     length: f64,
     mass: f64,
 }
 
-impl Scale {
+impl RobotScale {
     pub fn of(robot: &Robot) -> Self {
         Self { length: robot.home_com_height() / COM_HEIGHT_M, mass: robot.mass() / MASS_KG }
     }
@@ -40,13 +37,9 @@ impl Scale {
         self.mass * self.length.sqrt()
     }
 
-    /// Length of a drawn force (m/N): of the ground, and of a push.
-    pub fn contact_m_per_n(self) -> f64 {
-        CONTACT_M_PER_N / self.stiffness()
-    }
-
-    pub fn push_m_per_n(self) -> f64 {
-        PUSH_M_PER_N / self.stiffness()
+    /// Length of a drawn force (m/N) that has this one for UT-mu2.
+    pub fn m_per_n(self, m_per_n: f64) -> f64 {
+        m_per_n / self.stiffness()
     }
 }
 
@@ -62,18 +55,18 @@ pub mod tests {
     use super::*;
 
     /// Three times as long, and of the same density.
-    pub const THRICE: Scale = Scale { length: 3.0, mass: 27.0 };
+    pub const THRICE: RobotScale = RobotScale { length: 3.0, mass: 27.0 };
 
     #[test]
     fn what_is_drawn_was_made_for_ut_mu2() {
-        let scale = Scale::of(&Robot::load("ut-mu2").unwrap());
+        let scale = RobotScale::of(&Robot::load("ut-mu2").unwrap());
         for one in [scale.length(), scale.force(), scale.stiffness(), scale.impulse()] {
             assert!((one - 1.0).abs() < 0.01, "{scale:?}");
         }
     }
 
-    /// A push moves the capture point by `impulse / (mass omega)`, a hand the COM by `force / (mass omega^2)`, where omega
-    /// goes with the root of gravity by length: by the same share of the robot's length, however long it is.
+    /// A push moves the capture point by `impulse / (mass omega)`, a hand the COM by `force / (mass omega^2)`, where
+    /// omega goes with the root of gravity by length: by the same share of the robot's length, however long it is.
     #[test]
     fn a_push_and_a_hand_do_the_same_to_a_robot_of_any_size() {
         let omega = 3.0_f64.sqrt().recip();

@@ -4,7 +4,6 @@
 //! that: it shows a vertex's normal n as the colour (n + 1) / 2. So light is computed here, once for each corner, and
 //! handed over in place of normals.
 
-use super::colors::linear;
 use kiss3d::glamx::Vec3;
 use kiss3d::procedural::{IndexBuffer, RenderMesh};
 use kiss3d::resource::GpuMesh3d;
@@ -36,22 +35,22 @@ impl Triangles {
         self.colors.push(2.0 * color - Vec3::ONE);
     }
 
-    /// Adds a convex polygon of one colour.
-    pub fn polygon(&mut self, corners: &[Point3<f64>], color: Rgb) {
+    /// Adds a convex polygon: corners and their colours.
+    pub fn polygon(&mut self, corners: &[(Point3<f64>, Rgb)]) {
         for i in 2..corners.len() {
-            for at in [0, i - 1, i] {
-                self.corner(vec3(&corners[at]), color);
+            for (at, color) in [0, i - 1, i].map(|i| corners[i]) {
+                self.corner(vec3(&at), color);
             }
         }
     }
 }
 
 /// The triangles on the graphics card.
-pub struct Mesh {
+pub struct OnCard {
     node: SceneNode3d,
 }
 
-impl Mesh {
+impl OnCard {
     pub fn new(scene: &mut SceneNode3d) -> Self {
         // One triangle of no size: an empty buffer is not accepted.
         let nothing = RenderMesh::new(
@@ -82,9 +81,4 @@ impl Mesh {
 /// A point for the graphics card.
 pub fn vec3(p: &Point3<f64>) -> Vec3 {
     Vec3::new(p.x as f32, p.y as f32, p.z as f32)
-}
-
-/// Light of an sRGB colour (0 to 1).
-pub fn light(color: &[f64]) -> Rgb {
-    Rgb::new(linear(color[0] as f32), linear(color[1] as f32), linear(color[2] as f32))
 }

@@ -1,8 +1,8 @@
 //! Ends the program when its window is gone and nobody will ever tell it.
 //!
-//! A graphics driver may wait without end for a picture to be shown in a window that was destroyed (seen with Mesa under
-//! X: `poll` on a connection on which nothing comes any more). The loop is inside that call then, so another thread looks
-//! whether the loop goes on.
+//! A graphics driver may wait without end for a picture to be shown in a window that was destroyed (seen with Mesa
+//! under X: `poll` on a connection on which nothing comes any more). The loop is inside that call then, so another
+//! thread looks whether the loop goes on.
 
 use super::window;
 use std::sync::Arc;
@@ -19,9 +19,9 @@ const HOPELESS: Duration = Duration::from_secs(60);
 const OVER: u64 = u64::MAX;
 
 /// Watches a loop until it is dropped.
-pub struct Watch(Arc<AtomicU64>);
+pub struct Watchdog(Arc<AtomicU64>);
 
-impl Watch {
+impl Watchdog {
     pub fn start() -> Self {
         let frames = Arc::new(AtomicU64::new(0));
         let watched = frames.clone();
@@ -35,7 +35,7 @@ impl Watch {
     }
 }
 
-impl Drop for Watch {
+impl Drop for Watchdog {
     fn drop(&mut self) {
         self.0.store(OVER, Ordering::Relaxed);
     }

@@ -1,11 +1,12 @@
-//! Triangle meshes of what is drawn: all closed and convex piece by piece, counter-clockwise from outside, with normals.
+//! Triangle meshes of what is drawn: all closed and convex piece by piece, counter-clockwise from outside, with
+//! normals.
 
 use crate::robot::Shape;
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Corners and the normals there, and three corners for each face.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Mesh {
+pub struct Mesh {
     pub corners: Vec<(Point3<f64>, Vector3<f64>)>,
     pub faces: Vec<[usize; 3]>,
 }
@@ -18,15 +19,6 @@ const STACKS: usize = 12;
 /// what makes a box look solid.
 const BEVEL_M: f64 = 0.002;
 const BEVEL_SHARE: f64 = 0.15;
-
-/// What a solid of the robot looks like, in its own frame.
-pub(super) fn of_shape(shape: &Shape) -> Mesh {
-    match *shape {
-        Shape::Box { half } => bevelled_box(half),
-        Shape::Cylinder { radius, length } => cylinder(radius, length),
-        Shape::Sphere { radius } => sphere(radius),
-    }
-}
 
 fn bevelled_box(half: Vector3<f64>) -> Mesh {
     let bevel = BEVEL_M.min(BEVEL_SHARE * half.min());
@@ -72,7 +64,7 @@ fn cylinder(radius: f64, length: f64) -> Mesh {
 }
 
 /// A ball about the origin.
-pub(super) fn sphere(radius: f64) -> Mesh {
+pub fn sphere(radius: f64) -> Mesh {
     let stack = |k: usize| {
         let (sin, cos) = (180.0 * k as f64 / STACKS as f64).to_radians().sin_cos();
         // At the upper pole sin is not quite 0.
@@ -82,27 +74,25 @@ pub(super) fn sphere(radius: f64) -> Mesh {
     revolved(&(0..=STACKS).map(stack).collect::<Vec<_>>())
 }
 
-/// An arrow from the origin along z, its tip at `length`: a shaft and a head, which shrinks with an arrow that is short.
-pub(super) fn arrow(length: f64, shaft_radius: f64) -> Mesh {
+/// An arrow from the origin along z, its tip at `length`: a shaft and a head, which shrinks with an arrow that is
+/// short.
+pub fn arrow(length: f64, shaft_radius: f64) -> Mesh {
     let head = (6.0 * shaft_radius).min(0.6 * length);
     let (r, neck) = (shaft_radius.min(0.3 * head), length - head);
-    let wide = 2.4 * r;
-    // The head's side is steeper than it is wide.
-    let slant = (head * head + wide * wide).sqrt();
-    let (nr, nz) = (head / slant, wide / slant);
-    let mut mesh = revolved(&[[0.0, 0.0, 0.0, -1.0], [r, 0.0, 0.0, -1.0]]);
-    for part in [
-        revolved(&[[r, 0.0, 1.0, 0.0], [r, neck, 1.0, 0.0]]),
-        revolved(&[[r, neck, 0.0, -1.0], [wide, neck, 0.0, -1.0]]),
-        revolved(&[[wide, neck, nr, nz], [0.0, length, nr, nz]]),
-    ] {
-        mesh.append(part);
-    }
+    let mut mesh = rod(r, neck);
+    mesh.append(cone(2.4 * r, head).at(&Isometry3::translation(0.0, 0.0, neck)));
     mesh
 }
 
+/// A cone on the origin, its tip on z.
+pub fn cone(radius: f64, length: f64) -> Mesh {
+    let slant = radius.hypot(length);
+    let (nr, nz) = (length / slant, radius / slant);
+    revolved(&[[0.0, 0.0, 0.0, -1.0], [radius, 0.0, 0.0, -1.0], [radius, 0.0, nr, nz], [0.0, length, nr, nz]])
+}
+
 /// A rod from the origin along z.
-pub(super) fn rod(radius: f64, length: f64) -> Mesh {
+pub fn rod(radius: f64, length: f64) -> Mesh {
     let ends = [[0.0, 0.0, 0.0, -1.0], [radius, 0.0, 0.0, -1.0], [radius, 0.0, 1.0, 0.0], [radius, length, 1.0, 0.0]];
     revolved(&[&ends[..], &[[radius, length, 0.0, 1.0], [0.0, length, 0.0, 1.0]]].concat())
 }
@@ -118,7 +108,9 @@ fn revolved(profile: &[[f64; 4]]) -> Mesh {
     }
     for k in 0..SIDES {
         let (this, next) = (k * profile.len(), (k + 1) % SIDES * profile.len());
-        for (i, ends) in profile.windows(2).enumerate() {
+        // Two points at one place are those of an edge: only their normals differ.
+        let stretches = profile.windows(2).enumerate().filter(|(_, ends)| ends[0][..2] != ends[1][..2]);
+        for (i, ends) in stretches {
             // A ring about a point of the axis is made of triangles.
             if ends[0][0] > 0.0 {
                 mesh.faces.push([this + i, next + i, next + i + 1]);
@@ -132,6 +124,20 @@ fn revolved(profile: &[[f64; 4]]) -> Mesh {
 }
 
 impl Mesh {
+    /// What a solid of the robot looks like, in its own frame.
+    pub fn of(shape: &Shape) -> Self {
+        match *shape {
+            Shape::Box { half } => bevelled_box(half),
+            Shape::Cylinder { radius, length } => cylinder(radius, length),
+            Shape::Sphere { radius } => sphere(radius),
+        }
+    }
+
+    pub fn at(mut self, pose: &Isometry3<f64>) -> Self {
+        self.corners.iter_mut().for_each(|(at, normal)| (*at, *normal) = (pose * *at, pose * *normal));
+        self
+    }
+
     /// A convex polygon, turned so that it faces the way of its normals.
     fn face(&mut self, corners: &[usize]) {
         let at = |i: usize| self.corners[corners[i]].0;

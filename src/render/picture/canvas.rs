@@ -1,0 +1,95 @@
+//! What is to be painted in a picture: bodies, lit and turned into triangles, before the ground with their shadow.
+
+use super::camera::{Camera, View};
+use super::floor::Floor;
+use super::raster;
+use super::triangle::{Light, Triangle, linear};
+use crate::render::scene::mesh::Mesh;
+use crate::render::scene::{Stage, Surface};
+use crate::robot::Kinematics;
+use crate::sim::Ground;
+use image::RgbImage;
+use nalgebra::{Isometry3, Point3, Vector3};
+
+/// What is to be painted.
+pub(super) struct Canvas {
+    pub view: View,
+    /// Towards the lamp, and towards a weaker light that fills its shadows.
+    lamp: Vector3<f64>,
+    fill: Vector3<f64>,
+    pub triangles: Vec<Triangle>,
+    /// World; what throws a shadow.
+    opaque: Vec<[Point3<f64>; 3]>,
+}
+
+/// How a body is painted.
+#[derive(Clone, Copy)]
+pub(super) struct Paint {
+    pub light: Light,
+    /// As in [`Triangle`].
+    pub cover: f32,
+    pub through: f32,
+    pub throws_shadow: bool,
+}
+
+impl Canvas {
+    pub fn new(camera: &Camera, size: [u32; 2]) -> Self {
+        let view = View::new(camera, size);
+        // Horizontally towards the camera. The lamp is above the camera's left shoulder: what is seen is lit, and
+        // shadows fall away to the right.
+        let level = view.right.cross(&Vector3::z());
+        let lamp = (Vector3::z() * 1.5 + level * 0.75 - view.right * 0.8).normalize();
+        let fill = (Vector3::z() * 0.35 + level * 0.6 + view.right * 0.9).normalize();
+        Self { view, lamp, fill, triangles: Vec::new(), opaque: Vec::new() }
+    }
+
+    pub fn robot(&mut self, stage: &Stage, kinematics: &Kinematics) {
+        for (solid, pose) in stage.solids(kinematics) {
+            let Surface { color: [r, g, b, alpha], mesh, .. } = solid;
+            let light = linear([*r, *g, *b]);
+            let throws_shadow = !solid.is_translucent();
+            self.body(mesh, &pose, &Paint { light, cover: *alpha as f32, through: 0.0, throws_shadow });
+        }
+    }
+
+    /// A mesh at a pose. Of its faces those are painted that look at the camera.
+    pub fn body(&mut self, mesh: &Mesh, pose: &Isometry3<f64>, paint: &Paint) {
+        let corners: Vec<_> = mesh
+            .corners
+            .iter()
+            .map(|(point, normal)| {
+                let at = pose * point;
+                let light = self.shaded(paint.light, &at, &(pose.rotation * normal));
+                (at, self.view.vertex(at, light))
+            })
+            .collect();
+        for face in &mesh.faces {
+            let [a, b, c] = face.map(|i| corners[i].0);
+            if paint.throws_shadow {
+                self.opaque.push([a, b, c]);
+            }
+            if (b - a).cross(&(c - a)).dot(&(self.view.eye - a)) <= 0.0 {
+                continue;
+            }
+            if let [Some(a), Some(b), Some(c)] = face.map(|i| corners[i].1) {
+                let Paint { cover, through, .. } = *paint;
+                self.triangles.push(Triangle { corners: [a, b, c], cover, through, hides: cover >= 1.0 });
+            }
+        }
+    }
+
+    /// A colour on a surface: light from sky and floor, from the lamp, from the other side, and a gloss.
+    fn shaded(&self, light: Light, at: &Point3<f64>, normal: &Vector3<f64>) -> Light {
+        let eye = (self.view.eye - at).normalize();
+        let half = (self.lamp + eye).normalize();
+        let sky = 0.30 + 0.14 * normal.z;
+        let diffuse = sky + 0.72 * normal.dot(&self.lamp).max(0.0) + 0.16 * normal.dot(&self.fill).max(0.0);
+        let gloss = normal.dot(&half).max(0.0).powi(32);
+        light.map(|v| v * diffuse as f32 + 0.06 * gloss as f32 + 0.010)
+    }
+
+    pub fn paint(&self, size: [u32; 2], ground: &Ground) -> RgbImage {
+        let floor = Floor::new(self.view, ground, self.lamp, &self.opaque);
+        raster::paint(size, &floor, &self.triangles)
+    }
+}

@@ -1,0 +1,43 @@
+//! A moment, or a posture, as a picture.
+
+use super::camera::Camera;
+use super::canvas::Canvas;
+use super::marks;
+use crate::episode::Snapshot;
+use crate::render::scene::Stage;
+use crate::render::scene::palette::Overlay;
+use crate::robot::{Posture, Robot};
+use crate::sim::Ground;
+use image::RgbImage;
+
+/// Draws a moment of an episode with some marks, in a picture of `size` (width, height; px). `robot` is the simulated
+/// one. The ground has the snapshot's slope, and no step.
+pub fn draw(robot: &Robot, snapshot: &Snapshot, camera: &Camera, size: [u32; 2], marks: &[Overlay]) -> RgbImage {
+    draw_on(&Stage::new(robot, Ground::default()), snapshot, camera, size, marks)
+}
+
+/// As [`draw`], with the ground of a stage; its slope is the snapshot's.
+pub(super) fn draw_on(
+    stage: &Stage,
+    snapshot: &Snapshot,
+    camera: &Camera,
+    size: [u32; 2],
+    marks: &[Overlay],
+) -> RgbImage {
+    let (mut canvas, ground) = (Canvas::new(camera, size), stage.ground(snapshot));
+    let marks = stage.marks(snapshot, marks);
+    let on_ground = marks::on_the_ground(&canvas.view, &ground, stage.scale, &marks);
+    canvas.triangles.extend(&on_ground);
+    canvas.robot(stage, &stage.kinematics(&snapshot.posture));
+    // Once more where the robot hides them, faintly.
+    canvas.triangles.extend(on_ground.iter().map(marks::hidden));
+    marks::in_space(&mut canvas, &ground, stage.scale, &marks);
+    canvas.paint(size, &ground)
+}
+
+/// Draws a robot on a level floor and nothing else, in a picture of `size` (width, height; px).
+pub fn draw_posture(robot: &Robot, posture: &Posture, camera: &Camera, size: [u32; 2]) -> RgbImage {
+    let (mut canvas, stage) = (Canvas::new(camera, size), Stage::new(robot, Ground::default()));
+    canvas.robot(&stage, &stage.kinematics(posture));
+    canvas.paint(size, &Ground::default())
+}

@@ -1,0 +1,129 @@
+//! A film in pictures: which moments tell its story, from where they are seen, and one of them.
+
+use super::camera::Camera;
+use super::draw::draw_on;
+use super::label::label;
+use crate::episode::{Film, Snapshot};
+use crate::render::scene::Stage;
+use crate::render::scene::palette::Overlay;
+use crate::sim::Push;
+use image::RgbImage;
+use nalgebra::Point3;
+
+/// What pictures of a film are like. Sizes are width and height (px).
+#[derive(Debug, Clone, PartialEq)]
+pub struct FramesOptions {
+    /// Of a moment by itself.
+    pub size: [u32; 2],
+    /// Of a moment in the strip.
+    pub strip_size: [u32; 2],
+    pub gif_size: [u32; 2],
+    /// How many moments.
+    pub moments: usize,
+    /// The speed of the GIF from the push to the last landing or the fall, a share of real time; real time before and
+    /// after, or faster where that would take long.
+    pub slow_motion: f64,
+}
+
+impl Default for FramesOptions {
+    fn default() -> Self {
+        Self { size: [640, 480], strip_size: [240, 320], gif_size: [480, 360], moments: 8, slow_motion: 0.25 }
+    }
+}
+
+/// A film of pictures ends so long after the robot stands still (s).
+const REST_S: f64 = 0.5;
+/// Moments are at least so far apart (s).
+const APART_S: f64 = 0.012;
+/// So much of a push's arrow is in the picture in any case, of a robot as large as UT-mu2 (m).
+const ARROW_M: f64 = 0.3;
+const MARGIN: f64 = 0.08;
+
+/// A moment with its time, and the speed if there is one to be told.
+pub(super) fn picture(stage: &Stage, snapshot: &Snapshot, camera: &Camera, size: [u32; 2], speed: &str) -> RgbImage {
+    let mut image = draw_on(stage, snapshot, camera, size, &Overlay::ALL);
+    label(&mut image, format!("{:.2} s {speed}", snapshot.time_s).trim_end(), [10, 8]);
+    image
+}
+
+/// Across the push rather than along it, from the left or the right front, and so near that the robot is in the picture
+/// at all these moments.
+pub(super) fn camera(film: &Film, stage: &Stage, moments: impl Iterator<Item = usize>, size: [u32; 2]) -> Camera {
+    const SIDES_DEG: [f64; 2] = [52.0, -38.0];
+    let heading = film.pushes.first().map_or(0.0, |push| push.heading_deg);
+    let along = |side: f64| {
+        let off = (side - heading).rem_euclid(180.0);
+        off.min(180.0 - off)
+    };
+    let azimuth_deg = if along(SIDES_DEG[0]) >= 30.0 { SIDES_DEG[0] } else { SIDES_DEG[1] };
+    let target = Point3::origin();
+    let toward = Camera { target, azimuth_deg, elevation_deg: 17.0, distance_m: 2.0, fov_deg: 28.0 };
+    let arrow_m = ARROW_M * stage.scale.length();
+    let mut balls = Vec::new();
+    for snapshot in moments.map(|k| &film.snapshots[k]) {
+        balls.extend(stage.extent(&snapshot.posture));
+        balls.extend(snapshot.push.map(|push| (push.point - push.force.normalize() * arrow_m, 0.01)));
+    }
+    toward.framing(&balls, size, MARGIN)
+}
+
+/// When nothing more is to be seen (s): the robot stands still, or has flown off.
+pub(super) fn end_s(film: &Film) -> f64 {
+    let last_s = film.snapshots[..film.near()].last().map_or(0.0, |snapshot| snapshot.time_s);
+    let record = &film.record;
+    match (record.fell_at_s, record.settled_at_s) {
+        (None, Some(at)) => last_s.min(at.max(pushed_until_s(film)) + REST_S),
+        _ => last_s,
+    }
+}
+
+pub(super) fn pushed_from_s(film: &Film) -> f64 {
+    film.pushes.iter().map(|push| push.start_s).reduce(f64::min).unwrap_or(0.0)
+}
+
+pub(super) fn pushed_until_s(film: &Film) -> f64 {
+    film.pushes.iter().map(Push::end_s).fold(0.0, f64::max)
+}
+
+/// Index of the snapshot at a time, or of the nearest there is.
+pub(super) fn index(film: &Film, time_s: f64) -> usize {
+    let first_s = film.snapshots.first().map_or(0.0, |snapshot| snapshot.time_s);
+    let k = ((time_s - first_s) / film.control_period_s).round().max(0.0) as usize;
+    k.min(film.snapshots.len().saturating_sub(1))
+}
+
+/// The moments that tell the story, in order: before the push, at its end, at lift, in mid swing and at landing of each
+/// footstep, at the fall, at the end; the most crowded left out, or the widest gaps filled, to make up `count`.
+pub(super) fn moments(film: &Film, count: usize) -> Vec<usize> {
+    let record = &film.record;
+    let end_s = end_s(film);
+    let mut times = vec![(pushed_from_s(film) - 2.0 * APART_S).max(0.0)];
+    times.extend(film.pushes.iter().map(Push::end_s));
+    for step in &record.footsteps {
+        times.extend([step.lift_s, (step.lift_s + step.land_s) / 2.0, step.land_s]);
+    }
+    times.extend(record.unfinished_footstep.map(|step| step.lift_s));
+    times.extend(record.fell_at_s);
+    times.retain(|&time| time < end_s - APART_S);
+    times.push(end_s);
+    times.sort_by(f64::total_cmp);
+    times.dedup_by(|later, earlier| *later - *earlier < APART_S);
+    while times.len() > count.max(2) {
+        let room = |i: &usize| times[i + 1] - times[i - 1];
+        let crowded = (1..times.len() - 1).min_by(|a, b| room(a).total_cmp(&room(b)));
+        let Some(i) = crowded else { break };
+        times.remove(i);
+    }
+    while times.len() < count {
+        // There is less to see while the robot comes to rest.
+        let gap = |i: &usize| (times[i + 1] - times[*i]) * if i + 2 == times.len() { 0.3 } else { 1.0 };
+        let widest = (0..times.len() - 1).max_by(|a, b| gap(a).total_cmp(&gap(b)));
+        let Some(i) = widest.filter(|i| gap(i) > APART_S) else { break };
+        // Early in the last gap, for the same reason.
+        let share = if i + 2 == times.len() { 0.3 } else { 0.5 };
+        times.insert(i + 1, times[i] + share * (times[i + 1] - times[i]));
+    }
+    let mut moments: Vec<usize> = times.into_iter().map(|time| index(film, time)).collect();
+    moments.dedup();
+    moments
+}

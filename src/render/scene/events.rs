@@ -1,0 +1,67 @@
+//! What happened in a film, for a time line.
+
+use crate::episode::{Film, Snapshot};
+use serde::Serialize;
+
+/// From when to when (s), and a few words.
+#[derive(Debug, Clone, Serialize)]
+pub struct Event {
+    pub kind: EventKind,
+    pub from_s: f64,
+    pub to_s: f64,
+    pub text: String,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EventKind {
+    Push,
+    /// From one gain to another.
+    Switch,
+    Footstep,
+    Fall,
+    /// From here on the robot stands still.
+    Still,
+}
+
+/// What happened in `ticks` of a film, its first ones. What would begin after the last of them (a second push, after a
+/// fall) did not.
+pub fn events(film: &Film, ticks: &[Snapshot]) -> Vec<Event> {
+    let record = &film.record;
+    let last_s = ticks.last().map_or(record.end_s, |tick| tick.time_s);
+    let mut events = Vec::new();
+    let mut add = |kind, from_s: f64, to_s, text| {
+        if from_s <= last_s + 1e-9 {
+            events.push(Event { kind, from_s, to_s, text });
+        }
+    };
+    for push in &film.pushes {
+        let text = format!("push of {:.2} N s towards {:.0}°", push.impulse_n_s, push.heading_deg);
+        add(EventKind::Push, push.start_s, push.end_s(), text);
+    }
+    for pair in ticks.windows(2) {
+        if let (Some(before), Some(after)) = (pair[0].gain, pair[1].gain)
+            && before != after
+        {
+            let text = format!("gain {} to {}", film.gains[before], film.gains[after]);
+            add(EventKind::Switch, pair[1].time_s, pair[1].time_s, text);
+        }
+    }
+    for step in &record.footsteps {
+        let side = if step.in_set_at_landing { "inside" } else { "outside" };
+        let text = format!("{} footstep, landed {side} the new sets", step.foot.name());
+        add(EventKind::Footstep, step.lift_s, step.land_s, text);
+    }
+    if let Some(lifted) = &record.unfinished_footstep {
+        let text = format!("{} footstep, not landed", lifted.foot.name());
+        add(EventKind::Footstep, lifted.lift_s, record.fell_at_s.unwrap_or(last_s), text);
+    }
+    if let Some(at) = record.fell_at_s {
+        let cause = record.fall_cause.as_deref().unwrap_or("out of bounds");
+        add(EventKind::Fall, at, at, format!("fell: {cause}"));
+    }
+    if let Some(at) = record.settled_at_s {
+        add(EventKind::Still, at, at, "standing still from here".into());
+    }
+    events
+}

@@ -1,0 +1,85 @@
+//! The ground as rectangles: the patch on which the robot starts, what is around it, and the walls between the two.
+
+use crate::sim::Ground;
+use nalgebra::Point3;
+use serde::Serialize;
+
+/// A rectangle of the ground.
+#[derive(Debug, Clone, Copy)]
+pub struct Face {
+    pub part: GroundPart,
+    /// In the frame of the plane (m), in order around it; from above counter-clockwise.
+    pub corners: [Point3<f64>; 4],
+}
+
+/// What of the ground it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum GroundPart {
+    Around,
+    Patch,
+    Wall,
+}
+
+/// The ground so far to each side of the origin of its plane (m), in tiles of at most so much (m). Where it has no step
+/// there is neither a patch nor a wall.
+pub fn faces(ground: &Ground, reach_m: f64, tile_m: f64) -> Vec<Face> {
+    let Ground { step_m, patch: [least, most], .. } = *ground;
+    let has_step = step_m != 0.0;
+    // Lines between tiles; those along the patch too.
+    let lines = |i: usize| {
+        let count = (2.0 * reach_m / tile_m).ceil() as usize;
+        let mut lines: Vec<f64> = (0..=count).map(|k| (k as f64 * tile_m - reach_m).min(reach_m)).collect();
+        lines.extend([least[i], most[i]].into_iter().filter(|at| has_step && at.abs() < reach_m));
+        lines.sort_by(f64::total_cmp);
+        lines
+    };
+    let (xs, ys) = (lines(0), lines(1));
+    let mut faces = Vec::new();
+    for (x, y) in xs.windows(2).flat_map(|x| ys.windows(2).map(move |y| (x, y))) {
+        let is_inside = |pair: &[f64], i: usize| (least[i]..=most[i]).contains(&(0.5 * (pair[0] + pair[1])));
+        let is_patch = has_step && is_inside(x, 0) && is_inside(y, 1);
+        let (part, z) = if is_patch { (GroundPart::Patch, 0.0) } else { (GroundPart::Around, step_m) };
+        let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| Point3::new(x[i], y[j], z));
+        faces.push(Face { part, corners });
+    }
+    if has_step {
+        let rim = [(least.x, least.y), (most.x, least.y), (most.x, most.y), (least.x, most.y)];
+        faces.extend((0..4).map(|i| {
+            let [(ax, ay), (bx, by)] = [rim[i], rim[(i + 1) % 4]];
+            let corners = [(ax, ay, 0.0), (bx, by, 0.0), (bx, by, step_m), (ax, ay, step_m)];
+            Face { part: GroundPart::Wall, corners: corners.map(|(x, y, z)| Point3::new(x, y, z)) }
+        }));
+    }
+    faces
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Point2, UnitQuaternion, Vector3};
+
+    /// The plan is covered once, at the height that the ground has there; walls join what is level.
+    #[test]
+    fn faces_are_the_ground() {
+        let slope = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.1);
+        let patch = [Point2::new(-0.1, -0.2), Point2::new(0.3, 0.2)];
+        for (step_m, tile_m, count) in [(0.0, 2.0, 1), (0.0, 0.5, 16), (0.02, 2.0, 9 + 4), (-0.02, 0.5, 36 + 4)] {
+            let ground = Ground { slope, step_m, patch };
+            let faces = faces(&ground, 1.0, tile_m);
+            assert_eq!(faces.len(), count);
+            let mut area = 0.0;
+            for Face { part, corners: [a, b, c, d] } in faces {
+                let around = (c - a).cross(&(d - b)) / 2.0;
+                if part == GroundPart::Wall {
+                    assert!(around.z == 0.0 && (c.z - a.z) == step_m);
+                    continue;
+                }
+                area += around.z;
+                let middle = slope * nalgebra::center(&a, &c);
+                assert!((middle.z - ground.height_m(middle.xy())).abs() < 1e-12, "{part:?} {middle}");
+            }
+            assert!((area - 4.0).abs() < 1e-12, "{area}");
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! What there is to see of a robot, as plain data: its solids as triangles, the ground as faces, and one list of marks.
+//! Pictures rasterise it, the window of `view` hands it to the graphics card, and the page of a replay takes its
+//! ingredients.
+//!
+//! A mark is added in one place: an [`Overlay`] with its look and style, and what it shows of a snapshot in
+//! [`Stage::marks`].
+
+mod events;
+mod ground;
+mod marks;
+pub mod mesh;
+pub mod palette;
+pub mod scale;
+
+use crate::episode::Snapshot;
+use crate::robot::{Kinematics, Posture, Robot, Shape};
+use crate::sim::Ground;
+pub use events::{Event, EventKind, events};
+pub use ground::{Face, GroundPart, faces};
+pub use marks::{Drawing, Mark, arrow_along, on_ground};
+use mesh::Mesh;
+use nalgebra::{Isometry3, Point3};
+use palette::Overlay;
+use scale::RobotScale;
+
+/// A robot, made ready to be drawn at any posture, and the ground on which it stands.
+pub struct Stage<'a> {
+    pub robot: &'a Robot,
+    pub scale: RobotScale,
+    /// As it lies in the end; a snapshot knows its slope.
+    ground: Ground,
+    /// What is translucent comes after what is not.
+    solids: Vec<Surface>,
+}
+
+/// A solid of the robot.
+pub struct Surface {
+    /// Index into `Robot::links`.
+    pub link: usize,
+    /// RGBA, 0 to 1.
+    pub color: [f64; 4],
+    /// In the frame of the link.
+    pub mesh: Mesh,
+    /// A ball that holds it: centre in the frame of the link, radius (m).
+    ball: (Point3<f64>, f64),
+}
+
+impl<'a> Stage<'a> {
+    pub fn new(robot: &'a Robot, ground: Ground) -> Self {
+        let links = robot.links.iter().enumerate();
+        let drawn = links.flat_map(|(i, link)| link.drawn().iter().map(move |solid| (i, solid)));
+        let solid = |(link, solid): (usize, &crate::robot::Solid)| {
+            let radius_m = match solid.shape {
+                Shape::Box { half } => half.norm(),
+                Shape::Cylinder { radius, length } => (radius * radius + length * length / 4.0).sqrt(),
+                Shape::Sphere { radius } => radius,
+            };
+            let ball = (Point3::from(solid.pose.translation.vector), radius_m);
+            Surface { link, color: solid.color, mesh: Mesh::of(&solid.shape).at(&solid.pose), ball }
+        };
+        let mut solids: Vec<Surface> = drawn.map(solid).collect();
+        solids.sort_by_key(Surface::is_translucent);
+        Self { robot, scale: RobotScale::of(robot), ground, solids }
+    }
+
+    /// The ground as it lies in a moment.
+    pub fn ground(&self, now: &Snapshot) -> Ground {
+        Ground { slope: now.slope, ..self.ground }
+    }
+
+    pub fn kinematics(&self, posture: &Posture) -> Kinematics {
+        let mut kinematics = Kinematics::new(self.robot);
+        kinematics.update(self.robot, posture);
+        kinematics
+    }
+
+    /// The solids of the robot, each with the pose of its link.
+    pub fn solids(&self, kinematics: &Kinematics) -> impl Iterator<Item = (&Surface, Isometry3<f64>)> {
+        self.solids.iter().map(|solid| (solid, *kinematics.link_pose(solid.link)))
+    }
+
+    /// Balls (centre in the world and radius, m) that hold the robot's solids: what a camera is to be framed on.
+    pub fn extent(&self, posture: &Posture) -> Vec<(Point3<f64>, f64)> {
+        let kinematics = self.kinematics(posture);
+        self.solids(&kinematics).map(|(Surface { ball: (at, radius_m), .. }, pose)| (pose * at, *radius_m)).collect()
+    }
+
+    /// What is marked of a moment, lowest first.
+    pub fn marks(&self, now: &Snapshot, shown: &[Overlay]) -> Vec<Mark> {
+        marks::of(now, self.scale, shown)
+    }
+}
+
+impl Surface {
+    pub fn is_translucent(&self) -> bool {
+        self.color[3] < 1.0
+    }
+}

@@ -1,0 +1,227 @@
+//! What can be marked beside the robot: its colour, its key, its name, and how it looks, the same in the window, in
+//! pictures and in replays.
+
+use crate::episode::Snapshot;
+use crate::episode::snapshot::Arrow;
+use nalgebra::Point2;
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+/// How much of a mark on the ground is seen through what hides it.
+pub const THROUGH: f64 = 0.7;
+
+/// sRGB.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Color(pub u8, pub u8, pub u8);
+
+impl Color {
+    pub const WHITE: Self = Self(255, 255, 255);
+
+    pub const fn hex(rgb: u32) -> Self {
+        let [_, r, g, b] = rgb.to_be_bytes();
+        Self(r, g, b)
+    }
+
+    /// As CSS has it.
+    pub fn css(self) -> String {
+        let Self(r, g, b) = self;
+        format!("#{r:02x}{g:02x}{b:02x}")
+    }
+
+    /// Code values, 0 to 1.
+    pub fn parts(self) -> [f64; 3] {
+        [self.0, self.1, self.2].map(|v| f64::from(v) / 255.0)
+    }
+
+    /// This much (0 to 1) of the way to another colour.
+    pub fn towards(self, other: Self, share: f32) -> Self {
+        let mix = |a: u8, b: u8| (f32::from(a) + share * (f32::from(b) - f32::from(a))).round() as u8;
+        Self(mix(self.0, other.0), mix(self.1, other.1), mix(self.2, other.2))
+    }
+}
+
+/// One thing to see beside the robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Overlay {
+    Support,
+    Slices,
+    Footstep,
+    Contacts,
+    Push,
+    Com,
+    Dcm,
+    ZmpRef,
+    Zmp,
+}
+
+/// How an overlay is told apart.
+#[derive(Debug, Clone, Copy)]
+pub struct Look {
+    /// Its name in a page's script, where a moment has what it shows by the same name.
+    pub id: &'static str,
+    /// Shows and hides it; lower case.
+    pub key: char,
+    pub name: &'static str,
+    /// What it is, in a few words.
+    pub hint: &'static str,
+    pub color: Color,
+    pub style: Style,
+}
+
+/// What an overlay shows of a snapshot, and what that looks like. Lengths (m) are those for a robot as large as UT-mu2.
+#[derive(Debug, Clone, Copy, Serialize)]
+#[serde(tag = "shape", rename_all = "lowercase")]
+pub enum Style {
+    /// A convex polygon on the ground.
+    Polygon {
+        #[serde(skip)]
+        of: fn(&Snapshot) -> Vec<Point2<f64>>,
+        sheet: Sheet,
+    },
+    /// The slices of the CPI sets on the ground: that of the gain that acts, over the others.
+    Sets { resting: Sheet, acting: Sheet },
+    /// A point of the ground.
+    Spot {
+        #[serde(skip)]
+        of: fn(&Snapshot) -> Option<Point2<f64>>,
+        radius_m: f64,
+        #[serde(skip)]
+        sign: Sign,
+    },
+    /// The COM: a ball, and a plumb line from it to the ground.
+    Ball { radius_m: f64, through: f64 },
+    /// Forces; the arrow of one that `ends` at its point of attack begins there otherwise.
+    Arrow {
+        #[serde(skip)]
+        of: fn(&Snapshot) -> Vec<Arrow>,
+        m_per_n: f64,
+        ends: bool,
+        radius_m: f64,
+        through: f64,
+    },
+}
+
+/// What a polygon on the ground looks like: how much (0 to 1) it covers of what it lies on, and its edge, whose width
+/// is in points of a screen; in a picture in mm for a robot as large as UT-mu2.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Sheet {
+    pub fill: f64,
+    pub edge: f64,
+    pub width: f64,
+}
+
+/// How points of the ground are told apart, where there are points enough of the screen to do so.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sign {
+    Disc,
+    Ring,
+    Diamond,
+}
+
+impl Overlay {
+    /// In the order in which they are drawn, one over the other. Points are the smaller the later they come: at rest,
+    /// where all are one, each is seen.
+    pub const ALL: [Self; 9] = [
+        Self::Support,
+        Self::Slices,
+        Self::Footstep,
+        Self::Contacts,
+        Self::Push,
+        Self::Com,
+        Self::Dcm,
+        Self::ZmpRef,
+        Self::Zmp,
+    ];
+
+    pub const fn look(self) -> Look {
+        const fn sheet(fill: f64, edge: f64, width: f64) -> Sheet {
+            Sheet { fill, edge, width }
+        }
+        const fn spot(radius_m: f64, sign: Sign, of: fn(&Snapshot) -> Option<Point2<f64>>) -> Style {
+            Style::Spot { of, radius_m, sign }
+        }
+        let (id, key, name, hint, color, style) = match self {
+            Self::Support => {
+                let style = Style::Polygon { of: |now| now.support.clone(), sheet: sheet(0.1, 1.0, 2.5) };
+                ("support", 's', "support", "hull of the soles on the ground", 0x5b6b7b, style)
+            }
+            Self::Slices => {
+                let style = Style::Sets { resting: sheet(0.05, 0.55, 1.25), acting: sheet(0.4, 1.0, 2.25) };
+                ("sets", 'i', "CPI sets", "where the COM may be, by gain; the active one is filled", 0x2f6fdd, style)
+            }
+            Self::Footstep => {
+                let of = |now: &Snapshot| now.footstep.iter().flatten().map(|corner| corner.xy()).collect();
+                let style = Style::Polygon { of, sheet: sheet(0.28, 1.0, 2.5) };
+                ("footstep", 'f', "footstep", "where the foot in the air is to land", 0x00a3a3, style)
+            }
+            Self::Contacts => {
+                let of = |now: &Snapshot| [now.contacts.left, now.contacts.right].into_iter().flatten().collect();
+                let style = Style::Arrow { of, m_per_n: 0.002, ends: false, radius_m: 0.0045, through: 0.3 };
+                ("contacts", 'g', "ground forces", "on each sole", 0x4fb84f, style)
+            }
+            Self::Push => {
+                let of = |now: &Snapshot| now.push.into_iter().collect();
+                let style = Style::Arrow { of, m_per_n: 0.004, ends: true, radius_m: 0.006, through: 0.6 };
+                ("push", 'p', "push", "it fades after it ends", 0xe4002b, style)
+            }
+            Self::Com => {
+                let style = Style::Ball { radius_m: 0.014, through: 0.8 };
+                ("com", 'c', "COM", "centre of mass, and its projection on the ground", 0x7b3fa0, style)
+            }
+            Self::Dcm => {
+                let style = spot(0.0115, Sign::Diamond, |now| Some(now.dcm));
+                ("dcm", 'd', "DCM", "divergent component of motion (capture point)", 0x0b7a3b, style)
+            }
+            Self::ZmpRef => {
+                let style = spot(0.0085, Sign::Ring, |now| Some(now.zmp_ref));
+                ("zmpRef", 'w', "ZMP wanted", "the one that the controller asks for", 0xff9f1c, style)
+            }
+            Self::Zmp => {
+                let style = spot(0.006, Sign::Disc, |now| now.zmp);
+                ("zmp", 'z', "ZMP", "measured: from the forces under the soles", 0xd62728, style)
+            }
+        };
+        Look { id, key, name, hint, color: Color::hex(color), style }
+    }
+
+    pub const fn color(self) -> Color {
+        self.look().color
+    }
+}
+
+/// Everything of it, for a page's script.
+pub fn json() -> Value {
+    let looks = Overlay::ALL.map(|overlay| {
+        let Look { id, key, name, hint, color, style } = overlay.look();
+        let look = json!({ "id": id, "key": key, "name": name, "hint": hint, "color": color.css(), "style": style });
+        (id.to_string(), look)
+    });
+    json!({ "overlays": Map::from_iter(looks), "through": THROUGH })
+}
+
+/// The variables of a page's style.
+pub fn css() -> String {
+    let variables = Overlay::ALL.map(|overlay| format!("--{}:{}", overlay.look().id, overlay.color().css()));
+    format!(":root{{{}}}\n", variables.join(";"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn overlays_can_be_told_apart() {
+        for (i, a) in Overlay::ALL.into_iter().map(Overlay::look).enumerate() {
+            assert!(a.key.is_ascii_lowercase());
+            for b in Overlay::ALL.into_iter().skip(i + 1).map(Overlay::look) {
+                assert!(a.id != b.id && a.key != b.key && a.name != b.name && a.color != b.color, "{a:?} {b:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn colours_mix_and_are_written() {
+        assert_eq!((Overlay::Com.color(), Overlay::Com.color().css()), (Color(0x7b, 0x3f, 0xa0), "#7b3fa0".into()));
+        assert_eq!(Color(0, 100, 255).towards(Color(100, 0, 255), 0.5), Color(50, 50, 255));
+    }
+}
