@@ -1,9 +1,7 @@
 //! `standfast completions`: a completion script for a shell.
 
-use super::Cli;
 use super::terminal::print;
 use crate::error::Result;
-use clap::CommandFactory;
 use clap_complete::Shell;
 use std::process::ExitCode;
 
@@ -12,9 +10,10 @@ pub struct CompletionsArgs {
     pub shell: Shell,
 }
 
-pub fn run(args: &CompletionsArgs) -> Result<ExitCode> {
+/// `program`: all commands and their arguments.
+pub fn run(args: &CompletionsArgs, mut program: clap::Command) -> Result<ExitCode> {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "standfast", &mut script);
+    clap_complete::generate(args.shell, &mut program, "standfast", &mut script);
     print(&String::from_utf8_lossy(&script))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,7 +1,7 @@
 //! The program: a file for each command, which holds its arguments and what it does, in the order in which it happens.
 //!
-//! What several commands need stands beside them: arguments ([`arguments`]), what is said and where ([`terminal`],
-//! [`progress`]), Ctrl-C ([`interrupt`]), how a campaign ends ([`result`]) and how one episode is told ([`episode`]).
+//! What several commands need stands beside them: arguments (`arguments`), what is said and where (`terminal`,
+//! `progress`), Ctrl-C (`interrupt`), how a campaign ends (`result`) and how one episode is told (`episode`).
 
 mod arguments;
 mod compare;
@@ -27,7 +27,7 @@ mod view;
 pub use terminal::note;
 
 use crate::error::Result;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
 
 /// How hard can a humanoid be pushed before it falls, and which gain set makes it stand better?
@@ -93,6 +93,6 @@ pub fn run() -> Result<ExitCode> {
         Command::Response(args) => response::run(&args),
         Command::Model(args) => model::run(&args),
         Command::View(args) => view::run(args),
-        Command::Completions(args) => completions::run(&args),
+        Command::Completions(args) => completions::run(&args, Cli::command()),
     }
 }

@@ -12,6 +12,7 @@ pub mod result;
 pub mod scene;
 pub mod text;
 pub mod trace;
+pub mod trial_page;
 
 use crate::campaign::Summary;
 use crate::error::{Error, Result};

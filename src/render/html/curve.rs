@@ -1,7 +1,7 @@
 //! Success over impulse: each gain set's rates by bin with their intervals, and the impulses of 50 % and 90 %.
 
-use super::list;
 use super::svg::{Scale, colors, escape, px, short};
+use super::value::list;
 use serde_json::Value;
 use std::fmt::Write;
 

@@ -9,11 +9,13 @@ mod polar;
 pub(super) mod svg;
 mod telling;
 mod trials;
+mod value;
 mod words;
 
+use self::value::{interval, list, number, part};
 use crate::campaign::{Summary, TrialRow};
 use crate::error::{Error, Result};
-use crate::render::{html_page, replay_parts, result, text};
+use crate::render::{html_page, replay_parts, text, trial_page};
 use minijinja::value::Kwargs;
 use minijinja::{Environment, UndefinedBehavior, Value as Cell};
 use serde_json::{Value, json};
@@ -124,7 +126,7 @@ fn replays_of(set: &Value, folder: &Path) -> Vec<Option<String>> {
     let text = |value: &Value| value.as_str().map(String::from);
     let campaign = text(&set["origin"]["campaign"]).unwrap_or("campaign.toml".into());
     let name = text(&set["origin"]["gains"]).or(text(&set["name"])).unwrap_or_default();
-    let replay = |telling: &Value| result::replay_found(folder, &campaign, telling["trial"].as_u64()?, &name);
+    let replay = |telling: &Value| trial_page::replay_found(folder, &campaign, telling["trial"].as_u64()?, &name);
     list(&set["telling"]).iter().map(replay).collect()
 }
 
@@ -139,26 +141,6 @@ fn reach<'a>(values: impl Iterator<Item = &'a Value>, pointer: &str, step: f64) 
 fn most_lost(summary: &Value) -> f64 {
     let lost = list(&summary["sets"]).iter().filter_map(|set| set["success_rate"].as_f64()).map(|rate| 1.0 - rate);
     ((lost.fold(0.0, f64::max) * 10.0 - 1e-9).ceil() / 10.0).max(0.1)
-}
-
-/// Elements of an array; of anything else, none.
-fn list(value: &Value) -> &[Value] {
-    value.as_array().map_or(&[], Vec::as_slice)
-}
-
-fn number(cell: &Cell) -> Option<f64> {
-    f64::try_from(cell.clone()).ok().filter(|x| x.is_finite())
-}
-
-fn interval(cell: &Cell) -> Option<[f64; 2]> {
-    let end = |i| number(&cell.get_item_by_index(i).ok()?);
-    Some([end(0)?, end(1)?])
-}
-
-/// Of a bar: `[class, share, words]`.
-fn part(cell: &Cell) -> Option<(String, f64, String)> {
-    let item = |i| cell.get_item_by_index(i).ok();
-    Some((item(0)?.to_string(), number(&item(1)?)?, item(2)?.to_string()))
 }
 
 #[cfg(test)]

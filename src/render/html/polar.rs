@@ -1,9 +1,9 @@
 //! Maps of trials by heading and impulse, seen from above: forward is up, left is to the left, the impulse grows from
 //! the middle outward.
 
-use super::list;
 use super::svg::{escape, px, short};
 use super::trials::Trials;
+use super::value::list;
 use crate::campaign::TrialRow;
 use crate::episode::Outcome;
 use serde_json::Value;

@@ -1,6 +1,6 @@
 //! Trials that the page names: their places in its table of trials worth a look, and how other parts point to them.
 
-use super::list;
+use super::value::list;
 use serde_json::{Value, json};
 use std::collections::HashMap;
 

@@ -1,7 +1,7 @@
 //! How the page writes numbers: filters of its template. What is absent, or no number, is a dash.
 
-use super::number;
 use super::svg::short;
+use super::value::{interval, number};
 use crate::campaign::verdict::pairs::rounded;
 use crate::render::text::{layout, p_cell};
 use minijinja::{Environment, Value as Cell};
@@ -32,7 +32,7 @@ fn signed(x: f64, digits: usize) -> String {
 
 /// How a quantity is drawn, in words: `2.5`, `{ uniform = [a, b] }`, `{ normal = [mean, sd] }`, or a word.
 fn drawn(value: Cell) -> String {
-    let two = |key: &str| super::interval(&value.get_attr(key).ok()?);
+    let two = |key: &str| interval(&value.get_attr(key).ok()?);
     if let Some([a, b]) = two("uniform") {
         return format!("uniform, {} to {}", short(a, 6), short(b, 6));
     }

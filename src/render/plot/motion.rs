@@ -19,7 +19,7 @@ use std::path::Path;
 
 /// Width and height (px).
 pub const SIZE: (u32, u32) = (900, 640);
-/// Units to the pixel, see [`svg`].
+/// Units to the pixel, as `svg` takes them.
 pub const PX: i32 = 10;
 /// To the right of the panels (px).
 const LEGEND_WIDTH: i32 = 190;

@@ -1,0 +1,42 @@
+//! Where in a result the page of a trial is.
+
+use crate::campaign::store::folder::REPLAYS;
+use crate::files::sha256_hex;
+use std::path::{Path, PathBuf};
+
+/// The page that shows a trial, as seen from the result folder. Names of variants hold signs that not every file system
+/// takes, nor every CI service.
+pub fn replay_file(trial: u64, set: &str) -> PathBuf {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.=".contains(c);
+    let mut name: String = set.chars().map(|c| if is_plain(c) { c } else { '-' }).collect();
+    if name != set {
+        name += &format!("-{}", &sha256_hex(set.as_bytes())[..8]);
+    }
+    Path::new(REPLAYS).join(format!("trial-{trial}-{name}.html"))
+}
+
+/// The page of a trial, if it is there: its path as seen from a report in `folder`, for a set whose campaign is the file
+/// `campaign` as seen from there.
+pub fn replay_found(folder: &Path, campaign: &str, trial: u64, set: &str) -> Option<String> {
+    let path = Path::new(campaign).parent().unwrap_or(Path::new("")).join(replay_file(trial, set));
+    folder.join(&path).is_file().then(|| path.display().to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_set_has_a_file_of_its_own_that_any_system_takes() {
+        let names = ["catch", "paper:stepping.alpha=2", "paper-stepping.alpha=2", "a b", "a/b"].map(|set| {
+            let path = replay_file(7, set);
+            assert_eq!(path.parent(), Some(Path::new(REPLAYS)));
+            path.file_name().unwrap().to_str().unwrap().to_string()
+        });
+        assert_eq!(names[0], "trial-7-catch.html");
+        for (i, name) in names.iter().enumerate() {
+            assert!(!name.contains([':', ' ', '/', '\\', '"', '<', '>', '|', '*', '?']), "{name}");
+            assert!(!names[..i].contains(name), "{name} twice");
+        }
+    }
+}
