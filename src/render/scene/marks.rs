@@ -19,29 +19,13 @@ pub struct Mark {
 #[derive(Debug, Clone)]
 pub enum Drawing {
     /// A convex polygon on the ground.
-    Polygon {
-        corners: Vec<Point2<f64>>,
-        sheet: Sheet,
-    },
+    Polygon { corners: Vec<Point2<f64>>, sheet: Sheet },
     /// On the ground.
-    Spot {
-        at: Point2<f64>,
-        radius_m: f64,
-        sign: Sign,
-    },
+    Spot { at: Point2<f64>, radius_m: f64, sign: Sign },
     /// In the air, with a plumb line to the ground and a mark where that ends.
-    Ball {
-        center: Point3<f64>,
-        radius_m: f64,
-        through: f64,
-    },
-    Arrow {
-        tail: Point3<f64>,
-        along: Vector3<f64>,
-        radius_m: f64,
-        through: f64,
-        force_n: f64,
-    },
+    Ball { center: Point3<f64>, radius_m: f64, through: f64 },
+    /// Of a force, which attacks where the arrow `ends`, or else where it begins.
+    Arrow { tail: Point3<f64>, along: Vector3<f64>, ends: bool, radius_m: f64, through: f64, force_n: f64 },
 }
 
 /// The marks of a moment, lowest first.
@@ -80,7 +64,7 @@ pub fn arrow_along(overlay: Overlay, Arrow { point, force }: &Arrow, ends: bool,
     let Style::Arrow { m_per_n, radius_m, through, .. } = overlay.look().style else { return None };
     let along = force * scale.m_per_n(m_per_n);
     let tail = if ends { point - along } else { *point };
-    Some(Drawing::Arrow { tail, along, radius_m: radius_m * scale.length(), through, force_n: force.norm() })
+    Some(Drawing::Arrow { tail, along, ends, radius_m: radius_m * scale.length(), through, force_n: force.norm() })
 }
 
 /// The point of the ground below or above a point of the plan.

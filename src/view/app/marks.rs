@@ -45,11 +45,17 @@ impl Marks<'_> {
                 self.cross(below, color);
                 self.com(*center, color);
             }
-            Drawing::Arrow { tail, along, radius_m, force_n, .. } => {
+            Drawing::Arrow { tail, along, ends, radius_m, force_n, .. } => {
                 let width = (ARROW_POINTS_PER_M * radius_m / self.scale.length()) as f32;
-                // Only a person's force has its size at it.
-                let size = (mark.overlay == Overlay::Push).then(|| format!("{force_n:.1} N"));
-                self.arrow(*tail, tail + along, color, width, size.as_deref());
+                let Some([from, to]) = self.arrow(*tail, tail + along, color, width) else { return };
+                // Only a person's force has its size at it: away from the robot, as far as the words reach.
+                if mark.overlay == Overlay::Push {
+                    let size = format!("{force_n:.1} N");
+                    let half = self.painter.layout_no_wrap(size.clone(), FONT, Color32::BLACK).size() / 2.0;
+                    let (at, away) = if *ends { (from, from - to) } else { (to, to - from) };
+                    let away = away.normalized();
+                    self.text(&self.painter, at + away * 6.0 + away * half, &size, color);
+                }
             }
         }
     }
@@ -92,7 +98,7 @@ impl Marks<'_> {
         let at = |m: f64| self.on_ground(&(middle + along * m));
         let text = format!("{:.1} N s", aim.impulse_n_s);
         let faint = colors::PUSH.towards(colors::FLOOR, 0.35);
-        self.arrow(at(-0.31), at(-0.19), faint, 2.5, None);
+        self.arrow(at(-0.31), at(-0.19), faint, 2.5);
         self.at(at(-0.34), |painter, place| self.text(painter, place, &text, faint));
     }
 
@@ -127,11 +133,12 @@ impl Marks<'_> {
         painter.text(at, Align2::CENTER_CENTER, text, FONT, color.egui());
     }
 
-    fn arrow(&self, from: Point3<f64>, to: Point3<f64>, color: Color, width: f32, text: Option<&str>) {
-        let (Some(from), Some(to)) = (self.lens.project(&from), self.lens.project(&to)) else { return };
+    /// Draws an arrow, and returns its ends in the picture; None if it is too short to be seen.
+    fn arrow(&self, from: Point3<f64>, to: Point3<f64>, color: Color, width: f32) -> Option<[Pos2; 2]> {
+        let (from, to) = (self.lens.project(&from)?, self.lens.project(&to)?);
         let along = to - from;
         if along.length() < 1.0 {
-            return;
+            return None;
         }
         let (unit, head) = (along.normalized(), (3.2 * width).min(along.length()));
         let neck = to - unit * head;
@@ -139,11 +146,7 @@ impl Marks<'_> {
         let side = unit.rot90() * head * 0.45;
         let tip = vec![to, neck + side, neck - side];
         self.painter.add(PathShape::convex_polygon(tip, color.egui(), Stroke::NONE));
-        if let Some(text) = text {
-            // Beyond the tip, as far as the words reach.
-            let half = self.painter.layout_no_wrap(text.into(), FONT, Color32::BLACK).size() / 2.0;
-            self.text(&self.painter, to + unit * 6.0 + unit * half, text, color);
-        }
+        Some([from, to])
     }
 
     fn dashed(&self, from: Point3<f64>, to: Point3<f64>, color: Color) {

@@ -47,7 +47,7 @@ pub fn draw(ctx: &Context, told: &Told, wishes: &mut Vec<Wish>) {
                     push(ui, told.aim, wishes);
                 }
                 ui.separator();
-                overlays(ui, &told.shown, wishes);
+                overlays(ui, told.shown, wishes);
                 ui.separator();
                 let (span_s, marked_s) = match told.show {
                     Show::Recorded(recorded) => ([0.0, recorded.end_s()], Some(now_s)),

@@ -56,8 +56,11 @@ impl FromIterator<Plotted> for Trail {
     }
 }
 
-/// Of what there are curves, and where it is.
-const CURVES: [(Overlay, fn(&Plotted) -> Option<Point2<f64>>); 4] = [
+/// Where a curve is at a tick.
+type PlottedAt = fn(&Plotted) -> Option<Point2<f64>>;
+
+/// Of what there are curves.
+const CURVES: [(Overlay, PlottedAt); 4] = [
     (Overlay::ZmpRef, |s| Some(s.zmp_ref)),
     (Overlay::Zmp, |s| s.zmp),
     (Overlay::Dcm, |s| Some(s.dcm)),
@@ -151,7 +154,7 @@ fn bounds(trail: &Trail, length: f64, axis: usize) -> [f64; 2] {
 /// A curve in its stretches: it ends where there is no such point, and another begins. Of as many ticks as share a
 /// bucket it has the least and the greatest value (mm), in order of time. Buckets go by the tick's number and not by
 /// the place in the trail: a curve that scrolls must not dance.
-fn thinned(trail: &Trail, axis: usize, of: fn(&Plotted) -> Option<Point2<f64>>) -> Vec<Vec<PlotPoint>> {
+fn thinned(trail: &Trail, axis: usize, of: PlottedAt) -> Vec<Vec<PlotPoint>> {
     let size = trail.samples.len().div_ceil(BUCKETS).max(1);
     let mut stretches = vec![Vec::new()];
     // Of the bucket that is being filled: its number, and its least and greatest point.
