@@ -7,6 +7,8 @@
 //! SI units and f64 throughout; the world frame unless a type says otherwise: x forward, y left, z up; heading 0
 //! pushes forward, 90 to the left.
 
+#![forbid(unsafe_code)]
+
 pub mod assets;
 #[cfg(feature = "program")]
 pub mod campaign;

@@ -203,6 +203,32 @@ fn inputs_from_files_are_kept_with_the_result() {
 }
 
 #[test]
+fn a_check_says_that_all_is_fine_and_writes_nothing() {
+    let dir = folder();
+    let files = ["--trace=t.csv", "--plot=p.svg", "--replay=r.html", "--frames=frames"];
+    for args in [
+        short(&[FEW, "--gate=hold >= 0.1", "--json"]),
+        [&["push", "--impulse=2", "--gains=hold", "--json"], &files[..]].concat(),
+        vec!["limit", "--campaign=nominal", "--gains=hold", "--headings=2", "--out=limits", "--plot=limits.svg"],
+        vec!["scenario", "push-behind", "--gains=hold", "--plot=p.svg"],
+        vec!["scenario", "error-backward", "--plot=p.svg"],
+        vec!["scenario"],
+    ] {
+        let run = standfast(dir.path(), &[&args[..], &["--check"]].concat()).success();
+        assert_eq!(stdout(&run), "", "{args:?}");
+        let told = stderr(&run);
+        assert!(told.starts_with("fine: ") && told.lines().count() == 1, "{args:?}: {told}");
+    }
+    assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
+    // Of a result that is there it says what is left to do, and leaves it as it is.
+    standfast(dir.path(), &short(&[FEW])).success();
+    let before = common::program::files(dir.path());
+    let told = stderr(&standfast(dir.path(), &short(&[FEW, "--check"])).success());
+    assert!(told.contains(" 0 episodes to run"), "{told}");
+    assert!(common::program::files(dir.path()) == before);
+}
+
+#[test]
 fn help_and_completions_are_printed() {
     let dir = folder();
     for command in ["run", "limit"] {

@@ -7,14 +7,14 @@ mod measured;
 #[path = "paper/verdicts.rs"]
 mod verdicts;
 
+use common::Bench;
 use common::browser::Browser;
 use common::program::{files, folder, standfast, stderr, stdout};
-use common::{Bench, config};
+use measured::{impose, scenario_push};
 use nalgebra::Vector2;
-use serde_json::Value;
-use standfast::campaign::ask::scenario::{Cause, Scenario};
+use serde_json::{Value, json};
 use standfast::control::home_polygon;
-use standfast::episode::{Footstep, imposed};
+use standfast::episode::Footstep;
 use standfast::lipm::cpi_set::{CpiSet, Inclusion};
 use standfast::robot::Foot;
 use std::collections::BTreeMap;
@@ -64,13 +64,18 @@ fn runs() -> &'static Runs {
     })
 }
 
-fn page() -> String {
-    String::from_utf8(runs().written[0]["index.html"].clone()).unwrap()
+fn page() -> &'static str {
+    std::str::from_utf8(&runs().written[0]["index.html"]).unwrap()
+}
+
+/// The page says so.
+fn tells(words: &str) {
+    assert!(page().contains(words), "{words}");
 }
 
 /// The page without what a clock has a say in.
 fn without_times(page: &[u8]) -> String {
-    let page = String::from_utf8(page.to_vec()).unwrap();
+    let page = std::str::from_utf8(page).unwrap();
     let (before, rest) = page.split_once("<!--timing-->").unwrap();
     let (times, after) = rest.split_once("<!--/timing-->").unwrap();
     assert!(times.contains("0.15 ms") && times.contains("μs"), "{times}");
@@ -86,35 +91,36 @@ fn numbers(number: &str) -> &'static Value {
     &figure(number)["numbers"]
 }
 
-/// The verdict of the claim of a figure that holds words.
-fn verdict(number: &str, words: &str) -> &'static str {
-    let claims = figure(number)["claims"].as_array().unwrap();
-    let of_words = |claim: &&Value| claim["paper"].as_str().unwrap().contains(words);
-    let claim = claims.iter().find(of_words).unwrap_or_else(|| panic!("Fig. {number} claims nothing on {words:?}"));
-    claim["verdict"].as_str().unwrap()
-}
-
 #[test]
 fn every_figure_is_a_file_and_on_the_page() {
     let Runs { table, written, .. } = runs();
-    let page = page();
     assert_eq!(written[0].keys().collect::<Vec<_>>(), FILES);
     for number in FIGURES {
         let file = figure(number)["file"].as_str().unwrap();
         let title = figure(number)["title"].as_str().unwrap();
-        assert!(page.contains(&format!("<h2>Fig. {number}: {title}</h2>")), "Fig. {number}");
-        assert!(
-            table.lines().any(|line| line.starts_with(&format!("Fig. {number} ")) && line.contains(file)),
-            "{table}"
-        );
+        tells(&format!("<h2>Fig. {number}: {title}</h2>"));
+        let is_row = |line: &str| line.starts_with(&format!("Fig. {number} ")) && line.contains(file);
+        assert!(table.lines().any(is_row), "{table}");
         let svg = std::str::from_utf8(&written[0][file]).unwrap();
         let document = roxmltree::Document::parse(svg).unwrap_or_else(|e| panic!("{file}: {e}"));
         assert!(document.root_element().has_tag_name(("http://www.w3.org/2000/svg", "svg")), "{file}");
         let elements = document.descendants().filter(|node| node.is_element()).count();
         assert!(elements > 20, "{file}: {elements} elements");
+        // Its panels stand beside and below each other, inside of the picture.
+        let side = |node: roxmltree::Node, name| node.attribute(name).map_or(0.0, |px| px.parse::<f64>().unwrap());
+        let place = |node| ["x", "y", "width", "height"].map(|name| side(node, name));
+        let [_, _, width, height] = place(document.root_element());
+        let panels = document.root_element().children().filter(|node| node.has_tag_name("svg")).map(place);
+        let panels: Vec<[f64; 4]> = panels.collect();
+        for (i, [x, y, w, h]) in panels.iter().enumerate() {
+            assert!(x + w < width && y + h < height, "{file}: panel {i}");
+            let apart = |[u, v, ..]: &[f64; 4]| u >= &(x + w) || v >= &(y + h);
+            assert!(panels[i + 1..].iter().all(apart), "{file}: panel {i} is covered");
+        }
+        assert!(panels.len() > 1, "{file}");
     }
     for number in ["1", "2", "10", "11"] {
-        assert!(page.contains(&format!("<dt>Fig. {number}</dt>")), "why Fig. {number} is not made");
+        tells(&format!("<dt>Fig. {number}</dt>"));
     }
 }
 
@@ -142,51 +148,42 @@ fn in_words(footstep: &Footstep) -> String {
 /// Fig. 4, 5, 8, 12, 13: the library is asked again.
 #[test]
 fn captions_tell_the_footsteps_that_the_scenarios_take() {
-    let (bench, page) = (Bench::new("paper"), page());
+    let bench = Bench::new("paper");
     for (name, number) in [("push-behind", "12"), ("push-diagonal", "13")] {
-        let Cause::Push(push) = Scenario::load(name).unwrap().cause().unwrap() else { panic!("{name} is a push") };
-        let record = bench.push(push);
+        let record = bench.push(scenario_push(name));
         let footstep = record.footsteps[0];
-        let told = &numbers(number)["footsteps"][0];
-        assert_eq!(told, &serde_json::to_value(footstep).unwrap(), "Fig. {number}");
-        assert!(page.contains(&format!("The foot goes {}.", in_words(&footstep))), "{}", in_words(&footstep));
+        assert_eq!(numbers(number)["footsteps"][0], json!(footstep), "Fig. {number}");
+        tells(&format!("The foot goes {}.", in_words(&footstep)));
         assert_eq!(footstep.foot, Foot::Right, "{name}");
         let at = &numbers("5")[name.replace('-', "_")];
         assert_eq!(at["landing_s"], footstep.land_s);
         assert_eq!(at["left_sets_s"].as_f64(), record.left_sets_at_s);
         for time_s in [footstep.lift_s, footstep.land_s] {
-            assert!(page.contains(&format!("t = {time_s:.3} s")), "{name}: {time_s}");
+            tells(&format!("t = {time_s:.3} s"));
         }
     }
     assert_eq!(numbers("4")["foot"], numbers("12")["footsteps"][0]["foot"]);
     for (name, key) in [("error-backward", "a"), ("error-diagonal", "b")] {
-        let Cause::Imposed(asked) = Scenario::load(name).unwrap().cause().unwrap() else { panic!("{name} is imposed") };
-        let (error, start) = (asked.zmp_error_m.into(), asked.start);
-        let record = imposed::run(&bench.robot, &bench.design, &config(2.0), error, start, &mut |_| {}).unwrap();
-        assert_eq!(numbers("8")[key]["footsteps"], serde_json::to_value(&record.footsteps).unwrap());
-        let (foot, words) = (record.footsteps[0].foot.name(), in_words(&record.footsteps[0]));
-        assert!(page.contains(&format!("The {foot} foot goes {words}.")), "{words}");
+        let footsteps = impose(&bench, name).footsteps;
+        assert_eq!(numbers("8")[key]["footsteps"], json!(footsteps));
+        tells(&format!("The {} foot goes {}.", footsteps[0].foot.name(), in_words(&footsteps[0])));
     }
 }
 
 /// Fig. 3 and 6: the sets are searched again, the ways measured again.
 #[test]
 fn captions_tell_the_sets_and_the_ways_of_the_gain_set() {
-    let (bench, page) = (Bench::new("paper"), page());
+    let bench = Bench::new("paper");
     let family = &bench.design.family;
     let allowed = home_polygon(&bench.robot).inset(family.zmp_margin).unwrap();
-    let sets: Vec<CpiSet> =
-        family.gains.iter().map(|gain| CpiSet::search(gain, family.pendulum, &allowed).unwrap()).collect();
+    let sets = CpiSet::search_family(family, &allowed).unwrap();
     let nested = Inclusion::of(&sets).unwrap().failures().is_empty();
-    assert_eq!(numbers("3")["nested"], nested);
-    assert_eq!(verdict("3", "satisfies the inclusion relation"), if nested { "agrees" } else { "differs" });
-    let horizons: Vec<usize> = sets.iter().map(|set| set.horizon).collect();
-    assert_eq!(numbers("3")["horizon_k"], serde_json::to_value(&horizons).unwrap());
+    assert!(nested && numbers("3")["nested"] == nested);
+    assert_eq!(numbers("3")["horizon_k"], json!(sets.iter().map(|set| set.horizon).collect::<Vec<_>>()));
     for set in &sets {
-        let k = set.horizon;
-        assert!(page.contains(&format!("<td>{k} ({} ms)</td>", 2 * k)), "k = {k}");
+        tells(&format!("<td>{} ({} ms)</td>", set.horizon, 2 * set.horizon));
         let impulse = bench.robot.mass() * set.largest_com_vel_from_rest(Vector2::x());
-        assert!(page.contains(&format!("<td>{}</td>", (100.0 * impulse).round() / 100.0)), "{impulse} N s");
+        tells(&format!("<td>{}</td>", (100.0 * impulse).round() / 100.0));
     }
     let (range, half) = (family.stepping().unwrap().range, Vector2::new(0.0, 0.097));
     for example in numbers("6")["examples"].as_array().unwrap() {
@@ -196,8 +193,7 @@ fn captions_tell_the_sets_and_the_ways_of_the_gain_set() {
             assert!((way - told.as_f64().unwrap()).abs() < 1e-4, "{example}");
         }
         assert_eq!(example["foot"], if ways[0] > ways[1] { "left" } else { "right" });
-        let told = format!("left {:.0} mm, right {:.0} mm", 1e3 * ways[0], 1e3 * ways[1]);
-        assert!(page.contains(&told), "{told}");
+        tells(&format!("left {:.0} mm, right {:.0} mm", 1e3 * ways[0], 1e3 * ways[1]));
     }
 }
 

@@ -35,34 +35,6 @@ fn a_robot_that_holds_its_posture_topples_as_in_mujoco() {
     });
 }
 
-/// Figures to look at, of every gain set: `cargo test --release --test toppling -- --ignored --nocapture`.
-#[test]
-#[ignore = "an experiment: prints, asserts nothing"]
-fn toppling_impulses_of_all_gain_sets() {
-    for gains in ["hold", "fixed", "switching"] {
-        let bench = Bench::new(gains);
-        let headings = [0.0, 45.0, 90.0, 135.0, 180.0];
-        let impulses: Vec<f64> = headings.par_iter().map(|&h| toppling_impulse(&bench, h)).collect();
-        println!("{gains}: {headings:?} degrees: {impulses:.3?} N s");
-    }
-}
-
-/// The same for a set that steps. Near its limit outcomes are not monotone in the impulse: a grid instead of bisection.
-#[test]
-#[ignore = "an experiment: prints, asserts nothing"]
-fn impulses_that_a_footstep_catches() {
-    let bench = Bench::new("paper");
-    let impulses: Vec<f64> = (0..=34).map(|i| 2.0 + 0.1 * f64::from(i)).collect();
-    for heading in [0.0, 45.0, 90.0, 135.0, 180.0] {
-        let recovered = |impulse: &f64| bench.push(push(*impulse, heading)).outcome == Outcome::Recovered;
-        let recovered: Vec<bool> = impulses.par_iter().map(recovered).collect();
-        let first_lost = recovered.iter().position(|r| !r).unwrap_or(recovered.len());
-        let last = recovered.iter().rposition(|r| *r).map_or(f64::NAN, |i| impulses[i]);
-        let all_to = impulses[first_lost.saturating_sub(1)];
-        println!("paper at {heading} degrees: all up to {all_to:.1} N s, the largest {last:.1} N s");
-    }
-}
-
 /// A push that no robot stands, or that is no number, ends as an outcome: no panic, no robot left upright in the sky.
 #[test]
 fn absurd_pushes_are_outcomes() {

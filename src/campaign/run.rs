@@ -33,19 +33,34 @@ pub struct Plan {
     inputs: Vec<(String, String)>,
 }
 
-/// How much of a campaign to run, and who watches.
-pub struct RunOptions<'a> {
+/// How much of a campaign to run, and on how many threads.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct RunOptions {
     /// 0: one per core.
     pub threads: usize,
     pub shard: Option<Shard>,
+}
+
+/// Who watches a campaign run.
+pub struct Watch<'a> {
     /// Set from outside to stop early.
     pub stop: &'a AtomicBool,
-    /// Called with the count of episodes to run (at most), before the first one.
-    pub on_start: &'a (dyn Fn(u64) + Sync),
     /// Called after every episode, from any thread.
     pub on_episode: &'a (dyn Fn() + Sync),
     /// Asked at every look of a campaign that ends when decided, with the rows of all trials so far: is it?
     pub is_decided: &'a (dyn Fn(&[TrialRow]) -> bool + Sync),
+}
+
+/// What a folder lacks of a campaign, with all that is needed to run it.
+pub struct Work<'a> {
+    plan: &'a Plan,
+    folder: &'a Folder,
+    pool: ThreadPool,
+    designs: Vec<Design>,
+    /// Blocks to run, up to the next look if the campaign ends when decided.
+    missing: Vec<u64>,
+    /// Count of trials at the next look.
+    look: u64,
 }
 
 impl Plan {
@@ -101,76 +116,46 @@ impl Plan {
         Ok(Folder { path, manifest: Manifest { build: build_id().into(), ..manifest.clone() } })
     }
 
-    /// Runs the trials that `folder` lacks (of one shard, or all) and commits them part by part; what is complete is
-    /// left as it is. Every gain set is designed for before the first trial and before anything is written or, of an
-    /// earlier result, taken away. Errors: a shard of a campaign that ends when decided, which no shard alone can know.
-    pub fn run(&self, folder: &Folder, options: &RunOptions) -> Result<()> {
-        let campaign = &self.manifest.campaign;
-        let until_resolved = campaign.stopping.until_resolved;
-        if let (true, Some(Shard { index, count })) = (until_resolved, options.shard) {
+    /// What `folder` lacks (of one shard, or of all). Every gain set is designed for here, before the first trial and before
+    /// anything is written or, of an earlier result, taken away; nothing is if the folder lacks nothing. `is_decided` as in
+    /// [`Watch`]. Errors: a shard of a campaign that ends when decided, which no shard alone can know; no design.
+    pub fn work<'a>(
+        &'a self,
+        folder: &'a Folder,
+        options: RunOptions,
+        is_decided: &dyn Fn(&[TrialRow]) -> bool,
+    ) -> Result<Work<'a>> {
+        if let (true, Some(Shard { index, count })) = (self.until_resolved(), options.shard) {
             let problem = "shards know nothing of each other: they cannot stop together when the campaign is decided";
             let accepted = "a fixed count of trials (no --until-resolved, stopping.until_resolved = false)";
             return Err(Error::value("campaign", "--shard", format!("{index}/{count}"), problem, accepted));
         }
-        let mut look = next_look(0, BLOCK_TRIALS, campaign.trials);
-        let mut missing = if until_resolved { self.undecided(folder, options, &mut look)? } else { folder.missing() };
+        let mut look = next_look(0, BLOCK_TRIALS, self.manifest.campaign.trials);
+        let mut missing =
+            if self.until_resolved() { self.undecided(folder, is_decided, &mut look)? } else { folder.missing() };
         missing.retain(|&block| options.shard.is_none_or(|shard| shard.takes(block)));
-        if missing.is_empty() {
-            return self.identify(folder);
-        }
         let pool = pool(options.threads)?;
-        let designs = pool.install(|| self.designs())?;
-        folder.remove_result()?;
-        self.identify(folder)?;
-        let episodes = |block: &u64| {
-            let (first, end) = folder.range(*block);
-            (end - first) * self.manifest.sets.len() as u64
-        };
-        if !until_resolved {
-            (options.on_start)(missing.iter().map(episodes).sum());
-            return pool.install(|| self.run_blocks(folder, &designs, &missing, options));
-        }
-        let all = (0..campaign.trials.div_ceil(BLOCK_TRIALS)).filter(|&block| !folder.has(block));
-        (options.on_start)(all.map(|block| episodes(&block)).sum());
-        while !missing.is_empty() {
-            pool.install(|| self.run_blocks(folder, &designs, &missing, options))?;
-            missing = self.undecided(folder, options, &mut look)?;
-        }
-        Ok(())
+        let designs = if missing.is_empty() { Vec::new() } else { pool.install(|| self.designs())? };
+        Ok(Work { plan: self, folder, pool, designs, missing, look })
+    }
+
+    fn until_resolved(&self) -> bool {
+        self.manifest.campaign.stopping.until_resolved
     }
 
     /// Looks at what is there of a campaign that ends when decided, from `look` (a count of trials) on: the blocks that are
-    /// missing for the next look, or none if it is decided, or there are no more trials; the folder is told so.
+    /// missing for the next look, or none if it is decided, or there are no more trials.
     ///
     /// The looks are at fixed counts of trials. So the end depends neither on threads nor on interruptions.
-    fn undecided(&self, folder: &Folder, options: &RunOptions, look: &mut u64) -> Result<Vec<u64>> {
+    fn undecided(&self, folder: &Folder, is_decided: &dyn Fn(&[TrialRow]) -> bool, look: &mut u64) -> Result<Vec<u64>> {
         let most = self.manifest.campaign.trials;
         loop {
             let missing: Vec<u64> = (0..look.div_ceil(BLOCK_TRIALS)).filter(|&block| !folder.has(block)).collect();
-            if !missing.is_empty() {
-                return Ok(missing);
-            }
-            if *look == most || (options.is_decided)(&folder.first_rows(*look)?) {
-                folder.stop_at(*look)?;
+            if !missing.is_empty() || *look == most || is_decided(&folder.first_rows(*look)?) {
                 return Ok(missing);
             }
             *look = next_look(*look, BLOCK_TRIALS, most);
         }
-    }
-
-    /// Units are single episodes, handed out in order one by one: cores stay busy to the end, and an interruption loses
-    /// only the few blocks in work.
-    fn run_blocks(&self, folder: &Folder, designs: &[Design], blocks: &[u64], options: &RunOptions) -> Result<()> {
-        let blocks: Vec<Block> = blocks.iter().map(|&block| Block::new(folder, block)).collect();
-        let jobs = blocks.iter().flat_map(|block| (0..block.slots.len()).map(move |slot| (block, slot)));
-        jobs.par_bridge().try_for_each(|(block, slot)| {
-            if options.stop.load(Ordering::Relaxed) {
-                return Err(Error::Interrupted);
-            }
-            let done = block.put(slot, self.row(designs, block.first_trial, slot));
-            (options.on_episode)();
-            if done { folder.part(block.index).write(&block.rows()) } else { Ok(()) }
-        })
     }
 
     /// Designs for every gain set, and warns of those that are dubious.
@@ -205,6 +190,57 @@ impl Plan {
             write_atomic(&folder.path.join(name), text.as_bytes())?;
         }
         folder.write_campaign()
+    }
+}
+
+impl Work<'_> {
+    /// Whether the folder lacks nothing.
+    pub fn is_done(&self) -> bool {
+        self.missing.is_empty()
+    }
+
+    /// Episodes to run; at most, if the campaign ends when decided.
+    pub fn episodes(&self) -> u64 {
+        let episodes = |block: u64| {
+            let (first, end) = self.folder.range(block);
+            (end - first) * self.plan.manifest.sets.len() as u64
+        };
+        if !self.plan.until_resolved() {
+            return self.missing.iter().copied().map(episodes).sum();
+        }
+        let all = 0..self.plan.manifest.campaign.trials.div_ceil(BLOCK_TRIALS);
+        all.filter(|&block| !self.folder.has(block)).map(episodes).sum()
+    }
+
+    /// Runs it and commits it part by part; what is complete is left as it is.
+    pub fn run(mut self, watch: &Watch) -> Result<()> {
+        if !self.is_done() {
+            self.folder.remove_result()?;
+        }
+        self.plan.identify(self.folder)?;
+        while !self.is_done() {
+            self.pool.install(|| self.run_blocks(watch))?;
+            self.missing = match self.plan.until_resolved() {
+                true => self.plan.undecided(self.folder, watch.is_decided, &mut self.look)?,
+                false => Vec::new(),
+            };
+        }
+        if self.plan.until_resolved() { self.folder.stop_at(self.look) } else { Ok(()) }
+    }
+
+    /// Units are single episodes, handed out in order one by one: cores stay busy to the end, and an interruption loses
+    /// only the few blocks in work.
+    fn run_blocks(&self, watch: &Watch) -> Result<()> {
+        let blocks: Vec<Block> = self.missing.iter().map(|&block| Block::new(self.folder, block)).collect();
+        let jobs = blocks.iter().flat_map(|block| (0..block.slots.len()).map(move |slot| (block, slot)));
+        jobs.par_bridge().try_for_each(|(block, slot)| {
+            if watch.stop.load(Ordering::Relaxed) {
+                return Err(Error::Interrupted);
+            }
+            let done = block.put(slot, self.plan.row(&self.designs, block.first_trial, slot));
+            (watch.on_episode)();
+            if done { self.folder.part(block.index).write(&block.rows()) } else { Ok(()) }
+        })
     }
 }
 
@@ -344,9 +380,9 @@ mod tests {
                 stop.store(true, Ordering::Relaxed);
             }
         };
-        let (on_start, is_decided) = (&|_| (), &|_: &[TrialRow]| false);
-        let on_episode = &on_episode;
-        plan.run(folder, &RunOptions { threads: 1, shard: None, stop: &stop, on_start, on_episode, is_decided })?;
+        let is_decided = &|_: &[TrialRow]| false;
+        let work = plan.work(folder, RunOptions { threads: 1, shard: None }, is_decided)?;
+        work.run(&Watch { stop: &stop, on_episode: &on_episode, is_decided })?;
         Ok(count.into_inner())
     }
 

@@ -4,8 +4,8 @@
 use crate::campaign::Summary;
 use crate::campaign::verdict::evidence::Status;
 use crate::error::{Error, Result};
-use crate::render::comparison::gate_words;
 use crate::render::replay_command;
+use crate::render::text::gate_words;
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use std::path::Path;
 

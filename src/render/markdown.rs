@@ -2,9 +2,9 @@
 
 use crate::campaign::Summary;
 use crate::campaign::verdict::evidence::Status;
-use crate::render::comparison::{about_p, baseline, gate_words, in_unit, p_cell, status, unit};
-use crate::render::layout::{percent, seconds, signed};
 use crate::render::replay_command;
+use crate::render::text::layout::{percent, seconds, signed};
+use crate::render::text::{about_p, baseline, gate_cells, gate_words, impulse_at, p_cell, pair_cells, status, unit};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -25,16 +25,14 @@ pub fn text(summary: &Summary) -> String {
     text += "\n| gain set | recovered | rate | 95 % | 50 % impulse | settles (median) |\n|---|--:|--:|--:|--:|--:|\n";
     for set in summary.sets.iter().take(MOST_ROWS) {
         let [low, high] = set.count.ci95.map(|share| 100.0 * share);
-        let _ = writeln!(
-            text,
-            "| {} | {}/{} | {} | {low:.1} to {high:.1} % | {} | {} |",
+        text += &row([
             escaped(&set.name),
-            set.count.recovered,
-            set.count.trials,
+            format!("{}/{}", set.count.recovered, set.count.trials),
             percent(set.count.success_rate),
-            super::table::impulse_at(&set.curve, true),
+            format!("{low:.1} to {high:.1} %"),
+            impulse_at(&set.curve, true),
             seconds(set.times.median_settling_s),
-        );
+        ]);
     }
     text += &left_out(summary.sets.len(), "gain sets");
     text += &pairs(summary);
@@ -61,16 +59,9 @@ fn gates(summary: &Summary) -> String {
     }
     let mut text = String::from("\n| gate | | seen | interval | trials |\n|---|---|--:|--:|--:|\n");
     for gate in summary.gates.iter().take(MOST_ROWS) {
-        let (judged, unit) = (&gate.judged, unit(gate));
-        let [least, most] = judged.interval.map(|share| in_unit(gate, share));
-        let _ = writeln!(
-            text,
-            "| {} | **{}** | {} {unit} | {least} to {most} {unit} | {} |",
-            code(&judged.name),
-            if gate.passes { status(judged.status).to_string() } else { told(judged.status) },
-            in_unit(gate, judged.observed),
-            judged.trials
-        );
+        let ([seen, interval, trials], judged) = (gate_cells(gate), &gate.judged);
+        let status = if gate.passes { status(judged.status).to_string() } else { told(judged.status) };
+        text += &row([code(&judged.name), format!("**{status}**"), seen, format!("{interval} {}", unit(gate)), trials]);
     }
     text += &left_out(summary.gates.len(), "gates");
     if let Some(baseline) = baseline(summary) {
@@ -85,6 +76,11 @@ fn gates(summary: &Summary) -> String {
         }
     }
     text
+}
+
+/// A row of a table.
+fn row(cells: impl IntoIterator<Item = String>) -> String {
+    format!("| {} |\n", cells.into_iter().collect::<Vec<_>>().join(" | "))
 }
 
 /// Why a gate does not let pass.
@@ -106,19 +102,9 @@ fn pairs(summary: &Summary) -> String {
     );
     for pair in pairs.iter().take(MOST_ROWS) {
         let [least, most] = pair.ci95.map(|share| signed(100.0 * share, 1));
-        let counts = pair.counts;
-        let _ = writeln!(
-            text,
-            "| {} | {} | {} | {} | {} | {} | {} | {least} to {most} | {} |",
-            escaped(&pair.a),
-            escaped(&pair.b),
-            counts.both,
-            counts.only_a,
-            counts.only_b,
-            counts.neither,
-            signed(100.0 * pair.difference, 1),
-            p_cell(pair.holm_p),
-        );
+        let [a, b, counts @ ..] = pair_cells(pair);
+        let names = [escaped(&a), escaped(&b)];
+        text += &row(names.into_iter().chain(counts).chain([format!("{least} to {most}"), p_cell(pair.holm_p)]));
     }
     text += &left_out(pairs.len(), "pairs");
     let _ = writeln!(text, "\n{}.", escaped(&about_p(summary)));

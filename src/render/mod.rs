@@ -1,57 +1,32 @@
-//! What a person or another program is told: reports of runs, descriptions of robots and sets, pictures, progress.
+//! What a person or another program is shown: text, plots, pages, pictures, tables. It draws and writes, and runs nothing.
 
-mod change;
-mod comparison;
-pub mod cpi;
-mod cpi_plot;
 pub mod html;
 mod html_page;
 pub mod junit;
-mod layout;
-pub mod limit;
-mod limit_plot;
 pub mod markdown;
-pub mod model;
-pub mod motion;
-pub mod motion_plot;
-pub mod outputs;
 pub mod paper;
 pub mod picture;
 pub mod plot;
-pub mod progress;
-pub mod push;
 pub mod replay;
-pub mod replays;
-pub mod response;
-mod response_plot;
 pub mod result;
-pub mod scenario;
 pub mod scene;
-mod story;
-pub mod table;
+pub mod text;
 pub mod trace;
-
-pub use change::ChangeArgs;
-pub use comparison::failed_gates;
 
 use crate::campaign::Summary;
 use crate::error::{Error, Result};
 use crate::files::shell_word;
-use std::io::{ErrorKind, Write};
+use std::io::ErrorKind;
 use std::path::Path;
-
-/// Prints to the standard output; a reader that has gone (`| head`) is no error.
-pub fn print(text: &str) -> Result<()> {
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::Write { path: "standard output".into(), source: e }),
-        _ => Ok(()),
-    }
-}
 
 /// The files in a folder that `option` names and whose files may be replaced; none if it is not there. Errors: it is a file,
 /// or holds one whose name is not `own`.
-fn own_folder(option: &str, folder: &Path, own: impl Fn(&str) -> bool, accepted: &str) -> Result<Vec<String>> {
+pub(crate) fn own_folder(
+    option: &str,
+    folder: &Path,
+    own: impl Fn(&str) -> bool,
+    accepted: &str,
+) -> Result<Vec<String>> {
     let refuse = |problem: String| Err(Error::value("arguments", option, folder.display(), problem, accepted));
     let fail = |source| Error::Read { path: folder.into(), source };
     let entries = match std::fs::read_dir(folder) {
@@ -94,26 +69,10 @@ fn replay_parts(campaign: &str, gains: &str) -> [String; 2] {
 }
 
 /// A JSON object with the fields of `record` after its own.
-fn with_fields_of(mut object: serde_json::Value, record: &impl serde::Serialize) -> serde_json::Value {
+pub fn with_fields_of(mut object: serde_json::Value, record: &impl serde::Serialize) -> serde_json::Value {
     use serde_json::Value::Object;
     if let (Object(all), Ok(Object(more))) = (&mut object, serde_json::to_value(record)) {
         all.extend(more);
     }
     object
-}
-
-/// A file to write that fails at once, not after all the work: of an unknown kind, or in a folder that is not there.
-pub(crate) fn check_output(option: &str, path: &Path, kinds: &[&str]) -> Result<()> {
-    let fail = |problem, accepted: &str| Err(Error::value("arguments", option, path.display(), problem, accepted));
-    if !path.extension().and_then(|e| e.to_str()).is_some_and(|e| kinds.contains(&e)) {
-        return fail("unknown kind of file", &format!("a name that ends in .{}", kinds.join(" or .")));
-    }
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if !folder.is_dir() {
-        return fail("its folder does not exist", "a folder that does");
-    }
-    if path.is_dir() {
-        return fail("it is a folder", "the name of a file");
-    }
-    Ok(())
 }

@@ -11,8 +11,10 @@ mod yardstick;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::limit::search::{Search, is_random};
 use crate::campaign::run::{Plan, pool};
+use crate::control::Design;
 use crate::error::{Error, Result};
 use crate::stats::psychometric::Rule;
+use rayon::ThreadPool;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::AtomicBool;
@@ -29,7 +31,8 @@ pub const MOST_TRIALS: u64 = 100_000;
 const BEYOND_THE_BOUND: f64 = 3.0;
 
 /// What is asked for.
-pub struct LimitOptions<'a> {
+#[derive(Debug, Clone, Copy)]
+pub struct LimitOptions {
     /// Headings from 0, evenly spaced.
     pub headings: usize,
     /// Half width of the 95 % interval at which a search ends (N s),
@@ -38,12 +41,17 @@ pub struct LimitOptions<'a> {
     pub max_trials: u64,
     /// 0: one per core.
     pub threads: usize,
-    /// Set from outside to stop early.
-    pub stop: &'a AtomicBool,
-    /// Called with the count of searches, before the first one.
-    pub on_start: &'a (dyn Fn(u64) + Sync),
-    /// Called after every search, from any thread.
-    pub on_search: &'a (dyn Fn() + Sync),
+}
+
+/// Searches to run, with all that they need: one for each gain set and heading.
+pub struct Searches<'a> {
+    campaign: &'a Campaign,
+    options: LimitOptions,
+    plan: Plan,
+    yardstick: Yardstick,
+    headings: Vec<Heading>,
+    pool: ThreadPool,
+    designs: Vec<Design>,
 }
 
 /// The result. Lengths in the control frame: origin midway between the soles' centres, x forward, y left.
@@ -63,21 +71,31 @@ pub struct Limits {
     pub headings: Vec<Heading>,
 }
 
-/// Runs all searches. Errors: a wrong option or input, a robot whose reach is not known, or an interruption.
-pub fn measure(campaign: &Campaign, options: &LimitOptions) -> Result<Limits> {
-    check(options)?;
-    let plan = Plan::new(campaign)?;
-    let (yardstick, mut headings) = (Yardstick::new(&plan.robot, campaign)?, Vec::new());
-    for i in 0..options.headings {
-        headings.push(yardstick.heading(360.0 * i as f64 / options.headings as f64)?);
+impl<'a> Searches<'a> {
+    /// Reads and designs, and runs nothing. Errors: a wrong option or input, or a robot whose reach is not known.
+    pub fn new(campaign: &'a Campaign, options: LimitOptions) -> Result<Self> {
+        check(&options)?;
+        let plan = Plan::new(campaign)?;
+        let (yardstick, mut headings) = (Yardstick::new(&plan.robot, campaign)?, Vec::new());
+        for i in 0..options.headings {
+            headings.push(yardstick.heading(360.0 * i as f64 / options.headings as f64)?);
+        }
+        let pool = pool(options.threads)?;
+        let designs = pool.install(|| plan.designs())?;
+        Ok(Self { campaign, options, plan, yardstick, headings, pool, designs })
     }
-    let pool = pool(options.threads)?;
-    let designs = pool.install(|| plan.designs())?;
-    let sets = &plan.manifest.sets;
-    let random = is_random(campaign);
-    let jobs: Vec<(usize, usize)> = (0..headings.len()).flat_map(|h| (0..sets.len()).map(move |s| (h, s))).collect();
-    (options.on_start)(jobs.len() as u64);
-    let found: Vec<SetLimit> = pool.install(|| {
+
+    pub fn count(&self) -> u64 {
+        (self.headings.len() * self.designs.len()) as u64
+    }
+
+    /// Runs all of them; `on_search` is called after each, from any thread. Errors: `stop` was set from outside.
+    pub fn run(self, stop: &AtomicBool, on_search: &(dyn Fn() + Sync)) -> Result<Limits> {
+        let Self { campaign, options, plan, yardstick, mut headings, pool, designs } = self;
+        let sets = &plan.manifest.sets;
+        let random = is_random(campaign);
+        let jobs: Vec<(usize, usize)> =
+            (0..headings.len()).flat_map(|h| (0..sets.len()).map(move |s| (h, s))).collect();
         let search = |&(h, s): &(usize, usize)| {
             let heading: &Heading = &headings[h];
             let rule = Rule {
@@ -92,28 +110,28 @@ pub fn measure(campaign: &Campaign, options: &LimitOptions) -> Result<Limits> {
                 heading_deg: heading.heading_deg,
                 bound_one_step_n_s: heading.bound_one_step_n_s,
                 first_trial: h as u64 * TRIALS_APART,
-                stop: options.stop,
+                stop,
             };
             let limit = search.run(&sets[s], &designs[s], rule)?;
-            (options.on_search)();
+            on_search();
             Ok(limit)
         };
         // One by one, so that no core is left with several searches at the end.
-        jobs.par_iter().with_max_len(1).map(search).collect::<Result<_>>()
-    })?;
-    let mut found = found.into_iter();
-    headings.iter_mut().for_each(|heading| heading.sets = found.by_ref().take(sets.len()).collect());
-    Ok(Limits {
-        campaign: campaign.name.clone(),
-        robot: campaign.robot.clone(),
-        seed: campaign.seed,
-        precision_n_s: options.precision_n_s,
-        max_trials: options.max_trials,
-        random,
-        episodes: headings.iter().flat_map(|heading| &heading.sets).map(|set| set.trials).sum(),
-        yardstick,
-        headings,
-    })
+        let found = pool.install(|| jobs.par_iter().with_max_len(1).map(search).collect::<Result<Vec<SetLimit>>>())?;
+        let mut found = found.into_iter();
+        headings.iter_mut().for_each(|heading| heading.sets = found.by_ref().take(sets.len()).collect());
+        Ok(Limits {
+            campaign: campaign.name.clone(),
+            robot: campaign.robot.clone(),
+            seed: campaign.seed,
+            precision_n_s: options.precision_n_s,
+            max_trials: options.max_trials,
+            random,
+            episodes: headings.iter().flat_map(|heading| &heading.sets).map(|set| set.trials).sum(),
+            yardstick,
+            headings,
+        })
+    }
 }
 
 fn check(options: &LimitOptions) -> Result<()> {

@@ -36,6 +36,11 @@ impl Quintic {
     }
 }
 
+/// The same from rest at 0 to rest at 1, at a share `u` of the time.
+pub(super) fn least_jerk(u: f64) -> f64 {
+    u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -69,8 +74,7 @@ mod tests {
     fn from_rest_it_is_the_polynomial_of_least_jerk() {
         let axis = Quintic::new([0.0; 3], 1.0, 0.0, 1.0);
         for u in [0.2_f64, 0.5, 0.9] {
-            let share = u * u * u * (10.0 - 15.0 * u + 6.0 * u * u);
-            assert!((axis.at(u)[0] - share).abs() < 1e-12);
+            assert!((axis.at(u)[0] - least_jerk(u)).abs() < 1e-12);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! A foot in the air: on a smooth arc to where it is to land, and its landing, by contact.
 
-use super::quintic::Quintic;
+use super::quintic::{Quintic, least_jerk};
 use crate::control::estimate::on_ground;
 use crate::robot::{Foot, PerFoot, Pose, Robot};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
@@ -42,8 +42,8 @@ pub struct Swing {
     timing: SwingTiming,
     /// Stance sole, flat on the ground, to world.
     pub stance: Isometry2<f64>,
-    /// x and y of the swing sole, world.
-    path: [Quintic; 2],
+    /// The swing sole's centre, world, less the bump that takes it off the ground.
+    path: [Quintic; 3],
     /// Swing sole at the lift, and as it is to land.
     from: Pose,
     to: Pose,
@@ -58,8 +58,8 @@ impl Swing {
         let stance = on_ground(&foothold);
         let landing = Vector3::new(footstep.to.x, footstep.to.y, foothold.translation.z);
         let to = Pose::from_parts(landing.into(), foothold.rotation);
-        let path = [0, 1]
-            .map(|k| Quintic::new([from.translation.vector[k], 0.0, 0.0], footstep.to[k], 0.0, timing.swing_time_s));
+        let from_rest = |from: f64, to: f64| Quintic::new([from, 0.0, 0.0], to, 0.0, timing.swing_time_s);
+        let path = [0, 1, 2].map(|k| from_rest(from.translation.vector[k], landing[k]));
         Self { footstep, timing, stance, path, from, to, time_s: 0.0 }
     }
 
@@ -80,33 +80,35 @@ impl Swing {
 
     /// Acceleration of the swing sole (m/s^2).
     pub fn sole_acc(&self) -> Vector3<f64> {
-        let duration = self.timing.swing_time_s;
-        let u = self.time_s / duration;
-        if u >= 1.0 {
-            return Vector3::zeros();
-        }
-        let bump = 32.0 * self.timing.lift_m * (1.0 - 6.0 * u + 6.0 * u * u) / (duration * duration);
-        let [[_, _, x], [_, _, y]] = self.path.map(|axis| axis.at(self.time_s));
-        Vector3::new(x, y, bump)
+        let [x, y, z] = self.path.map(|axis| axis.at(self.time_s)[2]);
+        let [.., bump] = self.bump();
+        Vector3::new(x, y, z + bump)
     }
 
     /// Where the swing sole is to be now, and its velocity (m/s).
     pub fn sole(&self) -> (Pose, Vector3<f64>) {
-        let duration = self.timing.swing_time_s;
-        let u = (self.time_s / duration).min(1.0);
-        // A bump above the ground; at rest at both ends.
-        let share = u * u * u * (10.0 - 15.0 * u + 6.0 * u * u);
-        let height = 16.0 * self.timing.lift_m * (u * (1.0 - u)).powi(2);
-        let height_rate = 32.0 * self.timing.lift_m * u * (1.0 - u) * (1.0 - 2.0 * u) / duration;
-        let late = (self.time_s - duration).max(0.0);
-        let late_speed = if late > 0.0 { LATE_SPEED_M_S } else { 0.0 };
-        let rise = self.to.translation.z - self.from.translation.z;
-        let rise_rate = rise * 30.0 * (u * (1.0 - u)).powi(2) / duration;
-        let [[x, vx, _], [y, vy, _]] = self.path.map(|axis| axis.at(self.time_s));
-        let z = self.from.translation.z + rise * share + height - LATE_SPEED_M_S * late;
-        let velocity = Vector3::new(vx, vy, rise_rate + height_rate - late_speed);
-        let place = Vector3::new(x, y, z);
-        (Pose::from_parts(place.into(), self.from.rotation.slerp(&self.to.rotation, share)), velocity)
+        let [[x, vx, _], [y, vy, _], [z, vz, _]] = self.path.map(|axis| axis.at(self.time_s));
+        let [bump, bump_rate, _] = self.bump();
+        let late_s = (self.time_s - self.timing.swing_time_s).max(0.0);
+        let late_speed = if late_s > 0.0 { LATE_SPEED_M_S } else { 0.0 };
+        let place = Vector3::new(x, y, z + bump - LATE_SPEED_M_S * late_s);
+        let turned = least_jerk((self.time_s / self.timing.swing_time_s).min(1.0));
+        let rotation = self.from.rotation.slerp(&self.to.rotation, turned);
+        (Pose::from_parts(place.into(), rotation), Vector3::new(vx, vy, vz + bump_rate - late_speed))
+    }
+
+    /// Height of the sole above its path, its rate and its acceleration (m, m/s, m/s^2); at rest at both ends.
+    fn bump(&self) -> [f64; 3] {
+        let SwingTiming { swing_time_s: duration, lift_m, .. } = self.timing;
+        let u = self.time_s / duration;
+        if u >= 1.0 {
+            return [0.0; 3];
+        }
+        [
+            16.0 * lift_m * (u * (1.0 - u)).powi(2),
+            32.0 * lift_m * u * (1.0 - u) * (1.0 - 2.0 * u) / duration,
+            32.0 * lift_m * (1.0 - 6.0 * u + 6.0 * u * u) / (duration * duration),
+        ]
     }
 
     /// Corners of the sole as it is to land, world.

@@ -11,9 +11,9 @@ mod telling;
 mod trials;
 mod words;
 
-use crate::campaign::TrialRow;
+use crate::campaign::{Summary, TrialRow};
 use crate::error::{Error, Result};
-use crate::render::{html_page, replay_parts, replays};
+use crate::render::{html_page, replay_parts, result, text};
 use minijinja::value::Kwargs;
 use minijinja::{Environment, UndefinedBehavior, Value as Cell};
 use serde_json::{Value, json};
@@ -26,14 +26,21 @@ const SCRIPT: &str = include_str!("report.js");
 /// More pairs than this are told in the table of pairs alone.
 const MOST_PAIRS: usize = 28;
 
-/// The page of a campaign: its `summary` (what becomes `summary.json`) and all `rows`, sorted by trial, then by set in
-/// the order of the summary. It links to the replays that are there, as seen from `folder`.
+/// The page of a campaign: its `summary` and all `rows`, sorted by trial, then by set in the order of the summary. It links
+/// to the replays that are there, as seen from `folder`.
 ///
 /// Errors: none but a template that is wrong.
-pub fn page(summary: &impl serde::Serialize, rows: &[TrialRow], folder: &Path) -> Result<String> {
+pub fn page(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Result<String> {
     let fail = |e: serde_json::Error| Error::Numeric { what: "report.html".into(), problem: e.to_string() };
-    let summary = serde_json::to_value(summary).map_err(fail)?;
-    let context = context(&summary, rows, folder);
+    let gates: Vec<String> = summary.gates.iter().map(text::gate_seen).collect();
+    let words = json!({ "gates": gates, "baseline": text::baseline(summary) });
+    page_of(&serde_json::to_value(summary).map_err(fail)?, words, rows, folder)
+}
+
+/// The same of what becomes `summary.json`, and of sentences that other reports have, too.
+fn page_of(summary: &Value, words: Value, rows: &[TrialRow], folder: &Path) -> Result<String> {
+    let mut context = context(summary, rows, folder);
+    context["words"] = words;
     html_page::render("report.html", TEMPLATE, UndefinedBehavior::Chainable, add_to, &context)
 }
 
@@ -117,7 +124,7 @@ fn replays_of(set: &Value, folder: &Path) -> Vec<Option<String>> {
     let text = |value: &Value| value.as_str().map(String::from);
     let campaign = text(&set["origin"]["campaign"]).unwrap_or("campaign.toml".into());
     let name = text(&set["origin"]["gains"]).or(text(&set["name"])).unwrap_or_default();
-    let replay = |telling: &Value| replays::found(folder, &campaign, telling["trial"].as_u64()?, &name);
+    let replay = |telling: &Value| result::replay_found(folder, &campaign, telling["trial"].as_u64()?, &name);
     list(&set["telling"]).iter().map(replay).collect()
 }
 
@@ -180,7 +187,7 @@ mod tests {
         let set = json!({ "name": HOSTILE, "telling": telling, "by_impulse": by_impulse, "success_rate": 0.5 });
         let summary = json!({ "name": HOSTILE, "sets": [set, { "name": "hold" }], "pairs": [pair], "gates": [gate],
             "warnings": [HOSTILE], "robot": HOSTILE });
-        let page = page(&summary, &rows([HOSTILE, "hold"], 30), Path::new("")).unwrap();
+        let page = page_of(&summary, Value::Null, &rows([HOSTILE, "hold"], 30), Path::new("")).unwrap();
         assert!(!page.contains("</script><b") && !page.contains("<b onclick"));
         assert!(page.contains("&lt;b onclick"));
         // Two elements of data and code, each closed once.
@@ -192,7 +199,7 @@ mod tests {
         for summary in
             [json!({}), json!({ "name": "x", "sets": [{ "name": "hold" }, { "name": null }], "pairs": [{}] })]
         {
-            let page = page(&summary, &[], Path::new("")).unwrap();
+            let page = page_of(&summary, Value::Null, &[], Path::new("")).unwrap();
             assert!(page.contains("<h1") && !page.contains("NaN"), "{page}");
         }
     }
@@ -201,7 +208,7 @@ mod tests {
     fn many_trials_are_cells_without_dots() {
         let sets = ["hold", "catch"];
         let summary = json!({ "name": "x", "sets": [{ "name": "hold" }, { "name": "catch" }] });
-        let page = |trials| page(&summary, &rows(sets, trials), Path::new("")).unwrap();
+        let page = |trials| page_of(&summary, Value::Null, &rows(sets, trials), Path::new("")).unwrap();
         let (few, many) = (page(1000), page(20_000));
         assert!(few.contains("class=\"won\"") && !many.contains("class=\"won\""));
         assert!(few.len() < 200_000 && many.len() < 100_000, "{} and {} bytes", few.len(), many.len());

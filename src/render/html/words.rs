@@ -3,7 +3,7 @@
 use super::number;
 use super::svg::short;
 use crate::campaign::verdict::pairs::rounded;
-use crate::render::{comparison::p_cell, layout};
+use crate::render::text::{layout, p_cell};
 use minijinja::{Environment, Value as Cell};
 
 const NOTHING: &str = "\u{2013}";

@@ -1,130 +1,158 @@
-//! `standfast paper`: what the paper's figures show, from simulations of its own scenarios, each beside what the paper
-//! states and whether that was found.
+//! The page of `standfast paper`: what the paper's figures show, each beside what the paper states and whether that was
+//! found.
 //!
-//! `study` simulates and searches everything once (`watch`: what is seen of a pushed run on the way); a module for each
-//! kind of figure draws it and judges; `figure` is what they have in common. Everything is a function of the program alone, but for the times of `timing`.
+//! What is drawn is given: the runs as a [`Study`], and the numbers of each figure, from which `words.toml` makes all claims
+//! and captions. `sets`, `feet`, `robot` and `time` draw the panels.
 
-mod convergence;
-mod decision;
-mod figure;
-mod inclusion;
-mod machine;
-mod page;
+mod feet;
 mod panel;
-mod pictures;
-mod pushed;
-mod regions;
-mod responses;
-mod sequence;
-mod study;
-mod timing;
-mod watch;
+pub mod robot;
+mod sets;
+pub mod study;
+mod time;
+pub mod words;
 
+use super::html_page;
 use crate::error::Result;
-use crate::files::write_atomic;
-use crate::render::{self, own_folder};
-use figure::{Count, Figure};
+use minijinja::UndefinedBehavior;
+use panel::Panel;
 use serde_json::{Value, json};
-use std::fmt::Write;
-use std::path::{Path, PathBuf};
 use study::Study;
-use timing::Timing;
+use words::{Claim, Count, FigureWords, NotMade, Table, Teller, Words, counts};
 
-/// The page.
-const PAGE: &str = "index.html";
-/// One for each figure, in their order.
-const FILES: [&str; 10] = [
-    "fig03-inclusion.svg",
-    "fig04-regions.svg",
-    "fig05-sequence.svg",
-    "fig06-swing-foot.svg",
-    "fig07-robot.svg",
-    "fig08-imposed.svg",
-    "fig09-responses-imposed.svg",
-    "fig12-push-behind.svg",
-    "fig13-push-diagonal.svg",
-    "fig14-responses-pushed.svg",
-];
+const FIGURE_STYLE: &str = include_str!("figure.css");
+/// Between panels of a file (px).
+const GAP: f64 = 16.0;
 
-/// What the command is asked.
-#[derive(Debug, Clone, clap::Args)]
-#[command(
-    after_help = "Writes index.html, which holds everything and opens from the disk, and one SVG for each figure."
-)]
-pub struct PaperArgs {
-    /// Folder: a new one, an empty one, or that of an earlier `standfast paper`
-    #[arg(long, value_name = "DIR", default_value = "standfast-paper")]
-    pub out: PathBuf,
-    /// Print the numbers behind the captions as one JSON object
-    #[arg(long)]
-    pub json: bool,
+/// All that stands on the page.
+pub struct Page {
+    pub figures: Vec<Figure>,
+    pub not_made: Vec<NotMade>,
+    /// On the update time of the sets; empty: it was not measured.
+    pub update_claims: Vec<Claim>,
+    /// How often it was.
+    repetitions: Value,
 }
 
-/// Computes, writes page and figures, and returns what to print. Errors: `--out` holds other things (found out before
-/// anything is computed), or cannot be written; the solver gives up.
-pub fn run(args: &PaperArgs) -> Result<String> {
-    let accepted = "a new folder, an empty one, or that of an earlier `standfast paper`";
-    own_folder("--out", &args.out, |name| name == PAGE || FILES.contains(&name), accepted)?;
-    let study = Study::run()?;
-    let figures = figures(&study)?;
-    // Last, when nothing else is going on.
-    let timing = timing::measure(&study)?;
-    let facts = json!({ "robot": study.robot.name, "gains": study.design.family.name, "judge": study.judge });
-    let page = page::page(&figures, timing.as_ref(), &facts)?;
-    for figure in &figures {
-        write_atomic(&args.out.join(figure.file), figure.svg().as_bytes())?;
-    }
-    write_atomic(&args.out.join(PAGE), page.as_bytes())?;
-    Ok(if args.json {
-        render::json(&as_json(&study, &figures, timing.as_ref()))
-    } else {
-        tell(&args.out, &figures, timing.as_ref())
-    })
+/// A figure.
+pub struct Figure {
+    pub words: FigureWords,
+    /// What is seen.
+    pub reading: String,
+    pub panels: Vec<Panel>,
+    pub table: Option<Table>,
+    pub claims: Vec<Claim>,
 }
 
-fn figures(study: &Study) -> Result<Vec<Figure>> {
-    let figures = [
-        Some(inclusion::figure(study)?),
-        regions::figure(study)?,
-        Some(sequence::figure(study)),
-        Some(decision::figure(study)),
-        Some(machine::figure(study)),
-        Some(pictures::imposed(study)),
-        Some(responses::imposed(study)?),
-        Some(pushed::from_behind(study)),
-        Some(pushed::from_diagonal(study)),
-        Some(responses::pushed(study)?),
-    ];
-    Ok(figures.into_iter().flatten().collect())
-}
-
-fn as_json(study: &Study, figures: &[Figure], timing: Option<&Timing>) -> Value {
-    let shown = |figure: &Figure| {
-        json!({
-            "figure": figure.number, "file": figure.file, "title": figure.title, "verdicts": figure::counts(&figure.claims),
-            "claims": figure.claims, "numbers": figure.numbers,
+impl Page {
+    /// From `numbers`: for each figure by its number an object with what its words name; "update_time": that of the update
+    /// time, or null. Errors: a picture cannot be drawn.
+    pub fn new(words: Words, study: &Study, numbers: &Value) -> Result<Self> {
+        let family = &study.design.family;
+        let design = json!({
+            "stepping": study.rules, "omega_rad_s": family.pendulum.omega, "zmp_margin_m": family.zmp_margin,
+            "period_s": family.pendulum.dt,
+        });
+        let teller = Teller::new(words, numbers, &design);
+        let figure = |words: &FigureWords| {
+            let numbers = &numbers[&words.number];
+            Ok(Figure {
+                words: words.clone(),
+                reading: teller.reading(words, numbers)?,
+                panels: panels(&words.number, study, numbers)?,
+                table: words.table.as_ref().map(|table| teller.table(table, numbers)).transpose()?,
+                claims: teller.claims(&words.claims, numbers)?,
+            })
+        };
+        let update = &numbers["update_time"];
+        let on_update: &[String] = if update.is_null() { &[] } else { &teller.words.update_time };
+        Ok(Self {
+            figures: teller.words.figure.iter().map(figure).collect::<Result<_>>()?,
+            update_claims: teller.claims(on_update, update)?,
+            repetitions: update["repetitions"].clone(),
+            not_made: teller.words.not_made,
         })
-    };
-    json!({
-        "robot": study.robot.name,
-        "gains": study.design.family.name,
-        "figures": figures.iter().map(shown).collect::<Vec<_>>(),
-        "not_made": page::NOT_MADE.map(|(figure, why)| json!({ "figure": figure, "why": why })),
-        "update_time": timing,
+    }
+
+    /// `index.html`: all figures as one page that asks for nothing else. Errors: none but a template that is wrong.
+    pub fn html(&self, study: &Study) -> Result<String> {
+        let context = json!({
+            "style": include_str!("paper.css"),
+            "figure_style": FIGURE_STYLE,
+            "figures": self.figures.iter().map(Figure::shown).collect::<Vec<_>>(),
+            "not_made": self.not_made,
+            "timing": {
+                "claims": self.update_claims, "counts": told(&self.update_claims), "repetitions": self.repetitions,
+            },
+            "facts": { "robot": study.robot.name, "gains": study.design.family.name, "judge": study.judge },
+        });
+        let template = include_str!("paper.html.jinja");
+        html_page::render("index.html", template, UndefinedBehavior::Strict, |_| (), &context)
+    }
+}
+
+fn panels(number: &str, study: &Study, numbers: &Value) -> Result<Vec<Panel>> {
+    Ok(match number {
+        "3" => sets::inclusion(study),
+        "4" => sets::regions(study),
+        "5" => time::sequence(study, numbers),
+        "6" => feet::decision(study),
+        "7" => robot::machine(study),
+        "8" => robot::imposed(study),
+        "9" => time::imposed(study)?,
+        "12" => robot::pushed(study, &study.pushes[0]),
+        "13" => robot::pushed(study, &study.pushes[1]),
+        "14" => time::pushed(study)?,
+        _ => Vec::new(),
     })
 }
 
-fn tell(folder: &Path, figures: &[Figure], timing: Option<&Timing>) -> String {
-    let mut text = String::new();
-    for figure in figures {
-        let told: Vec<String> = figure::counts(&figure.claims).iter().map(Count::told).collect();
-        let number = format!("Fig. {}", figure.number);
-        _ = writeln!(text, "{number:<8}{:<30}{}", figure.file, told.join(", "));
+/// The verdicts of a list of claims: how many of each, in words.
+fn told(claims: &[Claim]) -> Vec<Value> {
+    counts(claims).iter().map(|Count { verdict, told, .. }| json!({ "verdict": verdict, "told": told })).collect()
+}
+
+impl Figure {
+    /// For the page.
+    fn shown(&self) -> Value {
+        let layout = match self.panels.iter().map(|panel| panel.width).fold(0.0, f64::max) {
+            w if w < 300.0 => "strip",
+            w if w < 420.0 => "thirds",
+            w if w < 600.0 => "halves",
+            _ => "wide",
+        };
+        let label = |i: usize| format!("role=\"img\" aria-label=\"Fig. {}, part {}\"", self.words.number, i + 1);
+        let panels: Vec<String> = self.panels.iter().enumerate().map(|(i, panel)| panel.svg(&label(i))).collect();
+        json!({
+            "number": self.words.number, "title": self.words.title, "reading": self.reading, "layout": layout,
+            "panels": panels, "table": self.table, "claims": self.claims, "counts": told(&self.claims),
+        })
     }
-    if let Some(Timing { paper_ms, online, stored_phi, .. }) = timing {
-        let [online, stored] = [online, stored_phi].map(|spread| format!("{:.4} ms", spread.median_ms));
-        _ = writeln!(text, "update  {online} here, {stored} by eq. 25; printed {paper_ms} ms");
+
+    /// All panels as one SVG file.
+    pub fn svg(&self) -> String {
+        let rows: Vec<&[Panel]> = self.panels.chunks(self.words.columns).collect();
+        let row_width = |row: &&[Panel]| row.iter().map(|p| p.width + GAP).sum::<f64>() + GAP;
+        let row_height = |row: &[Panel]| row.iter().map(|p| p.height).fold(0.0, f64::max);
+        let width = rows.iter().map(row_width).fold(0.0, f64::max);
+        let height = rows.iter().map(|row| row_height(row) + GAP).sum::<f64>() + GAP;
+        let mut svg = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.0}\" height=\"{height:.0}\" viewBox=\"0 0 \
+             {width:.0} {height:.0}\">\n<title>Fig. {}: {}</title>\n<style>\n{FIGURE_STYLE}</style>\n\
+             <rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n",
+            self.words.number, self.words.title
+        );
+        let mut top = GAP;
+        for row in rows {
+            let mut left = GAP;
+            for panel in row {
+                let (w, h) = (panel.width, panel.height);
+                svg += &panel.svg(&format!("x=\"{left:.0}\" y=\"{top:.0}\" width=\"{w:.0}\" height=\"{h:.0}\""));
+                svg.push('\n');
+                left += w + GAP;
+            }
+            top += row_height(row) + GAP;
+        }
+        svg + "</svg>\n"
     }
-    _ = writeln!(text, "\nopen {}", folder.join(PAGE).display());
-    text
 }

@@ -1,13 +1,16 @@
 //! What the figures are drawn with: a panel of SVG elements whose colours are classes of `figure.css`, and axes in it.
 
 use super::super::html::svg::{Scale, escape, px, short};
-
 use crate::geometry::SupportPolygon;
 use base64::prelude::{BASE64_STANDARD, Engine};
+use nalgebra::{Isometry2, Point2};
 use std::fmt::Write;
 
 /// A point in the units of whoever draws: px in a panel, (m), (s) ... in axes.
 pub type At = [f64; 2];
+
+/// Of an arrow (px).
+const HEAD_PX: f64 = 10.0;
 
 /// A picture: elements in a frame (px).
 #[derive(Debug, Clone)]
@@ -81,12 +84,12 @@ impl Panel {
         self.polygon(&format!("{class} head"), &[to, wing(1.0), wing(-1.0)]);
     }
 
-    /// A PNG of the given size (px).
-    pub fn image(&mut self, [x, y]: At, [width, height]: At, png: &[u8], words: &str) {
-        let ([x, y, width, height], words) = ([x, y, width, height].map(px), escape(words));
+    /// A PNG in the upper left corner, of the given size (px).
+    pub fn image(&mut self, [width, height]: At, png: &[u8], words: &str) {
+        let ([width, height], words) = ([width, height].map(px), escape(words));
         let data = BASE64_STANDARD.encode(png);
         self.add(format_args!(
-            "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" role=\"img\" aria-label=\"{words}\" \
+            "<image x=\"0\" y=\"0\" width=\"{width}\" height=\"{height}\" role=\"img\" aria-label=\"{words}\" \
              href=\"data:image/png;base64,{data}\"/>"
         ));
     }
@@ -102,9 +105,6 @@ impl Panel {
         _ = writeln!(self.body, "{element}");
     }
 }
-
-/// Of an arrow (px).
-const HEAD_PX: f64 = 10.0;
 
 fn listed(points: &[At]) -> String {
     let pairs: Vec<String> = points.iter().map(|p| format!("{},{}", px(p[0]), px(p[1]))).collect();
@@ -136,6 +136,7 @@ impl Axes {
     /// A frame with a grid, numbers and names.
     pub fn draw(&self, panel: &mut Panel, x_name: &str, y_name: &str) {
         let [left, top, right, bottom] = self.frame;
+        let ticks = |[a, b]: At| Scale { from: a.min(b), to: a.max(b) }.ticks();
         for x in ticks(self.x) {
             let [at, _] = self.at([x, self.y[0]]);
             panel.line("grid", [at, top], [at, bottom]);
@@ -152,46 +153,60 @@ impl Axes {
     }
 }
 
-fn ticks([a, b]: At) -> Vec<f64> {
-    Scale { from: a.min(b), to: a.max(b) }.ticks()
-}
-
-/// Axes of the ground seen from above (mm): forward is up, left is to the left.
-#[derive(Debug, Clone, Copy)]
+/// The ground seen from above: forward is up, left is to the left, in equal scales. Points are in metres (x forward, y left).
 pub struct Ground {
+    pub panel: Panel,
     axes: Axes,
 }
 
 impl Ground {
-    /// A panel `width` px wide that shows from `x` to `x` forward and from `y` to `y` to the left (m), in equal scales.
-    pub fn panel(width: f64, x: At, y: At) -> (Panel, Self) {
+    /// A panel `width` px wide that shows as far forward and backward as `x`, and to both sides as `y` (m).
+    pub fn new(width: f64, x: f64, y: f64, title: &str) -> Self {
         let [left, top, margin, below] = [56.0, 34.0, 18.0, 44.0];
-        let px_per_m = (width - left - margin) / (y[1] - y[0]);
-        let bottom = top + px_per_m * (x[1] - x[0]);
-        let mm = |[a, b]: At| [1e3 * a, 1e3 * b];
-        let axes = Axes { x: mm([y[1], y[0]]), y: mm(x), frame: [left, top, width - margin, bottom] };
-        (Panel::new(width, bottom + below), Self { axes })
+        let bottom = top + (width - left - margin) * x / y;
+        let (x_mm, y_mm) = (1e3 * x, 1e3 * y);
+        let axes = Axes { x: [y_mm, -y_mm], y: [-x_mm, x_mm], frame: [left, top, width - margin, bottom] };
+        let mut panel = Panel::new(width, bottom + below);
+        axes.draw(&mut panel, "y, to the left [mm]", "x, forward [mm]");
+        panel.text("title start", [left, 20.0], title);
+        Self { panel, axes }
     }
 
-    pub fn draw(&self, panel: &mut Panel, title: &str) {
-        self.axes.draw(panel, "y, to the left [mm]", "x, forward [mm]");
-        panel.text("title start", [self.axes.frame[0], 20.0], title);
-    }
-
-    /// A contact region, and what of it the ZMP may use.
-    pub fn region(&self, panel: &mut Panel, whole: &SupportPolygon, allowed: &SupportPolygon) {
-        for (class, polygon) in [("support", whole), ("allowed", allowed)] {
-            panel.polygon(class, &self.all(polygon.vertices().iter().map(|v| [v.x, v.y])));
-        }
-    }
-
-    /// A point of the ground (m; x forward, y left).
-    pub fn at(&self, [x, y]: At) -> At {
+    /// Where a point is seen (px).
+    pub fn at(&self, point: impl Into<At>) -> At {
+        let [x, y] = point.into();
         self.axes.at([1e3 * y, 1e3 * x])
     }
 
-    pub fn all(&self, points: impl IntoIterator<Item = At>) -> Vec<At> {
+    pub fn all<P: Into<At>>(&self, points: impl IntoIterator<Item = P>) -> Vec<At> {
         points.into_iter().map(|p| self.at(p)).collect()
+    }
+
+    pub fn polygon<P: Into<At>>(&mut self, class: &str, points: impl IntoIterator<Item = P>) {
+        let points = self.all(points);
+        self.panel.polygon(class, &points);
+    }
+
+    pub fn arrow(&mut self, class: &str, from: impl Into<At>, to: impl Into<At>) {
+        let (from, to) = (self.at(from), self.at(to));
+        self.panel.arrow(class, from, to);
+    }
+
+    /// A text `below_px` below a point.
+    pub fn text(&mut self, class: &str, at: impl Into<At>, below_px: f64, text: &str) {
+        let [x, y] = self.at(at);
+        self.panel.text(class, [x, y + below_px], text);
+    }
+
+    /// A sole with the given corners about its centre.
+    pub fn sole(&mut self, class: &str, corners: &[Point2<f64>], pose: Isometry2<f64>) {
+        self.polygon(class, corners.iter().map(|corner| pose * corner));
+    }
+
+    /// A contact region, and what of it the ZMP may use.
+    pub fn region(&mut self, whole: &SupportPolygon, allowed: &SupportPolygon) {
+        self.polygon("support", whole.vertices().iter().copied());
+        self.polygon("allowed", allowed.vertices().iter().copied());
     }
 }
 
@@ -201,18 +216,12 @@ mod tests {
 
     #[test]
     fn forward_is_up_and_left_is_left_in_equal_scales() {
-        let (panel, ground) = Ground::panel(460.0, [-0.1, 0.1], [-0.1, 0.1]);
+        let ground = Ground::new(460.0, 0.1, 0.1, "a < b & c");
         let [middle, forward, left] = [[0.0, 0.0], [0.05, 0.0], [0.0, 0.05]].map(|p| ground.at(p));
         assert!(forward[1] < middle[1] && forward[0] == middle[0]);
         assert!(left[0] < middle[0] && left[1] == middle[1]);
         assert!((middle[1] - forward[1] - (middle[0] - left[0])).abs() < 1e-9);
-        assert!(panel.height > panel.width - 60.0);
-    }
-
-    #[test]
-    fn what_is_written_is_escaped() {
-        let mut panel = Panel::new(10.0, 10.0);
-        panel.text("", [1.0, 2.0], "a < b & c");
-        assert!(panel.svg("").contains("a &lt; b &amp; c"), "{}", panel.body);
+        assert!(ground.panel.height > ground.panel.width - 60.0);
+        assert!(ground.panel.svg("").contains("a &lt; b &amp; c"), "{}", ground.panel.body);
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::render::scene::scale::{RobotScale, round};
-use crate::view::ViewArgs;
+use crate::view::Options;
 
 /// For a robot of UT-mu2's size: the push at the start, the largest one, and by how much a key makes it harder (N s).
 const FIRST_N_S: f64 = 2.5;
@@ -23,7 +23,7 @@ pub struct Aim {
 
 impl Aim {
     /// As asked, for a robot of this size. Errors: `--impulse` or `--heading` is out of range.
-    pub fn new(args: &ViewArgs, scale: RobotScale) -> Result<Self> {
+    pub fn new(args: &Options, scale: RobotScale) -> Result<Self> {
         let [first_n_s, most_n_s, step_n_s] = [FIRST_N_S, MOST_N_S, STEP_N_S].map(|n_s| round(n_s * scale.impulse()));
         let impulse_n_s = args.impulse.unwrap_or(first_n_s);
         if !(0.0..=most_n_s).contains(&impulse_n_s) {
@@ -62,17 +62,10 @@ mod tests {
     use super::*;
     use crate::render::scene::scale::tests::THRICE;
     use crate::robot::Robot;
-    use clap::Parser;
 
-    #[derive(Parser)]
-    struct Line {
-        #[command(flatten)]
-        view: ViewArgs,
-    }
-
-    fn aim(scale: RobotScale, arguments: &[&str]) -> Result<Aim> {
-        let line = ["view"].iter().chain(arguments);
-        Aim::new(&Line::try_parse_from(line).unwrap().view, scale)
+    /// A push with this impulse (None: as suits the robot) and heading (degrees).
+    fn aim(scale: RobotScale, impulse: Option<f64>, heading: f64) -> Result<Aim> {
+        Aim::new(&Options { impulse, heading, ..Options::default() }, scale)
     }
 
     #[test]
@@ -86,16 +79,16 @@ mod tests {
     fn a_heavier_robot_is_pushed_harder() {
         let ut_mu2 = RobotScale::of(&Robot::load("ut-mu2").unwrap());
         for (scale, first, most, step) in [(ut_mu2, 2.5, 20.0, 0.1), (THRICE, 100.0, 1000.0, 5.0)] {
-            let mut aim = aim(scale, &[]).unwrap();
+            let mut aim = aim(scale, None, 0.0).unwrap();
             assert_eq!((aim.impulse_n_s, aim.most_n_s, aim.step_n_s), (first, most, step));
             aim.harder(-2);
             assert!((aim.impulse_n_s - (first - 2.0 * step)).abs() < 1e-12, "{aim:?}");
             aim.set_impulse(1e9);
             assert_eq!(aim.impulse_n_s, most);
         }
-        let refused = aim(ut_mu2, &["--impulse=60"]).unwrap_err().to_string();
+        let refused = aim(ut_mu2, Some(60.0), 0.0).unwrap_err().to_string();
         assert!(refused.contains("--impulse") && refused.contains("0 to 20"), "{refused}");
-        assert_eq!(aim(THRICE, &["--impulse=60"]).unwrap().impulse_n_s, 60.0);
-        assert!(aim(ut_mu2, &["--impulse=-1"]).is_err() && aim(ut_mu2, &["--heading=inf"]).is_err());
+        assert_eq!(aim(THRICE, Some(60.0), 0.0).unwrap().impulse_n_s, 60.0);
+        assert!(aim(ut_mu2, Some(-1.0), 0.0).is_err() && aim(ut_mu2, None, f64::INFINITY).is_err());
     }
 }

@@ -20,11 +20,10 @@ mod window;
 mod world;
 
 use crate::error::{Error, Result};
-use crate::render::check_output;
 use crate::render::scene::Stage;
 use crate::render::scene::palette::Overlay;
 use crate::render::scene::scale::RobotScale;
-use crate::view::ViewArgs;
+use crate::view::Options;
 use aim::Aim;
 use camera::{Leash, Lens, camera};
 use clock::FrameClock;
@@ -53,11 +52,8 @@ const SLOW_FRAMES_PER_S: f64 = 25.0;
 
 /// Opens the window, and returns what happened when it is closed. Errors: what is named is not there or not accepted;
 /// there can be no window ([`Error::NoWindow`]); the picture cannot be written.
-pub fn run(args: &ViewArgs) -> Result<String> {
+pub fn run(args: &Options) -> Result<String> {
     check(args)?;
-    if let Some(path) = &args.screenshot {
-        check_output("--screenshot", path, &["png"])?;
-    }
     match (&args.dir, args.trial) {
         (Some(folder), Some(trial)) => {
             let recorded = Recorded::new(folder, trial, args)?;
@@ -73,7 +69,7 @@ pub fn run(args: &ViewArgs) -> Result<String> {
     }
 }
 
-fn check(args: &ViewArgs) -> Result<()> {
+fn check(args: &Options) -> Result<()> {
     let positive = |name: &str, value: f64, most: f64| {
         if value > 0.0 && value <= most {
             return Ok(());
@@ -103,7 +99,7 @@ struct App<'a> {
 }
 
 impl<'a> App<'a> {
-    fn open(args: &ViewArgs, show: Show<'a>, stage: Stage<'a>, scale: RobotScale) -> Result<Self> {
+    fn open(args: &Options, show: Show<'a>, stage: Stage<'a>, scale: RobotScale) -> Result<Self> {
         let aim = Aim::new(args, scale)?;
         let mut window = window::open("standfast", SIZE.0, SIZE.1)?;
         window.set_background_color(colors::SKY.line());
@@ -129,7 +125,7 @@ impl<'a> App<'a> {
         })
     }
 
-    fn run(mut self, args: &ViewArgs) -> Result<String> {
+    fn run(mut self, args: &Options) -> Result<String> {
         let (start, watch) = (Instant::now(), Watchdog::start());
         let is_due = |start: &Instant| args.seconds.is_some_and(|s| start.elapsed().as_secs_f64() >= s);
         loop {

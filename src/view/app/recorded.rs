@@ -4,10 +4,9 @@ use super::plots::{Plotted, Trail};
 use crate::campaign::StoredTrial;
 use crate::episode::{Film, Snapshot};
 use crate::error::{Error, Result};
-use crate::render::outputs::AFTERMATH_S;
 use crate::render::scene::scale::RobotScale;
 use crate::robot::Kinematics;
-use crate::view::ViewArgs;
+use crate::view::Options;
 use std::path::Path;
 
 /// A recorded trial, and the moment of it that is shown.
@@ -25,14 +24,14 @@ pub struct Recorded {
 
 impl Recorded {
     /// Runs the trial. Errors: those of [`StoredTrial::open`]; more than one gain set.
-    pub fn new(folder: &Path, trial: u64, args: &ViewArgs) -> Result<Self> {
+    pub fn new(folder: &Path, trial: u64, args: &Options) -> Result<Self> {
         if let [_, second, ..] = &args.gains[..] {
             let problem = "a trial of a result is that of one gain set";
             return Err(Error::value("arguments", "--gains", second, problem, "one gain set"));
         }
         let replayed = StoredTrial::open(folder, trial, args.gains.first().map(String::as_str))?;
         let disturbance = replayed.disturbance();
-        let how_long = (replayed.config().until(), AFTERMATH_S);
+        let how_long = (replayed.config().until(), Film::AFTERMATH_S);
         let film = Film::take(&replayed.robot, &replayed.design, replayed.config(), disturbance, how_long, &mut |_| {});
         let (difference, scale) = (replayed.difference(&film.record), RobotScale::of(&replayed.robot));
         difference.iter().for_each(|difference| log::warn!("{difference}"));

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
 use crate::robot::Robot;
 use crate::sim::Ground;
-use crate::view::ViewArgs;
+use crate::view::Options;
 
 /// Of a live view, if none are named; the first acts.
 const DEFAULT_GAINS: [&str; 4] = ["catch", "paper", "switching", "hold"];
@@ -26,7 +26,7 @@ pub struct World {
 
 impl World {
     /// Errors: no such robot, gain set, campaign or trial.
-    pub fn new(args: &ViewArgs) -> Result<Self> {
+    pub fn new(args: &Options) -> Result<Self> {
         let campaign = match &args.campaign {
             Some(name) => Some(Campaign::load(name, &Overrides::default())?),
             None => None,

@@ -1,0 +1,125 @@
+//! Arguments that several commands take, and how values are read.
+
+use super::terminal::note;
+use crate::campaign::Overrides;
+use crate::error::{Error, Result};
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use serde::de::value::{Error as NoSuchName, StringDeserializer};
+use serde::de::{DeserializeOwned, IntoDeserializer};
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// What a command line changes of a campaign.
+#[derive(Debug, Default, Args)]
+pub struct ChangeArgs {
+    /// Gain set by name or file, instead of those of the campaign; may be given several times
+    #[arg(long, value_name = "NAME|FILE")]
+    pub gains: Vec<String>,
+    /// Variants of a gain set, one for each value of one key (dotted, array elements from 0; values in TOML).
+    ///
+    /// They replace the campaign's gain sets; with --gains they come after those. May be given several times: each
+    /// adds its own variants, they are not combined. A variant is a gain set SET:KEY=VALUE, which --gains and the
+    /// `gains` of a campaign file take too.
+    #[arg(long, value_name = "SET:KEY=V1,V2,...")]
+    pub vary: Vec<String>,
+    /// Robot by name or URDF file (settings in a .toml of the same name beside it)
+    #[arg(long, value_name = "NAME|FILE")]
+    pub robot: Option<String>,
+    /// Seed of all random numbers
+    #[arg(long, value_name = "S")]
+    pub seed: Option<u64>,
+    /// Change one value of the campaign, e.g. push.height_m=0.05 (value in TOML)
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+}
+
+impl ChangeArgs {
+    /// The same for [`Campaign::load`](crate::campaign::Campaign::load).
+    pub fn overrides(&self) -> Overrides {
+        Overrides {
+            set: self.set.clone(),
+            seed: self.seed,
+            gains: self.gains.clone(),
+            vary: self.vary.clone(),
+            robot: self.robot.clone(),
+            ..Overrides::default()
+        }
+    }
+}
+
+#[derive(Debug, Default, Args)]
+pub struct GateArgs {
+    /// What the result must show: 'A >= 0.80', 'A >= B + 0.10', 'A >= baseline - 0.01', A and B gain sets by their names
+    /// in the results.
+    ///
+    /// May be given several times, beside the campaign's own. A gate passes if its whole 95 % interval is at least what
+    /// is asked, and fails (exit code 100) if none of it is; else it is unresolved, which is no failure unless
+    /// `gates.unresolved` is "fail" (`run --set gates.unresolved=fail`). `gates.confidence` changes the 95 %.
+    #[arg(long, value_name = "EXPR")]
+    pub gate: Vec<String>,
+    /// Result folder of an earlier run with the same pushes, for gates that compare with the baseline
+    #[arg(long, value_name = "DIR")]
+    pub baseline: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct ReplaysArgs {
+    /// Pages that show telling trials in 3D, for each gain set, of those that report.html names; 0: no new ones.
+    ///
+    /// First the easiest push that it lost, the lost one nearest to its limit of 50 %, and the hardest that it survived (by
+    /// impulse over m omega d), then the others.
+    #[arg(long, value_name = "N", default_value_t = ReplaysArgs::default().replays)]
+    pub replays: usize,
+}
+
+impl Default for ReplaysArgs {
+    fn default() -> Self {
+        Self { replays: 3 }
+    }
+}
+
+#[derive(Debug, Default, Args)]
+pub struct CheckArgs {
+    /// Only load and check everything (files, values, gains, gates, outputs): run and write nothing
+    #[arg(long)]
+    pub check: bool,
+}
+
+/// The end of a command whose input was only to be checked; `what` would have run.
+pub fn fine(what: &str) -> Result<ExitCode> {
+    note(&format!("fine: {what}; nothing was run"));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Reads a value by one of its names, which are those in files, too.
+pub fn one_of<T>(names: [&'static str; 2]) -> impl TypedValueParser<Value = T>
+where
+    T: DeserializeOwned + Clone + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(names).try_map(|name| -> Result<T, NoSuchName> {
+        let name: StringDeserializer<NoSuchName> = name.into_deserializer();
+        T::deserialize(name)
+    })
+}
+
+/// A file to write that fails at once, not after all the work: of an unknown kind, or in a folder that is not there.
+pub fn check_output(option: &str, path: &Path, kinds: &[&str]) -> Result<()> {
+    let fail = |problem, accepted: &str| Err(Error::value("arguments", option, path.display(), problem, accepted));
+    if !path.extension().and_then(OsStr::to_str).is_some_and(|extension| kinds.contains(&extension)) {
+        return fail("unknown kind of file", &format!("a name that ends in .{}", kinds.join(" or .")));
+    }
+    if !folder_of(path).is_dir() {
+        return fail("its folder does not exist", "a folder that does");
+    }
+    if path.is_dir() {
+        return fail("it is a folder", "the name of a file");
+    }
+    Ok(())
+}
+
+/// The folder that a file is in.
+pub fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}

@@ -1,0 +1,48 @@
+//! `standfast compare`: two finished campaigns with the same pushes, paired trial by trial.
+
+use super::result::exit_code;
+use super::terminal::{note, print};
+use crate::campaign::Folder;
+use crate::campaign::verdict::compare::Comparison;
+use crate::error::{Error, Result};
+use crate::render::{self, result, text};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Gain sets of the same name are compared with each other (and told apart by their folders: `catch (DIR_A)`);
+if the results share no name, every set of the one with every set of the other.
+Exit code 3 if the folders' trials are not the same."
+)]
+pub struct CompareArgs {
+    /// Result folder of `run`
+    pub dir_a: PathBuf,
+    /// Another one with the same pushes
+    pub dir_b: PathBuf,
+    /// Write report.html, summary.md, summary.json, junit.xml, trials.parquet and success.svg to this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// What the result must show, as for `run`; sets that both have are named by their folders, e.g.
+    /// 'catch (new) >= catch (old) - 0.01'
+    #[arg(long, value_name = "EXPR")]
+    pub gate: Vec<String>,
+    /// Print the summary as one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+pub fn run(args: &CompareArgs) -> Result<ExitCode> {
+    if let Some(out) = args.out.as_deref().filter(|out| !result::may_be_written_to(out)) {
+        let problem = "holds something else than a comparison; give a new or empty folder";
+        return Err(Error::Parts { path: out.into(), problem: problem.into() });
+    }
+    let comparison = Comparison::new(&Folder::existing(&args.dir_a)?, &Folder::existing(&args.dir_b)?, &args.gate)?;
+    let summary = &comparison.summary;
+    print(&if args.json { render::json(summary) } else { text::campaign(summary, Path::new("")) })?;
+    if let Some(out) = &args.out {
+        result::write(&comparison.write(out)?, &comparison.rows, out)?;
+        note(&result::written(out, &["summary.json", "trials.parquet"]));
+    }
+    Ok(exit_code(summary, Path::new("")))
+}

@@ -1,0 +1,173 @@
+//! `standfast cpi`: the maximal CPI sets of a gain set: size, inclusion, horizon, picture, export.
+
+use super::terminal::print;
+use crate::assets::DEFAULT_ROBOT;
+use crate::control::home_polygon;
+use crate::episode::EpisodeConfig;
+use crate::error::{Error, Result};
+use crate::geometry::SupportPolygon;
+use crate::lipm::cpi_set::{CpiSet, Inclusion};
+use crate::lipm::{GainFamily, GainSet, Pendulum};
+use crate::render::{self, plot, text::cpi::Sets};
+use crate::robot::Robot;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+#[derive(Debug, clap::Args)]
+pub struct CpiArgs {
+    /// Gain set: a built-in name, a TOML file, or a variant NAME:KEY=VALUE of either
+    #[arg(value_name = "GAINS", default_value = "switching")]
+    pub gains: String,
+    /// Pendulum frequency sqrt(g / height) (rad/s); default: the robot at home
+    #[arg(long, value_name = "W", allow_hyphen_values = true)]
+    pub omega: Option<f64>,
+    /// Control period (s)
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    pub dt: Option<f64>,
+    /// Support rectangle about the control origin (m), taken as is; default: both soles at home, less the ZMP margin
+    #[arg(long, value_name = "XMIN,XMAX,YMIN,YMAX", allow_hyphen_values = true, value_parser = parse_support)]
+    pub support: Option<SupportPolygon>,
+    /// Write gain-0-set.csv, gain-0-closed-loop.csv, gain-1-set.csv ... here
+    #[arg(long, value_name = "DIR")]
+    pub export: Option<PathBuf>,
+    /// Draw the sets as an SVG
+    #[arg(long, value_name = "FILE.svg")]
+    pub plot: Option<PathBuf>,
+    /// One JSON object on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+pub fn run(args: &CpiArgs) -> Result<ExitCode> {
+    print(&answer(args)?)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Searches the sets, for UT-mu2 unless pendulum or support are given, and writes what was asked for. Nothing is written
+/// if an input is bad.
+fn answer(args: &CpiArgs) -> Result<String> {
+    let robot = Robot::load(DEFAULT_ROBOT)?;
+    let set = GainSet::load(&args.gains)?;
+    if set.gains.is_empty() {
+        let accepted = "a gain set with standing = \"switching\"";
+        return Err(Error::value(&args.gains, "standing", "posture", "has no gains, so no CPI sets", accepted));
+    }
+    let family = GainFamily::design(&set, pendulum(args, &robot)?)?;
+    let support = match args.support {
+        Some(support) => support,
+        None => family.allowed_support(&home_polygon(&robot), &args.gains)?,
+    };
+    let sets = CpiSet::search_family(&family, &support)?;
+    let found = Sets { set: &set, family: &family, support: &support, inclusion: Inclusion::of(&sets)?, sets: &sets };
+    if let Some(folder) = &args.export {
+        found.export(folder)?;
+    }
+    if let Some(file) = &args.plot {
+        plot::cpi::write(file, &sets)?;
+    }
+    Ok(if args.json { render::json(&found.as_json()) } else { found.text() })
+}
+
+fn pendulum(args: &CpiArgs, robot: &Robot) -> Result<Pendulum> {
+    let dt = args.dt.unwrap_or(EpisodeConfig::default().control_period_s);
+    let pendulum = Pendulum { omega: args.omega.unwrap_or(robot.omega()), dt };
+    for (option, value) in [("--omega", pendulum.omega), ("--dt", pendulum.dt)] {
+        if !(value.is_finite() && value > 0.0) {
+            return Err(Error::value("command line", option, value, "is not positive", "a positive number"));
+        }
+    }
+    Ok(pendulum)
+}
+
+fn parse_support(text: &str) -> Result<SupportPolygon, String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .map(|part| part.trim().parse().map_err(|_| format!("{part:?} is not a number; accepted: xmin,xmax,ymin,ymax")))
+        .collect::<Result<_, _>>()?;
+    match numbers[..] {
+        [xmin, xmax, ymin, ymax] if xmin < 0.0 && xmax > 0.0 && ymin < 0.0 && ymax > 0.0 => {
+            SupportPolygon::rectangle(xmin, xmax, ymin, ymax).ok_or_else(|| "spans no area".into())
+        }
+        [_, _, _, _] => Err("the origin is not strictly inside; accepted: xmin < 0 < xmax, ymin < 0 < ymax [m]".into()),
+        _ => Err(format!("{} numbers; accepted: xmin,xmax,ymin,ymax [m]", numbers.len())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::text::cpi::HEADER;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Cli {
+        #[command(flatten)]
+        cpi: CpiArgs,
+    }
+
+    fn run_with(args: &[&str]) -> Result<String> {
+        let cli = Cli::try_parse_from([&["cpi"], args].concat())
+            .map_err(|e| Error::Syntax { file: "command line".into(), message: e.to_string() })?;
+        answer(&cli.cpi)
+    }
+
+    #[test]
+    fn the_exported_rows_make_the_set_and_the_exported_loop_keeps_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("sets");
+        let pendulum = ["--omega", "5.63", "--dt", "0.002", "--support", "-0.03,0.06,-0.08,0.08"];
+        let args = [&["fixed", "--json", "--export", path.to_str().unwrap()], &pendulum[..]].concat();
+        let object: serde_json::Value = serde_json::from_str(&run_with(&args).unwrap()).unwrap();
+        let read = |name: &str| -> Vec<Vec<f64>> {
+            let text = std::fs::read_to_string(path.join(name)).unwrap();
+            assert_eq!(text.lines().next(), Some(HEADER));
+            text.lines().skip(1).map(|l| l.split(',').map(|c| c.parse().unwrap()).collect()).collect()
+        };
+        let (rows, closed) = (read("gain-0-set.csv"), read("gain-0-closed-loop.csv"));
+        let k = object["sets"][0]["horizon"].as_u64().unwrap() as usize;
+        assert_eq!(rows.len(), 4 * (k + 1));
+        assert_eq!(object["sets"][0]["rows"], rows.len());
+        // Row block j + 1 is row block j times the closed loop (eq. 21).
+        for (row, next) in rows.iter().zip(&rows[4..]) {
+            for c in 0..6 {
+                let product: f64 = (0..6).map(|i| row[i] * closed[i][c]).sum();
+                assert!((product - next[c]).abs() < 1e-9);
+            }
+        }
+        let forward = object["sets"][0]["largest_impulse_over_m_omega_d"]["forward"].as_f64().unwrap();
+        let largest = rows.iter().map(|r| r[1]).fold(0.0, f64::max);
+        assert!((forward - 1.0 / (largest * 5.63 * 0.06)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_tables_name_every_gain_and_the_picture_is_drawn() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("sets.svg");
+        let text = run_with(&["--plot", file.to_str().unwrap()]).unwrap();
+        assert!(text.contains("The family nests"), "{text}");
+        let svg = std::fs::read_to_string(file).unwrap();
+        assert!(svg.starts_with("<svg") && svg.matches("<polygon").count() >= 10, "{svg}");
+    }
+
+    #[test]
+    fn bad_input_is_one_error_of_exit_code_2_and_nothing_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("sets");
+        for (args, words) in [
+            (vec!["hold"], "standing = posture"),
+            (vec!["nosuch"], "hold, fixed, switching"),
+            (vec!["--omega", "-5"], "--omega = -5"),
+            (vec!["--dt", "0"], "--dt = 0"),
+            (vec!["--dt", "1"], "dt"),
+            (vec!["--support", "0.01,0.05,-0.05,0.05"], "origin is not strictly inside"),
+            (vec!["--support", "-0.05,0.05,-0.05"], "3 numbers"),
+            (vec!["--support", "-0.05,a,-0.05,0.05"], "not a number"),
+        ] {
+            let all = [&args[..], &["--export", path.to_str().unwrap()]].concat();
+            let error = run_with(&all).unwrap_err();
+            assert_eq!(error.exit_code(), 2, "{args:?}: {error}");
+            assert!(error.to_string().contains(words), "{args:?}: {error}");
+            assert!(!path.exists());
+        }
+    }
+}

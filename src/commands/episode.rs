@@ -1,0 +1,198 @@
+//! One episode for `push`, `scenario` and `replay`: it is run, told, and what is asked for is made of it: a trace, a plot
+//! over time, a page to watch, snapshots.
+
+use super::arguments::{check_output, folder_of};
+use super::terminal::note;
+use crate::columns;
+use crate::control::Design;
+use crate::episode::{self, Disturbance, EpisodeConfig, Film, Record, Tick, Until};
+use crate::error::{Error, Result};
+use crate::files::{shell_word, write_atomic};
+use crate::render::picture::{self, FramesOptions};
+use crate::render::plot::motion::MotionPlot;
+use crate::render::replay::{self, Head};
+use crate::render::text::story::{Told, Witness};
+use crate::render::{self, trace::Trace};
+use crate::robot::Robot;
+use std::path::{Path, PathBuf};
+
+/// What a picture of the episode shows after the robot stands still (s).
+const REST_S: f64 = 0.5;
+
+/// Files to make of an episode.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct OutputArgs {
+    /// Write every tick here; the episode then runs to its horizon
+    #[arg(long, value_name = "FILE.csv|.parquet")]
+    pub trace: Option<PathBuf>,
+    /// Draw COM, ZMP and feet over time until all is over; the episode then runs to its horizon
+    #[arg(long, value_name = "FILE.svg")]
+    pub plot: Option<PathBuf>,
+    /// Write a page that shows it in 3D: one file, for any browser, offline
+    #[arg(long, value_name = "FILE.html")]
+    pub replay: Option<PathBuf>,
+    /// Draw snapshots to this folder, a strip of them and an animated picture (PNG, GIF)
+    #[arg(long, value_name = "DIR")]
+    pub frames: Option<PathBuf>,
+}
+
+impl OutputArgs {
+    /// Errors: a file that could not be written in the end.
+    pub fn check(&self) -> Result<()> {
+        let files = [("--trace", &self.trace), ("--plot", &self.plot), ("--replay", &self.replay)];
+        let kinds: [&[&str]; 3] = [&["csv", "parquet"], &["svg"], &["html"]];
+        for ((option, path), kinds) in files.into_iter().zip(kinds) {
+            path.iter().try_for_each(|path| check_output(option, path, kinds))?;
+        }
+        let Some(frames) = &self.frames else { return Ok(()) };
+        picture::check_folder(frames)?;
+        // A folder of frames holds nothing else.
+        for (option, path) in files {
+            let problem = match path {
+                Some(path) if path == frames => "it is the folder of --frames",
+                Some(path) if is_same(folder_of(path), frames) => "it is in the folder of --frames",
+                _ => continue,
+            };
+            let path = path.as_deref().unwrap_or(frames);
+            return Err(Error::value("arguments", option, path.display(), problem, "a file in another folder"));
+        }
+        Ok(())
+    }
+
+    /// Errors: a file that only an episode with physics can fill.
+    pub fn check_without_physics(&self) -> Result<()> {
+        let Self { trace, plot: _, replay, frames } = self;
+        for (option, path) in [("--trace", trace), ("--replay", replay), ("--frames", frames)] {
+            if let Some(path) = path {
+                let accepted = "a scenario with a push, or --plot: an imposed error has no physics";
+                return Err(Error::value("arguments", option, path.display(), "nothing to show", accepted));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether none is asked for.
+    pub fn is_empty(&self) -> bool {
+        [&self.trace, &self.plot, &self.replay, &self.frames].into_iter().all(Option::is_none)
+    }
+
+    /// Draws the snapshots if they are asked for, and says what is written.
+    pub fn finish(&self, film: Option<&Film>) -> Result<()> {
+        if let (Some(folder), Some(film)) = (&self.frames, film) {
+            picture::write_frames(film, folder, &FramesOptions::default())?;
+        }
+        for path in [&self.trace, &self.plot, &self.replay].into_iter().flatten() {
+            note(&format!("written: {}", path.display()));
+        }
+        if let Some(folder) = &self.frames {
+            note(&format!("written: {}: frame-*.png, strip.png, motion.gif", folder.display()));
+        }
+        Ok(())
+    }
+
+    /// Whether some show more than the episode up to its decision.
+    fn until(&self, config: &EpisodeConfig) -> Until {
+        if self.trace.is_some() || self.plot.is_some() { Until::Horizon } else { config.until() }
+    }
+}
+
+/// What an episode is of.
+#[derive(Clone, Copy)]
+pub struct Case<'a> {
+    pub robot: &'a Robot,
+    pub design: &'a Design,
+    pub config: &'a EpisodeConfig,
+}
+
+impl<'a> Case<'a> {
+    /// Runs one episode, writes what is asked for and returns what to print. `command`: what made it, for the replay.
+    pub fn run(
+        &self,
+        disturbance: Disturbance,
+        outputs: &OutputArgs,
+        as_json: bool,
+        command: String,
+    ) -> Result<String> {
+        let (told, film) = self.tell(disturbance, outputs)?;
+        if let (Some(path), Some(film)) = (&outputs.replay, &film) {
+            write_replay(&told, film, path, Origin { command, ..Origin::default() })?;
+        }
+        outputs.finish(film.as_ref())?;
+        Ok(if as_json { render::json(&told.as_json()) } else { told.text() })
+    }
+
+    /// Runs one episode, writes trace and plot if they are asked for, and gives what happened, with a film if replay or
+    /// snapshots are.
+    pub fn tell(&self, disturbance: Disturbance, outputs: &OutputArgs) -> Result<(Told<'a>, Option<Film>)> {
+        let Self { robot, design, config } = *self;
+        let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
+        let simulated = variation.robot(robot);
+        let mut trace = outputs.trace.as_ref().map(|_| Trace::new(robot));
+        let mut plot = outputs.plot.as_ref().map(|_| MotionPlot::of_pushes(&pushes));
+        let mut witness = Witness::default();
+        let mut observe = |tick: &Tick| {
+            witness.watch(&simulated, tick);
+            trace.iter_mut().for_each(|trace| trace.push(tick));
+            plot.iter_mut().for_each(|plot| plot.push(robot, tick));
+        };
+        let until = outputs.until(config);
+        let (record, film) = if outputs.replay.is_some() || outputs.frames.is_some() {
+            let film = Film::take(robot, design, config, disturbance, (until, Film::AFTERMATH_S), &mut observe);
+            (film.record.clone(), Some(film))
+        } else {
+            (episode::run(robot, design, config, disturbance, until, &mut observe), None)
+        };
+        let (end_s, fell) = (end_of_interest_s(&record), record.fell_at_s.is_some());
+        let told = Told { design, config, pushes, variation, record, witness };
+        if let (Some(path), Some(trace)) = (&outputs.trace, trace) {
+            columns::write(path, &trace.columns())?;
+        }
+        if let (Some(path), Some(mut plot)) = (&outputs.plot, plot) {
+            plot.end_at(end_s);
+            plot.write(path, &told.headline())?;
+        }
+        // After a fall a plot has nothing to tell: COM and ZMP are those of a body on the ground. But a film has.
+        let aftermath_s = if fell { Film::AFTERMATH_S } else { 0.0 };
+        Ok((told, film.map(|film| film.cut_at(end_s + aftermath_s))))
+    }
+}
+
+/// Where a replay comes from.
+#[derive(Debug, Default)]
+pub struct Origin {
+    /// What it is of, before the headline.
+    pub title: Option<String>,
+    /// The command that makes it.
+    pub command: String,
+    /// As in [`Head`].
+    pub of_result: bool,
+    /// What is not as it should be.
+    pub warning: Option<String>,
+}
+
+/// Writes the page that shows an episode in 3D.
+pub fn write_replay(told: &Told, film: &Film, path: &Path, origin: Origin) -> Result<()> {
+    let Origin { title, command, of_result, warning } = origin;
+    let headline = told.headline();
+    let title = title.map_or_else(|| headline.clone(), |title| format!("{title}: {headline}"));
+    let lines = told.text().lines().map(String::from).collect();
+    let head = Head { title, warning, lines, command, of_result };
+    write_atomic(path, replay::page(film, &head)?.as_bytes())
+}
+
+/// This command as it was given.
+pub fn command_line() -> String {
+    let args = std::env::args().skip(1).map(|arg| shell_word(&arg));
+    std::iter::once("standfast".to_string()).chain(args).collect::<Vec<_>>().join(" ")
+}
+
+/// Whether two folders are one; both may be new.
+fn is_same(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+/// When nothing more of interest happens (s): some time after the robot stands still, and is home if it gets there.
+fn end_of_interest_s(record: &Record) -> f64 {
+    let settled_s = record.settled_at_s.map(|at| at.max(record.home_at_s.unwrap_or(at)) + REST_S);
+    record.fell_at_s.or(settled_s).unwrap_or(record.end_s)
+}

@@ -1,0 +1,116 @@
+//! `standfast model`: what was understood of a robot, and its kinematics at given joint angles.
+
+use super::terminal::print;
+use crate::assets::DEFAULT_ROBOT;
+use crate::error::{Error, Result};
+use crate::render::{self, text::model};
+use crate::robot::Robot;
+use std::process::ExitCode;
+
+#[derive(Debug, clap::Args)]
+pub struct ModelArgs {
+    /// A robot that is compiled in, or a URDF file with its settings (same name, .toml) beside it
+    #[arg(value_name = "URDF", default_value = DEFAULT_ROBOT)]
+    pub robot: String,
+    /// Joint angles (rad) by joint name; joints not named are 0
+    #[arg(long, value_name = "JOINT=RAD,...", value_delimiter = ',')]
+    pub q: Vec<String>,
+    /// One JSON object: kinematics at the given joint angles, with the base at the origin, unrotated
+    #[arg(long)]
+    pub json: bool,
+}
+
+pub fn run(args: &ModelArgs) -> Result<ExitCode> {
+    print(&answer(args)?)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Errors: a robot that cannot be loaded, a joint that it does not have, or an angle that is not a finite number.
+fn answer(args: &ModelArgs) -> Result<String> {
+    let robot = Robot::load(&args.robot)?;
+    let q = joint_angles(&robot, &args.q)?;
+    if args.json {
+        return Ok(render::json(&model::kinematics_json(&robot, &q)));
+    }
+    let links = if args.q.is_empty() { String::new() } else { model::links(&robot, &q) };
+    Ok(model::description(&robot) + &links)
+}
+
+/// Reads `joint=rad` assignments; joints not named are 0.
+fn joint_angles(robot: &Robot, assignments: &[String]) -> Result<Vec<f64>> {
+    let mut q: Vec<Option<f64>> = vec![None; robot.joints.len()];
+    for assignment in assignments {
+        let Some((name, value)) = assignment.split_once('=').map(|(n, v)| (n.trim(), v.trim())) else {
+            return Err(Error::value("--q", "angle", assignment, "not an assignment", "joint=rad,joint=rad,..."));
+        };
+        let Some(joint) = robot.joints.iter().position(|j| j.name == name) else {
+            return Err(Error::value("--q", name, value, "no such joint", model::joint_names(robot).join(", ")));
+        };
+        let angle = value.parse::<f64>().ok().filter(|a| a.is_finite());
+        let Some(angle) = angle else {
+            return Err(Error::value("--q", name, value, "not an angle", "a finite number [rad]"));
+        };
+        if q[joint].replace(angle).is_some() {
+            return Err(Error::value("--q", name, value, "given twice", "each joint once"));
+        }
+    }
+    Ok(q.into_iter().map(|angle| angle.unwrap_or(0.0)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::Value;
+
+    fn args(q: &[&str], json: bool) -> ModelArgs {
+        ModelArgs { robot: "ut-mu2".into(), q: q.iter().map(|s| s.to_string()).collect(), json }
+    }
+
+    #[test]
+    fn json_has_the_kinematics_at_the_given_angles() {
+        let text = answer(&args(&["left_knee_flexion=1.5707963267948966", "right_knee_flexion=-0.1"], true)).unwrap();
+        let json: Value = serde_json::from_str(&text).unwrap();
+        assert!((json["mass_kg"].as_f64().unwrap() - 8.0).abs() < 1e-4);
+        assert_eq!(json["joints"][7], "left_knee_flexion");
+        assert_eq!(json["com_jacobian"].as_array().unwrap().len(), 3);
+        assert_eq!(json["com_jacobian"][2].as_array().unwrap().len(), 26);
+        assert_eq!(json["links"].as_object().unwrap().len(), 26);
+        // The shin points backwards: knee at (-0.046, 0.055, -0.233), ankle at (-0.008, 0, -0.113) in the shin.
+        let ankle = &json["links"]["left_ankle_flexion"];
+        let at = |k: usize| ankle["position_m"][k].as_f64().unwrap();
+        assert!((at(0) - (-0.046 - 0.113)).abs() < 1e-12 && (at(2) - (-0.233 + 0.008)).abs() < 1e-12, "{ankle}");
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let turn = |k: usize| ankle["quaternion_wxyz"][k].as_f64().unwrap();
+        assert!((turn(0) - half).abs() < 1e-12 && (turn(2) - half).abs() < 1e-12, "{ankle}");
+    }
+
+    #[test]
+    fn bad_angles_are_refused() {
+        for (q, expected) in [
+            ("left_knee=1", "--q: left_knee = 1: no such joint; accepted: left_shoulder_flexion, "),
+            ("left_knee_flexion=x", "--q: left_knee_flexion = x: not an angle"),
+            ("left_knee_flexion=nan", "--q: left_knee_flexion = nan: not an angle"),
+            ("left_knee_flexion", "left_knee_flexion: not an assignment"),
+        ] {
+            let error = answer(&args(&[q], true)).unwrap_err();
+            assert!(error.to_string().contains(expected), "{error}");
+            assert_eq!(error.exit_code(), 2);
+        }
+        assert!(answer(&args(&["left_knee_flexion=1", "left_knee_flexion=1"], false)).is_err());
+    }
+
+    #[test]
+    fn text_tells_the_robot() {
+        let text = answer(&args(&["right_knee_flexion=-0.1"], false)).unwrap();
+        for part in [
+            "20 joints",
+            "reach    a foot lands 150 mm fore or aft, 75 to 180 mm",
+            "96.172 x 69.172 x 7.288 mm",
+            "[battery_and_boards]",
+            "outside its limits",
+            "Assumed",
+        ] {
+            assert!(text.contains(part), "{part} not in:\n{text}");
+        }
+    }
+}

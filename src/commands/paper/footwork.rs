@@ -1,0 +1,114 @@
+//! Which foot the paper's procedure chooses, asked of the controller's own rule (Fig. 6, 12, 13).
+
+use crate::control::step::PlannedFootstep;
+use crate::control::step::paper::{StanceState, choose};
+use crate::lipm::GainFamily;
+use crate::lipm::pendulum::State;
+use crate::lipm::stepping::Stepping;
+use crate::render::paper::study::{Choice, Stand, Study};
+use crate::robot::{Foot, GRAVITY, PerFoot, Robot};
+use nalgebra::{Isometry2, Point2, Vector2};
+
+/// Ways that differ by less are equal, as for the controller (m).
+const TIE_M: f64 = 1e-4;
+/// So far ahead a ZMP is looked for (s).
+const AHEAD_S: f64 = 3.0;
+
+/// The feet at home, on which the decision is made.
+pub struct Home<'a> {
+    rules: &'a Stepping,
+    /// From the right sole's centre to the left's (m).
+    stance: Vector2<f64>,
+    /// On each foot, equally loaded (N).
+    load_n: PerFoot<f64>,
+}
+
+impl<'a> Home<'a> {
+    pub fn new(robot: &Robot, rules: &'a Stepping, stance: Vector2<f64>) -> Self {
+        let load_n = 0.5 * GRAVITY * robot.mass();
+        Self { rules, stance, load_n: PerFoot { left: load_n, right: load_n } }
+    }
+
+    pub fn of(study: &'a Study) -> Self {
+        Self::new(&study.robot, &study.rules, study.stance)
+    }
+
+    /// The foot that is sent for a ZMP error (m), both feet equally loaded, and how far (m; x forward, y left).
+    pub fn choose(&self, zmp_error: Vector2<f64>) -> Option<(Foot, Vector2<f64>)> {
+        let PlannedFootstep { foot, to, .. } = self.choose_under(self.load_n, zmp_error)?;
+        Some((foot, to - self.center(foot)))
+    }
+
+    /// The same with a load on each foot (N), which decides a tie.
+    fn choose_under(&self, load_n: PerFoot<f64>, zmp_error: Vector2<f64>) -> Option<PlannedFootstep> {
+        let stance = StanceState {
+            frame: &Isometry2::identity(),
+            soles: PerFoot::from_fn(|foot| self.center(foot)),
+            stance: self.stance,
+            zmp_error,
+            load_n,
+            can_lift: PerFoot { left: true, right: true },
+        };
+        choose(self.rules, &stance)
+    }
+
+    fn center(&self, foot: Foot) -> Point2<f64> {
+        Point2::from(0.5 * foot.side() * self.stance)
+    }
+
+    /// Length of Delta_max of each foot along a unit vector (m).
+    pub fn reach(&self, direction: Vector2<f64>) -> PerFoot<f64> {
+        let side = |foot: Foot, v: Vector2<f64>| Vector2::new(v.x, v.y * foot.side());
+        PerFoot::from_fn(|foot| self.rules.range.reach(side(foot, self.stance * foot.side()), side(foot, direction)))
+    }
+
+    /// By a direction (degrees, 0 forward, 90 to the left).
+    pub fn choice(&self, deg: f64) -> Choice {
+        let direction = unit(deg);
+        let chosen = self.choose(direction * self.rules.range.outward_m);
+        let chosen = chosen.map(|(foot, way)| (foot, self.center(foot) + way));
+        Choice { direction, reach: self.reach(direction), chosen }
+    }
+
+    /// Up to which angle from straight fore or aft the foot on the other side of the error goes, in tenths (degrees): it
+    /// goes inward, where its range is longer.
+    pub fn other_side_up_to_deg(&self) -> f64 {
+        let foot = |deg: f64| self.choice(deg).chosen.map(|(foot, _)| foot);
+        let crosses = |deg: f64| foot(deg) == Some(Foot::Right) || foot(-deg) == Some(Foot::Left);
+        let tenths = (1..900).map(|i| f64::from(i) / 10.0);
+        tenths.filter(|deg| crosses(*deg) || crosses(180.0 - deg)).fold(0.0, f64::max)
+    }
+
+    /// Whether a footstep of this foot for this ZMP error (m) is asked for all that the range gives (eq. 29).
+    pub fn is_at_most(&self, foot: Foot, zmp_error: Vector2<f64>) -> bool {
+        self.rules.alpha * zmp_error.norm() >= self.reach(zmp_error.normalize())[foot]
+    }
+
+    /// The ZMP error of a stand if far and near were by plain distance (m, control frame), and the foot that it would lift.
+    /// None: there is none.
+    pub fn by_plain_distance(&self, stand: &Stand, family: &GainFamily) -> Option<(Vector2<f64>, Foot)> {
+        let allowed = stand.polygon.inset(family.zmp_margin)?;
+        let State { x, y } = stand.state;
+        let (com, com_vel) = (Point2::new(x[0], y[0]), Vector2::new(x[1], y[1]));
+        let mut state = State::new(com, com_vel, allowed.nearest(stand.state.zmp()));
+        let mut farthest = Vector2::<f64>::zeros();
+        for _ in 0..(AHEAD_S / family.pendulum.dt) as usize {
+            let outside = state.zmp() - allowed.nearest(state.zmp());
+            if outside.norm() > farthest.norm() {
+                farthest = outside;
+            }
+            state = family.gains[0].successor(&state);
+        }
+        Some((farthest, self.choose_under(stand.load_n, farthest)?.foot))
+    }
+}
+
+/// Whether two ways are equal for the choice of the foot.
+pub fn is_tie(reach: &PerFoot<f64>) -> bool {
+    (reach.left - reach.right).abs() <= TIE_M
+}
+
+fn unit(deg: f64) -> Vector2<f64> {
+    let (sin, cos) = deg.to_radians().sin_cos();
+    Vector2::new(cos, sin)
+}

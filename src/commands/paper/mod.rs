@@ -1,0 +1,102 @@
+//! `standfast paper`: what the paper's figures show, from simulations of its own scenarios, each beside what the paper
+//! states and whether that was found.
+//!
+//! `study` simulates and searches everything once (`watch`: what is seen of a pushed run on the way; `footwork`: which foot
+//! goes); `numbers` is what that comes to; `render::paper` draws it and has the words. Everything is a function of the
+//! program alone, but for the times of `timing`.
+
+mod footwork;
+mod numbers;
+mod study;
+mod timing;
+mod watch;
+
+use crate::commands::terminal::print;
+use crate::error::Result;
+use crate::files::write_atomic;
+use crate::render::paper::study::Study;
+use crate::render::paper::words::{Count, Words, counts};
+use crate::render::paper::{Figure, Page};
+use crate::render::{self, own_folder};
+use serde_json::{Value, json};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// The page.
+const PAGE: &str = "index.html";
+
+/// What the command is asked.
+#[derive(Debug, Clone, clap::Args)]
+#[command(
+    after_help = "Writes index.html, which holds everything and opens from the disk, and one SVG for each figure."
+)]
+pub struct PaperArgs {
+    /// Folder: a new one, an empty one, or that of an earlier `standfast paper`
+    #[arg(long, value_name = "DIR", default_value = "standfast-paper")]
+    pub out: PathBuf,
+    /// Print the numbers behind the captions as one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Computes, writes page and figures, and prints. Errors: `--out` holds other things (found out before anything is
+/// computed), or cannot be written; the solver gives up.
+pub fn run(args: &PaperArgs) -> Result<ExitCode> {
+    let words = Words::load()?;
+    let is_own = |name: &str| name == PAGE || words.figure.iter().any(|figure| figure.file == name);
+    let accepted = "a new folder, an empty one, or that of an earlier `standfast paper`";
+    own_folder("--out", &args.out, is_own, accepted)?;
+    let study = study::run()?;
+    let mut numbers = numbers::all(&study)?;
+    // Last, when nothing else is going on.
+    numbers.insert("update_time".into(), timing::measure(&study));
+    let numbers = Value::Object(numbers);
+    let page = Page::new(words, &study, &numbers)?;
+    let html = page.html(&study)?;
+    for figure in &page.figures {
+        write_atomic(&args.out.join(&figure.words.file), figure.svg().as_bytes())?;
+    }
+    write_atomic(&args.out.join(PAGE), html.as_bytes())?;
+    let text =
+        if args.json { as_json(&study, &page, numbers) } else { tell(&args.out, &page, &numbers["update_time"]) };
+    print(&text)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Claims and numbers as one JSON object, without what only words name.
+fn as_json(study: &Study, page: &Page, mut numbers: Value) -> String {
+    let mut printed = |key: &str| {
+        let mut numbers = numbers[key].take();
+        _ = numbers.as_object_mut().and_then(|numbers| numbers.shift_remove("told"));
+        numbers
+    };
+    let mut figure = |Figure { words, claims, .. }: &Figure| {
+        json!({
+            "figure": words.number, "file": words.file, "title": words.title, "verdicts": counts(claims),
+            "claims": claims, "numbers": printed(&words.number),
+        })
+    };
+    render::json(&json!({
+        "robot": study.robot.name,
+        "gains": study.design.family.name,
+        "figures": page.figures.iter().map(&mut figure).collect::<Vec<_>>(),
+        "not_made": page.not_made,
+        "update_time": printed("update_time"),
+    }))
+}
+
+fn tell(folder: &Path, page: &Page, timing: &Value) -> String {
+    let mut text = String::new();
+    for Figure { words, claims, .. } in &page.figures {
+        let told: Vec<String> = counts(claims).into_iter().map(|Count { told, .. }| told).collect();
+        let number = format!("Fig. {}", words.number);
+        _ = writeln!(text, "{number:<8}{:<30}{}", words.file, told.join(", "));
+    }
+    if let [Some(online), Some(stored)] = ["online", "stored_phi"].map(|way| timing[way]["median_ms"].as_f64()) {
+        let printed = &timing["paper_ms"];
+        _ = writeln!(text, "update  {online:.4} ms here, {stored:.4} ms by eq. 25; printed {printed} ms");
+    }
+    _ = writeln!(text, "\nopen {}", folder.join(PAGE).display());
+    text
+}

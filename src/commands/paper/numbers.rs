@@ -1,0 +1,453 @@
+//! What the study comes to: for each figure its numbers as JSON, from which every caption, claim and verdict is made. What
+//! only words name stands under "told".
+
+use super::footwork::{Home, is_tie};
+use super::study::EXAMPLES_DEG;
+use crate::campaign::ask::no_step::NoStep;
+use crate::control::{Phase, estimate};
+use crate::episode::{Footstep, Outcome, Record};
+use crate::error::Result;
+use crate::lipm::OnlineSets;
+use crate::lipm::capture;
+use crate::lipm::cpi_set::{CpiSet, Inclusion};
+use crate::lipm::gains::{Gain, GainPoles};
+use crate::lipm::pendulum::State;
+use crate::render::paper::robot::axis_name;
+use crate::render::paper::study::{ImposedRun, Pushed, Study};
+use crate::robot::{Foot, Joint, Kinematics, Robot, Shape};
+use crate::sim::{Profile, Push};
+use nalgebra::{Point2, Vector2, Vector3};
+use serde_json::{Map, Value, json};
+
+/// Poles over -omega of two gains, slow to fast, whose sets do not nest.
+const NOT_NESTED: [[f64; 3]; 2] = [[0.5, 1.0, 1.0], [1.0, 1.0, 1.0]];
+/// Of the largest push from rest that a set holds: a little less, so that it does.
+const SHARE: f64 = 0.98;
+/// A COM that is not home by then does not come home (s).
+const LONGEST_S: f64 = 30.0;
+/// A sole that carries no load for less has not lost it (s).
+const LIFTED_S: f64 = 0.01;
+
+/// All figures, by their numbers. Errors: the solver gives up.
+pub fn all(study: &Study) -> Result<Map<String, Value>> {
+    let [behind, diagonal] = &study.pushes;
+    let found = [
+        ("3", inclusion(study)?),
+        ("4", regions(study)?),
+        ("5", sequence(study)),
+        ("6", decision(study)),
+        ("7", machine(study)),
+        ("8", imposed(study)),
+        ("9", imposed_responses(study)),
+        ("12", with_directions(study, pushed(study, behind))),
+        ("13", with_turns(study, pushed(study, diagonal))),
+        ("14", pushed_responses(study)),
+    ];
+    Ok(found.map(|(figure, numbers)| (figure.into(), numbers)).into_iter().collect())
+}
+
+/// Fig. 3.
+fn inclusion(study: &Study) -> Result<Value> {
+    let (sets, family) = (&study.sets, &study.design.family);
+    let impulses: Vec<[f64; 2]> = sets.iter().map(|set| impulses_of(study, set)).collect();
+    let in_json = |[forward, left]: &[f64; 2]| json!({ "forward": forward, "left": left });
+    let start = held(&sets[sets.len() - 1]);
+    let settles: Vec<Option<f64>> = (0..sets.len()).map(|gain| home_s(study, start, |_| gain)).collect();
+    let mut online = OnlineSets::new(family);
+    online.update(&study.allowed);
+    let start = held(&sets[0]);
+    let alone = home_s(study, start, |_| 0);
+    let switching = home_s(study, start, |state| online.fastest_holding(state).unwrap_or(0));
+    let [slow, fast] = NOT_NESTED.map(|poles| {
+        let gain = Gain::design(&family.pendulum, &GainPoles { name: "other".into(), x: poles, y: poles });
+        CpiSet::search(&gain, family.pendulum, &study.allowed)
+    });
+    let others = [slow?, fast?];
+    let inside = Inclusion::of(&others)?.inside;
+    let rows = sets.iter().enumerate().map(|(i, set)| {
+        json!({
+            "gain": set.gain, "poles": family.gains[i].x.poles, "k": set.horizon, "rows": set.set.rows.nrows(),
+            "impulse": in_json(&impulses[i]), "home_after_s": settles[i],
+        })
+    });
+    Ok(json!({
+        "nested": study.inclusion.failures().is_empty(),
+        "gains": sets.iter().map(|set| &set.gain).collect::<Vec<_>>(),
+        "horizon_k": horizons(sets),
+        "largest_impulse_from_rest_n_s": impulses.iter().map(in_json).collect::<Vec<_>>(),
+        "other_poles_over_minus_omega": NOT_NESTED,
+        "other_poles_nest": inside[1][0],
+        "other_poles_nest_the_other_way": inside[0][1],
+        "home_after_s": settles,
+        "home_after_s_slowest_and_switching": [alone, switching],
+        "other_poles_forward_n_s": others.each_ref().map(|set| impulses_of(study, set)[0]),
+        "told": {
+            "sets": rows.collect::<Vec<_>>(),
+            "warning": study.inclusion.warning(),
+            "shrinks": impulses.windows(2).all(|pair| (0..2).all(|axis| pair[1][axis] < pair[0][axis])),
+            "quickens": settles.windows(2).all(|pair| matches!(pair, [Some(slow), Some(fast)] if fast < slow)),
+            "switching_quickens": switching.is_some_and(|switching| alone.is_none_or(|alone| switching < alone)),
+        },
+    }))
+}
+
+/// Largest impulse from rest that a set holds: forward, and to the left (N s).
+fn impulses_of(study: &Study, set: &CpiSet) -> [f64; 2] {
+    [Vector2::x(), Vector2::y()].map(|direction| study.robot.mass() * set.largest_com_vel_from_rest(direction))
+}
+
+fn horizons(sets: &[CpiSet]) -> Vec<usize> {
+    sets.iter().map(|set| set.horizon).collect()
+}
+
+/// A robot at rest at home after an instantaneous push forward: what a set holds, but for a little.
+fn held(set: &CpiSet) -> State {
+    let com_vel = SHARE * set.largest_com_vel_from_rest(Vector2::x());
+    State::new(Point2::origin(), Vector2::new(com_vel, 0.0), Point2::origin())
+}
+
+/// From when on the COM stays within the judge's radius of home (s), on the pendulum, if at every tick the gain that
+/// `choose` names acts.
+fn home_s(study: &Study, start: State, choose: impl Fn(&State) -> usize) -> Option<f64> {
+    let family = &study.design.family;
+    let (mut state, mut since) = (start, None);
+    for k in 0..(LONGEST_S / family.pendulum.dt) as u64 {
+        let away = state.com().coords.norm() > study.judge.home_radius_m;
+        since = if away { None } else { since.or(Some(k)) };
+        state = family.gains[choose(&state)].successor(&state);
+    }
+    since.map(|k| k as f64 * family.pendulum.dt)
+}
+
+/// Fig. 4.
+fn regions(study: &Study) -> Result<Value> {
+    let Pushed { lift, landing, footstep, .. } = &study.pushes[0];
+    // By how much states in the sets of eq. 25, with the k of the region before, can exceed the true sets (share).
+    let mut excess = 0.0_f64;
+    for ((gain, old), new) in study.design.family.gains.iter().zip(&study.sets).zip(&study.landed_sets) {
+        if new.horizon > old.horizon {
+            let mut programs = CpiSet::stacked(gain, &study.landed_allowed, old.horizon)?.programs()?;
+            let missing = study.landed_allowed.vertices().len() * (old.horizon + 1);
+            for row in new.set.rows.row_iter().skip(missing) {
+                excess = excess.max(programs.maximise(&row.into_owned())?.value - 1.0);
+            }
+        }
+    }
+    let (before, after) = (horizons(&study.sets), horizons(&study.landed_sets));
+    let [left, right] = [landing.soles.left, landing.soles.right];
+    let (origin, middle) =
+        (landing.frame.translation.vector, (left.translation.vector + right.translation.vector) / 2.0);
+    let moved = origin - lift.frame.translation.vector;
+    Ok(json!({
+        "foot": footstep.foot,
+        "way_m": way(footstep),
+        "origin_moved_m": [moved.x, moved.y],
+        "area_m2": [lift.polygon.area(), landing.polygon.area()],
+        "horizon_k_before": before,
+        "horizon_k_after": after,
+        "stored_k_excess": excess,
+        "soles_turned_deg": (left.rotation.angle() - right.rotation.angle()).to_degrees().abs(),
+        "slowest_impulse_from_rest_n_s": {
+            "before": impulses_of(study, &study.sets[0]), "after": impulses_of(study, &study.landed_sets[0]),
+        },
+        "told": {
+            "stored_k_is_enough": before.iter().zip(&after).all(|(stored, needed)| needed <= stored),
+            "origin_off_m": (origin - middle).norm(),
+        },
+    }))
+}
+
+/// How far a footstep leads (m; x forward, y left).
+fn way(footstep: &Footstep) -> [f64; 2] {
+    [0, 1].map(|axis| footstep.to_m[axis] - footstep.from_m[axis])
+}
+
+/// Fig. 5.
+fn sequence(study: &Study) -> Value {
+    let phases = study.pushes.each_ref().map(phases);
+    let is_swing = |name: &&str| name.starts_with("swing");
+    let in_order = phases.each_ref().map(|phases| {
+        matches!(phases[..], ["switching", "out-of-sets", swing, ..] if is_swing(&swing))
+            && phases.iter().filter(|name| is_swing(name)).count() == 1
+            && phases.last() == Some(&"switching")
+    });
+    let [a, b] = &study.pushes;
+    let [phases_a, phases_b] = phases;
+    let spans = study.pushes.each_ref().map(unloaded);
+    let waits = |pushed: &Pushed| Some(pushed.footstep.lift_s - pushed.film.record.left_sets_at_s?);
+    json!({
+        "push_behind": events(a, phases_a),
+        "push_diagonal": events(b, phases_b),
+        "told": {
+            "in_order": in_order,
+            "waits_s": study.pushes.iter().filter_map(waits).collect::<Vec<_>>(),
+            "unloaded_spans": spans.each_ref().map(Vec::len),
+            "unloaded_spans_on_both": spans.map(|spans| spans.iter().filter(|(.., on_both)| *on_both).count()),
+        },
+    })
+}
+
+/// Phases of a run in their order, from the push on.
+fn phases(pushed: &Pushed) -> Vec<&'static str> {
+    let since = pushed.film.snapshots.iter().filter(|s| s.time_s >= pushed.push.start_s);
+    let mut phases: Vec<_> = since.map(|s| s.phase.name()).collect();
+    phases.dedup();
+    phases
+}
+
+/// The events of a run (s).
+fn events(pushed: &Pushed, phases: Vec<&str>) -> Value {
+    let Pushed { film, footstep, .. } = pushed;
+    let after = || film.snapshots.iter().filter(|s| s.time_s >= footstep.land_s);
+    let fastest = film.gains.len() - 1;
+    let last_other = after().rfind(|s| s.gain != Some(fastest));
+    let fastest_from = after().find(|s| last_other.is_none_or(|other| s.time_s > other.time_s));
+    json!({
+        "push_s": pushed.push.start_s,
+        "left_sets_s": film.record.left_sets_at_s,
+        "lift_s": footstep.lift_s,
+        "landing_s": footstep.land_s,
+        "held_after_landing_s": after().find(|s| s.phase == Phase::Switching).map(|s| s.time_s),
+        "fastest_gain_from_s": fastest_from.map(|s| s.time_s),
+        "still_from_s": pushed.end_s(),
+        "landed_inside": footstep.in_set_at_landing,
+        "phases": phases,
+    })
+}
+
+/// Soles that carry no load again between the landing and when the robot stands still: each with its time (s), and
+/// whether the controller took both soles for support all the while.
+fn unloaded(pushed: &Pushed) -> Vec<(Foot, [f64; 2], bool)> {
+    let span_s = pushed.footstep.land_s..=pushed.end_s();
+    let ticks = pushed.motion.samples.iter().zip(pushed.seen.loaded.iter().zip(&pushed.seen.on_both));
+    let after: Vec<_> = ticks.filter(|(sample, _)| span_s.contains(&sample.time_s)).collect();
+    let mut off = Vec::new();
+    for foot in Foot::BOTH {
+        for run in after.chunk_by(|(_, (a, _)), (_, (b, _))| a[foot] == b[foot]) {
+            let span = [run[0].0.time_s, run[run.len() - 1].0.time_s];
+            let (_, (loaded, _)) = run[0];
+            if !loaded[foot] && span[1] - span[0] >= LIFTED_S {
+                off.push((foot, span, run.iter().all(|(_, (_, on_both))| **on_both)));
+            }
+        }
+    }
+    off
+}
+
+/// Fig. 6.
+fn decision(study: &Study) -> Value {
+    let (home, rules) = (Home::of(study), &study.rules);
+    let examples = EXAMPLES_DEG.into_iter().zip(&study.examples).map(|(deg, choice)| {
+        let foot = choice.chosen.map(|(foot, _)| foot);
+        json!({ "direction_deg": deg, "foot": foot, "reach_left_right_m": [choice.reach.left, choice.reach.right] })
+    });
+    let imposed = study.errors.iter().map(|run| &run.record).chain(&study.moving).flat_map(|record| &record.footsteps);
+    let footsteps: Vec<_> = study.records().flat_map(|(_, record)| &record.footsteps).chain(imposed).collect();
+    let at_most = footsteps.iter().filter(|footstep| home.is_at_most(footstep.foot, footstep.zmp_error_m.into()));
+    let saturates = |direction: Vector2<f64>| {
+        let reach = home.reach(direction);
+        reach.left.max(reach.right) / rules.alpha
+    };
+    json!({
+        "alpha": rules.alpha,
+        "examples": examples.collect::<Vec<_>>(),
+        "tie_foot": home.choose(Vector2::x()).map(|(foot, _)| foot),
+        "footsteps_at_most": at_most.count(),
+        "footsteps": footsteps.len(),
+        "other_side_up_to_deg": home.other_side_up_to_deg(),
+        "told": { "saturates_m": [saturates(Vector2::x()), saturates(Vector2::y())] },
+    })
+}
+
+/// Fig. 7.
+fn machine(study: &Study) -> Value {
+    let robot = &study.robot;
+    let limb = |words: [&str; 3]| {
+        let of_limb = |joint: &&Joint| words.iter().any(|word| joint.name.starts_with(&format!("left_{word}")));
+        robot.joints.iter().filter(of_limb).count()
+    };
+    let left = robot.joints.iter().enumerate().filter_map(|(i, joint)| {
+        Some(json!({
+            "name": joint.name.strip_prefix("left_")?.replace('_', " "),
+            "axis": axis_name(joint),
+            "lower_deg": joint.lower_rad.to_degrees(),
+            "upper_deg": joint.upper_rad.to_degrees(),
+            "home_deg": robot.home_rad[i].to_degrees(),
+            "torque_n_m": robot.servos[i].torque_n_m,
+        }))
+    });
+    let knee = robot.joints.iter().position(|joint| joint.name == "left_knee_flexion");
+    json!({
+        "joints": robot.joints.len(),
+        "joints_arm": limb(["shoulder", "elbow", "wrist"]),
+        "joints_leg": limb(["hip", "knee", "ankle"]),
+        "mass_kg": robot.mass(),
+        "height_m": height(robot),
+        "sole_m": robot.soles.left.half_m.map(|half| 2.0 * half),
+        "feet_apart_m": study.stance.y,
+        "com_height_m": robot.home_com_height(),
+        "told": {
+            "left_joints": left.collect::<Vec<_>>(),
+            "knee_deg": knee.map_or(0.0, |i| robot.home_rad[i].to_degrees()),
+            "assumption": robot.assumptions.first(),
+        },
+    })
+}
+
+/// From the soles to the highest point of a solid, joints at zero (m).
+fn height(robot: &Robot) -> f64 {
+    let mut kinematics = Kinematics::new(robot);
+    kinematics.update(robot, &robot.zero_posture());
+    let tops = robot.links.iter().enumerate().flat_map(|(i, link)| {
+        let pose = *kinematics.link_pose(i);
+        link.visuals.iter().map(move |solid| {
+            let pose = pose * solid.pose;
+            let up = pose.rotation.inverse() * Vector3::z();
+            pose.translation.z
+                + match solid.shape {
+                    Shape::Box { half } => half.component_mul(&up.abs()).sum(),
+                    Shape::Cylinder { radius, length } => radius * up.xy().norm() + 0.5 * length * up.z.abs(),
+                    Shape::Sphere { radius } => radius,
+                }
+        })
+    });
+    tops.fold(f64::NEG_INFINITY, f64::max) - kinematics.sole_pose(robot, Foot::Left).translation.z
+}
+
+/// Fig. 8.
+fn imposed(study: &Study) -> Value {
+    json!({
+        "a": study.errors[0].record, "b": study.errors[1].record,
+        "moving_a": study.moving[0], "moving_b": study.moving[1],
+        "foot_of_the_printed_signs": Home::of(study).choose(Vector2::new(0.03, 0.0685)).map(|(foot, _)| foot),
+    })
+}
+
+/// Fig. 9.
+fn imposed_responses(study: &Study) -> Value {
+    let [a, b] = &study.errors;
+    let in_json = |run: &ImposedRun| json!({ "home_at_s": run.record.home_at_s, "footsteps": run.record.footsteps });
+    json!({
+        "moving": study.moving, "a": in_json(a), "b": in_json(b),
+        "told": { "gains_after": { "a": gains_after(study, a), "b": gains_after(study, b) } },
+    })
+}
+
+/// The gains that act after the landing, in their order, and from when on the last one acts if it is the fastest.
+fn gains_after(study: &Study, run: &ImposedRun) -> Value {
+    let after = run.ticks.iter().filter(|(time_s, ..)| *time_s >= run.footstep.land_s);
+    let acting: Vec<(f64, usize)> = after.filter_map(|(time_s, _, gain)| Some((*time_s, (*gain)?))).collect();
+    let runs: Vec<(f64, usize)> = acting.chunk_by(|a, b| a.1 == b.1).map(|run| run[0]).collect();
+    let gains = &study.design.family.gains;
+    let names: Vec<&str> = runs.iter().map(|(_, gain)| gains[*gain].name.as_str()).collect();
+    let fastest_from = runs.last().filter(|(_, gain)| *gain == gains.len() - 1).map(|(time_s, _)| time_s);
+    json!({ "names": names, "fastest_from_s": fastest_from })
+}
+
+/// What Fig. 12 and 13 have in common.
+fn pushed(study: &Study, pushed: &Pushed) -> Value {
+    let Pushed { push, film, footstep, .. } = pushed;
+    let (home, error) = (Home::of(study), Vector2::from(footstep.zmp_error_m));
+    let reach = home.reach(error.normalize());
+    let (gone, asked) = (Vector2::from(way(footstep)), home.choose(error).map_or(Vector2::zeros(), |(_, way)| way));
+    // What the pendulum can take of a push like this without a footstep.
+    let factor = match push.profile {
+        Profile::Rectangular => capture::rectangular_push_factor,
+        Profile::HalfSine => capture::half_sine_push_factor,
+    };
+    let bound = NoStep::new(&study.robot).impulse_n_s(push.heading_deg);
+    json!({
+        "push": push,
+        "outcome": film.record.outcome,
+        "footsteps": film.record.footsteps,
+        "settled_at_s": film.record.settled_at_s,
+        "snapshots_s": pushed.moments().map(|(i, _)| film.snapshots[i].time_s),
+        "stride": {
+            "asked_m": [asked.x, asked.y], "landed_m": [gone.x, gone.y], "off_m": (gone - asked).norm(),
+            "stance_tip_deg": pushed.seen.stance_tip_deg, "stance_turn_deg": pushed.seen.stance_turn_deg,
+        },
+        "without_footstep_fell_at_s": pushed.without_footstep.fell_at_s,
+        "stiff_fell_at_s": pushed.stiff.fell_at_s,
+        "bound_no_step_n_s": bound.map(|n_s| n_s * factor(study.robot.omega(), push.duration_s)),
+        "told": { "reach_left_right_m": [reach.left, reach.right], "tie": is_tie(&reach) },
+    })
+}
+
+/// Of Fig. 12: whether the footsteps go where the robot is pushed to.
+fn with_directions(study: &Study, mut numbers: Value) -> Value {
+    let off = |(push, record): (&Push, &Record)| {
+        let way = Vector2::from(way(record.footsteps.first()?));
+        Some(push.direction().xy().angle(&way).to_degrees())
+    };
+    let runs = study.records().take(2 + study.headings.len());
+    numbers["footstep_off_push_deg"] = runs.map(off).collect();
+    numbers
+}
+
+/// Of Fig. 13: how the trunk turns, and what was tried beside its push.
+fn with_turns(study: &Study, mut numbers: Value) -> Value {
+    let pushed = &study.pushes[1];
+    let yaws: Vec<f64> =
+        pushed.film.snapshots.iter().map(|s| estimate::heading(&s.posture.base).to_degrees()).collect();
+    let most = yaws.iter().fold(0.0, |most: f64, yaw| if yaw.abs() > most.abs() { *yaw } else { most });
+    let plain = Home::of(study).by_plain_distance(&pushed.lift, &study.design.family);
+    let plain = plain.map(|(error, foot)| json!({ "zmp_error_m": [error.x, error.y], "foot": foot }));
+    let in_json = |(push, record): (&Push, &Record)| {
+        json!({
+            "push": push, "outcome": record.outcome, "fell_at_s": record.fell_at_s,
+            "left_sets_at_s": record.left_sets_at_s, "footsteps": record.footsteps,
+        })
+    };
+    let row = |(push, record): (&Push, &Record)| {
+        let first = record.footsteps.first();
+        let asked = first.map(|f| f.zmp_error_m).or(record.unfinished_footstep.map(|f| f.zmp_error_m));
+        let end = match (record.outcome, asked.is_none()) {
+            (Outcome::Recovered, true) => "recovers without a footstep",
+            (Outcome::Recovered, false) => "steps and recovers",
+            (_, true) => "does not step and does not recover",
+            (_, false) => "steps and falls",
+        };
+        json!({
+            "push": push, "asked_m": asked, "first": first, "end": end, "fell_at_s": record.fell_at_s,
+            "settled_at_s": record.settled_at_s,
+        })
+    };
+    let tried = || study.records().skip(2);
+    numbers["most_yaw_deg"] = json!(most);
+    numbers["last_yaw_deg"] = json!(yaws.last());
+    numbers["by_plain_distance"] = json!(plain);
+    numbers["tried"] = tried().map(in_json).collect();
+    numbers["told"]["table"] = tried().map(row).collect();
+    numbers
+}
+
+/// Fig. 14.
+fn pushed_responses(study: &Study) -> Value {
+    let [a, b] = study.pushes.each_ref().map(zmp_errors);
+    let spans = study.pushes.each_ref().map(|pushed| {
+        let spans = unloaded(pushed).into_iter().map(|(foot, span, _)| (foot, span));
+        spans.collect::<Vec<_>>()
+    });
+    let at_limit = |pushed: &Pushed| {
+        let joints = study.robot.joints.iter().zip(&pushed.seen.at_limit_s).filter(|(_, time_s)| **time_s > 0.0);
+        let told = joints.map(|(joint, s)| json!({ "name": joint.name.replace('_', " "), "time_s": s }));
+        told.collect::<Vec<_>>()
+    };
+    json!({
+        "zmp_error_rms_m": { "push_behind": a, "push_diagonal": b },
+        "home_at_s": study.pushes.each_ref().map(|pushed| pushed.film.record.home_at_s),
+        "soles_without_load_s": spans,
+        "joints_at_torque_limit_s": study.pushes.each_ref().map(|pushed| &pushed.seen.at_limit_s),
+        "told": { "at_limit": study.pushes.each_ref().map(at_limit) },
+    })
+}
+
+/// Root of the mean square of the ZMP's error in the first swing, while the sole in the air carries no load (m; x, y).
+fn zmp_errors(pushed: &Pushed) -> [f64; 2] {
+    let Footstep { foot, land_s, .. } = pushed.footstep;
+    let samples = pushed.motion.samples.iter().zip(&pushed.seen.loaded);
+    let in_air = samples.filter(|(s, loaded)| s.swing && s.time_s < land_s && !loaded[foot]);
+    let errors: Vec<[f64; 2]> =
+        in_air.filter_map(|(s, _)| s.zmp.map(|zmp| [0, 1].map(|axis| zmp[axis] - s.zmp_ref[axis]))).collect();
+    [0, 1].map(|axis| (errors.iter().map(|e| e[axis] * e[axis]).sum::<f64>() / errors.len().max(1) as f64).sqrt())
+}

@@ -1,0 +1,172 @@
+//! What is simulated and searched for the page, once for all figures: the paper's scenarios, and its gain set's sets.
+
+use super::footwork::Home;
+use super::watch::{Watch, acting_gain};
+use crate::campaign::ask::scenario::{Cause, Imposed, Scenario};
+use crate::commands::progress::Progress;
+use crate::control::{Design, home_polygon};
+use crate::episode::imposed::{self, ImposedRecord};
+use crate::episode::{self, Disturbance, EpisodeConfig, Film};
+use crate::error::{Error, Result};
+use crate::lipm::cpi_set::{CpiSet, Inclusion};
+use crate::lipm::gains::GainSet;
+use crate::render::paper::study::{ImposedRun, Pushed, Study, Tried};
+use crate::render::plot::motion::MotionPlot;
+use crate::render::plot::motion::MotionSample;
+use crate::robot::{Kinematics, PerFoot, Robot};
+use crate::sim::Push;
+use rayon::prelude::*;
+
+/// Gain set of the same gains that takes no footstep: what the footstep is worth.
+const WITHOUT_FOOTSTEP: &str = "switching";
+/// And one that does nothing.
+const STIFF: &str = "hold";
+/// Towards these headings (degrees) the push of Fig. 13 is tried: the paper does not print its own.
+const HEADINGS_DEG: [f64; 6] = [-120.0, -130.0, -140.0, -150.0, -160.0, -170.0];
+/// Pushes whose ZMP errors come close to those of Sect. V.C.
+const LIKE_IMPOSED: [&str; 2] = ["push-error-backward", "push-error-diagonal"];
+/// Directions of the examples of Fig. 6 (degrees): the paper's arrows are in its picture only.
+pub const EXAMPLES_DEG: [f64; 2] = [45.0, -45.0];
+/// After an episode's end a film goes on (s).
+const AFTERMATH_S: f64 = 0.5;
+/// Simulations and searches, for the progress.
+const PARTS: u64 = 19;
+
+/// Runs it all. Errors: the solver gives up, or a scenario is not what it was.
+pub fn run() -> Result<Study> {
+    let progress = Progress::start(PARTS, "simulations and searches", false);
+    let first = Scenario::load("push-behind")?;
+    let robot = Robot::load(&first.robot)?;
+    let (period_s, judge) = (first.episode().control_period_s, first.episode().judge);
+    let design_of = |gains: &str| Design::new(&robot, &GainSet::load(gains)?, period_s);
+    let (design, standing, stiff) = (design_of(&first.gains)?, design_of(WITHOUT_FOOTSTEP)?, design_of(STIFF)?);
+    let Some(rules) = design.family.stepping().copied() else {
+        return Err(is_not(&first, "a gain set that takes footsteps"));
+    };
+    let home = home_polygon(&robot);
+    let allowed = design.family.allowed_support(&home, &design.family.name)?;
+    let sets = CpiSet::search_family(&design.family, &allowed)?;
+    let inclusion = Inclusion::of(&sets)?;
+    progress.tick();
+    let run = |design: &Design, (push, config): &(Push, EpisodeConfig)| {
+        let record = episode::run(&robot, design, config, by(*push), config.until(), &mut |_| {});
+        progress.tick();
+        record
+    };
+    let pushed = |name: &str| -> Result<Pushed> {
+        let asked = push_of(name)?;
+        let (push, config) = asked;
+        let mut motion = MotionPlot { pushes: vec![[push.start_s, push.end_s()]], ..MotionPlot::default() };
+        let mut watch = Watch::default();
+        let film = Film::take(&robot, &design, &config, by(push), (config.until(), AFTERMATH_S), &mut |tick| {
+            let support = watch.see(&robot, period_s, tick);
+            motion.samples.push(MotionSample { support, ..MotionSample::of(&robot, tick) });
+        });
+        progress.tick();
+        let seen = watch.seen;
+        let (Some(lift), Some(landing), Some(&footstep)) = (seen.lift, seen.landing, film.record.footsteps.first())
+        else {
+            return Err(takes_no_footstep(name));
+        };
+        let [without_footstep, stiff] = [&standing, &stiff].map(|design| run(design, &asked));
+        Ok(Pushed { push, film, footstep, motion, lift, landing, seen, without_footstep, stiff })
+    };
+    let (diagonal, config) = push_of("push-diagonal")?;
+    let mut asked = HEADINGS_DEG.map(|heading_deg| (Push { heading_deg, ..diagonal }, config)).to_vec();
+    for name in LIKE_IMPOSED {
+        asked.push(push_of(name)?);
+    }
+    let try_out = |asked: &(Push, EpisodeConfig)| Tried { push: asked.0, record: run(&design, asked) };
+    // Side by side: no run knows of another.
+    let ((behind, diagonal), mut headings): (_, Vec<Tried>) = rayon::join(
+        || rayon::join(|| pushed("push-behind"), || pushed("push-diagonal")),
+        || asked.par_iter().with_max_len(1).map(try_out).collect(),
+    );
+    let (pushes, like_imposed) = ([behind?, diagonal?], headings.split_off(HEADINGS_DEG.len()));
+    let impose = |name: &str| -> Result<(ImposedRecord, MotionPlot, Vec<_>)> {
+        let scenario = Scenario::load(name)?;
+        let Cause::Imposed(Imposed { zmp_error_m, start }) = scenario.cause()? else {
+            return Err(is_not(&scenario, "an imposed error"));
+        };
+        let (mut motion, mut ticks) = (MotionPlot::default(), Vec::new());
+        let record = imposed::run(&robot, &design, &scenario.episode(), zmp_error_m.into(), start, &mut |tick| {
+            motion.samples.push(MotionSample::of_imposed(tick));
+            ticks.push((tick.time_s, tick.posture.clone(), acting_gain(&tick.account)));
+        })?;
+        progress.tick();
+        Ok((record, motion, ticks))
+    };
+    let at_rest = |name: &str| -> Result<ImposedRun> {
+        let (record, motion, ticks) = impose(name)?;
+        let Some(&footstep) = record.footsteps.first() else { return Err(takes_no_footstep(name)) };
+        Ok(ImposedRun { record, footstep, motion, ticks })
+    };
+    let errors = [at_rest("error-backward")?, at_rest("error-diagonal")?];
+    let moving = [impose("moving-backward")?.0, impose("moving-diagonal")?.0];
+    progress.finish();
+    let landed_allowed = design.family.allowed_support(&pushes[0].landing.polygon, &design.family.name)?;
+    let landed_sets = CpiSet::search_family(&design.family, &landed_allowed)?;
+    let mut kinematics = Kinematics::new(&robot);
+    kinematics.update(&robot, &robot.home_posture());
+    let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(&robot, foot).translation.vector.xy());
+    let stance = soles.left - soles.right;
+    let feet = Home::new(&robot, &rules, stance);
+    Ok(Study {
+        examples: EXAMPLES_DEG.map(|deg| feet.choice(deg)),
+        fan: (0..=720).map(|half_deg| feet.choice(0.5 * f64::from(half_deg))).collect(),
+        stance,
+        com: kinematics.com().xy(),
+        robot,
+        design,
+        rules,
+        judge,
+        home,
+        allowed,
+        sets,
+        inclusion,
+        landed_allowed,
+        landed_sets,
+        pushes,
+        headings,
+        like_imposed,
+        errors,
+        moving,
+    })
+}
+
+fn push_of(name: &str) -> Result<(Push, EpisodeConfig)> {
+    let scenario = Scenario::load(name)?;
+    let Cause::Push(push) = scenario.cause()? else { return Err(is_not(&scenario, "a push")) };
+    Ok((push, scenario.episode()))
+}
+
+/// One push and nothing else.
+fn by(push: Push) -> Disturbance {
+    Disturbance { pushes: vec![push], ..Disturbance::default() }
+}
+
+fn is_not(scenario: &Scenario, accepted: &str) -> Error {
+    Error::value(&scenario.name, "cause, gains", "another", "is not what the figures are made from", accepted)
+}
+
+fn takes_no_footstep(name: &str) -> Error {
+    Error::value(name, "footsteps", "none", "is not what the figures are made from", "one that leads to a footstep")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One robot and one gain set stand for all scenarios of the study.
+    #[test]
+    fn the_papers_scenarios_share_robot_and_gain_set() {
+        let same = |scenario: &Scenario| {
+            (scenario.robot.clone(), scenario.gains.clone(), scenario.episode().control_period_s.to_bits())
+        };
+        let first = same(&Scenario::load("push-behind").unwrap());
+        let others = ["push-diagonal", "error-backward", "error-diagonal", "moving-backward", "moving-diagonal"];
+        for name in others.into_iter().chain(LIKE_IMPOSED) {
+            assert_eq!(same(&Scenario::load(name).unwrap()), first, "{name}");
+        }
+    }
+}

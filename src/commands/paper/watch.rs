@@ -1,0 +1,85 @@
+//! What is seen of a pushed run, tick by tick, beyond what its record and its film keep.
+
+use crate::control::Account;
+use crate::control::estimate::on_ground;
+use crate::control::stand::Support;
+use crate::episode::snapshot::LEAST_N;
+use crate::episode::{AT_LIMIT, Tick};
+use crate::geometry::SupportPolygon;
+use crate::lipm::pendulum::State;
+use crate::render::paper::study::{Seen, Stand};
+use crate::robot::{Foot, PerFoot, Robot};
+use crate::sim::Truth;
+use nalgebra::{Point2, Vector3};
+
+/// Sees a run.
+#[derive(Default)]
+pub struct Watch {
+    pub seen: Seen,
+    /// Of the sole that stands in the first swing.
+    heading_at_lift: Option<f64>,
+}
+
+impl Watch {
+    /// Takes note of a tick; returns the hull of the soles that carry load.
+    pub fn see(&mut self, robot: &Robot, period_s: f64, tick: &Tick) -> Option<SupportPolygon> {
+        let (truth, account) = (tick.truth, &tick.account);
+        let estimate = account.estimate;
+        let loaded = PerFoot::from_fn(|foot| truth.sole_wrenches[foot].force.z >= LEAST_N);
+        self.seen.loaded.push(loaded);
+        self.seen.on_both.push(estimate.in_contact.left && estimate.in_contact.right);
+        self.note_torques(robot, period_s, truth);
+        if let (Some(swing), None) = (account.swing, &self.seen.landing) {
+            self.note_stance(truth, swing.footstep.foot.other());
+        } else if account.stands()
+            && self.seen.on_both.last() == Some(&true)
+            && self.seen.landing.is_none()
+            && let Support { frame, polygon: Some(polygon), .. } = account.support()
+        {
+            let stand = Stand {
+                time_s: truth.time_s,
+                frame,
+                polygon,
+                state: State::new(
+                    frame.inverse_transform_point(&estimate.com_xy()),
+                    frame.inverse_transform_vector(&estimate.com_vel_xy()),
+                    frame.inverse_transform_point(&account.zmp_ref),
+                ),
+                soles: PerFoot::from_fn(|foot| on_ground(&estimate.footholds[foot])),
+                load_n: estimate.load_n,
+            };
+            *(if self.heading_at_lift.is_some() { &mut self.seen.landing } else { &mut self.seen.lift }) = Some(stand);
+        }
+        hull(robot, truth, &loaded)
+    }
+
+    fn note_stance(&mut self, truth: &Truth, stance: Foot) {
+        let rotation = truth.soles[stance].rotation;
+        let heading = on_ground(&truth.soles[stance]).rotation.angle();
+        let tip_deg = (rotation * Vector3::z()).z.clamp(-1.0, 1.0).acos().to_degrees();
+        self.seen.stance_tip_deg = self.seen.stance_tip_deg.max(tip_deg);
+        let turn_deg = (heading - *self.heading_at_lift.get_or_insert(heading)).to_degrees();
+        if turn_deg.abs() > self.seen.stance_turn_deg.abs() {
+            self.seen.stance_turn_deg = turn_deg;
+        }
+    }
+
+    fn note_torques(&mut self, robot: &Robot, period_s: f64, truth: &Truth) {
+        self.seen.at_limit_s.resize(robot.joints.len(), 0.0);
+        for ((time_s, tau), servo) in self.seen.at_limit_s.iter_mut().zip(&truth.tau).zip(&robot.servos) {
+            *time_s += if tau.abs() >= AT_LIMIT * servo.torque_n_m { period_s } else { 0.0 };
+        }
+    }
+}
+
+/// The gain that acts; None with a foot in the air.
+pub fn acting_gain(account: &Account) -> Option<usize> {
+    account.gain.filter(|_| account.stands())
+}
+
+/// Hull of the soles that carry load, world.
+fn hull(robot: &Robot, truth: &Truth, loaded: &PerFoot<bool>) -> Option<SupportPolygon> {
+    let corners = |foot: Foot| robot.soles[foot].corners().map(|corner| (truth.soles[foot] * corner).xy());
+    let of_loaded: Vec<Point2<f64>> = Foot::BOTH.into_iter().filter(|f| loaded[*f]).flat_map(corners).collect();
+    SupportPolygon::hull(&of_loaded)
+}

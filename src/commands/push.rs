@@ -1,0 +1,143 @@
+//! `standfast push`: one push, what happened, and why.
+
+use super::arguments::{CheckArgs, fine, one_of};
+use super::episode::{Case, OutputArgs, command_line};
+use super::terminal::print;
+use crate::assets::DEFAULT_ROBOT;
+use crate::campaign::ask::trial;
+use crate::campaign::{Campaign, Overrides, PushBounds, check_episode};
+use crate::control::Design;
+use crate::episode::{Disturbance, EpisodeConfig};
+use crate::error::{Error, Result};
+use crate::lipm::gains::GainSet;
+use crate::robot::Robot;
+use crate::sim::{Profile, Push};
+use std::process::ExitCode;
+
+#[derive(Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
+#[command(after_help = "Examples:
+  standfast push --impulse 2.2                      from behind
+  standfast push --impulse 3 --heading -135 --gains hold
+  standfast push --impulse 3.6 --gains paper        more than standing can take: a footstep
+  standfast push --impulse 2 --plot push.svg        COM, ZMP and feet over time, as a picture
+  standfast push --impulse 2 --trace push.csv       every tick, as numbers
+  standfast push --impulse 3 --replay push.html     to watch in 3D, in any browser
+  standfast push --impulse 3 --frames pictures      snapshots and an animated picture
+  standfast push --campaign standard --trial 17     a trial of a campaign, as it was")]
+pub struct PushArgs {
+    /// Impulse (N s)
+    #[arg(long, value_name = "N_S", required_unless_present = "trial")]
+    pub impulse: Option<f64>,
+    /// Direction (degrees): 0 pushes forward, 90 to the left [default: 0]
+    #[arg(long, value_name = "DEG")]
+    pub heading: Option<f64>,
+    /// Height above the COM at home (m) [default: 0]
+    #[arg(long, value_name = "M")]
+    pub height: Option<f64>,
+    /// Duration (s) [default: 0.05]
+    #[arg(long, value_name = "S")]
+    pub duration: Option<f64>,
+    /// Start (s) [default: 0.5]
+    #[arg(long, value_name = "S")]
+    pub start: Option<f64>,
+    /// Course of the force; the impulse is the same [default: rectangular]
+    #[arg(long, value_parser = one_of::<Profile>(["rectangular", "half-sine"]))]
+    pub profile: Option<Profile>,
+    /// Gain set by name or file, or a variant NAME:KEY=VALUE; of a campaign, also by its name in the results
+    #[arg(long, value_name = "NAME|FILE", default_value = "catch")]
+    pub gains: String,
+    /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
+    #[arg(long, value_name = "NAME|FILE")]
+    pub robot: Option<String>,
+    /// Take sensor noise and thresholds from this campaign; without it sensors are ideal.
+    /// Robot and ground are the nominal ones, unless --trial is given
+    #[arg(long, value_name = "NAME|FILE")]
+    pub campaign: Option<String>,
+    /// Take pushes, robot, ground and noise of this trial of the campaign, as it was in `run`
+    #[arg(long, value_name = "I", requires = "campaign")]
+    pub trial: Option<u64>,
+    /// Seed of the campaign's noise [default: its own]; ideal sensors have none
+    #[arg(long, value_name = "S")]
+    pub seed: Option<u64>,
+    /// Length of the episode (s) [default: that of the campaign, or 6]
+    #[arg(long, value_name = "S")]
+    pub horizon: Option<f64>,
+    #[command(flatten)]
+    pub outputs: OutputArgs,
+    #[command(flatten)]
+    pub check: CheckArgs,
+    /// One JSON object on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+pub fn run(args: &PushArgs) -> Result<ExitCode> {
+    let campaign = match &args.campaign {
+        Some(name) => Some(Campaign::load(name, &Overrides { seed: args.seed, ..Overrides::default() })?),
+        None => None,
+    };
+    let mut config = campaign.as_ref().map_or_else(EpisodeConfig::default, |c| c.episode);
+    config.horizon_s = args.horizon.unwrap_or(config.horizon_s);
+    check_episode("arguments", &config)?;
+    let pushes = the_pushes(args, campaign.as_ref(), &config)?;
+    let robot_name = args.robot.as_ref().or(campaign.as_ref().map(|c| &c.robot));
+    let robot = Robot::load(robot_name.map_or(DEFAULT_ROBOT, String::as_str))?;
+    let gains = campaign.as_ref().map_or_else(|| args.gains.clone(), |c| c.gains_named(&args.gains));
+    let design = Design::new(&robot, &GainSet::load(&gains)?, config.control_period_s)?;
+    design.warning.iter().for_each(|warning| log::warn!("{warning}"));
+    args.outputs.check()?;
+    if args.check.check {
+        return fine(&format!("a push of {} N s, gain set {}", pushes[0].impulse_n_s, design.family.name));
+    }
+    let sensor_errors = campaign.as_ref().and_then(|c| trial::sensor_errors(c, args.trial.unwrap_or(0)));
+    // A trial's robot and ground belong to the trial; a push of one's own meets the nominal ones.
+    let variation = campaign.as_ref().zip(args.trial).map(|(c, trial)| trial::variation(c, trial));
+    let disturbance = Disturbance { pushes, sensor_errors, variation: variation.unwrap_or_default() };
+    let case = Case { robot: &robot, design: &design, config: &config };
+    print(&case.run(disturbance, &args.outputs, args.json, command_line())?)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The pushes asked for: those of the campaign's trial if one is named, the first changed by what else is given.
+fn the_pushes(args: &PushArgs, campaign: Option<&Campaign>, config: &EpisodeConfig) -> Result<Vec<Push>> {
+    let mut pushes = match (campaign, args.trial) {
+        (Some(campaign), Some(index)) => {
+            campaign.check_trial(index)?;
+            trial::pushes(campaign, index)
+        }
+        _ => vec![Push::default()],
+    };
+    let base = pushes[0];
+    // Its time, height and duration follow from the first.
+    let moves_second =
+        args.start.is_some() || args.duration.is_some() || args.height.is_some() || args.profile.is_some();
+    if pushes.len() > 1 && moves_second {
+        let accepted = "--impulse and --heading, or --set on the campaign in a file";
+        return Err(Error::value("arguments", "--trial", args.trial.unwrap_or(0), "has a second push", accepted));
+    }
+    let bounds = PushBounds::new(config.horizon_s);
+    // The ground of a trial may be sloped.
+    let earliest_s =
+        campaign.filter(|_| args.trial.is_some()).map_or(0.0, |campaign| campaign.push_bounds().start_s[0]);
+    let within = |name: &str, value: f64, [least, most]: [f64; 2]| {
+        if (least..=most).contains(&value) {
+            return Ok(value);
+        }
+        Err(Error::value("arguments", name, value, "out of range", format!("{least} to {most}")))
+    };
+    pushes[0] = Push {
+        impulse_n_s: within("--impulse", args.impulse.unwrap_or(base.impulse_n_s), bounds.impulse_n_s)?,
+        heading_deg: within("--heading", args.heading.unwrap_or(base.heading_deg), bounds.heading_deg)?,
+        height_m: within("--height", args.height.unwrap_or(base.height_m), bounds.height_m)?,
+        duration_s: within("--duration", args.duration.unwrap_or(base.duration_s), [1e-3, config.horizon_s])?,
+        start_s: within("--start", args.start.unwrap_or(base.start_s), [earliest_s, config.horizon_s])?,
+        profile: args.profile.unwrap_or(base.profile),
+    };
+    let end_s = pushes.iter().map(Push::end_s).fold(0.0, f64::max);
+    if end_s > config.horizon_s {
+        let (problem, accepted) = ("the push does not end in time", format!("more than {end_s}, the end of the push"));
+        return Err(Error::value("arguments", "--horizon", config.horizon_s, problem, accepted));
+    }
+    Ok(pushes)
+}

@@ -1,0 +1,100 @@
+//! `standfast response`: how well the ZMP follows the one wanted, and what that means for the poles.
+
+use super::arguments::one_of;
+use super::terminal::print;
+use crate::assets::DEFAULT_ROBOT;
+use crate::control::Design;
+use crate::episode::EpisodeConfig;
+use crate::episode::response::{self, Axis, Experiment};
+use crate::error::{Error, Result};
+use crate::lipm::gains::GainSet;
+use crate::render::text::response::Response;
+use crate::render::{self, plot};
+use crate::robot::Robot;
+use crate::sim::plant::Clock;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Frequencies measured: from, to, how many.
+const FREQUENCIES_HZ: (f64, f64, usize) = (0.5, 40.0, 13);
+/// A larger sine leaves the soles.
+const AMPLITUDES_M: [f64; 2] = [0.0001, 0.05];
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  standfast response                            the standard gains, forward
+  standfast response --axis y --gains fixed
+  standfast response --plot response.svg        gain and phase over frequency")]
+pub struct ResponseArgs {
+    /// Gain set by name or file
+    #[arg(long, value_name = "NAME|FILE", default_value = "switching")]
+    pub gains: String,
+    /// Robot by name or URDF file
+    #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_ROBOT)]
+    pub robot: String,
+    /// Direction of the sine: x forward, y to the left
+    #[arg(long, value_parser = one_of::<Axis>(["x", "y"]), default_value = "x")]
+    pub axis: Axis,
+    /// Amplitude of the sine that is added to the wanted ZMP (m)
+    #[arg(long, value_name = "M", default_value_t = 0.005, allow_negative_numbers = true)]
+    pub amplitude: f64,
+    /// Draw gain and phase
+    #[arg(long, value_name = "FILE.svg")]
+    pub plot: Option<PathBuf>,
+    /// One JSON object on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+pub fn run(args: &ResponseArgs) -> Result<ExitCode> {
+    let [least, most] = AMPLITUDES_M;
+    if !(least..=most).contains(&args.amplitude) {
+        let accepted = format!("{least} to {most}");
+        return Err(Error::value("arguments", "--amplitude", args.amplitude, "out of range", accepted));
+    }
+    let config = EpisodeConfig::default();
+    let robot = Robot::load(&args.robot)?;
+    let design = Design::new(&robot, &GainSet::load(&args.gains)?, config.control_period_s)?;
+    design.warning.iter().for_each(|warning| log::warn!("{warning}"));
+    let experiment = Experiment {
+        axis: args.axis,
+        amplitude_m: args.amplitude,
+        clock: Clock { physics_step_s: config.physics_step_s, control_period_s: config.control_period_s },
+        settle_s: 2.0,
+        measure_s: 2.0,
+    };
+    let (from, to, count) = FREQUENCIES_HZ;
+    let points = response::measure(&robot, &design, &experiment, &response::log_spaced(from, to, count))?;
+    let measured = Response::new(&args.robot, &design.family, &experiment, points);
+    if let Some(path) = &args.plot {
+        plot::response::write(path, &measured)?;
+    }
+    print(&if args.json { render::json(&measured.as_json()) } else { measured.text() })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn args(gains: &str) -> ResponseArgs {
+        ResponseArgs {
+            gains: gains.into(),
+            robot: "ut-mu2".into(),
+            axis: Axis::Y,
+            amplitude: 0.005,
+            plot: None,
+            json: false,
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_before_anything_runs() {
+        for amplitude in [-0.005, 0.0, 0.2, f64::NAN] {
+            let error = run(&ResponseArgs { amplitude, ..args("switching") }).unwrap_err();
+            assert!(error.to_string().contains("--amplitude = "), "{error}");
+            assert_eq!(error.exit_code(), 2);
+        }
+        assert!(run(&args("best")).unwrap_err().to_string().contains("gain set \"best\" not found"));
+    }
+}

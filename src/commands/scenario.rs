@@ -1,0 +1,100 @@
+//! `standfast scenario`: a disturbance with a name, those of the paper first.
+
+use super::arguments::{CheckArgs, fine};
+use super::episode::{Case, OutputArgs, command_line};
+use super::terminal::print;
+use crate::campaign::ask::scenario::{Cause, Imposed, Scenario};
+use crate::control::Design;
+use crate::episode::{Disturbance, imposed};
+use crate::error::{Error, Result};
+use crate::lipm::gains::GainSet;
+use crate::render::plot::motion::{MotionPlot, MotionSample};
+use crate::render::{self, text};
+use crate::robot::Robot;
+use serde_json::json;
+use std::process::ExitCode;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  standfast scenario                                    what there is
+  standfast scenario push-behind --plot response.svg    the paper's push from behind, as in its Fig. 14 (a)
+  standfast scenario push-behind --gains switching      ... without a footstep
+  standfast scenario my-scenario.toml                    your own; start from one in assets/scenarios")]
+pub struct ScenarioArgs {
+    /// A scenario that is compiled in, or a TOML file; without it all are listed
+    pub scenario: Option<String>,
+    /// Gain set by name or file, instead of the scenario's
+    #[arg(long, value_name = "NAME|FILE", requires = "scenario")]
+    pub gains: Option<String>,
+    /// Robot by name or URDF file, instead of the scenario's
+    #[arg(long, value_name = "NAME|FILE", requires = "scenario")]
+    pub robot: Option<String>,
+    #[command(flatten)]
+    pub outputs: OutputArgs,
+    #[command(flatten)]
+    pub check: CheckArgs,
+    /// One JSON object on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
+    let Some(name) = &args.scenario else { return list(args) };
+    let scenario = Scenario::load(name)?;
+    let (cause, config) = (scenario.cause()?, scenario.episode());
+    let robot = Robot::load(args.robot.as_ref().unwrap_or(&scenario.robot))?;
+    let gains = GainSet::load(args.gains.as_ref().unwrap_or(&scenario.gains))?;
+    let design = Design::new(&robot, &gains, config.control_period_s)?;
+    design.warning.iter().for_each(|warning| log::warn!("{warning}"));
+    if matches!(cause, Cause::Imposed(_)) {
+        args.outputs.check_without_physics()?;
+    }
+    args.outputs.check()?;
+    if args.check.check {
+        return fine(&format!("scenario {}, gain set {}", scenario.name, gains.name));
+    }
+    let case = Case { robot: &robot, design: &design, config: &config };
+    let answer = match cause {
+        Cause::Push(push) => {
+            let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
+            case.run(disturbance, &args.outputs, args.json, command_line())?
+        }
+        Cause::Imposed(error) => impose(args, &scenario, &case, &error)?,
+    };
+    print(&if args.json { answer } else { format!("{}\n\n{answer}", scenario.description) })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Without a name: what there is.
+fn list(args: &ScenarioArgs) -> Result<ExitCode> {
+    if !args.outputs.is_empty() {
+        let (problem, accepted) =
+            ("there is no episode to write anything of", "one of those that `standfast scenario` lists");
+        return Err(Error::value("arguments", "SCENARIO", "none", problem, accepted));
+    }
+    let all = Scenario::builtin()?;
+    if args.check.check {
+        return fine(&format!("{} scenarios to list", all.len()));
+    }
+    print(&if args.json {
+        render::json(&json!({ "scenarios": all }))
+    } else {
+        let lines = all.iter().map(|scenario| format!("{:<20} {}\n", scenario.name, scenario.description));
+        lines.collect::<String>() + "\nto run one: standfast scenario NAME\n"
+    })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Imposes a ZMP error on the pendulum, draws what follows if asked, and returns what to print.
+fn impose(args: &ScenarioArgs, scenario: &Scenario, case: &Case, error: &Imposed) -> Result<String> {
+    let Case { robot, design, config } = *case;
+    let mut plot = MotionPlot::default();
+    let record = imposed::run(robot, design, config, error.zmp_error_m.into(), error.start, &mut |tick| {
+        plot.samples.push(MotionSample::of_imposed(tick));
+    })?;
+    let told = text::Imposed { scenario: &scenario.name, gain_set: &design.family.name, start: error.start, record };
+    if let Some(path) = &args.outputs.plot {
+        plot.write(path, &told.headline())?;
+    }
+    Ok(if args.json { render::json(&told.as_json()) } else { told.text() })
+}

@@ -1,0 +1,57 @@
+//! `standfast status`: what is missing in the folder of a campaign.
+
+use super::terminal::print;
+use crate::campaign::Folder;
+use crate::error::Result;
+use crate::render;
+use serde_json::json;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Exit code when something is missing.
+const INCOMPLETE: u8 = 3;
+
+#[derive(Debug, clap::Args)]
+pub struct FolderArgs {
+    /// Result folder of `run`
+    pub dir: PathBuf,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+pub fn run(args: &FolderArgs) -> Result<ExitCode> {
+    let complete = print_status(&Folder::existing(&args.dir)?, args.json)?;
+    Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
+}
+
+/// Prints which parts are there; true if all are.
+pub fn print_status(folder: &Folder, json: bool) -> Result<bool> {
+    let (missing, blocks) = (folder.missing(), folder.blocks());
+    let (complete, trials) = (missing.is_empty(), folder.trials_of(&missing));
+    let there = blocks - missing.len() as u64;
+    let next = if complete { folder.merge_command() } else { folder.resume_command() };
+    if json {
+        print(&render::json(&json!({
+            "name": folder.manifest.campaign.name,
+            "config_hash": folder.manifest.config_hash,
+            "complete": complete,
+            "parts": blocks,
+            "parts_complete": there,
+            "missing_trials": trials,
+            "next_command": next,
+        })))?;
+        return Ok(complete);
+    }
+    let head = format!("{}: {there} of {blocks} parts are complete", folder.path.display());
+    print(&if complete {
+        format!("{head}\nto join them: {next}\n")
+    } else {
+        let merge = folder.merge_command();
+        format!(
+            "{head}\nmissing: trials {trials}\nto compute the rest: {next}\n\
+             or copy the folders of other shards into this one, and then: {merge}\n"
+        )
+    })?;
+    Ok(complete)
+}

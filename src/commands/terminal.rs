@@ -1,0 +1,18 @@
+//! What a command says: what it computes goes to the standard output, all else to the standard error.
+
+use crate::error::{Error, Result};
+use std::io::{ErrorKind, Write};
+
+/// Prints to the standard output; a reader that has gone (`| head`) is no error.
+pub fn print(text: &str) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::Write { path: "standard output".into(), source: e }),
+        _ => Ok(()),
+    }
+}
+
+/// A line on the standard error; nobody there to read it is no reason to stop.
+pub fn note(line: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
+}

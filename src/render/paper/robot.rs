@@ -1,0 +1,156 @@
+//! The robot itself: Fig. 7, its solids and its joints; Fig. 8, 12 and 13, snapshots of its runs.
+
+use super::feet;
+use super::panel::Panel;
+use super::study::{ImposedRun, Pushed, Study};
+use crate::episode::Footstep;
+use crate::render::picture::{Camera, draw, draw_posture, png};
+use crate::render::scene::palette::Overlay;
+use crate::robot::{Foot, Joint, Kinematics, Robot};
+use image::RgbImage;
+use nalgebra::{Point3, Vector2};
+
+/// Dots of a picture to a px of the page.
+const FINE: f64 = 2.0;
+/// Of the panels of Fig. 7 (px).
+const SIZE: [f64; 2] = [400.0, 560.0];
+/// Of the robot at home.
+const AT_HOME: Camera = Camera {
+    target: Point3::new(0.0, 0.0, 0.262),
+    azimuth_deg: 32.0,
+    elevation_deg: 14.0,
+    distance_m: 1.5,
+    fov_deg: 25.0,
+};
+/// Half of a joint's axis as it is drawn (m).
+const AXIS_M: f64 = 0.022;
+/// An axis whose largest part is more is along that one.
+const ALONG: f64 = 0.99;
+
+/// Of a snapshot without marks, and of one with them, which are small (px); of their cameras (degrees).
+const PLAIN: ([f64; 2], f64) = ([200.0, 270.0], 22.5);
+const MARKED: ([f64; 2], f64) = ([340.0, 440.0], 27.0);
+/// By how much a camera looks to the side of the push (m): the arrow is to be in the picture.
+const ARROW_M: f64 = 0.07;
+
+/// By what a joint turns its limb with all joints at zero: one axis of the robot, or none of them.
+pub fn axis_name(joint: &Joint) -> &'static str {
+    if joint.axis.amax() > ALONG { ["roll", "pitch", "yaw"][joint.axis.iamax()] } else { "oblique" }
+}
+
+/// Fig. 7.
+pub fn machine(study: &Study) -> Vec<Panel> {
+    let mut view = Panel::new(SIZE[0], SIZE[1]);
+    let image = draw_posture(&study.robot, &study.robot.home_posture(), &AT_HOME, fine(SIZE));
+    view.image(SIZE, &png(&image), "the robot at home");
+    vec![view, skeleton(&study.robot), feet::placement(study, SIZE[0])]
+}
+
+/// Dots of a picture that is shown in so many px.
+fn fine(size: [f64; 2]) -> [u32; 2] {
+    size.map(|side| (FINE * side) as u32)
+}
+
+/// The joints' axes in the view of the picture.
+fn skeleton(robot: &Robot) -> Panel {
+    let mut kinematics = Kinematics::new(robot);
+    kinematics.update(robot, &robot.home_posture());
+    let mut panel = Panel::new(SIZE[0], SIZE[1]);
+    let seen = |point: Point3<f64>| AT_HOME.project(point, SIZE.map(|side| side as u32)).unwrap_or_default();
+    for foot in Foot::BOTH {
+        let (pose, sole) = (kinematics.sole_pose(robot, foot), &robot.soles[foot]);
+        panel.polygon("sole", &sole.corners().map(|corner| seen(pose * corner)));
+        panel.line("bone", seen(kinematics.joint_position(sole.link - 1)), seen(pose.translation.vector.into()));
+    }
+    for (i, joint) in robot.joints.iter().enumerate() {
+        let from = match joint.parent {
+            0 => kinematics.link_com(0),
+            parent => kinematics.joint_position(parent - 1),
+        };
+        panel.line("bone", seen(from), seen(kinematics.joint_position(i)));
+    }
+    for foot in Foot::BOTH {
+        let [x, y] = seen(kinematics.sole_pose(robot, foot) * Point3::new(0.075, 0.0, 0.0));
+        panel.text("small", [x, y + 6.0], foot.name());
+    }
+    for (i, joint) in robot.joints.iter().enumerate() {
+        let (at, axis) = (kinematics.joint_position(i), AXIS_M * kinematics.joint_axis(i));
+        panel.line(&format!("joint {}", axis_name(joint)), seen(at - axis), seen(at + axis));
+        panel.circle(axis_name(joint), seen(at), 3.0);
+    }
+    let keys =
+        [("roll", "along x: roll"), ("pitch", "along y: pitch"), ("yaw", "along z: yaw"), ("oblique", "oblique")];
+    for ((class, words), y) in keys.into_iter().zip([24.0, 44.0, 64.0, 84.0]) {
+        panel.line(&format!("joint {class}"), [16.0, y - 4.0], [42.0, y - 4.0]);
+        panel.text("start", [50.0, y], words);
+    }
+    panel
+}
+
+/// Fig. 8.
+pub fn imposed(study: &Study) -> Vec<Panel> {
+    let runs = study.errors.iter().zip(["(a)", "(b)"]);
+    runs.flat_map(|(run, name)| imposed_strip(study, run, name)).collect()
+}
+
+fn imposed_strip(study: &Study, run: &ImposedRun, name: &str) -> [Panel; 6] {
+    let (size, fov_deg) = PLAIN;
+    let Footstep { lift_s: lift, land_s: land, .. } = run.footstep;
+    let end_s = run.record.home_at_s.unwrap_or(land + 0.6);
+    let camera = camera(middle(&run.footstep), fov_deg);
+    [
+        (lift, "error imposed"),
+        (lift + 0.3 * (land - lift), "foot in the air"),
+        (lift + 0.65 * (land - lift), "foot in the air"),
+        (land, "landed"),
+        (0.5 * (land + end_s), "switching control"),
+        (end_s, "COM home"),
+    ]
+    .map(|(at, what)| {
+        let i = run.ticks.partition_point(|(time_s, ..)| *time_s < at - 1e-9).min(run.ticks.len() - 1);
+        let (time_s, posture, _) = &run.ticks[i];
+        let image = draw_posture(&study.robot, posture, &camera, fine(size));
+        let mut panel = snapshot(&image, size, &format!("{name}  {time_s:.3} s"), what);
+        // Where the soles stood at first, on the floor.
+        for foot in Foot::BOTH {
+            let corners = study.sole().map(|corner| study.sole_at_home(foot) + corner.coords);
+            let on_floor = corners.map(|corner| Point3::new(corner.x, corner.y, 0.0));
+            let seen = on_floor.map(|at| camera.project(at, size.map(|side| side as u32)).unwrap_or_default());
+            panel.polygon("stood", &seen);
+        }
+        panel
+    })
+}
+
+/// Fig. 12 and 13.
+pub fn pushed(study: &Study, pushed: &Pushed) -> Vec<Panel> {
+    let (size, fov_deg) = MARKED;
+    // With room for the arrow, on the side that the push comes from.
+    let camera = camera(middle(&pushed.footstep) - ARROW_M * pushed.push.direction().xy(), fov_deg);
+    let shown = |(i, what): (usize, &str)| {
+        let moment = &pushed.film.snapshots[i];
+        let image = draw(&study.robot, moment, &camera, fine(size), &Overlay::ALL);
+        snapshot(&image, size, &format!("{:.3} s", moment.time_s), what)
+    };
+    pushed.moments().map(shown).into()
+}
+
+/// Over which a camera sees a footstep whole (m).
+fn middle(footstep: &Footstep) -> Vector2<f64> {
+    0.5 * Vector2::new(footstep.to_m[0], footstep.to_m[1] - footstep.from_m[1])
+}
+
+/// From the robot's front right, at a point over the ground (m); it does not follow the robot, so that a footstep is seen
+/// as one.
+fn camera(over: Vector2<f64>, fov_deg: f64) -> Camera {
+    let target = Point3::new(over.x, over.y, 0.255);
+    Camera { target, azimuth_deg: -48.0, elevation_deg: 12.0, distance_m: 1.7, fov_deg }
+}
+
+fn snapshot(image: &RgbImage, [width, height]: [f64; 2], time: &str, what: &str) -> Panel {
+    let mut panel = Panel::new(width, height + 40.0);
+    panel.image([width, height], &png(image), &format!("{time}: {what}"));
+    panel.text("title", [0.5 * width, height + 17.0], time);
+    panel.text("small", [0.5 * width, height + 33.0], what);
+    panel
+}

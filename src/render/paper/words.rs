@@ -1,0 +1,217 @@
+//! The words of `words.toml`, filled in with what was found, and the verdicts on what the paper says.
+
+use super::super::html::svg::short;
+use crate::error::{Error, Result};
+use minijinja::value::{Serde, Value as Any};
+use minijinja::{Environment, UndefinedBehavior, context};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+/// The file.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Words {
+    macros: String,
+    /// In their order.
+    pub figure: Vec<FigureWords>,
+    claim: BTreeMap<String, ClaimWords>,
+    pub not_made: Vec<NotMade>,
+    /// The claims on the update time.
+    pub update_time: Vec<String>,
+}
+
+impl Words {
+    /// Errors: none but words that are wrong.
+    pub fn load() -> Result<Self> {
+        toml::from_str(include_str!("words.toml")).map_err(wrong)
+    }
+}
+
+/// Of a figure of the page.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FigureWords {
+    /// As in the paper, e.g. "3".
+    pub number: String,
+    pub file: String,
+    pub title: String,
+    /// Panels side by side in the file.
+    pub columns: usize,
+    pub claims: Vec<String>,
+    pub reading: String,
+    pub table: Option<TableWords>,
+}
+
+/// A table with a row for each element of a list.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableWords {
+    /// Name of the list under `told`.
+    rows: String,
+    /// Head and cell of each column.
+    columns: Vec<[String; 2]>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ClaimWords {
+    paper: String,
+    holds: Option<String>,
+    here: String,
+}
+
+/// A figure of the paper that nothing here can show.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NotMade {
+    pub figure: String,
+    pub why: String,
+}
+
+/// How a statement of the paper compares with what was computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    Agrees,
+    Differs,
+    /// The paper does not say, or its print does not let one read it.
+    Open,
+}
+
+/// A statement of the paper and what this run has to say to it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Claim {
+    pub verdict: Verdict,
+    /// The paper's own words if they have a `place`, else a remark on it.
+    pub paper: String,
+    pub place: Option<String>,
+    pub here: String,
+}
+
+/// How many claims have a verdict; in words: "2 agree", "1 differs".
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Count {
+    pub verdict: Verdict,
+    pub claims: usize,
+    #[serde(skip)]
+    pub told: String,
+}
+
+/// Of each verdict that some claim has.
+pub fn counts(claims: &[Claim]) -> Vec<Count> {
+    let words = [
+        (Verdict::Agrees, "agrees", "agree"),
+        (Verdict::Differs, "differs", "differ"),
+        (Verdict::Open, "open", "open"),
+    ];
+    let count = |(verdict, one, more)| {
+        let claims = claims.iter().filter(|claim| claim.verdict == verdict).count();
+        Count { verdict, claims, told: format!("{claims} {}", if claims == 1 { one } else { more }) }
+    };
+    words.map(count).into_iter().filter(|count| count.claims > 0).collect()
+}
+
+/// Cells of text, below a head.
+#[derive(Debug, Clone, Serialize)]
+pub struct Table {
+    pub head: Vec<String>,
+    pub rows: Vec<Vec<String>>,
+}
+
+/// What tells the words with the numbers of all figures.
+pub struct Teller {
+    pub words: Words,
+    environment: Environment<'static>,
+}
+
+impl Teller {
+    /// `numbers`: those of each figure by its number, and of the update time; `design`: the gain set's.
+    pub fn new(words: Words, numbers: &Value, design: &Value) -> Self {
+        let mut environment = Environment::new();
+        environment.set_undefined_behavior(UndefinedBehavior::Strict);
+        environment.add_global("fig", Any::from(Serde(numbers)));
+        environment.add_global("design", Any::from(Serde(design)));
+        environment.add_filter("n", |x: f64, digits: Option<usize>| short(x, digits.unwrap_or(0)));
+        environment.add_filter("mm", |m: f64, digits: Option<usize>| short(1e3 * m, digits.unwrap_or(0)));
+        environment.add_filter("s", |s: Option<f64>| s.map_or("never".into(), |s| format!("{s:.2} s")));
+        environment.add_filter("length_of", |Serde([x, y]): Serde<[f64; 2]>| x.hypot(y));
+        environment.add_filter("towards_deg", |Serde([x, y]): Serde<[f64; 2]>| y.atan2(x).to_degrees());
+        environment.add_filter("walked", |Serde(way): Serde<[f64; 2]>| walked(way));
+        environment.add_filter("way", |Serde(Ends { from_m, to_m }): Serde<Ends>| {
+            vec![to_m[0] - from_m[0], to_m[1] - from_m[1]]
+        });
+        Self { words, environment }
+    }
+
+    /// The claims of a figure, from its numbers. Errors, here as below: none but words that are wrong.
+    pub fn claims(&self, names: &[String], numbers: &Value) -> Result<Vec<Claim>> {
+        names.iter().map(|name| self.claim(name, numbers)).collect()
+    }
+
+    fn claim(&self, name: &str, numbers: &Value) -> Result<Claim> {
+        let words = self.words.claim.get(name).ok_or_else(|| wrong(format!("there is no claim {name}")))?;
+        let numbers = Any::from(Serde(numbers));
+        let holds = match &words.holds {
+            Some(holds) => self.environment.compile_expression(holds).and_then(|it| it.eval(&numbers)),
+            None => Ok(Any::from(())),
+        };
+        let holds = holds.map_err(|e| wrong(format!("claim {name}: {e:#}")))?;
+        let verdict = match (holds.is_none(), holds.is_true()) {
+            (true, _) => Verdict::Open,
+            (_, true) => Verdict::Agrees,
+            _ => Verdict::Differs,
+        };
+        let here = self.fill(&words.here, context! { holds, ..numbers })?;
+        let paper = joined(&words.paper);
+        let quoted =
+            paper.strip_prefix('\u{201c}').and_then(|quoted| quoted.strip_suffix(')')?.rsplit_once("\u{201d} ("));
+        let (paper, place) = quoted.map_or((paper.as_str(), None), |(paper, place)| (paper, Some(place.into())));
+        Ok(Claim { verdict, paper: paper.into(), place, here })
+    }
+
+    /// How a figure is to be read.
+    pub fn reading(&self, figure: &FigureWords, numbers: &Value) -> Result<String> {
+        self.fill(&figure.reading, Any::from(Serde(numbers)))
+    }
+
+    pub fn table(&self, words: &TableWords, numbers: &Value) -> Result<Table> {
+        let cells = |row: &Value| {
+            words.columns.iter().map(|[_, cell]| self.fill(cell, context! { row => Serde(row) })).collect()
+        };
+        let rows =
+            numbers["told"][&words.rows].as_array().ok_or_else(|| wrong(format!("there is no list {}", words.rows)))?;
+        Ok(Table {
+            head: words.columns.iter().map(|[head, _]| head.clone()).collect(),
+            rows: rows.iter().map(cells).collect::<Result<_>>()?,
+        })
+    }
+
+    fn fill(&self, words: &str, numbers: Any) -> Result<String> {
+        let told = self.environment.render_str(&format!("{}{words}", self.words.macros), numbers);
+        Ok(joined(&told.map_err(|e| wrong(format!("{e:#}: {words}")))?))
+    }
+}
+
+fn wrong(problem: impl std::fmt::Display) -> Error {
+    Error::Numeric { what: "words.toml".into(), problem: problem.to_string() }
+}
+
+/// Lines as one.
+fn joined(lines: &str) -> String {
+    lines.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Of a footstep (m).
+#[derive(Deserialize)]
+struct Ends {
+    from_m: [f64; 3],
+    to_m: [f64; 3],
+}
+
+/// How far something went (m; x forward, y left), in words.
+fn walked(way: [f64; 2]) -> String {
+    let part = |m: f64, ways: [&str; 2]| format!("{} mm {}", short(1e3 * m.abs(), 0), ways[usize::from(m < 0.0)]);
+    let [along, across] = [part(way[0], ["forward", "backward"]), part(way[1], ["to the left", "to the right"])];
+    if way[1].abs() < 5e-4 { along } else { format!("{along} and {across}") }
+}

@@ -1,0 +1,391 @@
+//! The result of a campaign as text.
+
+use super::comparison;
+use crate::campaign::Summary;
+use crate::campaign::ask::variations;
+use crate::campaign::verdict::failures::Failures;
+use crate::campaign::verdict::pairs::Pair;
+use crate::campaign::verdict::prediction::{MarginBin, Prediction};
+use crate::campaign::verdict::set_summary::{FittedCurve, SetSummary};
+use crate::episode::Judge;
+use crate::render::replay_command;
+use crate::render::text::layout::{align, compared, percent, seconds, table, whole_names, wrapped};
+use crate::stats::rate::SuccessCount;
+use comfy_table::Table;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Causes of a fall that are named; the others are summed up.
+const CAUSES: usize = 5;
+
+/// With more sets than this the sets are rows, not columns, and each is compared with the first alone.
+const FEW: usize = 4;
+
+/// What counts as recovered and as a fall, in words: three lines.
+pub fn thresholds(judge: &Judge) -> String {
+    format!(
+        "recovered: tilt under {} deg, COM under {} m/s, DCM in the support, for {} s\n\
+         fell:      a link at the ground other than the soles, tilt over {} deg,\n           \
+         or COM under {} of its height at home\n",
+        judge.standing_tilt_deg,
+        judge.standing_com_speed_m_s,
+        judge.standing_time_s,
+        judge.fallen_tilt_deg,
+        judge.fallen_com_height_ratio,
+    )
+}
+
+/// What was asked, how many trials recovered per gain set and impulse, how fast, as foretold or not, and where the sets
+/// differ. `folder` holds the result, for the command that replays a trial.
+pub fn campaign(summary: &Summary, folder: &Path) -> String {
+    let push = &summary.push;
+    let most = match summary.most_trials > summary.trials {
+        true => format!(" (of {} at most)", summary.most_trials),
+        false => String::new(),
+    };
+    let hash = &summary.config_hash[..summary.config_hash.len().min(12)];
+    let mut head = vec![
+        (
+            "campaign ",
+            format!(
+                "{}: {} pushes{most}, the same for each gain set; seed {}, configuration {hash}",
+                summary.name, summary.trials, summary.seed
+            ),
+        ),
+        (
+            "push:   ",
+            format!(
+                "impulse {} N s, heading {} deg, height {} m above the COM, duration {} s, start {} s, {}",
+                push.impulse_n_s,
+                push.heading_deg,
+                push.height_m,
+                push.duration_s,
+                push.start_s,
+                crate::campaign::store::row::profile_name(push.profile)
+            ),
+        ),
+    ];
+    if summary.second_push.is_any() {
+        head.push(("then:   ", summary.second_push.to_string()));
+    }
+    let varied = variations::described(&summary.variations).join(", ");
+    if !varied.is_empty() {
+        head.push(("varied: ", varied));
+    }
+    let sensors = &summary.sensors;
+    let horizon_s = summary.episode.horizon_s;
+    head.push((
+        "sensors: ",
+        format!("noise x {}, bias x {}; horizon {horizon_s} s", sensors.noise_scale, sensors.bias_scale),
+    ));
+    let mut text: String = head.iter().map(|(mark, words)| wrapped(mark, words)).collect();
+    text += &thresholds(&summary.episode.judge);
+    text += "\n";
+    for warning in &summary.warnings {
+        text += &wrapped("warning: ", warning);
+    }
+    text += if summary.warnings.is_empty() { "" } else { "\n" };
+    let _ = writeln!(text, "{}", sets(summary));
+    text += &comparison::pairs(summary);
+    text += &comparison::gates(summary);
+    let _ = write!(text, "\n{}\n", by_impulse(summary));
+    text += &by_heading(summary);
+    let _ = write!(text, "\n{}\n{}", limits(summary), wrapped(" ", LIMITS_EXPLAINED));
+    text += &failures(summary);
+    text += &falls(summary);
+    let _ = write!(text, "\n{}\n{}", times(summary), times_explained(summary));
+    text += &comparison::shifts(summary);
+    text += &stepped(summary);
+    text += &foretold(summary);
+    text += &replay(summary, folder);
+    let _ = write!(text, "\n{}", wrapped("", &format!("intervals, {}", summary.interval)));
+    text
+}
+
+fn sets(summary: &Summary) -> Table {
+    let mut table = table(["gain set", "recovered", "rate", "95 %", "fell", "diverged", "timed out"]);
+    for set in &summary.sets {
+        let SuccessCount { trials, recovered, success_rate, ci95: [low, high] } = set.count;
+        table.add_row([
+            set.name.clone(),
+            format!("{recovered}/{trials}"),
+            percent(success_rate),
+            format!("{:.1}-{}", 100.0 * low, percent(high)),
+            set.fell.to_string(),
+            set.diverged.to_string(),
+            set.timed_out.to_string(),
+        ]);
+    }
+    align(table)
+}
+
+fn by_impulse(summary: &Summary) -> Table {
+    let names = std::iter::once("pushes").chain(names(summary));
+    let bins = summary.sets.first().map_or(0, |set| set.by_impulse.len());
+    let row = |bin: usize| {
+        // Every set met the same pushes: their bins are the same.
+        let first = &summary.sets[0].by_impulse[bin];
+        let rate = |set: &SetSummary| {
+            let rate = set.by_impulse[bin].count.success_rate;
+            if many(summary) { format!("{:.0} %", 100.0 * rate) } else { percent(rate) }
+        };
+        let cells = std::iter::once(first.count.trials.to_string()).chain(summary.sets.iter().map(rate));
+        let to = if many(summary) { "-" } else { " to " };
+        // Edges are sums of widths.
+        let short = |edge: f64| (1e3 * edge).round() / 1e3;
+        (format!("{}{to}{}", short(first.from_n_s), short(first.to_n_s)), cells.collect())
+    };
+    compared("impulse [N s]", names, (0..bins).map(row).collect(), many(summary))
+}
+
+fn names(summary: &Summary) -> impl Iterator<Item = &str> {
+    summary.sets.iter().map(|set| set.name.as_str())
+}
+
+fn many(summary: &Summary) -> bool {
+    summary.sets.len() > FEW
+}
+
+/// On what the sets fell; empty if none did.
+fn falls(summary: &Summary) -> String {
+    let mut causes: Vec<(&str, u64)> = Vec::new();
+    for fall in summary.sets.iter().flat_map(|set| &set.fall_causes) {
+        match causes.iter_mut().find(|(cause, _)| *cause == fall.cause) {
+            Some((_, trials)) => *trials += fall.trials,
+            None => causes.push((&fall.cause, fall.trials)),
+        }
+    }
+    if causes.is_empty() {
+        return String::new();
+    }
+    causes.sort_by_key(|&(_, trials)| std::cmp::Reverse(trials));
+    causes.truncate(CAUSES);
+    let named = |cause: &str| causes.iter().any(|&(known, _)| known == cause);
+    let sum = |set: &SetSummary, of: &dyn Fn(&str) -> bool| -> u64 {
+        set.fall_causes.iter().filter(|fall| of(&fall.cause)).map(|fall| fall.trials).sum()
+    };
+    let row = |label: &str, of: &dyn Fn(&str) -> bool| {
+        // Words wrap in a narrow column, names of links and joints do not.
+        let label = if many(summary) { label.replace('_', " ") } else { label.into() };
+        (label, summary.sets.iter().map(|set| sum(set, of).to_string()).collect())
+    };
+    let mut rows: Vec<_> = causes.iter().map(|&(cause, _)| row(cause, &|c| c == cause)).collect();
+    let others = |c: &str| !named(c);
+    if summary.sets.iter().any(|set| sum(set, &others) > 0) {
+        rows.push(row("others", &others));
+    }
+    format!("\n{}\n", compared("fell on", names(summary), rows, many(summary)))
+}
+
+/// Medians of each set's own survivors, and of the trials that all survive.
+fn times(summary: &Summary) -> Table {
+    let common = &summary.common_survivors;
+    let mut header = vec!["gain set", "settles", "settles (1)"];
+    if !summary.episode.end_early {
+        header.extend(["gets home", "gets home (1)", "home at end (1)"]);
+    }
+    let mut table = table(header);
+    for (set, shared) in summary.sets.iter().zip(&common.sets) {
+        let mut row = vec![set.name.clone(), seconds(set.times.median_settling_s), seconds(shared.median_settling_s)];
+        if let Some(home) = shared.home {
+            row.extend([
+                seconds(set.times.median_homing_s),
+                seconds(shared.median_homing_s),
+                format!("{home}/{}", common.trials),
+            ]);
+        }
+        table.add_row(row);
+    }
+    align(table)
+}
+
+fn times_explained(summary: &Summary) -> String {
+    let judge = &summary.episode.judge;
+    let mut text = format!(
+        " medians from the end of the push, over what each set survives; the ones to\n \
+         compare are (1), over the {} pushes that every set survives\n",
+        summary.common_survivors.trials
+    );
+    if !summary.episode.end_early {
+        let mm = 1000.0 * judge.home_radius_m;
+        let _ = writeln!(text, " home: COM within {mm} mm of the middle of the soles until the horizon");
+    }
+    text
+}
+
+/// Success by heading.
+fn by_heading(summary: &Summary) -> String {
+    let of_heading = |set: &SetSummary| set.strata.iter().filter(|s| s.by == "heading").cloned().collect::<Vec<_>>();
+    let strata: Vec<_> = summary.sets.iter().map(of_heading).collect();
+    let Some(first) = strata.first().filter(|first| !first.is_empty()) else { return String::new() };
+    let row = |i: usize| {
+        let cells = strata.iter().map(|set| percent(set[i].count.success_rate));
+        let all = std::iter::once(first[i].count.trials.to_string()).chain(cells).collect();
+        (first[i].label.clone(), all)
+    };
+    let names = std::iter::once("pushes").chain(names(summary));
+    format!("\n{}\n", compared("heading", names, (0..first.len()).map(row).collect(), many(summary)))
+}
+
+/// The impulses that are survived in half of all pushes and in nine of ten.
+fn limits(summary: &Summary) -> Table {
+    let mut table = table(["gain set", "50 % [N s]", "90 % [N s]", "50 % [m w d]"]);
+    for set in &summary.sets {
+        let (curve, normalized) = (&set.curve, &set.normalized_curve);
+        let levels = [impulse_at(curve, true), impulse_at(curve, false), impulse_at(normalized, true)];
+        table.add_row(std::iter::once(set.name.clone()).chain(levels));
+    }
+    whole_names(align(table))
+}
+
+const LIMITS_EXPLAINED: &str = "impulse at which 50 % and 90 % of the pushes are survived (95 % interval), by a fitted \
+                                logistic curve over all headings; m w d: mass, omega, way from the COM to the \
+                                support's edge, which a push of no duration may reach without a footstep";
+
+/// The impulse (N s, or over m omega d) that half of the pushes at it are survived, or nine of ten, with its interval.
+pub fn impulse_at(curve: &FittedCurve, half: bool) -> String {
+    let Some(fit) = &curve.fit else {
+        return curve.none_because.map_or("-".into(), |why| why.to_string());
+    };
+    let (level, why) = if half { (fit.impulse50, fit.no_impulse50) } else { (fit.impulse90, fit.no_impulse90) };
+    match (level, why) {
+        (Some(level), _) => {
+            let [least, most] = level.ci95.map(|end| end.map_or("?".into(), |x| format!("{x:.2}")));
+            format!("{:.2} ({least}-{most})", level.at)
+        }
+        (None, why) => why.map_or("-".into(), |why| why.to_string()),
+    }
+}
+
+/// How trials were lost.
+fn failures(summary: &Summary) -> String {
+    type Pick = fn(&Failures) -> u64;
+    let kinds: [(&str, Pick); 8] = [
+        ("fell without a footstep", |f| f.fell_before_any_footstep),
+        ("fell with a foot in the air", |f| f.fell_in_swing),
+        ("fell after a landing", |f| f.fell_after_landing),
+        ("not standing at the end", |f| f.timed_out),
+        ("diverged", |f| f.diverged),
+        ("  of the falls: slipped", |f| f.fell_slipped),
+        ("  torque at its limit", |f| f.fell_torque_limited),
+        ("  neither", |f| f.fell_otherwise),
+    ];
+    let any = |pick: &Pick| summary.sets.iter().any(|set| pick(&set.failures) > 0);
+    let row = |(label, pick): (&str, Pick)| {
+        (label.to_string(), summary.sets.iter().map(|set| pick(&set.failures).to_string()).collect())
+    };
+    let rows: Vec<_> = kinds.into_iter().filter(|(_, pick)| any(pick)).map(row).collect();
+    if rows.is_empty() {
+        String::new()
+    } else {
+        format!("\n{}\n", compared("lost", names(summary), rows, many(summary)))
+    }
+}
+
+/// What footsteps were worth; empty if no gain set took any.
+fn stepped(summary: &Summary) -> String {
+    let steppers = || summary.sets.iter().filter_map(|set| Some((set, set.stepped.as_ref()?)));
+    if steppers().next().is_none() {
+        return String::new();
+    }
+    let mut rows: Vec<(String, Vec<String>)> = Vec::new();
+    for (i, label) in ["none", "one", "two", "three or more"].into_iter().enumerate() {
+        rows.push((label.into(), steppers().map(|(_, stepped)| rate_of(&stepped.by_footsteps[i])).collect()));
+    }
+    let names = steppers().map(|(set, _)| set.name.as_str());
+    format!("\n{}\n", compared("recovered, by footsteps", names, rows, many(summary)))
+}
+
+/// Recovered of trials, and the rate.
+fn rate_of(count: &SuccessCount) -> String {
+    match count.trials {
+        0 => "-".into(),
+        trials => format!("{}/{trials} {:>7}", count.recovered, percent(count.success_rate)),
+    }
+}
+
+/// How well the sets foretell what happens; empty if no gain set has any.
+fn foretold(summary: &Summary) -> String {
+    let with_sets = || summary.sets.iter().filter_map(|set| Some((set, set.foretold.as_ref()?)));
+    if with_sets().next().is_none() {
+        return String::new();
+    }
+    type Pick = fn(&Prediction) -> &SuccessCount;
+    let mut rows: Vec<(String, Vec<String>)> = Vec::new();
+    for (label, pick) in [("holds the state", (|f| &f.inside) as Pick), ("does not", |f| &f.outside)] {
+        rows.push((label.into(), with_sets().map(|(_, f)| rate_of(pick(f))).collect()));
+    }
+    let names = with_sets().map(|(set, _)| set.name.as_str());
+    let corner = "slowest CPI set after the push";
+    if many(summary) {
+        rows.push(("as foretold".into(), with_sets().map(|(_, f)| percent(f.agreement)).collect()));
+        rows.push(("by the estimate".into(), with_sets().map(|(_, f)| percent(f.agreement_est)).collect()));
+        return format!(
+            "\n{}\n recovered where the set holds the true state at the end of the push, and where\n \
+             it does not; trials that did as it says, and by the state as estimated then;\n \
+             by margin: see summary.json\n",
+            compared(corner, names, rows, true)
+        );
+    }
+    let mut bins: Vec<&MarginBin> = Vec::new();
+    for bin in with_sets().flat_map(|(_, f)| &f.by_margin) {
+        if !bins.iter().any(|known| known.from == bin.from) {
+            bins.push(bin);
+        }
+    }
+    bins.sort_by(|a, b| a.from.unwrap_or(f64::NEG_INFINITY).total_cmp(&b.from.unwrap_or(f64::NEG_INFINITY)));
+    for MarginBin { from, to, .. } in bins {
+        let label = match (from, to) {
+            (Some(from), Some(to)) => format!("  margin {from} to {to}"),
+            (Some(from), None) => format!("  margin over {from}"),
+            (None, to) => format!("  margin under {}", to.unwrap_or(f64::INFINITY)),
+        };
+        let cell =
+            |f: &Prediction| f.by_margin.iter().find(|bin| bin.from == *from).map_or("-".into(), |b| rate_of(&b.count));
+        rows.push((label, with_sets().map(|(_, f)| cell(f)).collect()));
+    }
+    let agreement = |(set, f): (&SetSummary, &Prediction)| {
+        format!(" {}: {} ({} by the state as estimated then)", set.name, percent(f.agreement), percent(f.agreement_est))
+    };
+    format!(
+        "\n{}\n recovered where the set holds the true state at the end of the push, and where\n \
+         it does not (margin 1: rest, 0: border of the set); trials that did as it says:\n{}\n",
+        compared(corner, names, rows, false),
+        with_sets().map(agreement).collect::<Vec<_>>().join("\n")
+    )
+}
+
+/// How to replay a trial in which two sets end differently, or else one that was lost.
+fn replay(summary: &Summary, folder: &Path) -> String {
+    let differ = |pair: &Pair| {
+        let lost = |trials: &[u64], by: &str| Some((*trials.first()?, by.to_string(), "that tells sets apart"));
+        lost(&pair.first_only_a, &pair.b).or_else(|| lost(&pair.first_only_b, &pair.a))
+    };
+    // A set's telling trials begin with those that it lost.
+    let lost = |set: &SetSummary| {
+        let first = set.telling.first().filter(|_| set.count.recovered < set.count.trials)?;
+        Some((first.trial, set.name.clone(), "that was lost"))
+    };
+    let found = summary.pairs.iter().find_map(differ).or_else(|| summary.sets.iter().find_map(lost));
+    let Some((trial, set, which)) = found else { return String::new() };
+    format!(
+        "\nto replay a trial, e.g. one {which} (others: report.html):\n {}\n",
+        replay_command(summary, &set, trial, folder)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::verdict::summary::tests::summary;
+    use crate::episode::Outcome::{Fell, Recovered};
+
+    #[test]
+    fn a_trial_to_replay_is_called_what_it_is() {
+        let text = |outcomes| replay(&summary(&[outcomes; 3], &[], &[]), Path::new("out"));
+        assert!(text([Recovered, Fell]).contains("e.g. one that tells sets apart (others"));
+        assert!(text([Recovered, Fell]).ends_with("--campaign out/campaign.toml --trial 0 --gains b\n"));
+        assert!(text([Fell, Fell]).contains("e.g. one that was lost (others"));
+        assert_eq!(text([Recovered, Recovered]), "");
+    }
+}

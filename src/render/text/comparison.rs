@@ -1,0 +1,287 @@
+//! Gain sets against each other, and gates, as text.
+
+use crate::campaign::Summary;
+use crate::campaign::verdict::baseline::BaselineId;
+use crate::campaign::verdict::evidence::Status;
+use crate::campaign::verdict::gates::GateResult;
+use crate::campaign::verdict::pairs::{Pair, p_value, rounded};
+use crate::render::replay_command;
+use crate::render::text::layout::{align, signed, table, whole_names, wrapped};
+use crate::stats::mcnemar::PairedCounts;
+use crate::stats::ranks::Shift;
+use comfy_table::Table;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Of more pairs than this, if they are every set with every other, those with the first set stand for all.
+const FEW_PAIRS: usize = 6;
+
+/// Verdicts in sentences, one for each pair; then the counts and intervals behind them.
+pub(super) fn pairs(summary: &Summary) -> String {
+    let shown = shown(summary);
+    if shown.is_empty() {
+        return String::new();
+    }
+    let mut text = String::from("\n");
+    for pair in &shown {
+        text += &wrapped(" - ", &pair.words);
+    }
+    let _ = writeln!(text, "\n{}", counts(&shown));
+    let mut notes =
+        format!("a - b: rate of a less rate of b (points), above with its 95 % interval; {}", about_p(summary));
+    if shown.len() < summary.pairs.len() {
+        let more = summary.pairs.len() - shown.len();
+        notes += &format!("; each set against the first, {more} pairs more in summary.json");
+    }
+    text + &wrapped(" ", &notes)
+}
+
+/// What the p of pairs is, in words.
+pub fn about_p(summary: &Summary) -> String {
+    let holm = if summary.pairs.len() > 1 { ", adjusted for the count of pairs (Holm)" } else { "" };
+    let looks = match summary.stopping.until_resolved {
+        true => {
+            "; it is for a count of trials fixed in advance, not for this campaign, which ended when decided: \
+                 verdicts go by the intervals, which hold at every look"
+        }
+        false => "",
+    };
+    format!("p: exact McNemar test{holm}{looks}")
+}
+
+fn shown(summary: &Summary) -> Vec<&Pair> {
+    let (sets, pairs) = (summary.sets.len(), &summary.pairs);
+    let first = summary.sets.first().map(|set| &set.name);
+    // Two results may be compared set by set: then no set stands for the others.
+    let all = pairs.len() <= FEW_PAIRS || pairs.len() != sets * sets.saturating_sub(1) / 2;
+    pairs.iter().filter(|pair| all || Some(&pair.a) == first || Some(&pair.b) == first).collect()
+}
+
+fn counts(pairs: &[&Pair]) -> Table {
+    let mut table = table(["a", "b", "both", "only a", "only b", "neither", "a - b", "p"]);
+    for pair in pairs {
+        table.add_row(pair_cells(pair).into_iter().chain([p_cell(pair.holm_p)]));
+    }
+    whole_names(align(table))
+}
+
+/// Of a table of pairs: a, b, both, only a, only b, neither, and the difference in points.
+pub fn pair_cells(pair: &Pair) -> [String; 7] {
+    let PairedCounts { both, only_a, only_b, neither } = pair.counts;
+    let [both, only_a, only_b, neither] = [both, only_a, only_b, neither].map(|count| count.to_string());
+    [pair.a.clone(), pair.b.clone(), both, only_a, only_b, neither, signed(100.0 * pair.difference, 1)]
+}
+
+/// A p-value without its name.
+pub fn p_cell(p: f64) -> String {
+    p_value(p).trim_start_matches("p ").trim_start_matches("= ").into()
+}
+
+/// How much sooner, and with how many footsteps, over the trials that both sets of a pair recovered from.
+pub(super) fn shifts(summary: &Summary) -> String {
+    let shown: Vec<&Pair> = shown(summary).into_iter().filter(|pair| pair.settling_s.is_some()).collect();
+    if shown.is_empty() {
+        return String::new();
+    }
+    let mut table = table(["a", "b", "settles", "95 %", "p", "footsteps", "p"]);
+    for pair in shown {
+        let cells = |shift: &Option<Shift>, text: &dyn Fn(&Shift) -> String| match shift {
+            Some(shift) => [text(shift), p_cell(shift.p)],
+            None => ["-".into(), "-".into()],
+        };
+        let interval = pair.settling_s.and_then(|shift| shift.ci95).map_or("-".into(), |ends| {
+            let [least, most] = ends.map(|s| signed(s, 2));
+            format!("{least} to {most}")
+        });
+        let [settling, p] = cells(&pair.settling_s, &|shift| format!("{} s", signed(shift.median, 2)));
+        let [footsteps, p_footsteps] = cells(&pair.footsteps, &|shift| signed(shift.mean, 2));
+        table.add_row([pair.a.clone(), pair.b.clone(), settling, interval, p, footsteps, p_footsteps]);
+    }
+    let notes = "a less b, over the pushes that both survive: median of the differences of settling times \
+                 (Hodges-Lehmann) with its 95 % interval, mean of those of footsteps; p: Wilcoxon's signed-rank \
+                 test, not adjusted";
+    format!("\n{}\n{}", whole_names(align(table)), wrapped(" ", notes))
+}
+
+/// What became of each gate; empty without gates.
+pub(super) fn gates(summary: &Summary) -> String {
+    if summary.gates.is_empty() {
+        return String::new();
+    }
+    let mut table = table(["gate", "", "seen", "interval", "trials", "to run"]);
+    for gate in &summary.gates {
+        let judged = &gate.judged;
+        let head = [judged.name.clone(), status(judged.status).to_string()];
+        let more = judged.more_trials.map_or("-".into(), |more| format!("about {}", rounded(more)));
+        table.add_row(head.into_iter().chain(gate_cells(gate)).chain([more]));
+    }
+    let level = level(summary.gates.first().map_or(0.95, |gate| gate.judged.confidence));
+    let mut notes = format!("passes if its whole {level} interval is at least what is asked, fails if none of it is");
+    if let Some(baseline) = baseline(summary) {
+        notes += &format!("; {baseline}");
+    }
+    format!("\n{}\n{}", align(table), wrapped(" ", &notes))
+}
+
+/// Of a table of gates: what was seen, its interval, and the trials.
+pub fn gate_cells(gate: &GateResult) -> [String; 3] {
+    let judged = &gate.judged;
+    let [least, most] = judged.interval.map(|share| in_unit(gate, share));
+    let seen = format!("{} {}", in_unit(gate, judged.observed), unit(gate));
+    [seen, format!("{least} to {most}"), judged.trials.to_string()]
+}
+
+pub fn status(status: Status) -> &'static str {
+    match status {
+        Status::Passed => "passed",
+        Status::Failed => "FAILED",
+        Status::Unresolved => "unresolved",
+    }
+}
+
+/// What a gate is about, in its unit: a rate in %, a difference in points, with its sign.
+fn in_unit(gate: &GateResult, share: f64) -> String {
+    if gate.is_difference { signed(100.0 * share, 1) } else { format!("{:.1}", 100.0 * share) }
+}
+
+pub fn unit(gate: &GateResult) -> &'static str {
+    if gate.is_difference { "points" } else { "%" }
+}
+
+/// A confidence (a share) in percent, with all its digits.
+fn level(confidence: f64) -> String {
+    let percent = format!("{:.6}", 100.0 * confidence);
+    format!("{} %", percent.trim_end_matches('0').trim_end_matches('.'))
+}
+
+/// Which result gates compare with; None without one.
+pub fn baseline(summary: &Summary) -> Option<String> {
+    let BaselineId { name, standfast, config_hash, trials } = summary.baseline.as_ref()?;
+    let hash = &config_hash[..config_hash.len().min(12)];
+    Some(format!("baseline: {name}, {trials} trials, standfast {standfast}, configuration {hash}"))
+}
+
+/// For every gate that does not let the campaign pass, a sentence and the command that replays a trial that was lost.
+/// `folder` holds the result.
+pub fn failed_gates(summary: &Summary, folder: &Path) -> Vec<String> {
+    let told = |gate: &GateResult| {
+        let mut words = gate_words(gate);
+        let mark = match gate.judged.status {
+            Status::Unresolved => {
+                words += " (gates.unresolved)";
+                "gate unresolved: "
+            }
+            _ => "gate failed: ",
+        };
+        let sentence = wrapped(mark, &words).trim_end().to_string();
+        let Some(trial) = gate.lost_trial else { return sentence };
+        // A line of its own, however long: it is to be copied.
+        let command = replay_command(summary, &gate.set, trial, folder);
+        format!("{sentence}\na trial that it lost:\n  {command}")
+    };
+    summary.gates.iter().filter(|gate| !gate.passes).map(told).collect()
+}
+
+/// A gate and what was seen, in words.
+pub fn gate_words(gate: &GateResult) -> String {
+    format!("{}: {}", gate.judged.name, gate_seen(gate))
+}
+
+/// What was seen, in words.
+pub fn gate_seen(gate: &GateResult) -> String {
+    let (judged, unit) = (&gate.judged, unit(gate));
+    let [seen, asked] = [judged.observed, judged.required].map(|share| in_unit(gate, share));
+    let [least, most] = judged.interval.map(|share| in_unit(gate, share));
+    let more = judged.more_trials.map(|more| match judged.sequential {
+        true => format!("; if that is so, about {} more would resolve it", rounded(more)),
+        false => format!("; if that is so, a new campaign of about {} (another seed) would resolve it", rounded(more)),
+    });
+    let differ = gate.counts.map(|counts| {
+        let PairedCounts { only_a: won, only_b: lost, .. } = counts;
+        format!(" ({won} that only it recovered from, {lost} that only the other did)")
+    });
+    let fails = if gate.passes || judged.status == Status::Failed { "" } else { "; here that counts as failed" };
+    format!(
+        "{seen} {unit} seen, {least} to {most} {unit} at {} confidence, {asked} {unit} asked, {} trials{}{}{fails}",
+        level(judged.confidence),
+        judged.trials,
+        differ.unwrap_or_default(),
+        more.unwrap_or_default()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::verdict::summary::tests::summary;
+    use crate::episode::Outcome::{self, Fell, Recovered};
+
+    /// Set "a" recovers from every push, "b" from half of them.
+    fn halves(trials: usize) -> Vec<[Outcome; 2]> {
+        (0..trials).map(|i| [Recovered, if i < trials / 2 { Recovered } else { Fell }]).collect()
+    }
+
+    /// A summary that says of so many sets that these pairs of them were compared.
+    fn with_pairs(sets: usize, pairs: &[(usize, usize)]) -> Summary {
+        let mut summary = summary(&halves(10), &[], &[]);
+        let (set, pair) = (summary.sets[0].clone(), summary.pairs[0].clone());
+        let name = |i: usize| format!("set{i}");
+        summary.sets = (0..sets)
+            .map(|i| crate::campaign::verdict::set_summary::SetSummary { name: name(i), ..set.clone() })
+            .collect();
+        summary.pairs = pairs.iter().map(|&(a, b)| Pair { a: name(a), b: name(b), ..pair.clone() }).collect();
+        summary
+    }
+
+    #[test]
+    fn of_every_pair_those_with_the_first_set_are_shown_and_all_where_sets_have_partners() {
+        let every = crate::campaign::verdict::pairs::every_pair(7);
+        let text = pairs(&with_pairs(7, &every));
+        assert_eq!(text.matches("\n - ").count() + usize::from(text.starts_with(" - ")), 6, "{text}");
+        assert!(
+            text.split_whitespace().collect::<Vec<_>>().join(" ").contains("15 pairs more in summary.json"),
+            "{text}"
+        );
+        let partners: Vec<_> = (0..7).map(|i| (i, i + 7)).collect();
+        let summary = with_pairs(14, &partners);
+        assert_eq!(shown(&summary).len(), 7);
+        assert!(!pairs(&summary).contains("against the first"));
+    }
+
+    #[test]
+    fn a_gate_that_does_not_let_pass_is_told_with_a_command_to_copy() {
+        let told = |gates: &[&str], set: &[&str]| failed_gates(&summary(&halves(100), set, gates), Path::new("out"));
+        assert!(told(&["a >= 0.8", "b >= 0.5"], &[]).is_empty());
+        let all = told(&["a >= 0.8", "b >= 0.5", "b >= a + 0.1"], &["gates.unresolved=fail"]);
+        let [unresolved, failed] = &all[..] else { panic!("{all:?}") };
+        assert!(unresolved.starts_with("gate unresolved: b >= 0.5: 50.0 % seen, "), "{unresolved}");
+        assert!(unresolved.replace("\n                 ", " ").contains("counts as failed"), "{unresolved}");
+        let words = failed.replace("\n             ", " ");
+        assert!(words.starts_with("gate failed: b >= a + 0.1: -50.0 points seen, -"), "{words}");
+        let told = "points at 95 % confidence, +10.0 points asked, 100 trials (0 that only it recovered from, 50 that only \
+                    the other did)\na trial";
+        assert!(words.contains(told), "{words}");
+        for line in all.iter().flat_map(|text| text.lines()) {
+            assert!(line.chars().count() <= 80 || line.starts_with("  standfast push "), "{line}");
+        }
+        assert_eq!(failed.lines().last(), Some("  standfast push --campaign out/campaign.toml --trial 50 --gains b"));
+    }
+
+    #[test]
+    fn guesses_have_two_digits_and_differences_are_points() {
+        let mut summary = summary(&halves(100), &[], &["b >= 0.45", "a >= b + 0.45"]);
+        summary.gates[0].judged.more_trials = Some(1234);
+        summary.baseline =
+            Some(BaselineId { name: "old".into(), standfast: "0".into(), config_hash: "00".into(), trials: 9 });
+        let text = gates(&summary);
+        assert!(text.contains("about 1300"), "{text}");
+        assert!(text.contains("50.0 %") && text.contains("+50.0 points"), "{text}");
+        assert!(text.contains("baseline: old, 9 trials"), "{text}");
+        assert!(
+            gate_words(&summary.gates[0])
+                .ends_with("if that is so, a new campaign of about 1300 (another seed) would resolve it")
+        );
+        summary.gates[0].judged.sequential = true;
+        assert!(gate_words(&summary.gates[0]).ends_with("; if that is so, about 1300 more would resolve it"));
+    }
+}

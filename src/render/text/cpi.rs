@@ -1,0 +1,136 @@
+//! The maximal CPI sets of a gain set: sizes, inclusion, and their rows.
+
+use crate::error::{Error, Result};
+use crate::geometry::SupportPolygon;
+use crate::lipm::cpi_set::{CpiSet, Inclusion};
+use crate::lipm::gains::GainPoles;
+use crate::lipm::{GainFamily, GainSet, Pendulum};
+use comfy_table::{Table, presets};
+use nalgebra::{DMatrix, Point2, Vector2};
+use serde_json::{Map, Value, json};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Order of the state in exported files (eq. 5).
+pub const HEADER: &str = "com_x,com_vel_x,zmp_x,com_y,com_vel_y,zmp_y";
+
+/// Headings at which sizes are shown.
+const HEADINGS: [(&str, Vector2<f64>); 4] = [
+    ("forward", Vector2::new(1.0, 0.0)),
+    ("left", Vector2::new(0.0, 1.0)),
+    ("backward", Vector2::new(-1.0, 0.0)),
+    ("right", Vector2::new(0.0, -1.0)),
+];
+
+/// The sets of a gain set, as they were found.
+pub struct Sets<'a> {
+    pub set: &'a GainSet,
+    pub family: &'a GainFamily,
+    pub support: &'a SupportPolygon,
+    /// Slow to fast.
+    pub sets: &'a [CpiSet],
+    pub inclusion: Inclusion,
+}
+
+impl Sets<'_> {
+    pub fn as_json(&self) -> Value {
+        let dt = self.family.pendulum.dt;
+        let impulses = |s: &CpiSet| -> Map<String, Value> {
+            HEADINGS.iter().map(|(name, d)| ((*name).into(), json!(s.largest_impulse_from_rest(*d)))).collect()
+        };
+        let entry = |(s, poles): (&CpiSet, &GainPoles)| {
+            json!({
+                "gain": s.gain,
+                "poles_x_over_omega": poles.x,
+                "poles_y_over_omega": poles.y,
+                "horizon": s.horizon,
+                "horizon_s": s.horizon as f64 * dt,
+                "rows": s.set.rows.nrows(),
+                "largest_impulse_over_m_omega_d": impulses(s),
+            })
+        };
+        json!({
+            "gain_set": self.set.name,
+            "omega_rad_s": self.family.pendulum.omega,
+            "dt_s": dt,
+            "support_m": self.support.vertices().iter().map(|v| [v.x, v.y]).collect::<Vec<_>>(),
+            "sets": self.sets.iter().zip(&self.set.gains).map(entry).collect::<Vec<_>>(),
+            "inside": self.inclusion.inside,
+            "nested": self.inclusion.failures().is_empty(),
+            "warning": self.inclusion.warning(),
+        })
+    }
+
+    pub fn text(&self) -> String {
+        let Pendulum { omega, dt } = self.family.pendulum;
+        let mm = |v: &Point2<f64>| format!("({:.1}, {:.1})", v.x * 1e3, v.y * 1e3);
+        let vertices: Vec<String> = self.support.vertices().iter().map(mm).collect();
+        let warning = match self.inclusion.warning() {
+            Some(warning) => format!("warning: {warning}"),
+            None => "The family nests: the set of each gain lies inside the sets of the slower ones.".into(),
+        };
+        format!(
+            "{}: maximal CPI sets at omega {omega:.3} rad/s, period {:.3} ms\n\
+             support [mm]: {}\n\
+             {}\n\
+             forward ... right: largest impulse from rest over m omega d (d: origin to edge; 1 is the most\n\
+             that standing can take). Poles are multiples of -omega.\n\n\
+             {}\n\
+             {warning}\n",
+            self.set.name,
+            dt * 1e3,
+            vertices.join(" "),
+            self.sizes(),
+            self.nesting(),
+        )
+    }
+
+    fn sizes(&self) -> Table {
+        let mut table = Table::new();
+        table.load_style(presets::UTF8_FULL_CONDENSED);
+        let headings = HEADINGS.iter().map(|(name, _)| *name);
+        table.set_header(["gain", "poles x", "poles y", "horizon", "rows"].into_iter().chain(headings));
+        let poles = |p: [f64; 3]| format!("{} {} {}", p[0], p[1], p[2]);
+        for (s, g) in self.sets.iter().zip(&self.set.gains) {
+            let horizon = format!("{} ({:.3} s)", s.horizon, s.horizon as f64 * self.family.pendulum.dt);
+            let row = [s.gain.clone(), poles(g.x), poles(g.y), horizon, s.set.rows.nrows().to_string()];
+            let impulses = HEADINGS.iter().map(|(_, d)| format!("{:.3}", s.largest_impulse_from_rest(*d)));
+            table.add_row(row.into_iter().chain(impulses));
+        }
+        table
+    }
+
+    fn nesting(&self) -> Table {
+        let Inclusion { names, inside, .. } = &self.inclusion;
+        let mut table = Table::new();
+        table.load_style(presets::UTF8_FULL_CONDENSED);
+        table.set_header(["inside"].into_iter().chain(names.iter().map(String::as_str)));
+        for (name, row) in names.iter().zip(inside) {
+            let cells = row.iter().map(|inside| if *inside { "yes" } else { "-" });
+            table.add_row([name.as_str()].into_iter().chain(cells));
+        }
+        table
+    }
+
+    /// Writes, for each gain, the rows of S (S x <= 1) and the closed loop of eq. 13, in full precision.
+    pub fn export(&self, folder: &Path) -> Result<()> {
+        std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
+        for (i, (gain, set)) in self.family.gains.iter().zip(self.sets).enumerate() {
+            let closed = gain.closed_loop();
+            write_csv(&folder.join(format!("gain-{i}-set.csv")), &set.set.rows)?;
+            let closed = DMatrix::from_column_slice(6, 6, closed.as_slice());
+            write_csv(&folder.join(format!("gain-{i}-closed-loop.csv")), &closed)?;
+        }
+        Ok(())
+    }
+}
+
+fn write_csv(path: &Path, rows: &DMatrix<f64>) -> Result<()> {
+    let mut text = format!("{HEADER}\n");
+    for row in rows.row_iter() {
+        // Debug formatting is the shortest text that reads back as the same number; adding 0 makes -0 plain 0.
+        let cells: Vec<String> = row.iter().map(|v| format!("{:?}", v + 0.0)).collect();
+        let _ = writeln!(text, "{}", cells.join(","));
+    }
+    std::fs::write(path, text).map_err(|source| Error::Write { path: path.into(), source })
+}

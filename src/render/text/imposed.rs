@@ -1,0 +1,69 @@
+//! The story of a ZMP error that was imposed on the pendulum.
+
+use crate::episode::imposed::{ImposedRecord, Start};
+use crate::render::{text::story, with_fields_of};
+use serde_json::{Value, json};
+use std::fmt::Write;
+
+/// What came of an error.
+pub struct Imposed<'a> {
+    pub scenario: &'a str,
+    pub gain_set: &'a str,
+    pub start: Start,
+    pub record: ImposedRecord,
+}
+
+impl Imposed<'_> {
+    /// In one line: the title of a picture.
+    pub fn headline(&self) -> String {
+        let [x, y] = self.record.zmp_error_m.map(|v| 1000.0 * v);
+        format!("ZMP error ({x:.1}, {y:.1}) mm imposed, gain set {}: {}", self.gain_set, self.outcome())
+    }
+
+    fn outcome(&self) -> String {
+        match (self.record.lost_at_s, self.record.home_at_s) {
+            (Some(at), _) => format!("lost at {at:.2} s: the DCM is out of reach"),
+            (None, Some(at)) => format!("COM home from {at:.2} s"),
+            (None, None) => "COM not home".into(),
+        }
+    }
+
+    pub fn as_json(&self) -> Value {
+        let head = json!({ "scenario": self.scenario, "gains": self.gain_set, "start": self.start });
+        with_fields_of(head, &self.record)
+    }
+
+    /// In a few lines.
+    pub fn text(&self) -> String {
+        let record = &self.record;
+        let mut text = String::new();
+        let mut line = |label: &str, what: String| _ = writeln!(text, "{label:<10}{what}");
+        let [x, y] = record.zmp_error_m.map(|v| 1000.0 * v);
+        line("error", format!("({x:.1}, {y:.1}) mm, on the ideal pendulum; the body follows by inverse kinematics"));
+        let [vx, vy] = record.com_vel_m_s;
+        line(
+            "start",
+            match self.start {
+                Start::AtRest => "COM at rest: the error is told to the footstep alone".into(),
+                Start::Moving => format!(
+                    "COM at ({vx:.3}, {vy:.3}) m/s, as after {:.2} N s at once: the slowest gain asks for that error",
+                    record.impulse_n_s
+                ),
+            },
+        );
+        line("gains", self.gain_set.into());
+        line("outcome", self.outcome());
+        for footstep in story::footsteps(&record.footsteps, record.unfinished_footstep.as_ref()) {
+            line("footstep", footstep);
+        }
+        line(
+            "body",
+            format!(
+                "its COM at most {:.1} mm from the pendulum's, and {:.0} mm high at the lowest",
+                1000.0 * record.worst_com_error_m,
+                1000.0 * record.lowest_com_m
+            ),
+        );
+        text
+    }
+}

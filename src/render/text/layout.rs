@@ -1,0 +1,99 @@
+//! Tables of text, all with one look, and small pieces of text in them.
+
+use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, Table, TableStyle, Width};
+
+/// Width of text that does not go to a terminal.
+const PLAIN_WIDTH: u16 = 80;
+
+/// A table with a column for each name, or with a row for each if they are many. `rows` hold a label, then a cell for
+/// each name.
+pub fn compared<'a>(
+    corner: &'a str,
+    names: impl Iterator<Item = &'a str>,
+    rows: Vec<(String, Vec<String>)>,
+    many: bool,
+) -> Table {
+    if many {
+        let mut table = table(std::iter::once(corner).chain(rows.iter().map(|(label, _)| label.as_str())));
+        for (i, name) in names.enumerate() {
+            table.add_row(std::iter::once(name).chain(rows.iter().map(|(_, cells)| cells[i].as_str())));
+        }
+        return whole_names(align(table));
+    }
+    let mut table = table(std::iter::once(corner).chain(names));
+    for (label, cells) in rows {
+        table.add_row(std::iter::once(label).chain(cells));
+    }
+    align(table)
+}
+
+/// Text in lines that fit, after a mark in front of the first.
+pub fn wrapped(mark: &str, text: &str) -> String {
+    let mut lines = vec![mark.to_string()];
+    for word in text.split(' ') {
+        let line = lines.last_mut().expect("one at least");
+        let is_new = line.len() == mark.len();
+        if !is_new && line.chars().count() + 1 + word.chars().count() > usize::from(PLAIN_WIDTH) {
+            lines.push(" ".repeat(mark.len()) + word);
+        } else {
+            *line += if is_new { "" } else { " " };
+            *line += word;
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
+pub fn seconds(time_s: Option<f64>) -> String {
+    time_s.map_or("-".into(), |s| format!("{s:.2} s"))
+}
+
+pub fn table<T: Into<comfy_table::Cell>>(header: impl IntoIterator<Item = T>) -> Table {
+    let mut table = Table::new();
+    let rule = TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
+    table.load_style(rule).set_content_arrangement(ContentArrangement::Dynamic);
+    if !table.is_tty() {
+        table.set_width(PLAIN_WIDTH);
+    }
+    table.set_header(header.into_iter().map(Into::into).collect::<Vec<comfy_table::Cell>>());
+    table
+}
+
+/// Names to the left, numbers to the right.
+pub fn align(mut table: Table) -> Table {
+    for (i, column) in table.column_iter_mut().enumerate() {
+        column.set_padding((1, 0));
+        column.set_cell_alignment(if i == 0 { CellAlignment::Left } else { CellAlignment::Right });
+    }
+    table
+}
+
+/// Keeps room for the words of the first column: the other headers wrap first.
+pub fn whole_names(mut table: Table) -> Table {
+    let cells = table.row_iter().filter_map(|row| row.cell_iter().next());
+    let longest = cells.flat_map(|cell| cell.content().split(' ').map(|word| word.chars().count()).max()).max();
+    if let (Some(longest), Some(column)) = (longest, table.column_mut(0)) {
+        let width = Width::Fixed((longest as u16).saturating_add(1).min(PLAIN_WIDTH / 3));
+        column.set_constraint(ColumnConstraint::LowerBoundary(width));
+    }
+    table
+}
+
+/// A number with its sign; zero has none, however it was rounded.
+pub fn signed(x: f64, digits: usize) -> String {
+    let text = format!("{x:+.digits$}");
+    if text[1..].chars().all(|c| matches!(c, '0' | '.')) { text[1..].into() } else { text }
+}
+
+pub fn percent(rate: f64) -> String {
+    format!("{:.1} %", 100.0 * rate)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zero_has_no_sign() {
+        assert_eq!([12.34, -3.0, -0.04, 0.0].map(|x| signed(x, 1)), ["+12.3", "-3.0", "0.0", "0.0"]);
+    }
+}

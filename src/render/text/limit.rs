@@ -1,0 +1,78 @@
+//! The largest recoverable impulse by heading, as a table.
+
+use crate::campaign::limit::{Heading, Limits, SetLimit};
+use std::fmt::Write;
+
+/// A table of at most 80 columns (with names of up to 18 letters).
+pub fn text(limits: &Limits) -> String {
+    let mut text = String::new();
+    let y = &limits.yardstick;
+    // Writing to a String cannot fail.
+    let mut line = |s: String| _ = writeln!(text, "{s}");
+    line(format!(
+        "Largest recoverable impulse [N s]: {}, campaign {}, seed {}",
+        limits.robot, limits.campaign, limits.seed
+    ));
+    line(format!(
+        "{:.3} kg, omega {:.3} rad/s, COM {:.4} m high, {:+.1} {:+.1} mm (x y) from mid-feet",
+        y.mass_kg,
+        y.omega_rad_s,
+        y.com_height_m,
+        1e3 * y.com_offset_m[0],
+        1e3 * y.com_offset_m[1]
+    ));
+    line(format!(
+        "footstep {} s, {} m fore and aft, {} to {} m sideways; stance {:.3} m wide",
+        y.min_step_time_s, y.reach_m.forward, y.reach_m.inward, y.reach_m.outward, y.stance_width_m
+    ));
+    line(format!(
+        "push of {:.0} ms (bounds times {:.3}), {:+.0} mm from the height of the COM\n",
+        1e3 * y.push_duration_s,
+        y.push_factor,
+        1e3 * y.push_height_m
+    ));
+    line(format!(
+        "{:>7}  {:>17}   {:18} {:>17} {:>5} {:>5}",
+        "", "pendulum, footsteps", "", "50 % recover", "90 %", "of"
+    ));
+    line(format!(
+        "{:>7} {:>6} {:>6} {:>6}  {:18} {:>17} {:>5} {:>5}",
+        "heading", "none", "one", "any", "gain set", "(95 % interval)", "", "one"
+    ));
+    for heading in &limits.headings {
+        let bounds = bounds_of(heading.heading_deg, heading, 1.0);
+        let raised = y.height_factor < 1.0;
+        let mut left = vec![bounds];
+        if raised {
+            left.push(bounds_of(f64::NAN, heading, y.height_factor));
+        }
+        for i in 0..heading.sets.len().max(left.len()) {
+            let bounds = left.get(i).cloned().unwrap_or_else(|| " ".repeat(28));
+            line(format!("{bounds}  {}", heading.sets.get(i).map_or(String::new(), set_of)).trim_end().into());
+        }
+    }
+    if y.height_factor < 1.0 {
+        line(format!("\nsecond line of bounds: for the height of the push, times {:.3}", y.height_factor));
+    }
+    let marked = limits.headings.iter().flat_map(|h| &h.sets).filter(|set| !set.resolved).count();
+    if marked > 0 {
+        line(format!("\n* not within +-{} N s: too few trials, or beyond the range", limits.precision_n_s));
+    }
+    line(format!("\n{} episodes; intervals within +-{} N s but where marked", limits.episodes, limits.precision_n_s));
+    text
+}
+
+fn bounds_of(heading_deg: f64, heading: &Heading, factor: f64) -> String {
+    let name = if heading_deg.is_nan() { String::new() } else { format!("{heading_deg:.1}") };
+    let [no, one, n] = [heading.bound_no_step_n_s, heading.bound_one_step_n_s, heading.bound_n_step_n_s];
+    format!("{name:>7} {:6.2} {:6.2} {:6.2}", factor * no, factor * one, factor * n)
+}
+
+fn set_of(set: &SetLimit) -> String {
+    let mark = if set.resolved { ' ' } else { '*' };
+    let ninety = set.impulse90_n_s.map_or("-".into(), |impulse| format!("{impulse:.2}"));
+    format!(
+        "{:18} {:5.2} ({:.2}-{:.2}){mark}{ninety:>5} {:5.2}",
+        set.name, set.impulse50_n_s, set.ci95[0], set.ci95[1], set.of_one_step_bound
+    )
+}

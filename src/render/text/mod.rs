@@ -1,0 +1,18 @@
+//! Results as text, for a person who reads a terminal.
+
+mod campaign;
+mod comparison;
+pub mod cpi;
+mod imposed;
+pub mod layout;
+mod limit;
+pub mod model;
+pub mod response;
+pub mod story;
+
+pub use campaign::{campaign, impulse_at, thresholds};
+pub use comparison::{
+    about_p, baseline, failed_gates, gate_cells, gate_seen, gate_words, p_cell, pair_cells, status, unit,
+};
+pub use imposed::Imposed;
+pub use limit::text as limit;

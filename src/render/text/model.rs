@@ -1,0 +1,229 @@
+//! What was understood of a robot, and its kinematics at given joint angles.
+
+use crate::robot::{Foot, Kinematics, Robot};
+use comfy_table::{CellAlignment, Table, presets};
+use nalgebra::Matrix3xX;
+use serde_json::{Map, Value, json};
+use std::fmt::Write;
+
+/// Names of the joints, in their order.
+pub fn joint_names(robot: &Robot) -> Vec<&str> {
+    robot.joints.iter().map(|joint| joint.name.as_str()).collect()
+}
+
+/// Kinematics with the base at the origin, unrotated.
+fn at(robot: &Robot, q: &[f64]) -> Kinematics {
+    let mut posture = robot.zero_posture();
+    posture.q.copy_from_slice(q);
+    let mut kinematics = Kinematics::new(robot);
+    kinematics.update(robot, &posture);
+    kinematics
+}
+
+/// Mass, COM, COM Jacobian (columns: base linear, base angular, joints) and link poses at joint angles `q`, base at the
+/// origin, unrotated; then what does not depend on the angles.
+pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
+    let kinematics = at(robot, q);
+    let mut jacobian = Matrix3xX::zeros(6 + robot.joints.len());
+    kinematics.com_jacobian(robot, &mut jacobian);
+    let rows: Vec<Vec<f64>> = jacobian.row_iter().map(|row| row.iter().copied().collect()).collect();
+    let mut links = Map::new();
+    for (i, frame) in robot.frames.iter().enumerate() {
+        let pose = kinematics.frame_pose(robot, i);
+        // Of the two quaternions of a rotation, the one with w >= 0.
+        let turn = if pose.rotation.w < 0.0 { -pose.rotation.into_inner() } else { pose.rotation.into_inner() };
+        links.insert(
+            frame.name.clone(),
+            json!({
+                "position_m": pose.translation.vector.as_slice(),
+                "quaternion_wxyz": [turn.w, turn.i, turn.j, turn.k],
+            }),
+        );
+    }
+    let by_joint = |value: &dyn Fn(usize) -> Value| -> Map<String, Value> {
+        robot.joints.iter().enumerate().map(|(i, joint)| (joint.name.clone(), value(i))).collect()
+    };
+    let sole = |foot: Foot| {
+        let sole = &robot.soles[foot];
+        json!({
+            "link": robot.frames[sole.frame].name,
+            "length_m": 2.0 * sole.half_m[0],
+            "width_m": 2.0 * sole.half_m[1],
+            "thickness_m": sole.thickness_m,
+        })
+    };
+    json!({
+        "name": robot.name,
+        "mass_kg": robot.mass(),
+        "com_m": kinematics.com().coords.as_slice(),
+        "joints": joint_names(robot),
+        "q_rad": q,
+        "com_jacobian": rows,
+        "links": links,
+        "limits_rad": by_joint(&|i| json!([robot.joints[i].lower_rad, robot.joints[i].upper_rad])),
+        "home": {
+            "q_rad": by_joint(&|i| json!(robot.home_rad[i])),
+            "com_height_m": robot.home_com_height(),
+            "omega_rad_s": robot.omega(),
+        },
+        "trunk": robot.links[robot.trunk].name,
+        "soles": { "left": sole(Foot::Left), "right": sole(Foot::Right) },
+        "servos": by_joint(&|i| {
+            let servo = &robot.servos[i];
+            json!({
+                "kp_n_m_rad": servo.kp,
+                "kd_n_m_s_rad": servo.kd,
+                "torque_n_m": servo.torque_n_m,
+                "full_torque_speed_rad_s": servo.full_torque_speed_rad_s,
+                "no_torque_speed_rad_s": servo.no_torque_speed_rad_s,
+                "rotor_inertia_kg_m2": servo.rotor_inertia_kg_m2,
+            })
+        }),
+        "friction": robot.friction,
+        "delay_s": robot.delay_s,
+        "noise": robot.noise,
+        "reach": robot.reach,
+        "assumptions": robot.assumptions,
+    })
+}
+
+/// Everything that does not depend on given angles, for a person.
+pub fn description(robot: &Robot) -> String {
+    let mut kinematics = Kinematics::new(robot);
+    kinematics.update(robot, &robot.home_posture());
+    let com = kinematics.com();
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let mut line = |s: String| _ = writeln!(text, "{s}");
+    line(format!("{}: {} joints, {:.6} kg", robot.name, robot.joints.len(), robot.mass()));
+    line(format!(
+        "home     COM {:+.2} {:+.2} mm (x y) from the middle of the soles, {:.4} m above them; omega {:.4} rad/s",
+        1e3 * com.x,
+        1e3 * com.y,
+        com.z,
+        robot.omega()
+    ));
+    line(format!("trunk    {} (IMU; pushes act here)", robot.links[robot.trunk].name));
+    for foot in Foot::BOTH {
+        let sole = &robot.soles[foot];
+        let center = kinematics.sole_pose(robot, foot).translation;
+        line(format!(
+            "sole     {}: {:.3} x {:.3} x {:.3} mm (x y z), at home centred at {:+.2} {:+.2} mm",
+            robot.frames[sole.frame].name,
+            2e3 * sole.half_m[0],
+            2e3 * sole.half_m[1],
+            1e3 * sole.thickness_m,
+            1e3 * center.x,
+            1e3 * center.y
+        ));
+    }
+    let noise = &robot.noise;
+    line(format!("ground   friction {}", robot.friction));
+    line(format!("delay    {} ms from sensing to torque", 1e3 * robot.delay_s));
+    line(format!(
+        "noise    encoders {} rad, gyro {} rad/s, orientation {} rad, accelerometer {} m/s^2, soles {} N and {} N m",
+        noise.joint_angle_rad,
+        noise.gyro_rad_s,
+        noise.orientation_rad,
+        noise.accelerometer_m_s2,
+        noise.sole_force_n,
+        noise.sole_moment_n_m
+    ));
+    line(match robot.reach {
+        Some(reach) => format!(
+            "reach    a foot lands {} mm fore or aft, {} to {} mm sideways of the other, \
+             {} s after the wish (for the bounds of `limit`)",
+            1e3 * reach.forward_m,
+            1e3 * reach.inward_m,
+            1e3 * reach.outward_m,
+            reach.min_step_time_s
+        ),
+        None => "reach    not given".into(),
+    });
+    line("\nTree (mass of each moving link; in brackets what is fixed to it)".into());
+    tree_text(robot, 0, 1, &mut line);
+    line(format!("\n{}", joint_table(robot)));
+    if !robot.assumptions.is_empty() {
+        line("\nAssumed, not published".into());
+        robot.assumptions.iter().for_each(|a| line(format!("  {a}")));
+    }
+    text
+}
+
+fn tree_text(robot: &Robot, link: usize, depth: usize, line: &mut impl FnMut(String)) {
+    let body = &robot.links[link];
+    let fixed: Vec<&str> = robot
+        .frames
+        .iter()
+        .filter(|frame| frame.link == link && frame.name != body.name)
+        .map(|frame| frame.name.as_str())
+        .collect();
+    let fixed = if fixed.is_empty() { String::new() } else { format!(" [{}]", fixed.join(", ")) };
+    let by = link.checked_sub(1).map(|j| robot.joints[j].name.as_str()).filter(|name| *name != body.name);
+    let by = by.map(|name| format!(" (joint {name})")).unwrap_or_default();
+    line(format!("{:indent$}{} {:.6} kg{fixed}{by}", "", body.name, body.mass_kg, indent = 2 * depth));
+    for (j, joint) in robot.joints.iter().enumerate() {
+        if joint.parent == link {
+            tree_text(robot, j + 1, depth + 1, line);
+        }
+    }
+}
+
+fn joint_table(robot: &Robot) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING);
+    table.set_header([
+        "joint",
+        "axis",
+        "limits [deg]",
+        "limits [rad]",
+        "home [rad]",
+        "kp [N m/rad]",
+        "kd [N m s/rad]",
+        "torque [N m]",
+        "at speeds [rad/s]",
+        "rotor [kg m^2]",
+    ]);
+    for (i, joint) in robot.joints.iter().enumerate() {
+        let (servo, axis) = (&robot.servos[i], &joint.axis);
+        table.add_row([
+            joint.name.clone(),
+            format!("{:.3} {:.3} {:.3}", axis.x + 0.0, axis.y + 0.0, axis.z + 0.0),
+            format!("{:.1} to {:.1}", joint.lower_rad.to_degrees(), joint.upper_rad.to_degrees()),
+            format!("{:.4} to {:.4}", joint.lower_rad, joint.upper_rad),
+            format!("{:.6}", robot.home_rad[i]),
+            servo.kp.to_string(),
+            servo.kd.to_string(),
+            servo.torque_n_m.to_string(),
+            format!("full to {}, none at {}", servo.full_torque_speed_rad_s, servo.no_torque_speed_rad_s),
+            servo.rotor_inertia_kg_m2.to_string(),
+        ]);
+    }
+    table.column_iter_mut().skip(1).for_each(|column| column.set_cell_alignment(CellAlignment::Right));
+    table
+}
+
+/// COM and link positions at given angles.
+pub fn links(robot: &Robot, q: &[f64]) -> String {
+    let kinematics = at(robot, q);
+    let com = kinematics.com();
+    let mut text = String::from("\nAt the given angles, base at the origin [m]\n");
+    let width = robot.frames.iter().map(|f| f.name.len()).max().unwrap_or(0).max(3);
+    let mut line = |name: &str, p: [f64; 3]| {
+        _ = writeln!(text, "  {name:width$} {:+.6} {:+.6} {:+.6}", p[0], p[1], p[2]);
+    };
+    line("COM", com.coords.into());
+    for (i, frame) in robot.frames.iter().enumerate() {
+        line(&frame.name, kinematics.frame_pose(robot, i).translation.vector.into());
+    }
+    for (joint, &angle) in robot.joints.iter().zip(q) {
+        if !(joint.lower_rad..=joint.upper_rad).contains(&angle) {
+            _ = writeln!(
+                text,
+                "  note: {} = {angle} rad is outside its limits ({:.4} to {:.4} rad)",
+                joint.name, joint.lower_rad, joint.upper_rad
+            );
+        }
+    }
+    text
+}
