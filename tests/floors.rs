@@ -27,10 +27,11 @@ const SOCIABLE: usize = 0;
 const INNER_FLOORS: [(&str, &[&str]); 1] = [("campaign", &["ask", "store", "verdict", "run", "limit"])];
 
 /// Crates that only one room, or file, may name.
-const RESERVED: [(&str, &str); 10] = [
+const RESERVED: [(&str, &str); 11] = [
     ("rapier3d", "sim"),
     ("kiss3d", "view"),
     ("egui_plot", "view"),
+    ("parry3d", "view"),
     ("clap", "commands"),
     ("clap_complete", "commands"),
     ("indicatif", "commands"),

@@ -1,4 +1,4 @@
-//! A hand on the robot: which link is under the mouse, and the spring by which it is dragged.
+//! A hand on the robot: which link is under the mouse (Parry's ray cast), and the spring by which it is dragged.
 
 use crate::episode::snapshot::Arrow;
 use crate::render::scene::mesh::Mesh;
@@ -6,12 +6,17 @@ use crate::render::scene::scale::RobotScale;
 use crate::render::scene::{Stage, Surface};
 use crate::robot::{Kinematics, Pose};
 use crate::sim::Pull;
+use kiss3d::glamx::Vec3;
 use nalgebra::{Point3, Unit, Vector3};
+use parry3d::query::{Ray, RayCast};
+use parry3d::shape::Triangle;
 
 /// Of the spring between hand and robot (N/m), for a robot of UT-mu2's size.
 const STIFFNESS_N_M: f64 = 150.0;
 /// And no more than this (N): about half of its weight.
 const MOST_N: f64 = 40.0;
+/// Nothing is farther (m).
+const REACH_M: f32 = 100.0;
 
 /// From the eye through a point of the picture, world.
 #[derive(Debug, Clone, Copy)]
@@ -39,19 +44,14 @@ pub fn pick(stage: &Stage, kinematics: &Kinematics, sight: &Sight) -> Option<Hit
 
 /// Distance of a mesh along the line of sight (m); None beside it.
 fn distance_m(mesh: &Mesh, pose: &Pose, sight: &Sight) -> Option<f64> {
-    let (origin, direction) =
-        (pose.inverse_transform_point(&sight.origin), pose.inverse_transform_vector(&sight.direction));
-    // Möller and Trumbore: the place on a triangle by its sides, each 0 to 1, and that on the line.
+    let single = |v: Vector3<f64>| Vec3::new(v.x as f32, v.y as f32, v.z as f32);
+    let origin = pose.inverse_transform_point(&sight.origin);
+    let ray = Ray::new(single(origin.coords), single(pose.inverse_transform_vector(&sight.direction)));
     let on_face = |face: &[usize; 3]| {
-        let [a, b, c] = face.map(|i| mesh.corners[i].0);
-        let (ab, ac, from_a) = (b - a, c - a, origin - a);
-        let (across, over) = (direction.cross(&ac), from_a.cross(&ab));
-        let turn = ab.dot(&across);
-        let [u, v, along] = [from_a.dot(&across), direction.dot(&over), ac.dot(&over)].map(|x| x / turn);
-        // One on the edge of two triangles is not to be missed by both.
-        (u >= -1e-9 && v >= -1e-9 && u + v <= 1.0 + 1e-9 && along > 0.0).then_some(along)
+        let [a, b, c] = face.map(|i| single(mesh.corners[i].0.coords));
+        Triangle::new(a, b, c).cast_local_ray(&ray, REACH_M, true)
     };
-    mesh.faces.iter().filter_map(on_face).min_by(f64::total_cmp)
+    mesh.faces.iter().filter_map(on_face).min_by(f32::total_cmp).map(f64::from)
 }
 
 /// A point of a link that is held, and where the hand is. The hand moves on the plane through the place where it took
