@@ -100,13 +100,13 @@ mod tests {
     use clap::Parser;
 
     #[derive(Parser)]
-    struct Cli {
+    struct CpiLine {
         #[command(flatten)]
         cpi: CpiArgs,
     }
 
     fn run_with(args: &[&str]) -> Result<String> {
-        let cli = Cli::try_parse_from([&["cpi"], args].concat())
+        let cli = CpiLine::try_parse_from([&["cpi"], args].concat())
             .map_err(|e| Error::Syntax { file: "command line".into(), message: e.to_string() })?;
         answer(&cli.cpi)
     }

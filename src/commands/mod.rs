@@ -41,11 +41,11 @@ Exit codes: 0 done, 1 error, 2 wrong input, 3 incomplete or foreign parts, 100 a
 )]
 struct Cli {
     #[command(subcommand)]
-    command: Option<Command>,
+    command: Option<Chosen>,
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum Chosen {
     /// Run a campaign: random pushes, the same for every gain set, and count who stays up
     Run(run::RunArgs),
     /// Join the parts of a campaign that was run in shards
@@ -79,20 +79,20 @@ enum Command {
 /// Runs the command that the program was called with. A command line that cannot be read ends the program here, with what
 /// is wrong and exit code 2.
 pub fn run() -> Result<ExitCode> {
-    match Cli::parse().command.unwrap_or_else(|| Command::Run(run::RunArgs::standard())) {
-        Command::Run(args) => run::run(&args),
-        Command::Merge(args) => merge::run(&args),
-        Command::Compare(args) => compare::run(&args),
-        Command::Status(args) => status::run(&args),
-        Command::Push(args) => push::run(&args),
-        Command::Replay(args) => replay::run(&args),
-        Command::Limit(args) => limit::run(&args),
-        Command::Scenario(args) => scenario::run(&args),
-        Command::Paper(args) => paper::run(&args),
-        Command::Cpi(args) => cpi::run(&args),
-        Command::Response(args) => response::run(&args),
-        Command::Model(args) => model::run(&args),
-        Command::View(args) => view::run(args),
-        Command::Completions(args) => completions::run(&args, Cli::command()),
+    match Cli::parse().command.unwrap_or_else(|| Chosen::Run(run::RunArgs::standard())) {
+        Chosen::Run(args) => run::run(&args),
+        Chosen::Merge(args) => merge::run(&args),
+        Chosen::Compare(args) => compare::run(&args),
+        Chosen::Status(args) => status::run(&args),
+        Chosen::Push(args) => push::run(&args),
+        Chosen::Replay(args) => replay::run(&args),
+        Chosen::Limit(args) => limit::run(&args),
+        Chosen::Scenario(args) => scenario::run(&args),
+        Chosen::Paper(args) => paper::run(&args),
+        Chosen::Cpi(args) => cpi::run(&args),
+        Chosen::Response(args) => response::run(&args),
+        Chosen::Model(args) => model::run(&args),
+        Chosen::View(args) => view::run(args),
+        Chosen::Completions(args) => completions::run(&args, Cli::command()),
     }
 }

@@ -92,7 +92,8 @@ fn impose(args: &ScenarioArgs, scenario: &Scenario, case: &Case, error: &Imposed
     let record = imposed::run(robot, design, config, error.zmp_error_m.into(), error.start, &mut |tick| {
         plot.push(robot, tick);
     })?;
-    let told = text::Imposed { scenario: &scenario.name, gain_set: &design.family.name, start: error.start, record };
+    let told =
+        text::ImposedStory { scenario: &scenario.name, gain_set: &design.family.name, start: error.start, record };
     if let Some(path) = &args.outputs.plot {
         plot.write(path, &told.headline())?;
     }

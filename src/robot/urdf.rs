@@ -103,7 +103,7 @@ impl Tree {
 
         // Where each URDF link went: the body that carries it, and its pose there.
         let mut placed: Vec<Option<(usize, Isometry3<f64>)>> = vec![None; urdf.links.len()];
-        let mut bodies = vec![Body::new(root)];
+        let mut bodies = vec![UrdfBody::new(root)];
         let mut joints = Vec::new();
         placed[root] = Some((0, Isometry3::identity()));
         let mut waiting: Vec<usize> = (0..urdf.joints.len()).collect();
@@ -118,7 +118,7 @@ impl Tree {
                 (body, origin)
             } else {
                 joints.push(revolute(file, &urdf.joints[j], body, origin)?);
-                bodies.push(Body::new(child));
+                bodies.push(UrdfBody::new(child));
                 (bodies.len() - 1, Isometry3::identity())
             });
         }
@@ -214,11 +214,11 @@ fn revolute(file: &str, joint: &urdf_rs::Joint, parent: usize, origin: Isometry3
 }
 
 /// A link that moves by itself, and the URDF links that are fixed to it, each with its pose.
-struct Body {
+struct UrdfBody {
     parts: Vec<(usize, Isometry3<f64>)>,
 }
 
-impl Body {
+impl UrdfBody {
     fn new(link: usize) -> Self {
         Self { parts: vec![(link, Isometry3::identity())] }
     }

@@ -1,7 +1,7 @@
 //! What is simulated and searched for the page, once for all figures: the paper's scenarios, and its gain set's sets.
 
 use super::footwork::Home;
-use super::watch::{Watch, acting_gain};
+use super::watch::{PushedWatch, acting_gain};
 use crate::campaign::ask::scenario::{Cause, Imposed, Scenario};
 use crate::commands::progress::Progress;
 use crate::control::{Design, home_polygon};
@@ -57,7 +57,7 @@ pub fn run() -> Result<Study> {
         let asked = push_of(name)?;
         let (push, config) = asked;
         let mut motion = MotionPlot { pushes: vec![[push.start_s, push.end_s()]], ..MotionPlot::default() };
-        let mut watch = Watch::default();
+        let mut watch = PushedWatch::default();
         let film = Film::take(&robot, &design, &config, by(push), (config.until(), AFTERMATH_S), &mut |tick| {
             let support = watch.see(&robot, period_s, tick);
             motion.samples.push(MotionSample { support, ..MotionSample::of(&robot, tick) });

@@ -14,13 +14,13 @@ use nalgebra::{Point2, Vector3};
 
 /// Sees a run.
 #[derive(Default)]
-pub struct Watch {
+pub struct PushedWatch {
     pub seen: Seen,
     /// Of the sole that stands in the first swing.
     heading_at_lift: Option<f64>,
 }
 
-impl Watch {
+impl PushedWatch {
     /// Takes note of a tick; returns the hull of the soles that carry load.
     pub fn see(&mut self, robot: &Robot, period_s: f64, tick: &Tick) -> Option<SupportPolygon> {
         let (truth, account) = (tick.truth, &tick.account);

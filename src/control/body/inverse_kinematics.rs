@@ -111,8 +111,8 @@ impl InverseKinematics {
             let linear = wanted.translation.vector - pose.translation.vector;
             let angular = (wanted.rotation * pose.rotation.inverse()).scaled_axis();
             for k in 0..3 {
-                self.add_row(KINEMATICS.stance, Row::Sole(foot, k), linear[k], targets.sole_vel[foot][k]);
-                self.add_row(KINEMATICS.stance, Row::Sole(foot, 3 + k), angular[k], 0.0);
+                self.add_row(KINEMATICS.stance, JacobianRow::Sole(foot, k), linear[k], targets.sole_vel[foot][k]);
+                self.add_row(KINEMATICS.stance, JacobianRow::Sole(foot, 3 + k), angular[k], 0.0);
             }
         }
     }
@@ -122,7 +122,7 @@ impl InverseKinematics {
         // A body that a long stride has lowered must not leap off the ground when a foot is lifted again.
         error.z = error.z.min(targets.rise);
         for (k, weight) in [KINEMATICS.com, KINEMATICS.com, KINEMATICS.height].into_iter().enumerate() {
-            self.add_row(weight, Row::Com(k), error[k], targets.com_vel[k]);
+            self.add_row(weight, JacobianRow::Com(k), error[k], targets.com_vel[k]);
         }
     }
 
@@ -130,7 +130,7 @@ impl InverseKinematics {
         let rotation = self.kinematics.link_pose(robot.trunk).rotation;
         let angular = (targets.trunk * rotation.inverse()).scaled_axis();
         for k in 0..3 {
-            self.add_row(KINEMATICS.trunk, Row::Trunk(3 + k), angular[k], 0.0);
+            self.add_row(KINEMATICS.trunk, JacobianRow::Trunk(3 + k), angular[k], 0.0);
         }
     }
 
@@ -156,13 +156,13 @@ impl InverseKinematics {
         self.squared_error = 0.0;
     }
 
-    fn add_row(&mut self, weight: f64, row: Row, displacement: f64, velocity: f64) {
+    fn add_row(&mut self, weight: f64, row: JacobianRow, displacement: f64, velocity: f64) {
         self.squared_error += weight * displacement * displacement;
         let jacobians = &self.jacobians;
         let entry = |i: usize| match row {
-            Row::Sole(foot, k) => jacobians.soles[foot][(k, i)],
-            Row::Trunk(k) => jacobians.trunk[(k, i)],
-            Row::Com(k) => jacobians.com[(k, i)],
+            JacobianRow::Sole(foot, k) => jacobians.soles[foot][(k, i)],
+            JacobianRow::Trunk(k) => jacobians.trunk[(k, i)],
+            JacobianRow::Com(k) => jacobians.com[(k, i)],
         };
         self.equations.add_row(weight, entry, [displacement, velocity]);
     }
@@ -205,7 +205,7 @@ impl InverseKinematics {
 
 /// A row of one of the Jacobians.
 #[derive(Clone, Copy)]
-enum Row {
+enum JacobianRow {
     Sole(Foot, usize),
     Trunk(usize),
     Com(usize),

@@ -1,7 +1,7 @@
 //! Fig. 6: which foot swings, and how far: the paper's two examples, and all directions. Of Fig. 7: how the feet stand.
 
 use super::super::html::svg::short;
-use super::panel::{At, Ground, Panel};
+use super::panel::{At, GroundPlan, Panel};
 use super::study::{Choice, Study};
 use crate::robot::Foot;
 use nalgebra::{Point2, Vector2};
@@ -34,7 +34,7 @@ fn example(study: &Study, choice: &Choice, name: &str) -> Panel {
         short(1e3 * reach.right, 0),
         chosen.map_or("no", |(foot, _)| foot.name())
     );
-    let (mut ground, sole) = (Ground::new(WIDTH, 0.16, 0.168, &title), study.sole());
+    let (mut ground, sole) = (GroundPlan::new(WIDTH, 0.16, 0.168, &title), study.sole());
     for foot in Foot::BOTH {
         ground.polygon(&format!("{} range", foot.name()), range(study, foot));
     }
@@ -59,7 +59,7 @@ fn example(study: &Study, choice: &Choice, name: &str) -> Panel {
 }
 
 fn fan(study: &Study) -> Panel {
-    let mut ground = Ground::new(WIDTH, 0.16, 0.168, "All directions: how far each foot can go");
+    let mut ground = GroundPlan::new(WIDTH, 0.16, 0.168, "All directions: how far each foot can go");
     let tip = |choice: &Choice, foot: Foot| At::from(choice.direction * choice.reach[foot]);
     // From one whole degree to the next, by what is chosen between them.
     for sector in study.fan.windows(3).step_by(2) {
@@ -90,7 +90,7 @@ fn fan(study: &Study) -> Panel {
 
 /// How the feet stand at first, in a panel of the given width (px).
 pub fn placement(study: &Study, width: f64) -> Panel {
-    let mut ground = Ground::new(width, 0.115, 0.11, "Initial foot placement");
+    let mut ground = GroundPlan::new(width, 0.115, 0.11, "Initial foot placement");
     let mm = |m: f64| format!("{} mm", short(1e3 * m, 1));
     for foot in Foot::BOTH {
         let center = study.sole_at_home(foot);

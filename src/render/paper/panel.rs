@@ -154,12 +154,12 @@ impl Axes {
 }
 
 /// The ground seen from above: forward is up, left is to the left, in equal scales. Points are in metres (x forward, y left).
-pub struct Ground {
+pub struct GroundPlan {
     pub panel: Panel,
     axes: Axes,
 }
 
-impl Ground {
+impl GroundPlan {
     /// A panel `width` px wide that shows as far forward and backward as `x`, and to both sides as `y` (m).
     pub fn new(width: f64, x: f64, y: f64, title: &str) -> Self {
         let [left, top, margin, below] = [56.0, 34.0, 18.0, 44.0];
@@ -216,7 +216,7 @@ mod tests {
 
     #[test]
     fn forward_is_up_and_left_is_left_in_equal_scales() {
-        let ground = Ground::new(460.0, 0.1, 0.1, "a < b & c");
+        let ground = GroundPlan::new(460.0, 0.1, 0.1, "a < b & c");
         let [middle, forward, left] = [[0.0, 0.0], [0.05, 0.0], [0.0, 0.05]].map(|p| ground.at(p));
         assert!(forward[1] < middle[1] && forward[0] == middle[0]);
         assert!(left[0] < middle[0] && left[1] == middle[1]);

@@ -1,7 +1,7 @@
 //! Fig. 3, the sets of the gains one in the other, and Fig. 4, the sets before a footstep and after.
 
 use super::super::html::svg::short;
-use super::panel::{At, Axes, Ground, Panel};
+use super::panel::{At, Axes, GroundPlan, Panel};
 use super::study::{Stand, Study};
 use crate::geometry::SupportPolygon;
 use crate::lipm::OnlineSets;
@@ -48,7 +48,7 @@ fn velocity_slice(study: &Study) -> Panel {
 
 /// Slice of a resting COM with the ZMP in the middle, seen from above.
 fn com_slice(study: &Study) -> Panel {
-    let mut ground = Ground::new(WIDTH, 0.08, 0.105, "COM at rest, ZMP in the middle");
+    let mut ground = GroundPlan::new(WIDTH, 0.08, 0.105, "COM at rest, ZMP in the middle");
     for foot in Foot::BOTH {
         ground.sole("sole", &study.sole(), study.sole_at_home(foot).coords.into());
     }
@@ -106,7 +106,7 @@ pub fn regions(study: &Study) -> Vec<Panel> {
 /// A stand in its control frame; thinly dashed, in the frame `old`, where the soles were at home.
 fn region(study: &Study, what: &str, stand: &Stand, allowed: &SupportPolygon, old: Option<&Isometry2<f64>>) -> Panel {
     let title = format!("{what}, t = {} s", short(stand.time_s, 3));
-    let (mut ground, sole) = (Ground::new(WIDTH, 0.155, 0.125, &title), study.sole());
+    let (mut ground, sole) = (GroundPlan::new(WIDTH, 0.155, 0.125, &title), study.sole());
     let into = stand.frame.inverse();
     for foot in Foot::BOTH {
         let pose = into * stand.soles[foot];

@@ -6,14 +6,14 @@ use serde_json::{Value, json};
 use std::fmt::Write;
 
 /// What came of an error.
-pub struct Imposed<'a> {
+pub struct ImposedStory<'a> {
     pub scenario: &'a str,
     pub gain_set: &'a str,
     pub start: Start,
     pub record: ImposedRecord,
 }
 
-impl Imposed<'_> {
+impl ImposedStory<'_> {
     /// In one line: the title of a picture.
     pub fn headline(&self) -> String {
         let [x, y] = self.record.zmp_error_m.map(|v| 1000.0 * v);

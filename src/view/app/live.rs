@@ -32,14 +32,14 @@ pub struct Live<'a> {
     pub grab: Option<Grab>,
     /// The last push that acted: to when (s), and as it was last seen.
     lingering: Option<(f64, Arrow)>,
-    pub counts: Account,
+    pub counts: LiveCounts,
     /// Of the COM.
     start: Point3<f64>,
 }
 
 /// What happened since the window was opened.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Account {
+pub struct LiveCounts {
     pub pushes: u32,
     pub drags: u32,
     /// The largest force of a drag (N).
@@ -57,16 +57,16 @@ pub struct Account {
 impl<'a> Live<'a> {
     /// At home, at rest, with the first gain set.
     pub fn new(world: &'a World) -> Self {
-        Self::start(world, 0, Account::default())
+        Self::start(world, 0, LiveCounts::default())
     }
 
     /// From the start again, with the gain set that acts now.
     pub fn restart(&mut self) {
-        let counts = Account { restarts: self.counts.restarts + 1, ..self.counts };
+        let counts = LiveCounts { restarts: self.counts.restarts + 1, ..self.counts };
         *self = Self::start(self.world, self.acting, counts);
     }
 
-    fn start(world: &'a World, acting: usize, counts: Account) -> Self {
+    fn start(world: &'a World, acting: usize, counts: LiveCounts) -> Self {
         let (robot, simulated) = (&world.robot, &world.simulated);
         let mut closed_loop =
             ClosedLoop::new(robot, simulated, &world.designs[acting], &world.config, world.disturbance());

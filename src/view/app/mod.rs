@@ -35,7 +35,7 @@ use kiss3d::post_processing::Tonemap;
 use kiss3d::window::{NumSamples, Window};
 use live::Live;
 use marks::Marks;
-use panel::Told;
+use panel::PanelFacts;
 use pick::Grab;
 use recorded::Recorded;
 use show::{Show, several};
@@ -258,7 +258,7 @@ impl<'a> App<'a> {
             panel::help(ctx, self.show.is_live());
         }
         let Self { show, clock, shown, aim, scale, .. } = self;
-        panel::draw(ctx, &Told { show, clock, shown, aim: *aim, scale: *scale }, wishes);
+        panel::draw(ctx, &PanelFacts { show, clock, shown, aim: *aim, scale: *scale }, wishes);
         if let Show::Recorded(recorded) = &self.show {
             timeline::draw(ctx, recorded, self.clock.paused, wide, wishes);
         }

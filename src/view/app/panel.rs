@@ -20,7 +20,7 @@ const LINE: f32 = 22.0;
 const LEAST_PLOT: f32 = 80.0;
 
 /// What the panel tells.
-pub struct Told<'a> {
+pub struct PanelFacts<'a> {
     pub show: &'a Show<'a>,
     pub clock: &'a FrameClock,
     pub shown: &'a [Overlay],
@@ -30,7 +30,7 @@ pub struct Told<'a> {
 }
 
 /// Draws the panel and adds what is asked for.
-pub fn draw(ctx: &Context, told: &Told, wishes: &mut Vec<Wish>) {
+pub fn draw(ctx: &Context, told: &PanelFacts, wishes: &mut Vec<Wish>) {
     let height = ctx.content_rect().height();
     let frame = Frame::NONE.fill(Color32::from_rgb(0xf8, 0xf9, 0xfb)).inner_margin(Margin::same(12));
     Area::new(Id::new("panel")).anchor(Align2::RIGHT_TOP, vec2(0.0, 0.0)).show(ctx, |ui| {
@@ -121,7 +121,7 @@ fn state(ui: &mut Ui, show: &Show, wishes: &mut Vec<Wish>) {
     });
 }
 
-fn time(ui: &mut Ui, told: &Told, wishes: &mut Vec<Wish>) {
+fn time(ui: &mut Ui, told: &PanelFacts, wishes: &mut Vec<Wish>) {
     let (clock, is_live) = (told.clock, told.show.is_live());
     ui.horizontal_wrapped(|ui| {
         ui.monospace(RichText::new(format!("{:.3} s", told.show.now().time_s)).size(16.0));
