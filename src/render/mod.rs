@@ -15,6 +15,7 @@ pub mod trace;
 pub mod trial_page;
 
 use crate::campaign::Summary;
+use crate::campaign::verdict::set_summary::SetOrigin;
 use crate::error::{Error, Result};
 use crate::files::shell_word;
 use std::io::ErrorKind;
@@ -57,15 +58,14 @@ pub fn json(value: &impl serde::Serialize) -> String {
 
 /// The command that replays a trial of a result in `folder`.
 pub fn replay_command(summary: &Summary, set: &str, trial: u64, folder: &Path) -> String {
-    let origin = summary.sets.iter().find(|found| found.name == set).map(|found| &found.origin);
-    let (campaign, gains) = origin.map_or(("campaign.toml", set), |origin| (&origin.campaign, &origin.gains));
-    let [before, after] = replay_parts(&folder.join(campaign).display().to_string(), gains);
-    format!("{before}{trial}{after}")
+    let found = summary.sets.iter().find(|found| found.name == set).map(|found| found.origin.clone());
+    replay_parts(&found.unwrap_or_else(|| SetOrigin::own(set)), folder).join(&trial.to_string())
 }
 
 /// What stands before and after the number of a trial in the command that replays it.
-fn replay_parts(campaign: &str, gains: &str) -> [String; 2] {
-    let [campaign, gains] = [campaign, gains].map(shell_word);
+fn replay_parts(origin: &SetOrigin, folder: &Path) -> [String; 2] {
+    let campaign = folder.join(&origin.campaign).display().to_string();
+    let [campaign, gains] = [&campaign, &origin.gains].map(|word| shell_word(word));
     [format!("standfast push --campaign {campaign} --trial "), format!(" --gains {gains}")]
 }
 

@@ -20,42 +20,16 @@ pub struct Trace {
 }
 
 /// Columns before `phase` and `gain`.
-const BODY: [&str; 30] = [
-    "time_s",
-    "com_x_m",
-    "com_y_m",
-    "com_z_m",
-    "com_vel_x_m_s",
-    "com_vel_y_m_s",
-    "com_vel_z_m_s",
-    "com_x_m_est",
-    "com_y_m_est",
-    "com_z_m_est",
-    "com_vel_x_m_s_est",
-    "com_vel_y_m_s_est",
-    "com_vel_z_m_s_est",
-    "zmp_x_m",
-    "zmp_y_m",
-    "zmp_ref_x_m",
-    "zmp_ref_y_m",
-    "dcm_x_m",
-    "dcm_y_m",
-    "contact_force_x_n",
-    "contact_force_y_n",
-    "contact_force_z_n",
-    "push_force_x_n",
-    "push_force_y_n",
-    "push_force_z_n",
-    "zmp_x_m_est",
-    "zmp_y_m_est",
-    "trunk_tilt_deg",
-    "dcm_outside_m",
-    "cpi_margin",
-];
+const BODY: &str = "time_s com_x_m com_y_m com_z_m com_vel_x_m_s com_vel_y_m_s com_vel_z_m_s \
+                    com_x_m_est com_y_m_est com_z_m_est com_vel_x_m_s_est com_vel_y_m_s_est com_vel_z_m_s_est \
+                    zmp_x_m zmp_y_m zmp_ref_x_m zmp_ref_y_m dcm_x_m dcm_y_m \
+                    contact_force_x_n contact_force_y_n contact_force_z_n \
+                    push_force_x_n push_force_y_n push_force_z_n \
+                    zmp_x_m_est zmp_y_m_est trunk_tilt_deg dcm_outside_m cpi_margin";
 
 impl Trace {
     pub fn new(robot: &Robot) -> Self {
-        let mut names: Vec<String> = BODY.iter().map(|s| (*s).into()).collect();
+        let mut names: Vec<String> = BODY.split_whitespace().map(String::from).collect();
         for side in ["left", "right"] {
             for part in ["x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"] {
                 names.push(format!("{side}_sole_{part}"));
@@ -121,8 +95,9 @@ impl Trace {
                 Column::new(name, whole.map_or(Data::OptF64(values), Data::F64))
             })
             .collect();
-        columns.insert(BODY.len(), Column::new("gain", Data::Text(self.gain)));
-        columns.insert(BODY.len(), Column::new("phase", Data::Text(self.phase)));
+        let words = [("phase", self.phase), ("gain", self.gain)].map(|(name, all)| Column::new(name, Data::Text(all)));
+        let place = BODY.split_whitespace().count();
+        columns.splice(place..place, words);
         columns
     }
 }

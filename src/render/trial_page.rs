@@ -1,6 +1,7 @@
 //! Where in a result the page of a trial is.
 
 use crate::campaign::store::folder::REPLAYS;
+use crate::campaign::verdict::set_summary::SetOrigin;
 use crate::files::sha256_hex;
 use std::path::{Path, PathBuf};
 
@@ -15,10 +16,9 @@ pub fn replay_file(trial: u64, set: &str) -> PathBuf {
     Path::new(REPLAYS).join(format!("trial-{trial}-{name}.html"))
 }
 
-/// The page of a trial, if it is there: its path as seen from a report in `folder`, for a set whose campaign is the file
-/// `campaign` as seen from there.
-pub fn replay_found(folder: &Path, campaign: &str, trial: u64, set: &str) -> Option<String> {
-    let path = Path::new(campaign).parent().unwrap_or(Path::new("")).join(replay_file(trial, set));
+/// The page of a trial of a set, if it is there: its path as seen from a report in `folder`.
+pub fn replay_found(folder: &Path, origin: &SetOrigin, trial: u64) -> Option<String> {
+    let path = Path::new(&origin.campaign).with_file_name("").join(replay_file(trial, &origin.gains));
     folder.join(&path).is_file().then(|| path.display().to_string())
 }
 

@@ -152,16 +152,21 @@ pub(crate) mod tests {
             ..Overrides::default()
         };
         let manifest = manifest(&["a", "b"], overrides);
-        let impulse = |i: usize| 1.0 + i as f64 / outcomes.len() as f64;
-        let trial = |(i, of): (usize, &[Outcome; 2])| {
-            [row(i as u64, "a", impulse(i), of[0]), row(i as u64, "b", impulse(i), of[1])]
-        };
-        let rows: Vec<TrialRow> = outcomes.iter().enumerate().flat_map(trial).collect();
+        let rows = rows(outcomes);
         let gates = Gates::new(&manifest, None).unwrap();
         let trials_sha256 = String::new();
         let source =
             SummaryInput { manifest: &manifest, rows: &rows, trials_sha256, pairs: &every_pair(2), gates: &gates };
         Summary::new(source)
+    }
+
+    /// The rows of [`summary`].
+    pub(crate) fn rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
+        let impulse = |i: usize| 1.0 + i as f64 / outcomes.len() as f64;
+        let trial = |(i, of): (usize, &[Outcome; 2])| {
+            [row(i as u64, "a", impulse(i), of[0]), row(i as u64, "b", impulse(i), of[1])]
+        };
+        outcomes.iter().enumerate().flat_map(trial).collect()
     }
 
     #[test]

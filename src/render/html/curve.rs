@@ -1,8 +1,10 @@
 //! Success over impulse: each gain set's rates by bin with their intervals, and the impulses of 50 % and 90 %.
 
+use super::impulse_edges_n_s;
 use super::svg::{Scale, colors, escape, px, short};
-use super::value::list;
-use serde_json::Value;
+use crate::campaign::verdict::set_summary::{ImpulseBin, SetSummary};
+use crate::stats::curve::{Level, SuccessCurve};
+use crate::stats::rate::SuccessCount;
 use std::fmt::Write;
 
 const WIDTH: f64 = 760.0;
@@ -14,14 +16,12 @@ const BOTTOM: f64 = 62.0;
 /// More sets than this have bars in place of bands, which would hide each other.
 const MOST_BANDS: usize = 4;
 
-/// The picture of all sets. None: there are no bins of impulse.
-pub(super) fn draw(summary: &Value) -> Option<String> {
-    let sets = list(&summary["sets"]);
-    let bins = || sets.iter().flat_map(|set| list(&set["by_impulse"]));
-    let edge = |key: &'static str| bins().filter_map(move |bin| bin[key].as_f64());
-    let (from, to) = (edge("from_n_s").reduce(f64::min)?, edge("to_n_s").reduce(f64::max)?);
+/// The picture of all sets.
+pub(super) fn draw(sets: &[SetSummary]) -> String {
+    let edges = impulse_edges_n_s(sets);
+    let (from, to) = (edges.first().map_or(0.0, |edge| *edge), edges.last().map_or(1.0, |edge| *edge));
     // A fitted curve runs over the range of the impulses, which the outer bins may exceed.
-    let fitted_at = || sets.iter().flat_map(fitted).map(|(x, ..)| x);
+    let fitted_at = || sets.iter().flat_map(|set| &set.curve.points).map(|point| point.x);
     let pushes = [fitted_at().reduce(f64::min).unwrap_or(from), fitted_at().reduce(f64::max).unwrap_or(to)];
     let area = Area { from, to, pushes };
     let mut svg = format!(
@@ -34,7 +34,7 @@ pub(super) fn draw(summary: &Value) -> Option<String> {
         area.set(&mut svg, set, sets.len() <= MOST_BANDS);
         svg += "</g>";
     }
-    Some(svg + "</svg>")
+    svg + "</svg>"
 }
 
 /// The rectangle in which curves are: impulses (N s) by shares.
@@ -80,51 +80,46 @@ impl Area {
         _ = write!(svg, "<text x=\"{middle}\" y=\"{}\">impulse of the push [N s]</text></g>", HEIGHT - 8.0);
     }
 
-    fn set(&self, svg: &mut String, set: &Value, as_band: bool) {
-        let bins: Vec<(f64, f64, [f64; 2], String)> =
-            list(&set["by_impulse"]).iter().filter_map(|of| bin(of, self.pushes)).collect();
-        if bins.is_empty() {
-            return;
-        }
+    fn set(&self, svg: &mut String, set: &SetSummary, as_band: bool) {
+        let at = |bin: &ImpulseBin| middle_n_s(bin, self.pushes);
         let place = |(x, y): (f64, f64)| format!("{} {}", self.x(x), self.y(y));
         let joined = |points: Vec<(f64, f64)>| points.into_iter().map(place).collect::<Vec<_>>().join("L");
         // Without a fitted curve, straight lines join the rates.
-        let mut curve = fitted(set);
-        let is_fitted = !curve.is_empty();
-        if !is_fitted {
-            curve = bins.iter().map(|(x, rate, ci, _)| (*x, *rate, *ci)).collect();
-        }
+        let is_fitted = !set.curve.points.is_empty();
+        let curve: Vec<(f64, f64, [f64; 2])> = if is_fitted {
+            set.curve.points.iter().map(|point| (point.x, point.chance, point.ci95)).collect()
+        } else {
+            set.by_impulse.iter().map(|bin| (at(bin), bin.count.success_rate, bin.count.ci95)).collect()
+        };
         if as_band {
             let low = curve.iter().map(|(x, _, ci)| (*x, ci[0]));
             let high = curve.iter().rev().map(|(x, _, ci)| (*x, ci[1]));
             _ = write!(svg, "<path class=\"band\" d=\"M{}z\"/>", joined(low.chain(high).collect()));
         }
         _ = write!(svg, "<path class=\"line\" d=\"M{}\"/>", joined(curve.iter().map(|(x, y, _)| (*x, *y)).collect()));
-        for (x, rate, ci, words) in &bins {
+        for bin in &set.by_impulse {
+            let (x, SuccessCount { success_rate, ci95, .. }) = (at(bin), bin.count);
             if !as_band && !is_fitted {
-                _ = write!(svg, "<path class=\"ci\" d=\"M{}V{}\"/>", place((*x, ci[0])), self.y(ci[1]));
+                _ = write!(svg, "<path class=\"ci\" d=\"M{}V{}\"/>", place((x, ci95[0])), self.y(ci95[1]));
             }
-            let (x, y) = (self.x(*x), self.y(*rate));
-            _ = write!(svg, "<circle cx=\"{x}\" cy=\"{y}\" r=\"4\"><title>{}</title></circle>", escape(words));
+            let (x, y, words) = (self.x(x), self.y(success_rate), words(bin));
+            _ = write!(svg, "<circle cx=\"{x}\" cy=\"{y}\" r=\"4\"><title>{}</title></circle>", escape(&words));
         }
-        for (share, key) in [(0.5, "impulse50"), (0.9, "impulse90")] {
-            self.limit(svg, set, share, key);
+        let level = |of: fn(&SuccessCurve) -> Option<Level>| set.curve.fit.as_ref().and_then(of);
+        for (share, level) in [(0.5, level(|fit| fit.impulse50)), (0.9, level(|fit| fit.impulse90))] {
+            if let Some(level) = level {
+                self.limit(svg, &set.name, share, level);
+            }
         }
     }
 
     /// The impulse at which a share of the trials recovers, with its interval.
-    fn limit(&self, svg: &mut String, set: &Value, share: f64, key: &str) {
-        let limit = &set["curve"][key];
-        let Some(at) = limit["at"].as_f64() else { return };
+    fn limit(&self, svg: &mut String, name: &str, share: f64, Level { at, ci95: [low, high] }: Level) {
         let (x, y) = (self.x(at), self.y(share));
         // An end may be beyond the pushes: then the line runs to the edge.
-        let ends = (limit["ci95"][0].as_f64(), limit["ci95"][1].as_f64());
-        if limit["ci95"].is_array() {
-            let (low, high) = (self.x(ends.0.unwrap_or(self.from)), self.x(ends.1.unwrap_or(self.to)));
-            _ = write!(svg, "<path class=\"limit\" d=\"M{low} {y}H{high}\"/>");
-        }
-        let name = set["name"].as_str().unwrap_or_default();
-        let interval = match ends {
+        let ends = [self.x(low.unwrap_or(self.from)), self.x(high.unwrap_or(self.to))];
+        _ = write!(svg, "<path class=\"limit\" d=\"M{} {y}H{}\"/>", ends[0], ends[1]);
+        let interval = match (low, high) {
             (Some(low), Some(high)) => format!(" (95 %: {low:.2} to {high:.2})"),
             _ => String::new(),
         };
@@ -137,40 +132,29 @@ impl Area {
     }
 }
 
-/// Middle (N s) of the part of a bin that has pushes, rate and interval, and what it says.
-fn bin(bin: &Value, [least, most]: [f64; 2]) -> Option<(f64, f64, [f64; 2], String)> {
-    let (from, to) = (bin["from_n_s"].as_f64()?, bin["to_n_s"].as_f64()?);
-    let (rate, ci) = (bin["success_rate"].as_f64()?, [bin["ci95"][0].as_f64()?, bin["ci95"][1].as_f64()?]);
-    let words = format!(
-        "{} to {} N s: {} of {} recovered, {:.1} % ({:.1} to {:.1} %)",
-        short(from, 3),
-        short(to, 3),
-        bin["recovered"],
-        bin["trials"],
-        100.0 * rate,
-        100.0 * ci[0],
-        100.0 * ci[1]
-    );
-    Some(((from.max(least) + to.min(most)) / 2.0, rate, ci, words))
+/// Middle (N s) of the part of a bin that has pushes.
+fn middle_n_s(bin: &ImpulseBin, [least, most]: [f64; 2]) -> f64 {
+    (bin.from_n_s.max(least) + bin.to_n_s.min(most)) / 2.0
 }
 
-/// Points of the fitted curve: impulse (N s), chance and its interval.
-fn fitted(set: &Value) -> Vec<(f64, f64, [f64; 2])> {
-    let number = |value: &Value| value.as_f64();
-    let point =
-        |p: &Value| Some((number(&p["x"])?, number(&p["chance"])?, [number(&p["ci95"][0])?, number(&p["ci95"][1])?]));
-    list(&set["curve"]["points"]).iter().filter_map(point).collect()
+/// What a bin says.
+fn words(bin: &ImpulseBin) -> String {
+    let [rate, low, high] = [bin.count.success_rate, bin.count.ci95[0], bin.count.ci95[1]].map(|share| 100.0 * share);
+    let ([from, to], count) = ([bin.from_n_s, bin.to_n_s].map(|edge| short(edge, 3)), bin.count);
+    format!(
+        "{from} to {to} N s: {} of {} recovered, {rate:.1} % ({low:.1} to {high:.1} %)",
+        count.recovered, count.trials
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
 
     #[test]
     fn a_rate_stands_where_its_pushes_are() {
-        let of = json!({ "from_n_s": 5.0, "to_n_s": 6.0, "success_rate": 0.5, "ci95": [0.4, 0.6] });
-        assert_eq!(bin(&of, [0.5, 5.5]).unwrap().0, 5.25);
-        assert_eq!(bin(&of, [0.5, 7.0]).unwrap().0, 5.5);
+        let bin = ImpulseBin { from_n_s: 5.0, to_n_s: 6.0, count: SuccessCount::new(1, 2) };
+        assert_eq!(middle_n_s(&bin, [0.5, 5.5]), 5.25);
+        assert_eq!(middle_n_s(&bin, [0.5, 7.0]), 5.5);
     }
 }

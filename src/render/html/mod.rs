@@ -1,21 +1,24 @@
 //! `report.html`: a campaign as one page that people look at.
 //!
 //! One file that asks for nothing else: pictures are SVG and drawn here, so that they show without JavaScript; a little
-//! of it adds tooltips, replay commands to copy, and the choice of a pair. What it shows is `summary.json` and the
-//! rows, nothing of machine, path or clock: the same bytes everywhere. What the summary lacks, the page leaves out.
+//! of it adds tooltips, replay commands to copy, and the choice of a pair. What it shows is the summary and the
+//! rows, nothing of machine, path or clock: the same bytes everywhere.
 
 mod curve;
 mod polar;
 pub(super) mod svg;
 mod telling;
 mod trials;
-mod value;
 mod words;
 
-use self::value::{interval, list, number, part};
+use self::trials::Trials;
+use self::words::{interval, number, part};
+use crate::campaign::verdict::pairs::Pair;
+use crate::campaign::verdict::set_summary::SetSummary;
 use crate::campaign::{Summary, TrialRow};
-use crate::error::{Error, Result};
-use crate::render::{html_page, replay_parts, text, trial_page};
+use crate::error::Result;
+use crate::render::{html_page, replay_parts, text};
+use crate::stats::ranks::Shift;
 use minijinja::value::Kwargs;
 use minijinja::{Environment, UndefinedBehavior, Value as Cell};
 use serde_json::{Value, json};
@@ -33,17 +36,8 @@ const MOST_PAIRS: usize = 28;
 ///
 /// Errors: none but a template that is wrong.
 pub fn page(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Result<String> {
-    let fail = |e: serde_json::Error| Error::Numeric { what: "report.html".into(), problem: e.to_string() };
-    let gates: Vec<String> = summary.gates.iter().map(text::gate_seen).collect();
-    let words = json!({ "gates": gates, "baseline": text::baseline(summary) });
-    page_of(&serde_json::to_value(summary).map_err(fail)?, words, rows, folder)
-}
-
-/// The same of what becomes `summary.json`, and of sentences that other reports have, too.
-fn page_of(summary: &Value, words: Value, rows: &[TrialRow], folder: &Path) -> Result<String> {
-    let mut context = context(summary, rows, folder);
-    context["words"] = words;
-    html_page::render("report.html", TEMPLATE, UndefinedBehavior::Chainable, add_to, &context)
+    let context = context(summary, rows, folder);
+    html_page::render("report.html", TEMPLATE, UndefinedBehavior::Strict, add_to, &context)
 }
 
 /// What the template calls.
@@ -64,112 +58,91 @@ fn add_to(environment: &mut Environment) {
 }
 
 /// What the template reads: the summary as `s`, and what it cannot make itself.
-fn context(summary: &Value, rows: &[TrialRow], folder: &Path) -> Value {
-    let names: Vec<&str> = list(&summary["sets"]).iter().map(|set| set["name"].as_str().unwrap_or("?")).collect();
-    let pairs = list(&summary["pairs"]);
-    let index = |name: &Value| names.iter().position(|n| Some(*n) == name.as_str());
-    let sets = list(&summary["sets"]);
-    let named = telling::Named::new(sets, sets.iter().map(replay_command).collect());
-    let telling_ids = sets.iter().enumerate().map(|(i, set)| named.row_ids(i, list(&set["telling"])));
-    let lost = |gate: &Value| named.point(&gate["lost_trial"], &[index(&gate["set"])?]);
-    let trials = trials::Trials::new(&names, rows);
-    let maps = trials.as_ref().map(|trials| polar::Maps::new(summary, trials));
-    let pair_views: Vec<Value> = pairs
-        .iter()
-        .enumerate()
-        .map(|(i, pair)| {
-            let (a, b) = (index(&pair["a"]), index(&pair["b"]));
-            let map = maps.as_ref().filter(|_| i < MOST_PAIRS).zip(a.zip(b)).and_then(|(m, (a, b))| m.pair(a, b));
-            let trials = a.zip(b).map(|sets| named.of_pair(pair, sets));
-            json!({ "index": i, "a": a.unwrap_or(0), "b": b.unwrap_or(0), "map": map, "trials": trials })
-        })
-        .collect();
-    let shown = |pair: &&Value| pair["a"].is_string() && pair["b"].is_string();
+fn context(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Value {
+    let (sets, pairs) = (&summary.sets, &summary.pairs);
+    let names: Vec<&str> = sets.iter().map(|set| set.name.as_str()).collect();
+    // Pairs and gates are of sets of the summary.
+    let index = |name: &str| names.iter().position(|n| *n == name).unwrap_or_default();
+    let trials = Trials { sets: &names, rows };
+    let maps = polar::Maps::new(impulse_edges_n_s(sets), &trials);
+    let view = |(i, pair): (usize, &Pair)| {
+        let (a, b) = (index(&pair.a), index(&pair.b));
+        let map = if i < MOST_PAIRS { maps.pair(a, b) } else { None };
+        json!({ "index": i, "a": a, "b": b, "map": map, "trials": telling::of_pair(sets, pair, (a, b)) })
+    };
+    let lost = summary.gates.iter().map(|gate| Some(telling::point(sets, gate.lost_trial?, &[index(&gate.set)])));
+    let commands: Vec<_> = sets.iter().map(|set| replay_parts(&set.origin, Path::new(""))).collect();
+    let shifts = |of: fn(&Pair) -> Option<Shift>| pairs.iter().filter_map(move |pair| of(pair)?.ci95);
     json!({
         "s": summary,
+        "gates_seen": summary.gates.iter().map(text::gate_seen).collect::<Vec<_>>(),
+        "baseline": text::baseline(summary),
         "style": STYLE,
         "script": SCRIPT,
         "palette": svg::palette(),
         "colors": svg::colors(),
-        "data": trials.as_ref().filter(|t| t.as_dots()).map(|t| t.as_json(named.commands())),
-        "commands": named.commands(),
-        "replays": sets.iter().map(|set| replays_of(set, folder)).collect::<Vec<_>>(),
-        "telling_ids": telling_ids.collect::<Vec<_>>(),
-        "lost": list(&summary["gates"]).iter().map(lost).collect::<Vec<_>>(),
-        "maps": maps.as_ref().map(|maps| (0..names.len()).map(|set| maps.set(set)).collect::<Vec<_>>()),
-        "rings": maps.as_ref().map_or(0, polar::Maps::rings),
-        "pair_views": pair_views,
+        "data": trials.as_dots().then(|| trials.as_json(&commands)),
+        "telling": telling::table(sets, folder),
+        "lost": lost.collect::<Vec<_>>(),
+        "maps": (0..names.len()).map(|set| maps.set(set)).collect::<Vec<_>>(),
+        "pair_views": pairs.iter().enumerate().map(view).collect::<Vec<_>>(),
         "most_pairs": MOST_PAIRS,
-        "has_pairs": pairs.iter().any(|pair| shown(&pair)),
-        "curve": curve::draw(summary),
-        "footsteps": trials.as_ref().map(trials::Trials::footsteps),
+        "curve": curve::draw(sets),
+        "footsteps": trials.footsteps(),
         "scale": {
-            "difference": reach(pairs.iter(), "/ci95", 0.05),
-            "strata": reach(pairs.iter().flat_map(|pair| list(&pair["strata"])), "/ci95", 0.05),
-            "homing": reach(pairs.iter(), "/homing_s/ci95", 0.05),
-            "settling": reach(pairs.iter(), "/settling_s/ci95", 0.05),
-            "footsteps": reach(pairs.iter(), "/footsteps/ci95", 0.5),
-            "lost": most_lost(summary),
+            "difference": reach(pairs.iter().map(|pair| pair.ci95), 0.05),
+            "strata": reach(pairs.iter().flat_map(|pair| &pair.strata).map(|stratum| stratum.ci95), 0.05),
+            "homing": reach(shifts(|pair| pair.homing_s), 0.05),
+            "settling": reach(shifts(|pair| pair.settling_s), 0.05),
+            "footsteps": reach(shifts(|pair| pair.footsteps), 0.5),
+            "lost": most_lost(sets),
         },
     })
 }
 
-/// What stands before and after a trial's number in the command that replays it with a set, in the folder of the page.
-fn replay_command(set: &Value) -> [String; 2] {
-    let origin = |key: &str| set["origin"][key].as_str();
-    let gains = origin("gains").or(set["name"].as_str()).unwrap_or_default();
-    replay_parts(origin("campaign").unwrap_or("campaign.toml"), gains)
+/// Where bins of impulse begin and end (N s), ascending.
+fn impulse_edges_n_s(sets: &[SetSummary]) -> Vec<f64> {
+    let bins = sets.iter().flat_map(|set| &set.by_impulse);
+    let mut edges_n_s: Vec<f64> = bins.flat_map(|bin| [bin.from_n_s, bin.to_n_s]).collect();
+    edges_n_s.sort_by(f64::total_cmp);
+    edges_n_s.dedup();
+    edges_n_s
 }
 
-/// For each telling trial of a set its replay, if there is one: a path as seen from the folder of the page.
-fn replays_of(set: &Value, folder: &Path) -> Vec<Option<String>> {
-    let text = |value: &Value| value.as_str().map(String::from);
-    let campaign = text(&set["origin"]["campaign"]).unwrap_or("campaign.toml".into());
-    let name = text(&set["origin"]["gains"]).or(text(&set["name"])).unwrap_or_default();
-    let replay = |telling: &Value| trial_page::replay_found(folder, &campaign, telling["trial"].as_u64()?, &name);
-    list(&set["telling"]).iter().map(replay).collect()
-}
-
-/// Half the width of a scale about 0 that holds the intervals at `pointer`, rounded up to a multiple of `step`.
-fn reach<'a>(values: impl Iterator<Item = &'a Value>, pointer: &str, step: f64) -> f64 {
-    let ends = values.filter_map(|value| value.pointer(pointer)).flat_map(list).filter_map(Value::as_f64);
-    let most = ends.map(f64::abs).fold(0.0, f64::max);
+/// Half the width of a scale about 0 that holds the intervals, rounded up to a multiple of `step`.
+fn reach(intervals: impl Iterator<Item = [f64; 2]>, step: f64) -> f64 {
+    let most = intervals.flatten().map(f64::abs).fold(0.0, f64::max);
     ((most / step).ceil() * step).max(step)
 }
 
 /// Largest share of lost trials of any set, rounded up to 10 %.
-fn most_lost(summary: &Value) -> f64 {
-    let lost = list(&summary["sets"]).iter().filter_map(|set| set["success_rate"].as_f64()).map(|rate| 1.0 - rate);
+fn most_lost(sets: &[SetSummary]) -> f64 {
+    let lost = sets.iter().map(|set| 1.0 - set.count.success_rate);
     ((lost.fold(0.0, f64::max) * 10.0 - 1e-9).ceil() / 10.0).max(0.1)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::store::row::tests::row;
-    use crate::episode::Outcome;
+    use crate::campaign::verdict::summary::tests::{rows, summary};
+    use crate::episode::Outcome::{Fell, Recovered};
 
     const HOSTILE: &str = "</script><b onclick='x()'>&";
 
-    fn rows(sets: [&str; 2], trials: u64) -> Vec<TrialRow> {
-        let outcome = |k: u64| if k.is_multiple_of(3) { Outcome::Fell } else { Outcome::Recovered };
-        (0..trials)
-            .flat_map(|k| {
-                [row(k, sets[0], k as f64 / 9.0, outcome(k)), row(k, sets[1], k as f64 / 9.0, outcome(k + 1))]
-            })
-            .collect()
-    }
-
     #[test]
     fn names_are_text_wherever_they_stand() {
-        let telling = json!([{ "trial": 7, "impulse_n_s": 2.0, "heading_deg": 10.0, "why": HOSTILE }]);
-        let gate = json!({ "name": HOSTILE, "status": "failed", "set": HOSTILE, "lost_trial": 3 });
-        let pair = json!({ "a": HOSTILE, "b": "hold", "both": 1, "ci95": [-0.1, 0.2], "difference": 0.1 });
-        let by_impulse = json!([{ "from_n_s": 0.0, "to_n_s": 2.0, "success_rate": 0.5, "ci95": [0.2, 0.8] }]);
-        let set = json!({ "name": HOSTILE, "telling": telling, "by_impulse": by_impulse, "success_rate": 0.5 });
-        let summary = json!({ "name": HOSTILE, "sets": [set, { "name": "hold" }], "pairs": [pair], "gates": [gate],
-            "warnings": [HOSTILE], "robot": HOSTILE });
-        let page = page_of(&summary, Value::Null, &rows([HOSTILE, "hold"], 30), Path::new("")).unwrap();
+        let outcomes = [[Recovered, Fell], [Fell, Recovered], [Recovered, Fell]];
+        let (mut summary, rows) = (summary(&outcomes, &[], &["a >= 0.9"]), rows(&outcomes));
+        for name in [&mut summary.name, &mut summary.robot, &mut summary.sets[0].name, &mut summary.pairs[0].a] {
+            *name = HOSTILE.into();
+        }
+        summary.warnings = vec![HOSTILE.into()];
+        summary.sets[0].telling[0].why = HOSTILE.into();
+        summary.sets[0].origin.gains = HOSTILE.into();
+        summary.pairs[0].words = HOSTILE.into();
+        let gate = &mut summary.gates[0];
+        (gate.set, gate.judged.name) = (HOSTILE.into(), HOSTILE.into());
+        let page = page(&summary, &rows, Path::new("")).unwrap();
         assert!(!page.contains("</script><b") && !page.contains("<b onclick"));
         assert!(page.contains("&lt;b onclick"));
         // Two elements of data and code, each closed once.
@@ -178,19 +151,20 @@ mod tests {
 
     #[test]
     fn what_a_summary_lacks_is_left_out() {
-        for summary in
-            [json!({}), json!({ "name": "x", "sets": [{ "name": "hold" }, { "name": null }], "pairs": [{}] })]
-        {
-            let page = page_of(&summary, Value::Null, &[], Path::new("")).unwrap();
-            assert!(page.contains("<h1") && !page.contains("NaN"), "{page}");
-        }
+        let mut summary = summary(&[[Recovered, Fell]], &[], &[]);
+        summary.sets.truncate(1);
+        summary.pairs.clear();
+        let page = page(&summary, &rows(&[[Recovered, Fell]])[..1], Path::new("")).unwrap();
+        assert!(page.contains("<h1") && !page.contains("NaN") && !page.contains("id=\"pairs\""), "{page}");
     }
 
     #[test]
     fn many_trials_are_cells_without_dots() {
-        let sets = ["hold", "catch"];
-        let summary = json!({ "name": "x", "sets": [{ "name": "hold" }, { "name": "catch" }] });
-        let page = |trials| page_of(&summary, Value::Null, &rows(sets, trials), Path::new("")).unwrap();
+        let page = |trials: usize| {
+            let one_in_three = |k: usize| if k.is_multiple_of(3) { Fell } else { Recovered };
+            let outcomes: Vec<_> = (0..trials).map(|k| [one_in_three(k), one_in_three(k + 1)]).collect();
+            page(&summary(&outcomes, &[], &[]), &rows(&outcomes), Path::new("")).unwrap()
+        };
         let (few, many) = (page(1000), page(20_000));
         assert!(few.contains("class=\"won\"") && !many.contains("class=\"won\""));
         assert!(few.len() < 200_000 && many.len() < 100_000, "{} and {} bytes", few.len(), many.len());

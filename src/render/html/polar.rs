@@ -3,10 +3,8 @@
 
 use super::svg::{escape, px, short};
 use super::trials::Trials;
-use super::value::list;
 use crate::campaign::TrialRow;
 use crate::episode::Outcome;
-use serde_json::Value;
 use std::fmt::Write;
 
 /// Of the outermost ring, in units of the picture (320 by 320, the middle at 0, 0); the script knows it too.
@@ -17,8 +15,6 @@ const FEW: u32 = 5;
 const NARROW_SECTORS: usize = 400;
 /// More trials than this have small marks.
 const MANY: usize = 300;
-/// Rings where the summary has no bins of impulse.
-const RINGS: usize = 6;
 /// Half the length of the arms of a cross.
 const CROSS: f64 = 2.2;
 const SMALL_CROSS: f64 = 1.5;
@@ -34,22 +30,14 @@ pub(super) struct Maps<'a> {
 }
 
 impl<'a> Maps<'a> {
-    pub fn new(summary: &Value, trials: &'a Trials<'a>) -> Self {
-        let bins = list(&summary["sets"]).iter().flat_map(|set| list(&set["by_impulse"]));
-        let mut edges_n_s: Vec<f64> =
-            bins.flat_map(|bin| [bin["from_n_s"].as_f64(), bin["to_n_s"].as_f64()]).flatten().collect();
-        edges_n_s.sort_by(f64::total_cmp);
-        edges_n_s.dedup();
-        let most = trials.iter().map(|trial| trial[0].impulse_n_s).fold(1e-3, f64::max);
-        if edges_n_s.len() < 2 || edges_n_s.last().is_some_and(|last| *last < most) {
-            edges_n_s = (0..=RINGS).map(|i| most * i as f64 / RINGS as f64).collect();
-        }
+    /// `edges_n_s` ascend, and hold all impulses.
+    pub fn new(edges_n_s: Vec<f64>, trials: &'a Trials<'a>) -> Self {
         let sectors = if trials.len() >= NARROW_SECTORS { 16 } else { 8 };
         Self { trials, edges_n_s, sectors }
     }
 
     /// Count of rings.
-    pub fn rings(&self) -> usize {
+    fn rings(&self) -> usize {
         self.edges_n_s.len() - 1
     }
 
@@ -84,7 +72,7 @@ impl<'a> Maps<'a> {
         for (only, other) in [(a, b), (b, a)] {
             let class = format!("only s{}", only % super::svg::colors());
             let differ = |trial: &&[TrialRow]| won(&trial[only]) && !won(&trial[other]);
-            svg += &if only == a { self.dots(&class, differ) } else { self.squares(&class, differ) };
+            svg += &self.dots(&if only == a { class } else { format!("{class} square") }, differ);
         }
         self.names(&mut svg);
         Some(svg + "</svg>")
@@ -179,7 +167,7 @@ impl<'a> Maps<'a> {
         *svg += "</g>";
     }
 
-    /// Lines of no length with round ends.
+    /// Lines of no length, whose ends the style sheet shapes.
     fn dots(&self, class: &str, chosen: impl Fn(&&[TrialRow]) -> bool) -> String {
         self.marks(class, chosen, |path, x, y| _ = write!(path, "M{} {}h0", px(x), px(y)))
     }
@@ -190,10 +178,6 @@ impl<'a> Maps<'a> {
         self.marks(class, chosen, |path, x, y| {
             _ = write!(path, "M{} {}m-{arm}-{arm}l{across} {across}m0-{across}l-{across} {across}", px(x), px(y));
         })
-    }
-
-    fn squares(&self, class: &str, chosen: impl Fn(&&[TrialRow]) -> bool) -> String {
-        self.marks(&format!("{class} square"), chosen, |path, x, y| _ = write!(path, "M{} {}h0", px(x), px(y)))
     }
 
     fn marks(
@@ -238,8 +222,8 @@ mod tests {
             turned(2, -270.0),
             TrialRow { outcome: Outcome::Fell, ..turned(3, 91.0) },
         ];
-        let trials = Trials::new(&sets, &rows).unwrap();
-        let maps = Maps::new(&Value::Null, &trials);
+        let trials = Trials { sets: &sets, rows: &rows };
+        let maps = Maps::new(vec![0.0, 1.0, 2.0], &trials);
         let ((x, y), (left, level)) = (maps.at(2.0, 0.0), maps.at(2.0, 90.0));
         assert!(x.abs() < 1e-9 && y == -RADIUS && left == -RADIUS && level.abs() < 1e-9);
         let svg = maps.set(0);

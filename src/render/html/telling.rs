@@ -1,66 +1,57 @@
 //! Trials that the page names: their places in its table of trials worth a look, and how other parts point to them.
 
-use super::value::list;
+use crate::campaign::verdict::pairs::Pair;
+use crate::campaign::verdict::set_summary::SetSummary;
+use crate::render::{replay_parts, trial_page::replay_found};
+use crate::stats::sequential::PairVerdict;
 use serde_json::{Value, json};
-use std::collections::HashMap;
+use std::path::Path;
 
-/// Where the page tells of trials, and what replays those of each set.
-pub(super) struct Named {
-    /// Id of the first row for a set and a trial.
-    ids: HashMap<(usize, u64), String>,
-    /// For each set, what stands before and after the number of a trial.
-    commands: Vec<[String; 2]>,
+/// The rows of the table: each set's telling trials, with what replays them, and their replays as seen from `folder`, if
+/// they are there.
+pub(super) fn table(sets: &[SetSummary], folder: &Path) -> Vec<Value> {
+    let told = |(i, set): (usize, &SetSummary)| -> Vec<Value> {
+        let row = |trial: u64| (row_id(sets, i, trial), command(set, trial), replay_found(folder, &set.origin, trial));
+        let rows = set.telling.iter().map(|trial| (trial, row(trial.trial)));
+        rows.map(|(trial, (id, command, replay))| {
+            json!({ "set": set.name, "trial": trial, "id": id, "command": command, "replay": replay })
+        })
+        .collect()
+    };
+    sets.iter().enumerate().flat_map(told).collect()
 }
 
-impl Named {
-    pub fn new(sets: &[Value], commands: Vec<[String; 2]>) -> Self {
-        let mut ids = HashMap::new();
-        for (i, set) in sets.iter().enumerate() {
-            let slug = slug(set["name"].as_str().unwrap_or_default(), i);
-            for trial in list(&set["telling"]).iter().filter_map(|row| row["trial"].as_u64()) {
-                ids.insert((i, trial), format!("trial-{trial}-{slug}"));
-            }
-        }
-        Self { ids, commands }
-    }
+/// A trial: its number, a link to where the page tells of it with one of the `tried` sets, and what replays it with the
+/// first of them.
+pub(super) fn point(sets: &[SetSummary], trial: u64, tried: &[usize]) -> Value {
+    let link = tried.iter().find_map(|set| row_id(sets, *set, trial)).map(|id| format!("#{id}"));
+    json!({ "trial": trial, "link": link, "command": command(&sets[tried[0]], trial) })
+}
 
-    pub fn commands(&self) -> &[[String; 2]] {
-        &self.commands
-    }
+/// The trials that only one of a pair of sets recovered from: first those of the first set, each to be replayed with the set
+/// that lost it; and an example of what a better set survived.
+pub(super) fn of_pair(sets: &[SetSummary], pair: &Pair, (a, b): (usize, usize)) -> Value {
+    let points = |trials: &[u64], tried: [usize; 2]| -> Vec<Value> {
+        trials.iter().map(|trial| point(sets, *trial, &tried)).collect()
+    };
+    let only = [points(&pair.first_only_a, [b, a]), points(&pair.first_only_b, [a, b])];
+    let example = match pair.verdict {
+        PairVerdict::ABetter => only[0].first(),
+        PairVerdict::BBetter => only[1].first(),
+        _ => None,
+    };
+    json!({ "example": example, "only": only })
+}
 
-    /// For each row of a set's telling trials its id; null for a trial that stands in an earlier row.
-    pub fn row_ids(&self, set: usize, rows: &[Value]) -> Vec<Option<&String>> {
-        let trial = |row: &Value| row["trial"].as_u64();
-        let id = |(i, row): (usize, &Value)| {
-            let is_first = !rows[..i].iter().any(|earlier| trial(earlier) == trial(row));
-            self.ids.get(&(set, trial(row)?)).filter(|_| is_first)
-        };
-        rows.iter().enumerate().map(id).collect()
-    }
+fn command(set: &SetSummary, trial: u64) -> String {
+    replay_parts(&set.origin, Path::new("")).join(&trial.to_string())
+}
 
-    /// A trial: its number, a link to where the page tells of it with one of the sets, and what replays it with the
-    /// first of them.
-    pub fn point(&self, trial: &Value, sets: &[usize]) -> Option<Value> {
-        let number = trial.as_u64()?;
-        let link = sets.iter().find_map(|set| self.ids.get(&(*set, number))).map(|id| format!("#{id}"));
-        let command = self.commands.get(*sets.first()?)?.join(&number.to_string());
-        Some(json!({ "trial": number, "link": link, "command": command }))
-    }
-
-    /// The trials that only one of a pair of sets recovered from: first those of the first set, each to be replayed
-    /// with the set that lost it; and an example of what a better set survived.
-    pub fn of_pair(&self, pair: &Value, (a, b): (usize, usize)) -> Value {
-        let points = |key: &str, sets: [usize; 2]| -> Vec<Value> {
-            list(&pair[key]).iter().filter_map(|trial| self.point(trial, &sets)).collect()
-        };
-        let only = [points("first_only_a", [b, a]), points("first_only_b", [a, b])];
-        let example = match pair["verdict"].as_str() {
-            Some("a_better") => only[0].first(),
-            Some("b_better") => only[1].first(),
-            _ => None,
-        };
-        json!({ "example": example, "only": only })
-    }
+/// Id of the row for a set and a trial; None: the page does not tell of it.
+fn row_id(sets: &[SetSummary], set: usize, trial: u64) -> Option<String> {
+    let SetSummary { name, telling, .. } = &sets[set];
+    let is_told = telling.iter().any(|told| told.trial == trial);
+    is_told.then(|| format!("trial-{trial}-{}", slug(name, set)))
 }
 
 /// A name as a part of an id and of a link to it; of one with other letters, which set it is.
@@ -72,22 +63,29 @@ fn slug(name: &str, set: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::campaign::verdict::set_summary::SetOrigin;
+    use crate::campaign::verdict::summary::tests::summary;
+    use crate::campaign::verdict::telling_trials::TellingTrial;
+    use crate::episode::Outcome::{Fell, Recovered};
 
     #[test]
     fn a_trial_is_linked_where_it_is_told_of_and_can_be_replayed_everywhere() {
-        let telling = |trials: &[u64]| trials.iter().map(|trial| json!({ "trial": trial })).collect::<Vec<_>>();
-        let sets = [
-            json!({ "name": "hold", "telling": telling(&[5, 7, 5]) }),
-            json!({ "name": "a b", "telling": telling(&[9]) }),
-        ];
-        let commands = ["hold", "'a b'"].map(|set| ["push ".to_string(), format!(" {set}")]);
-        let named = Named::new(&sets, commands.to_vec());
-        let ids = named.row_ids(0, list(&sets[0]["telling"]));
-        assert_eq!(ids, [Some(&"trial-5-hold".to_string()), Some(&"trial-7-hold".into()), None]);
-        let pair = json!({ "verdict": "b_better", "first_only_a": [9], "first_only_b": [5, 6] });
-        let found = named.of_pair(&pair, (0, 1));
-        assert_eq!(found["only"][0][0], json!({ "trial": 9, "link": "#trial-9-~1", "command": "push 9 'a b'" }));
-        assert_eq!(found["only"][1][1], json!({ "trial": 6, "link": null, "command": "push 6 hold" }));
+        let mut summary = summary(&[[Fell, Recovered]; 8], &[], &[]);
+        let of_trial = |trial| TellingTrial { trial, ..summary.sets[0].telling[0].clone() };
+        let telling = [vec![of_trial(5), of_trial(7)], vec![of_trial(9)]];
+        for (set, (name, telling)) in summary.sets.iter_mut().zip(["hold", "a b"].into_iter().zip(telling)) {
+            (set.name, set.origin, set.telling) = (name.into(), SetOrigin::own(name), telling);
+        }
+        let ids: Vec<Value> = table(&summary.sets, Path::new("")).iter().map(|row| row["id"].clone()).collect();
+        assert_eq!(ids, ["trial-5-hold", "trial-7-hold", "trial-9-~1"]);
+        let pair = &mut summary.pairs[0];
+        (pair.verdict, pair.first_only_a, pair.first_only_b) = (PairVerdict::BBetter, vec![9], vec![5, 6]);
+        let found = of_pair(&summary.sets, &summary.pairs[0], (0, 1));
+        let command =
+            |trial: u64, set: &str| format!("standfast push --campaign campaign.toml --trial {trial} --gains {set}");
+        let expected = json!({ "trial": 9, "link": "#trial-9-~1", "command": command(9, "'a b'") });
+        assert_eq!(found["only"][0][0], expected);
+        assert_eq!(found["only"][1][1], json!({ "trial": 6, "link": null, "command": command(6, "hold") }));
         assert_eq!(found["example"]["link"], "#trial-5-hold");
     }
 }

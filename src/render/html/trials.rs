@@ -1,6 +1,7 @@
 //! The trials of a campaign as the page needs them: one push and what each gain set made of it.
 
 use crate::campaign::TrialRow;
+use crate::campaign::store::row::by_trial;
 use crate::episode::Outcome;
 use serde_json::{Value, json};
 
@@ -9,30 +10,20 @@ const MOST_DOTS: usize = 2000;
 /// The last count of footsteps stands for all beyond it.
 const FOOTSTEPS: usize = 4;
 
-/// All rows, `sets.len()` for each trial.
+/// All rows, sorted by trial, then by set.
 pub(super) struct Trials<'a> {
     pub sets: &'a [&'a str],
-    rows: &'a [TrialRow],
+    pub rows: &'a [TrialRow],
 }
 
 impl<'a> Trials<'a> {
-    /// None: the rows are not those of the sets, trial by trial, or there are none.
-    pub fn new(sets: &'a [&'a str], rows: &'a [TrialRow]) -> Option<Self> {
-        let count = sets.len();
-        let fits = count > 0 && !rows.is_empty() && rows.len().is_multiple_of(count);
-        let same = |trial: &[TrialRow]| {
-            trial.iter().zip(sets).all(|(row, set)| row.set == **set && row.trial == trial[0].trial)
-        };
-        (fits && rows.chunks_exact(count).all(same)).then_some(Self { sets, rows })
-    }
-
     pub fn iter(&self) -> impl Iterator<Item = &'a [TrialRow]> {
-        self.rows.chunks_exact(self.sets.len())
+        by_trial(self.rows, self.sets.len())
     }
 
     /// Count of trials.
     pub fn len(&self) -> usize {
-        self.rows.len() / self.sets.len()
+        self.iter().count()
     }
 
     /// Whether there are few enough to be drawn one by one.

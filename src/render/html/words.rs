@@ -1,7 +1,6 @@
 //! How the page writes numbers: filters of its template. What is absent, or no number, is a dash.
 
 use super::svg::short;
-use super::value::{interval, number};
 use crate::campaign::verdict::pairs::rounded;
 use crate::render::text::{layout, p_cell};
 use minijinja::{Environment, Value as Cell};
@@ -24,6 +23,21 @@ pub(super) fn add_to(environment: &mut Environment) {
 
 fn written(x: &Cell, write: impl Fn(f64) -> String) -> String {
     number(x).map_or(NOTHING.into(), write)
+}
+
+pub(super) fn number(cell: &Cell) -> Option<f64> {
+    f64::try_from(cell.clone()).ok().filter(|x| x.is_finite())
+}
+
+pub(super) fn interval(cell: &Cell) -> Option<[f64; 2]> {
+    let end = |i| number(&cell.get_item_by_index(i).ok()?);
+    Some([end(0)?, end(1)?])
+}
+
+/// Of a bar: `[class, share, words]`.
+pub(super) fn part(cell: &Cell) -> Option<(String, f64, String)> {
+    let item = |i| cell.get_item_by_index(i).ok();
+    Some((item(0)?.to_string(), number(&item(1)?)?, item(2)?.to_string()))
 }
 
 fn signed(x: f64, digits: usize) -> String {
