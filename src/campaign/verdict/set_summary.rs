@@ -109,13 +109,6 @@ pub struct SetStratum {
     pub count: SuccessCount,
 }
 
-impl SetOrigin {
-    /// Of a set of the result's own campaign.
-    pub fn own(set: &str) -> Self {
-        Self { campaign: "campaign.toml".into(), gains: set.into() }
-    }
-}
-
 /// Trials with `from_n_s <= impulse < to_n_s`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ImpulseBin {
@@ -155,7 +148,7 @@ impl SetSummary {
         let limit = normalized_curve.fit.or(curve.fit).map(|fit| fit.x50);
         Self {
             name: name.clone(),
-            origin: SetOrigin::own(name),
+            origin: SetOrigin { campaign: "campaign.toml".into(), gains: name.clone() },
             count: success_count(rows.iter().copied()),
             fell: with(Outcome::Fell),
             diverged: with(Outcome::Diverged),
