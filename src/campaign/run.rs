@@ -96,12 +96,7 @@ impl Plan {
         let hash = &manifest.config_hash;
         let own = |path: &Path| Ok(Folder::open(path)?.is_none_or(|found| found.manifest.config_hash == *hash));
         let path = match out {
-            Some(path) if own(path)? => path.to_path_buf(),
-            Some(path) => {
-                let problem = "holds the result of another campaign (its configuration differs); \
-                               give a new folder, or remove this one";
-                return Err(Error::Parts { path: path.into(), problem: problem.into() });
-            }
+            Some(path) => path.to_path_buf(),
             None => {
                 let results = Path::new("standfast-results");
                 let plain = results.join(&manifest.campaign.name);
@@ -110,7 +105,9 @@ impl Plan {
             }
         };
         if !own(&path)? {
-            return Err(Error::Parts { path, problem: "holds the result of another campaign".into() });
+            let advice = " (its configuration differs); give a new folder, or remove this one";
+            let problem = format!("holds the result of another campaign{}", out.map_or("", |_| advice));
+            return Err(Error::Parts { path, problem });
         }
         // Here, not in `new`: the program's own file is read for it.
         Ok(Folder { path, manifest: Manifest { build: build_id().into(), ..manifest.clone() } })

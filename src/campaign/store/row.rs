@@ -162,6 +162,11 @@ pub fn success_count<'a>(rows: impl IntoIterator<Item = &'a TrialRow>) -> Succes
     SuccessCount::new(recovered, trials)
 }
 
+/// The same of those that are `such`.
+pub fn success_count_of(rows: &[&TrialRow], such: impl Fn(&TrialRow) -> bool) -> SuccessCount {
+    success_count(rows.iter().copied().filter(|row| such(row)))
+}
+
 /// A column for each field of the rows, by its kind.
 macro_rules! columns {
     ($rows:ident: $($kind:ident $($field:ident)*;)*) => {

@@ -6,7 +6,7 @@ use crate::campaign::store::row::{TrialRow, by_trial, parquet};
 use crate::campaign::verdict::baseline::{other_push, refuse_other_trials, unlike};
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::verdict::set_summary::SetOrigin;
-use crate::campaign::verdict::summary::{Summary, SummaryInput};
+use crate::campaign::verdict::summary::Summary;
 use crate::error::{Error, Result};
 use crate::files::sha256_hex;
 use std::path::{Path, PathBuf};
@@ -36,13 +36,7 @@ impl Comparison {
         let count = (rows.len() / sets.len()) as u64;
         let manifest = joined(&a.manifest, &b.manifest, sets, count, gates);
         let (pairs, trials) = (pairs(&a.manifest.sets, &b.manifest.sets), parquet(&rows)?);
-        let mut summary = Summary::new(SummaryInput {
-            manifest: &manifest,
-            rows: &rows,
-            trials_sha256: sha256_hex(&trials),
-            pairs: &pairs,
-            gates: &Gates::new(&manifest, None)?,
-        });
+        let mut summary = Summary::new(&manifest, &rows, sha256_hex(&trials), &pairs, &Gates::new(&manifest, None)?);
         summary.warnings.splice(..0, warnings(a, b, count));
         for (set, origin) in summary.sets.iter_mut().zip([origins(a), origins(b)].concat()) {
             set.origin = origin;

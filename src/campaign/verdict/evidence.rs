@@ -51,6 +51,9 @@ impl Evidence {
             required if most < required => Status::Failed,
             _ => Status::Unresolved,
         };
+        // A campaign with a fixed count of trials cannot be taken up again: a new one has to have them all.
+        let again = if sequential { 0 } else { trials };
+        let more_trials = self.more_trials(gate.offset, confidence).filter(|_| status == Status::Unresolved);
         GateAnswer {
             name: gate.text.clone(),
             status,
@@ -59,13 +62,7 @@ impl Evidence {
             required: gate.offset,
             confidence,
             trials,
-            more_trials: if status == Status::Unresolved {
-                // A campaign with a fixed count of trials cannot be taken up again: a new one has to have them all.
-                let more = self.more_trials(gate.offset, confidence);
-                more.map(|more| if sequential { more } else { trials + more })
-            } else {
-                None
-            },
+            more_trials: more_trials.map(|more| again + more),
             sequential,
         }
     }

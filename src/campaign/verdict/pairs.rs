@@ -166,13 +166,14 @@ impl Pair {
         let points = |share: f64| format!("{:.1}", 100.0 * share);
         let (a, b, [least, most]) = (&self.a, &self.b, self.ci95);
         let p = if sequential { String::new() } else { format!(", {}", p_value(self.holm_p)) };
-        let better = |a: &str, b: &str, by: f64, [least, most]: [f64; 2]| {
-            format!("{a} is better than {b} by {} points ({} to {}{p})", points(by), points(least), points(most))
+        let seen = |by: f64, [least, most]: [f64; 2]| {
+            format!("{} points ({} to {}{p})", points(by), points(least), points(most))
         };
-        let seen = format!("{} points ({} to {}{p})", points(self.difference), points(least), points(most));
+        let better = |a: &str, b: &str, seen: String| format!("{a} is better than {b} by {seen}");
+        let observed = seen(self.difference, self.ci95);
         match (self.verdict, self.more_trials) {
-            (PairVerdict::ABetter, _) => better(a, b, self.difference, self.ci95),
-            (PairVerdict::BBetter, _) => better(b, a, -self.difference, [-most, -least]),
+            (PairVerdict::ABetter, _) => better(a, b, observed),
+            (PairVerdict::BBetter, _) => better(b, a, seen(-self.difference, [-most, -least])),
             (PairVerdict::Same, _) => format!(
                 "{a} and {b} differ by less than {} points ({} to {})",
                 points(margin),
@@ -180,15 +181,15 @@ impl Pair {
                 points(most)
             ),
             (PairVerdict::Open, Some(more)) if sequential => format!(
-                "{a} and {b}: not resolved, {seen}; if that is what they differ by, about {} more trials would show it",
+                "{a} and {b}: not resolved, {observed}; if that is what they differ by, about {} more trials would show it",
                 rounded(more)
             ),
             (PairVerdict::Open, Some(more)) => format!(
-                "{a} and {b}: not resolved, {seen}; if that is what they differ by, a new campaign of about {} pushes \
+                "{a} and {b}: not resolved, {observed}; if that is what they differ by, a new campaign of about {} pushes \
                  (another seed) would show it",
                 rounded(more)
             ),
-            (PairVerdict::Open, None) => format!("{a} and {b}: not resolved, no difference seen: {seen}"),
+            (PairVerdict::Open, None) => format!("{a} and {b}: not resolved, no difference seen: {observed}"),
         }
     }
 }

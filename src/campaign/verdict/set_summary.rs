@@ -1,6 +1,6 @@
 //! What the trials of one gain set say: how many it recovered from, by which impulses, and how it lost the rest.
 
-use crate::campaign::store::row::{TrialRow, by_trial, success_count};
+use crate::campaign::store::row::{TrialRow, by_trial, success_count, success_count_of};
 use crate::campaign::verdict::failures::{Failures, FallCause};
 use crate::campaign::verdict::footsteps::ByFootsteps;
 use crate::campaign::verdict::prediction::Prediction;
@@ -133,8 +133,8 @@ impl SetSummary {
         let with = |outcome| rows.iter().filter(|row| row.outcome == outcome).count() as u64;
         let within = |bin: &&[f64]| {
             let (from_n_s, to_n_s) = (bin[0], bin[1]);
-            let inside = |row: &&&TrialRow| (from_n_s..to_n_s).contains(&row.impulse_n_s);
-            ImpulseBin { from_n_s, to_n_s, count: success_count(rows.iter().filter(inside).copied()) }
+            let count = success_count_of(&rows, |row| (from_n_s..to_n_s).contains(&row.impulse_n_s));
+            ImpulseBin { from_n_s, to_n_s, count }
         };
         let stratum = |stratum: &Stratum| {
             let count = stratum.count(all, names.len(), set);
