@@ -10,6 +10,7 @@
 //! fails in 5.3 %. Intervals that hold at every look err in 5 % at most, on both sides together.
 
 use crate::campaign::ask::gate::{Gate, OnUnresolved};
+use crate::stats::mcnemar::PairedCounts;
 use crate::stats::rate::clopper_pearson;
 use crate::stats::sequential;
 use serde::Serialize;
@@ -40,6 +41,12 @@ impl Evidence {
         let interval = if sequential { sequential::rate_interval } else { clopper_pearson };
         let observed = recovered as f64 / trials.max(1) as f64;
         Self { observed, interval: interval(recovered, trials, confidence), trials, sequential }
+    }
+
+    /// Of the difference of two rates, with an interval of this `confidence` (a share).
+    pub fn difference(counts: &PairedCounts, confidence: f64, sequential: bool) -> Self {
+        let interval = counts.interval(confidence, sequential);
+        Self { observed: counts.difference(), interval, trials: counts.trials(), sequential }
     }
 
     /// The answer to a gate, of which this is the rate, or the difference (rate of the set less that of what it is held

@@ -115,7 +115,7 @@ impl Pair {
             signed_rank(&differences.collect::<Vec<_>>())
         };
         let stratum = |stratum: &Stratum| {
-            let counts = stratum.pair(rows, sets, a, b);
+            let counts = self::counts(stratum.trials(rows, sets), a, b);
             let (by, label, trials) = (stratum.by, stratum.label.clone(), counts.trials());
             let (difference, ci95) = (counts.difference(), counts.difference_interval(LEVEL));
             PairStratum { by, label, trials, counts, difference, ci95 }
@@ -152,10 +152,8 @@ impl Pair {
             _ => PairVerdict::BBetter,
         };
         if self.verdict == PairVerdict::Open {
-            let (observed, trials) = (self.difference, counts.trials());
-            let evidence = Evidence { observed, interval: self.ci95, trials, sequential };
             self.more_trials = match sequential {
-                true => evidence.more_trials(0.0, level),
+                true => Evidence::difference(&counts, level, true).more_trials(0.0, level),
                 false => counts.trials_to_resolve(POWER, ALPHA / pairs as f64),
             };
         }

@@ -137,7 +137,7 @@ impl SetSummary {
             ImpulseBin { from_n_s, to_n_s, count }
         };
         let stratum = |stratum: &Stratum| {
-            let count = stratum.count(all, names.len(), set);
+            let count = success_count(stratum.trials(all, names.len()).map(|trial| &trial[set]));
             SetStratum { by: stratum.by, label: stratum.label.clone(), count }
         };
         let over = |impulse: fn(&TrialRow) -> Option<f64>| {
