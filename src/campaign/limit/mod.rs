@@ -77,10 +77,9 @@ impl<'a> Searches<'a> {
     pub fn new(campaign: &'a Campaign, options: LimitOptions) -> Result<Self> {
         check(&options)?;
         let plan = Plan::new(campaign)?;
-        let (yardstick, mut headings) = (Yardstick::new(&plan.robot, campaign)?, Vec::new());
-        for i in 0..options.headings {
-            headings.push(yardstick.heading(360.0 * i as f64 / options.headings as f64)?);
-        }
+        let yardstick = Yardstick::new(&plan.robot, campaign)?;
+        let heading = |i: usize| yardstick.heading(360.0 * i as f64 / options.headings as f64);
+        let headings = (0..options.headings).map(heading).collect::<Result<_>>()?;
         let pool = pool(options.threads)?;
         let designs = pool.install(|| plan.designs())?;
         Ok(Self { campaign, options, plan, yardstick, headings, pool, designs })

@@ -103,13 +103,12 @@ fn joined(a: &Manifest, b: &Manifest, sets: Vec<String>, trials: u64, gates: &[S
 /// What a comparison over the first `trials` trials cannot support.
 fn warnings(a: &Folder, b: &Folder, trials: u64) -> Vec<String> {
     let (of_a, of_b) = (a.trials(), b.trials());
-    let counts = || format!("the results have {of_a} and {of_b} trials: only the first {trials} are compared");
+    let counts = format!("the results have {of_a} and {of_b} trials: only the first {trials} are compared");
     let [ours, theirs] = [a, b].map(|folder| &folder.manifest.campaign.gates);
     let decides_otherwise = (ours.confidence, ours.unresolved) != (theirs.confidence, theirs.unresolved);
-    let gates =
-        || "the results ask for gates of another confidence, or decide otherwise what is unresolved".to_string();
+    let gates = "the results ask for gates of another confidence, or decide otherwise what is unresolved".to_string();
     let unlike = unlike(&a.manifest, &b.manifest);
-    (of_a != of_b).then(counts).into_iter().chain(unlike).chain(decides_otherwise.then(gates)).collect()
+    (of_a != of_b).then_some(counts).into_iter().chain(unlike).chain(decides_otherwise.then_some(gates)).collect()
 }
 
 /// Names of a folder's sets; those that the other one has too, with the folder's.

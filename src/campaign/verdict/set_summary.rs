@@ -131,7 +131,7 @@ impl SetSummary {
         let name = &names[set];
         let rows: Vec<&TrialRow> = by_trial(all, names.len()).map(|trial| &trial[set]).collect();
         let with = |outcome| rows.iter().filter(|row| row.outcome == outcome).count() as u64;
-        let within = |bin: &&[f64]| {
+        let within = |bin: &[f64]| {
             let (from_n_s, to_n_s) = (bin[0], bin[1]);
             let count = success_count_of(&rows, |row| (from_n_s..to_n_s).contains(&row.impulse_n_s));
             ImpulseBin { from_n_s, to_n_s, count }
@@ -157,7 +157,7 @@ impl SetSummary {
             foretold: Prediction::new(&rows),
             stepped: ByFootsteps::new(&rows),
             fall_causes: FallCause::count(&rows),
-            by_impulse: bins.windows(2).map(|bin| within(&bin)).filter(|bin| bin.count.trials > 0).collect(),
+            by_impulse: bins.windows(2).map(within).filter(|bin| bin.count.trials > 0).collect(),
             curve,
             normalized_curve,
             strata: strata.iter().map(stratum).collect(),
