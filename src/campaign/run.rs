@@ -3,8 +3,7 @@
 use crate::assets::{self, Kind, Source};
 use crate::campaign::ask::gate::GateSpec;
 use crate::campaign::ask::no_step::NoStep;
-use crate::campaign::ask::spec::BLOCK_TRIALS;
-use crate::campaign::ask::spec::Campaign;
+use crate::campaign::ask::spec::{BLOCK_TRIALS, Campaign};
 use crate::campaign::ask::trial;
 use crate::campaign::store::folder::{Folder, Manifest};
 use crate::campaign::store::row::TrialRow;
@@ -19,9 +18,10 @@ use crate::robot::Robot;
 use crate::stats::sequential::next_look;
 use rayon::ThreadPool;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// A campaign whose inputs are read and checked, not yet designed for.
 pub struct Plan {
@@ -96,12 +96,7 @@ impl Plan {
         let hash = &manifest.config_hash;
         let own = |path: &Path| Ok(Folder::open(path)?.is_none_or(|found| found.manifest.config_hash == *hash));
         let path = match out {
-            Some(path) if own(path)? => path.to_path_buf(),
-            Some(path) => {
-                let problem = "holds the result of another campaign (its configuration differs); \
-                               give a new folder, or remove this one";
-                return Err(Error::Parts { path: path.into(), problem: problem.into() });
-            }
+            Some(path) => path.to_path_buf(),
             None => {
                 let results = Path::new("standfast-results");
                 let plain = results.join(&manifest.campaign.name);
@@ -110,7 +105,9 @@ impl Plan {
             }
         };
         if !own(&path)? {
-            return Err(Error::Parts { path, problem: "holds the result of another campaign".into() });
+            let advice = " (its configuration differs); give a new folder, or remove this one";
+            let problem = format!("holds the result of another campaign{}", out.map_or("", |_| advice));
+            return Err(Error::Parts { path, problem });
         }
         // Here, not in `new`: the program's own file is read for it.
         Ok(Folder { path, manifest: Manifest { build: build_id().into(), ..manifest.clone() } })
@@ -232,14 +229,14 @@ impl Work<'_> {
     /// only the few blocks in work.
     fn run_blocks(&self, watch: &Watch) -> Result<()> {
         let blocks: Vec<Block> = self.missing.iter().map(|&block| Block::new(self.folder, block)).collect();
-        let jobs = blocks.iter().flat_map(|block| (0..block.slots.len()).map(move |slot| (block, slot)));
+        let jobs = blocks.iter().flat_map(|block| (0..block.episodes).map(move |slot| (block, slot)));
         jobs.par_bridge().try_for_each(|(block, slot)| {
             if watch.stop.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);
             }
-            let done = block.put(slot, self.plan.row(&self.designs, block.first_trial, slot));
+            let complete = block.put(slot, self.plan.row(&self.designs, block.first_trial, slot));
             (watch.on_episode)();
-            if done { self.folder.part(block.index).write(&block.rows()) } else { Ok(()) }
+            complete.map_or(Ok(()), |rows| self.folder.part(block.index).write(&rows))
         })
     }
 }
@@ -332,30 +329,26 @@ fn hash(version: &str, campaign: &str, inputs: &[String]) -> String {
     sha256_hex(&bytes)
 }
 
-/// A block in work: a place for each row, and how many are still empty.
+/// A block in work: the rows so far, by their place in it.
 struct Block {
     index: u64,
     first_trial: u64,
-    slots: Vec<OnceLock<TrialRow>>,
-    empty: AtomicUsize,
+    episodes: usize,
+    rows: Mutex<BTreeMap<usize, TrialRow>>,
 }
 
 impl Block {
     fn new(folder: &Folder, index: u64) -> Self {
         let (first_trial, end) = folder.range(index);
-        let count = (end - first_trial) as usize * folder.manifest.sets.len();
-        let slots = std::iter::repeat_with(OnceLock::new).take(count).collect();
-        Self { index, first_trial, slots, empty: AtomicUsize::new(count) }
+        let episodes = (end - first_trial) as usize * folder.manifest.sets.len();
+        Self { index, first_trial, episodes, rows: Mutex::default() }
     }
 
-    /// Puts a row in its place; true for the one that completes the block.
-    fn put(&self, slot: usize, row: TrialRow) -> bool {
-        self.slots[slot].get_or_init(|| row);
-        self.empty.fetch_sub(1, Ordering::AcqRel) == 1
-    }
-
-    fn rows(&self) -> Vec<TrialRow> {
-        self.slots.iter().filter_map(OnceLock::get).cloned().collect()
+    /// Puts a row in its place; with the last one, all rows in order.
+    fn put(&self, slot: usize, row: TrialRow) -> Option<Vec<TrialRow>> {
+        let mut rows = self.rows.lock().unwrap_or_else(PoisonError::into_inner);
+        rows.insert(slot, row);
+        (rows.len() == self.episodes).then(|| std::mem::take(&mut *rows).into_values().collect())
     }
 }
 
@@ -364,6 +357,7 @@ mod tests {
     use super::*;
     use crate::campaign::Overrides;
     use crate::campaign::verdict::{gates::Gates, summary::Summary};
+    use std::sync::atomic::AtomicUsize;
 
     fn plan(set: &[&str]) -> Plan {
         let short = ["episode.horizon_s=0.4", "episode.judge.standing_time_s=0.1", "push.start_s=0.05"];

@@ -20,7 +20,6 @@
 //! x has any one unit: N s, or the impulse as a share of `m omega d`.
 
 use serde::Serialize;
-use std::fmt;
 
 /// Exceeded with 5 % by chi-squared with 1 degree of freedom, and with 2.
 const CHI2_95: [f64; 2] = [3.841_458_820_694_124, 5.991_464_547_107_979];
@@ -37,34 +36,25 @@ const PRECISE: f64 = 1e-9;
 const MAX_TRIALS: u32 = 100;
 
 /// Why there is no curve, or no impulse on it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 pub enum NoCurve {
+    #[error("no trials")]
     NoTrials,
-    /// All trials have the same impulse.
+    #[error("one impulse only")]
     OneImpulse,
+    #[error("all survived")]
     AllRecovered,
+    #[error("none survived")]
     NoneRecovered,
-    /// Success does not fall with impulse.
+    #[error("success does not fall with impulse")]
     NotFalling,
     /// The success asked for is not reached at the weakest push.
+    #[error("under the weakest")]
     BelowRange,
     /// The success asked for is exceeded at the hardest push.
+    #[error("over the hardest")]
     AboveRange,
-}
-
-impl fmt::Display for NoCurve {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(match self {
-            Self::NoTrials => "no trials",
-            Self::OneImpulse => "one impulse only",
-            Self::AllRecovered => "all survived",
-            Self::NoneRecovered => "none survived",
-            Self::NotFalling => "success does not fall with impulse",
-            Self::BelowRange => "under the weakest",
-            Self::AboveRange => "over the hardest",
-        })
-    }
 }
 
 /// An impulse at which success is a given share.
@@ -173,7 +163,7 @@ impl Pushes {
         [-CERTAIN, CERTAIN].map(|certain| {
             let unlikely = |logit: f64| self.unlikeliness(&best, place, logit);
             let end = crossing(unlikely, logit, certain, best.deviation(place)).unwrap_or(certain * f64::INFINITY);
-            1.0 / (1.0 + (-end).exp())
+            chance(end)
         })
     }
 

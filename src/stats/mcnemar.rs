@@ -164,7 +164,7 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use statrs::function::gamma::ln_gamma;
+    use statrs::distribution::{Binomial, Discrete};
 
     fn table(both: u64, only_a: u64, only_b: u64, neither: u64) -> PairedCounts {
         PairedCounts { both, only_a, only_b, neither }
@@ -268,20 +268,16 @@ mod tests {
     /// but for those that are less likely than 1 in 10^8 together.
     fn misses(n: u64, discordant: f64, difference: f64) -> [f64; 2] {
         let (rate_a, rate_b) = ((discordant + difference) / 2.0, (discordant - difference) / 2.0);
-        let ln_chance = |k: u64, n: u64, p: f64| {
-            let (k, n) = (k as f64, n as f64);
-            let ways = ln_gamma(n + 1.0) - ln_gamma(k + 1.0) - ln_gamma(n - k + 1.0);
-            ways + if k > 0.0 { k * p.ln() } else { 0.0 } + (n - k) * (-p).ln_1p()
-        };
+        let chance = |k: u64, n: u64, p: f64| Binomial::new(p, n).unwrap().pmf(k);
         let likely = |n: u64, p: f64| {
             let (mean, reach) = (n as f64 * p, 6.0 * (n as f64 * p).sqrt() + 12.0);
             (mean - reach).max(0.0) as u64..=((mean + reach) as u64).min(n)
         };
         let [mut above, mut below] = [0.0; 2];
         for only_a in likely(n, rate_a) {
-            let ln_a = ln_chance(only_a, n, rate_a);
+            let chance_a = chance(only_a, n, rate_a);
             for only_b in likely(n, rate_b).take_while(|only_b| only_a + only_b <= n) {
-                let chance = (ln_a + ln_chance(only_b, n - only_a, rate_b / (1.0 - rate_a))).exp();
+                let chance = chance_a * chance(only_b, n - only_a, rate_b / (1.0 - rate_a));
                 let [low, high] = table(n - only_a - only_b, only_a, only_b, 0).difference_interval(0.95);
                 above += if low > difference { chance } else { 0.0 };
                 below += if high < difference { chance } else { 0.0 };

@@ -262,7 +262,6 @@ mod tests {
                 let centred: Vec<f64> = differences.iter().map(|d| d - 1.0).collect();
                 alarms += u64::from(signed_rank(&centred).unwrap().p <= 0.05);
             }
-            println!("{n}: {held} held, {alarms} alarms");
             assert!((935..=985).contains(&held) && (25..=66).contains(&alarms), "{n}: {held} held, {alarms} alarms");
         }
     }

@@ -42,8 +42,7 @@ const HALVINGS: usize = 45;
 /// If fewer trials than `only_a + only_b`, or `level` is not within 0 to 1.
 pub fn difference_interval(only_a: u64, only_b: u64, trials: u64, level: f64) -> [f64; 2] {
     assert!(only_a + only_b <= trials, "{only_a} and {only_b} of {trials} trials");
-    let counts = Tally { low: only_b, middle: trials - only_a - only_b, high: only_a };
-    // From -1, 0, 1 to 0, 1/2, 1, and back.
+    let counts = Tally::of_differences(only_a, only_b, trials);
     counts.interval(&bets(LEAST_BET_DIFFERENCE), level).map(|mean| 2.0 * mean - 1.0)
 }
 
@@ -112,6 +111,11 @@ struct Tally {
 }
 
 impl Tally {
+    /// From -1, 0, 1 to 0, 1/2, 1.
+    fn of_differences(only_a: u64, only_b: u64, trials: u64) -> Self {
+        Self { low: only_b, middle: trials - only_a - only_b, high: only_a }
+    }
+
     fn mirrored(self) -> Self {
         Self { low: self.high, middle: self.middle, high: self.low }
     }
@@ -166,9 +170,9 @@ impl Tally {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stats::mcnemar::PairedCounts;
     use rand::{SeedableRng, rngs::ChaCha8Rng};
     use rand_distr::{Binomial, Distribution};
-    use statrs::distribution::{Binomial as Exact, DiscreteCDF};
 
     fn draw(rng: &mut ChaCha8Rng, trials: u64, chance: f64) -> u64 {
         Binomial::new(trials, chance).unwrap().sample(rng)
@@ -193,16 +197,6 @@ mod tests {
             }
         }
         None
-    }
-
-    fn difference_counts(only_a: u64, only_b: u64, trials: u64) -> Tally {
-        Tally { low: only_b, middle: trials - only_a - only_b, high: only_a }
-    }
-
-    /// Exact two-sided McNemar p.
-    fn mcnemar_p(only_a: u64, only_b: u64) -> f64 {
-        let fewer = Exact::new(0.5, only_a + only_b).unwrap().cdf(only_a.min(only_b));
-        (2.0 * fewer).min(1.0)
     }
 
     fn close(a: [f64; 2], b: [f64; 2]) {
@@ -232,7 +226,7 @@ mod tests {
         let bets = bets(LEAST_BET_DIFFERENCE);
         for (a, b, expected) in [(30, 10, 18.6322666900136), (5, 0, 2.8088970711929346), (200, 150, 4.895103055998959)]
         {
-            let capital = difference_counts(a, b, a + b).ln_capital(&bets, 0.5).exp();
+            let capital = Tally::of_differences(a, b, a + b).ln_capital(&bets, 0.5).exp();
             let even = |sign: f64| {
                 bets.map(|bet| (1.0 + sign * bet).powi(a as i32) * (1.0 - sign * bet).powi(b as i32))
                     .iter()
@@ -241,7 +235,7 @@ mod tests {
             let mixture = (even(1.0) + even(-1.0)) / (2 * BETS) as f64;
             assert!((capital / mixture - 1.0).abs() < 1e-10 && (capital / expected - 1.0).abs() < 1e-10, "{capital}");
             // Where both sets end alike, nothing is bet.
-            assert!((difference_counts(a, b, 5000).ln_capital(&bets, 0.5).exp() / capital - 1.0).abs() < 1e-9);
+            assert!((Tally::of_differences(a, b, 5000).ln_capital(&bets, 0.5).exp() / capital - 1.0).abs() < 1e-9);
         }
     }
 
@@ -252,7 +246,7 @@ mod tests {
             let [least, most] = difference_interval(a, b, trials, 0.95);
             for i in 1..2000 {
                 let mean = f64::from(i) / 2000.0;
-                let held = difference_counts(a, b, trials).ln_capital(&bets, mean) < 20.0_f64.ln();
+                let held = Tally::of_differences(a, b, trials).ln_capital(&bets, mean) < 20.0_f64.ln();
                 let difference = 2.0 * mean - 1.0;
                 assert_eq!(held, least <= difference && difference <= most, "{a}, {b} of {trials} at {difference}");
             }
@@ -289,7 +283,6 @@ mod tests {
     #[test]
     fn verdicts_are_wrong_at_most_as_often_as_said_and_peeking_at_p_more_often() {
         let (campaigns, most, bets) = (10_000, 4000, bets(LEAST_BET_DIFFERENCE));
-        println!("discordance difference: missed, wrong verdict, p < 0.05 at some look (%)");
         for [discordance, truth, margin] in [
             [0.01, 0.0, 0.01],
             [0.1, 0.0, 0.02],
@@ -305,7 +298,7 @@ mod tests {
                 let (mut misses, mut errs, mut peeks) = (false, false, false);
                 watch(&mut rng, [discordance, truth], most, |a, b, trials| {
                     // Short for whether the interval misses the truth.
-                    let counts = difference_counts(a, b, trials);
+                    let counts = Tally::of_differences(a, b, trials);
                     let misses_now = counts.ln_capital(&bets, (truth + 1.0) / 2.0) >= 20.0_f64.ln();
                     misses |= misses_now;
                     // Intervals take their time: of the first campaigns all, then those that may be wrong.
@@ -317,7 +310,8 @@ mod tests {
                             PairVerdict::Open => false,
                         };
                     }
-                    peeks |= truth == 0.0 && a + b > 0 && mcnemar_p(a, b) < 0.05;
+                    let paired = PairedCounts { only_a: a, only_b: b, ..PairedCounts::default() };
+                    peeks |= truth == 0.0 && paired.mcnemar_p() < 0.05;
                     false
                 });
                 missed += u32::from(misses);
@@ -325,7 +319,6 @@ mod tests {
                 peeked += u32::from(peeks);
             }
             let percent = |count: u32| 100.0 * f64::from(count) / f64::from(campaigns);
-            println!("{discordance} {truth}: {:.2} {:.2} {:.2}", percent(missed), percent(wrong), percent(peeked));
             // 5 % is a bound, which discrete looks to 4000 trials do not reach; that it is not idle either:
             assert!((0.2..5.0).contains(&percent(missed)) && wrong <= missed, "{}", percent(missed));
             assert!(wrong > 0);
@@ -349,7 +342,6 @@ mod tests {
                 });
                 missed += u32::from(seen.is_some());
             }
-            println!("rate {rate}: missed in {:.2} %", f64::from(missed) / 100.0);
             assert!((10..500).contains(&missed), "{rate}: {missed}");
         }
     }
@@ -359,11 +351,10 @@ mod tests {
     #[test]
     fn large_differences_are_decided_in_far_fewer_trials_than_a_fixed_number() {
         let (campaigns, most, margin) = (300, 3000, 0.02);
-        println!("discordance difference: trials (mean, median, 90 %), decided, right, interval holds (%)");
         let mut means = Vec::new();
         for [discordance, truth] in [[0.01, 0.0], [0.1, 0.0], [0.1, 0.03], [0.1, 0.05], [0.2, 0.1], [0.3, 0.27]] {
             let mut rng = ChaCha8Rng::seed_from_u64(3);
-            let (mut stops, mut decided, mut right, mut held) = (Vec::new(), 0, 0, 0);
+            let (mut trials, mut decided, mut right, mut held) = (0, 0, 0, 0);
             for _ in 0..campaigns {
                 let mut last = ([0.0; 2], PairVerdict::Open);
                 let stop = watch(&mut rng, [discordance, truth], most, |a, b, trials| {
@@ -372,25 +363,15 @@ mod tests {
                     last.1 != PairVerdict::Open
                 });
                 let expected = if truth > 0.0 { PairVerdict::ABetter } else { PairVerdict::Same };
-                stops.push(stop.unwrap_or(most));
+                trials += stop.unwrap_or(most);
                 decided += u32::from(stop.is_some());
                 right += u32::from(last.1 == expected);
                 held += u32::from(last.0[0] <= truth && truth <= last.0[1]);
             }
-            stops.sort_unstable();
-            let mean = stops.iter().sum::<u64>() as f64 / campaigns as f64;
-            let percent = |count: u32| 100.0 * f64::from(count) / campaigns as f64;
-            println!(
-                "{discordance} {truth}: {mean:.0} {} {}; {:.0} {:.0} {:.1}",
-                stops[campaigns / 2],
-                stops[campaigns * 9 / 10],
-                percent(decided),
-                percent(right),
-                percent(held)
-            );
             // At the look where one stops, too, the interval holds the truth.
-            assert!(percent(held) >= 95.0 && decided - right <= 15, "{discordance} {truth}: {held} {decided} {right}");
-            means.push(mean);
+            let holds = f64::from(held) >= 0.95 * f64::from(campaigns);
+            assert!(holds && decided - right <= 15, "{discordance} {truth}: {held} {decided} {right}");
+            means.push(trials as f64 / f64::from(campaigns));
         }
         assert!(means[5] < 100.0 && means[4] < 300.0 && means[3] < 600.0 && means[0] < 1000.0, "{means:?}");
         // For what a fixed number was planned for, a look whenever one likes has its price.

@@ -29,28 +29,17 @@ impl PushBounds {
 
     /// Checks one push; `file` is whose values they are.
     pub fn check(&self, file: &str, push: &Push) -> Result<()> {
-        for (field, value, [least, most]) in [
-            ("push.impulse_n_s", push.impulse_n_s, self.impulse_n_s),
-            ("push.heading_deg", push.heading_deg, self.heading_deg),
-            ("push.height_m", push.height_m, self.height_m),
-            ("push.duration_s", push.duration_s, self.duration_s),
-            ("push.start_s", push.start_s, self.start_s),
-        ] {
-            if !(least..=most).contains(&value) {
-                return Err(Error::value(file, field, value, "out of range", format!("{least} to {most}")));
-            }
-        }
-        Ok(())
+        in_range(file, "push.impulse_n_s", push.impulse_n_s, self.impulse_n_s)?;
+        in_range(file, "push.heading_deg", push.heading_deg, self.heading_deg)?;
+        in_range(file, "push.height_m", push.height_m, self.height_m)?;
+        in_range(file, "push.duration_s", push.duration_s, self.duration_s)?;
+        in_range(file, "push.start_s", push.start_s, self.start_s)
     }
 }
 
 /// Checks periods, horizon and thresholds of an episode; `file` is whose values they are.
 pub fn check_episode(file: &str, episode: &EpisodeConfig) -> Result<()> {
-    let positive = |field: &str, value: f64, most: f64| {
-        let ok = value > 0.0 && value <= most;
-        let accepted = || format!("more than 0, at most {most}");
-        if ok { Ok(()) } else { Err(Error::value(file, field, value, "out of range", accepted())) }
-    };
+    let positive = |field, value, most| positive(file, field, value, most);
     positive("episode.horizon_s", episode.horizon_s, 3600.0)?;
     positive("episode.control_period_s", episode.control_period_s, 0.1)?;
     positive("episode.physics_step_s", episode.physics_step_s, episode.control_period_s)?;
@@ -69,10 +58,17 @@ pub fn check_episode(file: &str, episode: &EpisodeConfig) -> Result<()> {
     positive("episode.judge.home_radius_m", judge.home_radius_m, 10.0)
 }
 
-/// Checks that a number is in a range; `accepted` says which.
-pub(crate) fn within(file: &str, field: &str, value: f64, least: f64, most: f64, accepted: &str) -> Result<()> {
-    if (least..=most).contains(&value) {
-        return Ok(());
-    }
-    Err(Error::value(file, field, value, "out of range", accepted))
+/// Checks that a number is in a range.
+pub(crate) fn in_range(file: &str, field: &str, value: f64, [least, most]: [f64; 2]) -> Result<()> {
+    accept((least..=most).contains(&value), file, field, value, &format!("{least} to {most}"))
+}
+
+/// Checks that a number is positive and not too large.
+pub(crate) fn positive(file: &str, field: &str, value: f64, most: f64) -> Result<()> {
+    accept(value > 0.0 && value <= most, file, field, value, &format!("more than 0, at most {most}"))
+}
+
+/// Error unless it is `ok`: what would be accepted.
+pub(crate) fn accept(ok: bool, file: &str, field: &str, value: f64, accepted: &str) -> Result<()> {
+    if ok { Ok(()) } else { Err(Error::value(file, field, value, "out of range", accepted)) }
 }

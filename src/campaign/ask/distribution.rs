@@ -1,6 +1,6 @@
 //! How a quantity of a campaign is drawn, as a TOML file has it.
 
-use crate::campaign::ask::bounds::within;
+use crate::campaign::ask::bounds::{accept, in_range};
 use crate::error::Result;
 use serde::Serialize;
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
@@ -41,18 +41,18 @@ impl Distribution {
 
     /// Checks that what is drawn is in `[least, most]`; a normal one, its mean.
     pub(crate) fn check(&self, file: &str, field: &str, [least, most]: [f64; 2]) -> Result<()> {
-        let accepted = format!("{least} to {most}");
         match *self {
-            Distribution::Constant(value) => within(file, field, value, least, most, &accepted),
+            Distribution::Constant(value) => in_range(file, field, value, [least, most]),
             Distribution::Uniform { uniform: [a, b] } => {
                 let field = format!("{field}.uniform");
-                within(file, &field, a, least, most, &accepted)?;
-                within(file, &field, b, a, most, &format!("{a} to {most}, the smaller number first"))
+                in_range(file, &field, a, [least, most])?;
+                let accepted = format!("{a} to {most}, the smaller number first");
+                accept((a..=most).contains(&b), file, &field, b, &accepted)
             }
             Distribution::Normal { normal: [mean, sd] } => {
                 let field = format!("{field}.normal");
-                within(file, &field, mean, least, most, &accepted)?;
-                within(file, &field, sd, 0.0, 1e6, "a standard deviation that is not negative")
+                in_range(file, &field, mean, [least, most])?;
+                accept((0.0..=1e6).contains(&sd), file, &field, sd, "a standard deviation that is not negative")
             }
         }
     }

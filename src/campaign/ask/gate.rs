@@ -49,10 +49,8 @@ impl GateSpec {
         self.require.iter().any(is_baseline)
     }
 
-    /// Checks what can be checked without knowing the gain sets; `file` is whose values they are.
-    ///
-    /// # Errors
-    /// [`Error::Value`] for a confidence that is none.
+    /// Checks what can be checked without knowing the gain sets; `file` is whose values they are. Error: a confidence that
+    /// is none.
     pub fn check(&self, file: &str) -> Result<()> {
         if (0.5..1.0).contains(&self.confidence) {
             return Ok(());
@@ -97,10 +95,8 @@ pub enum Against {
 impl Gate {
     /// Reads `SET >= RATE`, `SET >= OTHER`, `SET >= OTHER + SHARE`, `SET >= OTHER - SHARE`, where OTHER is a set or
     /// `baseline`, and RATE and SHARE are as `0.8` or `80 %`. `sets` are the names of the campaign's sets; since a name may
-    /// hold `+` and `-`, there are spaces around those of a gate, and the longest name that fits is meant.
-    ///
-    /// # Errors
-    /// [`Error::Value`] for anything else.
+    /// hold `+` and `-`, there are spaces around those of a gate, and the longest name that fits is meant. Errors:
+    /// anything else.
     pub fn parse(text: &str, sets: &[String]) -> Result<Self> {
         let text = text.trim();
         let refuse = |problem: String, accepted: String| Err(Error::value(SOURCE, "gate", text, problem, accepted));

@@ -1,8 +1,9 @@
 //! Scenarios: single disturbances that are worth a name, those of the paper's Sect. V and VI first. A file under
 //! `assets/scenarios/` says what disturbs the robot; everything else is as in `push`.
 
-use crate::assets::{self, DEFAULT_ROBOT, Kind, Source, parse_toml};
-use crate::campaign::ask::bounds::{PushBounds, check_episode};
+use crate::assets::{self, Kind, Source, parse_toml};
+use crate::campaign::ask::bounds::{PushBounds, check_episode, positive};
+use crate::campaign::ask::spec::default_robot;
 use crate::episode::EpisodeConfig;
 use crate::episode::imposed::Start;
 use crate::error::{Error, Result};
@@ -55,10 +56,6 @@ pub enum Cause {
     Imposed(Imposed),
 }
 
-fn default_robot() -> String {
-    DEFAULT_ROBOT.into()
-}
-
 impl Scenario {
     /// Loads a scenario that is compiled in, or a file.
     pub fn load(name_or_path: &str) -> Result<Self> {
@@ -73,10 +70,7 @@ impl Scenario {
     /// Reads a scenario. Errors name file, field, value and what would be accepted.
     pub fn parse(source: &Source) -> Result<Self> {
         let scenario: Self = parse_toml(source)?;
-        if !(scenario.horizon_s > 0.0 && scenario.horizon_s <= MOST_HORIZON_S) {
-            let accepted = format!("more than 0, at most {MOST_HORIZON_S}");
-            return Err(Error::value(&source.file, "horizon_s", scenario.horizon_s, "out of range", accepted));
-        }
+        positive(&source.file, "horizon_s", scenario.horizon_s, MOST_HORIZON_S)?;
         check_episode(&source.file, &scenario.episode())?;
         match scenario.cause_in(&source.file)? {
             Cause::Push(push) => PushBounds::new(scenario.horizon_s).check(&source.file, &push)?,

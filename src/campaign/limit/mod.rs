@@ -8,11 +8,12 @@
 mod search;
 mod yardstick;
 
+use crate::campaign::ask::bounds::in_range;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::limit::search::{Search, is_random};
 use crate::campaign::run::{Plan, pool};
 use crate::control::Design;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::stats::psychometric::Rule;
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -76,10 +77,9 @@ impl<'a> Searches<'a> {
     pub fn new(campaign: &'a Campaign, options: LimitOptions) -> Result<Self> {
         check(&options)?;
         let plan = Plan::new(campaign)?;
-        let (yardstick, mut headings) = (Yardstick::new(&plan.robot, campaign)?, Vec::new());
-        for i in 0..options.headings {
-            headings.push(yardstick.heading(360.0 * i as f64 / options.headings as f64)?);
-        }
+        let yardstick = Yardstick::new(&plan.robot, campaign)?;
+        let heading = |i: usize| yardstick.heading(360.0 * i as f64 / options.headings as f64);
+        let headings = (0..options.headings).map(heading).collect::<Result<_>>()?;
         let pool = pool(options.threads)?;
         let designs = pool.install(|| plan.designs())?;
         Ok(Self { campaign, options, plan, yardstick, headings, pool, designs })
@@ -135,17 +135,7 @@ impl<'a> Searches<'a> {
 }
 
 fn check(options: &LimitOptions) -> Result<()> {
-    let wrong = |option: &str, value: &dyn ToString, accepted: String| {
-        Err(Error::value("arguments", option, value.to_string(), "out of range", accepted))
-    };
-    if !(1..=MOST_HEADINGS).contains(&options.headings) {
-        return wrong("--headings", &options.headings, format!("1 to {MOST_HEADINGS}"));
-    }
-    if !(0.005..=100.0).contains(&options.precision_n_s) {
-        return wrong("--precision", &options.precision_n_s, "0.005 to 100".into());
-    }
-    if !(1..=MOST_TRIALS).contains(&options.max_trials) {
-        return wrong("--max-trials", &options.max_trials, format!("1 to {MOST_TRIALS}"));
-    }
-    Ok(())
+    in_range("arguments", "--headings", options.headings as f64, [1.0, MOST_HEADINGS as f64])?;
+    in_range("arguments", "--precision", options.precision_n_s, [0.005, 100.0])?;
+    in_range("arguments", "--max-trials", options.max_trials as f64, [1.0, MOST_TRIALS as f64])
 }

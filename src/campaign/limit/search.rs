@@ -35,8 +35,7 @@ pub struct SetLimit {
 pub(super) fn is_random(campaign: &Campaign) -> bool {
     let (push, sensors) = (&campaign.push, &campaign.sensors);
     let noisy = sensors.noise_scale != 0.0 || sensors.bias_scale != 0.0;
-    let varied =
-        variations::drawn(&campaign.variations).list().into_iter().filter_map(|(_, distribution)| distribution);
+    let varied = variations::drawn(&campaign.variations).list().into_iter().filter_map(|(_, varied)| varied);
     let mut drawn = [push.height_m, push.duration_s, push.start_s].into_iter().chain(varied);
     noisy || campaign.second_push.is_random() || drawn.any(|distribution| !distribution.is_constant())
 }

@@ -46,16 +46,13 @@ impl PartFile<'_> {
     /// The rows. Errors: missing, damaged, or of another campaign.
     pub fn rows(&self) -> Result<Vec<TrialRow>> {
         let content = self.content()?;
-        let problem = |problem: String| Error::Parts { path: self.path("csv"), problem };
-        let rows: Vec<TrialRow> = csv::Reader::from_reader(content.as_slice())
-            .deserialize()
-            .collect::<Result<_, _>>()
-            .map_err(|e| problem(e.to_string()))?;
+        let rows: Result<Vec<TrialRow>, _> = csv::Reader::from_reader(content.as_slice()).deserialize().collect();
+        let rows = rows.map_err(|e| self.damaged(e.to_string()))?;
         let expected = self.trials.clone().flat_map(|trial| self.sets.iter().map(move |set| (trial, set)));
         if rows.iter().map(|row| (row.trial, &row.set)).eq(expected) {
             Ok(rows)
         } else {
-            Err(problem("rows are not those of its trials and sets, once each and in order".into()))
+            Err(self.damaged("rows are not those of its trials and sets, once each and in order".into()))
         }
     }
 
@@ -66,6 +63,10 @@ impl PartFile<'_> {
 
     fn path(&self, extension: &str) -> PathBuf {
         self.stem.with_extension(extension)
+    }
+
+    fn damaged(&self, problem: String) -> Error {
+        Error::Parts { path: self.path("csv"), problem }
     }
 
     fn marker(&self, rows: usize, content: &[u8]) -> Marker {
@@ -80,16 +81,14 @@ impl PartFile<'_> {
 
     /// Bytes of a complete part.
     fn content(&self) -> Result<Vec<u8>> {
-        let path = self.path("csv");
-        let problem = |problem: String| Error::Parts { path: path.clone(), problem };
-        let marker = fs::read(self.path("json")).map_err(|e| problem(format!("no marker: {e}")))?;
-        let content = fs::read(&path).map_err(|e| problem(e.to_string()))?;
-        let found: Marker = serde_json::from_slice(&marker).map_err(|e| problem(format!("marker: {e}")))?;
+        let marker = fs::read(self.path("json")).map_err(|e| self.damaged(format!("no marker: {e}")))?;
+        let content = fs::read(self.path("csv")).map_err(|e| self.damaged(e.to_string()))?;
+        let found: Marker = serde_json::from_slice(&marker).map_err(|e| self.damaged(format!("marker: {e}")))?;
         let rows = (self.trials.end - self.trials.start) as usize * self.sets.len();
         if found == self.marker(rows, &content) {
             Ok(content)
         } else {
-            Err(problem("does not match its marker".into()))
+            Err(self.damaged("does not match its marker".into()))
         }
     }
 }

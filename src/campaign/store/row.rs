@@ -10,6 +10,13 @@ use crate::sim::{Profile, Push, Variation};
 use crate::stats::rate::SuccessCount;
 use serde::{Deserialize, Serialize};
 
+/// A struct of fields copied from others that have them by the same name, and of the rest.
+macro_rules! copied {
+    ($into:ident { $(..$source:ident: $($same:ident)+;)* $($field:ident: $value:expr,)* }) => {
+        $into { $($($same: $source.$same,)+)* $($field: $value,)* }
+    };
+}
+
 /// A row of `trials.parquet`; units are in the names, angles in degrees, world frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrialRow {
@@ -78,64 +85,27 @@ impl TrialRow {
         record: Record,
     ) -> Self {
         let (push, second) = (&pushes[0], pushes.get(1));
-        Self {
-            trial,
+        copied! { Self {
+            ..push: impulse_n_s heading_deg height_m duration_s start_s profile;
+            ..variation: mass_scale trunk_com_x_m trunk_com_y_m friction slope_deg slope_heading_deg ground_step_m
+                kp_scale kd_scale torque_scale speed_scale delay_s;
+            ..record: outcome end_s fell_at_s fall_cause settled_at_s home_at_s peak_tilt_deg peak_torque_n_m
+                peak_torque_ratio torque_limited_s peak_joint_speed_rad_s peak_dcm_outside_m peak_slip_m left_sets_at_s
+                set_after_push cpi_margin_after_push cpi_margin_after_push_est gain_switches;
+            trial: trial,
             set: set.into(),
-            impulse_n_s: push.impulse_n_s,
             impulse_over_m_omega_d: no_step_n_s.map(|bound_n_s| push.impulse_n_s / bound_n_s),
-            heading_deg: push.heading_deg,
-            height_m: push.height_m,
-            duration_s: push.duration_s,
-            start_s: push.start_s,
-            profile: push.profile,
             second_impulse_n_s: second.map(|push| push.impulse_n_s),
             second_heading_deg: second.map(|push| push.heading_deg),
             second_start_s: second.map(|push| push.start_s),
-            mass_scale: variation.mass_scale,
-            trunk_com_x_m: variation.trunk_com_x_m,
-            trunk_com_y_m: variation.trunk_com_y_m,
-            friction: variation.friction,
-            slope_deg: variation.slope_deg,
-            slope_heading_deg: variation.slope_heading_deg,
-            ground_step_m: variation.ground_step_m,
-            kp_scale: variation.kp_scale,
-            kd_scale: variation.kd_scale,
-            torque_scale: variation.torque_scale,
-            speed_scale: variation.speed_scale,
-            delay_s: variation.delay_s,
-            outcome: record.outcome,
-            end_s: record.end_s,
-            fell_at_s: record.fell_at_s,
-            fall_cause: record.fall_cause,
-            settled_at_s: record.settled_at_s,
-            home_at_s: record.home_at_s,
-            peak_tilt_deg: record.peak_tilt_deg,
-            peak_torque_n_m: record.peak_torque_n_m,
-            peak_torque_ratio: record.peak_torque_ratio,
-            torque_limited_s: record.torque_limited_s,
-            peak_joint_speed_rad_s: record.peak_joint_speed_rad_s,
-            peak_dcm_outside_m: record.peak_dcm_outside_m,
-            peak_slip_m: record.peak_slip_m,
-            left_sets_at_s: record.left_sets_at_s,
-            set_after_push: record.set_after_push,
-            cpi_margin_after_push: record.cpi_margin_after_push,
-            cpi_margin_after_push_est: record.cpi_margin_after_push_est,
-            gain_switches: record.gain_switches,
             footsteps: record.footsteps.len() as u32,
             unfinished_footstep: record.unfinished_footstep.map(|lifted| lifted.foot),
-        }
+        } }
     }
 
     /// What pushed it, in order of time.
     pub fn pushes(&self) -> Vec<Push> {
-        let first = Push {
-            impulse_n_s: self.impulse_n_s,
-            heading_deg: self.heading_deg,
-            height_m: self.height_m,
-            duration_s: self.duration_s,
-            start_s: self.start_s,
-            profile: self.profile,
-        };
+        let first = copied! { Push { ..self: impulse_n_s heading_deg height_m duration_s start_s profile; } };
         let second = || {
             let (impulse_n_s, heading_deg) = (self.second_impulse_n_s?, self.second_heading_deg?);
             Some(Push { impulse_n_s, heading_deg, start_s: self.second_start_s?, ..first })
@@ -145,20 +115,10 @@ impl TrialRow {
 
     /// How its robot and ground differed from those designed for.
     pub fn variation(&self) -> Variation {
-        Variation {
-            mass_scale: self.mass_scale,
-            trunk_com_x_m: self.trunk_com_x_m,
-            trunk_com_y_m: self.trunk_com_y_m,
-            friction: self.friction,
-            slope_deg: self.slope_deg,
-            slope_heading_deg: self.slope_heading_deg,
-            ground_step_m: self.ground_step_m,
-            kp_scale: self.kp_scale,
-            kd_scale: self.kd_scale,
-            torque_scale: self.torque_scale,
-            speed_scale: self.speed_scale,
-            delay_s: self.delay_s,
-        }
+        copied! { Variation {
+            ..self: mass_scale trunk_com_x_m trunk_com_y_m friction slope_deg slope_heading_deg ground_step_m
+                kp_scale kd_scale torque_scale speed_scale delay_s;
+        } }
     }
 
     /// Whether the robot stood in the end.
@@ -171,21 +131,19 @@ impl TrialRow {
         self.impulse_over_m_omega_d.unwrap_or(self.impulse_n_s)
     }
 
-    /// Time at which the last push ends (s).
-    fn pushed_until_s(&self) -> f64 {
-        self.second_start_s.unwrap_or(self.start_s) + self.duration_s
-    }
-
     /// Time from the end of the last push to standing (s); None unless recovered.
     pub fn settling_s(&self) -> Option<f64> {
-        let settled_at_s = self.settled_at_s.filter(|_| self.has_recovered())?;
-        Some((settled_at_s - self.pushed_until_s()).max(0.0))
+        self.after_last_push_s(self.settled_at_s)
     }
 
     /// Time from the end of the last push to the COM being home for good (s); None unless recovered.
     pub fn homing_s(&self) -> Option<f64> {
-        let home_at_s = self.home_at_s.filter(|_| self.has_recovered())?;
-        Some((home_at_s - self.pushed_until_s()).max(0.0))
+        self.after_last_push_s(self.home_at_s)
+    }
+
+    fn after_last_push_s(&self, at_s: Option<f64>) -> Option<f64> {
+        let pushed_until_s = self.second_start_s.unwrap_or(self.start_s) + self.duration_s;
+        at_s.filter(|_| self.has_recovered()).map(|at_s| (at_s - pushed_until_s).max(0.0))
     }
 }
 
@@ -202,6 +160,11 @@ pub fn success_count<'a>(rows: impl IntoIterator<Item = &'a TrialRow>) -> Succes
         recovered += u64::from(row.has_recovered());
     }
     SuccessCount::new(recovered, trials)
+}
+
+/// The same of those that are `such`.
+pub fn success_count_of(rows: &[&TrialRow], such: impl Fn(&TrialRow) -> bool) -> SuccessCount {
+    success_count(rows.iter().copied().filter(|row| such(row)))
 }
 
 /// A column for each field of the rows, by its kind.
@@ -248,7 +211,8 @@ fn maybe_word<'a, T: Serialize + 'a>(values: impl Iterator<Item = &'a Option<T>>
     Data::OptText(values.map(|value| value.as_ref().map(as_text)).collect())
 }
 
-fn as_text(value: &impl Serialize) -> String {
+/// A word as files have it.
+pub fn as_text(value: &impl Serialize) -> String {
     serde_json::to_value(value).ok().and_then(|value| value.as_str().map(String::from)).unwrap_or_default()
 }
 
@@ -256,14 +220,6 @@ fn as_text(value: &impl Serialize) -> String {
 pub fn parquet(rows: &[TrialRow]) -> Result<Vec<u8>> {
     let fail = |source| Error::Write { path: "trials.parquet".into(), source: std::io::Error::other(source) };
     parquet_bytes(&columns(rows)).map_err(fail)
-}
-
-/// As in a campaign file.
-pub fn profile_name(profile: Profile) -> &'static str {
-    match profile {
-        Profile::Rectangular => "rectangular",
-        Profile::HalfSine => "half-sine",
-    }
 }
 
 #[cfg(test)]

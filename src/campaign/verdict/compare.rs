@@ -6,7 +6,7 @@ use crate::campaign::store::row::{TrialRow, by_trial, parquet};
 use crate::campaign::verdict::baseline::{other_push, refuse_other_trials, unlike};
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::verdict::set_summary::SetOrigin;
-use crate::campaign::verdict::summary::{Summary, SummaryInput};
+use crate::campaign::verdict::summary::Summary;
 use crate::error::{Error, Result};
 use crate::files::sha256_hex;
 use std::path::{Path, PathBuf};
@@ -36,13 +36,7 @@ impl Comparison {
         let count = (rows.len() / sets.len()) as u64;
         let manifest = joined(&a.manifest, &b.manifest, sets, count, gates);
         let (pairs, trials) = (pairs(&a.manifest.sets, &b.manifest.sets), parquet(&rows)?);
-        let mut summary = Summary::new(SummaryInput {
-            manifest: &manifest,
-            rows: &rows,
-            trials_sha256: sha256_hex(&trials),
-            pairs: &pairs,
-            gates: &Gates::new(&manifest, None)?,
-        });
+        let mut summary = Summary::new(&manifest, &rows, sha256_hex(&trials), &pairs, &Gates::new(&manifest, None)?);
         summary.warnings.splice(..0, warnings(a, b, count));
         for (set, origin) in summary.sets.iter_mut().zip([origins(a), origins(b)].concat()) {
             set.origin = origin;
@@ -109,13 +103,12 @@ fn joined(a: &Manifest, b: &Manifest, sets: Vec<String>, trials: u64, gates: &[S
 /// What a comparison over the first `trials` trials cannot support.
 fn warnings(a: &Folder, b: &Folder, trials: u64) -> Vec<String> {
     let (of_a, of_b) = (a.trials(), b.trials());
-    let counts = || format!("the results have {of_a} and {of_b} trials: only the first {trials} are compared");
+    let counts = format!("the results have {of_a} and {of_b} trials: only the first {trials} are compared");
     let [ours, theirs] = [a, b].map(|folder| &folder.manifest.campaign.gates);
     let decides_otherwise = (ours.confidence, ours.unresolved) != (theirs.confidence, theirs.unresolved);
-    let gates =
-        || "the results ask for gates of another confidence, or decide otherwise what is unresolved".to_string();
+    let gates = "the results ask for gates of another confidence, or decide otherwise what is unresolved".to_string();
     let unlike = unlike(&a.manifest, &b.manifest);
-    (of_a != of_b).then(counts).into_iter().chain(unlike).chain(decides_otherwise.then(gates)).collect()
+    (of_a != of_b).then_some(counts).into_iter().chain(unlike).chain(decides_otherwise.then_some(gates)).collect()
 }
 
 /// Names of a folder's sets; those that the other one has too, with the folder's.

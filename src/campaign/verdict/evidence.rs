@@ -10,6 +10,7 @@
 //! fails in 5.3 %. Intervals that hold at every look err in 5 % at most, on both sides together.
 
 use crate::campaign::ask::gate::{Gate, OnUnresolved};
+use crate::stats::mcnemar::PairedCounts;
 use crate::stats::rate::clopper_pearson;
 use crate::stats::sequential;
 use serde::Serialize;
@@ -42,6 +43,12 @@ impl Evidence {
         Self { observed, interval: interval(recovered, trials, confidence), trials, sequential }
     }
 
+    /// Of the difference of two rates, with an interval of this `confidence` (a share).
+    pub fn difference(counts: &PairedCounts, confidence: f64, sequential: bool) -> Self {
+        let interval = counts.interval(confidence, sequential);
+        Self { observed: counts.difference(), interval, trials: counts.trials(), sequential }
+    }
+
     /// The answer to a gate, of which this is the rate, or the difference (rate of the set less that of what it is held
     /// against); the interval is of this `confidence` (a share), two-sided.
     pub fn answer(&self, gate: &Gate, confidence: f64) -> GateAnswer {
@@ -51,6 +58,9 @@ impl Evidence {
             required if most < required => Status::Failed,
             _ => Status::Unresolved,
         };
+        // A campaign with a fixed count of trials cannot be taken up again: a new one has to have them all.
+        let again = if sequential { 0 } else { trials };
+        let more_trials = self.more_trials(gate.offset, confidence).filter(|_| status == Status::Unresolved);
         GateAnswer {
             name: gate.text.clone(),
             status,
@@ -59,13 +69,7 @@ impl Evidence {
             required: gate.offset,
             confidence,
             trials,
-            more_trials: if status == Status::Unresolved {
-                // A campaign with a fixed count of trials cannot be taken up again: a new one has to have them all.
-                let more = self.more_trials(gate.offset, confidence);
-                more.map(|more| if sequential { more } else { trials + more })
-            } else {
-                None
-            },
+            more_trials: more_trials.map(|more| again + more),
             sequential,
         }
     }

@@ -7,6 +7,7 @@
 use crate::campaign::store::row::TrialRow;
 use crate::episode::Outcome;
 use serde::Serialize;
+use std::{cmp::Reverse, collections::BTreeMap};
 
 /// A sole that has slid farther has slipped.
 pub const SLIPPED_M: f64 = 0.01;
@@ -70,14 +71,13 @@ pub struct FallCause {
 impl FallCause {
     /// The most frequent first; of equals, by name.
     pub fn count(rows: &[&TrialRow]) -> Vec<Self> {
-        let mut found: Vec<Self> = Vec::new();
+        let mut trials: BTreeMap<&String, u64> = BTreeMap::new();
         for cause in rows.iter().filter(|row| row.outcome == Outcome::Fell).filter_map(|row| row.fall_cause.as_ref()) {
-            match found.iter_mut().find(|f| f.cause == *cause) {
-                Some(known) => known.trials += 1,
-                None => found.push(Self { cause: cause.clone(), trials: 1 }),
-            }
+            *trials.entry(cause).or_default() += 1;
         }
-        found.sort_by(|a, b| b.trials.cmp(&a.trials).then_with(|| a.cause.cmp(&b.cause)));
+        let mut found: Vec<Self> =
+            trials.into_iter().map(|(cause, trials)| Self { cause: cause.clone(), trials }).collect();
+        found.sort_by_key(|found| Reverse(found.trials));
         found
     }
 }

@@ -1,6 +1,6 @@
 //! Footsteps against outcome: how often they were taken, and whether they helped.
 
-use crate::campaign::store::row::{TrialRow, success_count};
+use crate::campaign::store::row::{TrialRow, success_count_of};
 use crate::stats::rate::SuccessCount;
 use serde::Serialize;
 
@@ -18,8 +18,7 @@ impl ByFootsteps {
         if rows.iter().all(|row| begun(row) == 0) {
             return None;
         }
-        let count = |n: usize| success_count(rows.iter().copied().filter(|row| begun(row).min(3) == n));
-        Some(Self { by_footsteps: [0, 1, 2, 3].map(count) })
+        Some(Self { by_footsteps: [0, 1, 2, 3].map(|n| success_count_of(rows, |row| begun(row).min(3) == n)) })
     }
 }
 

@@ -115,7 +115,7 @@ impl Pair {
             signed_rank(&differences.collect::<Vec<_>>())
         };
         let stratum = |stratum: &Stratum| {
-            let counts = stratum.pair(rows, sets, a, b);
+            let counts = self::counts(stratum.trials(rows, sets), a, b);
             let (by, label, trials) = (stratum.by, stratum.label.clone(), counts.trials());
             let (difference, ci95) = (counts.difference(), counts.difference_interval(LEVEL));
             PairStratum { by, label, trials, counts, difference, ci95 }
@@ -152,10 +152,8 @@ impl Pair {
             _ => PairVerdict::BBetter,
         };
         if self.verdict == PairVerdict::Open {
-            let (observed, trials) = (self.difference, counts.trials());
-            let evidence = Evidence { observed, interval: self.ci95, trials, sequential };
             self.more_trials = match sequential {
-                true => evidence.more_trials(0.0, level),
+                true => Evidence::difference(&counts, level, true).more_trials(0.0, level),
                 false => counts.trials_to_resolve(POWER, ALPHA / pairs as f64),
             };
         }
@@ -166,13 +164,14 @@ impl Pair {
         let points = |share: f64| format!("{:.1}", 100.0 * share);
         let (a, b, [least, most]) = (&self.a, &self.b, self.ci95);
         let p = if sequential { String::new() } else { format!(", {}", p_value(self.holm_p)) };
-        let better = |a: &str, b: &str, by: f64, [least, most]: [f64; 2]| {
-            format!("{a} is better than {b} by {} points ({} to {}{p})", points(by), points(least), points(most))
+        let seen = |by: f64, [least, most]: [f64; 2]| {
+            format!("{} points ({} to {}{p})", points(by), points(least), points(most))
         };
-        let seen = format!("{} points ({} to {}{p})", points(self.difference), points(least), points(most));
+        let better = |a: &str, b: &str, seen: String| format!("{a} is better than {b} by {seen}");
+        let observed = seen(self.difference, self.ci95);
         match (self.verdict, self.more_trials) {
-            (PairVerdict::ABetter, _) => better(a, b, self.difference, self.ci95),
-            (PairVerdict::BBetter, _) => better(b, a, -self.difference, [-most, -least]),
+            (PairVerdict::ABetter, _) => better(a, b, observed),
+            (PairVerdict::BBetter, _) => better(b, a, seen(-self.difference, [-most, -least])),
             (PairVerdict::Same, _) => format!(
                 "{a} and {b} differ by less than {} points ({} to {})",
                 points(margin),
@@ -180,15 +179,15 @@ impl Pair {
                 points(most)
             ),
             (PairVerdict::Open, Some(more)) if sequential => format!(
-                "{a} and {b}: not resolved, {seen}; if that is what they differ by, about {} more trials would show it",
+                "{a} and {b}: not resolved, {observed}; if that is what they differ by, about {} more trials would show it",
                 rounded(more)
             ),
             (PairVerdict::Open, Some(more)) => format!(
-                "{a} and {b}: not resolved, {seen}; if that is what they differ by, a new campaign of about {} pushes \
+                "{a} and {b}: not resolved, {observed}; if that is what they differ by, a new campaign of about {} pushes \
                  (another seed) would show it",
                 rounded(more)
             ),
-            (PairVerdict::Open, None) => format!("{a} and {b}: not resolved, no difference seen: {seen}"),
+            (PairVerdict::Open, None) => format!("{a} and {b}: not resolved, no difference seen: {observed}"),
         }
     }
 }

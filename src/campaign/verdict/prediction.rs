@@ -4,8 +4,8 @@
 //! The true state at the end of the push is inside the slowest gain's set, the largest, or it is not: by the theory the
 //! first recover, and the others need a footstep.
 
-use crate::campaign::store::row::{TrialRow, success_count};
-use crate::episode::{Membership, Outcome};
+use crate::campaign::store::row::{TrialRow, success_count_of};
+use crate::episode::Membership;
 use crate::stats::rate::SuccessCount;
 use serde::Serialize;
 
@@ -38,27 +38,23 @@ pub struct MarginBin {
 impl Prediction {
     /// None for a set without gains.
     pub fn new(rows: &[&TrialRow]) -> Option<Self> {
-        let side = |inside: bool| {
-            let on_it = move |row: &&&TrialRow| row.set_after_push.is_some_and(|m| (m == Membership::Inside) == inside);
-            success_count(rows.iter().filter(on_it).copied())
-        };
-        let (inside, outside) = (side(true), side(false));
+        let is_inside = |row: &TrialRow| row.set_after_push.map(|side| side == Membership::Inside);
+        let [inside, outside] = [true, false].map(|side| success_count_of(rows, |row| is_inside(row) == Some(side)));
         let trials = inside.trials + outside.trials;
         if trials == 0 {
             return None;
         }
         let agreement = (inside.recovered + outside.trials - outside.recovered) as f64 / trials as f64;
-        let as_estimated = |row: &&&TrialRow| {
-            let held = row.cpi_margin_after_push_est.is_some_and(|m| m >= 0.0);
-            row.set_after_push.is_some() && held == (row.outcome == Outcome::Recovered)
-        };
-        let agreement_est = rows.iter().filter(as_estimated).count() as f64 / trials as f64;
+        let is_held = |row: &TrialRow| row.cpi_margin_after_push_est.is_some_and(|m| m >= 0.0);
+        let known = rows.iter().filter(|row| row.set_after_push.is_some());
+        let as_estimated = known.filter(|row| is_held(row) == row.has_recovered()).count();
+        let agreement_est = as_estimated as f64 / trials as f64;
         let by_margin = (0..=MARGIN_EDGES.len())
             .map(|i| {
                 let (from, to) = (i.checked_sub(1).map(|i| MARGIN_EDGES[i]), MARGIN_EDGES.get(i).copied());
                 let within = |m: f64| from.is_none_or(|from| m >= from) && to.is_none_or(|to| m < to);
-                let inside = |row: &&&TrialRow| row.cpi_margin_after_push.is_some_and(within);
-                MarginBin { from, to, count: success_count(rows.iter().filter(inside).copied()) }
+                let count = success_count_of(rows, |row| row.cpi_margin_after_push.is_some_and(within));
+                MarginBin { from, to, count }
             })
             .filter(|bin| bin.count.trials > 0)
             .collect();
@@ -70,6 +66,7 @@ impl Prediction {
 mod tests {
     use super::*;
     use crate::campaign::store::row::tests::row;
+    use crate::episode::Outcome;
 
     fn at(margin: Option<f64>, outcome: Outcome) -> TrialRow {
         let side = match margin {

@@ -1,6 +1,6 @@
 //! What the trials of one gain set say: how many it recovered from, by which impulses, and how it lost the rest.
 
-use crate::campaign::store::row::{TrialRow, by_trial, success_count};
+use crate::campaign::store::row::{TrialRow, by_trial, success_count, success_count_of};
 use crate::campaign::verdict::failures::{Failures, FallCause};
 use crate::campaign::verdict::footsteps::ByFootsteps;
 use crate::campaign::verdict::prediction::Prediction;
@@ -109,13 +109,6 @@ pub struct SetStratum {
     pub count: SuccessCount,
 }
 
-impl SetOrigin {
-    /// Of a set of the result's own campaign.
-    pub fn own(set: &str) -> Self {
-        Self { campaign: "campaign.toml".into(), gains: set.into() }
-    }
-}
-
 /// Trials with `from_n_s <= impulse < to_n_s`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ImpulseBin {
@@ -138,13 +131,13 @@ impl SetSummary {
         let name = &names[set];
         let rows: Vec<&TrialRow> = by_trial(all, names.len()).map(|trial| &trial[set]).collect();
         let with = |outcome| rows.iter().filter(|row| row.outcome == outcome).count() as u64;
-        let within = |bin: &&[f64]| {
+        let within = |bin: &[f64]| {
             let (from_n_s, to_n_s) = (bin[0], bin[1]);
-            let inside = |row: &&&TrialRow| (from_n_s..to_n_s).contains(&row.impulse_n_s);
-            ImpulseBin { from_n_s, to_n_s, count: success_count(rows.iter().filter(inside).copied()) }
+            let count = success_count_of(&rows, |row| (from_n_s..to_n_s).contains(&row.impulse_n_s));
+            ImpulseBin { from_n_s, to_n_s, count }
         };
         let stratum = |stratum: &Stratum| {
-            let count = stratum.count(all, names.len(), set);
+            let count = success_count(stratum.trials(all, names.len()).map(|trial| &trial[set]));
             SetStratum { by: stratum.by, label: stratum.label.clone(), count }
         };
         let over = |impulse: fn(&TrialRow) -> Option<f64>| {
@@ -155,7 +148,7 @@ impl SetSummary {
         let limit = normalized_curve.fit.or(curve.fit).map(|fit| fit.x50);
         Self {
             name: name.clone(),
-            origin: SetOrigin::own(name),
+            origin: SetOrigin { campaign: "campaign.toml".into(), gains: name.clone() },
             count: success_count(rows.iter().copied()),
             fell: with(Outcome::Fell),
             diverged: with(Outcome::Diverged),
@@ -164,7 +157,7 @@ impl SetSummary {
             foretold: Prediction::new(&rows),
             stepped: ByFootsteps::new(&rows),
             fall_causes: FallCause::count(&rows),
-            by_impulse: bins.windows(2).map(|bin| within(&bin)).filter(|bin| bin.count.trials > 0).collect(),
+            by_impulse: bins.windows(2).map(within).filter(|bin| bin.count.trials > 0).collect(),
             curve,
             normalized_curve,
             strata: strata.iter().map(stratum).collect(),

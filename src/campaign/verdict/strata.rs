@@ -4,9 +4,7 @@
 //! that each trial is in one stratum of each. One that does not vary, or that puts all trials in the same, makes none.
 //! Edges lie at quantiles and are rounded to a digit that is at most a twentieth of the range.
 
-use crate::campaign::store::row::{TrialRow, success_count};
-use crate::stats::mcnemar::PairedCounts;
-use crate::stats::rate::SuccessCount;
+use crate::campaign::store::row::{TrialRow, by_trial};
 
 /// Trials that are alike in one quantity.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,22 +19,16 @@ pub struct Stratum {
 }
 
 impl Stratum {
-    /// What gain set `set` (its place in the campaign) made of these trials; `rows` and `sets` as for [`strata`].
-    pub fn count(&self, rows: &[TrialRow], sets: usize, set: usize) -> SuccessCount {
-        success_count(self.trials.iter().map(|trial| &rows[trial * sets + set]))
-    }
-
-    /// Who of two sets recovered.
-    pub fn pair(&self, rows: &[TrialRow], sets: usize, a: usize, b: usize) -> PairedCounts {
-        let recovered = |trial: usize, set: usize| rows[trial * sets + set].has_recovered();
-        PairedCounts::of(self.trials.iter().map(|&trial| (recovered(trial, a), recovered(trial, b))))
+    /// The rows of each of these trials, one per set; `rows` and `sets` as for [`strata`].
+    pub fn trials<'a>(&self, rows: &'a [TrialRow], sets: usize) -> impl Iterator<Item = &'a [TrialRow]> {
+        self.trials.iter().map(move |trial| &rows[trial * sets..][..sets])
     }
 }
 
 /// All strata of a campaign; `rows` are sorted by trial, then by set; `sets` is the count of sets.
 pub fn strata(rows: &[TrialRow], sets: usize) -> Vec<Stratum> {
     // What was drawn is the same in the row of every set.
-    let trials: Vec<&TrialRow> = rows.chunks_exact(sets.max(1)).map(|trial| &trial[0]).collect();
+    let trials: Vec<&TrialRow> = by_trial(rows, sets).map(|trial| &trial[0]).collect();
     let of =
         |get: &dyn Fn(&TrialRow) -> Option<f64>| -> Vec<Option<f64>> { trials.iter().map(|row| get(row)).collect() };
     let mut strata = Vec::new();
@@ -139,15 +131,17 @@ fn range(values: &[Option<f64>]) -> Option<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::store::row::tests::{record, row};
-    use crate::campaign::{Campaign, Overrides, ask::trial};
-    use crate::episode::Outcome;
-    use Outcome::{Fell, Recovered, TimedOut};
+    use crate::campaign::ask::{spec::tests::campaign, trial};
+    use crate::campaign::store::row::tests::{record, row, rows};
+    use crate::campaign::verdict::pairs::{DecisionRule, Pair};
+    use crate::campaign::verdict::set_summary::SetSummary;
+    use crate::episode::Outcome::{Fell, Recovered, TimedOut};
+    use crate::stats::mcnemar::PairedCounts;
+    use crate::stats::rate::SuccessCount;
 
     /// Rows of a campaign as it is drawn, for two sets; nothing is simulated.
     fn drawn(name: &str, trials: u64, set: &[&str]) -> Vec<TrialRow> {
-        let set = set.iter().map(|s| s.to_string()).collect();
-        let campaign = Campaign::load(name, &Overrides { set, ..Overrides::default() }).unwrap();
+        let campaign = campaign(name, set);
         let row = |trial: u64, set: &str| {
             let (pushes, variation) = (trial::pushes(&campaign, trial), trial::variation(&campaign, trial));
             TrialRow::new(trial, set, &pushes, None, &variation, record(Recovered))
@@ -254,17 +248,23 @@ mod tests {
 
     #[test]
     fn a_stratum_counts_its_own_trials() {
-        let outcomes =
-            [[Recovered, Recovered], [Fell, Recovered], [Recovered, Fell], [Fell, TimedOut], [Recovered, Fell]];
-        let rows: Vec<TrialRow> =
-            (0..).zip(outcomes).flat_map(|(i, [a, b])| [row(i, "a", 1.0, a), row(i, "b", 1.0, b)]).collect();
-        let stratum = |trials: &[usize]| Stratum { by: "friction", label: String::new(), trials: trials.to_vec() };
+        let rows =
+            rows(&[[Recovered, Recovered], [Fell, Recovered], [Recovered, Fell], [Fell, TimedOut], [Recovered, Fell]]);
+        let names = ["a", "b"].map(String::from);
+        let stratum = |trials: &[usize]| [Stratum { by: "friction", label: String::new(), trials: trials.to_vec() }];
         let counts = PairedCounts { both: 1, only_a: 2, only_b: 1, neither: 1 };
-        assert_eq!(stratum(&[0, 1, 2, 3, 4]).pair(&rows, 2, 0, 1), counts);
-        assert_eq!(stratum(&[0, 1, 2, 3, 4]).pair(&rows, 2, 1, 0), PairedCounts { only_a: 1, only_b: 2, ..counts });
-        assert_eq!(stratum(&[1, 4]).pair(&rows, 2, 0, 1), PairedCounts { both: 0, only_a: 1, only_b: 1, neither: 0 });
-        assert_eq!(stratum(&[1, 3, 4]).count(&rows, 2, 0), SuccessCount::new(1, 3));
-        assert_eq!(stratum(&[1, 3, 4]).count(&rows, 2, 1), SuccessCount::new(1, 3));
-        assert_eq!(stratum(&[2, 4]).count(&rows, 2, 0), SuccessCount::new(2, 2));
+        let deciding = DecisionRule { sequential: false, margin: 0.02, end_early: true };
+        for (a, b, trials, expected) in [
+            (0, 1, &[0, 1, 2, 3, 4][..], counts),
+            (1, 0, &[0, 1, 2, 3, 4], PairedCounts { only_a: 1, only_b: 2, ..counts }),
+            (0, 1, &[1, 4], PairedCounts { both: 0, only_a: 1, only_b: 1, neither: 0 }),
+        ] {
+            let pairs = Pair::all(&rows, &names, &[(a, b)], &stratum(trials), deciding);
+            assert_eq!(pairs[0].strata[0].counts, expected);
+        }
+        for (set, trials, recovered) in [(0, &[1, 3, 4][..], 1), (1, &[1, 3, 4], 1), (0, &[2, 4], 2)] {
+            let summary = SetSummary::new(set, &names, &rows, &[], &stratum(trials), true);
+            assert_eq!(summary.strata[0].count, SuccessCount::new(recovered, trials.len() as u64));
+        }
     }
 }

@@ -55,21 +55,16 @@ pub struct Summary {
     pub warnings: Vec<String>,
 }
 
-/// What a summary is made of.
-pub struct SummaryInput<'a> {
-    pub manifest: &'a Manifest,
-    /// Sorted by trial, then by set.
-    pub rows: &'a [TrialRow],
-    /// Of the file that holds them.
-    pub trials_sha256: String,
-    /// Which sets are compared, by their places in the campaign.
-    pub pairs: &'a [(usize, usize)],
-    pub gates: &'a Gates,
-}
-
 impl Summary {
-    /// Counts the rows of a whole campaign.
-    pub fn new(SummaryInput { manifest, rows, trials_sha256, pairs, gates }: SummaryInput) -> Self {
+    /// Counts the rows of a whole campaign, sorted by trial, then by set; `trials_sha256` is of the file that holds them,
+    /// `pairs` are the sets to compare, by their places in the campaign.
+    pub fn new(
+        manifest: &Manifest,
+        rows: &[TrialRow],
+        trials_sha256: String,
+        pairs: &[(usize, usize)],
+        gates: &Gates,
+    ) -> Self {
         let campaign = &manifest.campaign;
         let end_early = campaign.episode.end_early;
         let bins = bin_edges(rows.iter().map(|row| row.impulse_n_s));
@@ -111,9 +106,8 @@ impl Summary {
     pub fn of_folder(folder: &Folder, gates: &Gates) -> Result<(Summary, Vec<TrialRow>)> {
         let rows = folder.rows()?;
         let trials = parquet(&rows)?;
-        let (manifest, trials_sha256) = (&folder.manifest, sha256_hex(&trials));
-        let pairs = every_pair(manifest.sets.len());
-        let summary = Summary::new(SummaryInput { manifest, rows: &rows, trials_sha256, pairs: &pairs, gates });
+        let pairs = every_pair(folder.manifest.sets.len());
+        let summary = Summary::new(&folder.manifest, &rows, sha256_hex(&trials), &pairs, gates);
         summary.write(&folder.path, &trials)?;
         folder.write_campaign()?;
         Ok((summary, rows))
@@ -154,10 +148,7 @@ pub(crate) mod tests {
         let manifest = manifest(&["a", "b"], overrides);
         let rows = rows(outcomes);
         let gates = Gates::new(&manifest, None).unwrap();
-        let trials_sha256 = String::new();
-        let source =
-            SummaryInput { manifest: &manifest, rows: &rows, trials_sha256, pairs: &every_pair(2), gates: &gates };
-        Summary::new(source)
+        Summary::new(&manifest, &rows, String::new(), &every_pair(2), &gates)
     }
 
     /// The rows of [`summary`].

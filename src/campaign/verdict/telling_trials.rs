@@ -60,22 +60,16 @@ impl TellingTrial {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::store::row::tests::row;
-    use crate::episode::Outcome;
+    use crate::campaign::store::row::tests::rows;
+    use crate::episode::Outcome::{Fell, Recovered};
 
     #[test]
     fn what_tells_most_comes_first_and_each_trial_once() {
-        let outcome = |survived: bool| if survived { Outcome::Recovered } else { Outcome::Fell };
-        let trials = [(2.0, false), (9.0, false), (1.0, true), (0.5, false), (7.0, true), (3.0, false)];
-        let rows: Vec<TrialRow> = (trials.into_iter().enumerate())
-            .flat_map(|(i, (ratio, survived))| {
-                let rows = [("a", survived), ("b", i == 1 || i == 5)];
-                rows.map(|(set, survived)| TrialRow {
-                    impulse_over_m_omega_d: Some(ratio),
-                    ..row(i as u64, set, 1.0, outcome(survived))
-                })
-            })
-            .collect();
+        let (lost, saved, won) = ([Fell, Fell], [Fell, Recovered], [Recovered, Fell]);
+        let mut rows = rows(&[lost, saved, won, lost, won, saved]);
+        for (trial, ratio) in rows.chunks_mut(2).zip([2.0, 9.0, 1.0, 0.5, 7.0, 3.0]) {
+            trial.iter_mut().for_each(|row| row.impulse_over_m_omega_d = Some(ratio));
+        }
         let names = ["a", "b"].map(String::from);
         let telling = TellingTrial::of(&rows, &names, 0, Some(3.4));
         assert_eq!(telling.iter().map(|t| t.trial).collect::<Vec<_>>(), [3, 5, 4, 1, 0]);

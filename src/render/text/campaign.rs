@@ -61,7 +61,7 @@ pub fn campaign(summary: &Summary, folder: &Path) -> String {
                 push.height_m,
                 push.duration_s,
                 push.start_s,
-                crate::campaign::store::row::profile_name(push.profile)
+                crate::campaign::store::row::as_text(&push.profile)
             ),
         ),
     ];

@@ -181,7 +181,6 @@ fn held(n: u64, x50: f64, s: f64, x: f64) -> [u64; 3] {
 fn intervals_hold_at_95_percent() {
     for (n, s) in [(40, 0.02), (40, 0.2), (40, 0.5), (100, 0.5), (400, 0.5), (400, 0.05)] {
         let held = held(n, 3.5, s, 3.0);
-        println!("{n} trials, s = {s}: {held:?}");
         assert!(held.iter().all(|held| (463..=500).contains(held)), "{n} trials, s = {s}: {held:?}");
     }
 }
