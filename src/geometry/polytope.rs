@@ -1,8 +1,8 @@
 //! Convex polytopes `{x | S x <= 1}` and the linear programs on them (clarabel).
 
-use crate::error::{Error, Result};
-use clarabel::algebra::CscMatrix;
-use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
+use super::program::{failure, solver};
+use crate::error::Result;
+use clarabel::solver::{DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 /// A convex set that holds the origin inside: `{x | S x <= 1}`, one row of S for each half space. It may be unbounded.
@@ -21,8 +21,6 @@ pub struct Maximum {
     pub at: DVector<f64>,
 }
 
-/// Accuracy asked of the solver, relative to right-hand sides of 1.
-const SOLVER_TOLERANCE: f64 = 1e-10;
 /// A linear function whose part outside of the span of the rows is larger than this (relative) is unbounded.
 const SPAN_TOLERANCE: f64 = 1e-9;
 
@@ -96,32 +94,7 @@ impl Programs {
         let dual = DMatrix::from_fn(n, rank, |i, k| v_t[(kept[k], i)] / sigma(k));
         let basis = DMatrix::from_fn(n, rank, |i, k| v_t[(kept[k], i)] * sigma(k));
 
-        let reduced = scaled * &dual;
-        let a = CscMatrix::new(
-            count,
-            rank,
-            (0..=rank).map(|k| k * count).collect(),
-            (0..rank).flat_map(|_| 0..count).collect(),
-            reduced.as_slice().to_vec(),
-        );
-        let settings = DefaultSettingsBuilder::default()
-            .verbose(false)
-            .max_threads(1)
-            .presolve_enable(false)
-            .tol_gap_abs(SOLVER_TOLERANCE)
-            .tol_gap_rel(SOLVER_TOLERANCE)
-            .tol_feas(SOLVER_TOLERANCE)
-            .build()
-            .map_err(|e| failure(e.to_string()))?;
-        let solver = DefaultSolver::new(
-            &CscMatrix::zeros((rank, rank)),
-            &vec![0.0; rank],
-            &a,
-            &vec![1.0; count],
-            &[NonnegativeConeT(count)],
-            settings,
-        )
-        .map_err(|e| failure(e.to_string()))?;
+        let solver = solver(&vec![0.0; rank], &(scaled * &dual), &vec![1.0; count], &[NonnegativeConeT(count)])?;
         Ok(Self { basis, dual, column, solver })
     }
 
@@ -140,7 +113,7 @@ impl Programs {
             return Ok(Maximum { value: 0.0, at: DVector::zeros(self.column.len()) });
         }
         let cost: Vec<f64> = reduced.iter().map(|c| -c / size).collect();
-        self.solver.update_q(&cost).map_err(|e| failure(e.to_string()))?;
+        self.solver.update_q(&cost).map_err(failure)?;
         self.solver.solve();
         let solution = &self.solver.solution;
         match solution.status {
@@ -153,10 +126,6 @@ impl Programs {
             status => Err(failure(format!("{status:?}"))),
         }
     }
-}
-
-fn failure(problem: impl Into<String>) -> Error {
-    Error::Numeric { what: "linear program".into(), problem: problem.into() }
 }
 
 #[cfg(test)]
