@@ -65,13 +65,8 @@ impl OnlineSets {
     }
 
     /// Number of gains.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.cascades.len()
-    }
-
-    /// Whether the family has no gains.
-    pub fn is_empty(&self) -> bool {
-        self.cascades.is_empty()
     }
 
     /// `min over rows of 1 - row . x` for the set of gain `index` (eq. 22 with all rows): not negative inside the set,
@@ -220,30 +215,33 @@ impl Cascade {
         points[..self.len - 1].iter().map(|p| region.gauge(*p)).fold(0.0, |m, v| if v > m { v } else { m })
     }
 
-    fn margin(&self, region: &Region, state: &State) -> f64 {
-        if !region.holds_origin || !is_finite(state) {
-            return f64::NEG_INFINITY;
-        }
+    /// The points now and at the ticks to come; none when there are no sets, or the state is none.
+    fn predictions(&self, region: &Region, state: &State) -> impl Iterator<Item = Points> {
+        let ticks = if region.holds_origin && is_finite(state) { MAX_TICKS } else { 0 };
         let mut points = self.start(state);
-        let mut worst = 0.0_f64;
-        for _ in 0..MAX_TICKS {
-            worst = worst.max(region.gauge(points[self.len - 1]));
-            if self.lead(region, &points) <= worst {
-                return 1.0 - worst;
+        (0..ticks).map(move |tick| {
+            if tick > 0 {
+                self.advance(&mut points);
             }
-            self.advance(&mut points);
+            points
+        })
+    }
+
+    fn margin(&self, region: &Region, state: &State) -> f64 {
+        let (mut worst, mut lead) = (0.0_f64, f64::INFINITY);
+        for points in self.predictions(region, state) {
+            worst = worst.max(region.gauge(points[self.len - 1]));
+            lead = self.lead(region, &points);
+            if lead <= worst {
+                break;
+            }
         }
-        1.0 - worst.max(region.gauge(points[self.len - 1])).max(self.lead(region, &points))
+        1.0 - worst.max(lead)
     }
 
     fn zmp_error(&self, region: &Region, state: &State) -> Vector2<f64> {
-        let mut worst = 1.0_f64;
-        let mut error = Vector2::zeros();
-        if !region.holds_origin || !is_finite(state) {
-            return error;
-        }
-        let mut points = self.start(state);
-        for _ in 0..MAX_TICKS {
+        let (mut worst, mut error) = (1.0_f64, Vector2::zeros());
+        for points in self.predictions(region, state) {
             let zmp = Vector2::from(points[self.len - 1]);
             let gauge = region.gauge(zmp.into());
             if gauge > worst {
@@ -253,24 +251,18 @@ impl Cascade {
             if self.lead(region, &points) <= worst {
                 break;
             }
-            self.advance(&mut points);
         }
         error
     }
 
     fn holds(&self, region: &Region, state: &State) -> bool {
-        if !region.holds_origin || !is_finite(state) {
-            return false;
-        }
-        let mut points = self.start(state);
-        for _ in 0..MAX_TICKS {
+        for points in self.predictions(region, state) {
             if region.gauge(points[self.len - 1]) > 1.0 {
                 return false;
             }
             if self.lead(region, &points) <= 1.0 {
                 return true;
             }
-            self.advance(&mut points);
         }
         false
     }

@@ -46,11 +46,6 @@ impl State {
         Point2::new(self.x[2], self.y[2])
     }
 
-    /// Divergent component of motion, or capture point: com + com_vel / omega (m).
-    pub fn dcm(&self, omega: f64) -> Point2<f64> {
-        self.com() + self.com_vel() / omega
-    }
-
     /// The state as one vector in the order of eq. 5.
     pub fn stacked(&self) -> Vector6<f64> {
         Vector6::new(self.x[0], self.x[1], self.x[2], self.y[0], self.y[1], self.y[2])
