@@ -56,7 +56,7 @@ pub struct CatchingWeights {
 impl Catching {
     /// Checks values; `file` is what errors call the gain set.
     pub fn validate(&self, file: &str) -> Result<()> {
-        for (field, value, least, most) in [
+        let ranges = [
             ("swing_time_s", self.swing_time_s, 0.02, 2.0),
             ("lift_m", self.lift_m, 0.0, 0.2),
             ("late_s", self.late_s, 0.0, 1.0),
@@ -65,13 +65,8 @@ impl Catching {
             ("settle_s", self.settle_s, 0.01, self.swing_time_s),
             ("weights.zmp", self.weights.zmp, 1e-9, 1e9),
             ("weights.place", self.weights.place, 1e-9, 1e9),
-        ] {
-            if !(least..=most).contains(&value) {
-                let accepted = format!("{least} to {most}");
-                return Err(Error::value(file, format!("catching.{field}"), value, "out of range", accepted));
-            }
-        }
-        Ok(())
+        ];
+        Error::check_ranges(file, "catching", &ranges)
     }
 }
 

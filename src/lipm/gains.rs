@@ -106,13 +106,8 @@ impl GainSet {
         if let Some(catching) = &self.catching {
             if self.standing == Standing::Posture || self.stepping.is_some() {
                 let problem = "needs sets that tell when to step, and is instead of [stepping]";
-                return Err(Error::value(
-                    file,
-                    "catching",
-                    "a table",
-                    problem,
-                    "standing = \"switching\", no [stepping]",
-                ));
+                let accepted = "standing = \"switching\", no [stepping]";
+                return Err(Error::value(file, "catching", "a table", problem, accepted));
             }
             catching.validate(file)?;
         }
@@ -123,13 +118,9 @@ impl GainSet {
             }
             for (axis, poles) in [("x", gain.x), ("y", gain.y)] {
                 if let Some(k) = poles.iter().position(|p| !(p.is_finite() && *p > 0.0)) {
-                    return Err(Error::value(
-                        file,
-                        format!("gains[{i}].{axis}[{k}]"),
-                        poles[k],
-                        format!("gain {:?} would be unstable", gain.name),
-                        "positive numbers: multiples of -omega",
-                    ));
+                    let (field, problem) =
+                        (format!("gains[{i}].{axis}[{k}]"), format!("gain {:?} would be unstable", gain.name));
+                    return Err(Error::value(file, field, poles[k], problem, "positive numbers: multiples of -omega"));
                 }
             }
         }

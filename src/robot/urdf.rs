@@ -169,14 +169,8 @@ fn root(file: &str, urdf: &urdf_rs::Robot, ends: &[(usize, usize)]) -> Result<us
         let carriers: Vec<_> =
             urdf.joints.iter().zip(ends).filter(|(_, e)| e.1 == link).map(|(j, _)| j.name.as_str()).collect();
         if carriers.len() > 1 {
-            let field = format!("link {}", l.name);
-            return Err(Error::value(
-                file,
-                field,
-                carriers.join(", "),
-                "child of several joints",
-                "one joint per link",
-            ));
+            let (field, value) = (format!("link {}", l.name), carriers.join(", "));
+            return Err(Error::value(file, field, value, "child of several joints", "one joint per link"));
         }
     }
     let mut roots = (0..urdf.links.len()).filter(|link| ends.iter().all(|e| e.1 != *link));
@@ -193,13 +187,8 @@ fn root(file: &str, urdf: &urdf_rs::Robot, ends: &[(usize, usize)]) -> Result<us
 fn revolute(file: &str, joint: &urdf_rs::Joint, parent: usize, origin: Isometry3<f64>) -> Result<Joint> {
     let field = |what: &str| format!("joint {}: {what}", joint.name);
     if let Some(mimic) = &joint.mimic {
-        return Err(Error::value(
-            file,
-            field("mimic"),
-            &mimic.joint,
-            "not supported",
-            "joints with a servo of their own",
-        ));
+        let accepted = "joints with a servo of their own";
+        return Err(Error::value(file, field("mimic"), &mimic.joint, "not supported", accepted));
     }
     let xyz = Vector3::from(*joint.axis.xyz);
     let Some(axis) = Unit::try_new(xyz, 1e-9) else {
