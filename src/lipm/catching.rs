@@ -150,9 +150,9 @@ fn landing(weights: &CatchingWeights, problem: &CatchProblem, dcm: Vector2<f64>,
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::cases;
     use super::*;
     use proptest::prelude::*;
-    use proptest::test_runner::RngSeed;
 
     const WEIGHTS: CatchingWeights = CatchingWeights { zmp: 0.01, place: 0.01 };
     const PROBLEM: CatchProblem = CatchProblem {
@@ -227,9 +227,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig {
-            rng_seed: RngSeed::Fixed(5), failure_persistence: None, ..ProptestConfig::with_cases(300)
-        })]
+        #![proptest_config(cases(5, 300))]
 
         /// Nothing within reach does better, by its own measure; and it promises what the pendulum does.
         #[test]

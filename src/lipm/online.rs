@@ -283,17 +283,10 @@ fn is_finite(state: &State) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::{cases, family};
     use super::*;
-    use crate::lipm::gains::GainSet;
     use nalgebra::Point2;
     use proptest::prelude::*;
-    use proptest::test_runner::RngSeed;
-
-    const PENDULUM: Pendulum = Pendulum { omega: 5.63, dt: 0.002 };
-
-    fn family() -> GainFamily {
-        GainFamily::design(&GainSet::load("switching").unwrap(), PENDULUM).unwrap()
-    }
 
     /// The definition: three seconds of the closed loop, the ZMP farthest outside of Z less the point of Z on its way
     /// home.
@@ -323,9 +316,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig {
-            rng_seed: RngSeed::Fixed(4), failure_persistence: None, ..ProptestConfig::with_cases(256)
-        })]
+        #![proptest_config(cases(4, 256))]
 
         #[test]
         fn the_zmp_error_is_that_of_a_roll_out(

@@ -94,16 +94,13 @@ fn cut(corners: &[Corner], excess: impl Fn(&Corner) -> f64) -> Vec<Corner> {
 mod tests {
     use super::*;
     use crate::geometry::SupportPolygon;
-    use crate::lipm::gains::{GainFamily, GainSet};
-    use crate::lipm::pendulum::Pendulum;
+    use crate::lipm::testing::family;
     use nalgebra::Vector2;
-
-    const PENDULUM: Pendulum = Pendulum { omega: 5.63, dt: 0.002 };
 
     /// The definition: a COM is in the slice if and only if the set holds the state with that COM.
     #[test]
     fn the_slice_is_where_the_set_holds_the_state() {
-        let family = GainFamily::design(&GainSet::load("switching").unwrap(), PENDULUM).unwrap();
+        let family = family();
         let mut sets = OnlineSets::new(&family);
         let z = SupportPolygon::hull(
             &[(-0.05, -0.08), (0.07, -0.06), (0.04, 0.08), (-0.05, 0.06)].map(|(x, y)| Point2::new(x, y)),
@@ -130,10 +127,6 @@ mod tests {
         let lost = State::new(Point2::origin(), Vector2::new(3.0, 0.0), Point2::new(-0.5, 0.0));
         assert!(sets.slice(0, &lost).is_empty());
         sets.clear();
-        assert!(sets.slice(0, &state_at_rest()).is_empty());
-    }
-
-    fn state_at_rest() -> State {
-        State::new(Point2::origin(), Vector2::zeros(), Point2::origin())
+        assert!(sets.slice(0, &State::default()).is_empty());
     }
 }
