@@ -42,7 +42,26 @@ impl Polytope {
 
     /// Linear programs over this set. Errors: the solver refuses the problem.
     pub fn programs(&self) -> Result<Programs> {
-        Programs::new(self)
+        let (count, n) = self.rows.shape();
+        let column =
+            DVector::from_iterator(n, self.rows.column_iter().map(|c| if c.amax() > 0.0 { c.amax() } else { 1.0 }));
+        let mut scaled = self.rows.clone();
+        for (mut c, s) in scaled.column_iter_mut().zip(column.iter()) {
+            c /= *s;
+        }
+        let svd = scaled.clone().svd(false, true);
+        let v_t = svd.v_t.ok_or_else(|| failure("no singular vectors"))?;
+        let largest = svd.singular_values.max();
+        let kept: Vec<usize> =
+            (0..svd.singular_values.len()).filter(|&i| svd.singular_values[i] > 1e-11 * largest).collect();
+        let rank = kept.len();
+        let size = (count as f64).sqrt();
+        let sigma = |k: usize| svd.singular_values[kept[k]] / size;
+        let dual = DMatrix::from_fn(n, rank, |i, k| v_t[(kept[k], i)] / sigma(k));
+        let basis = DMatrix::from_fn(n, rank, |i, k| v_t[(kept[k], i)] * sigma(k));
+
+        let solver = solver(&vec![0.0; rank], &(scaled * &dual), &vec![1.0; count], &[NonnegativeConeT(count)])?;
+        Ok(Programs { basis, dual, column, solver })
     }
 
     /// Whether every point of this set lies in `other`, to within `tolerance` on the right-hand sides of `other`.
@@ -75,29 +94,6 @@ pub struct Programs {
 }
 
 impl Programs {
-    fn new(set: &Polytope) -> Result<Self> {
-        let (count, n) = set.rows.shape();
-        let column =
-            DVector::from_iterator(n, set.rows.column_iter().map(|c| if c.amax() > 0.0 { c.amax() } else { 1.0 }));
-        let mut scaled = set.rows.clone();
-        for (mut c, s) in scaled.column_iter_mut().zip(column.iter()) {
-            c /= *s;
-        }
-        let svd = scaled.clone().svd(false, true);
-        let v_t = svd.v_t.ok_or_else(|| failure("no singular vectors"))?;
-        let largest = svd.singular_values.max();
-        let kept: Vec<usize> =
-            (0..svd.singular_values.len()).filter(|&i| svd.singular_values[i] > 1e-11 * largest).collect();
-        let rank = kept.len();
-        let size = (count as f64).sqrt();
-        let sigma = |k: usize| svd.singular_values[kept[k]] / size;
-        let dual = DMatrix::from_fn(n, rank, |i, k| v_t[(kept[k], i)] / sigma(k));
-        let basis = DMatrix::from_fn(n, rank, |i, k| v_t[(kept[k], i)] * sigma(k));
-
-        let solver = solver(&vec![0.0; rank], &(scaled * &dual), &vec![1.0; count], &[NonnegativeConeT(count)])?;
-        Ok(Self { basis, dual, column, solver })
-    }
-
     /// Maximises `row . x` over the set. Errors: the solver gives up.
     pub fn maximise(&mut self, row: &RowDVector<f64>) -> Result<Maximum> {
         let unbounded = || Maximum { value: f64::INFINITY, at: DVector::zeros(self.column.len()) };
