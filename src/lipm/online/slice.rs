@@ -5,7 +5,7 @@
 //! columns). Cutting ends by the rule of the sets themselves: when at every corner of what is left the points that lead to
 //! the ZMP lie in Z, they do all over it, and nothing more is cut.
 
-use super::{Cascade, MAX_TICKS, OnlineSets, Points, Region, is_finite};
+use super::{MAX_TICKS, OnlineSets, Points, is_finite};
 use crate::lipm::pendulum::State;
 use nalgebra::Point2;
 
@@ -15,11 +15,34 @@ const FARTHEST_M: f64 = 2.0;
 impl OnlineSets {
     /// Corners of the slice of the set of gain `index` at the COM velocity and the ZMP of `state`, counter-clockwise (m,
     /// control frame); empty where no COM would do.
-    ///
-    /// # Panics
-    /// If there is no gain `index`.
     pub fn slice(&self, index: usize, state: &State) -> Vec<Point2<f64>> {
-        self.cascades[index].slice(&self.region, state)
+        let (cascade, region) = (&self.cascades[index], &self.region);
+        if !region.holds_origin || !is_finite(state) {
+            return Vec::new();
+        }
+        let [far, near] = [FARTHEST_M, -FARTHEST_M];
+        let mut corners: Vec<Corner> = [(near, near), (far, near), (far, far), (near, far)]
+            .map(|(x, y)| {
+                let com = Point2::new(x, y);
+                Corner { com, points: cascade.start(&State::new(com, state.com_vel(), state.zmp())) }
+            })
+            .to_vec();
+        for _ in 0..MAX_TICKS {
+            for (x, y) in region.x.iter().zip(region.y) {
+                let excess = |corner: &Corner| {
+                    let [zmp_x, zmp_y] = cascade.zmp(&corner.points);
+                    x * zmp_x + y * zmp_y - 1.0
+                };
+                corners = cut(&corners, excess);
+            }
+            if corners.iter().all(|corner| cascade.lead(region, &corner.points) <= 1.0) {
+                break;
+            }
+            for corner in &mut corners {
+                cascade.advance(&mut corner.points);
+            }
+        }
+        corners.into_iter().map(|corner| corner.com).collect()
     }
 }
 
@@ -40,37 +63,6 @@ impl Corner {
             }
         }
         Self { com: a.com + share * (b.com - a.com), points }
-    }
-}
-
-impl Cascade {
-    fn slice(&self, region: &Region, state: &State) -> Vec<Point2<f64>> {
-        if !region.holds_origin || !is_finite(state) {
-            return Vec::new();
-        }
-        let [far, near] = [FARTHEST_M, -FARTHEST_M];
-        let mut corners: Vec<Corner> = [(near, near), (far, near), (far, far), (near, far)]
-            .map(|(x, y)| {
-                let com = Point2::new(x, y);
-                Corner { com, points: self.start(&State::new(com, state.com_vel(), state.zmp())) }
-            })
-            .to_vec();
-        for _ in 0..MAX_TICKS {
-            for (x, y) in region.x.iter().zip(region.y) {
-                let excess = |corner: &Corner| {
-                    let [zmp_x, zmp_y] = corner.points[self.len - 1];
-                    x * zmp_x + y * zmp_y - 1.0
-                };
-                corners = cut(&corners, excess);
-            }
-            if corners.iter().all(|corner| self.lead(region, &corner.points) <= 1.0) {
-                break;
-            }
-            for corner in &mut corners {
-                self.advance(&mut corner.points);
-            }
-        }
-        corners.into_iter().map(|corner| corner.com).collect()
     }
 }
 
