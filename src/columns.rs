@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::files::write_atomic;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical, ZstdLevel};
-use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::{properties::WriterProperties, writer::SerializedColumnWriter, writer::SerializedFileWriter};
 use parquet::schema::types::Type;
@@ -22,7 +22,6 @@ pub enum Data {
     F64(Vec<f64>),
     OptF64(Vec<Option<f64>>),
     I64(Vec<i64>),
-    Bool(Vec<bool>),
     Text(Vec<String>),
     OptText(Vec<Option<String>>),
 }
@@ -32,27 +31,14 @@ impl Column {
         Self { name: name.into(), data }
     }
 
-    /// Count of rows.
-    fn len(&self) -> usize {
+    /// Text of each value; a float in the shortest form that reads back to the same bits.
+    fn cells(&self) -> Vec<String> {
         match &self.data {
-            Data::F64(v) => v.len(),
-            Data::OptF64(v) => v.len(),
-            Data::I64(v) => v.len(),
-            Data::Bool(v) => v.len(),
-            Data::Text(v) => v.len(),
-            Data::OptText(v) => v.len(),
-        }
-    }
-
-    /// Text of one value; a float in the shortest form that reads back to the same bits.
-    fn cell(&self, row: usize) -> String {
-        match &self.data {
-            Data::F64(v) => v[row].to_string(),
-            Data::OptF64(v) => v[row].map(|x| x.to_string()).unwrap_or_default(),
-            Data::I64(v) => v[row].to_string(),
-            Data::Bool(v) => v[row].to_string(),
-            Data::Text(v) => v[row].clone(),
-            Data::OptText(v) => v[row].clone().unwrap_or_default(),
+            Data::F64(v) => v.iter().map(f64::to_string).collect(),
+            Data::OptF64(v) => v.iter().map(|x| x.map(|x| x.to_string()).unwrap_or_default()).collect(),
+            Data::I64(v) => v.iter().map(i64::to_string).collect(),
+            Data::Text(v) => v.clone(),
+            Data::OptText(v) => v.iter().map(|x| x.clone().unwrap_or_default()).collect(),
         }
     }
 }
@@ -72,10 +58,10 @@ pub fn write(path: &Path, columns: &[Column]) -> Result<()> {
 /// Writes columns of equal length as CSV, names in the first line, floats with all their digits.
 fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
     let mut out = csv::Writer::from_writer(Vec::new());
-    let rows = columns.first().map_or(0, Column::len);
     out.write_record(columns.iter().map(|c| &c.name)).map_err(|e| other(path, e))?;
-    for row in 0..rows {
-        out.write_record(columns.iter().map(|c| c.cell(row))).map_err(|e| other(path, e))?;
+    let cells: Vec<Vec<String>> = columns.iter().map(Column::cells).collect();
+    for row in 0..cells.first().map_or(0, Vec::len) {
+        out.write_record(cells.iter().map(|column| &column[row])).map_err(|e| other(path, e))?;
     }
     write_atomic(path, &out.into_inner().map_err(|e| other(path, e.into_error()))?)
 }
@@ -106,7 +92,6 @@ fn field(column: &Column) -> Result<Type, ParquetError> {
         Data::F64(_) => (Physical::DOUBLE, false),
         Data::OptF64(_) => (Physical::DOUBLE, true),
         Data::I64(_) => (Physical::INT64, false),
-        Data::Bool(_) => (Physical::BOOLEAN, false),
         Data::Text(_) => (Physical::BYTE_ARRAY, false),
         Data::OptText(_) => (Physical::BYTE_ARRAY, true),
     };
@@ -124,7 +109,6 @@ fn write_column(writer: &mut SerializedColumnWriter<'_>, data: &Data) -> Result<
             writer.typed::<DoubleType>().write_batch(&values, Some(&present(v)), None)?
         }
         Data::I64(v) => writer.typed::<Int64Type>().write_batch(v, None, None)?,
-        Data::Bool(v) => writer.typed::<BoolType>().write_batch(v, None, None)?,
         Data::Text(v) => {
             let values: Vec<_> = v.iter().map(text).collect();
             writer.typed::<ByteArrayType>().write_batch(&values, None, None)?
@@ -157,7 +141,6 @@ mod tests {
             Column::new("time_s", Data::F64(vec![0.1, f64::NAN, 1.0 / 3.0])),
             Column::new("fell_at_s", Data::OptF64(vec![None, Some(2.5), None])),
             Column::new("trial", Data::I64(vec![0, 1, -1])),
-            Column::new("held", Data::Bool(vec![true, false, true])),
             Column::new("set", Data::Text(vec!["a".into(), "b, \"c\"".into(), "ü".into()])),
             Column::new("fall_cause", Data::OptText(vec![Some("knee".into()), None, None])),
         ]
@@ -178,9 +161,9 @@ mod tests {
         assert!(matches!(rows[1][0], Field::Double(x) if x.is_nan()));
         assert_eq!(rows[2][0], Field::Double(1.0 / 3.0));
         assert_eq!((&rows[0][1], &rows[1][1]), (&Field::Null, &Field::Double(2.5)));
-        assert_eq!((&rows[2][2], &rows[1][3]), (&Field::Long(-1), &Field::Bool(false)));
-        assert_eq!((&rows[2][4], &rows[1][5]), (&Field::Str("ü".into()), &Field::Null));
-        assert_eq!(rows[0][5], Field::Str("knee".into()));
+        assert_eq!(rows[2][2], Field::Long(-1));
+        assert_eq!((&rows[2][3], &rows[1][4]), (&Field::Str("ü".into()), &Field::Null));
+        assert_eq!(rows[0][4], Field::Str("knee".into()));
     }
 
     #[test]
@@ -190,9 +173,9 @@ mod tests {
         write(&path, &sample()).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(lines[0], "time_s,fell_at_s,trial,held,set,fall_cause");
-        assert_eq!(lines[2], "NaN,2.5,1,false,\"b, \"\"c\"\"\",");
-        assert_eq!(lines[3], "0.3333333333333333,,-1,true,ü,");
+        assert_eq!(lines[0], "time_s,fell_at_s,trial,set,fall_cause");
+        assert_eq!(lines[2], "NaN,2.5,1,\"b, \"\"c\"\"\",");
+        assert_eq!(lines[3], "0.3333333333333333,,-1,ü,");
     }
 
     #[test]

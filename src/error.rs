@@ -65,6 +65,17 @@ impl Error {
             accepted: accepted.into(),
         }
     }
+
+    /// Checks numbers of a table of `file`: name, value, smallest and largest accepted value of each.
+    pub fn check_ranges(file: &str, table: &str, numbers: &[(&str, f64, f64, f64)]) -> Result<()> {
+        match numbers.iter().find(|(_, value, least, most)| !(least..=most).contains(&value)) {
+            Some((name, value, least, most)) => {
+                let (field, accepted) = (format!("{table}.{name}"), format!("{least} to {most}"));
+                Err(Error::value(file, field, value, "out of range", accepted))
+            }
+            None => Ok(()),
+        }
+    }
 }
 
 /// Result with this crate's [`Error`].

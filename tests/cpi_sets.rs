@@ -306,9 +306,10 @@ fn any_support() -> impl Strategy<Value = SupportPolygon> {
         |(stride, width, yaw, heading, share)| {
             let hull = hull_of_soles(stride, width, yaw);
             let direction = Vector2::new(heading.cos(), heading.sin());
-            let reach = hull.distance_along(hull.centroid(), direction).unwrap();
-            let origin = hull.centroid() + direction * (reach * share);
-            hull.transformed(&Isometry2::translation(-origin.x, -origin.y))
+            // The middle: the origin, halfway from sole to sole.
+            let origin = direction * (hull.distance_along(Point2::origin(), direction).unwrap() * share);
+            let moved: Vec<_> = hull.vertices().iter().map(|v| v - origin).collect();
+            SupportPolygon::hull(&moved).unwrap()
         },
     )
 }

@@ -55,6 +55,16 @@ fn at(time: f64) -> At {
     At { posture, velocity, acceleration, kinematics, dynamics }
 }
 
+impl At {
+    /// Linear (N s), and angular about the COM (N m s), by the rows of the mass matrix.
+    fn momentum(&self) -> [Vector3<f64>; 2] {
+        let row = |i: usize| self.dynamics.mass_matrix().column(i).dot(&self.velocity);
+        let (linear, about_base) = (Vector3::from_fn(|i, _| row(i)), Vector3::from_fn(|i, _| row(3 + i)));
+        let lever = self.kinematics.com().coords - self.posture.base.translation.vector;
+        [linear, about_base - lever.cross(&linear)]
+    }
+}
+
 fn of(posture: &Posture, velocity: &DVector<f64>) -> (Kinematics, Dynamics) {
     let mut kinematics = Kinematics::new(&ROBOT);
     kinematics.update(&ROBOT, posture);
@@ -144,7 +154,7 @@ fn at_rest_the_bias_is_the_load_of_gravity() {
 #[test]
 fn momentum_changes_by_the_wrench_on_the_base() {
     let momentum = |at: &At| {
-        let [p, l] = at.dynamics.momentum(&at.kinematics, &at.velocity);
+        let [p, l] = at.momentum();
         [p.x, p.y, p.z, l.x, l.y, l.z]
     };
     for time in TIMES {
@@ -168,7 +178,7 @@ fn momentum_changes_by_the_wrench_on_the_base() {
             sum += (com - now.kinematics.com()).cross(&(linear * link.mass_kg));
             sum += turn * (link.inertia_kg_m2 * (turn.inverse() * angular));
         }
-        let [_, angular] = now.dynamics.momentum(&now.kinematics, &now.velocity);
+        let [_, angular] = now.momentum();
         assert!((angular - sum).norm() < 1e-12, "{time} s: {angular} {sum}");
     }
 }
@@ -228,7 +238,7 @@ fn bias_accelerations_are_what_the_jacobians_leave_over() {
         let mut jacobian = nalgebra::Matrix3xX::zeros(now.velocity.len());
         now.kinematics.com_jacobian(&ROBOT, &mut jacobian);
         let [x, y, z] = rate(time, |at| {
-            let [p, _] = at.dynamics.momentum(&at.kinematics, &at.velocity);
+            let [p, _] = at.momentum();
             (p / ROBOT.mass()).into()
         });
         let com_acc = jacobian * &now.acceleration + now.dynamics.com_bias_acc();

@@ -2,7 +2,7 @@
 //!
 //! A polygon is a value of fixed size, so that the controller can build a new one at every tick without allocation.
 
-use nalgebra::{Isometry2, Point2, Vector2};
+use nalgebra::{Point2, Vector2};
 
 /// A convex polygon, counter-clockwise, of at most [`SupportPolygon::MAX`] vertices (two soles make eight); no heap.
 ///
@@ -101,12 +101,7 @@ impl SupportPolygon {
         if !(xmin < xmax && ymin < ymax) {
             return None;
         }
-        Self::hull(&[
-            Point2::new(xmin, ymin),
-            Point2::new(xmax, ymin),
-            Point2::new(xmax, ymax),
-            Point2::new(xmin, ymax),
-        ])
+        Self::hull(&[(xmin, ymin), (xmax, ymin), (xmax, ymax), (xmin, ymax)].map(|(x, y)| Point2::new(x, y)))
     }
 
     /// Vertices, counter-clockwise.
@@ -189,28 +184,6 @@ impl SupportPolygon {
         Self::hull(&kept[..len])
     }
 
-    /// The polygon in the frame into which `pose` leads: each vertex v becomes `pose * v`.
-    pub fn transformed(&self, pose: &Isometry2<f64>) -> Self {
-        let mut moved = *self;
-        for v in &mut moved.vertices[..self.len] {
-            *v = pose * *v;
-        }
-        moved
-    }
-
-    /// Centre of area.
-    pub fn centroid(&self) -> Point2<f64> {
-        let origin = self.vertices[0];
-        let (mut area, mut moment) = (0.0, Vector2::zeros());
-        for (a, b) in self.edges() {
-            let (a, b) = (a - origin, b - origin);
-            let double = a.perp(&b);
-            area += double;
-            moment += (a + b) * (double / 3.0);
-        }
-        origin + moment / area
-    }
-
     /// Area [m^2].
     pub fn area(&self) -> f64 {
         let origin = self.vertices[0];
@@ -250,6 +223,7 @@ fn turn(a: Point2<f64>, b: Point2<f64>, c: Point2<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Isometry2;
     use proptest::prelude::*;
 
     fn soles(stride: f64, yaw: f64) -> Vec<Point2<f64>> {
@@ -264,7 +238,7 @@ mod tests {
         let home = SupportPolygon::hull(&soles(0.0, 0.0)).unwrap();
         assert_eq!(home.vertices().len(), 4);
         assert!((home.area() - 4.0 * 0.0481 * 0.0831).abs() < 1e-12);
-        assert!(home.centroid().coords.norm() < 1e-12);
+        assert!(home.vertices().iter().map(|v| v.coords).sum::<Vector2<f64>>().norm() < 1e-12);
         assert_eq!(SupportPolygon::hull(&soles(0.05, 0.0)).unwrap().vertices().len(), 6);
     }
 

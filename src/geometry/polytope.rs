@@ -1,8 +1,8 @@
 //! Convex polytopes `{x | S x <= 1}` and the linear programs on them (clarabel).
 
-use crate::error::{Error, Result};
-use clarabel::algebra::CscMatrix;
-use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
+use super::program::{failure, solver};
+use crate::error::Result;
+use clarabel::solver::{DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 /// A convex set that holds the origin inside: `{x | S x <= 1}`, one row of S for each half space. It may be unbounded.
@@ -21,8 +21,6 @@ pub struct Maximum {
     pub at: DVector<f64>,
 }
 
-/// Accuracy asked of the solver, relative to right-hand sides of 1.
-const SOLVER_TOLERANCE: f64 = 1e-10;
 /// A linear function whose part outside of the span of the rows is larger than this (relative) is unbounded.
 const SPAN_TOLERANCE: f64 = 1e-9;
 
@@ -44,7 +42,26 @@ impl Polytope {
 
     /// Linear programs over this set. Errors: the solver refuses the problem.
     pub fn programs(&self) -> Result<Programs> {
-        Programs::new(self)
+        let (count, n) = self.rows.shape();
+        let column =
+            DVector::from_iterator(n, self.rows.column_iter().map(|c| if c.amax() > 0.0 { c.amax() } else { 1.0 }));
+        let mut scaled = self.rows.clone();
+        for (mut c, s) in scaled.column_iter_mut().zip(column.iter()) {
+            c /= *s;
+        }
+        let svd = scaled.clone().svd(false, true);
+        let v_t = svd.v_t.ok_or_else(|| failure("no singular vectors"))?;
+        let largest = svd.singular_values.max();
+        let kept: Vec<usize> =
+            (0..svd.singular_values.len()).filter(|&i| svd.singular_values[i] > 1e-11 * largest).collect();
+        let rank = kept.len();
+        let size = (count as f64).sqrt();
+        let sigma = |k: usize| svd.singular_values[kept[k]] / size;
+        let dual = DMatrix::from_fn(n, rank, |i, k| v_t[(kept[k], i)] / sigma(k));
+        let basis = DMatrix::from_fn(n, rank, |i, k| v_t[(kept[k], i)] * sigma(k));
+
+        let solver = solver(&vec![0.0; rank], &(scaled * &dual), &vec![1.0; count], &[NonnegativeConeT(count)])?;
+        Ok(Programs { basis, dual, column, solver })
     }
 
     /// Whether every point of this set lies in `other`, to within `tolerance` on the right-hand sides of `other`.
@@ -77,54 +94,6 @@ pub struct Programs {
 }
 
 impl Programs {
-    fn new(set: &Polytope) -> Result<Self> {
-        let (count, n) = set.rows.shape();
-        let column =
-            DVector::from_iterator(n, set.rows.column_iter().map(|c| if c.amax() > 0.0 { c.amax() } else { 1.0 }));
-        let mut scaled = set.rows.clone();
-        for (mut c, s) in scaled.column_iter_mut().zip(column.iter()) {
-            c /= *s;
-        }
-        let svd = scaled.clone().svd(false, true);
-        let v_t = svd.v_t.ok_or_else(|| failure("no singular vectors"))?;
-        let largest = svd.singular_values.max();
-        let kept: Vec<usize> =
-            (0..svd.singular_values.len()).filter(|&i| svd.singular_values[i] > 1e-11 * largest).collect();
-        let rank = kept.len();
-        let size = (count as f64).sqrt();
-        let sigma = |k: usize| svd.singular_values[kept[k]] / size;
-        let dual = DMatrix::from_fn(n, rank, |i, k| v_t[(kept[k], i)] / sigma(k));
-        let basis = DMatrix::from_fn(n, rank, |i, k| v_t[(kept[k], i)] * sigma(k));
-
-        let reduced = scaled * &dual;
-        let a = CscMatrix::new(
-            count,
-            rank,
-            (0..=rank).map(|k| k * count).collect(),
-            (0..rank).flat_map(|_| 0..count).collect(),
-            reduced.as_slice().to_vec(),
-        );
-        let settings = DefaultSettingsBuilder::default()
-            .verbose(false)
-            .max_threads(1)
-            .presolve_enable(false)
-            .tol_gap_abs(SOLVER_TOLERANCE)
-            .tol_gap_rel(SOLVER_TOLERANCE)
-            .tol_feas(SOLVER_TOLERANCE)
-            .build()
-            .map_err(|e| failure(e.to_string()))?;
-        let solver = DefaultSolver::new(
-            &CscMatrix::zeros((rank, rank)),
-            &vec![0.0; rank],
-            &a,
-            &vec![1.0; count],
-            &[NonnegativeConeT(count)],
-            settings,
-        )
-        .map_err(|e| failure(e.to_string()))?;
-        Ok(Self { basis, dual, column, solver })
-    }
-
     /// Maximises `row . x` over the set. Errors: the solver gives up.
     pub fn maximise(&mut self, row: &RowDVector<f64>) -> Result<Maximum> {
         let unbounded = || Maximum { value: f64::INFINITY, at: DVector::zeros(self.column.len()) };
@@ -140,7 +109,7 @@ impl Programs {
             return Ok(Maximum { value: 0.0, at: DVector::zeros(self.column.len()) });
         }
         let cost: Vec<f64> = reduced.iter().map(|c| -c / size).collect();
-        self.solver.update_q(&cost).map_err(|e| failure(e.to_string()))?;
+        self.solver.update_q(&cost).map_err(failure)?;
         self.solver.solve();
         let solution = &self.solver.solution;
         match solution.status {
@@ -153,10 +122,6 @@ impl Programs {
             status => Err(failure(format!("{status:?}"))),
         }
     }
-}
-
-fn failure(problem: impl Into<String>) -> Error {
-    Error::Numeric { what: "linear program".into(), problem: problem.into() }
 }
 
 #[cfg(test)]

@@ -3,10 +3,12 @@
 
 use crate::error::{Error, Result};
 use clarabel::algebra::CscMatrix;
-use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, ZeroConeT};
+use clarabel::solver::{
+    DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, SupportedConeT, ZeroConeT,
+};
 use nalgebra::DMatrix;
 
-/// Accuracy asked of the solver.
+/// Accuracy asked of the solver; of a polytope's programs relative to right-hand sides of 1.
 const TOLERANCE: f64 = 1e-10;
 /// Constraints that have to give way by more are met by nothing.
 const MISSED: f64 = 1e-7;
@@ -59,23 +61,10 @@ impl LinearProgram {
         for (i, (row, _)) in all().enumerate() {
             row.iter().enumerate().for_each(|(j, value)| a[(i, j)] = *value);
         }
-        let starts = (0..=n).map(|j| j * rows).collect();
-        let places = (0..n).flat_map(|_| 0..rows).collect();
-        let a = CscMatrix::new(rows, n, starts, places, a.as_slice().to_vec());
         let b: Vec<f64> = all().map(|(_, b)| *b).collect();
         let cost: Vec<f64> = self.cost.iter().map(|c| -c).collect();
         let cones = [ZeroConeT(equal.len()), NonnegativeConeT(at_most.len())];
-        let settings = DefaultSettingsBuilder::default()
-            .verbose(false)
-            .max_threads(1)
-            .presolve_enable(false)
-            .tol_gap_abs(TOLERANCE)
-            .tol_gap_rel(TOLERANCE)
-            .tol_feas(TOLERANCE)
-            .build()
-            .map_err(|e| failure(e.to_string()))?;
-        let mut solver = DefaultSolver::new(&CscMatrix::zeros((n, n)), &cost, &a, &b, &cones, settings)
-            .map_err(|e| failure(e.to_string()))?;
+        let mut solver = solver(&cost, &a, &b, &cones)?;
         solver.solve();
         let solution = solver.solution;
         match solution.status {
@@ -101,8 +90,31 @@ impl LinearProgram {
     }
 }
 
-fn failure(problem: impl Into<String>) -> Error {
-    Error::Numeric { what: "linear program".into(), problem: problem.into() }
+/// A solver of `min cost . x` subject to `a x + s = b` with s in the cones.
+pub(super) fn solver(
+    cost: &[f64],
+    a: &DMatrix<f64>,
+    b: &[f64],
+    cones: &[SupportedConeT<f64>],
+) -> Result<DefaultSolver<f64>> {
+    let (rows, n) = a.shape();
+    let starts = (0..=n).map(|j| j * rows).collect();
+    let places = (0..n).flat_map(|_| 0..rows).collect();
+    let a = CscMatrix::new(rows, n, starts, places, a.as_slice().to_vec());
+    let settings = DefaultSettingsBuilder::default()
+        .verbose(false)
+        .max_threads(1)
+        .presolve_enable(false)
+        .tol_gap_abs(TOLERANCE)
+        .tol_gap_rel(TOLERANCE)
+        .tol_feas(TOLERANCE)
+        .build()
+        .map_err(failure)?;
+    DefaultSolver::new(&CscMatrix::zeros((n, n)), cost, &a, b, cones, settings).map_err(failure)
+}
+
+pub(super) fn failure(problem: impl ToString) -> Error {
+    Error::Numeric { what: "linear program".into(), problem: problem.to_string() }
 }
 
 #[cfg(test)]

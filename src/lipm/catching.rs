@@ -56,7 +56,7 @@ pub struct CatchingWeights {
 impl Catching {
     /// Checks values; `file` is what errors call the gain set.
     pub fn validate(&self, file: &str) -> Result<()> {
-        for (field, value, least, most) in [
+        let ranges = [
             ("swing_time_s", self.swing_time_s, 0.02, 2.0),
             ("lift_m", self.lift_m, 0.0, 0.2),
             ("late_s", self.late_s, 0.0, 1.0),
@@ -65,13 +65,8 @@ impl Catching {
             ("settle_s", self.settle_s, 0.01, self.swing_time_s),
             ("weights.zmp", self.weights.zmp, 1e-9, 1e9),
             ("weights.place", self.weights.place, 1e-9, 1e9),
-        ] {
-            if !(least..=most).contains(&value) {
-                let accepted = format!("{least} to {most}");
-                return Err(Error::value(file, format!("catching.{field}"), value, "out of range", accepted));
-            }
-        }
-        Ok(())
+        ];
+        Error::check_ranges(file, "catching", &ranges)
     }
 }
 
@@ -155,9 +150,9 @@ fn landing(weights: &CatchingWeights, problem: &CatchProblem, dcm: Vector2<f64>,
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::cases;
     use super::*;
     use proptest::prelude::*;
-    use proptest::test_runner::RngSeed;
 
     const WEIGHTS: CatchingWeights = CatchingWeights { zmp: 0.01, place: 0.01 };
     const PROBLEM: CatchProblem = CatchProblem {
@@ -232,9 +227,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig {
-            rng_seed: RngSeed::Fixed(5), failure_persistence: None, ..ProptestConfig::with_cases(300)
-        })]
+        #![proptest_config(cases(5, 300))]
 
         /// Nothing within reach does better, by its own measure; and it promises what the pendulum does.
         #[test]

@@ -228,13 +228,9 @@ fn constraint_rows(polygon: &SupportPolygon) -> Result<DMatrix<f64>> {
     for (i, h) in polygon.half_planes().enumerate() {
         if h.distance <= 0.0 {
             let vertices: Vec<String> = polygon.vertices().iter().map(|v| format!("({}, {})", v.x, v.y)).collect();
-            return Err(Error::value(
-                "support",
-                "polygon",
-                vertices.join(" "),
-                "the origin is not inside: no set holds any state",
-                "a polygon with the origin strictly inside",
-            ));
+            let (problem, accepted) =
+                ("the origin is not inside: no set holds any state", "a polygon with the origin strictly inside");
+            return Err(Error::value("support", "polygon", vertices.join(" "), problem, accepted));
         }
         (rows[(i, 2)], rows[(i, 5)]) = (h.normal.x / h.distance, h.normal.y / h.distance);
     }

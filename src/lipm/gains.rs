@@ -106,13 +106,8 @@ impl GainSet {
         if let Some(catching) = &self.catching {
             if self.standing == Standing::Posture || self.stepping.is_some() {
                 let problem = "needs sets that tell when to step, and is instead of [stepping]";
-                return Err(Error::value(
-                    file,
-                    "catching",
-                    "a table",
-                    problem,
-                    "standing = \"switching\", no [stepping]",
-                ));
+                let accepted = "standing = \"switching\", no [stepping]";
+                return Err(Error::value(file, "catching", "a table", problem, accepted));
             }
             catching.validate(file)?;
         }
@@ -123,13 +118,9 @@ impl GainSet {
             }
             for (axis, poles) in [("x", gain.x), ("y", gain.y)] {
                 if let Some(k) = poles.iter().position(|p| !(p.is_finite() && *p > 0.0)) {
-                    return Err(Error::value(
-                        file,
-                        format!("gains[{i}].{axis}[{k}]"),
-                        poles[k],
-                        format!("gain {:?} would be unstable", gain.name),
-                        "positive numbers: multiples of -omega",
-                    ));
+                    let (field, problem) =
+                        (format!("gains[{i}].{axis}[{k}]"), format!("gain {:?} would be unstable", gain.name));
+                    return Err(Error::value(file, field, poles[k], problem, "positive numbers: multiples of -omega"));
                 }
             }
         }
@@ -260,8 +251,9 @@ impl GainFamily {
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::PENDULUM;
     use super::*;
-    use crate::assets::{self, Kind};
+    use crate::assets::Kind;
 
     fn parse(text: &str) -> Result<GainSet> {
         GainSet::parse(&Source { file: "g.toml".into(), text: text.into() })
@@ -270,22 +262,21 @@ mod tests {
     #[test]
     fn the_built_in_sets_are_valid() {
         for name in Kind::Gains.names() {
-            let set = GainSet::parse(&assets::open(Kind::Gains, name).unwrap()).unwrap();
+            let set = GainSet::load(name).unwrap();
             assert_eq!(set.name, name);
-            let family = GainFamily::design(&set, Pendulum { omega: 5.63, dt: 0.002 }).unwrap();
+            let family = GainFamily::design(&set, PENDULUM).unwrap();
             assert_eq!(family.gains.len(), set.gains.len());
         }
     }
 
     #[test]
     fn the_feedback_is_the_closed_loop() {
-        let pendulum = Pendulum { omega: 5.63, dt: 0.002 };
         let poles = GainPoles { name: "g".into(), x: [0.2, 1.0, 5.0], y: [1.0, 2.0, 3.0] };
-        let gain = Gain::design(&pendulum, &poles);
+        let gain = Gain::design(&PENDULUM, &poles);
         let state = State { x: [0.01, -0.1, 0.02].into(), y: [-0.02, 0.3, 0.01].into() };
         let (rate, next) = (gain.zmp_rate(&state), gain.successor(&state));
-        assert!((pendulum.step(&state.x, rate.x) - next.x).norm() < 1e-14);
-        assert!((pendulum.step(&state.y, rate.y) - next.y).norm() < 1e-14);
+        assert!((PENDULUM.step(&state.x, rate.x) - next.x).norm() < 1e-14);
+        assert!((PENDULUM.step(&state.y, rate.y) - next.y).norm() < 1e-14);
         assert!((gain.closed_loop() * state.stacked() - next.stacked()).norm() < 1e-15);
     }
 

@@ -21,3 +21,43 @@ pub use cpi_set::CpiSet;
 pub use gains::{FootworkRules, Gain, GainFamily, GainSet, Standing};
 pub use online::OnlineSets;
 pub use pendulum::{Pendulum, State};
+
+/// What the tests of this room share.
+#[cfg(test)]
+mod testing {
+    use super::{GainFamily, GainSet, Pendulum};
+    use nalgebra::SVector;
+    use proptest::prelude::ProptestConfig;
+    use proptest::test_runner::RngSeed;
+
+    pub const PENDULUM: Pendulum = Pendulum { omega: 5.63, dt: 0.002 };
+
+    pub fn family() -> GainFamily {
+        GainFamily::design(&GainSet::load("switching").unwrap(), PENDULUM).unwrap()
+    }
+
+    /// The same cases in every run.
+    pub fn cases(seed: u64, count: u32) -> ProptestConfig {
+        let rng_seed = RngSeed::Fixed(seed);
+        ProptestConfig { rng_seed, failure_persistence: None, ..ProptestConfig::with_cases(count) }
+    }
+
+    /// What `x` becomes within `until_s`, given its rate of change, by Runge and Kutta's method.
+    pub fn integrated<const N: usize>(
+        rate: impl Fn(f64, SVector<f64, N>) -> SVector<f64, N>,
+        mut x: SVector<f64, N>,
+        until_s: f64,
+    ) -> SVector<f64, N> {
+        const STEPS: usize = 400;
+        let dt = until_s / STEPS as f64;
+        for k in 0..STEPS {
+            let t = k as f64 * dt;
+            let a = rate(t, x);
+            let b = rate(t + 0.5 * dt, x + a * (0.5 * dt));
+            let c = rate(t + 0.5 * dt, x + b * (0.5 * dt));
+            let d = rate(t + dt, x + c * dt);
+            x += (a + (b + c) * 2.0 + d) * (dt / 6.0);
+        }
+        x
+    }
+}

@@ -39,7 +39,7 @@ const MAX_TICKS: usize = 4096;
 /// An edge closer to the origin than this (m) leaves no set.
 const MIN_DISTANCE_M: f64 = 1e-9;
 
-/// The maximal CPI sets of a family on the support polygon of the moment.
+/// The maximal CPI sets of a family on the support polygon of the moment. What is asked of a gain that is not there panics.
 #[derive(Debug, Clone)]
 pub struct OnlineSets {
     cascades: Vec<Cascade>,
@@ -65,31 +65,36 @@ impl OnlineSets {
     }
 
     /// Number of gains.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.cascades.len()
-    }
-
-    /// Whether the family has no gains.
-    pub fn is_empty(&self) -> bool {
-        self.cascades.is_empty()
     }
 
     /// `min over rows of 1 - row . x` for the set of gain `index` (eq. 22 with all rows): not negative inside the set,
     /// 1 at rest at the origin, and -1 means that the polygon would have to be twice as large. Negative infinity when
     /// the set is empty or the state is not finite.
-    ///
-    /// # Panics
-    /// If there is no gain `index`.
     pub fn margin(&self, index: usize, state: &State) -> f64 {
-        self.cascades[index].margin(&self.region, state)
+        let (mut worst, mut lead) = (0.0_f64, f64::INFINITY);
+        for points in self.predictions(index, state) {
+            worst = worst.max(self.region.gauge(self.cascades[index].zmp(&points)));
+            lead = self.cascades[index].lead(&self.region, &points);
+            if lead <= worst {
+                break;
+            }
+        }
+        1.0 - worst.max(lead)
     }
 
     /// Whether the set of gain `index` holds the state: the sign of [`Self::margin`], found sooner.
-    ///
-    /// # Panics
-    /// If there is no gain `index`.
     pub fn holds(&self, index: usize, state: &State) -> bool {
-        self.cascades[index].holds(&self.region, state)
+        for points in self.predictions(index, state) {
+            if self.region.gauge(self.cascades[index].zmp(&points)) > 1.0 {
+                return false;
+            }
+            if self.cascades[index].lead(&self.region, &points) <= 1.0 {
+                return true;
+            }
+        }
+        false
     }
 
     /// The fastest gain whose set holds the state (Sect. III.D); None: it is necessary to step (eq. 26).
@@ -104,11 +109,33 @@ impl OnlineSets {
     /// Far and near are by the gauge of the polygon, so that the nearest point lies on the way to the origin. By plain
     /// distance an error would point straight fore or aft for every push that leaves a long edge, also a diagonal one.
     /// Zero also when there are no sets: nothing to stand on, or the origin not inside (one sole).
-    ///
-    /// # Panics
-    /// If there is no gain `index`.
     pub fn zmp_error(&self, index: usize, state: &State) -> Vector2<f64> {
-        self.cascades[index].zmp_error(&self.region, state)
+        let (mut worst, mut error) = (1.0_f64, Vector2::zeros());
+        for points in self.predictions(index, state) {
+            let zmp = self.cascades[index].zmp(&points);
+            let gauge = self.region.gauge(zmp);
+            if gauge > worst {
+                (worst, error) = (gauge, Vector2::from(zmp) * (1.0 - 1.0 / gauge));
+            }
+            // As for the sets: what follows is no farther out than the points now.
+            if self.cascades[index].lead(&self.region, &points) <= worst {
+                break;
+            }
+        }
+        error
+    }
+
+    /// The points of a gain now and at the ticks to come; none when there are no sets, or the state is none.
+    fn predictions(&self, index: usize, state: &State) -> impl Iterator<Item = Points> {
+        let cascade = &self.cascades[index];
+        let ticks = if self.region.holds_origin && is_finite(state) { MAX_TICKS } else { 0 };
+        let mut points = cascade.start(state);
+        (0..ticks).map(move |tick| {
+            if tick > 0 {
+                cascade.advance(&mut points);
+            }
+            points
+        })
     }
 }
 
@@ -215,64 +242,14 @@ impl Cascade {
         }
     }
 
+    /// The last point.
+    fn zmp(&self, points: &Points) -> [f64; 2] {
+        points[self.len - 1]
+    }
+
     /// Largest gauge of the points that lead to the ZMP.
     fn lead(&self, region: &Region, points: &Points) -> f64 {
         points[..self.len - 1].iter().map(|p| region.gauge(*p)).fold(0.0, |m, v| if v > m { v } else { m })
-    }
-
-    fn margin(&self, region: &Region, state: &State) -> f64 {
-        if !region.holds_origin || !is_finite(state) {
-            return f64::NEG_INFINITY;
-        }
-        let mut points = self.start(state);
-        let mut worst = 0.0_f64;
-        for _ in 0..MAX_TICKS {
-            worst = worst.max(region.gauge(points[self.len - 1]));
-            if self.lead(region, &points) <= worst {
-                return 1.0 - worst;
-            }
-            self.advance(&mut points);
-        }
-        1.0 - worst.max(region.gauge(points[self.len - 1])).max(self.lead(region, &points))
-    }
-
-    fn zmp_error(&self, region: &Region, state: &State) -> Vector2<f64> {
-        let mut worst = 1.0_f64;
-        let mut error = Vector2::zeros();
-        if !region.holds_origin || !is_finite(state) {
-            return error;
-        }
-        let mut points = self.start(state);
-        for _ in 0..MAX_TICKS {
-            let zmp = Vector2::from(points[self.len - 1]);
-            let gauge = region.gauge(zmp.into());
-            if gauge > worst {
-                (worst, error) = (gauge, zmp * (1.0 - 1.0 / gauge));
-            }
-            // As for the sets: what follows is no farther out than the points now.
-            if self.lead(region, &points) <= worst {
-                break;
-            }
-            self.advance(&mut points);
-        }
-        error
-    }
-
-    fn holds(&self, region: &Region, state: &State) -> bool {
-        if !region.holds_origin || !is_finite(state) {
-            return false;
-        }
-        let mut points = self.start(state);
-        for _ in 0..MAX_TICKS {
-            if region.gauge(points[self.len - 1]) > 1.0 {
-                return false;
-            }
-            if self.lead(region, &points) <= 1.0 {
-                return true;
-            }
-            self.advance(&mut points);
-        }
-        false
     }
 }
 
@@ -291,17 +268,10 @@ fn is_finite(state: &State) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::{cases, family};
     use super::*;
-    use crate::lipm::gains::GainSet;
     use nalgebra::Point2;
     use proptest::prelude::*;
-    use proptest::test_runner::RngSeed;
-
-    const PENDULUM: Pendulum = Pendulum { omega: 5.63, dt: 0.002 };
-
-    fn family() -> GainFamily {
-        GainFamily::design(&GainSet::load("switching").unwrap(), PENDULUM).unwrap()
-    }
 
     /// The definition: three seconds of the closed loop, the ZMP farthest outside of Z less the point of Z on its way
     /// home.
@@ -331,9 +301,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig {
-            rng_seed: RngSeed::Fixed(4), failure_persistence: None, ..ProptestConfig::with_cases(256)
-        })]
+        #![proptest_config(cases(4, 256))]
 
         #[test]
         fn the_zmp_error_is_that_of_a_roll_out(

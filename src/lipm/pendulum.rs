@@ -46,11 +46,6 @@ impl State {
         Point2::new(self.x[2], self.y[2])
     }
 
-    /// Divergent component of motion, or capture point: com + com_vel / omega (m).
-    pub fn dcm(&self, omega: f64) -> Point2<f64> {
-        self.com() + self.com_vel() / omega
-    }
-
     /// The state as one vector in the order of eq. 5.
     pub fn stacked(&self) -> Vector6<f64> {
         Vector6::new(self.x[0], self.x[1], self.x[2], self.y[0], self.y[1], self.y[2])
@@ -131,24 +126,15 @@ impl Pendulum {
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::{PENDULUM, integrated};
     use super::*;
-
-    const PENDULUM: Pendulum = Pendulum { omega: 5.63, dt: 0.002 };
 
     #[test]
     fn the_discretisation_is_the_solution_of_the_equations_of_motion() {
-        // Runge-Kutta on eq. 1 with a ramp of the ZMP, over 10 ms in steps of 10 us.
+        // Eq. 1 with a ramp of the ZMP, over 10 ms.
         let p = Pendulum { omega: 5.8, dt: 0.01 };
         let (start, rate) = (Vector3::new(0.01, -0.2, 0.03), 0.7);
-        let f = |s: Vector3<f64>| Vector3::new(s[1], p.omega * p.omega * (s[0] - s[2]), rate);
-        let (mut s, h) = (start, p.dt / 1000.0);
-        for _ in 0..1000 {
-            let k1 = f(s);
-            let k2 = f(s + k1 * (h / 2.0));
-            let k3 = f(s + k2 * (h / 2.0));
-            let k4 = f(s + k3 * h);
-            s += (k1 + 2.0 * k2 + 2.0 * k3 + k4) * (h / 6.0);
-        }
+        let s = integrated(|_, s| Vector3::new(s[1], p.omega * p.omega * (s[0] - s[2]), rate), start, p.dt);
         assert!((p.step(&start, rate) - s).norm() < 1e-12);
     }
 

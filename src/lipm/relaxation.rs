@@ -122,18 +122,13 @@ pub(super) fn in_box(hessian: &Matrix2<f64>, linear: &Vector2<f64>, within: [[f6
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::{self, cases};
     use super::*;
     use clarabel::algebra::CscMatrix;
     use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT};
     use proptest::prelude::*;
-    use proptest::test_runner::RngSeed;
 
     const OMEGA: f64 = 5.63;
-
-    /// The same cases in every run.
-    fn cases(count: u32) -> ProptestConfig {
-        ProptestConfig { rng_seed: RngSeed::Fixed(3), failure_persistence: None, ..ProptestConfig::with_cases(count) }
-    }
 
     fn any_rules() -> impl Strategy<Value = Stepping> {
         let lambda = prop_oneof![0.2..0.9f64, 1.1..10.0f64];
@@ -152,21 +147,10 @@ mod tests {
         )
     }
 
-    /// COM and its velocity by small steps of Runge and Kutta's method on eq. 1 under the planned ZMP.
+    /// COM and its velocity by eq. 1 under the planned ZMP.
     fn integrated(plan: &AxisPlan, boundary: &Boundary, until_s: f64) -> [f64; 2] {
-        const STEPS: usize = 400;
-        let dt = until_s / STEPS as f64;
-        let slope = |time: f64, x: Vector2<f64>| Vector2::new(x[1], OMEGA * OMEGA * (x[0] - plan.zmp(time)));
-        let mut x = Vector2::new(boundary.com, boundary.com_vel);
-        for k in 0..STEPS {
-            let t = k as f64 * dt;
-            let a = slope(t, x);
-            let b = slope(t + 0.5 * dt, x + a * (0.5 * dt));
-            let c = slope(t + 0.5 * dt, x + b * (0.5 * dt));
-            let d = slope(t + dt, x + c * dt);
-            x += (a + (b + c) * 2.0 + d) * (dt / 6.0);
-        }
-        x.into()
+        let rate = |time: f64, x: Vector2<f64>| Vector2::new(x[1], OMEGA * OMEGA * (x[0] - plan.zmp(time)));
+        testing::integrated(rate, Vector2::new(boundary.com, boundary.com_vel), until_s).into()
     }
 
     /// The objective at (z0, z1), from nothing but the COM that eq. 1 leads to.
@@ -205,7 +189,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(cases(256))]
+        #![proptest_config(cases(3, 256))]
 
         #[test]
         fn the_com_falls_as_eq_1_says(rules in any_rules(), boundary in any_boundary(), share in 0.0..1.5f64) {

@@ -61,7 +61,7 @@ impl Stepping {
     /// Checks values; `file` is what errors call the gain set.
     pub fn validate(&self, file: &str) -> Result<()> {
         let range = &self.range;
-        for (field, value, least, most) in [
+        let ranges = [
             ("patience_s", self.patience_s, 0.0, 1.0),
             ("alpha", self.alpha, 0.0, 1e3),
             ("swing_time_s", self.swing_time_s, 0.02, 2.0),
@@ -76,12 +76,8 @@ impl Stepping {
             ("weights.dcm", self.weights.dcm, 0.0, 1e9),
             ("weights.com", self.weights.com, 0.0, 1e9),
             ("weights.zmp", self.weights.zmp, 1e-9, 1e9),
-        ] {
-            if !(least..=most).contains(&value) {
-                let accepted = format!("{least} to {most}");
-                return Err(Error::value(file, format!("stepping.{field}"), value, "out of range", accepted));
-            }
-        }
+        ];
+        Error::check_ranges(file, "stepping", &ranges)?;
         if (self.lambda - 1.0).abs() < 0.01 {
             let accepted = "a multiple of omega that is not 1: below 0.99 or above 1.01";
             return Err(Error::value(file, "stepping.lambda", self.lambda, "is omega itself", accepted));

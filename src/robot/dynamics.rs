@@ -93,13 +93,6 @@ impl Dynamics {
         [motion.acc_at(&(point - origin(kinematics, link))), motion.angular_acc]
     }
 
-    /// Momentum at a generalised velocity: linear (N s), and angular about the COM (N m s), world axes.
-    pub fn momentum(&self, kinematics: &Kinematics, velocity: &DVector<f64>) -> [Vector3<f64>; 2] {
-        let row = |i: usize| self.mass_matrix.column(i).dot(velocity);
-        let (linear, about_base) = (Vector3::from_fn(|i, _| row(i)), Vector3::from_fn(|i, _| row(3 + i)));
-        [linear, about_base - (kinematics.com() - origin(kinematics, 0)).cross(&linear)]
-    }
-
     /// Newton-Euler at zero generalised acceleration.
     fn update_bias(&mut self, robot: &Robot, kinematics: &Kinematics, velocity: &DVector<f64>) {
         let angular_vel = Vector3::new(velocity[3], velocity[4], velocity[5]);
@@ -209,7 +202,7 @@ pub fn load_torques(
         *tau = -kinematics.joint_axis(j).dot(&moment);
     }
     let (mass, com) = kinematics.subtree(0);
-    let base: Point3<f64> = kinematics.link_pose(0).translation.vector.into();
+    let base = origin(kinematics, 0);
     let mut left_over = [gravity * mass, (com - base).cross(&(gravity * mass))];
     for foot in Foot::BOTH {
         let [force, moment] = wrenches[foot];

@@ -71,7 +71,7 @@ pub struct Solid {
 /// Primitive shapes of URDF (m).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
-    /// Half extents.
+    /// By its half extents.
     Box {
         half: Vector3<f64>,
     },

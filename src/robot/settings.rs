@@ -45,7 +45,7 @@ struct ServoGroup {
 /// Parses the file and checks all that can be checked without the tree.
 pub(super) fn parse(source: &Source) -> Result<Settings> {
     let settings: Settings = assets::parse_toml(source)?;
-    let noise = &settings.noise;
+    let (file, noise) = (source.file.as_str(), &settings.noise);
     let mut not_negative = vec![
         ("friction".to_string(), settings.friction),
         ("delay_s".into(), settings.delay_s),
@@ -69,47 +69,30 @@ pub(super) fn parse(source: &Source) -> Result<Settings> {
     }
     for (field, value) in not_negative {
         if !(value.is_finite() && value >= 0.0) {
-            return Err(Error::value(&source.file, field, value, "must not be negative", "a finite number >= 0"));
+            return Err(Error::value(file, field, value, "must not be negative", "a finite number >= 0"));
         }
     }
     for (i, group) in settings.servos.iter().enumerate() {
         if group.torque_n_m == 0.0 {
             let field = format!("servos[{i}].torque_n_m");
-            return Err(Error::value(&source.file, field, 0, "must not be zero", "a finite number > 0"));
+            return Err(Error::value(file, field, 0, "must not be zero", "a finite number > 0"));
         }
         let (full, none) = (group.full_torque_speed_rad_s, group.no_torque_speed_rad_s);
         if !(none.is_finite() && none > full) {
-            return Err(Error::value(
-                &source.file,
-                format!("servos[{i}].no_torque_speed_rad_s"),
-                none,
-                "must lie above full_torque_speed_rad_s",
-                format!("a finite number > {full}"),
-            ));
+            let (field, accepted) = (format!("servos[{i}].no_torque_speed_rad_s"), format!("a finite number > {full}"));
+            return Err(Error::value(file, field, none, "must lie above full_torque_speed_rad_s", accepted));
         }
     }
-    settings.reach.map_or(Ok(()), |reach| check_reach(&source.file, &reach))?;
+    if let Some(reach) = settings.reach {
+        let ranges = [
+            ("forward_m", reach.forward_m, 0.0, 10.0),
+            ("inward_m", reach.inward_m, 0.0, 10.0),
+            ("outward_m", reach.outward_m, reach.inward_m, 10.0),
+            ("min_step_time_s", reach.min_step_time_s, 0.01, 10.0),
+        ];
+        Error::check_ranges(file, "reach", &ranges)?;
+    }
     Ok(settings)
-}
-
-fn check_reach(file: &str, reach: &Reach) -> Result<()> {
-    for (field, value, least, most) in [
-        ("forward_m", reach.forward_m, 0.0, 10.0),
-        ("inward_m", reach.inward_m, 0.0, 10.0),
-        ("outward_m", reach.outward_m, reach.inward_m, 10.0),
-        ("min_step_time_s", reach.min_step_time_s, 0.01, 10.0),
-    ] {
-        if !(least..=most).contains(&value) {
-            return Err(Error::value(
-                file,
-                format!("reach.{field}"),
-                value,
-                "out of range",
-                format!("{least} to {most}"),
-            ));
-        }
-    }
-    Ok(())
 }
 
 impl Settings {
@@ -152,13 +135,9 @@ impl Settings {
         }
         for (joint, &angle) in joints.iter().zip(&home) {
             if !(joint.lower_rad..=joint.upper_rad).contains(&angle) {
-                return Err(Error::value(
-                    file,
-                    format!("home_rad.{}", joint.name),
-                    angle,
-                    "outside the joint's limits",
-                    format!("{} to {}", joint.lower_rad, joint.upper_rad),
-                ));
+                let accepted = format!("{} to {}", joint.lower_rad, joint.upper_rad);
+                let field = format!("home_rad.{}", joint.name);
+                return Err(Error::value(file, field, angle, "outside the joint's limits", accepted));
             }
         }
         Ok(home)
@@ -169,13 +148,8 @@ impl Settings {
         let left = sole(file, "soles.left", &self.soles.left, links, frames)?;
         let right = sole(file, "soles.right", &self.soles.right, links, frames)?;
         if left.link == right.link {
-            return Err(Error::value(
-                file,
-                "soles.right",
-                &self.soles.right,
-                "is carried by the same body as the left sole",
-                "soles on two bodies",
-            ));
+            let problem = "is carried by the same body as the left sole";
+            return Err(Error::value(file, "soles.right", &self.soles.right, problem, "soles on two bodies"));
         }
         Ok(PerFoot { left, right })
     }

@@ -103,7 +103,7 @@ impl Tree {
 
         // Where each URDF link went: the body that carries it, and its pose there.
         let mut placed: Vec<Option<(usize, Isometry3<f64>)>> = vec![None; urdf.links.len()];
-        let mut bodies = vec![UrdfBody::new(root)];
+        let mut bodies: Vec<Parts> = vec![vec![(root, Isometry3::identity())]];
         let mut joints = Vec::new();
         placed[root] = Some((0, Isometry3::identity()));
         let mut waiting: Vec<usize> = (0..urdf.joints.len()).collect();
@@ -114,25 +114,22 @@ impl Tree {
             let Some((body, pose)) = placed[parent] else { break };
             let origin = pose * isometry(&urdf.joints[j].origin);
             placed[child] = Some(if urdf.joints[j].joint_type == urdf_rs::JointType::Fixed {
-                bodies[body].parts.push((child, origin));
+                bodies[body].push((child, origin));
                 (body, origin)
             } else {
                 joints.push(revolute(file, &urdf.joints[j], body, origin)?);
-                bodies.push(UrdfBody::new(child));
+                bodies.push(vec![(child, Isometry3::identity())]);
                 (bodies.len() - 1, Isometry3::identity())
             });
         }
         if let Some(&j) = waiting.first() {
             let joint = &urdf.joints[j];
-            return Err(Error::value(
-                file,
-                format!("joint {}", joint.name),
-                format!("{} -> {}", joint.parent.link, joint.child.link),
-                format!("not connected to the root link {} (a cycle)", urdf.links[root].name),
-                "a tree of links",
-            ));
+            let (field, value) =
+                (format!("joint {}", joint.name), format!("{} -> {}", joint.parent.link, joint.child.link));
+            let problem = format!("not connected to the root link {} (a cycle)", urdf.links[root].name);
+            return Err(Error::value(file, field, value, problem, "a tree of links"));
         }
-        let links = bodies.iter().map(|body| body.link(file, &urdf)).collect::<Result<_>>()?;
+        let links = bodies.iter().map(|parts| merged(file, &urdf, parts)).collect::<Result<_>>()?;
         let frames =
             urdf.links.iter().zip(&placed).filter_map(|(link, place)| {
                 place.map(|(body, pose)| Frame { name: link.name.clone(), link: body, pose })
@@ -169,14 +166,8 @@ fn root(file: &str, urdf: &urdf_rs::Robot, ends: &[(usize, usize)]) -> Result<us
         let carriers: Vec<_> =
             urdf.joints.iter().zip(ends).filter(|(_, e)| e.1 == link).map(|(j, _)| j.name.as_str()).collect();
         if carriers.len() > 1 {
-            let field = format!("link {}", l.name);
-            return Err(Error::value(
-                file,
-                field,
-                carriers.join(", "),
-                "child of several joints",
-                "one joint per link",
-            ));
+            let (field, value) = (format!("link {}", l.name), carriers.join(", "));
+            return Err(Error::value(file, field, value, "child of several joints", "one joint per link"));
         }
     }
     let mut roots = (0..urdf.links.len()).filter(|link| ends.iter().all(|e| e.1 != *link));
@@ -193,13 +184,8 @@ fn root(file: &str, urdf: &urdf_rs::Robot, ends: &[(usize, usize)]) -> Result<us
 fn revolute(file: &str, joint: &urdf_rs::Joint, parent: usize, origin: Isometry3<f64>) -> Result<Joint> {
     let field = |what: &str| format!("joint {}: {what}", joint.name);
     if let Some(mimic) = &joint.mimic {
-        return Err(Error::value(
-            file,
-            field("mimic"),
-            &mimic.joint,
-            "not supported",
-            "joints with a servo of their own",
-        ));
+        let accepted = "joints with a servo of their own";
+        return Err(Error::value(file, field("mimic"), &mimic.joint, "not supported", accepted));
     }
     let xyz = Vector3::from(*joint.axis.xyz);
     let Some(axis) = Unit::try_new(xyz, 1e-9) else {
@@ -213,56 +199,47 @@ fn revolute(file: &str, joint: &urdf_rs::Joint, parent: usize, origin: Isometry3
     Ok(Joint { name: joint.name.clone(), parent, origin, axis, lower_rad: limit.lower, upper_rad: limit.upper })
 }
 
-/// A link that moves by itself, and the URDF links that are fixed to it, each with its pose.
-struct UrdfBody {
-    parts: Vec<(usize, Isometry3<f64>)>,
-}
+/// A link that moves by itself: the URDF links that are fixed to each other, each with its pose in the first one.
+type Parts = Vec<(usize, Isometry3<f64>)>;
 
-impl UrdfBody {
-    fn new(link: usize) -> Self {
-        Self { parts: vec![(link, Isometry3::identity())] }
-    }
-
-    /// Merges the parts.
-    fn link(&self, file: &str, urdf: &urdf_rs::Robot) -> Result<Link> {
-        let name = urdf.links[self.parts[0].0].name.clone();
-        let mut parts = Vec::new();
-        let (mut collisions, mut visuals) = (Vec::new(), Vec::new());
-        for &(index, pose) in &self.parts {
-            let link = &urdf.links[index];
-            parts.extend(part(file, link, &pose)?);
-            for collision in &link.collision {
-                let field = format!("link {}: collision", link.name);
-                let Some(shape) = shape(file, &field, &collision.geometry)? else {
-                    let value = kind(&collision.geometry);
-                    return Err(Error::value(file, field, value, "shape not supported", "box, cylinder, sphere"));
-                };
-                let pose = pose * isometry(&collision.origin);
-                collisions.push(Solid { frame: index, pose, shape, color: GREY });
-            }
-            for visual in &link.visual {
-                let field = format!("link {}: visual", link.name);
-                let Some(shape) = shape(file, &field, &visual.geometry)? else {
-                    log::warn!("{file}: {field}: {} left out", kind(&visual.geometry));
-                    continue;
-                };
-                let pose = pose * isometry(&visual.origin);
-                visuals.push(Solid { frame: index, pose, shape, color: color(urdf, visual) });
-            }
+fn merged(file: &str, urdf: &urdf_rs::Robot, from: &Parts) -> Result<Link> {
+    let name = urdf.links[from[0].0].name.clone();
+    let mut parts = Vec::new();
+    let (mut collisions, mut visuals) = (Vec::new(), Vec::new());
+    for &(index, pose) in from {
+        let link = &urdf.links[index];
+        parts.extend(part(file, link, &pose)?);
+        for collision in &link.collision {
+            let field = format!("link {}: collision", link.name);
+            let Some(shape) = shape(file, &field, &collision.geometry)? else {
+                let value = kind(&collision.geometry);
+                return Err(Error::value(file, field, value, "shape not supported", "box, cylinder, sphere"));
+            };
+            let pose = pose * isometry(&collision.origin);
+            collisions.push(Solid { frame: index, pose, shape, color: GREY });
         }
-        let mass_kg: f64 = parts.iter().map(|p| p.mass).sum();
-        if parts.is_empty() {
-            let field = format!("link {name}: mass");
-            return Err(Error::value(file, field, 0, "a link that moves must have mass", "a number > 0"));
+        for visual in &link.visual {
+            let field = format!("link {}: visual", link.name);
+            let Some(shape) = shape(file, &field, &visual.geometry)? else {
+                log::warn!("{file}: {field}: {} left out", kind(&visual.geometry));
+                continue;
+            };
+            let pose = pose * isometry(&visual.origin);
+            visuals.push(Solid { frame: index, pose, shape, color: color(urdf, visual) });
         }
-        let com: Vector3<f64> = parts.iter().map(|p| p.com * p.mass).sum::<Vector3<f64>>() / mass_kg;
-        let inertia_kg_m2 = parts.iter().fold(Matrix3::zeros(), |sum, part| {
-            let d = part.com - com;
-            sum + part.inertia + (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * part.mass
-        });
-        check_inertia(file, &name, &inertia_kg_m2, true)?;
-        Ok(Link { name, mass_kg, com_m: Point3::from(com), inertia_kg_m2, collisions, visuals })
     }
+    let mass_kg: f64 = parts.iter().map(|p| p.mass).sum();
+    if parts.is_empty() {
+        let field = format!("link {name}: mass");
+        return Err(Error::value(file, field, 0, "a link that moves must have mass", "a number > 0"));
+    }
+    let com: Vector3<f64> = parts.iter().map(|p| p.com * p.mass).sum::<Vector3<f64>>() / mass_kg;
+    let inertia_kg_m2 = parts.iter().fold(Matrix3::zeros(), |sum, part| {
+        let d = part.com - com;
+        sum + part.inertia + (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * part.mass
+    });
+    check_inertia(file, &name, &inertia_kg_m2, true)?;
+    Ok(Link { name, mass_kg, com_m: Point3::from(com), inertia_kg_m2, collisions, visuals })
 }
 
 /// Mass, COM, and inertia about the COM of one URDF link, in the frame of its body.

@@ -5,31 +5,20 @@ use crate::assets::Source;
 use crate::error::{Error, Result};
 use roxmltree::{Document, Node};
 
-/// Element, attribute, how many numbers, whether it must be there.
-const NUMBERS: [(&str, &str, usize, bool); 23] = [
-    ("origin", "xyz", 3, false),
-    ("origin", "rpy", 3, false),
+/// Element, attributes, how many numbers each, whether they must be there.
+const NUMBERS: [(&str, &str, usize, bool); 12] = [
+    ("origin", "xyz rpy", 3, false),
     ("axis", "xyz", 3, true),
     ("mass", "value", 1, true),
-    ("inertia", "ixx", 1, true),
-    ("inertia", "ixy", 1, true),
-    ("inertia", "ixz", 1, true),
-    ("inertia", "iyy", 1, true),
-    ("inertia", "iyz", 1, true),
-    ("inertia", "izz", 1, true),
-    ("limit", "lower", 1, false),
-    ("limit", "upper", 1, false),
-    ("limit", "effort", 1, true),
-    ("limit", "velocity", 1, true),
+    ("inertia", "ixx ixy ixz iyy iyz izz", 1, true),
+    ("limit", "lower upper", 1, false),
+    ("limit", "effort velocity", 1, true),
     ("box", "size", 3, true),
-    ("cylinder", "radius", 1, true),
-    ("cylinder", "length", 1, true),
+    ("cylinder", "radius length", 1, true),
     ("sphere", "radius", 1, true),
     ("color", "rgba", 4, true),
-    ("capsule", "radius", 1, true),
-    ("capsule", "length", 1, true),
-    ("dynamics", "damping", 1, false),
-    ("dynamics", "friction", 1, false),
+    ("capsule", "radius length", 1, true),
+    ("dynamics", "damping friction", 1, false),
 ];
 
 /// Elements that need a name of something.
@@ -65,7 +54,10 @@ fn check_element(source: &Source, part: &Node, node: &Node) -> Result<()> {
             return Err(bad(source, part, node, name, "(none)", "missing", "a name"));
         }
     }
-    for &(_, name, count, required) in NUMBERS.iter().filter(|row| row.0 == tag) {
+    let numbers = NUMBERS.iter().filter(|row| row.0 == tag);
+    for (name, count, required) in
+        numbers.flat_map(|(_, names, n, must)| names.split(' ').map(|name| (name, *n, *must)))
+    {
         let accepted = || if count == 1 { "a number".to_string() } else { format!("{count} numbers") };
         match node.attribute(name) {
             None if required => return Err(bad(source, part, node, name, "(none)", "missing", &accepted())),

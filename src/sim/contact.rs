@@ -24,16 +24,10 @@ impl WorldWrench {
     }
 }
 
-impl std::ops::Add for WorldWrench {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        Self { force: self.force + other.force, moment: self.moment + other.moment }
-    }
-}
-
 impl std::ops::AddAssign for WorldWrench {
     fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
+        self.force += other.force;
+        self.moment += other.moment;
     }
 }
 

@@ -1,14 +1,10 @@
 //! Rapier's f32 glam types to and from the f64 nalgebra types of the rest of the program.
 
-use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::{Pose, Rotation, Vector};
 
 pub fn vec_to_rapier(v: &Vector3<f64>) -> Vector {
     Vector::new(v.x as f32, v.y as f32, v.z as f32)
-}
-
-pub fn point_to_rapier(p: &Point3<f64>) -> Vector {
-    vec_to_rapier(&p.coords)
 }
 
 pub fn rotation_to_rapier(r: &UnitQuaternion<f64>) -> Rotation {

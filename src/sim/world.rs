@@ -1,7 +1,7 @@
 //! Builds the Rapier world of a robot: one multibody on its ground.
 
 use super::Ground;
-use super::convert::{point_to_rapier, pose_to_rapier, rotation_to_rapier, vec_to_rapier};
+use super::convert::{pose_to_rapier, rotation_to_rapier, vec_to_rapier};
 use crate::robot::{Foot, Joint, PerFoot, Posture, Robot, Shape, Solid};
 use nalgebra::{Isometry3, Rotation3, Unit, UnitQuaternion, Vector3};
 use rapier3d::dynamics::MultibodyIndex;
@@ -87,7 +87,7 @@ pub fn build(robot: &Robot, ground: &Ground, posture: &Posture, step_s: f64) -> 
         }
         let frame = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
         let mass = MassProperties::with_principal_inertia_frame(
-            point_to_rapier(&com),
+            vec_to_rapier(&com.coords),
             link.mass_kg as Real,
             vec_to_rapier(&principal.eigenvalues),
             rotation_to_rapier(&frame),

@@ -1,11 +1,10 @@
 //! `standfast paper`: what the paper's figures show, from simulations of its own scenarios, each beside what the paper
 //! states and whether that was found.
 //!
-//! `study` simulates and searches everything once (`watch`: what is seen of a pushed run on the way; `footwork`: which foot
-//! goes); `numbers` is what that comes to; `render::paper` draws it and has the words. Everything is a function of the
-//! program alone, but for the times of `timing`.
+//! `study` simulates and searches everything once (`watch`: what is seen of a pushed run on the way); `numbers` is what
+//! that comes to; `render::paper` draws it and has the words. Everything is a function of the program alone, but for the
+//! times of `timing`.
 
-mod footwork;
 mod numbers;
 mod study;
 mod timing;

@@ -1,8 +1,6 @@
 //! What the study comes to: for each figure its numbers as JSON, from which every caption, claim and verdict is made. What
 //! only words name stands under "told".
 
-use super::footwork::{Home, is_tie};
-use super::study::EXAMPLES_DEG;
 use crate::campaign::ask::no_step::NoStep;
 use crate::control::{Phase, estimate};
 use crate::episode::{Footstep, Outcome, Record};
@@ -12,6 +10,7 @@ use crate::lipm::capture;
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
 use crate::lipm::gains::{Gain, GainPoles};
 use crate::lipm::pendulum::State;
+use crate::render::paper::footwork::{EXAMPLES_DEG, is_tie};
 use crate::render::paper::robot::axis_name;
 use crate::render::paper::study::{ImposedRun, Pushed, Study};
 use crate::robot::{Foot, Joint, Kinematics, Robot, Shape};
@@ -236,25 +235,25 @@ fn unloaded(pushed: &Pushed) -> Vec<(Foot, [f64; 2], bool)> {
 
 /// Fig. 6.
 fn decision(study: &Study) -> Value {
-    let (home, rules) = (Home::of(study), &study.rules);
-    let examples = EXAMPLES_DEG.into_iter().zip(&study.examples).map(|(deg, choice)| {
+    let examples = EXAMPLES_DEG.map(|deg| {
+        let choice = study.choice(deg);
         let foot = choice.chosen.map(|(foot, _)| foot);
         json!({ "direction_deg": deg, "foot": foot, "reach_left_right_m": [choice.reach.left, choice.reach.right] })
     });
     let imposed = study.errors.iter().map(|run| &run.record).chain(&study.moving).flat_map(|record| &record.footsteps);
     let footsteps: Vec<_> = study.records().flat_map(|(_, record)| &record.footsteps).chain(imposed).collect();
-    let at_most = footsteps.iter().filter(|footstep| home.is_at_most(footstep.foot, footstep.zmp_error_m.into()));
+    let at_most = footsteps.iter().filter(|footstep| study.is_at_most(footstep.foot, footstep.zmp_error_m.into()));
     let saturates = |direction: Vector2<f64>| {
-        let reach = home.reach(direction);
-        reach.left.max(reach.right) / rules.alpha
+        let reach = study.reach(direction);
+        reach.left.max(reach.right) / study.rules.alpha
     };
     json!({
-        "alpha": rules.alpha,
-        "examples": examples.collect::<Vec<_>>(),
-        "tie_foot": home.choose(Vector2::x()).map(|(foot, _)| foot),
+        "alpha": study.rules.alpha,
+        "examples": examples,
+        "tie_foot": study.choose(Vector2::x()).map(|(foot, _)| foot),
         "footsteps_at_most": at_most.count(),
         "footsteps": footsteps.len(),
-        "other_side_up_to_deg": home.other_side_up_to_deg(),
+        "other_side_up_to_deg": study.other_side_up_to_deg(),
         "told": { "saturates_m": [saturates(Vector2::x()), saturates(Vector2::y())] },
     })
 }
@@ -319,7 +318,7 @@ fn imposed(study: &Study) -> Value {
     json!({
         "a": study.errors[0].record, "b": study.errors[1].record,
         "moving_a": study.moving[0], "moving_b": study.moving[1],
-        "foot_of_the_printed_signs": Home::of(study).choose(Vector2::new(0.03, 0.0685)).map(|(foot, _)| foot),
+        "foot_of_the_printed_signs": study.choose(Vector2::new(0.03, 0.0685)).map(|(foot, _)| foot),
     })
 }
 
@@ -347,9 +346,9 @@ fn gains_after(study: &Study, run: &ImposedRun) -> Value {
 /// What Fig. 12 and 13 have in common.
 fn pushed(study: &Study, pushed: &Pushed) -> Value {
     let Pushed { push, film, footstep, .. } = pushed;
-    let (home, error) = (Home::of(study), Vector2::from(footstep.zmp_error_m));
-    let reach = home.reach(error.normalize());
-    let (gone, asked) = (Vector2::from(way(footstep)), home.choose(error).map_or(Vector2::zeros(), |(_, way)| way));
+    let error = Vector2::from(footstep.zmp_error_m);
+    let reach = study.reach(error.normalize());
+    let (gone, asked) = (Vector2::from(way(footstep)), study.choose(error).map_or(Vector2::zeros(), |(_, way)| way));
     // What the pendulum can take of a push like this without a footstep.
     let factor = match push.profile {
         Profile::Rectangular => capture::rectangular_push_factor,
@@ -390,7 +389,7 @@ fn with_turns(study: &Study, mut numbers: Value) -> Value {
     let yaws: Vec<f64> =
         pushed.film.snapshots.iter().map(|s| estimate::heading(&s.posture.base).to_degrees()).collect();
     let most = yaws.iter().fold(0.0, |most: f64, yaw| if yaw.abs() > most.abs() { *yaw } else { most });
-    let plain = Home::of(study).by_plain_distance(&pushed.lift, &study.design.family);
+    let plain = study.by_plain_distance(&pushed.lift);
     let plain = plain.map(|(error, foot)| json!({ "zmp_error_m": [error.x, error.y], "foot": foot }));
     let in_json = |(push, record): (&Push, &Record)| {
         json!({

@@ -1,6 +1,5 @@
 //! What is simulated and searched for the page, once for all figures: the paper's scenarios, and its gain set's sets.
 
-use super::footwork::Home;
 use super::watch::{PushedWatch, acting_gain};
 use crate::campaign::ask::scenario::{Cause, Imposed, Scenario};
 use crate::commands::progress::Progress;
@@ -11,8 +10,7 @@ use crate::error::{Error, Result};
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
 use crate::lipm::gains::GainSet;
 use crate::render::paper::study::{ImposedRun, Pushed, Study, Tried};
-use crate::render::plot::motion::MotionPlot;
-use crate::render::plot::motion::MotionSample;
+use crate::render::plot::motion::{MotionPlot, MotionSample};
 use crate::robot::{Kinematics, PerFoot, Robot};
 use crate::sim::Push;
 use rayon::prelude::*;
@@ -25,8 +23,6 @@ const STIFF: &str = "hold";
 const HEADINGS_DEG: [f64; 6] = [-120.0, -130.0, -140.0, -150.0, -160.0, -170.0];
 /// Pushes whose ZMP errors come close to those of Sect. V.C.
 const LIKE_IMPOSED: [&str; 2] = ["push-error-backward", "push-error-diagonal"];
-/// Directions of the examples of Fig. 6 (degrees): the paper's arrows are in its picture only.
-pub const EXAMPLES_DEG: [f64; 2] = [45.0, -45.0];
 /// After an episode's end a film goes on (s).
 const AFTERMATH_S: f64 = 0.5;
 /// Simulations and searches, for the progress.
@@ -109,12 +105,8 @@ pub fn run() -> Result<Study> {
     let mut kinematics = Kinematics::new(&robot);
     kinematics.update(&robot, &robot.home_posture());
     let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(&robot, foot).translation.vector.xy());
-    let stance = soles.left - soles.right;
-    let feet = Home::new(&robot, &rules, stance);
     Ok(Study {
-        examples: EXAMPLES_DEG.map(|deg| feet.choice(deg)),
-        fan: (0..=720).map(|half_deg| feet.choice(0.5 * f64::from(half_deg))).collect(),
-        stance,
+        stance: soles.left - soles.right,
         com: kinematics.com().xy(),
         robot,
         design,

@@ -1,5 +1,6 @@
 use super::*;
 use proptest::prelude::*;
+use proptest::test_runner::{RngAlgorithm, TestRng};
 
 /// UT-mu2, in round numbers.
 fn ut_mu2() -> SteppingPendulum {
@@ -78,28 +79,16 @@ fn a_longer_push_may_be_harder() {
     assert!((half_sine_push_factor(omega, duration_s) * counts(&|s| (PI * s).sin()) - 1.0).abs() < 1e-7);
 }
 
-/// Numbers in [0, 1) that are as good as random here (splitmix64).
-struct Chance(u64);
-
-impl Chance {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
-
 /// A dcm that footsteps catch: the pendulum's own equation backwards, from a last place between two soles, through any
 /// ZMPs and landings; most of them at one and the same end of their ranges, for the extremes are what is looked for.
-fn caught(pendulum: &SteppingPendulum, steps: usize, stance: f64, chance: &mut Chance) -> Point2<f64> {
+fn caught(pendulum: &SteppingPendulum, steps: usize, stance: f64, chance: &mut TestRng) -> Point2<f64> {
     let LandingBox { forward_m, outward_m, inward_m } = pendulum.reach;
     let ([x0, x1], [y0, y1]) = (pendulum.sole_x_m, pendulum.sole_y_m);
-    let ends = [chance.next() < 0.5, chance.next() < 0.5];
+    let ends = [chance.random::<f64>() < 0.5, chance.random::<f64>() < 0.5];
     let mut pick = |axis: usize, a: f64, b: f64| {
-        let share = chance.next();
+        let share = chance.random::<f64>();
         let end = if ends[axis] { a.max(b) } else { a.min(b) };
-        if chance.next() < 0.8 { end } else { a + (b - a) * share }
+        if chance.random::<f64>() < 0.8 { end } else { a + (b - a) * share }
     };
     let mut soles = vec![(Point2::new(0.0, stance * pendulum.stance_width_m / 2.0), stance)];
     for k in 0..steps {
@@ -110,7 +99,7 @@ fn caught(pendulum: &SteppingPendulum, steps: usize, stance: f64, chance: &mut C
     let mut inside = |at: Point2<f64>| at + Vector2::new(pick(0, x0, x1), pick(1, y0, y1));
     let zmps: Vec<Point2<f64>> = soles.iter().map(|&(at, _)| inside(at)).collect();
     let (last, before) = (zmps[steps], inside(soles[steps - 1].0));
-    let share = [0.0, chance.next(), 1.0][(3.0 * chance.next()) as usize];
+    let share = [0.0, chance.random::<f64>(), 1.0][(3.0 * chance.random::<f64>()) as usize];
     let mut dcm = before + (last - before) * share;
     for zmp in zmps[..steps].iter().rev() {
         dcm = zmp + (dcm - zmp) * (-pendulum.omega * pendulum.step_time_s).exp();
@@ -121,7 +110,7 @@ fn caught(pendulum: &SteppingPendulum, steps: usize, stance: f64, chance: &mut C
 #[test]
 fn sampled_footsteps_catch_up_to_the_bound_and_no_more() {
     let pendulum = SteppingPendulum { com: Point2::new(0.004, -0.003), ..ut_mu2() };
-    let mut chance = Chance(1);
+    let mut chance = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
     for steps in [1, 2, 3] {
         // For each stance foot how far the samples go, in directions all around: the hull of them.
         let normals: Vec<Vector2<f64>> = (0..360).map(|i| direction(i as f64)).collect();

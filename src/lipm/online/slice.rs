@@ -5,7 +5,7 @@
 //! columns). Cutting ends by the rule of the sets themselves: when at every corner of what is left the points that lead to
 //! the ZMP lie in Z, they do all over it, and nothing more is cut.
 
-use super::{Cascade, MAX_TICKS, OnlineSets, Points, Region, is_finite};
+use super::{MAX_TICKS, OnlineSets, Points, is_finite};
 use crate::lipm::pendulum::State;
 use nalgebra::Point2;
 
@@ -15,11 +15,34 @@ const FARTHEST_M: f64 = 2.0;
 impl OnlineSets {
     /// Corners of the slice of the set of gain `index` at the COM velocity and the ZMP of `state`, counter-clockwise (m,
     /// control frame); empty where no COM would do.
-    ///
-    /// # Panics
-    /// If there is no gain `index`.
     pub fn slice(&self, index: usize, state: &State) -> Vec<Point2<f64>> {
-        self.cascades[index].slice(&self.region, state)
+        let (cascade, region) = (&self.cascades[index], &self.region);
+        if !region.holds_origin || !is_finite(state) {
+            return Vec::new();
+        }
+        let [far, near] = [FARTHEST_M, -FARTHEST_M];
+        let mut corners: Vec<Corner> = [(near, near), (far, near), (far, far), (near, far)]
+            .map(|(x, y)| {
+                let com = Point2::new(x, y);
+                Corner { com, points: cascade.start(&State::new(com, state.com_vel(), state.zmp())) }
+            })
+            .to_vec();
+        for _ in 0..MAX_TICKS {
+            for (x, y) in region.x.iter().zip(region.y) {
+                let excess = |corner: &Corner| {
+                    let [zmp_x, zmp_y] = cascade.zmp(&corner.points);
+                    x * zmp_x + y * zmp_y - 1.0
+                };
+                corners = cut(&corners, excess);
+            }
+            if corners.iter().all(|corner| cascade.lead(region, &corner.points) <= 1.0) {
+                break;
+            }
+            for corner in &mut corners {
+                cascade.advance(&mut corner.points);
+            }
+        }
+        corners.into_iter().map(|corner| corner.com).collect()
     }
 }
 
@@ -43,37 +66,6 @@ impl Corner {
     }
 }
 
-impl Cascade {
-    fn slice(&self, region: &Region, state: &State) -> Vec<Point2<f64>> {
-        if !region.holds_origin || !is_finite(state) {
-            return Vec::new();
-        }
-        let [far, near] = [FARTHEST_M, -FARTHEST_M];
-        let mut corners: Vec<Corner> = [(near, near), (far, near), (far, far), (near, far)]
-            .map(|(x, y)| {
-                let com = Point2::new(x, y);
-                Corner { com, points: self.start(&State::new(com, state.com_vel(), state.zmp())) }
-            })
-            .to_vec();
-        for _ in 0..MAX_TICKS {
-            for (x, y) in region.x.iter().zip(region.y) {
-                let excess = |corner: &Corner| {
-                    let [zmp_x, zmp_y] = corner.points[self.len - 1];
-                    x * zmp_x + y * zmp_y - 1.0
-                };
-                corners = cut(&corners, excess);
-            }
-            if corners.iter().all(|corner| self.lead(region, &corner.points) <= 1.0) {
-                break;
-            }
-            for corner in &mut corners {
-                self.advance(&mut corner.points);
-            }
-        }
-        corners.into_iter().map(|corner| corner.com).collect()
-    }
-}
-
 /// What of a convex polygon has no excess.
 fn cut(corners: &[Corner], excess: impl Fn(&Corner) -> f64) -> Vec<Corner> {
     let mut kept = Vec::with_capacity(corners.len() + 1);
@@ -94,16 +86,13 @@ fn cut(corners: &[Corner], excess: impl Fn(&Corner) -> f64) -> Vec<Corner> {
 mod tests {
     use super::*;
     use crate::geometry::SupportPolygon;
-    use crate::lipm::gains::{GainFamily, GainSet};
-    use crate::lipm::pendulum::Pendulum;
+    use crate::lipm::testing::family;
     use nalgebra::Vector2;
-
-    const PENDULUM: Pendulum = Pendulum { omega: 5.63, dt: 0.002 };
 
     /// The definition: a COM is in the slice if and only if the set holds the state with that COM.
     #[test]
     fn the_slice_is_where_the_set_holds_the_state() {
-        let family = GainFamily::design(&GainSet::load("switching").unwrap(), PENDULUM).unwrap();
+        let family = family();
         let mut sets = OnlineSets::new(&family);
         let z = SupportPolygon::hull(
             &[(-0.05, -0.08), (0.07, -0.06), (0.04, 0.08), (-0.05, 0.06)].map(|(x, y)| Point2::new(x, y)),
@@ -130,10 +119,6 @@ mod tests {
         let lost = State::new(Point2::origin(), Vector2::new(3.0, 0.0), Point2::new(-0.5, 0.0));
         assert!(sets.slice(0, &lost).is_empty());
         sets.clear();
-        assert!(sets.slice(0, &state_at_rest()).is_empty());
-    }
-
-    fn state_at_rest() -> State {
-        State::new(Point2::origin(), Vector2::zeros(), Point2::origin())
+        assert!(sets.slice(0, &State::default()).is_empty());
     }
 }

@@ -1,8 +1,9 @@
 //! Fig. 6: which foot swings, and how far: the paper's two examples, and all directions. Of Fig. 7: how the feet stand.
 
 use super::super::html::svg::short;
+use super::footwork::{Choice, EXAMPLES_DEG};
 use super::panel::{At, GroundPlan, Panel};
-use super::study::{Choice, Study};
+use super::study::Study;
 use crate::robot::Foot;
 use nalgebra::{Point2, Vector2};
 
@@ -10,8 +11,8 @@ const WIDTH: f64 = 460.0;
 
 /// Fig. 6.
 pub fn decision(study: &Study) -> Vec<Panel> {
-    let [a, b] = &study.examples;
-    vec![example(study, a, "(A)"), example(study, b, "(B)"), fan(study)]
+    let [a, b] = EXAMPLES_DEG.map(|deg| study.choice(deg));
+    vec![example(study, &a, "(A)"), example(study, &b, "(B)"), fan(study)]
 }
 
 /// Outline of D_L or D_R (eq. 27, 28), seen from the middle of the feet (m).
@@ -61,15 +62,16 @@ fn example(study: &Study, choice: &Choice, name: &str) -> Panel {
 fn fan(study: &Study) -> Panel {
     let mut ground = GroundPlan::new(WIDTH, 0.16, 0.168, "All directions: how far each foot can go");
     let tip = |choice: &Choice, foot: Foot| At::from(choice.direction * choice.reach[foot]);
+    let fan: Vec<Choice> = (0..=720).map(|half_deg| study.choice(0.5 * f64::from(half_deg))).collect();
     // From one whole degree to the next, by what is chosen between them.
-    for sector in study.fan.windows(3).step_by(2) {
+    for sector in fan.windows(3).step_by(2) {
         if let Some((foot, _)) = sector[1].chosen {
             let outline = [[0.0, 0.0], tip(&sector[0], foot), tip(&sector[2], foot)];
             ground.polygon(&format!("{} sector", foot.name()), outline);
         }
     }
     for foot in Foot::BOTH {
-        let curve = ground.all(study.fan.iter().step_by(2).map(|choice| tip(choice, foot)));
+        let curve = ground.all(fan.iter().step_by(2).map(|choice| tip(choice, foot)));
         ground.panel.polyline(foot.name(), &curve);
         let class = format!("{} halo", foot.name());
         ground.text(&class, [-0.112, foot.side() * 0.1], 0.0, &format!("{} foot", foot.name()));

@@ -5,6 +5,7 @@
 //! and captions. `sets`, `feet`, `robot` and `time` draw the panels.
 
 mod feet;
+pub mod footwork;
 mod panel;
 pub mod robot;
 mod sets;

@@ -30,9 +30,6 @@ pub struct Study {
     /// The same where the first push has led to.
     pub landed_allowed: SupportPolygon,
     pub landed_sets: Vec<CpiSet>,
-    /// Fig. 6: the paper's two examples; and every half degree, all around.
-    pub examples: [Choice; 2],
-    pub fan: Vec<Choice>,
     /// Sect. VI, Fig. 12 to 14: (a) from behind, (b) from diagonally forward left.
     pub pushes: [Pushed; 2],
     /// The push of Fig. 13 towards some headings; pushes whose ZMP errors come close to those of Sect. V.C.
@@ -107,16 +104,6 @@ pub struct ImposedRun {
     pub motion: MotionPlot,
     /// Of every tick: time (s), posture, and the gain that acts (None with a foot in the air).
     pub ticks: Vec<(f64, Posture, Option<usize>)>,
-}
-
-/// Which foot goes at home, equally loaded, by a ZMP error that asks for all that the range gives.
-pub struct Choice {
-    /// Of the error, a unit vector.
-    pub direction: Vector2<f64>,
-    /// Length of Delta_max of each foot (m).
-    pub reach: PerFoot<f64>,
-    /// The foot, and where it is to land; None: neither can go that way.
-    pub chosen: Option<(Foot, Point2<f64>)>,
 }
 
 impl Study {

@@ -1,59 +1,48 @@
 //! Which foot the paper's procedure chooses, asked of the controller's own rule (Fig. 6, 12, 13).
 
+use super::study::{Stand, Study};
 use crate::control::step::PlannedFootstep;
 use crate::control::step::paper::{StanceState, choose};
-use crate::lipm::GainFamily;
 use crate::lipm::pendulum::State;
-use crate::lipm::stepping::Stepping;
-use crate::render::paper::study::{Choice, Stand, Study};
-use crate::robot::{Foot, GRAVITY, PerFoot, Robot};
+use crate::robot::{Foot, GRAVITY, PerFoot};
 use nalgebra::{Isometry2, Point2, Vector2};
 
+/// Directions of the examples of Fig. 6 (degrees): the paper's arrows are in its picture only.
+pub const EXAMPLES_DEG: [f64; 2] = [45.0, -45.0];
 /// Ways that differ by less are equal, as for the controller (m).
 const TIE_M: f64 = 1e-4;
 /// So far ahead a ZMP is looked for (s).
 const AHEAD_S: f64 = 3.0;
 
-/// The feet at home, on which the decision is made.
-pub struct Home<'a> {
-    rules: &'a Stepping,
-    /// From the right sole's centre to the left's (m).
-    stance: Vector2<f64>,
-    /// On each foot, equally loaded (N).
-    load_n: PerFoot<f64>,
+/// Which foot goes at home, equally loaded, by a ZMP error that asks for all that the range gives.
+pub struct Choice {
+    /// Of the error, a unit vector.
+    pub direction: Vector2<f64>,
+    /// Length of Delta_max of each foot (m).
+    pub reach: PerFoot<f64>,
+    /// The foot, and where it is to land; None: neither can go that way.
+    pub chosen: Option<(Foot, Point2<f64>)>,
 }
 
-impl<'a> Home<'a> {
-    pub fn new(robot: &Robot, rules: &'a Stepping, stance: Vector2<f64>) -> Self {
-        let load_n = 0.5 * GRAVITY * robot.mass();
-        Self { rules, stance, load_n: PerFoot { left: load_n, right: load_n } }
-    }
-
-    pub fn of(study: &'a Study) -> Self {
-        Self::new(&study.robot, &study.rules, study.stance)
-    }
-
+impl Study {
     /// The foot that is sent for a ZMP error (m), both feet equally loaded, and how far (m; x forward, y left).
     pub fn choose(&self, zmp_error: Vector2<f64>) -> Option<(Foot, Vector2<f64>)> {
-        let PlannedFootstep { foot, to, .. } = self.choose_under(self.load_n, zmp_error)?;
-        Some((foot, to - self.center(foot)))
+        let load_n = 0.5 * GRAVITY * self.robot.mass();
+        let PlannedFootstep { foot, to, .. } = self.choose_under(PerFoot { left: load_n, right: load_n }, zmp_error)?;
+        Some((foot, to - self.sole_at_home(foot)))
     }
 
     /// The same with a load on each foot (N), which decides a tie.
     fn choose_under(&self, load_n: PerFoot<f64>, zmp_error: Vector2<f64>) -> Option<PlannedFootstep> {
         let stance = StanceState {
             frame: &Isometry2::identity(),
-            soles: PerFoot::from_fn(|foot| self.center(foot)),
+            soles: PerFoot::from_fn(|foot| self.sole_at_home(foot)),
             stance: self.stance,
             zmp_error,
             load_n,
             can_lift: PerFoot { left: true, right: true },
         };
-        choose(self.rules, &stance)
-    }
-
-    fn center(&self, foot: Foot) -> Point2<f64> {
-        Point2::from(0.5 * foot.side() * self.stance)
+        choose(&self.rules, &stance)
     }
 
     /// Length of Delta_max of each foot along a unit vector (m).
@@ -66,7 +55,7 @@ impl<'a> Home<'a> {
     pub fn choice(&self, deg: f64) -> Choice {
         let direction = unit(deg);
         let chosen = self.choose(direction * self.rules.range.outward_m);
-        let chosen = chosen.map(|(foot, way)| (foot, self.center(foot) + way));
+        let chosen = chosen.map(|(foot, way)| (foot, self.sole_at_home(foot) + way));
         Choice { direction, reach: self.reach(direction), chosen }
     }
 
@@ -86,7 +75,8 @@ impl<'a> Home<'a> {
 
     /// The ZMP error of a stand if far and near were by plain distance (m, control frame), and the foot that it would lift.
     /// None: there is none.
-    pub fn by_plain_distance(&self, stand: &Stand, family: &GainFamily) -> Option<(Vector2<f64>, Foot)> {
+    pub fn by_plain_distance(&self, stand: &Stand) -> Option<(Vector2<f64>, Foot)> {
+        let family = &self.design.family;
         let allowed = stand.polygon.inset(family.zmp_margin)?;
         let State { x, y } = stand.state;
         let (com, com_vel) = (Point2::new(x[0], y[0]), Vector2::new(x[1], y[1]));
