@@ -5,7 +5,6 @@ use crate::render::scene::palette::{Color, Overlay};
 use color_quant::NeuQuant;
 use gif::{Encoder, Frame, Repeat};
 use image::{ImageFormat, RgbImage, imageops};
-use std::borrow::Cow;
 use std::io::Cursor;
 use std::iter::repeat_n;
 
@@ -71,8 +70,7 @@ pub(super) fn gif(mut palette: Palette, images: impl Iterator<Item = (RgbImage, 
 fn changes(before: Option<&[u8]>, now: &[u8], (width, height): (u16, u16), delay: u16) -> Frame<'static> {
     let as_before = |i: usize| before.is_some_and(|before| before[i] == now[i]);
     let buffer: Vec<u8> = (0..now.len()).map(|i| if as_before(i) { AS_BEFORE } else { now[i] }).collect();
-    let transparent = before.map(|_| AS_BEFORE);
-    Frame { delay, transparent, width, height, buffer: Cow::Owned(buffer), ..Frame::default() }
+    Frame { delay, ..Frame::from_indexed_pixels(width, height, buffer, before.map(|_| AS_BEFORE)) }
 }
 
 /// The colours that serve some pictures, by a network that learns them (Dekker 1994).

@@ -65,9 +65,8 @@ fn state(ui: &mut Ui, show: &Show, wishes: &mut Vec<Wish>) {
             let (designs, acting) = (&live.world.designs, live.acting);
             ui.horizontal_wrapped(|ui| {
                 for (i, design) in designs.iter().enumerate() {
-                    if ui.selectable_label(i == acting, format!("{} {}", i + 1, design.family.name)).clicked() {
-                        wishes.push(Wish::GainSet(i));
-                    }
+                    let label = ui.selectable_label(i == acting, format!("{} {}", i + 1, design.family.name));
+                    wishes.extend(label.clicked().then_some(Wish::GainSet(i)));
                 }
             });
             designs[acting].family.gains.iter().map(|gain| gain.name.as_str()).collect()
@@ -133,14 +132,9 @@ fn time(ui: &mut Ui, app: &App, wishes: &mut Vec<Wish>) {
     // A recording has them at its time line.
     if is_live {
         ui.horizontal(|ui| {
-            if ui.button(if clock.paused { "Go on" } else { "Pause" }).clicked() {
-                wishes.push(Wish::Pause);
-            }
-            if ui.button("Tick").clicked() {
-                wishes.push(Wish::Ticks(1));
-            }
-            if ui.button("Restart").clicked() {
-                wishes.push(Wish::Restart);
+            let pause = if clock.paused { "Go on" } else { "Pause" };
+            for (name, wish) in [(pause, Wish::Pause), ("Tick", Wish::Ticks(1)), ("Restart", Wish::Restart)] {
+                wishes.extend(ui.button(name).clicked().then_some(wish));
             }
         });
     }
@@ -149,9 +143,8 @@ fn time(ui: &mut Ui, app: &App, wishes: &mut Vec<Wish>) {
         ui.label("speed ");
         for speed in SPEEDS {
             let name = if speed < 1.0 { format!("1/{:.0}", 1.0 / speed) } else { format!("{speed:.0}") };
-            if ui.selectable_label((clock.speed / speed - 1.0).abs() < 1e-6, name).clicked() {
-                wishes.push(Wish::Speed(speed));
-            }
+            let is_it = (clock.speed / speed - 1.0).abs() < 1e-6;
+            wishes.extend(ui.selectable_label(is_it, name).clicked().then_some(Wish::Speed(speed)));
         }
     });
 }
@@ -159,18 +152,14 @@ fn time(ui: &mut Ui, app: &App, wishes: &mut Vec<Wish>) {
 fn push(ui: &mut Ui, aim: Aim, wishes: &mut Vec<Wish>) {
     ui.horizontal(|ui| {
         let button = Button::new(RichText::new("Push").color(Color32::WHITE)).fill(colors::PUSH.egui());
-        if ui.add(button).clicked() {
-            wishes.push(Wish::Push);
-        }
+        wishes.extend(ui.add(button).clicked().then_some(Wish::Push));
         let (mut impulse, mut heading) = (aim.impulse_n_s, aim.heading_deg);
         let speed = 0.2 * aim.step_n_s;
-        if ui.add(DragValue::new(&mut impulse).speed(speed).fixed_decimals(2).suffix(" N s")).changed() {
-            wishes.push(Wish::Impulse(impulse));
-        }
+        let dragged = ui.add(DragValue::new(&mut impulse).speed(speed).fixed_decimals(2).suffix(" N s"));
+        wishes.extend(dragged.changed().then_some(Wish::Impulse(impulse)));
         ui.label("to");
-        if ui.add(DragValue::new(&mut heading).speed(1.0).fixed_decimals(0).suffix(" deg")).changed() {
-            wishes.push(Wish::Heading(heading - aim.heading_deg));
-        }
+        let dragged = ui.add(DragValue::new(&mut heading).speed(1.0).fixed_decimals(0).suffix(" deg"));
+        wishes.extend(dragged.changed().then_some(Wish::Heading(heading - aim.heading_deg)));
         ui.weak("0 forward, 90 left");
     });
 }
@@ -184,9 +173,7 @@ fn overlays(ui: &mut Ui, shown: &[Overlay], wishes: &mut Vec<Wish>) {
                 ui.painter().rect_filled(place, 2, color.egui());
                 let mut is_shown = shown.contains(&overlay);
                 let switch = ui.checkbox(&mut is_shown, format!("{name} ({})", key.to_ascii_uppercase()));
-                if switch.on_hover_text(hint).changed() {
-                    wishes.push(Wish::Toggle(overlay));
-                }
+                wishes.extend(switch.on_hover_text(hint).changed().then_some(Wish::Toggle(overlay)));
             });
             if i % 2 == 1 {
                 ui.end_row();
