@@ -3,9 +3,8 @@
 use crate::error::{Error, Result};
 use crate::render::scene::palette::{Color, Overlay};
 use color_quant::NeuQuant;
-use gif::{DisposalMethod, Encoder, Frame, Repeat};
+use gif::{Encoder, Frame, Repeat};
 use image::{ImageFormat, RgbImage, imageops};
-use std::borrow::Cow;
 use std::io::Cursor;
 use std::iter::repeat_n;
 
@@ -41,8 +40,9 @@ const COLORS: usize = 255;
 const AS_BEFORE: u8 = 255;
 /// Of so many colours that a palette is taught one is that of the same mark.
 const EACH_MARK: usize = 200;
+
 /// Pictures of one size, each with how long it is shown (1/100 s), as a GIF file that begins again for ever, in the
-/// colours of a palette. Of each picture only what has changed is stored. Error: no picture, or one beyond the 65535 px
+/// colours of a palette. Of each picture only what has changed is told. Error: no picture, or one beyond the 65535 px
 /// of a GIF.
 pub(super) fn gif(mut palette: Palette, images: impl Iterator<Item = (RgbImage, u16)>) -> Result<Vec<u8>> {
     let fail = |problem: String| Error::Numeric { what: "GIF".into(), problem };
@@ -57,9 +57,7 @@ pub(super) fn gif(mut palette: Palette, images: impl Iterator<Item = (RgbImage, 
         let mut before: Option<Vec<u8>> = None;
         for (image, delay) in images {
             let now = palette.indices(&image);
-            let mut frame = changes(before.as_deref(), &now, width, height);
-            frame.delay = delay;
-            encoder.write_frame(&frame)?;
+            encoder.write_frame(&changes(before.as_deref(), &now, (width, height), delay))?;
             before = Some(now);
         }
         Ok(())
@@ -68,32 +66,11 @@ pub(super) fn gif(mut palette: Palette, images: impl Iterator<Item = (RgbImage, 
     Ok(bytes)
 }
 
-/// The smallest rectangle that holds all that is not as before, and in it what is.
-fn changes(before: Option<&[u8]>, now: &[u8], width: u16, height: u16) -> Frame<'static> {
-    let whole = usize::from(width);
-    let changed = |i: usize| before.is_none_or(|before| before[i] != now[i]);
-    let (mut left, mut right, mut top, mut bottom) = (whole, 0, usize::from(height), 0);
-    for i in (0..now.len()).filter(|&i| changed(i)) {
-        let (x, y) = (i % whole, i / whole);
-        (left, right) = (left.min(x), right.max(x + 1));
-        (top, bottom) = (top.min(y), bottom.max(y + 1));
-    }
-    if right == 0 {
-        // Nothing: a frame must have a pixel all the same.
-        (left, right, top, bottom) = (0, 1, 0, 1);
-    }
-    let pixels = (top..bottom).flat_map(|y| (left..right).map(move |x| y * whole + x));
-    let buffer: Vec<u8> = pixels.map(|i| if changed(i) { now[i] } else { AS_BEFORE }).collect();
-    Frame {
-        dispose: DisposalMethod::Keep,
-        transparent: before.map(|_| AS_BEFORE),
-        left: left as u16,
-        top: top as u16,
-        width: (right - left) as u16,
-        height: (bottom - top) as u16,
-        buffer: Cow::Owned(buffer),
-        ..Frame::default()
-    }
+/// What is not as before: of the rest nothing is said, which takes next to no room in a file.
+fn changes(before: Option<&[u8]>, now: &[u8], (width, height): (u16, u16), delay: u16) -> Frame<'static> {
+    let as_before = |i: usize| before.is_some_and(|before| before[i] == now[i]);
+    let buffer: Vec<u8> = (0..now.len()).map(|i| if as_before(i) { AS_BEFORE } else { now[i] }).collect();
+    Frame { delay, ..Frame::from_indexed_pixels(width, height, buffer, before.map(|_| AS_BEFORE)) }
 }
 
 /// The colours that serve some pictures, by a network that learns them (Dekker 1994).

@@ -73,6 +73,12 @@ fn boxes(boxes: &[([f64; 3], [f64; 3], [f64; 4])]) -> (Robot, Posture) {
 const RED: [f64; 4] = [0.9, 0.1, 0.1, 1.0];
 const GREEN: [f64; 4] = [0.1, 0.8, 0.1, 1.0];
 
+/// The picture's colour where a point is seen from a camera.
+fn at(image: &RgbImage, camera: &Camera, point: Point3<f64>) -> [u8; 3] {
+    let [x, y] = camera.project(point, SIZE).unwrap().map(|px| px as u32);
+    image.get_pixel(x, y).0
+}
+
 fn is_green([r, g, b]: [u8; 3]) -> bool {
     u16::from(g) > u16::from(r.max(b)) + 20
 }
@@ -168,10 +174,7 @@ fn a_shadow_lies_on_the_floor_away_from_the_lamp() {
     let camera = Camera { target: Point3::origin(), azimuth_deg: 0.0, ..FRONT };
     let image = draw_posture(&robot, &posture, &camera, SIZE);
     // The lamp stands 1.5 high, 0.75 towards the camera (+x) and 0.8 to its left (-y) for a shadow at the origin.
-    let floor_at = |x: f64, y: f64| {
-        let [x, y] = camera.project(Point3::new(x, y, 0.0), SIZE).unwrap();
-        u32::from(image.get_pixel(x as u32, y as u32).0[1])
-    };
+    let floor_at = |x: f64, y: f64| u32::from(at(&image, &camera, Point3::new(x, y, 0.0))[1]);
     let (shaded, lit) = (floor_at(-0.15, 0.16), floor_at(-0.15, -0.16));
     assert!(shaded + 40 < lit, "{shaded} {lit}");
 }
@@ -196,10 +199,9 @@ fn each_mark_is_seen_in_its_colour() {
         (Overlay::Zmp, on_floor(0.2, 0.05), 0),
     ];
     assert_eq!(cases.each_ref().map(|(mark, ..)| *mark), Overlay::ALL);
-    for (mark, at, channel) in cases {
+    for (mark, place, channel) in cases {
         let image = draw(&robot, &moment, &FRONT, SIZE, &[mark]);
-        let [x, y] = FRONT.project(at, SIZE).unwrap().map(|px| px as u32);
-        let (now, before) = (image.get_pixel(x, y).0, bare.get_pixel(x, y).0);
+        let [now, before] = [&image, &bare].map(|image| at(image, &FRONT, place));
         assert_ne!(now, before, "{mark:?}");
         let strongest = (0..3).max_by_key(|&i| now[i]).unwrap();
         assert!(now[channel] == now[strongest], "{mark:?}: {now:?}");
@@ -207,8 +209,7 @@ fn each_mark_is_seen_in_its_colour() {
     // A mark below the sole is seen through the foot.
     let beneath = Snapshot { zmp: Some(Point2::new(-0.03, 0.05)), ..moment };
     let image = draw(&robot, &beneath, &FRONT, SIZE, &[Overlay::Zmp]);
-    let [x, y] = FRONT.project(on_floor(-0.03, 0.05), SIZE).unwrap().map(|px| px as u32);
-    let [r, g, b] = image.get_pixel(x, y).0;
+    let [r, g, b] = at(&image, &FRONT, on_floor(-0.03, 0.05));
     assert!(r > g.max(b) + 60, "{r} {g} {b}");
 }
 
@@ -221,10 +222,7 @@ fn a_slope_tilts_the_floor_and_what_lies_on_it() {
     let marks = [Overlay::Dcm];
     let image = draw(&robot, &tilted, &FRONT, SIZE, &marks);
     // The DCM is above x = 0.15 m of the plan, where the floor that falls forward is lower.
-    let seen = |z: f64| {
-        let [x, y] = FRONT.project(Point3::new(0.15, 0.0, z), SIZE).unwrap().map(|px| px as u32);
-        image.get_pixel(x, y).0
-    };
+    let seen = |z: f64| at(&image, &FRONT, Point3::new(0.15, 0.0, z));
     assert!(is_green(seen(-0.15 * 0.2_f64.tan())) && !is_green(seen(0.0)));
 }
 
@@ -236,10 +234,6 @@ fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
     let marks = [Overlay::Dcm];
     let patch = [Point2::new(-0.07, -0.1), Point2::new(0.07, 0.1)];
     let camera = Camera { target: Point3::origin(), azimuth_deg: 0.0, distance_m: 0.8, ..FRONT };
-    let at = |image: &RgbImage, x: f64, y: f64, z: f64| {
-        let [x, y] = camera.project(Point3::new(x, y, z), SIZE).unwrap().map(|px| px as u32);
-        image.get_pixel(x, y).0
-    };
     let flat = draw(&robot, &moment, &camera, SIZE, &marks);
     assert!(
         flat == draw_on(&Stage::new(&robot, Ground { patch, ..Ground::default() }), &moment, &camera, SIZE, &marks)
@@ -248,9 +242,9 @@ fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
         let ground = Ground { step_m, patch, ..Ground::default() };
         let image = draw_on(&Stage::new(&robot, ground), &moment, &camera, SIZE, &marks);
         for (x, is_dot) in [(0.15, true), (0.13, false), (0.17, false)] {
-            assert_eq!(is_green(at(&image, x, 0.0, step_m)), is_dot, "{step_m} m: {x}");
+            assert_eq!(is_green(at(&image, &camera, Point3::new(x, 0.0, step_m))), is_dot, "{step_m} m: {x}");
         }
-        let light = |x: f64, y: f64, z: f64| u16::from(at(&image, x, y, z)[1]);
+        let light = |x: f64, y: f64, z: f64| u16::from(at(&image, &camera, Point3::new(x, y, z))[1]);
         // Between lines of the grid.
         let (around, patch) = (light(-0.03, 0.15, step_m), light(-0.03, 0.05, 0.0));
         assert!(around > patch + 8, "{step_m} m: {around}, {patch}");

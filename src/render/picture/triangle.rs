@@ -38,8 +38,8 @@ pub(super) fn stored(light: f32) -> u8 {
 }
 
 /// A stored colour (0 to 1) in linear light.
-pub(super) fn linear(color: [f64; 3]) -> Light {
-    color.map(|c| (c * c) as f32)
+pub(super) const fn linear([r, g, b]: [f64; 3]) -> Light {
+    [(r * r) as f32, (g * g) as f32, (b * b) as f32]
 }
 
 /// Which samples are inside of a triangle; those on an edge that two triangles share belong to one of them.

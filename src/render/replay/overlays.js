@@ -107,13 +107,12 @@ class Overlays {
   }
 }
 
-// Draws lines of some pixels' width, and fills.
+// Draws fills, and over them lines of some pixels' width: WebGL's own have one. A line is a rectangle between its ends, turned
+// to the screen; a corner of a fill is the end of a line without width.
 class OverlayLayer {
   constructor(gl) {
     this.gl = gl;
-    // A line is a rectangle between its ends, turned to the screen: WebGL has lines of one pixel only.
-    const paint = "in vec4 color; uniform float alpha; out vec4 shown; void main() { shown = vec4(color.rgb, color.a * alpha); }";
-    this.lineProgram = program(gl, `
+    this.program = program(gl, `
 layout(location = 0) in vec3 here;
 layout(location = 1) in vec3 other;
 layout(location = 2) in vec4 tint;
@@ -128,39 +127,26 @@ void main() {
   a.xy += across * wide / screen * a.w;
   color = tint;
   gl_Position = a;
-}`, paint);
-    this.fillProgram = program(gl, `
-layout(location = 0) in vec3 here;
-layout(location = 1) in vec4 tint;
-uniform mat4 view;
-out vec4 color;
-void main() { color = tint; gl_Position = view * vec4(here, 1.0); }`, paint);
-    this.lineBuffer = vertices(gl, [3, 3, 4, 1]);
-    this.fillBuffer = vertices(gl, [3, 4]);
+}`, "in vec4 color; uniform float alpha; out vec4 shown; void main() { shown = vec4(color.rgb, color.a * alpha); }");
+    this.buffer = vertices(gl, [3, 3, 4, 1]);
   }
 
   draw({ lines, fills }, view, screen, alpha) {
-    const ratio = window.devicePixelRatio || 1, lineData = [], fillData = [];
+    const { gl, program: { made, uniforms } } = this, ratio = window.devicePixelRatio || 1, data = [];
+    for (const [a, b, c, color] of fills) for (const at of [a, b, c]) data.push(...at, ...at, ...color, 0);
     for (const [a, b, color, width] of lines) {
       const w = width * ratio;
       // Seen from the other end, left is right.
       const from = (side) => [...a, ...b, ...color, side], to = (side) => [...b, ...a, ...color, -side];
-      lineData.push(...from(w), ...from(-w), ...to(w), ...to(w), ...from(-w), ...to(-w));
+      data.push(...from(w), ...from(-w), ...to(w), ...to(w), ...from(-w), ...to(-w));
     }
-    for (const [a, b, c, color] of fills) fillData.push(...a, ...color, ...b, ...color, ...c, ...color);
-    this.batch(this.fillProgram, this.fillBuffer, fillData, 7, view, screen, alpha);
-    this.batch(this.lineProgram, this.lineBuffer, lineData, 11, view, screen, alpha);
-  }
-
-  batch({ made, uniforms }, { array, buffer }, data, stride, view, screen, alpha) {
-    const { gl } = this;
     gl.useProgram(made);
     gl.uniformMatrix4fv(uniforms.view, false, view);
     gl.uniform1f(uniforms.alpha, alpha);
-    if (uniforms.screen) gl.uniform2fv(uniforms.screen, screen);
-    gl.bindVertexArray(array);
-    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+    gl.uniform2fv(uniforms.screen, screen);
+    gl.bindVertexArray(this.buffer.array);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer.buffer);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(data), gl.DYNAMIC_DRAW);
-    gl.drawArrays(gl.TRIANGLES, 0, data.length / stride);
+    gl.drawArrays(gl.TRIANGLES, 0, data.length / 11);
   }
 }

@@ -93,8 +93,7 @@ pub fn cone(radius: f64, length: f64) -> Mesh {
 
 /// A rod from the origin along z.
 pub fn rod(radius: f64, length: f64) -> Mesh {
-    let ends = [[0.0, 0.0, 0.0, -1.0], [radius, 0.0, 0.0, -1.0], [radius, 0.0, 1.0, 0.0], [radius, length, 1.0, 0.0]];
-    revolved(&[&ends[..], &[[radius, length, 0.0, 1.0], [0.0, length, 0.0, 1.0]]].concat())
+    cylinder(radius, length).at(&Isometry3::translation(0.0, 0.0, length / 2.0))
 }
 
 /// A surface of revolution about z, from points [r, z] with normals [r, z] that go up along its outside.

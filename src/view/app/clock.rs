@@ -20,24 +20,25 @@ const DISPLAY_HZ: f64 = 60.0;
 /// Keeps a simulation in step with the wall.
 #[derive(Debug)]
 pub struct FrameClock {
-    speed: f64,
+    /// Simulated seconds per second, as wished.
+    pub speed: f64,
     pub paused: bool,
     last: Instant,
     /// Wall time of the last frame (s).
     pub frame_s: f64,
     /// Simulated time that is due (s).
     due_s: f64,
-    frames: u64,
-    dropped: u64,
-    /// Simulated time that was due and never came (s).
-    lost_s: f64,
-    /// Simulated and wall time of the stretch that the real-time factor is taken over (s).
-    stretch: [f64; 2],
+    /// Simulated time that was due and never came (s): physics was slower than the wall.
+    pub lost_s: f64,
+    /// Frames drawn, and those of the display that were not.
+    pub frames: u64,
+    pub dropped: u64,
     /// Simulated seconds per second, of late; None while paused, or where that is not known yet.
     pub factor: Option<f64>,
     /// Frames drawn per second, of late.
     pub frames_per_s: f64,
-    stretch_frames: u32,
+    /// What the two are taken over: simulated and wall time (s), and frames.
+    stretch: [f64; 3],
 }
 
 impl FrameClock {
@@ -48,24 +49,19 @@ impl FrameClock {
             last: Instant::now(),
             frame_s: 0.0,
             due_s: 0.0,
+            lost_s: 0.0,
             frames: 0,
             dropped: 0,
-            lost_s: 0.0,
-            stretch: [0.0; 2],
             factor: None,
             frames_per_s: 0.0,
-            stretch_frames: 0,
+            stretch: [0.0; 3],
         }
     }
 
     /// The next speed of the list, up or down.
     pub fn change_speed(&mut self, up: bool) {
-        let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-6;
-        let other = if up {
-            SPEEDS.into_iter().find(|&s| s > self.speed && !near(s, self.speed))
-        } else {
-            SPEEDS.into_iter().rev().find(|&s| s < self.speed && !near(s, self.speed))
-        };
+        let (slower, faster) = (|s: &f64| *s < self.speed * (1.0 - 1e-6), |s: &f64| *s > self.speed * (1.0 + 1e-6));
+        let other = if up { SPEEDS.into_iter().find(faster) } else { SPEEDS.into_iter().rfind(slower) };
         self.set_speed(other.unwrap_or(self.speed));
     }
 
@@ -75,14 +71,9 @@ impl FrameClock {
         self.forget();
     }
 
-    /// Simulated seconds per second, as wished.
-    pub fn speed(&self) -> f64 {
-        self.speed
-    }
-
     /// Begins to measure anew.
     fn forget(&mut self) {
-        (self.factor, self.stretch, self.stretch_frames) = (None, [0.0; 2], 0);
+        (self.factor, self.stretch) = (None, [0.0; 3]);
     }
 
     /// What has passed since the last frame is not to be simulated: the window was not there yet.
@@ -105,14 +96,14 @@ impl FrameClock {
             self.forget();
             return;
         }
-        if self.stretch[1] >= 1.0 {
-            self.factor = Some(self.stretch[0] / self.stretch[1]);
-            self.frames_per_s = f64::from(self.stretch_frames) / self.stretch[1];
-            (self.stretch, self.stretch_frames) = ([0.0; 2], 0);
+        let [simulated_s, wall_s, frames] = self.stretch;
+        if wall_s >= 1.0 {
+            (self.factor, self.frames_per_s) = (Some(simulated_s / wall_s), frames / wall_s);
+            self.stretch = [0.0; 3];
         }
         self.due_s += passed_s * self.speed;
         self.stretch[1] += passed_s;
-        self.stretch_frames += 1;
+        self.stretch[2] += 1.0;
     }
 
     /// Runs `advance` by `step_s` of simulated time as often as is due; it says whether it can go on. What a machine
@@ -138,16 +129,6 @@ impl FrameClock {
             done_s += step_s;
         }
     }
-
-    /// Frames drawn, and those of a display of 60 Hz that were not.
-    pub fn frames(&self) -> (u64, u64) {
-        (self.frames, self.dropped)
-    }
-
-    /// Simulated time that was due and never came (s): physics was slower than the wall.
-    pub fn lost_s(&self) -> f64 {
-        self.lost_s
-    }
 }
 
 #[cfg(test)]
@@ -169,9 +150,8 @@ mod tests {
         }
         let passed_s = start.elapsed().as_secs_f64();
         assert!((0.5 * passed_s - f64::from(ticks) * 0.002).abs() < 0.004, "{ticks} ticks in {passed_s} s");
-        let (frames, dropped) = clock.frames();
-        assert_eq!(frames, 4);
-        assert!(dropped >= 8, "{dropped}");
+        assert_eq!(clock.frames, 4);
+        assert!(clock.dropped >= 8, "{}", clock.dropped);
         clock.paused = true;
         sleep(Duration::from_millis(10));
         clock.begin_frame();
@@ -182,7 +162,7 @@ mod tests {
     fn a_program_that_was_stopped_goes_on_where_it_was() {
         let mut clock = FrameClock::new(2.0);
         clock.last -= Duration::from_secs(100);
-        clock.stretch = [0.5, 0.5];
+        clock.stretch = [0.5, 0.5, 1.0];
         clock.begin_frame();
         let mut ticks = 0;
         clock.catch_up(0.002, || {
@@ -190,7 +170,7 @@ mod tests {
             true
         });
         // Three seconds at twice the speed, but for what rounding leaves.
-        assert!((2999..=3000).contains(&ticks) && clock.lost_s() == 0.0, "{ticks} {}", clock.lost_s());
+        assert!((2999..=3000).contains(&ticks) && clock.lost_s == 0.0, "{ticks} {}", clock.lost_s);
         assert!(clock.stretch[0] <= clock.speed * clock.stretch[1], "{:?}", clock.stretch);
     }
 
@@ -216,7 +196,7 @@ mod tests {
                 sleep(Duration::from_millis(tick_ms));
                 true
             });
-            (ticks, clock.lost_s(), clock.due_s)
+            (ticks, clock.lost_s, clock.due_s)
         };
         // Longer than the patience, but faster than the wall.
         let (done, lost_s, due_s) = ticks(6, 1.0);
@@ -230,16 +210,16 @@ mod tests {
     #[test]
     fn the_factor_is_that_of_the_speed_and_of_what_goes_on() {
         let measured = || {
-            let mut clock = FrameClock { stretch: [2.0, 1.0], ..FrameClock::new(2.0) };
+            let mut clock = FrameClock { stretch: [2.0, 1.0, 1.0], ..FrameClock::new(2.0) };
             clock.begin_frame();
             assert_eq!(clock.factor, Some(2.0));
             clock
         };
         let mut clock = measured();
         clock.change_speed(false);
-        assert_eq!((clock.speed(), clock.factor), (1.0, None));
+        assert_eq!((clock.speed, clock.factor), (1.0, None));
         let mut clock = FrameClock { due_s: 0.1, ..measured() };
         clock.catch_up(0.002, || false);
-        assert_eq!((clock.factor, clock.lost_s()), (None, 0.0));
+        assert_eq!((clock.factor, clock.lost_s), (None, 0.0));
     }
 }

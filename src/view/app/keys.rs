@@ -69,9 +69,6 @@ pub const RECORDED_HELP: [(&str, &str); 8] = [
     ("H, Q or Esc", "this help, quit"),
 ];
 
-const DIGITS: [Key; 9] =
-    [Key::Key1, Key::Key2, Key::Key3, Key::Key4, Key::Key5, Key::Key6, Key::Key7, Key::Key8, Key::Key9];
-
 /// A key that is held is pressed again sooner than this. One that was let go where the window was not told of it
 /// (another one had the keyboard) is not.
 const LONGEST_REPEAT: Duration = Duration::from_secs(3);
@@ -105,7 +102,7 @@ impl Keyboard {
         let (key, is_held) = self.struck.take()?;
         // Where letters are not Latin their keys are known by their place.
         let sign = if sign.is_ascii() { Some(sign.to_ascii_lowercase()) } else { in_place(key) };
-        let digit = || DIGITS.iter().position(|&digit| live && digit == key).map(Wish::GainSet);
+        let digit = || in_place(key)?.to_digit(10)?.checked_sub(1).filter(|_| live).map(|i| Wish::GainSet(i as usize));
         sign.and_then(|sign| signed(sign, live)).or_else(digit).filter(|wish| !is_held || wish.repeats())
     }
 }
@@ -148,18 +145,17 @@ fn signed(sign: char, live: bool) -> Option<Wish> {
     })
 }
 
-/// The letter or sign of a key where its keyboard is that of the United States.
+/// The letter, digit or sign of a key where its keyboard is that of the United States.
 fn in_place(key: Key) -> Option<char> {
-    let named = || {
-        let name = format!("{key:?}");
-        name.chars().next().filter(|_| name.len() == 1)
-    };
     match key {
         Key::Period => Some('.'),
         Key::Comma => Some(','),
         Key::Minus => Some('-'),
         Key::Equals => Some('='),
-        _ => named().map(|letter| letter.to_ascii_lowercase()),
+        _ => {
+            let name = format!("{key:?}").to_ascii_lowercase();
+            name.strip_prefix("key").unwrap_or(&name).parse().ok()
+        }
     }
 }
 

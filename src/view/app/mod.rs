@@ -22,7 +22,6 @@ mod world;
 use crate::error::{Error, Result};
 use crate::render::scene::Stage;
 use crate::render::scene::palette::Overlay;
-use crate::render::scene::scale::RobotScale;
 use crate::view::Options;
 use aim::Aim;
 use camera::{Leash, Lens, camera};
@@ -35,7 +34,6 @@ use kiss3d::post_processing::Tonemap;
 use kiss3d::window::{NumSamples, Window};
 use live::Live;
 use marks::Marks;
-use panel::PanelFacts;
 use pick::Grab;
 use recorded::Recorded;
 use show::{Show, several};
@@ -57,14 +55,13 @@ pub fn run(args: &Options) -> Result<String> {
     match (&args.dir, args.trial) {
         (Some(folder), Some(trial)) => {
             let recorded = Recorded::new(folder, trial, args)?;
-            let (robot, ground, scale) = (recorded.film.robot.clone(), recorded.film.ground, recorded.scale);
-            App::open(args, Show::Recorded(Box::new(recorded)), Stage::new(&robot, ground), scale)?.run(args)
+            let (robot, ground) = (recorded.film.robot.clone(), recorded.film.ground);
+            App::open(args, Show::Recorded(Box::new(recorded)), Stage::new(&robot, ground))?.run(args)
         }
         _ => {
             let world = World::new(args)?;
-            let scale = RobotScale::of(&world.robot);
             let stage = Stage::new(&world.simulated, world.ground());
-            App::open(args, Show::Live(Box::new(Live::new(&world))), stage, scale)?.run(args)
+            App::open(args, Show::Live(Box::new(Live::new(&world))), stage)?.run(args)
         }
     }
 }
@@ -86,8 +83,6 @@ struct App<'a> {
     leash: Leash,
     space: Space<'a>,
     show: Show<'a>,
-    /// Of the robot.
-    scale: RobotScale,
     clock: FrameClock,
     shown: Vec<Overlay>,
     aim: Aim,
@@ -99,7 +94,8 @@ struct App<'a> {
 }
 
 impl<'a> App<'a> {
-    fn open(args: &Options, show: Show<'a>, stage: Stage<'a>, scale: RobotScale) -> Result<Self> {
+    fn open(args: &Options, show: Show<'a>, stage: Stage<'a>) -> Result<Self> {
+        let scale = stage.scale;
         let aim = Aim::new(args, scale)?;
         let mut window = window::open("standfast", SIZE.0, SIZE.1)?;
         window.set_background_color(colors::SKY.line());
@@ -114,7 +110,6 @@ impl<'a> App<'a> {
             leash: Leash::of(scale),
             space: Space::new(stage),
             show,
-            scale,
             clock: FrameClock::new(args.speed),
             shown: Overlay::ALL.to_vec(),
             aim,
@@ -147,11 +142,11 @@ impl<'a> App<'a> {
                 }
             };
             watch.beat();
-            let (frames, _) = self.clock.frames();
+            let FrameClock { frames, speed, .. } = self.clock;
             if frames == 1 {
                 self.clock.skip();
             }
-            let (now, speed) = (self.show.now(), self.clock.speed());
+            let now = self.show.now();
             let [x_mm, y_mm, _] = <[f64; 3]>::from(now.com * 1000.0);
             log::trace!("frame {frames}: {:.3} s, speed {speed}, COM {x_mm:.1} {y_mm:.1} mm", now.time_s);
             let is_slow = (0.1..SLOW_FRAMES_PER_S).contains(&self.clock.frames_per_s);
@@ -165,7 +160,7 @@ impl<'a> App<'a> {
         if let Some(path) = &args.screenshot {
             write_picture(&self.window, path)?;
         }
-        let ((frames, dropped), lost_s) = (self.clock.frames(), self.clock.lost_s());
+        let FrameClock { frames, dropped, lost_s, .. } = self.clock;
         let (frames, seconds) = (several(frames, "frame", "frames"), start.elapsed().as_secs_f64());
         let mut drawn = format!("{frames} drawn, {dropped} dropped, in {seconds:.1} s");
         // Less is none in what is printed.
@@ -208,7 +203,7 @@ impl<'a> App<'a> {
         let (Show::Live(live), Some(mouse)) = (&mut self.show, mouse) else { return };
         let sight = lens.sight(mouse);
         if let Some(hit) = pick::pick(&self.space.stage, &live.kinematics, &sight) {
-            live.take(Grab::new(hit, &sight, &live.kinematics, lens.looking(), self.scale));
+            live.take(Grab::new(hit, &sight, &live.kinematics, lens.looking(), self.space.stage.scale));
             self.camera.rebind_rotate_button(None);
         }
     }
@@ -257,8 +252,7 @@ impl<'a> App<'a> {
         if self.help {
             panel::help(ctx, self.show.is_live());
         }
-        let Self { show, clock, shown, aim, scale, .. } = self;
-        panel::draw(ctx, &PanelFacts { show, clock, shown, aim: *aim, scale: *scale }, wishes);
+        panel::draw(ctx, self, wishes);
         if let Show::Recorded(recorded) = &self.show {
             timeline::draw(ctx, recorded, self.clock.paused, wide, wishes);
         }
@@ -307,7 +301,7 @@ impl<'a> App<'a> {
                 recorded.seek(to_s);
             }
             (Wish::ResetCamera, _) => {
-                (self.camera, self.leash) = (camera(self.scale), Leash::of(self.scale));
+                (self.camera, self.leash) = (camera(self.space.stage.scale), Leash::of(self.space.stage.scale));
             }
             (Wish::Help, _) => self.help ^= true,
             (Wish::Quit, _) => self.quits = true,

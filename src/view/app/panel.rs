@@ -1,13 +1,12 @@
 //! The panel at the right: what acts, how the robot fares, and all that keys can do, by mouse.
 
 use super::aim::Aim;
-use super::clock::{FrameClock, SPEEDS};
+use super::clock::SPEEDS;
 use super::keys::{LIVE_HELP, RECORDED_HELP, Wish};
 use super::plots::{self, SPAN_S};
 use super::show::Show;
-use super::{colors, space};
+use super::{App, colors, space};
 use crate::render::scene::palette::{Look, Overlay};
-use crate::render::scene::scale::RobotScale;
 use kiss3d::egui::{
     Align2, Area, Button, Color32, Context, DragValue, Frame, Grid, Id, Margin, RichText, ScrollArea, Sense, Ui, vec2,
 };
@@ -19,18 +18,8 @@ const LINE: f32 = 22.0;
 /// Least height of a plot; where two do not fit the panel scrolls.
 const LEAST_PLOT: f32 = 80.0;
 
-/// What the panel tells.
-pub struct PanelFacts<'a> {
-    pub show: &'a Show<'a>,
-    pub clock: &'a FrameClock,
-    pub shown: &'a [Overlay],
-    /// The next push.
-    pub aim: Aim,
-    pub scale: RobotScale,
-}
-
 /// Draws the panel and adds what is asked for.
-pub fn draw(ctx: &Context, told: &PanelFacts, wishes: &mut Vec<Wish>) {
+pub fn draw(ctx: &Context, app: &App, wishes: &mut Vec<Wish>) {
     let height = ctx.content_rect().height();
     let frame = Frame::NONE.fill(Color32::from_rgb(0xf8, 0xf9, 0xfb)).inner_margin(Margin::same(12));
     Area::new(Id::new("panel")).anchor(Align2::RIGHT_TOP, vec2(0.0, 0.0)).show(ctx, |ui| {
@@ -39,23 +28,23 @@ pub fn draw(ctx: &Context, told: &PanelFacts, wishes: &mut Vec<Wish>) {
             ui.set_max_width(WIDTH - 24.0);
             ui.set_height(height - 24.0);
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                let (now_s, scale) = (told.show.now().time_s, told.scale);
-                state(ui, told.show, wishes);
+                let (now_s, scale) = (app.show.now().time_s, app.space.stage.scale);
+                state(ui, &app.show, wishes);
                 ui.separator();
-                time(ui, told, wishes);
-                if told.show.is_live() {
-                    push(ui, told.aim, wishes);
+                time(ui, app, wishes);
+                if app.show.is_live() {
+                    push(ui, app.aim, wishes);
                 }
                 ui.separator();
-                overlays(ui, told.shown, wishes);
+                overlays(ui, &app.shown, wishes);
                 ui.separator();
-                let (span_s, marked_s) = match told.show {
+                let (span_s, marked_s) = match &app.show {
                     Show::Recorded(recorded) => ([0.0, recorded.end_s()], Some(now_s)),
                     Show::Live(_) => ([now_s.max(SPAN_S) - SPAN_S, now_s.max(SPAN_S)], None),
                 };
                 // Both plots, their names and the last line fill what is left of the window.
                 let height = (0.5 * (ui.available_height() - 3.0 * LINE)).max(LEAST_PLOT);
-                plots::draw(ui, told.show.trail(), scale.length(), span_s, marked_s, height);
+                plots::draw(ui, app.show.trail(), scale.length(), span_s, marked_s, height);
                 ui.weak(format!("H: keys; lines of the floor every {} m", space::spacing_m(scale)));
             });
         });
@@ -63,30 +52,34 @@ pub fn draw(ctx: &Context, told: &PanelFacts, wishes: &mut Vec<Wish>) {
 }
 
 fn state(ui: &mut Ui, show: &Show, wishes: &mut Vec<Wish>) {
-    let (names, acting, gains) = show.gain_sets();
-    match show {
-        Show::Recorded(recorded) => _ = ui.heading(format!("trial {} of {}", recorded.trial, recorded.film.gain_set)),
-        Show::Live(_) => {
+    // Slow to fast.
+    let gains: Vec<&str> = match show {
+        Show::Recorded(recorded) => {
+            ui.heading(format!("trial {} of {}", recorded.trial, recorded.film.gain_set));
+            if let Some(difference) = &recorded.difference {
+                ui.label(RichText::new(difference).color(colors::BADLY.egui()));
+            }
+            recorded.film.gains.iter().map(String::as_str).collect()
+        }
+        Show::Live(live) => {
+            let (designs, acting) = (&live.world.designs, live.acting);
             ui.horizontal_wrapped(|ui| {
-                for (i, name) in names.iter().enumerate() {
-                    if ui.selectable_label(i == acting, format!("{} {name}", i + 1)).clicked() {
-                        wishes.push(Wish::GainSet(i));
-                    }
+                for (i, design) in designs.iter().enumerate() {
+                    let label = ui.selectable_label(i == acting, format!("{} {}", i + 1, design.family.name));
+                    wishes.extend(label.clicked().then_some(Wish::GainSet(i)));
                 }
             });
+            designs[acting].family.gains.iter().map(|gain| gain.name.as_str()).collect()
         }
-    }
+    };
     let (now, (verdict, badly)) = (show.now(), show.verdict());
     let color = if badly { colors::BADLY } else { colors::WELL };
     ui.label(RichText::new(verdict).color(color.egui()).strong());
-    if let Some(difference) = show.difference() {
-        ui.label(RichText::new(difference).color(colors::BADLY.egui()));
-    }
     Grid::new("state").num_columns(2).spacing([10.0, 3.0]).show(ui, |ui| {
         ui.label("gain");
         ui.horizontal_wrapped(|ui| {
             ui.spacing_mut().item_spacing.x = 6.0;
-            for (i, name) in gains.iter().enumerate() {
+            for (i, &name) in gains.iter().enumerate() {
                 match now.gain == Some(i) {
                     true => ui.label(
                         RichText::new(format!(" {name} "))
@@ -121,15 +114,15 @@ fn state(ui: &mut Ui, show: &Show, wishes: &mut Vec<Wish>) {
     });
 }
 
-fn time(ui: &mut Ui, told: &PanelFacts, wishes: &mut Vec<Wish>) {
-    let (clock, is_live) = (told.clock, told.show.is_live());
+fn time(ui: &mut Ui, app: &App, wishes: &mut Vec<Wish>) {
+    let (clock, is_live) = (&app.clock, app.show.is_live());
     ui.horizontal_wrapped(|ui| {
-        ui.monospace(RichText::new(format!("{:.3} s", told.show.now().time_s)).size(16.0));
+        ui.monospace(RichText::new(format!("{:.3} s", app.show.now().time_s)).size(16.0));
         let (text, slow) = match clock.factor {
             None if clock.paused => ("paused".to_string(), false),
             None => (String::new(), false),
             Some(factor) => {
-                let late = factor < 0.9 * clock.speed() && is_live;
+                let late = factor < 0.9 * clock.speed && is_live;
                 let late_words = if late { "physics is late, " } else { "" };
                 (format!("{late_words}{factor:.2} of real time, {:.0} frames/s", clock.frames_per_s), late)
             }
@@ -139,14 +132,9 @@ fn time(ui: &mut Ui, told: &PanelFacts, wishes: &mut Vec<Wish>) {
     // A recording has them at its time line.
     if is_live {
         ui.horizontal(|ui| {
-            if ui.button(if clock.paused { "Go on" } else { "Pause" }).clicked() {
-                wishes.push(Wish::Pause);
-            }
-            if ui.button("Tick").clicked() {
-                wishes.push(Wish::Ticks(1));
-            }
-            if ui.button("Restart").clicked() {
-                wishes.push(Wish::Restart);
+            let pause = if clock.paused { "Go on" } else { "Pause" };
+            for (name, wish) in [(pause, Wish::Pause), ("Tick", Wish::Ticks(1)), ("Restart", Wish::Restart)] {
+                wishes.extend(ui.button(name).clicked().then_some(wish));
             }
         });
     }
@@ -155,9 +143,8 @@ fn time(ui: &mut Ui, told: &PanelFacts, wishes: &mut Vec<Wish>) {
         ui.label("speed ");
         for speed in SPEEDS {
             let name = if speed < 1.0 { format!("1/{:.0}", 1.0 / speed) } else { format!("{speed:.0}") };
-            if ui.selectable_label((clock.speed() / speed - 1.0).abs() < 1e-6, name).clicked() {
-                wishes.push(Wish::Speed(speed));
-            }
+            let is_it = (clock.speed / speed - 1.0).abs() < 1e-6;
+            wishes.extend(ui.selectable_label(is_it, name).clicked().then_some(Wish::Speed(speed)));
         }
     });
 }
@@ -165,18 +152,14 @@ fn time(ui: &mut Ui, told: &PanelFacts, wishes: &mut Vec<Wish>) {
 fn push(ui: &mut Ui, aim: Aim, wishes: &mut Vec<Wish>) {
     ui.horizontal(|ui| {
         let button = Button::new(RichText::new("Push").color(Color32::WHITE)).fill(colors::PUSH.egui());
-        if ui.add(button).clicked() {
-            wishes.push(Wish::Push);
-        }
+        wishes.extend(ui.add(button).clicked().then_some(Wish::Push));
         let (mut impulse, mut heading) = (aim.impulse_n_s, aim.heading_deg);
         let speed = 0.2 * aim.step_n_s;
-        if ui.add(DragValue::new(&mut impulse).speed(speed).fixed_decimals(2).suffix(" N s")).changed() {
-            wishes.push(Wish::Impulse(impulse));
-        }
+        let dragged = ui.add(DragValue::new(&mut impulse).speed(speed).fixed_decimals(2).suffix(" N s"));
+        wishes.extend(dragged.changed().then_some(Wish::Impulse(impulse)));
         ui.label("to");
-        if ui.add(DragValue::new(&mut heading).speed(1.0).fixed_decimals(0).suffix(" deg")).changed() {
-            wishes.push(Wish::Heading(heading - aim.heading_deg));
-        }
+        let dragged = ui.add(DragValue::new(&mut heading).speed(1.0).fixed_decimals(0).suffix(" deg"));
+        wishes.extend(dragged.changed().then_some(Wish::Heading(heading - aim.heading_deg)));
         ui.weak("0 forward, 90 left");
     });
 }
@@ -190,9 +173,7 @@ fn overlays(ui: &mut Ui, shown: &[Overlay], wishes: &mut Vec<Wish>) {
                 ui.painter().rect_filled(place, 2, color.egui());
                 let mut is_shown = shown.contains(&overlay);
                 let switch = ui.checkbox(&mut is_shown, format!("{name} ({})", key.to_ascii_uppercase()));
-                if switch.on_hover_text(hint).changed() {
-                    wishes.push(Wish::Toggle(overlay));
-                }
+                wishes.extend(switch.on_hover_text(hint).changed().then_some(Wish::Toggle(overlay)));
             });
             if i % 2 == 1 {
                 ui.end_row();

@@ -156,42 +156,22 @@ fn bounds(trail: &Trail, length: f64, axis: usize) -> [f64; 2] {
 /// the place in the trail: a curve that scrolls must not dance.
 fn thinned(trail: &Trail, axis: usize, of: PlottedAt) -> Vec<Vec<PlotPoint>> {
     let size = trail.samples.len().div_ceil(BUCKETS).max(1);
-    let mut stretches = vec![Vec::new()];
-    // Of the bucket that is being filled: its number, and its least and greatest point.
-    let mut bucket: Option<(usize, [PlotPoint; 2])> = None;
-    let close = |bucket: &mut Option<(usize, [PlotPoint; 2])>, stretch: &mut Vec<PlotPoint>| {
-        if let Some((_, [least, greatest])) = bucket.take() {
-            let (first, second) = if least.x <= greatest.x { (least, greatest) } else { (greatest, least) };
-            stretch.push(first);
-            stretch.extend((second.x > first.x).then_some(second));
-        }
-    };
-    for (i, sample) in trail.samples.iter().enumerate() {
-        let number = (trail.gone + i) / size;
-        let Some(last) = stretches.last_mut() else { break };
-        if bucket.as_ref().is_some_and(|(open, _)| *open != number) {
-            close(&mut bucket, last);
-        }
-        let Some(at) = of(sample) else {
-            close(&mut bucket, last);
-            if !last.is_empty() {
-                stretches.push(Vec::new());
-            }
-            continue;
-        };
-        let point = PlotPoint::new(sample.time_s, 1000.0 * at[axis]);
-        let (_, [least, greatest]) = bucket.get_or_insert((number, [point, point]));
-        if point.y < least.y {
-            *least = point;
-        }
-        if point.y > greatest.y {
-            *greatest = point;
-        }
-    }
-    if let Some(last) = stretches.last_mut() {
-        close(&mut bucket, last);
-    }
-    stretches
+    let point = |sample| of(sample).map(|at| PlotPoint::new(sample.time_s, 1000.0 * at[axis]));
+    let ticks = trail.samples.iter().enumerate();
+    let numbered: Vec<_> = ticks.map(|(i, sample)| ((trail.gone + i) / size, point(sample))).collect();
+    let stretches = numbered.chunk_by(|(_, a), (_, b)| a.is_some() == b.is_some());
+    let thin = |stretch: &[_]| stretch.chunk_by(|(a, _), (b, _)| a == b).flat_map(extremes).collect::<Vec<_>>();
+    stretches.map(thin).filter(|stretch| !stretch.is_empty()).collect()
+}
+
+/// The least and the greatest of a bucket's points, in order of time; one if they are the same, none if there is none.
+fn extremes(bucket: &[(usize, Option<PlotPoint>)]) -> Vec<PlotPoint> {
+    let by_value = |a: &&PlotPoint, b: &&PlotPoint| a.y.total_cmp(&b.y);
+    let points = || bucket.iter().filter_map(|(_, point)| point.as_ref());
+    let mut ends: Vec<_> = points().min_by(by_value).into_iter().chain(points().max_by(by_value)).copied().collect();
+    ends.sort_by(|a, b| a.x.total_cmp(&b.x));
+    ends.dedup();
+    ends
 }
 
 #[cfg(test)]

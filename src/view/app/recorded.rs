@@ -4,7 +4,6 @@ use super::plots::{Plotted, Trail};
 use crate::campaign::StoredTrial;
 use crate::episode::{Film, Snapshot};
 use crate::error::{Error, Result};
-use crate::render::scene::scale::RobotScale;
 use crate::robot::Kinematics;
 use crate::view::Options;
 use std::path::Path;
@@ -15,7 +14,6 @@ pub struct Recorded {
     pub trial: u64,
     /// How it differs from what the campaign found, in words.
     pub difference: Option<String>,
-    pub scale: RobotScale,
     pub trail: Trail,
     pub kinematics: Kinematics,
     /// Index into the film's snapshots.
@@ -33,11 +31,11 @@ impl Recorded {
         let disturbance = replayed.disturbance();
         let how_long = (replayed.config().until(), Film::AFTERMATH_S);
         let film = Film::take(&replayed.robot, &replayed.design, replayed.config(), disturbance, how_long, &mut |_| {});
-        let (difference, scale) = (replayed.difference(&film.record), RobotScale::of(&replayed.robot));
+        let difference = replayed.difference(&film.record);
         difference.iter().for_each(|difference| log::warn!("{difference}"));
         let trail = film.snapshots.iter().map(Plotted::of).collect();
         let kinematics = Kinematics::new(&film.robot);
-        let mut recorded = Self { film, trial, difference, scale, trail, kinematics, frame: 0 };
+        let mut recorded = Self { film, trial, difference, trail, kinematics, frame: 0 };
         recorded.show(0);
         Ok(recorded)
     }

@@ -95,25 +95,6 @@ impl Show<'_> {
         }
     }
 
-    /// Names of the gain sets to choose from, which of them acts, and the names of its gains, slow to fast.
-    pub fn gain_sets(&self) -> (Vec<String>, usize, Vec<String>) {
-        match self {
-            Show::Live(live) => {
-                let world = live.world;
-                let names = world.designs.iter().map(|design| design.family.name.clone()).collect();
-                let gains = &world.designs[live.acting].family.gains;
-                (names, live.acting, gains.iter().map(|gain| gain.name.clone()).collect())
-            }
-            Show::Recorded(recorded) => (Vec::new(), 0, recorded.film.gains.clone()),
-        }
-    }
-
-    /// How a recording differs from what it should be, in words.
-    pub fn difference(&self) -> Option<&str> {
-        let Show::Recorded(recorded) = self else { return None };
-        recorded.difference.as_deref()
-    }
-
     /// What happened, in a line or two.
     pub fn account(&self) -> String {
         match self {

@@ -17,15 +17,13 @@ pub fn draw(ctx: &Context, recorded: &Recorded, paused: bool, width: f32, wishes
         frame.show(ui, |ui| {
             ui.set_width(width - 24.0);
             ui.horizontal(|ui| {
-                let label = if paused { "Play" } else { "Pause" };
-                if ui.button(label).clicked() {
-                    wishes.push(Wish::Pause);
-                }
-                if ui.button("<").on_hover_text("a tick back").clicked() {
-                    wishes.push(Wish::Ticks(-1));
-                }
-                if ui.button(">").on_hover_text("a tick on").clicked() {
-                    wishes.push(Wish::Ticks(1));
+                let pause = if paused { "Play" } else { "Pause" };
+                for (name, hint, wish) in [
+                    (pause, "or the space bar", Wish::Pause),
+                    ("<", "a tick back", Wish::Ticks(-1)),
+                    (">", "a tick on", Wish::Ticks(1)),
+                ] {
+                    wishes.extend(ui.button(name).on_hover_text(hint).clicked().then_some(wish));
                 }
                 let time = format!("{:.3} of {:.2} s", recorded.now().time_s, recorded.end_s());
                 ui.monospace(time);

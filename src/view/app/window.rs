@@ -8,6 +8,8 @@ use kiss3d::camera::Camera3d;
 use kiss3d::scene::SceneNode3d;
 use kiss3d::window::{CanvasSetup, NumSamples, Window};
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
+#[cfg(all(unix, not(target_os = "macos")))]
+use std::path::Path;
 
 /// What to do where there is no window.
 const NO_DISPLAY: &str = "start it from a desktop session, or under Xvfb (apt-get install xvfb; xvfb-run standfast view ...); \
@@ -48,11 +50,29 @@ pub fn lost(cause: String) -> Error {
 /// A connection.
 type Held = Box<dyn std::any::Any>;
 
-/// A connection to the display that the environment names, where that can be known; else what is missing, in words.
+/// A connection to the display that the environment names, Wayland before X, as winit takes them. None where it was
+/// handed over as a connection already, and where there is no such environment; else what is missing, in words.
+#[cfg(all(unix, not(target_os = "macos")))]
 pub fn display() -> std::result::Result<Option<Held>, String> {
-    #[cfg(all(unix, not(target_os = "macos")))]
-    return display::connect();
-    #[cfg(not(all(unix, not(target_os = "macos"))))]
+    let set = |name: &str| std::env::var(name).ok().filter(|value| !value.is_empty());
+    if set("WAYLAND_SOCKET").is_some() {
+        return Ok(None);
+    }
+    if let Some(name) = set("WAYLAND_DISPLAY") {
+        // A name with a slash at its start is a path of its own.
+        let path = Path::new(&set("XDG_RUNTIME_DIR").unwrap_or_default()).join(&name);
+        let connection = std::os::unix::net::UnixStream::connect(path);
+        let connection = connection.map_err(|e| format!("no display: Wayland's {name} does not answer ({e})"))?;
+        return Ok(Some(Box::new(connection)));
+    }
+    let name = set("DISPLAY").ok_or("no display: neither DISPLAY nor WAYLAND_DISPLAY is set")?;
+    let (connection, _) =
+        x11rb::connect(Some(&name)).map_err(|e| format!("no display: DISPLAY={name} does not answer ({e})"))?;
+    Ok(Some(Box::new(connection)))
+}
+
+#[cfg(not(all(unix, not(target_os = "macos"))))]
+pub fn display() -> std::result::Result<Option<Held>, String> {
     Ok(None)
 }
 
@@ -79,67 +99,4 @@ fn quietly<T>(run: impl FnOnce() -> T) -> std::result::Result<T, String> {
 
 fn no_window(missing: String, remedy: &str) -> Error {
     Error::NoWindow { missing, remedy: remedy.into() }
-}
-
-/// The display that the environment names: Wayland before X, as winit takes them.
-#[cfg(all(unix, not(target_os = "macos")))]
-mod display {
-    use super::Held;
-    use std::any::Any;
-    use std::env::var;
-    use std::net::{TcpStream, ToSocketAddrs};
-    use std::os::unix::net::UnixStream;
-    use std::path::Path;
-    use std::time::Duration;
-
-    /// How long a display on another machine may take to answer.
-    const PATIENCE: Duration = Duration::from_secs(3);
-
-    /// A connection to it, unless it was handed over as one already; else what is missing, in words.
-    pub fn connect() -> Result<Option<Held>, String> {
-        let set = |name: &str| var(name).ok().filter(|value| !value.is_empty());
-        if set("WAYLAND_SOCKET").is_some() {
-            return Ok(None);
-        }
-        if let Some(name) = set("WAYLAND_DISPLAY") {
-            let folder = set("XDG_RUNTIME_DIR").unwrap_or_default();
-            // A name with a slash at its start is a path of its own.
-            return UnixStream::connect(Path::new(&folder).join(&name))
-                .map(held)
-                .map_err(|e| format!("no display: Wayland's {name} does not answer ({e})"));
-        }
-        let Some(name) = set("DISPLAY") else {
-            return Err("no display: neither DISPLAY nor WAYLAND_DISPLAY is set".into());
-        };
-        x_server(&name).ok_or_else(|| format!("no display: DISPLAY={name} does not answer"))
-    }
-
-    fn held(connection: impl Any) -> Option<Held> {
-        Some(Box::new(connection))
-    }
-
-    /// The X server that listens on `[host]:number[.screen]`.
-    fn x_server(display: &str) -> Option<Option<Held>> {
-        let (host, rest) = display.rsplit_once(':')?;
-        let number = rest.split('.').next()?.parse::<u16>().ok()?;
-        if host.is_empty() || host == "unix" {
-            let socket = UnixStream::connect(format!("/tmp/.X11-unix/X{number}")).ok();
-            return socket.or_else(|| abstract_socket(number)).map(held);
-        }
-        let mut addresses = (host, 6000_u16.saturating_add(number)).to_socket_addrs().ok()?;
-        addresses.find_map(|at| TcpStream::connect_timeout(&at, PATIENCE).ok()).map(held)
-    }
-
-    #[cfg(target_os = "linux")]
-    fn abstract_socket(number: u16) -> Option<UnixStream> {
-        use std::os::linux::net::SocketAddrExt;
-        use std::os::unix::net::SocketAddr;
-        let address = SocketAddr::from_abstract_name(format!("/tmp/.X11-unix/X{number}")).ok()?;
-        UnixStream::connect_addr(&address).ok()
-    }
-
-    #[cfg(not(target_os = "linux"))]
-    fn abstract_socket(_: u16) -> Option<UnixStream> {
-        None
-    }
 }
