@@ -57,6 +57,13 @@ pub struct SetOrigin {
     pub gains: String,
 }
 
+impl SetOrigin {
+    /// Of a set of the result's own campaign.
+    pub fn own(set: &str) -> Self {
+        Self { campaign: "campaign.toml".into(), gains: set.into() }
+    }
+}
+
 /// Success against impulse, fitted; without a fit, why there is none.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FittedCurve {
@@ -148,7 +155,7 @@ impl SetSummary {
         let limit = normalized_curve.fit.or(curve.fit).map(|fit| fit.x50);
         Self {
             name: name.clone(),
-            origin: SetOrigin { campaign: "campaign.toml".into(), gains: name.clone() },
+            origin: SetOrigin::own(name),
             count: success_count(rows.iter().copied()),
             fell: with(Outcome::Fell),
             diverged: with(Outcome::Diverged),
