@@ -145,9 +145,9 @@ impl Gates {
         let pairs =
             |other: &[&TrialRow]| PairedCounts::of(own.iter().zip(other).map(|(a, b)| (recovered(a), recovered(b))));
         let counts = other.as_deref().map(pairs);
-        let all = || own.iter().filter(|row| recovered(row)).count() as u64;
+        let saved = || own.iter().filter(|row| recovered(row)).count() as u64;
         let evidence = match &counts {
-            None => Evidence::rate(all(), own.len() as u64, level, sequential),
+            None => Evidence::rate(saved(), own.len() as u64, level, sequential),
             Some(counts) => Evidence::difference(counts, level, sequential),
         };
         let saved_by_other = |i: usize| other.as_ref().is_some_and(|other| other.get(i).is_some_and(recovered));
