@@ -71,7 +71,7 @@ enum Chosen {
     /// What was understood of a robot; kinematics at given joint angles
     Model(model::ModelArgs),
     /// The robot in a 3D window: live, to be pushed and pulled, or a trial of a result
-    View(crate::view::Options),
+    View(view::ViewArgs),
     /// Print a completion script for a shell
     Completions(completions::CompletionsArgs),
 }
@@ -92,7 +92,7 @@ pub fn run() -> Result<ExitCode> {
         Chosen::Cpi(args) => cpi::run(&args),
         Chosen::Response(args) => response::run(&args),
         Chosen::Model(args) => model::run(&args),
-        Chosen::View(options) => view::run(&options),
+        Chosen::View(args) => view::run(args),
         Chosen::Completions(args) => completions::run(&args, Cli::command()),
     }
 }

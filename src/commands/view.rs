@@ -4,12 +4,59 @@ use super::arguments::check_output;
 use super::terminal::print;
 use crate::error::Result;
 use crate::view::{self, Options};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-pub fn run(options: &Options) -> Result<ExitCode> {
-    if let Some(path) = &options.screenshot {
+#[derive(Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
+#[command(after_help = "Examples:
+  standfast view                                    live; drag the robot with the mouse, or push it by Enter
+  standfast view --gains hold --gains mine.toml     keys 1 and 2 switch between them
+  standfast view --campaign harsh --trial 17        live, on the robot and ground and with the pushes of a trial
+  standfast view standfast-results/standard --trial 17    a trial of a result as it was, with a time line
+
+Keys are listed in the window. It needs a display and a Vulkan driver; without: `standfast replay`.")]
+pub struct ViewArgs {
+    /// Result folder of `run`: show one trial of it, exactly as it was
+    #[arg(requires = "trial", conflicts_with_all = ["robot", "campaign"])]
+    pub dir: Option<PathBuf>,
+    /// Trial of the result; with --campaign: live, but robot, ground, noise and pushes are those of this trial
+    #[arg(long, value_name = "I")]
+    pub trial: Option<u64>,
+    /// Gain set by name or file, or a variant NAME:KEY=VALUE; may be given several times, the first acts
+    /// [default: catch, paper, switching, hold; of a result: the first set that lost the trial]
+    #[arg(long, value_name = "NAME|FILE")]
+    pub gains: Vec<String>,
+    /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
+    #[arg(long, value_name = "NAME|FILE")]
+    pub robot: Option<String>,
+    /// Take sensor noise, rates and thresholds from this campaign; without it sensors are ideal
+    #[arg(long, value_name = "NAME|FILE")]
+    pub campaign: Option<String>,
+    /// Impulse of the key's push (N s); adjustable in the window [default: 2.5, in proportion for robots that are larger or
+    /// smaller than ut-mu2]
+    #[arg(long, value_name = "N_S")]
+    pub impulse: Option<f64>,
+    /// Its direction (degrees): 0 pushes forward, 90 to the left; adjustable in the window
+    #[arg(long, value_name = "DEG", default_value_t = 0.0)]
+    pub heading: f64,
+    /// Simulated seconds per second; adjustable in the window
+    #[arg(long, value_name = "RATIO", default_value_t = 1.0)]
+    pub speed: f64,
+    /// Close the window after so many seconds
+    #[arg(long, value_name = "S")]
+    pub seconds: Option<f64>,
+    /// Write the window's last picture here
+    #[arg(long, value_name = "FILE.png")]
+    pub screenshot: Option<PathBuf>,
+}
+
+pub fn run(args: ViewArgs) -> Result<ExitCode> {
+    let ViewArgs { dir, trial, gains, robot, campaign, impulse, heading, speed, seconds, screenshot } = args;
+    if let Some(path) = &screenshot {
         check_output("--screenshot", path, &["png"])?;
     }
-    print(&view::run(options)?)?;
+    let options = Options { dir, trial, gains, robot, campaign, impulse, heading, speed, seconds, screenshot };
+    print(&view::run(&options)?)?;
     Ok(ExitCode::SUCCESS)
 }
