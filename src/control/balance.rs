@@ -86,10 +86,12 @@ impl Balance {
             }
         }
         match self.design.family.standing {
-            Standing::Posture => self.hold(estimate, command),
-            Standing::Switching => return self.stand(estimate, command),
+            Standing::Posture => {
+                self.hold(estimate, command);
+                Ok(())
+            }
+            Standing::Switching => self.stand(estimate, command),
         }
-        Ok(())
     }
 
     /// What was done at the last tick, on the estimate that it went by.
@@ -130,7 +132,7 @@ impl Balance {
         self.zmp_ref = decision.zmp.unwrap_or(self.zmp_ref);
         self.out_of_sets_s = (!decision.held).then(|| self.out_of_sets_s.map_or(0.0, |s| s + dt));
         if let Some(out_of_sets_s) = self.out_of_sets_s
-            && self.lift(estimate, &support, self.supervisor.zmp_error(), out_of_sets_s)
+            && self.lift(estimate, self.supervisor.zmp_error(), out_of_sets_s)
         {
             return self.swing_on(estimate, command);
         }
@@ -158,20 +160,13 @@ impl Balance {
     /// Lifts a foot for a ZMP error (m, control frame) that no state shows, as the paper imposes it (Sect. V.C). False if the
     /// footwork rule has no footstep for it.
     pub fn lift_for(&mut self, estimate: &mut Estimate, zmp_error: Vector2<f64>) -> bool {
-        let support = Support::of_estimate(&self.design.robot, estimate);
-        self.lift(estimate, &support, zmp_error, f64::INFINITY)
+        self.lift(estimate, zmp_error, f64::INFINITY)
     }
 
-    fn lift(
-        &mut self,
-        estimate: &mut Estimate,
-        support: &Support,
-        zmp_error: Vector2<f64>,
-        out_of_sets_s: f64,
-    ) -> bool {
+    fn lift(&mut self, estimate: &mut Estimate, zmp_error: Vector2<f64>, out_of_sets_s: f64) -> bool {
         let Some(footwork) = &mut self.footwork else { return false };
-        let (design, zmp_ref, last_landing) = (&self.design, self.zmp_ref, self.last_landing);
-        let now = StepState { design, estimate, support, zmp_error, zmp_ref, out_of_sets_s, last_landing };
+        let (design, last_landing) = (&self.design, self.last_landing);
+        let now = StepState { design, estimate, zmp_error, out_of_sets_s, last_landing };
         self.swing = footwork.lift(&now, &mut self.body);
         self.swing.iter().for_each(|swing| estimate.lift(swing.footstep.foot));
         self.swing.is_some()
@@ -180,11 +175,10 @@ impl Balance {
     /// A tick with a foot in the air.
     fn swing_on(&mut self, estimate: &Estimate, command: &mut Command) -> Result<(), TickError> {
         let (Some(swing), Some(footwork)) = (&mut self.swing, &mut self.footwork) else { return Ok(()) };
-        let Self { design, zmp_ref, last_landing, .. } = self;
+        let Self { design, last_landing, .. } = self;
         swing.time_s += design.family.pendulum.dt;
-        let support = &Support::of_estimate(&design.robot, estimate);
-        let (zmp_error, zmp_ref, last_landing) = (swing.footstep.zmp_error, *zmp_ref, *last_landing);
-        let now = StepState { design, estimate, support, zmp_error, zmp_ref, out_of_sets_s: 0.0, last_landing };
+        let (zmp_error, last_landing) = (swing.footstep.zmp_error, *last_landing);
+        let now = StepState { design, estimate, zmp_error, out_of_sets_s: 0.0, last_landing };
         self.zmp_ref = footwork.swing(&now, swing, &mut self.body, command)?;
         Ok(())
     }

@@ -42,7 +42,7 @@ pub struct EpisodeConfig {
     pub physics_step_s: f64,
     pub control_period_s: f64,
     /// End an episode once it is settled. False: only a fall ends it before the horizon, so that
-    /// [`Record::home_at_s`] means something, and "recovered" is standing at the horizon to the letter.
+    /// [`Record::home_at_s`](super::Record::home_at_s) means something, and "recovered" is standing at the horizon to the letter.
     pub end_early: bool,
     pub judge: Judge,
 }

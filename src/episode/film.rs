@@ -36,7 +36,7 @@ impl Film {
     /// How long one goes on after the episode is decided (s): a fall takes a while.
     pub const AFTERMATH_S: f64 = 1.0;
 
-    /// Runs an episode as [`super::run`] does, and goes on for a time (s) after its end (a fall takes a while), not beyond
+    /// Runs an episode as [`super::run()`] does, and goes on for a time (s) after its end (a fall takes a while), not beyond
     /// its horizon. `observe` sees the ticks of the episode itself.
     pub fn take(
         robot: &Robot,

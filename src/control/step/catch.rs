@@ -61,8 +61,8 @@ impl Footwork for CatchFootwork {
         if !now.has_waited(0.0, rules.pause_s) {
             return None;
         }
-        let polygon = now.support.polygon?;
-        if polygon.contains(now.support.frame.inverse_transform_point(&dcm_in(0.0, now))) {
+        let support = now.support();
+        if support.polygon?.contains(support.frame.inverse_transform_point(&dcm_in(0.0, now))) {
             return None;
         }
         let mut best: Option<(Foot, Isometry2<f64>, CatchPlan)> = None;

@@ -49,11 +49,8 @@ pub enum Landing {
 pub struct StepState<'a> {
     pub design: &'a Design,
     pub estimate: &'a Estimate,
-    pub support: &'a Support,
     /// The ZMP error of the slowest gain Delta p_Z (m), control frame.
     pub zmp_error: Vector2<f64>,
-    /// The ZMP wanted last, world (m).
-    pub zmp_ref: Point2<f64>,
     /// For how long no set has held the state (s).
     pub out_of_sets_s: f64,
     /// None before the first footstep.
@@ -69,6 +66,11 @@ pub struct LastLanding {
 }
 
 impl StepState<'_> {
+    /// What the robot stands on.
+    pub(super) fn support(&self) -> Support {
+        Support::of_estimate(&self.design.robot, self.estimate)
+    }
+
     /// Whether no set has held the state for `patience_s`, and the last landing is `pause_s` ago (s).
     pub(super) fn has_waited(&self, patience_s: f64, pause_s: f64) -> bool {
         let stands =

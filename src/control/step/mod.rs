@@ -1,7 +1,7 @@
 //! Stepping: what the robot does with its feet when no set holds the state. A footwork rule has one life cycle: when to lift,
 //! which foot and where to ([`Footwork::lift`]); what a tick with a foot in the air commands ([`Footwork::swing`]); when the foot has
 //! landed ([`Footwork::landing`]). There are the paper's rule ([`paper`]) and one that catches the robot ([`catch`]); a new one is a
-//! file here and a line in [`footwork`].
+//! file here and a line in [`footwork()`].
 
 pub mod catch;
 mod footwork;

@@ -12,6 +12,7 @@ use super::swing::{PlannedFootstep, Swing, SwingTiming};
 use crate::control::body::{Body, SoleReference, carry};
 use crate::control::error::TickError;
 use crate::control::estimate::Estimate;
+use crate::control::stand::Support;
 use crate::lipm::relaxation::{AxisPlan, Boundary};
 use crate::lipm::stepping::Stepping;
 use crate::robot::{Command, Foot, PerFoot, Sole};
@@ -36,7 +37,7 @@ impl Footwork for PaperFootwork {
         if !now.has_waited(rules.patience_s, rules.pause_s) {
             return None;
         }
-        let footstep = choose(rules, &StanceState::of(now))?;
+        let footstep = choose(rules, &StanceState::of(now, &now.support()))?;
         if let Some(landing) = now.last_landing.filter(|landing| landing.foot == footstep.foot)
             && !now.has_passed(landing.ago_s, rules.same_foot_pause_s)
         {
@@ -57,7 +58,7 @@ impl Footwork for PaperFootwork {
         command: &mut Command,
     ) -> Result<Point2<f64>, TickError> {
         let (robot, pendulum) = (&*now.design.robot, &now.design.family.pendulum);
-        let planned = self.plan.as_ref().expect("a foot in the air was lifted").at(swing.time_s);
+        let planned = self.plan.as_ref().ok_or(TickError::Unsolvable)?.at(swing.time_s);
         (body.com.place, body.com.vel) = (planned.com, planned.com_vel);
         let acceleration = pendulum.com_acc(planned.com, planned.zmp);
         let foot = swing.footstep.foot;
@@ -144,10 +145,10 @@ pub struct StanceState<'a> {
 }
 
 impl<'a> StanceState<'a> {
-    fn of(now: &StepState<'a>) -> Self {
+    fn of(now: &StepState, support: &'a Support) -> Self {
         let estimate = now.estimate;
         Self {
-            frame: &now.support.frame,
+            frame: &support.frame,
             soles: PerFoot::from_fn(|foot| estimate.footholds[foot].translation.vector.xy().into()),
             stance: now.design.stance,
             zmp_error: now.zmp_error,
