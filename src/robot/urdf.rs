@@ -202,7 +202,8 @@ fn revolute(file: &str, joint: &urdf_rs::Joint, parent: usize, origin: Isometry3
 /// A link that moves by itself: the URDF links that are fixed to each other, each with its pose in the first one.
 type Parts = Vec<(usize, Isometry3<f64>)>;
 
-fn merged(file: &str, urdf: &urdf_rs::Robot, from: &Parts) -> Result<Link> {
+/// The link that they make.
+fn merged(file: &str, urdf: &urdf_rs::Robot, from: &[(usize, Isometry3<f64>)]) -> Result<Link> {
     let name = urdf.links[from[0].0].name.clone();
     let mut parts = Vec::new();
     let (mut collisions, mut visuals) = (Vec::new(), Vec::new());
