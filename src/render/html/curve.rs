@@ -1,6 +1,5 @@
 //! Success over impulse: each gain set's rates by bin with their intervals, and the impulses of 50 % and 90 %.
 
-use super::impulse_edges_n_s;
 use super::svg::{Scale, colors, escape, px, short};
 use crate::campaign::verdict::set_summary::{ImpulseBin, SetSummary};
 use crate::stats::curve::{Level, SuccessCurve};
@@ -145,6 +144,15 @@ fn words(bin: &ImpulseBin) -> String {
         "{from} to {to} N s: {} of {} recovered, {rate:.1} % ({low:.1} to {high:.1} %)",
         count.recovered, count.trials
     )
+}
+
+/// Where bins of impulse begin and end (N s), ascending.
+pub fn impulse_edges_n_s(sets: &[SetSummary]) -> Vec<f64> {
+    let bins = sets.iter().flat_map(|set| &set.by_impulse);
+    let mut edges_n_s: Vec<f64> = bins.flat_map(|bin| [bin.from_n_s, bin.to_n_s]).collect();
+    edges_n_s.sort_by(f64::total_cmp);
+    edges_n_s.dedup();
+    edges_n_s
 }
 
 #[cfg(test)]

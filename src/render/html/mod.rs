@@ -64,7 +64,7 @@ fn context(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Value {
     // Pairs and gates are of sets of the summary.
     let index = |name: &str| names.iter().position(|n| *n == name).unwrap_or_default();
     let trials = Trials { sets: &names, rows };
-    let maps = polar::Maps::new(impulse_edges_n_s(sets), &trials);
+    let maps = polar::Maps::new(curve::impulse_edges_n_s(sets), &trials);
     let view = |(i, pair): (usize, &Pair)| {
         let (a, b) = (index(&pair.a), index(&pair.b));
         let map = if i < MOST_PAIRS { maps.pair(a, b) } else { None };
@@ -98,15 +98,6 @@ fn context(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Value {
             "lost": most_lost(sets),
         },
     })
-}
-
-/// Where bins of impulse begin and end (N s), ascending.
-fn impulse_edges_n_s(sets: &[SetSummary]) -> Vec<f64> {
-    let bins = sets.iter().flat_map(|set| &set.by_impulse);
-    let mut edges_n_s: Vec<f64> = bins.flat_map(|bin| [bin.from_n_s, bin.to_n_s]).collect();
-    edges_n_s.sort_by(f64::total_cmp);
-    edges_n_s.dedup();
-    edges_n_s
 }
 
 /// Half the width of a scale about 0 that holds the intervals, rounded up to a multiple of `step`.

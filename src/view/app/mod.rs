@@ -34,6 +34,7 @@ use kiss3d::post_processing::Tonemap;
 use kiss3d::window::{NumSamples, Window};
 use live::Live;
 use marks::Marks;
+use panel::Seen;
 use pick::Grab;
 use recorded::Recorded;
 use show::{Show, several};
@@ -252,7 +253,8 @@ impl<'a> App<'a> {
         if self.help {
             panel::help(ctx, self.show.is_live());
         }
-        panel::draw(ctx, self, wishes);
+        let Self { show, clock, shown, aim, .. } = &*self;
+        panel::draw(ctx, &Seen { show, clock, shown, aim: *aim, scale: stage.scale }, wishes);
         if let Show::Recorded(recorded) = &self.show {
             timeline::draw(ctx, recorded, self.clock.paused, wide, wishes);
         }

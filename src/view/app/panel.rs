@@ -1,12 +1,13 @@
 //! The panel at the right: what acts, how the robot fares, and all that keys can do, by mouse.
 
 use super::aim::Aim;
-use super::clock::SPEEDS;
+use super::clock::{FrameClock, SPEEDS};
 use super::keys::{LIVE_HELP, RECORDED_HELP, Wish};
 use super::plots::{self, SPAN_S};
 use super::show::Show;
-use super::{App, colors, space};
+use super::{colors, space};
 use crate::render::scene::palette::{Look, Overlay};
+use crate::render::scene::scale::RobotScale;
 use kiss3d::egui::{
     Align2, Area, Button, Color32, Context, DragValue, Frame, Grid, Id, Margin, RichText, ScrollArea, Sense, Ui, vec2,
 };
@@ -18,8 +19,17 @@ const LINE: f32 = 22.0;
 /// Least height of a plot; where two do not fit the panel scrolls.
 const LEAST_PLOT: f32 = 80.0;
 
+/// What the panel tells of.
+pub struct Seen<'a> {
+    pub show: &'a Show<'a>,
+    pub clock: &'a FrameClock,
+    pub shown: &'a [Overlay],
+    pub aim: Aim,
+    pub scale: RobotScale,
+}
+
 /// Draws the panel and adds what is asked for.
-pub fn draw(ctx: &Context, app: &App, wishes: &mut Vec<Wish>) {
+pub fn draw(ctx: &Context, seen: &Seen, wishes: &mut Vec<Wish>) {
     let height = ctx.content_rect().height();
     let frame = Frame::NONE.fill(Color32::from_rgb(0xf8, 0xf9, 0xfb)).inner_margin(Margin::same(12));
     Area::new(Id::new("panel")).anchor(Align2::RIGHT_TOP, vec2(0.0, 0.0)).show(ctx, |ui| {
@@ -28,23 +38,23 @@ pub fn draw(ctx: &Context, app: &App, wishes: &mut Vec<Wish>) {
             ui.set_max_width(WIDTH - 24.0);
             ui.set_height(height - 24.0);
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                let (now_s, scale) = (app.show.now().time_s, app.space.stage.scale);
-                state(ui, &app.show, wishes);
+                let (now_s, scale) = (seen.show.now().time_s, seen.scale);
+                state(ui, seen.show, wishes);
                 ui.separator();
-                time(ui, app, wishes);
-                if app.show.is_live() {
-                    push(ui, app.aim, wishes);
+                time(ui, seen, wishes);
+                if seen.show.is_live() {
+                    push(ui, seen.aim, wishes);
                 }
                 ui.separator();
-                overlays(ui, &app.shown, wishes);
+                overlays(ui, seen.shown, wishes);
                 ui.separator();
-                let (span_s, marked_s) = match &app.show {
+                let (span_s, marked_s) = match seen.show {
                     Show::Recorded(recorded) => ([0.0, recorded.end_s()], Some(now_s)),
                     Show::Live(_) => ([now_s.max(SPAN_S) - SPAN_S, now_s.max(SPAN_S)], None),
                 };
                 // Both plots, their names and the last line fill what is left of the window.
                 let height = (0.5 * (ui.available_height() - 3.0 * LINE)).max(LEAST_PLOT);
-                plots::draw(ui, app.show.trail(), scale.length(), span_s, marked_s, height);
+                plots::draw(ui, seen.show.trail(), scale.length(), span_s, marked_s, height);
                 ui.weak(format!("H: keys; lines of the floor every {} m", space::spacing_m(scale)));
             });
         });
@@ -114,10 +124,10 @@ fn state(ui: &mut Ui, show: &Show, wishes: &mut Vec<Wish>) {
     });
 }
 
-fn time(ui: &mut Ui, app: &App, wishes: &mut Vec<Wish>) {
-    let (clock, is_live) = (&app.clock, app.show.is_live());
+fn time(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
+    let (clock, is_live) = (seen.clock, seen.show.is_live());
     ui.horizontal_wrapped(|ui| {
-        ui.monospace(RichText::new(format!("{:.3} s", app.show.now().time_s)).size(16.0));
+        ui.monospace(RichText::new(format!("{:.3} s", seen.show.now().time_s)).size(16.0));
         let (text, slow) = match clock.factor {
             None if clock.paused => ("paused".to_string(), false),
             None => (String::new(), false),
