@@ -181,7 +181,7 @@ impl InverseDynamics {
     }
 
     fn add_joints(&mut self, robot: &Robot, posture: &Posture, velocity: &DVector<f64>, wanted: &DesiredAcceleration) {
-        let NormalEquations { matrix, right: [target] } = &mut self.equations;
+        let NormalEquations { matrix, right: [target], .. } = &mut self.equations;
         for i in 0..6 {
             matrix[(i, i)] += DYNAMICS.base;
         }
@@ -225,7 +225,7 @@ impl InverseDynamics {
 
     /// Accelerations and contact forces; None if the equations have no solution.
     fn solve_tasks(&mut self, wanted: &DesiredAcceleration) -> Option<()> {
-        let NormalEquations { matrix, right: [target] } = &mut self.equations;
+        let NormalEquations { matrix, right: [target], .. } = &mut self.equations;
         let size = target.len();
         let Some(factor) = Cholesky::new(std::mem::replace(matrix, DMatrix::zeros(0, 0))) else {
             *matrix = DMatrix::zeros(size, size);

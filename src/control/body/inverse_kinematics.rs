@@ -136,7 +136,7 @@ impl InverseKinematics {
 
     /// Joints outside of the legs stay at home.
     fn add_posture(&mut self, robot: &Robot) {
-        let NormalEquations { matrix, right: [displacement, _] } = &mut self.equations;
+        let NormalEquations { matrix, right: [displacement, _], .. } = &mut self.equations;
         for i in 0..6 {
             matrix[(i, i)] += KINEMATICS.base;
         }
@@ -170,7 +170,7 @@ impl InverseKinematics {
     /// Solves for displacement and velocity; joints that would pass a limit are pinned to it and the rest solved anew. A
     /// problem that has no solution leaves the posture where it is.
     fn solve_within_limits(&mut self, robot: &Robot) {
-        let NormalEquations { matrix, right: [displacement, velocity] } = &mut self.equations;
+        let NormalEquations { matrix, right: [displacement, velocity], .. } = &mut self.equations;
         for _ in 0..LIMIT_ROUNDS {
             self.factor.copy_from(matrix);
             let Some(factor) = Cholesky::new(std::mem::replace(&mut self.factor, DMatrix::zeros(0, 0))) else {

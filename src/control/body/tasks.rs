@@ -102,11 +102,14 @@ pub(super) fn trunk_origin(robot: &Robot, kinematics: &Kinematics) -> Point3<f64
 pub(super) struct NormalEquations<const N: usize> {
     pub matrix: DMatrix<f64>,
     pub right: [DVector<f64>; N],
+    /// The row that is added, side by side.
+    row: DVector<f64>,
 }
 
 impl<const N: usize> NormalEquations<N> {
     pub fn new(size: usize) -> Self {
-        Self { matrix: DMatrix::zeros(size, size), right: std::array::from_fn(|_| DVector::zeros(size)) }
+        let zeros = DVector::zeros(size);
+        Self { matrix: DMatrix::zeros(size, size), right: std::array::from_fn(|_| zeros.clone()), row: zeros }
     }
 
     pub fn clear(&mut self) {
@@ -116,15 +119,17 @@ impl<const N: usize> NormalEquations<N> {
 
     /// Adds one row for each of the targets.
     pub fn add_row(&mut self, weight: f64, row: impl Fn(usize) -> f64, targets: [f64; N]) {
-        let size = self.matrix.nrows();
+        let size = self.row.len();
+        self.row.iter_mut().enumerate().for_each(|(i, entry)| *entry = row(i));
+        let row = self.row.as_slice();
         for j in 0..size {
-            let scaled = weight * row(j);
+            let scaled = weight * row[j];
             if scaled == 0.0 {
                 continue;
             }
-            for i in j..size {
-                self.matrix[(i, j)] += scaled * row(i);
-            }
+            // Columns lie side by side.
+            let below = &mut self.matrix.as_mut_slice()[j * size + j..(j + 1) * size];
+            below.iter_mut().zip(&row[j..]).for_each(|(entry, value)| *entry += scaled * value);
             for (right, target) in self.right.iter_mut().zip(targets) {
                 right[j] += scaled * target;
             }
