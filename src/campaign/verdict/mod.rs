@@ -14,6 +14,7 @@ pub mod gates;
 pub mod pairs;
 pub mod prediction;
 pub mod set_summary;
+pub mod so_far;
 pub mod strata;
 pub mod summary;
 pub mod telling_trials;
