@@ -5,7 +5,7 @@ use super::terminal::{make_way_for, note};
 use crate::campaign::verdict::so_far::SoFar;
 use crate::render::text::so_far;
 use console::Term;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -48,12 +48,15 @@ impl Progress {
     }
 
     fn new(what: &'static str, of_episodes: bool, total: u64, there: u64, at_most: bool) -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| ProgressBar::new(total).with_position(there));
+        let hidden = || ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden());
+        let bar = std::io::stderr().is_terminal().then(hidden);
         let (done, episodes, start, found) = (0.into(), 0.into(), Instant::now(), Mutex::default());
         let progress = Self { bar, what, of_episodes, total, there, at_most, done, episodes, start, found };
         match &progress.bar {
             Some(bar) => {
                 bar.set_style(style("{wide_bar} {msg}"));
+                progress.renew();
+                bar.set_draw_target(ProgressDrawTarget::stderr());
                 make_way_for(Some(bar.clone()));
                 progress.renew();
             }
