@@ -16,6 +16,11 @@ use std::path::Path;
 /// Of more pairs than this, if they are every set with every other, those with the first set stand for all.
 const FEW_PAIRS: usize = 6;
 
+/// Which gain set recovers most, and than which it is better: a sentence or two, in one line.
+pub fn headline(summary: &Summary) -> String {
+    summary.headline.clone()
+}
+
 /// Verdicts in sentences, one for each pair; then the counts and intervals behind them.
 pub(super) fn pairs(summary: &Summary) -> String {
     let shown = shown(summary);
