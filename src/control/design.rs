@@ -1,5 +1,5 @@
-//! A gain set made ready for a robot: feedback, the posture at home and its torques, and whether the rules of its
-//! footsteps fit the robot.
+//! A gain set prepared for a robot: its feedback gains, the home posture with its torques, and a check that the rules
+//! for footsteps suit the robot.
 
 use super::body::load;
 use super::stand::Support;
@@ -15,24 +15,24 @@ use crate::robot::{Command, GRAVITY, Kinematics, PerFoot, Pose, Robot};
 use nalgebra::{Vector2, Vector3};
 use std::sync::Arc;
 
-/// A gain set made ready for a robot: what all episodes share.
+/// A gain set prepared for a robot. All episodes with that gain set and robot share it.
 #[derive(Debug, Clone)]
 pub struct Design {
-    /// The robot that it is made for.
+    /// The robot for which the design is made.
     pub robot: Arc<Robot>,
     pub family: GainFamily,
-    /// Says which gains do not nest on the home support; None when all do.
+    /// Names the gains whose CPI sets do not nest on the home support; None when all sets nest.
     pub warning: Option<String>,
-    /// Joint targets at home with the torques that carry the weight there.
+    /// Joint targets at home, with the torques that carry the weight there.
     pub(super) home: Command,
-    /// Of the COM at home (m).
+    /// Height of the COM at home (m).
     pub(super) com_height: f64,
-    /// From the right sole's centre to the left's at home (m), control frame.
+    /// Vector from the centre of the right sole to that of the left one at home (m), control frame.
     pub(super) stance: Vector2<f64>,
 }
 
 impl Design {
-    /// Designs the feedback and searches the sets on the home support (to check that they nest).
+    /// Designs the feedback gains, and computes their CPI sets on the home support to check that they nest.
     pub fn new(robot: &Robot, gains: &GainSet, control_period_s: f64) -> Result<Self> {
         let pendulum = Pendulum { omega: robot.omega(), dt: control_period_s };
         let family = GainFamily::design(gains, pendulum)?;
@@ -51,7 +51,8 @@ impl Design {
         Ok(Self { robot: Arc::new(robot.clone()), family, warning, home, com_height, stance })
     }
 
-    /// The same, but footsteps start at the first tick at which no set holds the state.
+    /// The same design with a patience of 0: the paper's rule then takes a footstep at the first tick at which the
+    /// state is in no CPI set.
     pub fn without_patience(&self) -> Self {
         let mut design = self.clone();
         if let Some(FootworkRules::Stepping(rules)) = &mut design.family.footwork {
@@ -66,7 +67,7 @@ impl Design {
     }
 }
 
-/// What the rules of a footstep must be for this robot and period.
+/// Checks the paper's stepping rules against this robot and control period.
 fn check_stepping(rules: &Stepping, stance: Vector2<f64>, control_period_s: f64, file: &str) -> Result<()> {
     let range = &rules.range;
     if !(range.least_m..=range.outward_m).contains(&stance.y) {
@@ -77,7 +78,7 @@ fn check_stepping(rules: &Stepping, stance: Vector2<f64>, control_period_s: f64,
     check_swing_time("stepping", rules.swing_time_s, control_period_s, file)
 }
 
-/// What a robot must be to catch, and the rules for this period.
+/// Checks that the robot has what catching needs, and the catching rules against the control period.
 fn check_catching(
     rules: &Catching,
     robot: &Robot,
@@ -108,7 +109,7 @@ fn check_swing_time(table: &str, swing_time_s: f64, control_period_s: f64, file:
     Err(Error::value(file, format!("{table}.swing_time_s"), swing_time_s, "is too short", accepted))
 }
 
-/// A foot is moved over this many ticks at least.
+/// The shortest planned swing of a foot, in control ticks.
 const SHORTEST_SWING_TICKS: f64 = 10.0;
 
 const BOTH_FEET: PerFoot<bool> = PerFoot { left: true, right: true };
@@ -171,7 +172,7 @@ mod tests {
             assert!(error.to_string().starts_with(words), "{error}\nwanted: {words}");
         }
         assert!(Design::new(&robot, &gains, 0.002).is_ok());
-        // Who does not catch need not know.
+        // The reach may be missing if the gain set does not catch.
         assert!(Design::new(&with(None), &GainSet::load("hold").unwrap(), 0.002).is_ok());
     }
 }
