@@ -72,8 +72,15 @@ fn check_stepping(rules: &Stepping, stance: Vector2<f64>, control_period_s: f64,
     let range = &rules.range;
     if !(range.least_m..=range.outward_m).contains(&stance.y) {
         let value = format!("{} to {} m to the side", range.least_m, range.outward_m);
-        let accepted = format!("least_m and outward_m around the distance of its soles, {:.4} m", stance.y);
-        return Err(Error::value(file, "stepping.range", value, "does not hold the robot's stance at home", accepted));
+        let accepted =
+            format!("least_m and outward_m on both sides of the distance between its soles, {:.4} m", stance.y);
+        return Err(Error::value(
+            file,
+            "stepping.range",
+            value,
+            "does not contain the robot's stance at home",
+            accepted,
+        ));
     }
     check_swing_time("stepping", rules.swing_time_s, control_period_s, file)
 }
@@ -87,15 +94,16 @@ fn check_catching(
     file: &str,
 ) -> Result<()> {
     let Some(reach) = &robot.reach else {
-        let problem = format!("needs to know how far the feet of {} reach", robot.name);
-        let accepted = "a robot whose .toml has [reach] with forward_m, outward_m, inward_m and min_step_time_s; or another \
-            gain set, e.g. switching";
+        let problem = format!("requires the reach of the feet of {}", robot.name);
+        let accepted = "a robot whose .toml has a [reach] table with forward_m, outward_m, inward_m and min_step_time_s; or \
+            another gain set, for example switching";
         return Err(Error::value(file, "catching", "a table", problem, accepted));
     };
     if !(reach.inward_m..=reach.outward_m).contains(&stance.y) {
         let value = format!("{} to {} m to the side", reach.inward_m, reach.outward_m);
-        let accepted = format!("inward_m and outward_m around the distance of its soles, {:.4} m", stance.y);
-        return Err(Error::value(&robot.name, "reach", value, "does not hold the stance at home", accepted));
+        let accepted =
+            format!("inward_m and outward_m on both sides of the distance between its soles, {:.4} m", stance.y);
+        return Err(Error::value(&robot.name, "reach", value, "does not contain the stance at home", accepted));
     }
     check_swing_time("catching", rules.swing_time_s, control_period_s, file)
 }
@@ -105,7 +113,7 @@ fn check_swing_time(table: &str, swing_time_s: f64, control_period_s: f64, file:
     if swing_time_s >= least {
         return Ok(());
     }
-    let accepted = format!("{SHORTEST_SWING_TICKS} control periods, {least} s, or more");
+    let accepted = format!("{least} s ({SHORTEST_SWING_TICKS} control periods) or more");
     Err(Error::value(file, format!("{table}.swing_time_s"), swing_time_s, "is too short", accepted))
 }
 
@@ -152,19 +160,19 @@ mod tests {
         let (robot, gains) = (Robot::load("ut-mu2").unwrap(), GainSet::load("catch").unwrap());
         let reach = robot.reach.unwrap();
         let with = |reach: Option<Reach>| Robot { reach, ..robot.clone() };
-        let unknown = "catch: catching = a table: needs to know how far the feet";
+        let unknown = "catch: catching = a table: requires the reach of the feet of ut-mu2";
         for (robot, period_s, words) in [
             (with(None), 0.002, unknown),
             (
                 with(Some(Reach { inward_m: 0.1, ..reach })),
                 0.002,
-                "ut-mu2: reach = 0.1 to 0.18 m to the side: does not hold the stance at home; \
-                 accepted: inward_m and outward_m around the distance of its soles, 0.0970 m",
+                "ut-mu2: reach = 0.1 to 0.18 m to the side: does not contain the stance at home; \
+                 accepted: inward_m and outward_m on both sides of the distance between its soles, 0.0970 m",
             ),
             (
                 with(Some(reach)),
                 0.015,
-                "catch: catching.swing_time_s = 0.14: is too short; accepted: 10 control periods",
+                "catch: catching.swing_time_s = 0.14: is too short; accepted: 0.15 s (10 control periods) or more",
             ),
         ] {
             let error = Design::new(&robot, &gains, period_s).unwrap_err();

@@ -12,7 +12,7 @@ pub enum TickError {
     /// The equations of motion have no solution, or only one with NaN or infinite numbers. The controller restarts from
     /// the next sample.
     #[error(
-        "the equations of the body have no solution for what was sensed; the controller starts anew with the next sample"
+        "the equations of motion have no solution for these readings; the controller restarts from the next sample"
     )]
     Unsolvable,
 }
