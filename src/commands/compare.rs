@@ -1,11 +1,11 @@
 //! `standfast compare`: two finished campaigns with the same pushes, paired trial by trial.
 
-use super::result::exit_code;
+use super::result::{Printing, exit_code};
 use super::terminal::{note, print};
 use crate::campaign::Folder;
 use crate::campaign::verdict::compare::Comparison;
 use crate::error::{Error, Result};
-use crate::render::{self, result, text};
+use crate::render::result;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -27,9 +27,8 @@ pub struct CompareArgs {
     /// 'catch (new) >= catch (old) - 0.01'
     #[arg(long, value_name = "EXPR")]
     pub gate: Vec<String>,
-    /// Print the summary as one JSON object instead of text
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub printing: Printing,
 }
 
 pub fn run(args: &CompareArgs) -> Result<ExitCode> {
@@ -39,7 +38,7 @@ pub fn run(args: &CompareArgs) -> Result<ExitCode> {
     }
     let comparison = Comparison::new(&Folder::existing(&args.dir_a)?, &Folder::existing(&args.dir_b)?, &args.gate)?;
     let summary = &comparison.summary;
-    print(&if args.json { render::json(summary) } else { text::campaign(summary, Path::new("")) })?;
+    print(&args.printing.of(summary, Path::new("")))?;
     if let Some(out) = &args.out {
         result::write(&comparison.write(out)?, &comparison.rows, out)?;
         note(&result::written(out, &["summary.json", "trials.parquet"]));
