@@ -99,7 +99,7 @@ fn what_is_wrong_is_said_before_anything_runs() {
     fs::write(dir.path().join("r.toml"), format!("{}{}", &settings[..before], &settings[after..])).unwrap();
     fs::write(dir.path().join("file"), "").unwrap();
     for (more, expected) in [
-        ("--robot=r.urdf", "r.toml: reach = (none): the pendulum's bounds need where a foot can land"),
+        ("--robot=r.urdf", "r.toml: reach = (none): the pendulum's bounds depend on where a foot can land"),
         ("--headings=0", "--headings = 0: out of range; accepted: 1 to 360"),
         ("--precision=-1", "--precision = -1: out of range"),
         ("--max-trials=0", "--max-trials = 0"),
