@@ -1,4 +1,4 @@
-//! Plane geometry of support: convex polygons ([`polygon`]), convex sets in state space ([`polytope`]), and small linear
+//! Geometry: convex support polygons ([`polygon`]), convex sets in state space ([`polytope`]), and small linear
 //! programs ([`program`]).
 
 pub mod polygon;
