@@ -66,7 +66,7 @@ fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
     write_atomic(path, &out.into_inner().map_err(|e| other(path, e.into_error()))?)
 }
 
-/// The Parquet file for columns of equal length, with Zstandard compression and one row group, and without host name or
+/// The Parquet file for columns of equal length, with Zstandard compression and one row group, without host name or
 /// time.
 pub fn parquet_bytes(columns: &[Column]) -> Result<Vec<u8>, ParquetError> {
     let fields = columns.iter().map(|c| field(c).map(Arc::new)).collect::<Result<_, _>>()?;

@@ -114,8 +114,7 @@ impl SupportPolygon {
         (0..self.len).map(|i| (self.vertices[i], self.vertices[(i + 1) % self.len]))
     }
 
-    /// The half planes of the edges, in the order of [`Self::edges`]. If `distance > 0`, `normal / distance` is a row
-    /// of M_Z in eq. 15.
+    /// The half planes of the edges, in the order of [`Self::edges`]. `normal / distance` is a row of M_Z in eq. 15.
     pub fn half_planes(&self) -> impl Iterator<Item = HalfPlane> + '_ {
         self.edges().map(|(a, b)| {
             let along = b - a;
@@ -190,8 +189,8 @@ impl SupportPolygon {
         self.edges().map(|(a, b)| (a - origin).perp(&(b - origin)) / 2.0).sum()
     }
 
-    /// Distance (m) from `origin` along `direction` (of any length) to where this ray leaves the polygon. None if the
-    /// ray misses the polygon.
+    /// Distance (m) from `origin` along `direction` (of any length) to where this ray leaves the polygon; None if it
+    /// misses.
     pub fn distance_along(&self, origin: Point2<f64>, direction: Vector2<f64>) -> Option<f64> {
         let direction = direction.try_normalize(0.0)?;
         let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);

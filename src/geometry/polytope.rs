@@ -21,8 +21,7 @@ pub struct Maximum {
     pub at: DVector<f64>,
 }
 
-/// Relative size of a linear function's part outside of the span of the rows, above which the function counts as
-/// unbounded.
+/// Relative size of a linear function's part outside of the span of the rows, above which it counts as unbounded.
 const SPAN_TOLERANCE: f64 = 1e-9;
 
 impl Polytope {

@@ -44,8 +44,8 @@ impl LinearProgram {
     ///
     /// It fails if the value is unbounded or if the solver gives up.
     pub fn solve(&self) -> Result<Option<(f64, Vec<f64>)>> {
-        // If a row must be at most b and at least b, it equals b. An interior-point solver finds no interior between
-        // two such rows.
+        // If a row must be at most b and at least b, it equals b. Between such rows, the solver finds no interior
+        // point.
         let is_opposite = |(a, b): &Row, (c, d): &Row| *b == -*d && a.iter().zip(c).all(|(x, y)| *x == -*y);
         let opposites = |row: &Row| self.at_most.iter().position(|other| is_opposite(row, other));
         let (mut equal, mut at_most): (Vec<&Row>, Vec<&Row>) = (self.equal.iter().collect(), Vec::new());

@@ -21,8 +21,8 @@ pub struct Entry<'a> {
 
 impl<'a> Entry<'a> {
     /// Splits at the first `:` that is followed by `key=` and preceded by a gain set: the name of a built-in set, a
-    /// `.toml` file, or anything if no path follows. So a drive (`C:\g.toml`) and a folder such as `a:b=1/g.toml` are
-    /// no variants.
+    /// `.toml` file, or anything if no path follows. So neither a drive (`C:\g.toml`) nor a folder like `a:b=1/g.toml`
+    /// is a variant.
     pub fn split(text: &'a str) -> Self {
         for (at, _) in text.match_indices(':') {
             let base = &text[..at];

@@ -119,8 +119,7 @@ struct Best {
     ln_likelihood: f64,
     /// Value that twice the logarithm of a likelihood ratio exceeds with 5 % probability.
     chi2_95: f64,
-    /// Variances of intercept and slope, and their covariance, from which the ends of intervals are guessed; 0 for a
-    /// step.
+    /// Variances of intercept and slope, and covariance, from which the ends of intervals are guessed; 0 for a step.
     covariance: [f64; 3],
 }
 
@@ -191,8 +190,7 @@ impl Pushes {
     }
 
     /// How much less likely the likeliest falling curve through (place, logit) is than the best curve. It is positive
-    /// outside of the 95 % interval. The value is a root of twice the logarithm of the ratio, which is about linear in
-    /// the place.
+    /// outside of the 95 % interval. It is a root of twice the logarithm of the ratio, about linear in the place.
     fn unlikeliness(&self, best: &Best, place: f64, logit: f64) -> f64 {
         let start = if best.slope.is_finite() { best.slope } else { 0.0 };
         let less = best.ln_likelihood - likeliest_through(&self.places, place, logit, start);
@@ -334,8 +332,7 @@ fn ln_likelihood(places: &[(f64, f64, f64)], logit: impl Fn(f64) -> f64) -> f64 
     -places.iter().map(term).sum::<f64>()
 }
 
-/// Where `f` rises through 0 between `inside` (at most 0) and `outside`, about two `deviation`s away; None if it does
-/// not.
+/// Where `f` rises through 0 between `inside` (at most 0) and `outside`, about two `deviation`s away, if at all.
 fn crossing(f: impl Fn(f64) -> f64, inside: f64, outside: f64, deviation: f64) -> Option<f64> {
     let mut low = (inside, f(inside));
     let mut reach = 1.96 * deviation * (outside - inside).signum();

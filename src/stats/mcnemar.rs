@@ -130,8 +130,7 @@ impl PairedCounts {
 /// Probability of at most `k` heads in `n` throws of a fair coin, for `k <= n / 2`.
 ///
 /// Each term follows from the one before, outwards from the middle, relative to the sum of all. So there are no
-/// factorials and no cancellation. Terms vanish at 38 standard deviations: a million throws take about 20 thousand
-/// terms.
+/// factorials and no cancellation. Terms vanish at 38 standard deviations: a million throws take some 20 thousand.
 fn fair_coin_tail(k: u64, n: u64) -> f64 {
     let middle = n / 2;
     let (mut term, mut below, mut tail) = (1.0, 0.0, 0.0);

@@ -66,8 +66,7 @@ pub struct Posterior {
     step: f64,
     count: usize,
     spreads: Vec<f64>,
-    /// `chance[s * (2 count) + count + j - i]` is the probability to recover from impulse j with threshold i and spread
-    /// s.
+    /// `chance[s * (2 count) + count + j - i]` is the chance to recover from impulse j with threshold i and spread s.
     chance: Vec<f64>,
     /// Entry `s * count + i` is the probability of threshold i with spread s. All entries sum to 1.
     probability: Vec<f64>,

@@ -9,8 +9,8 @@
 //! The shift is that of Hodges and Lehmann (1963): the median of the means of all pairs of differences, including each
 //! with itself (Walsh averages). Zeros count. Its interval contains the averages that the test does not reject
 //! (Hollander and Wolfe, "Nonparametric Statistical Methods"). The k-th of the n (n + 1) / 2 averages is found without
-//! forming them, by bisection of a range of numbers: two indices move along the sorted differences and count the
-//! averages below a number.
+//! forming them, by bisection of a range of numbers: two indices on the sorted differences count the averages below a
+//! number.
 
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -19,8 +19,8 @@ use std::f64::consts::SQRT_2;
 
 /// Largest number of differences for which the distribution of rank sums is exact.
 const EXACT: usize = 50;
-/// Magnitudes that differ by less than this share of the largest are ties (or zero). Times are multiples of a tick, up
-/// to rounding.
+/// Magnitudes that differ by less than this share of the largest are ties (or zero). Times are rounded multiples of a
+/// tick.
 const TIE: f64 = 1e-9;
 
 /// How paired differences are distributed about zero.
@@ -30,8 +30,7 @@ pub struct Shift {
     pub pairs: u64,
     /// Number of differences that are not zero.
     pub nonzero: u64,
-    /// Two-sided p-value of the hypothesis that positive and negative are equally likely at any magnitude; 1 if all are
-    /// zero.
+    /// Two-sided p-value of the hypothesis that either sign is equally likely at any magnitude; 1 if all are zero.
     pub p: f64,
     /// Hodges and Lehmann's estimate, in the unit of the differences.
     pub median: f64,
@@ -90,8 +89,7 @@ fn p_value(sorted: &[f64]) -> (f64, u64) {
     (p.min(1.0), n as u64)
 }
 
-/// Probabilities of the sums 0, 1, ... of those ranks among 1 to `n` that are positive, if either sign is equally
-/// likely for each.
+/// Probabilities of the sums 0, 1, ... of the positive ones among ranks 1 to `n`, if either sign is equally likely.
 fn rank_sums(n: usize) -> Vec<f64> {
     let mut chance = vec![0.0; n * (n + 1) / 2 + 1];
     chance[0] = 1.0;
@@ -258,8 +256,8 @@ mod tests {
         for n in [12, 40, 120] {
             let (mut held, mut alarms) = (0, 0);
             for _ in 0..1000 {
-                // Differences of two values of the same skewed distribution are symmetric. They are rounded to ticks,
-                // so ties occur.
+                // Differences of two values of the same skewed distribution are symmetric. Rounded to ticks, ties
+                // occur.
                 let mut skewed = || -(1.0 - rng.random::<f64>()).ln();
                 let differences: Vec<f64> =
                     (0..n).map(|_| ((skewed() - skewed()) / 0.02).round() * 0.02 + 1.0).collect();

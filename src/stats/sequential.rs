@@ -47,8 +47,7 @@ pub fn difference_interval(only_a: u64, only_b: u64, trials: u64, level: f64) ->
     counts.interval(&bets(LEAST_BET_DIFFERENCE), level).map(|mean| 2.0 * mean - 1.0)
 }
 
-/// Interval of a rate (a share) that contains the truth at all looks together with a probability of at least `level` (a
-/// share).
+/// Interval of a rate (a share) that contains the truth at all looks together with at least the probability `level`.
 ///
 /// # Panics
 /// Panics if `recovered` exceeds `trials`, or if `level` is not between 0 and 1.
@@ -62,8 +61,8 @@ pub fn each_of(intervals: usize, level: f64) -> f64 {
     1.0 - (1.0 - level) / intervals.max(1) as f64
 }
 
-/// Number of trials at the next look after `trials`: about a quarter more, at least one block more, in whole blocks,
-/// and at most `most`.
+/// Number of trials at the next look after `trials`: about a quarter more, at least a block, whole blocks, and at most
+/// `most`.
 pub fn next_look(trials: u64, block: u64, most: u64) -> u64 {
     let more = (trials / 4).max(block);
     (trials + more).next_multiple_of(block).min(most)
@@ -205,8 +204,7 @@ mod tests {
         assert!((a[0] - b[0]).abs() < 1e-10 && (a[1] - b[1]).abs() < 1e-10, "{a:?} is not {b:?}");
     }
 
-    // Expected values: a separate implementation of the same definition on -1, 0, 1 in numpy 2.4.6, ends by scipy
-    // 1.17.1 `brentq`.
+    // Expected values: another implementation, on -1, 0, 1, in numpy 2.4.6, with ends by scipy 1.17.1 `brentq`.
     #[test]
     fn intervals_are_those_of_another_implementation() {
         close(difference_interval(30, 10, 400, 0.95), [-0.0004196085001367801, 0.10567665983888216]);
@@ -304,8 +302,7 @@ mod tests {
                     let counts = Tally::of_differences(a, b, trials);
                     let misses_now = counts.ln_capital(&bets, (truth + 1.0) / 2.0) >= 20.0_f64.ln();
                     misses |= misses_now;
-                    // Intervals take time to compute: all of them for the first campaigns, then only where they may be
-                    // wrong.
+                    // Intervals take time: all of them for the first campaigns, then only where they may be wrong.
                     if misses_now || campaign < 200 {
                         errs |= match verdict(difference_interval(a, b, trials, 0.95), margin) {
                             PairVerdict::ABetter => truth <= 0.0,

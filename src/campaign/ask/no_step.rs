@@ -23,7 +23,7 @@ impl NoStep {
     }
 
     /// m omega d for a heading (degrees; 0 is forward, 90 to the left), in N s; None if the COM is not above the
-    /// support polygon.
+    /// support.
     pub fn impulse_n_s(&self, heading_deg: f64) -> Option<f64> {
         let (sin, cos) = heading_deg.to_radians().sin_cos();
         let d = self.support.distance_along(self.com, Vector2::new(cos, sin));

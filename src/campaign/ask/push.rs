@@ -80,8 +80,7 @@ impl SecondPushSpec {
         self.is_any() && ![self.impulse_n_s, self.heading_deg, self.after_s].iter().all(Distribution::is_constant)
     }
 
-    /// Accepted values of `after_s`: both pushes must be over within three quarters of the episode, as a single push
-    /// is.
+    /// Accepted values of `after_s`: both pushes must end within three quarters of the episode, as one alone does.
     pub(crate) fn after_bounds(push: &PushSpec, horizon_s: f64) -> [f64; 2] {
         let bounds = PushBounds::new(horizon_s);
         let (start_s, duration_s) = (push.start_s.most(bounds.start_s), push.duration_s.most(bounds.duration_s));

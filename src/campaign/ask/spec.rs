@@ -1,5 +1,4 @@
-//! The specification of a campaign: robot, gain sets, number of trials, and the distributions from which they are
-//! drawn.
+//! The specification of a campaign: robot, gain sets, number of trials, and their distributions.
 
 use crate::assets::{self, Kind};
 use crate::campaign::ask::bounds::{PushBounds, accept, check_episode, in_range};
@@ -45,8 +44,7 @@ pub struct Campaign {
     pub variations: VariationSpec,
     #[serde(default)]
     pub stopping: Stopping,
-    /// Requirements that the result must meet. They are no part of the configuration hash, since the trials do not
-    /// depend on them.
+    /// Requirements that the result must meet. The configuration hash leaves them out, since no trial depends on them.
     #[serde(default)]
     pub gates: GateSpec,
 }
@@ -55,11 +53,9 @@ pub struct Campaign {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Stopping {
-    /// Ends the campaign as soon as every gate is decided or, without gates, every pair of sets. `trials` is then the
-    /// maximum.
+    /// End as soon as every gate is decided or, without gates, every pair of sets. `trials` is then the maximum.
     pub until_resolved: bool,
-    /// If the rates of a pair certainly differ by less than this share, the pair also counts as decided, namely as
-    /// equal.
+    /// If the rates of a pair certainly differ by less than this share, the pair counts as decided, namely as equal.
     pub margin: f64,
 }
 
@@ -157,8 +153,7 @@ impl Campaign {
         Err(Error::value("arguments", "--trial", trial, "the campaign has no such trial", accepted))
     }
 
-    /// The campaign with `dotted.key=value` applied. It fails if there is no such key, or if the value has the wrong
-    /// type.
+    /// The campaign with `dotted.key=value` applied. It fails for an unknown key or a value of the wrong type.
     pub fn with(&self, assignment: &str) -> Result<Campaign> {
         let Some((key, text)) = assignment.split_once('=').map(|(k, v)| (k.trim(), v.trim())) else {
             return Err(Error::value(

@@ -90,8 +90,7 @@ impl<'a> Searches<'a> {
         (self.headings.len() * self.designs.len()) as u64
     }
 
-    /// Runs all searches and calls `on_search` after each, from any thread. It returns an error if `stop` is set from
-    /// outside.
+    /// Runs all searches and calls `on_search` after each, from any thread. It fails if `stop` is set from outside.
     pub fn run(self, stop: &AtomicBool, on_search: &(dyn Fn() + Sync)) -> Result<Limits> {
         let Self { campaign, options, plan, yardstick, mut headings, pool, designs } = self;
         let sets = &plan.manifest.sets;

@@ -1,5 +1,4 @@
-//! The search at one heading with one gain set. Each of its trials is a trial of the campaign with another impulse and
-//! heading of the push.
+//! The search at one heading with one gain set, by trials of the campaign with another impulse and heading of the push.
 
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::{trial, variations};
@@ -124,8 +123,7 @@ mod tests {
         ] {
             let campaign = campaign("nominal", &set);
             assert_eq!(is_random(&campaign), random, "{set:?}");
-            // `random` must agree with the drawn trials (apart from noise, which is not compared): they differ, or they
-            // do not.
+            // `random` must agree with whether the drawn trials differ (apart from noise, which is not compared).
             let trials: Vec<_> = (0..20)
                 .map(|i| {
                     let mut pushes = trial::pushes(&campaign, i);

@@ -45,8 +45,7 @@ pub struct ReachM {
     pub inward: f64,
 }
 
-/// One heading: the bounds for the campaign's push (considering its duration and not its height), and the results of
-/// the gain sets.
+/// One heading: the bounds for the campaign's push (for its duration, not its height), and the gain sets' results.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Heading {
     pub heading_deg: f64,
@@ -61,8 +60,7 @@ pub struct Heading {
 }
 
 impl Yardstick {
-    /// For a robot at home and the mean push of a campaign. It fails if the robot's file does not state the reach of
-    /// the feet.
+    /// For a robot at home and the mean push of a campaign. It fails if the reach of the feet is not known.
     pub fn new(robot: &Robot, campaign: &Campaign) -> Result<Yardstick> {
         let Some(Reach { forward_m, outward_m, inward_m, min_step_time_s }) = robot.reach else {
             let path = Path::new(&campaign.robot).with_extension("toml");

@@ -130,8 +130,7 @@ impl Folder {
         write_atomic(&self.path.join("parts/campaign.json"), json_pretty(&self.manifest)?.as_bytes())
     }
 
-    /// All rows, sorted by trial and then by set in the order of the campaign. It fails if a part is missing or
-    /// damaged.
+    /// All rows, by trial and then by set in the order of the campaign. It fails if a part is missing or damaged.
     pub fn rows(&self) -> Result<Vec<TrialRow>> {
         let missing = self.missing();
         if !missing.is_empty() {
@@ -147,8 +146,7 @@ impl Folder {
         self.first_rows(self.trials())
     }
 
-    /// Rows of the first `trials` trials, which must end with a block or with the campaign. It fails if a part is
-    /// missing.
+    /// Rows of the first `trials` trials, which must end with a block or the campaign. It fails if a part is missing.
     pub fn first_rows(&self, trials: u64) -> Result<Vec<TrialRow>> {
         let blocks = (0..trials.div_ceil(BLOCK_TRIALS)).map(|block| self.part(block).rows());
         Ok(blocks.collect::<Result<Vec<_>>>()?.concat())

@@ -1,7 +1,7 @@
 //! A part of a result: the rows of one block of trials in a CSV file (floats with all digits). Written after it is a
-//! small marker with number of rows, range of trials, configuration hash and content hash. A part counts as complete
-//! only if all of these match. Parts do not depend on threads, shards or hosts, so any history of interruptions ends in
-//! the same bytes.
+//! small marker with row count, range of trials, configuration hash and content hash. A part is complete only if all of
+//! these match. Parts do not depend on threads, shards or hosts, so all histories of interruptions end in the same
+//! bytes.
 
 use crate::campaign::store::row::TrialRow;
 use crate::error::{Error, Result};

@@ -25,8 +25,7 @@ pub struct TrialRow {
     /// Name of the gain set.
     pub set: String,
     pub impulse_n_s: f64,
-    /// Impulse of the first push divided by m omega d (see [`NoStep`]); None if the COM at home is not above the
-    /// support.
+    /// Impulse of the first push divided by m omega d ([`NoStep`]); None if the COM at home is not above the support.
     pub impulse_over_m_omega_d: Option<f64>,
     pub heading_deg: f64,
     pub height_m: f64,

@@ -1,5 +1,4 @@
-//! A trial of a finished campaign, to be run again and looked at. It follows from the campaign and the trial's index
-//! alone.
+//! A trial of a finished campaign, to be run again and looked at. It follows from the campaign and its index alone.
 
 use crate::campaign::ask::spec::{Campaign, Overrides};
 use crate::campaign::ask::trial;
@@ -28,8 +27,7 @@ pub struct StoredTrial {
 
 impl StoredTrial {
     /// Opens trial number `trial` of the result in `folder`. If no set is given, it takes the first that did not
-    /// recover, or else the first of all. It fails if there is no such trial, set or campaign, or if an input of it no
-    /// longer exists.
+    /// recover, or else the first of all. It fails if there is no such trial, set or campaign, or if an input is gone.
     pub fn open(folder: &Path, trial: u64, set: Option<&str>) -> Result<Self> {
         let found = Folder::existing(folder)?;
         let (campaign, sets) = (&found.manifest.campaign, &found.manifest.sets);
