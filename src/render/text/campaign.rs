@@ -46,7 +46,8 @@ pub fn campaign(summary: &Summary, folder: &Path, full: bool) -> String {
         text += &wrapped("warning: ", warning);
     }
     text += if summary.warnings.is_empty() { "" } else { "\n" };
-    let _ = writeln!(text, "{}", sets(summary));
+    let _ = writeln!(text, "{}\n", sets(summary));
+    text += &wrapped("", &comparison::headline(summary));
     text += &comparison::verdicts(summary);
     if full {
         text += &comparison::pairs(summary);
@@ -363,7 +364,7 @@ mod tests {
         for words in ["campaign smoke: 30 trials", "gain set", "30/30", "a is better than b", "a >= 0.1", "--gains b"] {
             assert!(short.contains(words) && full.contains(words), "{words} in {short} {full}");
         }
-        for words in ["heading   ", "impulse [N s]", "50 % [N s]", "only a", "fell:  ", "Wilson", "mass_scale 1.1"] {
+        for words in ["impulse [N s]", "50 % [N s]", "only a", "fell:  ", "Wilson", "mass_scale 1.1"] {
             assert!(!short.contains(words) && full.contains(words), "{words} in {short} {full}");
         }
         assert!(short.contains("varied: mass_scale\n") && short.lines().count() < 24, "{short}");

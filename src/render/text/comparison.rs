@@ -14,10 +14,15 @@ use std::path::Path;
 /// Of more pairs than this, if they are every set with every other, those with the first set stand for all.
 const FEW_PAIRS: usize = 6;
 
+/// Which gain set recovers most, and than which it is better: a sentence or two, in one line.
+pub fn headline(summary: &Summary) -> String {
+    summary.headline.clone()
+}
+
 /// Verdicts in sentences, one for each pair.
 pub(super) fn verdicts(summary: &Summary) -> String {
     let sentences: String = shown(summary).iter().map(|pair| wrapped(" - ", &pair.words)).collect();
-    if sentences.is_empty() { sentences } else { format!("\n{sentences}{}", more_pairs(summary)) }
+    if sentences.is_empty() { sentences } else { sentences + &more_pairs(summary) }
 }
 
 /// Where the pairs are that are not shown.
