@@ -22,7 +22,7 @@ pub fn headline(summary: &Summary) -> String {
 /// Verdicts in sentences, one for each pair.
 pub(super) fn verdicts(summary: &Summary) -> String {
     let sentences: String = shown(summary).iter().map(|pair| wrapped(" - ", &pair.words)).collect();
-    if sentences.is_empty() { sentences } else { sentences + &more_pairs(summary) }
+    if sentences.is_empty() { sentences } else { format!("\n{sentences}{}", more_pairs(summary)) }
 }
 
 /// Where the pairs are that are not shown.
