@@ -17,8 +17,6 @@
 //! Sources: Waudby-Smith and Ramdas 2024, "Estimating means of bounded random variables by betting", J. R. Stat. Soc. B
 //! 86, 1-27; Robbins 1970, "Statistical methods related to the law of the iterated logarithm" (mixtures).
 
-use serde::Serialize;
-
 /// Bets on either side, evenly in the logarithm from the least one to 1.
 const BETS: usize = 30;
 /// Least bet on a difference. Of the mixtures tried (even in the bet; arcsine; in its logarithm from 0.001, 0.003, 0.01,
@@ -55,46 +53,11 @@ pub fn rate_interval(recovered: u64, trials: u64, level: f64) -> [f64; 2] {
     Tally { low: trials - recovered, middle: 0, high: recovered }.interval(&bets(LEAST_BET_RATE), level)
 }
 
-/// Level of each of so many intervals at which all of them hold together at `level` (Bonferroni; shares).
-pub fn each_of(intervals: usize, level: f64) -> f64 {
-    1.0 - (1.0 - level) / intervals.max(1) as f64
-}
-
 /// The count of trials at which to look next, after `trials`: about a quarter more, at least a block of so many more,
 /// whole blocks; the last look is at `most`.
 pub fn next_look(trials: u64, block: u64, most: u64) -> u64 {
     let more = (trials / 4).max(block);
     (trials + more).next_multiple_of(block).min(most)
-}
-
-/// What an interval of the difference of two rates decides.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PairVerdict {
-    /// The rate of a is larger, by however little.
-    ABetter,
-    BBetter,
-    /// No difference as large as the margin; there may be a smaller one.
-    Same,
-    /// Not decided.
-    #[serde(rename = "not_resolved")]
-    Open,
-}
-
-/// Reads an interval of the difference (rate of a less rate of b, a share). A difference that is known to be smaller than
-/// the margin (a share), but not to be none, goes to the better set. As each verdict is wrong only if the interval misses
-/// the truth, so is the verdict at which one stops.
-pub fn verdict(interval: [f64; 2], margin: f64) -> PairVerdict {
-    let [least, most] = interval;
-    if least > 0.0 {
-        PairVerdict::ABetter
-    } else if most < 0.0 {
-        PairVerdict::BBetter
-    } else if -margin < least && most < margin {
-        PairVerdict::Same
-    } else {
-        PairVerdict::Open
-    }
 }
 
 /// From 1 down to the least one, evenly in the logarithm.
@@ -170,6 +133,7 @@ impl Tally {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stats::decision::{PairVerdict, verdict};
     use crate::stats::mcnemar::PairedCounts;
     use rand::{SeedableRng, rngs::ChaCha8Rng};
     use rand_distr::{Binomial, Distribution};
@@ -267,16 +231,6 @@ mod tests {
         assert_eq!(next_look(1010, 25, 1010), 1010);
     }
 
-    #[test]
-    fn verdicts() {
-        assert_eq!(verdict([0.001, 0.01], 0.02), PairVerdict::ABetter);
-        assert_eq!(verdict([-0.3, -0.001], 0.02), PairVerdict::BBetter);
-        assert_eq!(verdict([-0.019, 0.019], 0.02), PairVerdict::Same);
-        assert_eq!(verdict([-0.019, 0.02], 0.02), PairVerdict::Open);
-        assert_eq!(verdict([0.0, 0.0], 0.0), PairVerdict::Open);
-        assert_eq!(serde_json::to_value(PairVerdict::ABetter).unwrap(), "a_better");
-    }
-
     /// The truth is missed at some look to 4000 trials in at most 5 % of campaigns, and every wrong verdict is such a miss:
     /// a better set where there is none, or no difference where it is just the margin. To peek at McNemar's p is to err in
     /// 18 % and more.
@@ -304,8 +258,13 @@ mod tests {
                     // Intervals take their time: of the first campaigns all, then those that may be wrong.
                     if misses_now || campaign < 200 {
                         errs |= match verdict(difference_interval(a, b, trials, 0.95), margin) {
-                            PairVerdict::ABetter => truth <= 0.0,
-                            PairVerdict::BBetter => truth >= 0.0,
+                            PairVerdict::Better => {
+                                if a > b {
+                                    truth <= 0.0
+                                } else {
+                                    truth >= 0.0
+                                }
+                            }
                             PairVerdict::Same => truth.abs() >= margin,
                             PairVerdict::Open => false,
                         };
@@ -362,7 +321,7 @@ mod tests {
                     last = (interval, verdict(interval, margin));
                     last.1 != PairVerdict::Open
                 });
-                let expected = if truth > 0.0 { PairVerdict::ABetter } else { PairVerdict::Same };
+                let expected = if truth > 0.0 { PairVerdict::Better } else { PairVerdict::Same };
                 trials += stop.unwrap_or(most);
                 decided += u32::from(stop.is_some());
                 right += u32::from(last.1 == expected);

@@ -2,7 +2,7 @@
 
 use crate::campaign::verdict::pairs::Pair;
 use crate::campaign::verdict::set_summary::SetSummary;
-use crate::stats::sequential::PairVerdict;
+use crate::stats::decision::PairVerdict;
 
 /// More gain sets than this are counted, not named.
 const NAMED: usize = 5;
@@ -23,22 +23,17 @@ pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
     };
     // Of another set, what holds of every leader that it is compared with; two results need not compare each with each.
     let verdict_on = |other: &SetSummary| {
-        let is_of = |pair: &&Pair, leader: &SetSummary| {
-            [&pair.a, &pair.b] == [&leader.name, &other.name] || [&pair.b, &pair.a] == [&leader.name, &other.name]
-        };
+        // A leader has the higher rate: it is the first of the two.
+        let is_of = |pair: &&Pair, leader: &SetSummary| pair.a == leader.name && pair.b == other.name;
         let found = leaders.iter().map(|leader| pairs.iter().find(|pair| is_of(pair, leader)).map(|pair| pair.verdict));
         let found = found.collect::<Option<Vec<_>>>()?;
-        let all = |verdicts: &[PairVerdict]| found.iter().all(|verdict| verdicts.contains(verdict));
-        // The leader has the higher rate: it is the better one of a pair that is decided.
-        Some(match () {
-            _ if all(&[PairVerdict::ABetter, PairVerdict::BBetter]) => PairVerdict::ABetter,
-            _ if all(&[PairVerdict::Same]) => PairVerdict::Same,
-            _ => PairVerdict::Open,
-        })
+        let all_are = |verdict| found.iter().all(|found| *found == verdict);
+        let decided = [PairVerdict::Better, PairVerdict::Same].into_iter().find(|verdict| all_are(*verdict));
+        Some(decided.unwrap_or(PairVerdict::Open))
     };
     let on: Vec<_> = others.iter().filter_map(|other| Some((other.name.as_str(), verdict_on(other)?))).collect();
     let with = |verdict| on.iter().filter(|(_, found)| *found == verdict).map(|(name, _)| *name).collect::<Vec<_>>();
-    let (beaten, same, open) = (with(PairVerdict::ABetter), with(PairVerdict::Same), with(PairVerdict::Open));
+    let (beaten, same, open) = (with(PairVerdict::Better), with(PairVerdict::Same), with(PairVerdict::Open));
     let mut said = Vec::new();
     if !beaten.is_empty() {
         said.push(format!("better than {}", listed(&beaten, "and")));
