@@ -15,6 +15,7 @@ pub mod headline;
 pub mod pairs;
 pub mod prediction;
 pub mod set_summary;
+pub mod so_far;
 pub mod strata;
 pub mod summary;
 pub mod telling_trials;

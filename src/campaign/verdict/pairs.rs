@@ -12,6 +12,7 @@ use crate::stats::decision::{ALPHA, Decision, PairVerdict, each_of};
 use crate::stats::mcnemar::PairedCounts;
 use crate::stats::ranks::{Shift, signed_rank};
 use serde::Serialize;
+use std::cmp::Ordering;
 
 /// How many trials are named as examples.
 const EXAMPLES: usize = 5;
@@ -89,7 +90,7 @@ impl Pair {
     ) -> Vec<Self> {
         let pair = |&sets: &(usize, usize)| Self::new(rows, names, sets, strata, pairs.len(), deciding);
         let mut all: Vec<Self> = pairs.iter().map(pair).collect();
-        all.sort_by(|x, y| x.verdict.cmp(&y.verdict).then(y.difference.total_cmp(&x.difference)));
+        all.sort_by(|x, y| by_what_they_tell((x.verdict, x.difference), (y.verdict, y.difference)));
         all
     }
 
@@ -163,8 +164,8 @@ impl Pair {
             (PairVerdict::Open, None) => format!("{a} and {b}: not resolved. {seen}"),
             (PairVerdict::Open, Some(more)) => {
                 let pushes = match self.adjusted_p {
-                    Some(_) => format!("a new campaign of about {} pushes (another seed)", rounded(more)),
-                    None => format!("about {} more pushes", rounded(more)),
+                    Some(_) => format!("a new campaign of about {} trials (another seed)", rounded(more)),
+                    None => format!("about {} more trials", rounded(more)),
                 };
                 format!("{a} and {b}: not resolved. {seen} If that is the true difference, {pushes} would show it.")
             }
@@ -173,10 +174,15 @@ impl Pair {
 }
 
 /// A difference (a share) in percentage points: with one digit, or as many as it takes to be told from 0.
-fn points(share: f64) -> String {
+pub(super) fn points(share: f64) -> String {
     let points = 100.0 * share;
     let digits = (1..6).find(|&digits| points == 0.0 || points.abs() >= 0.5 * 10f64.powi(-digits)).unwrap_or(6);
     format!("{points:.*}", digits as usize)
+}
+
+/// The order of two pairs, each by verdict and difference (a share, not negative).
+pub fn by_what_they_tell(x: (PairVerdict, f64), y: (PairVerdict, f64)) -> Ordering {
+    x.0.cmp(&y.0).then(y.1.total_cmp(&x.1))
 }
 
 /// The pair with the set first that recovers more often, or as it is if neither does, and who recovered; `sets` is the
@@ -261,7 +267,7 @@ mod tests {
         assert_eq!(
             open.words,
             "a and b: not resolved. a recovers 5.0 points more often (0.0 to 11.2, p = 0.0625). If that is the true \
-             difference, a new campaign of about 160 pushes (another seed) would show it."
+             difference, a new campaign of about 160 trials (another seed) would show it."
         );
         let open = found([98, 1, 1], AT_ONCE);
         assert_eq!(open.words, "a and b: not resolved. No difference was seen (-4.5 to 4.5, p = 1.00).");
@@ -278,7 +284,7 @@ mod tests {
         // Nearly decided for a fixed count, but far from it at every look.
         let open = found([450, 66, 34], at_every_look);
         assert!(open.verdict == PairVerdict::Open && open.more_trials.is_some_and(|more| more > 100), "{}", open.words);
-        assert!(open.words.contains(" more pushes would show it.") && !open.words.contains("p ="), "{}", open.words);
+        assert!(open.words.contains(" more trials would show it.") && !open.words.contains("p ="), "{}", open.words);
     }
 
     #[test]

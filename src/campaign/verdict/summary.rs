@@ -108,13 +108,20 @@ impl Summary {
     /// Joins the parts of a campaign: writes `trials.parquet`, `summary.json` and `campaign.toml`, and gives what they
     /// hold. Errors: a part is missing or damaged, or the folder is not writable.
     pub fn of_folder(folder: &Folder, gates: &Gates) -> Result<(Summary, Vec<TrialRow>)> {
+        let (summary, rows, trials) = Self::read(folder, gates)?;
+        summary.write(&folder.path, &trials)?;
+        folder.write_campaign()?;
+        Ok((summary, rows))
+    }
+
+    /// The same without writing anything: summary, rows, and the bytes of `trials.parquet`. Errors: a part is missing or
+    /// damaged.
+    pub fn read(folder: &Folder, gates: &Gates) -> Result<(Summary, Vec<TrialRow>, Vec<u8>)> {
         let rows = folder.rows()?;
         let trials = parquet(&rows)?;
         let pairs = every_pair(folder.manifest.sets.len());
         let summary = Summary::new(&folder.manifest, &rows, sha256_hex(&trials), &pairs, gates);
-        summary.write(&folder.path, &trials)?;
-        folder.write_campaign()?;
-        Ok((summary, rows))
+        Ok((summary, rows, trials))
     }
 
     /// Writes `trials.parquet`, of these bytes, and `summary.json` to a folder.

@@ -8,9 +8,7 @@ use crate::campaign::verdict::pairs::{Pair, p_value, rounded};
 use crate::render::replay_command;
 use crate::render::text::layout::{align, signed, table, whole_names, wrapped};
 use crate::stats::mcnemar::PairedCounts;
-use crate::stats::ranks::Shift;
 use comfy_table::Table;
-use std::fmt::Write;
 use std::path::Path;
 
 /// Of more pairs than this, if they are every set with every other, those of the best set stand for all.
@@ -21,22 +19,28 @@ pub fn headline(summary: &Summary) -> String {
     summary.headline.clone()
 }
 
-/// Verdicts in sentences, one paragraph for each pair; then the counts behind them.
+/// Verdicts in sentences, one paragraph for each pair, and what holds of their intervals.
+pub(super) fn verdicts(summary: &Summary) -> String {
+    let shown = shown(summary);
+    if shown.is_empty() {
+        return String::new();
+    }
+    let sentences: String = shown.iter().map(|pair| wrapped(" - ", &pair.words)).collect();
+    let more = match summary.pairs.len() - shown.len() {
+        0 => String::new(),
+        more => format!(" {more} more pairs, without {}, are in summary.json.", leader(summary)),
+    };
+    format!("\n{sentences}{}", wrapped(" ", &(about_pairs(summary) + &more)))
+}
+
+/// The counts behind the verdicts.
 pub(super) fn pairs(summary: &Summary) -> String {
     let shown = shown(summary);
     if shown.is_empty() {
         return String::new();
     }
-    let mut text = String::from("\n");
-    for pair in &shown {
-        text += &wrapped(" - ", &pair.words);
-    }
-    let _ = writeln!(text, "\n{}", counts(&shown));
-    let mut notes = format!("a - b: rate of a less rate of b, in points. {}", about_pairs(summary));
-    if let Some(more) = summary.pairs.len().checked_sub(shown.len()).filter(|more| *more > 0) {
-        notes += &format!(" {more} pairs more, without {}, are in summary.json.", leader(summary));
-    }
-    text + &wrapped(" ", &notes)
+    let about = "a - b: rate of a less rate of b, in points; its interval is in the verdicts above.";
+    format!("\n{}\n{}", counts(&shown), wrapped(" ", about))
 }
 
 /// What holds of intervals and p of all pairs, in sentences: said once for all of them.
@@ -88,27 +92,6 @@ pub fn adjusted_p(pair: &Pair) -> String {
 /// A p-value without its name.
 pub fn p_cell(p: f64) -> String {
     p_value(p).trim_start_matches("p ").trim_start_matches("= ").into()
-}
-
-/// How much sooner, and with how many footsteps, over the trials that both sets of a pair recovered from.
-pub(super) fn shifts(summary: &Summary) -> String {
-    let shown: Vec<&Pair> = shown(summary).into_iter().filter(|pair| pair.settling_s.is_some()).collect();
-    if shown.is_empty() {
-        return String::new();
-    }
-    let mut table = table(["a", "b", "both survive", "settles [s]", "95 %", "footsteps", "95 %"]);
-    for pair in shown {
-        let cells = |shift: &Option<Shift>| {
-            let interval = |[least, most]: [f64; 2]| format!("{} to {}", signed(least, 2), signed(most, 2));
-            let mean = shift.map_or("-".into(), |shift| signed(shift.mean, 2));
-            [mean, shift.and_then(|shift| shift.mean_ci95).map_or("-".into(), interval)]
-        };
-        let head = [pair.a.clone(), pair.b.clone(), pair.counts.both.to_string()];
-        table.add_row(head.into_iter().chain(cells(&pair.settling_s)).chain(cells(&pair.footsteps)));
-    }
-    let notes = "a less b: how much later a stands, and how many footsteps more it takes, on average over the pushes \
-                 that both survive. Each 95 % interval is for itself; a dash: too few pushes differ to give one.";
-    format!("\n{}\n{}", whole_names(align(table)), wrapped(" ", notes))
 }
 
 /// What became of each gate; empty without gates.
@@ -245,15 +228,15 @@ mod tests {
     #[test]
     fn of_every_pair_those_of_the_best_set_are_shown_and_all_where_sets_have_partners() {
         let every = crate::campaign::verdict::pairs::every_pair(7);
-        let text = pairs(&with_pairs(7, &every));
+        let text = verdicts(&with_pairs(7, &every));
         assert_eq!(text.matches("\n - ").count() + usize::from(text.starts_with(" - ")), 6, "{text}");
         assert_eq!(text.matches("set6").count(), 7, "{text}");
         let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(words.contains("15 pairs more, without set6, are in summary.json."), "{text}");
+        assert!(words.contains("15 more pairs, without set6, are in summary.json."), "{text}");
         let partners: Vec<_> = (0..7).map(|i| (i, i + 7)).collect();
         let summary = with_pairs(14, &partners);
         assert_eq!(shown(&summary).len(), 7);
-        assert!(!pairs(&summary).contains("pairs more"));
+        assert!(!verdicts(&summary).contains("more pairs"));
     }
 
     #[test]

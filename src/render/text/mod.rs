@@ -8,6 +8,7 @@ pub mod layout;
 mod limit;
 pub mod model;
 pub mod response;
+pub mod so_far;
 pub mod story;
 
 pub use campaign::{campaign, impulse_at, thresholds};
