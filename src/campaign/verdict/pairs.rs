@@ -270,7 +270,7 @@ mod tests {
              difference, a new campaign of about 160 trials (another seed) would show it."
         );
         let open = found([98, 1, 1], AT_ONCE);
-        assert_eq!(open.words, "a and b: not resolved. No difference was seen (-4.5 to 4.5, p = 1.00).");
+        assert_eq!(open.words, "a and b: not resolved. No difference was seen (-4.6 to 4.6, p = 1.00).");
         let same = found([998, 1, 1], AT_ONCE);
         assert_eq!(
             same.words,
