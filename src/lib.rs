@@ -4,6 +4,8 @@
 //! of the COG-ZMP inverted pendulum by maximal CPI sets of Yamamoto and Nakamura ([`lipm`]) and closes the loop on
 //! simulated contacts ([`episode`]); a [`campaign`] draws pushes and counts who stays up.
 //!
+//! The [`guide`] says how to use it and what has been measured.
+//!
 //! SI units and f64 throughout; the world frame unless a type says otherwise: x forward, y left, z up; heading 0
 //! pushes forward, 90 to the left.
 
@@ -23,6 +25,7 @@ pub mod error;
 #[cfg(feature = "program")]
 pub mod files;
 pub mod geometry;
+pub mod guide;
 pub mod lipm;
 #[cfg(feature = "program")]
 pub mod render;

@@ -34,7 +34,7 @@ fn the_imposed_errors_are_made_good() {
         assert!(result["home_at_s"].as_f64().unwrap() < 1.0, "{result:#}");
         assert!(result["worst_com_error_m"].as_f64().unwrap() < 0.002, "{result:#}");
     }
-    // A state that makes the second error is out of reach of one footstep, as the README says.
+    // A state that makes the second error is out of reach of one footstep, as the guide says (src/guide/paper.md).
     let moving = json(&["scenario", "moving-diagonal"]);
     assert!(moving["lost_at_s"].is_number() && !first(&moving).2, "{moving:#}");
 }
