@@ -1,5 +1,5 @@
-//! The commands that the README, the guide and the help show do what they are shown for, as far as can be told without
-//! running them: files, names, keys and gates are good, not the options alone.
+//! The commands in the README, the guide and the help are valid, as far as this can be checked without running them:
+//! files, names, keys and gates are checked, and not only the options.
 
 mod common;
 
@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// They can be told to check everything and run nothing. Of the others the options are looked at.
+/// Commands that can check everything without running. For the others only the options are checked.
 const CHECKED: [&str; 4] = ["run", "push", "limit", "scenario"];
 const COMMANDS: [&str; 13] = [
     "run", "merge", "compare", "status", "push", "replay", "limit", "scenario", "paper", "cpi", "response", "model",
@@ -19,14 +19,14 @@ fn root() -> PathBuf {
     env!("CARGO_MANIFEST_DIR").into()
 }
 
-/// The README, and the chapters of the guide.
+/// The README and the chapters of the guide.
 fn documents() -> Vec<PathBuf> {
     let chapters = fs::read_dir(root().join("src/guide")).into_iter().flatten().map(|entry| entry.unwrap().path());
     let chapters = chapters.filter(|path| path.extension().is_some_and(|extension| extension == "md"));
     std::iter::once(root().join("README.md")).chain(chapters).collect()
 }
 
-/// Every `standfast ...` of a document: lines of its blocks of commands, and code within text.
+/// Every `standfast ...` in a document: lines in blocks of commands, and code within text.
 fn commands_of(document: &str) -> Vec<String> {
     let (mut found, mut in_block, mut joined) = (Vec::new(), None, String::new());
     for line in document.lines() {
@@ -34,7 +34,7 @@ fn commands_of(document: &str) -> Vec<String> {
             in_block = if in_block.is_some() { None } else { Some(language) };
         } else if matches!(in_block, Some("sh" | "console" | "yaml")) {
             joined += line.trim().trim_start_matches("$ ").trim_start_matches("- ").trim_start_matches("run: ");
-            // A line that goes on in the next one.
+            // The line continues in the next one.
             if let Some(start) = joined.strip_suffix('\\') {
                 joined = start.into();
                 continue;
@@ -50,13 +50,13 @@ fn commands_of(document: &str) -> Vec<String> {
     found
 }
 
-/// What the examples in the help of a command say.
+/// The commands of the examples in the help of a command.
 fn examples_of(command: &str) -> Vec<String> {
     let help = stdout(&standfast(Path::new("."), &[command, "--help"]).success());
     help.lines().filter_map(|line| line.strip_prefix("  standfast ")).map(|rest| format!("standfast {rest}")).collect()
 }
 
-/// A folder with what a reader has who comes to these commands: files of their own.
+/// A folder with the files that a reader of these commands has.
 fn reader() -> TempDir {
     let dir = folder();
     let put = |asset: &str, name: &str, file: &str| {
@@ -67,12 +67,12 @@ fn reader() -> TempDir {
     put("campaigns/smoke.toml", "my", "my.toml");
     put("gains/switching.toml", "mine", "mine.toml");
     put("scenarios/push-behind.toml", "my-scenario", "my-scenario.toml");
-    // A place to fill in.
+    // A placeholder for a name.
     put("scenarios/push-behind.toml", "name", "NAME");
     dir
 }
 
-/// The earlier result that a command compares with, unless it is there.
+/// Creates the earlier result with which a command compares, unless it exists.
 fn put_baseline(words: &[String], folder: &Path) {
     let Some(at) = words.iter().position(|word| word == "--baseline") else { return };
     if !folder.join(&words[at + 1]).exists() {
@@ -81,13 +81,13 @@ fn put_baseline(words: &[String], folder: &Path) {
     }
 }
 
-/// Why a command is not good, if it is not.
+/// Why a command is not valid; None if it is.
 fn wrong(command: &str, folder: &Path) -> Option<String> {
-    // As a shell reads it; a comment ends it, and so does what stands apart in a help.
+    // Read as a shell does. The command ends at a comment or, in a help text, at two spaces.
     let end = [command.find(" #"), command.find("  ")].into_iter().flatten().min().unwrap_or(command.len());
     let words = shlex::split(&command[..end]).unwrap_or_else(|| panic!("{command}"));
     let checked = words.get(1).is_some_and(|name| CHECKED.contains(&name.as_str()));
-    // Arguments are read before help is given: one that is unknown, or a value that is none, is an error.
+    // Arguments are parsed before help is printed, so an unknown one or an invalid value is an error.
     let only = if checked { "--check" } else { "--help" };
     let given = words[1..].iter().map(String::as_str).filter(|word| *word != only);
     put_baseline(&words, folder);
@@ -106,7 +106,7 @@ fn every_command_that_is_shown_is_good() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// The test above can fail: by what is inside a command, not by its options alone.
+/// The test above can fail because of names inside of a command, and not only because of its options.
 #[test]
 fn a_command_that_is_wrong_inside_is_not_good() {
     let dir = folder();
@@ -126,14 +126,14 @@ fn a_command_that_is_wrong_inside_is_not_good() {
     ] {
         let told = wrong(command, dir.path()).unwrap_or_else(|| panic!("{command} is taken for good"));
         assert!(told.contains(words), "{told}");
-        // The same as without the check.
+        // Without the check it fails in the same way.
         let args = shlex::split(command).unwrap();
         let run = standfast(dir.path(), &args[1..].iter().map(String::as_str).collect::<Vec<_>>()).code(2);
         assert_eq!(told, format!("{command}: {}", stderr(&run)));
     }
 }
 
-/// Pictures and files that it links are there.
+/// The pictures and files to which it links exist.
 #[test]
 fn every_link_of_the_readme_leads_somewhere() {
     let links = include_str!("../README.md").split("](").skip(1).filter_map(|rest| rest.split(')').next());
