@@ -35,8 +35,8 @@ fn bad_samples(good: &Sensed) -> Vec<(Sensed, &'static str)> {
         (sensed, words)
     };
     vec![
-        with(&|s| s.q[3] = f64::NAN, "q[3] = NaN: is no reading"),
-        with(&|s| s.q[0] = 1e7, "q[0] = 10000000: is no reading"),
+        with(&|s| s.q[3] = f64::NAN, "q[3] = NaN: is not a valid reading"),
+        with(&|s| s.q[0] = 1e7, "q[0] = 10000000: is not a valid reading"),
         with(&|s| s.q.truncate(5), "q has 5 values; accepted: one for each of the robot's 20 joints"),
         with(&|s| s.q.push(0.0), "q has 21 values"),
         with(&|s| s.imu.gyro.y = f64::INFINITY, "imu.gyro[1] = inf"),

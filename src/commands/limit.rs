@@ -75,9 +75,12 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     if args.check.check {
         return fine(&format!("campaign {}, {} searches to run", campaign.name, searches.count()));
     }
-    let progress = Progress::start(searches.count(), "searches", false);
-    let limits = searches.run(&STOP, &|| progress.tick());
+    let progress = Progress::of(searches.count(), "searches");
+    let limits = searches.run(&STOP, &|| progress.episode(), &|| progress.tick());
     progress.finish();
+    if let Err(Error::Interrupted) = limits {
+        note("interrupted: nothing of it is kept; the same command starts again");
+    }
     let limits = limits?;
     // First what the user waited for: a folder that cannot be written must not cost it.
     print(&if args.json { render::json(&limits) } else { text::limit(&limits) })?;

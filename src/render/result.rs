@@ -19,10 +19,11 @@ pub fn write(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Result<()> 
     write_atomic(&junit, junit::xml(summary)?.as_bytes())
 }
 
-/// What to say when they and others are there.
+/// What to say when they and others are there, the report first.
 pub fn written(folder: &Path, others: &[&str]) -> String {
-    let files = [&FILES[..], others].concat().join(", ");
-    wrapped("written: ", &format!("{}: {files}", folder.display())).trim_end().into()
+    let [report, more @ ..] = FILES;
+    let (report, more) = (folder.join(report), [&more[..], others].concat().join(", "));
+    wrapped("written: ", &format!("{} (all of it, for a browser); {more}", report.display())).trim_end().into()
 }
 
 /// Whether a comparison may be written to a folder: it is new, empty, or holds an earlier comparison.

@@ -2,7 +2,7 @@
 
 use crate::assets::{self, Kind};
 use crate::campaign::ask::bounds::{PushBounds, accept, check_episode, in_range};
-use crate::campaign::ask::gate::GateSpec;
+use crate::campaign::ask::gate::{GateSpec, OnUnresolved};
 use crate::campaign::ask::push::{PushSpec, SecondPushSpec};
 use crate::campaign::ask::variations::{self, VariationSpec};
 use crate::episode::EpisodeConfig;
@@ -12,8 +12,8 @@ use crate::lipm::variant::{self, Entry};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Trials in a block, which is kept as one part and after which a campaign may end (the last block may have fewer).
-pub const BLOCK_TRIALS: u64 = 25;
+/// A campaign that ends when decided is looked at after whole multiples of so many trials, and may end there.
+pub const LOOK_TRIALS: u64 = 25;
 
 /// A campaign, as its TOML file has it and with nothing left open.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -96,6 +96,8 @@ pub struct Overrides {
     pub robot: Option<String>,
     /// Gates beside the campaign's own.
     pub gates: Vec<String>,
+    /// What an unresolved gate counts as.
+    pub unresolved: Option<OnUnresolved>,
     /// End when decided (and margin): see [`Stopping`].
     pub until_resolved: bool,
     pub margin: Option<f64>,
@@ -132,13 +134,13 @@ impl Campaign {
         if let Some(robot) = &overrides.robot {
             campaign.robot.clone_from(robot);
         }
-        campaign.gates.add(&overrides.gates);
+        campaign.gates.add(&overrides.gates, overrides.unresolved);
         campaign.stopping.until_resolved |= overrides.until_resolved;
         campaign.stopping.margin = overrides.margin.unwrap_or(campaign.stopping.margin);
         campaign.check("command line")?;
         if campaign.stopping.until_resolved {
-            // Whole parts, so that it can be taken up again with other counts.
-            campaign.trials = campaign.trials.next_multiple_of(BLOCK_TRIALS);
+            // Its last look is one that it would also have with a larger count: it can be taken up again.
+            campaign.trials = campaign.trials.next_multiple_of(LOOK_TRIALS);
         }
         Ok(campaign)
     }

@@ -1,12 +1,21 @@
 //! What is finished of a campaign, on disk: a folder of parts, each a block of trials, and whose it is.
 
-use crate::campaign::ask::spec::{BLOCK_TRIALS, Campaign};
+use crate::campaign::ask::spec::Campaign;
 use crate::campaign::store::part::PartFile;
 use crate::campaign::store::row::TrialRow;
 use crate::error::{Error, Result};
 use crate::files::{json, json_pretty, shell_word, write_atomic};
 use serde::{Deserialize, Serialize};
-use std::{fs, path::Path, path::PathBuf};
+use std::{fs, num::NonZeroU64, path::Path, path::PathBuf};
+
+/// Trials in a block, which is kept as one part (the last one may have fewer). An interruption loses what is in work: of
+/// four gain sets twenty episodes are seconds. Divides the looks of a campaign that ends when decided.
+pub const PART_TRIALS: NonZeroU64 = NonZeroU64::new(5).unwrap();
+
+/// The same in folders that do not say so: they are of earlier builds.
+fn unsaid_part_trials() -> NonZeroU64 {
+    NonZeroU64::new(25).unwrap()
+}
 
 /// What is made of the parts, by this module and by `report`.
 pub const RESULT_FILES: [&str; 6] =
@@ -27,6 +36,9 @@ pub struct Manifest {
     /// SHA-256 of URDF and settings: results of other robots can be told apart.
     #[serde(default)]
     pub robot_sha256: String,
+    /// Trials in a block. A folder keeps to its own; the result is the same for any.
+    #[serde(default = "unsaid_part_trials")]
+    pub part_trials: NonZeroU64,
     /// Names of the gain sets, in the order of the campaign.
     pub sets: Vec<String>,
     /// As resolved; also in `campaign.toml`.
@@ -99,18 +111,23 @@ impl Folder {
 
     /// Count of blocks that make the result.
     pub fn blocks(&self) -> u64 {
-        self.trials().div_ceil(BLOCK_TRIALS)
+        self.trials().div_ceil(self.manifest.part_trials.get())
     }
 
     /// First trial of a block and the trial after its last.
     pub fn range(&self, block: u64) -> (u64, u64) {
-        let first = block * BLOCK_TRIALS;
-        (first, (first + BLOCK_TRIALS).min(self.manifest.campaign.trials))
+        let trials = self.manifest.part_trials.get();
+        (block * trials, ((block + 1) * trials).min(self.manifest.campaign.trials))
     }
 
     /// Blocks that are not complete, in order.
     pub fn missing(&self) -> Vec<u64> {
-        (0..self.blocks()).filter(|&block| !self.has(block)).collect()
+        self.missing_up_to(self.trials())
+    }
+
+    /// The same of the first `trials` trials.
+    pub fn missing_up_to(&self, trials: u64) -> Vec<u64> {
+        (0..trials.div_ceil(self.manifest.part_trials.get())).filter(|&block| !self.has(block)).collect()
     }
 
     /// The part of a block, complete or not.
@@ -148,7 +165,7 @@ impl Folder {
 
     /// Rows of the first `trials` trials, which end with a block or the campaign. Errors: something is missing.
     pub fn first_rows(&self, trials: u64) -> Result<Vec<TrialRow>> {
-        let blocks = (0..trials.div_ceil(BLOCK_TRIALS)).map(|block| self.part(block).rows());
+        let blocks = (0..trials.div_ceil(self.manifest.part_trials.get())).map(|block| self.part(block).rows());
         Ok(blocks.collect::<Result<Vec<_>>>()?.concat())
     }
 
@@ -220,6 +237,7 @@ pub(crate) mod tests {
             config_hash: "0123456789abcdef".into(),
             build: String::new(),
             robot_sha256: String::new(),
+            part_trials: PART_TRIALS,
             sets: sets.iter().map(|set| set.to_string()).collect(),
             campaign: Campaign::load("smoke", &overrides).unwrap(),
         }
