@@ -28,8 +28,10 @@ const TEMPLATE: &str = include_str!("report.html.jinja");
 const STYLE: &str = include_str!("report.css");
 const SCRIPT: &str = include_str!("report.js");
 
-/// More pairs than this are told in the table of pairs alone.
+/// More pairs than this are told in the table of pairs alone,
 const MOST_PAIRS: usize = 28;
+/// and the words on more than this are folded.
+const FEW_ANSWERS: usize = 6;
 
 /// The page of a campaign: its `summary` and all `rows`, sorted by trial, then by set in the order of the summary. It links
 /// to the replays that are there, as seen from `folder`.
@@ -86,6 +88,7 @@ fn context(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Value {
         "maps": (0..names.len()).map(|set| maps.set(set)).collect::<Vec<_>>(),
         "pair_views": pairs.iter().enumerate().map(view).collect::<Vec<_>>(),
         "most_pairs": MOST_PAIRS,
+        "few_answers": FEW_ANSWERS,
         "curve": success::chart(sets).svg("role=\"img\" aria-label=\"Success rate over impulse\""),
         "footsteps": trials.footsteps(),
         "scale": {
