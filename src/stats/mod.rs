@@ -1,7 +1,7 @@
-//! Tests and intervals that know no campaign: rates ([`rate`]), paired outcomes ([`mcnemar`]) and paired numbers
-//! ([`ranks`]), what is decided between two of several sets ([`decision`]), success against impulse ([`curve`]), intervals that
-//! hold at every look ([`sequential`]), and the impulse of
-//! 50 % found with few pushes ([`psychometric`]).
+//! Tests and intervals that do not depend on campaigns: rates ([`rate`]), paired outcomes ([`mcnemar`]) and paired
+//! numbers ([`ranks`]), what is decided between two of several sets ([`decision`]), success against impulse ([`curve`]),
+//! intervals that hold at every look ([`sequential`]), and the search for the impulse of 50 % recovery with few pushes
+//! ([`psychometric`]).
 
 pub mod curve;
 pub mod decision;
