@@ -245,7 +245,8 @@ pub(crate) mod tests {
 
     fn folder(path: &Path) -> Folder {
         let overrides = Overrides { trials: Some(60), ..Overrides::default() };
-        Folder { path: path.into(), manifest: manifest(&["hold", "fixed"], overrides) }
+        let part_trials = NonZeroU64::new(25).unwrap();
+        Folder { path: path.into(), manifest: Manifest { part_trials, ..manifest(&["hold", "fixed"], overrides) } }
     }
 
     fn commit(folder: &Folder, block: u64) -> Vec<TrialRow> {
@@ -300,6 +301,23 @@ pub(crate) mod tests {
         assert_eq!(folder.missing(), [0, 1]);
         folder.manifest.config_hash = "other".into();
         assert_eq!(folder.missing(), [0, 1, 2]);
+    }
+
+    /// Builds that did not say how many trials a part has had 25 of them.
+    #[test]
+    fn a_folder_keeps_to_its_own_parts() {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = folder(dir.path());
+        folder.create().unwrap();
+        let file = dir.path().join("parts/campaign.json");
+        let mut said: serde_json::Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
+        assert_eq!(said.as_object_mut().unwrap().shift_remove("part_trials"), Some(25.into()));
+        fs::write(&file, said.to_string()).unwrap();
+        assert_eq!(Folder::existing(dir.path()).unwrap().manifest, folder.manifest);
+        said["part_trials"] = 0.into();
+        fs::write(&file, said.to_string()).unwrap();
+        let message = Folder::existing(dir.path()).unwrap_err().to_string();
+        assert!(message.contains("expected a nonzero"), "{message}");
     }
 
     #[test]
