@@ -61,7 +61,7 @@ impl Folder {
         let file = path.join("parts/campaign.json");
         let text = fs::read_to_string(&file).map_err(|e| Error::Parts {
             path: path.into(),
-            problem: format!("not the folder of a campaign (parts/campaign.json: {e})"),
+            problem: format!("is not the folder of a campaign (parts/campaign.json: {e})"),
         })?;
         let manifest = serde_json::from_str(&text).map_err(|e| Error::Parts { path: file, problem: e.to_string() })?;
         Ok(Some(Folder { path: path.into(), manifest }))
@@ -69,8 +69,10 @@ impl Folder {
 
     /// Opens the folder of a campaign. It fails if there is no such folder, or if it does not hold a campaign.
     pub fn existing(path: &Path) -> Result<Folder> {
-        Folder::open(path)?
-            .ok_or_else(|| Error::Parts { path: path.into(), problem: "no such folder, or an empty one".into() })
+        Folder::open(path)?.ok_or_else(|| Error::Parts {
+            path: path.into(),
+            problem: "there is no such folder, or it is empty".into(),
+        })
     }
 
     /// Whether the results in the folder were made by another build of the program.
