@@ -35,8 +35,9 @@ impl Default for GateSpec {
 }
 
 impl GateSpec {
-    /// Adds the gates that are not in the list yet.
-    pub fn add(&mut self, gates: &[String]) {
+    /// Adds the gates that are not in the list yet, and sets what an unresolved gate counts as if that is given.
+    pub fn add(&mut self, gates: &[String], unresolved: Option<OnUnresolved>) {
+        self.unresolved = unresolved.unwrap_or(self.unresolved);
         for gate in gates {
             if !self.require.contains(gate) {
                 self.require.push(gate.clone());
@@ -249,11 +250,14 @@ mod tests {
     fn a_gate_is_there_once_and_asks_for_a_baseline_or_not() {
         let mut spec = GateSpec::default();
         let gates = ["catch >= 0.8", "catch >= 0.8", "catch >= baseline-2"].map(String::from);
-        spec.add(&gates);
+        spec.add(&gates, None);
         assert_eq!(spec.require.len(), 2);
         let sets = ["catch", "baseline-2"].map(String::from);
         assert!(!spec.ask_for_baseline(&sets));
-        spec.add(&["catch >= baseline - 0.01".into()]);
+        spec.add(&["catch >= baseline - 0.01".into()], Some(OnUnresolved::Fail));
+        assert_eq!(spec.unresolved, OnUnresolved::Fail);
+        spec.add(&[], None);
+        assert_eq!(spec.unresolved, OnUnresolved::Fail);
         assert!(spec.ask_for_baseline(&sets));
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::assets::{self, Kind};
 use crate::campaign::ask::bounds::{PushBounds, accept, check_episode, in_range};
-use crate::campaign::ask::gate::GateSpec;
+use crate::campaign::ask::gate::{GateSpec, OnUnresolved};
 use crate::campaign::ask::push::{PushSpec, SecondPushSpec};
 use crate::campaign::ask::variations::{self, VariationSpec};
 use crate::episode::EpisodeConfig;
@@ -12,9 +12,8 @@ use crate::lipm::variant::{self, Entry};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Number of trials in a block; the last block may have fewer. A block is stored as one part, and a campaign may end
-/// early only after a whole block.
-pub const BLOCK_TRIALS: u64 = 25;
+/// A campaign that ends when it is decided is looked at, and may end, after multiples of this number of trials.
+pub const LOOK_TRIALS: u64 = 25;
 
 /// A campaign as its TOML file states it, with all defaults filled in.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -97,6 +96,8 @@ pub struct Overrides {
     pub robot: Option<String>,
     /// Gates in addition to the campaign's own.
     pub gates: Vec<String>,
+    /// What an unresolved gate counts as.
+    pub unresolved: Option<OnUnresolved>,
     /// Ends the campaign when it is decided, with `margin`; see [`Stopping`].
     pub until_resolved: bool,
     pub margin: Option<f64>,
@@ -133,13 +134,13 @@ impl Campaign {
         if let Some(robot) = &overrides.robot {
             campaign.robot.clone_from(robot);
         }
-        campaign.gates.add(&overrides.gates);
+        campaign.gates.add(&overrides.gates, overrides.unresolved);
         campaign.stopping.until_resolved |= overrides.until_resolved;
         campaign.stopping.margin = overrides.margin.unwrap_or(campaign.stopping.margin);
         campaign.check("command line")?;
         if campaign.stopping.until_resolved {
-            // Whole blocks, so that the campaign can be continued with another number of trials.
-            campaign.trials = campaign.trials.next_multiple_of(BLOCK_TRIALS);
+            // Its last look is then also a look of a longer campaign, so that it can be continued.
+            campaign.trials = campaign.trials.next_multiple_of(LOOK_TRIALS);
         }
         Ok(campaign)
     }

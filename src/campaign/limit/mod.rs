@@ -90,8 +90,14 @@ impl<'a> Searches<'a> {
         (self.headings.len() * self.designs.len()) as u64
     }
 
-    /// Runs all searches and calls `on_search` after each, from any thread. It fails if `stop` is set from outside.
-    pub fn run(self, stop: &AtomicBool, on_search: &(dyn Fn() + Sync)) -> Result<Limits> {
+    /// Runs all searches. It calls `on_episode` after each episode and `on_search` after each search, from any thread.
+    /// It fails if `stop` is set from outside.
+    pub fn run(
+        self,
+        stop: &AtomicBool,
+        on_episode: &(dyn Fn() + Sync),
+        on_search: &(dyn Fn() + Sync),
+    ) -> Result<Limits> {
         let Self { campaign, options, plan, yardstick, mut headings, pool, designs } = self;
         let sets = &plan.manifest.sets;
         let random = is_random(campaign);
@@ -112,6 +118,7 @@ impl<'a> Searches<'a> {
                 bound_one_step_n_s: heading.bound_one_step_n_s,
                 first_trial: h as u64 * TRIALS_APART,
                 stop,
+                on_episode,
             };
             let limit = search.run(&sets[s], &designs[s], rule)?;
             on_search();

@@ -49,6 +49,8 @@ pub(super) struct Search<'a> {
     /// Index of the search's trial 0 in the campaign.
     pub first_trial: u64,
     pub stop: &'a AtomicBool,
+    /// Called after every episode.
+    pub on_episode: &'a (dyn Fn() + Sync),
 }
 
 impl Search<'_> {
@@ -61,6 +63,7 @@ impl Search<'_> {
                 return Err(Error::Interrupted);
             }
             let outcome = self.outcome(design, self.first_trial + posterior.trials(), impulse_n_s);
+            (self.on_episode)();
             *match outcome {
                 Outcome::Recovered => &mut recovered,
                 Outcome::Fell => &mut fell,

@@ -1,12 +1,21 @@
 //! The finished part of a campaign on disk: a folder with a part for each block of trials, and a manifest.
 
-use crate::campaign::ask::spec::{BLOCK_TRIALS, Campaign};
+use crate::campaign::ask::spec::Campaign;
 use crate::campaign::store::part::PartFile;
 use crate::campaign::store::row::TrialRow;
 use crate::error::{Error, Result};
 use crate::files::{json, json_pretty, shell_word, write_atomic};
 use serde::{Deserialize, Serialize};
-use std::{fs, path::Path, path::PathBuf};
+use std::{fs, num::NonZeroU64, path::Path, path::PathBuf};
+
+/// Trials in a block, which is kept as one part (the last one may have fewer). An interruption loses what is in work: of
+/// four gain sets twenty episodes are seconds. Divides the looks of a campaign that ends when decided.
+pub const PART_TRIALS: NonZeroU64 = NonZeroU64::new(5).unwrap();
+
+/// The same in folders that do not say so: they are of earlier builds.
+fn unsaid_part_trials() -> NonZeroU64 {
+    NonZeroU64::new(25).unwrap()
+}
 
 /// Files that are made from the parts, by this module and by `report`.
 pub const RESULT_FILES: [&str; 6] =
@@ -27,6 +36,9 @@ pub struct Manifest {
     /// SHA-256 of URDF and settings, by which results of different robots can be told apart.
     #[serde(default)]
     pub robot_sha256: String,
+    /// Trials in a block. A folder keeps to its own; the result is the same for any.
+    #[serde(default = "unsaid_part_trials")]
+    pub part_trials: NonZeroU64,
     /// Names of the gain sets, in the order of the campaign.
     pub sets: Vec<String>,
     /// The resolved campaign, which is also in `campaign.toml`.
@@ -101,18 +113,23 @@ impl Folder {
 
     /// Number of blocks in the result.
     pub fn blocks(&self) -> u64 {
-        self.trials().div_ceil(BLOCK_TRIALS)
+        self.trials().div_ceil(self.manifest.part_trials.get())
     }
 
     /// Index of the first trial of a block, and that after its last.
     pub fn range(&self, block: u64) -> (u64, u64) {
-        let first = block * BLOCK_TRIALS;
-        (first, (first + BLOCK_TRIALS).min(self.manifest.campaign.trials))
+        let trials = self.manifest.part_trials.get();
+        (block * trials, ((block + 1) * trials).min(self.manifest.campaign.trials))
     }
 
     /// The blocks that are not complete, in order.
     pub fn missing(&self) -> Vec<u64> {
-        (0..self.blocks()).filter(|&block| !self.has(block)).collect()
+        self.missing_up_to(self.trials())
+    }
+
+    /// The same of the first `trials` trials.
+    pub fn missing_up_to(&self, trials: u64) -> Vec<u64> {
+        (0..trials.div_ceil(self.manifest.part_trials.get())).filter(|&block| !self.has(block)).collect()
     }
 
     /// The part of a block, complete or not.
@@ -150,7 +167,7 @@ impl Folder {
 
     /// Rows of the first `trials` trials, which must end with a block or the campaign. It fails if a part is missing.
     pub fn first_rows(&self, trials: u64) -> Result<Vec<TrialRow>> {
-        let blocks = (0..trials.div_ceil(BLOCK_TRIALS)).map(|block| self.part(block).rows());
+        let blocks = (0..trials.div_ceil(self.manifest.part_trials.get())).map(|block| self.part(block).rows());
         Ok(blocks.collect::<Result<Vec<_>>>()?.concat())
     }
 
@@ -222,6 +239,7 @@ pub(crate) mod tests {
             config_hash: "0123456789abcdef".into(),
             build: String::new(),
             robot_sha256: String::new(),
+            part_trials: PART_TRIALS,
             sets: sets.iter().map(|set| set.to_string()).collect(),
             campaign: Campaign::load("smoke", &overrides).unwrap(),
         }
