@@ -3,7 +3,7 @@
 
 use crate::campaign::ask::no_step::NoStep;
 use crate::control::{Phase, estimate};
-use crate::episode::{Footstep, Outcome, Record};
+use crate::episode::{Footstep, Outcome, Record, Snapshot};
 use crate::error::Result;
 use crate::lipm::OnlineSets;
 use crate::lipm::capture;
@@ -218,8 +218,8 @@ fn events(pushed: &Pushed, phases: Vec<&str>) -> Value {
 /// whether the controller took both soles for support all the while.
 fn unloaded(pushed: &Pushed) -> Vec<(Foot, [f64; 2], bool)> {
     let span_s = pushed.footstep.land_s..=pushed.end_s();
-    let ticks = pushed.motion.samples.iter().zip(pushed.seen.loaded.iter().zip(&pushed.seen.on_both));
-    let after: Vec<_> = ticks.filter(|(sample, _)| span_s.contains(&sample.time_s)).collect();
+    let ticks = pushed.motion.moments.iter().zip(pushed.seen.loaded.iter().zip(&pushed.seen.on_both));
+    let after: Vec<_> = ticks.filter(|(moment, _)| span_s.contains(&moment.time_s)).collect();
     let mut off = Vec::new();
     for foot in Foot::BOTH {
         for run in after.chunk_by(|(_, (a, _)), (_, (b, _))| a[foot] == b[foot]) {
@@ -334,8 +334,8 @@ fn imposed_responses(study: &Study) -> Value {
 
 /// The gains that act after the landing, in their order, and from when on the last one acts if it is the fastest.
 fn gains_after(study: &Study, run: &ImposedRun) -> Value {
-    let after = run.ticks.iter().filter(|(time_s, ..)| *time_s >= run.footstep.land_s);
-    let acting: Vec<(f64, usize)> = after.filter_map(|(time_s, _, gain)| Some((*time_s, (*gain)?))).collect();
+    let after = run.motion.moments.iter().filter(|moment| moment.time_s >= run.footstep.land_s);
+    let acting: Vec<(f64, usize)> = after.filter_map(|moment| Some((moment.time_s, moment.gain?))).collect();
     let runs: Vec<(f64, usize)> = acting.chunk_by(|a, b| a.1 == b.1).map(|run| run[0]).collect();
     let gains = &study.design.family.gains;
     let names: Vec<&str> = runs.iter().map(|(_, gain)| gains[*gain].name.as_str()).collect();
@@ -444,8 +444,9 @@ fn pushed_responses(study: &Study) -> Value {
 /// Root of the mean square of the ZMP's error in the first swing, while the sole in the air carries no load (m; x, y).
 fn zmp_errors(pushed: &Pushed) -> [f64; 2] {
     let Footstep { foot, land_s, .. } = pushed.footstep;
-    let samples = pushed.motion.samples.iter().zip(&pushed.seen.loaded);
-    let in_air = samples.filter(|(s, loaded)| s.swing && s.time_s < land_s && !loaded[foot]);
+    let moments = pushed.motion.moments.iter().zip(&pushed.seen.loaded);
+    let is_swing = |moment: &Snapshot| matches!(moment.phase, Phase::Swing(_));
+    let in_air = moments.filter(|(s, loaded)| is_swing(s) && s.time_s < land_s && !loaded[foot]);
     let errors: Vec<[f64; 2]> =
         in_air.filter_map(|(s, _)| s.zmp.map(|zmp| [0, 1].map(|axis| zmp[axis] - s.zmp_ref[axis]))).collect();
     [0, 1].map(|axis| (errors.iter().map(|e| e[axis] * e[axis]).sum::<f64>() / errors.len().max(1) as f64).sqrt())
