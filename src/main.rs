@@ -1,4 +1,4 @@
-//! The program: runs the command that it is called with, and turns an error into an exit code.
+//! The program: runs the command with which it is called, and turns an error into an exit code.
 
 #![forbid(unsafe_code)]
 

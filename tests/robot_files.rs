@@ -1,9 +1,9 @@
-//! The robot's files: the published figures are in them, and bad files are refused with a clear error.
+//! The robot's files contain the published figures, and invalid files are refused with a clear error.
 
 use standfast::assets::{self, Kind, Source};
 use standfast::robot::{Foot, Kinematics, Robot, Shape};
 
-/// Joint, limits [deg], mass of the link it carries [kg], as published; the right side has the same.
+/// Joint, limits (degrees), and mass of the link that it carries (kg), as published. The right side has the same.
 const PUBLISHED: [(&str, [f64; 2], f64); 10] = [
     ("shoulder_flexion", [-60.0, 180.0], 0.147856),
     ("shoulder_abduction", [-30.0, 90.0], 0.146784),
@@ -34,7 +34,7 @@ fn published_figures_of_ut_mu2() {
             assert_eq!(robot.links[first + i + 1].mass_kg, *mass, "{}", joint.name);
         }
     }
-    // Body with the assumed battery and boards at its COM: the mass grows, the COM stays.
+    // The body has the assumed battery and boards at its COM: its mass grows, and its COM stays.
     let body = &robot.links[0];
     assert!((body.mass_kg - (2.983032 + 1.288)).abs() < 1e-12);
     assert!((body.com_m - nalgebra::point![-0.069189, 0.000422, 0.008568]).norm() < 1e-12);
@@ -56,7 +56,7 @@ fn soles_are_as_published() {
     }
 }
 
-/// A fall is told by any link but the soles at the ground; none may be there while the robot stands.
+/// Any link on the ground other than the soles counts as a fall, so none may be there while the robot stands.
 #[test]
 fn only_soles_are_near_the_ground_at_home() {
     let robot = Robot::load("ut-mu2").unwrap();
@@ -193,7 +193,7 @@ fn bad_settings_are_refused() {
     for (from, to, expected) in BAD_SETTINGS {
         let mut text = settings.text.replacen(from, to, 1);
         if expected == "soles must be level" {
-            // Less bend in one leg: its sole stays flat, but higher.
+            // With one knee bent less, its sole stays flat but is higher.
             text = text.replacen("left_knee_flexion = 0.7", "left_knee_flexion = 0.6", 1);
             text = text.replacen("left_ankle_flexion = 0.442035", "left_ankle_flexion = 0.342036", 1);
         }
@@ -228,7 +228,7 @@ fn missing_files_are_told() {
     assert_eq!(Robot::load(path.to_str().unwrap()).unwrap().joints.len(), 20);
 }
 
-/// Fixed joints are merged, joints need not stand in the order of the tree, nor need frames be parallel.
+/// Fixed joints are merged; joints need not stand in the order of the tree, and frames need not be parallel.
 #[test]
 fn a_stool_with_fixed_joints_in_between() {
     let source = |text: &str| Source { file: "stool".into(), text: text.into() };
@@ -236,7 +236,8 @@ fn a_stool_with_fixed_joints_in_between() {
         Robot::parse(&source(include_str!("data/stool.urdf")), &source(include_str!("data/stool.toml"))).unwrap();
     let names: Vec<_> = robot.joints.iter().map(|j| j.name.as_str()).collect();
     assert_eq!(names, ["hip_left", "hip_right"]);
-    // 2 kg of seat at the origin; 1 kg 0.3 m to the left, turned by 90 degrees about z: x and y of its inertia swap.
+    // A seat of 2 kg at the origin, and 1 kg 0.3 m to the left, turned by 90 degrees about z: x and y of its inertia
+    // swap.
     let base = &robot.links[0];
     assert!((base.mass_kg - 3.0).abs() < 1e-15);
     assert!((base.com_m - nalgebra::point![0.0, 0.1, 0.0]).norm() < 1e-12);

@@ -1,5 +1,4 @@
-//! What the controller did at a tick, and why. Traces, films, the window and the referee read it instead of reaching
-//! into the controller.
+//! What the controller did at a tick, and why. Traces, films, the window and the referee read it.
 
 use super::design::Design;
 use super::estimate::Estimate;
@@ -40,8 +39,7 @@ pub struct Account<'a> {
     pub estimate: &'a Estimate,
     /// Desired ZMP (m).
     pub zmp_ref: Point2<f64>,
-    /// Index of the acting gain, from slow to fast; with a foot in the air, of the gain that acted last. None if the
-    /// gain set has no gains.
+    /// Index of the acting gain, from slow to fast; with a foot in the air, of the last one. None without gains.
     pub gain: Option<usize>,
     /// Margin of the state in the slowest gain's CPI set, which is the largest set, when the robot last stood. It is
     /// negative when no set contains the state (eq. 26), and negative infinity when there is no set.
@@ -78,8 +76,7 @@ impl<'a> Account<'a> {
     }
 
     /// For pictures: the slice of each gain's CPI set over COM positions, at the COM velocity and ZMP when the robot
-    /// last stood, from slow to fast. Each is a list of corners (m, world frame), empty where the set contains no such
-    /// state.
+    /// last stood, from slow to fast. Each is a list of corners (m, world), empty where the set contains no such state.
     pub fn slices(&self) -> Vec<Vec<Point2<f64>>> {
         self.supervisor.slices()
     }

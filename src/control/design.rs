@@ -51,8 +51,7 @@ impl Design {
         Ok(Self { robot: Arc::new(robot.clone()), family, warning, home, com_height, stance })
     }
 
-    /// The same design with a patience of 0: the paper's rule then takes a footstep at the first tick at which the
-    /// state is in no CPI set.
+    /// The same design with a patience of 0: a footstep starts at the first tick at which the state is in no CPI set.
     pub fn without_patience(&self) -> Self {
         let mut design = self.clone();
         if let Some(FootworkRules::Stepping(rules)) = &mut design.family.footwork {

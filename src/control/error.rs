@@ -2,15 +2,13 @@
 
 use crate::robot::SensedError;
 
-/// Why a tick gave no new command. The last valid command remains in force, and the controller continues with the next
-/// valid sample.
+/// Why a tick gave no new command. The last valid command holds, and the controller goes on with the next valid sample.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TickError {
     /// The readings are invalid. The state of the controller has not changed.
     #[error(transparent)]
     Sensed(#[from] SensedError),
-    /// The equations of motion have no solution, or only one with NaN or infinite numbers. The controller restarts from
-    /// the next sample.
+    /// The equations of motion have no solution, or no finite one. The controller restarts from the next sample.
     #[error(
         "the equations of motion have no solution for these readings; the controller restarts from the next sample"
     )]

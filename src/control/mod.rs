@@ -93,8 +93,7 @@ impl Controller {
     }
 
     /// Starts anew, at rest in the sensed posture, for example after a fall. The world's origin is then midway between
-    /// the feet, and the lowest corner of a sole is on the ground. If the readings are invalid, this returns an error
-    /// and changes nothing.
+    /// the feet, and the lowest corner of a sole is on the ground. Invalid readings are an error and change nothing.
     pub fn restart(&mut self, sensed: &Sensed) -> Result<(), TickError> {
         let robot = &self.design.robot;
         sensed.check(robot.joints.len())?;

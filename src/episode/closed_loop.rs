@@ -21,8 +21,8 @@ pub struct ClosedLoop<'a> {
 }
 
 impl<'a> ClosedLoop<'a> {
-    /// Starts at home and at rest. The controller is designed for `robot`; `simulated` is that robot with the variation
-    /// of the disturbance.
+    /// Starts at home and at rest. The controller is designed for `robot`; `simulated` is its variation in this
+    /// episode.
     pub fn new(
         robot: &'a Robot,
         simulated: &'a Robot,
@@ -59,8 +59,8 @@ impl<'a> ClosedLoop<'a> {
 impl Controlled for ClosedLoop<'_> {
     fn tick(&mut self) -> Tick<'_> {
         let sensed = self.plant.sense();
-        // If the controller refuses the readings, its last command stays in force. A state with a NaN ends the episode
-        // as diverged.
+        // If the controller refuses its readings, the last command holds. A state with a NaN ends the episode as
+        // diverged.
         if let Err(error) = self.controller.tick(&sensed, &mut self.command) {
             log::debug!("{:.3} s: {error}", self.plant.truth().time_s);
         }

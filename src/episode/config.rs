@@ -42,8 +42,7 @@ pub struct EpisodeConfig {
     pub physics_step_s: f64,
     pub control_period_s: f64,
     /// Whether an episode ends as soon as the robot is settled. If false, only a fall ends it before the horizon;
-    /// [`Record::home_at_s`](super::Record::home_at_s) is then meaningful, and "recovered" means standing at the
-    /// horizon.
+    /// [`Record::home_at_s`](super::Record::home_at_s) then has a meaning, and "recovered" is standing at the horizon.
     pub end_early: bool,
     pub judge: Judge,
 }

@@ -44,8 +44,7 @@ pub struct ImposedRecord {
     pub footsteps: Vec<Footstep>,
     /// The footstep in the air at the end.
     pub unfinished_footstep: Option<Lifted>,
-    /// Time from which the COM stays within the judge's radius of the point midway between the soles; None if it does
-    /// not come home.
+    /// Time from which the COM stays within the judge's radius of the soles' middle; None if it does not come home.
     pub home_at_s: Option<f64>,
     /// Time at which the DCM was farther from that point than any footstep reaches. The run ends there.
     pub lost_at_s: Option<f64>,
@@ -181,8 +180,7 @@ impl Controlled for Ideal<'_> {
     }
 }
 
-/// The velocity (m/s) of a COM at `com` (world frame, which at home is the control frame) for which the slowest gain
-/// produces `zmp_error`.
+/// The velocity (m/s) of a COM at `com` (world and control frame) for which the slowest gain produces `zmp_error`.
 fn velocity_for(robot: &Robot, design: &Design, com: Point2<f64>, zmp_error: Vector2<f64>) -> Result<Vector2<f64>> {
     let family = &design.family;
     if family.gains.is_empty() {

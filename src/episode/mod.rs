@@ -1,6 +1,6 @@
 //! One closed loop of plant and controller ([`ClosedLoop`]), driven tick by tick ([`drive`]) and judged ([`run()`]).
-//! The same loop drives the paper's simulation without physics ([`imposed`]). [`response`] measures how well the ZMP
-//! follows the desired one.
+//! The loop also drives the paper's simulation without physics ([`imposed`]). [`response`] measures how well the ZMP
+//! follows.
 
 mod closed_loop;
 mod config;

@@ -83,8 +83,7 @@ pub struct Record {
     /// Largest distance of the DCM from the support polygon (m); 0 if the DCM never left it.
     pub peak_dcm_outside_m: f64,
     /// Largest distance (m) that a sole under load (a tenth of the weight or more) has slid on the ground since it took
-    /// up that load. Only ticks with the trunk within `standing_tilt_deg` of upright count; rolling over an edge is not
-    /// sliding.
+    /// up that load. Only ticks with the trunk within `standing_tilt_deg` of upright count. Rolling is not sliding.
     pub peak_slip_m: f64,
     /// Time at which the state was first in no CPI set.
     pub left_sets_at_s: Option<f64>,

@@ -18,8 +18,8 @@
 //!
 //! Above 10 Hz the rest is the delay of 4 ms from sensing to torque: the torques for the desired ZMP are fed forward
 //! and do not wait for the joints to move. Around 2 Hz the joints' stiffness raises the delay to 11 ms. The phase
-//! reaches -45 degrees at 189 rad/s (34 omega) on both axes; the gain does not fall to -3 dB. The fast pole of 5 omega
-//! lies far below.
+//! reaches -45 degrees at 189 rad/s (34 omega) on both axes; the gain does not fall to -3 dB. The fast pole, 5 omega,
+//! is far below.
 
 use super::closed_loop::ClosedLoop;
 use super::config::{Disturbance, EpisodeConfig};

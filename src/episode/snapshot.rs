@@ -6,9 +6,8 @@ use crate::control::estimate::on_ground;
 use crate::robot::{Foot, PerFoot, Posture, Robot};
 use nalgebra::{Isometry2, Point2, Point3, UnitQuaternion, Vector3};
 
-/// One moment of an episode: the true state, and what the controller intends, both in the world frame. What the
-/// controller intends is moved there from its own estimate of the world, which drifts away when feet slip
-/// ([`to_world`]).
+/// One moment of an episode: the true state, and what the controller intends, both in the world frame. The latter is
+/// moved there from the controller's own estimate of the world, which drifts when feet slip ([`to_world`]).
 #[derive(Debug, Clone)]
 pub struct Snapshot {
     pub time_s: f64,
@@ -16,8 +15,8 @@ pub struct Snapshot {
     pub posture: Posture,
     pub com: Point3<f64>,
     pub dcm: Point2<f64>,
-    /// Distance of the DCM from the support polygon of the soles on the ground (m). It is negative inside, and infinite
-    /// in flight.
+    /// Distance of the DCM from the support polygon of the soles on the ground (m): negative inside, infinite in
+    /// flight.
     pub dcm_outside_m: f64,
     /// ZMP of the simulated contacts; None in flight.
     pub zmp: Option<Point2<f64>>,
@@ -40,8 +39,7 @@ pub struct Snapshot {
     pub phase: Phase,
     /// Corners of the sole where the foot in the air is to land.
     pub footstep: Option<[Point3<f64>; 4]>,
-    /// Force of the ground on each sole (N), averaged over the past tick, at the centre of pressure; None if the sole
-    /// carries no load.
+    /// Force of the ground on each sole (N), averaged over the past tick, at the centre of pressure; None without load.
     pub contacts: PerFoot<Option<Arrow>>,
     /// The pushing or pulling force on the robot, averaged over the past tick; None if there is none.
     pub push: Option<Arrow>,

@@ -14,8 +14,8 @@ pub struct Tick<'a> {
     pub truth: &'a Truth,
     /// True divergent component of motion (DCM, capture point), world frame.
     pub dcm: Point2<f64>,
-    /// Distance of the DCM from the support polygon of the soles on the ground (m). It is negative inside, and infinite
-    /// in flight.
+    /// Distance of the DCM from the support polygon of the soles on the ground (m): negative inside, infinite in
+    /// flight.
     pub dcm_outside_m: f64,
     /// What the controller did, and why.
     pub account: Account<'a>,

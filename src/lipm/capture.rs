@@ -16,8 +16,8 @@
 //! For each stance foot, the largest J along a heading with the dcm in such a set is one linear program.
 //!
 //! The bounds are a yardstick and not a ceiling: the height is constant, there is no angular momentum, and the ZMP
-//! jumps at once. A robot can take more by moving trunk and arms or by rocking on an edge, and less because of delay
-//! and joint limits.
+//! jumps at once. With trunk and arms, or by rocking on an edge, a robot can take more; delay and joint limits leave
+//! less.
 
 use crate::error::Result;
 use crate::geometry::{LinearProgram, SupportPolygon};
@@ -89,7 +89,7 @@ impl SteppingPendulum {
     }
 
     /// The bound without a footstep (N s): m omega d, with d from the COM to the edge of the soles' hull; 0 if the COM
-    /// is outside of the hull.
+    /// is outside.
     pub fn no_step_n_s(&self, heading_deg: f64) -> f64 {
         let ([x0, x1], [y0, y1], side) = (self.sole_x_m, self.sole_y_m, self.stance_width_m / 2.0);
         let corner = |x, y| Point2::new(x, y);

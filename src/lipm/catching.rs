@@ -1,9 +1,7 @@
 //! Footsteps that are planned anew during the swing: where the foot is to land, and where the ZMP is to be until then,
-//! so that the DCM ends inside of the new support polygon. The paper plans a footstep once, with a stride from a
-//! factor.
+//! so that the DCM ends inside of the new support polygon. The paper plans a footstep only once.
 //!
-//! While the foot is in the air, for a time T, the DCM diverges from the ZMP p, which lies in the stance sole (eq. 1,
-//! 2):
+//! While the foot is in the air, for a time T, the DCM diverges from the ZMP p inside of the stance sole (eq. 1, 2):
 //!
 //! ```text
 //! dcm(T) = e^(omega T) (dcm - p) + p
@@ -18,8 +16,8 @@
 //! ```
 //!
 //! has two variables in a box and a closed-form solution. Of several shares the one with the least cost is taken, where
-//! a DCM outside of the support polygon costs far more than the rest. Since this is solved at every tick, landing place
-//! and ZMP follow the DCM.
+//! a DCM outside of the support polygon costs far more than the rest. Solved at every tick, landing place and ZMP
+//! follow the DCM.
 
 use super::relaxation::in_box;
 use crate::error::{Error, Result};
@@ -41,8 +39,8 @@ pub struct Catching {
     /// Time until the ZMP is where it is wanted, if the foot to be lifted carries the whole weight (s); in proportion
     /// for less. So a foot with more load costs more time.
     pub transfer_s: f64,
-    /// Time before the landing from which the landing place is fixed (s). A foot that is redirected to the end lands at
-    /// speed.
+    /// Time before the landing from which the landing place is fixed (s). A foot that is redirected to the end lands
+    /// fast.
     pub settle_s: f64,
     pub weights: CatchingWeights,
 }
@@ -74,8 +72,8 @@ impl Catching {
     }
 }
 
-/// The data of the planning problem. Lengths (m) are in the frame of the stance sole, with x forward and y to the side
-/// of the swing foot.
+/// The data of the planning problem. Lengths (m) are in the stance sole's frame, with x forward and y to the swing
+/// foot's side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CatchProblem {
     /// Natural frequency of the pendulum (rad/s).
@@ -107,7 +105,7 @@ pub struct CatchPlan {
     /// DCM at the landing (m).
     pub dcm: Vector2<f64>,
     /// Distance of that DCM from the part of the support polygon between the feet's middle and the landing foot (m); 0
-    /// inside of it.
+    /// inside.
     pub miss: f64,
     /// Cost in squared metres, in which `miss` counts `MISS` times its length.
     pub cost: f64,
@@ -168,8 +166,7 @@ mod tests {
     };
     const TIME_S: f64 = 0.15;
 
-    /// A DCM beside the stance foot of a robot at home after a push by (x, y) (m), with y to the side of the swing
-    /// foot.
+    /// A DCM beside the stance foot of a robot at home, shifted by (x, y) (m), with y to the side of the swing foot.
     fn pushed(x: f64, y: f64) -> Vector2<f64> {
         Vector2::new(x, 0.5 * PROBLEM.home.y + y)
     }

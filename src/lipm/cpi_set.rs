@@ -2,8 +2,7 @@
 //!
 //! The maximal constraint positively invariant (CPI) set of a closed loop with a support polygon Z is the set of all
 //! states from which the loop runs to the origin without the ZMP ever leaving Z. It is a polytope with finitely many
-//! rows (eq. 22). With a pole at -omega it is unbounded along the convergent mode, as it should be, since the feedback
-//! does not read that mode.
+//! rows (eq. 22). With a pole at -omega it is unbounded along the convergent mode, since the feedback does not read it.
 
 use super::gains::{Gain, GainFamily};
 use super::pendulum::Pendulum;
@@ -94,8 +93,7 @@ impl Inclusion {
     pub fn of(sets: &[CpiSet]) -> Result<Self> {
         let n = sets.len();
         let mut inside = vec![vec![false; n]; n];
-        // Neighbours come first: inclusion is transitive, and to prove it costs far more than to find a
-        // counter-example.
+        // Neighbours come first: inclusion is transitive, and proving it costs far more than a counter-example.
         for distance in 0..n {
             for i in 0..n {
                 for j in [i.checked_sub(distance), Some(i + distance)].into_iter().flatten().filter(|j| *j < n) {
@@ -151,11 +149,11 @@ fn warning(names: &[String], failures: &[(usize, usize)]) -> Option<String> {
 /// The maximal CPI set of `x(j+1) = a x(j)` with `s0 x(j) <= 1` for all j: its k and its rows (eq. 20-22).
 ///
 /// The paper increases i until all rows of prediction i + 1 are redundant, each tested by a linear program on Set(S_i).
-/// From then on they stay redundant (`Set(S_i) = Set(S_i+1)` is invariant), so doubling and bisection find the same k
-/// with fewer programs.
+/// From then on they stay redundant (`Set(S_i) = Set(S_i+1)` is invariant), so doubling and bisection find k with fewer
+/// programs.
 ///
-/// It fails if there is no k up to [`MAX_HORIZON`], because a pole is at or near the stability limit, or if the solver
-/// gives up.
+/// It fails if there is no k up to [`MAX_HORIZON`], with a pole at or near the stability limit, or if the solver gives
+/// up.
 pub fn maximal_cpi(a: &DMatrix<f64>, s0: &DMatrix<f64>) -> Result<(usize, Polytope)> {
     let mut stack = Stack::new(a.clone(), s0.clone());
     // The smallest k that passes the test lies in low..=high.

@@ -43,8 +43,8 @@ pub struct GainSet {
     /// How to step when no gain's set contains the state, by the paper's rule.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stepping: Option<Stepping>,
-    /// How to step by the rule that plans anew during the swing. With neither table the robot only stands; both are not
-    /// allowed.
+    /// How to step by the rule that plans anew during the swing. With neither table the robot only stands; both are
+    /// refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub catching: Option<Catching>,
 }
@@ -219,8 +219,8 @@ impl GainFamily {
         }
     }
 
-    /// The polygon in which the ZMP may be: `support` less the set's margin. It fails, with the set called `file`, if
-    /// nothing is left.
+    /// The polygon in which the ZMP may be: `support` less the set's margin. It fails (naming `file`) if nothing is
+    /// left.
     pub fn allowed_support(&self, support: &SupportPolygon, file: &str) -> Result<SupportPolygon> {
         support.inset(self.zmp_margin).ok_or_else(|| {
             let accepted = "less than half the width of the support";

@@ -22,8 +22,8 @@
 //! One of the two happens, because y tends to 0, which is inside Z. So the result is the maximal set itself on every
 //! polygon with the origin inside, also if it is off-centre or oblique, and with different poles in x and y. The same
 //! holds for scaled Z. So the gauge `max over j of gauge_Z(zmp(j))` is known as soon as no y_k(j) has a larger gauge
-//! than the ZMPs up to j, mostly when the ZMP is at its peak. In terms of eq. 25, k is chosen for the present polygon
-//! and state.
+//! than the ZMPs up to j, mostly when the ZMP is at its peak. In terms of eq. 25, k suits the present polygon and
+//! state.
 
 mod slice;
 
@@ -105,13 +105,11 @@ impl OnlineSets {
 
     /// The ZMP error that a footstep has to make good (m), the paper's Delta p_Z, which the paper does not define. Of
     /// the ZMPs that gain `index` is going to ask for, take the one farthest outside of the support polygon, and
-    /// subtract the nearest point of the polygon. The error points where the robot is driven, and is zero if no ZMP is
-    /// outside.
+    /// subtract the nearest point of the polygon. The error points where the robot is driven, and is zero if none is.
     ///
     /// "Farthest" and "nearest" are by the gauge of the polygon, so the nearest point lies on the line to the origin.
     /// With plain distances, every push beyond a long edge, even a diagonal one, would give an error straight forward
-    /// or backward. The error is also zero when there are no sets: in flight, or with the origin outside of the polygon
-    /// (on one sole).
+    /// or backward. The error is also zero when there are no sets: in flight, or on one sole (with the origin outside).
     pub fn zmp_error(&self, index: usize, state: &State) -> Vector2<f64> {
         let (mut worst, mut error) = (1.0_f64, Vector2::zeros());
         for points in self.predictions(index, state) {
@@ -128,8 +126,7 @@ impl OnlineSets {
         error
     }
 
-    /// The points of a gain now and at the coming ticks. There are none if the sets are empty or the state is not
-    /// finite.
+    /// The points of a gain now and at the coming ticks. None if the sets are empty or the state is not finite.
     fn predictions(&self, index: usize, state: &State) -> impl Iterator<Item = Points> {
         let cascade = &self.cascades[index];
         let ticks = if self.region.holds_origin && is_finite(state) { MAX_TICKS } else { 0 };

@@ -1,8 +1,7 @@
 //! The COG-ZMP inverted pendulum (paper, Sect. II and III.A): its state, its exact discretisation, and its feedback.
 //!
 //! Each horizontal axis obeys `com_acc = omega^2 (com - zmp)` (eq. 1, 2), with the velocity of the ZMP as input (eq.
-//! 6). The axes are not coupled (eq. 8 and 9 are block diagonal), so the functions are for one axis; [`State`] has
-//! both.
+//! 6). The axes are not coupled (eq. 8 and 9 are block diagonal), so functions are for one axis; [`State`] has both.
 //!
 //! Discretisation and pole placement are written in the modes of the pendulum, in which both have closed forms:
 //!
@@ -97,8 +96,8 @@ impl Pendulum {
     /// loop at `-poles[i] * omega` (continuous time; in discrete time at their exponentials). Poles may repeat.
     ///
     /// Pole placement in diagonal form: `f_j = prod_i (l_j - z_i) / (b_j prod_{k != j} (l_j - l_k))` with eigenvalues
-    /// l, inputs b and desired poles z. With a pole at exactly 1 (that is, -omega) the feedback of the convergent mode
-    /// is exactly zero.
+    /// l, inputs b and desired poles z. With a pole at exactly 1 (that is, -omega) the convergent mode's feedback is
+    /// exactly zero.
     pub fn feedback(&self, poles: [f64; 3]) -> Vector3<f64> {
         let x = self.omega * self.dt;
         // Eigenvalue j is exp(exponent * x). The row maps [com, com_vel, zmp] to the mode.

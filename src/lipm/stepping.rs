@@ -1,8 +1,6 @@
-//! The paper's stepping rules (Sect. V; table `[stepping]` of a gain set's file), for when no gain's set contains the
-//! state.
+//! The paper's stepping rules (Sect. V; table `[stepping]` of a gain set's file), for when no set contains the state.
 //!
-//! As in the paper, the footstep is planned once, when it is decided, and there is no feedback while the foot is in the
-//! air.
+//! As in the paper, the footstep is planned once, when it is decided, without feedback while the foot is in the air.
 
 use crate::error::{Error, Result};
 use nalgebra::Vector2;
@@ -31,8 +29,8 @@ pub struct Stepping {
     /// Shortest time from a landing to the next lift (s).
     pub pause_s: f64,
     /// Shortest time from the landing of a foot until the same foot is lifted again (s). A robot that is driven to one
-    /// side would else stand on the far foot meanwhile, and be driven on. If eq. 27 to 29 choose that foot earlier, no
-    /// foot is lifted.
+    /// side would else stand on the far foot meanwhile, and be driven on. If eq. 27 to 29 choose it earlier, no foot is
+    /// lifted.
     pub same_foot_pause_s: f64,
 }
 
@@ -91,11 +89,10 @@ impl Stepping {
 
 impl LandingRange {
     /// Length (m) that a foot at `from` can go along the unit vector `direction` before it leaves the semi-ellipse: the
-    /// length of the paper's vector `Delta_max` (Sect. V.B, steps 2 and 3). It is 0 if the line does not pass through
-    /// the semi-ellipse.
+    /// length of the paper's vector `Delta_max` (Sect. V.B, steps 2 and 3). It is 0 if the line misses the
+    /// semi-ellipse.
     ///
-    /// Both vectors are in a frame with its origin at the stance sole's centre, x forward and y to the side of the
-    /// swing foot.
+    /// Both are in a frame with its origin at the stance sole's centre, x forward and y to the side of the swing foot.
     pub fn reach(&self, from: Vector2<f64>, direction: Vector2<f64>) -> f64 {
         let radii = Vector2::new(self.forward_m, self.outward_m - self.least_m);
         // Scaled so that the ellipse is a unit circle.

@@ -21,8 +21,8 @@ pub struct Entry<'a> {
 
 impl<'a> Entry<'a> {
     /// Splits at the first `:` that is followed by `key=` and preceded by a gain set: the name of a built-in set, a
-    /// `.toml` file, or anything if no path follows. So a drive (`C:\g.toml`) and a folder such as `a:b=1/g.toml` are
-    /// no variants.
+    /// `.toml` file, or anything if no path follows. So neither a drive (`C:\g.toml`) nor a folder like `a:b=1/g.toml`
+    /// is a variant.
     pub fn split(text: &'a str) -> Self {
         for (at, _) in text.match_indices(':') {
             let base = &text[..at];
@@ -70,7 +70,7 @@ impl<'a> Entry<'a> {
             }
         };
         let accepted = match before {
-            Some(now) => format!("as now: {}", now.to_string().trim().replace('\n', "; ")),
+            Some(now) => format!("like the present value: {}", now.to_string().trim().replace('\n', "; ")),
             None => "a key of the gain set".into(),
         };
         let shown = if count(&tree, last) == 1 { last } else { key };
@@ -201,17 +201,23 @@ mod tests {
     fn errors_name_the_variant_the_key_the_value_and_what_is_accepted() {
         for (bad, expected) in [
             ("switching:zmp_margin=0.1", ["zmp_margin = 0.1", "unknown field `zmp_margin`", "`zmp_margin_m`"]),
-            ("switching:zmp_margin_m=wide", ["zmp_margin_m = wide", "expected f64", "as now: 0.003"]),
+            ("switching:zmp_margin_m=wide", ["zmp_margin_m = wide", "expected f64", "like the present value: 0.003"]),
             ("switching:zmp_margin_m=-1", ["zmp_margin_m = -1", "must not be negative", "0 or more"]),
             ("switching:gains.5.x=[1,1,5]", ["gains.5.x", "the set has no `gains.5`", "gains.0 to gains.4"]),
             ("switching:gains.slow=1", ["gains.slow", "the set has no `gains.slow`", "gains.0 to gains.4"]),
             ("hold:gains.0.x=[1,1,5]", ["gains.0.x", "the set has no `gains.0`", "nothing: `gains` is empty"]),
             ("switching:gian.alpha=1", ["gian.alpha = 1", "the set has no `gian`", "zmp_margin_m"]),
             ("switching:zmp_margin_m.x=1", ["zmp_margin_m.x", "the set has no `zmp_margin_m.x`", "zmp_margin_m"]),
-            ("switching:gains.0.x=[1,1]", ["gains.0.x = [1,1]", "array of length 3", "as now: [0.15, 1.0, 5.0]"]),
+            (
+                "switching:gains.0.x=[1,1]",
+                ["gains.0.x = [1,1]", "array of length 3", "like the present value: [0.15, 1.0, 5.0]"],
+            ),
             ("switching:gains.0.x=[-1,1,5]", ["gains[0].x[0] = -1", "unstable", "positive"]),
             ("switching:gains.0.z=1", ["gains.0.z = 1", "unknown field `z`", "`x`"]),
-            ("switching:standing=upright", ["standing = upright", "`posture`", "as now: \"switching\""]),
+            (
+                "switching:standing=upright",
+                ["standing = upright", "`posture`", "like the present value: \"switching\""],
+            ),
             ("switching:standing=posture", ["gains = 5 gains", "uses no gains", "no [[gains]]"]),
             ("switching:zmp_margin_m=", ["zmp_margin_m = ", "not a value", "TOML"]),
         ] {

@@ -15,8 +15,7 @@ use super::model::{Foot, GRAVITY, PerFoot, Robot};
 use nalgebra::{DMatrix, DVector, Matrix3, Point3, Vector3};
 
 /// Mass matrix, bias forces and bias accelerations of one robot. Generalised velocities have 6 + n entries: velocity of
-/// the base's origin and angular velocity of the base (in world axes), then the joint rates. It allocates only when it
-/// is made.
+/// the base's origin and angular velocity of the base (world axes), then joint rates. It allocates only when made.
 #[derive(Debug, Clone)]
 pub struct Dynamics {
     mass_matrix: DMatrix<f64>,
@@ -62,8 +61,8 @@ impl Dynamics {
         }
     }
 
-    /// Computes all quantities for the posture of `kinematics` and a generalised velocity (6 + n entries). It does not
-    /// allocate.
+    /// Computes everything for the posture of `kinematics` and a generalised velocity (6 + n entries), without
+    /// allocating.
     pub fn update(&mut self, robot: &Robot, kinematics: &Kinematics, velocity: &DVector<f64>) {
         for (inertia, (i, link)) in self.inertia.iter_mut().zip(robot.links.iter().enumerate()) {
             let to_world = kinematics.link_pose(i).rotation.to_rotation_matrix();

@@ -21,8 +21,7 @@ pub struct Sensed {
 }
 
 impl Sensed {
-    /// Fails if there are not `joints` angles, or if a number is NaN or larger than any sensor of a robot on Earth
-    /// reads.
+    /// Fails if there are not `joints` angles, or if a number is NaN or larger than any real sensor reads.
     pub fn check(&self, joints: usize) -> Result<(), SensedError> {
         if self.q.len() != joints {
             return Err(SensedError::WrongLength { field: "q", length: self.q.len(), joints });

@@ -172,8 +172,8 @@ impl Robot {
         Posture { base: Pose::identity(), q: vec![0.0; self.joints.len()] }
     }
 
-    /// Home posture. The base is not rotated, the soles are on the ground (z = 0), and the point midway between them is
-    /// the origin.
+    /// Home posture. The base is not rotated, the soles are on the ground (z = 0), and the origin is midway between
+    /// them.
     pub fn home_posture(&self) -> Posture {
         let mut posture = Posture { base: Pose::identity(), q: self.home_rad.clone() };
         let mut kinematics = Kinematics::new(self);
@@ -190,8 +190,7 @@ impl Robot {
         kinematics.com().z
     }
 
-    /// Natural frequency of the pendulum at home (rad/s), the paper's omega: sqrt(g / h) with gravity g and COM height
-    /// h.
+    /// Natural frequency of the pendulum at home (rad/s), the paper's omega: sqrt(g / h) with COM height h.
     pub fn omega(&self) -> f64 {
         (GRAVITY / self.home_com_height()).sqrt()
     }

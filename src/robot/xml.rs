@@ -1,5 +1,4 @@
-//! A first check of the XML of a URDF. It makes errors name line, element and attribute, which the parser of urdf-rs
-//! does not.
+//! A first check of the XML of a URDF. Its errors name line, element and attribute, as the parser of urdf-rs does not.
 
 use crate::assets::Source;
 use crate::error::{Error, Result};

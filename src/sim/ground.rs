@@ -2,8 +2,7 @@
 //! higher or lower, so that a foot that is set down there lands early or late.
 //!
 //! The world's origin is on the plane, midway between the feet at the start. The patch is a rectangle that is
-//! [`MARGIN_M`] wider than both soles on each side. Its edges are sharp: a sole across an edge stands on the higher
-//! side only.
+//! [`MARGIN_M`] wider than both soles on each side. Its edges are sharp: a sole across one stands on the higher side.
 //!
 //! A slope is level at first and tilts under the robot within [`TILTING_S`]. So every controller starts at home,
 //! upright and at rest, and has to adapt to the slope before the push. (To the estimator of a robot that starts on the

@@ -67,8 +67,7 @@ pub struct Truth {
     /// The ground as it lies now.
     pub ground: Ground,
     pub posture: Posture,
-    /// Generalised velocity: linear velocity of the base's origin, angular velocity of the base (world axes), joint
-    /// rates.
+    /// Generalised velocity: velocity of the base's origin, angular velocity of the base (world axes), joint rates.
     pub velocity: DVector<f64>,
     pub com: Point3<f64>,
     /// Velocity of the COM (m/s).
@@ -298,8 +297,7 @@ impl<'a> Plant<'a> {
         }
     }
 
-    /// Adds the contact wrenches of the past physics step, and notes which link other than the soles touches the
-    /// ground.
+    /// Adds the contact wrenches of the past physics step, and notes which link but the soles touches the ground.
     fn add_contacts(&mut self, share: f64, soles: &mut PerFoot<WorldWrench>, total: &mut WorldWrench) {
         let Handles { ground, soles: sole_colliders, bodies, .. } = &self.handles;
         let narrow_phase = &self.world.narrow_phase;
@@ -321,8 +319,7 @@ impl<'a> Plant<'a> {
         }
     }
 
-    /// Sets contact forces for the first reading, since none has acted before the first step: the weight is shared
-    /// equally.
+    /// Sets contact forces for the first reading, before any step: the weight is shared equally.
     fn pretend_contact(&mut self) {
         let truth = &mut self.truth;
         let half_weight = Vector3::new(0.0, 0.0, 0.5 * self.robot.mass() * GRAVITY);

@@ -54,8 +54,7 @@ impl Push {
         self.start_s + self.duration_s
     }
 
-    /// Mean force (N) from `from_s` to `to_s` (s), world frame. It is exact, so the impulse does not depend on the
-    /// physics step.
+    /// Mean force (N) from `from_s` to `to_s` (s), world frame. It is exact, so the physics step does not matter.
     pub fn mean_force(&self, from_s: f64, to_s: f64) -> Vector3<f64> {
         let delivered = self.impulse_n_s * (self.share(to_s) - self.share(from_s));
         self.direction() * (delivered / (to_s - from_s))

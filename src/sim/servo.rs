@@ -12,8 +12,7 @@ use rapier3d::prelude::{JointAxesMask, MultibodyLink};
 const STIFFNESS: f32 = 1e-3;
 /// Index of the free axis of a revolute joint in Rapier's spatial coordinates.
 const AXIS: usize = 3;
-/// Distance from a limit at which Rapier's limit constraint is switched on (rad). It costs a solver row even while it
-/// does not act.
+/// Distance from a limit at which Rapier's constraint is switched on (rad). It costs a solver row even when idle.
 const LIMIT_RANGE_RAD: f64 = 0.1;
 
 /// Torque of a servo over one physics step: `tau = constant - damping * dq`, with dq at the end of the step.

@@ -11,9 +11,8 @@
 //! With l the force that enforces the base's equations, `a = H^-1 (g + M_b' l)` and `S l = B f - r`. Here
 //! `S = M_b H^-1 M_b'`, and `r = h_b + M_b H^-1 g` is the wrench that the tasks ask for. It remains to find the contact
 //! forces whose wrench is nearest to r, measured by the tasks' own cost:
-//! `min 1/2 (B f - r)' S^-1 (B f - r) + RHO/2 |f|^2` over `f >= 0`, which [`Nnls`] solves. So if the ground cannot
-//! supply what is asked for, the accelerations are those that it can supply. The joint torques are then
-//! `tau = M a + h - J' f`.
+//! `min 1/2 (B f - r)' S^-1 (B f - r) + RHO/2 |f|^2` over `f >= 0`, which [`Nnls`] solves. So the accelerations are
+//! those that the ground can supply. The joint torques are then `tau = M a + h - J' f`.
 
 use super::nnls::{Nnls, Quadratic, SIZE, Unknowns};
 use super::tasks::{DYNAMICS, NormalEquations, TaskJacobians, legs, reachable, sole_center, trunk_origin};
@@ -79,8 +78,7 @@ pub struct PredictedContact {
     pub zmp: Option<Point2<f64>>,
     /// Largest ratio of joint torque to servo limit. Above 1, the servos cannot supply the torques.
     pub torque_ratio: f64,
-    /// Whether the contact forces are optimal. If not, the iterations ran out, and the forces are feasible but not the
-    /// best.
+    /// Whether the contact forces are optimal. If not, they are feasible, and the iterations ran out.
     pub is_optimal: bool,
 }
 
@@ -132,9 +130,8 @@ impl InverseDynamics {
     }
 
     /// Finds the joint torques ([`tau`](Self::tau)) and accelerations for `wanted`, at `posture` and the generalised
-    /// `velocity` (6 + n entries: base linear, base angular, joints). It does not allocate. Returns None if the
-    /// equations have no solution, which only happens with extreme numbers; torques and accelerations are then
-    /// meaningless.
+    /// `velocity` (6 + n entries: base linear, base angular, joints). It does not allocate. Returns None if numbers are
+    /// so extreme that there is no solution; torques and accelerations are then meaningless.
     pub fn solve(
         &mut self,
         robot: &Robot,

@@ -1,6 +1,6 @@
-//! Inverse kinematics with the COG Jacobian: joint angles for desired poses of COM, soles, trunk and arms. The paper,
-//! Sect. VI.A: "desired joint angle vector is obtained from the desired COG position by solving the inverse kinematics
-//! with COG Jacobian".
+//! Inverse kinematics with the COG Jacobian: joint angles for given COM, soles, trunk and arms. The paper, Sect. VI.A:
+//! "desired joint angle vector is obtained from the desired COG position by solving the inverse kinematics with COG
+//! Jacobian".
 //!
 //! Each tick takes one Newton step on a reference posture, which is kept apart from the measured one. The step is a
 //! weighted least-squares solution for the velocities of the base (six) and of the joints. The weights rank the tasks
@@ -227,8 +227,7 @@ mod tests {
         last: f64,
     }
 
-    /// The targets after the feet have moved from home by `[left, right]` (m), with the COM at home height above their
-    /// middle.
+    /// The targets with the feet moved from home by `[left, right]` (m), and the COM at home height above their middle.
     fn stride(robot: &Robot, by: [Vector3<f64>; 2]) -> BodyTargets {
         let mut kinematics = Kinematics::new(robot);
         kinematics.update(robot, &robot.home_posture());

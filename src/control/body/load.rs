@@ -3,8 +3,8 @@
 use crate::robot::{Foot, PerFoot, Pose, Robot};
 use nalgebra::{Point2, Vector2, Vector3};
 
-/// Wrenches on the soles (force, and moment about the sole's centre, both in world axes) whose sum is `force` (N) with
-/// its ZMP at `zmp` (m).
+/// Wrenches on the soles (force; moment about the sole's centre; world axes) that sum to `force` (N) with its ZMP at
+/// `zmp` (m).
 ///
 /// With no foot in contact they are zero. With both feet in contact, the load of each follows from where the ZMP lies
 /// along the line between their centres. The distance that remains, each foot takes within its own sole.

@@ -1,6 +1,5 @@
 //! The body: turns desired positions of COM and soles into joint angles ([`InverseKinematics`]), and desired ground
-//! reaction forces into joint torques. The torques are those of a body at rest ([`load`]) or of a moving one
-//! ([`inverse_dynamics`]).
+//! reaction forces into joint torques. The body is taken to be at rest ([`load`]) or to move ([`inverse_dynamics`]).
 
 pub mod inverse_dynamics;
 pub mod inverse_kinematics;
@@ -18,8 +17,8 @@ use nalgebra::{Point2, Point3, UnitQuaternion, Vector2, Vector3};
 
 /// Rate at which the COM reference is drawn back to the estimate (1/s). Between switches, the stiff joints pull the COM
 /// to a reference that does not know of pushes. With a rate of 0 this spring outlasts the push, tips the feet and
-/// rings. From 7 to 20 the toppling impulses differ by at most 0.06 N s; a higher rate settles small pushes sooner and
-/// large ones more slowly.
+/// rings. From 7 to 20 the toppling impulses differ by at most 0.06 N s; a higher rate settles small pushes sooner, and
+/// large ones later.
 const FORGETTING_RATE: f64 = 10.0;
 /// Rate at which the COM reference is shifted to compensate for sag (1/s).
 const SHAPING_RATE: f64 = 1.0;
@@ -48,7 +47,7 @@ impl ComReference {
         (self.place, self.vel) = (estimate.com_xy(), estimate.com_vel_xy());
     }
 
-    /// Integrates the horizontal part over a period with the given ZMP (eq. 1 and 2), and returns its acceleration
+    /// Integrates the horizontal part over a period with the given ZMP (eq. 1, 2), and returns its acceleration
     /// (m/s^2).
     pub fn advance(&mut self, pendulum: &Pendulum, estimate: &Estimate, zmp: Point2<f64>) -> Vector2<f64> {
         let (com, com_vel, dt) = (estimate.com_xy(), estimate.com_vel_xy(), pendulum.dt);
@@ -104,8 +103,7 @@ impl Body {
         &self.kinematics.velocity
     }
 
-    /// Moves the reference posture by one period towards the COM reference and the soles, and writes joint angles and
-    /// velocities to `command`.
+    /// Moves the reference posture by one period towards COM reference and soles, and writes `q_ref` and `dq_ref`.
     pub fn follow(
         &mut self,
         robot: &Robot,

@@ -1,8 +1,7 @@
 //! Non-negative least squares of small fixed size: `min 1/2 f' G f - c' f` over `f >= 0`. It uses the active-set method
 //! of Lawson and Hanson (Solving Least Squares Problems, ch. 23), started from the last solution.
 //!
-//! Every iterate is feasible and no worse than the one before, so the result is usable even if the iterations run out.
-//! It does not allocate.
+//! Every iterate is feasible and no worse than the one before, so the result is usable even if iterations run out.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -43,8 +42,7 @@ impl Default for Nnls {
 }
 
 impl Nnls {
-    /// Solves for a positive definite `g`, of which only the lower triangle is read. Entries that are not `allowed` are
-    /// 0.
+    /// Solves for a positive definite `g`, of which the lower triangle is read. Entries that are not `allowed` are 0.
     pub fn solve(&mut self, g: &Quadratic, c: &Unknowns, allowed: &[bool; SIZE]) {
         for (i, &is_allowed) in allowed.iter().enumerate() {
             self.free[i] &= is_allowed && self.f[i] > 0.0;
@@ -83,8 +81,7 @@ impl Nnls {
         steepest.1
     }
 
-    /// Goes to the minimum of the objective over the free entries. Entries that would become negative on the way are
-    /// bound to 0.
+    /// Goes to the minimum of the objective over the free entries. Entries that would become negative are bound to 0.
     fn descend(&mut self, g: &Quadratic, c: &Unknowns) {
         while self.rounds < MOST_ROUNDS {
             self.rounds += 1;

@@ -56,8 +56,7 @@ pub(super) const DYNAMICS: Weights = Weights {
 /// Distance that references keep from joint limits (rad): a straight leg cannot move its foot along itself.
 const LIMIT_MARGIN_RAD: f64 = 0.1;
 
-/// Jacobians of the tasks at a posture. Their columns belong to the generalised velocity (base linear, base angular,
-/// joints).
+/// Jacobians of the tasks at a posture. The columns belong to the velocity (base linear, base angular, joints).
 #[derive(Debug, Clone)]
 pub(super) struct TaskJacobians {
     pub com: Matrix3xX<f64>,

@@ -1,5 +1,4 @@
-//! Kalman filter of the COM. The paper, Sect. VI.A: "we also apply Kalman Filter in order to filter out the noise of
-//! sensors".
+//! Kalman filter of the COM. Sect. VI.A: "we also apply Kalman Filter in order to filter out the noise of sensors".
 //!
 //! The model of one axis is `com_acc = f / m + d`, where f is the ground reaction force less the weight (eq. 3, for all
 //! axes), m is the mass, and d is the acceleration by a disturbance. The state is `[com, com_vel, d]`. The input is f /
@@ -17,8 +16,7 @@ use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix3x2, Vector2, Vector3};
 pub struct Trust {
     /// Noise of the measured COM (m).
     pub com_m: f64,
-    /// Error of taking the trunk's acceleration for that of the COM (m/s^2). It is mostly the motion of the limbs
-    /// relative to the trunk.
+    /// Error of taking the trunk's acceleration for that of the COM (m/s^2). It is mostly the motion of the limbs.
     pub acceleration_m_s2: f64,
     /// The same error while a leg swings (m/s^2).
     pub swing_acceleration_m_s2: f64,

@@ -1,5 +1,4 @@
-//! Estimates the state of the robot from encoders, IMU and sole wrenches: posture, COM and COM velocity, ZMP, and
-//! contact.
+//! Estimates the state of the robot from encoders, IMU and sole wrenches: posture, COM, COM velocity, ZMP, contact.
 //!
 //! The position of the base follows from the loaded feet. The point of a sole under its centre of pressure is taken to
 //! rest on the ground where the foot was put down, even while the foot rocks on an edge. The trunk's orientation comes
@@ -11,7 +10,7 @@ use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Pose, Posture, Robot, Sen
 use kalman::{Kalman, Trust};
 use nalgebra::{Isometry2, Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 
-/// A sole comes into contact when its load exceeds the first value, and stays so until its load falls below the second
+/// A sole comes into contact when its load exceeds the first value, and stays so until its load is below the second
 /// (N).
 const CONTACT_FORCE_N: [f64; 2] = [5.0, 3.0];
 /// A sole whose lowest corner is nearer to the ground than this is in contact too, since it can carry load at once (m).
@@ -89,8 +88,7 @@ impl Estimate {
         self.place_base(robot, posture.base.translation.vector, posture.base.rotation);
     }
 
-    /// Sets the joint angles to the encoder readings, with the base at the origin. Returns the base's orientation by
-    /// the IMU.
+    /// Sets the joint angles to the encoder readings, with the base at the origin. Returns its orientation by the IMU.
     fn read_posture(&mut self, robot: &Robot, sensed: &Sensed) -> UnitQuaternion<f64> {
         self.posture.q.copy_from_slice(&sensed.q);
         self.posture.base = Isometry3::identity();

@@ -35,8 +35,8 @@ pub struct Supervisor {
     anew: bool,
     /// Offset added to the gain's ZMP (m, world frame), to measure how the ZMP follows; zero except in experiments.
     pub zmp_probe: Vector2<f64>,
-    /// Margin of the state in the slowest gain's CPI set, which is the largest set. It is negative when no set contains
-    /// the state (eq. 26).
+    /// Margin of the state in the slowest gain's CPI set, the largest one; negative when no set contains the state (eq.
+    /// 26).
     pub margin: f64,
 }
 
@@ -71,7 +71,7 @@ impl Supervisor {
         }
     }
 
-    /// Runs one tick: chooses the gain and computes the desired ZMP. COM (m) and COM velocity (m/s) are in the world
+    /// Runs one tick: chooses the gain and computes the desired ZMP. COM and COM velocity (m, m/s) are in the world
     /// frame.
     pub fn update(
         &mut self,
@@ -118,8 +118,7 @@ impl Supervisor {
         self.sets.zmp_error(0, &self.tested)
     }
 
-    /// Sets the ZMP to `zmp` (m, world frame), for example after a landing. The next gain starts from the present
-    /// state.
+    /// Sets the ZMP to `zmp` (m, world), for example after a landing. The next gain starts from the present state.
     pub fn start_anew(&mut self, zmp: Point2<f64>) {
         self.zmp_state = zmp;
         self.held = false;

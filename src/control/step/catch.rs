@@ -32,8 +32,7 @@ pub struct CatchFootwork {
     rules: Catching,
     reach: Reach,
     /// The posture at landing. Where the feet will be far apart, the legs reach the ground only with a lower body, so
-    /// the body sinks during the swing. If the leg pulled the body down only at the end, the robot would leave the
-    /// ground.
+    /// the body sinks during the swing. Pulled down only at the end, the robot would leave the ground.
     at_landing: InverseKinematics,
     dynamics: InverseDynamics,
     wanted: DesiredAcceleration,
@@ -174,8 +173,7 @@ fn dcm_in(time_s: f64, now: &StepState) -> Point2<f64> {
     estimate.zmp + (dcm - estimate.zmp) * (omega * (time_s + now.design.robot.delay_s)).exp()
 }
 
-/// Changes between the axes of a stance sole and the same axes with y pointing to the side of `foot`. It is its own
-/// inverse.
+/// Changes between the axes of a stance sole and those with y to the side of `foot`. It is its own inverse.
 fn to_side(foot: Foot, v: Point2<f64>) -> Vector2<f64> {
     Vector2::new(v.x, v.y * foot.side())
 }

@@ -12,8 +12,8 @@ use std::fmt::Debug;
 
 /// A footwork rule. Each rule keeps to itself how it leads a foot through the air.
 pub trait Footwork: Debug + Send + Sync {
-    /// Returns the footstep to begin now, if any. It is called at every tick at which the state is in no CPI set and no
-    /// foot is in the air.
+    /// Returns the footstep to begin now, if any. It is called at every tick with the state in no CPI set and no foot
+    /// in the air.
     fn lift(&mut self, now: &StepState, body: &mut Body) -> Option<Swing>;
 
     /// Runs a tick with a foot in the air: moves `body`, writes the command, and may change where `swing` lands.

@@ -1,10 +1,10 @@
 //! The paper's footwork (Sect. V). When the state has been in no CPI set for a while, swing foot and landing place are
-//! decided once. COM and ZMP then follow the plan by relaxed boundary conditions ([`AxisPlan`]), without feedback until
-//! the foot lands.
+//! decided once. COM and ZMP then follow the plan by relaxed boundary conditions ([`AxisPlan`]) until it lands, without
+//! feedback.
 //!
 //! Each foot may land in a semi-ellipse beside the other (eq. 27, 28), and moves along the direction of the ZMP error.
-//! The foot that can go farther in that direction is chosen. Its stride is alpha times the error (eq. 29), as far as
-//! the semi-ellipse allows.
+//! The foot that can go farther in that direction is chosen. Its stride is alpha times the error (eq. 29), within the
+//! semi-ellipse.
 //!
 //! The paper takes one footstep, from home. Here more may follow, and after the first one the feet are apart. The
 //! stride is then measured from where the foot would stand at home beside the other: measured from the foot's actual

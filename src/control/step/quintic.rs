@@ -13,8 +13,7 @@ pub(super) struct Quintic {
 }
 
 impl Quintic {
-    /// From position, velocity and acceleration (m, m/s, m/s^2) at `start_s` to rest at `end` (m) at `end_s`, which
-    /// must be later.
+    /// From position, velocity and acceleration (m, m/s, m/s^2) at `start_s` to rest at `end` (m) at the later `end_s`.
     pub fn new([place, vel, acc]: [f64; 3], end: f64, start_s: f64, end_s: f64) -> Self {
         let s = end_s - start_s;
         // Derivatives with respect to the time left.

@@ -63,8 +63,7 @@ impl Swing {
         Self { footstep, timing, stance, path, from, to, time_s: 0.0 }
     }
 
-    /// Changes the landing place (m, world frame), starting from the present planned state. Call it before the landing
-    /// is due.
+    /// Changes the landing place (m, world frame), starting from the present planned state; before it is due.
     pub fn aim(&mut self, to: Point2<f64>) {
         for k in 0..2 {
             let state = self.path[k].at(self.time_s);
@@ -98,8 +97,8 @@ impl Swing {
         (Pose::from_parts(place.into(), rotation), Vector3::new(vx, vy, vz + bump_rate - late_speed))
     }
 
-    /// Height of the sole above its path, with rate and acceleration (m, m/s, m/s^2). Height and rate are zero at both
-    /// ends.
+    /// Height of the sole above its path, with rate and acceleration (m, m/s, m/s^2). Both ends have zero height and
+    /// rate.
     fn bump(&self) -> [f64; 3] {
         let SwingTiming { swing_time_s: duration, lift_m, .. } = self.timing;
         let u = self.time_s / duration;

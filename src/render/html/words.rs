@@ -1,7 +1,7 @@
 //! How the page writes numbers: filters of its template. What is absent, or no number, is a dash.
 
-use super::svg::short;
 use crate::campaign::verdict::pairs::rounded;
+use crate::render::figure::panel::short;
 use crate::render::text::{layout, p_cell};
 use minijinja::{Environment, Value as Cell};
 

@@ -7,7 +7,7 @@ use crate::geometry::SupportPolygon;
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
 use crate::lipm::pendulum::State;
 use crate::lipm::stepping::Stepping;
-use crate::render::plot::motion::MotionPlot;
+use crate::render::figure::motion::MotionPlot;
 use crate::robot::{Foot, PerFoot, Posture, Robot};
 use crate::sim::Push;
 use nalgebra::{Isometry2, Point2, Vector2};

@@ -1,7 +1,7 @@
 //! The words of `words.toml`, filled in with what was found, and the verdicts on what the paper says.
 
-use super::super::html::svg::short;
 use crate::error::{Error, Result};
+use crate::render::figure::panel::short;
 use minijinja::value::{Serde, Value as Any};
 use minijinja::{Environment, UndefinedBehavior, context};
 use serde::{Deserialize, Serialize};

@@ -26,7 +26,7 @@ pub fn write_frames(film: &Film, folder: &Path, options: &FramesOptions) -> Resu
     let (moments, stage) = (moments(film, options.moments), Stage::new(&film.robot, film.ground));
     let pictures = |size: [u32; 2]| -> Vec<RgbImage> {
         let camera = camera(film, &stage, moments.iter().copied(), size);
-        moments.par_iter().map(|&k| picture(&stage, &film.snapshots[k], &camera, size, "")).collect()
+        moments.par_iter().map(|&k| picture(film, &stage, k, &camera, size, "")).collect()
     };
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     for (i, (&k, image)) in moments.iter().zip(pictures(options.size)).enumerate() {

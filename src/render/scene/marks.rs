@@ -1,7 +1,8 @@
 //! The marks of a moment: one list, for whoever draws them.
 
-use super::palette::{Overlay, Sheet, Sign, Style};
+use super::palette::{Overlay, Sheet, Style};
 use super::scale::RobotScale;
+use super::sign::Sign;
 use crate::episode::Snapshot;
 use crate::episode::snapshot::Arrow;
 use crate::sim::Ground;
@@ -14,18 +15,17 @@ pub struct Mark {
     pub drawing: Drawing,
 }
 
-/// World (m); what lies on the ground ([`on_ground`]) is given in the plan. How much is seen `through` what hides it: 0
-/// to 1.
+/// World (m); what lies on the ground ([`on_ground`]) is given in the plan. Widths are in points of a screen.
 #[derive(Debug, Clone)]
 pub enum Drawing {
     /// A convex polygon on the ground.
     Polygon { corners: Vec<Point2<f64>>, sheet: Sheet },
     /// On the ground.
-    Spot { at: Point2<f64>, radius_m: f64, sign: Sign },
-    /// In the air, with a plumb line to the ground and a mark where that ends.
-    Ball { center: Point3<f64>, radius_m: f64, through: f64 },
+    Spot { at: Point2<f64>, sign: Sign },
+    /// In the air, with a plumb line to the ground and another sign where that ends.
+    Com { center: Point3<f64>, sign: Sign, foot: Sign },
     /// Of a force, which attacks where the arrow `ends`, or else where it begins.
-    Arrow { tail: Point3<f64>, along: Vector3<f64>, ends: bool, radius_m: f64, through: f64, force_n: f64 },
+    Arrow { tail: Point3<f64>, along: Vector3<f64>, ends: bool, width: f64, force_n: f64 },
 }
 
 /// The marks of a moment, lowest first.
@@ -43,13 +43,8 @@ pub(super) fn of(now: &Snapshot, scale: RobotScale, shown: &[Overlay]) -> Vec<Ma
                 sets().filter(|(i, _)| !acts(*i)).map(with(resting)).for_each(&mut add);
                 sets().filter(|(i, _)| acts(*i)).map(with(acting)).for_each(add);
             }
-            Style::Spot { of, radius_m, sign } => {
-                let radius_m = radius_m * scale.length();
-                of(now).map(|at| Drawing::Spot { at, radius_m, sign }).into_iter().for_each(add);
-            }
-            Style::Ball { radius_m, through } => {
-                add(Drawing::Ball { center: now.com, radius_m: radius_m * scale.length(), through });
-            }
+            Style::Spot { of, sign } => of(now).map(|at| Drawing::Spot { at, sign }).into_iter().for_each(add),
+            Style::Com { sign, foot } => add(Drawing::Com { center: now.com, sign, foot }),
             Style::Arrow { of, ends, .. } => {
                 of(now).iter().filter_map(|force| arrow_along(overlay, force, ends, scale)).for_each(add);
             }
@@ -61,10 +56,10 @@ pub(super) fn of(now: &Snapshot, scale: RobotScale, shown: &[Overlay]) -> Vec<Ma
 /// A force in the manner of an overlay; its arrow ends at the point of attack or begins there. None of an overlay
 /// without arrows.
 pub fn arrow_along(overlay: Overlay, Arrow { point, force }: &Arrow, ends: bool, scale: RobotScale) -> Option<Drawing> {
-    let Style::Arrow { m_per_n, radius_m, through, .. } = overlay.look().style else { return None };
+    let Style::Arrow { m_per_n, width, .. } = overlay.look().style else { return None };
     let along = force * scale.m_per_n(m_per_n);
     let tail = if ends { point - along } else { *point };
-    Some(Drawing::Arrow { tail, along, ends, radius_m: radius_m * scale.length(), through, force_n: force.norm() })
+    Some(Drawing::Arrow { tail, along, ends, width, force_n: force.norm() })
 }
 
 /// The point of the ground below or above a point of the plan.

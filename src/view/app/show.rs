@@ -1,13 +1,15 @@
 //! What is shown: a live robot or a recording. What the window needs of either.
 
+use super::camera::Lens;
 use super::live::Live;
-use super::pick::{self, Sight};
+use super::pick::pick_near;
 use super::plots::Trail;
 use super::recorded::Recorded;
 use crate::episode::{Outcome, Snapshot};
 use crate::render::scene::palette::Overlay;
 use crate::render::scene::{Mark, Stage, arrow_along};
 use crate::robot::Kinematics;
+use kiss3d::egui::Pos2;
 
 /// A number of things, in words.
 pub fn several(count: u64, one: &str, many: &str) -> String {
@@ -80,10 +82,10 @@ impl Show<'_> {
         marks
     }
 
-    /// Name of the link under the mouse that can be pulled; none while one is.
-    pub fn link_at(&self, stage: &Stage, sight: &Sight) -> Option<&str> {
+    /// Name of the link that a drag from here would pull; none while one is pulled.
+    pub fn link_at(&self, stage: &Stage, lens: &Lens, mouse: Pos2) -> Option<&str> {
         let Show::Live(live) = self else { return None };
-        let hit = pick::pick(stage, &live.kinematics, sight).filter(|_| live.grab.is_none())?;
+        let hit = pick_near(stage, &live.kinematics, lens, mouse).filter(|_| live.grab.is_none())?;
         Some(live.world.simulated.links[hit.link].name.as_str())
     }
 
