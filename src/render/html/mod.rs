@@ -79,6 +79,7 @@ fn context(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Value {
         "s": summary,
         "gates_seen": summary.gates.iter().map(text::gate_seen).collect::<Vec<_>>(),
         "baseline": text::baseline(summary),
+        "about_pairs": text::about_pairs(summary),
         "style": figure::page_style() + STYLE,
         "script": SCRIPT,
         "colors": figure::COLORS,
@@ -92,7 +93,7 @@ fn context(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Value {
         "curve": success::chart(sets).svg("role=\"img\" aria-label=\"Success rate over impulse\""),
         "footsteps": trials.footsteps(),
         "scale": {
-            "difference": reach(pairs.iter().map(|pair| pair.ci95), 0.05),
+            "difference": reach(pairs.iter().map(|pair| pair.adjusted_ci95), 0.05),
             "strata": reach(pairs.iter().flat_map(|pair| &pair.strata).map(|stratum| stratum.ci95), 0.05),
             "homing": reach(shifts(|pair| pair.homing_s), 0.05),
             "settling": reach(shifts(|pair| pair.settling_s), 0.05),

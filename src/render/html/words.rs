@@ -87,7 +87,7 @@ mod tests {
     #[test]
     fn numbers_read_well() {
         assert_eq!([12.34, -0.04, -3.0].map(|x| signed(x, 1)), ["+12.3", "0.0", "\u{2212}3.0"]);
-        assert_eq!([1e-9, 0.0042, 0.25].map(p_cell), ["< 0.0001", "0.0042", "0.2500"]);
+        assert_eq!([1e-9, 0.0042, 0.25].map(p_cell), ["< 0.0001", "0.0042", "0.25"]);
         assert_eq!(written(&Cell::UNDEFINED, |x| x.to_string()), NOTHING);
         let uniform = Cell::from(minijinja::value::Serde(serde_json::json!({ "uniform": [-180.0, 180.0] })));
         assert_eq!(drawn(uniform), "uniform, \u{2212}180 to 180");

@@ -41,7 +41,7 @@ pub fn thresholds(judge: &Judge) -> String {
 /// trial.
 pub fn campaign(summary: &Summary, folder: &Path, full: bool) -> String {
     let mut text = head(summary, full);
-    text += "\n";
+    text += &format!("\n{}\n", wrapped("", &comparison::headline(summary)));
     for warning in &summary.warnings {
         text += &wrapped("warning: ", warning);
     }
