@@ -25,7 +25,7 @@ pub struct Marks<'a> {
 
 impl Marks<'_> {
     pub fn draw(&self, mark: &Mark) {
-        strokes(mark, &self.ground, |at| self.seen(at)).iter().for_each(|stroke| self.stroke(stroke));
+        strokes(mark, |at| self.seen(at)).iter().for_each(|stroke| self.stroke(stroke));
         // Only a person's force has its size at it: away from the robot, as far as the words reach.
         if let (Overlay::Push, Drawing::Arrow { tail, along, ends, force_n, .. }) = (mark.overlay, &mark.drawing)
             && let (Some(from), Some(to)) = (self.lens.project(tail), self.lens.project(&(tail + along)))
