@@ -64,7 +64,11 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     };
     outputs.replay = Some(path.clone());
     if args.gains.is_none() && replayed.sets.len() > 1 {
-        note(&format!("shown with gain set {}; --gains NAME shows another of {}", replayed.set, replayed.sets.join(", ")));
+        note(&format!(
+            "shown with gain set {}; --gains NAME shows another of {}",
+            replayed.set,
+            replayed.sets.join(", ")
+        ));
     }
     if replayed.row.is_none() {
         note("the result does not have this trial yet, so there is nothing to compare it with");

@@ -48,7 +48,7 @@ impl Marks<'_> {
         let stroke = |width: f64| egui::Stroke::new(width as f32, color);
         let points = |path: &[At]| path.iter().map(|[x, y]| pos2(*x as f32, *y as f32)).collect::<Vec<Pos2>>();
         self.painter.add(match form {
-            Form::Area { path } => PathShape::convex_polygon(points(path), color, egui::Stroke::NONE).into(),
+            Form::Area { path } => Shape::Path(PathShape::convex_polygon(points(path), color, egui::Stroke::NONE)),
             Form::Outline { path, width } => Shape::closed_line(points(path), stroke(*width)),
             Form::Line { path, width } => Shape::line(points(path), stroke(*width)),
         });
