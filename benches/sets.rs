@@ -1,4 +1,4 @@
-//! Cost of the sets: what runs at every tick and after a landing, beside what is searched once.
+//! Cost of the CPI sets: what runs at every tick and after a landing, compared with the search that runs once.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
@@ -18,7 +18,7 @@ fn sets(c: &mut Criterion) {
     let off_centre = SupportPolygon::rectangle(-0.003, 0.093, -0.0831, 0.0831).expect("a rectangle");
     let mut online = OnlineSets::new(&family);
     online.update(&at_home);
-    // Just inside the slowest set: every set is rolled to its end.
+    // Just inside the slowest set, so that the prediction of every set runs to its end.
     let pushed = |share: f64| {
         let x = Vector3::new(0.0, share * 0.8 * 5.63 * 0.0481, 0.0);
         State { x, y: Vector3::new(0.01, 0.02, -0.01) }
@@ -36,8 +36,8 @@ fn sets(c: &mut Criterion) {
         });
     }
 
-    // What the paper took 0.15 ms for, after the foot has landed: footholds -> support polygon and its frame -> the sets
-    // of all gains on it -> the fastest that holds the state; and, before it, the plan of the footstep.
+    // The work after a landing, for which the paper took 0.15 ms: from footholds to support polygon and frame, the sets
+    // of all gains, and the fastest gain whose set contains the state. Before it, the plan of the footstep.
     let robot = Robot::load("ut-mu2").expect("built in");
     let paper = GainSet::load("paper").expect("built in");
     let pendulum = Pendulum { omega: robot.omega(), dt: 0.002 };

@@ -1,4 +1,5 @@
-//! Cost of the whole body: what runs at every tick, and a whole tick of `catch`, beside a step of the simulation.
+//! Cost of the whole body: what runs at every tick, and a whole tick of `catch`, compared with a step of the
+//! simulation.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{DVector, Vector3};
@@ -26,7 +27,7 @@ fn whole_body(c: &mut Criterion) {
         ("both feet", both, Vector3::new(0.5, 0.0, 0.0), 0.001),
         ("both feet, past the edge", both, Vector3::new(-4.0, 0.0, 0.0), 0.001),
         ("one foot", PerFoot { left: true, right: false }, Vector3::new(0.0, -1.5, 0.0), 0.001),
-        // No help from the last answer.
+        // The last solution does not help here.
         ("both feet, from edge to edge", both, Vector3::zeros(), 4.0),
     ] {
         let mut wanted = DesiredAcceleration::rest(&robot, standing);
@@ -46,8 +47,8 @@ fn whole_body(c: &mut Criterion) {
     c.bench_function("a step of the simulation, standing", |b| b.iter(|| plant.advance(home.clone(), &[])));
 }
 
-/// Ticks of an episode with footsteps, by whether a foot is in the air. The controller meets again what it sensed in the
-/// episode, so that it is in the states of that episode, and physics takes no time.
+/// Ticks of an episode with footsteps, by whether a foot is in the air. The readings of the episode are played back to
+/// the controller, so it is in the states of the episode, and the physics takes no time.
 fn catching(c: &mut Criterion) {
     let clock = Clock { physics_step_s: 0.001, control_period_s: 0.002 };
     let robot = Robot::load("ut-mu2").expect("built in");

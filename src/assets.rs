@@ -1,9 +1,9 @@
-//! The files compiled into the binary, and one way to open an input that is either one of them or a file.
+//! The files that are compiled into the binary, and a common way to open an input that is one of them or a file.
 
 use crate::error::{Error, Result};
 use std::path::Path;
 
-/// A text input and what to call it in an error message.
+/// A text input, with the name by which error messages call it.
 #[derive(Debug, Clone)]
 pub struct Source {
     /// Path as the caller gave it, or `builtin:NAME`.
@@ -18,7 +18,7 @@ impl Source {
     }
 }
 
-/// The robot that is meant where none is named.
+/// The robot that is used if none is named.
 pub const DEFAULT_ROBOT: &str = "ut-mu2";
 
 /// Files of a folder under `assets`, by their names without the extension.
@@ -28,7 +28,7 @@ macro_rules! texts {
     };
 }
 
-/// Kinds of input that are compiled in.
+/// Kinds of built-in inputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     Robot,
@@ -49,7 +49,7 @@ impl Kind {
         }
     }
 
-    /// Names and texts, in the order in which they are offered.
+    /// Names and texts of the built-in inputs, in the order in which they are listed.
     fn builtin(self) -> &'static [(&'static str, &'static str)] {
         match self {
             Kind::Robot => texts!("robots", "urdf": "ut-mu2"),
@@ -63,14 +63,14 @@ impl Kind {
         }
     }
 
-    /// Names that are compiled in, in the order in which they are offered.
+    /// Names of the built-in inputs, in the order in which they are listed.
     pub fn names(self) -> Vec<&'static str> {
         self.builtin().iter().map(|(name, _)| *name).collect()
     }
 }
 
-/// Opens `name`: a name that is compiled in, or else a path (a file of the same name in the working folder wins only
-/// when it is written as a path, e.g. `./switching` or `switching.toml`).
+/// Opens a built-in input by its name, or a file by its path. A built-in name takes precedence, so a file of the same
+/// name in the working folder must be written as a path, such as `./switching` or `switching.toml`.
 pub fn open(kind: Kind, name: &str) -> Result<Source> {
     if let Some((_, text)) = kind.builtin().iter().find(|(n, _)| *n == name) {
         return Ok(Source { file: format!("builtin:{name}"), text: (*text).into() });
@@ -93,7 +93,7 @@ pub fn is_path(name: &str) -> bool {
     path.extension().is_some() || path.components().count() > 1
 }
 
-/// A value in TOML, as `key=value` has it on a command line; what is no TOML is a string (a bare word).
+/// Reads the value of `key=value` as TOML. Text that is not valid TOML is taken as a string (a bare word).
 pub fn toml_value(text: &str) -> toml::Value {
     toml::from_str::<toml::Table>(&format!("value = {text}"))
         .ok()
@@ -102,16 +102,16 @@ pub fn toml_value(text: &str) -> toml::Value {
         .unwrap_or_else(|| toml::Value::String(text.into()))
 }
 
-/// What a dotted key names that is not there.
+/// A part of a dotted key that does not exist.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Missing {
-    /// The key up to the name that is not there.
+    /// The key up to the missing name.
     pub name: String,
-    /// What is there.
+    /// The names that exist in its place.
     pub accepted: String,
 }
 
-/// The place of a dotted key, where a number counts the elements of an array from 0; the root for an empty key.
+/// The place of a dotted key. A number is an index into an array, from 0. An empty key is the root.
 pub fn place<'a>(root: &'a mut toml::Value, key: &str) -> Result<&'a mut toml::Value, Missing> {
     let (mut at, mut walked) = (root, String::new());
     for name in key.split('.').filter(|_| !key.is_empty()) {
@@ -133,7 +133,7 @@ pub fn place<'a>(root: &'a mut toml::Value, key: &str) -> Result<&'a mut toml::V
     Ok(at)
 }
 
-/// Parses TOML; the error names the file, the line and the key.
+/// Parses TOML. Errors name the file, the line and the key.
 pub fn parse_toml<T: serde::de::DeserializeOwned>(source: &Source) -> Result<T> {
     toml::from_str(&source.text).map_err(|e| Error::Syntax {
         file: source.file.clone(),

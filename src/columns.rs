@@ -1,4 +1,4 @@
-//! Tables as columns: what trials and traces have in common on the way to a Parquet or CSV file.
+//! Tables as columns, from which trials and traces are written as Parquet or CSV files.
 
 use crate::error::{Error, Result};
 use crate::files::write_atomic;
@@ -16,7 +16,7 @@ pub struct Column {
     pub data: Data,
 }
 
-/// Values of a column, one per row. `Opt`: may be absent (null in Parquet, empty in CSV).
+/// Values of a column, one per row. Values of the `Opt` kinds may be missing (null in Parquet, empty in CSV).
 #[derive(Debug, Clone, PartialEq)]
 pub enum Data {
     F64(Vec<f64>),
@@ -31,7 +31,7 @@ impl Column {
         Self { name: name.into(), data }
     }
 
-    /// Text of each value; a float in the shortest form that reads back to the same bits.
+    /// The values as text. A float has the shortest form that reads back to the same bits.
     fn cells(&self) -> Vec<String> {
         match &self.data {
             Data::F64(v) => v.iter().map(f64::to_string).collect(),
@@ -43,7 +43,7 @@ impl Column {
     }
 }
 
-/// Writes columns of equal length to a file by its extension: `.csv` or `.parquet`. Errors: another extension.
+/// Writes columns of equal length to a `.csv` or `.parquet` file. It fails for any other extension.
 pub fn write(path: &Path, columns: &[Column]) -> Result<()> {
     match path.extension().and_then(|e| e.to_str()) {
         Some("csv") => write_csv(path, columns),
@@ -55,7 +55,7 @@ pub fn write(path: &Path, columns: &[Column]) -> Result<()> {
     }
 }
 
-/// Writes columns of equal length as CSV, names in the first line, floats with all their digits.
+/// Writes columns of equal length as CSV, with their names in the first line and floats with all their digits.
 fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
     let mut out = csv::Writer::from_writer(Vec::new());
     out.write_record(columns.iter().map(|c| &c.name)).map_err(|e| other(path, e))?;
@@ -66,7 +66,8 @@ fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
     write_atomic(path, &out.into_inner().map_err(|e| other(path, e.into_error()))?)
 }
 
-/// Columns of equal length as Parquet: Zstandard, one row group, nothing about host or clock inside.
+/// The Parquet file for columns of equal length, with Zstandard compression and one row group, without host name or
+/// time.
 pub fn parquet_bytes(columns: &[Column]) -> Result<Vec<u8>, ParquetError> {
     let fields = columns.iter().map(|c| field(c).map(Arc::new)).collect::<Result<_, _>>()?;
     let schema = Arc::new(Type::group_type_builder("rows").with_fields(fields).build()?);

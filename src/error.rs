@@ -1,8 +1,8 @@
-//! Typed errors. Every error that a person can cause names the file, the field, the value and what would be accepted.
+//! The error type. Every error that a user can cause names the file, the field, the value and what is accepted.
 
 use std::path::PathBuf;
 
-/// What can go wrong outside a simulation. (A trial that fails numerically is an outcome, not an error.)
+/// What can go wrong outside of a simulation. (A trial that fails numerically has an outcome instead of an error.)
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// An input file cannot be read.
@@ -11,25 +11,25 @@ pub enum Error {
     /// An output cannot be written.
     #[error("{}: cannot write: {source}", path.display())]
     Write { path: PathBuf, source: std::io::Error },
-    /// An input is not XML or TOML, or has an unknown key or a value of a wrong type: `message` says where.
+    /// An input is not valid XML or TOML, or has an unknown key or a value of the wrong type. `message` tells where.
     #[error("{file}: {message}")]
     Syntax { file: String, message: String },
-    /// A value that is well formed but not acceptable.
+    /// A value that is well-formed but not accepted.
     #[error("{file}: {field} = {value}: {problem}; accepted: {accepted}")]
     Value { file: String, field: String, value: String, problem: String, accepted: String },
-    /// A name that stands for nothing, e.g. a gain set that is neither compiled in nor a file.
+    /// An unknown name, for example of a gain set that is neither built in nor a file.
     #[error("{what} {name:?} not found; accepted: {accepted}")]
     Unknown { what: &'static str, name: String, accepted: String },
-    /// Parts of a campaign that are missing, damaged, or of another campaign.
+    /// Parts of a campaign are missing, damaged, or belong to another campaign.
     #[error("{}: {problem}", path.display())]
     Parts { path: PathBuf, problem: String },
-    /// The caller asked to stop (Ctrl-C); what is done is kept.
+    /// The caller asked to stop (Ctrl-C). Finished work is kept.
     #[error("interrupted")]
     Interrupted,
-    /// A window was asked for where none can be.
+    /// A window was requested where none can be opened.
     #[error("{missing}; {remedy}")]
     NoWindow { missing: String, remedy: String },
-    /// The window that was there is gone, and not because it was closed.
+    /// The window was lost without being closed by the user.
     #[error("the window is lost: {cause}")]
     LostWindow { cause: String },
     /// A numerical search did not converge.
@@ -38,7 +38,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// Exit code of the binary: 2 for what the caller got wrong, 3 for damaged parts, 130 when interrupted, else 1.
+    /// Exit code of the program: 2 for errors of the caller, 3 for damaged parts, 130 when interrupted, else 1.
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Read { .. } | Error::Syntax { .. } | Error::Value { .. } | Error::Unknown { .. } => 2,
@@ -49,7 +49,7 @@ impl Error {
         }
     }
 
-    /// Short for a [`Error::Value`] with everything turned into text.
+    /// An [`Error::Value`], with all its parts turned into text.
     pub fn value(
         file: &str,
         field: impl Into<String>,
@@ -66,7 +66,7 @@ impl Error {
         }
     }
 
-    /// Checks numbers of a table of `file`: name, value, smallest and largest accepted value of each.
+    /// Checks the numbers of a table in `file`, each given as name, value, smallest and largest accepted value.
     pub fn check_ranges(file: &str, table: &str, numbers: &[(&str, f64, f64, f64)]) -> Result<()> {
         match numbers.iter().find(|(_, value, least, most)| !(least..=most).contains(&value)) {
             Some((name, value, least, most)) => {

@@ -1,4 +1,4 @@
-//! Writing files so that a reader, or a crash, never meets half of one; and how a shell wants to hear of them.
+//! Writes files so that neither a reader nor a crash ever finds half of one, and quotes names for a shell.
 
 use crate::error::{Error, Result};
 use serde::Serialize;
@@ -6,8 +6,8 @@ use sha2::{Digest, Sha256};
 use std::hash::{DefaultHasher, Hasher};
 use std::{fs, io::Write, path::Path, sync::OnceLock};
 
-/// Writes `bytes` to `path`, making its folder if needed: a unique temporary file in the same folder, fsync, rename,
-/// fsync of the folder. Two writers may race; either result is whole.
+/// Writes `bytes` to `path`, and creates its folder if needed. It writes a unique temporary file in the same folder,
+/// syncs and renames it, and syncs the folder. If two writers race, the result is one of both files as a whole.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
     let folder = match path.parent() {
         Some(p) if !p.as_os_str().is_empty() => p,
@@ -17,7 +17,7 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
     fs::create_dir_all(folder).map_err(fail)?;
     let mut builder = tempfile::Builder::new();
     builder.prefix(".tmp-");
-    // A temporary file is private to its owner; a result is as readable as any other file of the caller.
+    // Temporary files are private to their owner; a result is made as readable as any other file of the caller.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let mut temporary = builder.tempfile_in(folder).map_err(fail)?;
@@ -29,12 +29,12 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// One line of JSON.
+/// JSON on one line.
 pub fn json(value: &impl Serialize) -> Result<String> {
     serde_json::to_string(value).map_err(json_error)
 }
 
-/// JSON to read, with an end of line.
+/// Indented JSON with a line break at the end.
 pub fn json_pretty(value: &impl Serialize) -> Result<String> {
     Ok(serde_json::to_string_pretty(value).map_err(json_error)? + "\n")
 }
@@ -43,13 +43,13 @@ fn json_error(e: serde_json::Error) -> Error {
     Error::Syntax { file: "JSON".into(), message: e.to_string() }
 }
 
-/// As a shell wants it: in quotes if there is anything in it that a shell would read.
+/// The text as one word for a shell, in quotes if it contains special characters.
 pub fn shell_word(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
     if !text.is_empty() && text.chars().all(plain) { text.into() } else { format!("'{}'", text.replace('\'', "'\\''")) }
 }
 
-/// What tells this build of the program from another, on the same machine; empty if its file cannot be read.
+/// Identifies this build of the program among others on the same machine; empty if the program's file cannot be read.
 pub fn build_id() -> &'static str {
     static ID: OnceLock<String> = OnceLock::new();
     ID.get_or_init(|| {

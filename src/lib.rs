@@ -1,11 +1,13 @@
 //! How hard can a humanoid be pushed before it falls, and which gain set makes it stand better?
 //!
-//! A URDF becomes a Rapier multibody with PD servos ([`sim`]); the controller ([`control`]) is the switching control
-//! of the COG-ZMP inverted pendulum by maximal CPI sets of Yamamoto and Nakamura ([`lipm`]) and closes the loop on
-//! simulated contacts ([`episode`]); a [`campaign`] draws pushes and counts who stays up.
+//! A URDF becomes a Rapier multibody with PD servos ([`sim`]). The controller ([`control`]) implements the switching
+//! control of the COG-ZMP inverted pendulum by maximal CPI sets of Yamamoto and Nakamura ([`lipm`]). An [`episode`]
+//! closes the loop between the two. A [`campaign`] draws random pushes and counts how many the robot recovers from.
 //!
-//! SI units and f64 throughout; the world frame unless a type says otherwise: x forward, y left, z up; heading 0
-//! pushes forward, 90 to the left.
+//! The [`guide`] says how to use it and what has been measured.
+//!
+//! Quantities are in SI units and f64, and in the world frame unless a type says otherwise: x forward, y left, z up.
+//! Heading 0 pushes forward, and 90 degrees to the left.
 
 #![forbid(unsafe_code)]
 
@@ -23,6 +25,7 @@ pub mod error;
 #[cfg(feature = "program")]
 pub mod files;
 pub mod geometry;
+pub mod guide;
 pub mod lipm;
 #[cfg(feature = "program")]
 pub mod render;

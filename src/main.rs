@@ -1,14 +1,18 @@
-//! The program: runs the command that it is called with, and turns an error into an exit code.
+//! The program: runs the command with which it is called, and turns an error into an exit code.
 
 #![forbid(unsafe_code)]
 
+use standfast::Error;
 use standfast::commands::{self, note};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn")).init();
     commands::run().unwrap_or_else(|error| {
-        note(&format!("error: {error}"));
+        // Whoever was interrupted has said what is left of it.
+        if !matches!(error, Error::Interrupted) {
+            note(&format!("error: {error}"));
+        }
         ExitCode::from(error.exit_code())
     })
 }

@@ -1,4 +1,4 @@
-//! `catch` in physics: footsteps that follow the DCM. Sensors are ideal.
+//! `catch` in physics: footsteps that are planned anew while the foot is in the air. Sensors are ideal.
 
 mod common;
 
@@ -15,22 +15,22 @@ use standfast::robot::{Foot, Pose, Reach};
 use standfast::sim::Push;
 use std::sync::LazyLock;
 
-/// A foot is where it is sent to within some millimetres (m).
+/// A foot lands within some millimetres of its planned place (m).
 const OFF_M: f64 = 0.005;
-/// The ground carries the robot (N).
+/// Load from which the ground carries the robot (N).
 const CARRIES_N: f64 = 5.0;
 const HEADINGS: [f64; 8] = [0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0];
 
-/// What is looked at in an episode with footsteps.
+/// What these tests observe in an episode with footsteps.
 #[derive(Debug, Default)]
 struct Course {
-    /// From the centre of the stance sole to that of the sole that lands, y to the side of the foot that swings (m), at
-    /// every landing.
+    /// At every landing: offset from the centre of the stance sole to that of the landing one, with y to the side of
+    /// the swing foot (m).
     landings: Vec<Vector2<f64>>,
-    /// Least of such y while a foot is in the air (m).
+    /// Smallest such y while a foot is in the air (m).
     narrowest_m: f64,
-    /// By how much the estimated velocity of the COM over the ground is wrong (m/s), at every tick at which a foot is in
-    /// the air, until the other one leaves the ground too.
+    /// Error of the estimated horizontal COM velocity (m/s) at every tick at which a foot is in the air, until the
+    /// other one leaves the ground too.
     wrong_m_s: Vec<f64>,
     flies: bool,
     in_air: Option<Foot>,
@@ -62,7 +62,7 @@ impl Course {
         self.in_air = now;
     }
 
-    /// An episode until it is decided.
+    /// Runs an episode until it is decided.
     fn of(bench: &Bench, push: Push) -> (Record, Self) {
         let mut course = Self { narrowest_m: f64::INFINITY, ..Self::default() };
         let record = bench.run(vec![push], None, 6.0, Until::Decided, |tick| course.watch(tick));
@@ -70,16 +70,16 @@ impl Course {
     }
 }
 
-/// A push of 0.9 of the bound with one footstep.
+/// A push with 0.9 of the impulse of the bound with one footstep.
 struct Hard {
     push: Push,
-    /// Whether the pendulum takes more with a footstep than without.
+    /// Whether the pendulum can take more with a footstep than without.
     steps: bool,
     record: Record,
     course: Course,
 }
 
-/// At each heading; simulated once for all tests of this file.
+/// One such push for each heading. They are simulated once for all tests of this file.
 static HARD: LazyLock<Vec<Hard>> = LazyLock::new(|| {
     let bench = Bench::new("catch");
     let yardstick = Yardstick::new(&bench.robot, &Campaign::load("nominal", &Overrides::default()).unwrap()).unwrap();
@@ -102,13 +102,13 @@ fn nine_tenths_of_what_the_pendulum_takes_with_one_footstep_is_caught_at_every_h
     for Hard { push, steps, record, .. } in HARD.iter() {
         assert_eq!(record.outcome, Outcome::Recovered, "{push:?}: {record:?}");
         assert!(record.unfinished_footstep.is_none(), "{push:?}: {record:?}");
-        // Sideways the feet are apart: standing takes as much.
+        // Sideways the feet are apart, so standing can take as much.
         assert_eq!(record.footsteps.is_empty(), !steps, "{push:?}: {record:?}");
     }
 }
 
-/// Also where they would like to: pushed to the left the right foot is set down beside the left one. (4.2 N s is about the
-/// limit there: of these footsteps the first one is looked at, as a robot that falls lands anywhere.)
+/// This must hold even where crossing would help: after a push to the left, the right foot is set down beside the left
+/// one. (4.2 N s is near the limit there, so only the first footstep is checked: a robot that falls lands anywhere.)
 #[test]
 fn legs_do_not_cross_and_feet_land_within_reach() {
     let bench = Bench::new("catch");
@@ -135,8 +135,8 @@ fn legs_do_not_cross_and_feet_land_within_reach() {
     }
 }
 
-/// The trunk tells less while a leg swings, and is believed less: the velocity is known to 0.03 to 0.04 m/s, of 0.4 to 0.5.
-/// (While neither foot carries, what is estimated is wrong.)
+/// While a leg swings the trunk tells less, and the filter relies on it less. The error of the velocity is 0.03 to 0.04
+/// m/s, of 0.4 to 0.5 m/s. (While neither foot is loaded, the estimate is wrong.)
 #[test]
 fn the_velocity_of_the_com_is_known_while_a_leg_swings() {
     let seen = HARD.iter().filter(|hard| hard.steps).map(|Hard { push, course, .. }| {
@@ -161,7 +161,7 @@ fn where_standing_suffices_no_foot_is_lifted() {
     });
 }
 
-/// Left and right are alike. At 0 and 180 degrees either foot would do.
+/// Left and right are alike. At 0 and 180 degrees either foot may go.
 #[test]
 fn a_mirrored_push_is_caught_by_the_mirrored_foot() {
     let bench = Bench::with(symmetric_robot(), "catch");
@@ -178,7 +178,8 @@ fn a_mirrored_push_is_caught_by_the_mirrored_foot() {
     });
 }
 
-/// The landing place is not that of the lift: who is pushed again while the foot is in the air is caught farther along.
+/// The landing place does not remain that of the lift: after another push in the same direction with the foot in the
+/// air, the foot lands farther along.
 #[test]
 fn a_second_push_while_the_foot_is_in_the_air_moves_its_landing_place_along() {
     let bench = Bench::new("catch");
@@ -186,7 +187,7 @@ fn a_second_push_while_the_foot_is_in_the_air_moves_its_landing_place_along() {
         |pushes: Vec<Push>| -> Footstep { bench.run(pushes, None, 1.2, Until::Fallen, |_| {}).footsteps[0] };
     let first = push(3.4, 0.0);
     let alone = first_footstep(vec![first]);
-    // From the lift until shortly before the landing place is settled.
+    // From the lift until shortly before the landing place is fixed.
     let again = |heading_deg| Push { impulse_n_s: 0.5, heading_deg, duration_s: 0.02, start_s: alone.lift_s, ..first };
     [0.0, 90.0, 180.0, -90.0].par_iter().for_each(|&heading| {
         let second = again(heading);

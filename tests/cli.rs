@@ -1,4 +1,5 @@
-//! The program from outside: exit codes, messages, and that results are the same bytes whatever happened on the way.
+//! The program from outside: its exit codes and messages, and that results are the same bytes after any history of
+//! runs.
 
 mod common;
 
@@ -6,7 +7,7 @@ use common::program::{FEW, TWO_PARTS, files, folder, short, standfast, stderr, s
 use standfast::assets::Kind;
 use std::{collections::BTreeMap, fs};
 
-/// Runs the short campaign in a new folder with further arguments and gives what it wrote.
+/// Runs the short campaign in a new folder with further arguments, and returns what it wrote.
 fn result_of(more: &[&str]) -> BTreeMap<String, Vec<u8>> {
     let dir = folder();
     standfast(dir.path(), &short(more)).success();
@@ -173,7 +174,8 @@ fn a_push_is_drawn_and_traced_beside_its_json() {
     let svg = String::from_utf8_lossy(&written["a.svg"]);
     let title = format!("4 N s towards 0 degrees, gain set hold: fell at {:.2} s", fell["fell_at_s"].as_f64().unwrap());
     assert!(svg.starts_with("<svg") && svg.contains(&title), "{title:?} in {svg:.600}");
-    let times: Vec<f64> = svg.lines().filter_map(|line| line.parse().ok()).filter(|t| *t > 0.0 && *t < 2.0).collect();
+    let numbers = svg.lines().filter_map(|line| line.strip_prefix("<text class=\"tick\" ")?.split(['<', '>']).nth(1));
+    let times: Vec<f64> = numbers.filter_map(|number| number.parse().ok()).collect();
     let last = times.iter().copied().fold(0.0, f64::max);
     assert!((0.3..=longer["fell_at_s"].as_f64().unwrap()).contains(&last), "the picture ends with the fall: {times:?}");
 }
@@ -193,7 +195,7 @@ fn inputs_from_files_are_kept_with_the_result() {
     assert_eq!(kept.len(), 1);
     assert_eq!(fs::read_to_string(kept[0].path()).unwrap(), hold);
     let before = files(&dir.path().join("out"));
-    // The sources may go: the result has its own.
+    // The source files may go, since the result has copies of them.
     fs::remove_dir_all(dir.path().join("g")).unwrap();
     let again = standfast(dir.path(), &["run", "out/campaign.toml", "--out=out"]).success();
     assert!(stderr(&again).contains("nothing is computed again"), "{}", stderr(&again));
@@ -220,7 +222,7 @@ fn a_check_says_that_all_is_fine_and_writes_nothing() {
         assert!(told.starts_with("fine: ") && told.lines().count() == 1, "{args:?}: {told}");
     }
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
-    // Of a result that is there it says what is left to do, and leaves it as it is.
+    // For an existing result it tells what is left to do, and changes nothing.
     standfast(dir.path(), &short(&[FEW])).success();
     let before = common::program::files(dir.path());
     let told = stderr(&standfast(dir.path(), &short(&[FEW, "--check"])).success());

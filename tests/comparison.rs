@@ -11,7 +11,7 @@ fn summary(folder: &Path) -> Value {
     serde_json::from_slice(&fs::read(folder.join("summary.json")).unwrap()).unwrap()
 }
 
-/// Gates of which the outcome is sure, whatever the robot does.
+/// Gates with an outcome that is certain, whatever the robot does.
 const PASSES: &str = "--gate=hold >= 0";
 const FAILS: &str = "--gate=hold >= 1";
 const OPEN: &str = "--gate=hold >= hold zmp_margin_m=0.01";
@@ -25,7 +25,7 @@ fn a_failed_gate_is_exit_code_100_and_says_how_to_replay_a_lost_trial() {
     let found = summary(&dir.path().join("out"));
     let status = |i: usize| found["gates"][i]["status"].as_str().unwrap();
     assert_eq!((status(0), status(1)), ("passed", "failed"));
-    // The command that it prints brings the same fall.
+    // The printed command reproduces the same fall.
     let command = message.lines().find_map(|line| line.split("standfast push ").nth(1)).unwrap();
     let push = [&["push", "--json"], &command.split(' ').collect::<Vec<_>>()[..]].concat();
     let replayed: Value = serde_json::from_str(&stdout(&standfast(dir.path(), &push).success())).unwrap();
@@ -55,7 +55,7 @@ fn while_trials_are_run_there_is_no_result_of_an_earlier_look() {
     let out = dir.path().join("out");
     standfast(dir.path(), &short(&[TWO_PARTS])).success();
     fs::remove_file(out.join("parts/part-000001.json")).unwrap();
-    // A shard joins nothing: what is left is what an interruption would leave.
+    // A shard joins nothing, so this leaves what an interruption would leave.
     standfast(dir.path(), &short(&[TWO_PARTS, "--shard=2/2"])).success();
     let left: Vec<String> = files(&out).into_keys().filter(|name| !name.starts_with("parts/")).collect();
     assert_eq!(left, ["campaign.toml"]);
@@ -112,7 +112,7 @@ fn a_baseline_is_paired_trial_by_trial_and_must_have_the_same_pushes() {
         let args: Vec<&str> = args.into_iter().filter(|arg| *arg != "--out=out").collect();
         standfast(dir.path(), &args)
     };
-    // Nothing differs: 0 of 26 discordant trials bound the difference to 13 points.
+    // Nothing differs: 0 of 26 discordant trials bound the difference by 13 points.
     run(&[]).success();
     let found = summary(&dir.path().join("new"));
     assert_eq!(
@@ -122,20 +122,20 @@ fn a_baseline_is_paired_trial_by_trial_and_must_have_the_same_pushes() {
     assert_eq!(found["baseline"]["trials"], 26);
     let warned = found["warnings"].as_array().unwrap().iter().any(|w| w.as_str().unwrap().contains("same inputs"));
     assert!(warned, "{}", found["warnings"]);
-    // What is printed to go on with, or to join, has what its gates need.
+    // The printed commands for resuming and joining have what the gates need.
     let status = standfast(dir.path(), &["status", "new"]).success();
     assert!(stdout(&status).contains("standfast merge new --baseline DIR"), "{}", stdout(&status));
     standfast(dir.path(), &["merge", "new"]).code(2);
     standfast(dir.path(), &["merge", "new", "--baseline=out"]).success();
     assert_eq!(summary(&dir.path().join("new")), found);
     fs::remove_dir_all(dir.path().join("new")).unwrap();
-    // More trials than the baseline has.
+    // These are more trials than the baseline has.
     run(&["--trials=30"]).success();
     let more = summary(&dir.path().join("new"));
     assert_eq!((more["trials"].as_u64(), more["gates"][0]["trials"].as_u64()), (Some(30), Some(26)));
     assert!(more["warnings"].to_string().contains("the baseline has 26 trials"), "{}", more["warnings"]);
     fs::remove_dir_all(dir.path().join("new")).unwrap();
-    // One that ends when decided does not go on without the baseline, and says so. (Nothing else is drawn than there.)
+    // A campaign that ends when decided does not go on without its baseline, and tells so. (It draws the same trials.)
     let gate = "--gate=hold >= baseline - 0.01";
     let until = ["--trials=100", "--until-resolved", gate, "--baseline=out", "--out=new"];
     let args = short(&until).into_iter().filter(|arg| *arg != "--out=out").collect::<Vec<_>>();
@@ -171,7 +171,7 @@ fn two_folders_are_compared_if_their_pushes_are_the_same() {
         (&Value::from("hold (a)"), &Value::from("hold (b)"))
     );
     assert_eq!((found["pairs"][0]["only_a"].as_u64(), found["pairs"][0]["only_b"].as_u64()), (Some(0), Some(0)));
-    // No name in common: every set with every one. The same as one campaign with both.
+    // Without a common name, every set is compared with every other, as in one campaign with both.
     let gate = "--gate=hold >= 1";
     let compared = standfast(dir.path(), &["compare", "a", "c", "--out=d", gate]).code(100);
     assert!(stderr(&compared).contains("--campaign a/campaign.toml"), "{}", stderr(&compared));
@@ -188,7 +188,7 @@ fn two_folders_are_compared_if_their_pushes_are_the_same() {
     standfast(dir.path(), &["compare", "a", "nothing"]).code(3);
     standfast(dir.path(), &["compare", "a", "c", "--out=b"]).code(3);
     standfast(dir.path(), &["compare", "a", "./a"]).code(3);
-    // Again into its own folder; commands in it run there.
+    // Compared again into its own folder, in which its commands are run.
     standfast(dir.path(), &["compare", "a", "c", "--out=d", gate]).code(100);
     let junit = fs::read_to_string(dir.path().join("d/junit.xml")).unwrap();
     let command = junit.lines().find_map(|line| line.split("standfast push ").nth(1)).unwrap();
@@ -210,7 +210,7 @@ fn a_campaign_ends_when_decided_with_the_same_bytes_whatever_happened_on_the_way
     let other = folder();
     standfast(other.path(), &short(&[&until[..], &["--threads=2"]].concat())).success();
     assert!(files(&other.path().join("out")) == whole, "two threads");
-    // Part of it, by hand: the same command goes on.
+    // One part is removed by hand, and the same command continues.
     fs::remove_file(other.path().join("out/parts/part-000000.json")).unwrap();
     fs::remove_file(other.path().join("out/parts/stopped.json")).unwrap();
     standfast(other.path(), &short(&until)).success();
@@ -218,7 +218,7 @@ fn a_campaign_ends_when_decided_with_the_same_bytes_whatever_happened_on_the_way
     standfast(other.path(), &["status", "out"]).success();
     standfast(other.path(), &["merge", "out"]).success();
     assert!(files(&other.path().join("out")) == whole, "merged");
-    // A question that so few trials cannot decide takes it up where it was, to the most that is allowed.
+    // A question that so few trials cannot decide continues where the campaign was, up to the allowed maximum.
     let close = format!("--gate=hold >= {}", found["sets"][0]["success_rate"]);
     let more = standfast(other.path(), &short(&["--max-trials=100", "--until-resolved", &close])).success();
     assert!(stderr(&more).contains("75 episodes in"), "{}", stderr(&more));
@@ -229,7 +229,7 @@ fn a_campaign_ends_when_decided_with_the_same_bytes_whatever_happened_on_the_way
 #[test]
 fn without_gates_it_is_the_pairs_that_are_decided() {
     let dir = folder();
-    // Variants that stand alike: they differ by less than any margin that is not small.
+    // Variants that stand alike differ by less than any margin that is not small.
     let same = ["--gains=hold:zmp_margin_m=0.01", "--trials=200", "--until-resolved", "--margin=0.4"];
     standfast(dir.path(), &short(&same)).success();
     let found = summary(&dir.path().join("out"));
@@ -257,10 +257,10 @@ fn gates_and_stopping_of_a_campaign_file_are_those_of_the_command_line() {
     fs::write(dir.path().join("c.toml"), file).unwrap();
     standfast(dir.path(), &["run", "c.toml", "--out=out", FAILS]).code(100);
     let found = summary(&dir.path().join("out"));
-    // Two gates that are looked at again and again: each so sure that both hold with 99 %.
+    // Two gates that are looked at repeatedly: each has the confidence at which both hold together with 99 %.
     assert_eq!((found["gates"][1]["confidence"].as_f64(), found["gates"].as_array().unwrap().len()), (Some(0.995), 2));
     assert_eq!(found["stopping"]["until_resolved"], true);
-    // The folder remembers its gates, and takes each once.
+    // The folder remembers its gates, and lists each once.
     standfast(dir.path(), &["merge", "out", FAILS]).code(100);
     assert_eq!(summary(&dir.path().join("out")), found);
     fs::write(dir.path().join("c.toml"), file.replace("0.99", "1.5")).unwrap();
@@ -269,7 +269,7 @@ fn gates_and_stopping_of_a_campaign_file_are_those_of_the_command_line() {
 }
 
 #[cfg(target_os = "linux")]
-/// Lines as they stand on a screen, without what colours them and without commands to copy, which must not be broken.
+/// Lines as they appear on a screen, without colours and without commands to copy, which must not be broken.
 fn lines(text: &str) -> Vec<String> {
     let mut plain = String::new();
     let mut rest = text.chars();
@@ -300,7 +300,7 @@ fn a_terminal_of_80_columns_is_enough_and_so_is_none() {
     let too_long = |text: &str| lines(text).into_iter().find(|line| line.chars().count() > 80);
     assert_eq!(too_long(&stdout(&run)), None);
     fs::remove_dir_all(dir.path().join("out")).unwrap();
-    // The same in a terminal, with a bar of progress.
+    // The same in a terminal, with a progress bar.
     let program = assert_cmd::cargo::cargo_bin("standfast");
     let words: Vec<String> = args.iter().map(|arg| format!("'{arg}'")).collect();
     let shell = format!("stty cols 80 rows 24; exec {} {}", program.display(), words.join(" "));

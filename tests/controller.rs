@@ -1,5 +1,5 @@
-//! The controller by itself, as someone with another simulator, or a robot, has it: it survives what it senses, and starts where
-//! the robot is.
+//! The controller alone, as it is used with another simulator or a robot: it survives any readings, and starts in the
+//! robot's posture.
 
 mod common;
 
@@ -12,7 +12,7 @@ use standfast::robot::{Command, Foot, GRAVITY, Imu, Kinematics, PerFoot, Posture
 
 const SETS: [&str; 4] = ["hold", "switching", "paper", "catch"];
 
-/// What a robot senses that rests with its weight shared by both feet.
+/// Readings of a robot at rest whose weight is shared by both feet.
 fn at_rest(robot: &Robot, q: &[f64], orientation: UnitQuaternion<f64>) -> Sensed {
     let force = Vector3::new(0.0, 0.0, 0.5 * robot.mass() * GRAVITY);
     let still = [Vector3::zeros(); 2];
@@ -27,7 +27,7 @@ fn home(robot: &Robot) -> Sensed {
     at_rest(robot, &robot.home_rad, UnitQuaternion::identity())
 }
 
-/// One reading of each kind made useless, and what the error says of it.
+/// Readings with one invalid value of each kind, and what the error must say.
 fn bad_samples(good: &Sensed) -> Vec<(Sensed, &'static str)> {
     let with = |change: &dyn Fn(&mut Sensed), words| {
         let mut sensed = good.clone();
@@ -35,8 +35,8 @@ fn bad_samples(good: &Sensed) -> Vec<(Sensed, &'static str)> {
         (sensed, words)
     };
     vec![
-        with(&|s| s.q[3] = f64::NAN, "q[3] = NaN: is no reading"),
-        with(&|s| s.q[0] = 1e7, "q[0] = 10000000: is no reading"),
+        with(&|s| s.q[3] = f64::NAN, "q[3] = NaN: is not a valid reading"),
+        with(&|s| s.q[0] = 1e7, "q[0] = 10000000: is not a valid reading"),
         with(&|s| s.q.truncate(5), "q has 5 values; accepted: one for each of the robot's 20 joints"),
         with(&|s| s.q.push(0.0), "q has 21 values"),
         with(&|s| s.imu.gyro.y = f64::INFINITY, "imu.gyro[1] = inf"),
@@ -50,7 +50,7 @@ fn bad_samples(good: &Sensed) -> Vec<(Sensed, &'static str)> {
     ]
 }
 
-/// A sample that cannot be is refused, the command stays, and what follows is as if the sample had never been.
+/// An invalid sample is refused and the command stays. What follows is as if the sample had never come.
 #[test]
 fn a_bad_sample_is_refused_and_leaves_no_trace() {
     for gains in SETS {
@@ -76,7 +76,8 @@ fn a_bad_sample_is_refused_and_leaves_no_trace() {
     }
 }
 
-/// Joints bent more than at home, turned and leaning: the robot is found with its feet on the ground, and sent where it is.
+/// With joints bent more than at home, turned and leaning, the robot is found with its feet on the ground, and its
+/// first commands are near its posture.
 #[test]
 fn it_starts_from_the_posture_that_it_senses() {
     let robot = Robot::load("ut-mu2").unwrap();
@@ -102,12 +103,12 @@ fn it_starts_from_the_posture_that_it_senses() {
         controller.tick(&sensed, &mut command).unwrap();
         assert!((controller.account().support().frame.rotation.angle() - 0.8).abs() < 0.01);
         let leap = command.q_ref.iter().zip(&q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        // `hold` goes home at once: that is what it is.
+        // `hold` goes home at once, as it is meant to.
         assert!(gains == "hold" || leap < 0.25, "{gains}: {leap} rad");
     }
 }
 
-/// Knocked down and put up again: what it was doing is forgotten.
+/// After a fall and a restart, nothing of what the controller did before remains.
 #[test]
 fn it_starts_again_after_a_fall() {
     for gains in SETS {
@@ -134,7 +135,7 @@ fn it_starts_again_after_a_fall() {
     }
 }
 
-/// Readings as wild as can be: of every size, and useless ones among them.
+/// Readings of every magnitude, including invalid ones.
 fn wild() -> impl Strategy<Value = f64> {
     prop_oneof![
         4 => -3.0..3.0f64,
@@ -147,7 +148,7 @@ fn wild() -> impl Strategy<Value = f64> {
 proptest! {
     #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(7), failure_persistence: None, cases: 60, ..Default::default() })]
 
-    /// No panic, every command a number, and good samples work again at once.
+    /// It never panics, every command is finite, and good samples work again at once.
     #[test]
     fn nothing_that_it_senses_breaks_it(
         readings in proptest::collection::vec(proptest::collection::vec(wild(), 20 + 4 + 6 + 12), 1..12)
@@ -173,14 +174,14 @@ proptest! {
                 _ = controller.tick(&sensed, &mut command);
                 prop_assert!(command.is_finite(), "{}", gains);
             }
-            // At most the sample after one without a solution starts the controller anew.
+            // After a sample without a solution, the controller needs at most one sample to restart.
             let works = (0..2).any(|_| controller.tick(&good, &mut command).is_ok());
             prop_assert!(works && command.is_finite(), "{}", gains);
         }
     }
 }
 
-/// Made ready once for all cases.
+/// Prepared once for all cases.
 fn bench(gains: &str) -> &'static Bench {
     use std::sync::LazyLock;
     static BENCHES: LazyLock<[Bench; 4]> = LazyLock::new(|| SETS.map(Bench::new));

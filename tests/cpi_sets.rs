@@ -1,5 +1,5 @@
-//! Laws of maximal CPI sets: the textbook example, published sizes, invariance, and that the sets of the controller
-//! (`OnlineSets`) are the sets that the linear programs find, on every polygon that a robot may stand on.
+//! Laws of maximal CPI sets: the textbook example, published sizes, and invariance. The sets of the controller
+//! (`OnlineSets`) must be those that the linear programs find, on every polygon on which a robot may stand.
 
 use nalgebra::{DMatrix, Isometry2, Point2, Vector2, Vector6, dmatrix};
 use proptest::prelude::*;
@@ -47,7 +47,7 @@ fn home() -> SupportPolygon {
     SupportPolygon::rectangle(-0.0481, 0.0481, -0.0831, 0.0831).unwrap()
 }
 
-/// Rectangles with distances to opposite edges in the ratio 1:2 to 1:30, in x or in both.
+/// Rectangles whose distances from the origin to opposite edges are in the ratio 1:2 to 1:30, in x or in both axes.
 fn off_centre() -> Vec<(String, SupportPolygon)> {
     let mut polygons = Vec::new();
     for ratio in [2.0, 4.0, 8.0, 30.0] {
@@ -60,7 +60,8 @@ fn off_centre() -> Vec<(String, SupportPolygon)> {
     polygons
 }
 
-/// Hull of two soles after a footstep of `stride` of the left one, both yawed, about the mid-feet origin.
+/// Hull of two soles after a footstep by `stride` of the left one, with both yawed, about the point midway between
+/// them.
 fn hull_of_soles(stride: f64, width: f64, yaw: f64) -> SupportPolygon {
     let corners = [(-0.0481, -0.0346), (0.0481, -0.0346), (0.0481, 0.0346), (-0.0481, 0.0346)];
     let left = Isometry2::new(Vector2::new(stride, width) / 2.0, yaw);
@@ -69,7 +70,7 @@ fn hull_of_soles(stride: f64, width: f64, yaw: f64) -> SupportPolygon {
     SupportPolygon::hull(&points).unwrap()
 }
 
-/// Diagonal hulls: footsteps forward and back, parallel and yawed soles.
+/// Diagonal hulls of parallel and yawed soles, after footsteps forward and backward.
 fn diagonal() -> Vec<(String, SupportPolygon)> {
     [(0.1, 0.0), (0.2, 0.0), (-0.15, 0.0), (0.1, 0.4), (0.0, 0.5), (0.15, -0.3)]
         .iter()
@@ -77,8 +78,8 @@ fn diagonal() -> Vec<(String, SupportPolygon)> {
         .collect()
 }
 
-/// By how much the set of eq. 25 with the k of `home` exceeds the true set: 0 when equal, 0.1 when the true set must
-/// be scaled by 1.1 to hold it; with the state that shows it.
+/// By how much the set of eq. 25 with the k of `home` exceeds the true set, with a state that shows it. It is 0 if the
+/// sets are equal, and 0.1 if the true set must be scaled by 1.1 to contain the other.
 fn excess_of_eq_25(gain: &Gain, polygon: &SupportPolygon) -> (f64, State) {
     let k = CpiSet::search(gain, PENDULUM, &home()).unwrap().horizon;
     let as_printed = CpiSet::stacked(gain, polygon, k).unwrap();
@@ -86,7 +87,7 @@ fn excess_of_eq_25(gain: &Gain, polygon: &SupportPolygon) -> (f64, State) {
     let mut programs = as_printed.programs().unwrap();
     let edges = polygon.vertices().len();
     let missing = edges * (k + 1)..truth.set.rows.nrows();
-    // Neighbours are alike, and 7 meets every edge of a polygon of up to six.
+    // Neighbouring rows are similar, and a step of 7 meets every edge of a polygon with up to six.
     let step = if missing.len() > 80 { 7 } else { 1 };
     missing
         .step_by(step)
@@ -95,7 +96,7 @@ fn excess_of_eq_25(gain: &Gain, polygon: &SupportPolygon) -> (f64, State) {
         .fold((0.0, State::default()), |worst, next| if next.0 > worst.0 { next } else { worst })
 }
 
-/// States on the boundary of a set, from the linear programs and from random directions.
+/// States on the boundary of a set, from the linear programs and in random directions.
 fn boundary(set: &CpiSet, random: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
     let mut programs = set.set.programs().unwrap();
     let rows = &set.set.rows;
@@ -108,9 +109,9 @@ fn boundary(set: &CpiSet, random: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
     corners.collect::<Vec<_>>().into_iter().chain(scaled).collect()
 }
 
-/// Directions that spread over the state space, the same in every run.
+/// Directions that cover the state space, the same in every run.
 fn directions(count: usize) -> Vec<Vector6<f64>> {
-    // Additive recurrence with the roots of x^7 = x + 1: even coverage of the cube.
+    // Additive recurrence with the roots of x^7 = x + 1, which covers the cube evenly.
     let g: f64 = 1.1127756842787055;
     (1..=count)
         .map(|i| {
@@ -120,7 +121,7 @@ fn directions(count: usize) -> Vec<Vector6<f64>> {
         .collect()
 }
 
-/// The gauge of the online set equals that of the searched set: never smaller (the set is never larger).
+/// The gauge of the online set equals that of the searched set. It is never smaller, so the online set is never larger.
 fn assert_online_is_the_searched_set(family: &GainFamily, name: &str, polygon: &SupportPolygon, tries: usize) {
     let mut online = OnlineSets::new(family);
     online.update(polygon);
@@ -131,7 +132,7 @@ fn assert_online_is_the_searched_set(family: &GainFamily, name: &str, polygon: &
             let (found, wanted) = (online.margin(i, &State::from_stacked(&x)), truth.set.margin(x.as_slice()));
             assert!(found <= wanted + 1e-9, "{name}, gain {i}: larger than the set: {found} > {wanted}");
             assert!(found >= wanted - 1e-6, "{name}, gain {i}: smaller than the set: {found} < {wanted}");
-            // Membership agrees with the margin away from the boundary.
+            // Away from the boundary, membership agrees with the margin.
             assert!(online.holds(i, &State::from_stacked(&(x * 0.999))), "{name}, gain {i}");
             assert!(!online.holds(i, &State::from_stacked(&(x * 1.001))), "{name}, gain {i}");
         }
@@ -145,8 +146,8 @@ fn the_textbook_example_ends_with_its_rows() {
     let s0 = dmatrix![1.0, 1.0; -1.0, -1.0];
     let (k, set) = maximal_cpi(&a, &s0).unwrap();
     let wanted: DMatrix<f64> = dmatrix![1.0, 1.0; -1.0, -1.0; 0.9, 1.09; -0.9, -1.09; 0.81, 0.9981; -0.81, -0.9981];
-    // The example is also quoted with k = 1, without the last two rows. By algebra they are needed: from (-11, 10)
-    // the output runs -1, 1, 1.071. (a^2 = 0.99 a - 0.081, so row 2 reaches 0.99 + 0.081 on the first four.)
+    // The example is also quoted with k = 1, without the last two rows. By algebra they are needed: from (-11, 10) the
+    // output is -1, 1, 1.071. (a^2 = 0.99 a - 0.081, so row 2 reaches 0.99 + 0.081 on the first four.)
     assert_eq!(k, 2);
     assert!((&set.rows - &wanted).amax() < 1e-12);
     let short = Polytope { rows: wanted.rows(0, 4).into_owned() };
@@ -295,18 +296,18 @@ fn the_fastest_gain_that_holds_a_push_slows_as_the_push_grows() {
     assert!((0..family.gains.len()).all(|i| chosen.contains(&Some(i))), "{chosen:?}");
 }
 
-/// Poles as multiples of -omega: mostly with one at -omega, as in a gain set.
+/// Poles as multiples of -omega, mostly with one at -omega as in a gain set.
 fn any_poles() -> impl Strategy<Value = [f64; 3]> {
     (0.1..1.5f64, prop_oneof![Just(1.0), 0.5..3.0f64], 1.5..10.0f64).prop_map(|(a, b, c)| [a, b, c])
 }
 
-/// Hulls of two soles about a point that is inside, at 1 to 97 % of the way from the middle to a random edge point.
+/// Hulls of two soles about a point inside, at 1 to 97 % of the way from the middle to a random point of the edge.
 fn any_support() -> impl Strategy<Value = SupportPolygon> {
     (-0.2..0.2f64, 0.08..0.2f64, -0.5..0.5f64, 0.0..std::f64::consts::TAU, 0.01..0.97f64).prop_map(
         |(stride, width, yaw, heading, share)| {
             let hull = hull_of_soles(stride, width, yaw);
             let direction = Vector2::new(heading.cos(), heading.sin());
-            // The middle: the origin, halfway from sole to sole.
+            // The middle is the origin, halfway between the soles.
             let origin = direction * (hull.distance_along(Point2::origin(), direction).unwrap() * share);
             let moved: Vec<_> = hull.vertices().iter().map(|v| v - origin).collect();
             SupportPolygon::hull(&moved).unwrap()
@@ -327,7 +328,8 @@ fn cases(count: u32) -> ProptestConfig {
 proptest! {
     #![proptest_config(cases(512))]
 
-    /// x in the set: the ZMP is in the region and the successor is in the set; so it stays for a second of prediction.
+    /// If x is in the set, the ZMP is in the region and the successor is in the set. So the state stays for a second of
+    /// prediction.
     #[test]
     fn sets_are_invariant(
         px in any_poles(), py in any_poles(), polygon in any_support(), x in any_state(), share in 0.0..1.0f64
@@ -337,7 +339,7 @@ proptest! {
         online.update(&polygon);
         let gauge = 1.0 - online.margin(0, &State::from_stacked(&x));
         prop_assume!(gauge.is_finite() && gauge > 1e-6);
-        // A share of the way to the boundary; every other case on the boundary itself.
+        // A share of the distance to the boundary; every other case lies on the boundary itself.
         let scale = if share < 0.5 { 1.0 } else { share } / gauge;
         let mut state = State::from_stacked(&(x * scale));
         for _ in 0..500 {
@@ -352,7 +354,7 @@ proptest! {
 proptest! {
     #![proptest_config(cases(24))]
 
-    /// The same for the rows of the linear programs.
+    /// The same law for the rows of the linear programs.
     #[test]
     fn searched_sets_are_invariant(poles in any_poles(), x in any_state(), ratio in 1.0..30.0f64) {
         let family = family_of(&[(poles, poles)]);
@@ -365,7 +367,7 @@ proptest! {
         prop_assert!(set.set.margin(next.stacked().as_slice()) >= -1e-7);
     }
 
-    /// No polygon was chosen with the rule in mind.
+    /// The polygons are chosen without regard to the rule.
     #[test]
     fn online_sets_are_the_searched_sets_on_any_support(
         px in any_poles(), py in any_poles(), polygon in any_support()

@@ -11,7 +11,7 @@ use standfast::episode::Until;
 use standfast::render::trace::Trace;
 use standfast::robot::{Foot, PerFoot};
 
-/// Fingerprint of every number of every tick (truth, estimate, command), and of the record.
+/// Hash of every number of every tick (truth, estimate, command) and of the record.
 fn fingerprint(bench: &Bench, seed: u64) -> Vec<u8> {
     let mut hash = Sha256::new();
     let mut trace = Trace::new(&bench.robot);
@@ -25,7 +25,7 @@ fn fingerprint(bench: &Bench, seed: u64) -> Vec<u8> {
     hash.finalize().to_vec()
 }
 
-/// A simulation is a function: same arguments, same bits, one after the other and side by side.
+/// A simulation is a function of its arguments, to the bit, whether it runs alone or in parallel.
 #[test]
 fn an_episode_repeats_to_the_bit_in_every_thread() {
     let bench = Bench::new("switching");
@@ -36,14 +36,14 @@ fn an_episode_repeats_to_the_bit_in_every_thread() {
     assert_ne!(fingerprint(&bench, 2), first);
 }
 
-/// Errors of all sensors at every tick: what is read less what is true.
+/// Errors of all sensors at every tick: the readings less the true values.
 fn errors_seen(gains: &str) -> Vec<Vec<f64>> {
     use standfast::control::Controller;
     use standfast::sim::{Plant, plant::Clock};
     let bench = Bench::new(gains);
     let clock = Clock { physics_step_s: 0.001, control_period_s: 0.002 };
     let plant = |errors| Plant::new(&bench.robot, clock, errors, bench.design.home_command().clone());
-    // The twin without errors gets the same commands, so that it is the truth.
+    // The twin without errors gets the same commands, and so shows the true values.
     let (mut noisy, mut ideal) = (plant(Some(sensor_errors(5))), plant(None));
     let mut controller = Controller::new(bench.design.clone());
     let mut command = bench.design.home_command().clone();
@@ -68,7 +68,7 @@ fn errors_seen(gains: &str) -> Vec<Vec<f64>> {
     seen
 }
 
-/// Gain sets are compared in pairs: the error of a sensor at a tick is the same, whatever the controller does.
+/// Gain sets are compared in pairs, so the error of a sensor at a tick must not depend on the controller.
 #[test]
 fn sensor_errors_do_not_depend_on_the_controller() {
     let (switching, hold) = (errors_seen("switching"), errors_seen("hold"));
@@ -78,11 +78,12 @@ fn sensor_errors_do_not_depend_on_the_controller() {
             assert!((a - b).abs() < 1e-9, "tick {tick}, number {sensor}: {a} and {b}");
         }
     }
-    // And it is noise: no two ticks are alike.
+    // It is noise: no two ticks have the same errors.
     assert!((1..switching.len()).all(|k| switching[k] != switching[k - 1]));
 }
 
-/// All that a campaign can draw, and two parts: what is written is the same for any number of threads.
+/// With everything varied that a campaign can draw, and with two parts, the result is the same for any number of
+/// threads.
 #[test]
 fn a_campaign_that_varies_everything_is_the_same_bytes_for_any_number_of_threads() {
     let result = |threads: &str| {

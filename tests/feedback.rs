@@ -11,7 +11,7 @@ use standfast::sim::{Plant, Push, plant::Clock};
 
 const CLOCK: Clock = Clock { physics_step_s: 0.001, control_period_s: 0.002 };
 
-/// Whether the robot is upright and slow after 5 s, if its sensors stand still from `freeze_s` on.
+/// Whether the robot is upright and slow after 5 s if the readings of its sensors freeze at `freeze_s`.
 fn stays_up(bench: &Bench, push: Push, freeze_s: f64) -> bool {
     let mut plant = Plant::new(&bench.robot, CLOCK, None, bench.design.home_command().clone());
     let mut controller = Controller::new(bench.design.clone());
@@ -31,8 +31,9 @@ fn stays_up(bench: &Bench, push: Push, freeze_s: f64) -> bool {
     plant.truth().tilt_rad() < 0.2 && plant.truth().com_vel.norm() < 0.02
 }
 
-/// Feedback is what saves where stiffness cannot: ankles softer together than m g h make an unstable pendulum of a held
-/// posture, and a push that the live loop recovers from is lost when the sensors freeze in the middle of it.
+/// Feedback is needed where stiffness is not enough. Ankles whose total stiffness is below m g h turn a held posture
+/// into an unstable pendulum, and a push from which the live loop recovers is lost when the sensors freeze in the
+/// middle of it.
 #[test]
 fn frozen_sensors_lose_a_push_that_live_ones_recover_from() {
     let mut robot = Robot::load("ut-mu2").unwrap();
@@ -54,7 +55,7 @@ fn frozen_sensors_lose_a_push_that_live_ones_recover_from() {
     });
 }
 
-/// A command acts after the delay, not before: the first torque that differs is that of the tick which holds
+/// A command acts after the delay and not before. The first torque that differs is in the tick that contains
 /// `round(delay / physics step)`.
 #[test]
 fn a_command_reaches_the_servos_after_the_delay() {
@@ -62,7 +63,7 @@ fn a_command_reaches_the_servos_after_the_delay() {
     let home = bench.design.home_command().clone();
     let mut kicked = home.clone();
     kicked.tau_ff[0] += 0.5;
-    // Ticks of two physics steps: (delay, tick with the first torque, its share of the tick).
+    // Each tick has two physics steps: (delay, tick with the first torque, share of that tick).
     for (delay_s, tick, share) in [(0.0, 0, 1.0), (0.001, 0, 0.5), (0.004, 2, 1.0), (0.0052, 2, 0.5), (0.009, 4, 0.5)] {
         bench.robot.delay_s = delay_s;
         let torque = |command: &Command| -> Vec<f64> {
@@ -78,7 +79,7 @@ fn a_command_reaches_the_servos_after_the_delay() {
         let difference: Vec<f64> = moved.iter().zip(&still).map(|(a, b)| a - b).collect();
         let first = difference.iter().position(|d| d.abs() > 1e-9);
         assert_eq!(first, Some(tick), "delay {delay_s} s: {difference:?}");
-        // The joint has hardly moved yet: what is felt is the torque asked for, over its share of the tick.
+        // The joint has hardly moved yet, so the torque is the commanded one, over its share of the tick.
         assert!((difference[tick] - 0.5 * share).abs() < 0.2 * share, "delay {delay_s} s: {difference:?}");
     }
     assert_eq!(config(1.0).physics_step_s, CLOCK.physics_step_s);

@@ -1,5 +1,5 @@
-//! The floors of the house: a file names what is on lower floors only, files form no circle, and some crates stand in one
-//! room each.
+//! The floors of the crate: a file imports from lower floors only, files form no import circle, and some crates may
+//! only be used in one room each.
 
 #[path = "floors/imports.rs"]
 mod imports;
@@ -7,7 +7,7 @@ mod imports;
 use imports::{Crate, File, Named};
 use std::path::Path;
 
-/// Rooms by floor, lowest first. Who draws and who shows a window share a floor; the window takes from the drawings.
+/// Rooms by floor, lowest first. `render` and `view` have floors of their own, since the window uses the drawings.
 const FLOORS: [&[&str]; 10] = [
     &["error", "files", "columns", "assets"],
     &["stats", "geometry"],
@@ -20,13 +20,13 @@ const FLOORS: [&[&str]; 10] = [
     &["commands"],
     &["main"],
 ];
-/// Small helpers may use their neighbours; rooms of another floor do not name each other.
+/// Number of the floor on which rooms may import from each other. On any other floor they may not.
 const SOCIABLE: usize = 0;
 
 /// Floors within a room, lowest first.
 const INNER_FLOORS: [(&str, &[&str]); 1] = [("campaign", &["ask", "store", "verdict", "run", "limit"])];
 
-/// Crates that only one room, or file, may name.
+/// Crates that only one room or file may use.
 const RESERVED: [(&str, &str); 11] = [
     ("rapier3d", "sim"),
     ("kiss3d", "view"),
@@ -46,7 +46,7 @@ fn floor(room: &str) -> usize {
     floor.unwrap_or_else(|| panic!("room {room} has no floor: give it one in tests/floors.rs"))
 }
 
-/// What breaks the order of the house, in words.
+/// The violations of these rules, in words.
 fn breaches(house: &Crate) -> Vec<String> {
     let mut found = house.circles();
     for (module, file) in house.files.iter().filter(|(module, _)| !module.is_empty()) {
@@ -65,7 +65,7 @@ fn breaches(house: &Crate) -> Vec<String> {
 
 fn not_below(house: &Crate, module: &[String], path: &[String]) -> Option<String> {
     let (room, made_in) = (&module[0], house.made_in(path)?);
-    // By the room that is named, and by the one in which what it hands on is made.
+    // Checked are the room that is named and, for a re-export, the room in which the item is defined.
     let named = path.first().filter(|name| house.files.contains_key(std::slice::from_ref(*name)));
     let too_high = |other: &&String| {
         let (mine, theirs) = (floor(room), floor(other));
@@ -80,14 +80,14 @@ fn not_below(house: &Crate, module: &[String], path: &[String]) -> Option<String
     (theirs > mine).then(|| format!("is of {room}/{}, which is not below {room}/{}", inner[theirs], inner[mine]))
 }
 
-/// Unit tests may name any crate.
+/// Unit tests may use any crate.
 fn reserved_for_others(file: &File, named: &Named, is_test_file: bool) -> Option<String> {
     let (_, place) = RESERVED.iter().find(|(name, _)| named.path[0] == *name)?;
     let is_there = file.name.trim_end_matches(".rs") == *place || file.name.starts_with(&format!("{place}/"));
     (!is_there && !named.in_test && !is_test_file).then(|| format!("is for {place} only"))
 }
 
-/// Whoever reads a file needs to know only what is below it.
+/// To understand a file, one needs to know only what is below it.
 #[test]
 fn files_name_what_is_below_them_and_form_no_circle() {
     let house = Crate::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));
@@ -96,7 +96,7 @@ fn files_name_what_is_below_them_and_form_no_circle() {
     assert!(found.is_empty(), "\n{}", found.join("\n"));
 }
 
-/// Files of the same content as in a room of the house that are needed for others to name.
+/// Files as in the crate's rooms, for other files to import from.
 const NEIGHBOURS: [(&str, &str); 6] = [
     ("lib.rs", "pub mod error; pub use error::Error;"),
     ("error.rs", "pub enum Error {}"),
@@ -152,7 +152,7 @@ fn circles_are_seen() {
         let circle = "a circle: robot/a.rs -> robot/b.rs; robot/b.rs -> robot/a.rs";
         assert_eq!(found, [circle], "{a} {b}");
     }
-    // Through what another file hands on, and of three.
+    // Circles through a re-export, and of three files.
     let house = [
         ("lipm/mod.rs", "mod a; mod b; mod c; pub use b::B; pub use self::c::*;"),
         ("lipm/a.rs", "use crate::lipm::B; pub struct A;"),
@@ -161,7 +161,7 @@ fn circles_are_seen() {
     ];
     let circle = "a circle: lipm/a.rs -> lipm/b.rs; lipm/b.rs -> lipm/c.rs; lipm/c.rs -> lipm/a.rs";
     assert_eq!(seen(&house), [circle]);
-    // What is handed on and used there, too.
+    // A name that is re-exported and also used there.
     let house =
         [("lipm/mod.rs", "mod a; pub use a::A; pub const N: A = A;"), ("lipm/a.rs", "use super::N; pub struct A;")];
     assert_eq!(seen(&house), ["a circle: lipm/mod.rs -> lipm/a.rs; lipm/a.rs -> lipm/mod.rs"]);
@@ -187,7 +187,7 @@ fn what_is_allowed_is_no_breach() {
             "{text}"
         );
     }
-    // A door that hands on what its rooms make is no circle, nor is a test beside what it tests.
+    // A module that re-exports what its rooms define is no circle, nor is a test beside the code that it tests.
     let house = [
         ("lipm/mod.rs", "mod a; mod b; pub use a::A; pub use b::{self, B};"),
         ("lipm/a.rs", "use super::B; pub struct A; #[cfg(test)] mod tests;"),

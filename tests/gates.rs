@@ -1,5 +1,5 @@
-//! Gates against known truth, by simulation: how often they pass or fail where the truth is just what is required, how
-//! often where it is far, and what a raw threshold on the observed value does instead.
+//! Gates against known truth, by simulation: how often they pass or fail if the true value is exactly what is required,
+//! how often if it is far from it, and what a raw threshold on the observed value does instead.
 
 use rand::{SeedableRng, rngs::ChaCha8Rng};
 use rand_distr::{Binomial, Distribution};
@@ -14,14 +14,14 @@ fn gate(text: &str) -> Gate {
     Gate::parse(text, &["catch", "hold"].map(String::from)).unwrap()
 }
 
-/// How many campaigns are simulated, and what a share of 2.5 % of them may exceed it by: 3 standard deviations.
+/// Number of simulated campaigns. A share of 2.5 % of them may be exceeded by 3 standard deviations.
 const CAMPAIGNS: u32 = 20_000;
 fn at_most_allowed() -> f64 {
     0.025 + 3.0 * (0.025 * 0.975 / f64::from(CAMPAIGNS)).sqrt()
 }
 
-/// Shares of campaigns that pass, that fail, and that a raw threshold on what was observed fails. What is drawn is judged
-/// once.
+/// Shares of campaigns that pass, that fail, and that fail by a raw threshold on the observed value. Equal draws are
+/// judged once.
 fn shares<T: Copy + Eq + Hash>(draw: impl Fn(&mut ChaCha8Rng) -> T, judge: impl Fn(T) -> GateAnswer) -> [f64; 3] {
     let (mut rng, mut known, mut counts) = (ChaCha8Rng::seed_from_u64(5), HashMap::new(), [0; 3]);
     for _ in 0..CAMPAIGNS {
@@ -84,15 +84,15 @@ fn a_gate_of_a_difference_errs_as_seldom_as_said_and_sees_what_is_far() {
             assert!(raw > 0.4, "{raw}");
         }
     }
-    // The score interval is approximate. Where next to all trials that differ are of one kind, and few, it errs more often
-    // on the side away from zero: by a sum over all tables in up to 5.6 %.
+    // The score interval is approximate. Where nearly all discordant trials are of one kind, and few, it is wrong more
+    // often on the side away from zero: in up to 5.6 % by a sum over all tables.
     let [passed, failed, _] = of_difference("catch >= hold + 0.10", 0.12, 0.10, 100);
     assert!(passed < 0.056 && failed < at_most_allowed(), "{passed} {failed}");
     let [passed, failed, _] = of_difference("catch >= baseline - 0.01", 0.0125, -0.01, 400);
     assert!(passed < at_most_allowed() && failed < 0.056, "{passed} {failed}");
     assert!(of_difference("catch >= hold + 0.10", 0.2, 0.05, 1000)[1] > 0.9);
     assert!(of_difference("catch >= hold + 0.10", 0.2, 0.15, 1000)[0] > 0.9);
-    // Nothing has changed, and the two results fail independently in 3 % each.
+    // Nothing has changed, but the two results fail independently in 3 % each.
     let [_, failed, raw] = of_difference("catch >= baseline - 0.005", 0.0582, 0.0, 1000);
     assert!(failed < 0.01 && raw > 0.2, "{failed} {raw}");
 }
@@ -114,8 +114,8 @@ fn so_many_more_trials_resolve_in_about_four_of_five_campaigns() {
     }
 }
 
-/// Looked at after each few blocks until it is resolved: the interval that holds at every look keeps its word, one for a
-/// fixed number of trials does not.
+/// With a look after every few blocks until the gate is resolved, the interval that holds at every look keeps its
+/// level, and one for a fixed number of trials does not.
 #[test]
 fn a_gate_that_is_looked_at_until_it_is_resolved_errs_as_seldom_as_said() {
     let (gate, most, campaigns) = (gate("catch >= 0.80"), 2000, 1000);

@@ -1,4 +1,4 @@
-//! Inverse dynamics of UT-mu2: what it says will happen obeys the equations of motion and the ground, whatever is asked.
+//! Inverse dynamics of UT-mu2: its predictions obey the equations of motion and the limits of the ground, for any task.
 
 use nalgebra::{DVector, Matrix6xX, Point2, Point3, Vector3, vector};
 use proptest::prelude::*;
@@ -17,7 +17,7 @@ struct Solved {
     kinematics: Kinematics,
     body: InverseDynamics,
     predicted: PredictedContact,
-    /// What the equations of motion leave over (N, N m).
+    /// Residual of the equations of motion (N, N m).
     left_over: f64,
 }
 
@@ -39,7 +39,7 @@ fn solve(posture: &Posture, velocity: &DVector<f64>, wanted: &DesiredAcceleratio
     for (j, tau) in body.tau.iter().enumerate() {
         sum[6 + j] -= tau;
     }
-    // The COM accelerates as its Jacobian says, too.
+    // The COM acceleration agrees with the COM Jacobian.
     let mut jacobian = nalgebra::Matrix3xX::zeros(sum.len());
     kinematics.com_jacobian(&ROBOT, &mut jacobian);
     let com_acc = jacobian * &body.acceleration + dynamics.com_bias_acc();
@@ -55,7 +55,7 @@ fn at_home(wanted: &DesiredAcceleration) -> Solved {
     solve(&ROBOT.home_posture(), &DVector::zeros(6 + ROBOT.joints.len()), wanted)
 }
 
-/// Acceleration of a link's rotation.
+/// Angular acceleration of a link.
 fn angular_acc(solved: &Solved, link: usize) -> Vector3<f64> {
     let mut jacobian = Matrix6xX::zeros(solved.body.acceleration.len());
     let origin = solved.kinematics.link_pose(link).translation.vector.into();
@@ -63,7 +63,7 @@ fn angular_acc(solved: &Solved, link: usize) -> Vector3<f64> {
     (jacobian * &solved.body.acceleration).fixed_rows::<3>(3).into()
 }
 
-/// Each wrench is one that its sole can give: it presses inside its edges, and holds by friction.
+/// Each wrench is one that the ground can give: the pressure is inside the sole, and the forces are within friction.
 fn check_ground(solved: &Solved, standing: &PerFoot<bool>) {
     for foot in Foot::BOTH {
         let wrench = solved.predicted.wrenches[foot];
@@ -93,13 +93,13 @@ fn standing_at_home_takes_the_torques_of_gravity_with_the_zmp_under_the_com() {
     for (j, (got, wanted)) in solved.body.tau.iter().zip(&tau).enumerate() {
         assert!((got - wanted).abs() < 1e-3, "{}: {got} {wanted}", ROBOT.joints[j].name);
     }
-    // Both feet bear half, as nearly as the body's COM is in the middle.
+    // Each foot bears half of the weight, up to the body's COM being slightly off the middle.
     let half = 0.5 * ROBOT.mass() * GRAVITY;
     assert!(Foot::BOTH.iter().all(|&foot| (predicted.wrenches[foot].force.z - half).abs() < 1.0));
     assert!(predicted.torque_ratio > 0.05 && predicted.torque_ratio < 0.5);
 }
 
-/// The pendulum's ZMP is where the ground presses as long as the angular momentum stays.
+/// As long as the angular momentum is constant, the ground presses at the pendulum's ZMP.
 #[test]
 fn a_com_acceleration_within_the_support_is_met_by_its_zmp() {
     let omega2 = ROBOT.omega().powi(2);
@@ -111,7 +111,7 @@ fn a_com_acceleration_within_the_support_is_met_by_its_zmp() {
         check_ground(&solved, &BOTH);
         assert!((solved.predicted.com_acc - wanted.com_acc).norm() < 0.05, "{zmp:?}: {}", solved.predicted.com_acc);
         let got = solved.predicted.zmp.unwrap();
-        // Trunk and arms do not turn, but legs do: their angular momentum takes up to a fifth more.
+        // Trunk and arms do not turn, but the legs do: their angular momentum takes up to a fifth more.
         let more = got.coords.norm() / Point2::from(zmp).coords.norm();
         println!("{zmp:?}: ZMP {got}, {more:.2} of the pendulum's");
         assert!((got - Point2::from(zmp)).norm() < 0.01 && more < 1.25, "{zmp:?}: {got}");
@@ -119,7 +119,8 @@ fn a_com_acceleration_within_the_support_is_met_by_its_zmp() {
     }
 }
 
-/// More than the edge allows is not promised: the ground presses at the edge and the COM accelerates by that.
+/// For more than the edge allows, the ground presses at the edge, and the predicted COM acceleration is what this
+/// gives.
 #[test]
 fn beyond_the_support_the_zmp_stops_at_the_edge_and_the_outlook_says_what_that_gives() {
     let omega2 = ROBOT.omega().powi(2);
@@ -134,7 +135,7 @@ fn beyond_the_support_the_zmp_stops_at_the_edge_and_the_outlook_says_what_that_g
         let (zmp, got) = (solved.predicted.zmp.unwrap().x, solved.predicted.com_acc.x);
         println!("ZMP {beyond} asked: {zmp:.4}, {:.2} of {:.2} m/s^2", got, wanted.com_acc.x);
         assert!(zmp > edge - 2e-3 && zmp < edge + 1e-9, "{beyond}: {zmp}");
-        // What goes beyond the edge's own comes from angular momentum: trunk and arms turn.
+        // What exceeds the edge's own share comes from the angular momentum of trunk and arms.
         assert!(got < -0.8 * omega2 * edge && got > 0.9 * wanted.com_acc.x, "{beyond}: {got} of {}", wanted.com_acc.x);
         let turn = angular_acc(&solved, ROBOT.trunk).norm();
         assert!(turn > before, "{beyond}: {turn}");
@@ -149,12 +150,12 @@ fn friction_bounds_what_the_feet_hold() {
     let solved = at_home(&wanted);
     check_ground(&solved, &BOTH);
     assert!(solved.left_over < 1e-9);
-    // Less than a cone gives, no less than a pyramid inside of it.
+    // Less than a friction cone gives, and no less than a pyramid inside of it.
     let force = Foot::BOTH.iter().fold(Vector3::zeros(), |sum, &f| sum + solved.predicted.wrenches[f].force);
     assert!(force.xy().norm() > 0.3 * CONTACT.friction * force.z, "{force}");
 }
 
-/// A foot that is thrown forward at 30 m/s^2 while the other stands.
+/// One foot is accelerated forward by 30 m/s^2 while the other stands.
 #[test]
 fn a_foot_swings_while_the_other_stands() {
     let mut posture = ROBOT.home_posture();
@@ -162,7 +163,7 @@ fn a_foot_swings_while_the_other_stands() {
     let velocity = DVector::zeros(6 + ROBOT.joints.len());
     let mut wanted = DesiredAcceleration::rest(&ROBOT, LEFT);
     wanted.sole_acc.right[0] = vector![30.0, 0.0, 5.0];
-    // The COM over the stance sole would need no moment; let it go as the pendulum does with the ZMP there.
+    // With the COM above the stance sole no moment would be needed; it moves as the pendulum does with the ZMP there.
     let com = solve(&posture, &velocity, &wanted).kinematics.com();
     wanted.com_acc.y = ROBOT.omega().powi(2) * (com.y - 0.0485);
     let solved = solve(&posture, &velocity, &wanted);
@@ -211,7 +212,7 @@ fn a_joint_near_its_limit_is_driven_back() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..Default::default() })]
 
-    /// Whatever is asked, in motion: the predicted obeys the equations of motion and the ground.
+    /// For any task and any motion, the prediction obeys the equations of motion and the limits of the ground.
     #[test]
     fn the_outlook_is_never_a_lie(
         q in prop::collection::vec(-0.3..0.3f64, 20),

@@ -4,7 +4,7 @@ use assert_cmd::Command;
 use serde_json::Value;
 use std::{fs, path::Path};
 
-/// Two headings, forward and backward, of the set that needs no search of gains.
+/// Two headings, forward and backward, for the set without gains.
 const SMALL: [&str; 5] = ["limit", "--gains=hold", "--headings=2", "--set=push.height_m=0.02", "--json"];
 const NOMINAL: &str = "--campaign=nominal";
 
@@ -76,7 +76,7 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
 #[test]
 fn threads_change_nothing_the_seed_does_and_too_few_trials_are_marked() {
     let dir = tempfile::tempdir().unwrap();
-    // Robots, grounds and pushes so different that it shows whose turn it was.
+    // Robots, grounds and pushes differ so much that a wrong order of trials would show.
     let of = |more: &[&str]| {
         let run =
             standfast(dir.path(), &[&SMALL[..], &["--campaign=harsh", "--max-trials=20"], more].concat()).success();
@@ -99,7 +99,7 @@ fn what_is_wrong_is_said_before_anything_runs() {
     fs::write(dir.path().join("r.toml"), format!("{}{}", &settings[..before], &settings[after..])).unwrap();
     fs::write(dir.path().join("file"), "").unwrap();
     for (more, expected) in [
-        ("--robot=r.urdf", "r.toml: reach = (none): the pendulum's bounds need where a foot can land"),
+        ("--robot=r.urdf", "r.toml: reach = (none): the pendulum's bounds depend on where a foot can land"),
         ("--headings=0", "--headings = 0: out of range; accepted: 1 to 360"),
         ("--precision=-1", "--precision = -1: out of range"),
         ("--max-trials=0", "--max-trials = 0"),
@@ -113,7 +113,7 @@ fn what_is_wrong_is_said_before_anything_runs() {
         assert!(message.contains(expected), "{more}: {message}");
         assert!(run.get_output().stdout.is_empty());
     }
-    // Without its reach a robot can do all else.
+    // Without its reach the robot can do everything else.
     standfast(dir.path(), &["push", "--impulse=1", "--robot=r.urdf", "--gains=hold"]).success();
     let model = standfast(dir.path(), &["model", "r.urdf"]).success();
     assert!(text(&model.get_output().stdout).contains("reach    not given"));

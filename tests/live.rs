@@ -1,4 +1,4 @@
-//! A closed loop that somebody meddles with: pulls at a link, switches the gain set.
+//! A closed loop that is changed while it runs: pulls at a link, and switches of the gain set.
 
 mod common;
 
@@ -14,7 +14,7 @@ fn closed_loop(bench: &Bench) -> ClosedLoop<'_> {
     ClosedLoop::new(&bench.robot, &bench.robot, &bench.design, &config(6.0), Disturbance::default())
 }
 
-/// Pulls at the trunk where a push acts, with its force and for as long.
+/// A pull at the trunk where a push acts, with the same force and duration, has the same effect.
 #[test]
 fn a_pull_is_a_push_by_hand() {
     let bench = Bench::new("hold");
@@ -41,7 +41,7 @@ fn a_pull_is_a_push_by_hand() {
     assert!(farthest > 0.01, "the COM moved by {farthest} m");
 }
 
-/// A hand acts where it holds the link: a hand of the robot turns it where the trunk would not.
+/// A pull acts at its link and point: at a hand it turns the robot, and at the trunk it does not.
 #[test]
 fn a_pull_acts_at_its_link_and_point() {
     let bench = Bench::new("hold");
@@ -59,7 +59,7 @@ fn a_pull_acts_at_its_link_and_point() {
     assert!(left < -1e-4 && right > 1e-4, "{left} {right}");
 }
 
-/// Whatever the robot is doing, another gain set takes over, and the robot that was safe is still so.
+/// Another gain set can take over at any phase, and a robot that was safe stays safe.
 #[test]
 fn gain_sets_can_be_switched_at_any_time() {
     let benches = ["hold", "switching", "paper", "catch"].map(Bench::new);
@@ -68,7 +68,7 @@ fn gain_sets_can_be_switched_at_any_time() {
     pairs.into_par_iter().filter(|(from, to)| !std::ptr::eq(*from, *to)).for_each(|(from, to)| {
         for switch_at in [100, 262, 330] {
             let mut live = closed_loop(from);
-            // One that each of them survives.
+            // A push that each of them survives.
             live.pushes.push(push(1.5, 150.0));
             for k in 0..1000 {
                 if k == switch_at {
@@ -84,7 +84,7 @@ fn gain_sets_can_be_switched_at_any_time() {
     });
 }
 
-/// A foot in the air is led to its landing by the rule that lifted it, also when a set takes over that knows no footsteps.
+/// The rule that lifted a foot leads it to its landing, even if a set without footsteps takes over.
 #[test]
 fn a_footstep_is_finished_by_the_rule_that_began_it() {
     let [catch, hold] = ["catch", "hold"].map(Bench::new);
@@ -112,7 +112,7 @@ fn a_footstep_is_finished_by_the_rule_that_began_it() {
     panic!("no foot was lifted, or none landed");
 }
 
-/// With a foot in the air: it lands, and what follows is what the new set does.
+/// The foot in the air lands first, and then the new set acts.
 #[test]
 fn gain_sets_can_be_switched_with_a_foot_in_the_air() {
     let benches = ["hold", "switching", "paper", "catch"].map(Bench::new);
@@ -138,7 +138,7 @@ fn gain_sets_can_be_switched_with_a_foot_in_the_air() {
             match new.as_str() {
                 "hold" => assert_eq!(phase, Phase::Posture, "{name} to {new}"),
                 "switching" => assert!(!matches!(phase, Phase::Swing(_)), "{name} to {new}: {phase:?}"),
-                // To finish another set's footstep is not always enough to stand; catching is.
+                // To finish another set's footstep is not always enough to stand; with catching it is.
                 "catch" => {
                     let tick = live.tick();
                     assert!(!matches!(phase, Phase::Swing(_)), "{name} to {new}: {phase:?}");
@@ -150,7 +150,7 @@ fn gain_sets_can_be_switched_with_a_foot_in_the_air() {
     }
 }
 
-/// What the controller wants is shown where the robot is, though its feet have slipped and it does not know.
+/// What the controller intends is shown where the robot really is, even after its feet have slipped unnoticed.
 #[test]
 fn a_snapshot_is_all_in_one_world() {
     let bench = Bench::new("catch");
@@ -165,13 +165,13 @@ fn a_snapshot_is_all_in_one_world() {
     assert!(drift_m > 0.008, "the estimate is only {drift_m} m off: the test has nothing to see");
     let zmp = last.zmp.unwrap();
     assert!((zmp - last.zmp_ref).norm() < 0.004, "at rest the ZMP is at {zmp}, and wanted at {}", last.zmp_ref);
-    // The COM lies inside of the acting set's slice, as its margin says.
+    // The COM lies inside of the acting set's slice, as its margin tells.
     assert!(last.margin.unwrap() > 0.8);
     let slice = SupportPolygon::hull(&last.slices[last.gain.unwrap()]).unwrap();
     assert!(slice.signed_distance(last.com.xy()) < -0.01, "{slice:?} {}", last.com);
 }
 
-/// A film goes on after the end, and its record does not.
+/// A film goes on after the end of the episode, and its record does not.
 #[test]
 fn a_film_shows_the_fall_and_its_record_ends_with_the_episode() {
     let bench = Bench::new("hold");

@@ -9,10 +9,10 @@ use standfast::episode::{self, Disturbance, EpisodeConfig, Until, support_on_gro
 use standfast::robot::GRAVITY;
 use standfast::sim::{Profile, Push};
 
-/// What the law speaks of, at every tick.
+/// The quantities of the law at every tick.
 struct Course {
     time_s: Vec<f64>,
-    /// m com_vel.
+    /// Momentum, m com_vel.
     momentum: Vec<Vector3<f64>>,
     /// Impulse of contacts, push and gravity since the start.
     received: Vec<Vector3<f64>>,
@@ -31,7 +31,7 @@ impl Course {
         let disturbance = Disturbance { pushes, ..Disturbance::default() };
         let record = episode::run(&bench.robot, &bench.design, &config, disturbance, Until::Horizon, &mut |tick| {
             let truth = tick.truth;
-            // Forces are means over the tick that ends now; none has acted at time 0.
+            // Forces are averages over the past tick, so there are none at time 0.
             if truth.time_s > 0.0 {
                 sum += (truth.contact_force + truth.push_force - Vector3::z() * mass * GRAVITY) * dt;
                 course.pushed += truth.push_force * dt;
@@ -44,13 +44,13 @@ impl Course {
         course
     }
 
-    /// What the law leaves over between rows `a` and `b`.
+    /// Residual of the law between rows `a` and `b`.
     fn residual(&self, a: usize, b: usize) -> f64 {
         let gained = self.momentum[b] - self.momentum[a];
         (gained - (self.received[b] - self.received[a])).amax()
     }
 
-    /// The largest residual over all windows of 0.1 s, with the time at which that window starts.
+    /// The largest residual over all windows of 0.1 s, with the start time of its window.
     fn worst_window(&self) -> (f64, f64) {
         let width = 50;
         (0..self.time_s.len() - width)
@@ -64,7 +64,8 @@ impl Course {
     }
 }
 
-/// Momentum changes by the impulse of all outer forces, on every axis: m dv = integral of (push + contact + m g).
+/// The momentum changes by the impulse of all external forces, on every axis: m dv = integral of (push + contact + m
+/// g).
 #[test]
 fn momentum_changes_by_the_impulse_of_outer_forces() {
     let (switching, hold) = (Bench::new("switching"), Bench::new("hold"));
@@ -89,8 +90,8 @@ fn momentum_changes_by_the_impulse_of_outer_forces() {
     });
 }
 
-/// A body that hits the ground obeys the law too, other links' contacts included: the integrator is of first order, so
-/// what is left over goes down with its step.
+/// A body that hits the ground obeys the law too, with the contacts of all links. The integrator is of first order, so
+/// the residual decreases with its step.
 #[test]
 fn what_a_fall_leaves_over_goes_down_with_the_step() {
     let hold = Bench::new("hold");
@@ -113,7 +114,7 @@ fn pushes_at_the_same_time_add_up() {
     assert!(course.worst_from_start() < 0.05);
 }
 
-/// Ground only presses: the ZMP stays inside the soles, and goes to the side that the robot is pushed to.
+/// The ground can only press, so the ZMP stays inside the soles. It moves to the side to which the robot is pushed.
 #[test]
 fn the_ground_presses_inside_the_soles_on_the_side_pushed_to() {
     let (switching, hold) = (Bench::new("switching"), Bench::new("hold"));

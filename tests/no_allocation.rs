@@ -1,4 +1,4 @@
-//! A control tick does not allocate, whatever the gain set and the phase.
+//! A control tick does not allocate, for any gain set and in any phase.
 
 mod common;
 
@@ -9,7 +9,7 @@ use standfast::sim::{Plant, plant::Clock};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-/// The system's allocator, counting what this thread asks for.
+/// The system's allocator, which counts the requests of this thread.
 struct Counting;
 
 thread_local! {
@@ -29,7 +29,8 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Standing, out of the sets, a footstep chosen, planned, followed and landed, and a fall.
+/// The episodes include standing, leaving the sets, footsteps that are chosen, planned, followed and landed, and a
+/// fall.
 #[test]
 fn a_tick_of_any_set_in_any_phase_does_not_allocate() {
     let clock = Clock { physics_step_s: 0.001, control_period_s: 0.002 };

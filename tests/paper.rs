@@ -1,5 +1,5 @@
-//! `standfast paper`, from outside: what it writes, that it is the same every time, and that its captions say what the
-//! library says when it is asked again.
+//! `standfast paper` from outside: what it writes, that it writes the same every time, and that its captions agree with
+//! the library.
 
 mod common;
 #[path = "paper/measured.rs"]
@@ -36,11 +36,11 @@ const FILES: [&str; 11] = [
 ];
 const FIGURES: [&str; 10] = ["3", "4", "5", "6", "7", "8", "9", "12", "13", "14"];
 
-/// Two runs of the command, the one with `--json`, the other into the folder of an earlier one.
+/// Two runs of the command, one with `--json`, and the other into the folder of an earlier run.
 struct Runs {
     json: Value,
     table: String,
-    /// What each wrote, by name.
+    /// The files that each run wrote, by name.
     written: [BTreeMap<String, Vec<u8>>; 2],
 }
 
@@ -68,12 +68,12 @@ fn page() -> &'static str {
     std::str::from_utf8(&runs().written[0]["index.html"]).unwrap()
 }
 
-/// The page says so.
+/// Asserts that the page contains these words.
 fn tells(words: &str) {
     assert!(page().contains(words), "{words}");
 }
 
-/// The page without what a clock has a say in.
+/// The page without measured times.
 fn without_times(page: &[u8]) -> String {
     let page = std::str::from_utf8(page).unwrap();
     let (before, rest) = page.split_once("<!--timing-->").unwrap();
@@ -137,7 +137,7 @@ fn only_the_times_differ_between_two_runs() {
     }
 }
 
-/// How far the first footstep goes (mm), as a caption says it.
+/// Length of the first footstep (mm), as a caption states it.
 fn in_words(footstep: &Footstep) -> String {
     let [x, y] = [0, 1].map(|axis| 1e3 * (footstep.to_m[axis] - footstep.from_m[axis]));
     let forward = format!("{:.0} mm {}", x.abs(), if x < 0.0 { "backward" } else { "forward" });
@@ -145,7 +145,7 @@ fn in_words(footstep: &Footstep) -> String {
     if y.abs() < 0.5 { forward } else { format!("{forward} and {left}") }
 }
 
-/// Fig. 4, 5, 8, 12, 13: the library is asked again.
+/// Fig. 4, 5, 8, 12, 13: compares with footsteps computed by the library.
 #[test]
 fn captions_tell_the_footsteps_that_the_scenarios_take() {
     let bench = Bench::new("paper");
@@ -170,7 +170,7 @@ fn captions_tell_the_footsteps_that_the_scenarios_take() {
     }
 }
 
-/// Fig. 3 and 6: the sets are searched again, the ways measured again.
+/// Fig. 3 and 6: compares with sets that are searched and strides that are measured again.
 #[test]
 fn captions_tell_the_sets_and_the_ways_of_the_gain_set() {
     let bench = Bench::new("paper");
@@ -179,8 +179,9 @@ fn captions_tell_the_sets_and_the_ways_of_the_gain_set() {
     let sets = CpiSet::search_family(family, &allowed).unwrap();
     let nested = Inclusion::of(&sets).unwrap().failures().is_empty();
     assert!(nested && numbers("3")["nested"] == nested);
-    assert_eq!(numbers("3")["horizon_k"], json!(sets.iter().map(|set| set.horizon).collect::<Vec<_>>()));
-    for set in &sets {
+    assert_eq!(numbers("3")["sets"].as_array().unwrap().len(), sets.len());
+    for (set, told) in sets.iter().zip(numbers("3")["sets"].as_array().unwrap()) {
+        assert_eq!((&told["gain"], &told["k"]), (&json!(set.gain), &json!(set.horizon)));
         tells(&format!("<td>{} ({} ms)</td>", set.horizon, 2 * set.horizon));
         let impulse = bench.robot.mass() * set.largest_com_vel_from_rest(Vector2::x());
         tells(&format!("<td>{}</td>", (100.0 * impulse).round() / 100.0));
@@ -227,7 +228,7 @@ fn the_page_needs_nothing_else_and_fits_a_phone() {
         let background = tab.evaluate("getComputedStyle(document.body).backgroundColor");
         assert_eq!(background, if scheme == "dark" { "rgb(20, 23, 27)" } else { "rgb(255, 255, 255)" });
         let mut problems = tab.problems(&file);
-        // Its own snapshots.
+        // The page may request its own snapshots.
         problems.retain(|problem| !problem.starts_with("request: \"data:image/png;base64,"));
         assert!(problems.is_empty(), "{}", problems.join("\n"));
     }

@@ -1,5 +1,5 @@
-//! The commands that the README, the guide and the help show do what they are shown for, as far as can be told without
-//! running them: files, names, keys and gates are good, not the options alone.
+//! The commands in the README, the guide and the help are valid, as far as this can be checked without running them:
+//! files, names, keys and gates are checked, and not only the options.
 
 mod common;
 
@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// They can be told to check everything and run nothing. Of the others the options are looked at.
+/// Commands that can check everything without running. For the others only the options are checked.
 const CHECKED: [&str; 4] = ["run", "push", "limit", "scenario"];
 const COMMANDS: [&str; 13] = [
     "run", "merge", "compare", "status", "push", "replay", "limit", "scenario", "paper", "cpi", "response", "model",
@@ -19,14 +19,14 @@ fn root() -> PathBuf {
     env!("CARGO_MANIFEST_DIR").into()
 }
 
-/// The README, and the chapters of the guide.
+/// The README and the chapters of the guide.
 fn documents() -> Vec<PathBuf> {
     let chapters = fs::read_dir(root().join("src/guide")).into_iter().flatten().map(|entry| entry.unwrap().path());
     let chapters = chapters.filter(|path| path.extension().is_some_and(|extension| extension == "md"));
     std::iter::once(root().join("README.md")).chain(chapters).collect()
 }
 
-/// Every `standfast ...` of a document: lines of its blocks of commands, and code within text.
+/// Every `standfast ...` in a document: lines in blocks of commands, and code within text.
 fn commands_of(document: &str) -> Vec<String> {
     let (mut found, mut in_block, mut joined) = (Vec::new(), None, String::new());
     for line in document.lines() {
@@ -34,10 +34,15 @@ fn commands_of(document: &str) -> Vec<String> {
             in_block = if in_block.is_some() { None } else { Some(language) };
         } else if matches!(in_block, Some("sh" | "console" | "yaml")) {
             joined += line.trim().trim_start_matches("$ ").trim_start_matches("- ").trim_start_matches("run: ");
-            // A line that goes on in the next one.
+            // The line continues in the next one.
             if let Some(start) = joined.strip_suffix('\\') {
                 joined = start.into();
                 continue;
+            }
+            // From a clone, by way of cargo.
+            if let Some((_, arguments)) = joined.split_once(" -- ").filter(|(start, _)| start.starts_with("cargo run "))
+            {
+                joined = format!("standfast {arguments}");
             }
             let program = Path::new(joined.split(' ').next().unwrap()).file_name();
             found.extend(program.is_some_and(|name| name == "standfast").then(|| joined.clone()));
@@ -50,13 +55,13 @@ fn commands_of(document: &str) -> Vec<String> {
     found
 }
 
-/// What the examples in the help of a command say.
+/// The commands of the examples in the help of a command.
 fn examples_of(command: &str) -> Vec<String> {
     let help = stdout(&standfast(Path::new("."), &[command, "--help"]).success());
     help.lines().filter_map(|line| line.strip_prefix("  standfast ")).map(|rest| format!("standfast {rest}")).collect()
 }
 
-/// A folder with what a reader has who comes to these commands: files of their own.
+/// A folder with the files that a reader of these commands has.
 fn reader() -> TempDir {
     let dir = folder();
     let put = |asset: &str, name: &str, file: &str| {
@@ -67,12 +72,12 @@ fn reader() -> TempDir {
     put("campaigns/smoke.toml", "my", "my.toml");
     put("gains/switching.toml", "mine", "mine.toml");
     put("scenarios/push-behind.toml", "my-scenario", "my-scenario.toml");
-    // A place to fill in.
+    // A placeholder for a name.
     put("scenarios/push-behind.toml", "name", "NAME");
     dir
 }
 
-/// The earlier result that a command compares with, unless it is there.
+/// Creates the earlier result with which a command compares, unless it exists.
 fn put_baseline(words: &[String], folder: &Path) {
     let Some(at) = words.iter().position(|word| word == "--baseline") else { return };
     if !folder.join(&words[at + 1]).exists() {
@@ -81,13 +86,13 @@ fn put_baseline(words: &[String], folder: &Path) {
     }
 }
 
-/// Why a command is not good, if it is not.
+/// Why a command is not valid; None if it is.
 fn wrong(command: &str, folder: &Path) -> Option<String> {
-    // As a shell reads it; a comment ends it, and so does what stands apart in a help.
+    // Read as a shell does. The command ends at a comment or, in a help text, at two spaces.
     let end = [command.find(" #"), command.find("  ")].into_iter().flatten().min().unwrap_or(command.len());
     let words = shlex::split(&command[..end]).unwrap_or_else(|| panic!("{command}"));
     let checked = words.get(1).is_some_and(|name| CHECKED.contains(&name.as_str()));
-    // Arguments are read before help is given: one that is unknown, or a value that is none, is an error.
+    // Arguments are parsed before help is printed, so an unknown one or an invalid value is an error.
     let only = if checked { "--check" } else { "--help" };
     let given = words[1..].iter().map(String::as_str).filter(|word| *word != only);
     put_baseline(&words, folder);
@@ -106,7 +111,7 @@ fn every_command_that_is_shown_is_good() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// The test above can fail: by what is inside a command, not by its options alone.
+/// The test above can fail because of names inside of a command, and not only because of its options.
 #[test]
 fn a_command_that_is_wrong_inside_is_not_good() {
     let dir = folder();
@@ -126,20 +131,85 @@ fn a_command_that_is_wrong_inside_is_not_good() {
     ] {
         let told = wrong(command, dir.path()).unwrap_or_else(|| panic!("{command} is taken for good"));
         assert!(told.contains(words), "{told}");
-        // The same as without the check.
+        // Without the check it fails in the same way.
         let args = shlex::split(command).unwrap();
         let run = standfast(dir.path(), &args[1..].iter().map(String::as_str).collect::<Vec<_>>()).code(2);
         assert_eq!(told, format!("{command}: {}", stderr(&run)));
     }
 }
 
-/// Pictures and files that it links are there.
+/// Where a document leads: what its links name themselves, and what its list of targets at the end names.
+fn targets_of(document: &str) -> impl Iterator<Item = &str> {
+    let inline = document.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+    inline.chain(document.lines().filter_map(target_at_the_end).map(|(_, target)| target))
+}
+
+/// `[name]: target`
+fn target_at_the_end(line: &str) -> Option<(&str, &str)> {
+    line.strip_prefix('[')?.split_once("]: ")
+}
+
+/// The names by which headings are linked.
+fn anchors_of(document: &str) -> Vec<String> {
+    let mut in_block = false;
+    let headings = document.lines().filter(|line| {
+        in_block ^= line.starts_with("```");
+        !in_block && line.starts_with('#')
+    });
+    let kept = |letter: &char| letter.is_alphanumeric() || [' ', '-', '_'].contains(letter);
+    let name = |heading: &str| heading.trim_start_matches('#').trim().to_lowercase();
+    headings.map(|heading| name(heading).chars().filter(kept).collect::<String>().replace(' ', "-")).collect()
+}
+
+/// Why a link of a document leads nowhere, if it does.
+fn leads_nowhere(target: &str, path: &Path) -> Option<String> {
+    let (file, anchor) = target.split_once('#').unwrap_or((target, ""));
+    let other = if file.is_empty() { path.to_path_buf() } else { path.parent().unwrap().join(file) };
+    let problem = if !other.is_file() {
+        "is not there"
+    } else if !anchor.is_empty() && !anchors_of(&fs::read_to_string(other).unwrap()).iter().any(|name| name == anchor) {
+        "is no heading"
+    } else {
+        return None;
+    };
+    Some(format!("{}: {target} {problem}", path.display()))
+}
+
+/// Pictures, files and headings that they link are there, seen from where each document lies.
 #[test]
-fn every_link_of_the_readme_leads_somewhere() {
-    let links = include_str!("../README.md").split("](").skip(1).filter_map(|rest| rest.split(')').next());
-    let files: Vec<&str> = links.filter(|link| !link.starts_with("https://") && !link.starts_with('#')).collect();
-    assert!(files.len() > 8, "only {files:?}");
-    for file in files {
+fn every_link_of_readme_and_guide_leads_somewhere() {
+    let (mut count, mut wrong) = (0, Vec::new());
+    for path in documents() {
+        let document = fs::read_to_string(&path).unwrap();
+        let targets = targets_of(&document).filter(|target| !target.starts_with("https://"));
+        let problems = targets.inspect(|_| count += 1).filter_map(|target| leads_nowhere(target, &path));
+        wrong.extend(problems);
+    }
+    assert!(count > 40, "only {count} links");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A chapter that rustdoc does not show, a link without a target, and a target that rustdoc does not know would pass unseen.
+#[test]
+fn rustdoc_shows_every_chapter_with_its_links() {
+    let shown = include_str!("../src/guide/mod.rs");
+    let list = shown.split_once("chapters! {").unwrap().1.split_once('}').unwrap().0;
+    let chapters: Vec<PathBuf> = documents().into_iter().filter(|path| !path.ends_with("README.md")).collect();
+    assert_eq!(chapters.len(), list.split_whitespace().count(), "{list}");
+    for path in chapters {
+        let name = path.file_stem().unwrap().to_str().unwrap();
+        assert!(list.split_whitespace().any(|word| word == name), "{name} is not among {list}");
+        let document = fs::read_to_string(&path).unwrap();
+        let named: Vec<&str> = document.lines().filter_map(target_at_the_end).map(|(name, _)| name).collect();
+        for link in document.split("][").skip(1).filter_map(|rest| rest.split(']').next()) {
+            assert!(named.contains(&link), "{name}: [{link}] has no target at its end");
+        }
+        for link in named {
+            assert!(shown.contains(&format!("\"[{link}]: ")), "{name}: src/guide/mod.rs has no [{link}]");
+        }
+    }
+    for file in shown.lines().filter_map(|line| line.split_once("]: ../")?.1.strip_suffix("\"]")) {
+        let file = file.trim_start_matches("../");
         assert!(root().join(file).is_file(), "{file} is not there");
     }
 }

@@ -1,11 +1,11 @@
-//! Trials of a campaign, again and one by one: what `push` tells of them is what the campaign has, to the bit.
+//! Trials of a campaign, run again one by one: what `push` reports agrees with the campaign, to the bit.
 
 mod common;
 
 use common::program::{FEW, TWO_PARTS, files, folder, short, standfast, stderr, stdout};
 use std::{collections::BTreeMap, fs, path::Path};
 
-/// The columns of a trial that `push` reports too, as JSON values: outcome and all times and peaks.
+/// The columns of a trial that `push` reports too, as JSON values: outcome, times and peaks.
 const REPLAYED: [&str; 14] = [
     "outcome",
     "end_s",
@@ -23,7 +23,7 @@ const REPLAYED: [&str; 14] = [
     "cpi_margin_after_push_est",
 ];
 
-/// A part of a campaign, one object per row; numbers are read as the numbers that they are, to the bit.
+/// A part of a campaign as one object per row, with numbers to the bit.
 fn rows(part: &Path) -> Vec<BTreeMap<String, serde_json::Value>> {
     let mut reader = csv::Reader::from_path(part).unwrap();
     let names = reader.headers().unwrap().clone();
@@ -60,7 +60,7 @@ fn a_trial_is_replayed_to_the_bit() {
         assert!(more[0] == "harsh" || rows.iter().any(|row| row["outcome"] == "Recovered"));
         for row in rows {
             let (trial, set) = (row["trial"].as_f64().unwrap().to_string(), row["set"].as_str().unwrap());
-            // The name is enough for a set that is a file: the result has a copy.
+            // For a set from a file its name is enough, since the result has a copy.
             let campaign = format!("{out}/campaign.toml");
             let args = ["push", "--json", "--campaign", &campaign, "--trial", &trial, "--gains", set];
             let replay: serde_json::Value =
@@ -73,7 +73,7 @@ fn a_trial_is_replayed_to_the_bit() {
             assert_eq!(row["second_impulse_n_s"], replay["second_push"]["impulse_n_s"]);
             assert_eq!(row["second_impulse_n_s"].is_null(), more[0] == "standard");
         }
-        // The ground of these trials is sloped, and tilts first; and a second push follows from the first.
+        // The ground of these trials is inclined and tilts first, and a second push follows the first.
         let early = ["push", "--campaign", more[0], "--trial=0", "--start=0.5"];
         let message = stderr(&standfast(dir.path(), &early).code(2));
         let words = match more[0] {
@@ -117,7 +117,7 @@ fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
     let sets: Vec<&str> = rows.iter().map(|row| row["set"].as_str().unwrap()).collect();
     assert_eq!(sets, ["hold", "mine zmp_margin_m=0.001", "mine zmp_margin_m=0.02", "fixed x=[0.8,1,5]"]);
     assert_ne!(rows[1]["cpi_margin_after_push"], rows[2]["cpi_margin_after_push"], "a variant is another set");
-    // By the name in the results, and as a list has it, where the file goes by the name of its set.
+    // By the name in the results, and as in the list, where the file is called by the name of its set.
     let asked = [sets[1], sets[2], sets[3], "mine:zmp_margin_m=0.02", "fixed:gains.0.x=[0.8,1,5]"];
     for (set, row) in asked.into_iter().zip([1, 2, 3, 2, 3].map(|i| &rows[i])) {
         let args = ["push", "--json", "--campaign=out/campaign.toml", "--trial=25", "--gains", set];
@@ -139,7 +139,7 @@ fn a_sweep_alone_replaces_the_gain_sets_and_many_sets_stay_within_80_columns() {
     let (tables, _) = tables.split_once("to replay a trial").unwrap();
     assert!(tables.lines().all(|line| line.chars().count() <= 80), "{tables}");
     assert!(!tables.contains("hold   "), "{tables}");
-    // Whole in most tables, not cut into pieces.
+    // Most tables show the name as a whole, not cut into pieces.
     assert!(tables.matches("zmp_margin_m=0.012").count() >= 4, "{tables}");
     let summary: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(dir.path().join("out/summary.json")).unwrap()).unwrap();
@@ -161,7 +161,7 @@ fn without_a_terminal_the_table_fits_80_columns() {
     assert!(text.contains("varied: mass_scale 1.1\n"), "{text}");
 }
 
-/// Pages of telling trials are there, linked, and go when the trials become other ones.
+/// Pages of telling trials exist, are linked, and are removed when the trials change.
 #[test]
 fn a_result_has_replays_of_telling_trials() {
     let dir = folder();
@@ -180,7 +180,7 @@ fn a_result_has_replays_of_telling_trials() {
     for set in summary["sets"].as_array().unwrap() {
         let (name, telling) = (set["name"].as_str().unwrap(), set["telling"].as_array().unwrap());
         assert!(telling.len() > 3, "{telling:?}");
-        // The easiest that was lost may be the one nearest to the limit, too.
+        // The easiest lost trial may also be the one nearest to the limit.
         let survived = telling.iter().position(|trial| trial["survived"] == true).unwrap();
         assert!([1, 2].contains(&survived), "{telling:?}");
         for trial in &telling[..3] {
@@ -191,7 +191,7 @@ fn a_result_has_replays_of_telling_trials() {
     }
     assert_eq!(pages.len(), 6, "{pages:?}");
 
-    // The same page by hand; of a trial that a set lost, that set's.
+    // The same page by hand, with the set that lost the trial.
     let lost = summary["sets"][0]["telling"][0]["trial"].to_string();
     let page =
         |trial: &str, set: &str| fs::read_to_string(out.join(format!("replays/trial-{trial}-{set}.html"))).unwrap();
@@ -205,7 +205,7 @@ fn a_result_has_replays_of_telling_trials() {
     assert!(poses(&by_hand).is_some_and(|poses| poses.len() > 10_000), "a page without poses");
     assert_eq!(poses(&by_hand), poses(&before));
 
-    // It is as it was, also if it is watched for longer.
+    // The trial is the same if it is watched for longer.
     let longer = ["replay", "out", "--trial", &lost, "--gains=hold", "-o=page.html", "--trace=trace.csv"];
     let said = stderr(&standfast(dir.path(), &longer).success());
     assert!(said.contains("written: page.html") && !said.contains("not as it was"), "{said}");
@@ -217,14 +217,14 @@ fn a_result_has_replays_of_telling_trials() {
     let message = stderr(&standfast(dir.path(), &unfit).code(2));
     assert!(message.contains("it is in the folder of --frames"), "{message}");
 
-    // Another build, or other inputs: it is not the trial that it was, and that is said.
+    // With another build or other inputs the trial is another one, and the program tells so.
     let gains = out.join("campaign.toml");
     fs::write(&gains, fs::read_to_string(&gains).unwrap().replace("horizon_s = 0.4", "horizon_s = 0.3")).unwrap();
     let warned = stderr(&standfast(dir.path(), &["replay", "out", "--trial", &lost, "--gains=hold"]).success());
     assert!(warned.contains(&format!("trial {lost} of hold is not as it was: ")), "{warned}");
     assert!(page(&lost, "hold").contains("is not as it was"), "the page does not say so");
 
-    // Trials are computed again: what was telling may not be.
+    // The trials are computed again, so other ones may be telling.
     fs::remove_file(out.join("parts/part-000001.json")).unwrap();
     standfast(dir.path(), &asked("--replays=0")).success();
     assert!(!out.join("replays").join(&pages[0]).exists(), "a page of another result");

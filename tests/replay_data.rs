@@ -1,4 +1,4 @@
-//! The page of a film, as far as its numbers go: they are those of the film, and few.
+//! The data in the page of a film: they agree with the film, and they are small.
 
 mod common;
 
@@ -14,7 +14,7 @@ use standfast::render::replay::page;
 use standfast::robot::{Foot, Kinematics, Shape};
 use standfast::sim::{Ground, Push, Variation};
 
-/// Positions in a page are as near as this to those of the film (m).
+/// Largest error of positions in a page (m).
 const NEAR_M: f64 = 1e-4;
 
 #[test]
@@ -79,7 +79,7 @@ fn what_the_page_shows_is_what_the_film_holds() {
     assert_eq!(marked("footstep"), film.record.footsteps.iter().map(|step| step.lift_s).collect::<Vec<_>>());
     assert!(!marked("footstep").is_empty() && !marked("switch").is_empty(), "{marks}");
     assert_eq!(tab.evaluate("document.querySelectorAll('#marks i').length"), marks.as_array().unwrap().len());
-    // One moment as it is told.
+    // One moment in the words of the page.
     let swinging = film.snapshots.iter().find(|s| s.footstep.is_some()).unwrap();
     look_at(&mut tab, swinging.time_s);
     assert_eq!(text(&mut tab, "phase"), "right foot in the air");
@@ -119,7 +119,7 @@ fn the_ground_is_that_of_the_trial() {
     assert_no_problems(&mut tab, &file);
 }
 
-/// The largest difference of each kind (m).
+/// The largest error of each kind (m).
 #[derive(Default)]
 struct Worst(std::collections::BTreeMap<&'static str, f64>);
 
@@ -159,7 +159,7 @@ fn a_page_of_four_seconds_is_small_and_always_the_same() {
     eprintln!("{} bytes", html.len());
     assert!(html.len() < 600_000, "{} bytes", html.len());
     assert!(html == page(&film, &head()).unwrap());
-    // A longer film is thinned out.
+    // A longer film has fewer moments per second.
     let mut long = film.clone();
     for _ in 0..3 {
         long.snapshots.extend(film.snapshots.iter().cloned());
@@ -168,7 +168,7 @@ fn a_page_of_four_seconds_is_small_and_always_the_same() {
     assert!(html.len() < 1_000_000, "{} bytes", html.len());
 }
 
-/// No two moments alike, as with noise: sets of many gains change at every tick.
+/// With noise no two moments are alike, and the sets of many gains change at every tick.
 #[test]
 fn a_noisy_page_of_many_gains_is_small_too() {
     let whole = EpisodeConfig { end_early: false, ..config(4.0) };
@@ -180,7 +180,7 @@ fn a_noisy_page_of_many_gains_is_small_too() {
             Point2::new(angle.cos(), angle.sin()) * (0.1 + 0.005 * gain as f64 + noise)
         };
         snapshot.slices = (0..16).map(|gain| (0..10).map(|i| corner(gain, i)).collect()).collect();
-        // A foot that is lifted ends it at once.
+        // Lifting a foot ends it at once.
         if (1000..1051).contains(&k) {
             snapshot.slices.clear();
         }
@@ -207,7 +207,7 @@ fn a_push_of_one_tick_is_seen_in_a_long_film() {
     let stride = film.snapshots.len().div_ceil(2500);
     let html = page(&film, &head()).unwrap();
     assert!(stride >= 3 && html.contains(&format!("shown in moments of {} ms", 2 * stride)), "{stride}");
-    // Wherever in a moment it is.
+    // It may lie anywhere in a moment.
     let (force, point) = (Vector3::new(0.0, -90.0, 0.0), Point3::new(0.1, 0.2, 0.3));
     for tick in 3 * stride + 1..=4 * stride {
         film.snapshots[tick].push = Some(Arrow { point, force });
@@ -235,7 +235,7 @@ fn what_did_not_come_is_not_marked() {
     assert_eq!((of_kind("push"), of_kind("fall")), (1, 1), "{marks}");
 }
 
-/// One number that runs away must not cost those before it their digits.
+/// One number that diverges must not cost the earlier ones their digits.
 #[test]
 fn a_page_ends_where_the_film_diverges() {
     let mut film = stepping().clone();
@@ -254,7 +254,7 @@ fn a_page_ends_where_the_film_diverges() {
     assert!((count - 40..count - 30).contains(&shown), "{shown} of {count} moments");
     for name in ["base", "turn", "com", "dcm", "zmp", "zmp_ref", "q"] {
         for column in page[name].as_array().unwrap() {
-            // No step where it does not change.
+            // A column that does not change has no step.
             let error = column["step"].as_f64().map_or(0.0, |step| step / 2.0);
             assert!(error < NEAR_M, "{name}: {error}");
         }
@@ -265,7 +265,7 @@ fn a_page_ends_where_the_film_diverges() {
     assert!(html.contains(&ends), "{ends}");
 }
 
-/// What a page holds, as its script reads it.
+/// The data of a page, as its script reads them.
 fn packed(film: &Film) -> Value {
     let html = page(film, &head()).unwrap();
     let (_, from) = html.split_once("id=\"film\">").unwrap();
@@ -277,7 +277,7 @@ fn whole_numbers(data: &Value) -> Vec<u16> {
     bytes.chunks(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect()
 }
 
-/// Of a column at a moment.
+/// Value of a column at a moment.
 fn value(column: &Value, moment: usize) -> Option<f64> {
     let least = column["least"].as_f64();
     if column["data"].is_null() {

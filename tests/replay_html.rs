@@ -1,4 +1,4 @@
-//! The page of a film as a reader meets it: in a browser, from a file, with nothing else to load.
+//! The page of a film as a reader meets it: in a browser, from a file, without network.
 
 mod common;
 
@@ -56,7 +56,7 @@ fn the_robot_shows_on_every_screen_and_the_page_asks_for_nothing() {
         assert!(plot["colors"].as_u64().unwrap() > 30, "an empty plot: {plot}");
         assert_no_problems(&mut tab, &file);
     }
-    // Whoever does not see the page hears names.
+    // A screen reader finds names.
     let mut tab = browser.tab(1200, 900, "light");
     tab.open(&file);
     let nameless = "[...document.querySelectorAll('button, input, select, canvas:not([aria-hidden]), output')]
@@ -94,7 +94,8 @@ fn time_is_scrubbed_and_linked_and_runs() {
     }
     press(&mut tab, ".");
     assert_eq!(tab.evaluate("location.hash"), "#t=0.002");
-    // The time line is 8 px longer on each side than the time: half the knob. Of a plot, the frame.
+    // The time line is 8 px longer than the time on each side, half the width of the knob. A plot is as wide as its
+    // frame.
     click_in(&mut tab, "time", 0.5, 0.5);
     at(&mut tab, last_s / 2.0, 0.01, "time line");
     click_in(&mut tab, "plot-y", 0.99, 0.5);
@@ -154,11 +155,11 @@ fn a_link_is_to_the_moment_that_is_shown() {
         ));
         assert!((time_s(&mut tab) - expected_s).abs() < 1e-9, "{hash}: {}", time_s(&mut tab));
     }
-    // The first picture may be of a moment before the start was asked for.
+    // The first picture may show a moment before the requested start.
     let next = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))";
     tab.evaluate(&format!("replay.seek(0.6), replay.play(), replay.state.last += 300, {next}"));
     assert!(time_s(&mut tab) >= 0.6, "it began by going back, to {} s", time_s(&mut tab));
-    // While it plays, also where a browser does not let the address be changed.
+    // While it plays, and also where a browser does not allow the address to be changed.
     let pressed = "(() => {
         document.querySelector('[data-do=link]').click();
         return [replay.state.playing, replay.state.time, document.getElementById('toast').textContent];
@@ -179,7 +180,8 @@ fn a_link_is_to_the_moment_that_is_shown() {
     assert_no_problems(&mut tab, &file);
 }
 
-/// A key that is held plays or hides once, and goes on through time; after a click the keys are still those of time.
+/// A held key starts playing or hides only once, but steps through time repeatedly. After a click the keys still
+/// control time.
 #[test]
 fn a_held_key_acts_once_and_a_click_takes_no_key_away() {
     let Some(mut browser) = Browser::start() else { return };
@@ -294,7 +296,7 @@ fn overlays_and_views_change_the_picture_and_come_back() {
         }
         seen.push(look(&mut tab, "view")["hash"].clone());
     }
-    // Arrow keys are those of time, even after a click into the view; with the focus there they orbit.
+    // The arrow keys control time, even after a click into the view. With the keyboard focus there, they orbit.
     press(&mut tab, "1");
     let shown_s = time_s(&mut tab);
     press(&mut tab, "ArrowLeft");

@@ -1,4 +1,4 @@
-//! The pages of real results as a reader meets them: in a browser, from a file, with nothing else to load.
+//! The pages of real results as a reader meets them: in a browser, from a file, without network.
 
 mod common;
 
@@ -7,11 +7,11 @@ use common::program::{folder, short, standfast, stdout};
 use serde_json::{Value, json};
 use std::{fs, path::Path, path::PathBuf};
 
-/// Enough for pushes that are survived and pushes that are not.
+/// Enough trials for both recoveries and falls.
 const TRIALS: &str = "--trials=16";
 const AROUND: &str = "--set=push.heading_deg={uniform=[-180, 180]}";
 
-/// Runs a small campaign of these gain sets and further arguments into a folder; the page.
+/// Runs a small campaign of these gain sets, with further arguments, into a folder. Returns its page.
 fn campaign(folder: &Path, out: &str, gains: &[&str], more: &[&str], code: i32) -> PathBuf {
     let gains: Vec<String> = gains.iter().map(|set| format!("--gains={set}")).collect();
     let out_option = format!("--out={out}");
@@ -22,7 +22,7 @@ fn campaign(folder: &Path, out: &str, gains: &[&str], more: &[&str], code: i32) 
     folder.join(out).join("report.html")
 }
 
-/// Of two sets, with gates of each kind of answer.
+/// The page of two sets, with gates that have each kind of answer.
 fn gated(folder: &Path) -> PathBuf {
     let gates = [
         "--gate=hold >= 0",
@@ -34,17 +34,17 @@ fn gated(folder: &Path) -> PathBuf {
     campaign(folder, "gated", &["hold", "switching"], &[&[TRIALS], &gates[..]].concat(), 100)
 }
 
-/// Of three sets: three pairs.
+/// The page of three sets, which are three pairs.
 fn three(folder: &Path) -> PathBuf {
     campaign(folder, "three", &["hold", "switching", "fixed"], &[TRIALS], 0)
 }
 
-/// Of a campaign that ends when decided.
+/// The page of a campaign that ends when decided.
 fn sequential(folder: &Path) -> PathBuf {
     campaign(folder, "sequential", &["hold", "fixed"], &["--until-resolved", "--max-trials=50"], 0)
 }
 
-/// Of two results.
+/// The page of a comparison of two results.
 fn compared(folder: &Path) -> PathBuf {
     campaign(folder, "a", &["hold", "switching"], &[TRIALS], 0);
     campaign(folder, "b", &["fixed"], &[TRIALS], 0);
@@ -52,7 +52,7 @@ fn compared(folder: &Path) -> PathBuf {
     folder.join("compared/report.html")
 }
 
-/// Of the screenshot: neither blank nor of one colour, whatever the size and the scheme.
+/// Asserts that the screenshot is neither blank nor of one colour, for any size and scheme.
 fn assert_shows_something(browser: &mut Browser, png: &str, what: &str) {
     let (colors, most) = browser.tab(100, 100, "light").colors(png);
     eprintln!("{what}: {colors} colours, the most frequent on {:.1} % of the page", 100.0 * most);
@@ -64,18 +64,18 @@ fn assert_no_problems(page: &mut Page, file: &Path) {
     assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
 
-/// Texts of all elements that a selector finds, in one line each.
+/// The texts of all elements for a selector, each on one line.
 fn texts(page: &mut Page, selector: &str) -> Vec<String> {
     let script = format!("[...document.querySelectorAll('{selector}')].map((e) => e.innerText.replace(/\\s+/g, ' '))");
     serde_json::from_value(page.evaluate(&script)).unwrap()
 }
 
-/// How many elements a selector finds.
+/// The number of elements for a selector.
 fn count(page: &mut Page, selector: &str) -> u64 {
     page.evaluate(&format!("document.querySelectorAll('{selector}').length")).as_u64().unwrap()
 }
 
-/// Links that lead nowhere in the page, and those to other files.
+/// Links without a target in the page, and links to other files.
 const DEAD_LINKS: &str = "[...document.querySelectorAll('a')].map((a) => a.getAttribute('href'))
     .filter((link) => link.startsWith('#') && !document.getElementById(link.slice(1)))";
 const FILES: &str = "[...document.querySelectorAll('a')].map((a) => a.getAttribute('href'))
@@ -136,7 +136,7 @@ fn gates_are_told_in_their_unit_and_lead_to_a_lost_trial() {
         let gate = gate.replace('\u{a0}', " ");
         parts.iter().for_each(|part| assert!(gate.contains(part), "{part:?} is not in {gate:?}"));
     }
-    // The link leads to the row that tells why; its number leads to the maps, and stays marked there.
+    // The link leads to the row with the reason. Its number leads to the maps and stays marked there.
     tab.evaluate("document.querySelector('.gates li:nth-child(2) a').click()");
     let row = texts(&mut tab, ".telling tr:target");
     assert!(row.len() == 1 && row[0].starts_with("hold "), "{row:?}");
@@ -146,7 +146,7 @@ fn gates_are_told_in_their_unit_and_lead_to_a_lost_trial() {
     assert_eq!((count(&mut tab, ".here"), count(&mut tab, ".map")), (3, 3));
     tab.evaluate("document.body.click()");
     assert_eq!(count(&mut tab, ".here"), 0);
-    // The command brings the same fall.
+    // The command reproduces the same fall.
     let command = texts(&mut tab, ".gates .command").remove(0);
     let words: Vec<&str> = command.strip_prefix("standfast push ").unwrap().split(' ').collect();
     let push = standfast(file.parent().unwrap(), &[&["push", "--json"], &words[..]].concat()).success();
@@ -163,7 +163,7 @@ fn a_click_on_a_trial_copies_the_command_that_replays_it_and_a_pair_can_be_chose
     let mut tab = browser.tab(1200, 900, "light");
     tab.open(&file);
 
-    // The third trial on the map of the second set, placed by the page's own promise: up is forward, left is left.
+    // The third trial on the map of the second set, at the place that the page promises: up is forward, left is left.
     let at = tab.evaluate(
         "(async () => {
             const map = document.querySelectorAll('.map')[1];
@@ -184,10 +184,10 @@ fn a_click_on_a_trial_copies_the_command_that_replays_it_and_a_pair_can_be_chose
     assert!(toast.ends_with(command), "{toast:?} is not {command:?}");
     let tip = texts(&mut tab, "#tip:not([hidden])");
     assert!(tip.len() == 1 && tip[0].starts_with("trial 2: "), "{tip:?}");
-    // Three sets, three pairs.
+    // Three sets are three pairs.
     assert_eq!((count(&mut tab, ".here"), count(&mut tab, ".map")), (6, 6));
 
-    // A trial that tells two sets apart, where it is not told of elsewhere.
+    // A trial that distinguishes two sets and is not mentioned elsewhere.
     let apart = tab.evaluate(
         "(() => {
             const code = document.querySelector('.apart .command');

@@ -1,5 +1,5 @@
-//! The equations of motion of UT-mu2: against the sum over its links, against rates of change along a motion, against
-//! the laws of Newton, Euler and Lagrange, and against the simulation.
+//! The equations of motion of UT-mu2 are compared with sums over its links, with rates of change along a motion, with
+//! the laws of Newton, Euler and Lagrange, and with the simulation.
 
 mod common;
 
@@ -14,8 +14,8 @@ use std::sync::LazyLock;
 
 static ROBOT: LazyLock<Robot> = LazyLock::new(|| Robot::load("ut-mu2").unwrap());
 
-/// Everything at a time of a motion in which nothing stands still: `x = amplitude sin(rate t + phase)` for each joint and
-/// for the base's place, and two such turns of the base, one about an axis that the other carries.
+/// The quantities at one time of a motion in which everything moves: `x = amplitude sin(rate t + phase)` for each joint
+/// and for the base's position, and two such rotations of the base, one about an axis that the other one turns.
 struct At {
     posture: Posture,
     velocity: DVector<f64>,
@@ -56,7 +56,7 @@ fn at(time: f64) -> At {
 }
 
 impl At {
-    /// Linear (N s), and angular about the COM (N m s), by the rows of the mass matrix.
+    /// Linear momentum (N s), and angular momentum about the COM (N m s), by the rows of the mass matrix.
     fn momentum(&self) -> [Vector3<f64>; 2] {
         let row = |i: usize| self.dynamics.mass_matrix().column(i).dot(&self.velocity);
         let (linear, about_base) = (Vector3::from_fn(|i, _| row(i)), Vector3::from_fn(|i, _| row(3 + i)));
@@ -73,7 +73,7 @@ fn of(posture: &Posture, velocity: &DVector<f64>) -> (Kinematics, Dynamics) {
     (kinematics, dynamics)
 }
 
-/// Velocity of a point fixed to a link, and angular velocity of the link.
+/// Velocity of a point of a link, and angular velocity of the link.
 fn point_velocity(at: &At, link: usize, point: &Point3<f64>) -> [Vector3<f64>; 2] {
     let mut jacobian = Matrix6xX::zeros(at.velocity.len());
     at.kinematics.point_jacobian(&ROBOT, link, point, &mut jacobian);
@@ -98,7 +98,7 @@ fn rate<const N: usize>(time: f64, value: impl Fn(&At) -> [f64; N]) -> [f64; N] 
 
 const TIMES: [f64; 4] = [0.0, 0.4, 1.3, 2.9];
 
-/// The rotors, which are no links, have an energy of their own.
+/// The rotors are no links, and have their own kinetic energy.
 #[test]
 fn the_mass_matrix_gives_the_kinetic_energy_of_the_links() {
     for time in TIMES {
@@ -125,7 +125,7 @@ fn the_mass_matrix_is_symmetric_positive_definite_and_begins_with_the_mass() {
         let mass = ROBOT.mass();
         assert!((matrix.fixed_view::<3, 3>(0, 0) - nalgebra::Matrix3::identity() * mass).amax() < 1e-14);
         assert!(matrix.clone().cholesky().is_some(), "{time} s");
-        // A row for the momentum along each axis: m times the COM Jacobian.
+        // The first rows belong to the momentum along each axis, m times the COM Jacobian.
         let mut jacobian = nalgebra::Matrix3xX::zeros(at.velocity.len());
         at.kinematics.com_jacobian(&ROBOT, &mut jacobian);
         assert!((matrix.rows(0, 3) - jacobian * mass).amax() < 1e-13);
@@ -150,7 +150,7 @@ fn at_rest_the_bias_is_the_load_of_gravity() {
     }
 }
 
-/// Newton and Euler: force and moment on the base are what the momenta change by, less gravity.
+/// Newton and Euler: force and moment on the base equal the rates of change of the momenta, less gravity.
 #[test]
 fn momentum_changes_by_the_wrench_on_the_base() {
     let momentum = |at: &At| {
@@ -183,7 +183,7 @@ fn momentum_changes_by_the_wrench_on_the_base() {
     }
 }
 
-/// Lagrange: `d/dt (dT/d dq) - d(T - V)/dq` of every joint.
+/// Lagrange: `d/dt (dT/d dq) - d(T - V)/dq` for every joint.
 #[test]
 fn joint_torques_obey_lagrange() {
     for time in TIMES {
@@ -246,8 +246,8 @@ fn bias_accelerations_are_what_the_jacobians_leave_over() {
     }
 }
 
-/// The simulated robot, pushed, moves as these equations say: with the accelerations, torques and sole forces that
-/// Rapier made, they close to within its integrator's error, which goes down with its step.
+/// A pushed robot in the simulation moves as these equations tell. With the accelerations, torques and sole forces from
+/// Rapier, the residual is within its integrator's error, which decreases with its step.
 #[test]
 fn the_simulation_obeys_them() {
     let hold = GainSet::load("hold").unwrap();
@@ -264,7 +264,7 @@ fn the_simulation_obeys_them() {
         let disturbance = Disturbance { pushes: vec![push(3.5, 0.0)], sensor_errors: None, ..Disturbance::default() };
         episode::run(&ROBOT, &design, &config, disturbance, Until::Horizon, &mut |tick| {
             let truth = tick.truth;
-            // The push acts on the trunk, off its origin: wait until it is over.
+            // The push acts on the trunk beside its origin, so the comparison waits until the push is over.
             if let Some((posture, velocity)) = &before
                 && truth.push_force == Vector3::zeros()
                 && truth.time_s > 0.5

@@ -1,9 +1,9 @@
-//! The robot's files: the published figures are in them, and bad files are refused with a clear error.
+//! The robot's files contain the published figures, and invalid files are refused with a clear error.
 
 use standfast::assets::{self, Kind, Source};
 use standfast::robot::{Foot, Kinematics, Robot, Shape};
 
-/// Joint, limits [deg], mass of the link it carries [kg], as published; the right side has the same.
+/// Joint, limits (degrees), and mass of the link that it carries (kg), as published. The right side has the same.
 const PUBLISHED: [(&str, [f64; 2], f64); 10] = [
     ("shoulder_flexion", [-60.0, 180.0], 0.147856),
     ("shoulder_abduction", [-30.0, 90.0], 0.146784),
@@ -34,7 +34,7 @@ fn published_figures_of_ut_mu2() {
             assert_eq!(robot.links[first + i + 1].mass_kg, *mass, "{}", joint.name);
         }
     }
-    // Body with the assumed battery and boards at its COM: the mass grows, the COM stays.
+    // The body has the assumed battery and boards at its COM: its mass grows, and its COM stays.
     let body = &robot.links[0];
     assert!((body.mass_kg - (2.983032 + 1.288)).abs() < 1e-12);
     assert!((body.com_m - nalgebra::point![-0.069189, 0.000422, 0.008568]).norm() < 1e-12);
@@ -56,7 +56,7 @@ fn soles_are_as_published() {
     }
 }
 
-/// A fall is told by any link but the soles at the ground; none may be there while the robot stands.
+/// Any link on the ground other than the soles counts as a fall, so none may be there while the robot stands.
 #[test]
 fn only_soles_are_near_the_ground_at_home() {
     let robot = Robot::load("ut-mu2").unwrap();
@@ -76,42 +76,46 @@ fn only_soles_are_near_the_ground_at_home() {
 
 /// What to replace in the URDF (everywhere), by what, and what the error must say.
 const BAD_URDF: [(&str, &str, &str); 26] = [
-    ("</robot>", "", "broken XML"),
-    ("</visual>", "</visua>", "broken XML"),
-    ("<robot name=\"ut-mu2\">", "<robot name=\"ut-mu2\" <", "builtin:ut-mu2: broken XML"),
-    ("type=\"revolute\"", "type=\"hinge\"", "type = hinge: joint type not supported; accepted: revolute, fixed"),
-    ("type=\"revolute\"", "type=\"prismatic\"", "type = prismatic: joint type not supported"),
-    ("type=\"revolute\"", "type=\"continuous\"", "type = continuous: joint type not supported"),
+    ("</robot>", "", "the XML is malformed"),
+    ("</visual>", "</visua>", "the XML is malformed"),
+    ("<robot name=\"ut-mu2\">", "<robot name=\"ut-mu2\" <", "builtin:ut-mu2: the XML is malformed"),
+    (
+        "type=\"revolute\"",
+        "type=\"hinge\"",
+        "type = hinge: this joint type is not supported; accepted: revolute, fixed",
+    ),
+    ("type=\"revolute\"", "type=\"prismatic\"", "type = prismatic: this joint type is not supported"),
+    ("type=\"revolute\"", "type=\"continuous\"", "type = continuous: this joint type is not supported"),
     ("<axis xyz=\"0 0 1\"/>", "<axis xyz=\"0 0 0\"/>", "left_elbow_rotation: axis = 0 0 0: has no direction"),
     (
         "<axis xyz=\"0 0 1\"/>",
         "<axis xyz=\"0 1\"/>",
-        "left_elbow_rotation: axis xyz = 0 1: not understood; accepted: 3",
+        "left_elbow_rotation: axis xyz = 0 1: cannot be read; accepted: 3",
     ),
     ("value=\"0.147856\"", "value=\"0\"", "left_shoulder_flexion: mass = 0: a link that moves must have mass"),
-    ("value=\"0.147856\"", "value=\"-0.1\"", "left_shoulder_flexion: mass = -0.1: not a mass"),
-    ("value=\"0.147856\"", "value=\"nan\"", "left_shoulder_flexion: mass value = nan: not understood"),
-    ("value=\"0.147856\"", "value=\"0.1kg\"", "left_shoulder_flexion: mass value = 0.1kg: not understood"),
+    ("value=\"0.147856\"", "value=\"-0.1\"", "left_shoulder_flexion: mass = -0.1: must not be negative"),
+    ("value=\"0.147856\"", "value=\"nan\"", "left_shoulder_flexion: mass value = nan: cannot be read"),
+    ("value=\"0.147856\"", "value=\"0.1kg\"", "left_shoulder_flexion: mass value = 0.1kg: cannot be read"),
     ("ixx=\"0.00012\"", "ixx=\"-0.00012\"", "link left_shoulder_flexion: inertia = "),
-    ("ixx=\"0.00012\"", "ixx=\"-0.00012\"", "not positive definite"),
+    ("ixx=\"0.00012\"", "ixx=\"-0.00012\"", "is not positive definite"),
     ("ixx=\"0.00012\"", "ixx=\"0.012\"", "breaks the triangle inequality"),
     (
         "<limit lower=\"-1.0471975511965976\"",
         "<dynamics damping=\"0\"",
-        "left_shoulder_flexion: limit = (none): missing",
+        "left_shoulder_flexion: limit = (none): is missing",
     ),
-    ("lower=\"-1.0471975511965976\"", "lower=\"4\"", "limit = 4 to 3.141592653589793: not a range"),
+    ("lower=\"-1.0471975511965976\"", "lower=\"4\"", "limit = 4 to 3.141592653589793: is not a range"),
     ("<child link=\"left_shoulder_flexion\"/>", "<child link=\"arm\"/>", "child = arm: no such link; accepted: body,"),
     ("<parent link=\"body\"/>", "<parent link=\"b\"/>", "parent = b: no such link"),
     ("<child link=\"left_shoulder_flexion\"/>", "<child link=\"left_hip_flexion\"/>", "child of several joints"),
-    ("</robot>", "<link name=\"stray\"/></robot>", "body, stray: several root links"),
-    ("</robot>", "<link name=\"body\"/></robot>", "body: name used twice"),
+    ("</robot>", "<link name=\"stray\"/></robot>", "body, stray: there are several root links"),
+    ("</robot>", "<link name=\"body\"/></robot>", "body: is used twice"),
     (
         "<parent link=\"body\"/><child link=\"left_shoulder_flexion\"/>",
         "<parent link=\"left_hand\"/><child link=\"left_shoulder_flexion\"/>",
         "not connected to the root link body (a cycle)",
     ),
-    ("<box size=\"0.08 0.023 0.034\"/>", "<mesh filename=\"a.stl\"/>", "collision = mesh: shape not supported"),
+    ("<box size=\"0.08 0.023 0.034\"/>", "<mesh filename=\"a.stl\"/>", "collision = mesh: this shape is not supported"),
     ("<box size=\"0.08 0.023 0.034\"/>", "<box size=\"0.08 -0.023 0.034\"/>", "collision: box = [0.08, -0.023, 0.034]"),
     ("<box size=\"0.096172 0.069172 0.007288\"/>", "<sphere radius=\"0.01\"/>", "its collision is not a box"),
 ];
@@ -137,13 +141,13 @@ const BAD_SETTINGS: [(&str, &str, &str); 27] = [
         "no_torque_speed_rad_s = 9.0",
         "servos[0].no_torque_speed_rad_s = 9: must lie above",
     ),
-    ("\"left_elbow_rotation\", ", "", "servos = left_elbow_rotation: joint without a servo"),
+    ("\"left_elbow_rotation\", ", "", "servos = left_elbow_rotation: this joint has no servo"),
     (
         "\"left_elbow_rotation\", ",
         "\"left_elbow\", ",
         "servos[1].joints = left_elbow: no such joint; accepted: left_sho",
     ),
-    ("\"left_elbow_rotation\", ", "\"left_knee_flexion\", ", "left_knee_flexion: joint already has a servo"),
+    ("\"left_elbow_rotation\", ", "\"left_knee_flexion\", ", "left_knee_flexion: this joint already has a servo"),
     ("trunk = \"body\"", "trunk = \"torso\"", "trunk = torso: no such link; accepted: body, battery_and_boards"),
     ("left = \"left_foot\"", "left = \"left_sole\"", "soles.left = left_sole: no such link"),
     ("left = \"left_foot\"", "left = \"left_hip_abduction\"", "does not have exactly one collision"),
@@ -152,7 +156,7 @@ const BAD_SETTINGS: [(&str, &str, &str); 27] = [
     (
         "left_knee_flexion = 0.7",
         "left_knee_flexion = -0.7",
-        "home_rad.left_knee_flexion = -0.7: outside the joint's limits",
+        "home_rad.left_knee_flexion = -0.7: is outside of the joint's limits",
     ),
     ("left_knee_flexion = 0.7", "left_knee = 0.7", "home_rad = left_knee: no such joint"),
     ("left_ankle_flexion = 0.442035", "left_ankle_flexion = 0.4", "left_foot tilted by 0.0420 rad: soles must be flat"),
@@ -189,7 +193,7 @@ fn bad_settings_are_refused() {
     for (from, to, expected) in BAD_SETTINGS {
         let mut text = settings.text.replacen(from, to, 1);
         if expected == "soles must be level" {
-            // Less bend in one leg: its sole stays flat, but higher.
+            // With one knee bent less, its sole stays flat but is higher.
             text = text.replacen("left_knee_flexion = 0.7", "left_knee_flexion = 0.6", 1);
             text = text.replacen("left_ankle_flexion = 0.442035", "left_ankle_flexion = 0.342036", 1);
         }
@@ -224,7 +228,7 @@ fn missing_files_are_told() {
     assert_eq!(Robot::load(path.to_str().unwrap()).unwrap().joints.len(), 20);
 }
 
-/// Fixed joints are merged, joints need not stand in the order of the tree, nor need frames be parallel.
+/// Fixed joints are merged; joints need not stand in the order of the tree, and frames need not be parallel.
 #[test]
 fn a_stool_with_fixed_joints_in_between() {
     let source = |text: &str| Source { file: "stool".into(), text: text.into() };
@@ -232,7 +236,8 @@ fn a_stool_with_fixed_joints_in_between() {
         Robot::parse(&source(include_str!("data/stool.urdf")), &source(include_str!("data/stool.toml"))).unwrap();
     let names: Vec<_> = robot.joints.iter().map(|j| j.name.as_str()).collect();
     assert_eq!(names, ["hip_left", "hip_right"]);
-    // 2 kg of seat at the origin; 1 kg 0.3 m to the left, turned by 90 degrees about z: x and y of its inertia swap.
+    // A seat of 2 kg at the origin, and 1 kg 0.3 m to the left, turned by 90 degrees about z: x and y of its inertia
+    // swap.
     let base = &robot.links[0];
     assert!((base.mass_kg - 3.0).abs() < 1e-15);
     assert!((base.com_m - nalgebra::point![0.0, 0.1, 0.0]).norm() < 1e-12);

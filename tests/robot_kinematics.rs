@@ -10,7 +10,7 @@ static ROBOT: LazyLock<Robot> = LazyLock::new(|| Robot::load("ut-mu2").unwrap())
 
 const STEP: f64 = 1e-5;
 
-/// Any posture: base within 1 m, any rotation vector within 2 rad, joints within 1.5 rad.
+/// Any posture, with the base within 1 m, any rotation vector within 2 rad, and joints within 1.5 rad.
 fn posture() -> impl Strategy<Value = Posture> {
     let n = ROBOT.joints.len();
     (prop::collection::vec(-1.0..1.0f64, 6), prop::collection::vec(-1.5..1.5f64, n)).prop_map(|(b, q)| Posture {
@@ -73,7 +73,7 @@ proptest! {
         }
     }
 
-    /// Torques and left-over wrench are the slopes of the potential of gravity and constant forces at the soles.
+    /// Torques and residual wrench are the slopes of the potential of gravity and of constant forces on the soles.
     #[test]
     fn loads_do_the_virtual_work(posture in posture(), f in prop::collection::vec(-20.0..20.0f64, 12)) {
         let gravity = vector![0.7, -0.4, -GRAVITY];
@@ -100,7 +100,8 @@ proptest! {
         }
     }
 
-    /// Left and right differ only in the published 0.4 mm of the body's COM off the middle, and the roundings of inertias.
+    /// Left and right differ only in the body's COM, which is published as 0.4 mm off the middle, and in rounded
+    /// inertias.
     #[test]
     fn mirrored_postures_mirror_the_com(q in prop::collection::vec(-1.5..1.5f64, 20)) {
         let mut mirrored = q.clone();
@@ -134,7 +135,7 @@ fn home_stands_flat_with_the_com_over_the_middle() {
     assert!((ROBOT.omega() - 5.63).abs() < 0.005);
 }
 
-/// The ground carries m g under the COM: nothing is left over, and no joint is near its limit.
+/// The ground carries m g under the COM: no wrench is left over, and no joint is near its torque limit.
 #[test]
 fn at_home_the_ground_carries_the_robot() {
     let home = at(&ROBOT.home_posture());
@@ -142,7 +143,7 @@ fn at_home_the_ground_carries_the_robot() {
     let force = vector![0.0, 0.0, ROBOT.mass() * GRAVITY / 2.0];
     let wrenches = PerFoot::from_fn(|foot| {
         let sole: Point3<f64> = home.sole_pose(&ROBOT, foot).translation.vector.into();
-        // Both centres of pressure lie off the soles' centres by the same offset.
+        // Both centres of pressure are off the soles' centres by the same offset.
         let middle = point![0.0, 0.0, 0.0];
         let zmp = sole + (point![com.x, com.y, 0.0] - middle);
         [force, (zmp - sole).cross(&force)]

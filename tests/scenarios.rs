@@ -1,4 +1,4 @@
-//! The paper's scenarios, from outside: which foot, which way, and what comes of it.
+//! The paper's scenarios from outside: which foot goes which way, and how it ends.
 
 use assert_cmd::Command;
 use serde_json::Value;
@@ -13,7 +13,7 @@ fn json(args: &[&str]) -> Value {
     serde_json::from_slice(&assert.get_output().stdout).unwrap()
 }
 
-/// The first footstep: its foot, how far it went (m; x forward, y left), and whether it landed inside a set.
+/// The first footstep: its foot, how far it went (m; x forward, y left), and whether it landed inside a CPI set.
 fn first(result: &Value) -> (&str, [f64; 2], bool) {
     let footstep = &result["footsteps"][0];
     let at = |key: &str, axis: usize| footstep[key][axis].as_f64().unwrap();
@@ -21,7 +21,7 @@ fn first(result: &Value) -> (&str, [f64; 2], bool) {
     (footstep["foot"].as_str().unwrap(), way, footstep["in_set_at_landing"].as_bool().unwrap())
 }
 
-/// Sect. V.C: both imposed errors are answered by the right foot, which lands inside a set; the COM comes home.
+/// Sect. V.C: for both imposed errors the right foot steps and lands inside a set, and the COM comes home.
 #[test]
 fn the_imposed_errors_are_made_good() {
     let behind = json(&["scenario", "error-backward"]);
@@ -34,12 +34,13 @@ fn the_imposed_errors_are_made_good() {
         assert!(result["home_at_s"].as_f64().unwrap() < 1.0, "{result:#}");
         assert!(result["worst_com_error_m"].as_f64().unwrap() < 0.002, "{result:#}");
     }
-    // A state that makes the second error is out of reach of one footstep, as the README says.
+    // One footstep cannot recover from a state that produces the second error.
     let moving = json(&["scenario", "moving-diagonal"]);
     assert!(moving["lost_at_s"].is_number() && !first(&moving).2, "{moving:#}");
 }
 
-/// Sect. VI: pushed from behind it steps forward; from diagonally forward left, the right foot goes back to the right.
+/// Sect. VI: pushed from behind, the robot steps forward. Pushed from diagonally forward left, its right foot goes back
+/// and to the right.
 #[test]
 fn the_pushes_of_the_experiment_are_caught_by_a_footstep() {
     let behind = json(&["scenario", "push-behind"]);
@@ -53,12 +54,12 @@ fn the_pushes_of_the_experiment_are_caught_by_a_footstep() {
     }
 }
 
-/// The pushes in physics ask for errors close to the two that the paper imposes (m).
+/// The pushes in physics produce errors close to the two that the paper imposes (m).
 #[test]
 fn pushes_make_the_errors_of_the_paper() {
     for (name, wanted) in [("push-error-backward", [-0.03, 0.0]), ("push-error-diagonal", [-0.03, -0.0685])] {
         let result = json(&["scenario", name]);
-        // The first may be unfinished at the fall.
+        // The first footstep may be unfinished at the fall.
         let step = result["footsteps"].get(0).unwrap_or(&result["unfinished_footstep"]);
         let error = [0, 1].map(|axis| step["zmp_error_m"][axis].as_f64().unwrap());
         let off = (error[0] - wanted[0]).hypot(error[1] - wanted[1]);

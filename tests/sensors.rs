@@ -1,4 +1,4 @@
-//! What ideal sensors read is what physics says they should.
+//! The readings of ideal sensors agree with physics.
 
 mod common;
 
@@ -10,7 +10,7 @@ use standfast::sim::{Plant, Truth, plant::Clock};
 
 const PERIOD_S: f64 = 0.002;
 
-/// Runs the loop and shows every tick what is read and what is true.
+/// Runs the loop and passes the readings and the true state of every tick to `see`.
 fn watch(impulse: f64, heading: f64, horizon_s: f64, mut see: impl FnMut(&Sensed, &Truth)) {
     let bench = Bench::new("switching");
     let clock = Clock { physics_step_s: 0.001, control_period_s: PERIOD_S };
@@ -25,7 +25,7 @@ fn watch(impulse: f64, heading: f64, horizon_s: f64, mut see: impl FnMut(&Sensed
     }
 }
 
-/// An accelerometer feels what keeps it from falling: at rest g upwards, and its integral less gravity is the velocity.
+/// An accelerometer measures specific force: at rest it is g upward, and its integral less gravity is the velocity.
 #[test]
 fn the_accelerometer_reads_specific_force() {
     let mut speed = Vector3::zeros();
@@ -41,7 +41,8 @@ fn the_accelerometer_reads_specific_force() {
     assert!(worst < 1e-6, "{worst} m/s");
 }
 
-/// A gyro reads the rate of turn in its own frame: turning by it at every tick is the orientation, all the way down.
+/// A gyro measures the angular velocity in its own frame. Integrated over every tick it gives the orientation, even in
+/// a fall.
 #[test]
 fn the_gyro_integrates_to_the_orientation() {
     let mut turned = UnitQuaternion::identity();
@@ -55,7 +56,8 @@ fn the_gyro_integrates_to_the_orientation() {
     assert!(most > 0.5 && worst < 0.02 * most, "{worst} rad in {most} rad");
 }
 
-/// What the soles feel, each in its own frame and about its own centre, is all that the ground does: its force and ZMP.
+/// The wrenches of the soles, each in its own frame and about its own centre, add up to the force and ZMP of the
+/// ground.
 #[test]
 fn sole_wrenches_add_up_to_force_and_zmp() {
     watch(2.5, 30.0, 1.5, |sensed, truth| {

@@ -1,4 +1,4 @@
-//! Standing still, as physics has it.
+//! Standing still in the simulated physics.
 
 mod common;
 
@@ -9,15 +9,15 @@ use standfast::episode::{Outcome, Until, support_on_ground};
 use standfast::robot::GRAVITY;
 use standfast::sim::SensorErrors;
 
-/// What some seconds of standing come to.
+/// Quantities from some seconds of standing.
 #[derive(Debug)]
 struct Standing {
     outcome: Outcome,
-    /// Mean vertical contact force over m g, over all and after the first half second.
+    /// Mean vertical contact force divided by m g, over the whole time and after the first half second.
     weight_ratio: [f64; 2],
-    /// Least distance of the ZMP from the edge of the soles.
+    /// Smallest distance of the ZMP from the edge of the soles.
     zmp_margin_m: f64,
-    /// Largest distance of the COM from where it stood at the start, and its mean over the last second.
+    /// Largest distance of the COM from its start, and mean distance over the last second.
     com_drift_m: f64,
     com_offset_m: f64,
 }
@@ -48,7 +48,7 @@ fn stand(bench: &Bench, errors: Option<SensorErrors>, horizon_s: f64) -> Standin
     }
 }
 
-/// A body that stays where it is: the ground carries m g, presses inside the soles, and the COM does not wander.
+/// A robot at rest: the ground carries m g and presses inside the soles, and the COM does not drift.
 #[test]
 fn a_standing_robot_weighs_m_g_and_stays() {
     ["switching", "fixed", "hold"].par_iter().for_each(|gains| {
@@ -63,7 +63,8 @@ fn a_standing_robot_weighs_m_g_and_stays() {
     });
 }
 
-/// Noise has no mean and biases are small: with both the robot stands, over the same place to a few millimetres.
+/// Noise has zero mean and biases are small: with both the robot stands, and its COM stays in place to a few
+/// millimetres.
 #[test]
 fn sensor_errors_do_not_fell_a_standing_robot() {
     [("switching", 1), ("switching", 2), ("switching", 3)].par_iter().for_each(|&(gains, seed)| {

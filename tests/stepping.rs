@@ -1,6 +1,6 @@
-//! Footsteps in physics: pushes that standing cannot take (paper, Sect. V and VI). Sensors are ideal.
+//! Footsteps in physics, after pushes that standing cannot take (paper, Sect. V and VI). Sensors are ideal.
 //!
-//! How far a gain set steps is a matter of tuning; these tests bring rules of their own.
+//! How far a gain set steps is a matter of tuning, so these tests have their own rules.
 
 mod common;
 
@@ -37,13 +37,13 @@ fn ut_mu2() -> Robot {
     Robot::load("ut-mu2").unwrap()
 }
 
-/// Where a foot went, over the ground.
+/// Horizontal displacement of a foot.
 fn way(footstep: &Footstep) -> Vector2<f64> {
     let [[x0, y0, _], [x1, y1, _]] = [footstep.from_m, footstep.to_m];
     Vector2::new(x1 - x0, y1 - y0)
 }
 
-/// What the first footstep answers to a push: along the way the robot is driven, sideways with the foot of that side.
+/// The first footstep after a push goes where the robot is driven; sideways, with the foot of that side.
 #[test]
 fn the_first_footstep_goes_where_the_robot_is_driven() {
     let bench = stepping(ut_mu2());
@@ -53,7 +53,7 @@ fn the_first_footstep_goes_where_the_robot_is_driven() {
         (4.0, 45.0, Some(Foot::Left)),
         (4.0, -45.0, Some(Foot::Right)),
         (3.7, 135.0, Some(Foot::Left)),
-        // Pushed from diagonally forward left (Sect. VI): the right foot, diagonally backward right.
+        // Pushed from diagonally forward left (Sect. VI), the right foot goes diagonally back to the right.
         (3.7, -135.0, Some(Foot::Right)),
         (4.4, 90.0, Some(Foot::Left)),
         (4.4, -90.0, Some(Foot::Right)),
@@ -76,7 +76,8 @@ fn the_first_footstep_goes_where_the_robot_is_driven() {
     });
 }
 
-/// Pushes that topple the robot as long as it stands. (At 2.6 N s fore and aft `fixed` and `switching` are lost.)
+/// Pushes that topple the robot without a footstep. (At 2.6 N s forward and backward, `fixed` and `switching` are
+/// lost.)
 #[test]
 fn a_footstep_takes_pushes_that_standing_cannot() {
     let (steps, fixed, switching) = (stepping(ut_mu2()), Bench::new("fixed"), Bench::new("switching"));
@@ -105,7 +106,7 @@ fn where_standing_suffices_there_is_no_footstep() {
 }
 
 /// Left and right are alike: the first footstep starts within 0.03 mm of the mirrored one, at the same tick, and lands
-/// within 0.3 mm of it (f32 in Rapier, and the order in which it visits contacts).
+/// within 0.3 mm of it. (The rest is due to f32 in Rapier and to the order in which it visits contacts.)
 #[test]
 fn mirrored_pushes_have_mirrored_footsteps() {
     let bench = stepping(symmetric_robot());
@@ -120,14 +121,14 @@ fn mirrored_pushes_have_mirrored_footsteps() {
         assert_eq!(a.lift_s, b.lift_s);
         assert!(from < 1e-4 && to < 1e-3 && land < 0.005, "{heading} degrees: {a:?} {b:?}");
         assert_eq!(one.outcome, other.outcome, "{heading} degrees");
-        // What goes wrong in the end is no longer alike.
+        // The course of a fall is no longer alike.
         if one.outcome == Outcome::Recovered {
             assert_eq!(one.footsteps.len(), other.footsteps.len(), "{heading} degrees");
         }
     });
 }
 
-/// A foot is lifted when no set has held the state for as long as the gain set waits, to the tick.
+/// A foot is lifted, to the tick, when the state has been in no CPI set for as long as the gain set waits.
 #[test]
 fn a_footstep_waits_for_as_long_as_it_is_told_to() {
     let waits = |patience_s| {
@@ -148,12 +149,12 @@ fn an_episode_with_footsteps_repeats_to_the_bit() {
     let records: Vec<Record> =
         (0..4).into_par_iter().map(|_| bench.run(vec![push(3.4, 170.0)], None, 2.0, Until::Horizon, |_| {})).collect();
     assert!(!records[0].footsteps.is_empty());
-    // As text, where NaN equals NaN.
+    // Compared as text, in which NaN equals NaN.
     let texts: Vec<String> = records.iter().map(|record| format!("{record:?}")).collect();
     assert!(texts.iter().all(|text| *text == texts[0]), "{texts:#?}");
 }
 
-/// What the record says of footsteps is what was seen.
+/// The footsteps in the record are those that were observed.
 #[test]
 fn footsteps_in_the_record_follow_one_another() {
     let bench = stepping(ut_mu2());
@@ -215,7 +216,7 @@ fn after_the_landing_the_control_frame_is_midway_between_the_soles() {
     assert_eq!(record.outcome, Outcome::Recovered);
     assert_eq!(after_landing, record.footsteps.len());
     assert!(after_landing > 0 && worst < 0.01, "{worst} m from the middle");
-    // The middle has moved on by half the strides.
+    // The middle has moved by half of the strides.
     let moved: f64 = record.footsteps.iter().map(|footstep| 0.5 * way(footstep).x).sum();
     assert!(moved > 0.03, "{record:?}");
 }

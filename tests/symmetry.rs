@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use standfast::episode::{Record, Until};
 
-/// True COM at every tick.
+/// The true COM at every tick.
 fn course(bench: &Bench, heading: f64) -> (Record, Vec<Vector3<f64>>) {
     let mut coms = Vec::new();
     let record =
@@ -24,9 +24,9 @@ fn asymmetry(bench: &Bench, heading: f64) -> f64 {
     left.iter().zip(&right).map(|(a, b)| (a - mirrored(b)).norm()).fold(0.0, f64::max)
 }
 
-/// Physics knows no left or right: a mirrored push on a symmetric robot moves its COM along the mirrored course. f32
-/// in Rapier, and the order in which it visits contacts, leave 0.04 mm. (With the published masses, whose COM is 0.2 mm
-/// off the middle, courses are 0.5 mm apart, and would not pass.)
+/// Physics does not distinguish left and right: a mirrored push on a symmetric robot moves its COM along the mirrored
+/// course. f32 in Rapier, and the order in which it visits contacts, leave 0.04 mm. (With the published masses, whose
+/// COM is 0.2 mm off the middle, the courses differ by 0.5 mm and would not pass.)
 #[test]
 fn a_mirrored_push_gives_the_mirrored_course() {
     for gains in ["switching", "hold"] {

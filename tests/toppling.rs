@@ -1,4 +1,4 @@
-//! How hard a push must be to topple the robot, against another simulator and against common sense.
+//! How hard a push must be to topple the robot, compared with another simulator and with common sense.
 
 mod common;
 
@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use standfast::episode::{Outcome, Until};
 use standfast::sim::Push;
 
-/// Impulse between recovered and not, to 0.02 N s, by bisection in 1.5 to 5 N s.
+/// Impulse between recovery and fall, to 0.02 N s, by bisection between 1.5 and 5 N s.
 fn toppling_impulse(bench: &Bench, heading_deg: f64) -> f64 {
     let recovers = |impulse| bench.push(push(impulse, heading_deg)).outcome == Outcome::Recovered;
     let (mut stands, mut falls) = (1.5, 5.0);
@@ -23,7 +23,7 @@ fn toppling_impulse(bench: &Bench, heading_deg: f64) -> f64 {
     0.5 * (stands + falls)
 }
 
-/// A stiff robot topples where rigid body mechanics says, whoever solves it: MuJoCo gives the same impulses.
+/// A stiff robot topples as rigid body mechanics predicts, with any solver: MuJoCo gives the same impulses.
 #[test]
 fn a_robot_that_holds_its_posture_topples_as_in_mujoco() {
     let hold = Bench::new("hold");
@@ -35,7 +35,8 @@ fn a_robot_that_holds_its_posture_topples_as_in_mujoco() {
     });
 }
 
-/// A push that no robot stands, or that is no number, ends as an outcome: no panic, no robot left upright in the sky.
+/// A push that no robot survives, or that is NaN, ends with an outcome: without a panic, and without a robot left
+/// upright in the sky.
 #[test]
 fn absurd_pushes_are_outcomes() {
     let (switching, hold) = (Bench::new("switching"), Bench::new("hold"));

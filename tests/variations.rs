@@ -1,4 +1,4 @@
-//! What a campaign varies has its effect in the simulation, of the size that physics says, and nothing else.
+//! What a campaign varies has the effect in the simulation that physics predicts, and no other.
 
 mod common;
 
@@ -22,7 +22,7 @@ fn run(bench: &Bench, variation: Variation, push: Push, horizon_s: f64, mut see:
     episode::run(&bench.robot, &bench.design, &config(horizon_s), disturbance, Until::Horizon, &mut see)
 }
 
-/// Means over the last 0.2 s of an episode without a push: force of the ground, and ZMP.
+/// Averages over the last 0.2 s of an episode without a push: force of the ground, and ZMP.
 fn at_rest(bench: &Bench, variation: Variation) -> (Vector3<f64>, [f64; 2]) {
     let (mut force, mut zmp, mut ticks) = (Vector3::zeros(), [0.0; 2], 0.0);
     run(bench, variation, NONE, 2.0, |tick| {
@@ -36,7 +36,7 @@ fn at_rest(bench: &Bench, variation: Variation) -> (Vector3<f64>, [f64; 2]) {
     (force / ticks, zmp.map(|sum| sum / ticks))
 }
 
-/// What is set to the value that it has anyway changes no bit.
+/// Setting a quantity to its nominal value changes no bit.
 #[test]
 fn nominal_values_change_nothing() {
     let bench = Bench::new("paper");
@@ -65,7 +65,7 @@ fn nominal_values_change_nothing() {
     assert!(course(explicit) == course(Variation::default()));
 }
 
-/// At rest the ground carries m g, and only that.
+/// At rest the ground carries exactly m g.
 #[test]
 fn the_ground_carries_the_scaled_mass() {
     let bench = Bench::new("hold");
@@ -80,7 +80,7 @@ fn the_ground_carries_the_scaled_mass() {
     }
 }
 
-/// The COM moves by the trunk's share of the mass, and the ZMP at rest with it (sag adds to that).
+/// The COM moves by the trunk's share of the mass, and so does the ZMP at rest (sag adds to that).
 #[test]
 fn an_offset_of_the_trunk_moves_the_zmp_by_its_share() {
     let bench = Bench::new("hold");
@@ -97,7 +97,7 @@ fn an_offset_of_the_trunk_moves_the_zmp_by_its_share() {
     }
 }
 
-/// Feet slip where more is asked of the ground than mu times what it carries, and it never gives more.
+/// Feet slip if they need more than mu times the load, and the ground never gives more.
 #[test]
 fn feet_slip_beyond_the_friction() {
     let bench = Bench::new("hold");
@@ -120,7 +120,7 @@ fn feet_slip_beyond_the_friction() {
     assert!(firm < 0.005 && needed > 0.2, "{firm} m, {needed}");
 }
 
-/// On a slope a part of the weight pulls along it; soles lie flat on it, and the robot stands still.
+/// On a slope a part of the weight acts along it. The soles lie flat on it, and the robot stands still.
 #[test]
 fn a_slope_pulls_along_it_and_soles_lie_on_it() {
     for (gains, slope_deg) in [("hold", 3.0), ("hold", -1.0), ("switching", 1.0), ("switching", -2.0)] {
@@ -157,7 +157,7 @@ fn a_slope_pulls_along_it_and_soles_lie_on_it() {
     }
 }
 
-/// m dv is the impulse of ground, push and gravity, whatever the ground and the robot are.
+/// m dv equals the impulse of ground, push and gravity, for any ground and robot.
 #[test]
 fn momentum_closes_on_every_ground() {
     let bench = Bench::new("paper");
@@ -178,7 +178,7 @@ fn momentum_closes_on_every_ground() {
     }
 }
 
-/// Torque of a joint in each physics step after a command has been given, at home.
+/// Torque of a joint in each physics step after a command, at home.
 fn torques(robot: &Robot, variation: Variation, change: impl Fn(&mut Command)) -> Vec<f64> {
     let varied = variation.robot(robot);
     let design = Bench::with(robot.clone(), "hold").design;
@@ -198,7 +198,7 @@ fn torques(robot: &Robot, variation: Variation, change: impl Fn(&mut Command)) -
 /// A joint that carries little.
 const ARM: usize = 15;
 
-/// Stiffness, damping, torque limit and delay, each as the arm's servo shows it.
+/// The arm's servo shows the effect of stiffness, damping, torque limit and delay.
 #[test]
 fn servos_are_scaled_and_delayed() {
     let robot = Robot::load("ut-mu2").unwrap();
@@ -208,7 +208,7 @@ fn servos_are_scaled_and_delayed() {
         torques(&robot, variation, change)[0] - torques(&robot, variation, |_| ())[0]
     };
     for scale in [0.5, 1.0, 2.0] {
-        // The rotor starts to move within the step, which takes some of it.
+        // The rotor starts to move within the step, which takes some of the torque.
         let stiff = first(Variation { kp_scale: Some(scale), ..at_once }, &|c| c.q_ref[ARM] += 0.02);
         assert!((stiff / (scale * servo.kp * 0.02) - 1.0).abs() < 0.2, "kp x {scale}: {stiff} N m");
         let damped = first(Variation { kd_scale: Some(scale), ..at_once }, &|c| c.dq_ref[ARM] += 0.5);
@@ -228,7 +228,7 @@ fn servos_are_scaled_and_delayed() {
     assert!((left - 0.5 * servo.torque_n_m).abs() < 1e-12);
 }
 
-/// A robot that is pushed hard gets what its weaker motors give, and no more.
+/// After a hard push the torques reach the limit of the weaker motors, and do not exceed it.
 #[test]
 fn torque_saturates_at_the_scaled_limit() {
     let bench = Bench::new("switching");
@@ -241,8 +241,8 @@ fn torque_saturates_at_the_scaled_limit() {
     }
 }
 
-/// A sole slides where the ground does not hold it, also one that is tipped up; where it holds, a sole that rolls over
-/// its edge or is set down elsewhere has not slid.
+/// A sole slides where the ground does not hold it, even if it is tilted. Where the ground holds, a sole that rolls
+/// over its edge or is set down elsewhere has not slid.
 #[test]
 fn soles_slip_where_the_ground_is_slippery() {
     for gains in ["hold", "catch"] {
@@ -259,8 +259,8 @@ fn soles_slip_where_the_ground_is_slippery() {
     }
 }
 
-/// Weak motors are at their limit for longer, a gentle push leaves them below it, and what they do when the robot has
-/// tilted over is the fall.
+/// Weak motors are at their limit for longer, and a gentle push leaves them below it. What they do after the robot has
+/// tilted over belongs to the fall.
 #[test]
 fn time_at_the_torque_limit_counts_while_upright() {
     let bench = Bench::new("catch");
@@ -287,7 +287,7 @@ fn time_at_the_torque_limit_counts_while_upright() {
     assert!(limited[0] == 0.0 && limited[1] > 0.02 && limited[2] > limited[1], "{limited:?}");
 }
 
-/// A foot that is set down where the ground is higher lands earlier, where it is lower later.
+/// A foot lands earlier where the ground is higher, and later where it is lower.
 #[test]
 fn a_step_of_the_ground_makes_a_foot_land_early_or_late() {
     let bench = Bench::new("paper");
@@ -302,7 +302,7 @@ fn a_step_of_the_ground_makes_a_foot_land_early_or_late() {
     assert!(higher < level - 0.003 && lower > level + 0.003, "{higher} {level} {lower}");
 }
 
-/// A second push is one more, and the judge waits for it.
+/// A second push is added to the first, and the referee waits for it.
 #[test]
 fn the_judge_waits_for_the_last_push() {
     let bench = Bench::new("switching");

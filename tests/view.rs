@@ -1,5 +1,5 @@
-//! The window of `standfast view`, as a person uses it: under a display of its own, by keys and mouse. Where there can be
-//! no window, one line says why.
+//! The window of `standfast view` as a person uses it, on a display of its own, by keys and mouse. Where no window can
+//! be opened, one line tells why.
 
 mod common;
 
@@ -7,7 +7,7 @@ use assert_cmd::assert::Assert;
 use common::program::stderr;
 use tempfile::TempDir;
 
-/// A view that finds no window: with these set (empty: removed) in its environment.
+/// A view without a window, with these variables set (or removed if empty) in its environment.
 fn no_window(environment: &[(&str, &str)]) -> Assert {
     let mut command = assert_cmd::Command::cargo_bin("standfast").unwrap();
     for name in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET", "RUST_LOG"] {
@@ -18,7 +18,7 @@ fn no_window(environment: &[(&str, &str)]) -> Assert {
     command.envs(environment.iter().copied()).args(["view", "--gains=hold", "--seconds=5"]).assert()
 }
 
-/// One line with these words, exit code 2, nothing on stdout.
+/// Asserts one line with these words, exit code 2, and nothing on stdout.
 fn is_told(view: Assert, words: &[&str]) {
     let view = view.code(2).stdout("");
     let told = stderr(&view);
@@ -50,13 +50,13 @@ mod window {
     use image::RgbImage;
     use std::path::Path;
 
-    /// The picture is left of here, the panel right of it (px); and its height.
+    /// The picture lies left of this, and the panel right of it (px).
     const PANEL_X: u32 = 860;
     const HEIGHT: u32 = 720;
     const COM: [u8; 3] = [0x7b, 0x3f, 0xa0];
     const DCM: [u8; 3] = [0x0b, 0x7a, 0x3b];
     const ZMP_WANTED: [u8; 3] = [0xff, 0x9f, 0x1c];
-    /// What the panel says of what is not well.
+    /// Colour of the panel's words for what is wrong.
     const BADLY: [u8; 3] = [0xd6, 0x27, 0x28];
 
     #[test]
@@ -79,7 +79,8 @@ mod window {
         let Some(display) = Display::start() else { return };
         let folder = folder();
         let arguments = ["--gains=switching", "--gains=hold", "--impulse=2", "--heading=90", "--screenshot=last.png"];
-        // The COM is back in a quarter of a second: less than a frame of a busy machine, but for slow motion.
+        // The COM is back within a quarter of a second, which is less than a frame on a busy machine without slow
+        // motion.
         let view = View::open(&display, folder.path(), &[&arguments[..], &["--speed=0.2"]].concat());
         let before = view.frame();
         assert!(before.y_mm.abs() < 3.0, "{before:?}");
@@ -91,7 +92,7 @@ mod window {
         assert_eq!(view.frame().speed, 0.1);
         view.press("equal");
         assert_eq!(view.frame().speed, 0.2);
-        // The trunk, some way from the middle of the picture.
+        // The trunk, some distance from the middle of the picture.
         view.drag([500, 240], [530, 240]);
         view.press("space");
         let paused = view.frame();
@@ -100,7 +101,7 @@ mod window {
         (0..3).for_each(|_| view.press("period"));
         let stepped_s = view.frame().time_s - paused.time_s;
         assert!((stepped_s - 0.006).abs() < 1e-6, "{stepped_s} s");
-        // For as long as a keyboard repeats it many times: it is one restart.
+        // Held for as long as a keyboard repeats the key many times, it restarts only once.
         view.hold("r");
         view.until("it begins anew", |frame| frame.time_s == 0.0);
         let told = view.quit("q");
@@ -134,7 +135,7 @@ mod window {
         let shown = screen();
         shows_the_robot(&shown);
         for color in [COM, DCM, ZMP_WANTED] {
-            // Thin lines are never quite of their colour.
+            // Thin lines never have quite their nominal colour.
             assert!(count(&shown, [PANEL_X, 1200], [350, HEIGHT], color, 40) > 20, "{color:x?} in the plots");
         }
         for (key, color) in [("d", DCM), ("w", ZMP_WANTED)] {
@@ -151,7 +152,7 @@ mod window {
             assert!(differing(&shown, &without) > 20, "{key} makes no difference");
             view.press(key);
         }
-        // From another side, and back: but for edges, which are smoothed as the machine has time for it.
+        // The same from another side and back, except for edges, which are smoothed as far as the machine has time.
         let before = screen();
         view.drag([100, 600], [200, 600]);
         let turned = differing(&before, &screen());
@@ -173,7 +174,7 @@ mod window {
         (0..2).for_each(|_| view.press("Right"));
         let moment_s = view.frame().time_s;
         assert!((moment_s - 0.202).abs() < 1e-6, "{moment_s}");
-        // To go to another moment stops it, as it does in a page.
+        // Going to another moment stops it, as in a page.
         view.press("minus");
         view.press("minus");
         view.press("space");
@@ -194,11 +195,11 @@ mod window {
         let as_it_was = image::open(folder.path().join("last.png")).unwrap().to_rgb8();
         shows_the_robot(&as_it_was);
 
-        // Of other inputs it is another trial, and the panel says so.
+        // With other inputs it is another trial, and the panel tells so.
         let campaign = folder.path().join("out/campaign.toml");
         let changed = std::fs::read_to_string(&campaign).unwrap().replace("horizon_s = 0.4", "horizon_s = 0.3");
         std::fs::write(&campaign, changed).unwrap();
-        // A display ends with its last window, and there is one at a time.
+        // A display ends with its last window, and there is only one at a time.
         drop(display);
         let Some(display) = Display::start() else { return };
         View::open(&display, folder.path(), &["out", "--trial=1", "--screenshot=last.png"]).quit("q");
@@ -224,7 +225,7 @@ mod window {
             assert_eq!(ended(&mut process).code(), Some(1), "destroys: {destroys}");
             let told = told.lock().unwrap();
             let is_told = |words: &str| told.iter().any(|line| line.contains(words));
-            // Without a server the library for X says it, and ends the program by itself.
+            // Without a server, the X library itself may report this and end the program.
             assert!(is_told("the window is lost") || is_told("X connection"), "{told:?}");
         }
     }
@@ -242,25 +243,25 @@ mod window {
         assert!(refused(&["--screenshot=picture.bmp"]).contains("png"));
     }
 
-    /// The number that stands right before some words.
+    /// The number right before these words.
     fn number_before(told: &str, words: &str) -> f64 {
         told.split(words).next().unwrap().split_whitespace().last().unwrap().parse().unwrap()
     }
 
-    /// How many pixels of a part of a picture have a colour, or one that is off by so much.
+    /// How many pixels of a part of a picture have a colour, up to a difference `off`.
     fn count(picture: &RgbImage, x: [u32; 2], y: [u32; 2], color: [u8; 3], off: u8) -> usize {
         let is_near = |pixel: [u8; 3]| (0..3).all(|i| pixel[i].abs_diff(color[i]) <= off);
         let at = |y| (x[0]..x[1]).map(move |x| (x, y));
         (y[0]..y[1]).flat_map(at).filter(|&(x, y)| is_near(picture.get_pixel(x, y).0)).count()
     }
 
-    /// How many pixels of the picture, without the panel and the rest of the screen, are not the same.
+    /// How many pixels of the picture differ, without the panel and the rest of the screen.
     fn differing(a: &RgbImage, b: &RgbImage) -> usize {
         let all = (0..HEIGHT).flat_map(|y| (0..PANEL_X).map(move |x| (x, y)));
         all.filter(|&(x, y)| a.get_pixel(x, y) != b.get_pixel(x, y)).count()
     }
 
-    /// Purple and white in many shades, on a floor, beside a panel.
+    /// Asserts that the picture shows purple and white in many shades, on a floor, beside a panel.
     fn shows_the_robot(picture: &RgbImage) {
         let pixels: Vec<[u8; 3]> = picture.pixels().map(|pixel| pixel.0).collect();
         let colors = pixels.iter().collect::<std::collections::HashSet<_>>().len();

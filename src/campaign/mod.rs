@@ -1,8 +1,8 @@
-//! A campaign: many pushes drawn at random, on robots and grounds that vary, the same for every gain set, and the count
-//! of who stays up: what is asked ([`ask`]), where it is kept ([`store`]), what is concluded ([`verdict`]) and how it is
-//! run ([`run`]). [`limit`] asks how hard a push may be, heading by heading.
+//! A campaign: many trials with random pushes on varied robots and grounds, the same for every gain set, and a count of
+//! how many each set recovers from. [`ask`] is what a campaign asks, [`run`] runs it, [`store`] keeps the results, and
+//! [`verdict`] draws the conclusions. [`limit`] searches the largest recoverable impulse, heading by heading.
 //!
-//! The rooms are floors, in this order: who asks knows nothing of what is kept, and neither of what is concluded.
+//! Imports between these rooms go one way: [`ask`] does not know [`store`], and neither knows [`verdict`].
 
 pub mod ask;
 pub mod limit;

@@ -3,9 +3,9 @@
 use crate::assets::{self, Kind, Source};
 use crate::campaign::ask::gate::GateSpec;
 use crate::campaign::ask::no_step::NoStep;
-use crate::campaign::ask::spec::{BLOCK_TRIALS, Campaign};
+use crate::campaign::ask::spec::{Campaign, LOOK_TRIALS};
 use crate::campaign::ask::trial;
-use crate::campaign::store::folder::{Folder, Manifest};
+use crate::campaign::store::folder::{Folder, Manifest, PART_TRIALS};
 use crate::campaign::store::row::TrialRow;
 use crate::campaign::store::shard::Shard;
 use crate::control::Design;
@@ -47,6 +47,8 @@ pub struct Watch<'a> {
     pub stop: &'a AtomicBool,
     /// Called after every episode, from any thread.
     pub on_episode: &'a (dyn Fn() + Sync),
+    /// Called with the rows of every finished part, from any thread; first with those of all that are there already.
+    pub on_part: &'a (dyn Fn(&[TrialRow]) + Sync),
     /// Asked at every look of a campaign that ends when decided, with the rows of all trials so far: is it?
     pub is_decided: &'a (dyn Fn(&[TrialRow]) -> bool + Sync),
 }
@@ -54,9 +56,10 @@ pub struct Watch<'a> {
 /// What a folder lacks of a campaign, with all that is needed to run it.
 pub struct Work<'a> {
     plan: &'a Plan,
-    folder: &'a Folder,
+    pub folder: &'a Folder,
     pool: ThreadPool,
     designs: Vec<Design>,
+    shard: Option<Shard>,
     /// Blocks to run, up to the next look if the campaign ends when decided.
     missing: Vec<u64>,
     /// Count of trials at the next look.
@@ -85,7 +88,15 @@ impl Plan {
         let standfast = env!("CARGO_PKG_VERSION").to_string();
         let config_hash = hash(&standfast, &what_trials_are(&resolved).to_toml()?, &inputs.texts);
         let build = String::new();
-        let manifest = Manifest { standfast, config_hash, build, robot_sha256, sets, campaign: resolved };
+        let manifest = Manifest {
+            standfast,
+            config_hash,
+            build,
+            robot_sha256,
+            part_trials: PART_TRIALS,
+            sets,
+            campaign: resolved,
+        };
         Ok(Plan { manifest, no_step: NoStep::new(&robot), robot, gains, inputs: inputs.kept })
     }
 
@@ -109,8 +120,9 @@ impl Plan {
             let problem = format!("holds the result of another campaign{}", out.map_or("", |_| advice));
             return Err(Error::Parts { path, problem });
         }
+        let part_trials = Folder::open(&path)?.map_or(manifest.part_trials, |found| found.manifest.part_trials);
         // Here, not in `new`: the program's own file is read for it.
-        Ok(Folder { path, manifest: Manifest { build: build_id().into(), ..manifest.clone() } })
+        Ok(Folder { path, manifest: Manifest { build: build_id().into(), part_trials, ..manifest.clone() } })
     }
 
     /// What `folder` lacks (of one shard, or of all). Every gain set is designed for here, before the first trial and before
@@ -127,13 +139,13 @@ impl Plan {
             let accepted = "a fixed count of trials (no --until-resolved, stopping.until_resolved = false)";
             return Err(Error::value("campaign", "--shard", format!("{index}/{count}"), problem, accepted));
         }
-        let mut look = next_look(0, BLOCK_TRIALS, self.manifest.campaign.trials);
+        let mut look = next_look(0, LOOK_TRIALS, self.manifest.campaign.trials);
         let mut missing =
             if self.until_resolved() { self.undecided(folder, is_decided, &mut look)? } else { folder.missing() };
         missing.retain(|&block| options.shard.is_none_or(|shard| shard.takes(block)));
         let pool = pool(options.threads)?;
         let designs = if missing.is_empty() { Vec::new() } else { pool.install(|| self.designs())? };
-        Ok(Work { plan: self, folder, pool, designs, missing, look })
+        Ok(Work { plan: self, folder, pool, designs, shard: options.shard, missing, look })
     }
 
     fn until_resolved(&self) -> bool {
@@ -147,11 +159,11 @@ impl Plan {
     fn undecided(&self, folder: &Folder, is_decided: &dyn Fn(&[TrialRow]) -> bool, look: &mut u64) -> Result<Vec<u64>> {
         let most = self.manifest.campaign.trials;
         loop {
-            let missing: Vec<u64> = (0..look.div_ceil(BLOCK_TRIALS)).filter(|&block| !folder.has(block)).collect();
+            let missing = folder.missing_up_to(*look);
             if !missing.is_empty() || *look == most || is_decided(&folder.first_rows(*look)?) {
                 return Ok(missing);
             }
-            *look = next_look(*look, BLOCK_TRIALS, most);
+            *look = next_look(*look, LOOK_TRIALS, most);
         }
     }
 
@@ -196,23 +208,39 @@ impl Work<'_> {
         self.missing.is_empty()
     }
 
-    /// Episodes to run; at most, if the campaign ends when decided.
+    /// Count of threads.
+    pub fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
+    /// Episodes to run; at most, if the campaign ends when decided. Looks at what is there now.
     pub fn episodes(&self) -> u64 {
-        let episodes = |block: u64| {
+        if self.is_done() { 0 } else { self.episodes_of(|block| !self.folder.has(block)) }
+    }
+
+    /// Episodes in all, those that are there among them; at most, if the campaign ends when decided.
+    pub fn all_episodes(&self) -> u64 {
+        self.episodes_of(|_| true)
+    }
+
+    /// Episodes in such blocks of the campaign, or of the shard.
+    fn episodes_of(&self, such: impl Fn(u64) -> bool) -> u64 {
+        let Manifest { campaign, part_trials, sets, .. } = &self.folder.manifest;
+        let trials = |block: u64| {
             let (first, end) = self.folder.range(block);
-            (end - first) * self.plan.manifest.sets.len() as u64
+            end - first
         };
-        if !self.plan.until_resolved() {
-            return self.missing.iter().copied().map(episodes).sum();
-        }
-        let all = 0..self.plan.manifest.campaign.trials.div_ceil(BLOCK_TRIALS);
-        all.filter(|&block| !self.folder.has(block)).map(episodes).sum()
+        let blocks = 0..campaign.trials.div_ceil(part_trials.get());
+        let own = blocks.filter(|&block| self.shard.is_none_or(|shard| shard.takes(block)) && such(block));
+        own.map(trials).sum::<u64>() * sets.len() as u64
     }
 
     /// Runs it and commits it part by part; what is complete is left as it is.
-    pub fn run(mut self, watch: &Watch) -> Result<()> {
+    pub fn run(&mut self, watch: &Watch) -> Result<()> {
         if !self.is_done() {
             self.folder.remove_result()?;
+            let there = (0..self.folder.blocks()).filter_map(|block| self.folder.part(block).rows().ok());
+            (watch.on_part)(&there.flatten().collect::<Vec<_>>());
         }
         self.plan.identify(self.folder)?;
         while !self.is_done() {
@@ -236,7 +264,10 @@ impl Work<'_> {
             }
             let complete = block.put(slot, self.plan.row(&self.designs, block.first_trial, slot));
             (watch.on_episode)();
-            complete.map_or(Ok(()), |rows| self.folder.part(block.index).write(&rows))
+            let Some(rows) = complete else { return Ok(()) };
+            self.folder.part(block.index).write(&rows)?;
+            (watch.on_part)(&rows);
+            Ok(())
         })
     }
 }
@@ -375,8 +406,8 @@ mod tests {
             }
         };
         let is_decided = &|_: &[TrialRow]| false;
-        let work = plan.work(folder, RunOptions { threads: 1, shard: None }, is_decided)?;
-        work.run(&Watch { stop: &stop, on_episode: &on_episode, is_decided })?;
+        let mut work = plan.work(folder, RunOptions { threads: 1, shard: None }, is_decided)?;
+        work.run(&Watch { stop: &stop, on_episode: &on_episode, on_part: &|_| {}, is_decided })?;
         Ok(count.into_inner())
     }
 

@@ -2,6 +2,7 @@
 
 use super::terminal::note;
 use crate::campaign::Overrides;
+use crate::campaign::ask::gate::OnUnresolved;
 use crate::error::{Error, Result};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -14,23 +15,23 @@ use std::process::ExitCode;
 /// What a command line changes of a campaign.
 #[derive(Debug, Default, Args)]
 pub struct ChangeArgs {
-    /// Gain set by name or file, instead of those of the campaign; may be given several times
+    /// A gain set by name or file, instead of those of the campaign. It may be given several times
     #[arg(long, value_name = "NAME|FILE")]
     pub gains: Vec<String>,
-    /// Variants of a gain set, one for each value of one key (dotted, array elements from 0; values in TOML).
+    /// Variants of a gain set, one for each value of one key (dotted, elements of an array from 0, values in TOML).
     ///
-    /// They replace the campaign's gain sets; with --gains they come after those. May be given several times: each
-    /// adds its own variants, they are not combined. A variant is a gain set SET:KEY=VALUE, which --gains and the
-    /// `gains` of a campaign file take too.
+    /// The variants replace the campaign's gain sets, or come after those of --gains. The option may be given several
+    /// times: each adds its own variants, and they are not combined. A variant is a gain set SET:KEY=VALUE, which --gains
+    /// and the `gains` of a campaign file take, too.
     #[arg(long, value_name = "SET:KEY=V1,V2,...")]
     pub vary: Vec<String>,
-    /// Robot by name or URDF file (settings in a .toml of the same name beside it)
+    /// A robot by name or URDF file, with its settings in a .toml of the same name beside it
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
     /// Seed of all random numbers
     #[arg(long, value_name = "S")]
     pub seed: Option<u64>,
-    /// Change one value of the campaign, e.g. push.height_m=0.05 (value in TOML)
+    /// Change one value of the campaign, e.g. push.height_m=0.05 (the value is TOML)
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 }
@@ -51,25 +52,29 @@ impl ChangeArgs {
 
 #[derive(Debug, Default, Args)]
 pub struct GateArgs {
-    /// What the result must show: 'A >= 0.80', 'A >= B + 0.10', 'A >= baseline - 0.01', A and B gain sets by their names
-    /// in the results.
+    /// A gate, which is what the result must show: 'A >= 0.80', 'A >= B + 0.10' or 'A >= baseline - 0.01'. A and B are
+    /// gain sets by their names in the results.
     ///
-    /// May be given several times, beside the campaign's own. A gate passes if its whole 95 % interval is at least what
-    /// is asked, and fails (exit code 100) if none of it is; else it is unresolved, which is no failure unless
-    /// `gates.unresolved` is "fail" (`run --set gates.unresolved=fail`). `gates.confidence` changes the 95 %.
+    /// It may be given several times, and adds to the gates of the campaign. A gate passes if its whole 95 % interval is
+    /// at least what is asked, and fails (exit code 100) if none of the interval is. Otherwise it is unresolved, which is
+    /// no failure unless --unresolved says so. `gates.confidence` of the campaign changes the 95 %.
     #[arg(long, value_name = "EXPR")]
     pub gate: Vec<String>,
-    /// Result folder of an earlier run with the same pushes, for gates that compare with the baseline
+    /// What a gate counts as that is unresolved: too few trials to pass or to fail [default: that of the campaign, which
+    /// is `pass` if it says nothing]
+    #[arg(long, value_name = "pass|fail", value_parser = one_of::<OnUnresolved>(["pass", "fail"]))]
+    pub unresolved: Option<OnUnresolved>,
+    /// Result folder of an earlier run with the same pushes, for gates that compare with a baseline
     #[arg(long, value_name = "DIR")]
     pub baseline: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 pub struct ReplaysArgs {
-    /// Pages that show telling trials in 3D, for each gain set, of those that report.html names; 0: no new ones.
+    /// Count of replays for each gain set: pages that show telling trials of report.html in 3D. 0 writes no new ones.
     ///
-    /// First the easiest push that it lost, the lost one nearest to its limit of 50 %, and the hardest that it survived (by
-    /// impulse over m omega d), then the others.
+    /// The first are the easiest push that the set lost, the lost one nearest to its limit of 50 %, and the hardest one that
+    /// it survived (by impulse over m omega d).
     #[arg(long, value_name = "N", default_value_t = ReplaysArgs::default().replays)]
     pub replays: usize,
 }
@@ -82,7 +87,7 @@ impl Default for ReplaysArgs {
 
 #[derive(Debug, Default, Args)]
 pub struct CheckArgs {
-    /// Only load and check everything (files, values, gains, gates, outputs): run and write nothing
+    /// Only load and check everything (files, values, gain sets, gates, outputs), run nothing and write nothing
     #[arg(long)]
     pub check: bool,
 }

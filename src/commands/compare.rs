@@ -1,35 +1,34 @@
 //! `standfast compare`: two finished campaigns with the same pushes, paired trial by trial.
 
-use super::result::exit_code;
+use super::result::{Printing, exit_code};
 use super::terminal::{note, print};
 use crate::campaign::Folder;
 use crate::campaign::verdict::compare::Comparison;
 use crate::error::{Error, Result};
-use crate::render::{self, result, text};
+use crate::render::result;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Gain sets of the same name are compared with each other (and told apart by their folders: `catch (DIR_A)`);
-if the results share no name, every set of the one with every set of the other.
-Exit code 3 if the folders' trials are not the same."
+    after_help = "Gain sets of the same name are compared with each other; they are told apart by their folders, as in `catch (DIR_A)`.
+If the two results share no name, every gain set of one is compared with every gain set of the other.
+The exit code is 3 if the two folders do not hold the same trials."
 )]
 pub struct CompareArgs {
-    /// Result folder of `run`
+    /// A result folder of `run`
     pub dir_a: PathBuf,
-    /// Another one with the same pushes
+    /// Another result folder, of a campaign with the same pushes
     pub dir_b: PathBuf,
     /// Write report.html, summary.md, summary.json, junit.xml, trials.parquet and success.svg to this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// What the result must show, as for `run`; sets that both have are named by their folders, e.g.
+    /// What the result must show, as for `run`. A gain set that both results have is named with its folder, as in
     /// 'catch (new) >= catch (old) - 0.01'
     #[arg(long, value_name = "EXPR")]
     pub gate: Vec<String>,
-    /// Print the summary as one JSON object
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub printing: Printing,
 }
 
 pub fn run(args: &CompareArgs) -> Result<ExitCode> {
@@ -39,7 +38,7 @@ pub fn run(args: &CompareArgs) -> Result<ExitCode> {
     }
     let comparison = Comparison::new(&Folder::existing(&args.dir_a)?, &Folder::existing(&args.dir_b)?, &args.gate)?;
     let summary = &comparison.summary;
-    print(&if args.json { render::json(summary) } else { text::campaign(summary, Path::new("")) })?;
+    print(&args.printing.of(summary, Path::new("")))?;
     if let Some(out) = &args.out {
         result::write(&comparison.write(out)?, &comparison.rows, out)?;
         note(&result::written(out, &["summary.json", "trials.parquet"]));

@@ -8,32 +8,35 @@ use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
 use crate::lipm::{GainFamily, GainSet, Pendulum};
-use crate::render::{self, plot, text::cpi::Sets};
+use crate::render::{self, figure, text::cpi::Sets};
 use crate::robot::Robot;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 pub struct CpiArgs {
-    /// Gain set: a built-in name, a TOML file, or a variant NAME:KEY=VALUE of either
+    /// The gain set: a built-in name, a TOML file, or a variant NAME:KEY=VALUE of either
     #[arg(value_name = "GAINS", default_value = "switching")]
     pub gains: String,
-    /// Pendulum frequency sqrt(g / height) (rad/s); default: the robot at home
+    /// Natural frequency of the pendulum, sqrt(g / COM height) (rad/s) [default: that of the robot at home]
     #[arg(long, value_name = "W", allow_hyphen_values = true)]
     pub omega: Option<f64>,
-    /// Control period (s)
+    /// Control period (s) [default: 0.002]
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     pub dt: Option<f64>,
-    /// Support rectangle about the control origin (m), taken as is; default: both soles at home, less the ZMP margin
+    /// The rectangle in which the ZMP may be, about the control origin (m).
+    ///
+    /// The ZMP margin of the gain set is not taken off it. Default: the convex hull of both soles at home, less that
+    /// margin.
     #[arg(long, value_name = "XMIN,XMAX,YMIN,YMAX", allow_hyphen_values = true, value_parser = parse_support)]
     pub support: Option<SupportPolygon>,
-    /// Write gain-0-set.csv, gain-0-closed-loop.csv, gain-1-set.csv ... here
+    /// Write gain-0-set.csv, gain-0-closed-loop.csv, gain-1-set.csv and so on to this folder
     #[arg(long, value_name = "DIR")]
     pub export: Option<PathBuf>,
-    /// Draw the sets as an SVG
+    /// Draw the sets to this file
     #[arg(long, value_name = "FILE.svg")]
     pub plot: Option<PathBuf>,
-    /// One JSON object on stdout
+    /// Print one JSON object instead of text
     #[arg(long)]
     pub json: bool,
 }
@@ -63,7 +66,7 @@ fn answer(args: &CpiArgs) -> Result<String> {
         found.export(folder)?;
     }
     if let Some(file) = &args.plot {
-        plot::cpi::write(file, &sets)?;
+        figure::cpi::write(file, &set.name, &sets)?;
     }
     Ok(if args.json { render::json(&found.as_json()) } else { found.text() })
 }

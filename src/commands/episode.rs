@@ -8,8 +8,8 @@ use crate::control::Design;
 use crate::episode::{self, Disturbance, EpisodeConfig, Film, Record, Tick, Until};
 use crate::error::{Error, Result};
 use crate::files::{shell_word, write_atomic};
+use crate::render::figure::motion::MotionPlot;
 use crate::render::picture::{self, FramesOptions};
-use crate::render::plot::motion::MotionPlot;
 use crate::render::replay::{self, Head};
 use crate::render::text::story::{Told, Witness};
 use crate::render::{self, trace::Trace};
@@ -22,16 +22,16 @@ const REST_S: f64 = 0.5;
 /// Files to make of an episode.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct OutputArgs {
-    /// Write every tick here; the episode then runs to its horizon
+    /// Write every control tick to this file; the episode then runs to its horizon
     #[arg(long, value_name = "FILE.csv|.parquet")]
     pub trace: Option<PathBuf>,
-    /// Draw COM, ZMP and feet over time until all is over; the episode then runs to its horizon
+    /// Draw COM, ZMP and feet over time to this file; the episode then runs to its horizon
     #[arg(long, value_name = "FILE.svg")]
     pub plot: Option<PathBuf>,
-    /// Write a page that shows it in 3D: one file, for any browser, offline
+    /// Write a page that shows the episode in 3D: one file, which any browser opens, offline too
     #[arg(long, value_name = "FILE.html")]
     pub replay: Option<PathBuf>,
-    /// Draw snapshots to this folder, a strip of them and an animated picture (PNG, GIF)
+    /// Draw snapshots (PNG), a strip of them and an animated picture (GIF) to this folder
     #[arg(long, value_name = "DIR")]
     pub frames: Option<PathBuf>,
 }

@@ -12,9 +12,9 @@ pub fn stop_on_ctrl_c() {
         if STOP.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
-        note("stopping; once more to end at once");
+        note("stopping as soon as the running episodes end; press Ctrl-C again to end at once");
     };
     if let Err(e) = ctrlc::set_handler(handler) {
-        log::warn!("no handler for Ctrl-C: {e}");
+        log::warn!("Ctrl-C cannot be caught, and loses what is in work: {e}");
     }
 }

@@ -8,7 +8,7 @@ use crate::campaign::Campaign;
 use crate::campaign::limit::{LimitOptions, Limits, Searches};
 use crate::error::{Error, Result};
 use crate::files::write_atomic;
-use crate::render::{self, plot, text};
+use crate::render::{self, figure, text};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -75,9 +75,12 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     if args.check.check {
         return fine(&format!("campaign {}, {} searches to run", campaign.name, searches.count()));
     }
-    let progress = Progress::start(searches.count(), "searches", false);
-    let limits = searches.run(&STOP, &|| progress.tick());
+    let progress = Progress::of(searches.count(), "searches");
+    let limits = searches.run(&STOP, &|| progress.episode(), &|| progress.tick());
     progress.finish();
+    if let Err(Error::Interrupted) = limits {
+        note("interrupted: nothing of it is kept; the same command starts again");
+    }
     let limits = limits?;
     // First what the user waited for: a folder that cannot be written must not cost it.
     print(&if args.json { render::json(&limits) } else { text::limit(&limits) })?;
@@ -110,11 +113,11 @@ impl LimitArgs {
         if let Some(folder) = &self.out {
             let (json, svg) = (folder.join("limit.json"), folder.join("limit.svg"));
             write_atomic(&json, render::json(limits).as_bytes())?;
-            plot::limit::write(&svg, limits)?;
+            figure::limit::write(&svg, limits)?;
             [json, svg].iter().for_each(written);
         }
         if let Some(path) = &self.plot {
-            plot::limit::write(path, limits)?;
+            figure::limit::write(path, limits)?;
             written(path);
         }
         Ok(())

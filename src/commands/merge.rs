@@ -2,27 +2,29 @@
 
 use super::arguments::{GateArgs, ReplaysArgs};
 use super::interrupt::stop_on_ctrl_c;
-use super::result::{conclude, gates_of};
-use super::status::FolderArgs;
+use super::result::{Printing, conclude, gates_of};
 use crate::campaign::Folder;
 use crate::error::Result;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 pub struct MergeArgs {
-    #[command(flatten)]
-    pub folder: FolderArgs,
+    /// Result folder of `run`, with the parts of all shards
+    pub dir: PathBuf,
     #[command(flatten)]
     pub gates: GateArgs,
     #[command(flatten)]
     pub replays: ReplaysArgs,
+    #[command(flatten)]
+    pub printing: Printing,
 }
 
 pub fn run(args: &MergeArgs) -> Result<ExitCode> {
-    let mut folder = Folder::existing(&args.folder.dir)?;
-    folder.manifest.campaign.gates.add(&args.gates.gate);
+    let mut folder = Folder::existing(&args.dir)?;
+    folder.manifest.campaign.gates.add(&args.gates.gate, args.gates.unresolved);
     let gates = gates_of(&folder, &args.gates)?;
     folder.create()?;
     stop_on_ctrl_c();
-    conclude(&folder, &gates, &args.replays, args.folder.json)
+    conclude(&folder, &gates, &args.replays, args.printing)
 }

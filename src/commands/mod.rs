@@ -53,7 +53,7 @@ enum Chosen {
     /// Two finished campaigns with the same pushes, paired trial by trial
     Compare(compare::CompareArgs),
     /// Say what is missing in the folder of a campaign (exit code 3 if anything is)
-    Status(status::FolderArgs),
+    Status(status::StatusArgs),
     /// One push: what happened and why, a picture of it, and a trace
     Push(push::PushArgs),
     /// A trial of a campaign, as it was: a page that shows it in 3D, in any browser, offline

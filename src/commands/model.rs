@@ -9,13 +9,13 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 pub struct ModelArgs {
-    /// A robot that is compiled in, or a URDF file with its settings (same name, .toml) beside it
+    /// A robot by its built-in name, or a URDF file; its settings are in a .toml file of the same name beside it
     #[arg(value_name = "URDF", default_value = DEFAULT_ROBOT)]
     pub robot: String,
-    /// Joint angles (rad) by joint name; joints not named are 0
+    /// Joint angles (rad) at which to print the position of the COM and of every link; joints not named are at 0
     #[arg(long, value_name = "JOINT=RAD,...", value_delimiter = ',')]
     pub q: Vec<String>,
-    /// One JSON object: kinematics at the given joint angles, with the base at the origin, unrotated
+    /// Print one JSON object instead of text: the robot, and its kinematics with the base at the origin, unrotated
     #[arg(long)]
     pub json: bool,
 }
@@ -104,7 +104,7 @@ mod tests {
         let text = answer(&args(&["right_knee_flexion=-0.1"], false)).unwrap();
         for part in [
             "20 joints",
-            "reach    a foot lands 150 mm fore or aft, 75 to 180 mm",
+            "reach    a foot lands up to 150 mm fore or aft and 75 to 180 mm",
             "96.172 x 69.172 x 7.288 mm",
             "[battery_and_boards]",
             "outside its limits",

@@ -1,67 +1,239 @@
-//! How far a campaign or a search is: a bar on a terminal, a line now and then elsewhere; on the standard error.
+//! How far a campaign or a search is: on a terminal a bar, and above it what was found so far; elsewhere a line now and
+//! then. All of it goes to the standard error.
 
-use super::terminal::note;
+use super::terminal::{make_way_for, note};
+use crate::campaign::verdict::so_far::SoFar;
+use crate::render::text::so_far;
+use console::Term;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-/// Counts finished episodes (or whatever is worked off) from any thread.
+/// What is said of the rate and of the time to go waits so long (s): the first episode alone says little.
+const FIRST_S: f64 = 1.0;
+/// Columns of the narrowest bar, with the space after it.
+const BAR_COLUMNS: usize = 5;
+/// Of the work, after each part of which a line is written where there is no terminal.
+const LINES: u64 = 10;
+
+/// Counts episodes, or searches of many episodes each, from any thread.
 pub struct Progress {
     bar: Option<ProgressBar>,
     what: &'static str,
+    /// Whether an episode is one of what is counted, or of no account to it.
+    of_episodes: bool,
     total: u64,
-    /// "at most " if fewer may do, else nothing.
-    at_most: &'static str,
+    /// Of the total, what was there before the start.
+    there: u64,
+    /// Fewer may do.
+    at_most: bool,
     done: AtomicU64,
+    episodes: AtomicU64,
     start: Instant,
+    /// For a log: what was found.
+    found: Mutex<String>,
 }
 
 impl Progress {
-    /// Starts the clock for `total` of what is counted, e.g. episodes; `at_most`: fewer may do.
-    pub fn start(total: u64, what: &'static str, at_most: bool) -> Self {
-        let at_most = if at_most { "at most " } else { "" };
-        let bar = std::io::stderr().is_terminal().then(|| {
-            let style = format!("{{bar:20}} {{pos}}/{{len}} {{msg}}  {{per_sec}}  {{elapsed}}, {at_most}{{eta}} to go");
-            let bar = ProgressBar::new(total);
-            bar.set_style(ProgressStyle::with_template(&style).unwrap_or_else(|_| ProgressStyle::default_bar()));
-            bar.set_message(what);
-            bar
-        });
-        let progress = Self { bar, what, total, at_most, done: AtomicU64::new(0), start: Instant::now() };
-        if progress.bar.is_none() {
-            note(&format!("{at_most}{total} {what} to run"));
+    /// Starts the clock for `total` episodes, of which some are `there`; `at_most`: fewer may do.
+    pub fn of_episodes(total: u64, there: u64, at_most: bool) -> Self {
+        Self::new("episodes", true, total, there, at_most)
+    }
+
+    /// The same for other things, e.g. searches, of which each takes many episodes.
+    pub fn of(total: u64, what: &'static str) -> Self {
+        Self::new(what, false, total, 0, false)
+    }
+
+    fn new(what: &'static str, of_episodes: bool, total: u64, there: u64, at_most: bool) -> Self {
+        let bar = std::io::stderr().is_terminal().then(|| ProgressBar::new(total).with_position(there));
+        let (done, episodes, start, found) = (0.into(), 0.into(), Instant::now(), Mutex::default());
+        let progress = Self { bar, what, of_episodes, total, there, at_most, done, episodes, start, found };
+        match &progress.bar {
+            Some(bar) => {
+                bar.set_style(style("{wide_bar} {msg}"));
+                make_way_for(Some(bar.clone()));
+                progress.renew();
+            }
+            None => note(&progress.line()),
         }
         progress
     }
 
-    /// One more is finished.
-    pub fn tick(&self) {
-        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-        if let Some(bar) = &self.bar {
-            bar.inc(1);
-        } else if done < self.total && done * 10 / self.total != (done - 1) * 10 / self.total {
-            let elapsed_s = self.start.elapsed().as_secs_f64();
-            let left_s = elapsed_s / done as f64 * (self.total - done) as f64;
-            let Self { total, what, at_most, .. } = self;
-            note(&format!("{done}/{total} {what}, {:.1}/s, {at_most}{left_s:.0} s to go", done as f64 / elapsed_s));
+    /// One more episode is finished.
+    pub fn episode(&self) {
+        self.episodes.fetch_add(1, Ordering::Relaxed);
+        if self.of_episodes {
+            self.tick();
+        } else {
+            self.renew();
         }
     }
 
-    /// A line in between.
-    pub fn say(&self, line: &str) {
-        match &self.bar {
-            Some(bar) => bar.suspend(|| note(line)),
-            None => note(line),
+    /// One more of what is counted is finished.
+    pub fn tick(&self) {
+        let done = self.there + self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        self.renew();
+        if self.bar.is_none() && done < self.total && done * LINES / self.total != (done - 1) * LINES / self.total {
+            note(&self.line());
+            let found = std::mem::take(&mut *self.found.lock().unwrap_or_else(PoisonError::into_inner));
+            (!found.is_empty()).then(|| note(&found));
         }
+    }
+
+    /// What a campaign has found so far: above the bar, or with the next line of a log.
+    pub fn show(&self, found: &SoFar) {
+        let Some(bar) = &self.bar else {
+            *self.found.lock().unwrap_or_else(PoisonError::into_inner) = so_far::sentence(found);
+            return;
+        };
+        let (height, width) = size();
+        let lines = so_far::lines(found, width, height);
+        if !lines.is_empty() {
+            bar.set_style(style("{prefix}\n{wide_bar} {msg}"));
+            bar.set_prefix(lines.join("\n"));
+        }
+    }
+
+    /// Whether it is shown on a terminal, and renewed there.
+    pub fn is_on_terminal(&self) -> bool {
+        self.bar.is_some()
+    }
+
+    /// Of what is counted, so many were finished since the start.
+    pub fn done(&self) -> u64 {
+        self.done.load(Ordering::Relaxed)
+    }
+
+    /// Time that all of it takes at the pace so far, without what was there (s).
+    pub fn whole_s(&self) -> f64 {
+        self.start.elapsed().as_secs_f64() * (self.total - self.there) as f64 / self.done().max(1) as f64
     }
 
     /// Takes the bar away and says how long it took.
     pub fn finish(&self) {
+        make_way_for(None);
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
-        let (done, elapsed_s) = (self.done.load(Ordering::Relaxed), self.start.elapsed().as_secs_f64());
-        note(&format!("{done} {} in {elapsed_s:.1} s: {:.1}/s", self.what, done as f64 / elapsed_s.max(1e-9)));
+        let (done, elapsed_s) = (self.done(), self.start.elapsed().as_secs_f64());
+        let episodes = self.episodes.load(Ordering::Relaxed);
+        let of_many = if self.of_episodes || episodes == 0 { String::new() } else { format!(", {episodes} episodes") };
+        note(&format!("{done} {}{of_many} in {}{}", self.what, duration(elapsed_s), self.rate().unwrap_or_default()));
+    }
+
+    fn renew(&self) {
+        if let Some(bar) = &self.bar {
+            bar.set_position(self.there + self.done());
+            bar.set_message(self.line().chars().take(size().1.saturating_sub(BAR_COLUMNS)).collect::<String>());
+        }
+    }
+
+    /// How far it is and, as soon as that can be said, how fast and for how long.
+    fn line(&self) -> String {
+        let Self { total, there, what, .. } = self;
+        let (done, at_most) = (self.done(), if self.at_most { "at most " } else { "" });
+        let mut line = format!("{} of {at_most}{total} {what}", there + done);
+        let Some(rate) = self.rate() else { return line };
+        line += &rate;
+        if done > 0 && there + done < *total {
+            let left_s = self.whole_s() - self.start.elapsed().as_secs_f64();
+            line += &format!(", {} to go", duration(left_s));
+        }
+        line
+    }
+
+    /// Episodes in a second; None as long as nothing can be said.
+    fn rate(&self) -> Option<String> {
+        let (episodes, elapsed_s) = (self.episodes.load(Ordering::Relaxed), self.start.elapsed().as_secs_f64());
+        (episodes > 1 && elapsed_s > FIRST_S).then(|| format!(", {}/s", two_digits(episodes as f64 / elapsed_s)))
+    }
+}
+
+fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}
+
+/// Rows and columns of the terminal; its last column stays free, for some terminals go to the next line there.
+fn size() -> (usize, usize) {
+    let (rows, columns) = Term::stderr().size();
+    (rows.into(), usize::from(columns).saturating_sub(1))
+}
+
+/// Two digits that count.
+fn two_digits(x: f64) -> String {
+    let unit = 10_f64.powi(x.abs().max(1e-3).log10().floor() as i32 - 1);
+    let rounded = (x / unit).round() * unit;
+    let digits = if rounded < 0.0995 {
+        3
+    } else if rounded < 0.995 {
+        2
+    } else {
+        usize::from(rounded < 9.95)
+    };
+    format!("{rounded:.digits$}")
+}
+
+/// A time as one says it: 9.5 s, 45 s, 13 min, 2 h 5 min.
+pub fn duration(time_s: f64) -> String {
+    let minutes = (time_s / 60.0).round() as u64;
+    match time_s {
+        ..9.95 => format!("{time_s:.1} s"),
+        ..99.5 => format!("{time_s:.0} s"),
+        ..5970.0 => format!("{minutes} min"),
+        _ => format!("{} h {} min", minutes / 60, minutes % 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_have_two_digits_and_times_are_said_in_their_unit() {
+        for (rate, told) in [
+            (0.0123, "0.012"),
+            (0.345, "0.34"),
+            (0.999, "1.0"),
+            (3.41, "3.4"),
+            (9.96, "10"),
+            (34.4, "34"),
+            (1234.0, "1200"),
+        ] {
+            assert_eq!(two_digits(rate), told, "{rate}");
+        }
+        for (time_s, told) in [
+            (0.0, "0.0 s"),
+            (9.94, "9.9 s"),
+            (45.4, "45 s"),
+            (100.0, "2 min"),
+            (780.0, "13 min"),
+            (7500.0, "2 h 5 min"),
+        ] {
+            assert_eq!(duration(time_s), told);
+        }
+    }
+
+    #[test]
+    fn what_is_there_counts_and_nothing_is_said_of_a_rate_before_there_is_one() {
+        let progress = |there, done, episodes: u64, ago_s| Progress {
+            bar: None,
+            what: "episodes",
+            of_episodes: true,
+            total: 4000,
+            there,
+            at_most: there == 0,
+            done: AtomicU64::new(done),
+            episodes: episodes.into(),
+            start: Instant::now() - std::time::Duration::from_secs(ago_s),
+            found: Mutex::default(),
+        };
+        assert_eq!(progress(0, 0, 0, 100).line(), "0 of at most 4000 episodes");
+        assert_eq!(progress(0, 2, 2, 0).line(), "2 of at most 4000 episodes");
+        assert_eq!(progress(1100, 0, 0, 100).line(), "1100 of 4000 episodes");
+        assert_eq!(progress(1000, 100, 100, 25).line(), "1100 of 4000 episodes, 4.0/s, 12 min to go");
+        assert_eq!(progress(1000, 3000, 3000, 750).line(), "4000 of 4000 episodes, 4.0/s");
     }
 }

@@ -10,6 +10,7 @@ use crate::control::Design;
 use crate::episode::{Disturbance, EpisodeConfig};
 use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
+use crate::render::scene::scale::RobotScale;
 use crate::robot::Robot;
 use crate::sim::{Profile, Push};
 use std::process::ExitCode;
@@ -17,7 +18,7 @@ use std::process::ExitCode;
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
 #[command(after_help = "Examples:
-  standfast push --impulse 2.2                      from behind
+  standfast push                                    2.5 N s from behind
   standfast push --impulse 3 --heading -135 --gains hold
   standfast push --impulse 3.6 --gains paper        more than standing can take: a footstep
   standfast push --impulse 2 --plot push.svg        COM, ZMP and feet over time, as a picture
@@ -26,8 +27,8 @@ use std::process::ExitCode;
   standfast push --impulse 3 --frames pictures      snapshots and an animated picture
   standfast push --campaign standard --trial 17     a trial of a campaign, as it was")]
 pub struct PushArgs {
-    /// Impulse (N s)
-    #[arg(long, value_name = "N_S", required_unless_present = "trial")]
+    /// Impulse (N s) [default: that of the trial; without one 2.5, and in proportion for a larger or smaller robot than ut-mu2]
+    #[arg(long, value_name = "N_S")]
     pub impulse: Option<f64>,
     /// Direction (degrees): 0 pushes forward, 90 to the left [default: 0]
     #[arg(long, value_name = "DEG")]
@@ -80,9 +81,9 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
     let mut config = campaign.as_ref().map_or_else(EpisodeConfig::default, |c| c.episode);
     config.horizon_s = args.horizon.unwrap_or(config.horizon_s);
     check_episode("arguments", &config)?;
-    let pushes = the_pushes(args, campaign.as_ref(), &config)?;
     let robot_name = args.robot.as_ref().or(campaign.as_ref().map(|c| &c.robot));
     let robot = Robot::load(robot_name.map_or(DEFAULT_ROBOT, String::as_str))?;
+    let pushes = the_pushes(args, campaign.as_ref(), &config, &robot)?;
     let gains = campaign.as_ref().map_or_else(|| args.gains.clone(), |c| c.gains_named(&args.gains));
     let design = Design::new(&robot, &GainSet::load(&gains)?, config.control_period_s)?;
     design.warning.iter().for_each(|warning| log::warn!("{warning}"));
@@ -100,13 +101,18 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
 }
 
 /// The pushes asked for: those of the campaign's trial if one is named, the first changed by what else is given.
-fn the_pushes(args: &PushArgs, campaign: Option<&Campaign>, config: &EpisodeConfig) -> Result<Vec<Push>> {
+fn the_pushes(
+    args: &PushArgs,
+    campaign: Option<&Campaign>,
+    config: &EpisodeConfig,
+    robot: &Robot,
+) -> Result<Vec<Push>> {
     let mut pushes = match (campaign, args.trial) {
         (Some(campaign), Some(index)) => {
             campaign.check_trial(index)?;
             trial::pushes(campaign, index)
         }
-        _ => vec![Push::default()],
+        _ => vec![Push { impulse_n_s: RobotScale::of(robot).first_push_n_s(), ..Push::default() }],
     };
     let base = pushes[0];
     // Its time, height and duration follow from the first.

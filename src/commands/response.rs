@@ -9,7 +9,7 @@ use crate::episode::response::{self, Axis, Experiment};
 use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
 use crate::render::text::response::Response;
-use crate::render::{self, plot};
+use crate::render::{self, figure};
 use crate::robot::Robot;
 use crate::sim::plant::Clock;
 use std::path::PathBuf;
@@ -17,31 +17,31 @@ use std::process::ExitCode;
 
 /// Frequencies measured: from, to, how many.
 const FREQUENCIES_HZ: (f64, f64, usize) = (0.5, 40.0, 13);
-/// A larger sine leaves the soles.
+/// With a larger sine the ZMP would leave the soles.
 const AMPLITUDES_M: [f64; 2] = [0.0001, 0.05];
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  standfast response                            the standard gains, forward
+  standfast response                            gain set `switching`, fore and aft
   standfast response --axis y --gains fixed
   standfast response --plot response.svg        gain and phase over frequency")]
 pub struct ResponseArgs {
-    /// Gain set by name or file
+    /// A gain set by name or file
     #[arg(long, value_name = "NAME|FILE", default_value = "switching")]
     pub gains: String,
-    /// Robot by name or URDF file
+    /// A robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_ROBOT)]
     pub robot: String,
-    /// Direction of the sine: x forward, y to the left
+    /// Axis along which the ZMP is moved: x is fore and aft, y is sideways
     #[arg(long, value_parser = one_of::<Axis>(["x", "y"]), default_value = "x")]
     pub axis: Axis,
-    /// Amplitude of the sine that is added to the wanted ZMP (m)
+    /// Amplitude of the sine that is added to the commanded ZMP (m)
     #[arg(long, value_name = "M", default_value_t = 0.005, allow_negative_numbers = true)]
     pub amplitude: f64,
-    /// Draw gain and phase
+    /// Draw gain and phase over frequency to this file
     #[arg(long, value_name = "FILE.svg")]
     pub plot: Option<PathBuf>,
-    /// One JSON object on stdout
+    /// Print one JSON object instead of text
     #[arg(long)]
     pub json: bool,
 }
@@ -67,7 +67,7 @@ pub fn run(args: &ResponseArgs) -> Result<ExitCode> {
     let points = response::measure(&robot, &design, &experiment, &response::log_spaced(from, to, count))?;
     let measured = Response::new(&args.robot, &design.family, &experiment, points);
     if let Some(path) = &args.plot {
-        plot::response::write(path, &measured)?;
+        figure::response::write(path, &measured)?;
     }
     print(&if args.json { render::json(&measured.as_json()) } else { measured.text() })?;
     Ok(ExitCode::SUCCESS)

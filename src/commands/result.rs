@@ -13,6 +13,24 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 
+/// How a result is printed.
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
+pub struct Printing {
+    /// Print all tables, not only rates, verdicts and gates
+    #[arg(long)]
+    pub full: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl Printing {
+    /// `folder` holds the result.
+    pub fn of(self, summary: &Summary, folder: &Path) -> String {
+        if self.json { render::json(summary) } else { text::campaign(summary, folder, self.full) }
+    }
+}
+
 /// Exit code if a gate did not pass.
 const GATE_FAILED: u8 = 100;
 
@@ -26,10 +44,10 @@ pub fn gates_of(folder: &Folder, args: &GateArgs) -> Result<Gates> {
 }
 
 /// Writes the result files and prints the result; then the replays, which nobody should have to wait for.
-pub fn conclude(folder: &Folder, gates: &Gates, args: &ReplaysArgs, json: bool) -> Result<ExitCode> {
+pub fn conclude(folder: &Folder, gates: &Gates, args: &ReplaysArgs, printing: Printing) -> Result<ExitCode> {
     let (summary, rows) = Summary::of_folder(folder, gates)?;
     result::write(&summary, &rows, &folder.path)?;
-    print(&if json { render::json(&summary) } else { text::campaign(&summary, &folder.path) })?;
+    print(&printing.of(&summary, &folder.path))?;
     note(&result::written(&folder.path, &["summary.json", "trials.parquet", "campaign.toml"]));
     let verdict = exit_code(&summary, &folder.path);
     let stop = || STOP.load(Ordering::Relaxed);
@@ -44,8 +62,11 @@ pub fn conclude(folder: &Folder, gates: &Gates, args: &ReplaysArgs, json: bool) 
         // The result is none the worse.
         Err(error) => log::warn!("no replays: {error}"),
     }
-    // The same command writes those that are missing.
-    if stop() { Err(Error::Interrupted) } else { Ok(verdict) }
+    if stop() {
+        note("interrupted: the result is complete; the same command writes the replays that are missing");
+        return Err(Error::Interrupted);
+    }
+    Ok(verdict)
 }
 
 /// Says which gates did not pass, each with the command that replays a trial that was lost.

@@ -2,73 +2,80 @@
 
 use super::arguments::{ChangeArgs, CheckArgs, GateArgs, ReplaysArgs, fine};
 use super::interrupt::{STOP, stop_on_ctrl_c};
-use super::progress::Progress;
-use super::result::{conclude, gates_of};
+use super::progress::{Progress, duration};
+use super::result::{Printing, conclude, gates_of};
 use super::status::print_status;
 use super::terminal::note;
 use crate::campaign::run::{RunOptions, Watch, Work};
 use crate::campaign::verdict::gates::Gates;
+use crate::campaign::verdict::so_far::SoFar;
 use crate::campaign::{Campaign, Folder, Overrides, Plan, Shard, TrialRow};
 use crate::error::{Error, Result};
+use crate::files::shell_word;
+use crate::render::text::layout::wrapped;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::{Mutex, PoisonError};
 
 #[derive(Debug, Default, clap::Args)]
 #[command(after_help = "Examples:
-  standfast run                                    the standard campaign, all cores
-  standfast run smoke                              a small one, seconds
+  standfast run                                    the standard campaign, on all cores
+  standfast run smoke                              a small campaign that takes seconds
   standfast run my.toml --trials 200 --gains switching --gains mine.toml
   standfast run --set push.impulse_n_s=2.5 --set 'push.heading_deg={uniform=[-45, 45]}'
-  standfast run --vary paper:stepping.alpha=2,5,15,60   a sweep
+  standfast run --vary paper:stepping.alpha=2,5,15,60   a sweep: four variants of `paper`
   standfast run --vary 'fixed:gains.0.x=[0.15, 1, 5],[1, 1, 5]' --gains fixed
-  standfast run --shard 1/4 --out results          a quarter of it, on this machine
-  standfast merge results                          ... joined when all four are there
-  standfast run --gains hold --gains catch --until-resolved      as few pushes as it takes
-  standfast run --gate 'catch >= 0.80' --gate 'catch >= hold + 0.10'
+  standfast run --shard 1/4 --out results          a quarter of the campaign, on this machine
+  standfast merge results                          joins the quarters when all four are there
+  standfast run --gains hold --gains catch --until-resolved      as few trials as it takes
+  standfast run --gate 'catch >= 0.80' --gate 'catch >= hold + 0.10' --unresolved fail
   standfast run --gate 'catch >= baseline - 0.01' --baseline results-of-main
-  standfast run my.toml --check                    is all of it fine? Nothing runs
+  standfast run my.toml --check                    checks everything and runs nothing
 
-Interrupted, the same command goes on where it stopped.")]
+A run that was interrupted goes on where it stopped when the same command is given again.")]
 pub struct RunArgs {
     /// A campaign that is compiled in (smoke, nominal, standard, harsh) or a TOML file
     #[arg(default_value = "standard")]
     pub campaign: String,
     #[command(flatten)]
     pub change: ChangeArgs,
-    /// Count of pushes
+    /// Count of trials: each is one random push (or two), the same for every gain set
     #[arg(long, value_name = "N")]
     pub trials: Option<u64>,
     /// Stop as soon as every gate is decided or, without gates, every pair of gain sets.
     ///
-    /// It looks at the result after 25 trials, 50, 75, and so on, each time after about a quarter more. Its intervals are
-    /// valid however often one looks (betting confidence sequences): of its gates, or of its pairs, all together are
-    /// decided wrongly in at most 5 % of runs. It may be taken up again with more trials.
+    /// The result is looked at after 25 trials, after 50, after 75, and so on, each time after about a quarter more. Its
+    /// intervals are valid however often one looks (they are betting confidence sequences): in at most 5 % of runs any of
+    /// the gates, or of the pairs, is decided wrongly. A run that has ended undecided goes on if it is given more trials.
     #[arg(long)]
     pub until_resolved: bool,
-    /// Two gain sets that differ by less than this share are the same, and their pair is resolved [default: 0.02]
+    /// Gain sets whose rates are sure to differ by less than this share count as the same, and their pair as decided
+    /// [default: 0.02]
     #[arg(long, value_name = "SHARE")]
     pub margin: Option<f64>,
-    /// Most pushes with --until-resolved, in whole parts of 25 [default: those of the campaign]
+    /// The most trials that --until-resolved may take, rounded up to a multiple of 25 [default: those of the campaign]
     #[arg(long, value_name = "N", conflicts_with = "trials")]
     pub max_trials: Option<u64>,
     #[command(flatten)]
     pub gates: GateArgs,
-    /// Threads; 0: one per core. The result is the same for any
+    /// Count of threads, or 0 for one on each core. The result is the same for any count
     #[arg(long, value_name = "T", default_value_t = 0)]
     pub threads: usize,
-    /// Run only share k of n (1/n to n/n) and leave parts for `merge`
+    /// Run only share K of N (1/N to N/N) of the trials, which `merge` joins with the others
     #[arg(long, value_name = "K/N")]
     pub shard: Option<Shard>,
     #[command(flatten)]
     pub replays: ReplaysArgs,
     #[command(flatten)]
     pub check: CheckArgs,
-    /// Result folder [default: standfast-results/NAME]
+    /// Folder for the result [default: standfast-results/NAME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Print the summary as one JSON object
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub printing: Printing,
+    /// Whether the program was called with nothing at all, perhaps for the first time.
+    #[arg(skip)]
+    pub bare: bool,
 }
 
 pub fn run(args: &RunArgs) -> Result<ExitCode> {
@@ -84,36 +91,68 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     let undecided = |rows: &[TrialRow]| gates.as_ref().map_or(Vec::new(), |gates| gates.open(rows));
     let options = RunOptions { threads: args.threads, shard: args.shard };
     stop_on_ctrl_c();
-    let work = plan.work(&folder, options, &|rows| undecided(rows).is_empty())?;
+    let mut work = plan.work(&folder, options, &|rows| undecided(rows).is_empty())?;
     if args.check.check {
         let (sets, episodes) = (folder.manifest.sets.join(", "), work.episodes());
         return fine(&format!("campaign {}, gain sets {sets}, {episodes} episodes to run", campaign.name));
     }
-    say_what_is_there(&folder, &work);
-    let progress =
-        (!work.is_done()).then(|| Progress::start(work.episodes(), "episodes", campaign.stopping.until_resolved));
+    let is_new = !say_what_is_there(&folder, &work);
+    if args.bare && is_new {
+        announce(&campaign, &work);
+    }
+    simulate(&mut work, gates.as_ref(), args.bare && is_new)?;
+    match &gates {
+        None => print_status(&folder, args.printing).map(|_| ExitCode::SUCCESS),
+        Some(gates) => conclude(&folder, gates, &args.replays, args.printing),
+    }
+}
+
+/// Runs what is missing, and shows how far it is and what it finds, also (`tells_time`) how long it will take here, as soon
+/// as that can be measured.
+fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool) -> Result<()> {
+    let (folder, all, missing) = (work.folder, work.all_episodes(), work.episodes());
+    let stopping = folder.manifest.campaign.stopping;
+    let progress = (!work.is_done()).then(|| Progress::of_episodes(all, all - missing, stopping.until_resolved));
+    let finished = Mutex::new(Vec::<TrialRow>::new());
+    let on_part = |rows: &[TrialRow]| {
+        let Some(progress) = &progress else { return };
+        let mut finished = finished.lock().unwrap_or_else(PoisonError::into_inner);
+        if tells_time && finished.is_empty() && !rows.is_empty() {
+            let pace = format!("by the pace of its first {} episodes", progress.done());
+            note(&format!("It takes about {} here, {pace}.", duration(progress.whole_s())));
+        }
+        finished.extend_from_slice(rows);
+        progress.show(&SoFar::of(&finished, &folder.manifest.sets, stopping.margin));
+    };
     let is_decided = |rows: &[TrialRow]| {
-        let open = undecided(rows);
-        progress.iter().for_each(|bar| bar.say(&look(rows, &open, gates.as_ref(), &folder)));
+        let open = gates.map_or(Vec::new(), |gates| gates.open(rows));
+        // A terminal shows at any time how it stands.
+        if progress.as_ref().is_some_and(|progress| open.is_empty() || !progress.is_on_terminal()) {
+            note(&look(rows, &open, gates, folder));
+        }
         open.is_empty()
     };
-    let on_episode = || progress.iter().for_each(Progress::tick);
-    let done = work.run(&Watch { stop: &STOP, on_episode: &on_episode, is_decided: &is_decided });
+    let on_episode = || progress.iter().for_each(Progress::episode);
+    let run = work.run(&Watch { stop: &STOP, on_episode: &on_episode, on_part: &on_part, is_decided: &is_decided });
     progress.iter().for_each(Progress::finish);
-    if let Err(Error::Interrupted) = done {
-        note(&format!("finished parts are kept; to go on: {}", folder.resume_command()));
+    if let (Err(Error::Interrupted), Some(progress)) = (&run, &progress) {
+        let left = work.episodes();
+        let lost = progress.done() - (missing - left);
+        let lost = match lost {
+            0 => String::new(),
+            _ => format!(" {lost} more had ended, of trials that had not: they will be run again."),
+        };
+        let kept = format!("{} of {all} episodes are kept.{lost}", all - left);
+        note(wrapped("interrupted: ", &format!("{kept} The same command goes on from there, and so does:")).trim_end());
+        note(&format!("  {}", folder.resume_command()));
     }
-    done?;
-    match &gates {
-        None => print_status(&folder, args.json).map(|_| ExitCode::SUCCESS),
-        Some(gates) => conclude(&folder, gates, &args.replays, args.json),
-    }
+    run
 }
 
 impl RunArgs {
     /// The standard campaign as it is.
     pub fn standard() -> Self {
-        Self { campaign: "standard".into(), ..Self::default() }
+        Self { campaign: "standard".into(), bare: true, ..Self::default() }
     }
 
     /// All that these change of the campaign.
@@ -121,6 +160,7 @@ impl RunArgs {
         Overrides {
             trials: self.max_trials.or(self.trials),
             gates: self.gates.gate.clone(),
+            unresolved: self.gates.unresolved,
             until_resolved: self.until_resolved,
             margin: self.margin,
             ..self.change.overrides()
@@ -139,27 +179,49 @@ impl RunArgs {
                 "--trials, or --until-resolved too",
             ));
         }
-        if self.shard.is_some() && (!self.gates.gate.is_empty() || self.gates.baseline.is_some()) {
-            let problem = "a shard has a part of the trials only, which no gate can judge";
-            return Err(Error::value("arguments", "--gate, --baseline", "given", problem, "these options of `merge`"));
+        let GateArgs { gate, unresolved, baseline } = &self.gates;
+        if self.shard.is_some() && !(gate.is_empty() && unresolved.is_none() && baseline.is_none()) {
+            let (options, problem) =
+                ("--gate, --unresolved, --baseline", "a shard has too few of the trials for a gate");
+            return Err(Error::value("arguments", options, "given", problem, "these options of `merge`"));
         }
         Ok(())
     }
 }
 
-/// What of the campaign there is, and what becomes of it.
-fn say_what_is_there(folder: &Folder, work: &Work) {
-    let (path, blocks) = (folder.path.display(), folder.blocks());
-    let there = blocks - folder.missing().len() as u64;
-    if there > 0 && folder.is_of_another_build() {
-        note(&format!("{path}: what is there was made by another build of standfast, and is kept;"));
-        note("to see what this build makes of it, give another --out");
+/// Says what of the campaign is there; false if nothing is.
+fn say_what_is_there(folder: &Folder, work: &Work) -> bool {
+    let (path, all) = (folder.path.display(), work.all_episodes());
+    let there = all - work.episodes();
+    if there == 0 {
+        return false;
     }
-    if work.is_done() {
-        note(&format!("{path}: complete, nothing is computed again"));
-    } else if there > 0 {
-        note(&format!("{path}: goes on, {there} of {blocks} parts are there"));
+    match work.is_done() {
+        true => note(&format!("{path}: complete, nothing is computed again")),
+        false => note(&format!("{path}: goes on, {there} of {all} episodes are there")),
     }
+    if folder.is_of_another_build() {
+        let advice = "to have all of it from this build, give another --out";
+        note(
+            wrapped("", &format!("Those were made by another build of standfast, and are kept; {advice}.")).trim_end(),
+        );
+    }
+    true
+}
+
+/// What somebody hears who has called the program with nothing at all.
+fn announce(campaign: &Campaign, work: &Work) {
+    let program = std::env::args().next().unwrap_or("standfast".into());
+    let (program, sets, name) = (shell_word(&program), campaign.gains.len(), &campaign.name);
+    let what = format!("Runs the campaign `{name}`: {} pushes for each of {sets} gain sets", campaign.trials);
+    let keeps = "Ctrl-C keeps what is finished, and the same command goes on from there";
+    let threads = match work.threads() {
+        1 => "one thread".into(),
+        threads => format!("{threads} threads"),
+    };
+    let quick = format!("{program} push --replay push.html (one push, to watch in a browser), {program} run smoke");
+    note(wrapped("", &format!("{what}, {} episodes on {threads}. {keeps}.", work.episodes())).trim_end());
+    note(wrapped("", &format!("For a quick look instead: {quick} (seconds).")).trim_end());
 }
 
 /// What a campaign that ends when decided has still to decide (`open`), and whether that takes more trials than its
@@ -169,8 +231,8 @@ fn look(rows: &[TrialRow], open: &[String], gates: Option<&Gates>, folder: &Fold
     let what = match open {
         [] if gates.is_some_and(|gates| gates.outlasts_baseline(rows)) => "not decided, but the baseline has no more",
         [] => "decided",
-        [first] => &format!("open {first}"),
-        [first, more @ ..] => &format!("open {first}, and {} more", more.len()),
+        [first] => &format!("open is {first}"),
+        [first, more @ ..] => &format!("open are {first}, and {} more", more.len()),
     };
-    format!("{trials} trials: {what}")
+    format!("after {trials} trials: {what}")
 }

@@ -8,7 +8,7 @@ use crate::control::Design;
 use crate::episode::{Disturbance, imposed};
 use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
-use crate::render::plot::motion::MotionPlot;
+use crate::render::figure::motion::MotionPlot;
 use crate::render::{self, text};
 use crate::robot::Robot;
 use serde_json::json;
@@ -16,24 +16,24 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  standfast scenario                                    what there is
+  standfast scenario                                    lists the scenarios
   standfast scenario push-behind --plot response.svg    the paper's push from behind, as in its Fig. 14 (a)
-  standfast scenario push-behind --gains switching      ... without a footstep
-  standfast scenario my-scenario.toml                    your own; start from one in assets/scenarios")]
+  standfast scenario push-behind --gains switching      the same push, without a footstep
+  standfast scenario my-scenario.toml                    one of your own; start from a file in assets/scenarios")]
 pub struct ScenarioArgs {
-    /// A scenario that is compiled in, or a TOML file; without it all are listed
+    /// A scenario by its built-in name, or a TOML file. Without it, all built-in scenarios are listed
     pub scenario: Option<String>,
-    /// Gain set by name or file, instead of the scenario's
+    /// A gain set by name or file, in place of the scenario's
     #[arg(long, value_name = "NAME|FILE", requires = "scenario")]
     pub gains: Option<String>,
-    /// Robot by name or URDF file, instead of the scenario's
+    /// A robot by name or URDF file, in place of the scenario's
     #[arg(long, value_name = "NAME|FILE", requires = "scenario")]
     pub robot: Option<String>,
     #[command(flatten)]
     pub outputs: OutputArgs,
     #[command(flatten)]
     pub check: CheckArgs,
-    /// One JSON object on stdout
+    /// Print one JSON object instead of text
     #[arg(long)]
     pub json: bool,
 }
@@ -65,11 +65,11 @@ pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Without a name: what there is.
+/// Without a name: all scenarios that are built in.
 fn list(args: &ScenarioArgs) -> Result<ExitCode> {
     if !args.outputs.is_empty() {
         let (problem, accepted) =
-            ("there is no episode to write anything of", "one of those that `standfast scenario` lists");
+            ("no scenario is named, so there is nothing to write", "a scenario that `standfast scenario` lists");
         return Err(Error::value("arguments", "SCENARIO", "none", problem, accepted));
     }
     let all = Scenario::builtin()?;
@@ -80,7 +80,7 @@ fn list(args: &ScenarioArgs) -> Result<ExitCode> {
         render::json(&json!({ "scenarios": all }))
     } else {
         let lines = all.iter().map(|scenario| format!("{:<20} {}\n", scenario.name, scenario.description));
-        lines.collect::<String>() + "\nto run one: standfast scenario NAME\n"
+        lines.collect::<String>() + "\nTo run one: standfast scenario NAME\n"
     })?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,9 +1,11 @@
 //! `standfast status`: what is missing in the folder of a campaign.
 
+use super::result::Printing;
 use super::terminal::print;
-use crate::campaign::Folder;
+use crate::campaign::verdict::gates::Gates;
+use crate::campaign::{Folder, Summary};
 use crate::error::Result;
-use crate::render;
+use crate::render::{self, text};
 use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -12,26 +14,30 @@ use std::process::ExitCode;
 const INCOMPLETE: u8 = 3;
 
 #[derive(Debug, clap::Args)]
-pub struct FolderArgs {
+pub struct StatusArgs {
     /// Result folder of `run`
     pub dir: PathBuf,
-    /// Print one JSON object
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub printing: Printing,
 }
 
-pub fn run(args: &FolderArgs) -> Result<ExitCode> {
-    let complete = print_status(&Folder::existing(&args.dir)?, args.json)?;
+pub fn run(args: &StatusArgs) -> Result<ExitCode> {
+    let folder = Folder::existing(&args.dir)?;
+    let complete = print_status(&folder, args.printing)?;
+    if complete && args.printing.full && !args.printing.json {
+        let (summary, _, _) = Summary::read(&folder, &Gates::new(&folder.manifest, None)?)?;
+        print(&format!("\n{}", text::campaign(&summary, &folder.path, true)))?;
+    }
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
 }
 
 /// Prints which parts are there; true if all are.
-pub fn print_status(folder: &Folder, json: bool) -> Result<bool> {
+pub fn print_status(folder: &Folder, printing: Printing) -> Result<bool> {
     let (missing, blocks) = (folder.missing(), folder.blocks());
     let (complete, trials) = (missing.is_empty(), folder.trials_of(&missing));
     let there = blocks - missing.len() as u64;
     let next = if complete { folder.merge_command() } else { folder.resume_command() };
-    if json {
+    if printing.json {
         print(&render::json(&json!({
             "name": folder.manifest.campaign.name,
             "config_hash": folder.manifest.config_hash,

@@ -1,7 +1,12 @@
 //! What a command says: what it computes goes to the standard output, all else to the standard error.
 
 use crate::error::{Error, Result};
+use indicatif::ProgressBar;
 use std::io::{ErrorKind, Write};
+use std::sync::{Mutex, PoisonError};
+
+/// The progress that is on the terminal, which makes way for what is said.
+static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
 /// Prints to the standard output; a reader that has gone (`| head`) is no error.
 pub fn print(text: &str) -> Result<()> {
@@ -14,5 +19,16 @@ pub fn print(text: &str) -> Result<()> {
 
 /// A line on the standard error; nobody there to read it is no reason to stop.
 pub fn note(line: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "{line}");
+    let write = || {
+        let _ = writeln!(std::io::stderr().lock(), "{line}");
+    };
+    match &*BAR.lock().unwrap_or_else(PoisonError::into_inner) {
+        Some(bar) => bar.suspend(write),
+        None => write(),
+    }
+}
+
+/// From now on notes stand above this progress, until there is none.
+pub fn make_way_for(bar: Option<ProgressBar>) {
+    *BAR.lock().unwrap_or_else(PoisonError::into_inner) = bar;
 }

@@ -1,4 +1,4 @@
-//! What the controller did at a tick, and why: read by trace, film, window and judge. Nobody reaches into the controller.
+//! What the controller did at a tick, and why. Traces, films, the window and the referee read it.
 
 use super::design::Design;
 use super::estimate::Estimate;
@@ -10,13 +10,13 @@ use nalgebra::{Point2, Vector2};
 /// What the controller is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Phase {
-    /// The home posture is held.
+    /// It holds the home posture.
     Posture,
-    /// Some gain's set holds the state.
+    /// It stands, and the state lies in the CPI set of at least one gain.
     Switching,
-    /// No set holds the state (eq. 26), and no foot is being moved.
+    /// It stands, and the state lies in no gain's CPI set (eq. 26).
     OutOfSets,
-    /// This foot is being moved.
+    /// It moves this foot.
     Swing(Foot),
 }
 
@@ -32,52 +32,51 @@ impl Phase {
     }
 }
 
-/// The last tick, in the world as the controller estimates it.
+/// The last tick, in the world frame as the controller estimates it.
 #[derive(Debug, Clone, Copy)]
 pub struct Account<'a> {
     pub phase: Phase,
     pub estimate: &'a Estimate,
-    /// Wanted ZMP (m).
+    /// Desired ZMP (m).
     pub zmp_ref: Point2<f64>,
-    /// The gain that acts, index into those of the gain set, slow to fast; the last one that did while a foot is in the air. None
-    /// without gains.
+    /// Index of the acting gain, from slow to fast; with a foot in the air, of the last one. None without gains.
     pub gain: Option<usize>,
-    /// Margin of the slowest gain's set, the largest, when the robot last stood: negative when no set holds the state
-    /// (eq. 26), negative infinity where there is no set.
+    /// Margin of the state in the slowest gain's CPI set, which is the largest set, when the robot last stood. It is
+    /// negative when no set contains the state (eq. 26), and negative infinity when there is no set.
     pub margin: f64,
-    /// How often a gain has started anew.
+    /// How often a gain has been started from the estimated state.
     pub switches: u32,
     /// The footstep in the air.
     pub swing: Option<&'a Swing>,
-    /// Where the body is sent: the posture of the inverse kinematics.
+    /// The posture from inverse kinematics to which the body is sent.
     pub posture_ref: &'a Posture,
     pub(super) design: &'a Design,
     pub(super) supervisor: &'a Supervisor,
 }
 
 impl<'a> Account<'a> {
-    /// Whether no foot is in the air: the sets are those of the support.
+    /// Whether the robot stands, with no foot being moved. Only then do the CPI sets belong to the present support.
     pub fn stands(&self) -> bool {
         self.swing.is_none()
     }
 
-    /// Name of the gain that acts; None where the gain set has none.
+    /// Name of the acting gain; None if the gain set has no gains.
     pub fn gain_name(&self) -> Option<&'a str> {
         self.gain.map(|gain| self.design.family.gains[gain].name.as_str())
     }
 
-    /// What the robot stands on, as estimated: not on a foot that is in the air.
+    /// The estimated support. A foot in the air does not count.
     pub fn support(&self) -> Support {
         Support::of_estimate(&self.design.robot, self.estimate)
     }
 
-    /// The margin, as [`margin`](Self::margin), of another state of the COM (world; m, m/s), e.g. the true one.
+    /// The [`margin`](Self::margin) for another state of the COM (m and m/s, world frame), for example the true one.
     pub fn margin_at(&self, com: Point2<f64>, com_vel: Vector2<f64>) -> f64 {
         self.supervisor.margin_at(com, com_vel)
     }
 
-    /// For a picture: the slice of each gain's set over the COM, at the COM velocity and ZMP when the robot last stood, slow to
-    /// fast: corners in the world (m), none where the set holds no such state.
+    /// For pictures: the slice of each gain's CPI set over COM positions, at the COM velocity and ZMP when the robot
+    /// last stood, from slow to fast. Each is a list of corners (m, world), empty where the set contains no such state.
     pub fn slices(&self) -> Vec<Vec<Point2<f64>>> {
         self.supervisor.slices()
     }

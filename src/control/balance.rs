@@ -1,4 +1,4 @@
-//! What follows from an estimate (paper, Fig. 5): stand, or step and stand again.
+//! Decides from the estimate whether to stand or to step (paper, Fig. 5).
 
 use super::account::{Account, Phase};
 use super::body::{Body, SoleReference, carry};
@@ -12,27 +12,27 @@ use crate::robot::{Command, Foot, PerFoot};
 use nalgebra::{Point2, Vector2};
 use std::sync::Arc;
 
-/// The part of the controller that acts. Alone, it can be driven by an estimate from elsewhere.
+/// Standing rule, footwork rule and body, without the estimator. It can be driven by an estimate from elsewhere.
 #[derive(Debug)]
 pub struct Balance {
     design: Arc<Design>,
     supervisor: Supervisor,
     body: Body,
     footwork: Option<Box<dyn Footwork>>,
-    /// Of another gain set, which takes over when the foot in the air has landed.
+    /// The footwork rule of another gain set, which takes over when the foot in the air has landed.
     next_footwork: Option<Option<Box<dyn Footwork>>>,
     /// The footstep in the air.
     swing: Option<Swing>,
     last_landing: Option<LastLanding>,
-    /// For how long no set has held the state while no foot was in the air (s); 0 at the first such tick.
+    /// For how long the state has been in no CPI set while no foot was in the air (s); 0 at the first such tick.
     out_of_sets_s: Option<f64>,
-    /// Wanted ZMP, world.
+    /// Desired ZMP, world frame (m).
     zmp_ref: Point2<f64>,
     switches: u32,
 }
 
 impl Balance {
-    /// At rest as `start` says.
+    /// Starts at rest in the state of `start`.
     pub fn new(design: Arc<Design>, start: &Estimate) -> Self {
         Self {
             supervisor: Supervisor::new(&design.family, start.com_xy()),
@@ -48,8 +48,8 @@ impl Balance {
         }
     }
 
-    /// Goes on with the gain set of another design for the same robot, from the state reached. A foot in the air is led to its
-    /// landing by the rule that lifted it.
+    /// Continues from the present state with the gain set of another design for the same robot. If a foot is in the
+    /// air, the footwork rule that lifted it leads it to its landing first.
     pub fn switch_to(&mut self, design: Arc<Design>) {
         self.supervisor = Supervisor::new(&design.family, self.zmp_ref);
         self.supervisor.start_anew(self.zmp_ref);
@@ -61,7 +61,8 @@ impl Balance {
         self.design = design;
     }
 
-    /// Adds to what the acting gain wants of the ZMP (m, world), behind its back: to measure how the ZMP follows.
+    /// Adds `probe` (m, world frame) to the ZMP that the acting gain asks for, without changing the gain's own state.
+    /// It serves to measure how the ZMP follows.
     pub fn probe_zmp(&mut self, probe: Vector2<f64>) {
         self.supervisor.zmp_probe = probe;
     }
@@ -76,8 +77,8 @@ impl Balance {
         self.swing.as_ref()
     }
 
-    /// One tick: writes `command`, and into `estimate` which foot stands. Does not allocate. Errors: the equations of the body
-    /// have no solution; `command` may then be half written.
+    /// Runs one tick: writes `command`, and notes in `estimate` which foot has been lifted or has landed. It does not
+    /// allocate. If the equations of motion have no solution it returns an error, and `command` may be half written.
     pub fn tick(&mut self, estimate: &mut Estimate, command: &mut Command) -> Result<(), TickError> {
         if let (Some(swing), Some(footwork)) = (&self.swing, &self.footwork) {
             match footwork.landing(estimate, swing) {
@@ -94,7 +95,7 @@ impl Balance {
         }
     }
 
-    /// What was done at the last tick, on the estimate that it went by.
+    /// What the controller did at the last tick, for the `estimate` that it used.
     pub fn account<'a>(&'a self, estimate: &'a Estimate) -> Account<'a> {
         let family = &self.design.family;
         let phase = match (self.in_air(), family.standing) {
@@ -117,13 +118,14 @@ impl Balance {
         }
     }
 
-    /// Keeps the home posture. The wanted ZMP is shown as the one measured.
+    /// Holds the home posture. This rule asks for no ZMP, so the measured ZMP is reported as the desired one.
     fn hold(&mut self, estimate: &Estimate, command: &mut Command) {
         self.zmp_ref = estimate.zmp;
         command.clone_from(&self.design.home);
     }
 
-    /// Switching control (Sect. III.D); where no set holds the state, a footstep if the gain set takes any (Sect. V).
+    /// Applies switching control (Sect. III.D). When the state is in no CPI set, it asks the footwork rule, if there is
+    /// one, for a footstep (Sect. V).
     fn stand(&mut self, estimate: &mut Estimate, command: &mut Command) -> Result<(), TickError> {
         let Design { family, robot, .. } = &*self.design;
         let (com, dt) = (estimate.com_xy(), family.pendulum.dt);
@@ -143,7 +145,7 @@ impl Balance {
         let Self { design, body, .. } = self;
         let Design { family, robot, .. } = &**design;
         body.com.height = [design.com_height, 0.0, 0.0];
-        // In flight there is no ZMP and no pendulum: the reference waits at the estimate.
+        // In flight there is no ZMP and no pendulum, so the reference stays at the estimate.
         if decision.starts || support.polygon.is_none() {
             body.com.start(estimate);
         }
@@ -157,8 +159,8 @@ impl Balance {
         Ok(())
     }
 
-    /// Lifts a foot for a ZMP error (m, control frame) that no state shows, as the paper imposes it (Sect. V.C). False if the
-    /// footwork rule has no footstep for it.
+    /// Lifts a foot for an imposed ZMP error (m, control frame) that does not come from the state, as in the paper's
+    /// Sect. V.C. Returns false if the footwork rule finds no footstep for it.
     pub fn lift_for(&mut self, estimate: &mut Estimate, zmp_error: Vector2<f64>) -> bool {
         self.lift(estimate, zmp_error, f64::INFINITY)
     }
@@ -172,7 +174,7 @@ impl Balance {
         self.swing.is_some()
     }
 
-    /// A tick with a foot in the air.
+    /// Runs a tick with a foot in the air.
     fn swing_on(&mut self, estimate: &Estimate, command: &mut Command) -> Result<(), TickError> {
         let (Some(swing), Some(footwork)) = (&mut self.swing, &mut self.footwork) else { return Ok(()) };
         let Self { design, last_landing, .. } = self;
@@ -183,7 +185,7 @@ impl Balance {
         Ok(())
     }
 
-    /// Ends the footstep in the air: the standing rule goes on from the state reached.
+    /// Ends the footstep. The standing rule continues from the present state.
     fn land(&mut self, landing: Landing, estimate: &mut Estimate) {
         let Some(foot) = self.in_air() else { return };
         self.swing = None;

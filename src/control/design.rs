@@ -1,5 +1,5 @@
-//! A gain set made ready for a robot: feedback, the posture at home and its torques, and whether the rules of its
-//! footsteps fit the robot.
+//! A gain set prepared for a robot: its feedback gains, the home posture with its torques, and a check that the rules
+//! for footsteps suit the robot.
 
 use super::body::load;
 use super::stand::Support;
@@ -15,24 +15,24 @@ use crate::robot::{Command, GRAVITY, Kinematics, PerFoot, Pose, Robot};
 use nalgebra::{Vector2, Vector3};
 use std::sync::Arc;
 
-/// A gain set made ready for a robot: what all episodes share.
+/// A gain set prepared for a robot. All episodes with that gain set and robot share it.
 #[derive(Debug, Clone)]
 pub struct Design {
-    /// The robot that it is made for.
+    /// The robot for which the design is made.
     pub robot: Arc<Robot>,
     pub family: GainFamily,
-    /// Says which gains do not nest on the home support; None when all do.
+    /// Names the gains whose CPI sets do not nest on the home support; None when all sets nest.
     pub warning: Option<String>,
-    /// Joint targets at home with the torques that carry the weight there.
+    /// Joint targets at home, with the torques that carry the weight there.
     pub(super) home: Command,
-    /// Of the COM at home (m).
+    /// Height of the COM at home (m).
     pub(super) com_height: f64,
-    /// From the right sole's centre to the left's at home (m), control frame.
+    /// Vector from the centre of the right sole to that of the left one at home (m), control frame.
     pub(super) stance: Vector2<f64>,
 }
 
 impl Design {
-    /// Designs the feedback and searches the sets on the home support (to check that they nest).
+    /// Designs the feedback gains, and computes their CPI sets on the home support to check that they nest.
     pub fn new(robot: &Robot, gains: &GainSet, control_period_s: f64) -> Result<Self> {
         let pendulum = Pendulum { omega: robot.omega(), dt: control_period_s };
         let family = GainFamily::design(gains, pendulum)?;
@@ -51,7 +51,7 @@ impl Design {
         Ok(Self { robot: Arc::new(robot.clone()), family, warning, home, com_height, stance })
     }
 
-    /// The same, but footsteps start at the first tick at which no set holds the state.
+    /// The same design with a patience of 0: a footstep starts at the first tick at which the state is in no CPI set.
     pub fn without_patience(&self) -> Self {
         let mut design = self.clone();
         if let Some(FootworkRules::Stepping(rules)) = &mut design.family.footwork {
@@ -66,18 +66,25 @@ impl Design {
     }
 }
 
-/// What the rules of a footstep must be for this robot and period.
+/// Checks the paper's stepping rules against this robot and control period.
 fn check_stepping(rules: &Stepping, stance: Vector2<f64>, control_period_s: f64, file: &str) -> Result<()> {
     let range = &rules.range;
     if !(range.least_m..=range.outward_m).contains(&stance.y) {
         let value = format!("{} to {} m to the side", range.least_m, range.outward_m);
-        let accepted = format!("least_m and outward_m around the distance of its soles, {:.4} m", stance.y);
-        return Err(Error::value(file, "stepping.range", value, "does not hold the robot's stance at home", accepted));
+        let accepted =
+            format!("least_m and outward_m on both sides of the distance between its soles, {:.4} m", stance.y);
+        return Err(Error::value(
+            file,
+            "stepping.range",
+            value,
+            "does not contain the robot's stance at home",
+            accepted,
+        ));
     }
     check_swing_time("stepping", rules.swing_time_s, control_period_s, file)
 }
 
-/// What a robot must be to catch, and the rules for this period.
+/// Checks that the robot has what catching needs, and the catching rules against the control period.
 fn check_catching(
     rules: &Catching,
     robot: &Robot,
@@ -86,15 +93,16 @@ fn check_catching(
     file: &str,
 ) -> Result<()> {
     let Some(reach) = &robot.reach else {
-        let problem = format!("needs to know how far the feet of {} reach", robot.name);
-        let accepted = "a robot whose .toml has [reach] with forward_m, outward_m, inward_m and min_step_time_s; or another \
-            gain set, e.g. switching";
+        let problem = format!("requires the reach of the feet of {}", robot.name);
+        let accepted = "a robot whose .toml has a [reach] table with forward_m, outward_m, inward_m and min_step_time_s; or \
+            another gain set, for example switching";
         return Err(Error::value(file, "catching", "a table", problem, accepted));
     };
     if !(reach.inward_m..=reach.outward_m).contains(&stance.y) {
         let value = format!("{} to {} m to the side", reach.inward_m, reach.outward_m);
-        let accepted = format!("inward_m and outward_m around the distance of its soles, {:.4} m", stance.y);
-        return Err(Error::value(&robot.name, "reach", value, "does not hold the stance at home", accepted));
+        let accepted =
+            format!("inward_m and outward_m on both sides of the distance between its soles, {:.4} m", stance.y);
+        return Err(Error::value(&robot.name, "reach", value, "does not contain the stance at home", accepted));
     }
     check_swing_time("catching", rules.swing_time_s, control_period_s, file)
 }
@@ -104,11 +112,11 @@ fn check_swing_time(table: &str, swing_time_s: f64, control_period_s: f64, file:
     if swing_time_s >= least {
         return Ok(());
     }
-    let accepted = format!("{SHORTEST_SWING_TICKS} control periods, {least} s, or more");
+    let accepted = format!("{least} s ({SHORTEST_SWING_TICKS} control periods) or more");
     Err(Error::value(file, format!("{table}.swing_time_s"), swing_time_s, "is too short", accepted))
 }
 
-/// A foot is moved over this many ticks at least.
+/// The shortest planned swing of a foot, in control ticks.
 const SHORTEST_SWING_TICKS: f64 = 10.0;
 
 const BOTH_FEET: PerFoot<bool> = PerFoot { left: true, right: true };
@@ -151,19 +159,19 @@ mod tests {
         let (robot, gains) = (Robot::load("ut-mu2").unwrap(), GainSet::load("catch").unwrap());
         let reach = robot.reach.unwrap();
         let with = |reach: Option<Reach>| Robot { reach, ..robot.clone() };
-        let unknown = "catch: catching = a table: needs to know how far the feet";
+        let unknown = "catch: catching = a table: requires the reach of the feet of ut-mu2";
         for (robot, period_s, words) in [
             (with(None), 0.002, unknown),
             (
                 with(Some(Reach { inward_m: 0.1, ..reach })),
                 0.002,
-                "ut-mu2: reach = 0.1 to 0.18 m to the side: does not hold the stance at home; \
-                 accepted: inward_m and outward_m around the distance of its soles, 0.0970 m",
+                "ut-mu2: reach = 0.1 to 0.18 m to the side: does not contain the stance at home; \
+                 accepted: inward_m and outward_m on both sides of the distance between its soles, 0.0970 m",
             ),
             (
                 with(Some(reach)),
                 0.015,
-                "catch: catching.swing_time_s = 0.14: is too short; accepted: 10 control periods",
+                "catch: catching.swing_time_s = 0.14: is too short; accepted: 0.15 s (10 control periods) or more",
             ),
         ] {
             let error = Design::new(&robot, &gains, period_s).unwrap_err();
@@ -171,7 +179,7 @@ mod tests {
             assert!(error.to_string().starts_with(words), "{error}\nwanted: {words}");
         }
         assert!(Design::new(&robot, &gains, 0.002).is_ok());
-        // Who does not catch need not know.
+        // The reach may be missing if the gain set does not catch.
         assert!(Design::new(&with(None), &GainSet::load("hold").unwrap(), 0.002).is_ok());
     }
 }

@@ -1,16 +1,16 @@
-//! What a tick of the controller may refuse.
+//! The errors of a control tick.
 
 use crate::robot::SensedError;
 
-/// Why there is no new command. The last good one holds, and the controller goes on with the next good sample.
+/// Why a tick gave no new command. The last valid command holds, and the controller goes on with the next valid sample.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TickError {
-    /// What was sensed cannot be: nothing has changed.
+    /// The readings are invalid. The state of the controller has not changed.
     #[error(transparent)]
     Sensed(#[from] SensedError),
-    /// The body's equations have no solution, or one that is no number; the controller starts anew with the next sample.
+    /// The equations of motion have no solution, or no finite one. The controller restarts from the next sample.
     #[error(
-        "the equations of the body have no solution for what was sensed; the controller starts anew with the next sample"
+        "the equations of motion have no solution for these readings; the controller restarts from the next sample"
     )]
     Unsolvable,
 }

@@ -1,12 +1,13 @@
-//! The controller: estimate, then stand or step, then body (paper, Fig. 11). It sees [`Sensed`] and answers with a [`Command`]; it
-//! never names the simulation.
+//! The controller: it estimates the state of the robot, decides whether to stand or to step, and moves the body (paper,
+//! Fig. 11). It reads a [`Sensed`] and writes a [`Command`], and it never names the simulation.
 //!
-//! One tick ([`Controller::tick`]): [`Estimator`] (COM, its velocity, ZMP, contact) -> [`Balance`]: the standing rule
-//! ([`stand`]: support, gain, wanted ZMP) or, when no set holds the state, a footwork rule ([`step`]) -> [`body`] (joint
-//! targets and torques). What it did, and why, says its [`Account`].
+//! One control tick ([`Controller::tick`]) goes through three parts. The [`Estimator`] finds the posture, the COM and
+//! its velocity, the ZMP and which soles are in contact. [`Balance`] applies the standing rule ([`stand`]: support
+//! polygon, acting gain, desired ZMP) or, when the state lies in no gain's CPI set, a footwork rule ([`step`]). The
+//! [`body`] turns the result into joint targets and torques. [`Account`] tells what the controller did and why.
 //!
-//! With what is below it the controller is a library of its own (`default-features = false`): for another simulator, or a robot.
-//! Here the robot is one whose joints go where they are sent, standing still:
+//! Together with the modules below it, the controller is a library of its own (`default-features = false`), for another
+//! simulator or for a real robot. In this example the joints reach their targets at once and the robot stands still:
 //!
 //! ```
 //! use standfast::control::{Controller, Design, Phase};
@@ -22,13 +23,13 @@
 //! let mut command = Command::hold(&robot.home_rad);
 //! let half_weight = Vector3::new(0.0, 0.0, 0.5 * robot.mass() * GRAVITY);
 //! for _ in 0..100 {
-//!     // Encoders, the IMU over the period that ends, and mean wrenches under the soles, in their axes.
+//!     // Encoders, the IMU averaged over the past period, and mean wrenches under the soles in sole axes.
 //!     let sensed = Sensed {
 //!         q: command.q_ref.clone(),
 //!         imu: Imu::over(period_s, UnitQuaternion::identity(), [Vector3::zeros(); 2], Vector3::zeros()),
 //!         soles: PerFoot::from_fn(|_| Wrench { force: half_weight, moment: Vector3::zeros() }),
 //!     };
-//!     // A reading that cannot be is refused; the last good command then stands.
+//!     // The controller refuses readings that are out of range; `command` then keeps its last valid content.
 //!     if let Err(error) = controller.tick(&sensed, &mut command) {
 //!         eprintln!("{error}");
 //!     }
@@ -58,20 +59,20 @@ use estimate::{Estimate, Estimator};
 use nalgebra::Vector2;
 use std::sync::Arc;
 
-/// A controller, of one robot and gain set.
+/// A controller for one robot and one gain set.
 #[derive(Debug)]
 pub struct Controller {
     design: Arc<Design>,
     estimator: Estimator,
     balance: Balance,
-    /// The last good command.
+    /// The last valid command.
     command: Command,
-    /// Its state is of no use.
+    /// Whether the last tick failed, so that the controller has to restart from the next sample.
     is_lost: bool,
 }
 
 impl Controller {
-    /// For a robot that is at home, at rest.
+    /// Starts with the robot at home and at rest.
     pub fn new(design: impl Into<Arc<Design>>) -> Self {
         let design = design.into();
         let start = Estimate::at_home(&design.robot);
@@ -84,15 +85,15 @@ impl Controller {
         }
     }
 
-    /// For a robot at rest in the posture that is sensed, wherever that is. Errors: as for [`restart`](Self::restart).
+    /// Starts with the robot at rest in the sensed posture. It fails as [`restart`](Self::restart) does.
     pub fn starting_from(design: impl Into<Arc<Design>>, sensed: &Sensed) -> Result<Self, TickError> {
         let mut controller = Self::new(design);
         controller.restart(sensed)?;
         Ok(controller)
     }
 
-    /// Starts anew from the posture that is sensed, at rest: after a fall, say. The middle of the feet is then over the world's
-    /// origin, the lowest corner of a sole on the ground. Errors: what was sensed cannot be; nothing has changed then.
+    /// Starts anew, at rest in the sensed posture, for example after a fall. The world's origin is then midway between
+    /// the feet, and the lowest corner of a sole is on the ground. Invalid readings are an error and change nothing.
     pub fn restart(&mut self, sensed: &Sensed) -> Result<(), TickError> {
         let robot = &self.design.robot;
         sensed.check(robot.joints.len())?;
@@ -102,8 +103,8 @@ impl Controller {
         Ok(())
     }
 
-    /// One control tick: what the sensors read, and what the servos are to do. Does not allocate if `command` has room for the
-    /// robot's joints. Errors leave `command` as it is.
+    /// Runs one control tick: reads `sensed` and writes what the servos are to do into `command`. It does not allocate
+    /// if `command` has room for the robot's joints. On an error, `command` is left as it was.
     pub fn tick(&mut self, sensed: &Sensed, command: &mut Command) -> Result<(), TickError> {
         let robot = &*self.design.robot;
         sensed.check(robot.joints.len())?;
@@ -122,19 +123,20 @@ impl Controller {
         Ok(())
     }
 
-    /// What was done at the last tick, and why.
+    /// What the controller did at the last tick, and why.
     pub fn account(&self) -> Account<'_> {
         self.balance.account(&self.estimator.now)
     }
 
-    /// Goes on with the gain set of another design for the same robot, from the state reached. A foot in the air is led to its
-    /// landing by the rule that lifted it.
+    /// Continues from the present state with the gain set of another design for the same robot. If a foot is in the
+    /// air, the footwork rule that lifted it leads it to its landing first.
     pub fn switch_to(&mut self, design: impl Into<Arc<Design>>) {
         self.design = design.into();
         self.balance.switch_to(self.design.clone());
     }
 
-    /// Adds to what the acting gain wants of the ZMP (m, world), behind its back: to measure how the ZMP follows.
+    /// Adds `probe` (m, world frame) to the ZMP that the acting gain asks for, without changing the gain's own state.
+    /// It serves to measure how the ZMP follows.
     pub fn probe_zmp(&mut self, probe: Vector2<f64>) {
         self.balance.probe_zmp(probe);
     }

@@ -1,4 +1,5 @@
-//! Plant and controller in a closed loop: sense, estimate, decide at every tick, then servos and physics up to the next.
+//! Plant and controller in a closed loop. At every tick the controller reads the sensors and decides; servos and
+//! physics then run until the next tick.
 
 use super::config::{Disturbance, EpisodeConfig};
 use super::tick::{Controlled, Tick};
@@ -8,19 +9,20 @@ use crate::sim::plant::Clock;
 use crate::sim::{Ground, Plant, Pull, Push};
 use nalgebra::Vector2;
 
-/// A robot under control.
+/// A robot and its controller in a closed loop.
 pub struct ClosedLoop<'a> {
     robot: &'a Robot,
     design: &'a Design,
     plant: Plant<'a>,
     controller: Controller,
     command: Command,
-    /// More may be added on the way.
+    /// The pushes on the robot. More may be added during the episode.
     pub pushes: Vec<Push>,
 }
 
 impl<'a> ClosedLoop<'a> {
-    /// At home, at rest. The controller is made for `robot`; `simulated` is that robot as the disturbance varies it.
+    /// Starts at home and at rest. The controller is designed for `robot`; `simulated` is its variation in this
+    /// episode.
     pub fn new(
         robot: &'a Robot,
         simulated: &'a Robot,
@@ -36,17 +38,18 @@ impl<'a> ClosedLoop<'a> {
         Self { robot, design, plant, controller: Controller::new(design.clone()), command, pushes }
     }
 
-    /// Pulls at a link from the coming physics step on; None lets go.
+    /// Pulls at a link from the next physics step on; None lets go.
     pub fn pull(&mut self, pull: Option<Pull>) {
         self.plant.pull = pull;
     }
 
-    /// Adds to what the acting gain wants of the ZMP (m, world) from the coming tick on: to measure how the ZMP follows.
+    /// Adds `probe` (m, world frame) to the ZMP that the acting gain asks for, from the next tick on. It serves to
+    /// measure how the ZMP follows.
     pub fn probe_zmp(&mut self, probe: Vector2<f64>) {
         self.controller.probe_zmp(probe);
     }
 
-    /// Goes on with another gain set, designed for the same robot.
+    /// Continues with another gain set, which must be designed for the same robot.
     pub fn switch_to(&mut self, design: &'a Design) {
         self.design = design;
         self.controller.switch_to(design.clone());
@@ -56,7 +59,8 @@ impl<'a> ClosedLoop<'a> {
 impl Controlled for ClosedLoop<'_> {
     fn tick(&mut self) -> Tick<'_> {
         let sensed = self.plant.sense();
-        // One that is refused what it senses keeps to its last command; a plant without numbers ends the episode.
+        // If the controller refuses its readings, the last command holds. A state with a NaN ends the episode as
+        // diverged.
         if let Err(error) = self.controller.tick(&sensed, &mut self.command) {
             log::debug!("{:.3} s: {error}", self.plant.truth().time_s);
         }

@@ -1,23 +1,23 @@
-//! What an episode is: how long, in what steps, how it is judged, and what disturbs the robot.
+//! Settings of an episode: its duration and time steps, the thresholds of its judge, and the disturbances.
 
 use crate::sim::{Push, SensorErrors, Variation};
 use serde::{Deserialize, Serialize};
 
-/// Thresholds of the judge.
+/// Thresholds by which an episode is judged.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Judge {
-    /// Recovered: the trunk is within this angle of upright.
+    /// For recovered: largest tilt of the trunk from upright.
     pub standing_tilt_deg: f64,
-    /// Recovered: the COM is slower than this.
+    /// For recovered: largest COM speed.
     pub standing_com_speed_m_s: f64,
-    /// Recovered: for how long all this must hold.
+    /// For recovered: the time for which the conditions must hold without a break.
     pub standing_time_s: f64,
-    /// Fell: the trunk is tilted by more.
+    /// For fell: the tilt of the trunk is larger than this.
     pub fallen_tilt_deg: f64,
-    /// Fell: the COM is lower than this share of its height at home.
+    /// For fell: the COM height is below this share of its height at home.
     pub fallen_com_height_ratio: f64,
-    /// Home: the COM over the ground is this near to the middle of the soles' centres.
+    /// For being home: largest horizontal distance of the COM from the point midway between the soles' centres.
     pub home_radius_m: f64,
 }
 
@@ -34,15 +34,15 @@ impl Default for Judge {
     }
 }
 
-/// What is the same for every episode of a campaign.
+/// Settings that all episodes of a campaign share.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EpisodeConfig {
     pub horizon_s: f64,
     pub physics_step_s: f64,
     pub control_period_s: f64,
-    /// End an episode once it is settled. False: only a fall ends it before the horizon, so that
-    /// [`Record::home_at_s`](super::Record::home_at_s) means something, and "recovered" is standing at the horizon to the letter.
+    /// Whether an episode ends as soon as the robot is settled. If false, only a fall ends it before the horizon;
+    /// [`Record::home_at_s`](super::Record::home_at_s) then has a meaning, and "recovered" is standing at the horizon.
     pub end_early: bool,
     pub judge: Judge,
 }
@@ -60,29 +60,29 @@ impl Default for EpisodeConfig {
 }
 
 impl EpisodeConfig {
-    /// How long an episode of a campaign goes on.
+    /// The condition that ends an episode of a campaign.
     pub fn until(&self) -> Until {
         if self.end_early { Until::Decided } else { Until::Fallen }
     }
 }
 
-/// What disturbs the robot in one episode. The controller knows nothing of it.
+/// The disturbances of one episode, which the controller does not know.
 #[derive(Default)]
 pub struct Disturbance {
     pub pushes: Vec<Push>,
-    /// None: ideal sensors (the delay of the robot remains).
+    /// Noise and bias of the sensors. None means ideal sensors; the robot's delay remains.
     pub sensor_errors: Option<SensorErrors>,
-    /// How the simulated robot and its ground differ from those that the controller was designed for.
+    /// Differences of the simulated robot and ground from those for which the controller is designed.
     pub variation: Variation,
 }
 
-/// Whether an episode goes on after it is decided.
+/// When an episode ends before its horizon.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Until {
-    /// Stop when settled (after the last push) or fallen.
+    /// When the robot has fallen, or is settled after the last push.
     Decided,
-    /// Stop when fallen.
+    /// When the robot has fallen.
     Fallen,
-    /// Run to the horizon, whatever happens.
+    /// Never: it runs to the horizon.
     Horizon,
 }

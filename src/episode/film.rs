@@ -1,4 +1,4 @@
-//! An episode with all that there is to see of it, for pictures and replays.
+//! An episode recorded with all that pictures and replays show.
 
 use super::closed_loop::ClosedLoop;
 use super::config::{Disturbance, EpisodeConfig, Until};
@@ -11,33 +11,33 @@ use crate::robot::Robot;
 use crate::sim::{Ground, Push};
 use std::f64::consts::TAU;
 
-/// A robot farther from home than this (m) has flown off.
+/// Beyond this distance from the origin (m), the robot counts as flown off.
 pub const FARTHEST_M: f64 = 5.0;
 
 /// A recorded episode.
 #[derive(Debug, Clone)]
 pub struct Film {
-    /// As the episode had it: with the disturbance's variation.
+    /// The simulated robot, with the variation of the disturbance.
     pub robot: Robot,
-    /// Name of the gain set, and of its gains, slow to fast.
+    /// Name of the gain set, and names of its gains from slow to fast.
     pub gain_set: String,
     pub gains: Vec<String>,
     pub control_period_s: f64,
     pub pushes: Vec<Push>,
-    /// Under the robot, on its slope in the end: a snapshot has that of its moment.
+    /// The ground, on its slope at the end. Each snapshot has the slope of its own time.
     pub ground: Ground,
-    /// The record of the episode itself, without what follows it.
+    /// The record of the episode, without the time that follows its end.
     pub record: Record,
-    /// One for each control tick, from the start to some time after the episode's end.
+    /// One snapshot for each control tick, from the start to some time after the end of the episode.
     pub snapshots: Vec<Snapshot>,
 }
 
 impl Film {
-    /// How long one goes on after the episode is decided (s): a fall takes a while.
+    /// Usual time (s) for which a film goes on after the episode is decided, because a fall takes a while.
     pub const AFTERMATH_S: f64 = 1.0;
 
-    /// Runs an episode as [`super::run()`] does, and goes on for a time (s) after its end (a fall takes a while), not beyond
-    /// its horizon. `observe` sees the ticks of the episode itself.
+    /// Runs an episode as [`super::run()`] does, until and for a time (s) after its end as `how_long` says, but not
+    /// beyond its horizon. `observe` sees the ticks of the episode itself.
     pub fn take(
         robot: &Robot,
         design: &Design,
@@ -65,8 +65,8 @@ impl Film {
         Self { robot: simulated, ground, gain_set, gains, control_period_s, pushes, record, snapshots }
     }
 
-    /// How many moments there are until the robot has flown off or its numbers run away (beyond [`FARTHEST_M`], or a joint
-    /// beyond a turn): those that can be shown, one at least of a film that has any.
+    /// The number of snapshots that can be shown: those before the robot has flown off or its numbers run away (beyond
+    /// [`FARTHEST_M`], or with a joint beyond a full turn). It is at least 1 unless the film is empty.
     pub fn near(&self) -> usize {
         let is_near = |snapshot: &Snapshot| {
             let base = snapshot.posture.base.translation.vector;
@@ -77,7 +77,7 @@ impl Film {
         self.snapshots.iter().position(|snapshot| !is_near(snapshot)).unwrap_or(count).max(1).min(count)
     }
 
-    /// Takes away what comes after `end_s`.
+    /// Removes the snapshots after `end_s` (s).
     pub fn cut_at(mut self, end_s: f64) -> Self {
         self.snapshots.retain(|snapshot| snapshot.time_s <= end_s);
         self

@@ -1,26 +1,26 @@
-//! Footsteps as they are taken, for the record of an episode.
+//! The footsteps of an episode, for its record.
 
 use crate::control::{Account, Phase};
 use crate::robot::{Foot, PerFoot, Pose};
 use serde::Serialize;
 
-/// A footstep that was taken.
+/// A completed footstep.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Footstep {
     pub foot: Foot,
-    /// From the tick at which the controller lifts the foot to the one at which it takes it as landed.
+    /// Times of the ticks at which the controller lifts the foot and takes it as landed.
     pub lift_s: f64,
     pub land_s: f64,
-    /// Centre of the sole in the world, at lift and at landing.
+    /// Centre of the sole in the world frame, at lift and at landing.
     pub from_m: [f64; 3],
     pub to_m: [f64; 3],
-    /// The ZMP error that asked for the footstep, in the control frame at the lift (x forward, y left).
+    /// The ZMP error for which the footstep was taken, in the control frame at the lift (x forward, y left).
     pub zmp_error_m: [f64; 2],
-    /// Whether the state at landing was inside a set of the new support.
+    /// Whether the state at landing was in a CPI set of the new support.
     pub in_set_at_landing: bool,
 }
 
-/// A foot that was lifted; fields as in [`Footstep`].
+/// A lifted foot. The fields are those of [`Footstep`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Lifted {
     pub foot: Foot,
@@ -29,16 +29,16 @@ pub struct Lifted {
     pub zmp_error_m: [f64; 2],
 }
 
-/// The footsteps of an episode so far.
+/// The footsteps of an episode up to now.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FootstepLog {
     pub taken: Vec<Footstep>,
-    /// The one in the air.
+    /// The footstep in the air.
     pub unfinished: Option<Lifted>,
 }
 
 impl FootstepLog {
-    /// Looks at a tick: the soles as they are, and what the controller made of it.
+    /// Takes note of a tick: the poses of the soles, and what the controller did.
     pub fn watch(&mut self, time_s: f64, soles: &PerFoot<Pose>, account: &Account) {
         let center = |foot: Foot| soles[foot].translation.vector.into();
         match (account.swing, self.unfinished) {

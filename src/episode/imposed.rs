@@ -1,10 +1,11 @@
 //! The paper's own simulation (Sect. V.C): a ZMP error is imposed on the ideal pendulum, and the whole body follows by
-//! inverse kinematics. No physics but eq. 1 and 2: the controller sees the pendulum's state, the ZMP is the one it wants,
-//! and a foot lands when its arc ends.
+//! inverse kinematics. Eq. 1 and 2 are its only physics. The controller reads the pendulum's state, the ZMP equals the
+//! desired ZMP, and a foot lands when its path ends.
 //!
-//! The paper does not say what state goes with the error. Either the error is only told to the footstep and the COM
-//! starts at rest ([`Start::AtRest`]: its section is on the generation of the motion, and its second error is more than
-//! a footstep can make good), or the COM has the velocity that makes the slowest gain ask for it ([`Start::Moving`]).
+//! The paper does not give the state to which the error belongs, so there are two variants. With [`Start::AtRest`] the
+//! COM starts at rest, and the error is only handed to the footwork rule: the paper's section is about generating the
+//! motion, and its second error is more than one footstep can recover. With [`Start::Moving`] the COM has the velocity
+//! at which the slowest gain produces the error.
 
 use super::config::EpisodeConfig;
 use super::footsteps::{Footstep, FootstepLog, Lifted};
@@ -21,41 +22,41 @@ use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-/// What the COM does when the error is imposed.
+/// How the COM moves when the error is imposed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Start {
-    /// It rests at home; the error is told to the footstep alone.
+    /// It rests at home, and only the footwork rule is given the error.
     #[default]
     AtRest,
-    /// It moves such that the slowest gain will ask for a ZMP that far outside.
+    /// It has the velocity at which the slowest gain asks for a ZMP that far outside of the support polygon.
     Moving,
 }
 
-/// What is kept.
+/// The result of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ImposedRecord {
-    /// As asked for, control frame.
+    /// The imposed error, control frame.
     pub zmp_error_m: [f64; 2],
-    /// Velocity of the COM at the start, and the impulse that gives it.
+    /// Velocity of the COM at the start, and the impulse that produces it.
     pub com_vel_m_s: [f64; 2],
     pub impulse_n_s: f64,
     pub footsteps: Vec<Footstep>,
-    /// The one in the air at the end.
+    /// The footstep in the air at the end.
     pub unfinished_footstep: Option<Lifted>,
-    /// From when on the COM stays within the judge's radius of the middle of the feet; None: it does not come home.
+    /// Time from which the COM stays within the judge's radius of the soles' middle; None if it does not come home.
     pub home_at_s: Option<f64>,
-    /// When the DCM was farther from the middle of the feet than any footstep leads; the run ends there.
+    /// Time at which the DCM was farther from that point than any footstep reaches. The run ends there.
     pub lost_at_s: Option<f64>,
-    /// Largest distance between the body's COM and the pendulum's, over the ground.
+    /// Largest horizontal distance between the body's COM and the pendulum's.
     pub worst_com_error_m: f64,
     /// Lowest height of the body's COM.
     pub lowest_com_m: f64,
 }
 
-/// Imposes `zmp_error` (m, control frame) at t = 0 on a robot at home; the gain set's patience does not apply. What `observe`
-/// sees as the truth is the pendulum's COM and ZMP, and the body by inverse kinematics. Errors: the gain set does not step, or
-/// not for this error, or no velocity of the COM makes it.
+/// Imposes `zmp_error` (m, control frame) at t = 0 on a robot at home. The gain set's patience is taken as 0. The truth
+/// that `observe` sees is the pendulum's COM and ZMP, and the posture from inverse kinematics. It returns an error if
+/// the gain set takes no footsteps or none for this error, or if no COM velocity produces the error.
 pub fn run(
     robot: &Robot,
     design: &Design,
@@ -72,7 +73,7 @@ pub fn run(
     };
     let mut ideal = Ideal::new(robot, &design, State::new(com, com_vel, com));
     if start == Start::AtRest && !ideal.balance.lift_for(&mut ideal.estimate, zmp_error) {
-        return Err(refused(&design, zmp_error, "asks for no footstep of this gain set"));
+        return Err(refused(&design, zmp_error, "leads to no footstep with this gain set"));
     }
     let mut log = FootstepLog::default();
     let mut kinematics = Kinematics::new(robot);
@@ -108,10 +109,10 @@ pub fn run(
     Ok(record)
 }
 
-/// In heights of the COM at home.
+/// Distance beyond which the robot is lost, in COM heights at home.
 const LOST_HEIGHTS: f64 = 1.5;
 
-/// The ideal pendulum under control, with a body that follows it.
+/// The ideal pendulum in a closed loop with the controller, with a body that follows it.
 struct Ideal<'a> {
     robot: &'a Robot,
     pendulum: Pendulum,
@@ -140,7 +141,7 @@ impl<'a> Ideal<'a> {
         }
     }
 
-    /// What an ideal robot senses: the pendulum's state, and a foot down once its arc has ended.
+    /// Sets the estimate of an ideal robot: the pendulum's state, with a foot loaded once its path has ended.
     fn sense(&mut self) {
         let in_air = self.balance.swing().filter(|swing| !swing.is_due()).map(|swing| swing.footstep.foot);
         let (state, estimate) = (&self.state, &mut self.estimate);
@@ -170,7 +171,7 @@ impl Controlled for Ideal<'_> {
         Tick::new(robot, self.pendulum.omega, truth, balance.account(estimate), &self.command)
     }
 
-    /// The ZMP is the one wanted.
+    /// Moves the pendulum, with its ZMP equal to the desired one.
     fn advance(&mut self) {
         let zmp = self.balance.account(&self.estimate).zmp_ref;
         let held = State::new(self.state.com(), self.state.com_vel(), zmp);
@@ -179,7 +180,7 @@ impl Controlled for Ideal<'_> {
     }
 }
 
-/// The velocity of a COM at `com` (world, and control frame at home) from which the slowest gain makes `zmp_error`.
+/// The velocity (m/s) of a COM at `com` (world and control frame) for which the slowest gain produces `zmp_error`.
 fn velocity_for(robot: &Robot, design: &Design, com: Point2<f64>, zmp_error: Vector2<f64>) -> Result<Vector2<f64>> {
     let family = &design.family;
     if family.gains.is_empty() {
@@ -189,9 +190,9 @@ fn velocity_for(robot: &Robot, design: &Design, com: Point2<f64>, zmp_error: Vec
     let mut sets = OnlineSets::new(family);
     sets.update(&z);
     let Some(edge) = z.distance_along(Point2::origin(), zmp_error) else {
-        return Err(refused(design, zmp_error, "it is no error"));
+        return Err(refused(design, zmp_error, "has no direction"));
     };
-    // The DCM where the farthest ZMP is to be: not far from it. Then by what is missing of the error.
+    // Start with the DCM where the ZMP has to be, which is close. Then correct by the missing part of the error.
     let farthest = Point2::from(zmp_error.normalize() * edge) + zmp_error;
     let mut velocity = (farthest - com) * family.pendulum.omega;
     for _ in 0..1000 {
@@ -201,12 +202,12 @@ fn velocity_for(robot: &Robot, design: &Design, com: Point2<f64>, zmp_error: Vec
         }
         velocity += missing * family.pendulum.omega;
     }
-    Err(refused(design, zmp_error, "no velocity of the COM makes it"))
+    Err(refused(design, zmp_error, "no COM velocity produces it"))
 }
 
 fn refused(design: &Design, zmp_error: Vector2<f64>, problem: &str) -> Error {
     let value = format!("[{}, {}]", zmp_error.x, zmp_error.y);
-    let accepted = "an error of some centimetres, and a gain set with [stepping]";
+    let accepted = "a ZMP error of a few centimetres, and a gain set with a [stepping] table";
     Error::value(&design.family.name, "zmp_error_m", value, problem, accepted)
 }
 
@@ -217,7 +218,7 @@ mod tests {
     use crate::lipm::stepping::Stepping;
     use crate::robot::Foot;
 
-    /// The set `paper`; its rules as they are, or those of the tests.
+    /// The gain set `paper`, with its own stepping rules or with those given.
     fn bench(stepping: Option<Stepping>) -> (Robot, Design) {
         let robot = Robot::load("ut-mu2").unwrap();
         let mut gains = GainSet::load("paper").unwrap();
@@ -234,7 +235,7 @@ mod tests {
         run(robot, design, &config(), error.into(), start, &mut |_| {})
     }
 
-    /// Sect. V.C: Fig. 8 (a) and (b).
+    /// The errors of Fig. 8 (a) and (b) in Sect. V.C.
     #[test]
     fn the_papers_two_errors_make_the_right_foot_step_that_way() {
         for rules in [None, Some(Stepping::EXAMPLE)] {
@@ -247,7 +248,7 @@ mod tests {
                 assert!(footstep.in_set_at_landing && record.home_at_s.is_some(), "{record:?}");
                 assert_eq!(record.lost_at_s, None);
                 assert_eq!(record.com_vel_m_s, [0.0, 0.0]);
-                // Along the error.
+                // The foot moves along the error.
                 let [x, y] = [0, 1].map(|i| footstep.to_m[i] - footstep.from_m[i]);
                 let (along, across) = (x * error[0] + y * error[1], x * error[1] - y * error[0]);
                 assert!(along > 0.0 && across.abs() < 1e-3 * along, "{footstep:?}");
@@ -262,11 +263,11 @@ mod tests {
         let [one, other] = [-0.0685, 0.0685].map(|y| impose(&bench, [-0.03, y], Start::AtRest).unwrap());
         assert_eq!(other.footsteps[0].foot, Foot::Left);
         let ([x, y, _], [mirrored_x, mirrored_y, _]) = (one.footsteps[0].to_m, other.footsteps[0].to_m);
-        // The drawings of the two legs differ by some micrometres.
+        // In the robot's model the two legs differ by some micrometres.
         assert!((x - mirrored_x).abs() < 1e-4 && (y + mirrored_y).abs() < 1e-4, "{one:?} {other:?}");
     }
 
-    /// The COM moves such that the footstep is asked for by the sets, not by the caller.
+    /// The footstep follows from the CPI sets and the motion of the COM; the caller imposes none.
     #[test]
     fn a_moving_com_makes_the_error_that_was_asked_for() {
         for error in [[-0.03, 0.0], [0.03, 0.0], [0.0, -0.02], [-0.02, -0.02]] {
@@ -284,7 +285,7 @@ mod tests {
         assert!(record.worst_com_error_m < 2e-3, "{record:?}");
     }
 
-    /// What the observer sees is eq. 1 under the ZMP that it sees.
+    /// The COM that the observer sees obeys eq. 1 with the ZMP that it sees.
     #[test]
     fn the_pendulum_obeys_eq_1_at_every_tick() {
         let (robot, design) = bench(Some(Stepping::EXAMPLE));
@@ -311,9 +312,9 @@ mod tests {
             (
                 [0.0, 0.0],
                 Start::AtRest,
-                "paper: zmp_error_m = [0, 0]: asks for no footstep of this gain set; accepted: an error",
+                "paper: zmp_error_m = [0, 0]: leads to no footstep with this gain set; accepted: a ZMP error",
             ),
-            ([f64::NAN, 0.0], Start::Moving, "paper: zmp_error_m = [NaN, 0]: no velocity of the COM makes it"),
+            ([f64::NAN, 0.0], Start::Moving, "paper: zmp_error_m = [NaN, 0]: no COM velocity produces it"),
         ] {
             let message = impose(&with, error, start).unwrap_err().to_string();
             assert!(message.starts_with(words), "{message}");

@@ -1,5 +1,6 @@
-//! One closed loop of plant and controller ([`ClosedLoop`]), driven tick by tick ([`drive`]) and judged ([`run()`]); the paper's
-//! simulation without physics in the same loop ([`imposed`]), and how well the ZMP follows the one wanted ([`response`]).
+//! One closed loop of plant and controller ([`ClosedLoop`]), driven tick by tick ([`drive`]) and judged ([`run()`]).
+//! The loop also drives the paper's simulation without physics ([`imposed`]). [`response`] measures how well the ZMP
+//! follows.
 
 mod closed_loop;
 mod config;

@@ -1,4 +1,4 @@
-//! How an episode ended, and what is kept of it.
+//! Outcome and record of an episode.
 
 use super::footsteps::{Footstep, Lifted};
 use serde::{Deserialize, Serialize};
@@ -6,18 +6,18 @@ use serde::{Deserialize, Serialize};
 /// How an episode ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Outcome {
-    /// Standing at the horizon: trunk upright, COM slow, DCM inside the support for the last half second.
+    /// At its end the robot had stood for the judge's time: trunk upright, COM slow, DCM inside of the support polygon.
     Recovered,
-    /// A link other than the soles at the ground, or COM height or tilt out of bounds.
+    /// A link other than the soles touched the ground, the COM was too low, or the trunk was tilted too far.
     Fell,
-    /// Numbers not finite, or absurdly large.
+    /// A number became NaN, infinite or absurdly large.
     Diverged,
-    /// None of these.
+    /// At the horizon the robot had neither fallen nor recovered.
     TimedOut,
 }
 
 impl Outcome {
-    /// In words.
+    /// The outcome in words.
     pub fn name(self) -> &'static str {
         match self {
             Self::Recovered => "recovered",
@@ -28,13 +28,13 @@ impl Outcome {
     }
 }
 
-/// Where the slowest gain's maximal CPI set, the largest, has the state.
+/// Where the state lies with respect to the slowest gain's maximal CPI set, which is the largest set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Membership {
     Inside,
     Outside,
-    /// There is no set: nothing to stand on, or less than the margin of the gain set.
+    /// There is no set: no sole is in contact, or the support polygon is smaller than the gain set's ZMP margin.
     Empty,
 }
 
@@ -47,7 +47,7 @@ impl Membership {
         }
     }
 
-    /// From the margin of [`crate::control::stand::Supervisor`].
+    /// From the margin in the set; see [`crate::control::stand::Supervisor`].
     pub(super) fn of_margin(margin: f64) -> Self {
         match margin {
             m if m >= 0.0 => Membership::Inside,
@@ -57,46 +57,46 @@ impl Membership {
     }
 }
 
-/// What is kept of an episode.
+/// The record of an episode.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Record {
     pub outcome: Outcome,
     /// Simulated time (s).
     pub end_s: f64,
     pub fell_at_s: Option<f64>,
-    /// What decided the fall, in words (e.g. the link that touched the ground).
+    /// The cause of the fall in words, for example the link that touched the ground.
     pub fall_cause: Option<String>,
-    /// Start of the stretch of standing at which the episode was decided.
+    /// Start of the time of standing that decided the episode.
     pub settled_at_s: Option<f64>,
-    /// Time after the last push from which the COM over the ground stays within `home_radius_m` of the middle of the
-    /// soles' centres until the episode's end (the paper's convergence of the COG to the origin); None if it is not
-    /// there at the end. An episode that ends early ends before the COM can leave again, or arrive.
+    /// Time after the last push from which the COM stays, until the end, within `home_radius_m` (horizontally) of the
+    /// point midway between the soles' centres; the paper speaks of the COG converging to the origin. None if the COM
+    /// is not there at the end. An episode that ends early may end before the COM arrives, or leaves again.
     pub home_at_s: Option<f64>,
     pub peak_tilt_deg: f64,
-    /// Largest joint torque, and its share of the limit.
+    /// Largest joint torque, and the largest share of a joint's torque limit.
     pub peak_torque_n_m: f64,
     pub peak_torque_ratio: f64,
-    /// Time during which the mean torque of some joint over a tick was at its limit, the trunk within
-    /// `standing_tilt_deg` of upright: beyond that it is the fall (s).
+    /// Time (s) during which the torque of some joint, averaged over a tick, was at its limit. Only ticks with the
+    /// trunk within `standing_tilt_deg` of upright count; the others belong to the fall.
     pub torque_limited_s: f64,
     pub peak_joint_speed_rad_s: f64,
-    /// Largest distance of the DCM outside of the support (m); 0 when it never left it.
+    /// Largest distance of the DCM from the support polygon (m); 0 if the DCM never left it.
     pub peak_dcm_outside_m: f64,
-    /// Largest distance by which a sole that carries load (a tenth of the weight or more) has slid over the ground since it
-    /// took up that load, the trunk within `standing_tilt_deg` of upright (m): rolling over its edge is not sliding.
+    /// Largest distance (m) that a sole under load (a tenth of the weight or more) has slid on the ground since it took
+    /// up that load. Only ticks with the trunk within `standing_tilt_deg` of upright count. Rolling is not sliding.
     pub peak_slip_m: f64,
-    /// Time at which the state first left every set.
+    /// Time at which the state was first in no CPI set.
     pub left_sets_at_s: Option<f64>,
-    /// Whether the slowest gain's set holds the true state at the end of the last push (with the ZMP that the
-    /// controller wants, on the support that it sees; both as when it last stood, if a foot is in the air by then: whether
-    /// standing would have sufficed); None without gains.
+    /// Whether the true state is in the slowest gain's set at the end of the last push, with the controller's desired
+    /// ZMP on the support that it estimates. If a foot is in the air by then, ZMP and support are those of when the
+    /// robot last stood, and the value tells whether standing would have sufficed. None without gains.
     pub set_after_push: Option<Membership>,
-    /// The margin of that set (negative: outside); None also where the set is empty.
+    /// The margin in that set, negative outside. Also None if there is no set.
     pub cpi_margin_after_push: Option<f64>,
-    /// The same for the state as estimated, by which the controller chooses its gain.
+    /// The same margin for the estimated state, by which the controller chooses its gain.
     pub cpi_margin_after_push_est: Option<f64>,
     pub gain_switches: u32,
     pub footsteps: Vec<Footstep>,
-    /// The footstep that was in the air at the fall, or at the end.
+    /// The footstep in the air at the fall or at the end.
     pub unfinished_footstep: Option<Lifted>,
 }

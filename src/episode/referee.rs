@@ -1,4 +1,4 @@
-//! The judge at work: watches every tick and writes the episode's record.
+//! The referee: watches every tick of an episode and writes its record.
 
 use super::config::{EpisodeConfig, Judge, Until};
 use super::footsteps::FootstepLog;
@@ -9,26 +9,26 @@ use crate::control::Phase;
 use crate::robot::Robot;
 use crate::sim::{Push, Truth};
 
-/// Share of its torque limit at which a joint counts as being there.
+/// A joint counts as being at its torque limit from this share of the limit on.
 pub const AT_LIMIT: f64 = 0.999;
 
-/// Watches an episode and writes its record.
+/// Watches the ticks of an episode and writes its record.
 pub struct Referee<'a> {
     robot: &'a Robot,
     judge: Judge,
     control_period_s: f64,
     home_height: f64,
     last_push_end_s: f64,
-    /// Since when the robot has been standing without a break.
+    /// Time since which the robot has been standing without a break.
     standing_since_s: Option<f64>,
     footsteps: FootstepLog,
     slip: Slip<'a>,
-    /// So far.
+    /// The record up to now.
     pub record: Record,
 }
 
 impl<'a> Referee<'a> {
-    /// Of an episode of `robot`, as it is simulated, with these pushes.
+    /// For an episode of `robot`, as it is simulated, with these pushes.
     pub fn new(robot: &'a Robot, config: &EpisodeConfig, pushes: &[Push]) -> Self {
         Self {
             robot,
@@ -64,7 +64,7 @@ impl<'a> Referee<'a> {
         }
     }
 
-    /// Whether an episode that is run `until` then ends before its horizon.
+    /// Whether the episode ends now, before its horizon, if it runs `until` this condition.
     pub fn is_over(&self, until: Until) -> bool {
         let fell = self.record.outcome == Outcome::Fell;
         match until {
@@ -78,7 +78,7 @@ impl<'a> Referee<'a> {
     pub fn watch(&mut self, tick: &Tick) {
         let truth = tick.truth;
         self.record.end_s = truth.time_s;
-        // After a fall, numbers are those of a body on the ground: of no interest.
+        // After a fall the numbers describe a body on the ground, and are not recorded.
         if self.record.outcome == Outcome::Fell {
             return;
         }
@@ -123,7 +123,7 @@ impl<'a> Referee<'a> {
     }
 
     fn has_stood(&self, since_s: f64) -> bool {
-        // A little grace for the rounding of times.
+        // The tolerance is for the rounding of times.
         self.record.end_s - since_s >= self.judge.standing_time_s - 1e-6
     }
 
@@ -178,7 +178,7 @@ impl<'a> Referee<'a> {
         }
     }
 
-    /// The record of the episode that ends here.
+    /// Ends the episode and returns its record.
     pub fn finish(mut self) -> Record {
         if self.record.outcome == Outcome::TimedOut {
             self.record.settled_at_s = self.standing_since_s.filter(|&since| self.has_stood(since));

@@ -1,10 +1,10 @@
-//! How well the ZMP follows the one wanted: a frequency response, measured on the standing robot.
+//! How well the ZMP follows the desired one: its frequency response, measured on the standing robot.
 //!
-//! The paper's model (eq. 5 to 13) gives the ZMP as if it were where the gain wants it. Joints, delay and contacts
-//! deliver it late and not in full. Here a small sine is added to the gain's ZMP while all loops stay closed, and over
-//! whole periods the ZMP wanted (the gain's plus the sine) and the ZMP under the soles are correlated with that
-//! frequency. Their complex ratio is the response: 1 for an ideal robot. A pole faster than its bandwidth promises
-//! what the robot cannot do.
+//! The paper's model (eq. 5 to 13) takes the ZMP to be where the gain asks for it. Joints, delay and contacts deliver
+//! it late and not in full. Here a small sine is added to the gain's ZMP while all loops stay closed. The desired ZMP
+//! (that of the gain plus the sine) and the ZMP under the soles are correlated with the frequency of the sine over
+//! whole periods. Their complex ratio is the response, which is 1 for an ideal robot. A pole faster than the bandwidth
+//! of the response is more than the robot can follow.
 //!
 //! Measured on UT-mu2 under `switching`, sine of 5 mm, ideal sensors (`standfast response`, `--axis y`):
 //!
@@ -16,9 +16,10 @@
 //! | gain y | 1.04 | 1.10 | 1.14 | 1.10 | 1.01 | 0.96 | 0.97 | 0.98 |
 //! | phase y (deg) | 1 | -1 | -7 | -12 | -14 | -16 | -29 | -59 |
 //!
-//! Above 10 Hz what is left is the delay of 4 ms from sensing to torque: the torques of the wanted ZMP are fed forward
-//! and do not wait for the joints to move. Around 2 Hz the joints' stiffness adds up to 11 ms. -45 degrees is reached
-//! at 189 rad/s, 34 omega, on both axes; -3 dB is not. The fast pole of 5 omega lies far below.
+//! Above 10 Hz the rest is the delay of 4 ms from sensing to torque: the torques for the desired ZMP are fed forward
+//! and do not wait for the joints to move. Around 2 Hz the joints' stiffness raises the delay to 11 ms. The phase
+//! reaches -45 degrees at 189 rad/s (34 omega) on both axes; the gain does not fall to -3 dB. The fast pole, 5 omega,
+//! is far below.
 
 use super::closed_loop::ClosedLoop;
 use super::config::{Disturbance, EpisodeConfig};
@@ -33,17 +34,17 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Direction of the sine, world.
+/// Direction of the sine, world frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Axis {
-    /// Forward
+    /// Forward.
     X,
-    /// To the left
+    /// To the left.
     Y,
 }
 
-/// What is measured.
+/// Settings of a measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Experiment {
     pub axis: Axis,
@@ -52,35 +53,35 @@ pub struct Experiment {
     pub clock: Clock,
     /// Time for transients to die out (s).
     pub settle_s: f64,
-    /// At least so long is measured (s): rounded up to whole periods, two or more.
+    /// Shortest time of measurement (s). It is rounded up to whole periods, at least two.
     pub measure_s: f64,
 }
 
 /// The response at one frequency.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Point {
-    /// The nearest frequency whose periods are whole ticks.
+    /// The frequency nearest to the requested one whose measured periods fill whole ticks.
     pub frequency_hz: f64,
-    /// Amplitude of the wanted ZMP (m).
+    /// Amplitude of the desired ZMP (m).
     pub wanted_m: f64,
-    /// Amplitude of the wanted ZMP over that of the sine: what the loop makes of a disturbance (its sensitivity).
+    /// Ratio of the amplitude of the desired ZMP to that of the sine: the sensitivity of the loop to a disturbance.
     pub sensitivity: f64,
-    /// True ZMP (all contacts, mean over a tick) over the wanted one of that tick: gain and phase.
+    /// Ratio of the true ZMP (all contacts, mean over a tick) to the ZMP desired for that tick: gain.
     pub gain: f64,
-    /// Continuous over frequencies when measured by [`measure`].
+    /// Phase of that ratio; continuous over the frequencies if measured by [`measure`].
     pub phase_deg: f64,
-    /// The same for the controller's estimate of the ZMP, which comes a tick later.
+    /// The same for the controller's estimate of the ZMP, which is known one tick later.
     pub estimate_gain: f64,
     pub estimate_phase_deg: f64,
 }
 
 impl Point {
-    /// The delay that has this phase (s).
+    /// The delay with this phase (s).
     pub fn delay_s(&self) -> f64 {
         -self.phase_deg / 360.0 / self.frequency_hz
     }
 
-    /// (rad/s)
+    /// Angular frequency (rad/s).
     pub fn angular_frequency(&self) -> f64 {
         TAU * self.frequency_hz
     }
@@ -92,13 +93,14 @@ pub fn log_spaced(from: f64, to: f64, count: usize) -> Vec<f64> {
     (0..count).map(|i| from * (step * i as f64).exp()).collect()
 }
 
-/// Measures the response at rising `frequencies_hz`, with ideal sensors (the delay of the robot remains), over all
-/// cores; the same numbers for any count of threads.
+/// Measures the response at rising `frequencies_hz` with ideal sensors (the robot's delay remains), on all cores. The
+/// result does not depend on the number of threads.
 ///
-/// Errors: the gain set holds a posture and wants no ZMP; the robot loses its stance or every set under the sine.
+/// It fails if the gain set holds a posture and so has no desired ZMP, or if under the sine the robot loses its stance
+/// or its state leaves all CPI sets.
 pub fn measure(robot: &Robot, design: &Design, what: &Experiment, frequencies_hz: &[f64]) -> Result<Vec<Point>> {
     if design.family.standing == Standing::Posture {
-        let problem = "holds a posture: it wants no ZMP that could be followed";
+        let problem = "holds a posture and has no desired ZMP to follow";
         return Err(Error::value("arguments", "--gains", &design.family.name, problem, "a gain set with gains"));
     }
     let point = |&frequency_hz: &f64| measure_at(robot, design, what, frequency_hz);
@@ -111,7 +113,7 @@ pub fn measure(robot: &Robot, design: &Design, what: &Experiment, frequencies_hz
     Ok(points)
 }
 
-/// `angle` plus the whole turns that bring it nearest to `to` (degrees).
+/// `angle` plus the number of whole turns that brings it nearest to `to` (degrees).
 fn nearest_turn(angle: f64, to: f64) -> f64 {
     angle + 360.0 * ((to - angle) / 360.0).round()
 }
@@ -131,7 +133,8 @@ fn measure_at(robot: &Robot, design: &Design, what: &Experiment, frequency_hz: f
     let mut closed_loop = ClosedLoop::new(robot, robot, design, &config, Disturbance::default());
     let [mut wanted, mut truth, mut estimate] = [Complex::new(0.0, 0.0); 3];
     let turn_at = |k: u64| Complex::cis(-TAU * frequency_hz * dt * k as f64);
-    // What is wanted at a tick the coming one can deliver at best; it is read, true and estimated, at that one's end.
+    // The desired ZMP of a tick can be reached by the end of that tick at best, so it is compared with the true and the
+    // estimated ZMP then.
     let (mut wanted_before, mut stood) = (Point2::origin(), true);
     for k in 0..=settle + measured {
         let angle = TAU * frequency_hz * dt * k as f64;
@@ -163,17 +166,17 @@ fn measure_at(robot: &Robot, design: &Design, what: &Experiment, frequency_hz: f
     })
 }
 
-/// Where the response stops following: the first frequencies (rad/s) at which it falls below a limit; None: it does not
-/// within the frequencies measured.
+/// The bandwidth: the first frequencies (rad/s) at which gain and phase fall below their limits. None if they do not
+/// within the measured range.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Bandwidth {
-    /// The gain falls below -3 dB.
+    /// Frequency at which the gain falls below -3 dB.
     pub gain_rad_s: Option<f64>,
-    /// The phase falls below -45 degrees.
+    /// Frequency at which the phase falls below -45 degrees.
     pub phase_rad_s: Option<f64>,
 }
 
-/// Bandwidth of points at rising frequencies, interpolated on a logarithmic scale.
+/// The bandwidth from points at rising frequencies, interpolated on a logarithmic scale.
 pub fn bandwidth(points: &[Point]) -> Bandwidth {
     Bandwidth {
         gain_rad_s: first_below(points, |p| p.gain.ln(), 0.5f64.sqrt().ln()),
@@ -234,7 +237,7 @@ mod tests {
         assert!(error.to_string().contains("loses its balance under a sine of 0.2 m"), "{error}");
     }
 
-    /// A first-order lag of 10 rad/s with a delay of 5 ms.
+    /// A first-order lag with a bandwidth of 10 rad/s and a delay of 5 ms.
     fn lag(frequency_hz: f64) -> Point {
         let w = TAU * frequency_hz;
         let phase_deg = -(w / 10.0).atan().to_degrees() - (w * 0.005).to_degrees();

@@ -1,4 +1,4 @@
-//! An episode, from its start to its record.
+//! Runs an episode from its start to its record.
 
 use super::closed_loop::ClosedLoop;
 use super::config::{Disturbance, EpisodeConfig, Until};
@@ -9,8 +9,8 @@ use crate::control::Design;
 use crate::robot::Robot;
 use std::ops::ControlFlow;
 
-/// Runs one episode of `robot`, for which `design` was made, as `disturbance` varies it. The same arguments give the same
-/// record, to the bit.
+/// Runs one episode of `robot`, for which `design` is made, with the variation and the pushes of `disturbance`. The
+/// same arguments give the same record, to the bit.
 pub fn run(
     robot: &Robot,
     design: &Design,
@@ -24,8 +24,8 @@ pub fn run(
     judged(closed_loop, simulated, config, (until, 0.0), &mut |tick, _| observe(tick))
 }
 
-/// Drives a loop to its end, and for a while after it (s), not beyond its horizon. `observe` sees every tick, and whether it is
-/// of the aftermath. The record is that of the episode itself.
+/// Runs a closed loop until the episode ends, and then for a further `aftermath_s` (s), but not beyond the horizon.
+/// `observe` sees every tick, and whether it lies after the end. The record is that of the episode itself.
 pub(super) fn judged(
     mut closed_loop: ClosedLoop,
     simulated: &Robot,

@@ -1,15 +1,15 @@
-//! How far soles slide over the ground.
+//! Measures how far the soles slide on the ground.
 //!
-//! A sole that rolls over its edge, or pivots about it, moves without sliding; so what is followed is not its centre but
-//! the point of it that is at the centre of pressure: where that point moves along the ground, the sole slides. Its
-//! displacements are summed (as vectors: who slides out and back is where he was) for as long as the sole carries load; a
-//! foot that is lifted and set down starts anew.
+//! A sole that rolls over its edge or pivots about it moves without sliding. So the measure is not the motion of its
+//! centre but that of the sole's point at the centre of pressure: where this point moves along the ground, the sole
+//! slides. Its displacements are summed as vectors for as long as the sole carries load, so sliding out and back sums
+//! to zero. The sum starts anew when the foot is set down again.
 
 use crate::robot::{Foot, GRAVITY, PerFoot, Pose, Robot};
 use crate::sim::Truth;
 use nalgebra::{Point3, Vector2};
 
-/// A sole carries load from this share of the robot's weight on: at less it is being lifted or set down.
+/// Load from which a sole counts, as a share of the robot's weight. With less it is being lifted or set down.
 const LOADED_SHARE: f64 = 0.1;
 
 /// Watches both soles.
@@ -19,12 +19,12 @@ pub(super) struct Slip<'a> {
     soles: PerFoot<Option<Loaded>>,
 }
 
-/// A sole that carries load, in the frame of the ground's plane.
+/// A loaded sole, in the frame of the ground's plane.
 #[derive(Clone, Copy)]
 struct Loaded {
-    /// The sole a tick ago.
+    /// Pose of the sole one tick ago.
     before: Pose,
-    /// How far it has slid since it took up load (m).
+    /// Displacement by sliding since the sole took up load (m).
     slid: Vector2<f64>,
 }
 
@@ -33,7 +33,7 @@ impl<'a> Slip<'a> {
         Self { robot, least_load_n: LOADED_SHARE * robot.mass() * GRAVITY, soles: PerFoot::default() }
     }
 
-    /// Looks at a tick: how far a sole that carries load now has slid, the farther of the two (m).
+    /// Takes note of a tick, and returns how far a loaded sole has slid (m), the larger of both.
     pub(super) fn watch(&mut self, truth: &Truth) -> f64 {
         let to_plane = truth.ground.slope.inverse();
         let mut far = 0.0_f64;

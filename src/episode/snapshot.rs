@@ -1,4 +1,4 @@
-//! What there is to see of one tick: plain numbers, for whoever draws them.
+//! What can be seen of one tick, as plain numbers for pictures and replays.
 
 use super::tick::{Tick, support_on_ground};
 use crate::control::Phase;
@@ -6,57 +6,59 @@ use crate::control::estimate::on_ground;
 use crate::robot::{Foot, PerFoot, Posture, Robot};
 use nalgebra::{Isometry2, Point2, Point3, UnitQuaternion, Vector3};
 
-/// One moment of an episode: the truth, and what the controller wants. World frame: what the controller wants is moved
-/// there from the world as it estimates it, which drifts away where feet slip ([`to_world`]).
+/// One moment of an episode: the true state, and what the controller intends, both in the world frame. The latter is
+/// moved there from the controller's own estimate of the world, which drifts when feet slip ([`to_world`]).
 #[derive(Debug, Clone)]
 pub struct Snapshot {
     pub time_s: f64,
-    /// Of the simulated robot.
+    /// Posture of the simulated robot.
     pub posture: Posture,
     pub com: Point3<f64>,
     pub dcm: Point2<f64>,
-    /// Its distance outside of the soles on the ground (m); negative inside, infinite in flight.
+    /// Distance of the DCM from the support polygon of the soles on the ground (m): negative inside, infinite in
+    /// flight.
     pub dcm_outside_m: f64,
-    /// From the simulated contacts; None in flight.
+    /// ZMP of the simulated contacts; None in flight.
     pub zmp: Option<Point2<f64>>,
-    /// The one that the controller wants.
+    /// The desired ZMP.
     pub zmp_ref: Point2<f64>,
     /// Centre of each sole's contact face, on the ground or not.
     pub soles: PerFoot<Point3<f64>>,
-    /// Corners of the hull of the soles on the ground, counter-clockwise; none in flight.
+    /// Corners of the support polygon, counter-clockwise; empty in flight.
     pub support: Vec<Point2<f64>>,
-    /// For each gain, slow to fast, the slice of its set over the COM, at the COM velocity as estimated and the ZMP wanted:
-    /// the set holds the state while the estimated COM is over it. Corners, counter-clockwise; none where the set holds no such state, and
-    /// for all gains while a foot is in the air: the supervisor rests then.
+    /// For each gain, from slow to fast, the slice of its CPI set over COM positions, at the estimated COM velocity and
+    /// the desired ZMP. The set contains the state while the estimated COM lies in the slice. Corners are
+    /// counter-clockwise. A slice is empty if the set contains no such state; with a foot in the air there are no
+    /// slices, since the supervisor then rests.
     pub slices: Vec<Vec<Point2<f64>>>,
-    /// The gain that acts, index into those of the gain set; None without gains, or with a foot in the air.
+    /// Index of the acting gain, from slow to fast; None without gains or with a foot in the air.
     pub gain: Option<usize>,
-    /// Margin of the slowest gain's set (1 at rest at home, negative when no set holds the state); None as for `gain`, and
-    /// where there is no set.
+    /// Margin in the slowest gain's CPI set: 1 at rest at home, and negative when no set contains the state. None where
+    /// `gain` is None, and if there is no set.
     pub margin: Option<f64>,
     pub phase: Phase,
-    /// Where the foot that is in the air is to land: corners of its sole.
+    /// Corners of the sole where the foot in the air is to land.
     pub footstep: Option<[Point3<f64>; 4]>,
-    /// Force of the ground on each sole (N), mean over the tick that ends, and its point; None where nothing presses.
+    /// Force of the ground on each sole (N), averaged over the past tick, at the centre of pressure; None without load.
     pub contacts: PerFoot<Option<Arrow>>,
-    /// The force that pushes or pulls the robot, mean over the tick that ends; None if there is none.
+    /// The pushing or pulling force on the robot, averaged over the past tick; None if there is none.
     pub push: Option<Arrow>,
-    /// Ground plane (through the origin) to world.
+    /// Orientation of the ground plane, which passes through the origin, in the world.
     pub slope: UnitQuaternion<f64>,
 }
 
-/// A force and its point of attack, world (N, m).
+/// A force (N) and the point where it acts (m), world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arrow {
     pub point: Point3<f64>,
     pub force: Vector3<f64>,
 }
 
-/// A sole that is pressed by less carries no load, and shows no force (N).
+/// A sole with less load than this shows no force (N).
 pub const LEAST_N: f64 = 0.5;
 
 impl Snapshot {
-    /// What a tick shows.
+    /// The snapshot of a tick.
     pub fn of(robot: &Robot, tick: &Tick) -> Self {
         let (truth, account) = (tick.truth, &tick.account);
         let gain = account.gain.filter(|_| account.stands());
@@ -89,8 +91,8 @@ impl Snapshot {
     }
 }
 
-/// From the world as the controller estimates it to the world: what takes its estimate of the trunk over the ground to
-/// where the trunk is.
+/// The transform from the world as the controller estimates it to the true world: it moves the estimated horizontal
+/// pose of the robot's base to the true one.
 pub fn to_world(tick: &Tick) -> Isometry2<f64> {
     on_ground(&tick.truth.posture.base) * on_ground(&tick.account.estimate.posture.base).inverse()
 }

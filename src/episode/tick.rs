@@ -8,13 +8,14 @@ use crate::sim::Truth;
 use nalgebra::Point2;
 use std::ops::ControlFlow;
 
-/// One control tick, as an observer sees it: the truth now (with means over the tick that ends now), and what the
-/// controller makes of what it senses now.
+/// One control tick as an observer sees it: the true state now (with averages over the past tick), and what the
+/// controller does with its present readings.
 pub struct Tick<'a> {
     pub truth: &'a Truth,
-    /// True divergent component of motion, world.
+    /// True divergent component of motion (DCM, capture point), world frame.
     pub dcm: Point2<f64>,
-    /// Its distance outside of the soles on the ground (m); negative inside, infinite in flight.
+    /// Distance of the DCM from the support polygon of the soles on the ground (m): negative inside, infinite in
+    /// flight.
     pub dcm_outside_m: f64,
     /// What the controller did, and why.
     pub account: Account<'a>,
@@ -22,7 +23,7 @@ pub struct Tick<'a> {
 }
 
 impl<'a> Tick<'a> {
-    /// Of `robot`, whose pendulum has this omega (rad/s).
+    /// For `robot`, whose pendulum has the natural frequency `omega` (rad/s).
     pub(super) fn new(robot: &Robot, omega: f64, truth: &'a Truth, account: Account<'a>, command: &'a Command) -> Self {
         let dcm = truth.com.xy() + truth.com_vel.xy() / omega;
         let support = support_on_ground(robot, truth);
@@ -31,15 +32,16 @@ impl<'a> Tick<'a> {
     }
 }
 
-/// A robot under control: simulated ([`ClosedLoop`](super::ClosedLoop)), or the paper's ideal one ([`imposed`](super::imposed)).
+/// A robot under control: a simulated one ([`ClosedLoop`](super::ClosedLoop)), or the paper's ideal one
+/// ([`imposed`](super::imposed)).
 pub trait Controlled {
-    /// What is now, and what the controller makes of it. Once a control period.
+    /// The true state now, and what the controller does with it. To be called once per control period.
     fn tick(&mut self) -> Tick<'_>;
-    /// Goes on for a control period under the last command.
+    /// Moves on by one control period with the last command.
     fn advance(&mut self);
 }
 
-/// The loop: from now to the horizon, or until `observe`, which sees every tick, says that it is over.
+/// Runs the loop from now to the horizon, or until `observe`, which sees every tick, breaks it.
 pub fn drive(
     controlled: &mut impl Controlled,
     config: &EpisodeConfig,
@@ -56,9 +58,9 @@ pub fn drive(
     }
 }
 
-/// Hull of the soles that rest on the ground, world; None in flight.
+/// Convex hull of the soles on the ground, world frame; None in flight.
 pub fn support_on_ground(robot: &Robot, truth: &Truth) -> Option<SupportPolygon> {
-    /// A sole is on the ground when a corner of it is this low above it (m).
+    /// A sole is on the ground if one of its corners is at most this high above it (m).
     const NEAR_M: f64 = 0.003;
     let mut corners = [Point2::origin(); 8];
     let mut count = 0;
@@ -74,7 +76,7 @@ pub fn support_on_ground(robot: &Robot, truth: &Truth) -> Option<SupportPolygon>
     SupportPolygon::hull(&corners[..count])
 }
 
-/// Distance of the COM over the ground from the middle of the soles' centres (m).
+/// Horizontal distance of the COM from the point midway between the soles' centres (m).
 pub(super) fn home_distance(com: Point2<f64>, soles: &PerFoot<Pose>) -> f64 {
     let middle = (soles.left.translation.vector.xy() + soles.right.translation.vector.xy()) / 2.0;
     (com.coords - middle).norm()

@@ -1,5 +1,5 @@
-//! Plane geometry of support: convex polygons ([`polygon`]), convex sets in state space ([`polytope`]), and small linear
-//! programs ([`program`]).
+//! Geometry: support polygons ([`polygon`]), convex sets in state space ([`polytope`]), and linear programs
+//! ([`program`]).
 
 pub mod polygon;
 pub mod polytope;

@@ -1,13 +1,13 @@
-//! Convex support polygons: where the ZMP can be (eq. 4, 15-18 of the paper).
+//! Convex support polygons, in which the ZMP can be (eq. 4, 15-18 of the paper).
 //!
-//! A polygon is a value of fixed size, so that the controller can build a new one at every tick without allocation.
+//! A polygon is a value of fixed size, so the controller can build a new one at every tick without allocating.
 
 use nalgebra::{Point2, Vector2};
 
-/// A convex polygon, counter-clockwise, of at most [`SupportPolygon::MAX`] vertices (two soles make eight); no heap.
+/// A convex polygon with counter-clockwise vertices, at most [`SupportPolygon::MAX`] of them (two soles have eight).
 ///
-/// Unit: metre. Frame: the caller's; the gain sets want the control frame. Always of positive area: no two vertices
-/// coincide and no three lie on a line (to within a nanometre).
+/// Lengths are in metres. The frame is the caller's; the gain sets need the control frame. The area is always positive:
+/// no two vertices coincide and no three lie on a line (up to a nanometre).
 #[derive(Debug, Clone, Copy)]
 pub struct SupportPolygon {
     vertices: [Point2<f64>; Self::MAX],
@@ -18,31 +18,31 @@ pub struct SupportPolygon {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfPlane {
     pub normal: Vector2<f64>,
-    /// (m); positive when the origin lies strictly inside.
+    /// Distance of the edge from the origin (m), positive if the origin lies strictly inside.
     pub distance: f64,
 }
 
 impl HalfPlane {
-    /// Distance of `point` from the edge's line (m); positive outside.
+    /// Distance of `point` from the line of the edge (m), positive outside.
     pub fn excess(&self, point: Point2<f64>) -> f64 {
         self.normal.dot(&point.coords) - self.distance
     }
 }
 
-/// Points that a hull is made from: those of a polygon that was cut by the half planes of another.
+/// Largest number of points for a hull: those of a polygon that was cut by the half planes of another.
 const SCRATCH: usize = 2 * SupportPolygon::MAX;
 
-/// A vertex closer than this to the line through its neighbours is dropped (m).
+/// A vertex that is closer to the line through its neighbours is removed (m).
 const FLAT_M: f64 = 1e-9;
 
 impl SupportPolygon {
-    /// Most vertices that a polygon can have.
+    /// Largest number of vertices.
     pub const MAX: usize = 8;
 
     /// Convex hull of at most 16 points. None if the points do not span an area, are not finite, or are too many.
     ///
-    /// A hull of more than [`Self::MAX`] vertices loses those that contribute least area: the result is then smaller
-    /// than the hull, never larger.
+    /// If the hull has more than [`Self::MAX`] vertices, those that contribute least area are removed. The result is
+    /// then smaller than the hull, never larger.
     pub fn hull(points: &[Point2<f64>]) -> Option<Self> {
         if points.len() > SCRATCH || points.iter().any(|p| !p.x.is_finite() || !p.y.is_finite()) {
             return None;
@@ -71,7 +71,7 @@ impl SupportPolygon {
         Self::simplified(&mut chain, len)
     }
 
-    /// Drops the flattest vertices until the polygon fits and has no flat vertex left.
+    /// Removes the flattest vertices until the polygon fits and has no flat vertex left.
     fn simplified(vertices: &mut [Point2<f64>], mut len: usize) -> Option<Self> {
         loop {
             if len < 3 {
@@ -96,7 +96,7 @@ impl SupportPolygon {
         Some(Self { vertices: kept, len })
     }
 
-    /// The axis-parallel rectangle of eq. 16. None unless `xmin < xmax` and `ymin < ymax`.
+    /// The axis-parallel rectangle of eq. 16; None unless `xmin < xmax` and `ymin < ymax`.
     pub fn rectangle(xmin: f64, xmax: f64, ymin: f64, ymax: f64) -> Option<Self> {
         if !(xmin < xmax && ymin < ymax) {
             return None;
@@ -114,8 +114,7 @@ impl SupportPolygon {
         (0..self.len).map(|i| (self.vertices[i], self.vertices[(i + 1) % self.len]))
     }
 
-    /// One half plane for each edge, in the order of [`Self::edges`]. With `distance > 0` a row of eq. 15's M_Z is
-    /// `normal / distance`.
+    /// The half planes of the edges, in the order of [`Self::edges`]. `normal / distance` is a row of M_Z in eq. 15.
     pub fn half_planes(&self) -> impl Iterator<Item = HalfPlane> + '_ {
         self.edges().map(|(a, b)| {
             let along = b - a;
@@ -135,7 +134,7 @@ impl SupportPolygon {
         if deepest <= 0.0 { deepest } else { (point - self.nearest_on_boundary(point)).norm() }
     }
 
-    /// The point of the polygon closest to `point`: `point` itself when inside.
+    /// The point of the polygon nearest to `point`, which is `point` itself if it lies inside.
     pub fn nearest(&self, point: Point2<f64>) -> Point2<f64> {
         if self.contains(point) { point } else { self.nearest_on_boundary(point) }
     }
@@ -153,7 +152,7 @@ impl SupportPolygon {
         best
     }
 
-    /// The points at least `margin` (m) inside. None when nothing (of positive area) is left.
+    /// The polygon of all points at least `margin` (m) inside; None if no area is left.
     pub fn inset(&self, margin: f64) -> Option<Self> {
         let mut kept = [Point2::origin(); SCRATCH];
         kept[..self.len].copy_from_slice(self.vertices());
@@ -163,7 +162,7 @@ impl SupportPolygon {
             let mut cut = [Point2::origin(); SCRATCH];
             let mut cut_len = 0;
             let mut push = |p: Point2<f64>| {
-                // A convex polygon gains at most one vertex with each cut: 8 + 8 always fit.
+                // A convex polygon gains at most one vertex with each cut, so 8 + 8 always fit.
                 if cut_len < SCRATCH {
                     cut[cut_len] = p;
                     cut_len += 1;
@@ -184,14 +183,14 @@ impl SupportPolygon {
         Self::hull(&kept[..len])
     }
 
-    /// Area [m^2].
+    /// Area (m^2).
     pub fn area(&self) -> f64 {
         let origin = self.vertices[0];
         self.edges().map(|(a, b)| (a - origin).perp(&(b - origin)) / 2.0).sum()
     }
 
-    /// Where the ray from `origin` along `direction` leaves the polygon, as a distance from `origin` (m)
-    /// (`direction` need not be of unit length). None when the ray misses the polygon.
+    /// Distance (m) from `origin` along `direction` (of any length) to where this ray leaves the polygon; None if it
+    /// misses.
     pub fn distance_along(&self, origin: Point2<f64>, direction: Vector2<f64>) -> Option<f64> {
         let direction = direction.try_normalize(0.0)?;
         let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);

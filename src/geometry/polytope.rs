@@ -1,36 +1,36 @@
-//! Convex polytopes `{x | S x <= 1}` and the linear programs on them (clarabel).
+//! Convex polytopes `{x | S x <= 1}`, and linear programs on them (by Clarabel).
 
 use super::program::{failure, solver};
 use crate::error::Result;
 use clarabel::solver::{DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 use nalgebra::{DMatrix, DVector, RowDVector};
 
-/// A convex set that holds the origin inside: `{x | S x <= 1}`, one row of S for each half space. It may be unbounded.
+/// A convex set with the origin inside: `{x | S x <= 1}`, with one row of S for each half space. It may be unbounded.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polytope {
-    /// S; redundant rows are allowed.
+    /// S, which may contain redundant rows.
     pub rows: DMatrix<f64>,
 }
 
 /// The largest value of a linear function on a polytope.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Maximum {
-    /// Infinite when the function is unbounded on the set.
+    /// The maximum; infinite if the function is unbounded on the set.
     pub value: f64,
-    /// Where it is taken; the origin when unbounded.
+    /// The point of the maximum; the origin if the function is unbounded.
     pub at: DVector<f64>,
 }
 
-/// A linear function whose part outside of the span of the rows is larger than this (relative) is unbounded.
+/// Relative size of a linear function's part outside of the span of the rows, above which it counts as unbounded.
 const SPAN_TOLERANCE: f64 = 1e-9;
 
 impl Polytope {
-    /// `min over rows of 1 - row . x`: not negative inside, 1 at the origin.
+    /// `min over rows of 1 - row . x`, which is not negative inside the set and 1 at the origin.
     pub fn margin(&self, x: &[f64]) -> f64 {
         1.0 - self.gauge(x)
     }
 
-    /// `max(0, max over rows of row . x)`: by how much the set must be scaled to reach x.
+    /// `max(0, max over rows of row . x)`: the factor by which the set must be scaled for x to lie on its boundary.
     pub fn gauge(&self, x: &[f64]) -> f64 {
         self.rows.row_iter().map(|row| row.iter().zip(x).map(|(r, x)| r * x).sum()).fold(0.0, f64::max)
     }
@@ -40,7 +40,7 @@ impl Polytope {
         self.margin(x) >= 0.0
     }
 
-    /// Linear programs over this set. Errors: the solver refuses the problem.
+    /// Prepares linear programs on this set. It fails if the solver refuses the problem.
     pub fn programs(&self) -> Result<Programs> {
         let (count, n) = self.rows.shape();
         let column =
@@ -64,11 +64,11 @@ impl Polytope {
         Ok(Programs { basis, dual, column, solver })
     }
 
-    /// Whether every point of this set lies in `other`, to within `tolerance` on the right-hand sides of `other`.
-    /// One linear program for each row of `other`, ending at the first that fails.
+    /// Whether this set is a subset of `other`, up to `tolerance` on the right-hand sides of `other`. It solves one
+    /// linear program for each row of `other`, and ends at the first that fails.
     pub fn is_subset_of(&self, other: &Polytope, tolerance: f64) -> Result<bool> {
         let mut programs = self.programs()?;
-        // Far rows first: neighbours are alike, so a violation is met early.
+        // Distant rows come first: neighbouring rows are similar, so this finds a violation early.
         const STRIDE: usize = 16;
         for i in (0..STRIDE).flat_map(|start| (start..other.rows.nrows()).step_by(STRIDE)) {
             if programs.maximise(&other.rows.row(i).into_owned())?.value > 1.0 + tolerance {
@@ -79,22 +79,22 @@ impl Polytope {
     }
 }
 
-/// Linear programs over one polytope; the solver is set up once for all of them.
+/// Linear programs on one polytope. The solver is set up once for all of them.
 ///
-/// They are solved in coordinates in which the rows of S are about orthonormal: rows of a sampled system are nearly
-/// parallel, and the set may be unbounded along directions that no row sees; those directions are left out.
+/// They are solved in coordinates in which the rows of S are about orthonormal, because the rows of a sampled system
+/// are nearly parallel. The set may be unbounded in directions that no row contains; these are left out.
 pub struct Programs {
     /// x = basis * reduced coordinates.
     basis: DMatrix<f64>,
-    /// Reduced row = row * dual; `dual * basis^T` is the projector on the span of the rows.
+    /// reduced row = row * dual, and `dual * basis^T` is the projector on the span of the rows.
     dual: DMatrix<f64>,
-    /// Size of each column of S: units differ by column.
+    /// Scale of each column of S, since units differ by column.
     column: DVector<f64>,
     solver: DefaultSolver<f64>,
 }
 
 impl Programs {
-    /// Maximises `row . x` over the set. Errors: the solver gives up.
+    /// Maximises `row . x` over the set. It fails if the solver gives up.
     pub fn maximise(&mut self, row: &RowDVector<f64>) -> Result<Maximum> {
         let unbounded = || Maximum { value: f64::INFINITY, at: DVector::zeros(self.column.len()) };
         let scaled = RowDVector::from_iterator(row.len(), row.iter().zip(self.column.iter()).map(|(r, c)| r / c));
@@ -103,7 +103,7 @@ impl Programs {
         if unseen.norm() > SPAN_TOLERANCE * scaled.norm() {
             return Ok(unbounded());
         }
-        // Equilibration was done for another cost; a cost of unit size keeps it meaningful.
+        // Equilibration was done for another cost, and remains meaningful with a cost of unit size.
         let size = reduced.norm();
         if size == 0.0 {
             return Ok(Maximum { value: 0.0, at: DVector::zeros(self.column.len()) });
@@ -129,7 +129,7 @@ mod tests {
     use super::*;
     use nalgebra::dmatrix;
 
-    /// |x| <= 2, |y| <= 4, z free.
+    /// The set |x| <= 2, |y| <= 4, with z free.
     fn slab() -> Polytope {
         Polytope { rows: dmatrix![0.5, 0.0, 0.0; -0.5, 0.0, 0.0; 0.0, 0.25, 0.0; 0.0, -0.25, 0.0] }
     }

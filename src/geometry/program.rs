@@ -1,5 +1,5 @@
-//! Small linear programs with equalities and bounds (clarabel). Those over one set of half spaces around the origin,
-//! many at a time, are in [`super::polytope`].
+//! Small linear programs with equalities and bounds (by Clarabel). For many programs on one set of half spaces around
+//! the origin, see [`super::polytope`].
 
 use crate::error::{Error, Result};
 use clarabel::algebra::CscMatrix;
@@ -8,28 +8,28 @@ use clarabel::solver::{
 };
 use nalgebra::DMatrix;
 
-/// Accuracy asked of the solver; of a polytope's programs relative to right-hand sides of 1.
+/// Accuracy of the solver. In the programs of a polytope it is relative to right-hand sides of 1.
 const TOLERANCE: f64 = 1e-10;
-/// Constraints that have to give way by more are met by nothing.
+/// If the constraints have to be relaxed by more than this, no x meets them.
 const MISSED: f64 = 1e-7;
 
-/// Maximise `cost . x` subject to rows `a . x = b` and `a . x <= b`.
+/// Maximises `cost . x` subject to rows `a . x = b` and `a . x <= b`.
 #[derive(Debug, Clone, Default)]
 pub struct LinearProgram {
     pub cost: Vec<f64>,
-    /// (a, b) of `a . x = b`.
+    /// The rows (a, b) of `a . x = b`.
     pub equal: Vec<Row>,
-    /// (a, b) of `a . x <= b`.
+    /// The rows (a, b) of `a . x <= b`.
     pub at_most: Vec<Row>,
-    /// This is the [`elastic`](Self::elastic) one of another program.
+    /// Whether this is the [`elastic`](Self::elastic) program of another one.
     is_elastic: bool,
 }
 
-/// a, as long as the cost, and b.
+/// A row: a, which is as long as the cost, and b.
 pub type Row = (Vec<f64>, f64);
 
 impl LinearProgram {
-    /// A program without constraints yet.
+    /// A program without constraints so far.
     pub fn maximise(cost: Vec<f64>) -> Self {
         Self { cost, ..Default::default() }
     }
@@ -40,11 +40,12 @@ impl LinearProgram {
         self.at_most.push((a, most));
     }
 
-    /// The largest value and where it is taken; None if no x meets the constraints.
+    /// The maximum and a point where it is reached; None if no x meets the constraints.
     ///
-    /// Errors: the value has no bound, or the solver gives up.
+    /// It fails if the value is unbounded or if the solver gives up.
     pub fn solve(&self) -> Result<Option<(f64, Vec<f64>)>> {
-        // What is at most b and at least b is b: between two such rows a solver that goes through the inside finds none.
+        // If a row must be at most b and at least b, it equals b. Between such rows, the solver finds no interior
+        // point.
         let is_opposite = |(a, b): &Row, (c, d): &Row| *b == -*d && a.iter().zip(c).all(|(x, y)| *x == -*y);
         let opposites = |row: &Row| self.at_most.iter().position(|other| is_opposite(row, other));
         let (mut equal, mut at_most): (Vec<&Row>, Vec<&Row>) = (self.equal.iter().collect(), Vec::new());
@@ -70,14 +71,14 @@ impl LinearProgram {
         match solution.status {
             SolverStatus::Solved | SolverStatus::AlmostSolved => Ok(Some((-solution.obj_val, solution.x))),
             SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => Ok(None),
-            // One in some thousands of those that nothing meets is not seen to be one.
+            // In one of some thousands of infeasible programs, the solver does not recognise this by itself.
             _ if !self.is_elastic && self.elastic().solve()?.is_some_and(|(value, _)| -value > MISSED) => Ok(None),
             status => Err(failure(format!("{status:?}"))),
         }
     }
 
-    /// By how much (negative) the constraints have to give way for any x to meet them: a program that some x meets, whatever
-    /// the constraints.
+    /// The program that finds by how much (as a negative number) the constraints must be relaxed for some x to meet
+    /// them. It is feasible for any constraints.
     fn elastic(&self) -> Self {
         let unknowns = self.cost.len();
         let with = |a: &[f64], sign: f64| a.iter().map(|c| sign * c).chain([-1.0]).collect::<Vec<_>>();
@@ -90,7 +91,7 @@ impl LinearProgram {
     }
 }
 
-/// A solver of `min cost . x` subject to `a x + s = b` with s in the cones.
+/// A solver for `min cost . x` subject to `a x + s = b` with s in the cones.
 pub(super) fn solver(
     cost: &[f64],
     a: &DMatrix<f64>,
@@ -121,7 +122,7 @@ pub(super) fn failure(problem: impl ToString) -> Error {
 mod tests {
     use super::*;
 
-    /// x + y on the segment x = 2 y with y in [least, 3].
+    /// The maximum of x + y on the segment x = 2 y with y in [least, 3].
     fn segment(least: f64) -> LinearProgram {
         let mut program = LinearProgram::maximise(vec![1.0, 1.0]);
         program.equal.push((vec![1.0, -2.0], 0.0));

@@ -1,60 +1,61 @@
-//! Pendulum bounds: the largest impulse that an ideal pendulum on these feet can take, without a footstep, with one,
-//! with any number (Koolen et al. 2012, "Capturability-based analysis and control of legged locomotion").
+//! Pendulum bounds: the largest impulse from which an ideal pendulum with these feet can recover without a footstep,
+//! with one, and with any number (Koolen et al. 2012, "Capturability-based analysis and control of legged locomotion").
 //!
-//! An instantaneous impulse J moves the divergent component of motion (dcm) by J/(m omega) from where the COM is at
-//! home. What it can be brought back from:
-//! - **No step**: it lies inside the hull of both soles.
-//! - **One step**: standing on the sole s + B (centre s, shape B) with the ZMP at p, after the step's time T it is at
-//!   `p + e^(omega T) (dcm - p)`; p is anywhere in s + B (it may move: the mean that counts stays in the convex s + B).
-//!   That is caught if it lies in the hull of the stance sole and the one that lands at s + r, r in the reach R:
-//!   `s + conv({0} u R) + B`. So, with q = e^(-omega T) and because (1 - q) B + q B = B, the dcm can be anywhere in
-//!   `s + B + q conv({0} u R)`.
-//! - **N steps**: at T it need only be where the sole that has landed at s + r can catch it with N - 1 steps:
-//!   `C_N = (1 - q) B + q (R + C'_(N-1))`, the prime for the mirrored reach of the other foot. Written out,
-//!   `C_N = B + q R + q^2 R' + ... + q^N conv({0} u R'..')`: in one dimension d_N = (l - r + d_(N-1)) q + r.
+//! An instantaneous impulse J shifts the divergent component of motion (dcm) by J/(m omega), with mass m and natural
+//! frequency omega, from the COM's position at home. The robot can recover if the dcm then lies in a certain set:
+//! - **No step**: the hull of both soles.
+//! - **One step**: let the robot stand on the sole s + B (centre s, shape B) with its ZMP at p in s + B. (The ZMP may
+//!   move; what counts is a mean, which stays in the convex s + B.) After the time T of the step, the dcm is at
+//!   `p + e^(omega T) (dcm - p)`. The robot recovers if this lies in the hull of the stance sole and the sole that
+//!   lands at s + r, with r in the reach R: in `s + conv({0} u R) + B`. With q = e^(-omega T), and because (1 - q) B +
+//!   q B = B, the set for the dcm is `s + B + q conv({0} u R)`.
+//! - **N steps**: at T the dcm need only be where the sole at s + r can recover with N - 1 more steps:
+//!   `C_N = (1 - q) B + q (R + C'_(N-1))`, where the prime is the mirrored reach of the other foot. Expanded,
+//!   `C_N = B + q R + q^2 R' + ... + q^N conv({0} u R'..')`. In one dimension, d_N = (l - r + d_(N-1)) q + r.
 //!
-//! The largest J along a heading for which the dcm lies in such a set is one linear program for each stance foot.
+//! For each stance foot, the largest J along a heading with the dcm in such a set is one linear program.
 //!
-//! A yardstick, not a ceiling: the height is constant, there is no angular momentum, the ZMP jumps at once. Trunk and
-//! arms, or rocking on an edge, can take more; delay and the joints' limits leave less.
+//! The bounds are a yardstick and not a ceiling: the height is constant, there is no angular momentum, and the ZMP
+//! jumps at once. With trunk and arms, or by rocking on an edge, a robot can take more; delay and joint limits leave
+//! less.
 
 use crate::error::Result;
 use crate::geometry::{LinearProgram, SupportPolygon};
 use nalgebra::{Point2, Vector2};
 use std::f64::consts::PI;
 
-/// "Any number" of footsteps ends when two more raise the bound by less than this (relative),
+/// "Any number" of footsteps is reached when two more raise the bound by less than this share.
 pub const NO_MORE: f64 = 1e-4;
-/// or here.
+/// Largest number of footsteps that is tried.
 pub const MOST_STEPS: usize = 40;
 
-/// Where a foot can land, seen from the centre of the stance sole (to that of the landing one); axes of the control
-/// frame. A box, on the side of the swing foot.
+/// Where a foot can land: offsets from the centre of the stance sole to that of the landing one, in the axes of the
+/// control frame. They form a box on the side of the swing foot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LandingBox {
-    /// Fore and aft (m).
+    /// Largest offset forward or backward (m).
     pub forward_m: f64,
-    /// Sideways, at most (m),
+    /// Largest offset to the side (m).
     pub outward_m: f64,
-    /// and at least, so that the legs do not cross (m).
+    /// Smallest offset to the side, at which the legs do not cross (m).
     pub inward_m: f64,
 }
 
-/// A pendulum on two soles side by side, both parallel to x, the origin midway between their centres.
+/// A pendulum on two soles side by side. Both are parallel to x, and the origin is midway between their centres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SteppingPendulum {
     pub mass_kg: f64,
-    /// (rad/s)
+    /// Natural frequency (rad/s).
     pub omega: f64,
-    /// Where the dcm starts: the COM at rest (m).
+    /// The COM at rest, where the dcm starts (m).
     pub com: Point2<f64>,
-    /// Extent of a sole about its centre: least and most (m).
+    /// Smallest and largest coordinates of a sole about its centre (m).
     pub sole_x_m: [f64; 2],
     pub sole_y_m: [f64; 2],
-    /// Between the soles' centres (m).
+    /// Distance between the soles' centres (m).
     pub stance_width_m: f64,
     pub reach: LandingBox,
-    /// From the impulse to the landing, and between landings (s).
+    /// Time from the impulse to the landing, and between landings (s).
     pub step_time_s: f64,
 }
 
@@ -62,20 +63,20 @@ pub struct SteppingPendulum {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
     pub no_step_n_s: f64,
-    /// With at most one footstep: not less than without.
+    /// With at most one footstep; not less than without.
     pub one_step_n_s: f64,
     /// With any number of footsteps.
     pub n_step_n_s: f64,
-    /// Footsteps from which on more bring less than [`NO_MORE`].
+    /// Number of footsteps from which on more raise the bound by less than [`NO_MORE`].
     pub steps: usize,
 }
 
 impl SteppingPendulum {
-    /// All bounds along a heading (degrees; 0 forward, 90 to the left). Errors: the solver gives up.
+    /// The bounds for a heading (degrees; 0 is forward, 90 to the left). Fails if the solver gives up.
     pub fn bounds(&self, heading_deg: f64) -> Result<Bounds> {
         let no_step_n_s = self.no_step_n_s(heading_deg);
         let one_step_n_s = no_step_n_s.max(self.exactly_n_s(heading_deg, 1)?);
-        // A gain may come with every other footstep only: the feet take turns.
+        // The feet take turns, so the bound may rise with every other footstep only.
         let (mut before, mut now, mut steps) = (no_step_n_s, one_step_n_s, 1);
         while steps < MOST_STEPS {
             let next = now.max(self.exactly_n_s(heading_deg, steps + 1)?);
@@ -87,7 +88,8 @@ impl SteppingPendulum {
         Ok(Bounds { no_step_n_s, one_step_n_s, n_step_n_s: now, steps })
     }
 
-    /// Without a footstep (N s): m omega d, with d from the COM to the edge of both soles' hull; 0 if it is not above it.
+    /// The bound without a footstep (N s): m omega d, with d from the COM to the edge of the soles' hull; 0 if the COM
+    /// is outside.
     pub fn no_step_n_s(&self, heading_deg: f64) -> f64 {
         let ([x0, x1], [y0, y1], side) = (self.sole_x_m, self.sole_y_m, self.stance_width_m / 2.0);
         let corner = |x, y| Point2::new(x, y);
@@ -98,19 +100,20 @@ impl SteppingPendulum {
         self.mass_kg * self.omega * d.unwrap_or(0.0)
     }
 
-    /// With exactly `steps` footsteps (N s), one or more, from the better stance foot; the last may land and not be
-    /// needed. 0 if they catch no impulse along this heading. Errors: the solver gives up.
+    /// The bound with exactly `steps` footsteps (N s), one or more, with the better foot as the first stance foot. The
+    /// last footstep may turn out not to be needed. It is 0 if these footsteps recover from no impulse in this heading.
+    /// Fails if the solver gives up.
     pub fn exactly_n_s(&self, heading_deg: f64, steps: usize) -> Result<f64> {
         let mut best: f64 = 0.0;
-        // y of the stance sole over half the stance's width: the left foot, the right one.
+        // The y coordinate of the stance sole in units of half the stance width: left foot, right foot.
         for stance in [1.0, -1.0] {
             best = best.max(self.on_stance_n_s(direction(heading_deg), steps, stance)?);
         }
         Ok(best)
     }
 
-    /// Unknowns: the dcm's way along the heading, a point of B, a landing for each footstep, and how far the last of
-    /// them counts (conv({0} u R) = {(g, t): g in t R, 0 <= t <= 1}).
+    /// The unknowns are the shift of the dcm along the heading, a point of B, a landing place for each footstep, and
+    /// the share t of the last one (conv({0} u R) = {(g, t): g in t R, 0 <= t <= 1}).
     fn on_stance_n_s(&self, along: Vector2<f64>, steps: usize, stance: f64) -> Result<f64> {
         let unknowns = 1 + 2 + 2 * steps + 1;
         let (way, sole, landing, share) = (0, 1, |k: usize| 3 + 2 * k, unknowns - 1);
@@ -152,20 +155,20 @@ impl SteppingPendulum {
         Ok(found.map_or(0.0, |(dcm_m, _)| self.mass_kg * self.omega * dcm_m))
     }
 
-    /// q^k: what is left of a distance, seen from k footsteps before.
+    /// The factor q^k by which k footsteps shrink a distance.
     fn shrink(&self, footsteps: usize) -> f64 {
         (-self.omega * self.step_time_s * footsteps as f64).exp()
     }
 }
 
-/// How much more impulse than an instantaneous one a push of this duration (s) may have, its force constant: of f(t)
-/// counts the integral of f e^(-omega t).
+/// Ratio of the impulse of a push with constant force over this duration (s) to an instantaneous one with the same
+/// effect. The effect of a force f(t) is the integral of f e^(-omega t).
 pub fn rectangular_push_factor(omega: f64, duration_s: f64) -> f64 {
     let angle = omega * duration_s;
     if angle < 1e-9 { 1.0 } else { angle / -(-angle).exp_m1() }
 }
 
-/// The same for a force that is half a period of a sine.
+/// The same ratio for a force that is half a period of a sine.
 pub fn half_sine_push_factor(omega: f64, duration_s: f64) -> f64 {
     let turn = omega * duration_s / PI;
     2.0 * (1.0 + turn * turn) / (1.0 + (-omega * duration_s).exp())

@@ -1,60 +1,62 @@
-//! Footsteps that catch: where a foot is to land, and where to press meanwhile, so that the DCM ends inside of the
-//! support that the footstep makes. Beyond the paper, whose footstep is planned once and goes as far as a stride factor says.
+//! Footsteps that are planned anew during the swing: where the foot is to land, and where the ZMP is to be until then,
+//! so that the DCM ends inside of the new support polygon. The paper plans a footstep only once.
 //!
-//! While the foot is in the air, for a time T, the DCM runs away from the ZMP p, which lies in the stance sole (eq. 1, 2):
+//! While the foot is in the air, for a time T, the DCM diverges from the ZMP p inside of the stance sole (eq. 1, 2):
 //!
 //! ```text
 //! dcm(T) = e^(omega T) (dcm - p) + p
 //! ```
 //!
-//! With the foot at f the support is the hull of both soles: the line from the stance sole's centre (here the origin) to f,
-//! widened by a sole. So the DCM is inside if `dcm(T) - s f` lies in a sole, for some share s: at 1/2 it is midway between
-//! the feet, at 1 over the foot that lands. For each of some shares, and for each axis alone,
+//! With the foot at f, the support polygon is the hull of both soles: the line from the stance sole's centre (here the
+//! origin) to f, widened by a sole. So the DCM is inside if `dcm(T) - s f` lies in a sole for some share s: s = 1/2 is
+//! midway between the feet, and s = 1 over the landing foot. For a given share, and for each axis alone, the problem
 //!
 //! ```text
 //! min over p in the sole, f within reach of  (dcm(T) - s f)^2 + w_zmp p^2 + w_place (f - home)^2
 //! ```
 //!
-//! has two variables in a box and is solved in closed form. Of the shares the one that costs least is best, where to miss
-//! the support counts far more than the rest. Solved anew at every tick, the landing place and the ZMP follow the DCM.
+//! has two variables in a box and a closed-form solution. Of several shares the one with the least cost is taken, where
+//! a DCM outside of the support polygon costs far more than the rest. Solved at every tick, landing place and ZMP
+//! follow the DCM.
 
 use super::relaxation::in_box;
 use crate::error::{Error, Result};
 use nalgebra::{Matrix2, Vector2};
 use serde::{Deserialize, Serialize};
 
-/// Rules of footsteps that catch (`[catching]` of a gain set's file).
+/// Rules of these footsteps (`[catching]` in a gain set's file).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Catching {
-    /// From lift to landing as planned (s).
+    /// Planned time from lift to landing (s).
     pub swing_time_s: f64,
     /// Height of the sole in the middle of the swing (m).
     pub lift_m: f64,
-    /// A foot that is late goes on down for at most this long (s).
+    /// Longest time for which a late foot goes on downward (s).
     pub late_s: f64,
-    /// No foot is lifted for at least this long after a landing (s).
+    /// Shortest time from a landing to the next lift (s).
     pub pause_s: f64,
-    /// Until the ZMP is where it is wanted, for a foot that carries all the weight when it is to be lifted (s); in
-    /// proportion for less. Feet that carry are slow to step.
+    /// Time until the ZMP is where it is wanted, if the foot to be lifted carries the whole weight (s); in proportion
+    /// for less. So a foot with more load costs more time.
     pub transfer_s: f64,
-    /// For this long before the landing its place stays (s): a foot that is led on to the end lands at speed.
+    /// Time before the landing from which the landing place is fixed (s). A foot that is redirected to the end lands
+    /// fast.
     pub settle_s: f64,
     pub weights: CatchingWeights,
 }
 
-/// What counts beside a DCM in the middle of its support, per metre squared.
+/// Costs relative to those of the DCM's distance from the middle of its support, per metre squared.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CatchingWeights {
-    /// ZMP away from the middle of the stance sole.
+    /// Distance of the ZMP from the middle of the stance sole.
     pub zmp: f64,
-    /// Landing place away from where the foot stands at home.
+    /// Distance of the landing place from where the foot stands at home.
     pub place: f64,
 }
 
 impl Catching {
-    /// Checks values; `file` is what errors call the gain set.
+    /// Checks the values. Errors name the gain set `file`.
     pub fn validate(&self, file: &str) -> Result<()> {
         let ranges = [
             ("swing_time_s", self.swing_time_s, 0.02, 2.0),
@@ -70,51 +72,51 @@ impl Catching {
     }
 }
 
-/// What a footstep has to work with: lengths in the frame of the stance sole, x forward, y to the side of the foot that
-/// swings (m).
+/// The data of the planning problem. Lengths (m) are in the stance sole's frame, with x forward and y to the swing
+/// foot's side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CatchProblem {
-    /// (rad/s)
+    /// Natural frequency of the pendulum (rad/s).
     pub omega: f64,
     /// Half length and half width of a sole.
     pub sole: [f64; 2],
-    /// By how much the ZMP stays away from the edge of the stance sole.
+    /// Distance that the ZMP keeps from the edge of the stance sole.
     pub zmp_margin: f64,
-    /// Least and greatest x, and y, of the landing place.
+    /// Smallest and largest x, and y, of the landing place.
     pub reach: [[f64; 2]; 2],
-    /// Where the swing foot stands at home.
+    /// Place of the swing foot at home.
     pub home: Vector2<f64>,
 }
 
 impl CatchProblem {
-    /// The same with the landing place decided.
+    /// The same problem with the landing place fixed.
     pub fn landing_at(self, place: Vector2<f64>) -> Self {
         Self { reach: [[place.x; 2], [place.y; 2]], ..self }
     }
 }
 
-/// A footstep as it is best taken; frame as in [`CatchProblem`].
+/// The best footstep, in the frame of [`CatchProblem`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CatchPlan {
-    /// Where to press until the landing (m).
+    /// ZMP until the landing (m).
     pub zmp: Vector2<f64>,
-    /// Where to land (m).
+    /// Landing place (m).
     pub place: Vector2<f64>,
-    /// The DCM at landing (m).
+    /// DCM at the landing (m).
     pub dcm: Vector2<f64>,
-    /// Distance of that DCM outside of the part of the support from midway between the feet to the foot that lands (m); 0
-    /// inside of it.
+    /// Distance of that DCM from the part of the support polygon between the feet's middle and the landing foot (m); 0
+    /// inside.
     pub miss: f64,
-    /// In squared metres; what the DCM misses the support by counts a hundred times its length (`MISS`).
+    /// Cost in squared metres, in which `miss` counts `MISS` times its length.
     pub cost: f64,
 }
 
-/// Shares s that are tried.
+/// The shares s that are tried.
 const SHARES: [f64; 6] = [0.5, 0.6, 0.7, 0.8, 0.9, 1.0];
-/// A metre outside of the support costs as much as this (m): more than all else.
+/// Cost of a DCM outside of the support, per metre (m). It exceeds all other costs.
 const MISS: f64 = 100.0;
 
-/// The best footstep that lands in `time_s`, for a `dcm` now (m; frame as in [`CatchProblem`]).
+/// The best footstep with `time_s` (s) left until its landing, for a `dcm` now (m, in the frame of [`CatchProblem`]).
 pub fn plan(weights: &CatchingWeights, problem: &CatchProblem, dcm: Vector2<f64>, time_s: f64) -> CatchPlan {
     let mut best = landing(weights, problem, dcm, time_s, SHARES[0]);
     for share in &SHARES[1..] {
@@ -164,7 +166,7 @@ mod tests {
     };
     const TIME_S: f64 = 0.15;
 
-    /// A DCM beside the stance foot of a robot at home that is pushed by (x, y), y to the side of the swing foot.
+    /// A DCM beside the stance foot of a robot at home, shifted by (x, y) (m), with y to the side of the swing foot.
     fn pushed(x: f64, y: f64) -> Vector2<f64> {
         Vector2::new(x, 0.5 * PROBLEM.home.y + y)
     }
@@ -181,10 +183,10 @@ mod tests {
 
     #[test]
     fn a_push_to_the_side_is_best_taken_by_the_foot_on_the_far_side() {
-        // 65 mm to the side: the foot on that side would have to land beyond its reach.
+        // For 65 mm to the side, the foot on that side would have to land beyond its reach.
         let near = plan(&WEIGHTS, &PROBLEM, pushed(0.0, 0.065), TIME_S);
         let far = plan(&WEIGHTS, &PROBLEM, pushed(0.0, -0.065), TIME_S);
-        // By hand: the ZMP 32 mm to that side, the DCM then at e^(omega T) (113.5 - 32) + 32 = 221.6 mm.
+        // By hand: with the ZMP 32 mm to that side, the DCM ends at e^(omega T) (113.5 - 32) + 32 = 221.6 mm.
         let dcm = 0.032 + (PROBLEM.omega * TIME_S).exp() * (0.1135 - 0.032);
         assert!((near.miss - (dcm - 0.18 - 0.035)).abs() < 1e-12 && near.miss > 0.006, "{near:?}");
         assert_eq!(near.place.y, 0.18);
@@ -229,7 +231,7 @@ mod tests {
     proptest! {
         #![proptest_config(cases(5, 300))]
 
-        /// Nothing within reach does better, by its own measure; and it promises what the pendulum does.
+        /// No other ZMP and place within reach cost less, and the planned DCM is that of the pendulum.
         #[test]
         fn no_other_zmp_and_place_cost_less(
             dcm in [-0.2..0.2f64, -0.1..0.25f64], time in 0.02..0.3f64, other in [-1.0..1.0f64, -1.0..1.0, 0.0..1.0, 0.0..1.0],

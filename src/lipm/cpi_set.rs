@@ -1,8 +1,8 @@
 //! Maximal CPI sets by linear programs (paper, Sect. III.C, eq. 19-22).
 //!
-//! The maximal constraint positively invariant set of a closed loop under a polygon Z is the set of all states from
-//! which the loop runs to the origin without the ZMP ever leaving Z. It is a polytope of finitely many rows: eq. 22.
-//! With a pole at -omega it is unbounded along the convergent mode, which the feedback does not see; that is right.
+//! The maximal constraint positively invariant (CPI) set of a closed loop with a support polygon Z is the set of all
+//! states from which the loop runs to the origin without the ZMP ever leaving Z. It is a polytope with finitely many
+//! rows (eq. 22). With a pole at -omega it is unbounded along the convergent mode, since the feedback does not read it.
 
 use super::gains::{Gain, GainFamily};
 use super::pendulum::Pendulum;
@@ -11,14 +11,14 @@ use crate::geometry::SupportPolygon;
 use crate::geometry::polytope::Polytope;
 use nalgebra::{DMatrix, Vector2};
 
-/// A search ends with an error at this many periods.
+/// Largest number of periods in a search, beyond which it fails.
 pub const MAX_HORIZON: usize = 8192;
-/// A row is redundant when no state of the set exceeds it by more than this.
+/// A row is redundant if no state of the set exceeds it by more than this.
 const REDUNDANT: f64 = 1e-9;
-/// Sets are taken as nested when no row is exceeded by more than this.
+/// Sets count as nested if no row is exceeded by more than this.
 const NESTED: f64 = 1e-6;
 
-/// O_inf of one gain on one support polygon.
+/// The maximal CPI set (O_inf) of one gain on one support polygon.
 #[doc(alias = "MOAS")]
 #[derive(Debug, Clone)]
 pub struct CpiSet {
@@ -26,16 +26,17 @@ pub struct CpiSet {
     pub gain: String,
     pub pendulum: Pendulum,
     pub polygon: SupportPolygon,
-    /// k of eq. 22: predictions from 0 to k periods ahead make the set.
+    /// k of eq. 22: the predictions from 0 to k periods ahead define the set.
     pub horizon: usize,
-    /// S of eq. 22: p (k + 1) rows on the state of eq. 5; the rows of one prediction stand together.
+    /// S of eq. 22: p (k + 1) rows on the state of eq. 5, for p edges. The rows of one prediction stand together.
     pub set: Polytope,
 }
 
 impl CpiSet {
-    /// Searches the set of `gain` on `polygon` (control frame).
+    /// Computes the set of `gain` on `polygon` (control frame).
     ///
-    /// Errors: the origin is not strictly inside the polygon (the set is empty); no end within [`MAX_HORIZON`].
+    /// It fails if the origin is not strictly inside the polygon, since the set is then empty, or if the search does
+    /// not end within [`MAX_HORIZON`].
     pub fn search(gain: &Gain, pendulum: Pendulum, polygon: &SupportPolygon) -> Result<Self> {
         let rows = constraint_rows(polygon)?;
         let (horizon, set) = maximal_cpi(&closed_loop(gain), &rows).map_err(|e| match e {
@@ -47,52 +48,52 @@ impl CpiSet {
         Ok(Self { gain: gain.name.clone(), pendulum, polygon: *polygon, horizon, set })
     }
 
-    /// The sets of all gains of a family, slow to fast. Errors as [`Self::search`].
+    /// The sets of all gains of a family, slow to fast. It fails as [`Self::search`] does.
     pub fn search_family(family: &GainFamily, polygon: &SupportPolygon) -> Result<Vec<Self>> {
         family.gains.iter().map(|gain| Self::search(gain, family.pendulum, polygon)).collect()
     }
 
-    /// Eq. 22 and 25 with a given k, whether or not it is enough.
+    /// The rows of eq. 22 and 25 for a given k, whether or not it is large enough.
     pub fn stacked(gain: &Gain, polygon: &SupportPolygon, horizon: usize) -> Result<Polytope> {
         let mut stack = Stack::new(closed_loop(gain), constraint_rows(polygon)?);
         Ok(stack.up_to(horizon))
     }
 
-    /// Largest velocity of the COM along `direction` that the set holds, from the origin at rest with the ZMP at the
-    /// origin (m/s): impulse per mass.
+    /// Largest COM velocity along `direction` (m/s, that is impulse per mass) for which the set contains the state,
+    /// with COM and ZMP at the origin.
     pub fn largest_com_vel_from_rest(&self, direction: Vector2<f64>) -> f64 {
         let d = direction.normalize();
         1.0 / self.set.gauge(&[0.0, d.x, 0.0, 0.0, d.y, 0.0])
     }
 
-    /// Largest impulse J from rest along `direction` over `m omega d`, with d from the origin to the polygon's edge:
-    /// 1 would be all that standing can take.
+    /// Largest impulse J from rest along `direction`, divided by `m omega d`, with d from the origin to the polygon's
+    /// edge. The value 1 would be all that standing can take.
     pub fn largest_impulse_from_rest(&self, direction: Vector2<f64>) -> f64 {
         let d = self.polygon.distance_along(nalgebra::Point2::origin(), direction).unwrap_or(f64::NAN);
         self.largest_com_vel_from_rest(direction) / (self.pendulum.omega * d)
     }
 
-    /// Whether this set lies inside `other` (to within a millionth of its size). Errors: the solver gives up.
+    /// Whether this set lies inside `other`, up to a millionth of its size. Fails if the solver gives up.
     pub fn is_subset_of(&self, other: &CpiSet) -> Result<bool> {
         self.set.is_subset_of(&other.set, NESTED)
     }
 }
 
-/// Which sets of a family hold which.
+/// Which sets of a family contain which.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inclusion {
     /// Names of the gains, slow to fast.
     pub names: Vec<String>,
-    /// `inside[i][j]`: the set of gain i lies inside the set of gain j.
+    /// `inside[i][j]` tells whether the set of gain i lies inside the set of gain j.
     pub inside: Vec<Vec<bool>>,
 }
 
 impl Inclusion {
-    /// Compares all pairs. Errors: the solver gives up.
+    /// Compares all pairs. Fails if the solver gives up.
     pub fn of(sets: &[CpiSet]) -> Result<Self> {
         let n = sets.len();
         let mut inside = vec![vec![false; n]; n];
-        // Neighbours first: inclusion is transitive, and its proof costs far more than a counter-example.
+        // Neighbours come first: inclusion is transitive, and proving it costs far more than a counter-example.
         for distance in 0..n {
             for i in 0..n {
                 for j in [i.checked_sub(distance), Some(i + distance)].into_iter().flatten().filter(|j| *j < n) {
@@ -106,21 +107,21 @@ impl Inclusion {
         Ok(Self { names: sets.iter().map(|s| s.gain.clone()).collect(), inside })
     }
 
-    /// Pairs (slow, fast) of neighbours whose sets do not nest.
+    /// Pairs (slow, fast) of neighbouring gains whose sets do not nest.
     pub fn failures(&self) -> Vec<(usize, usize)> {
         (1..self.names.len()).filter(|&fast| !self.inside[fast][fast - 1]).map(|fast| (fast - 1, fast)).collect()
     }
 
-    /// What to tell a person when the family does not nest; None when it does.
+    /// A warning if the sets of the family do not nest; None if they do.
     pub fn warning(&self) -> Option<String> {
         warning(&self.names, &self.failures())
     }
 }
 
-/// Inclusion check of a family when it is loaded: what to tell a person when the set of a gain is not inside that of
-/// its slower neighbour. Cheaper than [`Inclusion::of`], which compares all pairs.
+/// Checks inclusion when a family is loaded: returns a warning if the set of a gain is not inside that of its slower
+/// neighbour. It is faster than [`Inclusion::of`], which compares all pairs.
 ///
-/// Errors as [`CpiSet::search`].
+/// It fails as [`CpiSet::search`] does.
 pub fn nesting_warning(family: &GainFamily, support: &SupportPolygon) -> Result<Option<String>> {
     let sets = CpiSet::search_family(family, support)?;
     let names: Vec<String> = sets.iter().map(|s| s.gain.clone()).collect();
@@ -140,28 +141,31 @@ fn warning(names: &[String], failures: &[(usize, usize)]) -> Option<String> {
     let pairs: Vec<String> =
         failures.iter().map(|&(slow, fast)| format!("{:?} is not inside {:?}", names[fast], names[slow])).collect();
     Some(format!(
-        "the sets of the gains do not nest: {}; after a switch to a faster gain the slower one may not hold the state",
+        "the CPI sets of the gains do not nest: {}; after a switch to a faster gain, the slower set may not contain the state",
         pairs.join(", ")
     ))
 }
 
-/// The maximal CPI set of `x(j+1) = a x(j)` under `s0 x(j) <= 1` for all j: its k and its rows (eq. 20-22).
+/// The maximal CPI set of `x(j+1) = a x(j)` with `s0 x(j) <= 1` for all j: its k and its rows (eq. 20-22).
 ///
-/// The paper counts i up until the rows of prediction i + 1 are all redundant, row by row by a linear program on
-/// Set(S_i). Once they are, they stay so (`Set(S_i) = Set(S_i+1)` is then invariant), so k is found by doubling and
-/// bisection: the same k with fewer programs.
+/// The paper increases i until all rows of prediction i + 1 are redundant, each tested by a linear program on Set(S_i).
+/// From then on they stay redundant (`Set(S_i) = Set(S_i+1)` is invariant), so doubling and bisection find k with fewer
+/// programs.
 ///
-/// Errors: no k up to [`MAX_HORIZON`] (a pole at or near the stability limit), or the solver gives up.
+/// It fails if there is no k up to [`MAX_HORIZON`], with a pole at or near the stability limit, or if the solver gives
+/// up.
 pub fn maximal_cpi(a: &DMatrix<f64>, s0: &DMatrix<f64>) -> Result<(usize, Polytope)> {
     let mut stack = Stack::new(a.clone(), s0.clone());
-    // Smallest k for which the test holds lies in low..=high.
+    // The smallest k that passes the test lies in low..=high.
     let (mut low, mut high) = (0, 8);
     while !stack.ends_at(high)? {
         (low, high) = (high + 1, 2 * high);
         if high > MAX_HORIZON {
             return Err(Error::Numeric {
                 what: "maximal CPI set".into(),
-                problem: format!("no end within {MAX_HORIZON} periods: a pole is too slow, or the loop is not stable"),
+                problem: format!(
+                    "the search did not end within {MAX_HORIZON} periods: a pole is too slow, or the loop is unstable"
+                ),
             });
         }
     }
@@ -176,7 +180,7 @@ pub fn maximal_cpi(a: &DMatrix<f64>, s0: &DMatrix<f64>) -> Result<(usize, Polyto
     Ok((high, stack.up_to(high)))
 }
 
-/// Rows `s0 a^j` of the predictions so far.
+/// The rows `s0 a^j` of the predictions computed so far.
 struct Stack {
     a: DMatrix<f64>,
     blocks: Vec<DMatrix<f64>>,
@@ -195,7 +199,7 @@ impl Stack {
         &self.blocks[j]
     }
 
-    /// S_k of eq. 21, 22.
+    /// S_k of eq. 21 and 22.
     fn up_to(&mut self, k: usize) -> Polytope {
         let (p, n) = self.block(k).shape();
         let mut rows = DMatrix::zeros(p * (k + 1), n);
@@ -222,14 +226,14 @@ fn closed_loop(gain: &Gain) -> DMatrix<f64> {
     DMatrix::from_column_slice(6, 6, gain.closed_loop().as_slice())
 }
 
-/// M_Z C (eq. 14, 15, 20): one row for each edge.
+/// M_Z C (eq. 14, 15, 20), with one row for each edge.
 fn constraint_rows(polygon: &SupportPolygon) -> Result<DMatrix<f64>> {
     let mut rows = DMatrix::zeros(polygon.vertices().len(), 6);
     for (i, h) in polygon.half_planes().enumerate() {
         if h.distance <= 0.0 {
             let vertices: Vec<String> = polygon.vertices().iter().map(|v| format!("({}, {})", v.x, v.y)).collect();
             let (problem, accepted) =
-                ("the origin is not inside: no set holds any state", "a polygon with the origin strictly inside");
+                ("the origin is not inside, so no set contains any state", "a polygon with the origin strictly inside");
             return Err(Error::value("support", "polygon", vertices.join(" "), problem, accepted));
         }
         (rows[(i, 2)], rows[(i, 5)]) = (h.normal.x / h.distance, h.normal.y / h.distance);

@@ -1,9 +1,9 @@
-//! Gain sets: what a TOML file under `assets/gains/` says, and the feedback that follows from it (eq. 11-13).
+//! Gain sets: the content of a TOML file under `assets/gains/`, and the feedback gains that follow from it (eq. 11-13).
 //!
-//! A family of gains is ordered slow to fast. It nests (Sect. III.D: the set of a faster gain lies inside the set of a
-//! slower one) when every gain has one pole at -omega, so that the feedback acts on the divergent component alone, one
-//! fast pole that is common to the family, and one slow pole that orders it. For poles in general it does not:
-//! [`Inclusion`](super::cpi_set::Inclusion) checks.
+//! A family of gains is ordered from slow to fast. It nests (Sect. III.D: the CPI set of a faster gain lies inside that
+//! of a slower one) if every gain has one pole at -omega, so that the feedback acts on the divergent component alone,
+//! one fast pole that all gains share, and one slow pole that orders them. With other poles it may not nest;
+//! [`Inclusion`](super::cpi_set::Inclusion) checks this.
 
 use super::catching::Catching;
 use super::pendulum::{Pendulum, State};
@@ -18,32 +18,33 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Standing {
-    /// Joints stay at the home posture; no gains. The baseline that physics gives for free.
+    /// The joints stay at the home posture, without gains. This is the baseline that needs no control.
     Posture,
-    /// The fastest gain whose maximal CPI set holds the state (Sect. III.D).
+    /// The fastest gain acts whose maximal CPI set contains the state (Sect. III.D).
     Switching,
 }
 
-/// A gain set as its file has it.
+/// A gain set as its file states it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GainSet {
-    /// Name in tables and results.
+    /// Name of the set in tables and results.
     pub name: String,
-    /// One sentence.
+    /// A sentence that describes the set.
     #[serde(default)]
     pub description: String,
     pub standing: Standing,
-    /// The support polygon is made smaller by this much before it bounds the ZMP.
+    /// The ZMP keeps this distance from the edges of the support polygon (m).
     #[serde(default = "default_zmp_margin_m")]
     pub zmp_margin_m: f64,
-    /// Slow to fast.
+    /// The gains, from slow to fast.
     #[serde(default)]
     pub gains: Vec<GainPoles>,
-    /// How to step when no gain's set holds the state; None: the robot only stands.
+    /// How to step when no gain's set contains the state, by the paper's rule.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stepping: Option<Stepping>,
-    /// Footsteps beyond the paper's; None: none, and not both.
+    /// How to step by the rule that plans anew during the swing. With neither table the robot only stands; both are
+    /// refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub catching: Option<Catching>,
 }
@@ -62,26 +63,26 @@ fn default_zmp_margin_m() -> f64 {
 }
 
 impl GainSet {
-    /// Reads a gain set. Errors name the file, the field, its value and what would be accepted.
+    /// Reads a gain set. Errors name the file, the field, its value and what is accepted.
     pub fn parse(source: &Source) -> Result<Self> {
         let set: Self = parse_toml(source)?;
         set.validate(&source.file)?;
         Ok(set)
     }
 
-    /// Its footwork rule; a valid set has one at most.
+    /// The footwork rule; None if the robot only stands. A valid set has at most one.
     pub fn footwork(&self) -> Option<FootworkRules> {
         let stepping = self.stepping.map(FootworkRules::Stepping);
         stepping.or(self.catching.map(FootworkRules::Catching))
     }
 
-    /// Checks values; `file` is what errors call the set.
+    /// Checks the values. Errors name the set `file`.
     pub fn validate(&self, file: &str) -> Result<()> {
         if self.name.trim().is_empty() {
             return Err(Error::value(file, "name", format!("{:?}", self.name), "is empty", "a name"));
         }
         if !(self.zmp_margin_m.is_finite() && self.zmp_margin_m >= 0.0) {
-            let problem = "is not a length";
+            let problem = "must not be negative";
             return Err(Error::value(file, "zmp_margin_m", self.zmp_margin_m, problem, "0 or more, in metres"));
         }
         let count = self.gains.len();
@@ -98,14 +99,14 @@ impl GainSet {
         }
         if let Some(stepping) = &self.stepping {
             if self.standing == Standing::Posture {
-                let problem = "standing = \"posture\" has no sets that could tell when to step";
+                let problem = "standing = \"posture\" has no CPI sets by which to decide when to step";
                 return Err(Error::value(file, "stepping", "a table", problem, "no [stepping]"));
             }
             stepping.validate(file)?;
         }
         if let Some(catching) = &self.catching {
             if self.standing == Standing::Posture || self.stepping.is_some() {
-                let problem = "needs sets that tell when to step, and is instead of [stepping]";
+                let problem = "needs standing = \"switching\" and excludes [stepping]";
                 let accepted = "standing = \"switching\", no [stepping]";
                 return Err(Error::value(file, "catching", "a table", problem, accepted));
             }
@@ -128,26 +129,26 @@ impl GainSet {
     }
 }
 
-/// One axis in closed loop.
+/// One axis of the closed loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisLoop {
-    /// Poles as multiples of -omega, as given.
+    /// The poles as multiples of -omega.
     pub poles: [f64; 3],
-    /// f of eq. 12 on [com, com_vel, zmp]: units 1/s, 1, 1/s.
+    /// Feedback vector f of eq. 12, which acts on [com, com_vel, zmp]; its units are 1/s, 1, 1/s.
     pub feedback: Vector3<f64>,
-    /// Diagonal block of eq. 13 on [com, com_vel, zmp].
+    /// Diagonal block of eq. 13, which acts on [com, com_vel, zmp].
     pub closed: Matrix3<f64>,
 }
 
 impl AxisLoop {
-    /// Pole placement; the poles must be positive.
+    /// Places the poles, which must be positive.
     pub fn design(pendulum: &Pendulum, poles: [f64; 3]) -> Self {
         let feedback = pendulum.feedback(poles);
         Self { poles, feedback, closed: pendulum.closed(&feedback) }
     }
 }
 
-/// One gain: F_i of the paper with its closed loop Sigma_i.
+/// One gain: F_i of the paper, with its closed loop Sigma_i.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gain {
     pub name: String,
@@ -161,23 +162,23 @@ impl Gain {
         Self { name: poles.name.clone(), x, y }
     }
 
-    /// Rate of the ZMP u = -F x (m/s) (eq. 11).
+    /// Velocity of the ZMP u = -F x (m/s) (eq. 11).
     pub fn zmp_rate(&self, state: &State) -> Vector2<f64> {
         -Vector2::new(self.x.feedback.dot(&state.x), self.y.feedback.dot(&state.y))
     }
 
-    /// The ZMP at which the gain would rest, were COM and velocity to stay as they are: `zmp_rate` is zero there.
+    /// The ZMP at which `zmp_rate` would be zero with the present COM and COM velocity.
     pub fn resting_zmp(&self, state: &State) -> Point2<f64> {
         let rest = |f: &Vector3<f64>, axis: &Vector3<f64>| -(f[0] * axis[0] + f[1] * axis[1]) / f[2];
         Point2::new(rest(&self.x.feedback, &state.x), rest(&self.y.feedback, &state.y))
     }
 
-    /// The state one period later in closed loop (eq. 13).
+    /// The state one period later, in closed loop (eq. 13).
     pub fn successor(&self, state: &State) -> State {
         State { x: self.x.closed * state.x, y: self.y.closed * state.y }
     }
 
-    /// The closed loop of eq. 13 on the state of eq. 5.
+    /// The closed-loop matrix of eq. 13, which acts on the state of eq. 5.
     pub fn closed_loop(&self) -> Matrix6<f64> {
         let mut closed = Matrix6::zeros();
         closed.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.x.closed);
@@ -186,31 +187,31 @@ impl Gain {
     }
 }
 
-/// A gain set, designed for one pendulum.
+/// A gain set designed for a pendulum.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GainFamily {
     pub name: String,
     pub standing: Standing,
-    /// (m), see [`GainSet::zmp_margin_m`].
+    /// Margin of the ZMP (m); see [`GainSet::zmp_margin_m`].
     pub zmp_margin: f64,
     pub pendulum: Pendulum,
-    /// Slow to fast; empty for [`Standing::Posture`].
+    /// The gains, from slow to fast; empty for [`Standing::Posture`].
     pub gains: Vec<Gain>,
-    /// What to do when no set holds the state; None: the robot only stands.
+    /// What to do when no set contains the state; None if the robot only stands.
     pub footwork: Option<FootworkRules>,
 }
 
-/// The footwork rules that there are, each by the table of a gain set's file.
+/// The footwork rules, each with its table in a gain set's file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FootworkRules {
-    /// `[stepping]`: the paper's.
+    /// The paper's rule, `[stepping]`.
     Stepping(Stepping),
-    /// `[catching]`: beyond it.
+    /// The rule that plans anew during the swing, `[catching]`.
     Catching(Catching),
 }
 
 impl GainFamily {
-    /// The paper's rules of footsteps, if these are the set's.
+    /// The paper's stepping rules, if the set uses them.
     pub fn stepping(&self) -> Option<&Stepping> {
         match &self.footwork {
             Some(FootworkRules::Stepping(rules)) => Some(rules),
@@ -218,7 +219,8 @@ impl GainFamily {
         }
     }
 
-    /// Where the ZMP may be: `support` less the set's margin. Errors (that call the set `file`): nothing is left.
+    /// The polygon in which the ZMP may be: `support` less the set's margin. It fails (naming `file`) if nothing is
+    /// left.
     pub fn allowed_support(&self, support: &SupportPolygon, file: &str) -> Result<SupportPolygon> {
         support.inset(self.zmp_margin).ok_or_else(|| {
             let accepted = "less than half the width of the support";
@@ -226,7 +228,7 @@ impl GainFamily {
         })
     }
 
-    /// Places the poles of every gain. Errors: the set is not valid, or the pendulum is not a pendulum.
+    /// Places the poles of every gain. It fails if the set or the pendulum is not valid.
     pub fn design(set: &GainSet, pendulum: Pendulum) -> Result<Self> {
         set.validate(&set.name)?;
         for (field, value) in [("omega", pendulum.omega), ("dt", pendulum.dt)] {
@@ -294,7 +296,7 @@ mod tests {
         let catching = "[catching]\nswing_time_s = 0.15\nlift_m = 0.01\nlate_s = 0.1\npause_s = 0\ntransfer_s = 0\n\
                         settle_s = 0.01\nweights = { zmp = 0.01, place = 0.01 }\n";
         assert!(parse(&set(&(gain("[0.2, 1, 5]") + catching))).is_ok());
-        let two_rules = "catching = a table: needs sets that tell when to step, and is instead of [stepping]; \
+        let two_rules = "catching = a table: needs standing = \"switching\" and excludes [stepping]; \
                          accepted: standing = \"switching\", no [stepping]";
         for (text, words) in [
             (set(&gain("[0.2, -1.0, 5.0]")), "g.toml: gains[0].x[1] = -1: gain \"a\" would be unstable"),
@@ -310,7 +312,7 @@ mod tests {
             (set(&gain("[0.2, 1, 5]")).replace("\"g\"", "\"\""), "name = \"\": is empty"),
             (
                 set(&(gain("[0.2, 1, 5]") + &stepping("lambda = 1.0"))),
-                "stepping.lambda = 1: is omega itself; accepted: a multiple of omega",
+                "stepping.lambda = 1: is too close to 1; accepted: a multiple of omega",
             ),
             (set(&stepping("lambda = 5.0\nswing = 0.2")), "unknown field `swing`"),
             (set(&stepping("")), "missing field `lambda`"),

@@ -1,11 +1,11 @@
-//! The COG-ZMP inverted pendulum (paper, Sect. II), its feedback gains and their maximal CPI sets (Sect. III, IV).
+//! The COG-ZMP inverted pendulum (paper, Sect. II), its feedback gains, and their maximal CPI sets (Sect. III, IV).
 //!
-//! [`cpi_set`] searches a set by linear programs, for one polygon, and keeps its matrix: for tables, plots, inclusion
-//! tests and export. [`online`] answers membership at every tick, on any polygon, without a search: this is what the
-//! controller uses. Both are the same set. [`stepping`] and [`relaxation`] are for when no set holds the state: where the
-//! foot may land, and how COM and ZMP move while it is in the air (Sect. V). [`catching`] does the same beyond the paper, at
-//! every tick. [`capture`] is what any of this is measured by:
-//! the largest impulse that the pendulum can take. [`variant`] opens a gain set with one value of it changed.
+//! [`cpi_set`] computes a set for one polygon by linear programs and keeps its matrix, for tables, plots, inclusion
+//! tests and export. [`online`] tests at every tick whether the same set contains a state, on any polygon and without a
+//! search; the controller uses this. [`stepping`] and [`relaxation`] are for when no set contains the state: where the
+//! foot may land, and how COM and ZMP move while it is in the air (Sect. V). [`catching`] plans both anew at every
+//! tick. [`capture`] gives the bounds by which all of this is measured, namely the largest impulses that the pendulum
+//! can take. [`variant`] opens a gain set with one changed value.
 
 pub mod capture;
 pub mod catching;
@@ -22,7 +22,7 @@ pub use gains::{FootworkRules, Gain, GainFamily, GainSet, Standing};
 pub use online::OnlineSets;
 pub use pendulum::{Pendulum, State};
 
-/// What the tests of this room share.
+/// Helpers for the tests of this room.
 #[cfg(test)]
 mod testing {
     use super::{GainFamily, GainSet, Pendulum};
@@ -42,7 +42,7 @@ mod testing {
         ProptestConfig { rng_seed, failure_persistence: None, ..ProptestConfig::with_cases(count) }
     }
 
-    /// What `x` becomes within `until_s`, given its rate of change, by Runge and Kutta's method.
+    /// Integrates `x` with the given rate of change until `until_s`, by the Runge-Kutta method.
     pub fn integrated<const N: usize>(
         rate: impl Fn(f64, SVector<f64, N>) -> SVector<f64, N>,
         mut x: SVector<f64, N>,

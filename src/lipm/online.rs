@@ -1,28 +1,29 @@
 //! Maximal CPI sets at every tick, on any support polygon, without a search (in place of eq. 23-25).
 //!
-//! Eq. 25 keeps the number of iterations k (eq. 22: the ZMP is looked at 0 to k periods ahead) that was found for one
-//! polygon and so can promise too much on another (on the unsafe side). Here the rows are not stored: a row of eq. 22 says that the ZMP predicted j periods ahead lies inside an edge
-//! of Z, so the prediction is rolled forward and each predicted ZMP is tested against the edges. What is needed is a
-//! rule when to stop that holds for every polygon.
+//! Eq. 25 keeps the number k of periods for which eq. 22 looks at the predicted ZMP. That k was found for one polygon,
+//! so on another one the set can be too large, which is the unsafe side. Here the rows are not stored. A row of eq. 22
+//! states that the ZMP predicted j periods ahead lies inside an edge of Z, so the prediction is computed forward and
+//! each predicted ZMP is tested against the edges. This needs a rule for when to stop that holds for every polygon.
 //!
-//! **The rule.** The observable part of a closed loop with poles `l_1 >= ... >= l_m` in [0, 1) is a cascade of lags of
-//! unit gain: with the output `y_m = zmp` and `y_{k-1}(j) = (y_k(j+1) - l_k y_k(j)) / (1 - l_k)`,
+//! **The rule.** The observable part of a closed loop with poles `l_1 >= ... >= l_m` in [0, 1) is a cascade of
+//! first-order lags with unit gain. With the output `y_m = zmp` and `y_{k-1}(j) = (y_k(j+1) - l_k y_k(j)) / (1 - l_k)`,
 //!
 //! ```text
 //! y_k(j+1) = l_k y_k(j) + (1 - l_k) y_{k-1}(j),    y_0 = 0 (Cayley-Hamilton).
 //! ```
 //!
-//! Each `y_k(j+1)` is a convex combination of two of 0, y_1(j), ..., y_m(j) (points of the plane: both axes run through
-//! the same lags, the poles of x and y together). So if these lie in a convex Z that holds the origin, all later ones
-//! do, the ZMP among them. Therefore a state is in the maximal CPI set
+//! The `y_k` are points of the plane, because both axes run through the same lags, namely the poles of x and y
+//! together. Each `y_k(j+1)` is a convex combination of two of 0, y_1(j), ..., y_m(j). So if these lie in a convex Z
+//! that contains the origin, all later ones do too, including the ZMP. Therefore a state is
 //!
-//! - *not*, if a predicted ZMP leaves Z before
-//! - *surely*, if at some j the points y_1 ... y_m lie in Z.
+//! - *outside* of the maximal CPI set if a predicted ZMP leaves Z, and
+//! - *inside* if at some j, with no such ZMP before, the points y_1 ... y_m lie in Z.
 //!
-//! One of the two happens, because y tends to 0, which is inside Z. The answer is the maximal set itself on every
-//! polygon with the origin inside: off-centre, oblique, with poles that differ in x and y. The same holds for Z scaled,
-//! so the gauge `max over j of gauge_Z(zmp(j))` is known when no y_k(j) has a larger gauge than the ZMPs up to j: mostly
-//! when the ZMP is at its peak. In terms of eq. 25: k is chosen for the polygon and the state at hand.
+//! One of the two happens, because y tends to 0, which is inside Z. So the result is the maximal set itself on every
+//! polygon with the origin inside, also if it is off-centre or oblique, and with different poles in x and y. The same
+//! holds for scaled Z. So the gauge `max over j of gauge_Z(zmp(j))` is known as soon as no y_k(j) has a larger gauge
+//! than the ZMPs up to j, mostly when the ZMP is at its peak. In terms of eq. 25, k suits the present polygon and
+//! state.
 
 mod slice;
 
@@ -31,15 +32,15 @@ use super::pendulum::{Pendulum, State};
 use crate::geometry::SupportPolygon;
 use nalgebra::{Matrix3, RowVector3, Vector2};
 
-/// Lags of one gain at most: three poles for each axis.
+/// Largest number of lags of one gain: three poles for each axis.
 const LAGS: usize = 6;
-/// The prediction ends here in any case, and the state then counts as if the points reached were its worst (they bound
-/// what follows): too strict, never too generous.
+/// Largest number of ticks in a prediction. The state then counts as if the points reached were its worst ones, which
+/// bound all later ones. This is too strict, and never too generous.
 const MAX_TICKS: usize = 4096;
-/// An edge closer to the origin than this (m) leaves no set.
+/// With an edge closer to the origin than this (m), the set is empty.
 const MIN_DISTANCE_M: f64 = 1e-9;
 
-/// The maximal CPI sets of a family on the support polygon of the moment. What is asked of a gain that is not there panics.
+/// The maximal CPI sets of a family on the present support polygon. An index beyond the gains panics.
 #[derive(Debug, Clone)]
 pub struct OnlineSets {
     cascades: Vec<Cascade>,
@@ -47,19 +48,19 @@ pub struct OnlineSets {
 }
 
 impl OnlineSets {
-    /// Sets of a family, empty until [`Self::update`] says what the robot stands on.
+    /// The sets of a family, which are empty until [`Self::update`] sets the support polygon.
     pub fn new(family: &GainFamily) -> Self {
         let cascades = family.gains.iter().map(|g| Cascade::new(&family.pendulum, g)).collect();
         Self { cascades, region: Region::EMPTY }
     }
 
-    /// Sets for the support `polygon` in the control frame (its origin at the point where the COM is wanted).
-    /// When the origin is not strictly inside, the sets are empty. No allocation, no search.
+    /// Sets the support `polygon` in the control frame, whose origin is where the COM is to be. If the origin is not
+    /// strictly inside, the sets are empty. It neither allocates nor searches.
     pub fn update(&mut self, polygon: &SupportPolygon) {
         self.region = Region::new(polygon);
     }
 
-    /// No support: the sets are empty.
+    /// Removes the support, so the sets are empty.
     pub fn clear(&mut self) {
         self.region = Region::EMPTY;
     }
@@ -69,9 +70,9 @@ impl OnlineSets {
         self.cascades.len()
     }
 
-    /// `min over rows of 1 - row . x` for the set of gain `index` (eq. 22 with all rows): not negative inside the set,
-    /// 1 at rest at the origin, and -1 means that the polygon would have to be twice as large. Negative infinity when
-    /// the set is empty or the state is not finite.
+    /// Margin of a state in the set of gain `index`: `min over rows of 1 - row . x` (eq. 22 with all rows). It is not
+    /// negative inside the set, and 1 at rest at the origin; at -1 the polygon would have to be twice as large. It is
+    /// negative infinity if the set is empty or the state is not finite.
     pub fn margin(&self, index: usize, state: &State) -> f64 {
         let (mut worst, mut lead) = (0.0_f64, f64::INFINITY);
         for points in self.predictions(index, state) {
@@ -84,7 +85,7 @@ impl OnlineSets {
         1.0 - worst.max(lead)
     }
 
-    /// Whether the set of gain `index` holds the state: the sign of [`Self::margin`], found sooner.
+    /// Whether the set of gain `index` contains the state. This is the sign of [`Self::margin`], computed faster.
     pub fn holds(&self, index: usize, state: &State) -> bool {
         for points in self.predictions(index, state) {
             if self.region.gauge(self.cascades[index].zmp(&points)) > 1.0 {
@@ -97,18 +98,18 @@ impl OnlineSets {
         false
     }
 
-    /// The fastest gain whose set holds the state (Sect. III.D); None: it is necessary to step (eq. 26).
+    /// The fastest gain whose set contains the state (Sect. III.D). None means that a footstep is necessary (eq. 26).
     pub fn fastest_holding(&self, state: &State) -> Option<usize> {
         (0..self.len()).rev().find(|&i| self.holds(i, state))
     }
 
-    /// The ZMP error that a footstep has to make good (m): of the ZMPs that gain `index` is going to ask for, the one
-    /// farthest outside of the polygon last installed, less the nearest point of the polygon; zero when none is outside.
-    /// It points where the robot is driven. (The paper's Delta p_Z, which it does not define.)
+    /// The ZMP error that a footstep has to make good (m), the paper's Delta p_Z, which the paper does not define. Of
+    /// the ZMPs that gain `index` is going to ask for, take the one farthest outside of the support polygon, and
+    /// subtract the nearest point of the polygon. The error points where the robot is driven, and is zero if none is.
     ///
-    /// Far and near are by the gauge of the polygon, so that the nearest point lies on the way to the origin. By plain
-    /// distance an error would point straight fore or aft for every push that leaves a long edge, also a diagonal one.
-    /// Zero also when there are no sets: nothing to stand on, or the origin not inside (one sole).
+    /// "Farthest" and "nearest" are by the gauge of the polygon, so the nearest point lies on the line to the origin.
+    /// With plain distances, every push beyond a long edge, even a diagonal one, would give an error straight forward
+    /// or backward. The error is also zero when there are no sets: in flight, or on one sole (with the origin outside).
     pub fn zmp_error(&self, index: usize, state: &State) -> Vector2<f64> {
         let (mut worst, mut error) = (1.0_f64, Vector2::zeros());
         for points in self.predictions(index, state) {
@@ -117,7 +118,7 @@ impl OnlineSets {
             if gauge > worst {
                 (worst, error) = (gauge, Vector2::from(zmp) * (1.0 - 1.0 / gauge));
             }
-            // As for the sets: what follows is no farther out than the points now.
+            // As for the sets, what follows is no farther outside than the present points.
             if self.cascades[index].lead(&self.region, &points) <= worst {
                 break;
             }
@@ -125,7 +126,7 @@ impl OnlineSets {
         error
     }
 
-    /// The points of a gain now and at the ticks to come; none when there are no sets, or the state is none.
+    /// The points of a gain now and at the coming ticks. None if the sets are empty or the state is not finite.
     fn predictions(&self, index: usize, state: &State) -> impl Iterator<Item = Points> {
         let cascade = &self.cascades[index];
         let ticks = if self.region.holds_origin && is_finite(state) { MAX_TICKS } else { 0 };
@@ -159,7 +160,7 @@ impl Region {
         if region.holds_origin { region } else { Self::EMPTY }
     }
 
-    /// By how much Z must be scaled to reach z; at most 1 inside.
+    /// The factor by which Z must be scaled for z to lie on its edge; at most 1 inside.
     fn gauge(&self, z: [f64; 2]) -> f64 {
         let mut largest = [0.0; 4];
         for (i, largest) in largest.iter_mut().enumerate() {
@@ -171,12 +172,12 @@ impl Region {
     }
 }
 
-/// The closed loop of one gain as a cascade of lags: Phi of eq. 24, to any length.
+/// The closed loop of one gain as a cascade of lags. It replaces Phi of eq. 24, for any number of periods.
 #[derive(Debug, Clone)]
 struct Cascade {
-    /// l_k, slow to fast.
+    /// The l_k, from slow to fast.
     lags: [f64; LAGS],
-    /// Rows that read the x part of y_k from the x axis of the state; the last one in use reads the ZMP.
+    /// Rows that map the x axis of the state to the x part of y_k. The last one in use gives the ZMP.
     x: [RowVector3<f64>; LAGS],
     y: [RowVector3<f64>; LAGS],
     len: usize,
@@ -188,7 +189,7 @@ type Points = [[f64; 2]; LAGS];
 impl Cascade {
     fn new(pendulum: &Pendulum, gain: &Gain) -> Self {
         let (of_x, of_y) = (observable_poles(&gain.x), observable_poles(&gain.y));
-        // Together, each as often as the axis that has it more often.
+        // The poles of both axes, each as often as in the axis that has it more often.
         let mut poles = of_x.clone();
         let mut unmatched = of_x.clone();
         for p in &of_y {
@@ -214,7 +215,7 @@ impl Cascade {
                     own.swap_remove(i);
                 }
                 if own.is_empty() {
-                    // Cayley-Hamilton, without the rounding.
+                    // This is exactly zero by Cayley-Hamilton, apart from rounding.
                     row = RowVector3::zeros();
                 }
             }
@@ -242,18 +243,18 @@ impl Cascade {
         }
     }
 
-    /// The last point.
+    /// The last point, which is the ZMP.
     fn zmp(&self, points: &Points) -> [f64; 2] {
         points[self.len - 1]
     }
 
-    /// Largest gauge of the points that lead to the ZMP.
+    /// Largest gauge of the points before the ZMP.
     fn lead(&self, region: &Region, points: &Points) -> f64 {
         points[..self.len - 1].iter().map(|p| region.gauge(*p)).fold(0.0, |m, v| if v > m { v } else { m })
     }
 }
 
-/// The poles that show in the ZMP: with a pole at exactly -omega the feedback does not read the convergent mode.
+/// The poles that affect the ZMP. If a pole is exactly at -omega, the feedback does not read the convergent mode.
 fn observable_poles(axis: &AxisLoop) -> Vec<f64> {
     let mut poles = axis.poles.to_vec();
     if let Some(i) = poles.iter().position(|p| *p == 1.0) {
@@ -273,8 +274,8 @@ mod tests {
     use nalgebra::Point2;
     use proptest::prelude::*;
 
-    /// The definition: three seconds of the closed loop, the ZMP farthest outside of Z less the point of Z on its way
-    /// home.
+    /// The definition: simulate the closed loop for three seconds, take the ZMP farthest outside of Z, and subtract the
+    /// point of Z on the line from it to the origin.
     fn by_roll_out(gain: &Gain, start: &State, z: &SupportPolygon) -> Vector2<f64> {
         let (mut state, mut farthest, mut worst) = (*start, 1.0, Vector2::zeros());
         for _ in 0..=1500 {
@@ -289,7 +290,7 @@ mod tests {
         worst
     }
 
-    /// Both soles at home about the origin; shifted; a diagonal stride.
+    /// Both soles at home about the origin; the same shifted; a diagonal stride.
     fn polygons() -> [SupportPolygon; 3] {
         let stride = [(0.02, 0.01), (0.11, 0.01), (0.11, 0.08), (0.02, 0.08)];
         let points: Vec<_> = stride.iter().flat_map(|&(x, y)| [Point2::new(x, y), Point2::new(-x, -y)]).collect();
@@ -316,9 +317,9 @@ mod tests {
             let (found, wanted) =
                 (sets.zmp_error(gain, &state), by_roll_out(&family.gains[gain], &state, &z));
             prop_assert!((found.norm() - wanted.norm()).abs() < 1e-9, "{found} {wanted}");
-            // Two ZMPs may be as far outside in different ways: then either will do.
+            // Two ZMPs may be equally far outside in different directions; then either is right.
             prop_assert!((found - wanted).norm() < 1e-6, "{found} {wanted}");
-            // And there is an error exactly where no set holds the state.
+            // There is an error exactly where no set contains the state.
             let margin = sets.margin(gain, &state);
             prop_assume!(margin.abs() > 1e-9);
             prop_assert_eq!(found == Vector2::zeros(), margin > 0.0, "{} {}", found, margin);
@@ -334,7 +335,7 @@ mod tests {
         let back = sets.zmp_error(0, &pushed(-0.5, 0.0));
         assert!(back.x < -0.01 && back.y == 0.0, "{back}");
         assert_eq!(sets.zmp_error(0, &pushed(0.5, 0.0)), -back);
-        // Also where the ZMP leaves the long edge alone.
+        // This also holds if the ZMP leaves only the long edge.
         let diagonal = sets.zmp_error(0, &pushed(-0.4, -0.4));
         assert!(diagonal.x < -0.005 && (diagonal.y - diagonal.x).abs() < 1e-12, "{diagonal}");
         assert_eq!(sets.zmp_error(0, &pushed(0.1, 0.1)), Vector2::zeros());

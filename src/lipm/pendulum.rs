@@ -1,9 +1,9 @@
-//! The COG-ZMP inverted pendulum (paper, Sect. II and III.A): its state, its exact discretisation and its feedback.
+//! The COG-ZMP inverted pendulum (paper, Sect. II and III.A): its state, its exact discretisation, and its feedback.
 //!
-//! Each horizontal axis obeys `com_acc = omega^2 (com - zmp)` (eq. 1, 2) with the rate of the ZMP as input (eq. 6).
-//! The axes do not couple (eq. 8 and 9 are block diagonal), so everything here is for one axis; [`State`] holds both.
+//! Each horizontal axis obeys `com_acc = omega^2 (com - zmp)` (eq. 1, 2), with the velocity of the ZMP as input (eq.
+//! 6). The axes are not coupled (eq. 8 and 9 are block diagonal), so functions are for one axis; [`State`] has both.
 //!
-//! The discretisation and the pole placement are written in the modes of the pendulum, where both are closed forms:
+//! Discretisation and pole placement are written in the modes of the pendulum, in which both have closed forms:
 //!
 //! | mode | meaning | eigenvalue | input |
 //! |---|---|---|---|
@@ -13,16 +13,16 @@
 
 use nalgebra::{Matrix3, Point2, RowVector3, Vector2, Vector3, Vector6};
 
-/// A pendulum of constant height, seen at every control period.
+/// A pendulum of constant height, sampled at every control period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pendulum {
-    /// sqrt(g / height) (rad/s).
+    /// Natural frequency, sqrt(g / height) (rad/s).
     pub omega: f64,
     /// Control period (s).
     pub dt: f64,
 }
 
-/// State of eq. 5. Each axis is [com, com_vel, zmp] in (m, m/s, m), in the control frame.
+/// State of eq. 5. Each axis is [com, com_vel, zmp] in (m, m/s, m), control frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct State {
     pub x: Vector3<f64>,
@@ -58,20 +58,20 @@ impl State {
 }
 
 impl Pendulum {
-    /// Transition of one axis over a period with the ZMP at rest: a diagonal block of A in eq. 10.
+    /// Transition of one axis over a period with a constant ZMP: a diagonal block of A in eq. 10.
     pub fn transition(&self) -> Matrix3<f64> {
         let (sinh, cosh) = ((self.omega * self.dt).sinh(), (self.omega * self.dt).cosh());
         Matrix3::new(cosh, sinh / self.omega, 1.0 - cosh, self.omega * sinh, cosh, -self.omega * sinh, 0.0, 0.0, 1.0)
     }
 
-    /// Effect of a unit rate of the ZMP (m/s) held over a period: a column block of B in eq. 10 (zero-order hold).
+    /// Effect of a unit velocity of the ZMP (m/s) over a period (zero-order hold): a column block of B in eq. 10.
     pub fn input(&self) -> Vector3<f64> {
         let x = self.omega * self.dt;
         let half = (0.5 * x).sinh();
         Vector3::new((x - x.sinh()) / self.omega, -2.0 * half * half, self.dt)
     }
 
-    /// One axis after one period under the ZMP rate `rate` (m/s) (eq. 10).
+    /// One axis after a period with ZMP velocity `rate` (m/s) (eq. 10).
     pub fn step(&self, axis: &Vector3<f64>, rate: f64) -> Vector3<f64> {
         self.transition() * axis + self.input() * rate
     }
@@ -81,26 +81,26 @@ impl Pendulum {
         (com - zmp) * (self.omega * self.omega)
     }
 
-    /// The COM after `time_s` with the ZMP where it is (m).
+    /// The COM (m) after `time_s` (s) with a constant ZMP.
     pub fn com_in(&self, time_s: f64, com: Point2<f64>, com_vel: Vector2<f64>, zmp: Point2<f64>) -> Point2<f64> {
         let angle = self.omega * time_s;
         zmp + (com - zmp) * angle.cosh() + com_vel * (angle.sinh() / self.omega)
     }
 
-    /// The discrete pole that a pole `-pole * omega` of continuous time becomes.
+    /// The discrete pole of the continuous pole `-pole * omega`.
     pub fn discrete_pole(&self, pole: f64) -> f64 {
         (-pole * self.omega * self.dt).exp()
     }
 
-    /// Feedback f of one axis (eq. 11, 12: rate = -f . [com, com_vel, zmp]) that puts the poles of the closed loop at
-    /// `-poles[i] * omega` (in continuous time; in discrete time at their exponentials). Poles may repeat.
+    /// Feedback vector f of one axis (eq. 11, 12: rate = -f . [com, com_vel, zmp]) that places the poles of the closed
+    /// loop at `-poles[i] * omega` (continuous time; in discrete time at their exponentials). Poles may repeat.
     ///
-    /// Pole placement on a diagonal form: `f_j = prod_i (l_j - z_i) / (b_j prod_{k != j} (l_j - l_k))` for eigenvalues
-    /// l, inputs b and wanted poles z. With a pole at exactly 1 (that is -omega) the feedback on the convergent mode
-    /// is exactly zero.
+    /// Pole placement in diagonal form: `f_j = prod_i (l_j - z_i) / (b_j prod_{k != j} (l_j - l_k))` with eigenvalues
+    /// l, inputs b and desired poles z. With a pole at exactly 1 (that is, -omega) the convergent mode's feedback is
+    /// exactly zero.
     pub fn feedback(&self, poles: [f64; 3]) -> Vector3<f64> {
         let x = self.omega * self.dt;
-        // Eigenvalue j is exp(exponent * x); the row reads the mode from [com, com_vel, zmp].
+        // Eigenvalue j is exp(exponent * x). The row maps [com, com_vel, zmp] to the mode.
         let modes = [
             (1.0, -x.exp_m1() / self.omega, RowVector3::new(1.0, 1.0 / self.omega, -1.0)),
             (-1.0, (-x).exp_m1() / self.omega, RowVector3::new(1.0, -1.0 / self.omega, -1.0)),
@@ -153,14 +153,14 @@ mod tests {
     #[test]
     fn a_pole_at_minus_omega_leaves_the_convergent_mode_alone() {
         let f = PENDULUM.feedback([0.3, 1.0, 5.0]);
-        // com and com_vel enter as com + com_vel / omega only.
+        // com and com_vel only enter as com + com_vel / omega.
         assert!((f[0] - PENDULUM.omega * f[1]).abs() <= 1e-15 * f[0].abs());
     }
 
     #[test]
     fn slow_sampling_tends_to_the_feedback_of_continuous_time() {
-        // (s + p1 w)(s + p2 w)(s + p3 w) = s^3 + a2 s^2 + a1 s + a0 is met in continuous time by
-        // f = [-(w^2 a2 + a0)/w^2, -(a1 + w^2)/w^2, a2].
+        // In continuous time (s + p1 w)(s + p2 w)(s + p3 w) = s^3 + a2 s^2 + a1 s + a0 requires f = [-(w^2 a2 +
+        // a0)/w^2, -(a1 + w^2)/w^2, a2].
         let (w, poles) = (5.8, [0.5, 1.0, 3.0]);
         let [p, q, r] = poles.map(|p| p * w);
         let (a2, a1, a0) = (p + q + r, p * q + q * r + r * p, p * q * r);

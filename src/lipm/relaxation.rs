@@ -1,6 +1,6 @@
-//! One footstep of the pendulum by relaxed boundary conditions (paper, Sect. V.A, after its reference \[12\]).
+//! One footstep of the pendulum with relaxed boundary conditions (paper, Sect. V.A, after its reference \[12\]).
 //!
-//! While the foot is in the air the ZMP goes from z0 to z1 and the COM follows eq. 1; for each axis
+//! While the foot is in the air, the ZMP goes from z0 to z1 and the COM follows eq. 1. For each axis
 //!
 //! ```text
 //! zmp(t) = z1 + (z0 - z1) e^(-lambda t)
@@ -8,16 +8,16 @@
 //! ccm(t) = (ccm(0) - z1 - h (z0 - z1)) e^(-omega t) + z1 + h (z0 - z1) e^(-lambda t),   h = omega / (omega - lambda)
 //! ```
 //!
-//! with dcm = com + com_vel / omega and ccm = com - com_vel / omega. The wanted state at landing is the COM at rest over
-//! the middle of the feet to be: dcm = com = target. It is linear in (z0, z1); but these must lie inside the stance
-//! sole, so that it cannot be met in general and becomes the objective of a least-squares problem:
+//! with dcm = com + com_vel / omega and ccm = com - com_vel / omega. At landing the COM is to rest over the middle of
+//! the new stance: dcm = com = target. This condition is linear in (z0, z1). Since z0 and z1 must lie inside the stance
+//! sole, it cannot be met in general, and becomes the objective of a least-squares problem:
 //!
 //! ```text
 //! min over z0, z1 in [lo, hi] of  w_dcm (dcm(T) - target)^2 + w_com (com(T) - target)^2
 //!                               + w_zmp ((z0 - middle)^2 + (z1 - middle)^2)
 //! ```
 //!
-//! Two variables in a box: solved in closed form, face by face.
+//! It has two variables in a box, and is solved in closed form, face by face.
 
 use super::stepping::{RelaxationWeights, Stepping};
 use nalgebra::{Matrix2, RowVector2, Vector2};
@@ -26,27 +26,27 @@ use nalgebra::{Matrix2, RowVector2, Vector2};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisPlan {
     omega: f64,
-    /// (1/s)
+    /// Rate at which the ZMP goes from z0 to z1 (1/s).
     lambda: f64,
-    /// First and last ZMP (m).
+    /// First and last ZMP, z0 and z1 (m).
     pub z: [f64; 2],
     dcm: f64,
     ccm: f64,
 }
 
-/// What one axis of a footstep starts from and aims at (m, m/s).
+/// Start and aim of one axis of a footstep (m, m/s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Boundary {
     pub com: f64,
     pub com_vel: f64,
-    /// Wanted COM at landing.
+    /// Desired COM at landing.
     pub target: f64,
-    /// Where the ZMP may be.
+    /// Smallest and largest allowed ZMP.
     pub zmp: [f64; 2],
 }
 
 impl AxisPlan {
-    /// The best (z0, z1). `zmp[0] <= zmp[1]`.
+    /// Finds the best (z0, z1). `zmp[0] <= zmp[1]` is required.
     pub fn new(omega: f64, rules: &Stepping, boundary: &Boundary) -> Self {
         let Boundary { com, com_vel, target, zmp: [least, most] } = *boundary;
         let mut plan = Self {
@@ -57,7 +57,7 @@ impl AxisPlan {
             ccm: com - com_vel / omega,
         };
         let time = rules.swing_time_s;
-        // DCM and COM at landing are linear in the start and in z.
+        // DCM and COM at landing are linear in the initial state and in z.
         let landing = |plan: Self| {
             let [com, com_vel] = plan.com(time);
             Vector2::new(com + com_vel / omega, com)
@@ -77,12 +77,12 @@ impl AxisPlan {
         plan
     }
 
-    /// ZMP at a time after the lift (m).
+    /// ZMP (m) at `time_s` (s) after the lift.
     pub fn zmp(&self, time_s: f64) -> f64 {
         self.z[1] + (self.z[0] - self.z[1]) * (-self.lambda * time_s).exp()
     }
 
-    /// COM (m) and its velocity (m/s) at a time after the lift.
+    /// COM (m) and COM velocity (m/s) at `time_s` (s) after the lift.
     pub fn com(&self, time_s: f64) -> [f64; 2] {
         let (w, lambda, [z0, z1]) = (self.omega, self.lambda, self.z);
         let mode = |start: f64, rate: f64, share: f64| {
@@ -95,8 +95,8 @@ impl AxisPlan {
     }
 }
 
-/// `min 1/2 x' H x - b' x` over the box `[least, most]` of each variable, H positive definite: the best of the candidates
-/// on the inside, the four edges and the four corners.
+/// `min 1/2 x' H x - b' x` over the box `[least, most]` of each variable, with H positive definite: the best of the
+/// candidates in the interior, on the four edges and at the four corners.
 pub(super) fn in_box(hessian: &Matrix2<f64>, linear: &Vector2<f64>, within: [[f64; 2]; 2]) -> Vector2<f64> {
     let cost = |x: &Vector2<f64>| 0.5 * x.dot(&(hessian * x)) - linear.dot(x);
     if let Some(free) = hessian.cholesky().map(|factor| factor.solve(linear))
@@ -104,7 +104,7 @@ pub(super) fn in_box(hessian: &Matrix2<f64>, linear: &Vector2<f64>, within: [[f6
     {
         return free;
     }
-    // The best point of each edge, corners included; one of these is the answer.
+    // The best point of each edge, including its corners. One of these is the solution.
     let mut best = within.map(|[least, _]| least).into();
     for held in [0, 1] {
         let other = 1 - held;
@@ -140,20 +140,20 @@ mod tests {
         )
     }
 
-    /// What a push of some N s and a footstep of some centimetres make, about a stance sole that need not be centred.
+    /// States and strides that follow a push of a few N s, with a stance sole that need not be centred.
     fn any_boundary() -> impl Strategy<Value = Boundary> {
         (-0.1..0.1f64, -0.8..0.8f64, -0.15..0.15f64, -0.05..0.02f64, 0.0..0.1f64).prop_map(
             |(com, com_vel, target, least, width)| Boundary { com, com_vel, target, zmp: [least, least + width] },
         )
     }
 
-    /// COM and its velocity by eq. 1 under the planned ZMP.
+    /// COM and COM velocity by eq. 1 with the planned ZMP.
     fn integrated(plan: &AxisPlan, boundary: &Boundary, until_s: f64) -> [f64; 2] {
         let rate = |time: f64, x: Vector2<f64>| Vector2::new(x[1], OMEGA * OMEGA * (x[0] - plan.zmp(time)));
         testing::integrated(rate, Vector2::new(boundary.com, boundary.com_vel), until_s).into()
     }
 
-    /// The objective at (z0, z1), from nothing but the COM that eq. 1 leads to.
+    /// The objective at (z0, z1), computed only from the COM that eq. 1 leads to.
     fn objective(plan: &AxisPlan, rules: &Stepping, boundary: &Boundary, z: [f64; 2]) -> f64 {
         let [com, com_vel] = integrated(&AxisPlan { z, ..*plan }, boundary, rules.swing_time_s);
         let middle = 0.5 * (boundary.zmp[0] + boundary.zmp[1]);
@@ -163,7 +163,7 @@ mod tests {
             + by_zmp * ((z[0] - middle).powi(2) + (z[1] - middle).powi(2))
     }
 
-    /// The best (z0, z1) by Clarabel, from values of the objective (which is quadratic) at six points.
+    /// The best (z0, z1) by Clarabel, from the values of the quadratic objective at six points.
     fn by_interior_points(of: impl Fn([f64; 2]) -> f64, [least, most]: [f64; 2]) -> [f64; 2] {
         let (zero, x, y) = (of([0.0, 0.0]), of([1.0, 0.0]), of([0.0, 1.0]));
         let hxx = x + of([-1.0, 0.0]) - 2.0 * zero;
@@ -207,7 +207,7 @@ mod tests {
             prop_assert!(plan.z.iter().all(|z| (least..=most).contains(z)), "{:?}", plan.z);
             let of = |z| objective(&plan, &rules, &boundary, z);
             let best = by_interior_points(of, boundary.zmp);
-            // How flat the objective is decides how far two equally good answers are apart.
+            // How flat the objective is determines how far apart two equally good solutions are.
             prop_assert!(of(plan.z) <= of(best) + 1e-9, "{:?}: {}, {best:?}: {}", plan.z, of(plan.z), of(best));
             prop_assert!((0..2).all(|i| (plan.z[i] - best[i]).abs() < 2e-4), "{:?} {best:?}", plan.z);
         }
@@ -221,7 +221,7 @@ mod tests {
             prop_assert!((com - boundary.target).abs() < 1e-4 && com_vel.abs() < 1e-3, "{com} {com_vel}, {:?}", plan.z);
         }
 
-        /// The robot's left is its right: to the bit, so that equal ways stay equal.
+        /// Left and right are mirror images to the bit, so that equal strides stay equal.
         #[test]
         fn mirrored_boundaries_have_mirrored_plans(rules in any_rules(), boundary in any_boundary(), time in 0.0..0.4f64) {
             let Boundary { com, com_vel, target, zmp: [least, most] } = boundary;
@@ -241,7 +241,7 @@ mod tests {
         let [com, com_vel] = plan.com(0.0);
         assert!(com.abs() < 1e-15 && (com_vel - 0.3).abs() < 1e-15);
         assert!((plan.zmp(0.0) - plan.z[0]).abs() < 1e-15 && (plan.zmp(9.0) - plan.z[1]).abs() < 1e-15);
-        // After one time constant 1/e of the way is left.
+        // After one time constant, 1/e of the distance is left.
         let left = (plan.zmp(1.0 / (rules.lambda * OMEGA)) - plan.z[1]) / (plan.z[0] - plan.z[1]);
         assert!((left - (-1.0_f64).exp()).abs() < 1e-12, "{left}");
     }

@@ -1,64 +1,65 @@
-//! When no gain's set holds the state: how a gain set steps (paper, Sect. V; the table `[stepping]` of its file).
+//! The paper's stepping rules (Sect. V; table `[stepping]` of a gain set's file), for when no set contains the state.
 //!
-//! The footstep is planned once, at detection, and nothing is stabilised while the foot is in the air, as in the paper.
+//! As in the paper, the footstep is planned once, when it is decided, without feedback while the foot is in the air.
 
 use crate::error::{Error, Result};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-/// Rules of the footstep.
+/// Rules of the footsteps.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stepping {
-    /// For how long no set must have held the state before a foot is lifted (s). The paper steps at once (0), on an
-    /// impulse that is over when it is seen; while a push lasts the error is still growing.
+    /// Time for which no set must have contained the state before a foot is lifted (s). The paper steps at once (0),
+    /// after an impulse that is over when it is noticed. While a push lasts, the error still grows.
     #[serde(default)]
     pub patience_s: f64,
-    /// Stride over ZMP error (eq. 29).
+    /// Ratio of the stride to the ZMP error (eq. 29).
     pub alpha: f64,
     pub range: LandingRange,
-    /// From lift to landing as planned (s).
+    /// Planned time from lift to landing (s).
     pub swing_time_s: f64,
     /// Height of the sole in the middle of the swing (m).
     pub lift_m: f64,
-    /// Rate at which the ZMP goes from its first to its last place, as a multiple of omega; not 1.
+    /// Rate at which the ZMP goes from its first to its last position, as a multiple of omega. It must not be 1.
     pub lambda: f64,
     pub weights: RelaxationWeights,
-    /// A foot that is late goes on down for at most this long (s).
+    /// Longest time for which a late foot goes on downward (s).
     pub late_s: f64,
-    /// No foot is lifted for at least this long after a landing (s),
+    /// Shortest time from a landing to the next lift (s).
     pub pause_s: f64,
-    /// and the one that landed last stays for at least this long (s): a robot that is driven to its side would stand on
-    /// the far foot meanwhile, and be driven on. If eq. 27 to 29 choose it before, no foot is lifted.
+    /// Shortest time from the landing of a foot until the same foot is lifted again (s). A robot that is driven to one
+    /// side would else stand on the far foot meanwhile, and be driven on. If eq. 27 to 29 choose it earlier, no foot is
+    /// lifted.
     pub same_foot_pause_s: f64,
 }
 
-/// Where a foot may land, seen from the other: the semi-ellipse of eq. 27 and 28, in the axes of the control frame.
+/// Where a foot may land relative to the other: the semi-ellipse of eq. 27 and 28, in the axes of the control frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LandingRange {
-    /// Fore and aft of the stance sole's centre (m): the paper's a.
+    /// Largest offset forward or backward from the stance sole's centre (m), a in the paper.
     pub forward_m: f64,
-    /// Sideways, at most (m): the paper's b + y.
+    /// Largest offset to the side (m), b + y in the paper.
     pub outward_m: f64,
-    /// Sideways, at least, so that the legs do not cross (m): the paper's y.
+    /// Smallest offset to the side, at which the legs do not cross (m), y in the paper.
     pub least_m: f64,
 }
 
-/// What counts at landing, per metre squared (see [`super::relaxation`]).
+/// Costs at landing, per metre squared (see [`super::relaxation`]).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RelaxationWeights {
-    /// DCM away from the middle of the feet.
+    /// Distance of the DCM from the middle of the feet.
     pub dcm: f64,
-    /// COM away from the middle of the feet.
+    /// Distance of the COM from the middle of the feet.
     pub com: f64,
-    /// First and last ZMP away from the middle of the stance sole.
+    /// Distance of the first and the last ZMP from the middle of the stance sole.
     pub zmp: f64,
 }
 
 impl Stepping {
-    /// Checks values; `file` is what errors call the gain set.
+    /// Checks the values. Errors name the gain set `file`.
     pub fn validate(&self, file: &str) -> Result<()> {
         let range = &self.range;
         let ranges = [
@@ -80,20 +81,21 @@ impl Stepping {
         Error::check_ranges(file, "stepping", &ranges)?;
         if (self.lambda - 1.0).abs() < 0.01 {
             let accepted = "a multiple of omega that is not 1: below 0.99 or above 1.01";
-            return Err(Error::value(file, "stepping.lambda", self.lambda, "is omega itself", accepted));
+            return Err(Error::value(file, "stepping.lambda", self.lambda, "is too close to 1", accepted));
         }
         Ok(())
     }
 }
 
 impl LandingRange {
-    /// How far a foot at `from` can go along the unit vector `direction` until it leaves the semi-ellipse (m): the
-    /// length of the paper's vector `Delta_max` (Sect. V.B, steps 2 and 3). 0 when that way does not lead through it.
+    /// Length (m) that a foot at `from` can go along the unit vector `direction` before it leaves the semi-ellipse: the
+    /// length of the paper's vector `Delta_max` (Sect. V.B, steps 2 and 3). It is 0 if the line misses the
+    /// semi-ellipse.
     ///
-    /// Both in a frame with the origin at the stance sole's centre, x forward and y to the side of the swing foot.
+    /// Both are in a frame with its origin at the stance sole's centre, x forward and y to the side of the swing foot.
     pub fn reach(&self, from: Vector2<f64>, direction: Vector2<f64>) -> f64 {
         let radii = Vector2::new(self.forward_m, self.outward_m - self.least_m);
-        // The ellipse as a unit circle.
+        // Scaled so that the ellipse is a unit circle.
         let start = (from - Vector2::new(0.0, self.least_m)).component_div(&radii);
         let along = direction.component_div(&radii);
         let (a, b, c) = (along.norm_squared(), start.dot(&along), start.norm_squared() - 1.0);
@@ -102,7 +104,7 @@ impl LandingRange {
             return 0.0;
         }
         let [mut enter, mut leave] = [(-b - discriminant.sqrt()) / a, (-b + discriminant.sqrt()) / a];
-        // The straight edge y = least_m.
+        // The intersection with the straight edge y = least_m.
         let at_edge = -start.y / along.y;
         if along.y > 0.0 {
             enter = enter.max(at_edge);
@@ -117,7 +119,7 @@ impl LandingRange {
 
 #[cfg(test)]
 impl Stepping {
-    /// Rules for tests, which are not to depend on how a gain set is tuned.
+    /// Rules for tests, which must not depend on the tuning of a gain set.
     pub(crate) const EXAMPLE: Self = Self {
         patience_s: 0.0,
         alpha: 4.0,
@@ -154,8 +156,8 @@ mod tests {
             (wrong(|r| r.swing_time_s = 0.0), format!("swing_time_s = 0{out}0.02 to 2")),
             (wrong(|r| r.lift_m = 0.3), format!("lift_m = 0.3{out}0 to 0.2")),
             (wrong(|r| r.lambda = 0.0), format!("lambda = 0{out}0.01 to 1000")),
-            (wrong(|r| r.lambda = 1.0), "lambda = 1: is omega itself; accepted: a multiple of omega".into()),
-            (wrong(|r| r.lambda = 0.995), "lambda = 0.995: is omega itself".into()),
+            (wrong(|r| r.lambda = 1.0), "lambda = 1: is too close to 1; accepted: a multiple of omega".into()),
+            (wrong(|r| r.lambda = 0.995), "lambda = 0.995: is too close to 1".into()),
             (wrong(|r| r.late_s = f64::INFINITY), format!("late_s = inf{out}0 to 1")),
             (wrong(|r| r.pause_s = -1.0), format!("pause_s = -1{out}0 to 1")),
             (wrong(|r| r.range.forward_m = 0.0), format!("range.forward_m = 0{out}0.001 to 1")),

@@ -1,27 +1,28 @@
-//! Variants of a gain set: one value of it changed, to see what that value does (a sweep).
+//! Variants of a gain set: the same set with one changed value, to see what that value does (a sweep).
 //!
-//! A campaign lists its gain sets by name or path; `NAME:KEY=VALUE` lists a variant, e.g.
-//! `switching:zmp_margin_m=0.001` or `my.toml:gains.0.x=[0.2, 1, 5]`. The key is dotted, a number in it counts elements
-//! of an array from 0, and the value is TOML (a bare word is a string). Whoever opens a gain set by name opens its
-//! variants too, so that they go through result folders, shards and replays as any other set does.
+//! A campaign lists its gain sets by name or path, and a variant as `NAME:KEY=VALUE`, for example
+//! `switching:zmp_margin_m=0.001` or `my.toml:gains.0.x=[0.2, 1, 5]`. The key is dotted, a number in it is an index
+//! into an array (from 0), and the value is TOML (a bare word is a string). Variants can be opened wherever gain sets
+//! can, so result folders, shards and replays treat them as any other set.
 
 use super::gains::GainSet;
 use crate::assets::{self, Kind, Missing};
 use crate::error::{Error, Result};
 use toml::Value;
 
-/// A gain set as it is listed: a name or path, and for a variant what is changed of it.
+/// A gain set as it is listed: a name or path and, for a variant, the change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Entry<'a> {
-    /// A name that is compiled in, or a path.
+    /// Name of a built-in set, or a path.
     pub base: &'a str,
-    /// Key and value, both as written.
+    /// Key and value as they are written.
     pub change: Option<(&'a str, &'a str)>,
 }
 
 impl<'a> Entry<'a> {
-    /// Splits at the first `:` that is followed by `key=` and has a gain set before it: a compiled-in name, a `.toml`,
-    /// or anything if no path goes on behind. So a drive (`C:\g.toml`) and a folder like `a:b=1/g.toml` are no variants.
+    /// Splits at the first `:` that is followed by `key=` and preceded by a gain set: the name of a built-in set, a
+    /// `.toml` file, or anything if no path follows. So neither a drive (`C:\g.toml`) nor a folder like `a:b=1/g.toml`
+    /// is a variant.
     pub fn split(text: &'a str) -> Self {
         for (at, _) in text.match_indices(':') {
             let base = &text[..at];
@@ -36,7 +37,7 @@ impl<'a> Entry<'a> {
         Self { base: text, change: None }
     }
 
-    /// The same of another gain set: what a list has once the base has moved.
+    /// The same change of another gain set, for a list in which the base has moved.
     pub fn with_base(&self, base: &str) -> String {
         match self.change {
             Some((key, value)) => format!("{base}:{key}={value}"),
@@ -44,24 +45,24 @@ impl<'a> Entry<'a> {
         }
     }
 
-    /// Opens the gain set and changes it. Errors: it cannot be read, or the change does not fit.
+    /// Opens the gain set and applies the change. It fails if the set cannot be read, or if the change does not fit.
     pub fn load(&self) -> Result<GainSet> {
         self.of(&GainSet::parse(&assets::open(Kind::Gains, self.base)?)?)
     }
 
-    /// The set that is meant, given what `base` holds. Its name says what is changed: `switching zmp_margin_m=0.001`.
+    /// Applies the change to `base`. The name of the result states the change, as in `switching zmp_margin_m=0.001`.
     pub fn of(&self, base: &GainSet) -> Result<GainSet> {
         let Some((key, value)) = self.change else { return Ok(base.clone()) };
         let file = format!("{} (a variant: --vary, or NAME:KEY=VALUE)", self.with_base(self.base));
         let refuse = |problem: &str, accepted: String| Error::value(&file, key, value, problem, accepted);
         if value.is_empty() || value.contains(char::is_control) {
-            return Err(refuse("not a value in one line", "a value in TOML".into()));
+            return Err(refuse("is not a value on one line", "a value in TOML".into()));
         }
         let mut tree = Value::try_from(base).map_err(|e| refuse(&e.to_string(), "a gain set".into()))?;
         let missing = |Missing { name, accepted }| refuse(&format!("the set has no `{name}`"), accepted);
         let (folder, last) = key.rsplit_once('.').unwrap_or(("", key));
         let before = match assets::place(&mut tree, folder).map_err(missing)? {
-            // A name that is not there may be one that has no value so far; reading the set says whether it is known.
+            // A missing name may be a key without a value so far. Whether the key is known shows when the set is read.
             Value::Table(table) => table.insert(last.into(), assets::toml_value(value)),
             _ => {
                 let place = assets::place(&mut tree, key).map_err(missing)?;
@@ -69,7 +70,7 @@ impl<'a> Entry<'a> {
             }
         };
         let accepted = match before {
-            Some(now) => format!("as now: {}", now.to_string().trim().replace('\n', "; ")),
+            Some(now) => format!("like the present value: {}", now.to_string().trim().replace('\n', "; ")),
             None => "a key of the gain set".into(),
         };
         let shown = if count(&tree, last) == 1 { last } else { key };
@@ -81,13 +82,13 @@ impl<'a> Entry<'a> {
 }
 
 impl GainSet {
-    /// Loads a gain set that is compiled in, or a file, or a variant of either.
+    /// Loads a built-in gain set, a file, or a variant of either.
     pub fn load(entry: &str) -> Result<Self> {
         Entry::split(entry).load()
     }
 }
 
-/// The variants of `SET:KEY=V1,V2,...`, each as a list has it. Errors: it is not of this form.
+/// The variants of `SET:KEY=V1,V2,...` as they are listed in a campaign. It fails if `sweep` does not have this form.
 pub fn expand(sweep: &str) -> Result<Vec<String>> {
     let accepted = "SET:KEY=V1,V2,..., e.g. switching:zmp_margin_m=0.001,0.003";
     let refuse = |problem: &str| Error::value("command line", "--vary", sweep, problem, accepted);
@@ -123,7 +124,7 @@ fn split_values(text: &str) -> Option<Vec<&str>> {
     (depth == 0 && quote.is_none()).then_some(values)
 }
 
-/// How often a key of this name is in the tree.
+/// How many keys in the tree have this name.
 fn count(tree: &Value, name: &str) -> usize {
     match tree {
         Value::Table(table) => table.iter().map(|(key, value)| usize::from(key == name) + count(value, name)).sum(),
@@ -191,7 +192,7 @@ mod tests {
         assert_eq!(variant.gains[1].x, [0.4, 1.0, 6.0]);
         assert_eq!((&variant.gains[0], variant.gains[1].y), (&base.gains[0], base.gains[1].y));
         assert_eq!(GainSet::load("switching:gains.4.y.2=7").unwrap().gains[4].y, [1.2, 1.0, 7.0]);
-        // With one gain there is one `x`.
+        // With one gain there is only one `x`.
         assert_eq!(GainSet::load("fixed:gains.0.x=[1,1,5]").unwrap().name, "fixed x=[1,1,5]");
         assert_eq!(GainSet::load("fixed:gains.0.name='quick'").unwrap().name, "fixed gains.0.name=quick");
     }
@@ -200,17 +201,23 @@ mod tests {
     fn errors_name_the_variant_the_key_the_value_and_what_is_accepted() {
         for (bad, expected) in [
             ("switching:zmp_margin=0.1", ["zmp_margin = 0.1", "unknown field `zmp_margin`", "`zmp_margin_m`"]),
-            ("switching:zmp_margin_m=wide", ["zmp_margin_m = wide", "expected f64", "as now: 0.003"]),
-            ("switching:zmp_margin_m=-1", ["zmp_margin_m = -1", "is not a length", "0 or more"]),
+            ("switching:zmp_margin_m=wide", ["zmp_margin_m = wide", "expected f64", "like the present value: 0.003"]),
+            ("switching:zmp_margin_m=-1", ["zmp_margin_m = -1", "must not be negative", "0 or more"]),
             ("switching:gains.5.x=[1,1,5]", ["gains.5.x", "the set has no `gains.5`", "gains.0 to gains.4"]),
             ("switching:gains.slow=1", ["gains.slow", "the set has no `gains.slow`", "gains.0 to gains.4"]),
             ("hold:gains.0.x=[1,1,5]", ["gains.0.x", "the set has no `gains.0`", "nothing: `gains` is empty"]),
             ("switching:gian.alpha=1", ["gian.alpha = 1", "the set has no `gian`", "zmp_margin_m"]),
             ("switching:zmp_margin_m.x=1", ["zmp_margin_m.x", "the set has no `zmp_margin_m.x`", "zmp_margin_m"]),
-            ("switching:gains.0.x=[1,1]", ["gains.0.x = [1,1]", "array of length 3", "as now: [0.15, 1.0, 5.0]"]),
+            (
+                "switching:gains.0.x=[1,1]",
+                ["gains.0.x = [1,1]", "array of length 3", "like the present value: [0.15, 1.0, 5.0]"],
+            ),
             ("switching:gains.0.x=[-1,1,5]", ["gains[0].x[0] = -1", "unstable", "positive"]),
             ("switching:gains.0.z=1", ["gains.0.z = 1", "unknown field `z`", "`x`"]),
-            ("switching:standing=upright", ["standing = upright", "`posture`", "as now: \"switching\""]),
+            (
+                "switching:standing=upright",
+                ["standing = upright", "`posture`", "like the present value: \"switching\""],
+            ),
             ("switching:standing=posture", ["gains = 5 gains", "uses no gains", "no [[gains]]"]),
             ("switching:zmp_margin_m=", ["zmp_margin_m = ", "not a value", "TOML"]),
         ] {

@@ -14,6 +14,7 @@ const MOST_ROWS: usize = 100;
 /// Verdicts and gates first, then the numbers behind them. Commands are to be run in the result folder.
 pub fn text(summary: &Summary) -> String {
     let mut text = format!("## standfast: {}\n\n", escaped(&summary.name));
+    let _ = writeln!(text, "{}\n", escaped(&summary.headline));
     for warning in summary.warnings.iter().take(MOST_ROWS) {
         let _ = writeln!(text, "> **Note** {}\n", escaped(warning));
     }

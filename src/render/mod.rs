@@ -1,12 +1,13 @@
 //! What a person or another program is shown: text, plots, pages, pictures, tables. It draws and writes, and runs nothing.
 
+pub mod figure;
 pub mod html;
 mod html_page;
 pub mod junit;
 pub mod markdown;
 pub mod paper;
 pub mod picture;
-pub mod plot;
+
 pub mod replay;
 pub mod result;
 pub mod scene;

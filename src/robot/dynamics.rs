@@ -1,36 +1,37 @@
-//! Forces on the tree: its equations of motion, and the static loads that are their special case.
+//! Dynamics of the tree of links: its equations of motion, and the static joint torques as their special case.
 //!
-//! Moving ([`Dynamics`]): `M(q) a + h(q, v) = (0, tau) + sum J^T w`. The bias h comes from a recursion out along the tree for
-//! the motion and back for the forces (recursive Newton-Euler), the mass matrix M from the inertia of what each joint
-//! carries (composite rigid bodies): R. Featherstone, Rigid Body Dynamics Algorithms, ch. 5 and 6, here with plain
-//! vectors in world axes.
+//! [`Dynamics`] is for motion: `M(q) a + h(q, v) = (0, tau) + sum J^T w`, with mass matrix M, bias forces h, joint
+//! torques tau, and contact wrenches w with their Jacobians J. The bias comes from a recursion from base to leaves for
+//! the motion and back for the forces (recursive Newton-Euler). M comes from the inertia that each joint carries
+//! (composite rigid bodies). See R. Featherstone, Rigid Body Dynamics Algorithms, ch. 5 and 6; here vectors are
+//! three-dimensional and in world axes.
 //!
-//! At rest ([`load_torques`]): `tau = -sum_i J_i^T m_i g - sum_feet J_f^T w`, where J_i moves the COM of link i and J_f
-//! the centre of a sole. With `g - com_acc` in place of `g` it also holds a body whose links all accelerate alike, as
-//! those of the paper's pendulum do (its COG and ZMP model has no angular momentum).
+//! [`load_torques`] is for rest: `tau = -sum_i J_i^T m_i g - sum_feet J_f^T w`, with the Jacobian J_i of the COM of
+//! link i and J_f of the centre of a sole. With `g - com_acc` in place of `g` it also holds for a body whose links all
+//! have the same acceleration, as in the paper's pendulum (its COG-ZMP model has no angular momentum).
 
 use super::kinematics::Kinematics;
 use super::model::{Foot, GRAVITY, PerFoot, Robot};
 use nalgebra::{DMatrix, DVector, Matrix3, Point3, Vector3};
 
-/// Mass matrix, bias and bias accelerations of one robot, for generalised velocities of 6 + n entries (velocity of the
-/// base's origin, angular velocity of the base, both in world axes, then the joint rates). Allocates once.
+/// Mass matrix, bias forces and bias accelerations of one robot. Generalised velocities have 6 + n entries: velocity of
+/// the base's origin and angular velocity of the base (world axes), then joint rates. It allocates only when made.
 #[derive(Debug, Clone)]
 pub struct Dynamics {
     mass_matrix: DMatrix<f64>,
     bias: DVector<f64>,
     com_bias: Vector3<f64>,
-    /// Of each link, while all generalised accelerations are 0.
+    /// Motion of each link when all generalised accelerations are 0.
     motion: Vec<Motion>,
-    /// On each link and all that it carries: force, and moment about the link's origin.
+    /// Force on each link and all that it carries, and moment about the link's origin.
     load: Vec<[Vector3<f64>; 2]>,
-    /// Inertia of each link about its COM, world axes.
+    /// Inertia of each link about its COM, in world axes.
     inertia: Vec<Matrix3<f64>>,
-    /// Inertia of each link and all that it carries about the base's origin, world axes.
+    /// Inertia of each link and all that it carries, about the base's origin, in world axes.
     carried_inertia: Vec<Matrix3<f64>>,
 }
 
-/// How a link moves: angular velocity and acceleration, acceleration of its origin, world axes.
+/// Motion of a link: angular velocity, angular acceleration, and acceleration of its origin, in world axes.
 #[derive(Debug, Clone, Copy, Default)]
 struct Motion {
     angular_vel: Vector3<f64>,
@@ -39,14 +40,14 @@ struct Motion {
 }
 
 impl Motion {
-    /// Acceleration of a point fixed to the link, at `lever` from its origin.
+    /// Acceleration of the point of the link at `lever` from its origin.
     fn acc_at(&self, lever: &Vector3<f64>) -> Vector3<f64> {
         self.acc + self.angular_acc.cross(lever) + self.angular_vel.cross(&self.angular_vel.cross(lever))
     }
 }
 
 impl Dynamics {
-    /// A workspace for `robot`; nothing in it means anything before the first [`update`](Self::update).
+    /// A workspace for `robot`. Its values are undefined before the first [`update`](Self::update).
     pub fn new(robot: &Robot) -> Self {
         let (links, size) = (robot.links.len(), 6 + robot.joints.len());
         Self {
@@ -60,7 +61,8 @@ impl Dynamics {
         }
     }
 
-    /// Computes everything for the posture of `kinematics` and a generalised velocity (6 + n entries). Does not allocate.
+    /// Computes everything for the posture of `kinematics` and a generalised velocity (6 + n entries), without
+    /// allocating.
     pub fn update(&mut self, robot: &Robot, kinematics: &Kinematics, velocity: &DVector<f64>) {
         for (inertia, (i, link)) in self.inertia.iter_mut().zip(robot.links.iter().enumerate()) {
             let to_world = kinematics.link_pose(i).rotation.to_rotation_matrix();
@@ -70,30 +72,31 @@ impl Dynamics {
         self.update_mass_matrix(robot, kinematics);
     }
 
-    /// M, symmetric (kg, kg m, kg m^2). Rotors count on the diagonal of their joints only, as in the simulation: their
-    /// spin is not part of the body's momentum.
+    /// Mass matrix M, symmetric (kg, kg m, kg m^2). As in the simulation, rotors only count on the diagonal of their
+    /// joints; their spin is not part of the body's momentum.
     pub fn mass_matrix(&self) -> &DMatrix<f64> {
         &self.mass_matrix
     }
 
-    /// h: what Coriolis, centrifugal forces and gravity ask for (N, N m).
+    /// Bias forces h (N, N m): the generalised forces by which Coriolis, centrifugal and gravity effects are balanced.
     pub fn bias(&self) -> &DVector<f64> {
         &self.bias
     }
 
-    /// `dJ/dt v` of the COM: its acceleration (m/s^2) while all generalised accelerations are 0.
+    /// `dJ/dt v` of the COM: its acceleration (m/s^2) when all generalised accelerations are 0.
     pub fn com_bias_acc(&self) -> Vector3<f64> {
         self.com_bias
     }
 
-    /// `dJ/dt v` of [`Kinematics::point_jacobian`]: acceleration of a point fixed to `robot.links[link]` that is now at
-    /// `point` (m/s^2), and of the link's rotation (rad/s^2), while all generalised accelerations are 0.
+    /// `dJ/dt v` of [`Kinematics::point_jacobian`]: linear acceleration (m/s^2) of the point of `robot.links[link]`
+    /// that is now at `point`, and angular acceleration of the link (rad/s^2), when all generalised accelerations are
+    /// 0.
     pub fn point_bias_acc(&self, kinematics: &Kinematics, link: usize, point: &Point3<f64>) -> [Vector3<f64>; 2] {
         let motion = &self.motion[link];
         [motion.acc_at(&(point - origin(kinematics, link))), motion.angular_acc]
     }
 
-    /// Newton-Euler at zero generalised acceleration.
+    /// Recursive Newton-Euler at zero generalised acceleration.
     fn update_bias(&mut self, robot: &Robot, kinematics: &Kinematics, velocity: &DVector<f64>) {
         let angular_vel = Vector3::new(velocity[3], velocity[4], velocity[5]);
         self.motion[0] = Motion { angular_vel, ..Motion::default() };
@@ -128,7 +131,8 @@ impl Dynamics {
         self.com_bias = force / kinematics.subtree(0).0 - Vector3::z() * GRAVITY;
     }
 
-    /// Column by column: the wrench that turns what a joint carries, felt by the joints that carry it and by the base.
+    /// Fills M column by column with the wrench that accelerates what a joint carries, as it acts on the joints that
+    /// carry this joint, and on the base.
     fn update_mass_matrix(&mut self, robot: &Robot, kinematics: &Kinematics) {
         let base = origin(kinematics, 0);
         for (i, link) in robot.links.iter().enumerate() {
@@ -151,8 +155,8 @@ impl Dynamics {
             let axis = kinematics.joint_axis(j);
             let (mass, com) = kinematics.subtree(j + 1);
             let force = axis.cross(&(com - kinematics.joint_position(j))) * mass;
-            // About the base's origin: the carried body turns about the joint, that is, it turns about the base's origin
-            // and moves along with the velocity that this origin would have if it were fixed to it.
+            // About the base's origin: the carried body turns about the joint. This is a turn about the base's origin
+            // plus the velocity of that origin if it were fixed to the carried body.
             let glide = axis.cross(&(base - kinematics.joint_position(j)));
             let moment = self.carried_inertia[j + 1] * axis + (com - base).cross(&(glide * mass));
             for k in 0..3 {
@@ -176,19 +180,19 @@ fn origin(kinematics: &Kinematics, link: usize) -> Point3<f64> {
     kinematics.link_pose(link).translation.vector.into()
 }
 
-/// Inertia of a point mass at `lever` from where it is taken about.
+/// Inertia of a point mass at `lever` from the reference point.
 fn point_inertia(mass: f64, lever: &Vector3<f64>) -> Matrix3<f64> {
     (Matrix3::from_diagonal_element(lever.norm_squared()) - lever * lever.transpose()) * mass
 }
 
-/// Joint torques (N m) that hold the posture of `kinematics`, written to `out` (one per joint); positive turns a joint
-/// towards larger angles.
+/// Writes to `out` the joint torques (N m, one per joint) that hold the posture of `kinematics`. A positive torque
+/// turns a joint towards larger angles.
 ///
-/// `gravity`: effective gravity, world (m/s^2) (0, 0, -9.81 at rest). `wrenches`: of the ground on each foot, world:
-/// force (N) and moment (N m) about the centre of the sole.
+/// `gravity` is the effective gravity in the world frame (m/s^2), (0, 0, -9.81) at rest. `wrenches` are those of the
+/// ground on each foot in the world frame: force (N), and moment (N m) about the centre of the sole.
 ///
-/// Returns what gravity and the ground leave over on the base: force, and moment about the base's origin. Zero when the
-/// wrenches carry the robot; else the torques alone cannot hold it.
+/// Returns the resulting force on the base and the moment about its origin. They are zero if the wrenches carry the
+/// robot; otherwise the joint torques alone cannot hold it.
 pub fn load_torques(
     kinematics: &Kinematics,
     robot: &Robot,

@@ -1,27 +1,27 @@
-//! What passes between a plant (simulated or real) and a controller, once a control tick, and when.
+//! What a plant (simulated or real) and a controller exchange at each control tick, and when.
 //!
-//! At the beginning of each tick the plant gives a [`Sensed`] and takes the [`Command`] that follows from it, which holds until
-//! the next one. Joint angles, orientation and angular velocity are those of that moment. The accelerometer is the change of the
-//! trunk's velocity over the tick that ends ([`Imu::over`]), and the wrenches are means over it: what is read in one instant of a
-//! contact tells little. In the first tick nothing has happened yet: the trunk was at rest, and the weight is on the soles. Until
-//! the first answer a plant holds the posture that it is in ([`Command::hold`]), or home with the torques that carry it
-//! (`Design::home_command`).
+//! At the beginning of each tick the plant supplies a [`Sensed`] and takes the resulting [`Command`], which holds until
+//! the next one. Joint angles, orientation and angular velocity are those of this moment. The accelerometer gives the
+//! change of the trunk's velocity over the past tick ([`Imu::over`]), and the wrenches are means over it, since contact
+//! forces vary too fast for one sample. At the first tick there is no past: the trunk counts as at rest, and the weight
+//! is on the soles. Until the first command, a plant holds its posture ([`Command::hold`]), or the home posture with
+//! the torques that carry it (`Design::home_command`).
 
 use super::model::{Foot, GRAVITY, PerFoot};
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// What the sensors tell: the only thing that a controller sees.
+/// The sensor readings, which are all that a controller sees.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensed {
     /// Joint angles (rad), one per joint.
     pub q: Vec<f64>,
     pub imu: Imu,
-    /// Of the ground on each sole, in the axes of the sole; mean over the last tick.
+    /// Wrench of the ground on each sole, in sole axes, averaged over the past tick.
     pub soles: PerFoot<Wrench>,
 }
 
 impl Sensed {
-    /// Errors: not `joints` angles, or a number that no sensor of a robot on Earth reads.
+    /// Fails if there are not `joints` angles, or if a number is NaN or larger than any real sensor reads.
     pub fn check(&self, joints: usize) -> Result<(), SensedError> {
         if self.q.len() != joints {
             return Err(SensedError::WrongLength { field: "q", length: self.q.len(), joints });
@@ -39,7 +39,7 @@ impl Sensed {
     }
 }
 
-/// The largest number that is taken for a reading (rad, rad/s, m/s^2, N, N m).
+/// Largest magnitude of a valid reading (rad, rad/s, m/s^2, N, N m).
 const LARGEST_READING: f64 = 1e6;
 
 fn plausible(field: &'static str, values: &[f64]) -> Result<(), SensedError> {
@@ -49,29 +49,29 @@ fn plausible(field: &'static str, values: &[f64]) -> Result<(), SensedError> {
     }
 }
 
-/// What is wrong with a [`Sensed`].
+/// Why a [`Sensed`] is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SensedError {
     #[error("{field} has {length} values; accepted: one for each of the robot's {joints} joints")]
     WrongLength { field: &'static str, length: usize, joints: usize },
-    #[error("{field}[{index}] = {value}: is no reading; accepted: -1e6 to 1e6")]
+    #[error("{field}[{index}] = {value}: is not a valid reading; accepted: -1e6 to 1e6")]
     NoReading { field: &'static str, index: usize, value: f64 },
 }
 
-/// Inertial measurement unit, rigid with the trunk: at the origin of the trunk's frame, axes parallel to it.
+/// Inertial measurement unit. It is fixed to the trunk, at the origin and along the axes of the trunk's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Imu {
-    /// Trunk frame to world.
+    /// Rotation from the trunk's frame to the world.
     pub orientation: UnitQuaternion<f64>,
-    /// Angular velocity (rad/s), trunk frame.
+    /// Angular velocity (rad/s), in the trunk's frame.
     pub gyro: Vector3<f64>,
-    /// Specific force (acceleration less gravity) (m/s^2), trunk frame, mean over the last tick.
+    /// Specific force, that is acceleration less gravity (m/s^2), in the trunk's frame, averaged over the past tick.
     pub accelerometer: Vector3<f64>,
 }
 
 impl Imu {
-    /// What it reads at the end of a tick of `tick_s` in which the velocity of the trunk's origin (world, m/s) went from `before`
-    /// to `now`; the trunk turns at `angular` (world, rad/s).
+    /// The reading at the end of a tick of `tick_s` (s), during which the velocity of the trunk's origin (m/s, world
+    /// frame) changed from `before` to `now`. `angular` is the trunk's angular velocity (rad/s, world frame).
     pub fn over(
         tick_s: f64,
         orientation: UnitQuaternion<f64>,
@@ -91,21 +91,21 @@ impl Imu {
 /// A force and a moment about the centre of a sole's contact face.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Wrench {
-    /// (N)
+    /// Force (N).
     pub force: Vector3<f64>,
-    /// (N m)
+    /// Moment (N m).
     pub moment: Vector3<f64>,
 }
 
-/// What a controller asks of the joint servos until the next tick:
+/// The command to the joint servos, which holds until the next tick:
 /// `tau = kp (q_ref - q) + kd (dq_ref - dq) + tau_ff`, within the servo's limits.
 #[derive(Debug, PartialEq)]
 pub struct Command {
-    /// (rad)
+    /// Joint angles (rad).
     pub q_ref: Vec<f64>,
-    /// (rad/s)
+    /// Joint rates (rad/s).
     pub dq_ref: Vec<f64>,
-    /// (N m)
+    /// Feed-forward torques (N m).
     pub tau_ff: Vec<f64>,
 }
 
@@ -114,7 +114,7 @@ impl Clone for Command {
         Self { q_ref: self.q_ref.clone(), dq_ref: self.dq_ref.clone(), tau_ff: self.tau_ff.clone() }
     }
 
-    /// Allocates only where there is no room.
+    /// Allocates only if there is not enough room.
     fn clone_from(&mut self, other: &Self) {
         self.q_ref.clone_from(&other.q_ref);
         self.dq_ref.clone_from(&other.dq_ref);
@@ -123,13 +123,13 @@ impl Clone for Command {
 }
 
 impl Command {
-    /// Stay at these joint angles (rad), by the servos alone.
+    /// Holds these joint angles (rad) by the servos alone.
     pub fn hold(q: &[f64]) -> Self {
         let zeros = vec![0.0; q.len()];
         Self { q_ref: q.to_vec(), dq_ref: zeros.clone(), tau_ff: zeros }
     }
 
-    /// Every number is one.
+    /// Whether no number is NaN or infinite.
     pub fn is_finite(&self) -> bool {
         [&self.q_ref, &self.dq_ref, &self.tau_ff].into_iter().flatten().all(|value| value.is_finite())
     }

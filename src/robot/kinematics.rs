@@ -1,7 +1,7 @@
 //! Forward kinematics, centre of mass and Jacobians of a floating-base tree.
 //!
-//! The generalised velocity has 6 + n entries: velocity of the base's origin, angular velocity of the base (both in
-//! world axes), then the joint rates. The COM Jacobian is the "COG Jacobian" that the paper inverts for the whole body.
+//! The generalised velocity has 6 + n entries: velocity of the base's origin and angular velocity of the base (in world
+//! axes), then the joint rates. The COM Jacobian is the paper's "COG Jacobian", which it inverts for the whole body.
 
 use super::model::{Foot, GRAVITY, PerFoot, Robot};
 use nalgebra::{Isometry3, Matrix3xX, Matrix6xX, Point3, Translation3, UnitQuaternion, Vector3};
@@ -9,21 +9,21 @@ use nalgebra::{Isometry3, Matrix3xX, Matrix6xX, Point3, Translation3, UnitQuater
 /// Pose of a body in the world.
 pub type Pose = Isometry3<f64>;
 
-/// A configuration: base pose in the world and joint angles.
+/// A configuration: pose of the base in the world, and joint angles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Posture {
     pub base: Pose,
-    /// (rad), one per joint.
+    /// Joint angles (rad), one per joint.
     pub q: Vec<f64>,
 }
 
-/// Everything that follows from a [`Posture`], in the world frame. Allocated once; [`update`](Self::update) and the
-/// Jacobians do not allocate.
+/// Poses, COM and joint axes of a [`Posture`], in the world frame. It allocates only when it is made;
+/// [`update`](Self::update) and the Jacobians do not.
 #[derive(Debug, Clone)]
 pub struct Kinematics {
     links: Vec<Pose>,
     link_coms: Vec<Point3<f64>>,
-    /// Of each joint.
+    /// Axis of each joint.
     axes: Vec<Vector3<f64>>,
     /// Mass of each link and all that it carries.
     subtree_mass: Vec<f64>,
@@ -50,7 +50,7 @@ impl Kinematics {
         kinematics
     }
 
-    /// Moves everything to `posture`. `robot` must be the one that this was made for.
+    /// Computes everything for `posture`. `robot` must be the one for which this was made.
     pub fn update(&mut self, robot: &Robot, posture: &Posture) {
         self.links[0] = posture.base;
         for (i, (joint, &q)) in robot.joints.iter().zip(&posture.q).enumerate() {
@@ -59,7 +59,7 @@ impl Kinematics {
             self.axes[i] = pose.rotation * joint.axis.into_inner();
             self.links[i + 1] = pose;
         }
-        // First the moments of mass of the subtrees, then divided by their masses.
+        // The subtrees' moments of mass come first, and are then divided by their masses.
         for (i, link) in robot.links.iter().enumerate() {
             self.link_coms[i] = self.links[i] * link.com_m;
             self.subtree_com[i] = self.link_coms[i] * link.mass_kg;
@@ -89,18 +89,18 @@ impl Kinematics {
         self.links[frame.link] * frame.pose
     }
 
-    /// Pose of the centre of a sole's contact face, axes as the sole's URDF frame.
+    /// Pose of a sole at the centre of its contact face, with the axes of the sole's URDF frame.
     pub fn sole_pose(&self, robot: &Robot, foot: Foot) -> Pose {
         let sole = &robot.soles[foot];
         self.links[sole.link] * sole.center
     }
 
-    /// Axis of a joint, of unit length.
+    /// Axis of a joint, a unit vector.
     pub fn joint_axis(&self, joint: usize) -> Vector3<f64> {
         self.axes[joint]
     }
 
-    /// A point on the axis of a joint: the origin of the link that it carries.
+    /// A point on the axis of a joint: the origin of the link that the joint carries.
     pub fn joint_position(&self, joint: usize) -> Point3<f64> {
         self.links[joint + 1].translation.vector.into()
     }
@@ -133,7 +133,7 @@ impl Kinematics {
         }
     }
 
-    /// Jacobian of a point fixed to `robot.links[link]` that is now at `point` (world), 6 x (6 + n): velocity of the
+    /// Jacobian of the point of `robot.links[link]` that is now at `point` (world frame), 6 x (6 + n): velocity of the
     /// point, then angular velocity of the link. `out` must have 6 + n columns.
     pub fn point_jacobian(&self, robot: &Robot, link: usize, point: &Point3<f64>, out: &mut Matrix6xX<f64>) {
         out.fill(0.0);
@@ -156,7 +156,7 @@ fn basis() -> [Vector3<f64>; 3] {
 }
 
 impl Robot {
-    /// Joints from `link` up to the base, nearest first.
+    /// The joints from `link` up to the base, nearest first.
     pub fn chain(&self, link: usize) -> impl Iterator<Item = usize> + '_ {
         let joint_of = |link: usize| link.checked_sub(1);
         std::iter::successors(joint_of(link), move |&j| joint_of(self.joints[j].parent))
@@ -167,12 +167,13 @@ impl Robot {
         self.links.iter().map(|l| l.mass_kg).sum()
     }
 
-    /// All joints at 0, base at the origin, unrotated.
+    /// Posture with all joint angles 0, and with the base at the origin in the world's axes.
     pub fn zero_posture(&self) -> Posture {
         Posture { base: Pose::identity(), q: vec![0.0; self.joints.len()] }
     }
 
-    /// Home: base unrotated, soles on the ground (z = 0), the point midway between their centres at x = y = 0.
+    /// Home posture. The base is not rotated, the soles are on the ground (z = 0), and the origin is midway between
+    /// them.
     pub fn home_posture(&self) -> Posture {
         let mut posture = Posture { base: Pose::identity(), q: self.home_rad.clone() };
         let mut kinematics = Kinematics::new(self);
@@ -189,7 +190,7 @@ impl Robot {
         kinematics.com().z
     }
 
-    /// Rate of the pendulum at home (rad/s): sqrt(g / h), the paper's omega.
+    /// Natural frequency of the pendulum at home (rad/s), the paper's omega: sqrt(g / h) with COM height h.
     pub fn omega(&self) -> f64 {
         (GRAVITY / self.home_com_height()).sqrt()
     }

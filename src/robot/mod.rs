@@ -1,8 +1,8 @@
-//! The robot as data: a tree of rigid links moved by revolute joints (from URDF), and what a URDF cannot say
-//! (soles, servos, sensors, home posture; from a TOML file beside it).
+//! The robot as data: a tree of rigid links with revolute joints, read from a URDF, and what a URDF cannot state
+//! (soles, servos, sensors, home posture), read from a TOML file beside it.
 //!
-//! Links joined by fixed URDF joints are merged into the link that carries them; every URDF link keeps its name and
-//! its frame as a [`Frame`]. A joint bears the name of its URDF joint.
+//! Links that are joined by fixed URDF joints are merged into one. Every URDF link keeps its name and its frame as a
+//! [`Frame`], and a joint has the name of its URDF joint.
 
 pub mod dynamics;
 pub mod io;

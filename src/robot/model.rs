@@ -5,77 +5,77 @@ use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 /// Acceleration of gravity (m/s^2).
 pub const GRAVITY: f64 = 9.81;
 
-/// A humanoid: links, joints, and the settings beside its URDF.
+/// A humanoid: its links and joints, and the settings beside its URDF.
 #[derive(Debug, Clone)]
 pub struct Robot {
-    /// URDF robot name.
+    /// Name of the robot in its URDF.
     pub name: String,
-    /// Rigid bodies that move by themselves; `links[0]` is the floating base, `links[i + 1]` is carried by `joints[i]`.
-    /// A parent always stands before its children.
+    /// Rigid bodies after merging. `links[0]` is the floating base, and `joints[i]` carries `links[i + 1]`. A parent
+    /// always stands before its children.
     pub links: Vec<Link>,
     /// Revolute joints, in the order of the URDF (except that a parent stands before its children).
     pub joints: Vec<Joint>,
-    /// Every URDF link, by name, those merged into others included.
+    /// Every URDF link by name, including those that are merged into others.
     pub frames: Vec<Frame>,
-    /// Index into `links` of the trunk: where the IMU sits and pushes act.
+    /// Index into `links` of the trunk, where the IMU is and pushes act.
     pub trunk: usize,
     pub soles: PerFoot<Sole>,
-    /// Home posture (rad), one per joint.
+    /// Joint angles of the home posture (rad), one per joint.
     pub home_rad: Vec<f64>,
-    /// One per joint.
+    /// The servos, one per joint.
     pub servos: Vec<Servo>,
     pub noise: SensorNoise,
-    /// From sensing to torque (s).
+    /// Delay from sensing to torque (s).
     pub delay_s: f64,
-    /// Coulomb friction between soles and ground.
+    /// Friction coefficient between soles and ground.
     pub friction: f64,
-    /// Where a foot can land, and how soon; None if the robot's file does not say.
+    /// Where a foot can land, and how soon; None if the settings do not state it.
     pub reach: Option<Reach>,
-    /// What is assumed of this robot rather than published, in words.
+    /// In words: what is assumed about this robot because it is not published.
     pub assumptions: Vec<String>,
 }
 
-/// A rigid body. Frame: the URDF link frame (of the link that gives it its name).
+/// A rigid body. Its frame is the frame of the URDF link after which it is named.
 #[derive(Debug, Clone)]
 pub struct Link {
     pub name: String,
     pub mass_kg: f64,
-    /// Centre of mass in the link frame.
+    /// Centre of mass in the link's frame.
     pub com_m: Point3<f64>,
-    /// About the centre of mass, axes parallel to the link frame (kg m^2).
+    /// Inertia about the centre of mass, in the axes of the link's frame (kg m^2).
     pub inertia_kg_m2: Matrix3<f64>,
-    /// Collision geometry, soles included.
+    /// Collision geometry, including the soles.
     pub collisions: Vec<Solid>,
     pub visuals: Vec<Solid>,
 }
 
 impl Link {
-    /// What is drawn of it: its visual geometry; its collision geometry if it has none that is a primitive.
+    /// The solids to draw: the visual geometry, or the collision geometry if the visual one has no primitives.
     pub fn drawn(&self) -> &[Solid] {
         if self.visuals.is_empty() { &self.collisions } else { &self.visuals }
     }
 }
 
-/// A primitive placed on a link.
+/// A primitive shape on a link.
 #[derive(Debug, Clone)]
 pub struct Solid {
-    /// URDF link that this solid belongs to (it may be one merged into another).
+    /// The URDF link to which this solid belongs; it may be merged into another.
     pub frame: usize,
     /// Pose in the frame of the [`Link`] that carries it.
     pub pose: Isometry3<f64>,
     pub shape: Shape,
-    /// RGBA, 0 to 1.
+    /// Red, green, blue and opacity, from 0 to 1.
     pub color: [f64; 4],
 }
 
 /// Primitive shapes of URDF (m).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
-    /// By its half extents.
+    /// A box with its half extents.
     Box {
         half: Vector3<f64>,
     },
-    /// Axis z, centred.
+    /// A cylinder about the z axis, centred at the origin.
     Cylinder {
         radius: f64,
         length: f64,
@@ -89,11 +89,11 @@ pub enum Shape {
 #[derive(Debug, Clone)]
 pub struct Joint {
     pub name: String,
-    /// Index into `links`.
+    /// Index into `links` of the parent.
     pub parent: usize,
-    /// Child frame at q = 0, in the parent link frame.
+    /// Pose of the child's frame at q = 0, in the parent's frame.
     pub origin: Isometry3<f64>,
-    /// In the child frame.
+    /// Axis in the child's frame.
     pub axis: Unit<Vector3<f64>>,
     pub lower_rad: f64,
     pub upper_rad: f64,
@@ -103,61 +103,61 @@ pub struct Joint {
 #[derive(Debug, Clone)]
 pub struct Frame {
     pub name: String,
-    /// Index into `links` of the body that carries it.
+    /// Index into `links` of the body that carries this frame.
     pub link: usize,
-    /// Pose in that body's frame.
+    /// Pose in the frame of that body.
     pub pose: Isometry3<f64>,
 }
 
-/// A box sole. Its contact face is the lower face (along z of the sole's URDF frame) of the box.
+/// A box-shaped sole. Its contact face is the lower face of the box along z of the sole's URDF frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Sole {
-    /// Index into `frames`.
+    /// Index into `frames` of the sole.
     pub frame: usize,
-    /// Index into `links` of the body that carries it.
+    /// Index into `links` of the body that carries the sole.
     pub link: usize,
-    /// Centre of the contact face, in the link frame, axes as the sole's URDF frame.
+    /// Pose of the centre of the contact face in the link's frame, with the axes of the sole's URDF frame.
     pub center: Isometry3<f64>,
     /// Half length (x) and half width (y) of the contact face.
     pub half_m: [f64; 2],
-    /// Thickness of the box above its contact face.
+    /// Thickness of the box.
     pub thickness_m: f64,
 }
 
 impl Sole {
-    /// Corners of the contact face, in the frame of its centre.
+    /// Corners of the contact face in the frame of its centre, in order around it.
     pub fn corners(&self) -> [Point3<f64>; 4] {
         let [x, y] = self.half_m;
         [Point3::new(x, y, 0.0), Point3::new(-x, y, 0.0), Point3::new(-x, -y, 0.0), Point3::new(x, -y, 0.0)]
     }
 }
 
-/// Position servo of one joint: `tau = kp (q_ref - q) + kd (dq_ref - dq) + tau_ff`, limited.
+/// Position servo of a joint: `tau = kp (q_ref - q) + kd (dq_ref - dq) + tau_ff`, limited.
 #[derive(Debug, Clone, Copy)]
 pub struct Servo {
-    /// (N m/rad)
+    /// Stiffness (N m/rad).
     pub kp: f64,
-    /// (N m s/rad)
+    /// Damping (N m s/rad).
     pub kd: f64,
     /// Torque limit at low speed (N m).
     pub torque_n_m: f64,
-    /// Up to this speed the full torque is available (rad/s).
+    /// Largest speed with the full torque (rad/s).
     pub full_torque_speed_rad_s: f64,
-    /// At this speed no torque is left; linear between (rad/s).
+    /// Speed at which the available torque reaches zero (rad/s). It decreases linearly between the two speeds.
     pub no_torque_speed_rad_s: f64,
-    /// Inertia of the rotor as felt at the joint (kg m^2).
+    /// Rotor inertia seen at the joint (kg m^2).
     pub rotor_inertia_kg_m2: f64,
 }
 
 impl Servo {
-    /// Largest torque that the motor gives in the direction of motion at `speed` (rad/s).
+    /// Largest torque (N m) in the direction of motion at `speed` (rad/s).
     pub fn available_torque(&self, speed: f64) -> f64 {
         let span = self.no_torque_speed_rad_s - self.full_torque_speed_rad_s;
         self.torque_n_m * ((self.no_torque_speed_rad_s - speed.abs()) / span).clamp(0.0, 1.0)
     }
 }
 
-/// Standard deviations of white noise, one sample a control tick.
+/// Standard deviations of white noise, with one sample per control tick.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SensorNoise {
@@ -169,19 +169,19 @@ pub struct SensorNoise {
     pub sole_moment_n_m: f64,
 }
 
-/// Where a foot can land, seen from the centre of the sole that stands to that of the one that lands, at home's height;
-/// axes of the stance sole. What its legs can do under their limits, whatever controls them.
+/// Where a foot can land: offsets from the centre of the stance sole to that of the landing one, in the axes of the
+/// stance sole, with the hips at home height. They are what the legs can do within their limits, with any controller.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reach {
-    /// Fore and aft (m).
+    /// Largest offset forward or backward (m).
     pub forward_m: f64,
-    /// Sideways, at most (m),
+    /// Largest offset to the side (m).
     pub outward_m: f64,
-    /// and at least, so that the legs do not touch (m).
+    /// Smallest offset to the side, at which the legs do not touch (m).
     pub inward_m: f64,
-    /// From the wish to step to the landing at any of these places, for the bounds of the pendulum (s). A controller may
-    /// be quicker.
+    /// Shortest time from the decision to step until the landing at any of these places (s), for the bounds of the
+    /// pendulum. A controller may be faster.
     pub min_step_time_s: f64,
 }
 
@@ -203,7 +203,7 @@ impl Foot {
         }
     }
 
-    /// Sign of y on its side: 1 for the left foot, -1 for the right.
+    /// Sign of y on the side of this foot: 1 for the left foot, -1 for the right.
     pub fn side(self) -> f64 {
         match self {
             Foot::Left => 1.0,
@@ -219,7 +219,7 @@ impl Foot {
     }
 }
 
-/// One of a thing for each foot.
+/// One value for each foot.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct PerFoot<T> {
     pub left: T,

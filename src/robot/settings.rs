@@ -1,4 +1,4 @@
-//! What a URDF cannot say of a robot: the TOML file beside it.
+//! The TOML file beside a URDF, with what the URDF cannot state.
 
 use super::model::{Frame, Joint, Link, PerFoot, Reach, SensorNoise, Servo, Shape, Sole};
 use crate::assets::{self, Source};
@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Translation3, Vector3};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// The settings file, as written.
+/// The settings file as it is written.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Settings {
@@ -42,7 +42,7 @@ struct ServoGroup {
     rotor_inertia_kg_m2: f64,
 }
 
-/// Parses the file and checks all that can be checked without the tree.
+/// Parses the file, and checks all that does not need the tree of links.
 pub(super) fn parse(source: &Source) -> Result<Settings> {
     let settings: Settings = assets::parse_toml(source)?;
     let (file, noise) = (source.file.as_str(), &settings.noise);
@@ -96,12 +96,12 @@ pub(super) fn parse(source: &Source) -> Result<Settings> {
 }
 
 impl Settings {
-    /// Link that carries the trunk frame.
+    /// Index of the link that carries the trunk's frame.
     pub fn trunk(&self, file: &str, frames: &[Frame]) -> Result<usize> {
         Ok(frames[frame_index(file, "trunk", &self.trunk, frames)?].link)
     }
 
-    /// One servo per joint.
+    /// The servos, one per joint.
     pub fn servos(&self, file: &str, joints: &[Joint]) -> Result<Vec<Servo>> {
         let mut servos: Vec<Option<Servo>> = vec![None; joints.len()];
         for (i, group) in self.servos.iter().enumerate() {
@@ -109,7 +109,7 @@ impl Settings {
             for name in &group.joints {
                 let slot = &mut servos[joint_index(file, &field, name, joints)?];
                 if slot.is_some() {
-                    return Err(Error::value(file, field, name, "joint already has a servo", "each joint once"));
+                    return Err(Error::value(file, field, name, "this joint already has a servo", "each joint once"));
                 }
                 *slot = Some(Servo {
                     kp: group.kp_n_m_rad,
@@ -122,12 +122,12 @@ impl Settings {
             }
         }
         let missing = |joint: &Joint| {
-            Error::value(file, "servos", &joint.name, "joint without a servo", "each joint in one group's `joints`")
+            Error::value(file, "servos", &joint.name, "this joint has no servo", "each joint in one group's `joints`")
         };
         servos.into_iter().zip(joints).map(|(servo, joint)| servo.ok_or_else(|| missing(joint))).collect()
     }
 
-    /// Home posture (rad), one per joint, inside the limits.
+    /// Home posture (rad), one angle per joint, checked against the joint limits.
     pub fn home(&self, file: &str, joints: &[Joint]) -> Result<Vec<f64>> {
         let mut home = vec![0.0; joints.len()];
         for (name, &angle) in &self.home_rad {
@@ -137,13 +137,13 @@ impl Settings {
             if !(joint.lower_rad..=joint.upper_rad).contains(&angle) {
                 let accepted = format!("{} to {}", joint.lower_rad, joint.upper_rad);
                 let field = format!("home_rad.{}", joint.name);
-                return Err(Error::value(file, field, angle, "outside the joint's limits", accepted));
+                return Err(Error::value(file, field, angle, "is outside of the joint's limits", accepted));
             }
         }
         Ok(home)
     }
 
-    /// The soles: the box of each named link.
+    /// The soles, from the collision box of each named link.
     pub fn soles(&self, file: &str, links: &[Link], frames: &[Frame]) -> Result<PerFoot<Sole>> {
         let left = sole(file, "soles.left", &self.soles.left, links, frames)?;
         let right = sole(file, "soles.right", &self.soles.right, links, frames)?;

@@ -1,8 +1,8 @@
-//! From a URDF and the settings beside it to a [`Robot`].
+//! Reads a [`Robot`] from a URDF and the settings beside it.
 //!
-//! Revolute and fixed joints, inertials, and boxes, cylinders and spheres are understood. `effort` and `velocity` of a
-//! URDF limit are not read: servos are described in the settings. `dynamics` of a joint is not read either. A visual of
-//! another shape is left out with a warning; a collision of another shape is an error.
+//! Revolute and fixed joints, inertials, boxes, cylinders and spheres are supported. `effort` and `velocity` of a URDF
+//! limit and the `dynamics` of a joint are not used, because the settings describe the servos. A visual of another
+//! shape is left out with a warning; a collision of another shape is an error.
 
 use super::kinematics::Kinematics;
 use super::model::{Foot, Frame, Joint, Link, PerFoot, Robot, Shape, Solid};
@@ -13,16 +13,16 @@ use crate::error::{Error, Result};
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use std::path::Path;
 
-/// At home the soles may be out of level with each other by this (m)...
+/// Largest difference in height between the soles at home (m).
 const LEVEL_M: f64 = 1e-4;
-/// ...and each tilted by this (rad).
+/// Largest tilt of each sole at home (rad).
 const FLAT_RAD: f64 = 1e-3;
 
 impl Robot {
-    /// Loads a robot that is compiled in, or a URDF file with its settings beside it (same name, `.toml`).
+    /// Loads a built-in robot by its name, or a URDF file with its settings beside it (same name, `.toml`).
     ///
     /// # Errors
-    /// A file that cannot be read, is broken, or describes a robot that this program cannot simulate.
+    /// A file cannot be read, is malformed, or describes a robot that this program cannot simulate.
     pub fn load(name_or_path: &str) -> Result<Robot> {
         let urdf = assets::open(Kind::Robot, name_or_path)?;
         let settings = match urdf.file.strip_prefix("builtin:") {
@@ -35,7 +35,7 @@ impl Robot {
         Robot::parse(&urdf, &settings)
     }
 
-    /// Builds a robot from the text of its two files; errors as in [`load`](Self::load).
+    /// Builds a robot from the text of its two files. It fails as [`load`](Self::load) does.
     pub fn parse(urdf: &Source, settings: &Source) -> Result<Robot> {
         let tree = Tree::parse(urdf)?;
         let parsed: Settings = settings::parse(settings)?;
@@ -60,7 +60,7 @@ impl Robot {
     }
 }
 
-/// The soles must stand flat and level with each other at home, or no standing posture is defined.
+/// Checks that the soles are flat and level with each other at home, without which no standing posture is defined.
 fn check_home(file: &str, robot: &Robot) -> Result<()> {
     let mut kinematics = Kinematics::new(robot);
     kinematics.update(robot, &robot.home_posture());
@@ -82,7 +82,7 @@ fn check_home(file: &str, robot: &Robot) -> Result<()> {
     Ok(())
 }
 
-/// What the URDF alone says.
+/// The content of the URDF alone.
 struct Tree {
     name: String,
     links: Vec<Link>,
@@ -101,13 +101,13 @@ impl Tree {
         let ends = urdf.joints.iter().map(|j| ends(file, j, &urdf.links)).collect::<Result<Vec<_>>>()?;
         let root = root(file, &urdf, &ends)?;
 
-        // Where each URDF link went: the body that carries it, and its pose there.
+        // For each URDF link, the body that carries it and its pose in that body.
         let mut placed: Vec<Option<(usize, Isometry3<f64>)>> = vec![None; urdf.links.len()];
         let mut bodies: Vec<Parts> = vec![vec![(root, Isometry3::identity())]];
         let mut joints = Vec::new();
         placed[root] = Some((0, Isometry3::identity()));
         let mut waiting: Vec<usize> = (0..urdf.joints.len()).collect();
-        // In the order of the file, except that a parent always comes before its children.
+        // The joints keep the order of the file, except that a parent always comes before its children.
         while let Some(at) = waiting.iter().position(|&j| placed[ends[j].0].is_some()) {
             let j = waiting.remove(at);
             let (parent, child) = ends[j];
@@ -126,7 +126,7 @@ impl Tree {
             let joint = &urdf.joints[j];
             let (field, value) =
                 (format!("joint {}", joint.name), format!("{} -> {}", joint.parent.link, joint.child.link));
-            let problem = format!("not connected to the root link {} (a cycle)", urdf.links[root].name);
+            let problem = format!("is not connected to the root link {} (a cycle)", urdf.links[root].name);
             return Err(Error::value(file, field, value, problem, "a tree of links"));
         }
         let links = bodies.iter().map(|parts| merged(file, &urdf, parts)).collect::<Result<_>>()?;
@@ -142,14 +142,14 @@ fn unique<'a>(file: &str, what: &str, names: impl Iterator<Item = &'a str>) -> R
     let mut seen = Vec::new();
     for name in names {
         if seen.contains(&name) {
-            return Err(Error::value(file, what, name, "name used twice", "unique names"));
+            return Err(Error::value(file, what, name, "is used twice", "unique names"));
         }
         seen.push(name);
     }
     Ok(())
 }
 
-/// Indices of a joint's parent and child link.
+/// Indices of the parent and child links of a joint.
 fn ends(file: &str, joint: &urdf_rs::Joint, links: &[urdf_rs::Link]) -> Result<(usize, usize)> {
     let find = |end: &str, name: &str| {
         links.iter().position(|l| l.name == name).ok_or_else(|| {
@@ -160,23 +160,31 @@ fn ends(file: &str, joint: &urdf_rs::Joint, links: &[urdf_rs::Link]) -> Result<(
     Ok((find("parent", &joint.parent.link)?, find("child", &joint.child.link)?))
 }
 
-/// The one link that no joint carries.
+/// The only link that no joint carries.
 fn root(file: &str, urdf: &urdf_rs::Robot, ends: &[(usize, usize)]) -> Result<usize> {
     for (link, l) in urdf.links.iter().enumerate() {
         let carriers: Vec<_> =
             urdf.joints.iter().zip(ends).filter(|(_, e)| e.1 == link).map(|(j, _)| j.name.as_str()).collect();
         if carriers.len() > 1 {
             let (field, value) = (format!("link {}", l.name), carriers.join(", "));
-            return Err(Error::value(file, field, value, "child of several joints", "one joint per link"));
+            return Err(Error::value(file, field, value, "is the child of several joints", "one joint per link"));
         }
     }
     let mut roots = (0..urdf.links.len()).filter(|link| ends.iter().all(|e| e.1 != *link));
     match (roots.next(), roots.next()) {
         (Some(root), None) => Ok(root),
-        (None, _) => Err(Error::value(file, "link", "(none)", "no root link (no links, or a cycle)", "one root link")),
+        (None, _) => {
+            Err(Error::value(file, "link", "(none)", "there is no root link (no links, or a cycle)", "one root link"))
+        }
         (Some(a), Some(b)) => {
             let value = format!("{}, {}", urdf.links[a].name, urdf.links[b].name);
-            Err(Error::value(file, "link", value, "several root links", "one link that is no joint's child"))
+            Err(Error::value(
+                file,
+                "link",
+                value,
+                "there are several root links",
+                "exactly one link that is no joint's child",
+            ))
         }
     }
 }
@@ -185,7 +193,7 @@ fn revolute(file: &str, joint: &urdf_rs::Joint, parent: usize, origin: Isometry3
     let field = |what: &str| format!("joint {}: {what}", joint.name);
     if let Some(mimic) = &joint.mimic {
         let accepted = "joints with a servo of their own";
-        return Err(Error::value(file, field("mimic"), &mimic.joint, "not supported", accepted));
+        return Err(Error::value(file, field("mimic"), &mimic.joint, "is not supported", accepted));
     }
     let xyz = Vector3::from(*joint.axis.xyz);
     let Some(axis) = Unit::try_new(xyz, 1e-9) else {
@@ -194,15 +202,15 @@ fn revolute(file: &str, joint: &urdf_rs::Joint, parent: usize, origin: Isometry3
     let limit = &joint.limit;
     if limit.lower >= limit.upper {
         let value = format!("{} to {}", limit.lower, limit.upper);
-        return Err(Error::value(file, field("limit"), value, "not a range", "lower < upper [rad]"));
+        return Err(Error::value(file, field("limit"), value, "is not a range", "lower < upper [rad]"));
     }
     Ok(Joint { name: joint.name.clone(), parent, origin, axis, lower_rad: limit.lower, upper_rad: limit.upper })
 }
 
-/// A link that moves by itself: the URDF links that are fixed to each other, each with its pose in the first one.
+/// The URDF links that are fixed to each other and move as one, each with its pose in the first one.
 type Parts = Vec<(usize, Isometry3<f64>)>;
 
-/// The link that they make.
+/// Merges these URDF links into one link.
 fn merged(file: &str, urdf: &urdf_rs::Robot, from: &[(usize, Isometry3<f64>)]) -> Result<Link> {
     let name = urdf.links[from[0].0].name.clone();
     let mut parts = Vec::new();
@@ -214,7 +222,7 @@ fn merged(file: &str, urdf: &urdf_rs::Robot, from: &[(usize, Isometry3<f64>)]) -
             let field = format!("link {}: collision", link.name);
             let Some(shape) = shape(file, &field, &collision.geometry)? else {
                 let value = kind(&collision.geometry);
-                return Err(Error::value(file, field, value, "shape not supported", "box, cylinder, sphere"));
+                return Err(Error::value(file, field, value, "this shape is not supported", "box, cylinder, sphere"));
             };
             let pose = pose * isometry(&collision.origin);
             collisions.push(Solid { frame: index, pose, shape, color: GREY });
@@ -243,19 +251,19 @@ fn merged(file: &str, urdf: &urdf_rs::Robot, from: &[(usize, Isometry3<f64>)]) -
     Ok(Link { name, mass_kg, com_m: Point3::from(com), inertia_kg_m2, collisions, visuals })
 }
 
-/// Mass, COM, and inertia about the COM of one URDF link, in the frame of its body.
+/// Mass, COM, and inertia about the COM of a URDF link, in the frame of its body.
 struct Part {
     mass: f64,
     com: Vector3<f64>,
     inertia: Matrix3<f64>,
 }
 
-/// None without mass.
+/// Returns None for a link without mass.
 fn part(file: &str, link: &urdf_rs::Link, pose: &Isometry3<f64>) -> Result<Option<Part>> {
     let mass = link.inertial.mass.value;
     if mass < 0.0 {
         let field = format!("link {}: mass", link.name);
-        return Err(Error::value(file, field, mass, "not a mass", "a number > 0, or no <inertial>"));
+        return Err(Error::value(file, field, mass, "must not be negative", "a number > 0, or no <inertial>"));
     }
     if mass == 0.0 {
         return Ok(None);
@@ -268,8 +276,8 @@ fn part(file: &str, link: &urdf_rs::Link, pose: &Isometry3<f64>) -> Result<Optio
     Ok(Some(Part { mass, com: pose.translation.vector, inertia: turn * inertia * turn.transpose() }))
 }
 
-/// Principal moments must not be negative (`strict`: must be positive), and none may exceed the sum of the others.
-/// The tolerance is for inertias rounded to a few digits.
+/// Checks that no principal moment is negative (if `strict`, that all are positive), and that none exceeds the sum of
+/// the other two. The tolerance is for inertias rounded to a few digits.
 fn check_inertia(file: &str, link: &str, inertia: &Matrix3<f64>, strict: bool) -> Result<()> {
     let value = || format!("{:?}", inertia.as_slice());
     let bad = |problem: &str, accepted: &str| {
@@ -279,7 +287,7 @@ fn check_inertia(file: &str, link: &str, inertia: &Matrix3<f64>, strict: bool) -
     moments.sort_by(f64::total_cmp);
     let tolerance = 1e-3 * moments[2].abs();
     if moments[0] < -tolerance * 1e-3 || (strict && moments[0] <= 0.0) {
-        return bad("not positive definite", "positive principal moments");
+        return bad("is not positive definite", "positive principal moments");
     }
     if moments[0] + moments[1] < moments[2] - tolerance {
         return bad("breaks the triangle inequality", "each principal moment at most the sum of the two others");
@@ -293,7 +301,7 @@ fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::from(xyz), rotation)
 }
 
-/// None for a shape that is not a primitive.
+/// Returns None for a shape that is not a primitive.
 fn shape(file: &str, field: &str, geometry: &urdf_rs::Geometry) -> Result<Option<Shape>> {
     let (shape, sizes) = match geometry {
         urdf_rs::Geometry::Box { size } => (Shape::Box { half: Vector3::from(**size) / 2.0 }, size.to_vec()),
@@ -303,7 +311,7 @@ fn shape(file: &str, field: &str, geometry: &urdf_rs::Geometry) -> Result<Option
     };
     if sizes.iter().any(|s| *s <= 0.0) {
         let field = format!("{field}: {}", kind(geometry));
-        return Err(Error::value(file, field, format!("{sizes:?}"), "not a size", "numbers > 0"));
+        return Err(Error::value(file, field, format!("{sizes:?}"), "must be positive", "numbers > 0"));
     }
     Ok(Some(shape))
 }
@@ -320,7 +328,7 @@ fn kind(geometry: &urdf_rs::Geometry) -> &'static str {
 
 const GREY: [f64; 4] = [0.7, 0.7, 0.7, 1.0];
 
-/// Colour of a visual's material: given there, or in any material of that name.
+/// Colour of a visual's material, taken from there or from any material of that name.
 fn color(urdf: &urdf_rs::Robot, visual: &urdf_rs::Visual) -> [f64; 4] {
     let Some(material) = &visual.material else { return GREY };
     let elsewhere = urdf.links.iter().flat_map(|l| &l.visual).filter_map(|v| v.material.as_ref());

@@ -1,11 +1,10 @@
-//! A first look at the XML of a URDF, so that an error names the line, the element and the attribute: the parser behind
-//! urdf-rs knows neither.
+//! A first check of the XML of a URDF. Its errors name line, element and attribute, as the parser of urdf-rs does not.
 
 use crate::assets::Source;
 use crate::error::{Error, Result};
 use roxmltree::{Document, Node};
 
-/// Element, attributes, how many numbers each, whether they must be there.
+/// Element, its attributes, how many numbers each has, and whether they are required.
 const NUMBERS: [(&str, &str, usize, bool); 12] = [
     ("origin", "xyz rpy", 3, false),
     ("axis", "xyz", 3, true),
@@ -21,20 +20,20 @@ const NUMBERS: [(&str, &str, usize, bool); 12] = [
     ("dynamics", "damping friction", 1, false),
 ];
 
-/// Elements that need a name of something.
+/// Elements with an attribute that must be a name.
 const NAMES: [(&str, &str); 4] = [("link", "name"), ("joint", "name"), ("parent", "link"), ("child", "link")];
 
 /// Joint types that this program can simulate.
 const JOINT_TYPES: &str = "revolute, fixed";
 
-/// Checks that the text is well-formed XML with the root `robot`, and that attributes of links and joints are there and
-/// are numbers where numbers are due.
+/// Checks that the text is well-formed XML with the root `robot`, that links and joints have the attributes that they
+/// need, and that numbers are numbers.
 pub(super) fn check(source: &Source) -> Result<()> {
     let syntax = |message: String| Error::Syntax { file: source.file.clone(), message };
-    let document = Document::parse(&source.text).map_err(|e| syntax(format!("broken XML: {e}")))?;
+    let document = Document::parse(&source.text).map_err(|e| syntax(format!("the XML is malformed: {e}")))?;
     let root = document.root_element();
     if !root.has_tag_name("robot") {
-        return Err(syntax(format!("root element <{}>; accepted: <robot>", root.tag_name().name())));
+        return Err(syntax(format!("the root element is <{}>; accepted: <robot>", root.tag_name().name())));
     }
     for part in root.children().filter(|n| n.has_tag_name("link") || n.has_tag_name("joint")) {
         for node in part.descendants().filter(Node::is_element) {
@@ -51,7 +50,7 @@ fn check_element(source: &Source, part: &Node, node: &Node) -> Result<()> {
     let tag = node.tag_name().name();
     for (_, name) in NAMES.iter().filter(|(t, _)| *t == tag) {
         if node.attribute(*name).unwrap_or("").is_empty() {
-            return Err(bad(source, part, node, name, "(none)", "missing", "a name"));
+            return Err(bad(source, part, node, name, "(none)", "is missing", "a name"));
         }
     }
     let numbers = NUMBERS.iter().filter(|row| row.0 == tag);
@@ -60,13 +59,13 @@ fn check_element(source: &Source, part: &Node, node: &Node) -> Result<()> {
     {
         let accepted = || if count == 1 { "a number".to_string() } else { format!("{count} numbers") };
         match node.attribute(name) {
-            None if required => return Err(bad(source, part, node, name, "(none)", "missing", &accepted())),
+            None if required => return Err(bad(source, part, node, name, "(none)", "is missing", &accepted())),
             None => {}
             Some(text) => {
                 let numbers = text.split_whitespace().map(str::parse::<f64>);
                 if numbers.clone().count() != count || numbers.clone().any(|n| !n.is_ok_and(f64::is_finite)) {
                     let accepted = format!("{}, finite", accepted());
-                    return Err(bad(source, part, node, name, text, "not understood", &accepted));
+                    return Err(bad(source, part, node, name, text, "cannot be read", &accepted));
                 }
             }
         }
@@ -77,21 +76,21 @@ fn check_element(source: &Source, part: &Node, node: &Node) -> Result<()> {
 fn check_joint(source: &Source, joint: &Node) -> Result<()> {
     let kind = joint.attribute("type").unwrap_or("(none)");
     if !JOINT_TYPES.split(", ").any(|accepted| accepted == kind) {
-        return Err(bad(source, joint, joint, "type", kind, "joint type not supported", JOINT_TYPES));
+        return Err(bad(source, joint, joint, "type", kind, "this joint type is not supported", JOINT_TYPES));
     }
     for child in ["parent", "child"] {
         if !joint.children().any(|n| n.has_tag_name(child)) {
-            return Err(bad(source, joint, joint, child, "(none)", "missing", &format!("<{child} link=\"...\"/>")));
+            return Err(bad(source, joint, joint, child, "(none)", "is missing", &format!("<{child} link=\"...\"/>")));
         }
     }
     if kind == "revolute" && !joint.children().any(|n| n.has_tag_name("limit")) {
         let accepted = "<limit lower upper effort velocity>";
-        return Err(bad(source, joint, joint, "limit", "(none)", "missing", accepted));
+        return Err(bad(source, joint, joint, "limit", "(none)", "is missing", accepted));
     }
     Ok(())
 }
 
-/// E.g. `robot.urdf:12: joint left_knee: limit lower = abc: ...`
+/// An error such as `robot.urdf:12: joint left_knee: limit lower = abc: ...`
 fn bad(source: &Source, part: &Node, node: &Node, name: &str, value: &str, problem: &str, accepted: &str) -> Error {
     let line = node.document().text_pos_at(node.range().start).row;
     let part_name = format!("{} {}", part.tag_name().name(), part.attribute("name").unwrap_or("(unnamed)"));

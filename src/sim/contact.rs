@@ -1,11 +1,11 @@
-//! Wrenches between soles and ground, read from the impulses that Rapier's contact solver applied.
+//! Contact wrenches between soles and ground, read from the impulses of Rapier's contact solver.
 
 use super::convert::vec_from_rapier;
 use crate::robot::Wrench;
 use nalgebra::{Isometry3, Point3, Vector3};
 use rapier3d::prelude::{ColliderHandle, ContactPair};
 
-/// A force and a moment about the world's origin, world axes.
+/// A force (N) and a moment about the world's origin (N m), in world axes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct WorldWrench {
     pub force: Vector3<f64>,
@@ -13,12 +13,12 @@ pub struct WorldWrench {
 }
 
 impl WorldWrench {
-    /// The same wrench with its moment about `point`.
+    /// The same wrench, with its moment taken about `point`.
     pub fn about(&self, point: &Point3<f64>) -> Wrench {
         Wrench { force: self.force, moment: self.moment - point.coords.cross(&self.force) }
     }
 
-    /// Zero moment point on the plane z = 0; None where nothing presses.
+    /// Zero moment point (m) on the plane z = 0; None without an upward force.
     pub fn zmp(&self) -> Option<[f64; 2]> {
         (self.force.z > 1e-6).then(|| [-self.moment.y / self.force.z, self.moment.x / self.force.z])
     }
@@ -38,16 +38,16 @@ impl std::ops::Mul<f64> for WorldWrench {
     }
 }
 
-/// Mean wrench of the ground on the other collider of `pair` over the last physics step of `dt` seconds.
+/// Mean wrench of the ground on the other collider of `pair` over the last physics step of `dt` (s).
 ///
-/// `pose`: of `ground` in the world. One solver iteration a step, so that the impulses kept are those of the whole step.
+/// `pose` is that of `ground`, world. With one solver iteration per step, the impulses are those of the whole step.
 pub fn ground_wrench(pair: &ContactPair, ground: ColliderHandle, pose: &Isometry3<f64>, dt: f64) -> WorldWrench {
     let mut sum = WorldWrench::default();
     let ground_first = pair.collider1 == ground;
     for manifold in pair.manifolds() {
         let normal = vec_from_rapier(manifold.data.normal);
         for contact in &manifold.points {
-            // Rapier keeps the friction impulse on the first body, and a normal from the first to the second.
+            // Rapier stores the friction impulse on the first body, and a normal from the first to the second.
             let on_second =
                 normal * f64::from(contact.data.impulse) - vec_from_rapier(contact.data.warmstart_tangent_world);
             let (force, point) =

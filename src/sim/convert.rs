@@ -1,4 +1,4 @@
-//! Rapier's f32 glam types to and from the f64 nalgebra types of the rest of the program.
+//! Conversions between Rapier's f32 glam types and the f64 nalgebra types of the rest of the program.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::{Pose, Rotation, Vector};

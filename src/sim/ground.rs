@@ -1,54 +1,53 @@
-//! The ground: a plane, level or inclined, on which the robot starts; around the patch under its feet the ground may be
-//! higher or lower, so that a foot that is set down elsewhere lands early or late.
+//! The ground: a level or inclined plane on which the robot starts. Around the patch under its feet the ground may be
+//! higher or lower, so that a foot that is set down there lands early or late.
 //!
-//! The world's origin is on the plane, midway between the feet as they stand at the start. The patch is the rectangle
-//! about both soles, [`MARGIN_M`] wider on each side. Its edges are sharp: a sole that is set down across one stands on
-//! the higher side alone.
+//! The world's origin is on the plane, midway between the feet at the start. The patch is a rectangle that is
+//! [`MARGIN_M`] wider than both soles on each side. Its edges are sharp: a sole across one stands on the higher side.
 //!
-//! A slope is level at first and tilts under the robot over [`TILTING_S`]: every controller starts at home, upright, at
-//! rest, and has to find its way on the slope before it is pushed. (A robot that is put on the slope at once looks to its
-//! estimator as if its COM had jumped.)
+//! A slope is level at first and tilts under the robot within [`TILTING_S`]. So every controller starts at home,
+//! upright and at rest, and has to adapt to the slope before the push. (To the estimator of a robot that starts on the
+//! slope, the COM would seem to have jumped.)
 
 use super::variation::Variation;
 use crate::robot::{Foot, Kinematics, Robot};
 use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, UnitVector3, Vector3};
 
-/// By how much the patch is wider than the soles that start on it: feet that rock and slide do not meet its edge.
+/// Distance from the soles to the edges of the patch (m), so that feet that rock or slide do not meet an edge.
 pub const MARGIN_M: f64 = 0.01;
 
-/// How long the ground takes to tilt from level to its slope (s).
+/// Time in which the ground tilts from level to its slope (s).
 pub const TILTING_S: f64 = 0.8;
 
-/// What lies around the patch reaches this far (m): farther than a robot falls.
+/// Extent of the ground around the patch (m), which is farther than a robot falls.
 const REACH_M: f64 = 2.0;
-/// Depth of what rises above the plane (m).
+/// Depth of the boxes that rise above the plane (m).
 const DEPTH_M: f64 = 0.2;
 
 /// The ground under a robot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ground {
-    /// From the frame of the plane (z is its normal) to the world.
+    /// Rotation from the frame of the plane, with its normal as z, to the world.
     pub slope: UnitQuaternion<f64>,
-    /// Height of the ground around the patch above the patch, along the normal (m).
+    /// Height of the surrounding ground above the patch, along the normal (m).
     pub step_m: f64,
-    /// Least and largest corner of the patch, in the frame of the plane (m).
+    /// The corners of the patch with the smallest and the largest coordinates (m), in the frame of the plane.
     pub patch: [Point2<f64>; 2],
 }
 
 impl Default for Ground {
-    /// Level, without a step.
+    /// Level ground without a step.
     fn default() -> Self {
         Self { slope: UnitQuaternion::identity(), step_m: 0.0, patch: [Point2::origin(); 2] }
     }
 }
 
 impl Ground {
-    /// The ground of `variation` under `robot`, which stands at home.
+    /// The ground of `variation` under `robot` in its home stance.
     pub fn new(robot: &Robot, variation: &Variation) -> Self {
         let angle_deg = variation.slope_deg.filter(|angle_deg| *angle_deg != 0.0);
         let slope = angle_deg.map_or(UnitQuaternion::identity(), |angle_deg| {
             let (sin, cos) = variation.slope_heading_deg.unwrap_or(0.0).to_radians().sin_cos();
-            // About the horizontal axis to the right of the heading: that raises what lies ahead.
+            // The rotation is about the horizontal axis to the right of the heading, which raises the ground ahead.
             let axis = UnitVector3::new_normalize(Vector3::new(sin, -cos, 0.0));
             UnitQuaternion::from_axis_angle(&axis, angle_deg.to_radians())
         });
@@ -65,7 +64,7 @@ impl Ground {
         Self { slope, step_m: variation.ground_step_m.unwrap_or(0.0), patch: [patch[0] - margin, patch[1] + margin] }
     }
 
-    /// Height of the ground (m) at a place in the world.
+    /// Height of the ground (m) at a horizontal position in the world frame.
     pub fn height_m(&self, at: Point2<f64>) -> f64 {
         let normal = self.slope * Vector3::z();
         let plane = -(normal.x * at.x + normal.y * at.y) / normal.z;
@@ -77,26 +76,26 @@ impl Ground {
         if inside { plane } else { plane + self.step_m / normal.z }
     }
 
-    /// The ground as it is at a time after the start, on its way from level to this slope.
+    /// The ground at a time after the start, while it tilts from level to this slope.
     pub fn at(&self, time_s: f64) -> Self {
         let passed = (time_s / TILTING_S).clamp(0.0, 1.0);
-        // Starts and ends gently.
+        // The tilting starts and ends smoothly.
         let share = passed * passed * (3.0 - 2.0 * passed);
         Self { slope: UnitQuaternion::identity().slerp(&self.slope, share), ..*self }
     }
 
-    /// Whether it ever moves.
+    /// Whether the ground never tilts.
     pub(super) fn is_level(&self) -> bool {
         self.slope == UnitQuaternion::identity()
     }
 
-    /// Pose of the half space (its z is up, out of the ground) in the frame of the plane.
+    /// Pose of the half space in the frame of the plane. Its z axis points up, out of the ground.
     pub(super) fn half_space(&self) -> Isometry3<f64> {
         Isometry3::translation(0.0, 0.0, self.step_m.min(0.0))
     }
 
-    /// Boxes above the half space: poses in the frame of the plane and half extents (m). The patch, if the ground around it is
-    /// lower; the four sides of a frame about it, if that is higher.
+    /// The boxes above the half space: poses in the frame of the plane, and half extents (m). If the surrounding ground
+    /// is lower, it is the patch; if it is higher, these are the four sides of a frame around the patch.
     pub(super) fn boxes(&self) -> Vec<(Isometry3<f64>, Vector3<f64>)> {
         let [low, high] = self.patch;
         let (far_low, far_high) = (low.map(|v| v - REACH_M), high.map(|v| v + REACH_M));
@@ -154,7 +153,7 @@ mod tests {
             for outside in [Point2::new(high.x + 1e-6, 0.0), Point2::new(0.0, low.y - 1e-6)] {
                 assert_eq!(ground.height_m(outside), step_m);
             }
-            // The boxes have their tops where it says.
+            // The boxes' tops are at the height that the ground states.
             for (pose, half) in ground.boxes() {
                 let top = (pose * Point3::new(0.0, 0.0, half.z)).xyz();
                 assert!((top.z - ground.height_m(top.xy())).abs() < 1e-12, "{top}");

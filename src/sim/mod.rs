@@ -1,5 +1,5 @@
-//! The plant: a robot as a Rapier multibody, its servos, contacts, sensors, ground, and the pushes that disturb it.
-//! This is the only module that names Rapier.
+//! The plant: a robot as a Rapier multibody with its servos, contacts, sensors and ground, and the pushes on it. This
+//! is the only module that names Rapier.
 
 pub mod contact;
 mod convert;

@@ -1,4 +1,4 @@
-//! The simulated robot, one control tick at a time: `sense`, then `advance` with a command.
+//! The simulated robot. One control tick is a call of `sense` and then one of `advance` with a command.
 
 use super::contact::{WorldWrench, ground_wrench};
 use super::convert::{pose_from_rapier, rotation_to_rapier, vec_to_rapier};
@@ -13,89 +13,88 @@ use nalgebra::{DVector, Isometry3, Matrix3xX, Matrix6xX, Point3, UnitQuaternion,
 use rapier3d::pipeline::PhysicsWorld;
 use std::collections::VecDeque;
 
-/// Steps of the simulation.
+/// Time steps of the simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Clock {
     pub physics_step_s: f64,
-    /// A whole number of physics steps.
+    /// A whole number of physics steps (s).
     pub control_period_s: f64,
 }
 
-/// A force on a point of a link, for as long as it is there.
+/// A force on a point of a link, for as long as it is set.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pull {
-    /// Index into `Robot::links`; out of range it panics.
+    /// Index into `Robot::links`. An index out of range panics.
     pub link: usize,
-    /// In the link's frame (m); its place is taken from the beginning of a control period.
+    /// Point in the link's frame (m). Its position in the world is updated once per control period.
     pub point: Point3<f64>,
-    /// World (N).
+    /// Force in the world frame (N).
     pub force: Vector3<f64>,
 }
 
-/// A robot in Rapier.
+/// A robot simulated by Rapier.
 pub struct Plant<'a> {
     robot: &'a Robot,
-    /// As it is when it has tilted.
+    /// The ground on its final slope.
     ground: Ground,
     clock: Clock,
     world: PhysicsWorld,
     handles: Handles,
     sensors: Sensors,
     kinematics: Kinematics,
-    /// Commands on their way to the servos, each with the physics step at which it arrives.
+    /// Commands that are delayed, each with the physics step at which it reaches the servos.
     in_flight: VecDeque<(u64, Command)>,
     acting: Command,
     drives: Vec<servo::Drive>,
-    /// Physics steps done.
+    /// Number of physics steps done.
     steps: u64,
     delay_steps: u64,
-    /// A hand that pulls at a link until it lets go.
+    /// A force on a link that acts until it is removed.
     pub pull: Option<Pull>,
-    /// COM at home, in the frame of the trunk's Rapier body and in its orientation at home.
+    /// COM of the home posture in the frame of the trunk's Rapier body, with the orientation that it has at home.
     push_origin: Isometry3<f64>,
     com_jacobian: Matrix3xX<f64>,
     trunk_jacobian: Matrix6xX<f64>,
-    /// Velocity of the trunk's origin a tick ago, for the accelerometer.
+    /// Velocity of the trunk's origin one tick ago, for the accelerometer.
     trunk_vel_before: Vector3<f64>,
     truth: Truth,
 }
 
-/// What the simulation knows, for judge, trace and view; never for the controller. World frame.
+/// The true state of the simulation in the world frame, for referee, trace and view. The controller never sees it.
 #[derive(Debug, Clone)]
 pub struct Truth {
     pub time_s: f64,
-    /// What the robot stands on, as it lies now.
+    /// The ground as it lies now.
     pub ground: Ground,
     pub posture: Posture,
-    /// Generalised velocity: base origin linear, base angular (world), joints.
+    /// Generalised velocity: velocity of the base's origin, angular velocity of the base (world axes), joint rates.
     pub velocity: DVector<f64>,
     pub com: Point3<f64>,
-    /// (m/s)
+    /// Velocity of the COM (m/s).
     pub com_vel: Vector3<f64>,
-    /// Trunk frame to world; the velocity of its origin (m/s) and its angular velocity (rad/s), world axes.
+    /// Pose of the trunk in the world; velocity of its origin (m/s) and angular velocity (rad/s) in world axes.
     pub trunk: Isometry3<f64>,
     pub trunk_velocity: Vector6<f64>,
-    /// Centre of each sole's contact face.
+    /// Pose of each sole, at the centre of its contact face.
     pub soles: PerFoot<Isometry3<f64>>,
-    // Means over the tick that just ended:
+    // Averages over the past tick:
     /// Contact wrench on each sole about its centre, world axes.
     pub sole_wrenches: PerFoot<Wrench>,
     /// Sum of all forces of the ground on the robot (N).
     pub contact_force: Vector3<f64>,
-    /// On the plane z = 0 (m), from all contacts; None in flight.
+    /// ZMP on the plane z = 0 (m) of all contacts; None in flight.
     pub zmp: Option<[f64; 2]>,
-    /// Of pushes and pull together (N), and where the last of them acts.
+    /// Sum of pushes and pull (N), and the point where the last of them acts.
     pub push_force: Vector3<f64>,
     pub push_point: Point3<f64>,
     /// Joint torques (N m).
     pub tau: Vec<f64>,
-    /// First link (other than by its sole) that touched the ground in the tick that just ended: index into
-    /// `Robot::links`.
+    /// Index into `Robot::links` of the first link that touched the ground in the past tick, other than by its sole.
     pub touching: Option<usize>,
 }
 
 impl Truth {
-    /// At rest in a posture, nothing having acted yet; trunk and soles are still to be placed.
+    /// A robot at rest in a posture, with no force yet. The poses of trunk and soles are still to be set.
     pub fn at_rest(posture: Posture, com: Point3<f64>, ground: Ground) -> Self {
         let joints = posture.q.len();
         Self {
@@ -118,8 +117,8 @@ impl Truth {
         }
     }
 
-    /// Every number is finite, and no larger than a robot on Earth can come to (in m, m/s, rad/s): Rapier stops a
-    /// body whose numbers overflow, which then stays wherever it got to, upright if it happened to be.
+    /// Whether every number is finite and below 1e6 (m, m/s, rad/s), which no robot on Earth reaches. Rapier freezes a
+    /// body whose numbers overflow, so such a robot would otherwise seem to stand still, perhaps upright.
     pub fn is_finite(&self) -> bool {
         const LARGEST: f64 = 1e6;
         let numbers = self.com.coords.iter().chain(self.com_vel.iter()).chain(self.velocity.iter());
@@ -133,7 +132,7 @@ impl Truth {
 }
 
 impl<'a> Plant<'a> {
-    /// The robot at rest at home on level ground, its servos holding `initial`.
+    /// The robot at rest in its home posture on level ground, with servos that hold `initial`.
     pub fn new(robot: &'a Robot, clock: Clock, errors: Option<SensorErrors>, initial: Command) -> Self {
         Self::on(Ground::default(), robot, clock, errors, initial)
     }
@@ -160,7 +159,7 @@ impl<'a> Plant<'a> {
             acting: initial,
             drives: vec![servo::Drive { constant: 0.0, damping: 0.0 }; joints],
             steps: 0,
-            // To the nearest physics step.
+            // Rounded to the nearest physics step.
             delay_steps: (robot.delay_s / clock.physics_step_s).round() as u64,
             pull: None,
             push_origin: trunk_body.inverse() * Isometry3::from_parts(com.coords.into(), UnitQuaternion::identity()),
@@ -174,12 +173,12 @@ impl<'a> Plant<'a> {
         plant
     }
 
-    /// The state now, and means over the last tick.
+    /// The true state now, with averages over the past tick.
     pub fn truth(&self) -> &Truth {
         &self.truth
     }
 
-    /// What the sensors read now.
+    /// The readings of the sensors now.
     pub fn sense(&mut self) -> Sensed {
         let truth = &self.truth;
         let [linear, angular] = [0, 3].map(|first| truth.trunk_velocity.fixed_rows::<3>(first).into_owned());
@@ -197,7 +196,7 @@ impl<'a> Plant<'a> {
         sensed
     }
 
-    /// Simulates one control period under `command` (which reaches the servos after the robot's delay) and `pushes`.
+    /// Simulates one control period with `pushes` and with `command`, which reaches the servos after the robot's delay.
     pub fn advance(&mut self, command: Command, pushes: &[Push]) {
         self.in_flight.push_back((self.steps + self.delay_steps, command));
         self.trunk_vel_before = self.truth.trunk_velocity.fixed_rows::<3>(0).into();
@@ -230,7 +229,7 @@ impl<'a> Plant<'a> {
         }
     }
 
-    /// Applies the forces of the coming physics step, pushes on the trunk and the pull; returns their sum (N).
+    /// Applies pushes and pull for the next physics step, and returns the sum of their forces (N).
     fn apply_pushes(&mut self, pushes: &[Push]) -> Vector3<f64> {
         let from_s = self.steps as f64 * self.clock.physics_step_s;
         for body in &self.handles.bodies {
@@ -254,14 +253,14 @@ impl<'a> Plant<'a> {
         sum
     }
 
-    /// Applies a force (N) to a link at a point of the world.
+    /// Applies a force (N) to a link at a point in the world (m).
     fn apply(&mut self, link: usize, force: Vector3<f64>, point: Point3<f64>) {
         let body = &mut self.world.bodies[self.handles.bodies[link]];
         body.add_force_at_point(vec_to_rapier(&force), vec_to_rapier(&point.coords), true);
         self.truth.push_point = point;
     }
 
-    /// Moves the ground over the coming physics step.
+    /// Tilts the ground during the next physics step.
     fn tilt_ground(&mut self) {
         let at_s = |steps: u64| steps as f64 * self.clock.physics_step_s;
         if self.ground.is_level() || at_s(self.steps) > TILTING_S {
@@ -272,7 +271,7 @@ impl<'a> Plant<'a> {
         self.world.bodies[self.handles.floor].set_next_kinematic_rotation(rotation);
     }
 
-    /// Hands every joint its servo's drive for the coming physics step.
+    /// Sets the servo of every joint for the next physics step.
     fn drive_joints(&mut self) {
         let multibody = self.world.multibody_joints.get_multibody_mut(self.handles.multibody).expect("never removed");
         for (i, (settings, joint)) in self.robot.servos.iter().zip(&self.robot.joints).enumerate() {
@@ -288,7 +287,7 @@ impl<'a> Plant<'a> {
         }
     }
 
-    /// Adds the torques that acted over the physics step just done.
+    /// Adds the torques of the past physics step to their averages.
     fn add_torques(&mut self, share: f64) {
         let multibody = self.world.multibody_joints.get_multibody(self.handles.multibody).expect("never removed");
         for (i, (tau, drive)) in self.truth.tau.iter_mut().zip(&self.drives).enumerate() {
@@ -298,7 +297,7 @@ impl<'a> Plant<'a> {
         }
     }
 
-    /// Adds the contact wrenches of the physics step just done, and notes which link but the soles touches the ground.
+    /// Adds the contact wrenches of the past physics step, and notes which link but the soles touches the ground.
     fn add_contacts(&mut self, share: f64, soles: &mut PerFoot<WorldWrench>, total: &mut WorldWrench) {
         let Handles { ground, soles: sole_colliders, bodies, .. } = &self.handles;
         let narrow_phase = &self.world.narrow_phase;
@@ -320,7 +319,7 @@ impl<'a> Plant<'a> {
         }
     }
 
-    /// Before the first step no contact has acted: the sensors start from the weight shared evenly.
+    /// Sets contact forces for the first reading, before any step: the weight is shared equally.
     fn pretend_contact(&mut self) {
         let truth = &mut self.truth;
         let half_weight = Vector3::new(0.0, 0.0, 0.5 * self.robot.mass() * GRAVITY);
@@ -332,7 +331,7 @@ impl<'a> Plant<'a> {
         }
     }
 
-    /// Reads posture and velocity out of Rapier. Everything derived is computed here in f64.
+    /// Reads posture and velocity from Rapier. All other quantities are computed from these in f64.
     fn read_state(&mut self) {
         let multibody = self.world.multibody_joints.get_multibody(self.handles.multibody).expect("never removed");
         let (robot, truth) = (self.robot, &mut self.truth);

@@ -1,10 +1,10 @@
-//! Pushes: a horizontal force on the trunk over a short time.
+//! Pushes: horizontal forces on the trunk for a short time.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// Course of the force over the push's duration; the impulse is the same for all.
+/// Course of the force over the push's duration. It does not change the impulse.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Profile {
@@ -13,16 +13,16 @@ pub enum Profile {
     HalfSine,
 }
 
-/// A push on the trunk: a horizontal force whose line passes the COM of the home posture at a height given relative
-/// to it. The point of attack moves with the trunk.
+/// A push: a horizontal force on the trunk, whose line of action passes above or below the COM of the home posture at
+/// the given height. The point where it acts moves with the trunk.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Push {
-    /// (N s), not negative.
+    /// Impulse (N s), not negative.
     pub impulse_n_s: f64,
-    /// 0 pushes forward (+x), 90 to the left (+y).
+    /// Heading of the force: 0 pushes forward (+x), 90 to the left (+y).
     pub heading_deg: f64,
-    /// Height of the force's line above the COM of the home posture (m).
+    /// Height of the line of action above the COM of the home posture (m).
     pub height_m: f64,
     pub duration_s: f64,
     pub start_s: f64,
@@ -43,7 +43,7 @@ impl Default for Push {
 }
 
 impl Push {
-    /// Unit vector of the force, world.
+    /// Direction of the force, a unit vector in the world frame.
     pub fn direction(&self) -> Vector3<f64> {
         let (sin, cos) = self.heading_deg.to_radians().sin_cos();
         Vector3::new(cos, sin, 0.0)
@@ -54,13 +54,13 @@ impl Push {
         self.start_s + self.duration_s
     }
 
-    /// Mean force (N) over `[from_s, to_s]`, world. Exact, so that the impulse does not depend on the physics step.
+    /// Mean force (N) from `from_s` to `to_s` (s), world frame. It is exact, so the physics step does not matter.
     pub fn mean_force(&self, from_s: f64, to_s: f64) -> Vector3<f64> {
         let delivered = self.impulse_n_s * (self.share(to_s) - self.share(from_s));
         self.direction() * (delivered / (to_s - from_s))
     }
 
-    /// Share of the impulse that is delivered by `time_s`: 0 to 1.
+    /// Share of the impulse that has acted by `time_s`, from 0 to 1.
     fn share(&self, time_s: f64) -> f64 {
         let phase = ((time_s - self.start_s) / self.duration_s).clamp(0.0, 1.0);
         match self.profile {

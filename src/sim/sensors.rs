@@ -1,31 +1,31 @@
-//! What the controller is told: encoders, an IMU on the trunk, a wrench under each sole; with noise and bias.
-//! (The delay acts on the way back, from command to torque: see [`Plant`](super::plant::Plant).)
+//! The sensors: encoders, an IMU on the trunk, and a wrench sensor under each sole, with noise and bias. The delay is
+//! not theirs; it acts between command and torque, in [`Plant`](super::plant::Plant).
 
 use crate::robot::{Foot, Imu, PerFoot, Sensed, SensorNoise, Wrench};
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Errors of the sensors in one episode: a stream of standard normal numbers and how to scale them.
+/// Sensor errors of one episode: a stream of standard normal numbers, and their scale.
 ///
-/// The plant takes the same count of numbers at the start (bias) and at every tick (noise), in a fixed order, so that
-/// the noise of a sensor at a tick depends on the stream alone, not on what the controller does.
+/// The plant takes the same number of values at the start (for the bias) and at every tick (for the noise), in a fixed
+/// order. So the noise of a sensor at a tick depends on the stream only, and not on the controller.
 pub struct SensorErrors {
-    /// Noise, in units of the robot's own [`SensorNoise`].
+    /// Scale of the noise, relative to the robot's own [`SensorNoise`].
     pub noise_scale: f64,
-    /// Standard deviation of a bias that is constant over the episode, in the same units.
+    /// Standard deviation of the bias, which is constant over the episode, relative to [`SensorNoise`].
     pub bias_scale: f64,
     /// Independent standard normal numbers.
     pub normal: Box<dyn FnMut() -> f64 + Send>,
 }
 
-/// The sensors of a robot: add bias and noise to true values.
+/// The sensors of a robot, which add bias and noise to the true values.
 pub struct Sensors {
     noise: SensorNoise,
     errors: Option<SensorErrors>,
-    /// Additive error, drawn once.
+    /// The bias, drawn once per episode.
     bias: Errors,
 }
 
-/// One additive error for each number in [`Sensed`].
+/// One additive error for each number of a [`Sensed`].
 #[derive(Clone)]
 struct Errors {
     q: Vec<f64>,
@@ -36,7 +36,7 @@ struct Errors {
 }
 
 impl Sensors {
-    /// Sensors of a robot with `joints` joints; `None` makes them ideal.
+    /// Sensors of a robot with `joints` joints. Without `errors` they are ideal.
     pub fn new(joints: usize, noise: SensorNoise, mut errors: Option<SensorErrors>) -> Self {
         let mut bias = Errors {
             q: vec![0.0; joints],
@@ -51,7 +51,7 @@ impl Sensors {
         Self { noise, errors, bias }
     }
 
-    /// Turns true values into what is read at this tick.
+    /// Turns true values into the readings of this tick.
     pub fn corrupt(&mut self, truth: &mut Sensed) {
         let Some(errors) = &mut self.errors else { return };
         self.bias.add_to(truth);

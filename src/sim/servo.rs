@@ -1,37 +1,37 @@
-//! Joint servos: `tau = kp (q_ref - q) + kd (dq_ref - dq) + tau_ff` within torque and speed limits.
+//! Joint servos: `tau = kp (q_ref - q) + kd (dq_ref - dq) + tau_ff` within limits of torque and speed.
 //!
-//! Rapier has no call for a generalised force. Its implicit joint spring serves as one: with a stiffness too small to
-//! matter, a rest position `q + tau / stiffness` pulls with `tau`. The damping term goes into the joint's own damping,
-//! which Rapier integrates implicitly; that makes the servo as stable as an implicit position actuator at steps of
-//! 1 to 2 ms. At the limit the clamped torque replaces the spring and the damping.
+//! Rapier cannot apply a generalised force, so its implicit joint spring has to: with a stiffness too small to matter
+//! and a rest position `q + tau / stiffness`, the spring exerts `tau`. The damping term becomes the joint's own
+//! damping, which Rapier integrates implicitly. This makes the servo as stable as an implicit position actuator at
+//! steps of 1 to 2 ms. At the torque limit, the clamped torque replaces spring and damping.
 
 use crate::robot::Servo;
 use rapier3d::prelude::{JointAxesMask, MultibodyLink};
 
-/// Stiffness of the spring that stands in for a torque (N m/rad).
+/// Stiffness of the spring that exerts the torque (N m/rad).
 const STIFFNESS: f32 = 1e-3;
-/// Index of the one free axis of a revolute joint in Rapier's spatial coordinates.
+/// Index of the free axis of a revolute joint in Rapier's spatial coordinates.
 const AXIS: usize = 3;
-/// Rapier's limit constraint costs a solver row even when it does not act: switch it on only this near to a limit (rad).
+/// Distance from a limit at which Rapier's constraint is switched on (rad). It costs a solver row even when idle.
 const LIMIT_RANGE_RAD: f64 = 0.1;
 
-/// What a servo does over one physics step: `tau = constant - damping * dq`, with dq at the end of the step.
+/// Torque of a servo over one physics step: `tau = constant - damping * dq`, with dq at the end of the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drive {
-    /// (N m)
+    /// Constant part of the torque (N m).
     pub constant: f64,
-    /// (N m s/rad)
+    /// Damping (N m s/rad).
     pub damping: f64,
 }
 
-/// The servo law at joint angle `q` (rad) and speed `dq` (rad/s), for one physics step.
+/// The servo law at joint angle `q` (rad) and joint speed `dq` (rad/s), for one physics step.
 ///
-/// The limit is judged by the speed at the start of the step; a joint that brakes hard within a step can pass it by
-/// `kd` times the change of its speed.
+/// The torque limit is checked with the speed at the start of the step. If a joint brakes hard within a step, its
+/// torque can exceed the limit by `kd` times the change of speed.
 pub fn drive(servo: &Servo, q: f64, dq: f64, q_ref: f64, dq_ref: f64, tau_ff: f64) -> Drive {
     let constant = servo.kp * (q_ref - q) + servo.kd * dq_ref + tau_ff;
     let wanted = constant - servo.kd * dq;
-    // A motor brakes with its full torque; only driving torque fades with speed.
+    // A motor can brake with its full torque; only the driving torque decreases with speed.
     let forward = if dq > 0.0 { servo.available_torque(dq) } else { servo.torque_n_m };
     let backward = if dq < 0.0 { servo.available_torque(dq) } else { servo.torque_n_m };
     if wanted > forward || wanted < -backward {
@@ -46,13 +46,13 @@ pub fn angle(link: &MultibodyLink) -> f64 {
     f64::from(link.joint.coords()[AXIS])
 }
 
-/// Installs a drive's constant part in Rapier's joint for the next step.
+/// Sets the constant part of a drive as the spring of Rapier's joint, for the next step.
 pub fn install(link: &mut MultibodyLink, drive: Drive) {
     let rest = link.joint.coords()[AXIS] + drive.constant as f32 / STIFFNESS;
     link.joint.set_spring(AXIS, STIFFNESS, rest);
 }
 
-/// Switches the joint's hard stop on or off.
+/// Switches the joint's hard stop on near a limit, and off elsewhere.
 pub fn guard_limits(link: &mut MultibodyLink, lower_rad: f64, upper_rad: f64) {
     let q = angle(link);
     let near = q < lower_rad + LIMIT_RANGE_RAD || q > upper_rad - LIMIT_RANGE_RAD;

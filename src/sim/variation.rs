@@ -1,42 +1,41 @@
-//! How the simulated robot and its ground differ from those that the controller was designed for. The controller is
-//! told nothing of it: only the plant is built from what [`Variation::robot`] and [`Ground::new`](super::Ground::new)
-//! make of it.
+//! Differences of the simulated robot and ground from those for which the controller is designed. The controller is not
+//! told of them: only the plant uses [`Variation::robot`] and [`Ground::new`](super::Ground::new).
 
 use crate::robot::Robot;
 use serde::{Deserialize, Serialize};
 
-/// One of a thing for each quantity that may vary; as it is, the quantities themselves: None is as designed for.
+/// One `T` for each quantity that may vary. By default it is the value of the quantity, and None means as designed.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, bound(deserialize = "T: Deserialize<'de> + Default"))]
 pub struct Variation<T = Option<f64>> {
-    /// Factor of the masses and inertias of all links (rotors not included).
+    /// Factor on mass and inertia of every link, without the rotors.
     pub mass_scale: T,
-    /// By how much the COM of the trunk lies off in its link's frame (m): forward,
+    /// Shift of the trunk's COM in its link's frame (m), forward.
     pub trunk_com_x_m: T,
-    /// and to the left.
+    /// Shift of the trunk's COM in its link's frame (m), to the left.
     pub trunk_com_y_m: T,
-    /// Coulomb friction between soles and ground, in place of the robot's.
+    /// Friction coefficient between soles and ground, in place of the robot's.
     pub friction: T,
-    /// Angle by which the ground rises, once it has tilted (degrees),
+    /// Angle of the slope, after it has tilted (degrees).
     pub slope_deg: T,
-    /// towards this heading: 0 rises forward, 90 to the left.
+    /// Heading in which the ground rises (degrees): 0 is forward, 90 to the left.
     pub slope_heading_deg: T,
-    /// How much higher the ground is around the patch on which the robot starts (m): see [`Ground`](super::Ground).
+    /// Height of the ground around the patch under the feet above the patch (m); see [`Ground`](super::Ground).
     pub ground_step_m: T,
-    /// Factors of the servos' stiffness,
+    /// Factor on the servos' stiffness.
     pub kp_scale: T,
-    /// damping,
+    /// Factor on the servos' damping.
     pub kd_scale: T,
-    /// torque limit,
+    /// Factor on the servos' torque limit.
     pub torque_scale: T,
-    /// and of both speeds of the torque-speed curve.
+    /// Factor on both speeds of the servos' torque-speed curve.
     pub speed_scale: T,
-    /// From sensing to torque (s), in place of the robot's; the plant takes it to the nearest physics step.
+    /// Delay from sensing to torque (s), in place of the robot's. The plant rounds it to whole physics steps.
     pub delay_s: T,
 }
 
 impl<T> Variation<T> {
-    /// Does the same to each, given the name of its field.
+    /// Applies `f` to the name and the value of each field.
     pub fn map<U>(self, mut f: impl FnMut(&'static str, T) -> U) -> Variation<U> {
         Variation {
             mass_scale: f("mass_scale", self.mass_scale),
@@ -54,13 +53,13 @@ impl<T> Variation<T> {
         }
     }
 
-    /// Each with its counterpart.
+    /// Pairs each field with the same field of `other`.
     pub fn zip<U>(self, other: Variation<U>) -> Variation<(T, U)> {
         let mut others = other.list().into_iter();
         self.map(|_, value| (value, others.next().expect("as many").1))
     }
 
-    /// Names of the fields and values, in order.
+    /// Names and values of the fields, in order.
     pub fn list(self) -> Vec<(&'static str, T)> {
         let mut list = Vec::new();
         self.map(|name, value| list.push((name, value)));
@@ -69,7 +68,7 @@ impl<T> Variation<T> {
 }
 
 impl Variation {
-    /// The robot that is simulated in place of `nominal`.
+    /// The robot to be simulated in place of `nominal`.
     pub fn robot(&self, nominal: &Robot) -> Robot {
         let scale = |factor: Option<f64>| factor.unwrap_or(1.0);
         let mut robot = nominal.clone();
@@ -92,7 +91,7 @@ impl Variation {
         robot
     }
 
-    /// What is not as designed for, by name.
+    /// Names and values of the quantities that differ from the design.
     pub fn varied(self) -> Vec<(&'static str, f64)> {
         self.list().into_iter().filter_map(|(name, value)| Some((name, value?))).collect()
     }

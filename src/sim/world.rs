@@ -1,4 +1,4 @@
-//! Builds the Rapier world of a robot: one multibody on its ground.
+//! Builds the Rapier world: the robot as one multibody, on its ground.
 
 use super::Ground;
 use super::convert::{pose_to_rapier, rotation_to_rapier, vec_to_rapier};
@@ -8,46 +8,47 @@ use rapier3d::dynamics::MultibodyIndex;
 use rapier3d::parry::mass_properties::MassProperties;
 use rapier3d::prelude::*;
 
-/// Collision groups: everything of the robot meets the ground; of the robot's own links only the two soles meet; all others pass through each other.
+/// Collision groups. All parts of the robot collide with the ground. Of the links only the two soles collide with each
+/// other; all other links pass through each other.
 const GROUND: Group = Group::GROUP_1;
 const BODY: Group = Group::GROUP_2;
 const LEFT_SOLE: Group = Group::GROUP_3;
 const RIGHT_SOLE: Group = Group::GROUP_4;
 
-/// Handles into a world that holds one robot.
+/// Handles into a Rapier world with one robot.
 pub struct Handles {
     pub multibody: MultibodyIndex,
-    /// One rigid body per link of the robot.
+    /// One rigid body for each link of the robot.
     pub bodies: Vec<RigidBodyHandle>,
-    /// Carries the ground: its frame is that of the ground's plane.
+    /// The body that carries the ground. Its frame is that of the ground's plane.
     pub floor: RigidBodyHandle,
-    /// What the ground is made of, with poses in that frame.
+    /// The colliders of the ground, with their poses in that frame.
     pub ground: Vec<(ColliderHandle, Isometry3<f64>)>,
     pub soles: PerFoot<ColliderHandle>,
-    /// From the root's URDF frame to the frame of its Rapier body, which is at its centre of mass: with an offset
-    /// there, a floating multibody drifts.
+    /// Transform from the root's URDF frame to the frame of its Rapier body. The latter is at the root's centre of
+    /// mass, because a floating multibody with an offset there drifts.
     pub root_com: Isometry3<f64>,
 }
 
-/// Solver settings that give contact forces fit to measure a ZMP with.
+/// Solver settings for contact forces that are accurate enough to measure a ZMP.
 fn integration_parameters(step_s: f64) -> IntegrationParameters {
     IntegrationParameters {
         dt: step_s as Real,
-        // One substep: contact impulses are then those of the whole step.
+        // With one substep the contact impulses are those of the whole step.
         num_solver_iterations: 1,
         num_internal_pgs_iterations: 4,
         num_internal_stabilization_iterations: 1,
         max_ccd_substeps: 0,
         normalized_prediction_distance: 0.002,
         friction_in_bias_pass: false,
-        // Contact points must be those of this step, not of a pose 5 cm ago.
+        // The contact points must be those of this step, and not of a pose up to 5 cm away.
         contact_recycling: false,
         contact_clustering: false,
         ..IntegrationParameters::default()
     }
 }
 
-/// A world with gravity along -z, `ground` (level as yet) and `robot` in `posture`.
+/// A world with gravity along -z, with `ground` (still level) and with `robot` in `posture`.
 pub fn build(robot: &Robot, ground: &Ground, posture: &Posture, step_s: f64) -> (PhysicsWorld, Handles) {
     let mut world = PhysicsWorld {
         gravity: Vector::new(0.0, 0.0, -crate::robot::GRAVITY as Real),
@@ -97,7 +98,7 @@ pub fn build(robot: &Robot, ground: &Ground, posture: &Posture, step_s: f64) -> 
             RigidBodyBuilder::dynamic()
                 .pose(pose_to_rapier(&pose))
                 .additional_mass_properties(mass)
-                // A sleeping robot ignores its servos.
+                // A sleeping robot would ignore its servos.
                 .can_sleep(false),
         );
         for solid in &link.collisions {
@@ -127,7 +128,7 @@ fn collider(solid: &Solid, offset: &Isometry3<f64>, foot: Option<Foot>, friction
     let (builder, pose) = match solid.shape {
         Shape::Box { half } => (ColliderBuilder::cuboid(half.x as Real, half.y as Real, half.z as Real), pose),
         Shape::Sphere { radius } => (ColliderBuilder::ball(radius as Real), pose),
-        // URDF cylinders stand along z, Rapier's along y.
+        // A cylinder's axis is z in URDF, and y in Rapier.
         Shape::Cylinder { radius, length } => (
             ColliderBuilder::cylinder((0.5 * length) as Real, radius as Real),
             pose * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2),
@@ -146,7 +147,7 @@ fn collider(solid: &Solid, offset: &Isometry3<f64>, foot: Option<Foot>, friction
         .collision_groups(InteractionGroups::new(group, meets, InteractionTestMode::And))
 }
 
-/// A revolute joint: Rapier's free axis is x, so both frames carry the rotation that takes x to the joint's axis.
+/// A revolute joint. Rapier's free axis is x, so both frames contain the rotation from x to the joint's axis.
 fn revolute(joint: &Joint, parent_offset: &Isometry3<f64>) -> GenericJoint {
     let to_axis = UnitQuaternion::rotation_between(&Vector3::x(), &joint.axis)
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::PI));
@@ -157,15 +158,15 @@ fn revolute(joint: &Joint, parent_offset: &Isometry3<f64>) -> GenericJoint {
         .local_frame2(pose_to_rapier(&frame2))
         .limits(JointAxis::AngX, [joint.lower_rad as Real, joint.upper_rad as Real])
         .build();
-    // Limits cost a solver row even when they do not act; the servos switch them on near a limit.
+    // Limits cost a solver row even while they do not act, so the servos switch them on near a limit.
     data.limit_axes = JointAxesMask::empty();
     data
 }
 
-/// Sets joint angles, rotor inertias and (no) damping.
+/// Sets joint angles and rotor inertias, and removes Rapier's damping.
 fn place(world: &mut PhysicsWorld, index: MultibodyIndex, robot: &Robot, posture: &Posture) {
     let multibody = world.multibody_joints.get_multibody_mut(index).expect("just inserted");
-    // Rapier's default damping would also brake the floating base.
+    // Rapier's default damping would also act on the floating base.
     multibody.damping_mut().fill(0.0);
     let mut displacement = vec![0.0; multibody.ndofs()];
     for (i, &q) in posture.q.iter().enumerate() {

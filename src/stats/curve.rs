@@ -1,41 +1,43 @@
-//! Success against impulse: a logistic curve through trials, and the impulses that are survived in 50 % and in 90 %.
+//! Success against impulse: a logistic curve through trials, and the impulses with 50 % and with 90 % recovery.
 //!
-//! `P(recovered at x) = 1 / (1 + exp((x - x50) / s))`, fitted by maximum likelihood (Newton's method). Every interval is of
-//! the profile likelihood: it holds each value that, with the best slope for it, is less likely than the best curve by
-//! no more than `exp(-3.841 / 2)` (chi-squared with 1 degree of freedom at 95 %; Venzon and Moolgavkar 1988, "A method for
-//! computing profile-likelihood-based confidence intervals"). A curve through a given point (t, p) is
-//! `logit P = logit p - b (x - t)` with b >= 0 the one unknown; so the same search serves the impulse at a given success and
-//! the band of success at a given impulse: x is in the interval of x50 just where the band at x holds 50 %.
+//! The curve `P(recovered at x) = 1 / (1 + exp((x - x50) / s))`, with the impulse x, is fitted by maximum likelihood
+//! (Newton's method). Every interval is from the profile likelihood: it contains each value for which the likelihood,
+//! with the best slope for that value, is smaller than that of the best curve by at most the factor `exp(-3.841 / 2)`
+//! (chi-squared with 1 degree of freedom at 95 %; Venzon and Moolgavkar 1988, "A method for computing
+//! profile-likelihood-based confidence intervals"). A curve through a given point (t, p) is
+//! `logit P = logit p - b (x - t)`, with b >= 0 as the only unknown. So the same search gives the impulse at a given
+//! success and the band of success at a given impulse: x is in the interval of x50 exactly if the band at x contains 50
+//! %.
+//! If every push with recovery is weaker than every one without, the likeliest curve is a step (s = 0) anywhere between
+//! the two neighbours. It is put midway, for 50 % and 90 % alike, and the profile likelihood bounds it in the same way.
+//! Firth's penalty, the usual remedy, would give the step a width that comes from the penalty and not from the trials;
+//! its interval of x90 then contained the truth in only 80 % of simulated cases (40 trials over 6 N s, s = 0.02 N s).
 //!
-//! Where each push that was survived is weaker than each that was not, the likeliest curve is a step (s = 0) anywhere
-//! between the two neighbours; it is put midway, for 50 % and 90 % alike, and the profile likelihood bounds it all the same.
-//! Firth's penalty, the usual remedy, would give the step a width that comes from the penalty, not from the trials: its
-//! interval of x90 then held in 80 % of simulated cases (40 trials over 6 N s, s = 0.02 N s).
+//! With fewer than 10 trials between the weakest push without recovery and the hardest with recovery, 3.841 is not
+//! enough: intervals contained the truth in 85 % of some cases. There the slope is as uncertain as the position, so
+//! chi-squared with 2 degrees of freedom (5.991) is used. Of 1000 simulated intervals over 6 N s, 94 to 97 % then
+//! contained the truth (40 trials with s of 0.2 and 0.5 N s, 100 with 0.5, 400 with 0.05 and 0.5, 1000 with 1); with 40
+//! trials and s = 0.02, more than 99 %.
 //!
-//! With fewer than 10 trials between the weakest push that was not survived and the hardest that was, 3.841 is not enough:
-//! intervals held in 85 % of some cases. There the slope is as unsure as the place, and chi-squared is taken with 2 degrees
-//! of freedom (5.991). Of 1000 simulated intervals over 6 N s, 94 to 97 % then held (40 trials with s of 0.2 and 0.5 N s, 100
-//! with 0.5, 400 with 0.05 and 0.5, 1000 with 1); with 40 trials and s = 0.02, more than 99 %.
-//!
-//! x has any one unit: N s, or the impulse as a share of `m omega d`.
+//! x is in any one unit, such as N s or the impulse as a share of `m omega d`.
 
 use serde::Serialize;
 
-/// Exceeded with 5 % by chi-squared with 1 degree of freedom, and with 2.
+/// Values that chi-squared with 1 and with 2 degrees of freedom exceeds with 5 % probability.
 const CHI2_95: [f64; 2] = [3.841_458_820_694_124, 5.991_464_547_107_979];
-/// Fewer trials than this between the weakest push that was not survived and the hardest that was are few.
+/// Number of trials between the weakest push without recovery and the hardest with, below which they count as few.
 const FEW: f64 = 10.0;
-/// Searches end where the likelihood changes by less.
+/// Searches end when the likelihood changes by less.
 const NEGLIGIBLE: f64 = 1e-11;
-/// Logit beyond which a chance is 0 or 1.
+/// Logit beyond which a probability counts as 0 or 1.
 const CERTAIN: f64 = 36.0;
-/// Beside the centre of a step, as a share of half the range of impulses.
+/// Distance from the centre of a step at which searches start, as a share of half the range of impulses.
 const HAIR: f64 = 1e-9;
-/// To which ends of intervals are found, in half ranges or logits, and in how many trials at most.
+/// Accuracy of the ends of intervals, in half ranges or logits, and largest number of iterations.
 const PRECISE: f64 = 1e-9;
 const MAX_TRIALS: u32 = 100;
 
-/// Why there is no curve, or no impulse on it.
+/// Why there is no curve, or no impulse for a given success.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 pub enum NoCurve {
@@ -49,19 +51,19 @@ pub enum NoCurve {
     NoneRecovered,
     #[error("success does not fall with impulse")]
     NotFalling,
-    /// The success asked for is not reached at the weakest push.
+    /// The success is lower than required even at the weakest push.
     #[error("under the weakest")]
     BelowRange,
-    /// The success asked for is exceeded at the hardest push.
+    /// The success is higher than required even at the hardest push.
     #[error("over the hardest")]
     AboveRange,
 }
 
-/// An impulse at which success is a given share.
+/// The impulse with a given success.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Level {
     pub at: f64,
-    /// None where the trials set no bound within the range of their impulses.
+    /// None where the trials give no bound within the range of their impulses.
     pub ci95: [Option<f64>; 2],
 }
 
@@ -70,15 +72,15 @@ pub struct Level {
 pub struct SuccessCurve {
     pub trials: u64,
     pub recovered: u64,
-    /// Weakest and hardest push.
+    /// Impulses of the weakest and the hardest push.
     pub range: [f64; 2],
-    /// Success is 50 % here, be it outside of `range`: a parameter of the curve, not a finding.
+    /// Parameter of the curve: the impulse with 50 % success. It may lie outside of `range`.
     pub x50: f64,
-    /// From 50 % to 27 % (or 73 %); 0 for a step.
+    /// Parameter of the curve: the distance from 50 % to 27 % (or 73 %) success; 0 for a step.
     pub s: f64,
-    /// Where half of the pushes are survived; None outside of `range`.
+    /// Impulse with 50 % success; None outside of `range`.
     pub impulse50: Option<Level>,
-    /// Where nine of ten are; None outside of `range`.
+    /// Impulse with 90 % success; None outside of `range`.
     pub impulse90: Option<Level>,
     /// Why `impulse50` is None.
     pub no_impulse50: Option<NoCurve>,
@@ -87,21 +89,21 @@ pub struct SuccessCurve {
 }
 
 impl SuccessCurve {
-    /// Chance to recover at the impulse `x`.
+    /// Probability to recover at the impulse `x`.
     pub fn chance(&self, x: f64) -> f64 {
         if x == self.x50 { 0.5 } else { 1.0 / (1.0 + ((x - self.x50) / self.s).exp()) }
     }
 }
 
-/// Trials, counted by impulse, and the likeliest curve through them.
+/// Trials, counted by impulse, with the likeliest curve through them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pushes {
-    /// Middle and half width of the range; places are -1 to 1 within.
+    /// Middle and half width of the range. Places are impulses relative to these, from -1 to 1.
     middle: f64,
     half: f64,
-    /// Weakest and hardest push.
+    /// Impulses of the weakest and the hardest push.
     range: [f64; 2],
-    /// Place, and how many pushes there were and were not survived; in ascending order of place.
+    /// Place, number of pushes with recovery and number without, in ascending order of place.
     places: Vec<(f64, f64, f64)>,
     best: Result<Best, NoCurve>,
 }
@@ -112,17 +114,17 @@ struct Best {
     centre: f64,
     /// Infinite for a step.
     slope: f64,
-    /// Logit at the centre: 0 but for a step at which pushes of one impulse ended either way.
+    /// Logit at the centre. It is 0, except for a step at which pushes of one impulse ended in both ways.
     at_centre: f64,
     ln_likelihood: f64,
-    /// What twice the logarithm of a ratio of likelihoods exceeds with 5 %.
+    /// Value that twice the logarithm of a likelihood ratio exceeds with 5 % probability.
     chi2_95: f64,
-    /// Of intercept and slope: their variances and covariance, to guess where an interval ends; 0 for a step.
+    /// Variances of intercept and slope, and covariance, from which the ends of intervals are guessed; 0 for a step.
     covariance: [f64; 3],
 }
 
 impl Pushes {
-    /// Trials as impulse (finite, of any one unit) and whether it was survived.
+    /// From the impulse of each trial (finite, all in one unit) and whether it was recovered from.
     pub fn new(trials: &[(f64, bool)]) -> Self {
         let mut sorted = trials.to_vec();
         sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -136,7 +138,7 @@ impl Pushes {
         Self { middle, half, range: [least, most], best: likeliest(&places), places }
     }
 
-    /// The likeliest curve, and where it falls to 90 % and to 50 %.
+    /// The likeliest curve, with the impulses at which it falls to 90 % and to 50 %.
     pub fn curve(&self) -> Result<SuccessCurve, NoCurve> {
         let best = self.best?;
         let [recovered, fell] = counts(&self.places);
@@ -154,8 +156,8 @@ impl Pushes {
         })
     }
 
-    /// Interval at 95 % of the chance to recover at the impulse `x`, for this x alone; 0 to 1 if there is no curve.
-    /// Beyond the range of impulses it is an extrapolation. Takes some tens of passes over the trials.
+    /// 95 % interval of the probability to recover at the impulse `x`, for this x alone; 0 to 1 if there is no curve.
+    /// Beyond the range of impulses it is an extrapolation. It takes some tens of passes over the trials.
     pub fn band(&self, x: f64) -> [f64; 2] {
         let Ok(best) = self.best else { return [0.0, 1.0] };
         let place = (x - self.middle) / self.half;
@@ -171,7 +173,7 @@ impl Pushes {
         self.middle + self.half * place
     }
 
-    /// Where the curve is at `logit`, with its interval.
+    /// The impulse at which the curve has this logit, with its interval.
     fn level(&self, best: &Best, logit: f64) -> Result<Level, NoCurve> {
         let place = best.place(logit);
         if place < -1.0 {
@@ -182,13 +184,13 @@ impl Pushes {
         let unlikely = |place: f64| self.unlikeliness(best, place, logit);
         let deviation = best.deviation(place) / best.slope;
         let end = |range| crossing(unlikely, place, range, deviation).map(|place| self.impulse(place));
-        // A step is put at its centre; its search starts a hair beside.
+        // A step is put at its centre, but its search starts beside it.
         let at = if best.slope.is_finite() { place } else { best.centre };
         Ok(Level { at: self.impulse(at), ci95: [-1.0, 1.0].map(end) })
     }
 
-    /// How much less likely than the best curve is the likeliest falling one through (place, logit): positive outside of
-    /// the interval at 95 %. The signed root of twice the logarithm of the ratio, about linear in the place.
+    /// How much less likely the likeliest falling curve through (place, logit) is than the best curve. It is positive
+    /// outside of the 95 % interval. It is a root of twice the logarithm of the ratio, about linear in the place.
     fn unlikeliness(&self, best: &Best, place: f64, logit: f64) -> f64 {
         let start = if best.slope.is_finite() { best.slope } else { 0.0 };
         let less = best.ln_likelihood - likeliest_through(&self.places, place, logit, start);
@@ -205,7 +207,7 @@ impl Best {
         }
     }
 
-    /// A step takes all its values beside the centre, on the one side or the other.
+    /// A step takes all other values just beside its centre, on one side or the other.
     fn place(&self, logit: f64) -> f64 {
         let beside = if logit > self.at_centre { HAIR } else { -HAIR };
         self.centre - if self.slope.is_finite() { logit / self.slope } else { beside }
@@ -245,13 +247,13 @@ fn likeliest(places: &[(f64, f64, f64)]) -> Result<Best, NoCurve> {
         let centre = 0.5 * (hardest.0 + weakest.0);
         return Ok(Best { centre, slope: f64::INFINITY, at_centre, ln_likelihood, chi2_95, covariance: [0.0; 3] });
     }
-    // Outcomes overlap: the likelihood has one maximum (Albert and Anderson 1984), at infinity only if success rises in a
-    // step. Newton's steps, halved as long as they lead down, go towards it.
+    // Outcomes overlap, so the likelihood has one maximum (Albert and Anderson 1984), which is at infinity only if
+    // success rises in a step. Newton's steps lead towards it; they are halved as long as they lead down.
     let likelihood = |a: f64, b: f64| ln_likelihood(places, |place| a - b * place);
     let (mut a, mut b) = ((recovered / fell).ln(), 0.0);
     let mut value = likelihood(a, b);
     let covariance = loop {
-        // Gradient, and negative Hessian, by intercept and slope.
+        // Gradient and negative Hessian, with respect to intercept and slope.
         let (mut ga, mut gb, mut haa, mut hab, mut hbb) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for &(x, recovered, fell) in places {
             let p = chance(a - b * x);
@@ -272,7 +274,7 @@ fn likeliest(places: &[(f64, f64, f64)]) -> Result<Best, NoCurve> {
             }
             share *= 0.5;
         };
-        // No higher, or not a number where the trials hardly tell one slope from another.
+        // The value is no higher, or it is NaN because the trials hardly distinguish one slope from another.
         if next <= value || next.is_nan() {
             break [hbb / determinant, haa / determinant, -hab / determinant];
         }
@@ -284,8 +286,8 @@ fn likeliest(places: &[(f64, f64, f64)]) -> Result<Best, NoCurve> {
     Ok(Best { centre: a / b, slope: b, at_centre: 0.0, ln_likelihood: value, chi2_95, covariance })
 }
 
-/// Logarithm of the likelihood of the likeliest curve among those through (place, logit) that do not rise, sought from
-/// the slope `start`: concave in the slope.
+/// Log-likelihood of the likeliest curve among those through (place, logit) that do not rise. It is concave in the
+/// slope, and the search starts from the slope `start`.
 fn likeliest_through(places: &[(f64, f64, f64)], place: f64, logit: f64, start: f64) -> f64 {
     let (mut slope, mut low, mut high) = (start, -1.0, f64::INFINITY);
     loop {
@@ -293,7 +295,7 @@ fn likeliest_through(places: &[(f64, f64, f64)], place: f64, logit: f64, start: 
         for &(x, recovered, fell) in places {
             let (z, n) = (x - place, recovered + fell);
             let eta = logit - slope * z;
-            // One exponential for chance and logarithms: this is where the time goes.
+            // One exponential serves for probability and logarithms, since most of the time is spent here.
             let small = (-eta.abs()).exp();
             let (more, less) = (1.0 / (1.0 + small), small / (1.0 + small));
             let p = if eta > 0.0 { more } else { less };
@@ -303,14 +305,14 @@ fn likeliest_through(places: &[(f64, f64, f64)], place: f64, logit: f64, start: 
         }
         *if gradient > 0.0 { &mut low } else { &mut high } = slope;
         let step = gradient / curvature;
-        // Where the trials leave the slope unbounded the likelihood levels out.
+        // Where the trials do not bound the slope, the likelihood levels off.
         if (slope == 0.0 && gradient <= 0.0)
             || curvature == 0.0 && gradient.abs() < NEGLIGIBLE
             || gradient * step < NEGLIGIBLE
         {
             return value;
         }
-        // Newton's step; not far beyond where anything is known, and by halves where it leaves what is bracketed.
+        // Newton's step, limited to not far beyond the last slope. Where it leaves the bracket, bisection.
         let newton = (slope + step).max(0.0).min(2.0 * slope + 8.0);
         slope = if newton > low && newton < high { newton } else { 0.5 * (low.max(0.0) + high) };
         if slope == low || slope == high {
@@ -330,11 +332,11 @@ fn ln_likelihood(places: &[(f64, f64, f64)], logit: impl Fn(f64) -> f64) -> f64 
     -places.iter().map(term).sum::<f64>()
 }
 
-/// Where `f` rises through 0 between `inside` (at most 0) and `outside`, about two `deviation`s away; None if it does not.
+/// Where `f` rises through 0 between `inside` (at most 0) and `outside`, about two `deviation`s away, if at all.
 fn crossing(f: impl Fn(f64) -> f64, inside: f64, outside: f64, deviation: f64) -> Option<f64> {
     let mut low = (inside, f(inside));
     let mut reach = 1.96 * deviation * (outside - inside).signum();
-    // Outwards from a guess: far outside, the search for the likeliest slope is long.
+    // Outwards from a guess, because far outside the search for the likeliest slope takes long.
     let mut high = loop {
         let guess = inside + reach;
         let x = if (guess - inside) * (guess - outside) < 0.0 { guess } else { outside };
@@ -350,7 +352,7 @@ fn crossing(f: impl Fn(f64) -> f64, inside: f64, outside: f64, deviation: f64) -
     let mut x = high.0;
     for trial in 0..MAX_TRIALS {
         x = low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);
-        // Likelihoods may jump: every third time, halve.
+        // Likelihoods may jump, so every third iteration bisects.
         if trial % 3 == 2 || (x - low.0) * (x - high.0) >= 0.0 {
             x = 0.5 * (low.0 + high.0);
         }

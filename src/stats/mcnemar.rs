@@ -17,23 +17,23 @@ use crate::stats::sequential;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// Halvings of an interval of length 2 at most: its end is known to 1e-17.
+/// Bisections of an interval of length 2, which give its end to 1e-17.
 const HALVINGS: usize = 58;
 
-/// How many trials ended how, of two sets a and b on the same pushes.
+/// Numbers of trials by their outcome with two sets a and b.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct PairedCounts {
     /// Both recovered.
     pub both: u64,
-    /// a recovered, b did not.
+    /// a recovered and b did not.
     pub only_a: u64,
-    /// b recovered, a did not.
+    /// b recovered and a did not.
     pub only_b: u64,
     pub neither: u64,
 }
 
 impl PairedCounts {
-    /// Counts trials by whether a recovered, and whether b did.
+    /// Counts trials by whether a and b recovered.
     pub fn of(trials: impl Iterator<Item = (bool, bool)>) -> Self {
         let mut counts = Self::default();
         for recovered in trials {
@@ -47,8 +47,8 @@ impl PairedCounts {
         counts
     }
 
-    /// Interval of the difference: for a fixed count of trials ([`difference_interval`](Self::difference_interval)), or
-    /// one that holds at every look ([`sequential`]).
+    /// Interval of the difference: for a fixed number of trials ([`difference_interval`](Self::difference_interval)),
+    /// or one that holds at every look ([`sequential`]).
     pub fn interval(&self, level: f64, at_every_look: bool) -> [f64; 2] {
         match at_every_look {
             true => sequential::difference_interval(self.only_a, self.only_b, self.trials(), level),
@@ -60,19 +60,19 @@ impl PairedCounts {
         self.both + self.only_a + self.only_b + self.neither
     }
 
-    /// Rate of a less rate of b (a share, -1 to 1); 0 without trials.
+    /// Rate of a less rate of b (a share, from -1 to 1); 0 without trials.
     pub fn difference(&self) -> f64 {
         (self.only_a as f64 - self.only_b as f64) / self.trials().max(1) as f64
     }
 
-    /// Exact two-sided McNemar test: the chance that a fair coin, thrown once for each discordant trial, is as lopsided or
-    /// more. 1 where no trial is discordant.
+    /// Exact two-sided McNemar test: the probability that a fair coin, thrown once for each discordant trial, gives a
+    /// result at least as lopsided. It is 1 if no trial is discordant.
     pub fn mcnemar_p(&self) -> f64 {
         (2.0 * fair_coin_tail(self.only_a.min(self.only_b), self.only_a + self.only_b)).min(1.0)
     }
 
-    /// Tango's score interval of [`difference`](Self::difference) at a two-sided level (0 to 1, both not included); -1 to
-    /// 1 without trials. Each of its ends alone is a one-sided bound at the level `(1 + level) / 2`, about.
+    /// Tango's score interval of [`difference`](Self::difference) at a two-sided level (between 0 and 1); -1 to 1
+    /// without trials. Each of its ends alone is a one-sided bound at about the level `(1 + level) / 2`.
     pub fn difference_interval(&self, level: f64) -> [f64; 2] {
         if self.trials() == 0 {
             return [-1.0, 1.0];
@@ -87,7 +87,7 @@ impl PairedCounts {
     /// paired-sample design"): `(z_alpha sqrt(s) + z_power sqrt(s - d^2))^2 / d^2`, s the share of discordant trials, d the
     /// difference. None where no difference was seen.
     ///
-    /// A guess from a guess: an observed difference that is not resolved may well be twice the true one.
+    /// This is a rough guess: an observed difference that is not resolved may well be twice the true one.
     pub fn trials_to_resolve(&self, power: f64, alpha: f64) -> Option<u64> {
         let d = self.difference();
         if d == 0.0 {
@@ -101,11 +101,11 @@ impl PairedCounts {
         Some((root / d).powi(2).ceil() as u64)
     }
 
-    /// The least difference that the score test does not reject.
+    /// The smallest difference that the score test does not reject.
     fn least_difference(&self, z: f64) -> f64 {
         let n = self.trials() as f64;
         let observed = self.only_a as f64 - self.only_b as f64;
-        // Monotone: too low a difference is one from which the observed one lies more than z standard errors.
+        // This is monotone: `d` is too low if the observed difference exceeds it by more than z standard errors.
         let too_low = |d: f64| observed - n * d > z * (n * self.variance_at(d)).sqrt();
         let (mut low, mut high) = (-1.0, self.difference());
         for _ in 0..HALVINGS {
@@ -115,9 +115,9 @@ impl PairedCounts {
         high
     }
 
-    /// Variance of one trial's difference (-1, 0 or 1), at the likeliest rates of which the difference is `d`.
+    /// Variance of one trial's difference (-1, 0 or 1) at the likeliest rates whose difference is `d`.
     fn variance_at(&self, d: f64) -> f64 {
-        // Mirrored for d < 0: then nothing below cancels.
+        // Mirrored for d < 0, so that nothing below cancels.
         let (a, b) = if d < 0.0 { (self.only_b, self.only_a) } else { (self.only_a, self.only_b) };
         let (n, a, b, d) = (self.trials() as f64, a as f64, b as f64, d.abs());
         let (quadratic, linear, constant) = (2.0 * n, (2.0 * n - a + b) * d - a - b, b * d * (1.0 - d));
@@ -127,10 +127,10 @@ impl PairedCounts {
     }
 }
 
-/// Chance of at most `k` heads in `n` throws of a fair coin, for `k <= n / 2`.
+/// Probability of at most `k` heads in `n` throws of a fair coin, for `k <= n / 2`.
 ///
-/// Each term from the one before, outwards from the middle, against their own sum: no factorials, no cancellation. Terms
-/// vanish at 38 standard deviations, so that a million throws take some 20 thousand of them.
+/// Each term follows from the one before, outwards from the middle, relative to the sum of all. So there are no
+/// factorials and no cancellation. Terms vanish at 38 standard deviations: a million throws take some 20 thousand.
 fn fair_coin_tail(k: u64, n: u64) -> f64 {
     let middle = n / 2;
     let (mut term, mut below, mut tail) = (1.0, 0.0, 0.0);
@@ -138,7 +138,7 @@ fn fair_coin_tail(k: u64, n: u64) -> f64 {
         below += term;
         tail += if heads <= k { term } else { 0.0 };
         term *= heads as f64 / (n - heads + 1) as f64;
-        // Below, halves round up to the least number there is, and never end.
+        // Below this, repeated halving would round up to the smallest number and never end.
         if term < f64::MIN_POSITIVE {
             break;
         }
@@ -148,8 +148,8 @@ fn fair_coin_tail(k: u64, n: u64) -> f64 {
     tail / all
 }
 
-/// P values of several tests, adjusted so that the chance of any false alarm among them stays that of one (Holm 1979, "A
-/// simple sequentially rejective multiple test procedure"); in the order given.
+/// P-values of several tests, adjusted so that the probability of any false alarm among them is that of one test (Holm
+/// 1979, "A simple sequentially rejective multiple test procedure"), in the given order.
 pub fn holm(p: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..p.len()).collect();
     order.sort_by(|&i, &j| p[i].total_cmp(&p[j]));
@@ -198,7 +198,7 @@ mod tests {
             assert_eq!(counts.mcnemar_p(), swapped.mcnemar_p());
             for (level, expected) in [(0.95, at95), (0.9, at90)] {
                 let found = counts.difference_interval(level);
-                // 1e-10, or what is left of 16 digits after brentq for the million.
+                // 1e-10; for the million, what is left of 16 digits after brentq.
                 let wrong = (found[0] - expected[0]).abs().max((found[1] - expected[1]).abs());
                 assert!(wrong < 1e-10, "{counts:?}: {found:?} is not {expected:?}");
                 let mirrored = swapped.difference_interval(level);
@@ -212,11 +212,11 @@ mod tests {
         let none = PairedCounts::default();
         assert_eq!((none.difference(), none.mcnemar_p(), none.trials_to_resolve(0.8, 0.05)), (0.0, 1.0, None));
         assert_eq!(none.difference_interval(0.95), [-1.0, 1.0]);
-        // Without discordant trials the interval is z^2 / (n + z^2) to either side.
+        // Without discordant trials the interval extends by z^2 / (n + z^2) to both sides.
         let z2 = Normal::standard().inverse_cdf(0.975).powi(2);
         let [low, high] = table(300, 0, 0, 100).difference_interval(0.95);
         assert!((high - z2 / (400.0 + z2)).abs() < 1e-12 && low == -high);
-        // All of them discordant to one side: Wilson's.
+        // If all trials are discordant to one side, it is Wilson's interval.
         let [low, high] = table(0, 40, 0, 0).difference_interval(0.95);
         assert!((low - (40.0 - z2) / (40.0 + z2)).abs() < 1e-12 && high == 1.0);
     }
@@ -264,8 +264,8 @@ mod tests {
         is(&[], &[]);
     }
 
-    /// Chance that the interval at 95 % lies above, and below, the true difference: summed over all tables of `n` trials
-    /// but for those that are less likely than 1 in 10^8 together.
+    /// Probabilities that the 95 % interval lies above and below the true difference: a sum over all tables of `n`
+    /// trials, except those that together are less likely than 1 in 10^8.
     fn misses(n: u64, discordant: f64, difference: f64) -> [f64; 2] {
         let (rate_a, rate_b) = ((discordant + difference) / 2.0, (discordant - difference) / 2.0);
         let chance = |k: u64, n: u64, p: f64| Binomial::new(p, n).unwrap().pmf(k);
@@ -286,8 +286,8 @@ mod tests {
         [above, below]
     }
 
-    /// Trials, discordant share and difference, and how often the interval at 95 % lies above it, and below (%). Expected
-    /// values: the sum over all tables in numpy 2.4.6, by the score alone, without an interval.
+    /// Number of trials, discordant share, difference, and how often (%) the 95 % interval lies above and below it.
+    /// Expected values: the sum over all tables in numpy 2.4.6, by the score alone, without an interval.
     #[rustfmt::skip]
     const MISSES: [(u64, f64, f64, f64, f64); 20] = [
         (200, 0.01, 0.0, 0.70, 0.70),

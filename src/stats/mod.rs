@@ -1,6 +1,6 @@
-//! Tests and intervals that know no campaign: rates ([`rate`]), paired outcomes ([`mcnemar`]) and paired numbers
-//! ([`ranks`]), success against impulse ([`curve`]), intervals that hold at every look ([`sequential`]), and the impulse of
-//! 50 % found with few pushes ([`psychometric`]).
+//! Tests and intervals that do not depend on campaigns: rates ([`rate`]), paired outcomes ([`mcnemar`]) and paired
+//! numbers ([`ranks`]), success against impulse ([`curve`]), intervals that hold at every look ([`sequential`]), and
+//! the search for the impulse of 50 % recovery with few pushes ([`psychometric`]).
 
 pub mod curve;
 pub mod mcnemar;

@@ -1,80 +1,81 @@
-//! The impulse of 50 % recovery, found with few pushes: an adaptive Bayesian search (after Kontsevich and Tyler 1999,
-//! "Bayesian adaptive estimation of psychometric slope and threshold").
+//! The impulse with 50 % recovery, found with few pushes by an adaptive Bayesian search (after Kontsevich and Tyler
+//! 1999, "Bayesian adaptive estimation of psychometric slope and threshold").
 //!
-//! The chance to recover falls with the impulse J as `lapse + (1 - 2 lapse) Phi((threshold - J) / spread)`: a cumulative
-//! normal. The lapse allows for a fall far below the threshold, and for luck far above it. On a grid of thresholds and
-//! spreads every outcome multiplies the probability of each pair by its likelihood. The next impulse is the one from
-//! whose outcome most is expected to be learnt about the threshold: after which its expected entropy is least. (Theirs
-//! asks about the spread too; where it is large, that took 15 % more trials here, and intervals held less often.) It
-//! stops when the 95 % interval of the threshold is narrow enough.
+//! The probability to recover falls with the impulse J as `lapse + (1 - 2 lapse) Phi((threshold - J) / spread)`, with
+//! the cumulative normal distribution Phi. The lapse allows for falls far below the threshold and for luck far above
+//! it. On a grid of thresholds and spreads, every outcome multiplies the probability of each pair by its likelihood.
+//! The next impulse is the one that is expected to tell most about the threshold, that is, to leave the least entropy.
+//! (Kontsevich and Tyler also ask for the spread. Where it is large, this took 15 % more trials here, and the intervals
+//! contained the truth less often.) The search stops when the 95 % interval of the threshold is narrow enough.
 //!
-//! Simulated on 480 logistic curves, intervals of +-0.1 N s hold the threshold in 100 of 100 searches with 18 trials each
-//! where recovery goes from 88 to 12 % within 0.08 N s, in 97 with 34 trials within 0.3, in 92 with 95 trials within 0.8.
+//! In simulations with 480 logistic curves, intervals of +-0.1 N s contained the threshold in 100 of 100 searches of 18
+//! trials where recovery falls from 88 to 12 % within 0.08 N s, in 97 searches of 34 trials within 0.3 N s, and in 92
+//! searches of 95 trials within 0.8 N s.
 //!
-//! Where the same impulse always ends in the same outcome (no noise, nothing drawn), to try it again would teach nothing:
-//! no impulse is tried twice then. The search becomes a bisection that, because of the lapse, believes no single
-//! outcome: it looks again just below and just above; an island of falls below the threshold widens the interval.
+//! If the same impulse always has the same outcome (no noise and no variations), trying it again tells nothing, so no
+//! impulse is tried twice. The search is then a bisection that, because of the lapse, does not rely on any single
+//! outcome: it looks again just below and just above, and an island of falls below the threshold widens the interval.
 
 use serde::Serialize;
 use statrs::function::erf::erfc;
 use std::f64::consts::SQRT_2;
 
-/// Share of outcomes, on either side, that are not the impulse's doing.
+/// Share of outcomes, on either side, that do not depend on the impulse.
 const LAPSE: f64 = 0.02;
-/// Of the standard normal at 90 %.
+/// The 90 % quantile of the standard normal distribution.
 const Z90: f64 = 1.281_551_565_544_6;
-/// A threshold on the grid every so many half widths of the interval asked for.
+/// Number of thresholds on the grid per half width of the requested interval.
 const STEPS_IN_PRECISION: f64 = 2.0;
-/// Fewest and most thresholds on the grid.
+/// Smallest and largest number of thresholds on the grid.
 const THRESHOLDS: [f64; 2] = [160.0, 2000.0];
-/// Spreads: from half a step of the grid, each so much larger than the one before, up to this share of the range.
+/// Spreads start at half a step of the grid and grow by this ratio, up to this share of the range.
 const SPREAD_RATIO: f64 = 1.5;
 const SPREAD_SHARE: f64 = 0.15;
-/// Impulses among which the next one is chosen, about.
+/// Approximate number of impulses among which the next one is chosen.
 const CANDIDATES: usize = 60;
-/// The 95 % interval, and what of the threshold's distribution is worth a candidate.
+/// The 95 % interval, and the part of the threshold's distribution in which impulses are considered.
 const INTERVAL: [f64; 2] = [0.025, 0.975];
 const WORTH_A_TRIAL: [f64; 2] = [0.002, 0.998];
-/// Thresholds less likely than this teach nothing.
+/// Thresholds that are less likely than this are ignored.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// What is asked of a search.
+/// Settings of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rule {
-    /// Thresholds from 0 to here are equally likely at first (N s).
+    /// Thresholds from 0 to this are equally likely at first (N s).
     pub most_n_s: f64,
-    /// Stop when the 95 % interval of the threshold is narrower than twice this (N s),
+    /// The search stops when the 95 % interval of the threshold is narrower than twice this (N s).
     pub precision_n_s: f64,
-    /// or after so many trials.
+    /// Number of trials after which the search stops in any case.
     pub max_trials: u64,
-    /// Whether the same impulse may end differently in the next trial.
+    /// Whether the same impulse may have another outcome in the next trial.
     pub random: bool,
 }
 
-/// An impulse (N s) as far as it is known: median, and the interval that holds it with 95 %.
+/// Estimate of an impulse (N s): its median, and the interval that contains it with 95 % probability.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ImpulseEstimate {
     pub at_n_s: f64,
     pub ci95: [f64; 2],
 }
 
-/// What is known of threshold and spread.
+/// The probabilities of threshold and spread after the trials so far.
 pub struct Posterior {
     rule: Rule,
-    /// Between thresholds, and between impulses (N s).
+    /// Distance between thresholds, and between impulses (N s).
     step: f64,
     count: usize,
     spreads: Vec<f64>,
-    /// `chance[s * (2 count) + count + j - i]`: to recover from impulse j with threshold i and spread s.
+    /// `chance[s * (2 count) + count + j - i]` is the chance to recover from impulse j with threshold i and spread s.
     chance: Vec<f64>,
-    /// Of threshold i with spread s at `s * count + i`; they sum to 1.
+    /// Entry `s * count + i` is the probability of threshold i with spread s. All entries sum to 1.
     probability: Vec<f64>,
-    /// Impulses tried, as places on the grid.
+    /// The impulses tried so far, as indices on the grid.
     tried: Vec<usize>,
 }
 
 impl Posterior {
-    /// Nothing is known yet.
+    /// The state before the first trial.
     pub fn new(rule: Rule) -> Self {
         let count = (rule.most_n_s / rule.precision_n_s * STEPS_IN_PRECISION).clamp(THRESHOLDS[0], THRESHOLDS[1]);
         let (step, count) = (rule.most_n_s / count.round(), count.round() as usize + 1);
@@ -92,7 +93,7 @@ impl Posterior {
         Self { rule, step, count, spreads, chance, probability, tried: Vec::new() }
     }
 
-    /// The impulse (N s) to try next; None when enough is known, or no more is to be learnt.
+    /// The impulse (N s) to try next; None when enough is known, or when nothing more can be learnt.
     pub fn next_impulse(&self) -> Option<f64> {
         if self.tried.len() as u64 >= self.rule.max_trials || self.is_resolved() {
             return None;
@@ -105,7 +106,7 @@ impl Posterior {
         let (first, last) = (place(low - 1.5 * spread), place(high + 1.5 * spread) + 1);
         let stride = (last - first).div_ceil(CANDIDATES);
         let fresh = |j: &usize| self.rule.random || !self.tried.contains(j);
-        // Where every candidate has been tried, those between them have not.
+        // If every candidate has been tried, those between them have not.
         let next = [stride, 1].into_iter().find_map(|stride| {
             let candidates = (first..=last.min(self.count - 1)).step_by(stride).filter(fresh);
             candidates.map(|j| (j, self.learnt(j, &marginal))).reduce(|a, b| if b.1 > a.1 { b } else { a })
@@ -113,7 +114,7 @@ impl Posterior {
         next.map(|(j, _)| j as f64 * self.step)
     }
 
-    /// Takes an outcome into account, at an impulse of [`Self::next_impulse`].
+    /// Takes the outcome at an impulse of [`Self::next_impulse`] into account.
     pub fn observe(&mut self, impulse_n_s: f64, recovered: bool) {
         let j = (impulse_n_s / self.step).round() as usize;
         self.tried.push(j);
@@ -128,14 +129,14 @@ impl Posterior {
         self.probability.iter_mut().for_each(|p| *p /= sum);
     }
 
-    /// The impulse of 50 % recovery.
+    /// The impulse with 50 % recovery.
     pub fn impulse50(&self) -> ImpulseEstimate {
         let marginal = self.thresholds();
         let [low, high] = INTERVAL.map(|share| self.quantile(&marginal, share));
         ImpulseEstimate { at_n_s: self.quantile(&marginal, 0.5), ci95: [low, high] }
     }
 
-    /// The impulse of 90 % recovery, lapses apart; not below 0.
+    /// The impulse with 90 % recovery apart from lapses; not below 0.
     pub fn impulse90(&self) -> ImpulseEstimate {
         let mut at: Vec<(f64, f64)> = Vec::new();
         for (row, spread) in self.probability.chunks(self.count).zip(&self.spreads) {
@@ -155,21 +156,21 @@ impl Posterior {
         ImpulseEstimate { at_n_s: quantile(0.5), ci95: [low, high] }
     }
 
-    /// Whether the interval is as narrow as asked for, and inside of the range.
+    /// Whether the interval is as narrow as requested and inside of the range.
     pub fn is_resolved(&self) -> bool {
         let [low, high] = self.impulse50().ci95;
         high - low <= 2.0 * self.rule.precision_n_s && high < self.rule.most_n_s - self.step
     }
 
-    /// Trials so far.
+    /// Number of trials so far.
     pub fn trials(&self) -> u64 {
         self.tried.len() as u64
     }
 
-    /// What is expected to be learnt from impulse j about the threshold (nats), given the probability of each: the entropy
-    /// of the outcome less what of it would be left if the threshold were known.
+    /// Expected information (nats) about the threshold from a trial at impulse j, given the probability of each
+    /// threshold: the entropy of the outcome less the entropy that would remain if the threshold were known.
     fn learnt(&self, j: usize, marginal: &[f64]) -> f64 {
-        // Chance to recover, together with threshold i.
+        // Joint probability of recovery and threshold i.
         let mut joint = vec![0.0; self.count];
         let rows = self.probability.chunks(self.count).zip(self.chance.chunks(2 * self.count));
         for (row, chance) in rows {
@@ -190,7 +191,7 @@ impl Posterior {
         sum
     }
 
-    /// Quantile of thresholds, each spread evenly over its step; not below 0.
+    /// Quantile of the threshold, with each probability spread evenly over a step of the grid; not below 0.
     fn quantile(&self, marginal: &[f64], share: f64) -> f64 {
         let mut sum = 0.0;
         for (i, p) in marginal.iter().enumerate() {
@@ -203,7 +204,7 @@ impl Posterior {
     }
 }
 
-/// Of a chance (nats).
+/// Entropy of an event with this probability (nats).
 fn entropy(p: f64) -> f64 {
     let part = |p: f64| if p > 0.0 { -p * p.ln() } else { 0.0 };
     part(p) + part(1.0 - p)
@@ -224,7 +225,7 @@ mod tests {
         posterior
     }
 
-    /// A logistic curve (not the normal one that is assumed) with lapses on the lower side.
+    /// A logistic curve (while the search assumes a normal one) with lapses on the lower side.
     fn logistic(impulse: f64, threshold: f64, scale: f64, lapse: f64) -> f64 {
         (1.0 - lapse) / (1.0 + ((impulse - threshold) / scale).exp())
     }
@@ -249,7 +250,7 @@ mod tests {
         let share = f64::from(held50) / count as f64;
         assert!(share > 0.91, "{share}");
         assert!(f64::from(held90) / count as f64 > 0.9, "{held90}");
-        // A grid over the range, 0.2 N s apart, has 80 impulses, each to be tried several times.
+        // A grid over the range with steps of 0.2 N s has 80 impulses, each to be tried several times.
         assert!(trials / count < 60, "{} trials on average", trials / count);
     }
 
@@ -269,7 +270,7 @@ mod tests {
                 found.trials()
             );
             assert!((estimate.at_n_s - threshold).abs() < 0.1, "{threshold}: {estimate:?}");
-            // Seen from both sides.
+            // The threshold is approached from both sides.
             let near = |from: f64, to: f64| tried.iter().any(|impulse| (from..to).contains(impulse));
             assert!(threshold == 0.0 || near(threshold - 0.3, threshold), "{tried:?}");
             assert!(near(threshold, threshold + 0.3), "{tried:?}");

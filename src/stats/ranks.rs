@@ -1,43 +1,46 @@
-//! Recovery time and other numbers of two sets on the same pushes: is one of them larger, and by how much?
+//! Compares recovery times and other numbers of two sets on the same trials: is one of them larger, and by how much?
 //!
-//! Wilcoxon's signed-rank test (1945) of the differences: ranked by magnitude, do the ranks of the positive ones add up to
-//! about half of all? Differences of zero are left out (Wilcoxon's way; scipy's `zero_method="wilcox"`), equal magnitudes
-//! share the mean of their ranks. P is exact up to 50 differences without ties; beyond, of the normal approximation with
-//! the correction for ties and the continuity correction of 1/2 (scipy's `method="approx", correction=True`).
+//! The test is Wilcoxon's signed-rank test (1945). The differences are ranked by magnitude, and the ranks of the
+//! positive ones should sum to about half of all. Differences of zero are left out (as Wilcoxon does; scipy's
+//! `zero_method="wilcox"`), and equal magnitudes share the mean of their ranks. P is exact up to 50 differences without
+//! ties. Beyond, it is that of the normal approximation with the corrections for ties and continuity (scipy's
+//! `method="approx", correction=True`).
 //!
-//! The shift is Hodges and Lehmann's (1963): the median of the means of all pairs of differences, each with itself too
-//! (Walsh averages); zeros count. Its interval is of the averages that the test does not reject (Hollander and Wolfe,
-//! "Nonparametric Statistical Methods"). The k-th of the n (n + 1) / 2 averages is found without forming
-//! them: by halving a range of numbers, counting the averages below with two fingers on the sorted differences.
+//! The shift is that of Hodges and Lehmann (1963): the median of the means of all pairs of differences, including each
+//! with itself (Walsh averages). Zeros count. Its interval contains the averages that the test does not reject
+//! (Hollander and Wolfe, "Nonparametric Statistical Methods"). The k-th of the n (n + 1) / 2 averages is found without
+//! forming them, by bisection of a range of numbers: two indices on the sorted differences count the averages below a
+//! number.
 
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 use statrs::function::erf::erfc;
 use std::f64::consts::SQRT_2;
 
-/// Most differences of which the distribution of rank sums is counted out.
+/// Largest number of differences for which the distribution of rank sums is exact.
 const EXACT: usize = 50;
-/// Magnitudes closer than this share of the largest are ties (or zero): times are multiples of a tick, but for rounding.
+/// Magnitudes that differ by less than this share of the largest are ties (or zero). Times are rounded multiples of a
+/// tick.
 const TIE: f64 = 1e-9;
 
-/// How paired differences lie about zero.
+/// How paired differences are distributed about zero.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Shift {
-    /// Differences given.
+    /// Number of differences.
     pub pairs: u64,
-    /// Of these, not zero.
+    /// Number of differences that are not zero.
     pub nonzero: u64,
-    /// Two-sided: of "as likely positive as negative, at any magnitude"; 1 if all are zero.
+    /// Two-sided p-value of the hypothesis that either sign is equally likely at any magnitude; 1 if all are zero.
     pub p: f64,
-    /// Hodges and Lehmann's estimate (unit of the differences).
+    /// Hodges and Lehmann's estimate, in the unit of the differences.
     pub median: f64,
     /// Mean of the differences.
     pub mean: f64,
-    /// Of `median` (its unit), at 95 % or a little more; None below 6 pairs, which cannot give 95 %.
+    /// Interval of `median` at 95 % or a little more; None below 6 pairs, which cannot give 95 %.
     pub ci95: Option<[f64; 2]>,
 }
 
-/// Tests paired differences (of any one unit); None without any, or if one is not finite.
+/// Tests paired differences, all in one unit. Returns None if there are none, or if one is not finite.
 pub fn signed_rank(differences: &[f64]) -> Option<Shift> {
     if differences.is_empty() || differences.iter().any(|d| !d.is_finite()) {
         return None;
@@ -47,7 +50,7 @@ pub fn signed_rank(differences: &[f64]) -> Option<Shift> {
     let n = sorted.len();
     let averages = n as u64 * (n as u64 + 1) / 2;
     let (p, nonzero) = p_value(&sorted);
-    // The median is one average, or the mean of two.
+    // The median is one of the averages, or the mean of two.
     let median = 0.5 * kth_average(&sorted, averages.div_ceil(2)) + 0.5 * kth_average(&sorted, averages / 2 + 1);
     let outer = lowest_kept(n);
     let ci95 = (outer > 0).then(|| [outer, averages + 1 - outer].map(|k| kth_average(&sorted, k)));
@@ -55,7 +58,7 @@ pub fn signed_rank(differences: &[f64]) -> Option<Shift> {
     Some(Shift { pairs: n as u64, nonzero, p, median, mean, ci95 })
 }
 
-/// Two-sided p of the signed ranks, and the count of differences that are not zero.
+/// Two-sided p-value of the signed ranks, and the number of differences that are not zero.
 fn p_value(sorted: &[f64]) -> (f64, u64) {
     let tie = TIE * sorted[0].abs().max(sorted[sorted.len() - 1].abs());
     let mut nonzero: Vec<f64> = sorted.iter().copied().filter(|d| d.abs() > tie).collect();
@@ -80,13 +83,13 @@ fn p_value(sorted: &[f64]) -> (f64, u64) {
     } else {
         let variance = all * (2.0 * n as f64 + 1.0) / 12.0 - ties / 48.0;
         let z = ((positive - all / 2.0).abs() - 0.5).max(0.0) / variance.sqrt();
-        // erfc, so that small p keep their digits.
+        // With erfc, small p-values keep their digits.
         erfc(z / SQRT_2)
     };
     (p.min(1.0), n as u64)
 }
 
-/// Chances of the sums of ranks 1 to `n` with a positive sign, from 0 on, where either sign is as likely for each.
+/// Probabilities of the sums 0, 1, ... of the positive ones among ranks 1 to `n`, if either sign is equally likely.
 fn rank_sums(n: usize) -> Vec<f64> {
     let mut chance = vec![0.0; n * (n + 1) / 2 + 1];
     chance[0] = 1.0;
@@ -98,7 +101,7 @@ fn rank_sums(n: usize) -> Vec<f64> {
     chance
 }
 
-/// The interval at 95 % runs from this average (1 is the lowest) to its mirror image; 0 if all of them are too few.
+/// The 95 % interval runs from this average (1 is the lowest) to its mirror image; 0 if there are too few averages.
 fn lowest_kept(n: usize) -> u64 {
     if n <= EXACT {
         let mut below = 0.0;
@@ -113,9 +116,9 @@ fn lowest_kept(n: usize) -> u64 {
     (all / 2.0 - z * (all * (2.0 * n + 1.0) / 12.0).sqrt()).floor() as u64
 }
 
-/// The `k`-th lowest (from 1) of the means of two of the sorted values, each with itself too.
+/// The `k`-th lowest (from 1) of the means of two sorted values, including each with itself.
 fn kth_average(sorted: &[f64], k: u64) -> f64 {
-    // Numbers in their order as whole numbers: 64 halvings end at the average itself, to the last bit.
+    // Bisection over integers that are ordered as the floats are: 64 steps end at the average itself, to the last bit.
     let (mut low, mut high) = (place(sorted[0]), place(sorted[sorted.len() - 1]));
     while low < high {
         let middle = low + (high - low) / 2;
@@ -128,11 +131,11 @@ fn kth_average(sorted: &[f64], k: u64) -> f64 {
     at(low)
 }
 
-/// How many means of two of the sorted values, each with itself too, are at most `bound`.
+/// How many means of two sorted values, including each with itself, are at most `bound`.
 fn averages_up_to(sorted: &[f64], bound: f64) -> u64 {
     let (mut count, mut partners) = (0, sorted.len());
     for (i, value) in sorted.iter().enumerate() {
-        // The larger this one, the fewer partners; those before it have counted the pair.
+        // The larger this value, the fewer partners it has. Pairs with earlier values are already counted.
         while partners > i && 0.5 * value + 0.5 * sorted[partners - 1] > bound {
             partners -= 1;
         }
@@ -144,13 +147,13 @@ fn averages_up_to(sorted: &[f64], bound: f64) -> u64 {
     count
 }
 
-/// Whole numbers in the order of the finite numbers, -0 just before 0.
+/// Integers in the order of the finite floats, with -0 just before 0.
 fn place(x: f64) -> u64 {
     let bits = x.to_bits();
     if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
 }
 
-/// The number at a [`place`].
+/// The float with this [`place`].
 fn at(place: u64) -> f64 {
     f64::from_bits(if place >> 63 == 1 { place & !(1 << 63) } else { !place })
 }
@@ -200,7 +203,7 @@ mod tests {
         assert_eq!((shift.pairs, shift.nonzero), (13, 11));
         assert_eq!(signed_rank(&[]), None);
         assert_eq!(signed_rank(&[1.0, f64::NAN]), None);
-        // Ties but for rounding are ties.
+        // Ties up to rounding are ties.
         let ticks = [1.1 - 1.0, 0.4 - 0.3, 0.1, -(2.1 - 2.0), 0.7 - 0.6, 0.2, 0.3];
         assert_eq!(signed_rank(&ticks).unwrap().p, signed_rank(&[0.1, 0.1, 0.1, -0.1, 0.1, 0.2, 0.3]).unwrap().p);
     }
@@ -224,8 +227,8 @@ mod tests {
             assert_eq!(shift.median, 0.5 * averages[(n - 1) / 2] + 0.5 * averages[n / 2]);
             assert_eq!(shift.ci95, Some([averages[kept - 1], averages[n - kept]]));
         };
-        // One more than the largest sum of ranks with a chance of at most 2.5 %: of tables, 5 for 9 pairs, 17 for 13 and
-        // 434 for 50. For 200, 10050 - 1.96 * 819.9.
+        // One more than the largest sum of ranks with a probability of at most 2.5 %: from tables 5 for 9 pairs, 17 for
+        // 13 and 434 for 50. For 200 it is 10050 - 1.96 * 819.9.
         is(&DEPRESSION, 6);
         is(&TIED, 18);
         is(&integers(50, 104_729, 5003, 2300, 1000.0), 435);
@@ -233,7 +236,7 @@ mod tests {
         assert!((signed_rank(&DEPRESSION).unwrap().median - 0.46).abs() < 1e-12);
     }
 
-    /// Ten thousand differences: the count of averages at the ends is the one asked for.
+    /// With ten thousand differences, the number of averages at the ends is the requested one.
     #[test]
     fn ten_thousand_pairs_need_no_table_of_averages() {
         let mut sorted = integers(10_000, 7919, 100_003, 48_000, 1000.0);
@@ -245,14 +248,16 @@ mod tests {
         }
     }
 
-    /// Shifts of a skewed law about its known pseudomedian: what 95 % is worth, at sizes on either side of the exact range.
+    /// Checks the 95 % intervals with shifts of a skewed distribution about its known pseudomedian, at sizes on both
+    /// sides of the exact range.
     #[test]
     fn intervals_hold_and_alarms_are_rare() {
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         for n in [12, 40, 120] {
             let (mut held, mut alarms) = (0, 0);
             for _ in 0..1000 {
-                // Differences of two of the same skewed law are symmetric; rounded to ticks, so that ties occur.
+                // Differences of two values of the same skewed distribution are symmetric. Rounded to ticks, ties
+                // occur.
                 let mut skewed = || -(1.0 - rng.random::<f64>()).ln();
                 let differences: Vec<f64> =
                     (0..n).map(|_| ((skewed() - skewed()) / 0.02).round() * 0.02 + 1.0).collect();

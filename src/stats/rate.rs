@@ -3,7 +3,7 @@
 use serde::Serialize;
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
-/// How many of how many, and what that says of the rate.
+/// A count of successes, and what it tells of the rate.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SuccessCount {
     pub trials: u64,
@@ -19,7 +19,7 @@ impl SuccessCount {
     }
 }
 
-/// Interval of a rate at 95 %: Wilson's, and near 0 and 1, where that is too short, Clopper and Pearson's.
+/// 95 % interval of a rate: Wilson's or, near 0 and 1, where that one is too short, Clopper and Pearson's.
 fn interval95(successes: u64, trials: u64) -> [f64; 2] {
     if successes.min(trials - successes) < 5 {
         clopper_pearson(successes, trials, 0.95)
@@ -28,7 +28,7 @@ fn interval95(successes: u64, trials: u64) -> [f64; 2] {
     }
 }
 
-/// Wilson score interval of k of n at 95 %.
+/// Wilson score interval at 95 %.
 fn wilson(successes: u64, trials: u64) -> [f64; 2] {
     let (k, n) = (successes as f64, trials as f64);
     let z = Normal::standard().inverse_cdf(0.975);
@@ -38,15 +38,15 @@ fn wilson(successes: u64, trials: u64) -> [f64; 2] {
     [(middle - half).max(0.0), (middle + half).min(1.0)]
 }
 
-/// Clopper-Pearson (exact) interval of k of n at a two-sided level (a share); of nothing at all: 0 to 1.
+/// Clopper-Pearson (exact) interval at a two-sided level (a share). Without trials it is 0 to 1.
 pub fn clopper_pearson(successes: u64, trials: u64, level: f64) -> [f64; 2] {
     let (k, n, tail) = (successes as f64, trials as f64, (1.0 - level) / 2.0);
     let quantile = |a: f64, b: f64, p: f64| Beta::new(a, b).map(|beta| beta.inverse_cdf(p));
-    // Beta is undefined exactly at no success and at no failure, where the interval ends at 0 and at 1.
+    // The beta distribution is undefined without successes or failures, where the interval ends at 0 or 1.
     [quantile(k, n - k + 1.0, tail).unwrap_or(0.0), quantile(k + 1.0, n - k, 1.0 - tail).unwrap_or(1.0)]
 }
 
-/// Middle of the sorted values, or mean of the middle two.
+/// The middle one of the sorted values, or the mean of the two in the middle.
 pub fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let n = values.len();
@@ -78,7 +78,8 @@ mod tests {
         close(clopper_pearson(1, 48, 0.95), [0.0005273152534231199, 0.11069616059315224]);
         close(clopper_pearson(3, 1000, 0.95), [0.0006190999316495713, 0.008742023238478305]);
         close(clopper_pearson(997, 1000, 0.95), [0.9912579767615217, 0.9993809000683505]);
-        // At other levels: scipy 1.17.1, `beta.ppf((1 - level) / 2, k, n - k + 1)`, `beta.ppf((1 + level) / 2, k + 1, n - k)`.
+        // Other levels, by scipy 1.17.1: `beta.ppf((1 - level) / 2, k, n - k + 1)`,
+        // `beta.ppf((1 + level) / 2, k + 1, n - k)`.
         close(clopper_pearson(80, 100, 0.9), [0.7227997503290862, 0.8633386747541327]);
         close(clopper_pearson(0, 50, 0.99), [0.0, 0.10054508337476258]);
         close(clopper_pearson(997, 1000, 0.8), [0.9933315046629319, 0.9988974393004678]);

@@ -1,67 +1,68 @@
-//! Intervals that hold at every look: an interval of a rate, or of the difference of two rates on the same trials, that may
-//! be looked at after each block of trials, to stop as soon as it decides. (An interval or a p-value for a fixed number
-//! of trials errs far more often if one stops at the first look that pleases.)
+//! Intervals that hold at every look: an interval of a rate, or of the difference of two rates on the same trials, that
+//! may be inspected after each block of trials, to stop as soon as it decides. (An interval or a p-value for a fixed
+//! number of trials is wrong far more often if one stops at the first look that pleases.)
 //!
-//! Method: betting. A gambler who believes that the mean of x is not m bets on it in every trial. With x between 0 and 1
-//! (half way: a trial in which two sets end alike), a bet f in (0, 1] that the mean is larger multiplies the capital by
-//! `1 - f + f x / m`, and one that it is smaller by `1 - f + f (1 - x) / (1 - m)`: never below 0 and, if the mean is m, 1
-//! on average. So is a capital spread over several bets, as here, evenly over 30 on either side. If the mean is m, such a
-//! capital ever reaches 1 / alpha with a chance of at most alpha, whenever one looks and stops (Ville 1939). The interval
-//! is every m at which it has not. It depends on the counts alone, in no order. For a difference of 0 the capital is a
-//! mixture over the odds that, where only one of two sets recovers, it is the first: McNemar's test as a bet.
+//! The method is betting. A gambler who believes that the mean of x is not m bets on this in every trial. Let x lie
+//! between 0 and 1 (for a difference, x = 1/2 in a trial with equal outcomes). A bet f in (0, 1] that the mean is
+//! larger multiplies the capital by `1 - f + f x / m`, and a bet that it is smaller by `1 - f + f (1 - x) / (1 - m)`.
+//! Both are never below 0 and, if the mean is m, 1 on average. The same holds for a capital that is spread over several
+//! bets, here evenly over 30 on either side. If the mean is m, such a capital ever reaches 1 / alpha with a probability
+//! of at most alpha, whenever one looks and stops (Ville 1939). The interval consists of all m for which it has not. It
+//! depends on the counts alone, and not on their order. For a difference of 0 the capital is a mixture over the odds
+//! that, if only one of two sets recovers, it is the first: McNemar's test as a bet.
 //!
-//! That set of m is an interval, and holds the observed mean: the logarithm of each factor is convex in m, therefore also
-//! that of their products and sums; and at the observed mean no capital exceeds 1 (the geometric mean of the factors is at
-//! most their arithmetic mean, 1).
+//! These m form an interval that contains the observed mean. The logarithm of each factor is convex in m, so those of
+//! their products and sums are too; and at the observed mean no capital exceeds 1 (the geometric mean of the factors is
+//! at most their arithmetic mean, which is 1).
 //!
 //! Sources: Waudby-Smith and Ramdas 2024, "Estimating means of bounded random variables by betting", J. R. Stat. Soc. B
 //! 86, 1-27; Robbins 1970, "Statistical methods related to the law of the iterated logarithm" (mixtures).
 
 use serde::Serialize;
 
-/// Bets on either side, evenly in the logarithm from the least one to 1.
+/// Number of bets on either side, evenly spaced in the logarithm from the smallest one to 1.
 const BETS: usize = 30;
-/// Least bet on a difference. Of the mixtures tried (even in the bet; arcsine; in its logarithm from 0.001, 0.003, 0.01,
-/// 0.02, 0.03, 0.05 or 0.1) for 2 to 40 % of discordant trials and differences of 0 to 30 points, this one stopped
-/// at most 19 % later than the best for each case, on average 8 %; a larger one gains 3 % and is too coarse for
-/// 100,000 trials: there, intervals from 0.05 are up to 1.7 times as wide.
+/// Smallest bet on a difference. Mixtures were tried that are even in the bet, in its arcsine, or in its logarithm from
+/// 0.001, 0.003, 0.01, 0.02, 0.03, 0.05 or 0.1, with 2 to 40 % of discordant trials and differences of 0 to 30 points.
+/// This one stopped at most 19 % later than the best one for each case, and 8 % on average. A larger one gains 3 %, but
+/// is too coarse for 100,000 trials: there, intervals from 0.05 are up to 1.7 times as wide.
 const LEAST_BET_DIFFERENCE: f64 = 0.02;
-/// Least bet on a rate: small, for at a rate of 0.99 to bet on less is to risk a little for a hundred times as much.
-/// From 0.02, the upper end at 9950 of 10,000 is 0.9997; from here it is 0.9970.
+/// Smallest bet on a rate. It is small because at a rate of 0.99, a bet on a lower rate risks little for a hundred
+/// times as much. With 0.02 the upper end at 9950 of 10,000 is 0.9997; with this value it is 0.9970.
 const LEAST_BET_RATE: f64 = 0.001;
-/// Halvings in the search for an end.
+/// Bisections in the search for an end.
 const HALVINGS: usize = 45;
 
-/// Interval of the difference of two rates (rate of a less rate of b, as a share) over trials that both sets met, by
-/// how often only a recovered, and only b. It holds the truth at all looks together with a chance of at least `level`
-/// (a share, e.g. 0.95).
+/// Interval of the difference of two rates (rate of a less rate of b, as a share) on the same trials, from the numbers
+/// of trials in which only a and only b recovered. It contains the truth at all looks together with a probability of at
+/// least `level` (a share, such as 0.95).
 ///
-/// It is not cut to the intervals of earlier looks, so that it depends on the present counts alone.
+/// It is not intersected with the intervals of earlier looks, so it depends on the present counts alone.
 ///
 /// # Panics
-/// If fewer trials than `only_a + only_b`, or `level` is not within 0 to 1.
+/// Panics if there are fewer trials than `only_a + only_b`, or if `level` is not between 0 and 1.
 pub fn difference_interval(only_a: u64, only_b: u64, trials: u64, level: f64) -> [f64; 2] {
     assert!(only_a + only_b <= trials, "{only_a} and {only_b} of {trials} trials");
     let counts = Tally::of_differences(only_a, only_b, trials);
     counts.interval(&bets(LEAST_BET_DIFFERENCE), level).map(|mean| 2.0 * mean - 1.0)
 }
 
-/// Interval of a rate (a share) that holds the truth at all looks together with a chance of at least `level` (a share).
+/// Interval of a rate (a share) that contains the truth at all looks together with at least the probability `level`.
 ///
 /// # Panics
-/// If more recovered than `trials`, or `level` is not within 0 to 1.
+/// Panics if `recovered` exceeds `trials`, or if `level` is not between 0 and 1.
 pub fn rate_interval(recovered: u64, trials: u64, level: f64) -> [f64; 2] {
     assert!(recovered <= trials, "{recovered} of {trials} trials");
     Tally { low: trials - recovered, middle: 0, high: recovered }.interval(&bets(LEAST_BET_RATE), level)
 }
 
-/// Level of each of so many intervals at which all of them hold together at `level` (Bonferroni; shares).
+/// The level of each interval at which this number of intervals hold together at `level` (Bonferroni; shares).
 pub fn each_of(intervals: usize, level: f64) -> f64 {
     1.0 - (1.0 - level) / intervals.max(1) as f64
 }
 
-/// The count of trials at which to look next, after `trials`: about a quarter more, at least a block of so many more,
-/// whole blocks; the last look is at `most`.
+/// Number of trials at the next look after `trials`: about a quarter more, at least a block, whole blocks, and at most
+/// `most`.
 pub fn next_look(trials: u64, block: u64, most: u64) -> u64 {
     let more = (trials / 4).max(block);
     (trials + more).next_multiple_of(block).min(most)
@@ -74,16 +75,16 @@ pub enum PairVerdict {
     /// The rate of a is larger, by however little.
     ABetter,
     BBetter,
-    /// No difference as large as the margin; there may be a smaller one.
+    /// Any difference is smaller than the margin.
     Same,
-    /// Not decided.
+    /// Not decided yet.
     #[serde(rename = "not_resolved")]
     Open,
 }
 
-/// Reads an interval of the difference (rate of a less rate of b, a share). A difference that is known to be smaller than
-/// the margin (a share), but not to be none, goes to the better set. As each verdict is wrong only if the interval misses
-/// the truth, so is the verdict at which one stops.
+/// The verdict for an interval of the difference (rate of a less rate of b, a share). A difference that is certainly
+/// smaller than the margin (a share), but certainly not zero, counts for the better set. A verdict is wrong only if the
+/// interval misses the truth, and this also holds for the verdict at which one stops.
 pub fn verdict(interval: [f64; 2], margin: f64) -> PairVerdict {
     let [least, most] = interval;
     if least > 0.0 {
@@ -97,7 +98,7 @@ pub fn verdict(interval: [f64; 2], margin: f64) -> PairVerdict {
     }
 }
 
-/// From 1 down to the least one, evenly in the logarithm.
+/// The bets, from 1 down to the smallest one, evenly spaced in the logarithm.
 fn bets(least: f64) -> [f64; BETS] {
     std::array::from_fn(|i| least.powf(i as f64 / (BETS - 1) as f64))
 }
@@ -111,7 +112,7 @@ struct Tally {
 }
 
 impl Tally {
-    /// From -1, 0, 1 to 0, 1/2, 1.
+    /// Maps the differences -1, 0 and 1 to 0, 1/2 and 1.
     fn of_differences(only_a: u64, only_b: u64, trials: u64) -> Self {
         Self { low: only_b, middle: trials - only_a - only_b, high: only_a }
     }
@@ -120,13 +121,13 @@ impl Tally {
         Self { low: self.high, middle: self.middle, high: self.low }
     }
 
-    /// Mean of x; None of nothing.
+    /// Mean of x; None without trials.
     fn mean(self) -> Option<f64> {
         let trials = self.low + self.middle + self.high;
         (trials > 0).then(|| (self.high as f64 + self.middle as f64 / 2.0) / trials as f64)
     }
 
-    /// Logarithm of what betting `bet` on a mean larger than `mean` has made of 1.
+    /// Logarithm of the capital, from 1, after betting `bet` on a mean larger than `mean` in all trials.
     fn ln_gain(self, bet: f64, mean: f64) -> f64 {
         let gain = |count: u64, x: f64| match count {
             0 => 0.0, // also of a factor of 0
@@ -135,7 +136,7 @@ impl Tally {
         gain(self.low, 0.0) + gain(self.middle, 0.5) + gain(self.high, 1.0)
     }
 
-    /// Logarithm of the capital, from 1, of who bets against `mean`, strictly between 0 and 1, on either side.
+    /// Logarithm of the capital, from 1, of a gambler who bets against `mean`, strictly between 0 and 1, on both sides.
     fn ln_capital(self, bets: &[f64; BETS], mean: f64) -> f64 {
         let mirrored = self.mirrored();
         let gains: [f64; 2 * BETS] = std::array::from_fn(|i| match bets[i / 2] {
@@ -147,7 +148,7 @@ impl Tally {
         largest + average.ln()
     }
 
-    /// Every mean at which the capital is below 1 / (1 - level).
+    /// All means for which the capital is below 1 / (1 - level).
     fn interval(self, bets: &[f64; BETS], level: f64) -> [f64; 2] {
         assert!(0.0 < level && level < 1.0, "a level of {level}");
         let Some(mean) = self.mean() else { return [0.0, 1.0] };
@@ -178,8 +179,8 @@ mod tests {
         Binomial::new(trials, chance).unwrap().sample(rng)
     }
 
-    /// Looks at a campaign in which two sets end differently in a share of `discordance` and differ by `difference`, until
-    /// `stop(only_a, only_b, trials)`; the trials then, or None.
+    /// Looks at a campaign in which two sets end differently in a share of `discordance` and differ by `difference`,
+    /// until `stop(only_a, only_b, trials)`. Returns the number of trials then, or None.
     fn watch(
         rng: &mut ChaCha8Rng,
         [discordance, difference]: [f64; 2],
@@ -203,7 +204,7 @@ mod tests {
         assert!((a[0] - b[0]).abs() < 1e-10 && (a[1] - b[1]).abs() < 1e-10, "{a:?} is not {b:?}");
     }
 
-    // Expected values: the same definition in numpy 2.4.6, ends by scipy 1.17.1 `brentq`; written apart, on -1, 0, 1.
+    // Expected values: another implementation, on -1, 0, 1, in numpy 2.4.6, with ends by scipy 1.17.1 `brentq`.
     #[test]
     fn intervals_are_those_of_another_implementation() {
         close(difference_interval(30, 10, 400, 0.95), [-0.0004196085001367801, 0.10567665983888216]);
@@ -277,9 +278,9 @@ mod tests {
         assert_eq!(serde_json::to_value(PairVerdict::ABetter).unwrap(), "a_better");
     }
 
-    /// The truth is missed at some look to 4000 trials in at most 5 % of campaigns, and every wrong verdict is such a miss:
-    /// a better set where there is none, or no difference where it is just the margin. To peek at McNemar's p is to err in
-    /// 18 % and more.
+    /// In at most 5 % of campaigns an interval misses the truth at some look up to 4000 trials. Every wrong verdict is
+    /// such a miss: a better set where there is none, or equality where the difference is exactly the margin. Stopping
+    /// by McNemar's p is wrong in 18 % and more.
     #[test]
     fn verdicts_are_wrong_at_most_as_often_as_said_and_peeking_at_p_more_often() {
         let (campaigns, most, bets) = (10_000, 4000, bets(LEAST_BET_DIFFERENCE));
@@ -297,11 +298,11 @@ mod tests {
             for campaign in 0..campaigns {
                 let (mut misses, mut errs, mut peeks) = (false, false, false);
                 watch(&mut rng, [discordance, truth], most, |a, b, trials| {
-                    // Short for whether the interval misses the truth.
+                    // A shortcut for whether the interval misses the truth.
                     let counts = Tally::of_differences(a, b, trials);
                     let misses_now = counts.ln_capital(&bets, (truth + 1.0) / 2.0) >= 20.0_f64.ln();
                     misses |= misses_now;
-                    // Intervals take their time: of the first campaigns all, then those that may be wrong.
+                    // Intervals take time: all of them for the first campaigns, then only where they may be wrong.
                     if misses_now || campaign < 200 {
                         errs |= match verdict(difference_interval(a, b, trials, 0.95), margin) {
                             PairVerdict::ABetter => truth <= 0.0,
@@ -319,7 +320,7 @@ mod tests {
                 peeked += u32::from(peeks);
             }
             let percent = |count: u32| 100.0 * f64::from(count) / f64::from(campaigns);
-            // 5 % is a bound, which discrete looks to 4000 trials do not reach; that it is not idle either:
+            // 5 % is a bound that discrete looks up to 4000 trials do not reach. The bound must not be idle either:
             assert!((0.2..5.0).contains(&percent(missed)) && wrong <= missed, "{}", percent(missed));
             assert!(wrong > 0);
             if truth == 0.0 {
@@ -335,7 +336,7 @@ mod tests {
             let mut rng = ChaCha8Rng::seed_from_u64(11);
             let mut missed = 0;
             for _ in 0..10_000 {
-                // A set that recovers in that share against one that never does.
+                // One set recovers in this share of trials, and the other never.
                 let seen = watch(&mut rng, [rate, rate], 4000, |recovered, _, trials| {
                     let counts = Tally { low: trials - recovered, middle: 0, high: recovered };
                     counts.ln_capital(&bets, rate) >= 20.0_f64.ln()
@@ -346,8 +347,8 @@ mod tests {
         }
     }
 
-    /// Trials until a verdict, against the 870 that a McNemar test takes to see 3 points with a power of 80 % at 10 %
-    /// discordant trials.
+    /// Number of trials until a verdict, compared with the 870 that a McNemar test needs to detect 3 points with a
+    /// power of 80 % at 10 % discordant trials.
     #[test]
     fn large_differences_are_decided_in_far_fewer_trials_than_a_fixed_number() {
         let (campaigns, most, margin) = (300, 3000, 0.02);
@@ -368,13 +369,13 @@ mod tests {
                 right += u32::from(last.1 == expected);
                 held += u32::from(last.0[0] <= truth && truth <= last.0[1]);
             }
-            // At the look where one stops, too, the interval holds the truth.
+            // The interval also contains the truth at the look where one stops.
             let holds = f64::from(held) >= 0.95 * f64::from(campaigns);
             assert!(holds && decided - right <= 15, "{discordance} {truth}: {held} {decided} {right}");
             means.push(trials as f64 / f64::from(campaigns));
         }
         assert!(means[5] < 100.0 && means[4] < 300.0 && means[3] < 600.0 && means[0] < 1000.0, "{means:?}");
-        // For what a fixed number was planned for, a look whenever one likes has its price.
+        // For the difference for which a fixed number was planned, the freedom to look at any time costs trials.
         assert!(means[2] > 870.0, "{means:?}");
     }
 }

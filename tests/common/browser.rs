@@ -1,7 +1,7 @@
-//! A page in headless Chromium: what it looks like, what it complains of, what it asks the network for.
+//! A page in headless Chromium: how it looks, what it reports, and what it requests from the network.
 //!
-//! It speaks the Chrome DevTools Protocol over two pipes (`--remote-debugging-pipe`): JSON messages that end with a zero
-//! byte, to the browser's file descriptor 3 and from its 4. A shell gives it those, so that no port is opened.
+//! It uses the Chrome DevTools Protocol over two pipes (`--remote-debugging-pipe`): JSON messages that end with a zero
+//! byte, to file descriptor 3 of the browser and from its descriptor 4. A shell connects them, so no port is opened.
 
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
-/// With this in the environment a browser that is not there is a failure.
+/// If this is set in the environment, a missing browser is a failure.
 const NEED: &str = "STANDFAST_NEED_CHROMIUM";
 const FLAGS: [&str; 12] = [
     "--headless",
@@ -36,9 +36,9 @@ pub struct Browser {
     process: Child,
     to: ChildStdin,
     from: Receiver<Value>,
-    /// Of the last call.
+    /// Number of the last call.
     id: u64,
-    /// What happened since the page was opened.
+    /// Events since the page was opened.
     events: Vec<Value>,
     _profile: TempDir,
 }
@@ -50,7 +50,7 @@ pub struct Page<'a> {
 }
 
 impl Browser {
-    /// None, and a word on stderr, if there is none and the environment does not ask for one.
+    /// None, with a message on stderr, if there is no browser and the environment does not require one.
     pub fn start() -> Option<Browser> {
         let Some(program) = NAMES.iter().find_map(|name| in_path(name)) else {
             assert!(std::env::var_os(NEED).is_none(), "{NEED} is set, but none of {NAMES:?} is in PATH");
@@ -72,7 +72,7 @@ impl Browser {
             .spawn()
             .unwrap();
         let (to, from) = (process.stdin.take().unwrap(), BufReader::new(process.stdout.take().unwrap()));
-        // A thread reads, so that a browser that says nothing cannot stop the test.
+        // A thread reads, so that a silent browser cannot block the test.
         let (send, receive) = channel();
         std::thread::spawn(move || {
             for message in from.split(0).map_while(Result::ok) {
@@ -84,7 +84,7 @@ impl Browser {
         Some(Browser { process, to, from: receive, id: 0, events: Vec::new(), _profile: profile })
     }
 
-    /// A new tab of a size (px) with nothing in it, light or dark.
+    /// A new empty tab of a size (px), light or dark.
     pub fn tab(&mut self, width: u32, height: u32, scheme: &str) -> Page<'_> {
         let target = self.call(None, "Target.createTarget", json!({ "url": "about:blank" }));
         let attach = json!({ "targetId": target["targetId"], "flatten": true });
@@ -117,7 +117,7 @@ impl Browser {
         }
     }
 
-    /// The next message; events are kept.
+    /// The next message. Events are stored.
     fn next(&mut self, why: &str) -> Value {
         let message = self.from.recv_timeout(PATIENCE).unwrap_or_else(|e| panic!("{why}: the browser is silent: {e}"));
         if message["method"].is_string() {
@@ -129,7 +129,7 @@ impl Browser {
 
 impl Drop for Browser {
     fn drop(&mut self) {
-        // It may have gone already, and then there is nothing to end.
+        // The browser may have ended already.
         _ = self.to.write_all(b"{\"id\":0,\"method\":\"Browser.close\"}\0");
         let end = Instant::now() + Duration::from_secs(5);
         while Instant::now() < end && matches!(self.process.try_wait(), Ok(None)) {
@@ -146,7 +146,7 @@ impl Page<'_> {
         self.browser.call(Some(&session), method, params)
     }
 
-    /// Opens a file and waits until all of it is there.
+    /// Opens a file and waits until all of it is loaded.
     pub fn open(&mut self, file: &Path) {
         let url = format!("file://{}", file.display());
         let answer = self.call("Page.navigate", json!({ "url": url }));
@@ -157,7 +157,7 @@ impl Page<'_> {
         }
     }
 
-    /// What an expression gives; a promise is waited for.
+    /// The value of an expression, after waiting for a promise.
     pub fn evaluate(&mut self, script: &str) -> Value {
         let params = json!({ "expression": script, "returnByValue": true, "awaitPromise": true });
         let answer = self.call("Runtime.evaluate", params);
@@ -181,7 +181,8 @@ impl Page<'_> {
         self.call("Page.captureScreenshot", params)["data"].as_str().unwrap().into()
     }
 
-    /// How many colours a PNG (base 64) has, and the share of the most frequent one. Only for a page that may load it.
+    /// Number of colours in a PNG (base 64), and the share of the most frequent one. The page must be allowed to load
+    /// it.
     pub fn colors(&mut self, png: &str) -> (u64, f64) {
         let script = format!(
             "(async () => {{
@@ -200,10 +201,10 @@ impl Page<'_> {
         (found[0].as_u64().unwrap(), found[1].as_f64().unwrap())
     }
 
-    /// What went wrong since the tab was made: exceptions, errors and warnings of the console, and every request for
-    /// anything but `file`.
+    /// Problems since the tab was made: exceptions, errors and warnings on the console, and every request for anything
+    /// but `file`.
     pub fn problems(&mut self, file: &Path) -> Vec<String> {
-        // What is under way arrives before the answer to this.
+        // Pending events arrive before the answer to this.
         self.evaluate("new Promise((done) => setTimeout(done, 100))");
         let own = format!("file://{}", file.display());
         let events = self.browser.events.iter().map(|event| (event["method"].as_str().unwrap(), &event["params"]));
@@ -212,7 +213,7 @@ impl Page<'_> {
             "Runtime.consoleAPICalled" if params["type"] == "error" || params["type"] == "warning" => {
                 Some(format!("console: {}", params["args"]))
             }
-            // Software graphics remark on their own slowness.
+            // Software rendering warns about its own slowness.
             "Log.entryAdded" if params["entry"]["text"].as_str().is_some_and(|text| text.contains(SLOW)) => None,
             "Log.entryAdded" if params["entry"]["level"] != "verbose" => Some(format!("log: {}", params["entry"])),
             "Network.requestWillBeSent" if params["request"]["url"] != own.as_str() => {

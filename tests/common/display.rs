@@ -1,4 +1,4 @@
-//! A display of one's own (Xvfb) with a hand on keyboard and mouse (xdotool), and what is to be seen on it.
+//! A display of its own (Xvfb), with keyboard and mouse (xdotool), and the picture on it.
 
 use image::{Rgb, RgbImage};
 use std::io::{BufRead, BufReader};
@@ -10,26 +10,26 @@ use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// With this in the environment a display that cannot be had is a failure.
+/// If this is set in the environment, a missing display is a failure.
 const NEED: &str = "STANDFAST_NEED_DISPLAY";
 const PROGRAMS: [&str; 2] = ["Xvfb", "xdotool"];
-/// For whatever takes a moment, on a busy machine too.
+/// Timeout for anything that takes a moment, even on a busy machine.
 pub const PATIENCE: Duration = Duration::from_secs(120);
-/// One at a time: a window that is drawn in software takes the whole machine.
+/// One at a time, because a window that is rendered in software uses the whole machine.
 static TURN: Mutex<()> = Mutex::new(());
 
 pub struct Display {
     server: Child,
-    /// As in DISPLAY.
+    /// The value of DISPLAY.
     pub name: String,
-    /// Of the picture that the server shows.
+    /// Folder of the picture that the server shows.
     folder: TempDir,
     _turn: MutexGuard<'static, ()>,
 }
 
 impl Display {
-    /// None, and a word on stderr, if there can be none and the environment does not ask for one. Waits until no other
-    /// test has one.
+    /// None, with a message on stderr, if there can be no display and the environment does not require one. It waits
+    /// until no other test has one.
     pub fn start() -> Option<Self> {
         if let Some(program) = PROGRAMS.into_iter().find(|program| in_path(program).is_none()) {
             assert!(std::env::var_os(NEED).is_none(), "{NEED} is set, but {program} is not in PATH");
@@ -38,10 +38,10 @@ impl Display {
             );
             return None;
         }
-        // A test that failed leaves nothing behind that another could stumble over.
+        // A failed test leaves nothing behind that would affect another one.
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let folder = tempfile::tempdir().unwrap();
-        // The server finds a free number and tells it.
+        // The server finds a free number and reports it.
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp", "-terminate", "-fbdir"])
             .arg(folder.path())
@@ -64,14 +64,14 @@ impl Display {
         Some(display)
     }
 
-    /// Ends the server, as a display that is lost.
+    /// Ends the server, as when a display is lost.
     pub fn end(&mut self) {
-        // It may have gone already.
+        // The server may have ended already.
         _ = self.server.kill();
         _ = self.server.wait();
     }
 
-    /// What `xdotool` prints; None if it fails.
+    /// The output of `xdotool`; None if it fails.
     pub fn ask(&self, args: &[&str]) -> Option<String> {
         let output = Command::new("xdotool").env("DISPLAY", &self.name).args(args).output().unwrap();
         output.status.success().then(|| String::from_utf8(output.stdout).unwrap().trim().to_string())
@@ -81,7 +81,8 @@ impl Display {
         assert!(self.ask(args).is_some(), "xdotool {args:?}");
     }
 
-    /// Waits for the window with this title, puts it at the upper left and gives it the keyboard; its number.
+    /// Waits for the window with this title, moves it to the upper left, gives it the keyboard focus, and returns its
+    /// number.
     pub fn window(&self, title: &str) -> String {
         let end = Instant::now() + PATIENCE;
         let id = loop {
@@ -96,7 +97,7 @@ impl Display {
         id
     }
 
-    /// What is on the screen, whoever drew it: the server's own memory, a file in the format of `xwd`.
+    /// The picture on the screen, from the server's own memory, which is a file in the format of `xwd`.
     pub fn screen(&self) -> RgbImage {
         let file = std::fs::read(self.folder.path().join("Xvfb_screen0")).unwrap();
         let word = |i: usize| u32::from_be_bytes(file[4 * i..4 * i + 4].try_into().unwrap());

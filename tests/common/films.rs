@@ -1,4 +1,4 @@
-//! Films and their pages, for tests of what a page shows.
+//! Films and their pages, for tests of the pages.
 
 use super::browser::Page;
 use super::{Bench, config, push};
@@ -10,13 +10,13 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use tempfile::TempDir;
 
-/// A push from behind, to the right: `paper` switches gains and makes a footstep.
+/// A push from behind and to the right, for which `paper` switches gains and takes a footstep.
 pub fn stepping() -> &'static Film {
     static FILM: OnceLock<Film> = OnceLock::new();
     FILM.get_or_init(|| film("paper", 3.6, config(4.0)))
 }
 
-/// The same push, to which `hold` falls.
+/// The same push, after which `hold` falls.
 pub fn fallen() -> &'static Film {
     static FILM: OnceLock<Film> = OnceLock::new();
     FILM.get_or_init(|| film("hold", 3.6, config(3.0)))
@@ -49,8 +49,8 @@ pub fn assert_no_problems(tab: &mut Page, file: &Path) {
     assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
 
-/// Draws and reads the pixels of a canvas: a hash of all, the share of purple ones (the robot's own colour), their highest
-/// row (share of the height), and how many colours there are.
+/// Draws and reads the pixels of a canvas: a hash of all, the share of purple ones (the robot's colour), their highest
+/// row (share of the height), and the number of colours.
 pub const LOOK: &str = "(id = 'view') => {
     replay.draw();
     const canvas = document.getElementById(id), { width, height } = canvas;

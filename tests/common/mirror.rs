@@ -1,26 +1,26 @@
-//! The robot in a mirror.
+//! The mirrored robot.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, Unit, UnitQuaternion, Vector3};
 use standfast::robot::{Robot, Sole};
 
-/// A vector seen in a mirror in the plane y = 0.
+/// A vector mirrored in the plane y = 0.
 pub fn mirrored(v: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(v.x, -v.y, v.z)
 }
 
-/// A pose seen in a mirror in the plane y = 0.
+/// A pose mirrored in the plane y = 0.
 fn mirrored_pose(pose: &Isometry3<f64>) -> Isometry3<f64> {
     let r = pose.rotation;
     let rotation = UnitQuaternion::from_quaternion(Quaternion::new(r.w, -r.i, r.j, -r.k));
     Isometry3::from_parts(mirrored(&pose.translation.vector).into(), rotation)
 }
 
-/// An axis of rotation seen in a mirror: the same angle about it is the mirrored turn.
+/// An axis of rotation mirrored in the plane y = 0, such that the same angle about it is the mirrored rotation.
 fn mirrored_axis(axis: &Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
     Unit::new_normalize(-mirrored(axis))
 }
 
-/// UT-mu2 as its drawings mean it: its right half the mirror image of its left, and its trunk its own.
+/// UT-mu2 made symmetric: its right half is the mirror image of its left one, and its trunk is mirror-symmetric.
 pub fn symmetric_robot() -> Robot {
     let mut robot = Robot::load("ut-mu2").unwrap();
     let mirror = Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, 1.0));

@@ -1,4 +1,4 @@
-//! What the tests of the closed loop share.
+//! Shared by the tests of the closed loop.
 #![allow(dead_code, reason = "each test file uses its part")]
 
 pub mod browser;
@@ -16,14 +16,14 @@ use standfast::lipm::GainSet;
 use standfast::robot::Robot;
 use standfast::sim::{Push, SensorErrors};
 
-/// A robot and a gain set made ready for it.
+/// A robot and a gain set designed for it.
 pub struct Bench {
     pub robot: Robot,
     pub design: Design,
 }
 
 impl Bench {
-    /// UT-mu2 with a gain set that is compiled in.
+    /// UT-mu2 with a built-in gain set.
     pub fn new(gains: &str) -> Self {
         Self::with(Robot::load("ut-mu2").unwrap(), gains)
     }
@@ -37,7 +37,7 @@ impl Bench {
         Self { robot, design }
     }
 
-    /// An episode with ideal sensors and one push, until it is decided.
+    /// Runs an episode with ideal sensors and one push, until it is decided.
     pub fn push(&self, push: Push) -> Record {
         self.run(vec![push], None, 6.0, Until::Decided, |_| {})
     }
@@ -63,7 +63,7 @@ pub fn push(impulse_n_s: f64, heading_deg: f64) -> Push {
     Push { impulse_n_s, heading_deg, ..Push::default() }
 }
 
-/// Errors of the robot's own size, with bias of half that, from a seed.
+/// Sensor errors with the robot's own noise, and a bias of half that size, from a seed.
 pub fn sensor_errors(seed: u64) -> SensorErrors {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     SensorErrors { noise_scale: 1.0, bias_scale: 0.5, normal: Box::new(move || rng.sample(StandardNormal)) }

@@ -1,4 +1,4 @@
-//! The program from outside, for tests of what it writes and says.
+//! The program from outside, for tests of its files and messages.
 
 use assert_cmd::Command;
 use std::{collections::BTreeMap, fs, path::Path};
@@ -15,7 +15,7 @@ pub const SHORT: [&str; 8] = [
     "--set=push.impulse_n_s={uniform=[0, 4]}",
     "--out=out",
 ];
-/// How many trials: one part of a campaign, and two.
+/// The number of trials for one part of a campaign, and for two.
 pub const FEW: &str = "--trials=3";
 pub const TWO_PARTS: &str = "--trials=26";
 
@@ -23,7 +23,7 @@ pub fn standfast(folder: &Path, args: &[&str]) -> assert_cmd::assert::Assert {
     Command::cargo_bin("standfast").unwrap().current_dir(folder).args(args).assert()
 }
 
-/// The short campaign with further arguments.
+/// The arguments of the short campaign with further ones.
 pub fn short<'a>(more: &[&'a str]) -> Vec<&'a str> {
     [&SHORT[..], more].concat()
 }
@@ -32,7 +32,7 @@ pub fn folder() -> TempDir {
     tempfile::tempdir().unwrap()
 }
 
-/// Every file under a folder, by path.
+/// Every file under a folder, by its path.
 pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {

@@ -1,4 +1,4 @@
-//! A running `standfast view` on a display of one's own, and a person at it.
+//! A running `standfast view` on a display of its own, and a person at it.
 
 use super::display::{Display, PATIENCE};
 use std::io::{BufRead, BufReader, Read};
@@ -8,17 +8,17 @@ use std::sync::{Arc, Mutex};
 use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant};
 
-/// What a program says while it runs, line by line.
+/// The lines that a program prints while it runs.
 pub type Told = Arc<Mutex<Vec<String>>>;
 
-/// A running `standfast view`. It tells of each frame, so nothing here waits by the clock.
+/// A running `standfast view`. It reports each frame, so nothing here waits by the clock.
 pub struct View<'a> {
     process: Option<Child>,
     display: &'a Display,
     told: Told,
 }
 
-/// What was told of a frame.
+/// The report of a frame.
 #[derive(Debug)]
 pub struct Frame {
     pub number: u64,
@@ -37,7 +37,7 @@ impl Frame {
 }
 
 impl<'a> View<'a> {
-    /// Opens it, with these arguments more, and gives it the keyboard.
+    /// Opens it with these further arguments, and gives it the keyboard focus.
     pub fn open(display: &'a Display, folder: &Path, arguments: &[&str]) -> Self {
         let mut process = Command::new(env!("CARGO_BIN_EXE_standfast"))
             .current_dir(folder)
@@ -45,7 +45,7 @@ impl<'a> View<'a> {
             .env("RUST_LOG", "standfast=trace")
             .env_remove("WAYLAND_DISPLAY")
             .env_remove("WAYLAND_SOCKET")
-            // Should the test be killed it is not left behind.
+            // If the test is killed, the program must end by itself.
             .args(["view", "--seconds=300"])
             .args(arguments)
             .stdout(Stdio::piped())
@@ -58,7 +58,7 @@ impl<'a> View<'a> {
             BufReader::new(stderr).lines().map_while(Result::ok).for_each(|line| lines.lock().unwrap().push(line));
         });
         let view = Self { process: Some(process), display, told };
-        // The server ends with its last client: that is the window, so it comes first.
+        // The server ends with its last client, which is the window, so the window must come first.
         view.wait("a frame", || view.last().is_some());
         display.window("standfast");
         view.frames(2);
@@ -83,7 +83,7 @@ impl<'a> View<'a> {
         self.last().unwrap()
     }
 
-    /// Waits for so many frames more.
+    /// Waits for this number of further frames.
     pub fn frames(&self, count: u64) {
         let until = self.frame().number + count;
         self.wait("frames", || self.frame().number >= until);
@@ -93,28 +93,29 @@ impl<'a> View<'a> {
         self.wait(what, || is_so(&self.frame()));
     }
 
-    /// Waits until some frame after `before` was so, though the last one may not be: a slow machine draws few.
+    /// Waits until some frame after `before` satisfied `is_so`, even if the last one does not: a slow machine draws
+    /// few.
     pub fn once(&self, what: &str, before: &Frame, is_so: impl Fn(&Frame) -> bool) {
         let is_later = |line: &String| Frame::told(line).is_some_and(|f| f.number > before.number && is_so(&f));
         self.wait(what, || self.told.lock().unwrap().iter().any(is_later));
     }
 
-    /// Presses a key and waits until it is seen to.
+    /// Presses a key and waits until it has been handled.
     pub fn press(&self, key: &str) {
         self.display.tell(&["key", key]);
         self.frames(3);
     }
 
-    /// Presses a key, and holds it.
+    /// Presses a key and holds it.
     pub fn hold(&self, key: &str) {
         self.display.tell(&["keydown", key]);
-        // The server repeats by the clock: from 0.66 s on, 25 times a second.
+        // The server repeats keys by the clock: 25 times a second after 0.66 s.
         sleep(Duration::from_millis(1500));
         self.display.tell(&["keyup", key]);
         self.frames(3);
     }
 
-    /// Drags by the left button.
+    /// Drags with the left button.
     pub fn drag(&self, from: [u32; 2], to: [u32; 2]) {
         let steps = [[from[0], from[1], 0], [from[0], from[1], 1], [to[0], to[1], 0], [to[0], to[1], 2]];
         for [x, y, button] in steps {
@@ -127,7 +128,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// Quits by a key; what was printed.
+    /// Quits by a key, and returns the output.
     pub fn quit(self, key: &str) -> String {
         self.display.tell(&["key", key]);
         let (mut process, _) = self.leave();
@@ -137,7 +138,7 @@ impl<'a> View<'a> {
         told
     }
 
-    /// Leaves the process, and what it tells, to the caller.
+    /// Leaves the process and its output to the caller.
     pub fn leave(mut self) -> (Child, Told) {
         (self.process.take().unwrap(), self.told.clone())
     }

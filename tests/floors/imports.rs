@@ -1,39 +1,40 @@
-//! Which file of the crate names which, read from their tokens: `use` trees and paths in code, re-exports followed to where
-//! a name is made. Enough of Rust for one crate that is written plainly: no names by macros, no shadowed modules.
+//! Which file of the crate imports from which, read from their tokens: `use` trees and paths in code, with re-exports
+//! followed to the definition of a name. It understands enough of Rust for this crate: no names made by macros, and no
+//! shadowed modules.
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// `campaign::ask::spec`, without the crate; the root is empty.
+/// A module such as `campaign::ask::spec`, without the crate. The root is empty.
 pub type Module = Vec<String>;
 
-/// A path in a file, as `crate::a::b` from the root or, of another crate, as written.
+/// A path in a file: `crate::a::b` from the root or, for another crate, as it is written.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Named {
     pub path: Vec<String>,
     pub is_ours: bool,
-    /// In what is compiled for unit tests only.
+    /// Whether it is in code that is compiled for unit tests only.
     pub in_test: bool,
-    /// Handed on by a `pub use`, by this name.
+    /// The name by which a `pub use` re-exports it.
     handed_on: Option<String>,
 }
 
-/// What a file says.
+/// The content of a file.
 #[derive(Debug, Default)]
 pub struct File {
-    /// As `campaign/ask/spec.rs`.
+    /// Name such as `campaign/ask/spec.rs`.
     pub name: String,
     pub named: Vec<Named>,
-    /// Modules that it declares, and those of them for unit tests only.
+    /// Modules that it declares, and those of them that are for unit tests only.
     children: BTreeSet<String>,
     tests: BTreeSet<String>,
-    /// Names that it imports, and from where (paths of this crate from the root).
+    /// Names that it imports, and from where (for this crate, paths from the root).
     imported: BTreeMap<String, Vec<String>>,
     globs: Vec<Vec<String>>,
     /// Names that it defines.
     defined: BTreeSet<String>,
-    /// Words of its code, `use` and tests apart.
+    /// Words of its code, except in `use` and tests.
     words: BTreeSet<String>,
 }
 
@@ -43,7 +44,7 @@ pub struct Crate {
 }
 
 impl Crate {
-    /// Of all sources under a folder.
+    /// Reads all sources under a folder.
     pub fn read(root: &Path) -> Self {
         fn walk(folder: &Path, root: &Path, found: &mut Vec<(String, String)>) {
             for entry in std::fs::read_dir(folder).unwrap() {
@@ -61,7 +62,7 @@ impl Crate {
         Self::of(found.iter().map(|(name, text)| (name.as_str(), text.as_str())))
     }
 
-    /// Of sources, each with its name from the root.
+    /// Reads sources, each with its name from the root.
     pub fn of<'a>(sources: impl IntoIterator<Item = (&'a str, &'a str)>) -> Self {
         let mut files = BTreeMap::new();
         for (name, text) in sources {
@@ -87,7 +88,7 @@ impl Crate {
         (0..module.len()).any(|k| self.files.get(&module[..k]).is_some_and(|file| file.tests.contains(&module[k])))
     }
 
-    /// The file in which what a path names is made; None for what is not in this crate.
+    /// The file in which the item of a path is defined; None if it is not in this crate.
     pub fn made_in(&self, path: &[String]) -> Option<&Module> {
         self.follow(path, 0)
     }
@@ -108,12 +109,12 @@ impl Crate {
         }
     }
 
-    /// For each file that is no unit test the others that it uses outside of its tests.
+    /// For each file that is no unit test, the other files that it uses outside of its tests.
     pub fn uses(&self) -> BTreeMap<&Module, BTreeSet<&Module>> {
         let mut uses = BTreeMap::new();
         for (module, file) in self.files.iter().filter(|(module, _)| !self.is_test(module)) {
             let is_used = |named: &&Named| {
-                // What is only handed on is not used here.
+                // A name that is only re-exported is not used here.
                 let handed_on = named.handed_on.as_ref().is_some_and(|name| !file.words.contains(name));
                 named.is_ours && !named.in_test && !handed_on
             };
@@ -123,7 +124,7 @@ impl Crate {
         uses
     }
 
-    /// Files that lead back to themselves, in groups, each with who uses whom within.
+    /// Files that form import circles, in groups, each with who uses whom within.
     pub fn circles(&self) -> Vec<String> {
         let uses = self.uses();
         let reach: BTreeMap<_, _> = uses.keys().map(|module| (*module, reached(&uses, module))).collect();
@@ -143,7 +144,7 @@ impl Crate {
     }
 }
 
-/// What is used from a file on, step by step.
+/// All files that are used from a file on, directly or not.
 fn reached<'a>(uses: &BTreeMap<&'a Module, BTreeSet<&'a Module>>, from: &'a Module) -> BTreeSet<&'a Module> {
     let (mut seen, mut next) = (BTreeSet::new(), vec![from]);
     while let Some(module) = next.pop() {
@@ -152,7 +153,7 @@ fn reached<'a>(uses: &BTreeMap<&'a Module, BTreeSet<&'a Module>>, from: &'a Modu
     seen
 }
 
-/// `a/b.rs` and `a/b/mod.rs` are `a::b`, `lib.rs` is the root.
+/// `a/b.rs` and `a/b/mod.rs` are the module `a::b`, and `lib.rs` is the root.
 fn module_of(name: &str) -> Module {
     let name = name.trim_end_matches(".rs").trim_end_matches("/mod");
     if name == "lib" { Module::new() } else { name.split('/').map(String::from).collect() }
@@ -169,23 +170,23 @@ fn is_punct(token: Option<&TokenTree>, c: char) -> bool {
     matches!(token, Some(TokenTree::Punct(punct)) if punct.as_char() == c)
 }
 
-/// Whether `::` stands at a place.
+/// Whether there is a `::` at a position.
 fn is_separator(tokens: &[TokenTree], at: usize) -> bool {
     is_punct(tokens.get(at), ':') && is_punct(tokens.get(at + 1), ':')
 }
 
-/// The end of an item that starts at a place: after its braces or its semicolon.
+/// The end of an item that starts at a position: after its braces or its semicolon.
 fn item_end(tokens: &[TokenTree], from: usize) -> usize {
     let ends = |token: &TokenTree| match token {
         TokenTree::Group(group) => group.delimiter() == Delimiter::Brace,
         other => is_punct(Some(other), ';'),
     };
-    // The attributes that follow are its own; `use a::{b};` ends with its semicolon.
+    // The attributes that follow belong to the item; `use a::{b};` ends with its semicolon.
     let end = from + tokens[from..].iter().position(ends).map_or(tokens.len() - from, |at| at + 1);
     if is_punct(tokens.get(end), ';') { end + 1 } else { end }
 }
 
-/// Whether `#[cfg(test)]`, or another condition with `test` in it, stands at a place.
+/// Whether there is a `#[cfg(test)]`, or another condition with `test` in it, at a position.
 fn is_for_tests(tokens: &[TokenTree], at: usize) -> bool {
     let Some(TokenTree::Group(group)) = tokens.get(at + 1).filter(|_| is_punct(tokens.get(at), '#')) else {
         return false;
@@ -194,7 +195,7 @@ fn is_for_tests(tokens: &[TokenTree], at: usize) -> bool {
     condition.iter().any(|word| word == "cfg") && condition.iter().any(|word| word == "test")
 }
 
-/// Modules that are files of their own (`mod name;`), each with whether it is for tests only.
+/// Modules in files of their own (`mod name;`), each with whether it is for tests only.
 fn declarations(tokens: TokenStream, in_test: bool, found: &mut Vec<(String, bool)>) {
     let tokens: Vec<TokenTree> = tokens.into_iter().collect();
     let mut at = 0;
@@ -216,7 +217,7 @@ fn declarations(tokens: TokenStream, in_test: bool, found: &mut Vec<(String, boo
 
 struct Reader<'a> {
     file: &'a mut File,
-    /// That of the file, with those that stand inside of it.
+    /// The module of the file, with those inside of it.
     module: Module,
     in_test: bool,
 }
@@ -245,7 +246,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads what begins with a word; returns where to go on.
+    /// Reads what begins with a word, and returns where to continue.
     fn word(&mut self, word: &str, tokens: &[TokenTree], at: usize) -> usize {
         let next = ident(tokens.get(at + 1));
         match (word, &next, tokens.get(at + 2)) {
@@ -288,7 +289,7 @@ impl Reader<'_> {
         end
     }
 
-    /// Reads a `use` tree of which `prefix` has been read.
+    /// Reads a `use` tree after its `prefix`.
     fn tree(&mut self, tokens: &[TokenTree], prefix: &[String], is_public: bool) {
         let (mut path, mut at) = (prefix.to_vec(), 0);
         loop {
@@ -338,7 +339,7 @@ impl Reader<'_> {
         self.file.named.push(Named { path, is_ours, in_test: self.in_test, handed_on });
     }
 
-    /// A path from the root, and whether it is one of this crate.
+    /// A path from the root, and whether it is in this crate.
     fn absolute(&self, path: Vec<String>) -> (Vec<String>, bool) {
         let above = path.iter().take_while(|name| *name == "super").count();
         let is_main = self.file.name == "main.rs";

@@ -1,4 +1,4 @@
-//! What the captions of `standfast paper` claim of its runs, measured again from their ticks.
+//! The claims in the captions of `standfast paper` about its runs, measured again from their ticks.
 
 use super::common::{Bench, config};
 use super::{in_words, numbers, tells};
@@ -18,9 +18,9 @@ use standfast::robot::{Foot, PerFoot};
 use standfast::sim::Push;
 use std::sync::OnceLock;
 
-/// A sole that is pressed by less carries no load (N).
+/// A sole with less load than this counts as unloaded (N).
 const LEAST_N: f64 = 0.5;
-/// The pushed runs: scenario, its figure, and its key in others.
+/// The pushed runs: scenario, its figure, and its key in other figures.
 const PUSHED: [(&str, &str, &str); 2] =
     [("push-behind", "12", "push_behind"), ("push-diagonal", "13", "push_diagonal")];
 
@@ -34,18 +34,18 @@ pub fn impose(bench: &Bench, name: &str) -> ImposedRecord {
     imposed::run(&bench.robot, &bench.design, &config(2.0), asked.zmp_error_m.into(), asked.start, &mut |_| {}).unwrap()
 }
 
-/// What a run of a push shows, measured here.
+/// What is measured here in the run of a push.
 struct Seen {
     record: Record,
-    /// Root of the mean square of ZMP less ZMP wanted while the sole in the air carries no load (m; x, y).
+    /// Root mean square of ZMP less desired ZMP while the sole in the air is unloaded (m; x, y).
     rms_m: [f64; 2],
-    /// The largest turn of the trunk about the vertical, up to half a second after the end (degrees).
+    /// The largest rotation of the trunk about the vertical, until half a second after the end (degrees).
     most_yaw_deg: f64,
     /// Regions on both feet before the lift and right after the landing, control frame.
     regions: [SupportPolygon; 2],
-    /// In the swing: how far the sole that stands tips, and turns (degrees).
+    /// In the swing: how far the stance sole tips and turns (degrees).
     tip_turn_deg: [f64; 2],
-    /// Ticks at which each sole carries no load, between the landing and when the robot stands still (s).
+    /// Ticks at which each sole is unloaded, between the landing and when the robot stands still (s).
     unloaded_s: PerFoot<Vec<f64>>,
     /// Ticks at which each joint's torque is at its limit.
     at_limit: Vec<usize>,
@@ -121,7 +121,7 @@ fn vector(value: &Value) -> Vector2<f64> {
     Vector2::new(value[0].as_f64().unwrap(), value[1].as_f64().unwrap())
 }
 
-/// Fig. 9, 12, 13, 14.
+/// For Fig. 9, 12, 13 and 14.
 #[test]
 fn captions_tell_the_responses_of_the_runs() {
     for (i, (run, (_, number, key))) in seen().iter().zip(PUSHED).enumerate() {
@@ -151,7 +151,7 @@ fn captions_tell_the_responses_of_the_runs() {
     near(&numbers("7")["mass_kg"], bench.robot.mass(), 1e-9);
 }
 
-/// Fig. 4: searched again.
+/// For Fig. 4: searched again.
 #[test]
 fn captions_tell_the_regions_of_the_runs() {
     let (bench, regions) = (Bench::new("paper"), seen()[0].regions);
@@ -174,7 +174,7 @@ fn captions_tell_the_regions_of_the_runs() {
     assert!(excess > 1e-5, "{excess}");
 }
 
-/// Fig. 14: the spans without load are those of the ticks, and the joints at their limits, too.
+/// For Fig. 14: the times without load and the joints at their limits agree with the ticks.
 #[test]
 fn captions_tell_the_soles_without_load_and_the_joints_at_their_limits() {
     for (i, (seen, (name, ..))) in seen().iter().zip(PUSHED).enumerate() {
@@ -188,23 +188,25 @@ fn captions_tell_the_soles_without_load_and_the_joints_at_their_limits() {
                 let ticks = seen.unloaded_s[foot].iter().filter(|t| (*from..=*to).contains(t)).count();
                 assert_eq!(ticks, ((to - from) / 0.002).round() as usize + 1, "{name}: {from} to {to}");
             }
-            // What is in no span is no whole span.
+            // Outside of all spans there are only short runs of ticks.
             let in_none = |t: &&f64| !own.iter().any(|[from, to]| (*from..=*to).contains(*t));
             let rest: Vec<f64> = seen.unloaded_s[foot].iter().filter(in_none).copied().collect();
             assert!(rest.chunk_by(|a, b| b - a < 0.003).all(|run| run.len() <= 5), "{name}: {rest:?}");
         }
-        let told = list(&numbers("14")["joints_at_torque_limit_s"][i]);
-        for ((told, ticks), joint) in told.iter().zip(&seen.at_limit).zip(&Bench::new("paper").robot.joints) {
-            near(told, 0.002 * *ticks as f64, 1e-9);
-            if *ticks > 0 {
-                tells(&format!("{} for {} ms", joint.name.replace('_', " "), 2 * ticks));
+        let told = &numbers("14")["joints_at_torque_limit_s"][i];
+        for (ticks, joint) in seen.at_limit.iter().zip(&Bench::new("paper").robot.joints) {
+            if *ticks == 0 {
+                assert!(told[&joint.name].is_null(), "{}", joint.name);
+                continue;
             }
+            near(&told[&joint.name], 0.002 * *ticks as f64, 1e-9);
+            tells(&format!("{} for {} ms", joint.name.replace('_', " "), 2 * ticks));
         }
         assert!(seen.at_limit.iter().any(|ticks| *ticks > 0), "{name}");
     }
 }
 
-/// Fig. 13: the table, push by push.
+/// For Fig. 13: the table, push by push.
 #[test]
 fn the_table_tells_what_other_pushes_lead_to() {
     let (bench, tried, diagonal) = (Bench::new("paper"), list(&numbers("13")["tried"]), scenario_push("push-diagonal"));
@@ -227,7 +229,7 @@ fn the_table_tells_what_other_pushes_lead_to() {
             ((way[0] * cos + way[1] * sin) / way[0].hypot(way[1])).acos().to_degrees()
         }));
     }
-    // Fig. 12 has the angles between push and footstep: of its own run, of Fig. 13, and of these headings.
+    // Fig. 12 states the angles between push and footstep: for its own run, for Fig. 13, and for these headings.
     let told = list(&numbers("12")["footstep_off_push_deg"]);
     for (told, off_deg) in told[2..].iter().zip(&off_deg) {
         assert_eq!(told.is_null(), off_deg.is_none());
@@ -240,7 +242,7 @@ fn the_table_tells_what_other_pushes_lead_to() {
     tells("steps and falls towards \u{2212}130");
 }
 
-/// Fig. 12, 13: eq. 29 against the landing; Fig. 6: how often it is at its limit.
+/// For Fig. 12 and 13: eq. 29 compared with the landing. For Fig. 6: how often the stride is at its limit.
 #[test]
 fn captions_tell_the_stride_that_was_asked_for_and_where_the_foot_landed() {
     let rules = *Bench::new("paper").design.family.stepping().unwrap();
@@ -270,7 +272,7 @@ fn captions_tell_the_stride_that_was_asked_for_and_where_the_foot_landed() {
     tells(&format!("{} of the {} footsteps of the runs on this page do", most.count(), all.len()));
 }
 
-/// Fig. 12, 13: what shows that a footstep is necessary.
+/// For Fig. 12 and 13: what shows that a footstep is necessary.
 #[test]
 fn captions_tell_who_falls_without_a_footstep_and_the_pendulums_bound() {
     let (switching, stiff) = (Bench::new("switching"), Bench::new("hold"));
@@ -288,7 +290,7 @@ fn captions_tell_who_falls_without_a_footstep_and_the_pendulums_bound() {
     }
 }
 
-/// Fig. 6, 13: straight back, and with the less loaded foot, by plain distance.
+/// For Fig. 6 and 13: by plain distance the footstep goes straight back, with the less loaded foot.
 #[test]
 fn by_plain_distance_the_diagonal_push_would_move_the_other_foot_straight_back() {
     let told = &numbers("13")["by_plain_distance"];
@@ -301,7 +303,7 @@ fn by_plain_distance_the_diagonal_push_would_move_the_other_foot_straight_back()
     tells(&format!("by plain distance it would be (\u{2212}{:.1}, 0) mm.", -1e3 * x));
 }
 
-/// Fig. 3: rolled out here, with the membership of the matrices.
+/// For Fig. 3: simulated here, with the membership from the matrices.
 #[test]
 fn captions_tell_how_fast_the_gains_bring_the_com_home() {
     let bench = Bench::new("paper");
@@ -322,8 +324,8 @@ fn captions_tell_how_fast_the_gains_bring_the_com_home() {
     };
     let own: Vec<f64> = (0..sets.len()).map(|gain| home_s(sets.len() - 1, &|_| gain)).collect();
     assert!(own.windows(2).all(|pair| pair[1] < pair[0]), "{own:?}");
-    for (told, own) in list(&numbers("3")["home_after_s"]).iter().zip(&own) {
-        near(told, *own, 1e-9);
+    for (told, own) in list(&numbers("3")["sets"]).iter().zip(&own) {
+        near(&told["home_after_s"], *own, 1e-9);
         tells(&format!("<td>{own:.2} s</td>"));
     }
     let holding = |state: &State| (0..sets.len()).rev().find(|i| sets[*i].set.contains(state.stacked().as_slice()));

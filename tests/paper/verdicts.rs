@@ -1,10 +1,10 @@
-//! The verdicts of `standfast paper`, each as it was thought over.
+//! The verdicts of `standfast paper`, each as it was decided by hand.
 
 use super::{figure, page, runs};
 use std::collections::HashMap;
 
-/// The claims of each figure in the order of the page, each by words of it and by what it is: `+` agrees, `-` differs,
-/// `?` is open.
+/// The claims of each figure in the order of the page, each by some of its words and by its verdict: `+` agrees, `-`
+/// differs, `?` is open.
 const VERDICTS: [(&str, &[&str]); 10] = [
     ("3", &["+inclusion relation", "+are ordered", "+choosing maximum index", "-In general", "?nor their k"]),
     ("4", &["?steps the right foot forward", "?origin is located", "-S_max(M_Z) online as follows", "+enlarge"]),
@@ -27,7 +27,7 @@ const VERDICTS: [(&str, &[&str]); 10] = [
 #[test]
 fn every_verdict_is_the_one_that_was_thought_over() {
     let page = page();
-    // Quotation marks are for the paper's words, and these have a place; three claims are on the update time.
+    // Quotation marks are for the paper's words, which have a place in it. Three claims are about the update time.
     let (mut claims, mut quotes) = (3, 2);
     for (number, pinned) in VERDICTS {
         let told = figure(number)["claims"].as_array().unwrap();

@@ -1,4 +1,4 @@
-//! What each number of a campaign may be.
+//! The accepted range of each number of a campaign.
 
 use crate::episode::EpisodeConfig;
 use crate::error::{Error, Result};
@@ -15,8 +15,8 @@ pub struct PushBounds {
 }
 
 impl PushBounds {
-    /// A push starts in the first half of the episode and may last for a quarter of it, so that it is always over
-    /// before the horizon and time is left to settle.
+    /// A push starts in the first half of the episode and lasts for a quarter of it at most, so it is always over
+    /// before the horizon and leaves time to settle.
     pub fn new(horizon_s: f64) -> Self {
         Self {
             impulse_n_s: [0.0, 1e4],
@@ -27,7 +27,7 @@ impl PushBounds {
         }
     }
 
-    /// Checks one push; `file` is whose values they are.
+    /// Checks one push. Errors name `file` as the origin of the values.
     pub fn check(&self, file: &str, push: &Push) -> Result<()> {
         in_range(file, "push.impulse_n_s", push.impulse_n_s, self.impulse_n_s)?;
         in_range(file, "push.heading_deg", push.heading_deg, self.heading_deg)?;
@@ -37,7 +37,7 @@ impl PushBounds {
     }
 }
 
-/// Checks periods, horizon and thresholds of an episode; `file` is whose values they are.
+/// Checks time steps, horizon and thresholds of an episode. Errors name `file` as the origin of the values.
 pub fn check_episode(file: &str, episode: &EpisodeConfig) -> Result<()> {
     let positive = |field, value, most| positive(file, field, value, most);
     positive("episode.horizon_s", episode.horizon_s, 3600.0)?;
@@ -45,7 +45,7 @@ pub fn check_episode(file: &str, episode: &EpisodeConfig) -> Result<()> {
     positive("episode.physics_step_s", episode.physics_step_s, episode.control_period_s)?;
     let substeps = episode.control_period_s / episode.physics_step_s;
     if (substeps - substeps.round()).abs() > 1e-6 {
-        let accepted = format!("episode.control_period_s = {} over a whole number", episode.control_period_s);
+        let accepted = format!("episode.control_period_s = {} divided by a whole number", episode.control_period_s);
         let problem = "does not divide the control period";
         return Err(Error::value(file, "episode.physics_step_s", episode.physics_step_s, problem, accepted));
     }
@@ -68,7 +68,7 @@ pub(crate) fn positive(file: &str, field: &str, value: f64, most: f64) -> Result
     accept(value > 0.0 && value <= most, file, field, value, &format!("more than 0, at most {most}"))
 }
 
-/// Error unless it is `ok`: what would be accepted.
+/// Returns an error that states what is accepted, unless `ok`.
 pub(crate) fn accept(ok: bool, file: &str, field: &str, value: f64, accepted: &str) -> Result<()> {
     if ok { Ok(()) } else { Err(Error::value(file, field, value, "out of range", accepted)) }
 }

@@ -1,4 +1,4 @@
-//! How a quantity of a campaign is drawn, as a TOML file has it.
+//! The distribution of a quantity of a campaign.
 
 use crate::campaign::ask::bounds::{accept, in_range};
 use crate::error::Result;
@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
 use std::fmt;
 
-/// How a quantity is drawn: `2.5`, `{ uniform = [a, b] }` or `{ normal = [mean, sd] }`.
+/// A distribution, in TOML `2.5`, `{ uniform = [a, b] }` or `{ normal = [mean, sd] }`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Distribution {
@@ -14,14 +14,14 @@ pub enum Distribution {
     Uniform {
         uniform: [f64; 2],
     },
-    /// Drawn again while the quantity would be out of its bounds (a negative impulse, say).
+    /// Values outside of the bounds of the quantity (for example a negative impulse) are drawn again.
     Normal {
         normal: [f64; 2],
     },
 }
 
 impl Distribution {
-    /// The mean of what is drawn (of a normal one, as if nothing were drawn again).
+    /// The mean. For a normal distribution, values that are drawn again are not considered.
     pub fn mean(&self) -> f64 {
         match *self {
             Distribution::Constant(value) => value,
@@ -30,7 +30,7 @@ impl Distribution {
         }
     }
 
-    /// Whether the same is drawn every time.
+    /// Whether every draw gives the same value.
     pub fn is_constant(&self) -> bool {
         match *self {
             Distribution::Constant(_) => true,
@@ -39,7 +39,7 @@ impl Distribution {
         }
     }
 
-    /// Checks that what is drawn is in `[least, most]`; a normal one, its mean.
+    /// Checks that all values lie in `[least, most]`; for a normal distribution, that its mean does.
     pub(crate) fn check(&self, file: &str, field: &str, [least, most]: [f64; 2]) -> Result<()> {
         match *self {
             Distribution::Constant(value) => in_range(file, field, value, [least, most]),
@@ -57,7 +57,7 @@ impl Distribution {
         }
     }
 
-    /// Largest value that is drawn, if it has to be at most `most`.
+    /// Largest value that can be drawn, if the accepted range is `[least, most]`.
     pub(crate) fn most(&self, [_, most]: [f64; 2]) -> f64 {
         match *self {
             Distribution::Constant(value) => value,
@@ -77,7 +77,7 @@ impl fmt::Display for Distribution {
     }
 }
 
-// By hand, because the error of a derived untagged enum names neither the key nor what would be accepted.
+// Written by hand: the error of a derived untagged enum names neither the key nor what is accepted.
 impl<'de> Deserialize<'de> for Distribution {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Form;

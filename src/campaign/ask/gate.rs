@@ -1,29 +1,30 @@
-//! Gates: what a campaign has to show, as in CI; how sure one has to be, and what counts as a failure.
+//! Gates: requirements on the result of a campaign, as in CI, the confidence with which they are decided, and what an
+//! undecided gate counts as.
 //!
-//! `catch >= 0.80` asks for a rate of recovery; `catch >= hold + 0.10` for a difference of two sets on the same trials;
-//! `catch >= baseline - 0.01` for the difference to the same set in an earlier result.
+//! `catch >= 0.80` requires a rate of recovery. `catch >= hold + 0.10` requires a difference of the rates of two sets
+//! on the same trials, and `catch >= baseline - 0.01` one from the rate of the same set in an earlier result.
 
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-/// What stands for the same set in an earlier result.
+/// Word for the same set in an earlier result.
 const BASELINE: &str = "baseline";
-/// Who is told of a gate that cannot be read.
+/// Origin that errors name for a gate that cannot be read.
 const SOURCE: &str = "--gate or gates.require";
-/// What a gate looks like.
+/// The accepted forms of a gate.
 const FORMS: &str =
-    "SET >= RATE, SET >= SET + SHARE or SET >= baseline - SHARE (spaces around + and -), as `catch >= 0.80`";
+    "SET >= RATE, SET >= SET + SHARE or SET >= baseline - SHARE (spaces around + and -), for example `catch >= 0.80`";
 
-/// `[gates]` of a campaign.
+/// The table `[gates]` of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GateSpec {
-    /// See [`Gate::parse`].
+    /// The gates; see [`Gate::parse`].
     pub require: Vec<String>,
-    /// Of the two-sided intervals (a share): of gates whose truth is just what is required, about half of the rest pass,
-    /// and half fail.
+    /// Confidence of the two-sided intervals, as a share. If the true value is exactly the required one, a gate passes
+    /// with probability (1 - confidence) / 2, and fails with the same probability.
     pub confidence: f64,
-    /// What an unresolved gate counts as.
+    /// Whether an unresolved gate counts as passed or failed.
     pub unresolved: OnUnresolved,
 }
 
@@ -34,8 +35,9 @@ impl Default for GateSpec {
 }
 
 impl GateSpec {
-    /// Adds gates that are not there yet.
-    pub fn add(&mut self, gates: &[String]) {
+    /// Adds the gates that are not in the list yet, and sets what an unresolved gate counts as if that is given.
+    pub fn add(&mut self, gates: &[String], unresolved: Option<OnUnresolved>) {
+        self.unresolved = unresolved.unwrap_or(self.unresolved);
         for gate in gates {
             if !self.require.contains(gate) {
                 self.require.push(gate.clone());
@@ -43,20 +45,20 @@ impl GateSpec {
         }
     }
 
-    /// Whether a gate compares with an earlier result; `sets` are the names of the campaign's.
+    /// Whether a gate compares with an earlier result. `sets` are the names of the campaign's sets.
     pub fn ask_for_baseline(&self, sets: &[String]) -> bool {
         let is_baseline = |gate: &String| Gate::parse(gate, sets).is_ok_and(|gate| gate.against == Against::Baseline);
         self.require.iter().any(is_baseline)
     }
 
-    /// Checks what can be checked without knowing the gain sets; `file` is whose values they are. Error: a confidence that
-    /// is none.
+    /// Checks what does not depend on the gain sets. Errors name `file` as the origin of the values. It fails if the
+    /// confidence is out of range.
     pub fn check(&self, file: &str) -> Result<()> {
         if (0.5..1.0).contains(&self.confidence) {
             return Ok(());
         }
-        let accepted = "at least 0.5, below 1";
-        Err(Error::value(file, "gates.confidence", self.confidence, "is not a confidence", accepted))
+        let accepted = "at least 0.5 and below 1";
+        Err(Error::value(file, "gates.confidence", self.confidence, "is not a valid confidence", accepted))
     }
 }
 
@@ -69,22 +71,22 @@ pub enum OnUnresolved {
     Fail,
 }
 
-/// A requirement.
+/// One requirement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gate {
-    /// As it was written.
+    /// The gate as it was written.
     pub text: String,
-    /// The gain set that has to show something.
+    /// The gain set that must meet the requirement.
     pub set: String,
     pub against: Against,
-    /// Least rate, or least difference to what it is held against (shares).
+    /// Smallest accepted rate, or smallest accepted difference to `against` (shares).
     pub offset: f64,
 }
 
-/// What a set's rate is held against.
+/// What the rate of the set is compared with.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Against {
-    /// Nothing: the rate itself is asked for.
+    /// Nothing: the rate itself must reach `offset`.
     Rate,
     /// Another set of the campaign, on the same trials.
     Set(String),
@@ -93,10 +95,10 @@ pub enum Against {
 }
 
 impl Gate {
-    /// Reads `SET >= RATE`, `SET >= OTHER`, `SET >= OTHER + SHARE`, `SET >= OTHER - SHARE`, where OTHER is a set or
-    /// `baseline`, and RATE and SHARE are as `0.8` or `80 %`. `sets` are the names of the campaign's sets; since a name may
-    /// hold `+` and `-`, there are spaces around those of a gate, and the longest name that fits is meant. Errors:
-    /// anything else.
+    /// Reads `SET >= RATE`, `SET >= OTHER`, `SET >= OTHER + SHARE` or `SET >= OTHER - SHARE`. OTHER is a set or
+    /// `baseline`, and RATE and SHARE are written as `0.8` or `80 %`. `sets` are the names of the campaign's sets. A
+    /// name may contain `+` and `-`, so there must be spaces around these signs in a gate, and the longest name that
+    /// fits is taken. Anything else is an error.
     pub fn parse(text: &str, sets: &[String]) -> Result<Self> {
         let text = text.trim();
         let refuse = |problem: String, accepted: String| Err(Error::value(SOURCE, "gate", text, problem, accepted));
@@ -107,7 +109,7 @@ impl Gate {
         let Some((set, right)) = fits.max_by_key(|(set, _)| set.len()) else {
             return match text.split_once(">=") {
                 Some((set, _)) => refuse(format!("no set is named `{}`", set.trim()), names()),
-                None => refuse("no `>=`".into(), FORMS.into()),
+                None => refuse("has no `>=`".into(), FORMS.into()),
             };
         };
 
@@ -138,7 +140,7 @@ impl Gate {
             }
             BASELINE => Against::Baseline,
             other if other == set => {
-                return refuse("holds a set against itself".into(), "another set, or baseline".into());
+                return refuse("compares a set with itself".into(), "another set, or baseline".into());
             }
             other => Against::Set(other.into()),
         };
@@ -146,7 +148,7 @@ impl Gate {
     }
 }
 
-/// `0.8`, or `80 %`.
+/// Reads `0.8` or `80 %`.
 fn number(text: &str) -> Option<f64> {
     let value = match text.strip_suffix('%') {
         Some(percent) => percent.trim_end().parse::<f64>().ok()? / 100.0,
@@ -155,7 +157,7 @@ fn number(text: &str) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// What stands before the last ` + ` or ` - `, its sign, and what stands after it.
+/// The text before the last ` + ` or ` - `, the sign, and the text after it.
 fn split_offset(text: &str) -> Option<(&str, f64, &str)> {
     let at = text.rfind(" + ").max(text.rfind(" - "))?;
     let sign = if text[at..].starts_with(" + ") { 1.0 } else { -1.0 };
@@ -187,7 +189,7 @@ mod tests {
             ("catch >= my-gains - 0.5", "catch", set("my-gains"), -0.5),
             ("paper:stepping.alpha=2 >= c+d + 0.2", "paper:stepping.alpha=2", set("c+d"), 0.2),
             ("a, b [1] >= paper:stepping.alpha=2 - 2 %", "a, b [1]", set("paper:stepping.alpha=2"), -0.02),
-            // The longest name that fits.
+            // The longest name that fits is taken.
             ("catch >= a - b", "catch", set("a - b"), 0.0),
             ("catch >= a - b - 0.1", "catch", set("a - b"), -0.1),
             ("catch >= a - 0.1", "catch", set("a"), -0.1),
@@ -201,9 +203,9 @@ mod tests {
     #[test]
     fn what_is_no_gate_is_refused_with_what_would_be_accepted() {
         for (text, said) in [
-            ("catch > 0.8", "no `>=`; accepted: SET >= RATE"),
-            ("catch <= 0.8", "no `>=`; accepted: SET >= RATE"),
-            ("", "no `>=`; accepted: SET >= RATE"),
+            ("catch > 0.8", "has no `>=`; accepted: SET >= RATE"),
+            ("catch <= 0.8", "has no `>=`; accepted: SET >= RATE"),
+            ("", "has no `>=`; accepted: SET >= RATE"),
             ("catcher >= 0.8", "no set is named `catcher`; accepted: catch, hold"),
             ("catch - 0.1 >= 0.8", "no set is named `catch - 0.1`; accepted: catch, hold"),
             ("catch >= fold", "no set is named `fold`; accepted: catch, hold, baseline, or a rate"),
@@ -216,14 +218,14 @@ mod tests {
             ("catch >= hold + 10", "`10` is not a difference of rates; accepted: -1 to 1"),
             ("catch >= hold - much", "`much` is not a number; accepted: SET >= RATE"),
             ("catch >= hold - inf", "`inf` is not a number; accepted: SET >= RATE"),
-            ("catch >= catch - 0.1", "holds a set against itself; accepted: another set"),
+            ("catch >= catch - 0.1", "compares a set with itself; accepted: another set"),
         ] {
             let error = Gate::parse(text, &sets(&["catch", "hold"])).unwrap_err();
             assert!(matches!(error, Error::Value { .. }));
             let (error, start) = (error.to_string(), format!("--gate or gates.require: gate = {text}: "));
             assert!(error.starts_with(&start) && error.contains(said), "{error}");
         }
-        // Who may be meant by it? On the left, the set.
+        // On the left, `baseline` is the set of that name. On the right it is ambiguous.
         let names = sets(&["catch", "baseline"]);
         let error = Gate::parse("catch >= baseline - 0.1", &names).unwrap_err().to_string();
         assert!(error.contains("itself named `baseline`; accepted: another name"), "{error}");
@@ -248,11 +250,14 @@ mod tests {
     fn a_gate_is_there_once_and_asks_for_a_baseline_or_not() {
         let mut spec = GateSpec::default();
         let gates = ["catch >= 0.8", "catch >= 0.8", "catch >= baseline-2"].map(String::from);
-        spec.add(&gates);
+        spec.add(&gates, None);
         assert_eq!(spec.require.len(), 2);
         let sets = ["catch", "baseline-2"].map(String::from);
         assert!(!spec.ask_for_baseline(&sets));
-        spec.add(&["catch >= baseline - 0.01".into()]);
+        spec.add(&["catch >= baseline - 0.01".into()], Some(OnUnresolved::Fail));
+        assert_eq!(spec.unresolved, OnUnresolved::Fail);
+        spec.add(&[], None);
+        assert_eq!(spec.unresolved, OnUnresolved::Fail);
         assert!(spec.ask_for_baseline(&sets));
     }
 }

@@ -1,6 +1,6 @@
-//! What a campaign asks: a [`spec`] says what is drawn ([`mod@push`], [`variations`]), how ([`distribution`]) and within
-//! which [`bounds`], and what has to be shown ([`gate`]); a [`trial`] is a function of (seed, index) alone; a
-//! [`scenario`] is one disturbance with a name; [`no_step`] measures a push.
+//! What a campaign asks. A [`spec`] states which quantities are drawn ([`mod@push`], [`variations`]), from which
+//! [`distribution`] and within which [`bounds`], and what the result must show ([`gate`]). A [`trial`] is a function of
+//! seed and index alone. A [`scenario`] is a single disturbance with a name. [`no_step`] gives the measure of a push.
 
 pub mod bounds;
 pub mod distribution;

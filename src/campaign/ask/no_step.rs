@@ -1,6 +1,7 @@
-//! The measure of a push that compares robots and headings: its impulse over m omega d, d being the way from the COM
-//! at home to the edge of the support at home towards which the push goes. 1 is what an instantaneous push may be
-//! without a footstep: it moves the DCM by impulse / (m omega), and to the edge the ZMP can follow.
+//! A measure of pushes that allows to compare robots and headings: the impulse divided by m omega d, with mass m,
+//! natural frequency omega, and the distance d from the COM at home to the edge of the support polygon in the heading
+//! of the push. It is 1 for the largest instantaneous push without a footstep: such a push shifts the DCM by impulse /
+//! (m omega), and the ZMP can follow it as far as the edge.
 
 use crate::control::home_polygon;
 use crate::geometry::SupportPolygon;
@@ -21,7 +22,8 @@ impl NoStep {
         Self { support: home_polygon(robot), com: kinematics.com().xy(), m_omega_kg_s: robot.mass() * robot.omega() }
     }
 
-    /// m omega d along a heading (degrees; 0 forward, 90 to the left), in N s; None if the COM is not above the support.
+    /// m omega d for a heading (degrees; 0 is forward, 90 to the left), in N s; None if the COM is not above the
+    /// support.
     pub fn impulse_n_s(&self, heading_deg: f64) -> Option<f64> {
         let (sin, cos) = heading_deg.to_radians().sin_cos();
         let d = self.support.distance_along(self.com, Vector2::new(cos, sin));

@@ -1,4 +1,4 @@
-//! What pushes a campaign draws: `[push]` and `[second_push]`.
+//! The distributions of pushes in a campaign: `[push]` and `[second_push]`.
 
 use crate::campaign::ask::bounds::PushBounds;
 use crate::campaign::ask::distribution::Distribution;
@@ -7,7 +7,7 @@ use crate::sim::{Profile, Push};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Distributions of what makes a [`Push`]; the fields are those of `Push`.
+/// Distributions of the fields of a [`Push`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PushSpec {
@@ -48,14 +48,14 @@ impl PushSpec {
     }
 }
 
-/// `[second_push]`: distributions of a push that comes after the first, with its height, duration and profile.
+/// `[second_push]`: distributions of a push after the first one, with the same height, duration and profile.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SecondPushSpec {
-    /// 0: there is none.
+    /// With 0 there is no second push.
     pub impulse_n_s: Distribution,
     pub heading_deg: Distribution,
-    /// From the end of the first push to the start of this one.
+    /// Time from the end of the first push to the start of this one (s).
     pub after_s: Distribution,
 }
 
@@ -75,19 +75,19 @@ impl SecondPushSpec {
         self.impulse_n_s != Distribution::Constant(0.0)
     }
 
-    /// Whether two trials can have different second pushes, their first being the same.
+    /// Whether trials with the same first push can have different second pushes.
     pub(crate) fn is_random(&self) -> bool {
         self.is_any() && ![self.impulse_n_s, self.heading_deg, self.after_s].iter().all(Distribution::is_constant)
     }
 
-    /// Accepted times after the first push: both are over in three quarters of the episode, as one alone is.
+    /// Accepted values of `after_s`: both pushes must end within three quarters of the episode, as one alone does.
     pub(crate) fn after_bounds(push: &PushSpec, horizon_s: f64) -> [f64; 2] {
         let bounds = PushBounds::new(horizon_s);
         let (start_s, duration_s) = (push.start_s.most(bounds.start_s), push.duration_s.most(bounds.duration_s));
         [0.0, 0.75 * horizon_s - start_s - 2.0 * duration_s]
     }
 
-    /// Checks the distributions, those of the first push (`push`) being right.
+    /// Checks the distributions. The first push (`push`) must be valid.
     pub(crate) fn check(&self, file: &str, push: &PushSpec, horizon_s: f64) -> Result<()> {
         if !self.is_any() {
             return Ok(());
@@ -98,7 +98,7 @@ impl SecondPushSpec {
         let after_s = Self::after_bounds(push, horizon_s);
         if after_s[1] < after_s[0] {
             let accepted = "a first push that starts earlier or is shorter, or a longer episode.horizon_s";
-            return Err(Error::value(file, "second_push", self, "leaves no time for it", accepted));
+            return Err(Error::value(file, "second_push", self, "there is no time left for the second push", accepted));
         }
         self.after_s.check(file, "second_push.after_s", after_s)
     }

@@ -1,5 +1,5 @@
-//! Scenarios: single disturbances that are worth a name, those of the paper's Sect. V and VI first. A file under
-//! `assets/scenarios/` says what disturbs the robot; everything else is as in `push`.
+//! Scenarios: single disturbances with a name, above all those of the paper's Sect. V and VI. A file under
+//! `assets/scenarios/` states the disturbance; everything else is as in the command `push`.
 
 use crate::assets::{self, Kind, Source, parse_toml};
 use crate::campaign::ask::bounds::{PushBounds, check_episode, positive};
@@ -10,46 +10,46 @@ use crate::error::{Error, Result};
 use crate::sim::Push;
 use serde::{Deserialize, Serialize};
 
-/// An error longer than this is none that a robot on feet could make good (m).
+/// Largest accepted ZMP error (m); no robot could recover from a larger one.
 const MOST_ERROR_M: f64 = 1.0;
 
-/// Longer than any fall or recovery lasts (s).
+/// Largest accepted horizon (s), which is longer than any fall or recovery.
 const MOST_HORIZON_S: f64 = 100.0;
 
-/// A scenario as its file has it.
+/// A scenario as its file states it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
-    /// By which it is called.
+    /// Name by which the scenario is called.
     pub name: String,
-    /// What it shows, in a sentence.
+    /// A sentence about what the scenario shows.
     pub description: String,
-    /// Name or URDF file, from the working folder.
+    /// Name of a built-in robot, or path of a URDF, relative to the working folder.
     #[serde(default = "default_robot")]
     pub robot: String,
-    /// Name or file, from the working folder.
+    /// Name of a built-in gain set, or path, relative to the working folder.
     pub gains: String,
-    /// Length of the episode.
+    /// Duration of the episode (s).
     pub horizon_s: f64,
-    /// A push in the simulated physics, with ideal sensors,
+    /// A push in the simulated physics, with ideal sensors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub push: Option<Push>,
-    /// or a ZMP error that is imposed on the ideal pendulum.
+    /// A ZMP error imposed on the ideal pendulum. A scenario has either this or a push.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub imposed: Option<Imposed>,
 }
 
-/// A ZMP error and what goes with it.
+/// An imposed ZMP error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Imposed {
-    /// Control frame: x forward, y left.
+    /// The error in the control frame: x forward, y left.
     pub zmp_error_m: [f64; 2],
     #[serde(default)]
     pub start: Start,
 }
 
-/// What disturbs the robot.
+/// The disturbance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cause {
     Push(Push),
@@ -57,17 +57,17 @@ pub enum Cause {
 }
 
 impl Scenario {
-    /// Loads a scenario that is compiled in, or a file.
+    /// Loads a built-in scenario or a file.
     pub fn load(name_or_path: &str) -> Result<Self> {
         Self::parse(&assets::open(Kind::Scenario, name_or_path)?)
     }
 
-    /// All that are compiled in.
+    /// All built-in scenarios.
     pub fn builtin() -> Result<Vec<Self>> {
         Kind::Scenario.names().into_iter().map(Self::load).collect()
     }
 
-    /// Reads a scenario. Errors name file, field, value and what would be accepted.
+    /// Reads a scenario. Errors name the file, the field, its value and what is accepted.
     pub fn parse(source: &Source) -> Result<Self> {
         let scenario: Self = parse_toml(source)?;
         positive(&source.file, "horizon_s", scenario.horizon_s, MOST_HORIZON_S)?;
@@ -76,7 +76,7 @@ impl Scenario {
             Cause::Push(push) => PushBounds::new(scenario.horizon_s).check(&source.file, &push)?,
             Cause::Imposed(Imposed { zmp_error_m: [x, y], .. }) => {
                 if !(x.hypot(y) > 0.0 && x.hypot(y) <= MOST_ERROR_M) {
-                    let accepted = format!("an error of at most {MOST_ERROR_M} m, and not zero");
+                    let accepted = format!("a non-zero error of at most {MOST_ERROR_M} m");
                     let value = format!("[{x}, {y}]");
                     return Err(Error::value(&source.file, "imposed.zmp_error_m", value, "out of range", accepted));
                 }
@@ -85,12 +85,12 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// How long it lasts, and by what it is judged.
+    /// Settings of the episode, with its horizon and judge.
     pub fn episode(&self) -> EpisodeConfig {
         EpisodeConfig { horizon_s: self.horizon_s, ..EpisodeConfig::default() }
     }
 
-    /// What disturbs the robot.
+    /// The disturbance. It fails unless there is exactly one.
     pub fn cause(&self) -> Result<Cause> {
         self.cause_in(&self.name)
     }
@@ -102,7 +102,7 @@ impl Scenario {
             (push, _) => {
                 let value = if push.is_some() { "both" } else { "neither" };
                 let accepted = "one of the tables [push] and [imposed]";
-                Err(Error::value(file, "push, imposed", value, "one thing disturbs the robot", accepted))
+                Err(Error::value(file, "push, imposed", value, "there must be exactly one disturbance", accepted))
             }
         }
     }

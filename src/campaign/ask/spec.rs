@@ -1,8 +1,8 @@
-//! What a campaign is: robot, gain sets, how many pushes, and from which distributions they are drawn.
+//! The specification of a campaign: robot, gain sets, number of trials, and their distributions.
 
 use crate::assets::{self, Kind};
 use crate::campaign::ask::bounds::{PushBounds, accept, check_episode, in_range};
-use crate::campaign::ask::gate::GateSpec;
+use crate::campaign::ask::gate::{GateSpec, OnUnresolved};
 use crate::campaign::ask::push::{PushSpec, SecondPushSpec};
 use crate::campaign::ask::variations::{self, VariationSpec};
 use crate::episode::EpisodeConfig;
@@ -12,25 +12,25 @@ use crate::lipm::variant::{self, Entry};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Trials in a block, which is kept as one part and after which a campaign may end (the last block may have fewer).
-pub const BLOCK_TRIALS: u64 = 25;
+/// A campaign that ends when it is decided is looked at, and may end, after multiples of this number of trials.
+pub const LOOK_TRIALS: u64 = 25;
 
-/// A campaign, as its TOML file has it and with nothing left open.
+/// A campaign as its TOML file states it, with all defaults filled in.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Campaign {
-    /// Also the name of the default result folder: letters, digits, `-`, `_`, `.`.
+    /// Name, also of the default result folder: letters, digits, `-`, `_`, `.`.
     pub name: String,
-    /// A name that is compiled in, or the path of a URDF (in a file: relative to that file).
+    /// Name of a built-in robot, or path of a URDF (in a file: relative to that file).
     #[serde(default = "default_robot")]
     pub robot: String,
-    /// Names that are compiled in, or paths, as for the robot, or variants of these
-    /// ([`NAME:KEY=VALUE`](crate::lipm::variant)). Every set meets the same pushes.
+    /// Names of built-in gain sets, paths as for the robot, or variants ([`NAME:KEY=VALUE`](crate::lipm::variant)). All
+    /// sets go through the same trials.
     #[serde(default = "default_gains")]
     pub gains: Vec<String>,
-    /// Count of pushes; each gain set meets all of them.
+    /// Number of trials, which are the same for each gain set.
     pub trials: u64,
-    /// Seed of every random number (TOML integers end at 2^63 - 1).
+    /// Seed of all random numbers (at most 2^63 - 1, as in TOML).
     pub seed: u64,
     #[serde(default)]
     pub episode: EpisodeConfig,
@@ -43,7 +43,7 @@ pub struct Campaign {
     pub variations: VariationSpec,
     #[serde(default)]
     pub stopping: Stopping,
-    /// What a result must show to pass. No part of the configuration hash: the trials are the same without.
+    /// Requirements that the result must meet. The configuration hash leaves them out, since no trial depends on them.
     #[serde(default)]
     pub gates: GateSpec,
 }
@@ -52,9 +52,9 @@ pub struct Campaign {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Stopping {
-    /// End as soon as every gate is decided or, without gates, every pair of sets; `trials` is the most then.
+    /// End as soon as every gate is decided or, without gates, every pair of sets. `trials` is then the maximum.
     pub until_resolved: bool,
-    /// A pair whose rates are sure to differ by less than this share is decided too: they are the same.
+    /// If the rates of a pair certainly differ by less than this share, the pair counts as decided, namely as equal.
     pub margin: f64,
 }
 
@@ -64,13 +64,13 @@ impl Default for Stopping {
     }
 }
 
-/// Sensor errors in units of the robot's own noise; 0 and 0: ideal sensors.
+/// Sensor errors relative to the robot's own noise. With both at 0 the sensors are ideal.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SensorSpec {
-    /// White noise, one sample a control tick.
+    /// Scale of the white noise, with one sample per control tick.
     pub noise_scale: f64,
-    /// Standard deviation of a bias that is constant over an episode.
+    /// Standard deviation of the bias, which is constant over an episode.
     pub bias_scale: f64,
 }
 
@@ -82,27 +82,29 @@ fn default_gains() -> Vec<String> {
     ["hold", "switching", "paper", "catch"].map(String::from).into()
 }
 
-/// What a caller changes of a campaign, in the order in which it is applied.
+/// Changes to a campaign by the caller, in the order in which they are applied.
 #[derive(Debug, Clone, Default)]
 pub struct Overrides {
-    /// `dotted.key=value`, the value in TOML (a bare word is a string).
+    /// Assignments `dotted.key=value` with the value in TOML (a bare word is a string).
     pub set: Vec<String>,
     pub trials: Option<u64>,
     pub seed: Option<u64>,
-    /// Replaces the list unless empty; paths are relative to the working folder.
+    /// Replaces the list of gain sets unless empty. Paths are relative to the working folder.
     pub gains: Vec<String>,
-    /// Sweeps `SET:KEY=V1,V2,...`: their variants come after `gains`, instead of the campaign's own list.
+    /// Sweeps `SET:KEY=V1,V2,...`. Their variants follow `gains`, and the campaign's own list is dropped.
     pub vary: Vec<String>,
     pub robot: Option<String>,
-    /// Gates beside the campaign's own.
+    /// Gates in addition to the campaign's own.
     pub gates: Vec<String>,
-    /// End when decided (and margin): see [`Stopping`].
+    /// What an unresolved gate counts as.
+    pub unresolved: Option<OnUnresolved>,
+    /// Ends the campaign when it is decided, with `margin`; see [`Stopping`].
     pub until_resolved: bool,
     pub margin: Option<f64>,
 }
 
 impl Campaign {
-    /// Opens a campaign by name or path, applies what the caller changes, and checks all values.
+    /// Opens a campaign by name or path, applies the changes, and checks all values.
     pub fn load(name_or_path: &str, overrides: &Overrides) -> Result<Campaign> {
         let source = assets::open(Kind::Campaign, name_or_path)?;
         let mut campaign: Campaign = assets::parse_toml(&source)?;
@@ -132,18 +134,18 @@ impl Campaign {
         if let Some(robot) = &overrides.robot {
             campaign.robot.clone_from(robot);
         }
-        campaign.gates.add(&overrides.gates);
+        campaign.gates.add(&overrides.gates, overrides.unresolved);
         campaign.stopping.until_resolved |= overrides.until_resolved;
         campaign.stopping.margin = overrides.margin.unwrap_or(campaign.stopping.margin);
         campaign.check("command line")?;
         if campaign.stopping.until_resolved {
-            // Whole parts, so that it can be taken up again with other counts.
-            campaign.trials = campaign.trials.next_multiple_of(BLOCK_TRIALS);
+            // Its last look is then also a look of a longer campaign, so that it can be continued.
+            campaign.trials = campaign.trials.next_multiple_of(LOOK_TRIALS);
         }
         Ok(campaign)
     }
 
-    /// Error: it has no trial of that number.
+    /// Fails if the campaign has no trial with this index.
     pub fn check_trial(&self, trial: u64) -> Result<()> {
         if trial < self.trials {
             return Ok(());
@@ -152,22 +154,28 @@ impl Campaign {
         Err(Error::value("arguments", "--trial", trial, "the campaign has no such trial", accepted))
     }
 
-    /// The campaign with `dotted.key=value` applied. Errors: no such key, or a value of a wrong type.
+    /// The campaign with `dotted.key=value` applied. It fails for an unknown key or a value of the wrong type.
     pub fn with(&self, assignment: &str) -> Result<Campaign> {
         let Some((key, text)) = assignment.split_once('=').map(|(k, v)| (k.trim(), v.trim())) else {
-            return Err(Error::value("--set", assignment, "", "no `=`", "key=value, e.g. push.height_m=0.1"));
+            return Err(Error::value(
+                "--set",
+                assignment,
+                "",
+                "has no `=`",
+                "key=value, for example push.height_m=0.1",
+            ));
         };
         let mut root = toml::Value::try_from(self).map_err(not_toml)?;
         let at = assets::place(&mut root, key)
             .map_err(|missing| Error::value("--set", key, text, "unknown key", missing.accepted))?;
         let kind = if at.is_table() { "a table" } else { at.type_str() };
-        let accepted = format!("{kind}, as now: {}", at.to_string().trim().replace('\n', "; "));
+        let accepted = format!("{kind}, like the present value: {}", at.to_string().trim().replace('\n', "; "));
         *at = assets::toml_value(text);
         root.try_into::<Campaign>().map_err(|e| Error::value("--set", key, text, e.message().trim_end(), accepted))
     }
 
-    /// What to load for a gain set that is called by its name in the results, by that of a file (also as the base of a
-    /// variant that is not listed), or as the list has it; anything else stays what it is.
+    /// Finds the entry to load for a gain set, given its name in the results, the name of its file (also as the base of
+    /// an unlisted variant), or its entry in the list. Any other name is returned unchanged.
     pub fn gains_named(&self, name: &str) -> String {
         let listed = self.gains.iter().find(|gains| {
             let is_variant = Entry::split(gains).change.is_some();
@@ -182,19 +190,19 @@ impl Campaign {
         wanted.with_base(base.unwrap_or(wanted.base))
     }
 
-    /// The campaign as a TOML file; reads back to the same campaign, to the bit.
+    /// The campaign as TOML, which reads back to the same campaign, to the bit.
     pub fn to_toml(&self) -> Result<String> {
         toml::to_string(self).map_err(not_toml)
     }
 
-    /// What its first push may be.
+    /// Accepted values of the first push.
     pub fn push_bounds(&self) -> PushBounds {
         let bounds = PushBounds::new(self.episode.horizon_s);
         let start_s = [variations::earliest_push_s(&self.variations), bounds.start_s[1]];
         PushBounds { start_s, ..bounds }
     }
 
-    /// No push while the ground is on its way to a slope.
+    /// Checks that no push starts while the ground still tilts to its slope.
     fn check_start(&self, file: &str) -> Result<()> {
         let (start_s, [earliest, latest]) = (self.push.start_s, self.push_bounds().start_s);
         start_s.check(file, "push.start_s", [earliest, latest]).map_err(|_| {
@@ -206,20 +214,26 @@ impl Campaign {
         })
     }
 
-    /// Checks every value; `file` is whose values they are.
+    /// Checks every value. Errors name `file` as the origin of the values.
     pub fn check(&self, file: &str) -> Result<()> {
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
         if self.name.is_empty() || self.name.starts_with('.') || !self.name.chars().all(plain) {
-            let accepted = "letters, digits, `-`, `_` and `.`, not first a `.`";
-            return Err(Error::value(file, "name", format!("{:?}", self.name), "not usable as a folder", accepted));
+            let accepted = "letters, digits, `-`, `_` and `.`, but no `.` at the beginning";
+            return Err(Error::value(
+                file,
+                "name",
+                format!("{:?}", self.name),
+                "is not usable as a folder name",
+                accepted,
+            ));
         }
         if self.gains.is_empty() {
-            return Err(Error::value(file, "gains", "[]", "no gain set", "one or more names or paths"));
+            return Err(Error::value(file, "gains", "[]", "there is no gain set", "one or more names or paths"));
         }
-        // Trial indices share 64 bits with a number that says what is drawn: see `trial`.
+        // A random stream is numbered by 64 bits that trial index and quantity share; see `trial`.
         accept((1..=1_000_000_000).contains(&self.trials), file, "trials", self.trials as f64, "1 to 1e9")?;
         if self.seed > i64::MAX as u64 {
-            return Err(Error::value(file, "seed", self.seed, "too large", "0 to 2^63 - 1"));
+            return Err(Error::value(file, "seed", self.seed, "is too large", "0 to 2^63 - 1"));
         }
         check_episode(file, &self.episode)?;
         let horizon_s = self.episode.horizon_s;
@@ -244,7 +258,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::campaign::ask::distribution::Distribution;
 
-    /// A campaign that is compiled in, with these values set.
+    /// A built-in campaign with these values set.
     pub(crate) fn campaign(name: &str, set: &[&str]) -> Campaign {
         let set = set.iter().map(|s| s.to_string()).collect();
         Campaign::load(name, &Overrides { set, ..Overrides::default() }).unwrap()

@@ -1,7 +1,7 @@
-//! One trial: what is drawn for it is a function of (campaign seed, trial index) alone.
+//! One trial: everything that is drawn for it is a function of campaign seed and trial index alone.
 //!
-//! Each quantity has its own ChaCha8 stream, numbered by trial and quantity. So a trial does not depend on which
-//! trials ran before it, and a quantity that becomes random, or a new one, changes no other.
+//! Each quantity has its own ChaCha8 stream, numbered by trial and quantity. So a trial does not depend on which trials
+//! ran before it, and making one more quantity random, or adding a new one, does not change the others.
 
 use crate::campaign::ask::bounds::PushBounds;
 use crate::campaign::ask::distribution::Distribution;
@@ -13,7 +13,7 @@ use crate::sim::{Push, Variation, sensors::SensorErrors};
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 use rand_distr::StandardNormal;
 
-/// Numbers of the streams. They are part of what a seed means: never reuse one.
+/// Numbers of the streams. What a seed yields depends on them, so they must never be reused.
 const IMPULSE: u64 = 0;
 const HEADING: u64 = 1;
 const HEIGHT: u64 = 2;
@@ -38,7 +38,7 @@ const SECOND_IMPULSE: u64 = 48;
 const SECOND_HEADING: u64 = 49;
 const SECOND_AFTER: u64 = 50;
 
-/// The stream of one quantity in one trial.
+/// The random stream of one quantity in one trial.
 fn stream(seed: u64, trial: u64, quantity: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream((trial << 8) | quantity);
@@ -60,7 +60,7 @@ pub fn push(campaign: &Campaign, trial: u64) -> Push {
     }
 }
 
-/// The second push of a trial, of which `first` is the first; None if the campaign has none.
+/// The second push of a trial after `first`; None if the campaign has none.
 fn second_push(campaign: &Campaign, trial: u64, first: &Push) -> Option<Push> {
     let spec = &campaign.second_push;
     if !spec.is_any() {
@@ -84,7 +84,7 @@ pub fn pushes(campaign: &Campaign, trial: u64) -> Vec<Push> {
     std::iter::once(first).chain(second_push(campaign, trial, &first)).collect()
 }
 
-/// Robot and ground of a trial.
+/// Variation of robot and ground in a trial.
 pub fn variation(campaign: &Campaign, trial: u64) -> Variation {
     let drawn = variations::drawn(&campaign.variations);
     drawn.zip(variations::BOUNDS).zip(VARIATION).map(|_, ((distribution, bounds), quantity)| {
@@ -106,7 +106,7 @@ pub fn sensor_errors(campaign: &Campaign, trial: u64) -> Option<SensorErrors> {
     })
 }
 
-/// All that disturbs a trial: the same for every gain set, so that sets are compared in pairs.
+/// All disturbances of a trial. They are the same for every gain set, so sets are compared in pairs.
 pub fn disturbance(campaign: &Campaign, trial: u64) -> Disturbance {
     Disturbance {
         pushes: pushes(campaign, trial),
@@ -115,8 +115,8 @@ pub fn disturbance(campaign: &Campaign, trial: u64) -> Disturbance {
     }
 }
 
-/// Draws a quantity. A normal one is drawn again until it is in its bounds: the mean is, so about half of all draws
-/// are, at worst.
+/// Draws a value. Normal values are drawn again until they are within the bounds. The mean is within them, so in the
+/// worst case about half of the draws are.
 fn draw(distribution: Distribution, [least, most]: [f64; 2], rng: &mut ChaCha8Rng) -> f64 {
     match distribution {
         Distribution::Constant(value) => value,
@@ -188,7 +188,7 @@ mod tests {
         assert!(mean.abs() < 11.7, "{mean}");
     }
 
-    /// Two values for each quantity, both within its bounds.
+    /// Two ranges for a quantity, both within its bounds.
     fn two_ranges(name: &str) -> [String; 2] {
         let (_, [least, most]) = variations::BOUNDS.list().into_iter().find(|(field, _)| *field == name).unwrap();
         let middle = 0.5 * (least + most);
@@ -216,7 +216,7 @@ mod tests {
             let others = VARIATION.list().into_iter().filter(|&(_, other)| other == what).count();
             assert_eq!(others, 1, "{name} shares its stream");
         }
-        // No two quantities are drawn from the same numbers.
+        // No two quantities are drawn from the same random numbers.
         let shares = variation(&before, 0).zip(variations::BOUNDS).list();
         let shares: Vec<f64> =
             shares.iter().map(|(_, (v, [least, most]))| (v.unwrap() - least) / (most - least)).collect();

@@ -1,19 +1,19 @@
-//! What a campaign varies beside its pushes: robot and ground (`[variations]`). The controller is told nothing of it.
+//! What a campaign varies in addition to its pushes: robot and ground (`[variations]`). The controller is not told.
 
 use crate::campaign::ask::distribution::Distribution;
 use crate::error::Result;
 use crate::sim::{Variation, ground::TILTING_S};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// `[variations]`: a distribution for each quantity, or "nominal" (as left out): as the controller was designed for.
-/// A slope whose heading is nominal rises towards a heading drawn from all around.
+/// `[variations]`: a distribution for each quantity, or "nominal" (the default), which leaves the quantity as designed.
+/// If a slope has a nominal heading, the heading is drawn uniformly from all directions.
 pub type VariationSpec = Variation<Varied>;
 
-/// How one quantity is drawn; None: not at all.
+/// The distribution of one quantity; None if it does not vary.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Varied(pub Option<Distribution>);
 
-/// What a file has in place of a distribution for a quantity that does not vary.
+/// Word in a file for a quantity that does not vary.
 const NOMINAL: &str = "nominal";
 
 /// Smallest and largest accepted value of each quantity.
@@ -32,22 +32,22 @@ pub const BOUNDS: Variation<[f64; 2]> = Variation {
     delay_s: [0.0, 0.1],
 };
 
-/// Checks every distribution; `file` is whose values they are.
+/// Checks every distribution. Errors name `file` as the origin of the values.
 pub(crate) fn check(spec: &VariationSpec, file: &str) -> Result<()> {
     let fields = spec.zip(BOUNDS).list().into_iter();
     let mut drawn = fields.filter_map(|(name, (Varied(distribution), bounds))| Some((name, distribution?, bounds)));
     drawn.try_for_each(|(name, distribution, bounds)| distribution.check(file, &format!("variations.{name}"), bounds))
 }
 
-/// Where a slope rises to if nothing else is said.
+/// Heading in which a slope rises if none is given.
 const ALL_AROUND_DEG: Distribution = Distribution::Uniform { uniform: [-180.0, 180.0] };
 
-/// Whether the ground is not always level.
+/// Whether the ground may be inclined.
 fn is_sloped(spec: &VariationSpec) -> bool {
     spec.slope_deg.0.is_some_and(|distribution| !(distribution.is_constant() && distribution.mean() == 0.0))
 }
 
-/// What is drawn for each quantity: a slope always rises towards some heading, level ground towards none.
+/// The quantities that are drawn. The heading of a slope is drawn exactly if there is a slope.
 pub(crate) fn drawn(spec: &VariationSpec) -> Variation<Option<Distribution>> {
     let mut drawn = spec.map(|_, Varied(distribution)| distribution);
     let heading = drawn.slope_heading_deg.unwrap_or(ALL_AROUND_DEG);
@@ -55,19 +55,19 @@ pub(crate) fn drawn(spec: &VariationSpec) -> Variation<Option<Distribution>> {
     drawn
 }
 
-/// When the first push may start (s): not while the ground tilts to its slope ([`TILTING_S`]), for the robot would be
-/// pushed on another slope than the campaign says, and before it has found its way.
+/// Earliest start of the first push (s). While the ground tilts to its slope ([`TILTING_S`]) the slope is not yet the
+/// one that the campaign states, and the robot has not adapted to it, so no push may start.
 pub fn earliest_push_s(spec: &VariationSpec) -> f64 {
     if is_sloped(spec) { TILTING_S } else { 0.0 }
 }
 
-/// What varies and how, in words.
+/// The varied quantities and their distributions, in words.
 pub fn described(spec: &VariationSpec) -> Vec<String> {
     let fields = spec.list().into_iter();
     fields.filter_map(|(name, Varied(distribution))| Some(format!("{name} {}", distribution?))).collect()
 }
 
-// By hand, because TOML has nothing for what is not there, and `--set` must find each key.
+// Written by hand: TOML has no value for "not there", and `--set` must find each key.
 impl Serialize for Varied {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match &self.0 {

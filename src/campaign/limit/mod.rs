@@ -1,9 +1,9 @@
-//! The largest recoverable impulse by heading, beside what the pendulum allows ([`crate::lipm::capture`]).
+//! The largest recoverable impulse by heading, beside the bounds of the pendulum ([`crate::lipm::capture`]).
 //!
-//! For each gain set and heading a [psychometric search](crate::stats::psychometric) finds the impulse of 50 % recovery.
-//! Each of its trials is a trial of the campaign in everything but the push's impulse and heading. Trial k at a heading is
-//! the same disturbance for every gain set, so that sets are compared on the same robot, noise and variations. Searches
-//! run side by side and know nothing of each other: the result does not depend on the count of threads.
+//! For each gain set and heading, a [psychometric search](crate::stats::psychometric) finds the impulse with 50 %
+//! recovery. Each of its trials is a trial of the campaign with another impulse and heading of the push. Trial k at a
+//! heading has the same noise and variations for every gain set. The searches run in parallel and independently of each
+//! other, so the result does not depend on the number of threads.
 
 mod search;
 mod yardstick;
@@ -23,28 +23,28 @@ use std::sync::atomic::AtomicBool;
 pub use search::SetLimit;
 pub use yardstick::{Heading, ReachM, Yardstick};
 
-/// Between the first trials of two headings. Part of what a seed means.
+/// Distance between the first trials of two headings. What a seed yields depends on it.
 const TRIALS_APART: u64 = 1 << 20;
-/// Most headings, and most trials of one search.
+/// Largest number of headings, and of trials in one search.
 pub const MOST_HEADINGS: usize = 360;
 pub const MOST_TRIALS: u64 = 100_000;
-/// Impulses are looked for up to this multiple of the bound with any number of footsteps.
+/// Largest impulse of a search, as a multiple of the bound with any number of footsteps.
 const BEYOND_THE_BOUND: f64 = 3.0;
 
-/// What is asked for.
+/// Settings of the searches.
 #[derive(Debug, Clone, Copy)]
 pub struct LimitOptions {
-    /// Headings from 0, evenly spaced.
+    /// Number of headings, evenly spaced from 0.
     pub headings: usize,
-    /// Half width of the 95 % interval at which a search ends (N s),
+    /// Half width of the 95 % interval at which a search ends (N s).
     pub precision_n_s: f64,
-    /// or after so many trials.
+    /// Number of trials after which a search ends in any case.
     pub max_trials: u64,
-    /// 0: one per core.
+    /// Number of threads; 0 means one per core.
     pub threads: usize,
 }
 
-/// Searches to run, with all that they need: one for each gain set and heading.
+/// The searches, one for each gain set and heading, with all that they need.
 pub struct Searches<'a> {
     campaign: &'a Campaign,
     options: LimitOptions,
@@ -55,7 +55,7 @@ pub struct Searches<'a> {
     designs: Vec<Design>,
 }
 
-/// The result. Lengths in the control frame: origin midway between the soles' centres, x forward, y left.
+/// The result. Lengths are in the control frame: origin midway between the soles' centres, x forward, y left.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Limits {
     pub campaign: String,
@@ -63,9 +63,9 @@ pub struct Limits {
     pub seed: u64,
     pub precision_n_s: f64,
     pub max_trials: u64,
-    /// Whether trials differ in anything but the impulse.
+    /// Whether trials with the same impulse can differ.
     pub random: bool,
-    /// Episodes in all.
+    /// Number of episodes in all searches.
     pub episodes: u64,
     #[serde(flatten)]
     pub yardstick: Yardstick,
@@ -73,7 +73,8 @@ pub struct Limits {
 }
 
 impl<'a> Searches<'a> {
-    /// Reads and designs, and runs nothing. Errors: a wrong option or input, or a robot whose reach is not known.
+    /// Reads the inputs and designs the controllers, and runs nothing. It fails if an option or an input is wrong, or
+    /// if the reach of the robot's feet is not known.
     pub fn new(campaign: &'a Campaign, options: LimitOptions) -> Result<Self> {
         check(&options)?;
         let plan = Plan::new(campaign)?;
@@ -89,8 +90,14 @@ impl<'a> Searches<'a> {
         (self.headings.len() * self.designs.len()) as u64
     }
 
-    /// Runs all of them; `on_search` is called after each, from any thread. Errors: `stop` was set from outside.
-    pub fn run(self, stop: &AtomicBool, on_search: &(dyn Fn() + Sync)) -> Result<Limits> {
+    /// Runs all searches. It calls `on_episode` after each episode and `on_search` after each search, from any thread.
+    /// It fails if `stop` is set from outside.
+    pub fn run(
+        self,
+        stop: &AtomicBool,
+        on_episode: &(dyn Fn() + Sync),
+        on_search: &(dyn Fn() + Sync),
+    ) -> Result<Limits> {
         let Self { campaign, options, plan, yardstick, mut headings, pool, designs } = self;
         let sets = &plan.manifest.sets;
         let random = is_random(campaign);
@@ -111,12 +118,13 @@ impl<'a> Searches<'a> {
                 bound_one_step_n_s: heading.bound_one_step_n_s,
                 first_trial: h as u64 * TRIALS_APART,
                 stop,
+                on_episode,
             };
             let limit = search.run(&sets[s], &designs[s], rule)?;
             on_search();
             Ok(limit)
         };
-        // One by one, so that no core is left with several searches at the end.
+        // One job at a time, so that no core is left with several searches at the end.
         let found = pool.install(|| jobs.par_iter().with_max_len(1).map(search).collect::<Result<Vec<SetLimit>>>())?;
         let mut found = found.into_iter();
         headings.iter_mut().for_each(|heading| heading.sets = found.by_ref().take(sets.len()).collect());

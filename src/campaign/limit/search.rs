@@ -1,5 +1,4 @@
-//! The search at one heading with one gain set. Each of its trials is a trial of the campaign in everything but the push's
-//! impulse and heading.
+//! The search at one heading with one gain set, by trials of the campaign with another impulse and heading of the push.
 
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::{trial, variations};
@@ -11,18 +10,18 @@ use crate::stats::psychometric::{Posterior, Rule};
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What one gain set takes at one heading.
+/// Result for one gain set at one heading.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SetLimit {
     pub name: String,
     pub impulse50_n_s: f64,
     pub ci95: [f64; 2],
-    /// None where nothing is left to chance.
+    /// Impulse with 90 % recovery; None if nothing is random.
     pub impulse90_n_s: Option<f64>,
     pub impulse90_ci95: Option<[f64; 2]>,
-    /// impulse50 over the bound with one footstep.
+    /// Ratio of `impulse50_n_s` to the bound with one footstep.
     pub of_one_step_bound: f64,
-    /// Whether the interval of impulse50 is as narrow as asked for.
+    /// Whether the interval of `impulse50_n_s` is as narrow as requested.
     pub resolved: bool,
     pub trials: u64,
     pub recovered: u64,
@@ -31,7 +30,7 @@ pub struct SetLimit {
     pub diverged: u64,
 }
 
-/// Whether two trials with the same impulse and heading can differ.
+/// Whether trials with the same impulse and heading can differ.
 pub(super) fn is_random(campaign: &Campaign) -> bool {
     let (push, sensors) = (&campaign.push, &campaign.sensors);
     let noisy = sensors.noise_scale != 0.0 || sensors.bias_scale != 0.0;
@@ -40,16 +39,18 @@ pub(super) fn is_random(campaign: &Campaign) -> bool {
     noisy || campaign.second_push.is_random() || drawn.any(|distribution| !distribution.is_constant())
 }
 
-/// Where a search is made.
+/// The settings of one search.
 pub(super) struct Search<'a> {
     pub campaign: &'a Campaign,
     pub robot: &'a Robot,
     pub heading_deg: f64,
-    /// Largest impulse that one footstep takes by the pendulum (N s).
+    /// The pendulum's bound with one footstep (N s).
     pub bound_one_step_n_s: f64,
-    /// Index of its trial 0 in the campaign.
+    /// Index of the search's trial 0 in the campaign.
     pub first_trial: u64,
     pub stop: &'a AtomicBool,
+    /// Called after every episode.
+    pub on_episode: &'a (dyn Fn() + Sync),
 }
 
 impl Search<'_> {
@@ -62,6 +63,7 @@ impl Search<'_> {
                 return Err(Error::Interrupted);
             }
             let outcome = self.outcome(design, self.first_trial + posterior.trials(), impulse_n_s);
+            (self.on_episode)();
             *match outcome {
                 Outcome::Recovered => &mut recovered,
                 Outcome::Fell => &mut fell,
@@ -87,7 +89,7 @@ impl Search<'_> {
         })
     }
 
-    /// A trial of the campaign with another first push.
+    /// Runs a trial of the campaign with another first push.
     fn outcome(&self, design: &Design, trial: u64, impulse_n_s: f64) -> Outcome {
         let mut disturbance = trial::disturbance(self.campaign, trial);
         if let Some(push) = disturbance.pushes.first_mut() {
@@ -114,7 +116,7 @@ mod tests {
             (vec!["variations.mass_scale={uniform=[0.9, 1.1]}"], true),
             (vec!["variations.mass_scale={normal=[1.1, 0]}", "variations.friction=0.5"], false),
             (vec!["variations.delay_s={normal=[0.004, 0.001]}"], true),
-            // A slope rises towards a heading that is drawn, unless one is given.
+            // The heading of a slope is drawn unless it is given.
             (vec!["push.start_s=1", "variations.slope_deg=1"], true),
             (vec!["push.start_s=1", "variations.slope_deg=1", "variations.slope_heading_deg=30"], false),
             (vec!["variations.slope_deg=0"], false),
@@ -124,7 +126,7 @@ mod tests {
         ] {
             let campaign = campaign("nominal", &set);
             assert_eq!(is_random(&campaign), random, "{set:?}");
-            // As it is drawn (noise apart, which is not compared): the trials of one search differ, or do not.
+            // `random` must agree with whether the drawn trials differ (apart from noise, which is not compared).
             let trials: Vec<_> = (0..20)
                 .map(|i| {
                     let mut pushes = trial::pushes(&campaign, i);

@@ -1,4 +1,4 @@
-//! What the pendulum allows: the largest impulses that standing, one footstep and any number of them can take.
+//! The bounds of the pendulum: the largest impulses that it can take standing, with one footstep, and with any number.
 
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::limit::search::SetLimit;
@@ -10,31 +10,31 @@ use nalgebra::Point2;
 use serde::Serialize;
 use std::path::Path;
 
-/// What the bounds are computed from.
+/// The quantities from which the bounds are computed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Yardstick {
     pub mass_kg: f64,
     pub omega_rad_s: f64,
     pub com_height_m: f64,
-    /// COM at home less the origin: x, y.
+    /// COM at home relative to the origin: x, y.
     pub com_offset_m: [f64; 2],
-    /// Least and most, about the sole's centre.
+    /// Smallest and largest coordinates about the sole's centre.
     pub sole_x_m: [f64; 2],
     pub sole_y_m: [f64; 2],
-    /// Between the soles' centres.
+    /// Distance between the soles' centres.
     pub stance_width_m: f64,
     pub min_step_time_s: f64,
-    /// From the stance sole's centre to that of the landing one.
+    /// Offset from the stance sole's centre to that of the landing one.
     pub reach_m: ReachM,
-    /// Mean of the campaign's.
+    /// Mean duration in the campaign.
     pub push_duration_s: f64,
-    /// Mean of the campaign's, above the COM.
+    /// Mean height above the COM in the campaign.
     pub push_height_m: f64,
     pub push_profile: Profile,
-    /// By how much a push of this duration may be harder than an instantaneous one.
+    /// Ratio of the impulse of a push with this duration to an instantaneous one with the same effect.
     pub push_factor: f64,
-    /// 1 / (1 + push_height / com_height) for a push above the COM, else 1: what is left of a bound if the angular
-    /// momentum that the push brings is paid back through the ankles.
+    /// 1 / (1 + push_height / com_height) for a push above the COM, else 1. A bound is reduced by this factor if the
+    /// angular momentum of the push has to be removed through the ankles.
     pub height_factor: f64,
 }
 
@@ -45,14 +45,14 @@ pub struct ReachM {
     pub inward: f64,
 }
 
-/// One heading: bounds for the campaign's push (its duration counted in, its height not), and what gain sets take.
+/// One heading: the bounds for the campaign's push (for its duration, not its height), and the gain sets' results.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Heading {
     pub heading_deg: f64,
     pub bound_no_step_n_s: f64,
     pub bound_one_step_n_s: f64,
     pub bound_n_step_n_s: f64,
-    /// Bounds times `height_factor`.
+    /// The bounds multiplied by `height_factor`.
     pub bound_no_step_at_height_n_s: f64,
     pub bound_one_step_at_height_n_s: f64,
     pub bound_n_step_at_height_n_s: f64,
@@ -60,12 +60,12 @@ pub struct Heading {
 }
 
 impl Yardstick {
-    /// Of a robot at home, under the mean push of a campaign. Errors: the robot's file does not tell its reach.
+    /// For a robot at home and the mean push of a campaign. It fails if the reach of the feet is not known.
     pub fn new(robot: &Robot, campaign: &Campaign) -> Result<Yardstick> {
         let Some(Reach { forward_m, outward_m, inward_m, min_step_time_s }) = robot.reach else {
             let path = Path::new(&campaign.robot).with_extension("toml");
             let accepted = "a table [reach] with forward_m, outward_m, inward_m and min_step_time_s";
-            let problem = "the pendulum's bounds need where a foot can land, and how soon";
+            let problem = "the pendulum's bounds depend on where a foot can land, and how soon";
             return Err(Error::value(&path.to_string_lossy(), "reach", "(none)", problem, accepted));
         };
         let mut kinematics = Kinematics::new(robot);
@@ -74,7 +74,7 @@ impl Yardstick {
         let (com, middle) = (kinematics.com(), (centre.left + centre.right) / 2.0);
         let omega_rad_s = robot.omega();
         let com_height_m = robot.home_com_height();
-        // Soles of two sizes: the smaller one.
+        // If the soles differ in size, the smaller one counts.
         let half_m = [0, 1].map(|axis| {
             Foot::BOTH.map(|foot| robot.soles[foot].half_m[axis]).into_iter().fold(f64::INFINITY, f64::min)
         });
@@ -101,7 +101,7 @@ impl Yardstick {
         })
     }
 
-    /// The bounds at one heading (degrees), no gain sets yet. Errors: the solver gives up.
+    /// The bounds for one heading (degrees), still without gain sets. It fails if the solver gives up.
     pub fn heading(&self, heading_deg: f64) -> Result<Heading> {
         let ReachM { forward, outward, inward } = self.reach_m;
         let pendulum = SteppingPendulum {
@@ -144,11 +144,11 @@ mod tests {
         let heading = drawn.heading(0.0).unwrap();
         let factor = 1.0 / (1.0 + 0.025 / robot.home_com_height());
         assert!((heading.bound_one_step_at_height_n_s / heading.bound_one_step_n_s - factor).abs() < 1e-12);
-        // Below the COM a bound is not raised.
+        // For a push below the COM, the bound stays as it is.
         assert_eq!(of(&["push.height_m={uniform=[-0.1, 0]}"]).height_factor, 1.0);
     }
 
-    /// The measure of a push is the bound without a footstep, without the factor of the push's duration.
+    /// The measure of a push is the bound without a footstep and without the factor for the push's duration.
     #[test]
     fn the_measure_of_a_push_is_the_bound_without_a_footstep() {
         let robot = Robot::load("ut-mu2").unwrap();

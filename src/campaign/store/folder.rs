@@ -1,46 +1,58 @@
-//! What is finished of a campaign, on disk: a folder of parts, each a block of trials, and whose it is.
+//! The finished part of a campaign on disk: a folder with a part for each block of trials, and a manifest.
 
-use crate::campaign::ask::spec::{BLOCK_TRIALS, Campaign};
+use crate::campaign::ask::spec::Campaign;
 use crate::campaign::store::part::PartFile;
 use crate::campaign::store::row::TrialRow;
 use crate::error::{Error, Result};
 use crate::files::{json, json_pretty, shell_word, write_atomic};
 use serde::{Deserialize, Serialize};
-use std::{fs, path::Path, path::PathBuf};
+use std::{fs, num::NonZeroU64, path::Path, path::PathBuf};
 
-/// What is made of the parts, by this module and by `report`.
+/// Trials in a block, which is kept as one part (the last one may have fewer). An interruption loses what is in work: of
+/// four gain sets twenty episodes are seconds. Divides the looks of a campaign that ends when decided.
+pub const PART_TRIALS: NonZeroU64 = NonZeroU64::new(5).unwrap();
+
+/// The same in folders that do not say so: they are of earlier builds.
+fn unsaid_part_trials() -> NonZeroU64 {
+    NonZeroU64::new(25).unwrap()
+}
+
+/// Files that are made from the parts, by this module and by `report`.
 pub const RESULT_FILES: [&str; 6] =
     ["summary.json", "trials.parquet", "report.html", "summary.md", "junit.xml", "success.svg"];
 
-/// Folder of the pages that show trials, `trial-*.html`, beside them.
+/// Subfolder with the pages that show trials, `trial-*.html`.
 pub const REPLAYS: &str = "replays";
 
-/// Whose folder it is: `parts/campaign.json`.
+/// Manifest of a result folder, in `parts/campaign.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
-    /// Version of this program that wrote it.
+    /// Version of the program that wrote it.
     pub standfast: String,
     pub config_hash: String,
-    /// Of the program that ran last ([`build_id`](crate::files::build_id)); empty in a plan that has no folder.
+    /// Build of the program that ran last ([`build_id`](crate::files::build_id)); empty in a plan without a folder.
     #[serde(default)]
     pub build: String,
-    /// SHA-256 of URDF and settings: results of other robots can be told apart.
+    /// SHA-256 of URDF and settings, by which results of different robots can be told apart.
     #[serde(default)]
     pub robot_sha256: String,
+    /// Trials in a block. A folder keeps to its own; the result is the same for any.
+    #[serde(default = "unsaid_part_trials")]
+    pub part_trials: NonZeroU64,
     /// Names of the gain sets, in the order of the campaign.
     pub sets: Vec<String>,
-    /// As resolved; also in `campaign.toml`.
+    /// The resolved campaign, which is also in `campaign.toml`.
     pub campaign: Campaign,
 }
 
-/// `parts/stopped.json`: where a campaign that ends when decided has ended.
+/// `parts/stopped.json`: the number of trials at which a campaign was decided and ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Stopped {
     trials: u64,
     config_hash: String,
 }
 
-/// A result folder and whose it is.
+/// A result folder with its manifest.
 #[derive(Debug, Clone)]
 pub struct Folder {
     pub path: PathBuf,
@@ -48,7 +60,7 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// What a folder holds: None if it does not exist or is empty. Errors: it holds something else.
+    /// Opens a folder: None if it does not exist or is empty. It fails if the folder holds something else.
     pub fn open(path: &Path) -> Result<Option<Folder>> {
         let empty = match fs::read_dir(path) {
             Ok(mut entries) => entries.next().is_none(),
@@ -67,18 +79,18 @@ impl Folder {
         Ok(Some(Folder { path: path.into(), manifest }))
     }
 
-    /// What a folder holds. Errors: no such folder, or nothing of a campaign in it.
+    /// Opens the folder of a campaign. It fails if there is no such folder, or if it does not hold a campaign.
     pub fn existing(path: &Path) -> Result<Folder> {
         Folder::open(path)?
             .ok_or_else(|| Error::Parts { path: path.into(), problem: "no such folder, or an empty one".into() })
     }
 
-    /// Whether what is there was made by another build of the program.
+    /// Whether the results in the folder were made by another build of the program.
     pub fn is_of_another_build(&self) -> bool {
         Folder::open(&self.path).is_ok_and(|found| found.is_some_and(|f| f.manifest.build != self.manifest.build))
     }
 
-    /// Count of trials that make the result: those of the campaign or, if it has ended when decided, up to there.
+    /// Number of trials in the result: those of the campaign, or those up to the decision if it ended early.
     pub fn trials(&self) -> u64 {
         let campaign = &self.manifest.campaign;
         let stopped = || -> Option<Stopped> { serde_json::from_slice(&fs::read(self.stopped_path()).ok()?).ok() };
@@ -87,7 +99,7 @@ impl Folder {
         early.map_or(campaign.trials, |stopped| stopped.trials)
     }
 
-    /// Says that the campaign has ended after so many trials.
+    /// Notes that the campaign was decided and ended after this number of trials.
     pub fn stop_at(&self, trials: u64) -> Result<()> {
         let stopped = Stopped { trials, config_hash: self.manifest.config_hash.clone() };
         write_atomic(&self.stopped_path(), json(&stopped)?.as_bytes())
@@ -97,20 +109,25 @@ impl Folder {
         self.path.join("parts/stopped.json")
     }
 
-    /// Count of blocks that make the result.
+    /// Number of blocks in the result.
     pub fn blocks(&self) -> u64 {
-        self.trials().div_ceil(BLOCK_TRIALS)
+        self.trials().div_ceil(self.manifest.part_trials.get())
     }
 
-    /// First trial of a block and the trial after its last.
+    /// Index of the first trial of a block, and that after its last.
     pub fn range(&self, block: u64) -> (u64, u64) {
-        let first = block * BLOCK_TRIALS;
-        (first, (first + BLOCK_TRIALS).min(self.manifest.campaign.trials))
+        let trials = self.manifest.part_trials.get();
+        (block * trials, ((block + 1) * trials).min(self.manifest.campaign.trials))
     }
 
-    /// Blocks that are not complete, in order.
+    /// The blocks that are not complete, in order.
     pub fn missing(&self) -> Vec<u64> {
-        (0..self.blocks()).filter(|&block| !self.has(block)).collect()
+        self.missing_up_to(self.trials())
+    }
+
+    /// The same of the first `trials` trials.
+    pub fn missing_up_to(&self, trials: u64) -> Vec<u64> {
+        (0..trials.div_ceil(self.manifest.part_trials.get())).filter(|&block| !self.has(block)).collect()
     }
 
     /// The part of a block, complete or not.
@@ -125,12 +142,12 @@ impl Folder {
         self.part(block).is_complete()
     }
 
-    /// Writes whose folder it is: the manifest. Errors: the folder is not writable.
+    /// Writes the manifest. It fails if the folder is not writable.
     pub fn create(&self) -> Result<()> {
         write_atomic(&self.path.join("parts/campaign.json"), json_pretty(&self.manifest)?.as_bytes())
     }
 
-    /// All rows, sorted by trial, then by set in the order of the campaign. Errors: something is missing.
+    /// All rows, by trial and then by set in the order of the campaign. It fails if a part is missing or damaged.
     pub fn rows(&self) -> Result<Vec<TrialRow>> {
         let missing = self.missing();
         if !missing.is_empty() {
@@ -146,18 +163,18 @@ impl Folder {
         self.first_rows(self.trials())
     }
 
-    /// Rows of the first `trials` trials, which end with a block or the campaign. Errors: something is missing.
+    /// Rows of the first `trials` trials, which must end with a block or the campaign. It fails if a part is missing.
     pub fn first_rows(&self, trials: u64) -> Result<Vec<TrialRow>> {
-        let blocks = (0..trials.div_ceil(BLOCK_TRIALS)).map(|block| self.part(block).rows());
+        let blocks = (0..trials.div_ceil(self.manifest.part_trials.get())).map(|block| self.part(block).rows());
         Ok(blocks.collect::<Result<Vec<_>>>()?.concat())
     }
 
-    /// Writes `campaign.toml`, by which all can be run again.
+    /// Writes `campaign.toml`, with which the campaign can be run again.
     pub fn write_campaign(&self) -> Result<()> {
         write_atomic(&self.path.join("campaign.toml"), self.manifest.campaign.to_toml()?.as_bytes())
     }
 
-    /// Ranges of trials of some blocks, e.g. `0-49, 75-99`.
+    /// Ranges of the trials of some blocks, such as `0-49, 75-99`.
     pub fn trials_of(&self, blocks: &[u64]) -> String {
         let mut ranges: Vec<(u64, u64)> = Vec::new();
         for (first, end) in blocks.iter().map(|&block| self.range(block)) {
@@ -170,23 +187,23 @@ impl Folder {
         text.join(", ")
     }
 
-    /// The command that computes what is missing.
+    /// The command that computes the missing trials.
     pub fn resume_command(&self) -> String {
         let file = shell_word(&self.path.join("campaign.toml").display().to_string());
         format!("standfast run {file} --out {}{}", shell_word(&self.path.display().to_string()), self.baseline_option())
     }
 
-    /// The command that joins what is there.
+    /// The command that joins the finished parts.
     pub fn merge_command(&self) -> String {
         format!("standfast merge {}{}", shell_word(&self.path.display().to_string()), self.baseline_option())
     }
 
-    /// What a command about this folder needs for its gates.
+    /// The option that commands on this folder need for its gates.
     fn baseline_option(&self) -> &'static str {
         if self.manifest.campaign.gates.ask_for_baseline(&self.manifest.sets) { " --baseline DIR" } else { "" }
     }
 
-    /// Takes away what was made of the parts, before they become other ones.
+    /// Removes the files that were made from the parts, before the parts change.
     pub fn remove_result(&self) -> Result<()> {
         remove(&self.stopped_path())?;
         RESULT_FILES.iter().try_for_each(|name| remove(&self.path.join(name)))?;
@@ -198,7 +215,7 @@ impl Folder {
     }
 }
 
-/// Removes a file if it is there.
+/// Removes a file if it exists.
 fn remove(path: &Path) -> Result<()> {
     match fs::remove_file(path) {
         Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(Error::Write { path: path.into(), source }),
@@ -213,13 +230,14 @@ pub(crate) mod tests {
     use crate::campaign::store::row::tests::row;
     use crate::episode::Outcome;
 
-    /// Of the campaign `smoke` with these changes.
+    /// Manifest of the campaign `smoke` with these changes.
     pub(crate) fn manifest(sets: &[&str], overrides: Overrides) -> Manifest {
         Manifest {
             standfast: "0".into(),
             config_hash: "0123456789abcdef".into(),
             build: String::new(),
             robot_sha256: String::new(),
+            part_trials: PART_TRIALS,
             sets: sets.iter().map(|set| set.to_string()).collect(),
             campaign: Campaign::load("smoke", &overrides).unwrap(),
         }
@@ -246,7 +264,7 @@ pub(crate) mod tests {
         let folder = folder(dir.path());
         let rows = commit(&folder, 2);
         assert_eq!(rows.len(), 20);
-        // Debug, since a peak is not a number here.
+        // Compared as Debug text, because one of the peaks is NaN.
         assert_eq!(format!("{:?}", folder.part(2).rows().unwrap()), format!("{rows:?}"));
     }
 

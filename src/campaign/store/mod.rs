@@ -1,5 +1,5 @@
-//! Where a campaign is kept: a [`row`] for each trial under each gain set, in a [`part`] for each block of trials, in a
-//! [`folder`]; a [`shard`] is one machine's share of them, and a [`stored_trial`] can be run again.
+//! Storage of a campaign: a [`row`] for each trial and gain set, a [`part`] for each block of trials, and a [`folder`]
+//! for all parts. A [`shard`] is the share of one machine, and a [`stored_trial`] can be run again.
 
 pub mod folder;
 pub mod part;

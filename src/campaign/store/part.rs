@@ -1,6 +1,7 @@
-//! A part of a result: the rows of one block of trials, in a CSV file (floats with all digits) and, written after it, a
-//! small marker with rows, range, configuration hash and content hash. A part counts as complete only if all of this
-//! matches. Parts do not know threads, shards or hosts, so any history of interruptions ends in the same bytes.
+//! A part of a result: the rows of one block of trials in a CSV file (floats with all digits). Written after it is a
+//! small marker with row count, range of trials, configuration hash and content hash. A part is complete only if all of
+//! these match. Parts do not depend on threads, shards or hosts, so all histories of interruptions end in the same
+//! bytes.
 
 use crate::campaign::store::row::TrialRow;
 use crate::error::{Error, Result};
@@ -9,9 +10,9 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::{fs, path::PathBuf};
 
-/// Which part it is, complete or not.
+/// A part, complete or not.
 pub struct PartFile<'a> {
-    /// Without the extension.
+    /// Path without the extension.
     pub stem: PathBuf,
     pub trials: Range<u64>,
     /// Names of the gain sets, in the order of the campaign.
@@ -19,7 +20,7 @@ pub struct PartFile<'a> {
     pub config_hash: &'a str,
 }
 
-/// Marker of a finished part.
+/// Marker of a complete part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Marker {
     first_trial: u64,
@@ -30,7 +31,7 @@ struct Marker {
 }
 
 impl PartFile<'_> {
-    /// Writes the part, then its marker. `rows` are sorted by trial, then set.
+    /// Writes the part, then its marker. `rows` must be sorted by trial, then by set.
     pub fn write(&self, rows: &[TrialRow]) -> Result<()> {
         let mut csv = csv::Writer::from_writer(Vec::new());
         let path = self.path("csv");
@@ -43,7 +44,7 @@ impl PartFile<'_> {
         write_atomic(&self.path("json"), json(&self.marker(rows.len(), &bytes))?.as_bytes())
     }
 
-    /// The rows. Errors: missing, damaged, or of another campaign.
+    /// Reads the rows. It fails if the part is missing, damaged, or of another campaign.
     pub fn rows(&self) -> Result<Vec<TrialRow>> {
         let content = self.content()?;
         let rows: Result<Vec<TrialRow>, _> = csv::Reader::from_reader(content.as_slice()).deserialize().collect();
@@ -56,7 +57,7 @@ impl PartFile<'_> {
         }
     }
 
-    /// Whether all of it is there, as it was written.
+    /// Whether the part is there as it was written.
     pub fn is_complete(&self) -> bool {
         self.content().is_ok()
     }
@@ -79,7 +80,7 @@ impl PartFile<'_> {
         }
     }
 
-    /// Bytes of a complete part.
+    /// Content of a complete part.
     fn content(&self) -> Result<Vec<u8>> {
         let marker = fs::read(self.path("json")).map_err(|e| self.damaged(format!("no marker: {e}")))?;
         let content = fs::read(self.path("csv")).map_err(|e| self.damaged(e.to_string()))?;

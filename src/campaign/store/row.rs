@@ -1,4 +1,4 @@
-//! One row of the result: a trial under one gain set.
+//! One row of the result: one trial with one gain set.
 
 #[cfg(doc)]
 use crate::campaign::ask::no_step::NoStep;
@@ -10,33 +10,33 @@ use crate::sim::{Profile, Push, Variation};
 use crate::stats::rate::SuccessCount;
 use serde::{Deserialize, Serialize};
 
-/// A struct of fields copied from others that have them by the same name, and of the rest.
+/// Builds a struct from fields that other structs have by the same name, and from further fields.
 macro_rules! copied {
     ($into:ident { $(..$source:ident: $($same:ident)+;)* $($field:ident: $value:expr,)* }) => {
         $into { $($($same: $source.$same,)+)* $($field: $value,)* }
     };
 }
 
-/// A row of `trials.parquet`; units are in the names, angles in degrees, world frame.
+/// A row of `trials.parquet`. Units are in the names, angles in degrees, quantities in the world frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrialRow {
-    /// From 0; the same trial is the same push, robot, ground and noise for every set.
+    /// Index of the trial, from 0. A trial has the same pushes, robot, ground and noise for every set.
     pub trial: u64,
     /// Name of the gain set.
     pub set: String,
     pub impulse_n_s: f64,
-    /// Of the first push, over m omega d: see [`NoStep`]. None: the COM at home is not above the support.
+    /// Impulse of the first push divided by m omega d ([`NoStep`]); None if the COM at home is not above the support.
     pub impulse_over_m_omega_d: Option<f64>,
     pub heading_deg: f64,
     pub height_m: f64,
     pub duration_s: f64,
     pub start_s: f64,
     pub profile: Profile,
-    /// Of the second push, which is otherwise as the first; None: there is none.
+    /// Impulse of the second push, which else is as the first; None if there is none.
     pub second_impulse_n_s: Option<f64>,
     pub second_heading_deg: Option<f64>,
     pub second_start_s: Option<f64>,
-    /// Robot and ground, as in [`Variation`]; None: as the controller was designed for.
+    /// Variation of robot and ground, with fields as in [`Variation`]; None where it is as designed.
     pub mass_scale: Option<f64>,
     pub trunk_com_x_m: Option<f64>,
     pub trunk_com_y_m: Option<f64>,
@@ -50,7 +50,7 @@ pub struct TrialRow {
     pub speed_scale: Option<f64>,
     pub delay_s: Option<f64>,
     pub outcome: Outcome,
-    /// The rest is as in [`Record`].
+    /// The other fields are as in [`Record`].
     pub end_s: f64,
     pub fell_at_s: Option<f64>,
     pub fall_cause: Option<String>,
@@ -68,14 +68,14 @@ pub struct TrialRow {
     pub cpi_margin_after_push: Option<f64>,
     pub cpi_margin_after_push_est: Option<f64>,
     pub gain_switches: u32,
-    /// Count of footsteps that were finished.
+    /// Number of completed footsteps.
     pub footsteps: u32,
-    /// The foot that was in the air at the fall, or at the end.
+    /// The foot that was in the air at the fall or at the end.
     pub unfinished_footstep: Option<Foot>,
 }
 
 impl TrialRow {
-    /// `pushes`: the first, and the second if there is one. `no_step_n_s`: m omega d of the first ([`NoStep`]).
+    /// `pushes` are the first and, if there is one, the second. `no_step_n_s` is m omega d for the first ([`NoStep`]).
     pub fn new(
         trial: u64,
         set: &str,
@@ -103,7 +103,7 @@ impl TrialRow {
         } }
     }
 
-    /// What pushed it, in order of time.
+    /// The pushes, in order of time.
     pub fn pushes(&self) -> Vec<Push> {
         let first = copied! { Push { ..self: impulse_n_s heading_deg height_m duration_s start_s profile; } };
         let second = || {
@@ -113,7 +113,7 @@ impl TrialRow {
         std::iter::once(first).chain(second()).collect()
     }
 
-    /// How its robot and ground differed from those designed for.
+    /// The variation of robot and ground.
     pub fn variation(&self) -> Variation {
         copied! { Variation {
             ..self: mass_scale trunk_com_x_m trunk_com_y_m friction slope_deg slope_heading_deg ground_step_m
@@ -121,22 +121,22 @@ impl TrialRow {
         } }
     }
 
-    /// Whether the robot stood in the end.
+    /// Whether the robot recovered.
     pub fn has_recovered(&self) -> bool {
         self.outcome == Outcome::Recovered
     }
 
-    /// How hard the first push was: its impulse over m omega d or, where there is no d, in N s.
+    /// Impulse of the first push divided by m omega d or, if there is no d, in N s.
     pub fn hardness(&self) -> f64 {
         self.impulse_over_m_omega_d.unwrap_or(self.impulse_n_s)
     }
 
-    /// Time from the end of the last push to standing (s); None unless recovered.
+    /// Time from the end of the last push until the robot stands (s); None unless it recovered.
     pub fn settling_s(&self) -> Option<f64> {
         self.after_last_push_s(self.settled_at_s)
     }
 
-    /// Time from the end of the last push to the COM being home for good (s); None unless recovered.
+    /// Time from the end of the last push until the COM is home to stay (s); None unless the robot recovered.
     pub fn homing_s(&self) -> Option<f64> {
         self.after_last_push_s(self.home_at_s)
     }
@@ -147,12 +147,12 @@ impl TrialRow {
     }
 }
 
-/// The rows of each trial, one per set.
+/// The rows of each trial, one for each set.
 pub fn by_trial(rows: &[TrialRow], sets: usize) -> impl Iterator<Item = &[TrialRow]> {
     rows.chunks_exact(sets.max(1))
 }
 
-/// How many of some trials were recovered from.
+/// Counts how many of these trials were recovered from.
 pub fn success_count<'a>(rows: impl IntoIterator<Item = &'a TrialRow>) -> SuccessCount {
     let (mut trials, mut recovered) = (0, 0);
     for row in rows {
@@ -162,19 +162,19 @@ pub fn success_count<'a>(rows: impl IntoIterator<Item = &'a TrialRow>) -> Succes
     SuccessCount::new(recovered, trials)
 }
 
-/// The same of those that are `such`.
+/// Counts the same among the rows for which `such` holds.
 pub fn success_count_of(rows: &[&TrialRow], such: impl Fn(&TrialRow) -> bool) -> SuccessCount {
     success_count(rows.iter().copied().filter(|row| such(row)))
 }
 
-/// A column for each field of the rows, by its kind.
+/// A column for each field, by its kind.
 macro_rules! columns {
     ($rows:ident: $($kind:ident $($field:ident)*;)*) => {
         vec![$($(Column::new(stringify!($field), $kind($rows.iter().map(|row| &row.$field)))),*),*]
     };
 }
 
-/// Rows as columns, in the order of the fields.
+/// The rows as columns, in the order of the fields.
 pub fn columns(rows: &[TrialRow]) -> Vec<Column> {
     columns! { rows:
         count trial; word set;
@@ -202,7 +202,7 @@ fn maybe<'a>(values: impl Iterator<Item = &'a Option<f64>>) -> Data {
     Data::OptF64(values.copied().collect())
 }
 
-/// Text, or a word that stands for one of several, as a CSV file has it.
+/// Text, or a name out of several, as in a CSV file.
 fn word<'a, T: Serialize + 'a>(values: impl Iterator<Item = &'a T>) -> Data {
     Data::Text(values.map(as_text).collect())
 }
@@ -211,7 +211,7 @@ fn maybe_word<'a, T: Serialize + 'a>(values: impl Iterator<Item = &'a Option<T>>
     Data::OptText(values.map(|value| value.as_ref().map(as_text)).collect())
 }
 
-/// A word as files have it.
+/// A name as it is written in files.
 pub fn as_text(value: &impl Serialize) -> String {
     serde_json::to_value(value).ok().and_then(|value| value.as_str().map(String::from)).unwrap_or_default()
 }
@@ -256,7 +256,7 @@ pub(crate) mod tests {
         TrialRow::new(trial, set, &[push], Some(2.0), &Variation::default(), record(outcome))
     }
 
-    /// A trial for each pair of outcomes, of sets "a" and "b".
+    /// A trial for each pair of outcomes of the sets "a" and "b".
     pub(crate) fn rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
         let trial = |(i, of): (usize, &[Outcome; 2])| [row(i as u64, "a", 1.0, of[0]), row(i as u64, "b", 1.0, of[1])];
         outcomes.iter().enumerate().flat_map(trial).collect()

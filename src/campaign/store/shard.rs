@@ -1,8 +1,8 @@
-//! A share of a campaign's trials, for one of several machines.
+//! A shard: the share of one machine in the trials of a campaign.
 
 use std::str::FromStr;
 
-/// Share `index` of `count` (from 1): the blocks b with b mod count = index - 1.
+/// Shard `index` of `count`, from 1: the blocks b with b mod count = index - 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
     pub index: u64,

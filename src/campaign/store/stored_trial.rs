@@ -1,4 +1,4 @@
-//! A trial of a finished campaign, to be run again and looked at: it follows from the campaign and its number alone.
+//! A trial of a finished campaign, to be run again and looked at. It follows from the campaign and its index alone.
 
 use crate::campaign::ask::spec::{Campaign, Overrides};
 use crate::campaign::ask::trial;
@@ -11,23 +11,23 @@ use crate::lipm::gains::GainSet;
 use crate::robot::Robot;
 use std::path::Path;
 
-/// A trial of one gain set, ready to run.
+/// A trial with one gain set, ready to run.
 pub struct StoredTrial {
     pub campaign: Campaign,
     pub trial: u64,
     /// Name of the gain set in the results.
     pub set: String,
-    /// Those that the result has.
+    /// Names of all gain sets in the results.
     pub sets: Vec<String>,
     pub robot: Robot,
     pub design: Design,
-    /// As the campaign found it; None where it has not come so far, or its part is damaged.
+    /// The stored row; None if the campaign has not come that far, or if the part is damaged.
     pub row: Option<TrialRow>,
 }
 
 impl StoredTrial {
-    /// Opens trial number `trial` of the result in `folder`. Without a set it is the first that did not recover, else the
-    /// first of all. Errors: no such trial or set, no campaign in that folder, or an input of it that is gone.
+    /// Opens trial number `trial` of the result in `folder`. If no set is given, it takes the first that did not
+    /// recover, or else the first of all. It fails if there is no such trial, set or campaign, or if an input is gone.
     pub fn open(folder: &Path, trial: u64, set: Option<&str>) -> Result<Self> {
         let found = Folder::existing(folder)?;
         let (campaign, sets) = (&found.manifest.campaign, &found.manifest.sets);
@@ -49,18 +49,18 @@ impl StoredTrial {
         Ok(Self { campaign, trial, set, sets: found.manifest.sets, robot, design, row })
     }
 
-    /// How long it lasts, and by what it is judged.
+    /// Settings of the episode.
     pub fn config(&self) -> &EpisodeConfig {
         &self.campaign.episode
     }
 
-    /// What disturbs the robot; every call gives the same.
+    /// The disturbance, which is the same at every call.
     pub fn disturbance(&self) -> Disturbance {
         trial::disturbance(&self.campaign, self.trial)
     }
 
-    /// What to tell of a record of this trial, which may be of a run that went on after its end, that is not what the
-    /// campaign found; None if it is the same, or there is nothing to compare with.
+    /// Describes how a record of this trial differs from the stored row; None if it agrees, or if there is no row. The
+    /// record may be of a run that went on after the end of the episode.
     pub fn difference(&self, record: &Record) -> Option<String> {
         let row = self.row.as_ref()?;
         let bits = |time_s: Option<f64>| time_s.map(f64::to_bits);

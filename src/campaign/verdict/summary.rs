@@ -7,6 +7,7 @@ use crate::campaign::store::folder::{Folder, Manifest};
 use crate::campaign::store::row::{TrialRow, parquet};
 use crate::campaign::verdict::baseline::BaselineId;
 use crate::campaign::verdict::gates::{GateResult, Gates};
+use crate::campaign::verdict::headline;
 use crate::campaign::verdict::pairs::{DecisionRule, Pair, every_pair};
 use crate::campaign::verdict::set_summary::{SetSummary, bin_edges};
 use crate::campaign::verdict::strata::strata;
@@ -28,6 +29,8 @@ pub struct Summary {
     pub config_hash: String,
     /// SHA-256 of `trials.parquet`.
     pub trials_sha256: String,
+    /// Which set recovers most, and than which it is better, in words.
+    pub headline: String,
     pub robot: String,
     /// Count of pushes; each set met all of them.
     pub trials: u64,
@@ -81,6 +84,7 @@ impl Summary {
             standfast: manifest.standfast.clone(),
             config_hash: manifest.config_hash.clone(),
             trials_sha256,
+            headline: headline::of(&sets, &pairs, margin),
             robot: campaign.robot.clone(),
             trials,
             most_trials: campaign.trials,
@@ -104,13 +108,20 @@ impl Summary {
     /// Joins the parts of a campaign: writes `trials.parquet`, `summary.json` and `campaign.toml`, and gives what they
     /// hold. Errors: a part is missing or damaged, or the folder is not writable.
     pub fn of_folder(folder: &Folder, gates: &Gates) -> Result<(Summary, Vec<TrialRow>)> {
+        let (summary, rows, trials) = Self::read(folder, gates)?;
+        summary.write(&folder.path, &trials)?;
+        folder.write_campaign()?;
+        Ok((summary, rows))
+    }
+
+    /// The same without writing anything: summary, rows, and the bytes of `trials.parquet`. Errors: a part is missing or
+    /// damaged.
+    pub fn read(folder: &Folder, gates: &Gates) -> Result<(Summary, Vec<TrialRow>, Vec<u8>)> {
         let rows = folder.rows()?;
         let trials = parquet(&rows)?;
         let pairs = every_pair(folder.manifest.sets.len());
         let summary = Summary::new(&folder.manifest, &rows, sha256_hex(&trials), &pairs, gates);
-        summary.write(&folder.path, &trials)?;
-        folder.write_campaign()?;
-        Ok((summary, rows))
+        Ok((summary, rows, trials))
     }
 
     /// Writes `trials.parquet`, of these bytes, and `summary.json` to a folder.

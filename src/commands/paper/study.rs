@@ -9,8 +9,8 @@ use crate::episode::{self, Disturbance, EpisodeConfig, Film};
 use crate::error::{Error, Result};
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
 use crate::lipm::gains::GainSet;
+use crate::render::figure::motion::{MotionPlot, MotionSample};
 use crate::render::paper::study::{ImposedRun, Pushed, Study, Tried};
-use crate::render::plot::motion::{MotionPlot, MotionSample};
 use crate::robot::{Kinematics, PerFoot, Robot};
 use crate::sim::Push;
 use rayon::prelude::*;
@@ -30,7 +30,7 @@ const PARTS: u64 = 19;
 
 /// Runs it all. Errors: the solver gives up, or a scenario is not what it was.
 pub fn run() -> Result<Study> {
-    let progress = Progress::start(PARTS, "simulations and searches", false);
+    let progress = Progress::of(PARTS, "simulations and searches");
     let first = Scenario::load("push-behind")?;
     let robot = Robot::load(&first.robot)?;
     let (period_s, judge) = (first.episode().control_period_s, first.episode().judge);

@@ -1,15 +1,18 @@
-//! Inverse dynamics of the whole body: the joint torques for wanted accelerations of COM, trunk, soles and joints, with
-//! contact forces that soles and friction can give.
+//! Inverse dynamics of the whole body: joint torques for desired accelerations of COM, trunk, soles and joints, with
+//! contact forces that the soles and friction can supply.
 //!
-//! One least-squares problem for the generalised acceleration a and the contact forces f together. Tasks are rows
-//! `J a = wanted - dJ/dt v` with weights that rank them: `min 1/2 a' H a - g' a + RHO/2 |f|^2`. The base has no motor: its six
-//! equations of motion, `M_b a + h_b = B f`, hold exactly. Each standing sole presses at four corners, each corner along the
-//! four edges of a pyramid inside its friction cone, by no less than 0.
+//! One least-squares problem yields the generalised acceleration a and the contact forces f together. The tasks are
+//! rows `J a = wanted - dJ/dt v`, with J the task Jacobian, v the generalised velocity, and weights that rank the
+//! tasks. Summed up, they are `min 1/2 a' H a - g' a + RHO/2 |f|^2`. The base has no motor, so its six equations of
+//! motion `M_b a + h_b = B f` hold exactly: M_b and h_b are its rows of mass matrix and bias forces, and B maps f to a
+//! wrench on the base. Each stance sole presses at four corners; the force at each corner is a sum of non-negative
+//! forces along the four edges of a pyramid inside its friction cone.
 //!
-//! The equations give `a = H^-1 (g + M_b' l)` and `S l = B f - r`, with `S = M_b H^-1 M_b'` and the wrench
-//! `r = h_b + M_b H^-1 g` that the tasks ask for. What remains is the contact forces whose wrench is nearest to it, in the
-//! tasks' own measure: `min 1/2 (B f - r)' S^-1 (B f - r) + RHO/2 |f|^2` over `f >= 0`, which [`Nnls`] solves. So where the ground
-//! cannot give what is wanted, the accelerations are those that it can give. Then `tau = (M a + h - J' f)` of the joints.
+//! With l the force that enforces the base's equations, `a = H^-1 (g + M_b' l)` and `S l = B f - r`. Here
+//! `S = M_b H^-1 M_b'`, and `r = h_b + M_b H^-1 g` is the wrench that the tasks ask for. It remains to find the contact
+//! forces whose wrench is nearest to r, measured by the tasks' own cost:
+//! `min 1/2 (B f - r)' S^-1 (B f - r) + RHO/2 |f|^2` over `f >= 0`, which [`Nnls`] solves. So the accelerations are
+//! those that the ground can supply. The joint torques are then `tau = M a + h - J' f`.
 
 use super::nnls::{Nnls, Quadratic, SIZE, Unknowns};
 use super::tasks::{DYNAMICS, NormalEquations, TaskJacobians, legs, reachable, sole_center, trunk_origin};
@@ -17,42 +20,42 @@ use crate::robot::dynamics::Dynamics;
 use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot, Servo, Wrench};
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix6, MatrixXx6, Point2, Point3, SMatrix, Vector3, Vector6};
 
-/// A joint near its limit is driven back by a spring (1/s^2)
+/// Stiffness of the spring that drives a joint back from its limit (1/s^2).
 const LIMIT_STIFFNESS: f64 = 400.0;
-/// and a damper (1/s).
+/// Damping of the same spring (1/s).
 const LIMIT_DAMPING: f64 = 40.0;
-/// Weight of squared forces (N): small, it shares a load evenly among the corners.
+/// Weight of the squared contact forces. It is small, and shares a load evenly among the corners.
 const RHO: f64 = 1e-6;
 
 const EDGES: usize = 4;
 const PER_SOLE: usize = 4 * EDGES;
 
-/// What the contact forces may be.
+/// Limits of the contact forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactModel {
-    /// Coulomb friction counted on.
+    /// Friction coefficient on which the contact forces may rely.
     pub friction: f64,
-    /// Share of each sole's length and width, about its centre, within which it presses.
+    /// Share of each sole's length and width, about its centre, on which it may press.
     pub sole_share: f64,
 }
 
-/// What is to happen, in the world frame.
+/// Desired accelerations, world frame.
 #[derive(Debug, Clone)]
 pub struct DesiredAcceleration {
     /// Acceleration of the COM (m/s^2).
     pub com_acc: Vector3<f64>,
     /// Angular acceleration of the trunk (rad/s^2).
     pub trunk_acc: Vector3<f64>,
-    /// Acceleration of each sole's centre (m/s^2) and of its rotation (rad/s^2); 0 for one that stands.
+    /// Linear (m/s^2) and angular (rad/s^2) acceleration of each sole at its centre; 0 for a stance sole.
     pub sole_acc: PerFoot<[Vector3<f64>; 2]>,
-    /// Of each joint (rad/s^2): what the tasks above leave open.
+    /// Acceleration of each joint (rad/s^2), as far as the tasks above leave it open.
     pub joint_acc: Vec<f64>,
-    /// Which soles press on the ground.
+    /// Which soles stand on the ground.
     pub standing: PerFoot<bool>,
 }
 
 impl DesiredAcceleration {
-    /// Nothing moves.
+    /// All accelerations are zero.
     pub fn rest(robot: &Robot, standing: PerFoot<bool>) -> Self {
         Self {
             com_acc: Vector3::zeros(),
@@ -64,40 +67,40 @@ impl DesiredAcceleration {
     }
 }
 
-/// What will happen, as far as the model knows, in the world frame.
+/// What the model predicts for the computed torques, world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PredictedContact {
-    /// Acceleration of the COM (m/s^2): the one that the contact forces give.
+    /// Acceleration of the COM by the contact forces (m/s^2).
     pub com_acc: Vector3<f64>,
-    /// Of the ground on each sole, about its centre, world axes.
+    /// Wrench of the ground on each sole, about its centre, in world axes.
     pub wrenches: PerFoot<Wrench>,
-    /// Where the ground presses, at the height of the soles (m); None if it does not.
+    /// ZMP at the height of the soles (m); None if no sole presses.
     pub zmp: Option<Point2<f64>>,
-    /// Largest joint torque as a share of its servo's limit; over 1, the rest will not come true.
+    /// Largest ratio of joint torque to servo limit. Above 1, the servos cannot supply the torques.
     pub torque_ratio: f64,
-    /// Whether the contact forces are the best ones, rather than good ones found when the iterations ran out.
+    /// Whether the contact forces are optimal. If not, they are feasible, and the iterations ran out.
     pub is_optimal: bool,
 }
 
-/// Inverse dynamics of one robot. Allocates once.
+/// Inverse dynamics of one robot. It allocates only when it is made.
 #[derive(Debug, Clone)]
 pub struct InverseDynamics {
     contact: ContactModel,
     in_leg: Vec<bool>,
-    /// Joint torques (N m) of the last solve, one per joint.
+    /// Joint torques of the last solve (N m), one per joint.
     pub tau: Vec<f64>,
-    /// Generalised acceleration of the last solve: base linear, base angular (world), joints.
+    /// Generalised acceleration of the last solve: base linear, base angular (both in world axes), joints.
     pub acceleration: DVector<f64>,
     kinematics: Kinematics,
     dynamics: Dynamics,
     jacobians: TaskJacobians,
-    /// H and g.
+    /// H and g of the module's text.
     equations: NormalEquations<1>,
     /// L^-1 M_b', with H = L L'.
     coupling: MatrixXx6<f64>,
-    /// B: the wrench on the base (force, moment about its origin) of each unknown force.
+    /// B: column i is the wrench on the base (force, and moment about the base's origin) of unknown force i.
     spread: SMatrix<f64, 6, SIZE>,
-    /// Direction of each unknown force, and where it acts.
+    /// Direction of each unknown force, and the point where it acts (world frame).
     edges: [Vector3<f64>; SIZE],
     points: [Point3<f64>; SIZE],
     quadratic: Quadratic,
@@ -105,7 +108,7 @@ pub struct InverseDynamics {
 }
 
 impl InverseDynamics {
-    /// For soles and ground of which `contact` is known.
+    /// For soles and ground with the limits of `contact`.
     pub fn new(robot: &Robot, contact: ContactModel) -> Self {
         let size = 6 + robot.joints.len();
         Self {
@@ -126,9 +129,9 @@ impl InverseDynamics {
         }
     }
 
-    /// Joint torques ([`tau`](Self::tau)) and accelerations for `wanted`, from `posture` at a generalised `velocity`
-    /// (6 + n entries: base linear, base angular, joints). Does not allocate. None where numbers are so large that the
-    /// equations have no solution; torques and accelerations are then of no use.
+    /// Finds the joint torques ([`tau`](Self::tau)) and accelerations for `wanted`, at `posture` and the generalised
+    /// `velocity` (6 + n entries: base linear, base angular, joints). It does not allocate. Returns None if numbers are
+    /// so extreme that there is no solution; torques and accelerations are then meaningless.
     pub fn solve(
         &mut self,
         robot: &Robot,
@@ -199,7 +202,7 @@ impl InverseDynamics {
         }
     }
 
-    /// Where and along what each unknown force acts, and what it does to the base.
+    /// Sets the point and direction of each unknown force, and its wrench on the base.
     fn place_forces(&mut self, robot: &Robot, wanted: &DesiredAcceleration) {
         let base = self.kinematics.link_pose(0).translation.vector;
         for (side, foot) in Foot::BOTH.into_iter().enumerate() {
@@ -223,7 +226,7 @@ impl InverseDynamics {
         }
     }
 
-    /// Accelerations and contact forces; None if the equations have no solution.
+    /// Solves for accelerations and contact forces; None if the equations have no solution.
     fn solve_tasks(&mut self, wanted: &DesiredAcceleration) -> Option<()> {
         let NormalEquations { matrix, right: [target], .. } = &mut self.equations;
         let size = target.len();
@@ -269,7 +272,7 @@ impl InverseDynamics {
         }
         for (i, &f) in self.nnls.f.iter().enumerate().filter(|(_, f)| **f > 0.0) {
             let jacobian = &self.jacobians.soles[Foot::BOTH[i / PER_SOLE]];
-            // The jacobian is the sole's centre's.
+            // The Jacobian is taken at the sole's centre.
             let (force, moment) = (self.edges[i] * f, self.lever(i).cross(&(self.edges[i] * f)));
             for (j, tau) in self.tau.iter_mut().enumerate() {
                 let column = jacobian.column(6 + j);
@@ -278,10 +281,10 @@ impl InverseDynamics {
         }
     }
 
-    /// From the centre of its sole to where an unknown force acts.
+    /// Vector from the centre of the sole to the point of an unknown force (m).
     fn lever(&self, i: usize) -> Vector3<f64> {
         let first = i / PER_SOLE * PER_SOLE;
-        // Corners lie opposite each other: the second after the first.
+        // The corners are in order around the sole, so the third lies opposite to the first.
         let center = nalgebra::center(&self.points[first], &self.points[first + 2 * EDGES]);
         self.points[i] - center
     }

@@ -1,59 +1,60 @@
-//! Inverse kinematics: joint angles for a wanted COM, soles, trunk and arms by inverse kinematics with the COG Jacobian
-//! (paper, Sect. VI.A: "desired joint angle vector is obtained from the desired COG position by solving the inverse
-//! kinematics with COG Jacobian").
+//! Inverse kinematics with the COG Jacobian: joint angles for given COM, soles, trunk and arms. The paper, Sect. VI.A:
+//! "desired joint angle vector is obtained from the desired COG position by solving the inverse kinematics with COG
+//! Jacobian".
 //!
-//! One Newton step a tick on a reference posture that lives beside the measured one: weighted least squares over the
-//! base's six and the joints' velocities. The weights rank the tasks: soles, joint limits, COM, trunk, posture.
+//! Each tick takes one Newton step on a reference posture, which is kept apart from the measured one. The step is a
+//! weighted least-squares solution for the velocities of the base (six) and of the joints. The weights rank the tasks
+//! in the order soles, joint limits, COM, trunk, posture.
 
 use super::tasks::{KINEMATICS, NormalEquations, TaskJacobians, legs, reachable};
 use crate::robot::{Foot, Kinematics, PerFoot, Pose, Posture, Robot};
 use nalgebra::{Cholesky, DMatrix, DVector, Isometry3, Point3, UnitQuaternion, Vector3};
 
-/// Joint limits are re-checked at most this often a tick.
+/// How often the joint limits are checked in a tick, at most.
 const LIMIT_ROUNDS: usize = 3;
 
-/// What the body shall do: poses in the world, at this tick.
+/// Targets for this tick: poses in the world frame.
 #[derive(Debug, Clone)]
 pub struct BodyTargets {
-    /// Centre of mass (m).
+    /// Position of the COM (m).
     pub com: Point3<f64>,
-    /// The COM rises by this much at most in a tick (m).
+    /// The COM may rise by at most this much in a tick (m).
     pub rise: f64,
-    /// (m/s)
+    /// Velocity of the COM (m/s).
     pub com_vel: Vector3<f64>,
-    /// Centre of each contact face.
+    /// Pose of each sole, at the centre of its contact face.
     pub soles: PerFoot<Pose>,
-    /// Velocity of each sole's centre (m/s); that soles turn is left out.
+    /// Velocity of each sole's centre (m/s). The angular velocity of the soles is taken as zero.
     pub sole_vel: PerFoot<Vector3<f64>>,
-    /// Orientation.
+    /// Orientation of the trunk.
     pub trunk: UnitQuaternion<f64>,
 }
 
-/// Inverse kinematics of one robot. Allocates once.
+/// Inverse kinematics of one robot. It allocates only when it is made.
 #[derive(Debug)]
 pub struct InverseKinematics {
-    /// The reference: where the joints are sent.
+    /// The reference posture, to which the joints are sent.
     pub posture: Posture,
-    /// Velocity of the reference: base linear, base angular, joints.
+    /// Velocity of the reference posture: base linear, base angular, joints.
     pub velocity: DVector<f64>,
     kinematics: Kinematics,
     in_leg: Vec<bool>,
     jacobians: TaskJacobians,
-    /// Right sides: displacement, velocity.
+    /// The two right-hand sides are displacement and velocity.
     equations: NormalEquations<2>,
     factor: DMatrix<f64>,
     step: DVector<f64>,
-    /// Weighted, of all tasks.
+    /// Weighted sum of the squared errors of all tasks.
     squared_error: f64,
 }
 
 impl InverseKinematics {
-    /// Starts at home.
+    /// Starts in the home posture.
     pub fn new(robot: &Robot) -> Self {
         Self::at(robot, robot.home_posture())
     }
 
-    /// Starts at a posture.
+    /// Starts in a given posture.
     pub fn at(robot: &Robot, posture: Posture) -> Self {
         let size = 6 + robot.joints.len();
         Self {
@@ -69,13 +70,13 @@ impl InverseKinematics {
         }
     }
 
-    /// Goes on from another posture, of the same robot.
+    /// Continues from another posture of the same robot.
     pub fn start_at(&mut self, posture: &Posture) {
         self.posture.base = posture.base;
         self.posture.q.copy_from_slice(&posture.q);
     }
 
-    /// Moves the reference posture towards `targets` by one Newton step and sets its velocity.
+    /// Moves the reference posture by one Newton step towards `targets`, and sets its velocity.
     pub fn follow(&mut self, robot: &Robot, targets: &BodyTargets) {
         self.kinematics.update(robot, &self.posture);
         self.jacobians.update(robot, &self.kinematics);
@@ -98,7 +99,7 @@ impl InverseKinematics {
         }
     }
 
-    /// Height of the COM of the reference posture (m).
+    /// COM height of the reference posture (m).
     pub fn com_height(&mut self, robot: &Robot) -> f64 {
         self.kinematics.update(robot, &self.posture);
         self.kinematics.com().z
@@ -119,7 +120,7 @@ impl InverseKinematics {
 
     fn add_com(&mut self, targets: &BodyTargets) {
         let mut error = targets.com - self.kinematics.com();
-        // A body that a long stride has lowered must not leap off the ground when a foot is lifted again.
+        // After a long stride the body is low; it must not leap off the ground when a foot is lifted again.
         error.z = error.z.min(targets.rise);
         for (k, weight) in [KINEMATICS.com, KINEMATICS.com, KINEMATICS.height].into_iter().enumerate() {
             self.add_row(weight, JacobianRow::Com(k), error[k], targets.com_vel[k]);
@@ -134,7 +135,7 @@ impl InverseKinematics {
         }
     }
 
-    /// Joints outside of the legs stay at home.
+    /// Draws the joints outside of the legs to their home angles.
     fn add_posture(&mut self, robot: &Robot) {
         let NormalEquations { matrix, right: [displacement, _], .. } = &mut self.equations;
         for i in 0..6 {
@@ -147,8 +148,8 @@ impl InverseKinematics {
         }
     }
 
-    /// Damping by the squared error of what cannot be reached (T. Sugihara's Levenberg-Marquardt): none worth mention
-    /// while all tasks are met, and no leap of the joints when they cannot be.
+    /// Damps by the squared error of what cannot be reached (T. Sugihara's Levenberg-Marquardt method). The damping is
+    /// negligible while all tasks are met, and prevents leaps of the joints when they cannot be met.
     fn add_damping(&mut self) {
         for i in 0..self.step.len() {
             self.equations.matrix[(i, i)] += 0.5 * self.squared_error;
@@ -167,8 +168,8 @@ impl InverseKinematics {
         self.equations.add_row(weight, entry, [displacement, velocity]);
     }
 
-    /// Solves for displacement and velocity; joints that would pass a limit are pinned to it and the rest solved anew. A
-    /// problem that has no solution leaves the posture where it is.
+    /// Solves for displacement and velocity. Joints that would pass a limit are held at it, and the rest is solved
+    /// again. If there is no solution, the posture stays as it is.
     fn solve_within_limits(&mut self, robot: &Robot) {
         let NormalEquations { matrix, right: [displacement, velocity], .. } = &mut self.equations;
         for _ in 0..LIMIT_ROUNDS {
@@ -215,18 +216,18 @@ enum JacobianRow {
 mod tests {
     use super::*;
 
-    /// What has become of a task that was reached for.
+    /// How a task was followed.
     struct Followed {
-        /// Largest distance of COM (over the ground, and in height) and soles from where they are to be (m).
+        /// Largest distance of COM (horizontal, and in height) and soles from their targets (m).
         com: f64,
         height: f64,
         soles: f64,
-        /// Largest change of a joint reference in a tick: of all ticks, and of the last (rad).
+        /// Largest change of a joint reference in one tick, over all ticks and in the last one (rad).
         leap: f64,
         last: f64,
     }
 
-    /// From home, the feet moved by `[left, right]` (m) and the COM at home height over their middle.
+    /// The targets with the feet moved from home by `[left, right]` (m), and the COM at home height above their middle.
     fn stride(robot: &Robot, by: [Vector3<f64>; 2]) -> BodyTargets {
         let mut kinematics = Kinematics::new(robot);
         kinematics.update(robot, &robot.home_posture());
@@ -244,7 +245,7 @@ mod tests {
         }
     }
 
-    /// A stride of least jerk, as a swing foot's, in 0.2 s; then 500 ticks in which nothing more is asked.
+    /// A minimum-jerk stride like that of a swing foot, in 0.2 s, and then 500 ticks at its end.
     fn follow(robot: &Robot, left: [f64; 2], right: [f64; 2]) -> Followed {
         let by = [left, right].map(|[x, y]| Vector3::new(x, y, 0.0));
         let mut body = InverseKinematics::new(robot);
@@ -272,7 +273,7 @@ mod tests {
 
     const HERE: [f64; 2] = [0.0, 0.0];
 
-    /// The height gives way to the arms, by micrometres.
+    /// The height deviates by micrometres, in favour of the arms.
     #[test]
     fn what_the_legs_can_reach_is_reached() {
         let robot = Robot::load("ut-mu2").unwrap();
@@ -284,7 +285,7 @@ mod tests {
         }
     }
 
-    /// Feet so far apart that a leg is straight at home height. Joints once leapt by radians there.
+    /// The feet are so far apart that a leg is straight at home height. Joints once leapt by radians there.
     #[test]
     fn what_the_legs_cannot_reach_is_approached_without_a_leap() {
         let robot = Robot::load("ut-mu2").unwrap();
@@ -298,7 +299,7 @@ mod tests {
             let Followed { com, height, soles, leap, last } = follow(&robot, left, right);
             println!("{left:?} {right:?}: COM {com:.1e}, height {height:.1e}, soles {soles:.1e}, {leap:.3} {last:.1e}");
             assert!(leap < 0.2 && last < 1e-9, "{left:?} {right:?}: leaps by {leap} rad, in the end by {last}");
-            // The height gives way, not what stands on the ground.
+            // The COM height deviates, and the feet on the ground do not.
             assert!(com < 5e-3 && soles < 1e-3 && height > 1e-3, "{left:?} {right:?}: {com} {soles} {height}");
         }
     }

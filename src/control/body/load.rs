@@ -1,12 +1,13 @@
-//! How the ground is asked to carry the robot: a wanted ZMP as wrenches under the soles.
+//! Turns a desired ZMP into wrenches under the soles.
 
 use crate::robot::{Foot, PerFoot, Pose, Robot};
 use nalgebra::{Point2, Vector2, Vector3};
 
-/// Wrenches (force; moment about the sole's centre, world) that together press at `zmp` with `force`.
+/// Wrenches on the soles (force; moment about the sole's centre; world axes) that sum to `force` (N) with its ZMP at
+/// `zmp` (m).
 ///
-/// In flight there are none. Else the weight is shared between the feet in contact by where the ZMP lies on the line between their centres; what is
-/// left of the distance each foot takes inside its own sole.
+/// With no foot in contact they are zero. With both feet in contact, the load of each follows from where the ZMP lies
+/// along the line between their centres. The distance that remains, each foot takes within its own sole.
 pub fn share(
     robot: &Robot,
     footholds: &PerFoot<Pose>,
@@ -34,7 +35,7 @@ pub fn share(
     })
 }
 
-/// The point of a sole nearest to `offset` from its centre (world axes, on the ground).
+/// The point of a sole nearest to `offset` from its centre (m, world axes).
 fn clamp_to_sole(robot: &Robot, foot: Foot, pose: &Pose, offset: Vector2<f64>) -> Vector3<f64> {
     let local = pose.rotation.inverse() * Vector3::new(offset.x, offset.y, 0.0);
     let [x, y] = robot.soles[foot].half_m;

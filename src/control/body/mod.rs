@@ -1,5 +1,5 @@
-//! The body: where COM and soles are wanted becomes joint angles ([`InverseKinematics`]), and what the ground is to give
-//! becomes joint torques: those of a body at rest ([`load`]) or of one that moves ([`inverse_dynamics`]).
+//! The body: turns desired positions of COM and soles into joint angles ([`InverseKinematics`]), and desired ground
+//! reaction forces into joint torques. The body is taken to be at rest ([`load`]) or to move ([`inverse_dynamics`]).
 
 pub mod inverse_dynamics;
 pub mod inverse_kinematics;
@@ -15,38 +15,40 @@ pub use inverse_dynamics::{ContactModel, DesiredAcceleration, InverseDynamics, P
 pub use inverse_kinematics::{BodyTargets, InverseKinematics};
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector2, Vector3};
 
-/// Rate at which the COM reference comes back to the estimate (1/s). Between switches the joints' stiffness pulls the
-/// COM to a reference that does not know of pushes: with 0 that spring outlasts the push, tips the feet and rings. From
-/// 7 to 20 the toppling impulses are the same to 0.06 N s; small pushes settle sooner with more, large ones with less.
+/// Rate at which the COM reference is drawn back to the estimate (1/s). Between switches, the stiff joints pull the COM
+/// to a reference that does not know of pushes. With a rate of 0 this spring outlasts the push, tips the feet and
+/// rings. From 7 to 20 the toppling impulses differ by at most 0.06 N s; a higher rate settles small pushes sooner, and
+/// large ones later.
 const FORGETTING_RATE: f64 = 10.0;
-/// Rate at which the COM reference is moved to make up for sag (1/s).
+/// Rate at which the COM reference is shifted to compensate for sag (1/s).
 const SHAPING_RATE: f64 = 1.0;
-/// Sag is some millimetres; what asks for more is not sag (m).
+/// Largest shift for sag (m). Sag is a few millimetres; a larger error has another cause.
 const MOST_SHAPING_M: f64 = 0.02;
-/// The COM goes back up to its height at home no faster than this (m/s).
+/// Largest speed at which the COM rises back to its home height (m/s).
 const RISING_M_S: f64 = 0.03;
 
-/// Where the COM is to be: world. Over the ground it is integrated from eq. 1 and 2, started from the estimate at every switch
-/// and, other than in the paper, drawn back to it in between.
+/// The COM reference, world frame. Its horizontal part is integrated from eq. 1 and 2 and starts from the estimate at
+/// every switch. Unlike in the paper, it is drawn back to the estimate in between.
 #[derive(Debug, Clone)]
 pub struct ComReference {
-    /// Over the ground (m).
+    /// Horizontal position (m).
     pub place: Point2<f64>,
-    /// (m/s)
+    /// Horizontal velocity (m/s).
     pub vel: Vector2<f64>,
     /// Height, its rate and its acceleration (m, m/s, m/s^2).
     pub height: [f64; 3],
-    /// Added to `place`: makes up for sag (paper, "COG reference shaping") (m).
+    /// Shift added to `place` to compensate for sag (m); the paper calls it "COG reference shaping".
     shaping: Vector2<f64>,
 }
 
 impl ComReference {
-    /// Starts it over the ground from the estimate.
+    /// Starts the horizontal part from the estimate.
     pub fn start(&mut self, estimate: &Estimate) {
         (self.place, self.vel) = (estimate.com_xy(), estimate.com_vel_xy());
     }
 
-    /// Moves it over the ground by a period under a ZMP (eq. 1 and 2); returns the acceleration (m/s^2).
+    /// Integrates the horizontal part over a period with the given ZMP (eq. 1, 2), and returns its acceleration
+    /// (m/s^2).
     pub fn advance(&mut self, pendulum: &Pendulum, estimate: &Estimate, zmp: Point2<f64>) -> Vector2<f64> {
         let (com, com_vel, dt) = (estimate.com_xy(), estimate.com_vel_xy(), pendulum.dt);
         let acceleration = pendulum.com_acc(com, zmp);
@@ -57,22 +59,22 @@ impl ComReference {
         acceleration
     }
 
-    /// Moves it, over a period `dt` (s), against what the COM lags behind.
+    /// Shifts the reference, over a period `dt` (s), against the lag of the COM behind it.
     pub fn make_up_for_sag(&mut self, com: Point2<f64>, dt: f64) {
         self.shaping += (self.place - com) * (SHAPING_RATE * dt);
         self.shaping = self.shaping.cap_magnitude(MOST_SHAPING_M);
     }
 }
 
-/// Where soles are to be, and how they move.
+/// Where the soles are to be, and how they are to move.
 #[derive(Debug, Clone)]
 pub struct SoleReference {
     pub poses: PerFoot<Pose>,
-    /// Of their centres (m/s).
+    /// Velocities of the soles' centres (m/s).
     pub velocities: PerFoot<Vector3<f64>>,
 }
 
-/// The body's reference: COM, and the posture that carries it.
+/// The references of the body: the COM, and the posture that follows it.
 #[derive(Debug)]
 pub struct Body {
     pub com: ComReference,
@@ -80,7 +82,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// At the posture and COM of an estimate, the height that of home.
+    /// Starts at the posture and COM of an estimate, with a COM height of `height_m` (m).
     pub fn new(robot: &Robot, estimate: &Estimate, height_m: f64) -> Self {
         let com = ComReference {
             place: estimate.com_xy(),
@@ -91,17 +93,17 @@ impl Body {
         Self { com, kinematics: InverseKinematics::at(robot, estimate.posture.clone()) }
     }
 
-    /// Where the joints are sent.
+    /// The reference posture, to which the joints are sent.
     pub fn posture(&self) -> &Posture {
         &self.kinematics.posture
     }
 
-    /// Of the reference: base linear, base angular, joints.
+    /// Velocity of the reference posture: base linear, base angular, joints.
     pub fn velocity(&self) -> &nalgebra::DVector<f64> {
         &self.kinematics.velocity
     }
 
-    /// Moves the reference posture by a period after the COM reference and the soles; writes joint angles and velocities.
+    /// Moves the reference posture by one period towards COM reference and soles, and writes `q_ref` and `dq_ref`.
     pub fn follow(
         &mut self,
         robot: &Robot,
@@ -128,13 +130,13 @@ impl Body {
     }
 }
 
-/// Orientation of an upright trunk that faces as the feet do.
+/// Orientation of an upright trunk that faces in the mean direction of the feet.
 pub fn upright(estimate: &Estimate) -> UnitQuaternion<f64> {
     UnitQuaternion::from_axis_angle(&Vector3::z_axis(), control_frame(&estimate.footholds).rotation.angle())
 }
 
-/// Joint torques (N m) of a body that stands on `standing` feet, presses at `zmp` and whose COM accelerates over the ground
-/// (m/s^2), limbs at rest.
+/// Writes to `tau` the joint torques (N m) of a body that stands on the `standing` feet with its ZMP at `zmp` (m),
+/// while its COM accelerates horizontally by `acceleration` (m/s^2) and its limbs do not move.
 pub fn carry(
     robot: &Robot,
     estimate: &Estimate,

@@ -1,28 +1,27 @@
-//! Non-negative least squares of small fixed size: `min 1/2 f' G f - c' f` over `f >= 0`, by the active-set method of
-//! Lawson and Hanson (Solving Least Squares Problems, ch. 23), started from the last answer.
+//! Non-negative least squares of small fixed size: `min 1/2 f' G f - c' f` over `f >= 0`. It uses the active-set method
+//! of Lawson and Hanson (Solving Least Squares Problems, ch. 23), started from the last solution.
 //!
-//! Every iterate is feasible and no worse than the one before, so what comes out is usable even when the iterations run
-//! out. Does not allocate.
+//! Every iterate is feasible and no worse than the one before, so the result is usable even if iterations run out.
 
 use nalgebra::{SMatrix, SVector};
 
-/// Entries of the unknown: two soles of four corners with four friction edges each.
+/// Number of unknowns: two soles with four corners each, and four friction edges per corner.
 pub const SIZE: usize = 32;
 
 pub type Unknowns = SVector<f64, SIZE>;
 pub type Quadratic = SMatrix<f64, SIZE, SIZE>;
 
-/// Factorisations per solve, at most: three times the unknowns, as Lawson and Hanson advise.
+/// Largest number of factorisations per solve: three times the number of unknowns, as Lawson and Hanson advise.
 const MOST_ROUNDS: usize = 3 * SIZE;
 
-/// The problem's answer, from which the next solve starts.
+/// The solver and its last solution, from which the next solve starts.
 #[derive(Debug, Clone)]
 pub struct Nnls {
-    /// Never negative; exactly 0 where the bound holds it.
+    /// The solution: never negative, and exactly 0 where the bound is active.
     pub f: Unknowns,
-    /// Factorisations of the last solve.
+    /// Number of factorisations in the last solve.
     pub rounds: usize,
-    /// Whether the last solve met its conditions of optimality, rather than run out of rounds.
+    /// Whether the last solve met the conditions of optimality before the rounds ran out.
     pub is_optimal: bool,
     free: [bool; SIZE],
     factor: Quadratic,
@@ -43,7 +42,7 @@ impl Default for Nnls {
 }
 
 impl Nnls {
-    /// Solves for positive definite `g` (lower triangle read), with the entries outside of `allowed` at 0.
+    /// Solves for a positive definite `g`, of which the lower triangle is read. Entries that are not `allowed` are 0.
     pub fn solve(&mut self, g: &Quadratic, c: &Unknowns, allowed: &[bool; SIZE]) {
         for (i, &is_allowed) in allowed.iter().enumerate() {
             self.free[i] &= is_allowed && self.f[i] > 0.0;
@@ -51,7 +50,7 @@ impl Nnls {
                 self.f[i] = 0.0;
             }
         }
-        // Of the size of what the slopes are made of, less what rounding leaves of them.
+        // Relative to the terms of which the slopes are sums, to stay above rounding errors.
         let tolerance = 1e-10 * c.amax();
         let mut from_last = self.free.contains(&true);
         self.rounds = 0;
@@ -73,7 +72,7 @@ impl Nnls {
     fn steepest(&self, g: &Quadratic, c: &Unknowns, allowed: &[bool; SIZE], tolerance: f64) -> Option<usize> {
         let mut steepest = (tolerance, None);
         for i in (0..SIZE).filter(|&i| allowed[i] && !self.free[i]) {
-            // The lower triangle serves both.
+            // Only the lower triangle is stored.
             let slope = c[i] - (0..SIZE).map(|j| g[(i.max(j), i.min(j))] * self.f[j]).sum::<f64>();
             if slope > steepest.0 {
                 steepest = (slope, Some(i));
@@ -82,7 +81,7 @@ impl Nnls {
         steepest.1
     }
 
-    /// Goes to the least of the objective over the free entries; those that would turn negative on the way are bound.
+    /// Goes to the minimum of the objective over the free entries. Entries that would become negative are bound to 0.
     fn descend(&mut self, g: &Quadratic, c: &Unknowns) {
         while self.rounds < MOST_ROUNDS {
             self.rounds += 1;
@@ -92,7 +91,7 @@ impl Nnls {
             let mut share = 1.0;
             let mut first = None;
             for i in (0..SIZE).filter(|&i| self.free[i] && self.trial[i] <= 0.0) {
-                // An entry that was just freed and wants to turn back stays at its bound: 0 of the way.
+                // An entry that was just freed and would turn negative stays at its bound: the step is 0.
                 let step = if self.f[i] > 0.0 { self.f[i] / (self.f[i] - self.trial[i]) } else { 0.0 };
                 if first.is_none() || step < share {
                     (share, first) = (step, Some(i));
@@ -113,8 +112,8 @@ impl Nnls {
         }
     }
 
-    /// Writes the unbounded answer of the free entries to `trial`, by Cholesky factorisation. False if `g` is not positive
-    /// definite there.
+    /// Writes the unconstrained minimum over the free entries to `trial`, by Cholesky factorisation. Returns false if
+    /// `g` is not positive definite there.
     fn solve_free(&mut self, g: &Quadratic, c: &Unknowns) -> bool {
         let mut index = [0; SIZE];
         let mut count = 0;
@@ -153,7 +152,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Sum of squares of six rows, with a little of each unknown's own: what soles come to.
+    /// A least-squares problem of six rows, with a small quadratic term for each unknown, as the soles give rise to.
     fn problem(entries: &[f64], wanted: &[f64]) -> (Quadratic, Unknowns) {
         let rows = SMatrix::<f64, 6, SIZE>::from_row_slice(entries);
         let wanted = SVector::<f64, 6>::from_row_slice(wanted);
@@ -164,8 +163,8 @@ mod tests {
         0.5 * f.dot(&(g * f)) - c.dot(f)
     }
 
-    /// Karush, Kuhn and Tucker: feasible, no slope along what is free, none downwards along what is bound. The problem is
-    /// convex: this is the optimum.
+    /// Checks the Karush-Kuhn-Tucker conditions: feasible, zero slope for free entries, no descent for bound ones. The
+    /// problem is convex, so they imply the optimum.
     fn check(nnls: &Nnls, g: &Quadratic, c: &Unknowns, allowed: &[bool; SIZE]) -> Result<(), TestCaseError> {
         let slope = c - g * nnls.f;
         for i in 0..SIZE {
@@ -185,7 +184,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..Default::default() })]
 
-        /// From nothing, and from the answer of another problem.
+        /// Starts from zero, and from the solution of another problem.
         #[test]
         fn the_answer_is_the_optimum(
             entries in prop::collection::vec(-1.0..1.0f64, 6 * SIZE),
@@ -207,7 +206,7 @@ mod tests {
             prop_assert_eq!(warm.rounds, 1, "the same problem again is solved at once");
         }
 
-        /// Against all choices of what is bound, of six unknowns.
+        /// Compares with all choices of active bounds, for six unknowns.
         #[test]
         fn the_answer_is_the_best_of_all_active_sets(
             entries in prop::collection::vec(-1.0..1.0f64, 6 * SIZE),

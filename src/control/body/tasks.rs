@@ -1,32 +1,33 @@
-//! What inverse kinematics and inverse dynamics share: the tasks of the body (soles, COM, trunk, joints) with their Jacobians,
-//! the weights that rank them, and the normal equations of the weighted least squares that both solve.
+//! What inverse kinematics and inverse dynamics share: the tasks (soles, COM, trunk, joints) with their Jacobians, the
+//! weights that rank them, and the normal equations of the weighted least-squares problem.
 
 use crate::robot::{Foot, Joint, Kinematics, PerFoot, Robot};
 use nalgebra::{DMatrix, DVector, Matrix3xX, Matrix6xX, Point3};
 
-/// What a squared error of each task counts, metres and radians alike.
+/// Weight of a squared error of each task. Metres and radians count alike.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Weights {
-    /// Of a sole that stands, in place and rotation.
+    /// Position and rotation of a stance sole.
     pub stance: f64,
-    /// Of one in the air.
+    /// Position and rotation of a swing sole.
     pub swing: f64,
-    /// Of the COM over the ground.
+    /// Horizontal position of the COM.
     pub com: f64,
     pub height: f64,
-    /// Of the trunk's rotation.
+    /// Rotation of the trunk.
     pub trunk: f64,
-    /// Of each joint outside of the legs.
+    /// Each joint outside of the legs.
     pub arms: f64,
-    /// Of each joint of a leg: only so that the problem always has one solution.
+    /// Each leg joint. This small weight only makes the solution unique.
     pub legs: f64,
-    /// Of a joint at its limit.
+    /// A joint at its limit.
     pub limit: f64,
-    /// Of the base's own six, likewise only for a solution.
+    /// Each of the base's six coordinates. This weight, too, only makes the solution unique.
     pub base: f64,
 }
 
-/// Of displacements and velocities. All feet are led alike; the height gives way where legs are too short for a long stride.
+/// Weights of displacements and velocities. Stance and swing foot count alike, and the COM height gives way where the
+/// legs are too short for a long stride.
 pub(super) const KINEMATICS: Weights = Weights {
     stance: 1e4,
     swing: 1e4,
@@ -39,7 +40,7 @@ pub(super) const KINEMATICS: Weights = Weights {
     base: 1e-9,
 };
 
-/// Of accelerations. What stands does not move; the swing foot and the height give way to the COM.
+/// Weights of accelerations. The stance foot does not move; swing foot and COM height give way to the horizontal COM.
 pub(super) const DYNAMICS: Weights = Weights {
     stance: 1e5,
     swing: 30.0,
@@ -52,16 +53,16 @@ pub(super) const DYNAMICS: Weights = Weights {
     base: 1e-6,
 };
 
-/// A reference stays this far from a joint's limit (rad): a straight leg has no velocity to offer along itself.
+/// Distance that references keep from joint limits (rad): a straight leg cannot move its foot along itself.
 const LIMIT_MARGIN_RAD: f64 = 0.1;
 
-/// Jacobians of the tasks at a posture: columns are the generalised velocity (base linear, base angular, joints).
+/// Jacobians of the tasks at a posture. The columns belong to the velocity (base linear, base angular, joints).
 #[derive(Debug, Clone)]
 pub(super) struct TaskJacobians {
     pub com: Matrix3xX<f64>,
-    /// Of each sole's centre: linear, angular.
+    /// Linear and angular part, at each sole's centre.
     pub soles: PerFoot<Matrix6xX<f64>>,
-    /// Of the trunk's origin.
+    /// Linear and angular part, at the trunk's origin.
     pub trunk: Matrix6xX<f64>,
 }
 
@@ -75,7 +76,7 @@ impl TaskJacobians {
         }
     }
 
-    /// At the posture of `kinematics`.
+    /// Computes the Jacobians at the posture of `kinematics`.
     pub fn update(&mut self, robot: &Robot, kinematics: &Kinematics) {
         for foot in Foot::BOTH {
             let center = sole_center(robot, kinematics, foot);
@@ -86,23 +87,23 @@ impl TaskJacobians {
     }
 }
 
-/// Centre of a sole's contact face, world (m).
+/// Centre of a sole's contact face (m), world frame.
 pub(super) fn sole_center(robot: &Robot, kinematics: &Kinematics, foot: Foot) -> Point3<f64> {
     kinematics.sole_pose(robot, foot).translation.vector.into()
 }
 
-/// Origin of the trunk's frame, world (m).
+/// Origin of the trunk's frame (m), world frame.
 pub(super) fn trunk_origin(robot: &Robot, kinematics: &Kinematics) -> Point3<f64> {
     kinematics.link_pose(robot.trunk).translation.vector.into()
 }
 
-/// Normal equations `A v = b` of `min sum of weight (row v - target)^2`, for N targets at once. Only the lower triangle of A is
-/// kept, which is all that a Cholesky factorisation reads.
+/// Normal equations `A v = b` of `min sum of weight (row v - target)^2`, for N targets at once. Only the lower triangle
+/// of A is kept, since a Cholesky factorisation reads nothing else.
 #[derive(Debug, Clone)]
 pub(super) struct NormalEquations<const N: usize> {
     pub matrix: DMatrix<f64>,
     pub right: [DVector<f64>; N],
-    /// The row that is added, side by side.
+    /// The row that is being added, contiguous in memory.
     row: DVector<f64>,
 }
 
@@ -117,7 +118,7 @@ impl<const N: usize> NormalEquations<N> {
         self.right.iter_mut().for_each(|right| right.fill(0.0));
     }
 
-    /// Adds one row for each of the targets.
+    /// Adds one row, with its N targets.
     pub fn add_row(&mut self, weight: f64, row: impl Fn(usize) -> f64, targets: [f64; N]) {
         let size = self.row.len();
         self.row.iter_mut().enumerate().for_each(|(i, entry)| *entry = row(i));
@@ -127,7 +128,7 @@ impl<const N: usize> NormalEquations<N> {
             if scaled == 0.0 {
                 continue;
             }
-            // Columns lie side by side.
+            // The matrix is stored by columns, so the entries of a column are contiguous.
             let below = &mut self.matrix.as_mut_slice()[j * size + j..(j + 1) * size];
             below.iter_mut().zip(&row[j..]).for_each(|(entry, value)| *entry += scaled * value);
             for (right, target) in self.right.iter_mut().zip(targets) {
@@ -137,7 +138,7 @@ impl<const N: usize> NormalEquations<N> {
     }
 }
 
-/// Whether each joint is on the way from the base to a sole.
+/// Whether each joint lies between the base and a sole.
 pub(super) fn legs(robot: &Robot) -> Vec<bool> {
     let mut in_leg = vec![false; robot.joints.len()];
     for foot in Foot::BOTH {
@@ -148,7 +149,7 @@ pub(super) fn legs(robot: &Robot) -> Vec<bool> {
     in_leg
 }
 
-/// Angles that a joint is sent to (rad): its limits less the margin, but not less than home.
+/// Range of angles to which a joint is sent (rad): its limits less the margin, extended to its home angle if need be.
 pub(super) fn reachable(joint: &Joint, home_rad: f64) -> [f64; 2] {
     [(joint.lower_rad + LIMIT_MARGIN_RAD).min(home_rad), (joint.upper_rad - LIMIT_MARGIN_RAD).max(home_rad)]
 }

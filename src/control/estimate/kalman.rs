@@ -1,27 +1,28 @@
-//! Kalman filter of the COM (paper, Sect. VI.A: "we also apply Kalman Filter in order to filter out the noise of
-//! sensors").
+//! Kalman filter of the COM. Sect. VI.A: "we also apply Kalman Filter in order to filter out the noise of sensors".
 //!
-//! One axis: `com_acc = f / m + d`, with f the force of the ground less the weight (eq. 3, for all axes). The input is f / m by
-//! the wrenches under the soles, the state `[com, com_vel, d]`; measured are the COM (from kinematics) and its
-//! acceleration (from the IMU on the trunk). The paper's filter takes f from the pendulum, `omega^2 (com - zmp)`, and has no
-//! d. Without d a push shows only once the COM has moved: at the end of a push of 50 ms the velocity was estimated at a
-//! third to a half of what it was. And while a leg swings the force is not that of the pendulum: the velocity was off by
-//! 0.1 m/s. The gains are those of the steady state.
+//! The model of one axis is `com_acc = f / m + d`, where f is the ground reaction force less the weight (eq. 3, for all
+//! axes), m is the mass, and d is the acceleration by a disturbance. The state is `[com, com_vel, d]`. The input is f /
+//! m from the wrenches under the soles. The measurements are the COM (from kinematics) and its acceleration (from the
+//! IMU on the trunk). The filter gains are those of the steady state.
+//!
+//! The paper takes f from the pendulum, `omega^2 (com - zmp)`, and has no d. Without d a push shows only once the COM
+//! has moved: at the end of a push of 50 ms, the estimated velocity was a third to a half of the true one. And while a
+//! leg swings, f is not the pendulum's: the estimated velocity was off by 0.1 m/s.
 
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix3x2, Vector2, Vector3};
 
-/// What the filter trusts: standard deviations, one sample a tick.
+/// Assumed noise of measurements and model: standard deviations, for one sample per tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trust {
-    /// Of the COM measured (m).
+    /// Noise of the measured COM (m).
     pub com_m: f64,
-    /// Of the trunk's acceleration as that of the COM (m/s^2): mostly the limbs' motion relative to the trunk.
+    /// Error of taking the trunk's acceleration for that of the COM (m/s^2). It is mostly the motion of the limbs.
     pub acceleration_m_s2: f64,
-    /// The same while a leg swings (m/s^2).
+    /// The same error while a leg swings (m/s^2).
     pub swing_acceleration_m_s2: f64,
-    /// Of the acceleration that the forces leave out and that is gone the next tick (m/s^2).
+    /// Acceleration that the measured forces miss, independent from tick to tick (m/s^2).
     pub model_m_s2: f64,
-    /// Of the change of the disturbance from tick to tick (m/s^2): a push starts at once.
+    /// Change of the disturbance d from tick to tick (m/s^2). It is large because a push starts at once.
     pub disturbance_m_s2: f64,
 }
 
@@ -29,9 +30,9 @@ pub struct Trust {
 #[derive(Debug, Clone)]
 pub struct Kalman {
     transition: Matrix3<f64>,
-    /// Effect of the input over a tick.
+    /// Effect of the input f / m on the state over a tick.
     input: Vector3<f64>,
-    /// Rows: COM and its acceleration, from the state.
+    /// Maps the state to the COM and its acceleration.
     output: Matrix2x3<f64>,
     gain: Matrix3x2<f64>,
     swing_gain: Matrix3x2<f64>,
@@ -40,7 +41,7 @@ pub struct Kalman {
 }
 
 impl Kalman {
-    /// Of one axis, for a control period `dt` (s).
+    /// The filter of one axis, for a control period `dt` (s).
     pub fn new(dt: f64, trust: Trust) -> Self {
         let moved = 0.5 * dt * dt;
         let mut filter = Self {
@@ -65,7 +66,7 @@ impl Kalman {
         let mut gain = Matrix3x2::zeros();
         for _ in 0..100_000 {
             let predicted = self.transition * covariance * self.transition.transpose() + process;
-            // The noise makes this positive definite.
+            // The measurement noise makes this matrix positive definite.
             let Some(inverse) = (self.output * predicted * self.output.transpose() + noise).try_inverse() else {
                 break;
             };
@@ -80,8 +81,8 @@ impl Kalman {
         gain
     }
 
-    /// One tick: the mean f / m (m/s^2) over the tick that ended, and the COM (m) and its acceleration (m/s^2) measured
-    /// now; whether a leg swings.
+    /// Runs one tick. `force_per_mass` is the mean f / m (m/s^2) over the past tick; `com` (m) and `com_acc` (m/s^2)
+    /// are measured now; `swings` says whether a leg swings.
     pub fn update(&mut self, force_per_mass: f64, com: f64, com_acc: f64, swings: bool) {
         let predicted = self.transition * self.state + self.input * force_per_mass;
         let expected = self.output * predicted + Vector2::new(0.0, force_per_mass);
@@ -98,7 +99,7 @@ mod tests {
 
     const PENDULUM: Pendulum = Pendulum { omega: 5.6, dt: 0.002 };
 
-    /// Force of the ground on a pendulum, over its mass (m/s^2).
+    /// Ground reaction force on a pendulum, divided by its mass (m/s^2).
     fn force(axis: &Vector3<f64>) -> f64 {
         PENDULUM.omega.powi(2) * (axis[0] - axis[2])
     }
@@ -123,15 +124,16 @@ mod tests {
         let square = PENDULUM.omega.powi(2);
         let mut axis = Vector3::zeros();
         for _ in 0..25 {
-            // The ZMP stays where it is: a push is a ZMP moved the other way.
+            // The ZMP stays where it is; a push acts like a ZMP shifted against the push.
             axis = PENDULUM.step(&Vector3::new(axis[0], axis[1], -push / square), 0.0);
             filter.update(square * axis[0], axis[0], square * axis[0] + push, false);
         }
         assert!((filter.state[1] - axis[1]).abs() < 0.1 * axis[1], "{} for {} m/s", filter.state[1], axis[1]);
     }
 
-    /// A trunk that is thrown about by a swinging leg tells less of the COM: here of 0.5 m/s in 50 ms, of which neither
-    /// forces nor the COM show anything. How much less is a matter of [`TRUST`]; that nobody is believed is not.
+    /// A trunk that a swinging leg shakes tells less of the COM. Here the IMU shows 10 m/s^2 for 50 ms, or 0.5 m/s,
+    /// while forces and COM show nothing. [`TRUST`] sets how much less the filter believes the IMU; that no filter
+    /// believes it fully is tested here.
     #[test]
     fn while_a_leg_swings_the_trunk_is_believed_less() {
         let velocity = |swing_acceleration_m_s2: f64, swings: bool| {

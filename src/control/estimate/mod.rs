@@ -1,8 +1,8 @@
-//! Where the robot is, from encoders, IMU and sole wrenches: posture, COM and its velocity, measured ZMP, contact.
+//! Estimates the state of the robot from encoders, IMU and sole wrenches: posture, COM, COM velocity, ZMP, contact.
 //!
-//! The base is found from the feet that carry: the point of a sole under its centre of pressure rests on the ground
-//! where the foot was put down, also while the foot rocks on an edge. The trunk's orientation comes from the IMU. The
-//! COM of that posture goes through the [`Kalman`] filter.
+//! The position of the base follows from the loaded feet. The point of a sole under its centre of pressure is taken to
+//! rest on the ground where the foot was put down, even while the foot rocks on an edge. The trunk's orientation comes
+//! from the IMU. The COM of that posture goes through the [`Kalman`] filter.
 
 pub mod kalman;
 
@@ -10,12 +10,14 @@ use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Pose, Posture, Robot, Sen
 use kalman::{Kalman, Trust};
 use nalgebra::{Isometry2, Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 
-/// A sole that carries more than this is in contact (N); it may carry less than the second before it counts as lifted.
+/// A sole comes into contact when its load exceeds the first value, and stays so until its load is below the second
+/// (N).
 const CONTACT_FORCE_N: [f64; 2] = [5.0, 3.0];
-/// A sole that is less than this above the ground is in contact too: it can carry at once (m). Likewise.
+/// A sole whose lowest corner is nearer to the ground than this is in contact too, since it can carry load at once (m).
+/// The second value again applies to a sole that is already in contact.
 const CONTACT_HEIGHT_M: [f64; 2] = [0.004, 0.007];
-/// What the Kalman filter trusts: the COM by the sensors' noise on the way from foot to COM; disturbances that come and
-/// go as a push of 1 to 3 N s does.
+/// Noise that the Kalman filter assumes. For the COM it is the sensor noise along the chain from foot to COM; for the
+/// disturbance, it suits pushes of 1 to 3 N s.
 const TRUST: Trust = Trust {
     com_m: 0.0008,
     acceleration_m_s2: 1.0,
@@ -24,19 +26,19 @@ const TRUST: Trust = Trust {
     disturbance_m_s2: 0.5,
 };
 
-/// What the controller believes, world frame.
+/// The state as the controller estimates it, world frame.
 #[derive(Debug, Clone)]
 pub struct Estimate {
     pub posture: Posture,
-    /// Of that posture.
+    /// Kinematics of `posture`.
     kinematics: Kinematics,
     pub com: Point3<f64>,
     pub com_vel: Vector3<f64>,
-    /// From the sole wrenches; the last one while nothing presses.
+    /// ZMP from the sole wrenches (m); it keeps its last value while no foot is loaded.
     pub zmp: Point2<f64>,
-    /// Centre of each sole's contact face.
+    /// Pose of each sole, at the centre of its contact face.
     pub soles: PerFoot<Pose>,
-    /// Where each foot stands, flat on the ground; where it stood last while it is in the air.
+    /// Where each foot stands, flat on the ground. For a foot in the air, where it stood last.
     pub footholds: PerFoot<Pose>,
     pub in_contact: PerFoot<bool>,
     /// Vertical force on each sole (N).
@@ -44,7 +46,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// At home, at rest, the weight shared by both feet.
+    /// At home and at rest, with the weight shared equally by both feet.
     pub fn at_home(robot: &Robot) -> Self {
         let posture = robot.home_posture();
         let mut kinematics = Kinematics::new(robot);
@@ -68,24 +70,25 @@ impl Estimate {
         &self.kinematics
     }
 
-    /// A foot is lifted: until it lands it is no foothold.
+    /// Notes that a foot is lifted. It counts as no contact until it lands.
     pub fn lift(&mut self, foot: Foot) {
         self.in_contact[foot] = false;
     }
 
-    /// The foot in the air stands where it is now; or, if it is not `on_ground`, is to be found by its contact.
+    /// Ends the flight of a foot: its foothold is where the foot is now. If it is not `on_ground`, the foot waits for
+    /// its contact to be detected.
     pub fn land(&mut self, foot: Foot, on_ground: bool) {
         self.footholds[foot] = flat(&self.soles[foot]);
         self.in_contact[foot] = on_ground;
     }
 
-    /// Puts the body into a posture that is known, whatever the COM is said to do.
+    /// Sets a known posture. COM and COM velocity stay as they are.
     pub fn place(&mut self, robot: &Robot, posture: &Posture) {
         self.posture.q.copy_from_slice(&posture.q);
         self.place_base(robot, posture.base.translation.vector, posture.base.rotation);
     }
 
-    /// Joint angles as read, with the base at the origin; returns the orientation that the base has by the IMU.
+    /// Sets the joint angles to the encoder readings, with the base at the origin. Returns its orientation by the IMU.
     fn read_posture(&mut self, robot: &Robot, sensed: &Sensed) -> UnitQuaternion<f64> {
         self.posture.q.copy_from_slice(&sensed.q);
         self.posture.base = Isometry3::identity();
@@ -100,18 +103,18 @@ impl Estimate {
         self.soles = soles_of(&self.kinematics, robot);
     }
 
-    /// COM over the ground.
+    /// Horizontal position of the COM (m).
     pub fn com_xy(&self) -> Point2<f64> {
         self.com.xy()
     }
 
-    /// Horizontal velocity of the COM.
+    /// Horizontal velocity of the COM (m/s).
     pub fn com_vel_xy(&self) -> Vector2<f64> {
         self.com_vel.xy()
     }
 }
 
-/// The estimator.
+/// The state estimator.
 #[derive(Debug)]
 pub struct Estimator {
     mass: f64,
@@ -121,7 +124,7 @@ pub struct Estimator {
 }
 
 impl Estimator {
-    /// Of a robot at rest as `start` says, with a control period `dt` (s).
+    /// For a robot at rest in the state of `start`, with a control period `dt` (s).
     pub fn new(robot: &Robot, dt: f64, start: Estimate) -> Self {
         let filter = Kalman::new(dt, TRUST);
         let mut filters = [filter.clone(), filter.clone(), filter];
@@ -131,8 +134,8 @@ impl Estimator {
         Self { mass: robot.mass(), filters, now: start }
     }
 
-    /// Starts anew, at rest in the posture that is sensed: the soles' lowest corner on the ground, the middle of the feet over
-    /// the world's origin.
+    /// Starts anew, at rest in the sensed posture. The lowest corner of a sole is then on the ground, and the world's
+    /// origin is midway between the feet.
     pub fn restart(&mut self, robot: &Robot, sensed: &Sensed) {
         let now = &mut self.now;
         let rotation = now.read_posture(robot, sensed);
@@ -150,14 +153,14 @@ impl Estimator {
         self.find_contact(robot, sensed, None);
     }
 
-    /// One tick; `in_air` is the foot that the controller moves: it tells nothing of where the robot is.
+    /// Runs one tick. `in_air` is the foot that the controller is moving; it is not used to find the base.
     pub fn update(&mut self, robot: &Robot, sensed: &Sensed, in_air: Option<Foot>) {
         self.find_base(robot, sensed, in_air);
         let force = self.measure_zmp(sensed);
         let com = self.now.kinematics.com();
         let mut acceleration = sensed.imu.orientation * sensed.imu.accelerometer - Vector3::new(0.0, 0.0, GRAVITY);
-        // That is the trunk's. A robot that is pushed leans about its soles, the faster the higher: UT-mu2's COM moves at
-        // 0.77 to 0.82 of the speed of its IMU, and lies at 0.81 of its height.
+        // The IMU measures the trunk. A pushed robot leans about its soles, so its speed grows with height: UT-mu2's
+        // COM moves at 0.77 to 0.82 of the speed of its IMU, and lies at 0.81 of the IMU's height.
         let lean = (com.z / self.now.kinematics.link_pose(robot.trunk).translation.z).clamp(0.0, 1.0);
         acceleration.x *= lean;
         acceleration.y *= lean;
@@ -170,7 +173,7 @@ impl Estimator {
         self.find_contact(robot, sensed, in_air);
     }
 
-    /// Posture: joint angles as read, orientation by the IMU, position by the feet that carry.
+    /// Finds the posture: joint angles from the encoders, orientation from the IMU, position from the loaded feet.
     fn find_base(&mut self, robot: &Robot, sensed: &Sensed, in_air: Option<Foot>) {
         let now = &mut self.now;
         let before = now.posture.base.translation.vector;
@@ -178,7 +181,7 @@ impl Estimator {
         let (mut sum, mut carried) = (Vector3::zeros(), 0.0);
         for foot in Foot::BOTH.into_iter().filter(|&f| in_air != Some(f)) {
             let load = sensed.soles[foot].force.z;
-            // Below that it is mostly noise.
+            // A smaller load is mostly noise.
             if load < CONTACT_FORCE_N[0] {
                 continue;
             }
@@ -188,11 +191,11 @@ impl Estimator {
             sum += (in_world.coords - rotation * in_base.coords) * load;
             carried += load;
         }
-        // In flight the base stays where it was: nothing tells better, and it does not last.
+        // In flight the base stays where it was: no sensor tells more, and flights are short.
         now.place_base(robot, if carried > 0.0 { sum / carried } else { before }, rotation);
     }
 
-    /// ZMP on the ground from the sole wrenches; returns their total force.
+    /// Computes the ZMP on the ground from the sole wrenches, and returns their total force (N).
     fn measure_zmp(&mut self, sensed: &Sensed) -> Vector3<f64> {
         let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
         for foot in Foot::BOTH {
@@ -222,7 +225,7 @@ impl Estimator {
     }
 }
 
-/// Centre of each sole's contact face.
+/// Pose of each sole, at the centre of its contact face.
 fn soles_of(kinematics: &Kinematics, robot: &Robot) -> PerFoot<Pose> {
     PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot))
 }
@@ -249,22 +252,23 @@ fn flat(pose: &Pose) -> Pose {
     Isometry3::from_parts(Vector3::new(p.x, p.y, 0.0).into(), UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw))
 }
 
-/// A pose (a foothold, a base) as seen from above: place and heading.
+/// A pose (of a foothold or a base) seen from above: horizontal position and heading.
 pub fn on_ground(pose: &Pose) -> Isometry2<f64> {
     Isometry2::new(pose.translation.vector.xy(), heading(pose))
 }
 
-/// Heading of a pose's x axis over the ground (rad).
+/// Heading of a pose's x axis, seen from above (rad).
 pub fn heading(pose: &Pose) -> f64 {
     let x = pose.rotation * Vector3::x();
     x.y.atan2(x.x)
 }
 
-/// Control frame to world (paper, Sect. III.A): midway between the soles' centres, x along the mean heading of the feet.
+/// Pose of the control frame in the world (paper, Sect. III.A): its origin is midway between the soles' centres, and
+/// its x axis points along the mean heading of the feet.
 pub fn control_frame(footholds: &PerFoot<Pose>) -> Isometry2<f64> {
     let middle = (footholds.left.translation.vector.xy() + footholds.right.translation.vector.xy()) / 2.0;
     let [left, right] = [heading(&footholds.left), heading(&footholds.right)];
-    // Mean of two directions, safe at the turn from pi to -pi.
+    // The mean of two directions, also across the jump of the angle from pi to -pi.
     let sum = Vector2::new(left.cos() + right.cos(), left.sin() + right.sin());
     Isometry2::new(middle, sum.y.atan2(sum.x))
 }

@@ -1,4 +1,4 @@
-//! Standing: on what ([`Support`]), and by which gain (the [`Supervisor`] of switching control).
+//! Standing: what the robot stands on ([`Support`]), and which gain acts ([`Supervisor`], switching control).
 
 pub mod supervisor;
 pub mod support;

@@ -1,8 +1,9 @@
-//! Which gain acts (paper, Sect. III.D), and the ZMP that it wants.
+//! Switching control: decides which gain acts (paper, Sect. III.D) and computes the desired ZMP.
 //!
-//! The state is that of eq. 5: COM and COM velocity as estimated, and the ZMP that the controller asked for last. The
-//! gain acts on it at every tick (eq. 11), so the loop is closed through the sensors; the ZMP asked for is kept inside
-//! the support, less a margin. When no set holds the state (eq. 26) the ZMP goes to the edge of the whole support.
+//! The state is that of eq. 5: the estimated COM and COM velocity, and the ZMP that the gain asked for at the last
+//! tick. The gain acts on this state at every tick (eq. 11), so the loop is closed through the sensors. The desired ZMP
+//! is kept inside the support polygon less a margin. When the state is in no gain's CPI set (eq. 26), the desired ZMP
+//! goes to the edge of the whole support polygon.
 
 use super::Support;
 use crate::geometry::SupportPolygon;
@@ -11,8 +12,8 @@ use crate::lipm::online::OnlineSets;
 use crate::lipm::pendulum::State;
 use nalgebra::{Isometry2, Point2, Vector2};
 
-/// A faster gain takes over only when its set holds the state with this margin: noise at the border of a set would
-/// else switch to and fro.
+/// A faster gain takes over only if the state lies in its CPI set with at least this margin. Otherwise noise at the
+/// border of a set would switch gains to and fro.
 const MARGIN_TO_SPEED_UP: f64 = 0.05;
 
 /// The supervisor of one episode.
@@ -20,39 +21,40 @@ const MARGIN_TO_SPEED_UP: f64 = 0.05;
 pub struct Supervisor {
     sets: OnlineSets,
     support: Option<Support>,
-    /// The support less the gain set's margin, control frame.
+    /// Support polygon less the gain set's ZMP margin, control frame.
     allowed: Option<SupportPolygon>,
-    /// Acting gain, index into the family.
+    /// Index of the acting gain in the family.
     pub gain: usize,
-    /// What the gain wants of the ZMP, world: part of the state of eq. 5.
+    /// The ZMP that the gain asks for (m, world frame), a part of the state of eq. 5.
     zmp_state: Point2<f64>,
-    /// The state that the sets were last asked about, control frame.
+    /// The state of the last tick, control frame.
     tested: State,
-    /// Whether a set held that state.
+    /// Whether that state was in the CPI set of some gain.
     held: bool,
-    /// Whatever gain is next starts from the state reached.
+    /// Whether the next gain starts from the present state in any case.
     anew: bool,
-    /// Added to the gain's ZMP behind the gain's back, to measure how the ZMP follows; zero but in experiments (m).
+    /// Offset added to the gain's ZMP (m, world frame), to measure how the ZMP follows; zero except in experiments.
     pub zmp_probe: Vector2<f64>,
-    /// Margin of the slowest gain's set, the largest: negative when no set holds the state (eq. 26).
+    /// Margin of the state in the slowest gain's CPI set, the largest one; negative when no set contains the state (eq.
+    /// 26).
     pub margin: f64,
 }
 
-/// What the supervisor decided at a tick.
+/// The decision of a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decision {
-    /// Wanted ZMP, world (m): the gain's plus the probe, inside the allowed support; at the edge when no set holds the state.
-    /// None in flight.
+    /// Desired ZMP (m, world frame): that of the gain plus the probe, inside the allowed support; or on the edge of the
+    /// support when the state is in no CPI set. None in flight.
     pub zmp: Option<Point2<f64>>,
-    /// Some set holds the state. If not, the slowest gain acts, as well as it can (eq. 26).
+    /// Whether the state is in the CPI set of some gain. If not, the slowest gain acts as well as it can (eq. 26).
     pub held: bool,
-    /// A gain starts anew from the estimated state: another than before, or the first after none held it, or after a
-    /// landing.
+    /// Whether a gain starts from the estimated state: because the gain has changed, because the state has returned to
+    /// a CPI set, or after a landing.
     pub starts: bool,
 }
 
 impl Supervisor {
-    /// Starts with the fastest gain and the ZMP at `zmp`.
+    /// Starts with the fastest gain, and with the ZMP at `zmp` (m, world frame).
     pub fn new(family: &GainFamily, zmp: Point2<f64>) -> Self {
         let gain = family.gains.len().saturating_sub(1);
         Self {
@@ -69,7 +71,8 @@ impl Supervisor {
         }
     }
 
-    /// One tick: chooses the gain and moves the ZMP by it. COM and its velocity: world (m, m/s).
+    /// Runs one tick: chooses the gain and computes the desired ZMP. COM and COM velocity (m, m/s) are in the world
+    /// frame.
     pub fn update(
         &mut self,
         family: &GainFamily,
@@ -98,7 +101,7 @@ impl Supervisor {
         let zmp = if decision.held {
             state.zmp() + gain.zmp_rate(&state) * family.pendulum.dt
         } else {
-            // Nothing is left to lose: at once to the very edge.
+            // There is no safe ZMP left to keep, so the ZMP goes to the very edge at once.
             whole.nearest(gain.resting_zmp(&state))
         };
         let inside = self.keep_inside(zmp);
@@ -109,21 +112,21 @@ impl Supervisor {
         decision
     }
 
-    /// The ZMP error that makes a footstep necessary, by the slowest gain, for the state of the last tick: control frame
-    /// (m). Zero while a set holds the state, and where there are no sets.
+    /// The slowest gain's ZMP error (m, control frame) for the state of the last tick; it is what makes a footstep
+    /// necessary. It is zero while a CPI set contains the state, and where there are no sets.
     pub fn zmp_error(&self) -> Vector2<f64> {
         self.sets.zmp_error(0, &self.tested)
     }
 
-    /// The ZMP is at `zmp` (world), after a landing, say, and whatever gain is next starts from the state reached.
+    /// Sets the ZMP to `zmp` (m, world), for example after a landing. The next gain starts from the present state.
     pub fn start_anew(&mut self, zmp: Point2<f64>) {
         self.zmp_state = zmp;
         self.held = false;
         self.anew = true;
     }
 
-    /// Margin of the slowest gain's set for another state of the COM (world) on the support of the last tick, e.g. the
-    /// true one.
+    /// Margin in the slowest gain's CPI set of another COM state (m and m/s, world frame), for example the true one, on
+    /// the support of the last tick.
     pub fn margin_at(&self, com: Point2<f64>, com_vel: Vector2<f64>) -> f64 {
         let Some(support) = &self.support else { return f64::NEG_INFINITY };
         let frame = &support.frame;
@@ -132,15 +135,15 @@ impl Supervisor {
         self.sets.margin(0, &state)
     }
 
-    /// For a picture: the slice of each gain's set over the COM, at the COM velocity and ZMP of the last tick, slow to fast:
-    /// corners in the world (m), none where the set holds no such state.
+    /// For pictures: the slice of each gain's CPI set over COM positions, at the COM velocity and ZMP of the last tick,
+    /// from slow to fast. Each is a list of corners (m, world frame), empty where the set contains no such state.
     pub fn slices(&self) -> Vec<Vec<Point2<f64>>> {
         let frame = self.support.map_or_else(Isometry2::identity, |support| support.frame);
         let slice = |gain| self.sets.slice(gain, &self.tested).iter().map(|corner| frame * corner).collect();
         (0..self.sets.len()).map(slice).collect()
     }
 
-    /// Whether some set held the state of the last tick.
+    /// Whether the state of the last tick was in the CPI set of some gain.
     pub fn is_held(&self) -> bool {
         self.held
     }
@@ -162,7 +165,7 @@ impl Supervisor {
         Decision { zmp: None, held: self.held, starts: anew || self.gain != before || (self.held && !held_before) }
     }
 
-    /// The nearest point of the allowed support, control frame.
+    /// The point of the allowed support nearest to `zmp`, control frame.
     fn keep_inside(&self, zmp: Point2<f64>) -> Point2<f64> {
         match &self.allowed {
             Some(polygon) => polygon.nearest(zmp),

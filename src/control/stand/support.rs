@@ -1,23 +1,24 @@
-//! What the robot stands on: the support polygon of the soles in contact, in the control frame (paper, Sect. III.A:
-//! "the origin of the controller coordinate is the center point of both feet"). With one sole in contact that point is
-//! outside of the support, so no set holds the state: a robot that only stands has nothing to fall back on there.
+//! The support polygon: the convex hull of the soles in contact, in the control frame. The paper, Sect. III.A: "the
+//! origin of the controller coordinate is the center point of both feet". With one sole in contact that origin lies
+//! outside of the support polygon, so no CPI set contains the state, and standing alone cannot recover the robot.
 
 use crate::control::estimate::{Estimate, control_frame};
 use crate::geometry::SupportPolygon;
 use crate::robot::{Foot, PerFoot, Pose, Robot};
 use nalgebra::{Isometry2, Point2};
 
-/// The control frame and the support in it.
+/// The control frame, and the support polygon in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Support {
-    /// Control frame to world: midway between the soles' centres, x along the mean heading of the feet.
+    /// Pose of the control frame in the world: its origin is midway between the soles' centres, and its x axis points
+    /// along the mean heading of the feet.
     pub frame: Isometry2<f64>,
-    /// Hull of the soles in contact, control frame; None in flight.
+    /// Convex hull of the soles in contact, control frame; None in flight.
     pub polygon: Option<SupportPolygon>,
 }
 
 impl Support {
-    /// Support of the feet in contact, at their footholds.
+    /// The support of the feet in contact, at their footholds.
     pub fn of(robot: &Robot, footholds: &PerFoot<Pose>, in_contact: &PerFoot<bool>) -> Self {
         let frame = control_frame(footholds);
         let mut corners = [Point2::origin(); 8];
@@ -31,7 +32,7 @@ impl Support {
         Self { frame, polygon: SupportPolygon::hull(&corners[..count]) }
     }
 
-    /// Support of an estimate.
+    /// The support according to an estimate.
     pub fn of_estimate(robot: &Robot, estimate: &Estimate) -> Self {
         Self::of(robot, &estimate.footholds, &estimate.in_contact)
     }

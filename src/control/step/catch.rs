@@ -1,10 +1,9 @@
-//! Footsteps that catch the robot: what the paper leaves out while a foot is in the air.
+//! Footsteps that are planned anew at every tick while the foot is in the air. The paper leaves this out.
 //!
-//! A foot is lifted as soon as no set holds the state and the DCM is outside of the support: the one by which the DCM
-//! will miss the support to be by least ([`plan`]). At every tick from then on the landing place and the ZMP are planned
-//! anew from the estimate, so that both follow the DCM, and the torques are those of the moving body
-//! ([`InverseDynamics`]): a leg that swings in 0.14 s pushes the rest of the body
-//! off its course.
+//! A foot is lifted as soon as the state is in no CPI set and the DCM is outside of the support polygon. Of the two
+//! feet, the one is lifted whose planned footstep has the least cost ([`plan`]). At every tick from then on, landing
+//! place and ZMP are planned anew from the estimate, so both follow the DCM. The torques are those of the moving body
+//! ([`InverseDynamics`]), since a leg that swings in 0.14 s pushes the rest of the body off its course.
 
 use super::footwork::{Footwork, StepState};
 use super::quintic::Quintic;
@@ -19,28 +18,28 @@ use crate::lipm::catching::{CatchPlan, CatchProblem, Catching, plan};
 use crate::robot::{Command, Foot, PerFoot, Reach};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
-/// A foot that is late is planned for as if it were due in so many ticks.
+/// For a late foot, the plan assumes that it lands in this many ticks.
 const LATE_TICKS: f64 = 5.0;
-/// Newton steps a tick towards the posture at landing, which moves with the landing place.
+/// Newton steps per tick for the posture at landing, which changes with the landing place.
 const AHEAD_STEPS: usize = 3;
-/// Share of the friction, and of each sole's length and width, that inverse dynamics counts on.
+/// Share of the friction coefficient, and of each sole's length and width, that inverse dynamics uses.
 const FRICTION_SHARE: f64 = 0.75;
 const SOLE_SHARE: f64 = 0.98;
 
-/// The rule, and the models that it plans with.
+/// The rule with the models by which it plans.
 #[derive(Debug)]
 pub struct CatchFootwork {
     rules: Catching,
     reach: Reach,
-    /// The posture at landing. Where the feet will be far apart the legs reach only from lower: the body sinks on the way. One
-    /// that is pulled down by the leg at the end leaves the ground.
+    /// The posture at landing. Where the feet will be far apart, the legs reach the ground only with a lower body, so
+    /// the body sinks during the swing. Pulled down only at the end, the robot would leave the ground.
     at_landing: InverseKinematics,
     dynamics: InverseDynamics,
     wanted: DesiredAcceleration,
 }
 
 impl CatchFootwork {
-    /// For a design that was checked: its robot says how far the feet reach.
+    /// For a checked design, whose robot states how far its feet reach.
     pub fn new(rules: Catching, design: &Design) -> Self {
         let robot = &*design.robot;
         let contact = ContactModel { friction: FRICTION_SHARE * robot.friction, sole_share: SOLE_SHARE };
@@ -55,7 +54,8 @@ impl CatchFootwork {
 }
 
 impl Footwork for CatchFootwork {
-    /// Lifts the foot that catches best; none while the DCM is inside of the support, or without a foot to stand on.
+    /// Lifts the foot whose footstep has the least cost. It lifts none while the DCM is inside of the support polygon,
+    /// or when the other foot is not in contact.
     fn lift(&mut self, now: &StepState, body: &mut Body) -> Option<Swing> {
         let (rules, estimate, robot) = (self.rules, now.estimate, &now.design.robot);
         if !now.has_waited(0.0, rules.pause_s) {
@@ -86,7 +86,7 @@ impl Footwork for CatchFootwork {
         Some(Swing::new(SwingTiming { swing_time_s, lift_m, late_s }, footstep, &estimate.footholds))
     }
 
-    /// Landing place and ZMP are planned anew until shortly before the landing, then the ZMP alone.
+    /// Plans landing place and ZMP anew until shortly before the landing, and then only the ZMP.
     fn swing(
         &mut self,
         now: &StepState,
@@ -124,7 +124,7 @@ impl Footwork for CatchFootwork {
 }
 
 impl CatchFootwork {
-    /// What a footstep of `foot` has to work with.
+    /// The planning problem for a footstep of `foot`.
     fn problem(&self, foot: Foot, now: &StepState) -> CatchProblem {
         let Design { robot, family, stance, .. } = now.design;
         let reach = &self.reach;
@@ -137,7 +137,7 @@ impl CatchFootwork {
         }
     }
 
-    /// Moves the height of the COM towards one from which the legs reach the landing place.
+    /// Moves the COM height towards one at which the legs reach the landing place.
     fn lower_body(&mut self, now: &StepState, swing: &Swing, zmp: Point2<f64>, body: &mut Body) {
         let (robot, pendulum, estimate) = (&now.design.robot, &now.design.family.pendulum, now.estimate);
         let (foot, left_s, dt) = (swing.footstep.foot, swing.time_left_s(), pendulum.dt);
@@ -166,14 +166,14 @@ impl CatchFootwork {
     }
 }
 
-/// The DCM in `time_s` and the delay from sensing to torque, if the ZMP stays where it is: world (m).
+/// The DCM (m, world frame) after `time_s` plus the delay from sensing to torque, if the ZMP stays where it is.
 fn dcm_in(time_s: f64, now: &StepState) -> Point2<f64> {
     let (estimate, omega) = (now.estimate, now.design.family.pendulum.omega);
     let dcm = estimate.com_xy() + estimate.com_vel_xy() / omega;
     estimate.zmp + (dcm - estimate.zmp) * (omega * (time_s + now.design.robot.delay_s)).exp()
 }
 
-/// Between the axes of a stance sole and those in which y is to the side of `foot`, its own inverse.
+/// Changes between the axes of a stance sole and those with y to the side of `foot`. It is its own inverse.
 fn to_side(foot: Foot, v: Point2<f64>) -> Vector2<f64> {
     Vector2::new(v.x, v.y * foot.side())
 }

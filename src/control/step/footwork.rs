@@ -1,4 +1,4 @@
-//! The life cycle of a footwork rule, and what it goes by.
+//! The life cycle of a footwork rule, and the state from which it decides.
 
 use super::swing::Swing;
 use crate::control::body::Body;
@@ -10,13 +10,14 @@ use crate::robot::{Command, Foot};
 use nalgebra::{Point2, Vector2};
 use std::fmt::Debug;
 
-/// A footwork rule; how it leads the foot that is in the air is its own.
+/// A footwork rule. Each rule keeps to itself how it leads a foot through the air.
 pub trait Footwork: Debug + Send + Sync {
-    /// Asked at every tick at which no set holds the state and no foot is in the air: the footstep to begin with, if any.
+    /// Returns the footstep to begin now, if any. It is called at every tick with the state in no CPI set and no foot
+    /// in the air.
     fn lift(&mut self, now: &StepState, body: &mut Body) -> Option<Swing>;
 
-    /// A tick with a foot in the air: moves `body`, may lead `swing` elsewhere, and writes the command. Returns the wanted ZMP,
-    /// world (m). Errors: the equations of the body have no solution.
+    /// Runs a tick with a foot in the air: moves `body`, writes the command, and may change where `swing` lands.
+    /// Returns the desired ZMP (m, world frame). Fails if the equations of motion have no solution.
     fn swing(
         &mut self,
         now: &StepState,
@@ -25,7 +26,7 @@ pub trait Footwork: Debug + Send + Sync {
         command: &mut Command,
     ) -> Result<Point2<f64>, TickError>;
 
-    /// Whether the foot has landed, or is not waited for any more; None: neither.
+    /// How the swing ends at this tick; None if it goes on.
     fn landing(&self, now: &Estimate, swing: &Swing) -> Option<Landing> {
         if swing.has_landed(now.load_n[swing.footstep.foot]) {
             Some(Landing::OnGround)
@@ -38,20 +39,20 @@ pub trait Footwork: Debug + Send + Sync {
 /// How a swing ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Landing {
-    /// The foot carries.
+    /// The foot carries load.
     OnGround,
-    /// It is late for good: a contact may tell where it is.
+    /// The foot is so late that the swing ends without a landing. Its contact may be detected later.
     GivenUp,
 }
 
-/// What a footwork rule goes by.
+/// What a footwork rule decides from.
 #[derive(Debug, Clone, Copy)]
 pub struct StepState<'a> {
     pub design: &'a Design,
     pub estimate: &'a Estimate,
-    /// The ZMP error of the slowest gain Delta p_Z (m), control frame.
+    /// The slowest gain's ZMP error, Delta p_Z in the paper (m), control frame.
     pub zmp_error: Vector2<f64>,
-    /// For how long no set has held the state (s).
+    /// For how long the state has been in no CPI set (s).
     pub out_of_sets_s: f64,
     /// None before the first footstep.
     pub last_landing: Option<LastLanding>,
@@ -61,7 +62,7 @@ pub struct StepState<'a> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LastLanding {
     pub foot: Foot,
-    /// For how long the robot has stood since (s); 0 in the tick of the landing, which belongs to the footstep that ends.
+    /// For how long the robot has stood since the landing (s); 0 in the tick of the landing itself.
     pub ago_s: f64,
 }
 
@@ -71,14 +72,14 @@ impl StepState<'_> {
         Support::of_estimate(&self.design.robot, self.estimate)
     }
 
-    /// Whether no set has held the state for `patience_s`, and the last landing is `pause_s` ago (s).
+    /// Whether the state has been in no CPI set for `patience_s` (s), and the last landing is `pause_s` (s) ago.
     pub(super) fn has_waited(&self, patience_s: f64, pause_s: f64) -> bool {
         let stands =
             self.last_landing.is_none_or(|landing| landing.ago_s > 0.0 && self.has_passed(landing.ago_s, pause_s));
         stands && self.has_passed(self.out_of_sets_s, patience_s)
     }
 
-    /// Whether `time_s` is over after `elapsed_s`, a sum of ticks.
+    /// Whether `elapsed_s`, a sum of control periods, has reached `time_s` (s).
     pub(super) fn has_passed(&self, elapsed_s: f64, time_s: f64) -> bool {
         elapsed_s >= time_s - 0.5 * self.design.family.pendulum.dt
     }

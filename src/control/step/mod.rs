@@ -1,7 +1,7 @@
-//! Stepping: what the robot does with its feet when no set holds the state. A footwork rule has one life cycle: when to lift,
-//! which foot and where to ([`Footwork::lift`]); what a tick with a foot in the air commands ([`Footwork::swing`]); when the foot has
-//! landed ([`Footwork::landing`]). There are the paper's rule ([`paper`]) and one that catches the robot ([`catch`]); a new one is a
-//! file here and a line in [`footwork()`].
+//! Stepping: what the robot does with its feet when the state is in no CPI set. A footwork rule decides when to lift
+//! which foot, and where to put it ([`Footwork::lift`]); what to command with a foot in the air ([`Footwork::swing`]);
+//! and when the foot has landed ([`Footwork::landing`]). There is the paper's rule ([`paper`]) and one that goes on
+//! planning during the swing ([`catch`]). A new rule is a new file here and a line in [`footwork()`].
 
 pub mod catch;
 mod footwork;
@@ -14,7 +14,7 @@ use crate::lipm::gains::FootworkRules;
 pub use footwork::{Footwork, Landing, LastLanding, StepState};
 pub use swing::{PlannedFootstep, Swing, SwingTiming};
 
-/// The rule that a gain set asks for.
+/// The footwork rule of a gain set; None if it takes no footsteps.
 pub fn footwork(design: &Design) -> Option<Box<dyn Footwork>> {
     Some(match design.family.footwork? {
         FootworkRules::Stepping(rules) => Box::new(paper::PaperFootwork::new(rules)),

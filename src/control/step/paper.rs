@@ -1,11 +1,14 @@
-//! The paper's footwork (Sect. V): which foot steps and where to, decided once, when no set has held the state for a while; COM and
-//! ZMP then follow the plan of relaxed boundary conditions ([`AxisPlan`]), and nothing is stabilised until the foot lands.
+//! The paper's footwork (Sect. V). When the state has been in no CPI set for a while, swing foot and landing place are
+//! decided once. COM and ZMP then follow the plan by relaxed boundary conditions ([`AxisPlan`]) until it lands, without
+//! feedback.
 //!
-//! Each foot may land in a semi-ellipse beside the other (eq. 27, 28). It is moved along the direction of the ZMP error:
-//! the foot that can go farther that way is chosen, and it goes as far as the error asks for, times alpha (eq. 29).
+//! Each foot may land in a semi-ellipse beside the other (eq. 27, 28), and moves along the direction of the ZMP error.
+//! The foot that can go farther in that direction is chosen. Its stride is alpha times the error (eq. 29), within the
+//! semi-ellipse.
 //!
-//! The paper takes one footstep, from home. When the feet are apart after an earlier one, the way starts where the foot
-//! would stand at home beside the other: from where it is, behind or ahead, it could leave its range at once.
+//! The paper takes one footstep, from home. Here more may follow, and after the first one the feet are apart. The
+//! stride is then measured from where the foot would stand at home beside the other: measured from the foot's actual
+//! place, behind or ahead, it could leave the semi-ellipse at once.
 
 use super::footwork::{Footwork, StepState};
 use super::swing::{PlannedFootstep, Swing, SwingTiming};
@@ -18,7 +21,7 @@ use crate::lipm::stepping::Stepping;
 use crate::robot::{Command, Foot, PerFoot, Sole};
 use nalgebra::{Isometry2, Point2, Vector2};
 
-/// The rule, and the plan of the footstep in the air.
+/// The rule, with the plan of the footstep in the air.
 #[derive(Debug)]
 pub struct PaperFootwork {
     rules: Stepping,
@@ -71,16 +74,16 @@ impl Footwork for PaperFootwork {
     }
 }
 
-/// COM and ZMP from lift to landing (Sect. V.A).
+/// Plan of COM and ZMP from lift to landing (Sect. V.A).
 #[derive(Debug, Clone, PartialEq)]
 struct StepPlan {
-    /// Stance sole, flat on the ground, to world.
+    /// Pose of the stance sole in the world, flat on the ground.
     stance: Isometry2<f64>,
     /// x and y in the stance sole's frame.
     axes: [AxisPlan; 2],
 }
 
-/// Where COM and ZMP are to be: world, over the ground (m, m/s).
+/// Planned horizontal COM, COM velocity and ZMP: world frame (m, m/s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct PlannedState {
     com: Point2<f64>,
@@ -89,7 +92,7 @@ struct PlannedState {
 }
 
 impl StepPlan {
-    /// From the estimate at the lift, the ZMP at least `zmp_margin` (m) inside the stance sole.
+    /// Starts from the estimate at the lift. The ZMP stays at least `zmp_margin` (m) inside the stance sole.
     fn new(
         omega: f64,
         rules: &Stepping,
@@ -110,7 +113,7 @@ impl StepPlan {
         Self { stance, axes }
     }
 
-    /// At a time after the lift.
+    /// The plan at `time_s` (s) after the lift.
     fn at(&self, time_s: f64) -> PlannedState {
         let [[x, vx], [y, vy]] = self.axes.map(|axis| axis.com(time_s));
         let [zx, zy] = self.axes.map(|axis| axis.zmp(time_s));
@@ -122,25 +125,25 @@ impl StepPlan {
     }
 }
 
-/// Ways that differ by less are equal (m).
+/// Strides whose lengths differ by less count as equal (m).
 const TIE_M: f64 = 1e-4;
-/// Loads that differ by less are equal (N).
+/// Loads that differ by less count as equal (N).
 const TIE_N: f64 = 0.5;
 
-/// What the choice of a footstep goes by.
+/// What the choice of a footstep depends on.
 #[derive(Debug, Clone, Copy)]
 pub struct StanceState<'a> {
-    /// Control frame to world.
+    /// Pose of the control frame in the world.
     pub frame: &'a Isometry2<f64>,
-    /// Centres of the soles on the ground, world.
+    /// Centres of the soles on the ground (m), world frame.
     pub soles: PerFoot<Point2<f64>>,
-    /// From the right sole's centre to the left's at home (m), control frame.
+    /// Vector from the centre of the right sole to that of the left one at home (m), control frame.
     pub stance: Vector2<f64>,
-    /// The ZMP error Delta p_Z (m), control frame.
+    /// The ZMP error, Delta p_Z in the paper (m), control frame.
     pub zmp_error: Vector2<f64>,
     /// Vertical force on each sole (N).
     pub load_n: PerFoot<f64>,
-    /// Feet that can be lifted: the other stands.
+    /// Which feet can be lifted, because the other one is in contact.
     pub can_lift: PerFoot<bool>,
 }
 
@@ -158,7 +161,7 @@ impl<'a> StanceState<'a> {
     }
 }
 
-/// Chooses the footstep; None when neither foot can go that way.
+/// Chooses the footstep; None if neither foot can go in the direction of the error.
 pub fn choose(rules: &Stepping, state: &StanceState) -> Option<PlannedFootstep> {
     let direction = state.zmp_error.try_normalize(0.0)?;
     let reach = PerFoot::from_fn(|foot| {
@@ -172,8 +175,9 @@ pub fn choose(rules: &Stepping, state: &StanceState) -> Option<PlannedFootstep> 
     (stride > 0.0).then_some(PlannedFootstep { foot, to, zmp_error: state.zmp_error })
 }
 
-/// The foot with the longer way. The paper leaves a tie (a push straight fore or aft) to the left foot in its text and
-/// to the right one in its experiment: here the foot that carries less goes, which is soonest in the air, else the right.
+/// The foot that can go farther. For a tie (a push straight forward or backward), the paper's text names the left foot,
+/// and its experiment uses the right one. Here the foot with the smaller load goes, since it is in the air soonest; if
+/// the loads are equal too, the right one goes.
 fn swing_foot(reach: &PerFoot<f64>, load_n: &PerFoot<f64>) -> Foot {
     let farther = reach.left - reach.right;
     let heavier = load_n.left - load_n.right;
@@ -194,7 +198,7 @@ mod tests {
     use proptest::prelude::*;
     use proptest::test_runner::RngSeed;
 
-    /// Half the distance of the soles' centres at home (m).
+    /// Half the distance between the soles' centres at home (m).
     const HALF: f64 = 0.0485;
     const RULES: Stepping = Stepping { alpha: 1.0, ..Stepping::EXAMPLE };
     const EVEN: PerFoot<f64> = PerFoot { left: 39.0, right: 39.0 };
@@ -212,7 +216,7 @@ mod tests {
             Self { error, load_n: EVEN, can_lift, frame: Isometry2::identity() }
         }
 
-        /// From home.
+        /// Chooses from the home stance.
         fn choose(&self, rules: &Stepping) -> Option<PlannedFootstep> {
             let sole = |foot: Foot| self.frame * Point2::new(0.0, HALF * foot.side());
             choose(
@@ -235,15 +239,15 @@ mod tests {
 
     #[test]
     fn the_foot_on_the_side_of_the_error_goes() {
-        // Fig. 6: (A) points to the left, (B) to the right.
+        // In Fig. 6, (A) points to the left and (B) to the right.
         assert_eq!(chosen([0.03, 0.02]).foot, Foot::Left);
         assert_eq!(chosen([0.03, -0.02]).foot, Foot::Right);
-        // Sect. V.C and VI: driven diagonally backward right, the right foot steps diagonally backward right.
+        // As in Sect. V.C and VI: a robot driven backward to the right steps there with its right foot.
         let footstep = chosen([-0.03, -0.0685]);
         assert_eq!(footstep.foot, Foot::Right);
         assert!(footstep.to.x < 0.0 && footstep.to.y < -HALF, "{footstep:?}");
         assert_eq!(footstep.zmp_error, Vector2::new(-0.03, -0.0685));
-        // Driven backward, a foot steps backward.
+        // A robot driven backward steps backward.
         let footstep = chosen([-0.03, 0.0]);
         assert!((footstep.to.x + 0.03).abs() < 1e-15 && footstep.to.y.abs() == HALF, "{footstep:?}");
     }
@@ -257,11 +261,11 @@ mod tests {
             assert_eq!(case.choose(&RULES).unwrap().foot, Foot::Left);
             case.load_n = PerFoot { left: 48.0, right: 30.0 };
             assert_eq!(case.choose(&RULES).unwrap().foot, Foot::Right);
-            // Noise is no difference.
+            // A difference within the noise does not count.
             case.load_n = PerFoot { left: 38.9, right: 39.1 };
             assert_eq!(case.choose(&RULES).unwrap().foot, Foot::Right);
         }
-        // The load does not matter where one way is longer.
+        // The load does not matter if one foot can go farther.
         let case = Case { load_n: PerFoot { left: 70.0, right: 8.0 }, ..Case::new([0.03, 0.02]) };
         assert_eq!(case.choose(&RULES).unwrap().foot, Foot::Left);
     }
@@ -294,7 +298,7 @@ mod tests {
         assert_eq!(Case::new([0.03, 0.0]).choose(&Stepping { alpha: 0.0, ..RULES }), None);
     }
 
-    /// After a footstep the way starts beside the foot that stands, so that the feet come together again.
+    /// After a footstep the stride is measured from beside the stance foot, so that the feet come together again.
     #[test]
     fn the_next_footstep_is_measured_from_the_foot_that_stands() {
         let frame = Isometry2::identity();
@@ -317,7 +321,7 @@ mod tests {
         Pose::from_parts(Vector3::new(x, y, 0.0).into(), UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw))
     }
 
-    /// The plan of a footstep of the right foot, from a COM (m) and its velocity (m/s).
+    /// The plan for a footstep of the right foot, from a COM position (m) and velocity (m/s).
     fn plan(to: [f64; 2], com: [f64; 2], com_vel: [f64; 2], footholds: PerFoot<Pose>) -> StepPlan {
         let robot = Robot::load("ut-mu2").unwrap();
         let mut estimate = Estimate::at_home(&robot);
@@ -329,7 +333,7 @@ mod tests {
         StepPlan::new(OMEGA, &RULES, &robot.soles.left, 0.003, &swing, &estimate)
     }
 
-    /// Eq. 1 in the world, for a stance sole that is neither at the origin nor straight.
+    /// Checks eq. 1 in the world frame, for a stance sole away from the origin and turned.
     #[test]
     fn the_pendulum_starts_at_the_estimate_and_its_zmp_stays_in_the_stance_sole() {
         let footholds = PerFoot { left: flat(0.01, 0.048, 0.1), right: flat(-0.01, -0.05, -0.05) };
@@ -352,7 +356,7 @@ mod tests {
         }
     }
 
-    /// A push that one footstep can take: the COM comes to rest between the feet, as far as the sole allows.
+    /// After a push that one footstep can take, the COM comes to rest between the feet, as far as the sole allows.
     #[test]
     fn the_plan_brings_the_dcm_to_the_middle_of_the_feet() {
         let footholds = PerFoot { left: flat(0.0, 0.048, 0.0), right: flat(0.0, -0.048, 0.0) };
@@ -364,7 +368,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(5), failure_persistence: None, ..Default::default() })]
 
-        /// To the bit, but for a tie, which must go to one side.
+        /// Mirrored to the bit, except for a tie, which goes to one side.
         #[test]
         fn the_mirrored_error_moves_the_other_foot(
             x in -0.1..0.1f64, y in 0.005..0.1f64, alpha in 0.5..8.0f64, left in 0.0..70.0f64
@@ -378,7 +382,7 @@ mod tests {
             prop_assert_eq!(one.to, Point2::new(other.to.x, -other.to.y));
         }
 
-        /// The control frame is where the robot is, not where the world's origin is.
+        /// The footstep depends on the control frame, and not on the world's origin.
         #[test]
         fn the_footstep_turns_and_moves_with_the_robot(
             x in -0.1..0.1f64, y in -0.1..0.1f64, at in [-3.0..3.0f64, -3.0..3.0f64], yaw in -3.0..3.0f64
@@ -390,7 +394,7 @@ mod tests {
             prop_assert!((frame * home.to - there.to).norm() < 1e-12);
         }
 
-        /// Wherever the foot goes, it lands in the semi-ellipse beside the other one.
+        /// Every footstep ends in the semi-ellipse beside the other foot.
         #[test]
         fn no_footstep_leaves_the_range(x in -0.1..0.1f64, y in -0.1..0.1f64, alpha in 0.5..20.0f64) {
             let PlannedFootstep { foot, to, .. } = Case::new([x, y]).choose(&Stepping { alpha, ..RULES }).unwrap();

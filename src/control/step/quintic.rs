@@ -1,22 +1,22 @@
-//! Motion of least jerk along one axis: from any state to rest at a place, at a time.
+//! Minimum-jerk motion along one axis, from any state to rest at a given place and time.
 //!
-//! With s the time left, the distance from the end is `c3 s^3 + c4 s^4 + c5 s^5`: it, its rate and its acceleration are
-//! zero at s = 0, and the three numbers are those that meet the state at the start.
+//! With s the time left, the distance from the end is `c3 s^3 + c4 s^4 + c5 s^5`. The distance, its rate and its
+//! acceleration are zero at s = 0, and the coefficients c3, c4, c5 follow from the state at the start.
 
-/// One axis.
+/// The motion along one axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Quintic {
     end: f64,
     end_s: f64,
-    /// c3, c4, c5.
+    /// The coefficients c3, c4, c5.
     c: [f64; 3],
 }
 
 impl Quintic {
-    /// From place, velocity and acceleration (m, m/s, m/s^2) at `start_s` to rest at `end` (m) at `end_s`, later than that.
+    /// From position, velocity and acceleration (m, m/s, m/s^2) at `start_s` to rest at `end` (m) at the later `end_s`.
     pub fn new([place, vel, acc]: [f64; 3], end: f64, start_s: f64, end_s: f64) -> Self {
         let s = end_s - start_s;
-        // Derivatives by the time left.
+        // Derivatives with respect to the time left.
         let (y, v, a) = (place - end, -vel, acc);
         let c3 = (10.0 * y - 4.0 * v * s + 0.5 * a * s * s) / s.powi(3);
         let c4 = (-15.0 * y + 7.0 * v * s - a * s * s) / s.powi(4);
@@ -24,7 +24,7 @@ impl Quintic {
         Self { end, end_s, c: [c3, c4, c5] }
     }
 
-    /// Place, velocity and acceleration; at rest after the end.
+    /// Position, velocity and acceleration at `time_s`; at rest after the end.
     pub fn at(&self, time_s: f64) -> [f64; 3] {
         let s = (self.end_s - time_s).max(0.0);
         let [c3, c4, c5] = self.c;
@@ -36,7 +36,7 @@ impl Quintic {
     }
 }
 
-/// The same from rest at 0 to rest at 1, at a share `u` of the time.
+/// Minimum-jerk motion from rest at 0 to rest at 1, at the share `u` of its duration.
 pub(super) fn least_jerk(u: f64) -> f64 {
     u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)
 }

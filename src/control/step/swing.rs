@@ -1,58 +1,58 @@
-//! A foot in the air: on a smooth arc to where it is to land, and its landing, by contact.
+//! A foot in the air: its smooth path to the landing place, and the detection of its landing by contact.
 
 use super::quintic::{Quintic, least_jerk};
 use crate::control::estimate::on_ground;
 use crate::robot::{Foot, PerFoot, Pose, Robot};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
-/// A foot that presses with more has landed (N),
+/// A swing foot has landed when its load exceeds this (N).
 const LANDED_N: f64 = 5.0;
-/// but not in this first share of the swing, when it may not have left the ground yet.
+/// Share of the swing before which a load is no landing, because the foot may not have left the ground yet.
 const EARLIEST_LANDING: f64 = 0.6;
 /// A foot that is late goes down at this speed (m/s).
 const LATE_SPEED_M_S: f64 = 0.1;
 
-/// When a swing foot is due, and how it goes there.
+/// Duration and height of a swing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SwingTiming {
-    /// From lift to landing as planned (s).
+    /// Planned time from lift to landing (s).
     pub swing_time_s: f64,
     /// Height of the sole in the middle of the swing (m).
     pub lift_m: f64,
-    /// A foot that is late goes on down for at most this long (s).
+    /// Longest time for which a late foot goes on downward (s).
     pub late_s: f64,
 }
 
-/// A footstep as it is planned.
+/// A planned footstep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlannedFootstep {
     /// The swing foot.
     pub foot: Foot,
-    /// Where its sole's centre is to land, world (m).
+    /// Where the centre of its sole is to land (m), world frame.
     pub to: Point2<f64>,
-    /// The ZMP error that asked for it (m), control frame.
+    /// The ZMP error for which the footstep is taken (m), control frame.
     pub zmp_error: Vector2<f64>,
 }
 
 /// One footstep, from lift to landing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Swing {
-    /// As it was chosen, and led to another place since.
+    /// The footstep as chosen, with its present landing place.
     pub footstep: PlannedFootstep,
     timing: SwingTiming,
-    /// Stance sole, flat on the ground, to world.
+    /// Pose of the stance sole in the world, flat on the ground.
     pub stance: Isometry2<f64>,
-    /// The swing sole's centre, world, less the bump that takes it off the ground.
+    /// Path of the swing sole's centre (world frame), without the bump that lifts it off the ground.
     path: [Quintic; 3],
-    /// Swing sole at the lift, and as it is to land.
+    /// Pose of the swing sole at the lift, and at its landing.
     from: Pose,
     to: Pose,
-    /// Since the lift (s).
+    /// Time since the lift (s).
     pub time_s: f64,
 }
 
 impl Swing {
-    /// A footstep between footholds (world), at its lift.
+    /// A footstep that starts from the given footholds (world frame).
     pub fn new(timing: SwingTiming, footstep: PlannedFootstep, footholds: &PerFoot<Pose>) -> Self {
         let [from, foothold] = [footstep.foot, footstep.foot.other()].map(|foot| footholds[foot]);
         let stance = on_ground(&foothold);
@@ -63,7 +63,7 @@ impl Swing {
         Self { footstep, timing, stance, path, from, to, time_s: 0.0 }
     }
 
-    /// Changes where the foot is to land (world), from where it is to be now; before it is due.
+    /// Changes the landing place (m, world frame), starting from the present planned state; before it is due.
     pub fn aim(&mut self, to: Point2<f64>) {
         for k in 0..2 {
             let state = self.path[k].at(self.time_s);
@@ -73,19 +73,19 @@ impl Swing {
         (self.to.translation.x, self.to.translation.y) = (to.x, to.y);
     }
 
-    /// Time left until it is due (s).
+    /// Time left until the landing is due (s).
     pub fn time_left_s(&self) -> f64 {
         self.timing.swing_time_s - self.time_s
     }
 
-    /// Acceleration of the swing sole (m/s^2).
+    /// Acceleration of the swing sole (m/s^2), world frame.
     pub fn sole_acc(&self) -> Vector3<f64> {
         let [x, y, z] = self.path.map(|axis| axis.at(self.time_s)[2]);
         let [.., bump] = self.bump();
         Vector3::new(x, y, z + bump)
     }
 
-    /// Where the swing sole is to be now, and its velocity (m/s).
+    /// Where the swing sole is to be now, and its velocity (m/s), world frame.
     pub fn sole(&self) -> (Pose, Vector3<f64>) {
         let [[x, vx, _], [y, vy, _], [z, vz, _]] = self.path.map(|axis| axis.at(self.time_s));
         let [bump, bump_rate, _] = self.bump();
@@ -97,7 +97,8 @@ impl Swing {
         (Pose::from_parts(place.into(), rotation), Vector3::new(vx, vy, vz + bump_rate - late_speed))
     }
 
-    /// Height of the sole above its path, its rate and its acceleration (m, m/s, m/s^2); at rest at both ends.
+    /// Height of the sole above its path, with rate and acceleration (m, m/s, m/s^2). Both ends have zero height and
+    /// rate.
     fn bump(&self) -> [f64; 3] {
         let SwingTiming { swing_time_s: duration, lift_m, .. } = self.timing;
         let u = self.time_s / duration;
@@ -111,22 +112,22 @@ impl Swing {
         ]
     }
 
-    /// Corners of the sole as it is to land, world.
+    /// Corners of the sole at its landing (m), world frame.
     pub fn landing_corners(&self, robot: &Robot) -> [Point3<f64>; 4] {
         robot.soles[self.footstep.foot].corners().map(|corner| self.to * corner)
     }
 
-    /// Whether the planned time is over.
+    /// Whether the planned landing time is reached.
     pub fn is_due(&self) -> bool {
         self.time_s >= self.timing.swing_time_s - 1e-9
     }
 
-    /// Whether the sole, which carries `load_n` (N), has landed: early, in time or late.
+    /// Whether the sole, with a load of `load_n` (N), has landed.
     pub fn has_landed(&self, load_n: f64) -> bool {
         self.time_s >= EARLIEST_LANDING * self.timing.swing_time_s && load_n > LANDED_N
     }
 
-    /// Whether the foot has been late for so long that it is not waited for any more.
+    /// Whether the foot is so late that the swing ends without a landing.
     pub fn is_overdue(&self) -> bool {
         self.time_s >= self.timing.swing_time_s + self.timing.late_s - 1e-9
     }
@@ -145,7 +146,7 @@ mod tests {
         Pose::from_parts(Vector3::new(x, y, 0.0).into(), UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw))
     }
 
-    /// A footstep back and to the right, of a right foot that has turned a little.
+    /// A footstep back and to the right, by a right foot that is turned a little.
     fn swing() -> Swing {
         let to = Point2::new(-0.1, -0.13);
         let footstep = PlannedFootstep { foot: Foot::Right, to, zmp_error: Vector2::new(-0.03, -0.04) };
@@ -164,7 +165,7 @@ mod tests {
         assert!((heading(&start) + 0.05).abs() < 1e-15 && velocity.norm() == 0.0);
         let (end, velocity) = at(TIMING.swing_time_s).sole();
         assert!((end.translation.vector - Vector3::new(-0.1, -0.13, 0.0)).norm() < 1e-15);
-        // It lands parallel to the foot that stands.
+        // It lands parallel to the stance foot.
         assert!((heading(&end) - 0.1).abs() < 1e-12 && velocity.norm() < 1e-12);
         let (middle, _) = at(0.5 * TIMING.swing_time_s).sole();
         assert!((middle.translation.z - TIMING.lift_m).abs() < 1e-15);
@@ -177,7 +178,7 @@ mod tests {
             let place = |time: f64| at(time).sole().0.translation.vector;
             let slope = (place(time + 1e-6) - place(time - 1e-6)) / 2e-6;
             let (pose, velocity) = at(time).sole();
-            // Where the sole is due its way has a kink.
+            // The path has a kink at the planned landing time.
             if (time - TIMING.swing_time_s).abs() > 1e-5 {
                 assert!((velocity - slope).norm() < 1e-6, "{time} s: {velocity} {slope}");
             }

@@ -2,7 +2,7 @@ use super::*;
 use proptest::prelude::*;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 
-/// UT-mu2, in round numbers.
+/// UT-mu2 in round numbers.
 fn ut_mu2() -> SteppingPendulum {
     SteppingPendulum {
         mass_kg: 8.0,
@@ -33,7 +33,7 @@ fn ut_mu2_has_the_bounds_that_others_found() {
 
 #[test]
 fn in_one_dimension_it_is_the_closed_form() {
-    // Feet that land on the same line: sideways nothing is asked of them.
+    // The feet land on the same line, so there is no demand sideways.
     let reach = LandingBox { forward_m: 0.15, outward_m: 1.0, inward_m: 0.0 };
     let pendulum = SteppingPendulum { reach, ..ut_mu2() };
     let (r, q) = (0.048086, (-5.63_f64 * 0.2).exp());
@@ -71,7 +71,7 @@ fn a_longer_push_may_be_harder() {
         assert!((rectangular_push_factor(5.63, duration_s) - factor).abs() < 6e-3);
     }
     assert_eq!(rectangular_push_factor(5.63, 0.0), 1.0);
-    // By quadrature: of f(t) counts the integral of f e^(-omega t).
+    // By quadrature: the effect of f(t) is the integral of f e^(-omega t).
     let (omega, duration_s, n) = (5.63, 0.15, 20_000);
     let mean = |f: &dyn Fn(f64) -> f64| (0..n).map(|i| f((i as f64 + 0.5) / n as f64)).sum::<f64>() / n as f64;
     let counts = |course: &dyn Fn(f64) -> f64| mean(&|s| course(s) * (-omega * duration_s * s).exp()) / mean(course);
@@ -79,8 +79,8 @@ fn a_longer_push_may_be_harder() {
     assert!((half_sine_push_factor(omega, duration_s) * counts(&|s| (PI * s).sin()) - 1.0).abs() < 1e-7);
 }
 
-/// A dcm that footsteps catch: the pendulum's own equation backwards, from a last place between two soles, through any
-/// ZMPs and landings; most of them at one and the same end of their ranges, for the extremes are what is looked for.
+/// A dcm from which footsteps recover, by the pendulum's equation backwards from a final position between two soles,
+/// through any ZMPs and landings. Most are at the same end of their ranges, since the extremes are sought.
 fn caught(pendulum: &SteppingPendulum, steps: usize, stance: f64, chance: &mut TestRng) -> Point2<f64> {
     let LandingBox { forward_m, outward_m, inward_m } = pendulum.reach;
     let ([x0, x1], [y0, y1]) = (pendulum.sole_x_m, pendulum.sole_y_m);
@@ -112,7 +112,7 @@ fn sampled_footsteps_catch_up_to_the_bound_and_no_more() {
     let pendulum = SteppingPendulum { com: Point2::new(0.004, -0.003), ..ut_mu2() };
     let mut chance = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
     for steps in [1, 2, 3] {
-        // For each stance foot how far the samples go, in directions all around: the hull of them.
+        // How far the samples reach for each stance foot, as the hull in directions all around.
         let normals: Vec<Vector2<f64>> = (0..360).map(|i| direction(i as f64)).collect();
         let mut hulls = [vec![f64::NEG_INFINITY; 360], vec![f64::NEG_INFINITY; 360]];
         for i in 0..40_000 {
@@ -133,7 +133,7 @@ fn sampled_footsteps_catch_up_to_the_bound_and_no_more() {
     }
 }
 
-/// Programs in which the solver by itself gets nowhere: those of feet that reach nowhere, seen from beside the soles.
+/// Programs on which the solver alone makes no progress: feet that cannot reach anything, seen from beside the soles.
 #[test]
 fn what_the_solver_gives_up_is_decided() {
     for (heading_deg, x, y) in [

@@ -1,20 +1,20 @@
-//! The slice of a maximal CPI set over the COM, for a picture: where the COM could be, at the velocity and the ZMP that it
-//! has, for the set to hold the state.
+//! The slice of a maximal CPI set over COM positions, for pictures: where the COM could be, with the present COM
+//! velocity and ZMP, so that the set contains the state.
 //!
-//! Each predicted ZMP is affine in the COM, so each edge of Z cuts a half-plane of the COM off (eq. 22, two of its six
-//! columns). Cutting ends by the rule of the sets themselves: when at every corner of what is left the points that lead to
-//! the ZMP lie in Z, they do all over it, and nothing more is cut.
+//! Each predicted ZMP is affine in the COM, so each edge of Z cuts off a half-plane of COM positions (eq. 22, two of
+//! its six columns). The cutting ends by the rule of the sets: if at every corner of the rest the points that lead to
+//! the ZMP lie in Z, they do so on the whole rest, and nothing more is cut off.
 
 use super::{MAX_TICKS, OnlineSets, Points, is_finite};
 use crate::lipm::pendulum::State;
 use nalgebra::Point2;
 
-/// The slice is looked for within this distance of the origin (m), beyond which no leg of this kind of robot stands.
+/// The slice is limited to this distance from the origin (m), beyond which no leg of such a robot stands.
 const FARTHEST_M: f64 = 2.0;
 
 impl OnlineSets {
-    /// Corners of the slice of the set of gain `index` at the COM velocity and the ZMP of `state`, counter-clockwise (m,
-    /// control frame); empty where no COM would do.
+    /// Corners of the slice of the set of gain `index`, at the COM velocity and ZMP of `state` (m, control frame),
+    /// counter-clockwise; empty if no COM position is in the set.
     pub fn slice(&self, index: usize, state: &State) -> Vec<Point2<f64>> {
         let (cascade, region) = (&self.cascades[index], &self.region);
         if !region.holds_origin || !is_finite(state) {
@@ -46,7 +46,7 @@ impl OnlineSets {
     }
 }
 
-/// A corner of the slice, and where its prediction is.
+/// A corner of the slice, with its present prediction.
 #[derive(Clone, Copy)]
 struct Corner {
     com: Point2<f64>,
@@ -54,7 +54,7 @@ struct Corner {
 }
 
 impl Corner {
-    /// Between two corners: the prediction is linear.
+    /// A corner between two others. The prediction is linear in the COM.
     fn between(a: &Self, b: &Self, share: f64) -> Self {
         let mut points = a.points;
         for (p, q) in points.iter_mut().zip(b.points) {
@@ -66,7 +66,7 @@ impl Corner {
     }
 }
 
-/// What of a convex polygon has no excess.
+/// The part of a convex polygon without excess.
 fn cut(corners: &[Corner], excess: impl Fn(&Corner) -> f64) -> Vec<Corner> {
     let mut kept = Vec::with_capacity(corners.len() + 1);
     for (i, a) in corners.iter().enumerate() {
@@ -89,7 +89,7 @@ mod tests {
     use crate::lipm::testing::family;
     use nalgebra::Vector2;
 
-    /// The definition: a COM is in the slice if and only if the set holds the state with that COM.
+    /// The definition: a COM is in the slice if and only if the set contains the state with that COM.
     #[test]
     fn the_slice_is_where_the_set_holds_the_state() {
         let family = family();
@@ -115,7 +115,7 @@ mod tests {
                 }
             }
         }
-        // Faster than any COM of this support can be stopped, with the ZMP far behind.
+        // The COM is faster than this support can stop, with the ZMP far behind.
         let lost = State::new(Point2::origin(), Vector2::new(3.0, 0.0), Point2::new(-0.5, 0.0));
         assert!(sets.slice(0, &lost).is_empty());
         sets.clear();

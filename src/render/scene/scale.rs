@@ -6,6 +6,8 @@ use crate::robot::Robot;
 /// UT-mu2 at home: height of its COM (m), and its mass (kg).
 const COM_HEIGHT_M: f64 = 0.31;
 const MASS_KG: f64 = 8.0;
+/// The push that window and command line give if no other is asked for, for a robot of this size (N s).
+const FIRST_PUSH_N_S: f64 = 2.5;
 
 /// Length and mass of a robot, UT-mu2's are 1. Gravity is the same for all: a force goes with the mass, a speed with
 /// the root of the length.
@@ -35,6 +37,11 @@ impl RobotScale {
 
     pub fn impulse(self) -> f64 {
         self.mass * self.length.sqrt()
+    }
+
+    /// The push (N s) that is given if no other is asked for.
+    pub fn first_push_n_s(self) -> f64 {
+        round(FIRST_PUSH_N_S * self.impulse())
     }
 
     /// Length of a drawn force (m/N) that has this one for UT-mu2.

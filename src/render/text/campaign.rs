@@ -9,7 +9,7 @@ use crate::campaign::verdict::prediction::{MarginBin, Prediction};
 use crate::campaign::verdict::set_summary::{FittedCurve, SetSummary};
 use crate::episode::Judge;
 use crate::render::replay_command;
-use crate::render::text::layout::{align, compared, percent, seconds, table, whole_names, wrapped};
+use crate::render::text::layout::{align, compared, percent, table, whole_names, wrapped};
 use crate::stats::rate::SuccessCount;
 use comfy_table::Table;
 use std::fmt::Write;
@@ -21,85 +21,93 @@ const CAUSES: usize = 5;
 /// With more sets than this the sets are rows, not columns, and each is compared with the first alone.
 const FEW: usize = 4;
 
-/// What counts as recovered and as a fall, in words: three lines.
+/// What counts as recovered and as a fall, in words: three lines on 80 columns.
 pub fn thresholds(judge: &Judge) -> String {
-    format!(
-        "recovered: tilt under {} deg, COM under {} m/s, DCM in the support, for {} s\n\
-         fell:      a link at the ground other than the soles, tilt over {} deg,\n           \
-         or COM under {} of its height at home\n",
-        judge.standing_tilt_deg,
-        judge.standing_com_speed_m_s,
-        judge.standing_time_s,
-        judge.fallen_tilt_deg,
-        judge.fallen_com_height_ratio,
-    )
+    let Judge { standing_tilt_deg, standing_com_speed_m_s, standing_time_s, .. } = judge;
+    let Judge { fallen_tilt_deg, fallen_com_height_ratio, .. } = judge;
+    let recovered = format!(
+        "tilt under {standing_tilt_deg} deg, COM under {standing_com_speed_m_s} m/s, DCM in the support, for \
+         {standing_time_s} s"
+    );
+    let fell = format!(
+        "a link at the ground other than the soles, tilt over {fallen_tilt_deg} deg, or COM under \
+         {fallen_com_height_ratio} of its height at home"
+    );
+    wrapped("recovered: ", &recovered) + &wrapped("fell:      ", &fell)
 }
 
-/// What was asked, how many trials recovered per gain set and impulse, how fast, as foretold or not, and where the sets
-/// differ. `folder` holds the result, for the command that replays a trial.
-pub fn campaign(summary: &Summary, folder: &Path) -> String {
-    let push = &summary.push;
-    let most = match summary.most_trials > summary.trials {
-        true => format!(" (of {} at most)", summary.most_trials),
-        false => String::new(),
-    };
-    let hash = &summary.config_hash[..summary.config_hash.len().min(12)];
-    let mut head = vec![
-        (
-            "campaign ",
-            format!(
-                "{}: {} pushes{most}, the same for each gain set; seed {}, configuration {hash}",
-                summary.name, summary.trials, summary.seed
-            ),
-        ),
-        (
-            "push:   ",
-            format!(
-                "impulse {} N s, heading {} deg, height {} m above the COM, duration {} s, start {} s, {}",
-                push.impulse_n_s,
-                push.heading_deg,
-                push.height_m,
-                push.duration_s,
-                push.start_s,
-                crate::campaign::store::row::as_text(&push.profile)
-            ),
-        ),
-    ];
-    if summary.second_push.is_any() {
-        head.push(("then:   ", summary.second_push.to_string()));
-    }
-    let varied = variations::described(&summary.variations).join(", ");
-    if !varied.is_empty() {
-        head.push(("varied: ", varied));
-    }
-    let sensors = &summary.sensors;
-    let horizon_s = summary.episode.horizon_s;
-    head.push((
-        "sensors: ",
-        format!("noise x {}, bias x {}; horizon {horizon_s} s", sensors.noise_scale, sensors.bias_scale),
-    ));
-    let mut text: String = head.iter().map(|(mark, words)| wrapped(mark, words)).collect();
-    text += &thresholds(&summary.episode.judge);
+/// The result of a campaign: what was asked, how often each gain set recovered, which is better, and its gates; in `full`
+/// also the tables behind that and those that no report has. `folder` holds the result, for the command that replays a
+/// trial.
+pub fn campaign(summary: &Summary, folder: &Path, full: bool) -> String {
+    let mut text = head(summary, full);
     text += "\n";
     for warning in &summary.warnings {
         text += &wrapped("warning: ", warning);
     }
     text += if summary.warnings.is_empty() { "" } else { "\n" };
     let _ = writeln!(text, "{}", sets(summary));
-    text += &comparison::pairs(summary);
+    text += &comparison::verdicts(summary);
+    if full {
+        text += &comparison::pairs(summary);
+    }
     text += &comparison::gates(summary);
-    let _ = write!(text, "\n{}\n", by_impulse(summary));
-    text += &by_heading(summary);
-    let _ = write!(text, "\n{}\n{}", limits(summary), wrapped(" ", LIMITS_EXPLAINED));
-    text += &failures(summary);
-    text += &falls(summary);
-    let _ = write!(text, "\n{}\n{}", times(summary), times_explained(summary));
-    text += &comparison::shifts(summary);
-    text += &stepped(summary);
-    text += &foretold(summary);
+    if full {
+        let _ = write!(text, "\n{}\n", by_impulse(summary));
+        text += &by_heading(summary);
+        let _ = write!(text, "\n{}\n{}", limits(summary), wrapped(" ", LIMITS_EXPLAINED));
+        text += &failures(summary);
+        text += &falls(summary);
+        text += &stepped(summary);
+        text += &foretold(summary);
+    }
     text += &replay(summary, folder);
-    let _ = write!(text, "\n{}", wrapped("", &format!("intervals, {}", summary.interval)));
+    if full {
+        let _ = write!(text, "\n{}", wrapped("", &format!("intervals, {}", summary.interval)));
+    }
     text
+}
+
+/// What was asked.
+fn head(summary: &Summary, full: bool) -> String {
+    let push = &summary.push;
+    let most = match summary.most_trials > summary.trials {
+        true => format!(" (of {} at most)", summary.most_trials),
+        false => String::new(),
+    };
+    let Summary { name, trials, seed, .. } = summary;
+    let mut asked =
+        format!("{name}: {trials} trials{most}, the same for each gain set; robot {}, seed {seed}", summary.robot);
+    let mut pushed = format!("impulse {} N s, heading {} deg", push.impulse_n_s, push.heading_deg);
+    let varied = variations::described(&summary.variations);
+    let mut head = Vec::new();
+    if full {
+        let hash = &summary.config_hash[..summary.config_hash.len().min(12)];
+        asked += &format!(", configuration {hash}");
+        pushed += &format!(
+            ", height {} m above the COM, duration {} s, start {} s, {}",
+            push.height_m,
+            push.duration_s,
+            push.start_s,
+            crate::campaign::store::row::as_text(&push.profile)
+        );
+    }
+    head.extend([("campaign ", asked), ("push:   ", pushed)]);
+    if summary.second_push.is_any() {
+        head.push(("then:   ", summary.second_push.to_string()));
+    }
+    if !varied.is_empty() {
+        // Without the distributions: their names.
+        let names = varied.iter().map(|varied| if full { varied } else { varied.split(' ').next().unwrap_or(varied) });
+        head.push(("varied: ", names.collect::<Vec<_>>().join(", ")));
+    }
+    if full {
+        let (sensors, horizon_s) = (&summary.sensors, summary.episode.horizon_s);
+        let told = format!("noise x {}, bias x {}; horizon {horizon_s} s", sensors.noise_scale, sensors.bias_scale);
+        head.push(("sensors: ", told));
+    }
+    let text: String = head.iter().map(|(mark, words)| wrapped(mark, words)).collect();
+    if full { text + &thresholds(&summary.episode.judge) } else { text }
 }
 
 fn sets(summary: &Summary) -> Table {
@@ -175,42 +183,6 @@ fn falls(summary: &Summary) -> String {
         rows.push(row("others", &others));
     }
     format!("\n{}\n", compared("fell on", names(summary), rows, many(summary)))
-}
-
-/// Medians of each set's own survivors, and of the trials that all survive.
-fn times(summary: &Summary) -> Table {
-    let common = &summary.common_survivors;
-    let mut header = vec!["gain set", "settles", "settles (1)"];
-    if !summary.episode.end_early {
-        header.extend(["gets home", "gets home (1)", "home at end (1)"]);
-    }
-    let mut table = table(header);
-    for (set, shared) in summary.sets.iter().zip(&common.sets) {
-        let mut row = vec![set.name.clone(), seconds(set.times.median_settling_s), seconds(shared.median_settling_s)];
-        if let Some(home) = shared.home {
-            row.extend([
-                seconds(set.times.median_homing_s),
-                seconds(shared.median_homing_s),
-                format!("{home}/{}", common.trials),
-            ]);
-        }
-        table.add_row(row);
-    }
-    align(table)
-}
-
-fn times_explained(summary: &Summary) -> String {
-    let judge = &summary.episode.judge;
-    let mut text = format!(
-        " medians from the end of the push, over what each set survives; the ones to\n \
-         compare are (1), over the {} pushes that every set survives\n",
-        summary.common_survivors.trials
-    );
-    if !summary.episode.end_early {
-        let mm = 1000.0 * judge.home_radius_m;
-        let _ = writeln!(text, " home: COM within {mm} mm of the middle of the soles until the horizon");
-    }
-    text
 }
 
 /// Success by heading.

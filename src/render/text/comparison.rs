@@ -8,32 +8,39 @@ use crate::campaign::verdict::pairs::{Pair, p_value, rounded};
 use crate::render::replay_command;
 use crate::render::text::layout::{align, signed, table, whole_names, wrapped};
 use crate::stats::mcnemar::PairedCounts;
-use crate::stats::ranks::Shift;
 use comfy_table::Table;
-use std::fmt::Write;
 use std::path::Path;
 
 /// Of more pairs than this, if they are every set with every other, those with the first set stand for all.
 const FEW_PAIRS: usize = 6;
 
-/// Verdicts in sentences, one for each pair; then the counts and intervals behind them.
+/// Which gain set recovers most, and than which it is better: a sentence or two, in one line.
+pub fn headline(summary: &Summary) -> String {
+    summary.headline.clone()
+}
+
+/// Verdicts in sentences, one for each pair.
+pub(super) fn verdicts(summary: &Summary) -> String {
+    let sentences: String = shown(summary).iter().map(|pair| wrapped(" - ", &pair.words)).collect();
+    if sentences.is_empty() { sentences } else { format!("\n{sentences}{}", more_pairs(summary)) }
+}
+
+/// Where the pairs are that are not shown.
+fn more_pairs(summary: &Summary) -> String {
+    match summary.pairs.len() - shown(summary).len() {
+        0 => String::new(),
+        more => wrapped(" ", &format!("each set against the first; {more} pairs more in summary.json")),
+    }
+}
+
+/// The counts and intervals behind the verdicts.
 pub(super) fn pairs(summary: &Summary) -> String {
     let shown = shown(summary);
     if shown.is_empty() {
         return String::new();
     }
-    let mut text = String::from("\n");
-    for pair in &shown {
-        text += &wrapped(" - ", &pair.words);
-    }
-    let _ = writeln!(text, "\n{}", counts(&shown));
-    let mut notes =
-        format!("a - b: rate of a less rate of b (points), above with its 95 % interval; {}", about_p(summary));
-    if shown.len() < summary.pairs.len() {
-        let more = summary.pairs.len() - shown.len();
-        notes += &format!("; each set against the first, {more} pairs more in summary.json");
-    }
-    text + &wrapped(" ", &notes)
+    let about = "a - b: rate of a less rate of b (points), above with its 95 % interval";
+    format!("\n{}\n{}", counts(&shown), wrapped(" ", &format!("{about}; {}", about_p(summary))))
 }
 
 /// What the p of pairs is, in words.
@@ -75,32 +82,6 @@ pub fn pair_cells(pair: &Pair) -> [String; 7] {
 /// A p-value without its name.
 pub fn p_cell(p: f64) -> String {
     p_value(p).trim_start_matches("p ").trim_start_matches("= ").into()
-}
-
-/// How much sooner, and with how many footsteps, over the trials that both sets of a pair recovered from.
-pub(super) fn shifts(summary: &Summary) -> String {
-    let shown: Vec<&Pair> = shown(summary).into_iter().filter(|pair| pair.settling_s.is_some()).collect();
-    if shown.is_empty() {
-        return String::new();
-    }
-    let mut table = table(["a", "b", "settles", "95 %", "p", "footsteps", "p"]);
-    for pair in shown {
-        let cells = |shift: &Option<Shift>, text: &dyn Fn(&Shift) -> String| match shift {
-            Some(shift) => [text(shift), p_cell(shift.p)],
-            None => ["-".into(), "-".into()],
-        };
-        let interval = pair.settling_s.and_then(|shift| shift.ci95).map_or("-".into(), |ends| {
-            let [least, most] = ends.map(|s| signed(s, 2));
-            format!("{least} to {most}")
-        });
-        let [settling, p] = cells(&pair.settling_s, &|shift| format!("{} s", signed(shift.median, 2)));
-        let [footsteps, p_footsteps] = cells(&pair.footsteps, &|shift| signed(shift.mean, 2));
-        table.add_row([pair.a.clone(), pair.b.clone(), settling, interval, p, footsteps, p_footsteps]);
-    }
-    let notes = "a less b, over the pushes that both survive: median of the differences of settling times \
-                 (Hodges-Lehmann) with its 95 % interval, mean of those of footsteps; p: Wilcoxon's signed-rank \
-                 test, not adjusted";
-    format!("\n{}\n{}", whole_names(align(table)), wrapped(" ", notes))
 }
 
 /// What became of each gate; empty without gates.
@@ -236,7 +217,7 @@ mod tests {
     #[test]
     fn of_every_pair_those_with_the_first_set_are_shown_and_all_where_sets_have_partners() {
         let every = crate::campaign::verdict::pairs::every_pair(7);
-        let text = pairs(&with_pairs(7, &every));
+        let text = verdicts(&with_pairs(7, &every));
         assert_eq!(text.matches("\n - ").count() + usize::from(text.starts_with(" - ")), 6, "{text}");
         assert!(
             text.split_whitespace().collect::<Vec<_>>().join(" ").contains("15 pairs more in summary.json"),
@@ -245,7 +226,7 @@ mod tests {
         let partners: Vec<_> = (0..7).map(|i| (i, i + 7)).collect();
         let summary = with_pairs(14, &partners);
         assert_eq!(shown(&summary).len(), 7);
-        assert!(!pairs(&summary).contains("against the first"));
+        assert!(!verdicts(&summary).contains("against the first"));
     }
 
     #[test]

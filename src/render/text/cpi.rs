@@ -1,11 +1,12 @@
 //! The maximal CPI sets of a gain set: sizes, inclusion, and their rows.
 
+use super::layout::{align, table, wrapped};
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
 use crate::lipm::gains::GainPoles;
 use crate::lipm::{GainFamily, GainSet, Pendulum};
-use comfy_table::{Table, presets};
+use comfy_table::Table;
 use nalgebra::{DMatrix, Point2, Vector2};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
@@ -21,6 +22,12 @@ const HEADINGS: [(&str, Vector2<f64>); 4] = [
     ("backward", Vector2::new(-1.0, 0.0)),
     ("right", Vector2::new(0.0, -1.0)),
 ];
+
+/// What the columns of the first table are.
+const EXPLAINED: &str = "forward, left, backward, right: the largest impulse that the set holds in this direction, from rest, \
+                         over m omega d (mass, natural frequency, distance from the origin to the edge); 1 is the most \
+                         that a standing pendulum can take. Poles are multiples of -omega. Within the horizon the ZMP \
+                         must be checked; rows are the inequalities that this leaves.";
 
 /// The sets of a gain set, as they were found.
 pub struct Sets<'a> {
@@ -67,49 +74,45 @@ impl Sets<'_> {
         let vertices: Vec<String> = self.support.vertices().iter().map(mm).collect();
         let warning = match self.inclusion.warning() {
             Some(warning) => format!("warning: {warning}"),
-            None => "The family nests: the set of each gain lies inside the sets of the slower ones.".into(),
+            None => "The family nests: the set of each gain lies inside the sets of all slower gains.".into(),
         };
         format!(
-            "{}: maximal CPI sets at omega {omega:.3} rad/s, period {:.3} ms\n\
-             support [mm]: {}\n\
+            "Maximal CPI sets of gain set {}: omega {omega:.3} rad/s, control period {:.3} ms\n\
+             The ZMP may be within [mm]: {}\n\n\
              {}\n\
-             forward ... right: largest impulse from rest over m omega d (d: origin to edge; 1 is the most\n\
-             that standing can take). Poles are multiples of -omega.\n\n\
              {}\n\
+             {}\n\n\
              {warning}\n",
             self.set.name,
             dt * 1e3,
             vertices.join(" "),
             self.sizes(),
+            wrapped("", EXPLAINED),
             self.nesting(),
         )
     }
 
     fn sizes(&self) -> Table {
-        let mut table = Table::new();
-        table.load_style(presets::UTF8_FULL_CONDENSED);
         let headings = HEADINGS.iter().map(|(name, _)| *name);
-        table.set_header(["gain", "poles x", "poles y", "horizon", "rows"].into_iter().chain(headings));
+        let mut sizes = table(["gain", "poles x", "poles y", "horizon", "rows"].into_iter().chain(headings));
         let poles = |p: [f64; 3]| format!("{} {} {}", p[0], p[1], p[2]);
         for (s, g) in self.sets.iter().zip(&self.set.gains) {
-            let horizon = format!("{} ({:.3} s)", s.horizon, s.horizon as f64 * self.family.pendulum.dt);
+            let horizon = format!("{:.0} ms", 1e3 * s.horizon as f64 * self.family.pendulum.dt);
             let row = [s.gain.clone(), poles(g.x), poles(g.y), horizon, s.set.rows.nrows().to_string()];
             let impulses = HEADINGS.iter().map(|(_, d)| format!("{:.3}", s.largest_impulse_from_rest(*d)));
-            table.add_row(row.into_iter().chain(impulses));
+            sizes.add_row(row.into_iter().chain(impulses));
         }
-        table
+        align(sizes)
     }
 
     fn nesting(&self) -> Table {
         let Inclusion { names, inside, .. } = &self.inclusion;
-        let mut table = Table::new();
-        table.load_style(presets::UTF8_FULL_CONDENSED);
-        table.set_header(["inside"].into_iter().chain(names.iter().map(String::as_str)));
+        let mut nesting = table(["inside"].into_iter().chain(names.iter().map(String::as_str)));
         for (name, row) in names.iter().zip(inside) {
             let cells = row.iter().map(|inside| if *inside { "yes" } else { "-" });
-            table.add_row([name.as_str()].into_iter().chain(cells));
+            nesting.add_row([name.as_str()].into_iter().chain(cells));
         }
-        table
+        align(nesting)
     }
 
     /// Writes, for each gain, the rows of S (S x <= 1) and the closed loop of eq. 13, in full precision.

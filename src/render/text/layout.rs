@@ -2,7 +2,7 @@
 
 use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, Table, TableStyle, Width};
 
-/// Width of text that does not go to a terminal.
+/// Width of text that does not go to a terminal, and the most of sentences on one.
 const PLAIN_WIDTH: u16 = 80;
 
 /// A table with a column for each name, or with a row for each if they are many. `rows` hold a label, then a cell for
@@ -27,13 +27,14 @@ pub fn compared<'a>(
     align(table)
 }
 
-/// Text in lines that fit, after a mark in front of the first.
+/// Text in lines that fit the terminal, after a mark in front of the first.
 pub fn wrapped(mark: &str, text: &str) -> String {
+    let width = usize::from(Table::new().width().unwrap_or(PLAIN_WIDTH).min(PLAIN_WIDTH));
     let mut lines = vec![mark.to_string()];
     for word in text.split(' ') {
         let line = lines.last_mut().expect("one at least");
         let is_new = line.len() == mark.len();
-        if !is_new && line.chars().count() + 1 + word.chars().count() > usize::from(PLAIN_WIDTH) {
+        if !is_new && line.chars().count() + 1 + word.chars().count() > width {
             lines.push(" ".repeat(mark.len()) + word);
         } else {
             *line += if is_new { "" } else { " " };

@@ -14,7 +14,7 @@ pub fn text(limits: &Limits) -> String {
         limits.robot, limits.campaign, limits.seed
     ));
     line(format!(
-        "{:.3} kg, omega {:.3} rad/s, COM {:.4} m high, {:+.1} {:+.1} mm (x y) from mid-feet",
+        "robot: {:.3} kg, omega {:.3} rad/s, COM {:.4} m high, {:+.1} {:+.1} mm (x, y) from mid-feet",
         y.mass_kg,
         y.omega_rad_s,
         y.com_height_m,
@@ -22,11 +22,11 @@ pub fn text(limits: &Limits) -> String {
         1e3 * y.com_offset_m[1]
     ));
     line(format!(
-        "footstep {} s, {} m fore and aft, {} to {} m sideways; stance {:.3} m wide",
+        "footstep: {} s, {} m fore and aft, {} to {} m sideways; the stance is {:.3} m wide",
         y.min_step_time_s, y.reach_m.forward, y.reach_m.inward, y.reach_m.outward, y.stance_width_m
     ));
     line(format!(
-        "push of {:.0} ms (bounds times {:.3}), {:+.0} mm from the height of the COM\n",
+        "push: {:.0} ms (its bounds are those of an instant push times {:.3}), {:+.0} mm above the COM\n",
         1e3 * y.push_duration_s,
         y.push_factor,
         1e3 * y.push_height_m
@@ -52,13 +52,22 @@ pub fn text(limits: &Limits) -> String {
         }
     }
     if y.height_factor < 1.0 {
-        line(format!("\nsecond line of bounds: for the height of the push, times {:.3}", y.height_factor));
+        line(format!(
+            "\nThe second line of bounds takes the height of the push into account: it is the first times {:.3}.",
+            y.height_factor
+        ));
     }
     let marked = limits.headings.iter().flat_map(|h| &h.sets).filter(|set| !set.resolved).count();
     if marked > 0 {
-        line(format!("\n* not within +-{} N s: too few trials, or beyond the range", limits.precision_n_s));
+        line(format!(
+            "\n* The interval is wider than +-{} N s: the search ran out of trials, or left the range of impulses.",
+            limits.precision_n_s
+        ));
     }
-    line(format!("\n{} episodes; intervals within +-{} N s but where marked", limits.episodes, limits.precision_n_s));
+    line(format!(
+        "\n{} episodes. Intervals are within +-{} N s, except where marked with *.",
+        limits.episodes, limits.precision_n_s
+    ));
     text
 }
 

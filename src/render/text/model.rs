@@ -103,7 +103,7 @@ pub fn description(robot: &Robot) -> String {
         com.z,
         robot.omega()
     ));
-    line(format!("trunk    {} (IMU; pushes act here)", robot.links[robot.trunk].name));
+    line(format!("trunk    {} (it carries the IMU, and pushes act on it)", robot.links[robot.trunk].name));
     for foot in Foot::BOTH {
         let sole = &robot.soles[foot];
         let center = kinematics.sole_pose(robot, foot).translation;
@@ -131,8 +131,8 @@ pub fn description(robot: &Robot) -> String {
     ));
     line(match robot.reach {
         Some(reach) => format!(
-            "reach    a foot lands {} mm fore or aft, {} to {} mm sideways of the other, \
-             {} s after the wish (for the bounds of `limit`)",
+            "reach    a foot lands up to {} mm fore or aft and {} to {} mm sideways of the other, at the earliest {} s \
+             after the decision (for the bounds of `limit`)",
             1e3 * reach.forward_m,
             1e3 * reach.inward_m,
             1e3 * reach.outward_m,
@@ -140,11 +140,11 @@ pub fn description(robot: &Robot) -> String {
         ),
         None => "reach    not given".into(),
     });
-    line("\nTree (mass of each moving link; in brackets what is fixed to it)".into());
+    line("\nTree of links (mass of each moving link; in brackets, the links that are fixed to it)".into());
     tree_text(robot, 0, 1, &mut line);
     line(format!("\n{}", joint_table(robot)));
     if !robot.assumptions.is_empty() {
-        line("\nAssumed, not published".into());
+        line("\nAssumed, because it is not published".into());
         robot.assumptions.iter().for_each(|a| line(format!("  {a}")));
     }
     text
@@ -207,7 +207,7 @@ fn joint_table(robot: &Robot) -> Table {
 pub fn links(robot: &Robot, q: &[f64]) -> String {
     let kinematics = at(robot, q);
     let com = kinematics.com();
-    let mut text = String::from("\nAt the given angles, base at the origin [m]\n");
+    let mut text = String::from("\nPositions at the given angles, with the base at the origin [m]\n");
     let width = robot.frames.iter().map(|f| f.name.len()).max().unwrap_or(0).max(3);
     let mut line = |name: &str, p: [f64; 3]| {
         _ = writeln!(text, "  {name:width$} {:+.6} {:+.6} {:+.6}", p[0], p[1], p[2]);

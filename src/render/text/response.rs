@@ -1,4 +1,4 @@
-//! How well the ZMP follows the one wanted, and what that means for the poles.
+//! How well the ZMP under the soles follows the commanded ZMP, and what that means for the poles, as text and JSON.
 
 use crate::episode::response::{self, Axis, Bandwidth, Experiment, Point};
 use crate::lipm::gains::{Gain, GainFamily};
@@ -61,8 +61,9 @@ impl<'a> Response<'a> {
     pub fn text(&self) -> String {
         let omega = self.family.pendulum.omega;
         let mut text = format!(
-            "{} on {}: from the ZMP wanted to the ZMP under the soles, {} axis, sine of {} mm, omega {omega:.2} rad/s\n\n\
-             frequency  in omega   gain    phase    delay  wanted/sine\n",
+            "How the ZMP under the soles follows the commanded ZMP: gain set {} on {}, {} axis,\n\
+             a sine of {} mm; omega, the pendulum's natural frequency, is {omega:.2} rad/s.\n\n\
+             frequency  in omega   gain    phase    delay  commanded/sine\n",
             self.family.name,
             self.robot,
             self.axis_name(),
@@ -71,7 +72,7 @@ impl<'a> Response<'a> {
         let mut line = |what: String| _ = writeln!(text, "{what}");
         for p in &self.points {
             line(format!(
-                "{:6.2} Hz  {:8.2}  {:5.3}  {:5.1} deg  {:4.1} ms  {:11.2}",
+                "{:6.2} Hz  {:8.2}  {:5.3}  {:5.1} deg  {:4.1} ms  {:14.2}",
                 p.frequency_hz,
                 p.angular_frequency() / omega,
                 p.gain,
@@ -86,7 +87,7 @@ impl<'a> Response<'a> {
             None => format!("above {most:.0} rad/s ({:.0} omega)", most / omega),
         };
         line(format!(
-            "\nbandwidth: -3 dB {}, -45 degrees {}",
+            "\nThe gain falls to -3 dB {}; the phase reaches -45 degrees {}.",
             shown(self.bandwidth.gain_rad_s),
             shown(self.bandwidth.phase_rad_s)
         ));
@@ -94,14 +95,14 @@ impl<'a> Response<'a> {
         let [gain, phase] = [self.bandwidth.gain_rad_s, self.bandwidth.phase_rad_s].map(|w| w.unwrap_or(most));
         let side = |limit: f64| if pole < limit { "below" } else { "above" };
         line(format!(
-            "poles:     the fastest pole, {fastest} omega = {pole:.1} rad/s, is {} the -45 degrees bandwidth and \
-             {} the -3 dB one: {}",
+            "The fastest pole, {fastest} omega = {pole:.1} rad/s, is {} the -45 degrees bandwidth and {} the -3 dB \
+             bandwidth:\n{}.",
             side(phase),
             side(gain),
             if pole < phase.min(gain) {
-                "the ZMP can follow what it promises"
+                "the ZMP can follow the gains"
             } else {
-                "the ZMP comes later than the sets assume"
+                "the ZMP lags behind what the sets assume"
             }
         ));
         text
@@ -127,7 +128,7 @@ mod tests {
         let pole = family.gains.iter().flat_map(|gain| gain.y.poles).fold(0.0, f64::max) * family.pendulum.omega;
         assert!(say(Some(2.0 * pole), Some(1.5 * pole)).contains("can follow"));
         let mixed = say(Some(2.0 * pole), Some(0.5 * pole));
-        assert!(mixed.contains("is above the -45 degrees bandwidth and below the -3 dB one"), "{mixed}");
-        assert!(mixed.contains("later than the sets assume"), "{mixed}");
+        assert!(mixed.contains("is above the -45 degrees bandwidth and below the -3 dB bandwidth"), "{mixed}");
+        assert!(mixed.contains("lags behind what the sets assume"), "{mixed}");
     }
 }

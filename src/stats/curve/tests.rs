@@ -41,8 +41,8 @@ fn band_is(pushes: &Pushes, x: f64, expected: [f64; 2]) {
     close(found[1], expected[1]);
 }
 
-// Expected values, here and below: the fit of statsmodels 0.15.0 `GLM(family=Binomial())`; ends of intervals by brentq
-// of scipy 1.17.1 on the likelihood, maximised over the slope by `minimize_scalar` from a grid.
+// Expected values here and below: fits of statsmodels 0.15.0 `GLM(family=Binomial())`; ends of intervals by brentq of
+// scipy 1.17.1 on the likelihood, maximised over the slope by `minimize_scalar` from a grid.
 #[test]
 fn fit_and_intervals_are_those_of_others() {
     let pushes = Pushes::new(&steep());
@@ -115,7 +115,7 @@ fn without_a_curve_there_is_a_reason() {
 
 #[test]
 fn no_push_supports_a_level_outside_of_their_range() {
-    // 95, 90 and 80 % of 20 pushes each; and the same of falls.
+    // Recovery from 95, 90 and 80 % of 20 pushes each, and the same with falls.
     let mut weak = Vec::new();
     for (x, fell) in [(1.0, 1), (2.0, 2), (3.0, 4)] {
         weak.extend((0..20).map(|i| (x, i >= fell)));
@@ -141,7 +141,7 @@ fn neither_unit_nor_order_nor_mirror_matters() {
     level_is(Some(mirrored), 10.0 - 4.040627173852578, None, Some(10.0 - 3.5270888447616864));
 }
 
-/// An impulse is in the interval of 50 % where the band at it holds 50 %.
+/// An impulse is in the interval of 50 % exactly if the band at this impulse contains 50 %.
 #[test]
 fn band_and_interval_are_the_same_question() {
     for trials in [steep(), parted()] {
@@ -152,7 +152,7 @@ fn band_and_interval_are_the_same_question() {
     }
 }
 
-/// How many of 500 intervals of x50 and of x90, and of bands at `x`, hold what the trials were drawn from.
+/// How many of 500 intervals of x50 and of x90, and of bands at `x`, contain the truth from which the trials are drawn.
 fn held(n: u64, x50: f64, s: f64, x: f64) -> [u64; 3] {
     let mut rng = ChaCha8Rng::seed_from_u64(n);
     let truth = |x: f64| chance((x50 - x) / s);

@@ -4,8 +4,7 @@ use crate::error::{Error, Result};
 use crate::render::scene::scale::{RobotScale, round};
 use crate::view::Options;
 
-/// For a robot of UT-mu2's size: the push at the start, the largest one, and by how much a key makes it harder (N s).
-const FIRST_N_S: f64 = 2.5;
+/// For a robot of UT-mu2's size: the largest push, and by how much a key makes it harder (N s).
 const MOST_N_S: f64 = 20.0;
 const STEP_N_S: f64 = 0.1;
 
@@ -24,8 +23,8 @@ pub struct Aim {
 impl Aim {
     /// As asked, for a robot of this size. Errors: `--impulse` or `--heading` is out of range.
     pub fn new(args: &Options, scale: RobotScale) -> Result<Self> {
-        let [first_n_s, most_n_s, step_n_s] = [FIRST_N_S, MOST_N_S, STEP_N_S].map(|n_s| round(n_s * scale.impulse()));
-        let impulse_n_s = args.impulse.unwrap_or(first_n_s);
+        let [most_n_s, step_n_s] = [MOST_N_S, STEP_N_S].map(|n_s| round(n_s * scale.impulse()));
+        let impulse_n_s = args.impulse.unwrap_or(scale.first_push_n_s());
         if !(0.0..=most_n_s).contains(&impulse_n_s) {
             let accepted = format!("0 to {most_n_s}");
             return Err(Error::value("arguments", "--impulse", impulse_n_s, "out of range", accepted));
