@@ -231,8 +231,8 @@ fn a_result_has_replays_of_telling_trials() {
     assert!(!out.join("replays").join(&pages[0]).exists(), "a page of another result");
     for (args, code, words) in [
         (["replay", "out", "--trial=99"], 2, "--trial = 99: the campaign has no such trial; accepted: 0 to 25"),
-        (["replay", "nothing", "--trial=0"], 3, "nothing: no such folder"),
-        (["replay", "out/parts", "--trial=0"], 3, "not the folder of a campaign"),
+        (["replay", "nothing", "--trial=0"], 3, "nothing: there is no such folder"),
+        (["replay", "out/parts", "--trial=0"], 3, "is not the folder of a campaign"),
     ] {
         let message = stderr(&standfast(dir.path(), &args).code(code));
         assert!(message.contains(words), "{message}");

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
 use crate::lipm::{GainFamily, GainSet, Pendulum};
-use crate::render::{self, plot, text::cpi::Sets};
+use crate::render::{self, figure, text::cpi::Sets};
 use crate::robot::Robot;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -66,7 +66,7 @@ fn answer(args: &CpiArgs) -> Result<String> {
         found.export(folder)?;
     }
     if let Some(file) = &args.plot {
-        plot::cpi::write(file, &sets)?;
+        figure::cpi::write(file, &set.name, &sets)?;
     }
     Ok(if args.json { render::json(&found.as_json()) } else { found.text() })
 }

@@ -8,7 +8,7 @@ use crate::campaign::Campaign;
 use crate::campaign::limit::{LimitOptions, Limits, Searches};
 use crate::error::{Error, Result};
 use crate::files::write_atomic;
-use crate::render::{self, plot, text};
+use crate::render::{self, figure, text};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -114,11 +114,11 @@ impl LimitArgs {
         if let Some(folder) = &self.out {
             let (json, svg) = (folder.join("limit.json"), folder.join("limit.svg"));
             write_atomic(&json, render::json(limits).as_bytes())?;
-            plot::limit::write(&svg, limits)?;
+            figure::limit::write(&svg, limits)?;
             [json, svg].iter().for_each(written);
         }
         if let Some(path) = &self.plot {
-            plot::limit::write(path, limits)?;
+            figure::limit::write(path, limits)?;
             written(path);
         }
         Ok(())

@@ -9,7 +9,7 @@ use crate::episode::response::{self, Axis, Experiment};
 use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
 use crate::render::text::response::Response;
-use crate::render::{self, plot};
+use crate::render::{self, figure};
 use crate::robot::Robot;
 use crate::sim::plant::Clock;
 use std::path::PathBuf;
@@ -67,7 +67,7 @@ pub fn run(args: &ResponseArgs) -> Result<ExitCode> {
     let points = response::measure(&robot, &design, &experiment, &response::log_spaced(from, to, count))?;
     let measured = Response::new(&args.robot, &design.family, &experiment, points);
     if let Some(path) = &args.plot {
-        plot::response::write(path, &measured)?;
+        figure::response::write(path, &measured)?;
     }
     print(&if args.json { render::json(&measured.as_json()) } else { measured.text() })?;
     Ok(ExitCode::SUCCESS)

@@ -8,7 +8,7 @@ use crate::control::Design;
 use crate::episode::{Disturbance, imposed};
 use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
-use crate::render::plot::motion::MotionPlot;
+use crate::render::figure::motion::MotionPlot;
 use crate::render::{self, text};
 use crate::robot::Robot;
 use serde_json::json;

@@ -4,7 +4,7 @@ use crate::campaign::{Summary, TrialRow};
 use crate::error::Result;
 use crate::files::write_atomic;
 use crate::render::text::layout::wrapped;
-use crate::render::{html, junit, markdown, plot};
+use crate::render::{figure, html, junit, markdown};
 use std::path::Path;
 
 /// Their names, in the order in which they are written.
@@ -13,7 +13,7 @@ pub const FILES: [&str; 4] = ["report.html", "summary.md", "junit.xml", "success
 /// Writes them beside `summary.json`. `rows` are sorted by trial, then by set.
 pub fn write(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Result<()> {
     let [report, markdown, junit, success] = FILES.map(|name| folder.join(name));
-    plot::success::write(&success, summary)?;
+    figure::success::write(&success, summary)?;
     write_atomic(&report, html::page(summary, rows, folder)?.as_bytes())?;
     write_atomic(&markdown, markdown::text(summary).as_bytes())?;
     write_atomic(&junit, junit::xml(summary)?.as_bytes())

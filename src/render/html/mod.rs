@@ -4,9 +4,8 @@
 //! of it adds tooltips, replay commands to copy, and the choice of a pair. What it shows is the summary and the
 //! rows, nothing of machine, path or clock: the same bytes everywhere.
 
-mod curve;
 mod polar;
-pub(super) mod svg;
+mod svg;
 mod telling;
 mod trials;
 mod words;
@@ -17,6 +16,7 @@ use crate::campaign::verdict::pairs::Pair;
 use crate::campaign::verdict::set_summary::SetSummary;
 use crate::campaign::{Summary, TrialRow};
 use crate::error::Result;
+use crate::render::figure::{self, axes::Scale, success};
 use crate::render::{html_page, replay_parts, text};
 use crate::stats::ranks::Shift;
 use minijinja::value::Kwargs;
@@ -28,8 +28,10 @@ const TEMPLATE: &str = include_str!("report.html.jinja");
 const STYLE: &str = include_str!("report.css");
 const SCRIPT: &str = include_str!("report.js");
 
-/// More pairs than this are told in the table of pairs alone.
+/// More pairs than this are told in the table of pairs alone,
 const MOST_PAIRS: usize = 28;
+/// and the words on more than this are folded.
+const FEW_ANSWERS: usize = 6;
 
 /// The page of a campaign: its `summary` and all `rows`, sorted by trial, then by set in the order of the summary. It links
 /// to the replays that are there, as seen from `folder`.
@@ -45,12 +47,12 @@ fn add_to(environment: &mut Environment) {
     words::add_to(environment);
     environment.add_function("whisker", |at: Cell, ci: Cell, options: Kwargs| {
         let part = |name| options.get::<Option<f64>>(name).ok().flatten();
-        let scale = svg::Scale { from: part("from").unwrap_or(0.0), to: part("to").unwrap_or(1.0) };
+        let scale = Scale { from: part("from").unwrap_or(0.0), to: part("to").unwrap_or(1.0) };
         let class = options.get::<Option<String>>("class").ok().flatten().unwrap_or_default();
-        Cell::from_safe_string(svg::whisker(scale, number(&at), interval(&ci), part("mark"), &class))
+        Cell::from_safe_string(svg::whisker(scale, number(&at), interval(&ci), &class))
     });
     environment.add_function("axis", |from: f64, to: f64, unit: String| {
-        Cell::from_safe_string(svg::axis(svg::Scale { from, to }, &unit))
+        Cell::from_safe_string(svg::axis(Scale { from, to }, &unit))
     });
     environment.add_function("share_bar", |parts: Vec<Cell>, to: f64| {
         Cell::from_safe_string(svg::share_bar(&parts.iter().filter_map(part).collect::<Vec<_>>(), to))
@@ -64,7 +66,7 @@ fn context(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Value {
     // Pairs and gates are of sets of the summary.
     let index = |name: &str| names.iter().position(|n| *n == name).unwrap_or_default();
     let trials = Trials { sets: &names, rows };
-    let maps = polar::Maps::new(curve::impulse_edges_n_s(sets), &trials);
+    let maps = polar::Maps::new(success::impulse_edges_n_s(sets), &trials);
     let view = |(i, pair): (usize, &Pair)| {
         let (a, b) = (index(&pair.a), index(&pair.b));
         let map = if i < MOST_PAIRS { maps.pair(a, b) } else { None };
@@ -77,27 +79,34 @@ fn context(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Value {
         "s": summary,
         "gates_seen": summary.gates.iter().map(text::gate_seen).collect::<Vec<_>>(),
         "baseline": text::baseline(summary),
-        "style": STYLE,
+        "about_pairs": text::about_pairs(summary),
+        "style": figure::page_style() + STYLE,
         "script": SCRIPT,
-        "palette": svg::palette(),
-        "colors": svg::colors(),
+        "colors": figure::COLORS,
         "data": trials.as_dots().then(|| trials.as_json(&commands)),
         "telling": telling::table(sets, folder),
         "lost": lost.collect::<Vec<_>>(),
         "maps": (0..names.len()).map(|set| maps.set(set)).collect::<Vec<_>>(),
         "pair_views": pairs.iter().enumerate().map(view).collect::<Vec<_>>(),
         "most_pairs": MOST_PAIRS,
-        "curve": curve::draw(sets),
+        "few_answers": FEW_ANSWERS,
+        "curve": success::chart(sets).svg("role=\"img\" aria-label=\"Success rate over impulse\""),
         "footsteps": trials.footsteps(),
         "scale": {
-            "difference": reach(pairs.iter().map(|pair| pair.ci95), 0.05),
+            "difference": reach(pairs.iter().map(|pair| pair.adjusted_ci95), 0.05),
             "strata": reach(pairs.iter().flat_map(|pair| &pair.strata).map(|stratum| stratum.ci95), 0.05),
             "homing": reach(shifts(|pair| pair.homing_s), 0.05),
             "settling": reach(shifts(|pair| pair.settling_s), 0.05),
-            "footsteps": reach(shifts(|pair| pair.footsteps), 0.5),
+            "footsteps": reach(pairs.iter().filter_map(mean_footsteps), 0.1),
             "lost": most_lost(sets),
         },
     })
+}
+
+/// By how much the mean count of footsteps differs, with its interval if it has one.
+fn mean_footsteps(pair: &Pair) -> Option<[f64; 2]> {
+    let Shift { mean, mean_ci95, .. } = pair.footsteps?;
+    Some(mean_ci95.unwrap_or([mean; 2]))
 }
 
 /// Half the width of a scale about 0 that holds the intervals, rounded up to a multiple of `step`.

@@ -1,11 +1,12 @@
 //! Maps of trials by heading and impulse, seen from above: forward is up, left is to the left, the impulse grows from
 //! the middle outward.
 
-use super::svg::{escape, px, short};
 use super::trials::Trials;
 use crate::campaign::TrialRow;
 use crate::episode::Outcome;
-use std::fmt::Write;
+use crate::render::figure::COLORS;
+use crate::render::figure::panel::{At, escape, px, short};
+use crate::render::figure::polar::{Polar, towards};
 
 /// Of the outermost ring, in units of the picture (320 by 320, the middle at 0, 0); the script knows it too.
 const RADIUS: f64 = 130.0;
@@ -47,16 +48,19 @@ impl<'a> Maps<'a> {
 
     /// Share of recovered trials of one set, and its trials.
     pub fn set(&self, set: usize) -> String {
-        let mut svg = self.opened(&format!("Success of {} by heading and impulse", self.trials.sets[set]), set, set);
-        self.cells(&mut svg, set);
-        self.rings_and_axes(&mut svg);
-        if self.trials.as_dots() {
-            let won = |trial: &&[TrialRow]| trial[set].outcome == Outcome::Recovered;
-            svg += &self.dots("won", won);
-            svg += &self.crosses("lost", |trial| !won(trial));
-        }
-        self.names(&mut svg);
-        svg + "</svg>"
+        let won = |trial: &[TrialRow]| trial[set].outcome == Outcome::Recovered;
+        let label = format!("Success of {} by heading and impulse", self.trials.sets[set]);
+        self.drawn(
+            &label,
+            &set.to_string(),
+            |polar| self.cells(polar, set),
+            |polar| {
+                if self.trials.as_dots() {
+                    self.dots(polar, "won", won);
+                    self.crosses(polar, "lost", |trial| !won(trial));
+                }
+            },
+        )
     }
 
     /// The trials in which two sets differ. None: too many trials for dots.
@@ -65,32 +69,37 @@ impl<'a> Maps<'a> {
             return None;
         }
         let names = self.trials.sets;
-        let mut svg = self.opened(&format!("Trials that only one of {} and {} recovered", names[a], names[b]), a, b);
-        self.rings_and_axes(&mut svg);
+        let label = format!("Trials that only one of {} and {} recovered", names[a], names[b]);
         let won = |row: &TrialRow| row.outcome == Outcome::Recovered;
-        svg += &self.dots("same", |trial| won(&trial[a]) == won(&trial[b]));
-        for (only, other) in [(a, b), (b, a)] {
-            let class = format!("only s{}", only % super::svg::colors());
-            let differ = |trial: &&[TrialRow]| won(&trial[only]) && !won(&trial[other]);
-            svg += &self.dots(&if only == a { class } else { format!("{class} square") }, differ);
-        }
-        self.names(&mut svg);
-        Some(svg + "</svg>")
+        Some(self.drawn(
+            &label,
+            &format!("{a} {b}"),
+            |_| (),
+            |polar| {
+                self.dots(polar, "same", |trial| won(&trial[a]) == won(&trial[b]));
+                for (only, other, shape) in [(a, b, ""), (b, a, " square")] {
+                    let class = format!("only s{}{shape}", only % COLORS);
+                    self.dots(polar, &class, |trial| won(&trial[only]) && !won(&trial[other]));
+                }
+            },
+        ))
     }
 
-    /// A picture whose dots the script finds: the impulse at its edge, and the sets whose trials it replays.
-    fn opened(&self, label: &str, a: usize, b: usize) -> String {
+    /// A map with something below its rings and something over them. The script finds its dots by the impulse at the edge,
+    /// and by the `sets` whose trials it replays.
+    fn drawn(&self, label: &str, sets: &str, below: impl Fn(&mut Polar), over: impl Fn(&mut Polar)) -> String {
         let most = self.most_n_s();
-        let many = if self.trials.len() > MANY { " many" } else { "" };
-        let sets = if a == b { a.to_string() } else { format!("{a} {b}") };
-        format!(
-            "<svg class=\"map{many}\" viewBox=\"-160 -160 320 320\" role=\"img\" aria-label=\"{}\" \
-             data-most=\"{most}\" data-sets=\"{sets}\">",
-            escape(label)
-        )
+        let mut polar = Polar::new(RADIUS, most);
+        polar.panel.class = if self.trials.len() > MANY { "map many" } else { "map" };
+        below(&mut polar);
+        polar.rings(&self.edges_n_s);
+        over(&mut polar);
+        polar.names(&self.edges_n_s);
+        let label = escape(label);
+        polar.panel.svg(&format!("role=\"img\" aria-label=\"{label}\" data-most=\"{most}\" data-sets=\"{sets}\""))
     }
 
-    fn cells(&self, svg: &mut String, set: usize) {
+    fn cells(&self, polar: &mut Polar, set: usize) {
         let width_deg = 360.0 / self.sectors as f64;
         let mut counts = vec![(0u32, 0u32); self.sectors * self.rings()];
         for row in self.trials.iter().map(|trial| &trial[set]) {
@@ -102,108 +111,58 @@ impl<'a> Maps<'a> {
         }
         for (i, (recovered, trials)) in counts.into_iter().enumerate().filter(|(_, (_, trials))| *trials > 0) {
             let (ring, sector) = (i / self.sectors, i % self.sectors);
-            let (inner, outer) = (self.edges_n_s[ring], self.edges_n_s[ring + 1]);
+            let impulses_n_s = [self.edges_n_s[ring], self.edges_n_s[ring + 1]];
             let heading_deg = sector as f64 * width_deg;
-            let (from, to) = (heading_deg - width_deg / 2.0, heading_deg + width_deg / 2.0);
+            let headings_deg = [heading_deg - width_deg / 2.0, heading_deg + width_deg / 2.0];
             let rate = f64::from(recovered) / f64::from(trials);
             let pale = if trials < FEW { " pale" } else { "" };
-            // Writing to a String cannot fail.
-            _ = write!(
-                svg,
+            polar.panel.add(format_args!(
                 "<path class=\"r{}{pale}\" d=\"{}\"><title>{} to {} N s, heading {}\u{b0}: {recovered} of {trials} \
                  recovered ({:.0} %)</title></path>",
                 (rate * SHADES).round(),
-                self.ring_part(inner, outer, from, to),
-                short(inner, 3),
-                short(outer, 3),
+                ring_part(polar, impulses_n_s, headings_deg),
+                short(impulses_n_s[0], 3),
+                short(impulses_n_s[1], 3),
                 short(if heading_deg > 180.0 { heading_deg - 360.0 } else { heading_deg }, 1),
                 100.0 * rate
-            );
+            ));
         }
-    }
-
-    /// Outline of a part of a ring, headings in degrees.
-    fn ring_part(&self, inner: f64, outer: f64, from: f64, to: f64) -> String {
-        let place = |impulse, heading| {
-            let (x, y) = self.at(impulse, heading);
-            format!("{} {}", px(x), px(y))
-        };
-        let (small, large) = (px(self.length(inner)), px(self.length(outer)));
-        format!(
-            "M{}L{}A{large} {large} 0 0 0 {}L{}A{small} {small} 0 0 1 {}z",
-            place(inner, from),
-            place(outer, from),
-            place(outer, to),
-            place(inner, to),
-            place(inner, from)
-        )
-    }
-
-    fn rings_and_axes(&self, svg: &mut String) {
-        *svg += "<g class=\"frame\">";
-        for edge in self.edges_n_s.iter().filter(|edge| **edge > 0.0) {
-            _ = write!(svg, "<circle r=\"{}\"/>", px(self.length(*edge)));
-        }
-        _ = write!(svg, "<path d=\"M0-{RADIUS}V{RADIUS}M-{RADIUS} 0H{RADIUS}\"/></g>");
-    }
-
-    /// Names of axes and rings, over all else.
-    fn names(&self, svg: &mut String) {
-        *svg += "<g class=\"names\">";
-        for (x, y, name) in [(0, -140, "forward, 0\u{b0}"), (0, 151, "backward, 180\u{b0}")] {
-            _ = write!(svg, "<text x=\"{x}\" y=\"{y}\">{name}</text>");
-        }
-        for (x, turn, name) in [(-140, -90, "left, 90\u{b0}"), (140, 90, "right, \u{2212}90\u{b0}")] {
-            _ = write!(svg, "<text transform=\"translate({x} 0)rotate({turn})\">{name}</text>");
-        }
-        // Every ring of a few, every other of many, each where it ends.
-        let every = self.rings().div_ceil(4);
-        let labelled = self.edges_n_s.iter().rev().step_by(every).filter(|edge| **edge > 0.0);
-        for (i, edge) in labelled.enumerate() {
-            let unit = if i == 0 { " N\u{a0}s" } else { "" };
-            let y = px(3.5 - self.length(*edge));
-            _ = write!(svg, "<text class=\"ring\" y=\"{y}\">{}{unit}</text>", short(*edge, 2));
-        }
-        *svg += "</g>";
     }
 
     /// Lines of no length, whose ends the style sheet shapes.
-    fn dots(&self, class: &str, chosen: impl Fn(&&[TrialRow]) -> bool) -> String {
-        self.marks(class, chosen, |path, x, y| _ = write!(path, "M{} {}h0", px(x), px(y)))
+    fn dots(&self, polar: &mut Polar, class: &str, chosen: impl Fn(&[TrialRow]) -> bool) {
+        self.marks(polar, class, "h0", chosen);
     }
 
-    fn crosses(&self, class: &str, chosen: impl Fn(&&[TrialRow]) -> bool) -> String {
+    fn crosses(&self, polar: &mut Polar, class: &str, chosen: impl Fn(&[TrialRow]) -> bool) {
         let arm = if self.trials.len() > MANY { SMALL_CROSS } else { CROSS };
         let (arm, across) = (px(arm), px(2.0 * arm));
-        self.marks(class, chosen, |path, x, y| {
-            _ = write!(path, "M{} {}m-{arm}-{arm}l{across} {across}m0-{across}l-{across} {across}", px(x), px(y));
-        })
+        self.marks(polar, class, &format!("m-{arm}-{arm}l{across} {across}m0-{across}l-{across} {across}"), chosen);
     }
 
-    fn marks(
-        &self,
-        class: &str,
-        chosen: impl Fn(&&[TrialRow]) -> bool,
-        mark: impl Fn(&mut String, f64, f64),
-    ) -> String {
-        let mut path = String::new();
-        for trial in self.trials.iter().filter(chosen) {
-            let (x, y) = self.at(trial[0].impulse_n_s, trial[0].heading_deg);
-            mark(&mut path, x, y);
-        }
-        format!("<path class=\"{class}\" d=\"{path}\"/>")
+    /// A mark, as a path from its place, at each trial that is chosen.
+    fn marks(&self, polar: &mut Polar, class: &str, mark: &str, chosen: impl Fn(&[TrialRow]) -> bool) {
+        let of_trial = |trial: &[TrialRow]| {
+            let [x, y] = polar.panel.view.at(towards(trial[0].heading_deg, trial[0].impulse_n_s)).map(px);
+            format!("M{x} {y}{mark}")
+        };
+        let path: String = self.trials.iter().filter(|trial| chosen(trial)).map(of_trial).collect();
+        polar.panel.add(format_args!("<path class=\"{class}\" d=\"{path}\"/>"));
     }
+}
 
-    fn length(&self, impulse_n_s: f64) -> f64 {
-        RADIUS * impulse_n_s / self.most_n_s()
-    }
-
-    /// Place in the picture: y points down.
-    fn at(&self, impulse_n_s: f64, heading_deg: f64) -> (f64, f64) {
-        let (sin, cos) = heading_deg.to_radians().sin_cos();
-        let length = self.length(impulse_n_s);
-        (-length * sin, -length * cos)
-    }
+/// Outline of a part of a ring between impulses (N s) and headings (degrees).
+fn ring_part(polar: &Polar, [inner, outer]: At, [from, to]: At) -> String {
+    let place = |impulse_n_s, heading_deg| polar.panel.view.at(towards(heading_deg, impulse_n_s)).map(px).join(" ");
+    let (small, large) = (px(polar.length(inner)), px(polar.length(outer)));
+    format!(
+        "M{}L{}A{large} {large} 0 0 0 {}L{}A{small} {small} 0 0 1 {}z",
+        place(inner, from),
+        place(outer, from),
+        place(outer, to),
+        place(inner, to),
+        place(inner, from)
+    )
 }
 
 #[cfg(test)]
@@ -224,7 +183,8 @@ mod tests {
         ];
         let trials = Trials { sets: &sets, rows: &rows };
         let maps = Maps::new(vec![0.0, 1.0, 2.0], &trials);
-        let ((x, y), (left, level)) = (maps.at(2.0, 0.0), maps.at(2.0, 90.0));
+        let view = Polar::new(RADIUS, 2.0).panel.view;
+        let ([x, y], [left, level]) = (view.at(towards(0.0, 2.0)), view.at(towards(90.0, 2.0)));
         assert!(x.abs() < 1e-9 && y == -RADIUS && left == -RADIUS && level.abs() < 1e-9);
         let svg = maps.set(0);
         assert!(svg.contains("heading 90\u{b0}: 2 of 3 recovered (67 %)"), "{svg}");

@@ -1,9 +1,8 @@
 //! Fig. 6: which foot swings, and how far: the paper's two examples, and all directions. Of Fig. 7: how the feet stand.
 
-use super::super::html::svg::short;
 use super::footwork::{Choice, EXAMPLES_DEG};
-use super::panel::{At, GroundPlan, Panel};
 use super::study::Study;
+use crate::render::figure::panel::{At, Panel, short};
 use crate::robot::Foot;
 use nalgebra::{Point2, Vector2};
 
@@ -35,9 +34,9 @@ fn example(study: &Study, choice: &Choice, name: &str) -> Panel {
         short(1e3 * reach.right, 0),
         chosen.map_or("no", |(foot, _)| foot.name())
     );
-    let (mut ground, sole) = (GroundPlan::new(WIDTH, 0.16, 0.168, &title), study.sole());
+    let (mut ground, sole) = (Panel::ground(WIDTH, [0.16, 0.168], &title), study.sole());
     for foot in Foot::BOTH {
-        ground.polygon(&format!("{} range", foot.name()), range(study, foot));
+        ground.polygon(&format!("{} reach", foot.name()), range(study, foot));
     }
     for foot in Foot::BOTH {
         ground.sole("sole", &sole, study.sole_at_home(foot).coords.into());
@@ -51,16 +50,16 @@ fn example(study: &Study, choice: &Choice, name: &str) -> Panel {
         let end = center + direction * reach[foot];
         ground.arrow(foot.name(), center, end);
         let beside = Vector2::new(0.008 * direction.x.signum(), 0.012 * direction.y.signum());
-        ground.text(&class, end + beside, 4.0, way);
-        ground.text(&class, [-0.075, foot.side() * 0.075], 0.0, range);
+        ground.text(&class, end + beside, [0.0, 4.0], way);
+        ground.text(&class, [-0.075, foot.side() * 0.075], [0.0, 0.0], range);
     }
     ground.arrow("push", [0.0, 0.0], direction * 0.05);
-    ground.text("push halo", direction * 0.062, 4.0, "d");
-    ground.panel
+    ground.text("push halo", direction * 0.062, [0.0, 4.0], "d");
+    ground
 }
 
 fn fan(study: &Study) -> Panel {
-    let mut ground = GroundPlan::new(WIDTH, 0.16, 0.168, "All directions: how far each foot can go");
+    let mut ground = Panel::ground(WIDTH, [0.16, 0.168], "All directions: how far each foot can go");
     let tip = |choice: &Choice, foot: Foot| At::from(choice.direction * choice.reach[foot]);
     let fan: Vec<Choice> = (0..=720).map(|half_deg| study.choice(0.5 * f64::from(half_deg))).collect();
     // From one whole degree to the next, by what is chosen between them.
@@ -71,46 +70,41 @@ fn fan(study: &Study) -> Panel {
         }
     }
     for foot in Foot::BOTH {
-        let curve = ground.all(fan.iter().step_by(2).map(|choice| tip(choice, foot)));
-        ground.panel.polyline(foot.name(), &curve);
+        ground.polyline(foot.name(), fan.iter().step_by(2).map(|choice| tip(choice, foot)));
         let class = format!("{} halo", foot.name());
-        ground.text(&class, [-0.112, foot.side() * 0.1], 0.0, &format!("{} foot", foot.name()));
+        ground.text(&class, [-0.112, foot.side() * 0.1], [0.0, 0.0], &format!("{} foot", foot.name()));
     }
     let imposed = study.errors.iter().map(|run| run.record.zmp_error_m);
     let pushed = study.pushes.iter().map(|pushed| pushed.footstep.zmp_error_m);
     for (error, name) in imposed.chain(pushed).zip(["8 (a)", "8 (b)", "12", "13"]) {
         let direction = Vector2::from(error).normalize();
         ground.arrow("push", direction * 0.115, direction * 0.132);
-        let [x, y] = ground.at(direction * 0.148);
         // A name near the edge stays inside of the frame, below its arrow.
-        let inside = x.min(WIDTH - 48.0);
-        let at = [inside, if inside < x { y + 15.0 } else { y + 4.0 }];
-        ground.panel.text("push small halo", at, &format!("Fig. {name}"));
+        let beyond = (ground.view.at(direction * 0.148)[0] - (WIDTH - 48.0)).max(0.0);
+        let offset = [-beyond, if beyond > 0.0 { 15.0 } else { 4.0 }];
+        ground.text("push small halo", direction * 0.148, offset, &format!("Fig. {name}"));
     }
-    ground.panel
+    ground
 }
 
 /// How the feet stand at first, in a panel of the given width (px).
 pub fn placement(study: &Study, width: f64) -> Panel {
-    let mut ground = GroundPlan::new(width, 0.115, 0.11, "Initial foot placement");
+    let mut ground = Panel::ground(width, [0.115, 0.11], "Initial foot placement");
     let mm = |m: f64| format!("{} mm", short(1e3 * m, 1));
     for foot in Foot::BOTH {
         let center = study.sole_at_home(foot);
         ground.sole("sole", &study.sole(), center.coords.into());
-        let at = ground.at(center);
-        ground.panel.circle("frame", at, 3.0);
-        ground.text("", center + Vector2::new(0.018, 0.0), 0.0, foot.name());
+        ground.circle("frame", center, 3.0);
+        ground.text("", center + Vector2::new(0.018, 0.0), [0.0, 0.0], foot.name());
     }
     ground.polygon("support", study.home.vertices().iter().copied());
     let ([length, breadth], side) = (study.robot.soles.left.half_m, 0.5 * study.stance.y);
     ground.arrow("axis", [-0.022, side], [-0.022, -side]);
     ground.arrow("axis", [-0.022, -side], [-0.022, side]);
-    ground.text("small halo", [-0.031, 0.0], 0.0, &mm(2.0 * side));
-    ground.text("small", [length + 0.006, side], 0.0, &mm(2.0 * breadth));
-    let beside = ground.at([0.0, side + breadth + 0.006]);
-    ground.panel.text_up("small", beside, &mm(2.0 * length));
-    let com = ground.at(study.com);
-    ground.panel.circle("com", com, 4.0);
-    ground.text("com small halo", study.com + Vector2::new(0.008, 0.0), 0.0, "COM");
-    ground.panel
+    ground.text("small halo", [-0.031, 0.0], [0.0, 0.0], &mm(2.0 * side));
+    ground.text("small", [length + 0.006, side], [0.0, 0.0], &mm(2.0 * breadth));
+    ground.turned_text("small", [0.0, side + breadth + 0.006], -90.0, &mm(2.0 * length));
+    ground.circle("com", study.com, 4.0);
+    ground.text("com small halo", study.com + Vector2::new(0.008, 0.0), [0.0, 0.0], "COM");
+    ground
 }

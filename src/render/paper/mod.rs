@@ -6,27 +6,24 @@
 
 mod feet;
 pub mod footwork;
-mod panel;
 pub mod robot;
 mod sets;
 pub mod study;
 mod time;
 pub mod words;
 
+use super::figure::{self, panel::Panel};
 use super::html_page;
 use crate::error::Result;
 use minijinja::UndefinedBehavior;
-use panel::Panel;
 use serde_json::{Value, json};
 use study::Study;
-use words::{Claim, Count, FigureWords, NotMade, Table, Teller, Words, counts};
-
-const FIGURE_STYLE: &str = include_str!("figure.css");
-/// Between panels of a file (px).
-const GAP: f64 = 16.0;
+use words::{Claim, FigureWords, NotMade, Teller, Words, counts};
 
 /// All that stands on the page.
 pub struct Page {
+    /// What was found in all, in sentences.
+    pub found: Vec<String>,
     pub figures: Vec<Figure>,
     pub not_made: Vec<NotMade>,
     /// On the update time of the sets; empty: it was not measured.
@@ -41,13 +38,13 @@ pub struct Figure {
     /// What is seen.
     pub reading: String,
     pub panels: Vec<Panel>,
-    pub table: Option<Table>,
+    pub table: Option<Value>,
     pub claims: Vec<Claim>,
 }
 
 impl Page {
     /// From `numbers`: for each figure by its number an object with what its words name; "update_time": that of the update
-    /// time, or null. Errors: a picture cannot be drawn.
+    /// time, or null. Errors: none but words that are wrong.
     pub fn new(words: Words, study: &Study, numbers: &Value) -> Result<Self> {
         let family = &study.design.family;
         let design = json!({
@@ -60,7 +57,7 @@ impl Page {
             Ok(Figure {
                 words: words.clone(),
                 reading: teller.reading(words, numbers)?,
-                panels: panels(&words.number, study, numbers)?,
+                panels: panels(&words.number, study, numbers),
                 table: words.table.as_ref().map(|table| teller.table(table, numbers)).transpose()?,
                 claims: teller.claims(&words.claims, numbers)?,
             })
@@ -68,6 +65,7 @@ impl Page {
         let update = &numbers["update_time"];
         let on_update: &[String] = if update.is_null() { &[] } else { &teller.words.update_time };
         Ok(Self {
+            found: teller.found()?,
             figures: teller.words.figure.iter().map(figure).collect::<Result<_>>()?,
             update_claims: teller.claims(on_update, update)?,
             repetitions: update["repetitions"].clone(),
@@ -75,11 +73,18 @@ impl Page {
         })
     }
 
+    /// All claims, in their order.
+    pub fn claims(&self) -> impl Iterator<Item = &Claim> {
+        self.figures.iter().flat_map(|figure| &figure.claims).chain(&self.update_claims)
+    }
+
     /// `index.html`: all figures as one page that asks for nothing else. Errors: none but a template that is wrong.
     pub fn html(&self, study: &Study) -> Result<String> {
         let context = json!({
             "style": include_str!("paper.css"),
-            "figure_style": FIGURE_STYLE,
+            "figure_style": figure::page_style(),
+            "total": { "claims": self.claims().count(), "counts": told(self.claims()) },
+            "found": self.found,
             "figures": self.figures.iter().map(Figure::shown).collect::<Vec<_>>(),
             "not_made": self.not_made,
             "timing": {
@@ -92,25 +97,25 @@ impl Page {
     }
 }
 
-fn panels(number: &str, study: &Study, numbers: &Value) -> Result<Vec<Panel>> {
-    Ok(match number {
+fn panels(number: &str, study: &Study, numbers: &Value) -> Vec<Panel> {
+    match number {
         "3" => sets::inclusion(study),
         "4" => sets::regions(study),
         "5" => time::sequence(study, numbers),
         "6" => feet::decision(study),
         "7" => robot::machine(study),
         "8" => robot::imposed(study),
-        "9" => time::imposed(study)?,
+        "9" => time::imposed(study),
         "12" => robot::pushed(study, &study.pushes[0]),
         "13" => robot::pushed(study, &study.pushes[1]),
-        "14" => time::pushed(study)?,
+        "14" => time::pushed(study),
         _ => Vec::new(),
-    })
+    }
 }
 
 /// The verdicts of a list of claims: how many of each, in words.
-fn told(claims: &[Claim]) -> Vec<Value> {
-    counts(claims).iter().map(|Count { verdict, told, .. }| json!({ "verdict": verdict, "told": told })).collect()
+fn told<'a>(claims: impl IntoIterator<Item = &'a Claim>) -> Vec<Value> {
+    counts(claims).iter().map(|count| json!({ "verdict": count.verdict, "told": count.in_words() })).collect()
 }
 
 impl Figure {
@@ -132,28 +137,7 @@ impl Figure {
 
     /// All panels as one SVG file.
     pub fn svg(&self) -> String {
-        let rows: Vec<&[Panel]> = self.panels.chunks(self.words.columns).collect();
-        let row_width = |row: &&[Panel]| row.iter().map(|p| p.width + GAP).sum::<f64>() + GAP;
-        let row_height = |row: &[Panel]| row.iter().map(|p| p.height).fold(0.0, f64::max);
-        let width = rows.iter().map(row_width).fold(0.0, f64::max);
-        let height = rows.iter().map(|row| row_height(row) + GAP).sum::<f64>() + GAP;
-        let mut svg = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.0}\" height=\"{height:.0}\" viewBox=\"0 0 \
-             {width:.0} {height:.0}\">\n<title>Fig. {}: {}</title>\n<style>\n{FIGURE_STYLE}</style>\n\
-             <rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n",
-            self.words.number, self.words.title
-        );
-        let mut top = GAP;
-        for row in rows {
-            let mut left = GAP;
-            for panel in row {
-                let (w, h) = (panel.width, panel.height);
-                svg += &panel.svg(&format!("x=\"{left:.0}\" y=\"{top:.0}\" width=\"{w:.0}\" height=\"{h:.0}\""));
-                svg.push('\n');
-                left += w + GAP;
-            }
-            top += row_height(row) + GAP;
-        }
-        svg + "</svg>\n"
+        let heading = format!("Fig. {}: {}", self.words.number, self.words.title);
+        figure::document(&heading, &self.panels, self.words.columns)
     }
 }

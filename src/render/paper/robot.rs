@@ -1,9 +1,9 @@
 //! The robot itself: Fig. 7, its solids and its joints; Fig. 8, 12 and 13, snapshots of its runs.
 
 use super::feet;
-use super::panel::Panel;
 use super::study::{ImposedRun, Pushed, Study};
-use crate::episode::Footstep;
+use crate::episode::{Footstep, Snapshot};
+use crate::render::figure::panel::{Panel, Sample};
 use crate::render::picture::{Camera, draw, draw_posture, png};
 use crate::render::scene::palette::Overlay;
 use crate::robot::{Foot, Joint, Kinematics, Robot};
@@ -59,7 +59,7 @@ fn skeleton(robot: &Robot) -> Panel {
     let seen = |point: Point3<f64>| AT_HOME.project(point, SIZE.map(|side| side as u32)).unwrap_or_default();
     for foot in Foot::BOTH {
         let (pose, sole) = (kinematics.sole_pose(robot, foot), &robot.soles[foot]);
-        panel.polygon("sole", &sole.corners().map(|corner| seen(pose * corner)));
+        panel.polygon("sole", sole.corners().map(|corner| seen(pose * corner)));
         panel.line("bone", seen(kinematics.joint_position(sole.link - 1)), seen(pose.translation.vector.into()));
     }
     for (i, joint) in robot.joints.iter().enumerate() {
@@ -70,20 +70,18 @@ fn skeleton(robot: &Robot) -> Panel {
         panel.line("bone", seen(from), seen(kinematics.joint_position(i)));
     }
     for foot in Foot::BOTH {
-        let [x, y] = seen(kinematics.sole_pose(robot, foot) * Point3::new(0.075, 0.0, 0.0));
-        panel.text("small", [x, y + 6.0], foot.name());
+        let toe = kinematics.sole_pose(robot, foot) * Point3::new(0.075, 0.0, 0.0);
+        panel.text("small", seen(toe), [0.0, 6.0], foot.name());
     }
     for (i, joint) in robot.joints.iter().enumerate() {
         let (at, axis) = (kinematics.joint_position(i), AXIS_M * kinematics.joint_axis(i));
         panel.line(&format!("joint {}", axis_name(joint)), seen(at - axis), seen(at + axis));
         panel.circle(axis_name(joint), seen(at), 3.0);
     }
-    let keys =
+    let key = |class: &str, words: &str| (format!("joint {class}"), Sample::Line, words.into());
+    let axes =
         [("roll", "along x: roll"), ("pitch", "along y: pitch"), ("yaw", "along z: yaw"), ("oblique", "oblique")];
-    for ((class, words), y) in keys.into_iter().zip([24.0, 44.0, 64.0, 84.0]) {
-        panel.line(&format!("joint {class}"), [16.0, y - 4.0], [42.0, y - 4.0]);
-        panel.text("start", [50.0, y], words);
-    }
+    panel.legend([16.0, 12.0], &axes.map(|(class, words)| key(class, words)));
     panel
 }
 
@@ -107,8 +105,9 @@ fn imposed_strip(study: &Study, run: &ImposedRun, name: &str) -> [Panel; 6] {
         (end_s, "COM home"),
     ]
     .map(|(at, what)| {
-        let i = run.ticks.partition_point(|(time_s, ..)| *time_s < at - 1e-9).min(run.ticks.len() - 1);
-        let (time_s, posture, _) = &run.ticks[i];
+        let moments = &run.motion.moments;
+        let i = moments.partition_point(|moment| moment.time_s < at - 1e-9).min(moments.len() - 1);
+        let Snapshot { time_s, posture, .. } = &moments[i];
         let image = draw_posture(&study.robot, posture, &camera, fine(size));
         let mut panel = snapshot(&image, size, &format!("{name}  {time_s:.3} s"), what);
         // Where the soles stood at first, on the floor.
@@ -116,7 +115,7 @@ fn imposed_strip(study: &Study, run: &ImposedRun, name: &str) -> [Panel; 6] {
             let corners = study.sole().map(|corner| study.sole_at_home(foot) + corner.coords);
             let on_floor = corners.map(|corner| Point3::new(corner.x, corner.y, 0.0));
             let seen = on_floor.map(|at| camera.project(at, size.map(|side| side as u32)).unwrap_or_default());
-            panel.polygon("stood", &seen);
+            panel.polygon("stood", seen);
         }
         panel
     })
@@ -150,7 +149,7 @@ fn camera(over: Vector2<f64>, fov_deg: f64) -> Camera {
 fn snapshot(image: &RgbImage, [width, height]: [f64; 2], time: &str, what: &str) -> Panel {
     let mut panel = Panel::new(width, height + 40.0);
     panel.image([width, height], &png(image), &format!("{time}: {what}"));
-    panel.text("title", [0.5 * width, height + 17.0], time);
-    panel.text("small", [0.5 * width, height + 33.0], what);
+    panel.text("title", [0.5 * width, height + 17.0], [0.0, 0.0], time);
+    panel.text("small", [0.5 * width, height + 33.0], [0.0, 0.0], what);
     panel
 }

@@ -7,8 +7,8 @@ use crate::geometry::SupportPolygon;
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
 use crate::lipm::pendulum::State;
 use crate::lipm::stepping::Stepping;
-use crate::render::plot::motion::MotionPlot;
-use crate::robot::{Foot, PerFoot, Posture, Robot};
+use crate::render::figure::motion::MotionPlot;
+use crate::robot::{Foot, PerFoot, Robot};
 use crate::sim::Push;
 use nalgebra::{Isometry2, Point2, Vector2};
 
@@ -63,9 +63,8 @@ pub struct Seen {
     /// The last tick on both feet before the first lift, and the first one after its landing.
     pub lift: Option<Stand>,
     pub landing: Option<Stand>,
-    /// Of every tick: which soles carry load, and whether the controller takes both for support.
+    /// Of every tick: which soles carry load.
     pub loaded: Vec<PerFoot<bool>>,
-    pub on_both: Vec<bool>,
     /// In the first swing, of the sole that stands: its largest angle to the ground, and its largest turn about the vertical
     /// since the lift (degrees, to the left).
     pub stance_tip_deg: f64,
@@ -101,9 +100,8 @@ pub struct ImposedRun {
     pub record: ImposedRecord,
     /// The first.
     pub footstep: Footstep,
+    /// Of every tick.
     pub motion: MotionPlot,
-    /// Of every tick: time (s), posture, and the gain that acts (None with a foot in the air).
-    pub ticks: Vec<(f64, Posture, Option<usize>)>,
 }
 
 impl Study {

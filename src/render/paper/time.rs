@@ -1,12 +1,11 @@
 //! Over time: Fig. 5, the phases of the two pushed runs; Fig. 9 and 14, COM ("COG"), ZMP and feet.
 
-use super::super::html::svg::short;
-use super::panel::{Axes, Panel};
 use super::study::{ImposedRun, Pushed, Study};
 use crate::control::Phase;
 use crate::episode::Snapshot;
-use crate::error::Result;
-use crate::render::plot::motion::{self as motion_plot, MotionPlot};
+use crate::render::figure::axes::Axis;
+use crate::render::figure::motion::MotionPlot;
+use crate::render::figure::panel::{At, Panel, View, short};
 use crate::render::text::story;
 use serde_json::Value;
 
@@ -51,15 +50,16 @@ fn phases(pushed: &Pushed, told: &Value, title: &str) -> Panel {
     let (from, to) = (pushed.push.start_s - BEFORE_S, pushed.end_s() + STILL_S);
     let seen: Vec<&Snapshot> = pushed.film.snapshots.iter().filter(|s| (from..=to).contains(&s.time_s)).collect();
     let mut panel = Panel::new(WIDTH, 414.0 + 17.0 * events.len() as f64);
-    panel.text("title start", [LEFT, 20.0], title);
+    panel.text("title start", [LEFT, 20.0], [0.0, 0.0], title);
     let keys = [("switching", "switching"), ("out", "no set holds"), ("swing", "foot in the air"), ("pushed", "push")];
     for ((class, words), x) in keys.into_iter().zip([LEFT, 154.0, 264.0, 384.0]) {
         panel.rect(class, [x, 30.0], [x + 14.0, 42.0]);
-        panel.text("start small", [x + 19.0, 41.0], words);
+        panel.text("start small", [x, 41.0], [19.0, 0.0], words);
     }
-    let lane = |top: f64, bottom: f64, y: [f64; 2]| Axes { x: [from, to], y, frame: [LEFT, top, RIGHT, bottom] };
-    let phases = lane(64.0, 92.0, [0.0, 1.0]);
-    panel.text("name end", [LEFT - 6.0, 82.0], "phase");
+    let lane = |[top, bottom]: At, y: At| View::chart([LEFT, top, RIGHT, bottom], [from, to], y);
+    const LANES: [At; 3] = [[64.0, 92.0], [104.0, 226.0], [238.0, 350.0]];
+    panel.view = lane(LANES[0], [0.0, 1.0]);
+    panel.text("name end", [from, 0.0], [-6.0, -10.0], "phase");
     for run in seen.chunk_by(|a, b| a.phase == b.phase) {
         let (start, end) = (run[0].time_s, run[run.len() - 1].time_s + pushed.film.control_period_s);
         let class = match run[0].phase {
@@ -68,47 +68,41 @@ fn phases(pushed: &Pushed, told: &Value, title: &str) -> Panel {
             Phase::OutOfSets => "out",
             Phase::Swing(_) => "swing",
         };
-        panel.rect(class, phases.at([start, 0.0]), phases.at([end.min(to), 1.0]));
+        panel.rect(class, [start, 0.0], [end.min(to), 1.0]);
     }
-    let gains = lane(104.0, 226.0, [-0.6, pushed.film.gains.len() as f64 - 0.4]);
+    panel.view = lane(LANES[1], [-0.6, pushed.film.gains.len() as f64 - 0.4]);
     for (i, name) in pushed.film.gains.iter().enumerate() {
-        let [x, y] = gains.at([from, i as f64]);
-        panel.line("grid", [x, y], gains.at([to, i as f64]));
-        panel.text("tick end", [x - 6.0, y + 4.0], name);
+        panel.line("grid", [from, i as f64], [to, i as f64]);
+        panel.text("tick end", [from, i as f64], [-6.0, 4.0], name);
     }
-    panel.text_up("name", [16.0, 165.0], "gain");
-    curve(&mut panel, &gains, "slice", &seen, |s| s.gain.map(|gain| gain as f64));
-    let margins = lane(238.0, 350.0, [-1.0, 1.1]);
-    margins.draw(&mut panel, "time [s]", "margin of the set");
-    panel.line("axis", margins.at([from, 0.0]), margins.at([to, 0.0]));
-    curve(&mut panel, &margins, "zmp", &seen, |s| s.margin.map(|margin| margin.max(-1.0)));
-    for Axes { frame: [_, top, _, bottom], .. } in [phases, gains, margins] {
-        let [start, end] = [pushed.push.start_s, pushed.push.end_s()].map(|t| phases.at([t, 0.0])[0]);
-        panel.rect("pushed", [start, top], [end, bottom]);
+    panel.curve("slice", seen.iter().map(|s| Some([s.time_s, s.gain? as f64])));
+    panel.in_px(|panel| panel.turned_text("name", [16.0, 165.0], -90.0, "gain"));
+    let [top, bottom] = LANES[2];
+    let margin = Axis::new("margin of the set", [-1.0, 1.1]);
+    panel.axes([LEFT, top, RIGHT, bottom], &Axis::new("time [s]", [from, to]), &margin);
+    panel.line("axis", [from, 0.0], [to, 0.0]);
+    panel.curve("zmp", seen.iter().map(|s| Some([s.time_s, s.margin?.max(-1.0)])));
+    for edges in LANES {
+        panel.view = lane(edges, [0.0, 1.0]);
+        panel.rect("pushed", [pushed.push.start_s, 0.0], [pushed.push.end_s(), 1.0]);
     }
+    panel.view = lane([60.0, bottom], [0.0, 1.0]);
     let mut label = f64::NEG_INFINITY;
     for (i, (at, what)) in events.iter().enumerate() {
-        let [x, _] = phases.at([*at, 0.0]);
-        panel.line("axis thin", [x, 60.0], [x, 350.0]);
+        panel.line("axis thin", [*at, 1.0], [*at, 0.0]);
         // Numbers of events that are close stand side by side.
-        label = x.max(label + 11.0);
-        panel.text("small", [label, 57.0], &(i + 1).to_string());
+        label = panel.view.at([*at, 0.0])[0].max(label + 11.0);
         let row = 410.0 + 17.0 * i as f64;
-        panel.text("small start", [LEFT, row], &format!("{}:  t = {at:.3} s  {what}", i + 1));
+        panel.in_px(|panel| {
+            panel.text("small", [label, 57.0], [0.0, 0.0], &(i + 1).to_string());
+            panel.text("small start", [LEFT, row], [0.0, 0.0], &format!("{}:  t = {at:.3} s  {what}", i + 1));
+        });
     }
     panel
 }
 
-/// A curve in pieces, with gaps where there is no value.
-fn curve(panel: &mut Panel, axes: &Axes, class: &str, seen: &[&Snapshot], of: impl Fn(&Snapshot) -> Option<f64>) {
-    for run in seen.chunk_by(|a, b| of(a).is_some() == of(b).is_some()) {
-        let points = run.iter().filter_map(|s| Some([s.time_s, of(s)?]));
-        panel.polyline(class, &axes.all(points));
-    }
-}
-
 /// Fig. 9.
-pub fn imposed(study: &Study) -> Result<Vec<Panel>> {
+pub fn imposed(study: &Study) -> Vec<Panel> {
     let panel = |(run, name): (&ImposedRun, &str)| {
         let [x, y] = run.record.zmp_error_m.map(|m| short(1e3 * m, 1));
         let title = format!("{name}  ZMP error ({x}, {y}) mm imposed at t = 0");
@@ -118,7 +112,7 @@ pub fn imposed(study: &Study) -> Result<Vec<Panel>> {
 }
 
 /// Fig. 14.
-pub fn pushed(study: &Study) -> Result<Vec<Panel>> {
+pub fn pushed(study: &Study) -> Vec<Panel> {
     let panel = |(pushed, name): (&Pushed, &str)| {
         let record = &pushed.film.record;
         let title = story::headline(&[pushed.push], &study.design.family.name, record).replace(" -", " \u{2212}");
@@ -129,22 +123,8 @@ pub fn pushed(study: &Study) -> Result<Vec<Panel>> {
 }
 
 /// A motion until `end_s`.
-fn motion(motion: &MotionPlot, title: &str, end_s: f64) -> Result<Panel> {
+fn motion(motion: &MotionPlot, title: &str, end_s: f64) -> Panel {
     let mut motion = motion.clone();
     motion.end_at(end_s);
-    let (svg, (width, height)) = (motion.svg(title)?, motion_plot::SIZE);
-    // Its own tag gives way to that of a panel.
-    let inside =
-        svg.split_once(">\n").and_then(|(_, rest)| rest.rsplit_once("</svg>")).map_or("", |(inside, _)| inside);
-    // Labels of axes have the sign of the other figures: in the text of a plot a number has a line of its own.
-    let signed = |line: &str| match line.strip_prefix('-') {
-        Some(digits) if digits.parse::<f64>().is_ok() => format!("\u{2212}{digits}\n"),
-        _ => format!("{line}\n"),
-    };
-    Ok(Panel {
-        units_per_px: motion_plot::PX.into(),
-        class: "fig plot",
-        body: inside.lines().map(signed).collect(),
-        ..Panel::new(width.into(), height.into())
-    })
+    motion.panel(title)
 }

@@ -1,0 +1,99 @@
+//! Nested CPI sets, as in the paper's Fig. 3: a robot at rest sits at the centre, an impulse moves it along the horizontal
+//! line, and the ZMP is what the controller moves.
+
+use super::axes::Axis;
+use super::panel::{At, Panel};
+use crate::error::Result;
+use crate::lipm::CpiSet;
+use nalgebra::{Point2, Vector2};
+use std::path::Path;
+
+/// Directions in which the boundary of a slice is looked for.
+const DIRECTIONS: usize = 720;
+/// How far the axes go, over the largest ZMP.
+const ROOM: f64 = 1.25;
+/// Of a letter of a name (px).
+const LETTER: f64 = 7.0;
+
+/// Draws the sets of a gain set (slow to fast, largest first). Errors: the file cannot be written.
+pub fn write(path: &Path, gain_set: &str, sets: &[CpiSet]) -> Result<()> {
+    let panels = [0, 1].map(|axis| slice(sets, axis, ["Fore and aft", "Sideways"][axis]));
+    super::write(path, &format!("Maximal CPI sets of {gain_set}: the COM over the middle of the feet"), &panels, 2)
+}
+
+/// Slice com = 0 of an axis (0: x, 1: y), in the plane of COM velocity and ZMP.
+pub fn slice(sets: &[CpiSet], axis: usize, title: &str) -> Panel {
+    let mut panel = Panel::new(460.0, 430.0);
+    let Some(CpiSet { polygon, pendulum, .. }) = sets.first() else { return panel };
+    let ahead = [Vector2::x(), Vector2::y()][axis];
+    // The ZMP's way to both edges (m).
+    let [least, most] =
+        [-1.0, 1.0].map(|sign| sign * polygon.distance_along(Point2::origin(), sign * ahead).unwrap_or(0.0));
+    let reach = ROOM * most.max(-least);
+    let speed = reach * pendulum.omega;
+    let letters = sets.iter().map(|set| set.gain.chars().count()).max().unwrap_or(0);
+    let right = panel.width - 14.0 - LETTER * letters as f64;
+    let way = ["forward", "to the left"][axis];
+    let x = Axis::new(&format!("COM velocity, {way} [m/s]"), [-speed, speed]);
+    let y = Axis::new(&format!("ZMP, {way} [mm]"), [-1e3 * reach, 1e3 * reach]);
+    panel.text("title start", [60.0, 20.0], [0.0, 0.0], title);
+    panel.axes([60.0, 34.0, right, 380.0], &x, &y);
+    for set in sets {
+        panel.polygon("slice", outline(set, axis, speed, reach));
+    }
+    for (i, set) in sets.iter().enumerate() {
+        let zmp = 0.5 * (least + most) + 0.36 * (most - least) * spread(i, sets.len());
+        let edge = largest_velocity(set, axis, speed, zmp);
+        leader(&mut panel, [edge, 1e3 * zmp], [speed, 1e3 * zmp], &set.gain);
+        if i == 0 {
+            panel.text("start tick", [speed, 1e3 * zmp], [4.0, -12.0], "gain");
+        }
+    }
+    for zmp in [least, most] {
+        let velocity = pendulum.omega * zmp;
+        panel.line("limit", [velocity, -1e3 * reach], [velocity, 1e3 * reach]);
+        panel.line("allowed", [-speed, 1e3 * zmp], [speed, 1e3 * zmp]);
+    }
+    let words = "\u{3c9} d: most with the ZMP within d";
+    panel.text("limit end halo small", [pendulum.omega * most, -1e3 * reach], [-5.0, -8.0], words);
+    panel
+}
+
+/// A name of a set with a line to where the set ends.
+pub fn leader(panel: &mut Panel, edge: At, name: At, words: &str) {
+    panel.line("slice", edge, name);
+    panel.circle("slice", edge, 2.0);
+    panel.text("slice small start", name, [4.0, 4.0], words);
+}
+
+/// From 1 for the first to -1 for the last.
+pub fn spread(i: usize, count: usize) -> f64 {
+    1.0 - 2.0 * i as f64 / (count - 1).max(1) as f64
+}
+
+/// Boundary of the slice of an axis as (velocity (m/s), ZMP (mm)).
+fn outline(set: &CpiSet, axis: usize, speed: f64, reach: f64) -> impl Iterator<Item = At> {
+    (0..DIRECTIONS).map(move |i| {
+        let (sin, cos) = (i as f64 / DIRECTIONS as f64 * std::f64::consts::TAU).sin_cos();
+        let size = 1.0 / set.set.gauge(&state(axis, cos * speed, sin * reach));
+        [cos * speed * size, sin * reach * size * 1e3]
+    })
+}
+
+/// The largest velocity (m/s, up to `most`) that a set holds with a ZMP (m).
+fn largest_velocity(set: &CpiSet, axis: usize, most: f64, zmp: f64) -> f64 {
+    let (mut inside, mut outside) = (0.0, most);
+    for _ in 0..40 {
+        let middle = 0.5 * (inside + outside);
+        let holds = set.set.contains(&state(axis, middle, zmp));
+        *(if holds { &mut inside } else { &mut outside }) = middle;
+    }
+    inside
+}
+
+/// The COM over the origin, with a velocity (m/s) and a ZMP (m) along an axis.
+fn state(axis: usize, velocity: f64, zmp: f64) -> [f64; 6] {
+    let mut state = [0.0; 6];
+    (state[3 * axis + 1], state[3 * axis + 2]) = (velocity, zmp);
+    state
+}

@@ -1,0 +1,79 @@
+//! What `standfast limit` found, by heading.
+
+use super::axes::Scale;
+use super::class_of_set;
+use super::panel::{Panel, Row, Sample};
+use super::polar::{Polar, towards};
+use crate::campaign::limit::{Heading, Limits, SetLimit};
+use crate::error::Result;
+use std::path::Path;
+
+const RADIUS: f64 = 265.0;
+/// Bounds are curves, computed this often (degrees).
+const BOUND_EVERY_DEG: usize = 3;
+/// What the pendulum allows, each with its class; later ones lie over those before.
+const BOUNDS: [(&str, &str, fn(&Heading) -> f64); 3] = [
+    ("bound many", "any number of footsteps", |heading| heading.bound_n_step_n_s),
+    ("bound one", "one footstep", |heading| heading.bound_one_step_n_s),
+    ("bound none", "no footstep", |heading| heading.bound_no_step_n_s),
+];
+/// The points of fewer headings are not joined: who knows what is between them.
+const JOINED: usize = 8;
+
+/// Draws bounds and gain sets. Errors: the solver gives up on a bound, or the file cannot be written.
+pub fn write(path: &Path, limits: &Limits) -> Result<()> {
+    let headings = (0..360).step_by(BOUND_EVERY_DEG).map(|deg| limits.yardstick.heading(deg as f64));
+    let bounds = headings.collect::<Result<Vec<Heading>>>()?;
+    let heading = format!("Largest recoverable impulse: {}, {}", limits.robot, limits.campaign);
+    super::write(path, &heading, &[map(limits, &bounds), Panel::of_legend(&legend(limits))], 2)
+}
+
+fn map(limits: &Limits, bounds: &[Heading]) -> Panel {
+    let found = limits.headings.iter().flat_map(|heading| &heading.sets).map(|set| set.ci95[1]);
+    let allowed = bounds.iter().flat_map(|heading| BOUNDS.map(|(.., of)| of(heading)));
+    let ticks = Scale { from: 0.0, to: found.chain(allowed).fold(0.1, f64::max) }.ticks();
+    // To the next ring beyond.
+    let step = ticks[1] - ticks[0];
+    let rings: Vec<f64> = (1..=ticks.len()).map(|i| step * i as f64).collect();
+    let mut polar = Polar::new(RADIUS, rings[rings.len() - 1]);
+    for (class, _, of) in BOUNDS {
+        polar.panel.polygon(class, bounds.iter().map(|heading| towards(heading.heading_deg, of(heading))));
+    }
+    polar.rings(&rings);
+    for set in 0..limits.headings.first().map_or(0, |heading| heading.sets.len()) {
+        polar.panel.group(&format!("class=\"{}\"", class_of_set(set)), |panel| draw_set(panel, &limits.headings, set));
+    }
+    polar.names(&rings);
+    polar.panel
+}
+
+fn draw_set(panel: &mut Panel, headings: &[Heading], set: usize) {
+    let at = |of: fn(&SetLimit) -> f64| move |heading: &Heading| towards(heading.heading_deg, of(&heading.sets[set]));
+    let middle = at(|limit| limit.impulse50_n_s);
+    if headings.len() >= JOINED {
+        panel.polygon("outline", headings.iter().map(middle));
+    }
+    for heading in headings {
+        panel.line("interval", at(|limit| limit.ci95[0])(heading), at(|limit| limit.ci95[1])(heading));
+    }
+    for heading in headings {
+        let SetLimit { name, impulse50_n_s: most, ci95: [low, high], resolved, .. } = &heading.sets[set];
+        let words = format!("{name}, {}\u{b0}: {most:.2} N s ({low:.2} to {high:.2})", heading.heading_deg);
+        panel.told(&words, |panel| panel.circle(if *resolved { "" } else { "hollow" }, middle(heading), 4.0));
+    }
+}
+
+fn legend(limits: &Limits) -> Vec<Row> {
+    let sets = || limits.headings.iter().flat_map(|heading| &heading.sets);
+    let names =
+        limits.headings.iter().take(1).flat_map(|heading| &heading.sets).map(|set| set.name.clone()).enumerate();
+    let mut rows: Vec<Row> = names.map(|(i, name)| (class_of_set(i), Sample::DottedLine(""), name)).collect();
+    let mut note = |words: &str| rows.push((String::new(), Sample::Nothing, words.into()));
+    note("50 % recover; bars: 95 %");
+    if sets().any(|set| !set.resolved) {
+        note("hollow: not resolved");
+    }
+    note("What the pendulum allows:");
+    rows.extend(BOUNDS.map(|(class, words, _)| (class.into(), Sample::Area, words.into())));
+    rows
+}

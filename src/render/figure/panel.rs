@@ -1,0 +1,334 @@
+//! A panel of SVG elements. Places are in the units of whoever draws: the panel's view turns them into px. Sizes of what
+//! marks a place are in px.
+
+use base64::prelude::{BASE64_STANDARD, Engine};
+use minijinja::HtmlEscape;
+use std::fmt::{Display, Write};
+
+/// A place in the units of a panel's view.
+pub type At = [f64; 2];
+
+/// Of the head of an arrow, and half the width of the caps of an error bar (px).
+const HEAD: f64 = 10.0;
+const CAP: f64 = 3.5;
+/// A curve goes by its points as near as this (px): nobody sees the difference.
+const NEAR: f64 = 0.15;
+/// Of the rows of a legend, and of a letter in one, about (px).
+const ROW: f64 = 24.0;
+const LETTER: f64 = 7.6;
+
+/// From places to px, in equal steps.
+#[derive(Debug, Clone, Copy)]
+pub struct View {
+    /// Of the place [0, 0].
+    origin: At,
+    /// To the place one further in x, and in y.
+    x: At,
+    y: At,
+}
+
+impl View {
+    /// Places are px.
+    pub const PX: Self = Self { origin: [0.0, 0.0], x: [1.0, 0.0], y: [0.0, 1.0] };
+
+    /// `x`: at the left and at the right edge; `y`: at the bottom and at the top edge; the frame has its left, top, right and
+    /// bottom edge (px).
+    pub fn chart([left, top, right, bottom]: [f64; 4], x: At, y: At) -> Self {
+        let ([x0, dx], [y0, dy]) = ([x[0], (right - left) / (x[1] - x[0])], [y[0], (top - bottom) / (y[1] - y[0])]);
+        Self { origin: [left - x0 * dx, bottom - y0 * dy], x: [dx, 0.0], y: [0.0, dy] }
+    }
+
+    /// Seen from above: forward (x) is up, left (y) is to the left.
+    pub fn from_above(middle: At, px_per_unit: f64) -> Self {
+        Self { origin: middle, x: [0.0, -px_per_unit], y: [-px_per_unit, 0.0] }
+    }
+
+    /// Where a place is seen (px).
+    pub fn at(&self, place: impl Into<At>) -> At {
+        let [x, y] = place.into();
+        [0, 1].map(|i| self.origin[i] + x * self.x[i] + y * self.y[i])
+    }
+}
+
+/// Elements in a frame.
+#[derive(Debug, Clone)]
+pub struct Panel {
+    pub width: f64,
+    pub height: f64,
+    /// Upper left corner (px).
+    pub corner: At,
+    /// Of what is drawn next.
+    pub view: View,
+    pub class: &'static str,
+    body: String,
+}
+
+/// What stands before the words of a row of a legend.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sample {
+    Line,
+    /// With a dot of a class on it.
+    DottedLine(&'static str),
+    Area,
+    Nothing,
+}
+
+/// A row of a legend: classes and shape of the sample, and words.
+pub type Row = (String, Sample, String);
+
+impl Panel {
+    /// Places are px until there are axes.
+    pub fn new(width: f64, height: f64) -> Self {
+        Self { width, height, corner: [0.0, 0.0], view: View::PX, class: "fig", body: String::new() }
+    }
+
+    /// A legend and nothing else.
+    pub fn of_legend(rows: &[Row]) -> Self {
+        let letters = rows.iter().map(|(_, _, words)| words.chars().count()).max().unwrap_or(0);
+        let mut panel = Self::new(40.0 + LETTER * letters as f64, ROW * (rows.len() as f64 + 0.5));
+        panel.legend([0.0, ROW], rows);
+        panel
+    }
+
+    pub fn line(&mut self, class: &str, from: impl Into<At>, to: impl Into<At>) {
+        let ([x1, y1], [x2, y2]) = (self.seen(from), self.seen(to));
+        self.add(format_args!("<line class=\"{class}\" x1=\"{x1}\" y1=\"{y1}\" x2=\"{x2}\" y2=\"{y2}\"/>"));
+    }
+
+    pub fn polyline(&mut self, class: &str, points: impl IntoIterator<Item: Into<At>>) {
+        let points = self.listed(points);
+        self.add(format_args!("<polyline class=\"{class}\" points=\"{points}\"/>"));
+    }
+
+    /// A curve with gaps where there is no point.
+    pub fn curve(&mut self, class: &str, points: impl Iterator<Item = Option<At>>) {
+        pieces(points).into_iter().for_each(|piece| self.polyline(class, piece));
+    }
+
+    pub fn polygon(&mut self, class: &str, points: impl IntoIterator<Item: Into<At>>) {
+        let points = self.listed(points);
+        if !points.is_empty() {
+            self.add(format_args!("<polygon class=\"{class}\" points=\"{points}\"/>"));
+        }
+    }
+
+    /// A rectangle by two corners.
+    pub fn rect(&mut self, class: &str, a: impl Into<At>, b: impl Into<At>) {
+        let ([x1, y1], [x2, y2]) = (self.view.at(a), self.view.at(b));
+        let [x, y, width, height] = [x1.min(x2), y1.min(y2), (x2 - x1).abs(), (y2 - y1).abs()].map(px);
+        self.add(format_args!("<rect class=\"{class}\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/>"));
+    }
+
+    /// `r` in px.
+    pub fn circle(&mut self, class: &str, at: impl Into<At>, r: f64) {
+        let ([x, y], r) = (self.seen(at), px(r));
+        self.add(format_args!("<circle class=\"{class}\" cx=\"{x}\" cy=\"{y}\" r=\"{r}\"/>"));
+    }
+
+    /// `r` in px.
+    pub fn diamond(&mut self, class: &str, at: impl Into<At>, r: f64) {
+        let [x, y] = self.view.at(at);
+        let corners = [[x, y - r], [x + r, y], [x, y + r], [x - r, y]];
+        self.in_px(|panel| panel.polygon(class, corners));
+    }
+
+    /// An interval of y with caps.
+    pub fn error_bar(&mut self, class: &str, x: f64, ends: At) {
+        let [[x, low], [_, high]] = ends.map(|y| self.view.at([x, y]));
+        let points = [[x - CAP, low], [x + CAP, low], [x, low], [x, high], [x - CAP, high], [x + CAP, high]];
+        self.in_px(|panel| panel.polyline(class, points));
+    }
+
+    /// `class` may hold `start` or `end` for where the text is anchored; else its middle is at the place, but for an offset
+    /// (px, to the right and down).
+    pub fn text(&mut self, class: &str, at: impl Into<At>, [dx, dy]: At, text: &str) {
+        let ([x, y], text) = (self.view.at(at), escape(text));
+        let [x, y] = [x + dx, y + dy].map(px);
+        self.add(format_args!("<text class=\"{class}\" x=\"{x}\" y=\"{y}\">{text}</text>"));
+    }
+
+    /// Text that is turned about its place, clockwise (degrees).
+    pub fn turned_text(&mut self, class: &str, at: impl Into<At>, turn_deg: f64, text: &str) {
+        let ([x, y], text) = (self.seen(at), escape(text));
+        let place = format!("translate({x} {y}) rotate({turn_deg})");
+        self.add(format_args!("<text class=\"{class}\" transform=\"{place}\">{text}</text>"));
+    }
+
+    /// A line with a head at its end.
+    pub fn arrow(&mut self, class: &str, from: impl Into<At>, to: impl Into<At>) {
+        let (from, to) = (self.view.at(from), self.view.at(to));
+        let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+        let length = dx.hypot(dy);
+        if length < 1e-9 {
+            return;
+        }
+        let (ux, uy) = (dx / length, dy / length);
+        let head = HEAD.min(0.6 * length);
+        let neck = [to[0] - head * ux, to[1] - head * uy];
+        let wing = |side: f64| [neck[0] - side * 0.45 * head * uy, neck[1] + side * 0.45 * head * ux];
+        self.in_px(|panel| {
+            panel.line(class, from, neck);
+            panel.polygon(&format!("{class} head"), [to, wing(1.0), wing(-1.0)]);
+        });
+    }
+
+    /// A PNG in the upper left corner, of the given size (px).
+    pub fn image(&mut self, [width, height]: At, png: &[u8], words: &str) {
+        let ([width, height], words) = ([width, height].map(px), escape(words));
+        let data = BASE64_STANDARD.encode(png);
+        self.add(format_args!(
+            "<image x=\"0\" y=\"0\" width=\"{width}\" height=\"{height}\" role=\"img\" aria-label=\"{words}\" \
+             href=\"data:image/png;base64,{data}\"/>"
+        ));
+    }
+
+    /// Rows below each other, from a place (px) on; returns where the next would be.
+    pub fn legend(&mut self, [x, top]: At, rows: &[Row]) -> At {
+        self.in_px(|panel| {
+            for (i, (class, sample, words)) in rows.iter().enumerate() {
+                let y = top + ROW * i as f64;
+                panel.group(&format!("class=\"{class}\""), |panel| {
+                    if let Sample::Line | Sample::DottedLine(_) = sample {
+                        panel.line(class, [x, y], [x + 26.0, y]);
+                    }
+                    match sample {
+                        Sample::DottedLine(dot) => panel.circle(dot, [x + 13.0, y], 4.0),
+                        Sample::Area => panel.rect(class, [x, y - 7.0], [x + 26.0, y + 7.0]),
+                        Sample::Line | Sample::Nothing => {}
+                    }
+                });
+                let class = if *sample == Sample::Nothing { "start soft" } else { "start" };
+                panel.text(class, [x + 34.0, y], [0.0, 4.5], words);
+            }
+        });
+        [x, top + ROW * rows.len() as f64]
+    }
+
+    /// Elements with attributes in common.
+    pub fn group(&mut self, attributes: &str, draw: impl FnOnce(&mut Self)) {
+        self.add(format_args!("<g {attributes}>"));
+        draw(self);
+        self.add(format_args!("</g>"));
+    }
+
+    /// Elements of which words are shown to who points at them.
+    pub fn told(&mut self, words: &str, draw: impl FnOnce(&mut Self)) {
+        self.group("", |panel| {
+            panel.add(format_args!("<title>{}</title>", escape(words)));
+            draw(panel);
+        });
+    }
+
+    /// Draws something whose places are px.
+    pub fn in_px(&mut self, draw: impl FnOnce(&mut Self)) {
+        let view = std::mem::replace(&mut self.view, View::PX);
+        draw(self);
+        self.view = view;
+    }
+
+    /// The panel as an SVG element of its own; `attributes` go into its tag.
+    pub fn svg(&self, attributes: &str) -> String {
+        let ([left, top], [width, height]) = (self.corner.map(px), [self.width, self.height].map(px));
+        let (class, body) = (self.class, &self.body);
+        format!("<svg class=\"{class}\" viewBox=\"{left} {top} {width} {height}\" {attributes}>\n{body}</svg>")
+    }
+
+    /// An element as it is written.
+    pub fn add(&mut self, element: impl Display) {
+        // Writing to a String cannot fail.
+        _ = writeln!(self.body, "{element}");
+    }
+
+    fn seen(&self, place: impl Into<At>) -> [String; 2] {
+        self.view.at(place).map(px)
+    }
+
+    fn listed(&self, points: impl IntoIterator<Item: Into<At>>) -> String {
+        let points = thinned(points.into_iter().map(|point| self.view.at(point)).collect());
+        let pairs: Vec<String> = points.into_iter().map(|point| point.map(px).join(",")).collect();
+        pairs.join(" ")
+    }
+}
+
+/// The stretches of values between those that are absent.
+pub fn pieces<T>(values: impl Iterator<Item = Option<T>>) -> Vec<Vec<T>> {
+    let mut pieces = vec![Vec::new()];
+    for value in values {
+        match (value, pieces.last_mut()) {
+            (Some(value), Some(piece)) => piece.push(value),
+            (None, Some(piece)) if !piece.is_empty() => pieces.push(Vec::new()),
+            _ => {}
+        }
+    }
+    pieces.retain(|piece| !piece.is_empty());
+    pieces
+}
+
+/// Those points (px) that a line needs to pass all of them as near as `NEAR` (Ramer, Douglas and Peucker).
+fn thinned(mut points: Vec<At>) -> Vec<At> {
+    let mut needed = vec![false; points.len()];
+    let mut stretches = vec![(0, points.len().saturating_sub(1))];
+    while let Some((first, last)) = stretches.pop() {
+        [first, last].into_iter().for_each(|end| needed.iter_mut().skip(end).take(1).for_each(|needed| *needed = true));
+        let away = |i: usize| (i, distance(points[i], [points[first], points[last]]));
+        let farthest = (first + 1..last).map(away).max_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((i, _)) = farthest.filter(|(_, away)| *away > NEAR) {
+            stretches.extend([(first, i), (i, last)]);
+        }
+    }
+    let mut needed = needed.into_iter();
+    points.retain(|_| needed.next() == Some(true));
+    points
+}
+
+/// Of a point from the straight line between two others.
+fn distance([x, y]: At, [[x1, y1], [x2, y2]]: [At; 2]) -> f64 {
+    let (dx, dy) = (x2 - x1, y2 - y1);
+    let share = ((x - x1) * dx + (y - y1) * dy) / (dx * dx + dy * dy).max(f64::MIN_POSITIVE);
+    let share = share.clamp(0.0, 1.0);
+    (x - x1 - share * dx).hypot(y - y1 - share * dy)
+}
+
+/// Text for the inside of an element or of an attribute in quotes.
+pub fn escape(text: &str) -> impl Display {
+    HtmlEscape(text)
+}
+
+/// A number with at most `digits` behind the point and a real minus.
+pub fn short(x: f64, digits: usize) -> String {
+    let text = format!("{x:.digits$}");
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    if text == "-0" { "0".into() } else { text.replace('-', "\u{2212}") }
+}
+
+/// A place in a picture: one digit behind the point.
+pub fn px(x: f64) -> String {
+    let text = format!("{x:.1}");
+    text.strip_suffix(".0").unwrap_or(&text).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!(
+            (short(-2.50, 2), short(-0.001, 2), short(100.0, 1)),
+            ("\u{2212}2.5".into(), "0".into(), "100".into())
+        );
+        assert_eq!((px(12.04), px(-3.0)), ("12".into(), "-3".into()));
+    }
+
+    #[test]
+    fn a_curve_keeps_the_points_that_are_seen() {
+        let flat = (0..1000).map(|i| [0.1 * f64::from(i), 0.1 * f64::from(i % 2)]);
+        assert_eq!(thinned(flat.clone().collect()), [[0.0, 0.0], [99.9, 0.1]]);
+        let spike = |[x, y]: At| [x, if x == 50.0 { 9.0 } else { y }];
+        let with_spike = thinned(flat.map(spike).collect());
+        assert!(with_spike.contains(&[50.0, 9.0]) && with_spike.len() < 8, "{with_spike:?}");
+        // There and back again: the turn is seen.
+        assert_eq!(thinned(vec![[0.0, 0.0], [9.0, 0.0], [0.0, 0.0]]).len(), 3);
+        assert_eq!(thinned(Vec::new()), [[0.0; 2]; 0]);
+    }
+}
