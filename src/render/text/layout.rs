@@ -27,8 +27,9 @@ pub fn compared<'a>(
     align(table)
 }
 
-/// Text in lines that fit, after a mark in front of the first. A number stays with its unit, and both with what they are of.
+/// Text in lines that fit the terminal, after a mark in front of the first. A number stays with its unit, and both with what they are of.
 pub fn wrapped(mark: &str, text: &str) -> String {
+    let width = usize::from(Table::new().width().unwrap_or(PLAIN_WIDTH).min(PLAIN_WIDTH));
     let is_one_of = |word: &str, all: &[&str]| all.contains(&word.trim_end_matches(['.', ',', ';', ':', ')']));
     let stays = |before: &str, word: &str| {
         is_one_of(word, &["=", "<", ">=", "%", "s", "mm", "m", "m/s", "N", "deg", "degrees", "points"])
@@ -47,7 +48,7 @@ pub fn wrapped(mark: &str, text: &str) -> String {
     for piece in pieces {
         let line = lines.last_mut().expect("one at least");
         let is_new = line.len() == mark.len();
-        if !is_new && line.chars().count() + 1 + piece.chars().count() > usize::from(PLAIN_WIDTH) {
+        if !is_new && line.chars().count() + 1 + piece.chars().count() > width {
             lines.push(" ".repeat(mark.len()) + &piece);
         } else {
             *line += if is_new { "" } else { " " };
