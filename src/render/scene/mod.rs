@@ -94,7 +94,7 @@ impl<'a> Stage<'a> {
 
     /// What is marked of a moment, lowest first.
     pub fn marks(&self, now: &Snapshot, shown: &[Overlay]) -> Vec<Mark> {
-        marks::of(now, self.scale, shown)
+        marks::of(now, &self.ground(now), self.scale, shown)
     }
 }
 
