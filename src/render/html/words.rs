@@ -1,6 +1,5 @@
 //! How the page writes numbers: filters of its template. What is absent, or no number, is a dash.
 
-use crate::campaign::verdict::pairs::rounded;
 use crate::render::figure::panel::short;
 use crate::render::text::{layout, p_cell};
 use minijinja::{Environment, Value as Cell};
@@ -16,7 +15,6 @@ pub(super) fn add_to(environment: &mut Environment) {
         written(&x, |x| format!("{x:.digits$}").replace('-', "\u{2212}"))
     });
     environment.add_filter("p_value", |x: Cell| written(&x, p_cell));
-    environment.add_filter("about", |x: Cell| written(&x, |x| rounded(x as u64).to_string()));
     environment.add_filter("whole", |x: Cell| written(&x, |x| short(x, 6)));
     environment.add_filter("drawn", drawn);
     environment.add_filter("signs", |text: String| signs(&text));
