@@ -4,6 +4,8 @@
 //! control of the COG-ZMP inverted pendulum by maximal CPI sets of Yamamoto and Nakamura ([`lipm`]). An [`episode`]
 //! closes the loop between the two. A [`campaign`] draws random pushes and counts how many the robot recovers from.
 //!
+//! The [`guide`] says how to use it and what has been measured.
+//!
 //! Quantities are in SI units and f64, and in the world frame unless a type says otherwise: x forward, y left, z up.
 //! Heading 0 pushes forward, and 90 degrees to the left.
 
@@ -23,6 +25,7 @@ pub mod error;
 #[cfg(feature = "program")]
 pub mod files;
 pub mod geometry;
+pub mod guide;
 pub mod lipm;
 #[cfg(feature = "program")]
 pub mod render;

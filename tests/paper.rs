@@ -179,8 +179,9 @@ fn captions_tell_the_sets_and_the_ways_of_the_gain_set() {
     let sets = CpiSet::search_family(family, &allowed).unwrap();
     let nested = Inclusion::of(&sets).unwrap().failures().is_empty();
     assert!(nested && numbers("3")["nested"] == nested);
-    assert_eq!(numbers("3")["horizon_k"], json!(sets.iter().map(|set| set.horizon).collect::<Vec<_>>()));
-    for set in &sets {
+    assert_eq!(numbers("3")["sets"].as_array().unwrap().len(), sets.len());
+    for (set, told) in sets.iter().zip(numbers("3")["sets"].as_array().unwrap()) {
+        assert_eq!((&told["gain"], &told["k"]), (&json!(set.gain), &json!(set.horizon)));
         tells(&format!("<td>{} ({} ms)</td>", set.horizon, 2 * set.horizon));
         let impulse = bench.robot.mass() * set.largest_com_vel_from_rest(Vector2::x());
         tells(&format!("<td>{}</td>", (100.0 * impulse).round() / 100.0));

@@ -39,6 +39,11 @@ fn commands_of(document: &str) -> Vec<String> {
                 joined = start.into();
                 continue;
             }
+            // From a clone, by way of cargo.
+            if let Some((_, arguments)) = joined.split_once(" -- ").filter(|(start, _)| start.starts_with("cargo run "))
+            {
+                joined = format!("standfast {arguments}");
+            }
             let program = Path::new(joined.split(' ').next().unwrap()).file_name();
             found.extend(program.is_some_and(|name| name == "standfast").then(|| joined.clone()));
             joined.clear();
@@ -133,13 +138,79 @@ fn a_command_that_is_wrong_inside_is_not_good() {
     }
 }
 
-/// The pictures and files to which it links exist.
+/// Targets of a document's links: those in its text, and those in the list of targets at its end.
+fn targets_of(document: &str) -> impl Iterator<Item = &str> {
+    let inline = document.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+    inline.chain(document.lines().filter_map(target_at_the_end).map(|(_, target)| target))
+}
+
+/// A line `[name]: target` of that list.
+fn target_at_the_end(line: &str) -> Option<(&str, &str)> {
+    line.strip_prefix('[')?.split_once("]: ")
+}
+
+/// The anchors of a document's headings.
+fn anchors_of(document: &str) -> Vec<String> {
+    let mut in_block = false;
+    let headings = document.lines().filter(|line| {
+        in_block ^= line.starts_with("```");
+        !in_block && line.starts_with('#')
+    });
+    let kept = |letter: &char| letter.is_alphanumeric() || [' ', '-', '_'].contains(letter);
+    let name = |heading: &str| heading.trim_start_matches('#').trim().to_lowercase();
+    headings.map(|heading| name(heading).chars().filter(kept).collect::<String>().replace(' ', "-")).collect()
+}
+
+/// Why a link of a document is broken; None if it is not.
+fn leads_nowhere(target: &str, path: &Path) -> Option<String> {
+    let (file, anchor) = target.split_once('#').unwrap_or((target, ""));
+    let other = if file.is_empty() { path.to_path_buf() } else { path.parent().unwrap().join(file) };
+    let problem = if !other.is_file() {
+        "is not there"
+    } else if !anchor.is_empty() && !anchors_of(&fs::read_to_string(other).unwrap()).iter().any(|name| name == anchor) {
+        "is no heading"
+    } else {
+        return None;
+    };
+    Some(format!("{}: {target} {problem}", path.display()))
+}
+
+/// The linked pictures, files and headings exist, relative to the folder of each document.
 #[test]
-fn every_link_of_the_readme_leads_somewhere() {
-    let links = include_str!("../README.md").split("](").skip(1).filter_map(|rest| rest.split(')').next());
-    let files: Vec<&str> = links.filter(|link| !link.starts_with("https://") && !link.starts_with('#')).collect();
-    assert!(files.len() > 8, "only {files:?}");
-    for file in files {
+fn every_link_of_readme_and_guide_leads_somewhere() {
+    let (mut count, mut wrong) = (0, Vec::new());
+    for path in documents() {
+        let document = fs::read_to_string(&path).unwrap();
+        let targets = targets_of(&document).filter(|target| !target.starts_with("https://"));
+        let problems = targets.inspect(|_| count += 1).filter_map(|target| leads_nowhere(target, &path));
+        wrong.extend(problems);
+    }
+    assert!(count > 40, "only {count} links");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Without this test, a chapter that rustdoc does not show, a link without a target, and a target that rustdoc does not
+/// know would not be noticed.
+#[test]
+fn rustdoc_shows_every_chapter_with_its_links() {
+    let shown = include_str!("../src/guide/mod.rs");
+    let list = shown.split_once("chapters! {").unwrap().1.split_once('}').unwrap().0;
+    let chapters: Vec<PathBuf> = documents().into_iter().filter(|path| !path.ends_with("README.md")).collect();
+    assert_eq!(chapters.len(), list.split_whitespace().count(), "{list}");
+    for path in chapters {
+        let name = path.file_stem().unwrap().to_str().unwrap();
+        assert!(list.split_whitespace().any(|word| word == name), "{name} is not among {list}");
+        let document = fs::read_to_string(&path).unwrap();
+        let named: Vec<&str> = document.lines().filter_map(target_at_the_end).map(|(name, _)| name).collect();
+        for link in document.split("][").skip(1).filter_map(|rest| rest.split(']').next()) {
+            assert!(named.contains(&link), "{name}: [{link}] has no target at its end");
+        }
+        for link in named {
+            assert!(shown.contains(&format!("\"[{link}]: ")), "{name}: src/guide/mod.rs has no [{link}]");
+        }
+    }
+    for file in shown.lines().filter_map(|line| line.split_once("]: ../")?.1.strip_suffix("\"]")) {
+        let file = file.trim_start_matches("../");
         assert!(root().join(file).is_file(), "{file} is not there");
     }
 }

@@ -30,6 +30,17 @@ fn the_robot_shows_on_every_screen_and_the_page_asks_for_nothing() {
         tab.open(&file);
         let wide = tab.evaluate("document.documentElement.scrollWidth").as_u64().unwrap();
         assert!(wide <= width.into(), "{wide} px on a screen of {width} px");
+        // All controls of time in one row, no word in two lines, and on a telephone each as large as a thumb needs it.
+        let controls = "[...document.querySelectorAll('.line button, .line select, .line output')].filter((e) => e.checkVisibility())";
+        let rows = tab.evaluate(&format!("new Set({controls}.map((e) => {{ const box = e.getBoundingClientRect(); return Math.round((box.top + box.bottom) / 2); }})).size"));
+        assert_eq!(rows, 1, "rows of controls on a screen of {width} px");
+        let heights = "[...document.querySelectorAll('button, select, #time')].filter((e) => e.checkVisibility())
+            .map((e) => [e.textContent, e.getBoundingClientRect().height])";
+        let all = |is_fit: &str| format!("{heights}.filter(([, height]) => !({is_fit})).map(([text]) => text)");
+        assert_eq!(tab.evaluate(&all("height < 46")), json!([]), "words in two lines on a screen of {width} px");
+        if width < 500 {
+            assert_eq!(tab.evaluate(&all("height >= 32")), json!([]), "too small for a thumb");
+        }
         let dark = tab.evaluate("getComputedStyle(document.body).backgroundColor") != "rgb(255, 255, 255)";
         assert_eq!(dark, scheme == "dark");
         let standing = look_at(&mut tab, 0.0);
@@ -48,7 +59,7 @@ fn the_robot_shows_on_every_screen_and_the_page_asks_for_nothing() {
     // A screen reader finds names.
     let mut tab = browser.tab(1200, 900, "light");
     tab.open(&file);
-    let nameless = "[...document.querySelectorAll('button, input, select, canvas, output')]
+    let nameless = "[...document.querySelectorAll('button, input, select, canvas:not([aria-hidden]), output')]
         .filter((e) => !(e.getAttribute('aria-label') || e.textContent).trim()).map((e) => e.outerHTML)";
     assert_eq!(tab.evaluate(nameless), json!([]));
 }

@@ -31,7 +31,14 @@ fn is_told(view: Assert, words: &[&str]) {
 #[cfg(not(feature = "view"))]
 #[test]
 fn a_build_without_the_window_says_how_to_get_one() {
-    is_told(no_window(&[]), &["cargo build --release --features view", "standfast replay"]);
+    let view = no_window(&[]);
+    let told = stderr(&view);
+    is_told(view, &["no window", "cargo build --release --features view", "twenty minutes"]);
+    // What needs no other build comes first.
+    let at = |words: &str| told.find(words).unwrap_or_else(|| panic!("no {words:?} in {told}"));
+    assert!(
+        at("standfast push --impulse 5 --replay") < at("cargo build") && at("standfast replay DIR") < at("cargo build")
+    );
 }
 
 #[cfg(feature = "view")]

@@ -7,10 +7,13 @@ use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
 use serde::Serialize;
 
-const STYLE: &str = include_str!("html_page.css");
+/// Of all pages, and of those that are read from top to bottom.
+const STYLES: [(&str, &str); 2] =
+    [("page_style", include_str!("html_page.css")), ("document_style", include_str!("html_document.css"))];
 
 /// The page `name` (ends in .html: what the template prints is escaped) from `template`, which reads `context` and the
-/// shared style as `page_style`, and calls what `add` gives it. Errors: none but a template that is wrong.
+/// shared styles as `page_style` and `document_style`, and calls what `add` gives it. Errors: none but a template that is
+/// wrong.
 pub fn render(
     name: &str,
     template: &str,
@@ -23,7 +26,9 @@ pub fn render(
     environment.set_undefined_behavior(undefined);
     // Lines of the template that only decide leave nothing behind.
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build().map_err(fail)?);
-    environment.add_global("page_style", STYLE);
+    for (name, style) in STYLES {
+        environment.add_global(name, style);
+    }
     environment.add_global("version", env!("CARGO_PKG_VERSION"));
     add(&mut environment);
     environment.render_named_str(name, template, Serde(context)).map_err(fail)

@@ -14,11 +14,14 @@ pub use options::Options;
 #[cfg(not(feature = "view"))]
 use crate::error::{Error, Result};
 
-/// There is no window in this build. Errors: says so, and how to build one.
+/// There is no window in this build. Errors: says so, what shows the same without one, and how to build one.
 #[cfg(not(feature = "view"))]
 pub fn run(_: &Options) -> Result<String> {
     Err(Error::NoWindow {
-        missing: "this build has no window (feature `view`)".into(),
-        remedy: "cargo build --release --features view; without a window: standfast replay".into(),
+        missing: "this build of standfast has no window".into(),
+        remedy: "nothing more is needed for a page that any browser shows: `standfast push --impulse 5 --replay push.html`, or `standfast replay \
+                 DIR --trial I` for a trial of a result; the window comes with `cargo build --release --features view`, which takes \
+                 some twenty minutes on two cores"
+            .into(),
     })
 }

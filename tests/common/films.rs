@@ -56,6 +56,7 @@ pub const LOOK: &str = "(id = 'view') => {
     const canvas = document.getElementById(id), { width, height } = canvas;
     const pen = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
     pen.drawImage(canvas, 0, 0);
+    if (id === 'view') pen.drawImage(document.getElementById('over'), 0, 0);
     const pixels = pen.getImageData(0, 0, width, height).data, colors = new Set();
     let hash = 2166136261, purple = 0, top = height;
     for (let i = 0; i < pixels.length; i += 4) {

@@ -14,7 +14,7 @@ use crate::commands::terminal::print;
 use crate::error::Result;
 use crate::files::write_atomic;
 use crate::render::paper::study::Study;
-use crate::render::paper::words::{Count, Words, counts};
+use crate::render::paper::words::{Claim, Count, Words, counts};
 use crate::render::paper::{Figure, Page};
 use crate::render::{self, own_folder};
 use serde_json::{Value, json};
@@ -58,40 +58,40 @@ pub fn run(args: &PaperArgs) -> Result<ExitCode> {
     }
     write_atomic(&args.out.join(PAGE), html.as_bytes())?;
     let text =
-        if args.json { as_json(&study, &page, numbers) } else { tell(&args.out, &page, &numbers["update_time"]) };
+        if args.json { as_json(&study, &page, &numbers) } else { tell(&args.out, &page, &numbers["update_time"]) };
     print(&text)?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// Claims and numbers as one JSON object, without what only words name.
-fn as_json(study: &Study, page: &Page, mut numbers: Value) -> String {
-    let mut printed = |key: &str| {
-        let mut numbers = numbers[key].take();
-        _ = numbers.as_object_mut().and_then(|numbers| numbers.shift_remove("told"));
-        numbers
-    };
-    let mut figure = |Figure { words, claims, .. }: &Figure| {
+/// Claims and numbers as one JSON object.
+fn as_json(study: &Study, page: &Page, numbers: &Value) -> String {
+    let figure = |Figure { words, claims, .. }: &Figure| {
         json!({
             "figure": words.number, "file": words.file, "title": words.title, "verdicts": counts(claims),
-            "claims": claims, "numbers": printed(&words.number),
+            "claims": claims, "numbers": numbers[&words.number],
         })
     };
     render::json(&json!({
         "robot": study.robot.name,
         "gains": study.design.family.name,
-        "figures": page.figures.iter().map(&mut figure).collect::<Vec<_>>(),
+        "verdicts": counts(page.claims()),
+        "found": page.found,
+        "figures": page.figures.iter().map(figure).collect::<Vec<_>>(),
         "not_made": page.not_made,
-        "update_time": printed("update_time"),
+        "update_time": numbers["update_time"],
     }))
 }
 
 fn tell(folder: &Path, page: &Page, timing: &Value) -> String {
+    fn told<'a>(claims: impl IntoIterator<Item = &'a Claim>) -> String {
+        counts(claims).iter().map(Count::in_words).collect::<Vec<_>>().join(", ")
+    }
     let mut text = String::new();
     for Figure { words, claims, .. } in &page.figures {
-        let told: Vec<String> = counts(claims).into_iter().map(|Count { told, .. }| told).collect();
         let number = format!("Fig. {}", words.number);
-        _ = writeln!(text, "{number:<8}{:<30}{}", words.file, told.join(", "));
+        _ = writeln!(text, "{number:<8}{:<30}{}", words.file, told(claims));
     }
+    _ = writeln!(text, "in all  {:<30}{}", format!("{} statements", page.claims().count()), told(page.claims()));
     if let [Some(online), Some(stored)] = ["online", "stored_phi"].map(|way| timing[way]["median_ms"].as_f64()) {
         let printed = &timing["paper_ms"];
         _ = writeln!(text, "update  {online:.4} ms here, {stored:.4} ms by eq. 25; printed {printed} ms");

@@ -1,5 +1,4 @@
-//! What the study comes to: for each figure its numbers as JSON, from which every caption, claim and verdict is made. What
-//! only words name stands under "told".
+//! What the study comes to: for each figure its numbers as JSON, from which every caption, claim and verdict is made.
 
 use crate::campaign::ask::no_step::NoStep;
 use crate::control::{Phase, estimate};
@@ -49,7 +48,6 @@ pub fn all(study: &Study) -> Result<Map<String, Value>> {
 fn inclusion(study: &Study) -> Result<Value> {
     let (sets, family) = (&study.sets, &study.design.family);
     let impulses: Vec<[f64; 2]> = sets.iter().map(|set| impulses_of(study, set)).collect();
-    let in_json = |[forward, left]: &[f64; 2]| json!({ "forward": forward, "left": left });
     let start = held(&sets[sets.len() - 1]);
     let settles: Vec<Option<f64>> = (0..sets.len()).map(|gain| home_s(study, start, |_| gain)).collect();
     let mut online = OnlineSets::new(family);
@@ -63,30 +61,23 @@ fn inclusion(study: &Study) -> Result<Value> {
     });
     let others = [slow?, fast?];
     let inside = Inclusion::of(&others)?.inside;
-    let rows = sets.iter().enumerate().map(|(i, set)| {
+    let shrinks = impulses.windows(2).all(|pair| (0..2).all(|axis| pair[1][axis] < pair[0][axis]));
+    let quickens = settles.windows(2).all(|pair| matches!(pair, [Some(slow), Some(fast)] if fast < slow));
+    let set = |(i, set): (usize, &CpiSet)| {
+        let [forward, left] = impulses[i];
         json!({
             "gain": set.gain, "poles": family.gains[i].x.poles, "k": set.horizon, "rows": set.set.rows.nrows(),
-            "impulse": in_json(&impulses[i]), "home_after_s": settles[i],
+            "impulse_n_s": { "forward": forward, "left": left }, "home_after_s": settles[i],
         })
-    });
+    };
     Ok(json!({
+        "sets": sets.iter().enumerate().map(set).collect::<Vec<_>>(),
         "nested": study.inclusion.failures().is_empty(),
-        "gains": sets.iter().map(|set| &set.gain).collect::<Vec<_>>(),
-        "horizon_k": horizons(sets),
-        "largest_impulse_from_rest_n_s": impulses.iter().map(in_json).collect::<Vec<_>>(),
+        "ordered": shrinks && quickens,
+        "home_after_s_slowest_and_switching": [alone, switching],
         "other_poles_over_minus_omega": NOT_NESTED,
         "other_poles_nest": inside[1][0],
-        "other_poles_nest_the_other_way": inside[0][1],
-        "home_after_s": settles,
-        "home_after_s_slowest_and_switching": [alone, switching],
         "other_poles_forward_n_s": others.each_ref().map(|set| impulses_of(study, set)[0]),
-        "told": {
-            "sets": rows.collect::<Vec<_>>(),
-            "warning": study.inclusion.warning(),
-            "shrinks": impulses.windows(2).all(|pair| (0..2).all(|axis| pair[1][axis] < pair[0][axis])),
-            "quickens": settles.windows(2).all(|pair| matches!(pair, [Some(slow), Some(fast)] if fast < slow)),
-            "switching_quickens": switching.is_some_and(|switching| alone.is_none_or(|alone| switching < alone)),
-        },
     }))
 }
 
@@ -132,26 +123,19 @@ fn regions(study: &Study) -> Result<Value> {
             }
         }
     }
-    let (before, after) = (horizons(&study.sets), horizons(&study.landed_sets));
     let [left, right] = [landing.soles.left, landing.soles.right];
-    let (origin, middle) =
-        (landing.frame.translation.vector, (left.translation.vector + right.translation.vector) / 2.0);
-    let moved = origin - lift.frame.translation.vector;
+    let moved = landing.frame.translation.vector - lift.frame.translation.vector;
     Ok(json!({
         "foot": footstep.foot,
         "way_m": way(footstep),
         "origin_moved_m": [moved.x, moved.y],
         "area_m2": [lift.polygon.area(), landing.polygon.area()],
-        "horizon_k_before": before,
-        "horizon_k_after": after,
+        "horizon_k_before": horizons(&study.sets),
+        "horizon_k_after": horizons(&study.landed_sets),
         "stored_k_excess": excess,
         "soles_turned_deg": (left.rotation.angle() - right.rotation.angle()).to_degrees().abs(),
         "slowest_impulse_from_rest_n_s": {
             "before": impulses_of(study, &study.sets[0]), "after": impulses_of(study, &study.landed_sets[0]),
-        },
-        "told": {
-            "stored_k_is_enough": before.iter().zip(&after).all(|(stored, needed)| needed <= stored),
-            "origin_off_m": (origin - middle).norm(),
         },
     }))
 }
@@ -163,40 +147,18 @@ fn way(footstep: &Footstep) -> [f64; 2] {
 
 /// Fig. 5.
 fn sequence(study: &Study) -> Value {
-    let phases = study.pushes.each_ref().map(phases);
-    let is_swing = |name: &&str| name.starts_with("swing");
-    let in_order = phases.each_ref().map(|phases| {
-        matches!(phases[..], ["switching", "out-of-sets", swing, ..] if is_swing(&swing))
-            && phases.iter().filter(|name| is_swing(name)).count() == 1
-            && phases.last() == Some(&"switching")
-    });
-    let [a, b] = &study.pushes;
-    let [phases_a, phases_b] = phases;
-    let spans = study.pushes.each_ref().map(unloaded);
-    let waits = |pushed: &Pushed| Some(pushed.footstep.lift_s - pushed.film.record.left_sets_at_s?);
-    json!({
-        "push_behind": events(a, phases_a),
-        "push_diagonal": events(b, phases_b),
-        "told": {
-            "in_order": in_order,
-            "waits_s": study.pushes.iter().filter_map(waits).collect::<Vec<_>>(),
-            "unloaded_spans": spans.each_ref().map(Vec::len),
-            "unloaded_spans_on_both": spans.map(|spans| spans.iter().filter(|(.., on_both)| *on_both).count()),
-        },
-    })
+    json!({ "push_behind": events(&study.pushes[0]), "push_diagonal": events(&study.pushes[1]) })
 }
 
-/// Phases of a run in their order, from the push on.
-fn phases(pushed: &Pushed) -> Vec<&'static str> {
-    let since = pushed.film.snapshots.iter().filter(|s| s.time_s >= pushed.push.start_s);
+/// The events of a run (s), and its phases from the push on.
+fn events(pushed: &Pushed) -> Value {
+    let Pushed { film, footstep, .. } = pushed;
+    let since = film.snapshots.iter().filter(|s| s.time_s >= pushed.push.start_s);
     let mut phases: Vec<_> = since.map(|s| s.phase.name()).collect();
     phases.dedup();
-    phases
-}
-
-/// The events of a run (s).
-fn events(pushed: &Pushed, phases: Vec<&str>) -> Value {
-    let Pushed { film, footstep, .. } = pushed;
+    let swings = phases.iter().filter(|name| name.starts_with("swing")).count();
+    let in_order =
+        matches!(phases[..], ["switching", "out-of-sets", swing, .., "switching"] if swing.starts_with("swing"));
     let after = || film.snapshots.iter().filter(|s| s.time_s >= footstep.land_s);
     let fastest = film.gains.len() - 1;
     let last_other = after().rfind(|s| s.gain != Some(fastest));
@@ -205,32 +167,28 @@ fn events(pushed: &Pushed, phases: Vec<&str>) -> Value {
         "push_s": pushed.push.start_s,
         "left_sets_s": film.record.left_sets_at_s,
         "lift_s": footstep.lift_s,
+        "waited_s": film.record.left_sets_at_s.map(|left_s| footstep.lift_s - left_s),
         "landing_s": footstep.land_s,
         "held_after_landing_s": after().find(|s| s.phase == Phase::Switching).map(|s| s.time_s),
         "fastest_gain_from_s": fastest_from.map(|s| s.time_s),
         "still_from_s": pushed.end_s(),
         "landed_inside": footstep.in_set_at_landing,
         "phases": phases,
+        "in_order": in_order && swings == 1,
     })
 }
 
-/// Soles that carry no load again between the landing and when the robot stands still: each with its time (s), and
-/// whether the controller took both soles for support all the while.
-fn unloaded(pushed: &Pushed) -> Vec<(Foot, [f64; 2], bool)> {
+/// Soles that carry no load again between the landing and when the robot stands still, each with its time (s).
+fn unloaded(pushed: &Pushed) -> Vec<(Foot, [f64; 2])> {
     let span_s = pushed.footstep.land_s..=pushed.end_s();
-    let ticks = pushed.motion.moments.iter().zip(pushed.seen.loaded.iter().zip(&pushed.seen.on_both));
+    let ticks = pushed.motion.moments.iter().zip(&pushed.seen.loaded);
     let after: Vec<_> = ticks.filter(|(moment, _)| span_s.contains(&moment.time_s)).collect();
-    let mut off = Vec::new();
-    for foot in Foot::BOTH {
-        for run in after.chunk_by(|(_, (a, _)), (_, (b, _))| a[foot] == b[foot]) {
-            let span = [run[0].0.time_s, run[run.len() - 1].0.time_s];
-            let (_, (loaded, _)) = run[0];
-            if !loaded[foot] && span[1] - span[0] >= LIFTED_S {
-                off.push((foot, span, run.iter().all(|(_, (_, on_both))| **on_both)));
-            }
-        }
-    }
-    off
+    let spans_of = |foot: Foot| {
+        let runs = after.chunk_by(move |(_, a), (_, b)| a[foot] == b[foot]).filter(move |run| !run[0].1[foot]);
+        let spans = runs.map(move |run| (foot, [run[0].0.time_s, run[run.len() - 1].0.time_s]));
+        spans.filter(|(_, [from, to])| to - from >= LIFTED_S)
+    };
+    Foot::BOTH.into_iter().flat_map(spans_of).collect()
 }
 
 /// Fig. 6.
@@ -243,18 +201,12 @@ fn decision(study: &Study) -> Value {
     let imposed = study.errors.iter().map(|run| &run.record).chain(&study.moving).flat_map(|record| &record.footsteps);
     let footsteps: Vec<_> = study.records().flat_map(|(_, record)| &record.footsteps).chain(imposed).collect();
     let at_most = footsteps.iter().filter(|footstep| study.is_at_most(footstep.foot, footstep.zmp_error_m.into()));
-    let saturates = |direction: Vector2<f64>| {
-        let reach = study.reach(direction);
-        reach.left.max(reach.right) / study.rules.alpha
-    };
     json!({
         "alpha": study.rules.alpha,
         "examples": examples,
         "tie_foot": study.choose(Vector2::x()).map(|(foot, _)| foot),
         "footsteps_at_most": at_most.count(),
         "footsteps": footsteps.len(),
-        "other_side_up_to_deg": study.other_side_up_to_deg(),
-        "told": { "saturates_m": [saturates(Vector2::x()), saturates(Vector2::y())] },
     })
 }
 
@@ -285,11 +237,9 @@ fn machine(study: &Study) -> Value {
         "sole_m": robot.soles.left.half_m.map(|half| 2.0 * half),
         "feet_apart_m": study.stance.y,
         "com_height_m": robot.home_com_height(),
-        "told": {
-            "left_joints": left.collect::<Vec<_>>(),
-            "knee_deg": knee.map_or(0.0, |i| robot.home_rad[i].to_degrees()),
-            "assumption": robot.assumptions.first(),
-        },
+        "left_joints": left.collect::<Vec<_>>(),
+        "knee_deg": knee.map_or(0.0, |i| robot.home_rad[i].to_degrees()),
+        "assumption": robot.assumptions.first(),
     })
 }
 
@@ -324,23 +274,16 @@ fn imposed(study: &Study) -> Value {
 
 /// Fig. 9.
 fn imposed_responses(study: &Study) -> Value {
+    let of_run = |run: &ImposedRun| {
+        let after = run.motion.moments.iter().filter(|moment| moment.time_s >= run.footstep.land_s);
+        let mut gains: Vec<&str> = after.filter_map(|moment| Some(study.sets[moment.gain?].gain.as_str())).collect();
+        gains.dedup();
+        json!({
+            "home_at_s": run.record.home_at_s, "footsteps": run.record.footsteps, "gains_after_landing": gains,
+        })
+    };
     let [a, b] = &study.errors;
-    let in_json = |run: &ImposedRun| json!({ "home_at_s": run.record.home_at_s, "footsteps": run.record.footsteps });
-    json!({
-        "moving": study.moving, "a": in_json(a), "b": in_json(b),
-        "told": { "gains_after": { "a": gains_after(study, a), "b": gains_after(study, b) } },
-    })
-}
-
-/// The gains that act after the landing, in their order, and from when on the last one acts if it is the fastest.
-fn gains_after(study: &Study, run: &ImposedRun) -> Value {
-    let after = run.motion.moments.iter().filter(|moment| moment.time_s >= run.footstep.land_s);
-    let acting: Vec<(f64, usize)> = after.filter_map(|moment| Some((moment.time_s, moment.gain?))).collect();
-    let runs: Vec<(f64, usize)> = acting.chunk_by(|a, b| a.1 == b.1).map(|run| run[0]).collect();
-    let gains = &study.design.family.gains;
-    let names: Vec<&str> = runs.iter().map(|(_, gain)| gains[*gain].name.as_str()).collect();
-    let fastest_from = runs.last().filter(|(_, gain)| *gain == gains.len() - 1).map(|(time_s, _)| time_s);
-    json!({ "names": names, "fastest_from_s": fastest_from })
+    json!({ "moving": study.moving, "a": of_run(a), "b": of_run(b) })
 }
 
 /// What Fig. 12 and 13 have in common.
@@ -368,7 +311,8 @@ fn pushed(study: &Study, pushed: &Pushed) -> Value {
         "without_footstep_fell_at_s": pushed.without_footstep.fell_at_s,
         "stiff_fell_at_s": pushed.stiff.fell_at_s,
         "bound_no_step_n_s": bound.map(|n_s| n_s * factor(study.robot.omega(), push.duration_s)),
-        "told": { "reach_left_right_m": [reach.left, reach.right], "tie": is_tie(&reach) },
+        "reach_left_right_m": [reach.left, reach.right],
+        "tie": is_tie(&reach),
     })
 }
 
@@ -391,15 +335,9 @@ fn with_turns(study: &Study, mut numbers: Value) -> Value {
     let most = yaws.iter().fold(0.0, |most: f64, yaw| if yaw.abs() > most.abs() { *yaw } else { most });
     let plain = study.by_plain_distance(&pushed.lift);
     let plain = plain.map(|(error, foot)| json!({ "zmp_error_m": [error.x, error.y], "foot": foot }));
-    let in_json = |(push, record): (&Push, &Record)| {
-        json!({
-            "push": push, "outcome": record.outcome, "fell_at_s": record.fell_at_s,
-            "left_sets_at_s": record.left_sets_at_s, "footsteps": record.footsteps,
-        })
-    };
-    let row = |(push, record): (&Push, &Record)| {
-        let first = record.footsteps.first();
-        let asked = first.map(|f| f.zmp_error_m).or(record.unfinished_footstep.map(|f| f.zmp_error_m));
+    let tried = |(push, record): (&Push, &Record)| {
+        let asked = record.footsteps.first().map(|f| f.zmp_error_m);
+        let asked = asked.or(record.unfinished_footstep.map(|f| f.zmp_error_m));
         let end = match (record.outcome, asked.is_none()) {
             (Outcome::Recovered, true) => "recovers without a footstep",
             (Outcome::Recovered, false) => "steps and recovers",
@@ -407,37 +345,29 @@ fn with_turns(study: &Study, mut numbers: Value) -> Value {
             (_, false) => "steps and falls",
         };
         json!({
-            "push": push, "asked_m": asked, "first": first, "end": end, "fell_at_s": record.fell_at_s,
-            "settled_at_s": record.settled_at_s,
+            "push": push, "outcome": record.outcome, "fell_at_s": record.fell_at_s, "settled_at_s": record.settled_at_s,
+            "asked_m": asked, "footsteps": record.footsteps, "end": end,
         })
     };
-    let tried = || study.records().skip(2);
     numbers["most_yaw_deg"] = json!(most);
     numbers["last_yaw_deg"] = json!(yaws.last());
     numbers["by_plain_distance"] = json!(plain);
-    numbers["tried"] = tried().map(in_json).collect();
-    numbers["told"]["table"] = tried().map(row).collect();
+    numbers["tried"] = study.records().skip(2).map(tried).collect();
     numbers
 }
 
 /// Fig. 14.
 fn pushed_responses(study: &Study) -> Value {
     let [a, b] = study.pushes.each_ref().map(zmp_errors);
-    let spans = study.pushes.each_ref().map(|pushed| {
-        let spans = unloaded(pushed).into_iter().map(|(foot, span, _)| (foot, span));
-        spans.collect::<Vec<_>>()
-    });
-    let at_limit = |pushed: &Pushed| {
+    let at_limit = |pushed: &Pushed| -> Map<String, Value> {
         let joints = study.robot.joints.iter().zip(&pushed.seen.at_limit_s).filter(|(_, time_s)| **time_s > 0.0);
-        let told = joints.map(|(joint, s)| json!({ "name": joint.name.replace('_', " "), "time_s": s }));
-        told.collect::<Vec<_>>()
+        joints.map(|(joint, time_s)| (joint.name.clone(), json!(time_s))).collect()
     };
     json!({
         "zmp_error_rms_m": { "push_behind": a, "push_diagonal": b },
         "home_at_s": study.pushes.each_ref().map(|pushed| pushed.film.record.home_at_s),
-        "soles_without_load_s": spans,
-        "joints_at_torque_limit_s": study.pushes.each_ref().map(|pushed| &pushed.seen.at_limit_s),
-        "told": { "at_limit": study.pushes.each_ref().map(at_limit) },
+        "soles_without_load_s": study.pushes.each_ref().map(unloaded),
+        "joints_at_torque_limit_s": study.pushes.each_ref().map(at_limit),
     })
 }
 

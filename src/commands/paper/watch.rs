@@ -26,12 +26,12 @@ impl PushedWatch {
         let estimate = account.estimate;
         let loaded = PerFoot::from_fn(|foot| truth.sole_wrenches[foot].force.z >= LEAST_N);
         self.seen.loaded.push(loaded);
-        self.seen.on_both.push(estimate.in_contact.left && estimate.in_contact.right);
         self.note_torques(robot, period_s, truth);
         if let (Some(swing), None) = (account.swing, &self.seen.landing) {
             self.note_stance(truth, swing.footstep.foot.other());
         } else if account.stands()
-            && self.seen.on_both.last() == Some(&true)
+            && estimate.in_contact.left
+            && estimate.in_contact.right
             && self.seen.landing.is_none()
             && let Support { frame, polygon: Some(polygon), .. } = account.support()
         {

@@ -88,6 +88,9 @@
   document.addEventListener("click", (event) => {
     const command = event.target.closest(".command");
     if (command) return copy(command.dataset.copy ?? command.textContent);
+    // A link into what is folded unfolds it.
+    const link = event.target.closest("a[href^='#']");
+    if (link) document.getElementById(link.hash.slice(1))?.closest("details")?.setAttribute("open", "");
     // A number of the table stays marked on the maps until there is another click.
     const number = event.target.closest("[data-trial]");
     pinned = number && data.trials.find((trial) => trial[0] === Number(number.dataset.trial));
@@ -100,6 +103,18 @@
     const set = sets.find((i) => trial[3][i] !== "R") ?? sets[0];
     copy(data.commands[set].join(trial[0]));
   });
+
+  // The navigation marks the section that is read; on a narrow screen it moves along.
+  const nav = document.querySelector("nav"), links = all("a", nav);
+  const reading = new IntersectionObserver((sections) => {
+    const found = sections.find((section) => section.isIntersecting);
+    if (!found) return;
+    for (const link of links) {
+      link.toggleAttribute("aria-current", link.hash === "#" + found.target.id);
+      if (link.hasAttribute("aria-current")) nav.scrollTo({ left: link.offsetLeft - 24 });
+    }
+  }, { rootMargin: "-20% 0px -75%" });
+  all("section").forEach((section) => reading.observe(section));
 
   // Choosers: one pair at a time, the same everywhere; names hide their curves.
   const choosers = all(".choose-pair");

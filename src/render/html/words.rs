@@ -1,6 +1,5 @@
 //! How the page writes numbers: filters of its template. What is absent, or no number, is a dash.
 
-use crate::campaign::verdict::pairs::rounded;
 use crate::render::figure::panel::short;
 use crate::render::text::{layout, p_cell};
 use minijinja::{Environment, Value as Cell};
@@ -16,9 +15,10 @@ pub(super) fn add_to(environment: &mut Environment) {
         written(&x, |x| format!("{x:.digits$}").replace('-', "\u{2212}"))
     });
     environment.add_filter("p_value", |x: Cell| written(&x, p_cell));
-    environment.add_filter("about", |x: Cell| written(&x, |x| rounded(x as u64).to_string()));
     environment.add_filter("whole", |x: Cell| written(&x, |x| short(x, 6)));
     environment.add_filter("drawn", drawn);
+    environment.add_filter("signs", |text: String| signs(&text));
+    environment.add_filter("kind", |by: String| kind(&by));
 }
 
 fn written(x: &Cell, write: impl Fn(f64) -> String) -> String {
@@ -44,6 +44,24 @@ fn signed(x: f64, digits: usize) -> String {
     layout::signed(x, digits).replace('-', "\u{2212}")
 }
 
+/// A text whose negative numbers have a real minus; the hyphens of names stay.
+fn signs(text: &str) -> String {
+    let mut parts = text.split('-');
+    let mut told = parts.next().unwrap_or_default().to_string();
+    for part in parts {
+        let is_sign = part.starts_with(|c: char| c.is_ascii_digit()) && (told.is_empty() || told.ends_with([' ', '(']));
+        told.push(if is_sign { '\u{2212}' } else { '-' });
+        told += part;
+    }
+    told
+}
+
+/// The quantity of a stratum in words; the labels below it have the unit.
+fn kind(by: &str) -> String {
+    let name = by.strip_suffix("_m").or(by.strip_suffix("_s")).unwrap_or(by);
+    name.replace("_scale", " (times nominal)").replace("_com_", "_COM_").replace('_', " ")
+}
+
 /// How a quantity is drawn, in words: `2.5`, `{ uniform = [a, b] }`, `{ normal = [mean, sd] }`, or a word.
 fn drawn(value: Cell) -> String {
     let two = |key: &str| interval(&value.get_attr(key).ok()?);
@@ -67,10 +85,15 @@ mod tests {
     #[test]
     fn numbers_read_well() {
         assert_eq!([12.34, -0.04, -3.0].map(|x| signed(x, 1)), ["+12.3", "0.0", "\u{2212}3.0"]);
-        assert_eq!([1e-9, 0.0042, 0.25].map(p_cell), ["< 0.0001", "0.0042", "0.2500"]);
+        assert_eq!([1e-9, 0.0042, 0.25].map(p_cell), ["< 0.0001", "0.0042", "0.25"]);
         assert_eq!(written(&Cell::UNDEFINED, |x| x.to_string()), NOTHING);
         let uniform = Cell::from(minijinja::value::Serde(serde_json::json!({ "uniform": [-180.0, 180.0] })));
         assert_eq!(drawn(uniform), "uniform, \u{2212}180 to 180");
         assert_eq!(drawn(Cell::from("rectangular")), "rectangular");
+        assert_eq!(
+            signs("a-1 and b: -2.0 points (-11.3 to 7.2)"),
+            "a-1 and b: \u{2212}2.0 points (\u{2212}11.3 to 7.2)"
+        );
+        assert_eq!(["trunk_com_x_m", "mass_scale"].map(kind), ["trunk COM x", "mass (times nominal)"]);
     }
 }

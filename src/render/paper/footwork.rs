@@ -59,15 +59,6 @@ impl Study {
         Choice { direction, reach: self.reach(direction), chosen }
     }
 
-    /// Up to which angle from straight fore or aft the foot on the other side of the error goes, in tenths (degrees): it
-    /// goes inward, where its range is longer.
-    pub fn other_side_up_to_deg(&self) -> f64 {
-        let foot = |deg: f64| self.choice(deg).chosen.map(|(foot, _)| foot);
-        let crosses = |deg: f64| foot(deg) == Some(Foot::Right) || foot(-deg) == Some(Foot::Left);
-        let tenths = (1..900).map(|i| f64::from(i) / 10.0);
-        tenths.filter(|deg| crosses(*deg) || crosses(180.0 - deg)).fold(0.0, f64::max)
-    }
-
     /// Whether a footstep of this foot for this ZMP error (m) is asked for all that the range gives (eq. 29).
     pub fn is_at_most(&self, foot: Foot, zmp_error: Vector2<f64>) -> bool {
         self.rules.alpha * zmp_error.norm() >= self.reach(zmp_error.normalize())[foot]

@@ -18,10 +18,12 @@ use crate::error::Result;
 use minijinja::UndefinedBehavior;
 use serde_json::{Value, json};
 use study::Study;
-use words::{Claim, Count, FigureWords, NotMade, Table, Teller, Words, counts};
+use words::{Claim, FigureWords, NotMade, Teller, Words, counts};
 
 /// All that stands on the page.
 pub struct Page {
+    /// What was found in all, in sentences.
+    pub found: Vec<String>,
     pub figures: Vec<Figure>,
     pub not_made: Vec<NotMade>,
     /// On the update time of the sets; empty: it was not measured.
@@ -36,7 +38,7 @@ pub struct Figure {
     /// What is seen.
     pub reading: String,
     pub panels: Vec<Panel>,
-    pub table: Option<Table>,
+    pub table: Option<Value>,
     pub claims: Vec<Claim>,
 }
 
@@ -63,6 +65,7 @@ impl Page {
         let update = &numbers["update_time"];
         let on_update: &[String] = if update.is_null() { &[] } else { &teller.words.update_time };
         Ok(Self {
+            found: teller.found()?,
             figures: teller.words.figure.iter().map(figure).collect::<Result<_>>()?,
             update_claims: teller.claims(on_update, update)?,
             repetitions: update["repetitions"].clone(),
@@ -70,11 +73,18 @@ impl Page {
         })
     }
 
+    /// All claims, in their order.
+    pub fn claims(&self) -> impl Iterator<Item = &Claim> {
+        self.figures.iter().flat_map(|figure| &figure.claims).chain(&self.update_claims)
+    }
+
     /// `index.html`: all figures as one page that asks for nothing else. Errors: none but a template that is wrong.
     pub fn html(&self, study: &Study) -> Result<String> {
         let context = json!({
             "style": include_str!("paper.css"),
             "figure_style": figure::page_style(),
+            "total": { "claims": self.claims().count(), "counts": told(self.claims()) },
+            "found": self.found,
             "figures": self.figures.iter().map(Figure::shown).collect::<Vec<_>>(),
             "not_made": self.not_made,
             "timing": {
@@ -104,8 +114,8 @@ fn panels(number: &str, study: &Study, numbers: &Value) -> Vec<Panel> {
 }
 
 /// The verdicts of a list of claims: how many of each, in words.
-fn told(claims: &[Claim]) -> Vec<Value> {
-    counts(claims).iter().map(|Count { verdict, told, .. }| json!({ "verdict": verdict, "told": told })).collect()
+fn told<'a>(claims: impl IntoIterator<Item = &'a Claim>) -> Vec<Value> {
+    counts(claims).iter().map(|count| json!({ "verdict": count.verdict, "told": count.in_words() })).collect()
 }
 
 impl Figure {

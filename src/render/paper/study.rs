@@ -63,9 +63,8 @@ pub struct Seen {
     /// The last tick on both feet before the first lift, and the first one after its landing.
     pub lift: Option<Stand>,
     pub landing: Option<Stand>,
-    /// Of every tick: which soles carry load, and whether the controller takes both for support.
+    /// Of every tick: which soles carry load.
     pub loaded: Vec<PerFoot<bool>>,
-    pub on_both: Vec<bool>,
     /// In the first swing, of the sole that stands: its largest angle to the ground, and its largest turn about the vertical
     /// since the lift (degrees, to the left).
     pub stance_tip_deg: f64,

@@ -5,14 +5,15 @@ use crate::render::figure::panel::short;
 use minijinja::value::{Serde, Value as Any};
 use minijinja::{Environment, UndefinedBehavior, context};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
 /// The file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Words {
-    macros: String,
+    /// What was found in all, in sentences.
+    found: Vec<String>,
     /// In their order.
     pub figure: Vec<FigureWords>,
     claim: BTreeMap<String, ClaimWords>,
@@ -47,7 +48,7 @@ pub struct FigureWords {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TableWords {
-    /// Name of the list under `told`.
+    /// Name of the list among the numbers of the figure.
     rows: String,
     /// Head and cell of each column.
     columns: Vec<[String; 2]>,
@@ -58,6 +59,8 @@ pub struct TableWords {
 struct ClaimWords {
     paper: String,
     holds: Option<String>,
+    /// For which `here` is written; None: agrees, or open without `holds`.
+    verdict: Option<Verdict>,
     here: String,
 }
 
@@ -70,7 +73,7 @@ pub struct NotMade {
 }
 
 /// How a statement of the paper compares with what was computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
     Agrees,
@@ -89,35 +92,35 @@ pub struct Claim {
     pub here: String,
 }
 
-/// How many claims have a verdict; in words: "2 agree", "1 differs".
+/// How many claims have a verdict.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Count {
     pub verdict: Verdict,
     pub claims: usize,
-    #[serde(skip)]
-    pub told: String,
+}
+
+impl Count {
+    /// "2 agree", "1 differs", "3 open".
+    pub fn in_words(&self) -> String {
+        let words = match self.verdict {
+            Verdict::Agrees => ["agrees", "agree"],
+            Verdict::Differs => ["differs", "differ"],
+            Verdict::Open => ["open", "open"],
+        };
+        format!("{} {}", self.claims, words[usize::from(self.claims != 1)])
+    }
 }
 
 /// Of each verdict that some claim has.
-pub fn counts(claims: &[Claim]) -> Vec<Count> {
-    let words = [
-        (Verdict::Agrees, "agrees", "agree"),
-        (Verdict::Differs, "differs", "differ"),
-        (Verdict::Open, "open", "open"),
-    ];
-    let count = |(verdict, one, more)| {
-        let claims = claims.iter().filter(|claim| claim.verdict == verdict).count();
-        Count { verdict, claims, told: format!("{claims} {}", if claims == 1 { one } else { more }) }
-    };
-    words.map(count).into_iter().filter(|count| count.claims > 0).collect()
+pub fn counts<'a>(claims: impl IntoIterator<Item = &'a Claim>) -> Vec<Count> {
+    let mut counts = [Verdict::Agrees, Verdict::Differs, Verdict::Open].map(|verdict| Count { verdict, claims: 0 });
+    claims.into_iter().for_each(|claim| counts[claim.verdict as usize].claims += 1);
+    counts.into_iter().filter(|count| count.claims > 0).collect()
 }
 
-/// Cells of text, below a head.
-#[derive(Debug, Clone, Serialize)]
-pub struct Table {
-    pub head: Vec<String>,
-    pub rows: Vec<Vec<String>>,
-}
+/// What stands in place of words that were written for another verdict.
+const OTHERWISE: &str = "This run finds otherwise than what was written here for it; `standfast paper --json` has its \
+                         numbers.";
 
 /// What tells the words with the numbers of all figures.
 pub struct Teller {
@@ -162,7 +165,9 @@ impl Teller {
             (_, true) => Verdict::Agrees,
             _ => Verdict::Differs,
         };
-        let here = self.fill(&words.here, context! { holds, ..numbers })?;
+        let usual = if words.holds.is_some() { Verdict::Agrees } else { Verdict::Open };
+        let is_as_written = verdict == words.verdict.unwrap_or(usual);
+        let here = if is_as_written { self.fill(&words.here, numbers)? } else { OTHERWISE.into() };
         let paper = joined(&words.paper);
         let quoted =
             paper.strip_prefix('\u{201c}').and_then(|quoted| quoted.strip_suffix(')')?.rsplit_once("\u{201d} ("));
@@ -170,25 +175,28 @@ impl Teller {
         Ok(Claim { verdict, paper: paper.into(), place, here })
     }
 
+    /// What was found in all.
+    pub fn found(&self) -> Result<Vec<String>> {
+        self.words.found.iter().map(|sentence| self.fill(sentence, context! {})).collect()
+    }
+
     /// How a figure is to be read.
     pub fn reading(&self, figure: &FigureWords, numbers: &Value) -> Result<String> {
         self.fill(&figure.reading, Any::from(Serde(numbers)))
     }
 
-    pub fn table(&self, words: &TableWords, numbers: &Value) -> Result<Table> {
-        let cells = |row: &Value| {
+    /// Cells of text, below a head.
+    pub fn table(&self, words: &TableWords, numbers: &Value) -> Result<Value> {
+        let cells = |row: &Value| -> Result<Vec<String>> {
             words.columns.iter().map(|[_, cell]| self.fill(cell, context! { row => Serde(row) })).collect()
         };
-        let rows =
-            numbers["told"][&words.rows].as_array().ok_or_else(|| wrong(format!("there is no list {}", words.rows)))?;
-        Ok(Table {
-            head: words.columns.iter().map(|[head, _]| head.clone()).collect(),
-            rows: rows.iter().map(cells).collect::<Result<_>>()?,
-        })
+        let rows = numbers[&words.rows].as_array().ok_or_else(|| wrong(format!("there is no list {}", words.rows)))?;
+        let rows = rows.iter().map(cells).collect::<Result<Vec<_>>>()?;
+        Ok(json!({ "head": words.columns.iter().map(|[head, _]| head).collect::<Vec<_>>(), "rows": rows }))
     }
 
     fn fill(&self, words: &str, numbers: Any) -> Result<String> {
-        let told = self.environment.render_str(&format!("{}{words}", self.words.macros), numbers);
+        let told = self.environment.render_str(words, numbers);
         Ok(joined(&told.map_err(|e| wrong(format!("{e:#}: {words}")))?))
     }
 }
@@ -214,4 +222,32 @@ fn walked(way: [f64; 2]) -> String {
     let part = |m: f64, ways: [&str; 2]| format!("{} mm {}", short(1e3 * m.abs(), 0), ways[usize::from(m < 0.0)]);
     let [along, across] = [part(way[0], ["forward", "backward"]), part(way[1], ["to the left", "to the right"])];
     if way[1].abs() < 5e-4 { along } else { format!("{along} and {across}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_told_only_for_the_verdict_that_they_were_written_for() {
+        let words = r#"
+            found = []
+            figure = []
+            not_made = []
+            update_time = []
+            claim.more = { paper = "more", holds = "x > 1", here = "x is {{ x }}" }
+            claim.less = { paper = "less", holds = "x < 1", verdict = "differs", here = "no, x is {{ x }}" }
+            claim.open = { paper = "open", here = "x may be {{ x }}" }
+        "#;
+        let teller = Teller::new(toml::from_str(words).unwrap(), &json!({}), &json!({}));
+        let told = |x: u32| {
+            let names = ["more", "less", "open"].map(String::from);
+            teller.claims(&names, &json!({ "x": x })).unwrap().into_iter().map(|claim| (claim.verdict, claim.here))
+        };
+        let (agrees, differs, open) = (Verdict::Agrees, Verdict::Differs, Verdict::Open);
+        let as_written = [(agrees, "x is 2".into()), (differs, "no, x is 2".into()), (open, "x may be 2".into())];
+        assert!(told(2).eq(as_written));
+        let otherwise = || OTHERWISE.to_string();
+        assert!(told(0).eq([(differs, otherwise()), (agrees, otherwise()), (open, "x may be 0".into())]));
+    }
 }

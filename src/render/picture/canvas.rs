@@ -4,12 +4,11 @@ use super::camera::{Camera, View};
 use super::floor::Floor;
 use super::raster;
 use super::triangle::{Light, Triangle, linear};
-use crate::render::scene::mesh::Mesh;
 use crate::render::scene::{Stage, Surface};
 use crate::robot::Kinematics;
 use crate::sim::Ground;
 use image::RgbImage;
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 
 /// What is to be painted.
 pub(super) struct Canvas {
@@ -20,16 +19,6 @@ pub(super) struct Canvas {
     pub triangles: Vec<Triangle>,
     /// World; what throws a shadow.
     opaque: Vec<[Point3<f64>; 3]>,
-}
-
-/// How a body is painted.
-#[derive(Clone, Copy)]
-pub(super) struct Paint {
-    pub light: Light,
-    /// As in [`Triangle`].
-    pub cover: f32,
-    pub through: f32,
-    pub throws_shadow: bool,
 }
 
 impl Canvas {
@@ -43,37 +32,27 @@ impl Canvas {
         Self { view, lamp, fill, triangles: Vec::new(), opaque: Vec::new() }
     }
 
+    /// The robot; of its faces those are painted that look at the camera.
     pub fn robot(&mut self, stage: &Stage, kinematics: &Kinematics) {
         for (solid, pose) in stage.solids(kinematics) {
             let Surface { color: [r, g, b, alpha], mesh, .. } = solid;
-            let light = linear([*r, *g, *b]);
-            let throws_shadow = !solid.is_translucent();
-            self.body(mesh, &pose, &Paint { light, cover: *alpha as f32, through: 0.0, throws_shadow });
-        }
-    }
-
-    /// A mesh at a pose. Of its faces those are painted that look at the camera.
-    pub fn body(&mut self, mesh: &Mesh, pose: &Isometry3<f64>, paint: &Paint) {
-        let corners: Vec<_> = mesh
-            .corners
-            .iter()
-            .map(|(point, normal)| {
+            let (color, cover) = (linear([*r, *g, *b]), *alpha as f32);
+            let lit = |(point, normal): &(Point3<f64>, Vector3<f64>)| {
                 let at = pose * point;
-                let light = self.shaded(paint.light, &at, &(pose.rotation * normal));
-                (at, self.view.vertex(at, light))
-            })
-            .collect();
-        for face in &mesh.faces {
-            let [a, b, c] = face.map(|i| corners[i].0);
-            if paint.throws_shadow {
-                self.opaque.push([a, b, c]);
-            }
-            if (b - a).cross(&(c - a)).dot(&(self.view.eye - a)) <= 0.0 {
-                continue;
-            }
-            if let [Some(a), Some(b), Some(c)] = face.map(|i| corners[i].1) {
-                let Paint { cover, through, .. } = *paint;
-                self.triangles.push(Triangle { corners: [a, b, c], cover, through, hides: cover >= 1.0 });
+                (at, self.view.vertex(at, self.shaded(color, &at, &(pose.rotation * normal))))
+            };
+            let corners: Vec<_> = mesh.corners.iter().map(lit).collect();
+            for face in &mesh.faces {
+                let [a, b, c] = face.map(|i| corners[i].0);
+                if !solid.is_translucent() {
+                    self.opaque.push([a, b, c]);
+                }
+                if (b - a).cross(&(c - a)).dot(&(self.view.eye - a)) <= 0.0 {
+                    continue;
+                }
+                if let [Some(a), Some(b), Some(c)] = face.map(|i| corners[i].1) {
+                    self.triangles.push(Triangle { corners: [a, b, c], cover, hides: cover >= 1.0 });
+                }
             }
         }
     }

@@ -10,6 +10,9 @@ use crate::robot::{Posture, Robot};
 use crate::sim::Ground;
 use image::RgbImage;
 
+/// In a picture whose shorter side has so many pixels one is a point of a screen.
+const FULL_PX: f64 = 480.0;
+
 /// Draws a moment of an episode with some marks, in a picture of `size` (width, height; px). `robot` is the simulated
 /// one. The ground has the snapshot's slope, and no step.
 pub fn draw(robot: &Robot, snapshot: &Snapshot, camera: &Camera, size: [u32; 2], marks: &[Overlay]) -> RgbImage {
@@ -26,13 +29,16 @@ pub(super) fn draw_on(
 ) -> RgbImage {
     let (mut canvas, ground) = (Canvas::new(camera, size), stage.ground(snapshot));
     let marks = stage.marks(snapshot, marks);
-    let on_ground = marks::on_the_ground(&canvas.view, &ground, stage.scale, &marks);
-    canvas.triangles.extend(&on_ground);
+    canvas.triangles.extend(marks::on_the_ground(&canvas.view, &ground, stage.scale.length(), &marks));
     canvas.robot(stage, &stage.kinematics(&snapshot.posture));
-    // Once more where the robot hides them, faintly.
-    canvas.triangles.extend(on_ground.iter().map(marks::hidden));
-    marks::in_space(&mut canvas, &ground, stage.scale, &marks);
+    canvas.triangles.extend(marks::over_all(&canvas.view, point_px(size), &marks));
     canvas.paint(size, &ground)
+}
+
+/// How many pixels a point of a screen is in a picture: marks grow as a large picture does, and shrink less than a small one.
+fn point_px(size: [u32; 2]) -> f64 {
+    let share = f64::from(size[0].min(size[1])) / FULL_PX;
+    share.max(share.sqrt())
 }
 
 /// Draws a robot on a level floor and nothing else, in a picture of `size` (width, height; px).

@@ -103,10 +103,8 @@ impl Palette {
         let seen = counts.iter().enumerate().flat_map(|(bucket, count)| repeat_n(middle(bucket), count.isqrt()));
         let mut lesson: Vec<_> = seen.collect();
         let count = lesson.len() / EACH_MARK;
-        lesson.extend(Overlay::ALL.into_iter().flat_map(|mark| {
-            let Color(r, g, b) = mark.color();
-            repeat_n([r, g, b, 255], count)
-        }));
+        let marks = Overlay::ALL.into_iter().map(Overlay::color).chain([Color::WHITE]);
+        lesson.extend(marks.flat_map(|Color(r, g, b)| repeat_n([r, g, b, 255], count)));
         let network = NeuQuant::new(1, COLORS, lesson.as_flattened());
         Self { colors: network.color_map_rgb(), network, nearest: vec![None; counts.len()] }
     }

@@ -3,9 +3,9 @@
 use super::camera::Camera;
 use super::draw::draw_on;
 use super::label::label;
-use crate::episode::{Film, Snapshot};
-use crate::render::scene::Stage;
+use crate::episode::Film;
 use crate::render::scene::palette::Overlay;
+use crate::render::scene::{Stage, in_short};
 use crate::sim::Push;
 use image::RgbImage;
 use nalgebra::Point3;
@@ -39,10 +39,12 @@ const APART_S: f64 = 0.012;
 const ARROW_M: f64 = 0.3;
 const MARGIN: f64 = 0.08;
 
-/// A moment with its time, and the speed if there is one to be told.
-pub(super) fn picture(stage: &Stage, snapshot: &Snapshot, camera: &Camera, size: [u32; 2], speed: &str) -> RgbImage {
+/// Moment `k` of a film with its time, the speed if there is one to be told, and what the controller does.
+pub(super) fn picture(film: &Film, stage: &Stage, k: usize, camera: &Camera, size: [u32; 2], speed: &str) -> RgbImage {
+    let snapshot = &film.snapshots[k];
     let mut image = draw_on(stage, snapshot, camera, size, &Overlay::ALL);
     label(&mut image, format!("{:.2} s {speed}", snapshot.time_s).trim_end(), [10, 8]);
+    label(&mut image, &in_short(snapshot, &film.gains), [10, size[1].saturating_sub(28)]);
     image
 }
 

@@ -66,7 +66,7 @@ pub(super) fn moving(film: &Film, stage: &Stage, options: &FramesOptions) -> Res
     let camera = camera(film, stage, some, options.gif_size);
     let shown = |shot: &Shot| {
         let speed = if shot.speed == 1.0 { String::new() } else { format!("({} x)", shot.speed) };
-        picture(stage, &film.snapshots[shot.snapshot], &camera, options.gif_size, &speed)
+        picture(film, stage, shot.snapshot, &camera, options.gif_size, &speed)
     };
     let some: Vec<&Shot> = shots.iter().step_by(shots.len().div_ceil(AT_ONCE)).collect();
     let palette = Palette::of(&some.into_par_iter().map(shown).collect::<Vec<_>>());

@@ -80,17 +80,15 @@ fn blend(samples: &mut [Sample], window: [i64; 4], area: &Coverage, triangle: &T
     area.for_each(window, |x, y, [wa, wb, wc]| {
         let sample = &mut samples[(y - window[1]) as usize * row_length + x as usize];
         let near = (wa * a.near + wb * b.near + wc * c.near) as f32;
-        let seen = near > sample.near;
-        let share = if seen { triangle.cover } else { triangle.through };
-        if share <= 0.0 {
+        if near <= sample.near {
             return;
         }
         let weights = [wa, wb, wc].map(|w| w as f32);
         for (i, value) in sample.light.iter_mut().enumerate() {
             let light = weights[0] * a.light[i] + weights[1] * b.light[i] + weights[2] * c.light[i];
-            *value += share * (light - *value);
+            *value += triangle.cover * (light - *value);
         }
-        if seen && triangle.hides {
+        if triangle.hides {
             sample.near = near;
         }
     });

@@ -185,32 +185,51 @@ fn each_mark_is_seen_in_its_colour() {
     let moment = snapshot(&robot);
     let bare = draw(&robot, &moment, &FRONT, SIZE, &[]);
     assert!(bare == draw_posture(&robot, &moment.posture, &FRONT, SIZE));
-    // Where each stands out, and the channel that is its strongest there.
+    // Where each stands out (a place, and so many pixels to the right), and the channel that is its strongest there.
     let on_floor = |x: f64, y: f64| Point3::new(x, y, 0.0);
     let cases = [
-        (Overlay::Support, on_floor(0.149, 0.1), 2),
-        (Overlay::Slices, on_floor(0.09, -0.09), 2),
-        (Overlay::Footstep, on_floor(0.25, 0.0), 2),
-        (Overlay::Contacts, Point3::new(0.1, 0.1, 0.03), 1),
-        (Overlay::Push, Point3::new(0.2, 0.0, 0.3), 0),
-        (Overlay::Com, Point3::new(0.0, 0.0, 0.3), 2),
-        (Overlay::Dcm, on_floor(0.15, 0.0), 1),
-        (Overlay::ZmpRef, on_floor(0.2, -0.05), 0),
-        (Overlay::Zmp, on_floor(0.2, 0.05), 0),
+        (Overlay::Support, on_floor(0.149, 0.1), 0, 2),
+        (Overlay::Slices, on_floor(0.09, -0.09), 0, 2),
+        (Overlay::Footstep, on_floor(0.25, 0.0), 0, 2),
+        (Overlay::Contacts, Point3::new(0.1, 0.1, 0.03), 0, 1),
+        (Overlay::Push, Point3::new(0.2, 0.0, 0.3), 0, 0),
+        (Overlay::Com, Point3::new(0.0, 0.0, 0.3), 5, 2),
+        (Overlay::Dcm, on_floor(0.15, 0.0), 0, 1),
+        (Overlay::ZmpRef, on_floor(0.2, -0.05), 5, 0),
+        (Overlay::Zmp, on_floor(0.2, 0.05), 0, 0),
     ];
     assert_eq!(cases.each_ref().map(|(mark, ..)| *mark), Overlay::ALL);
-    for (mark, place, channel) in cases {
+    for (mark, place, right_px, channel) in cases {
         let image = draw(&robot, &moment, &FRONT, SIZE, &[mark]);
-        let [now, before] = [&image, &bare].map(|image| at(image, &FRONT, place));
+        let [x, y] = FRONT.project(place, SIZE).unwrap().map(|px| px as u32);
+        let [now, before] = [&image, &bare].map(|image| image.get_pixel(x + right_px, y).0);
         assert_ne!(now, before, "{mark:?}");
         let strongest = (0..3).max_by_key(|&i| now[i]).unwrap();
         assert!(now[channel] == now[strongest], "{mark:?}: {now:?}");
     }
-    // A mark below the sole is seen through the foot.
+    // A mark below the sole is not hidden by the foot.
     let beneath = Snapshot { zmp: Some(Point2::new(-0.03, 0.05)), ..moment };
     let image = draw(&robot, &beneath, &FRONT, SIZE, &[Overlay::Zmp]);
     let [r, g, b] = at(&image, &FRONT, on_floor(-0.03, 0.05));
     assert!(r > g.max(b) + 60, "{r} {g} {b}");
+}
+
+/// The COM lies within the robot, which is as purple as its mark: a ring in white tells the two apart, in a picture of any size.
+#[test]
+fn the_com_is_ringed_in_white_before_the_robot() {
+    let (robot, posture) = boxes(&[([0.0, 0.0, 0.3], [0.1; 3], [0.35, 0.2, 0.6, 1.0])]);
+    let moment = Snapshot { posture, ..snapshot(&robot) };
+    for size in [[240, 320], [640, 480]] {
+        let image = draw(&robot, &moment, &FRONT, size, &[Overlay::Com]);
+        let bare = draw(&robot, &moment, &FRONT, size, &[]);
+        let [x, y] = FRONT.project(moment.com, size).unwrap().map(|px| px as u32);
+        let is_white = |x: u32| image.get_pixel(x, y).0.iter().all(|v| *v > 180);
+        assert!(bare.get_pixel(x, y).0[1] < 120, "it is purple behind");
+        // From the ring outwards; along this row the white of the quarters comes first.
+        let whites: Vec<u32> = (0..16).filter(|px| is_white(x + px)).collect();
+        assert!(whites.last().is_some_and(|last| (5..14).contains(last)), "{size:?}: {whites:?}");
+        assert!(!is_white(x + 16));
+    }
 }
 
 #[test]
@@ -230,8 +249,8 @@ fn a_slope_tilts_the_floor_and_what_lies_on_it() {
 #[test]
 fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
     let robot = boxes(&[]).0;
-    let moment = Snapshot { dcm: Point2::new(0.15, 0.0), ..snapshot(&robot) };
-    let marks = [Overlay::Dcm];
+    let moment = Snapshot { zmp: Some(Point2::new(0.15, 0.0)), ..snapshot(&robot) };
+    let marks = [Overlay::Zmp];
     let patch = [Point2::new(-0.07, -0.1), Point2::new(0.07, 0.1)];
     let camera = Camera { target: Point3::origin(), azimuth_deg: 0.0, distance_m: 0.8, ..FRONT };
     let flat = draw(&robot, &moment, &camera, SIZE, &marks);
@@ -241,8 +260,8 @@ fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
     for step_m in [0.02, -0.02] {
         let ground = Ground { step_m, patch, ..Ground::default() };
         let image = draw_on(&Stage::new(&robot, ground), &moment, &camera, SIZE, &marks);
-        for (x, is_dot) in [(0.15, true), (0.13, false), (0.17, false)] {
-            assert_eq!(is_green(at(&image, &camera, Point3::new(x, 0.0, step_m))), is_dot, "{step_m} m: {x}");
+        for (x, is_dot) in [(0.15, true), (0.12, false), (0.18, false)] {
+            assert_eq!(is_red(at(&image, &camera, Point3::new(x, 0.0, step_m))), is_dot, "{step_m} m: {x}");
         }
         let light = |x: f64, y: f64, z: f64| u16::from(at(&image, &camera, Point3::new(x, y, z))[1]);
         // Between lines of the grid.

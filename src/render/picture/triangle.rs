@@ -24,10 +24,8 @@ pub(super) struct Vertex {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Triangle {
     pub corners: [Vertex; 3],
-    /// Share of what is behind that it replaces: where it is in front of what is painted yet,
+    /// Share of what is behind that it replaces, where it is in front of what is painted yet.
     pub cover: f32,
-    /// and where it is hidden.
-    pub through: f32,
     /// Whether it hides what is behind it from then on.
     pub hides: bool,
 }

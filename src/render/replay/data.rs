@@ -7,9 +7,9 @@ use super::pack::{Polygons, column, columns, packed_mesh};
 use crate::control::Phase;
 use crate::episode::film::{FARTHEST_M, Film};
 use crate::episode::snapshot::{Arrow, Snapshot};
-use crate::render::scene::mesh::{self, Mesh};
+use crate::render::scene::mesh::Mesh;
 use crate::render::scene::scale::RobotScale;
-use crate::render::scene::{Face, events, faces};
+use crate::render::scene::{Face, doing, events, faces, without_gain};
 use crate::robot::{Foot, Pose, Robot, Shape, Solid};
 use crate::sim::Ground;
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
@@ -38,7 +38,9 @@ pub fn packed(film: &Film) -> (Value, Vec<String>) {
     let mut notes = Vec::new();
     if stride > 1 {
         let ms = 1000.0 * period_s;
-        notes.push(format!("A long film, shown in moments of {ms:.0} ms: each force is the mean over one."));
+        notes.push(format!(
+            "This film is long: it is shown in moments of {ms:.0} ms, and each force is the mean over one moment."
+        ));
     }
     if every > 1 {
         notes.push(format!("CPI sets are shown every {:.0} ms.", 1000.0 * period_s * every as f64));
@@ -46,7 +48,7 @@ pub fn packed(film: &Film) -> (Value, Vec<String>) {
     if let Some(beyond) = film.snapshots[ticks.len()..].first() {
         let time_s = beyond.time_s;
         notes.push(format!(
-            "The page ends at {time_s:.3} s, where the robot is {FARTHEST_M} m from home, or its numbers run away."
+            "The page ends at {time_s:.3} s: from then on the robot is more than {FARTHEST_M} m from home, or its numbers run away."
         ));
     }
     let each = |value: &dyn Fn(&Snapshot) -> Option<f64>| column(&moments.iter().map(|s| value(s)).collect::<Vec<_>>());
@@ -69,7 +71,7 @@ pub fn packed(film: &Film) -> (Value, Vec<String>) {
         "shapes": shapes(),
         "ground": ground(film),
         "gains": film.gains,
-        "phases": PHASES.map(Phase::name),
+        "phases": PHASES.map(|phase| json!({ "id": phase.name(), "doing": doing(phase), "without_gain": without_gain(phase) })),
         "events": events(film, ticks),
         "start_s": moments.first().map(|s| s.time_s),
         "period_s": period_s,
@@ -191,15 +193,12 @@ fn shape(shape: &Shape) -> Value {
     }
 }
 
-/// What solids and arrows are made of, each in the cube from -1 to 1: the page places and stretches them, which keeps
-/// it small.
+/// What solids are made of, each in the cube from -1 to 1: the page places and stretches them, which keeps it small.
 fn shapes() -> Value {
-    let cone = mesh::cone(1.0, 2.0).at(&Pose::translation(0.0, 0.0, -1.0));
     json!({
         "box": packed_mesh(&Mesh::of(&Shape::Box { half: Vector3::repeat(1.0) })),
         "cylinder": packed_mesh(&Mesh::of(&Shape::Cylinder { radius: 1.0, length: 2.0 })),
         "sphere": packed_mesh(&Mesh::of(&Shape::Sphere { radius: 1.0 })),
-        "cone": packed_mesh(&cone),
     })
 }
 

@@ -34,12 +34,6 @@ function aboutAxis(axis, angle) {
   return [axis[0] * s, axis[1] * s, axis[2] * s, Math.cos(angle / 2)];
 }
 
-// The turn that leads from z to a direction.
-function fromZ(direction) {
-  const [x, y, z] = unit(direction);
-  return z < -0.999999 ? [1, 0, 0, 0] : unit([-y, x, 0, 1 + z]);
-}
-
 const placed = (a, b) => ({ p: add(a.p, turned(a.q, b.p)), q: quaternionProduct(a.q, b.q) });
 const poseOf = (seven) => ({ p: seven.slice(0, 3), q: seven.slice(3) });
 
@@ -50,6 +44,9 @@ function matrixOf({ p, q }) {
 
 // First b, then a.
 const product = (a, b) => [...new DOMMatrix(a).multiply(new DOMMatrix(b)).toFloat64Array()];
+
+// Where a point lies as a view (a matrix) shows it; four numbers, of which the last divides the others.
+const seenFrom = (view, [x, y, z]) => [0, 1, 2, 3].map((i) => view[i] * x + view[4 + i] * y + view[8 + i] * z + view[12 + i]);
 
 function perspective(angle, aspect, near, far) {
   const f = 1 / Math.tan(angle / 2), depth = 1 / (near - far);

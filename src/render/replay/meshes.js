@@ -34,7 +34,7 @@ function vertices(gl, sizes, data) {
   return { array, buffer };
 }
 
-// The shapes that robots and arrows are made of (see pack.rs), as triangles: point, normal. Each fills the cube from -1 to 1.
+// The shapes that robots are made of (see pack.rs), as triangles: point, normal. Each fills the cube from -1 to 1.
 function shapes(gl, packed) {
   return Object.fromEntries(Object.entries(packed).map(([name, { corners, faces }]) => {
     const values = Array.from(numbers(corners), (n) => n / 32767 - 1);

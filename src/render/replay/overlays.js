@@ -8,9 +8,8 @@ const OVERLAYS = [
 const BODY = { id: "body", key: "b", name: "body", color: "#593399", hint: "the robot; else a ghost that hides nothing" };
 // A push is short: its arrow stays for a while, faint (s).
 const AFTERGLOW = 0.3;
-// Above the floor, so that marks do not flicker, and the foot of the COM's plumb line (m); these and other lengths are for a
-// robot of the size of UT-mu2.
-const ABOVE = 0.0018, FOOT = 0.0075;
+// What lies on the floor is so much above it (m, for a robot of the size of UT-mu2), so that it does not flicker.
+const ABOVE = 0.0018;
 
 // As parts of 1; on a dark ground, brighter.
 function colorOf(id, theme) {
@@ -19,134 +18,145 @@ function colorOf(id, theme) {
   return theme === "dark" ? parts.map((x) => x + 0.32 * (1 - x)) : parts;
 }
 
-// Lines, filled polygons and solid shapes of a moment: each overlay as its style says. A solid says how much of it shows
-// through what is before it.
-class Overlays {
-  constructor(film, moment, theme, on) {
-    Object.assign(this, { film, moment, large: film.robot.length, lines: [], fills: [], solids: [] });
-    for (const { id, style } of Object.values(PALETTE.overlays)) {
-      if (!on.has(id)) continue;
-      const [shown, alpha] = id === "push" ? this.push() : [moment[id], 1];
-      if (shown) this[style.shape](shown, colorOf(id, theme), style, alpha);
-    }
-    if (on.has("trail")) for (const id of ["com", "dcm"]) this.trail(colorOf(id, theme), film[id]);
+// The push that acts, or acted a moment ago, and how strong it shows.
+function pushAt(film, moment) {
+  if (moment.push) return [moment.push, 1];
+  for (let i = moment.i; i >= 0 && moment.time - film.time(i) < AFTERGLOW; i--) {
+    const push = arrow(film.push(i, 0));
+    if (push) return [push, 0.45 * (1 - (moment.time - film.time(i)) / AFTERGLOW)];
   }
-
-  // A place on the floor.
-  on([x, y]) {
-    return [x, y, this.film.height(this.moment.slope, x, y) + ABOVE * this.large];
-  }
-
-  polygon(corners, color, { sheet: { fill, edge, width } }) {
-    const points = corners.map((corner) => this.on(corner));
-    points.forEach((point, i) => {
-      this.lines.push([point, points[(i + 1) % points.length], [...color, edge], width]);
-      if (i > 1) this.fills.push([points[0], points[i - 1], point, [...color, fill]]);
-    });
-  }
-
-  // Nested, the fastest innermost; the active one over the others.
-  sets(slices, color, { resting, acting }) {
-    const { gain } = this.moment;
-    slices.forEach((slice, i) => i !== gain && this.polygon(slice, color, { sheet: resting }));
-    if (gain !== null && slices[gain]) this.polygon(slices[gain], color, { sheet: acting });
-  }
-
-  spot(at, color, { radius_m: radius }) {
-    const size = radius * this.large;
-    const disc = (size) => Array.from({ length: 28 }, (_, k) => {
-      const angle = (2 * Math.PI * k) / 28;
-      return [at[0] + size * Math.cos(angle), at[1] + size * Math.sin(angle)];
-    });
-    this.polygon(disc(1.22 * size), [1, 1, 1], { sheet: { fill: 0.9, edge: 0.9, width: 0 } });
-    this.polygon(disc(size), color, { sheet: { fill: 1, edge: 1, width: 0 } });
-  }
-
-  ball(center, color, { radius_m: radius, through }) {
-    this.spot(center, color, { radius_m: FOOT });
-    this.lines.push([this.on(center), center, [...color, 0.9], 2]);
-    // In white, so that it shows in a robot of any colour.
-    for (const [part, rgb] of [[1, [1, 1, 1]], [0.82, color]]) {
-      const size = part * radius * this.large;
-      this.solids.push(["sphere", { p: center, q: [0, 0, 0, 1] }, [size, size, size], [...rgb, 1], through]);
-    }
-  }
-
-  // One force or several.
-  arrow(forces, color, { m_per_n: long, ends, radius_m: radius, through }, alpha) {
-    for (const { point, force } of [forces].flat().filter(Boolean)) {
-      const along = scaled(force, long / this.film.robot.stiffness), size = length(along);
-      if (size < 1e-4) continue;
-      const from = ends ? sub(point, along) : point, q = fromZ(along);
-      const head = Math.min(6 * radius * this.large, 0.6 * size), thick = Math.min(radius * this.large, 0.3 * head);
-      const at = (share) => add(from, scaled(along, share / size)), shaft = (size - head) / 2, tint = [...color, alpha];
-      this.solids.push(["cylinder", { p: at(shaft), q }, [thick, thick, shaft], tint, through]);
-      this.solids.push(["cone", { p: at(size - head / 2), q }, [2.4 * thick, 2.4 * thick, head / 2], tint, through]);
-    }
-  }
-
-  // The push that acts, or acted a moment ago, and how strong it shows.
-  push() {
-    const { film, moment } = this;
-    if (moment.push) return [moment.push, 1];
-    for (let i = moment.i; i >= 0 && moment.time - film.time(i) < AFTERGLOW; i--) {
-      const push = arrow(film.push(i, 0));
-      if (push) return [push, 0.45 * (1 - (moment.time - film.time(i)) / AFTERGLOW)];
-    }
-    return [null, 0];
-  }
-
-  trail(color, path) {
-    const every = Math.max(1, Math.round(0.006 / this.film.period));
-    let last = null;
-    for (let i = 0; i <= this.moment.i; i += every) {
-      const at = path(i, 0), point = at && this.on(at);
-      if (point && last) this.lines.push([last, point, [...color, 0.75], 1.8]);
-      last = point;
-    }
-  }
+  return [null, 0];
 }
 
-// Draws fills, and over them lines of some pixels' width: WebGL's own have one. A line is a rectangle between its ends, turned
-// to the screen; a corner of a fill is the end of a line without width.
-class OverlayLayer {
+// The marks of a moment, lowest first. Each has points in the world (m), and looks as its overlay's style says: polygons on the
+// floor, signs at points, the plumb line of the COM, arrows.
+function marksOf(film, moment, on) {
+  const floor = ([x, y]) => [x, y, film.height(moment.slope, x, y) + ABOVE * film.robot.length];
+  const sheet = (corners, sheet) => ({ polygon: corners.map(floor), sheet });
+  const shapes = {
+    polygon: (corners, style) => [sheet(corners, style.sheet)],
+    // Nested, the fastest innermost; the active one over the others.
+    sets: (slices, { resting, acting }) => {
+      const acts = (i) => i === moment.gain;
+      return [false, true].flatMap((last) =>
+        slices.filter((_, i) => acts(i) === last).map((slice) => sheet(slice, last ? acting : resting)));
+    },
+    spot: (at, { sign }) => [{ at: floor(at), sign }],
+    com: (at, { sign, foot }) => [{ plumb: [at, floor(at)] }, { at: floor(at), sign: foot }, { at, sign }],
+    arrow: (forces, { m_per_n: long, ends, width }) => [forces].flat().filter(Boolean).map(({ point, force }) => {
+      const along = scaled(force, long / film.robot.stiffness);
+      return { arrow: ends ? [sub(point, along), point] : [point, add(point, along)], width };
+    }),
+  };
+  return Object.values(PALETTE.overlays).filter(({ id }) => on.has(id)).flatMap(({ id, style }) => {
+    const [shown, opacity] = id === "push" ? pushAt(film, moment) : [moment[id], 1];
+    return shown ? shapes[style.shape](shown, style).map((mark) => ({ ...mark, id, opacity })) : [];
+  });
+}
+
+// The fillings of polygons, on the floor: the robot hides them.
+class Fillings {
   constructor(gl) {
     this.gl = gl;
     this.program = program(gl, `
 layout(location = 0) in vec3 here;
-layout(location = 1) in vec3 other;
-layout(location = 2) in vec4 tint;
-layout(location = 3) in float wide;
+layout(location = 1) in vec4 tint;
 uniform mat4 view;
-uniform vec2 screen;
 out vec4 color;
 void main() {
-  vec4 a = view * vec4(here, 1.0), b = view * vec4(other, 1.0);
-  vec2 along = (b.xy / b.w - a.xy / a.w) * screen;
-  vec2 across = normalize(vec2(-along.y, along.x) + vec2(1e-6, 0.0));
-  a.xy += across * wide / screen * a.w;
   color = tint;
-  gl_Position = a;
-}`, "in vec4 color; uniform float alpha; out vec4 shown; void main() { shown = vec4(color.rgb, color.a * alpha); }");
-    this.buffer = vertices(gl, [3, 3, 4, 1]);
+  gl_Position = view * vec4(here, 1.0);
+}`, "in vec4 color; out vec4 shown; void main() { shown = color; }");
+    this.buffer = vertices(gl, [3, 4]);
   }
 
-  draw({ lines, fills }, view, screen, alpha) {
-    const { gl, program: { made, uniforms } } = this, ratio = window.devicePixelRatio || 1, data = [];
-    for (const [a, b, c, color] of fills) for (const at of [a, b, c]) data.push(...at, ...at, ...color, 0);
-    for (const [a, b, color, width] of lines) {
-      const w = width * ratio;
-      // Seen from the other end, left is right.
-      const from = (side) => [...a, ...b, ...color, side], to = (side) => [...b, ...a, ...color, -side];
-      data.push(...from(w), ...from(-w), ...to(w), ...to(w), ...from(-w), ...to(-w));
+  draw(marks, view, theme) {
+    const { gl, program: { made, uniforms } } = this, data = [];
+    for (const { id, polygon, sheet } of marks.filter((mark) => mark.polygon)) {
+      const tint = [...colorOf(id, theme), sheet.fill];
+      for (let i = 2; i < polygon.length; i++) for (const k of [0, i - 1, i]) data.push(...polygon[k], ...tint);
     }
     gl.useProgram(made);
     gl.uniformMatrix4fv(uniforms.view, false, view);
-    gl.uniform1f(uniforms.alpha, alpha);
-    gl.uniform2fv(uniforms.screen, screen);
     gl.bindVertexArray(this.buffer.array);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer.buffer);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(data), gl.DYNAMIC_DRAW);
-    gl.drawArrays(gl.TRIANGLES, 0, data.length / 11);
+    gl.drawArrays(gl.TRIANGLES, 0, data.length / 7);
+  }
+}
+
+// All other marks, flat over the picture, so that the robot does not hide them: on a canvas of their own.
+class Over {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.pen = canvas.getContext("2d");
+  }
+
+  draw(film, moment, marks, view, theme, on) {
+    const { canvas, pen } = this, ratio = window.devicePixelRatio || 1, { plumb } = PALETTE;
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.clearRect(0, 0, canvas.width, canvas.height);
+    const [halfWidth, halfHeight] = [canvas.width, canvas.height].map((px) => px / ratio / 2);
+    const seen = (point) => {
+      const [x, y, , w] = seenFrom(view, point);
+      return w > 1e-3 ? [(1 + x / w) * halfWidth, (1 - y / w) * halfHeight] : null;
+    };
+    const css = (id) => `rgb(${colorOf(id, theme).map((x) => Math.round(255 * x))})`;
+    if (on.has("trail")) for (const id of ["com", "dcm"]) this.trail(film, moment, film[id], seen, css(id));
+    for (const { id, opacity, polygon, sheet, at, sign, plumb: ends, arrow: arrowEnds, width } of marks) {
+      pen.globalAlpha = opacity;
+      const color = css(id), points = (polygon ?? ends ?? arrowEnds ?? [at]).map(seen);
+      if (points.includes(null)) continue;
+      if (polygon) {
+        pen.globalAlpha = sheet.edge;
+        this.trace(points, true, color, sheet.width);
+      } else if (ends) {
+        pen.globalAlpha = plumb.opacity;
+        pen.setLineDash([plumb.dash, plumb.gap]);
+        this.trace(points, false, color, plumb.width);
+        pen.setLineDash([]);
+      } else if (arrowEnds) {
+        this.arrow(...points, color, width);
+      } else {
+        for (const { form, path, width: wide, white } of sign) {
+          const there = path.map(([x, y]) => [points[0][0] + x, points[0][1] + y]);
+          this.trace(there, form !== "line", white ? "#fff" : color, wide);
+        }
+      }
+    }
+    pen.globalAlpha = 1;
+  }
+
+  // A line of a width, or an area if there is none.
+  trace(points, closed, color, width) {
+    const { pen } = this;
+    pen.beginPath();
+    for (const point of points) pen.lineTo(...point);
+    if (closed) pen.closePath();
+    pen.lineJoin = "bevel";
+    pen.lineWidth = width;
+    pen.fillStyle = pen.strokeStyle = color;
+    if (width === undefined) pen.fill();
+    else pen.stroke();
+  }
+
+  arrow(from, to, color, width) {
+    const along = [to[0] - from[0], to[1] - from[1]], size = Math.hypot(...along);
+    if (size < 1) return;
+    const [x, y] = along.map((v) => v / size), [long, broad] = PALETTE.head.map((share) => share * width);
+    const head = Math.min(long, size), half = (0.5 * head * broad) / long, neck = [to[0] - head * x, to[1] - head * y];
+    this.trace([from, neck], false, color, width);
+    this.trace([to, [neck[0] - half * y, neck[1] + half * x], [neck[0] + half * y, neck[1] - half * x]], true, color);
+  }
+
+  // Where a point was until now, over the floor.
+  trail(film, moment, path, seen, color) {
+    const every = Math.max(1, Math.round(0.006 / film.period)), points = [];
+    for (let i = 0; i <= moment.i; i += every) {
+      const [x, y] = path(i, 0), at = seen([x, y, film.height(moment.slope, x, y)]);
+      if (at) points.push(at);
+    }
+    this.pen.globalAlpha = 0.75;
+    this.trace(points, false, color, 1.8);
   }
 }

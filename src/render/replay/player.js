@@ -10,17 +10,17 @@ const state = { time: film.start, playing: false, speed: 1, stale: true, last: 0
 
 let scene = null, camera = null;
 try {
-  const canvas = find("view");
-  scene = new Scene(canvas, film);
+  const canvas = find("view"), over = find("over");
+  scene = new Scene(canvas, over, film);
   camera = new Camera(canvas, film.robot.com_height_m, () => { state.stale = true; });
   // A telephone takes the graphics away from a page that is out of sight.
   canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
   canvas.addEventListener("webglcontextrestored", () => {
-    scene = new Scene(canvas, film);
+    scene = new Scene(canvas, over, film);
     resize();
   });
 } catch (problem) {
-  find("view").hidden = find("views").hidden = true;
+  find("view").hidden = find("over").hidden = find("views").hidden = true;
   find("no-view").hidden = false;
   // Only what went wrong in making pictures; the rest works without.
   find("why").textContent = problem.message;
@@ -188,13 +188,13 @@ function strip() {
     return made;
   };
   const doing = (i) => {
-    const gain = film.gain(i), phase = film.data.phases[film.phase(i)];
-    return gain === null || phase !== "switching" ? phase : "gain " + film.gains[gain];
+    const gain = film.gain(i), { id, doing } = film.data.phases[film.phase(i)];
+    return gain === null || id !== "switching" ? doing : "gain " + film.gains[gain];
   };
   for (let from = 0; from < film.count; ) {
     let to = from + 1;
     while (to < film.count && doing(to) === doing(from)) to++;
-    const phase = film.data.phases[film.phase(from)], gain = film.gain(from);
+    const phase = film.data.phases[film.phase(from)].id, gain = film.gain(from);
     const made = part(find("phases"), phase, film.time(from), film.time(to), doing(from));
     // From slow to fast, stronger.
     if (phase === "switching" && gain !== null) made.style.opacity = 0.35 + (0.65 * (gain + 1)) / film.gains.length;
@@ -210,13 +210,13 @@ function readouts(moment) {
   const outside = moment.dcmOutside;
   const told = {
     clock: moment.time.toFixed(3) + " s",
-    phase: moment.phase.replaceAll("-", " "),
-    gain: moment.gain === null ? "\u2013" : film.gains[moment.gain],
-    margin: moment.margin === null ? "\u2013" : moment.margin.toFixed(2).replace("-", "\u2212"),
+    phase: moment.phase.doing,
+    gain: moment.gain === null ? moment.phase.without_gain : film.gains[moment.gain],
+    margin: moment.margin === null ? "none" : moment.margin.toFixed(2).replace("-", "\u2212"),
     edge: outside === null ? "no support" : mm(outside) + (outside > 0 ? "outside" : "inside"),
   };
   for (const [id, text] of Object.entries(told)) if (find(id).textContent !== text) find(id).textContent = text;
-  find("doing").className = moment.phase;
+  find("doing").className = moment.phase.id;
   find("edge").className = outside === null || outside > 0 ? "bad" : "";
   find("margin").className = moment.margin < 0 ? "bad" : "";
 }
@@ -228,9 +228,10 @@ function renderPlots() {
 
 // Canvas sizes follow the layout.
 function resize() {
-  const canvas = find("view"), ratio = window.devicePixelRatio || 1;
-  const pixels = (px) => Math.max(1, Math.round(px * ratio));
-  if (scene) [canvas.width, canvas.height] = [pixels(canvas.clientWidth), pixels(canvas.clientHeight)];
+  const ratio = window.devicePixelRatio || 1, pixels = (px) => Math.max(1, Math.round(px * ratio));
+  for (const canvas of scene ? [find("view"), find("over")] : []) {
+    [canvas.width, canvas.height] = [pixels(canvas.clientWidth), pixels(canvas.clientHeight)];
+  }
   renderPlots();
 }
 

@@ -112,7 +112,7 @@ void main() {
 
 class Scene {
   // Throws if this browser has no WebGL 2.
-  constructor(canvas, film) {
+  constructor(canvas, over, film) {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: false });
     if (!gl) throw new Error("this browser lacks WebGL 2, or has it switched off");
     // How large the robot is beside UT-mu2.
@@ -121,7 +121,8 @@ class Scene {
     this.cast = program(gl, SHADOW_VERTEX, SHADOW_FRAGMENT);
     this.floor = program(gl, FLOOR_VERTEX, FLOOR_FRAGMENT);
     this.floorMesh = this.makeFloor();
-    this.overlay = new OverlayLayer(gl);
+    this.fillings = new Fillings(gl);
+    this.over = new Over(over);
     this.makeShadow();
   }
 
@@ -232,18 +233,12 @@ class Scene {
       gl.clear(gl.DEPTH_BUFFER_BIT);
     }
 
-    // What lies behind the robot shines through, faintly.
-    const drawn = new Overlays(this.film, moment, theme, overlays);
     gl.disable(gl.CULL_FACE);
     gl.depthMask(false);
-    for (const behind of [true, false]) {
-      gl.depthFunc(behind ? gl.GREATER : gl.LEQUAL);
-      this.overlay.draw(drawn, view, [canvas.width, canvas.height], behind ? PALETTE.through : 1);
-      const solid = this.use(this.solid, lit);
-      for (const [kind, pose, size, [r, g, b, alpha], through] of drawn.solids) {
-        this.shape(solid, kind, pose, size, [r, g, b, alpha * (behind ? through : 1)]);
-      }
-    }
+    gl.depthFunc(gl.LEQUAL);
+    const marks = marksOf(this.film, moment, overlays);
+    this.fillings.draw(marks, view, theme);
     gl.depthMask(true);
+    this.over.draw(this.film, moment, marks, view, theme, overlays);
   }
 }

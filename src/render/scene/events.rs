@@ -49,11 +49,11 @@ pub fn events(film: &Film, ticks: &[Snapshot]) -> Vec<Event> {
     }
     for step in &record.footsteps {
         let side = if step.in_set_at_landing { "inside" } else { "outside" };
-        let text = format!("{} footstep, landed {side} the new sets", step.foot.name());
+        let text = format!("{} footstep, which landed {side} the new sets", step.foot.name());
         add(EventKind::Footstep, step.lift_s, step.land_s, text);
     }
     if let Some(lifted) = &record.unfinished_footstep {
-        let text = format!("{} footstep, not landed", lifted.foot.name());
+        let text = format!("{} footstep, which did not land", lifted.foot.name());
         add(EventKind::Footstep, lifted.lift_s, record.fell_at_s.unwrap_or(last_s), text);
     }
     if let Some(at) = record.fell_at_s {

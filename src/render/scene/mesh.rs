@@ -63,8 +63,7 @@ fn cylinder(radius: f64, length: f64) -> Mesh {
     ])
 }
 
-/// A ball about the origin.
-pub fn sphere(radius: f64) -> Mesh {
+fn sphere(radius: f64) -> Mesh {
     let stack = |k: usize| {
         let (sin, cos) = (180.0 * k as f64 / STACKS as f64).to_radians().sin_cos();
         // At the upper pole sin is not quite 0.
@@ -72,28 +71,6 @@ pub fn sphere(radius: f64) -> Mesh {
         [radius * sin, -radius * cos, sin, -cos]
     };
     revolved(&(0..=STACKS).map(stack).collect::<Vec<_>>())
-}
-
-/// An arrow from the origin along z, its tip at `length`: a shaft and a head, which shrinks with an arrow that is
-/// short.
-pub fn arrow(length: f64, shaft_radius: f64) -> Mesh {
-    let head = (6.0 * shaft_radius).min(0.6 * length);
-    let (r, neck) = (shaft_radius.min(0.3 * head), length - head);
-    let mut mesh = rod(r, neck);
-    mesh.append(cone(2.4 * r, head).at(&Isometry3::translation(0.0, 0.0, neck)));
-    mesh
-}
-
-/// A cone on the origin, its tip on z.
-pub fn cone(radius: f64, length: f64) -> Mesh {
-    let slant = radius.hypot(length);
-    let (nr, nz) = (length / slant, radius / slant);
-    revolved(&[[0.0, 0.0, 0.0, -1.0], [radius, 0.0, 0.0, -1.0], [radius, 0.0, nr, nz], [0.0, length, nr, nz]])
-}
-
-/// A rod from the origin along z.
-pub fn rod(radius: f64, length: f64) -> Mesh {
-    cylinder(radius, length).at(&Isometry3::translation(0.0, 0.0, length / 2.0))
 }
 
 /// A surface of revolution about z, from points [r, z] with normals [r, z] that go up along its outside.
@@ -147,12 +124,6 @@ impl Mesh {
             self.faces.push([corners[0], corners[a], corners[b]]);
         }
     }
-
-    fn append(&mut self, other: Mesh) {
-        let base = self.corners.len();
-        self.corners.extend(other.corners);
-        self.faces.extend(other.faces.iter().map(|face| face.map(|i| base + i)));
-    }
 }
 
 #[cfg(test)]
@@ -175,14 +146,11 @@ mod tests {
         assert!(share < 1.0 && share > 0.98, "{share}");
         let share = volume(&sphere(0.1)) / (4.0 / 3.0 * PI * 0.001);
         assert!(share < 1.0 && share > 0.95, "{share}");
-        let arrow = volume(&arrow(0.3, 0.005));
-        let [shaft, head] = [PI * 25e-6 * 0.27, PI * 144e-6 * 0.03 / 3.0];
-        assert!((arrow / (shaft + head) - 1.0).abs() < 0.02, "{arrow}");
     }
 
     #[test]
     fn normals_look_the_way_of_the_faces() {
-        for mesh in [bevelled_box(Vector3::new(0.05, 0.1, 0.15)), cylinder(0.05, 0.2), sphere(0.1), arrow(0.3, 0.005)] {
+        for mesh in [bevelled_box(Vector3::new(0.05, 0.1, 0.15)), cylinder(0.05, 0.2), sphere(0.1)] {
             for face in &mesh.faces {
                 let [a, b, c] = face.map(|i| mesh.corners[i].0);
                 let outward = (b - a).cross(&(c - a)).normalize();

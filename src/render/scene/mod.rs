@@ -2,8 +2,9 @@
 //! Pictures rasterise it, the window of `view` hands it to the graphics card, and the page of a replay takes its
 //! ingredients.
 //!
-//! A mark is added in one place: an [`Overlay`] with its look and style, and what it shows of a snapshot in
-//! [`Stage::marks`].
+//! A mark is added in one place: an [`Overlay`] with its look and style, which says what it shows of a snapshot. What of it lies
+//! flat over the picture (signs, outlines, arrows) comes from `strokes`, in points of a screen: so it is as large in a small
+//! picture of a robot as in a large one, and never hidden by the robot.
 
 mod events;
 mod ground;
@@ -11,6 +12,9 @@ mod marks;
 pub mod mesh;
 pub mod palette;
 pub mod scale;
+mod sign;
+mod strokes;
+mod words;
 
 use crate::episode::Snapshot;
 use crate::robot::{Kinematics, Posture, Robot, Shape};
@@ -22,6 +26,9 @@ use mesh::Mesh;
 use nalgebra::{Isometry3, Point3};
 use palette::Overlay;
 use scale::RobotScale;
+pub use sign::{At, Form};
+pub use strokes::{Stroke, arrow, strokes};
+pub use words::{doing, in_short, without_gain};
 
 /// A robot, made ready to be drawn at any posture, and the ground on which it stands.
 pub struct Stage<'a> {
@@ -42,7 +49,7 @@ pub struct Surface {
     /// In the frame of the link.
     pub mesh: Mesh,
     /// A ball that holds it: centre in the frame of the link, radius (m).
-    ball: (Point3<f64>, f64),
+    pub ball: (Point3<f64>, f64),
 }
 
 impl<'a> Stage<'a> {
@@ -87,7 +94,7 @@ impl<'a> Stage<'a> {
 
     /// What is marked of a moment, lowest first.
     pub fn marks(&self, now: &Snapshot, shown: &[Overlay]) -> Vec<Mark> {
-        marks::of(now, self.scale, shown)
+        marks::of(now, &self.ground(now), self.scale, shown)
     }
 }
 

@@ -1,14 +1,27 @@
 //! What can be marked beside the robot: its colour, its key, its name, and how it looks, the same in the window, in
 //! pictures and in replays.
 
+use super::sign::Sign;
 use crate::episode::Snapshot;
 use crate::episode::snapshot::Arrow;
 use nalgebra::Point2;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-/// How much of a mark on the ground is seen through what hides it.
-pub const THROUGH: f64 = 0.7;
+/// The dashed line between the COM and the ground.
+pub const PLUMB: Plumb = Plumb { width: 1.5, opacity: 0.8, dash: 5.0, gap: 4.0 };
+
+/// Lengths in points of a screen.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Plumb {
+    pub width: f64,
+    pub opacity: f64,
+    pub dash: f64,
+    pub gap: f64,
+}
+
+/// Length and breadth of an arrow's head by the width of its shaft.
+pub const HEAD: [f64; 2] = [3.6, 3.2];
 
 /// sRGB.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,7 +81,7 @@ pub struct Look {
     pub style: Style,
 }
 
-/// What an overlay shows of a snapshot, and what that looks like. Lengths (m) are those for a robot as large as UT-mu2.
+/// What an overlay shows of a snapshot, and what that looks like. Widths are in points of a screen.
 #[derive(Debug, Clone, Copy, Serialize)]
 #[serde(tag = "shape", rename_all = "lowercase")]
 pub enum Style {
@@ -84,25 +97,23 @@ pub enum Style {
     Spot {
         #[serde(skip)]
         of: fn(&Snapshot) -> Option<Point2<f64>>,
-        radius_m: f64,
-        #[serde(skip)]
         sign: Sign,
     },
-    /// The COM: a ball, and a plumb line from it to the ground.
-    Ball { radius_m: f64, through: f64 },
-    /// Forces; the arrow of one that `ends` at its point of attack begins there otherwise.
+    /// The COM: a sign in the air, a plumb line from it to the ground, and a sign where that ends.
+    Com { sign: Sign, foot: Sign },
+    /// Forces; the arrow of one that `ends` at its point of attack begins there otherwise. Its length (m/N) is that for a robot
+    /// as large as UT-mu2.
     Arrow {
         #[serde(skip)]
         of: fn(&Snapshot) -> Vec<Arrow>,
         m_per_n: f64,
         ends: bool,
-        radius_m: f64,
-        through: f64,
+        width: f64,
     },
 }
 
-/// What a polygon on the ground looks like: how much (0 to 1) it covers of what it lies on, and its edge, whose width
-/// is in points of a screen; in a picture in mm for a robot as large as UT-mu2.
+/// What a polygon on the ground looks like: how much (0 to 1) it covers of what it lies on, and the opacity and width of its
+/// edge.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Sheet {
     pub fill: f64,
@@ -110,17 +121,9 @@ pub struct Sheet {
     pub width: f64,
 }
 
-/// How points of the ground are told apart, where there are points enough of the screen to do so.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sign {
-    Disc,
-    Ring,
-    Diamond,
-}
-
 impl Overlay {
-    /// In the order in which they are drawn, one over the other. Points are the smaller the later they come: at rest,
-    /// where all are one, each is seen.
+    /// In the order in which they are drawn, one over the other. Signs of points are the smaller the later they come: at
+    /// rest, where all points are one, each is seen.
     pub const ALL: [Self; 9] = [
         Self::Support,
         Self::Slices,
@@ -137,8 +140,8 @@ impl Overlay {
         const fn sheet(fill: f64, edge: f64, width: f64) -> Sheet {
             Sheet { fill, edge, width }
         }
-        const fn spot(radius_m: f64, sign: Sign, of: fn(&Snapshot) -> Option<Point2<f64>>) -> Style {
-            Style::Spot { of, radius_m, sign }
+        const fn spot(sign: Sign, of: fn(&Snapshot) -> Option<Point2<f64>>) -> Style {
+            Style::Spot { of, sign }
         }
         let (id, key, name, hint, color, style) = match self {
             Self::Support => {
@@ -156,28 +159,28 @@ impl Overlay {
             }
             Self::Contacts => {
                 let of = |now: &Snapshot| [now.contacts.left, now.contacts.right].into_iter().flatten().collect();
-                let style = Style::Arrow { of, m_per_n: 0.002, ends: false, radius_m: 0.0045, through: 0.3 };
+                let style = Style::Arrow { of, m_per_n: 0.002, ends: false, width: 3.0 };
                 ("contacts", 'g', "ground forces", "on each sole", 0x4fb84f, style)
             }
             Self::Push => {
                 let of = |now: &Snapshot| now.push.into_iter().collect();
-                let style = Style::Arrow { of, m_per_n: 0.004, ends: true, radius_m: 0.006, through: 0.6 };
+                let style = Style::Arrow { of, m_per_n: 0.004, ends: true, width: 4.0 };
                 ("push", 'p', "push", "it fades after it ends", 0xe4002b, style)
             }
             Self::Com => {
-                let style = Style::Ball { radius_m: 0.014, through: 0.8 };
+                let style = Style::Com { sign: Sign::Quartered, foot: Sign::Cross };
                 ("com", 'c', "COM", "centre of mass, and its projection on the ground", 0x7b3fa0, style)
             }
             Self::Dcm => {
-                let style = spot(0.0115, Sign::Diamond, |now| Some(now.dcm));
+                let style = spot(Sign::Diamond, |now| Some(now.dcm));
                 ("dcm", 'd', "DCM", "divergent component of motion (capture point)", 0x0b7a3b, style)
             }
             Self::ZmpRef => {
-                let style = spot(0.0085, Sign::Ring, |now| Some(now.zmp_ref));
+                let style = spot(Sign::Ring, |now| Some(now.zmp_ref));
                 ("zmpRef", 'w', "ZMP wanted", "the one that the controller asks for", 0xff9f1c, style)
             }
             Self::Zmp => {
-                let style = spot(0.006, Sign::Disc, |now| now.zmp);
+                let style = spot(Sign::Disc, |now| now.zmp);
                 ("zmp", 'z', "ZMP", "measured: from the forces under the soles", 0xd62728, style)
             }
         };
@@ -196,7 +199,7 @@ pub fn json() -> Value {
         let look = json!({ "id": id, "key": key, "name": name, "hint": hint, "color": color.css(), "style": style });
         (id.to_string(), look)
     });
-    json!({ "overlays": Map::from_iter(looks), "through": THROUGH })
+    json!({ "overlays": Map::from_iter(looks), "plumb": PLUMB, "head": HEAD })
 }
 
 /// The variables of a page's style.

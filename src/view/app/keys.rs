@@ -41,32 +41,34 @@ impl Wish {
     }
 }
 
-/// Keys of a live view, and what they do.
-pub const LIVE_HELP: [(&str, &str); 12] = [
-    ("drag on robot", "pull that link"),
-    ("drag, right drag", "orbit, pan; wheel zooms"),
-    ("space", "pause, go on"),
-    (". or N", "one control tick"),
-    ("- +", "slower, faster"),
-    ("R", "restart"),
-    ("Enter", "push"),
-    ("up down", "impulse of the push"),
-    ("left right", "heading of the push"),
-    ("1 2 3 ...", "gain set"),
-    ("V", "camera as at the start"),
-    ("H, Q or Esc", "this help, quit"),
+/// What mouse and keys do in a live view.
+pub const LIVE_HELP: [(&str, &str); 13] = [
+    ("drag the robot", "pulls the link under the mouse"),
+    ("drag elsewhere", "turns the view; right drag moves it"),
+    ("wheel", "zooms"),
+    ("Space", "pauses and goes on"),
+    (". or N", "goes on by one control tick"),
+    ("- and +", "slower and faster"),
+    ("R", "restarts"),
+    ("Enter", "pushes the robot"),
+    ("Up, Down", "change the impulse of the push"),
+    ("Left, Right", "turn the push"),
+    ("1, 2, 3 ...", "choose the gain set"),
+    ("V", "returns to the first view"),
+    ("H; Q or Esc", "hides this help; quits"),
 ];
 
-/// Keys of a recording.
-pub const RECORDED_HELP: [(&str, &str); 8] = [
-    ("drag, right drag", "orbit, pan; wheel zooms"),
-    ("space", "play, pause"),
-    (". ,", "a control tick on, back"),
-    ("left right", "0.1 s back, on"),
-    ("Home, End", "first, last moment"),
-    ("- +", "slower, faster"),
-    ("V", "camera as at the start"),
-    ("H, Q or Esc", "this help, quit"),
+/// And in a recording.
+pub const RECORDED_HELP: [(&str, &str); 9] = [
+    ("drag", "turns the view; right drag moves it"),
+    ("wheel", "zooms"),
+    ("Space", "plays and pauses"),
+    (", and .", "go by one control tick, back and on"),
+    ("Left, Right", "go by 0.1 s, back and on"),
+    ("Home, End", "go to the first and the last moment"),
+    ("- and +", "slower and faster"),
+    ("V", "returns to the first view"),
+    ("H; Q or Esc", "hides this help; quits"),
 ];
 
 /// A key that is held is pressed again sooner than this. One that was let go where the window was not told of it

@@ -35,7 +35,7 @@ use kiss3d::window::{NumSamples, Window};
 use live::Live;
 use marks::Marks;
 use panel::Seen;
-use pick::Grab;
+use pick::{Grab, pick_near};
 use recorded::Recorded;
 use show::{Show, several};
 use space::Space;
@@ -166,7 +166,7 @@ impl<'a> App<'a> {
         let mut drawn = format!("{frames} drawn, {dropped} dropped, in {seconds:.1} s");
         // Less is none in what is printed.
         if lost_s >= 0.05 {
-            drawn += &format!("; physics was slower than the wall by {lost_s:.1} s");
+            drawn += &format!("; the physics fell behind real time by {lost_s:.1} s");
         }
         Ok(format!("{}; {drawn}\n", self.show.account()))
     }
@@ -198,13 +198,12 @@ impl<'a> App<'a> {
         wishes
     }
 
-    /// Takes hold of the link under the mouse; else the camera turns.
+    /// Takes hold of the link under the mouse or near to it; else the camera turns.
     fn take(&mut self) {
         let (lens, mouse) = (self.lens(), self.mouse());
         let (Show::Live(live), Some(mouse)) = (&mut self.show, mouse) else { return };
-        let sight = lens.sight(mouse);
-        if let Some(hit) = pick::pick(&self.space.stage, &live.kinematics, &sight) {
-            live.take(Grab::new(hit, &sight, &live.kinematics, lens.looking(), self.space.stage.scale));
+        if let Some(hit) = pick_near(&self.space.stage, &live.kinematics, &lens, mouse) {
+            live.take(Grab::new(hit, &lens.sight(mouse), &live.kinematics, lens.looking(), self.space.stage.scale));
             self.camera.rebind_rotate_button(None);
         }
     }
@@ -247,7 +246,7 @@ impl<'a> App<'a> {
             drawn.aim(now, &self.aim);
         }
         marks.iter().for_each(|mark| drawn.draw(mark));
-        if let Some((at, name)) = mouse.and_then(|at| Some((at, self.show.link_at(stage, &lens.sight(at))?))) {
+        if let Some((at, name)) = mouse.and_then(|at| Some((at, self.show.link_at(stage, &lens, at)?))) {
             drawn.name(at, name);
         }
         if self.help {
@@ -266,6 +265,7 @@ impl<'a> App<'a> {
             (Wish::Pause, Show::Recorded(recorded)) => {
                 if self.clock.paused && recorded.is_at_end() {
                     recorded.seek(0.0);
+                    self.leash.jump(&mut self.camera, &recorded.now().com);
                 }
                 self.clock.paused ^= true;
             }
@@ -280,7 +280,10 @@ impl<'a> App<'a> {
                     Show::Recorded(recorded) => _ = recorded.go(ticks),
                 }
             }
-            (Wish::Restart, Show::Live(live)) => live.restart(),
+            (Wish::Restart, Show::Live(live)) => {
+                live.restart();
+                self.leash.jump(&mut self.camera, &live.now.com);
+            }
             (Wish::Faster, _) => self.clock.change_speed(true),
             (Wish::Slower, _) => self.clock.change_speed(false),
             (Wish::Speed(speed), _) => self.clock.set_speed(speed),
@@ -296,14 +299,16 @@ impl<'a> App<'a> {
             (Wish::Seek(time_s), Show::Recorded(recorded)) => {
                 self.clock.paused = true;
                 recorded.seek(time_s.min(recorded.end_s()));
+                self.leash.jump(&mut self.camera, &recorded.now().com);
             }
             (Wish::Skip(by_s), Show::Recorded(recorded)) => {
                 self.clock.paused = true;
                 let to_s = recorded.now().time_s + by_s;
                 recorded.seek(to_s);
             }
-            (Wish::ResetCamera, _) => {
+            (Wish::ResetCamera, show) => {
                 (self.camera, self.leash) = (camera(self.space.stage.scale), Leash::of(self.space.stage.scale));
+                self.leash.jump(&mut self.camera, &show.now().com);
             }
             (Wish::Help, _) => self.help ^= true,
             (Wish::Quit, _) => self.quits = true,

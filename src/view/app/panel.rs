@@ -8,6 +8,7 @@ use super::show::Show;
 use super::{colors, space};
 use crate::render::scene::palette::{Look, Overlay};
 use crate::render::scene::scale::RobotScale;
+use crate::render::scene::{doing, without_gain};
 use kiss3d::egui::{
     Align2, Area, Button, Color32, Context, DragValue, Frame, Grid, Id, Margin, RichText, ScrollArea, Sense, Ui, vec2,
 };
@@ -55,7 +56,12 @@ pub fn draw(ctx: &Context, seen: &Seen, wishes: &mut Vec<Wish>) {
                 // Both plots, their names and the last line fill what is left of the window.
                 let height = (0.5 * (ui.available_height() - 3.0 * LINE)).max(LEAST_PLOT);
                 plots::draw(ui, seen.show.trail(), scale.length(), span_s, marked_s, height);
-                ui.weak(format!("H: keys; lines of the floor every {} m", space::spacing_m(scale)));
+                ui.horizontal(|ui| {
+                    for (name, wish) in [("Keys (H)", Wish::Help), ("First view (V)", Wish::ResetCamera)] {
+                        wishes.extend(ui.small_button(name).clicked().then_some(wish));
+                    }
+                    ui.weak(format!("floor lines: {} m", space::spacing_m(scale)));
+                });
             });
         });
     });
@@ -89,8 +95,12 @@ fn state(ui: &mut Ui, show: &Show, wishes: &mut Vec<Wish>) {
         ui.label("gain");
         ui.horizontal_wrapped(|ui| {
             ui.spacing_mut().item_spacing.x = 6.0;
+            let Some(acting) = now.gain else {
+                ui.label(without_gain(now.phase));
+                return;
+            };
             for (i, &name) in gains.iter().enumerate() {
-                match now.gain == Some(i) {
+                match i == acting {
                     true => ui.label(
                         RichText::new(format!(" {name} "))
                             .color(Color32::WHITE)
@@ -99,18 +109,15 @@ fn state(ui: &mut Ui, show: &Show, wishes: &mut Vec<Wish>) {
                     false => ui.weak(name),
                 };
             }
-            if gains.is_empty() {
-                ui.weak("none: the posture is held");
-            }
         });
         ui.end_row();
         ui.label("phase");
-        ui.label(now.phase.name());
+        ui.label(doing(now.phase));
         ui.end_row();
         ui.label("margin");
         match now.margin {
-            Some(margin) => ui.label(format!("{margin:.2}  (at rest 1, outside below 0)")),
-            None => ui.weak("no set now"),
+            Some(margin) => ui.label(format!("{margin:.2}  (1 at rest, negative outside)")),
+            None => ui.label("none"),
         };
         ui.end_row();
         ui.label("DCM");
@@ -133,7 +140,7 @@ fn time(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
             None => (String::new(), false),
             Some(factor) => {
                 let late = factor < 0.9 * clock.speed && is_live;
-                let late_words = if late { "physics is late, " } else { "" };
+                let late_words = if late { "the physics is late, " } else { "" };
                 (format!("{late_words}{factor:.2} of real time, {:.0} frames/s", clock.frames_per_s), late)
             }
         };

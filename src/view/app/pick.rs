@@ -1,15 +1,18 @@
-//! A hand on the robot: which link is under the mouse (Parry's ray cast), and the spring by which it is dragged.
+//! A hand on the robot: which link is under the mouse or near to it (Parry's ray cast), and the spring by which it is dragged.
 
+use super::camera::{Lens, Sight};
 use crate::episode::snapshot::Arrow;
 use crate::render::scene::mesh::Mesh;
 use crate::render::scene::scale::RobotScale;
 use crate::render::scene::{Stage, Surface};
 use crate::robot::{Kinematics, Pose};
 use crate::sim::Pull;
+use kiss3d::egui::{Pos2, Vec2};
 use kiss3d::glamx::Vec3;
 use nalgebra::{Point3, Unit, Vector3};
 use parry3d::query::{Ray, RayCast};
 use parry3d::shape::Triangle;
+use std::f32::consts::TAU;
 
 /// Of the spring between hand and robot (N/m), for a robot of UT-mu2's size.
 const STIFFNESS_N_M: f64 = 150.0;
@@ -18,28 +21,40 @@ const MOST_N: f64 = 40.0;
 /// Nothing is farther (m).
 const REACH_M: f32 = 100.0;
 
-/// From the eye through a point of the picture, world.
-#[derive(Debug, Clone, Copy)]
-pub struct Sight {
-    pub origin: Point3<f64>,
-    pub direction: Unit<Vector3<f64>>,
-}
-
 /// A point of a link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
     /// Index into `Robot::links`.
     pub link: usize,
-    /// Along the line of sight (m).
-    pub distance_m: f64,
+    /// World.
+    pub at: Point3<f64>,
+}
+
+/// Who means a thin arm does not hit it exactly: what is so near to the mouse is meant (points of egui), looked for on circles
+/// about it, in so many directions.
+const CIRCLES: [f32; 4] = [5.0, 10.0, 15.0, 20.0];
+const DIRECTIONS: usize = 16;
+
+/// The link under the mouse, or else the one nearest to it.
+pub fn pick_near(stage: &Stage, kinematics: &Kinematics, lens: &Lens, mouse: Pos2) -> Option<Hit> {
+    let hit = |at: Pos2| pick(stage, kinematics, &lens.sight(at));
+    let around = |radius: f32| {
+        let turns = (0..DIRECTIONS).map(|k| TAU * k as f32 / DIRECTIONS as f32);
+        turns.map(move |turn| mouse + Vec2::angled(turn) * radius)
+    };
+    hit(mouse).or_else(|| CIRCLES.into_iter().flat_map(around).find_map(hit))
 }
 
 /// The first of the drawn solids that the line of sight meets.
-pub fn pick(stage: &Stage, kinematics: &Kinematics, sight: &Sight) -> Option<Hit> {
-    let hit = |(solid, pose): (&Surface, Pose)| {
-        distance_m(&solid.mesh, &pose, sight).map(|distance_m| Hit { link: solid.link, distance_m })
+fn pick(stage: &Stage, kinematics: &Kinematics, sight: &Sight) -> Option<Hit> {
+    let distance_m = |(solid, pose): (&Surface, Pose)| {
+        let (center, radius_m) = (pose * solid.ball.0 - sight.origin, solid.ball.1);
+        let is_beside = center.cross(&sight.direction).norm() > radius_m;
+        let distance_m = (!is_beside).then(|| distance_m(&solid.mesh, &pose, sight))??;
+        Some((solid.link, distance_m))
     };
-    stage.solids(kinematics).filter_map(hit).min_by(|a, b| a.distance_m.total_cmp(&b.distance_m))
+    let (link, distance_m) = stage.solids(kinematics).filter_map(distance_m).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(Hit { link, at: sight.origin + sight.direction.into_inner() * distance_m })
 }
 
 /// Distance of a mesh along the line of sight (m); None beside it.
@@ -54,8 +69,8 @@ fn distance_m(mesh: &Mesh, pose: &Pose, sight: &Sight) -> Option<f64> {
     mesh.faces.iter().filter_map(on_face).min_by(f32::total_cmp).map(f64::from)
 }
 
-/// A point of a link that is held, and where the hand is. The hand moves on the plane through the place where it took
-/// hold, facing the viewer.
+/// A point of a link that is held, and where the hand is. The hand moves with the mouse, on the plane through the place where it
+/// took hold, facing the viewer.
 #[derive(Debug, Clone, Copy)]
 pub struct Grab {
     pub link: usize,
@@ -63,6 +78,8 @@ pub struct Grab {
     point: Point3<f64>,
     plane_point: Point3<f64>,
     plane_normal: Unit<Vector3<f64>>,
+    /// From where the mouse is on that plane to the hand: what was only near to the mouse is not pulled at once.
+    beside: Vector3<f64>,
     /// The hand, world.
     pub hand: Point3<f64>,
     /// Of the robot.
@@ -78,9 +95,14 @@ impl Grab {
         looking: Unit<Vector3<f64>>,
         scale: RobotScale,
     ) -> Self {
-        let at = sight.origin + sight.direction.into_inner() * hit.distance_m;
-        let point = kinematics.link_pose(hit.link).inverse_transform_point(&at);
-        Self { link: hit.link, point, plane_point: at, plane_normal: looking, hand: at, scale }
+        let Hit { link, at } = hit;
+        let point = kinematics.link_pose(link).inverse_transform_point(&at);
+        let (plane_point, plane_normal) = (at, looking);
+        let mut grab = Self { link, point, plane_point, plane_normal, beside: Vector3::zeros(), hand: at, scale };
+        grab.follow(sight);
+        grab.beside = at - grab.hand;
+        grab.hand = at;
+        grab
     }
 
     /// Follows the mouse.
@@ -88,7 +110,7 @@ impl Grab {
         let towards = sight.direction.dot(&self.plane_normal);
         if towards > 1e-6 {
             let distance = (self.plane_point - sight.origin).dot(&self.plane_normal) / towards;
-            self.hand = sight.origin + sight.direction.into_inner() * distance;
+            self.hand = sight.origin + sight.direction.into_inner() * distance + self.beside;
         }
     }
 
@@ -112,10 +134,12 @@ impl Grab {
 
 #[cfg(test)]
 mod tests {
+    use super::super::camera::camera;
     use super::*;
     use crate::render::scene::scale::tests::THRICE;
     use crate::robot::{Robot, Shape};
     use crate::sim::Ground;
+    use kiss3d::egui::{pos2, vec2};
 
     fn standing() -> (Robot, Kinematics) {
         let robot = Robot::load("ut-mu2").unwrap();
@@ -134,11 +158,37 @@ mod tests {
         let (com, stage) = (kinematics.com(), Stage::new(&robot, Ground::default()));
         let hit = pick(&stage, &kinematics, &sight([1.0, 0.0, com.z + 0.05], -Vector3::x())).unwrap();
         assert_eq!(hit.link, robot.trunk);
-        assert!((0.8..1.1).contains(&hit.distance_m), "{hit:?}");
+        assert!((-0.1..0.2).contains(&hit.at.x), "{hit:?}");
         // From the left the arm hides the trunk.
         let shoulder = sight([0.0, 1.0, kinematics.link_pose(robot.trunk).translation.z], -Vector3::y());
         assert_ne!(pick(&stage, &kinematics, &shoulder).unwrap().link, robot.trunk);
         assert_eq!(pick(&stage, &kinematics, &sight([1.0, 0.0, 2.0], -Vector3::x())), None);
+    }
+
+    /// Beside the head, where there is nothing else: from as near as the circles reach it is taken, and pulled only when the mouse
+    /// moves.
+    #[test]
+    fn what_is_near_to_the_mouse_is_taken_without_a_jerk() {
+        let (robot, kinematics) = standing();
+        let (stage, scale) = (Stage::new(&robot, Ground::default()), RobotScale::of(&robot));
+        let lens = Lens::new(&camera(scale), vec2(860.0, 720.0));
+        let row = lens.project(&(kinematics.com() + Vector3::z() * 0.05)).unwrap();
+        let picked = |x: f32| pick_near(&stage, &kinematics, &lens, pos2(x, row.y));
+        let exact = |x: f32| pick(&stage, &kinematics, &lens.sight(pos2(x, row.y)));
+        let edge = (0..860).map(|x| x as f32).find(|x| exact(*x).is_some()).unwrap();
+        assert_eq!(picked(edge), exact(edge));
+        for px in [1.0, 8.0, 18.0] {
+            assert_eq!(exact(edge - px), None);
+            let hit = picked(edge - px).unwrap_or_else(|| panic!("nothing {px} px from the robot"));
+            let sight = lens.sight(pos2(edge - px, row.y));
+            let mut grab = Grab::new(hit, &sight, &kinematics, lens.looking(), scale);
+            assert!(grab.pull(&kinematics).force.norm() < 1e-9);
+            grab.follow(&sight);
+            assert!(grab.pull(&kinematics).force.norm() < 1e-6, "{}", grab.pull(&kinematics).force);
+            grab.follow(&lens.sight(pos2(edge - px - 50.0, row.y)));
+            assert!(grab.pull(&kinematics).force.norm() > 3.0, "{}", grab.pull(&kinematics).force);
+        }
+        assert_eq!(picked(edge - 150.0), None);
     }
 
     #[test]

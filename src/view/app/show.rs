@@ -1,13 +1,15 @@
 //! What is shown: a live robot or a recording. What the window needs of either.
 
+use super::camera::Lens;
 use super::live::Live;
-use super::pick::{self, Sight};
+use super::pick::pick_near;
 use super::plots::Trail;
 use super::recorded::Recorded;
 use crate::episode::{Outcome, Snapshot};
 use crate::render::scene::palette::Overlay;
 use crate::render::scene::{Mark, Stage, arrow_along};
 use crate::robot::Kinematics;
+use kiss3d::egui::Pos2;
 
 /// A number of things, in words.
 pub fn several(count: u64, one: &str, many: &str) -> String {
@@ -59,12 +61,12 @@ impl Show<'_> {
             }
             (Outcome::Diverged, _) => (format!("diverged at {end_s:.2} s"), true),
             _ if is_held => ("held by hand".into(), false),
-            (_, Some(since_s)) if is_live => (format!("stands still since {since_s:.2} s"), false),
+            (_, Some(since_s)) if is_live => (format!("has stood still since {since_s:.2} s"), false),
             (Outcome::Recovered, since_s) => {
-                (format!("recovered, still from {:.2} s", since_s.unwrap_or(end_s)), false)
+                (format!("recovered: it stands still from {:.2} s on", since_s.unwrap_or(end_s)), false)
             }
             (Outcome::TimedOut, _) if is_live => ("in motion".into(), false),
-            (Outcome::TimedOut, _) => (format!("neither fell nor stood still in {end_s:.2} s"), true),
+            (Outcome::TimedOut, _) => (format!("it neither fell nor came to rest in {end_s:.2} s"), true),
         }
     }
 
@@ -80,10 +82,10 @@ impl Show<'_> {
         marks
     }
 
-    /// Name of the link under the mouse that can be pulled; none while one is.
-    pub fn link_at(&self, stage: &Stage, sight: &Sight) -> Option<&str> {
+    /// Name of the link that a drag from here would pull; none while one is pulled.
+    pub fn link_at(&self, stage: &Stage, lens: &Lens, mouse: Pos2) -> Option<&str> {
         let Show::Live(live) = self else { return None };
-        let hit = pick::pick(stage, &live.kinematics, sight).filter(|_| live.grab.is_none())?;
+        let hit = pick_near(stage, &live.kinematics, lens, mouse).filter(|_| live.grab.is_none())?;
         Some(live.world.simulated.links[hit.link].name.as_str())
     }
 
@@ -101,7 +103,7 @@ impl Show<'_> {
             Show::Live(live) => {
                 let counts = live.counts;
                 format!(
-                    "{}, {} (up to {:.1} N), {}, {}, {}; COM up to {:.1} mm from its start\n\
+                    "{}, {} (up to {:.1} N), {}, {}, {}; the COM was up to {:.1} mm from its start\n\
                      {} ({} single), {:.3} s simulated",
                     several(counts.pushes.into(), "push", "pushes"),
                     several(counts.drags.into(), "drag", "drags"),

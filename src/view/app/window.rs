@@ -13,10 +13,11 @@ use std::path::Path;
 
 /// What to do where there is no window.
 const NO_DISPLAY: &str = "start it from a desktop session, or under Xvfb (apt-get install xvfb; xvfb-run standfast view ...); \
-                          without a display: `standfast push --replay FILE.html`, or `standfast replay` of a result";
+                          without a display: `standfast push --impulse 5 --replay push.html`, or `standfast replay` of a result";
 const NO_DRIVER: &str = "install a Vulkan driver (apt-get install mesa-vulkan-drivers libvulkan1); without one: \
-                         `standfast push --replay FILE.html`, or `standfast replay` of a result";
-const NO_LIBRARY: &str = "install what windows of X need (apt-get install libxkbcommon-x11-0 libxcursor1 libxi6)";
+                         `standfast push --impulse 5 --replay push.html`, or `standfast replay` of a result";
+const NO_LIBRARY: &str =
+    "install the libraries that windows under X need (apt-get install libxkbcommon-x11-0 libxcursor1 libxi6)";
 
 /// Opens the window, size in pixels. Errors: no display that answers, no graphics driver, or a library is missing.
 pub fn open(title: &str, width: u32, height: u32) -> Result<Window> {

@@ -1,0 +1,42 @@
+//! The guide: short chapters on how to use the program, why it says what it says, and what has been measured with it.
+//!
+//! 1. [`campaigns`]: what a campaign draws, every table of a result, and how sure it is
+//! 2. [`gates`]: a build fails if the robot stands worse
+//! 3. [`limits`]: the hardest push by heading, and what a pendulum allows
+//! 4. [`robots`]: robots that are not as designed, and your own robot
+//! 5. [`gains`]: your own controller settings
+//! 6. [`paper`]: the paper's scenarios, and where this program departs from the paper
+//! 7. [`measured`]: every figure, with its date and the command that measures it
+//! 8. [`watching`]: replays, pictures and the window
+//! 9. [`commands`]: an example of each use of each command, and the exit codes
+//!
+//! The chapters are Markdown files beside this one, to be read in the repository or here.
+
+/// Makes a module of each chapter. A chapter names the targets of its links at its end, as files, which is right for a reader of the
+/// repository. Here the same names are given other targets first, and in Markdown the first target of a name counts.
+/// Pictures are found from where `cargo doc` writes a page, which is `target/doc/standfast/guide/CHAPTER/`.
+macro_rules! chapters {
+    ($($chapter:ident)*) => { $(
+        #[doc = "[commands]: crate::guide::commands"]
+        #[doc = "[gates]: crate::guide::gates"]
+        #[doc = "[limits]: crate::guide::limits"]
+        #[doc = "[measured]: crate::guide::measured"]
+        #[doc = "[paper]: crate::guide::paper"]
+        #[doc = "[robots]: crate::guide::robots"]
+        #[doc = "[error-backward.svg]: ../../../../../assets/pictures/error-backward.svg"]
+        #[doc = "[error-diagonal.svg]: ../../../../../assets/pictures/error-diagonal.svg"]
+        #[doc = "[limit-nominal.svg]: ../../../../../assets/pictures/limit-nominal.svg"]
+        #[doc = "[limit-standard.svg]: ../../../../../assets/pictures/limit-standard.svg"]
+        #[doc = "[push-behind.svg]: ../../../../../assets/pictures/push-behind.svg"]
+        #[doc = "[push-diagonal.svg]: ../../../../../assets/pictures/push-diagonal.svg"]
+        #[doc = "[replay.png]: ../../../../../assets/pictures/replay.png"]
+        #[doc = "[report.png]: ../../../../../assets/pictures/report.png"]
+        #[doc = "[success.svg]: ../../../../../assets/pictures/success.svg"]
+        #[doc = "[view.png]: ../../../../../assets/pictures/view.png"]
+        #[doc = ""]
+        #[doc = include_str!(concat!(stringify!($chapter), ".md"))]
+        pub mod $chapter {}
+    )* };
+}
+
+chapters! { campaigns gates limits robots gains paper measured watching commands }

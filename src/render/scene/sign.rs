@@ -1,0 +1,136 @@
+//! Signs that mark points: flat shapes about the point, ringed in white so that they are seen on a robot of any colour. The window,
+//! the pictures and the page of a replay draw the same ones.
+
+use serde::{Serialize, Serializer};
+use std::f64::consts::TAU;
+
+/// To the right and down, in points of a screen: from the upper left corner of a picture, or from the point that is marked.
+pub type At = [f64; 2];
+
+/// A flat shape. The middle of a line's width (points) runs along its path.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "form", rename_all = "lowercase")]
+pub enum Form {
+    /// A convex polygon, filled.
+    Area { path: Vec<At> },
+    /// The closed line around a convex polygon.
+    Outline { path: Vec<At>, width: f64 },
+    /// A straight line between two ends.
+    Line { path: [At; 2], width: f64 },
+}
+
+/// How a point is told apart from others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sign {
+    Disc,
+    Ring,
+    Diamond,
+    Cross,
+    /// A disc in quarters, by which drawings mark a centre of mass.
+    Quartered,
+}
+
+/// For a page's script it is the list of its pieces.
+impl Serialize for Sign {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.pieces().serialize(serializer)
+    }
+}
+
+/// A part of a sign: white, or in the colour of what it marks.
+#[derive(Debug, Clone, Serialize)]
+pub struct Piece {
+    #[serde(flatten)]
+    pub form: Form,
+    #[serde(rename = "white")]
+    pub is_white: bool,
+}
+
+/// Width of the white rim (points).
+const RIM: f64 = 1.3;
+/// Corners of a circle, a multiple of four.
+const ROUND: usize = 32;
+
+impl Sign {
+    /// Its parts in the order in which they are drawn, one over the other: first what makes the white rim.
+    pub fn pieces(self) -> Vec<Piece> {
+        let line = |x: f64, y: f64| Form::Line { path: [[x, y], [-x, -y]], width: 2.4 };
+        let colored = match self {
+            Sign::Disc => vec![Form::Area { path: circle(3.5) }],
+            Sign::Ring => vec![Form::Outline { path: circle(5.9), width: 2.4 }],
+            Sign::Diamond => vec![Form::Area { path: vec![[10.8, 0.0], [0.0, 10.8], [-10.8, 0.0], [0.0, -10.8]] }],
+            Sign::Cross => vec![line(7.8, 7.8), line(7.8, -7.8)],
+            Sign::Quartered => {
+                let rim = circle(8.0);
+                let quarter = |from: usize| {
+                    let arc = (from..=from + ROUND / 4).map(|k| rim[k % ROUND]);
+                    Form::Area { path: [[0.0; 2]].into_iter().chain(arc).collect() }
+                };
+                vec![quarter(0), quarter(ROUND / 2), Form::Outline { path: rim.clone(), width: 2.0 }]
+            }
+        };
+        // What shows between the quarters is white too.
+        let ground = (self == Sign::Quartered).then(|| Form::Area { path: circle(8.0) });
+        let white: Vec<Form> = ground.into_iter().chain(colored.iter().map(Form::widened)).collect();
+        let piece = |is_white: bool| move |form| Piece { form, is_white };
+        white.into_iter().map(piece(true)).chain(colored.into_iter().map(piece(false))).collect()
+    }
+}
+
+impl Form {
+    /// The form as lines that are wider by the rim on each side, of an area its outline.
+    fn widened(&self) -> Form {
+        let wider = |width: f64| width + 2.0 * RIM;
+        match self {
+            Form::Area { path } => Form::Outline { path: path.clone(), width: wider(0.0) },
+            Form::Outline { path, width } => Form::Outline { path: path.clone(), width: wider(*width) },
+            Form::Line { path: [a, b], width } => {
+                let length = (a[0] - b[0]).hypot(a[1] - b[1]);
+                let beyond = |end: At, other: At| [0, 1].map(|i| end[i] + (end[i] - other[i]) * RIM / length);
+                Form::Line { path: [beyond(*a, *b), beyond(*b, *a)], width: wider(*width) }
+            }
+        }
+    }
+}
+
+/// About the point. Rounded, so that a page is the same to the byte whatever computed the sines.
+fn circle(radius: f64) -> Vec<At> {
+    let corner = |k: usize| {
+        let (sin, cos) = (TAU * k as f64 / ROUND as f64).sin_cos();
+        [cos, sin].map(|share| (1000.0 * radius * share).round() / 1000.0)
+    };
+    (0..ROUND).map(corner).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALL: [Sign; 5] = [Sign::Disc, Sign::Ring, Sign::Diamond, Sign::Cross, Sign::Quartered];
+
+    /// How far a form reaches from the point that it marks (points).
+    fn reach(form: &Form) -> f64 {
+        let (path, width) = match form {
+            Form::Area { path } => (&path[..], 0.0),
+            Form::Outline { path, width } => (&path[..], *width),
+            Form::Line { path, width } => (&path[..], *width),
+        };
+        path.iter().map(|at| at[0].hypot(at[1])).fold(0.0, f64::max) + width / 2.0
+    }
+
+    #[test]
+    fn every_sign_has_a_white_rim_and_is_large_enough_for_a_telephone() {
+        for sign in ALL {
+            let farthest = |white: bool| {
+                let pieces = sign.pieces();
+                pieces
+                    .iter()
+                    .filter(|piece| piece.is_white == white)
+                    .map(|piece| reach(&piece.form))
+                    .fold(0.0, f64::max)
+            };
+            assert!(farthest(true) > farthest(false) + 0.9 * RIM, "{sign:?}");
+            assert!(farthest(false) >= 3.5, "{sign:?}: {}", farthest(false));
+        }
+    }
+}

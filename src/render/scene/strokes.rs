@@ -1,0 +1,87 @@
+//! Marks as flat strokes over a picture, in points of a screen. What draws a picture only has to fill polygons and draw lines.
+
+use super::marks::{Drawing, Mark};
+use super::palette::{Color, HEAD, PLUMB};
+use super::sign::{At, Form, Piece, Sign};
+use nalgebra::Point3;
+
+/// One shape to draw, its opacity 0 to 1.
+#[derive(Debug, Clone)]
+pub struct Stroke {
+    pub form: Form,
+    pub color: Color,
+    pub opacity: f64,
+}
+
+/// The strokes of a mark in the order in which they are drawn. `project` says where in the picture a place of the world is seen,
+/// None for one behind the viewer. The filling of a polygon is not among them: it lies on the ground, and the robot hides it.
+pub fn strokes(mark: &Mark, project: impl Fn(&Point3<f64>) -> Option<At>) -> Vec<Stroke> {
+    let color = mark.overlay.color();
+    let (forms, opacity) = match &mark.drawing {
+        Drawing::Polygon { corners, sheet } => {
+            let path: Option<Vec<At>> = corners.iter().map(project).collect();
+            (path.map(|path| outline(path, sheet.width)), sheet.edge)
+        }
+        Drawing::Sign { at, sign } => return project(at).map_or_else(Vec::new, |at| sign_at(*sign, at, color)),
+        Drawing::Plumb { from, to } => {
+            (project(from).zip(project(to)).map(|(from, to)| dashes(from, to)), PLUMB.opacity)
+        }
+        Drawing::Arrow { tail, along, width, .. } => {
+            (project(tail).zip(project(&(tail + along))).map(|(from, to)| arrow(from, to, *width)), 1.0)
+        }
+    };
+    forms.into_iter().flatten().map(|form| Stroke { form, color, opacity }).collect()
+}
+
+/// The closed line around a polygon; its sides one by one where they would make a spike if they were joined: of a sole that stands
+/// on its edge.
+fn outline(mut path: Vec<At>, width: f64) -> Vec<Form> {
+    let way = |a: At, b: At| [b[0] - a[0], b[1] - a[1]];
+    let length = |[x, y]: At| x.hypot(y);
+    path.dedup_by(|a, b| length(way(*a, *b)) < 1.0);
+    let count = path.len();
+    let side = |i: usize| way(path[i % count], path[(i + 1) % count]);
+    let is_spike = |i: usize| {
+        let (a, b) = (side(i), side(i + 1));
+        a[0] * b[0] + a[1] * b[1] < -0.9 * length(a) * length(b)
+    };
+    if (0..count).any(is_spike) {
+        return (0..count).map(|i| Form::Line { path: [path[i], path[(i + 1) % count]], width }).collect();
+    }
+    if count > 2 { vec![Form::Outline { path, width }] } else { Vec::new() }
+}
+
+fn sign_at(sign: Sign, at: At, color: Color) -> Vec<Stroke> {
+    let there = |path: &mut [At]| path.iter_mut().for_each(|corner| *corner = [corner[0] + at[0], corner[1] + at[1]]);
+    let stroke = |Piece { mut form, is_white }: Piece| {
+        match &mut form {
+            Form::Area { path } | Form::Outline { path, .. } => there(path),
+            Form::Line { path, .. } => there(path),
+        }
+        Stroke { form, color: if is_white { Color::WHITE } else { color }, opacity: 1.0 }
+    };
+    sign.pieces().into_iter().map(stroke).collect()
+}
+
+/// An arrow with a shaft of this width; its head shrinks with an arrow that is short. Nothing if it is too short to be seen.
+pub fn arrow(from: At, to: At, width: f64) -> Vec<Form> {
+    let along = [to[0] - from[0], to[1] - from[1]];
+    let length = along[0].hypot(along[1]);
+    if length < 1.0 {
+        return Vec::new();
+    }
+    let [x, y] = along.map(|v| v / length);
+    let head = (HEAD[0] * width).min(length);
+    let half = 0.5 * head * HEAD[1] / HEAD[0];
+    let neck = [to[0] - head * x, to[1] - head * y];
+    let side = |sign: f64| [neck[0] - sign * half * y, neck[1] + sign * half * x];
+    vec![Form::Line { path: [from, neck], width }, Form::Area { path: vec![to, side(1.0), side(-1.0)] }]
+}
+
+/// The plumb line.
+fn dashes(from: At, to: At) -> Vec<Form> {
+    let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+    let at = |way: f64| [0, 1].map(|i| from[i] + (to[i] - from[i]) * (way.min(length) / length));
+    let starts = (0..).map(|k| f64::from(k) * (PLUMB.dash + PLUMB.gap)).take_while(|start| *start < length);
+    starts.map(|start| Form::Line { path: [at(start), at(start + PLUMB.dash)], width: PLUMB.width }).collect()
+}
