@@ -44,7 +44,8 @@ fn signed(x: f64, digits: usize) -> String {
     layout::signed(x, digits).replace('-', "\u{2212}")
 }
 
-/// A text whose negative numbers have a real minus; the hyphens of names stay.
+/// A text whose negative numbers have a real minus, and whose per cent signs stay with their numbers; the hyphens of names
+/// stay.
 fn signs(text: &str) -> String {
     let mut parts = text.split('-');
     let mut told = parts.next().unwrap_or_default().to_string();
@@ -53,7 +54,7 @@ fn signs(text: &str) -> String {
         told.push(if is_sign { '\u{2212}' } else { '-' });
         told += part;
     }
-    told
+    told.replace(" %", "\u{a0}%")
 }
 
 /// The quantity of a stratum in words; the labels below it have the unit.
