@@ -80,6 +80,20 @@ const DEAD_LINKS: &str = "[...document.querySelectorAll('a')].map((a) => a.getAt
     .filter((link) => link.startsWith('#') && !document.getElementById(link.slice(1)))";
 const FILES: &str = "[...document.querySelectorAll('a')].map((a) => a.getAttribute('href'))
     .filter((link) => !link.startsWith('#'))";
+/// Sections by their navigation and as they stand; and links of the navigation after which the heading is not to be seen,
+/// or lies under the navigation.
+const SECTIONS: &str = "[[...document.querySelectorAll('nav a')].map((a) => a.hash.slice(1)),
+    [...document.querySelectorAll('main > section')].map((section) => section.id)]";
+const BLIND_LINKS: &str = "(async () => {
+    const blind = [];
+    for (const link of document.querySelectorAll('nav a')) {
+        link.click();
+        await new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0)));
+        const heading = document.querySelector(link.hash + ' h2'), { left, top } = heading.getBoundingClientRect();
+        if (document.elementFromPoint(left + 4, top + 4) !== heading) blind.push(link.hash);
+    }
+    return blind;
+})()";
 
 #[test]
 fn every_kind_of_result_shows_on_every_screen_and_asks_for_nothing() {
@@ -106,6 +120,11 @@ fn every_kind_of_result_shows_on_every_screen_and_asks_for_nothing() {
             let dark = tab.evaluate("getComputedStyle(document.body).backgroundColor") != "rgb(255, 255, 255)";
             assert_eq!(dark, scheme == "dark");
             assert_eq!(tab.evaluate(DEAD_LINKS), json!([]));
+            let sections = tab.evaluate(SECTIONS);
+            assert!(sections[0] == sections[1] && sections[0].as_array().unwrap().len() > 6, "{sections}");
+            assert_eq!(sections[0][1], "watch");
+            assert_eq!(tab.evaluate(BLIND_LINKS), json!([]), "{width} px");
+            assert!(count(&mut tab, "#watch .film") > 0);
             let linked = tab.evaluate(FILES);
             assert!(!linked.as_array().unwrap().is_empty(), "no replay is linked");
             for link in linked.as_array().unwrap().iter().map(|link| link.as_str().unwrap()) {
@@ -130,7 +149,7 @@ fn gates_are_told_in_their_unit_and_lead_to_a_lost_trial() {
     for (gate, parts) in gates.iter().zip([
         &["passed hold >= 0 ", " % seen, ", " % at 95 % confidence, 0.0 % asked, "][..],
         &["failed hold >= 1 ", " at 95 % confidence, 100.0 % asked, ", "a lost trial, "],
-        &["passed switching >= hold - 0.9 ", " points seen, ", " confidence, -90.0 points asked, "],
+        &["passed switching >= hold - 0.9 ", " points seen, ", " confidence, \u{2212}90.0 points asked, "],
         &["unresolved switching >= hold ", " confidence, 0.0 points asked, ", "here that counts as failed"],
     ]) {
         let gate = gate.replace('\u{a0}', " ");
@@ -140,12 +159,19 @@ fn gates_are_told_in_their_unit_and_lead_to_a_lost_trial() {
     tab.evaluate("document.querySelector('.gates li:nth-child(2) a').click()");
     let row = texts(&mut tab, ".telling tr:target");
     assert!(row.len() == 1 && row[0].starts_with("hold "), "{row:?}");
+    assert_eq!(count(&mut tab, "details[open] .telling tr:target"), 1, "the row is folded");
     tab.evaluate("document.querySelector('.telling tr:target [data-trial]').click()");
     tab.evaluate("document.body.dispatchEvent(new PointerEvent('pointermove', { bubbles: true }))");
     assert_eq!(tab.evaluate("location.hash"), "#maps");
     assert_eq!((count(&mut tab, ".here"), count(&mut tab, ".map")), (3, 3));
     tab.evaluate("document.body.click()");
     assert_eq!(count(&mut tab, ".here"), 0);
+    // What is folded on the screen is printed.
+    let folded = "[...document.querySelectorAll('details:not([open]) > *:not(summary)')]";
+    let seen = format!("{folded}.map((part) => part.checkVisibility())");
+    assert_eq!(tab.evaluate(&format!("{seen}.includes(true)")), false);
+    tab.call("Emulation.setEmulatedMedia", json!({ "media": "print" }));
+    assert_eq!(tab.evaluate(&format!("{seen}.includes(false)")), false);
     // The command reproduces the same fall.
     let command = texts(&mut tab, ".gates .command").remove(0);
     let words: Vec<&str> = command.strip_prefix("standfast push ").unwrap().split(' ').collect();

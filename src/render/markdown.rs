@@ -4,7 +4,9 @@ use crate::campaign::Summary;
 use crate::campaign::verdict::evidence::Status;
 use crate::render::replay_command;
 use crate::render::text::layout::{percent, seconds, signed};
-use crate::render::text::{about_p, baseline, gate_cells, gate_words, impulse_at, p_cell, pair_cells, status, unit};
+use crate::render::text::{
+    about_pairs, adjusted_p, baseline, gate_cells, gate_words, impulse_at, pair_cells, status, unit,
+};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -102,13 +104,13 @@ fn pairs(summary: &Summary) -> String {
          |---|---|--:|--:|--:|--:|--:|--:|--:|\n",
     );
     for pair in pairs.iter().take(MOST_ROWS) {
-        let [least, most] = pair.ci95.map(|share| signed(100.0 * share, 1));
+        let [least, most] = pair.adjusted_ci95.map(|share| signed(100.0 * share, 1));
         let [a, b, counts @ ..] = pair_cells(pair);
         let names = [escaped(&a), escaped(&b)];
-        text += &row(names.into_iter().chain(counts).chain([format!("{least} to {most}"), p_cell(pair.holm_p)]));
+        text += &row(names.into_iter().chain(counts).chain([format!("{least} to {most}"), adjusted_p(pair)]));
     }
     text += &left_out(pairs.len(), "pairs");
-    let _ = writeln!(text, "\n{}.", escaped(&about_p(summary)));
+    let _ = writeln!(text, "\n{}", escaped(&about_pairs(summary)));
     text
 }
 
@@ -161,7 +163,7 @@ mod tests {
         assert!(place("- a is better than b by 50.0 points") < place("| `b >= 0.8` | **FAILED** |"));
         assert!(place("--trial 50 --gains b") < place("| a | b | 50 | 50 | 0 | 0 | +50.0 |"));
         assert!(text.starts_with("## standfast: &lt;b&gt;\\|x\\|\\`\\_"), "{text}");
-        assert!(text.contains("\np: exact McNemar test.\n"), "{text}");
+        assert!(text.contains("\nIntervals are at 95 %; p is that of the exact McNemar test.\n"), "{text}");
     }
 
     #[test]
@@ -172,11 +174,9 @@ mod tests {
             text(&summary)
         };
         let (fixed, sequential) = (text(&[]), text(&["stopping.until_resolved=true"]));
-        assert!(fixed.contains("count of pairs (Holm).\n") && !fixed.contains("when decided"), "{fixed}");
-        assert!(
-            sequential.contains("(Holm); it is for a count of trials fixed in advance, not for this"),
-            "{sequential}"
-        );
+        assert!(fixed.contains("for all 3 pairs together; p is that of the exact McNemar test times 3.\n"), "{fixed}");
+        assert!(sequential.contains("for all 3 pairs together, at every look.\n"), "{sequential}");
+        assert!(sequential.contains(" | - |\n"), "no p: {sequential}");
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! Tests and intervals that do not depend on campaigns: rates ([`rate`]), paired outcomes ([`mcnemar`]) and paired
-//! numbers ([`ranks`]), success against impulse ([`curve`]), intervals that hold at every look ([`sequential`]), and
-//! the search for the impulse of 50 % recovery with few pushes ([`psychometric`]).
+//! numbers ([`ranks`]), what is decided between two of several sets ([`decision`]), success against impulse ([`curve`]),
+//! intervals that hold at every look ([`sequential`]), and the search for the impulse of 50 % recovery with few pushes
+//! ([`psychometric`]).
 
 pub mod curve;
+pub mod decision;
 pub mod mcnemar;
 pub mod psychometric;
 pub mod ranks;

@@ -18,8 +18,6 @@
 //! Sources: Waudby-Smith and Ramdas 2024, "Estimating means of bounded random variables by betting", J. R. Stat. Soc. B
 //! 86, 1-27; Robbins 1970, "Statistical methods related to the law of the iterated logarithm" (mixtures).
 
-use serde::Serialize;
-
 /// Number of bets on either side, evenly spaced in the logarithm from the smallest one to 1.
 const BETS: usize = 30;
 /// Smallest bet on a difference. Mixtures were tried that are even in the bet, in its arcsine, or in its logarithm from
@@ -56,46 +54,11 @@ pub fn rate_interval(recovered: u64, trials: u64, level: f64) -> [f64; 2] {
     Tally { low: trials - recovered, middle: 0, high: recovered }.interval(&bets(LEAST_BET_RATE), level)
 }
 
-/// The level of each interval at which this number of intervals hold together at `level` (Bonferroni; shares).
-pub fn each_of(intervals: usize, level: f64) -> f64 {
-    1.0 - (1.0 - level) / intervals.max(1) as f64
-}
-
 /// Number of trials at the next look after `trials`: about a quarter more, at least a block, whole blocks, and at most
 /// `most`.
 pub fn next_look(trials: u64, block: u64, most: u64) -> u64 {
     let more = (trials / 4).max(block);
     (trials + more).next_multiple_of(block).min(most)
-}
-
-/// What an interval of the difference of two rates decides.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PairVerdict {
-    /// The rate of a is larger, by however little.
-    ABetter,
-    BBetter,
-    /// Any difference is smaller than the margin.
-    Same,
-    /// Not decided yet.
-    #[serde(rename = "not_resolved")]
-    Open,
-}
-
-/// The verdict for an interval of the difference (rate of a less rate of b, a share). A difference that is certainly
-/// smaller than the margin (a share), but certainly not zero, counts for the better set. A verdict is wrong only if the
-/// interval misses the truth, and this also holds for the verdict at which one stops.
-pub fn verdict(interval: [f64; 2], margin: f64) -> PairVerdict {
-    let [least, most] = interval;
-    if least > 0.0 {
-        PairVerdict::ABetter
-    } else if most < 0.0 {
-        PairVerdict::BBetter
-    } else if -margin < least && most < margin {
-        PairVerdict::Same
-    } else {
-        PairVerdict::Open
-    }
 }
 
 /// The bets, from 1 down to the smallest one, evenly spaced in the logarithm.
@@ -171,6 +134,7 @@ impl Tally {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stats::decision::{PairVerdict, verdict};
     use crate::stats::mcnemar::PairedCounts;
     use rand::{SeedableRng, rngs::ChaCha8Rng};
     use rand_distr::{Binomial, Distribution};
@@ -268,16 +232,6 @@ mod tests {
         assert_eq!(next_look(1010, 25, 1010), 1010);
     }
 
-    #[test]
-    fn verdicts() {
-        assert_eq!(verdict([0.001, 0.01], 0.02), PairVerdict::ABetter);
-        assert_eq!(verdict([-0.3, -0.001], 0.02), PairVerdict::BBetter);
-        assert_eq!(verdict([-0.019, 0.019], 0.02), PairVerdict::Same);
-        assert_eq!(verdict([-0.019, 0.02], 0.02), PairVerdict::Open);
-        assert_eq!(verdict([0.0, 0.0], 0.0), PairVerdict::Open);
-        assert_eq!(serde_json::to_value(PairVerdict::ABetter).unwrap(), "a_better");
-    }
-
     /// In at most 5 % of campaigns an interval misses the truth at some look up to 4000 trials. Every wrong verdict is
     /// such a miss: a better set where there is none, or equality where the difference is exactly the margin. Stopping
     /// by McNemar's p is wrong in 18 % and more.
@@ -305,8 +259,13 @@ mod tests {
                     // Intervals take time: all of them for the first campaigns, then only where they may be wrong.
                     if misses_now || campaign < 200 {
                         errs |= match verdict(difference_interval(a, b, trials, 0.95), margin) {
-                            PairVerdict::ABetter => truth <= 0.0,
-                            PairVerdict::BBetter => truth >= 0.0,
+                            PairVerdict::Better => {
+                                if a > b {
+                                    truth <= 0.0
+                                } else {
+                                    truth >= 0.0
+                                }
+                            }
                             PairVerdict::Same => truth.abs() >= margin,
                             PairVerdict::Open => false,
                         };
@@ -363,7 +322,7 @@ mod tests {
                     last = (interval, verdict(interval, margin));
                     last.1 != PairVerdict::Open
                 });
-                let expected = if truth > 0.0 { PairVerdict::ABetter } else { PairVerdict::Same };
+                let expected = if truth > 0.0 { PairVerdict::Better } else { PairVerdict::Same };
                 trials += stop.unwrap_or(most);
                 decided += u32::from(stop.is_some());
                 right += u32::from(last.1 == expected);

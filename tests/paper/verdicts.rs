@@ -52,6 +52,14 @@ fn every_verdict_is_the_one_that_was_thought_over() {
 fn verdicts_are_counted() {
     let page = page();
     let (contents, _) = page.split_once("</nav>").unwrap();
+    // Of the update time one agrees and two are open.
+    let all: Vec<&str> = VERDICTS.iter().flat_map(|(_, pinned)| *pinned).copied().chain(["+", "?", "?"]).collect();
+    let [agree, differ, open] = ["+", "-", "?"].map(|sign| all.iter().filter(|claim| claim.starts_with(sign)).count());
+    let total = [format!("{agree} agree"), format!("{differ} differ"), format!("{open} open")];
+    let line = contents.lines().find(|line| line.contains("class=\"total\"")).unwrap();
+    assert!(line.contains(&format!("<b>{} statements:</b>", all.len())), "{line}");
+    assert!(total.iter().all(|words| line.contains(&format!(">{words}</span>"))), "{line}");
+    assert!(runs().table.contains(&format!("{} statements", all.len())) && runs().table.contains(&total.join(", ")));
     for (number, pinned) in VERDICTS {
         let count = |verdict: char| pinned.iter().filter(|claim| claim.starts_with(verdict)).count();
         let plural = |n: usize| if n == 1 { "s" } else { "" };
@@ -69,6 +77,13 @@ fn verdicts_are_counted() {
         assert_eq!(line.matches("class=\"badge").count(), told.len(), "{line}");
         let row = runs().table.lines().find(|line| line.starts_with(&format!("Fig. {number} "))).unwrap();
         assert!(row.ends_with(&told.join(", ")), "{row}");
+    }
+    // Before them, what was found in all.
+    let found = runs().json["found"].as_array().unwrap();
+    assert_eq!(found.len(), 3);
+    for (sentence, told) in found.iter().zip(["0.88 s", "3.6 N s", "22 mm"]) {
+        let sentence = sentence.as_str().unwrap();
+        assert!(sentence.contains(told) && contents.contains(sentence), "{sentence}");
     }
     assert!(contents.contains("1 agrees</span> <span class=\"badge open\">2 open</span></li>"), "the update time");
 }

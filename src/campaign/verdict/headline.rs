@@ -1,8 +1,8 @@
 //! What a result says first: which gain set recovers most, and than which others it is better.
 
-use crate::campaign::verdict::pairs::Pair;
+use crate::campaign::verdict::pairs::{Pair, points};
 use crate::campaign::verdict::set_summary::SetSummary;
-use crate::stats::sequential::PairVerdict;
+use crate::stats::decision::PairVerdict;
 
 /// More gain sets than this are counted, not named.
 const NAMED: usize = 5;
@@ -12,7 +12,7 @@ pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
     let most = sets.iter().map(|set| set.count.recovered).max().unwrap_or(0);
     let (leaders, others): (Vec<_>, Vec<_>) = sets.iter().partition(|set| set.count.recovered == most);
     let Some(first) = leaders.first() else { return String::new() };
-    let rate = format!("{:.1} % of {} pushes", 100.0 * first.count.success_rate, first.count.trials);
+    let rate = format!("{:.1} % of {} trials", 100.0 * first.count.success_rate, first.count.trials);
     let names = listed(&leaders.iter().map(|set| set.name.as_str()).collect::<Vec<_>>(), "and");
     let are_several = leaders.len() > 1;
     let who = match (are_several, others.is_empty()) {
@@ -23,28 +23,23 @@ pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
     };
     // Of another set, what holds of every leader that it is compared with; two results need not compare each with each.
     let verdict_on = |other: &SetSummary| {
-        let is_of = |pair: &&Pair, leader: &SetSummary| {
-            [&pair.a, &pair.b] == [&leader.name, &other.name] || [&pair.b, &pair.a] == [&leader.name, &other.name]
-        };
+        // A leader has the higher rate: it is the first of the two.
+        let is_of = |pair: &&Pair, leader: &SetSummary| pair.a == leader.name && pair.b == other.name;
         let found = leaders.iter().map(|leader| pairs.iter().find(|pair| is_of(pair, leader)).map(|pair| pair.verdict));
         let found = found.collect::<Option<Vec<_>>>()?;
-        let all = |verdicts: &[PairVerdict]| found.iter().all(|verdict| verdicts.contains(verdict));
-        // The leader has the higher rate: it is the better one of a pair that is decided.
-        Some(match () {
-            _ if all(&[PairVerdict::ABetter, PairVerdict::BBetter]) => PairVerdict::ABetter,
-            _ if all(&[PairVerdict::Same]) => PairVerdict::Same,
-            _ => PairVerdict::Open,
-        })
+        let all_are = |verdict| found.iter().all(|found| *found == verdict);
+        let decided = [PairVerdict::Better, PairVerdict::Same].into_iter().find(|verdict| all_are(*verdict));
+        Some(decided.unwrap_or(PairVerdict::Open))
     };
     let on: Vec<_> = others.iter().filter_map(|other| Some((other.name.as_str(), verdict_on(other)?))).collect();
     let with = |verdict| on.iter().filter(|(_, found)| *found == verdict).map(|(name, _)| *name).collect::<Vec<_>>();
-    let (beaten, same, open) = (with(PairVerdict::ABetter), with(PairVerdict::Same), with(PairVerdict::Open));
+    let (beaten, same, open) = (with(PairVerdict::Better), with(PairVerdict::Same), with(PairVerdict::Open));
     let mut said = Vec::new();
     if !beaten.is_empty() {
         said.push(format!("better than {}", listed(&beaten, "and")));
     }
     if !same.is_empty() {
-        said.push(format!("within {} points of {}", 100.0 * margin, listed(&same, "and")));
+        said.push(format!("within {} points of {}", points(margin), listed(&same, "and")));
     }
     if !open.is_empty() {
         said.push(format!("not shown to be better than {}", listed(&open, "or")));
@@ -58,7 +53,7 @@ pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
 /// "a, b and c"; of many the count.
 fn listed(names: &[&str], last: &str) -> String {
     match names {
-        [many @ ..] if many.len() > NAMED => format!("{} gain sets", many.len()),
+        many if many.len() > NAMED => format!("{} gain sets", many.len()),
         [init @ .., end] if !init.is_empty() => format!("{} {last} {end}", init.join(", ")),
         few => few.concat(),
     }
@@ -72,13 +67,13 @@ mod tests {
     use crate::campaign::verdict::pairs::{DecisionRule, every_pair};
     use crate::episode::Outcome::{Fell, Recovered};
 
-    /// Of sets that recover from the first so many of 200 pushes each.
-    fn headline(recovered: &[(&str, u64)]) -> String {
+    /// Of sets that recover from the first so many of 200 trials each.
+    fn headline(recovered: &[(&str, u64)], margin: f64) -> String {
         let names: Vec<String> = recovered.iter().map(|(name, _)| name.to_string()).collect();
         let trial =
             |i: u64| recovered.iter().map(move |(name, n)| row(i, name, 1.0, if i < *n { Recovered } else { Fell }));
         let rows: Vec<_> = (0..200).flat_map(trial).collect();
-        let deciding = DecisionRule { sequential: false, margin: 0.02, end_early: true };
+        let deciding = DecisionRule { sequential: false, margin, end_early: true };
         let pairs = Pair::all(&rows, &names, &every_pair(names.len()), &[], deciding);
         let sets: Vec<SetSummary> =
             (0..names.len()).map(|i| SetSummary::new(i, &names, &rows, &[], &[], true)).collect();
@@ -89,32 +84,36 @@ mod tests {
     #[test]
     fn it_says_who_recovers_most_and_than_which_it_is_better() {
         for (recovered, expected) in [
-            (&[("catch", 172)][..], "catch recovers from 86.0 % of 200 pushes."),
+            (&[("catch", 172)][..], "catch recovers from 86.0 % of 200 trials."),
             (
                 &[("hold", 90), ("paper", 100), ("catch", 172)],
-                "catch recovers most: from 86.0 % of 200 pushes. It is better than hold and paper.",
+                "catch recovers most: from 86.0 % of 200 trials. It is better than hold and paper.",
             ),
             (
                 &[("hold", 90), ("paper", 170), ("catch", 172)],
-                "catch recovers most: from 86.0 % of 200 pushes. It is better than hold, and not shown to be better than \
+                "catch recovers most: from 86.0 % of 200 trials. It is better than hold, and not shown to be better than \
                  paper.",
             ),
             (
                 &[("hold", 171), ("paper", 170), ("catch", 172)],
-                "catch recovers most: from 86.0 % of 200 pushes. It is not shown to be better than hold or paper.",
+                "catch recovers most: from 86.0 % of 200 trials. It is not shown to be better than hold or paper.",
             ),
             (
                 &[("hold", 90), ("paper", 172), ("catch", 172)],
-                "paper and catch recover most: from 86.0 % of 200 pushes each. They are better than hold.",
+                "paper and catch recover most: from 86.0 % of 200 trials each. They are better than hold.",
             ),
-            (&[("hold", 0), ("paper", 0)], "hold and paper recover equally often: from 0.0 % of 200 pushes each."),
+            (&[("hold", 0), ("paper", 0)], "hold and paper recover equally often: from 0.0 % of 200 trials each."),
             (
                 &[("a", 1), ("b", 2), ("c", 3), ("d", 4), ("e", 5), ("f", 6), ("g", 200)],
-                "g recovers most: from 100.0 % of 200 pushes. It is better than 6 gain sets.",
+                "g recovers most: from 100.0 % of 200 trials. It is better than 6 gain sets.",
             ),
         ] {
-            assert_eq!(headline(recovered), expected);
+            assert_eq!(headline(recovered, 0.02), expected);
         }
+        let alike = headline(&[("hold", 0), ("paper", 170), ("twin", 171)], 0.1);
+        let expected =
+            "twin recovers most: from 85.5 % of 200 trials. It is better than hold, and within 10.0 points of paper.";
+        assert_eq!(alike, expected);
         assert_eq!(of(&[], &[], 0.02), "");
     }
 }

@@ -2,9 +2,10 @@
 //! told apart. It may be looked at as often as one likes, since its intervals hold at every look.
 
 use crate::campaign::store::row::{TrialRow, by_trial, success_count};
-use crate::campaign::verdict::pairs::{at_a_look, counts, every_pair};
+use crate::campaign::verdict::pairs::{by_what_they_tell, every_pair, winner_first};
+use crate::stats::decision::{Decision, PairVerdict};
 use crate::stats::rate::SuccessCount;
-use crate::stats::sequential::{PairVerdict, rate_interval};
+use crate::stats::sequential::rate_interval;
 
 /// Of more sets than this each is compared with the one that recovers most, not with every other.
 const FEW: usize = 4;
@@ -16,10 +17,11 @@ pub struct SoFar {
     pub trials: u64,
     /// In the order of the campaign. The intervals hold at every look.
     pub sets: Vec<(String, SuccessCount)>,
+    /// In the order of what they tell.
     pub pairs: Vec<PairSoFar>,
 }
 
-/// Two sets on the same trials.
+/// Two sets on the same trials, in the order of a [`Pair`](super::pairs::Pair).
 pub struct PairSoFar {
     pub a: String,
     pub b: String,
@@ -44,12 +46,13 @@ impl SoFar {
         let best = (0..sets.len()).rev().max_by_key(|&set| recovered(set)).unwrap_or_default();
         let every = every_pair(sets.len());
         let shown = every.iter().filter(|&&(a, b)| sets.len() <= FEW || a == best || b == best);
-        let pair = |&(a, b): &(usize, usize)| {
-            let counts = counts(by_trial(rows, names.len()), a, b);
-            let (ci95, verdict) = at_a_look(counts, every.len(), margin);
+        let pair = |&sets: &(usize, usize)| {
+            let ((a, b), counts) = winner_first(rows, names.len(), sets);
+            let Decision { ci95, verdict, .. } = Decision::new(&counts, every.len(), margin, true);
             PairSoFar { a: names[a].clone(), b: names[b].clone(), difference: counts.difference(), ci95, verdict }
         };
-        let pairs = shown.map(pair).collect();
+        let mut pairs: Vec<PairSoFar> = shown.map(pair).collect();
+        pairs.sort_by(|x, y| by_what_they_tell((x.verdict, x.difference), (y.verdict, y.difference)));
         Self { trials: (rows.len() / names.len().max(1)) as u64, sets, pairs }
     }
 }
@@ -78,7 +81,7 @@ pub(crate) mod tests {
             found.into_iter().map(|pair| (pair.a, pair.b)).collect::<Vec<_>>()
         };
         assert_eq!(pairs(4).len(), 6);
-        assert_eq!(pairs(5), ["0", "1", "2", "3"].map(|other| (other.to_string(), "4".to_string())));
+        assert_eq!(pairs(5), ["0", "1", "2", "3"].map(|other| ("4".to_string(), other.to_string())));
     }
 
     /// At the same counts the intervals are wider than those for a fixed count of trials: one may look often.
@@ -90,7 +93,7 @@ pub(crate) mod tests {
         let fixed = SuccessCount::new(200, 300).ci95;
         assert!(count.ci95[0] < fixed[0] && fixed[1] < count.ci95[1], "{:?} {fixed:?}", count.ci95);
         let pair = &found.pairs[0];
-        assert_eq!((pair.verdict, pair.difference), (PairVerdict::BBetter, -50.0 / 300.0));
+        assert_eq!((&pair.a[..], pair.verdict, pair.difference), ("1", PairVerdict::Better, 50.0 / 300.0));
         assert_eq!(so_far(2, 10, |set| set.to_string()).pairs[0].verdict, PairVerdict::Open);
     }
 }

@@ -44,12 +44,12 @@ pub struct Summary {
     pub sensors: SensorSpec,
     pub second_push: SecondPushSpec,
     pub variations: VariationSpec,
-    /// How `ci95` is computed.
+    /// How `ci95` and `adjusted_ci95` are computed.
     pub interval: &'static str,
     pub sets: Vec<SetSummary>,
     /// Times over the trials that every set survived, to be compared between sets.
     pub common_survivors: CommonSurvivors,
-    /// Every pair of sets (of two results: one of each), trial by trial.
+    /// Every pair of sets (of two results: one of each), trial by trial, in the order of what they tell.
     pub pairs: Vec<Pair>,
     pub gates: Vec<GateResult>,
     /// The result that baseline gates compare with.
@@ -132,12 +132,15 @@ impl Summary {
 }
 
 /// How rates and differences are bounded where the count of trials was fixed.
-const INTERVAL: &str = "95 %: Wilson; Clopper-Pearson where fewer than 5 trials recovered, or fewer than 5 did not; \
-                        differences: Tango; gates of rates: Clopper-Pearson";
-/// The same where the campaign ended when decided.
-const SEQUENTIAL_INTERVAL: &str = "95 %: differences of pairs by bets, all together, at every look; all else as for a \
-                                   fixed count. Rates: Wilson; Clopper-Pearson where fewer than 5 trials recovered, or \
-                                   fewer than 5 did not; differences in strata: Tango";
+const INTERVAL: &str = "95 %. Differences of pairs: Tango, for all pairs together (Bonferroni), and touching 0 where the \
+                        exact McNemar test claims no difference. Each for itself: rates (Wilson; Clopper-Pearson where \
+                        fewer than 5 trials recovered, or fewer than 5 did not), differences in strata (Tango), and \
+                        gates (rates: Clopper-Pearson; differences: Tango)";
+/// The same where the campaign could end when decided.
+const SEQUENTIAL_INTERVAL: &str = "95 %. By bets, at every look: differences of pairs, for all pairs together, and \
+                                   gates, for all gates together. Each for itself, and as for a fixed count of trials: \
+                                   rates (Wilson; Clopper-Pearson where fewer than 5 trials recovered, or fewer than 5 \
+                                   did not) and differences in strata (Tango)";
 
 #[cfg(test)]
 pub(crate) mod tests {
@@ -175,7 +178,7 @@ pub(crate) mod tests {
     fn the_keys_of_a_result_are_those_that_are_documented() {
         let outcomes = [[Outcome::Recovered, Outcome::Fell], [Outcome::Recovered; 2], [Outcome::Fell; 2]];
         let json = serde_json::to_value(summary(&outcomes, &[], &["a >= 0.1"])).unwrap();
-        for key in ["a", "b", "both", "only_a", "only_b", "neither", "difference", "ci95", "mcnemar_p", "holm_p"] {
+        for key in ["a", "b", "both", "only_a", "only_b", "neither", "difference", "adjusted_ci95", "adjusted_p"] {
             assert!(!json["pairs"][0][key].is_null(), "pairs: {key}");
         }
         for key in ["name", "status", "observed", "interval", "required", "confidence", "trials", "passes", "set"] {

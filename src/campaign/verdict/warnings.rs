@@ -4,7 +4,7 @@ use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::campaign::verdict::pairs::Pair;
 use crate::campaign::verdict::set_summary::SetSummary;
-use crate::stats::sequential::PairVerdict;
+use crate::stats::decision::PairVerdict;
 
 /// With fewer pushes than this, a rate of 50 % is known to 10 points either way at best.
 const FEW_TRIALS: u64 = 100;

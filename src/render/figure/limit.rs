@@ -11,8 +11,10 @@ use std::path::Path;
 const RADIUS: f64 = 265.0;
 /// Bounds are curves, computed this often (degrees).
 const BOUND_EVERY_DEG: usize = 3;
-/// What the pendulum allows, each with its class; later ones lie over those before.
-const BOUNDS: [(&str, &str, fn(&Heading) -> f64); 3] = [
+/// Class of `figure.css`, name in the legend, and impulse (N s) of a bound.
+type Bound = (&'static str, &'static str, fn(&Heading) -> f64);
+/// What the pendulum allows; later bounds lie over those before.
+const BOUNDS: [Bound; 3] = [
     ("bound many", "any number of footsteps", |heading| heading.bound_n_step_n_s),
     ("bound one", "one footstep", |heading| heading.bound_one_step_n_s),
     ("bound none", "no footstep", |heading| heading.bound_no_step_n_s),
@@ -67,7 +69,7 @@ fn legend(limits: &Limits) -> Vec<Row> {
     let sets = || limits.headings.iter().flat_map(|heading| &heading.sets);
     let names =
         limits.headings.iter().take(1).flat_map(|heading| &heading.sets).map(|set| set.name.clone()).enumerate();
-    let mut rows: Vec<Row> = names.map(|(i, name)| (class_of_set(i), Sample::DottedLine, name)).collect();
+    let mut rows: Vec<Row> = names.map(|(i, name)| (class_of_set(i), Sample::DottedLine(""), name)).collect();
     let mut note = |words: &str| rows.push((String::new(), Sample::Nothing, words.into()));
     note("50 % recover; bars: 95 %");
     if sets().any(|set| !set.resolved) {

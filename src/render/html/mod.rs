@@ -49,7 +49,7 @@ fn add_to(environment: &mut Environment) {
         let part = |name| options.get::<Option<f64>>(name).ok().flatten();
         let scale = Scale { from: part("from").unwrap_or(0.0), to: part("to").unwrap_or(1.0) };
         let class = options.get::<Option<String>>("class").ok().flatten().unwrap_or_default();
-        Cell::from_safe_string(svg::whisker(scale, number(&at), interval(&ci), part("mark"), &class))
+        Cell::from_safe_string(svg::whisker(scale, number(&at), interval(&ci), &class))
     });
     environment.add_function("axis", |from: f64, to: f64, unit: String| {
         Cell::from_safe_string(svg::axis(Scale { from, to }, &unit))
@@ -79,6 +79,7 @@ fn context(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Value {
         "s": summary,
         "gates_seen": summary.gates.iter().map(text::gate_seen).collect::<Vec<_>>(),
         "baseline": text::baseline(summary),
+        "about_pairs": text::about_pairs(summary),
         "style": figure::page_style() + STYLE,
         "script": SCRIPT,
         "colors": figure::COLORS,
@@ -92,14 +93,20 @@ fn context(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Value {
         "curve": success::chart(sets).svg("role=\"img\" aria-label=\"Success rate over impulse\""),
         "footsteps": trials.footsteps(),
         "scale": {
-            "difference": reach(pairs.iter().map(|pair| pair.ci95), 0.05),
+            "difference": reach(pairs.iter().map(|pair| pair.adjusted_ci95), 0.05),
             "strata": reach(pairs.iter().flat_map(|pair| &pair.strata).map(|stratum| stratum.ci95), 0.05),
             "homing": reach(shifts(|pair| pair.homing_s), 0.05),
             "settling": reach(shifts(|pair| pair.settling_s), 0.05),
-            "footsteps": reach(shifts(|pair| pair.footsteps), 0.5),
+            "footsteps": reach(pairs.iter().filter_map(mean_footsteps), 0.1),
             "lost": most_lost(sets),
         },
     })
+}
+
+/// By how much the mean count of footsteps differs, with its interval if it has one.
+fn mean_footsteps(pair: &Pair) -> Option<[f64; 2]> {
+    let Shift { mean, mean_ci95, .. } = pair.footsteps?;
+    Some(mean_ci95.unwrap_or([mean; 2]))
 }
 
 /// Half the width of a scale about 0 that holds the intervals, rounded up to a multiple of `step`.

@@ -10,24 +10,14 @@ fn at(Scale { from, to }: Scale, x: f64) -> f64 {
     (100.0 * (x - from) / width).clamp(0.0, 100.0)
 }
 
-/// A dot with its interval; `mark`: a line across, at what is required, say.
-pub(super) fn whisker(
-    scale: Scale,
-    value: Option<f64>,
-    ci: Option<[f64; 2]>,
-    mark: Option<f64>,
-    class: &str,
-) -> String {
+/// A dot with its interval.
+pub(super) fn whisker(scale: Scale, value: Option<f64>, ci: Option<[f64; 2]>, class: &str) -> String {
     let mut svg = format!("<svg class=\"whisker {}\" aria-hidden=\"true\">", escape(class));
     // Writing to a String cannot fail.
     for tick in scale.ticks() {
         let zero = if tick.abs() < 1e-9 && scale.from < 0.0 { " class=\"zero\"" } else { "" };
         let x = px(at(scale, tick));
         _ = write!(svg, "<line{zero} x1=\"{x}%\" x2=\"{x}%\" y1=\"0\" y2=\"100%\"/>");
-    }
-    if let Some(mark) = mark {
-        let x = px(at(scale, mark));
-        _ = write!(svg, "<line class=\"mark\" x1=\"{x}%\" x2=\"{x}%\" y1=\"0\" y2=\"100%\"/>");
     }
     if let Some([low, high]) = ci {
         let (low, high) = (px(at(scale, low)), px(at(scale, high)));

@@ -3,7 +3,7 @@
 use crate::campaign::verdict::pairs::Pair;
 use crate::campaign::verdict::set_summary::SetSummary;
 use crate::render::{replay_parts, trial_page::replay_found};
-use crate::stats::sequential::PairVerdict;
+use crate::stats::decision::PairVerdict;
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -36,8 +36,7 @@ pub(super) fn of_pair(sets: &[SetSummary], pair: &Pair, (a, b): (usize, usize)) 
     };
     let only = [points(&pair.first_only_a, [b, a]), points(&pair.first_only_b, [a, b])];
     let example = match pair.verdict {
-        PairVerdict::ABetter => only[0].first(),
-        PairVerdict::BBetter => only[1].first(),
+        PairVerdict::Better => only[0].first(),
         _ => None,
     };
     json!({ "example": example, "only": only })
@@ -79,13 +78,13 @@ mod tests {
         let ids: Vec<Value> = table(&summary.sets, Path::new("")).iter().map(|row| row["id"].clone()).collect();
         assert_eq!(ids, ["trial-5-hold", "trial-7-hold", "trial-9-~1"]);
         let pair = &mut summary.pairs[0];
-        (pair.verdict, pair.first_only_a, pair.first_only_b) = (PairVerdict::BBetter, vec![9], vec![5, 6]);
+        (pair.verdict, pair.first_only_a, pair.first_only_b) = (PairVerdict::Better, vec![9], vec![5, 6]);
         let found = of_pair(&summary.sets, &summary.pairs[0], (0, 1));
         let command =
             |trial: u64, set: &str| format!("standfast push --campaign campaign.toml --trial {trial} --gains {set}");
         let expected = json!({ "trial": 9, "link": "#trial-9-~1", "command": command(9, "'a b'") });
         assert_eq!(found["only"][0][0], expected);
         assert_eq!(found["only"][1][1], json!({ "trial": 6, "link": null, "command": command(6, "hold") }));
-        assert_eq!(found["example"]["link"], "#trial-5-hold");
+        assert_eq!(found["example"]["link"], "#trial-9-~1");
     }
 }

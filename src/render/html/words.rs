@@ -1,6 +1,5 @@
 //! How the page writes numbers: filters of its template. What is absent, or no number, is a dash.
 
-use crate::campaign::verdict::pairs::rounded;
 use crate::render::figure::panel::short;
 use crate::render::text::{layout, p_cell};
 use minijinja::{Environment, Value as Cell};
@@ -16,7 +15,6 @@ pub(super) fn add_to(environment: &mut Environment) {
         written(&x, |x| format!("{x:.digits$}").replace('-', "\u{2212}"))
     });
     environment.add_filter("p_value", |x: Cell| written(&x, p_cell));
-    environment.add_filter("about", |x: Cell| written(&x, |x| rounded(x as u64).to_string()));
     environment.add_filter("whole", |x: Cell| written(&x, |x| short(x, 6)));
     environment.add_filter("drawn", drawn);
     environment.add_filter("signs", |text: String| signs(&text));
@@ -46,7 +44,8 @@ fn signed(x: f64, digits: usize) -> String {
     layout::signed(x, digits).replace('-', "\u{2212}")
 }
 
-/// A text whose negative numbers have a real minus; the hyphens of names stay.
+/// A text whose negative numbers have a real minus, and whose per cent signs stay with their numbers; the hyphens of names
+/// stay.
 fn signs(text: &str) -> String {
     let mut parts = text.split('-');
     let mut told = parts.next().unwrap_or_default().to_string();
@@ -55,7 +54,7 @@ fn signs(text: &str) -> String {
         told.push(if is_sign { '\u{2212}' } else { '-' });
         told += part;
     }
-    told
+    told.replace(" %", "\u{a0}%")
 }
 
 /// The quantity of a stratum in words; the labels below it have the unit.
@@ -87,7 +86,7 @@ mod tests {
     #[test]
     fn numbers_read_well() {
         assert_eq!([12.34, -0.04, -3.0].map(|x| signed(x, 1)), ["+12.3", "0.0", "\u{2212}3.0"]);
-        assert_eq!([1e-9, 0.0042, 0.25].map(p_cell), ["< 0.0001", "0.0042", "0.2500"]);
+        assert_eq!([1e-9, 0.0042, 0.25].map(p_cell), ["< 0.0001", "0.0042", "0.25"]);
         assert_eq!(written(&Cell::UNDEFINED, |x| x.to_string()), NOTHING);
         let uniform = Cell::from(minijinja::value::Serde(serde_json::json!({ "uniform": [-180.0, 180.0] })));
         assert_eq!(drawn(uniform), "uniform, \u{2212}180 to 180");

@@ -177,7 +177,7 @@ impl Teller {
 
     /// What was found in all.
     pub fn found(&self) -> Result<Vec<String>> {
-        self.words.found.iter().map(|sentence| self.fill(sentence, Any::UNDEFINED)).collect()
+        self.words.found.iter().map(|sentence| self.fill(sentence, context! {})).collect()
     }
 
     /// How a figure is to be read.
@@ -222,4 +222,32 @@ fn walked(way: [f64; 2]) -> String {
     let part = |m: f64, ways: [&str; 2]| format!("{} mm {}", short(1e3 * m.abs(), 0), ways[usize::from(m < 0.0)]);
     let [along, across] = [part(way[0], ["forward", "backward"]), part(way[1], ["to the left", "to the right"])];
     if way[1].abs() < 5e-4 { along } else { format!("{along} and {across}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_told_only_for_the_verdict_that_they_were_written_for() {
+        let words = r#"
+            found = []
+            figure = []
+            not_made = []
+            update_time = []
+            claim.more = { paper = "more", holds = "x > 1", here = "x is {{ x }}" }
+            claim.less = { paper = "less", holds = "x < 1", verdict = "differs", here = "no, x is {{ x }}" }
+            claim.open = { paper = "open", here = "x may be {{ x }}" }
+        "#;
+        let teller = Teller::new(toml::from_str(words).unwrap(), &json!({}), &json!({}));
+        let told = |x: u32| {
+            let names = ["more", "less", "open"].map(String::from);
+            teller.claims(&names, &json!({ "x": x })).unwrap().into_iter().map(|claim| (claim.verdict, claim.here))
+        };
+        let (agrees, differs, open) = (Verdict::Agrees, Verdict::Differs, Verdict::Open);
+        let as_written = [(agrees, "x is 2".into()), (differs, "no, x is 2".into()), (open, "x may be 2".into())];
+        assert!(told(2).eq(as_written));
+        let otherwise = || OTHERWISE.to_string();
+        assert!(told(0).eq([(differs, otherwise()), (agrees, otherwise()), (open, "x may be 0".into())]));
+    }
 }

@@ -11,7 +11,7 @@ use crate::stats::mcnemar::PairedCounts;
 use comfy_table::Table;
 use std::path::Path;
 
-/// Of more pairs than this, if they are every set with every other, those with the first set stand for all.
+/// Of more pairs than this, if they are every set with every other, those of the best set stand for all.
 const FEW_PAIRS: usize = 6;
 
 /// Which gain set recovers most, and than which it is better: a sentence or two, in one line.
@@ -19,55 +19,60 @@ pub fn headline(summary: &Summary) -> String {
     summary.headline.clone()
 }
 
-/// Verdicts in sentences, one for each pair.
+/// Verdicts in sentences, one paragraph for each pair, and what holds of their intervals.
 pub(super) fn verdicts(summary: &Summary) -> String {
-    let sentences: String = shown(summary).iter().map(|pair| wrapped(" - ", &pair.words)).collect();
-    if sentences.is_empty() { sentences } else { format!("\n{sentences}{}", more_pairs(summary)) }
-}
-
-/// Where the pairs are that are not shown.
-fn more_pairs(summary: &Summary) -> String {
-    match summary.pairs.len() - shown(summary).len() {
-        0 => String::new(),
-        more => wrapped(" ", &format!("each set against the first; {more} pairs more in summary.json")),
+    let shown = shown(summary);
+    if shown.is_empty() {
+        return String::new();
     }
+    let sentences: String = shown.iter().map(|pair| wrapped(" - ", &pair.words)).collect();
+    let more = match summary.pairs.len() - shown.len() {
+        0 => String::new(),
+        more => format!(" {more} more pairs, without {}, are in summary.json.", leader(summary)),
+    };
+    format!("\n{sentences}{}", wrapped(" ", &(about_pairs(summary) + &more)))
 }
 
-/// The counts and intervals behind the verdicts.
+/// The counts behind the verdicts.
 pub(super) fn pairs(summary: &Summary) -> String {
     let shown = shown(summary);
     if shown.is_empty() {
         return String::new();
     }
-    let about = "a - b: rate of a less rate of b (points), above with its 95 % interval";
-    format!("\n{}\n{}", counts(&shown), wrapped(" ", &format!("{about}; {}", about_p(summary))))
+    let about = "a - b: rate of a less rate of b, in points; its interval is in the verdicts above.";
+    format!("\n{}\n{}", counts(&shown), wrapped(" ", about))
 }
 
-/// What the p of pairs is, in words.
-pub fn about_p(summary: &Summary) -> String {
-    let holm = if summary.pairs.len() > 1 { ", adjusted for the count of pairs (Holm)" } else { "" };
-    let looks = match summary.stopping.until_resolved {
-        true => {
-            "; it is for a count of trials fixed in advance, not for this campaign, which ended when decided: \
-                 verdicts go by the intervals, which hold at every look"
-        }
-        false => "",
-    };
-    format!("p: exact McNemar test{holm}{looks}")
+/// What holds of intervals and p of all pairs, in sentences: said once for all of them.
+pub fn about_pairs(summary: &Summary) -> String {
+    let (several, count) = (summary.pairs.len() > 1, summary.pairs.len());
+    let together = if several { format!(" for all {count} pairs together") } else { String::new() };
+    let times = if several { format!(" times {count}") } else { String::new() };
+    match summary.stopping.until_resolved {
+        true => format!("Intervals are at 95 %{together}, at every look."),
+        false => format!("Intervals are at 95 %{together}; p is that of the exact McNemar test{times}."),
+    }
 }
 
+/// The pairs that text has room for: of many, if they are every set with every other, those of the set that recovers most.
 fn shown(summary: &Summary) -> Vec<&Pair> {
     let (sets, pairs) = (summary.sets.len(), &summary.pairs);
-    let first = summary.sets.first().map(|set| &set.name);
     // Two results may be compared set by set: then no set stands for the others.
     let all = pairs.len() <= FEW_PAIRS || pairs.len() != sets * sets.saturating_sub(1) / 2;
-    pairs.iter().filter(|pair| all || Some(&pair.a) == first || Some(&pair.b) == first).collect()
+    let leader = leader(summary);
+    pairs.iter().filter(|pair| all || pair.a == leader || pair.b == leader).collect()
+}
+
+/// The first of the sets that recover most.
+fn leader(summary: &Summary) -> &str {
+    let most = summary.sets.iter().map(|set| set.count.recovered).max();
+    summary.sets.iter().find(|set| Some(set.count.recovered) == most).map_or("", |set| &set.name)
 }
 
 fn counts(pairs: &[&Pair]) -> Table {
     let mut table = table(["a", "b", "both", "only a", "only b", "neither", "a - b", "p"]);
     for pair in pairs {
-        table.add_row(pair_cells(pair).into_iter().chain([p_cell(pair.holm_p)]));
+        table.add_row(pair_cells(pair).into_iter().chain([adjusted_p(pair)]));
     }
     whole_names(align(table))
 }
@@ -77,6 +82,11 @@ pub fn pair_cells(pair: &Pair) -> [String; 7] {
     let PairedCounts { both, only_a, only_b, neither } = pair.counts;
     let [both, only_a, only_b, neither] = [both, only_a, only_b, neither].map(|count| count.to_string());
     [pair.a.clone(), pair.b.clone(), both, only_a, only_b, neither, signed(100.0 * pair.difference, 1)]
+}
+
+/// The p of a pair, without its name; a dash where there is none.
+pub fn adjusted_p(pair: &Pair) -> String {
+    pair.adjusted_p.map_or("-".into(), p_cell)
 }
 
 /// A p-value without its name.
@@ -210,23 +220,24 @@ mod tests {
         summary.sets = (0..sets)
             .map(|i| crate::campaign::verdict::set_summary::SetSummary { name: name(i), ..set.clone() })
             .collect();
+        summary.sets[sets - 1].count.recovered += 1;
         summary.pairs = pairs.iter().map(|&(a, b)| Pair { a: name(a), b: name(b), ..pair.clone() }).collect();
         summary
     }
 
     #[test]
-    fn of_every_pair_those_with_the_first_set_are_shown_and_all_where_sets_have_partners() {
+    fn of_every_pair_those_of_the_best_set_are_shown_and_all_where_sets_have_partners() {
         let every = crate::campaign::verdict::pairs::every_pair(7);
-        let text = verdicts(&with_pairs(7, &every));
+        let summary = with_pairs(7, &every);
+        assert!(shown(&summary).iter().all(|pair| pair.b == "set6"));
+        let text = verdicts(&summary);
         assert_eq!(text.matches("\n - ").count() + usize::from(text.starts_with(" - ")), 6, "{text}");
-        assert!(
-            text.split_whitespace().collect::<Vec<_>>().join(" ").contains("15 pairs more in summary.json"),
-            "{text}"
-        );
+        let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(words.contains("15 more pairs, without set6, are in summary.json."), "{text}");
         let partners: Vec<_> = (0..7).map(|i| (i, i + 7)).collect();
         let summary = with_pairs(14, &partners);
         assert_eq!(shown(&summary).len(), 7);
-        assert!(!verdicts(&summary).contains("against the first"));
+        assert!(!verdicts(&summary).contains("more pairs"));
     }
 
     #[test]

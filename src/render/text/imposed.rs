@@ -1,9 +1,9 @@
 //! The story of a ZMP error that was imposed on the pendulum.
 
 use crate::episode::imposed::{ImposedRecord, Start};
-use crate::render::{text::story, with_fields_of};
+use crate::render::text::{layout::wrapped, story};
+use crate::render::with_fields_of;
 use serde_json::{Value, json};
-use std::fmt::Write;
 
 /// What came of an error.
 pub struct ImposedStory<'a> {
@@ -22,9 +22,9 @@ impl ImposedStory<'_> {
 
     fn outcome(&self) -> String {
         match (self.record.lost_at_s, self.record.home_at_s) {
-            (Some(at), _) => format!("lost at {at:.2} s: the DCM is out of reach"),
-            (None, Some(at)) => format!("COM home from {at:.2} s"),
-            (None, None) => "COM not home".into(),
+            (Some(at), _) => format!("lost at {at:.2} s, the DCM out of reach"),
+            (None, Some(at)) => format!("recovered, COM home from {at:.2} s"),
+            (None, None) => "the COM does not get home".into(),
         }
     }
 
@@ -37,16 +37,20 @@ impl ImposedStory<'_> {
     pub fn text(&self) -> String {
         let record = &self.record;
         let mut text = String::new();
-        let mut line = |label: &str, what: String| _ = writeln!(text, "{label:<10}{what}");
+        let mut line = |label: &str, what: String| text += &wrapped(&format!("{label:<10}"), &what);
         let [x, y] = record.zmp_error_m.map(|v| 1000.0 * v);
-        line("error", format!("({x:.1}, {y:.1}) mm, on the ideal pendulum; the body follows by inverse kinematics"));
+        line(
+            "error",
+            format!("({x:.1}, {y:.1}) mm, imposed on the ideal pendulum; the body follows by inverse kinematics"),
+        );
         let [vx, vy] = record.com_vel_m_s;
         line(
             "start",
             match self.start {
-                Start::AtRest => "COM at rest: the error is told to the footstep alone".into(),
+                Start::AtRest => "the COM is at rest: only the rule of the footstep is told of the error".into(),
                 Start::Moving => format!(
-                    "COM at ({vx:.3}, {vy:.3}) m/s, as after {:.2} N s at once: the slowest gain asks for that error",
+                    "the COM moves at ({vx:.3}, {vy:.3}) m/s, as after a sudden {:.2} N s, at which the slowest gain asks \
+                     for that error",
                     record.impulse_n_s
                 ),
             },
@@ -59,7 +63,7 @@ impl ImposedStory<'_> {
         line(
             "body",
             format!(
-                "its COM at most {:.1} mm from the pendulum's, and {:.0} mm high at the lowest",
+                "its COM is at most {:.1} mm from the pendulum's, and {:.0} mm high at the lowest",
                 1000.0 * record.worst_com_error_m,
                 1000.0 * record.lowest_com_m
             ),

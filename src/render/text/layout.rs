@@ -27,18 +27,32 @@ pub fn compared<'a>(
     align(table)
 }
 
-/// Text in lines that fit the terminal, after a mark in front of the first.
+/// Text in lines that fit, after a mark in front of the first. A number stays with its unit, and both with what they are of.
 pub fn wrapped(mark: &str, text: &str) -> String {
-    let width = usize::from(Table::new().width().unwrap_or(PLAIN_WIDTH).min(PLAIN_WIDTH));
-    let mut lines = vec![mark.to_string()];
+    let is_one_of = |word: &str, all: &[&str]| all.contains(&word.trim_end_matches(['.', ',', ';', ':', ')']));
+    let stays = |before: &str, word: &str| {
+        is_one_of(word, &["=", "<", ">=", "%", "s", "mm", "m", "m/s", "N", "deg", "degrees", "points"])
+            || is_one_of(before, &["=", "<", ">=", "N"])
+            || (before.starts_with('(') && before.ends_with(','))
+    };
+    let mut pieces: Vec<String> = Vec::new();
+    let mut before = "";
     for word in text.split(' ') {
+        match pieces.last_mut() {
+            Some(piece) if stays(before, word) => *piece += &format!(" {word}"),
+            _ => pieces.push(word.into()),
+        }
+        before = word;
+    }
+    let mut lines = vec![mark.to_string()];
+    for piece in pieces {
         let line = lines.last_mut().expect("one at least");
         let is_new = line.len() == mark.len();
-        if !is_new && line.chars().count() + 1 + word.chars().count() > width {
-            lines.push(" ".repeat(mark.len()) + word);
+        if !is_new && line.chars().count() + 1 + piece.chars().count() > usize::from(PLAIN_WIDTH) {
+            lines.push(" ".repeat(mark.len()) + &piece);
         } else {
             *line += if is_new { "" } else { " " };
-            *line += word;
+            *line += &piece;
         }
     }
     lines.join("\n") + "\n"
@@ -92,6 +106,13 @@ pub fn percent(rate: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_number_stays_with_its_unit() {
+        let words = "x".repeat(66);
+        assert_eq!(wrapped("- ", &format!("{words} (p = 0.0625, y")), format!("- {words}\n  (p = 0.0625, y\n"));
+        assert_eq!(wrapped("- ", &format!("{words}x at 12.5 N s. z")), format!("- {words}x at\n  12.5 N s. z\n"));
+    }
 
     #[test]
     fn zero_has_no_sign() {

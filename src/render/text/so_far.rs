@@ -2,8 +2,8 @@
 
 use crate::campaign::verdict::so_far::{PairSoFar, SoFar};
 use crate::render::text::layout::{signed, wrapped};
+use crate::stats::decision::PairVerdict;
 use crate::stats::rate::SuccessCount;
-use crate::stats::sequential::PairVerdict;
 
 /// Lines that the progress itself needs, with room for a message.
 const OTHER_LINES: usize = 3;
@@ -79,21 +79,15 @@ fn by_rate(so_far: &SoFar) -> Vec<&(String, SuccessCount)> {
 fn words(pair: &PairSoFar, most: usize) -> String {
     let [a, b] = [&pair.a, &pair.b].map(|name| tail(name, most.max(4)));
     match pair.verdict {
-        PairVerdict::ABetter => format!("{a} better than {b}"),
-        PairVerdict::BBetter => format!("{b} better than {a}"),
+        PairVerdict::Better => format!("{a} better than {b}"),
         PairVerdict::Same => format!("{a} and {b} the same"),
         PairVerdict::Open => format!("{a} and {b} open"),
     }
 }
 
-/// By how much, with the sign of [`words`].
+/// By how much the first recovers more often.
 fn difference(pair: &PairSoFar) -> String {
-    let [least, most] = pair.ci95;
-    let ends = match pair.verdict {
-        PairVerdict::BBetter => [-pair.difference, -most, -least],
-        _ => [pair.difference, least, most],
-    };
-    let [seen, least, most] = ends.map(|share| signed(100.0 * share, 0));
+    let [seen, least, most] = [pair.difference, pair.ci95[0], pair.ci95[1]].map(|share| signed(100.0 * share, 0));
     format!("{seen} points ({least} to {most})")
 }
 
@@ -120,7 +114,7 @@ mod tests {
         assert_eq!(text.lines().count(), 1 + 4 + 6, "{text}");
         let pair = text.lines().find(|line| line.starts_with(" catch better than hold ")).expect(&text);
         assert!(pair.contains(" +30 points (+"), "{pair}");
-        assert!(text.contains(" paper and catch open "), "{text}");
+        assert!(text.contains(" catch and paper open "), "{text}");
         assert!(lines(&so_far(4, 0, |set| NAMES[set].into()), 60, 24).is_empty());
     }
 
@@ -140,7 +134,7 @@ mod tests {
     fn a_log_has_the_same_in_a_sentence() {
         let text = sentence(&so_far(4, 600, |set| NAMES[set].into())).replace("\n  ", " ");
         assert!(text.starts_with("  after 600 trials, not final: catch 80 % ("), "{text}");
-        assert!(text.ends_with("; 5 of 6 pairs can be told apart"), "{text}");
+        assert!(text.ends_with("; 4 of 6 pairs can be told apart"), "{text}");
         let few = sentence(&so_far(2, 6, |set| NAMES[set].into())).replace("\n  ", " ");
         assert!(few.ends_with("; no two can be told apart yet"), "{few}");
         let many = sentence(&so_far(30, 100, |set| set.to_string())).replace("\n  ", " ");

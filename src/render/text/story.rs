@@ -1,13 +1,13 @@
 //! The story of one episode, in a few lines: what happened to the robot, when, and why.
 
 use crate::control::Design;
-use crate::episode::{AT_LIMIT, EpisodeConfig, Footstep, Lifted, Outcome, Record, Tick};
+use crate::episode::{AT_LIMIT, EpisodeConfig, Footstep, Lifted, Membership, Outcome, Record, Tick};
+use crate::render::text::layout::wrapped;
 use crate::render::text::thresholds;
 use crate::render::with_fields_of;
-use crate::robot::{Robot, Servo};
+use crate::robot::Robot;
 use crate::sim::{Push, Variation};
 use serde_json::{Value, json};
-use std::fmt::Write;
 
 /// What is seen on the way, for the story.
 #[derive(Debug, Default)]
@@ -16,6 +16,8 @@ pub struct Witness {
     dcm_outside_since_s: Option<f64>,
     /// First time and joint at its torque limit.
     torque_limited: Option<(f64, String)>,
+    /// Largest share of its torque limit that a joint has used, and which joint.
+    most_torque: (f64, String),
 }
 
 impl Witness {
@@ -27,10 +29,14 @@ impl Witness {
         } else if self.dcm_outside_since_s.is_none() {
             self.dcm_outside_since_s = Some(time);
         }
-        if self.torque_limited.is_none() {
-            let at_limit = |(tau, servo): (&f64, &Servo)| tau.abs() >= AT_LIMIT * servo.torque_n_m;
-            let joint = tick.truth.tau.iter().zip(&robot.servos).position(at_limit);
-            self.torque_limited = joint.map(|i| (time, robot.joints[i].name.clone()));
+        for ((tau, servo), joint) in tick.truth.tau.iter().zip(&robot.servos).zip(&robot.joints) {
+            let ratio = tau.abs() / servo.torque_n_m;
+            if ratio >= AT_LIMIT && self.torque_limited.is_none() {
+                self.torque_limited = Some((time, joint.name.clone()));
+            }
+            if ratio > self.most_torque.0 {
+                self.most_torque = (ratio, joint.name.clone());
+            }
         }
     }
 }
@@ -42,13 +48,16 @@ pub fn headline(pushes: &[Push], gain_set: &str, record: &Record) -> String {
         Outcome::Fell => format!("fell at {:.2} s", record.fell_at_s.unwrap_or(record.end_s)),
         outcome => outcome.name().into(),
     };
-    let told =
-        |push: &Push| format!("{} N s towards {} degrees", short(push.impulse_n_s, 2), short(push.heading_deg, 2));
-    let came: Vec<String> = pushes.iter().filter(|push| came(push, record)).map(told).collect();
+    let came: Vec<String> = pushes.iter().filter(|push| came(push, record)).map(how_hard).collect();
     match &came[..] {
         [] => format!("gain set {gain_set}: {outcome}, before any push"),
         _ => format!("{}, gain set {gain_set}: {outcome}", came.join(", then ")),
     }
+}
+
+/// Impulse and heading of a push, rounded alike wherever they are told.
+fn how_hard(push: &Push) -> String {
+    format!("{} N s towards {} degrees", short(push.impulse_n_s, 2), short(push.heading_deg, 1))
 }
 
 /// Whether a push came before the fall.
@@ -63,7 +72,7 @@ fn short(value: f64, digits: i32) -> f64 {
     (value * unit).round() / unit + 0.0
 }
 
-/// A line for each footstep.
+/// A line for each footstep: the ways of its sole, and the ZMP error for which it was taken.
 pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String> {
     // Plus 0: no -0.
     let round = |m: f64| (1000.0 * m).round() + 0.0;
@@ -73,17 +82,17 @@ pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String>
         .map(|footstep| {
             let Footstep { foot, lift_s, land_s, from_m, to_m, zmp_error_m, in_set_at_landing } = footstep;
             format!(
-                "{:<5} {lift_s:.3} to {land_s:.3} s, {} to {} mm, ZMP error {} mm; landed {} the new sets",
+                "{} foot, {lift_s:.3} to {land_s:.3} s, {} to {} mm, ZMP error {} mm; then the new sets {} the state",
                 foot.name(),
                 mm(from_m),
                 mm(to_m),
                 mm(zmp_error_m),
-                if *in_set_at_landing { "inside" } else { "outside" }
+                if *in_set_at_landing { "hold" } else { "do not hold" }
             )
         })
         .collect();
     lines.extend(unfinished.map(|Lifted { foot, lift_s, zmp_error_m, .. }| {
-        format!("{:<5} {lift_s:.3} s, ZMP error {} mm; not landed", foot.name(), mm(zmp_error_m))
+        format!("{} foot, from {lift_s:.3} s on, ZMP error {} mm; it did not land", foot.name(), mm(zmp_error_m))
     }));
     lines
 }
@@ -120,93 +129,200 @@ impl Told<'_> {
 
     /// A few lines on what happened and why.
     pub fn text(&self) -> String {
-        let record = &self.record;
+        let (record, family) = (&self.record, &self.design.family);
         let mut text = String::new();
-        let mut line = |label: &str, what: String| _ = writeln!(text, "{label:<10}{what}");
+        let mut line = |label: &str, what: String| text += &wrapped(&format!("{label:<10}"), &what);
         for push in &self.pushes {
-            let Push { impulse_n_s, heading_deg, height_m, duration_s, start_s, .. } = push;
-            let [impulse, heading, height, duration, start] =
-                [impulse_n_s, heading_deg, height_m, duration_s, start_s].map(|&value| short(value, 4));
+            let [height_m, duration_s, start_s] =
+                [push.height_m, push.duration_s, push.start_s].map(|value| short(value, 3));
+            let at = match height_m {
+                0.0 => "at the COM".into(),
+                below if below < 0.0 => format!("{} m below the COM", -below),
+                above => format!("{above} m above the COM"),
+            };
             let late = if came(push, record) { "" } else { "; the robot had fallen by then" };
-            line(
-                "push",
-                format!(
-                    "{impulse} N s towards {heading} degrees over {duration} s from t = {start} s, {height} m above the \
-                     COM{late}"
-                ),
-            );
+            line("push", format!("{} for {duration_s} s from t = {start_s} s, {at}{late}", how_hard(push)));
         }
-        for (i, pair) in self.variation.varied().chunks(3).enumerate() {
-            let told: Vec<String> = pair.iter().map(|(name, value)| format!("{name} {value:.4}")).collect();
-            line(if i == 0 { "varied" } else { "" }, told.join(", "));
+        let varied: Vec<String> =
+            self.variation.varied().iter().map(|(name, value)| format!("{name} {}", short(*value, 4))).collect();
+        if !varied.is_empty() {
+            line("varied", varied.join(", "));
         }
-        let count = self.design.family.gains.len();
-        line("gains", format!("{} ({count} gain{})", self.design.family.name, if count == 1 { "" } else { "s" }));
-        let pushed_until_s = self.pushes.iter().map(Push::end_s).fold(0.0, f64::max);
-        let outcome = match record.outcome {
-            Outcome::Recovered => match record.settled_at_s {
-                Some(at) => {
-                    format!(
-                        "recovered: standing still since t = {at:.3} s, {:.3} s after the push",
-                        at - pushed_until_s
-                    )
-                }
-                None => "recovered".into(),
+        line(
+            "gains",
+            match family.gains.len() {
+                0 => format!("{}, which keeps its posture", family.name),
+                1 => format!("{} (1 gain)", family.name),
+                count => format!("{} ({count} gains)", family.name),
             },
-            Outcome::Fell => format!(
-                "fell at t = {:.3} s: {}",
-                record.fell_at_s.unwrap_or(record.end_s),
-                record.fall_cause.as_deref().unwrap_or("out of bounds")
-            ),
-            Outcome::Diverged => format!("diverged at t = {:.3} s: numbers are not finite", record.end_s),
-            Outcome::TimedOut => format!("timed out: neither fallen nor standing still at t = {:.3} s", record.end_s),
-        };
-        line("outcome", outcome);
+        );
+        line("outcome", self.outcome());
         if let Some(at) = record.home_at_s {
-            let (mm, end) = (1000.0 * self.config.judge.home_radius_m, record.end_s);
-            line(
-                "home",
-                format!("COM within {mm} mm of the middle of the soles from t = {at:.3} s to the end, {end:.3} s"),
-            );
+            let mm = 1000.0 * self.config.judge.home_radius_m;
+            line("home", format!("from t = {at:.3} s on the COM is within {mm} mm of the middle of the soles"));
         }
-        match (record.set_after_push, record.cpi_margin_after_push) {
-            (Some(side), Some(margin)) => {
-                let side = side.name();
-                let est = record.cpi_margin_after_push_est.map_or(String::new(), |m| format!(", as estimated {m:.2}"));
-                line("sets", format!("{side} the slowest gain's set at the end of the push (margin {margin:.2}{est})"));
-            }
-            (Some(_), None) => line("sets", "all empty at the end of the push: nothing to stand on".into()),
-            (None, _) => {}
-        }
-        if let Some(at) = record.left_sets_at_s {
-            line("", format!("no set held the state from t = {at:.3} s: the pendulum says that a footstep is needed"));
+        if let Some(told) = self.sets() {
+            line("sets", told);
         }
         for text in footsteps(&record.footsteps, record.unfinished_footstep.as_ref()) {
             line("footstep", text);
         }
-        if record.peak_dcm_outside_m > 0.0 {
-            let mm = 1000.0 * record.peak_dcm_outside_m;
-            line("DCM", format!("at most {mm:.1} mm outside of the support"));
+        match (record.outcome, self.witness.dcm_outside_since_s) {
+            (Outcome::Fell, Some(at)) => {
+                line("DCM", format!("com + com_vel / omega was outside of the support for good from t = {at:.3} s on"));
+            }
+            _ if record.peak_dcm_outside_m > 0.0 => {
+                let mm = 1000.0 * record.peak_dcm_outside_m;
+                line("DCM", format!("com + com_vel / omega was at most {mm:.1} mm outside of the support"));
+            }
+            _ => {}
         }
-        if let (Outcome::Fell, Some(at)) = (record.outcome, self.witness.dcm_outside_since_s) {
-            line("lost", format!("t = {at:.3} s: from there on the DCM was outside of the support for good"));
-        }
-        if let Some((at, joint)) = &self.witness.torque_limited {
-            line("torque", format!("{joint} was the first at its limit, at t = {at:.3} s"));
-        }
+        line("torque", self.torque());
         line(
             "peaks",
-            format!(
-                "tilt {:.1} degrees, torque {:.2} N m ({:.0} % of the limit), joint speed {:.1} rad/s",
-                record.peak_tilt_deg,
-                record.peak_torque_n_m,
-                100.0 * record.peak_torque_ratio,
-                record.peak_joint_speed_rad_s
-            ),
+            format!("tilt {:.1} degrees, joint speed {:.1} rad/s", record.peak_tilt_deg, record.peak_joint_speed_rad_s),
         );
-        line("switches", record.gain_switches.to_string());
+        if family.gains.len() > 1 {
+            let told = match record.gain_switches {
+                0 => "none: the fastest gain acts all the time".into(),
+                1 => "once a gain takes over from another, or starts anew".into(),
+                n => format!("{n} times a gain takes over from another, or starts anew"),
+            };
+            line("switches", told);
+        }
         text.push('\n');
         text.push_str(&thresholds(&self.config.judge));
         text
+    }
+
+    fn outcome(&self) -> String {
+        let Record { end_s, settled_at_s, fell_at_s, fall_cause, .. } = &self.record;
+        match self.record.outcome {
+            Outcome::Recovered => {
+                let since_s = settled_at_s.unwrap_or(*end_s);
+                let pushed_until_s = self.pushes.iter().map(Push::end_s).fold(0.0, f64::max);
+                let after = self.after_the_push();
+                format!(
+                    "recovered: it stands still from t = {since_s:.3} s on, {:.3} s {after}",
+                    since_s - pushed_until_s
+                )
+            }
+            Outcome::Fell => {
+                let cause = fall_cause.as_deref().unwrap_or("out of bounds");
+                format!("fell at t = {:.3} s: {cause}", fell_at_s.unwrap_or(*end_s))
+            }
+            Outcome::Diverged => format!("diverged at t = {end_s:.3} s: a number of the simulation was not finite"),
+            Outcome::TimedOut => format!("timed out: at t = {end_s:.3} s it had neither fallen nor come to a stand"),
+        }
+    }
+
+    fn after_the_push(&self) -> &'static str {
+        if self.pushes.len() > 1 { "after the last push" } else { "after the push" }
+    }
+
+    /// What the CPI sets say of the state at the end of the push, and whether the robot did otherwise; None without gains,
+    /// and where they had nothing to say.
+    fn sets(&self) -> Option<String> {
+        let record = &self.record;
+        let [the_set, no_set, its, needs] = match self.design.family.gains.len() {
+            0 => return None,
+            1 => ["the gain's CPI set", "the gain's CPI set does not hold", "it", "this gain needs"],
+            _ => ["the largest CPI set", "no CPI set holds", "the sets", "these gains need"],
+        };
+        let left = |its: &str| record.left_sets_at_s.map(|at| format!("left {its} at t = {at:.3} s"));
+        let end = if self.pushes.len() > 1 { "at the end of the last push" } else { "at the end of the push" };
+        let Some(side) = record.set_after_push else {
+            return left(if its == "it" { the_set } else { "all CPI sets" }).map(|left| format!("the state {left}"));
+        };
+        let margin = |m: Option<f64>| m.map_or("none".into(), |m| format!("{m:.2}"));
+        let [margin, margin_est] = [record.cpi_margin_after_push, record.cpi_margin_after_push_est].map(margin);
+        let margins = format!("(margin {margin}, as estimated {margin_est})");
+        let stepped = !record.footsteps.is_empty() || record.unfinished_footstep.is_some();
+        let recovered = record.outcome == Outcome::Recovered;
+        Some(match side {
+            Membership::Empty => format!("{end} there is no CPI set, for there is nothing to stand on"),
+            Membership::Inside => {
+                let yet = if recovered { "" } else { "; it did not recover all the same" };
+                format!("{end} {the_set} holds the state {margins}: by the pendulum no footstep is needed{yet}")
+            }
+            Membership::Outside => {
+                let left = left(its).map_or(String::new(), |left| format!(", which {left}"));
+                let yet = match (recovered, stepped) {
+                    (true, false) => "; the robot recovered without one all the same",
+                    (false, false) if self.design.family.footwork.is_none() => "; this gain set takes none",
+                    _ => "",
+                };
+                format!("{end} {no_set} the state {margins}{left}. By the pendulum {needs} a footstep then{yet}")
+            }
+        })
+    }
+
+    fn torque(&self) -> String {
+        let (ratio, joint) = &self.witness.most_torque;
+        let percent = 100.0 * ratio;
+        let Some((at, first)) = &self.witness.torque_limited else {
+            return format!("at most {percent:.0} % of the limit, at {joint}");
+        };
+        let limited = format!("{first} is the first at its limit, at t = {at:.3} s");
+        match percent.round() > 100.0 {
+            // The servo's limit is set by the speed at the start of a physics step.
+            true => format!(
+                "{limited}; the peak, {percent:.0} % at {joint}, lasts one physics step, as where a landing stops a joint"
+            ),
+            false => limited,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::episode::{Disturbance, Until, run};
+    use crate::lipm::GainSet;
+
+    /// The story of a push with a gain set: its title and its text.
+    fn story(gains: &str, impulse_n_s: f64, heading_deg: f64) -> [String; 2] {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let config = EpisodeConfig::default();
+        let design = Design::new(&robot, &GainSet::load(gains).unwrap(), config.control_period_s).unwrap();
+        let pushes = vec![Push { impulse_n_s, heading_deg, ..Push::default() }];
+        let mut witness = Witness::default();
+        let disturbance = Disturbance { pushes: pushes.clone(), ..Disturbance::default() };
+        let record =
+            run(&robot, &design, &config, disturbance, Until::Decided, &mut |tick| witness.watch(&robot, tick));
+        let told = Told { design: &design, config: &config, pushes, variation: Variation::default(), record, witness };
+        [told.headline(), told.text()]
+    }
+
+    /// In one line, as it reads.
+    fn read(text: &str) -> String {
+        text.split_whitespace().collect::<Vec<_>>().join(" ")
+    }
+
+    #[test]
+    fn a_story_says_nothing_that_is_not_so() {
+        // Outside of its set, and yet no footstep was needed.
+        let [title, text] = story("catch", 3.000_123_456_789, 90.0);
+        assert!(title.starts_with("3 N s towards 90 degrees, gain set catch: recovered"), "{title}");
+        let text = read(&text);
+        assert!(text.starts_with("push 3 N s towards 90 degrees for 0.05 s from t = 0.5 s, at the COM gains catch"));
+        assert!(
+            text.contains("this gain needs a footstep then; the robot recovered without one all the same"),
+            "{text}"
+        );
+        assert!(!text.contains("footstep left") && !text.contains("switches"), "{text}");
+        // A landing stops a joint beyond its torque.
+        let [_, text] = story("catch", 5.0, 0.0);
+        assert!(read(&text).contains("needs a footstep then footstep left foot, 0.53"), "{text}");
+        assert!(read(&text).contains("; the peak, 120 % at left_knee_flexion, lasts one physics step"), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        // Held by its sets.
+        let [_, text] = story("switching", 3.0, -135.0);
+        assert!(read(&text).contains("the largest CPI set holds the state (margin 0.16, as estimated 0.16)"), "{text}");
+        assert!(read(&text).contains("switches 6 times a gain takes over"), "{text}");
+        // Without gains nothing is said of sets or gains.
+        let [_, text] = story("hold", 3.0, 0.0);
+        assert!(!text.contains("sets") && !text.contains("switches"), "{text}");
+        assert!(read(&text).contains("gains hold, which keeps its posture outcome fell at t = "), "{text}");
     }
 }
