@@ -316,7 +316,9 @@ mod tests {
         let [title, text] = story("catch", 3.000_123_456_789, 90.0);
         assert!(title.starts_with("3 N s towards 90 degrees, gain set catch: recovered"), "{title}");
         let text = read(&text);
-        assert!(text.starts_with("push 3 N s towards 90 degrees for 0.05 s from t = 0.5 s, level with the COM gains catch"));
+        assert!(
+            text.starts_with("push 3 N s towards 90 degrees for 0.05 s from t = 0.5 s, level with the COM gains catch")
+        );
         assert!(
             text.contains("By the pendulum model a footstep was needed, but the robot recovered without one"),
             "{text}"
@@ -325,7 +327,10 @@ mod tests {
         // A landing stops a joint beyond its torque.
         let [_, text] = story("catch", 5.0, 0.0);
         assert!(read(&text).contains("a footstep was needed footstep left foot: lifted at t = 0.53"), "{text}");
-        assert!(read(&text).contains(". The peak, 120 % of the limit at left_knee_flexion, lasted one physics step"), "{text}");
+        assert!(
+            read(&text).contains(". The peak, 120 % of the limit at left_knee_flexion, lasted one physics step"),
+            "{text}"
+        );
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
         // Held by its sets.
         let [_, text] = story("switching", 3.0, -135.0);
