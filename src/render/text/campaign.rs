@@ -113,8 +113,8 @@ fn head(summary: &Summary, full: bool) -> String {
 
 fn sets(summary: &Summary) -> Table {
     // What happened to no set is not worth a column.
-    let rare: [(&str, fn(&SetSummary) -> u64); 2] =
-        [("diverged", |set| set.diverged), ("timed out", |set| set.timed_out)];
+    type Outcome = (&'static str, fn(&SetSummary) -> u64);
+    let rare: [Outcome; 2] = [("diverged", |set| set.diverged), ("timed out", |set| set.timed_out)];
     let rare: Vec<_> = rare.into_iter().filter(|(_, of)| summary.sets.iter().any(|set| of(set) > 0)).collect();
     let header = ["gain set", "recovered", "rate", "95 %", "fell"];
     let mut table = table(header.into_iter().chain(rare.iter().map(|(label, _)| *label)));
