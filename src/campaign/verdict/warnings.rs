@@ -58,9 +58,9 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
     }
     if campaign.stopping.until_resolved {
         found.push(
-            "the campaign could end when decided: intervals of differences, verdicts and gates hold at every look; all \
-             else (rates, p-values, curves, strata, times) is as for a fixed count of trials, and leans towards what it \
-             ended for"
+            "the campaign could end when decided. Intervals of differences, verdicts and gates allow for that. Rates, \
+             p-values, curves, strata and times do not: they are as for a fixed number of trials, and lean towards the \
+             result at which the campaign ended"
                 .into(),
         );
     }
