@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::program::{FEW, TWO_PARTS, files, folder, short, standfast, stderr, stdout};
+use common::program::{FEW, SEVERAL_PARTS, files, folder, short, standfast, stderr, stdout};
 use standfast::assets::Kind;
 use std::{collections::BTreeMap, fs};
 
@@ -60,29 +60,29 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
 
 #[test]
 fn the_same_bytes_for_any_number_of_threads() {
-    let one = result_of(&[TWO_PARTS, "--threads=1"]);
-    assert_eq!(one.len(), 15, "{:?}", one.keys());
+    let one = result_of(&[SEVERAL_PARTS, "--threads=1"]);
+    assert_eq!(one.len(), 23, "{:?}", one.keys());
     for name in ["campaign.toml", "summary.json", "trials.parquet", "report.html", "parts/part-000001.csv"] {
         assert!(one.contains_key(name), "{name} in {:?}", one.keys());
     }
     assert_eq!(one.keys().filter(|name| name.starts_with("replays/trial-")).count(), 3, "{:?}", one.keys());
-    assert!(one == result_of(&[TWO_PARTS, "--threads=2"]), "two threads wrote something else");
+    assert!(one == result_of(&[SEVERAL_PARTS, "--threads=2"]), "two threads wrote something else");
 }
 
 #[test]
 fn shards_merge_and_resume_end_in_the_same_bytes() {
-    let whole = result_of(&[TWO_PARTS]);
+    let whole = result_of(&[SEVERAL_PARTS]);
     let dir = folder();
     let out = dir.path().join("out");
-    standfast(dir.path(), &short(&[TWO_PARTS, "--shard=2/2"])).success();
+    standfast(dir.path(), &short(&[SEVERAL_PARTS, "--shard=2/2"])).success();
     assert!(!out.join("trials.parquet").exists() && !out.join("summary.json").exists());
     let status = standfast(dir.path(), &["status", "out"]).code(3);
-    assert!(stdout(&status).contains("missing: trials 0-24"), "{}", stdout(&status));
+    assert!(stdout(&status).contains("missing: trials 0-4, 10-14, 20-24"), "{}", stdout(&status));
     let merge = standfast(dir.path(), &["merge", "out"]).code(3);
     assert!(stderr(&merge).contains("standfast run out/campaign.toml --out out"), "{}", stderr(&merge));
     // The command that was just printed.
     let run = standfast(dir.path(), &["run", "out/campaign.toml", "--out", "out"]).success();
-    assert!(stderr(&run).contains("goes on, 1 of 2 parts"), "{}", stderr(&run));
+    assert!(stderr(&run).contains("goes on, 11 of 26 episodes are there"), "{}", stderr(&run));
     assert!(files(&out) == whole, "resumed");
     fs::remove_file(out.join("summary.json")).unwrap();
     standfast(dir.path(), &["status", "out"]).success();
@@ -178,6 +178,22 @@ fn a_push_is_drawn_and_traced_beside_its_json() {
     let times: Vec<f64> = numbers.filter_map(|number| number.parse().ok()).collect();
     let last = times.iter().copied().fold(0.0, f64::max);
     assert!((0.3..=longer["fell_at_s"].as_f64().unwrap()).contains(&last), "the picture ends with the fall: {times:?}");
+}
+
+/// The push of the window, unless a trial has its own.
+#[test]
+fn a_push_needs_nothing_to_be_given() {
+    let dir = folder();
+    let push = |more: &[&str]| {
+        let args = [&["push", "--gains=hold", "--start=0.1", "--horizon=0.4", "--json"], more].concat();
+        serde_json::from_str::<serde_json::Value>(&stdout(&standfast(dir.path(), &args).success())).unwrap()["push"]
+            .clone()
+    };
+    assert_eq!(push(&[])["impulse_n_s"].as_f64(), Some(2.5));
+    assert_eq!(push(&["--impulse=1"])["impulse_n_s"].as_f64(), Some(1.0));
+    let drawn = push(&["--campaign=smoke", "--trial=3"])["impulse_n_s"].as_f64().unwrap();
+    assert!((3.0..5.0).contains(&drawn), "{drawn}");
+    assert_eq!(push(&["--campaign=smoke"])["impulse_n_s"].as_f64(), Some(2.5));
 }
 
 #[test]

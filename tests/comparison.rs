@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::program::{FEW, SHORT, TWO_PARTS, files, folder, short, standfast, stderr, stdout};
+use common::program::{FEW, SEVERAL_PARTS, SHORT, files, folder, short, standfast, stderr, stdout};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -19,7 +19,7 @@ const OPEN: &str = "--gate=hold >= hold zmp_margin_m=0.01";
 #[test]
 fn a_failed_gate_is_exit_code_100_and_says_how_to_replay_a_lost_trial() {
     let dir = folder();
-    let run = standfast(dir.path(), &short(&[TWO_PARTS, PASSES, FAILS])).code(100);
+    let run = standfast(dir.path(), &short(&[SEVERAL_PARTS, PASSES, FAILS])).code(100);
     let message = stderr(&run);
     assert!(message.contains("gate failed: hold >= 1"), "{message}");
     let found = summary(&dir.path().join("out"));
@@ -53,10 +53,10 @@ fn what_another_build_has_made_is_kept_but_said() {
 fn while_trials_are_run_there_is_no_result_of_an_earlier_look() {
     let dir = folder();
     let out = dir.path().join("out");
-    standfast(dir.path(), &short(&[TWO_PARTS])).success();
+    standfast(dir.path(), &short(&[SEVERAL_PARTS])).success();
     fs::remove_file(out.join("parts/part-000001.json")).unwrap();
     // A shard joins nothing, so this leaves what an interruption would leave.
-    standfast(dir.path(), &short(&[TWO_PARTS, "--shard=2/2"])).success();
+    standfast(dir.path(), &short(&[SEVERAL_PARTS, "--shard=2/2"])).success();
     let left: Vec<String> = files(&out).into_keys().filter(|name| !name.starts_with("parts/")).collect();
     assert_eq!(left, ["campaign.toml"]);
 }
@@ -81,9 +81,18 @@ fn an_unresolved_gate_fails_only_if_asked_to() {
     assert!(stdout(&run).contains("unresolved"), "{}", stdout(&run));
     let junit = fs::read_to_string(dir.path().join("out/junit.xml")).unwrap();
     assert!(junit.contains("skipped=\"1\"") && junit.contains("failures=\"0\""), "{junit}");
-    let fails = standfast(dir.path(), &short(&[&both[..], &["--set=gates.unresolved=fail"]].concat())).code(100);
-    let message = stderr(&fails);
-    assert!(message.contains("gate unresolved: hold >= hold zmp"), "{message}");
+    for args in [&["--unresolved=fail"][..], &["--set=gates.unresolved=fail"]] {
+        let fails = standfast(dir.path(), &short(&[&both[..], args].concat())).code(100);
+        let message = stderr(&fails);
+        assert!(message.contains("gate unresolved: hold >= hold zmp"), "{message}");
+    }
+    // The folder remembers it, and may be asked otherwise.
+    standfast(dir.path(), &["merge", "out"]).code(100);
+    standfast(dir.path(), &["merge", "out", "--unresolved=pass"]).success();
+    standfast(dir.path(), &["merge", "out", "--unresolved=fail"]).code(100);
+    standfast(dir.path(), &short(&[&both[..], &["--set=gates.unresolved=fail", "--unresolved=pass"]].concat()))
+        .success();
+    standfast(dir.path(), &["merge", "out", "--unresolved=maybe"]).code(2);
 }
 
 #[test]
@@ -104,10 +113,10 @@ fn a_gate_that_cannot_be_asked_is_an_error_before_anything_runs() {
 #[test]
 fn a_baseline_is_paired_trial_by_trial_and_must_have_the_same_pushes() {
     let dir = folder();
-    standfast(dir.path(), &short(&[TWO_PARTS])).success();
+    standfast(dir.path(), &short(&[SEVERAL_PARTS])).success();
     let gate = ["--gate=hold >= baseline - 0.2", "--baseline=out", "--out=new"];
     let run = |more: &[&str]| {
-        let trials = if more == ["--trials=30"] { &[][..] } else { &[TWO_PARTS] };
+        let trials = if more == ["--trials=30"] { &[][..] } else { &[SEVERAL_PARTS] };
         let args = short(&[trials, &gate[..], more].concat());
         let args: Vec<&str> = args.into_iter().filter(|arg| *arg != "--out=out").collect();
         standfast(dir.path(), &args)
@@ -149,7 +158,7 @@ fn a_baseline_is_paired_trial_by_trial_and_must_have_the_same_pushes() {
     };
     refused(&["--set=variations.kp_scale=0.1"], "variations.kp_scale is \"nominal\" there and 0.1 here");
     refused(&["--seed=9"], "seed is 1 there and 9 here");
-    let itself = standfast(dir.path(), &short(&[TWO_PARTS, "--gate=hold >= baseline", "--baseline=./out"])).code(3);
+    let itself = standfast(dir.path(), &short(&[SEVERAL_PARTS, "--gate=hold >= baseline", "--baseline=./out"])).code(3);
     assert!(stderr(&itself).contains("the result folder itself"), "{}", stderr(&itself));
 }
 
@@ -158,7 +167,7 @@ fn two_folders_are_compared_if_their_pushes_are_the_same() {
     let dir = folder();
     let with = |more: &[&'static str]| {
         let others = SHORT.iter().copied().filter(|arg| !["--out=out", "--gains=hold"].contains(arg));
-        others.chain([TWO_PARTS]).chain(more.iter().copied()).collect::<Vec<_>>()
+        others.chain([SEVERAL_PARTS]).chain(more.iter().copied()).collect::<Vec<_>>()
     };
     standfast(dir.path(), &with(&["--gains=hold", "--out=a"])).success();
     standfast(dir.path(), &with(&["--gains=hold", "--gains=fixed", "--out=b"])).success();
@@ -268,11 +277,10 @@ fn gates_and_stopping_of_a_campaign_file_are_those_of_the_command_line() {
     assert!(stderr(&refused).contains("gates.confidence = 1.5"), "{}", stderr(&refused));
 }
 
+/// What is written to a terminal, without what colours it, cleans it and moves about in it.
 #[cfg(target_os = "linux")]
-/// Lines as they appear on a screen, without colours and without commands to copy, which must not be broken.
-fn lines(text: &str) -> Vec<String> {
-    let mut plain = String::new();
-    let mut rest = text.chars();
+fn plain(text: &str) -> String {
+    let (mut plain, mut rest) = (String::new(), text.chars());
     while let Some(c) = rest.next() {
         if c == '\u{1b}' {
             rest.by_ref().find(|c| c.is_ascii_alphabetic());
@@ -280,13 +288,25 @@ fn lines(text: &str) -> Vec<String> {
             plain.push(c);
         }
     }
-    let lines = plain.split(['\r', '\n']).map(String::from);
-    lines.filter(|line| !line.contains("--campaign")).collect()
+    plain
+}
+
+/// The first line that is wider than the terminal, but for commands to copy, which must not be broken.
+#[cfg(target_os = "linux")]
+fn too_wide(text: &str, columns: usize) -> Option<String> {
+    // Progress fills each of its lines with blanks, and writes them in one go: none of them starts as the rest of another.
+    let starts = ["So far, after ", " hold", " fixed", " switching", " catch", "█", "░"];
+    let fits = |line: &&str| {
+        let letters: Vec<char> = line.chars().collect();
+        let starts_well = |row: &[char]| starts.iter().any(|start| row.iter().collect::<String>().starts_with(start));
+        letters.len() <= columns || line.starts_with("So far, ") && letters.chunks(columns).all(starts_well)
+    };
+    text.split(['\r', '\n']).filter(|line| !line.contains("--campaign")).find(|line| !fits(line)).map(String::from)
 }
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_terminal_of_80_columns_is_enough_and_so_is_none() {
+fn a_terminal_of_60_columns_is_enough_and_so_is_none() {
     let dir = folder();
     let long = [
         "--set=push.duration_s={uniform=[0.02, 0.1]}",
@@ -295,22 +315,104 @@ fn a_terminal_of_80_columns_is_enough_and_so_is_none() {
         "--set=variations.trunk_com_y_m={uniform=[-0.005, 0.005]}",
         "--set=second_push={impulse_n_s={uniform=[0, 1]}, heading_deg={uniform=[-180, 180]}, after_s=0.05}",
     ];
-    let args = short(&[&["--gains=fixed", "--gains=switching", "--gains=catch", FEW, PASSES][..], &long].concat());
+    let sets = ["--gains=fixed", "--gains=switching", "--gains=catch", "--trials=6", PASSES, "--full"];
+    let args = short(&[&sets[..], &long].concat());
     let run = standfast(dir.path(), &args).success();
-    let too_long = |text: &str| lines(text).into_iter().find(|line| line.chars().count() > 80);
-    assert_eq!(too_long(&stdout(&run)), None);
-    fs::remove_dir_all(dir.path().join("out")).unwrap();
-    // The same in a terminal, with a progress bar.
+    assert_eq!(too_wide(&stdout(&run), 80), None);
+    assert_eq!(too_wide(&stderr(&run), 80), None);
+    // The same in a terminal, with a bar of progress, and what was found so far above it.
     let program = assert_cmd::cargo::cargo_bin("standfast");
     let words: Vec<String> = args.iter().map(|arg| format!("'{arg}'")).collect();
-    let shell = format!("stty cols 80 rows 24; exec {} {}", program.display(), words.join(" "));
-    let terminal = std::process::Command::new("script")
-        .args(["-qec", &shell, "/dev/null"])
-        .env("TERM", "xterm")
-        .current_dir(dir.path())
-        .output()
-        .expect("script, of util-linux, makes a terminal");
-    let text = String::from_utf8(terminal.stdout).unwrap();
-    assert!(terminal.status.success() && text.contains("to go") && text.contains("gain set"), "{text}");
-    assert_eq!(too_long(&text), None);
+    for columns in [60, 80] {
+        fs::remove_dir_all(dir.path().join("out")).unwrap();
+        let shell = format!("stty cols {columns} rows 24; exec {} {}", program.display(), words.join(" "));
+        let terminal = std::process::Command::new("script")
+            .args(["-qec", &shell, "/dev/null"])
+            .env("TERM", "xterm")
+            .current_dir(dir.path())
+            .output()
+            .expect("script, of util-linux, makes a terminal");
+        let text = plain(&String::from_utf8(terminal.stdout).unwrap());
+        assert!(terminal.status.success() && text.contains(" of 24 episodes") && text.contains("gain set"), "{text}");
+        assert!(text.contains("So far, after 5 trials (not final):") && text.contains("hold and fixed open"), "{text}");
+        assert_eq!(too_wide(&text, columns), None);
+    }
+}
+
+/// A run without a terminal, which is interrupted as soon as it has said this: all that it said.
+#[cfg(unix)]
+fn interrupted_at(folder: &Path, args: &[&str], words: &str) -> String {
+    use std::io::{BufRead, BufReader};
+    let mut run = std::process::Command::new(assert_cmd::cargo::cargo_bin("standfast"))
+        .args(args)
+        .current_dir(folder)
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut said = String::new();
+    for line in BufReader::new(run.stderr.take().unwrap()).lines().map(Result::unwrap) {
+        let is_it = line.contains(words);
+        said += &line;
+        said += "\n";
+        if is_it {
+            let kill = std::process::Command::new("kill").args(["-INT", &run.id().to_string()]).status();
+            assert!(kill.unwrap().success());
+        }
+    }
+    assert_eq!(run.wait().unwrap().code(), Some(130), "{said}");
+    said
+}
+
+/// The number before these words.
+#[cfg(unix)]
+fn number_before(words: &str, text: &str) -> u64 {
+    let (before, _) = text.split_once(words).unwrap_or_else(|| panic!("no {words:?} in {text}"));
+    before.rsplit([' ', '\n']).next().unwrap().parse().unwrap()
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_says_what_is_kept_and_goes_on_there() {
+    let dir = folder();
+    let args = short(&["--trials=400", "--threads=1"]);
+    let said = interrupted_at(dir.path(), &args, "40 of 400 episodes");
+    assert!(said.starts_with("0 of 400 episodes\n"), "{said}");
+    assert!(said.contains("stopping as soon as the running episodes end"), "{said}");
+    assert!(said.contains("The same command goes on") && said.contains("  standfast run out/campaign.toml --out out"));
+    assert!(!said.contains("error"), "{said}");
+    let (kept, done) = (number_before(" of 400 episodes are kept", &said), number_before(" episodes in", &said));
+    // Of one thread at most one part of five trials is in work.
+    assert!(kept % 5 == 0 && kept <= done && done < kept + 5, "{kept} of {done}");
+    let again = interrupted_at(dir.path(), &args, "goes on");
+    assert!(again.starts_with(&format!("out: goes on, {kept} of 400 episodes are there\n")), "{again}");
+    assert!(again.contains(&format!("\n{kept} of 400 episodes\n")), "{again}");
+}
+
+/// Whoever calls the program with nothing at all hears what it does, for how long, and what would be quicker.
+#[cfg(unix)]
+#[test]
+fn without_a_command_it_says_first_what_it_is_about_to_do() {
+    let dir = folder();
+    let said = interrupted_at(dir.path(), &[], "It takes about ");
+    let (first, rest) = said.split_once("0 of 4000 episodes\n").unwrap();
+    assert!(first.lines().count() <= 4 && first.lines().all(|line| line.chars().count() <= 80), "{first}");
+    let words = first.replace('\n', " ");
+    assert!(words.contains("1000 pushes for each of 4 gain sets, 4000 episodes on "), "{first}");
+    assert!(words.contains(" push --replay push.html ") && words.contains(" run smoke "), "{first}");
+    assert!(rest.contains(" here, by the pace of its first "), "{rest}");
+    let again = interrupted_at(dir.path(), &[], "goes on");
+    assert!(again.starts_with("standfast-results/standard: goes on, ") && !again.contains("quick look"), "{again}");
+}
+
+#[test]
+fn a_result_is_printed_in_full_again_without_a_change() {
+    let dir = folder();
+    let full = stdout(&standfast(dir.path(), &short(&[SEVERAL_PARTS, "--full", PASSES])).success());
+    let before = files(dir.path());
+    let status = stdout(&standfast(dir.path(), &["status", "out", "--full"]).success());
+    assert!(full.contains("heading") && status.ends_with(&format!("\n\n{full}")), "{status}");
+    assert!(files(dir.path()) == before);
+    let short = stdout(&standfast(dir.path(), &["merge", "out"]).success());
+    assert!(short.len() < full.len() && !short.contains("heading   "), "{short}");
 }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::program::{TWO_PARTS, files, folder, standfast};
+use common::program::{SEVERAL_PARTS, files, folder, standfast};
 use common::{Bench, push, sensor_errors};
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -82,14 +82,14 @@ fn sensor_errors_do_not_depend_on_the_controller() {
     assert!((1..switching.len()).all(|k| switching[k] != switching[k - 1]));
 }
 
-/// With everything varied that a campaign can draw, and with two parts, the result is the same for any number of
+/// With everything varied that a campaign can draw, and with several parts, the result is the same for any number of
 /// threads.
 #[test]
 fn a_campaign_that_varies_everything_is_the_same_bytes_for_any_number_of_threads() {
     let result = |threads: &str| {
         let dir = folder();
         let short = ["--set=episode.horizon_s=2.4", "--set=second_push.after_s={uniform=[0.1, 0.25]}"];
-        let args = [&["run", "harsh", "--gains=hold", TWO_PARTS, "--out=out", threads][..], &short].concat();
+        let args = [&["run", "harsh", "--gains=hold", SEVERAL_PARTS, "--out=out", threads][..], &short].concat();
         standfast(dir.path(), &args).success();
         files(&dir.path().join("out"))
     };

@@ -24,7 +24,9 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
     let printed = text(&run.get_output().stdout);
     assert_eq!(printed, fs::read_to_string(dir.path().join("out/limit.json")).unwrap());
     let svg = fs::read_to_string(dir.path().join("out/limit.svg")).unwrap();
-    assert!(svg.contains("<polygon") && svg.contains("hold") && svg.contains("forward, 0"));
+    assert!(svg.contains("<polygon class=\"bound one\"") && svg.contains("hold") && svg.contains("forward, 0"));
+    // Two headings say nothing of those between.
+    assert!(svg.contains("hold, 180\u{b0}: ") && !svg.contains("class=\"outline\""));
     assert_eq!(svg, fs::read_to_string(dir.path().join("polar.svg")).unwrap());
 
     let json: Value = serde_json::from_str(&printed).unwrap();

@@ -138,18 +138,18 @@ fn a_command_that_is_wrong_inside_is_not_good() {
     }
 }
 
-/// Where a document leads: what its links name themselves, and what its list of targets at the end names.
+/// Targets of a document's links: those in its text, and those in the list of targets at its end.
 fn targets_of(document: &str) -> impl Iterator<Item = &str> {
     let inline = document.split("](").skip(1).filter_map(|rest| rest.split(')').next());
     inline.chain(document.lines().filter_map(target_at_the_end).map(|(_, target)| target))
 }
 
-/// `[name]: target`
+/// A line `[name]: target` of that list.
 fn target_at_the_end(line: &str) -> Option<(&str, &str)> {
     line.strip_prefix('[')?.split_once("]: ")
 }
 
-/// The names by which headings are linked.
+/// The anchors of a document's headings.
 fn anchors_of(document: &str) -> Vec<String> {
     let mut in_block = false;
     let headings = document.lines().filter(|line| {
@@ -161,7 +161,7 @@ fn anchors_of(document: &str) -> Vec<String> {
     headings.map(|heading| name(heading).chars().filter(kept).collect::<String>().replace(' ', "-")).collect()
 }
 
-/// Why a link of a document leads nowhere, if it does.
+/// Why a link of a document is broken; None if it is not.
 fn leads_nowhere(target: &str, path: &Path) -> Option<String> {
     let (file, anchor) = target.split_once('#').unwrap_or((target, ""));
     let other = if file.is_empty() { path.to_path_buf() } else { path.parent().unwrap().join(file) };
@@ -175,7 +175,7 @@ fn leads_nowhere(target: &str, path: &Path) -> Option<String> {
     Some(format!("{}: {target} {problem}", path.display()))
 }
 
-/// Pictures, files and headings that they link are there, seen from where each document lies.
+/// The linked pictures, files and headings exist, relative to the folder of each document.
 #[test]
 fn every_link_of_readme_and_guide_leads_somewhere() {
     let (mut count, mut wrong) = (0, Vec::new());
@@ -189,7 +189,8 @@ fn every_link_of_readme_and_guide_leads_somewhere() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// A chapter that rustdoc does not show, a link without a target, and a target that rustdoc does not know would pass unseen.
+/// Without this test, a chapter that rustdoc does not show, a link without a target, and a target that rustdoc does not
+/// know would not be noticed.
 #[test]
 fn rustdoc_shows_every_chapter_with_its_links() {
     let shown = include_str!("../src/guide/mod.rs");

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::program::{FEW, TWO_PARTS, files, folder, short, standfast, stderr, stdout};
+use common::program::{FEW, SEVERAL_PARTS, files, folder, short, standfast, stderr, stdout};
 use std::{collections::BTreeMap, fs, path::Path};
 
 /// The columns of a trial that `push` reports too, as JSON values: outcome, times and peaks.
@@ -91,7 +91,7 @@ fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
     let gains = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/gains/switching.toml")).unwrap();
     fs::write(&mine, gains.replace("name = \"switching\"", "name = \"mine\"")).unwrap();
     let sweep =
-        ["--vary=mine.toml:zmp_margin_m=0.001,0.02", "--vary=fixed:gains.0.x=[0.8,1,5]", TWO_PARTS, "--replays=0"];
+        ["--vary=mine.toml:zmp_margin_m=0.001,0.02", "--vary=fixed:gains.0.x=[0.8,1,5]", SEVERAL_PARTS, "--replays=0"];
     standfast(dir.path(), &short(&sweep)).success();
     let whole = files(&out);
     let campaign = String::from_utf8(whole["campaign.toml"].clone()).unwrap();
@@ -110,10 +110,10 @@ fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
     fs::remove_file(&mine).unwrap();
     fs::remove_file(out.join("parts/part-000001.json")).unwrap();
     let run = standfast(dir.path(), &["run", "out/campaign.toml", "--out", "out", "--replays=0"]).success();
-    assert!(stderr(&run).contains("goes on, 1 of 2 parts"), "{}", stderr(&run));
+    assert!(stderr(&run).contains("goes on, 84 of 104 episodes are there"), "{}", stderr(&run));
     assert!(files(&out) == whole, "resumed");
 
-    let rows = rows(&out.join("parts/part-000001.csv"));
+    let rows = rows(&out.join("parts/part-000005.csv"));
     let sets: Vec<&str> = rows.iter().map(|row| row["set"].as_str().unwrap()).collect();
     assert_eq!(sets, ["hold", "mine zmp_margin_m=0.001", "mine zmp_margin_m=0.02", "fixed x=[0.8,1,5]"]);
     assert_ne!(rows[1]["cpi_margin_after_push"], rows[2]["cpi_margin_after_push"], "a variant is another set");
@@ -133,7 +133,7 @@ fn a_sweep_alone_replaces_the_gain_sets_and_many_sets_stay_within_80_columns() {
     let dir = folder();
     let sweep = "--vary=switching:zmp_margin_m=0.001,0.002,0.003,0.004,0.005,0.006,0.007,0.008,0.009,0.01,0.011,0.012";
     let args: Vec<&str> =
-        short(&[FEW, sweep, "--replays=0"]).into_iter().filter(|arg| *arg != "--gains=hold").collect();
+        short(&[FEW, sweep, "--replays=0", "--full"]).into_iter().filter(|arg| *arg != "--gains=hold").collect();
     let text = stdout(&standfast(dir.path(), &args).success());
     let (_, tables) = text.split_once("gain set ").unwrap();
     let (tables, _) = tables.split_once("to replay a trial").unwrap();
@@ -152,12 +152,13 @@ fn a_sweep_alone_replaces_the_gain_sets_and_many_sets_stay_within_80_columns() {
 fn without_a_terminal_the_table_fits_80_columns() {
     let dir = folder();
     let args = ["--gains=switching", "--gains=fixed", "--set=episode.end_early=false"];
-    let text = stdout(&standfast(dir.path(), &short(&[&[FEW][..], &args].concat())).success());
+    let text = stdout(&standfast(dir.path(), &short(&[&[FEW, "--full"][..], &args].concat())).success());
     let (_, tables) = text.split_once("gain set ").unwrap();
     let (tables, _) = tables.split_once("to replay a trial").unwrap();
     assert!(tables.lines().all(|line| line.chars().count() <= 80), "{tables}");
     assert!(text.contains("seed 1") && text.contains("fell:") && !text.contains("varied:"), "{text}");
-    let text = stdout(&standfast(folder().path(), &short(&[FEW, "--set=variations.mass_scale=1.1"])).success());
+    let text =
+        stdout(&standfast(folder().path(), &short(&[FEW, "--full", "--set=variations.mass_scale=1.1"])).success());
     assert!(text.contains("varied: mass_scale 1.1\n"), "{text}");
 }
 
@@ -165,7 +166,7 @@ fn without_a_terminal_the_table_fits_80_columns() {
 #[test]
 fn a_result_has_replays_of_telling_trials() {
     let dir = folder();
-    let args = short(&[TWO_PARTS, "--gains=switching", "--set=push.impulse_n_s={uniform=[0, 6]}"]);
+    let args = short(&[SEVERAL_PARTS, "--gains=switching", "--set=push.impulse_n_s={uniform=[0, 6]}"]);
     let asked = |replays: &'static str| [&args[..], &[replays]].concat();
     standfast(dir.path(), &asked("--replays=0")).success();
     let out = dir.path().join("out");
@@ -230,8 +231,8 @@ fn a_result_has_replays_of_telling_trials() {
     assert!(!out.join("replays").join(&pages[0]).exists(), "a page of another result");
     for (args, code, words) in [
         (["replay", "out", "--trial=99"], 2, "--trial = 99: the campaign has no such trial; accepted: 0 to 25"),
-        (["replay", "nothing", "--trial=0"], 3, "nothing: no such folder"),
-        (["replay", "out/parts", "--trial=0"], 3, "not the folder of a campaign"),
+        (["replay", "nothing", "--trial=0"], 3, "nothing: there is no such folder"),
+        (["replay", "out/parts", "--trial=0"], 3, "is not the folder of a campaign"),
     ] {
         let message = stderr(&standfast(dir.path(), &args).code(code));
         assert!(message.contains(words), "{message}");

@@ -417,7 +417,7 @@ mod tests {
         let plan = plan(&[]);
         let folder = plan.folder(Some(&dir.path().join("a"))).unwrap();
         assert!(matches!(run(&plan, &folder, 27), Err(Error::Interrupted)));
-        assert_eq!(folder.missing(), [1]);
+        assert_eq!(folder.missing(), [5]);
         let gates = Gates::new(&plan.manifest, None).unwrap();
         assert!(Summary::of_folder(&folder, &gates).is_err() && !folder.path.join("trials.parquet").exists());
         assert_eq!(run(&plan, &folder, usize::MAX).unwrap(), 5);
@@ -426,6 +426,47 @@ mod tests {
         assert_eq!(run(&plan, &whole, usize::MAX).unwrap(), 30);
         let summary = |folder| Summary::of_folder(folder, &gates).unwrap().0;
         assert_eq!(summary(&folder), summary(&whole));
+    }
+
+    /// Also with one that does not divide the count of trials; and a folder keeps to the one it began with.
+    #[test]
+    fn a_result_is_the_same_for_any_count_of_trials_in_a_part() {
+        let dir = tempfile::tempdir().unwrap();
+        let result = |part_trials: u64| {
+            let mut plan = plan(&[]);
+            plan.manifest.part_trials = part_trials.try_into().unwrap();
+            let folder = plan.folder(Some(&dir.path().join(part_trials.to_string()))).unwrap();
+            assert_eq!(run(&plan, &folder, usize::MAX).unwrap(), 30);
+            let again = self::tests::plan(&[]).folder(Some(&folder.path)).unwrap();
+            assert_eq!((again.manifest.part_trials.get(), again.missing()), (part_trials, vec![]));
+            let gates = Gates::new(&plan.manifest, None).unwrap();
+            Summary::of_folder(&folder, &gates).unwrap();
+            ["trials.parquet", "summary.json", "campaign.toml"]
+                .map(|name| std::fs::read(folder.path.join(name)).unwrap())
+        };
+        let usual = result(super::PART_TRIALS.get());
+        assert!([1, 7, 25, 100].into_iter().all(|part_trials| result(part_trials) == usual));
+    }
+
+    /// Everyone who watches hears of each part once, and first of those that are there.
+    #[test]
+    fn parts_are_shown_as_soon_as_they_are_finished() {
+        let dir = tempfile::tempdir().unwrap();
+        let plan = plan(&[]);
+        let folder = plan.folder(Some(&dir.path().join("a"))).unwrap();
+        assert!(run(&plan, &folder, 12).is_err());
+        let seen = Mutex::new(Vec::new());
+        let on_part =
+            |rows: &[TrialRow]| seen.lock().unwrap().push(rows.iter().map(|row| row.trial).collect::<Vec<_>>());
+        let mut work = plan.work(&folder, RunOptions { threads: 1, shard: None }, &|_| false).unwrap();
+        assert_eq!((work.episodes(), work.all_episodes()), (20, 30));
+        let stop = AtomicBool::new(false);
+        work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &on_part, is_decided: &|_| false }).unwrap();
+        assert_eq!((work.episodes(), work.all_episodes()), (0, 30));
+        let seen = seen.into_inner().unwrap();
+        assert_eq!(seen[0], (0..10).collect::<Vec<_>>());
+        assert_eq!(seen[1..].concat(), (10..30).collect::<Vec<_>>());
+        assert_eq!(seen.len(), 5);
     }
 
     #[test]

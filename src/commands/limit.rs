@@ -14,21 +14,22 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  standfast limit                                   all gain sets, 16 headings, the standard campaign
+  standfast limit                                   all gain sets and 16 headings, with the standard campaign
   standfast limit --gains hold --gains paper --headings 8 --out limits
-  standfast limit --campaign nominal                without noise and variations: no impulse is tried twice
+  standfast limit --campaign nominal                without noise and variations, where no impulse is tried twice
   standfast limit --gains hold --headings 4 --precision 0.3 --plot limit.svg             a quick look
 
-For each gain set and heading an adaptive search (Bayesian, least expected entropy) finds the impulse of 50 % recovery,
-with a 95 % interval; of the campaign everything is used but the impulse and heading of its first push. Pendulum
-bounds hold for the mean duration of that push; where it acts above the COM (on the mean), also bound / (1 + height /
-COM height). The robot's settings need a table `reach`. Headings count from 0 (pushed forward), 90 is to the left.
+For each gain set and heading, an adaptive search (Bayesian, by least expected entropy) finds the impulse of 50 %
+recovery with a 95 % interval. The search uses everything of the campaign but the impulse and heading of its first push.
+A heading of 0 degrees pushes forward, and one of 90 to the left. The bounds of the pendulum are for the mean duration
+of the push. If the push acts above the COM on average, a second line has the bound / (1 + height / COM height). The
+robot's settings need a table `reach`.
 
-The 50 % and 90 % are of what is not left to chance: 2 % of the trials are taken to be lost, and won, by accident.
-Without noise and variations there is no 90 %, and the interval is a bracket: recovered below, lost above.
-The trials of a search are not those of `run`: they cannot be replayed by number.
+The search assumes that 2 % of the trials are lost, and 2 % won, by accident, and 50 % and 90 % are shares of the others.
+Without noise and variations there is no 90 %, and the interval is a bracket: every push below it is recovered from, and
+every push above it is lost. The trials of a search are not those of `run`, and cannot be replayed by their number.
 
-An interrupted run of limit does not go on where it stopped: it starts again.")]
+A run of limit that was interrupted starts again from the beginning.")]
 pub struct LimitArgs {
     /// A campaign that is compiled in (smoke, nominal, standard, harsh) or a TOML file
     #[arg(long, value_name = "NAME|FILE", default_value = "standard")]
@@ -38,24 +39,24 @@ pub struct LimitArgs {
     /// Count of headings, evenly spaced
     #[arg(long, value_name = "N", default_value_t = 16)]
     pub headings: usize,
-    /// A search ends when the 95 % interval of its impulse is no wider than +- this (N s) ...
+    /// A search ends when the 95 % interval of its impulse is no wider than +- this (N s)
     #[arg(long, value_name = "N_S", default_value_t = 0.1, allow_negative_numbers = true)]
     pub precision: f64,
-    /// ... or after so many trials (then it is marked)
+    /// A search ends after so many trials at the latest, and its result is marked then
     #[arg(long, value_name = "N", default_value_t = 150)]
     pub max_trials: u64,
-    /// Threads; 0: one per core. The result is the same for any
+    /// Count of threads, or 0 for one on each core. The result is the same for any count
     #[arg(long, value_name = "T", default_value_t = 0)]
     pub threads: usize,
     /// Write limit.json and limit.svg to this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Draw limits and bounds around the robot
+    /// Draw limits and bounds around the robot to this file
     #[arg(long, value_name = "FILE.svg")]
     pub plot: Option<PathBuf>,
     #[command(flatten)]
     pub check: CheckArgs,
-    /// One JSON object on stdout
+    /// Print one JSON object
     #[arg(long)]
     pub json: bool,
 }

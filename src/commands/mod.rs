@@ -34,8 +34,8 @@ use std::process::ExitCode;
 #[derive(Debug, Parser)]
 #[command(
     version,
-    after_help = "Without a command, the standard campaign runs: 1000 pushes for each gain set.
-What a command computes goes to the standard output, all else to the standard error.
+    after_help = "Without a command, the standard campaign runs: 1000 pushes for each of four gain sets.
+What a command computes goes to the standard output, and everything else to the standard error.
 
 Exit codes: 0 done, 1 error, 2 wrong input, 3 incomplete or foreign parts, 100 a gate failed, 130 interrupted"
 )]

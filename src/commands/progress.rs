@@ -5,7 +5,7 @@ use super::terminal::{make_way_for, note};
 use crate::campaign::verdict::so_far::SoFar;
 use crate::render::text::so_far;
 use console::Term;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -48,12 +48,15 @@ impl Progress {
     }
 
     fn new(what: &'static str, of_episodes: bool, total: u64, there: u64, at_most: bool) -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| ProgressBar::new(total).with_position(there));
+        let hidden = || ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden());
+        let bar = std::io::stderr().is_terminal().then(hidden);
         let (done, episodes, start, found) = (0.into(), 0.into(), Instant::now(), Mutex::default());
         let progress = Self { bar, what, of_episodes, total, there, at_most, done, episodes, start, found };
         match &progress.bar {
             Some(bar) => {
                 bar.set_style(style("{wide_bar} {msg}"));
+                progress.renew();
+                bar.set_draw_target(ProgressDrawTarget::stderr());
                 make_way_for(Some(bar.clone()));
                 progress.renew();
             }
@@ -119,9 +122,16 @@ impl Progress {
             bar.finish_and_clear();
         }
         let (done, elapsed_s) = (self.done(), self.start.elapsed().as_secs_f64());
-        let episodes = self.episodes.load(Ordering::Relaxed);
-        let of_many = if self.of_episodes || episodes == 0 { String::new() } else { format!(", {episodes} episodes") };
-        note(&format!("{done} {}{of_many} in {}{}", self.what, duration(elapsed_s), self.rate().unwrap_or_default()));
+        let rate = self.rate().unwrap_or_default();
+        note(&format!("{done} {}{} in {}{rate}", self.what, self.of_many(), duration(elapsed_s)));
+    }
+
+    /// Of searches, their episodes so far.
+    fn of_many(&self) -> String {
+        match self.episodes.load(Ordering::Relaxed) {
+            episodes if !self.of_episodes && episodes > 0 => format!(", {episodes} episodes"),
+            _ => String::new(),
+        }
     }
 
     fn renew(&self) {
@@ -135,7 +145,7 @@ impl Progress {
     fn line(&self) -> String {
         let Self { total, there, what, .. } = self;
         let (done, at_most) = (self.done(), if self.at_most { "at most " } else { "" });
-        let mut line = format!("{} of {at_most}{total} {what}", there + done);
+        let mut line = format!("{} of {at_most}{total} {what}{}", there + done, self.of_many());
         let Some(rate) = self.rate() else { return line };
         line += &rate;
         if done > 0 && there + done < *total {
@@ -195,7 +205,7 @@ mod tests {
     fn rates_have_two_digits_and_times_are_said_in_their_unit() {
         for (rate, told) in [
             (0.0123, "0.012"),
-            (0.345, "0.34"),
+            (0.344, "0.34"),
             (0.999, "1.0"),
             (3.41, "3.4"),
             (9.96, "10"),
@@ -235,5 +245,13 @@ mod tests {
         assert_eq!(progress(1100, 0, 0, 100).line(), "1100 of 4000 episodes");
         assert_eq!(progress(1000, 100, 100, 25).line(), "1100 of 4000 episodes, 4.0/s, 12 min to go");
         assert_eq!(progress(1000, 3000, 3000, 750).line(), "4000 of 4000 episodes, 4.0/s");
+        // A search takes many episodes, and has no time to go before the first one has ended.
+        let searches = |done, episodes| {
+            let progress =
+                Progress { what: "searches", of_episodes: false, total: 8, ..progress(0, done, episodes, 25) };
+            Progress { at_most: false, ..progress }.line()
+        };
+        assert_eq!(searches(0, 100), "0 of 8 searches, 100 episodes, 4.0/s");
+        assert_eq!(searches(2, 100), "2 of 8 searches, 100 episodes, 4.0/s, 75 s to go");
     }
 }

@@ -20,14 +20,14 @@ use std::process::ExitCode;
 #[command(after_help = "Examples:
   standfast push                                    2.5 N s from behind
   standfast push --impulse 3 --heading -135 --gains hold
-  standfast push --impulse 3.6 --gains paper        more than standing can take: a footstep
+  standfast push --impulse 3.6 --gains paper        more than standing can take, so that it steps
   standfast push --impulse 2 --plot push.svg        COM, ZMP and feet over time, as a picture
   standfast push --impulse 2 --trace push.csv       every tick, as numbers
-  standfast push --impulse 3 --replay push.html     to watch in 3D, in any browser
-  standfast push --impulse 3 --frames pictures      snapshots and an animated picture
+  standfast push --impulse 5 --replay push.html     a page to watch in 3D, in any browser
+  standfast push --impulse 5 --frames pictures      snapshots and an animated picture
   standfast push --campaign standard --trial 17     a trial of a campaign, as it was")]
 pub struct PushArgs {
-    /// Impulse (N s) [default: that of the trial; without one 2.5, and in proportion for a larger or smaller robot than ut-mu2]
+    /// Impulse (N s) [default: 2.5, or in proportion for robots larger or smaller than ut-mu2; of a trial, its own]
     #[arg(long, value_name = "N_S")]
     pub impulse: Option<f64>,
     /// Direction (degrees): 0 pushes forward, 90 to the left [default: 0]
@@ -42,23 +42,23 @@ pub struct PushArgs {
     /// Start (s) [default: 0.5]
     #[arg(long, value_name = "S")]
     pub start: Option<f64>,
-    /// Course of the force; the impulse is the same [default: rectangular]
+    /// Course of the force over time, at the same impulse [default: rectangular]
     #[arg(long, value_parser = one_of::<Profile>(["rectangular", "half-sine"]))]
     pub profile: Option<Profile>,
-    /// Gain set by name or file, or a variant NAME:KEY=VALUE; of a campaign, also by its name in the results
+    /// A gain set by name or file, or a variant NAME:KEY=VALUE, or a set of the campaign by its name in the results
     #[arg(long, value_name = "NAME|FILE", default_value = "catch")]
     pub gains: String,
     /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
-    /// Take sensor noise and thresholds from this campaign; without it sensors are ideal.
-    /// Robot and ground are the nominal ones, unless --trial is given
+    /// Take sensor noise and thresholds from this campaign. Without one the sensors are ideal. Robot and ground are the
+    /// nominal ones unless --trial is given
     #[arg(long, value_name = "NAME|FILE")]
     pub campaign: Option<String>,
-    /// Take pushes, robot, ground and noise of this trial of the campaign, as it was in `run`
+    /// Take pushes, robot, ground and noise from this trial of the campaign, as they were in `run`
     #[arg(long, value_name = "I", requires = "campaign")]
     pub trial: Option<u64>,
-    /// Seed of the campaign's noise [default: its own]; ideal sensors have none
+    /// Seed of the campaign's noise [default: that of the campaign]
     #[arg(long, value_name = "S")]
     pub seed: Option<u64>,
     /// Length of the episode (s) [default: that of the campaign, or 6]
@@ -68,7 +68,7 @@ pub struct PushArgs {
     pub outputs: OutputArgs,
     #[command(flatten)]
     pub check: CheckArgs,
-    /// One JSON object on stdout
+    /// Print one JSON object
     #[arg(long)]
     pub json: bool,
 }

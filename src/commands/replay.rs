@@ -26,7 +26,7 @@ pub struct ReplayArgs {
     /// Number of the trial
     #[arg(long, value_name = "I")]
     pub trial: u64,
-    /// Gain set by its name in the results [default: the first that did not recover, else the first]
+    /// Gain set by its name in the result [default: the first that did not recover, or else the first]
     #[arg(long, value_name = "NAME")]
     pub gains: Option<String>,
     /// The page to write [default: DIR/replays/trial-I-SET.html]
@@ -35,10 +35,10 @@ pub struct ReplayArgs {
     /// Draw snapshots to this folder, a strip of them and an animated picture (PNG, GIF)
     #[arg(long, value_name = "DIR")]
     pub frames: Option<PathBuf>,
-    /// Write every tick here
+    /// Write every tick to this file
     #[arg(long, value_name = "FILE.csv|.parquet")]
     pub trace: Option<PathBuf>,
-    /// Draw COM, ZMP and feet over time until all is over
+    /// Draw COM, ZMP and feet over time to this file
     #[arg(long, value_name = "FILE.svg")]
     pub plot: Option<PathBuf>,
     /// One JSON object on stdout
@@ -64,10 +64,14 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     };
     outputs.replay = Some(path.clone());
     if args.gains.is_none() && replayed.sets.len() > 1 {
-        note(&format!("gain set {} of {}; --gains NAME for another", replayed.set, replayed.sets.join(", ")));
+        note(&format!(
+            "shown with gain set {}; --gains NAME shows another of {}",
+            replayed.set,
+            replayed.sets.join(", ")
+        ));
     }
     if replayed.row.is_none() {
-        note("the result has no such trial yet: there is nothing to compare it with");
+        note("the result does not have this trial yet, so there is nothing to compare it with");
     }
     let (told, film) = case(&replayed).tell(replayed.disturbance(), &outputs)?;
     let folder = args.output.is_some().then_some(args.dir.as_path());

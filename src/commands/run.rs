@@ -5,14 +5,13 @@ use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::{Progress, duration};
 use super::result::{Printing, conclude, gates_of};
 use super::status::print_status;
-use super::terminal::note;
+use super::terminal::{note, tell};
 use crate::campaign::run::{RunOptions, Watch, Work};
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::verdict::so_far::SoFar;
 use crate::campaign::{Campaign, Folder, Overrides, Plan, Shard, TrialRow};
 use crate::error::{Error, Result};
 use crate::files::shell_word;
-use crate::render::text::layout::wrapped;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
@@ -140,10 +139,13 @@ fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool) -> Result<
         let lost = progress.done() - (missing - left);
         let lost = match lost {
             0 => String::new(),
-            _ => format!(" {lost} more had ended, of trials that had not: they will be run again."),
+            _ => {
+                let lost_s = duration(progress.whole_s() * lost as f64 / missing as f64);
+                format!(" {lost} more belong to parts that had not ended and will be run again (about {lost_s}).")
+            }
         };
         let kept = format!("{} of {all} episodes are kept.{lost}", all - left);
-        note(wrapped("interrupted: ", &format!("{kept} The same command goes on from there, and so does:")).trim_end());
+        tell("interrupted: ", &format!("{kept} The same command goes on from there, and so does:"));
         note(&format!("  {}", folder.resume_command()));
     }
     run
@@ -202,9 +204,7 @@ fn say_what_is_there(folder: &Folder, work: &Work) -> bool {
     }
     if folder.is_of_another_build() {
         let advice = "to have all of it from this build, give another --out";
-        note(
-            wrapped("", &format!("Those were made by another build of standfast, and are kept; {advice}.")).trim_end(),
-        );
+        tell("", &format!("Those were made by another build of standfast, and are kept; {advice}."));
     }
     true
 }
@@ -213,15 +213,15 @@ fn say_what_is_there(folder: &Folder, work: &Work) -> bool {
 fn announce(campaign: &Campaign, work: &Work) {
     let program = std::env::args().next().unwrap_or("standfast".into());
     let (program, sets, name) = (shell_word(&program), campaign.gains.len(), &campaign.name);
-    let what = format!("Runs the campaign `{name}`: {} pushes for each of {sets} gain sets", campaign.trials);
+    let what = format!("This runs the campaign `{name}`: {} pushes for each of {sets} gain sets", campaign.trials);
     let keeps = "Ctrl-C keeps what is finished, and the same command goes on from there";
     let threads = match work.threads() {
         1 => "one thread".into(),
         threads => format!("{threads} threads"),
     };
     let quick = format!("{program} push --replay push.html (one push, to watch in a browser), {program} run smoke");
-    note(wrapped("", &format!("{what}, {} episodes on {threads}. {keeps}.", work.episodes())).trim_end());
-    note(wrapped("", &format!("For a quick look instead: {quick} (seconds).")).trim_end());
+    tell("", &format!("{what}, {} episodes on {threads}. {keeps}.", work.episodes()));
+    tell("", &format!("For a quick look instead: {quick} (seconds)."));
 }
 
 /// What a campaign that ends when decided has still to decide (`open`), and whether that takes more trials than its

@@ -1,6 +1,7 @@
 //! What a command says: what it computes goes to the standard output, all else to the standard error.
 
 use crate::error::{Error, Result};
+use crate::render::text::layout::wrapped;
 use indicatif::ProgressBar;
 use std::io::{ErrorKind, Write};
 use std::sync::{Mutex, PoisonError};
@@ -26,6 +27,11 @@ pub fn note(line: &str) {
         Some(bar) => bar.suspend(write),
         None => write(),
     }
+}
+
+/// Sentences on the standard error, in lines that fit, after a mark in front of the first.
+pub fn tell(mark: &str, sentences: &str) {
+    note(wrapped(mark, sentences).trim_end());
 }
 
 /// From now on notes stand above this progress, until there is none.

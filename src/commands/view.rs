@@ -24,7 +24,7 @@ pub struct ViewArgs {
     /// Result folder of `run`: show one trial of it, exactly as it was
     #[arg(requires = "trial", conflicts_with_all = ["robot", "campaign"])]
     pub dir: Option<PathBuf>,
-    /// Trial of the result; with --campaign: live, but robot, ground, noise and pushes are those of this trial
+    /// Trial of the result; with --campaign, the view is live, on the robot and ground and with the noise and pushes of this trial
     #[arg(long, value_name = "I")]
     pub trial: Option<u64>,
     /// Gain set by name or file, or a variant NAME:KEY=VALUE; may be given several times, the first acts
@@ -37,14 +37,14 @@ pub struct ViewArgs {
     /// Take sensor noise, rates and thresholds from this campaign; without it sensors are ideal
     #[arg(long, value_name = "NAME|FILE")]
     pub campaign: Option<String>,
-    /// Impulse of the key's push (N s); adjustable in the window [default: 2.5, in proportion for robots that are larger or
-    /// smaller than ut-mu2]
+    /// Impulse of the push that Enter gives (N s), which can be changed in the window [default: 2.5; for a robot that is larger
+    /// or smaller than ut-mu2 in proportion]
     #[arg(long, value_name = "N_S")]
     pub impulse: Option<f64>,
-    /// Its direction (degrees): 0 pushes forward, 90 to the left; adjustable in the window
+    /// Heading of that push (degrees): 0 pushes forward, 90 to the left; it can be changed in the window
     #[arg(long, value_name = "DEG", default_value_t = 0.0)]
     pub heading: f64,
-    /// Simulated seconds per second; adjustable in the window
+    /// Simulated seconds per second; it can be changed in the window
     #[arg(long, value_name = "RATIO", default_value_t = 1.0)]
     pub speed: f64,
     /// Close the window after so many seconds

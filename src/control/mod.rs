@@ -3,8 +3,9 @@
 //!
 //! One control tick ([`Controller::tick`]) goes through three parts. The [`Estimator`] finds the posture, the COM and
 //! its velocity, the ZMP and which soles are in contact. [`Balance`] applies the standing rule ([`stand`]: support
-//! polygon, acting gain, desired ZMP) or, when the state lies in no gain's CPI set, a footwork rule ([`step`]). The
-//! [`body`] turns the result into joint targets and torques. [`Account`] tells what the controller did and why.
+//! polygon, acting gain, desired ZMP) or, when the state lies in no gain's [CPI set](crate::lipm::cpi_set), a footwork
+//! rule ([`step`]). The [`body`] turns the result into joint targets and torques. [`Account`] tells what the controller
+//! did and why.
 //!
 //! Together with the modules below it, the controller is a library of its own (`default-features = false`), for another
 //! simulator or for a real robot. In this example the joints reach their targets at once and the robot stands still:

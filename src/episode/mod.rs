@@ -1,6 +1,6 @@
 //! One closed loop of plant and controller ([`ClosedLoop`]), driven tick by tick ([`drive`]) and judged ([`run()`]).
 //! The loop also drives the paper's simulation without physics ([`imposed`]). [`response`] measures how well the ZMP
-//! follows.
+//! follows the desired one.
 
 mod closed_loop;
 mod config;

@@ -126,7 +126,7 @@ impl OnlineSets {
         error
     }
 
-    /// The points of a gain now and at the coming ticks. None if the sets are empty or the state is not finite.
+    /// The points of a gain now and at the coming ticks; no point if the sets are empty or the state is not finite.
     fn predictions(&self, index: usize, state: &State) -> impl Iterator<Item = Points> {
         let cascade = &self.cascades[index];
         let ticks = if self.region.holds_origin && is_finite(state) { MAX_TICKS } else { 0 };

@@ -18,7 +18,7 @@ pub mod trial_page;
 use crate::campaign::Summary;
 use crate::campaign::verdict::set_summary::SetOrigin;
 use crate::error::{Error, Result};
-use crate::files::shell_word;
+use crate::files::{json_pretty, shell_word};
 use std::io::ErrorKind;
 use std::path::Path;
 
@@ -52,9 +52,7 @@ pub(crate) fn own_folder(
 /// One JSON object, as it is printed.
 pub fn json(value: &impl serde::Serialize) -> String {
     // Only a map with keys that are not text could fail; there is none.
-    let mut text = serde_json::to_string_pretty(value).unwrap_or_default();
-    text.push('\n');
-    text
+    json_pretty(value).unwrap_or_default()
 }
 
 /// The command that replays a trial of a result in `folder`.

@@ -230,7 +230,10 @@ fn merged(file: &str, urdf: &urdf_rs::Robot, from: &[(usize, Isometry3<f64>)]) -
         for visual in &link.visual {
             let field = format!("link {}: visual", link.name);
             let Some(shape) = shape(file, &field, &visual.geometry)? else {
-                log::warn!("{file}: {field}: {} left out", kind(&visual.geometry));
+                log::warn!(
+                    "{file}: {field}: a {} is not drawn; accepted: box, cylinder, sphere",
+                    kind(&visual.geometry)
+                );
                 continue;
             };
             let pose = pose * isometry(&visual.origin);

@@ -1,17 +1,19 @@
-//! Two sets on the same pushes: the 2x2 table of who recovered, what it says of the difference of their rates, and how
-//! sure that is.
+//! Compares two sets on the same trials: the 2x2 table of who recovered, the difference of the two rates, and how certain
+//! it is.
 //!
-//! Only trials in which the two end differently tell them apart. The exact McNemar test asks whether these fall to either
-//! side like a fair coin. Tango's score interval (1998, "Equivalence test and confidence interval for the difference in
-//! proportions for the paired-sample design") holds every difference D that the score test does not reject:
-//! `only_a - only_b - n D = +-z sqrt(n (2 q + D (1 - D)))`, with q the likeliest share of `only_b` if the difference is D:
-//! the root of `2 n q^2 + ((2 n - only_a + only_b) D - only_a - only_b) q - only_b D (1 - D) = 0`.
+//! Only trials with different outcomes distinguish the sets; they are called discordant. The exact McNemar test asks
+//! whether these split as the throws of a fair coin would. Tango's score interval (1998, "Equivalence test and
+//! confidence interval for the difference in proportions for the paired-sample design") contains every difference D
+//! that the score test does not reject. Its ends satisfy `only_a - only_b - n D = +-z sqrt(n (2 q + D (1 - D)))`, with
+//! n trials, the normal quantile z, and the likeliest share q of `only_b` if the difference is D: the root of
+//! `2 n q^2 + ((2 n - only_a + only_b) D - only_a - only_b) q - only_b D (1 - D) = 0`.
 //!
-//! The interval at 95 % misses on either side with 2.5 %, about. Summed over all tables (200 to 4000 trials, up to 40 %
-//! discordant), it puts a difference nearer to zero than it is, or beyond zero, with at most 2.9 %; farther from zero with
-//! at most 2.9 % where 10 trials or more of the rarer discordant kind are expected, 3.3 % from 5, 4.8 % from 2, and 5.6 %
-//! where next to all are of one kind and these are few: 4.5 trials are worst (400 trials with a loss of 1 % and next to no
-//! gain). Nine of one kind and none of the other are not as rare then as the score test takes them to be.
+//! The 95 % interval misses the truth with about 2.5 % on either side. Sums over all tables (200 to 4000 trials, up to
+//! 40 % discordant) give more exact figures. The interval lies nearer to zero than the truth, or beyond zero, with at
+//! most 2.9 %. It lies farther from zero with at most 2.9 % if at least 10 trials of the rarer discordant kind are
+//! expected, 3.3 % if 5 are, 4.8 % if 2 are, and 5.6 % if nearly all are of one kind and these are few. The worst case
+//! has 4.5 of them (400 trials, a loss of 1 % and nearly no gain): nine of one kind and none of the other are then not
+//! as rare as the score test takes them to be.
 
 use crate::stats::sequential;
 use serde::Serialize;

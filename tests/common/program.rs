@@ -15,9 +15,9 @@ pub const SHORT: [&str; 8] = [
     "--set=push.impulse_n_s={uniform=[0, 4]}",
     "--out=out",
 ];
-/// The number of trials for one part of a campaign, and for two.
+/// The number of trials for one part of a campaign, and for several, of which the last is not full.
 pub const FEW: &str = "--trials=3";
-pub const TWO_PARTS: &str = "--trials=26";
+pub const SEVERAL_PARTS: &str = "--trials=26";
 
 pub fn standfast(folder: &Path, args: &[&str]) -> assert_cmd::assert::Assert {
     Command::cargo_bin("standfast").unwrap().current_dir(folder).args(args).assert()

@@ -1,4 +1,4 @@
-//! A measure of pushes that allows to compare robots and headings: the impulse divided by m omega d, with mass m,
+//! A measure of pushes by which robots and headings can be compared: the impulse divided by m omega d, with mass m,
 //! natural frequency omega, and the distance d from the COM at home to the edge of the support polygon in the heading
 //! of the push. It is 1 for the largest instantaneous push without a footstep: such a push shifts the DCM by impulse /
 //! (m omega), and the ZMP can follow it as far as the edge.

@@ -1,4 +1,4 @@
-//! The specification of a campaign: robot, gain sets, number of trials, and their distributions.
+//! The specification of a campaign: robot, gain sets, number of trials, and all distributions.
 
 use crate::assets::{self, Kind};
 use crate::campaign::ask::bounds::{PushBounds, accept, check_episode, in_range};

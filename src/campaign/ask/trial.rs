@@ -115,8 +115,8 @@ pub fn disturbance(campaign: &Campaign, trial: u64) -> Disturbance {
     }
 }
 
-/// Draws a value. Normal values are drawn again until they are within the bounds. The mean is within them, so in the
-/// worst case about half of the draws are.
+/// Draws a value. Normal values are drawn again until they are within the bounds. The mean is within them, so at worst
+/// every second draw is kept.
 fn draw(distribution: Distribution, [least, most]: [f64; 2], rng: &mut ChaCha8Rng) -> f64 {
     match distribution {
         Distribution::Constant(value) => value,

@@ -1,4 +1,5 @@
-//! What a campaign varies in addition to its pushes: robot and ground (`[variations]`). The controller is not told.
+//! What a campaign varies in addition to its pushes: robot and ground (`[variations]`). The controller is not told of
+//! it.
 
 use crate::campaign::ask::distribution::Distribution;
 use crate::error::Result;

@@ -8,11 +8,12 @@ use crate::files::{json, json_pretty, shell_word, write_atomic};
 use serde::{Deserialize, Serialize};
 use std::{fs, num::NonZeroU64, path::Path, path::PathBuf};
 
-/// Trials in a block, which is kept as one part (the last one may have fewer). An interruption loses what is in work: of
-/// four gain sets twenty episodes are seconds. Divides the looks of a campaign that ends when decided.
+/// Number of trials in a block, which is stored as one part; the last one may have fewer. An interruption loses
+/// unfinished blocks: with four gain sets a block has 20 episodes, which take seconds. The number of trials between
+/// looks of a campaign that ends when decided must be a multiple of this.
 pub const PART_TRIALS: NonZeroU64 = NonZeroU64::new(5).unwrap();
 
-/// The same in folders that do not say so: they are of earlier builds.
+/// Number of trials in a block in folders of earlier builds, which do not state it.
 fn unsaid_part_trials() -> NonZeroU64 {
     NonZeroU64::new(25).unwrap()
 }
@@ -36,7 +37,7 @@ pub struct Manifest {
     /// SHA-256 of URDF and settings, by which results of different robots can be told apart.
     #[serde(default)]
     pub robot_sha256: String,
-    /// Trials in a block. A folder keeps to its own; the result is the same for any.
+    /// Number of trials in a block. A folder keeps its own number, and the result does not depend on it.
     #[serde(default = "unsaid_part_trials")]
     pub part_trials: NonZeroU64,
     /// Names of the gain sets, in the order of the campaign.
@@ -73,7 +74,7 @@ impl Folder {
         let file = path.join("parts/campaign.json");
         let text = fs::read_to_string(&file).map_err(|e| Error::Parts {
             path: path.into(),
-            problem: format!("not the folder of a campaign (parts/campaign.json: {e})"),
+            problem: format!("is not the folder of a campaign (parts/campaign.json: {e})"),
         })?;
         let manifest = serde_json::from_str(&text).map_err(|e| Error::Parts { path: file, problem: e.to_string() })?;
         Ok(Some(Folder { path: path.into(), manifest }))
@@ -81,8 +82,10 @@ impl Folder {
 
     /// Opens the folder of a campaign. It fails if there is no such folder, or if it does not hold a campaign.
     pub fn existing(path: &Path) -> Result<Folder> {
-        Folder::open(path)?
-            .ok_or_else(|| Error::Parts { path: path.into(), problem: "no such folder, or an empty one".into() })
+        Folder::open(path)?.ok_or_else(|| Error::Parts {
+            path: path.into(),
+            problem: "there is no such folder, or it is empty".into(),
+        })
     }
 
     /// Whether the results in the folder were made by another build of the program.
@@ -125,7 +128,7 @@ impl Folder {
         self.missing_up_to(self.trials())
     }
 
-    /// The same of the first `trials` trials.
+    /// The blocks of the first `trials` trials that are not complete.
     pub fn missing_up_to(&self, trials: u64) -> Vec<u64> {
         (0..trials.div_ceil(self.manifest.part_trials.get())).filter(|&block| !self.has(block)).collect()
     }
@@ -245,7 +248,8 @@ pub(crate) mod tests {
 
     fn folder(path: &Path) -> Folder {
         let overrides = Overrides { trials: Some(60), ..Overrides::default() };
-        Folder { path: path.into(), manifest: manifest(&["hold", "fixed"], overrides) }
+        let part_trials = NonZeroU64::new(25).unwrap();
+        Folder { path: path.into(), manifest: Manifest { part_trials, ..manifest(&["hold", "fixed"], overrides) } }
     }
 
     fn commit(folder: &Folder, block: u64) -> Vec<TrialRow> {
@@ -300,6 +304,23 @@ pub(crate) mod tests {
         assert_eq!(folder.missing(), [0, 1]);
         folder.manifest.config_hash = "other".into();
         assert_eq!(folder.missing(), [0, 1, 2]);
+    }
+
+    /// Builds that did not say how many trials a part has had 25 of them.
+    #[test]
+    fn a_folder_keeps_to_its_own_parts() {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = folder(dir.path());
+        folder.create().unwrap();
+        let file = dir.path().join("parts/campaign.json");
+        let mut said: serde_json::Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
+        assert_eq!(said.as_object_mut().unwrap().shift_remove("part_trials"), Some(25.into()));
+        fs::write(&file, said.to_string()).unwrap();
+        assert_eq!(Folder::existing(dir.path()).unwrap().manifest, folder.manifest);
+        said["part_trials"] = 0.into();
+        fs::write(&file, said.to_string()).unwrap();
+        let message = Folder::existing(dir.path()).unwrap_err().to_string();
+        assert!(message.contains("expected a nonzero"), "{message}");
     }
 
     #[test]

@@ -53,7 +53,7 @@ impl PartFile<'_> {
         if rows.iter().map(|row| (row.trial, &row.set)).eq(expected) {
             Ok(rows)
         } else {
-            Err(self.damaged("rows are not those of its trials and sets, once each and in order".into()))
+            Err(self.damaged("its rows are not those of its trials and sets, each once and in order".into()))
         }
     }
 
@@ -82,9 +82,11 @@ impl PartFile<'_> {
 
     /// Content of a complete part.
     fn content(&self) -> Result<Vec<u8>> {
-        let marker = fs::read(self.path("json")).map_err(|e| self.damaged(format!("no marker: {e}")))?;
+        let marker =
+            fs::read(self.path("json")).map_err(|e| self.damaged(format!("its marker cannot be read: {e}")))?;
         let content = fs::read(self.path("csv")).map_err(|e| self.damaged(e.to_string()))?;
-        let found: Marker = serde_json::from_slice(&marker).map_err(|e| self.damaged(format!("marker: {e}")))?;
+        let found: Marker =
+            serde_json::from_slice(&marker).map_err(|e| self.damaged(format!("its marker is damaged: {e}")))?;
         let rows = (self.trials.end - self.trials.start) as usize * self.sets.len();
         if found == self.marker(rows, &content) {
             Ok(content)

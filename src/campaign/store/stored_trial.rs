@@ -73,8 +73,8 @@ impl StoredTrial {
         let [now, then] = [told(record.outcome, record.end_s), told(row.outcome, row.end_s)];
         (!same).then(|| {
             format!(
-                "trial {} of {} is not as it was: {now}, but {then} in the result, which another build of standfast has \
-                 made, or its inputs have changed",
+                "trial {} of {} is not as it was: {now}, but {then} in the result. The result was made by another build \
+                 of standfast, or its inputs have changed",
                 self.trial, self.set
             )
         })

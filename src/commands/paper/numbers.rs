@@ -3,7 +3,7 @@
 use super::study::HEADINGS_DEG;
 use crate::campaign::ask::no_step::NoStep;
 use crate::control::{Phase, estimate};
-use crate::episode::{Footstep, Outcome, Record};
+use crate::episode::{Footstep, Outcome, Record, Snapshot};
 use crate::error::Result;
 use crate::lipm::OnlineSets;
 use crate::lipm::capture;
@@ -182,8 +182,8 @@ fn events(pushed: &Pushed) -> Value {
 /// Soles that carry no load again between the landing and when the robot stands still, each with its time (s).
 fn unloaded(pushed: &Pushed) -> Vec<(Foot, [f64; 2])> {
     let span_s = pushed.footstep.land_s..=pushed.end_s();
-    let ticks = pushed.motion.samples.iter().zip(&pushed.seen.loaded);
-    let after: Vec<_> = ticks.filter(|(sample, _)| span_s.contains(&sample.time_s)).collect();
+    let ticks = pushed.motion.moments.iter().zip(&pushed.seen.loaded);
+    let after: Vec<_> = ticks.filter(|(moment, _)| span_s.contains(&moment.time_s)).collect();
     let spans_of = |foot: Foot| {
         let runs = after.chunk_by(move |(_, a), (_, b)| a[foot] == b[foot]).filter(move |run| !run[0].1[foot]);
         let spans = runs.map(move |run| (foot, [run[0].0.time_s, run[run.len() - 1].0.time_s]));
@@ -276,8 +276,8 @@ fn imposed(study: &Study) -> Value {
 /// Fig. 9.
 fn imposed_responses(study: &Study) -> Value {
     let of_run = |run: &ImposedRun| {
-        let after = run.ticks.iter().filter(|(time_s, ..)| *time_s >= run.footstep.land_s);
-        let mut gains: Vec<&str> = after.filter_map(|(.., gain)| Some(study.sets[(*gain)?].gain.as_str())).collect();
+        let after = run.motion.moments.iter().filter(|moment| moment.time_s >= run.footstep.land_s);
+        let mut gains: Vec<&str> = after.filter_map(|moment| Some(study.sets[moment.gain?].gain.as_str())).collect();
         gains.dedup();
         json!({
             "home_at_s": run.record.home_at_s, "footsteps": run.record.footsteps, "gains_after_landing": gains,
@@ -375,8 +375,9 @@ fn pushed_responses(study: &Study) -> Value {
 /// Root of the mean square of the ZMP's error in the first swing, while the sole in the air carries no load (m; x, y).
 fn zmp_errors(pushed: &Pushed) -> [f64; 2] {
     let Footstep { foot, land_s, .. } = pushed.footstep;
-    let samples = pushed.motion.samples.iter().zip(&pushed.seen.loaded);
-    let in_air = samples.filter(|(s, loaded)| s.swing && s.time_s < land_s && !loaded[foot]);
+    let moments = pushed.motion.moments.iter().zip(&pushed.seen.loaded);
+    let is_swing = |moment: &Snapshot| matches!(moment.phase, Phase::Swing(_));
+    let in_air = moments.filter(|(s, loaded)| is_swing(s) && s.time_s < land_s && !loaded[foot]);
     let errors: Vec<[f64; 2]> =
         in_air.filter_map(|(s, _)| s.zmp.map(|zmp| [0, 1].map(|axis| zmp[axis] - s.zmp_ref[axis]))).collect();
     [0, 1].map(|axis| (errors.iter().map(|e| e[axis] * e[axis]).sum::<f64>() / errors.len().max(1) as f64).sqrt())

@@ -1,15 +1,15 @@
 //! What is simulated and searched for the page, once for all figures: the paper's scenarios, and its gain set's sets.
 
-use super::watch::{PushedWatch, acting_gain};
+use super::watch::PushedWatch;
 use crate::campaign::ask::scenario::{Cause, Imposed, Scenario};
 use crate::commands::progress::Progress;
 use crate::control::{Design, home_polygon};
 use crate::episode::imposed::{self, ImposedRecord};
-use crate::episode::{self, Disturbance, EpisodeConfig, Film};
+use crate::episode::{self, Disturbance, EpisodeConfig, Film, Snapshot};
 use crate::error::{Error, Result};
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
 use crate::lipm::gains::GainSet;
-use crate::render::figure::motion::{MotionPlot, MotionSample};
+use crate::render::figure::motion::MotionPlot;
 use crate::render::paper::study::{ImposedRun, Pushed, Study};
 use crate::robot::{Kinematics, PerFoot, Robot};
 use crate::sim::Push;
@@ -52,11 +52,11 @@ pub fn run() -> Result<Study> {
     let pushed = |name: &str| -> Result<Pushed> {
         let asked = push_of(name)?;
         let (push, config) = asked;
-        let mut motion = MotionPlot { pushes: vec![[push.start_s, push.end_s()]], ..MotionPlot::default() };
+        let mut motion = MotionPlot::of_pushes(&[push]);
         let mut watch = PushedWatch::default();
         let film = Film::take(&robot, &design, &config, by(push), (config.until(), AFTERMATH_S), &mut |tick| {
             let support = watch.see(&robot, period_s, tick);
-            motion.samples.push(MotionSample { support, ..MotionSample::of(&robot, tick) });
+            motion.moments.push(Snapshot { support, ..Snapshot::of(&robot, tick) });
         });
         progress.tick();
         let seen = watch.seen;
@@ -79,25 +79,24 @@ pub fn run() -> Result<Study> {
         || asked.par_iter().with_max_len(1).map(try_out).collect(),
     );
     let pushes = [behind?, diagonal?];
-    let impose = |name: &str| -> Result<(ImposedRecord, MotionPlot, Vec<_>)> {
+    let impose = |name: &str| -> Result<(ImposedRecord, MotionPlot)> {
         let scenario = Scenario::load(name)?;
         let Cause::Imposed(Imposed { zmp_error_m, start }) = scenario.cause()? else {
             return Err(is_not(name, "an imposed error"));
         };
-        let (mut motion, mut ticks) = (MotionPlot::default(), Vec::new());
+        let mut motion = MotionPlot::default();
         let record = imposed::run(&robot, &design, &scenario.episode(), zmp_error_m.into(), start, &mut |tick| {
             motion.push(&robot, tick);
-            ticks.push((tick.truth.time_s, tick.truth.posture.clone(), acting_gain(&tick.account)));
         })?;
         progress.tick();
-        Ok((record, motion, ticks))
+        Ok((record, motion))
     };
     let at_rest = |name: &str| -> Result<ImposedRun> {
-        let (record, motion, ticks) = impose(name)?;
+        let (record, motion) = impose(name)?;
         let Some(&footstep) = record.footsteps.first() else {
             return Err(is_not(name, "one that leads to a footstep"));
         };
-        Ok(ImposedRun { record, footstep, motion, ticks })
+        Ok(ImposedRun { record, footstep, motion })
     };
     let errors = [at_rest("error-backward")?, at_rest("error-diagonal")?];
     let moving = [impose("moving-backward")?.0, impose("moving-diagonal")?.0];

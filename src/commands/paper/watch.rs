@@ -1,6 +1,5 @@
 //! What is seen of a pushed run, tick by tick, beyond what its record and its film keep.
 
-use crate::control::Account;
 use crate::control::estimate::on_ground;
 use crate::control::stand::Support;
 use crate::episode::snapshot::LEAST_N;
@@ -21,8 +20,8 @@ pub struct PushedWatch {
 }
 
 impl PushedWatch {
-    /// Takes note of a tick; returns the hull of the soles that carry load.
-    pub fn see(&mut self, robot: &Robot, period_s: f64, tick: &Tick) -> Option<SupportPolygon> {
+    /// Takes note of a tick; returns the corners of the hull of the soles that carry load, none in flight.
+    pub fn see(&mut self, robot: &Robot, period_s: f64, tick: &Tick) -> Vec<Point2<f64>> {
         let (truth, account) = (tick.truth, &tick.account);
         let estimate = account.estimate;
         let loaded = PerFoot::from_fn(|foot| truth.sole_wrenches[foot].force.z >= LEAST_N);
@@ -72,14 +71,9 @@ impl PushedWatch {
     }
 }
 
-/// The gain that acts; None with a foot in the air.
-pub fn acting_gain(account: &Account) -> Option<usize> {
-    account.gain.filter(|_| account.stands())
-}
-
 /// Hull of the soles that carry load, world.
-fn hull(robot: &Robot, truth: &Truth, loaded: &PerFoot<bool>) -> Option<SupportPolygon> {
+fn hull(robot: &Robot, truth: &Truth, loaded: &PerFoot<bool>) -> Vec<Point2<f64>> {
     let corners = |foot: Foot| robot.soles[foot].corners().map(|corner| (truth.soles[foot] * corner).xy());
     let of_loaded: Vec<Point2<f64>> = Foot::BOTH.into_iter().filter(|f| loaded[*f]).flat_map(corners).collect();
-    SupportPolygon::hull(&of_loaded)
+    SupportPolygon::hull(&of_loaded).map_or_else(Vec::new, |polygon| polygon.vertices().to_vec())
 }

@@ -1,5 +1,5 @@
-//! Non-negative least squares of small fixed size: `min 1/2 f' G f - c' f` over `f >= 0`. It uses the active-set method
-//! of Lawson and Hanson (Solving Least Squares Problems, ch. 23), started from the last solution.
+//! Non-negative least squares of small fixed size, without allocation: `min 1/2 f' G f - c' f` over `f >= 0`. It uses
+//! the active-set method of Lawson and Hanson (Solving Least Squares Problems, ch. 23), started from the last solution.
 //!
 //! Every iterate is feasible and no worse than the one before, so the result is usable even if iterations run out.
 

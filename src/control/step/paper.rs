@@ -1,6 +1,6 @@
 //! The paper's footwork (Sect. V). When the state has been in no CPI set for a while, swing foot and landing place are
-//! decided once. COM and ZMP then follow the plan by relaxed boundary conditions ([`AxisPlan`]) until it lands, without
-//! feedback.
+//! decided once. COM and ZMP then follow the plan by relaxed boundary conditions ([`AxisPlan`]) without feedback until
+//! the foot lands.
 //!
 //! Each foot may land in a semi-ellipse beside the other (eq. 27, 28), and moves along the direction of the ZMP error.
 //! The foot that can go farther in that direction is chosen. Its stride is alpha times the error (eq. 29), within the
@@ -368,7 +368,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(5), failure_persistence: None, ..Default::default() })]
 
-        /// Mirrored to the bit, except for a tie, which goes to one side.
+        /// The footsteps mirror each other to the bit, except for a tie, which always goes to the same side.
         #[test]
         fn the_mirrored_error_moves_the_other_foot(
             x in -0.1..0.1f64, y in 0.005..0.1f64, alpha in 0.5..8.0f64, left in 0.0..70.0f64

@@ -67,7 +67,7 @@ fn legend(limits: &Limits) -> Vec<Row> {
     let sets = || limits.headings.iter().flat_map(|heading| &heading.sets);
     let names =
         limits.headings.iter().take(1).flat_map(|heading| &heading.sets).map(|set| set.name.clone()).enumerate();
-    let mut rows: Vec<Row> = names.map(|(i, name)| (class_of_set(i), Sample::DottedLine, name)).collect();
+    let mut rows: Vec<Row> = names.map(|(i, name)| (class_of_set(i), Sample::DottedLine(""), name)).collect();
     let mut note = |words: &str| rows.push((String::new(), Sample::Nothing, words.into()));
     note("50 % recover; bars: 95 %");
     if sets().any(|set| !set.resolved) {

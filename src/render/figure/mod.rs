@@ -72,3 +72,25 @@ pub fn document(heading: &str, panels: &[Panel], columns: usize) -> String {
     }
     svg + "</svg>\n"
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file is shown as it is anywhere: it is one document, with a name, a white ground and a rule for what it draws.
+    #[test]
+    fn a_file_carries_its_name_its_ground_and_its_style() {
+        let mut panel = Panel::new(100.0, 50.0);
+        panel.line("s6", [0.0, 0.0], [9.0, 9.0]);
+        let heading = "a name < that is longer than its panel is wide";
+        let svg = document(heading, &[panel.clone(), panel], 2);
+        let file = roxmltree::Document::parse(&svg).unwrap();
+        let root = file.root_element();
+        let title = root.children().find(|node| node.tag_name().name() == "title");
+        assert_eq!(title.and_then(|title| title.text()), Some(heading));
+        assert!(root.attribute("width").unwrap().parse::<f64>().unwrap() > LETTER * heading.len() as f64);
+        assert!(svg.contains(".paper{fill:#fff}") && svg.contains(".s6{--c:#") && svg.contains("--zmp:#"), "{svg}");
+        assert!(!svg.contains("prefers-color-scheme") && page_style().contains("prefers-color-scheme"));
+        assert!((0..9).all(|set| STYLE.contains(&format!(".{}{{", class_of_set(set).replace(" again", "")))));
+    }
+}

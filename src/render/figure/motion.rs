@@ -5,12 +5,12 @@
 
 use super::axes::Axis;
 use super::panel::{At, Panel, Row, Sample, pieces};
-use crate::episode::snapshot::to_world;
-use crate::episode::{Tick, support_on_ground};
+use crate::control::Phase;
+use crate::episode::{Snapshot, Tick};
 use crate::error::Result;
-use crate::geometry::SupportPolygon;
-use crate::robot::{PerFoot, Robot};
+use crate::robot::Robot;
 use crate::sim::Push;
+use nalgebra::Point2;
 use std::path::Path;
 
 /// Edges of the panels, and to the right of them the legend (px).
@@ -24,60 +24,24 @@ const BETWEEN: f64 = 20.0;
 const MOST_OUTSIDE_M: f64 = 0.15;
 
 /// A curve: its name, its classes, and what it shows.
-type Line = (&'static str, &'static str, fn(&MotionSample) -> Option<[f64; 2]>);
+type Line = (&'static str, &'static str, fn(&Snapshot) -> Option<Point2<f64>>);
 
 /// From back to front. Both feet are seen where one curve lies on the other; the DCM is dashed, because its green and the
 /// red of the ZMP look alike to many.
 const LINES: [Line; 6] = [
-    ("right foot", "right", |s| Some(s.feet.right)),
-    ("left foot", "left dashed", |s| Some(s.feet.left)),
+    ("right foot", "right", |s| Some(s.soles.right.xy())),
+    ("left foot", "left dashed", |s| Some(s.soles.left.xy())),
     ("DCM", "dcm dashed", |s| Some(s.dcm)),
     ("ZMP", "zmp", |s| s.zmp),
     ("ZMP wanted", "wanted", |s| Some(s.zmp_ref)),
-    ("COM", "com", |s| Some(s.com)),
+    ("COM", "com", |s| Some(s.com.xy())),
 ];
-
-/// One moment of a motion, from an episode or from a calculation. World frame (m).
-#[derive(Debug, Clone)]
-pub struct MotionSample {
-    pub time_s: f64,
-    /// COM over the ground.
-    pub com: [f64; 2],
-    /// None in flight.
-    pub zmp: Option<[f64; 2]>,
-    /// The ZMP that the controller wants.
-    pub zmp_ref: [f64; 2],
-    pub dcm: [f64; 2],
-    /// Centre of each sole, on the ground or not.
-    pub feet: PerFoot<[f64; 2]>,
-    /// Hull of the soles on the ground; None in flight.
-    pub support: Option<SupportPolygon>,
-    /// A footstep is in the air.
-    pub swing: bool,
-}
-
-impl MotionSample {
-    /// The truth of a tick, and the ZMP that the controller wants, moved to where the robot is.
-    pub fn of(robot: &Robot, tick: &Tick) -> Self {
-        let truth = tick.truth;
-        Self {
-            time_s: truth.time_s,
-            com: truth.com.xy().into(),
-            zmp: truth.zmp,
-            zmp_ref: (to_world(tick) * tick.account.zmp_ref).into(),
-            dcm: tick.dcm.into(),
-            feet: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.xy().into()),
-            support: support_on_ground(robot, truth),
-            swing: !tick.account.stands(),
-        }
-    }
-}
 
 /// A motion to draw.
 #[derive(Debug, Clone, Default)]
 pub struct MotionPlot {
     /// At rising times.
-    pub samples: Vec<MotionSample>,
+    pub moments: Vec<Snapshot>,
     /// Start and end of each push (s).
     pub pushes: Vec<[f64; 2]>,
 }
@@ -85,18 +49,18 @@ pub struct MotionPlot {
 impl MotionPlot {
     /// Nothing yet but the pushes.
     pub fn of_pushes(pushes: &[Push]) -> Self {
-        Self { samples: Vec::new(), pushes: pushes.iter().map(|push| [push.start_s, push.end_s()]).collect() }
+        Self { moments: Vec::new(), pushes: pushes.iter().map(|push| [push.start_s, push.end_s()]).collect() }
     }
 
     /// Adds a tick of an episode.
     pub fn push(&mut self, robot: &Robot, tick: &Tick) {
-        self.samples.push(MotionSample::of(robot, tick));
+        self.moments.push(Snapshot::of(robot, tick));
     }
 
     /// Forgets what comes after `time_s`.
     pub fn end_at(&mut self, time_s: f64) {
         // A little more for the rounding of times.
-        self.samples.retain(|sample| sample.time_s <= time_s + 1e-6);
+        self.moments.retain(|moment| moment.time_s <= time_s + 1e-6);
     }
 
     /// Writes the picture. Errors: the file cannot be written.
@@ -138,8 +102,8 @@ impl MotionPlot {
 
     /// Ends of the time axis (s).
     fn times(&self) -> At {
-        let from = self.samples.first().map_or(0.0, |s| s.time_s);
-        [from, self.samples.last().map_or(0.0, |s| s.time_s).max(from + 0.01)]
+        let from = self.moments.first().map_or(0.0, |s| s.time_s);
+        [from, self.moments.last().map_or(0.0, |s| s.time_s).max(from + 0.01)]
     }
 
     /// Of an axis (mm): all that is drawn, but no farther than `MOST_OUTSIDE_M` from feet and support.
@@ -148,12 +112,11 @@ impl MotionPlot {
             let finite = values.filter(|v| v.is_finite());
             finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
         };
-        let (low, high) = around(&mut self.samples.iter().flat_map(|s| {
-            let support = s.support.iter().flat_map(|polygon| polygon.vertices()).map(|v| v[axis]);
-            support.chain([s.feet.left[axis], s.feet.right[axis]]).collect::<Vec<_>>()
+        let (low, high) = around(&mut self.moments.iter().flat_map(|s| {
+            s.support.iter().map(|v| v[axis]).chain([s.soles.left[axis], s.soles.right[axis]]).collect::<Vec<_>>()
         }));
         let (low, high) = if low <= high { (low, high) } else { (0.0, 0.0) };
-        let curves = LINES.iter().flat_map(|(.., line)| self.samples.iter().filter_map(|s| line(s)));
+        let curves = LINES.iter().flat_map(|(.., line)| self.moments.iter().filter_map(|s| line(s)));
         let (least, most) = around(&mut curves.map(|v| v[axis]));
         let (low, high) = (low.min(least.max(low - MOST_OUTSIDE_M)), high.max(most.min(high + MOST_OUTSIDE_M)));
         let room = 0.04 * (high - low) + 0.002;
@@ -162,18 +125,18 @@ impl MotionPlot {
 
     /// Of a curve (s, mm): it has a gap where there is no value, or where it leaves the picture.
     fn points(&self, (.., of): &Line, axis: usize, [low, high]: At) -> impl Iterator<Item = Option<At>> {
-        self.samples.iter().map(move |sample| {
-            let mm = 1e3 * of(sample)?[axis];
-            (low..=high).contains(&mm).then_some([sample.time_s, mm])
+        self.moments.iter().map(move |moment| {
+            let mm = 1e3 * of(moment)?[axis];
+            (low..=high).contains(&mm).then_some([moment.time_s, mm])
         })
     }
 
     /// Outlines of the support along an axis (s, mm), one for each time on the ground.
     fn supports(&self, axis: usize, [least, most]: At) -> Vec<Vec<At>> {
-        let extents = pieces(self.samples.iter().map(|sample| {
-            let along = sample.support.as_ref()?.vertices().iter().map(|v| 1e3 * v[axis]);
-            let low = along.clone().fold(f64::INFINITY, f64::min).max(least);
-            Some((sample.time_s, low, along.fold(f64::NEG_INFINITY, f64::max).min(most)))
+        let extents = pieces(self.moments.iter().map(|moment| {
+            let along = moment.support.iter().map(|v| 1e3 * v[axis]);
+            let low = along.clone().reduce(f64::min)?.max(least);
+            Some((moment.time_s, low, along.reduce(f64::max)?.min(most)))
         }));
         let outline = |run: Vec<(f64, f64, f64)>| {
             let low = run.iter().map(|&(time, low, _)| [time, low]);
@@ -184,7 +147,7 @@ impl MotionPlot {
 
     /// Start and end of each footstep (s).
     fn swings(&self) -> Vec<[f64; 2]> {
-        let runs = pieces(self.samples.iter().map(|sample| sample.swing.then_some(sample.time_s)));
+        let runs = pieces(self.moments.iter().map(|moment| is_swing(moment).then_some(moment.time_s)));
         runs.iter().filter_map(|run| Some([*run.first()?, *run.last()?])).collect()
     }
 
@@ -193,7 +156,7 @@ impl MotionPlot {
         let bands = [
             ("band", "soles on the ground", true),
             ("pushed", "push", !self.pushes.is_empty()),
-            ("swing", "footstep in the air", self.samples.iter().any(|s| s.swing)),
+            ("swing", "footstep in the air", self.moments.iter().any(is_swing)),
         ];
         let row = |sample| move |(class, name): (&str, &str)| (class.into(), sample, name.into());
         let lines = LINES.iter().rev().map(|(name, class, _)| (*class, *name)).map(row(Sample::Line));
@@ -201,30 +164,47 @@ impl MotionPlot {
     }
 }
 
+fn is_swing(moment: &Snapshot) -> bool {
+    matches!(moment.phase, Phase::Swing(_))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::SupportPolygon;
+    use crate::robot::{Foot, PerFoot};
+    use nalgebra::{Point3, UnitQuaternion};
 
     /// A footstep of the right foot to the front over one second, in flight at its middle; the COM runs away.
     fn footstep() -> MotionPlot {
-        let sample = |i: u32| {
+        let posture = Robot::load("ut-mu2").unwrap().home_posture();
+        let moment = |i: u32| {
             let time_s = 0.01 * f64::from(i);
             let swing = (30..70).contains(&i);
             let right = 0.001 * f64::from(i.clamp(30, 70) - 30);
             let flies = (45..55).contains(&i);
-            MotionSample {
+            let support = SupportPolygon::rectangle(-0.05, 0.05 + right, if swing { 0.02 } else { -0.08 }, 0.08);
+            Snapshot {
                 time_s,
-                com: [0.02 * time_s, 0.01 * (4.0 * time_s).exp()],
-                zmp: (!flies).then_some([0.04 * time_s, 0.01 * time_s]),
-                zmp_ref: [0.03 * time_s, 0.02 * time_s],
-                dcm: [0.05 * time_s, 0.03 * time_s],
-                feet: PerFoot { left: [0.0, 0.05], right: [right, -0.05] },
-                support: SupportPolygon::rectangle(-0.05, 0.05 + right, if swing { 0.02 } else { -0.08 }, 0.08)
-                    .filter(|_| !flies),
-                swing,
+                posture: posture.clone(),
+                com: Point3::new(0.02 * time_s, 0.01 * (4.0 * time_s).exp(), 0.3),
+                dcm: Point2::new(0.05 * time_s, 0.03 * time_s),
+                dcm_outside_m: 0.0,
+                zmp: (!flies).then_some(Point2::new(0.04 * time_s, 0.01 * time_s)),
+                zmp_ref: Point2::new(0.03 * time_s, 0.02 * time_s),
+                soles: PerFoot { left: Point3::new(0.0, 0.05, 0.0), right: Point3::new(right, -0.05, 0.0) },
+                support: support.filter(|_| !flies).map_or(Vec::new(), |polygon| polygon.vertices().to_vec()),
+                slices: Vec::new(),
+                gain: None,
+                margin: None,
+                phase: if swing { Phase::Swing(Foot::Right) } else { Phase::Posture },
+                footstep: None,
+                contacts: PerFoot::default(),
+                push: None,
+                slope: UnitQuaternion::identity(),
             }
         };
-        MotionPlot { samples: (0..=100).map(sample).collect(), pushes: vec![[0.1, 0.15]] }
+        MotionPlot { moments: (0..=100).map(moment).collect(), pushes: vec![[0.1, 0.15]] }
     }
 
     /// The picture.
@@ -265,7 +245,7 @@ mod tests {
     fn without_pushes_and_footsteps_the_legend_has_none() {
         let mut plot = footstep();
         plot.end_at(0.2);
-        assert_eq!(plot.samples.len(), 21);
+        assert_eq!(plot.moments.len(), 21);
         plot.pushes = vec![[0.5, 0.6]];
         let svg = drawn(&plot);
         assert!(!svg.contains("footstep in the air") && count(&svg, "rect", "swing") == 0);
@@ -287,21 +267,13 @@ mod tests {
     fn nothing_to_draw_and_numbers_that_are_none_are_drawn_too() {
         drawn(&MotionPlot::default());
         let mut plot = footstep();
-        plot.samples.truncate(1);
+        plot.moments.truncate(1);
         drawn(&plot);
         plot = footstep();
-        for sample in &mut plot.samples[50..] {
-            sample.com = [f64::NAN, 1e300];
-            sample.feet.left = [f64::INFINITY, f64::NAN];
+        for moment in &mut plot.moments[50..] {
+            moment.com = Point3::new(f64::NAN, 1e300, 0.0);
+            moment.soles.left = Point3::new(f64::INFINITY, f64::NAN, 0.0);
         }
         assert_eq!(count(&drawn(&plot), "polyline", "right"), 2);
-    }
-
-    #[test]
-    fn a_file_that_cannot_be_written_is_an_error() {
-        let folder = tempfile::tempdir().unwrap();
-        let error = footstep().write(folder.path(), "a folder").unwrap_err();
-        assert!(matches!(error, crate::Error::Write { .. }), "{error}");
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }

@@ -67,9 +67,8 @@ pub struct Panel {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sample {
     Line,
-    /// With a dot on it.
-    DottedLine,
-    HollowLine,
+    /// With a dot of a class on it.
+    DottedLine(&'static str),
     Area,
     Nothing,
 }
@@ -188,19 +187,15 @@ impl Panel {
         self.in_px(|panel| {
             for (i, (class, sample, words)) in rows.iter().enumerate() {
                 let y = top + ROW * i as f64;
-                let (dot, has_line) = match sample {
-                    Sample::DottedLine => (Some(""), true),
-                    Sample::HollowLine => (Some("hollow"), true),
-                    Sample::Line => (None, true),
-                    Sample::Area | Sample::Nothing => (None, false),
-                };
                 panel.group(&format!("class=\"{class}\""), |panel| {
-                    if has_line {
+                    if let Sample::Line | Sample::DottedLine(_) = sample {
                         panel.line(class, [x, y], [x + 26.0, y]);
-                    } else if *sample == Sample::Area {
-                        panel.rect(class, [x, y - 7.0], [x + 26.0, y + 7.0]);
                     }
-                    dot.into_iter().for_each(|dot| panel.circle(dot, [x + 13.0, y], 4.0));
+                    match sample {
+                        Sample::DottedLine(dot) => panel.circle(dot, [x + 13.0, y], 4.0),
+                        Sample::Area => panel.rect(class, [x, y - 7.0], [x + 26.0, y + 7.0]),
+                        Sample::Line | Sample::Nothing => {}
+                    }
                 });
                 let class = if *sample == Sample::Nothing { "start soft" } else { "start" };
                 panel.text(class, [x + 34.0, y], [0.0, 4.5], words);
@@ -218,9 +213,10 @@ impl Panel {
 
     /// Elements of which words are shown to who points at them.
     pub fn told(&mut self, words: &str, draw: impl FnOnce(&mut Self)) {
-        self.add(format_args!("<g><title>{}</title>", escape(words)));
-        draw(self);
-        self.add(format_args!("</g>"));
+        self.group("", |panel| {
+            panel.add(format_args!("<title>{}</title>", escape(words)));
+            draw(panel);
+        });
     }
 
     /// Draws something whose places are px.

@@ -43,7 +43,7 @@ pub fn chart(sets: &[SetSummary]) -> Panel {
     let apart = BESIDE.min(OF_BIN * (RIGHT - LEFT) / bins / sets.len().max(1) as f64) * n_s_per_px;
     for (i, set) in sets.iter().enumerate() {
         let beside = apart * (i as f64 - 0.5 * (sets.len() - 1) as f64);
-        let series = Series { set, pushes, ends, beside, is_again: i >= COLORS, has_band: sets.len() <= MOST_BANDS };
+        let series = Series { set, pushes, ends, beside, dot: dot(i), has_band: sets.len() <= MOST_BANDS };
         panel.group(&format!("class=\"{}\" data-set=\"{i}\"", class_of_set(i)), |panel| series.draw(panel));
     }
     panel
@@ -57,8 +57,8 @@ struct Series<'a> {
     ends: [f64; 2],
     /// Of error bars, from the middle of a bin (N s).
     beside: f64,
-    /// Its colour has come before.
-    is_again: bool,
+    /// Class of its dots.
+    dot: &'static str,
     has_band: bool,
 }
 
@@ -78,8 +78,7 @@ impl Series<'_> {
             }
             panel.polyline("", curve.iter().map(|p| [p.x, p.chance]));
         }
-        let dot = if self.is_again { "hollow" } else { "dot" };
-        bins.iter().for_each(|bin| panel.told(&words(bin), |panel| panel.circle(dot, at(bin), 4.0)));
+        bins.iter().for_each(|bin| panel.told(&words(bin), |panel| panel.circle(self.dot, at(bin), 4.0)));
         let fit = self.set.curve.fit.as_ref();
         self.level(panel, 0.5, fit.and_then(|fit| fit.impulse50));
         self.level(panel, 0.9, fit.and_then(|fit| fit.impulse90));
@@ -100,15 +99,19 @@ impl Series<'_> {
     }
 }
 
+/// Those of a colour that has come before are hollow.
+fn dot(set: usize) -> &'static str {
+    if set < COLORS { "dot" } else { "hollow" }
+}
+
 /// Which colour is which set, with its rate over all impulses, and what is drawn.
 fn legend(sets: &[SetSummary]) -> Vec<Row> {
-    let sample = |i| if i < COLORS { Sample::DottedLine } else { Sample::HollowLine };
     let row = |(i, set): (usize, &SetSummary)| {
         let name = match set.name.char_indices().nth(LETTERS) {
             Some((end, _)) => format!("{}...", &set.name[..end]),
             None => set.name.clone(),
         };
-        (class_of_set(i), sample(i), format!("{name}: {:.1} %", 100.0 * set.count.success_rate))
+        (class_of_set(i), Sample::DottedLine(dot(i)), format!("{name}: {:.1} %", 100.0 * set.count.success_rate))
     };
     let is_fitted = |set: &SetSummary| !set.curve.points.is_empty();
     let (some, all) = (sets.iter().any(is_fitted), sets.iter().all(is_fitted));

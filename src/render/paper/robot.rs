@@ -2,7 +2,7 @@
 
 use super::feet;
 use super::study::{ImposedRun, Pushed, Study};
-use crate::episode::Footstep;
+use crate::episode::{Footstep, Snapshot};
 use crate::render::figure::panel::{Panel, Sample};
 use crate::render::picture::{Camera, draw, draw_posture, png};
 use crate::render::scene::palette::Overlay;
@@ -105,8 +105,9 @@ fn imposed_strip(study: &Study, run: &ImposedRun, name: &str) -> [Panel; 6] {
         (end_s, "COM home"),
     ]
     .map(|(at, what)| {
-        let i = run.ticks.partition_point(|(time_s, ..)| *time_s < at - 1e-9).min(run.ticks.len() - 1);
-        let (time_s, posture, _) = &run.ticks[i];
+        let moments = &run.motion.moments;
+        let i = moments.partition_point(|moment| moment.time_s < at - 1e-9).min(moments.len() - 1);
+        let Snapshot { time_s, posture, .. } = &moments[i];
         let image = draw_posture(&study.robot, posture, &camera, fine(size));
         let mut panel = snapshot(&image, size, &format!("{name}  {time_s:.3} s"), what);
         // Where the soles stood at first, on the floor.

@@ -8,7 +8,7 @@ use crate::lipm::cpi_set::{CpiSet, Inclusion};
 use crate::lipm::pendulum::State;
 use crate::lipm::stepping::Stepping;
 use crate::render::figure::motion::MotionPlot;
-use crate::robot::{Foot, PerFoot, Posture, Robot};
+use crate::robot::{Foot, PerFoot, Robot};
 use crate::sim::Push;
 use nalgebra::{Isometry2, Point2, Vector2};
 
@@ -93,9 +93,8 @@ pub struct ImposedRun {
     pub record: ImposedRecord,
     /// The first.
     pub footstep: Footstep,
+    /// Of every tick.
     pub motion: MotionPlot,
-    /// Of every tick: time (s), posture, and the gain that acts (None with a foot in the air).
-    pub ticks: Vec<(f64, Posture, Option<usize>)>,
 }
 
 impl Study {

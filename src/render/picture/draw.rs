@@ -31,13 +31,14 @@ pub(super) fn draw_on(
     let marks = stage.marks(snapshot, marks);
     canvas.triangles.extend(marks::on_the_ground(&canvas.view, &ground, stage.scale.length(), &marks));
     canvas.robot(stage, &stage.kinematics(&snapshot.posture));
-    canvas.triangles.extend(marks::over_all(&canvas.view, &ground, point_px(size), &marks));
+    canvas.triangles.extend(marks::over_all(&canvas.view, point_px(size), &marks));
     canvas.paint(size, &ground)
 }
 
-/// How many pixels a point of a screen is in a picture: marks grow less than the picture does.
+/// How many pixels a point of a screen is in a picture: marks grow as a large picture does, and shrink less than a small one.
 fn point_px(size: [u32; 2]) -> f64 {
-    (f64::from(size[0].min(size[1])) / FULL_PX).sqrt()
+    let share = f64::from(size[0].min(size[1])) / FULL_PX;
+    share.max(share.sqrt())
 }
 
 /// Draws a robot on a level floor and nothing else, in a picture of `size` (width, height; px).

@@ -66,9 +66,10 @@ fn is_frame(name: &str) -> bool {
 mod tests {
     use super::super::motion::{LAST_DELAY_CS, shots};
     use super::*;
-    use crate::control::Design;
+    use crate::control::{Design, Phase};
     use crate::episode::{Disturbance, EpisodeConfig, Footstep};
     use crate::lipm::gains::GainSet;
+    use crate::render::scene::in_short;
     use crate::robot::{Foot, Robot};
     use crate::sim::Push;
     use image::AnimationDecoder;
@@ -122,6 +123,20 @@ mod tests {
             moments(&film, 4)
         };
         assert_eq!(fallen, [138, 175, 350, 500]);
+    }
+
+    #[test]
+    fn a_label_says_what_the_controller_does() {
+        let mut now = film().snapshots.swap_remove(0);
+        let gains = ["slow".to_string(), "fast".into()];
+        let mut told = |phase, gain| {
+            (now.phase, now.gain) = (phase, gain);
+            in_short(&now, &gains)
+        };
+        assert_eq!(told(Phase::Switching, Some(1)), "gain fast");
+        assert_eq!(told(Phase::Swing(Foot::Left), None), "left foot in the air");
+        assert_eq!(told(Phase::Posture, None), "posture held");
+        assert_eq!(told(Phase::OutOfSets, Some(0)), "outside of all sets");
     }
 
     /// Pictures of a robot that has flown off would be of a floor.

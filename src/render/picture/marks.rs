@@ -3,7 +3,7 @@
 use super::camera::View;
 use super::triangle::{Light, Triangle, Vertex, linear};
 use crate::render::scene::palette::Color;
-use crate::render::scene::{At, Drawing, Form, Mark, on_ground, strokes};
+use crate::render::scene::{At, Drawing, Form, Mark, strokes};
 use crate::sim::Ground;
 use nalgebra::{Point2, Vector2, Vector3};
 
@@ -23,7 +23,7 @@ pub(super) fn on_the_ground(view: &View, ground: &Ground, large: f64, marks: &[M
     for Mark { overlay, drawing } in marks {
         let Drawing::Polygon { corners, sheet } = drawing else { continue };
         let light = light(overlay.color());
-        let corners: Vec<_> = corners.iter().map(|at| view.vertex(on_ground(*at, ground) + lift, light)).collect();
+        let corners: Vec<_> = corners.iter().map(|at| view.vertex(at + lift, light)).collect();
         for i in 2..corners.len() {
             if let [Some(a), Some(b), Some(c)] = [0, i - 1, i].map(|i| corners[i]) {
                 let cover = sheet.fill as f32;
@@ -35,11 +35,11 @@ pub(super) fn on_the_ground(view: &View, ground: &Ground, large: f64, marks: &[M
 }
 
 /// What lies over the picture, lowest first, where a point of a screen is so many pixels.
-pub(super) fn over_all(view: &View, ground: &Ground, point_px: f64, marks: &[Mark]) -> Vec<Triangle> {
+pub(super) fn over_all(view: &View, point_px: f64, marks: &[Mark]) -> Vec<Triangle> {
     let mut triangles = Vec::new();
     for stroke in marks
         .iter()
-        .flat_map(|mark| strokes(mark, ground, |at| view.project(*at).map(|[x, y, _]| [x / point_px, y / point_px])))
+        .flat_map(|mark| strokes(mark, |at| view.project(*at).map(|[x, y, _]| [x / point_px, y / point_px])))
     {
         let vertex =
             |[x, y]: At| Vertex { at: [x * point_px, y * point_px], near: OVER_ALL, light: light(stroke.color) };

@@ -15,36 +15,60 @@ pub struct Mark {
     pub drawing: Drawing,
 }
 
-/// World (m); what lies on the ground ([`on_ground`]) is given in the plan. Widths are in points of a screen.
+/// Places in the world (m), widths in points of a screen.
 #[derive(Debug, Clone)]
 pub enum Drawing {
     /// A convex polygon on the ground.
-    Polygon { corners: Vec<Point2<f64>>, sheet: Sheet },
-    /// On the ground.
-    Spot { at: Point2<f64>, sign: Sign },
-    /// In the air, with a plumb line to the ground and another sign where that ends.
-    Com { center: Point3<f64>, sign: Sign, foot: Sign },
+    Polygon {
+        corners: Vec<Point3<f64>>,
+        sheet: Sheet,
+    },
+    Sign {
+        at: Point3<f64>,
+        sign: Sign,
+    },
+    /// The plumb line from a point in the air to the ground.
+    Plumb {
+        from: Point3<f64>,
+        to: Point3<f64>,
+    },
     /// Of a force, which attacks where the arrow `ends`, or else where it begins.
-    Arrow { tail: Point3<f64>, along: Vector3<f64>, ends: bool, width: f64, force_n: f64 },
+    Arrow {
+        tail: Point3<f64>,
+        along: Vector3<f64>,
+        ends: bool,
+        width: f64,
+        force_n: f64,
+    },
 }
 
 /// The marks of a moment, lowest first.
-pub(super) fn of(now: &Snapshot, scale: RobotScale, shown: &[Overlay]) -> Vec<Mark> {
+pub(super) fn of(now: &Snapshot, ground: &Ground, scale: RobotScale, shown: &[Overlay]) -> Vec<Mark> {
     let mut marks = Vec::new();
+    let floor = |at: Point2<f64>| on_ground(at, ground);
+    let polygon = |corners: &[Point2<f64>], sheet| Drawing::Polygon {
+        corners: corners.iter().map(|at| floor(*at)).collect(),
+        sheet,
+    };
     for overlay in Overlay::ALL.into_iter().filter(|overlay| shown.contains(overlay)) {
         let mut add = |drawing| marks.push(Mark { overlay, drawing });
         match overlay.look().style {
-            Style::Polygon { of, sheet } => add(Drawing::Polygon { corners: of(now), sheet }),
+            Style::Polygon { of, sheet } => add(polygon(&of(now), sheet)),
+            // Slow to fast: the set of a slower gain is larger, mostly.
             Style::Sets { resting, acting } => {
-                let acts = |i: usize| now.gain == Some(i);
-                // Slow to fast: the set of a slower gain is larger, mostly.
-                let sets = || now.slices.iter().cloned().enumerate();
-                let with = |sheet| move |(_, corners)| Drawing::Polygon { corners, sheet };
-                sets().filter(|(i, _)| !acts(*i)).map(with(resting)).for_each(&mut add);
-                sets().filter(|(i, _)| acts(*i)).map(with(acting)).for_each(add);
+                let (active, others): (Vec<_>, Vec<_>) = (0..now.slices.len()).partition(|i| now.gain == Some(*i));
+                others.into_iter().for_each(|i| add(polygon(&now.slices[i], resting)));
+                active.into_iter().for_each(|i| add(polygon(&now.slices[i], acting)));
             }
-            Style::Spot { of, sign } => of(now).map(|at| Drawing::Spot { at, sign }).into_iter().for_each(add),
-            Style::Com { sign, foot } => add(Drawing::Com { center: now.com, sign, foot }),
+            Style::Spot { of, sign } => {
+                of(now).map(|at| Drawing::Sign { at: floor(at), sign }).into_iter().for_each(add);
+            }
+            Style::Com { sign, foot } => {
+                let (from, to) = (now.com, floor(now.com.xy()));
+                add(Drawing::Plumb { from, to });
+                add(Drawing::Sign { at: to, sign: foot });
+                add(Drawing::Sign { at: from, sign });
+            }
             Style::Arrow { of, ends, .. } => {
                 of(now).iter().filter_map(|force| arrow_along(overlay, force, ends, scale)).for_each(add);
             }

@@ -3,7 +3,7 @@
 //! ingredients.
 //!
 //! A mark is added in one place: an [`Overlay`] with its look and style, which says what it shows of a snapshot. What of it lies
-//! flat over the picture (signs, outlines, arrows) comes from [`strokes`], in points of a screen: so it is as large in a small
+//! flat over the picture (signs, outlines, arrows) comes from `strokes`, in points of a screen: so it is as large in a small
 //! picture of a robot as in a large one, and never hidden by the robot.
 
 mod events;
@@ -94,7 +94,7 @@ impl<'a> Stage<'a> {
 
     /// What is marked of a moment, lowest first.
     pub fn marks(&self, now: &Snapshot, shown: &[Overlay]) -> Vec<Mark> {
-        marks::of(now, self.scale, shown)
+        marks::of(now, &self.ground(now), self.scale, shown)
     }
 }
 

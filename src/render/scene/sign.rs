@@ -56,10 +56,10 @@ impl Sign {
     pub fn pieces(self) -> Vec<Piece> {
         let line = |x: f64, y: f64| Form::Line { path: [[x, y], [-x, -y]], width: 2.4 };
         let colored = match self {
-            Sign::Disc => vec![Form::Area { path: circle(4.0) }],
-            Sign::Ring => vec![Form::Outline { path: circle(6.8), width: 2.6 }],
-            Sign::Diamond => vec![Form::Area { path: vec![[9.6, 0.0], [0.0, 9.6], [-9.6, 0.0], [0.0, -9.6]] }],
-            Sign::Cross => vec![line(6.5, 6.5), line(6.5, -6.5)],
+            Sign::Disc => vec![Form::Area { path: circle(3.5) }],
+            Sign::Ring => vec![Form::Outline { path: circle(5.9), width: 2.4 }],
+            Sign::Diamond => vec![Form::Area { path: vec![[10.8, 0.0], [0.0, 10.8], [-10.8, 0.0], [0.0, -10.8]] }],
+            Sign::Cross => vec![line(7.8, 7.8), line(7.8, -7.8)],
             Sign::Quartered => {
                 let rim = circle(8.0);
                 let quarter = |from: usize| {
@@ -130,7 +130,7 @@ mod tests {
                     .fold(0.0, f64::max)
             };
             assert!(farthest(true) > farthest(false) + 0.9 * RIM, "{sign:?}");
-            assert!(farthest(false) >= 4.0, "{sign:?}: {}", farthest(false));
+            assert!(farthest(false) >= 3.5, "{sign:?}: {}", farthest(false));
         }
     }
 }

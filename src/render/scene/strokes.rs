@@ -1,9 +1,8 @@
 //! Marks as flat strokes over a picture, in points of a screen. What draws a picture only has to fill polygons and draw lines.
 
-use super::marks::{Drawing, Mark, on_ground};
+use super::marks::{Drawing, Mark};
 use super::palette::{Color, HEAD, PLUMB};
 use super::sign::{At, Form, Piece, Sign};
-use crate::sim::Ground;
 use nalgebra::Point3;
 
 /// One shape to draw, its opacity 0 to 1.
@@ -16,30 +15,22 @@ pub struct Stroke {
 
 /// The strokes of a mark in the order in which they are drawn. `project` says where in the picture a place of the world is seen,
 /// None for one behind the viewer. The filling of a polygon is not among them: it lies on the ground, and the robot hides it.
-pub fn strokes(mark: &Mark, ground: &Ground, project: impl Fn(&Point3<f64>) -> Option<At>) -> Vec<Stroke> {
+pub fn strokes(mark: &Mark, project: impl Fn(&Point3<f64>) -> Option<At>) -> Vec<Stroke> {
     let color = mark.overlay.color();
-    let stroke = |opacity: f64| move |form| Stroke { form, color, opacity };
-    match &mark.drawing {
+    let (forms, opacity) = match &mark.drawing {
         Drawing::Polygon { corners, sheet } => {
-            let path: Option<Vec<At>> = corners.iter().map(|at| project(&on_ground(*at, ground))).collect();
-            path.map_or_else(Vec::new, |path| outline(path, sheet.width)).into_iter().map(stroke(sheet.edge)).collect()
+            let path: Option<Vec<At>> = corners.iter().map(project).collect();
+            (path.map(|path| outline(path, sheet.width)), sheet.edge)
         }
-        Drawing::Spot { at, sign } => sign_at(*sign, project(&on_ground(*at, ground)), color),
-        Drawing::Com { center, sign, foot } => {
-            let ends = [project(center), project(&on_ground(center.xy(), ground))];
-            let mut strokes = Vec::new();
-            if let [Some(from), Some(to)] = ends {
-                strokes.extend(dashes(from, to).map(stroke(PLUMB.opacity)));
-            }
-            strokes.extend(sign_at(*foot, ends[1], color));
-            strokes.extend(sign_at(*sign, ends[0], color));
-            strokes
+        Drawing::Sign { at, sign } => return project(at).map_or_else(Vec::new, |at| sign_at(*sign, at, color)),
+        Drawing::Plumb { from, to } => {
+            (project(from).zip(project(to)).map(|(from, to)| dashes(from, to)), PLUMB.opacity)
         }
-        Drawing::Arrow { tail, along, width, .. } => match (project(tail), project(&(tail + along))) {
-            (Some(from), Some(to)) => arrow(from, to, *width).into_iter().map(stroke(1.0)).collect(),
-            _ => Vec::new(),
-        },
-    }
+        Drawing::Arrow { tail, along, width, .. } => {
+            (project(tail).zip(project(&(tail + along))).map(|(from, to)| arrow(from, to, *width)), 1.0)
+        }
+    };
+    forms.into_iter().flatten().map(|form| Stroke { form, color, opacity }).collect()
 }
 
 /// The closed line around a polygon; its sides one by one where they would make a spike if they were joined: of a sole that stands
@@ -60,15 +51,14 @@ fn outline(mut path: Vec<At>, width: f64) -> Vec<Form> {
     if count > 2 { vec![Form::Outline { path, width }] } else { Vec::new() }
 }
 
-fn sign_at(sign: Sign, at: Option<At>, color: Color) -> Vec<Stroke> {
-    let Some([x, y]) = at else { return Vec::new() };
-    let there = |path: &mut [At]| path.iter_mut().for_each(|at| *at = [at[0] + x, at[1] + y]);
-    let stroke = |mut piece: Piece| {
-        match &mut piece.form {
+fn sign_at(sign: Sign, at: At, color: Color) -> Vec<Stroke> {
+    let there = |path: &mut [At]| path.iter_mut().for_each(|corner| *corner = [corner[0] + at[0], corner[1] + at[1]]);
+    let stroke = |Piece { mut form, is_white }: Piece| {
+        match &mut form {
             Form::Area { path } | Form::Outline { path, .. } => there(path),
             Form::Line { path, .. } => there(path),
         }
-        Stroke { form: piece.form, color: if piece.is_white { Color::WHITE } else { color }, opacity: 1.0 }
+        Stroke { form, color: if is_white { Color::WHITE } else { color }, opacity: 1.0 }
     };
     sign.pieces().into_iter().map(stroke).collect()
 }
@@ -89,9 +79,9 @@ pub fn arrow(from: At, to: At, width: f64) -> Vec<Form> {
 }
 
 /// The plumb line.
-fn dashes(from: At, to: At) -> impl Iterator<Item = Form> {
+fn dashes(from: At, to: At) -> Vec<Form> {
     let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-    let at = move |way: f64| [0, 1].map(|i| from[i] + (to[i] - from[i]) * (way.min(length) / length));
-    let starts = (0..).map(|k| f64::from(k) * (PLUMB.dash + PLUMB.gap)).take_while(move |start| *start < length);
-    starts.map(move |start| Form::Line { path: [at(start), at(start + PLUMB.dash)], width: PLUMB.width })
+    let at = |way: f64| [0, 1].map(|i| from[i] + (to[i] - from[i]) * (way.min(length) / length));
+    let starts = (0..).map(|k| f64::from(k) * (PLUMB.dash + PLUMB.gap)).take_while(|start| *start < length);
+    starts.map(|start| Form::Line { path: [at(start), at(start + PLUMB.dash)], width: PLUMB.width }).collect()
 }

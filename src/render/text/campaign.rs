@@ -41,12 +41,13 @@ pub fn thresholds(judge: &Judge) -> String {
 /// trial.
 pub fn campaign(summary: &Summary, folder: &Path, full: bool) -> String {
     let mut text = head(summary, full);
-    text += &format!("\n{}\n", wrapped("", &comparison::headline(summary)));
+    text += "\n";
     for warning in &summary.warnings {
         text += &wrapped("warning: ", warning);
     }
     text += if summary.warnings.is_empty() { "" } else { "\n" };
-    let _ = writeln!(text, "{}", sets(summary));
+    let _ = writeln!(text, "{}\n", sets(summary));
+    text += &wrapped("", &comparison::headline(summary));
     text += &comparison::verdicts(summary);
     if full {
         text += &comparison::pairs(summary);
@@ -111,18 +112,22 @@ fn head(summary: &Summary, full: bool) -> String {
 }
 
 fn sets(summary: &Summary) -> Table {
-    let mut table = table(["gain set", "recovered", "rate", "95 %", "fell", "diverged", "timed out"]);
+    // What happened to no set is not worth a column.
+    let rare: [(&str, fn(&SetSummary) -> u64); 2] =
+        [("diverged", |set| set.diverged), ("timed out", |set| set.timed_out)];
+    let rare: Vec<_> = rare.into_iter().filter(|(_, of)| summary.sets.iter().any(|set| of(set) > 0)).collect();
+    let header = ["gain set", "recovered", "rate", "95 %", "fell"];
+    let mut table = table(header.into_iter().chain(rare.iter().map(|(label, _)| *label)));
     for set in &summary.sets {
         let SuccessCount { trials, recovered, success_rate, ci95: [low, high] } = set.count;
-        table.add_row([
+        let cells = [
             set.name.clone(),
             format!("{recovered}/{trials}"),
             percent(success_rate),
             format!("{:.1}-{}", 100.0 * low, percent(high)),
             set.fell.to_string(),
-            set.diverged.to_string(),
-            set.timed_out.to_string(),
-        ]);
+        ];
+        table.add_row(cells.into_iter().chain(rare.iter().map(|(_, of)| of(set).to_string())));
     }
     align(table)
 }
@@ -340,17 +345,41 @@ fn replay(summary: &Summary, folder: &Path) -> String {
     };
     let found = summary.pairs.iter().find_map(differ).or_else(|| summary.sets.iter().find_map(lost));
     let Some((trial, set, which)) = found else { return String::new() };
-    format!(
-        "\nto replay a trial, e.g. one {which} (others: report.html):\n {}\n",
-        replay_command(summary, &set, trial, folder)
-    )
+    let what = format!("to replay a trial, e.g. one {which} (others: report.html):");
+    // The command on a line of its own, however long: it is to be copied.
+    format!("\n{} {}\n", wrapped("", &what), replay_command(summary, &set, trial, folder))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::campaign::verdict::summary::tests::summary;
-    use crate::episode::Outcome::{Fell, Recovered};
+    use crate::episode::Outcome::{Diverged, Fell, Recovered, TimedOut};
+
+    /// The first lines answer what was asked; the rest is for those who ask for it.
+    #[test]
+    fn what_was_asked_is_short_and_the_rest_is_there_in_full() {
+        let summary = summary(&[[Recovered, Fell]; 30], &["variations.mass_scale=1.1"], &["a >= 0.1"]);
+        let [short, full] = [false, true].map(|full| campaign(&summary, Path::new("out"), full));
+        for words in ["campaign smoke: 30 trials", "gain set", "30/30", "a is better than b", "a >= 0.1", "--gains b"] {
+            assert!(short.contains(words) && full.contains(words), "{words} in {short} {full}");
+        }
+        for words in ["impulse [N s]", "50 % [N s]", "only a", "fell:  ", "Wilson", "mass_scale 1.1"] {
+            assert!(!short.contains(words) && full.contains(words), "{words} in {short} {full}");
+        }
+        assert!(short.contains("varied: mass_scale\n") && short.lines().count() < 24, "{short}");
+    }
+
+    #[test]
+    fn what_happened_to_no_set_has_no_column() {
+        let heads = |outcomes| {
+            let text = campaign(&summary(&[outcomes; 3], &[], &[]), Path::new("out"), false);
+            ["diverged", "timed out"].map(|head| text.contains(head))
+        };
+        assert_eq!(heads([Recovered, Fell]), [false, false]);
+        assert_eq!(heads([TimedOut, Fell]), [false, true]);
+        assert_eq!(heads([Recovered, Diverged]), [true, false]);
+    }
 
     #[test]
     fn a_trial_to_replay_is_called_what_it_is() {

@@ -37,7 +37,7 @@ const LEASH_M: f32 = 0.05;
 /// and no farther than this share of the camera's distance, for who has come near to look at a foot.
 const LEASH_SHARE: f32 = 0.1;
 /// The camera catches up within about so long (s), and starts and ends gently: a spring with critical damping.
-const CATCH_UP_S: f32 = 0.5;
+const CATCH_UP_S: f32 = 0.25;
 
 impl Leash {
     pub fn of(scale: RobotScale) -> Self {
@@ -152,24 +152,23 @@ mod tests {
         assert!(look(Point3::new(0.0, 0.0, 0.3)).length() < 0.051);
     }
 
-    /// A robot that is thrown at 2 m/s: it stays in the picture, and no frame moves the camera by more than it moved a little
-    /// more than in the frame before.
+    /// A robot that is suddenly driven off at 1 m/s, and stops: it stays in the picture, and the camera's speed does not jump.
     #[test]
     fn the_camera_neither_loses_the_robot_nor_jumps() {
         const FRAME_S: f64 = 1.0 / 60.0;
         let (mut camera, mut leash) = leashed();
         let (mut last, mut fastest) = (Vec3::ZERO, 0.0_f32);
         for k in 0..120 {
-            let com = Point3::new(2.0 * FRAME_S * f64::from(k.min(60)), 0.0, 0.3);
+            let com = Point3::new(FRAME_S * f64::from(k.min(60)), 0.0, 0.3);
             let before = camera.at();
             leash.pull(&mut camera, &com, FRAME_S);
             let speed = (camera.at() - before) / FRAME_S as f32;
-            assert!((speed - last).length() < 0.5, "frame {k}: from {last} to {speed} m/s");
+            assert!((speed - last).length() < 0.3, "frame {k}: from {last} to {speed} m/s");
             (last, fastest) = (speed, fastest.max(speed.length()));
             let seen = Lens::new(&camera, vec2(860.0, 720.0)).project(&com).unwrap();
             assert!((100.0..760.0).contains(&seen.x) && (100.0..620.0).contains(&seen.y), "frame {k}: {seen}");
         }
-        assert!(fastest > 1.0, "it went at {fastest} m/s at most");
+        assert!(fastest > 0.7, "it went at {fastest} m/s at most");
     }
 
     #[test]
@@ -184,7 +183,7 @@ mod tests {
         leash.jump(&mut camera, &com);
         let after = seen(&camera, com);
         // As far as the leash is long.
-        assert!(before.distance(after) < 90.0, "{before} {after}");
+        assert!(before.distance(after) < 120.0, "{before} {after}");
         assert!((camera.dist() - 0.4).abs() < 1e-6);
     }
 

@@ -25,7 +25,7 @@ pub struct Marks<'a> {
 
 impl Marks<'_> {
     pub fn draw(&self, mark: &Mark) {
-        strokes(mark, &self.ground, |at| self.seen(at)).iter().for_each(|stroke| self.stroke(stroke));
+        strokes(mark, |at| self.seen(at)).iter().for_each(|stroke| self.stroke(stroke));
         // Only a person's force has its size at it: away from the robot, as far as the words reach.
         if let (Overlay::Push, Drawing::Arrow { tail, along, ends, force_n, .. }) = (mark.overlay, &mark.drawing)
             && let (Some(from), Some(to)) = (self.lens.project(tail), self.lens.project(&(tail + along)))
@@ -48,7 +48,7 @@ impl Marks<'_> {
         let stroke = |width: f64| egui::Stroke::new(width as f32, color);
         let points = |path: &[At]| path.iter().map(|[x, y]| pos2(*x as f32, *y as f32)).collect::<Vec<Pos2>>();
         self.painter.add(match form {
-            Form::Area { path } => PathShape::convex_polygon(points(path), color, egui::Stroke::NONE).into(),
+            Form::Area { path } => Shape::Path(PathShape::convex_polygon(points(path), color, egui::Stroke::NONE)),
             Form::Outline { path, width } => Shape::closed_line(points(path), stroke(*width)),
             Form::Line { path, width } => Shape::line(points(path), stroke(*width)),
         });

@@ -166,7 +166,7 @@ impl<'a> App<'a> {
         let mut drawn = format!("{frames} drawn, {dropped} dropped, in {seconds:.1} s");
         // Less is none in what is printed.
         if lost_s >= 0.05 {
-            drawn += &format!("; physics was slower than the wall by {lost_s:.1} s");
+            drawn += &format!("; the physics fell behind real time by {lost_s:.1} s");
         }
         Ok(format!("{}; {drawn}\n", self.show.account()))
     }

@@ -140,7 +140,7 @@ fn time(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
             None => (String::new(), false),
             Some(factor) => {
                 let late = factor < 0.9 * clock.speed && is_live;
-                let late_words = if late { "physics is late, " } else { "" };
+                let late_words = if late { "the physics is late, " } else { "" };
                 (format!("{late_words}{factor:.2} of real time, {:.0} frames/s", clock.frames_per_s), late)
             }
         };

@@ -188,7 +188,7 @@ mod tests {
             grab.follow(&lens.sight(pos2(edge - px - 50.0, row.y)));
             assert!(grab.pull(&kinematics).force.norm() > 3.0, "{}", grab.pull(&kinematics).force);
         }
-        assert_eq!(picked(edge - 40.0), None);
+        assert_eq!(picked(edge - 150.0), None);
     }
 
     #[test]

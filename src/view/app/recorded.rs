@@ -24,7 +24,7 @@ impl Recorded {
     /// Runs the trial. Errors: those of [`StoredTrial::open`]; more than one gain set.
     pub fn new(folder: &Path, trial: u64, args: &Options) -> Result<Self> {
         if let [_, second, ..] = &args.gains[..] {
-            let problem = "a trial of a result is that of one gain set";
+            let problem = "a trial of a result is shown with one gain set";
             return Err(Error::value("arguments", "--gains", second, problem, "one gain set"));
         }
         let replayed = StoredTrial::open(folder, trial, args.gains.first().map(String::as_str))?;

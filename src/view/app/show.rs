@@ -61,12 +61,12 @@ impl Show<'_> {
             }
             (Outcome::Diverged, _) => (format!("diverged at {end_s:.2} s"), true),
             _ if is_held => ("held by hand".into(), false),
-            (_, Some(since_s)) if is_live => (format!("stands still since {since_s:.2} s"), false),
+            (_, Some(since_s)) if is_live => (format!("has stood still since {since_s:.2} s"), false),
             (Outcome::Recovered, since_s) => {
-                (format!("recovered, still from {:.2} s", since_s.unwrap_or(end_s)), false)
+                (format!("recovered: it stands still from {:.2} s on", since_s.unwrap_or(end_s)), false)
             }
             (Outcome::TimedOut, _) if is_live => ("in motion".into(), false),
-            (Outcome::TimedOut, _) => (format!("neither fell nor stood still in {end_s:.2} s"), true),
+            (Outcome::TimedOut, _) => (format!("it neither fell nor came to rest in {end_s:.2} s"), true),
         }
     }
 
@@ -103,7 +103,7 @@ impl Show<'_> {
             Show::Live(live) => {
                 let counts = live.counts;
                 format!(
-                    "{}, {} (up to {:.1} N), {}, {}, {}; COM up to {:.1} mm from its start\n\
+                    "{}, {} (up to {:.1} N), {}, {}, {}; the COM was up to {:.1} mm from its start\n\
                      {} ({} single), {:.3} s simulated",
                     several(counts.pushes.into(), "push", "pushes"),
                     several(counts.drags.into(), "drag", "drags"),

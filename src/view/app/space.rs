@@ -5,7 +5,7 @@ use super::colors;
 use super::triangles::{OnCard, Rgb, Triangles, vec3};
 use crate::episode::Snapshot;
 use crate::render::scene::scale::{RobotScale, round};
-use crate::render::scene::{Drawing, GroundPart, Mark, Stage, faces, on_ground};
+use crate::render::scene::{Drawing, GroundPart, Mark, Stage, faces};
 use crate::robot::Kinematics;
 use crate::sim::Ground;
 use kiss3d::glamx::Vec3;
@@ -67,7 +67,7 @@ impl<'a> Space<'a> {
             {
                 let color = colors::FLOOR.towards(overlay.color(), sheet.fill as f32).linear();
                 let lift = Vector3::z() * layer_m * (3 + i) as f64;
-                let corners: Vec<_> = corners.iter().map(|at| (on_ground(*at, &ground) + lift, color)).collect();
+                let corners: Vec<_> = corners.iter().map(|at| (at + lift, color)).collect();
                 self.triangles.polygon(&corners);
             }
         }

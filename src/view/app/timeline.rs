@@ -19,9 +19,9 @@ pub fn draw(ctx: &Context, recorded: &Recorded, paused: bool, width: f32, wishes
             ui.horizontal(|ui| {
                 let pause = if paused { "Play" } else { "Pause" };
                 for (name, hint, wish) in [
-                    (pause, "or the space bar", Wish::Pause),
-                    ("<", "a tick back", Wish::Ticks(-1)),
-                    (">", "a tick on", Wish::Ticks(1)),
+                    (pause, "plays and pauses (Space)", Wish::Pause),
+                    ("<", "goes back by one tick (,)", Wish::Ticks(-1)),
+                    (">", "goes on by one tick (.)", Wish::Ticks(1)),
                 ] {
                     wishes.extend(ui.button(name).on_hover_text(hint).clicked().then_some(wish));
                 }

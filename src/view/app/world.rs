@@ -33,8 +33,8 @@ impl World {
         };
         if let Some(index) = args.trial {
             let Some(campaign) = &campaign else {
-                let accepted = "a result folder, or --campaign";
-                return Err(Error::value("arguments", "--trial", index, "of what?", accepted));
+                let accepted = "a trial of the result in a folder, or of --campaign";
+                return Err(Error::value("arguments", "--trial", index, "neither is given", accepted));
             };
             campaign.check_trial(index)?;
         }
