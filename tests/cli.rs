@@ -185,7 +185,7 @@ fn a_push_is_drawn_and_traced_beside_its_json() {
 fn a_push_needs_nothing_to_be_given() {
     let dir = folder();
     let push = |more: &[&str]| {
-        let args = [&["push", "--gains=hold", "--start=0.1", "--horizon=0.4", "--json"], more].concat();
+        let args = [&["push", "--gains=hold", "--start=0.1", "--horizon=0.8", "--json"], more].concat();
         serde_json::from_str::<serde_json::Value>(&stdout(&standfast(dir.path(), &args).success())).unwrap()["push"]
             .clone()
     };

@@ -396,9 +396,10 @@ fn without_a_command_it_says_first_what_it_is_about_to_do() {
     let dir = folder();
     let said = interrupted_at(dir.path(), &[], "It takes about ");
     let (first, rest) = said.split_once("0 of 4000 episodes\n").unwrap();
-    assert!(first.lines().count() <= 4 && first.lines().all(|line| line.chars().count() <= 80), "{first}");
+    // The name of the program is long here.
+    assert!(first.lines().count() <= 6 && first.lines().all(|line| line.chars().count() <= 80), "{first}");
     let words = first.replace('\n', " ");
-    assert!(words.contains("1000 pushes for each of 4 gain sets, 4000 episodes on "), "{first}");
+    assert!(words.contains("1000 pushes for each of 4 gain sets, on "), "{first}");
     assert!(words.contains(" push --replay push.html ") && words.contains(" run smoke "), "{first}");
     assert!(rest.contains(" here, by the pace of its first "), "{rest}");
     let again = interrupted_at(dir.path(), &[], "goes on");

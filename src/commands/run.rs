@@ -213,14 +213,14 @@ fn say_what_is_there(folder: &Folder, work: &Work) -> bool {
 fn announce(campaign: &Campaign, work: &Work) {
     let program = std::env::args().next().unwrap_or("standfast".into());
     let (program, sets, name) = (shell_word(&program), campaign.gains.len(), &campaign.name);
-    let what = format!("This runs the campaign `{name}`: {} pushes for each of {sets} gain sets", campaign.trials);
+    let what = format!("This runs the campaign `{name}`: {} pushes for each of {sets} gain sets, on", campaign.trials);
     let keeps = "Ctrl-C keeps what is finished, and the same command goes on from there";
     let threads = match work.threads() {
         1 => "one thread".into(),
         threads => format!("{threads} threads"),
     };
     let quick = format!("{program} push --replay push.html (one push, to watch in a browser), {program} run smoke");
-    tell("", &format!("{what}, {} episodes on {threads}. {keeps}.", work.episodes()));
+    tell("", &format!("{what} {threads}. {keeps}."));
     tell("", &format!("For a quick look instead: {quick} (seconds)."));
 }
 

@@ -18,7 +18,7 @@ use std::process::ExitCode;
 The window lists its keys. It needs a display and a Vulkan driver, and a program that was built with it by
 `cargo build --release --features view`, which takes some twenty minutes on two cores.
 
-Without a window, `standfast push --impulse 5 --replay push.html` and `standfast replay DIR --trial I` write a page that shows
+Without a window, `standfast push --replay push.html` and `standfast replay DIR --trial I` write a page that shows
 the same in any browser; they need nothing more.")]
 pub struct ViewArgs {
     /// Result folder of `run`: show one trial of it, exactly as it was

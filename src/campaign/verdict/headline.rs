@@ -53,7 +53,7 @@ pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
 /// "a, b and c"; of many the count.
 fn listed(names: &[&str], last: &str) -> String {
     match names {
-        [many @ ..] if many.len() > NAMED => format!("{} gain sets", many.len()),
+        many if many.len() > NAMED => format!("{} gain sets", many.len()),
         [init @ .., end] if !init.is_empty() => format!("{} {last} {end}", init.join(", ")),
         few => few.concat(),
     }

@@ -65,7 +65,8 @@ impl MotionPlot {
 
     /// Writes the picture. Errors: the file cannot be written.
     pub fn write(&self, path: &Path, title: &str) -> Result<()> {
-        super::write(path, &title.replace(" -", " \u{2212}"), &[self.panel("")], 1)
+        let signed = title.replace(" -", " \u{2212}").replace("(-", "(\u{2212}");
+        super::write(path, &signed, &[self.panel("")], 1)
     }
 
     /// The picture.

@@ -297,12 +297,10 @@ fn foretold(summary: &Summary) -> String {
     if many(summary) {
         rows.push(("as foretold".into(), with_sets().map(|(_, f)| percent(f.agreement)).collect()));
         rows.push(("by the estimate".into(), with_sets().map(|(_, f)| percent(f.agreement_est)).collect()));
-        return format!(
-            "\n{}\n recovered where the set holds the true state at the end of the push, and where\n \
-             it does not; trials that did as it says, and by the state as estimated then;\n \
-             by margin: see summary.json\n",
-            compared(corner, names, rows, true)
-        );
+        let notes = "First how many recovered of the trials in which the set holds the true state at the end of the push, \
+                     and of those in which it does not. Then the share of trials that end as the set says, by the true \
+                     state and by the one estimated then. Rates by margin are in summary.json.";
+        return format!("\n{}\n{}", compared(corner, names, rows, true), wrapped(" ", notes));
     }
     let mut bins: Vec<&MarginBin> = Vec::new();
     for bin in with_sets().flat_map(|(_, f)| &f.by_margin) {
@@ -322,14 +320,15 @@ fn foretold(summary: &Summary) -> String {
         rows.push((label, with_sets().map(|(_, f)| cell(f)).collect()));
     }
     let agreement = |(set, f): (&SetSummary, &Prediction)| {
-        format!(" {}: {} ({} by the state as estimated then)", set.name, percent(f.agreement), percent(f.agreement_est))
+        format!("{} {} ({})", set.name, percent(f.agreement), percent(f.agreement_est))
     };
-    format!(
-        "\n{}\n recovered where the set holds the true state at the end of the push, and where\n \
-         it does not (margin 1: rest, 0: border of the set); trials that did as it says:\n{}\n",
-        compared(corner, names, rows, false),
-        with_sets().map(agreement).collect::<Vec<_>>().join("\n")
-    )
+    let agreement = with_sets().map(agreement).collect::<Vec<_>>().join(", ");
+    let notes = format!(
+        "How many recovered of the trials in which the set holds the true state at the end of the push, and of those in \
+         which it does not. The margin is 1 at rest and 0 at the border of the set. So many trials end as the set says by \
+         the true state (and by the one estimated then): {agreement}."
+    );
+    format!("\n{}\n{}", compared(corner, names, rows, false), wrapped(" ", &notes))
 }
 
 /// How to replay a trial in which two sets end differently, or else one that was lost.

@@ -33,6 +33,7 @@ pub fn wrapped(mark: &str, text: &str) -> String {
     let stays = |before: &str, word: &str| {
         is_one_of(word, &["=", "<", ">=", "%", "s", "mm", "m", "m/s", "N", "deg", "degrees", "points"])
             || is_one_of(before, &["=", "<", ">=", "N"])
+            || (before.starts_with('(') && before.ends_with(','))
     };
     let mut pieces: Vec<String> = Vec::new();
     let mut before = "";
