@@ -157,7 +157,7 @@ impl MotionPlot {
         let bands = [
             ("band", "soles on the ground", true),
             ("pushed", "push", !self.pushes.is_empty()),
-            ("swing", "footstep in the air", self.moments.iter().any(is_swing)),
+            ("swing", "foot in the air", self.moments.iter().any(is_swing)),
         ];
         let row = |sample| move |(class, name): (&str, &str)| (class.into(), sample, name.into());
         let lines = LINES.iter().rev().map(|(name, class, _)| (*class, *name)).map(row(Sample::Line));
@@ -227,7 +227,7 @@ mod tests {
         let svg = drawn(&footstep());
         assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"), "{svg:.100}");
         let names = LINES.iter().map(|line| line.0);
-        let bands = ["soles on the ground", "push", "footstep in the air", "a footstep"];
+        let bands = ["soles on the ground", "push", "foot in the air", "a footstep"];
         for name in names.chain(bands).chain(["time [s]", "x, forward [mm]", "y, to the left [mm]"]) {
             assert!(svg.contains(&format!(">{name}</text>")), "{name} is missing");
         }
@@ -249,7 +249,7 @@ mod tests {
         assert_eq!(plot.moments.len(), 21);
         plot.pushes = vec![[0.5, 0.6]];
         let svg = drawn(&plot);
-        assert!(!svg.contains("footstep in the air") && count(&svg, "rect", "swing") == 0);
+        assert!(!svg.contains("foot in the air") && count(&svg, "rect", "swing") == 0);
         assert_eq!(count(&svg, "rect", "pushed"), 1, "a push after the end is in the legend only");
         plot.pushes.clear();
         assert_eq!(count(&drawn(&plot), "rect", "pushed"), 0);
