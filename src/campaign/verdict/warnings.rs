@@ -63,7 +63,7 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
     }
     if campaign.stopping.until_resolved {
         found.push(
-            "The campaign could end when it was decided. Intervals of differences, verdicts and gates allow for that. Rates, \
+            "The campaign could end when decided. Intervals of differences, verdicts and gates allow for that. Rates, \
              p-values, curves, strata and times do not: they are as for a fixed number of trials, and lean towards the \
              result at which the campaign ended."
                 .into(),
