@@ -149,7 +149,7 @@ fn gates_are_told_in_their_unit_and_lead_to_a_lost_trial() {
     for (gate, parts) in gates.iter().zip([
         &["passed hold >= 0 ", " % seen, ", " % at 95 % confidence, 0.0 % asked, "][..],
         &["failed hold >= 1 ", " at 95 % confidence, 100.0 % asked, ", "a lost trial, "],
-        &["passed switching >= hold - 0.9 ", " points seen, ", " confidence, -90.0 points asked, "],
+        &["passed switching >= hold - 0.9 ", " points seen, ", " confidence, \u{2212}90.0 points asked, "],
         &["unresolved switching >= hold ", " confidence, 0.0 points asked, ", "here that counts as failed"],
     ]) {
         let gate = gate.replace('\u{a0}', " ");

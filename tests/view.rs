@@ -36,9 +36,7 @@ fn a_build_without_the_window_says_how_to_get_one() {
     is_told(view, &["no window", "cargo build --release --features view", "twenty minutes"]);
     // What needs no other build comes first.
     let at = |words: &str| told.find(words).unwrap_or_else(|| panic!("no {words:?} in {told}"));
-    assert!(
-        at("standfast push --impulse 5 --replay") < at("cargo build") && at("standfast replay DIR") < at("cargo build")
-    );
+    assert!(at("standfast push --replay") < at("cargo build") && at("standfast replay DIR") < at("cargo build"));
 }
 
 #[cfg(feature = "view")]

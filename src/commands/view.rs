@@ -18,7 +18,7 @@ use std::process::ExitCode;
 The window lists its keys. It needs a display and a Vulkan driver, and a program that was built with it by
 `cargo build --release --features view`, which takes some twenty minutes on two cores.
 
-Without a window, `standfast push --impulse 5 --replay push.html` and `standfast replay DIR --trial I` write a page that shows
+Without a window, `standfast push --replay push.html` and `standfast replay DIR --trial I` write a page that shows
 the same in any browser; they need nothing more.")]
 pub struct ViewArgs {
     /// Result folder of `run`: show one trial of it, exactly as it was
@@ -37,7 +37,7 @@ pub struct ViewArgs {
     /// Take sensor noise, rates and thresholds from this campaign; without it sensors are ideal
     #[arg(long, value_name = "NAME|FILE")]
     pub campaign: Option<String>,
-    /// Impulse of the push that Enter gives (N s), which can be changed in the window [default: 2.5; for a robot that is larger
+    /// Impulse of the push that Enter gives (N s), which can be changed in the window [default: 5; for a robot that is larger
     /// or smaller than ut-mu2 in proportion]
     #[arg(long, value_name = "N_S")]
     pub impulse: Option<f64>,

@@ -30,6 +30,40 @@ pub fn render(
         environment.add_global(name, style);
     }
     environment.add_global("version", env!("CARGO_PKG_VERSION"));
+    environment.add_filter("together", |text: String| together(&text));
     add(&mut environment);
     environment.render_named_str(name, template, Serde(context)).map_err(fail)
+}
+
+/// A text whose numbers stay on one line with their units, and with the sign that says what they are of.
+pub fn together(text: &str) -> String {
+    let ends_in_digit = |word: &str| word.ends_with(|c: char| c.is_ascii_digit());
+    let is_unit = |word: &str| {
+        ["N", "s", "ms", "mm", "m", "m/s", "%", "cm\u{b2}"].contains(&word.trim_end_matches(['.', ',', ';', ':', ')']))
+    };
+    let mut told = String::new();
+    let mut before = "";
+    for word in text.split(' ') {
+        let stays = (ends_in_digit(before) && is_unit(word))
+            || before == "N"
+            || ["=", "<"].contains(&word)
+            || ["=", "<"].contains(&before);
+        if !told.is_empty() {
+            told.push(if stays { '\u{a0}' } else { ' ' });
+        }
+        told += word;
+        before = word;
+    }
+    told
+}
+
+#[cfg(test)]
+mod tests {
+    use super::together;
+
+    #[test]
+    fn a_number_stays_with_its_unit() {
+        let told = together("home after 2.77 s. 3.74 to 4.38 N s (1 to 2, p = 0.06) of 5 sets");
+        assert_eq!(told.replace('\u{a0}', "~"), "home after 2.77~s. 3.74 to 4.38~N~s (1 to 2, p~=~0.06) of 5 sets");
+    }
 }

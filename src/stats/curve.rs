@@ -45,9 +45,9 @@ pub enum NoCurve {
     NoTrials,
     #[error("one impulse only")]
     OneImpulse,
-    #[error("all survived")]
+    #[error("all recovered")]
     AllRecovered,
-    #[error("none survived")]
+    #[error("none recovered")]
     NoneRecovered,
     #[error("success does not fall with impulse")]
     NotFalling,

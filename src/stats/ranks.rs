@@ -56,9 +56,10 @@ pub fn signed_rank(differences: &[f64]) -> Option<Shift> {
     let averages = n as u64 * (n as u64 + 1) / 2;
     let (p, nonzero) = p_value(&sorted);
     // The median is one of the averages, or the mean of two.
-    let median = 0.5 * kth_average(&sorted, averages.div_ceil(2)) + 0.5 * kth_average(&sorted, averages / 2 + 1);
+    let median = 0.5 * kth_average(&sorted, averages.div_ceil(2)) + 0.5 * kth_average(&sorted, averages / 2 + 1) + 0.0;
+    // Plus 0: no -0.
     let outer = lowest_kept(n);
-    let ci95 = (outer > 0).then(|| [outer, averages + 1 - outer].map(|k| kth_average(&sorted, k)));
+    let ci95 = (outer > 0).then(|| [outer, averages + 1 - outer].map(|k| kth_average(&sorted, k) + 0.0));
     let mean = differences.iter().sum::<f64>() / n as f64;
     let mean_ci95 = (nonzero >= ENOUGH_FOR_A_MEAN).then(|| {
         let variance = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (n - 1) as f64;

@@ -133,7 +133,8 @@ fn captions_tell_the_responses_of_the_runs() {
         near(&told["stance_tip_deg"], tip_deg, 1e-3);
         near(&told["stance_turn_deg"], turn_deg, 1e-3);
         assert!(tip_deg > 1.0, "{tip_deg}");
-        tells(&format!("tips by up to {tip_deg:.1} degrees and turns by {turn_deg:.1}.").replace('-', "\u{2212}"));
+        let (side, turn_deg) = (if turn_deg > 0.0 { "left" } else { "right" }, turn_deg.abs());
+        tells(&format!("tips by up to {tip_deg:.1} degrees and turns to the {side} by {turn_deg:.1} degrees."));
     }
     let Seen { rms_m: [x, y], most_yaw_deg: most, .. } = seen()[1];
     assert!(y > x && y >= 0.005);
@@ -146,8 +147,8 @@ fn captions_tell_the_responses_of_the_runs() {
     }
     let moving = ["moving-backward", "moving-diagonal"].map(|name| impose(&bench, name));
     assert_eq!(numbers("9")["moving"], json!(moving));
-    tells(&format!("the COM is home from {:.2} s.", moving[0].home_at_s.unwrap()));
-    tells(&format!("the COM is lost at {:.2} s", moving[1].lost_at_s.unwrap()));
+    tells(&format!("the COM is home from {:.2} s on.", moving[0].home_at_s.unwrap()));
+    tells(&format!("it runs away at {:.2} s", moving[1].lost_at_s.unwrap()));
     near(&numbers("7")["mass_kg"], bench.robot.mass(), 1e-9);
 }
 
@@ -184,7 +185,7 @@ fn captions_tell_the_soles_without_load_and_the_joints_at_their_limits() {
             let own = spans.iter().filter(|span| span[0] == json!(foot));
             let own: Vec<[f64; 2]> = own.map(|span| vector(&span[1]).into()).collect();
             for [from, to] in &own {
-                tells(&format!("the {} from {from:.3} to {to:.3} s", foot.name()));
+                tells(&format!("the {} sole carries none from {from:.3} to {to:.3} s", foot.name()));
                 let ticks = seen.unloaded_s[foot].iter().filter(|t| (*from..=*to).contains(t)).count();
                 assert_eq!(ticks, ((to - from) / 0.002).round() as usize + 1, "{name}: {from} to {to}");
             }

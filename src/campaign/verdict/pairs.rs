@@ -156,7 +156,7 @@ impl Pair {
         let difference = points(self.difference);
         let seen = match self.difference {
             0.0 => format!("No difference was seen {interval}."),
-            _ => format!("{a} recovers {difference} points more often {interval}."),
+            _ => format!("{a} recovered {difference} points more often {interval}."),
         };
         match (self.verdict, self.more_trials) {
             (PairVerdict::Better, _) => format!("{a} is better than {b} by {difference} points {interval}."),
@@ -164,7 +164,7 @@ impl Pair {
             (PairVerdict::Open, None) => format!("{a} and {b}: not resolved. {seen}"),
             (PairVerdict::Open, Some(more)) => {
                 let pushes = match self.adjusted_p {
-                    Some(_) => format!("a new campaign of about {} trials (another seed)", rounded(more)),
+                    Some(_) => format!("a new campaign with another seed and about {} trials", rounded(more)),
                     None => format!("about {} more trials", rounded(more)),
                 };
                 format!("{a} and {b}: not resolved. {seen} If that is the true difference, {pushes} would show it.")
@@ -266,8 +266,8 @@ mod tests {
         assert_eq!(open.verdict, PairVerdict::Open);
         assert_eq!(
             open.words,
-            "a and b: not resolved. a recovers 5.0 points more often (0.0 to 11.2, p = 0.0625). If that is the true \
-             difference, a new campaign of about 160 trials (another seed) would show it."
+            "a and b: not resolved. a recovered 5.0 points more often (0.0 to 11.2, p = 0.0625). If that is the true \
+             difference, a new campaign with another seed and about 160 trials would show it."
         );
         let open = found([98, 1, 1], AT_ONCE);
         assert_eq!(open.words, "a and b: not resolved. No difference was seen (-4.6 to 4.6, p = 1.00).");

@@ -132,15 +132,17 @@ impl Summary {
 }
 
 /// How rates and differences are bounded where the count of trials was fixed.
-const INTERVAL: &str = "95 %. Differences of pairs: Tango, for all pairs together (Bonferroni), and touching 0 where the \
-                        exact McNemar test claims no difference. Each for itself: rates (Wilson; Clopper-Pearson where \
-                        fewer than 5 trials recovered, or fewer than 5 did not), differences in strata (Tango), and \
-                        gates (rates: Clopper-Pearson; differences: Tango)";
+const INTERVAL: &str = "All intervals are at 95 %. Those of the differences of pairs are Tango's; they hold for all pairs \
+                        together (Bonferroni), and are widened to touch 0 where the exact McNemar test finds no \
+                        difference. The others hold each for itself: rates have Wilson's, or Clopper and Pearson's where \
+                        fewer than 5 trials recovered or fewer than 5 did not; differences by kind of trial have \
+                        Tango's; gates have Clopper and Pearson's on rates and Tango's on differences.";
 /// The same where the campaign could end when decided.
-const SEQUENTIAL_INTERVAL: &str = "95 %. By bets, at every look: differences of pairs, for all pairs together, and \
-                                   gates, for all gates together. Each for itself, and as for a fixed count of trials: \
-                                   rates (Wilson; Clopper-Pearson where fewer than 5 trials recovered, or fewer than 5 \
-                                   did not) and differences in strata (Tango)";
+const SEQUENTIAL_INTERVAL: &str = "All intervals are at 95 %. Those of the differences of pairs, and of gates, are \
+                                   betting confidence sequences: they hold at every look, for all pairs and for all \
+                                   gates together. The others hold each for itself, and as for a fixed count of trials: \
+                                   rates have Wilson's, or Clopper and Pearson's where fewer than 5 trials recovered or \
+                                   fewer than 5 did not; differences by kind of trial have Tango's.";
 
 #[cfg(test)]
 pub(crate) mod tests {

@@ -1,5 +1,5 @@
 //! The trials of a gain set that are worth a look: what it lost without need, what it lost nearest to its limit, the hardest
-//! that it survived, and what another set survived.
+//! from which it recovered, and those from which another set did.
 
 use crate::campaign::store::row::{TrialRow, by_trial};
 use serde::Serialize;
@@ -36,15 +36,16 @@ impl TellingTrial {
         let from_limit = |row: &TrialRow| limit.map_or(f64::INFINITY, |limit| (row.hardness() - limit).abs());
         let nearest =
             lost.iter().copied().min_by(|a, b| from_limit(a).total_cmp(&from_limit(b))).filter(|_| limit.is_some());
-        let nearest = nearest.map(|row| (row, "lost, nearest to its limit of 50 %".to_string()));
-        let mut easiest = lost.into_iter().take(LOST).map(|row| (row, "lost, though among the easiest".to_string()));
+        let nearest = nearest.map(|row| (row, "lost, nearest to its 50 % limit".to_string()));
+        let why = |i: usize| if i == 0 { "the easiest that it lost" } else { "lost, though among the easiest" };
+        let mut easiest = lost.into_iter().take(LOST).enumerate().map(|(i, row)| (row, why(i).to_string()));
         let others = (0..names.len()).filter_map(|other| {
             let differs = |trial: &&[TrialRow]| trial[other].has_recovered() && !trial[set].has_recovered();
             let found = by_trial(rows, names.len()).find(differs)?;
-            Some((&found[set], format!("lost; {} survives it", names[other])))
+            Some((&found[set], format!("lost; {} recovered", names[other])))
         });
         let hardest = own().filter(|row| row.has_recovered()).max_by(harder);
-        let hardest = hardest.map(|row| (row, "the hardest that it survived".to_string()));
+        let hardest = hardest.map(|row| (row, "the hardest from which it recovered".to_string()));
         let telling = |(row, why): (&TrialRow, String)| {
             let TrialRow { trial, impulse_n_s, impulse_over_m_omega_d, heading_deg, .. } = *row;
             Self { trial, impulse_n_s, impulse_over_m_omega_d, heading_deg, survived: row.has_recovered(), why }
@@ -73,7 +74,11 @@ mod tests {
         let names = ["a", "b"].map(String::from);
         let telling = TellingTrial::of(&rows, &names, 0, Some(3.4));
         assert_eq!(telling.iter().map(|t| t.trial).collect::<Vec<_>>(), [3, 5, 4, 1, 0]);
-        for (i, why) in ["easiest", "nearest to its limit", "hardest", "b survives it", "easiest"].iter().enumerate() {
+        for (i, why) in
+            ["the easiest that it lost", "nearest to its 50 % limit", "hardest", "b recovered", "among the easiest"]
+                .iter()
+                .enumerate()
+        {
             assert!(telling[i].why.contains(why), "{telling:?}");
         }
         // Without a limit none is nearest to it.

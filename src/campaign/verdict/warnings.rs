@@ -6,7 +6,7 @@ use crate::campaign::verdict::pairs::Pair;
 use crate::campaign::verdict::set_summary::SetSummary;
 use crate::stats::decision::PairVerdict;
 
-/// With fewer pushes than this, a rate of 50 % is known to 10 points either way at best.
+/// With fewer trials than this, a rate of 50 % is known to 10 points either way at best.
 const FEW_TRIALS: u64 = 100;
 /// How many pairs are named.
 const NAMED: usize = 3;
@@ -23,24 +23,28 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
     let is_noisy = trial::sensor_errors(campaign, 0).is_some();
     if trials > 1 && alike(1) {
         found.push(if is_noisy {
-            "every trial is the same push on the same robot: only sensor noise differs, and rates say nothing of other \
-             pushes (draw impulse and heading: push.impulse_n_s = { uniform = [a, b] })"
+            "Every trial is the same push on the same robot. Only sensor noise differs, so rates say nothing of other \
+             pushes. Draw impulse and heading, e.g. push.impulse_n_s = { uniform = [a, b] }."
                 .into()
         } else {
-            "every trial is the same, to the bit: they count as one, and intervals and p-values mean nothing \
-             (draw impulse and heading: push.impulse_n_s = { uniform = [a, b] })"
+            "Every trial is the same, to the bit, so all count as one, and intervals and p-values mean nothing. Draw \
+             impulse and heading, e.g. push.impulse_n_s = { uniform = [a, b] }."
                 .to_string()
         });
     }
     if trials < FEW_TRIALS {
         let points = 98.0 / (trials as f64).sqrt();
-        found.push(format!("{trials} pushes are few: a rate near 50 % is known to {points:.0} points either way"));
+        found.push(format!("{trials} trials are few: a rate near 50 % is known to {points:.0} points either way."));
     }
     let rates = || sets.iter().map(|set| set.count.success_rate);
     if sets.len() > 1 && rates().all(|rate| rate > NEARLY) {
-        found.push("nearly every push is survived with every set: they are too weak to tell sets apart".into());
+        found.push(
+            "Every gain set recovered from nearly every trial: the pushes are too weak to tell the sets apart.".into(),
+        );
     } else if sets.len() > 1 && rates().all(|rate| rate < 1.0 - NEARLY) {
-        found.push("hardly any push is survived with any set: they are too hard to tell sets apart".into());
+        found.push(
+            "No gain set recovered from more than a few trials: the pushes are too hard to tell the sets apart.".into(),
+        );
     }
     // So many that all to one side are a difference: 2 / 2^k under 5 %, for each of the pairs.
     let enough = (2.0 * pairs.len().max(1) as f64 / 0.05).log2().ceil() as u64;
@@ -50,22 +54,23 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
     };
     let thin: Vec<String> = pairs.iter().filter(is_thin).map(|pair| format!("{} and {}", pair.a, pair.b)).collect();
     if !thin.is_empty() {
-        let more = if thin.len() > NAMED { format!(", and {} pairs more", thin.len() - NAMED) } else { String::new() };
+        let more = if thin.len() > NAMED { format!(" and {} more pairs", thin.len() - NAMED) } else { String::new() };
         let named = thin[..thin.len().min(NAMED)].join(", ");
         found.push(format!(
-            "fewer than {enough} pushes tell these apart, too few to say which is better: {named}{more}"
+            "Which is better cannot be said of {named}{more}: fewer than {enough} trials had one outcome with one of \
+             the two and another with the other."
         ));
     }
     if campaign.stopping.until_resolved {
         found.push(
-            "the campaign could end when decided: intervals of differences, verdicts and gates hold at every look; all \
-             else (rates, p-values, curves, strata, times) is as for a fixed count of trials, and leans towards what it \
-             ended for"
+            "The campaign could end when decided. Intervals of differences, verdicts and gates allow for that. Rates, \
+             p-values, curves, strata and times do not: they are as for a fixed number of trials, and lean towards the \
+             result at which the campaign ended."
                 .into(),
         );
     }
     for set in sets.iter().filter(|set| set.diverged > 0) {
-        found.push(format!("{}: {} trials diverged numerically and count as not recovered", set.name, set.diverged));
+        found.push(format!("With {}, {} trials diverged numerically and count as lost.", set.name, set.diverged));
     }
     found
 }
@@ -87,7 +92,7 @@ mod tests {
             ("are few", 99, [Recovered, Fell], &[][..]),
             ("too weak", 100, [Recovered, Recovered], &[]),
             ("too hard", 100, [Fell, Fell], &[]),
-            ("too few to say", 100, [Recovered, Recovered], &[]),
+            ("cannot be said", 100, [Recovered, Recovered], &[]),
             ("same push on the same robot", 100, [Recovered, Fell], &["push.impulse_n_s=2", "push.heading_deg=0"]),
             ("could end when decided", 100, [Recovered, Fell], &["stopping.until_resolved=true"]),
             ("diverged numerically", 100, [Recovered, Diverged], &[]),

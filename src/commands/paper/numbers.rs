@@ -1,5 +1,6 @@
 //! What the study comes to: for each figure its numbers as JSON, from which every caption, claim and verdict is made.
 
+use super::study::HEADINGS_DEG;
 use crate::campaign::ask::no_step::NoStep;
 use crate::control::{Phase, estimate};
 use crate::episode::{Footstep, Outcome, Record, Snapshot};
@@ -322,7 +323,7 @@ fn with_directions(study: &Study, mut numbers: Value) -> Value {
         let way = Vector2::from(way(record.footsteps.first()?));
         Some(push.direction().xy().angle(&way).to_degrees())
     };
-    let runs = study.records().take(2 + study.headings.len());
+    let runs = study.records().take(study.pushes.len() + HEADINGS_DEG.len());
     numbers["footstep_off_push_deg"] = runs.map(off).collect();
     numbers
 }
@@ -352,7 +353,7 @@ fn with_turns(study: &Study, mut numbers: Value) -> Value {
     numbers["most_yaw_deg"] = json!(most);
     numbers["last_yaw_deg"] = json!(yaws.last());
     numbers["by_plain_distance"] = json!(plain);
-    numbers["tried"] = study.records().skip(2).map(tried).collect();
+    numbers["tried"] = study.records().skip(study.pushes.len()).map(tried).collect();
     numbers
 }
 

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
 use crate::lipm::gains::GainSet;
 use crate::render::figure::motion::MotionPlot;
-use crate::render::paper::study::{ImposedRun, Pushed, Study, Tried};
+use crate::render::paper::study::{ImposedRun, Pushed, Study};
 use crate::robot::{Kinematics, PerFoot, Robot};
 use crate::sim::Push;
 use rayon::prelude::*;
@@ -20,7 +20,7 @@ const WITHOUT_FOOTSTEP: &str = "switching";
 /// And one that does nothing.
 const STIFF: &str = "hold";
 /// Towards these headings (degrees) the push of Fig. 13 is tried: the paper does not print its own.
-const HEADINGS_DEG: [f64; 6] = [-120.0, -130.0, -140.0, -150.0, -160.0, -170.0];
+pub const HEADINGS_DEG: [f64; 6] = [-120.0, -130.0, -140.0, -150.0, -160.0, -170.0];
 /// Pushes whose ZMP errors come close to those of Sect. V.C.
 const LIKE_IMPOSED: [&str; 2] = ["push-error-backward", "push-error-diagonal"];
 /// After an episode's end a film goes on (s).
@@ -37,7 +37,7 @@ pub fn run() -> Result<Study> {
     let design_of = |gains: &str| Design::new(&robot, &GainSet::load(gains)?, period_s);
     let (design, standing, stiff) = (design_of(&first.gains)?, design_of(WITHOUT_FOOTSTEP)?, design_of(STIFF)?);
     let Some(rules) = design.family.stepping().copied() else {
-        return Err(is_not(&first, "a gain set that takes footsteps"));
+        return Err(is_not(&first.name, "a gain set that takes footsteps"));
     };
     let home = home_polygon(&robot);
     let allowed = design.family.allowed_support(&home, &design.family.name)?;
@@ -62,7 +62,7 @@ pub fn run() -> Result<Study> {
         let seen = watch.seen;
         let (Some(lift), Some(landing), Some(&footstep)) = (seen.lift, seen.landing, film.record.footsteps.first())
         else {
-            return Err(takes_no_footstep(name));
+            return Err(is_not(name, "one that leads to a footstep"));
         };
         let [without_footstep, stiff] = [&standing, &stiff].map(|design| run(design, &asked));
         Ok(Pushed { push, film, footstep, motion, lift, landing, seen, without_footstep, stiff })
@@ -72,17 +72,17 @@ pub fn run() -> Result<Study> {
     for name in LIKE_IMPOSED {
         asked.push(push_of(name)?);
     }
-    let try_out = |asked: &(Push, EpisodeConfig)| Tried { push: asked.0, record: run(&design, asked) };
+    let try_out = |asked: &(Push, EpisodeConfig)| (asked.0, run(&design, asked));
     // Side by side: no run knows of another.
-    let ((behind, diagonal), mut headings): (_, Vec<Tried>) = rayon::join(
+    let ((behind, diagonal), tried): (_, Vec<_>) = rayon::join(
         || rayon::join(|| pushed("push-behind"), || pushed("push-diagonal")),
         || asked.par_iter().with_max_len(1).map(try_out).collect(),
     );
-    let (pushes, like_imposed) = ([behind?, diagonal?], headings.split_off(HEADINGS_DEG.len()));
+    let pushes = [behind?, diagonal?];
     let impose = |name: &str| -> Result<(ImposedRecord, MotionPlot)> {
         let scenario = Scenario::load(name)?;
         let Cause::Imposed(Imposed { zmp_error_m, start }) = scenario.cause()? else {
-            return Err(is_not(&scenario, "an imposed error"));
+            return Err(is_not(name, "an imposed error"));
         };
         let mut motion = MotionPlot::default();
         let record = imposed::run(&robot, &design, &scenario.episode(), zmp_error_m.into(), start, &mut |tick| {
@@ -93,7 +93,9 @@ pub fn run() -> Result<Study> {
     };
     let at_rest = |name: &str| -> Result<ImposedRun> {
         let (record, motion) = impose(name)?;
-        let Some(&footstep) = record.footsteps.first() else { return Err(takes_no_footstep(name)) };
+        let Some(&footstep) = record.footsteps.first() else {
+            return Err(is_not(name, "one that leads to a footstep"));
+        };
         Ok(ImposedRun { record, footstep, motion })
     };
     let errors = [at_rest("error-backward")?, at_rest("error-diagonal")?];
@@ -118,8 +120,7 @@ pub fn run() -> Result<Study> {
         landed_allowed,
         landed_sets,
         pushes,
-        headings,
-        like_imposed,
+        tried,
         errors,
         moving,
     })
@@ -127,7 +128,7 @@ pub fn run() -> Result<Study> {
 
 fn push_of(name: &str) -> Result<(Push, EpisodeConfig)> {
     let scenario = Scenario::load(name)?;
-    let Cause::Push(push) = scenario.cause()? else { return Err(is_not(&scenario, "a push")) };
+    let Cause::Push(push) = scenario.cause()? else { return Err(is_not(name, "a push")) };
     Ok((push, scenario.episode()))
 }
 
@@ -136,12 +137,9 @@ fn by(push: Push) -> Disturbance {
     Disturbance { pushes: vec![push], ..Disturbance::default() }
 }
 
-fn is_not(scenario: &Scenario, accepted: &str) -> Error {
-    Error::value(&scenario.name, "cause, gains", "another", "is not what the figures are made from", accepted)
-}
-
-fn takes_no_footstep(name: &str) -> Error {
-    Error::value(name, "footsteps", "none", "is not what the figures are made from", "one that leads to a footstep")
+/// The error of a scenario that is not what it was.
+fn is_not(scenario: &str, accepted: &str) -> Error {
+    Error::value(scenario, "cause, gains", "another", "is not what the figures are made from", accepted)
 }
 
 #[cfg(test)]

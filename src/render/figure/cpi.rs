@@ -17,8 +17,13 @@ const LETTER: f64 = 7.0;
 
 /// Draws the sets of a gain set (slow to fast, largest first). Errors: the file cannot be written.
 pub fn write(path: &Path, gain_set: &str, sets: &[CpiSet]) -> Result<()> {
-    let panels = [0, 1].map(|axis| slice(sets, axis, ["Fore and aft", "Sideways"][axis]));
-    super::write(path, &format!("Maximal CPI sets of {gain_set}: the COM over the middle of the feet"), &panels, 2)
+    let panels = [0, 1].map(|axis| slice(sets, axis, ["Fore and aft (\u{3c9}: natural frequency)", "Sideways"][axis]));
+    super::write(
+        path,
+        &format!("Maximal CPI sets of gain set {gain_set}, with the COM over the middle of the feet"),
+        &panels,
+        2,
+    )
 }
 
 /// Slice com = 0 of an axis (0: x, 1: y), in the plane of COM velocity and ZMP.
@@ -54,7 +59,9 @@ pub fn slice(sets: &[CpiSet], axis: usize, title: &str) -> Panel {
         panel.line("limit", [velocity, -1e3 * reach], [velocity, 1e3 * reach]);
         panel.line("allowed", [-speed, 1e3 * zmp], [speed, 1e3 * zmp]);
     }
-    let words = "\u{3c9} d: most with the ZMP within d";
+    let words = "\u{3c9}d: beyond, a footstep is needed";
+    let words_of_d = "d: edge for the ZMP";
+    panel.text("halo small", [0.0, 1e3 * most], [0.0, -5.0], words_of_d);
     panel.text("limit end halo small", [pendulum.omega * most, -1e3 * reach], [-5.0, -8.0], words);
     panel
 }

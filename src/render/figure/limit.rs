@@ -11,10 +11,12 @@ use std::path::Path;
 const RADIUS: f64 = 265.0;
 /// Bounds are curves, computed this often (degrees).
 const BOUND_EVERY_DEG: usize = 3;
-/// What the pendulum allows, each with its class; later ones lie over those before.
-const BOUNDS: [(&str, &str, fn(&Heading) -> f64); 3] = [
-    ("bound many", "any number of footsteps", |heading| heading.bound_n_step_n_s),
-    ("bound one", "one footstep", |heading| heading.bound_one_step_n_s),
+/// Class of `figure.css`, name in the legend, and impulse (N s) of a bound.
+type Bound = (&'static str, &'static str, fn(&Heading) -> f64);
+/// What the pendulum allows; later bounds lie over those before.
+const BOUNDS: [Bound; 3] = [
+    ("bound many", "any number of footsteps, or none", |heading| heading.bound_n_step_n_s),
+    ("bound one", "at most one footstep", |heading| heading.bound_one_step_n_s),
     ("bound none", "no footstep", |heading| heading.bound_no_step_n_s),
 ];
 /// The points of fewer headings are not joined: who knows what is between them.
@@ -24,7 +26,7 @@ const JOINED: usize = 8;
 pub fn write(path: &Path, limits: &Limits) -> Result<()> {
     let headings = (0..360).step_by(BOUND_EVERY_DEG).map(|deg| limits.yardstick.heading(deg as f64));
     let bounds = headings.collect::<Result<Vec<Heading>>>()?;
-    let heading = format!("Largest recoverable impulse: {}, {}", limits.robot, limits.campaign);
+    let heading = format!("Largest recoverable impulse by heading: {}, campaign {}", limits.robot, limits.campaign);
     super::write(path, &heading, &[map(limits, &bounds), Panel::of_legend(&legend(limits))], 2)
 }
 
@@ -69,11 +71,11 @@ fn legend(limits: &Limits) -> Vec<Row> {
         limits.headings.iter().take(1).flat_map(|heading| &heading.sets).map(|set| set.name.clone()).enumerate();
     let mut rows: Vec<Row> = names.map(|(i, name)| (class_of_set(i), Sample::DottedLine(""), name)).collect();
     let mut note = |words: &str| rows.push((String::new(), Sample::Nothing, words.into()));
-    note("50 % recover; bars: 95 %");
+    note("dot: 50 % recover; bar: 95 %");
     if sets().any(|set| !set.resolved) {
-        note("hollow: not resolved");
+        note("hollow: not precise enough");
     }
-    note("What the pendulum allows:");
+    note("A pendulum recovers with");
     rows.extend(BOUNDS.map(|(class, words, _)| (class.into(), Sample::Area, words.into())));
     rows
 }

@@ -65,7 +65,8 @@ impl MotionPlot {
 
     /// Writes the picture. Errors: the file cannot be written.
     pub fn write(&self, path: &Path, title: &str) -> Result<()> {
-        super::write(path, &title.replace(" -", " \u{2212}"), &[self.panel("")], 1)
+        let signed = title.replace(" -", " \u{2212}").replace("(-", "(\u{2212}");
+        super::write(path, &signed, &[self.panel("")], 1)
     }
 
     /// The picture.
@@ -116,7 +117,7 @@ impl MotionPlot {
             s.support.iter().map(|v| v[axis]).chain([s.soles.left[axis], s.soles.right[axis]]).collect::<Vec<_>>()
         }));
         let (low, high) = if low <= high { (low, high) } else { (0.0, 0.0) };
-        let curves = LINES.iter().flat_map(|(.., line)| self.moments.iter().filter_map(|s| line(s)));
+        let curves = LINES.iter().flat_map(|(.., line)| self.moments.iter().filter_map(line));
         let (least, most) = around(&mut curves.map(|v| v[axis]));
         let (low, high) = (low.min(least.max(low - MOST_OUTSIDE_M)), high.max(most.min(high + MOST_OUTSIDE_M)));
         let room = 0.04 * (high - low) + 0.002;
@@ -156,7 +157,7 @@ impl MotionPlot {
         let bands = [
             ("band", "soles on the ground", true),
             ("pushed", "push", !self.pushes.is_empty()),
-            ("swing", "footstep in the air", self.moments.iter().any(is_swing)),
+            ("swing", "foot in the air", self.moments.iter().any(is_swing)),
         ];
         let row = |sample| move |(class, name): (&str, &str)| (class.into(), sample, name.into());
         let lines = LINES.iter().rev().map(|(name, class, _)| (*class, *name)).map(row(Sample::Line));
@@ -226,7 +227,7 @@ mod tests {
         let svg = drawn(&footstep());
         assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"), "{svg:.100}");
         let names = LINES.iter().map(|line| line.0);
-        let bands = ["soles on the ground", "push", "footstep in the air", "a footstep"];
+        let bands = ["soles on the ground", "push", "foot in the air", "a footstep"];
         for name in names.chain(bands).chain(["time [s]", "x, forward [mm]", "y, to the left [mm]"]) {
             assert!(svg.contains(&format!(">{name}</text>")), "{name} is missing");
         }
@@ -248,7 +249,7 @@ mod tests {
         assert_eq!(plot.moments.len(), 21);
         plot.pushes = vec![[0.5, 0.6]];
         let svg = drawn(&plot);
-        assert!(!svg.contains("footstep in the air") && count(&svg, "rect", "swing") == 0);
+        assert!(!svg.contains("foot in the air") && count(&svg, "rect", "swing") == 0);
         assert_eq!(count(&svg, "rect", "pushed"), 1, "a push after the end is in the legend only");
         plot.pushes.clear();
         assert_eq!(count(&drawn(&plot), "rect", "pushed"), 0);

@@ -15,7 +15,11 @@ pub fn write(path: &Path, response: &Response) -> Result<()> {
     let pole_hz = response.fastest_pole_rad_s() / std::f64::consts::TAU;
     let gain = panel(&response.points, ("gain", "dB"), -3.0, |p| 20.0 * p.gain.log10(), pole_hz);
     let phase = panel(&response.points, ("phase", "degrees"), -45.0, |p| p.phase_deg, pole_hz);
-    let heading = format!("From the ZMP wanted to the ZMP: {}, {} axis", response.family.name, response.axis_name());
+    let heading = format!(
+        "How the measured ZMP follows the wanted one: gain set {}, {} axis",
+        response.family.name,
+        response.axis_name()
+    );
     super::write(path, &heading, &[gain, phase], 1)
 }
 
@@ -35,9 +39,14 @@ fn panel(points: &[Point], (quantity, unit): (&str, &str), limit: f64, of: fn(&P
     let x = Axis { name: "frequency [Hz]".into(), ends: [from, to], ticks: labelled.map(number).collect() };
     panel.axes([60.0, 10.0, 844.0, 246.0], &x, &Axis::new(&format!("{quantity} [{unit}]"), [low - room, high + room]));
     panel.line("limit", [from, limit], [to, limit]);
-    panel.text("limit start small halo", [from, limit], [6.0, -5.0], &format!("{} {unit}", short(limit, 0)));
+    panel.text(
+        "limit start small halo",
+        [from, limit],
+        [6.0, -5.0],
+        &format!("bandwidth: down to {} {unit}", short(limit, 0)),
+    );
     panel.line("axis thin", [pole_hz.log10(), low - room], [pole_hz.log10(), high + room]);
-    let words = format!("fastest pole, {} Hz", short(pole_hz, 1));
+    let words = format!("fastest pole of the gains, {} Hz", short(pole_hz, 1));
     panel.text("small start halo", [pole_hz.log10(), low - room], [5.0, -6.0], &words);
     let place = |p: &Point| [p.frequency_hz.log10(), of(p)];
     panel.polyline("s0", points.iter().map(place));

@@ -22,7 +22,7 @@ const RIGHT: f64 = 736.0;
 
 /// Writes it with a legend. Errors: the file cannot be written.
 pub fn write(path: &Path, summary: &Summary) -> Result<()> {
-    let heading = format!("Who stays up: {} pushes per gain set ({})", summary.trials, summary.name);
+    let heading = format!("Recovered over impulse: {} trials of campaign {}", summary.trials, summary.name);
     super::write(path, &heading, &[chart(&summary.sets), Panel::of_legend(&legend(&summary.sets))], 2)
 }
 
@@ -116,10 +116,10 @@ fn legend(sets: &[SetSummary]) -> Vec<Row> {
     let is_fitted = |set: &SetSummary| !set.curve.points.is_empty();
     let (some, all) = (sets.iter().any(is_fitted), sets.iter().all(is_fitted));
     let notes = [
-        (true, "dots: rates by bin of impulse"),
-        (some && sets.len() <= MOST_BANDS, "bands: fitted curves, 95 %"),
-        (some, "diamonds: 50 % and 90 %, with 95 %"),
-        (!all, "bars: 95 %, where no curve was fitted"),
+        (true, "dots: share of each bin"),
+        (some && sets.len() <= MOST_BANDS, "bands: 95 % of the curves"),
+        (some, "diamonds: 50 % and 90 % limit"),
+        (!all, "bars: 95 % of the dots"),
     ];
     let note = |(_, words): (bool, &str)| (String::new(), Sample::Nothing, words.into());
     sets.iter().enumerate().map(row).chain(notes.into_iter().filter(|(is_seen, _)| *is_seen).map(note)).collect()

@@ -1,6 +1,7 @@
 //! How the page writes numbers: filters of its template. What is absent, or no number, is a dash.
 
 use crate::render::figure::panel::short;
+use crate::render::html_page::together;
 use crate::render::text::{layout, p_cell};
 use minijinja::{Environment, Value as Cell};
 
@@ -44,7 +45,7 @@ fn signed(x: f64, digits: usize) -> String {
     layout::signed(x, digits).replace('-', "\u{2212}")
 }
 
-/// A text whose negative numbers have a real minus; the hyphens of names stay.
+/// A text whose negative numbers have a real minus, and whose numbers stay with their units; the hyphens of names stay.
 fn signs(text: &str) -> String {
     let mut parts = text.split('-');
     let mut told = parts.next().unwrap_or_default().to_string();
@@ -53,7 +54,7 @@ fn signs(text: &str) -> String {
         told.push(if is_sign { '\u{2212}' } else { '-' });
         told += part;
     }
-    told
+    together(&told)
 }
 
 /// The quantity of a stratum in words; the labels below it have the unit.

@@ -32,9 +32,8 @@ pub struct Study {
     pub landed_sets: Vec<CpiSet>,
     /// Sect. VI, Fig. 12 to 14: (a) from behind, (b) from diagonally forward left.
     pub pushes: [Pushed; 2],
-    /// The push of Fig. 13 towards some headings; pushes whose ZMP errors come close to those of Sect. V.C.
-    pub headings: Vec<Tried>,
-    pub like_imposed: Vec<Tried>,
+    /// The push of Fig. 13 towards some headings, then pushes whose ZMP errors come close to those of Sect. V.C.
+    pub tried: Vec<(Push, Record)>,
     /// Sect. V.C, Fig. 8 and 9: (a), (b).
     pub errors: [ImposedRun; 2],
     /// The same errors, made by a COM that moves.
@@ -71,12 +70,6 @@ pub struct Seen {
     pub stance_turn_deg: f64,
     /// For how long the torque of each joint was at its limit (s).
     pub at_limit_s: Vec<f64>,
-}
-
-/// A push of which the record is enough.
-pub struct Tried {
-    pub push: Push,
-    pub record: Record,
 }
 
 /// What the controller knows while it stands on both feet.
@@ -117,7 +110,7 @@ impl Study {
 
     /// The records of all pushes, those of the figures first.
     pub fn records(&self) -> impl Iterator<Item = (&Push, &Record)> {
-        let tried = self.headings.iter().chain(&self.like_imposed).map(|tried| (&tried.push, &tried.record));
+        let tried = self.tried.iter().map(|(push, record)| (push, record));
         self.pushes.iter().map(|pushed| (&pushed.push, &pushed.film.record)).chain(tried)
     }
 }

@@ -119,8 +119,8 @@ pub fn counts<'a>(claims: impl IntoIterator<Item = &'a Claim>) -> Vec<Count> {
 }
 
 /// What stands in place of words that were written for another verdict.
-const OTHERWISE: &str = "This run finds otherwise than what was written here for it; `standfast paper --json` has its \
-                         numbers.";
+const OTHERWISE: &str = "What this run found differs from the words that were written for this place; its numbers are in \
+                         the output of `standfast paper --json`.";
 
 /// What tells the words with the numbers of all figures.
 pub struct Teller {
@@ -138,6 +138,7 @@ impl Teller {
         environment.add_filter("n", |x: f64, digits: Option<usize>| short(x, digits.unwrap_or(0)));
         environment.add_filter("mm", |m: f64, digits: Option<usize>| short(1e3 * m, digits.unwrap_or(0)));
         environment.add_filter("s", |s: Option<f64>| s.map_or("never".into(), |s| format!("{s:.2} s")));
+        environment.add_filter("phase", phase);
         environment.add_filter("length_of", |Serde([x, y]): Serde<[f64; 2]>| x.hypot(y));
         environment.add_filter("towards_deg", |Serde([x, y]): Serde<[f64; 2]>| y.atan2(x).to_degrees());
         environment.add_filter("walked", |Serde(way): Serde<[f64; 2]>| walked(way));
@@ -215,6 +216,16 @@ fn joined(lines: &str) -> String {
 struct Ends {
     from_m: [f64; 3],
     to_m: [f64; 3],
+}
+
+/// A phase of the controller, in the words of the figure.
+fn phase(name: String) -> String {
+    match name.as_str() {
+        "out-of-sets" => "no set holds the state".into(),
+        "swing-left" => "left foot in the air".into(),
+        "swing-right" => "right foot in the air".into(),
+        _ => name,
+    }
 }
 
 /// How far something went (m; x forward, y left), in words.

@@ -56,7 +56,7 @@ pub fn page(film: &Film, head: &Head) -> Result<String> {
     let looks = palette::json();
     let context = context! {
         title => &head.title,
-        lines => &head.lines,
+        lines => paragraphs(&head.lines),
         warning => &head.warning,
         command => &head.command,
         of_result => head.of_result,
@@ -70,4 +70,28 @@ pub fn page(film: &Film, head: &Head) -> Result<String> {
         data,
     };
     html_page::render("replay.html", TEMPLATE, UndefinedBehavior::Lenient, |_| (), &context)
+}
+
+/// Lines that go on with the one before, which begin with a space, are one with it: the page breaks them itself.
+fn paragraphs(lines: &[String]) -> Vec<String> {
+    let mut whole: Vec<String> = Vec::new();
+    for line in lines {
+        match whole.last_mut() {
+            Some(last) if line.starts_with(' ') => *last += &format!(" {}", line.trim_start()),
+            _ => whole.push(line.clone()),
+        }
+    }
+    whole
+}
+
+#[cfg(test)]
+mod tests {
+    use super::paragraphs;
+
+    #[test]
+    fn a_line_that_goes_on_is_one_with_the_line_before() {
+        let lines =
+            ["push      5 N s", "torque    at most", "          25 %", "", "fell:      a link"].map(String::from);
+        assert_eq!(paragraphs(&lines), ["push      5 N s", "torque    at most 25 %", "", "fell:      a link"]);
+    }
 }

@@ -2,10 +2,10 @@
 
 const OVERLAYS = [
   ...Object.values(PALETTE.overlays),
-  { id: "trail", key: "t", name: "trails", color: "#7f8894", hint: "COM and DCM over the ground until now" },
+  { id: "trail", key: "t", name: "trails", color: "#7f8894", hint: "the paths of COM and DCM over the ground up to now" },
 ];
 // The robot itself: without it, a ghost that hides nothing.
-const BODY = { id: "body", key: "b", name: "body", color: "#593399", hint: "the robot; else a ghost that hides nothing" };
+const BODY = { id: "body", key: "b", name: "body", color: "#593399", hint: "the robot; without it, its transparent shape" };
 // A push is short: its arrow stays for a while, faint (s).
 const AFTERGLOW = 0.3;
 // What lies on the floor is so much above it (m, for a robot of the size of UT-mu2), so that it does not flicker.

@@ -213,7 +213,7 @@ function readouts(moment) {
     phase: moment.phase.doing,
     gain: moment.gain === null ? moment.phase.without_gain : film.gains[moment.gain],
     margin: moment.margin === null ? "none" : moment.margin.toFixed(2).replace("-", "\u2212"),
-    edge: outside === null ? "no support" : mm(outside) + (outside > 0 ? "outside" : "inside"),
+    edge: outside === null ? "no support" : mm(outside) + (outside > 0 ? "outside the support" : "inside the support"),
   };
   for (const [id, text] of Object.entries(told)) if (find(id).textContent !== text) find(id).textContent = text;
   find("doing").className = moment.phase.id;

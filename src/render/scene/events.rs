@@ -48,8 +48,8 @@ pub fn events(film: &Film, ticks: &[Snapshot]) -> Vec<Event> {
         }
     }
     for step in &record.footsteps {
-        let side = if step.in_set_at_landing { "inside" } else { "outside" };
-        let text = format!("{} footstep, which landed {side} the new sets", step.foot.name());
+        let held = if step.in_set_at_landing { "the new sets hold" } else { "no new set holds" };
+        let text = format!("{} footstep; at its landing {held} the state", step.foot.name());
         add(EventKind::Footstep, step.lift_s, step.land_s, text);
     }
     if let Some(lifted) = &record.unfinished_footstep {

@@ -150,7 +150,14 @@ impl Overlay {
             }
             Self::Slices => {
                 let style = Style::Sets { resting: sheet(0.05, 0.55, 1.25), acting: sheet(0.4, 1.0, 2.25) };
-                ("sets", 'i', "CPI sets", "where the COM may be, by gain; the active one is filled", 0x2f6fdd, style)
+                (
+                    "sets",
+                    'i',
+                    "CPI sets",
+                    "for each gain, where its set lets the COM be; that of the gain in use is filled",
+                    0x2f6fdd,
+                    style,
+                )
             }
             Self::Footstep => {
                 let of = |now: &Snapshot| now.footstep.iter().flatten().map(|corner| corner.xy()).collect();
@@ -160,12 +167,12 @@ impl Overlay {
             Self::Contacts => {
                 let of = |now: &Snapshot| [now.contacts.left, now.contacts.right].into_iter().flatten().collect();
                 let style = Style::Arrow { of, m_per_n: 0.002, ends: false, width: 3.0 };
-                ("contacts", 'g', "ground forces", "on each sole", 0x4fb84f, style)
+                ("contacts", 'g', "ground forces", "the force on each sole", 0x4fb84f, style)
             }
             Self::Push => {
                 let of = |now: &Snapshot| now.push.into_iter().collect();
                 let style = Style::Arrow { of, m_per_n: 0.004, ends: true, width: 4.0 };
-                ("push", 'p', "push", "it fades after it ends", 0xe4002b, style)
+                ("push", 'p', "push", "the force of the push, which fades after its end", 0xe4002b, style)
             }
             Self::Com => {
                 let style = Style::Com { sign: Sign::Quartered, foot: Sign::Cross };
@@ -177,11 +184,11 @@ impl Overlay {
             }
             Self::ZmpRef => {
                 let style = spot(Sign::Ring, |now| Some(now.zmp_ref));
-                ("zmpRef", 'w', "ZMP wanted", "the one that the controller asks for", 0xff9f1c, style)
+                ("zmpRef", 'w', "ZMP wanted", "the ZMP that the controller asks for", 0xff9f1c, style)
             }
             Self::Zmp => {
                 let style = spot(Sign::Disc, |now| now.zmp);
-                ("zmp", 'z', "ZMP", "measured: from the forces under the soles", 0xd62728, style)
+                ("zmp", 'z', "ZMP", "the ZMP that the forces under the soles have", 0xd62728, style)
             }
         };
         Look { id, key, name, hint, color: Color::hex(color), style }

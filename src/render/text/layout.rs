@@ -34,6 +34,7 @@ pub fn wrapped(mark: &str, text: &str) -> String {
     let stays = |before: &str, word: &str| {
         is_one_of(word, &["=", "<", ">=", "%", "s", "mm", "m", "m/s", "N", "deg", "degrees", "points"])
             || is_one_of(before, &["=", "<", ">=", "N"])
+            || (before.starts_with('(') && before.ends_with(',') && !before.contains(')'))
     };
     let mut pieces: Vec<String> = Vec::new();
     let mut before = "";
@@ -111,6 +112,9 @@ mod tests {
     fn a_number_stays_with_its_unit() {
         let words = "x".repeat(66);
         assert_eq!(wrapped("- ", &format!("{words} (p = 0.0625, y")), format!("- {words}\n  (p = 0.0625, y\n"));
+        let short = &words[..60];
+        let apart = wrapped("- ", &format!("{short} 67 % (25-94), paper 67 %"));
+        assert_eq!(apart, format!("- {short} 67 % (25-94),\n  paper 67 %\n"));
         assert_eq!(wrapped("- ", &format!("{words}x at 12.5 N s. z")), format!("- {words}x at\n  12.5 N s. z\n"));
     }
 

@@ -72,7 +72,7 @@ fn short(value: f64, digits: i32) -> f64 {
     (value * unit).round() / unit + 0.0
 }
 
-/// A line for each footstep: the ways of its sole, and the ZMP error for which it was taken.
+/// A few sentences on each footstep: when and for which ZMP error it was taken, and the way of its sole (mm, world).
 pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String> {
     // Plus 0: no -0.
     let round = |m: f64| (1000.0 * m).round() + 0.0;
@@ -82,18 +82,22 @@ pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String>
         .map(|footstep| {
             let Footstep { foot, lift_s, land_s, from_m, to_m, zmp_error_m, in_set_at_landing } = footstep;
             format!(
-                "{} foot, from t = {lift_s:.3} to {land_s:.3} s, from {} to {} mm, ZMP error {} mm; then the new sets {} \
-                 the state",
+                "{} foot: lifted at t = {lift_s:.3} s for a ZMP error of {} mm, landed at t = {land_s:.3} s. The sole moved \
+                 from {} to {} mm. At the landing the state was {} the new CPI sets",
                 foot.name(),
+                mm(zmp_error_m),
                 mm(from_m),
                 mm(to_m),
-                mm(zmp_error_m),
-                if *in_set_at_landing { "hold" } else { "do not hold" }
+                if *in_set_at_landing { "in" } else { "outside of" }
             )
         })
         .collect();
     lines.extend(unfinished.map(|Lifted { foot, lift_s, zmp_error_m, .. }| {
-        format!("{} foot, from t = {lift_s:.3} s on, ZMP error {} mm; it did not land", foot.name(), mm(zmp_error_m))
+        format!(
+            "{} foot: lifted at t = {lift_s:.3} s for a ZMP error of {} mm, and did not land",
+            foot.name(),
+            mm(zmp_error_m)
+        )
     }));
     lines
 }
@@ -136,16 +140,13 @@ impl Told<'_> {
         for push in &self.pushes {
             let [height_m, duration_s, start_s] =
                 [push.height_m, push.duration_s, push.start_s].map(|value| short(value, 3));
-            let side = if height_m < 0.0 { "below" } else { "above" };
+            let at = match height_m {
+                0.0 => "level with the COM".into(),
+                below if below < 0.0 => format!("{} m below the COM", -below),
+                above => format!("{above} m above the COM"),
+            };
             let late = if came(push, record) { "" } else { "; the robot had fallen by then" };
-            line(
-                "push",
-                format!(
-                    "{} for {duration_s} s from t = {start_s} s, {} m {side} the COM{late}",
-                    how_hard(push),
-                    height_m.abs()
-                ),
-            );
+            line("push", format!("{} for {duration_s} s from t = {start_s} s, {at}{late}", how_hard(push)));
         }
         let varied: Vec<String> =
             self.variation.varied().iter().map(|(name, value)| format!("{name} {}", short(*value, 4))).collect();
@@ -156,8 +157,11 @@ impl Told<'_> {
             "gains",
             match family.gains.len() {
                 0 => format!("{}, which keeps its posture", family.name),
-                1 => format!("{} (1 gain)", family.name),
-                count => format!("{} ({count} gains)", family.name),
+                count => {
+                    let gains = if count == 1 { "one gain".into() } else { format!("{count} gains") };
+                    let footsteps = if family.footwork.is_some() { "footsteps" } else { "no footsteps" };
+                    format!("{}, with {gains} and {footsteps}", family.name)
+                }
             },
         );
         line("outcome", self.outcome());
@@ -172,13 +176,12 @@ impl Told<'_> {
             line("footstep", text);
         }
         match (record.outcome, self.witness.dcm_outside_since_s) {
-            (Outcome::Fell, Some(at)) => line(
-                "DCM",
-                format!("outside of the support for good from t = {at:.3} s on (DCM: com + com_vel / omega)"),
-            ),
+            (Outcome::Fell, Some(at)) => {
+                line("DCM", format!("com + com_vel / omega left the support for good at t = {at:.3} s"));
+            }
             _ if record.peak_dcm_outside_m > 0.0 => {
                 let mm = 1000.0 * record.peak_dcm_outside_m;
-                line("DCM", format!("at most {mm:.1} mm outside of the support (DCM: com + com_vel / omega)"));
+                line("DCM", format!("com + com_vel / omega was up to {mm:.1} mm outside of the support"));
             }
             _ => {}
         }
@@ -188,12 +191,12 @@ impl Told<'_> {
             format!("tilt {:.1} degrees, joint speed {:.1} rad/s", record.peak_tilt_deg, record.peak_joint_speed_rad_s),
         );
         if family.gains.len() > 1 {
-            let times = match record.gain_switches {
-                0 => "the fastest gain acts all the time".into(),
-                1 => "once a gain takes over: from another, or anew after none held the state".into(),
-                n => format!("{n} times a gain takes over: from another, or anew after none held the state"),
+            let told = match record.gain_switches {
+                0 => "none: the fastest gain acted all the time".into(),
+                1 => "the controller switched or restarted its gain once".into(),
+                n => format!("the controller switched or restarted its gain {n} times"),
             };
-            line("switches", times);
+            line("switches", told);
         }
         text.push('\n');
         text.push_str(&thresholds(&self.config.judge));
@@ -229,34 +232,36 @@ impl Told<'_> {
     /// and where they had nothing to say.
     fn sets(&self) -> Option<String> {
         let record = &self.record;
-        let (its_set, all_sets) = match self.design.family.gains.len() {
+        let the_set = match self.design.family.gains.len() {
             0 => return None,
-            1 => ("its CPI set", "its CPI set"),
-            _ => ("the largest CPI set", "all CPI sets"),
+            1 => "the CPI set of the gain",
+            _ => "the largest CPI set",
         };
-        let left = record.left_sets_at_s.map(|at| format!("left {all_sets} at t = {at:.3} s"));
-        let Some(side) = record.set_after_push else { return left.map(|left| format!("the state {left}")) };
+        let end = if self.pushes.len() > 1 { "at the end of the last push" } else { "at the end of the push" };
+        let Some(side) = record.set_after_push else {
+            return record.left_sets_at_s.map(|at| format!("the state left {the_set} at t = {at:.3} s"));
+        };
         let margin = |m: Option<f64>| m.map_or("none".into(), |m| format!("{m:.2}"));
         let [margin, margin_est] = [record.cpi_margin_after_push, record.cpi_margin_after_push_est].map(margin);
-        let (stepped, recovered) = (!record.footsteps.is_empty(), record.outcome == Outcome::Recovered);
-        let stepped = stepped || record.unfinished_footstep.is_some();
-        let just = self.after_the_push();
+        let margins = format!("(margin {margin}; of the estimated state {margin_est})");
+        let stepped = !record.footsteps.is_empty() || record.unfinished_footstep.is_some();
+        let recovered = record.outcome == Outcome::Recovered;
         Some(match side {
-            Membership::Empty => format!("just {just} there is no CPI set, for there is nothing to stand on"),
+            Membership::Empty => format!("{end} there was no CPI set, for there was nothing to stand on"),
             Membership::Inside => {
-                let left = left.map_or(String::new(), |left| format!("; the state {left}"));
-                let yet = if recovered { "" } else { ", but it did not" };
-                format!(
-                    "just {just} {its_set} holds the state (margin {margin}, as estimated {margin_est}): by the pendulum \
-                     the robot can stand without a footstep{yet}{left}"
-                )
+                let yet = if recovered { "" } else { ", but the robot did not recover" };
+                format!("{end} the state was in {the_set} {margins}. By the pendulum model no footstep was needed{yet}")
             }
             Membership::Outside => {
-                let left = left.map_or(String::new(), |left| format!("; it {left}"));
-                let yet = if recovered && !stepped { "; it recovered without one all the same" } else { "" };
+                let left = record.left_sets_at_s.map(|at| format!(", which it left at t = {at:.3} s"));
+                let left = left.unwrap_or_default();
+                let yet = match (recovered, stepped) {
+                    (true, false) => ", but the robot recovered without one",
+                    (false, false) if self.design.family.footwork.is_none() => ", which this gain set does not take",
+                    _ => "",
+                };
                 format!(
-                    "just {just} the state is outside of {all_sets} (margin {margin}, as estimated {margin_est}){left}. \
-                     By the pendulum these gains cannot hold it without a footstep{yet}"
+                    "{end} the state was outside of {the_set} {margins}{left}. By the pendulum model a footstep was needed{yet}"
                 )
             }
         })
@@ -266,14 +271,14 @@ impl Told<'_> {
         let (ratio, joint) = &self.witness.most_torque;
         let percent = 100.0 * ratio;
         let Some((at, first)) = &self.witness.torque_limited else {
-            return format!("at most {percent:.0} % of the limit of its joint, at {joint}");
+            return format!("at most {percent:.0} % of the limit, at {joint}");
         };
-        let limited = format!("{first} is the first at its limit, at t = {at:.3} s");
+        let limited = format!("{first} was the first joint at its limit, at t = {at:.3} s");
         match percent.round() > 100.0 {
-            // The servo's limit is that of the speed at the start of a physics step.
+            // The servo's limit is set by the speed at the start of a physics step.
             true => format!(
-                "{limited}; at most {percent:.0} % of the limit, at {joint}: a joint that is stopped within one physics \
-                 step, as by a landing, passes its limit in that step"
+                "{limited}. The peak, {percent:.0} % of the limit at {joint}, lasted one physics step, as when an impact \
+                 stops a joint"
             ),
             false => limited,
         }
@@ -312,25 +317,28 @@ mod tests {
         assert!(title.starts_with("3 N s towards 90 degrees, gain set catch: recovered"), "{title}");
         let text = read(&text);
         assert!(
-            text.starts_with("push 3 N s towards 90 degrees for 0.05 s from t = 0.5 s, 0 m above the COM gains catch")
+            text.starts_with("push 3 N s towards 90 degrees for 0.05 s from t = 0.5 s, level with the COM gains catch")
         );
-        assert!(text.contains("cannot hold it without a footstep; it recovered without one all the same"), "{text}");
+        assert!(
+            text.contains("By the pendulum model a footstep was needed, but the robot recovered without one"),
+            "{text}"
+        );
         assert!(!text.contains("footstep left") && !text.contains("switches"), "{text}");
         // A landing stops a joint beyond its torque.
         let [_, text] = story("catch", 5.0, 0.0);
-        assert!(read(&text).contains("without a footstep footstep left foot, from t = 0.53"), "{text}");
+        assert!(read(&text).contains("a footstep was needed footstep left foot: lifted at t = 0.53"), "{text}");
         assert!(
-            read(&text).contains("at most 120 % of the limit, at left_knee_flexion: a joint that is stopped"),
+            read(&text).contains(". The peak, 120 % of the limit at left_knee_flexion, lasted one physics step"),
             "{text}"
         );
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
         // Held by its sets.
         let [_, text] = story("switching", 3.0, -135.0);
-        assert!(read(&text).contains("the largest CPI set holds the state (margin 0.16, as estimated 0.16)"), "{text}");
-        assert!(read(&text).contains("switches 6 times a gain takes over"), "{text}");
+        assert!(read(&text).contains("in the largest CPI set (margin 0.16; of the estimated state 0.16)"), "{text}");
+        assert!(read(&text).contains("switches the controller switched or restarted its gain 6 times"), "{text}");
         // Without gains nothing is said of sets or gains.
         let [_, text] = story("hold", 3.0, 0.0);
-        assert!(!text.contains("sets") && !text.contains("switches"), "{text}");
+        assert!(!text.contains("\nsets") && !text.contains("\nswitches"), "{text}");
         assert!(read(&text).contains("gains hold, which keeps its posture outcome fell at t = "), "{text}");
     }
 }

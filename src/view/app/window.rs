@@ -13,9 +13,9 @@ use std::path::Path;
 
 /// What to do where there is no window.
 const NO_DISPLAY: &str = "start it from a desktop session, or under Xvfb (apt-get install xvfb; xvfb-run standfast view ...); \
-                          without a display: `standfast push --impulse 5 --replay push.html`, or `standfast replay` of a result";
+                          without a display: `standfast push --replay push.html`, or `standfast replay` of a result";
 const NO_DRIVER: &str = "install a Vulkan driver (apt-get install mesa-vulkan-drivers libvulkan1); without one: \
-                         `standfast push --impulse 5 --replay push.html`, or `standfast replay` of a result";
+                         `standfast push --replay push.html`, or `standfast replay` of a result";
 const NO_LIBRARY: &str =
     "install the libraries that windows under X need (apt-get install libxkbcommon-x11-0 libxcursor1 libxi6)";
 
