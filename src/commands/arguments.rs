@@ -1,6 +1,6 @@
 //! Arguments that several commands take, and how values are read.
 
-use super::terminal::tell;
+use super::terminal::note;
 use crate::campaign::Overrides;
 use crate::campaign::ask::gate::OnUnresolved;
 use crate::error::{Error, Result};
@@ -94,7 +94,7 @@ pub struct CheckArgs {
 
 /// The end of a command whose input was only to be checked; `what` would have run.
 pub fn fine(what: &str) -> Result<ExitCode> {
-    tell("", &format!("Nothing is wrong with {what}. Nothing was run."));
+    note(&format!("fine: {what}; nothing was run"));
     Ok(ExitCode::SUCCESS)
 }
 

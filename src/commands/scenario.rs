@@ -62,7 +62,7 @@ pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
         }
         Cause::Imposed(error) => impose(args, &scenario, &case, &error)?,
     };
-    print(&if args.json { answer } else { format!("{}\n\n{answer}", scenario.description) })?;
+    print(&if args.json { answer } else { format!("{}\n{answer}", wrapped("", &scenario.description)) })?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -163,7 +163,7 @@ mod tests {
         assert!(place("- a is better than b by 50.0 points") < place("| `b >= 0.8` | **FAILED** |"));
         assert!(place("--trial 50 --gains b") < place("| a | b | 50 | 50 | 0 | 0 | +50.0 |"));
         assert!(text.starts_with("## standfast: &lt;b&gt;\\|x\\|\\`\\_"), "{text}");
-        assert!(text.contains("\nIntervals are at 95 %; p is that of the exact McNemar test.\n"), "{text}");
+        assert!(text.contains("\nThe intervals hold at 95 %; p is that of the exact McNemar test.\n"), "{text}");
     }
 
     #[test]
@@ -175,7 +175,7 @@ mod tests {
         };
         let (fixed, sequential) = (text(&[]), text(&["stopping.until_resolved=true"]));
         assert!(fixed.contains("for all 3 pairs together; p is that of the exact McNemar test times 3.\n"), "{fixed}");
-        assert!(sequential.contains("for all 3 pairs together, at every look.\n"), "{sequential}");
+        assert!(sequential.contains("for all 3 pairs together, however often one looks.\n"), "{sequential}");
         assert!(sequential.contains(" | - |\n"), "no p: {sequential}");
     }
 

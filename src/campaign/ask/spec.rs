@@ -330,7 +330,7 @@ pub(crate) mod tests {
             ("pushes.impulse_n_s=1", "sensors"),
             ("trials=many", "integer"),
             ("trials.x=1", "accepted: trials"),
-            ("trials", "key=value"),
+            ("trials", "KEY=VALUE"),
         ] {
             let message = campaign.with(bad).unwrap_err().to_string();
             assert!(message.contains("--set") && message.contains(expected), "{bad}: {message}");

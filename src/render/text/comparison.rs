@@ -107,9 +107,7 @@ pub(super) fn gates(summary: &Summary) -> String {
         table.add_row(head.into_iter().chain(gate_cells(gate)).chain([more]));
     }
     let level = level(summary.gates.first().map_or(0.95, |gate| gate.judged.confidence));
-    let mut notes = format!(
-        "A gate passes if its whole {level} interval reaches what is asked, and fails if the whole interval lies below"
-    );
+    let mut notes = format!("passes if all of its {level} interval reaches what is asked, fails if none does");
     if let Some(baseline) = baseline(summary) {
         notes += &format!("; {baseline}");
     }
@@ -235,7 +233,7 @@ mod tests {
         let text = verdicts(&summary);
         assert_eq!(text.matches("\n - ").count() + usize::from(text.starts_with(" - ")), 6, "{text}");
         let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(words.contains("15 more pairs, without set6, are in summary.json."), "{text}");
+        assert!(words.contains("15 more pairs, those without set6, are in summary.json."), "{text}");
         let partners: Vec<_> = (0..7).map(|i| (i, i + 7)).collect();
         let summary = with_pairs(14, &partners);
         assert_eq!(shown(&summary).len(), 7);
@@ -253,7 +251,7 @@ mod tests {
         let words = failed.replace("\n             ", " ");
         assert!(words.starts_with("gate failed: b >= a + 0.1: -50.0 points seen, -"), "{words}");
         let told = "points at 95 % confidence, +10.0 points asked, 100 trials (0 recovered from by it alone, 50 by the \
-                    the other did)\na trial";
+                    other alone)\na trial";
         assert!(words.contains(told), "{words}");
         for line in all.iter().flat_map(|text| text.lines()) {
             assert!(line.chars().count() <= 80 || line.starts_with("  standfast push "), "{line}");

@@ -2,7 +2,7 @@
 
 use crate::render::text::layout::{align, signed, table, whole_names, wrapped};
 use crate::robot::{Foot, Kinematics, Robot};
-use comfy_table::Table;
+use comfy_table::{ContentArrangement, Table};
 use nalgebra::Matrix3xX;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
@@ -109,7 +109,7 @@ pub fn description(robot: &Robot) -> String {
         let sole = &robot.soles[foot];
         let center = kinematics.sole_pose(robot, foot).translation;
         line(format!(
-            "sole     {}: {:.3} x {:.3} x {:.3} mm (x, y, z), at home centred at {}, {} mm",
+            "sole     {}: {:.3} x {:.3} x {:.3} mm (x, y, z),\n         at home centred at {}, {} mm",
             robot.frames[sole.frame].name,
             2e3 * sole.half_m[0],
             2e3 * sole.half_m[1],
@@ -133,7 +133,7 @@ pub fn description(robot: &Robot) -> String {
     line(match robot.reach {
         Some(reach) => format!(
             "reach    a foot lands up to {} mm fore or aft and {} to {} mm sideways of the\n         other, at the \
-             earliest {} s after the decision (for the bounds of `limit`)",
+             earliest {} s after the decision (`limit` uses this)",
             1e3 * reach.forward_m,
             1e3 * reach.inward_m,
             1e3 * reach.outward_m,
@@ -141,7 +141,7 @@ pub fn description(robot: &Robot) -> String {
         ),
         None => "reach    not given".into(),
     });
-    line("\nTree of links: the mass of each moving link, and in brackets the links fixed to it".into());
+    line("\nTree of links: mass of each moving link, and in brackets what is fixed to it".into());
     tree_text(robot, 0, 1, &mut line);
     line(format!("\n{}\n\n{}", joint_table(robot), servo_table(robot)));
     if !robot.assumptions.is_empty() {
@@ -176,24 +176,31 @@ fn joint_table(robot: &Robot) -> Table {
         let axis = &joint.axis;
         joints.add_row([
             joint.name.clone(),
-            format!("{:.3} {:.3} {:.3}", axis.x + 0.0, axis.y + 0.0, axis.z + 0.0),
+            [axis.x, axis.y, axis.z].map(short).join(" "),
             format!("{:.1} to {:.1}", joint.lower_rad.to_degrees(), joint.upper_rad.to_degrees()),
             format!("{:.4} to {:.4}", joint.lower_rad, joint.upper_rad),
         ]);
     }
-    align(joints)
+    whole_names(align(joints))
+}
+
+/// A component of an axis: to three digits, without those that are zero.
+fn short(component: f64) -> String {
+    ((1e3 * component).round() / 1e3 + 0.0).to_string()
 }
 
 fn servo_table(robot: &Robot) -> Table {
-    let head = ["joint", "home [rad]", "kp [N m/rad]", "kd [N m s/rad]", "torque [N m]"];
-    let mut servos = table(head.into_iter().chain(["full to [rad/s]", "none at [rad/s]", "rotor [kg m^2]"]));
+    let head = ["joint", "home\n[rad]", "kp\n[N m\n/rad]", "kd\n[N m s\n/rad]", "torque\n[N m]"];
+    let mut servos = table(head.into_iter().chain(["full to\n[rad/s]", "none at\n[rad/s]", "rotor\n[kg\nm^2]"]));
+    // Each column as wide as what it holds: 80 in all.
+    servos.set_content_arrangement(ContentArrangement::Disabled);
     for ((joint, servo), home_rad) in robot.joints.iter().zip(&robot.servos).zip(&robot.home_rad) {
         let numbers = [servo.kp, servo.kd, servo.torque_n_m, servo.full_torque_speed_rad_s];
         let more = [servo.no_torque_speed_rad_s, servo.rotor_inertia_kg_m2];
         let numbers = numbers.into_iter().chain(more).map(|number| number.to_string());
         servos.add_row([joint.name.clone(), format!("{home_rad:.6}")].into_iter().chain(numbers));
     }
-    whole_names(align(servos))
+    align(servos)
 }
 
 /// COM and link positions at given angles.

@@ -88,7 +88,7 @@ impl<'a> Response<'a> {
         let most = self.points.last().map_or(0.0, Point::angular_frequency);
         let shown = |limit: Option<f64>| match limit {
             Some(w) => format!("at {w:.1} rad/s ({:.1} omega)", w / omega),
-            None => format!("not up to {most:.0} rad/s ({:.0} omega)", most / omega),
+            None => format!("only above {most:.0} rad/s ({:.0} omega)", most / omega),
         };
         let (fastest, pole) = (self.fastest_pole(), self.fastest_pole_rad_s());
         let [gain, phase] = [self.bandwidth.gain_rad_s, self.bandwidth.phase_rad_s].map(|w| w.unwrap_or(most));
