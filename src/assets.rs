@@ -80,7 +80,7 @@ pub fn open(kind: Kind, name: &str) -> Result<Source> {
         return Err(Error::Unknown {
             what: kind.what(),
             name: name.into(),
-            accepted: format!("{} or a path", kind.names().join(", ")),
+            accepted: format!("{} or the path of a file", kind.names().join(", ")),
         });
     }
     let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?;

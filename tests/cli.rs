@@ -19,7 +19,11 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
     let good = "name = 'c'\ntrials = 2\nseed = 1\n[push]\nimpulse_n_s = 1\n";
     let cases: &[(&str, &[&str], &[&str])] = &[
         (good, &["run", "missing.toml"], &["missing.toml: cannot read"]),
-        (good, &["run", "smokey"], &["campaign \"smokey\" not found", "smoke, nominal, standard, harsh or a path"]),
+        (
+            good,
+            &["run", "smokey"],
+            &["campaign \"smokey\" not found", "smoke, nominal, standard, harsh or the path of a file"],
+        ),
         ("name = 'c\n", &["run", "c.toml"], &["c.toml", "line 1"]),
         ("names = 'c'\n", &["run", "c.toml"], &["c.toml", "unknown field `names`", "`name`"]),
         ("name = 'c'\n", &["run", "c.toml"], &["c.toml", "missing field `trials`"]),
@@ -189,11 +193,11 @@ fn a_push_needs_nothing_to_be_given() {
         serde_json::from_str::<serde_json::Value>(&stdout(&standfast(dir.path(), &args).success())).unwrap()["push"]
             .clone()
     };
-    assert_eq!(push(&[])["impulse_n_s"].as_f64(), Some(2.5));
+    assert_eq!(push(&[])["impulse_n_s"].as_f64(), Some(5.0));
     assert_eq!(push(&["--impulse=1"])["impulse_n_s"].as_f64(), Some(1.0));
     let drawn = push(&["--campaign=smoke", "--trial=3"])["impulse_n_s"].as_f64().unwrap();
     assert!((3.0..5.0).contains(&drawn), "{drawn}");
-    assert_eq!(push(&["--campaign=smoke"])["impulse_n_s"].as_f64(), Some(2.5));
+    assert_eq!(push(&["--campaign=smoke"])["impulse_n_s"].as_f64(), Some(5.0));
 }
 
 #[test]

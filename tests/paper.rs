@@ -206,7 +206,7 @@ fn a_folder_with_other_things_is_refused_before_anything_is_done() {
     for (out, words) in [("thesis", "it holds \"main.tex\""), ("thesis/main.tex", "it is a file")] {
         let refused = standfast(dir.path(), &["paper", &format!("--out={out}")]).code(2);
         let message = stderr(&refused);
-        assert!(message.starts_with(&format!("error: arguments: --out = {out}: {words}")), "{message}");
+        assert!(message.starts_with(&format!("error: command line: --out = {out}: {words}")), "{message}");
         assert_eq!(files(dir.path()).len(), 1);
     }
 }

@@ -212,7 +212,7 @@ fn errors_of_a_urdf_tell_the_line() {
 #[test]
 fn missing_files_are_told() {
     for (name, expected) in [
-        ("atlas", "robot \"atlas\" not found; accepted: ut-mu2 or a path"),
+        ("atlas", "robot \"atlas\" not found; accepted: ut-mu2 or the path of a file"),
         ("no/such.urdf", "no/such.urdf: cannot read"),
     ] {
         let error = Robot::load(name).unwrap_err();

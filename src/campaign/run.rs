@@ -135,8 +135,9 @@ impl Plan {
         is_decided: &dyn Fn(&[TrialRow]) -> bool,
     ) -> Result<Work<'a>> {
         if let (true, Some(Shard { index, count })) = (self.until_resolved(), options.shard) {
-            let problem = "shards know nothing of each other: they cannot stop together when the campaign is decided";
-            let accepted = "a fixed count of trials (no --until-resolved, stopping.until_resolved = false)";
+            let problem = "a shard cannot know when the whole campaign is decided";
+            let accepted =
+                "a fixed number of trials, without --until-resolved and with stopping.until_resolved = false";
             return Err(Error::value("campaign", "--shard", format!("{index}/{count}"), problem, accepted));
         }
         let mut look = next_look(0, LOOK_TRIALS, self.manifest.campaign.trials);

@@ -1,6 +1,6 @@
 //! Arguments that several commands take, and how values are read.
 
-use super::terminal::note;
+use super::terminal::tell;
 use crate::campaign::Overrides;
 use crate::campaign::ask::gate::OnUnresolved;
 use crate::error::{Error, Result};
@@ -15,23 +15,23 @@ use std::process::ExitCode;
 /// What a command line changes of a campaign.
 #[derive(Debug, Default, Args)]
 pub struct ChangeArgs {
-    /// A gain set by name or file, instead of those of the campaign. It may be given several times
+    /// Gain set by name or file, instead of those of the campaign; may be given several times
     #[arg(long, value_name = "NAME|FILE")]
     pub gains: Vec<String>,
-    /// Variants of a gain set, one for each value of one key (dotted, elements of an array from 0, values in TOML).
+    /// Compare variants of a gain set: one for each value of a key, such as paper:stepping.alpha=2,5.
     ///
-    /// The variants replace the campaign's gain sets, or come after those of --gains. The option may be given several
-    /// times: each adds its own variants, and they are not combined. A variant is a gain set SET:KEY=VALUE, which --gains
-    /// and the `gains` of a campaign file take, too.
+    /// The key names the table and the value in it, and counts in an array from 0: `gains.0.x`. The values are TOML. The
+    /// variants replace the campaign's gain sets, or come after those of --gains. If the option is given several times,
+    /// each adds its variants; keys are not combined. --gains takes a single variant, SET:KEY=VALUE.
     #[arg(long, value_name = "SET:KEY=V1,V2,...")]
     pub vary: Vec<String>,
-    /// A robot by name or URDF file, with its settings in a .toml of the same name beside it
+    /// Robot by name or URDF file, with its settings in a .toml file of the same name beside it
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
     /// Seed of all random numbers
     #[arg(long, value_name = "S")]
     pub seed: Option<u64>,
-    /// Change one value of the campaign, e.g. push.height_m=0.05 (the value is TOML)
+    /// Change one value of the campaign, e.g. push.height_m=0.05; the value is TOML
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 }
@@ -52,16 +52,15 @@ impl ChangeArgs {
 
 #[derive(Debug, Default, Args)]
 pub struct GateArgs {
-    /// A gate, which is what the result must show: 'A >= 0.80', 'A >= B + 0.10' or 'A >= baseline - 0.01'. A and B are
-    /// gain sets by their names in the results.
+    /// What the result must show: 'A >= 0.80', 'A >= B + 0.10' or 'A >= baseline - 0.01', with gain sets A and B.
     ///
-    /// It may be given several times, and adds to the gates of the campaign. A gate passes if its whole 95 % interval is
-    /// at least what is asked, and fails (exit code 100) if none of the interval is. Otherwise it is unresolved, which is
-    /// no failure unless --unresolved says so. `gates.confidence` of the campaign changes the 95 %.
+    /// A and B are names of gain sets as in the results. The option may be given several times, and adds to the gates of
+    /// the campaign. A gate passes if its whole 95 % interval reaches what is asked, and fails (exit code 100) if the
+    /// whole interval lies below. Otherwise it is unresolved, which is no failure unless --unresolved says so.
+    /// `gates.confidence` of the campaign replaces the 95 %.
     #[arg(long, value_name = "EXPR")]
     pub gate: Vec<String>,
-    /// What a gate counts as that is unresolved: too few trials to pass or to fail [default: that of the campaign, which
-    /// is `pass` if it says nothing]
+    /// How a gate counts that has too few trials to pass or to fail [default: as the campaign says, or else pass]
     #[arg(long, value_name = "pass|fail", value_parser = one_of::<OnUnresolved>(["pass", "fail"]))]
     pub unresolved: Option<OnUnresolved>,
     /// Result folder of an earlier run with the same pushes, for gates that compare with a baseline
@@ -71,10 +70,11 @@ pub struct GateArgs {
 
 #[derive(Debug, Args)]
 pub struct ReplaysArgs {
-    /// Count of replays for each gain set: pages that show telling trials of report.html in 3D. 0 writes no new ones.
+    /// Write so many replays for each gain set: pages that show a trial in 3D, to which report.html links.
     ///
-    /// The first are the easiest push that the set lost, the lost one nearest to its limit of 50 %, and the hardest one that
-    /// it survived (by impulse over m omega d).
+    /// The first three show the easiest push that the set lost, the lost push nearest to the impulse that it survives in
+    /// 50 % of trials, and the hardest push that it survived. Hard and easy go by impulse over m omega d. With 0 no new
+    /// ones are written.
     #[arg(long, value_name = "N", default_value_t = ReplaysArgs::default().replays)]
     pub replays: usize,
 }
@@ -87,14 +87,14 @@ impl Default for ReplaysArgs {
 
 #[derive(Debug, Default, Args)]
 pub struct CheckArgs {
-    /// Only load and check everything (files, values, gain sets, gates, outputs), run nothing and write nothing
+    /// Only check files, values, gain sets, gates and outputs; run nothing and write nothing
     #[arg(long)]
     pub check: bool,
 }
 
 /// The end of a command whose input was only to be checked; `what` would have run.
 pub fn fine(what: &str) -> Result<ExitCode> {
-    note(&format!("fine: {what}; nothing was run"));
+    tell("", &format!("Nothing is wrong with {what}. Nothing was run."));
     Ok(ExitCode::SUCCESS)
 }
 
@@ -111,7 +111,7 @@ where
 
 /// A file to write that fails at once, not after all the work: of an unknown kind, or in a folder that is not there.
 pub fn check_output(option: &str, path: &Path, kinds: &[&str]) -> Result<()> {
-    let fail = |problem, accepted: &str| Err(Error::value("arguments", option, path.display(), problem, accepted));
+    let fail = |problem, accepted: &str| Err(Error::value("command line", option, path.display(), problem, accepted));
     if !path.extension().and_then(OsStr::to_str).is_some_and(|extension| kinds.contains(&extension)) {
         return fail("unknown kind of file", &format!("a name that ends in .{}", kinds.join(" or .")));
     }

@@ -10,11 +10,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
-#[command(
-    after_help = "Gain sets of the same name are compared with each other; they are told apart by their folders, as in `catch (DIR_A)`.
-If the two results share no name, every gain set of one is compared with every gain set of the other.
-The exit code is 3 if the two folders do not hold the same trials."
-)]
+#[command(after_help = "Gain sets of the same name are compared with each other, and called by their
+folders, as in `catch (DIR_A)`. If the two results share no name, every gain
+set of one is compared with every gain set of the other. The exit code is 3 if
+the two folders do not hold the same trials.")]
 pub struct CompareArgs {
     /// A result folder of `run`
     pub dir_a: PathBuf,
@@ -23,7 +22,7 @@ pub struct CompareArgs {
     /// Write report.html, summary.md, summary.json, junit.xml, trials.parquet and success.svg to this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// What the result must show, as for `run`. A gain set that both results have is named with its folder, as in
+    /// What the result must show, as for `run`; a gain set of both results is named with its folder, as in
     /// 'catch (new) >= catch (old) - 0.01'
     #[arg(long, value_name = "EXPR")]
     pub gate: Vec<String>,
@@ -33,7 +32,7 @@ pub struct CompareArgs {
 
 pub fn run(args: &CompareArgs) -> Result<ExitCode> {
     if let Some(out) = args.out.as_deref().filter(|out| !result::may_be_written_to(out)) {
-        let problem = "holds something else than a comparison; give a new or empty folder";
+        let problem = "holds something other than a comparison; give a new or empty folder";
         return Err(Error::Parts { path: out.into(), problem: problem.into() });
     }
     let comparison = Comparison::new(&Folder::existing(&args.dir_a)?, &Folder::existing(&args.dir_b)?, &args.gate)?;

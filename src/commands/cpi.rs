@@ -26,8 +26,8 @@ pub struct CpiArgs {
     pub dt: Option<f64>,
     /// The rectangle in which the ZMP may be, about the control origin (m).
     ///
-    /// The ZMP margin of the gain set is not taken off it. Default: the convex hull of both soles at home, less that
-    /// margin.
+    /// The rectangle is used as it is. Without the option it is the convex hull of both soles at home, less the ZMP margin
+    /// of the gain set.
     #[arg(long, value_name = "XMIN,XMAX,YMIN,YMAX", allow_hyphen_values = true, value_parser = parse_support)]
     pub support: Option<SupportPolygon>,
     /// Write gain-0-set.csv, gain-0-closed-loop.csv, gain-1-set.csv and so on to this folder
@@ -76,7 +76,7 @@ fn pendulum(args: &CpiArgs, robot: &Robot) -> Result<Pendulum> {
     let pendulum = Pendulum { omega: args.omega.unwrap_or(robot.omega()), dt };
     for (option, value) in [("--omega", pendulum.omega), ("--dt", pendulum.dt)] {
         if !(value.is_finite() && value > 0.0) {
-            return Err(Error::value("command line", option, value, "is not positive", "a positive number"));
+            return Err(Error::value("command line", option, value, "out of range", "more than 0"));
         }
     }
     Ok(pendulum)
@@ -85,14 +85,18 @@ fn pendulum(args: &CpiArgs, robot: &Robot) -> Result<Pendulum> {
 fn parse_support(text: &str) -> Result<SupportPolygon, String> {
     let numbers: Vec<f64> = text
         .split(',')
-        .map(|part| part.trim().parse().map_err(|_| format!("{part:?} is not a number; accepted: xmin,xmax,ymin,ymax")))
+        .map(|part| {
+            part.trim().parse().map_err(|_| format!("{part:?} is not a number; accepted: XMIN,XMAX,YMIN,YMAX (m)"))
+        })
         .collect::<Result<_, _>>()?;
     match numbers[..] {
         [xmin, xmax, ymin, ymax] if xmin < 0.0 && xmax > 0.0 && ymin < 0.0 && ymax > 0.0 => {
             SupportPolygon::rectangle(xmin, xmax, ymin, ymax).ok_or_else(|| "spans no area".into())
         }
-        [_, _, _, _] => Err("the origin is not strictly inside; accepted: xmin < 0 < xmax, ymin < 0 < ymax [m]".into()),
-        _ => Err(format!("{} numbers; accepted: xmin,xmax,ymin,ymax [m]", numbers.len())),
+        [_, _, _, _] => {
+            Err("the origin is not strictly inside; accepted: XMIN < 0 < XMAX and YMIN < 0 < YMAX (m)".into())
+        }
+        _ => Err(format!("{} numbers; accepted: four, XMIN,XMAX,YMIN,YMAX (m)", numbers.len())),
     }
 }
 

@@ -54,7 +54,7 @@ impl OutputArgs {
                 _ => continue,
             };
             let path = path.as_deref().unwrap_or(frames);
-            return Err(Error::value("arguments", option, path.display(), problem, "a file in another folder"));
+            return Err(Error::value("command line", option, path.display(), problem, "a file in another folder"));
         }
         Ok(())
     }
@@ -65,7 +65,7 @@ impl OutputArgs {
         for (option, path) in [("--trace", trace), ("--replay", replay), ("--frames", frames)] {
             if let Some(path) = path {
                 let accepted = "a scenario with a push, or --plot: an imposed error has no physics";
-                return Err(Error::value("arguments", option, path.display(), "nothing to show", accepted));
+                return Err(Error::value("command line", option, path.display(), "nothing to show", accepted));
             }
         }
         Ok(())

@@ -16,18 +16,25 @@ use std::process::ExitCode;
 #[command(after_help = "Examples:
   standfast limit                                   all gain sets and 16 headings, with the standard campaign
   standfast limit --gains hold --gains paper --headings 8 --out limits
-  standfast limit --campaign nominal                without noise and variations, where no impulse is tried twice
+  standfast limit --campaign nominal                without noise and variations
   standfast limit --gains hold --headings 4 --precision 0.3 --plot limit.svg             a quick look
 
-For each gain set and heading, an adaptive search (Bayesian, by least expected entropy) finds the impulse of 50 %
-recovery with a 95 % interval. The search uses everything of the campaign but the impulse and heading of its first push.
-A heading of 0 degrees pushes forward, and one of 90 to the left. The bounds of the pendulum are for the mean duration
-of the push. If the push acts above the COM on average, a second line has the bound / (1 + height / COM height). The
-robot's settings need a table `reach`.
+For each gain set and heading, an adaptive search (Bayesian, by least expected
+entropy) finds the impulse from which the robot recovers in 50 % of trials, and
+its 95 % interval. The trials are as in the campaign, but for impulse and
+heading of the first push. A heading of 0 degrees pushes forward, one of 90
+degrees to the left.
 
-The search assumes that 2 % of the trials are lost, and 2 % won, by accident, and 50 % and 90 % are shares of the others.
-Without noise and variations there is no 90 %, and the interval is a bracket: every push below it is recovered from, and
-every push above it is lost. The trials of a search are not those of `run`, and cannot be replayed by their number.
+Beside it stand the bounds of a pendulum that takes no footstep, one, or any
+number, for the mean duration of the push. If the push acts above the COM on
+average, a second line has the bounds divided by 1 + height / COM height. The
+bounds need a table `reach` in the robot's settings.
+
+The search assumes that 2 % of the trials are lost, and 2 % are won, whatever
+the impulse; 50 % and 90 % refer to the other trials. Without noise and
+variations there is no 90 %, and the interval is a bracket: every push below it
+is recovered from, and every push above it is lost. The trials of a search are
+not those of `run`, and cannot be replayed by their number.
 
 A run of limit that was interrupted starts again from the beginning.")]
 pub struct LimitArgs {
@@ -36,16 +43,16 @@ pub struct LimitArgs {
     pub campaign: String,
     #[command(flatten)]
     pub change: ChangeArgs,
-    /// Count of headings, evenly spaced
+    /// Number of headings, evenly spaced
     #[arg(long, value_name = "N", default_value_t = 16)]
     pub headings: usize,
-    /// A search ends when the 95 % interval of its impulse is no wider than +- this (N s)
+    /// End a search when the 95 % interval of its impulse is no wider than +- this (N s)
     #[arg(long, value_name = "N_S", default_value_t = 0.1, allow_negative_numbers = true)]
     pub precision: f64,
-    /// A search ends after so many trials at the latest, and its result is marked then
+    /// End a search after so many trials at the latest, and mark its result
     #[arg(long, value_name = "N", default_value_t = 150)]
     pub max_trials: u64,
-    /// Count of threads, or 0 for one on each core. The result is the same for any count
+    /// Number of threads, or 0 for one on each core; the result does not depend on it
     #[arg(long, value_name = "T", default_value_t = 0)]
     pub threads: usize,
     /// Write limit.json and limit.svg to this folder
@@ -56,7 +63,7 @@ pub struct LimitArgs {
     pub plot: Option<PathBuf>,
     #[command(flatten)]
     pub check: CheckArgs,
-    /// Print one JSON object
+    /// Print one JSON object instead of text
     #[arg(long)]
     pub json: bool,
 }
@@ -74,13 +81,13 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     stop_on_ctrl_c();
     let searches = Searches::new(&campaign, options)?;
     if args.check.check {
-        return fine(&format!("campaign {}, {} searches to run", campaign.name, searches.count()));
+        return fine(&format!("campaign {}: {} searches to run", campaign.name, searches.count()));
     }
     let progress = Progress::of(searches.count(), "searches");
     let limits = searches.run(&STOP, &|| progress.episode(), &|| progress.tick());
     progress.finish();
     if let Err(Error::Interrupted) = limits {
-        note("interrupted: nothing of it is kept; the same command starts again");
+        note("interrupted: nothing was kept; the same command starts again from the beginning");
     }
     let limits = limits?;
     // First what the user waited for: a folder that cannot be written must not cost it.
@@ -96,8 +103,9 @@ impl LimitArgs {
             check_output("--plot", path, &["svg"])?;
         }
         if let Some(folder) = &self.out {
-            let fail =
-                |problem| Err(Error::value("arguments", "--out", folder.display(), problem, "a new or empty folder"));
+            let fail = |problem| {
+                Err(Error::value("command line", "--out", folder.display(), problem, "a new or empty folder"))
+            };
             if folder.exists() && !folder.is_dir() {
                 return fail("it is a file");
             }

@@ -34,10 +34,14 @@ use std::process::ExitCode;
 #[derive(Debug, Parser)]
 #[command(
     version,
-    after_help = "Without a command, the standard campaign runs: 1000 pushes for each of four gain sets.
-What a command computes goes to the standard output, and everything else to the standard error.
+    after_help = "Without a command, the standard campaign runs: 1000 pushes for each of four
+gain sets. What a command computes goes to the standard output, and everything
+else to the standard error. The paper is that of K. Yamamoto and Y. Nakamura on
+switching control and quick stepping with maximal CPI sets (constraint
+positively invariant sets).
 
-Exit codes: 0 done, 1 error, 2 wrong input, 3 incomplete or foreign parts, 100 a gate failed, 130 interrupted"
+Exit codes: 0 done, 1 error, 2 wrong input, 3 a result that is missing,
+incomplete or does not belong here, 100 a gate failed, 130 interrupted"
 )]
 struct Cli {
     #[command(subcommand)]
@@ -50,27 +54,27 @@ enum Chosen {
     Run(run::RunArgs),
     /// Join the parts of a campaign that was run in shards
     Merge(merge::MergeArgs),
-    /// Two finished campaigns with the same pushes, paired trial by trial
+    /// Compare two finished campaigns of the same pushes, trial by trial
     Compare(compare::CompareArgs),
-    /// Say what is missing in the folder of a campaign (exit code 3 if anything is)
+    /// Say which trials of a campaign are still missing (exit code 3 if any are)
     Status(status::StatusArgs),
-    /// One push: what happened and why, a picture of it, and a trace
+    /// Simulate one push and tell what happened and why
     Push(push::PushArgs),
-    /// A trial of a campaign, as it was: a page that shows it in 3D, in any browser, offline
+    /// Simulate a trial of a result again and write a page that shows it in 3D
     Replay(replay::ReplayArgs),
-    /// Largest recoverable impulse by heading, beside what the pendulum allows without a step, with one, with any number
+    /// Find the largest recoverable impulse by heading, and what a pendulum allows
     Limit(limit::LimitArgs),
-    /// A disturbance with a name, those of the paper first; without a name, what there is
+    /// Simulate a disturbance that has a name; without one, list the names
     Scenario(scenario::ScenarioArgs),
-    /// The paper's figures, from its own scenarios, and what of the paper they bear out
+    /// Draw the paper's figures from simulations and check what the paper states
     Paper(paper::PaperArgs),
-    /// The maximal CPI sets of a gain set: size, inclusion, horizon, picture, export
+    /// Compute the maximal CPI sets of a gain set, their sizes and their inclusion
     Cpi(cpi::CpiArgs),
-    /// How well the ZMP follows the one wanted: gain, phase and bandwidth against the poles
+    /// Measure how well the ZMP follows the commanded one: gain, phase, bandwidth
     Response(response::ResponseArgs),
-    /// What was understood of a robot; kinematics at given joint angles
+    /// Show a robot as it was read, and its kinematics at given joint angles
     Model(model::ModelArgs),
-    /// The robot in a 3D window: live, to be pushed and pulled, or a trial of a result
+    /// Show the robot in a 3D window: live, to be pushed, or in a trial of a result
     View(view::ViewArgs),
     /// Print a completion script for a shell
     Completions(completions::CompletionsArgs),

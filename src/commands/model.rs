@@ -9,10 +9,10 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 pub struct ModelArgs {
-    /// A robot by its built-in name, or a URDF file; its settings are in a .toml file of the same name beside it
+    /// Robot by its built-in name or URDF file, with its settings in a .toml file of the same name beside it
     #[arg(value_name = "URDF", default_value = DEFAULT_ROBOT)]
     pub robot: String,
-    /// Joint angles (rad) at which to print the position of the COM and of every link; joints not named are at 0
+    /// Print the positions of COM and links at these joint angles (rad); joints that are not named are at 0
     #[arg(long, value_name = "JOINT=RAD,...", value_delimiter = ',')]
     pub q: Vec<String>,
     /// Print one JSON object instead of text: the robot, and its kinematics with the base at the origin, unrotated
@@ -41,7 +41,7 @@ fn joint_angles(robot: &Robot, assignments: &[String]) -> Result<Vec<f64>> {
     let mut q: Vec<Option<f64>> = vec![None; robot.joints.len()];
     for assignment in assignments {
         let Some((name, value)) = assignment.split_once('=').map(|(n, v)| (n.trim(), v.trim())) else {
-            return Err(Error::value("--q", "angle", assignment, "not an assignment", "joint=rad,joint=rad,..."));
+            return Err(Error::value("--q", "angle", assignment, "not an assignment", "JOINT=RAD,JOINT=RAD,..."));
         };
         let Some(joint) = robot.joints.iter().position(|j| j.name == name) else {
             return Err(Error::value("--q", name, value, "no such joint", model::joint_names(robot).join(", ")));

@@ -97,6 +97,8 @@ impl Progress {
         if !lines.is_empty() {
             bar.set_style(style("{prefix}\n{wide_bar} {msg}"));
             bar.set_prefix(lines.join("\n"));
+            // Draws for sure; what changes with every episode is left out now and then.
+            bar.suspend(|| {});
         }
     }
 

@@ -18,44 +18,43 @@ use std::process::ExitCode;
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
 #[command(after_help = "Examples:
-  standfast push                                    2.5 N s from behind
+  standfast push                                    5 N s from behind
   standfast push --impulse 3 --heading -135 --gains hold
   standfast push --impulse 3.6 --gains paper        more than standing can take, so that it steps
   standfast push --impulse 2 --plot push.svg        COM, ZMP and feet over time, as a picture
   standfast push --impulse 2 --trace push.csv       every tick, as numbers
   standfast push --impulse 5 --replay push.html     a page to watch in 3D, in any browser
   standfast push --impulse 5 --frames pictures      snapshots and an animated picture
-  standfast push --campaign standard --trial 17     a trial of a campaign, as it was")]
+  standfast push --campaign standard --trial 17     trial 17 of that campaign")]
 pub struct PushArgs {
-    /// Impulse (N s) [default: 2.5, or in proportion for robots larger or smaller than ut-mu2; of a trial, its own]
+    /// Impulse (N s) [default: that of the trial, or else 5, scaled to the size and mass of the robot]
     #[arg(long, value_name = "N_S")]
     pub impulse: Option<f64>,
-    /// Direction (degrees): 0 pushes forward, 90 to the left [default: 0]
+    /// Heading (degrees): 0 pushes forward, 90 to the left [default: that of the trial, or 0]
     #[arg(long, value_name = "DEG")]
     pub heading: Option<f64>,
-    /// Height above the COM at home (m) [default: 0]
+    /// Height at which the push acts, above the COM at home (m) [default: that of the trial, or 0]
     #[arg(long, value_name = "M")]
     pub height: Option<f64>,
-    /// Duration (s) [default: 0.05]
+    /// Duration (s) [default: that of the trial, or 0.05]
     #[arg(long, value_name = "S")]
     pub duration: Option<f64>,
-    /// Start (s) [default: 0.5]
+    /// Start (s) [default: that of the trial, or 0.5]
     #[arg(long, value_name = "S")]
     pub start: Option<f64>,
-    /// Course of the force over time, at the same impulse [default: rectangular]
+    /// Course of the force over time, at the same impulse [default: that of the trial, or rectangular]
     #[arg(long, value_parser = one_of::<Profile>(["rectangular", "half-sine"]))]
     pub profile: Option<Profile>,
-    /// A gain set by name or file, or a variant NAME:KEY=VALUE, or a set of the campaign by its name in the results
+    /// Gain set by name or file, a variant NAME:KEY=VALUE, or a set of the campaign by its name in the results
     #[arg(long, value_name = "NAME|FILE", default_value = "catch")]
     pub gains: String,
     /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
-    /// Take sensor noise and thresholds from this campaign. Without one the sensors are ideal. Robot and ground are the
-    /// nominal ones unless --trial is given
+    /// Take sensor noise and thresholds from this campaign; without it the sensors are ideal
     #[arg(long, value_name = "NAME|FILE")]
     pub campaign: Option<String>,
-    /// Take pushes, robot, ground and noise from this trial of the campaign, as they were in `run`
+    /// Take pushes, robot, ground and noise from this trial of the campaign; without it robot and ground are nominal
     #[arg(long, value_name = "I", requires = "campaign")]
     pub trial: Option<u64>,
     /// Seed of the campaign's noise [default: that of the campaign]
@@ -68,7 +67,7 @@ pub struct PushArgs {
     pub outputs: OutputArgs,
     #[command(flatten)]
     pub check: CheckArgs,
-    /// Print one JSON object
+    /// Print one JSON object instead of text
     #[arg(long)]
     pub json: bool,
 }
@@ -80,7 +79,7 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
     };
     let mut config = campaign.as_ref().map_or_else(EpisodeConfig::default, |c| c.episode);
     config.horizon_s = args.horizon.unwrap_or(config.horizon_s);
-    check_episode("arguments", &config)?;
+    check_episode("command line", &config)?;
     let robot_name = args.robot.as_ref().or(campaign.as_ref().map(|c| &c.robot));
     let robot = Robot::load(robot_name.map_or(DEFAULT_ROBOT, String::as_str))?;
     let pushes = the_pushes(args, campaign.as_ref(), &config, &robot)?;
@@ -120,7 +119,7 @@ fn the_pushes(
         args.start.is_some() || args.duration.is_some() || args.height.is_some() || args.profile.is_some();
     if pushes.len() > 1 && moves_second {
         let accepted = "--impulse and --heading, or --set on the campaign in a file";
-        return Err(Error::value("arguments", "--trial", args.trial.unwrap_or(0), "has a second push", accepted));
+        return Err(Error::value("command line", "--trial", args.trial.unwrap_or(0), "has a second push", accepted));
     }
     let bounds = PushBounds::new(config.horizon_s);
     // The ground of a trial may be sloped.
@@ -130,7 +129,7 @@ fn the_pushes(
         if (least..=most).contains(&value) {
             return Ok(value);
         }
-        Err(Error::value("arguments", name, value, "out of range", format!("{least} to {most}")))
+        Err(Error::value("command line", name, value, "out of range", format!("{least} to {most}")))
     };
     pushes[0] = Push {
         impulse_n_s: within("--impulse", args.impulse.unwrap_or(base.impulse_n_s), bounds.impulse_n_s)?,
@@ -143,7 +142,7 @@ fn the_pushes(
     let end_s = pushes.iter().map(Push::end_s).fold(0.0, f64::max);
     if end_s > config.horizon_s {
         let (problem, accepted) = ("the push does not end in time", format!("more than {end_s}, the end of the push"));
-        return Err(Error::value("arguments", "--horizon", config.horizon_s, problem, accepted));
+        return Err(Error::value("command line", "--horizon", config.horizon_s, problem, accepted));
     }
     Ok(pushes)
 }

@@ -2,7 +2,7 @@
 
 use super::arguments::check_output;
 use super::episode::{Case, Origin, OutputArgs, write_replay};
-use super::terminal::{note, print};
+use super::terminal::{note, print, tell};
 use crate::campaign::{Folder, StoredTrial, Summary};
 use crate::episode::Film;
 use crate::error::{Error, Result};
@@ -26,7 +26,7 @@ pub struct ReplayArgs {
     /// Number of the trial
     #[arg(long, value_name = "I")]
     pub trial: u64,
-    /// Gain set by its name in the result [default: the first that did not recover, or else the first]
+    /// Gain set by its name in the result [default: the first that lost the trial, or else the first]
     #[arg(long, value_name = "NAME")]
     pub gains: Option<String>,
     /// The page to write [default: DIR/replays/trial-I-SET.html]
@@ -41,7 +41,7 @@ pub struct ReplayArgs {
     /// Draw COM, ZMP and feet over time to this file
     #[arg(long, value_name = "FILE.svg")]
     pub plot: Option<PathBuf>,
-    /// One JSON object on stdout
+    /// Print one JSON object instead of text
     #[arg(long)]
     pub json: bool,
 }
@@ -64,14 +64,17 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     };
     outputs.replay = Some(path.clone());
     if args.gains.is_none() && replayed.sets.len() > 1 {
-        note(&format!(
-            "shown with gain set {}; --gains NAME shows another of {}",
-            replayed.set,
-            replayed.sets.join(", ")
-        ));
+        tell(
+            "",
+            &format!(
+                "This shows gain set {}; --gains NAME shows another of: {}.",
+                replayed.set,
+                replayed.sets.join(", ")
+            ),
+        );
     }
     if replayed.row.is_none() {
-        note("the result does not have this trial yet, so there is nothing to compare it with");
+        note("This trial is not in the result yet, so there is nothing to compare it with.");
     }
     let (told, film) = case(&replayed).tell(replayed.disturbance(), &outputs)?;
     let folder = args.output.is_some().then_some(args.dir.as_path());

@@ -26,10 +26,10 @@ const AMPLITUDES_M: [f64; 2] = [0.0001, 0.05];
   standfast response --axis y --gains fixed
   standfast response --plot response.svg        gain and phase over frequency")]
 pub struct ResponseArgs {
-    /// A gain set by name or file
+    /// Gain set by name or file
     #[arg(long, value_name = "NAME|FILE", default_value = "switching")]
     pub gains: String,
-    /// A robot by name or URDF file
+    /// Robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_ROBOT)]
     pub robot: String,
     /// Axis along which the ZMP is moved: x is fore and aft, y is sideways
@@ -50,7 +50,7 @@ pub fn run(args: &ResponseArgs) -> Result<ExitCode> {
     let [least, most] = AMPLITUDES_M;
     if !(least..=most).contains(&args.amplitude) {
         let accepted = format!("{least} to {most}");
-        return Err(Error::value("arguments", "--amplitude", args.amplitude, "out of range", accepted));
+        return Err(Error::value("command line", "--amplitude", args.amplitude, "out of range", accepted));
     }
     let config = EpisodeConfig::default();
     let robot = Robot::load(&args.robot)?;

@@ -19,7 +19,7 @@ pub struct Printing {
     /// Print all tables, not only rates, verdicts and gates
     #[arg(long)]
     pub full: bool,
-    /// Print one JSON object
+    /// Print one JSON object instead of text
     #[arg(long)]
     pub json: bool,
 }
@@ -37,7 +37,8 @@ const GATE_FAILED: u8 = 100;
 /// The gates of a result. Errors: those of [`Gates::new`], or the baseline is the result itself.
 pub fn gates_of(folder: &Folder, args: &GateArgs) -> Result<Gates> {
     if let Some(baseline) = args.baseline.as_deref().filter(|baseline| is_same_folder(baseline, &folder.path)) {
-        let problem = "is the result folder itself; an earlier result is wanted (and another --out for this one)";
+        let problem =
+            "is the result folder itself; name the folder of an earlier result, or give this one another --out";
         return Err(Error::Parts { path: baseline.into(), problem: problem.into() });
     }
     Gates::new(&folder.manifest, args.baseline.as_deref())

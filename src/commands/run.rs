@@ -38,29 +38,29 @@ pub struct RunArgs {
     pub campaign: String,
     #[command(flatten)]
     pub change: ChangeArgs,
-    /// Count of trials: each is one random push (or two), the same for every gain set
+    /// Number of trials; each is one random push (or two), the same for every gain set
     #[arg(long, value_name = "N")]
     pub trials: Option<u64>,
     /// Stop as soon as every gate is decided or, without gates, every pair of gain sets.
     ///
-    /// The result is looked at after 25 trials, after 50, after 75, and so on, each time after about a quarter more. Its
-    /// intervals are valid however often one looks (they are betting confidence sequences): in at most 5 % of runs any of
-    /// the gates, or of the pairs, is decided wrongly. A run that has ended undecided goes on if it is given more trials.
+    /// The first look is after 25 trials, and each further one after about a quarter more, in steps of 25. The intervals
+    /// are valid however often one looks (they are betting confidence sequences): in at most 5 % of runs any gate, or any
+    /// pair, is decided wrongly. A run that ended undecided goes on if it is given more trials.
     #[arg(long)]
     pub until_resolved: bool,
-    /// Gain sets whose rates are sure to differ by less than this share count as the same, and their pair as decided
+    /// Two gain sets count as the same once their rates surely differ by less than this share
     /// [default: 0.02]
     #[arg(long, value_name = "SHARE")]
     pub margin: Option<f64>,
-    /// The most trials that --until-resolved may take, rounded up to a multiple of 25 [default: those of the campaign]
+    /// Most trials that --until-resolved may take, rounded up to a multiple of 25 [default: those of the campaign]
     #[arg(long, value_name = "N", conflicts_with = "trials")]
     pub max_trials: Option<u64>,
     #[command(flatten)]
     pub gates: GateArgs,
-    /// Count of threads, or 0 for one on each core. The result is the same for any count
+    /// Number of threads, or 0 for one on each core; the result does not depend on it
     #[arg(long, value_name = "T", default_value_t = 0)]
     pub threads: usize,
-    /// Run only share K of N (1/N to N/N) of the trials, which `merge` joins with the others
+    /// Run only part K of N (1/N to N/N) of the trials; `merge` joins the parts
     #[arg(long, value_name = "K/N")]
     pub shard: Option<Shard>,
     #[command(flatten)]
@@ -93,7 +93,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     let mut work = plan.work(&folder, options, &|rows| undecided(rows).is_empty())?;
     if args.check.check {
         let (sets, episodes) = (folder.manifest.sets.join(", "), work.episodes());
-        return fine(&format!("campaign {}, gain sets {sets}, {episodes} episodes to run", campaign.name));
+        return fine(&format!("campaign {} with gain sets {sets}: {episodes} episodes to run", campaign.name));
     }
     let is_new = !say_what_is_there(&folder, &work);
     if args.bare && is_new {
@@ -174,18 +174,18 @@ impl RunArgs {
         if self.max_trials.is_some() && !campaign.stopping.until_resolved {
             let problem = "the campaign has a fixed count of trials";
             return Err(Error::value(
-                "arguments",
+                "command line",
                 "--max-trials",
-                "given",
+                self.max_trials.unwrap_or_default(),
                 problem,
-                "--trials, or --until-resolved too",
+                "--trials in its place, or --until-resolved beside it",
             ));
         }
         let GateArgs { gate, unresolved, baseline } = &self.gates;
         if self.shard.is_some() && !(gate.is_empty() && unresolved.is_none() && baseline.is_none()) {
             let (options, problem) =
                 ("--gate, --unresolved, --baseline", "a shard has too few of the trials for a gate");
-            return Err(Error::value("arguments", options, "given", problem, "these options of `merge`"));
+            return Err(Error::value("command line", options, "given", problem, "these options of `merge`"));
         }
         Ok(())
     }
@@ -199,7 +199,7 @@ fn say_what_is_there(folder: &Folder, work: &Work) -> bool {
         return false;
     }
     match work.is_done() {
-        true => note(&format!("{path}: complete, nothing is computed again")),
+        true => note(&format!("{path}: the campaign is complete; nothing is computed again")),
         false => note(&format!("{path}: goes on, {there} of {all} episodes are there")),
     }
     if folder.is_of_another_build() {
@@ -231,8 +231,8 @@ fn look(rows: &[TrialRow], open: &[String], gates: Option<&Gates>, folder: &Fold
     let what = match open {
         [] if gates.is_some_and(|gates| gates.outlasts_baseline(rows)) => "not decided, but the baseline has no more",
         [] => "decided",
-        [first] => &format!("open is {first}"),
-        [first, more @ ..] => &format!("open are {first}, and {} more", more.len()),
+        [first] => &format!("not decided yet: {first}"),
+        [first, more @ ..] => &format!("not decided yet: {first}, and {} more", more.len()),
     };
     format!("after {trials} trials: {what}")
 }

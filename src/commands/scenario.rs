@@ -9,6 +9,7 @@ use crate::episode::{Disturbance, imposed};
 use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
 use crate::render::figure::motion::MotionPlot;
+use crate::render::text::layout::wrapped;
 use crate::render::{self, text};
 use crate::robot::Robot;
 use serde_json::json;
@@ -19,14 +20,14 @@ use std::process::ExitCode;
   standfast scenario                                    lists the scenarios
   standfast scenario push-behind --plot response.svg    the paper's push from behind, as in its Fig. 14 (a)
   standfast scenario push-behind --gains switching      the same push, without a footstep
-  standfast scenario my-scenario.toml                    one of your own; start from a file in assets/scenarios")]
+  standfast scenario my-scenario.toml                   one of your own; start from a file in assets/scenarios")]
 pub struct ScenarioArgs {
-    /// A scenario by its built-in name, or a TOML file. Without it, all built-in scenarios are listed
+    /// Scenario by its built-in name or TOML file; without it, all built-in scenarios are listed
     pub scenario: Option<String>,
-    /// A gain set by name or file, in place of the scenario's
+    /// Gain set by name or file, in place of the scenario's
     #[arg(long, value_name = "NAME|FILE", requires = "scenario")]
     pub gains: Option<String>,
-    /// A robot by name or URDF file, in place of the scenario's
+    /// Robot by name or URDF file, in place of the scenario's
     #[arg(long, value_name = "NAME|FILE", requires = "scenario")]
     pub robot: Option<String>,
     #[command(flatten)]
@@ -70,7 +71,7 @@ fn list(args: &ScenarioArgs) -> Result<ExitCode> {
     if !args.outputs.is_empty() {
         let (problem, accepted) =
             ("no scenario is named, so there is nothing to write", "a scenario that `standfast scenario` lists");
-        return Err(Error::value("arguments", "SCENARIO", "none", problem, accepted));
+        return Err(Error::value("command line", "SCENARIO", "none", problem, accepted));
     }
     let all = Scenario::builtin()?;
     if args.check.check {
@@ -79,7 +80,7 @@ fn list(args: &ScenarioArgs) -> Result<ExitCode> {
     print(&if args.json {
         render::json(&json!({ "scenarios": all }))
     } else {
-        let lines = all.iter().map(|scenario| format!("{:<20} {}\n", scenario.name, scenario.description));
+        let lines = all.iter().map(|scenario| wrapped(&format!("{:<20} ", scenario.name), &scenario.description));
         lines.collect::<String>() + "\nTo run one: standfast scenario NAME\n"
     })?;
     Ok(ExitCode::SUCCESS)

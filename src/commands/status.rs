@@ -5,6 +5,7 @@ use super::terminal::print;
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::{Folder, Summary};
 use crate::error::Result;
+use crate::render::result::FILES;
 use crate::render::{self, text};
 use serde_json::json;
 use std::path::PathBuf;
@@ -50,13 +51,16 @@ pub fn print_status(folder: &Folder, printing: Printing) -> Result<bool> {
         return Ok(complete);
     }
     let head = format!("{}: {there} of {blocks} parts are complete", folder.path.display());
-    print(&if complete {
+    let report = folder.path.join(FILES[0]);
+    print(&if complete && report.is_file() {
+        format!("{head}\nThe result is there: {}\n", report.display())
+    } else if complete {
         format!("{head}\nto join them: {next}\n")
     } else {
         let merge = folder.merge_command();
         format!(
             "{head}\nmissing: trials {trials}\nto compute the rest: {next}\n\
-             or copy the folders of other shards into this one, and then: {merge}\n"
+             or copy what the folders of other shards hold into this one, and then: {merge}\n"
         )
     })?;
     Ok(complete)

@@ -37,7 +37,7 @@ pub struct ViewArgs {
     /// Take sensor noise, rates and thresholds from this campaign; without it sensors are ideal
     #[arg(long, value_name = "NAME|FILE")]
     pub campaign: Option<String>,
-    /// Impulse of the push that Enter gives (N s), which can be changed in the window [default: 2.5; for a robot that is larger
+    /// Impulse of the push that Enter gives (N s), which can be changed in the window [default: 5; for a robot that is larger
     /// or smaller than ut-mu2 in proportion]
     #[arg(long, value_name = "N_S")]
     pub impulse: Option<f64>,

@@ -3,21 +3,22 @@
 //! 1. [`campaigns`]: what a campaign draws, every table of a result, and how sure it is
 //! 2. [`gates`]: a build fails if the robot stands worse
 //! 3. [`limits`]: the hardest push by heading, and what a pendulum allows
-//! 4. [`robots`]: robots that are not as designed, and your own robot
+//! 4. [`robots`]: robots that are not as designed, your own robot, and the controller alone as a library
 //! 5. [`gains`]: your own controller settings
 //! 6. [`paper`]: the paper's scenarios, and where this program departs from the paper
 //! 7. [`measured`]: every figure, with its date and the command that measures it
 //! 8. [`watching`]: replays, pictures and the window
-//! 9. [`commands`]: an example of each use of each command, and the exit codes
+//! 9. [`commands`]: every command with examples, and the exit codes
 //!
 //! The chapters are Markdown files beside this one, to be read in the repository or here.
 
-/// Makes a module of each chapter. A chapter names the targets of its links at its end, as files, which is right for a reader of the
-/// repository. Here the same names are given other targets first, and in Markdown the first target of a name counts.
-/// Pictures are found from where `cargo doc` writes a page, which is `target/doc/standfast/guide/CHAPTER/`.
+/// Makes a module of each chapter. A chapter names the targets of its links at its end, as files, which is right for a
+/// reader of the repository. Here the same names are given other targets first, and in Markdown the first target of a
+/// name counts. Pictures are found from where `cargo doc` writes a page, which is `target/doc/standfast/guide/CHAPTER/`.
 macro_rules! chapters {
     ($($chapter:ident)*) => { $(
         #[doc = "[commands]: crate::guide::commands"]
+        #[doc = "[gains]: crate::guide::gains"]
         #[doc = "[gates]: crate::guide::gates"]
         #[doc = "[limits]: crate::guide::limits"]
         #[doc = "[measured]: crate::guide::measured"]

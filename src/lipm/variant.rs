@@ -53,7 +53,7 @@ impl<'a> Entry<'a> {
     /// Applies the change to `base`. The name of the result states the change, as in `switching zmp_margin_m=0.001`.
     pub fn of(&self, base: &GainSet) -> Result<GainSet> {
         let Some((key, value)) = self.change else { return Ok(base.clone()) };
-        let file = format!("{} (a variant: --vary, or NAME:KEY=VALUE)", self.with_base(self.base));
+        let file = format!("variant {}", self.with_base(self.base));
         let refuse = |problem: &str, accepted: String| Error::value(&file, key, value, problem, accepted);
         if value.is_empty() || value.contains(char::is_control) {
             return Err(refuse("is not a value on one line", "a value in TOML".into()));

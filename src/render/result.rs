@@ -23,7 +23,7 @@ pub fn write(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Result<()> 
 pub fn written(folder: &Path, others: &[&str]) -> String {
     let [report, more @ ..] = FILES;
     let (report, more) = (folder.join(report), [&more[..], others].concat().join(", "));
-    wrapped("written: ", &format!("{} (all of it, for a browser); {more}", report.display())).trim_end().into()
+    wrapped("written: ", &format!("{} (for a browser), {more}", report.display())).trim_end().into()
 }
 
 /// Whether a comparison may be written to a folder: it is new, empty, or holds an earlier comparison.

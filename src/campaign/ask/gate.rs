@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// Word for the same set in an earlier result.
 const BASELINE: &str = "baseline";
 /// Origin that errors name for a gate that cannot be read.
-const SOURCE: &str = "--gate or gates.require";
+const SOURCE: &str = "gates";
 /// The accepted forms of a gate.
 const FORMS: &str =
     "SET >= RATE, SET >= SET + SHARE or SET >= baseline - SHARE (spaces around + and -), for example `catch >= 0.80`";
@@ -108,7 +108,7 @@ impl Gate {
         let fits = sets.iter().filter_map(|set| Some((set, after(set)?)));
         let Some((set, right)) = fits.max_by_key(|(set, _)| set.len()) else {
             return match text.split_once(">=") {
-                Some((set, _)) => refuse(format!("no set is named `{}`", set.trim()), names()),
+                Some((set, _)) => refuse(format!("no gain set is named `{}`", set.trim()), names()),
                 None => refuse("has no `>=`".into(), FORMS.into()),
             };
         };
@@ -128,7 +128,7 @@ impl Gate {
             (None, None) => (right, 0.0),
         };
         if !is_other(other) {
-            return refuse(format!("no set is named `{other}`"), format!("{}, {BASELINE}, or a rate", names()));
+            return refuse(format!("no gain set is named `{other}`"), format!("{}, {BASELINE}, or a rate", names()));
         }
         if !(-1.0..=1.0).contains(&offset) {
             return refuse(format!("`{offset}` is not a difference of rates"), "-1 to 1, or -100 % to 100 %".into());
@@ -206,13 +206,13 @@ mod tests {
             ("catch > 0.8", "has no `>=`; accepted: SET >= RATE"),
             ("catch <= 0.8", "has no `>=`; accepted: SET >= RATE"),
             ("", "has no `>=`; accepted: SET >= RATE"),
-            ("catcher >= 0.8", "no set is named `catcher`; accepted: catch, hold"),
-            ("catch - 0.1 >= 0.8", "no set is named `catch - 0.1`; accepted: catch, hold"),
-            ("catch >= fold", "no set is named `fold`; accepted: catch, hold, baseline, or a rate"),
-            ("catch >=", "no set is named ``"),
-            ("catch >= fold - 0.1", "no set is named `fold`"),
-            ("catch >= hold-0.1", "no set is named `hold-0.1`"),
-            ("catch >= nan", "no set is named `nan`"),
+            ("catcher >= 0.8", "no gain set is named `catcher`; accepted: catch, hold"),
+            ("catch - 0.1 >= 0.8", "no gain set is named `catch - 0.1`; accepted: catch, hold"),
+            ("catch >= fold", "no gain set is named `fold`; accepted: catch, hold, baseline, or a rate"),
+            ("catch >=", "no gain set is named ``"),
+            ("catch >= fold - 0.1", "no gain set is named `fold`"),
+            ("catch >= hold-0.1", "no gain set is named `hold-0.1`"),
+            ("catch >= nan", "no gain set is named `nan`"),
             ("catch >= 80", "`80` is not a rate; accepted: 0 to 1, or 0 % to 100 %"),
             ("catch >= -0.1", "`-0.1` is not a rate"),
             ("catch >= hold + 10", "`10` is not a difference of rates; accepted: -1 to 1"),
@@ -222,7 +222,7 @@ mod tests {
         ] {
             let error = Gate::parse(text, &sets(&["catch", "hold"])).unwrap_err();
             assert!(matches!(error, Error::Value { .. }));
-            let (error, start) = (error.to_string(), format!("--gate or gates.require: gate = {text}: "));
+            let (error, start) = (error.to_string(), format!("gates: gate = {text}: "));
             assert!(error.starts_with(&start) && error.contains(said), "{error}");
         }
         // On the left, `baseline` is the set of that name. On the right it is ambiguous.

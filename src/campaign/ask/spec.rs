@@ -151,18 +151,18 @@ impl Campaign {
             return Ok(());
         }
         let accepted = format!("0 to {}", self.trials.saturating_sub(1));
-        Err(Error::value("arguments", "--trial", trial, "the campaign has no such trial", accepted))
+        Err(Error::value("command line", "--trial", trial, "the campaign has no such trial", accepted))
     }
 
     /// The campaign with `dotted.key=value` applied. It fails for an unknown key or a value of the wrong type.
     pub fn with(&self, assignment: &str) -> Result<Campaign> {
         let Some((key, text)) = assignment.split_once('=').map(|(k, v)| (k.trim(), v.trim())) else {
             return Err(Error::value(
+                "command line",
                 "--set",
                 assignment,
-                "",
                 "has no `=`",
-                "key=value, for example push.height_m=0.1",
+                "KEY=VALUE, for example push.height_m=0.1",
             ));
         };
         let mut root = toml::Value::try_from(self).map_err(not_toml)?;

@@ -143,7 +143,7 @@ impl<'a> Searches<'a> {
 }
 
 fn check(options: &LimitOptions) -> Result<()> {
-    in_range("arguments", "--headings", options.headings as f64, [1.0, MOST_HEADINGS as f64])?;
-    in_range("arguments", "--precision", options.precision_n_s, [0.005, 100.0])?;
-    in_range("arguments", "--max-trials", options.max_trials as f64, [1.0, MOST_TRIALS as f64])
+    in_range("command line", "--headings", options.headings as f64, [1.0, MOST_HEADINGS as f64])?;
+    in_range("command line", "--precision", options.precision_n_s, [0.005, 100.0])?;
+    in_range("command line", "--max-trials", options.max_trials as f64, [1.0, MOST_TRIALS as f64])
 }

@@ -84,7 +84,7 @@ impl Folder {
     pub fn existing(path: &Path) -> Result<Folder> {
         Folder::open(path)?.ok_or_else(|| Error::Parts {
             path: path.into(),
-            problem: "there is no such folder, or it is empty".into(),
+            problem: "there is no such folder, or it is empty; give the result folder of `standfast run`".into(),
         })
     }
 

@@ -76,7 +76,7 @@ pub fn unlike(a: &Manifest, b: &Manifest) -> Vec<String> {
         (of_a != of_b).then(|| format!("the {what} differ: {of_a} and {of_b}"))
     };
     let differences = [("robots", robots), ("versions of standfast", versions)].into_iter().filter_map(differ);
-    let same = "both were made from the same inputs: only another build can have made a difference";
+    let same = "both results have the same inputs: a difference can only come from another build of standfast";
     differences.chain((a.config_hash == b.config_hash).then(|| same.to_string())).collect()
 }
 

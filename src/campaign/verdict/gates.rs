@@ -50,7 +50,7 @@ impl Gates {
         let baseline = baseline.map(|path| Baseline::open(path, manifest)).transpose()?;
         for gate in gates.iter().filter(|gate| gate.against == Against::Baseline) {
             let Some(baseline) = &baseline else {
-                let accepted = "the folder of an earlier result: --baseline DIR (of `run` and `merge`)";
+                let accepted = "--baseline with the folder of an earlier result, as an option of `run` or `merge`";
                 return Err(Error::value("gates", "--gate", &gate.text, "there is no baseline", accepted));
             };
             if !baseline.manifest.sets.contains(&gate.set) {

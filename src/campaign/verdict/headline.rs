@@ -17,9 +17,9 @@ pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
     let are_several = leaders.len() > 1;
     let who = match (are_several, others.is_empty()) {
         (false, true) => return format!("{names} recovers from {rate}."),
-        (true, true) => return format!("{names} recover equally often: from {rate} each."),
-        (false, false) => format!("{names} recovers most: from {rate}."),
-        (true, false) => format!("{names} recover most: from {rate} each."),
+        (true, true) => return format!("{names} recover equally often: in {rate} each."),
+        (false, false) => format!("{names} recovers most often: in {rate}."),
+        (true, false) => format!("{names} recover most often: in {rate} each."),
     };
     // Of another set, what holds of every leader that it is compared with; two results need not compare each with each.
     let verdict_on = |other: &SetSummary| {
@@ -87,32 +87,31 @@ mod tests {
             (&[("catch", 172)][..], "catch recovers from 86.0 % of 200 trials."),
             (
                 &[("hold", 90), ("paper", 100), ("catch", 172)],
-                "catch recovers most: from 86.0 % of 200 trials. It is better than hold and paper.",
+                "catch recovers most often: in 86.0 % of 200 trials. It is better than hold and paper.",
             ),
             (
                 &[("hold", 90), ("paper", 170), ("catch", 172)],
-                "catch recovers most: from 86.0 % of 200 trials. It is better than hold, and not shown to be better than \
+                "catch recovers most often: in 86.0 % of 200 trials. It is better than hold, and not shown to be better than \
                  paper.",
             ),
             (
                 &[("hold", 171), ("paper", 170), ("catch", 172)],
-                "catch recovers most: from 86.0 % of 200 trials. It is not shown to be better than hold or paper.",
+                "catch recovers most often: in 86.0 % of 200 trials. It is not shown to be better than hold or paper.",
             ),
             (
                 &[("hold", 90), ("paper", 172), ("catch", 172)],
-                "paper and catch recover most: from 86.0 % of 200 trials each. They are better than hold.",
+                "paper and catch recover most often: in 86.0 % of 200 trials each. They are better than hold.",
             ),
-            (&[("hold", 0), ("paper", 0)], "hold and paper recover equally often: from 0.0 % of 200 trials each."),
+            (&[("hold", 0), ("paper", 0)], "hold and paper recover equally often: in 0.0 % of 200 trials each."),
             (
                 &[("a", 1), ("b", 2), ("c", 3), ("d", 4), ("e", 5), ("f", 6), ("g", 200)],
-                "g recovers most: from 100.0 % of 200 trials. It is better than 6 gain sets.",
+                "g recovers most often: in 100.0 % of 200 trials. It is better than 6 gain sets.",
             ),
         ] {
             assert_eq!(headline(recovered, 0.02), expected);
         }
         let alike = headline(&[("hold", 0), ("paper", 170), ("twin", 171)], 0.1);
-        let expected =
-            "twin recovers most: from 85.5 % of 200 trials. It is better than hold, and within 10.0 points of paper.";
+        let expected = "twin recovers most often: in 85.5 % of 200 trials. It is better than hold, and within 10.0 points of paper.";
         assert_eq!(alike, expected);
         assert_eq!(of(&[], &[], 0.02), "");
     }

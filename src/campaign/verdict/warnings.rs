@@ -63,9 +63,9 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
     }
     if campaign.stopping.until_resolved {
         found.push(
-            "This campaign could end when decided. The intervals of differences, the verdicts and the gates are valid \
-             for that. All else (rates, p-values, curves, strata, times) is computed as for a fixed count of trials, and \
-             leans towards the result for which the campaign ended."
+            "The campaign could end when decided. Intervals of differences, verdicts and gates allow for that. Rates, \
+             p-values, curves, strata and times do not: they are as for a fixed number of trials, and lean towards the \
+             result at which the campaign ended."
                 .into(),
         );
     }

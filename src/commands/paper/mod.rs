@@ -28,10 +28,10 @@ const PAGE: &str = "index.html";
 /// What the command is asked.
 #[derive(Debug, Clone, clap::Args)]
 #[command(
-    after_help = "Writes index.html, which holds everything and opens from the disk, and one SVG for each figure."
+    after_help = "Writes index.html, which holds everything and needs no server, and one SVG for each\nfigure. The paper is that of K. Yamamoto and Y. Nakamura on switching control and\nquick stepping with maximal CPI sets."
 )]
 pub struct PaperArgs {
-    /// Folder: a new one, an empty one, or that of an earlier `standfast paper`
+    /// Folder to write to: new, empty, or of an earlier `standfast paper`
     #[arg(long, value_name = "DIR", default_value = "standfast-paper")]
     pub out: PathBuf,
     /// Print the numbers behind the captions as one JSON object

@@ -11,8 +11,10 @@ use std::path::Path;
 const RADIUS: f64 = 265.0;
 /// Bounds are curves, computed this often (degrees).
 const BOUND_EVERY_DEG: usize = 3;
-/// What the pendulum allows, each with its class; later ones lie over those before.
-const BOUNDS: [(&str, &str, fn(&Heading) -> f64); 3] = [
+/// Class of `figure.css`, name in the legend, and impulse (N s) of a bound.
+type Bound = (&'static str, &'static str, fn(&Heading) -> f64);
+/// What the pendulum allows; later bounds lie over those before.
+const BOUNDS: [Bound; 3] = [
     ("bound many", "any number of footsteps, or none", |heading| heading.bound_n_step_n_s),
     ("bound one", "at most one footstep", |heading| heading.bound_one_step_n_s),
     ("bound none", "no footstep", |heading| heading.bound_no_step_n_s),

@@ -117,7 +117,7 @@ impl MotionPlot {
             s.support.iter().map(|v| v[axis]).chain([s.soles.left[axis], s.soles.right[axis]]).collect::<Vec<_>>()
         }));
         let (low, high) = if low <= high { (low, high) } else { (0.0, 0.0) };
-        let curves = LINES.iter().flat_map(|(.., line)| self.moments.iter().filter_map(|s| line(s)));
+        let curves = LINES.iter().flat_map(|(.., line)| self.moments.iter().filter_map(line));
         let (least, most) = around(&mut curves.map(|v| v[axis]));
         let (low, high) = (low.min(least.max(low - MOST_OUTSIDE_M)), high.max(most.min(high + MOST_OUTSIDE_M)));
         let room = 0.04 * (high - low) + 0.002;

@@ -7,7 +7,7 @@ use crate::robot::Robot;
 const COM_HEIGHT_M: f64 = 0.31;
 const MASS_KG: f64 = 8.0;
 /// The push that window and command line give if no other is asked for, for a robot of this size (N s).
-const FIRST_PUSH_N_S: f64 = 2.5;
+const FIRST_PUSH_N_S: f64 = 5.0;
 
 /// Length and mass of a robot, UT-mu2's are 1. Gravity is the same for all: a force goes with the mass, a speed with
 /// the root of the length.

@@ -64,7 +64,7 @@ pub fn campaign(summary: &Summary, folder: &Path, full: bool) -> String {
     }
     text += &replay(summary, folder);
     if full {
-        let _ = write!(text, "\n{}", wrapped("", &format!("intervals, {}", summary.interval)));
+        let _ = write!(text, "\n{}", wrapped("", &format!("Intervals: {}", summary.interval)));
     }
     text
 }
@@ -113,8 +113,8 @@ fn head(summary: &Summary, full: bool) -> String {
 
 fn sets(summary: &Summary) -> Table {
     // What happened to no set is not worth a column.
-    let rare: [(&str, fn(&SetSummary) -> u64); 2] =
-        [("diverged", |set| set.diverged), ("timed out", |set| set.timed_out)];
+    type Outcome = (&'static str, fn(&SetSummary) -> u64);
+    let rare: [Outcome; 2] = [("diverged", |set| set.diverged), ("timed out", |set| set.timed_out)];
     let rare: Vec<_> = rare.into_iter().filter(|(_, of)| summary.sets.iter().any(|set| of(set) > 0)).collect();
     let header = ["gain set", "recovered", "rate", "95 %", "fell"];
     let mut table = table(header.into_iter().chain(rare.iter().map(|(label, _)| *label)));
@@ -187,7 +187,7 @@ fn falls(summary: &Summary) -> String {
     if summary.sets.iter().any(|set| sum(set, &others) > 0) {
         rows.push(row("others", &others));
     }
-    format!("\n{}\n", compared("fell on", names(summary), rows, many(summary)))
+    format!("\n{}\n", compared("cause of the fall", names(summary), rows, many(summary)))
 }
 
 /// Success by heading.
@@ -215,9 +215,10 @@ fn limits(summary: &Summary) -> Table {
     whole_names(align(table))
 }
 
-const LIMITS_EXPLAINED: &str = "impulse at which 50 % and 90 % of the pushes are survived (95 % interval), by a fitted \
-                                logistic curve over all headings; m w d: mass, omega, way from the COM to the \
-                                support's edge, which a push of no duration may reach without a footstep";
+const LIMITS_EXPLAINED: &str = "Impulses at which 50 % and 90 % of the pushes are survived, with 95 % intervals, by a \
+                                logistic curve fitted over all headings. m w d is mass times omega times the distance \
+                                from the COM to the edge of the support: the most that a pendulum takes without a \
+                                footstep of a push that has no duration.";
 
 /// The impulse (N s, or over m omega d) that half of the pushes at it are survived, or nine of ten, with its interval.
 pub fn impulse_at(curve: &FittedCurve, half: bool) -> String {
@@ -243,9 +244,9 @@ fn failures(summary: &Summary) -> String {
         ("fell after a landing", |f| f.fell_after_landing),
         ("not standing at the end", |f| f.timed_out),
         ("diverged", |f| f.diverged),
-        ("  of the falls: slipped", |f| f.fell_slipped),
-        ("  torque at its limit", |f| f.fell_torque_limited),
-        ("  neither", |f| f.fell_otherwise),
+        ("  falls: slipped", |f| f.fell_slipped),
+        ("  falls: torque at its limit", |f| f.fell_torque_limited),
+        ("  falls: neither", |f| f.fell_otherwise),
     ];
     let any = |pick: &Pick| summary.sets.iter().any(|set| pick(&set.failures) > 0);
     let row = |(label, pick): (&str, Pick)| {
@@ -324,9 +325,9 @@ fn foretold(summary: &Summary) -> String {
     };
     let agreement = with_sets().map(agreement).collect::<Vec<_>>().join(", ");
     let notes = format!(
-        "How many recovered of the trials in which the set holds the true state at the end of the push, and of those in \
-         which it does not. The margin is 1 at rest and 0 at the border of the set. So many trials end as the set says by \
-         the true state (and by the one estimated then): {agreement}."
+        "How many trials recovered: of those in which the set holds the true state at the end of the push, and of those in \
+         which it does not. The margin is 1 at rest and 0 at the border of the set. Share of the trials that ended as the \
+         set says, by the true state and (in brackets) by the state estimated then: {agreement}."
     );
     format!("\n{}\n{}", compared(corner, names, rows, false), wrapped(" ", &notes))
 }
@@ -334,7 +335,8 @@ fn foretold(summary: &Summary) -> String {
 /// How to replay a trial in which two sets end differently, or else one that was lost.
 fn replay(summary: &Summary, folder: &Path) -> String {
     let differ = |pair: &Pair| {
-        let lost = |trials: &[u64], by: &str| Some((*trials.first()?, by.to_string(), "that tells sets apart"));
+        let lost =
+            |trials: &[u64], by: &str| Some((*trials.first()?, by.to_string(), "in which two sets end differently"));
         lost(&pair.first_only_a, &pair.b).or_else(|| lost(&pair.first_only_b, &pair.a))
     };
     // A set's telling trials begin with those that it lost.
@@ -344,7 +346,7 @@ fn replay(summary: &Summary, folder: &Path) -> String {
     };
     let found = summary.pairs.iter().find_map(differ).or_else(|| summary.sets.iter().find_map(lost));
     let Some((trial, set, which)) = found else { return String::new() };
-    let what = format!("to replay a trial, e.g. one {which} (others: report.html):");
+    let what = format!("to replay a trial {which} (report.html has more):");
     // The command on a line of its own, however long: it is to be copied.
     format!("\n{} {}\n", wrapped("", &what), replay_command(summary, &set, trial, folder))
 }
@@ -366,7 +368,7 @@ mod tests {
         for words in ["impulse [N s]", "50 % [N s]", "only a", "fell:  ", "Wilson", "mass_scale 1.1"] {
             assert!(!short.contains(words) && full.contains(words), "{words} in {short} {full}");
         }
-        assert!(short.contains("varied: mass_scale\n") && short.lines().count() < 24, "{short}");
+        assert!(short.contains("varied: mass_scale\n") && short.lines().count() < 28, "{short}");
     }
 
     #[test]
@@ -383,9 +385,9 @@ mod tests {
     #[test]
     fn a_trial_to_replay_is_called_what_it_is() {
         let text = |outcomes| replay(&summary(&[outcomes; 3], &[], &[]), Path::new("out"));
-        assert!(text([Recovered, Fell]).contains("e.g. one that tells sets apart (others"));
+        assert!(text([Recovered, Fell]).contains("to replay a trial in which two sets end differently (report"));
         assert!(text([Recovered, Fell]).ends_with("--campaign out/campaign.toml --trial 0 --gains b\n"));
-        assert!(text([Fell, Fell]).contains("e.g. one that was lost (others"));
+        assert!(text([Fell, Fell]).contains("to replay a trial that was lost (report"));
         assert_eq!(text([Recovered, Recovered]), "");
     }
 }

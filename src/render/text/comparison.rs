@@ -28,7 +28,7 @@ pub(super) fn verdicts(summary: &Summary) -> String {
     let sentences: String = shown.iter().map(|pair| wrapped(" - ", &pair.words)).collect();
     let more = match summary.pairs.len() - shown.len() {
         0 => String::new(),
-        more => format!(" {more} more pairs, without {}, are in summary.json.", leader(summary)),
+        more => format!(" {more} more pairs, those without {}, are in summary.json.", leader(summary)),
     };
     format!("\n{sentences}{}", wrapped(" ", &(about_pairs(summary) + &more)))
 }
@@ -39,7 +39,7 @@ pub(super) fn pairs(summary: &Summary) -> String {
     if shown.is_empty() {
         return String::new();
     }
-    let about = "a - b: rate of a less rate of b, in points; its interval is in the verdicts above.";
+    let about = "a - b is the rate of a less that of b, in points. Its interval stands in the verdicts above.";
     format!("\n{}\n{}", counts(&shown), wrapped(" ", about))
 }
 
@@ -49,8 +49,8 @@ pub fn about_pairs(summary: &Summary) -> String {
     let together = if several { format!(" for all {count} pairs together") } else { String::new() };
     let times = if several { format!(" times {count}") } else { String::new() };
     match summary.stopping.until_resolved {
-        true => format!("Intervals are at 95 %{together}, at every look."),
-        false => format!("Intervals are at 95 %{together}; p is that of the exact McNemar test{times}."),
+        true => format!("The intervals hold at 95 %{together}, however often one looks."),
+        false => format!("The intervals hold at 95 %{together}; p is that of the exact McNemar test{times}."),
     }
 }
 
@@ -107,7 +107,9 @@ pub(super) fn gates(summary: &Summary) -> String {
         table.add_row(head.into_iter().chain(gate_cells(gate)).chain([more]));
     }
     let level = level(summary.gates.first().map_or(0.95, |gate| gate.judged.confidence));
-    let mut notes = format!("passes if its whole {level} interval is at least what is asked, fails if none of it is");
+    let mut notes = format!(
+        "A gate passes if its whole {level} interval reaches what is asked, and fails if the whole interval lies below"
+    );
     if let Some(baseline) = baseline(summary) {
         notes += &format!("; {baseline}");
     }
@@ -189,7 +191,7 @@ pub fn gate_seen(gate: &GateResult) -> String {
     });
     let differ = gate.counts.map(|counts| {
         let PairedCounts { only_a: won, only_b: lost, .. } = counts;
-        format!(" ({won} that only it recovered from, {lost} that only the other did)")
+        format!(" ({won} recovered from by it alone, {lost} by the other alone)")
     });
     let fails = if gate.passes || judged.status == Status::Failed { "" } else { "; here that counts as failed" };
     format!(
@@ -250,7 +252,7 @@ mod tests {
         assert!(unresolved.replace("\n                 ", " ").contains("counts as failed"), "{unresolved}");
         let words = failed.replace("\n             ", " ");
         assert!(words.starts_with("gate failed: b >= a + 0.1: -50.0 points seen, -"), "{words}");
-        let told = "points at 95 % confidence, +10.0 points asked, 100 trials (0 that only it recovered from, 50 that only \
+        let told = "points at 95 % confidence, +10.0 points asked, 100 trials (0 recovered from by it alone, 50 by the \
                     the other did)\na trial";
         assert!(words.contains(told), "{words}");
         for line in all.iter().flat_map(|text| text.lines()) {

@@ -24,10 +24,13 @@ const HEADINGS: [(&str, Vector2<f64>); 4] = [
 ];
 
 /// What the columns of the first table are.
-const EXPLAINED: &str = "forward, left, backward, right: the largest impulse that the set holds in this direction, from rest, \
-                         over m omega d (mass, natural frequency, distance from the origin to the edge); 1 is the most \
-                         that a standing pendulum can take. Poles are multiples of -omega. Within the horizon the ZMP \
-                         must be checked; rows are the inequalities that this leaves.";
+const EXPLAINED: &str = "Poles are multiples of -omega. The set of a gain is what keeps the ZMP within its region over the \
+                         horizon, which takes so many inequalities (rows). Forward, left, backward and right are the \
+                         largest impulses in these directions that a robot at rest can take within the set, over m omega d: \
+                         mass times natural frequency times the distance from the origin to the edge. A standing pendulum \
+                         can take 1 at most.";
+/// What the second table says.
+const NESTING_EXPLAINED: &str = "\"yes\": the set of the row lies inside the set of the column.";
 
 /// The sets of a gain set, as they were found.
 pub struct Sets<'a> {
@@ -73,22 +76,25 @@ impl Sets<'_> {
         let mm = |v: &Point2<f64>| format!("({:.1}, {:.1})", v.x * 1e3, v.y * 1e3);
         let vertices: Vec<String> = self.support.vertices().iter().map(mm).collect();
         let warning = match self.inclusion.warning() {
-            Some(warning) => format!("warning: {warning}"),
-            None => "The family nests: the set of each gain lies inside the sets of all slower gains.".into(),
+            Some(warning) => wrapped("warning: ", &warning),
+            None => "The family nests: the set of each gain lies inside the sets of all slower gains.\n".into(),
         };
         format!(
-            "Maximal CPI sets of gain set {}: omega {omega:.3} rad/s, control period {:.3} ms\n\
-             The ZMP may be within [mm]: {}\n\n\
+            "Maximal CPI sets of gain set {}\n\
+             pendulum  omega {omega:.3} rad/s, control period {:.3} ms\n\
              {}\n\
              {}\n\
-             {}\n\n\
-             {warning}\n",
+             {}\n\
+             {}\n\
+             {}\n\
+             {warning}",
             self.set.name,
             dt * 1e3,
-            vertices.join(" "),
+            wrapped("ZMP       ", &format!("within a region with the corners {} mm", vertices.join(", "))),
             self.sizes(),
             wrapped("", EXPLAINED),
             self.nesting(),
+            wrapped("", NESTING_EXPLAINED),
         )
     }
 

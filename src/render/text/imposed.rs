@@ -22,7 +22,7 @@ impl ImposedStory<'_> {
 
     fn outcome(&self) -> String {
         match (self.record.lost_at_s, self.record.home_at_s) {
-            (Some(at), _) => format!("lost at {at:.2} s, the DCM out of reach"),
+            (Some(at), _) => format!("lost at {at:.2} s: the DCM is out of reach"),
             (None, Some(at)) => format!("recovered, COM home from {at:.2} s"),
             (None, None) => "the COM does not get home".into(),
         }
@@ -41,16 +41,16 @@ impl ImposedStory<'_> {
         let [x, y] = record.zmp_error_m.map(|v| 1000.0 * v);
         line(
             "error",
-            format!("({x:.1}, {y:.1}) mm, imposed on the ideal pendulum; the body follows by inverse kinematics"),
+            format!("({x:.1}, {y:.1}) mm, imposed on the ideal pendulum. The body follows by inverse kinematics"),
         );
         let [vx, vy] = record.com_vel_m_s;
         line(
             "start",
             match self.start {
-                Start::AtRest => "the COM is at rest: only the rule of the footstep is told of the error".into(),
+                Start::AtRest => "the COM is at rest; only the rule for footsteps is told of the error".into(),
                 Start::Moving => format!(
-                    "the COM moves at ({vx:.3}, {vy:.3}) m/s, as after a sudden {:.2} N s, at which the slowest gain asks \
-                     for that error",
+                    "the COM moves at ({vx:.3}, {vy:.3}) m/s, as after a push of {:.2} N s without duration, for which the \
+                     slowest gain asks for that error",
                     record.impulse_n_s
                 ),
             },
@@ -63,7 +63,7 @@ impl ImposedStory<'_> {
         line(
             "body",
             format!(
-                "its COM is at most {:.1} mm from the pendulum's, and {:.0} mm high at the lowest",
+                "its COM is up to {:.1} mm from that of the pendulum, and at least {:.0} mm high",
                 1000.0 * record.worst_com_error_m,
                 1000.0 * record.lowest_com_m
             ),

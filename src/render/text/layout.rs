@@ -27,13 +27,14 @@ pub fn compared<'a>(
     align(table)
 }
 
-/// Text in lines that fit, after a mark in front of the first. A number stays with its unit, and both with what they are of.
+/// Text in lines that fit the terminal, after a mark in front of the first. A number stays with its unit, and both with what they are of.
 pub fn wrapped(mark: &str, text: &str) -> String {
+    let width = usize::from(Table::new().width().unwrap_or(PLAIN_WIDTH).min(PLAIN_WIDTH));
     let is_one_of = |word: &str, all: &[&str]| all.contains(&word.trim_end_matches(['.', ',', ';', ':', ')']));
     let stays = |before: &str, word: &str| {
         is_one_of(word, &["=", "<", ">=", "%", "s", "mm", "m", "m/s", "N", "deg", "degrees", "points"])
             || is_one_of(before, &["=", "<", ">=", "N"])
-            || (before.starts_with('(') && before.ends_with(','))
+            || (before.starts_with('(') && before.ends_with(',') && !before.contains(')'))
     };
     let mut pieces: Vec<String> = Vec::new();
     let mut before = "";
@@ -48,7 +49,7 @@ pub fn wrapped(mark: &str, text: &str) -> String {
     for piece in pieces {
         let line = lines.last_mut().expect("one at least");
         let is_new = line.len() == mark.len();
-        if !is_new && line.chars().count() + 1 + piece.chars().count() > usize::from(PLAIN_WIDTH) {
+        if !is_new && line.chars().count() + 1 + piece.chars().count() > width {
             lines.push(" ".repeat(mark.len()) + &piece);
         } else {
             *line += if is_new { "" } else { " " };
@@ -111,6 +112,9 @@ mod tests {
     fn a_number_stays_with_its_unit() {
         let words = "x".repeat(66);
         assert_eq!(wrapped("- ", &format!("{words} (p = 0.0625, y")), format!("- {words}\n  (p = 0.0625, y\n"));
+        let short = &words[..60];
+        let apart = wrapped("- ", &format!("{short} 67 % (25-94), paper 67 %"));
+        assert_eq!(apart, format!("- {short} 67 % (25-94),\n  paper 67 %\n"));
         assert_eq!(wrapped("- ", &format!("{words}x at 12.5 N s. z")), format!("- {words}x at\n  12.5 N s. z\n"));
     }
 

@@ -1,6 +1,7 @@
 //! The largest recoverable impulse by heading, as a table.
 
 use crate::campaign::limit::{Heading, Limits, SetLimit};
+use crate::render::text::layout::signed;
 use std::fmt::Write;
 
 /// A table of at most 80 columns (with names of up to 18 letters).
@@ -14,26 +15,26 @@ pub fn text(limits: &Limits) -> String {
         limits.robot, limits.campaign, limits.seed
     ));
     line(format!(
-        "robot: {:.3} kg, omega {:.3} rad/s, COM {:.4} m high, {:+.1} {:+.1} mm (x, y) from mid-feet",
+        "robot:    {:.3} kg, omega {:.3} rad/s, COM {:.4} m high and at {}, {} mm (x, y)\n          from the middle of the feet",
         y.mass_kg,
         y.omega_rad_s,
         y.com_height_m,
-        1e3 * y.com_offset_m[0],
-        1e3 * y.com_offset_m[1]
+        signed(1e3 * y.com_offset_m[0], 1),
+        signed(1e3 * y.com_offset_m[1], 1)
     ));
     line(format!(
-        "footstep: {} s, {} m fore and aft, {} to {} m sideways; the stance is {:.3} m wide",
+        "footstep: takes {} s and reaches {} m fore and aft, {} to {} m sideways;\n          at home the feet are {:.3} m apart",
         y.min_step_time_s, y.reach_m.forward, y.reach_m.inward, y.reach_m.outward, y.stance_width_m
     ));
     line(format!(
-        "push: {:.0} ms (its bounds are those of an instant push times {:.3}), {:+.0} mm above the COM\n",
+        "push:     {:.0} ms long, so that the bounds are {:.3} times those of a push of no\n          duration; {} mm above the COM\n",
         1e3 * y.push_duration_s,
         y.push_factor,
-        1e3 * y.push_height_m
+        signed(1e3 * y.push_height_m, 0)
     ));
     line(format!(
         "{:>7}  {:>17}   {:18} {:>17} {:>5} {:>5}",
-        "", "pendulum, footsteps", "", "50 % recover", "90 %", "of"
+        "", "bounds by footsteps", "", "50 % recover", "90 %", "of"
     ));
     line(format!(
         "{:>7} {:>6} {:>6} {:>6}  {:18} {:>17} {:>5} {:>5}",
@@ -53,19 +54,23 @@ pub fn text(limits: &Limits) -> String {
     }
     if y.height_factor < 1.0 {
         line(format!(
-            "\nThe second line of bounds takes the height of the push into account: it is the first times {:.3}.",
+            "\nThe second line of bounds takes the height of the push into account: it is the\nfirst times {:.3}.",
             y.height_factor
         ));
     }
     let marked = limits.headings.iter().flat_map(|h| &h.sets).filter(|set| !set.resolved).count();
     if marked > 0 {
         line(format!(
-            "\n* The interval is wider than +-{} N s: the search ran out of trials, or left the range of impulses.",
+            "\n* The interval is wider than +-{} N s: the search ran out of trials, or left the\nrange of impulses.",
             limits.precision_n_s
         ));
     }
     line(format!(
-        "\n{} episodes. Intervals are within +-{} N s, except where marked with *.",
+        "\nImpulses are in N s. The bounds are the largest impulses from which a pendulum\n\
+         recovers with no footstep, with one, and with any number of them. `50 % recover` is\n\
+         the impulse from which the gain set recovers in half of the trials, `90 %` that of\n\
+         nine in ten, and `of one` the former over the bound with one footstep.\n\
+         {} episodes were run. The intervals are within +-{} N s, except where marked with *.",
         limits.episodes, limits.precision_n_s
     ));
     text

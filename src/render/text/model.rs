@@ -1,7 +1,8 @@
 //! What was understood of a robot, and its kinematics at given joint angles.
 
+use crate::render::text::layout::{align, signed, table, whole_names, wrapped};
 use crate::robot::{Foot, Kinematics, Robot};
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::Table;
 use nalgebra::Matrix3xX;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
@@ -97,9 +98,9 @@ pub fn description(robot: &Robot) -> String {
     let mut line = |s: String| _ = writeln!(text, "{s}");
     line(format!("{}: {} joints, {:.6} kg", robot.name, robot.joints.len(), robot.mass()));
     line(format!(
-        "home     COM {:+.2} {:+.2} mm (x y) from the middle of the soles, {:.4} m above them; omega {:.4} rad/s",
-        1e3 * com.x,
-        1e3 * com.y,
+        "home     the COM is at {}, {} mm (x, y) from the middle of the soles,\n         {:.4} m above them; omega is {:.4} rad/s",
+        signed(1e3 * com.x, 2),
+        signed(1e3 * com.y, 2),
         com.z,
         robot.omega()
     ));
@@ -108,20 +109,20 @@ pub fn description(robot: &Robot) -> String {
         let sole = &robot.soles[foot];
         let center = kinematics.sole_pose(robot, foot).translation;
         line(format!(
-            "sole     {}: {:.3} x {:.3} x {:.3} mm (x y z), at home centred at {:+.2} {:+.2} mm",
+            "sole     {}: {:.3} x {:.3} x {:.3} mm (x, y, z), at home centred at {}, {} mm",
             robot.frames[sole.frame].name,
             2e3 * sole.half_m[0],
             2e3 * sole.half_m[1],
             1e3 * sole.thickness_m,
-            1e3 * center.x,
-            1e3 * center.y
+            signed(1e3 * center.x, 2),
+            signed(1e3 * center.y, 2)
         ));
     }
     let noise = &robot.noise;
     line(format!("ground   friction {}", robot.friction));
     line(format!("delay    {} ms from sensing to torque", 1e3 * robot.delay_s));
     line(format!(
-        "noise    encoders {} rad, gyro {} rad/s, orientation {} rad, accelerometer {} m/s^2, soles {} N and {} N m",
+        "noise    encoders {} rad, gyro {} rad/s, orientation {} rad,\n         accelerometer {} m/s^2, soles {} N and {} N m",
         noise.joint_angle_rad,
         noise.gyro_rad_s,
         noise.orientation_rad,
@@ -131,8 +132,8 @@ pub fn description(robot: &Robot) -> String {
     ));
     line(match robot.reach {
         Some(reach) => format!(
-            "reach    a foot lands up to {} mm fore or aft and {} to {} mm sideways of the other, at the earliest {} s \
-             after the decision (for the bounds of `limit`)",
+            "reach    a foot lands up to {} mm fore or aft and {} to {} mm sideways of the\n         other, at the \
+             earliest {} s after the decision (for the bounds of `limit`)",
             1e3 * reach.forward_m,
             1e3 * reach.inward_m,
             1e3 * reach.outward_m,
@@ -140,12 +141,12 @@ pub fn description(robot: &Robot) -> String {
         ),
         None => "reach    not given".into(),
     });
-    line("\nTree of links (mass of each moving link; in brackets, the links that are fixed to it)".into());
+    line("\nTree of links: the mass of each moving link, and in brackets the links fixed to it".into());
     tree_text(robot, 0, 1, &mut line);
-    line(format!("\n{}", joint_table(robot)));
+    line(format!("\n{}\n\n{}", joint_table(robot), servo_table(robot)));
     if !robot.assumptions.is_empty() {
         line("\nAssumed, because it is not published".into());
-        robot.assumptions.iter().for_each(|a| line(format!("  {a}")));
+        robot.assumptions.iter().for_each(|a| line(wrapped("  - ", a).trim_end().into()));
     }
     text
 }
@@ -170,37 +171,29 @@ fn tree_text(robot: &Robot, link: usize, depth: usize, line: &mut impl FnMut(Str
 }
 
 fn joint_table(robot: &Robot) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING);
-    table.set_header([
-        "joint",
-        "axis",
-        "limits [deg]",
-        "limits [rad]",
-        "home [rad]",
-        "kp [N m/rad]",
-        "kd [N m s/rad]",
-        "torque [N m]",
-        "at speeds [rad/s]",
-        "rotor [kg m^2]",
-    ]);
-    for (i, joint) in robot.joints.iter().enumerate() {
-        let (servo, axis) = (&robot.servos[i], &joint.axis);
-        table.add_row([
+    let mut joints = table(["joint", "axis", "limits [deg]", "limits [rad]"]);
+    for joint in &robot.joints {
+        let axis = &joint.axis;
+        joints.add_row([
             joint.name.clone(),
             format!("{:.3} {:.3} {:.3}", axis.x + 0.0, axis.y + 0.0, axis.z + 0.0),
             format!("{:.1} to {:.1}", joint.lower_rad.to_degrees(), joint.upper_rad.to_degrees()),
             format!("{:.4} to {:.4}", joint.lower_rad, joint.upper_rad),
-            format!("{:.6}", robot.home_rad[i]),
-            servo.kp.to_string(),
-            servo.kd.to_string(),
-            servo.torque_n_m.to_string(),
-            format!("full to {}, none at {}", servo.full_torque_speed_rad_s, servo.no_torque_speed_rad_s),
-            servo.rotor_inertia_kg_m2.to_string(),
         ]);
     }
-    table.column_iter_mut().skip(1).for_each(|column| column.set_cell_alignment(CellAlignment::Right));
-    table
+    align(joints)
+}
+
+fn servo_table(robot: &Robot) -> Table {
+    let head = ["joint", "home [rad]", "kp [N m/rad]", "kd [N m s/rad]", "torque [N m]"];
+    let mut servos = table(head.into_iter().chain(["full to [rad/s]", "none at [rad/s]", "rotor [kg m^2]"]));
+    for ((joint, servo), home_rad) in robot.joints.iter().zip(&robot.servos).zip(&robot.home_rad) {
+        let numbers = [servo.kp, servo.kd, servo.torque_n_m, servo.full_torque_speed_rad_s];
+        let more = [servo.no_torque_speed_rad_s, servo.rotor_inertia_kg_m2];
+        let numbers = numbers.into_iter().chain(more).map(|number| number.to_string());
+        servos.add_row([joint.name.clone(), format!("{home_rad:.6}")].into_iter().chain(numbers));
+    }
+    whole_names(align(servos))
 }
 
 /// COM and link positions at given angles.

@@ -2,6 +2,7 @@
 
 use crate::episode::response::{self, Axis, Bandwidth, Experiment, Point};
 use crate::lipm::gains::{Gain, GainFamily};
+use crate::render::text::layout::wrapped;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -61,8 +62,11 @@ impl<'a> Response<'a> {
     pub fn text(&self) -> String {
         let omega = self.family.pendulum.omega;
         let mut text = format!(
-            "How the ZMP under the soles follows the commanded ZMP: gain set {} on {}, {} axis,\n\
-             a sine of {} mm; omega, the pendulum's natural frequency, is {omega:.2} rad/s.\n\n\
+            "How the ZMP under the soles follows the commanded ZMP\n\
+             gain set {}, robot {}, axis {}\n\
+             A sine of {} mm is added to the commanded ZMP. omega is the natural frequency\n\
+             of the pendulum, {omega:.2} rad/s. The last column is the amplitude of the commanded\n\
+             ZMP over that of the sine.\n\n\
              frequency  in omega   gain    phase    delay  commanded/sine\n",
             self.family.name,
             self.robot,
@@ -84,27 +88,26 @@ impl<'a> Response<'a> {
         let most = self.points.last().map_or(0.0, Point::angular_frequency);
         let shown = |limit: Option<f64>| match limit {
             Some(w) => format!("at {w:.1} rad/s ({:.1} omega)", w / omega),
-            None => format!("above {most:.0} rad/s ({:.0} omega)", most / omega),
+            None => format!("not up to {most:.0} rad/s ({:.0} omega)", most / omega),
         };
-        line(format!(
-            "\nThe gain falls to -3 dB {}; the phase reaches -45 degrees {}.",
-            shown(self.bandwidth.gain_rad_s),
-            shown(self.bandwidth.phase_rad_s)
-        ));
         let (fastest, pole) = (self.fastest_pole(), self.fastest_pole_rad_s());
         let [gain, phase] = [self.bandwidth.gain_rad_s, self.bandwidth.phase_rad_s].map(|w| w.unwrap_or(most));
         let side = |limit: f64| if pole < limit { "below" } else { "above" };
-        line(format!(
-            "The fastest pole, {fastest} omega = {pole:.1} rad/s, is {} the -45 degrees bandwidth and {} the -3 dB \
-             bandwidth:\n{}.",
+        let follows = if pole < phase.min(gain) {
+            "The ZMP can follow the gains."
+        } else {
+            "The ZMP lags behind what the CPI sets assume."
+        };
+        let told = format!(
+            "The gain falls to -3 dB {}, and the phase reaches -45 degrees {}. The fastest pole, {fastest} omega = \
+             {pole:.1} rad/s, is {} the -45 degrees bandwidth and {} the -3 dB bandwidth. {follows}",
+            shown(self.bandwidth.gain_rad_s),
+            shown(self.bandwidth.phase_rad_s),
             side(phase),
             side(gain),
-            if pole < phase.min(gain) {
-                "the ZMP can follow the gains"
-            } else {
-                "the ZMP lags behind what the sets assume"
-            }
-        ));
+        );
+        text += "\n";
+        text += &wrapped("", &told);
         text
     }
 }
@@ -128,7 +131,8 @@ mod tests {
         let pole = family.gains.iter().flat_map(|gain| gain.y.poles).fold(0.0, f64::max) * family.pendulum.omega;
         assert!(say(Some(2.0 * pole), Some(1.5 * pole)).contains("can follow"));
         let mixed = say(Some(2.0 * pole), Some(0.5 * pole));
+        let mixed = mixed.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(mixed.contains("is above the -45 degrees bandwidth and below the -3 dB bandwidth"), "{mixed}");
-        assert!(mixed.contains("lags behind what the sets assume"), "{mixed}");
+        assert!(mixed.contains("lags behind what the CPI sets assume"), "{mixed}");
     }
 }

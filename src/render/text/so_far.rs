@@ -48,8 +48,11 @@ pub fn lines(so_far: &SoFar, width: usize, height: usize) -> Vec<String> {
     lines.map(|line| line.chars().take(width).collect()).collect()
 }
 
-/// The same in a sentence or two, for a log.
+/// The same in a sentence or two, for a log. Empty if nothing is finished.
 pub fn sentence(so_far: &SoFar) -> String {
+    if so_far.trials == 0 {
+        return String::new();
+    }
     let rate = |(name, count): &&(String, SuccessCount)| {
         let [rate, least, most] = [count.success_rate, count.ci95[0], count.ci95[1]].map(|share| 100.0 * share);
         format!("{name} {rate:.0} % ({least:.0}-{most:.0})")
@@ -135,6 +138,7 @@ mod tests {
         let text = sentence(&so_far(4, 600, |set| NAMES[set].into())).replace("\n  ", " ");
         assert!(text.starts_with("  after 600 trials, not final: catch 80 % ("), "{text}");
         assert!(text.ends_with("; 4 of 6 pairs can be told apart"), "{text}");
+        assert_eq!(sentence(&so_far(2, 0, |set| NAMES[set].into())), "");
         let few = sentence(&so_far(2, 6, |set| NAMES[set].into())).replace("\n  ", " ");
         assert!(few.ends_with("; no two can be told apart yet"), "{few}");
         let many = sentence(&so_far(30, 100, |set| set.to_string())).replace("\n  ", " ");

@@ -72,7 +72,7 @@ fn short(value: f64, digits: i32) -> f64 {
     (value * unit).round() / unit + 0.0
 }
 
-/// A line for each footstep: the ways of its sole, and the ZMP error for which it was taken.
+/// A few sentences on each footstep: when and for which ZMP error it was taken, and the way of its sole (mm, world).
 pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String> {
     // Plus 0: no -0.
     let round = |m: f64| (1000.0 * m).round() + 0.0;
@@ -82,17 +82,22 @@ pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String>
         .map(|footstep| {
             let Footstep { foot, lift_s, land_s, from_m, to_m, zmp_error_m, in_set_at_landing } = footstep;
             format!(
-                "{} foot, {lift_s:.3} to {land_s:.3} s, {} to {} mm, ZMP error {} mm; then the new sets {} the state",
+                "{} foot: lifted at t = {lift_s:.3} s for a ZMP error of {} mm, landed at t = {land_s:.3} s. The sole moved \
+                 from {} to {} mm. At the landing the state was {} the new CPI sets",
                 foot.name(),
+                mm(zmp_error_m),
                 mm(from_m),
                 mm(to_m),
-                mm(zmp_error_m),
-                if *in_set_at_landing { "hold" } else { "do not hold" }
+                if *in_set_at_landing { "in" } else { "outside of" }
             )
         })
         .collect();
     lines.extend(unfinished.map(|Lifted { foot, lift_s, zmp_error_m, .. }| {
-        format!("{} foot, from {lift_s:.3} s on, ZMP error {} mm; it did not land", foot.name(), mm(zmp_error_m))
+        format!(
+            "{} foot: lifted at t = {lift_s:.3} s for a ZMP error of {} mm, and did not land",
+            foot.name(),
+            mm(zmp_error_m)
+        )
     }));
     lines
 }
@@ -136,7 +141,7 @@ impl Told<'_> {
             let [height_m, duration_s, start_s] =
                 [push.height_m, push.duration_s, push.start_s].map(|value| short(value, 3));
             let at = match height_m {
-                0.0 => "at the COM".into(),
+                0.0 => "level with the COM".into(),
                 below if below < 0.0 => format!("{} m below the COM", -below),
                 above => format!("{above} m above the COM"),
             };
@@ -152,8 +157,11 @@ impl Told<'_> {
             "gains",
             match family.gains.len() {
                 0 => format!("{}, which keeps its posture", family.name),
-                1 => format!("{} (1 gain)", family.name),
-                count => format!("{} ({count} gains)", family.name),
+                count => {
+                    let gains = if count == 1 { "one gain".into() } else { format!("{count} gains") };
+                    let footsteps = if family.footwork.is_some() { "footsteps" } else { "no footsteps" };
+                    format!("{}, with {gains} and {footsteps}", family.name)
+                }
             },
         );
         line("outcome", self.outcome());
@@ -169,11 +177,11 @@ impl Told<'_> {
         }
         match (record.outcome, self.witness.dcm_outside_since_s) {
             (Outcome::Fell, Some(at)) => {
-                line("DCM", format!("com + com_vel / omega was outside of the support for good from t = {at:.3} s on"));
+                line("DCM", format!("com + com_vel / omega left the support for good at t = {at:.3} s"));
             }
             _ if record.peak_dcm_outside_m > 0.0 => {
                 let mm = 1000.0 * record.peak_dcm_outside_m;
-                line("DCM", format!("com + com_vel / omega was at most {mm:.1} mm outside of the support"));
+                line("DCM", format!("com + com_vel / omega was up to {mm:.1} mm outside of the support"));
             }
             _ => {}
         }
@@ -184,9 +192,9 @@ impl Told<'_> {
         );
         if family.gains.len() > 1 {
             let told = match record.gain_switches {
-                0 => "none: the fastest gain acts all the time".into(),
-                1 => "once a gain takes over from another, or starts anew".into(),
-                n => format!("{n} times a gain takes over from another, or starts anew"),
+                0 => "none: the fastest gain acted all the time".into(),
+                1 => "the controller switched or restarted its gain once".into(),
+                n => format!("the controller switched or restarted its gain {n} times"),
             };
             line("switches", told);
         }
@@ -224,35 +232,37 @@ impl Told<'_> {
     /// and where they had nothing to say.
     fn sets(&self) -> Option<String> {
         let record = &self.record;
-        let [the_set, no_set, its, needs] = match self.design.family.gains.len() {
+        let the_set = match self.design.family.gains.len() {
             0 => return None,
-            1 => ["the gain's CPI set", "the gain's CPI set does not hold", "it", "this gain needs"],
-            _ => ["the largest CPI set", "no CPI set holds", "the sets", "these gains need"],
+            1 => "the CPI set of the gain",
+            _ => "the largest CPI set",
         };
-        let left = |its: &str| record.left_sets_at_s.map(|at| format!("left {its} at t = {at:.3} s"));
         let end = if self.pushes.len() > 1 { "at the end of the last push" } else { "at the end of the push" };
         let Some(side) = record.set_after_push else {
-            return left(if its == "it" { the_set } else { "all CPI sets" }).map(|left| format!("the state {left}"));
+            return record.left_sets_at_s.map(|at| format!("the state left {the_set} at t = {at:.3} s"));
         };
         let margin = |m: Option<f64>| m.map_or("none".into(), |m| format!("{m:.2}"));
         let [margin, margin_est] = [record.cpi_margin_after_push, record.cpi_margin_after_push_est].map(margin);
-        let margins = format!("(margin {margin}, as estimated {margin_est})");
+        let margins = format!("(margin {margin}; of the estimated state {margin_est})");
         let stepped = !record.footsteps.is_empty() || record.unfinished_footstep.is_some();
         let recovered = record.outcome == Outcome::Recovered;
         Some(match side {
-            Membership::Empty => format!("{end} there is no CPI set, for there is nothing to stand on"),
+            Membership::Empty => format!("{end} there was no CPI set, for there was nothing to stand on"),
             Membership::Inside => {
-                let yet = if recovered { "" } else { "; it did not recover all the same" };
-                format!("{end} {the_set} holds the state {margins}: by the pendulum no footstep is needed{yet}")
+                let yet = if recovered { "" } else { ", but the robot did not recover" };
+                format!("{end} the state was in {the_set} {margins}. By the pendulum model no footstep was needed{yet}")
             }
             Membership::Outside => {
-                let left = left(its).map_or(String::new(), |left| format!(", which {left}"));
+                let left = record.left_sets_at_s.map(|at| format!(", which it left at t = {at:.3} s"));
+                let left = left.unwrap_or_default();
                 let yet = match (recovered, stepped) {
-                    (true, false) => "; the robot recovered without one all the same",
-                    (false, false) if self.design.family.footwork.is_none() => "; this gain set takes none",
+                    (true, false) => ", but the robot recovered without one",
+                    (false, false) if self.design.family.footwork.is_none() => ", which this gain set does not take",
                     _ => "",
                 };
-                format!("{end} {no_set} the state {margins}{left}. By the pendulum {needs} a footstep then{yet}")
+                format!(
+                    "{end} the state was outside of {the_set} {margins}{left}. By the pendulum model a footstep was needed{yet}"
+                )
             }
         })
     }
@@ -263,11 +273,12 @@ impl Told<'_> {
         let Some((at, first)) = &self.witness.torque_limited else {
             return format!("at most {percent:.0} % of the limit, at {joint}");
         };
-        let limited = format!("{first} is the first at its limit, at t = {at:.3} s");
+        let limited = format!("{first} was the first joint at its limit, at t = {at:.3} s");
         match percent.round() > 100.0 {
             // The servo's limit is set by the speed at the start of a physics step.
             true => format!(
-                "{limited}; the peak, {percent:.0} % at {joint}, lasts one physics step, as where a landing stops a joint"
+                "{limited}. The peak, {percent:.0} % of the limit at {joint}, lasted one physics step, as when an impact \
+                 stops a joint"
             ),
             false => limited,
         }
@@ -305,24 +316,29 @@ mod tests {
         let [title, text] = story("catch", 3.000_123_456_789, 90.0);
         assert!(title.starts_with("3 N s towards 90 degrees, gain set catch: recovered"), "{title}");
         let text = read(&text);
-        assert!(text.starts_with("push 3 N s towards 90 degrees for 0.05 s from t = 0.5 s, at the COM gains catch"));
         assert!(
-            text.contains("this gain needs a footstep then; the robot recovered without one all the same"),
+            text.starts_with("push 3 N s towards 90 degrees for 0.05 s from t = 0.5 s, level with the COM gains catch")
+        );
+        assert!(
+            text.contains("By the pendulum model a footstep was needed, but the robot recovered without one"),
             "{text}"
         );
         assert!(!text.contains("footstep left") && !text.contains("switches"), "{text}");
         // A landing stops a joint beyond its torque.
         let [_, text] = story("catch", 5.0, 0.0);
-        assert!(read(&text).contains("needs a footstep then footstep left foot, 0.53"), "{text}");
-        assert!(read(&text).contains("; the peak, 120 % at left_knee_flexion, lasts one physics step"), "{text}");
+        assert!(read(&text).contains("a footstep was needed footstep left foot: lifted at t = 0.53"), "{text}");
+        assert!(
+            read(&text).contains(". The peak, 120 % of the limit at left_knee_flexion, lasted one physics step"),
+            "{text}"
+        );
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
         // Held by its sets.
         let [_, text] = story("switching", 3.0, -135.0);
-        assert!(read(&text).contains("the largest CPI set holds the state (margin 0.16, as estimated 0.16)"), "{text}");
-        assert!(read(&text).contains("switches 6 times a gain takes over"), "{text}");
+        assert!(read(&text).contains("in the largest CPI set (margin 0.16; of the estimated state 0.16)"), "{text}");
+        assert!(read(&text).contains("switches the controller switched or restarted its gain 6 times"), "{text}");
         // Without gains nothing is said of sets or gains.
         let [_, text] = story("hold", 3.0, 0.0);
-        assert!(!text.contains("sets") && !text.contains("switches"), "{text}");
+        assert!(!text.contains("\nsets") && !text.contains("\nswitches"), "{text}");
         assert!(read(&text).contains("gains hold, which keeps its posture outcome fell at t = "), "{text}");
     }
 }

@@ -27,10 +27,10 @@ impl Aim {
         let impulse_n_s = args.impulse.unwrap_or(scale.first_push_n_s());
         if !(0.0..=most_n_s).contains(&impulse_n_s) {
             let accepted = format!("0 to {most_n_s}");
-            return Err(Error::value("arguments", "--impulse", impulse_n_s, "out of range", accepted));
+            return Err(Error::value("command line", "--impulse", impulse_n_s, "out of range", accepted));
         }
         if !args.heading.is_finite() {
-            return Err(Error::value("arguments", "--heading", args.heading, "out of range", "-180 to 180"));
+            return Err(Error::value("command line", "--heading", args.heading, "out of range", "-180 to 180"));
         }
         Ok(Self { impulse_n_s, heading_deg: wrapped(args.heading), most_n_s, step_n_s })
     }
@@ -77,7 +77,7 @@ mod tests {
     #[test]
     fn a_heavier_robot_is_pushed_harder() {
         let ut_mu2 = RobotScale::of(&Robot::load("ut-mu2").unwrap());
-        for (scale, first, most, step) in [(ut_mu2, 2.5, 20.0, 0.1), (THRICE, 100.0, 1000.0, 5.0)] {
+        for (scale, first, most, step) in [(ut_mu2, 5.0, 20.0, 0.1), (THRICE, 250.0, 1000.0, 5.0)] {
             let mut aim = aim(scale, None, 0.0).unwrap();
             assert_eq!((aim.impulse_n_s, aim.most_n_s, aim.step_n_s), (first, most, step));
             aim.harder(-2);
