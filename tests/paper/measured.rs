@@ -221,7 +221,7 @@ fn the_table_tells_what_other_pushes_lead_to() {
         assert_eq!(told["footsteps"], json!(record.footsteps));
         tells(&match record.fell_at_s {
             Some(at) => format!("<td>falls at {at:.2} s</td>"),
-            None => format!("<td>still from {:.2} s</td>", record.settled_at_s.unwrap()),
+            None => format!("<td>stands still from {:.2} s</td>", record.settled_at_s.unwrap()),
         });
         off_deg.push(record.footsteps.first().map(|footstep| {
             tells(&format!("<td>{}: {}</td>", footstep.foot.name(), in_words(footstep)));
@@ -238,9 +238,9 @@ fn the_table_tells_what_other_pushes_lead_to() {
     }
     assert_eq!((told.len(), &told[1]), (8, &told[5]));
     let worst = off_deg[..6].iter().flatten().fold(0.0_f64, |most, deg| most.max(*deg));
-    tells(&format!("at most {worst:.0} degrees over the 5 of the 6 headings"));
-    tells("recovers without a footstep towards \u{2212}120");
-    tells("steps and falls towards \u{2212}130");
+    tells(&format!("at most {worst:.0} degrees in the table of Fig. 13, where 5 of 6 headings lead to"));
+    tells("towards \u{2212}120 degrees the robot recovers without a footstep");
+    tells("towards \u{2212}130 degrees the robot steps and falls");
 }
 
 /// For Fig. 12 and 13: eq. 29 compared with the landing. For Fig. 6: how often the stride is at its limit.
@@ -270,7 +270,7 @@ fn captions_tell_the_stride_that_was_asked_for_and_where_the_foot_landed() {
     let runs = [numbers("12"), numbers("13")].into_iter().chain(imposed).chain(list(&numbers("13")["tried"]));
     let all: Vec<&Value> = runs.flat_map(|run| list(&run["footsteps"])).collect();
     let most = all.iter().map(|footstep| reach(footstep)).filter(|(error, reach)| 60.0 * error.norm() >= *reach);
-    tells(&format!("{} of the {} footsteps of the runs on this page do", most.count(), all.len()));
+    tells(&format!("{} of the {} footsteps of the runs on this page have the longest stride", most.count(), all.len()));
 }
 
 /// For Fig. 12 and 13: what shows that a footstep is necessary.
@@ -287,7 +287,7 @@ fn captions_tell_who_falls_without_a_footstep_and_the_pendulums_bound() {
         let bound = yardstick.heading(push.heading_deg).unwrap().bound_no_step_n_s;
         near(&told["bound_no_step_n_s"], bound, 1e-9);
         assert!(bound < push.impulse_n_s);
-        tells(&format!("can take {bound:.2} N s of such"));
+        tells(&format!("recovers from {bound:.2} N s at most"));
     }
 }
 

@@ -75,7 +75,8 @@ fn legend(limits: &Limits) -> Vec<Row> {
     if sets().any(|set| !set.resolved) {
         note("hollow: not precise enough");
     }
-    note("A pendulum recovers with");
+    note("A pendulum stays up with");
     rows.extend(BOUNDS.map(|(class, words, _)| (class.into(), Sample::Area, words.into())));
+    rows.push((String::new(), Sample::Nothing, "read from the middle along a heading".into()));
     rows
 }

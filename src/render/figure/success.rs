@@ -116,9 +116,9 @@ fn legend(sets: &[SetSummary]) -> Vec<Row> {
     let is_fitted = |set: &SetSummary| !set.curve.points.is_empty();
     let (some, all) = (sets.iter().any(is_fitted), sets.iter().all(is_fitted));
     let notes = [
-        (true, "dots: share of each bin"),
+        (true, "dots: share by bin of impulse"),
         (some && sets.len() <= MOST_BANDS, "bands: 95 % of the curves"),
-        (some, "diamonds: 50 % and 90 % limit"),
+        (some, "diamonds: where 50 %, 90 % recover"),
         (!all, "bars: 95 % of the dots"),
     ];
     let note = |(_, words): (bool, &str)| (String::new(), Sample::Nothing, words.into());
