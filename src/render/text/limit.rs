@@ -15,7 +15,7 @@ pub fn text(limits: &Limits) -> String {
         limits.robot, limits.campaign, limits.seed
     ));
     line(format!(
-        "robot:    {:.3} kg, omega {:.3} rad/s, COM {:.4} m high and at {}, {} mm (x, y)\n          from the middle of the feet",
+        "robot:    {:.3} kg, omega {:.3} rad/s, COM {:.4} m high and at {}, {} mm\n          (x, y) from the middle of the feet",
         y.mass_kg,
         y.omega_rad_s,
         y.com_height_m,
@@ -67,10 +67,11 @@ pub fn text(limits: &Limits) -> String {
     }
     line(format!(
         "\nImpulses are in N s. The bounds are the largest impulses from which a pendulum\n\
-         recovers with no footstep, with one, and with any number of them. `50 % recover` is\n\
-         the impulse from which the gain set recovers in half of the trials, `90 %` that of\n\
-         nine in ten, and `of one` the former over the bound with one footstep.\n\
-         {} episodes were run. The intervals are within +-{} N s, except where marked with *.",
+         recovers with no footstep, with one, and with any number of them. `50 %\n\
+         recover` is the impulse from which the gain set recovers in half of the trials,\n\
+         `90 %` that of nine in ten, and `of one` the former over the bound with one\n\
+         footstep. {} episodes were run. The intervals are within +-{} N s, except where\n\
+         marked with *.",
         limits.episodes, limits.precision_n_s
     ));
     text

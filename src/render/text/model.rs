@@ -190,15 +190,15 @@ fn short(component: f64) -> String {
 }
 
 fn servo_table(robot: &Robot) -> Table {
-    let head = ["joint", "home\n[rad]", "kp\n[N m\n/rad]", "kd\n[N m s\n/rad]", "torque\n[N m]"];
+    let head = ["joint", "home\n[rad]", "kp\n[N m\n/rad]", "kd\n[N m\ns/rad]", "torque\n[N m]"];
     let mut servos = table(head.into_iter().chain(["full to\n[rad/s]", "none at\n[rad/s]", "rotor\n[kg\nm^2]"]));
-    // Each column as wide as what it holds: 80 in all.
+    // Each column as wide as what it holds, which comes to 80.
     servos.set_content_arrangement(ContentArrangement::Disabled);
     for ((joint, servo), home_rad) in robot.joints.iter().zip(&robot.servos).zip(&robot.home_rad) {
         let numbers = [servo.kp, servo.kd, servo.torque_n_m, servo.full_torque_speed_rad_s];
         let more = [servo.no_torque_speed_rad_s, servo.rotor_inertia_kg_m2];
         let numbers = numbers.into_iter().chain(more).map(|number| number.to_string());
-        servos.add_row([joint.name.clone(), format!("{home_rad:.6}")].into_iter().chain(numbers));
+        servos.add_row([joint.name.clone(), format!("{home_rad:.4}")].into_iter().chain(numbers));
     }
     align(servos)
 }

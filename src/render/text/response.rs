@@ -126,12 +126,13 @@ mod tests {
         let say = |gain_rad_s, phase_rad_s| {
             let bandwidth = Bandwidth { gain_rad_s, phase_rad_s };
             let (axis, points) = (Axis::Y, Vec::new());
-            Response { robot: "ut-mu2", family: &family, axis, amplitude_m: 0.005, points, bandwidth }.text()
+            let told =
+                Response { robot: "ut-mu2", family: &family, axis, amplitude_m: 0.005, points, bandwidth }.text();
+            told.split_whitespace().collect::<Vec<_>>().join(" ")
         };
         let pole = family.gains.iter().flat_map(|gain| gain.y.poles).fold(0.0, f64::max) * family.pendulum.omega;
         assert!(say(Some(2.0 * pole), Some(1.5 * pole)).contains("can follow"));
         let mixed = say(Some(2.0 * pole), Some(0.5 * pole));
-        let mixed = mixed.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(mixed.contains("is above the -45 degrees bandwidth and below the -3 dB bandwidth"), "{mixed}");
         assert!(mixed.contains("lags behind what the CPI sets assume"), "{mixed}");
     }
