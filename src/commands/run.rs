@@ -203,8 +203,11 @@ fn say_what_is_there(folder: &Folder, work: &Work) -> bool {
         false => note(&format!("{path}: goes on, {there} of {all} episodes are there")),
     }
     if folder.is_of_another_build() {
-        let advice = "to have all of it from this build, give another --out";
-        tell("", &format!("Those were made by another build of standfast, and are kept; {advice}."));
+        let advice = "To run all of them with this build, give another --out.";
+        tell(
+            "",
+            &format!("The episodes that are there were made by another build of standfast, and are kept. {advice}"),
+        );
     }
     true
 }
