@@ -132,7 +132,7 @@ fn a_baseline_is_paired_trial_by_trial_and_must_have_the_same_pushes() {
     let warned = found["warnings"].as_array().unwrap().iter().any(|w| w.as_str().unwrap().contains("same inputs"));
     assert!(warned, "{}", found["warnings"]);
     // The printed commands for resuming and joining have what the gates need.
-    let status = standfast(dir.path(), &["status", "new"]).success();
+    let status = standfast(dir.path(), &["status", "new", "--json"]).success();
     assert!(stdout(&status).contains("standfast merge new --baseline DIR"), "{}", stdout(&status));
     standfast(dir.path(), &["merge", "new"]).code(2);
     standfast(dir.path(), &["merge", "new", "--baseline=out"]).success();
@@ -245,7 +245,7 @@ fn without_gates_it_is_the_pairs_that_are_decided() {
     assert_eq!(found["pairs"][0]["verdict"], "same", "{}", found["pairs"][0]);
     assert!(found["trials"].as_u64().unwrap() < 200);
     for (more, expected) in [
-        (&["--until-resolved", "--shard=1/2", "--gains=fixed"][..], "cannot stop together"),
+        (&["--until-resolved", "--shard=1/2", "--gains=fixed"][..], "a shard cannot know when"),
         (&["--until-resolved"], "nothing to decide"),
         (&["--max-trials=10"], "fixed count of trials"),
         (&["--shard=1/2", PASSES], "`merge`"),
