@@ -15,11 +15,11 @@ use std::process::ExitCode;
   standfast view --campaign harsh --trial 17        live, on the robot and ground and with the pushes of a trial
   standfast view standfast-results/standard --trial 17    a trial of a result as it was, with a time line
 
-The window lists its keys. It needs a display and a Vulkan driver, and a program that was built with it by
-`cargo build --release --features view`, which takes some twenty minutes on two cores.
-
 Without a window, `standfast push --replay push.html` and `standfast replay DIR --trial I` write a page that shows
-the same in any browser; they need nothing more.")]
+the same in any browser; they need nothing more.
+
+The window lists its keys. It needs a display and a Vulkan driver, and a program that was built with it by
+`cargo build --release --features view`, which takes some twenty minutes on two cores.")]
 pub struct ViewArgs {
     /// Result folder of `run`: show one trial of it, exactly as it was
     #[arg(requires = "trial", conflicts_with_all = ["robot", "campaign"])]

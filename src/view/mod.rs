@@ -19,9 +19,9 @@ use crate::error::{Error, Result};
 pub fn run(_: &Options) -> Result<String> {
     Err(Error::NoWindow {
         missing: "this build of standfast has no window".into(),
-        remedy: "to build one with a window: `cargo build --release --features view`, which takes some twenty minutes on two \
-                 cores; to watch without one, in any browser: `standfast push --replay push.html`, or `standfast replay DIR \
-                 --trial I` for a trial of a result"
+        remedy: "to watch without one, in any browser: `standfast push --replay push.html`, or `standfast replay DIR --trial \
+                 I` for a trial of a result; to build one with a window: `cargo build --release --features view`, which \
+                 takes some twenty minutes on two cores"
             .into(),
     })
 }
