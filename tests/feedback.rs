@@ -9,7 +9,7 @@ use standfast::episode::Outcome;
 use standfast::robot::{Command, GRAVITY, Robot};
 use standfast::sim::{Plant, Push, plant::Clock};
 
-const CLOCK: Clock = Clock { physics_step_s: 0.001, control_period_s: 0.002 };
+const CLOCK: Clock = Clock { physics_step_s: 0.002, control_period_s: 0.002 };
 
 /// Whether the robot is upright and slow after 5 s if the readings of its sensors freeze at `freeze_s`.
 fn stays_up(bench: &Bench, push: Push, freeze_s: f64) -> bool {

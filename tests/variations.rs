@@ -6,7 +6,7 @@ use common::{Bench, config, push};
 use nalgebra::Vector3;
 use standfast::episode::{self, Disturbance, Record, Tick, Until};
 use standfast::robot::{Command, Foot, GRAVITY, Robot};
-use standfast::sim::{Ground, Plant, Push, Variation, ground::TILTING_S, plant::Clock};
+use standfast::sim::{Ground, Plant, Push, Variation, ground::tilting_s, plant::Clock};
 
 const NONE: Push = Push {
     impulse_n_s: 0.0,
@@ -131,9 +131,9 @@ fn a_slope_pulls_along_it_and_soles_lie_on_it() {
             let weight = bench.robot.mass() * GRAVITY;
             let (sin, cos) = heading_deg.to_radians().sin_cos();
             let mut seen = 0;
-            let record = run(&bench, variation, Push { start_s: TILTING_S + 0.2, ..NONE }, 2.0, |tick| {
+            let record = run(&bench, variation, Push { start_s: tilting_s(slope_deg) + 0.2, ..NONE }, 2.0, |tick| {
                 let truth = tick.truth;
-                if truth.time_s < TILTING_S + 0.2 {
+                if truth.time_s < tilting_s(slope_deg) + 0.2 {
                     return;
                 }
                 seen += 1;
@@ -150,7 +150,7 @@ fn a_slope_pulls_along_it_and_soles_lie_on_it() {
                 }
             });
             assert!(
-                seen > 400 && record.settled_at_s.is_some_and(|at| at < TILTING_S + 0.3),
+                seen > 400 && record.settled_at_s.is_some_and(|at| at < tilting_s(slope_deg) + 0.3),
                 "{gains} {slope_deg} {record:?}"
             );
         }

@@ -57,12 +57,12 @@ impl Distribution {
         }
     }
 
-    /// Largest value that can be drawn, if the accepted range is `[least, most]`.
-    pub(crate) fn most(&self, [_, most]: [f64; 2]) -> f64 {
+    /// Smallest and largest value that can be drawn, if those accepted are `bounds`.
+    pub(crate) fn range(&self, bounds: [f64; 2]) -> [f64; 2] {
         match *self {
-            Distribution::Constant(value) => value,
-            Distribution::Uniform { uniform: [_, b] } => b,
-            Distribution::Normal { .. } => most,
+            Distribution::Constant(value) => [value, value],
+            Distribution::Uniform { uniform } => uniform,
+            Distribution::Normal { .. } => bounds,
         }
     }
 }

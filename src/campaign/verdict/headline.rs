@@ -65,6 +65,7 @@ mod tests {
     use crate::campaign::store::row::success_count;
     use crate::campaign::store::row::tests::row;
     use crate::campaign::verdict::pairs::{DecisionRule, every_pair};
+    use crate::episode::EpisodeConfig;
     use crate::episode::Outcome::{Fell, Recovered};
 
     /// Of sets that recover from the first so many of 200 trials each.
@@ -76,7 +77,7 @@ mod tests {
         let deciding = DecisionRule { sequential: false, margin, end_early: true };
         let pairs = Pair::all(&rows, &names, &every_pair(names.len()), &[], deciding);
         let sets: Vec<SetSummary> =
-            (0..names.len()).map(|i| SetSummary::new(i, &names, &rows, &[], &[], true)).collect();
+            (0..names.len()).map(|i| SetSummary::new(i, &names, &rows, &[], &[], &EpisodeConfig::default())).collect();
         assert_eq!(sets[0].count, success_count(rows.iter().filter(|row| row.set == names[0])));
         of(&sets, &pairs, deciding.margin)
     }

@@ -74,7 +74,7 @@ impl Summary {
         let Stopping { until_resolved: sequential, margin } = campaign.stopping;
         let strata = strata(rows, manifest.sets.len());
         let sets: Vec<SetSummary> = (0..manifest.sets.len())
-            .map(|i| SetSummary::new(i, &manifest.sets, rows, &bins, &strata, end_early))
+            .map(|i| SetSummary::new(i, &manifest.sets, rows, &bins, &strata, &campaign.episode))
             .collect();
         let trials = (rows.len() / manifest.sets.len().max(1)) as u64;
         let pairs = Pair::all(rows, &manifest.sets, pairs, &strata, DecisionRule { sequential, margin, end_early });

@@ -12,6 +12,8 @@ const FEW_TRIALS: u64 = 100;
 const NAMED: usize = 3;
 /// A rate beyond this leaves little to compare.
 const NEARLY: f64 = 0.98;
+/// Share of trials that may begin with a robot in motion.
+const MOVING: f64 = 0.02;
 
 /// In words, the gravest first; empty for a sound design.
 pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair]) -> Vec<String> {
@@ -69,6 +71,14 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
                 .into(),
         );
     }
+    for set in sets.iter().filter(|set| set.moving_at_push as f64 > MOVING * trials as f64) {
+        let speed_m_s = campaign.episode.judge.standing_com_speed_m_s;
+        found.push(format!(
+            "With {}, the push found a robot that was not at rest in {} of {trials} trials (COM faster than {speed_m_s} \
+             m/s). A later push.start_s gives it time to come to rest.",
+            set.name, set.moving_at_push
+        ));
+    }
     for set in sets.iter().filter(|set| set.diverged > 0) {
         found.push(format!("With {}, {} trials diverged numerically and count as lost.", set.name, set.diverged));
     }
@@ -95,6 +105,7 @@ mod tests {
             ("cannot be said", 100, [Recovered, Recovered], &[]),
             ("same push on the same robot", 100, [Recovered, Fell], &["push.impulse_n_s=2", "push.heading_deg=0"]),
             ("could end when decided", 100, [Recovered, Fell], &["stopping.until_resolved=true"]),
+            ("not at rest", 100, [Recovered, Fell], &["episode.judge.standing_com_speed_m_s=0.0005"]),
             ("diverged numerically", 100, [Recovered, Diverged], &[]),
         ] {
             assert_eq!(found(word, n, outcomes, set), 1, "{word}");
