@@ -222,6 +222,7 @@ mod tests {
     fn each_quantity_has_a_stream_of_its_own() {
         let varied = |name: Option<&str>| {
             let mut set = vec!["second_push={impulse_n_s={uniform=[0, 1]}, after_s={uniform=[0, 1]}}".to_string()];
+            set.push("push.start_s=1".into()); // after the ground has tilted
             for (field, _) in VARIATION.list() {
                 let [low, high] = two_ranges(field);
                 set.push(if name == Some(field) { high } else { low });

@@ -328,7 +328,7 @@ mod tests {
         let [_, text] = story("catch", 5.0, 0.0);
         assert!(read(&text).contains("a footstep was needed footstep left foot: lifted at t = 0.53"), "{text}");
         assert!(
-            read(&text).contains(". The peak, 120 % of the limit at left_knee_flexion, lasted one physics step"),
+            read(&text).contains(". The peak, 115 % of the limit at left_ankle_flexion, lasted one physics step"),
             "{text}"
         );
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
