@@ -20,9 +20,9 @@ pub struct ChangeArgs {
     pub gains: Vec<String>,
     /// Compare variants of a gain set: one for each value of a key, such as paper:stepping.alpha=2,5.
     ///
-    /// The key names the table and the value in it, and counts in an array from 0: `gains.0.x`. The values are TOML. The
-    /// variants replace the campaign's gain sets, or come after those of --gains. If the option is given several times,
-    /// each adds its variants; keys are not combined. --gains takes a single variant, SET:KEY=VALUE.
+    /// The key names the table and the value in it, and counts in an array from 0: `gains.0.x`. The values are TOML.
+    /// The variants replace the campaign's gain sets, or come after those of --gains. If the option is given several
+    /// times, each adds its variants; keys are not combined. --gains takes a single variant, SET:KEY=VALUE.
     #[arg(long, value_name = "SET:KEY=V1,V2,...")]
     pub vary: Vec<String>,
     /// Robot by name or URDF file, with its settings in a .toml file of the same name beside it
@@ -54,9 +54,9 @@ impl ChangeArgs {
 pub struct GateArgs {
     /// What the result must show: 'A >= 0.80', 'A >= B + 0.10' or 'A >= baseline - 0.01', with gain sets A and B.
     ///
-    /// A and B are names of gain sets as in the results. The option may be given several times, and adds to the gates of
-    /// the campaign. A gate passes if its whole 95 % interval reaches what is asked, and fails (exit code 100) if the
-    /// whole interval lies below. Otherwise it is unresolved, which is no failure unless --unresolved says so.
+    /// A and B are names of gain sets as in the results. The option may be given several times, and adds to the gates
+    /// of the campaign. A gate passes if its whole 95 % interval reaches what is asked, and fails (exit code 100) if
+    /// the whole interval lies below. Otherwise it is unresolved, which is no failure unless --unresolved says so.
     /// `gates.confidence` of the campaign replaces the 95 %.
     #[arg(long, value_name = "EXPR")]
     pub gate: Vec<String>,
@@ -72,9 +72,10 @@ pub struct GateArgs {
 pub struct ReplaysArgs {
     /// Write this many replays for each gain set: pages that show a trial in 3D, to which report.html links.
     ///
-    /// The first three show the easiest push that the set lost, the lost push nearest to the impulse that it survives in
-    /// 50 % of trials, and the hardest push that it survived. A push is the harder, the larger its impulse is in relation
-    /// to m omega d, where d is the distance from the COM to the edge of the support. With 0 no new ones are written.
+    /// The first three show the easiest push that the set lost, the lost push nearest to the impulse that it survives
+    /// in 50 % of trials, and the hardest push that it survived. A push is the harder, the larger its impulse is in
+    /// relation to m omega d, where d is the distance from the COM to the edge of the support. With 0 no new ones are
+    /// written.
     #[arg(long, value_name = "N", default_value_t = ReplaysArgs::default().replays)]
     pub replays: usize,
 }

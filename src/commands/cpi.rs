@@ -1,5 +1,5 @@
-//! `standfast cpi`: computes the maximal CPI sets of a gain set, prints their sizes, horizons and inclusion, and draws or
-//! exports them.
+//! `standfast cpi`: computes the maximal CPI sets of a gain set, prints their sizes, horizons and inclusion, and draws
+//! or exports them.
 
 use super::terminal::print;
 use crate::assets::DEFAULT_ROBOT;
@@ -27,8 +27,8 @@ pub struct CpiArgs {
     pub dt: Option<f64>,
     /// The rectangle in which the ZMP may be, about the control origin (m).
     ///
-    /// The rectangle is used as it is. Without the option it is the convex hull of both soles at home, less the ZMP margin
-    /// of the gain set.
+    /// The rectangle is used as it is. Without the option it is the convex hull of both soles at home, less the ZMP
+    /// margin of the gain set.
     #[arg(long, value_name = "XMIN,XMAX,YMIN,YMAX", allow_hyphen_values = true, value_parser = parse_support)]
     pub support: Option<SupportPolygon>,
     /// Write gain-0-set.csv, gain-0-closed-loop.csv, gain-1-set.csv and so on to this folder
@@ -47,8 +47,8 @@ pub fn run(args: &CpiArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Searches the sets, writes the files that were asked for, and returns what to print. Pendulum and support are those of
-/// UT-mu2 unless they are given. Nothing is written if an input is bad.
+/// Searches the sets, writes the files that were asked for, and returns what to print. Pendulum and support are those
+/// of UT-mu2 unless they are given. Nothing is written if an input is bad.
 fn answer(args: &CpiArgs) -> Result<String> {
     let robot = Robot::load(DEFAULT_ROBOT)?;
     let set = GainSet::load(&args.gains)?;

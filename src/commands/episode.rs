@@ -37,8 +37,8 @@ pub struct OutputArgs {
 }
 
 impl OutputArgs {
-    /// Checks before the episode that its files can be written. Fails for a file of an unknown kind, in a folder that does
-    /// not exist or in the folder of `--frames`, and if the folder of `--frames` holds other files.
+    /// Checks before the episode that its files can be written. Fails for a file of an unknown kind, in a folder that
+    /// does not exist or in the folder of `--frames`, and if the folder of `--frames` holds other files.
     pub fn check(&self) -> Result<()> {
         let files = [("--trace", &self.trace), ("--plot", &self.plot), ("--replay", &self.replay)];
         let kinds: [&[&str]; 3] = [&["csv", "parquet"], &["svg"], &["html"]];
@@ -107,8 +107,8 @@ pub struct Case<'a> {
 }
 
 impl<'a> Case<'a> {
-    /// Runs one episode, writes the files that are asked for, and returns what to print. `command` is the command line that
-    /// the page of a replay states.
+    /// Runs one episode, writes the files that are asked for, and returns what to print. `command` is the command line
+    /// that the page of a replay states.
     pub fn run(
         &self,
         disturbance: Disturbance,
@@ -195,8 +195,8 @@ fn is_same(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Time (s) after which nothing of interest happens: that of the fall or, with [`REST_S`] to spare, that at which the robot
-/// stands still and, if it gets there, is home.
+/// Time (s) after which nothing of interest happens: that of the fall or, with [`REST_S`] to spare, that at which the
+/// robot stands still and, if it gets there, is home.
 fn end_of_interest_s(record: &Record) -> f64 {
     let settled_s = record.settled_at_s.map(|at| at.max(record.home_at_s.unwrap_or(at)) + REST_S);
     record.fell_at_s.or(settled_s).unwrap_or(record.end_s)

@@ -1,5 +1,5 @@
-//! `standfast limit`: searches the largest impulse that each gain set recovers from, by heading, and prints it beside the
-//! bounds of a pendulum.
+//! `standfast limit`: searches the largest impulse that each gain set recovers from, by heading, and prints it beside
+//! the bounds of a pendulum.
 
 use super::arguments::{ChangeArgs, CheckArgs, check_output, fine};
 use super::interrupt::{STOP, stop_on_ctrl_c};

@@ -82,8 +82,8 @@ enum Chosen {
     Completions(completions::CompletionsArgs),
 }
 
-/// Runs the command that the program was called with. A command line that cannot be read ends the program here, with what
-/// is wrong and exit code 2.
+/// Runs the command that the program was called with. A command line that cannot be read ends the program here, with
+/// what is wrong and exit code 2.
 pub fn run() -> Result<ExitCode> {
     match Cli::parse().command.unwrap_or_else(|| Chosen::Run(run::RunArgs::standard())) {
         Chosen::Run(args) => run::run(&args),

@@ -25,7 +25,8 @@ pub fn run(args: &ModelArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What to print. Fails if the robot cannot be loaded, has no joint of a given name, or if an angle is not a finite number.
+/// What to print. Fails if the robot cannot be loaded, has no joint of a given name, or if an angle is not a finite
+/// number.
 fn answer(args: &ModelArgs) -> Result<String> {
     let robot = Robot::load(&args.robot)?;
     let q = joint_angles(&robot, &args.q)?;

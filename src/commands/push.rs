@@ -99,8 +99,8 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The pushes of the episode: those of the named trial or, if there is none, one from behind. The options change the first
-/// push. Fails for a value out of range, or if a push does not end within the horizon.
+/// The pushes of the episode: those of the named trial or, if there is none, one from behind. The options change the
+/// first push. Fails for a value out of range, or if a push does not end within the horizon.
 fn the_pushes(
     args: &PushArgs,
     campaign: Option<&Campaign>,

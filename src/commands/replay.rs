@@ -1,5 +1,5 @@
-//! `standfast replay`: simulates a trial of a result again and writes a page that shows it in 3D. `run` and `merge` write
-//! such pages for the telling trials of a result.
+//! `standfast replay`: simulates a trial of a result again and writes a page that shows it in 3D. `run` and `merge`
+//! write such pages for the telling trials of a result.
 
 use super::arguments::check_output;
 use super::episode::{Case, Origin, OutputArgs, write_replay};
@@ -91,7 +91,8 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
 }
 
 /// Writes the page of a trial, and warns if the trial does not end as it did in the result. The page states the command
-/// that makes it again: for the result in `folder` or, for a page that lies in the result folder (None), in this folder.
+/// that makes it again: for the result in `folder` or, for a page that lies in the result folder (None), in this
+/// folder.
 fn write(replayed: &StoredTrial, told: &Told, film: Option<&Film>, path: &Path, folder: Option<&Path>) -> Result<()> {
     let warning = replayed.difference(&told.record);
     warning.iter().for_each(|warning| log::warn!("{warning}"));

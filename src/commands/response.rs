@@ -1,5 +1,5 @@
-//! `standfast response`: measures how well the ZMP follows the commanded ZMP, and compares the bandwidth with the poles of
-//! the gains.
+//! `standfast response`: measures how well the ZMP follows the commanded ZMP, and compares the bandwidth with the poles
+//! of the gains.
 
 use super::arguments::one_of;
 use super::terminal::print;

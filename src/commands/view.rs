@@ -27,7 +27,8 @@ pub struct ViewArgs {
     /// Result folder of `run`: show one trial of it, exactly as it was
     #[arg(requires = "trial", conflicts_with_all = ["robot", "campaign"])]
     pub dir: Option<PathBuf>,
-    /// Trial of the result; with --campaign, the view is live, on the robot and ground and with the noise and pushes of this trial
+    /// Trial of the result; with --campaign, the view is live, on the robot and ground and with the noise and pushes of
+    /// this trial
     #[arg(long, value_name = "I")]
     pub trial: Option<u64>,
     /// Gain set by name or file, or a variant NAME:KEY=VALUE; may be given several times, the first acts
@@ -40,8 +41,8 @@ pub struct ViewArgs {
     /// Take sensor noise, rates and thresholds from this campaign; without it sensors are ideal
     #[arg(long, value_name = "NAME|FILE")]
     pub campaign: Option<String>,
-    /// Impulse of the push that Enter gives (N s), which can be changed in the window [default: 5; for a robot that is larger
-    /// or smaller than ut-mu2 in proportion]
+    /// Impulse of the push that Enter gives (N s), which can be changed in the window [default: 5; for a robot that is
+    /// larger or smaller than ut-mu2 in proportion]
     #[arg(long, value_name = "N_S")]
     pub impulse: Option<f64>,
     /// Heading of that push (degrees): 0 pushes forward, 90 to the left; it can be changed in the window

@@ -1,5 +1,5 @@
-//! `junit.xml`: the gates as test cases, for the test view of a CI service. Trials are no test cases, since a lost trial
-//! is not a failed test.
+//! `junit.xml`: the gates as test cases, for the test view of a CI service. Trials are no test cases, since a lost
+//! trial is not a failed test.
 
 use crate::campaign::Summary;
 use crate::campaign::verdict::evidence::Status;

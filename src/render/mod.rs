@@ -22,9 +22,9 @@ use crate::files::{json_pretty, shell_word};
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// Names of the files in a folder whose files may be replaced, or none if the folder does not exist. Fails if the path is
-/// a file, or if the folder holds a file whose name is not `own`. Errors name `option`, the command-line option that gave
-/// the folder.
+/// Names of the files in a folder whose files may be replaced, or none if the folder does not exist. Fails if the path
+/// is a file, or if the folder holds a file whose name is not `own`. Errors name `option`, the command-line option that
+/// gave the folder.
 pub(crate) fn own_folder(
     option: &str,
     folder: &Path,

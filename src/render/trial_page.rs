@@ -5,8 +5,8 @@ use crate::campaign::verdict::set_summary::SetOrigin;
 use crate::files::sha256_hex;
 use std::path::{Path, PathBuf};
 
-/// Path of the page of a trial, relative to the result folder. Names of variants contain characters that some file systems
-/// and CI services refuse; these are replaced, and a hash keeps the names apart.
+/// Path of the page of a trial, relative to the result folder. Names of variants contain characters that some file
+/// systems and CI services refuse; these are replaced, and a hash keeps the names apart.
 pub fn replay_file(trial: u64, set: &str) -> PathBuf {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.=".contains(c);
     let mut name: String = set.chars().map(|c| if is_plain(c) { c } else { '-' }).collect();

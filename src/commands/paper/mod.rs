@@ -1,9 +1,9 @@
-//! `standfast paper`: draws the paper's figures from simulations of its scenarios, and says of each statement of the paper
-//! whether the simulations bear it out.
+//! `standfast paper`: draws the paper's figures from simulations of its scenarios, and says of each statement of the
+//! paper whether the simulations bear it out.
 //!
 //! `study` runs all simulations and searches once, and `watch` observes the pushed ones. `numbers` computes the numbers
-//! of each figure from them, `timing` measures how fast the sets are updated, and `render::paper` draws the page and holds
-//! its words. Two runs of the same program differ only in what `timing` measures.
+//! of each figure from them, `timing` measures how fast the sets are updated, and `render::paper` draws the page and
+//! holds its words. Two runs of the same program differ only in what `timing` measures.
 
 mod numbers;
 mod study;
@@ -39,8 +39,8 @@ pub struct PaperArgs {
     pub json: bool,
 }
 
-/// Computes everything, writes the page and its figures, and prints a summary. Fails if the folder of `--out` holds other
-/// files (which is checked first) or cannot be written, or if the solver gives up.
+/// Computes everything, writes the page and its figures, and prints a summary. Fails if the folder of `--out` holds
+/// other files (which is checked first) or cannot be written, or if the solver gives up.
 pub fn run(args: &PaperArgs) -> Result<ExitCode> {
     let words = Words::load()?;
     let is_own = |name: &str| name == PAGE || words.figure.iter().any(|figure| figure.file == name);

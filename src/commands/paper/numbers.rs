@@ -98,8 +98,8 @@ fn held(set: &CpiSet) -> State {
     State::new(Point2::origin(), Vector2::new(com_vel, 0.0), Point2::origin())
 }
 
-/// Time (s) from which on the COM of the pendulum stays within the judge's radius of home. `choose` gives the index of the
-/// gain that acts at a tick. None if the COM is still away at the end ([`LONGEST_S`]).
+/// Time (s) from which on the COM of the pendulum stays within the judge's radius of home. `choose` gives the index of
+/// the gain that acts at a tick. None if the COM is still away at the end ([`LONGEST_S`]).
 fn home_s(study: &Study, start: State, choose: impl Fn(&State) -> usize) -> Option<f64> {
     let family = &study.design.family;
     let (mut state, mut since) = (start, None);
@@ -180,8 +180,8 @@ fn events(pushed: &Pushed) -> Value {
     })
 }
 
-/// Soles that lose their load between the landing and the end, when the robot stands still, each with start and end of the
-/// time without load (s).
+/// Soles that lose their load between the landing and the end, when the robot stands still, each with start and end of
+/// the time without load (s).
 fn unloaded(pushed: &Pushed) -> Vec<(Foot, [f64; 2])> {
     let span_s = pushed.footstep.land_s..=pushed.end_s();
     let ticks = pushed.motion.moments.iter().zip(&pushed.seen.loaded);

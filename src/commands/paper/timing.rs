@@ -62,10 +62,10 @@ impl Stored {
     }
 }
 
-/// Times of both methods, for the region and the state right after the first landing of the push from behind. `online` is
-/// the time to update the controller's sets and to ask each of them whether it holds the state; `stored_phi` is the time
-/// to compute eq. 25 for all gains and to ask the same of the matrices. Null if the origin of the control frame is not
-/// inside of the region.
+/// Times of both methods, for the region and the state right after the first landing of the push from behind. `online`
+/// is the time to update the controller's sets and to ask each of them whether it holds the state; `stored_phi` is the
+/// time to compute eq. 25 for all gains and to ask the same of the matrices. Null if the origin of the control frame is
+/// not inside of the region.
 pub fn measure(study: &Study) -> Value {
     let (polygon, state, family) = (study.landed_allowed, study.pushes[0].landing.state, &study.design.family);
     if polygon.half_planes().any(|edge| edge.distance <= 0.0) {

@@ -1,4 +1,5 @@
-//! Observes a pushed run tick by tick, and keeps what the page needs and neither the record nor the film of the run has.
+//! Observes a pushed run tick by tick, and keeps what the page needs and neither the record nor the film of the run
+//! has.
 
 use crate::control::estimate::on_ground;
 use crate::control::stand::Support;

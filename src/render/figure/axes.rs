@@ -44,8 +44,8 @@ impl Axis {
 }
 
 impl Panel {
-    /// Draws a frame (left, top, right and bottom edge, px) with a grid, numbers and names. From then on, places are in the
-    /// units of the axes.
+    /// Draws a frame (left, top, right and bottom edge, px) with a grid, numbers and names. From then on, places are in
+    /// the units of the axes.
     pub fn axes(&mut self, frame: [f64; 4], x: &Axis, y: &Axis) {
         let [left, top, right, bottom] = frame;
         let view = View::chart(frame, x.ends, y.ends);
@@ -71,8 +71,8 @@ impl Panel {
         self.view = view;
     }
 
-    /// A panel `width` px wide with the ground from above, as far as `x` forward and backward and `y` to both sides (m).
-    /// Places are then on the ground (m; x forward, y left).
+    /// A panel `width` px wide with the ground from above, as far as `x` forward and backward and `y` to both sides
+    /// (m). Places are then on the ground (m; x forward, y left).
     pub fn ground(width: f64, [x, y]: At, title: &str) -> Self {
         let [left, top, margin, below] = [56.0, 34.0, 18.0, 44.0];
         let bottom = top + (width - left - margin) * x / y;

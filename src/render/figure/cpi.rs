@@ -1,5 +1,6 @@
-//! A picture of nested CPI sets, as in the paper's Fig. 3, in the plane of COM velocity (horizontal) and ZMP (vertical). A
-//! robot at rest is in the middle. An impulse moves it along the horizontal line, and the controller moves the ZMP.
+//! A picture of nested CPI sets, as in the paper's Fig. 3, in the plane of COM velocity (horizontal) and ZMP
+//! (vertical). A robot at rest is in the middle. An impulse moves it along the horizontal line, and the controller
+//! moves the ZMP.
 
 use super::axes::Axis;
 use super::panel::{At, Panel};

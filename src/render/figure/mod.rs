@@ -1,5 +1,6 @@
-//! Pictures of results (SVG). Each module makes one kind of picture from panels, with `panel`, `axes` and `polar` as the
-//! common tools; colours and strokes are classes of `figure.css`. A panel stands in a page or, with others, in a file.
+//! Pictures of results (SVG). Each module makes one kind of picture from panels, with `panel`, `axes` and `polar` as
+//! the common tools; colours and strokes are classes of `figure.css`. A panel stands in a page or, with others, in a
+//! file.
 
 pub mod axes;
 pub mod cpi;

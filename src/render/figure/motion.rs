@@ -1,8 +1,8 @@
-//! A plot of a motion over time, as in the paper's Fig. 9 and 14: COM ("COG"), ZMP and feet, along x in the upper chart and
-//! along y in the lower one (world frame).
+//! A plot of a motion over time, as in the paper's Fig. 9 and 14: COM ("COG"), ZMP and feet, along x in the upper chart
+//! and along y in the lower one (world frame).
 //!
-//! Behind the curves, a grey band shows how far the soles on the ground reach along the axis: when the DCM leaves it, the
-//! robot falls unless it takes a footstep. Coloured bands show the times of pushes and footsteps.
+//! Behind the curves, a grey band shows how far the soles on the ground reach along the axis: when the DCM leaves it,
+//! the robot falls unless it takes a footstep. Coloured bands show the times of pushes and footsteps.
 
 use super::axes::Axis;
 use super::panel::{At, Panel, Row, Sample, pieces};
@@ -27,8 +27,8 @@ const MOST_OUTSIDE_M: f64 = 0.15;
 /// A curve: name, classes, and the point of a moment that it shows (m, world frame).
 type Line = (&'static str, &'static str, fn(&Snapshot) -> Option<Point2<f64>>);
 
-/// The curves from back to front. The left foot is dashed, so that both feet are seen where their curves coincide; the DCM
-/// is dashed, since many people cannot tell its green from the red of the ZMP.
+/// The curves from back to front. The left foot is dashed, so that both feet are seen where their curves coincide; the
+/// DCM is dashed, since many people cannot tell its green from the red of the ZMP.
 const LINES: [Line; 6] = [
     ("right foot", "right", |s| Some(s.soles.right.xy())),
     ("left foot", "left dashed", |s| Some(s.soles.left.xy())),

@@ -1,5 +1,5 @@
-//! A panel of SVG elements. Places are in the units of the caller, and the panel's view converts them to px. Sizes of marks
-//! and text are in px.
+//! A panel of SVG elements. Places are in the units of the caller, and the panel's view converts them to px. Sizes of
+//! marks and text are in px.
 
 use base64::prelude::{BASE64_STANDARD, Engine};
 use minijinja::HtmlEscape;
@@ -31,8 +31,8 @@ impl View {
     /// The view in which places are px.
     pub const PX: Self = Self { origin: [0.0, 0.0], x: [1.0, 0.0], y: [0.0, 1.0] };
 
-    /// The view of a chart in a frame (left, top, right and bottom edge, px). `x` holds the values at the left and right
-    /// edge, `y` those at the bottom and top edge.
+    /// The view of a chart in a frame (left, top, right and bottom edge, px). `x` holds the values at the left and
+    /// right edge, `y` those at the bottom and top edge.
     pub fn chart([left, top, right, bottom]: [f64; 4], x: At, y: At) -> Self {
         let ([x0, dx], [y0, dy]) = ([x[0], (right - left) / (x[1] - x[0])], [y[0], (top - bottom) / (y[1] - y[0])]);
         Self { origin: [left - x0 * dx, bottom - y0 * dy], x: [dx, 0.0], y: [0.0, dy] }
@@ -139,8 +139,8 @@ impl Panel {
         self.in_px(|panel| panel.polyline(class, points));
     }
 
-    /// A line of text, its middle at the place plus an offset (px, to the right and down). With `start` or `end` in `class`,
-    /// its start or end is there.
+    /// A line of text, its middle at the place plus an offset (px, to the right and down). With `start` or `end` in
+    /// `class`, its start or end is there.
     pub fn text(&mut self, class: &str, at: impl Into<At>, [dx, dy]: At, text: &str) {
         let ([x, y], text) = (self.view.at(at), escape(text));
         let [x, y] = [x + dx, y + dy].map(px);

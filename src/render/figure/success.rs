@@ -1,5 +1,5 @@
-//! A chart of success over impulse: each gain set's rates by bin, the curve that was fitted to its trials, and the impulses
-//! of 50 % and 90 % on it. `success.svg` and the report show the same chart.
+//! A chart of success over impulse: each gain set's rates by bin, the curve that was fitted to its trials, and the
+//! impulses of 50 % and 90 % on it. `success.svg` and the report show the same chart.
 
 use super::axes::Axis;
 use super::panel::{Panel, Row, Sample, short};

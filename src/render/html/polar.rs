@@ -1,5 +1,5 @@
-//! Maps of trials by heading and impulse, seen from above: forward is up, left is to the left, and the impulse grows from
-//! the middle outward.
+//! Maps of trials by heading and impulse, seen from above: forward is up, left is to the left, and the impulse grows
+//! from the middle outward.
 
 use super::trials::Trials;
 use crate::campaign::TrialRow;
@@ -87,8 +87,8 @@ impl<'a> Maps<'a> {
         ))
     }
 
-    /// A map, with `below` drawn below its rings and `over` drawn over them. The script of the page reads two attributes:
-    /// the impulse at the outermost ring, and the `sets` whose trials it offers to replay.
+    /// A map, with `below` drawn below its rings and `over` drawn over them. The script of the page reads two
+    /// attributes: the impulse at the outermost ring, and the `sets` whose trials it offers to replay.
     fn drawn(&self, label: &str, sets: &str, below: impl Fn(&mut Polar), over: impl Fn(&mut Polar)) -> String {
         let most = self.most_n_s();
         let mut polar = Polar::new(RADIUS, most);

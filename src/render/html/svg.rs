@@ -29,7 +29,8 @@ pub(super) fn whisker(scale: Scale, value: Option<f64>, ci: Option<[f64; 2]>, cl
     svg + "</svg>"
 }
 
-/// The numbers of an axis, which stand above whiskers of the same scale. With the unit "%", shares are written in percent.
+/// The numbers of an axis, which stand above whiskers of the same scale. With the unit "%", shares are written in
+/// percent.
 pub(super) fn axis(scale: Scale, unit: &str) -> String {
     let mut svg = String::from("<svg class=\"axis\" aria-hidden=\"true\">");
     let ticks = scale.ticks();
@@ -42,8 +43,8 @@ pub(super) fn axis(scale: Scale, unit: &str) -> String {
     svg + "</svg>"
 }
 
-/// A bar of parts side by side. Each part has a class, a share and the text of its tooltip. `to` is the share at the right
-/// edge.
+/// A bar of parts side by side. Each part has a class, a share and the text of its tooltip. `to` is the share at the
+/// right edge.
 pub(super) fn share_bar(parts: &[(String, f64, String)], to: f64) -> String {
     let mut svg = String::from("<svg class=\"bar\" aria-hidden=\"true\">");
     let scale = Scale { from: 0.0, to };

@@ -1,5 +1,5 @@
-//! The trials that the page names: the rows of its table of telling trials, and the links to these rows from other parts
-//! of the page.
+//! The trials that the page names: the rows of its table of telling trials, and the links to these rows from other
+//! parts of the page.
 
 use crate::campaign::verdict::pairs::Pair;
 use crate::campaign::verdict::set_summary::SetSummary;
@@ -8,8 +8,8 @@ use crate::stats::decision::PairVerdict;
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// The rows of the table: each set's telling trials with the command that replays them and, if it exists, the path of their
-/// replay relative to `folder`.
+/// The rows of the table: each set's telling trials with the command that replays them and, if it exists, the path of
+/// their replay relative to `folder`.
 pub(super) fn table(sets: &[SetSummary], folder: &Path) -> Vec<Value> {
     let told = |(i, set): (usize, &SetSummary)| -> Vec<Value> {
         let row = |trial: u64| (row_id(sets, i, trial), command(set, trial), replay_found(folder, &set.origin, trial));
@@ -22,8 +22,8 @@ pub(super) fn table(sets: &[SetSummary], folder: &Path) -> Vec<Value> {
     sets.iter().enumerate().flat_map(told).collect()
 }
 
-/// A trial: its number, the link to its row in the table for the first of the `tried` sets that has one, and the command
-/// that replays it with the first of them.
+/// A trial: its number, the link to its row in the table for the first of the `tried` sets that has one, and the
+/// command that replays it with the first of them.
 pub(super) fn point(sets: &[SetSummary], trial: u64, tried: &[usize]) -> Value {
     let link = tried.iter().find_map(|set| row_id(sets, *set, trial)).map(|id| format!("#{id}"));
     json!({ "trial": trial, "link": link, "command": command(&sets[tried[0]], trial) })

@@ -31,9 +31,9 @@ impl<'a> Trials<'a> {
         self.len() <= MOST_DOTS
     }
 
-    /// The data of the page's script: names of the sets, the parts of the replay command before and after the number of a
-    /// trial, and for each trial its number, impulse (N s), heading (degrees), a letter for each set's outcome (R, F, D, T)
-    /// and each set's number of footsteps. The text is safe inside a `script` element.
+    /// The data of the page's script: names of the sets, the parts of the replay command before and after the number of
+    /// a trial, and for each trial its number, impulse (N s), heading (degrees), a letter for each set's outcome (R, F,
+    /// D, T) and each set's number of footsteps. The text is safe inside a `script` element.
     pub fn as_json(&self, commands: &[[String; 2]]) -> String {
         let round = |x: f64, digits: f64| (x * digits).round() / digits;
         let trials: Vec<Value> = self

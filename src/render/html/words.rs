@@ -66,7 +66,8 @@ fn kind(by: &str) -> String {
     name.replace("_scale", " (times nominal)").replace("_com_", "_COM_").replace('_', " ")
 }
 
-/// A distribution in words. It is `2.5`, `{ uniform = [a, b] }`, `{ normal = [mean, sd] }`, or a word such as a profile.
+/// A distribution in words. It is `2.5`, `{ uniform = [a, b] }`, `{ normal = [mean, sd] }`, or a word such as a
+/// profile.
 fn drawn(value: Cell) -> String {
     let two = |key: &str| interval(&value.get_attr(key).ok()?);
     if let Some([a, b]) = two("uniform") {

@@ -1,5 +1,5 @@
-//! Fig. 6, which foot swings and how far, for the paper's two examples and for all directions. Also the part of Fig. 7 that
-//! shows how the feet stand.
+//! Fig. 6, which foot swings and how far, for the paper's two examples and for all directions. Also the part of Fig. 7
+//! that shows how the feet stand.
 
 use super::footwork::{Choice, EXAMPLES_DEG};
 use super::study::Study;

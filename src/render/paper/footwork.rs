@@ -1,4 +1,5 @@
-//! The foot and landing place that the paper's procedure chooses (Fig. 6, 12, 13), computed by the controller's own rule.
+//! The foot and landing place that the paper's procedure chooses (Fig. 6, 12, 13), computed by the controller's own
+//! rule.
 
 use super::study::{Stand, Study};
 use crate::control::step::PlannedFootstep;
@@ -25,8 +26,8 @@ pub struct Choice {
 }
 
 impl Study {
-    /// The foot that is chosen for a ZMP error (m) with equal loads on both feet, and its way (m; x forward, y left). None if
-    /// neither foot can go that way.
+    /// The foot that is chosen for a ZMP error (m) with equal loads on both feet, and its way (m; x forward, y left).
+    /// None if neither foot can go that way.
     pub fn choose(&self, zmp_error: Vector2<f64>) -> Option<(Foot, Vector2<f64>)> {
         let load_n = 0.5 * GRAVITY * self.robot.mass();
         let PlannedFootstep { foot, to, .. } = self.choose_under(PerFoot { left: load_n, right: load_n }, zmp_error)?;
@@ -65,8 +66,8 @@ impl Study {
         self.rules.alpha * zmp_error.norm() >= self.reach(zmp_error.normalize())[foot]
     }
 
-    /// The ZMP error (m, control frame) of a state if its size were the plain distance from the region, and the foot that
-    /// would then be lifted. None if there is no region or no footstep.
+    /// The ZMP error (m, control frame) of a state if its size were the plain distance from the region, and the foot
+    /// that would then be lifted. None if there is no region or no footstep.
     pub fn by_plain_distance(&self, stand: &Stand) -> Option<(Vector2<f64>, Foot)> {
         let family = &self.design.family;
         let allowed = stand.polygon.inset(family.zmp_margin)?;

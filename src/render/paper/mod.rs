@@ -1,7 +1,7 @@
 //! The page of `standfast paper`: its figures, with the statements of the paper on each and the verdicts on them.
 //!
-//! The runs are given as a [`Study`], and the numbers of each figure as JSON, from which `words.toml` makes all captions and
-//! claims. `sets`, `feet`, `robot` and `time` draw the panels.
+//! The runs are given as a [`Study`], and the numbers of each figure as JSON, from which `words.toml` makes all
+//! captions and claims. `sets`, `feet`, `robot` and `time` draw the panels.
 
 mod feet;
 pub mod footwork;
@@ -42,8 +42,9 @@ pub struct Figure {
 }
 
 impl Page {
-    /// The page from its words, the runs, and `numbers`, an object with the numbers of each figure by its number, and with
-    /// those of the update time (or null) as "update_time". Fails only if the words name a number that is not there.
+    /// The page from its words, the runs, and `numbers`, an object with the numbers of each figure by its number, and
+    /// with those of the update time (or null) as "update_time". Fails only if the words name a number that is not
+    /// there.
     pub fn new(words: Words, study: &Study, numbers: &Value) -> Result<Self> {
         let family = &study.design.family;
         let design = json!({

@@ -138,8 +138,8 @@ fn middle(footstep: &Footstep) -> Vector2<f64> {
     0.5 * Vector2::new(footstep.to_m[0], footstep.to_m[1] - footstep.from_m[1])
 }
 
-/// A camera at the robot's front right that looks at a point over the ground (m). It does not follow the robot, so that the
-/// pictures show how far it moves.
+/// A camera at the robot's front right that looks at a point over the ground (m). It does not follow the robot, so that
+/// the pictures show how far it moves.
 fn camera(over: Vector2<f64>, fov_deg: f64) -> Camera {
     let target = Point3::new(over.x, over.y, 0.255);
     Camera { target, azimuth_deg: -48.0, elevation_deg: 12.0, distance_m: 1.7, fov_deg }

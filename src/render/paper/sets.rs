@@ -50,8 +50,8 @@ pub fn regions(study: &Study) -> Vec<Panel> {
     ]
 }
 
-/// The contact region and the sets of a state, in its control frame. Thin dashed lines show where the soles stood at home, if
-/// the control frame of that time, `old`, is given.
+/// The contact region and the sets of a state, in its control frame. Thin dashed lines show where the soles stood at
+/// home, if the control frame of that time, `old`, is given.
 fn region(study: &Study, what: &str, stand: &Stand, allowed: &SupportPolygon, old: Option<&Isometry2<f64>>) -> Panel {
     let title = format!("{what}, t = {} s", short(stand.time_s, 3));
     let (mut ground, sole) = (Panel::ground(WIDTH, [0.155, 0.125], &title), study.sole());

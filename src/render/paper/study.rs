@@ -67,8 +67,8 @@ pub struct Seen {
     pub landing: Option<Stand>,
     /// Which soles carry load, for every tick.
     pub loaded: Vec<PerFoot<bool>>,
-    /// Largest angle between the stance sole and the ground in the first swing, and its largest turn about the vertical since
-    /// the lift (degrees; positive to the left).
+    /// Largest angle between the stance sole and the ground in the first swing, and its largest turn about the vertical
+    /// since the lift (degrees; positive to the left).
     pub stance_tip_deg: f64,
     pub stance_turn_deg: f64,
     /// For how long the torque of each joint was at its limit (s).

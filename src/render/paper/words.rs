@@ -130,7 +130,8 @@ pub struct Teller {
 }
 
 impl Teller {
-    /// `numbers` holds those of each figure by its number, and those of the update time. `design` holds those of the gain set.
+    /// `numbers` holds those of each figure by its number, and those of the update time. `design` holds those of the
+    /// gain set.
     pub fn new(words: Words, numbers: &Value, design: &Value) -> Self {
         let mut environment = Environment::new();
         environment.set_undefined_behavior(UndefinedBehavior::Strict);

@@ -36,8 +36,8 @@ pub fn thresholds(judge: &Judge) -> String {
     wrapped("recovered: ", &recovered) + &wrapped("fell:      ", &fell)
 }
 
-/// The result of a campaign: its settings, how often each gain set recovered, which is better, and the gates. `full` adds
-/// the tables behind that. `folder` is the result folder, for the command that replays a trial.
+/// The result of a campaign: its settings, how often each gain set recovered, which is better, and the gates. `full`
+/// adds the tables behind that. `folder` is the result folder, for the command that replays a trial.
 pub fn campaign(summary: &Summary, folder: &Path, full: bool) -> String {
     let mut text = head(summary, full);
     text += "\n";
@@ -221,8 +221,8 @@ const LIMITS_EXPLAINED: &str = "Impulses at which 50 % and 90 % of the pushes ar
                                 from the COM to the edge of the support: the most that a pendulum takes without a \
                                 footstep of a push that has no duration.";
 
-/// The impulse (N s, or over m omega d) at which 50 % of the pushes are survived (`half`), or else 90 %, with its interval. If
-/// there is none, the reason.
+/// The impulse (N s, or over m omega d) at which 50 % of the pushes are survived (`half`), or else 90 %, with its
+/// interval. If there is none, the reason.
 pub fn impulse_at(curve: &FittedCurve, half: bool) -> String {
     let Some(fit) = &curve.fit else {
         return curve.none_because.map_or("-".into(), |why| why.to_string());

@@ -156,8 +156,8 @@ pub fn baseline(summary: &Summary) -> Option<String> {
     Some(format!("The baseline is {name}, with {trials} trials, by standfast {standfast}, configuration {hash}."))
 }
 
-/// For every gate that does not pass, a sentence and the command that replays a trial that was lost. `folder` is the result
-/// folder.
+/// For every gate that does not pass, a sentence and the command that replays a trial that was lost. `folder` is the
+/// result folder.
 pub fn failed_gates(summary: &Summary, folder: &Path) -> Vec<String> {
     let told = |gate: &GateResult| {
         let mark = if gate.judged.status == Status::Unresolved { "gate unresolved: " } else { "gate failed: " };
@@ -175,7 +175,8 @@ pub fn gate_words(gate: &GateResult) -> String {
     format!("{}: {}", gate.judged.name, gate_seen(gate))
 }
 
-/// What was observed for a gate, in sentences: the value with its interval, what is required, and what would resolve it.
+/// What was observed for a gate, in sentences: the value with its interval, what is required, and what would resolve
+/// it.
 pub fn gate_seen(gate: &GateResult) -> String {
     let (judged, unit) = (&gate.judged, unit(gate));
     let [seen, asked] = [judged.observed, judged.required].map(|share| in_unit(gate, share));

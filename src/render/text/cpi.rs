@@ -123,8 +123,8 @@ impl Sets<'_> {
         align(nesting)
     }
 
-    /// Writes CSV files to `folder`: for each gain the rows of S (S x <= 1) and the closed loop of eq. 13, in full precision.
-    /// Fails if a file cannot be written.
+    /// Writes CSV files to `folder`: for each gain the rows of S (S x <= 1) and the closed loop of eq. 13, in full
+    /// precision. Fails if a file cannot be written.
     pub fn export(&self, folder: &Path) -> Result<()> {
         std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
         for (i, (gain, set)) in self.family.gains.iter().zip(self.sets).enumerate() {

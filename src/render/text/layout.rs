@@ -5,8 +5,8 @@ use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, LineStyle
 /// Width of text that does not go to a terminal, and largest width of sentences on a terminal (columns).
 const PLAIN_WIDTH: u16 = 80;
 
-/// A table with a column for each name or, if there are `many`, a row for each. `rows` hold a label and a cell for each name.
-/// `corner` is the heading of the first column.
+/// A table with a column for each name or, if there are `many`, a row for each. `rows` hold a label and a cell for each
+/// name. `corner` is the heading of the first column.
 pub fn compared<'a>(
     corner: &'a str,
     names: impl Iterator<Item = &'a str>,
@@ -27,8 +27,8 @@ pub fn compared<'a>(
     align(table)
 }
 
-/// The text in lines that fit the terminal. `mark` stands before the first line, and the others are indented by its width. A
-/// number stays on one line with its unit and with a sign such as `=` before it.
+/// The text in lines that fit the terminal. `mark` stands before the first line, and the others are indented by its
+/// width. A number stays on one line with its unit and with a sign such as `=` before it.
 pub fn wrapped(mark: &str, text: &str) -> String {
     let width = usize::from(Table::new().width().unwrap_or(PLAIN_WIDTH).min(PLAIN_WIDTH));
     let is_one_of = |word: &str, all: &[&str]| all.contains(&word.trim_end_matches(['.', ',', ';', ':', ')']));

@@ -21,8 +21,8 @@ fn at(robot: &Robot, q: &[f64]) -> Kinematics {
     kinematics
 }
 
-/// Mass, COM, COM Jacobian (columns: base linear, base angular, joints) and link poses at joint angles `q` (rad), with the
-/// base at the origin, unrotated; then everything that does not depend on the angles.
+/// Mass, COM, COM Jacobian (columns: base linear, base angular, joints) and link poses at joint angles `q` (rad), with
+/// the base at the origin, unrotated; then everything that does not depend on the angles.
 pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
     let kinematics = at(robot, q);
     let mut jacobian = Matrix3xX::zeros(6 + robot.joints.len());

@@ -12,8 +12,8 @@ const NUMBERS: [usize; 2] = [34, 41];
 /// Most sets that are named in a log.
 const NAMED: usize = 4;
 
-/// A line for each gain set and each pair, within the width and height of a terminal. If there are too many sets, only those
-/// that recover most are shown. Empty if there is no room, or if no trial is finished.
+/// A line for each gain set and each pair, within the width and height of a terminal. If there are too many sets, only
+/// those that recover most are shown. Empty if there is no room, or if no trial is finished.
 pub fn lines(so_far: &SoFar, width: usize, height: usize) -> Vec<String> {
     let room = height.saturating_sub(OTHER_LINES);
     if room < 3 || so_far.trials == 0 {

@@ -72,8 +72,8 @@ fn short(value: f64, digits: i32) -> f64 {
     (value * unit).round() / unit + 0.0
 }
 
-/// A few sentences on each footstep: when and for which ZMP error it was taken, and from where to where its sole moved (mm,
-/// world frame).
+/// A few sentences on each footstep: when and for which ZMP error it was taken, and from where to where its sole moved
+/// (mm, world frame).
 pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String> {
     // Adding 0 turns -0 into 0.
     let round = |m: f64| (1000.0 * m).round() + 0.0;
@@ -230,8 +230,8 @@ impl Told<'_> {
         if self.pushes.len() > 1 { "after the last push" } else { "after the push" }
     }
 
-    /// What the CPI sets predicted at the end of the push, and whether the robot did otherwise. None without gains, and if the
-    /// sets made no prediction.
+    /// What the CPI sets predicted at the end of the push, and whether the robot did otherwise. None without gains, and
+    /// if the sets made no prediction.
     fn sets(&self) -> Option<String> {
         let record = &self.record;
         let the_set = match self.design.family.gains.len() {
@@ -278,7 +278,8 @@ impl Told<'_> {
         };
         let limited = format!("{first} was the first joint at its limit, at t = {at:.3} s");
         match percent.round() > 100.0 {
-            // A torque beyond the limit is possible, since the limit depends on the speed at the start of a physics step.
+            // A torque beyond the limit is possible, since the limit depends on the speed at the start of a physics
+            // step.
             true => format!(
                 "{limited}. The peak, {percent:.0} % of the limit at {joint}, lasted one physics step, as when an impact \
                  stops a joint"
