@@ -1,5 +1,5 @@
-//! `junit.xml`: gates as test cases, for the test view of a CI service. Never a case per trial: a lost push is no
-//! failed test.
+//! `junit.xml`: the gates as test cases, for the test view of a CI service. Trials are no test cases, since a lost
+//! trial is not a failed test.
 
 use crate::campaign::Summary;
 use crate::campaign::verdict::evidence::Status;
@@ -9,7 +9,8 @@ use crate::render::text::gate_words;
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use std::path::Path;
 
-/// One suite with a case for each gate; an unresolved one is skipped unless it has to pass. Without gates it is empty.
+/// One suite with a case for each gate, empty without gates. An unresolved gate is a skipped case, unless the campaign
+/// counts it as failed. Fails if the report cannot be written as XML.
 pub fn xml(summary: &Summary) -> Result<String> {
     let mut suite = TestSuite::new(summary.name.clone());
     for gate in &summary.gates {
@@ -28,7 +29,7 @@ pub fn xml(summary: &Summary) -> Result<String> {
         };
         let mut case = TestCase::new(gate.judged.name.clone(), status);
         case.set_classname(format!("standfast.{}", summary.name));
-        // For who reads it in a CI service: the campaign file is in the result folder.
+        // A CI service keeps the result folder, where the campaign file lies.
         let replay = gate.lost_trial.filter(|_| gate.judged.status != Status::Passed).map(|trial| {
             let command = replay_command(summary, &gate.set, trial, Path::new(""));
             format!("\nto replay a trial that it lost, in the result folder: {command}")

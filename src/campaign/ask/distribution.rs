@@ -6,6 +6,9 @@ use serde::Serialize;
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
 use std::fmt;
 
+/// What a distribution may be in TOML, for errors.
+pub(crate) const FORMS: &str = "a number, { uniform = [a, b] } or { normal = [mean, sd] }";
+
 /// A distribution, in TOML `2.5`, `{ uniform = [a, b] }` or `{ normal = [mean, sd] }`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(untagged)]
@@ -84,7 +87,7 @@ impl<'de> Deserialize<'de> for Distribution {
         impl<'de> Visitor<'de> for Form {
             type Value = Distribution;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a number, { uniform = [a, b] } or { normal = [mean, sd] }")
+                f.write_str(FORMS)
             }
             fn visit_f64<E>(self, value: f64) -> Result<Distribution, E> {
                 Ok(Distribution::Constant(value))

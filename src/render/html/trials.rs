@@ -1,16 +1,16 @@
-//! The trials of a campaign as the page needs them: one push and what each gain set made of it.
+//! The trials of a campaign in the form that the page needs: one push, and the outcome with each gain set.
 
 use crate::campaign::TrialRow;
 use crate::campaign::store::row::by_trial;
 use crate::episode::Outcome;
 use serde_json::{Value, json};
 
-/// More trials than this are not drawn one by one.
+/// With more trials than this, no trial is drawn by itself.
 const MOST_DOTS: usize = 2000;
-/// The last count of footsteps stands for all beyond it.
+/// Numbers of footsteps from this one on are counted together.
 const FOOTSTEPS: usize = 4;
 
-/// All rows, sorted by trial, then by set.
+/// All rows of a campaign, sorted by trial, then by set.
 pub(super) struct Trials<'a> {
     pub sets: &'a [&'a str],
     pub rows: &'a [TrialRow],
@@ -21,19 +21,19 @@ impl<'a> Trials<'a> {
         by_trial(self.rows, self.sets.len())
     }
 
-    /// Count of trials.
+    /// Number of trials.
     pub fn len(&self) -> usize {
         self.iter().count()
     }
 
-    /// Whether there are few enough to be drawn one by one.
+    /// Whether there are few enough trials to draw each by itself.
     pub fn as_dots(&self) -> bool {
         self.len() <= MOST_DOTS
     }
 
-    /// For the script: names of the sets, what stands before and after the number of a trial in the command that
-    /// replays it, and for each trial its number, impulse (N s), heading (degrees), a letter for each set's outcome
-    /// (R, F, D, T) and each set's footsteps. Safe inside a `script` element.
+    /// The data of the page's script: names of the sets, the parts of the replay command before and after the number of
+    /// a trial, and for each trial its number, impulse (N s), heading (degrees), a letter for each set's outcome (R, F,
+    /// D, T) and each set's number of footsteps. The text is safe inside a `script` element.
     pub fn as_json(&self, commands: &[[String; 2]]) -> String {
         let round = |x: f64, digits: f64| (x * digits).round() / digits;
         let trials: Vec<Value> = self
@@ -49,7 +49,7 @@ impl<'a> Trials<'a> {
         json!({ "sets": self.sets, "commands": commands, "trials": trials }).to_string().replace('<', "\\u003c")
     }
 
-    /// For each set, its recovered trials with 0, 1, 2 ... footsteps.
+    /// For each set, the number of its recovered trials with 0, 1, 2 ... footsteps.
     pub fn footsteps(&self) -> Vec<[u64; FOOTSTEPS + 1]> {
         let mut counts = vec![[0; FOOTSTEPS + 1]; self.sets.len()];
         for trial in self.iter() {
