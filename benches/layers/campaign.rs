@@ -20,7 +20,7 @@ fn campaign(name: &str, trials: u64, set: &[&str]) -> Campaign {
 pub fn episode(c: &mut Criterion) {
     let robot = Robot::load("ut-mu2").expect("built in");
     let mut group = c.benchmark_group("episode");
-    group.sample_size(10).sampling_mode(SamplingMode::Flat);
+    group.sample_size(10).sampling_mode(SamplingMode::Flat).measurement_time(Duration::from_secs(4));
     for (name, gains, impulse_n_s, outcome) in [
         ("hold recovers", "hold", 1.5, Outcome::Recovered),
         ("hold falls", "hold", 4.0, Outcome::Fell),
@@ -41,12 +41,14 @@ pub fn episode(c: &mut Criterion) {
 }
 
 /// The trials of a campaign, which are written to a folder. What comes once, as the search of the sets, is not in it.
+/// Many short episodes, so that one thread does not wait long for the other at the end.
 pub fn threads(c: &mut Criterion) {
-    let plan = Plan::new(&campaign("nominal", 20, &["push.start_s=0.1"])).expect("valid");
+    let short = ["push.start_s=0.05", "episode.horizon_s=0.4", "episode.judge.standing_time_s=0.1"];
+    let plan = Plan::new(&campaign("nominal", 40, &short)).expect("valid");
     let seconds = [1, 2].map(|threads| {
         let mut seconds = Vec::new();
-        let mut group = c.benchmark_group("campaign/20 trials of hold");
-        group.sample_size(10).sampling_mode(SamplingMode::Flat);
+        let mut group = c.benchmark_group("campaign/40 short trials of hold");
+        group.sample_size(10).sampling_mode(SamplingMode::Flat).measurement_time(Duration::from_secs(10));
         group.bench_function(if threads == 1 { "1 thread" } else { "2 threads" }, |b| {
             b.iter_custom(|count| {
                 let spent = (0..count).map(|_| run(&plan, threads)).sum::<Duration>();

@@ -8,6 +8,7 @@ use standfast::lipm::relaxation::{AxisPlan, Boundary};
 use standfast::lipm::{CpiSet, GainFamily, GainSet, OnlineSets, Pendulum, State};
 use standfast::robot::{PerFoot, Robot};
 use std::hint::black_box;
+use std::time::Duration;
 
 const PENDULUM: Pendulum = Pendulum { omega: 5.63, dt: 0.002 };
 
@@ -27,7 +28,7 @@ fn off_centre() -> SupportPolygon {
 pub fn search(c: &mut Criterion) {
     let family = family("switching");
     let mut group = c.benchmark_group("sets/search by linear programs");
-    group.sample_size(10).sampling_mode(SamplingMode::Flat);
+    group.sample_size(10).sampling_mode(SamplingMode::Flat).measurement_time(Duration::from_secs(3));
     for (name, polygon) in [("at home", at_home()), ("off centre 1:31", off_centre())] {
         group.bench_function(name, |b| b.iter(|| CpiSet::search_family(&family, black_box(&polygon))));
     }

@@ -10,12 +10,15 @@ pub fn physics_step(c: &mut Criterion) {
     let (robot, clock) = (Robot::load("ut-mu2").expect("built in"), clock());
     let steps = (clock.control_period_s / clock.physics_step_s).round() as u32;
     let home = Command::hold(&robot.home_rad);
+    let mut group = c.benchmark_group("physics step");
+    // Many samples, so that short ones are among them, which other work on the machine does not disturb.
+    group.sample_size(50);
     let mut plant = Plant::new(&robot, clock, None, home.clone());
-    c.bench_function("physics step/standing", |b| b.iter_custom(|count| advance(&mut plant, &home, count) / steps));
+    group.bench_function("standing", |b| b.iter_custom(|count| advance(&mut plant, &home, count) / steps));
 
     // With commands of `catch`, which are known: a foot is in the air, and lands.
     let played = Played::new("catch", 3.6);
-    c.bench_function("physics step/swing", |b| b.iter_custom(|count| swing(&played, count) / steps));
+    group.bench_function("swing", |b| b.iter_custom(|count| swing(&played, count) / steps));
 
     let mut plant = Plant::new(&robot, clock, None, home.clone());
     let push = Push { impulse_n_s: 6.0, start_s: 0.0, ..Push::default() };
@@ -23,7 +26,7 @@ pub fn physics_step(c: &mut Criterion) {
         plant.advance(home.clone(), &[push]);
     }
     assert!(plant.truth().com.z < 0.15, "the COM is {} m high", plant.truth().com.z);
-    c.bench_function("physics step/fallen", |b| b.iter_custom(|count| advance(&mut plant, &home, count) / steps));
+    group.bench_function("fallen", |b| b.iter_custom(|count| advance(&mut plant, &home, count) / steps));
 }
 
 /// Time of `count` control periods.
