@@ -27,10 +27,13 @@ import subprocess
 import sys
 import tempfile
 import time
-import tomllib
 import venv
 import xml.etree.ElementTree as xml
 from pathlib import Path
+
+if sys.version_info < (3, 11):
+    sys.exit("Python 3.11 or newer is needed")
+import tomllib
 
 PROJECT = Path(__file__).resolve().parents[2]
 ROBOT = "ut-mu2"
