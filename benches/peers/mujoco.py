@@ -13,8 +13,8 @@ src/sim/servo.rs. It checks that both are the same robot, and then runs both sid
    loop that one would write first (servos in numpy, a push of 50 ms, a judge; no noise, variations or records);
 4. for how many pushes both come to the same outcome, so that it is seen to be the same physics.
 
-It needs Python 3.11, cargo, and a package registry with MuJoCo. Everything that it writes it removes at the end, but for
-what cargo builds.
+It needs Python 3.11, cargo, and a package registry with MuJoCo. All that it writes it removes at the end, but for what
+cargo builds.
 """
 
 import argparse
@@ -179,21 +179,20 @@ class Peer:
         self.episode, self.dt = episode, episode["physics_step_s"]
         settings = tomllib.loads((PROJECT / f"assets/robots/{ROBOT}.toml").read_text())
         soles = [f"{settings['soles'][side]}/0" for side in ("left", "right")]
-        self.model = self.compile(settings, soles)
+        servo = {joint: group for group in settings["servos"] for joint in group["joints"]}
+        self.model = self.compile(settings["friction"], servo, soles)
         self.data = mujoco.MjData(self.model)
         names = [self.model.joint(i).name for i in range(1, self.model.njnt)]
-        servo = {joint: group for group in settings["servos"] for joint in group["joints"]}
         column = lambda key: numpy.array([servo[name][key] for name in names])
         self.kp, self.kd, self.torque = column("kp_n_m_rad"), column("kd_n_m_s_rad"), column("torque_n_m")
         self.full, self.none = column("full_torque_speed_rad_s"), column("no_torque_speed_rad_s")
-        self.model.dof_armature[6:] = column("rotor_inertia_kg_m2")
         self.q_ref = numpy.array([settings["home_rad"].get(name, 0.0) for name in names])
         self.trunk = self.model.body(settings["trunk"]).id
         self.may_touch = numpy.zeros(self.model.ngeom, bool)
         self.may_touch[[self.model.geom(name).id for name in ["ground", *soles]]] = True
         self.stand(soles)
 
-    def compile(self, settings, soles):
+    def compile(self, friction, servo, soles):
         """The model from the URDF: the root gets a floating joint, and each collision a name, `link/number`."""
         urdf = xml.parse(PROJECT / f"assets/robots/{ROBOT}.urdf").getroot()
         children = {joint.find("child").get("link") for joint in urdf.findall("joint")}
@@ -213,11 +212,13 @@ class Peer:
         spec.option.cone = self.mj.mjtCone.mjCONE_ELLIPTIC
         spec.worldbody.add_geom(name="ground", type=self.mj.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
         for geom in spec.geoms:
-            geom.condim, geom.friction[0], geom.solref = 3, settings["friction"], [SOLREF_S, 1]
+            geom.condim, geom.friction[0], geom.solref = 3, friction, [SOLREF_S, 1]
             # Everything collides with the ground, and of the links only the soles with each other.
-            geom.contype, geom.conaffinity = (1, 0) if geom.name == "ground" else (2, 3) if geom.name in soles else (0, 1)
+            geom.contype, geom.conaffinity = {"ground": (1, 0)}.get(geom.name, (2, 3) if geom.name in soles else (0, 1))
         for joint in spec.joints:
             joint.solref_limit = [SOLREF_S, 1]
+            if joint.name in servo:
+                joint.armature = servo[joint.name]["rotor_inertia_kg_m2"]
         return spec.compile()
 
     def stand(self, soles):
@@ -249,7 +250,7 @@ class Peer:
         self.data.qpos[:] = self.home
 
     def drive(self):
-        """The servo law for the next step, as in src/sim/servo.rs. MuJoCo integrates a joint's damping implicitly, too."""
+        """The servo law for the next step, as in src/sim/servo.rs. MuJoCo integrates damping implicitly, too."""
         np, q, dq = self.np, self.data.qpos[7:], self.data.qvel[6:]
         constant = self.kp * (self.q_ref - q) + self.tau_ff
         wanted = constant - self.kd * dq
@@ -383,11 +384,12 @@ def compare(arguments):
     tell(f"outcomes of {arguments.pushes} pushes ...")
     outcomes = [(*one, standfast.survives(*one), peer.trial(*one, 0.5)) for one in draw(arguments.pushes)]
     same = [ours for _, _, ours, theirs in outcomes if ours == theirs]
-    share = f"{len(same)} of {len(outcomes)} pushes ({100 * len(same) / len(outcomes):.1f} %)"
-    print(f"The same outcome of `hold` after {share}: both recover {sum(same)} times, and both fall {len(same) - sum(same)} times.")
+    print(f"The same outcome of `hold` after {len(same)} of {len(outcomes)} pushes "
+          f"({100 * len(same) / len(outcomes):.1f} %): both recover from {sum(same)} and fall after {same.count(False)}.")
     for impulse_n_s, heading_deg, ours, theirs in outcomes:
         if ours != theirs:
-            print(f"  {impulse_n_s:.2f} N s at {heading_deg:.0f} degrees: only {'standfast' if ours else 'MuJoCo'} recovers")
+            only = "standfast" if ours else "MuJoCo"
+            print(f"  {impulse_n_s:.2f} N s at {heading_deg:.0f} degrees: it recovers only in {only}")
     return 0
 
 
