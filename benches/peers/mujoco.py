@@ -22,6 +22,7 @@ import csv
 import json
 import os
 import resource
+import signal
 import statistics
 import subprocess
 import sys
@@ -55,6 +56,8 @@ def main():
     arguments = parse_arguments()
     if arguments.inside:
         return compare(arguments)
+    # When it is told to end, it still removes its folder.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit("terminated"))
     with tempfile.TemporaryDirectory(prefix="standfast-peer-") as folder:
         environment = Path(folder) / "environment"
         tell("making a Python environment with MuJoCo ...")
