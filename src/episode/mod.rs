@@ -1,5 +1,5 @@
-//! One closed loop of plant and controller ([`ClosedLoop`]), driven tick by tick ([`drive`]) and judged ([`run()`]). Episodes that differ
-//! in their pushes alone share their [`Opening`].
+//! One closed loop of plant and controller ([`ClosedLoop`]), driven tick by tick ([`drive`]) and judged ([`run()`]). The
+//! episodes of one trial with several gain sets run together ([`Episodes`]).
 //! The loop also drives the paper's simulation without physics ([`imposed`]). [`response`] measures how well the ZMP
 //! follows the desired one.
 
@@ -15,6 +15,7 @@ mod run;
 mod slip;
 pub mod snapshot;
 mod tick;
+mod together;
 
 pub use closed_loop::ClosedLoop;
 pub use config::{Disturbance, EpisodeConfig, Judge, Until};
@@ -22,6 +23,7 @@ pub use film::Film;
 pub use footsteps::{Footstep, Lifted};
 pub use record::{Membership, Outcome, Record};
 pub use referee::{AT_LIMIT, Referee};
-pub use run::{Opening, run};
+pub use run::run;
 pub use snapshot::Snapshot;
 pub use tick::{Controlled, Tick, drive, support_on_ground};
+pub use together::Episodes;

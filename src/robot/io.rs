@@ -109,6 +109,15 @@ pub struct Command {
     pub tau_ff: Vec<f64>,
 }
 
+impl Command {
+    /// Whether both ask for the same, to the bit.
+    pub fn is_same(&self, other: &Self) -> bool {
+        let parts = [(&self.q_ref, &other.q_ref), (&self.dq_ref, &other.dq_ref), (&self.tau_ff, &other.tau_ff)];
+        let same = |a: &Vec<f64>, b: &Vec<f64>| a.iter().map(|v| v.to_bits()).eq(b.iter().map(|v| v.to_bits()));
+        parts.into_iter().all(|(a, b)| same(a, b))
+    }
+}
+
 impl Clone for Command {
     fn clone(&self) -> Self {
         Self { q_ref: self.q_ref.clone(), dq_ref: self.dq_ref.clone(), tau_ff: self.tau_ff.clone() }

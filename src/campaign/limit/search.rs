@@ -3,7 +3,7 @@
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::control::Design;
-use crate::episode::{self, Opening, Outcome};
+use crate::episode::{self, Episodes, Outcome};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 use crate::stats::psychometric::{Posterior, Rule};
@@ -47,7 +47,7 @@ pub(super) struct Search<'a> {
     /// Index of the search's trial 0 in the campaign.
     pub first_trial: u64,
     /// The beginning of all trials with this gain set, if they begin alike.
-    pub opening: Option<&'a Opening<'a>>,
+    pub opening: Option<&'a Episodes<'a>>,
     pub stop: &'a AtomicBool,
     /// Called after every episode.
     pub on_episode: &'a (dyn Fn() + Sync),
@@ -97,7 +97,7 @@ impl Search<'_> {
         }
         let config = &self.campaign.episode;
         if let Some(opening) = self.opening {
-            return opening.with(disturbance.pushes).finish((config.until(), 0.0), &mut |_, _| {}).outcome;
+            return opening.with(disturbance.pushes).finish()[0].outcome;
         }
         episode::run(self.robot, design, config, disturbance, config.until(), &mut |_| {}).outcome
     }
