@@ -38,13 +38,19 @@ pub fn text(summary: &Summary) -> String {
         ]);
     }
     text += &left_out(summary.sets.len(), "gain sets");
+    if let Some(stopped) = &summary.stopped {
+        let _ = writeln!(text, "\n{}", escaped(stopped));
+    }
     text += &pairs(summary);
     let push = &summary.push;
+    let (pushes, same) = match summary.stopped {
+        None => (format!("{} pushes", summary.trials), "the same for each gain set"),
+        Some(_) => (format!("Up to {} pushes", summary.trials), "for each gain set its first ones"),
+    };
     let _ = writeln!(
         text,
-        "\n{} pushes of {} N s, heading {} deg, the same for each gain set; robot {}, seed {}, standfast {}, \
+        "\n{pushes} of {} N s, heading {} deg, {same}; robot {}, seed {}, standfast {}, \
          configuration `{}`. Intervals, {}. `report.html` has pictures, strata and trials to replay.",
-        summary.trials,
         push.impulse_n_s,
         push.heading_deg,
         escaped(&summary.robot),

@@ -3,11 +3,12 @@
 use crate::campaign::ask::push::{PushSpec, SecondPushSpec};
 use crate::campaign::ask::spec::{SensorSpec, Stopping};
 use crate::campaign::ask::variations::VariationSpec;
+use crate::campaign::store::by_set::BySet;
 use crate::campaign::store::folder::{Folder, Manifest};
 use crate::campaign::store::row::{TrialRow, parquet};
 use crate::campaign::verdict::baseline::BaselineId;
 use crate::campaign::verdict::gates::{GateResult, Gates};
-use crate::campaign::verdict::headline;
+use crate::campaign::verdict::headline::{self, listed};
 use crate::campaign::verdict::pairs::{DecisionRule, Pair, every_pair};
 use crate::campaign::verdict::set_summary::{SetSummary, bin_edges};
 use crate::campaign::verdict::strata::strata;
@@ -17,6 +18,7 @@ use crate::episode::EpisodeConfig;
 use crate::error::Result;
 use crate::files::{json_pretty, sha256_hex, write_atomic};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// `summary.json`.
@@ -32,10 +34,14 @@ pub struct Summary {
     /// Which set recovers most, and than which it is better, in words.
     pub headline: String,
     pub robot: String,
-    /// Count of pushes; each set met all of them.
+    /// Number of trials. A set that was stopped earlier, in a campaign that ends when decided, has fewer: its own number
+    /// stands in `sets`.
     pub trials: u64,
     /// At most so many were asked for; more than `trials` where the campaign ended when decided.
     pub most_trials: u64,
+    /// Which gain sets stopped before the others, and why, in sentences; None if all have the same number of trials.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stopped: Option<String>,
     pub stopping: Stopping,
     pub seed: u64,
     /// Horizon, steps and the judge's thresholds.
@@ -59,7 +65,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Counts the rows of a whole campaign, sorted by trial, then by set; `trials_sha256` is of the file that holds them,
+    /// Counts the rows of a campaign, sorted by trial, then by set; `trials_sha256` is of the file that holds them,
     /// `pairs` are the sets to compare, by their places in the campaign.
     pub fn new(
         manifest: &Manifest,
@@ -72,13 +78,12 @@ impl Summary {
         let end_early = campaign.episode.end_early;
         let bins = bin_edges(rows.iter().map(|row| row.impulse_n_s));
         let Stopping { until_resolved: sequential, margin } = campaign.stopping;
-        let strata = strata(rows, manifest.sets.len());
-        let sets: Vec<SetSummary> = (0..manifest.sets.len())
-            .map(|i| SetSummary::new(i, &manifest.sets, rows, &bins, &strata, end_early))
-            .collect();
-        let trials = (rows.len() / manifest.sets.len().max(1)) as u64;
-        let pairs = Pair::all(rows, &manifest.sets, pairs, &strata, DecisionRule { sequential, margin, end_early });
-        let warnings = [warnings::of(campaign, trials, &sets, &pairs), gates.warnings(manifest, trials)].concat();
+        let rows = BySet::new(rows, &manifest.sets);
+        let (trials, strata) = (rows.trials(), strata(rows.drawn()));
+        let sets: Vec<SetSummary> =
+            (0..manifest.sets.len()).map(|i| SetSummary::new(i, &rows, &bins, &strata, end_early)).collect();
+        let pairs = Pair::all(&rows, pairs, &strata, DecisionRule { sequential, margin, end_early });
+        let warnings = [warnings::of(campaign, trials, &sets, &pairs), gates.warnings(manifest, &rows)].concat();
         Self {
             name: campaign.name.clone(),
             standfast: manifest.standfast.clone(),
@@ -88,6 +93,7 @@ impl Summary {
             robot: campaign.robot.clone(),
             trials,
             most_trials: campaign.trials,
+            stopped: stopped(&sets, trials),
             stopping: campaign.stopping,
             seed: campaign.seed,
             episode: campaign.episode,
@@ -97,9 +103,9 @@ impl Summary {
             variations: campaign.variations,
             interval: if sequential { SEQUENTIAL_INTERVAL } else { INTERVAL },
             sets,
-            common_survivors: CommonSurvivors::new(rows, manifest.sets.len(), end_early),
+            common_survivors: CommonSurvivors::new(&rows, end_early),
             pairs,
-            gates: gates.judged(rows),
+            gates: gates.judged(&rows),
             baseline: gates.baseline(),
             warnings,
         }
@@ -129,6 +135,22 @@ impl Summary {
         write_atomic(&folder.join("trials.parquet"), trials)?;
         write_atomic(&folder.join("summary.json"), json_pretty(self)?.as_bytes())
     }
+}
+
+/// Says which sets have fewer than these trials.
+fn stopped(sets: &[SetSummary], trials: u64) -> Option<String> {
+    let mut by_trials: BTreeMap<u64, Vec<&str>> = BTreeMap::new();
+    for set in sets.iter().filter(|set| set.count.trials < trials) {
+        by_trials.entry(set.count.trials).or_default().push(&set.name);
+    }
+    let told = by_trials.iter().enumerate().map(|(i, (trials, names))| {
+        format!("{} {}after {trials}{}", listed(names, "and"), ["stopped ", ""][i.min(1)], [" trials", ""][i.min(1)])
+    });
+    let told = told.collect::<Vec<_>>();
+    let why = "because everything in which they take part was decided by then. Each rate is over the gain set's own trials, \
+               and each pair is compared over the trials that both sets have.";
+    let told = listed(&told.iter().map(String::as_str).collect::<Vec<_>>(), "and");
+    (!by_trials.is_empty()).then(|| format!("{told}, {why}"))
 }
 
 /// How rates and differences are bounded where the count of trials was fixed.

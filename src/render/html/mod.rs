@@ -12,6 +12,7 @@ mod words;
 
 use self::trials::Trials;
 use self::words::{interval, number, part};
+use crate::campaign::store::by_set::BySet;
 use crate::campaign::verdict::pairs::Pair;
 use crate::campaign::verdict::set_summary::SetSummary;
 use crate::campaign::{Summary, TrialRow};
@@ -62,10 +63,10 @@ fn add_to(environment: &mut Environment) {
 /// What the template reads: the summary as `s`, and what it cannot make itself.
 fn context(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Value {
     let (sets, pairs) = (&summary.sets, &summary.pairs);
-    let names: Vec<&str> = sets.iter().map(|set| set.name.as_str()).collect();
+    let names: Vec<String> = sets.iter().map(|set| set.name.clone()).collect();
     // Pairs and gates are of sets of the summary.
     let index = |name: &str| names.iter().position(|n| *n == name).unwrap_or_default();
-    let trials = Trials { sets: &names, rows };
+    let trials = Trials(BySet::new(rows, &names));
     let maps = polar::Maps::new(success::impulse_edges_n_s(sets), &trials);
     let view = |(i, pair): (usize, &Pair)| {
         let (a, b) = (index(&pair.a), index(&pair.b));
