@@ -458,7 +458,9 @@ impl Block {
 mod tests {
     use super::*;
     use crate::campaign::Overrides;
+    use crate::campaign::store::row::tests::row;
     use crate::campaign::verdict::summary::Summary;
+    use crate::episode::Outcome;
     use std::sync::atomic::AtomicUsize;
 
     fn plan(set: &[&str]) -> Plan {
@@ -516,6 +518,72 @@ mod tests {
         };
         let usual = result(super::PART_TRIALS.get());
         assert!([1, 7, 25, 100].into_iter().all(|part_trials| result(part_trials) == usual));
+    }
+
+    /// Puts rows where work is missing, without a simulation: the first set recovers from nine of ten pushes, the second
+    /// from one of five, and the third from nine of ten, but not the same as the first. Returns the number of rows.
+    fn make_up(work: &mut Work) -> usize {
+        let has_recovered = |trial: u64, set: usize| match set {
+            0 => trial % 10 != 3,
+            1 => trial.is_multiple_of(5),
+            _ => trial % 10 != 7,
+        };
+        let (folder, mut made) = (work.folder, 0);
+        while !work.is_done() {
+            for &index in &work.missing {
+                let block = Block::new(folder, index, &work.set_trials);
+                made += block.missing.len();
+                let rows = block.missing.iter().filter_map(|&(trial, set)| {
+                    let outcome = if has_recovered(trial, set) { Outcome::Recovered } else { Outcome::Fell };
+                    block.put((trial, set), row(trial, &folder.manifest.sets[set], 1.0, outcome))
+                });
+                folder.part(index).write(&rows.last().unwrap()).unwrap();
+            }
+            work.missing = work.look_on(&|_| {}).unwrap();
+        }
+        folder.stop_at(&work.set_trials).unwrap();
+        made
+    }
+
+    #[test]
+    fn a_set_stops_when_all_about_it_is_decided_and_the_others_go_on() {
+        let dir = tempfile::tempdir().unwrap();
+        let plan = |trials: u64, more: &[&str]| {
+            let gains =
+                ["", ":zmp_margin_m=0.01", ":zmp_margin_m=0.02"].map(|variant| format!("hold{variant}")).to_vec();
+            let set = more.iter().map(|s| s.to_string()).collect();
+            let overrides = Overrides { gains, set, trials: Some(trials), until_resolved: true, ..Default::default() };
+            Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap()
+        };
+        let run = |plan: &Plan| {
+            let folder = plan.folder(Some(&dir.path().join("a"))).unwrap();
+            let gates = Gates::new(&plan.manifest, None).unwrap();
+            let options = RunOptions { threads: 1, shard: None };
+            let mut work = plan.work(&folder, options, Some(&gates)).unwrap();
+            let (before, all) = (work.episodes(), work.all_episodes());
+            plan.identify(&folder).unwrap();
+            let made = make_up(&mut work);
+            assert_eq!(work.episodes(), 0);
+            assert!(before >= made as u64 && all >= work.all_episodes());
+            let summary = Summary::read(&folder, &gates).unwrap().0;
+            assert_eq!(summary.sets.iter().map(|set| set.count.trials).sum::<u64>(), work.all_episodes());
+            (made, folder.set_trials().unwrap(), summary)
+        };
+        let (made, set_trials, summary) = run(&plan(150, &[]));
+        assert_eq!((made, &set_trials[..]), (325, &[150, 25, 150][..]));
+        assert_eq!((summary.trials, summary.sets[1].count.trials), (150, 25));
+        assert!(summary.stopped.unwrap().contains("after 25 trials"));
+        // The same again, and with more trials: the same sets go on.
+        assert_eq!(run(&plan(150, &[])).0, 0);
+        let (made, set_trials, _) = run(&plan(200, &[]));
+        assert_eq!((made, &set_trials[..]), (100, &[200, 25, 200][..]));
+        // All is decided at an earlier look if less is asked: nothing is run, and later rows do not count.
+        let (made, set_trials, _) = run(&plan(400, &["stopping.margin=0.7"]));
+        assert_eq!((made, &set_trials[..]), (0, &[25, 25, 25][..]));
+        // A gate asks for the set that had stopped: what it lacks is run, the rest is there.
+        let gate = "gates.require=['hold zmp_margin_m=0.01 >= 0.21']";
+        let (made, set_trials, _) = run(&plan(100, &[gate]));
+        assert_eq!((made, &set_trials[..]), (75, &[25, 100, 25][..]));
     }
 
     /// Everyone who watches hears of each part once, and first of those that are there.

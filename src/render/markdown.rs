@@ -156,7 +156,7 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::verdict::summary::tests::summary;
+    use crate::campaign::verdict::summary::tests::{ragged, summary};
     use crate::episode::Outcome::{Fell, Recovered};
 
     #[test]
@@ -170,6 +170,13 @@ mod tests {
         assert!(place("--trial 50 --gains b") < place("| a | b | 50 | 50 | 0 | 0 | +50.0 |"));
         assert!(text.starts_with("## standfast: &lt;b&gt;\\|x\\|\\`\\_"), "{text}");
         assert!(text.contains("\nThe intervals hold at 95 %; p is that of the exact McNemar test.\n"), "{text}");
+    }
+
+    #[test]
+    fn a_set_that_was_stopped_has_its_own_trials() {
+        let text = text(&ragged(&[]).0);
+        assert!(text.contains("| b | 5/25 |") && text.contains(": b after 25 trials. Each rate "), "{text}");
+        assert!(text.contains("\nUp to 100 pushes of "), "{text}");
     }
 
     #[test]

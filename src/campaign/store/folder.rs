@@ -311,6 +311,35 @@ pub(crate) mod tests {
         assert_eq!(format!("{:?}", folder.part(2).rows().unwrap()), format!("{rows:?}"));
     }
 
+    /// Of a campaign that ends when decided a part may hold some of the gain sets.
+    #[test]
+    fn a_part_says_which_sets_it_holds() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut folder = folder(dir.path());
+        folder.manifest.campaign.stopping.until_resolved = true;
+        commit(&folder, 0);
+        let rows: Vec<TrialRow> = (25..50).map(|trial| row(trial, "fixed", 1.0, Outcome::Fell)).collect();
+        folder.part(1).write(&rows).unwrap();
+        assert_eq!((folder.part(0).holds(), folder.part(1).holds()), (vec![true, true], vec![false, true]));
+        assert_eq!(folder.part(1).rows().unwrap().len(), 25);
+        let marker = |block: u64| fs::read_to_string(dir.path().join(format!("parts/part-{block:06}.json"))).unwrap();
+        assert!(marker(1).contains(r#""sets":["fixed"]"#) && !marker(0).contains("sets"));
+        assert_eq!(folder.lacks(1, &[60, 60]), [true, false]);
+        assert_eq!(folder.lacks(1, &[25, 60]), [false, false]);
+        // It is not known how many trials each set has before the campaign has ended.
+        assert_eq!((folder.missing(), folder.set_trials()), (vec![2], None));
+        folder.stop_at(&[25, 50]).unwrap();
+        assert_eq!((folder.missing(), folder.trials(), folder.set_trials()), (vec![], 50, Some(vec![25, 50])));
+        assert_eq!(folder.rows().unwrap().len(), 75);
+        folder.stop_at(&[25, 25]).unwrap();
+        assert_eq!(folder.rows().unwrap().len(), 50);
+        folder.stop_at(&[50, 50]).unwrap();
+        assert_eq!(folder.missing(), [1]);
+        fs::remove_file(dir.path().join("parts/stopped.json")).unwrap();
+        let message = folder.rows().unwrap_err().to_string();
+        assert!(message.contains("incomplete") && message.contains("standfast run"), "{message}");
+    }
+
     #[test]
     fn all_rows_need_every_part_and_it_is_said_which_are_missing() {
         let dir = tempfile::tempdir().unwrap();

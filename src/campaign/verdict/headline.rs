@@ -100,6 +100,22 @@ mod tests {
         of(&sets, &pairs, deciding.margin)
     }
 
+    /// A set that was stopped early, on easy pushes, may have the higher rate and be the worse one.
+    #[test]
+    fn the_leader_is_found_on_trials_that_both_sets_have() {
+        let outcome = |lost: bool| if lost { Fell } else { Recovered };
+        let first = |trial| [row(trial, "a", 1.0, outcome(trial < 2)), row(trial, "b", 1.0, Recovered)].to_vec();
+        let later = |trial: u64| vec![row(trial, "b", 1.0, outcome(trial.is_multiple_of(5)))];
+        let rows: Vec<_> = (0..100).flat_map(|trial| if trial < 25 { first(trial) } else { later(trial) }).collect();
+        let names = ["a", "b"].map(String::from);
+        let rows = BySet::new(&rows, &names);
+        let sets = [0, 1].map(|set| SetSummary::new(set, &rows, &[], &[], true));
+        assert!(sets[0].count.success_rate > sets[1].count.success_rate);
+        let deciding = DecisionRule { sequential: true, margin: 0.02, end_early: true };
+        let said = of(&sets, &Pair::all(&rows, &[(0, 1)], &[], deciding), 0.02);
+        assert_eq!(said, "b recovers most often: in 85.0 % of 100 trials. It is not shown to be better than a.");
+    }
+
     #[test]
     fn it_says_who_recovers_most_and_than_which_it_is_better() {
         for (recovered, expected) in [

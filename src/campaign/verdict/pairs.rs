@@ -339,6 +339,26 @@ mod tests {
         assert!(open.words.contains(" more trials would show it.") && !open.words.contains("p ="), "{}", open.words);
     }
 
+    /// 8 : 0 after 25 trials is decided; without these, the later trials would leave it open, or even speak for the other set.
+    #[test]
+    fn what_an_early_look_has_decided_stays() {
+        let early = [vec![[Recovered, Fell]; 12], vec![[Recovered; 2]; 13]].concat();
+        let names = ["a", "b"].map(String::from);
+        let found = |later: usize| {
+            let turns = [[Recovered; 2], [Recovered; 2], [Recovered; 2], [Fell, Recovered]];
+            let outcomes = [early.clone(), (0..later).map(|i| turns[i % 4]).collect()].concat();
+            let rows = rows(&outcomes);
+            Standing::new(&BySet::new(&rows, &names), (0, 1), 1, 0.02, true)
+        };
+        for (later, only_b) in [(0, 0), (50, 12), (75, 18)] {
+            let Standing { sets, counts, decision } = found(later);
+            assert_eq!((sets, counts.only_a, counts.only_b), ((0, 1), 12, only_b));
+            assert!(decision.verdict == PairVerdict::Better && decision.ci95[0] > 0.0, "{later}: {decision:?}");
+        }
+        let alone = Decision::new(&found(75).counts, 1, 0.02, true);
+        assert_eq!(alone.verdict, PairVerdict::Open);
+    }
+
     #[test]
     fn an_end_of_an_interval_is_told_from_zero_and_a_p_from_what_is_asked() {
         let found = [0.0834, -0.02, 0.0, 0.0004, 0.0005, -0.0000712].map(points);

@@ -135,6 +135,24 @@ pub(crate) mod tests {
         assert_eq!(pairs(5), ["0", "1", "2", "3"].map(|other| ("4".to_string(), other.to_string())));
     }
 
+    /// Part by part or all at once, and of a set that stops after the first part.
+    #[test]
+    fn a_tally_counts_each_part_once_and_pairs_over_their_common_trials() {
+        let names = ["a", "b"].map(String::from);
+        let both = |trial: u64| vec![row(trial, "a", 1.0, Recovered), row(trial, "b", 1.0, Fell)];
+        let rest = |trial: u64| vec![row(trial, "a", 1.0, Recovered)];
+        let parts = [(0..25).flat_map(both).collect::<Vec<_>>(), (25..40).flat_map(rest).collect()];
+        let mut tally = Tally::new(&names);
+        assert!(tally.is_empty());
+        parts.iter().for_each(|part| tally.add(part));
+        let mut at_once = Tally::new(&names);
+        at_once.add(&parts.concat());
+        for found in [tally, at_once].map(|tally| SoFar::new(&tally, 0.02)) {
+            assert_eq!((found.trials, found.sets[0].1.trials, found.sets[1].1.trials), (40, 40, 25));
+            assert_eq!((found.pairs[0].difference, found.pairs[0].verdict), (1.0, PairVerdict::Better));
+        }
+    }
+
     /// At the same counts the intervals are wider than those for a fixed count of trials: one may look often.
     #[test]
     fn it_may_be_looked_at_often() {

@@ -143,14 +143,16 @@ fn stopped(sets: &[SetSummary], trials: u64) -> Option<String> {
     for set in sets.iter().filter(|set| set.count.trials < trials) {
         by_trials.entry(set.count.trials).or_default().push(&set.name);
     }
-    let told = by_trials.iter().enumerate().map(|(i, (trials, names))| {
-        format!("{} {}after {trials}{}", listed(names, "and"), ["stopped ", ""][i.min(1)], [" trials", ""][i.min(1)])
-    });
-    let told = told.collect::<Vec<_>>();
-    let why = "because everything in which they take part was decided by then. Each rate is over the gain set's own trials, \
-               and each pair is compared over the trials that both sets have.";
-    let told = listed(&told.iter().map(String::as_str).collect::<Vec<_>>(), "and");
-    (!by_trials.is_empty()).then(|| format!("{told}, {why}"))
+    let are_several = by_trials.values().flatten().count() > 1;
+    let after = |(trials, names): (&u64, &Vec<&str>)| format!("{} after {trials} trials", listed(names, "and"));
+    let after: Vec<String> = by_trials.iter().map(after).collect();
+    let told = listed(&after.iter().map(String::as_str).collect::<Vec<_>>(), "and");
+    let about = if are_several { "them" } else { "it" };
+    let why = format!("because all that was to be decided about {about} was decided by then");
+    let subject = if are_several { "Some gain sets" } else { "One gain set" };
+    let rates =
+        "Each rate is over the gain set's own trials, and each pair is compared over the trials that both sets have.";
+    (!by_trials.is_empty()).then(|| format!("{subject} stopped before the others, {why}: {told}. {rates}"))
 }
 
 /// How rates and differences are bounded where the count of trials was fixed.
@@ -161,8 +163,8 @@ const INTERVAL: &str = "All intervals are at 95 %. Those of the differences of p
                         Tango's; gates have Clopper and Pearson's on rates and Tango's on differences.";
 /// The same where the campaign could end when decided.
 const SEQUENTIAL_INTERVAL: &str = "All intervals are at 95 %. Those of the differences of pairs, and of gates, are \
-                                   betting confidence sequences: they hold at every look, for all pairs and for all \
-                                   gates together. The others hold each for itself, and as for a fixed count of trials: \
+                                   what betting confidence sequences leave of them at all looks together: they hold \
+                                   however often one looks, for all pairs and for all gates together. The others hold each for itself, and as for a fixed count of trials: \
                                    rates have Wilson's, or Clopper and Pearson's where fewer than 5 trials recovered or \
                                    fewer than 5 did not; differences by kind of trial have Tango's.";
 
@@ -196,6 +198,58 @@ pub(crate) mod tests {
             [row(i as u64, "a", impulse(i), of[0]), row(i as u64, "b", impulse(i), of[1])]
         };
         outcomes.iter().enumerate().flat_map(trial).collect()
+    }
+
+    /// Of sets "a", "b" and "c", of which "b" was stopped after 25 of 100 trials, and the rows of it. "a" and "c" recover
+    /// from nine of ten pushes, "b" from one of five.
+    pub(crate) fn ragged(gates: &[&str]) -> (Summary, Vec<TrialRow>) {
+        let overrides = Overrides {
+            gates: gates.iter().map(|s| s.to_string()).collect(),
+            trials: Some(200),
+            until_resolved: true,
+            ..Overrides::default()
+        };
+        let manifest = manifest(&["a", "b", "c"], overrides);
+        let has_recovered = |trial: u64, set: &str| match set {
+            "a" => trial % 10 != 3,
+            "b" => trial.is_multiple_of(5),
+            _ => trial % 10 != 7,
+        };
+        let of_trial = |trial: u64| {
+            let outcome = move |set| if has_recovered(trial, set) { Outcome::Recovered } else { Outcome::Fell };
+            let sets = ["a", "b", "c"].into_iter().filter(move |set| *set != "b" || trial < 25);
+            sets.map(move |set| row(trial, set, 1.0 + trial as f64 / 50.0, outcome(set)))
+        };
+        let rows: Vec<TrialRow> = (0..100).flat_map(of_trial).collect();
+        let gates = Gates::new(&manifest, None).unwrap();
+        (Summary::new(&manifest, &rows, String::new(), &every_pair(3), &gates), rows)
+    }
+
+    #[test]
+    fn a_set_counts_its_own_trials_and_a_pair_those_that_both_sets_have() {
+        let (summary, _) = ragged(&["a >= b + 0.1", "c >= 0.5"]);
+        assert_eq!(
+            (summary.trials, summary.sets.iter().map(|set| set.count.trials).collect::<Vec<_>>()),
+            (100, vec![100, 25, 100])
+        );
+        assert_eq!(summary.sets[1].count.recovered, 5);
+        for pair in &summary.pairs {
+            let is_common = pair.a == "b" || pair.b == "b";
+            assert_eq!(pair.counts.trials(), if is_common { 25 } else { 100 }, "{pair:?}");
+            assert!(pair.strata.iter().all(|stratum| stratum.counts.trials() == stratum.trials));
+        }
+        let of_gates = summary.gates.iter().map(|gate| gate.judged.trials);
+        assert_eq!(of_gates.collect::<Vec<_>>(), [25, 100]);
+        // The bins of all sets are the same, though the later pushes are harder, and "b" met none of them.
+        assert!(summary.sets.iter().all(|set| set.by_impulse.len() == summary.sets[0].by_impulse.len()));
+        assert_eq!(summary.sets[1].by_impulse.last().unwrap().count.trials, 0);
+        assert!(summary.sets[1].telling.iter().all(|telling| telling.trial < 25));
+        assert!(summary.common_survivors.trials <= 5);
+        let stopped = summary.stopped.clone().unwrap();
+        assert!(stopped.starts_with("One gain set stopped before the others, because "), "{stopped}");
+        assert!(stopped.contains("was decided by then: b after 25 trials. Each rate is over "), "{stopped}");
+        let whole = serde_json::to_value(self::summary(&[[Outcome::Recovered; 2]; 3], &[], &[])).unwrap();
+        assert!(whole.get("stopped").is_none());
     }
 
     #[test]

@@ -161,7 +161,7 @@ pub fn impulse_edges_n_s(sets: &[SetSummary]) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::campaign::verdict::set_summary::FittedCurve;
-    use crate::campaign::verdict::summary::tests::summary;
+    use crate::campaign::verdict::summary::tests::{ragged, summary};
     use crate::episode::Outcome::{Fell, Recovered};
     use crate::stats::rate::SuccessCount;
 
@@ -170,6 +170,15 @@ mod tests {
         let bin = ImpulseBin { from_n_s: 5.0, to_n_s: 6.0, count: SuccessCount::new(1, 2) };
         assert_eq!(middle_n_s(&bin, [0.5, 5.5]), 5.25);
         assert_eq!(middle_n_s(&bin, [0.5, 7.0]), 5.5);
+    }
+
+    #[test]
+    fn a_set_that_was_stopped_has_no_dots_where_it_has_no_trials() {
+        let sets = ragged(&[]).0.sets;
+        let told = |svg: &str, set: &SetSummary| set.by_impulse.iter().filter(|bin| svg.contains(&words(bin))).count();
+        let svg = chart(&sets[1..2]).svg("");
+        assert_eq!((sets[1].by_impulse.len(), told(&svg, &sets[1])), (sets[0].by_impulse.len(), 2));
+        assert!(legend(&sets).iter().any(|(_, _, words)| words == "b: 20.0 % of 25"));
     }
 
     /// A band is of a fitted curve only; without one there is an error bar for each bin.

@@ -125,7 +125,7 @@ fn most_lost(sets: &[SetSummary]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::verdict::summary::tests::{rows, summary};
+    use crate::campaign::verdict::summary::tests::{ragged, rows, summary};
     use crate::episode::Outcome::{Fell, Recovered};
 
     const HOSTILE: &str = "</script><b onclick='x()'>&";
@@ -157,6 +157,29 @@ mod tests {
         summary.pairs.clear();
         let page = page(&summary, &rows(&[[Recovered, Fell]])[..1], Path::new("")).unwrap();
         assert!(page.contains("<h1") && !page.contains("NaN") && !page.contains("id=\"pairs\""), "{page}");
+    }
+
+    #[test]
+    fn a_set_that_was_stopped_has_its_own_trials() {
+        let (summary, rows) = ragged(&[]);
+        let page = page(&summary, &rows, Path::new("")).unwrap();
+        for told in [
+            "up to 100 trials of 3 gain sets",
+            ">5/25<",
+            "b after 25 trials. Each rate",
+            "<span class=\"fine\">of 25</span>",
+        ] {
+            let told = html_page::together(told);
+            assert!(page.replace('\u{a0}', " ").contains(&told.replace('\u{a0}', " ")), "{told}");
+        }
+        // The outcome of a trial that a set has not met.
+        assert!(page.contains("\"R-R\"") && !page.contains("NaN"));
+        let whole = self::page(
+            &self::summary(&[[Recovered, Fell]; 5], &[], &[]),
+            &self::rows(&[[Recovered, Fell]; 5]),
+            Path::new(""),
+        );
+        assert!(!whole.unwrap().contains("up to 5 trials"));
     }
 
     #[test]

@@ -164,6 +164,12 @@ fn own_rate(summary: &Summary, count: SuccessCount, digits: usize) -> String {
     }
 }
 
+/// A row of a table of counts: how many trials they are of, where gain sets have different numbers of them.
+fn own_trials(summary: &Summary) -> Option<(String, Vec<String>)> {
+    let trials = || summary.sets.iter().map(|set| set.count.trials.to_string()).collect();
+    summary.stopped.is_some().then(|| ("trials".into(), trials()))
+}
+
 /// The number of trials of the set that has most.
 fn most_trials(counts: impl Iterator<Item = SuccessCount>) -> String {
     counts.map(|count| count.trials).max().unwrap_or(0).to_string()
@@ -205,6 +211,7 @@ fn falls(summary: &Summary) -> String {
     if summary.sets.iter().any(|set| sum(set, &others) > 0) {
         rows.push(row("others", &others));
     }
+    rows.splice(..0, own_trials(summary));
     format!("\n{}\n", compared("cause of the fall", names(summary), rows, many(summary)))
 }
 
@@ -271,10 +278,11 @@ fn failures(summary: &Summary) -> String {
     let row = |(label, pick): (&str, Pick)| {
         (label.to_string(), summary.sets.iter().map(|set| pick(&set.failures).to_string()).collect())
     };
-    let rows: Vec<_> = kinds.into_iter().filter(|(_, pick)| any(pick)).map(row).collect();
+    let mut rows: Vec<_> = kinds.into_iter().filter(|(_, pick)| any(pick)).map(row).collect();
     if rows.is_empty() {
         String::new()
     } else {
+        rows.splice(..0, own_trials(summary));
         format!("\n{}\n", compared("lost", names(summary), rows, many(summary)))
     }
 }
@@ -373,8 +381,22 @@ fn replay(summary: &Summary, folder: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::verdict::summary::tests::summary;
+    use crate::campaign::verdict::summary::tests::{ragged, summary};
     use crate::episode::Outcome::{Diverged, Fell, Recovered, TimedOut};
+
+    #[test]
+    fn rates_over_different_trials_are_told_with_their_number() {
+        let (summary, _) = ragged(&[]);
+        let text = campaign(&summary, Path::new("out"), true);
+        let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(words.contains("campaign smoke: up to 100 trials (of 200 at most) for each gain set; robot"), "{text}");
+        for told in [" 5/25 ", "b after 25 trials. Each rate", "% of 13 ", " trials 100 25 100 "] {
+            assert!(words.contains(told), "{told} in {text}");
+        }
+        let row = text.lines().find(|line| line.starts_with(" 2.5 to 2.75 ")).unwrap();
+        assert!(row.contains("% of 13") && row.split_whitespace().any(|cell| cell == "-"), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    }
 
     /// The first lines answer what was asked; the rest is for those who ask for it.
     #[test]
