@@ -45,7 +45,9 @@ pub struct RunArgs {
     ///
     /// The first look is after 25 trials, and each further one after about a quarter more, in steps of 25. The intervals
     /// are valid however often one looks (they are betting confidence sequences): in at most 5 % of runs any gate, or any
-    /// pair, is decided wrongly. A run that ended undecided goes on if it is given more trials.
+    /// pair, is decided wrongly. A gain set stops earlier than the others once all its pairs are decided or, with gates,
+    /// once no undecided gate names it: in the standard campaign with at most 300 trials that saves 27 % of the episodes. A
+    /// run that ended undecided goes on, with the gain sets that were still undecided, if it is given more trials.
     #[arg(long)]
     pub until_resolved: bool,
     /// Two gain sets count as the same once their rates surely differ by less than this share
