@@ -1,4 +1,4 @@
-//! Running a campaign: its inputs, the folder that it goes to, and its trials spread over cores.
+//! Runs a campaign: reads its inputs, finds the folder for the result, and spreads the episodes over the cores.
 
 use crate::assets::{self, Kind, Source};
 use crate::campaign::ask::gate::GateSpec;
@@ -25,31 +25,31 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// A campaign whose inputs are read and checked, not yet designed for.
+/// A campaign whose inputs are read and checked. The controllers are designed later.
 pub struct Plan {
     pub manifest: Manifest,
     pub(crate) robot: Robot,
     no_step: NoStep,
     gains: Vec<GainSet>,
-    /// Inputs that are not compiled in: name in the result folder, text.
+    /// The inputs that are not compiled in, each by its name in the result folder and its text.
     inputs: Vec<(String, String)>,
 }
 
 /// How much of a campaign to run, and on how many threads.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RunOptions {
-    /// 0: one per core.
+    /// Number of threads; 0 means one for each core.
     pub threads: usize,
     pub shard: Option<Shard>,
 }
 
-/// Who watches a campaign run.
+/// Functions that are called while a campaign runs, and a flag that stops it.
 pub struct Watch<'a> {
-    /// Set from outside to stop early.
+    /// Somebody sets this to stop the run early.
     pub stop: &'a AtomicBool,
     /// Called after every episode, from any thread.
     pub on_episode: &'a (dyn Fn() + Sync),
-    /// Called with the rows of every finished part, from any thread; first with those of all that are there already.
+    /// Called with the rows of every finished part, from any thread. The first call has the rows that were there already.
     pub on_part: &'a (dyn Fn(&[TrialRow]) + Sync),
     /// Called at every look at a campaign that ends when decided.
     pub on_look: &'a (dyn Fn(&Look) + Sync),
@@ -67,14 +67,14 @@ pub struct Look<'a> {
     pub all_episodes: u64,
 }
 
-/// What a folder lacks of a campaign, with all that is needed to run it.
+/// The part of a campaign that its folder still lacks, with everything that is needed to run it.
 pub struct Work<'a> {
     plan: &'a Plan,
     pub folder: &'a Folder,
     pool: ThreadPool,
     designs: Vec<Design>,
     shard: Option<Shard>,
-    /// Blocks to run, up to the next look if the campaign ends when decided.
+    /// Blocks to run; those up to the next look if the campaign ends when decided.
     missing: Vec<u64>,
     /// Number of trials of each gain set, as far as it is known.
     set_trials: Vec<u64>,
@@ -93,7 +93,7 @@ struct Looks<'a> {
 }
 
 impl Plan {
-    /// Reads robot and gain sets. Errors: any of them is missing or wrong, or two sets have the same name.
+    /// Reads the robot and the gain sets. It fails if any of them is missing or wrong, or if two sets have the same name.
     pub fn new(campaign: &Campaign) -> Result<Plan> {
         let robot = Robot::load(&campaign.robot)?;
         let entries: Vec<Entry> = campaign.gains.iter().map(|gains| Entry::split(gains)).collect();
@@ -147,7 +147,7 @@ impl Plan {
             return Err(Error::Parts { path, problem });
         }
         let part_trials = Folder::open(&path)?.map_or(manifest.part_trials, |found| found.manifest.part_trials);
-        // Here, not in `new`: the program's own file is read for it.
+        // `new` does not do this, because it reads the program's own file.
         Ok(Folder { path, manifest: Manifest { build: build_id().into(), part_trials, ..manifest.clone() } })
     }
 
@@ -183,7 +183,7 @@ impl Plan {
         self.manifest.campaign.stopping.until_resolved
     }
 
-    /// Designs for every gain set, and warns of those that are dubious.
+    /// Designs a controller for every gain set, and warns of dubious ones.
     pub(crate) fn designs(&self) -> Result<Vec<Design>> {
         let control_period_s = self.manifest.campaign.episode.control_period_s;
         let design = |set| Design::new(&self.robot, set, control_period_s);
@@ -298,7 +298,7 @@ impl Work<'_> {
         Ok(missing)
     }
 
-    /// Runs it and commits it part by part; what is complete is left as it is.
+    /// Runs what is missing and writes it part by part. Parts that are complete are left as they are.
     pub fn run(&mut self, watch: &Watch) -> Result<()> {
         if !self.is_done() {
             self.folder.remove_result()?;
@@ -315,8 +315,8 @@ impl Work<'_> {
         if self.plan.until_resolved() { self.folder.stop_at(&self.set_trials) } else { Ok(()) }
     }
 
-    /// Units are single episodes, handed out in order one by one: cores stay busy to the end, and an interruption loses
-    /// only the few blocks in work.
+    /// Runs the missing blocks. Threads take single episodes, one after the other in their order, so that all cores stay
+    /// busy to the end and an interruption loses only the few blocks that are being worked on.
     fn run_blocks(&self, watch: &Watch) -> Result<()> {
         let blocks = self.missing.iter().map(|&block| Block::new(self.folder, block, &self.set_trials));
         let blocks: Vec<Block> = blocks.collect();
@@ -335,13 +335,13 @@ impl Work<'_> {
     }
 }
 
-/// Threads to work with; 0: one per core.
+/// A pool of so many threads; 0 means one for each core.
 pub(crate) fn pool(threads: usize) -> Result<ThreadPool> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map_err(|e| Error::Numeric { what: "threads".into(), problem: e.to_string() })
 }
 
-/// Errors: a name of a gain set that cannot become that of a file, or that two have.
+/// Fails if the name of a gain set cannot be the name of a file, or if two sets have the same name.
 fn check_names(campaign: &Campaign, sets: &[String], bases: &[GainSet]) -> Result<()> {
     for (i, (name, GainSet { name: base, .. })) in sets.iter().zip(bases).enumerate() {
         if base.is_empty() || base.starts_with('.') || base.contains(|c: char| "/\\:".contains(c) || c.is_control()) {
@@ -356,18 +356,18 @@ fn check_names(campaign: &Campaign, sets: &[String], bases: &[GainSet]) -> Resul
     Ok(())
 }
 
-/// What a campaign reads, so that it can be run again from its folder.
+/// The files that a campaign reads. They are kept, so that it can be run again from its folder.
 #[derive(Default)]
 struct Inputs {
-    /// Of all files, in the order in which they are hashed.
+    /// The texts of all files, in the order in which they are hashed.
     texts: Vec<String>,
-    /// Of those that are not compiled in: name in the result folder, text.
+    /// The files that are not compiled in, each by its name in the result folder and its text.
     kept: Vec<(String, String)>,
 }
 
 impl Inputs {
-    /// Takes the files of one input, each a kind and its extension; returns how the campaign in the folder names it: as it
-    /// is if it is compiled in, else by the last file.
+    /// Reads the files of one input, each given by its kind and extension. Returns the name that the campaign in the folder
+    /// has for it: the original one if the input is compiled in, else that of its last file.
     fn take(&mut self, original: &str, stem: &str, files: &[(Kind, &str)]) -> Result<String> {
         let mut name = original.to_string();
         for &(kind, extension) in files {
@@ -377,7 +377,7 @@ impl Inputs {
                 continue;
             }
             name = format!("inputs/{stem}.{extension}");
-            // Variants of one file share it.
+            // Variants of one gain set share its file.
             match self.kept.iter().find(|(kept, _)| *kept == name) {
                 Some((_, text)) if *text == source.text => {}
                 Some(_) => {
@@ -392,7 +392,7 @@ impl Inputs {
     }
 }
 
-/// Opens an input of a campaign; the settings of a robot lie beside its URDF.
+/// Opens an input of a campaign. The settings of a robot are in a file beside its URDF.
 fn open(kind: Kind, name: &str) -> Result<Source> {
     match kind {
         Kind::RobotSettings if !kind.names().contains(&name) => {
@@ -402,8 +402,9 @@ fn open(kind: Kind, name: &str) -> Result<Source> {
     }
 }
 
-/// The campaign without what no trial depends on. One that ends when decided may be taken up again with more trials: its
-/// intervals hold at every look. One with a fixed count may not: that would be a second look.
+/// The campaign without the settings on which no trial depends. A campaign that ends when decided may be taken up again
+/// with more trials, because its intervals hold at every look, so the number of trials is left out, too. A campaign with a
+/// fixed number may not: to add trials after having seen the result would be a second look.
 fn what_trials_are(campaign: &Campaign) -> Campaign {
     let mut trials = Campaign { gates: GateSpec::default(), ..campaign.clone() };
     trials.stopping.margin = 0.0;
@@ -413,7 +414,7 @@ fn what_trials_are(campaign: &Campaign) -> Campaign {
     trials
 }
 
-/// SHA-256 over program version, resolved campaign and texts of its inputs; each with its length in front.
+/// SHA-256 of the version of the program, the resolved campaign and the texts of its inputs, each with its length in front.
 fn hash(version: &str, campaign: &str, inputs: &[String]) -> String {
     let mut bytes = Vec::new();
     for text in [version, campaign].into_iter().chain(inputs.iter().map(String::as_str)) {
@@ -434,7 +435,8 @@ struct Block {
 }
 
 impl Block {
-    /// What it lacks if gain sets have so many trials. Rows of other sets that are there are kept.
+    /// The block as it is in the folder, with what it lacks if the gain sets have so many trials. Rows of other sets that
+    /// are there are kept.
     fn new(folder: &Folder, index: u64, set_trials: &[u64]) -> Self {
         let (first, end) = folder.range(index);
         let lacks = folder.lacks(index, set_trials);
@@ -446,7 +448,7 @@ impl Block {
         Self { index, all: missing.len() + rows.len(), missing, rows: Mutex::new(rows) }
     }
 
-    /// Puts a row in its place; with the last one, all rows in order.
+    /// Puts a row in its place. Returns all rows in order if this was the last one.
     fn put(&self, slot: (u64, usize), row: TrialRow) -> Option<Vec<TrialRow>> {
         let mut rows = self.rows.lock().unwrap_or_else(PoisonError::into_inner);
         rows.insert(slot, row);

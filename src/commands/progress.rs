@@ -1,5 +1,5 @@
-//! How far a campaign or a search is: on a terminal a bar, and above it what was found so far; elsewhere a line now and
-//! then. All of it goes to the standard error.
+//! Shows how far a campaign or a search is. On a terminal there is a bar, and above it what was found so far; in a log
+//! there is a line now and then. All of it goes to the standard error.
 
 use super::terminal::{make_way_for, note};
 use crate::campaign::verdict::so_far::SoFar;
@@ -11,42 +11,42 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-/// What is said of the rate and of the time to go waits so long (s): the first episode alone says little.
+/// No rate and no time to go is told before this time has passed (s), because the first episode alone says little.
 const FIRST_S: f64 = 1.0;
-/// Columns of the narrowest bar, with the space after it.
+/// Width of the narrowest bar with the space after it (columns).
 const BAR_COLUMNS: usize = 5;
 /// A terminal shows what was found at most this often (s).
 const SHOWN_EVERY_S: f64 = 0.25;
-/// Of the work, after each part of which a line is written where there is no terminal.
+/// Where there is no terminal, a line is written whenever another one of so many equal parts of the work is done.
 const LINES: u64 = 10;
 
-/// Counts episodes, or searches of many episodes each, from any thread.
+/// Counts what is finished, from any thread: episodes, or other things such as searches, each of which takes many episodes.
 pub struct Progress {
     bar: Option<ProgressBar>,
     what: &'static str,
-    /// Whether an episode is one of what is counted, or of no account to it.
+    /// Whether episodes are what is counted.
     of_episodes: bool,
     total: AtomicU64,
-    /// Of the total, what was there before the start.
+    /// How much of the total was finished before the start.
     there: u64,
-    /// Fewer may do.
+    /// Whether the work may end before the total is reached.
     at_most: bool,
     done: AtomicU64,
     episodes: AtomicU64,
     start: Instant,
-    /// On a terminal: when it was last shown what was found.
+    /// On a terminal, the last time at which it showed what was found.
     shown: Mutex<Option<Instant>>,
-    /// In a log: what was found when that was last written.
+    /// In a log, the last text about what was found.
     found: Mutex<String>,
 }
 
 impl Progress {
-    /// Starts the clock for `total` episodes, of which some are `there`; `at_most`: fewer may do.
+    /// Starts the clock for `total` episodes, of which some are `there` already; with `at_most`, fewer may be enough.
     pub fn of_episodes(total: u64, there: u64, at_most: bool) -> Self {
         Self::new("episodes", true, total, there, at_most)
     }
 
-    /// The same for other things, e.g. searches, of which each takes many episodes.
+    /// Starts the clock for other things, such as searches, each of which takes many episodes.
     pub fn of(total: u64, what: &'static str) -> Self {
         Self::new(what, false, total, 0, false)
     }
@@ -76,7 +76,7 @@ impl Progress {
         self.episode_and(|| ());
     }
 
-    /// The same; calls `on_line` if a line was written to a log, which what was found may follow.
+    /// Counts one more finished episode, and calls `on_line` if a line was written to a log: what was found may follow it.
     pub fn episode_and(&self, on_line: impl FnOnce()) {
         self.episodes.fetch_add(1, Ordering::Relaxed);
         if !self.of_episodes {
@@ -86,12 +86,12 @@ impl Progress {
         }
     }
 
-    /// Counts one more of what is counted.
+    /// Counts one more finished thing of the kind that is counted.
     pub fn tick(&self) {
         self.count();
     }
 
-    /// The same; returns whether a line was written to a log.
+    /// Counts one more, and returns whether a line was written to a log.
     fn count(&self) -> bool {
         let (done, total) = (self.there + self.done.fetch_add(1, Ordering::Relaxed) + 1, self.total());
         self.renew();
@@ -102,14 +102,14 @@ impl Progress {
         has_line
     }
 
-    /// Sets how many it is in all, which may become fewer on the way.
+    /// Changes the total, which may become smaller while a campaign that ends when decided runs.
     pub fn set_total(&self, total: u64) {
         self.total.store(total.max(self.there + self.done()), Ordering::Relaxed);
         self.bar.iter().for_each(|bar| bar.set_length(self.total()));
         self.renew();
     }
 
-    /// Whether a terminal is to show again what was found: not too often, for it takes time to compute.
+    /// Whether it is time for a terminal to show again what was found, which takes some time to compute.
     pub fn is_due(&self) -> bool {
         let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
         let is_due = self.bar.is_some() && shown.is_none_or(|shown| shown.elapsed().as_secs_f64() > SHOWN_EVERY_S);
@@ -135,12 +135,12 @@ impl Progress {
         if !lines.is_empty() {
             bar.set_style(style("{prefix}\n{wide_bar} {msg}"));
             bar.set_prefix(lines.join("\n"));
-            // Draws for sure; what changes with every episode is left out now and then.
+            // This draws at once; the changes of single episodes are not all drawn.
             bar.suspend(|| {});
         }
     }
 
-    /// Whether it is shown on a terminal, and renewed there.
+    /// Whether the progress is shown on a terminal, where it is renewed at any time.
     pub fn is_on_terminal(&self) -> bool {
         self.bar.is_some()
     }
@@ -149,17 +149,17 @@ impl Progress {
         self.total.load(Ordering::Relaxed)
     }
 
-    /// Of what is counted, so many were finished since the start.
+    /// How much was finished since the start.
     pub fn done(&self) -> u64 {
         self.done.load(Ordering::Relaxed)
     }
 
-    /// Time that all of it takes at the pace so far, without what was there (s).
+    /// Time that the whole work takes at the pace so far (s), without what was there before the start.
     pub fn whole_s(&self) -> f64 {
         self.start.elapsed().as_secs_f64() * (self.total() - self.there) as f64 / self.done().max(1) as f64
     }
 
-    /// Takes the bar away and says how long it took.
+    /// Takes the bar away and says how long the work took.
     pub fn finish(&self) {
         make_way_for(None);
         if let Some(bar) = &self.bar {
@@ -170,7 +170,7 @@ impl Progress {
         note(&format!("{done} {}{} in {}{rate}", self.what, self.of_many(), duration(elapsed_s)));
     }
 
-    /// Of searches, their episodes so far.
+    /// The number of episodes so far, in words, where something else is counted.
     fn of_many(&self) -> String {
         match self.episodes.load(Ordering::Relaxed) {
             episodes if !self.of_episodes && episodes > 0 => format!(", {episodes} episodes"),
@@ -185,7 +185,7 @@ impl Progress {
         }
     }
 
-    /// How far it is and, as soon as that can be said, how fast and for how long.
+    /// A line that says how far the work is and, as soon as it is known, how fast it goes and how long it still takes.
     fn line(&self) -> String {
         let (Self { there, what, .. }, total) = (self, self.total());
         let (done, at_most) = (self.done(), if self.at_most { "at most " } else { "" });
@@ -199,7 +199,7 @@ impl Progress {
         line
     }
 
-    /// Episodes in a second; None as long as nothing can be said.
+    /// The number of episodes in a second, in words; None as long as it is not known.
     fn rate(&self) -> Option<String> {
         let (episodes, elapsed_s) = (self.episodes.load(Ordering::Relaxed), self.start.elapsed().as_secs_f64());
         (episodes > 1 && elapsed_s > FIRST_S).then(|| format!(", {}/s", two_digits(episodes as f64 / elapsed_s)))
@@ -210,13 +210,13 @@ fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
-/// Rows and columns of the terminal; its last column stays free, for some terminals go to the next line there.
+/// Rows and columns of the terminal. The last column stays free, because some terminals begin a new line after it.
 fn size() -> (usize, usize) {
     let (rows, columns) = Term::stderr().size();
     (rows.into(), usize::from(columns).saturating_sub(1))
 }
 
-/// Two digits that count.
+/// Writes a number with two significant digits.
 fn two_digits(x: f64) -> String {
     let unit = 10_f64.powi(x.abs().max(1e-3).log10().floor() as i32 - 1);
     let rounded = (x / unit).round() * unit;
@@ -230,7 +230,7 @@ fn two_digits(x: f64) -> String {
     format!("{rounded:.digits$}")
 }
 
-/// A time as one says it: 9.5 s, 45 s, 13 min, 2 h 5 min.
+/// Writes a time in the units in which people say it: 9.5 s, 45 s, 13 min, 2 h 5 min.
 pub fn duration(time_s: f64) -> String {
     let minutes = (time_s / 60.0).round() as u64;
     match time_s {

@@ -74,7 +74,7 @@ pub struct RunArgs {
     pub out: Option<PathBuf>,
     #[command(flatten)]
     pub printing: Printing,
-    /// Whether the program was called with nothing at all, perhaps for the first time.
+    /// Whether the program was called without any argument, as somebody does who does not know it yet.
     #[arg(skip)]
     pub bare: bool,
 }
@@ -84,7 +84,8 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     args.check_against(&campaign)?;
     let plan = Plan::new(&campaign)?;
     let folder = plan.folder(args.out.as_deref())?;
-    // Before anything runs: what cannot be judged in the end must not cost the time. A shard is judged by `merge`.
+    // The gates are checked before anything runs, so that no time is lost on a campaign that cannot be judged in the end. A
+    // shard has no gates; `merge` judges the whole.
     let gates = match args.shard {
         Some(_) => None,
         None => Some(gates_of(&folder, &args.gates)?),
@@ -107,8 +108,8 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     }
 }
 
-/// Runs what is missing, and shows how far it is and what it finds, also (`tells_time`) how long it will take here, as soon
-/// as that can be measured.
+/// Runs the episodes that are missing, and shows how far the campaign is and what it has found. With `tells_time` it also
+/// says how long the campaign will take here, as soon as the pace of the first episodes is known.
 fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool) -> Result<()> {
     let (folder, all, missing) = (work.folder, work.all_episodes(), work.episodes());
     let stopping = folder.manifest.campaign.stopping;
@@ -131,7 +132,7 @@ fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool) -> Result<
     let on_look = |look: &Look| {
         let Some(progress) = &progress else { return };
         progress.set_total(look.all_episodes);
-        // A terminal shows at any time how it stands.
+        // A terminal shows at any time what is open, so it needs a line only when something ends.
         if look.open.is_empty() || !look.stopping.is_empty() || !progress.is_on_terminal() {
             note(&told(look, gates));
         }
@@ -156,12 +157,12 @@ fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool) -> Result<
 }
 
 impl RunArgs {
-    /// The standard campaign as it is.
+    /// The arguments with which the program runs if it is called without any: the standard campaign, unchanged.
     pub fn standard() -> Self {
         Self { campaign: "standard".into(), bare: true, ..Self::default() }
     }
 
-    /// All that these change of the campaign.
+    /// The changes of the campaign that these arguments ask for.
     fn overrides(&self) -> Overrides {
         Overrides {
             trials: self.max_trials.or(self.trials),
@@ -173,7 +174,7 @@ impl RunArgs {
         }
     }
 
-    /// Errors: options that mean nothing for this campaign, or together.
+    /// Fails if an option means nothing for this campaign, or contradicts another option.
     fn check_against(&self, campaign: &Campaign) -> Result<()> {
         if self.max_trials.is_some() && !campaign.stopping.until_resolved {
             let problem = "the campaign has a fixed count of trials";
@@ -195,7 +196,7 @@ impl RunArgs {
     }
 }
 
-/// Says what of the campaign is there; false if nothing is.
+/// Says how much of the campaign is in the folder already. Returns false, and says nothing, if nothing is there.
 fn say_what_is_there(folder: &Folder, work: &Work) -> bool {
     let (path, all) = (folder.path.display(), work.all_episodes());
     let there = all - work.episodes();
@@ -216,7 +217,7 @@ fn say_what_is_there(folder: &Folder, work: &Work) -> bool {
     true
 }
 
-/// What somebody hears who has called the program with nothing at all.
+/// Tells a user who called the program without any argument what it is about to do, how to stop it, and what is quicker.
 fn announce(campaign: &Campaign, work: &Work) {
     let program = std::env::args().next().unwrap_or("standfast".into());
     let (program, sets, name) = (shell_word(&program), campaign.gains.len(), &campaign.name);

@@ -88,7 +88,7 @@ fn pairs(sets_a: &[String], sets_b: &[String]) -> Vec<(usize, usize)> {
     pairs.into_iter().map(|(i, j)| (i, sets_a.len() + j)).collect()
 }
 
-/// Of the first, with the name, sets, count of trials and hashes of both.
+/// The manifest of the comparison: that of the first result, with the name, sets, number of trials and hashes of both.
 fn joined(a: &Manifest, b: &Manifest, sets: Vec<String>, trials: u64, gates: &[String]) -> Manifest {
     let both = |a: &str, b: &str| if a == b { a.to_string() } else { format!("{a}, {b}") };
     let mut campaign = a.campaign.clone();
@@ -144,7 +144,7 @@ fn seen_from(folder: &Path, file: &Path) -> PathBuf {
     pathdiff::diff_paths(&file, &folder).unwrap_or(file)
 }
 
-/// What tells a folder from another: as much of the end of its path as it takes.
+/// A short name by which a folder is told from another: the last part of its path, or the whole path if these are the same.
 fn label(path: &Path, other: &Path) -> String {
     let (ours, theirs) = (path.file_name(), other.file_name());
     match ours {

@@ -1,10 +1,10 @@
-//! What a result says first: which gain set recovers most, and than which others it is better.
+//! The first sentence of a result: which gain set recovers most often, and which others it is better than.
 
 use crate::campaign::verdict::pairs::{self, Pair, points};
 use crate::campaign::verdict::set_summary::SetSummary;
 use crate::stats::decision::PairVerdict;
 
-/// More gain sets than this are counted, not named.
+/// If there are more gain sets than this, their number is told instead of their names.
 const NAMED: usize = 5;
 
 /// The gain sets that recover most, in the order of `sets`.
@@ -68,7 +68,7 @@ pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
     }
 }
 
-/// "a, b and c"; of many the count.
+/// Lists names as in "a, b and c"; of many names it tells the number.
 pub(super) fn listed(names: &[&str], last: &str) -> String {
     match names {
         many if many.len() > NAMED => format!("{} gain sets", many.len()),

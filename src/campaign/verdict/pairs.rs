@@ -20,9 +20,9 @@ use std::cmp::Ordering;
 const FEW_PAIRS: usize = 6;
 /// How many trials are named as examples.
 const EXAMPLES: usize = 5;
-/// Of intervals in strata.
+/// Level of the intervals in strata.
 const LEVEL: f64 = 0.95;
-/// With this chance the trials that are asked for would resolve a pair.
+/// The chance with which the number of further trials that is told would resolve a pair.
 const POWER: f64 = 0.8;
 
 /// Two sets over the trials that both have; a recovered at least as often as b.
@@ -38,8 +38,8 @@ pub struct Pair {
     /// Of the difference, for all pairs of the result together at 95 %; where the campaign could end when decided, what the
     /// intervals of all [looks](super::looks) have in common. It leaves 0 out just where a is better.
     pub adjusted_ci95: [f64; 2],
-    /// Of McNemar's test, two-sided, times the count of pairs. Under 0.05 just where a is better. None where the campaign
-    /// could end when decided: it is for a count of trials that was fixed in advance.
+    /// Two-sided p-value of McNemar's test times the number of pairs. It is below 0.05 exactly where a is better. None where
+    /// the campaign could end when decided, since the test is for a number of trials that was fixed in advance.
     pub adjusted_p: Option<f64>,
     pub verdict: PairVerdict,
     /// The verdict in sentences.
@@ -60,7 +60,8 @@ pub struct Pair {
     pub strata: Vec<PairStratum>,
 }
 
-/// Two sets over some of the trials. To look at, not to claim: nothing is adjusted for how many there are.
+/// Two sets over the trials of one stratum. These show where to look and prove nothing: the intervals are not adjusted for
+/// the number of strata.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PairStratum {
     pub by: &'static str,
@@ -92,7 +93,7 @@ impl Pair {
         all
     }
 
-    /// One of `pairs` pairs.
+    /// The comparison of two sets, one of `pairs` pairs.
     fn new(
         rows: &BySet,
         sets: (usize, usize),
@@ -177,7 +178,7 @@ pub(super) fn points(share: f64) -> String {
     format!("{points:.*}", digits as usize)
 }
 
-/// The order of two pairs, each by verdict and difference (a share, not negative).
+/// Compares two pairs, each given by its verdict and its difference (a share): the one that tells more comes first.
 pub fn by_what_they_tell(x: (PairVerdict, f64), y: (PairVerdict, f64)) -> Ordering {
     x.0.cmp(&y.0).then(y.1.total_cmp(&x.1))
 }
@@ -257,7 +258,7 @@ pub fn p_value(p: f64) -> String {
     }
 }
 
-/// Two digits are enough of a guess.
+/// Rounds a guess up to two digits.
 pub fn rounded(count: u64) -> u64 {
     let unit = 10u64.pow(count.max(1).ilog10().saturating_sub(1));
     count.div_ceil(unit) * unit

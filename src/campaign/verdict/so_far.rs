@@ -1,5 +1,5 @@
 //! What the finished trials of a campaign say while it runs: how often each gain set has recovered, and which sets can be
-//! told apart. It may be looked at as often as one likes, since its intervals hold at every look.
+//! told apart. One may look as often as one likes, because the intervals hold at every look.
 
 use crate::campaign::store::row::TrialRow;
 use crate::campaign::verdict::pairs::{Standing, by_what_they_tell, every_pair, is_worth_a_line, leaders};
