@@ -149,7 +149,8 @@ pub(crate) mod tests {
         at_once.add(&parts.concat());
         for found in [tally, at_once].map(|tally| SoFar::new(&tally, 0.02)) {
             assert_eq!((found.trials, found.sets[0].1.trials, found.sets[1].1.trials), (40, 40, 25));
-            assert_eq!((found.pairs[0].difference, found.pairs[0].verdict), (1.0, PairVerdict::Better));
+            let pair = &found.pairs[0];
+            assert_eq!((&pair.a[..], pair.difference, pair.verdict), ("a", 1.0, PairVerdict::Better));
         }
     }
 
