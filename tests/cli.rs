@@ -39,6 +39,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         (good, &["run", "c.toml", "--vary", "best:zmp=1"], &["gain set \"best\" not found", "switching"]),
         (good, &["run", "c.toml", "--vary", "hold:zmp_margin_m=1,1"], &["two gain sets of this name"]),
         (good, &["push", "--impulse=1", "--gains=fixed:gains.1.x=[1,1,5]"], &["no `gains.1`", "gains.0 to gains.0"]),
+        (good, &["run", "c.toml", "--out", "c.toml"], &["result folder = c.toml: it is a file", "a folder"]),
         (good, &["run", "c.toml", "--robot", "r2d2"], &["robot \"r2d2\" not found", "ut-mu2"]),
         (good, &["run", "c.toml", "--shard", "5/4"], &["--shard", "1 <= k <= n"]),
         (good, &["run", "c.toml", "--trails", "5"], &["--trails"]),
@@ -241,6 +242,8 @@ fn a_check_says_that_all_is_fine_and_writes_nothing() {
         let told = stderr(&run);
         assert!(told.starts_with("fine: ") && told.lines().count() == 1, "{args:?}: {told}");
     }
+    let one = standfast(dir.path(), &["limit", "--gains=hold", "--headings=1", "--check"]).success();
+    assert!(stderr(&one).contains(": 1 search to run"), "{}", stderr(&one));
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
     // For an existing result it tells what is left to do, and changes nothing.
     standfast(dir.path(), &short(&[FEW])).success();

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::program::{FEW, SEVERAL_PARTS, SHORT, files, folder, short, standfast, stderr, stdout};
+use common::program::{FEW, PROGRAM, SEVERAL_PARTS, SHORT, files, folder, short, standfast, stderr, stdout};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -374,11 +374,10 @@ fn a_terminal_of_60_columns_is_enough_and_so_is_none() {
     assert_eq!(too_wide(&stdout(&run), 80), None);
     assert_eq!(too_wide(&stderr(&run), 80), None);
     // The same in a terminal, with a bar of progress, and what was found so far above it.
-    let program = assert_cmd::cargo::cargo_bin("standfast");
     let words: Vec<String> = args.iter().map(|arg| format!("'{arg}'")).collect();
     for columns in [60, 80] {
         fs::remove_dir_all(dir.path().join("out")).unwrap();
-        let shell = format!("stty cols {columns} rows 24; exec {} {}", program.display(), words.join(" "));
+        let shell = format!("stty cols {columns} rows 24; exec {} {}", PROGRAM, words.join(" "));
         let terminal = std::process::Command::new("script")
             .args(["-qec", &shell, "/dev/null"])
             .env("TERM", "xterm")
@@ -399,7 +398,7 @@ fn a_terminal_of_60_columns_is_enough_and_so_is_none() {
 #[cfg(unix)]
 fn interrupted_at(folder: &Path, args: &[&str], words: &str) -> String {
     use std::io::{BufRead, BufReader};
-    let mut run = std::process::Command::new(assert_cmd::cargo::cargo_bin("standfast"))
+    let mut run = std::process::Command::new(PROGRAM)
         .args(args)
         .current_dir(folder)
         .stdout(std::process::Stdio::null())

@@ -36,6 +36,42 @@ fn an_episode_repeats_to_the_bit_in_every_thread() {
     assert_ne!(fingerprint(&bench, 2), first);
 }
 
+/// Plant, controller, sensors and referee go on from a shared beginning as if each episode had had its own: with noise, on
+/// a slope, with a push that needs no footstep and one that needs some.
+#[test]
+fn episodes_that_share_their_beginning_are_the_same_bits() {
+    use standfast::episode::{Disturbance, Opening};
+    use standfast::sim::{Push, Variation};
+    let variation = Variation { slope_deg: Some(1.0), delay_s: Some(0.005), ..Variation::default() };
+    for gains in ["hold", "paper", "catch"] {
+        let bench = Bench::new(gains);
+        let simulated = variation.robot(&bench.robot);
+        let config = common::config(1.6);
+        let pushed = |impulse_n_s, heading_deg| Push { start_s: 0.9, ..push(impulse_n_s, heading_deg) };
+        let start = |pushes| {
+            let disturbance = Disturbance { pushes, sensor_errors: Some(sensor_errors(3)), variation };
+            Opening::new(&bench.robot, &simulated, &bench.design, &config, disturbance)
+        };
+        let finish = |episode: Opening, from_s: f64| {
+            let mut seen = Vec::new();
+            let record = episode.finish((Until::Horizon, 0.0), &mut |tick, _| {
+                let truth = tick.truth;
+                let numbers = truth.velocity.iter().chain(&tick.command.q_ref).chain(&tick.command.tau_ff);
+                let bits = numbers.chain(&truth.tau).map(|v| v.to_bits()).collect::<Vec<_>>();
+                seen.extend((truth.time_s >= from_s).then_some(bits));
+            });
+            (format!("{record:?}"), seen)
+        };
+        let shared = start(vec![pushed(1.0, 0.0)]).before(0.9);
+        for (impulse_n_s, heading_deg) in [(1.0, 0.0), (4.0, 170.0), (2.5, 80.0)] {
+            let pushes = vec![pushed(impulse_n_s, heading_deg)];
+            let (record, ticks) = finish(shared.with(pushes.clone()), 0.9);
+            assert!(ticks.len() > 300, "{} ticks", ticks.len());
+            assert!((record, ticks) == finish(start(pushes), 0.9), "{gains}, {impulse_n_s} N s");
+        }
+    }
+}
+
 /// Errors of all sensors at every tick: the readings less the true values.
 fn errors_seen(gains: &str) -> Vec<Vec<f64>> {
     use standfast::control::Controller;

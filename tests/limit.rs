@@ -1,16 +1,14 @@
 //! `standfast limit` from outside: what it writes, that it does not depend on threads, and what it refuses.
 
-use assert_cmd::Command;
+mod common;
+
+use common::program::standfast;
 use serde_json::Value;
 use std::{fs, path::Path};
 
 /// Two headings, forward and backward, for the set without gains.
 const SMALL: [&str; 5] = ["limit", "--gains=hold", "--headings=2", "--set=push.height_m=0.02", "--json"];
 const NOMINAL: &str = "--campaign=nominal";
-
-fn standfast(folder: &Path, args: &[&str]) -> assert_cmd::assert::Assert {
-    Command::cargo_bin("standfast").unwrap().current_dir(folder).args(args).assert()
-}
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()

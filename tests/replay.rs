@@ -74,11 +74,11 @@ fn a_trial_is_replayed_to_the_bit() {
             assert_eq!(row["second_impulse_n_s"].is_null(), more[0] == "standard");
         }
         // The ground of these trials is inclined and tilts first, and a second push follows the first.
-        let early = ["push", "--campaign", more[0], "--trial=0", "--start=0.5"];
+        let early = ["push", "--campaign", more[0], "--trial=0", "--start=0.2"];
         let message = stderr(&standfast(dir.path(), &early).code(2));
         let words = match more[0] {
             "harsh" => "--trial = 0: has a second push; accepted: --impulse and --heading",
-            _ => "--start = 0.5: out of range; accepted: 0.8 to 6",
+            _ => "--start = 0.2: out of range; accepted: 0.3 to 6",
         };
         assert!(message.contains(words), "{message}");
     }

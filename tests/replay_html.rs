@@ -232,7 +232,7 @@ fn without_scripts_the_page_says_so_first() {
         "Beware: this is not the trial as it was",
         "This page draws with JavaScript",
         "outcome   as it was",
-        "Run again in the folder of the result:",
+        "To make this page again, run this in the result folder:",
         "standfast push",
     ];
     let at = order.map(|part| told.as_str().unwrap().find(part).unwrap_or_else(|| panic!("no {part:?} in {told}")));

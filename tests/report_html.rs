@@ -147,10 +147,14 @@ fn gates_are_told_in_their_unit_and_lead_to_a_lost_trial() {
     tab.open(&file);
     let gates = texts(&mut tab, ".gates li");
     for (gate, parts) in gates.iter().zip([
-        &["passed hold >= 0 ", " % seen, ", " % at 95 % confidence, 0.0 % asked, "][..],
-        &["failed hold >= 1 ", " at 95 % confidence, 100.0 % asked, ", "a lost trial, "],
-        &["passed switching >= hold - 0.9 ", " points seen, ", " confidence, \u{2212}90.0 points asked, "],
-        &["unresolved switching >= hold ", " confidence, 0.0 points asked, ", "here that counts as failed"],
+        &["passed hold >= 0 ", "the rate is ", " % at 95 % confidence), and 0.0 % are required."][..],
+        &["failed hold >= 1 ", " at 95 % confidence), and 100.0 % are required.", "a lost trial, "],
+        &[
+            "passed switching >= hold - 0.9 ",
+            "the difference is ",
+            " confidence), and \u{2212}90.0 points are required.",
+        ],
+        &["unresolved switching >= hold ", " and 0.0 points are required.", "an unresolved gate counts as failed"],
     ]) {
         let gate = gate.replace('\u{a0}', " ");
         parts.iter().for_each(|part| assert!(gate.contains(part), "{part:?} is not in {gate:?}"));

@@ -1,11 +1,13 @@
 //! The paper's scenarios from outside: which foot goes which way, and how it ends.
 
-use assert_cmd::Command;
-use serde_json::Value;
-use std::fs;
+mod common;
 
-fn standfast(args: &[&str]) -> assert_cmd::assert::Assert {
-    Command::cargo_bin("standfast").unwrap().args(args).assert()
+use common::program::{Run, standfast as run};
+use serde_json::Value;
+use std::{fs, path::Path};
+
+fn standfast(args: &[&str]) -> Run {
+    run(Path::new("."), args)
 }
 
 fn json(args: &[&str]) -> Value {

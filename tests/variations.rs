@@ -6,7 +6,7 @@ use common::{Bench, config, push};
 use nalgebra::Vector3;
 use standfast::episode::{self, Disturbance, Record, Tick, Until};
 use standfast::robot::{Command, Foot, GRAVITY, Robot};
-use standfast::sim::{Ground, Plant, Push, Variation, ground::TILTING_S, plant::Clock};
+use standfast::sim::{Ground, Plant, Push, Variation, ground::tilting_s, plant::Clock};
 
 const NONE: Push = Push {
     impulse_n_s: 0.0,
@@ -131,13 +131,16 @@ fn a_slope_pulls_along_it_and_soles_lie_on_it() {
             let weight = bench.robot.mass() * GRAVITY;
             let (sin, cos) = heading_deg.to_radians().sin_cos();
             let mut seen = 0;
-            let record = run(&bench, variation, Push { start_s: TILTING_S + 0.2, ..NONE }, 2.0, |tick| {
+            let tilted_s = tilting_s(slope_deg);
+            let record = run(&bench, variation, Push { start_s: tilted_s + 0.3, ..NONE }, 2.0, |tick| {
                 let truth = tick.truth;
-                if truth.time_s < TILTING_S + 0.2 {
+                // At rest when a push may come, and then in balance.
+                let speed_m_s = truth.com_vel.norm();
+                assert!(truth.time_s < tilted_s + 0.3 || speed_m_s < 0.02, "{gains}, {slope_deg}: {speed_m_s} m/s");
+                if truth.time_s < tilted_s + 0.6 {
                     return;
                 }
                 seen += 1;
-                assert!(truth.com_vel.norm() < 0.02, "{gains}, {slope_deg}: {} m/s", truth.com_vel.norm());
                 let slope = truth.ground.slope;
                 let along = (slope.inverse() * truth.contact_force).xy().dot(&nalgebra::Vector2::new(cos, sin));
                 let expected = weight * f64::to_radians(slope_deg).sin();
@@ -150,7 +153,7 @@ fn a_slope_pulls_along_it_and_soles_lie_on_it() {
                 }
             });
             assert!(
-                seen > 400 && record.settled_at_s.is_some_and(|at| at < TILTING_S + 0.3),
+                seen > 300 && record.settled_at_s.is_some_and(|at| at < tilted_s + 0.4),
                 "{gains} {slope_deg} {record:?}"
             );
         }
@@ -232,7 +235,7 @@ fn servos_are_scaled_and_delayed() {
 #[test]
 fn torque_saturates_at_the_scaled_limit() {
     let bench = Bench::new("switching");
-    for (scale, limited) in [(0.5, true), (1.5, false)] {
+    for (scale, limited) in [(0.5, true), (3.0, false)] {
         let variation = Variation { torque_scale: Some(scale), ..Variation::default() };
         let record = run(&bench, variation, push(3.0, 0.0), 1.2, |_| {});
         println!("{scale}: {} N m, {} of the limit", record.peak_torque_n_m, record.peak_torque_ratio);

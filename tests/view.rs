@@ -3,24 +3,25 @@
 
 mod common;
 
-use assert_cmd::assert::Assert;
-use common::program::stderr;
+use common::program::{PROGRAM, Run, stderr, stdout};
+use std::process::Command;
 use tempfile::TempDir;
 
 /// A view without a window, with these variables set (or removed if empty) in its environment.
-fn no_window(environment: &[(&str, &str)]) -> Assert {
-    let mut command = assert_cmd::Command::cargo_bin("standfast").unwrap();
+fn no_window(environment: &[(&str, &str)]) -> Run {
+    let mut command = Command::new(PROGRAM);
     for name in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET", "RUST_LOG"] {
         command.env_remove(name);
     }
     let folder = TempDir::new().unwrap();
     command.env("XDG_RUNTIME_DIR", folder.path());
-    command.envs(environment.iter().copied()).args(["view", "--gains=hold", "--seconds=5"]).assert()
+    Run::of(command.envs(environment.iter().copied()).args(["view", "--gains=hold", "--seconds=5"]))
 }
 
 /// Asserts one line with these words, exit code 2, and nothing on stdout.
-fn is_told(view: Assert, words: &[&str]) {
-    let view = view.code(2).stdout("");
+fn is_told(view: Run, words: &[&str]) {
+    let view = view.code(2);
+    assert_eq!(stdout(&view), "");
     let told = stderr(&view);
     assert_eq!(told.lines().count(), 1, "{told}");
     for word in words {

@@ -11,7 +11,7 @@ use crate::campaign::store::row::TrialRow;
 use crate::campaign::store::shard::Shard;
 use crate::campaign::verdict::gates::{Gates, Open};
 use crate::control::Design;
-use crate::episode;
+use crate::episode::{self, Opening};
 use crate::error::{Error, Result};
 use crate::files::{build_id, sha256_hex, write_atomic};
 use crate::lipm::gains::GainSet;
@@ -196,13 +196,32 @@ impl Plan {
         Ok(designs)
     }
 
+    /// The robot as it is simulated in trial 0.
+    pub(crate) fn simulated_at_first(&self) -> Robot {
+        trial::variation(&self.manifest.campaign, 0).robot(&self.robot)
+    }
+
+    /// The beginning of every episode with each gain set, if all trials begin alike, on `simulated`, the robot of trial 0.
+    pub(crate) fn openings<'a>(&'a self, simulated: &'a Robot, designs: &'a [Design]) -> Option<Vec<Opening<'a>>> {
+        let campaign = &self.manifest.campaign;
+        let opening = |design: &'a Design| {
+            let disturbance = trial::disturbance(campaign, 0);
+            let push_s = disturbance.pushes[0].start_s;
+            Opening::new(&self.robot, simulated, design, &campaign.episode, disturbance).before(push_s)
+        };
+        trial::begin_alike(campaign).then(|| designs.par_iter().map(opening).collect())
+    }
+
     /// The row of a trial with gain set number `set`.
-    fn row(&self, designs: &[Design], (trial, set): (u64, usize)) -> TrialRow {
+    fn row(&self, designs: &[Design], openings: Option<&[Opening]>, (trial, set): (u64, usize)) -> TrialRow {
         let Manifest { campaign, sets, .. } = &self.manifest;
         let disturbance = trial::disturbance(campaign, trial);
         let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
         let config = &campaign.episode;
-        let record = episode::run(&self.robot, &designs[set], config, disturbance, config.until(), &mut |_| {});
+        let record = match openings {
+            Some(openings) => openings[set].with(disturbance.pushes).finish((config.until(), 0.0), &mut |_, _| {}),
+            None => episode::run(&self.robot, &designs[set], config, disturbance, config.until(), &mut |_| {}),
+        };
         let no_step_n_s = self.no_step.impulse_n_s(pushes[0].heading_deg);
         TrialRow::new(trial, &sets[set], &pushes, no_step_n_s, &variation, record)
     }
@@ -320,12 +339,14 @@ impl Work<'_> {
     fn run_blocks(&self, watch: &Watch) -> Result<()> {
         let blocks = self.missing.iter().map(|&block| Block::new(self.folder, block, &self.set_trials));
         let blocks: Vec<Block> = blocks.collect();
+        let simulated = self.plan.simulated_at_first();
+        let openings = self.plan.openings(&simulated, &self.designs);
         let jobs = blocks.iter().flat_map(|block| block.missing.iter().map(move |&slot| (block, slot)));
         jobs.par_bridge().try_for_each(|(block, slot)| {
             if watch.stop.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);
             }
-            let complete = block.put(slot, self.plan.row(&self.designs, slot));
+            let complete = block.put(slot, self.plan.row(&self.designs, openings.as_deref(), slot));
             (watch.on_episode)();
             let Some(rows) = complete else { return Ok(()) };
             self.folder.part(block.index).write(&rows)?;

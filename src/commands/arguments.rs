@@ -1,4 +1,4 @@
-//! Arguments that several commands take, and how values are read.
+//! Arguments that several commands take, and checks of their values.
 
 use super::terminal::note;
 use crate::campaign::Overrides;
@@ -12,7 +12,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// What a command line changes of a campaign.
+/// Options that change a campaign.
 #[derive(Debug, Default, Args)]
 pub struct ChangeArgs {
     /// Gain set by name or file, instead of those of the campaign; may be given several times
@@ -20,9 +20,9 @@ pub struct ChangeArgs {
     pub gains: Vec<String>,
     /// Compare variants of a gain set: one for each value of a key, such as paper:stepping.alpha=2,5.
     ///
-    /// The key names the table and the value in it, and counts in an array from 0: `gains.0.x`. The values are TOML. The
-    /// variants replace the campaign's gain sets, or come after those of --gains. If the option is given several times,
-    /// each adds its variants; keys are not combined. --gains takes a single variant, SET:KEY=VALUE.
+    /// The key names the table and the value in it, and counts in an array from 0: `gains.0.x`. The values are TOML.
+    /// The variants replace the campaign's gain sets, or come after those of --gains. If the option is given several
+    /// times, each adds its variants; keys are not combined. --gains takes a single variant, SET:KEY=VALUE.
     #[arg(long, value_name = "SET:KEY=V1,V2,...")]
     pub vary: Vec<String>,
     /// Robot by name or URDF file, with its settings in a .toml file of the same name beside it
@@ -37,7 +37,7 @@ pub struct ChangeArgs {
 }
 
 impl ChangeArgs {
-    /// The same for [`Campaign::load`](crate::campaign::Campaign::load).
+    /// These changes in the form that [`Campaign::load`](crate::campaign::Campaign::load) takes.
     pub fn overrides(&self) -> Overrides {
         Overrides {
             set: self.set.clone(),
@@ -54,9 +54,9 @@ impl ChangeArgs {
 pub struct GateArgs {
     /// What the result must show: 'A >= 0.80', 'A >= B + 0.10' or 'A >= baseline - 0.01', with gain sets A and B.
     ///
-    /// A and B are names of gain sets as in the results. The option may be given several times, and adds to the gates of
-    /// the campaign. A gate passes if its whole 95 % interval reaches what is asked, and fails (exit code 100) if the
-    /// whole interval lies below. Otherwise it is unresolved, which is no failure unless --unresolved says so.
+    /// A and B are names of gain sets as in the results. The option may be given several times, and adds to the gates
+    /// of the campaign. A gate passes if its whole 95 % interval reaches what is asked, and fails (exit code 100) if
+    /// the whole interval lies below. Otherwise it is unresolved, which is no failure unless --unresolved says so.
     /// `gates.confidence` of the campaign replaces the 95 %.
     #[arg(long, value_name = "EXPR")]
     pub gate: Vec<String>,
@@ -70,11 +70,12 @@ pub struct GateArgs {
 
 #[derive(Debug, Args)]
 pub struct ReplaysArgs {
-    /// Write so many replays for each gain set: pages that show a trial in 3D, to which report.html links.
+    /// Write this many replays for each gain set: pages that show a trial in 3D, to which report.html links.
     ///
-    /// The first three show the easiest push that the set lost, the lost push nearest to the impulse that it survives in
-    /// 50 % of trials, and the hardest push that it survived. Hard and easy go by impulse over m omega d. With 0 no new
-    /// ones are written.
+    /// The first three show the easiest push that the set lost, the lost push nearest to the impulse that it survives
+    /// in 50 % of trials, and the hardest push that it survived. A push is the harder, the larger its impulse is in
+    /// relation to m omega d, where d is the distance from the COM to the edge of the support. With 0 no new ones are
+    /// written.
     #[arg(long, value_name = "N", default_value_t = ReplaysArgs::default().replays)]
     pub replays: usize,
 }
@@ -92,13 +93,13 @@ pub struct CheckArgs {
     pub check: bool,
 }
 
-/// The end of a command whose input was only to be checked; `what` would have run.
+/// Ends a command with `--check`, after all checks. `what` names what would have run.
 pub fn fine(what: &str) -> Result<ExitCode> {
     note(&format!("fine: {what}; nothing was run"));
     Ok(ExitCode::SUCCESS)
 }
 
-/// Reads a value by one of its names, which are those in files, too.
+/// Reads a value by its name, which is the same on the command line and in files.
 pub fn one_of<T>(names: [&'static str; 2]) -> impl TypedValueParser<Value = T>
 where
     T: DeserializeOwned + Clone + Send + Sync + 'static,
@@ -109,14 +110,15 @@ where
     })
 }
 
-/// A file to write that fails at once, not after all the work: of an unknown kind, or in a folder that is not there.
+/// Checks before any work that a file can be written. Fails if its extension is none of `kinds`, if its folder does not
+/// exist, or if `path` is a folder itself. Errors name `option`.
 pub fn check_output(option: &str, path: &Path, kinds: &[&str]) -> Result<()> {
     let fail = |problem, accepted: &str| Err(Error::value("command line", option, path.display(), problem, accepted));
     if !path.extension().and_then(OsStr::to_str).is_some_and(|extension| kinds.contains(&extension)) {
         return fail("unknown kind of file", &format!("a name that ends in .{}", kinds.join(" or .")));
     }
     if !folder_of(path).is_dir() {
-        return fail("its folder does not exist", "a folder that does");
+        return fail("its folder does not exist", "a file in a folder that exists");
     }
     if path.is_dir() {
         return fail("it is a folder", "the name of a file");

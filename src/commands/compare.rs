@@ -1,4 +1,4 @@
-//! `standfast compare`: two finished campaigns with the same pushes, paired trial by trial.
+//! `standfast compare`: compares two finished campaigns with the same pushes, trial by trial.
 
 use super::result::{Printing, exit_code};
 use super::terminal::{note, print};
@@ -32,7 +32,7 @@ pub struct CompareArgs {
 
 pub fn run(args: &CompareArgs) -> Result<ExitCode> {
     if let Some(out) = args.out.as_deref().filter(|out| !result::may_be_written_to(out)) {
-        let problem = "holds something other than a comparison; give a new or empty folder";
+        let problem = "holds other files than those of a comparison; give a new or empty folder";
         return Err(Error::Parts { path: out.into(), problem: problem.into() });
     }
     let comparison = Comparison::new(&Folder::existing(&args.dir_a)?, &Folder::existing(&args.dir_b)?, &args.gate)?;

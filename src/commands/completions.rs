@@ -1,4 +1,4 @@
-//! `standfast completions`: a completion script for a shell.
+//! `standfast completions`: prints a completion script for a shell.
 
 use super::terminal::print;
 use crate::error::Result;
@@ -7,10 +7,11 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 pub struct CompletionsArgs {
+    /// Shell for which the script is made
     pub shell: Shell,
 }
 
-/// `program`: all commands and their arguments.
+/// Prints the script. `program` holds all commands and their arguments.
 pub fn run(args: &CompletionsArgs, mut program: clap::Command) -> Result<ExitCode> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut program, "standfast", &mut script);

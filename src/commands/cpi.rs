@@ -1,4 +1,5 @@
-//! `standfast cpi`: the maximal CPI sets of a gain set: size, inclusion, horizon, picture, export.
+//! `standfast cpi`: computes the maximal CPI sets of a gain set, prints their sizes, horizons and inclusion, and draws
+//! or exports them.
 
 use super::terminal::print;
 use crate::assets::DEFAULT_ROBOT;
@@ -26,8 +27,8 @@ pub struct CpiArgs {
     pub dt: Option<f64>,
     /// The rectangle in which the ZMP may be, about the control origin (m).
     ///
-    /// The rectangle is used as it is. Without the option it is the convex hull of both soles at home, less the ZMP margin
-    /// of the gain set.
+    /// The rectangle is used as it is. Without the option it is the convex hull of both soles at home, less the ZMP
+    /// margin of the gain set.
     #[arg(long, value_name = "XMIN,XMAX,YMIN,YMAX", allow_hyphen_values = true, value_parser = parse_support)]
     pub support: Option<SupportPolygon>,
     /// Write gain-0-set.csv, gain-0-closed-loop.csv, gain-1-set.csv and so on to this folder
@@ -46,8 +47,8 @@ pub fn run(args: &CpiArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Searches the sets, for UT-mu2 unless pendulum or support are given, and writes what was asked for. Nothing is written
-/// if an input is bad.
+/// Searches the sets, writes the files that were asked for, and returns what to print. Pendulum and support are those
+/// of UT-mu2 unless they are given. Nothing is written if an input is bad.
 fn answer(args: &CpiArgs) -> Result<String> {
     let robot = Robot::load(DEFAULT_ROBOT)?;
     let set = GainSet::load(&args.gains)?;
@@ -71,6 +72,7 @@ fn answer(args: &CpiArgs) -> Result<String> {
     Ok(if args.json { render::json(&found.as_json()) } else { found.text() })
 }
 
+/// The pendulum of the options, or else that of `robot` at home.
 fn pendulum(args: &CpiArgs, robot: &Robot) -> Result<Pendulum> {
     let dt = args.dt.unwrap_or(EpisodeConfig::default().control_period_s);
     let pendulum = Pendulum { omega: args.omega.unwrap_or(robot.omega()), dt };
@@ -82,6 +84,7 @@ fn pendulum(args: &CpiArgs, robot: &Robot) -> Result<Pendulum> {
     Ok(pendulum)
 }
 
+/// Reads `XMIN,XMAX,YMIN,YMAX` (m), a rectangle with the origin inside.
 fn parse_support(text: &str) -> Result<SupportPolygon, String> {
     let numbers: Vec<f64> = text
         .split(',')
@@ -91,7 +94,7 @@ fn parse_support(text: &str) -> Result<SupportPolygon, String> {
         .collect::<Result<_, _>>()?;
     match numbers[..] {
         [xmin, xmax, ymin, ymax] if xmin < 0.0 && xmax > 0.0 && ymin < 0.0 && ymax > 0.0 => {
-            SupportPolygon::rectangle(xmin, xmax, ymin, ymax).ok_or_else(|| "spans no area".into())
+            SupportPolygon::rectangle(xmin, xmax, ymin, ymax).ok_or_else(|| "the rectangle has no area".into())
         }
         [_, _, _, _] => {
             Err("the origin is not strictly inside; accepted: XMIN < 0 < XMAX and YMIN < 0 < YMAX (m)".into())

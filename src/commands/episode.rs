@@ -1,5 +1,5 @@
-//! One episode for `push`, `scenario` and `replay`: it is run, told, and what is asked for is made of it: a trace, a plot
-//! over time, a page to watch, snapshots.
+//! Runs one episode for `push`, `scenario` and `replay`, tells what happened, and writes the files that were asked for:
+//! a trace, a plot over time, a page to watch, snapshots.
 
 use super::arguments::{check_output, folder_of};
 use super::terminal::note;
@@ -16,7 +16,7 @@ use crate::render::{self, trace::Trace};
 use crate::robot::Robot;
 use std::path::{Path, PathBuf};
 
-/// What a picture of the episode shows after the robot stands still (s).
+/// How long plots, films and pictures go on after the robot has come to stand still (s).
 const REST_S: f64 = 0.5;
 
 /// Files to make of an episode.
@@ -37,7 +37,8 @@ pub struct OutputArgs {
 }
 
 impl OutputArgs {
-    /// Errors: a file that could not be written in the end.
+    /// Checks before the episode that its files can be written. Fails for a file of an unknown kind, in a folder that
+    /// does not exist or in the folder of `--frames`, and if the folder of `--frames` holds other files.
     pub fn check(&self) -> Result<()> {
         let files = [("--trace", &self.trace), ("--plot", &self.plot), ("--replay", &self.replay)];
         let kinds: [&[&str]; 3] = [&["csv", "parquet"], &["svg"], &["html"]];
@@ -46,7 +47,7 @@ impl OutputArgs {
         }
         let Some(frames) = &self.frames else { return Ok(()) };
         picture::check_folder(frames)?;
-        // A folder of frames holds nothing else.
+        // The folder of `--frames` may hold nothing else: a second run would refuse to write to it.
         for (option, path) in files {
             let problem = match path {
                 Some(path) if path == frames => "it is the folder of --frames",
@@ -59,24 +60,25 @@ impl OutputArgs {
         Ok(())
     }
 
-    /// Errors: a file that only an episode with physics can fill.
+    /// Fails if a file is asked for that only an episode with physics can fill.
     pub fn check_without_physics(&self) -> Result<()> {
         let Self { trace, plot: _, replay, frames } = self;
         for (option, path) in [("--trace", trace), ("--replay", replay), ("--frames", frames)] {
             if let Some(path) = path {
-                let accepted = "a scenario with a push, or --plot: an imposed error has no physics";
+                let accepted =
+                    "a scenario with a push; an imposed error has no physics, and can only be drawn with --plot";
                 return Err(Error::value("command line", option, path.display(), "nothing to show", accepted));
             }
         }
         Ok(())
     }
 
-    /// Whether none is asked for.
+    /// Whether no file is asked for.
     pub fn is_empty(&self) -> bool {
         [&self.trace, &self.plot, &self.replay, &self.frames].into_iter().all(Option::is_none)
     }
 
-    /// Draws the snapshots if they are asked for, and says what is written.
+    /// Draws the snapshots, if they are asked for, and prints which files were written.
     pub fn finish(&self, film: Option<&Film>) -> Result<()> {
         if let (Some(folder), Some(film)) = (&self.frames, film) {
             picture::write_frames(film, folder, &FramesOptions::default())?;
@@ -90,13 +92,13 @@ impl OutputArgs {
         Ok(())
     }
 
-    /// Whether some show more than the episode up to its decision.
+    /// When the episode ends. A trace and a plot show it up to its horizon; all else ends when the outcome is decided.
     fn until(&self, config: &EpisodeConfig) -> Until {
         if self.trace.is_some() || self.plot.is_some() { Until::Horizon } else { config.until() }
     }
 }
 
-/// What an episode is of.
+/// Robot, controller and settings of an episode.
 #[derive(Clone, Copy)]
 pub struct Case<'a> {
     pub robot: &'a Robot,
@@ -105,7 +107,8 @@ pub struct Case<'a> {
 }
 
 impl<'a> Case<'a> {
-    /// Runs one episode, writes what is asked for and returns what to print. `command`: what made it, for the replay.
+    /// Runs one episode, writes the files that are asked for, and returns what to print. `command` is the command line
+    /// that the page of a replay states.
     pub fn run(
         &self,
         disturbance: Disturbance,
@@ -121,8 +124,8 @@ impl<'a> Case<'a> {
         Ok(if as_json { render::json(&told.as_json()) } else { told.text() })
     }
 
-    /// Runs one episode, writes trace and plot if they are asked for, and gives what happened, with a film if replay or
-    /// snapshots are.
+    /// Runs one episode, and writes trace and plot if they are asked for. Returns what happened and, if a replay or
+    /// snapshots are asked for, a film for them.
     pub fn tell(&self, disturbance: Disturbance, outputs: &OutputArgs) -> Result<(Told<'a>, Option<Film>)> {
         let Self { robot, design, config } = *self;
         let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
@@ -151,26 +154,27 @@ impl<'a> Case<'a> {
             plot.end_at(end_s);
             plot.write(path, &told.headline())?;
         }
-        // After a fall a plot has nothing to tell: COM and ZMP are those of a body on the ground. But a film has.
+        // A plot ends at a fall, since COM and ZMP of a body on the ground tell nothing. A film goes on, and shows how
+        // the robot comes to lie.
         let aftermath_s = if fell { Film::AFTERMATH_S } else { 0.0 };
         Ok((told, film.map(|film| film.cut_at(end_s + aftermath_s))))
     }
 }
 
-/// Where a replay comes from.
+/// Where the episode of a replay comes from.
 #[derive(Debug, Default)]
 pub struct Origin {
-    /// What it is of, before the headline.
+    /// What the page shows, such as "Trial 17 of standard". It precedes the headline.
     pub title: Option<String>,
-    /// The command that makes it.
+    /// The command that writes this page.
     pub command: String,
-    /// As in [`Head`].
+    /// Whether the page lies in the result folder that its trial is from, as in [`Head`].
     pub of_result: bool,
-    /// What is not as it should be.
+    /// How the episode differs from the one in the result.
     pub warning: Option<String>,
 }
 
-/// Writes the page that shows an episode in 3D.
+/// Writes the page that shows an episode in 3D to `path`.
 pub fn write_replay(told: &Told, film: &Film, path: &Path, origin: Origin) -> Result<()> {
     let Origin { title, command, of_result, warning } = origin;
     let headline = told.headline();
@@ -180,18 +184,19 @@ pub fn write_replay(told: &Told, film: &Film, path: &Path, origin: Origin) -> Re
     write_atomic(path, replay::page(film, &head)?.as_bytes())
 }
 
-/// This command as it was given.
+/// The command line of this process, quoted for a shell.
 pub fn command_line() -> String {
     let args = std::env::args().skip(1).map(|arg| shell_word(&arg));
     std::iter::once("standfast".to_string()).chain(args).collect::<Vec<_>>().join(" ")
 }
 
-/// Whether two folders are one; both may be new.
+/// Whether both paths lead to the same folder. A path that leads nowhere yet is the same as no other.
 fn is_same(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-/// When nothing more of interest happens (s): some time after the robot stands still, and is home if it gets there.
+/// Time (s) after which nothing of interest happens: that of the fall or, with [`REST_S`] to spare, that at which the
+/// robot stands still and, if it gets there, is home.
 fn end_of_interest_s(record: &Record) -> f64 {
     let settled_s = record.settled_at_s.map(|at| at.max(record.home_at_s.unwrap_or(at)) + REST_S);
     record.fell_at_s.or(settled_s).unwrap_or(record.end_s)

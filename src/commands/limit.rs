@@ -1,4 +1,5 @@
-//! `standfast limit`: the largest recoverable impulse by heading, beside what the pendulum allows.
+//! `standfast limit`: searches the largest impulse that each gain set recovers from, by heading, and prints it beside
+//! the bounds of a pendulum.
 
 use super::arguments::{ChangeArgs, CheckArgs, check_output, fine};
 use super::interrupt::{STOP, stop_on_ctrl_c};
@@ -17,7 +18,7 @@ use std::process::ExitCode;
   standfast limit                                   all gain sets and 16 headings, with the standard campaign
   standfast limit --gains hold --gains paper --headings 8 --out limits
   standfast limit --campaign nominal                without noise and variations
-  standfast limit --gains hold --headings 4 --precision 0.3 --plot limit.svg             a quick look
+  standfast limit --gains hold --headings 4 --precision 0.3         a quick look
 
 For each gain set and heading, an adaptive search (Bayesian, by least expected
 entropy) finds the impulse from which the robot recovers in 50 % of trials, and
@@ -68,7 +69,7 @@ pub struct LimitArgs {
     pub json: bool,
 }
 
-/// Nothing of an interrupted run is kept.
+/// Searches the limits, prints them and writes them. Nothing of an interrupted search is kept.
 pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     args.check_outputs()?;
     let campaign = Campaign::load(&args.campaign, &args.change.overrides())?;
@@ -81,7 +82,8 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     stop_on_ctrl_c();
     let searches = Searches::new(&campaign, options)?;
     if args.check.check {
-        return fine(&format!("campaign {}: {} searches to run", campaign.name, searches.count()));
+        let (count, searches) = (searches.count(), if searches.count() == 1 { "search" } else { "searches" });
+        return fine(&format!("campaign {}: {count} {searches} to run", campaign.name));
     }
     let progress = Progress::of(searches.count(), "searches");
     let limits = searches.run(&STOP, &|| progress.episode(), &|| progress.tick());
@@ -90,14 +92,14 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
         note("interrupted: nothing was kept; the same command starts again from the beginning");
     }
     let limits = limits?;
-    // First what the user waited for: a folder that cannot be written must not cost it.
+    // The result is printed before it is written, so that it is not lost if it cannot be written.
     print(&if args.json { render::json(&limits) } else { text::limit(&limits) })?;
     args.write(&limits)?;
     Ok(ExitCode::SUCCESS)
 }
 
 impl LimitArgs {
-    /// Errors: a file that could not be written in the end, or a folder that has a result already.
+    /// Checks before any work that the files can be written, and that no result would be overwritten.
     fn check_outputs(&self) -> Result<()> {
         if let Some(path) = &self.plot {
             check_output("--plot", path, &["svg"])?;
@@ -110,13 +112,13 @@ impl LimitArgs {
                 return fail("it is a file");
             }
             if ["limit.json", "limit.svg"].iter().any(|name| folder.join(name).exists()) {
-                return fail("it holds a result");
+                return fail("it holds a result already");
             }
         }
         Ok(())
     }
 
-    /// Writes what was asked for, each file whole, and says what.
+    /// Writes the files that were asked for, and prints their names.
     fn write(&self, limits: &Limits) -> Result<()> {
         let written = |path: &PathBuf| note(&format!("written: {}", path.display()));
         if let Some(folder) = &self.out {

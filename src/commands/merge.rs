@@ -1,4 +1,4 @@
-//! `standfast merge`: the parts of a campaign that was run in shards become its result.
+//! `standfast merge`: joins the parts of a campaign that was run in shards to its result.
 
 use super::arguments::{GateArgs, ReplaysArgs};
 use super::interrupt::stop_on_ctrl_c;

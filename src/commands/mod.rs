@@ -1,7 +1,7 @@
-//! The program: a file for each command, which holds its arguments and what it does, in the order in which it happens.
+//! The command line: one file for each command, with its arguments and its steps in the order in which they happen.
 //!
-//! What several commands need stands beside them: arguments (`arguments`), what is said and where (`terminal`,
-//! `progress`), Ctrl-C (`interrupt`), how a campaign ends (`result`) and how one episode is told (`episode`).
+//! Several commands share arguments (`arguments`), printing (`terminal`), the progress bar (`progress`), Ctrl-C
+//! (`interrupt`), the end of a campaign (`result`), and the simulation of one episode (`episode`).
 
 mod arguments;
 mod compare;
@@ -30,10 +30,12 @@ use crate::error::Result;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
 
-/// How hard can a humanoid be pushed before it falls, and which gain set makes it stand better?
+/// The command line of the program.
 #[derive(Debug, Parser)]
 #[command(
     version,
+    about = "How hard can a humanoid be pushed before it falls, and which gain set makes it
+stand better?",
     after_help = "Without a command, the standard campaign runs: 1000 pushes for each of four
 gain sets. What a command computes goes to the standard output, and everything
 else to the standard error. The paper is that of K. Yamamoto and Y. Nakamura on
@@ -50,38 +52,38 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Chosen {
-    /// Run a campaign: random pushes, the same for every gain set, and count who stays up
+    /// Run a campaign, and count how often each gain set recovers
     Run(run::RunArgs),
     /// Join the parts of a campaign that was run in shards
     Merge(merge::MergeArgs),
     /// Compare two finished campaigns of the same pushes, trial by trial
     Compare(compare::CompareArgs),
-    /// Say which trials of a campaign are still missing (exit code 3 if any are)
+    /// Say which trials are missing (exit code 3 if any are)
     Status(status::StatusArgs),
     /// Simulate one push and tell what happened and why
     Push(push::PushArgs),
-    /// Simulate a trial of a result again and write a page that shows it in 3D
+    /// Simulate a trial of a result again, and show it in 3D
     Replay(replay::ReplayArgs),
-    /// Find the largest recoverable impulse by heading, and what a pendulum allows
+    /// Find the largest recoverable impulse by heading
     Limit(limit::LimitArgs),
-    /// Simulate a disturbance that has a name; without one, list the names
+    /// Simulate a disturbance that has a name, or list the names
     Scenario(scenario::ScenarioArgs),
-    /// Draw the paper's figures from simulations and check what the paper states
+    /// Draw the paper's figures, and check what the paper states
     Paper(paper::PaperArgs),
-    /// Compute the maximal CPI sets of a gain set, their sizes and their inclusion
+    /// Compute the maximal CPI sets of a gain set
     Cpi(cpi::CpiArgs),
-    /// Measure how well the ZMP follows the commanded one: gain, phase, bandwidth
+    /// Measure how well the ZMP follows the commanded ZMP
     Response(response::ResponseArgs),
-    /// Show a robot as it was read, and its kinematics at given joint angles
+    /// Show a robot as it was read, and its kinematics
     Model(model::ModelArgs),
-    /// Show the robot in a 3D window: live, to be pushed, or in a trial of a result
+    /// Show the robot, or a trial of a result, in a 3D window
     View(view::ViewArgs),
     /// Print a completion script for a shell
     Completions(completions::CompletionsArgs),
 }
 
-/// Runs the command that the program was called with. A command line that cannot be read ends the program here, with what
-/// is wrong and exit code 2.
+/// Runs the command that the program was called with. A command line that cannot be read ends the program here, with
+/// what is wrong and exit code 2.
 pub fn run() -> Result<ExitCode> {
     match Cli::parse().command.unwrap_or_else(|| Chosen::Run(run::RunArgs::standard())) {
         Chosen::Run(args) => run::run(&args),

@@ -1,4 +1,4 @@
-//! `standfast model`: what was understood of a robot, and its kinematics at given joint angles.
+//! `standfast model`: prints a robot as it was read, and its kinematics at given joint angles.
 
 use super::terminal::print;
 use crate::assets::DEFAULT_ROBOT;
@@ -25,7 +25,8 @@ pub fn run(args: &ModelArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Errors: a robot that cannot be loaded, a joint that it does not have, or an angle that is not a finite number.
+/// What to print. Fails if the robot cannot be loaded, has no joint of a given name, or if an angle is not a finite
+/// number.
 fn answer(args: &ModelArgs) -> Result<String> {
     let robot = Robot::load(&args.robot)?;
     let q = joint_angles(&robot, &args.q)?;
@@ -36,7 +37,7 @@ fn answer(args: &ModelArgs) -> Result<String> {
     Ok(model::description(&robot) + &links)
 }
 
-/// Reads `joint=rad` assignments; joints not named are 0.
+/// The angle of every joint (rad), from assignments `joint=rad`. Joints that are not named are at 0.
 fn joint_angles(robot: &Robot, assignments: &[String]) -> Result<Vec<f64>> {
     let mut q: Vec<Option<f64>> = vec![None; robot.joints.len()];
     for assignment in assignments {
@@ -48,7 +49,7 @@ fn joint_angles(robot: &Robot, assignments: &[String]) -> Result<Vec<f64>> {
         };
         let angle = value.parse::<f64>().ok().filter(|a| a.is_finite());
         let Some(angle) = angle else {
-            return Err(Error::value("--q", name, value, "not an angle", "a finite number [rad]"));
+            return Err(Error::value("--q", name, value, "not an angle", "a finite number (rad)"));
         };
         if q[joint].replace(angle).is_some() {
             return Err(Error::value("--q", name, value, "given twice", "each joint once"));
@@ -100,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn text_tells_the_robot() {
+    fn the_text_describes_the_robot() {
         let text = answer(&args(&["right_knee_flexion=-0.1"], false)).unwrap();
         for part in [
             "20 joints",

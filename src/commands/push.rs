@@ -1,4 +1,4 @@
-//! `standfast push`: one push, what happened, and why.
+//! `standfast push`: simulates one push, and tells what happened and why.
 
 use super::arguments::{CheckArgs, fine, one_of};
 use super::episode::{Case, OutputArgs, command_line};
@@ -91,7 +91,7 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
         return fine(&format!("a push of {} N s, gain set {}", pushes[0].impulse_n_s, design.family.name));
     }
     let sensor_errors = campaign.as_ref().and_then(|c| trial::sensor_errors(c, args.trial.unwrap_or(0)));
-    // A trial's robot and ground belong to the trial; a push of one's own meets the nominal ones.
+    // Robot and ground vary only if a trial is named, since they belong to the trial.
     let variation = campaign.as_ref().zip(args.trial).map(|(c, trial)| trial::variation(c, trial));
     let disturbance = Disturbance { pushes, sensor_errors, variation: variation.unwrap_or_default() };
     let case = Case { robot: &robot, design: &design, config: &config };
@@ -99,7 +99,8 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The pushes asked for: those of the campaign's trial if one is named, the first changed by what else is given.
+/// The pushes of the episode: those of the named trial or, if there is none, one from behind. The options change the
+/// first push. Fails for a value out of range, or if a push does not end within the horizon.
 fn the_pushes(
     args: &PushArgs,
     campaign: Option<&Campaign>,
@@ -114,7 +115,7 @@ fn the_pushes(
         _ => vec![Push { impulse_n_s: RobotScale::of(robot).first_push_n_s(), ..Push::default() }],
     };
     let base = pushes[0];
-    // Its time, height and duration follow from the first.
+    // The time, height and duration of the second push follow from those of the first.
     let moves_second =
         args.start.is_some() || args.duration.is_some() || args.height.is_some() || args.profile.is_some();
     if pushes.len() > 1 && moves_second {
@@ -122,7 +123,7 @@ fn the_pushes(
         return Err(Error::value("command line", "--trial", args.trial.unwrap_or(0), "has a second push", accepted));
     }
     let bounds = PushBounds::new(config.horizon_s);
-    // The ground of a trial may be sloped.
+    // Where a trial has a slope, no push may start before the ground has tilted.
     let earliest_s =
         campaign.filter(|_| args.trial.is_some()).map_or(0.0, |campaign| campaign.push_bounds().start_s[0]);
     let within = |name: &str, value: f64, [least, most]: [f64; 2]| {

@@ -1,4 +1,5 @@
-//! `standfast replay`: a trial of a result, to watch in 3D; and the pages for the telling trials of a result.
+//! `standfast replay`: simulates a trial of a result again and writes a page that shows it in 3D. `run` and `merge`
+//! write such pages for the telling trials of a result.
 
 use super::arguments::check_output;
 use super::episode::{Case, Origin, OutputArgs, write_replay};
@@ -19,7 +20,7 @@ use std::process::ExitCode;
 #[command(after_help = "Examples:
   standfast replay standfast-results/standard --trial 17
   standfast replay results --trial 17 --gains hold -o hold.html
-  standfast replay results --trial 17 --frames pictures     snapshots and an animated picture, too")]
+  standfast replay results --trial 17 --frames pictures     snapshots and a GIF")]
 pub struct ReplayArgs {
     /// Result folder of `run`
     pub dir: PathBuf,
@@ -32,10 +33,10 @@ pub struct ReplayArgs {
     /// The page to write [default: DIR/replays/trial-I-SET.html]
     #[arg(short, long, value_name = "FILE.html")]
     pub output: Option<PathBuf>,
-    /// Draw snapshots to this folder, a strip of them and an animated picture (PNG, GIF)
+    /// Draw snapshots (PNG), a strip of them and an animated picture (GIF) to this folder
     #[arg(long, value_name = "DIR")]
     pub frames: Option<PathBuf>,
-    /// Write every tick to this file
+    /// Write every control tick to this file
     #[arg(long, value_name = "FILE.csv|.parquet")]
     pub trace: Option<PathBuf>,
     /// Draw COM, ZMP and feet over time to this file
@@ -46,13 +47,13 @@ pub struct ReplayArgs {
     pub json: bool,
 }
 
-/// Runs the trial again and writes its page.
+/// Simulates the trial again, writes its page and the other files that were asked for, and prints what happened.
 pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     let mut outputs = OutputArgs {
         trace: args.trace.clone(),
         plot: args.plot.clone(),
         frames: args.frames.clone(),
-        // Checked on its own, since its option is another one.
+        // The page has another option here, `--output`, which is checked below.
         replay: None,
     };
     args.output.iter().try_for_each(|path| check_output("--output", path, &["html"]))?;
@@ -89,8 +90,9 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Writes a page, of the result in `folder` or, if there is none, among the pages of that result; says so if the trial is
-/// not as it was.
+/// Writes the page of a trial, and warns if the trial does not end as it did in the result. The page states the command
+/// that makes it again: for the result in `folder` or, for a page that lies in the result folder (None), in this
+/// folder.
 fn write(replayed: &StoredTrial, told: &Told, film: Option<&Film>, path: &Path, folder: Option<&Path>) -> Result<()> {
     let warning = replayed.difference(&told.record);
     warning.iter().for_each(|warning| log::warn!("{warning}"));
@@ -106,8 +108,9 @@ fn case(replayed: &StoredTrial) -> Case<'_> {
     Case { robot: &replayed.robot, design: &replayed.design, config: replayed.config() }
 }
 
-/// Writes the pages of telling trials that are not there yet, of the first so many of each set. Returns how many are new;
-/// when `stop`, asked before each, says so, there are fewer. One that cannot be written is warned of and left out.
+/// Writes the missing pages of the first `for_each_set` telling trials of each gain set, and returns the number of new
+/// pages. It asks `stop` before each page, and writes no more once this is true. A page that cannot be written is left
+/// out with a warning.
 pub fn write_telling(
     folder: &Folder,
     summary: &Summary,
@@ -126,7 +129,7 @@ pub fn write_telling(
     Ok(wanted.par_iter().filter(is_written).count())
 }
 
-/// Runs a trial of the result in a folder again and writes its page to the folder.
+/// Simulates a trial of the result in `folder` again, and writes its page into this folder.
 fn write_page(folder: &Path, trial: u64, set: &str) -> Result<()> {
     let (replayed, path) = (StoredTrial::open(folder, trial, Some(set))?, page_in(folder, trial, set)?);
     let outputs = OutputArgs { replay: Some(path.clone()), ..OutputArgs::default() };
@@ -134,7 +137,7 @@ fn write_page(folder: &Path, trial: u64, set: &str) -> Result<()> {
     write(&replayed, &told, film.as_ref(), &path, None)
 }
 
-/// Where the page of a trial goes, in a folder that is there.
+/// The path of the page of a trial in a result folder. Creates the folder of the pages.
 fn page_in(result: &Path, trial: u64, set: &str) -> Result<PathBuf> {
     let path = result.join(replay_file(trial, set));
     let folder = path.parent().unwrap_or(result);

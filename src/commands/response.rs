@@ -1,4 +1,5 @@
-//! `standfast response`: how well the ZMP follows the one wanted, and what that means for the poles.
+//! `standfast response`: measures how well the ZMP follows the commanded ZMP, and compares the bandwidth with the poles
+//! of the gains.
 
 use super::arguments::one_of;
 use super::terminal::print;
@@ -15,9 +16,9 @@ use crate::sim::plant::Clock;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Frequencies measured: from, to, how many.
+/// Lowest and highest frequency that is measured (Hz), and the number of frequencies.
 const FREQUENCIES_HZ: (f64, f64, usize) = (0.5, 40.0, 13);
-/// With a larger sine the ZMP would leave the soles.
+/// Smallest and largest amplitude that is accepted (m). A larger sine would move the ZMP out of the soles.
 const AMPLITUDES_M: [f64; 2] = [0.0001, 0.05];
 
 #[derive(Debug, clap::Args)]
@@ -89,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said_before_anything_runs() {
+    fn bad_input_is_refused_before_anything_runs() {
         for amplitude in [-0.005, 0.0, 0.2, f64::NAN] {
             let error = run(&ResponseArgs { amplitude, ..args("switching") }).unwrap_err();
             assert!(error.to_string().contains("--amplitude = "), "{error}");

@@ -1,4 +1,4 @@
-//! `standfast scenario`: a disturbance with a name, those of the paper first.
+//! `standfast scenario`: simulates a disturbance that has a name, such as those of the paper, or lists the names.
 
 use super::arguments::{CheckArgs, fine};
 use super::episode::{Case, OutputArgs, command_line};
@@ -17,10 +17,13 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  standfast scenario                                    lists the scenarios
-  standfast scenario push-behind --plot response.svg    the paper's push from behind, as in its Fig. 14 (a)
-  standfast scenario push-behind --gains switching      the same push, without a footstep
-  standfast scenario my-scenario.toml                   one of your own; start from a file in assets/scenarios")]
+  standfast scenario                                lists the scenarios
+  standfast scenario push-behind --plot push.svg    the push of Fig. 14 (a)
+  standfast scenario push-behind --gains switching  this push without a footstep
+  standfast scenario my-scenario.toml               one of your own
+
+The figure is one of the paper's. To write a scenario of your own, start from a
+file in assets/scenarios.")]
 pub struct ScenarioArgs {
     /// Scenario by its built-in name or TOML file; without it, all built-in scenarios are listed
     pub scenario: Option<String>,
@@ -66,7 +69,7 @@ pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Without a name: all scenarios that are built in.
+/// Lists all built-in scenarios.
 fn list(args: &ScenarioArgs) -> Result<ExitCode> {
     if !args.outputs.is_empty() {
         let (problem, accepted) =
@@ -86,7 +89,7 @@ fn list(args: &ScenarioArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Imposes a ZMP error on the pendulum, draws what follows if asked, and returns what to print.
+/// Imposes a ZMP error on the pendulum, draws what follows if `--plot` asks for it, and returns what to print.
 fn impose(args: &ScenarioArgs, scenario: &Scenario, case: &Case, error: &Imposed) -> Result<String> {
     let Case { robot, design, config } = *case;
     let mut plot = MotionPlot::default();

@@ -1,4 +1,4 @@
-//! `standfast status`: what is missing in the folder of a campaign.
+//! `standfast status`: prints which trials are missing in a result folder, and how to compute them.
 
 use super::result::Printing;
 use super::terminal::print;
@@ -11,7 +11,7 @@ use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Exit code when something is missing.
+/// Exit code if parts are missing.
 const INCOMPLETE: u8 = 3;
 
 #[derive(Debug, clap::Args)]
@@ -38,7 +38,7 @@ fn stopped_early(folder: &Folder) -> Vec<(&String, u64)> {
     folder.manifest.sets.iter().zip(trials).filter(|(_, trials)| *trials < folder.trials()).collect()
 }
 
-/// Prints which parts are there; true if all are.
+/// Prints which parts are complete and what to run next. Returns whether all parts are.
 pub fn print_status(folder: &Folder, printing: Printing) -> Result<bool> {
     let (missing, blocks) = (folder.missing(), folder.blocks());
     let (complete, trials) = (missing.is_empty(), folder.trials_of(&missing));

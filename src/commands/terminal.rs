@@ -1,4 +1,4 @@
-//! What a command says: what it computes goes to the standard output, all else to the standard error.
+//! Where a command prints: its result goes to the standard output, and everything else to the standard error.
 
 use crate::error::{Error, Result};
 use crate::render::text::layout::wrapped;
@@ -6,10 +6,10 @@ use indicatif::ProgressBar;
 use std::io::{ErrorKind, Write};
 use std::sync::{Mutex, PoisonError};
 
-/// The progress that is on the terminal, which makes way for what is said.
+/// The progress bar that is on the terminal. It is taken away while a note is printed.
 static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
-/// Prints to the standard output; a reader that has gone (`| head`) is no error.
+/// Prints to the standard output. It is no error if the reader has gone, as in `| head`.
 pub fn print(text: &str) -> Result<()> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
@@ -18,7 +18,7 @@ pub fn print(text: &str) -> Result<()> {
     }
 }
 
-/// A line on the standard error; nobody there to read it is no reason to stop.
+/// Prints a line to the standard error. If that fails, nobody can be told, and the work goes on.
 pub fn note(line: &str) {
     let write = || {
         let _ = writeln!(std::io::stderr().lock(), "{line}");
@@ -29,12 +29,12 @@ pub fn note(line: &str) {
     }
 }
 
-/// Sentences on the standard error, in lines that fit, after a mark in front of the first.
+/// Prints sentences to the standard error, in lines that fit the terminal. `mark` stands before the first line.
 pub fn tell(mark: &str, sentences: &str) {
     note(wrapped(mark, sentences).trim_end());
 }
 
-/// From now on notes stand above this progress, until there is none.
+/// Prints the notes that follow above this progress bar; None if there is no bar any more.
 pub fn make_way_for(bar: Option<ProgressBar>) {
     *BAR.lock().unwrap_or_else(PoisonError::into_inner) = bar;
 }

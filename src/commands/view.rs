@@ -1,4 +1,4 @@
-//! `standfast view`: the robot in a 3D window, live or a trial of a result.
+//! `standfast view`: shows the robot in a 3D window, either live or in a trial of a result.
 
 use super::arguments::check_output;
 use super::terminal::print;
@@ -10,21 +10,25 @@ use std::process::ExitCode;
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
 #[command(after_help = "Examples:
-  standfast view                                    live; drag the robot with the mouse, or push it by Enter
-  standfast view --gains hold --gains mine.toml     keys 1 and 2 switch between them
-  standfast view --campaign harsh --trial 17        live, on the robot and ground and with the pushes of a trial
-  standfast view standfast-results/standard --trial 17    a trial of a result as it was, with a time line
+  standfast view                                    live
+  standfast view --gains hold --gains mine.toml     keys 1 and 2 switch the sets
+  standfast view --campaign harsh --trial 17        live, with a trial's pushes
+  standfast view standfast-results/standard --trial 17    a recorded trial
 
-Without a window, `standfast push --replay push.html` and `standfast replay DIR --trial I` write a page that shows
-the same in any browser; they need nothing more.
+In a live window, drag the robot with the mouse, or push it with Enter. With
+--campaign and --trial, robot and ground are also those of the trial. A trial of
+a result is shown as it was, with a time line. The window lists its keys.
 
-The window lists its keys. It needs a display and a Vulkan driver, and a program that was built with it by
-`cargo build --release --features view`, which takes some twenty minutes on two cores.")]
+The window needs a display, a Vulkan driver, and a program that was built with
+`cargo build --release --features view`, which takes some twenty minutes on two
+cores. Without a window, `standfast push --replay push.html` and
+`standfast replay DIR --trial I` write a page that shows the same in a browser.")]
 pub struct ViewArgs {
     /// Result folder of `run`: show one trial of it, exactly as it was
     #[arg(requires = "trial", conflicts_with_all = ["robot", "campaign"])]
     pub dir: Option<PathBuf>,
-    /// Trial of the result; with --campaign, the view is live, on the robot and ground and with the noise and pushes of this trial
+    /// Trial of the result; with --campaign, the view is live, on the robot and ground and with the noise and pushes of
+    /// this trial
     #[arg(long, value_name = "I")]
     pub trial: Option<u64>,
     /// Gain set by name or file, or a variant NAME:KEY=VALUE; may be given several times, the first acts
@@ -37,8 +41,8 @@ pub struct ViewArgs {
     /// Take sensor noise, rates and thresholds from this campaign; without it sensors are ideal
     #[arg(long, value_name = "NAME|FILE")]
     pub campaign: Option<String>,
-    /// Impulse of the push that Enter gives (N s), which can be changed in the window [default: 5; for a robot that is larger
-    /// or smaller than ut-mu2 in proportion]
+    /// Impulse of the push that Enter gives (N s), which can be changed in the window [default: 5; for a robot that is
+    /// larger or smaller than ut-mu2 in proportion]
     #[arg(long, value_name = "N_S")]
     pub impulse: Option<f64>,
     /// Heading of that push (degrees): 0 pushes forward, 90 to the left; it can be changed in the window

@@ -13,7 +13,7 @@ use nalgebra::{Point2, Vector2};
 use std::sync::Arc;
 
 /// Standing rule, footwork rule and body, without the estimator. It can be driven by an estimate from elsewhere.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Balance {
     design: Arc<Design>,
     supervisor: Supervisor,

@@ -61,7 +61,7 @@ use nalgebra::Vector2;
 use std::sync::Arc;
 
 /// A controller for one robot and one gain set.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Controller {
     design: Arc<Design>,
     estimator: Estimator,

@@ -10,6 +10,7 @@ use crate::sim::{Ground, Plant, Pull, Push};
 use nalgebra::Vector2;
 
 /// A robot and its controller in a closed loop.
+#[derive(Clone)]
 pub struct ClosedLoop<'a> {
     robot: &'a Robot,
     design: &'a Design,

@@ -51,7 +51,7 @@ impl Default for EpisodeConfig {
     fn default() -> Self {
         Self {
             horizon_s: 6.0,
-            physics_step_s: 0.001,
+            physics_step_s: 0.002,
             control_period_s: 0.002,
             end_early: true,
             judge: Judge::default(),

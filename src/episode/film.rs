@@ -1,9 +1,8 @@
 //! An episode recorded with all that pictures and replays show.
 
-use super::closed_loop::ClosedLoop;
 use super::config::{Disturbance, EpisodeConfig, Until};
 use super::record::Record;
-use super::run::judged;
+use super::run::Opening;
 use super::snapshot::Snapshot;
 use super::tick::Tick;
 use crate::control::Design;
@@ -48,9 +47,9 @@ impl Film {
     ) -> Self {
         let (variation, pushes) = (disturbance.variation, disturbance.pushes.clone());
         let simulated = variation.robot(robot);
-        let closed_loop = ClosedLoop::new(robot, &simulated, design, config, disturbance);
+        let start = Opening::new(robot, &simulated, design, config, disturbance);
         let mut snapshots = Vec::new();
-        let record = judged(closed_loop, &simulated, config, how_long, &mut |tick, is_after| {
+        let record = start.finish(how_long, &mut |tick, is_after| {
             if !is_after {
                 observe(tick);
             }

@@ -1,4 +1,5 @@
-//! One closed loop of plant and controller ([`ClosedLoop`]), driven tick by tick ([`drive`]) and judged ([`run()`]).
+//! One closed loop of plant and controller ([`ClosedLoop`]), driven tick by tick ([`drive`]) and judged ([`run()`]). Episodes that differ
+//! in their pushes alone share their [`Opening`].
 //! The loop also drives the paper's simulation without physics ([`imposed`]). [`response`] measures how well the ZMP
 //! follows the desired one.
 
@@ -21,6 +22,6 @@ pub use film::Film;
 pub use footsteps::{Footstep, Lifted};
 pub use record::{Membership, Outcome, Record};
 pub use referee::{AT_LIMIT, Referee};
-pub use run::run;
+pub use run::{Opening, run};
 pub use snapshot::Snapshot;
 pub use tick::{Controlled, Tick, drive, support_on_ground};

@@ -72,6 +72,8 @@ pub struct Record {
     /// point midway between the soles' centres; the paper speaks of the COG converging to the origin. None if the COM
     /// is not there at the end. An episode that ends early may end before the COM arrives, or leaves again.
     pub home_at_s: Option<f64>,
+    /// Speed of the COM (m/s) when the first push starts, which should find a robot at rest. None without a push.
+    pub com_speed_at_push_m_s: Option<f64>,
     pub peak_tilt_deg: f64,
     /// Largest joint torque, and the largest share of a joint's torque limit.
     pub peak_torque_n_m: f64,

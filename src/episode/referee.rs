@@ -13,12 +13,14 @@ use crate::sim::{Push, Truth};
 pub const AT_LIMIT: f64 = 0.999;
 
 /// Watches the ticks of an episode and writes its record.
+#[derive(Clone)]
 pub struct Referee<'a> {
     robot: &'a Robot,
     judge: Judge,
     control_period_s: f64,
     home_height: f64,
-    last_push_end_s: f64,
+    /// Start of the first push and end of the last one.
+    pushed_s: [f64; 2],
     /// Time since which the robot has been standing without a break.
     standing_since_s: Option<f64>,
     footsteps: FootstepLog,
@@ -35,7 +37,7 @@ impl<'a> Referee<'a> {
             judge: config.judge,
             control_period_s: config.control_period_s,
             home_height: robot.home_com_height(),
-            last_push_end_s: pushes.iter().map(Push::end_s).fold(0.0, f64::max),
+            pushed_s: from_first_to_last(pushes),
             standing_since_s: None,
             footsteps: FootstepLog::default(),
             slip: Slip::new(robot),
@@ -46,6 +48,7 @@ impl<'a> Referee<'a> {
                 fall_cause: None,
                 settled_at_s: None,
                 home_at_s: None,
+                com_speed_at_push_m_s: None,
                 peak_tilt_deg: 0.0,
                 peak_torque_n_m: 0.0,
                 peak_torque_ratio: 0.0,
@@ -62,6 +65,11 @@ impl<'a> Referee<'a> {
                 unfinished_footstep: None,
             },
         }
+    }
+
+    /// Replaces the pushes, none of which may have started.
+    pub(super) fn expect(&mut self, pushes: &[Push]) {
+        self.pushed_s = from_first_to_last(pushes);
     }
 
     /// Whether the episode ends now, before its horizon, if it runs `until` this condition.
@@ -88,6 +96,9 @@ impl<'a> Referee<'a> {
             self.record.home_at_s = None;
             return;
         }
+        if truth.time_s >= self.pushed_s[0] && self.record.com_speed_at_push_m_s.is_none() {
+            self.record.com_speed_at_push_m_s = Some(truth.com_vel.norm());
+        }
         self.note_peaks(tick);
         self.footsteps.watch(truth.time_s, &truth.soles, &tick.account);
         if let Some(cause) = self.fall_cause(truth) {
@@ -99,7 +110,7 @@ impl<'a> Referee<'a> {
             return;
         }
         self.note_home(truth);
-        let standing = truth.time_s >= self.last_push_end_s
+        let standing = truth.time_s >= self.pushed_s[1]
             && truth.tilt_rad().to_degrees() <= self.judge.standing_tilt_deg
             && truth.com_vel.norm() <= self.judge.standing_com_speed_m_s
             && tick.dcm_outside_m <= 0.0;
@@ -115,7 +126,7 @@ impl<'a> Referee<'a> {
 
     fn note_home(&mut self, truth: &Truth) {
         let near = home_distance(truth.com.xy(), &truth.soles) <= self.judge.home_radius_m;
-        if !near || truth.time_s < self.last_push_end_s {
+        if !near || truth.time_s < self.pushed_s[1] {
             self.record.home_at_s = None;
         } else if self.record.home_at_s.is_none() {
             self.record.home_at_s = Some(truth.time_s);
@@ -168,7 +179,7 @@ impl<'a> Referee<'a> {
         if !held && record.left_sets_at_s.is_none() {
             record.left_sets_at_s = Some(truth.time_s);
         }
-        if truth.time_s >= self.last_push_end_s && record.set_after_push.is_none() {
+        if truth.time_s >= self.pushed_s[1] && record.set_after_push.is_none() {
             let margin = account.margin_at(truth.com.xy(), truth.com_vel.xy());
             record.set_after_push = Some(Membership::of_margin(margin));
             record.cpi_margin_after_push = Some(margin).filter(|m| m.is_finite());
@@ -190,6 +201,12 @@ impl<'a> Referee<'a> {
         self.record.unfinished_footstep = self.footsteps.unfinished;
         self.record
     }
+}
+
+/// Start of the first push and end of the last one (s). Without pushes, none starts and all have ended.
+fn from_first_to_last(pushes: &[Push]) -> [f64; 2] {
+    let start_s = pushes.iter().map(|push| push.start_s).fold(f64::INFINITY, f64::min);
+    [start_s, pushes.iter().map(Push::end_s).fold(0.0, f64::max)]
 }
 
 #[cfg(test)]

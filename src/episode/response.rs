@@ -202,7 +202,7 @@ mod tests {
     const EXPERIMENT: Experiment = Experiment {
         axis: Axis::X,
         amplitude_m: 0.005,
-        clock: Clock { physics_step_s: 0.001, control_period_s: 0.002 },
+        clock: Clock { physics_step_s: 0.002, control_period_s: 0.002 },
         settle_s: 1.0,
         measure_s: 2.0,
     };

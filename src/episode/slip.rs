@@ -13,6 +13,7 @@ use nalgebra::{Point3, Vector2};
 const LOADED_SHARE: f64 = 0.1;
 
 /// Watches both soles.
+#[derive(Clone)]
 pub(super) struct Slip<'a> {
     robot: &'a Robot,
     least_load_n: f64,

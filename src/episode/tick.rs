@@ -41,14 +41,20 @@ pub trait Controlled {
     fn advance(&mut self);
 }
 
-/// Runs the loop from now to the horizon, or until `observe`, which sees every tick, breaks it.
-pub fn drive(
+/// Runs the loop from its start to the horizon, or until `observe`, which sees every tick, breaks it.
+pub fn drive(controlled: &mut impl Controlled, config: &EpisodeConfig, observe: impl FnMut(&Tick) -> ControlFlow<()>) {
+    drive_from(0, controlled, config, observe);
+}
+
+/// Does the same with a loop that stands at tick `first`, which has not been run yet.
+pub(super) fn drive_from(
+    first: u64,
     controlled: &mut impl Controlled,
     config: &EpisodeConfig,
     mut observe: impl FnMut(&Tick) -> ControlFlow<()>,
 ) {
     let ticks = (config.horizon_s / config.control_period_s).round() as u64;
-    for k in 0..=ticks {
+    for k in first..=ticks {
         if observe(&controlled.tick()).is_break() {
             return;
         }

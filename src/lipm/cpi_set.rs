@@ -10,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use crate::geometry::polytope::Polytope;
 use nalgebra::{DMatrix, Vector2};
+use std::sync::{Mutex, PoisonError};
 
 /// Largest number of periods in a search, beyond which it fails.
 pub const MAX_HORIZON: usize = 8192;
@@ -119,10 +120,20 @@ impl Inclusion {
 }
 
 /// Checks inclusion when a family is loaded: returns a warning if the set of a gain is not inside that of its slower
-/// neighbour. It is faster than [`Inclusion::of`], which compares all pairs.
+/// neighbour. It is faster than [`Inclusion::of`], which compares all pairs. For the same gains on the same polygon it is
+/// computed once in a process, since it takes hundreds of linear programs.
 ///
 /// It fails as [`CpiSet::search`] does.
 pub fn nesting_warning(family: &GainFamily, support: &SupportPolygon) -> Result<Option<String>> {
+    static FOUND: Mutex<Vec<(GainFamily, SupportPolygon, Option<String>)>> = Mutex::new(Vec::new());
+    // The lock is held during the search, so that threads with the same question wait for one answer.
+    let mut found = FOUND.lock().unwrap_or_else(PoisonError::into_inner);
+    let is_same = |other: &GainFamily| (&other.pendulum, &other.gains) == (&family.pendulum, &family.gains);
+    if let Some((_, _, warning)) =
+        found.iter().find(|(other, polygon, _)| is_same(other) && polygon.vertices() == support.vertices())
+    {
+        return Ok(warning.clone());
+    }
     let sets = CpiSet::search_family(family, support)?;
     let names: Vec<String> = sets.iter().map(|s| s.gain.clone()).collect();
     let mut failures = Vec::new();
@@ -131,7 +142,9 @@ pub fn nesting_warning(family: &GainFamily, support: &SupportPolygon) -> Result<
             failures.push((fast - 1, fast));
         }
     }
-    Ok(warning(&names, &failures))
+    let warning = warning(&names, &failures);
+    found.push((family.clone(), *support, warning.clone()));
+    Ok(warning)
 }
 
 fn warning(names: &[String], failures: &[(usize, usize)]) -> Option<String> {

@@ -74,7 +74,14 @@ impl<'a> Entry<'a> {
             None => "a key of the gain set".into(),
         };
         let shown = if count(&tree, last) == 1 { last } else { key };
-        let mut set: GainSet = tree.clone().try_into().map_err(|e| refuse(e.message().trim_end(), accepted))?;
+        let mut set: GainSet = tree.clone().try_into().map_err(|e| {
+            let message = e.message().trim_end();
+            // The error of an unknown key lists the known ones.
+            match message.split_once(", expected ").filter(|_| message.starts_with("unknown field")) {
+                Some((problem, known)) => refuse(problem, known.into()),
+                None => refuse(message, accepted),
+            }
+        })?;
         set.name = format!("{} {shown}={}", base.name, value.trim_matches(['"', '\'']));
         set.validate(&file)?;
         Ok(set)
@@ -200,7 +207,10 @@ mod tests {
     #[test]
     fn errors_name_the_variant_the_key_the_value_and_what_is_accepted() {
         for (bad, expected) in [
-            ("switching:zmp_margin=0.1", ["zmp_margin = 0.1", "unknown field `zmp_margin`", "`zmp_margin_m`"]),
+            (
+                "switching:zmp_margin=0.1",
+                ["zmp_margin = 0.1: unknown field `zmp_margin`;", "accepted: one of `name`, ", "`zmp_margin_m`"],
+            ),
             ("switching:zmp_margin_m=wide", ["zmp_margin_m = wide", "expected f64", "like the present value: 0.003"]),
             ("switching:zmp_margin_m=-1", ["zmp_margin_m = -1", "must not be negative", "0 or more"]),
             ("switching:gains.5.x=[1,1,5]", ["gains.5.x", "the set has no `gains.5`", "gains.0 to gains.4"]),

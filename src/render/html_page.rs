@@ -1,5 +1,5 @@
-//! What the pages share (the report, a replay, the paper's figures): colours, and how a template becomes a file that asks
-//! for nothing else.
+//! What all HTML pages share (the report, replays, the paper's figures): the styles, and the way from a template to one
+//! file that loads nothing else.
 
 use crate::error::{Error, Result};
 use minijinja::syntax::SyntaxConfig;
@@ -7,13 +7,13 @@ use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
 use serde::Serialize;
 
-/// Of all pages, and of those that are read from top to bottom.
+/// Names and texts of the styles: that of all pages, and that of pages that are read from top to bottom.
 const STYLES: [(&str, &str); 2] =
     [("page_style", include_str!("html_page.css")), ("document_style", include_str!("html_document.css"))];
 
-/// The page `name` (ends in .html: what the template prints is escaped) from `template`, which reads `context` and the
-/// shared styles as `page_style` and `document_style`, and calls what `add` gives it. Errors: none but a template that is
-/// wrong.
+/// Makes a page from `template`, which reads `context` and the shared styles (`page_style`, `document_style`), and
+/// calls the functions and filters that `add` gives it. `name` must end in `.html`, so that values are escaped. Fails
+/// only if the template is wrong.
 pub fn render(
     name: &str,
     template: &str,
@@ -24,7 +24,7 @@ pub fn render(
     let fail = |e: minijinja::Error| Error::Numeric { what: name.into(), problem: format!("{e:#}") };
     let mut environment = Environment::new();
     environment.set_undefined_behavior(undefined);
-    // Lines of the template that only decide leave nothing behind.
+    // A line of the template that holds only a statement leaves no empty line in the page.
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build().map_err(fail)?);
     for (name, style) in STYLES {
         environment.add_global(name, style);
@@ -35,7 +35,7 @@ pub fn render(
     environment.render_named_str(name, template, Serde(context)).map_err(fail)
 }
 
-/// A text whose numbers stay on one line with their units, and with the sign that says what they are of.
+/// The text with non-breaking spaces between a number and its unit, and around `=` and `<`.
 pub fn together(text: &str) -> String {
     let ends_in_digit = |word: &str| word.ends_with(|c: char| c.is_ascii_digit());
     let is_unit = |word: &str| {

@@ -1,4 +1,4 @@
-//! `summary.md`: the result as a CI service shows it on the page of a job.
+//! `summary.md`: the result in Markdown, for the page on which a CI service shows a job.
 
 use crate::campaign::Summary;
 use crate::campaign::verdict::evidence::Status;
@@ -10,10 +10,11 @@ use crate::render::text::{
 use std::fmt::Write;
 use std::path::Path;
 
-/// What GitHub takes is 1 MiB; more than these rows nobody reads.
+/// Most rows of a table, since GitHub takes 1 MiB at most, and nobody reads more rows than these.
 const MOST_ROWS: usize = 100;
 
-/// Verdicts and gates first, then the numbers behind them. Commands are to be run in the result folder.
+/// The whole text: verdicts and gates first, then the numbers behind them. Its commands are for a shell in the result
+/// folder.
 pub fn text(summary: &Summary) -> String {
     let mut text = format!("## standfast: {}\n\n", escaped(&summary.name));
     let _ = writeln!(text, "{}\n", escaped(&summary.headline));
@@ -69,19 +70,22 @@ fn gates(summary: &Summary) -> String {
     let mut text = String::from("\n| gate | | seen | interval | trials |\n|---|---|--:|--:|--:|\n");
     for gate in summary.gates.iter().take(MOST_ROWS) {
         let ([seen, interval, trials], judged) = (gate_cells(gate), &gate.judged);
-        let status = if gate.passes { status(judged.status).to_string() } else { told(judged.status) };
+        let status = if gate.passes { status(judged.status).to_string() } else { failing_status(judged.status) };
         text += &row([code(&judged.name), format!("**{status}**"), seen, format!("{interval} {}", unit(gate)), trials]);
     }
     text += &left_out(summary.gates.len(), "gates");
     if let Some(baseline) = baseline(summary) {
         let _ = writeln!(text, "\n{}", escaped(&baseline));
     }
-    let told = summary.gates.iter().filter(|gate| gate.judged.status != Status::Passed);
-    for gate in told.take(MOST_ROWS) {
+    let not_passed = summary.gates.iter().filter(|gate| gate.judged.status != Status::Passed);
+    for gate in not_passed.take(MOST_ROWS) {
         let _ = writeln!(text, "\n{}", escaped(&gate_words(gate)));
         if let Some(trial) = gate.lost_trial {
             let command = replay_command(summary, &gate.set, trial, Path::new(""));
-            let _ = writeln!(text, "\nA trial that it lost, again (in the result folder):\n\n```sh\n{command}\n```");
+            let _ = writeln!(
+                text,
+                "\nTo replay a trial that it lost, run this in the result folder:\n\n```sh\n{command}\n```"
+            );
         }
     }
     text
@@ -92,8 +96,8 @@ fn row(cells: impl IntoIterator<Item = String>) -> String {
     format!("| {} |\n", cells.into_iter().collect::<Vec<_>>().join(" | "))
 }
 
-/// Why a gate does not let pass.
-fn told(found: Status) -> String {
+/// The status of a gate that does not pass.
+fn failing_status(found: Status) -> String {
     match found {
         Status::Unresolved => "unresolved, counts as FAILED".into(),
         other => status(other).into(),
@@ -120,25 +124,25 @@ fn pairs(summary: &Summary) -> String {
     text
 }
 
-/// What to say where there are more rows than are written.
+/// A sentence on the rows that are left out, or nothing if all are written.
 fn left_out(count: usize, what: &str) -> String {
     match count.saturating_sub(MOST_ROWS) {
         0 => String::new(),
-        more => format!("\n{more} {what} more are in `summary.json`.\n"),
+        more => format!("\n{more} more {what} are in `summary.json`.\n"),
     }
 }
 
-/// As code in a cell of a table, whatever is in it.
+/// The text as code in a cell of a table, whatever characters it contains.
 fn code(text: &str) -> String {
     let text = text.replace('|', "\\|").replace(['\n', '\r'], " ");
-    // A fence is longer than every run of backticks inside, and a space keeps it from those at an end.
+    // The fence is longer than every run of backticks in the text, and a space separates it from a backtick at an end.
     let runs = text.split(|c| c != '`').map(str::len);
     let fence = "`".repeat(runs.max().unwrap_or(0) + 1);
     let space = if text.starts_with('`') || text.ends_with('`') { " " } else { "" };
     format!("{fence}{space}{text}{space}{fence}")
 }
 
-/// Without what Markdown or HTML would read as its own.
+/// The text with all characters escaped that mean something in Markdown or HTML.
 fn escaped(text: &str) -> String {
     text.chars().fold(String::new(), |mut out, c| {
         match c {
@@ -180,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn p_is_told_for_what_it_is() {
+    fn p_is_named_after_its_test() {
         let text = |set: &[&str]| {
             let mut summary = summary(&[[Recovered, Fell]; 9], set, &[]);
             summary.pairs = vec![summary.pairs[0].clone(); 3];
@@ -200,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn a_service_takes_it_however_many_sets_there_are() {
+    fn the_text_stays_small_with_many_sets() {
         let mut summary = summary(&[[Recovered, Fell]], &[], &["b >= 0.8"]);
         summary.pairs = vec![summary.pairs[0].clone(); 10_000];
         summary.sets = vec![summary.sets[0].clone(); 10_000];

@@ -1,4 +1,5 @@
-//! What a person or another program is shown: text, plots, pages, pictures, tables. It draws and writes, and runs nothing.
+//! Output for people and other programs: text, plots, pages, pictures and tables. These modules draw and write results,
+//! and simulate nothing.
 
 pub mod figure;
 pub mod html;
@@ -7,7 +8,6 @@ pub mod junit;
 pub mod markdown;
 pub mod paper;
 pub mod picture;
-
 pub mod replay;
 pub mod result;
 pub mod scene;
@@ -22,8 +22,9 @@ use crate::files::{json_pretty, shell_word};
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// The files in a folder that `option` names and whose files may be replaced; none if it is not there. Errors: it is a file,
-/// or holds one whose name is not `own`.
+/// Names of the files in a folder whose files may be replaced, or none if the folder does not exist. Fails if the path
+/// is a file, or if the folder holds a file whose name is not `own`. Errors name `option`, the command-line option that
+/// gave the folder.
 pub(crate) fn own_folder(
     option: &str,
     folder: &Path,
@@ -49,26 +50,26 @@ pub(crate) fn own_folder(
     Ok(names)
 }
 
-/// One JSON object, as it is printed.
+/// A value as indented JSON, for the terminal or a file.
 pub fn json(value: &impl serde::Serialize) -> String {
-    // Only a map with keys that are not text could fail; there is none.
+    // Only a map whose keys are not text can fail, and there is none.
     json_pretty(value).unwrap_or_default()
 }
 
-/// The command that replays a trial of a result in `folder`.
+/// The command that simulates a trial of the result in `folder` again with a gain set.
 pub fn replay_command(summary: &Summary, set: &str, trial: u64, folder: &Path) -> String {
     let found = summary.sets.iter().find(|found| found.name == set).map(|found| found.origin.clone());
     replay_parts(&found.unwrap_or_else(|| SetOrigin::own(set)), folder).join(&trial.to_string())
 }
 
-/// What stands before and after the number of a trial in the command that replays it.
+/// The parts of this command before and after the number of the trial.
 fn replay_parts(origin: &SetOrigin, folder: &Path) -> [String; 2] {
     let campaign = folder.join(&origin.campaign).display().to_string();
     let [campaign, gains] = [&campaign, &origin.gains].map(|word| shell_word(word));
     [format!("standfast push --campaign {campaign} --trial "), format!(" --gains {gains}")]
 }
 
-/// A JSON object with the fields of `record` after its own.
+/// The JSON object with the fields of `record` added to its own.
 pub fn with_fields_of(mut object: serde_json::Value, record: &impl serde::Serialize) -> serde_json::Value {
     use serde_json::Value::Object;
     if let (Object(all), Ok(Object(more))) = (&mut object, serde_json::to_value(record)) {

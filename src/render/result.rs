@@ -7,10 +7,10 @@ use crate::render::text::layout::wrapped;
 use crate::render::{figure, html, junit, markdown};
 use std::path::Path;
 
-/// Their names, in the order in which they are written.
+/// Names of these files.
 pub const FILES: [&str; 4] = ["report.html", "summary.md", "junit.xml", "success.svg"];
 
-/// Writes them beside `summary.json`. `rows` are sorted by trial, then by set.
+/// Writes these files to the result folder. `rows` are sorted by trial, then by set. Fails if a file cannot be written.
 pub fn write(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Result<()> {
     let [report, markdown, junit, success] = FILES.map(|name| folder.join(name));
     figure::success::write(&success, summary)?;
@@ -19,14 +19,14 @@ pub fn write(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Result<()> 
     write_atomic(&junit, junit::xml(summary)?.as_bytes())
 }
 
-/// What to say when they and others are there, the report first.
+/// The message that names these files and `others` once they are written, the report first.
 pub fn written(folder: &Path, others: &[&str]) -> String {
     let [report, more @ ..] = FILES;
     let (report, more) = (folder.join(report), [&more[..], others].concat().join(", "));
     wrapped("written: ", &format!("{} (for a browser), {more}", report.display())).trim_end().into()
 }
 
-/// Whether a comparison may be written to a folder: it is new, empty, or holds an earlier comparison.
+/// Whether a comparison may be written to a folder. The folder must be new, be empty, or hold an earlier comparison.
 pub fn may_be_written_to(folder: &Path) -> bool {
     let Ok(mut entries) = std::fs::read_dir(folder) else { return !folder.exists() };
     let is_comparison = || folder.join("summary.json").is_file() && !folder.join("parts").exists();
@@ -39,7 +39,7 @@ mod tests {
     use crate::campaign::store::folder::RESULT_FILES;
 
     #[test]
-    fn what_is_written_is_taken_away_before_more_trials_are_run() {
+    fn all_files_of_a_result_are_removed_before_more_trials_are_run() {
         assert!(FILES.iter().all(|name| RESULT_FILES.contains(name)));
     }
 }

@@ -1,17 +1,17 @@
-//! The trace of an episode: one row a control tick, columns with units in their names.
+//! The trace of an episode: a table with one row for each control tick, and with units in the names of its columns.
 //!
-//! A row at time t has the true state at t, means of forces over the tick that ends at t, and what the controller
-//! estimates and asks for at t (it acts after the robot's delay). World frame; estimates and what is asked
-//! for in the world as estimated, which drifts away where feet slip. The forces of the first row, before any
-//! step, are the weight shared evenly. A value that does not exist (the ZMP in flight, the margin of a gain set
-//! without gains) is empty.
+//! The row of time t holds the true state at t, the mean forces over the tick that ends at t, and the controller's
+//! estimates and commands at t (which act after the robot's delay). All values are in the world frame. Estimates and
+//! commands are in the controller's estimate of it, which drifts when feet slip. Before the first physics step, the
+//! forces are half of the weight on each sole. A value that does not exist is empty, such as the ZMP in flight or the
+//! margin of a gain set without gains.
 
 use crate::columns::{Column, Data};
 use crate::episode::Tick;
 use crate::robot::{Foot, Robot};
 use nalgebra::Vector3;
 
-/// Collects rows; one `Vec` per column.
+/// Collects the rows of an episode.
 pub struct Trace {
     names: Vec<String>,
     values: Vec<Vec<Option<f64>>>,
@@ -19,7 +19,7 @@ pub struct Trace {
     gain: Vec<String>,
 }
 
-/// Columns before `phase` and `gain`.
+/// Names of the columns before `phase` and `gain`.
 const BODY: &str = "time_s com_x_m com_y_m com_z_m com_vel_x_m_s com_vel_y_m_s com_vel_z_m_s \
                     com_x_m_est com_y_m_est com_z_m_est com_vel_x_m_s_est com_vel_y_m_s_est com_vel_z_m_s_est \
                     zmp_x_m zmp_y_m zmp_ref_x_m zmp_ref_y_m dcm_x_m dcm_y_m \
@@ -45,12 +45,12 @@ impl Trace {
         Self { names, values, phase: Vec::new(), gain: Vec::new() }
     }
 
-    /// Adds a row.
+    /// Adds the row of a tick.
     pub fn push(&mut self, tick: &Tick) {
         let (truth, account) = (tick.truth, &tick.account);
         let estimate = account.estimate;
         let zmp = truth.zmp.map_or([None; 2], |z| z.map(Some));
-        // The supervisor rests while a foot is in the air.
+        // The margin is not updated while a foot is in the air.
         let margin = account.gain.filter(|_| account.stands()).map(|_| account.margin);
         let mut row: Vec<Option<f64>> = vec![Some(truth.time_s)];
         let mut add = |values: &[f64]| row.extend(values.iter().map(|v| Some(*v)));
@@ -87,7 +87,7 @@ impl Trace {
         self.gain.push(account.gain_name().unwrap_or("none").into());
     }
 
-    /// The table.
+    /// The finished table. Only columns with missing values are nullable.
     pub fn columns(self) -> Vec<Column> {
         let mut columns: Vec<Column> = (self.names.into_iter().zip(self.values))
             .map(|(name, values)| {

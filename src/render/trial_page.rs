@@ -1,12 +1,12 @@
-//! Where in a result the page of a trial is.
+//! The path of the page of a trial in a result folder.
 
 use crate::campaign::store::folder::REPLAYS;
 use crate::campaign::verdict::set_summary::SetOrigin;
 use crate::files::sha256_hex;
 use std::path::{Path, PathBuf};
 
-/// The page that shows a trial, as seen from the result folder. Names of variants hold signs that not every file system
-/// takes, nor every CI service.
+/// Path of the page of a trial, relative to the result folder. Names of variants contain characters that some file
+/// systems and CI services refuse; these are replaced, and a hash keeps the names apart.
 pub fn replay_file(trial: u64, set: &str) -> PathBuf {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.=".contains(c);
     let mut name: String = set.chars().map(|c| if is_plain(c) { c } else { '-' }).collect();
@@ -16,7 +16,7 @@ pub fn replay_file(trial: u64, set: &str) -> PathBuf {
     Path::new(REPLAYS).join(format!("trial-{trial}-{name}.html"))
 }
 
-/// The page of a trial of a set, if it is there: its path as seen from a report in `folder`.
+/// Path of the page of a trial of a gain set, relative to a report in `folder`. None if there is no such page.
 pub fn replay_found(folder: &Path, origin: &SetOrigin, trial: u64) -> Option<String> {
     let path = Path::new(&origin.campaign).with_file_name("").join(replay_file(trial, &origin.gains));
     folder.join(&path).is_file().then(|| path.display().to_string())
@@ -27,7 +27,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_set_has_a_file_of_its_own_that_any_system_takes() {
+    fn every_set_has_its_own_file_with_a_name_that_all_systems_accept() {
         let names = ["catch", "paper:stepping.alpha=2", "paper-stepping.alpha=2", "a b", "a/b"].map(|set| {
             let path = replay_file(7, set);
             assert_eq!(path.parent(), Some(Path::new(REPLAYS)));

@@ -18,6 +18,14 @@ const LEVEL_M: f64 = 1e-4;
 /// Largest tilt of each sole at home (rad).
 const FLAT_RAD: f64 = 1e-3;
 
+/// The error for a URDF file without its settings.
+fn no_settings(urdf: &str, settings: &Path) -> Error {
+    let problem = "the file with the robot's settings is missing";
+    let accepted = "a TOML file beside the URDF with trunk, soles, home posture, servos, delay, friction and noise; \
+                    the example is assets/robots/ut-mu2.toml, and the chapter Robots of the guide explains each key";
+    Error::value(urdf, "settings", settings.display(), problem, accepted)
+}
+
 impl Robot {
     /// Loads a built-in robot by its name, or a URDF file with its settings beside it (same name, `.toml`).
     ///
@@ -29,6 +37,9 @@ impl Robot {
             Some(name) => assets::open(Kind::RobotSettings, name)?,
             None => {
                 let beside = Path::new(name_or_path).with_extension("toml");
+                if !beside.exists() {
+                    return Err(no_settings(name_or_path, &beside));
+                }
                 assets::open(Kind::RobotSettings, &beside.to_string_lossy())?
             }
         };

@@ -4,7 +4,7 @@
 //! The world's origin is on the plane, midway between the feet at the start. The patch is a rectangle that is
 //! [`MARGIN_M`] wider than both soles on each side. Its edges are sharp: a sole across one stands on the higher side.
 //!
-//! A slope is level at first and tilts under the robot within [`TILTING_S`]. So every controller starts at home,
+//! A slope is level at first and tilts under the robot within [`tilting_s`]. So every controller starts at home,
 //! upright and at rest, and has to adapt to the slope before the push. (To the estimator of a robot that starts on the
 //! slope, the COM would seem to have jumped.)
 
@@ -15,8 +15,10 @@ use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, UnitVector3, Vector3};
 /// Distance from the soles to the edges of the patch (m), so that feet that rock or slide do not meet an edge.
 pub const MARGIN_M: f64 = 0.01;
 
-/// Time in which the ground tilts from level to its slope (s).
-pub const TILTING_S: f64 = 0.8;
+/// Time (s) in which the ground tilts from level to a slope of so many degrees, without setting the robot in motion.
+pub fn tilting_s(slope_deg: f64) -> f64 {
+    (0.3 * slope_deg.abs()).clamp(0.3, 0.8)
+}
 
 /// Extent of the ground around the patch (m), which is farther than a robot falls.
 const REACH_M: f64 = 2.0;
@@ -78,10 +80,15 @@ impl Ground {
 
     /// The ground at a time after the start, while it tilts from level to this slope.
     pub fn at(&self, time_s: f64) -> Self {
-        let passed = (time_s / TILTING_S).clamp(0.0, 1.0);
+        let passed = (time_s / self.tilting_s()).clamp(0.0, 1.0);
         // The tilting starts and ends smoothly.
         let share = passed * passed * (3.0 - 2.0 * passed);
         Self { slope: UnitQuaternion::identity().slerp(&self.slope, share), ..*self }
+    }
+
+    /// Time in which this ground tilts from level to its slope (s).
+    pub(super) fn tilting_s(&self) -> f64 {
+        tilting_s(self.slope.angle().to_degrees())
     }
 
     /// Whether the ground never tilts.
@@ -138,7 +145,7 @@ mod tests {
             assert!((at(1.0) - 2f64.to_radians().tan()).abs() < 1e-12, "{heading_deg}: {}", at(1.0));
             assert!((at(-0.5) + 0.5 * 2f64.to_radians().tan()).abs() < 1e-12);
             let ground = ground(variation);
-            let angles = [0.0, 0.5, 1.0, 2.0].map(|share| ground.at(share * TILTING_S).slope.angle().to_degrees());
+            let angles = [0.0, 0.5, 1.0, 2.0].map(|share| ground.at(share * tilting_s(2.0)).slope.angle().to_degrees());
             assert!((0..4).all(|i| (angles[i] - [0.0, 1.0, 2.0, 2.0][i]).abs() < 1e-6), "{angles:?}");
         }
     }

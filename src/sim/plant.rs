@@ -2,15 +2,13 @@
 
 use super::contact::{WorldWrench, ground_wrench};
 use super::convert::{pose_from_rapier, rotation_to_rapier, vec_to_rapier};
-use super::ground::TILTING_S;
 use super::push::Push;
 use super::sensors::Sensors;
 use super::servo;
-use super::world::{Handles, build};
+use super::world::{Handles, World, build};
 use super::{Ground, SensorErrors};
 use crate::robot::{Command, Foot, GRAVITY, Imu, Kinematics, PerFoot, Posture, Robot, Sensed, Wrench};
 use nalgebra::{DVector, Isometry3, Matrix3xX, Matrix6xX, Point3, UnitQuaternion, Vector3, Vector6};
-use rapier3d::pipeline::PhysicsWorld;
 use std::collections::VecDeque;
 
 /// Time steps of the simulation.
@@ -32,13 +30,14 @@ pub struct Pull {
     pub force: Vector3<f64>,
 }
 
-/// A robot simulated by Rapier.
+/// A robot simulated by Rapier. A copy goes on from the present state to the same bits.
+#[derive(Clone)]
 pub struct Plant<'a> {
     robot: &'a Robot,
     /// The ground on its final slope.
     ground: Ground,
     clock: Clock,
-    world: PhysicsWorld,
+    world: World,
     handles: Handles,
     sensors: Sensors,
     kinematics: Kinematics,
@@ -263,7 +262,7 @@ impl<'a> Plant<'a> {
     /// Tilts the ground during the next physics step.
     fn tilt_ground(&mut self) {
         let at_s = |steps: u64| steps as f64 * self.clock.physics_step_s;
-        if self.ground.is_level() || at_s(self.steps) > TILTING_S {
+        if self.ground.is_level() || at_s(self.steps) > self.ground.tilting_s() {
             return;
         }
         self.truth.ground = self.ground.at(at_s(self.steps + 1));

@@ -8,16 +8,30 @@ use nalgebra::{UnitQuaternion, Vector3};
 ///
 /// The plant takes the same number of values at the start (for the bias) and at every tick (for the noise), in a fixed
 /// order. So the noise of a sensor at a tick depends on the stream only, and not on the controller.
+#[derive(Clone)]
 pub struct SensorErrors {
     /// Scale of the noise, relative to the robot's own [`SensorNoise`].
     pub noise_scale: f64,
     /// Standard deviation of the bias, which is constant over the episode, relative to [`SensorNoise`].
     pub bias_scale: f64,
-    /// Independent standard normal numbers.
-    pub normal: Box<dyn FnMut() -> f64 + Send>,
+    pub normal: Box<dyn NormalStream>,
+}
+
+/// A stream of independent standard normal numbers.
+pub trait NormalStream: Send + Sync {
+    fn next(&mut self) -> f64;
+    /// A copy that goes on with the same numbers.
+    fn copy(&self) -> Box<dyn NormalStream>;
+}
+
+impl Clone for Box<dyn NormalStream> {
+    fn clone(&self) -> Self {
+        (**self).copy()
+    }
 }
 
 /// The sensors of a robot, which add bias and noise to the true values.
+#[derive(Clone)]
 pub struct Sensors {
     noise: SensorNoise,
     errors: Option<SensorErrors>,
@@ -46,7 +60,7 @@ impl Sensors {
             soles: PerFoot::default(),
         };
         if let Some(errors) = &mut errors {
-            bias.draw(&noise, errors.bias_scale, &mut errors.normal);
+            bias.draw(&noise, errors.bias_scale, &mut *errors.normal);
         }
         Self { noise, errors, bias }
     }
@@ -56,17 +70,17 @@ impl Sensors {
         let Some(errors) = &mut self.errors else { return };
         self.bias.add_to(truth);
         let mut noise = self.bias.clone();
-        noise.draw(&self.noise, errors.noise_scale, &mut errors.normal);
+        noise.draw(&self.noise, errors.noise_scale, &mut *errors.normal);
         noise.add_to(truth);
     }
 }
 
 impl Errors {
-    fn draw(&mut self, sd: &SensorNoise, scale: f64, normal: &mut dyn FnMut() -> f64) {
+    fn draw(&mut self, sd: &SensorNoise, scale: f64, normal: &mut dyn NormalStream) {
         for q in &mut self.q {
-            *q = scale * sd.joint_angle_rad * normal();
+            *q = scale * sd.joint_angle_rad * normal.next();
         }
-        let mut vector = |sd: f64| Vector3::from_fn(|_, _| scale * sd * normal());
+        let mut vector = |sd: f64| Vector3::from_fn(|_, _| scale * sd * normal.next());
         self.orientation = vector(sd.orientation_rad);
         self.gyro = vector(sd.gyro_rad_s);
         self.accelerometer = vector(sd.accelerometer_m_s2);

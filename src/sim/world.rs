@@ -7,6 +7,7 @@ use nalgebra::{Isometry3, Rotation3, Unit, UnitQuaternion, Vector3};
 use rapier3d::dynamics::MultibodyIndex;
 use rapier3d::parry::mass_properties::MassProperties;
 use rapier3d::prelude::*;
+use std::ops::{Deref, DerefMut};
 
 /// Collision groups. All parts of the robot collide with the ground. Of the links only the two soles collide with each
 /// other; all other links pass through each other.
@@ -15,7 +16,43 @@ const BODY: Group = Group::GROUP_2;
 const LEFT_SOLE: Group = Group::GROUP_3;
 const RIGHT_SOLE: Group = Group::GROUP_4;
 
+/// A Rapier world that can be copied. A copy goes on to the same bits: all that lasts from step to step is copied, and the
+/// pipeline is only working memory.
+pub struct World(PhysicsWorld);
+
+impl Clone for World {
+    fn clone(&self) -> Self {
+        Self(PhysicsWorld {
+            gravity: self.gravity,
+            integration_parameters: self.integration_parameters,
+            islands: self.islands.clone(),
+            broad_phase: self.broad_phase.clone(),
+            narrow_phase: self.narrow_phase.clone(),
+            bodies: self.bodies.clone(),
+            colliders: self.colliders.clone(),
+            impulse_joints: self.impulse_joints.clone(),
+            multibody_joints: self.multibody_joints.clone(),
+            ..PhysicsWorld::default()
+        })
+    }
+}
+
+impl Deref for World {
+    type Target = PhysicsWorld;
+
+    fn deref(&self) -> &PhysicsWorld {
+        &self.0
+    }
+}
+
+impl DerefMut for World {
+    fn deref_mut(&mut self) -> &mut PhysicsWorld {
+        &mut self.0
+    }
+}
+
 /// Handles into a Rapier world with one robot.
+#[derive(Clone)]
 pub struct Handles {
     pub multibody: MultibodyIndex,
     /// One rigid body for each link of the robot.
@@ -49,7 +86,7 @@ fn integration_parameters(step_s: f64) -> IntegrationParameters {
 }
 
 /// A world with gravity along -z, with `ground` (still level) and with `robot` in `posture`.
-pub fn build(robot: &Robot, ground: &Ground, posture: &Posture, step_s: f64) -> (PhysicsWorld, Handles) {
+pub fn build(robot: &Robot, ground: &Ground, posture: &Posture, step_s: f64) -> (World, Handles) {
     let mut world = PhysicsWorld {
         gravity: Vector::new(0.0, 0.0, -crate::robot::GRAVITY as Real),
         integration_parameters: integration_parameters(step_s),
@@ -120,7 +157,7 @@ pub fn build(robot: &Robot, ground: &Ground, posture: &Posture, step_s: f64) -> 
     }
     let multibody = world.multibody_joints.rigid_body_link(bodies[0]).expect("the root has joints").multibody;
     place(&mut world, multibody, robot, posture);
-    (world, Handles { multibody, bodies, floor, ground, soles, root_com })
+    (World(world), Handles { multibody, bodies, floor, ground, soles, root_com })
 }
 
 fn collider(solid: &Solid, offset: &Isometry3<f64>, foot: Option<Foot>, friction: f64) -> ColliderBuilder {

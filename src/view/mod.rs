@@ -1,6 +1,6 @@
-//! The robot in a window, live in the closed loop, or a trial of a result as it was.
+//! The robot in a window: live in the closed loop, or in a trial of a result.
 //!
-//! Its options are part of every build, so that the help of `standfast view` is; the window itself needs the feature
+//! The options are part of every build, so that `standfast view --help` works. The window itself needs the feature
 //! `view`.
 
 #[cfg(feature = "view")]
@@ -14,14 +14,16 @@ pub use options::Options;
 #[cfg(not(feature = "view"))]
 use crate::error::{Error, Result};
 
-/// There is no window in this build. Errors: says so, what shows the same without one, and how to build one.
+/// This build has no window. Always fails, with an error that names the alternatives and the command that builds a
+/// window.
 #[cfg(not(feature = "view"))]
 pub fn run(_: &Options) -> Result<String> {
     Err(Error::NoWindow {
         missing: "this build of standfast has no window".into(),
-        remedy: "to watch without one, in any browser: `standfast push --replay push.html`, or `standfast replay DIR --trial \
-                 I` for a trial of a result; to build one with a window: `cargo build --release --features view`, which \
-                 takes some twenty minutes on two cores"
-            .into(),
+        remedy:
+            "to watch in a browser instead: `standfast push --replay push.html`, or `standfast replay DIR --trial I` \
+                 for a trial of a result; to build standfast with a window: `cargo build --release --features view`, \
+                 which takes some twenty minutes on two cores"
+                .into(),
     })
 }

@@ -1,28 +1,29 @@
-//! What the window is asked.
+//! The options of the window.
 
 use std::path::PathBuf;
 
-/// What to show, and how the window starts.
+/// What the window shows, and how it starts.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// Result folder: show `trial` of it, exactly as it was. None: live.
+    /// Result folder whose `trial` is shown as it was. None for a live view.
     pub dir: Option<PathBuf>,
-    /// Trial of the result or, live, of `campaign`: robot, ground, noise and pushes are those of this trial.
+    /// Trial of the result or, in a live view, of `campaign`, whose robot, ground, noise and pushes are used.
     pub trial: Option<u64>,
-    /// Gain sets by name or file; the first acts. Empty: as the window has them or, of a result, the first that lost.
+    /// Gain sets by name or file, of which the first acts. If empty, a live view has its default sets, and a trial of a
+    /// result is shown with the first set that lost it.
     pub gains: Vec<String>,
-    /// Robot by name or URDF file; None: that of the campaign, or the one that is compiled in.
+    /// Robot by name or URDF file. None for that of the campaign, or the compiled-in one.
     pub robot: Option<String>,
-    /// Campaign whose sensor noise, rates and thresholds are taken; None: ideal sensors.
+    /// Campaign whose sensor noise, rates and thresholds are used. None for ideal sensors.
     pub campaign: Option<String>,
-    /// Impulse of the key's push (N s); None: one that suits the robot.
+    /// Impulse of the push that a key gives (N s). None for one that suits the robot.
     pub impulse: Option<f64>,
-    /// Its heading (degrees).
+    /// Heading of this push (degrees).
     pub heading: f64,
     /// Simulated seconds per second.
     pub speed: f64,
-    /// Close the window after so many seconds.
+    /// Time after which the window closes (s).
     pub seconds: Option<f64>,
-    /// Write the window's last picture here (PNG).
+    /// PNG file for the window's last picture.
     pub screenshot: Option<PathBuf>,
 }

@@ -8,8 +8,8 @@ pub mod mirror;
 pub mod program;
 pub mod window;
 
-use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
-use rand_distr::StandardNormal;
+use rand::{SeedableRng, rngs::ChaCha8Rng};
+use standfast::campaign::ask::trial::Normals;
 use standfast::control::Design;
 use standfast::episode::{self, Disturbance, EpisodeConfig, Record, Tick, Until};
 use standfast::lipm::GainSet;
@@ -65,6 +65,5 @@ pub fn push(impulse_n_s: f64, heading_deg: f64) -> Push {
 
 /// Sensor errors with the robot's own noise, and a bias of half that size, from a seed.
 pub fn sensor_errors(seed: u64) -> SensorErrors {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    SensorErrors { noise_scale: 1.0, bias_scale: 0.5, normal: Box::new(move || rng.sample(StandardNormal)) }
+    SensorErrors { noise_scale: 1.0, bias_scale: 0.5, normal: Box::new(Normals(ChaCha8Rng::seed_from_u64(seed))) }
 }

@@ -1,6 +1,6 @@
 //! The program from outside, for tests of its files and messages.
 
-use assert_cmd::Command;
+use std::process::{Command, Output};
 use std::{collections::BTreeMap, fs, path::Path};
 use tempfile::TempDir;
 
@@ -19,8 +19,35 @@ pub const SHORT: [&str; 8] = [
 pub const FEW: &str = "--trials=3";
 pub const SEVERAL_PARTS: &str = "--trials=26";
 
-pub fn standfast(folder: &Path, args: &[&str]) -> assert_cmd::assert::Assert {
-    Command::cargo_bin("standfast").unwrap().current_dir(folder).args(args).assert()
+pub const PROGRAM: &str = env!("CARGO_BIN_EXE_standfast");
+
+/// A run of the program that has ended.
+pub struct Run(Output);
+
+impl Run {
+    pub fn of(command: &mut Command) -> Self {
+        Self(command.output().unwrap())
+    }
+
+    /// Asserts this exit code.
+    #[track_caller]
+    pub fn code(self, code: i32) -> Self {
+        assert_eq!(self.0.status.code(), Some(code), "{:?} {}{}", self.0.status, stdout(&self), stderr(&self));
+        self
+    }
+
+    #[track_caller]
+    pub fn success(self) -> Self {
+        self.code(0)
+    }
+
+    pub fn get_output(&self) -> &Output {
+        &self.0
+    }
+}
+
+pub fn standfast(folder: &Path, args: &[&str]) -> Run {
+    Run::of(Command::new(PROGRAM).current_dir(folder).args(args))
 }
 
 /// The arguments of the short campaign with further ones.
@@ -46,10 +73,10 @@ pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     found
 }
 
-pub fn stdout(assert: &assert_cmd::assert::Assert) -> String {
-    String::from_utf8(assert.get_output().stdout.clone()).unwrap()
+pub fn stdout(run: &Run) -> String {
+    String::from_utf8(run.get_output().stdout.clone()).unwrap()
 }
 
-pub fn stderr(assert: &assert_cmd::assert::Assert) -> String {
-    String::from_utf8(assert.get_output().stderr.clone()).unwrap()
+pub fn stderr(run: &Run) -> String {
+    String::from_utf8(run.get_output().stderr.clone()).unwrap()
 }

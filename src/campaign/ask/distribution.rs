@@ -6,6 +6,9 @@ use serde::Serialize;
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
 use std::fmt;
 
+/// What a distribution may be in TOML, for errors.
+pub(crate) const FORMS: &str = "a number, { uniform = [a, b] } or { normal = [mean, sd] }";
+
 /// A distribution, in TOML `2.5`, `{ uniform = [a, b] }` or `{ normal = [mean, sd] }`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(untagged)]
@@ -57,12 +60,12 @@ impl Distribution {
         }
     }
 
-    /// Largest value that can be drawn, if the accepted range is `[least, most]`.
-    pub(crate) fn most(&self, [_, most]: [f64; 2]) -> f64 {
+    /// Smallest and largest value that can be drawn, if those accepted are `bounds`.
+    pub(crate) fn range(&self, bounds: [f64; 2]) -> [f64; 2] {
         match *self {
-            Distribution::Constant(value) => value,
-            Distribution::Uniform { uniform: [_, b] } => b,
-            Distribution::Normal { .. } => most,
+            Distribution::Constant(value) => [value, value],
+            Distribution::Uniform { uniform } => uniform,
+            Distribution::Normal { .. } => bounds,
         }
     }
 }
@@ -84,7 +87,7 @@ impl<'de> Deserialize<'de> for Distribution {
         impl<'de> Visitor<'de> for Form {
             type Value = Distribution;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a number, { uniform = [a, b] } or { normal = [mean, sd] }")
+                f.write_str(FORMS)
             }
             fn visit_f64<E>(self, value: f64) -> Result<Distribution, E> {
                 Ok(Distribution::Constant(value))

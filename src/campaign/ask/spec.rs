@@ -2,6 +2,7 @@
 
 use crate::assets::{self, Kind};
 use crate::campaign::ask::bounds::{PushBounds, accept, check_episode, in_range};
+use crate::campaign::ask::distribution::FORMS;
 use crate::campaign::ask::gate::{GateSpec, OnUnresolved};
 use crate::campaign::ask::push::{PushSpec, SecondPushSpec};
 use crate::campaign::ask::variations::{self, VariationSpec};
@@ -168,10 +169,20 @@ impl Campaign {
         let mut root = toml::Value::try_from(self).map_err(not_toml)?;
         let at = assets::place(&mut root, key)
             .map_err(|missing| Error::value("--set", key, text, "unknown key", missing.accepted))?;
-        let kind = if at.is_table() { "a table" } else { at.type_str() };
+        let kind = match &*at {
+            quantity if quantity.get("uniform").or(quantity.get("normal")).is_some() => FORMS,
+            toml::Value::Table(_) => "a table",
+            other => other.type_str(),
+        };
         let accepted = format!("{kind}, like the present value: {}", at.to_string().trim().replace('\n', "; "));
         *at = assets::toml_value(text);
-        root.try_into::<Campaign>().map_err(|e| Error::value("--set", key, text, e.message().trim_end(), accepted))
+        root.try_into::<Campaign>().map_err(|e| {
+            let message = e.message().trim_end();
+            // The error of a quantity lists what is accepted, whatever the present value is.
+            let of_quantity = message.split_once(", expected ").filter(|(_, expected)| expected.starts_with(FORMS));
+            let (problem, accepted) = of_quantity.unwrap_or((message, &accepted));
+            Error::value("--set", key, text, problem, accepted)
+        })
     }
 
     /// Finds the entry to load for a gain set, given its name in the results, the name of its file (also as the base of
@@ -329,6 +340,10 @@ pub(crate) mod tests {
             ("push.impulse=1", "push.impulse_n_s"),
             ("pushes.impulse_n_s=1", "sensors"),
             ("trials=many", "integer"),
+            (
+                "push.impulse_n_s=hard",
+                "string \"hard\"; accepted: a number, { uniform = [a, b] } or { normal = [mean, sd] }",
+            ),
             ("trials.x=1", "accepted: trials"),
             ("trials", "KEY=VALUE"),
         ] {

@@ -9,7 +9,10 @@ use crate::campaign::ask::push::SecondPushSpec;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::variations;
 use crate::episode::Disturbance;
-use crate::sim::{Push, Variation, sensors::SensorErrors};
+use crate::sim::{
+    Push, Variation,
+    sensors::{NormalStream, SensorErrors},
+};
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 use rand_distr::StandardNormal;
 
@@ -98,12 +101,32 @@ pub fn sensor_errors(campaign: &Campaign, trial: u64) -> Option<SensorErrors> {
     if sensors.noise_scale == 0.0 && sensors.bias_scale == 0.0 {
         return None;
     }
-    let mut rng = stream(campaign.seed, trial, SENSORS);
     Some(SensorErrors {
         noise_scale: sensors.noise_scale,
         bias_scale: sensors.bias_scale,
-        normal: Box::new(move || rng.sample(StandardNormal)),
+        normal: Box::new(Normals(stream(campaign.seed, trial, SENSORS))),
     })
+}
+
+/// Standard normal numbers from a random stream.
+pub struct Normals(pub ChaCha8Rng);
+
+impl NormalStream for Normals {
+    fn next(&mut self) -> f64 {
+        self.0.sample(StandardNormal)
+    }
+
+    fn copy(&self) -> Box<dyn NormalStream> {
+        Box::new(Self(ChaCha8Rng::deserialize_state(&self.0.serialize_state())))
+    }
+}
+
+/// Whether all trials are alike, to the bit, until the first push starts: same start, robot and ground, and ideal
+/// sensors.
+pub fn begin_alike(campaign: &Campaign) -> bool {
+    let varied = variations::drawn(&campaign.variations).list().into_iter().filter_map(|(_, varied)| varied);
+    let mut drawn = std::iter::once(campaign.push.start_s).chain(varied);
+    sensor_errors(campaign, 0).is_none() && drawn.all(|distribution| distribution.is_constant())
 }
 
 /// All disturbances of a trial. They are the same for every gain set, so sets are compared in pairs.
@@ -141,7 +164,7 @@ mod tests {
 
     fn noise(campaign: &Campaign, trial: u64) -> Vec<f64> {
         let mut errors = sensor_errors(campaign, trial).unwrap();
-        (0..8).map(|_| (errors.normal)()).collect()
+        (0..8).map(|_| errors.normal.next()).collect()
     }
 
     #[test]
@@ -199,6 +222,7 @@ mod tests {
     fn each_quantity_has_a_stream_of_its_own() {
         let varied = |name: Option<&str>| {
             let mut set = vec!["second_push={impulse_n_s={uniform=[0, 1]}, after_s={uniform=[0, 1]}}".to_string()];
+            set.push("push.start_s=1".into()); // after the ground has tilted
             for (field, _) in VARIATION.list() {
                 let [low, high] = two_ranges(field);
                 set.push(if name == Some(field) { high } else { low });

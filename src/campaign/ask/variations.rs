@@ -3,7 +3,7 @@
 
 use crate::campaign::ask::distribution::Distribution;
 use crate::error::Result;
-use crate::sim::{Variation, ground::TILTING_S};
+use crate::sim::{Variation, ground::tilting_s};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// `[variations]`: a distribution for each quantity, or "nominal" (the default), which leaves the quantity as designed.
@@ -56,10 +56,14 @@ pub(crate) fn drawn(spec: &VariationSpec) -> Variation<Option<Distribution>> {
     drawn
 }
 
-/// Earliest start of the first push (s). While the ground tilts to its slope ([`TILTING_S`]) the slope is not yet the
+/// Earliest start of the first push (s). While the ground tilts to its slope ([`tilting_s`]) the slope is not yet the
 /// one that the campaign states, and the robot has not adapted to it, so no push may start.
 pub fn earliest_push_s(spec: &VariationSpec) -> f64 {
-    if is_sloped(spec) { TILTING_S } else { 0.0 }
+    let steepest = |slope: Distribution| {
+        let [least, most] = slope.range(BOUNDS.slope_deg);
+        least.abs().max(most.abs())
+    };
+    spec.slope_deg.0.filter(|_| is_sloped(spec)).map_or(0.0, |slope| tilting_s(steepest(slope)))
 }
 
 /// The varied quantities and their distributions, in words.
@@ -108,7 +112,7 @@ mod tests {
             ("variations.friction=0", vec!["variations.friction = 0", "0.01 to 10"]),
             ("variations.trunk_com_x_m={uniform=[0, 0.1]}", vec!["variations.trunk_com_x_m.uniform = 0.1", "to 0.05"]),
             ("variations.slope_deg={normal=[20, 1]}", vec!["variations.slope_deg.normal = 20", "-15 to 15"]),
-            ("variations.slope_deg=1", vec!["push.start_s = 0.5: the ground is still tilting", "accepted: 0.8 to 3"]),
+            ("variations.slope_deg=-2", vec!["push.start_s = 0.5: the ground is still tilting", "accepted: 0.6 to 3"]),
             ("variations.delay_s=1", vec!["variations.delay_s = 1", "0 to 0.1"]),
             ("variations.ground_step_m=1", vec!["variations.ground_step_m = 1", "-0.05 to 0.05"]),
             ("variations.kp_scale=nominl", vec!["variations.kp_scale", "{ uniform = [a, b] }", "nominal"]),

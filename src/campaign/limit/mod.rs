@@ -101,6 +101,8 @@ impl<'a> Searches<'a> {
         let Self { campaign, options, plan, yardstick, mut headings, pool, designs } = self;
         let sets = &plan.manifest.sets;
         let random = is_random(campaign);
+        let simulated = plan.simulated_at_first();
+        let openings = pool.install(|| plan.openings(&simulated, &designs));
         let jobs: Vec<(usize, usize)> =
             (0..headings.len()).flat_map(|h| (0..sets.len()).map(move |s| (h, s))).collect();
         let search = |&(h, s): &(usize, usize)| {
@@ -117,6 +119,7 @@ impl<'a> Searches<'a> {
                 heading_deg: heading.heading_deg,
                 bound_one_step_n_s: heading.bound_one_step_n_s,
                 first_trial: h as u64 * TRIALS_APART,
+                opening: openings.as_ref().map(|openings| &openings[s]),
                 stop,
                 on_episode,
             };

@@ -1,9 +1,9 @@
 //! The search at one heading with one gain set, by trials of the campaign with another impulse and heading of the push.
 
 use crate::campaign::ask::spec::Campaign;
-use crate::campaign::ask::{trial, variations};
+use crate::campaign::ask::trial;
 use crate::control::Design;
-use crate::episode::{self, Outcome};
+use crate::episode::{self, Opening, Outcome};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 use crate::stats::psychometric::{Posterior, Rule};
@@ -32,11 +32,9 @@ pub struct SetLimit {
 
 /// Whether trials with the same impulse and heading can differ.
 pub(super) fn is_random(campaign: &Campaign) -> bool {
-    let (push, sensors) = (&campaign.push, &campaign.sensors);
-    let noisy = sensors.noise_scale != 0.0 || sensors.bias_scale != 0.0;
-    let varied = variations::drawn(&campaign.variations).list().into_iter().filter_map(|(_, varied)| varied);
-    let mut drawn = [push.height_m, push.duration_s, push.start_s].into_iter().chain(varied);
-    noisy || campaign.second_push.is_random() || drawn.any(|distribution| !distribution.is_constant())
+    let push = &campaign.push;
+    let drawn = [push.height_m, push.duration_s].into_iter().any(|distribution| !distribution.is_constant());
+    drawn || campaign.second_push.is_random() || !trial::begin_alike(campaign)
 }
 
 /// The settings of one search.
@@ -48,6 +46,8 @@ pub(super) struct Search<'a> {
     pub bound_one_step_n_s: f64,
     /// Index of the search's trial 0 in the campaign.
     pub first_trial: u64,
+    /// The beginning of all trials with this gain set, if they begin alike.
+    pub opening: Option<&'a Opening<'a>>,
     pub stop: &'a AtomicBool,
     /// Called after every episode.
     pub on_episode: &'a (dyn Fn() + Sync),
@@ -96,6 +96,9 @@ impl Search<'_> {
             (push.impulse_n_s, push.heading_deg) = (impulse_n_s, self.heading_deg);
         }
         let config = &self.campaign.episode;
+        if let Some(opening) = self.opening {
+            return opening.with(disturbance.pushes).finish((config.until(), 0.0), &mut |_, _| {}).outcome;
+        }
         episode::run(self.robot, design, config, disturbance, config.until(), &mut |_| {}).outcome
     }
 }

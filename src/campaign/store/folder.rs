@@ -71,6 +71,10 @@ impl Folder {
         let empty = match fs::read_dir(path) {
             Ok(mut entries) => entries.next().is_none(),
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => true,
+            Err(e) if e.kind() == std::io::ErrorKind::NotADirectory => {
+                let accepted = "a folder, which is new, empty, or holds the result of a campaign";
+                return Err(Error::value("command line", "result folder", path.display(), "it is a file", accepted));
+            }
             Err(source) => return Err(Error::Read { path: path.into(), source }),
         };
         if empty {

@@ -56,6 +56,7 @@ pub struct TrialRow {
     pub fall_cause: Option<String>,
     pub settled_at_s: Option<f64>,
     pub home_at_s: Option<f64>,
+    pub com_speed_at_push_m_s: Option<f64>,
     pub peak_tilt_deg: f64,
     pub peak_torque_n_m: f64,
     pub peak_torque_ratio: f64,
@@ -89,9 +90,9 @@ impl TrialRow {
             ..push: impulse_n_s heading_deg height_m duration_s start_s profile;
             ..variation: mass_scale trunk_com_x_m trunk_com_y_m friction slope_deg slope_heading_deg ground_step_m
                 kp_scale kd_scale torque_scale speed_scale delay_s;
-            ..record: outcome end_s fell_at_s fall_cause settled_at_s home_at_s peak_tilt_deg peak_torque_n_m
-                peak_torque_ratio torque_limited_s peak_joint_speed_rad_s peak_dcm_outside_m peak_slip_m left_sets_at_s
-                set_after_push cpi_margin_after_push cpi_margin_after_push_est gain_switches;
+            ..record: outcome end_s fell_at_s fall_cause settled_at_s home_at_s com_speed_at_push_m_s
+                peak_tilt_deg peak_torque_n_m peak_torque_ratio torque_limited_s peak_joint_speed_rad_s
+                peak_dcm_outside_m peak_slip_m left_sets_at_s set_after_push cpi_margin_after_push cpi_margin_after_push_est gain_switches;
             trial: trial,
             set: set.into(),
             impulse_over_m_omega_d: no_step_n_s.map(|bound_n_s| push.impulse_n_s / bound_n_s),
@@ -178,6 +179,7 @@ pub fn columns(rows: &[TrialRow]) -> Vec<Column> {
         maybe mass_scale trunk_com_x_m trunk_com_y_m friction slope_deg slope_heading_deg ground_step_m;
         maybe kp_scale kd_scale torque_scale speed_scale delay_s;
         word outcome; number end_s; maybe fell_at_s; maybe_word fall_cause; maybe settled_at_s home_at_s;
+        maybe com_speed_at_push_m_s;
         number peak_tilt_deg peak_torque_n_m peak_torque_ratio torque_limited_s peak_joint_speed_rad_s;
         number peak_dcm_outside_m peak_slip_m; maybe left_sets_at_s;
         maybe_word set_after_push; maybe cpi_margin_after_push cpi_margin_after_push_est;
@@ -229,6 +231,7 @@ pub(crate) mod tests {
             fall_cause: (outcome == Outcome::Fell).then(|| "left_knee, at the ground".into()),
             settled_at_s: (outcome == Outcome::Recovered).then_some(1.25),
             home_at_s: (outcome == Outcome::Recovered).then_some(1.75),
+            com_speed_at_push_m_s: Some(0.001),
             peak_tilt_deg: 1.0 / 3.0,
             peak_torque_n_m: f64::NAN,
             peak_torque_ratio: 0.5,

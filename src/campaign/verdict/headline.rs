@@ -84,6 +84,7 @@ mod tests {
     use crate::campaign::store::row::success_count;
     use crate::campaign::store::row::tests::row;
     use crate::campaign::verdict::pairs::{DecisionRule, every_pair};
+    use crate::episode::EpisodeConfig;
     use crate::episode::Outcome::{Fell, Recovered};
 
     /// Of sets that recover from the first so many of 200 trials each.
@@ -95,7 +96,8 @@ mod tests {
         let by_set = BySet::new(&rows, &names);
         let deciding = DecisionRule { sequential: false, margin, end_early: true };
         let pairs = Pair::all(&by_set, &every_pair(names.len()), &[], deciding);
-        let sets: Vec<SetSummary> = (0..names.len()).map(|i| SetSummary::new(i, &by_set, &[], &[], true)).collect();
+        let sets: Vec<SetSummary> =
+            (0..names.len()).map(|i| SetSummary::new(i, &by_set, &[], &[], &EpisodeConfig::default())).collect();
         assert_eq!(sets[0].count, success_count(rows.iter().filter(|row| row.set == names[0])));
         of(&sets, &pairs, deciding.margin)
     }
@@ -109,7 +111,7 @@ mod tests {
         let rows: Vec<_> = (0..100).flat_map(|trial| if trial < 25 { first(trial) } else { later(trial) }).collect();
         let names = ["a", "b"].map(String::from);
         let rows = BySet::new(&rows, &names);
-        let sets = [0, 1].map(|set| SetSummary::new(set, &rows, &[], &[], true));
+        let sets = [0, 1].map(|set| SetSummary::new(set, &rows, &[], &[], &EpisodeConfig::default()));
         assert!(sets[0].count.success_rate > sets[1].count.success_rate);
         let deciding = DecisionRule { sequential: true, margin: 0.02, end_early: true };
         let said = of(&sets, &Pair::all(&rows, &[(0, 1)], &[], deciding), 0.02);

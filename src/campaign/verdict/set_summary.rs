@@ -8,7 +8,7 @@ use crate::campaign::verdict::prediction::Prediction;
 use crate::campaign::verdict::strata::Stratum;
 use crate::campaign::verdict::telling_trials::TellingTrial;
 use crate::campaign::verdict::times::Times;
-use crate::episode::Outcome;
+use crate::episode::{EpisodeConfig, Outcome};
 use crate::stats::curve::{NoCurve, Pushes, SuccessCurve};
 use crate::stats::rate::SuccessCount;
 use serde::Serialize;
@@ -29,6 +29,8 @@ pub struct SetSummary {
     pub fell: u64,
     pub diverged: u64,
     pub timed_out: u64,
+    /// Trials in which the push found the COM faster than a robot that counts as standing.
+    pub moving_at_push: u64,
     /// Over this set's own recovered trials.
     #[serde(flatten)]
     pub times: Times,
@@ -127,10 +129,12 @@ pub struct ImpulseBin {
 }
 
 impl SetSummary {
-    /// Of set number `set`; `bins` are the edges of bins of impulse (N s), `strata` those of the campaign, and `end_early`
-    /// as for [`Times::of`].
-    pub(super) fn new(set: usize, all: &BySet, bins: &[f64], strata: &[Stratum], end_early: bool) -> Self {
+    /// Of set number `set`; `bins` are the edges of bins of impulse (N s), `strata` those of the campaign, and `episode`
+    /// the settings of its episodes.
+    pub(super) fn new(set: usize, all: &BySet, bins: &[f64], strata: &[Stratum], episode: &EpisodeConfig) -> Self {
         let (name, rows) = (&all.names[set], all.of(set));
+        let speed_m_s = episode.judge.standing_com_speed_m_s;
+        let moves = |row: &&&TrialRow| row.com_speed_at_push_m_s.is_some_and(|speed| speed > speed_m_s);
         let with = |outcome| rows.iter().filter(|row| row.outcome == outcome).count() as u64;
         let within = |bin: &[f64]| {
             let (from_n_s, to_n_s) = (bin[0], bin[1]);
@@ -155,7 +159,8 @@ impl SetSummary {
             fell: with(Outcome::Fell),
             diverged: with(Outcome::Diverged),
             timed_out: with(Outcome::TimedOut),
-            times: Times::of(rows.iter().copied(), end_early),
+            moving_at_push: rows.iter().filter(moves).count() as u64,
+            times: Times::of(rows.iter().copied(), episode.end_early),
             foretold: Prediction::new(rows),
             stepped: ByFootsteps::new(rows),
             fall_causes: FallCause::count(rows),
@@ -207,8 +212,13 @@ mod tests {
         let outcomes = [Outcome::Recovered, Outcome::Fell, Outcome::TimedOut, Outcome::Recovered];
         let trial = |i: u64| [row(i, "a", i as f64, outcomes[i as usize]), row(i, "b", i as f64, Outcome::Diverged)];
         let rows: Vec<TrialRow> = (0..4).flat_map(trial).collect();
-        let set =
-            SetSummary::new(0, &BySet::new(&rows, &["a", "b"].map(String::from)), &[0.0, 2.0, 4.0, 6.0], &[], true);
+        let set = SetSummary::new(
+            0,
+            &BySet::new(&rows, &["a", "b"].map(String::from)),
+            &[0.0, 2.0, 4.0, 6.0],
+            &[],
+            &EpisodeConfig::default(),
+        );
         assert_eq!((set.count.trials, set.count.recovered, set.fell, set.timed_out, set.diverged), (4, 2, 1, 1, 0));
         assert_eq!(set.count.success_rate, 0.5);
         assert_eq!(set.by_impulse.len(), 2);

@@ -81,7 +81,7 @@ impl Summary {
         let rows = BySet::new(rows, &manifest.sets);
         let (trials, strata) = (rows.trials(), strata(rows.drawn()));
         let sets: Vec<SetSummary> =
-            (0..manifest.sets.len()).map(|i| SetSummary::new(i, &rows, &bins, &strata, end_early)).collect();
+            (0..manifest.sets.len()).map(|i| SetSummary::new(i, &rows, &bins, &strata, &campaign.episode)).collect();
         let pairs = Pair::all(&rows, pairs, &strata, DecisionRule { sequential, margin, end_early });
         let warnings = [warnings::of(campaign, trials, &sets, &pairs), gates.warnings(manifest, &rows)].concat();
         Self {

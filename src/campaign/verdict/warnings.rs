@@ -12,6 +12,8 @@ const FEW_TRIALS: u64 = 100;
 const NAMED: usize = 3;
 /// If all rates are above this, or all below 1 minus this, there is little to compare.
 const NEARLY: f64 = 0.98;
+/// Share of trials that may begin with a robot in motion.
+const MOVING: f64 = 0.02;
 
 /// The warnings in words, the gravest first. There are none for a sound design.
 pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair]) -> Vec<String> {
@@ -70,6 +72,14 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
                 .into(),
         );
     }
+    for set in sets.iter().filter(|set| set.moving_at_push as f64 > MOVING * trials as f64) {
+        let speed_m_s = campaign.episode.judge.standing_com_speed_m_s;
+        found.push(format!(
+            "With {}, the push found a robot that was not at rest in {} of {trials} trials (COM faster than {speed_m_s} \
+             m/s). A later push.start_s gives it time to come to rest.",
+            set.name, set.moving_at_push
+        ));
+    }
     for set in sets.iter().filter(|set| set.diverged > 0) {
         found.push(format!("With {}, {} trials diverged numerically and count as lost.", set.name, set.diverged));
     }
@@ -102,6 +112,8 @@ mod tests {
         }
         let same = ["push.impulse_n_s=2", "push.heading_deg=0", "sensors.noise_scale=0", "sensors.bias_scale=0"];
         assert_eq!(found("count as one", 100, [Recovered, Fell], &same), 1);
+        let strict = ["episode.judge.standing_com_speed_m_s=0.0005"];
+        assert_eq!(found("not at rest", 100, [Recovered, Fell], &strict), 2, "with either set");
         // A sound one.
         assert_eq!(found("", 100, [Recovered, Fell], &[]), 0);
     }

@@ -1,9 +1,9 @@
-//! `standfast paper`: what the paper's figures show, from simulations of its own scenarios, each beside what the paper
-//! states and whether that was found.
+//! `standfast paper`: draws the paper's figures from simulations of its scenarios, and says of each statement of the
+//! paper whether the simulations bear it out.
 //!
-//! `study` simulates and searches everything once (`watch`: what is seen of a pushed run on the way); `numbers` is what
-//! that comes to; `render::paper` draws it and has the words. Everything is a function of the program alone, but for the
-//! times of `timing`.
+//! `study` runs all simulations and searches once, and `watch` observes the pushed ones. `numbers` computes the numbers
+//! of each figure from them, `timing` measures how fast the sets are updated, and `render::paper` draws the page and
+//! holds its words. Two runs of the same program differ only in what `timing` measures.
 
 mod numbers;
 mod study;
@@ -22,13 +22,13 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// The page.
+/// File name of the page.
 const PAGE: &str = "index.html";
 
-/// What the command is asked.
+/// Arguments of `standfast paper`.
 #[derive(Debug, Clone, clap::Args)]
 #[command(
-    after_help = "Writes index.html, which holds everything and needs no server, and one SVG for each\nfigure. The paper is that of K. Yamamoto and Y. Nakamura on switching control and\nquick stepping with maximal CPI sets."
+    after_help = "Writes index.html, which holds everything and needs no server, and one SVG for\neach figure. The paper is that of K. Yamamoto and Y. Nakamura on switching\ncontrol and quick stepping with maximal CPI sets."
 )]
 pub struct PaperArgs {
     /// Folder to write to: new, empty, or of an earlier `standfast paper`
@@ -39,8 +39,8 @@ pub struct PaperArgs {
     pub json: bool,
 }
 
-/// Computes, writes page and figures, and prints. Errors: `--out` holds other things (found out before anything is
-/// computed), or cannot be written; the solver gives up.
+/// Computes everything, writes the page and its figures, and prints a summary. Fails if the folder of `--out` holds
+/// other files (which is checked first) or cannot be written, or if the solver gives up.
 pub fn run(args: &PaperArgs) -> Result<ExitCode> {
     let words = Words::load()?;
     let is_own = |name: &str| name == PAGE || words.figure.iter().any(|figure| figure.file == name);
@@ -48,7 +48,7 @@ pub fn run(args: &PaperArgs) -> Result<ExitCode> {
     own_folder("--out", &args.out, is_own, accepted)?;
     let study = study::run()?;
     let mut numbers = numbers::all(&study)?;
-    // Last, when nothing else is going on.
+    // The timing comes last, when nothing else runs.
     numbers.insert("update_time".into(), timing::measure(&study));
     let numbers = Value::Object(numbers);
     let page = Page::new(words, &study, &numbers)?;
@@ -63,7 +63,7 @@ pub fn run(args: &PaperArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Claims and numbers as one JSON object.
+/// All claims and numbers as one JSON object.
 fn as_json(study: &Study, page: &Page, numbers: &Value) -> String {
     let figure = |Figure { words, claims, .. }: &Figure| {
         json!({
@@ -82,6 +82,7 @@ fn as_json(study: &Study, page: &Page, numbers: &Value) -> String {
     }))
 }
 
+/// The summary for the terminal: the counts of verdicts for each figure and in all, and the measured times.
 fn tell(folder: &Path, page: &Page, timing: &Value) -> String {
     fn told<'a>(claims: impl IntoIterator<Item = &'a Claim>) -> String {
         counts(claims).iter().map(Count::in_words).collect::<Vec<_>>().join(", ")
@@ -94,7 +95,10 @@ fn tell(folder: &Path, page: &Page, timing: &Value) -> String {
     _ = writeln!(text, "in all  {:<30}{}", format!("{} statements", page.claims().count()), told(page.claims()));
     if let [Some(online), Some(stored)] = ["online", "stored_phi"].map(|way| timing[way]["median_ms"].as_f64()) {
         let printed = &timing["paper_ms"];
-        _ = writeln!(text, "update  {online:.4} ms here, {stored:.4} ms by eq. 25; printed {printed} ms");
+        _ = writeln!(
+            text,
+            "update  of the sets takes {online:.4} ms, by eq. 25 {stored:.4} ms; the paper has {printed} ms"
+        );
     }
     _ = writeln!(text, "\nopen {}", folder.join(PAGE).display());
     text

@@ -1,4 +1,4 @@
-//! What the study comes to: for each figure its numbers as JSON, from which every caption, claim and verdict is made.
+//! The numbers of each figure as JSON. All captions, claims and verdicts of the page are made from them.
 
 use super::study::HEADINGS_DEG;
 use crate::campaign::ask::no_step::NoStep;
@@ -20,14 +20,14 @@ use serde_json::{Map, Value, json};
 
 /// Poles over -omega of two gains, slow to fast, whose sets do not nest.
 const NOT_NESTED: [[f64; 3]; 2] = [[0.5, 1.0, 1.0], [1.0, 1.0, 1.0]];
-/// Of the largest push from rest that a set holds: a little less, so that it does.
+/// Share of the largest push from rest that a set holds, a little below 1 so that the state is surely inside.
 const SHARE: f64 = 0.98;
-/// A COM that is not home by then does not come home (s).
+/// Length of a simulation of the pendulum (s), after which a COM that is not home counts as not coming home.
 const LONGEST_S: f64 = 30.0;
-/// A sole that carries no load for less has not lost it (s).
+/// Shortest time without load that counts for a sole (s).
 const LIFTED_S: f64 = 0.01;
 
-/// All figures, by their numbers. Errors: the solver gives up.
+/// The numbers of all figures, by figure. Fails if the solver gives up.
 pub fn all(study: &Study) -> Result<Map<String, Value>> {
     let [behind, diagonal] = &study.pushes;
     let found = [
@@ -45,7 +45,7 @@ pub fn all(study: &Study) -> Result<Map<String, Value>> {
     Ok(found.map(|(figure, numbers)| (figure.into(), numbers)).into_iter().collect())
 }
 
-/// Fig. 3.
+/// Fig. 3: inclusion of the sets.
 fn inclusion(study: &Study) -> Result<Value> {
     let (sets, family) = (&study.sets, &study.design.family);
     let impulses: Vec<[f64; 2]> = sets.iter().map(|set| impulses_of(study, set)).collect();
@@ -87,18 +87,19 @@ fn impulses_of(study: &Study, set: &CpiSet) -> [f64; 2] {
     [Vector2::x(), Vector2::y()].map(|direction| study.robot.mass() * set.largest_com_vel_from_rest(direction))
 }
 
+/// Horizon of each set (control ticks).
 fn horizons(sets: &[CpiSet]) -> Vec<usize> {
     sets.iter().map(|set| set.horizon).collect()
 }
 
-/// A robot at rest at home after an instantaneous push forward: what a set holds, but for a little.
+/// State after an instantaneous push forward from rest at home, just inside of the boundary of a set.
 fn held(set: &CpiSet) -> State {
     let com_vel = SHARE * set.largest_com_vel_from_rest(Vector2::x());
     State::new(Point2::origin(), Vector2::new(com_vel, 0.0), Point2::origin())
 }
 
-/// From when on the COM stays within the judge's radius of home (s), on the pendulum, if at every tick the gain that
-/// `choose` names acts.
+/// Time (s) from which on the COM of the pendulum stays within the judge's radius of home. `choose` gives the index of
+/// the gain that acts at a tick. None if the COM is still away at the end ([`LONGEST_S`]).
 fn home_s(study: &Study, start: State, choose: impl Fn(&State) -> usize) -> Option<f64> {
     let family = &study.design.family;
     let (mut state, mut since) = (start, None);
@@ -110,10 +111,10 @@ fn home_s(study: &Study, start: State, choose: impl Fn(&State) -> usize) -> Opti
     since.map(|k| k as f64 * family.pendulum.dt)
 }
 
-/// Fig. 4.
+/// Fig. 4: the regions for the ZMP before and after a footstep.
 fn regions(study: &Study) -> Result<Value> {
     let Pushed { lift, landing, footstep, .. } = &study.pushes[0];
-    // By how much states in the sets of eq. 25, with the k of the region before, can exceed the true sets (share).
+    // Eq. 25 with the horizon k of the region before gives larger sets than the true ones: by this share at most.
     let mut excess = 0.0_f64;
     for ((gain, old), new) in study.design.family.gains.iter().zip(&study.sets).zip(&study.landed_sets) {
         if new.horizon > old.horizon {
@@ -141,17 +142,17 @@ fn regions(study: &Study) -> Result<Value> {
     }))
 }
 
-/// How far a footstep leads (m; x forward, y left).
+/// Offset from where a footstep lifts off to where it lands (m; x forward, y left).
 fn way(footstep: &Footstep) -> [f64; 2] {
     [0, 1].map(|axis| footstep.to_m[axis] - footstep.from_m[axis])
 }
 
-/// Fig. 5.
+/// Fig. 5: the order of events.
 fn sequence(study: &Study) -> Value {
     json!({ "push_behind": events(&study.pushes[0]), "push_diagonal": events(&study.pushes[1]) })
 }
 
-/// The events of a run (s), and its phases from the push on.
+/// Times of the events of a run (s), and its phases from the push on.
 fn events(pushed: &Pushed) -> Value {
     let Pushed { film, footstep, .. } = pushed;
     let since = film.snapshots.iter().filter(|s| s.time_s >= pushed.push.start_s);
@@ -179,7 +180,8 @@ fn events(pushed: &Pushed) -> Value {
     })
 }
 
-/// Soles that carry no load again between the landing and when the robot stands still, each with its time (s).
+/// Soles that lose their load between the landing and the end, when the robot stands still, each with start and end of
+/// the time without load (s).
 fn unloaded(pushed: &Pushed) -> Vec<(Foot, [f64; 2])> {
     let span_s = pushed.footstep.land_s..=pushed.end_s();
     let ticks = pushed.motion.moments.iter().zip(&pushed.seen.loaded);
@@ -192,7 +194,7 @@ fn unloaded(pushed: &Pushed) -> Vec<(Foot, [f64; 2])> {
     Foot::BOTH.into_iter().flat_map(spans_of).collect()
 }
 
-/// Fig. 6.
+/// Fig. 6: the choice of foot and landing place.
 fn decision(study: &Study) -> Value {
     let examples = EXAMPLES_DEG.map(|deg| {
         let choice = study.choice(deg);
@@ -211,7 +213,7 @@ fn decision(study: &Study) -> Value {
     })
 }
 
-/// Fig. 7.
+/// Fig. 7: the robot.
 fn machine(study: &Study) -> Value {
     let robot = &study.robot;
     let limb = |words: [&str; 3]| {
@@ -244,7 +246,7 @@ fn machine(study: &Study) -> Value {
     })
 }
 
-/// From the soles to the highest point of a solid, joints at zero (m).
+/// Height of the highest point above the soles with all joints at zero (m).
 fn height(robot: &Robot) -> f64 {
     let mut kinematics = Kinematics::new(robot);
     kinematics.update(robot, &robot.zero_posture());
@@ -264,7 +266,7 @@ fn height(robot: &Robot) -> f64 {
     tops.fold(f64::NEG_INFINITY, f64::max) - kinematics.sole_pose(robot, Foot::Left).translation.z
 }
 
-/// Fig. 8.
+/// Fig. 8: footsteps after imposed errors.
 fn imposed(study: &Study) -> Value {
     json!({
         "a": study.errors[0].record, "b": study.errors[1].record,
@@ -273,7 +275,7 @@ fn imposed(study: &Study) -> Value {
     })
 }
 
-/// Fig. 9.
+/// Fig. 9: responses to imposed errors over time.
 fn imposed_responses(study: &Study) -> Value {
     let of_run = |run: &ImposedRun| {
         let after = run.motion.moments.iter().filter(|moment| moment.time_s >= run.footstep.land_s);
@@ -287,13 +289,13 @@ fn imposed_responses(study: &Study) -> Value {
     json!({ "moving": study.moving, "a": of_run(a), "b": of_run(b) })
 }
 
-/// What Fig. 12 and 13 have in common.
+/// Fig. 12 and 13: the numbers that both have of their push.
 fn pushed(study: &Study, pushed: &Pushed) -> Value {
     let Pushed { push, film, footstep, .. } = pushed;
     let error = Vector2::from(footstep.zmp_error_m);
     let reach = study.reach(error.normalize());
     let (gone, asked) = (Vector2::from(way(footstep)), study.choose(error).map_or(Vector2::zeros(), |(_, way)| way));
-    // What the pendulum can take of a push like this without a footstep.
+    // The largest impulse of this duration that the pendulum can take without a footstep.
     let factor = match push.profile {
         Profile::Rectangular => capture::rectangular_push_factor,
         Profile::HalfSine => capture::half_sine_push_factor,
@@ -317,7 +319,7 @@ fn pushed(study: &Study, pushed: &Pushed) -> Value {
     })
 }
 
-/// Of Fig. 12: whether the footsteps go where the robot is pushed to.
+/// Adds to the numbers of Fig. 12 the angle between each push and its footstep.
 fn with_directions(study: &Study, mut numbers: Value) -> Value {
     let off = |(push, record): (&Push, &Record)| {
         let way = Vector2::from(way(record.footsteps.first()?));
@@ -328,7 +330,7 @@ fn with_directions(study: &Study, mut numbers: Value) -> Value {
     numbers
 }
 
-/// Of Fig. 13: how the trunk turns, and what was tried beside its push.
+/// Adds to the numbers of Fig. 13 how the trunk turns, and the other pushes that were tried.
 fn with_turns(study: &Study, mut numbers: Value) -> Value {
     let pushed = &study.pushes[1];
     let yaws: Vec<f64> =
@@ -357,7 +359,7 @@ fn with_turns(study: &Study, mut numbers: Value) -> Value {
     numbers
 }
 
-/// Fig. 14.
+/// Fig. 14: responses to pushes over time.
 fn pushed_responses(study: &Study) -> Value {
     let [a, b] = study.pushes.each_ref().map(zmp_errors);
     let at_limit = |pushed: &Pushed| -> Map<String, Value> {
@@ -372,7 +374,8 @@ fn pushed_responses(study: &Study) -> Value {
     })
 }
 
-/// Root of the mean square of the ZMP's error in the first swing, while the sole in the air carries no load (m; x, y).
+/// Root mean square of the difference between ZMP and commanded ZMP in the first swing, while the swing sole carries no
+/// load (m; x, y).
 fn zmp_errors(pushed: &Pushed) -> [f64; 2] {
     let Footstep { foot, land_s, .. } = pushed.footstep;
     let moments = pushed.motion.moments.iter().zip(&pushed.seen.loaded);

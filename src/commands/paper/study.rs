@@ -1,4 +1,4 @@
-//! What is simulated and searched for the page, once for all figures: the paper's scenarios, and its gain set's sets.
+//! Runs all simulations and set searches of the page, once for all figures.
 
 use super::watch::PushedWatch;
 use crate::campaign::ask::scenario::{Cause, Imposed, Scenario};
@@ -15,20 +15,20 @@ use crate::robot::{Kinematics, PerFoot, Robot};
 use crate::sim::Push;
 use rayon::prelude::*;
 
-/// Gain set of the same gains that takes no footstep: what the footstep is worth.
+/// Gain set with the same gains that takes no footstep, to show what the footstep is worth.
 const WITHOUT_FOOTSTEP: &str = "switching";
-/// And one that does nothing.
+/// Gain set that only holds the posture.
 const STIFF: &str = "hold";
-/// Towards these headings (degrees) the push of Fig. 13 is tried: the paper does not print its own.
+/// Headings towards which the push of Fig. 13 is tried (degrees), since the paper does not state its own.
 pub const HEADINGS_DEG: [f64; 6] = [-120.0, -130.0, -140.0, -150.0, -160.0, -170.0];
-/// Pushes whose ZMP errors come close to those of Sect. V.C.
+/// Scenarios with pushes whose ZMP errors come close to those of Sect. V.C.
 const LIKE_IMPOSED: [&str; 2] = ["push-error-backward", "push-error-diagonal"];
-/// After an episode's end a film goes on (s).
+/// How long a film goes on after the end of its episode (s).
 const AFTERMATH_S: f64 = 0.5;
-/// Simulations and searches, for the progress.
+/// Number of simulations and searches, for the progress bar.
 const PARTS: u64 = 19;
 
-/// Runs it all. Errors: the solver gives up, or a scenario is not what it was.
+/// Runs everything. Fails if the solver gives up, or if a built-in scenario is not of the kind that the figures need.
 pub fn run() -> Result<Study> {
     let progress = Progress::of(PARTS, "simulations and searches");
     let first = Scenario::load("push-behind")?;
@@ -73,7 +73,7 @@ pub fn run() -> Result<Study> {
         asked.push(push_of(name)?);
     }
     let try_out = |asked: &(Push, EpisodeConfig)| (asked.0, run(&design, asked));
-    // Side by side: no run knows of another.
+    // The runs do not depend on each other.
     let ((behind, diagonal), tried): (_, Vec<_>) = rayon::join(
         || rayon::join(|| pushed("push-behind"), || pushed("push-diagonal")),
         || asked.par_iter().with_max_len(1).map(try_out).collect(),
@@ -132,21 +132,21 @@ fn push_of(name: &str) -> Result<(Push, EpisodeConfig)> {
     Ok((push, scenario.episode()))
 }
 
-/// One push and nothing else.
+/// A disturbance by one push.
 fn by(push: Push) -> Disturbance {
     Disturbance { pushes: vec![push], ..Disturbance::default() }
 }
 
-/// The error of a scenario that is not what it was.
+/// The error for a scenario that is not of the kind that the figures need.
 fn is_not(scenario: &str, accepted: &str) -> Error {
-    Error::value(scenario, "cause, gains", "another", "is not what the figures are made from", accepted)
+    Error::value("standfast paper", "scenario", scenario, "the figures cannot be made from it", accepted)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// One robot and one gain set stand for all scenarios of the study.
+    /// The study loads one robot and one gain set for all its scenarios.
     #[test]
     fn the_papers_scenarios_share_robot_and_gain_set() {
         let same = |scenario: &Scenario| {

@@ -1,5 +1,5 @@
-//! How long it takes to have the sets of a new contact region after a landing: as the controller does it, and as the
-//! paper does (eq. 25 with the stored Phi). The only part of the page that a clock has a say in.
+//! Measures how long it takes to update the sets to the new contact region after a landing, by the method of the
+//! controller and by that of the paper (eq. 25 with the stored Phi). Nothing else on the page depends on a clock.
 
 use crate::geometry::SupportPolygon;
 use crate::lipm::{Gain, OnlineSets};
@@ -9,14 +9,14 @@ use serde_json::{Value, json};
 use std::hint::black_box;
 use std::time::Instant;
 
-/// What the paper prints (ms).
+/// Update time that the paper states (ms).
 const PAPER_MS: f64 = 0.15;
-/// How often each is timed,
+/// Number of updates that are timed.
 const TIMES: usize = 4000;
-/// and before that not (caches, clock of the processor).
+/// Number of updates before these, which warm up the caches and the processor's clock.
 const WARM_UP: usize = 200;
 
-/// Times `work` again and again, by a wall clock.
+/// Median and 95th percentile of the time that `work` takes (ms), by a wall clock.
 fn spread(mut work: impl FnMut()) -> Value {
     let mut times_ms: Vec<f64> = (0..WARM_UP + TIMES)
         .map(|_| {
@@ -30,7 +30,7 @@ fn spread(mut work: impl FnMut()) -> Value {
     json!({ "median_ms": times_ms[TIMES / 2], "p95_ms": times_ms[TIMES * 95 / 100] })
 }
 
-/// Phi of eq. 24 and room for S of eq. 25, for one gain.
+/// Phi of eq. 24 and the matrix S of eq. 25, for one gain.
 struct Stored {
     phi: Vec<Matrix2x6<f64>>,
     s: DMatrix<f64>,
@@ -45,7 +45,7 @@ impl Stored {
         Self { phi, s: DMatrix::zeros(edges * (horizon + 1), 6) }
     }
 
-    /// Eq. 25.
+    /// Computes S for a contact region by eq. 25.
     fn update(&mut self, polygon: &SupportPolygon) {
         let edges = polygon.vertices().len();
         for (i, edge) in polygon.half_planes().enumerate() {
@@ -56,15 +56,16 @@ impl Stored {
         }
     }
 
-    /// Least `1 - row . x`.
+    /// The smallest `1 - row . x` over the rows of S, which is not negative inside of the set.
     fn margin(&self, x: &Vector6<f64>) -> f64 {
         1.0 - (&self.s * x).max()
     }
 }
 
-/// Measures on the region and the state right after the first landing of the push from behind: `online`: installing the
-/// polygon, and the question to every gain whether its set holds the state; `stored_phi`: eq. 25 with the stored Phi for all
-/// gains, and the same question to the matrices. Null: the control frame's origin is not inside of the region.
+/// Times of both methods, for the region and the state right after the first landing of the push from behind. `online`
+/// is the time to update the controller's sets and to ask each of them whether it holds the state; `stored_phi` is the
+/// time to compute eq. 25 for all gains and to ask the same of the matrices. Null if the origin of the control frame is
+/// not inside of the region.
 pub fn measure(study: &Study) -> Value {
     let (polygon, state, family) = (study.landed_allowed, study.pushes[0].landing.state, &study.design.family);
     if polygon.half_planes().any(|edge| edge.distance <= 0.0) {
@@ -105,7 +106,7 @@ mod tests {
     use crate::lipm::gains::GainSet;
     use crate::lipm::{GainFamily, Pendulum};
 
-    /// What is timed is eq. 25, row by row.
+    /// What is timed gives the rows of eq. 25.
     #[test]
     fn the_stored_phi_gives_the_rows_of_the_stack() {
         let pendulum = Pendulum { omega: 5.63, dt: 0.002 };

@@ -1,4 +1,5 @@
-//! What is seen of a pushed run, tick by tick, beyond what its record and its film keep.
+//! Observes a pushed run tick by tick, and keeps what the page needs and neither the record nor the film of the run
+//! has.
 
 use crate::control::estimate::on_ground;
 use crate::control::stand::Support;
@@ -11,16 +12,17 @@ use crate::robot::{Foot, PerFoot, Robot};
 use crate::sim::Truth;
 use nalgebra::{Point2, Vector3};
 
-/// Sees a run.
+/// Observer of one run.
 #[derive(Default)]
 pub struct PushedWatch {
     pub seen: Seen,
-    /// Of the sole that stands in the first swing.
+    /// Heading of the stance sole at the start of the first swing (rad, world frame).
     heading_at_lift: Option<f64>,
 }
 
 impl PushedWatch {
-    /// Takes note of a tick; returns the corners of the hull of the soles that carry load, none in flight.
+    /// Takes note of a tick. Returns the corners of the hull of the soles that carry load (m, world frame), or none in
+    /// flight.
     pub fn see(&mut self, robot: &Robot, period_s: f64, tick: &Tick) -> Vec<Point2<f64>> {
         let (truth, account) = (tick.truth, &tick.account);
         let estimate = account.estimate;
@@ -52,6 +54,7 @@ impl PushedWatch {
         hull(robot, truth, &loaded)
     }
 
+    /// Keeps how far the stance sole has tipped and turned at most since the start of the swing.
     fn note_stance(&mut self, truth: &Truth, stance: Foot) {
         let rotation = truth.soles[stance].rotation;
         let heading = on_ground(&truth.soles[stance]).rotation.angle();
@@ -63,6 +66,7 @@ impl PushedWatch {
         }
     }
 
+    /// Adds up for how long each joint is at its torque limit.
     fn note_torques(&mut self, robot: &Robot, period_s: f64, truth: &Truth) {
         self.seen.at_limit_s.resize(robot.joints.len(), 0.0);
         for ((time_s, tau), servo) in self.seen.at_limit_s.iter_mut().zip(&truth.tau).zip(&robot.servos) {
@@ -71,7 +75,7 @@ impl PushedWatch {
     }
 }
 
-/// Hull of the soles that carry load, world.
+/// Corners of the hull of the soles that carry load (m, world frame).
 fn hull(robot: &Robot, truth: &Truth, loaded: &PerFoot<bool>) -> Vec<Point2<f64>> {
     let corners = |foot: Foot| robot.soles[foot].corners().map(|corner| (truth.soles[foot] * corner).xy());
     let of_loaded: Vec<Point2<f64>> = Foot::BOTH.into_iter().filter(|f| loaded[*f]).flat_map(corners).collect();

@@ -31,7 +31,7 @@ pub struct BodyTargets {
 }
 
 /// Inverse kinematics of one robot. It allocates only when it is made.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct InverseKinematics {
     /// The reference posture, to which the joints are sent.
     pub posture: Posture,

@@ -75,7 +75,7 @@ pub struct SoleReference {
 }
 
 /// The references of the body: the COM, and the posture that follows it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Body {
     pub com: ComReference,
     kinematics: InverseKinematics,

@@ -115,7 +115,7 @@ impl Estimate {
 }
 
 /// The state estimator.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Estimator {
     mass: f64,
     filters: [Kalman; 3],

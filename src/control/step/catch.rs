@@ -27,7 +27,7 @@ const FRICTION_SHARE: f64 = 0.75;
 const SOLE_SHARE: f64 = 0.98;
 
 /// The rule with the models by which it plans.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct CatchFootwork {
     rules: Catching,
     reach: Reach,
@@ -54,6 +54,10 @@ impl CatchFootwork {
 }
 
 impl Footwork for CatchFootwork {
+    fn copy(&self) -> Box<dyn Footwork> {
+        Box::new(self.clone())
+    }
+
     /// Lifts the foot whose footstep has the least cost. It lifts none while the DCM is inside of the support polygon,
     /// or when the other foot is not in contact.
     fn lift(&mut self, now: &StepState, body: &mut Body) -> Option<Swing> {

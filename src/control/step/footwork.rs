@@ -12,6 +12,9 @@ use std::fmt::Debug;
 
 /// A footwork rule. Each rule keeps to itself how it leads a foot through the air.
 pub trait Footwork: Debug + Send + Sync {
+    /// A copy that goes on from the present state.
+    fn copy(&self) -> Box<dyn Footwork>;
+
     /// Returns the footstep to begin now, if any. It is called at every tick with the state in no CPI set and no foot
     /// in the air.
     fn lift(&mut self, now: &StepState, body: &mut Body) -> Option<Swing>;
@@ -33,6 +36,12 @@ pub trait Footwork: Debug + Send + Sync {
         } else {
             swing.is_overdue().then_some(Landing::GivenUp)
         }
+    }
+}
+
+impl Clone for Box<dyn Footwork> {
+    fn clone(&self) -> Self {
+        (**self).copy()
     }
 }
 

@@ -22,7 +22,7 @@ use crate::robot::{Command, Foot, PerFoot, Sole};
 use nalgebra::{Isometry2, Point2, Vector2};
 
 /// The rule, with the plan of the footstep in the air.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct PaperFootwork {
     rules: Stepping,
     plan: Option<StepPlan>,
@@ -35,6 +35,10 @@ impl PaperFootwork {
 }
 
 impl Footwork for PaperFootwork {
+    fn copy(&self) -> Box<dyn Footwork> {
+        Box::new(self.clone())
+    }
+
     fn lift(&mut self, now: &StepState, _: &mut Body) -> Option<Swing> {
         let (rules, estimate, family) = (&self.rules, now.estimate, &now.design.family);
         if !now.has_waited(rules.patience_s, rules.pause_s) {

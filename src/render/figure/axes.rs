@@ -1,10 +1,10 @@
-//! Axes of panels: scales, charts, and the ground from above.
+//! Axes of panels: scales and ticks, charts, and the ground seen from above.
 
 use super::panel::{At, Panel, View, short};
 use crate::geometry::SupportPolygon;
 use nalgebra::{Isometry2, Point2};
 
-/// What is drawn from one end of a picture to the other.
+/// The values at both ends of a picture.
 #[derive(Debug, Clone, Copy)]
 pub struct Scale {
     pub from: f64,
@@ -12,7 +12,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// Three to eight round values.
+    /// Round values within the scale, three to eleven of them, or one if the scale has no extent.
     pub fn ticks(self) -> Vec<f64> {
         let span = self.to - self.from;
         if !(span.is_finite() && span > 0.0) {
@@ -27,11 +27,11 @@ impl Scale {
 
 /// One axis of a chart.
 pub struct Axis {
-    /// With its unit; empty: neither name nor numbers are written.
+    /// Name with its unit. If it is empty on an x axis, neither name nor numbers are written.
     pub name: String,
-    /// At the left or the bottom, and at the other edge.
+    /// Values at the left or lower edge, and at the other one.
     pub ends: At,
-    /// Where there is a number, and how it reads.
+    /// Values with a number, and the text of the number.
     pub ticks: Vec<(f64, String)>,
 }
 
@@ -44,8 +44,8 @@ impl Axis {
 }
 
 impl Panel {
-    /// A frame (left, top, right and bottom edge, px) with a grid, numbers and names. What is drawn next has its places on
-    /// the axes.
+    /// Draws a frame (left, top, right and bottom edge, px) with a grid, numbers and names. From then on, places are in
+    /// the units of the axes.
     pub fn axes(&mut self, frame: [f64; 4], x: &Axis, y: &Axis) {
         let [left, top, right, bottom] = frame;
         let view = View::chart(frame, x.ends, y.ends);
@@ -71,8 +71,8 @@ impl Panel {
         self.view = view;
     }
 
-    /// The ground from above, in a panel `width` px wide that shows as far forward and backward as `x`, and to both sides as
-    /// `y` (m). What is drawn next has its places on the ground (m).
+    /// A panel `width` px wide with the ground from above, as far as `x` forward and backward and `y` to both sides
+    /// (m). Places are then on the ground (m; x forward, y left).
     pub fn ground(width: f64, [x, y]: At, title: &str) -> Self {
         let [left, top, margin, below] = [56.0, 34.0, 18.0, 44.0];
         let bottom = top + (width - left - margin) * x / y;
@@ -86,12 +86,12 @@ impl Panel {
         panel
     }
 
-    /// A sole on the ground with the given corners about its centre.
+    /// Draws a sole on the ground, from its corners about its centre (m).
     pub fn sole(&mut self, class: &str, corners: &[Point2<f64>], pose: Isometry2<f64>) {
         self.polygon(class, corners.iter().map(|corner| pose * corner));
     }
 
-    /// A contact region, and what of it the ZMP may use.
+    /// Draws a contact region, and the part of it that the ZMP may use.
     pub fn region(&mut self, whole: &SupportPolygon, allowed: &SupportPolygon) {
         self.polygon("support", whole.vertices().iter().copied());
         self.polygon("allowed", allowed.vertices().iter().copied());

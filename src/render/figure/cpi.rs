@@ -1,5 +1,6 @@
-//! Nested CPI sets, as in the paper's Fig. 3: a robot at rest sits at the centre, an impulse moves it along the horizontal
-//! line, and the ZMP is what the controller moves.
+//! A picture of nested CPI sets, as in the paper's Fig. 3, in the plane of COM velocity (horizontal) and ZMP
+//! (vertical). A robot at rest is in the middle. An impulse moves it along the horizontal line, and the controller
+//! moves the ZMP.
 
 use super::axes::Axis;
 use super::panel::{At, Panel};
@@ -8,14 +9,14 @@ use crate::lipm::CpiSet;
 use nalgebra::{Point2, Vector2};
 use std::path::Path;
 
-/// Directions in which the boundary of a slice is looked for.
+/// Number of directions in which the boundary of a slice is computed.
 const DIRECTIONS: usize = 720;
-/// How far the axes go, over the largest ZMP.
+/// End of the axes, as a multiple of the largest ZMP.
 const ROOM: f64 = 1.25;
-/// Of a letter of a name (px).
+/// Approximate width of a letter (px).
 const LETTER: f64 = 7.0;
 
-/// Draws the sets of a gain set (slow to fast, largest first). Errors: the file cannot be written.
+/// Draws the sets of a gain set (slow to fast, largest first). Fails if the file cannot be written.
 pub fn write(path: &Path, gain_set: &str, sets: &[CpiSet]) -> Result<()> {
     let panels = [0, 1].map(|axis| slice(sets, axis, ["Fore and aft (\u{3c9}: natural frequency)", "Sideways"][axis]));
     super::write(
@@ -26,12 +27,12 @@ pub fn write(path: &Path, gain_set: &str, sets: &[CpiSet]) -> Result<()> {
     )
 }
 
-/// Slice com = 0 of an axis (0: x, 1: y), in the plane of COM velocity and ZMP.
+/// The slice at com = 0 along an axis (0: x, 1: y), in the plane of COM velocity and ZMP.
 pub fn slice(sets: &[CpiSet], axis: usize, title: &str) -> Panel {
     let mut panel = Panel::new(460.0, 430.0);
     let Some(CpiSet { polygon, pendulum, .. }) = sets.first() else { return panel };
     let ahead = [Vector2::x(), Vector2::y()][axis];
-    // The ZMP's way to both edges (m).
+    // How far the ZMP can move to both edges (m).
     let [least, most] =
         [-1.0, 1.0].map(|sign| sign * polygon.distance_along(Point2::origin(), sign * ahead).unwrap_or(0.0));
     let reach = ROOM * most.max(-least);
@@ -66,19 +67,20 @@ pub fn slice(sets: &[CpiSet], axis: usize, title: &str) -> Panel {
     panel
 }
 
-/// A name of a set with a line to where the set ends.
+/// Draws the name of a set, and a line from it to the edge of the set.
 pub fn leader(panel: &mut Panel, edge: At, name: At, words: &str) {
     panel.line("slice", edge, name);
     panel.circle("slice", edge, 2.0);
     panel.text("slice small start", name, [4.0, 4.0], words);
 }
 
-/// From 1 for the first to -1 for the last.
+/// Position of item `i` of `count`, from 1 for the first to -1 for the last.
 pub fn spread(i: usize, count: usize) -> f64 {
     1.0 - 2.0 * i as f64 / (count - 1).max(1) as f64
 }
 
-/// Boundary of the slice of an axis as (velocity (m/s), ZMP (mm)).
+/// Boundary of the slice along an axis, as COM velocities (m/s) and ZMPs (mm). `speed` and `reach` are the ends of the
+/// axes (m/s, m).
 fn outline(set: &CpiSet, axis: usize, speed: f64, reach: f64) -> impl Iterator<Item = At> {
     (0..DIRECTIONS).map(move |i| {
         let (sin, cos) = (i as f64 / DIRECTIONS as f64 * std::f64::consts::TAU).sin_cos();
@@ -87,7 +89,7 @@ fn outline(set: &CpiSet, axis: usize, speed: f64, reach: f64) -> impl Iterator<I
     })
 }
 
-/// The largest velocity (m/s, up to `most`) that a set holds with a ZMP (m).
+/// The largest COM velocity (m/s, up to `most`) that a set holds together with a ZMP (m).
 fn largest_velocity(set: &CpiSet, axis: usize, most: f64, zmp: f64) -> f64 {
     let (mut inside, mut outside) = (0.0, most);
     for _ in 0..40 {
@@ -98,7 +100,7 @@ fn largest_velocity(set: &CpiSet, axis: usize, most: f64, zmp: f64) -> f64 {
     inside
 }
 
-/// The COM over the origin, with a velocity (m/s) and a ZMP (m) along an axis.
+/// The state with the COM over the origin, and a velocity (m/s) and a ZMP (m) along an axis.
 fn state(axis: usize, velocity: f64, zmp: f64) -> [f64; 6] {
     let mut state = [0.0; 6];
     (state[3 * axis + 1], state[3 * axis + 2]) = (velocity, zmp);

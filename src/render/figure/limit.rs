@@ -1,4 +1,4 @@
-//! What `standfast limit` found, by heading.
+//! The picture of `standfast limit`: the largest recoverable impulses by heading, over the bounds of a pendulum.
 
 use super::axes::Scale;
 use super::class_of_set;
@@ -8,21 +8,22 @@ use crate::campaign::limit::{Heading, Limits, SetLimit};
 use crate::error::Result;
 use std::path::Path;
 
+/// Radius of the outermost ring (px).
 const RADIUS: f64 = 265.0;
-/// Bounds are curves, computed this often (degrees).
+/// Angle between the points of the curves of the bounds (degrees).
 const BOUND_EVERY_DEG: usize = 3;
-/// Class of `figure.css`, name in the legend, and impulse (N s) of a bound.
+/// A bound: class in `figure.css`, name in the legend, and impulse (N s).
 type Bound = (&'static str, &'static str, fn(&Heading) -> f64);
-/// What the pendulum allows; later bounds lie over those before.
+/// The bounds in the order in which they are drawn, one over the other.
 const BOUNDS: [Bound; 3] = [
     ("bound many", "any number of footsteps, or none", |heading| heading.bound_n_step_n_s),
     ("bound one", "at most one footstep", |heading| heading.bound_one_step_n_s),
     ("bound none", "no footstep", |heading| heading.bound_no_step_n_s),
 ];
-/// The points of fewer headings are not joined: who knows what is between them.
+/// Points of fewer headings than this are not joined, since a line would say too much about the headings between.
 const JOINED: usize = 8;
 
-/// Draws bounds and gain sets. Errors: the solver gives up on a bound, or the file cannot be written.
+/// Draws bounds and gain sets. Fails if the solver gives up on a bound, or if the file cannot be written.
 pub fn write(path: &Path, limits: &Limits) -> Result<()> {
     let headings = (0..360).step_by(BOUND_EVERY_DEG).map(|deg| limits.yardstick.heading(deg as f64));
     let bounds = headings.collect::<Result<Vec<Heading>>>()?;
@@ -34,7 +35,7 @@ fn map(limits: &Limits, bounds: &[Heading]) -> Panel {
     let found = limits.headings.iter().flat_map(|heading| &heading.sets).map(|set| set.ci95[1]);
     let allowed = bounds.iter().flat_map(|heading| BOUNDS.map(|(.., of)| of(heading)));
     let ticks = Scale { from: 0.0, to: found.chain(allowed).fold(0.1, f64::max) }.ticks();
-    // To the next ring beyond.
+    // The last ring lies beyond all values.
     let step = ticks[1] - ticks[0];
     let rings: Vec<f64> = (1..=ticks.len()).map(|i| step * i as f64).collect();
     let mut polar = Polar::new(RADIUS, rings[rings.len() - 1]);

@@ -1,5 +1,6 @@
-//! Pictures of results (SVG). Each file makes one kind out of panels, and all are drawn with the same kit: `panel` and
-//! `axes`, whose colours and strokes are classes of `figure.css`. A panel stands in a page or, with others, in a file.
+//! Pictures of results (SVG). Each module makes one kind of picture from panels, with `panel`, `axes` and `polar` as
+//! the common tools; colours and strokes are classes of `figure.css`. A panel stands in a page or, with others, in a
+//! file.
 
 pub mod axes;
 pub mod cpi;
@@ -17,34 +18,34 @@ use panel::{Panel, escape};
 use std::path::Path;
 
 const STYLE: &str = include_str!("figure.css");
-/// Lighter colours for pages that follow the reader's preference.
+/// Lighter colours, for pages that turn dark if the reader prefers that.
 const DARK: &str = include_str!("dark.css");
-/// What pages define for themselves. A file of its own stays white on any page.
+/// Colours of a file that stands alone, which stays white on any page. Pages define their own.
 const PAPER: &str = ":root{--page:#fff;--ink:#1f2328;--soft:#5c6570;--line:#e3e6ea}\n";
-/// Between panels of a file, and around them (px).
+/// Space between the panels of a file, and around them (px).
 const GAP: f64 = 16.0;
-/// Of the heading of a file (px): its height, and the width of a letter, about.
+/// Height of the heading of a file, and approximate width of its letters (px).
 const HEADING: f64 = 26.0;
 const LETTER: f64 = 8.6;
-/// How many colours gain sets have before these come again, dashed.
+/// Number of colours of gain sets. The gain sets beyond have the same colours again, dashed.
 pub const COLORS: usize = 7;
 
-/// The style of panels that stand in a page.
+/// The style sheet of panels that stand in a page.
 pub fn page_style() -> String {
     palette::css() + STYLE + DARK
 }
 
-/// Classes of what belongs to a gain set.
+/// Classes of everything that is drawn for a gain set.
 pub fn class_of_set(set: usize) -> String {
     format!("s{}{}", set % COLORS, if set >= COLORS { " again" } else { "" })
 }
 
-/// Writes panels as one SVG file. Errors: the file cannot be written.
+/// Writes panels as one SVG file, in rows of `columns`. Fails if the file cannot be written.
 pub fn write(path: &Path, heading: &str, panels: &[Panel], columns: usize) -> Result<()> {
     write_atomic(path, document(heading, panels, columns).as_bytes())
 }
 
-/// Panels under a heading as one SVG file that carries its style, so many side by side.
+/// The text of one SVG file with a heading, its own style, and panels in rows of `columns`.
 pub fn document(heading: &str, panels: &[Panel], columns: usize) -> String {
     let rows: Vec<&[Panel]> = panels.chunks(columns).collect();
     let row_width = |row: &&[Panel]| row.iter().map(|panel| panel.width + GAP).sum::<f64>() + GAP;
@@ -77,9 +78,9 @@ pub fn document(heading: &str, panels: &[Panel], columns: usize) -> String {
 mod tests {
     use super::*;
 
-    /// A file is shown as it is anywhere: it is one document, with a name, a white ground and a rule for what it draws.
+    /// A file looks the same everywhere, since it is one document with a title, a white ground and its own style.
     #[test]
-    fn a_file_carries_its_name_its_ground_and_its_style() {
+    fn a_file_has_its_own_title_ground_and_style() {
         let mut panel = Panel::new(100.0, 50.0);
         panel.line("s6", [0.0, 0.0], [9.0, 9.0]);
         let heading = "a name < that is longer than its panel is wide";

@@ -1,7 +1,8 @@
-//! A motion over time, as in the paper's Fig. 9 and 14: COM ("COG"), ZMP and feet, fore and aft above, sideways below.
+//! A plot of a motion over time, as in the paper's Fig. 9 and 14: COM ("COG"), ZMP and feet, along x in the upper chart
+//! and along y in the lower one (world frame).
 //!
-//! Behind the curves: in grey how far the soles on the ground reach along the axis, so that a DCM on its way out of the
-//! grey is a robot on its way to the ground; in colour, the time of pushes and of footsteps. World frame.
+//! Behind the curves, a grey band shows how far the soles on the ground reach along the axis: when the DCM leaves it,
+//! the robot falls unless it takes a footstep. Coloured bands show the times of pushes and footsteps.
 
 use super::axes::Axis;
 use super::panel::{At, Panel, Row, Sample, pieces};
@@ -13,21 +14,21 @@ use crate::sim::Push;
 use nalgebra::Point2;
 use std::path::Path;
 
-/// Edges of the panels, and to the right of them the legend (px).
+/// Left and right edge of the charts, and width of the picture with the legend (px).
 const LEFT: f64 = 64.0;
 const RIGHT: f64 = 706.0;
 const WIDTH: f64 = 890.0;
-/// Height of a chart and of what is between two (px).
+/// Height of a chart, and space between the two (px).
 const HEIGHT: f64 = 264.0;
 const BETWEEN: f64 = 20.0;
-/// A curve that goes farther than this from feet and support leaves the picture (m).
+/// A curve leaves the picture where it is farther than this from feet and support (m).
 const MOST_OUTSIDE_M: f64 = 0.15;
 
-/// A curve: its name, its classes, and what it shows.
+/// A curve: name, classes, and the point of a moment that it shows (m, world frame).
 type Line = (&'static str, &'static str, fn(&Snapshot) -> Option<Point2<f64>>);
 
-/// From back to front. Both feet are seen where one curve lies on the other; the DCM is dashed, because its green and the
-/// red of the ZMP look alike to many.
+/// The curves from back to front. The left foot is dashed, so that both feet are seen where their curves coincide; the
+/// DCM is dashed, since many people cannot tell its green from the red of the ZMP.
 const LINES: [Line; 6] = [
     ("right foot", "right", |s| Some(s.soles.right.xy())),
     ("left foot", "left dashed", |s| Some(s.soles.left.xy())),
@@ -40,14 +41,14 @@ const LINES: [Line; 6] = [
 /// A motion to draw.
 #[derive(Debug, Clone, Default)]
 pub struct MotionPlot {
-    /// At rising times.
+    /// The moments, in order of time.
     pub moments: Vec<Snapshot>,
     /// Start and end of each push (s).
     pub pushes: Vec<[f64; 2]>,
 }
 
 impl MotionPlot {
-    /// Nothing yet but the pushes.
+    /// A plot with the pushes and no moment yet.
     pub fn of_pushes(pushes: &[Push]) -> Self {
         Self { moments: Vec::new(), pushes: pushes.iter().map(|push| [push.start_s, push.end_s()]).collect() }
     }
@@ -57,19 +58,19 @@ impl MotionPlot {
         self.moments.push(Snapshot::of(robot, tick));
     }
 
-    /// Forgets what comes after `time_s`.
+    /// Removes the moments after `time_s`.
     pub fn end_at(&mut self, time_s: f64) {
-        // A little more for the rounding of times.
+        // Times are rounded, so the last moment may be a little late.
         self.moments.retain(|moment| moment.time_s <= time_s + 1e-6);
     }
 
-    /// Writes the picture. Errors: the file cannot be written.
+    /// Writes the picture to an SVG file. Fails if it cannot be written.
     pub fn write(&self, path: &Path, title: &str) -> Result<()> {
         let signed = title.replace(" -", " \u{2212}").replace("(-", "(\u{2212}");
         super::write(path, &signed, &[self.panel("")], 1)
     }
 
-    /// The picture.
+    /// The picture as a panel. Without a title it is lower.
     pub fn panel(&self, title: &str) -> Panel {
         let top = if title.is_empty() { 8.0 } else { 34.0 };
         let mut panel = Panel::new(WIDTH, top + 2.0 * HEIGHT + BETWEEN + 44.0);
@@ -88,7 +89,7 @@ impl MotionPlot {
         panel
     }
 
-    /// What there is of one axis over time.
+    /// Draws bands and curves of an axis. `times` (s) and `values` (mm) are the ends of the chart.
     fn draw(&self, panel: &mut Panel, axis: usize, times: At, values: At) {
         self.supports(axis, values).into_iter().for_each(|outline| panel.polygon("band", outline));
         let bands = self.swings().into_iter().map(|time| ("swing", time));
@@ -107,7 +108,7 @@ impl MotionPlot {
         [from, self.moments.last().map_or(0.0, |s| s.time_s).max(from + 0.01)]
     }
 
-    /// Of an axis (mm): all that is drawn, but no farther than `MOST_OUTSIDE_M` from feet and support.
+    /// Ends of the value axis (mm). They contain everything that is drawn within `MOST_OUTSIDE_M` of feet and support.
     fn values(&self, axis: usize) -> At {
         let around = |values: &mut dyn Iterator<Item = f64>| {
             let finite = values.filter(|v| v.is_finite());
@@ -124,7 +125,7 @@ impl MotionPlot {
         [1e3 * (low - room), 1e3 * (high + room)]
     }
 
-    /// Of a curve (s, mm): it has a gap where there is no value, or where it leaves the picture.
+    /// Points of a curve (s, mm). The curve has a gap where there is no value, or where it leaves the picture.
     fn points(&self, (.., of): &Line, axis: usize, [low, high]: At) -> impl Iterator<Item = Option<At>> {
         self.moments.iter().map(move |moment| {
             let mm = 1e3 * of(moment)?[axis];
@@ -132,7 +133,7 @@ impl MotionPlot {
         })
     }
 
-    /// Outlines of the support along an axis (s, mm), one for each time on the ground.
+    /// Outlines of the support along an axis (s, mm), one for each uninterrupted time on the ground.
     fn supports(&self, axis: usize, [least, most]: At) -> Vec<Vec<At>> {
         let extents = pieces(self.moments.iter().map(|moment| {
             let along = moment.support.iter().map(|v| 1e3 * v[axis]);
@@ -152,7 +153,7 @@ impl MotionPlot {
         runs.iter().filter_map(|run| Some([*run.first()?, *run.last()?])).collect()
     }
 
-    /// What is in front comes first, but for the feet.
+    /// The rows of the legend: the curves from front to back, then the bands.
     fn legend(&self) -> Vec<Row> {
         let bands = [
             ("band", "soles on the ground", true),
@@ -208,7 +209,7 @@ mod tests {
         MotionPlot { moments: (0..=100).map(moment).collect(), pushes: vec![[0.1, 0.15]] }
     }
 
-    /// The picture.
+    /// Writes the picture and reads it back.
     fn drawn(plot: &MotionPlot) -> String {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("motion.svg");
@@ -217,7 +218,7 @@ mod tests {
         std::fs::read_to_string(path).unwrap()
     }
 
-    /// Count of elements of a kind and class.
+    /// Number of elements of a kind and class.
     fn count(svg: &str, element: &str, class: &str) -> usize {
         svg.matches(&format!("<{element} class=\"{class}\" ")).count()
     }
@@ -231,7 +232,7 @@ mod tests {
         for name in names.chain(bands).chain(["time [s]", "x, forward [mm]", "y, to the left [mm]"]) {
             assert!(svg.contains(&format!(">{name}</text>")), "{name} is missing");
         }
-        // A whole curve in each panel; the ZMP and the support have a gap. And a line or a field in the legend.
+        // Each curve is drawn once in each chart, ZMP and support in two pieces; the legend adds a line or a field.
         for (name, class, _) in LINES {
             assert_eq!(count(&svg, "polyline", class), if name == "ZMP" { 4 } else { 2 }, "{name}");
             assert_eq!(count(&svg, "line", class), 1, "{name}");
@@ -265,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_to_draw_and_numbers_that_are_none_are_drawn_too() {
+    fn empty_plots_and_infinite_values_are_drawn_without_panic() {
         drawn(&MotionPlot::default());
         let mut plot = footstep();
         plot.moments.truncate(1);

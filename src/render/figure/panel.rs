@@ -1,5 +1,5 @@
-//! A panel of SVG elements. Places are in the units of whoever draws: the panel's view turns them into px. Sizes of what
-//! marks a place are in px.
+//! A panel of SVG elements. Places are in the units of the caller, and the panel's view converts them to px. Sizes of
+//! marks and text are in px.
 
 use base64::prelude::{BASE64_STANDARD, Engine};
 use minijinja::HtmlEscape;
@@ -8,37 +8,37 @@ use std::fmt::{Display, Write};
 /// A place in the units of a panel's view.
 pub type At = [f64; 2];
 
-/// Of the head of an arrow, and half the width of the caps of an error bar (px).
+/// Length of the head of an arrow, and half the width of the caps of an error bar (px).
 const HEAD: f64 = 10.0;
 const CAP: f64 = 3.5;
-/// A curve goes by its points as near as this (px): nobody sees the difference.
+/// Largest distance between a simplified curve and its points (px), which is too small to be seen.
 const NEAR: f64 = 0.15;
-/// Of the rows of a legend, and of a letter in one, about (px).
+/// Height of a row of a legend, and approximate width of its letters (px).
 const ROW: f64 = 24.0;
 const LETTER: f64 = 7.6;
 
-/// From places to px, in equal steps.
+/// A linear map from places to px.
 #[derive(Debug, Clone, Copy)]
 pub struct View {
-    /// Of the place [0, 0].
+    /// Where the place [0, 0] is seen (px).
     origin: At,
-    /// To the place one further in x, and in y.
+    /// Offset in px for one unit of x, and of y.
     x: At,
     y: At,
 }
 
 impl View {
-    /// Places are px.
+    /// The view in which places are px.
     pub const PX: Self = Self { origin: [0.0, 0.0], x: [1.0, 0.0], y: [0.0, 1.0] };
 
-    /// `x`: at the left and at the right edge; `y`: at the bottom and at the top edge; the frame has its left, top, right and
-    /// bottom edge (px).
+    /// The view of a chart in a frame (left, top, right and bottom edge, px). `x` holds the values at the left and
+    /// right edge, `y` those at the bottom and top edge.
     pub fn chart([left, top, right, bottom]: [f64; 4], x: At, y: At) -> Self {
         let ([x0, dx], [y0, dy]) = ([x[0], (right - left) / (x[1] - x[0])], [y[0], (top - bottom) / (y[1] - y[0])]);
         Self { origin: [left - x0 * dx, bottom - y0 * dy], x: [dx, 0.0], y: [0.0, dy] }
     }
 
-    /// Seen from above: forward (x) is up, left (y) is to the left.
+    /// The view from above: forward (x) is up, left (y) is to the left. `middle` is where [0, 0] is seen (px).
     pub fn from_above(middle: At, px_per_unit: f64) -> Self {
         Self { origin: middle, x: [0.0, -px_per_unit], y: [-px_per_unit, 0.0] }
     }
@@ -50,39 +50,39 @@ impl View {
     }
 }
 
-/// Elements in a frame.
+/// A panel: its size (px) and its elements.
 #[derive(Debug, Clone)]
 pub struct Panel {
     pub width: f64,
     pub height: f64,
-    /// Upper left corner (px).
+    /// Coordinates of the upper left corner (px).
     pub corner: At,
-    /// Of what is drawn next.
+    /// How the places of the next elements are converted to px.
     pub view: View,
     pub class: &'static str,
     body: String,
 }
 
-/// What stands before the words of a row of a legend.
+/// The sample before the text of a row of a legend.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sample {
     Line,
-    /// With a dot of a class on it.
+    /// A line with a dot of this class on it.
     DottedLine(&'static str),
     Area,
     Nothing,
 }
 
-/// A row of a legend: classes and shape of the sample, and words.
+/// A row of a legend: classes and shape of the sample, and text.
 pub type Row = (String, Sample, String);
 
 impl Panel {
-    /// Places are px until there are axes.
+    /// An empty panel of a size (px). Places are px until axes are drawn.
     pub fn new(width: f64, height: f64) -> Self {
         Self { width, height, corner: [0.0, 0.0], view: View::PX, class: "fig", body: String::new() }
     }
 
-    /// A legend and nothing else.
+    /// A panel with nothing but a legend, as large as it needs.
     pub fn of_legend(rows: &[Row]) -> Self {
         let letters = rows.iter().map(|(_, _, words)| words.chars().count()).max().unwrap_or(0);
         let mut panel = Self::new(40.0 + LETTER * letters as f64, ROW * (rows.len() as f64 + 0.5));
@@ -112,42 +112,42 @@ impl Panel {
         }
     }
 
-    /// A rectangle by two corners.
+    /// A rectangle from two opposite corners.
     pub fn rect(&mut self, class: &str, a: impl Into<At>, b: impl Into<At>) {
         let ([x1, y1], [x2, y2]) = (self.view.at(a), self.view.at(b));
         let [x, y, width, height] = [x1.min(x2), y1.min(y2), (x2 - x1).abs(), (y2 - y1).abs()].map(px);
         self.add(format_args!("<rect class=\"{class}\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/>"));
     }
 
-    /// `r` in px.
+    /// A circle with a radius in px.
     pub fn circle(&mut self, class: &str, at: impl Into<At>, r: f64) {
         let ([x, y], r) = (self.seen(at), px(r));
         self.add(format_args!("<circle class=\"{class}\" cx=\"{x}\" cy=\"{y}\" r=\"{r}\"/>"));
     }
 
-    /// `r` in px.
+    /// A diamond whose corners are `r` px from its middle.
     pub fn diamond(&mut self, class: &str, at: impl Into<At>, r: f64) {
         let [x, y] = self.view.at(at);
         let corners = [[x, y - r], [x + r, y], [x, y + r], [x - r, y]];
         self.in_px(|panel| panel.polygon(class, corners));
     }
 
-    /// An interval of y with caps.
+    /// An error bar with caps, between two values of y.
     pub fn error_bar(&mut self, class: &str, x: f64, ends: At) {
         let [[x, low], [_, high]] = ends.map(|y| self.view.at([x, y]));
         let points = [[x - CAP, low], [x + CAP, low], [x, low], [x, high], [x - CAP, high], [x + CAP, high]];
         self.in_px(|panel| panel.polyline(class, points));
     }
 
-    /// `class` may hold `start` or `end` for where the text is anchored; else its middle is at the place, but for an offset
-    /// (px, to the right and down).
+    /// A line of text, its middle at the place plus an offset (px, to the right and down). With `start` or `end` in
+    /// `class`, its start or end is there.
     pub fn text(&mut self, class: &str, at: impl Into<At>, [dx, dy]: At, text: &str) {
         let ([x, y], text) = (self.view.at(at), escape(text));
         let [x, y] = [x + dx, y + dy].map(px);
         self.add(format_args!("<text class=\"{class}\" x=\"{x}\" y=\"{y}\">{text}</text>"));
     }
 
-    /// Text that is turned about its place, clockwise (degrees).
+    /// Text turned clockwise about its place (degrees).
     pub fn turned_text(&mut self, class: &str, at: impl Into<At>, turn_deg: f64, text: &str) {
         let ([x, y], text) = (self.seen(at), escape(text));
         let place = format!("translate({x} {y}) rotate({turn_deg})");
@@ -172,7 +172,7 @@ impl Panel {
         });
     }
 
-    /// A PNG in the upper left corner, of the given size (px).
+    /// A PNG in the upper left corner, shown in a size (px). `words` describe it for readers who cannot see it.
     pub fn image(&mut self, [width, height]: At, png: &[u8], words: &str) {
         let ([width, height], words) = ([width, height].map(px), escape(words));
         let data = BASE64_STANDARD.encode(png);
@@ -182,7 +182,7 @@ impl Panel {
         ));
     }
 
-    /// Rows below each other, from a place (px) on; returns where the next would be.
+    /// A legend with its first row at a place (px). Returns the place of the next row.
     pub fn legend(&mut self, [x, top]: At, rows: &[Row]) -> At {
         self.in_px(|panel| {
             for (i, (class, sample, words)) in rows.iter().enumerate() {
@@ -204,14 +204,14 @@ impl Panel {
         [x, top + ROW * rows.len() as f64]
     }
 
-    /// Elements with attributes in common.
+    /// A group of elements with common attributes.
     pub fn group(&mut self, attributes: &str, draw: impl FnOnce(&mut Self)) {
         self.add(format_args!("<g {attributes}>"));
         draw(self);
         self.add(format_args!("</g>"));
     }
 
-    /// Elements of which words are shown to who points at them.
+    /// A group of elements with a tooltip.
     pub fn told(&mut self, words: &str, draw: impl FnOnce(&mut Self)) {
         self.group("", |panel| {
             panel.add(format_args!("<title>{}</title>", escape(words)));
@@ -219,21 +219,21 @@ impl Panel {
         });
     }
 
-    /// Draws something whose places are px.
+    /// Draws elements whose places are in px.
     pub fn in_px(&mut self, draw: impl FnOnce(&mut Self)) {
         let view = std::mem::replace(&mut self.view, View::PX);
         draw(self);
         self.view = view;
     }
 
-    /// The panel as an SVG element of its own; `attributes` go into its tag.
+    /// The panel as an `svg` element, with `attributes` in its tag.
     pub fn svg(&self, attributes: &str) -> String {
         let ([left, top], [width, height]) = (self.corner.map(px), [self.width, self.height].map(px));
         let (class, body) = (self.class, &self.body);
         format!("<svg class=\"{class}\" viewBox=\"{left} {top} {width} {height}\" {attributes}>\n{body}</svg>")
     }
 
-    /// An element as it is written.
+    /// Adds the text of an element.
     pub fn add(&mut self, element: impl Display) {
         // Writing to a String cannot fail.
         _ = writeln!(self.body, "{element}");
@@ -250,7 +250,7 @@ impl Panel {
     }
 }
 
-/// The stretches of values between those that are absent.
+/// The uninterrupted runs of values that are present.
 pub fn pieces<T>(values: impl Iterator<Item = Option<T>>) -> Vec<Vec<T>> {
     let mut pieces = vec![Vec::new()];
     for value in values {
@@ -264,7 +264,7 @@ pub fn pieces<T>(values: impl Iterator<Item = Option<T>>) -> Vec<Vec<T>> {
     pieces
 }
 
-/// Those points (px) that a line needs to pass all of them as near as `NEAR` (Ramer, Douglas and Peucker).
+/// The points (px) that a line needs so that all others are within `NEAR` of it (Ramer, Douglas and Peucker).
 fn thinned(mut points: Vec<At>) -> Vec<At> {
     let mut needed = vec![false; points.len()];
     let mut stretches = vec![(0, points.len().saturating_sub(1))];
@@ -281,7 +281,7 @@ fn thinned(mut points: Vec<At>) -> Vec<At> {
     points
 }
 
-/// Of a point from the straight line between two others.
+/// Distance of a point from the line segment between two others.
 fn distance([x, y]: At, [[x1, y1], [x2, y2]]: [At; 2]) -> f64 {
     let (dx, dy) = (x2 - x1, y2 - y1);
     let share = ((x - x1) * dx + (y - y1) * dy) / (dx * dx + dy * dy).max(f64::MIN_POSITIVE);
@@ -289,19 +289,19 @@ fn distance([x, y]: At, [[x1, y1], [x2, y2]]: [At; 2]) -> f64 {
     (x - x1 - share * dx).hypot(y - y1 - share * dy)
 }
 
-/// Text for the inside of an element or of an attribute in quotes.
+/// The text, escaped for the inside of an element or of a quoted attribute.
 pub fn escape(text: &str) -> impl Display {
     HtmlEscape(text)
 }
 
-/// A number with at most `digits` behind the point and a real minus.
+/// A number with at most `digits` decimals, without trailing zeros, and with a typographic minus.
 pub fn short(x: f64, digits: usize) -> String {
     let text = format!("{x:.digits$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     if text == "-0" { "0".into() } else { text.replace('-', "\u{2212}") }
 }
 
-/// A place in a picture: one digit behind the point.
+/// A coordinate in a picture, with at most one decimal.
 pub fn px(x: f64) -> String {
     let text = format!("{x:.1}");
     text.strip_suffix(".0").unwrap_or(&text).into()
@@ -327,7 +327,7 @@ mod tests {
         let spike = |[x, y]: At| [x, if x == 50.0 { 9.0 } else { y }];
         let with_spike = thinned(flat.map(spike).collect());
         assert!(with_spike.contains(&[50.0, 9.0]) && with_spike.len() < 8, "{with_spike:?}");
-        // There and back again: the turn is seen.
+        // A curve that turns back keeps its turning point.
         assert_eq!(thinned(vec![[0.0, 0.0], [9.0, 0.0], [0.0, 0.0]]).len(), 3);
         assert_eq!(thinned(Vec::new()), [[0.0; 2]; 0]);
     }

@@ -1,21 +1,22 @@
-//! Impulses by heading, seen from above: forward is up, left is to the left, the impulse grows from the middle outward.
+//! Impulses by heading, seen from above: forward is up, left is to the left, and the impulse grows from the middle
+//! outward.
 
 use super::panel::{At, Panel, View, short};
 
-/// Around the outermost ring, for names (px).
+/// Space around the outermost ring for names (px).
 const MARGIN: f64 = 30.0;
-/// Towards which the rings have their numbers: between the headings that are tried.
+/// Heading at which the rings have their numbers (degrees), between the headings that are tried.
 const NUMBERS_DEG: f64 = -11.25;
 
-/// A panel whose places are in N s, forward and to the left, with px from its middle.
+/// A panel whose places are impulses (N s; forward, to the left). Its origin in px is in the middle, too.
 pub struct Polar {
     pub panel: Panel,
     most_n_s: f64,
-    /// Of the outermost ring (px).
+    /// Radius of the outermost ring (px).
     radius: f64,
 }
 
-/// Place of an impulse.
+/// Place of an impulse with a heading (N s; forward, to the left).
 pub fn towards(heading_deg: f64, impulse_n_s: f64) -> At {
     let (sin, cos) = heading_deg.to_radians().sin_cos();
     [impulse_n_s * cos, impulse_n_s * sin]
@@ -29,12 +30,12 @@ impl Polar {
         Self { panel, most_n_s, radius }
     }
 
-    /// Length of an impulse (px).
+    /// Distance of an impulse from the middle (px).
     pub fn length(&self, impulse_n_s: f64) -> f64 {
         self.radius * impulse_n_s / self.most_n_s
     }
 
-    /// Rings at impulses (N s), and lines fore and aft and to both sides.
+    /// Draws rings at impulses (N s), and lines fore and aft and to both sides.
     pub fn rings(&mut self, rings_n_s: &[f64]) {
         for impulse_n_s in rings_n_s.iter().filter(|ring| **ring > 0.0) {
             let radius = self.length(*impulse_n_s);
@@ -46,10 +47,10 @@ impl Polar {
         }
     }
 
-    /// Names of directions and numbers of rings, over all else.
+    /// Writes the names of the directions and the numbers of the rings, over everything else.
     pub fn names(&mut self, rings_n_s: &[f64]) {
         let beyond = self.radius + 10.0;
-        // Every ring of a few, every other of many.
+        // At most six rings have a number.
         let every = rings_n_s.len().div_ceil(6);
         let numbered = rings_n_s.iter().rev().step_by(every).filter(|ring| **ring > 0.0);
         for (i, impulse_n_s) in numbered.enumerate() {

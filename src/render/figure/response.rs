@@ -1,4 +1,4 @@
-//! A frequency response: gain above, phase below, with the limits that bandwidth means.
+//! A picture of a frequency response: gain above, phase below, with the limits that define the bandwidth.
 
 use super::axes::Axis;
 use super::panel::{At, Panel, short};
@@ -7,23 +7,23 @@ use crate::error::Result;
 use crate::render::text::response::Response;
 use std::path::Path;
 
-/// Frequencies with a number.
+/// Frequencies with a number on the axis.
 const LABELLED_HZ: [f64; 9] = [0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0];
 
-/// Draws it, with the fastest pole. Errors: the file cannot be written.
+/// Draws the response, and the fastest pole of the gains. Fails if the file cannot be written.
 pub fn write(path: &Path, response: &Response) -> Result<()> {
     let pole_hz = response.fastest_pole_rad_s() / std::f64::consts::TAU;
     let gain = panel(&response.points, ("gain", "dB"), -3.0, |p| 20.0 * p.gain.log10(), pole_hz);
     let phase = panel(&response.points, ("phase", "degrees"), -45.0, |p| p.phase_deg, pole_hz);
     let heading = format!(
-        "How the measured ZMP follows the wanted one: gain set {}, {} axis",
+        "How the ZMP follows the commanded ZMP: gain set {}, {} axis",
         response.family.name,
         response.axis_name()
     );
     super::write(path, &heading, &[gain, phase], 1)
 }
 
-/// One quantity over frequency, and its limit.
+/// The panel of one quantity over frequency, with the limit of its bandwidth.
 fn panel(points: &[Point], (quantity, unit): (&str, &str), limit: f64, of: fn(&Point) -> f64, pole_hz: f64) -> Panel {
     let ends = |values: &mut dyn Iterator<Item = f64>, from: At| -> At {
         values.fold(from, |[low, high], value| [low.min(value), high.max(value)])
@@ -32,7 +32,7 @@ fn panel(points: &[Point], (quantity, unit): (&str, &str), limit: f64, of: fn(&P
     let hz = ends(&mut points.iter().map(|p| p.frequency_hz), [0.5, pole_hz.max(20.0)]);
     let room = 0.1 * (high - low);
     let mut panel = Panel::new(860.0, 290.0);
-    // Places are logarithms of frequencies.
+    // On the x axis, places are the logarithms of frequencies.
     let number = |hz: f64| (hz.log10(), short(hz, 1));
     let labelled = LABELLED_HZ.into_iter().filter(|labelled| (hz[0]..=hz[1]).contains(labelled));
     let (from, to) = (hz[0].log10(), hz[1].log10());

@@ -1,5 +1,5 @@
-//! Success over impulse: each gain set's rates by bin, the curve that was fitted to its trials, and the impulses of 50 %
-//! and 90 % on it. One drawing for `success.svg` and the report.
+//! A chart of success over impulse: each gain set's rates by bin, the curve that was fitted to its trials, and the
+//! impulses of 50 % and 90 % on it. `success.svg` and the report show the same chart.
 
 use super::axes::Axis;
 use super::panel::{Panel, Row, Sample, short};
@@ -10,24 +10,25 @@ use crate::error::Result;
 use crate::stats::curve::Level;
 use std::path::Path;
 
-/// More sets than this have no bands: they would hide each other.
+/// With more sets than this there are no bands, which would hide each other.
 const MOST_BANDS: usize = 4;
-/// Error bars of sets stand this far beside each other (px), within this share of a bin.
+/// Distance between the error bars of two sets (px), and the largest share of a bin that they take together.
 const BESIDE: f64 = 6.0;
 const OF_BIN: f64 = 0.6;
-/// Letters of a name in the legend.
+/// Most letters of a name in the legend.
 const LETTERS: usize = 40;
+/// Left and right edge of the chart (px).
 const LEFT: f64 = 64.0;
 const RIGHT: f64 = 736.0;
 
-/// Writes it with a legend. Errors: the file cannot be written.
+/// Writes the chart with a legend. Fails if the file cannot be written.
 pub fn write(path: &Path, summary: &Summary) -> Result<()> {
     let most = if are_of_different_trials(&summary.sets) { "up to " } else { "" };
     let heading = format!("Recovered over impulse: {most}{} trials of campaign {}", summary.trials, summary.name);
     super::write(path, &heading, &[chart(&summary.sets), Panel::of_legend(&legend(&summary.sets))], 2)
 }
 
-/// The chart alone. What belongs to a set is a group with its number as `data-set`.
+/// The chart alone. The elements of a set are a group with the number of the set as `data-set`.
 pub fn chart(sets: &[SetSummary]) -> Panel {
     let edges = impulse_edges_n_s(sets);
     let ends = [edges.first().map_or(0.0, |edge| *edge), edges.last().map_or(1.0, |edge| *edge)];
@@ -50,15 +51,15 @@ pub fn chart(sets: &[SetSummary]) -> Panel {
     panel
 }
 
-/// What is drawn of a set.
+/// The elements of a set.
 struct Series<'a> {
     set: &'a SetSummary,
-    /// Least and greatest impulse (N s), as far as they are known; ends of the axis.
+    /// Smallest and largest impulse of the pushes, as far as they are known, and ends of the axis (N s).
     pushes: [f64; 2],
     ends: [f64; 2],
-    /// Of error bars, from the middle of a bin (N s).
+    /// Offset of error bars from the middle of their bin (N s).
     beside: f64,
-    /// Class of its dots.
+    /// Class of the dots.
     dot: &'static str,
     has_band: bool,
 }
@@ -89,7 +90,7 @@ impl Series<'_> {
     /// The impulse at which a share of the trials recovers, with its interval.
     fn level(&self, panel: &mut Panel, share: f64, level: Option<Level>) {
         let Some(Level { at, ci95: [low, high] }) = level else { return };
-        // An end may be beyond the pushes: then the line runs to the edge.
+        // An end that is not known lies beyond the pushes, so the line runs to the edge.
         let [from, to] = self.ends;
         panel.line("level", [low.unwrap_or(from).max(from), share], [high.unwrap_or(to).min(to), share]);
         let interval = match (low, high) {
@@ -101,12 +102,12 @@ impl Series<'_> {
     }
 }
 
-/// Those of a colour that has come before are hollow.
+/// Class of the dots of a set. They are hollow if an earlier set has the same colour.
 fn dot(set: usize) -> &'static str {
     if set < COLORS { "dot" } else { "hollow" }
 }
 
-/// Which colour is which set, with its rate over all impulses, and what is drawn.
+/// The legend: the colour of each set with its rate over all impulses, and the meaning of the marks.
 fn legend(sets: &[SetSummary]) -> Vec<Row> {
     let row = |(i, set): (usize, &SetSummary)| {
         let name = match set.name.char_indices().nth(LETTERS) {
@@ -138,7 +139,7 @@ fn middle_n_s(bin: &ImpulseBin, [least, most]: [f64; 2]) -> f64 {
     (bin.from_n_s.max(least) + bin.to_n_s.min(most)) / 2.0
 }
 
-/// What a bin says.
+/// The tooltip of a bin.
 fn words(bin: &ImpulseBin) -> String {
     let [rate, low, high] = [bin.count.success_rate, bin.count.ci95[0], bin.count.ci95[1]].map(|share| 100.0 * share);
     let ([from, to], count) = ([bin.from_n_s, bin.to_n_s].map(|edge| short(edge, 3)), bin.count);
@@ -148,7 +149,7 @@ fn words(bin: &ImpulseBin) -> String {
     )
 }
 
-/// Where bins of impulse begin and end (N s), ascending.
+/// Edges of the bins of impulse (N s), in ascending order.
 pub fn impulse_edges_n_s(sets: &[SetSummary]) -> Vec<f64> {
     let bins = sets.iter().flat_map(|set| &set.by_impulse);
     let mut edges_n_s: Vec<f64> = bins.flat_map(|bin| [bin.from_n_s, bin.to_n_s]).collect();
@@ -181,9 +182,9 @@ mod tests {
         assert!(legend(&sets).iter().any(|(_, _, words)| words == "b: 20.0 % of 25"));
     }
 
-    /// A band is of a fitted curve only; without one there is an error bar for each bin.
+    /// Only a fitted curve has a band. Without one, each bin has an error bar.
     #[test]
-    fn bands_are_of_fitted_curves_only() {
+    fn only_fitted_curves_have_bands() {
         let mut sets =
             summary(&[[Recovered, Recovered], [Recovered, Fell], [Fell, Recovered], [Fell, Fell]], &[], &[]).sets;
         let found = |sets: &[SetSummary]| {

@@ -1,8 +1,8 @@
-//! `report.html`: a campaign as one page that people look at.
+//! `report.html`: the result of a campaign as one page.
 //!
-//! One file that asks for nothing else: pictures are SVG and drawn here, so that they show without JavaScript; a little
-//! of it adds tooltips, replay commands to copy, and the choice of a pair. What it shows is the summary and the
-//! rows, nothing of machine, path or clock: the same bytes everywhere.
+//! The page is one file that loads nothing else. Its pictures are SVG, so that they show without JavaScript, which only
+//! adds tooltips, commands to copy, and the choice of a pair. The page depends on nothing but the summary, the rows and
+//! the replays that exist, so its bytes are the same on every machine.
 
 mod polar;
 mod svg;
@@ -29,21 +29,19 @@ const TEMPLATE: &str = include_str!("report.html.jinja");
 const STYLE: &str = include_str!("report.css");
 const SCRIPT: &str = include_str!("report.js");
 
-/// More pairs than this are told in the table of pairs alone,
+/// Pairs beyond this number appear only in the table of pairs, without a map.
 const MOST_PAIRS: usize = 28;
-/// and the words on more than this are folded.
+/// If there are more pairs than this, the sentences on them are folded away.
 const FEW_ANSWERS: usize = 6;
 
-/// The page of a campaign: its `summary` and all `rows`, sorted by trial, then by set in the order of the summary. It links
-/// to the replays that are there, as seen from `folder`.
-///
-/// Errors: none but a template that is wrong.
+/// The page of a campaign, from its `summary` and all `rows`, which are sorted by trial, then by set in the order of
+/// the summary. It links to the replays that exist, by paths relative to `folder`. Fails only if the template is wrong.
 pub fn page(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Result<String> {
     let context = context(summary, rows, folder);
     html_page::render("report.html", TEMPLATE, UndefinedBehavior::Strict, add_to, &context)
 }
 
-/// What the template calls.
+/// Adds the functions and filters that the template calls.
 fn add_to(environment: &mut Environment) {
     words::add_to(environment);
     environment.add_function("whisker", |at: Cell, ci: Cell, options: Kwargs| {
@@ -60,11 +58,11 @@ fn add_to(environment: &mut Environment) {
     });
 }
 
-/// What the template reads: the summary as `s`, and what it cannot make itself.
+/// The values that the template reads: the summary as `s`, and everything that is computed here.
 fn context(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Value {
     let (sets, pairs) = (&summary.sets, &summary.pairs);
     let names: Vec<String> = sets.iter().map(|set| set.name.clone()).collect();
-    // Pairs and gates are of sets of the summary.
+    // Every pair and gate names sets of the summary, so the default is never used.
     let index = |name: &str| names.iter().position(|n| *n == name).unwrap_or_default();
     let trials = Trials(BySet::new(rows, &names));
     let maps = polar::Maps::new(success::impulse_edges_n_s(sets), &trials);
@@ -104,13 +102,13 @@ fn context(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Value {
     })
 }
 
-/// By how much the mean count of footsteps differs, with its interval if it has one.
+/// The interval of the difference in the mean number of footsteps, or the difference itself if it has no interval.
 fn mean_footsteps(pair: &Pair) -> Option<[f64; 2]> {
     let Shift { mean, mean_ci95, .. } = pair.footsteps?;
     Some(mean_ci95.unwrap_or([mean; 2]))
 }
 
-/// Half the width of a scale about 0 that holds the intervals, rounded up to a multiple of `step`.
+/// Half the width of a scale about 0 that contains the intervals, rounded up to a multiple of `step`.
 fn reach(intervals: impl Iterator<Item = [f64; 2]>, step: f64) -> f64 {
     let most = intervals.flatten().map(f64::abs).fold(0.0, f64::max);
     ((most / step).ceil() * step).max(step)
@@ -131,7 +129,7 @@ mod tests {
     const HOSTILE: &str = "</script><b onclick='x()'>&";
 
     #[test]
-    fn names_are_text_wherever_they_stand() {
+    fn names_are_escaped_everywhere() {
         let outcomes = [[Recovered, Fell], [Fell, Recovered], [Recovered, Fell]];
         let (mut summary, rows) = (summary(&outcomes, &[], &["a >= 0.9"]), rows(&outcomes));
         for name in [&mut summary.name, &mut summary.robot, &mut summary.sets[0].name, &mut summary.pairs[0].a] {
@@ -146,12 +144,12 @@ mod tests {
         let page = page(&summary, &rows, Path::new("")).unwrap();
         assert!(!page.contains("</script><b") && !page.contains("<b onclick"));
         assert!(page.contains("&lt;b onclick"));
-        // Two elements of data and code, each closed once.
+        // The page has two script elements, data and code, each closed once.
         assert_eq!(page.matches("</script>").count(), 2);
     }
 
     #[test]
-    fn what_a_summary_lacks_is_left_out() {
+    fn a_summary_without_pairs_makes_a_page_without_them() {
         let mut summary = summary(&[[Recovered, Fell]], &[], &[]);
         summary.sets.truncate(1);
         summary.pairs.clear();
@@ -183,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn many_trials_are_cells_without_dots() {
+    fn with_many_trials_the_maps_have_cells_but_no_dots() {
         let page = |trials: usize| {
             let one_in_three = |k: usize| if k.is_multiple_of(3) { Fell } else { Recovered };
             let outcomes: Vec<_> = (0..trials).map(|k| [one_in_three(k), one_in_three(k + 1)]).collect();

@@ -1,5 +1,5 @@
-//! Maps of trials by heading and impulse, seen from above: forward is up, left is to the left, the impulse grows from
-//! the middle outward.
+//! Maps of trials by heading and impulse, seen from above: forward is up, left is to the left, and the impulse grows
+//! from the middle outward.
 
 use super::trials::Trials;
 use crate::campaign::TrialRow;
@@ -8,45 +8,47 @@ use crate::render::figure::COLORS;
 use crate::render::figure::panel::{At, escape, px, short};
 use crate::render::figure::polar::{Polar, towards};
 
-/// Of the outermost ring, in units of the picture (320 by 320, the middle at 0, 0); the script knows it too.
+/// Radius of the outermost ring in units of the picture, which is 320 by 320 with 0, 0 in the middle. The script of the
+/// page uses the same number.
 const RADIUS: f64 = 130.0;
-/// Fewer trials than this make a pale cell.
+/// A cell with fewer trials than this is pale.
 const FEW: u32 = 5;
-/// With so many trials sectors are half as wide.
+/// From this number of trials on, sectors are half as wide.
 const NARROW_SECTORS: usize = 400;
-/// More trials than this have small marks.
+/// With more trials than this, marks are small.
 const MANY: usize = 300;
-/// Half the length of the arms of a cross.
+/// Half the width of a cross, and of a small one, in units of the picture.
 const CROSS: f64 = 2.2;
 const SMALL_CROSS: f64 = 1.5;
-/// Steps of colour from none recovered to all.
+/// Number of steps of colour from no recovered trial to all.
 const SHADES: f64 = 10.0;
 
-/// Maps of one campaign: all with the same rings and sectors.
+/// Maps of one campaign, all with the same rings and sectors.
 pub(super) struct Maps<'a> {
     trials: &'a Trials<'a>,
-    /// Impulses (N s) at which rings begin and end.
+    /// Impulses at the edges of the rings (N s), in ascending order.
     edges_n_s: Vec<f64>,
     sectors: usize,
 }
 
 impl<'a> Maps<'a> {
-    /// `edges_n_s` ascend, and hold all impulses.
+    /// `edges_n_s` are in ascending order, and all impulses lie between them.
     pub fn new(edges_n_s: Vec<f64>, trials: &'a Trials<'a>) -> Self {
         let sectors = if trials.len() >= NARROW_SECTORS { 16 } else { 8 };
         Self { trials, edges_n_s, sectors }
     }
 
-    /// Count of rings.
+    /// Number of rings.
     fn rings(&self) -> usize {
         self.edges_n_s.len() - 1
     }
 
+    /// Impulse at the outermost ring (N s).
     fn most_n_s(&self) -> f64 {
         *self.edges_n_s.last().unwrap_or(&1.0)
     }
 
-    /// Share of recovered trials of one set, and its trials.
+    /// The map of one set: the share of recovered trials as cells and, unless there are too many, each trial as a mark.
     pub fn set(&self, set: usize) -> String {
         let Trials(rows) = self.trials;
         let own = |has_won: bool| rows.of(set).iter().copied().filter(move |row| row.has_recovered() == has_won);
@@ -64,7 +66,7 @@ impl<'a> Maps<'a> {
         )
     }
 
-    /// The trials in which two sets differ. None: too many trials for dots.
+    /// The map of the trials in which two sets differ. None if there are too many trials for marks.
     pub fn pair(&self, a: usize, b: usize) -> Option<String> {
         if !self.trials.as_dots() {
             return None;
@@ -88,8 +90,8 @@ impl<'a> Maps<'a> {
         ))
     }
 
-    /// A map with something below its rings and something over them. The script finds its dots by the impulse at the edge,
-    /// and by the `sets` whose trials it replays.
+    /// A map, with `below` drawn below its rings and `over` drawn over them. The script of the page reads two
+    /// attributes: the impulse at the outermost ring, and the `sets` whose trials it offers to replay.
     fn drawn(&self, label: &str, sets: &str, below: impl Fn(&mut Polar), over: impl Fn(&mut Polar)) -> String {
         let most = self.most_n_s();
         let mut polar = Polar::new(RADIUS, most);
@@ -102,6 +104,7 @@ impl<'a> Maps<'a> {
         polar.panel.svg(&format!("role=\"img\" aria-label=\"{label}\" data-most=\"{most}\" data-sets=\"{sets}\""))
     }
 
+    /// A coloured cell for each part of a ring that has trials.
     fn cells(&self, polar: &mut Polar, set: usize) {
         let width_deg = 360.0 / self.sectors as f64;
         let mut counts = vec![(0u32, 0u32); self.sectors * self.rings()];
@@ -132,18 +135,19 @@ impl<'a> Maps<'a> {
         }
     }
 
-    /// Lines of no length, whose ends the style sheet shapes.
+    /// Draws a dot for each chosen trial, as a line of no length whose round ends the style sheet draws.
     fn dots<'b>(&self, polar: &mut Polar, class: &str, chosen: impl Iterator<Item = &'b TrialRow>) {
         self.marks(polar, class, "h0", chosen);
     }
 
+    /// Draws a cross for each chosen trial.
     fn crosses<'b>(&self, polar: &mut Polar, class: &str, chosen: impl Iterator<Item = &'b TrialRow>) {
         let arm = if self.trials.len() > MANY { SMALL_CROSS } else { CROSS };
         let (arm, across) = (px(arm), px(2.0 * arm));
         self.marks(polar, class, &format!("m-{arm}-{arm}l{across} {across}m0-{across}l-{across} {across}"), chosen);
     }
 
-    /// A mark, as a path from its place, at each trial that is chosen.
+    /// Draws `mark`, a path that begins at the place of a trial, for each chosen trial.
     fn marks<'b>(&self, polar: &mut Polar, class: &str, mark: &str, chosen: impl Iterator<Item = &'b TrialRow>) {
         let of_trial = |row: &TrialRow| {
             let [x, y] = polar.panel.view.at(towards(row.heading_deg, row.impulse_n_s)).map(px);
@@ -154,7 +158,7 @@ impl<'a> Maps<'a> {
     }
 }
 
-/// Outline of a part of a ring between impulses (N s) and headings (degrees).
+/// Outline of the part of a ring between two impulses (N s) and two headings (degrees).
 fn ring_part(polar: &Polar, [inner, outer]: At, [from, to]: At) -> String {
     let place = |impulse_n_s, heading_deg| polar.panel.view.at(towards(heading_deg, impulse_n_s)).map(px).join(" ");
     let (small, large) = (px(polar.length(inner)), px(polar.length(outer)));
@@ -174,7 +178,7 @@ mod tests {
     use crate::campaign::store::by_set::BySet;
     use crate::campaign::store::row::tests::row;
 
-    /// Forward is up and left is to the left; a heading of a full turn is the same place.
+    /// Forward is up, left is to the left, and headings that differ by a full turn are the same place.
     #[test]
     fn headings_are_seen_from_above() {
         let sets = ["hold".to_string()];

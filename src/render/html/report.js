@@ -5,7 +5,7 @@
   const tip = document.getElementById("tip"), toast = document.getElementById("toast");
   const all = (selector, root = document) => [...root.querySelectorAll(selector)];
 
-  // Tooltips: what a picture says of a part, here also for a finger.
+  // Tooltips of pictures, which also work by touch.
   for (const title of all("svg title")) {
     title.parentNode.dataset.tip = title.textContent;
     title.remove();
@@ -21,7 +21,7 @@
     tip.style.top = (below ? event.clientY + 18 : event.clientY - height - 12) + "px";
   }
 
-  // Copying works in a file too; where it does not, the text stays to be read.
+  // Copies a text. Where this is not allowed, the text stays on the page to be copied by hand.
   let fading;
   function copy(text) {
     const say = (word) => {
@@ -35,7 +35,7 @@
     clipboard.then(() => say("copied: "), () => {});
   }
 
-  // Maps: the trial nearest to the pointer.
+  // Maps show the trial nearest to the pointer.
   const RADIUS = 130, NEAR = 9, OUTCOMES = { R: "recovered", F: "fell", D: "diverged", T: "timed out", "-": "not run" };
   const place = (trial, most) => {
     const heading = trial[2] * Math.PI / 180, length = RADIUS * trial[1] / most;
@@ -52,7 +52,7 @@
     let best = null, least = NEAR;
     for (const trial of data.trials.filter((trial) => sets.every((set) => isRun(trial, set)))) {
       const [x, y] = place(trial, map.dataset.most);
-      // On a map of two sets those in which they differ come first.
+      // On a map of two sets, trials in which they differ have priority.
       const extra = sets.length > 1 && !differs(trial, sets) ? 3 : 0;
       const distance = Math.hypot(x - at.x, y - at.y) + extra;
       if (distance < least) [best, least] = [trial, distance];
@@ -90,23 +90,23 @@
   document.addEventListener("click", (event) => {
     const command = event.target.closest(".command");
     if (command) return copy(command.dataset.copy ?? command.textContent);
-    // A link into what is folded unfolds it.
+    // A link to a folded part unfolds it.
     const link = event.target.closest("a[href^='#']");
     if (link) document.getElementById(link.hash.slice(1))?.closest("details")?.setAttribute("open", "");
-    // A number of the table stays marked on the maps until there is another click.
+    // The trial of a clicked number stays marked on the maps until the next click.
     const number = event.target.closest("[data-trial]");
     pinned = number && data.trials.find((trial) => trial[0] === Number(number.dataset.trial));
     if (number || !marked) mark(pinned);
     const map = event.target.closest(".map");
     const trial = map && nearest(map, event);
     if (!trial) return;
-    // Of two sets, the one that lost it.
+    // On a map of two sets, the command replays the trial with the set that lost it.
     const sets = setsOf(map);
     const set = sets.find((i) => trial[3][i] !== "R") ?? sets[0];
     copy(data.commands[set].join(trial[0]));
   });
 
-  // The navigation marks the section that is read; on a narrow screen it moves along.
+  // The navigation marks the section on the screen, and scrolls to its name on a narrow screen.
   const nav = document.querySelector("nav"), links = all("a", nav);
   const reading = new IntersectionObserver((sections) => {
     const found = sections.find((section) => section.isIntersecting);
@@ -118,7 +118,7 @@
   }, { rootMargin: "-20% 0px -75%" });
   all("section").forEach((section) => reading.observe(section));
 
-  // Choosers: one pair at a time, the same everywhere; names hide their curves.
+  // Choosers of pairs all show the same pair. The name of a set hides its curve.
   const choosers = all(".choose-pair");
   function choose(pair) {
     choosers.forEach((chooser) => { chooser.value = pair; });

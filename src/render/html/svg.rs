@@ -1,16 +1,16 @@
-//! Small pictures that stand in a table. Lengths are percent of the cell, so that they fit a phone as well as a page.
+//! Small pictures in the cells of tables. Their lengths are in percent of the cell, so that they fit any screen.
 
 use crate::render::figure::axes::Scale;
 use crate::render::figure::panel::{escape, px, short};
 use std::fmt::Write;
 
-/// Place from the left (%), within the picture.
+/// Distance of a value from the left edge (%), from 0 to 100.
 fn at(Scale { from, to }: Scale, x: f64) -> f64 {
     let width = (to - from).max(f64::MIN_POSITIVE);
     (100.0 * (x - from) / width).clamp(0.0, 100.0)
 }
 
-/// A dot with its interval.
+/// A dot for a value, with a bar for its interval.
 pub(super) fn whisker(scale: Scale, value: Option<f64>, ci: Option<[f64; 2]>, class: &str) -> String {
     let mut svg = format!("<svg class=\"whisker {}\" aria-hidden=\"true\">", escape(class));
     // Writing to a String cannot fail.
@@ -29,7 +29,8 @@ pub(super) fn whisker(scale: Scale, value: Option<f64>, ci: Option<[f64; 2]>, cl
     svg + "</svg>"
 }
 
-/// Ticks and their numbers, to stand above whiskers of the same scale. `unit` "%" takes shares.
+/// The numbers of an axis, which stand above whiskers of the same scale. With the unit "%", shares are written in
+/// percent.
 pub(super) fn axis(scale: Scale, unit: &str) -> String {
     let mut svg = String::from("<svg class=\"axis\" aria-hidden=\"true\">");
     let ticks = scale.ticks();
@@ -42,7 +43,8 @@ pub(super) fn axis(scale: Scale, unit: &str) -> String {
     svg + "</svg>"
 }
 
-/// Parts of a whole side by side: (class, share, what it says); the bar is as wide as `to`.
+/// A bar of parts side by side. Each part has a class, a share and the text of its tooltip. `to` is the share at the
+/// right edge.
 pub(super) fn share_bar(parts: &[(String, f64, String)], to: f64) -> String {
     let mut svg = String::from("<svg class=\"bar\" aria-hidden=\"true\">");
     let scale = Scale { from: 0.0, to };

@@ -1,4 +1,5 @@
-//! Trials that the page names: their places in its table of trials worth a look, and how other parts point to them.
+//! The trials that the page names: the rows of its table of telling trials, and the links to these rows from other
+//! parts of the page.
 
 use crate::campaign::verdict::pairs::Pair;
 use crate::campaign::verdict::set_summary::SetSummary;
@@ -7,8 +8,8 @@ use crate::stats::decision::PairVerdict;
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// The rows of the table: each set's telling trials, with what replays them, and their replays as seen from `folder`, if
-/// they are there.
+/// The rows of the table: each set's telling trials with the command that replays them and, if it exists, the path of
+/// their replay relative to `folder`.
 pub(super) fn table(sets: &[SetSummary], folder: &Path) -> Vec<Value> {
     let told = |(i, set): (usize, &SetSummary)| -> Vec<Value> {
         let row = |trial: u64| (row_id(sets, i, trial), command(set, trial), replay_found(folder, &set.origin, trial));
@@ -21,15 +22,15 @@ pub(super) fn table(sets: &[SetSummary], folder: &Path) -> Vec<Value> {
     sets.iter().enumerate().flat_map(told).collect()
 }
 
-/// A trial: its number, a link to where the page tells of it with one of the `tried` sets, and what replays it with the
-/// first of them.
+/// A trial: its number, the link to its row in the table for the first of the `tried` sets that has one, and the
+/// command that replays it with the first of them.
 pub(super) fn point(sets: &[SetSummary], trial: u64, tried: &[usize]) -> Value {
     let link = tried.iter().find_map(|set| row_id(sets, *set, trial)).map(|id| format!("#{id}"));
     json!({ "trial": trial, "link": link, "command": command(&sets[tried[0]], trial) })
 }
 
-/// The trials that only one of a pair of sets recovered from: first those of the first set, each to be replayed with the set
-/// that lost it; and an example of what a better set survived.
+/// The trials from which only one of a pair of sets recovered, first those of the first set, each with the command that
+/// replays it with the set that lost it. If one set is better, one of its trials is the example.
 pub(super) fn of_pair(sets: &[SetSummary], pair: &Pair, (a, b): (usize, usize)) -> Value {
     let points = |trials: &[u64], tried: [usize; 2]| -> Vec<Value> {
         trials.iter().map(|trial| point(sets, *trial, &tried)).collect()
@@ -46,14 +47,14 @@ fn command(set: &SetSummary, trial: u64) -> String {
     replay_parts(&set.origin, Path::new("")).join(&trial.to_string())
 }
 
-/// Id of the row for a set and a trial; None: the page does not tell of it.
+/// Id of the row of a set and a trial. None if the table has no such row.
 fn row_id(sets: &[SetSummary], set: usize, trial: u64) -> Option<String> {
     let SetSummary { name, telling, .. } = &sets[set];
     let is_told = telling.iter().any(|told| told.trial == trial);
     is_told.then(|| format!("trial-{trial}-{}", slug(name, set)))
 }
 
-/// A name as a part of an id and of a link to it; of one with other letters, which set it is.
+/// The name of a set as part of an id and of links to it. A name with special characters is replaced by its number.
 fn slug(name: &str, set: usize) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     if !name.is_empty() && name.chars().all(is_plain) { name.into() } else { format!("~{set}") }
@@ -68,7 +69,7 @@ mod tests {
     use crate::episode::Outcome::{Fell, Recovered};
 
     #[test]
-    fn a_trial_is_linked_where_it_is_told_of_and_can_be_replayed_everywhere() {
+    fn a_trial_links_to_its_row_and_has_a_command_everywhere() {
         let mut summary = summary(&[[Fell, Recovered]; 8], &[], &[]);
         let of_trial = |trial| TellingTrial { trial, ..summary.sets[0].telling[0].clone() };
         let telling = [vec![of_trial(5), of_trial(7)], vec![of_trial(9)]];

@@ -1,13 +1,13 @@
-//! The trials of a campaign as the page needs them: one push and what each gain set made of it.
+//! The trials of a campaign in the form that the page needs: one push, and the outcome with each gain set.
 
 use crate::campaign::TrialRow;
 use crate::campaign::store::by_set::BySet;
 use crate::episode::Outcome;
 use serde_json::{Value, json};
 
-/// More trials than this are not drawn one by one.
+/// With more trials than this, no trial is drawn by itself.
 const MOST_DOTS: usize = 2000;
-/// The last count of footsteps stands for all beyond it.
+/// Numbers of footsteps from this one on are counted together.
 const FOOTSTEPS: usize = 4;
 
 /// The rows of a result, and what the page makes of them.
@@ -19,14 +19,14 @@ impl Trials<'_> {
         self.0.drawn().len()
     }
 
-    /// Whether there are few enough to be drawn one by one.
+    /// Whether there are few enough trials to draw each by itself.
     pub fn as_dots(&self) -> bool {
         self.len() <= MOST_DOTS
     }
 
-    /// For the script: names of the sets, what stands before and after the number of a trial in the command that
-    /// replays it, and for each trial its number, impulse (N s), heading (degrees), a letter for each set's outcome
-    /// (R, F, D, T, or - where the set had been stopped before) and each set's footsteps. Safe inside a `script` element.
+    /// The data of the page's script: names of the sets, the parts of the replay command before and after the number of
+    /// a trial, and for each trial its number, impulse (N s), heading (degrees), a letter for each set's outcome (R, F,
+    /// D, T, or - where the set had been stopped before) and each set's number of footsteps. The text is safe inside a `script` element.
     pub fn as_json(&self, commands: &[[String; 2]]) -> String {
         let round = |x: f64, digits: f64| (x * digits).round() / digits;
         let Self(rows) = self;
@@ -43,7 +43,7 @@ impl Trials<'_> {
         json!({ "sets": rows.names, "commands": commands, "trials": trials }).to_string().replace('<', "\\u003c")
     }
 
-    /// For each set, its recovered trials with 0, 1, 2 ... footsteps.
+    /// For each set, the number of its recovered trials with 0, 1, 2 ... footsteps.
     pub fn footsteps(&self) -> Vec<[u64; FOOTSTEPS + 1]> {
         let of_set = |set: usize| {
             let mut counts = [0; FOOTSTEPS + 1];

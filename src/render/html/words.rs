@@ -1,4 +1,4 @@
-//! How the page writes numbers: filters of its template. What is absent, or no number, is a dash.
+//! Filters of the template that write numbers. A value that is missing or not finite becomes a dash.
 
 use crate::render::figure::panel::short;
 use crate::render::html_page::together;
@@ -7,6 +7,7 @@ use minijinja::{Environment, Value as Cell};
 
 const NOTHING: &str = "\u{2013}";
 
+/// Adds the filters.
 pub(super) fn add_to(environment: &mut Environment) {
     environment.add_filter("pct", |x: Cell| written(&x, |x| format!("{:.1}\u{a0}%", 100.0 * x)));
     environment.add_filter("points", |x: Cell| written(&x, |x| signed(100.0 * x, 1)));
@@ -26,16 +27,18 @@ fn written(x: &Cell, write: impl Fn(f64) -> String) -> String {
     number(x).map_or(NOTHING.into(), write)
 }
 
+/// The number in a cell, if it is finite.
 pub(super) fn number(cell: &Cell) -> Option<f64> {
     f64::try_from(cell.clone()).ok().filter(|x| x.is_finite())
 }
 
+/// The two ends in a cell, if both are finite.
 pub(super) fn interval(cell: &Cell) -> Option<[f64; 2]> {
     let end = |i| number(&cell.get_item_by_index(i).ok()?);
     Some([end(0)?, end(1)?])
 }
 
-/// Of a bar: `[class, share, words]`.
+/// A part of a bar, from `[class, share, text]`.
 pub(super) fn part(cell: &Cell) -> Option<(String, f64, String)> {
     let item = |i| cell.get_item_by_index(i).ok();
     Some((item(0)?.to_string(), number(&item(1)?)?, item(2)?.to_string()))
@@ -45,7 +48,7 @@ fn signed(x: f64, digits: usize) -> String {
     layout::signed(x, digits).replace('-', "\u{2212}")
 }
 
-/// A text whose negative numbers have a real minus, and whose numbers stay with their units; the hyphens of names stay.
+/// The text with minus signs before negative numbers, and numbers that stay with their units. Hyphens in names stay.
 fn signs(text: &str) -> String {
     let mut parts = text.split('-');
     let mut told = parts.next().unwrap_or_default().to_string();
@@ -57,13 +60,14 @@ fn signs(text: &str) -> String {
     together(&told)
 }
 
-/// The quantity of a stratum in words; the labels below it have the unit.
+/// The quantity of a stratum in words, without its unit, which the labels below it have.
 fn kind(by: &str) -> String {
     let name = by.strip_suffix("_m").or(by.strip_suffix("_s")).unwrap_or(by);
     name.replace("_scale", " (times nominal)").replace("_com_", "_COM_").replace('_', " ")
 }
 
-/// How a quantity is drawn, in words: `2.5`, `{ uniform = [a, b] }`, `{ normal = [mean, sd] }`, or a word.
+/// A distribution in words. It is `2.5`, `{ uniform = [a, b] }`, `{ normal = [mean, sd] }`, or a word such as a
+/// profile.
 fn drawn(value: Cell) -> String {
     let two = |key: &str| interval(&value.get_attr(key).ok()?);
     if let Some([a, b]) = two("uniform") {
@@ -84,7 +88,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_read_well() {
+    fn numbers_have_signs_units_and_words() {
         assert_eq!([12.34, -0.04, -3.0].map(|x| signed(x, 1)), ["+12.3", "0.0", "\u{2212}3.0"]);
         assert_eq!([1e-9, 0.0042, 0.25].map(p_cell), ["< 0.0001", "0.0042", "0.25"]);
         assert_eq!(written(&Cell::UNDEFINED, |x| x.to_string()), NOTHING);

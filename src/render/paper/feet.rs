@@ -1,4 +1,5 @@
-//! Fig. 6: which foot swings, and how far: the paper's two examples, and all directions. Of Fig. 7: how the feet stand.
+//! Fig. 6, which foot swings and how far, for the paper's two examples and for all directions. Also the part of Fig. 7
+//! that shows how the feet stand.
 
 use super::footwork::{Choice, EXAMPLES_DEG};
 use super::study::Study;
@@ -6,15 +7,16 @@ use crate::render::figure::panel::{At, Panel, short};
 use crate::robot::Foot;
 use nalgebra::{Point2, Vector2};
 
+/// Width of a panel (px).
 const WIDTH: f64 = 460.0;
 
-/// Fig. 6.
+/// The panels of Fig. 6.
 pub fn decision(study: &Study) -> Vec<Panel> {
     let [a, b] = EXAMPLES_DEG.map(|deg| study.choice(deg));
     vec![example(study, &a, "(A)"), example(study, &b, "(B)"), fan(study)]
 }
 
-/// Outline of D_L or D_R (eq. 27, 28), seen from the middle of the feet (m).
+/// Outline of D_L or D_R (eq. 27, 28), from the middle of the feet (m; x forward, y left).
 fn range(study: &Study, foot: Foot) -> Vec<Point2<f64>> {
     let (range, stance) = (&study.rules.range, study.sole_at_home(foot.other()));
     let arc = |i: u32| {
@@ -25,6 +27,7 @@ fn range(study: &Study, foot: Foot) -> Vec<Point2<f64>> {
     (0..=60).map(arc).collect()
 }
 
+/// An example: both ranges, the arrow of each foot, and the landing place of the chosen one.
 fn example(study: &Study, choice: &Choice, name: &str) -> Panel {
     let Choice { direction, reach, chosen } = choice;
     let title = format!(
@@ -58,11 +61,12 @@ fn example(study: &Study, choice: &Choice, name: &str) -> Panel {
     ground
 }
 
+/// How far each foot can go in every direction, with the chosen foot as colour.
 fn fan(study: &Study) -> Panel {
     let mut ground = Panel::ground(WIDTH, [0.16, 0.168], "All directions: how far each foot can go");
     let tip = |choice: &Choice, foot: Foot| At::from(choice.direction * choice.reach[foot]);
     let fan: Vec<Choice> = (0..=720).map(|half_deg| study.choice(0.5 * f64::from(half_deg))).collect();
-    // From one whole degree to the next, by what is chosen between them.
+    // A sector spans one degree, and has the colour of the foot that is chosen in its middle.
     for sector in fan.windows(3).step_by(2) {
         if let Some((foot, _)) = sector[1].chosen {
             let outline = [[0.0, 0.0], tip(&sector[0], foot), tip(&sector[2], foot)];
@@ -79,7 +83,7 @@ fn fan(study: &Study) -> Panel {
     for (error, name) in imposed.chain(pushed).zip(["8 (a)", "8 (b)", "12", "13"]) {
         let direction = Vector2::from(error).normalize();
         ground.arrow("push", direction * 0.115, direction * 0.132);
-        // A name near the edge stays inside of the frame, below its arrow.
+        // A name near the edge is moved below its arrow, so that it stays in the frame.
         let beyond = (ground.view.at(direction * 0.148)[0] - (WIDTH - 48.0)).max(0.0);
         let offset = [-beyond, if beyond > 0.0 { 15.0 } else { 4.0 }];
         ground.text("push small halo", direction * 0.148, offset, &format!("Fig. {name}"));
@@ -87,7 +91,7 @@ fn fan(study: &Study) -> Panel {
     ground
 }
 
-/// How the feet stand at first, in a panel of the given width (px).
+/// The initial placement of the feet, in a panel of a given width (px).
 pub fn placement(study: &Study, width: f64) -> Panel {
     let mut ground = Panel::ground(width, [0.115, 0.11], "Initial foot placement");
     let mm = |m: f64| format!("{} mm", short(1e3 * m, 1));

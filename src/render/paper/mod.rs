@@ -1,8 +1,7 @@
-//! The page of `standfast paper`: what the paper's figures show, each beside what the paper states and whether that was
-//! found.
+//! The page of `standfast paper`: its figures, with the statements of the paper on each and the verdicts on them.
 //!
-//! What is drawn is given: the runs as a [`Study`], and the numbers of each figure, from which `words.toml` makes all claims
-//! and captions. `sets`, `feet`, `robot` and `time` draw the panels.
+//! The runs are given as a [`Study`], and the numbers of each figure as JSON, from which `words.toml` makes all
+//! captions and claims. `sets`, `feet`, `robot` and `time` draw the panels.
 
 mod feet;
 pub mod footwork;
@@ -20,22 +19,22 @@ use serde_json::{Value, json};
 use study::Study;
 use words::{Claim, FigureWords, NotMade, Teller, Words, counts};
 
-/// All that stands on the page.
+/// The contents of the page.
 pub struct Page {
-    /// What was found in all, in sentences.
+    /// Sentences that sum up what was found.
     pub found: Vec<String>,
     pub figures: Vec<Figure>,
     pub not_made: Vec<NotMade>,
-    /// On the update time of the sets; empty: it was not measured.
+    /// Claims on the update time of the sets; none if it was not measured.
     pub update_claims: Vec<Claim>,
-    /// How often it was.
+    /// Number of updates that were timed.
     repetitions: Value,
 }
 
 /// A figure.
 pub struct Figure {
     pub words: FigureWords,
-    /// What is seen.
+    /// What the figure shows, in words.
     pub reading: String,
     pub panels: Vec<Panel>,
     pub table: Option<Value>,
@@ -43,8 +42,9 @@ pub struct Figure {
 }
 
 impl Page {
-    /// From `numbers`: for each figure by its number an object with what its words name; "update_time": that of the update
-    /// time, or null. Errors: none but words that are wrong.
+    /// The page from its words, the runs, and `numbers`, an object with the numbers of each figure by its number, and
+    /// with those of the update time (or null) as "update_time". Fails only if the words name a number that is not
+    /// there.
     pub fn new(words: Words, study: &Study, numbers: &Value) -> Result<Self> {
         let family = &study.design.family;
         let design = json!({
@@ -78,7 +78,7 @@ impl Page {
         self.figures.iter().flat_map(|figure| &figure.claims).chain(&self.update_claims)
     }
 
-    /// `index.html`: all figures as one page that asks for nothing else. Errors: none but a template that is wrong.
+    /// `index.html`: all figures as one page that loads nothing else. Fails only if the template is wrong.
     pub fn html(&self, study: &Study) -> Result<String> {
         let context = json!({
             "style": include_str!("paper.css"),
@@ -97,6 +97,7 @@ impl Page {
     }
 }
 
+/// The panels of a figure.
 fn panels(number: &str, study: &Study, numbers: &Value) -> Vec<Panel> {
     match number {
         "3" => sets::inclusion(study),
@@ -113,13 +114,13 @@ fn panels(number: &str, study: &Study, numbers: &Value) -> Vec<Panel> {
     }
 }
 
-/// The verdicts of a list of claims: how many of each, in words.
+/// The number of claims with each verdict, in words.
 fn told<'a>(claims: impl IntoIterator<Item = &'a Claim>) -> Vec<Value> {
     counts(claims).iter().map(|count| json!({ "verdict": count.verdict, "told": count.in_words() })).collect()
 }
 
 impl Figure {
-    /// For the page.
+    /// The values that the template reads.
     fn shown(&self) -> Value {
         let layout = match self.panels.iter().map(|panel| panel.width).fold(0.0, f64::max) {
             w if w < 300.0 => "strip",

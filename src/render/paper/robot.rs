@@ -1,4 +1,4 @@
-//! The robot itself: Fig. 7, its solids and its joints; Fig. 8, 12 and 13, snapshots of its runs.
+//! Pictures of the robot: its solids and joints (Fig. 7), and snapshots of its runs (Fig. 8, 12 and 13).
 
 use super::feet;
 use super::study::{ImposedRun, Pushed, Study};
@@ -10,11 +10,11 @@ use crate::robot::{Foot, Joint, Kinematics, Robot};
 use image::RgbImage;
 use nalgebra::{Point3, Vector2};
 
-/// Dots of a picture to a px of the page.
+/// Dots of a picture for each px of the page.
 const FINE: f64 = 2.0;
-/// Of the panels of Fig. 7 (px).
+/// Size of the panels of Fig. 7 (px).
 const SIZE: [f64; 2] = [400.0, 560.0];
-/// Of the robot at home.
+/// Camera of Fig. 7, which shows the robot at home.
 const AT_HOME: Camera = Camera {
     target: Point3::new(0.0, 0.0, 0.262),
     azimuth_deg: 32.0,
@@ -22,23 +22,23 @@ const AT_HOME: Camera = Camera {
     distance_m: 1.5,
     fov_deg: 25.0,
 };
-/// Half of a joint's axis as it is drawn (m).
+/// Half the length of a joint's axis in the picture (m).
 const AXIS_M: f64 = 0.022;
-/// An axis whose largest part is more is along that one.
+/// An axis counts as parallel to x, y or z if its component along that one is larger than this.
 const ALONG: f64 = 0.99;
 
-/// Of a snapshot without marks, and of one with them, which are small (px); of their cameras (degrees).
+/// Size of a snapshot (px) and field of view of its camera (degrees), without and with marks.
 const PLAIN: ([f64; 2], f64) = ([200.0, 270.0], 22.5);
 const MARKED: ([f64; 2], f64) = ([340.0, 440.0], 27.0);
-/// By how much a camera looks to the side of the push (m): the arrow is to be in the picture.
+/// Offset of the camera to the side from which the push comes (m), so that the arrow of the push is in the picture.
 const ARROW_M: f64 = 0.07;
 
-/// By what a joint turns its limb with all joints at zero: one axis of the robot, or none of them.
+/// Name of the axis of a joint with all joints at zero: roll, pitch or yaw, or oblique if it is along none of them.
 pub fn axis_name(joint: &Joint) -> &'static str {
     if joint.axis.amax() > ALONG { ["roll", "pitch", "yaw"][joint.axis.iamax()] } else { "oblique" }
 }
 
-/// Fig. 7.
+/// The panels of Fig. 7.
 pub fn machine(study: &Study) -> Vec<Panel> {
     let mut view = Panel::new(SIZE[0], SIZE[1]);
     let image = draw_posture(&study.robot, &study.robot.home_posture(), &AT_HOME, fine(SIZE));
@@ -46,12 +46,12 @@ pub fn machine(study: &Study) -> Vec<Panel> {
     vec![view, skeleton(&study.robot), feet::placement(study, SIZE[0])]
 }
 
-/// Dots of a picture that is shown in so many px.
+/// Size of a picture in dots, from its size on the page (px).
 fn fine(size: [f64; 2]) -> [u32; 2] {
     size.map(|side| (FINE * side) as u32)
 }
 
-/// The joints' axes in the view of the picture.
+/// The axes of the joints, seen by the same camera as the picture.
 fn skeleton(robot: &Robot) -> Panel {
     let mut kinematics = Kinematics::new(robot);
     kinematics.update(robot, &robot.home_posture());
@@ -85,7 +85,7 @@ fn skeleton(robot: &Robot) -> Panel {
     panel
 }
 
-/// Fig. 8.
+/// The panels of Fig. 8.
 pub fn imposed(study: &Study) -> Vec<Panel> {
     let runs = study.errors.iter().zip(["(a)", "(b)"]);
     runs.flat_map(|(run, name)| imposed_strip(study, run, name)).collect()
@@ -110,7 +110,7 @@ fn imposed_strip(study: &Study, run: &ImposedRun, name: &str) -> [Panel; 6] {
         let Snapshot { time_s, posture, .. } = &moments[i];
         let image = draw_posture(&study.robot, posture, &camera, fine(size));
         let mut panel = snapshot(&image, size, &format!("{name}  {time_s:.3} s"), what);
-        // Where the soles stood at first, on the floor.
+        // The outlines of the soles where they stood at first.
         for foot in Foot::BOTH {
             let corners = study.sole().map(|corner| study.sole_at_home(foot) + corner.coords);
             let on_floor = corners.map(|corner| Point3::new(corner.x, corner.y, 0.0));
@@ -121,10 +121,9 @@ fn imposed_strip(study: &Study, run: &ImposedRun, name: &str) -> [Panel; 6] {
     })
 }
 
-/// Fig. 12 and 13.
+/// The panels of Fig. 12 or 13.
 pub fn pushed(study: &Study, pushed: &Pushed) -> Vec<Panel> {
     let (size, fov_deg) = MARKED;
-    // With room for the arrow, on the side that the push comes from.
     let camera = camera(middle(&pushed.footstep) - ARROW_M * pushed.push.direction().xy(), fov_deg);
     let shown = |(i, what): (usize, &str)| {
         let moment = &pushed.film.snapshots[i];
@@ -134,13 +133,13 @@ pub fn pushed(study: &Study, pushed: &Pushed) -> Vec<Panel> {
     pushed.moments().map(shown).into()
 }
 
-/// Over which a camera sees a footstep whole (m).
+/// Point of the ground over which a camera sees the whole of a footstep (m).
 fn middle(footstep: &Footstep) -> Vector2<f64> {
     0.5 * Vector2::new(footstep.to_m[0], footstep.to_m[1] - footstep.from_m[1])
 }
 
-/// From the robot's front right, at a point over the ground (m); it does not follow the robot, so that a footstep is seen
-/// as one.
+/// A camera at the robot's front right that looks at a point over the ground (m). It does not follow the robot, so that
+/// the pictures show how far it moves.
 fn camera(over: Vector2<f64>, fov_deg: f64) -> Camera {
     let target = Point3::new(over.x, over.y, 0.255);
     Camera { target, azimuth_deg: -48.0, elevation_deg: 12.0, distance_m: 1.7, fov_deg }

@@ -1,4 +1,4 @@
-//! Fig. 3, the sets of the gains one in the other, and Fig. 4, the sets before a footstep and after.
+//! Fig. 3, the nested sets of the gains, and Fig. 4, the sets before and after a footstep.
 
 use super::study::{Stand, Study};
 use crate::geometry::SupportPolygon;
@@ -9,14 +9,15 @@ use crate::render::figure::panel::{Panel, short};
 use crate::robot::Foot;
 use nalgebra::{Isometry2, Point2};
 
+/// Width of a panel (px).
 const WIDTH: f64 = 460.0;
 
-/// Fig. 3.
+/// The panels of Fig. 3.
 pub fn inclusion(study: &Study) -> Vec<Panel> {
     vec![slice(&study.sets, 0, "COM over the middle of the feet"), com_slice(study)]
 }
 
-/// Slice of a resting COM with the ZMP in the middle, seen from above.
+/// The slices of the sets for a COM at rest with the ZMP in the middle, seen from above.
 fn com_slice(study: &Study) -> Panel {
     let mut ground = Panel::ground(WIDTH, [0.08, 0.105], "COM at rest, ZMP in the middle");
     for foot in Foot::BOTH {
@@ -32,14 +33,14 @@ fn com_slice(study: &Study) -> Panel {
     ground
 }
 
-/// For each gain, where a resting COM may be with the ZMP at the origin, control frame.
+/// For each gain, the positions of a COM at rest that its set holds with the ZMP at the origin (m, control frame).
 fn slices(study: &Study, allowed: &SupportPolygon) -> Vec<Vec<Point2<f64>>> {
     let mut sets = OnlineSets::new(&study.design.family);
     sets.update(allowed);
     (0..sets.len()).map(|gain| sets.slice(gain, &State::default())).collect()
 }
 
-/// Fig. 4.
+/// The panels of Fig. 4.
 pub fn regions(study: &Study) -> Vec<Panel> {
     let pushed = &study.pushes[0];
     let (lift, landing) = (&pushed.lift, &pushed.landing);
@@ -49,7 +50,8 @@ pub fn regions(study: &Study) -> Vec<Panel> {
     ]
 }
 
-/// A stand in its control frame; thinly dashed, in the frame `old`, where the soles were at home.
+/// The contact region and the sets of a state, in its control frame. Thin dashed lines show where the soles stood at
+/// home, if the control frame of that time, `old`, is given.
 fn region(study: &Study, what: &str, stand: &Stand, allowed: &SupportPolygon, old: Option<&Isometry2<f64>>) -> Panel {
     let title = format!("{what}, t = {} s", short(stand.time_s, 3));
     let (mut ground, sole) = (Panel::ground(WIDTH, [0.155, 0.125], &title), study.sole());
@@ -65,7 +67,7 @@ fn region(study: &Study, what: &str, stand: &Stand, allowed: &SupportPolygon, ol
         }
         let origin = into * old * Point2::origin();
         ground.circle("plan", origin, 3.5);
-        // In the free ground below the soles that were.
+        // The name stands where nothing else is drawn, behind the old soles.
         ground.line("plan hair", origin, [-0.135, origin.y]);
         ground.text("plan small halo", [-0.14, origin.y], [0.0, 0.0], "old origin");
     }

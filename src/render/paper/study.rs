@@ -1,4 +1,4 @@
-//! What the page is made from: the runs of the paper's scenarios and the sets of its gain set, as plain data.
+//! The data of the page: the runs of the paper's scenarios, and the sets of its gain set.
 
 use crate::control::Design;
 use crate::episode::imposed::ImposedRecord;
@@ -12,93 +12,96 @@ use crate::robot::{Foot, PerFoot, Robot};
 use crate::sim::Push;
 use nalgebra::{Isometry2, Point2, Vector2};
 
-/// Everything that the figures show.
+/// All runs and sets that the figures show.
 pub struct Study {
     pub robot: Robot,
     pub design: Design,
     pub rules: Stepping,
-    /// What "stands still" and "home" are in all runs.
+    /// The thresholds of "stands still" and "home", the same in all runs.
     pub judge: Judge,
-    /// From the right sole's centre to the left's at home, and the COM, over the ground (m).
+    /// Offset from the centre of the right sole to that of the left one at home (m).
     pub stance: Vector2<f64>,
+    /// The COM over the ground at home (m).
     pub com: Point2<f64>,
-    /// Support of both soles at home, control frame; what of it the ZMP may use, and the sets on that.
+    /// Support of both soles at home (control frame).
     pub home: SupportPolygon,
+    /// The part of it that the ZMP may use.
     pub allowed: SupportPolygon,
+    /// The maximal CPI sets for this part, slow to fast.
     pub sets: Vec<CpiSet>,
     pub inclusion: Inclusion,
-    /// The same where the first push has led to.
+    /// The same for the support after the footstep of the first push.
     pub landed_allowed: SupportPolygon,
     pub landed_sets: Vec<CpiSet>,
-    /// Sect. VI, Fig. 12 to 14: (a) from behind, (b) from diagonally forward left.
+    /// The pushes of Sect. VI and Fig. 12 to 14: (a) from behind, (b) from diagonally forward left.
     pub pushes: [Pushed; 2],
-    /// The push of Fig. 13 towards some headings, then pushes whose ZMP errors come close to those of Sect. V.C.
+    /// The push of Fig. 13 with other headings, then pushes whose ZMP errors come close to those of Sect. V.C.
     pub tried: Vec<(Push, Record)>,
-    /// Sect. V.C, Fig. 8 and 9: (a), (b).
+    /// The imposed errors (a) and (b) of Sect. V.C, Fig. 8 and 9.
     pub errors: [ImposedRun; 2],
-    /// The same errors, made by a COM that moves.
+    /// The same errors as the result of a moving COM.
     pub moving: [ImposedRecord; 2],
 }
 
-/// A push in physics that leads to a footstep.
+/// The run of a push that leads to a footstep, with physics.
 pub struct Pushed {
     pub push: Push,
     pub film: Film,
-    /// The first.
+    /// The first footstep.
     pub footstep: Footstep,
-    /// Its support is what carries load.
+    /// The motion of every tick. Its support is the hull of the soles that carry load.
     pub motion: MotionPlot,
     pub lift: Stand,
     pub landing: Stand,
     pub seen: Seen,
-    /// The same push, by a set of the same gains that takes no footstep, and by a robot that keeps its posture.
+    /// The same push with the same gains but no footstep, and with a robot that holds its posture.
     pub without_footstep: Record,
     pub stiff: Record,
 }
 
-/// What is seen of a pushed run beyond its record and its film.
+/// What the page needs of a pushed run beyond its record and its film.
 #[derive(Debug, Default)]
 pub struct Seen {
     /// The last tick on both feet before the first lift, and the first one after its landing.
     pub lift: Option<Stand>,
     pub landing: Option<Stand>,
-    /// Of every tick: which soles carry load.
+    /// Which soles carry load, for every tick.
     pub loaded: Vec<PerFoot<bool>>,
-    /// In the first swing, of the sole that stands: its largest angle to the ground, and its largest turn about the vertical
-    /// since the lift (degrees, to the left).
+    /// Largest angle between the stance sole and the ground in the first swing, and its largest turn about the vertical
+    /// since the lift (degrees; positive to the left).
     pub stance_tip_deg: f64,
     pub stance_turn_deg: f64,
     /// For how long the torque of each joint was at its limit (s).
     pub at_limit_s: Vec<f64>,
 }
 
-/// What the controller knows while it stands on both feet.
+/// The controller's estimates at a tick on both feet.
 #[derive(Debug, Clone, Copy)]
 pub struct Stand {
     pub time_s: f64,
-    /// Control frame to world.
+    /// Pose of the control frame in the world.
     pub frame: Isometry2<f64>,
-    /// Support, control frame.
+    /// Support (control frame).
     pub polygon: SupportPolygon,
-    /// As estimated, with the ZMP wanted; control frame.
+    /// Estimated COM and COM velocity, with the commanded ZMP (control frame).
     pub state: State,
-    /// Centres and headings of the soles, world.
+    /// Centres and headings of the soles (world frame).
     pub soles: PerFoot<Isometry2<f64>>,
-    /// On each sole (N).
+    /// Load on each sole (N).
     pub load_n: PerFoot<f64>,
 }
 
-/// An imposed error, without physics.
+/// The run of an imposed ZMP error, without physics.
 pub struct ImposedRun {
     pub record: ImposedRecord,
-    /// The first.
+    /// The first footstep.
     pub footstep: Footstep,
-    /// Of every tick.
+    /// The motion of every tick.
     pub motion: MotionPlot,
 }
 
 impl Study {
-    /// Middle of a sole at home (m).
+    /// Centre of a sole at home (m, control frame).
     pub fn sole_at_home(&self, foot: Foot) -> Point2<f64> {
         Point2::from(0.5 * foot.side() * self.stance)
     }
@@ -116,12 +119,12 @@ impl Study {
 }
 
 impl Pushed {
-    /// When it stands still, or else its end (s).
+    /// Time from which on the robot stands still, or else the end of the episode (s).
     pub fn end_s(&self) -> f64 {
         self.film.record.settled_at_s.unwrap_or(self.film.record.end_s)
     }
 
-    /// Moments that tell the story: index of a snapshot, and what happens.
+    /// The moments that the snapshots show: index into the snapshots of the film, and what happens.
     pub fn moments(&self) -> [(usize, &'static str); 6] {
         let (Footstep { lift_s, land_s, .. }, end_s) = (self.footstep, self.end_s());
         let snapshots = &self.film.snapshots;

@@ -1,4 +1,4 @@
-//! Over time: Fig. 5, the phases of the two pushed runs; Fig. 9 and 14, COM ("COG"), ZMP and feet.
+//! Figures over time: the phases of the pushed runs (Fig. 5), and COM ("COG"), ZMP and feet (Fig. 9 and 14).
 
 use super::study::{ImposedRun, Pushed, Study};
 use crate::control::Phase;
@@ -9,17 +9,17 @@ use crate::render::figure::panel::{At, Panel, View, short};
 use crate::render::text::story;
 use serde_json::Value;
 
-/// Of Fig. 5 (px).
+/// Width of a panel of Fig. 5, and left and right edge of its charts (px).
 const WIDTH: f64 = 460.0;
 const LEFT: f64 = 60.0;
 const RIGHT: f64 = WIDTH - 10.0;
-/// Seen before the push and after the robot stands still (s).
+/// How much of the time before the push, and after the robot stands still, Fig. 5 shows (s).
 const BEFORE_S: f64 = 0.08;
 const STILL_S: f64 = 0.06;
-/// Shown in Fig. 9 and 14 after the COM is home (s).
+/// How long Fig. 9 and 14 go on after the COM is home (s).
 const AFTER_S: f64 = 0.4;
 
-/// The events of a run by their names among the numbers of Fig. 5.
+/// The events of a run: name among the numbers of Fig. 5, and words.
 const EVENTS: [(&str, &str); 7] = [
     ("push_s", "push"),
     ("left_sets_s", "no set holds the state"),
@@ -30,7 +30,7 @@ const EVENTS: [(&str, &str); 7] = [
     ("still_from_s", "stands still"),
 ];
 
-/// Fig. 5, from its numbers, too.
+/// The panels of Fig. 5; the times of its events are among its numbers.
 pub fn sequence(study: &Study, numbers: &Value) -> Vec<Panel> {
     let [a, b] = &study.pushes;
     vec![
@@ -39,8 +39,9 @@ pub fn sequence(study: &Study, numbers: &Value) -> Vec<Panel> {
     ]
 }
 
+/// The phases, gains and margins of one run over time, with its numbered events.
 fn phases(pushed: &Pushed, told: &Value, title: &str) -> Panel {
-    // A state that is held from the landing on is no event of its own.
+    // If the new sets hold the state at the landing, this needs no event of its own.
     let happens = |name: &str| name != "held_after_landing_s" || told["landed_inside"] == false;
     let events: Vec<(f64, &str)> = EVENTS
         .iter()
@@ -90,7 +91,7 @@ fn phases(pushed: &Pushed, told: &Value, title: &str) -> Panel {
     let mut label = f64::NEG_INFINITY;
     for (i, (at, what)) in events.iter().enumerate() {
         panel.line("axis thin", [*at, 1.0], [*at, 0.0]);
-        // Numbers of events that are close stand side by side.
+        // The numbers of events that are close to each other are moved apart.
         label = panel.view.at([*at, 0.0])[0].max(label + 11.0);
         let row = 410.0 + 17.0 * i as f64;
         panel.in_px(|panel| {
@@ -101,7 +102,7 @@ fn phases(pushed: &Pushed, told: &Value, title: &str) -> Panel {
     panel
 }
 
-/// Fig. 9.
+/// The panels of Fig. 9.
 pub fn imposed(study: &Study) -> Vec<Panel> {
     let panel = |(run, name): (&ImposedRun, &str)| {
         let [x, y] = run.record.zmp_error_m.map(|m| short(1e3 * m, 1));
@@ -111,7 +112,7 @@ pub fn imposed(study: &Study) -> Vec<Panel> {
     study.errors.iter().zip(["(a)", "(b)"]).map(panel).collect()
 }
 
-/// Fig. 14.
+/// The panels of Fig. 14.
 pub fn pushed(study: &Study) -> Vec<Panel> {
     let panel = |(pushed, name): (&Pushed, &str)| {
         let record = &pushed.film.record;
@@ -122,7 +123,7 @@ pub fn pushed(study: &Study) -> Vec<Panel> {
     study.pushes.iter().zip(["(a)", "(b)"]).map(panel).collect()
 }
 
-/// A motion until `end_s`.
+/// The plot of a motion up to `end_s`.
 fn motion(motion: &MotionPlot, title: &str, end_s: f64) -> Panel {
     let mut motion = motion.clone();
     motion.end_at(end_s);

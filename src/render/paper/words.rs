@@ -1,4 +1,4 @@
-//! The words of `words.toml`, filled in with what was found, and the verdicts on what the paper says.
+//! The words of `words.toml`: fills in the numbers of this run, and decides which statements of the paper it bears out.
 
 use crate::error::{Error, Result};
 use crate::render::figure::panel::short;
@@ -8,36 +8,36 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// The file.
+/// The contents of `words.toml`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Words {
-    /// What was found in all, in sentences.
+    /// Sentences that sum up what was found.
     found: Vec<String>,
-    /// In their order.
+    /// The figures, in the order of the page.
     pub figure: Vec<FigureWords>,
     claim: BTreeMap<String, ClaimWords>,
     pub not_made: Vec<NotMade>,
-    /// The claims on the update time.
+    /// Names of the claims on the update time.
     pub update_time: Vec<String>,
 }
 
 impl Words {
-    /// Errors: none but words that are wrong.
+    /// Reads the compiled-in file. Fails only if that is wrong.
     pub fn load() -> Result<Self> {
         toml::from_str(include_str!("words.toml")).map_err(wrong)
     }
 }
 
-/// Of a figure of the page.
+/// The words of a figure.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FigureWords {
-    /// As in the paper, e.g. "3".
+    /// Number in the paper, such as "3".
     pub number: String,
     pub file: String,
     pub title: String,
-    /// Panels side by side in the file.
+    /// Number of panels side by side in the SVG file.
     pub columns: usize,
     pub claims: Vec<String>,
     pub reading: String,
@@ -54,12 +54,13 @@ pub struct TableWords {
     columns: Vec<[String; 2]>,
 }
 
+/// The words of a claim.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ClaimWords {
     paper: String,
     holds: Option<String>,
-    /// For which `here` is written; None: agrees, or open without `holds`.
+    /// The verdict for which `here` is written. By default, a claim with `holds` agrees, and one without is open.
     verdict: Option<Verdict>,
     here: String,
 }
@@ -78,21 +79,21 @@ pub struct NotMade {
 pub enum Verdict {
     Agrees,
     Differs,
-    /// The paper does not say, or its print does not let one read it.
+    /// The paper does not state it, or its print cannot be read.
     Open,
 }
 
-/// A statement of the paper and what this run has to say to it.
+/// A statement of the paper, and the finding of this run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Claim {
     pub verdict: Verdict,
-    /// The paper's own words if they have a `place`, else a remark on it.
+    /// The paper's own words if there is a `place`, or else a remark on the paper.
     pub paper: String,
     pub place: Option<String>,
     pub here: String,
 }
 
-/// How many claims have a verdict.
+/// The number of claims with a verdict.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Count {
     pub verdict: Verdict,
@@ -111,25 +112,26 @@ impl Count {
     }
 }
 
-/// Of each verdict that some claim has.
+/// The number of claims with each verdict, without verdicts that no claim has.
 pub fn counts<'a>(claims: impl IntoIterator<Item = &'a Claim>) -> Vec<Count> {
     let mut counts = [Verdict::Agrees, Verdict::Differs, Verdict::Open].map(|verdict| Count { verdict, claims: 0 });
     claims.into_iter().for_each(|claim| counts[claim.verdict as usize].claims += 1);
     counts.into_iter().filter(|count| count.claims > 0).collect()
 }
 
-/// What stands in place of words that were written for another verdict.
+/// The text in place of words that were written for another verdict.
 const OTHERWISE: &str = "What this run found differs from the words that were written for this place; its numbers are in \
                          the output of `standfast paper --json`.";
 
-/// What tells the words with the numbers of all figures.
+/// Fills the numbers of all figures into the words.
 pub struct Teller {
     pub words: Words,
     environment: Environment<'static>,
 }
 
 impl Teller {
-    /// `numbers`: those of each figure by its number, and of the update time; `design`: the gain set's.
+    /// `numbers` holds those of each figure by its number, and those of the update time. `design` holds those of the
+    /// gain set.
     pub fn new(words: Words, numbers: &Value, design: &Value) -> Self {
         let mut environment = Environment::new();
         environment.set_undefined_behavior(UndefinedBehavior::Strict);
@@ -148,7 +150,7 @@ impl Teller {
         Self { words, environment }
     }
 
-    /// The claims of a figure, from its numbers. Errors, here as below: none but words that are wrong.
+    /// The claims of a figure, from its numbers. Like the functions below, it fails only if the words are wrong.
     pub fn claims(&self, names: &[String], numbers: &Value) -> Result<Vec<Claim>> {
         names.iter().map(|name| self.claim(name, numbers)).collect()
     }
@@ -176,17 +178,17 @@ impl Teller {
         Ok(Claim { verdict, paper: paper.into(), place, here })
     }
 
-    /// What was found in all.
+    /// The sentences that sum up what was found.
     pub fn found(&self) -> Result<Vec<String>> {
         self.words.found.iter().map(|sentence| self.fill(sentence, context! {})).collect()
     }
 
-    /// How a figure is to be read.
+    /// The text on what a figure shows.
     pub fn reading(&self, figure: &FigureWords, numbers: &Value) -> Result<String> {
         self.fill(&figure.reading, Any::from(Serde(numbers)))
     }
 
-    /// Cells of text, below a head.
+    /// A table of text: its head and its rows.
     pub fn table(&self, words: &TableWords, numbers: &Value) -> Result<Value> {
         let cells = |row: &Value| -> Result<Vec<String>> {
             words.columns.iter().map(|[_, cell]| self.fill(cell, context! { row => Serde(row) })).collect()
@@ -196,6 +198,7 @@ impl Teller {
         Ok(json!({ "head": words.columns.iter().map(|[head, _]| head).collect::<Vec<_>>(), "rows": rows }))
     }
 
+    /// Fills numbers into words, and joins their lines.
     fn fill(&self, words: &str, numbers: Any) -> Result<String> {
         let told = self.environment.render_str(words, numbers);
         Ok(joined(&told.map_err(|e| wrong(format!("{e:#}: {words}")))?))
@@ -206,12 +209,12 @@ fn wrong(problem: impl std::fmt::Display) -> Error {
     Error::Numeric { what: "words.toml".into(), problem: problem.to_string() }
 }
 
-/// Lines as one.
+/// The text on one line.
 fn joined(lines: &str) -> String {
     lines.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Of a footstep (m).
+/// Where a footstep lifts off and lands (m).
 #[derive(Deserialize)]
 struct Ends {
     from_m: [f64; 3],
@@ -228,7 +231,7 @@ fn phase(name: String) -> String {
     }
 }
 
-/// How far something went (m; x forward, y left), in words.
+/// A way (m; x forward, y left) in words.
 fn walked(way: [f64; 2]) -> String {
     let part = |m: f64, ways: [&str; 2]| format!("{} mm {}", short(1e3 * m.abs(), 0), ways[usize::from(m < 0.0)]);
     let [along, across] = [part(way[0], ["forward", "backward"]), part(way[1], ["to the left", "to the right"])];
@@ -240,7 +243,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_are_told_only_for_the_verdict_that_they_were_written_for() {
+    fn words_are_used_only_for_the_verdict_that_they_were_written_for() {
         let words = r#"
             found = []
             figure = []

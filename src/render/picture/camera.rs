@@ -1,39 +1,40 @@
-//! A pinhole camera that looks at a point, world z up in the picture.
+//! A pinhole camera that looks at a point, with the world's z axis up in the picture.
 
 use super::triangle::{Light, Vertex};
 use nalgebra::{Point3, Vector3};
 
-/// Where the picture is taken from (perspective).
+/// The place from which a picture is taken, in perspective.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
-    /// Seen in the middle of the picture; world (m).
+    /// Point in the middle of the picture (m, world frame).
     pub target: Point3<f64>,
-    /// From where around the target (degrees): 0 sees it from +x (the robot's front), 90 from +y (its left).
+    /// Direction from the target to the camera (degrees): 0 is +x, in front of the robot, and 90 is +y, at its left.
     pub azimuth_deg: f64,
-    /// From how far above the horizontal (degrees), within -89 to 89.
+    /// Angle of the camera above the horizontal (degrees), from -89 to 89.
     pub elevation_deg: f64,
-    /// From the target (m), positive.
+    /// Distance from the target (m), positive.
     pub distance_m: f64,
-    /// From the lower to the upper edge of the picture (degrees), below 180.
+    /// Angle between the lower and the upper edge of the picture (degrees), below 180.
     pub fov_deg: f64,
 }
 
 impl Camera {
-    /// Where a world point is seen in a picture of `size` (px): to the right and down from the upper left corner; None
-    /// if it is not before the camera.
+    /// Where a point (m, world frame) is seen in a picture of `size` (px), to the right and down from the upper left
+    /// corner. None if it is not in front of the camera.
     pub fn project(&self, point: Point3<f64>, size: [u32; 2]) -> Option<[f64; 2]> {
         View::new(self, size).project(point).map(|[x, y, _]| [x, y])
     }
 
-    /// The same view from as near as shows the balls (centre and radius, m) whole in a picture of `size`, with `margin`
-    /// (a share of the half width and height) around them. Unchanged if there are none.
+    /// The same view from the nearest place that shows the balls (centre and radius, m) whole in a picture of `size`
+    /// (px), with `margin` (a share of the half width and height) around them. Without balls, the camera is unchanged.
     pub fn framing(&self, balls: &[(Point3<f64>, f64)], size: [u32; 2], margin: f64) -> Self {
         let view = View::new(self, size);
         let free = 1.0 - margin;
         let slope = view.middle.map(|half| free * half / view.focal_px);
-        // A ball is tangent to a plane through the eye where its centre is this much farther inside.
+        // A ball touches a plane through the eye if its centre is this multiple of its radius inside of it.
         let reach = slope.map(|slope| (1.0 + slope * slope).sqrt());
-        // Of the pyramid's four planes, how far back each must pass: across + slope * (towards the camera) at most.
+        // The largest value over the balls of (across + slope * towards the camera), for each plane of the view
+        // pyramid.
         let most = |axis: Vector3<f64>, i: usize| {
             let extent = |(at, radius): &(Point3<f64>, f64)| {
                 axis.dot(&at.coords) + slope[i] * view.back.dot(&at.coords) + radius * reach[i]
@@ -47,7 +48,7 @@ impl Camera {
         }
         let back = ((right + left) / (2.0 * slope[0])).max((up + down) / (2.0 * slope[1]));
         let eye = view.right * ((right - left) / 2.0) + view.up * ((up - down) / 2.0) + view.back * back;
-        // The target at the depth of the balls' middle, so that the distance means something.
+        // The target is at the depth of the middle of the balls, so that the distance is that from the robot.
         let depths = balls.iter().map(|(at, _)| view.back.dot(&at.coords));
         let (near, far) = depths.fold((f64::NEG_INFINITY, f64::INFINITY), |(n, f), d| (n.max(d), f.min(d)));
         let distance_m = back - (near + far) / 2.0;
@@ -55,13 +56,13 @@ impl Camera {
     }
 }
 
-/// A camera made ready for a picture of one size. World frame.
+/// A camera prepared for pictures of one size (world frame).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct View {
     pub eye: Point3<f64>,
     pub right: Vector3<f64>,
     pub up: Vector3<f64>,
-    /// From the target to the eye.
+    /// Direction from the target to the eye.
     pub back: Vector3<f64>,
     /// Pixels per unit of slope.
     pub focal_px: f64,
@@ -71,7 +72,7 @@ pub(super) struct View {
     pub target: Point3<f64>,
 }
 
-/// What is nearer to the eye than this is not drawn (m).
+/// Points nearer to the eye than this are not drawn (m).
 pub(super) const NEAREST_M: f64 = 0.02;
 
 impl View {
@@ -94,7 +95,8 @@ impl View {
         }
     }
 
-    /// Pixels to the right and down, and one over the depth (1/m), which is linear over the picture of a plane.
+    /// Place of a point in the picture (px, to the right and down), and one over its depth (1/m), which is linear over
+    /// the picture of a plane. None if it is not in front of the camera.
     pub fn project(&self, point: Point3<f64>) -> Option<[f64; 3]> {
         let from_eye = point - self.eye;
         let depth = -self.back.dot(&from_eye);
@@ -106,12 +108,12 @@ impl View {
         Some([x + scale * self.right.dot(&from_eye), y - scale * self.up.dot(&from_eye), 1.0 / depth])
     }
 
-    /// A corner of a triangle to be painted; None if it is not before the camera.
+    /// A corner of a triangle to be painted. None if it is not in front of the camera.
     pub fn vertex(&self, at: Point3<f64>, light: Light) -> Option<Vertex> {
         self.project(at).map(|[x, y, near]| Vertex { at: [x, y], near, light })
     }
 
-    /// A convex polygon without what is nearer to the eye than this (m, along the direction of view).
+    /// The part of a convex polygon that is at least `nearest_m` from the eye, along the direction of view.
     pub fn clipped(&self, corners: &[Point3<f64>], nearest_m: f64) -> Vec<Point3<f64>> {
         let beyond = |at: &Point3<f64>| self.back.dot(&(self.eye - at)) - nearest_m;
         let mut kept = Vec::new();
@@ -124,7 +126,7 @@ impl View {
         kept
     }
 
-    /// Direction of the ray through a point of the picture (px), one unit deep.
+    /// Direction of the ray through a point of the picture (px), with a depth of 1.
     pub fn ray(&self, x: f64, y: f64) -> Vector3<f64> {
         self.right * ((x - self.middle[0]) / self.focal_px)
             - self.up * ((y - self.middle[1]) / self.focal_px)
@@ -144,7 +146,8 @@ mod tests {
         fov_deg: 40.0,
     };
 
-    /// x = f X / Z with f = (h / 2) / tan(fov / 2), for a camera at +x that looks along -x: its right is +y.
+    /// The formula is x = f X / Z with f = (h / 2) / tan(fov / 2). The camera is at +x and looks along -x, so +y is
+    /// right.
     #[test]
     fn a_point_is_seen_where_the_pinhole_formula_says() {
         let camera = Camera { target: Point3::origin(), azimuth_deg: 0.0, elevation_deg: 0.0, ..CAMERA };
@@ -159,13 +162,13 @@ mod tests {
         assert!((x - 320.0).abs() < 1e-9 && (y - 240.0).abs() < 1e-9, "the target is in the middle: {x} {y}");
     }
 
-    /// A framed ball touches the inner frame on some side, and none leaves it.
+    /// Some ball touches the inner frame, and no ball leaves it.
     #[test]
     fn a_framed_picture_shows_all_and_is_as_near_as_can_be() {
         let balls = [(Point3::new(0.0, 0.0, 0.1), 0.1), (Point3::new(0.5, 0.2, 0.5), 0.05)];
         for size in [[640, 480], [200, 500]] {
             let view = View::new(&CAMERA.framing(&balls, size, 0.1), size);
-            // Of the planes of the inner pyramid: distance of each ball inside.
+            // Distance of each ball from the planes of the inner pyramid.
             let mut least = f64::INFINITY;
             for (at, radius) in balls {
                 for (axis, i) in [(view.right, 0), (-view.right, 0), (view.up, 1), (-view.up, 1)] {

@@ -1,4 +1,4 @@
-//! What is to be painted in a picture: bodies, lit and turned into triangles, before the ground with their shadow.
+//! The canvas of a picture: collects lit triangles, and paints them over the ground with their shadow.
 
 use super::camera::{Camera, View};
 use super::floor::Floor;
@@ -10,29 +10,29 @@ use crate::sim::Ground;
 use image::RgbImage;
 use nalgebra::{Point3, Vector3};
 
-/// What is to be painted.
+/// The triangles of a picture, with its camera and its light.
 pub(super) struct Canvas {
     pub view: View,
-    /// Towards the lamp, and towards a weaker light that fills its shadows.
+    /// Unit vectors towards the lamp, and towards a weaker light that brightens its shadows.
     lamp: Vector3<f64>,
     fill: Vector3<f64>,
     pub triangles: Vec<Triangle>,
-    /// World; what throws a shadow.
+    /// Opaque triangles, which throw a shadow (m, world frame).
     opaque: Vec<[Point3<f64>; 3]>,
 }
 
 impl Canvas {
     pub fn new(camera: &Camera, size: [u32; 2]) -> Self {
         let view = View::new(camera, size);
-        // Horizontally towards the camera. The lamp is above the camera's left shoulder: what is seen is lit, and
-        // shadows fall away to the right.
+        // `level` points horizontally towards the camera. The lamp is above and to the left of the camera, so that the
+        // visible sides are lit, and shadows fall to the right.
         let level = view.right.cross(&Vector3::z());
         let lamp = (Vector3::z() * 1.5 + level * 0.75 - view.right * 0.8).normalize();
         let fill = (Vector3::z() * 0.35 + level * 0.6 + view.right * 0.9).normalize();
         Self { view, lamp, fill, triangles: Vec::new(), opaque: Vec::new() }
     }
 
-    /// The robot; of its faces those are painted that look at the camera.
+    /// Adds the robot. Only faces that look at the camera are painted.
     pub fn robot(&mut self, stage: &Stage, kinematics: &Kinematics) {
         for (solid, pose) in stage.solids(kinematics) {
             let Surface { color: [r, g, b, alpha], mesh, .. } = solid;
@@ -57,7 +57,7 @@ impl Canvas {
         }
     }
 
-    /// A colour on a surface: light from sky and floor, from the lamp, from the other side, and a gloss.
+    /// The light that a surface sends to the eye: from sky and floor, from both lamps, and as a gloss.
     fn shaded(&self, light: Light, at: &Point3<f64>, normal: &Vector3<f64>) -> Light {
         let eye = (self.view.eye - at).normalize();
         let half = (self.lamp + eye).normalize();
@@ -67,6 +67,7 @@ impl Canvas {
         light.map(|v| v * diffuse as f32 + 0.06 * gloss as f32 + 0.010)
     }
 
+    /// Paints the picture.
     pub fn paint(&self, size: [u32; 2], ground: &Ground) -> RgbImage {
         let floor = Floor::new(self.view, ground, self.lamp, &self.opaque);
         raster::paint(size, &floor, &self.triangles)

@@ -1,4 +1,4 @@
-//! A moment, or a posture, as a picture.
+//! Draws a moment of an episode, or a posture, as a picture.
 
 use super::camera::Camera;
 use super::canvas::Canvas;
@@ -10,16 +10,16 @@ use crate::robot::{Posture, Robot};
 use crate::sim::Ground;
 use image::RgbImage;
 
-/// In a picture whose shorter side has so many pixels one is a point of a screen.
+/// Shorter side of a picture in which one pixel is one point of a screen (px).
 const FULL_PX: f64 = 480.0;
 
 /// Draws a moment of an episode with some marks, in a picture of `size` (width, height; px). `robot` is the simulated
-/// one. The ground has the snapshot's slope, and no step.
+/// robot. The ground has the slope of the snapshot, and no step.
 pub fn draw(robot: &Robot, snapshot: &Snapshot, camera: &Camera, size: [u32; 2], marks: &[Overlay]) -> RgbImage {
     draw_on(&Stage::new(robot, Ground::default()), snapshot, camera, size, marks)
 }
 
-/// As [`draw`], with the ground of a stage; its slope is the snapshot's.
+/// Like [`draw`], with the ground of a stage at the slope of the snapshot.
 pub(super) fn draw_on(
     stage: &Stage,
     snapshot: &Snapshot,
@@ -35,13 +35,13 @@ pub(super) fn draw_on(
     canvas.paint(size, &ground)
 }
 
-/// How many pixels a point of a screen is in a picture: marks grow as a large picture does, and shrink less than a small one.
+/// Number of pixels for each point of a screen. Marks grow with a large picture, and shrink less than a small one.
 fn point_px(size: [u32; 2]) -> f64 {
     let share = f64::from(size[0].min(size[1])) / FULL_PX;
     share.max(share.sqrt())
 }
 
-/// Draws a robot on a level floor and nothing else, in a picture of `size` (width, height; px).
+/// Draws a robot on a level floor without marks, in a picture of `size` (width, height; px).
 pub fn draw_posture(robot: &Robot, posture: &Posture, camera: &Camera, size: [u32; 2]) -> RgbImage {
     let (mut canvas, stage) = (Canvas::new(camera, size), Stage::new(robot, Ground::default()));
     canvas.robot(&stage, &stage.kinematics(posture));

@@ -1,4 +1,4 @@
-//! Pictures as bytes: PNG, a strip of several, and a GIF that moves.
+//! Pictures as files: PNG, a strip of several pictures, and an animated GIF.
 
 use crate::error::{Error, Result};
 use crate::render::scene::palette::{Color, Overlay};
@@ -8,17 +8,17 @@ use image::{ImageFormat, RgbImage, imageops};
 use std::io::Cursor;
 use std::iter::repeat_n;
 
-/// A picture as a PNG file.
+/// The bytes of a picture as a PNG file.
 pub fn png(image: &RgbImage) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
-    // Memory takes all.
+    // Writing to memory cannot fail.
     let written = image.write_to(&mut bytes, ImageFormat::Png);
     debug_assert!(written.is_ok());
     bytes.into_inner()
 }
 
-/// Pictures side by side, as wide as they are together, the highest setting the height; white below the others, and a
-/// fine white line between two.
+/// Pictures side by side, with a fine white line between two. The strip is as wide as all together and as high as the
+/// highest; the space below the others is white.
 pub fn strip(images: &[RgbImage]) -> RgbImage {
     let width = images.iter().map(RgbImage::width).sum();
     let height = images.iter().map(RgbImage::height).max().unwrap_or(0);
@@ -27,7 +27,7 @@ pub fn strip(images: &[RgbImage]) -> RgbImage {
     for picture in images {
         imageops::replace(&mut strip, picture, left, 0);
         if left > 0 {
-            // What keeps two pictures apart costs no width.
+            // The line is drawn over the edges, so that it adds no width.
             imageops::replace(&mut strip, &RgbImage::from_pixel(2, height, image::Rgb([255; 3])), left - 1, 0);
         }
         left += i64::from(picture.width());
@@ -35,15 +35,15 @@ pub fn strip(images: &[RgbImage]) -> RgbImage {
     strip
 }
 
-/// Colours of a GIF: one of them says "as before".
+/// Number of colours of a GIF, and the index after them, which means "unchanged since the last picture".
 const COLORS: usize = 255;
 const AS_BEFORE: u8 = 255;
-/// Of so many colours that a palette is taught one is that of the same mark.
+/// Each colour of a mark is one in this many colours from which a palette is learned.
 const EACH_MARK: usize = 200;
 
-/// Pictures of one size, each with how long it is shown (1/100 s), as a GIF file that begins again for ever, in the
-/// colours of a palette. Of each picture only what has changed is told. Error: no picture, or one beyond the 65535 px
-/// of a GIF.
+/// The bytes of an endless GIF from pictures of one size, each with the time for which it is shown (1/100 s), in the
+/// colours of a palette. Pixels that do not change are stored as unchanged. Fails without a picture, or if a side is
+/// longer than 65535 px.
 pub(super) fn gif(mut palette: Palette, images: impl Iterator<Item = (RgbImage, u16)>) -> Result<Vec<u8>> {
     let fail = |problem: String| Error::Numeric { what: "GIF".into(), problem };
     let mut images = images.peekable();
@@ -66,22 +66,22 @@ pub(super) fn gif(mut palette: Palette, images: impl Iterator<Item = (RgbImage, 
     Ok(bytes)
 }
 
-/// What is not as before: of the rest nothing is said, which takes next to no room in a file.
+/// The frame of a picture, in which unchanged pixels have the index "unchanged", since runs of it take almost no space.
 fn changes(before: Option<&[u8]>, now: &[u8], (width, height): (u16, u16), delay: u16) -> Frame<'static> {
     let as_before = |i: usize| before.is_some_and(|before| before[i] == now[i]);
     let buffer: Vec<u8> = (0..now.len()).map(|i| if as_before(i) { AS_BEFORE } else { now[i] }).collect();
     Frame { delay, ..Frame::from_indexed_pixels(width, height, buffer, before.map(|_| AS_BEFORE)) }
 }
 
-/// The colours that serve some pictures, by a network that learns them (Dekker 1994).
+/// The colours that suit some pictures best, learned by a neural network (Dekker 1994).
 pub(super) struct Palette {
     network: NeuQuant,
     colors: Vec<u8>,
-    /// Which of them stands for each [`bucket`] that was met.
+    /// Index of the colour for each [`bucket`], once it was needed.
     nearest: Vec<Option<u8>>,
 }
 
-/// Colours that agree in their upper six bits are taken for one.
+/// Number of a colour. Colours that agree in their upper six bits have the same number.
 fn bucket(color: [u8; 3]) -> usize {
     color.iter().fold(0, |sum, v| sum << 6 | usize::from(v >> 2))
 }
@@ -98,8 +98,8 @@ impl Palette {
         for pixel in images.iter().flat_map(RgbImage::pixels) {
             counts[bucket(pixel.0)] += 1;
         }
-        // As often as the square root, and the marks more than that: they are small, and not to lose their colours to
-        // the floor's many greys.
+        // A colour is learned as often as the square root of its number of pixels. Colours of marks are learned more
+        // often, since marks are small and would lose their colours to the many greys of the floor.
         let seen = counts.iter().enumerate().flat_map(|(bucket, count)| repeat_n(middle(bucket), count.isqrt()));
         let mut lesson: Vec<_> = seen.collect();
         let count = lesson.len() / EACH_MARK;
@@ -109,6 +109,7 @@ impl Palette {
         Self { colors: network.color_map_rgb(), network, nearest: vec![None; counts.len()] }
     }
 
+    /// The index of the nearest colour for each pixel.
     fn indices(&mut self, image: &RgbImage) -> Vec<u8> {
         let Self { network, nearest, .. } = self;
         let mut index = |bucket: usize| *nearest[bucket].get_or_insert_with(|| network.index_of(&middle(bucket)) as u8);
@@ -142,7 +143,7 @@ mod tests {
         assert_eq!(image::load_from_memory(&png(&image)).unwrap().to_rgb8(), image);
     }
 
-    /// A small square that wanders over a gradient; the last two pictures are alike.
+    /// A small square moves over a gradient, and the last two pictures are equal.
     #[test]
     fn a_gif_shows_each_picture_for_its_time_with_its_colours() {
         let gradient = RgbImage::from_fn(240, 160, |x, y| Rgb([150 + x as u8 / 4, 160 + y as u8 / 4, 200]));
@@ -155,7 +156,7 @@ mod tests {
             })
             .collect();
         let delays = [4, 8, 4, 100];
-        // The square is where the palette has not seen it, too.
+        // The palette was learned from the first picture only.
         let made = || gif(Palette::of(&pictures[..1]), pictures.iter().cloned().zip(delays));
         let bytes = made().unwrap();
         assert_eq!(bytes, made().unwrap());

@@ -1,4 +1,4 @@
-//! A film in pictures: which moments tell its story, from where they are seen, and one of them.
+//! Pictures of a film: the choice of moments that tell its story, the camera, and the picture of one moment.
 
 use super::camera::Camera;
 use super::draw::draw_on;
@@ -10,18 +10,18 @@ use crate::sim::Push;
 use image::RgbImage;
 use nalgebra::Point3;
 
-/// What pictures of a film are like. Sizes are width and height (px).
+/// Options for the pictures of a film. Sizes are width and height (px).
 #[derive(Debug, Clone, PartialEq)]
 pub struct FramesOptions {
-    /// Of a moment by itself.
+    /// Size of the picture of a moment.
     pub size: [u32; 2],
-    /// Of a moment in the strip.
+    /// Size of a moment in the strip.
     pub strip_size: [u32; 2],
     pub gif_size: [u32; 2],
-    /// How many moments.
+    /// Number of moments.
     pub moments: usize,
-    /// The speed of the GIF from the push to the last landing or the fall, a share of real time; real time before and
-    /// after, or faster where that would take long.
+    /// Speed of the GIF from the push to the last landing or the fall, as a share of real time. Before and after, the
+    /// GIF runs in real time, or faster if it would be too long.
     pub slow_motion: f64,
 }
 
@@ -31,15 +31,17 @@ impl Default for FramesOptions {
     }
 }
 
-/// A film of pictures ends so long after the robot stands still (s).
+/// How long the pictures go on after the robot stands still (s).
 const REST_S: f64 = 0.5;
-/// Moments are at least so far apart (s).
+/// Least time between two moments (s).
 const APART_S: f64 = 0.012;
-/// So much of a push's arrow is in the picture in any case, of a robot as large as UT-mu2 (m).
+/// Length of a push's arrow that is always in the picture, for a robot of the size of UT-mu2 (m).
 const ARROW_M: f64 = 0.3;
+/// Margin around the robot, as a share of half the width and height.
 const MARGIN: f64 = 0.08;
 
-/// Moment `k` of a film with its time, the speed if there is one to be told, and what the controller does.
+/// The picture of snapshot `k` of a film, with labels for its time, the speed (if it is not empty) and what the
+/// controller does.
 pub(super) fn picture(film: &Film, stage: &Stage, k: usize, camera: &Camera, size: [u32; 2], speed: &str) -> RgbImage {
     let snapshot = &film.snapshots[k];
     let mut image = draw_on(stage, snapshot, camera, size, &Overlay::ALL);
@@ -48,8 +50,8 @@ pub(super) fn picture(film: &Film, stage: &Stage, k: usize, camera: &Camera, siz
     image
 }
 
-/// Across the push rather than along it, from the left or the right front, and so near that the robot is in the picture
-/// at all these moments.
+/// A camera at the robot's left or right front, whichever looks more across the push, and as near as shows the robot
+/// whole at all these moments.
 pub(super) fn camera(film: &Film, stage: &Stage, moments: impl Iterator<Item = usize>, size: [u32; 2]) -> Camera {
     const SIDES_DEG: [f64; 2] = [52.0, -38.0];
     let heading = film.pushes.first().map_or(0.0, |push| push.heading_deg);
@@ -69,7 +71,7 @@ pub(super) fn camera(film: &Film, stage: &Stage, moments: impl Iterator<Item = u
     toward.framing(&balls, size, MARGIN)
 }
 
-/// When nothing more is to be seen (s): the robot stands still, or has flown off.
+/// Time after which there is nothing more to see (s), since the robot stands still or has flown off.
 pub(super) fn end_s(film: &Film) -> f64 {
     let last_s = film.snapshots[..film.near()].last().map_or(0.0, |snapshot| snapshot.time_s);
     let record = &film.record;
@@ -79,23 +81,26 @@ pub(super) fn end_s(film: &Film) -> f64 {
     }
 }
 
+/// Start of the first push (s).
 pub(super) fn pushed_from_s(film: &Film) -> f64 {
     film.pushes.iter().map(|push| push.start_s).reduce(f64::min).unwrap_or(0.0)
 }
 
+/// End of the last push (s).
 pub(super) fn pushed_until_s(film: &Film) -> f64 {
     film.pushes.iter().map(Push::end_s).fold(0.0, f64::max)
 }
 
-/// Index of the snapshot at a time, or of the nearest there is.
+/// Index of the snapshot nearest to a time.
 pub(super) fn index(film: &Film, time_s: f64) -> usize {
     let first_s = film.snapshots.first().map_or(0.0, |snapshot| snapshot.time_s);
     let k = ((time_s - first_s) / film.control_period_s).round().max(0.0) as usize;
     k.min(film.snapshots.len().saturating_sub(1))
 }
 
-/// The moments that tell the story, in order: before the push, at its end, at lift, in mid swing and at landing of each
-/// footstep, at the fall, at the end; the most crowded left out, or the widest gaps filled, to make up `count`.
+/// Indices of the moments that tell the story, in order: before the push, at its end, at lift, mid swing and landing of
+/// each footstep, at the fall, and at the end. To get `count` moments, the most crowded are left out, or the widest
+/// gaps filled.
 pub(super) fn moments(film: &Film, count: usize) -> Vec<usize> {
     let record = &film.record;
     let end_s = end_s(film);
@@ -117,11 +122,11 @@ pub(super) fn moments(film: &Film, count: usize) -> Vec<usize> {
         times.remove(i);
     }
     while times.len() < count {
-        // There is less to see while the robot comes to rest.
+        // The last gap counts less, since there is little to see while the robot comes to rest.
         let gap = |i: &usize| (times[i + 1] - times[*i]) * if i + 2 == times.len() { 0.3 } else { 1.0 };
         let widest = (0..times.len() - 1).max_by(|a, b| gap(a).total_cmp(&gap(b)));
         let Some(i) = widest.filter(|i| gap(i) > APART_S) else { break };
-        // Early in the last gap, for the same reason.
+        // In the last gap the new moment is early, for the same reason.
         let share = if i + 2 == times.len() { 0.3 } else { 0.5 };
         times.insert(i + 1, times[i] + share * (times[i + 1] - times[i]));
     }

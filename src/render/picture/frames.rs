@@ -1,4 +1,5 @@
-//! The pictures of a film: some moments one by one and as a strip (as Fig. 8, 12 and 13 of the paper), and a GIF.
+//! Writes the pictures of a film: some moments one by one and as a strip (like Fig. 8, 12 and 13 of the paper), and a
+//! GIF.
 
 use super::files::{png, strip};
 use super::film::{FramesOptions, camera, moments, picture};
@@ -15,9 +16,10 @@ use std::path::{Path, PathBuf};
 
 const STRIP: &str = "strip.png";
 const GIF: &str = "motion.gif";
-/// Draws a film: `frame-0001-0.480s.png` and so on, `strip.png` and `motion.gif` in `folder`, which is made if there is
-/// none. Frames of before are replaced. Returns the files. Errors: as [`check_folder`]; a file cannot be written; there
-/// is nothing to draw.
+
+/// Writes `frame-0001-0.480s.png` and so on, `strip.png` and `motion.gif` to `folder`, which is created if necessary.
+/// Frames of an earlier film are removed. Returns the paths of the files. Fails like [`check_folder`], if a file cannot
+/// be written, or if the film has no moment.
 pub fn write_frames(film: &Film, folder: &Path, options: &FramesOptions) -> Result<Vec<PathBuf>> {
     let before = check_folder(folder)?;
     if film.snapshots.is_empty() {
@@ -46,13 +48,14 @@ pub fn write_frames(film: &Film, folder: &Path, options: &FramesOptions) -> Resu
     files.iter().map(write).collect()
 }
 
-/// The frames of before in a folder, none if it is not there. Error: it is not a folder, or it holds something else.
+/// Names of the frames that are in a folder already; none if it does not exist. Fails if the path is a file, or if the
+/// folder holds other files.
 pub fn check_folder(folder: &Path) -> Result<Vec<String>> {
     let accepted = format!("a folder that is new, empty, or holds nothing but frames (frame-*.png, {STRIP}, {GIF})");
     own_folder("--frames", folder, is_frame, &accepted)
 }
 
-/// Whether a file bears a name that [`write_frames`] gives.
+/// Whether [`write_frames`] may have written a file of this name.
 fn is_frame(name: &str) -> bool {
     let numbered = name.strip_prefix("frame-").and_then(|rest| rest.strip_suffix("s.png"));
     let all_digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
@@ -76,7 +79,7 @@ mod tests {
     use image::codecs::gif::GifDecoder;
     use std::io::Cursor;
 
-    /// A second of standing, pushed at 0.3 s, told as if the robot had taken a footstep.
+    /// A film of one second, with a push at 0.3 s and a footstep in the record that never happened.
     fn film() -> Film {
         let robot = Robot::load("ut-mu2").unwrap();
         let config = EpisodeConfig { horizon_s: 1.0, ..EpisodeConfig::default() };
@@ -109,7 +112,7 @@ mod tests {
             let round = |k: usize| (film.snapshots[k].time_s * 1000.0).round() / 1000.0;
             moments(&film, count).into_iter().map(round).collect()
         };
-        // Before the push, at its end, lift, mid swing, landing, end.
+        // The moments are: before the push, at its end, lift, mid swing, landing, and the end.
         assert_eq!(times(6), [0.276, 0.35, 0.4, 0.45, 0.5, 1.0]);
         let more = times(9);
         assert_eq!(more.len(), 9);
@@ -126,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn a_label_says_what_the_controller_does() {
+    fn a_label_names_the_gain_or_the_phase() {
         let mut now = film().snapshots.swap_remove(0);
         let gains = ["slow".to_string(), "fast".into()];
         let mut told = |phase, gain| {
@@ -139,9 +142,9 @@ mod tests {
         assert_eq!(told(Phase::OutOfSets, Some(0)), "outside of all sets");
     }
 
-    /// Pictures of a robot that has flown off would be of a floor.
+    /// Pictures end when the robot has flown off, since they would show an empty floor.
     #[test]
-    fn what_has_flown_off_is_not_drawn() {
+    fn a_robot_that_has_flown_off_is_not_drawn() {
         let mut film = film();
         film.snapshots[300..].iter_mut().for_each(|snapshot| snapshot.com.z = 6.0);
         let (last, moments) = (shots(&film, 0.25).last().map(|shot| shot.snapshot), moments(&film, 4));
@@ -166,11 +169,12 @@ mod tests {
         let frames = GifDecoder::new(Cursor::new(&bytes)).unwrap().into_frames().collect_frames().unwrap();
         assert_eq!(frames.len(), shots(&film, options.slow_motion).len());
         let shown_ms: u32 = frames.iter().map(|frame| frame.delay().numer_denom_ms().0).sum();
-        // From 0.1 s on: 0.16 s as they are, slow from 0.26 s until 0.1 s after the landing, and the rest.
+        // The GIF begins at 0.1 s with 0.16 s in real time, is slow from 0.26 s until 0.1 s after the landing, and then
+        // runs in real time again.
         let expected_s = 0.16 + 4.0 * 0.34 + 0.4 + f64::from(LAST_DELAY_CS) / 100.0;
         assert!((f64::from(shown_ms) / 1000.0 - expected_s).abs() < 0.05, "{shown_ms} ms");
 
-        // A robot that sways for ten seconds more.
+        // A film with a robot that sways for ten more seconds.
         let mut long = film.clone();
         long.snapshots.extend((0..10).flat_map(|_| film.snapshots.iter().cloned()));
         for (k, snapshot) in long.snapshots.iter_mut().enumerate() {
@@ -182,7 +186,7 @@ mod tests {
         assert_eq!((shots[0].speed, shots[30].speed, shots[last - 1].speed), (1.0, 0.25, 2.0));
         assert_eq!(shots[last].snapshot, long.snapshots.len() - 1);
 
-        // Again, with fewer moments: the frames of before are gone.
+        // If the pictures are written again with fewer moments, the old frames are removed.
         let files = write_frames(&film, &folder, &FramesOptions { moments: 4, ..options }).unwrap();
         assert_eq!((files.len(), fs::read_dir(&folder).unwrap().count()), (6, 6));
     }
@@ -207,9 +211,8 @@ mod tests {
         assert!(check_folder(&file).unwrap_err().to_string().contains("it is a file"));
     }
 
-    /// The camera looks across the push.
     #[test]
-    fn the_robot_moves_across_the_picture() {
+    fn the_camera_looks_across_the_push() {
         let mut film = film();
         for heading_deg in [0.0, 45.0, 90.0, 135.0, 180.0, -135.0, -45.0] {
             film.pushes[0].heading_deg = heading_deg;
@@ -217,7 +220,7 @@ mod tests {
             let camera = camera(&film, &stage, [0, 200].into_iter(), [480, 360]);
             let across = (camera.azimuth_deg - heading_deg).to_radians().sin().abs();
             assert!(across > 0.5, "{heading_deg}: {across}");
-            // All of it is seen.
+            // The whole robot is in the picture.
             for (at, _) in stage.extent(&film.snapshots[200].posture) {
                 let [x, y] = camera.project(at, [480, 360]).unwrap();
                 assert!((15.0..465.0).contains(&x) && (10.0..350.0).contains(&y), "{x} {y}");

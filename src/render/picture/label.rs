@@ -1,4 +1,4 @@
-//! Words in a picture, from a bitmap font of the program's own.
+//! Text in pictures, in a bitmap font that is compiled in.
 
 use embedded_graphics::Drawable;
 use embedded_graphics::Pixel;
@@ -12,11 +12,11 @@ use image::{Rgb, RgbImage};
 use std::convert::Infallible;
 
 const INK: [u8; 3] = [40, 44, 52];
-/// Room around the words on their plate (px).
+/// Space between the text and the edge of its plate (px).
 const MARGIN: i32 = 3;
 
-/// Writes a line of ASCII text, its upper left corner at `at` (px), on a plate through which the picture shimmers. What
-/// does not fit is cut off.
+/// Writes a line of ASCII text on a translucent white plate, with its upper left corner at `at` (px). Text beyond the
+/// edge of the picture is cut off.
 pub fn label(image: &mut RgbImage, text: &str, at: [u32; 2]) {
     let style = MonoTextStyle::new(&FONT_10X20, BinaryColor::On);
     let [x, y] = at.map(|px| i32::try_from(px).unwrap_or(i32::MAX / 2));
@@ -37,7 +37,7 @@ fn pixel_at(image: &mut RgbImage, x: i32, y: i32) -> Option<&mut Rgb<u8>> {
     image.get_pixel_mut_checked(u32::try_from(x).ok()?, u32::try_from(y).ok()?)
 }
 
-/// A picture that the font can write in.
+/// A picture as a target for the font.
 struct Ink<'a>(&'a mut RgbImage);
 
 impl OriginDimensions for Ink<'_> {

@@ -1,4 +1,5 @@
-//! Marks as triangles: what is filled lies just above the ground, where the robot hides it; all else lies over the picture.
+//! Marks as triangles. Fillings of polygons lie just above the ground, where the robot can hide them; everything else
+//! lies over the picture.
 
 use super::camera::View;
 use super::triangle::{Light, Triangle, Vertex, linear};
@@ -7,16 +8,17 @@ use crate::render::scene::{At, Drawing, Form, Mark, strokes};
 use crate::sim::Ground;
 use nalgebra::{Point2, Vector2, Vector3};
 
-/// How high a filling lies above the ground, for a robot as large as UT-mu2 (m).
+/// Height of a filling above the ground, for a robot of the size of UT-mu2 (m).
 const LIFT_M: f64 = 0.0005;
-/// Nearer than anything that is seen (1/m).
+/// One over the depth of marks over the picture (1/m), which is nearer than everything else.
 const OVER_ALL: f64 = 1e6;
 
 fn light(color: Color) -> Light {
     linear(color.parts())
 }
 
-/// The fillings of polygons on the ground, lowest first; `large`: how long the robot is beside UT-mu2.
+/// The fillings of polygons on the ground, in the order in which they are drawn. `large` is the length of the robot as
+/// a multiple of UT-mu2's.
 pub(super) fn on_the_ground(view: &View, ground: &Ground, large: f64, marks: &[Mark]) -> Vec<Triangle> {
     let lift = ground.slope * Vector3::z() * (LIFT_M * large);
     let mut triangles = Vec::new();
@@ -34,7 +36,8 @@ pub(super) fn on_the_ground(view: &View, ground: &Ground, large: f64, marks: &[M
     triangles
 }
 
-/// What lies over the picture, lowest first, where a point of a screen is so many pixels.
+/// The strokes over the picture, in the order in which they are drawn. `point_px` is the number of pixels for each
+/// point of a screen.
 pub(super) fn over_all(view: &View, point_px: f64, marks: &[Mark]) -> Vec<Triangle> {
     let mut triangles = Vec::new();
     for stroke in marks
@@ -57,6 +60,7 @@ pub(super) fn over_all(view: &View, point_px: f64, marks: &[Mark]) -> Vec<Triang
     triangles
 }
 
+/// A line as two triangles.
 fn line(from: At, to: At, width: f64) -> Vec<[At; 3]> {
     let along = Vector2::new(to[0] - from[0], to[1] - from[1]);
     let half = along.try_normalize(1e-9).unwrap_or_default() * width / 2.0;
@@ -65,14 +69,15 @@ fn line(from: At, to: At, width: f64) -> Vec<[At; 3]> {
     vec![[a, b, c], [a, c, d]]
 }
 
-/// The closed line around a convex polygon, between two others with as many corners: nothing is painted twice.
+/// The closed line around a convex polygon, as the band between an inner and an outer polygon, so that no place is
+/// painted twice.
 fn band(path: &[At], width: f64) -> Vec<[At; 3]> {
     let (n, corner) = (path.len(), |i: usize| Point2::from(path[i % path.len()]));
     let along = |i: usize| (corner(i + 1) - corner(i)).try_normalize(1e-9).unwrap_or_default();
     let aside = |i: usize| Vector2::new(-along(i).y, along(i).x);
     let shifted = |i: usize, by: f64| -> At {
         let (a, b) = (aside(i + n - 1), aside(i));
-        // The mitre of a sharp corner is cut.
+        // The length of the mitre at a sharp corner is limited.
         (corner(i) + (a + b) * (by / (1.0 + a.dot(&b)).max(0.3))).into()
     };
     let sides = |i: usize| [shifted(i, width / 2.0), shifted(i, -width / 2.0)];

@@ -1,8 +1,8 @@
-//! Pictures of the robot, drawn without display, graphics card or driver: stills, strips and moving pictures of an
+//! Pictures of the robot, drawn without display, graphics card or driver: stills, strips and animated pictures of an
 //! episode.
 //!
-//! A small renderer of triangles with a depth buffer. The same snapshot gives the same bytes, whatever the number of
-//! threads; on another machine they may differ where its sines do, in their last place.
+//! It is a small renderer of triangles with a depth buffer. The same snapshot gives the same bytes with any number of
+//! threads. On another machine they may differ if its sines differ in the last digit.
 
 mod camera;
 mod canvas;

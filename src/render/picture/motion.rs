@@ -1,4 +1,4 @@
-//! A film as a GIF: slow where things happen, and not without end.
+//! A film as a GIF, in slow motion while something happens, and of limited length.
 
 use super::files::{Palette, gif};
 use super::film::{FramesOptions, camera, end_s, index, picture, pushed_from_s, pushed_until_s};
@@ -8,20 +8,22 @@ use crate::render::scene::Stage;
 use image::RgbImage;
 use rayon::prelude::*;
 
-/// A GIF shows a picture for so long (1/100 s), and its last one.
+/// Time for which a picture is shown, and for which the last one is (1/100 s).
 const DELAY_CS: u16 = 4;
 pub(super) const LAST_DELAY_CS: u16 = 120;
-/// It has about so many pictures at most, and so many of them are in memory at a time; its palette is made for so many.
+/// Approximate largest number of pictures, and the number of pictures that are in memory at a time and from which the
+/// palette is made.
 const MOST_SHOTS: usize = 200;
 const AT_ONCE: usize = 16;
-/// A GIF begins so long before the push, and slows down so long before it (s).
+/// How long before the push the GIF begins, and how long before it slow motion begins (s).
 const LEAD_S: f64 = 0.2;
 const SLOW_LEAD_S: f64 = 0.04;
-/// It is slow until so long after a landing or a fall, but not longer than this in all (s).
+/// How long slow motion lasts after a landing or a fall, and how long it lasts at most (s).
 const SLOW_TAIL_S: f64 = 0.1;
 const LONGEST_SLOW_S: f64 = 0.8;
 
-/// A picture of the GIF: index of its snapshot, for how long (1/100 s), and the speed as a share of real time.
+/// A picture of the GIF: index of its snapshot, the time for which it is shown (1/100 s), and the speed as a share of
+/// real time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Shot {
     pub snapshot: usize,
@@ -29,7 +31,7 @@ pub(super) struct Shot {
     pub speed: f64,
 }
 
-/// Stretches of the film: from, to (s) and speed.
+/// The three stretches of the film: start and end (s), and speed.
 fn stretches(film: &Film, slow_motion: f64) -> [(f64, f64, f64); 3] {
     let (record, end_s) = (&film.record, end_s(film));
     let from_s = (pushed_from_s(film) - LEAD_S).max(0.0);
@@ -40,11 +42,12 @@ fn stretches(film: &Film, slow_motion: f64) -> [(f64, f64, f64); 3] {
     [(from_s, slow_from_s, 1.0), (slow_from_s, slow_to_s, slow_motion), (slow_to_s, end_s, 1.0)]
 }
 
+/// All pictures of the GIF.
 pub(super) fn shots(film: &Film, slow_motion: f64) -> Vec<Shot> {
     let delay_s = f64::from(DELAY_CS) / 100.0;
     let count = |(from_s, to_s, speed): (f64, f64, f64)| ((to_s - from_s) / (delay_s * speed)).round() as usize;
     let mut stretches = stretches(film, slow_motion);
-    // A robot that does not come to rest is shown faster.
+    // If the robot takes long to come to rest, this stretch is shown faster.
     let room = MOST_SHOTS.saturating_sub(count(stretches[0]) + count(stretches[1])).max(MOST_SHOTS / 4);
     stretches[2].2 = (count(stretches[2]) as f64 / room as f64).ceil().max(1.0);
     let mut shots = Vec::new();
@@ -58,10 +61,10 @@ pub(super) fn shots(film: &Film, slow_motion: f64) -> Vec<Shot> {
     shots
 }
 
-/// The film as a GIF.
+/// The bytes of the film as a GIF.
 pub(super) fn moving(film: &Film, stage: &Stage, options: &FramesOptions) -> Result<Vec<u8>> {
     let shots = shots(film, options.slow_motion);
-    // One in three is enough to see how far the robot gets.
+    // Every third picture is enough to know how far the robot gets.
     let some = shots.iter().step_by(3).chain(shots.last()).map(|shot| shot.snapshot);
     let camera = camera(film, stage, some, options.gif_size);
     let shown = |shot: &Shot| {

@@ -1,6 +1,7 @@
-//! Triangles to pixels: a depth buffer of [`SAMPLES`] x [`SAMPLES`] samples a pixel, averaged in linear light.
+//! Rasterises triangles with a depth buffer of [`SAMPLES`] x [`SAMPLES`] samples for each pixel, averaged in linear
+//! light.
 //!
-//! Each band of rows is painted by itself, so that a picture is the same to the byte whatever the number of threads.
+//! Each band of rows is painted by itself, so that a picture has the same bytes with any number of threads.
 
 use super::floor::Floor;
 use super::triangle::{Coverage, Light, Triangle, stored};
@@ -9,15 +10,17 @@ use rayon::prelude::*;
 
 /// Samples along a side of a pixel.
 const SAMPLES: usize = 3;
-/// Rows of pixels that are worked on at a time, so that their samples stay in the cache.
+/// Number of rows of pixels in a band, whose samples stay in the cache.
 const BAND: usize = 8;
+
+/// Light and one over the depth (1/m) of a sample.
 #[derive(Clone, Copy)]
 struct Sample {
     light: Light,
     near: f32,
 }
 
-/// Paints triangles over a floor.
+/// Paints triangles over floor and background, in a picture of `size` (px).
 pub(super) fn paint(size: [u32; 2], floor: &Floor, triangles: &[Triangle]) -> RgbImage {
     let [width, height] = size.map(|px| px as usize);
     let prepared: Vec<(Coverage, &Triangle)> =
@@ -40,8 +43,8 @@ pub(super) fn paint(size: [u32; 2], floor: &Floor, triangles: &[Triangle]) -> Rg
     image
 }
 
-/// Ground and background. They are smooth enough for one look a pixel, but for the edges of a step; their depth is that
-/// of each sample.
+/// Fills the samples with ground and background. These are smooth, so one evaluation for each pixel is enough, except
+/// at the edges of a step. The depth is that of each sample.
 fn start(samples: &mut [Sample], window: [i64; 4], floor: &Floor) {
     let row_length = (window[2] - window[0]) as usize;
     let mut parts = vec![None; samples.len()];
@@ -74,6 +77,7 @@ fn start(samples: &mut [Sample], window: [i64; 4], floor: &Floor) {
     }
 }
 
+/// Paints a triangle over the samples that it covers, unless they are nearer.
 fn blend(samples: &mut [Sample], window: [i64; 4], area: &Coverage, triangle: &Triangle) {
     let row_length = (window[2] - window[0]) as usize;
     let [a, b, c] = &triangle.corners;
@@ -94,7 +98,7 @@ fn blend(samples: &mut [Sample], window: [i64; 4], area: &Coverage, triangle: &T
     });
 }
 
-/// Mean of each pixel's samples, as it is stored.
+/// Stores the mean of the samples of each pixel.
 fn resolve(samples: &[Sample], width: usize, pixels: &mut [u8]) {
     let row_length = width * SAMPLES;
     for (rows, line) in samples.chunks(row_length * SAMPLES).zip(pixels.chunks_mut(3 * width)) {

@@ -1,3 +1,5 @@
+//! Tests of whole pictures: geometry, light, marks and ground are where they should be.
+
 use super::Camera;
 use super::draw::{draw, draw_on, draw_posture};
 use crate::control::Phase;
@@ -23,7 +25,7 @@ fn ut_mu2() -> Robot {
     Robot::load("ut-mu2").unwrap()
 }
 
-/// UT-mu2 at rest, with all there is to mark.
+/// UT-mu2 at rest, with everything that can be marked.
 fn snapshot(robot: &Robot) -> Snapshot {
     let square = |x: f64, half: f64| {
         [(half, half), (-half, half), (-half, -half), (half, -half)].map(|(dx, dy)| Point2::new(x + dx, dy))
@@ -50,7 +52,7 @@ fn snapshot(robot: &Robot) -> Snapshot {
     }
 }
 
-/// A robot that is nothing but boxes (centre, half size, colour), and its posture.
+/// A robot that consists of boxes (centre, half size, colour), and its posture.
 fn boxes(boxes: &[([f64; 3], [f64; 3], [f64; 4])]) -> (Robot, Posture) {
     let mut robot = ut_mu2();
     for Link { visuals, collisions, .. } in &mut robot.links {
@@ -73,7 +75,7 @@ fn boxes(boxes: &[([f64; 3], [f64; 3], [f64; 4])]) -> (Robot, Posture) {
 const RED: [f64; 4] = [0.9, 0.1, 0.1, 1.0];
 const GREEN: [f64; 4] = [0.1, 0.8, 0.1, 1.0];
 
-/// The picture's colour where a point is seen from a camera.
+/// The colour of a picture at the place of a point.
 fn at(image: &RgbImage, camera: &Camera, point: Point3<f64>) -> [u8; 3] {
     let [x, y] = camera.project(point, SIZE).unwrap().map(|px| px as u32);
     image.get_pixel(x, y).0
@@ -88,7 +90,7 @@ fn is_red([r, g, b]: [u8; 3]) -> bool {
 }
 
 #[test]
-fn the_same_bytes_come_out_whatever_the_number_of_threads() {
+fn pictures_have_the_same_bytes_with_any_number_of_threads() {
     let robot = ut_mu2();
     let picture = || draw(&robot, &snapshot(&robot), &FRONT, SIZE, &Overlay::ALL);
     let first = picture();
@@ -99,7 +101,7 @@ fn the_same_bytes_come_out_whatever_the_number_of_threads() {
     assert_eq!(first.dimensions(), (SIZE[0], SIZE[1]));
 }
 
-/// Seen along -x from 1 m before its front face, which is 0.2 m wide and 0.1 m high: the pinhole formula says where.
+/// The camera looks along -x from 1 m in front of the front face, which is 0.2 m wide and 0.1 m high.
 #[test]
 fn a_box_covers_the_pixels_that_the_pinhole_formula_says() {
     let (robot, posture) = boxes(&[([-0.05, 0.03, 0.5], [0.05, 0.1, 0.05], RED)]);
@@ -116,7 +118,7 @@ fn a_box_covers_the_pixels_that_the_pinhole_formula_says() {
     let (top, bottom) = (120.0 - f * 0.05, 120.0 + f * 0.05);
     for (x, y, pixel) in image.enumerate_pixels() {
         let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
-        // How far inside (px); the bevel is not quite there.
+        // How far the pixel is inside of the face (px). The bevel makes the edges uncertain.
         let inside = (x - left).min(right - x).min(y - top).min(bottom - y);
         if inside.abs() > 1.5 {
             assert_eq!(is_red(pixel.0), inside > 0.0, "{x} {y}: {pixel:?}");
@@ -125,7 +127,7 @@ fn a_box_covers_the_pixels_that_the_pinhole_formula_says() {
 }
 
 #[test]
-fn what_is_nearer_hides_what_is_farther_in_any_order() {
+fn near_solids_hide_far_ones_in_any_order() {
     let (near, far) = (([0.2, 0.0, 0.26], [0.05; 3], RED), ([-0.2, 0.0, 0.26], [0.06; 3], GREEN));
     let pictures = [[near, far], [far, near]].map(|order| {
         let (robot, posture) = boxes(&order);
@@ -140,7 +142,7 @@ fn what_is_nearer_hides_what_is_farther_in_any_order() {
 }
 
 #[test]
-fn what_is_translucent_lets_through_what_is_behind() {
+fn a_translucent_solid_shows_the_one_behind() {
     let glass = ([0.2, 0.0, 0.26], [0.05; 3], [0.1, 0.1, 0.9, 0.4]);
     let behind = ([-0.2, 0.0, 0.26], [0.06; 3], RED);
     let seen = |solids: &[_]| {
@@ -154,7 +156,7 @@ fn what_is_translucent_lets_through_what_is_behind() {
     assert!(through[2] > seen(&[behind])[2] + 20, "{through:?}");
 }
 
-/// UT-mu2 is purple, nearly white and nearly black.
+/// The colours of UT-mu2 are purple, nearly white and nearly black.
 #[test]
 fn the_robots_colours_are_found_in_the_picture() {
     let robot = ut_mu2();
@@ -185,7 +187,8 @@ fn each_mark_is_seen_in_its_colour() {
     let moment = snapshot(&robot);
     let bare = draw(&robot, &moment, &FRONT, SIZE, &[]);
     assert!(bare == draw_posture(&robot, &moment.posture, &FRONT, SIZE));
-    // Where each stands out (a place, and so many pixels to the right), and the channel that is its strongest there.
+    // For each overlay: a place where it stands out, an offset to the right (px), and the channel that is strongest
+    // there.
     let on_floor = |x: f64, y: f64| Point3::new(x, y, 0.0);
     let cases = [
         (Overlay::Support, on_floor(0.149, 0.1), 0, 2),
@@ -214,7 +217,8 @@ fn each_mark_is_seen_in_its_colour() {
     assert!(r > g.max(b) + 60, "{r} {g} {b}");
 }
 
-/// The COM lies within the robot, which is as purple as its mark: a ring in white tells the two apart, in a picture of any size.
+/// The robot around the COM is as purple as the mark of the COM, so a white rim must separate them in pictures of any
+/// size.
 #[test]
 fn the_com_is_ringed_in_white_before_the_robot() {
     let (robot, posture) = boxes(&[([0.0, 0.0, 0.3], [0.1; 3], [0.35, 0.2, 0.6, 1.0])]);
@@ -225,7 +229,7 @@ fn the_com_is_ringed_in_white_before_the_robot() {
         let [x, y] = FRONT.project(moment.com, size).unwrap().map(|px| px as u32);
         let is_white = |x: u32| image.get_pixel(x, y).0.iter().all(|v| *v > 180);
         assert!(bare.get_pixel(x, y).0[1] < 120, "it is purple behind");
-        // From the ring outwards; along this row the white of the quarters comes first.
+        // From the middle outward, the white of the quarters comes first, and then that of the rim.
         let whites: Vec<u32> = (0..16).filter(|px| is_white(x + px)).collect();
         assert!(whites.last().is_some_and(|last| (5..14).contains(last)), "{size:?}: {whites:?}");
         assert!(!is_white(x + 16));
@@ -233,19 +237,20 @@ fn the_com_is_ringed_in_white_before_the_robot() {
 }
 
 #[test]
-fn a_slope_tilts_the_floor_and_what_lies_on_it() {
+fn a_slope_tilts_the_floor_and_the_marks_on_it() {
     let robot = ut_mu2();
     let level = snapshot(&robot);
     let slope = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.2);
     let tilted = Snapshot { slope, ..level.clone() };
     let marks = [Overlay::Dcm];
     let image = draw(&robot, &tilted, &FRONT, SIZE, &marks);
-    // The DCM is above x = 0.15 m of the plan, where the floor that falls forward is lower.
+    // The DCM is at x = 0.15 m, where the floor is lower since it falls forward.
     let seen = |z: f64| at(&image, &FRONT, Point3::new(0.15, 0.0, z));
     assert!(is_green(seen(-0.15 * 0.2_f64.tan())) && !is_green(seen(0.0)));
 }
 
-/// A patch that is lower or higher than what is around it: marks, walls and what they hide are where the ground is.
+/// The patch is lower or higher than the ground around it. Marks, walls, and the objects behind walls follow the
+/// ground.
 #[test]
 fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
     let robot = boxes(&[]).0;
@@ -267,14 +272,14 @@ fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
         // Between lines of the grid.
         let (around, patch) = (light(-0.03, 0.15, step_m), light(-0.03, 0.05, 0.0));
         assert!(around > patch + 8, "{step_m} m: {around}, {patch}");
-        // Of a pit the far wall is seen, of a plateau the near one.
+        // In a pit the far wall is visible, on a plateau the near one.
         let wall_x = if step_m > 0.0 { -0.07 } else { 0.07 };
         let wall = light(wall_x, 0.05, step_m / 2.0);
         assert!(patch > wall + 15, "{step_m} m: {patch}, {wall}");
         let unseen = light(-wall_x, 0.05, step_m / 2.0);
         assert!(unseen > wall + 15, "{step_m} m: {unseen}, {wall}");
     }
-    // What is in the pit but behind its edge is hidden; what stands on the plateau is not.
+    // A box behind the near edge of a pit is hidden, and one on a plateau is not.
     let (robot, _) = boxes(&[([0.06, 0.05, 0.003], [0.005, 0.02, 0.003], RED)]);
     let red = |step_m: f64| {
         let ground = Ground { step_m, patch, ..Ground::default() };
@@ -292,7 +297,7 @@ fn nothing_breaks_at_odd_cameras_and_sizes() {
     for size in [[0, 0], [1, 1], [7, 200]] {
         assert_eq!(draw(&robot, &moment, &FRONT, size, &Overlay::ALL).dimensions(), (size[0], size[1]));
     }
-    // Inside of the robot, from below, from straight above.
+    // The cameras are inside of the robot, below the floor, and straight above.
     for camera in [
         Camera { distance_m: 0.01, ..FRONT },
         Camera { elevation_deg: -40.0, ..FRONT },

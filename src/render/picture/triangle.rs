@@ -1,13 +1,12 @@
-//! Triangles in a picture, and which samples are inside of them.
-//!
-//! That is decided in whole numbers, so that no sample between two triangles is missed or painted twice.
+//! Triangles in a picture, and the samples that are inside of them. This is decided in integers, so that no sample
+//! between two triangles is missed or painted twice.
 
 /// Linear light, red, green and blue.
 pub(super) type Light = [f32; 3];
 
-/// Corners lie on a grid of so many places to a sample.
+/// Corners are rounded to a grid with this many places for each sample.
 const PLACES: f64 = 256.0;
-/// Corners farther out than this (samples) are beyond what whole numbers are made for.
+/// Corners farther out than this (samples) would overflow the integers.
 const FARTHEST: f64 = 1e6;
 
 /// A corner in the picture.
@@ -20,42 +19,45 @@ pub(super) struct Vertex {
     pub light: Light,
 }
 
-/// A triangle in the picture, either way round; later ones are painted over earlier ones.
+/// A triangle in the picture, in either orientation. Later triangles are painted over earlier ones.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Triangle {
     pub corners: [Vertex; 3],
-    /// Share of what is behind that it replaces, where it is in front of what is painted yet.
+    /// Opacity, from 0 to 1.
     pub cover: f32,
-    /// Whether it hides what is behind it from then on.
+    /// Whether it hides later triangles that are behind it.
     pub hides: bool,
 }
 
-/// Linear light as it is stored: a gamma of 2, whose square root is exact everywhere, in place of the screen's 2.2.
+/// The code value of linear light. Gamma is 2 in place of the screen's 2.2, since a square root is exact on every
+/// machine.
 pub(super) fn stored(light: f32) -> u8 {
     (255.0 * light.clamp(0.0, 1.0).sqrt() + 0.5) as u8
 }
 
-/// A stored colour (0 to 1) in linear light.
+/// The linear light of a colour (code values from 0 to 1).
 pub(super) const fn linear([r, g, b]: [f64; 3]) -> Light {
     [(r * r) as f32, (g * g) as f32, (b * b) as f32]
 }
 
-/// Which samples are inside of a triangle; those on an edge that two triangles share belong to one of them.
+/// The samples that are inside of a triangle. A sample on an edge that two triangles share belongs to one of them.
 pub(super) struct Coverage {
-    /// On the grid, turned so that the inside is to the left.
+    /// Corners on the grid, in the order that has the inside to the left.
     corners: [[i64; 2]; 3],
     /// Whether corners 1 and 2 were exchanged for that.
     turned: bool,
+    /// Twice the area on the grid.
     double: i64,
-    /// The samples that may be inside: from, and to (not included), right and down.
+    /// Bounds of the samples that may be inside, to the right and down; `to` is not included.
     from: [i64; 2],
     to: [i64; 2],
 }
 
 impl Coverage {
-    /// `corners` in units of which `scale` make a sample; None for a triangle without area or far out of any picture.
+    /// The samples inside of a triangle, where `scale` is the number of samples for each unit of `corners`. None if it
+    /// has no area, or is far outside of any picture.
     pub fn new(corners: &[[f64; 2]; 3], scale: f64) -> Option<Self> {
-        // Neither is one that is not a number.
+        // This comparison also refuses NaN.
         if !corners.iter().flatten().all(|v| (v * scale).abs() < FARTHEST) {
             return None;
         }
@@ -64,7 +66,7 @@ impl Coverage {
         if double < 0 {
             corners.swap(1, 2);
         }
-        // The first sample whose middle is not before a corner.
+        // The first sample whose middle is not before a place.
         let sample = |place: i64| (place + PLACES as i64 / 2 - 1).div_euclid(PLACES as i64);
         let [a, b, c] = corners;
         let from = [0, 1].map(|i| sample(a[i].min(b[i]).min(c[i])));
@@ -72,8 +74,8 @@ impl Coverage {
         (double != 0).then_some(Self { corners, turned: double < 0, double: double.abs(), from, to })
     }
 
-    /// Calls with each sample inside the window (left, top, right, bottom; the last two not included) and the weights
-    /// of the three corners there.
+    /// Calls `call` for each sample that is inside of the triangle and of the window (left, top, right, bottom; the
+    /// last two not included), with the weights of the three corners there.
     pub fn for_each(&self, [left, top, right, bottom]: [i64; 4], mut call: impl FnMut(i64, i64, [f64; 3])) {
         let ([x0, y0], [x1, y1]) = (self.from, self.to);
         let (x0, x1, y0, y1) = (x0.max(left), x1.min(right), y0.max(top), y1.min(bottom));
@@ -83,7 +85,7 @@ impl Coverage {
         let places = PLACES as i64;
         let [a, b, c] = self.corners;
         let edges = [(b, c), (c, a), (a, b)];
-        // A sample on an edge is inside of the one of two triangles that has it as a left or a top edge.
+        // A sample on an edge belongs to the triangle for which it is a left or a top edge.
         let owned = edges.map(|(p, q)| i64::from(q[1] < p[1] || (q[1] == p[1] && q[0] > p[0])));
         let along = edges.map(|(p, q)| (p[1] - q[1]) * places);
         let scale = 1.0 / self.double as f64;
@@ -114,7 +116,7 @@ fn edge(a: [i64; 2], b: [i64; 2], c: [i64; 2]) -> i64 {
 mod tests {
     use super::*;
 
-    /// A fan of triangles about a point inside a rectangle, some of them turned, with corners on and off the samples.
+    /// A fan of triangles about a point in a rectangle, in both orientations, with corners on and off the samples.
     #[test]
     fn each_sample_belongs_to_one_of_the_triangles_that_share_an_edge() {
         let rim =
@@ -135,7 +137,8 @@ mod tests {
             }
             for (y, row) in times.iter().enumerate() {
                 for (x, &times) in row.iter().enumerate() {
-                    // Middles from 2.5 to 32.5, and from 3.5 to 27.5: one at 28.5 is on the lower edge, and not inside.
+                    // Middles from 2.5 to 32.5 and from 3.5 to 27.5 are inside. One at 28.5 is on the lower edge, and
+                    // is not.
                     let inside = (2..33).contains(&x) && (3..28).contains(&y);
                     assert_eq!(times, u32::from(inside), "{x} {y}, center {center:?}");
                 }

@@ -1,10 +1,10 @@
-// Orbit about a point: drag turns, shift-drag (or two fingers) moves, the wheel (or two fingers) zooms. So do arrow keys,
-// with shift, and + and -, when the keyboard's focus is in the view.
+// A camera that orbits a point. A drag turns it, a drag with shift (or with two fingers) moves it, and the wheel (or two
+// fingers) zooms. When the view has the keyboard focus, arrow keys turn, arrow keys with shift move, and + and - zoom.
 
 const FIELD = (32 * Math.PI) / 180;
-// As far as this the COM may go from home before the camera follows, in COM heights.
+// Distance of the COM from home at which the camera begins to follow (COM heights).
 const LEASH = 0.4;
-// Azimuth and elevation (degrees) of the eye as seen from the robot, which faces x.
+// Direction from the robot, which faces x, to the eye: azimuth and elevation (degrees).
 const VIEWS = { home: [38, 18], front: [0, 6], side: [-90, 6], top: [180, 89.5] };
 
 class Camera {
@@ -24,7 +24,7 @@ class Camera {
       this.zoom(Math.exp(0.0012 * clamp(event.deltaY * (event.deltaMode ? 30 : 1), -300, 300)));
     }, { passive: false });
     canvas.addEventListener("keydown", (event) => this.press(event));
-    // The focus is for who has come with the keyboard: after a click the arrow keys are still those of time.
+    // A click does not give the view the focus, so that the arrow keys still control the time.
     canvas.addEventListener("mousedown", (event) => {
       event.preventDefault();
       document.activeElement.blur();
@@ -60,7 +60,7 @@ class Camera {
     if (others.length) {
       const other = others[0][1], gap = (p) => Math.hypot(p[0] - other[0], p[1] - other[1]);
       this.distance *= clamp(gap(before) / Math.max(gap(now), 1), 0.8, 1.25);
-      // Each finger does half of it.
+      // Each of the two fingers contributes half.
       this.pan(moved[0] / 2, moved[1] / 2);
       this.zoom(1);
     } else if (event.shiftKey || event.buttons & 6) {
@@ -90,21 +90,21 @@ class Camera {
     this.elevation = clamp(this.elevation + 0.008 * down, -0.1, 1.562);
   }
 
-  // By pixels, so that what is under the finger stays under it.
+  // Moves the view by pixels, so that the point under the finger stays there.
   pan(right, down) {
     const metres = (2 * this.distance * Math.tan(FIELD / 2)) / this.canvas.clientHeight;
     const x = unit(cross([0, 0, 1], this.outward())), y = cross(this.outward(), x);
     this.target = add(this.target, add(scaled(x, -right * metres), scaled(y, down * metres)));
   }
 
-  // How far the COM has dragged the camera along.
+  // How far the camera has followed the COM.
   dragged(com) {
     const away = sub(com, [0, 0, this.height]), far = length(away);
     return scaled(away, Math.max(0, 1 - (LEASH * this.height) / (far || 1)));
   }
 
   look(aspect, com) {
-    // On a narrow screen it is the width that has to hold the robot.
+    // On a narrow screen, the robot has to fit the width.
     const distance = this.distance * Math.max(1, 0.8 / aspect);
     const target = add(this.target, this.dragged(com)), eye = add(target, scaled(this.outward(), distance));
     const lens = perspective(FIELD, aspect, 0.05 * distance, 12 * distance);

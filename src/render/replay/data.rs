@@ -1,7 +1,8 @@
-//! What a page knows of a film: the robot, and of every moment all that is drawn, as one JSON value.
+//! The data of a page as one JSON value: the robot, and everything that is drawn at each moment.
 //!
-//! A column's grid spans all that it holds, so that one number that runs away would make those of the whole film
-//! coarse: the page ends before that ([`Film::near`]: so far a column's error is 0.08 mm).
+//! The grid of a column spans all its values, so that a single huge value would make the whole film coarse. The page
+//! therefore ends before the robot or its numbers are too far away ([`Film::near`]), and the error of a column is at
+//! most 0.08 mm.
 
 use super::pack::{Polygons, column, columns, packed_mesh};
 use crate::control::Phase;
@@ -15,20 +16,20 @@ use crate::sim::Ground;
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 
-/// A longer film is shown at every second tick, or third, and so on: so a page stays small, whatever the horizon.
+/// Most moments of a page. A longer film is shown at every second or third tick, and so on, which keeps the page small.
 const MOST_MOMENTS: usize = 2500;
 
-/// A margin is shown as this at least, so that those about 0 keep their two digits.
+/// Smallest margin that is shown, so that those near 0 keep two digits.
 const LEAST_MARGIN: f64 = -100.0;
-/// Corners of CPI sets in a page. With noise no two moments have the same, and gains are many: where there would be
-/// more than these, sets are shown at every second moment, or third, and so on.
+/// Most corners of CPI sets in a page. With noise, each moment has its own sets; if they have more corners than this,
+/// sets are shown at every second or third moment, and so on.
 const MOST_CORNERS: usize = 60_000;
 
-/// Phases by number, as the page names them.
+/// The phases in the order of their numbers in the page.
 const PHASES: [Phase; 5] =
     [Phase::Posture, Phase::Switching, Phase::OutOfSets, Phase::Swing(Foot::Left), Phase::Swing(Foot::Right)];
 
-/// The film, packed: `film.js` reads it. And sentences on what it leaves out, if it does.
+/// The packed film, which `film.js` reads, and sentences on what it leaves out.
 pub fn packed(film: &Film) -> (Value, Vec<String>) {
     let ticks = &film.snapshots[..film.near()];
     let stride = ticks.len().div_ceil(MOST_MOMENTS).max(1);
@@ -97,7 +98,7 @@ pub fn packed(film: &Film) -> (Value, Vec<String>) {
     (packed, notes)
 }
 
-/// Mean force over ticks, where it attacks on the mean; None if there is none in any.
+/// The mean force over ticks, at the mean of the points where it acts. None if there is no force at any tick.
 fn mean(ticks: &[Snapshot], value: &dyn Fn(&Snapshot) -> Option<Arrow>) -> Option<Arrow> {
     let arrows: Vec<Arrow> = ticks.iter().filter_map(value).collect();
     if let [arrow] = arrows[..]
@@ -111,7 +112,7 @@ fn mean(ticks: &[Snapshot], value: &dyn Fn(&Snapshot) -> Option<Arrow>) -> Optio
     (weight > 0.0).then(|| Arrow { point: Point3::from(point / weight), force: sum / ticks.len() as f64 })
 }
 
-/// Of each gain, and how many moments they are held for.
+/// The slices of each gain, and the number of moments for which each slice is held.
 fn slices(moments: &[&Snapshot], gains: usize) -> (Vec<Polygons>, usize) {
     let mut every = 1;
     loop {
@@ -123,7 +124,7 @@ fn slices(moments: &[&Snapshot], gains: usize) -> (Vec<Polygons>, usize) {
     }
 }
 
-/// The slices of one gain, renewed at every so many moments, and where they appear or vanish.
+/// The slices of one gain, renewed after every `every` moments, and when a slice appears or vanishes.
 fn held<'a>(moments: &[&'a Snapshot], gain: usize, every: usize) -> impl Iterator<Item = &'a [Point2<f64>]> {
     let mut last: &[Point2<f64>] = &[];
     moments.iter().enumerate().map(move |(k, snapshot)| {
@@ -135,17 +136,18 @@ fn held<'a>(moments: &[&'a Snapshot], gain: usize, every: usize) -> impl Iterato
     })
 }
 
+/// The slice of a gain, empty if there is none.
 fn slice(snapshot: &Snapshot, gain: usize) -> &[Point2<f64>] {
     snapshot.slices.get(gain).map_or(&[], Vec::as_slice)
 }
 
-/// Point and force.
+/// Point (m) and force (N) in one row.
 fn six(arrow: Arrow) -> [f64; 6] {
     let ([x, y, z], [fx, fy, fz]): ([f64; 3], [f64; 3]) = (arrow.point.into(), arrow.force.into());
     [x, y, z, fx, fy, fz]
 }
 
-/// Columns of quaternions (x, y, z, w), neighbours on the same side of the sphere: between them it is interpolated.
+/// Columns of quaternions (x, y, z, w). Neighbours have signs that let the page interpolate between them.
 fn turns(rotations: impl Iterator<Item = UnitQuaternion<f64>>) -> Vec<Value> {
     let mut last = [0.0; 4];
     let continuous = rotations.map(|rotation| {
@@ -157,6 +159,7 @@ fn turns(rotations: impl Iterator<Item = UnitQuaternion<f64>>) -> Vec<Value> {
     columns(&continuous.collect::<Vec<_>>())
 }
 
+/// Links, joints and solids of the robot.
 fn robot(robot: &Robot) -> Value {
     let links = robot.links.iter().enumerate().map(|(i, link)| {
         let joint = i.checked_sub(1).map(|joint| &robot.joints[joint]);
@@ -178,13 +181,13 @@ fn robot(robot: &Robot) -> Value {
     })
 }
 
-/// Position, then quaternion (x, y, z, w).
+/// A pose as position (m) and quaternion (x, y, z, w).
 fn pose(pose: &Pose) -> [f64; 7] {
     let ([x, y, z], [i, j, k, w]): ([f64; 3], [f64; 4]) = (pose.translation.vector.into(), pose.rotation.coords.into());
     [x, y, z, i, j, k, w]
 }
 
-/// Half extents of the box that holds it, in the axes of the solid.
+/// Kind of a solid, and half the extents of the box around it (m), in the axes of the solid.
 fn shape(shape: &Shape) -> Value {
     match *shape {
         Shape::Box { half } => json!({ "kind": "box", "half": [half.x, half.y, half.z] }),
@@ -193,7 +196,7 @@ fn shape(shape: &Shape) -> Value {
     }
 }
 
-/// What solids are made of, each in the cube from -1 to 1: the page places and stretches them, which keeps it small.
+/// One mesh for each kind of solid, within the cube from -1 to 1. The page scales them, which keeps it small.
 fn shapes() -> Value {
     json!({
         "box": packed_mesh(&Mesh::of(&Shape::Box { half: Vector3::repeat(1.0) })),
@@ -202,6 +205,7 @@ fn shapes() -> Value {
     })
 }
 
+/// Step, patch and faces of the ground.
 fn ground(film: &Film) -> Value {
     let Ground { step_m, patch: [least, most], .. } = film.ground;
     let reach_m = 4.0 * RobotScale::of(&film.robot).length();

@@ -1,4 +1,4 @@
-// The film as the page holds it: columns of 16-bit numbers (see pack.rs), and the kinematics of the robot.
+// The packed film, with columns of 16-bit numbers (see pack.rs), and the kinematics of the robot.
 
 const NONE = 65535;
 
@@ -7,17 +7,17 @@ function numbers(text) {
   return Uint16Array.from({ length: bytes.length / 2 }, (_, i) => view.getUint16(2 * i, true));
 }
 
-// A function from the number of a moment to its value; null for none.
+// A function from the index of a moment to its value, or null if it has none.
 function column({ least, step, data }) {
   if (data === undefined) return () => least;
   const values = numbers(data);
   return (i) => (values[i] === NONE ? null : least + step * values[i]);
 }
 
-// Of whole numbers.
+// The same for a column of integers.
 const whole = (value) => (i) => (value(i) === null ? null : Math.round(value(i)));
 
-// Several columns; between two moments it is interpolated, except where one of the two has none: there the nearer counts.
+// The same for a vector, interpolated between two moments. If one of them has no value, the nearer moment counts.
 function columns(packed) {
   const all = packed.map(column);
   const at = (i) => {
@@ -32,7 +32,7 @@ function columns(packed) {
   };
 }
 
-// A function from the number of a moment to its polygon: a list of corners.
+// A function from the index of a moment to its polygon, a list of corners.
 function polygons({ which, counts, x, y }) {
   const [index, sizes, xs, ys] = [numbers(which), numbers(counts), column(x), column(y)];
   const starts = [0];
@@ -65,10 +65,10 @@ class Film {
     this.footstep = polygons(data.footstep);
   }
 
-  // The number of the last moment until a time, and how far it is to the next: 0 to 1.
+  // The index of the last moment before a time, and the share of the way to the next one (0 to 1).
   index(time) {
     const at = clamp((time - this.start) / this.period, 0, this.count - 1);
-    // A time that is meant to be a tick is one, whatever its last digit.
+    // A time that is within rounding of a moment counts as this moment.
     const near = Math.round(at);
     const exact = Math.abs(at - near) < 1e-6 ? near : at;
     const i = Math.floor(exact);
@@ -79,7 +79,7 @@ class Film {
     return this.start + i * this.period;
   }
 
-  // Poses of all links in the world.
+  // The poses of all links in the world.
   poses(i, share) {
     const q = this.q(i, share);
     const poses = [{ p: this.base(i, share), q: unit(this.turn(i, share)) }];
@@ -90,7 +90,7 @@ class Film {
     return poses;
   }
 
-  // All that there is to see at a time.
+  // Everything that is shown at a time.
   at(time) {
     const [i, share] = this.index(time);
     const near = share < 0.5 ? i : i + 1;
@@ -115,7 +115,7 @@ class Film {
     };
   }
 
-  // The ground's height (m) at a place, as it is tilted in a moment.
+  // Height of the ground (m) at a place, with the slope of a moment.
   height(slope, x, y) {
     const normal = turned(slope, [0, 0, 1]), plane = -(normal[0] * x + normal[1] * y) / normal[2];
     const { step_m: step, patch } = this.data.ground;

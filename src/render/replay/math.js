@@ -1,4 +1,4 @@
-// Vectors are arrays of three, quaternions [x, y, z, w], poses { p, q }; matrices 4 x 4, column by column, as WebGL has them.
+// Vectors are arrays of three, quaternions are [x, y, z, w], poses are { p, q }, and matrices are 4 x 4 by columns, as in WebGL.
 const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 const scaled = (a, s) => [a[0] * s, a[1] * s, a[2] * s];
@@ -16,7 +16,7 @@ function turned(q, v) {
   return add(add(v, scaled(t, q[3])), cross(u, t));
 }
 
-// First b, then a.
+// Applies first b, then a.
 function quaternionProduct(a, b) {
   const [ax, ay, az, aw] = a, [bx, by, bz, bw] = b;
   return [
@@ -42,10 +42,10 @@ function matrixOf({ p, q }) {
   return [...x, 0, ...y, 0, ...z, 0, ...p, 1];
 }
 
-// First b, then a.
+// Applies first b, then a.
 const product = (a, b) => [...new DOMMatrix(a).multiply(new DOMMatrix(b)).toFloat64Array()];
 
-// Where a point lies as a view (a matrix) shows it; four numbers, of which the last divides the others.
+// A point in the homogeneous coordinates of a view (a matrix).
 const seenFrom = (view, [x, y, z]) => [0, 1, 2, 3].map((i) => view[i] * x + view[4 + i] * y + view[8 + i] * z + view[12 + i]);
 
 function perspective(angle, aspect, near, far) {

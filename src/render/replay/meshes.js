@@ -19,7 +19,7 @@ function program(gl, vertex, fragment) {
   return { made, uniforms };
 }
 
-// Floats in a buffer, with attributes of the given sizes at the locations 0, 1, ...
+// A buffer of floats, with attributes of the given sizes at the locations 0, 1, ...
 function vertices(gl, sizes, data) {
   const array = gl.createVertexArray(), buffer = gl.createBuffer(), stride = 4 * sizes.reduce((a, b) => a + b);
   gl.bindVertexArray(array);
@@ -34,7 +34,7 @@ function vertices(gl, sizes, data) {
   return { array, buffer };
 }
 
-// The shapes that robots are made of (see pack.rs), as triangles: point, normal. Each fills the cube from -1 to 1.
+// The shapes of solids (see pack.rs) as triangles with point and normal. Each shape fills the cube from -1 to 1.
 function shapes(gl, packed) {
   return Object.fromEntries(Object.entries(packed).map(([name, { corners, faces }]) => {
     const values = Array.from(numbers(corners), (n) => n / 32767 - 1);

@@ -1,9 +1,8 @@
-//! A film as one page that people look at: the robot in 3D, what the controller knows and wants, and plots over time.
+//! A film as one HTML page: the robot in 3D, what the controller estimates and commands, and plots over time.
 //!
-//! One file that asks for nothing else and opens from a disk: its own small WebGL viewer (`scene.js` and what it stands
-//! on), nothing of other hands. The robot's positions in it are right to 0.1 mm (`pack`: 16 bits for each number; the
-//! page does the kinematics), as far as it shows them: it ends where the robot has flown off or its numbers run away
-//! (`data`). The same bytes everywhere, as the film.
+//! The page is one file that loads nothing else and opens from a disk, with its own small WebGL viewer. Numbers are
+//! packed to 16 bits each (`pack`), and the page computes the kinematics, so that positions are right to 0.1 mm. The
+//! page ends when the robot has flown off or its numbers run away (`data`). The same film gives the same bytes.
 
 mod data;
 mod pack;
@@ -16,7 +15,7 @@ use minijinja::{UndefinedBehavior, context};
 
 const TEMPLATE: &str = include_str!("replay.html.jinja");
 const STYLE: &str = include_str!("replay.css");
-/// In the order in which they build on each other; all in one scope of the page.
+/// The scripts of the page, which share one scope, in the order in which they use each other.
 const SCRIPTS: [&str; 8] = [
     include_str!("math.js"),
     include_str!("film.js"),
@@ -28,29 +27,27 @@ const SCRIPTS: [&str; 8] = [
     include_str!("player.js"),
 ];
 
-/// What stands beside the film.
+/// The text that the page shows beside the film.
 #[derive(Debug, Clone, Default)]
 pub struct Head {
     pub title: String,
-    /// What a reader must know before anything else, a sentence: that this is not the trial as it was, say.
+    /// A sentence that a reader must know first, for example that the episode differs from the recorded trial.
     pub warning: Option<String>,
-    /// The story, plain text.
+    /// The lines of the story, as plain text.
     pub lines: Vec<String>,
     /// The shell command that makes this page.
     pub command: String,
-    /// The page lies among the replays of a result: it leads back to the report, and the command is to be run in that
+    /// Whether the page lies in a result folder. If so, it links to the report, and its command is for a shell in that
     /// folder.
     pub of_result: bool,
 }
 
-/// The page of a film.
-///
-/// Errors: a film without a moment, or a template that is wrong.
+/// The page of a film. Fails if the film has no moment, or if the template is wrong.
 pub fn page(film: &Film, head: &Head) -> Result<String> {
     if film.snapshots.is_empty() {
         return Err(Error::Numeric { what: "replay".into(), problem: "the film has no moment".into() });
     }
-    // Nothing in it may end the element that holds it.
+    // The data must not contain the end tag of the element that holds them.
     let (data, notes) = data::packed(film);
     let data = data.to_string().replace('<', "\\u003c");
     let looks = palette::json();
@@ -72,7 +69,7 @@ pub fn page(film: &Film, head: &Head) -> Result<String> {
     html_page::render("replay.html", TEMPLATE, UndefinedBehavior::Lenient, |_| (), &context)
 }
 
-/// Lines that go on with the one before, which begin with a space, are one with it: the page breaks them itself.
+/// Joins each line that begins with a space to the line before, since the page wraps lines itself.
 fn paragraphs(lines: &[String]) -> Vec<String> {
     let mut whole: Vec<String> = Vec::new();
     for line in lines {
@@ -89,7 +86,7 @@ mod tests {
     use super::paragraphs;
 
     #[test]
-    fn a_line_that_goes_on_is_one_with_the_line_before() {
+    fn an_indented_line_is_joined_to_the_line_before() {
         let lines =
             ["push      5 N s", "torque    at most", "          25 %", "", "fell:      a link"].map(String::from);
         assert_eq!(paragraphs(&lines), ["push      5 N s", "torque    at most 25 %", "", "fell:      a link"]);

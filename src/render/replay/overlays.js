@@ -1,24 +1,24 @@
-// What is drawn over the robot: where its COM, ZMP and DCM are, what holds it, and what pushes it.
+// The marks: COM, ZMP and DCM, the support and the sets, and the forces on the robot.
 
 const OVERLAYS = [
   ...Object.values(PALETTE.overlays),
   { id: "trail", key: "t", name: "trails", color: "#7f8894", hint: "the paths of COM and DCM over the ground up to now" },
 ];
-// The robot itself: without it, a ghost that hides nothing.
+// The robot itself. If it is switched off, a transparent shape is shown.
 const BODY = { id: "body", key: "b", name: "body", color: "#593399", hint: "the robot; without it, its transparent shape" };
-// A push is short: its arrow stays for a while, faint (s).
+// How long the faint arrow of a push stays after its end (s), since pushes are short.
 const AFTERGLOW = 0.3;
-// What lies on the floor is so much above it (m, for a robot of the size of UT-mu2), so that it does not flicker.
+// Height of marks above the floor (m, for a robot of the size of UT-mu2), so that they do not flicker.
 const ABOVE = 0.0018;
 
-// As parts of 1; on a dark ground, brighter.
+// The colour of an overlay (red, green and blue from 0 to 1), which is brighter on a dark ground.
 function colorOf(id, theme) {
   const hex = OVERLAYS.find((overlay) => overlay.id === id).color;
   const parts = [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255);
   return theme === "dark" ? parts.map((x) => x + 0.32 * (1 - x)) : parts;
 }
 
-// The push that acts, or acted a moment ago, and how strong it shows.
+// The push that acts or has just ended, and the opacity of its arrow.
 function pushAt(film, moment) {
   if (moment.push) return [moment.push, 1];
   for (let i = moment.i; i >= 0 && moment.time - film.time(i) < AFTERGLOW; i--) {
@@ -28,14 +28,14 @@ function pushAt(film, moment) {
   return [null, 0];
 }
 
-// The marks of a moment, lowest first. Each has points in the world (m), and looks as its overlay's style says: polygons on the
-// floor, signs at points, the plumb line of the COM, arrows.
+// The marks of a moment, in the order in which they are drawn: polygons on the floor, signs at points, the plumb line of the
+// COM, and arrows. Points are in the world (m), and the style of the overlay says how they look.
 function marksOf(film, moment, on) {
   const floor = ([x, y]) => [x, y, film.height(moment.slope, x, y) + ABOVE * film.robot.length];
   const sheet = (corners, sheet) => ({ polygon: corners.map(floor), sheet });
   const shapes = {
     polygon: (corners, style) => [sheet(corners, style.sheet)],
-    // Nested, the fastest innermost; the active one over the others.
+    // The sets are nested with the fastest innermost, and the active one is drawn over the others.
     sets: (slices, { resting, acting }) => {
       const acts = (i) => i === moment.gain;
       return [false, true].flatMap((last) =>
@@ -54,7 +54,7 @@ function marksOf(film, moment, on) {
   });
 }
 
-// The fillings of polygons, on the floor: the robot hides them.
+// The fillings of polygons, which lie on the floor, where the robot hides them.
 class Fillings {
   constructor(gl) {
     this.gl = gl;
@@ -85,7 +85,7 @@ void main() {
   }
 }
 
-// All other marks, flat over the picture, so that the robot does not hide them: on a canvas of their own.
+// All other marks, on a canvas over the picture, so that the robot does not hide them.
 class Over {
   constructor(canvas) {
     this.canvas = canvas;
@@ -127,7 +127,7 @@ class Over {
     pen.globalAlpha = 1;
   }
 
-  // A line of a width, or an area if there is none.
+  // Draws a line with a width, or an area if there is no width.
   trace(points, closed, color, width) {
     const { pen } = this;
     pen.beginPath();
@@ -149,7 +149,7 @@ class Over {
     this.trace([to, [neck[0] - half * y, neck[1] + half * x], [neck[0] + half * y, neck[1] - half * x]], true, color);
   }
 
-  // Where a point was until now, over the floor.
+  // The path of a point over the floor up to now.
   trail(film, moment, path, seen, color) {
     const every = Math.max(1, Math.round(0.006 / film.period)), points = [];
     for (let i = 0; i <= moment.i; i += every) {

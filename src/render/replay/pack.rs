@@ -1,7 +1,8 @@
 //! Numbers of a film, packed for a page: 16 bits each, in base 64.
 //!
-//! Each column has a grid of its own: a value is `least + step * n`, n from 0 to 65 534, and n = 65 535 stands for
-//! none. The grid spans what the column holds, so that the error, half a step, is 8 µm for each metre that it spans.
+//! Each column has its own grid: a value is `least + step * n` with n from 0 to 65 534, and n = 65 535 means that there
+//! is no value. The grid spans the values of the column, so that the error (half a step) is 8 µm for each metre between
+//! them.
 
 use crate::render::scene::mesh::Mesh;
 use base64::prelude::{BASE64_STANDARD, Engine};
@@ -9,21 +10,22 @@ use nalgebra::Point2;
 use serde_json::{Value, json};
 
 const NONE: u16 = u16::MAX;
-/// The finest grid that is of use: of positions 1 µm, of angles 1 µrad.
+/// Smallest step of a grid, 1 µm for positions and 1 µrad for angles.
 const LEAST_STEP: f64 = 1e-6;
-/// Of corners of polygons (m): coarse enough that one at rest stays the same.
+/// Step of the grid for corners of polygons (m), so coarse that a polygon at rest does not change.
 const CORNER_STEP_M: f64 = 5e-5;
 
-/// A value for each moment. A column of one and the same value, or of none at all, holds no data.
+/// A column with a value for each moment. If all values are equal, or if there is none, it holds no data.
 pub fn column(values: &[Option<f64>]) -> Value {
     on_grid(values, LEAST_STEP)
 }
 
-/// Columns of vectors of one size, or of none.
+/// The columns of a vector for each moment.
 pub fn columns<const N: usize>(vectors: &[Option<[f64; N]>]) -> Vec<Value> {
     (0..N).map(|i| column(&vectors.iter().map(|vector| Some(vector.as_ref()?[i])).collect::<Vec<_>>())).collect()
 }
 
+/// A column whose grid has at least this step.
 fn on_grid(values: &[Option<f64>], least_step: f64) -> Value {
     let finite = |value: &Option<f64>| value.filter(|x| x.is_finite());
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -39,8 +41,8 @@ fn on_grid(values: &[Option<f64>], least_step: f64) -> Value {
     json!({ "least": least, "step": step, "data": base64(values.iter().map(number)) })
 }
 
-/// A polygon in the plane for each moment, empty ones included: those that differ from the one before, and for each
-/// moment which of them holds.
+/// A polygon in the plane for each moment, which may be empty. A polygon is stored once for as long as it does not
+/// change, with the index of the stored polygon for each moment.
 #[derive(Default)]
 pub struct Polygons {
     which: Vec<u16>,
@@ -65,7 +67,7 @@ impl Polygons {
         polygons
     }
 
-    /// How many are held, of all polygons together.
+    /// Number of corners of all stored polygons.
     pub fn corners(&self) -> usize {
         self.corners.len()
     }
@@ -78,15 +80,15 @@ impl Polygons {
     }
 }
 
-/// A mesh within the cube from -1 to 1: of each corner its place and its normal, n for n / 32767 - 1; and the corners
-/// of each triangle.
+/// A mesh within the cube from -1 to 1: place and normal of each corner, where n stands for n / 32767 - 1, and the
+/// corners of each triangle.
 pub fn packed_mesh(mesh: &Mesh) -> Value {
     let numbers = mesh.corners.iter().flat_map(|(at, normal)| [at.x, at.y, at.z, normal.x, normal.y, normal.z]);
     let corners = base64(numbers.map(|x| ((x + 1.0) * 32767.0).round() as u16));
     json!({ "corners": corners, "faces": base64(mesh.faces.iter().flatten().map(|&corner| corner as u16)) })
 }
 
-/// Little-endian numbers in base 64, padded.
+/// The numbers in little-endian order, in base 64 with padding.
 fn base64(numbers: impl Iterator<Item = u16>) -> String {
     BASE64_STANDARD.encode(numbers.flat_map(u16::to_le_bytes).collect::<Vec<_>>())
 }
@@ -95,7 +97,7 @@ fn base64(numbers: impl Iterator<Item = u16>) -> String {
 mod tests {
     use super::*;
 
-    /// As the page reads them.
+    /// The page reads numbers in this order.
     #[test]
     fn numbers_are_little_endian() {
         // "Mann".
@@ -114,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn polygons_that_stay_the_same_are_held_once() {
+    fn polygons_that_stay_the_same_are_stored_once() {
         let at = |x: f64| vec![Point2::new(x, 0.0), Point2::new(x + 1.0, 0.0), Point2::new(x, 1.0)];
         let moments = [at(0.0), at(1e-6), vec![], at(0.0), at(0.1)];
         let polygons = Polygons::of(moments.iter().map(Vec::as_slice));

@@ -1,4 +1,4 @@
-// Time, controls and keys: brings film, scene and plots together.
+// The player: time, controls and keys for film, scene and plots.
 
 const find = (id) => document.getElementById(id);
 const film = new Film(JSON.parse(find("film").textContent));
@@ -13,7 +13,7 @@ try {
   const canvas = find("view"), over = find("over");
   scene = new Scene(canvas, over, film);
   camera = new Camera(canvas, film.robot.com_height_m, () => { state.stale = true; });
-  // A telephone takes the graphics away from a page that is out of sight.
+  // A mobile browser takes the graphics context from a page in the background.
   canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
   canvas.addEventListener("webglcontextrestored", () => {
     scene = new Scene(canvas, over, film);
@@ -22,7 +22,7 @@ try {
 } catch (problem) {
   find("view").hidden = find("over").hidden = find("views").hidden = true;
   find("no-view").hidden = false;
-  // Only what went wrong in making pictures; the rest works without.
+  // Only the 3D view has failed; everything else works without it.
   find("why").textContent = problem.message;
 }
 const plots = [0, 1].map((axis) => new Plot(find("plot-" + "xy"[axis]), film, axis, (time) => { pause(); seek(time); }));
@@ -32,7 +32,7 @@ function seek(time) {
   state.stale = true;
 }
 
-// To a tick, some ticks away.
+// Goes on by a number of ticks, or back if it is negative.
 function step(ticks) {
   pause();
   const [i, share] = film.index(state.time);
@@ -54,13 +54,13 @@ function pause() {
   if (played) link();
 }
 
-// The moment in the address, for a reload; returns the link to it.
+// Puts the time into the address, for a reload, and returns the link.
 function link() {
   const hash = "#t=" + Number(state.time.toFixed(4));
   try {
     if (location.hash !== hash) history.replaceState(null, "", hash);
   } catch {
-    // Some browsers have no history for files.
+    // Some browsers allow no change of the address of a file.
   }
   return location.href.replace(/#.*$/, "") + hash;
 }
@@ -109,7 +109,7 @@ for (const { id, key, name, color, hint } of toggles) {
   find("overlays").append(chip);
 }
 
-// Moments in 0.1 s, of a long film one.
+// Number of moments in 0.1 s, at least one.
 const TENTH = Math.max(1, Math.round(0.1 / film.period));
 const ACTIONS = {
   play: () => (state.playing ? pause() : play()),
@@ -130,7 +130,7 @@ const ACTIONS = {
   command: () => copy(find("command-text").textContent),
 };
 for (const view of Object.keys(VIEWS)) ACTIONS["view-" + view] = () => camera && camera.set(view);
-// As in the window's recordings, where it has them.
+// The same keys as in recordings in the window, and some more.
 const KEYS = {
   " ": "play", ",": "back", ".": "forth", ArrowLeft: "rewind", ArrowRight: "skip", Home: "start", End: "end", r: "start",
   "-": "slower", "+": "faster", "=": "faster", h: "help", "?": "help", l: "link",
@@ -141,16 +141,16 @@ document.addEventListener("click", (event) => {
   if (button) ACTIONS[button.dataset.do]();
   release();
 });
-// After a click the keys are those of time, not of what was clicked; who went there by keys stays there.
+// After a click the keys control the time, and not the button. A button that was reached by keys keeps the focus.
 function release() {
   if (!document.activeElement.matches(":focus-visible")) document.activeElement.blur();
 }
-// While a key is held these go on.
+// Actions that a held key repeats.
 const GO_ON = ["back", "forth", "rewind", "skip", "slower", "faster"];
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   const at = event.target;
-  // What has a use for the key itself keeps it.
+  // An element that uses the key itself keeps it.
   if (at.closest("select") || (event.key === " " && at.closest("button, summary, a"))) return;
   const overlay = toggles.find(({ key }) => key === event.key);
   const action = KEYS[event.key];
@@ -169,13 +169,13 @@ function copy(text) {
     clearTimeout(fading);
     fading = setTimeout(() => { find("toast").hidden = true; }, 5000);
   };
-  // Where copying is not allowed the text stays to be read.
+  // Where copying is not allowed, the text stays on the page to be copied by hand.
   say("");
   const clipboard = navigator.clipboard ? navigator.clipboard.writeText(text) : Promise.reject();
   clipboard.then(() => say("copied: "), () => {});
 }
 
-// The time line: what the controller does over time, and what happens to the robot.
+// The time line shows the phases of the controller and the events of the episode.
 function strip() {
   const share = (time) => (100 * (clamp(time, film.start, film.end) - film.start)) / Math.max(film.end - film.start, 1e-9);
   const part = (parent, kind, from, to, title) => {
@@ -196,7 +196,7 @@ function strip() {
     while (to < film.count && doing(to) === doing(from)) to++;
     const phase = film.data.phases[film.phase(from)].id, gain = film.gain(from);
     const made = part(find("phases"), phase, film.time(from), film.time(to), doing(from));
-    // From slow to fast, stronger.
+    // A faster gain has a stronger colour.
     if (phase === "switching" && gain !== null) made.style.opacity = 0.35 + (0.65 * (gain + 1)) / film.gains.length;
     from = to;
   }
@@ -226,7 +226,7 @@ function renderPlots() {
   state.stale = true;
 }
 
-// Canvas sizes follow the layout.
+// Fits the canvases to the layout.
 function resize() {
   const ratio = window.devicePixelRatio || 1, pixels = (px) => Math.max(1, Math.round(px * ratio));
   for (const canvas of scene ? [find("view"), find("over")] : []) {
@@ -249,7 +249,7 @@ function draw() {
 
 function frame(now) {
   if (state.playing) {
-    // A tab that was away goes on where it was; a first picture may be of before the start was asked for.
+    // After a long time in the background, the film goes on where it was. The time of the first frame may lie before the start.
     seek(state.time + (state.speed * clamp(now - state.last, 0, 250)) / 1000);
     state.last = now;
     if (state.time >= film.end) pause();
@@ -268,5 +268,5 @@ addEventListener("hashchange", followLink);
 resize();
 followLink();
 requestAnimationFrame(frame);
-// For the console.
+// For use in the console of the browser.
 window.replay = { film, state, draw, seek, play, pause, camera, scene };

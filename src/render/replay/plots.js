@@ -1,6 +1,6 @@
-// Plots over time, one for each axis of the ground: COM, DCM and ZMP between the limits of the support.
+// Plots of COM, DCM and ZMP over time between the limits of the support, one for each horizontal axis.
 
-// Curves that go farther than this from the support leave the picture (m).
+// Curves leave the picture where they are farther than this from the support (m).
 const MOST_OUTSIDE = 0.12;
 const PLOT_MARGIN = { left: 44, right: 10, top: 8, bottom: 20 };
 const CURVES = [["zmpRef", "zmp_ref", 1.4], ["zmp", "zmp", 1.4], ["dcm", "dcm", 1.8], ["com", "com", 2.2]];
@@ -16,14 +16,14 @@ class Plot {
     this.range = this.findRange();
     const at = (event) => seek(this.timeAt(event.clientX - canvas.getBoundingClientRect().left));
     canvas.addEventListener("pointerdown", (event) => {
-      // A finger that moves up or down scrolls the page (touch-action), one that moves across scrubs.
+      // A vertical swipe scrolls the page (touch-action), and a horizontal one changes the time.
       canvas.setPointerCapture(event.pointerId);
       at(event);
     });
     canvas.addEventListener("pointermove", (event) => canvas.hasPointerCapture(event.pointerId) && at(event));
   }
 
-  // What is seen: the support and what stays near to it, until a fall.
+  // The range of values: the support, and the curves near to it until a fall.
   findRange() {
     const { film, axis } = this;
     const fall = film.events.find((event) => event.kind === "fall"), until = fall ? film.index(fall.from_s)[0] : film.count - 1;
@@ -47,7 +47,7 @@ class Plot {
     return film.start + clamp(share, 0, 1) * (film.end - film.start);
   }
 
-  // From time and value to pixels.
+  // The pixel of a time, and below, of a value.
   x(time) {
     const { left, right } = PLOT_MARGIN, { film } = this;
     return left + ((time - film.start) / Math.max(film.end - film.start, 1e-9)) * (this.width - left - right);
@@ -58,7 +58,7 @@ class Plot {
     return this.height - bottom - ((value - low) / (high - low)) * (this.height - top - bottom);
   }
 
-  // All but the moment: only when size, colours or choice change.
+  // Draws everything but the present moment, which is only needed when size, colours or overlays change.
   render(theme, on) {
     const ratio = window.devicePixelRatio || 1, style = getComputedStyle(document.documentElement);
     const paint = (name) => style.getPropertyValue(name).trim();
@@ -90,7 +90,7 @@ class Plot {
   }
 
   grid(pen, paint) {
-    // In thousandths: of a metre, and of a second, in which minutes are of 60.
+    // Distances between lines, in mm and in ms. Above a second they also suit minutes of 60 s.
     const steps = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000, 60000, 120000, 300000, 600000];
     const nice = (span, most) => (steps.find((step) => span / (step / 1000) <= most) ?? 1000 * span) / 1000;
     const { film, range: [low, high], width, height } = this, { left, right, top, bottom } = PLOT_MARGIN;
@@ -123,7 +123,7 @@ class Plot {
     }
   }
 
-  // Pushes and footsteps; a fall.
+  // The times of pushes, footsteps and a fall.
   bands(pen) {
     for (const { kind, from_s: from, to_s: to } of this.film.events) {
       if (!["push", "footstep", "fall"].includes(kind)) continue;
@@ -169,7 +169,7 @@ class Plot {
     pen.stroke();
   }
 
-  // The moment over the still picture.
+  // Draws the present moment over the stored picture.
   draw(moment) {
     const ratio = window.devicePixelRatio || 1, pen = this.canvas.getContext("2d"), { top, bottom } = PLOT_MARGIN;
     pen.setTransform(1, 0, 0, 1, 0, 0);

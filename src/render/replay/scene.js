@@ -1,8 +1,9 @@
-// Draws a moment: the robot, its shadow on the floor, and over them what overlays.js adds.
+// Draws a moment: the floor, the shadow, the robot, and the marks of overlays.js.
 
-// Towards the light.
+// Unit vector towards the light.
 const LIGHT = unit([0.35, 0.5, 1.1]);
-// The shadow's picture: so many pixels over twice so many metres of the floor, for a robot of the size of UT-mu2.
+// Size of the texture of the shadow (pixels), and half the size of the floor that it covers (m, for a robot of the size of
+// UT-mu2).
 const SHADOW_PX = 1024, SHADOW_HALF = 0.9;
 
 const THEMES = {
@@ -22,7 +23,7 @@ void main() {
   place = world.xyz;
   gl_Position = view * world;
 }`;
-// Lambert's law, and light from above and, weaker, from below; colours are mixed as light is, not as screens have them.
+// Light by Lambert's law, with ambient light that is weaker from below. Colours are mixed as linear light.
 const SOLID_FRAGMENT = `
 in vec3 outward, place;
 uniform vec4 color;
@@ -38,7 +39,7 @@ void main() {
   vec3 lit = base * (ambient * mix(0.45, 1.0, sky) + 0.75 * key) + 0.10 * gloss + 0.05 * rim * sky;
   shown = vec4(pow(lit, vec3(1.0 / 2.2)), color.a);
 }`;
-// Seen from the light and laid on the floor; z keeps how high above it.
+// Projects the robot along the light onto the floor. z keeps the height above the floor.
 const SHADOW_VERTEX = `
 layout(location = 0) in vec3 point;
 uniform mat4 pose, floor_from_world;
@@ -65,8 +66,8 @@ void main() {
   place = world.xyz;
   gl_Position = view * world;
 }`;
-// A grid of 0.1 m, stronger each 0.5 m; x and y through the origin; neither on walls, where one of the two does not change
-// and a line has no width (lined: 1 or 0). The higher what throws the shadow, the softer it is.
+// The floor has a grid of 0.1 m with stronger lines each 0.5 m, and the axes x and y. Walls have no lines (lined is 0), since
+// x or y is constant there. A shadow is softer the higher the part is that throws it.
 const FLOOR_FRAGMENT = `
 in vec3 place, local;
 uniform vec3 back, ground, line, eye;
@@ -82,7 +83,7 @@ float grid(float period, float px) {
   return max(drawn.x, drawn.y);
 }
 float axis(float across) { return clamp(1.4 - abs(across) / fwidth(across), 0.0, 1.0); }
-// Places spread evenly over a disc.
+// Places that are spread evenly over a disc.
 vec2 ring(int i, int count) {
   float angle = 2.39996 * float(i);
   return sqrt((float(i) + 0.5) / float(count)) * vec2(cos(angle), sin(angle));
@@ -102,7 +103,7 @@ void main() {
       dark += textureLod(shadow, uv + ring(i, 20) * px / ${SHADOW_PX}.0, log2(px / 2.0)).r / 20.0;
     }
     vec2 edge = smoothstep(vec2(0.0), vec2(0.08), uv) * smoothstep(vec2(0.0), vec2(0.08), 1.0 - uv);
-    // Where hardly anything is found that throws it, how soft it is is not known.
+    // Without parts nearby that throw the shadow its softness is unknown, so it fades out.
     dark *= edge.x * edge.y * smoothstep(0.0, 0.15, around.r);
   }
   color *= 1.0 - shade * dark;
@@ -111,11 +112,11 @@ void main() {
 }`;
 
 class Scene {
-  // Throws if this browser has no WebGL 2.
+  // Throws an error if the browser has no WebGL 2.
   constructor(canvas, over, film) {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: false });
     if (!gl) throw new Error("this browser lacks WebGL 2, or has it switched off");
-    // How large the robot is beside UT-mu2.
+    // `large` is the length of the robot as a multiple of UT-mu2's.
     Object.assign(this, { canvas, film, gl, shapes: shapes(gl, film.data.shapes), large: film.robot.length });
     this.solid = program(gl, SOLID_VERTEX, SOLID_FRAGMENT);
     this.cast = program(gl, SHADOW_VERTEX, SHADOW_FRAGMENT);
@@ -162,7 +163,7 @@ class Scene {
     return uniforms;
   }
 
-  // One shape, with the program in use.
+  // Draws a shape with the program in use.
   shape(uniforms, kind, pose, size, color) {
     const { gl } = this, mesh = this.shapes[kind];
     gl.bindVertexArray(mesh.array);
@@ -172,7 +173,7 @@ class Scene {
     gl.drawArrays(gl.TRIANGLES, 0, mesh.count);
   }
 
-  // The robot's shapes; the translucent ones after the others.
+  // The shapes of the robot, opaque ones first.
   solids(moment) {
     const all = this.film.links.flatMap((link, i) => link.visuals.map((visual) => {
       return [visual.shape.kind, placed(moment.poses[i], visual.pose), visual.shape.half, visual.color];
@@ -195,7 +196,7 @@ class Scene {
     gl.viewport(0, 0, SHADOW_PX, SHADOW_PX);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    // Laid flat, shapes have no outside.
+    // Flat shapes have no outside, so both sides are drawn.
     gl.disable(gl.CULL_FACE);
     const cast = this.use(this.cast, { floor_from_world: matrixOf(upright), light, middle, reach, large });
     for (const [kind, pose, size] of solids) this.shape(cast, kind, pose, size);
@@ -224,7 +225,7 @@ class Scene {
     if (overlays.has(BODY.id)) {
       for (const solid of solids) this.shape(uniforms, ...solid);
     } else {
-      // Of a ghost only what is nearest to the eye is seen: first its depth, then its colour.
+      // A transparent robot shows only its nearest surface, so its depth is drawn first, and then its colour.
       for (const visible of [false, true]) {
         gl.colorMask(visible, visible, visible, visible);
         gl.depthFunc(visible ? gl.EQUAL : gl.LESS);

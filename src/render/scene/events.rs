@@ -1,9 +1,9 @@
-//! What happened in a film, for a time line.
+//! The events of a film, for a time line.
 
 use crate::episode::{Film, Snapshot};
 use serde::Serialize;
 
-/// From when to when (s), and a few words.
+/// An event: what it is, when it begins and ends (s), and a short description.
 #[derive(Debug, Clone, Serialize)]
 pub struct Event {
     pub kind: EventKind,
@@ -16,16 +16,16 @@ pub struct Event {
 #[serde(rename_all = "lowercase")]
 pub enum EventKind {
     Push,
-    /// From one gain to another.
+    /// The controller switches from one gain to another.
     Switch,
     Footstep,
     Fall,
-    /// From here on the robot stands still.
+    /// The robot stands still from here on.
     Still,
 }
 
-/// What happened in `ticks` of a film, its first ones. What would begin after the last of them (a second push, after a
-/// fall) did not.
+/// The events in `ticks`, the first snapshots of a film. An event after the last of them is left out, such as a second
+/// push after a fall.
 pub fn events(film: &Film, ticks: &[Snapshot]) -> Vec<Event> {
     let record = &film.record;
     let last_s = ticks.last().map_or(record.end_s, |tick| tick.time_s);

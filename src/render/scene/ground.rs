@@ -1,4 +1,4 @@
-//! The ground as rectangles: the patch on which the robot starts, what is around it, and the walls between the two.
+//! The ground as rectangles: the patch on which the robot starts, the ground around it, and the walls between the two.
 
 use crate::sim::Ground;
 use nalgebra::Point3;
@@ -8,11 +8,11 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy)]
 pub struct Face {
     pub part: GroundPart,
-    /// In the frame of the plane (m), in order around it; from above counter-clockwise.
+    /// Corners in the frame of the plane (m), counter-clockwise as seen from above.
     pub corners: [Point3<f64>; 4],
 }
 
-/// What of the ground it is.
+/// The part of the ground to which a face belongs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum GroundPart {
@@ -21,12 +21,12 @@ pub enum GroundPart {
     Wall,
 }
 
-/// The ground so far to each side of the origin of its plane (m), in tiles of at most so much (m). Where it has no step
-/// there is neither a patch nor a wall.
+/// The faces of the ground up to `reach_m` to each side of the origin of its plane (m), in tiles of at most `tile_m`
+/// (m). Without a step there are neither a patch nor walls.
 pub fn faces(ground: &Ground, reach_m: f64, tile_m: f64) -> Vec<Face> {
     let Ground { step_m, patch: [least, most], .. } = *ground;
     let has_step = step_m != 0.0;
-    // Lines between tiles; those along the patch too.
+    // The lines between tiles include the edges of the patch.
     let lines = |i: usize| {
         let count = (2.0 * reach_m / tile_m).ceil() as usize;
         let mut lines: Vec<f64> = (0..=count).map(|k| (k as f64 * tile_m - reach_m).min(reach_m)).collect();
@@ -59,9 +59,9 @@ mod tests {
     use super::*;
     use nalgebra::{Point2, UnitQuaternion, Vector3};
 
-    /// The plan is covered once, at the height that the ground has there; walls join what is level.
+    /// The level faces cover the plan once, each at the height of the ground there, and walls join them.
     #[test]
-    fn faces_are_the_ground() {
+    fn faces_cover_the_ground_at_its_height() {
         let slope = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.1);
         let patch = [Point2::new(-0.1, -0.2), Point2::new(0.3, 0.2)];
         for (step_m, tile_m, count) in [(0.0, 2.0, 1), (0.0, 0.5, 16), (0.02, 2.0, 9 + 4), (-0.02, 0.5, 36 + 4)] {

@@ -1,4 +1,4 @@
-//! The marks of a moment: one list, for whoever draws them.
+//! The marks of a moment, as one list for pictures, the window and replays.
 
 use super::palette::{Overlay, Sheet, Style};
 use super::scale::RobotScale;
@@ -8,14 +8,14 @@ use crate::episode::snapshot::Arrow;
 use crate::sim::Ground;
 use nalgebra::{Point2, Point3, Vector3};
 
-/// Something to draw, in its overlay's colour.
+/// A mark: the overlay that it belongs to, which gives it its colour, and its shape.
 #[derive(Debug, Clone)]
 pub struct Mark {
     pub overlay: Overlay,
     pub drawing: Drawing,
 }
 
-/// Places in the world (m), widths in points of a screen.
+/// The shape of a mark. Places are in the world frame (m), and widths in points of a screen.
 #[derive(Debug, Clone)]
 pub enum Drawing {
     /// A convex polygon on the ground.
@@ -32,7 +32,7 @@ pub enum Drawing {
         from: Point3<f64>,
         to: Point3<f64>,
     },
-    /// Of a force, which attacks where the arrow `ends`, or else where it begins.
+    /// The arrow of a force, which acts at the end of the arrow if `ends`, or else at its beginning.
     Arrow {
         tail: Point3<f64>,
         along: Vector3<f64>,
@@ -42,7 +42,7 @@ pub enum Drawing {
     },
 }
 
-/// The marks of a moment, lowest first.
+/// The marks of a moment with the overlays that are `shown`, in the order in which they are drawn.
 pub(super) fn of(now: &Snapshot, ground: &Ground, scale: RobotScale, shown: &[Overlay]) -> Vec<Mark> {
     let mut marks = Vec::new();
     let floor = |at: Point2<f64>| on_ground(at, ground);
@@ -54,7 +54,7 @@ pub(super) fn of(now: &Snapshot, ground: &Ground, scale: RobotScale, shown: &[Ov
         let mut add = |drawing| marks.push(Mark { overlay, drawing });
         match overlay.look().style {
             Style::Polygon { of, sheet } => add(polygon(&of(now), sheet)),
-            // Slow to fast: the set of a slower gain is larger, mostly.
+            // The set of the active gain lies over the others, which come slow to fast, since slower sets are larger.
             Style::Sets { resting, acting } => {
                 let (active, others): (Vec<_>, Vec<_>) = (0..now.slices.len()).partition(|i| now.gain == Some(*i));
                 others.into_iter().for_each(|i| add(polygon(&now.slices[i], resting)));
@@ -77,8 +77,8 @@ pub(super) fn of(now: &Snapshot, ground: &Ground, scale: RobotScale, shown: &[Ov
     marks
 }
 
-/// A force in the manner of an overlay; its arrow ends at the point of attack or begins there. None of an overlay
-/// without arrows.
+/// The arrow of a force in the style of an overlay. If `ends`, it ends at the point where the force acts, or else it
+/// begins there. None if the overlay has no arrows.
 pub fn arrow_along(overlay: Overlay, Arrow { point, force }: &Arrow, ends: bool, scale: RobotScale) -> Option<Drawing> {
     let Style::Arrow { m_per_n, width, .. } = overlay.look().style else { return None };
     let along = force * scale.m_per_n(m_per_n);
@@ -86,7 +86,7 @@ pub fn arrow_along(overlay: Overlay, Arrow { point, force }: &Arrow, ends: bool,
     Some(Drawing::Arrow { tail, along, ends, width, force_n: force.norm() })
 }
 
-/// The point of the ground below or above a point of the plan.
+/// The point of the ground with these horizontal coordinates (m, world frame).
 pub fn on_ground(at: Point2<f64>, ground: &Ground) -> Point3<f64> {
     Point3::new(at.x, at.y, ground.height_m(at))
 }

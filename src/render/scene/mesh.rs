@@ -1,22 +1,22 @@
-//! Triangle meshes of what is drawn: all closed and convex piece by piece, counter-clockwise from outside, with
-//! normals.
+//! Triangle meshes of solids. Each is closed and convex, with normals, and its triangles are counter-clockwise as seen
+//! from outside.
 
 use crate::robot::Shape;
 use nalgebra::{Isometry3, Point3, Vector3};
 
-/// Corners and the normals there, and three corners for each face.
+/// A mesh: its corners with their normals, and the indices of three corners for each face.
 #[derive(Debug, Clone, Default)]
 pub struct Mesh {
     pub corners: Vec<(Point3<f64>, Vector3<f64>)>,
     pub faces: Vec<[usize; 3]>,
 }
 
-/// Sides of a round body.
+/// Number of sides of a round body.
 const SIDES: usize = 24;
-/// From pole to pole of a sphere.
+/// Number of rings of a sphere from pole to pole.
 const STACKS: usize = 12;
-/// Width of the bevel of an edge (m), at most the given share of the body's size: an edge that catches the light is
-/// what makes a box look solid.
+/// Width of the bevel of an edge (m), and its largest share of the body's size. Bevels catch the light, which makes a
+/// box look solid.
 const BEVEL_M: f64 = 0.002;
 const BEVEL_SHARE: f64 = 0.15;
 
@@ -66,14 +66,15 @@ fn cylinder(radius: f64, length: f64) -> Mesh {
 fn sphere(radius: f64) -> Mesh {
     let stack = |k: usize| {
         let (sin, cos) = (180.0 * k as f64 / STACKS as f64).to_radians().sin_cos();
-        // At the upper pole sin is not quite 0.
+        // Rounding leaves sin a little above 0 at the upper pole.
         let sin = if k == STACKS { 0.0 } else { sin };
         [radius * sin, -radius * cos, sin, -cos]
     };
     revolved(&(0..=STACKS).map(stack).collect::<Vec<_>>())
 }
 
-/// A surface of revolution about z, from points [r, z] with normals [r, z] that go up along its outside.
+/// A surface of revolution about z. Each row of the profile is a point (r, z) with its normal (r, z), from bottom to
+/// top along the outside.
 fn revolved(profile: &[[f64; 4]]) -> Mesh {
     let mut mesh = Mesh::default();
     for k in 0..SIDES {
@@ -84,10 +85,10 @@ fn revolved(profile: &[[f64; 4]]) -> Mesh {
     }
     for k in 0..SIDES {
         let (this, next) = (k * profile.len(), (k + 1) % SIDES * profile.len());
-        // Two points at one place are those of an edge: only their normals differ.
+        // Two points at the same place are an edge, with different normals and no face between them.
         let stretches = profile.windows(2).enumerate().filter(|(_, ends)| ends[0][..2] != ends[1][..2]);
         for (i, ends) in stretches {
-            // A ring about a point of the axis is made of triangles.
+            // Next to a point on the axis, a face is a single triangle.
             if ends[0][0] > 0.0 {
                 mesh.faces.push([this + i, next + i, next + i + 1]);
             }
@@ -100,7 +101,7 @@ fn revolved(profile: &[[f64; 4]]) -> Mesh {
 }
 
 impl Mesh {
-    /// What a solid of the robot looks like, in its own frame.
+    /// The mesh of a solid, in its own frame (m).
     pub fn of(shape: &Shape) -> Self {
         match *shape {
             Shape::Box { half } => bevelled_box(half),
@@ -109,12 +110,13 @@ impl Mesh {
         }
     }
 
+    /// The mesh at a pose.
     pub fn at(mut self, pose: &Isometry3<f64>) -> Self {
         self.corners.iter_mut().for_each(|(at, normal)| (*at, *normal) = (pose * *at, pose * *normal));
         self
     }
 
-    /// A convex polygon, turned so that it faces the way of its normals.
+    /// Adds a convex polygon, oriented so that its front is on the side of its normals.
     fn face(&mut self, corners: &[usize]) {
         let at = |i: usize| self.corners[corners[i]].0;
         let outward: Vector3<f64> = corners.iter().map(|&i| self.corners[i].1).sum();
@@ -131,14 +133,14 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// Volume inside by the divergence theorem: right only if the surface is closed and every face looks outward.
+    /// The volume by the divergence theorem, which is right only if the surface is closed and every face looks outward.
     fn volume(mesh: &Mesh) -> f64 {
         let at = |i: usize| mesh.corners[i].0.coords;
         mesh.faces.iter().map(|f| at(f[0]).cross(&at(f[1])).dot(&at(f[2])) / 6.0).sum()
     }
 
     #[test]
-    fn meshes_are_closed_look_outward_and_have_the_bodies_volume() {
+    fn meshes_are_closed_look_outward_and_have_the_right_volume() {
         let half = Vector3::new(0.05, 0.1, 0.15);
         let share = volume(&bevelled_box(half)) / (8.0 * 0.05 * 0.1 * 0.15);
         assert!(share < 1.0 && share > 0.998, "{share}");
@@ -149,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn normals_look_the_way_of_the_faces() {
+    fn normals_point_to_the_front_of_their_faces() {
         for mesh in [bevelled_box(Vector3::new(0.05, 0.1, 0.15)), cylinder(0.05, 0.2), sphere(0.1)] {
             for face in &mesh.faces {
                 let [a, b, c] = face.map(|i| mesh.corners[i].0);

@@ -1,10 +1,9 @@
-//! What there is to see of a robot, as plain data: its solids as triangles, the ground as faces, and one list of marks.
-//! Pictures rasterise it, the window of `view` hands it to the graphics card, and the page of a replay takes its
-//! ingredients.
+//! The visible scene as plain data: the robot's solids as triangles, the ground as faces, and one list of marks.
+//! Pictures rasterise it, the window of `view` sends it to the graphics card, and the page of a replay uses its parts.
 //!
-//! A mark is added in one place: an [`Overlay`] with its look and style, which says what it shows of a snapshot. What of it lies
-//! flat over the picture (signs, outlines, arrows) comes from `strokes`, in points of a screen: so it is as large in a small
-//! picture of a robot as in a large one, and never hidden by the robot.
+//! To add a mark, add an [`Overlay`] with its look and its style, which says what it shows of a snapshot. The parts of
+//! marks that lie flat over the picture (signs, outlines, arrows) come from `strokes`, in points of a screen, so that
+//! they have the same size for robots of any size, and the robot never hides them.
 
 mod events;
 mod ground;
@@ -30,13 +29,13 @@ pub use sign::{At, Form};
 pub use strokes::{Stroke, arrow, strokes};
 pub use words::{doing, in_short, without_gain};
 
-/// A robot, made ready to be drawn at any posture, and the ground on which it stands.
+/// A robot that can be drawn in any posture, and the ground on which it stands.
 pub struct Stage<'a> {
     pub robot: &'a Robot,
     pub scale: RobotScale,
-    /// As it lies in the end; a snapshot knows its slope.
+    /// The ground with its final slope; each snapshot has the slope of its time.
     ground: Ground,
-    /// What is translucent comes after what is not.
+    /// The solids, opaque ones first.
     solids: Vec<Surface>,
 }
 
@@ -46,9 +45,9 @@ pub struct Surface {
     pub link: usize,
     /// RGBA, 0 to 1.
     pub color: [f64; 4],
-    /// In the frame of the link.
+    /// The mesh in the frame of the link (m).
     pub mesh: Mesh,
-    /// A ball that holds it: centre in the frame of the link, radius (m).
+    /// A ball that contains the solid: centre in the frame of the link, and radius (m).
     pub ball: (Point3<f64>, f64),
 }
 
@@ -70,11 +69,12 @@ impl<'a> Stage<'a> {
         Self { robot, scale: RobotScale::of(robot), ground, solids }
     }
 
-    /// The ground as it lies in a moment.
+    /// The ground with the slope of a snapshot.
     pub fn ground(&self, now: &Snapshot) -> Ground {
         Ground { slope: now.slope, ..self.ground }
     }
 
+    /// The kinematics of the robot in a posture.
     pub fn kinematics(&self, posture: &Posture) -> Kinematics {
         let mut kinematics = Kinematics::new(self.robot);
         kinematics.update(self.robot, posture);
@@ -86,13 +86,13 @@ impl<'a> Stage<'a> {
         self.solids.iter().map(|solid| (solid, *kinematics.link_pose(solid.link)))
     }
 
-    /// Balls (centre in the world and radius, m) that hold the robot's solids: what a camera is to be framed on.
+    /// Balls that contain the robot's solids (centre in the world frame, and radius; m). A camera is framed on them.
     pub fn extent(&self, posture: &Posture) -> Vec<(Point3<f64>, f64)> {
         let kinematics = self.kinematics(posture);
         self.solids(&kinematics).map(|(Surface { ball: (at, radius_m), .. }, pose)| (pose * at, *radius_m)).collect()
     }
 
-    /// What is marked of a moment, lowest first.
+    /// The marks of a moment, in the order in which they are drawn.
     pub fn marks(&self, now: &Snapshot, shown: &[Overlay]) -> Vec<Mark> {
         marks::of(now, &self.ground(now), self.scale, shown)
     }

@@ -1,5 +1,5 @@
-//! What can be marked beside the robot: its colour, its key, its name, and how it looks, the same in the window, in
-//! pictures and in replays.
+//! The overlays: everything that can be marked beside the robot, with its colour, key, name and style. They are the
+//! same in the window, in pictures and in replays.
 
 use super::sign::Sign;
 use crate::episode::Snapshot;
@@ -8,10 +8,10 @@ use nalgebra::Point2;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-/// The dashed line between the COM and the ground.
+/// Style of the dashed line between the COM and the ground.
 pub const PLUMB: Plumb = Plumb { width: 1.5, opacity: 0.8, dash: 5.0, gap: 4.0 };
 
-/// Lengths in points of a screen.
+/// A dashed line, with lengths in points of a screen and an opacity from 0 to 1.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Plumb {
     pub width: f64,
@@ -20,10 +20,10 @@ pub struct Plumb {
     pub gap: f64,
 }
 
-/// Length and breadth of an arrow's head by the width of its shaft.
+/// Length and breadth of an arrow's head, as multiples of the width of its shaft.
 pub const HEAD: [f64; 2] = [3.6, 3.2];
 
-/// sRGB.
+/// A colour in sRGB, 8 bits each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Color(pub u8, pub u8, pub u8);
 
@@ -35,25 +35,25 @@ impl Color {
         Self(r, g, b)
     }
 
-    /// As CSS has it.
+    /// The colour in CSS.
     pub fn css(self) -> String {
         let Self(r, g, b) = self;
         format!("#{r:02x}{g:02x}{b:02x}")
     }
 
-    /// Code values, 0 to 1.
+    /// The code values, from 0 to 1.
     pub fn parts(self) -> [f64; 3] {
         [self.0, self.1, self.2].map(|v| f64::from(v) / 255.0)
     }
 
-    /// This much (0 to 1) of the way to another colour.
+    /// The colour at a share (0 to 1) of the way to another one.
     pub fn towards(self, other: Self, share: f32) -> Self {
         let mix = |a: u8, b: u8| (f32::from(a) + share * (f32::from(b) - f32::from(a))).round() as u8;
         Self(mix(self.0, other.0), mix(self.1, other.1), mix(self.2, other.2))
     }
 }
 
-/// One thing to see beside the robot.
+/// One kind of mark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Overlay {
     Support,
@@ -67,21 +67,21 @@ pub enum Overlay {
     Zmp,
 }
 
-/// How an overlay is told apart.
+/// Name, key, colour and style of an overlay.
 #[derive(Debug, Clone, Copy)]
 pub struct Look {
-    /// Its name in a page's script, where a moment has what it shows by the same name.
+    /// Its name in the script of a page, where the data of a moment have the same name.
     pub id: &'static str,
-    /// Shows and hides it; lower case.
+    /// The key that shows and hides it, in lower case.
     pub key: char,
     pub name: &'static str,
-    /// What it is, in a few words.
+    /// A short explanation.
     pub hint: &'static str,
     pub color: Color,
     pub style: Style,
 }
 
-/// What an overlay shows of a snapshot, and what that looks like. Widths are in points of a screen.
+/// What an overlay shows of a snapshot, and how. Widths are in points of a screen.
 #[derive(Debug, Clone, Copy, Serialize)]
 #[serde(tag = "shape", rename_all = "lowercase")]
 pub enum Style {
@@ -91,7 +91,7 @@ pub enum Style {
         of: fn(&Snapshot) -> Vec<Point2<f64>>,
         sheet: Sheet,
     },
-    /// The slices of the CPI sets on the ground: that of the gain that acts, over the others.
+    /// The slices of the CPI sets on the ground, with that of the active gain over the others.
     Sets { resting: Sheet, acting: Sheet },
     /// A point of the ground.
     Spot {
@@ -101,8 +101,8 @@ pub enum Style {
     },
     /// The COM: a sign in the air, a plumb line from it to the ground, and a sign where that ends.
     Com { sign: Sign, foot: Sign },
-    /// Forces; the arrow of one that `ends` at its point of attack begins there otherwise. Its length (m/N) is that for a robot
-    /// as large as UT-mu2.
+    /// Forces. If `ends`, an arrow ends at the point where its force acts, or else it begins there. Its length (m/N) is
+    /// for a robot of the size of UT-mu2.
     Arrow {
         #[serde(skip)]
         of: fn(&Snapshot) -> Vec<Arrow>,
@@ -112,8 +112,7 @@ pub enum Style {
     },
 }
 
-/// What a polygon on the ground looks like: how much (0 to 1) it covers of what it lies on, and the opacity and width of its
-/// edge.
+/// Style of a polygon on the ground: the opacity of its filling, and the opacity and width of its edge.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Sheet {
     pub fill: f64,
@@ -122,8 +121,8 @@ pub struct Sheet {
 }
 
 impl Overlay {
-    /// In the order in which they are drawn, one over the other. Signs of points are the smaller the later they come: at
-    /// rest, where all points are one, each is seen.
+    /// All overlays in the order in which they are drawn, one over the other. The signs of points get smaller from one
+    /// to the next, so that all are seen at rest, when the points coincide.
     pub const ALL: [Self; 9] = [
         Self::Support,
         Self::Slices,
@@ -136,6 +135,7 @@ impl Overlay {
         Self::Zmp,
     ];
 
+    /// How this overlay looks.
     pub const fn look(self) -> Look {
         const fn sheet(fill: f64, edge: f64, width: f64) -> Sheet {
             Sheet { fill, edge, width }
@@ -199,7 +199,7 @@ impl Overlay {
     }
 }
 
-/// Everything of it, for a page's script.
+/// All overlays as JSON, for the script of a page.
 pub fn json() -> Value {
     let looks = Overlay::ALL.map(|overlay| {
         let Look { id, key, name, hint, color, style } = overlay.look();
@@ -209,7 +209,7 @@ pub fn json() -> Value {
     json!({ "overlays": Map::from_iter(looks), "plumb": PLUMB, "head": HEAD })
 }
 
-/// The variables of a page's style.
+/// The colours of the overlays as variables of a style sheet.
 pub fn css() -> String {
     let variables = Overlay::ALL.map(|overlay| format!("--{}:{}", overlay.look().id, overlay.color().css()));
     format!(":root{{{}}}\n", variables.join(";"))

@@ -1,16 +1,16 @@
-//! How large a robot is beside UT-mu2, for which window, pages and pictures were made: what is seen grows with its
-//! length, how hard a hand pulls with its weight.
+//! The size of a robot in relation to UT-mu2, for which the window, pages and pictures were made. Marks grow with the
+//! length of the robot, and the pull of the mouse with its weight.
 
 use crate::robot::Robot;
 
 /// UT-mu2 at home: height of its COM (m), and its mass (kg).
 const COM_HEIGHT_M: f64 = 0.31;
 const MASS_KG: f64 = 8.0;
-/// The push that window and command line give if no other is asked for, for a robot of this size (N s).
+/// Default impulse of the window and the command line for a robot of this size (N s).
 const FIRST_PUSH_N_S: f64 = 5.0;
 
-/// Length and mass of a robot, UT-mu2's are 1. Gravity is the same for all: a force goes with the mass, a speed with
-/// the root of the length.
+/// Length and mass of a robot as multiples of UT-mu2's. Since gravity is the same for all robots, forces scale with the
+/// mass, and speeds with the square root of the length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RobotScale {
     length: f64,
@@ -18,33 +18,37 @@ pub struct RobotScale {
 }
 
 impl RobotScale {
+    /// The scale of a robot, by its COM height at home and its mass.
     pub fn of(robot: &Robot) -> Self {
         Self { length: robot.home_com_height() / COM_HEIGHT_M, mass: robot.mass() / MASS_KG }
     }
 
+    /// Factor for lengths.
     pub fn length(self) -> f64 {
         self.length
     }
 
+    /// Factor for forces.
     pub fn force(self) -> f64 {
         self.mass
     }
 
-    /// Of force by length.
+    /// Factor for forces per length.
     pub fn stiffness(self) -> f64 {
         self.mass / self.length
     }
 
+    /// Factor for impulses.
     pub fn impulse(self) -> f64 {
         self.mass * self.length.sqrt()
     }
 
-    /// The push (N s) that is given if no other is asked for.
+    /// Default impulse of a push (N s), a round number.
     pub fn first_push_n_s(self) -> f64 {
         round(FIRST_PUSH_N_S * self.impulse())
     }
 
-    /// Length of a drawn force (m/N) that has this one for UT-mu2.
+    /// Length at which a force is drawn (m/N), from that for UT-mu2.
     pub fn m_per_n(self, m_per_n: f64) -> f64 {
         m_per_n / self.stiffness()
     }
@@ -61,21 +65,21 @@ pub fn round(value: f64) -> f64 {
 pub mod tests {
     use super::*;
 
-    /// Three times as long, and of the same density.
+    /// A robot three times as long, of the same density.
     pub const THRICE: RobotScale = RobotScale { length: 3.0, mass: 27.0 };
 
     #[test]
-    fn what_is_drawn_was_made_for_ut_mu2() {
+    fn all_factors_are_one_for_ut_mu2() {
         let scale = RobotScale::of(&Robot::load("ut-mu2").unwrap());
         for one in [scale.length(), scale.force(), scale.stiffness(), scale.impulse()] {
             assert!((one - 1.0).abs() < 0.01, "{scale:?}");
         }
     }
 
-    /// A push moves the capture point by `impulse / (mass omega)`, a hand the COM by `force / (mass omega^2)`, where
-    /// omega goes with the root of gravity by length: by the same share of the robot's length, however long it is.
+    /// A push moves the capture point by `impulse / (mass omega)`, and a steady pull moves the COM by `force / (mass
+    /// omega^2)`, where omega is sqrt(g / length). Both must be the same share of the length for robots of any size.
     #[test]
-    fn a_push_and_a_hand_do_the_same_to_a_robot_of_any_size() {
+    fn pushes_and_pulls_move_robots_of_any_size_by_the_same_share() {
         let omega = 3.0_f64.sqrt().recip();
         assert!((THRICE.impulse() / (27.0 * omega) - 3.0).abs() < 1e-9);
         assert!((THRICE.force() / (27.0 * omega * omega) - 3.0).abs() < 1e-9);

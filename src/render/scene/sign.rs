@@ -1,13 +1,14 @@
-//! Signs that mark points: flat shapes about the point, ringed in white so that they are seen on a robot of any colour. The window,
-//! the pictures and the page of a replay draw the same ones.
+//! Signs that mark points: flat shapes about the point with a white rim, so that they are seen on a robot of any
+//! colour. The window, pictures and replays draw the same signs.
 
 use serde::{Serialize, Serializer};
 use std::f64::consts::TAU;
 
-/// To the right and down, in points of a screen: from the upper left corner of a picture, or from the point that is marked.
+/// A place in points of a screen, to the right and down from the upper left corner of a picture, or from the marked
+/// point.
 pub type At = [f64; 2];
 
-/// A flat shape. The middle of a line's width (points) runs along its path.
+/// A flat shape. Lines are centred on their path, with a width in points.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "form", rename_all = "lowercase")]
 pub enum Form {
@@ -19,25 +20,25 @@ pub enum Form {
     Line { path: [At; 2], width: f64 },
 }
 
-/// How a point is told apart from others.
+/// The shape of a sign, by which a point is told from others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sign {
     Disc,
     Ring,
     Diamond,
     Cross,
-    /// A disc in quarters, by which drawings mark a centre of mass.
+    /// A disc in quarters, the usual sign for a centre of mass.
     Quartered,
 }
 
-/// For a page's script it is the list of its pieces.
+/// In the script of a page, a sign is the list of its pieces.
 impl Serialize for Sign {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.pieces().serialize(serializer)
     }
 }
 
-/// A part of a sign: white, or in the colour of what it marks.
+/// A part of a sign, either white or in the colour of its overlay.
 #[derive(Debug, Clone, Serialize)]
 pub struct Piece {
     #[serde(flatten)]
@@ -48,11 +49,11 @@ pub struct Piece {
 
 /// Width of the white rim (points).
 const RIM: f64 = 1.3;
-/// Corners of a circle, a multiple of four.
+/// Number of corners of a circle, a multiple of four.
 const ROUND: usize = 32;
 
 impl Sign {
-    /// Its parts in the order in which they are drawn, one over the other: first what makes the white rim.
+    /// The parts in the order in which they are drawn, those of the white rim first.
     pub fn pieces(self) -> Vec<Piece> {
         let line = |x: f64, y: f64| Form::Line { path: [[x, y], [-x, -y]], width: 2.4 };
         let colored = match self {
@@ -69,7 +70,7 @@ impl Sign {
                 vec![quarter(0), quarter(ROUND / 2), Form::Outline { path: rim.clone(), width: 2.0 }]
             }
         };
-        // What shows between the quarters is white too.
+        // The space between the quarters is white, too.
         let ground = (self == Sign::Quartered).then(|| Form::Area { path: circle(8.0) });
         let white: Vec<Form> = ground.into_iter().chain(colored.iter().map(Form::widened)).collect();
         let piece = |is_white: bool| move |form| Piece { form, is_white };
@@ -78,7 +79,7 @@ impl Sign {
 }
 
 impl Form {
-    /// The form as lines that are wider by the rim on each side, of an area its outline.
+    /// The white form below this one: a line that is wider by the rim on each side or, for an area, its outline.
     fn widened(&self) -> Form {
         let wider = |width: f64| width + 2.0 * RIM;
         match self {
@@ -93,7 +94,7 @@ impl Form {
     }
 }
 
-/// About the point. Rounded, so that a page is the same to the byte whatever computed the sines.
+/// A circle about the marked point. Coordinates are rounded, so that pages are the same to the byte on every machine.
 fn circle(radius: f64) -> Vec<At> {
     let corner = |k: usize| {
         let (sin, cos) = (TAU * k as f64 / ROUND as f64).sin_cos();

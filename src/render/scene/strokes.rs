@@ -1,11 +1,12 @@
-//! Marks as flat strokes over a picture, in points of a screen. What draws a picture only has to fill polygons and draw lines.
+//! Marks as flat strokes over a picture, in points of a screen, so that a renderer only has to fill polygons and draw
+//! lines.
 
 use super::marks::{Drawing, Mark};
 use super::palette::{Color, HEAD, PLUMB};
 use super::sign::{At, Form, Piece, Sign};
 use nalgebra::Point3;
 
-/// One shape to draw, its opacity 0 to 1.
+/// One shape to draw. Opacity is from 0 to 1.
 #[derive(Debug, Clone)]
 pub struct Stroke {
     pub form: Form,
@@ -13,8 +14,9 @@ pub struct Stroke {
     pub opacity: f64,
 }
 
-/// The strokes of a mark in the order in which they are drawn. `project` says where in the picture a place of the world is seen,
-/// None for one behind the viewer. The filling of a polygon is not among them: it lies on the ground, and the robot hides it.
+/// The strokes of a mark in the order in which they are drawn. `project` gives the place in the picture of a point in
+/// the world, or None if the point is behind the viewer. The filling of a polygon is not among the strokes, since it
+/// lies on the ground, where the robot may hide it.
 pub fn strokes(mark: &Mark, project: impl Fn(&Point3<f64>) -> Option<At>) -> Vec<Stroke> {
     let color = mark.overlay.color();
     let (forms, opacity) = match &mark.drawing {
@@ -33,8 +35,8 @@ pub fn strokes(mark: &Mark, project: impl Fn(&Point3<f64>) -> Option<At>) -> Vec
     forms.into_iter().flatten().map(|form| Stroke { form, color, opacity }).collect()
 }
 
-/// The closed line around a polygon; its sides one by one where they would make a spike if they were joined: of a sole that stands
-/// on its edge.
+/// The closed line around a polygon. If it has a corner so sharp that joined sides would make a spike, as for a sole
+/// that stands on its edge, the sides are separate lines.
 fn outline(mut path: Vec<At>, width: f64) -> Vec<Form> {
     let way = |a: At, b: At| [b[0] - a[0], b[1] - a[1]];
     let length = |[x, y]: At| x.hypot(y);
@@ -51,6 +53,7 @@ fn outline(mut path: Vec<At>, width: f64) -> Vec<Form> {
     if count > 2 { vec![Form::Outline { path, width }] } else { Vec::new() }
 }
 
+/// The strokes of a sign at a place in the picture.
 fn sign_at(sign: Sign, at: At, color: Color) -> Vec<Stroke> {
     let there = |path: &mut [At]| path.iter_mut().for_each(|corner| *corner = [corner[0] + at[0], corner[1] + at[1]]);
     let stroke = |Piece { mut form, is_white }: Piece| {
@@ -63,7 +66,8 @@ fn sign_at(sign: Sign, at: At, color: Color) -> Vec<Stroke> {
     sign.pieces().into_iter().map(stroke).collect()
 }
 
-/// An arrow with a shaft of this width; its head shrinks with an arrow that is short. Nothing if it is too short to be seen.
+/// An arrow with a shaft of this width. The head of a short arrow is smaller, and an arrow too short to be seen is
+/// empty.
 pub fn arrow(from: At, to: At, width: f64) -> Vec<Form> {
     let along = [to[0] - from[0], to[1] - from[1]];
     let length = along[0].hypot(along[1]);
@@ -78,7 +82,7 @@ pub fn arrow(from: At, to: At, width: f64) -> Vec<Form> {
     vec![Form::Line { path: [from, neck], width }, Form::Area { path: vec![to, side(1.0), side(-1.0)] }]
 }
 
-/// The plumb line.
+/// The dashed plumb line.
 fn dashes(from: At, to: At) -> Vec<Form> {
     let length = (to[0] - from[0]).hypot(to[1] - from[1]);
     let at = |way: f64| [0, 1].map(|i| from[i] + (to[i] - from[i]) * (way.min(length) / length));

@@ -1,10 +1,10 @@
-//! What the controller is doing, in words: for the page of a replay, the labels of pictures, and the window.
+//! What the controller is doing, in words, for replays, the labels of pictures, and the window.
 
 use crate::control::Phase;
 use crate::episode::Snapshot;
 use crate::robot::Foot;
 
-/// What it does in a phase.
+/// What the controller does in a phase.
 pub fn doing(phase: Phase) -> &'static str {
     match phase {
         Phase::Posture => "posture held",
@@ -24,7 +24,7 @@ pub fn without_gain(phase: Phase) -> &'static str {
     }
 }
 
-/// A moment for a label: the gain in use, of these names, or what the controller does without one.
+/// The label of a moment: the name of the gain in use or, if there is none, what the controller does.
 pub fn in_short(now: &Snapshot, gains: &[String]) -> String {
     match now.gain.and_then(|gain| gains.get(gain)).filter(|_| now.phase == Phase::Switching) {
         Some(gain) => format!("gain {gain}"),

@@ -1,4 +1,4 @@
-//! The result of a campaign as text.
+//! The result of a campaign as text for the terminal.
 
 use super::comparison;
 use crate::campaign::Summary;
@@ -15,13 +15,13 @@ use comfy_table::Table;
 use std::fmt::Write;
 use std::path::Path;
 
-/// Causes of a fall that are named; the others are summed up.
+/// Number of causes of falls that have a row of their own; all others are summed up.
 const CAUSES: usize = 5;
 
-/// With more sets than this the sets are rows, not columns, and each is compared with the first alone.
+/// With more sets than this, the sets are the rows of tables, not the columns.
 const FEW: usize = 4;
 
-/// What counts as recovered and as a fall, in words: three lines on 80 columns.
+/// What counts as recovered and as a fall, in words (three lines of 80 columns).
 pub fn thresholds(judge: &Judge) -> String {
     let Judge { standing_tilt_deg, standing_com_speed_m_s, standing_time_s, .. } = judge;
     let Judge { fallen_tilt_deg, fallen_com_height_ratio, .. } = judge;
@@ -36,9 +36,8 @@ pub fn thresholds(judge: &Judge) -> String {
     wrapped("recovered: ", &recovered) + &wrapped("fell:      ", &fell)
 }
 
-/// The result of a campaign: what was asked, how often each gain set recovered, which is better, and its gates; in `full`
-/// also the tables behind that and those that no report has. `folder` holds the result, for the command that replays a
-/// trial.
+/// The result of a campaign: its settings, how often each gain set recovered, which is better, and the gates. `full`
+/// adds the tables behind that. `folder` is the result folder, for the command that replays a trial.
 pub fn campaign(summary: &Summary, folder: &Path, full: bool) -> String {
     let mut text = head(summary, full);
     text += "\n";
@@ -71,7 +70,7 @@ pub fn campaign(summary: &Summary, folder: &Path, full: bool) -> String {
     text
 }
 
-/// What was asked.
+/// The settings of the campaign; all of them if `full`.
 fn head(summary: &Summary, full: bool) -> String {
     let push = &summary.push;
     let most = match summary.most_trials > summary.trials {
@@ -103,7 +102,7 @@ fn head(summary: &Summary, full: bool) -> String {
         head.push(("then:   ", summary.second_push.to_string()));
     }
     if !varied.is_empty() {
-        // Without the distributions: their names.
+        // The short text has only the names of the varied quantities.
         let names = varied.iter().map(|varied| if full { varied } else { varied.split(' ').next().unwrap_or(varied) });
         head.push(("varied: ", names.collect::<Vec<_>>().join(", ")));
     }
@@ -116,8 +115,9 @@ fn head(summary: &Summary, full: bool) -> String {
     if full { text + &thresholds(&summary.episode.judge) } else { text }
 }
 
+/// How often each gain set recovered.
 fn sets(summary: &Summary) -> Table {
-    // What happened to no set is not worth a column.
+    // An outcome that no set had gets no column.
     type Outcome = (&'static str, fn(&SetSummary) -> u64);
     let rare: [Outcome; 2] = [("diverged", |set| set.diverged), ("timed out", |set| set.timed_out)];
     let rare: Vec<_> = rare.into_iter().filter(|(_, of)| summary.sets.iter().any(|set| of(set) > 0)).collect();
@@ -137,6 +137,7 @@ fn sets(summary: &Summary) -> Table {
     align(table)
 }
 
+/// Success by impulse.
 fn by_impulse(summary: &Summary) -> Table {
     let names = std::iter::once("pushes").chain(names(summary));
     let bins = summary.sets.first().map_or(0, |set| set.by_impulse.len());
@@ -147,7 +148,7 @@ fn by_impulse(summary: &Summary) -> Table {
         let rate = |count| own_rate(summary, count, if many(summary) { 0 } else { 1 });
         let cells = std::iter::once(most_trials(counts())).chain(counts().map(rate));
         let to = if many(summary) { "-" } else { " to " };
-        // Edges are sums of widths.
+        // Edges are sums of widths, with rounding errors.
         let short = |edge: f64| (1e3 * edge).round() / 1e3;
         (format!("{}{to}{}", short(first.from_n_s), short(first.to_n_s)), cells.collect())
     };
@@ -183,7 +184,7 @@ fn many(summary: &Summary) -> bool {
     summary.sets.len() > FEW
 }
 
-/// On what the sets fell; empty if none did.
+/// The causes of the falls of each set; empty if none fell.
 fn falls(summary: &Summary) -> String {
     let mut causes: Vec<(&str, u64)> = Vec::new();
     for fall in summary.sets.iter().flat_map(|set| &set.fall_causes) {
@@ -202,7 +203,7 @@ fn falls(summary: &Summary) -> String {
         set.fall_causes.iter().filter(|fall| of(&fall.cause)).map(|fall| fall.trials).sum()
     };
     let row = |label: &str, of: &dyn Fn(&str) -> bool| {
-        // Words wrap in a narrow column, names of links and joints do not.
+        // In a narrow column, a name with spaces can be wrapped.
         let label = if many(summary) { label.replace('_', " ") } else { label.into() };
         (label, summary.sets.iter().map(|set| sum(set, of).to_string()).collect())
     };
@@ -230,7 +231,7 @@ fn by_heading(summary: &Summary) -> String {
     format!("\n{}\n", compared("heading", names, (0..first.len()).map(row).collect(), many(summary)))
 }
 
-/// The impulses that are survived in half of all pushes and in nine of ten.
+/// The impulses of which 50 % and 90 % are survived.
 fn limits(summary: &Summary) -> Table {
     let mut table = table(["gain set", "50 % [N s]", "90 % [N s]", "50 % [m w d]"]);
     for set in &summary.sets {
@@ -246,7 +247,8 @@ const LIMITS_EXPLAINED: &str = "Impulses at which 50 % and 90 % of the pushes ar
                                 from the COM to the edge of the support: the most that a pendulum takes without a \
                                 footstep of a push that has no duration.";
 
-/// The impulse (N s, or over m omega d) that half of the pushes at it are survived, or nine of ten, with its interval.
+/// The impulse (N s, or over m omega d) at which 50 % of the pushes are survived (`half`), or else 90 %, with its
+/// interval. If there is none, the reason.
 pub fn impulse_at(curve: &FittedCurve, half: bool) -> String {
     let Some(fit) = &curve.fit else {
         return curve.none_because.map_or("-".into(), |why| why.to_string());
@@ -261,7 +263,7 @@ pub fn impulse_at(curve: &FittedCurve, half: bool) -> String {
     }
 }
 
-/// How trials were lost.
+/// How the trials of each set were lost; empty if none was.
 fn failures(summary: &Summary) -> String {
     type Pick = fn(&Failures) -> u64;
     let kinds: [(&str, Pick); 8] = [
@@ -287,7 +289,7 @@ fn failures(summary: &Summary) -> String {
     }
 }
 
-/// What footsteps were worth; empty if no gain set took any.
+/// Recovered trials by number of footsteps; empty if no gain set took any.
 fn stepped(summary: &Summary) -> String {
     let steppers = || summary.sets.iter().filter_map(|set| Some((set, set.stepped.as_ref()?)));
     if steppers().next().is_none() {
@@ -301,7 +303,7 @@ fn stepped(summary: &Summary) -> String {
     format!("\n{}\n", compared("recovered, by footsteps", names, rows, many(summary)))
 }
 
-/// Recovered of trials, and the rate.
+/// Number of recovered trials of all, and the rate.
 fn rate_of(count: &SuccessCount) -> String {
     match count.trials {
         0 => "-".into(),
@@ -309,7 +311,7 @@ fn rate_of(count: &SuccessCount) -> String {
     }
 }
 
-/// How well the sets foretell what happens; empty if no gain set has any.
+/// How well the CPI sets predict the outcome; empty if no gain set has CPI sets.
 fn foretold(summary: &Summary) -> String {
     let with_sets = || summary.sets.iter().filter_map(|set| Some((set, set.foretold.as_ref()?)));
     if with_sets().next().is_none() {
@@ -359,14 +361,14 @@ fn foretold(summary: &Summary) -> String {
     format!("\n{}\n{}", compared(corner, names, rows, false), wrapped(" ", &notes))
 }
 
-/// How to replay a trial in which two sets end differently, or else one that was lost.
+/// The command that replays a trial in which two sets end differently, or else one that was lost.
 fn replay(summary: &Summary, folder: &Path) -> String {
     let differ = |pair: &Pair| {
         let lost =
             |trials: &[u64], by: &str| Some((*trials.first()?, by.to_string(), "in which two sets end differently"));
         lost(&pair.first_only_a, &pair.b).or_else(|| lost(&pair.first_only_b, &pair.a))
     };
-    // A set's telling trials begin with those that it lost.
+    // The telling trials of a set begin with those that it lost.
     let lost = |set: &SetSummary| {
         let first = set.telling.first().filter(|_| set.count.recovered < set.count.trials)?;
         Some((first.trial, set.name.clone(), "that was lost"))
@@ -374,7 +376,7 @@ fn replay(summary: &Summary, folder: &Path) -> String {
     let found = summary.pairs.iter().find_map(differ).or_else(|| summary.sets.iter().find_map(lost));
     let Some((trial, set, which)) = found else { return String::new() };
     let what = format!("to replay a trial {which} (report.html has more):");
-    // The command on a line of its own, however long: it is to be copied.
+    // The command has a line of its own, however long, so that it can be copied.
     format!("\n{} {}\n", wrapped("", &what), replay_command(summary, &set, trial, folder))
 }
 
@@ -398,9 +400,9 @@ mod tests {
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
     }
 
-    /// The first lines answer what was asked; the rest is for those who ask for it.
+    /// The short text has the settings, rates, verdicts and gates; the full one adds everything else.
     #[test]
-    fn what_was_asked_is_short_and_the_rest_is_there_in_full() {
+    fn the_short_text_has_the_verdicts_and_the_full_one_all_tables() {
         let summary = summary(&[[Recovered, Fell]; 30], &["variations.mass_scale=1.1"], &["a >= 0.1"]);
         let [short, full] = [false, true].map(|full| campaign(&summary, Path::new("out"), full));
         for words in ["campaign smoke: 30 trials", "gain set", "30/30", "a is better than b", "a >= 0.1", "--gains b"] {
@@ -413,7 +415,7 @@ mod tests {
     }
 
     #[test]
-    fn what_happened_to_no_set_has_no_column() {
+    fn an_outcome_of_no_set_has_no_column() {
         let heads = |outcomes| {
             let text = campaign(&summary(&[outcomes; 3], &[], &[]), Path::new("out"), false);
             ["diverged", "timed out"].map(|head| text.contains(head))
@@ -424,7 +426,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trial_to_replay_is_called_what_it_is() {
+    fn the_trial_to_replay_is_described() {
         let text = |outcomes| replay(&summary(&[outcomes; 3], &[], &[]), Path::new("out"));
         assert!(text([Recovered, Fell]).contains("to replay a trial in which two sets end differently (report"));
         assert!(text([Recovered, Fell]).ends_with("--campaign out/campaign.toml --trial 0 --gains b\n"));

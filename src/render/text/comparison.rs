@@ -1,4 +1,4 @@
-//! Gain sets against each other, and gates, as text.
+//! Comparisons of gain sets, and gates, as text.
 
 use crate::campaign::Summary;
 use crate::campaign::verdict::baseline::BaselineId;
@@ -12,7 +12,7 @@ use crate::stats::mcnemar::PairedCounts;
 use comfy_table::Table;
 use std::path::Path;
 
-/// Verdicts in sentences, one paragraph for each pair, and what holds of their intervals.
+/// The verdicts, one paragraph for each pair, and a note on their intervals.
 pub(super) fn verdicts(summary: &Summary) -> String {
     let shown = shown(summary);
     if shown.is_empty() {
@@ -26,7 +26,7 @@ pub(super) fn verdicts(summary: &Summary) -> String {
     format!("\n{sentences}{}", wrapped(" ", &(about_pairs(summary) + &more)))
 }
 
-/// The counts behind the verdicts.
+/// The table of counts behind the verdicts.
 pub(super) fn pairs(summary: &Summary) -> String {
     let shown = shown(summary);
     if shown.is_empty() {
@@ -36,7 +36,7 @@ pub(super) fn pairs(summary: &Summary) -> String {
     format!("\n{}\n{}", counts(&shown), wrapped(" ", about))
 }
 
-/// What holds of intervals and p of all pairs, in sentences: said once for all of them.
+/// A note on the confidence of the intervals and on p, which holds for all pairs.
 pub fn about_pairs(summary: &Summary) -> String {
     let (several, count) = (summary.pairs.len() > 1, summary.pairs.len());
     let together = if several { format!(" for all {count} pairs together") } else { String::new() };
@@ -47,10 +47,10 @@ pub fn about_pairs(summary: &Summary) -> String {
     }
 }
 
-/// The pairs that text has room for: of many, if they are every set with every other, those of the set that recovers most.
+/// The pairs that are shown: all, or those of the set that recovers most if there are too many.
 fn shown(summary: &Summary) -> Vec<&Pair> {
     let (sets, pairs) = (summary.sets.len(), &summary.pairs);
-    // Two results may be compared set by set: then no set stands for the others.
+    // In a comparison of two results, each set has its partner, so that the pairs of one set would not tell enough.
     let all = pairs.len() != sets * sets.saturating_sub(1) / 2;
     let leader = leader(summary);
     let is_leader = |name: &String| name == leader;
@@ -70,24 +70,24 @@ fn counts(pairs: &[&Pair]) -> Table {
     whole_names(align(table))
 }
 
-/// Of a table of pairs: a, b, both, only a, only b, neither, and the difference in points.
+/// Cells of a row of a table of pairs: a, b, both, only a, only b, neither, and the difference in points.
 pub fn pair_cells(pair: &Pair) -> [String; 7] {
     let PairedCounts { both, only_a, only_b, neither } = pair.counts;
     let [both, only_a, only_b, neither] = [both, only_a, only_b, neither].map(|count| count.to_string());
     [pair.a.clone(), pair.b.clone(), both, only_a, only_b, neither, signed(100.0 * pair.difference, 1)]
 }
 
-/// The p of a pair, without its name; a dash where there is none.
+/// The p-value of a pair without "p =", or a dash if it has none.
 pub fn adjusted_p(pair: &Pair) -> String {
     pair.adjusted_p.map_or("-".into(), p_cell)
 }
 
-/// A p-value without its name.
+/// A p-value without "p =".
 pub fn p_cell(p: f64) -> String {
     p_value(p).trim_start_matches("p ").trim_start_matches("= ").into()
 }
 
-/// What became of each gate; empty without gates.
+/// The table of gates, and how they are judged; empty without gates.
 pub(super) fn gates(summary: &Summary) -> String {
     if summary.gates.is_empty() {
         return String::new();
@@ -100,14 +100,16 @@ pub(super) fn gates(summary: &Summary) -> String {
         table.add_row(head.into_iter().chain(gate_cells(gate)).chain([more]));
     }
     let level = level(summary.gates.first().map_or(0.95, |gate| gate.judged.confidence));
-    let mut notes = format!("passes if all of its {level} interval reaches what is asked, fails if none does");
+    let mut notes = format!(
+        "A gate passes if the whole of its {level} interval reaches what is required, and fails if none of it does."
+    );
     if let Some(baseline) = baseline(summary) {
-        notes += &format!("; {baseline}");
+        notes += &format!(" {baseline}");
     }
     format!("\n{}\n{}", align(table), wrapped(" ", &notes))
 }
 
-/// Of a table of gates: what was seen, its interval, and the trials.
+/// Cells of a row of a table of gates: the observed value, its interval, and the number of trials.
 pub fn gate_cells(gate: &GateResult) -> [String; 3] {
     let judged = &gate.judged;
     let [least, most] = judged.interval.map(|share| in_unit(gate, share));
@@ -115,6 +117,7 @@ pub fn gate_cells(gate: &GateResult) -> [String; 3] {
     [seen, format!("{least} to {most}"), judged.trials.to_string()]
 }
 
+/// The status of a gate, in a word.
 pub fn status(status: Status) -> &'static str {
     match status {
         Status::Passed => "passed",
@@ -123,72 +126,75 @@ pub fn status(status: Status) -> &'static str {
     }
 }
 
-/// What a gate is about, in its unit: a rate in %, a difference in points, with its sign.
+/// The value of a gate in its unit: a rate in %, or a difference in points with its sign.
 fn in_unit(gate: &GateResult, share: f64) -> String {
     if gate.is_difference { signed(100.0 * share, 1) } else { format!("{:.1}", 100.0 * share) }
 }
 
+/// The unit of a gate: % for a rate, points for a difference.
 pub fn unit(gate: &GateResult) -> &'static str {
     if gate.is_difference { "points" } else { "%" }
 }
 
-/// A confidence (a share) in percent, with all its digits.
+/// A confidence (a share) in percent with all its digits.
 fn level(confidence: f64) -> String {
     let percent = format!("{:.6}", 100.0 * confidence);
     format!("{} %", percent.trim_end_matches('0').trim_end_matches('.'))
 }
 
-/// Which result gates compare with; None without one.
+/// A sentence on the result with which gates compare. None without a baseline.
 pub fn baseline(summary: &Summary) -> Option<String> {
     let BaselineId { name, standfast, config_hash, trials } = summary.baseline.as_ref()?;
     let hash = &config_hash[..config_hash.len().min(12)];
-    Some(format!("baseline: {name}, {trials} trials, standfast {standfast}, configuration {hash}"))
+    Some(format!("The baseline is {name}, with {trials} trials, by standfast {standfast}, configuration {hash}."))
 }
 
-/// For every gate that does not let the campaign pass, a sentence and the command that replays a trial that was lost.
-/// `folder` holds the result.
+/// For every gate that does not pass, a sentence and the command that replays a trial that was lost. `folder` is the
+/// result folder.
 pub fn failed_gates(summary: &Summary, folder: &Path) -> Vec<String> {
     let told = |gate: &GateResult| {
-        let mut words = gate_words(gate);
-        let mark = match gate.judged.status {
-            Status::Unresolved => {
-                words += " (gates.unresolved)";
-                "gate unresolved: "
-            }
-            _ => "gate failed: ",
-        };
-        let sentence = wrapped(mark, &words).trim_end().to_string();
+        let mark = if gate.judged.status == Status::Unresolved { "gate unresolved: " } else { "gate failed: " };
+        let sentence = wrapped(mark, &gate_words(gate)).trim_end().to_string();
         let Some(trial) = gate.lost_trial else { return sentence };
-        // A line of its own, however long: it is to be copied.
+        // The command has a line of its own, however long, so that it can be copied.
         let command = replay_command(summary, &gate.set, trial, folder);
-        format!("{sentence}\na trial that it lost:\n  {command}")
+        format!("{sentence}\nto replay a trial that it lost:\n  {command}")
     };
     summary.gates.iter().filter(|gate| !gate.passes).map(told).collect()
 }
 
-/// A gate and what was seen, in words.
+/// A gate and what was observed, in words.
 pub fn gate_words(gate: &GateResult) -> String {
     format!("{}: {}", gate.judged.name, gate_seen(gate))
 }
 
-/// What was seen, in words.
+/// What was observed for a gate, in sentences: the value with its interval, what is required, and what would resolve
+/// it.
 pub fn gate_seen(gate: &GateResult) -> String {
     let (judged, unit) = (&gate.judged, unit(gate));
     let [seen, asked] = [judged.observed, judged.required].map(|share| in_unit(gate, share));
     let [least, most] = judged.interval.map(|share| in_unit(gate, share));
     let more = judged.more_trials.map(|more| match judged.sequential {
-        true => format!("; if that is so, about {} more would resolve it", rounded(more)),
-        false => format!("; if that is so, a new campaign of about {} (another seed) would resolve it", rounded(more)),
+        true => format!(" If this is the true value, about {} more trials would resolve it.", rounded(more)),
+        false => format!(
+            " If this is the true value, a new campaign with another seed and about {} trials would resolve it.",
+            rounded(more)
+        ),
     });
     let differ = gate.counts.map(|counts| {
         let PairedCounts { only_a: won, only_b: lost, .. } = counts;
-        format!(" ({won} recovered from by it alone, {lost} by the other alone)")
+        format!(" It alone recovered from {won} of them, and the other side alone from {lost}.")
     });
-    let fails = if gate.passes || judged.status == Status::Failed { "" } else { "; here that counts as failed" };
+    let fails = match gate.passes || judged.status == Status::Failed {
+        true => "",
+        false => " In this campaign, an unresolved gate counts as failed (gates.unresolved).",
+    };
+    let value = if gate.is_difference { "difference" } else { "rate" };
     format!(
-        "{seen} {unit} seen, {least} to {most} {unit} at {} confidence, {asked} {unit} asked, {} trials{}{}{fails}",
-        level(judged.confidence),
+        "the {value} is {seen} {unit} in {} trials ({least} to {most} {unit} at {} confidence), and {asked} {unit} are \
+         required.{}{}{fails}",
         judged.trials,
+        level(judged.confidence),
         differ.unwrap_or_default(),
         more.unwrap_or_default()
     )
@@ -205,7 +211,7 @@ mod tests {
         (0..trials).map(|i| [Recovered, if i < trials / 2 { Recovered } else { Fell }]).collect()
     }
 
-    /// A summary that says of so many sets that these pairs of them were compared.
+    /// A summary with this number of sets, of which these pairs were compared.
     fn with_pairs(sets: usize, pairs: &[(usize, usize)]) -> Summary {
         let mut summary = summary(&halves(10), &[], &[]);
         let (set, pair) = (summary.sets[0].clone(), summary.pairs[0].clone());
@@ -219,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn of_every_pair_those_of_the_best_set_are_shown_and_all_where_sets_have_partners() {
+    fn many_pairs_are_cut_down_to_those_of_the_best_set_unless_sets_have_partners() {
         let every = crate::campaign::verdict::pairs::every_pair(7);
         let summary = with_pairs(7, &every);
         assert!(shown(&summary).iter().all(|pair| pair.a == "set6"));
@@ -234,17 +240,23 @@ mod tests {
     }
 
     #[test]
-    fn a_gate_that_does_not_let_pass_is_told_with_a_command_to_copy() {
+    fn a_gate_that_does_not_pass_comes_with_a_command_to_copy() {
         let told = |gates: &[&str], set: &[&str]| failed_gates(&summary(&halves(100), set, gates), Path::new("out"));
         assert!(told(&["a >= 0.8", "b >= 0.5"], &[]).is_empty());
         let all = told(&["a >= 0.8", "b >= 0.5", "b >= a + 0.1"], &["gates.unresolved=fail"]);
         let [unresolved, failed] = &all[..] else { panic!("{all:?}") };
-        assert!(unresolved.starts_with("gate unresolved: b >= 0.5: 50.0 % seen, "), "{unresolved}");
-        assert!(unresolved.replace("\n                 ", " ").contains("counts as failed"), "{unresolved}");
+        assert!(unresolved.starts_with("gate unresolved: b >= 0.5: the rate is 50.0 % in 100"), "{unresolved}");
+        assert!(
+            unresolved.replace("\n                 ", " ").contains("an unresolved gate counts as failed"),
+            "{unresolved}"
+        );
         let words = failed.replace("\n             ", " ");
-        assert!(words.starts_with("gate failed: b >= a + 0.1: -50.0 points seen, -"), "{words}");
-        let told = "points at 95 % confidence, +10.0 points asked, 100 trials (0 recovered from by it alone, 50 by the \
-                    other alone)\na trial";
+        assert!(
+            words.starts_with("gate failed: b >= a + 0.1: the difference is -50.0 points in 100 trials (-"),
+            "{words}"
+        );
+        let told = "points at 95 % confidence), and +10.0 points are required. It alone recovered from 0 of them, and the \
+                    other side alone from 50.\nto replay a trial";
         assert!(words.contains(told), "{words}");
         for line in all.iter().flat_map(|text| text.lines()) {
             assert!(line.chars().count() <= 80 || line.starts_with("  standfast push "), "{line}");
@@ -261,12 +273,15 @@ mod tests {
         let text = gates(&summary);
         assert!(text.contains("about 1300"), "{text}");
         assert!(text.contains("50.0 %") && text.contains("+50.0 points"), "{text}");
-        assert!(text.contains("baseline: old, 9 trials"), "{text}");
+        assert!(text.contains("The baseline is old, with 9 trials"), "{text}");
         assert!(
             gate_words(&summary.gates[0])
-                .ends_with("if that is so, a new campaign of about 1300 (another seed) would resolve it")
+                .ends_with(" a new campaign with another seed and about 1300 trials would resolve it.")
         );
         summary.gates[0].judged.sequential = true;
-        assert!(gate_words(&summary.gates[0]).ends_with("; if that is so, about 1300 more would resolve it"));
+        assert!(
+            gate_words(&summary.gates[0])
+                .ends_with(" If this is the true value, about 1300 more trials would resolve it.")
+        );
     }
 }

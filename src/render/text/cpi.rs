@@ -1,4 +1,4 @@
-//! The maximal CPI sets of a gain set: sizes, inclusion, and their rows.
+//! The maximal CPI sets of a gain set as text, JSON and CSV: their sizes, their inclusion, and their rows.
 
 use super::layout::{align, table, wrapped};
 use crate::error::{Error, Result};
@@ -12,10 +12,10 @@ use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Order of the state in exported files (eq. 5).
+/// First line of exported files: the order of the state (eq. 5).
 pub const HEADER: &str = "com_x,com_vel_x,zmp_x,com_y,com_vel_y,zmp_y";
 
-/// Headings at which sizes are shown.
+/// Directions in which sizes are shown.
 const HEADINGS: [(&str, Vector2<f64>); 4] = [
     ("forward", Vector2::new(1.0, 0.0)),
     ("left", Vector2::new(0.0, 1.0)),
@@ -23,16 +23,16 @@ const HEADINGS: [(&str, Vector2<f64>); 4] = [
     ("right", Vector2::new(0.0, -1.0)),
 ];
 
-/// What the columns of the first table are.
+/// Explains the columns of the first table.
 const EXPLAINED: &str = "Poles are multiples of -omega. The set of a gain is what keeps the ZMP within its region over the \
                          horizon, which takes so many inequalities (rows). Forward, left, backward and right are the \
                          largest impulses in these directions that a robot at rest can take within the set, over m omega d: \
                          mass times natural frequency times the distance from the origin to the edge. A standing pendulum \
                          can take 1 at most.";
-/// What the second table says.
+/// Explains the second table.
 const NESTING_EXPLAINED: &str = "\"yes\": the set of the row lies inside the set of the column.";
 
-/// The sets of a gain set, as they were found.
+/// The sets of a gain set that were found, and what they were computed from.
 pub struct Sets<'a> {
     pub set: &'a GainSet,
     pub family: &'a GainFamily,
@@ -98,6 +98,7 @@ impl Sets<'_> {
         )
     }
 
+    /// A row for each set: poles, horizon, number of inequalities, and sizes.
     fn sizes(&self) -> Table {
         let headings = HEADINGS.iter().map(|(name, _)| *name);
         let mut sizes = table(["gain", "poles x", "poles y", "horizon", "rows"].into_iter().chain(headings));
@@ -111,6 +112,7 @@ impl Sets<'_> {
         align(sizes)
     }
 
+    /// Which set lies inside which.
     fn nesting(&self) -> Table {
         let Inclusion { names, inside, .. } = &self.inclusion;
         let mut nesting = table(["inside"].into_iter().chain(names.iter().map(String::as_str)));
@@ -121,7 +123,8 @@ impl Sets<'_> {
         align(nesting)
     }
 
-    /// Writes, for each gain, the rows of S (S x <= 1) and the closed loop of eq. 13, in full precision.
+    /// Writes CSV files to `folder`: for each gain the rows of S (S x <= 1) and the closed loop of eq. 13, in full
+    /// precision. Fails if a file cannot be written.
     pub fn export(&self, folder: &Path) -> Result<()> {
         std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
         for (i, (gain, set)) in self.family.gains.iter().zip(self.sets).enumerate() {

@@ -1,11 +1,11 @@
-//! The story of a ZMP error that was imposed on the pendulum.
+//! What happened after a ZMP error was imposed on the pendulum, as text and JSON.
 
 use crate::episode::imposed::{ImposedRecord, Start};
 use crate::render::text::{layout::wrapped, story};
 use crate::render::with_fields_of;
 use serde_json::{Value, json};
 
-/// What came of an error.
+/// An imposed error and its record.
 pub struct ImposedStory<'a> {
     pub scenario: &'a str,
     pub gain_set: &'a str,
@@ -14,7 +14,7 @@ pub struct ImposedStory<'a> {
 }
 
 impl ImposedStory<'_> {
-    /// In one line: the title of a picture.
+    /// The story on one line, for the title of a picture.
     pub fn headline(&self) -> String {
         let [x, y] = self.record.zmp_error_m.map(|v| 1000.0 * v);
         format!("ZMP error ({x:.1}, {y:.1}) mm imposed, gain set {}: {}", self.gain_set, self.outcome())
@@ -33,7 +33,7 @@ impl ImposedStory<'_> {
         with_fields_of(head, &self.record)
     }
 
-    /// In a few lines.
+    /// The story in a few lines.
     pub fn text(&self) -> String {
         let record = &self.record;
         let mut text = String::new();

@@ -1,12 +1,12 @@
-//! Tables of text, all with one look, and small pieces of text in them.
+//! The layout of text: tables that all look alike, wrapped lines, and numbers.
 
 use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, Table, TableStyle, Width};
 
-/// Width of text that does not go to a terminal, and the most of sentences on one.
+/// Width of text that does not go to a terminal, and largest width of sentences on a terminal (columns).
 const PLAIN_WIDTH: u16 = 80;
 
-/// A table with a column for each name, or with a row for each if they are many. `rows` hold a label, then a cell for
-/// each name.
+/// A table with a column for each name or, if there are `many`, a row for each. `rows` hold a label and a cell for each
+/// name. `corner` is the heading of the first column.
 pub fn compared<'a>(
     corner: &'a str,
     names: impl Iterator<Item = &'a str>,
@@ -27,7 +27,8 @@ pub fn compared<'a>(
     align(table)
 }
 
-/// Text in lines that fit the terminal, after a mark in front of the first. A number stays with its unit, and both with what they are of.
+/// The text in lines that fit the terminal. `mark` stands before the first line, and the others are indented by its
+/// width. A number stays on one line with its unit and with a sign such as `=` before it.
 pub fn wrapped(mark: &str, text: &str) -> String {
     let width = usize::from(Table::new().width().unwrap_or(PLAIN_WIDTH).min(PLAIN_WIDTH));
     let is_one_of = |word: &str, all: &[&str]| all.contains(&word.trim_end_matches(['.', ',', ';', ':', ')']));
@@ -59,10 +60,12 @@ pub fn wrapped(mark: &str, text: &str) -> String {
     lines.join("\n") + "\n"
 }
 
+/// A time (s), or a dash if there is none.
 pub fn seconds(time_s: Option<f64>) -> String {
     time_s.map_or("-".into(), |s| format!("{s:.2} s"))
 }
 
+/// A table with a header, as wide as the terminal or 80 columns.
 pub fn table<T: Into<comfy_table::Cell>>(header: impl IntoIterator<Item = T>) -> Table {
     let mut table = Table::new();
     let rule = TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
@@ -74,7 +77,7 @@ pub fn table<T: Into<comfy_table::Cell>>(header: impl IntoIterator<Item = T>) ->
     table
 }
 
-/// Names to the left, numbers to the right.
+/// Aligns the first column, which holds names, to the left and all others to the right.
 pub fn align(mut table: Table) -> Table {
     for (i, column) in table.column_iter_mut().enumerate() {
         column.set_padding((1, 0));
@@ -83,7 +86,7 @@ pub fn align(mut table: Table) -> Table {
     table
 }
 
-/// Keeps room for the words of the first column: the other headers wrap first.
+/// Makes the first column wide enough for its longest word, so that the headers of the other columns wrap first.
 pub fn whole_names(mut table: Table) -> Table {
     let cells = table.row_iter().filter_map(|row| row.cell_iter().next());
     let longest = cells.flat_map(|cell| cell.content().split(' ').map(|word| word.chars().count()).max()).max();
@@ -94,12 +97,13 @@ pub fn whole_names(mut table: Table) -> Table {
     table
 }
 
-/// A number with its sign; zero has none, however it was rounded.
+/// A number with its sign. A number that is rounded to zero has none.
 pub fn signed(x: f64, digits: usize) -> String {
     let text = format!("{x:+.digits$}");
     if text[1..].chars().all(|c| matches!(c, '0' | '.')) { text[1..].into() } else { text }
 }
 
+/// A share in percent, with one decimal.
 pub fn percent(rate: f64) -> String {
     format!("{:.1} %", 100.0 * rate)
 }

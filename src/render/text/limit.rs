@@ -1,10 +1,10 @@
-//! The largest recoverable impulse by heading, as a table.
+//! The result of `standfast limit` as a table: the largest recoverable impulse by heading.
 
 use crate::campaign::limit::{Heading, Limits, SetLimit};
 use crate::render::text::layout::signed;
 use std::fmt::Write;
 
-/// A table of at most 80 columns (with names of up to 18 letters).
+/// The table, which is at most 80 columns wide if no name has more than 18 letters.
 pub fn text(limits: &Limits) -> String {
     let mut text = String::new();
     let y = &limits.yardstick;
@@ -77,12 +77,14 @@ pub fn text(limits: &Limits) -> String {
     text
 }
 
+/// The bounds at a heading, times `factor`. Without a heading (NaN), its column is empty.
 fn bounds_of(heading_deg: f64, heading: &Heading, factor: f64) -> String {
     let name = if heading_deg.is_nan() { String::new() } else { format!("{heading_deg:.1}") };
     let [no, one, n] = [heading.bound_no_step_n_s, heading.bound_one_step_n_s, heading.bound_n_step_n_s];
     format!("{name:>7} {:6.2} {:6.2} {:6.2}", factor * no, factor * one, factor * n)
 }
 
+/// The limits of a gain set.
 fn set_of(set: &SetLimit) -> String {
     let mark = if set.resolved { ' ' } else { '*' };
     let ninety = set.impulse90_n_s.map_or("-".into(), |impulse| format!("{impulse:.2}"));

@@ -1,4 +1,4 @@
-//! Results as text, for a person who reads a terminal.
+//! Results as text for the terminal, and as JSON.
 
 mod campaign;
 mod comparison;

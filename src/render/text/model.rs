@@ -1,4 +1,4 @@
-//! What was understood of a robot, and its kinematics at given joint angles.
+//! A robot as it was read, and its kinematics at given joint angles, as text and JSON.
 
 use crate::render::text::layout::{align, signed, table, whole_names, wrapped};
 use crate::robot::{Foot, Kinematics, Robot};
@@ -7,12 +7,12 @@ use nalgebra::Matrix3xX;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 
-/// Names of the joints, in their order.
+/// Names of the joints, in the order of joint angles.
 pub fn joint_names(robot: &Robot) -> Vec<&str> {
     robot.joints.iter().map(|joint| joint.name.as_str()).collect()
 }
 
-/// Kinematics with the base at the origin, unrotated.
+/// Kinematics at joint angles `q` (rad), with the base at the origin, unrotated.
 fn at(robot: &Robot, q: &[f64]) -> Kinematics {
     let mut posture = robot.zero_posture();
     posture.q.copy_from_slice(q);
@@ -21,8 +21,8 @@ fn at(robot: &Robot, q: &[f64]) -> Kinematics {
     kinematics
 }
 
-/// Mass, COM, COM Jacobian (columns: base linear, base angular, joints) and link poses at joint angles `q`, base at the
-/// origin, unrotated; then what does not depend on the angles.
+/// Mass, COM, COM Jacobian (columns: base linear, base angular, joints) and link poses at joint angles `q` (rad), with
+/// the base at the origin, unrotated; then everything that does not depend on the angles.
 pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
     let kinematics = at(robot, q);
     let mut jacobian = Matrix3xX::zeros(6 + robot.joints.len());
@@ -31,7 +31,7 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
     let mut links = Map::new();
     for (i, frame) in robot.frames.iter().enumerate() {
         let pose = kinematics.frame_pose(robot, i);
-        // Of the two quaternions of a rotation, the one with w >= 0.
+        // A rotation has two quaternions; this is the one with w >= 0.
         let turn = if pose.rotation.w < 0.0 { -pose.rotation.into_inner() } else { pose.rotation.into_inner() };
         links.insert(
             frame.name.clone(),
@@ -88,7 +88,7 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
     })
 }
 
-/// Everything that does not depend on given angles, for a person.
+/// Everything that does not depend on joint angles, as text.
 pub fn description(robot: &Robot) -> String {
     let mut kinematics = Kinematics::new(robot);
     kinematics.update(robot, &robot.home_posture());
@@ -151,6 +151,7 @@ pub fn description(robot: &Robot) -> String {
     text
 }
 
+/// Writes a link and, indented, those that it carries.
 fn tree_text(robot: &Robot, link: usize, depth: usize, line: &mut impl FnMut(String)) {
     let body = &robot.links[link];
     let fixed: Vec<&str> = robot
@@ -184,7 +185,7 @@ fn joint_table(robot: &Robot) -> Table {
     whole_names(align(joints))
 }
 
-/// A component of an axis: to three digits, without those that are zero.
+/// A component of an axis with at most three decimals, without trailing zeros.
 fn short(component: f64) -> String {
     ((1e3 * component).round() / 1e3 + 0.0).to_string()
 }
@@ -192,7 +193,7 @@ fn short(component: f64) -> String {
 fn servo_table(robot: &Robot) -> Table {
     let head = ["joint", "home\n[rad]", "kp\n[N m\n/rad]", "kd\n[N m\ns/rad]", "torque\n[N m]"];
     let mut servos = table(head.into_iter().chain(["full to\n[rad/s]", "none at\n[rad/s]", "rotor\n[kg\nm^2]"]));
-    // Each column as wide as what it holds, which comes to 80.
+    // Each column is as wide as its contents, which makes 80 columns in all.
     servos.set_content_arrangement(ContentArrangement::Disabled);
     for ((joint, servo), home_rad) in robot.joints.iter().zip(&robot.servos).zip(&robot.home_rad) {
         let numbers = [servo.kp, servo.kd, servo.torque_n_m, servo.full_torque_speed_rad_s];
@@ -203,7 +204,7 @@ fn servo_table(robot: &Robot) -> Table {
     align(servos)
 }
 
-/// COM and link positions at given angles.
+/// Positions of COM and links at joint angles `q` (rad), and a note for each angle outside of its limits.
 pub fn links(robot: &Robot, q: &[f64]) -> String {
     let kinematics = at(robot, q);
     let com = kinematics.com();

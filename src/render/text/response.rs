@@ -6,13 +6,13 @@ use crate::render::text::layout::wrapped;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
-/// A response as it was measured.
+/// A measured response.
 pub struct Response<'a> {
     pub robot: &'a str,
     pub family: &'a GainFamily,
     pub axis: Axis,
     pub amplitude_m: f64,
-    /// At rising frequencies.
+    /// In ascending order of frequency.
     pub points: Vec<Point>,
     pub bandwidth: Bandwidth,
 }
@@ -39,7 +39,7 @@ impl<'a> Response<'a> {
         self.family.gains.iter().flat_map(poles).fold(0.0, f64::max)
     }
 
-    /// The same (rad/s).
+    /// The fastest pole on the axis (rad/s, positive).
     pub fn fastest_pole_rad_s(&self) -> f64 {
         self.fastest_pole() * self.family.pendulum.omega
     }
@@ -58,7 +58,7 @@ impl<'a> Response<'a> {
         })
     }
 
-    /// A table, and what follows from it for the poles.
+    /// The table of the response, and a comparison of the bandwidth with the poles.
     pub fn text(&self) -> String {
         let omega = self.family.pendulum.omega;
         let mut text = format!(

@@ -1,19 +1,19 @@
-//! What a running campaign has found so far: lines above its progress, and a few words for a log.
+//! What a running campaign has found so far: lines above the progress bar of a terminal, and sentences for a log.
 
 use crate::campaign::verdict::so_far::{PairSoFar, SoFar};
 use crate::render::text::layout::{signed, wrapped};
 use crate::stats::decision::PairVerdict;
 use crate::stats::rate::SuccessCount;
 
-/// Lines that the progress itself needs, with room for a message.
+/// Lines of the terminal that the progress bar and a message need.
 const OTHER_LINES: usize = 3;
-/// Columns of all but the names in a line of a set, and of a pair.
+/// Columns that the line of a set, and that of a pair, need beside the names.
 const NUMBERS: [usize; 2] = [34, 41];
-/// Sets that are named in a log.
+/// Most sets that are named in a log.
 const NAMED: usize = 4;
 
-/// A line for each gain set and for each pair, within the width and height of a terminal; of too many sets those that
-/// recover most. Empty if there is no room, or nothing is finished.
+/// A line for each gain set and each pair, within the width and height of a terminal. If there are too many sets, only
+/// those that recover most are shown. Empty if there is no room, or if no trial is finished.
 pub fn lines(so_far: &SoFar, width: usize, height: usize) -> Vec<String> {
     let room = height.saturating_sub(OTHER_LINES);
     if room < 3 || so_far.trials == 0 {
@@ -48,7 +48,7 @@ pub fn lines(so_far: &SoFar, width: usize, height: usize) -> Vec<String> {
     lines.map(|line| line.chars().take(width).collect()).collect()
 }
 
-/// The same in a sentence or two, for a log. Empty if nothing is finished.
+/// The same in a sentence or two, for a log. Empty if no trial is finished.
 pub fn sentence(so_far: &SoFar) -> String {
     if so_far.trials == 0 {
         return String::new();
@@ -71,14 +71,14 @@ pub fn sentence(so_far: &SoFar) -> String {
     wrapped("  ", &text).trim_end().into()
 }
 
-/// Those that recover most first.
+/// The sets, those that recover most first.
 fn by_rate(so_far: &SoFar) -> Vec<&(String, SuccessCount)> {
     let mut sets: Vec<_> = so_far.sets.iter().collect();
     sets.sort_by(|(_, a), (_, b)| b.success_rate.total_cmp(&a.success_rate));
     sets
 }
 
-/// Which of two sets is better, each name of so many letters at most.
+/// Which of two sets is better, with names of at most `most` letters.
 fn words(pair: &PairSoFar, most: usize) -> String {
     let [a, b] = [&pair.a, &pair.b].map(|name| tail(name, most.max(4)));
     match pair.verdict {
@@ -88,13 +88,13 @@ fn words(pair: &PairSoFar, most: usize) -> String {
     }
 }
 
-/// By how much the first recovers more often.
+/// By how much the first set recovers more often.
 fn difference(pair: &PairSoFar) -> String {
     let [seen, least, most] = [pair.difference, pair.ci95[0], pair.ci95[1]].map(|share| signed(100.0 * share, 0));
     format!("{seen} points ({least} to {most})")
 }
 
-/// A name within so many letters; variants differ at their ends.
+/// The end of a name, in at most `most` letters, since the names of variants differ at their ends.
 fn tail(name: &str, most: usize) -> String {
     match name.chars().count() {
         letters if letters <= most => name.into(),

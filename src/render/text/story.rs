@@ -1,4 +1,4 @@
-//! The story of one episode, in a few lines: what happened to the robot, when, and why.
+//! The story of one episode in a few lines: what happened to the robot, when, and why.
 
 use crate::control::Design;
 use crate::episode::{AT_LIMIT, EpisodeConfig, Footstep, Lifted, Membership, Outcome, Record, Tick};
@@ -9,14 +9,14 @@ use crate::robot::Robot;
 use crate::sim::{Push, Variation};
 use serde_json::{Value, json};
 
-/// What is seen on the way, for the story.
+/// Observes an episode for what the story needs beyond the record.
 #[derive(Debug, Default)]
 pub struct Witness {
-    /// Since when the DCM has been outside of the support.
+    /// Time from which on the DCM has been outside of the support (s).
     dcm_outside_since_s: Option<f64>,
-    /// First time and joint at its torque limit.
+    /// Time (s) when a joint was at its torque limit for the first time, and name of the joint.
     torque_limited: Option<(f64, String)>,
-    /// Largest share of its torque limit that a joint has used, and which joint.
+    /// Largest torque of a joint as a share of its limit, and name of the joint.
     most_torque: (f64, String),
 }
 
@@ -41,7 +41,7 @@ impl Witness {
     }
 }
 
-/// The story in one line: the title of a picture.
+/// The story on one line, for the title of a picture.
 pub fn headline(pushes: &[Push], gain_set: &str, record: &Record) -> String {
     let outcome = match record.outcome {
         Outcome::Recovered if let Some(at) = record.settled_at_s => format!("recovered, still from {at:.2} s"),
@@ -55,7 +55,7 @@ pub fn headline(pushes: &[Push], gain_set: &str, record: &Record) -> String {
     }
 }
 
-/// Impulse and heading of a push, rounded alike wherever they are told.
+/// Impulse and heading of a push, rounded.
 fn how_hard(push: &Push) -> String {
     format!("{} N s towards {} degrees", short(push.impulse_n_s, 2), short(push.heading_deg, 1))
 }
@@ -65,16 +65,17 @@ fn came(push: &Push, record: &Record) -> bool {
     record.fell_at_s.is_none_or(|fell_at_s| push.start_s < fell_at_s)
 }
 
-/// Rounded to so many digits after the point: numbers of a campaign's pushes have sixteen.
+/// Rounded to a number of decimals, since the drawn numbers of a campaign have sixteen.
 fn short(value: f64, digits: i32) -> f64 {
     let unit = 10_f64.powi(digits);
-    // Plus 0: no -0.
+    // Adding 0 turns -0 into 0.
     (value * unit).round() / unit + 0.0
 }
 
-/// A few sentences on each footstep: when and for which ZMP error it was taken, and the way of its sole (mm, world).
+/// A few sentences on each footstep: when and for which ZMP error it was taken, and from where to where its sole moved
+/// (mm, world frame).
 pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String> {
-    // Plus 0: no -0.
+    // Adding 0 turns -0 into 0.
     let round = |m: f64| (1000.0 * m).round() + 0.0;
     let mm = |p: &[f64]| format!("({}, {})", round(p[0]), round(p[1]));
     let mut lines: Vec<String> = taken
@@ -102,7 +103,7 @@ pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String>
     lines
 }
 
-/// What became of an episode, to be told.
+/// An episode and everything that its story needs.
 pub struct Told<'a> {
     pub design: &'a Design,
     pub config: &'a EpisodeConfig,
@@ -113,7 +114,7 @@ pub struct Told<'a> {
 }
 
 impl Told<'_> {
-    /// In one line: the title of a picture.
+    /// The story on one line, for the title of a picture.
     pub fn headline(&self) -> String {
         headline(&self.pushes, &self.design.family.name, &self.record)
     }
@@ -203,6 +204,7 @@ impl Told<'_> {
         text
     }
 
+    /// The outcome in a sentence.
     fn outcome(&self) -> String {
         let Record { end_s, settled_at_s, fell_at_s, fall_cause, .. } = &self.record;
         match self.record.outcome {
@@ -228,8 +230,8 @@ impl Told<'_> {
         if self.pushes.len() > 1 { "after the last push" } else { "after the push" }
     }
 
-    /// What the CPI sets say of the state at the end of the push, and whether the robot did otherwise; None without gains,
-    /// and where they had nothing to say.
+    /// What the CPI sets predicted at the end of the push, and whether the robot did otherwise. None without gains, and
+    /// if the sets made no prediction.
     fn sets(&self) -> Option<String> {
         let record = &self.record;
         let the_set = match self.design.family.gains.len() {
@@ -267,6 +269,7 @@ impl Told<'_> {
         })
     }
 
+    /// The largest torques in a sentence or two.
     fn torque(&self) -> String {
         let (ratio, joint) = &self.witness.most_torque;
         let percent = 100.0 * ratio;
@@ -275,7 +278,8 @@ impl Told<'_> {
         };
         let limited = format!("{first} was the first joint at its limit, at t = {at:.3} s");
         match percent.round() > 100.0 {
-            // The servo's limit is set by the speed at the start of a physics step.
+            // A torque beyond the limit is possible, since the limit depends on the speed at the start of a physics
+            // step.
             true => format!(
                 "{limited}. The peak, {percent:.0} % of the limit at {joint}, lasted one physics step, as when an impact \
                  stops a joint"
@@ -305,14 +309,14 @@ mod tests {
         [told.headline(), told.text()]
     }
 
-    /// In one line, as it reads.
+    /// The text on one line.
     fn read(text: &str) -> String {
         text.split_whitespace().collect::<Vec<_>>().join(" ")
     }
 
     #[test]
-    fn a_story_says_nothing_that_is_not_so() {
-        // Outside of its set, and yet no footstep was needed.
+    fn stories_state_what_happened() {
+        // The state is outside of its set, and yet the robot recovers without a footstep.
         let [title, text] = story("catch", 3.000_123_456_789, 90.0);
         assert!(title.starts_with("3 N s towards 90 degrees, gain set catch: recovered"), "{title}");
         let text = read(&text);
@@ -328,15 +332,15 @@ mod tests {
         let [_, text] = story("catch", 5.0, 0.0);
         assert!(read(&text).contains("a footstep was needed footstep left foot: lifted at t = 0.53"), "{text}");
         assert!(
-            read(&text).contains(". The peak, 120 % of the limit at left_knee_flexion, lasted one physics step"),
+            read(&text).contains(". The peak, 115 % of the limit at left_ankle_flexion, lasted one physics step"),
             "{text}"
         );
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
-        // Held by its sets.
+        // The state is inside of its sets.
         let [_, text] = story("switching", 3.0, -135.0);
         assert!(read(&text).contains("in the largest CPI set (margin 0.16; of the estimated state 0.16)"), "{text}");
         assert!(read(&text).contains("switches the controller switched or restarted its gain 6 times"), "{text}");
-        // Without gains nothing is said of sets or gains.
+        // Without gains, the story mentions neither sets nor switches.
         let [_, text] = story("hold", 3.0, 0.0);
         assert!(!text.contains("\nsets") && !text.contains("\nswitches"), "{text}");
         assert!(read(&text).contains("gains hold, which keeps its posture outcome fell at t = "), "{text}");

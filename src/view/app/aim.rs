@@ -1,10 +1,10 @@
-//! The push that the next press of its key gives.
+//! Impulse and heading of the next push that a key gives.
 
 use crate::error::{Error, Result};
 use crate::render::scene::scale::{RobotScale, round};
 use crate::view::Options;
 
-/// For a robot of UT-mu2's size: the largest push, and by how much a key makes it harder (N s).
+/// Largest impulse, and step by which a key changes it, for a robot of the size of UT-mu2 (N s).
 const MOST_N_S: f64 = 20.0;
 const STEP_N_S: f64 = 0.1;
 
@@ -12,16 +12,16 @@ const STEP_N_S: f64 = 0.1;
 #[derive(Debug, Clone, Copy)]
 pub struct Aim {
     pub impulse_n_s: f64,
-    /// -180 (not included) to 180.
+    /// Heading, from -180 (not included) to 180 degrees.
     pub heading_deg: f64,
-    /// The largest that is accepted (N s).
+    /// Largest accepted impulse (N s).
     pub most_n_s: f64,
-    /// By how much a key makes it harder (N s).
+    /// Step by which a key changes the impulse (N s).
     pub step_n_s: f64,
 }
 
 impl Aim {
-    /// As asked, for a robot of this size. Errors: `--impulse` or `--heading` is out of range.
+    /// The first push, from the options, for a robot of this size. Fails if `--impulse` or `--heading` is out of range.
     pub fn new(args: &Options, scale: RobotScale) -> Result<Self> {
         let [most_n_s, step_n_s] = [MOST_N_S, STEP_N_S].map(|n_s| round(n_s * scale.impulse()));
         let impulse_n_s = args.impulse.unwrap_or(scale.first_push_n_s());
@@ -35,17 +35,17 @@ impl Aim {
         Ok(Self { impulse_n_s, heading_deg: wrapped(args.heading), most_n_s, step_n_s })
     }
 
-    /// With another impulse (N s), or the nearest that is accepted.
+    /// Sets the impulse (N s), or the nearest that is accepted.
     pub fn set_impulse(&mut self, impulse_n_s: f64) {
         self.impulse_n_s = impulse_n_s.clamp(0.0, self.most_n_s);
     }
 
-    /// Harder by so many steps.
+    /// Makes the push harder by a number of steps, or softer if it is negative.
     pub fn harder(&mut self, steps: i32) {
         self.set_impulse(self.impulse_n_s + f64::from(steps) * self.step_n_s);
     }
 
-    /// Turned to the left (degrees).
+    /// Turns the heading to the left (degrees).
     pub fn turn(&mut self, by_deg: f64) {
         self.heading_deg = wrapped(self.heading_deg + by_deg);
     }
@@ -62,7 +62,7 @@ mod tests {
     use crate::render::scene::scale::tests::THRICE;
     use crate::robot::Robot;
 
-    /// A push with this impulse (None: as suits the robot) and heading (degrees).
+    /// The aim for an impulse (None for the default) and a heading (degrees).
     fn aim(scale: RobotScale, impulse: Option<f64>, heading: f64) -> Result<Aim> {
         Aim::new(&Options { impulse, heading, ..Options::default() }, scale)
     }

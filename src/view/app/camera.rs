@@ -1,4 +1,4 @@
-//! Where the person looks from: the camera, how it goes with the robot, and what is seen where.
+//! The camera of the window: where it starts, how it follows the robot, and where in the picture points are seen.
 
 use super::triangles::vec3;
 use crate::render::scene::scale::RobotScale;
@@ -7,7 +7,7 @@ use kiss3d::egui::{Pos2, Vec2, pos2};
 use kiss3d::glamx::{Mat4, Vec3, Vec4};
 use nalgebra::{Point3, Unit, Vector3};
 
-/// The camera as it is at the start: from the front left of the robot, which stands left of the panel.
+/// The camera at the start, at the front left of the robot, which appears to the left of the panel.
 pub fn camera(scale: RobotScale) -> OrbitCamera3d {
     let length = scale.length() as f32;
     let (eye, at) = (length * Vec3::new(0.80, 0.56, 0.68), length * Vec3::new(-0.07, 0.09, 0.19));
@@ -17,41 +17,45 @@ pub fn camera(scale: RobotScale) -> OrbitCamera3d {
     camera.look_at(eye, at);
     camera.set_min_dist(0.1 * length);
     camera.set_max_dist(8.0 * length);
-    // Towards the viewer when the wheel turns towards him.
+    // The picture moves towards the viewer when the wheel turns towards the viewer.
     camera.set_dist_step(1.0 / 1.01);
     camera.rebind_reset_key(None);
     camera
 }
 
-/// Keeps the robot in the picture: the camera goes with the robot, and what the person has turned, moved and zoomed stays.
+/// Keeps the robot in the picture: the camera follows the robot, and the user's rotation, offset and zoom remain.
 #[derive(Debug)]
 pub struct Leash {
-    /// How far the camera has gone with the robot (m), and how fast it goes (m/s).
+    /// How far the camera has followed the robot (m).
     gone: Vec3,
+    /// Velocity of the camera (m/s).
     speed: Vec3,
+    /// Distance of the COM from which on the camera follows (m).
     length_m: f32,
 }
 
-/// So far the COM of a robot of UT-mu2's size may be from where it was before the camera goes too (m): swaying does not move it;
+/// Distance by which the COM of a robot of the size of UT-mu2 can move before the camera follows (m), so that swaying
+/// does not move the camera.
 const LEASH_M: f32 = 0.05;
-/// and no farther than this share of the camera's distance, for who has come near to look at a foot.
+/// Largest value of this distance as a share of the camera's distance, for a user who looks at a foot from near.
 const LEASH_SHARE: f32 = 0.1;
-/// The camera catches up within about so long (s), and starts and ends gently: a spring with critical damping.
+/// Time in which the camera catches up (s). It moves like a critically damped spring, so it starts and stops gently.
 const CATCH_UP_S: f32 = 0.25;
 
 impl Leash {
+    /// For a robot of this size.
     pub fn of(scale: RobotScale) -> Self {
         Self { gone: Vec3::ZERO, speed: Vec3::ZERO, length_m: LEASH_M * scale.length() as f32 }
     }
 
-    /// How far the camera is to be gone for a COM.
+    /// Where the camera should be for a COM, as an offset from its start (m).
     fn wanted(&self, camera: &OrbitCamera3d, com: &Point3<f64>) -> Vec3 {
         let away = Vec3::new(com.x as f32, com.y as f32, 0.0) - self.gone;
         let slack = self.length_m.min(LEASH_SHARE * camera.dist());
         self.gone + away * (1.0 - slack / away.length().max(slack))
     }
 
-    /// Lets the camera go with the COM, when so much time has passed (s).
+    /// Moves the camera after the COM, for the time that has passed (s).
     pub fn pull(&mut self, camera: &mut OrbitCamera3d, com: &Point3<f64>, passed_s: f64) {
         let (rate, passed_s) = (2.0 / CATCH_UP_S, passed_s as f32);
         let behind = self.gone - self.wanted(camera, com);
@@ -64,7 +68,7 @@ impl Leash {
         }
     }
 
-    /// Goes with a robot that is suddenly elsewhere: it is seen as before.
+    /// Moves the camera at once, for a robot that is suddenly elsewhere.
     pub fn jump(&mut self, camera: &mut OrbitCamera3d, com: &Point3<f64>) {
         self.speed = Vec3::ZERO;
         let step = self.wanted(camera, com) - self.gone;
@@ -81,14 +85,14 @@ impl Leash {
     }
 }
 
-/// From the eye through a point of the picture, world.
+/// The ray from the eye through a point of the picture (world frame).
 #[derive(Debug, Clone, Copy)]
 pub struct Sight {
     pub origin: Point3<f64>,
     pub direction: Unit<Vector3<f64>>,
 }
 
-/// From the world to the picture (points of egui), and back.
+/// The projection from the world to the picture (points of egui), and back.
 pub struct Lens {
     to_clip: Mat4,
     from_clip: Mat4,
@@ -103,14 +107,14 @@ impl Lens {
         Self { to_clip: camera.transformation(), from_clip: camera.inverse_transformation(), eye, size }
     }
 
-    /// None behind the viewer.
+    /// Place of a point in the picture. None if it is behind the viewer.
     pub fn project(&self, at: &Point3<f64>) -> Option<Pos2> {
         let clip = self.to_clip * vec3(at).extend(1.0);
         (clip.w > 1e-3)
             .then(|| pos2((1.0 + clip.x / clip.w) * self.size.x / 2.0, (1.0 - clip.y / clip.w) * self.size.y / 2.0))
     }
 
-    /// From the eye through a point of the picture.
+    /// The ray through a place in the picture.
     pub fn sight(&self, at: Pos2) -> Sight {
         let (x, y) = (2.0 * at.x / self.size.x - 1.0, 1.0 - 2.0 * at.y / self.size.y);
         let far = self.from_clip * Vec4::new(x, y, 0.9, 1.0);
@@ -118,7 +122,7 @@ impl Lens {
         Sight { origin: self.eye, direction: Unit::new_normalize(far - self.eye) }
     }
 
-    /// Where the middle of the picture looks.
+    /// Direction of the ray through the middle of the picture.
     pub fn looking(&self) -> Unit<Vector3<f64>> {
         self.sight((self.size / 2.0).to_pos2()).direction
     }
@@ -131,14 +135,14 @@ mod tests {
     use crate::robot::Robot;
     use kiss3d::egui::vec2;
 
-    /// UT-mu2's camera and leash.
+    /// Camera and leash for UT-mu2.
     fn leashed() -> (OrbitCamera3d, Leash) {
         let scale = RobotScale::of(&Robot::load("ut-mu2").unwrap());
         (camera(scale), Leash::of(scale))
     }
 
     #[test]
-    fn the_camera_goes_with_a_robot_that_goes_away_and_comes_back() {
+    fn the_camera_follows_a_robot_that_moves_away_and_back() {
         let (mut camera, mut leash) = leashed();
         let start = camera.at();
         let mut look = |com: Point3<f64>| {
@@ -152,7 +156,8 @@ mod tests {
         assert!(look(Point3::new(0.0, 0.0, 0.3)).length() < 0.051);
     }
 
-    /// A robot that is suddenly driven off at 1 m/s, and stops: it stays in the picture, and the camera's speed does not jump.
+    /// The robot suddenly moves at 1 m/s, and stops. It must stay in the picture, and the speed of the camera must not
+    /// jump.
     #[test]
     fn the_camera_neither_loses_the_robot_nor_jumps() {
         const FRAME_S: f64 = 1.0 / 60.0;
@@ -172,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_person_has_turned_and_zoomed_stays() {
+    fn rotation_and_zoom_by_the_user_remain() {
         let (mut camera, mut leash) = leashed();
         camera.set_yaw(camera.yaw() + 0.7);
         camera.set_dist(0.4);
@@ -182,13 +187,13 @@ mod tests {
         let before = seen(&camera, Point3::new(0.0, 0.0, 0.3));
         leash.jump(&mut camera, &com);
         let after = seen(&camera, com);
-        // As far as the leash is long.
+        // The robot may be seen elsewhere by the length of the leash.
         assert!(before.distance(after) < 120.0, "{before} {after}");
         assert!((camera.dist() - 0.4).abs() < 1e-6);
     }
 
     #[test]
-    fn a_line_of_sight_goes_through_what_is_seen_there() {
+    fn the_ray_of_a_place_goes_through_the_point_that_is_seen_there() {
         let camera = camera(RobotScale::of(&Robot::load("ut-mu2").unwrap()));
         let lens = Lens::new(&camera, vec2(800.0, 600.0));
         for place in [Point3::new(0.0, 0.0, 0.3), Point3::new(0.2, -0.4, 0.0)] {
@@ -198,13 +203,13 @@ mod tests {
         }
         let behind = lens.eye - lens.looking().into_inner();
         assert_eq!(lens.project(&behind), None);
-        // Up is up.
+        // Points higher in the world are higher in the picture.
         let [low, high] = [0.0, 0.4].map(|z| lens.project(&Point3::new(0.0, 0.0, z)).unwrap().y);
         assert!(high < low - 50.0, "{high} {low}");
     }
 
     #[test]
-    fn a_robot_of_another_size_is_seen_as_large() {
+    fn robots_of_any_size_appear_equally_large() {
         let at = |scale: RobotScale, m: f64| {
             let lens = Lens::new(&camera(scale), vec2(800.0, 600.0));
             lens.project(&(Point3::new(0.05, 0.1, 0.31) * m)).unwrap()

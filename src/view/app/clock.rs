@@ -1,43 +1,44 @@
-//! From the time on the wall to simulated time: a slow machine drops frames, never simulated time.
+//! Keeps simulated time in step with real time. A slow machine drops frames, but it simulates every tick.
 
 use std::time::{Duration, Instant};
 
-/// What `slower` and `faster` go through (simulated seconds per second).
+/// The speeds through which the keys `-` and `+` step (simulated seconds per second).
 pub const SPEEDS: [f64; 7] = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0];
 
-/// One frame spends no more than this on catching up where the physics is slower than the wall,
+/// Longest time that a frame spends on catching up if physics is slower than real time.
 const PATIENCE: Duration = Duration::from_millis(400);
-/// and no more than this where it is not: beyond it the window would no longer answer.
+/// Longest time that a frame spends on catching up in any case, since the window does not respond during it.
 const LONGEST: Duration = Duration::from_secs(3);
 
-/// No frame is to bring more of the wall's time (s): what lasts longer is no slow frame but a display that stood still,
-/// or a program that was stopped.
+/// Most real time that counts for a frame (s). After a longer time the display stood still or the program was stopped,
+/// and the simulation goes on where it was.
 const LONGEST_FRAME_S: f64 = 3.0;
 
-/// Frames that a display shows in a second: what is not drawn of them counts as dropped.
+/// Frames that a display shows in a second. Those that are not drawn count as dropped.
 const DISPLAY_HZ: f64 = 60.0;
 
-/// Keeps a simulation in step with the wall.
+/// Keeps a simulation in step with real time.
 #[derive(Debug)]
 pub struct FrameClock {
-    /// Simulated seconds per second, as wished.
+    /// Chosen speed (simulated seconds per second).
     pub speed: f64,
     pub paused: bool,
     last: Instant,
-    /// Wall time of the last frame (s).
+    /// Real time of the last frame (s).
     pub frame_s: f64,
-    /// Simulated time that is due (s).
+    /// Simulated time that is still to be computed (s).
     due_s: f64,
-    /// Simulated time that was due and never came (s): physics was slower than the wall.
+    /// Simulated time that was skipped (s), since physics was slower than real time.
     pub lost_s: f64,
-    /// Frames drawn, and those of the display that were not.
+    /// Number of frames that were drawn.
     pub frames: u64,
+    /// Number of frames of the display that were not drawn.
     pub dropped: u64,
-    /// Simulated seconds per second, of late; None while paused, or where that is not known yet.
+    /// Measured speed over the last second (simulated seconds per second). None while paused, and until it is known.
     pub factor: Option<f64>,
-    /// Frames drawn per second, of late.
+    /// Frames per second, over the last second.
     pub frames_per_s: f64,
-    /// What the two are taken over: simulated and wall time (s), and frames.
+    /// Simulated time (s), real time (s) and frames since both were measured last.
     stretch: [f64; 3],
 }
 
@@ -58,30 +59,30 @@ impl FrameClock {
         }
     }
 
-    /// The next speed of the list, up or down.
+    /// Chooses the next speed of the list, up or down.
     pub fn change_speed(&mut self, up: bool) {
         let (slower, faster) = (|s: &f64| *s < self.speed * (1.0 - 1e-6), |s: &f64| *s > self.speed * (1.0 + 1e-6));
         let other = if up { SPEEDS.into_iter().find(faster) } else { SPEEDS.into_iter().rfind(slower) };
         self.set_speed(other.unwrap_or(self.speed));
     }
 
-    /// Goes on at another speed. How fast it was before says nothing of that.
+    /// Chooses a speed, and measures the speed anew.
     pub fn set_speed(&mut self, speed: f64) {
         self.speed = speed;
         self.forget();
     }
 
-    /// Begins to measure anew.
+    /// Discards the measured speed and begins to measure anew.
     fn forget(&mut self) {
         (self.factor, self.stretch) = (None, [0.0; 3]);
     }
 
-    /// What has passed since the last frame is not to be simulated: the window was not there yet.
+    /// Ignores the time since the last frame, in which the window was not open yet.
     pub fn skip(&mut self) {
         self.last = Instant::now();
     }
 
-    /// Begins a frame: the wall time since the last one becomes due.
+    /// Begins a frame: the real time since the last one is to be simulated.
     pub fn begin_frame(&mut self) {
         let stood_s = self.last.elapsed().as_secs_f64();
         let passed_s = stood_s.min(LONGEST_FRAME_S);
@@ -106,9 +107,9 @@ impl FrameClock {
         self.stretch[2] += 1.0;
     }
 
-    /// Runs `advance` by `step_s` of simulated time as often as is due; it says whether it can go on. What a machine
-    /// whose physics is slower than the wall cannot do in time is lost: the simulation is complete, but late. Where
-    /// only drawing is slow a frame takes as long as it needs: the next ones need less.
+    /// Calls `advance`, which simulates `step_s` (s), as often as is due, until it returns false. If physics is slower
+    /// than real time, the time that is still due is dropped: every tick is simulated, but the simulation falls behind
+    /// real time. If only drawing is slow, all that is due is simulated, and the next frames have less to do.
     pub fn catch_up(&mut self, step_s: f64, mut advance: impl FnMut() -> bool) {
         let (start, mut done_s) = (Instant::now(), 0.0);
         while self.due_s >= step_s {
@@ -137,7 +138,7 @@ mod tests {
     use std::thread::sleep;
 
     #[test]
-    fn all_time_that_passes_is_simulated_however_few_frames_there_are() {
+    fn all_time_is_simulated_with_any_number_of_frames() {
         let mut clock = FrameClock::new(0.5);
         let (start, mut ticks) = (Instant::now(), 0);
         for pause_ms in [5, 60, 110, 3] {
@@ -169,7 +170,7 @@ mod tests {
             ticks += 1;
             true
         });
-        // Three seconds at twice the speed, but for what rounding leaves.
+        // Three seconds at twice the speed are 3000 ticks, or one less by rounding.
         assert!((2999..=3000).contains(&ticks) && clock.lost_s == 0.0, "{ticks} {}", clock.lost_s);
         assert!(clock.stretch[0] <= clock.speed * clock.stretch[1], "{:?}", clock.stretch);
     }
@@ -187,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn only_physics_that_is_slower_than_the_wall_loses_time() {
+    fn only_physics_slower_than_real_time_loses_time() {
         let ticks = |tick_ms: u64, speed: f64| {
             let mut clock = FrameClock { due_s: 2.0, ..FrameClock::new(speed) };
             let mut ticks = 0;
@@ -198,17 +199,17 @@ mod tests {
             });
             (ticks, clock.lost_s, clock.due_s)
         };
-        // Longer than the patience, but faster than the wall.
+        // This takes longer than the patience, but is faster than real time.
         let (done, lost_s, due_s) = ticks(6, 1.0);
         assert!(done >= 99 && lost_s == 0.0 && due_s < 0.0201, "{done} {lost_s} {due_s}");
-        // Slower: it stops when the patience ends.
+        // This is slower than real time, and stops when the patience ends.
         let (done, lost_s, due_s) = ticks(6, 4.0);
         assert!((10..90).contains(&done) && due_s == 0.0, "{done} {due_s}");
         assert!((lost_s - (2.0 - 0.02 * f64::from(done))).abs() < 1e-6, "{lost_s}");
     }
 
     #[test]
-    fn the_factor_is_that_of_the_speed_and_of_what_goes_on() {
+    fn the_measured_speed_is_forgotten_when_the_speed_changes_or_time_stops() {
         let measured = || {
             let mut clock = FrameClock { stretch: [2.0, 1.0, 1.0], ..FrameClock::new(2.0) };
             clock.begin_frame();

@@ -1,4 +1,4 @@
-//! Colours of what is around the robot in the window, and what the window makes of colours.
+//! Colours of the window, and their conversions for egui and for the graphics card.
 
 use super::triangles::Rgb;
 use crate::render::scene::palette::{Color, Overlay};
@@ -9,34 +9,36 @@ pub const FLOOR: Color = Color(0xcf, 0xd6, 0xde);
 pub const GRID: Color = Color(0xb4, 0xbe, 0xc9);
 pub const SHADOW: Color = Color(0xb3, 0xbb, 0xc5);
 pub const INK: Color = Color(0x1f, 0x29, 0x33);
-/// Of words on what is well, and on what is not.
+/// Colour of good news.
 pub const WELL: Color = Overlay::Dcm.color();
+/// Colour of bad news.
 pub const BADLY: Color = Overlay::Zmp.color();
 pub const PUSH: Color = Overlay::Push.color();
 
 impl Color {
+    /// The colour for egui.
     pub fn egui(self) -> Color32 {
         Color32::from_rgb(self.0, self.1, self.2)
     }
 
-    /// With an opacity, 0 to 1.
+    /// The colour for egui, with an opacity from 0 to 1.
     pub fn faint(self, opacity: f32) -> Color32 {
         self.egui().gamma_multiply(opacity)
     }
 
-    /// For what the material draws: light, not code values.
+    /// The colour as linear light, which is what the material draws.
     pub fn linear(self) -> Rgb {
         light(self.parts())
     }
 
-    /// For lines and the background, which are drawn as light too.
+    /// The colour for lines and the background, which are drawn as linear light, too.
     pub fn line(self) -> kiss3d::color::Color {
         let rgb = self.linear();
         kiss3d::color::Color::new(rgb.x, rgb.y, rgb.z, 1.0)
     }
 }
 
-/// Light of an sRGB colour (code values, 0 to 1).
+/// Linear light of an sRGB colour (code values from 0 to 1).
 pub fn light(color: [f64; 3]) -> Rgb {
     let of = |code: f64| if code <= 0.04045 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) };
     let [r, g, b] = color.map(|code| of(code) as f32);
@@ -49,7 +51,7 @@ mod tests {
 
     #[test]
     fn colours_become_light() {
-        // Middle grey as the standard's table has it.
+        // Middle grey has this value in the table of the standard.
         let light = light([0.0, 0.5, 1.0]);
         assert!(light.x == 0.0 && (light.y - 0.214).abs() < 1e-3 && (light.z - 1.0).abs() < 1e-6, "{light}");
     }

@@ -1,32 +1,32 @@
-//! What a person can ask for, and by which keys.
+//! The wishes of the user, and the keys for them.
 
 use crate::render::scene::palette::Overlay;
 use kiss3d::event::{Action, Key};
 use std::time::{Duration, Instant};
 
-/// One wish, from a key or from the panel.
+/// A wish of the user, from a key or from the panel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Wish {
     Pause,
-    /// This many control ticks, back if negative; pauses.
+    /// Pause, and go on by this many control ticks, or back if negative.
     Ticks(i64),
     Restart,
     Faster,
     Slower,
     Speed(f64),
     Push,
-    /// Of the next push (N s).
+    /// Impulse of the next push (N s).
     Impulse(f64),
-    /// Of the next push, harder by so many steps, softer if negative.
+    /// Make the next push harder by this many steps, or softer if negative.
     Harder(i32),
-    /// Of the next push, turned (degrees).
+    /// Turn the next push to the left (degrees).
     Heading(f64),
-    /// The gain set with this number, from 0.
+    /// Choose the gain set with this number, from 0.
     GainSet(usize),
     Toggle(Overlay),
-    /// To this time of a recording (s).
+    /// Go to this time of a recording (s).
     Seek(f64),
-    /// By so much time of a recording (s).
+    /// Go on by this time in a recording (s), or back if negative.
     Skip(f64),
     ResetCamera,
     Help,
@@ -34,14 +34,14 @@ pub enum Wish {
 }
 
 impl Wish {
-    /// Whether a key that is held asks for it again and again.
+    /// Whether a key that is held repeats the wish.
     fn repeats(self) -> bool {
         use Wish::{Faster, Harder, Heading, Skip, Slower, Ticks};
         matches!(self, Ticks(_) | Harder(_) | Heading(_) | Skip(_) | Faster | Slower)
     }
 }
 
-/// What mouse and keys do in a live view.
+/// The help on mouse and keys in a live view.
 pub const LIVE_HELP: [(&str, &str); 13] = [
     ("drag the robot", "pulls the link under the mouse"),
     ("drag elsewhere", "turns the view; right drag moves it"),
@@ -58,7 +58,7 @@ pub const LIVE_HELP: [(&str, &str); 13] = [
     ("H; Q or Esc", "hides this help; quits"),
 ];
 
-/// And in a recording.
+/// The help on mouse and keys in a recording.
 pub const RECORDED_HELP: [(&str, &str); 9] = [
     ("drag", "turns the view; right drag moves it"),
     ("wheel", "zooms"),
@@ -71,22 +71,22 @@ pub const RECORDED_HELP: [(&str, &str); 9] = [
     ("H; Q or Esc", "hides this help; quits"),
 ];
 
-/// A key that is held is pressed again sooner than this. One that was let go where the window was not told of it
-/// (another one had the keyboard) is not.
+/// Longest time between the repeated presses of a key that is held. After a longer time the key was released while
+/// another window had the keyboard, so that this window was not told.
 const LONGEST_REPEAT: Duration = Duration::from_secs(3);
 
-/// The keys that are down. A press is told as the place of a key, and then as the sign that it has there: letters and
-/// signs go by what is printed on the person's keyboard, what has a name and the digits by their place.
+/// The keys that are down. The window reports a press first as the place of the key, then as the character that the key
+/// has on the user's keyboard. Letters and signs go by the character; digits and keys with a name go by the place.
 #[derive(Debug, Default)]
 pub struct Keyboard {
-    /// Each with its last press.
+    /// The keys that are down, each with the time of its last press.
     down: Vec<(Key, Instant)>,
-    /// The key whose sign comes next; whether it was held already.
+    /// The key whose character comes next, and whether it was held before.
     struck: Option<(Key, bool)>,
 }
 
 impl Keyboard {
-    /// A key goes down, or up: what it asks for by its name, live or of a recording.
+    /// The wish of a key that goes down or up, if the key has a name, in a live view or a recording.
     pub fn key(&mut self, key: Key, action: Action, live: bool) -> Option<Wish> {
         let before = self.down.iter().position(|(down, _)| *down == key).map(|i| self.down.swap_remove(i).1);
         if action == Action::Release {
@@ -99,17 +99,17 @@ impl Keyboard {
         named(key, live).filter(|wish| !is_held || wish.repeats())
     }
 
-    /// The sign of the key that was pressed: what it asks for.
+    /// The wish of the character of the key that was pressed.
     pub fn sign(&mut self, sign: char, live: bool) -> Option<Wish> {
         let (key, is_held) = self.struck.take()?;
-        // Where letters are not Latin their keys are known by their place.
+        // On a keyboard without Latin letters, keys go by their place.
         let sign = if sign.is_ascii() { Some(sign.to_ascii_lowercase()) } else { in_place(key) };
         let digit = || in_place(key)?.to_digit(10)?.checked_sub(1).filter(|_| live).map(|i| Wish::GainSet(i as usize));
         sign.and_then(|sign| signed(sign, live)).or_else(digit).filter(|wish| !is_held || wish.repeats())
     }
 }
 
-/// What a key that has a name asks for.
+/// The wish of a key with a name.
 fn named(key: Key, live: bool) -> Option<Wish> {
     Some(match (key, live) {
         (Key::Space, _) => Wish::Pause,
@@ -117,7 +117,7 @@ fn named(key: Key, live: bool) -> Option<Wish> {
         (Key::Return | Key::NumpadEnter, true) => Wish::Push,
         (Key::Up, true) => Wish::Harder(1),
         (Key::Down, true) => Wish::Harder(-1),
-        // Headings turn to the left.
+        // A larger heading is farther to the left.
         (Key::Left, true) => Wish::Heading(15.0),
         (Key::Right, true) => Wish::Heading(-15.0),
         (Key::Left, false) => Wish::Skip(-0.1),
@@ -128,7 +128,7 @@ fn named(key: Key, live: bool) -> Option<Wish> {
     })
 }
 
-/// What a letter (lower case) or another sign asks for.
+/// The wish of a letter (lower case) or another sign.
 fn signed(sign: char, live: bool) -> Option<Wish> {
     if let Some(overlay) = Overlay::ALL.into_iter().find(|overlay| overlay.look().key == sign) {
         return Some(Wish::Toggle(overlay));
@@ -147,7 +147,7 @@ fn signed(sign: char, live: bool) -> Option<Wish> {
     })
 }
 
-/// The letter, digit or sign of a key where its keyboard is that of the United States.
+/// The letter, digit or sign of a key on a keyboard of the United States.
 fn in_place(key: Key) -> Option<char> {
     match key {
         Key::Period => Some('.'),
@@ -165,7 +165,7 @@ fn in_place(key: Key) -> Option<char> {
 mod tests {
     use super::*;
 
-    /// What a press asks for; the key stays down.
+    /// The wishes of a press after which the key stays down.
     fn press(keyboard: &mut Keyboard, key: Key, sign: Option<char>, live: bool) -> Vec<Wish> {
         let named = keyboard.key(key, Action::Press, live);
         named.into_iter().chain(sign.and_then(|sign| keyboard.sign(sign, live))).collect()
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_that_is_held_does_once_what_is_done_once() {
+    fn a_held_key_repeats_only_some_wishes() {
         for (key, sign, repeats) in [
             (Key::Return, '\r', false),
             (Key::Space, ' ', false),
@@ -214,7 +214,7 @@ mod tests {
             assert_eq!([count(), count(), count()], if repeats { [1, 1, 1] } else { [1, 0, 0] }, "{key:?}");
             keyboard.key(key, Action::Release, true);
             assert_eq!(press(&mut keyboard, key, Some(sign), true).len(), 1, "{key:?} again");
-            // It was let go, and nobody told.
+            // The key was released, and the window was not told.
             keyboard.down[0].1 -= LONGEST_REPEAT;
             assert_eq!(press(&mut keyboard, key, Some(sign), true).len(), 1, "{key:?} another time");
         }
@@ -223,7 +223,7 @@ mod tests {
     #[test]
     fn letters_and_signs_go_by_what_is_printed_on_the_keys() {
         let french = [
-            // A where others have Q, and Q where they have A.
+            // A is where other keyboards have Q, and Q where they have A.
             (Key::Q, 'a', None),
             (Key::A, 'q', Some(Wish::Quit)),
             (Key::Key6, '-', Some(Wish::Slower)),
@@ -234,7 +234,7 @@ mod tests {
         let others = [
             (Key::Equals, '+', Some(Wish::Faster)),
             (Key::H, 'H', Some(Wish::Help)),
-            // Cyrillic.
+            // These are Cyrillic letters.
             (Key::Q, '\u{439}', Some(Wish::Quit)),
             (Key::Period, '\u{44e}', Some(Wish::Ticks(1))),
         ];

@@ -1,4 +1,4 @@
-//! The robot live in the closed loop: pushed, pulled, and with the gain set that a person chooses.
+//! A live simulation, in which the user pushes and pulls the robot and chooses the gain set.
 
 use super::pick::Grab;
 use super::plots::{Plotted, Trail};
@@ -9,12 +9,12 @@ use crate::robot::Kinematics;
 use crate::sim::Push;
 use nalgebra::Point3;
 
-/// Duration of a push by key (s), that of a campaign's.
+/// Duration of a push by key (s), the same as the default of campaigns.
 const PUSH_S: f64 = 0.05;
-/// For how long a push stays in the picture after its end (s): it is shorter than many a frame.
+/// How long a push stays in the picture after its end (s), since it may be shorter than a frame.
 const LINGERING_S: f64 = 0.25;
 
-/// A push that weakens to less is over (N).
+/// A push with less force than this is over (N).
 const LEAST_N: f64 = 0.1;
 
 /// A running simulation.
@@ -25,42 +25,42 @@ pub struct Live<'a> {
     /// Index into `world.designs`.
     pub acting: usize,
     pub now: Snapshot,
-    /// Where the links are now.
+    /// Kinematics of the present posture.
     pub kinematics: Kinematics,
     pub trail: Trail,
-    /// A hand that holds a link.
+    /// The pull of the mouse on a link, if it holds one.
     pub grab: Option<Grab>,
-    /// The last push that acted: to when (s), and as it was last seen.
+    /// The last push: the time until which it is shown (s), and its last force.
     lingering: Option<(f64, Arrow)>,
     pub counts: LiveCounts,
-    /// Of the COM.
+    /// Position of the COM at the start (m).
     start: Point3<f64>,
 }
 
-/// What happened since the window was opened.
+/// Counts of what happened since the window was opened.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct LiveCounts {
     pub pushes: u32,
     pub drags: u32,
-    /// The largest force of a drag (N).
+    /// Largest force of a drag (N).
     pub drag_n: f64,
     pub switches: u32,
     pub restarts: u32,
     pub ticks: u64,
-    /// Of the ticks, those that were asked for one by one.
+    /// Number of ticks that were simulated one by one.
     pub single_ticks: u32,
     pub falls: u32,
-    /// How far the COM was from where it began, over the ground, at most (m).
+    /// Largest horizontal distance of the COM from its start (m).
     pub com_m: f64,
 }
 
 impl<'a> Live<'a> {
-    /// At home, at rest, with the first gain set.
+    /// A simulation that starts at rest at home, with the first gain set.
     pub fn new(world: &'a World) -> Self {
         Self::start(world, 0, LiveCounts::default())
     }
 
-    /// From the start again, with the gain set that acts now.
+    /// Starts again, with the gain set that acts now.
     pub fn restart(&mut self) {
         let counts = LiveCounts { restarts: self.counts.restarts + 1, ..self.counts };
         *self = Self::start(self.world, self.acting, counts);
@@ -80,7 +80,7 @@ impl<'a> Live<'a> {
         Self { world, closed_loop, referee, acting, now, kinematics, trail, grab: None, lingering: None, counts, start }
     }
 
-    /// One control period. False once the simulation has no numbers left to go on with.
+    /// Simulates one control period. False if the simulation cannot go on, since it has diverged.
     pub fn advance(&mut self) -> bool {
         if self.referee.record.outcome == Outcome::Diverged {
             return false;
@@ -107,7 +107,7 @@ impl<'a> Live<'a> {
         true
     }
 
-    /// A push that starts now.
+    /// Pushes the robot, from now on.
     pub fn push(&mut self, impulse_n_s: f64, heading_deg: f64) {
         let start_s = self.now.time_s;
         self.closed_loop.pushes.push(Push { impulse_n_s, heading_deg, duration_s: PUSH_S, start_s, ..Push::default() });
@@ -115,29 +115,29 @@ impl<'a> Live<'a> {
         self.judge_anew();
     }
 
-    /// What was judged is no longer true after a push, a pull, or with other gains. The judge waits for the last push
-    /// to end; it need not watch who has fallen.
+    /// Judges anew after a push, a pull or a change of gains, unless the robot has fallen. The referee waits for the
+    /// last push to end.
     fn judge_anew(&mut self) {
         if matches!(self.referee.record.outcome, Outcome::TimedOut | Outcome::Recovered) {
             self.referee = Referee::new(&self.world.simulated, &self.world.config, &self.closed_loop.pushes);
         }
     }
 
-    /// Takes hold of a link.
+    /// Begins to pull on a link.
     pub fn take(&mut self, grab: Grab) {
         self.grab = Some(grab);
         self.counts.drags += 1;
         self.judge_anew();
     }
 
-    /// Lets go.
+    /// Ends the pull.
     pub fn let_go(&mut self) {
         if self.grab.take().is_some() {
             self.judge_anew();
         }
     }
 
-    /// Goes on with another gain set of the world, if it has so many.
+    /// Goes on with the gain set of this index, if there is one.
     pub fn switch_to(&mut self, index: usize) {
         if let Some(design) = self.world.designs.get(index).filter(|_| index != self.acting) {
             self.acting = index;
@@ -147,7 +147,7 @@ impl<'a> Live<'a> {
         }
     }
 
-    /// The force of a push that acts or acted a moment ago, unless a hand holds the robot; and that of the hand.
+    /// The force of a push that acts or has just ended (None while the mouse pulls), and the force of the mouse.
     pub fn forces(&self) -> (Option<Arrow>, Option<Arrow>) {
         let lingering = self.lingering.filter(|(until_s, _)| self.grab.is_none() && self.now.time_s <= *until_s);
         (lingering.map(|(_, push)| push), self.grab.map(|grab| grab.arrow(&self.kinematics)))

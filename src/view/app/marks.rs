@@ -1,4 +1,4 @@
-//! The marks of the scene in the window: drawn over the picture, so that the robot does not hide them. And names.
+//! Marks and names in the window, drawn over the picture, so that the robot does not hide them.
 
 use super::aim::Aim;
 use super::camera::Lens;
@@ -12,21 +12,23 @@ use kiss3d::egui::epaint::PathShape;
 use kiss3d::egui::{self, Align2, Color32, FontId, Painter, Pos2, Shape, pos2, vec2};
 use nalgebra::{Point2, Point3};
 
-/// Of names and sizes.
+/// Font of names and sizes.
 const FONT: FontId = FontId::proportional(13.0);
-/// A picture with marks on it.
+
+/// Draws marks on a picture.
 pub struct Marks<'a> {
     pub painter: Painter,
     pub lens: &'a Lens,
     pub ground: Ground,
-    /// Of the robot.
+    /// Size of the robot.
     pub scale: RobotScale,
 }
 
 impl Marks<'_> {
+    /// Draws a mark.
     pub fn draw(&self, mark: &Mark) {
         strokes(mark, |at| self.seen(at)).iter().for_each(|stroke| self.stroke(stroke));
-        // Only a person's force has its size at it: away from the robot, as far as the words reach.
+        // Only pushes and pulls have their size written at the end of the arrow that is away from the robot.
         if let (Overlay::Push, Drawing::Arrow { tail, along, ends, force_n, .. }) = (mark.overlay, &mark.drawing)
             && let (Some(from), Some(to)) = (self.lens.project(tail), self.lens.project(&(tail + along)))
         {
@@ -38,7 +40,7 @@ impl Marks<'_> {
         }
     }
 
-    /// Where in the picture a place is seen.
+    /// Place in the picture of a point in the world.
     fn seen(&self, at: &Point3<f64>) -> Option<At> {
         self.lens.project(at).map(|at| [at.x.into(), at.y.into()])
     }
@@ -54,7 +56,7 @@ impl Marks<'_> {
         });
     }
 
-    /// Where the next push goes: an arrow on the floor, outside of the feet.
+    /// Draws the next push as an arrow on the floor, outside of the feet.
     pub fn aim(&self, now: &Snapshot, aim: &Aim) {
         let (sin, cos) = aim.heading_deg.to_radians().sin_cos();
         let middle = nalgebra::center(&now.soles.left.xy(), &now.soles.right.xy());
@@ -69,7 +71,7 @@ impl Marks<'_> {
         self.at(at(-0.34), |painter, place| self.text(painter, place, &text, faint));
     }
 
-    /// The axes' names, at the ends of the grid.
+    /// Writes the names of the axes at the ends of the grid.
     pub fn axes(&self) {
         let end_m = space::grid_m(self.scale) + 0.05 * self.scale.length();
         for (name, x, y) in [("x, forward", end_m, 0.0), ("y, left", 0.0, end_m)] {
@@ -78,7 +80,7 @@ impl Marks<'_> {
         }
     }
 
-    /// Names a link at the mouse.
+    /// Writes the name of a link beside the mouse.
     pub fn name(&self, at: Pos2, text: &str) {
         self.text(&self.painter, at + vec2(14.0, -14.0), text, colors::INK);
     }

@@ -1,4 +1,4 @@
-//! The window's loop: what a person asks for, time that passes, the next picture.
+//! The window and its loop: take the user's input, simulate the time that has passed, and draw the next picture.
 
 mod aim;
 mod camera;
@@ -46,11 +46,11 @@ use world::World;
 
 /// Size of the window at the start (pixels).
 const SIZE: (u32, u32) = (1200, 720);
-/// Fewer frames a second than this: the machine draws without a graphics card, and edges are no longer smoothed.
+/// With fewer frames per second than this, the machine draws without a graphics card, and edges are no longer smoothed.
 const SLOW_FRAMES_PER_S: f64 = 25.0;
 
-/// Opens the window, and returns what happened when it is closed. Errors: what is named is not there or not accepted;
-/// there can be no window ([`Error::NoWindow`]); the picture cannot be written.
+/// Opens the window and, after it was closed, returns what happened. Fails for bad options, if no window can be opened
+/// ([`Error::NoWindow`]), or if the picture cannot be written.
 pub fn run(args: &Options) -> Result<String> {
     check(args)?;
     match (&args.dir, args.trial) {
@@ -67,6 +67,7 @@ pub fn run(args: &Options) -> Result<String> {
     }
 }
 
+/// Checks the options that are neither files nor names.
 fn check(args: &Options) -> Result<()> {
     let positive = |name: &str, value: f64, most: f64| {
         if value > 0.0 && value <= most {
@@ -78,6 +79,7 @@ fn check(args: &Options) -> Result<()> {
     args.seconds.map_or(Ok(()), |seconds| positive("--seconds", seconds, 1e6))
 }
 
+/// The window and its state.
 struct App<'a> {
     window: Window,
     camera: OrbitCamera3d,
@@ -90,7 +92,7 @@ struct App<'a> {
     keyboard: Keyboard,
     help: bool,
     quits: bool,
-    /// Where the mouse was last seen (pixels).
+    /// Last position of the mouse (pixels).
     cursor: Option<(f64, f64)>,
 }
 
@@ -101,7 +103,7 @@ impl<'a> App<'a> {
         let mut window = window::open("standfast", SIZE.0, SIZE.1)?;
         window.set_background_color(colors::SKY.line());
         window.set_shadows_enabled(false);
-        // Colours as they are named.
+        // Without tone mapping, colours are drawn as they are defined.
         window.set_tonemap(Tonemap::None);
         window.rebind_close_key(None);
         window.egui_context_mut().set_theme(Theme::Light);
@@ -128,7 +130,7 @@ impl<'a> App<'a> {
             let mut wishes = self.input();
             self.clock.begin_frame();
             self.advance();
-            // Not under a hand: what it holds would move with the picture.
+            // While the mouse pulls, the camera stays, since it would move the point that the mouse holds.
             if !matches!(&self.show, Show::Live(live) if live.grab.is_some()) {
                 self.leash.pull(&mut self.camera, &self.show.now().com, self.clock.frame_s);
             }
@@ -137,7 +139,7 @@ impl<'a> App<'a> {
             let goes_on = match window::render(&mut self.window, &mut self.space.root, &mut self.camera) {
                 Ok(goes_on) => goes_on,
                 Err(error) => {
-                    // A window that is gone cannot be closed.
+                    // Closing a window that is lost would fail again.
                     std::mem::forget(self);
                     return Err(error);
                 }
@@ -164,14 +166,14 @@ impl<'a> App<'a> {
         let FrameClock { frames, dropped, lost_s, .. } = self.clock;
         let (frames, seconds) = (several(frames, "frame", "frames"), start.elapsed().as_secs_f64());
         let mut drawn = format!("{frames} drawn, {dropped} dropped, in {seconds:.1} s");
-        // Less is none in what is printed.
+        // A smaller delay would be printed as 0.0 s.
         if lost_s >= 0.05 {
             drawn += &format!("; the physics fell behind real time by {lost_s:.1} s");
         }
         Ok(format!("{}; {drawn}\n", self.show.account()))
     }
 
-    /// What the keys ask for; the mouse takes hold of the robot here.
+    /// The wishes of the keys since the last frame. The mouse acts on the robot at once.
     fn input(&mut self) -> Vec<Wish> {
         let (mut wishes, live) = (Vec::new(), self.show.is_live());
         for event in self.window.events().iter() {
@@ -198,7 +200,7 @@ impl<'a> App<'a> {
         wishes
     }
 
-    /// Takes hold of the link under the mouse or near to it; else the camera turns.
+    /// Begins to pull on the link under the mouse or near to it. If there is none, the camera turns.
     fn take(&mut self) {
         let (lens, mouse) = (self.lens(), self.mouse());
         let (Show::Live(live), Some(mouse)) = (&mut self.show, mouse) else { return };
@@ -215,7 +217,7 @@ impl<'a> App<'a> {
         self.camera.rebind_rotate_button(Some(MouseButton::Button1));
     }
 
-    /// Lets the time that has passed pass in the simulation.
+    /// Simulates or plays the time that has passed.
     fn advance(&mut self) {
         let step_s = self.show.step_s();
         match &mut self.show {
@@ -233,7 +235,7 @@ impl<'a> App<'a> {
         let marks = self.show.marks(&self.space.stage, &self.shown);
         self.space.draw(self.show.now(), self.show.kinematics(), &marks, eye, &mut self.window);
         let mouse = self.mouse().filter(|_| !self.window.is_egui_capturing_mouse());
-        // Opens a frame of the context, which the handle then stands for.
+        // This begins a frame of egui, to which the context below then belongs.
         self.window.draw_ui(|_| {});
         let ctx = &self.window.egui_context().clone();
         let (now, stage) = (self.show.now(), &self.space.stage);
@@ -259,6 +261,7 @@ impl<'a> App<'a> {
         }
     }
 
+    /// Does what the user wishes.
     fn grant(&mut self, wish: Wish) {
         log::debug!("{wish:?}");
         match (wish, &mut self.show) {
@@ -317,7 +320,7 @@ impl<'a> App<'a> {
         }
     }
 
-    /// The mouse in the picture (points of egui).
+    /// Position of the mouse (points of egui).
     fn mouse(&self) -> Option<Pos2> {
         let scale = self.window.scale_factor();
         self.cursor.map(|(x, y)| pos2((x / scale) as f32, (y / scale) as f32))

@@ -1,4 +1,4 @@
-//! The panel at the right: what acts, how the robot fares, and all that keys can do, by mouse.
+//! The panel at the right: the state of controller and robot, and controls for everything that keys can do.
 
 use super::aim::Aim;
 use super::clock::{FrameClock, SPEEDS};
@@ -15,12 +15,12 @@ use kiss3d::egui::{
 
 /// Width of the panel (points).
 pub const WIDTH: f32 = 340.0;
-/// A line of text with what separates it from the next.
+/// Height of a line of text with the space after it (points).
 const LINE: f32 = 22.0;
-/// Least height of a plot; where two do not fit the panel scrolls.
+/// Smallest height of a plot (points). If two plots do not fit, the panel scrolls.
 const LEAST_PLOT: f32 = 80.0;
 
-/// What the panel tells of.
+/// What the panel shows.
 pub struct Seen<'a> {
     pub show: &'a Show<'a>,
     pub clock: &'a FrameClock,
@@ -29,7 +29,7 @@ pub struct Seen<'a> {
     pub scale: RobotScale,
 }
 
-/// Draws the panel and adds what is asked for.
+/// Draws the panel, and adds the wishes of the user.
 pub fn draw(ctx: &Context, seen: &Seen, wishes: &mut Vec<Wish>) {
     let height = ctx.content_rect().height();
     let frame = Frame::NONE.fill(Color32::from_rgb(0xf8, 0xf9, 0xfb)).inner_margin(Margin::same(12));
@@ -67,8 +67,9 @@ pub fn draw(ctx: &Context, seen: &Seen, wishes: &mut Vec<Wish>) {
     });
 }
 
+/// The gain sets, the verdict, and the state of the controller.
 fn state(ui: &mut Ui, show: &Show, wishes: &mut Vec<Wish>) {
-    // Slow to fast.
+    // Names of the gains, slow to fast.
     let gains: Vec<&str> = match show {
         Show::Recorded(recorded) => {
             ui.heading(format!("trial {} of {}", recorded.trial, recorded.film.gain_set));
@@ -131,6 +132,7 @@ fn state(ui: &mut Ui, show: &Show, wishes: &mut Vec<Wish>) {
     });
 }
 
+/// The time, the measured speed, and their controls.
 fn time(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
     let (clock, is_live) = (seen.clock, seen.show.is_live());
     ui.horizontal_wrapped(|ui| {
@@ -140,13 +142,13 @@ fn time(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
             None => (String::new(), false),
             Some(factor) => {
                 let late = factor < 0.9 * clock.speed && is_live;
-                let late_words = if late { "the physics is late, " } else { "" };
+                let late_words = if late { "physics is slow: " } else { "" };
                 (format!("{late_words}{factor:.2} of real time, {:.0} frames/s", clock.frames_per_s), late)
             }
         };
         ui.label(if slow { RichText::new(text).color(colors::BADLY.egui()) } else { RichText::new(text).weak() });
     });
-    // A recording has them at its time line.
+    // In a recording, these buttons are beside the time line.
     if is_live {
         ui.horizontal(|ui| {
             let pause = if clock.paused { "Go on" } else { "Pause" };
@@ -166,6 +168,7 @@ fn time(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
     });
 }
 
+/// The button that pushes, with impulse and heading.
 fn push(ui: &mut Ui, aim: Aim, wishes: &mut Vec<Wish>) {
     ui.horizontal(|ui| {
         let button = Button::new(RichText::new("Push").color(Color32::WHITE)).fill(colors::PUSH.egui());
@@ -181,6 +184,7 @@ fn push(ui: &mut Ui, aim: Aim, wishes: &mut Vec<Wish>) {
     });
 }
 
+/// The check boxes of the overlays.
 fn overlays(ui: &mut Ui, shown: &[Overlay], wishes: &mut Vec<Wish>) {
     Grid::new("overlays").num_columns(2).spacing([8.0, 2.0]).show(ui, |ui| {
         for (i, overlay) in Overlay::ALL.into_iter().enumerate() {
@@ -199,7 +203,7 @@ fn overlays(ui: &mut Ui, shown: &[Overlay], wishes: &mut Vec<Wish>) {
     });
 }
 
-/// The keys, at the upper left of the picture.
+/// The help on keys, at the upper left of the picture.
 pub fn help(ctx: &Context, live: bool) {
     let lines = if live { &LIVE_HELP[..] } else { &RECORDED_HELP[..] };
     let frame = Frame::NONE.fill(Color32::from_white_alpha(210)).corner_radius(6).inner_margin(Margin::same(8));

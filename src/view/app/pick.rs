@@ -1,4 +1,4 @@
-//! A hand on the robot: which link is under the mouse or near to it (Parry's ray cast), and the spring by which it is dragged.
+//! Pulls by mouse: finds the link under the mouse or near to it (by Parry's ray cast), and pulls it with a spring.
 
 use super::camera::{Lens, Sight};
 use crate::episode::snapshot::Arrow;
@@ -14,11 +14,11 @@ use parry3d::query::{Ray, RayCast};
 use parry3d::shape::Triangle;
 use std::f32::consts::TAU;
 
-/// Of the spring between hand and robot (N/m), for a robot of UT-mu2's size.
+/// Stiffness of the spring between hand and robot, for a robot of the size of UT-mu2 (N/m).
 const STIFFNESS_N_M: f64 = 150.0;
-/// And no more than this (N): about half of its weight.
+/// Largest force of the spring for this robot (N), about half of its weight.
 const MOST_N: f64 = 40.0;
-/// Nothing is farther (m).
+/// Length of the ray (m).
 const REACH_M: f32 = 100.0;
 
 /// A point of a link.
@@ -26,12 +26,12 @@ const REACH_M: f32 = 100.0;
 pub struct Hit {
     /// Index into `Robot::links`.
     pub link: usize,
-    /// World.
+    /// The point (m, world frame).
     pub at: Point3<f64>,
 }
 
-/// Who means a thin arm does not hit it exactly: what is so near to the mouse is meant (points of egui), looked for on circles
-/// about it, in so many directions.
+/// Radii of the circles about the mouse on which a link is searched if there is none under the mouse (points of egui),
+/// since a thin arm is hard to hit, and number of directions on each.
 const CIRCLES: [f32; 4] = [5.0, 10.0, 15.0, 20.0];
 const DIRECTIONS: usize = 16;
 
@@ -45,7 +45,7 @@ pub fn pick_near(stage: &Stage, kinematics: &Kinematics, lens: &Lens, mouse: Pos
     hit(mouse).or_else(|| CIRCLES.into_iter().flat_map(around).find_map(hit))
 }
 
-/// The first of the drawn solids that the line of sight meets.
+/// The first solid that the ray meets.
 fn pick(stage: &Stage, kinematics: &Kinematics, sight: &Sight) -> Option<Hit> {
     let distance_m = |(solid, pose): (&Surface, Pose)| {
         let (center, radius_m) = (pose * solid.ball.0 - sight.origin, solid.ball.1);
@@ -57,7 +57,7 @@ fn pick(stage: &Stage, kinematics: &Kinematics, sight: &Sight) -> Option<Hit> {
     Some(Hit { link, at: sight.origin + sight.direction.into_inner() * distance_m })
 }
 
-/// Distance of a mesh along the line of sight (m); None beside it.
+/// Distance of a mesh along the ray (m). None if the ray misses it.
 fn distance_m(mesh: &Mesh, pose: &Pose, sight: &Sight) -> Option<f64> {
     let single = |v: Vector3<f64>| Vec3::new(v.x as f32, v.y as f32, v.z as f32);
     let origin = pose.inverse_transform_point(&sight.origin);
@@ -69,25 +69,25 @@ fn distance_m(mesh: &Mesh, pose: &Pose, sight: &Sight) -> Option<f64> {
     mesh.faces.iter().filter_map(on_face).min_by(f32::total_cmp).map(f64::from)
 }
 
-/// A point of a link that is held, and where the hand is. The hand moves with the mouse, on the plane through the place where it
-/// took hold, facing the viewer.
+/// A pull on a point of a link by a hand. The hand moves with the mouse on the plane through the point where the pull
+/// began, perpendicular to the direction of view.
 #[derive(Debug, Clone, Copy)]
 pub struct Grab {
     pub link: usize,
-    /// Where it holds, in the link's frame (m).
+    /// The point that is pulled, in the frame of the link (m).
     point: Point3<f64>,
     plane_point: Point3<f64>,
     plane_normal: Unit<Vector3<f64>>,
-    /// From where the mouse is on that plane to the hand: what was only near to the mouse is not pulled at once.
+    /// Offset from the mouse to the hand (m), so that a link that was only near to the mouse is not pulled at once.
     beside: Vector3<f64>,
-    /// The hand, world.
+    /// Position of the hand (m, world frame).
     pub hand: Point3<f64>,
-    /// Of the robot.
+    /// Size of the robot.
     scale: RobotScale,
 }
 
 impl Grab {
-    /// Takes hold of what was hit on a robot of this size, `looking` along this direction.
+    /// Begins a pull on the point that was hit. `looking` is the direction of view, and `scale` the size of the robot.
     pub fn new(
         hit: Hit,
         sight: &Sight,
@@ -105,7 +105,7 @@ impl Grab {
         grab
     }
 
-    /// Follows the mouse.
+    /// Moves the hand to the ray of the mouse.
     pub fn follow(&mut self, sight: &Sight) {
         let towards = sight.direction.dot(&self.plane_normal);
         if towards > 1e-6 {
@@ -114,19 +114,19 @@ impl Grab {
         }
     }
 
-    /// The force on the robot as it stands.
+    /// The force on the robot in its present posture.
     pub fn pull(&self, kinematics: &Kinematics) -> Pull {
         let spring = STIFFNESS_N_M * self.scale.stiffness() * (self.hand - self.held(kinematics));
         let force = spring.cap_magnitude(MOST_N * self.scale.force());
         Pull { link: self.link, point: self.point, force }
     }
 
-    /// The same, to draw.
+    /// This force as an arrow.
     pub fn arrow(&self, kinematics: &Kinematics) -> Arrow {
         Arrow { point: self.held(kinematics), force: self.pull(kinematics).force }
     }
 
-    /// Where it holds, world.
+    /// The point that is pulled (m, world frame).
     fn held(&self, kinematics: &Kinematics) -> Point3<f64> {
         kinematics.link_pose(self.link) * self.point
     }
@@ -159,16 +159,16 @@ mod tests {
         let hit = pick(&stage, &kinematics, &sight([1.0, 0.0, com.z + 0.05], -Vector3::x())).unwrap();
         assert_eq!(hit.link, robot.trunk);
         assert!((-0.1..0.2).contains(&hit.at.x), "{hit:?}");
-        // From the left the arm hides the trunk.
+        // Seen from the left, the arm hides the trunk.
         let shoulder = sight([0.0, 1.0, kinematics.link_pose(robot.trunk).translation.z], -Vector3::y());
         assert_ne!(pick(&stage, &kinematics, &shoulder).unwrap().link, robot.trunk);
         assert_eq!(pick(&stage, &kinematics, &sight([1.0, 0.0, 2.0], -Vector3::x())), None);
     }
 
-    /// Beside the head, where there is nothing else: from as near as the circles reach it is taken, and pulled only when the mouse
+    /// Beside the robot's edge, a link is picked as far away as the circles reach, and pulled only when the mouse
     /// moves.
     #[test]
-    fn what_is_near_to_the_mouse_is_taken_without_a_jerk() {
+    fn a_link_near_the_mouse_is_pulled_without_a_jerk() {
         let (robot, kinematics) = standing();
         let (stage, scale) = (Stage::new(&robot, Ground::default()), RobotScale::of(&robot));
         let lens = Lens::new(&camera(scale), vec2(860.0, 720.0));
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn every_shape_is_met_at_its_surface() {
+    fn the_ray_meets_every_shape_at_its_surface() {
         let from_above = sight([0.0, 0.0, 1.0], -Vector3::z());
         let from_aside = sight([1.0, 0.0, 0.0], -Vector3::x());
         let pose = Pose::identity();
@@ -224,7 +224,7 @@ mod tests {
         let is_near = |force: Vector3<f64>, y_n: f64| (force - Vector3::new(0.0, y_n, 0.0)).norm() < 0.01 * y_n + 1e-9;
         let [none, some, most] = forces(scale);
         assert!(is_near(none, 0.0) && is_near(some, 15.0) && is_near(most, MOST_N), "{some} {most}");
-        // A larger robot gives way by the same share of its length to the same share of its weight.
+        // On a larger robot, the same share of its length gives the same share of its weight.
         let [_, some, most] = forces(THRICE);
         assert!(is_near(some, 9.0 * 15.0) && is_near(most, 27.0 * MOST_N), "{some} {most}");
     }

@@ -1,4 +1,4 @@
-//! COM, ZMP and DCM over time, one plot for each axis.
+//! Plots of COM, ZMP and DCM over time, one for each axis.
 
 use super::colors;
 use crate::episode::Snapshot;
@@ -8,12 +8,13 @@ use kiss3d::egui::{Color32, Rangef, Ui};
 use nalgebra::Point2;
 use std::collections::VecDeque;
 
-/// What the plots show of a live run (s).
+/// Length of time that the plots show of a live simulation (s).
 pub const SPAN_S: f64 = 4.0;
-/// As many buckets of a curve are enough for the width of a plot: each keeps its least and its greatest value.
+/// Number of buckets of a curve, which is enough for the width of a plot. Each keeps its smallest and its largest
+/// value.
 const BUCKETS: usize = 150;
 
-/// What is plotted of one tick, world (m).
+/// The values of one tick that are plotted (m, world frame).
 #[derive(Debug, Clone, Copy)]
 pub struct Plotted {
     pub time_s: f64,
@@ -31,16 +32,16 @@ impl Plotted {
     }
 }
 
-/// Samples in order of time, one a tick.
+/// The samples in order of time, one for each tick.
 #[derive(Debug, Default)]
 pub struct Trail {
     samples: VecDeque<Plotted>,
-    /// How many came before those that are left.
+    /// Number of samples that were removed at the front.
     gone: usize,
 }
 
 impl Trail {
-    /// Adds the newest; those that are older than the plots show go.
+    /// Adds a sample, and removes those that are too old for the plots.
     pub fn push(&mut self, sample: Plotted) {
         while self.samples.front().is_some_and(|first| first.time_s < sample.time_s - SPAN_S) {
             self.samples.pop_front();
@@ -56,10 +57,10 @@ impl FromIterator<Plotted> for Trail {
     }
 }
 
-/// Where a curve is at a tick.
+/// The value of a curve at a tick.
 type PlottedAt = fn(&Plotted) -> Option<Point2<f64>>;
 
-/// Of what there are curves.
+/// The curves, from back to front.
 const CURVES: [(Overlay, PlottedAt); 4] = [
     (Overlay::ZmpRef, |s| Some(s.zmp_ref)),
     (Overlay::Zmp, |s| s.zmp),
@@ -67,19 +68,19 @@ const CURVES: [(Overlay, PlottedAt); 4] = [
     (Overlay::Com, |s| Some(s.com)),
 ];
 
-/// Beside the COM of a robot of UT-mu2's size the plots reach at least so far (mm): the noise of standing is not to
-/// fill them.
+/// Least distance from the COM to the ends of a plot, for a robot of the size of UT-mu2 (mm), so that the noise of
+/// standing does not fill the plot.
 const LEAST_MM: f64 = 40.0;
-/// And at most: after a fall the DCM is nowhere.
+/// Largest distance from the COM to the ends of a plot (mm), since the DCM runs away after a fall.
 const MOST_MM: f64 = 300.0;
-/// Height of the numbers below a plot, and of one beside it, with what keeps it from the next (points).
+/// Height of the numbers below a plot, and height of a number beside it with the space to the next one (points).
 const TIMES: f32 = 20.0;
 const NUMBER: f32 = 18.0;
-/// To what their ends are rounded (mm).
+/// The ends of plots are multiples of this (mm).
 const ROUND_MM: f64 = 20.0;
 
-/// Draws both plots of a robot of this length over `span_s` (from, to), each `height` points high; `now_s` is marked if
-/// it is given.
+/// Draws both plots over the time `span_s` (start and end, s), each `height` points high, for a robot of this length
+/// (as a multiple of UT-mu2's). If `now_s` is given, this time is marked.
 pub fn draw(ui: &mut Ui, trail: &Trail, length: f64, span_s: [f64; 2], now_s: Option<f64>, height: f32) {
     for (axis, name) in ["x (mm), forward", "y (mm), left"].into_iter().enumerate() {
         ui.label(name);
@@ -98,7 +99,7 @@ pub fn draw(ui: &mut Ui, trail: &Trail, length: f64, span_s: [f64; 2], now_s: Op
             .allow_boxed_zoom(false)
             .allow_double_click_reset(false)
             .show_crosshair(false)
-            // All lines alike and lighter than any curve, all numbers alike.
+            // All lines of the grid look alike and are lighter than any curve, and all numbers look alike.
             .grid_spacing(Rangef::new(4.0, 5.0))
             .grid_color(colors::GRID.faint(0.6))
             .grid_fade(0.0)
@@ -115,7 +116,7 @@ pub fn draw(ui: &mut Ui, trail: &Trail, length: f64, span_s: [f64; 2], now_s: Op
             .show(ui, |plot| {
                 for (overlay, of) in CURVES {
                     for points in thinned(trail, axis, of) {
-                        // Red and green are one colour to many.
+                        // Many people cannot tell the green of the DCM from the red of the ZMP.
                         let dashed = LineStyle::Dashed { length: 5.0 };
                         let style = if overlay == Overlay::Dcm { dashed } else { LineStyle::Solid };
                         let line = Line::new(overlay.look().name, PlotPoints::Owned(points));
@@ -129,14 +130,14 @@ pub fn draw(ui: &mut Ui, trail: &Trail, length: f64, span_s: [f64; 2], now_s: Op
     }
 }
 
-/// How far apart the lines of a plot over so much are (mm) that leave room for their numbers.
+/// Distance between the lines of a plot (mm) at which their numbers have room, for the range and height of the plot.
 fn line_mm(range_mm: f64, height: f32) -> f64 {
     let points_per_mm = f64::from(height - TIMES) / range_mm;
     let steps = [10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
     steps.into_iter().find(|mm| mm * points_per_mm > f64::from(NUMBER)).unwrap_or(1000.0)
 }
 
-/// From where to where the plot of an axis reaches (mm) for a robot of this length: it goes with the COM.
+/// Ends of the plot of an axis (mm) for a robot of this length. They follow the COM.
 fn bounds(trail: &Trail, length: f64, axis: usize) -> [f64; 2] {
     let [least_mm, most_mm] = [LEAST_MM, MOST_MM].map(|mm| (mm * length / ROUND_MM).round() * ROUND_MM);
     let extent = |values: &mut dyn Iterator<Item = f64>| {
@@ -151,9 +152,9 @@ fn bounds(trail: &Trail, length: f64, axis: usize) -> [f64; 2] {
     [low.clamp(least - most_mm, least - least_mm), high.clamp(greatest + least_mm, greatest + most_mm)]
 }
 
-/// A curve in its stretches: it ends where there is no such point, and another begins. Of as many ticks as share a
-/// bucket it has the least and the greatest value (mm), in order of time. Buckets go by the tick's number and not by
-/// the place in the trail: a curve that scrolls must not dance.
+/// The uninterrupted stretches of a curve (s, mm). Each bucket of ticks keeps its smallest and its largest value, in
+/// order of time. Buckets go by the number of the tick and not by its place in the trail, so that a curve keeps its
+/// shape while it scrolls.
 fn thinned(trail: &Trail, axis: usize, of: PlottedAt) -> Vec<Vec<PlotPoint>> {
     let size = trail.samples.len().div_ceil(BUCKETS).max(1);
     let point = |sample| of(sample).map(|at| PlotPoint::new(sample.time_s, 1000.0 * at[axis]));
@@ -164,7 +165,8 @@ fn thinned(trail: &Trail, axis: usize, of: PlottedAt) -> Vec<Vec<PlotPoint>> {
     stretches.map(thin).filter(|stretch| !stretch.is_empty()).collect()
 }
 
-/// The least and the greatest of a bucket's points, in order of time; one if they are the same, none if there is none.
+/// The points of a bucket with the smallest and the largest value, in order of time. They may be the same point, and an
+/// empty bucket has none.
 fn extremes(bucket: &[(usize, Option<PlotPoint>)]) -> Vec<PlotPoint> {
     let by_value = |a: &&PlotPoint, b: &&PlotPoint| a.y.total_cmp(&b.y);
     let points = || bucket.iter().filter_map(|(_, point)| point.as_ref());
@@ -184,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trail_forgets_what_the_plots_no_longer_show() {
+    fn a_trail_removes_samples_that_the_plots_no_longer_show() {
         let mut trail: Trail = std::iter::once(sample(0)).collect();
         (1..5000).for_each(|k| trail.push(sample(k)));
         assert_eq!(trail.samples.len(), (SPAN_S / 0.002) as usize + 1);
@@ -193,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn no_peak_is_lost_however_long_the_recording() {
+    fn no_peak_of_a_long_recording_is_lost() {
         for peak in 2000..2040 {
             let mut samples: Vec<_> = (0..6000).map(sample).collect();
             samples[peak].dcm.x = 0.1;
@@ -226,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn the_plots_go_with_the_com() {
+    fn the_plots_follow_the_com() {
         let of = |length: f64, com: f64, dcm: f64| {
             let (com, dcm) = (Point2::new(com, 0.0), Point2::new(dcm, 0.0));
             bounds(&std::iter::once(Plotted { com, dcm, zmp_ref: com, ..sample(0) }).collect(), length, 0)

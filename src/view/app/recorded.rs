@@ -1,4 +1,4 @@
-//! A trial of a result, run again exactly, to be looked at moment by moment.
+//! A trial of a result, simulated again, to be watched moment by moment.
 
 use super::plots::{Plotted, Trail};
 use crate::campaign::StoredTrial;
@@ -8,11 +8,11 @@ use crate::robot::Kinematics;
 use crate::view::Options;
 use std::path::Path;
 
-/// A recorded trial, and the moment of it that is shown.
+/// A recorded trial, and the moment that is shown.
 pub struct Recorded {
     pub film: Film,
     pub trial: u64,
-    /// How it differs from what the campaign found, in words.
+    /// A sentence on how it differs from the trial in the result, if it does.
     pub difference: Option<String>,
     pub trail: Trail,
     pub kinematics: Kinematics,
@@ -21,7 +21,7 @@ pub struct Recorded {
 }
 
 impl Recorded {
-    /// Runs the trial. Errors: those of [`StoredTrial::open`]; more than one gain set.
+    /// Simulates the trial. Fails like [`StoredTrial::open`], and for more than one gain set.
     pub fn new(folder: &Path, trial: u64, args: &Options) -> Result<Self> {
         if let [_, second, ..] = &args.gains[..] {
             let problem = "a trial of a result is shown with one gain set";
@@ -49,17 +49,18 @@ impl Recorded {
         self.film.snapshots[self.film.snapshots.len() - 1].time_s
     }
 
+    /// Shows the snapshot with this index, or the last one.
     fn show(&mut self, frame: usize) {
         self.frame = frame.min(self.film.snapshots.len() - 1);
         self.kinematics.update(&self.film.robot, &self.film.snapshots[self.frame].posture);
     }
 
-    /// Goes to a time, the nearest that there is.
+    /// Goes to the snapshot nearest to a time (s).
     pub fn seek(&mut self, time_s: f64) {
         self.show((time_s.max(0.0) / self.film.control_period_s).round() as usize);
     }
 
-    /// Goes by some ticks, back if negative. False at the end.
+    /// Goes on by a number of ticks, or back if negative. False if this changes nothing.
     pub fn go(&mut self, ticks: i64) -> bool {
         let before = self.frame;
         self.show(usize::try_from(self.frame as i64 + ticks).unwrap_or(0));

@@ -1,4 +1,4 @@
-//! What is shown: a live robot or a recording. What the window needs of either.
+//! What the window shows, a live simulation or a recording, and what it needs to know of either.
 
 use super::camera::Lens;
 use super::live::Live;
@@ -11,11 +11,12 @@ use crate::render::scene::{Mark, Stage, arrow_along};
 use crate::robot::Kinematics;
 use kiss3d::egui::Pos2;
 
-/// A number of things, in words.
+/// A number of things with the noun in singular or plural.
 pub fn several(count: u64, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }
 
+/// What the window shows.
 pub enum Show<'a> {
     Live(Box<Live<'a>>),
     Recorded(Box<Recorded>),
@@ -47,7 +48,7 @@ impl Show<'_> {
         }
     }
 
-    /// How the robot fares, or how the trial ended, in words; true if badly.
+    /// The state of the live robot, or the end of the trial, in words, and whether it is bad.
     pub fn verdict(&self) -> (String, bool) {
         let (record, is_held) = match self {
             Show::Live(live) => (live.record(), live.grab.is_some()),
@@ -70,26 +71,26 @@ impl Show<'_> {
         }
     }
 
-    /// What is marked: of a push also one that has just ended, and a hand.
+    /// The marks, among them a push that has just ended, and the pull of the mouse.
     pub fn marks(&self, stage: &Stage, shown: &[Overlay]) -> Vec<Mark> {
         let Show::Live(live) = self else { return stage.marks(self.now(), shown) };
         let (push, hand) = live.forces();
         let mut marks = stage.marks(&Snapshot { push, ..live.now.clone() }, shown);
         let hand = hand.filter(|_| shown.contains(&Overlay::Push));
-        // From where it holds towards the hand.
+        // The arrow begins at the point that is pulled.
         let drawing = hand.and_then(|hand| arrow_along(Overlay::Push, &hand, false, stage.scale));
         marks.extend(drawing.map(|drawing| Mark { overlay: Overlay::Push, drawing }));
         marks
     }
 
-    /// Name of the link that a drag from here would pull; none while one is pulled.
+    /// Name of the link that a drag from this place would pull. None while a link is pulled.
     pub fn link_at(&self, stage: &Stage, lens: &Lens, mouse: Pos2) -> Option<&str> {
         let Show::Live(live) = self else { return None };
         let hit = pick_near(stage, &live.kinematics, lens, mouse).filter(|_| live.grab.is_none())?;
         Some(live.world.simulated.links[hit.link].name.as_str())
     }
 
-    /// How long a tick lasts (s).
+    /// Control period (s).
     pub fn step_s(&self) -> f64 {
         match self {
             Show::Live(live) => live.world.config.control_period_s,
@@ -97,7 +98,7 @@ impl Show<'_> {
         }
     }
 
-    /// What happened, in a line or two.
+    /// What happened, in two lines.
     pub fn account(&self) -> String {
         match self {
             Show::Live(live) => {

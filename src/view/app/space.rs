@@ -1,5 +1,5 @@
-//! The picture in three dimensions: floor, robot, and what is filled on the floor. What must not be hidden by the robot
-//! is `marks`.
+//! The 3D part of the picture: the floor, the robot with its shadow, and filled polygons on the floor. Marks that the
+//! robot must not hide are drawn by `marks`.
 
 use super::colors;
 use super::triangles::{OnCard, Rgb, Triangles, vec3};
@@ -13,34 +13,37 @@ use kiss3d::scene::SceneNode3d;
 use kiss3d::window::Window;
 use nalgebra::{Point3, Vector3};
 
-// Lengths are those for a robot of UT-mu2's size.
-/// The floor is drawn up to here, and fades into the sky (m).
+// The lengths below are for a robot of the size of UT-mu2.
+
+/// Distance at which the floor ends, after it has faded into the sky (m).
 const HORIZON_M: f64 = 4.0;
+/// Size of the tiles of the floor (m).
 const TILE_M: f64 = 0.25;
-/// Lines of the grid are so far apart (m), rounded for others,
+/// Distance between the lines of the grid (m), which is rounded for robots of other sizes.
 const SPACING_M: f64 = 0.1;
-/// and there are so many to each side.
+/// Number of lines to each side of the middle.
 const LINES: i32 = 10;
-/// What lies on the floor is drawn so much above what lies under it (m): the shadow first.
+/// Height of each layer on the floor above the one below it (m); the shadow is the first layer.
 const LAYER_M: f64 = 0.0004;
-/// What covers less than this of the floor would hide the shadow: it is not filled here.
+/// Polygons with a filling fainter than this are not filled, since the filling would hide the shadow.
 const LEAST_FILL: f64 = 0.2;
 
-/// Towards the sun, world.
+/// Unit vector towards the sun (world frame).
 fn to_sun() -> Vector3<f64> {
     Vector3::new(0.35, 0.25, 1.0).normalize()
 }
 
-/// Between the lines of the grid (m).
+/// Distance between the lines of the grid (m).
 pub fn spacing_m(scale: RobotScale) -> f64 {
     round(SPACING_M * scale.length())
 }
 
-/// How far the grid goes (m).
+/// Distance from the middle to the edge of the grid (m).
 pub fn grid_m(scale: RobotScale) -> f64 {
     f64::from(LINES) * spacing_m(scale)
 }
 
+/// The 3D scene of the window.
 pub struct Space<'a> {
     pub root: SceneNode3d,
     pub stage: Stage<'a>,
@@ -54,7 +57,7 @@ impl<'a> Space<'a> {
         Self { on_card: OnCard::new(&mut root), root, stage, triangles: Triangles::default() }
     }
 
-    /// Makes the picture of a moment, seen from `eye`.
+    /// Draws a moment as seen from `eye` (m, world frame).
     pub fn draw(&mut self, now: &Snapshot, kinematics: &Kinematics, marks: &[Mark], eye: Vec3, window: &mut Window) {
         let (ground, layer_m) = (self.stage.ground(now), LAYER_M * self.stage.scale.length());
         self.triangles.clear();
@@ -74,8 +77,8 @@ impl<'a> Space<'a> {
         self.on_card.show(&self.triangles);
     }
 
-    /// The robot as it stands, and its shadow on the plane with this normal, or rather so much above it (m): it is not
-    /// to be hidden by the floor.
+    /// Draws the robot, and its shadow on the plane with the normal `up`. The shadow is drawn `above_m` above the
+    /// plane, so that the floor does not hide it.
     fn robot(&mut self, kinematics: &Kinematics, eye: Point3<f64>, up: &Vector3<f64>, above_m: f64) {
         let (sun, shadow) = (to_sun(), colors::SHADOW.linear());
         for (solid, pose) in self.stage.solids(kinematics) {
@@ -89,7 +92,7 @@ impl<'a> Space<'a> {
             let thrown = |at: Point3<f64>| vec3(&(at - sun * ((at.coords.dot(up) - above_m) / sun.dot(up))));
             for face in &solid.mesh.faces {
                 face.iter().for_each(|&i| self.triangles.corner(lit[i].0, lit[i].1));
-                // One side of what is closed throws the whole shadow.
+                // The lit side of a closed mesh throws its whole shadow.
                 if face.iter().any(|&i| corners[i].1.dot(&sun) > 0.0) {
                     face.iter().for_each(|&i| self.triangles.corner(thrown(corners[i].0), shadow));
                 }
@@ -98,12 +101,13 @@ impl<'a> Space<'a> {
     }
 }
 
-/// How much of its colour a surface sends to the eye: the sky above and the floor below, the sun, and a little light
-/// that comes with the viewer, so that no side is without shape.
+/// Brightness of a surface as a multiple of its colour: light from sky and floor, from the sun, and a little from the
+/// viewer, so that no side looks flat.
 fn brightness(normal: &Vector3<f64>, to_eye: &Vector3<f64>, to_sun: &Vector3<f64>) -> f64 {
     0.42 + 0.12 * normal.z + 0.50 * normal.dot(to_sun).max(0.0) + 0.16 * normal.dot(to_eye).max(0.0)
 }
 
+/// Draws the floor, which fades into the sky.
 fn floor(ground: &Ground, scale: RobotScale, out: &mut Triangles) {
     let [horizon_m, tile_m] = [HORIZON_M, TILE_M].map(|m| m * scale.length());
     let (near, far, wall) = (colors::FLOOR.linear(), colors::SKY.linear(), colors::GRID.linear());
@@ -120,6 +124,7 @@ fn floor(ground: &Ground, scale: RobotScale, out: &mut Triangles) {
     }
 }
 
+/// Draws the lines of the grid.
 fn grid(ground: &Ground, scale: RobotScale, window: &mut Window) {
     let [low, high] = ground.patch;
     let (grid_m, spacing_m, above_m) = (grid_m(scale), spacing_m(scale), 2.0 * LAYER_M * scale.length());
@@ -127,7 +132,7 @@ fn grid(ground: &Ground, scale: RobotScale, window: &mut Window) {
         let at = f64::from(i) * spacing_m;
         for axis in 0..2 {
             let along = 1 - axis;
-            // Other than the floor around it, the patch is seen without lines.
+            // A patch that is higher or lower than the floor around it has no lines.
             let crosses = ground.step_m != 0.0 && (low[axis]..=high[axis]).contains(&at);
             let pieces = match crosses {
                 true => vec![(-grid_m, low[along]), (high[along], grid_m)],

@@ -1,4 +1,4 @@
-//! The time line of a recording: what happened when, and where we are.
+//! The time line of a recording: its phases and events, and the moment that is shown.
 
 use super::colors;
 use super::keys::Wish;
@@ -8,9 +8,10 @@ use crate::render::scene::palette::{Color, Overlay};
 use crate::render::scene::{Event, EventKind, events};
 use kiss3d::egui::{Align2, Area, Color32, Context, FontId, Frame, Id, Margin, Rect, Sense, Stroke, Ui, pos2, vec2};
 
+/// Height of the time line (points).
 const HEIGHT: f32 = 34.0;
 
-/// Draws the line along the lower edge, `width` points long, and adds what is asked for.
+/// Draws the time line along the lower edge, `width` points long, and adds the wishes of the user.
 pub fn draw(ctx: &Context, recorded: &Recorded, paused: bool, width: f32, wishes: &mut Vec<Wish>) {
     let frame = Frame::NONE.fill(Color32::from_white_alpha(225)).inner_margin(Margin::symmetric(12, 8));
     Area::new(Id::new("time line")).anchor(Align2::LEFT_BOTTOM, vec2(0.0, 0.0)).show(ctx, |ui| {
@@ -33,7 +34,7 @@ pub fn draw(ctx: &Context, recorded: &Recorded, paused: bool, width: f32, wishes
     });
 }
 
-/// The colour of a stretch.
+/// The colour of a phase.
 fn color(phase: Phase) -> Color {
     match phase {
         Phase::Posture => colors::GRID,
@@ -43,6 +44,7 @@ fn color(phase: Phase) -> Color {
     }
 }
 
+/// Draws phases, events and the present moment. A click or a drag is a wish to go to that time.
 fn line(ui: &mut Ui, recorded: &Recorded, wishes: &mut Vec<Wish>) {
     let (area, response) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::click_and_drag());
     let painter = ui.painter();
@@ -50,7 +52,7 @@ fn line(ui: &mut Ui, recorded: &Recorded, wishes: &mut Vec<Wish>) {
     let x = |time_s: f64| area.left() + (time_s / end_s) as f32 * area.width();
     let bar = Rect::from_x_y_ranges(area.x_range(), area.top() + 4.0..=area.top() + 18.0);
     let block = |from_s: f64, to_s: f64| Rect::from_x_y_ranges(x(from_s)..=x(to_s), bar.y_range());
-    // One block for each stretch of the same phase.
+    // There is one block for each uninterrupted phase.
     let snapshots = &recorded.film.snapshots;
     let mut from = 0;
     for i in 1..=snapshots.len() {
@@ -60,7 +62,7 @@ fn line(ui: &mut Ui, recorded: &Recorded, wishes: &mut Vec<Wish>) {
             from = i;
         }
     }
-    // Where words may begin: they are told one after the other.
+    // Left end of the free space: the texts of events stand side by side.
     let mut free_x = area.left();
     let mut mark = |at_s: f64, text: &str, color: Color| {
         let words = painter.layout_no_wrap(text.into(), FontId::proportional(11.0), color.egui());
@@ -78,7 +80,7 @@ fn line(ui: &mut Ui, recorded: &Recorded, wishes: &mut Vec<Wish>) {
             }
             EventKind::Fall => mark(from_s, &text, colors::INK),
             EventKind::Still => mark(from_s, "still", colors::WELL),
-            // Phases are told by their colours.
+            // Switches and footsteps are seen by the colours of the phases.
             EventKind::Switch | EventKind::Footstep => {}
         }
     }

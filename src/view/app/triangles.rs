@@ -1,8 +1,8 @@
-//! Triangles with a colour at each corner, collected anew for every frame and drawn in one go.
+//! Triangles with a colour at each corner, collected anew for every frame and drawn at once.
 //!
-//! kiss3d's lit material takes most of a second for a frame where there is no GPU. Its material `normals` is a tenth of
-//! that: it shows a vertex's normal n as the colour (n + 1) / 2. So light is computed here, once for each corner, and
-//! handed over in place of normals.
+//! Without a GPU, kiss3d's lit material takes most of a second for a frame. Its material `normals`, which shows the
+//! normal n of a vertex as the colour (n + 1) / 2, takes a tenth of that. Therefore light is computed here for each
+//! corner, and passed in place of the normals.
 
 use kiss3d::glamx::Vec3;
 use kiss3d::procedural::{IndexBuffer, RenderMesh};
@@ -13,10 +13,10 @@ use nalgebra::Point3;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// Light of a colour: red, green, blue, 0 to 1.
+/// Linear light: red, green and blue, from 0 to 1.
 pub type Rgb = Vec3;
 
-/// World coordinates (m) and colours, three in a row a triangle.
+/// Corners (m, world frame) and their colours. Three in a row are a triangle.
 #[derive(Debug, Default)]
 pub struct Triangles {
     corners: Vec<Vec3>,
@@ -29,13 +29,13 @@ impl Triangles {
         self.colors.clear();
     }
 
-    /// Adds a corner; every third completes a triangle.
+    /// Adds a corner. Every third corner completes a triangle.
     pub fn corner(&mut self, at: Vec3, color: Rgb) {
         self.corners.push(at);
         self.colors.push(2.0 * color - Vec3::ONE);
     }
 
-    /// Adds a convex polygon: corners and their colours.
+    /// Adds a convex polygon from its corners and their colours.
     pub fn polygon(&mut self, corners: &[(Point3<f64>, Rgb)]) {
         for i in 2..corners.len() {
             for (at, color) in [0, i - 1, i].map(|i| corners[i]) {
@@ -52,7 +52,7 @@ pub struct OnCard {
 
 impl OnCard {
     pub fn new(scene: &mut SceneNode3d) -> Self {
-        // One triangle of no size: an empty buffer is not accepted.
+        // kiss3d does not accept an empty buffer, so this is a triangle of no size.
         let nothing = RenderMesh::new(
             vec![Vec3::ZERO; 3],
             Some(vec![Vec3::ZERO; 3]),
@@ -78,7 +78,7 @@ impl OnCard {
     }
 }
 
-/// A point for the graphics card.
+/// A point in single precision, for the graphics card.
 pub fn vec3(p: &Point3<f64>) -> Vec3 {
     Vec3::new(p.x as f32, p.y as f32, p.z as f32)
 }

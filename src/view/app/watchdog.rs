@@ -1,8 +1,8 @@
-//! Ends the program when its window is gone and nobody will ever tell it.
+//! Ends the program if its window is lost and the loop waits forever.
 //!
-//! A graphics driver may wait without end for a picture to be shown in a window that was destroyed (seen with Mesa
-//! under X: `poll` on a connection on which nothing comes any more). The loop is inside that call then, so another
-//! thread looks whether the loop goes on.
+//! A graphics driver may wait forever for a picture to be shown in a window that was destroyed. (This was seen with
+//! Mesa under X, in `poll` on a dead connection.) The loop is then inside of this call, so another thread checks
+//! whether the loop goes on.
 
 use super::window;
 use std::sync::Arc;
@@ -10,15 +10,17 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::{sleep, spawn};
 use std::time::Duration;
 
+/// Time between two checks.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
-/// A loop that stands still for so long is asked whether its display is there,
+/// If the loop stands still for this time, the watchdog checks whether the display still answers.
 const SUSPICIOUS: Duration = Duration::from_secs(5);
-/// and one that stands still for so long is given up: no frame takes as long, in software on a busy machine either.
+/// If the loop stands still for this time, the window is given up. Even in software on a busy machine, no frame takes
+/// as long.
 const HOPELESS: Duration = Duration::from_secs(60);
-/// What the count of frames is when the loop has ended.
+/// Value of the frame counter after the loop has ended.
 const OVER: u64 = u64::MAX;
 
-/// Watches a loop until it is dropped.
+/// Watches the loop until it is dropped.
 pub struct Watchdog(Arc<AtomicU64>);
 
 impl Watchdog {
@@ -29,7 +31,7 @@ impl Watchdog {
         Self(frames)
     }
 
-    /// The loop goes on.
+    /// Reports that the loop has drawn a frame.
     pub fn beat(&self) {
         self.0.fetch_add(1, Ordering::Relaxed);
     }
@@ -41,8 +43,9 @@ impl Drop for Watchdog {
     }
 }
 
+/// Checks the frame counter until the loop ends, or ends the program.
 fn watch(frames: &AtomicU64) {
-    // Looks are counted, not the time: that goes on while the program is stopped.
+    // Checks are counted in place of time, which goes on while the program is stopped.
     let (mut seen, mut looks) = (0, 0);
     loop {
         sleep(LOOK_EVERY);
@@ -63,7 +66,7 @@ fn watch(frames: &AtomicU64) {
         };
         let error = window::lost(cause);
         eprintln!("error: {error}");
-        // The thread of the loop will not come back.
+        // The thread of the loop cannot be ended in any other way.
         std::process::exit(error.exit_code().into());
     }
 }

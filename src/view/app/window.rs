@@ -1,7 +1,7 @@
-//! Opening the window, or saying in one line why there is none.
+//! Opens the window, or says on one line why there is none.
 //!
-//! kiss3d panics where it cannot open a window. So what can be known before is looked at before, and the panic of the
-//! rest is caught and told as an error.
+//! kiss3d panics if it cannot open a window. Therefore the display is checked first, and any other panic is caught and
+//! returned as an error.
 
 use crate::error::{Error, Result};
 use kiss3d::camera::Camera3d;
@@ -11,7 +11,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
 #[cfg(all(unix, not(target_os = "macos")))]
 use std::path::Path;
 
-/// What to do where there is no window.
+/// What to do without a display, without a graphics driver, or without a library.
 const NO_DISPLAY: &str = "start it from a desktop session, or under Xvfb (apt-get install xvfb; xvfb-run standfast view ...); \
                           without a display: `standfast push --replay push.html`, or `standfast replay` of a result";
 const NO_DRIVER: &str = "install a Vulkan driver (apt-get install mesa-vulkan-drivers libvulkan1); without one: \
@@ -19,10 +19,10 @@ const NO_DRIVER: &str = "install a Vulkan driver (apt-get install mesa-vulkan-dr
 const NO_LIBRARY: &str =
     "install the libraries that windows under X need (apt-get install libxkbcommon-x11-0 libxcursor1 libxi6)";
 
-/// Opens the window, size in pixels. Errors: no display that answers, no graphics driver, or a library is missing.
+/// Opens a window of a size (pixels). Fails if no display answers, or if a graphics driver or a library is missing.
 pub fn open(title: &str, width: u32, height: u32) -> Result<Window> {
-    // Held until the window has its own: an X server begins anew when its last connection ends, and refuses others
-    // then.
+    // This connection is kept until the window has its own, since an X server restarts when its last connection ends,
+    // and refuses connections meanwhile.
     let _held = display().map_err(|missing| no_window(missing, NO_DISPLAY))?;
     let setup = CanvasSetup { vsync: true, samples: NumSamples::Four, ..CanvasSetup::default() };
     quietly(|| pollster::block_on(Window::new_with_setup(title, width, height, setup))).map_err(|told| {
@@ -37,22 +37,22 @@ pub fn open(title: &str, width: u32, height: u32) -> Result<Window> {
     })
 }
 
-/// Draws a frame and takes in what the person does; false if the window is to be closed. Errors: there is no window any
-/// more ([`Error::LostWindow`]).
+/// Draws a frame and collects the input. Returns false if the window is to be closed. Fails if the window is lost
+/// ([`Error::LostWindow`]).
 pub fn render(window: &mut Window, root: &mut SceneNode3d, camera: &mut impl Camera3d) -> Result<bool> {
     quietly(|| pollster::block_on(window.render_3d(root, camera))).map_err(lost)
 }
 
-/// The window is gone.
+/// The error for a lost window.
 pub fn lost(cause: String) -> Error {
     Error::LostWindow { cause }
 }
 
-/// A connection.
+/// An open connection.
 type Held = Box<dyn std::any::Any>;
 
-/// A connection to the display that the environment names, Wayland before X, as winit takes them. None where it was
-/// handed over as a connection already, and where there is no such environment; else what is missing, in words.
+/// Opens a connection to the display that the environment names, Wayland before X, like winit. None if the environment
+/// hands over an open connection, and on systems without these variables. The error says what is missing.
 #[cfg(all(unix, not(target_os = "macos")))]
 pub fn display() -> std::result::Result<Option<Held>, String> {
     let set = |name: &str| std::env::var(name).ok().filter(|value| !value.is_empty());
@@ -60,7 +60,7 @@ pub fn display() -> std::result::Result<Option<Held>, String> {
         return Ok(None);
     }
     if let Some(name) = set("WAYLAND_DISPLAY") {
-        // A name with a slash at its start is a path of its own.
+        // A name that begins with a slash is a whole path.
         let path = Path::new(&set("XDG_RUNTIME_DIR").unwrap_or_default()).join(&name);
         let connection = std::os::unix::net::UnixStream::connect(path);
         let connection = connection.map_err(|e| format!("no display: Wayland's {name} does not answer ({e})"))?;
@@ -77,10 +77,10 @@ pub fn display() -> std::result::Result<Option<Held>, String> {
     Ok(None)
 }
 
-/// Runs what tells by panics and many lines what can be told in one: in short why it panicked.
+/// Runs code that reports errors by panics and many log lines. The error is the first part of the panic's message.
 fn quietly<T>(run: impl FnOnce() -> T) -> std::result::Result<T, String> {
     let level = log::max_level();
-    // Who wants to read the lines of the graphics stack says so.
+    // A user who sets RUST_LOG wants to read the lines of the graphics stack.
     let is_asked = std::env::var_os("RUST_LOG").is_some();
     let hook = take_hook();
     if !is_asked {
@@ -93,7 +93,7 @@ fn quietly<T>(run: impl FnOnce() -> T) -> std::result::Result<T, String> {
     done.map_err(|panic| {
         let told = panic.downcast_ref::<String>().map(String::as_str);
         let told = told.or(panic.downcast_ref::<&str>().copied()).unwrap_or("unknown cause");
-        // The rest is for whoever debugs the graphics stack.
+        // The rest of the message only helps to debug the graphics stack.
         told.split([':', '\n']).next().unwrap_or_default().into()
     })
 }

@@ -1,4 +1,4 @@
-//! What is simulated live: robot, gain sets, and what disturbs the robot beside the person at the window.
+//! The world of a live view: robot, gain sets, and the disturbances other than those by the user.
 
 use crate::assets::DEFAULT_ROBOT;
 use crate::campaign::{Campaign, Overrides, ask::trial};
@@ -10,14 +10,15 @@ use crate::robot::Robot;
 use crate::sim::Ground;
 use crate::view::Options;
 
-/// Of a live view, if none are named; the first acts.
+/// Gain sets of a live view if none are named. The first acts at the start.
 const DEFAULT_GAINS: [&str; 4] = ["catch", "paper", "switching", "hold"];
 
+/// Robot, gain sets and settings of a live view.
 pub struct World {
     pub robot: Robot,
-    /// The robot as the trial varies it.
+    /// The robot as varied by the trial.
     pub simulated: Robot,
-    /// Never empty; the first acts at the start.
+    /// The gain sets, at least one. The first acts at the start.
     pub designs: Vec<Design>,
     pub config: EpisodeConfig,
     campaign: Option<Campaign>,
@@ -25,7 +26,8 @@ pub struct World {
 }
 
 impl World {
-    /// Errors: no such robot, gain set, campaign or trial.
+    /// Loads everything that the options name. Fails if a robot, gain set, campaign or trial does not exist or is not
+    /// accepted.
     pub fn new(args: &Options) -> Result<Self> {
         let campaign = match &args.campaign {
             Some(name) => Some(Campaign::load(name, &Overrides::default())?),
@@ -55,7 +57,7 @@ impl World {
         Ok(world)
     }
 
-    /// What disturbs the robot from the start on; every call gives the same.
+    /// The disturbances from the start on, the same at every call.
     pub fn disturbance(&self) -> Disturbance {
         match (&self.campaign, self.trial) {
             (Some(campaign), Some(index)) => trial::disturbance(campaign, index),

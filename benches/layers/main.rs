@@ -1,0 +1,30 @@
+//! What each layer of the program costs, from the bottom up: `cargo bench`, or `cargo bench -- tick` for the benchmarks
+//! with that word in their name. The output reads from top to bottom as the program is built: sets, whole body, control
+//! tick, physics step, episode, campaign. The times hold for one machine; their ratios tell more.
+
+mod campaign;
+mod control;
+mod played;
+mod sets;
+mod sim;
+mod whole_body;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use std::time::Duration;
+
+/// Short enough for all layers to take some two minutes.
+fn settings() -> Criterion {
+    Criterion::default()
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_secs(1))
+        .sample_size(20)
+        .without_plots()
+}
+
+criterion_group!(
+    name = layers;
+    config = settings();
+    targets = sets::search, sets::update, sets::membership, sets::footstep, whole_body::whole_body, control::ticks,
+        sim::physics_step, campaign::episode, campaign::threads
+);
+criterion_main!(layers);

@@ -1,0 +1,78 @@
+//! A pushed robot, recorded tick by tick. Its readings are played back to a controller, and its commands to a plant: so
+//! each of the two goes through the states of the episode, and the other one takes no time.
+
+use standfast::control::{Controller, Design};
+use standfast::episode::EpisodeConfig;
+use standfast::lipm::GainSet;
+use standfast::robot::{Command, Robot, Sensed};
+use standfast::sim::plant::Clock;
+use standfast::sim::{Plant, Push};
+
+/// Part of the episode in which a tick lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// Before the push.
+    Standing,
+    /// From the push on, with no foot being moved: the gain sets that have several gains switch between them.
+    Switching,
+    /// A foot is being moved.
+    Swing,
+}
+
+impl Phase {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Standing => "standing",
+            Self::Switching => "switching",
+            Self::Swing => "swing",
+        }
+    }
+}
+
+pub struct Tick {
+    pub phase: Phase,
+    pub sensed: Sensed,
+    pub command: Command,
+}
+
+pub struct Played {
+    pub robot: Robot,
+    pub design: Design,
+    pub clock: Clock,
+    pub push: Push,
+    pub ticks: Vec<Tick>,
+}
+
+/// The time steps of an episode that is not told otherwise.
+pub fn clock() -> Clock {
+    let EpisodeConfig { physics_step_s, control_period_s, .. } = EpisodeConfig::default();
+    Clock { physics_step_s, control_period_s }
+}
+
+impl Played {
+    /// Ideal sensors, and a push from behind after 0.2 s.
+    pub fn new(gains: &str, impulse_n_s: f64) -> Self {
+        let (robot, clock) = (Robot::load("ut-mu2").expect("built in"), clock());
+        let gains = GainSet::load(gains).expect("built in");
+        let design = Design::new(&robot, &gains, clock.control_period_s).expect("built in");
+        let push = Push { impulse_n_s, start_s: 0.2, ..Push::default() };
+        let mut plant = Plant::new(&robot, clock, None, design.home_command().clone());
+        let mut controller = Controller::new(design.clone());
+        let mut command = design.home_command().clone();
+        let count = (0.9 / clock.control_period_s) as usize;
+        let ticks = (0..count)
+            .map(|_| {
+                let sensed = plant.sense();
+                controller.tick(&sensed, &mut command).expect("readings");
+                let phase = match controller.account().stands() {
+                    false => Phase::Swing,
+                    true if plant.truth().time_s < push.start_s => Phase::Standing,
+                    true => Phase::Switching,
+                };
+                plant.advance(command.clone(), &[push]);
+                Tick { phase, sensed, command: command.clone() }
+            })
+            .collect();
+        Self { robot, design, clock, push, ticks }
+    }
+}
