@@ -68,10 +68,9 @@ pub fn threads(c: &mut Criterion) {
 fn run(plan: &Plan, threads: usize) -> Duration {
     let scratch = tempfile::tempdir().expect("a temporary folder");
     let folder = plan.folder(Some(scratch.path())).expect("an empty folder");
-    let undecided = |_: &[_]| false;
-    let mut work = plan.work(&folder, RunOptions { threads, shard: None }, &undecided).expect("a design");
+    let mut work = plan.work(&folder, RunOptions { threads, shard: None }, None).expect("a design");
     let stop = AtomicBool::new(false);
     let start = Instant::now();
-    work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &|_| {}, is_decided: &undecided }).expect("to finish");
+    work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &|_| {}, on_look: &|_| {} }).expect("to finish");
     start.elapsed()
 }

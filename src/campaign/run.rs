@@ -1,13 +1,15 @@
-//! Running a campaign: its inputs, the folder that it goes to, and its trials spread over cores.
+//! Runs a campaign: reads its inputs, finds the folder for the result, and spreads the episodes over the cores.
 
 use crate::assets::{self, Kind, Source};
 use crate::campaign::ask::gate::GateSpec;
 use crate::campaign::ask::no_step::NoStep;
 use crate::campaign::ask::spec::{Campaign, LOOK_TRIALS};
 use crate::campaign::ask::trial;
+use crate::campaign::store::by_set::BySet;
 use crate::campaign::store::folder::{Folder, Manifest, PART_TRIALS};
 use crate::campaign::store::row::TrialRow;
 use crate::campaign::store::shard::Shard;
+use crate::campaign::verdict::gates::{Gates, Open};
 use crate::control::Design;
 use crate::episode::{self, Opening};
 use crate::error::{Error, Result};
@@ -23,51 +25,75 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// A campaign whose inputs are read and checked, not yet designed for.
+/// A campaign whose inputs are read and checked. The controllers are designed later.
 pub struct Plan {
     pub manifest: Manifest,
     pub(crate) robot: Robot,
     no_step: NoStep,
     gains: Vec<GainSet>,
-    /// Inputs that are not compiled in: name in the result folder, text.
+    /// The inputs that are not compiled in, each by its name in the result folder and its text.
     inputs: Vec<(String, String)>,
 }
 
 /// How much of a campaign to run, and on how many threads.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RunOptions {
-    /// 0: one per core.
+    /// Number of threads; 0 means one for each core.
     pub threads: usize,
     pub shard: Option<Shard>,
 }
 
-/// Who watches a campaign run.
+/// Functions that are called while a campaign runs, and a flag that stops it.
 pub struct Watch<'a> {
-    /// Set from outside to stop early.
+    /// Somebody sets this to stop the run early.
     pub stop: &'a AtomicBool,
     /// Called after every episode, from any thread.
     pub on_episode: &'a (dyn Fn() + Sync),
-    /// Called with the rows of every finished part, from any thread; first with those of all that are there already.
+    /// Called with the rows of every finished part, from any thread. The first call has the rows that were there already.
     pub on_part: &'a (dyn Fn(&[TrialRow]) + Sync),
-    /// Asked at every look of a campaign that ends when decided, with the rows of all trials so far: is it?
-    pub is_decided: &'a (dyn Fn(&[TrialRow]) -> bool + Sync),
+    /// Called at every look at a campaign that ends when decided.
+    pub on_look: &'a (dyn Fn(&Look) + Sync),
 }
 
-/// What a folder lacks of a campaign, with all that is needed to run it.
+/// A look at a campaign that ends when decided.
+pub struct Look<'a> {
+    /// The rows of all trials so far.
+    pub rows: &'a BySet<'a>,
+    /// What is still to be decided.
+    pub open: &'a [Open],
+    /// Names of the gain sets that stop here while others go on: nothing that is open takes their trials.
+    pub stopping: Vec<&'a str>,
+    /// Episodes of the campaign in all, at most.
+    pub all_episodes: u64,
+}
+
+/// The part of a campaign that its folder still lacks, with everything that is needed to run it.
 pub struct Work<'a> {
     plan: &'a Plan,
     pub folder: &'a Folder,
     pool: ThreadPool,
     designs: Vec<Design>,
     shard: Option<Shard>,
-    /// Blocks to run, up to the next look if the campaign ends when decided.
+    /// Blocks to run; those up to the next look if the campaign ends when decided.
     missing: Vec<u64>,
-    /// Count of trials at the next look.
-    look: u64,
+    /// Number of trials of each gain set, as far as it is known.
+    set_trials: Vec<u64>,
+    /// None for a campaign with a fixed number of trials.
+    looks: Option<Looks<'a>>,
+}
+
+/// How far a campaign that ends when decided was looked at.
+struct Looks<'a> {
+    gates: &'a Gates,
+    /// Numbers of trials at the last look and at the next one.
+    last: u64,
+    next: u64,
+    /// All rows up to the last look.
+    rows: Vec<TrialRow>,
 }
 
 impl Plan {
-    /// Reads robot and gain sets. Errors: any of them is missing or wrong, or two sets have the same name.
+    /// Reads the robot and the gain sets. It fails if any of them is missing or wrong, or if two sets have the same name.
     pub fn new(campaign: &Campaign) -> Result<Plan> {
         let robot = Robot::load(&campaign.robot)?;
         let entries: Vec<Entry> = campaign.gains.iter().map(|gains| Entry::split(gains)).collect();
@@ -121,54 +147,43 @@ impl Plan {
             return Err(Error::Parts { path, problem });
         }
         let part_trials = Folder::open(&path)?.map_or(manifest.part_trials, |found| found.manifest.part_trials);
-        // Here, not in `new`: the program's own file is read for it.
+        // `new` does not do this, because it reads the program's own file.
         Ok(Folder { path, manifest: Manifest { build: build_id().into(), part_trials, ..manifest.clone() } })
     }
 
     /// What `folder` lacks (of one shard, or of all). Every gain set is designed for here, before the first trial and before
-    /// anything is written or, of an earlier result, taken away; nothing is if the folder lacks nothing. `is_decided` as in
-    /// [`Watch`]. Errors: a shard of a campaign that ends when decided, which no shard alone can know; no design.
-    pub fn work<'a>(
-        &'a self,
-        folder: &'a Folder,
-        options: RunOptions,
-        is_decided: &dyn Fn(&[TrialRow]) -> bool,
-    ) -> Result<Work<'a>> {
+    /// anything is written or, of an earlier result, taken away; nothing is if the folder lacks nothing. `gates` say when a
+    /// campaign that ends when decided is decided. Errors: a shard of a campaign that ends when decided, which no shard alone can know; no design.
+    pub fn work<'a>(&'a self, folder: &'a Folder, options: RunOptions, gates: Option<&'a Gates>) -> Result<Work<'a>> {
         if let (true, Some(Shard { index, count })) = (self.until_resolved(), options.shard) {
             let problem = "a shard cannot know when the whole campaign is decided";
             let accepted =
                 "a fixed number of trials, without --until-resolved and with stopping.until_resolved = false";
             return Err(Error::value("campaign", "--shard", format!("{index}/{count}"), problem, accepted));
         }
-        let mut look = next_look(0, LOOK_TRIALS, self.manifest.campaign.trials);
-        let mut missing =
-            if self.until_resolved() { self.undecided(folder, is_decided, &mut look)? } else { folder.missing() };
-        missing.retain(|&block| options.shard.is_none_or(|shard| shard.takes(block)));
-        let pool = pool(options.threads)?;
-        let designs = if missing.is_empty() { Vec::new() } else { pool.install(|| self.designs())? };
-        Ok(Work { plan: self, folder, pool, designs, shard: options.shard, missing, look })
+        let Manifest { campaign, sets, .. } = &folder.manifest;
+        let next = next_look(0, LOOK_TRIALS, campaign.trials);
+        let looks =
+            gates.filter(|_| self.until_resolved()).map(|gates| Looks { gates, last: 0, next, rows: Vec::new() });
+        let set_trials = vec![campaign.trials; sets.len()];
+        let (pool, shard) = (pool(options.threads)?, options.shard);
+        let mut work =
+            Work { plan: self, folder, pool, designs: Vec::new(), shard, missing: Vec::new(), set_trials, looks };
+        work.missing = match work.looks {
+            Some(_) => work.look_on(&|_| {})?,
+            None => work.lacking(work.blocks()),
+        };
+        if !work.is_done() {
+            work.designs = work.pool.install(|| self.designs())?;
+        }
+        Ok(work)
     }
 
     fn until_resolved(&self) -> bool {
         self.manifest.campaign.stopping.until_resolved
     }
 
-    /// Looks at what is there of a campaign that ends when decided, from `look` (a count of trials) on: the blocks that are
-    /// missing for the next look, or none if it is decided, or there are no more trials.
-    ///
-    /// The looks are at fixed counts of trials. So the end depends neither on threads nor on interruptions.
-    fn undecided(&self, folder: &Folder, is_decided: &dyn Fn(&[TrialRow]) -> bool, look: &mut u64) -> Result<Vec<u64>> {
-        let most = self.manifest.campaign.trials;
-        loop {
-            let missing = folder.missing_up_to(*look);
-            if !missing.is_empty() || *look == most || is_decided(&folder.first_rows(*look)?) {
-                return Ok(missing);
-            }
-            *look = next_look(*look, LOOK_TRIALS, most);
-        }
-    }
-
-    /// Designs for every gain set, and warns of those that are dubious.
+    /// Designs a controller for every gain set, and warns of dubious ones.
     pub(crate) fn designs(&self) -> Result<Vec<Design>> {
         let control_period_s = self.manifest.campaign.episode.control_period_s;
         let design = |set| Design::new(&self.robot, set, control_period_s);
@@ -197,10 +212,9 @@ impl Plan {
         trial::begin_alike(campaign).then(|| designs.par_iter().map(opening).collect())
     }
 
-    /// Row `slot` of a block: trials in order, sets within.
-    fn row(&self, designs: &[Design], openings: Option<&[Opening]>, first_trial: u64, slot: usize) -> TrialRow {
+    /// The row of a trial with gain set number `set`.
+    fn row(&self, designs: &[Design], openings: Option<&[Opening]>, (trial, set): (u64, usize)) -> TrialRow {
         let Manifest { campaign, sets, .. } = &self.manifest;
-        let (trial, set) = (first_trial + (slot / sets.len()) as u64, slot % sets.len());
         let disturbance = trial::disturbance(campaign, trial);
         let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
         let config = &campaign.episode;
@@ -235,56 +249,104 @@ impl Work<'_> {
 
     /// Episodes to run; at most, if the campaign ends when decided. Looks at what is there now.
     pub fn episodes(&self) -> u64 {
-        if self.is_done() { 0 } else { self.episodes_of(|block| !self.folder.has(block)) }
+        if self.is_done() { 0 } else { self.episodes_of(|block| self.folder.lacks(block, &self.set_trials)) }
     }
 
     /// Episodes in all, those that are there among them; at most, if the campaign ends when decided.
     pub fn all_episodes(&self) -> u64 {
-        self.episodes_of(|_| true)
+        let has_trials = |block: u64| self.set_trials.iter().map(move |trials| self.folder.range(block).0 < *trials);
+        self.episodes_of(|block| has_trials(block).collect())
     }
 
-    /// Episodes in such blocks of the campaign, or of the shard.
-    fn episodes_of(&self, such: impl Fn(u64) -> bool) -> u64 {
-        let Manifest { campaign, part_trials, sets, .. } = &self.folder.manifest;
-        let trials = |block: u64| {
+    /// Episodes of all blocks, each with those of the gain sets for which `of` says so.
+    fn episodes_of(&self, of: impl Fn(u64) -> Vec<bool>) -> u64 {
+        let episodes = |block: u64| {
             let (first, end) = self.folder.range(block);
-            end - first
+            (end - first) * of(block).into_iter().filter(|is_one| *is_one).count() as u64
         };
-        let blocks = 0..campaign.trials.div_ceil(part_trials.get());
-        let own = blocks.filter(|&block| self.shard.is_none_or(|shard| shard.takes(block)) && such(block));
-        own.map(trials).sum::<u64>() * sets.len() as u64
+        self.blocks().map(episodes).sum()
     }
 
-    /// Runs it and commits it part by part; what is complete is left as it is.
+    /// The blocks of the campaign, or of the shard.
+    fn blocks(&self) -> impl Iterator<Item = u64> + use<> {
+        let Manifest { campaign, part_trials, .. } = &self.folder.manifest;
+        let shard = self.shard;
+        (0..campaign.trials.div_ceil(part_trials.get()))
+            .filter(move |&block| shard.is_none_or(|shard| shard.takes(block)))
+    }
+
+    /// Those of some blocks that are still to be run.
+    fn lacking(&self, blocks: impl Iterator<Item = u64>) -> Vec<u64> {
+        blocks.filter(|&block| self.folder.lacks(block, &self.set_trials).contains(&true)).collect()
+    }
+
+    /// Looks at what is there of a campaign that ends when decided, from the next look on: the blocks that are missing for
+    /// a look, or none if all is decided, or there are no more trials. At each look, gain sets of which nothing that is
+    /// still open takes trials are stopped.
+    ///
+    /// The looks are at fixed numbers of trials. So neither the end nor the trials of a set depend on threads or on
+    /// interruptions.
+    fn look_on(&mut self, on_look: &dyn Fn(&Look)) -> Result<Vec<u64>> {
+        let Manifest { campaign, part_trials, sets, .. } = &self.folder.manifest;
+        let Some(mut looks) = self.looks.take() else { return Ok(Vec::new()) };
+        let missing = loop {
+            let blocks = looks.last / part_trials.get()..looks.next.div_ceil(part_trials.get());
+            let missing = self.lacking(blocks.clone());
+            if !missing.is_empty() {
+                break missing;
+            }
+            looks.rows.extend(self.folder.rows_of(blocks, &self.set_trials)?);
+            looks.last = looks.next;
+            let rows = BySet::new(&looks.rows, sets);
+            let open = looks.gates.open(&rows);
+            let is_over = open.is_empty() || looks.last == campaign.trials;
+            let mut stopping = Vec::new();
+            for (set, trials) in self.set_trials.iter_mut().enumerate().filter(|(_, trials)| **trials > looks.last) {
+                if is_over || open.iter().all(|open| !open.sets.contains(&set)) {
+                    *trials = looks.last;
+                    stopping.extend((!is_over).then_some(sets[set].as_str()));
+                }
+            }
+            on_look(&Look { rows: &rows, open: &open, stopping, all_episodes: self.all_episodes() });
+            if is_over {
+                break Vec::new();
+            }
+            looks.next = next_look(looks.last, LOOK_TRIALS, campaign.trials);
+        };
+        self.looks = Some(looks);
+        Ok(missing)
+    }
+
+    /// Runs what is missing and writes it part by part. Parts that are complete are left as they are.
     pub fn run(&mut self, watch: &Watch) -> Result<()> {
         if !self.is_done() {
             self.folder.remove_result()?;
-            let there = (0..self.folder.blocks()).filter_map(|block| self.folder.part(block).rows().ok());
-            (watch.on_part)(&there.flatten().collect::<Vec<_>>());
+            let is_there = |block: &u64| !self.folder.lacks(*block, &self.set_trials).contains(&true);
+            let there = (0..self.folder.blocks()).filter(is_there);
+            let rows = there.filter_map(|block| self.folder.rows_of(block..block + 1, &self.set_trials).ok());
+            (watch.on_part)(&rows.flatten().collect::<Vec<_>>());
         }
         self.plan.identify(self.folder)?;
         while !self.is_done() {
             self.pool.install(|| self.run_blocks(watch))?;
-            self.missing = match self.plan.until_resolved() {
-                true => self.plan.undecided(self.folder, watch.is_decided, &mut self.look)?,
-                false => Vec::new(),
-            };
+            self.missing = self.look_on(watch.on_look)?;
         }
-        if self.plan.until_resolved() { self.folder.stop_at(self.look) } else { Ok(()) }
+        if self.plan.until_resolved() { self.folder.stop_at(&self.set_trials) } else { Ok(()) }
     }
 
-    /// Units are single episodes, handed out in order one by one: cores stay busy to the end, and an interruption loses
-    /// only the few blocks in work.
+    /// Runs the missing blocks. Threads take single episodes, one after the other in their order, so that all cores stay
+    /// busy to the end and an interruption loses only the few blocks that are being worked on.
     fn run_blocks(&self, watch: &Watch) -> Result<()> {
-        let blocks: Vec<Block> = self.missing.iter().map(|&block| Block::new(self.folder, block)).collect();
+        let blocks = self.missing.iter().map(|&block| Block::new(self.folder, block, &self.set_trials));
+        let blocks: Vec<Block> = blocks.collect();
         let simulated = self.plan.simulated_at_first();
         let openings = self.plan.openings(&simulated, &self.designs);
-        let jobs = blocks.iter().flat_map(|block| (0..block.episodes).map(move |slot| (block, slot)));
+        let jobs = blocks.iter().flat_map(|block| block.missing.iter().map(move |&slot| (block, slot)));
         jobs.par_bridge().try_for_each(|(block, slot)| {
             if watch.stop.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);
             }
-            let complete = block.put(slot, self.plan.row(&self.designs, openings.as_deref(), block.first_trial, slot));
+            let complete = block.put(slot, self.plan.row(&self.designs, openings.as_deref(), slot));
             (watch.on_episode)();
             let Some(rows) = complete else { return Ok(()) };
             self.folder.part(block.index).write(&rows)?;
@@ -294,13 +356,13 @@ impl Work<'_> {
     }
 }
 
-/// Threads to work with; 0: one per core.
+/// A pool of so many threads; 0 means one for each core.
 pub(crate) fn pool(threads: usize) -> Result<ThreadPool> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map_err(|e| Error::Numeric { what: "threads".into(), problem: e.to_string() })
 }
 
-/// Errors: a name of a gain set that cannot become that of a file, or that two have.
+/// Fails if the name of a gain set cannot be the name of a file, or if two sets have the same name.
 fn check_names(campaign: &Campaign, sets: &[String], bases: &[GainSet]) -> Result<()> {
     for (i, (name, GainSet { name: base, .. })) in sets.iter().zip(bases).enumerate() {
         if base.is_empty() || base.starts_with('.') || base.contains(|c: char| "/\\:".contains(c) || c.is_control()) {
@@ -315,18 +377,18 @@ fn check_names(campaign: &Campaign, sets: &[String], bases: &[GainSet]) -> Resul
     Ok(())
 }
 
-/// What a campaign reads, so that it can be run again from its folder.
+/// The files that a campaign reads. They are kept, so that it can be run again from its folder.
 #[derive(Default)]
 struct Inputs {
-    /// Of all files, in the order in which they are hashed.
+    /// The texts of all files, in the order in which they are hashed.
     texts: Vec<String>,
-    /// Of those that are not compiled in: name in the result folder, text.
+    /// The files that are not compiled in, each by its name in the result folder and its text.
     kept: Vec<(String, String)>,
 }
 
 impl Inputs {
-    /// Takes the files of one input, each a kind and its extension; returns how the campaign in the folder names it: as it
-    /// is if it is compiled in, else by the last file.
+    /// Reads the files of one input, each given by its kind and extension. Returns the name that the campaign in the folder
+    /// has for it: the original one if the input is compiled in, else that of its last file.
     fn take(&mut self, original: &str, stem: &str, files: &[(Kind, &str)]) -> Result<String> {
         let mut name = original.to_string();
         for &(kind, extension) in files {
@@ -336,7 +398,7 @@ impl Inputs {
                 continue;
             }
             name = format!("inputs/{stem}.{extension}");
-            // Variants of one file share it.
+            // Variants of one gain set share its file.
             match self.kept.iter().find(|(kept, _)| *kept == name) {
                 Some((_, text)) if *text == source.text => {}
                 Some(_) => {
@@ -351,7 +413,7 @@ impl Inputs {
     }
 }
 
-/// Opens an input of a campaign; the settings of a robot lie beside its URDF.
+/// Opens an input of a campaign. The settings of a robot are in a file beside its URDF.
 fn open(kind: Kind, name: &str) -> Result<Source> {
     match kind {
         Kind::RobotSettings if !kind.names().contains(&name) => {
@@ -361,8 +423,9 @@ fn open(kind: Kind, name: &str) -> Result<Source> {
     }
 }
 
-/// The campaign without what no trial depends on. One that ends when decided may be taken up again with more trials: its
-/// intervals hold at every look. One with a fixed count may not: that would be a second look.
+/// The campaign without the settings on which no trial depends. A campaign that ends when decided may be taken up again
+/// with more trials, because its intervals hold at every look, so the number of trials is left out, too. A campaign with a
+/// fixed number may not: to add trials after having seen the result would be a second look.
 fn what_trials_are(campaign: &Campaign) -> Campaign {
     let mut trials = Campaign { gates: GateSpec::default(), ..campaign.clone() };
     trials.stopping.margin = 0.0;
@@ -372,7 +435,7 @@ fn what_trials_are(campaign: &Campaign) -> Campaign {
     trials
 }
 
-/// SHA-256 over program version, resolved campaign and texts of its inputs; each with its length in front.
+/// SHA-256 of the version of the program, the resolved campaign and the texts of its inputs, each with its length in front.
 fn hash(version: &str, campaign: &str, inputs: &[String]) -> String {
     let mut bytes = Vec::new();
     for text in [version, campaign].into_iter().chain(inputs.iter().map(String::as_str)) {
@@ -382,26 +445,35 @@ fn hash(version: &str, campaign: &str, inputs: &[String]) -> String {
     sha256_hex(&bytes)
 }
 
-/// A block in work: the rows so far, by their place in it.
+/// A block in work. Its rows stand by trial and number of the gain set.
 struct Block {
     index: u64,
-    first_trial: u64,
-    episodes: usize,
-    rows: Mutex<BTreeMap<usize, TrialRow>>,
+    /// What is to be run.
+    missing: Vec<(u64, usize)>,
+    /// Number of rows when it is complete.
+    all: usize,
+    rows: Mutex<BTreeMap<(u64, usize), TrialRow>>,
 }
 
 impl Block {
-    fn new(folder: &Folder, index: u64) -> Self {
-        let (first_trial, end) = folder.range(index);
-        let episodes = (end - first_trial) as usize * folder.manifest.sets.len();
-        Self { index, first_trial, episodes, rows: Mutex::default() }
+    /// The block as it is in the folder, with what it lacks if the gain sets have so many trials. Rows of other sets that
+    /// are there are kept.
+    fn new(folder: &Folder, index: u64, set_trials: &[u64]) -> Self {
+        let (first, end) = folder.range(index);
+        let lacks = folder.lacks(index, set_trials);
+        let lacking = (0..lacks.len()).filter(|&set| lacks[set]);
+        let missing: Vec<_> = (first..end).flat_map(|trial| lacking.clone().map(move |set| (trial, set))).collect();
+        let number = |row: &TrialRow| folder.manifest.sets.iter().position(|set| *set == row.set);
+        let there = folder.part(index).rows().unwrap_or_default().into_iter();
+        let rows: BTreeMap<_, _> = there.filter_map(|row| Some(((row.trial, number(&row)?), row))).collect();
+        Self { index, all: missing.len() + rows.len(), missing, rows: Mutex::new(rows) }
     }
 
-    /// Puts a row in its place; with the last one, all rows in order.
-    fn put(&self, slot: usize, row: TrialRow) -> Option<Vec<TrialRow>> {
+    /// Puts a row in its place. Returns all rows in order if this was the last one.
+    fn put(&self, slot: (u64, usize), row: TrialRow) -> Option<Vec<TrialRow>> {
         let mut rows = self.rows.lock().unwrap_or_else(PoisonError::into_inner);
         rows.insert(slot, row);
-        (rows.len() == self.episodes).then(|| std::mem::take(&mut *rows).into_values().collect())
+        (rows.len() == self.all).then(|| std::mem::take(&mut *rows).into_values().collect())
     }
 }
 
@@ -409,7 +481,9 @@ impl Block {
 mod tests {
     use super::*;
     use crate::campaign::Overrides;
-    use crate::campaign::verdict::{gates::Gates, summary::Summary};
+    use crate::campaign::store::row::tests::row;
+    use crate::campaign::verdict::summary::Summary;
+    use crate::episode::Outcome;
     use std::sync::atomic::AtomicUsize;
 
     fn plan(set: &[&str]) -> Plan {
@@ -427,9 +501,8 @@ mod tests {
                 stop.store(true, Ordering::Relaxed);
             }
         };
-        let is_decided = &|_: &[TrialRow]| false;
-        let mut work = plan.work(folder, RunOptions { threads: 1, shard: None }, is_decided)?;
-        work.run(&Watch { stop: &stop, on_episode: &on_episode, on_part: &|_| {}, is_decided })?;
+        let mut work = plan.work(folder, RunOptions { threads: 1, shard: None }, None)?;
+        work.run(&Watch { stop: &stop, on_episode: &on_episode, on_part: &|_| {}, on_look: &|_| {} })?;
         Ok(count.into_inner())
     }
 
@@ -470,6 +543,72 @@ mod tests {
         assert!([1, 7, 25, 100].into_iter().all(|part_trials| result(part_trials) == usual));
     }
 
+    /// Puts rows where work is missing, without a simulation: the first set recovers from nine of ten pushes, the second
+    /// from one of five, and the third from nine of ten, but not the same as the first. Returns the number of rows.
+    fn make_up(work: &mut Work) -> usize {
+        let has_recovered = |trial: u64, set: usize| match set {
+            0 => trial % 10 != 3,
+            1 => trial.is_multiple_of(5),
+            _ => trial % 10 != 7,
+        };
+        let (folder, mut made) = (work.folder, 0);
+        while !work.is_done() {
+            for &index in &work.missing {
+                let block = Block::new(folder, index, &work.set_trials);
+                made += block.missing.len();
+                let rows = block.missing.iter().filter_map(|&(trial, set)| {
+                    let outcome = if has_recovered(trial, set) { Outcome::Recovered } else { Outcome::Fell };
+                    block.put((trial, set), row(trial, &folder.manifest.sets[set], 1.0, outcome))
+                });
+                folder.part(index).write(&rows.last().unwrap()).unwrap();
+            }
+            work.missing = work.look_on(&|_| {}).unwrap();
+        }
+        folder.stop_at(&work.set_trials).unwrap();
+        made
+    }
+
+    #[test]
+    fn a_set_stops_when_all_about_it_is_decided_and_the_others_go_on() {
+        let dir = tempfile::tempdir().unwrap();
+        let plan = |trials: u64, more: &[&str]| {
+            let gains =
+                ["", ":zmp_margin_m=0.01", ":zmp_margin_m=0.02"].map(|variant| format!("hold{variant}")).to_vec();
+            let set = more.iter().map(|s| s.to_string()).collect();
+            let overrides = Overrides { gains, set, trials: Some(trials), until_resolved: true, ..Default::default() };
+            Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap()
+        };
+        let run = |plan: &Plan| {
+            let folder = plan.folder(Some(&dir.path().join("a"))).unwrap();
+            let gates = Gates::new(&plan.manifest, None).unwrap();
+            let options = RunOptions { threads: 1, shard: None };
+            let mut work = plan.work(&folder, options, Some(&gates)).unwrap();
+            let (before, all) = (work.episodes(), work.all_episodes());
+            plan.identify(&folder).unwrap();
+            let made = make_up(&mut work);
+            assert_eq!(work.episodes(), 0);
+            assert!(before >= made as u64 && all >= work.all_episodes());
+            let summary = Summary::read(&folder, &gates).unwrap().0;
+            assert_eq!(summary.sets.iter().map(|set| set.count.trials).sum::<u64>(), work.all_episodes());
+            (made, folder.set_trials().unwrap(), summary)
+        };
+        let (made, set_trials, summary) = run(&plan(150, &[]));
+        assert_eq!((made, &set_trials[..]), (325, &[150, 25, 150][..]));
+        assert_eq!((summary.trials, summary.sets[1].count.trials), (150, 25));
+        assert!(summary.stopped.unwrap().contains("after 25 trials"));
+        // The same again, and with more trials: the same sets go on.
+        assert_eq!(run(&plan(150, &[])).0, 0);
+        let (made, set_trials, _) = run(&plan(200, &[]));
+        assert_eq!((made, &set_trials[..]), (100, &[200, 25, 200][..]));
+        // All is decided at an earlier look if less is asked: nothing is run, and later rows do not count.
+        let (made, set_trials, _) = run(&plan(400, &["stopping.margin=0.7"]));
+        assert_eq!((made, &set_trials[..]), (0, &[25, 25, 25][..]));
+        // A gate asks for the set that had stopped: what it lacks is run, the rest is there.
+        let gate = "gates.require=['hold zmp_margin_m=0.01 >= 0.21']";
+        let (made, set_trials, _) = run(&plan(100, &[gate]));
+        assert_eq!((made, &set_trials[..]), (75, &[25, 100, 25][..]));
+    }
+
     /// Everyone who watches hears of each part once, and first of those that are there.
     #[test]
     fn parts_are_shown_as_soon_as_they_are_finished() {
@@ -480,10 +619,10 @@ mod tests {
         let seen = Mutex::new(Vec::new());
         let on_part =
             |rows: &[TrialRow]| seen.lock().unwrap().push(rows.iter().map(|row| row.trial).collect::<Vec<_>>());
-        let mut work = plan.work(&folder, RunOptions { threads: 1, shard: None }, &|_| false).unwrap();
+        let mut work = plan.work(&folder, RunOptions { threads: 1, shard: None }, None).unwrap();
         assert_eq!((work.episodes(), work.all_episodes()), (20, 30));
         let stop = AtomicBool::new(false);
-        work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &on_part, is_decided: &|_| false }).unwrap();
+        work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &on_part, on_look: &|_| {} }).unwrap();
         assert_eq!((work.episodes(), work.all_episodes()), (0, 30));
         let seen = seen.into_inner().unwrap();
         assert_eq!(seen[0], (0..10).collect::<Vec<_>>());

@@ -1,5 +1,5 @@
-//! How far a campaign or a search is: on a terminal a bar, and above it what was found so far; elsewhere a line now and
-//! then. All of it goes to the standard error.
+//! Shows how far a campaign or a search is. On a terminal there is a bar, and above it what was found so far; in a log
+//! there is a line now and then. All of it goes to the standard error.
 
 use super::terminal::{make_way_for, note};
 use crate::campaign::verdict::so_far::SoFar;
@@ -11,38 +11,42 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-/// What is said of the rate and of the time to go waits so long (s): the first episode alone says little.
+/// No rate and no time to go is told before this time has passed (s), because the first episode alone says little.
 const FIRST_S: f64 = 1.0;
-/// Columns of the narrowest bar, with the space after it.
+/// Width of the narrowest bar with the space after it (columns).
 const BAR_COLUMNS: usize = 5;
-/// Of the work, after each part of which a line is written where there is no terminal.
+/// A terminal shows what was found at most this often (s).
+const SHOWN_EVERY_S: f64 = 0.25;
+/// Where there is no terminal, a line is written whenever another one of so many equal parts of the work is done.
 const LINES: u64 = 10;
 
-/// Counts episodes, or searches of many episodes each, from any thread.
+/// Counts what is finished, from any thread: episodes, or other things such as searches, each of which takes many episodes.
 pub struct Progress {
     bar: Option<ProgressBar>,
     what: &'static str,
-    /// Whether an episode is one of what is counted, or of no account to it.
+    /// Whether episodes are what is counted.
     of_episodes: bool,
-    total: u64,
-    /// Of the total, what was there before the start.
+    total: AtomicU64,
+    /// How much of the total was finished before the start.
     there: u64,
-    /// Fewer may do.
+    /// Whether the work may end before the total is reached.
     at_most: bool,
     done: AtomicU64,
     episodes: AtomicU64,
     start: Instant,
-    /// For a log: what was found.
+    /// On a terminal, the last time at which it showed what was found.
+    shown: Mutex<Option<Instant>>,
+    /// In a log, the last text about what was found.
     found: Mutex<String>,
 }
 
 impl Progress {
-    /// Starts the clock for `total` episodes, of which some are `there`; `at_most`: fewer may do.
+    /// Starts the clock for `total` episodes, of which some are `there` already; with `at_most`, fewer may be enough.
     pub fn of_episodes(total: u64, there: u64, at_most: bool) -> Self {
         Self::new("episodes", true, total, there, at_most)
     }
 
-    /// The same for other things, e.g. searches, of which each takes many episodes.
+    /// Starts the clock for other things, such as searches, each of which takes many episodes.
     pub fn of(total: u64, what: &'static str) -> Self {
         Self::new(what, false, total, 0, false)
     }
@@ -50,8 +54,10 @@ impl Progress {
     fn new(what: &'static str, of_episodes: bool, total: u64, there: u64, at_most: bool) -> Self {
         let hidden = || ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden());
         let bar = std::io::stderr().is_terminal().then(hidden);
-        let (done, episodes, start, found) = (0.into(), 0.into(), Instant::now(), Mutex::default());
-        let progress = Self { bar, what, of_episodes, total, there, at_most, done, episodes, start, found };
+        let (done, episodes, start, total_now) = (0.into(), 0.into(), Instant::now(), total.into());
+        let (shown, found) = (Mutex::default(), Mutex::default());
+        let progress =
+            Self { bar, what, of_episodes, total: total_now, there, at_most, done, episodes, start, shown, found };
         match &progress.bar {
             Some(bar) => {
                 bar.set_style(style("{wide_bar} {msg}"));
@@ -65,31 +71,63 @@ impl Progress {
         progress
     }
 
-    /// One more episode is finished.
+    /// Counts one more finished episode.
     pub fn episode(&self) {
+        self.episode_and(|| ());
+    }
+
+    /// Counts one more finished episode, and calls `on_line` if a line was written to a log: what was found may follow it.
+    pub fn episode_and(&self, on_line: impl FnOnce()) {
         self.episodes.fetch_add(1, Ordering::Relaxed);
-        if self.of_episodes {
-            self.tick();
-        } else {
+        if !self.of_episodes {
             self.renew();
+        } else if self.count() {
+            on_line();
         }
     }
 
-    /// One more of what is counted is finished.
+    /// Counts one more finished thing of the kind that is counted.
     pub fn tick(&self) {
-        let done = self.there + self.done.fetch_add(1, Ordering::Relaxed) + 1;
-        self.renew();
-        if self.bar.is_none() && done < self.total && done * LINES / self.total != (done - 1) * LINES / self.total {
-            note(&self.line());
-            let found = std::mem::take(&mut *self.found.lock().unwrap_or_else(PoisonError::into_inner));
-            (!found.is_empty()).then(|| note(&found));
-        }
+        self.count();
     }
 
-    /// What a campaign has found so far: above the bar, or with the next line of a log.
+    /// Counts one more, and returns whether a line was written to a log.
+    fn count(&self) -> bool {
+        let (done, total) = (self.there + self.done.fetch_add(1, Ordering::Relaxed) + 1, self.total());
+        self.renew();
+        let has_line = self.bar.is_none() && done < total && done * LINES / total != (done - 1) * LINES / total;
+        if has_line {
+            note(&self.line());
+        }
+        has_line
+    }
+
+    /// Changes the total, which may become smaller while a campaign that ends when decided runs.
+    pub fn set_total(&self, total: u64) {
+        self.total.store(total.max(self.there + self.done()), Ordering::Relaxed);
+        self.bar.iter().for_each(|bar| bar.set_length(self.total()));
+        self.renew();
+    }
+
+    /// Whether it is time for a terminal to show again what was found, which takes some time to compute.
+    pub fn is_due(&self) -> bool {
+        let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_due = self.bar.is_some() && shown.is_none_or(|shown| shown.elapsed().as_secs_f64() > SHOWN_EVERY_S);
+        if is_due {
+            *shown = Some(Instant::now());
+        }
+        is_due
+    }
+
+    /// Shows what a campaign has found so far: above the bar of a terminal; in a log as a line, if that is new.
     pub fn show(&self, found: &SoFar) {
         let Some(bar) = &self.bar else {
-            *self.found.lock().unwrap_or_else(PoisonError::into_inner) = so_far::sentence(found);
+            let (told, mut before) =
+                (so_far::sentence(found), self.found.lock().unwrap_or_else(PoisonError::into_inner));
+            if *before != told {
+                note(&told);
+                *before = told;
+            }
             return;
         };
         let (height, width) = size();
@@ -97,27 +135,31 @@ impl Progress {
         if !lines.is_empty() {
             bar.set_style(style("{prefix}\n{wide_bar} {msg}"));
             bar.set_prefix(lines.join("\n"));
-            // Draws for sure; what changes with every episode is left out now and then.
+            // This draws at once; the changes of single episodes are not all drawn.
             bar.suspend(|| {});
         }
     }
 
-    /// Whether it is shown on a terminal, and renewed there.
+    /// Whether the progress is shown on a terminal, where it is renewed at any time.
     pub fn is_on_terminal(&self) -> bool {
         self.bar.is_some()
     }
 
-    /// Of what is counted, so many were finished since the start.
+    fn total(&self) -> u64 {
+        self.total.load(Ordering::Relaxed)
+    }
+
+    /// How much was finished since the start.
     pub fn done(&self) -> u64 {
         self.done.load(Ordering::Relaxed)
     }
 
-    /// Time that all of it takes at the pace so far, without what was there (s).
+    /// Time that the whole work takes at the pace so far (s), without what was there before the start.
     pub fn whole_s(&self) -> f64 {
-        self.start.elapsed().as_secs_f64() * (self.total - self.there) as f64 / self.done().max(1) as f64
+        self.start.elapsed().as_secs_f64() * (self.total() - self.there) as f64 / self.done().max(1) as f64
     }
 
-    /// Takes the bar away and says how long it took.
+    /// Takes the bar away and says how long the work took.
     pub fn finish(&self) {
         make_way_for(None);
         if let Some(bar) = &self.bar {
@@ -128,7 +170,7 @@ impl Progress {
         note(&format!("{done} {}{} in {}{rate}", self.what, self.of_many(), duration(elapsed_s)));
     }
 
-    /// Of searches, their episodes so far.
+    /// The number of episodes so far, in words, where something else is counted.
     fn of_many(&self) -> String {
         match self.episodes.load(Ordering::Relaxed) {
             episodes if !self.of_episodes && episodes > 0 => format!(", {episodes} episodes"),
@@ -143,21 +185,21 @@ impl Progress {
         }
     }
 
-    /// How far it is and, as soon as that can be said, how fast and for how long.
+    /// A line that says how far the work is and, as soon as it is known, how fast it goes and how long it still takes.
     fn line(&self) -> String {
-        let Self { total, there, what, .. } = self;
+        let (Self { there, what, .. }, total) = (self, self.total());
         let (done, at_most) = (self.done(), if self.at_most { "at most " } else { "" });
         let mut line = format!("{} of {at_most}{total} {what}{}", there + done, self.of_many());
         let Some(rate) = self.rate() else { return line };
         line += &rate;
-        if done > 0 && there + done < *total {
+        if done > 0 && there + done < total {
             let left_s = self.whole_s() - self.start.elapsed().as_secs_f64();
             line += &format!(", {} to go", duration(left_s));
         }
         line
     }
 
-    /// Episodes in a second; None as long as nothing can be said.
+    /// The number of episodes in a second, in words; None as long as it is not known.
     fn rate(&self) -> Option<String> {
         let (episodes, elapsed_s) = (self.episodes.load(Ordering::Relaxed), self.start.elapsed().as_secs_f64());
         (episodes > 1 && elapsed_s > FIRST_S).then(|| format!(", {}/s", two_digits(episodes as f64 / elapsed_s)))
@@ -168,13 +210,13 @@ fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
-/// Rows and columns of the terminal; its last column stays free, for some terminals go to the next line there.
+/// Rows and columns of the terminal. The last column stays free, because some terminals begin a new line after it.
 fn size() -> (usize, usize) {
     let (rows, columns) = Term::stderr().size();
     (rows.into(), usize::from(columns).saturating_sub(1))
 }
 
-/// Two digits that count.
+/// Writes a number with two significant digits.
 fn two_digits(x: f64) -> String {
     let unit = 10_f64.powi(x.abs().max(1e-3).log10().floor() as i32 - 1);
     let rounded = (x / unit).round() * unit;
@@ -188,7 +230,7 @@ fn two_digits(x: f64) -> String {
     format!("{rounded:.digits$}")
 }
 
-/// A time as one says it: 9.5 s, 45 s, 13 min, 2 h 5 min.
+/// Writes a time in the units in which people say it: 9.5 s, 45 s, 13 min, 2 h 5 min.
 pub fn duration(time_s: f64) -> String {
     let minutes = (time_s / 60.0).round() as u64;
     match time_s {
@@ -234,12 +276,13 @@ mod tests {
             bar: None,
             what: "episodes",
             of_episodes: true,
-            total: 4000,
+            total: 4000.into(),
             there,
             at_most: there == 0,
             done: AtomicU64::new(done),
             episodes: episodes.into(),
             start: Instant::now() - std::time::Duration::from_secs(ago_s),
+            shown: Mutex::default(),
             found: Mutex::default(),
         };
         assert_eq!(progress(0, 0, 0, 100).line(), "0 of at most 4000 episodes");
@@ -250,7 +293,7 @@ mod tests {
         // A search takes many episodes, and has no time to go before the first one has ended.
         let searches = |done, episodes| {
             let progress =
-                Progress { what: "searches", of_episodes: false, total: 8, ..progress(0, done, episodes, 25) };
+                Progress { what: "searches", of_episodes: false, total: 8.into(), ..progress(0, done, episodes, 25) };
             Progress { at_most: false, ..progress }.line()
         };
         assert_eq!(searches(0, 100), "0 of 8 searches, 100 episodes, 4.0/s");

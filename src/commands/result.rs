@@ -1,4 +1,4 @@
-//! What `run` and `merge` end with: the result is judged, written, printed, and its telling trials are shown.
+//! The end of `run` and of `merge`: it judges the result, writes and prints it, and writes replays of its telling trials.
 
 use super::arguments::{GateArgs, ReplaysArgs};
 use super::interrupt::STOP;
@@ -25,16 +25,16 @@ pub struct Printing {
 }
 
 impl Printing {
-    /// `folder` holds the result.
+    /// The text to print of a result; `folder` is the one that holds it.
     pub fn of(self, summary: &Summary, folder: &Path) -> String {
         if self.json { render::json(summary) } else { text::campaign(summary, folder, self.full) }
     }
 }
 
-/// Exit code if a gate did not pass.
+/// The exit code of the program if a gate did not pass.
 const GATE_FAILED: u8 = 100;
 
-/// The gates of a result. Errors: those of [`Gates::new`], or the baseline is the result itself.
+/// The gates of the campaign in a folder. It fails as [`Gates::new`] does, and if the baseline is the folder itself.
 pub fn gates_of(folder: &Folder, args: &GateArgs) -> Result<Gates> {
     if let Some(baseline) = args.baseline.as_deref().filter(|baseline| is_same_folder(baseline, &folder.path)) {
         let problem =
@@ -44,7 +44,8 @@ pub fn gates_of(folder: &Folder, args: &GateArgs) -> Result<Gates> {
     Gates::new(&folder.manifest, args.baseline.as_deref())
 }
 
-/// Writes the result files and prints the result; then the replays, which nobody should have to wait for.
+/// Writes the files of the result and prints it. The replays are written after that, so that nobody has to wait for them
+/// to read the result.
 pub fn conclude(folder: &Folder, gates: &Gates, args: &ReplaysArgs, printing: Printing) -> Result<ExitCode> {
     let (summary, rows) = Summary::of_folder(folder, gates)?;
     result::write(&summary, &rows, &folder.path)?;
@@ -55,12 +56,12 @@ pub fn conclude(folder: &Folder, gates: &Gates, args: &ReplaysArgs, printing: Pr
     match write_telling(folder, &summary, args.replays, &stop) {
         Ok(0) => {}
         Ok(replays) => {
-            // Now with links to them.
+            // The page is written again, now with links to the replays.
             result::write(&summary, &rows, &folder.path)?;
             let these = if replays == 1 { "replay of a telling trial" } else { "replays of telling trials" };
             note(&format!("written: {}: {replays} {these}", folder.path.join("replays").display()));
         }
-        // The result is none the worse.
+        // The result is complete without its replays, so this is no error.
         Err(error) => log::warn!("no replays: {error}"),
     }
     if stop() {

@@ -6,9 +6,9 @@ use super::progress::{Progress, duration};
 use super::result::{Printing, conclude, gates_of};
 use super::status::print_status;
 use super::terminal::{note, tell};
-use crate::campaign::run::{RunOptions, Watch, Work};
+use crate::campaign::run::{Look, RunOptions, Watch, Work};
 use crate::campaign::verdict::gates::Gates;
-use crate::campaign::verdict::so_far::SoFar;
+use crate::campaign::verdict::so_far::{SoFar, Tally};
 use crate::campaign::{Campaign, Folder, Overrides, Plan, Shard, TrialRow};
 use crate::error::{Error, Result};
 use crate::files::shell_word;
@@ -45,7 +45,9 @@ pub struct RunArgs {
     ///
     /// The first look is after 25 trials, and each further one after about a quarter more, in steps of 25. The intervals
     /// are valid however often one looks (they are betting confidence sequences): in at most 5 % of runs any gate, or any
-    /// pair, is decided wrongly. A run that ended undecided goes on if it is given more trials.
+    /// pair, is decided wrongly. A gain set stops earlier than the others once all its pairs are decided or, with gates,
+    /// once no undecided gate names it: in the standard campaign with at most 300 trials that saves 27 % of the episodes. A
+    /// run that ended undecided goes on, with the gain sets that were still undecided, if it is given more trials.
     #[arg(long)]
     pub until_resolved: bool,
     /// Two gain sets count as the same once their rates surely differ by less than this share
@@ -72,7 +74,7 @@ pub struct RunArgs {
     pub out: Option<PathBuf>,
     #[command(flatten)]
     pub printing: Printing,
-    /// Whether the program was called with nothing at all, perhaps for the first time.
+    /// Whether the program was called without any argument, as somebody does who does not know it yet.
     #[arg(skip)]
     pub bare: bool,
 }
@@ -82,15 +84,15 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     args.check_against(&campaign)?;
     let plan = Plan::new(&campaign)?;
     let folder = plan.folder(args.out.as_deref())?;
-    // Before anything runs: what cannot be judged in the end must not cost the time. A shard is judged by `merge`.
+    // The gates are checked before anything runs, so that no time is lost on a campaign that cannot be judged in the end. A
+    // shard has no gates; `merge` judges the whole.
     let gates = match args.shard {
         Some(_) => None,
         None => Some(gates_of(&folder, &args.gates)?),
     };
-    let undecided = |rows: &[TrialRow]| gates.as_ref().map_or(Vec::new(), |gates| gates.open(rows));
     let options = RunOptions { threads: args.threads, shard: args.shard };
     stop_on_ctrl_c();
-    let mut work = plan.work(&folder, options, &|rows| undecided(rows).is_empty())?;
+    let mut work = plan.work(&folder, options, gates.as_ref())?;
     if args.check.check {
         let (sets, episodes) = (folder.manifest.sets.join(", "), work.episodes());
         return fine(&format!("campaign {} with gain sets {sets}: {episodes} episodes to run", campaign.name));
@@ -106,37 +108,40 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     }
 }
 
-/// Runs what is missing, and shows how far it is and what it finds, also (`tells_time`) how long it will take here, as soon
-/// as that can be measured.
+/// Runs the episodes that are missing, and shows how far the campaign is and what it has found. With `tells_time` it also
+/// says how long the campaign will take here, as soon as the pace of the first episodes is known.
 fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool) -> Result<()> {
     let (folder, all, missing) = (work.folder, work.all_episodes(), work.episodes());
     let stopping = folder.manifest.campaign.stopping;
     let progress = (!work.is_done()).then(|| Progress::of_episodes(all, all - missing, stopping.until_resolved));
-    let finished = Mutex::new(Vec::<TrialRow>::new());
+    let tally = Mutex::new(Tally::new(&folder.manifest.sets));
+    let finished = || tally.lock().unwrap_or_else(PoisonError::into_inner);
+    let so_far = || SoFar::new(&finished(), stopping.margin);
     let on_part = |rows: &[TrialRow]| {
-        let Some(progress) = &progress else { return };
-        let mut finished = finished.lock().unwrap_or_else(PoisonError::into_inner);
-        if tells_time && finished.is_empty() && !rows.is_empty() {
+        let Some(progress) = progress.as_ref().filter(|_| !rows.is_empty()) else { return };
+        if tells_time && finished().is_empty() {
             let pace = format!("by the pace of its first {} episodes", progress.done());
             note(&format!("It takes about {} here, {pace}.", duration(progress.whole_s())));
         }
-        finished.extend_from_slice(rows);
-        progress.show(&SoFar::of(&finished, &folder.manifest.sets, stopping.margin));
-    };
-    let is_decided = |rows: &[TrialRow]| {
-        let open = gates.map_or(Vec::new(), |gates| gates.open(rows));
-        // A terminal shows at any time how it stands.
-        if progress.as_ref().is_some_and(|progress| open.is_empty() || !progress.is_on_terminal()) {
-            note(&look(rows, &open, gates, folder));
+        finished().add(rows);
+        if progress.is_due() {
+            progress.show(&so_far());
         }
-        open.is_empty()
     };
-    let on_episode = || progress.iter().for_each(Progress::episode);
-    let run = work.run(&Watch { stop: &STOP, on_episode: &on_episode, on_part: &on_part, is_decided: &is_decided });
+    let on_episode = || progress.iter().for_each(|progress| progress.episode_and(|| progress.show(&so_far())));
+    let on_look = |look: &Look| {
+        let Some(progress) = &progress else { return };
+        progress.set_total(look.all_episodes);
+        // A terminal shows at any time what is open, so it needs a line only when something ends.
+        if look.open.is_empty() || !look.stopping.is_empty() || !progress.is_on_terminal() {
+            note(&told(look, gates));
+        }
+    };
+    let run = work.run(&Watch { stop: &STOP, on_episode: &on_episode, on_part: &on_part, on_look: &on_look });
     progress.iter().for_each(Progress::finish);
     if let (Err(Error::Interrupted), Some(progress)) = (&run, &progress) {
-        let left = work.episodes();
-        let lost = progress.done() - (missing - left);
+        let (there, all, left) = (all - missing, work.all_episodes(), work.episodes());
+        let lost = progress.done().saturating_sub((all - left).saturating_sub(there));
         let lost = match lost {
             0 => String::new(),
             _ => {
@@ -152,12 +157,12 @@ fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool) -> Result<
 }
 
 impl RunArgs {
-    /// The standard campaign as it is.
+    /// The arguments with which the program runs if it is called without any: the standard campaign, unchanged.
     pub fn standard() -> Self {
         Self { campaign: "standard".into(), bare: true, ..Self::default() }
     }
 
-    /// All that these change of the campaign.
+    /// The changes of the campaign that these arguments ask for.
     fn overrides(&self) -> Overrides {
         Overrides {
             trials: self.max_trials.or(self.trials),
@@ -169,7 +174,7 @@ impl RunArgs {
         }
     }
 
-    /// Errors: options that mean nothing for this campaign, or together.
+    /// Fails if an option means nothing for this campaign, or contradicts another option.
     fn check_against(&self, campaign: &Campaign) -> Result<()> {
         if self.max_trials.is_some() && !campaign.stopping.until_resolved {
             let problem = "the campaign has a fixed count of trials";
@@ -191,7 +196,7 @@ impl RunArgs {
     }
 }
 
-/// Says what of the campaign is there; false if nothing is.
+/// Says how much of the campaign is in the folder already. Returns false, and says nothing, if nothing is there.
 fn say_what_is_there(folder: &Folder, work: &Work) -> bool {
     let (path, all) = (folder.path.display(), work.all_episodes());
     let there = all - work.episodes();
@@ -212,7 +217,7 @@ fn say_what_is_there(folder: &Folder, work: &Work) -> bool {
     true
 }
 
-/// What somebody hears who has called the program with nothing at all.
+/// Tells a user who called the program without any argument what it is about to do, how to stop it, and what is quicker.
 fn announce(campaign: &Campaign, work: &Work) {
     let program = std::env::args().next().unwrap_or("standfast".into());
     let (program, sets, name) = (shell_word(&program), campaign.gains.len(), &campaign.name);
@@ -227,15 +232,21 @@ fn announce(campaign: &Campaign, work: &Work) {
     tell("", &format!("For a quick look instead: {quick} (seconds)."));
 }
 
-/// What a campaign that ends when decided has still to decide (`open`), and whether that takes more trials than its
-/// baseline has.
-fn look(rows: &[TrialRow], open: &[String], gates: Option<&Gates>, folder: &Folder) -> String {
-    let trials = rows.len() / folder.manifest.sets.len();
-    let what = match open {
-        [] if gates.is_some_and(|gates| gates.outlasts_baseline(rows)) => "not decided, but the baseline has no more",
+/// What a look at a campaign that ends when decided has found: what is still to be decided, whether that takes more trials
+/// than the baseline has, and which gain sets stop.
+fn told(look: &Look, gates: Option<&Gates>) -> String {
+    let what = match look.open {
+        [] if gates.is_some_and(|gates| gates.outlasts_baseline(look.rows)) => {
+            "not decided, but the baseline has no more"
+        }
         [] => "decided",
-        [first] => &format!("not decided yet: {first}"),
-        [first, more @ ..] => &format!("not decided yet: {first}, and {} more", more.len()),
+        [first] => &format!("not decided yet: {}", first.words),
+        [first, more @ ..] => &format!("not decided yet: {}, and {} more", first.words, more.len()),
     };
-    format!("after {trials} trials: {what}")
+    let stopping = match &look.stopping[..] {
+        [] => String::new(),
+        [one] => format!("; {one} needs no more trials"),
+        several => format!("; {} need no more trials", several.join(", ")),
+    };
+    format!("after {} trials: {what}{stopping}", look.rows.trials())
 }

@@ -12,6 +12,7 @@ pub mod failures;
 pub mod footsteps;
 pub mod gates;
 pub mod headline;
+pub mod looks;
 pub mod pairs;
 pub mod prediction;
 pub mod set_summary;

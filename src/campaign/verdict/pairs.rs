@@ -5,36 +5,41 @@
 //! Pairs come in the order of what they tell: those of which one is better, the larger difference first; those that
 //! are the same; those that are not resolved.
 
-use crate::campaign::store::row::{TrialRow, by_trial};
+use crate::campaign::store::by_set::BySet;
+use crate::campaign::store::row::TrialRow;
 use crate::campaign::verdict::evidence::Evidence;
+use crate::campaign::verdict::looks::{looks, narrowed};
 use crate::campaign::verdict::strata::Stratum;
-use crate::stats::decision::{ALPHA, Decision, PairVerdict, each_of};
+use crate::stats::decision::{ALPHA, Decision, PairVerdict, each_of, verdict};
 use crate::stats::mcnemar::PairedCounts;
 use crate::stats::ranks::{Shift, signed_rank};
 use serde::Serialize;
 use std::cmp::Ordering;
 
+/// Text has room for so many pairs.
+const FEW_PAIRS: usize = 6;
 /// How many trials are named as examples.
 const EXAMPLES: usize = 5;
-/// Of intervals in strata.
+/// Level of the intervals in strata.
 const LEVEL: f64 = 0.95;
-/// With this chance the trials that are asked for would resolve a pair.
+/// The chance with which the number of further trials that is told would resolve a pair.
 const POWER: f64 = 0.8;
 
-/// Two sets, trial by trial; a recovered at least as often as b.
+/// Two sets over the trials that both have; a recovered at least as often as b.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Pair {
     pub a: String,
     pub b: String,
     #[serde(flatten)]
     pub counts: PairedCounts,
-    /// Rate of a less rate of b (a share, not negative).
+    /// Rate of a less rate of b over the trials that both have (a share; negative only if a was found to be better at an
+    /// early look and has recovered less often since).
     pub difference: f64,
-    /// Of the difference, for all pairs of the result together at 95 %; where the campaign could end when decided, at every
-    /// look. It leaves 0 out just where a is better.
+    /// Of the difference, for all pairs of the result together at 95 %; where the campaign could end when decided, what the
+    /// intervals of all [looks](super::looks) have in common. It leaves 0 out just where a is better.
     pub adjusted_ci95: [f64; 2],
-    /// Of McNemar's test, two-sided, times the count of pairs. Under 0.05 just where a is better. None where the campaign
-    /// could end when decided: it is for a count of trials that was fixed in advance.
+    /// Two-sided p-value of McNemar's test times the number of pairs. It is below 0.05 exactly where a is better. None where
+    /// the campaign could end when decided, since the test is for a number of trials that was fixed in advance.
     pub adjusted_p: Option<f64>,
     pub verdict: PairVerdict,
     /// The verdict in sentences.
@@ -55,7 +60,8 @@ pub struct Pair {
     pub strata: Vec<PairStratum>,
 }
 
-/// Two sets over some of the trials. To look at, not to claim: nothing is adjusted for how many there are.
+/// Two sets over the trials of one stratum. These show where to look and prove nothing: the intervals are not adjusted for
+/// the number of strata.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PairStratum {
     pub by: &'static str,
@@ -79,49 +85,41 @@ pub struct DecisionRule {
 }
 
 impl Pair {
-    /// Each pair of sets that is asked for, in the order of what they tell; `rows` are sorted by trial, then by set in the
-    /// order of `names`.
-    pub fn all(
-        rows: &[TrialRow],
-        names: &[String],
-        pairs: &[(usize, usize)],
-        strata: &[Stratum],
-        deciding: DecisionRule,
-    ) -> Vec<Self> {
-        let pair = |&sets: &(usize, usize)| Self::new(rows, names, sets, strata, pairs.len(), deciding);
+    /// Each pair of sets that is asked for, in the order of what they tell.
+    pub fn all(rows: &BySet, pairs: &[(usize, usize)], strata: &[Stratum], deciding: DecisionRule) -> Vec<Self> {
+        let pair = |&sets: &(usize, usize)| Self::new(rows, sets, strata, pairs.len(), deciding);
         let mut all: Vec<Self> = pairs.iter().map(pair).collect();
         all.sort_by(|x, y| by_what_they_tell((x.verdict, x.difference), (y.verdict, y.difference)));
         all
     }
 
-    /// One of `pairs` pairs.
+    /// The comparison of two sets, one of `pairs` pairs.
     fn new(
-        rows: &[TrialRow],
-        names: &[String],
+        rows: &BySet,
         sets: (usize, usize),
         strata: &[Stratum],
         pairs: usize,
-        deciding: DecisionRule,
+        DecisionRule { sequential, margin, end_early }: DecisionRule,
     ) -> Self {
-        let ((a, b), counts) = winner_first(rows, names.len(), sets);
-        let trials = || by_trial(rows, names.len());
+        let Standing { sets: (a, b), counts, decision } = Standing::new(rows, sets, pairs, margin, sequential);
+        let Decision { ci95, p, verdict } = decision;
         let first = |wins: usize, loses: usize| {
-            let only = trials().filter(|trial| trial[wins].has_recovered() && !trial[loses].has_recovered());
-            only.take(EXAMPLES).map(|trial| trial[0].trial).collect()
+            let only = rows.common(wins, loses).filter(|(won, lost)| won.has_recovered() && !lost.has_recovered());
+            only.take(EXAMPLES).map(|(won, _)| won.trial).collect()
         };
         let shift = |get: &dyn Fn(&TrialRow) -> Option<f64>| {
-            let both = trials().filter(|trial| trial[a].has_recovered() && trial[b].has_recovered());
-            let differences = both.filter_map(|trial| Some(get(&trial[a])? - get(&trial[b])?));
+            let both = rows.common(a, b).filter(|(a, b)| a.has_recovered() && b.has_recovered());
+            let differences = both.filter_map(|(a, b)| Some(get(a)? - get(b)?));
             signed_rank(&differences.collect::<Vec<_>>())
         };
         let stratum = |stratum: &Stratum| {
-            let counts = self::counts(stratum.trials(rows, names.len()), a, b);
+            let of = |set: usize, trial: usize| rows.of(set).get(trial).map(|row| row.has_recovered());
+            let recovered = |&trial: &usize| Some((of(a, trial)?, of(b, trial)?));
+            let counts = PairedCounts::of(stratum.trials.iter().filter_map(recovered));
             let (by, label, trials) = (stratum.by, stratum.label.clone(), counts.trials());
             let (difference, ci95) = (counts.difference(), counts.difference_interval(LEVEL));
             PairStratum { by, label, trials, counts, difference, ci95 }
         };
-        let DecisionRule { sequential, margin, end_early } = deciding;
-        let Decision { ci95, p, verdict } = Decision::new(&counts, pairs, margin, sequential);
         let level = each_of(pairs, 1.0 - ALPHA);
         let more_trials = match sequential {
             _ if verdict != PairVerdict::Open => None,
@@ -129,8 +127,8 @@ impl Pair {
             false => counts.trials_to_resolve(POWER, 1.0 - level),
         };
         let mut pair = Self {
-            a: names[a].clone(),
-            b: names[b].clone(),
+            a: rows.names[a].clone(),
+            b: rows.names[b].clone(),
             counts,
             difference: counts.difference(),
             adjusted_ci95: ci95,
@@ -180,19 +178,74 @@ pub(super) fn points(share: f64) -> String {
     format!("{points:.*}", digits as usize)
 }
 
-/// The order of two pairs, each by verdict and difference (a share, not negative).
+/// Compares two pairs, each given by its verdict and its difference (a share): the one that tells more comes first.
 pub fn by_what_they_tell(x: (PairVerdict, f64), y: (PairVerdict, f64)) -> Ordering {
     x.0.cmp(&y.0).then(y.1.total_cmp(&x.1))
 }
 
-/// The pair with the set first that recovers more often, or as it is if neither does, and who recovered; `sets` is the
-/// count of sets.
-pub fn winner_first(rows: &[TrialRow], sets: usize, (a, b): (usize, usize)) -> ((usize, usize), PairedCounts) {
-    let counts = counts(by_trial(rows, sets), a, b);
-    match counts.only_a < counts.only_b {
-        true => ((b, a), PairedCounts { only_a: counts.only_b, only_b: counts.only_a, ..counts }),
-        false => ((a, b), counts),
+/// How two sets stand on the trials that both have.
+pub struct Standing {
+    /// Their numbers. First comes the better one or, of two that are not told apart, the one that recovered more often.
+    pub sets: (usize, usize),
+    pub counts: PairedCounts,
+    pub decision: Decision,
+}
+
+impl Standing {
+    /// Of one of `pairs` pairs. `margin` as for [`Decision::new`]; `sequential`: the campaign could end when decided, and
+    /// what a look has decided stays.
+    pub fn new(rows: &BySet, (a, b): (usize, usize), pairs: usize, margin: f64, sequential: bool) -> Self {
+        let recovered: Vec<(bool, bool)> =
+            rows.common(a, b).map(|(a, b)| (a.has_recovered(), b.has_recovered())).collect();
+        let trials = recovered.len() as u64;
+        let looks = if sequential { looks(trials) } else { vec![trials] };
+        let counts = |trials: u64| PairedCounts::of(recovered[..trials as usize].iter().copied());
+        Self::at_looks((a, b), &looks.into_iter().map(counts).collect::<Vec<_>>(), pairs, margin, sequential)
     }
+
+    /// The same of the counts at each look, of which the last are those of all trials.
+    pub fn at_looks(sets: (usize, usize), looks: &[PairedCounts], pairs: usize, margin: f64, sequential: bool) -> Self {
+        let all = looks.last().copied().unwrap_or_default();
+        let in_order = |is_swapped: bool| {
+            let ordered = |counts: &PairedCounts| if is_swapped { swapped(counts) } else { *counts };
+            let decisions: Vec<_> =
+                looks.iter().map(|counts| Decision::new(&ordered(counts), pairs, margin, sequential)).collect();
+            let decision = match &decisions[..] {
+                [decision] => *decision,
+                decisions => {
+                    let ci95 = narrowed(decisions.iter().map(|decision| decision.ci95));
+                    Decision { ci95, p: None, verdict: verdict(ci95, margin) }
+                }
+            };
+            let sets = if is_swapped { (sets.1, sets.0) } else { sets };
+            Self { sets, counts: ordered(&all), decision }
+        };
+        let is_swapped = all.only_a < all.only_b;
+        let found = in_order(is_swapped);
+        // Decided for one set at an early look, though the other has recovered more often since.
+        if found.decision.ci95[1] < 0.0 { in_order(!is_swapped) } else { found }
+    }
+}
+
+/// The same trials with the sets in the other order.
+fn swapped(counts: &PairedCounts) -> PairedCounts {
+    PairedCounts { only_a: counts.only_b, only_b: counts.only_a, ..*counts }
+}
+
+/// The numbers of the gain sets that recover most, in the order of `rates` (shares). Sets may have different trials, so
+/// they are ranked first by how many others recover more often on the trials that both have, then by their rates.
+/// `behind` is of each pair the set that recovers less often, if one does.
+pub fn leaders(rates: &[f64], behind: impl IntoIterator<Item = usize>) -> Vec<usize> {
+    let mut better = vec![0; rates.len()];
+    behind.into_iter().for_each(|set| better[set] += 1);
+    let rank = |a: usize, b: usize| better[a].cmp(&better[b]).then(rates[b].total_cmp(&rates[a]));
+    let Some(first) = (0..rates.len()).min_by(|&a, &b| rank(a, b)) else { return Vec::new() };
+    (0..rates.len()).filter(|&set| rank(set, first).is_eq()).collect()
+}
+
+/// Whether a pair is named where there is no room for many: of many `pairs`, those with the leader stand for all.
+pub fn is_worth_a_line<T>(pairs: usize, is_leader: impl Fn(T) -> bool, (a, b): (T, T)) -> bool {
+    pairs <= FEW_PAIRS || is_leader(a) || is_leader(b)
 }
 
 /// A p-value as it is told: two digits are enough of a large one. Four of a small one are cut off, not rounded, so that
@@ -205,15 +258,10 @@ pub fn p_value(p: f64) -> String {
     }
 }
 
-/// Two digits are enough of a guess.
+/// Rounds a guess up to two digits.
 pub fn rounded(count: u64) -> u64 {
     let unit = 10u64.pow(count.max(1).ilog10().saturating_sub(1));
     count.div_ceil(unit) * unit
-}
-
-/// Who recovered, over trials that are the rows of all sets each.
-pub fn counts<'a>(trials: impl Iterator<Item = &'a [TrialRow]>, a: usize, b: usize) -> PairedCounts {
-    PairedCounts::of(trials.map(|trial| (trial[a].has_recovered(), trial[b].has_recovered())))
 }
 
 /// Every pair of so many sets, the earlier one first.
@@ -238,11 +286,12 @@ mod tests {
     }
 
     const AT_ONCE: DecisionRule = DecisionRule { sequential: false, margin: 0.02, end_early: true };
+    const AT_EVERY_LOOK: DecisionRule = DecisionRule { sequential: true, ..AT_ONCE };
 
     /// Sets "a" and "b".
     fn pair(outcomes: &[[Outcome; 2]], deciding: DecisionRule) -> Pair {
         let names = ["a".to_string(), "b".to_string()];
-        Pair::all(&rows(outcomes), &names, &[(0, 1)], &[], deciding).remove(0)
+        Pair::all(&BySet::new(&rows(outcomes), &names), &[(0, 1)], &[], deciding).remove(0)
     }
 
     #[test]
@@ -250,6 +299,11 @@ mod tests {
         let outcomes = |both: usize, only_a: usize, only_b: usize| {
             let parts = [vec![[Recovered; 2]; both], vec![[Recovered, Fell]; only_a], vec![[Fell, Recovered]; only_b]];
             parts.concat()
+        };
+        // As they would come: no kind of trial before another.
+        let mixed = |counts: [usize; 3]| {
+            let sorted = outcomes(counts[0], counts[1], counts[2]);
+            pair(&(0..sorted.len()).map(|i| sorted[7 * i % sorted.len()]).collect::<Vec<_>>(), AT_EVERY_LOOK)
         };
         let found = |counts: [usize; 3], deciding| pair(&outcomes(counts[0], counts[1], counts[2]), deciding);
         let better = found([80, 18, 2], AT_ONCE);
@@ -277,14 +331,33 @@ mod tests {
             "a and b differ by less than 2.0 points. No difference was seen (-0.5 to 0.5, p = 1.00)."
         );
         // At every look more is asked for than once.
-        let at_every_look = DecisionRule { sequential: true, ..AT_ONCE };
         assert_eq!(found([90, 8, 1], AT_ONCE).verdict, PairVerdict::Better);
-        assert_eq!(found([90, 8, 1], at_every_look).verdict, PairVerdict::Open);
-        assert_eq!(found([80, 18, 1], at_every_look).verdict, PairVerdict::Better);
+        assert_eq!(mixed([90, 8, 1]).verdict, PairVerdict::Open);
+        assert_eq!(mixed([80, 18, 1]).verdict, PairVerdict::Better);
         // Nearly decided for a fixed count, but far from it at every look.
-        let open = found([450, 66, 34], at_every_look);
+        let open = mixed([450, 66, 34]);
         assert!(open.verdict == PairVerdict::Open && open.more_trials.is_some_and(|more| more > 100), "{}", open.words);
         assert!(open.words.contains(" more trials would show it.") && !open.words.contains("p ="), "{}", open.words);
+    }
+
+    /// 8 : 0 after 25 trials is decided; without these, the later trials would leave it open, or even speak for the other set.
+    #[test]
+    fn what_an_early_look_has_decided_stays() {
+        let early = [vec![[Recovered, Fell]; 12], vec![[Recovered; 2]; 13]].concat();
+        let names = ["a", "b"].map(String::from);
+        let found = |later: usize| {
+            let turns = [[Recovered; 2], [Recovered; 2], [Recovered; 2], [Fell, Recovered]];
+            let outcomes = [early.clone(), (0..later).map(|i| turns[i % 4]).collect()].concat();
+            let rows = rows(&outcomes);
+            Standing::new(&BySet::new(&rows, &names), (0, 1), 1, 0.02, true)
+        };
+        for (later, only_b) in [(0, 0), (50, 12), (75, 18)] {
+            let Standing { sets, counts, decision } = found(later);
+            assert_eq!((sets, counts.only_a, counts.only_b), ((0, 1), 12, only_b));
+            assert!(decision.verdict == PairVerdict::Better && decision.ci95[0] > 0.0, "{later}: {decision:?}");
+        }
+        let alone = Decision::new(&found(75).counts, 1, 0.02, true);
+        assert_eq!(alone.verdict, PairVerdict::Open);
     }
 
     #[test]
@@ -303,7 +376,7 @@ mod tests {
         let rows: Vec<_> = (0..100).flat_map(|i| recovered.map(|(set, n)| row(i, set, 1.0, outcome(i, n)))).collect();
         let names = recovered.map(|(set, _)| set.to_string());
         let deciding = DecisionRule { margin: 0.09, ..AT_ONCE };
-        let all = Pair::all(&rows, &names, &every_pair(5), &[], deciding);
+        let all = Pair::all(&BySet::new(&rows, &names), &every_pair(5), &[], deciding);
         let told: Vec<_> = all.iter().map(|pair| format!("{} {} {:?}", pair.a, pair.b, pair.verdict)).collect();
         let expected = [
             "catch fixed Better",
@@ -330,7 +403,7 @@ mod tests {
             rows.extend([("a", a), ("b", b), ("c", a)].map(|(set, recovered)| row(i, set, 1.0, outcome(recovered))));
         }
         let names = ["a", "b", "c"].map(String::from);
-        let all = Pair::all(&rows, &names, &[(0, 1), (0, 2), (1, 2)], &[], AT_ONCE);
+        let all = Pair::all(&BySet::new(&rows, &names), &[(0, 1), (0, 2), (1, 2)], &[], AT_ONCE);
         let open = all.iter().find(|pair| (&pair.a[..], &pair.b[..]) == ("a", "b")).unwrap();
         assert!(open.counts.mcnemar_p() < 0.05 && open.verdict == PairVerdict::Open, "{open:?}");
         assert_eq!(open.adjusted_p, Some(3.0 * open.counts.mcnemar_p()));
@@ -345,7 +418,7 @@ mod tests {
             row.footsteps = 1;
         }
         let names = ["a".to_string(), "b".to_string()];
-        let pair = Pair::all(&rows, &names, &[(0, 1)], &[], AT_ONCE).remove(0);
+        let pair = Pair::all(&BySet::new(&rows, &names), &[(0, 1)], &[], AT_ONCE).remove(0);
         let (settling, footsteps) = (pair.settling_s.unwrap(), pair.footsteps.unwrap());
         assert_eq!((settling.pairs, footsteps.pairs, pair.homing_s), (12, 12, None));
         assert!((settling.median + 0.1055).abs() < 1e-9 && settling.p < 0.001, "{settling:?}");

@@ -10,12 +10,12 @@ use crate::stats::decision::PairVerdict;
 const FEW_TRIALS: u64 = 100;
 /// How many pairs are named.
 const NAMED: usize = 3;
-/// A rate beyond this leaves little to compare.
+/// If all rates are above this, or all below 1 minus this, there is little to compare.
 const NEARLY: f64 = 0.98;
 /// Share of trials that may begin with a robot in motion.
 const MOVING: f64 = 0.02;
 
-/// In words, the gravest first; empty for a sound design.
+/// The warnings in words, the gravest first. There are none for a sound design.
 pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair]) -> Vec<String> {
     let mut found = Vec::new();
     let alike = |i: u64| {
@@ -48,11 +48,12 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
             "No gain set recovered from more than a few trials: the pushes are too hard to tell the sets apart.".into(),
         );
     }
-    // So many that all to one side are a difference: 2 / 2^k under 5 %, for each of the pairs.
+    // The smallest number of trials that show a difference if all of them speak for the same set: 2 / 2^k is below 5 %, for
+    // each of the pairs.
     let enough = (2.0 * pairs.len().max(1) as f64 / 0.05).log2().ceil() as u64;
     let is_thin = |pair: &&Pair| {
         let discordant = pair.counts.only_a + pair.counts.only_b;
-        pair.verdict == PairVerdict::Open && discordant < enough && trials >= FEW_TRIALS
+        pair.verdict == PairVerdict::Open && discordant < enough && pair.counts.trials() >= FEW_TRIALS
     };
     let thin: Vec<String> = pairs.iter().filter(is_thin).map(|pair| format!("{} and {}", pair.a, pair.b)).collect();
     if !thin.is_empty() {

@@ -4,20 +4,13 @@ use crate::campaign::Summary;
 use crate::campaign::verdict::baseline::BaselineId;
 use crate::campaign::verdict::evidence::Status;
 use crate::campaign::verdict::gates::GateResult;
-use crate::campaign::verdict::pairs::{Pair, p_value, rounded};
+use crate::campaign::verdict::headline::leaders;
+use crate::campaign::verdict::pairs::{Pair, is_worth_a_line, p_value, rounded};
 use crate::render::replay_command;
 use crate::render::text::layout::{align, signed, table, whole_names, wrapped};
 use crate::stats::mcnemar::PairedCounts;
 use comfy_table::Table;
 use std::path::Path;
-
-/// If every set is compared with every other and there are more pairs than this, only those of the best set are shown.
-const FEW_PAIRS: usize = 6;
-
-/// A sentence or two on one line: which gain set recovers most, and than which others it is better.
-pub fn headline(summary: &Summary) -> String {
-    summary.headline.clone()
-}
 
 /// The verdicts, one paragraph for each pair, and a note on their intervals.
 pub(super) fn verdicts(summary: &Summary) -> String {
@@ -54,19 +47,19 @@ pub fn about_pairs(summary: &Summary) -> String {
     }
 }
 
-/// The pairs that are shown: all, or those of the set that recovers most if there are too many ([`FEW_PAIRS`]).
+/// The pairs that are shown: all, or those of the set that recovers most if there are too many.
 fn shown(summary: &Summary) -> Vec<&Pair> {
     let (sets, pairs) = (summary.sets.len(), &summary.pairs);
     // In a comparison of two results, each set has its partner, so that the pairs of one set would not tell enough.
-    let all = pairs.len() <= FEW_PAIRS || pairs.len() != sets * sets.saturating_sub(1) / 2;
+    let all = pairs.len() != sets * sets.saturating_sub(1) / 2;
     let leader = leader(summary);
-    pairs.iter().filter(|pair| all || pair.a == leader || pair.b == leader).collect()
+    let is_leader = |name: &String| name == leader;
+    pairs.iter().filter(|pair| all || is_worth_a_line(pairs.len(), is_leader, (&pair.a, &pair.b))).collect()
 }
 
 /// The first of the sets that recover most.
 fn leader(summary: &Summary) -> &str {
-    let most = summary.sets.iter().map(|set| set.count.recovered).max();
-    summary.sets.iter().find(|set| Some(set.count.recovered) == most).map_or("", |set| &set.name)
+    leaders(&summary.sets, &summary.pairs).first().map_or("", |set| &set.name)
 }
 
 fn counts(pairs: &[&Pair]) -> Table {
@@ -226,8 +219,8 @@ mod tests {
         summary.sets = (0..sets)
             .map(|i| crate::campaign::verdict::set_summary::SetSummary { name: name(i), ..set.clone() })
             .collect();
-        summary.sets[sets - 1].count.recovered += 1;
-        summary.pairs = pairs.iter().map(|&(a, b)| Pair { a: name(a), b: name(b), ..pair.clone() }).collect();
+        // The last set recovers most.
+        summary.pairs = pairs.iter().map(|&(a, b)| Pair { a: name(b), b: name(a), ..pair.clone() }).collect();
         summary
     }
 
@@ -235,7 +228,7 @@ mod tests {
     fn many_pairs_are_cut_down_to_those_of_the_best_set_unless_sets_have_partners() {
         let every = crate::campaign::verdict::pairs::every_pair(7);
         let summary = with_pairs(7, &every);
-        assert!(shown(&summary).iter().all(|pair| pair.b == "set6"));
+        assert!(shown(&summary).iter().all(|pair| pair.a == "set6"));
         let text = verdicts(&summary);
         assert_eq!(text.matches("\n - ").count() + usize::from(text.starts_with(" - ")), 6, "{text}");
         let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
