@@ -36,39 +36,42 @@ fn an_episode_repeats_to_the_bit_in_every_thread() {
     assert_ne!(fingerprint(&bench, 2), first);
 }
 
-/// Plant, controller, sensors and referee go on from a shared beginning as if each episode had had its own: with noise, on
-/// a slope, with a push that needs no footstep and one that needs some.
+/// Gain sets that run together, and trials that go on from a shared beginning, have the records of episodes that run
+/// alone: with noise, on a slope, with pushes that need no footstep, that need some, and that topple the robot.
 #[test]
-fn episodes_that_share_their_beginning_are_the_same_bits() {
-    use standfast::episode::{Disturbance, Opening};
+fn episodes_that_share_a_robot_are_the_same_bits() {
+    use standfast::episode::{self, Disturbance, Episodes};
     use standfast::sim::{Push, Variation};
+    let names = ["hold", "switching", "paper", "catch", "fixed"];
+    let benches = names.map(Bench::new);
+    let (robot, config) = (&benches[0].robot, common::config(3.0));
     let variation = Variation { slope_deg: Some(1.0), delay_s: Some(0.005), ..Variation::default() };
-    for gains in ["hold", "paper", "catch"] {
-        let bench = Bench::new(gains);
-        let simulated = variation.robot(&bench.robot);
-        let config = common::config(1.6);
-        let pushed = |impulse_n_s, heading_deg| Push { start_s: 0.9, ..push(impulse_n_s, heading_deg) };
-        let start = |pushes| {
-            let disturbance = Disturbance { pushes, sensor_errors: Some(sensor_errors(3)), variation };
-            Opening::new(&bench.robot, &simulated, &bench.design, &config, disturbance)
+    let simulated = variation.robot(robot);
+    let pushed = |impulse_n_s, heading_deg| vec![Push { start_s: 0.7, ..push(impulse_n_s, heading_deg) }];
+    let disturbance =
+        |pushes: &[Push]| Disturbance { pushes: pushes.to_vec(), sensor_errors: Some(sensor_errors(3)), variation };
+    let start = |pushes: &[Push]| {
+        let designs = benches.iter().map(|bench| &bench.design);
+        Episodes::new(robot, &simulated, designs, &config, disturbance(pushes))
+    };
+    let shared = start(&pushed(1.0, 0.0)).before(0.7);
+    let mut outcomes = Vec::new();
+    for (impulse_n_s, heading_deg) in [(1.0, 0.0), (4.0, 170.0), (2.8, 80.0), (5.0, 10.0)] {
+        let pushes = pushed(impulse_n_s, heading_deg);
+        let alone = |bench: &Bench| {
+            let until = config.until();
+            episode::run(robot, &bench.design, &config, disturbance(&pushes), until, &mut |_| {})
         };
-        let finish = |episode: Opening, from_s: f64| {
-            let mut seen = Vec::new();
-            let record = episode.finish((Until::Horizon, 0.0), &mut |tick, _| {
-                let truth = tick.truth;
-                let numbers = truth.velocity.iter().chain(&tick.command.q_ref).chain(&tick.command.tau_ff);
-                let bits = numbers.chain(&truth.tau).map(|v| v.to_bits()).collect::<Vec<_>>();
-                seen.extend((truth.time_s >= from_s).then_some(bits));
-            });
-            (format!("{record:?}"), seen)
-        };
-        let shared = start(vec![pushed(1.0, 0.0)]).before(0.9);
-        for (impulse_n_s, heading_deg) in [(1.0, 0.0), (4.0, 170.0), (2.5, 80.0)] {
-            let pushes = vec![pushed(impulse_n_s, heading_deg)];
-            let (record, ticks) = finish(shared.with(pushes.clone()), 0.9);
-            assert!(ticks.len() > 300, "{} ticks", ticks.len());
-            assert!((record, ticks) == finish(start(pushes), 0.9), "{gains}, {impulse_n_s} N s");
-        }
+        let alone: Vec<String> = benches.iter().map(|bench| format!("{:?}", alone(bench))).collect();
+        let told =
+            |episodes: Episodes| episodes.finish().iter().map(|record| format!("{record:?}")).collect::<Vec<_>>();
+        assert_eq!(told(start(&pushes)), alone, "{impulse_n_s} N s");
+        assert_eq!(told(shared.with(&[0, 1, 2, 3, 4], pushes.clone())), alone, "{impulse_n_s} N s");
+        assert_eq!(told(shared.with(&[1, 3], pushes)), [alone[1].clone(), alone[3].clone()], "{impulse_n_s} N s");
+        outcomes.extend(alone);
+    }
+    for word in ["outcome: Fell", "outcome: Recovered", "footsteps: [Footstep"] {
+        assert!(outcomes.iter().any(|record| record.contains(word)), "{word}");
     }
 }
 

@@ -11,7 +11,7 @@ use crate::campaign::store::row::TrialRow;
 use crate::campaign::store::shard::Shard;
 use crate::campaign::verdict::gates::{Gates, Open};
 use crate::control::Design;
-use crate::episode::{self, Opening};
+use crate::episode::Episodes;
 use crate::error::{Error, Result};
 use crate::files::{build_id, sha256_hex, write_atomic};
 use crate::lipm::gains::GainSet;
@@ -21,6 +21,7 @@ use crate::stats::sequential::next_look;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -201,29 +202,33 @@ impl Plan {
         trial::variation(&self.manifest.campaign, 0).robot(&self.robot)
     }
 
-    /// The beginning of every episode with each gain set, if all trials begin alike, on `simulated`, the robot of trial 0.
-    pub(crate) fn openings<'a>(&'a self, simulated: &'a Robot, designs: &'a [Design]) -> Option<Vec<Opening<'a>>> {
+    /// The beginning of the episodes of all gain sets, if all trials begin alike, on `simulated`, the robot of trial 0.
+    pub(crate) fn opening<'a>(&'a self, simulated: &'a Robot, designs: &'a [Design]) -> Option<Episodes<'a>> {
         let campaign = &self.manifest.campaign;
-        let opening = |design: &'a Design| {
+        trial::begin_alike(campaign).then(|| {
             let disturbance = trial::disturbance(campaign, 0);
             let push_s = disturbance.pushes[0].start_s;
-            Opening::new(&self.robot, simulated, design, &campaign.episode, disturbance).before(push_s)
-        };
-        trial::begin_alike(campaign).then(|| designs.par_iter().map(opening).collect())
+            Episodes::new(&self.robot, simulated, designs, &campaign.episode, disturbance).before(push_s)
+        })
     }
 
-    /// The row of a trial with gain set number `set`.
-    fn row(&self, designs: &[Design], openings: Option<&[Opening]>, (trial, set): (u64, usize)) -> TrialRow {
-        let Manifest { campaign, sets, .. } = &self.manifest;
+    /// The rows of a trial with some gain sets, given by their numbers.
+    fn rows(&self, designs: &[Design], opening: Option<&Episodes>, trial: u64, sets: &[usize]) -> Vec<TrialRow> {
+        let Manifest { campaign, sets: names, .. } = &self.manifest;
         let disturbance = trial::disturbance(campaign, trial);
         let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
-        let config = &campaign.episode;
-        let record = match openings {
-            Some(openings) => openings[set].with(disturbance.pushes).finish((config.until(), 0.0), &mut |_, _| {}),
-            None => episode::run(&self.robot, &designs[set], config, disturbance, config.until(), &mut |_| {}),
+        let records = match opening {
+            Some(opening) => opening.with(sets, disturbance.pushes).finish(),
+            None => {
+                let simulated = variation.robot(&self.robot);
+                let designs = sets.iter().map(|&set| &designs[set]);
+                Episodes::new(&self.robot, &simulated, designs, &campaign.episode, disturbance).finish()
+            }
         };
         let no_step_n_s = self.no_step.impulse_n_s(pushes[0].heading_deg);
-        TrialRow::new(trial, &sets[set], &pushes, no_step_n_s, &variation, record)
+        let row =
+            |(&set, record): (&usize, _)| TrialRow::new(trial, &names[set], &pushes, no_step_n_s, &variation, record);
+        sets.iter().zip(records).map(row).collect()
     }
 
     /// Writes whose folder it is, with all that is needed to run it again: `campaign.toml` and its inputs.
@@ -334,21 +339,21 @@ impl Work<'_> {
         if self.plan.until_resolved() { self.folder.stop_at(&self.set_trials) } else { Ok(()) }
     }
 
-    /// Runs the missing blocks. Threads take single episodes, one after the other in their order, so that all cores stay
-    /// busy to the end and an interruption loses only the few blocks that are being worked on.
+    /// Units are trials, handed out in order one by one: cores stay busy to the end, and an interruption loses only the
+    /// few blocks in work.
     fn run_blocks(&self, watch: &Watch) -> Result<()> {
         let blocks = self.missing.iter().map(|&block| Block::new(self.folder, block, &self.set_trials));
         let blocks: Vec<Block> = blocks.collect();
         let simulated = self.plan.simulated_at_first();
-        let openings = self.plan.openings(&simulated, &self.designs);
-        let jobs = blocks.iter().flat_map(|block| block.missing.iter().map(move |&slot| (block, slot)));
-        jobs.par_bridge().try_for_each(|(block, slot)| {
+        let opening = self.plan.opening(&simulated, &self.designs);
+        let jobs = blocks.iter().flat_map(|block| block.trials.clone().map(move |trial| (block, trial)));
+        jobs.par_bridge().try_for_each(|(block, trial)| {
             if watch.stop.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);
             }
-            let complete = block.put(slot, self.plan.row(&self.designs, openings.as_deref(), slot));
-            (watch.on_episode)();
-            let Some(rows) = complete else { return Ok(()) };
+            let rows = self.plan.rows(&self.designs, opening.as_ref(), trial, &block.sets);
+            rows.iter().for_each(|_| (watch.on_episode)());
+            let Some(rows) = block.put(trial, rows) else { return Ok(()) };
             self.folder.part(block.index).write(&rows)?;
             (watch.on_part)(&rows);
             Ok(())
@@ -448,10 +453,12 @@ fn hash(version: &str, campaign: &str, inputs: &[String]) -> String {
 /// A block in work. Its rows stand by trial and number of the gain set.
 struct Block {
     index: u64,
-    /// What is to be run.
-    missing: Vec<(u64, usize)>,
+    /// The trials to run, each with these gain sets.
+    trials: Range<u64>,
+    sets: Vec<usize>,
     /// Number of rows when it is complete.
     all: usize,
+    /// The rows so far, by trial and gain set.
     rows: Mutex<BTreeMap<(u64, usize), TrialRow>>,
 }
 
@@ -461,18 +468,18 @@ impl Block {
     fn new(folder: &Folder, index: u64, set_trials: &[u64]) -> Self {
         let (first, end) = folder.range(index);
         let lacks = folder.lacks(index, set_trials);
-        let lacking = (0..lacks.len()).filter(|&set| lacks[set]);
-        let missing: Vec<_> = (first..end).flat_map(|trial| lacking.clone().map(move |set| (trial, set))).collect();
+        let sets: Vec<usize> = (0..lacks.len()).filter(|&set| lacks[set]).collect();
         let number = |row: &TrialRow| folder.manifest.sets.iter().position(|set| *set == row.set);
         let there = folder.part(index).rows().unwrap_or_default().into_iter();
         let rows: BTreeMap<_, _> = there.filter_map(|row| Some(((row.trial, number(&row)?), row))).collect();
-        Self { index, all: missing.len() + rows.len(), missing, rows: Mutex::new(rows) }
+        let all = (end - first) as usize * sets.len() + rows.len();
+        Self { index, trials: first..end, sets, all, rows: Mutex::new(rows) }
     }
 
-    /// Puts a row in its place. Returns all rows in order if this was the last one.
-    fn put(&self, slot: (u64, usize), row: TrialRow) -> Option<Vec<TrialRow>> {
+    /// Puts the rows of a trial in their places. Returns all rows in order if these were the last ones.
+    fn put(&self, trial: u64, of_trial: Vec<TrialRow>) -> Option<Vec<TrialRow>> {
         let mut rows = self.rows.lock().unwrap_or_else(PoisonError::into_inner);
-        rows.insert(slot, row);
+        rows.extend(self.sets.iter().zip(of_trial).map(|(&set, row)| ((trial, set), row)));
         (rows.len() == self.all).then(|| std::mem::take(&mut *rows).into_values().collect())
     }
 }

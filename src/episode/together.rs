@@ -85,10 +85,18 @@ impl<'a> Episodes<'a> {
         self
     }
 
-    /// A copy that goes on with `pushes`. None of them may start before the time to which this one has been run.
-    pub fn with(&self, pushes: Vec<Push>) -> Self {
+    /// A copy that goes on with some of the gain sets, given by their numbers in ascending order, and with `pushes`. None
+    /// of these may start before the time to which this one has been run.
+    pub fn with(&self, sets: &[usize], pushes: Vec<Push>) -> Self {
         let mut copy = self.clone();
-        copy.branches.iter_mut().flat_map(|branch| &mut branch.runs).for_each(|run| run.referee.expect(&pushes));
+        for branch in &mut copy.branches {
+            branch.runs.retain(|run| sets.contains(&run.set));
+            branch.runs.iter_mut().for_each(|run| run.referee.expect(&pushes));
+        }
+        copy.branches.retain(|branch| !branch.runs.is_empty());
+        for (set, record) in copy.records.iter_mut().enumerate() {
+            record.take_if(|_| !sets.contains(&set));
+        }
         copy.pushes = pushes;
         copy
     }

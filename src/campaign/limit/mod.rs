@@ -102,7 +102,7 @@ impl<'a> Searches<'a> {
         let sets = &plan.manifest.sets;
         let random = is_random(campaign);
         let simulated = plan.simulated_at_first();
-        let openings = pool.install(|| plan.openings(&simulated, &designs));
+        let opening = plan.opening(&simulated, &designs);
         let jobs: Vec<(usize, usize)> =
             (0..headings.len()).flat_map(|h| (0..sets.len()).map(move |s| (h, s))).collect();
         let search = |&(h, s): &(usize, usize)| {
@@ -119,7 +119,7 @@ impl<'a> Searches<'a> {
                 heading_deg: heading.heading_deg,
                 bound_one_step_n_s: heading.bound_one_step_n_s,
                 first_trial: h as u64 * TRIALS_APART,
-                opening: openings.as_ref().map(|openings| &openings[s]),
+                opening: opening.as_ref().map(|opening| (opening, s)),
                 stop,
                 on_episode,
             };

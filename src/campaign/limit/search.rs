@@ -46,8 +46,8 @@ pub(super) struct Search<'a> {
     pub bound_one_step_n_s: f64,
     /// Index of the search's trial 0 in the campaign.
     pub first_trial: u64,
-    /// The beginning of all trials with this gain set, if they begin alike.
-    pub opening: Option<&'a Episodes<'a>>,
+    /// The beginning of all trials, if they begin alike, and the number of the gain set.
+    pub opening: Option<(&'a Episodes<'a>, usize)>,
     pub stop: &'a AtomicBool,
     /// Called after every episode.
     pub on_episode: &'a (dyn Fn() + Sync),
@@ -96,8 +96,8 @@ impl Search<'_> {
             (push.impulse_n_s, push.heading_deg) = (impulse_n_s, self.heading_deg);
         }
         let config = &self.campaign.episode;
-        if let Some(opening) = self.opening {
-            return opening.with(disturbance.pushes).finish()[0].outcome;
+        if let Some((opening, set)) = self.opening {
+            return opening.with(&[set], disturbance.pushes).finish()[0].outcome;
         }
         episode::run(self.robot, design, config, disturbance, config.until(), &mut |_| {}).outcome
     }
