@@ -3,7 +3,7 @@
 use crate::assets::{self, Kind, Source};
 use crate::campaign::ask::gate::GateSpec;
 use crate::campaign::ask::no_step::NoStep;
-use crate::campaign::ask::spec::{Campaign, LOOK_TRIALS};
+use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::campaign::store::folder::{Folder, Manifest, PART_TRIALS};
 use crate::campaign::store::row::TrialRow;
@@ -15,7 +15,7 @@ use crate::files::{build_id, sha256_hex, write_atomic};
 use crate::lipm::gains::GainSet;
 use crate::lipm::variant::Entry;
 use crate::robot::Robot;
-use crate::stats::sequential::next_look;
+use crate::stats::looks::Looks;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -94,6 +94,7 @@ impl Plan {
             build,
             robot_sha256,
             part_trials: PART_TRIALS,
+            planned_trials: resolved.trials,
             sets,
             campaign: resolved,
         };
@@ -120,9 +121,11 @@ impl Plan {
             let problem = format!("holds the result of another campaign{}", out.map_or("", |_| advice));
             return Err(Error::Parts { path, problem });
         }
-        let part_trials = Folder::open(&path)?.map_or(manifest.part_trials, |found| found.manifest.part_trials);
+        let begun = Folder::open(&path)?.map_or(manifest.clone(), |found| found.manifest);
+        let Manifest { part_trials, planned_trials, .. } = begun;
         // Here, not in `new`: the program's own file is read for it.
-        Ok(Folder { path, manifest: Manifest { build: build_id().into(), part_trials, ..manifest.clone() } })
+        let build = build_id().into();
+        Ok(Folder { path, manifest: Manifest { build, part_trials, planned_trials, ..manifest.clone() } })
     }
 
     /// What `folder` lacks (of one shard, or of all). Every gain set is designed for here, before the first trial and before
@@ -140,9 +143,11 @@ impl Plan {
                 "a fixed number of trials, without --until-resolved and with stopping.until_resolved = false";
             return Err(Error::value("campaign", "--shard", format!("{index}/{count}"), problem, accepted));
         }
-        let mut look = next_look(0, LOOK_TRIALS, self.manifest.campaign.trials);
-        let mut missing =
-            if self.until_resolved() { self.undecided(folder, is_decided, &mut look)? } else { folder.missing() };
+        let mut look = 0;
+        let mut missing = match folder.manifest.looks() {
+            Some(looks) => self.undecided(folder, looks, is_decided, &mut look)?,
+            None => folder.missing(),
+        };
         missing.retain(|&block| options.shard.is_none_or(|shard| shard.takes(block)));
         let pool = pool(options.threads)?;
         let designs = if missing.is_empty() { Vec::new() } else { pool.install(|| self.designs())? };
@@ -153,18 +158,26 @@ impl Plan {
         self.manifest.campaign.stopping.until_resolved
     }
 
-    /// Looks at what is there of a campaign that ends when decided, from `look` (a count of trials) on: the blocks that are
-    /// missing for the next look, or none if it is decided, or there are no more trials.
+    /// Looks at what is there of a campaign that ends when decided, from `look` (a count of trials, or 0 before the first)
+    /// on: the blocks that are missing for the next look, or none if it is decided, or there are no more trials.
     ///
     /// The looks are at fixed counts of trials. So the end depends neither on threads nor on interruptions.
-    fn undecided(&self, folder: &Folder, is_decided: &dyn Fn(&[TrialRow]) -> bool, look: &mut u64) -> Result<Vec<u64>> {
+    fn undecided(
+        &self,
+        folder: &Folder,
+        looks: Looks,
+        is_decided: &dyn Fn(&[TrialRow]) -> bool,
+        look: &mut u64,
+    ) -> Result<Vec<u64>> {
         let most = self.manifest.campaign.trials;
+        let after = |look: u64| looks.after(look).min(most);
+        *look = (*look).max(after(0));
         loop {
             let missing = folder.missing_up_to(*look);
             if !missing.is_empty() || *look == most || is_decided(&folder.first_rows(*look)?) {
                 return Ok(missing);
             }
-            *look = next_look(*look, LOOK_TRIALS, most);
+            *look = after(*look);
         }
     }
 
@@ -246,9 +259,9 @@ impl Work<'_> {
         self.plan.identify(self.folder)?;
         while !self.is_done() {
             self.pool.install(|| self.run_blocks(watch))?;
-            self.missing = match self.plan.until_resolved() {
-                true => self.plan.undecided(self.folder, watch.is_decided, &mut self.look)?,
-                false => Vec::new(),
+            self.missing = match self.folder.manifest.looks() {
+                Some(looks) => self.plan.undecided(self.folder, looks, watch.is_decided, &mut self.look)?,
+                None => Vec::new(),
             };
         }
         if self.plan.until_resolved() { self.folder.stop_at(self.look) } else { Ok(()) }
@@ -447,6 +460,33 @@ mod tests {
         };
         let usual = result(super::PART_TRIALS.get());
         assert!([1, 7, 25, 100].into_iter().all(|part_trials| result(part_trials) == usual));
+    }
+
+    /// So that no boundary that was looked at is moved later.
+    #[test]
+    fn a_folder_that_is_given_more_trials_keeps_its_looks() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a");
+        // 30 trials, up to a multiple of 25.
+        let first = plan(&["stopping.until_resolved=true"]);
+        let folder = first.folder(Some(&path)).unwrap();
+        assert_eq!(folder.manifest.planned_trials, 50);
+        assert_eq!(run(&first, &folder, usize::MAX).unwrap(), 50);
+        let mut more = plan(&["stopping.until_resolved=true"]);
+        (more.manifest.campaign.trials, more.manifest.planned_trials) = (150, 150);
+        let folder = more.folder(Some(&path)).unwrap();
+        let looks = Mutex::new(Vec::new());
+        let is_decided = |rows: &[TrialRow]| {
+            looks.lock().unwrap().push(rows.len());
+            rows.len() == 75
+        };
+        let mut work = more.work(&folder, RunOptions { threads: 1, shard: None }, &is_decided).unwrap();
+        let stop = AtomicBool::new(false);
+        work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &|_| {}, is_decided: &is_decided }).unwrap();
+        assert_eq!(looks.into_inner().unwrap(), [25, 50, 75]);
+        let found = Folder::existing(&path).unwrap();
+        assert_eq!((found.manifest.planned_trials, found.manifest.campaign.trials, found.trials()), (50, 150, 75));
+        assert_eq!(found.manifest.looks(), Some(Looks::up_to(50)));
     }
 
     /// Everyone who watches hears of each part once, and first of those that are there.

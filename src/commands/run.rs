@@ -9,6 +9,7 @@ use super::terminal::{note, tell};
 use crate::campaign::run::{RunOptions, Watch, Work};
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::verdict::so_far::SoFar;
+use crate::campaign::verdict::standing::When;
 use crate::campaign::{Campaign, Folder, Overrides, Plan, Shard, TrialRow};
 use crate::error::{Error, Result};
 use crate::files::shell_word;
@@ -111,6 +112,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
 fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool) -> Result<()> {
     let (folder, all, missing) = (work.folder, work.all_episodes(), work.episodes());
     let stopping = folder.manifest.campaign.stopping;
+    let when = folder.manifest.looks().map_or(When::AnyTime, When::At);
     let progress = (!work.is_done()).then(|| Progress::of_episodes(all, all - missing, stopping.until_resolved));
     let finished = Mutex::new(Vec::<TrialRow>::new());
     let on_part = |rows: &[TrialRow]| {
@@ -121,7 +123,9 @@ fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool) -> Result<
             note(&format!("It takes about {} here, {pace}.", duration(progress.whole_s())));
         }
         finished.extend_from_slice(rows);
-        progress.show(&SoFar::of(&finished, &folder.manifest.sets, stopping.margin));
+        // Parts do not end in their order.
+        finished.sort_by_key(|row| row.trial);
+        progress.show(&SoFar::of(&finished, &folder.manifest.sets, when, stopping.margin));
     };
     let is_decided = |rows: &[TrialRow]| {
         let open = gates.map_or(Vec::new(), |gates| gates.open(rows));

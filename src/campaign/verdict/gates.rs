@@ -6,9 +6,11 @@ use crate::campaign::store::folder::Manifest;
 use crate::campaign::store::row::TrialRow;
 use crate::campaign::verdict::baseline::{Baseline, BaselineId, unlike};
 use crate::campaign::verdict::evidence::{Evidence, GateAnswer, Status};
-use crate::campaign::verdict::pairs::{every_pair, winner_first};
+use crate::campaign::verdict::pairs::every_pair;
+use crate::campaign::verdict::standing::{Standing, When};
 use crate::error::{Error, Result};
-use crate::stats::decision::{Decision, PairVerdict, each_of};
+use crate::stats::decision::{PairVerdict, each_of};
+use crate::stats::looks::Looks;
 use crate::stats::mcnemar::PairedCounts;
 use serde::Serialize;
 use std::path::Path;
@@ -20,6 +22,8 @@ pub struct Gates {
     sets: Vec<String>,
     baseline: Option<Baseline>,
     stopping: Stopping,
+    /// None if the count of trials is fixed.
+    looks: Option<Looks>,
 }
 
 /// A gate and what became of it.
@@ -63,7 +67,8 @@ impl Gates {
             let accepted = "a second gain set to compare with, or a gate, e.g. --gate 'catch >= 0.80'";
             return Err(Error::value("campaign", "stopping.until_resolved", true, problem, accepted));
         }
-        Ok(Gates { spec, gates, sets: manifest.sets.clone(), baseline, stopping: campaign.stopping })
+        let (sets, looks) = (manifest.sets.clone(), manifest.looks());
+        Ok(Gates { spec, gates, sets, baseline, stopping: campaign.stopping, looks })
     }
 
     /// The earlier result, if there is one.
@@ -119,11 +124,12 @@ impl Gates {
             return open.map(words).collect();
         }
         let pairs = every_pair(self.sets.len());
+        let when = self.looks.map_or(When::AnyTime, When::At);
         let open = |pair: (usize, usize)| {
-            let ((a, b), counts) = winner_first(rows, self.sets.len(), pair);
-            let Decision { ci95, verdict, .. } = Decision::new(&counts, pairs.len(), self.stopping.margin, true);
-            let pair = format!("{} - {}", self.sets[a], self.sets[b]);
-            (verdict == PairVerdict::Open).then(|| words(&pair, counts.difference(), ci95, "points"))
+            let found = Standing::of(rows, self.sets.len(), pair, pairs.len(), when, self.stopping.margin);
+            let pair = format!("{} - {}", self.sets[found.a], self.sets[found.b]);
+            let is_open = found.decision.verdict == PairVerdict::Open;
+            is_open.then(|| words(&pair, found.counts.difference(), found.decision.ci95, "points"))
         };
         pairs.iter().copied().filter_map(open).collect()
     }
@@ -172,13 +178,15 @@ mod tests {
     use crate::campaign::store::row::tests::row;
     use crate::campaign::verdict::pairs::{DecisionRule, Pair};
     use crate::episode::Outcome;
-    use crate::stats::sequential::next_look;
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
+
+    /// Trials of a campaign at most.
+    const MOST: u64 = 400;
 
     /// Of these sets, in a campaign that ends when decided.
     fn gates(sets: &[&str], gates: &[&str]) -> Result<Gates> {
         let gates = gates.iter().map(|s| s.to_string()).collect();
-        let overrides = Overrides { gates, until_resolved: true, ..Overrides::default() };
+        let overrides = Overrides { gates, until_resolved: true, trials: Some(MOST), ..Overrides::default() };
         Gates::new(&manifest(sets, overrides), None)
     }
 
@@ -199,17 +207,16 @@ mod tests {
     #[test]
     fn a_run_that_ends_when_decided_is_seldom_wrong_in_any_pair() {
         const RUNS: u32 = 200;
-        const MOST: u64 = 400;
         // The first two lose 10 % each, but not the same; the third one more than either.
         let loses = [("a", [0, 1]), ("b", [1, 2]), ("c", [0, 4])];
         let names = loses.map(|(set, _)| set.to_string());
-        let gates = gates(&["a", "b", "c"], &[]).unwrap();
+        let (gates, looks) = (gates(&["a", "b", "c"], &[]).unwrap(), Looks::up_to(MOST));
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         let (mut wrong, mut wrong_by_peeking) = (0, 0);
         for _ in 0..RUNS {
             let (mut rows, mut look, mut erred, mut peeked) = (Vec::new(), 0, false, false);
-            let pairs = |rows: &[TrialRow], pairs: &[(usize, usize)], sequential| {
-                Pair::all(rows, &names, pairs, &[], DecisionRule { sequential, margin: 0.02, end_early: true })
+            let pairs = |rows: &[TrialRow], pairs: &[(usize, usize)], when| {
+                Pair::all(rows, &names, pairs, &[], DecisionRule { when, margin: 0.02, end_early: true })
             };
             // Neither a nor b is the better one, and c is worse than both.
             let is_wrong = |pair: &Pair| match pair.verdict {
@@ -219,11 +226,11 @@ mod tests {
             };
             let errs = |pairs: Vec<Pair>| pairs.iter().any(is_wrong);
             while look < MOST && (look == 0 || !gates.open(&rows).is_empty()) {
-                let next = next_look(look, 25, MOST);
+                let next = looks.after(look);
                 run(&mut rows, next - look, &loses, &mut rng);
                 look = next;
-                erred |= errs(pairs(&rows, &every_pair(3), true));
-                peeked |= errs(pairs(&rows, &[(0, 1)], false));
+                erred |= errs(pairs(&rows, &every_pair(3), When::At(looks)));
+                peeked |= errs(pairs(&rows, &[(0, 1)], When::Once));
             }
             wrong += u32::from(erred);
             wrong_by_peeking += u32::from(peeked);

@@ -23,9 +23,15 @@ pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
     };
     // Of another set, what holds of every leader that it is compared with; two results need not compare each with each.
     let verdict_on = |other: &SetSummary| {
-        // A leader has the higher rate: it is the first of the two.
-        let is_of = |pair: &&Pair, leader: &SetSummary| pair.a == leader.name && pair.b == other.name;
-        let found = leaders.iter().map(|leader| pairs.iter().find(|pair| is_of(pair, leader)).map(|pair| pair.verdict));
+        let on = |leader: &SetSummary| {
+            pairs.iter().find_map(|pair| match [&pair.a, &pair.b] {
+                [a, b] if *a == leader.name && *b == other.name => Some(pair.verdict),
+                // It was found better at an earlier look, and has fallen behind since.
+                [a, b] if *a == other.name && *b == leader.name => Some(PairVerdict::Open),
+                _ => None,
+            })
+        };
+        let found = leaders.iter().map(|leader| on(leader));
         let found = found.collect::<Option<Vec<_>>>()?;
         let all_are = |verdict| found.iter().all(|found| *found == verdict);
         let decided = [PairVerdict::Better, PairVerdict::Same].into_iter().find(|verdict| all_are(*verdict));
@@ -65,6 +71,7 @@ mod tests {
     use crate::campaign::store::row::success_count;
     use crate::campaign::store::row::tests::row;
     use crate::campaign::verdict::pairs::{DecisionRule, every_pair};
+    use crate::campaign::verdict::standing::When;
     use crate::episode::Outcome::{Fell, Recovered};
 
     /// Of sets that recover from the first so many of 200 trials each.
@@ -73,7 +80,7 @@ mod tests {
         let trial =
             |i: u64| recovered.iter().map(move |(name, n)| row(i, name, 1.0, if i < *n { Recovered } else { Fell }));
         let rows: Vec<_> = (0..200).flat_map(trial).collect();
-        let deciding = DecisionRule { sequential: false, margin, end_early: true };
+        let deciding = DecisionRule { when: When::Once, margin, end_early: true };
         let pairs = Pair::all(&rows, &names, &every_pair(names.len()), &[], deciding);
         let sets: Vec<SetSummary> =
             (0..names.len()).map(|i| SetSummary::new(i, &names, &rows, &[], &[], true)).collect();

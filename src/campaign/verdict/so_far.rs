@@ -2,7 +2,8 @@
 //! told apart. It may be looked at as often as one likes, since its intervals hold at every look.
 
 use crate::campaign::store::row::{TrialRow, by_trial, success_count};
-use crate::campaign::verdict::pairs::{by_what_they_tell, every_pair, winner_first};
+use crate::campaign::verdict::pairs::{by_what_they_tell, every_pair};
+use crate::campaign::verdict::standing::{Standing, When};
 use crate::stats::decision::{Decision, PairVerdict};
 use crate::stats::rate::SuccessCount;
 use crate::stats::sequential::rate_interval;
@@ -35,7 +36,7 @@ pub struct PairSoFar {
 impl SoFar {
     /// `rows` are those of whole trials, by set in the order of `names`. Sets that differ by less than `margin` (a share)
     /// are the same.
-    pub fn of(rows: &[TrialRow], names: &[String], margin: f64) -> Self {
+    pub fn of(rows: &[TrialRow], names: &[String], when: When, margin: f64) -> Self {
         let count = |set: usize| {
             let count = success_count(by_trial(rows, names.len()).map(|trial| &trial[set]));
             SuccessCount { ci95: rate_interval(count.recovered, count.trials, LEVEL), ..count }
@@ -47,8 +48,9 @@ impl SoFar {
         let every = every_pair(sets.len());
         let shown = every.iter().filter(|&&(a, b)| sets.len() <= FEW || a == best || b == best);
         let pair = |&sets: &(usize, usize)| {
-            let ((a, b), counts) = winner_first(rows, names.len(), sets);
-            let Decision { ci95, verdict, .. } = Decision::new(&counts, every.len(), margin, true);
+            let Standing { a, b, counts, decision, .. } =
+                Standing::of(rows, names.len(), sets, every.len(), when, margin);
+            let Decision { ci95, verdict, .. } = decision;
             PairSoFar { a: names[a].clone(), b: names[b].clone(), difference: counts.difference(), ci95, verdict }
         };
         let mut pairs: Vec<PairSoFar> = shown.map(pair).collect();
@@ -71,7 +73,7 @@ pub(crate) mod tests {
             let row = move |(set, name): (usize, &String)| row(trial, name, 1.0, outcome(trial, set));
             names.iter().enumerate().map(row).collect::<Vec<_>>()
         });
-        SoFar::of(&rows.collect::<Vec<_>>(), &names, 0.02)
+        SoFar::of(&rows.collect::<Vec<_>>(), &names, When::AnyTime, 0.02)
     }
 
     #[test]

@@ -10,6 +10,7 @@ use crate::campaign::verdict::gates::{GateResult, Gates};
 use crate::campaign::verdict::headline;
 use crate::campaign::verdict::pairs::{DecisionRule, Pair, every_pair};
 use crate::campaign::verdict::set_summary::{SetSummary, bin_edges};
+use crate::campaign::verdict::standing::When;
 use crate::campaign::verdict::strata::strata;
 use crate::campaign::verdict::times::CommonSurvivors;
 use crate::campaign::verdict::warnings;
@@ -36,6 +37,8 @@ pub struct Summary {
     pub trials: u64,
     /// At most so many were asked for; more than `trials` where the campaign ended when decided.
     pub most_trials: u64,
+    /// So many were asked for when the campaign was begun; where it could end when decided, its looks go by this.
+    pub planned_trials: u64,
     pub stopping: Stopping,
     pub seed: u64,
     /// Horizon, steps and the judge's thresholds.
@@ -71,13 +74,14 @@ impl Summary {
         let campaign = &manifest.campaign;
         let end_early = campaign.episode.end_early;
         let bins = bin_edges(rows.iter().map(|row| row.impulse_n_s));
-        let Stopping { until_resolved: sequential, margin } = campaign.stopping;
+        let margin = campaign.stopping.margin;
+        let when = manifest.looks().map_or(When::Once, When::At);
         let strata = strata(rows, manifest.sets.len());
         let sets: Vec<SetSummary> = (0..manifest.sets.len())
             .map(|i| SetSummary::new(i, &manifest.sets, rows, &bins, &strata, end_early))
             .collect();
         let trials = (rows.len() / manifest.sets.len().max(1)) as u64;
-        let pairs = Pair::all(rows, &manifest.sets, pairs, &strata, DecisionRule { sequential, margin, end_early });
+        let pairs = Pair::all(rows, &manifest.sets, pairs, &strata, DecisionRule { when, margin, end_early });
         let warnings = [warnings::of(campaign, trials, &sets, &pairs), gates.warnings(manifest, trials)].concat();
         Self {
             name: campaign.name.clone(),
@@ -88,6 +92,7 @@ impl Summary {
             robot: campaign.robot.clone(),
             trials,
             most_trials: campaign.trials,
+            planned_trials: manifest.planned_trials,
             stopping: campaign.stopping,
             seed: campaign.seed,
             episode: campaign.episode,
@@ -95,7 +100,7 @@ impl Summary {
             sensors: campaign.sensors,
             second_push: campaign.second_push,
             variations: campaign.variations,
-            interval: if sequential { SEQUENTIAL_INTERVAL } else { INTERVAL },
+            interval: if when == When::Once { INTERVAL } else { SEQUENTIAL_INTERVAL },
             sets,
             common_survivors: CommonSurvivors::new(rows, manifest.sets.len(), end_early),
             pairs,
