@@ -235,6 +235,59 @@ fn a_campaign_ends_when_decided_with_the_same_bytes_whatever_happened_on_the_way
     assert_eq!((found["trials"].as_u64(), &found["gates"][0]["status"]), (Some(100), &Value::from("unresolved")));
 }
 
+/// One gate is decided at the first look, the other one is not; each names one gain set.
+#[test]
+fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happened_on_the_way() {
+    let until = |most| [most, "--until-resolved", "--gains=fixed", "--gate=hold >= 0.01", "--gate=fixed >= 0.6"];
+    let run = |dir: &Path, most, more: &[&str]| standfast(dir, &short(&[&until(most), more].concat())).success();
+    let [dir, other] = [folder(), folder()];
+    let said = stderr(&run(dir.path(), "--max-trials=50", &["--threads=1"]));
+    assert!(said.contains("after 25 trials: not decided yet: fixed >= 0.6: "), "{said}");
+    assert!(said.contains("; hold needs no more trials") && said.contains("75 episodes in"), "{said}");
+    let whole = files(&dir.path().join("out"));
+    let found = summary(&dir.path().join("out"));
+    let trials = |found: &Value| [0, 1].map(|set| found["sets"][set]["trials"].as_u64().unwrap());
+    assert_eq!(trials(&found), [25, 50], "{found}");
+    assert!(found["stopped"].as_str().unwrap().contains("hold after 25 trials"), "{found}");
+    let pair = &found["pairs"][0];
+    let counts = ["both", "only_a", "only_b", "neither"].map(|key| pair[key].as_u64().unwrap());
+    assert_eq!(counts.iter().sum::<u64>(), 25, "{pair}");
+    let part = |block: u64| String::from_utf8(whole[&format!("parts/part-{block:06}.csv")].clone()).unwrap();
+    assert!(part(4).contains(",hold,") && !part(5).contains(",hold,") && part(5).contains(",fixed,"));
+    run(other.path(), "--max-trials=50", &["--threads=2"]);
+    assert!(files(&other.path().join("out")) == whole, "two threads");
+    for lost in ["part-000002.json", "part-000008.csv", "stopped.json"] {
+        fs::remove_file(other.path().join("out/parts").join(lost)).unwrap();
+    }
+    standfast(other.path(), &["status", "out"]).code(3);
+    standfast(other.path(), &["merge", "out"]).code(3);
+    let said = stderr(&run(other.path(), "--max-trials=50", &[]));
+    assert!(said.contains("15 episodes in"), "{said}");
+    assert!(files(&other.path().join("out")) == whole, "resumed");
+    standfast(other.path(), &["merge", "out"]).success();
+    assert!(files(&other.path().join("out")) == whole, "merged");
+    let status = stdout(&standfast(other.path(), &["status", "out"]).success());
+    assert!(status.contains("hold has 25 trials"), "{status}");
+    // With more trials the set that is still undecided goes on.
+    let said = stderr(&run(other.path(), "--max-trials=75", &[]));
+    assert!(said.contains("25 episodes in"), "{said}");
+    assert_eq!(trials(&summary(&other.path().join("out"))), [25, 75]);
+    // Compared with a result of which both sets have all trials.
+    let elsewhere = |more: &[&'static str]| [&SHORT[..SHORT.len() - 1], &["--gains=fixed"], more].concat();
+    standfast(other.path(), &elsewhere(&["--trials=40", "--out=fixed"])).success();
+    let compared = standfast(other.path(), &["compare", "out", "fixed", "--json"]).success();
+    let compared: Value = serde_json::from_str(&stdout(&compared)).unwrap();
+    let of_sets = |i: usize| compared["sets"][i]["trials"].as_u64().unwrap();
+    assert_eq!([0, 1, 2, 3].map(of_sets), [25, 40, 40, 40], "{compared}");
+    // As a baseline, each gate has the trials of its own set.
+    let gates = ["--gate=hold >= baseline - 0.9", "--gate=fixed >= baseline - 0.9", "--baseline=out"];
+    let gated = elsewhere(&[&["--trials=60", "--out=gated"][..], &gates].concat());
+    standfast(other.path(), &gated).success();
+    let gated = summary(&other.path().join("gated"));
+    assert_eq!([0, 1].map(|gate| gated["gates"][gate]["trials"].as_u64().unwrap()), [25, 60], "{}", gated["gates"]);
+    assert!(gated["warnings"].to_string().contains("the baseline has 25 trials of some gain sets"), "{gated}");
+}
+
 #[test]
 fn without_gates_it_is_the_pairs_that_are_decided() {
     let dir = folder();

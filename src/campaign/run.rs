@@ -5,9 +5,11 @@ use crate::campaign::ask::gate::GateSpec;
 use crate::campaign::ask::no_step::NoStep;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
+use crate::campaign::store::by_set::BySet;
 use crate::campaign::store::folder::{Folder, Manifest, PART_TRIALS};
 use crate::campaign::store::row::TrialRow;
 use crate::campaign::store::shard::Shard;
+use crate::campaign::verdict::gates::{Gates, Open};
 use crate::control::Design;
 use crate::episode;
 use crate::error::{Error, Result};
@@ -49,8 +51,20 @@ pub struct Watch<'a> {
     pub on_episode: &'a (dyn Fn() + Sync),
     /// Called with the rows of every finished part, from any thread; first with those of all that are there already.
     pub on_part: &'a (dyn Fn(&[TrialRow]) + Sync),
-    /// Asked at every look of a campaign that ends when decided, with the rows of all trials so far: is it?
-    pub is_decided: &'a (dyn Fn(&[TrialRow]) -> bool + Sync),
+    /// Called at every look at a campaign that ends when decided.
+    pub on_look: &'a (dyn Fn(&Look) + Sync),
+}
+
+/// A look at a campaign that ends when decided.
+pub struct Look<'a> {
+    /// The rows of all trials so far.
+    pub rows: &'a BySet<'a>,
+    /// What is still to be decided.
+    pub open: &'a [Open],
+    /// Names of the gain sets that stop here while others go on: nothing that is open takes their trials.
+    pub stopping: Vec<&'a str>,
+    /// Episodes of the campaign in all, at most.
+    pub all_episodes: u64,
 }
 
 /// What a folder lacks of a campaign, with all that is needed to run it.
@@ -62,8 +76,21 @@ pub struct Work<'a> {
     shard: Option<Shard>,
     /// Blocks to run, up to the next look if the campaign ends when decided.
     missing: Vec<u64>,
-    /// Count of trials at the next look.
-    look: u64,
+    /// Number of trials of each gain set, as far as it is known.
+    set_trials: Vec<u64>,
+    /// None for a campaign with a fixed number of trials.
+    looks: Option<LookedAt<'a>>,
+}
+
+/// How far a campaign that ends when decided was looked at.
+struct LookedAt<'a> {
+    gates: &'a Gates,
+    planned: Looks,
+    /// Numbers of trials at the last look and at the next one.
+    last: u64,
+    next: u64,
+    /// All rows up to the last look.
+    rows: Vec<TrialRow>,
 }
 
 impl Plan {
@@ -129,56 +156,37 @@ impl Plan {
     }
 
     /// What `folder` lacks (of one shard, or of all). Every gain set is designed for here, before the first trial and before
-    /// anything is written or, of an earlier result, taken away; nothing is if the folder lacks nothing. `is_decided` as in
-    /// [`Watch`]. Errors: a shard of a campaign that ends when decided, which no shard alone can know; no design.
-    pub fn work<'a>(
-        &'a self,
-        folder: &'a Folder,
-        options: RunOptions,
-        is_decided: &dyn Fn(&[TrialRow]) -> bool,
-    ) -> Result<Work<'a>> {
+    /// anything is written or, of an earlier result, taken away; nothing is if the folder lacks nothing. `gates` say when a
+    /// campaign that ends when decided is decided. Errors: a shard of a campaign that ends when decided, which no shard alone can know; no design.
+    pub fn work<'a>(&'a self, folder: &'a Folder, options: RunOptions, gates: Option<&'a Gates>) -> Result<Work<'a>> {
         if let (true, Some(Shard { index, count })) = (self.until_resolved(), options.shard) {
             let problem = "a shard cannot know when the whole campaign is decided";
             let accepted =
                 "a fixed number of trials, without --until-resolved and with stopping.until_resolved = false";
             return Err(Error::value("campaign", "--shard", format!("{index}/{count}"), problem, accepted));
         }
-        let mut look = 0;
-        let mut missing = match folder.manifest.looks() {
-            Some(looks) => self.undecided(folder, looks, is_decided, &mut look)?,
-            None => folder.missing(),
+        let Manifest { campaign, sets, .. } = &folder.manifest;
+        let look_on = |(gates, planned): (_, Looks)| {
+            let next = planned.after(0).min(campaign.trials);
+            LookedAt { gates, planned, last: 0, next, rows: Vec::new() }
         };
-        missing.retain(|&block| options.shard.is_none_or(|shard| shard.takes(block)));
-        let pool = pool(options.threads)?;
-        let designs = if missing.is_empty() { Vec::new() } else { pool.install(|| self.designs())? };
-        Ok(Work { plan: self, folder, pool, designs, shard: options.shard, missing, look })
+        let looks = gates.zip(folder.manifest.looks()).map(look_on);
+        let set_trials = vec![campaign.trials; sets.len()];
+        let (pool, shard) = (pool(options.threads)?, options.shard);
+        let mut work =
+            Work { plan: self, folder, pool, designs: Vec::new(), shard, missing: Vec::new(), set_trials, looks };
+        work.missing = match work.looks {
+            Some(_) => work.look_on(&|_| {})?,
+            None => work.lacking(work.blocks()),
+        };
+        if !work.is_done() {
+            work.designs = work.pool.install(|| self.designs())?;
+        }
+        Ok(work)
     }
 
     fn until_resolved(&self) -> bool {
         self.manifest.campaign.stopping.until_resolved
-    }
-
-    /// Looks at what is there of a campaign that ends when decided, from `look` (a count of trials, or 0 before the first)
-    /// on: the blocks that are missing for the next look, or none if it is decided, or there are no more trials.
-    ///
-    /// The looks are at fixed counts of trials. So the end depends neither on threads nor on interruptions.
-    fn undecided(
-        &self,
-        folder: &Folder,
-        looks: Looks,
-        is_decided: &dyn Fn(&[TrialRow]) -> bool,
-        look: &mut u64,
-    ) -> Result<Vec<u64>> {
-        let most = self.manifest.campaign.trials;
-        let after = |look: u64| looks.after(look).min(most);
-        *look = (*look).max(after(0));
-        loop {
-            let missing = folder.missing_up_to(*look);
-            if !missing.is_empty() || *look == most || is_decided(&folder.first_rows(*look)?) {
-                return Ok(missing);
-            }
-            *look = after(*look);
-        }
     }
 
     /// Designs for every gain set, and warns of those that are dubious.
@@ -194,10 +202,9 @@ impl Plan {
         Ok(designs)
     }
 
-    /// Row `slot` of a block: trials in order, sets within.
-    fn row(&self, designs: &[Design], first_trial: u64, slot: usize) -> TrialRow {
+    /// The row of a trial with gain set number `set`.
+    fn row(&self, designs: &[Design], (trial, set): (u64, usize)) -> TrialRow {
         let Manifest { campaign, sets, .. } = &self.manifest;
-        let (trial, set) = (first_trial + (slot / sets.len()) as u64, slot % sets.len());
         let disturbance = trial::disturbance(campaign, trial);
         let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
         let config = &campaign.episode;
@@ -229,54 +236,102 @@ impl Work<'_> {
 
     /// Episodes to run; at most, if the campaign ends when decided. Looks at what is there now.
     pub fn episodes(&self) -> u64 {
-        if self.is_done() { 0 } else { self.episodes_of(|block| !self.folder.has(block)) }
+        if self.is_done() { 0 } else { self.episodes_of(|block| self.folder.lacks(block, &self.set_trials)) }
     }
 
     /// Episodes in all, those that are there among them; at most, if the campaign ends when decided.
     pub fn all_episodes(&self) -> u64 {
-        self.episodes_of(|_| true)
+        let has_trials = |block: u64| self.set_trials.iter().map(move |trials| self.folder.range(block).0 < *trials);
+        self.episodes_of(|block| has_trials(block).collect())
     }
 
-    /// Episodes in such blocks of the campaign, or of the shard.
-    fn episodes_of(&self, such: impl Fn(u64) -> bool) -> u64 {
-        let Manifest { campaign, part_trials, sets, .. } = &self.folder.manifest;
-        let trials = |block: u64| {
+    /// Episodes of all blocks, each with those of the gain sets for which `of` says so.
+    fn episodes_of(&self, of: impl Fn(u64) -> Vec<bool>) -> u64 {
+        let episodes = |block: u64| {
             let (first, end) = self.folder.range(block);
-            end - first
+            (end - first) * of(block).into_iter().filter(|is_one| *is_one).count() as u64
         };
-        let blocks = 0..campaign.trials.div_ceil(part_trials.get());
-        let own = blocks.filter(|&block| self.shard.is_none_or(|shard| shard.takes(block)) && such(block));
-        own.map(trials).sum::<u64>() * sets.len() as u64
+        self.blocks().map(episodes).sum()
+    }
+
+    /// The blocks of the campaign, or of the shard.
+    fn blocks(&self) -> impl Iterator<Item = u64> + use<> {
+        let Manifest { campaign, part_trials, .. } = &self.folder.manifest;
+        let shard = self.shard;
+        (0..campaign.trials.div_ceil(part_trials.get()))
+            .filter(move |&block| shard.is_none_or(|shard| shard.takes(block)))
+    }
+
+    /// Those of some blocks that are still to be run.
+    fn lacking(&self, blocks: impl Iterator<Item = u64>) -> Vec<u64> {
+        blocks.filter(|&block| self.folder.lacks(block, &self.set_trials).contains(&true)).collect()
+    }
+
+    /// Looks at what is there of a campaign that ends when decided, from the next look on: the blocks that are missing for
+    /// a look, or none if all is decided, or there are no more trials. At each look, gain sets of which nothing that is
+    /// still open takes trials are stopped.
+    ///
+    /// The looks are at fixed numbers of trials. So neither the end nor the trials of a set depend on threads or on
+    /// interruptions.
+    fn look_on(&mut self, on_look: &dyn Fn(&Look)) -> Result<Vec<u64>> {
+        let Manifest { campaign, part_trials, sets, .. } = &self.folder.manifest;
+        let Some(mut looks) = self.looks.take() else { return Ok(Vec::new()) };
+        let missing = loop {
+            let blocks = looks.last / part_trials.get()..looks.next.div_ceil(part_trials.get());
+            let missing = self.lacking(blocks.clone());
+            if !missing.is_empty() {
+                break missing;
+            }
+            looks.rows.extend(self.folder.rows_of(blocks, &self.set_trials)?);
+            looks.last = looks.next;
+            let rows = BySet::new(&looks.rows, sets);
+            let open = looks.gates.open(&rows);
+            let is_over = open.is_empty() || looks.last == campaign.trials;
+            let mut stopping = Vec::new();
+            for (set, trials) in self.set_trials.iter_mut().enumerate().filter(|(_, trials)| **trials > looks.last) {
+                if is_over || open.iter().all(|open| !open.sets.contains(&set)) {
+                    *trials = looks.last;
+                    stopping.extend((!is_over).then_some(sets[set].as_str()));
+                }
+            }
+            on_look(&Look { rows: &rows, open: &open, stopping, all_episodes: self.all_episodes() });
+            if is_over {
+                break Vec::new();
+            }
+            looks.next = looks.planned.after(looks.last).min(campaign.trials);
+        };
+        self.looks = Some(looks);
+        Ok(missing)
     }
 
     /// Runs it and commits it part by part; what is complete is left as it is.
     pub fn run(&mut self, watch: &Watch) -> Result<()> {
         if !self.is_done() {
             self.folder.remove_result()?;
-            let there = (0..self.folder.blocks()).filter_map(|block| self.folder.part(block).rows().ok());
-            (watch.on_part)(&there.flatten().collect::<Vec<_>>());
+            let is_there = |block: &u64| !self.folder.lacks(*block, &self.set_trials).contains(&true);
+            let there = (0..self.folder.blocks()).filter(is_there);
+            let rows = there.filter_map(|block| self.folder.rows_of(block..block + 1, &self.set_trials).ok());
+            (watch.on_part)(&rows.flatten().collect::<Vec<_>>());
         }
         self.plan.identify(self.folder)?;
         while !self.is_done() {
             self.pool.install(|| self.run_blocks(watch))?;
-            self.missing = match self.folder.manifest.looks() {
-                Some(looks) => self.plan.undecided(self.folder, looks, watch.is_decided, &mut self.look)?,
-                None => Vec::new(),
-            };
+            self.missing = self.look_on(watch.on_look)?;
         }
-        if self.plan.until_resolved() { self.folder.stop_at(self.look) } else { Ok(()) }
+        if self.plan.until_resolved() { self.folder.stop_at(&self.set_trials) } else { Ok(()) }
     }
 
     /// Units are single episodes, handed out in order one by one: cores stay busy to the end, and an interruption loses
     /// only the few blocks in work.
     fn run_blocks(&self, watch: &Watch) -> Result<()> {
-        let blocks: Vec<Block> = self.missing.iter().map(|&block| Block::new(self.folder, block)).collect();
-        let jobs = blocks.iter().flat_map(|block| (0..block.episodes).map(move |slot| (block, slot)));
+        let blocks = self.missing.iter().map(|&block| Block::new(self.folder, block, &self.set_trials));
+        let blocks: Vec<Block> = blocks.collect();
+        let jobs = blocks.iter().flat_map(|block| block.missing.iter().map(move |&slot| (block, slot)));
         jobs.par_bridge().try_for_each(|(block, slot)| {
             if watch.stop.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);
             }
-            let complete = block.put(slot, self.plan.row(&self.designs, block.first_trial, slot));
+            let complete = block.put(slot, self.plan.row(&self.designs, slot));
             (watch.on_episode)();
             let Some(rows) = complete else { return Ok(()) };
             self.folder.part(block.index).write(&rows)?;
@@ -374,26 +429,34 @@ fn hash(version: &str, campaign: &str, inputs: &[String]) -> String {
     sha256_hex(&bytes)
 }
 
-/// A block in work: the rows so far, by their place in it.
+/// A block in work. Its rows stand by trial and number of the gain set.
 struct Block {
     index: u64,
-    first_trial: u64,
-    episodes: usize,
-    rows: Mutex<BTreeMap<usize, TrialRow>>,
+    /// What is to be run.
+    missing: Vec<(u64, usize)>,
+    /// Number of rows when it is complete.
+    all: usize,
+    rows: Mutex<BTreeMap<(u64, usize), TrialRow>>,
 }
 
 impl Block {
-    fn new(folder: &Folder, index: u64) -> Self {
-        let (first_trial, end) = folder.range(index);
-        let episodes = (end - first_trial) as usize * folder.manifest.sets.len();
-        Self { index, first_trial, episodes, rows: Mutex::default() }
+    /// What it lacks if gain sets have so many trials. Rows of other sets that are there are kept.
+    fn new(folder: &Folder, index: u64, set_trials: &[u64]) -> Self {
+        let (first, end) = folder.range(index);
+        let lacks = folder.lacks(index, set_trials);
+        let lacking = (0..lacks.len()).filter(|&set| lacks[set]);
+        let missing: Vec<_> = (first..end).flat_map(|trial| lacking.clone().map(move |set| (trial, set))).collect();
+        let number = |row: &TrialRow| folder.manifest.sets.iter().position(|set| *set == row.set);
+        let there = folder.part(index).rows().unwrap_or_default().into_iter();
+        let rows: BTreeMap<_, _> = there.filter_map(|row| Some(((row.trial, number(&row)?), row))).collect();
+        Self { index, all: missing.len() + rows.len(), missing, rows: Mutex::new(rows) }
     }
 
     /// Puts a row in its place; with the last one, all rows in order.
-    fn put(&self, slot: usize, row: TrialRow) -> Option<Vec<TrialRow>> {
+    fn put(&self, slot: (u64, usize), row: TrialRow) -> Option<Vec<TrialRow>> {
         let mut rows = self.rows.lock().unwrap_or_else(PoisonError::into_inner);
         rows.insert(slot, row);
-        (rows.len() == self.episodes).then(|| std::mem::take(&mut *rows).into_values().collect())
+        (rows.len() == self.all).then(|| std::mem::take(&mut *rows).into_values().collect())
     }
 }
 
@@ -401,7 +464,9 @@ impl Block {
 mod tests {
     use super::*;
     use crate::campaign::Overrides;
-    use crate::campaign::verdict::{gates::Gates, summary::Summary};
+    use crate::campaign::store::row::tests::row;
+    use crate::campaign::verdict::summary::Summary;
+    use crate::episode::Outcome;
     use std::sync::atomic::AtomicUsize;
 
     fn plan(set: &[&str]) -> Plan {
@@ -419,9 +484,8 @@ mod tests {
                 stop.store(true, Ordering::Relaxed);
             }
         };
-        let is_decided = &|_: &[TrialRow]| false;
-        let mut work = plan.work(folder, RunOptions { threads: 1, shard: None }, is_decided)?;
-        work.run(&Watch { stop: &stop, on_episode: &on_episode, on_part: &|_| {}, is_decided })?;
+        let mut work = plan.work(folder, RunOptions { threads: 1, shard: None }, None)?;
+        work.run(&Watch { stop: &stop, on_episode: &on_episode, on_part: &|_| {}, on_look: &|_| {} })?;
         Ok(count.into_inner())
     }
 
@@ -467,26 +531,103 @@ mod tests {
     fn a_folder_that_is_given_more_trials_keeps_its_looks() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a");
-        // 30 trials, up to a multiple of 25.
-        let first = plan(&["stopping.until_resolved=true"]);
-        let folder = first.folder(Some(&path)).unwrap();
-        assert_eq!(folder.manifest.planned_trials, 50);
-        assert_eq!(run(&first, &folder, usize::MAX).unwrap(), 50);
-        let mut more = plan(&["stopping.until_resolved=true"]);
-        (more.manifest.campaign.trials, more.manifest.planned_trials) = (150, 150);
-        let folder = more.folder(Some(&path)).unwrap();
-        let looks = Mutex::new(Vec::new());
-        let is_decided = |rows: &[TrialRow]| {
-            looks.lock().unwrap().push(rows.len());
-            rows.len() == 75
+        let begin = |trials: u64| {
+            let gains = ["", ":zmp_margin_m=0.01"].map(|variant| format!("hold{variant}")).to_vec();
+            let overrides = Overrides { gains, trials: Some(trials), until_resolved: true, ..Default::default() };
+            Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap()
         };
-        let mut work = more.work(&folder, RunOptions { threads: 1, shard: None }, &is_decided).unwrap();
-        let stop = AtomicBool::new(false);
-        work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &|_| {}, is_decided: &is_decided }).unwrap();
-        assert_eq!(looks.into_inner().unwrap(), [25, 50, 75]);
+        let plan = begin(50);
+        let folder = plan.folder(Some(&path)).unwrap();
+        assert_eq!(folder.manifest.planned_trials, 50);
+        plan.identify(&folder).unwrap();
+        let more = begin(150);
+        let folder = more.folder(Some(&path)).unwrap();
+        let gates = Gates::new(&folder.manifest, None).unwrap();
+        let mut work = more.work(&folder, RunOptions { threads: 1, shard: None }, Some(&gates)).unwrap();
+        more.identify(&folder).unwrap();
+        let mut looks = Vec::new();
+        while !work.is_done() {
+            looks.push(work.looks.as_ref().unwrap().next);
+            // Both always recover: nothing is ever decided.
+            let rows = |block: u64| {
+                let (first, end) = folder.range(block);
+                let of =
+                    |trial: u64| folder.manifest.sets.iter().map(move |set| row(trial, set, 1.0, Outcome::Recovered));
+                (first..end).flat_map(of).collect::<Vec<_>>()
+            };
+            work.missing.iter().for_each(|&block| folder.part(block).write(&rows(block)).unwrap());
+            work.missing = work.look_on(&|_| {}).unwrap();
+        }
+        assert_eq!(looks, [25, 50, 75, 100, 125, 150]);
         let found = Folder::existing(&path).unwrap();
-        assert_eq!((found.manifest.planned_trials, found.manifest.campaign.trials, found.trials()), (50, 150, 75));
+        assert_eq!((found.manifest.planned_trials, found.manifest.campaign.trials), (50, 150));
         assert_eq!(found.manifest.looks(), Some(Looks::up_to(50)));
+    }
+
+    /// Puts rows where work is missing, without a simulation: the first set recovers from nine of ten pushes, the second
+    /// from one of five, and the third from nine of ten, but not the same as the first. Returns the number of rows.
+    fn make_up(work: &mut Work) -> usize {
+        let has_recovered = |trial: u64, set: usize| match set {
+            0 => trial % 10 != 3,
+            1 => trial.is_multiple_of(5),
+            _ => trial % 10 != 7,
+        };
+        let (folder, mut made) = (work.folder, 0);
+        while !work.is_done() {
+            for &index in &work.missing {
+                let block = Block::new(folder, index, &work.set_trials);
+                made += block.missing.len();
+                let rows = block.missing.iter().filter_map(|&(trial, set)| {
+                    let outcome = if has_recovered(trial, set) { Outcome::Recovered } else { Outcome::Fell };
+                    block.put((trial, set), row(trial, &folder.manifest.sets[set], 1.0, outcome))
+                });
+                folder.part(index).write(&rows.last().unwrap()).unwrap();
+            }
+            work.missing = work.look_on(&|_| {}).unwrap();
+        }
+        folder.stop_at(&work.set_trials).unwrap();
+        made
+    }
+
+    #[test]
+    fn a_set_stops_when_all_about_it_is_decided_and_the_others_go_on() {
+        let dir = tempfile::tempdir().unwrap();
+        let plan = |trials: u64, more: &[&str]| {
+            let gains =
+                ["", ":zmp_margin_m=0.01", ":zmp_margin_m=0.02"].map(|variant| format!("hold{variant}")).to_vec();
+            let set = more.iter().map(|s| s.to_string()).collect();
+            let overrides = Overrides { gains, set, trials: Some(trials), until_resolved: true, ..Default::default() };
+            Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap()
+        };
+        let run = |plan: &Plan| {
+            let folder = plan.folder(Some(&dir.path().join("a"))).unwrap();
+            let gates = Gates::new(&plan.manifest, None).unwrap();
+            let options = RunOptions { threads: 1, shard: None };
+            let mut work = plan.work(&folder, options, Some(&gates)).unwrap();
+            let (before, all) = (work.episodes(), work.all_episodes());
+            plan.identify(&folder).unwrap();
+            let made = make_up(&mut work);
+            assert_eq!(work.episodes(), 0);
+            assert!(before >= made as u64 && all >= work.all_episodes());
+            let summary = Summary::read(&folder, &gates).unwrap().0;
+            assert_eq!(summary.sets.iter().map(|set| set.count.trials).sum::<u64>(), work.all_episodes());
+            (made, folder.set_trials().unwrap(), summary)
+        };
+        let (made, set_trials, summary) = run(&plan(150, &[]));
+        assert_eq!((made, &set_trials[..]), (325, &[150, 25, 150][..]));
+        assert_eq!((summary.trials, summary.sets[1].count.trials), (150, 25));
+        assert!(summary.stopped.unwrap().contains("after 25 trials"));
+        // The same again, and with more trials: the same sets go on.
+        assert_eq!(run(&plan(150, &[])).0, 0);
+        let (made, set_trials, _) = run(&plan(200, &[]));
+        assert_eq!((made, &set_trials[..]), (100, &[200, 25, 200][..]));
+        // All is decided at an earlier look if less is asked: nothing is run, and later rows do not count.
+        let (made, set_trials, _) = run(&plan(400, &["stopping.margin=0.7"]));
+        assert_eq!((made, &set_trials[..]), (0, &[25, 25, 25][..]));
+        // A gate asks for the set that had stopped: what it lacks is run, the rest is there.
+        let gate = "gates.require=['hold zmp_margin_m=0.01 >= 0.21']";
+        let (made, set_trials, _) = run(&plan(100, &[gate]));
+        assert_eq!((made, &set_trials[..]), (75, &[25, 100, 25][..]));
     }
 
     /// Everyone who watches hears of each part once, and first of those that are there.
@@ -499,10 +640,10 @@ mod tests {
         let seen = Mutex::new(Vec::new());
         let on_part =
             |rows: &[TrialRow]| seen.lock().unwrap().push(rows.iter().map(|row| row.trial).collect::<Vec<_>>());
-        let mut work = plan.work(&folder, RunOptions { threads: 1, shard: None }, &|_| false).unwrap();
+        let mut work = plan.work(&folder, RunOptions { threads: 1, shard: None }, None).unwrap();
         assert_eq!((work.episodes(), work.all_episodes()), (20, 30));
         let stop = AtomicBool::new(false);
-        work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &on_part, is_decided: &|_| false }).unwrap();
+        work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &on_part, on_look: &|_| {} }).unwrap();
         assert_eq!((work.episodes(), work.all_episodes()), (0, 30));
         let seen = seen.into_inner().unwrap();
         assert_eq!(seen[0], (0..10).collect::<Vec<_>>());

@@ -15,6 +15,8 @@ use std::time::Instant;
 const FIRST_S: f64 = 1.0;
 /// Columns of the narrowest bar, with the space after it.
 const BAR_COLUMNS: usize = 5;
+/// A terminal shows what was found at most this often (s).
+const SHOWN_EVERY_S: f64 = 0.25;
 /// Of the work, after each part of which a line is written where there is no terminal.
 const LINES: u64 = 10;
 
@@ -24,7 +26,7 @@ pub struct Progress {
     what: &'static str,
     /// Whether an episode is one of what is counted, or of no account to it.
     of_episodes: bool,
-    total: u64,
+    total: AtomicU64,
     /// Of the total, what was there before the start.
     there: u64,
     /// Fewer may do.
@@ -32,7 +34,9 @@ pub struct Progress {
     done: AtomicU64,
     episodes: AtomicU64,
     start: Instant,
-    /// For a log: what was found.
+    /// On a terminal: when it was last shown what was found.
+    shown: Mutex<Option<Instant>>,
+    /// In a log: what was found when that was last written.
     found: Mutex<String>,
 }
 
@@ -50,8 +54,10 @@ impl Progress {
     fn new(what: &'static str, of_episodes: bool, total: u64, there: u64, at_most: bool) -> Self {
         let hidden = || ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden());
         let bar = std::io::stderr().is_terminal().then(hidden);
-        let (done, episodes, start, found) = (0.into(), 0.into(), Instant::now(), Mutex::default());
-        let progress = Self { bar, what, of_episodes, total, there, at_most, done, episodes, start, found };
+        let (done, episodes, start, total_now) = (0.into(), 0.into(), Instant::now(), total.into());
+        let (shown, found) = (Mutex::default(), Mutex::default());
+        let progress =
+            Self { bar, what, of_episodes, total: total_now, there, at_most, done, episodes, start, shown, found };
         match &progress.bar {
             Some(bar) => {
                 bar.set_style(style("{wide_bar} {msg}"));
@@ -65,31 +71,63 @@ impl Progress {
         progress
     }
 
-    /// One more episode is finished.
+    /// Counts one more finished episode.
     pub fn episode(&self) {
+        self.episode_and(|| ());
+    }
+
+    /// The same; calls `on_line` if a line was written to a log, which what was found may follow.
+    pub fn episode_and(&self, on_line: impl FnOnce()) {
         self.episodes.fetch_add(1, Ordering::Relaxed);
-        if self.of_episodes {
-            self.tick();
-        } else {
+        if !self.of_episodes {
             self.renew();
+        } else if self.count() {
+            on_line();
         }
     }
 
-    /// One more of what is counted is finished.
+    /// Counts one more of what is counted.
     pub fn tick(&self) {
-        let done = self.there + self.done.fetch_add(1, Ordering::Relaxed) + 1;
-        self.renew();
-        if self.bar.is_none() && done < self.total && done * LINES / self.total != (done - 1) * LINES / self.total {
-            note(&self.line());
-            let found = std::mem::take(&mut *self.found.lock().unwrap_or_else(PoisonError::into_inner));
-            (!found.is_empty()).then(|| note(&found));
-        }
+        self.count();
     }
 
-    /// What a campaign has found so far: above the bar, or with the next line of a log.
+    /// The same; returns whether a line was written to a log.
+    fn count(&self) -> bool {
+        let (done, total) = (self.there + self.done.fetch_add(1, Ordering::Relaxed) + 1, self.total());
+        self.renew();
+        let has_line = self.bar.is_none() && done < total && done * LINES / total != (done - 1) * LINES / total;
+        if has_line {
+            note(&self.line());
+        }
+        has_line
+    }
+
+    /// Sets how many it is in all, which may become fewer on the way.
+    pub fn set_total(&self, total: u64) {
+        self.total.store(total.max(self.there + self.done()), Ordering::Relaxed);
+        self.bar.iter().for_each(|bar| bar.set_length(self.total()));
+        self.renew();
+    }
+
+    /// Whether a terminal is to show again what was found: not too often, for it takes time to compute.
+    pub fn is_due(&self) -> bool {
+        let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_due = self.bar.is_some() && shown.is_none_or(|shown| shown.elapsed().as_secs_f64() > SHOWN_EVERY_S);
+        if is_due {
+            *shown = Some(Instant::now());
+        }
+        is_due
+    }
+
+    /// Shows what a campaign has found so far: above the bar of a terminal; in a log as a line, if that is new.
     pub fn show(&self, found: &SoFar) {
         let Some(bar) = &self.bar else {
-            *self.found.lock().unwrap_or_else(PoisonError::into_inner) = so_far::sentence(found);
+            let (told, mut before) =
+                (so_far::sentence(found), self.found.lock().unwrap_or_else(PoisonError::into_inner));
+            if *before != told {
+                note(&told);
+                *before = told;
+            }
             return;
         };
         let (height, width) = size();
@@ -107,6 +145,10 @@ impl Progress {
         self.bar.is_some()
     }
 
+    fn total(&self) -> u64 {
+        self.total.load(Ordering::Relaxed)
+    }
+
     /// Of what is counted, so many were finished since the start.
     pub fn done(&self) -> u64 {
         self.done.load(Ordering::Relaxed)
@@ -114,7 +156,7 @@ impl Progress {
 
     /// Time that all of it takes at the pace so far, without what was there (s).
     pub fn whole_s(&self) -> f64 {
-        self.start.elapsed().as_secs_f64() * (self.total - self.there) as f64 / self.done().max(1) as f64
+        self.start.elapsed().as_secs_f64() * (self.total() - self.there) as f64 / self.done().max(1) as f64
     }
 
     /// Takes the bar away and says how long it took.
@@ -145,12 +187,12 @@ impl Progress {
 
     /// How far it is and, as soon as that can be said, how fast and for how long.
     fn line(&self) -> String {
-        let Self { total, there, what, .. } = self;
+        let (Self { there, what, .. }, total) = (self, self.total());
         let (done, at_most) = (self.done(), if self.at_most { "at most " } else { "" });
         let mut line = format!("{} of {at_most}{total} {what}{}", there + done, self.of_many());
         let Some(rate) = self.rate() else { return line };
         line += &rate;
-        if done > 0 && there + done < *total {
+        if done > 0 && there + done < total {
             let left_s = self.whole_s() - self.start.elapsed().as_secs_f64();
             line += &format!(", {} to go", duration(left_s));
         }
@@ -234,12 +276,13 @@ mod tests {
             bar: None,
             what: "episodes",
             of_episodes: true,
-            total: 4000,
+            total: 4000.into(),
             there,
             at_most: there == 0,
             done: AtomicU64::new(done),
             episodes: episodes.into(),
             start: Instant::now() - std::time::Duration::from_secs(ago_s),
+            shown: Mutex::default(),
             found: Mutex::default(),
         };
         assert_eq!(progress(0, 0, 0, 100).line(), "0 of at most 4000 episodes");
@@ -250,7 +293,7 @@ mod tests {
         // A search takes many episodes, and has no time to go before the first one has ended.
         let searches = |done, episodes| {
             let progress =
-                Progress { what: "searches", of_episodes: false, total: 8, ..progress(0, done, episodes, 25) };
+                Progress { what: "searches", of_episodes: false, total: 8.into(), ..progress(0, done, episodes, 25) };
             Progress { at_most: false, ..progress }.line()
         };
         assert_eq!(searches(0, 100), "0 of 8 searches, 100 episodes, 4.0/s");

@@ -6,10 +6,9 @@ use super::progress::{Progress, duration};
 use super::result::{Printing, conclude, gates_of};
 use super::status::print_status;
 use super::terminal::{note, tell};
-use crate::campaign::run::{RunOptions, Watch, Work};
+use crate::campaign::run::{Look, RunOptions, Watch, Work};
 use crate::campaign::verdict::gates::Gates;
-use crate::campaign::verdict::so_far::SoFar;
-use crate::campaign::verdict::standing::When;
+use crate::campaign::verdict::so_far::{SoFar, Tally};
 use crate::campaign::{Campaign, Folder, Overrides, Plan, Shard, TrialRow};
 use crate::error::{Error, Result};
 use crate::files::shell_word;
@@ -88,10 +87,9 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
         Some(_) => None,
         None => Some(gates_of(&folder, &args.gates)?),
     };
-    let undecided = |rows: &[TrialRow]| gates.as_ref().map_or(Vec::new(), |gates| gates.open(rows));
     let options = RunOptions { threads: args.threads, shard: args.shard };
     stop_on_ctrl_c();
-    let mut work = plan.work(&folder, options, &|rows| undecided(rows).is_empty())?;
+    let mut work = plan.work(&folder, options, gates.as_ref())?;
     if args.check.check {
         let (sets, episodes) = (folder.manifest.sets.join(", "), work.episodes());
         return fine(&format!("campaign {} with gain sets {sets}: {episodes} episodes to run", campaign.name));
@@ -112,35 +110,35 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
 fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool) -> Result<()> {
     let (folder, all, missing) = (work.folder, work.all_episodes(), work.episodes());
     let stopping = folder.manifest.campaign.stopping;
-    let when = folder.manifest.looks().map_or(When::AnyTime, When::At);
     let progress = (!work.is_done()).then(|| Progress::of_episodes(all, all - missing, stopping.until_resolved));
-    let finished = Mutex::new(Vec::<TrialRow>::new());
+    let tally = Mutex::new(Tally::new(&folder.manifest.sets));
+    let finished = || tally.lock().unwrap_or_else(PoisonError::into_inner);
+    let so_far = || SoFar::new(&finished(), stopping.margin);
     let on_part = |rows: &[TrialRow]| {
-        let Some(progress) = &progress else { return };
-        let mut finished = finished.lock().unwrap_or_else(PoisonError::into_inner);
-        if tells_time && finished.is_empty() && !rows.is_empty() {
+        let Some(progress) = progress.as_ref().filter(|_| !rows.is_empty()) else { return };
+        if tells_time && finished().is_empty() {
             let pace = format!("by the pace of its first {} episodes", progress.done());
             note(&format!("It takes about {} here, {pace}.", duration(progress.whole_s())));
         }
-        finished.extend_from_slice(rows);
-        // Parts do not end in their order.
-        finished.sort_by_key(|row| row.trial);
-        progress.show(&SoFar::of(&finished, &folder.manifest.sets, when, stopping.margin));
-    };
-    let is_decided = |rows: &[TrialRow]| {
-        let open = gates.map_or(Vec::new(), |gates| gates.open(rows));
-        // A terminal shows at any time how it stands.
-        if progress.as_ref().is_some_and(|progress| open.is_empty() || !progress.is_on_terminal()) {
-            note(&look(rows, &open, gates, folder));
+        finished().add(rows);
+        if progress.is_due() {
+            progress.show(&so_far());
         }
-        open.is_empty()
     };
-    let on_episode = || progress.iter().for_each(Progress::episode);
-    let run = work.run(&Watch { stop: &STOP, on_episode: &on_episode, on_part: &on_part, is_decided: &is_decided });
+    let on_episode = || progress.iter().for_each(|progress| progress.episode_and(|| progress.show(&so_far())));
+    let on_look = |look: &Look| {
+        let Some(progress) = &progress else { return };
+        progress.set_total(look.all_episodes);
+        // A terminal shows at any time how it stands.
+        if look.open.is_empty() || !look.stopping.is_empty() || !progress.is_on_terminal() {
+            note(&told(look, gates));
+        }
+    };
+    let run = work.run(&Watch { stop: &STOP, on_episode: &on_episode, on_part: &on_part, on_look: &on_look });
     progress.iter().for_each(Progress::finish);
     if let (Err(Error::Interrupted), Some(progress)) = (&run, &progress) {
-        let left = work.episodes();
-        let lost = progress.done() - (missing - left);
+        let (there, all, left) = (all - missing, work.all_episodes(), work.episodes());
+        let lost = progress.done().saturating_sub((all - left).saturating_sub(there));
         let lost = match lost {
             0 => String::new(),
             _ => {
@@ -231,15 +229,21 @@ fn announce(campaign: &Campaign, work: &Work) {
     tell("", &format!("For a quick look instead: {quick} (seconds)."));
 }
 
-/// What a campaign that ends when decided has still to decide (`open`), and whether that takes more trials than its
-/// baseline has.
-fn look(rows: &[TrialRow], open: &[String], gates: Option<&Gates>, folder: &Folder) -> String {
-    let trials = rows.len() / folder.manifest.sets.len();
-    let what = match open {
-        [] if gates.is_some_and(|gates| gates.outlasts_baseline(rows)) => "not decided, but the baseline has no more",
+/// What a look at a campaign that ends when decided has found: what is still to be decided, whether that takes more trials
+/// than the baseline has, and which gain sets stop.
+fn told(look: &Look, gates: Option<&Gates>) -> String {
+    let what = match look.open {
+        [] if gates.is_some_and(|gates| gates.outlasts_baseline(look.rows)) => {
+            "not decided, but the baseline has no more"
+        }
         [] => "decided",
-        [first] => &format!("not decided yet: {first}"),
-        [first, more @ ..] => &format!("not decided yet: {first}, and {} more", more.len()),
+        [first] => &format!("not decided yet: {}", first.words),
+        [first, more @ ..] => &format!("not decided yet: {}, and {} more", first.words, more.len()),
     };
-    format!("after {trials} trials: {what}")
+    let stopping = match &look.stopping[..] {
+        [] => String::new(),
+        [one] => format!("; {one} needs no more trials"),
+        several => format!("; {} need no more trials", several.join(", ")),
+    };
+    format!("after {} trials: {what}{stopping}", look.rows.trials())
 }

@@ -32,6 +32,12 @@ pub fn run(args: &StatusArgs) -> Result<ExitCode> {
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
 }
 
+/// The gain sets that have fewer trials than the result, with their number.
+fn stopped_early(folder: &Folder) -> Vec<(&String, u64)> {
+    let trials = folder.set_trials().unwrap_or_default();
+    folder.manifest.sets.iter().zip(trials).filter(|(_, trials)| *trials < folder.trials()).collect()
+}
+
 /// Prints which parts are there; true if all are.
 pub fn print_status(folder: &Folder, printing: Printing) -> Result<bool> {
     let (missing, blocks) = (folder.missing(), folder.blocks());
@@ -46,11 +52,15 @@ pub fn print_status(folder: &Folder, printing: Printing) -> Result<bool> {
             "parts": blocks,
             "parts_complete": there,
             "missing_trials": trials,
+            "set_trials": folder.set_trials(),
             "next_command": next,
         })))?;
         return Ok(complete);
     }
-    let head = format!("{}: {there} of {blocks} parts are complete", folder.path.display());
+    let mut head = format!("{}: {there} of {blocks} parts are complete", folder.path.display());
+    for (set, trials) in stopped_early(folder) {
+        head += &format!("\n{set} has {trials} trials: all that was to be decided about it was decided by then");
+    }
     let report = folder.path.join(FILES[0]);
     print(&if complete && report.is_file() {
         format!("{head}\nThe result is there: {}\n", report.display())

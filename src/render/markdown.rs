@@ -38,13 +38,19 @@ pub fn text(summary: &Summary) -> String {
         ]);
     }
     text += &left_out(summary.sets.len(), "gain sets");
+    if let Some(stopped) = &summary.stopped {
+        let _ = writeln!(text, "\n{}", escaped(stopped));
+    }
     text += &pairs(summary);
     let push = &summary.push;
+    let (pushes, same) = match summary.stopped {
+        None => (format!("{} pushes", summary.trials), "the same for each gain set"),
+        Some(_) => (format!("Up to {} pushes", summary.trials), "for each gain set its first ones"),
+    };
     let _ = writeln!(
         text,
-        "\n{} pushes of {} N s, heading {} deg, the same for each gain set; robot {}, seed {}, standfast {}, \
+        "\n{pushes} of {} N s, heading {} deg, {same}; robot {}, seed {}, standfast {}, \
          configuration `{}`. Intervals, {}. `report.html` has pictures, strata and trials to replay.",
-        summary.trials,
         push.impulse_n_s,
         push.heading_deg,
         escaped(&summary.robot),
@@ -150,7 +156,7 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::verdict::summary::tests::summary;
+    use crate::campaign::verdict::summary::tests::{ragged, summary};
     use crate::episode::Outcome::{Fell, Recovered};
 
     #[test]
@@ -164,6 +170,13 @@ mod tests {
         assert!(place("--trial 50 --gains b") < place("| a | b | 50 | 50 | 0 | 0 | +50.0 |"));
         assert!(text.starts_with("## standfast: &lt;b&gt;\\|x\\|\\`\\_"), "{text}");
         assert!(text.contains("\nThe intervals hold at 95 %; p is that of the exact McNemar test.\n"), "{text}");
+    }
+
+    #[test]
+    fn a_set_that_was_stopped_has_its_own_trials() {
+        let text = text(&ragged(&[]).0);
+        assert!(text.contains("| b | 5/25 |") && text.contains(": b after 25 trials. Each rate "), "{text}");
+        assert!(text.contains("\nUp to 100 pushes of "), "{text}");
     }
 
     #[test]

@@ -60,14 +60,13 @@ impl Decision {
     }
 
     /// The same at any time, by the betting interval alone.
-    pub fn at_any_time(counts: &PairedCounts, pairs: usize, margin: f64) -> Self {
-        let ci95 = counts.interval(each_of(pairs, 1.0 - ALPHA), true);
-        Self { ci95, p: None, verdict: verdict(ci95, margin) }
+    pub fn by_interval(betting: [f64; 2], margin: f64) -> Self {
+        Self { ci95: betting, p: None, verdict: verdict(betting, margin) }
     }
 
-    /// The same where the campaign may end when decided; `a_is_better`: the exact test has said so by now.
-    pub fn at_looks(counts: &PairedCounts, a_is_better: bool, pairs: usize, margin: f64) -> Self {
-        let betting = counts.interval(each_of(pairs, 1.0 - ALPHA), true);
+    /// The same where the campaign may end when decided, of the betting interval; `a_is_better`: the exact test has said so
+    /// by now.
+    pub fn at_looks(betting: [f64; 2], a_is_better: bool, margin: f64) -> Self {
         match a_is_better {
             true => Self { ci95: betting.map(|end| end.max(0.0)), p: None, verdict: PairVerdict::Better },
             false => Self { ci95: with_0(betting), p: None, verdict: verdict(with_0(betting), margin) },
@@ -162,12 +161,11 @@ mod tests {
     #[test]
     fn where_a_campaign_may_end_when_decided_the_interval_agrees_with_the_exact_test() {
         for (only_a, only_b) in [(0, 0), (5, 0), (18, 2), (40, 20), (300, 200), (501, 499), (2, 90), (0, 2000)] {
-            let counts = table(2000, only_a, only_b);
-            let betting = Decision::at_any_time(&counts, 6, 0.02);
-            let [better, open] = [true, false].map(|is_better| Decision::at_looks(&counts, is_better, 6, 0.02));
-            assert_eq!(better.ci95, betting.ci95.map(|end| end.max(0.0)));
+            let betting = table(2000, only_a, only_b).interval(0.99, true);
+            let [better, open] = [true, false].map(|is_better| Decision::at_looks(betting, is_better, 0.02));
+            assert_eq!(better.ci95, betting.map(|end| end.max(0.0)));
             assert_eq!((better.verdict, better.p), (PairVerdict::Better, None));
-            assert_eq!(open.ci95, [betting.ci95[0].min(0.0), betting.ci95[1].max(0.0)]);
+            assert_eq!(open.ci95, [betting[0].min(0.0), betting[1].max(0.0)]);
             assert!(open.verdict != PairVerdict::Better && open.p.is_none());
         }
     }
@@ -258,8 +256,8 @@ mod tests {
                     Some(Winner { is_a: false, .. }) => (counts(up_to(end), pair).swapped(), -1.0),
                     _ => (counts(up_to(end), pair), 1.0),
                 };
-                let Decision { ci95: [least, most], .. } =
-                    Decision::at_looks(&counts, found.is_some(), pairs.len(), 0.02);
+                let betting = counts.interval(each_of(pairs.len(), 1.0 - ALPHA), true);
+                let Decision { ci95: [least, most], .. } = Decision::at_looks(betting, found.is_some(), 0.02);
                 let truth = sign * truth(pair);
                 truth < least || most < truth || (found.is_some() && truth == 0.0)
             };

@@ -30,6 +30,12 @@ impl Looks {
         if trials < self.planned { next.min(self.planned) } else { next }
     }
 
+    /// The looks after at most so many trials, in order.
+    pub fn until(self, trials: u64) -> impl Iterator<Item = u64> {
+        let next = move |look: &u64| Some(self.after(*look));
+        std::iter::successors(Some(self.after(0)), next).take_while(move |look| *look <= trials)
+    }
+
     /// Share of the error that may be spent at all looks up to the one after so many trials.
     pub fn spent(self, trials: u64) -> f64 {
         let of_planned = trials as f64 / self.planned as f64;

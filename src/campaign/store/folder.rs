@@ -7,6 +7,8 @@ use crate::error::{Error, Result};
 use crate::files::{json, json_pretty, shell_word, write_atomic};
 use crate::stats::looks::Looks;
 use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::ops::Range;
 use std::{fs, num::NonZeroU64, path::Path, path::PathBuf};
 
 /// Number of trials in a block, which is stored as one part; the last one may have fewer. An interruption loses
@@ -63,6 +65,9 @@ impl Manifest {
 struct Stopped {
     trials: u64,
     config_hash: String,
+    /// Number of trials of each gain set; None: that of the campaign.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    set_trials: Option<Vec<u64>>,
 }
 
 /// A result folder with its manifest.
@@ -111,16 +116,39 @@ impl Folder {
 
     /// Number of trials in the result: those of the campaign, or those up to the decision if it ended early.
     pub fn trials(&self) -> u64 {
-        let campaign = &self.manifest.campaign;
-        let stopped = || -> Option<Stopped> { serde_json::from_slice(&fs::read(self.stopped_path()).ok()?).ok() };
-        let valid = |s: &Stopped| s.config_hash == self.manifest.config_hash && s.trials <= campaign.trials;
-        let early = campaign.stopping.until_resolved.then(stopped).flatten().filter(valid);
-        early.map_or(campaign.trials, |stopped| stopped.trials)
+        self.stopped().map_or(self.manifest.campaign.trials, |stopped| stopped.trials)
     }
 
-    /// Notes that the campaign was decided and ended after this number of trials.
-    pub fn stop_at(&self, trials: u64) -> Result<()> {
-        let stopped = Stopped { trials, config_hash: self.manifest.config_hash.clone() };
+    /// Number of trials of each gain set in the result. None if that is not known yet: the campaign ends when decided, and
+    /// has not ended.
+    pub fn set_trials(&self) -> Option<Vec<u64>> {
+        let Manifest { campaign, sets, .. } = &self.manifest;
+        let of_all = |trials: u64| vec![trials; sets.len()];
+        match self.stopped() {
+            Some(stopped) => Some(stopped.set_trials.unwrap_or_else(|| of_all(stopped.trials))),
+            None => (!campaign.stopping.until_resolved).then(|| of_all(campaign.trials)),
+        }
+    }
+
+    fn stopped(&self) -> Option<Stopped> {
+        let Manifest { campaign, sets, .. } = &self.manifest;
+        let stopped = || -> Option<Stopped> { serde_json::from_slice(&fs::read(self.stopped_path()).ok()?).ok() };
+        let valid = |stopped: &Stopped| {
+            let of_sets =
+                |trials: &Vec<u64>| trials.len() == sets.len() && trials.iter().max() == Some(&stopped.trials);
+            stopped.config_hash == self.manifest.config_hash
+                && stopped.trials <= campaign.trials
+                && stopped.set_trials.as_ref().is_none_or(of_sets)
+        };
+        campaign.stopping.until_resolved.then(stopped).flatten().filter(valid)
+    }
+
+    /// Notes that the campaign was decided and ended, each gain set after this number of trials.
+    pub fn stop_at(&self, set_trials: &[u64]) -> Result<()> {
+        let trials = set_trials.iter().copied().max().unwrap_or_default();
+        let are_same = set_trials.iter().all(|of_set| *of_set == trials);
+        let config_hash = self.manifest.config_hash.clone();
+        let stopped = Stopped { trials, config_hash, set_trials: (!are_same).then(|| set_trials.to_vec()) };
         write_atomic(&self.stopped_path(), json(&stopped)?.as_bytes())
     }
 
@@ -141,12 +169,20 @@ impl Folder {
 
     /// The blocks that are not complete, in order.
     pub fn missing(&self) -> Vec<u64> {
-        self.missing_up_to(self.trials())
+        let set_trials = self.set_trials();
+        let is_missing = |&block: &u64| match &set_trials {
+            Some(set_trials) => self.lacks(block, set_trials).contains(&true),
+            // Of a campaign that has not ended it is not known which sets a part has to hold.
+            None => !self.part(block).holds().contains(&true),
+        };
+        (0..self.blocks()).filter(is_missing).collect()
     }
 
-    /// The blocks of the first `trials` trials that are not complete.
-    pub fn missing_up_to(&self, trials: u64) -> Vec<u64> {
-        (0..trials.div_ceil(self.manifest.part_trials.get())).filter(|&block| !self.has(block)).collect()
+    /// Whether a block is still to be run for each gain set, if the sets have so many trials.
+    pub fn lacks(&self, block: u64, set_trials: &[u64]) -> Vec<bool> {
+        let (first, _) = self.range(block);
+        let holds = self.part(block).holds();
+        set_trials.iter().zip(holds).map(|(&trials, is_there)| first < trials && !is_there).collect()
     }
 
     /// The part of a block, complete or not.
@@ -156,17 +192,13 @@ impl Folder {
         PartFile { stem, trials: first..end, sets: &self.manifest.sets, config_hash: &self.manifest.config_hash }
     }
 
-    /// Whether a block is complete.
-    pub fn has(&self, block: u64) -> bool {
-        self.part(block).is_complete()
-    }
-
     /// Writes the manifest. It fails if the folder is not writable.
     pub fn create(&self) -> Result<()> {
         write_atomic(&self.path.join("parts/campaign.json"), json_pretty(&self.manifest)?.as_bytes())
     }
 
-    /// All rows, by trial and then by set in the order of the campaign. It fails if a part is missing or damaged.
+    /// All rows, by trial and then by set in the order of the campaign. It fails if a part is missing or damaged, or if the
+    /// campaign ends when decided and has not ended.
     pub fn rows(&self) -> Result<Vec<TrialRow>> {
         let missing = self.missing();
         if !missing.is_empty() {
@@ -179,13 +211,20 @@ impl Folder {
             );
             return Err(Error::Parts { path: self.path.clone(), problem });
         }
-        self.first_rows(self.trials())
+        let Some(set_trials) = self.set_trials() else {
+            let problem =
+                format!("incomplete: it was stopped before its end; to complete it, run: {}", self.resume_command());
+            return Err(Error::Parts { path: self.path.clone(), problem });
+        };
+        self.rows_of(0..self.blocks(), &set_trials)
     }
 
-    /// Rows of the first `trials` trials, which must end with a block or the campaign. It fails if a part is missing.
-    pub fn first_rows(&self, trials: u64) -> Result<Vec<TrialRow>> {
-        let blocks = (0..trials.div_ceil(self.manifest.part_trials.get())).map(|block| self.part(block).rows());
-        Ok(blocks.collect::<Result<Vec<_>>>()?.concat())
+    /// Rows of these blocks, of each gain set within its number of trials. It fails if a part is missing or damaged.
+    pub fn rows_of(&self, blocks: Range<u64>, set_trials: &[u64]) -> Result<Vec<TrialRow>> {
+        let mut rows = blocks.map(|block| self.part(block).rows()).collect::<Result<Vec<_>>>()?.concat();
+        let of_set: HashMap<&String, &u64> = self.manifest.sets.iter().zip(set_trials).collect();
+        rows.retain(|row| of_set.get(&row.set).is_some_and(|trials| row.trial < **trials));
+        Ok(rows)
     }
 
     /// Writes `campaign.toml`, with which the campaign can be run again.
@@ -288,6 +327,35 @@ pub(crate) mod tests {
         assert_eq!(rows.len(), 20);
         // Compared as Debug text, because one of the peaks is NaN.
         assert_eq!(format!("{:?}", folder.part(2).rows().unwrap()), format!("{rows:?}"));
+    }
+
+    /// Of a campaign that ends when decided a part may hold some of the gain sets.
+    #[test]
+    fn a_part_says_which_sets_it_holds() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut folder = folder(dir.path());
+        folder.manifest.campaign.stopping.until_resolved = true;
+        commit(&folder, 0);
+        let rows: Vec<TrialRow> = (25..50).map(|trial| row(trial, "fixed", 1.0, Outcome::Fell)).collect();
+        folder.part(1).write(&rows).unwrap();
+        assert_eq!((folder.part(0).holds(), folder.part(1).holds()), (vec![true, true], vec![false, true]));
+        assert_eq!(folder.part(1).rows().unwrap().len(), 25);
+        let marker = |block: u64| fs::read_to_string(dir.path().join(format!("parts/part-{block:06}.json"))).unwrap();
+        assert!(marker(1).contains(r#""sets":["fixed"]"#) && !marker(0).contains("sets"));
+        assert_eq!(folder.lacks(1, &[60, 60]), [true, false]);
+        assert_eq!(folder.lacks(1, &[25, 60]), [false, false]);
+        // It is not known how many trials each set has before the campaign has ended.
+        assert_eq!((folder.missing(), folder.set_trials()), (vec![2], None));
+        folder.stop_at(&[25, 50]).unwrap();
+        assert_eq!((folder.missing(), folder.trials(), folder.set_trials()), (vec![], 50, Some(vec![25, 50])));
+        assert_eq!(folder.rows().unwrap().len(), 75);
+        folder.stop_at(&[25, 25]).unwrap();
+        assert_eq!(folder.rows().unwrap().len(), 50);
+        folder.stop_at(&[50, 50]).unwrap();
+        assert_eq!(folder.missing(), [1]);
+        fs::remove_file(dir.path().join("parts/stopped.json")).unwrap();
+        let message = folder.rows().unwrap_err().to_string();
+        assert!(message.contains("incomplete") && message.contains("standfast run"), "{message}");
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! A part of a result: the rows of one block of trials in a CSV file (floats with all digits). Written after it is a
 //! small marker with row count, range of trials, configuration hash and content hash. A part is complete only if all of
 //! these match. Parts do not depend on threads, shards or hosts, so all histories of interruptions end in the same
-//! bytes.
+//! bytes. A campaign that ends when decided stops running some gain sets early; a part then holds the others only, and its
+//! marker names them.
 
 use crate::campaign::store::row::TrialRow;
 use crate::error::{Error, Result};
@@ -26,12 +27,16 @@ struct Marker {
     first_trial: u64,
     trials: u64,
     rows: usize,
+    /// Names of the gain sets in the part; None: all of the campaign.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    sets: Option<Vec<String>>,
     config_hash: String,
     sha256: String,
 }
 
 impl PartFile<'_> {
-    /// Writes the part, then its marker. `rows` must be sorted by trial, then by set.
+    /// Writes the part, then its marker. `rows` must be sorted by trial, then by set; each trial of the part has a row for
+    /// the same sets.
     pub fn write(&self, rows: &[TrialRow]) -> Result<()> {
         let mut csv = csv::Writer::from_writer(Vec::new());
         let path = self.path("csv");
@@ -41,15 +46,15 @@ impl PartFile<'_> {
         }
         let bytes = csv.into_inner().map_err(|e| fail(e.into_error().into()))?;
         write_atomic(&path, &bytes)?;
-        write_atomic(&self.path("json"), json(&self.marker(rows.len(), &bytes))?.as_bytes())
+        write_atomic(&self.path("json"), json(&self.marker(&self.held_by(rows), &bytes))?.as_bytes())
     }
 
-    /// Reads the rows. It fails if the part is missing, damaged, or of another campaign.
+    /// Reads the rows, by trial and then by set. It fails if the part is missing, damaged, or of another campaign.
     pub fn rows(&self) -> Result<Vec<TrialRow>> {
-        let content = self.content()?;
+        let (content, sets) = self.content()?;
         let rows: Result<Vec<TrialRow>, _> = csv::Reader::from_reader(content.as_slice()).deserialize().collect();
         let rows = rows.map_err(|e| self.damaged(e.to_string()))?;
-        let expected = self.trials.clone().flat_map(|trial| self.sets.iter().map(move |set| (trial, set)));
+        let expected = self.trials.clone().flat_map(|trial| sets.iter().map(move |&set| (trial, set)));
         if rows.iter().map(|row| (row.trial, &row.set)).eq(expected) {
             Ok(rows)
         } else {
@@ -57,9 +62,15 @@ impl PartFile<'_> {
         }
     }
 
-    /// Whether the part is there as it was written.
-    pub fn is_complete(&self) -> bool {
-        self.content().is_ok()
+    /// For each gain set of the campaign, whether the part is there as it was written and holds the set.
+    pub fn holds(&self) -> Vec<bool> {
+        let held = self.content().map_or(Vec::new(), |(_, sets)| sets);
+        self.sets.iter().map(|set| held.contains(&set)).collect()
+    }
+
+    /// The gain sets that rows are of, in the order of the campaign.
+    fn held_by(&self, rows: &[TrialRow]) -> Vec<&String> {
+        self.sets.iter().filter(|set| rows.iter().any(|row| row.set == **set)).collect()
     }
 
     fn path(&self, extension: &str) -> PathBuf {
@@ -70,26 +81,30 @@ impl PartFile<'_> {
         Error::Parts { path: self.path("csv"), problem }
     }
 
-    fn marker(&self, rows: usize, content: &[u8]) -> Marker {
+    fn marker(&self, sets: &[&String], content: &[u8]) -> Marker {
+        let trials = self.trials.end - self.trials.start;
+        let holds_all = sets.len() == self.sets.len();
         Marker {
             first_trial: self.trials.start,
-            trials: self.trials.end - self.trials.start,
-            rows,
+            trials,
+            rows: trials as usize * sets.len(),
+            sets: (!holds_all).then(|| sets.iter().map(|set| set.to_string()).collect()),
             config_hash: self.config_hash.into(),
             sha256: sha256_hex(content),
         }
     }
 
-    /// Content of a complete part.
-    fn content(&self) -> Result<Vec<u8>> {
+    /// Content of a complete part, and the gain sets in it, in the order of the campaign.
+    fn content(&self) -> Result<(Vec<u8>, Vec<&String>)> {
         let marker =
             fs::read(self.path("json")).map_err(|e| self.damaged(format!("its marker cannot be read: {e}")))?;
         let content = fs::read(self.path("csv")).map_err(|e| self.damaged(e.to_string()))?;
         let found: Marker =
             serde_json::from_slice(&marker).map_err(|e| self.damaged(format!("its marker is damaged: {e}")))?;
-        let rows = (self.trials.end - self.trials.start) as usize * self.sets.len();
-        if found == self.marker(rows, &content) {
-            Ok(content)
+        let is_held = |set: &&String| found.sets.as_ref().is_none_or(|held| held.contains(set));
+        let sets: Vec<&String> = self.sets.iter().filter(is_held).collect();
+        if found == self.marker(&sets, &content) {
+            Ok((content, sets))
         } else {
             Err(self.damaged("does not match its marker".into()))
         }

@@ -147,11 +147,6 @@ impl TrialRow {
     }
 }
 
-/// The rows of each trial, one for each set.
-pub fn by_trial(rows: &[TrialRow], sets: usize) -> impl Iterator<Item = &[TrialRow]> {
-    rows.chunks_exact(sets.max(1))
-}
-
 /// Counts how many of these trials were recovered from.
 pub fn success_count<'a>(rows: impl IntoIterator<Item = &'a TrialRow>) -> SuccessCount {
     let (mut trials, mut recovered) = (0, 0);

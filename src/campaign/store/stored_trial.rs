@@ -21,13 +21,13 @@ pub struct StoredTrial {
     pub sets: Vec<String>,
     pub robot: Robot,
     pub design: Design,
-    /// The stored row; None if the campaign has not come that far, or if the part is damaged.
+    /// The stored row; None if the campaign has not come that far with this set, or if the part is damaged.
     pub row: Option<TrialRow>,
 }
 
 impl StoredTrial {
     /// Opens trial number `trial` of the result in `folder`. If no set is given, it takes the first that did not
-    /// recover, or else the first of all. It fails if there is no such trial, set or campaign, or if an input is gone.
+    /// recover, or else the first that has the trial. It fails if there is no such trial, set or campaign, or if an input is gone.
     pub fn open(folder: &Path, trial: u64, set: Option<&str>) -> Result<Self> {
         let found = Folder::existing(folder)?;
         let (campaign, sets) = (&found.manifest.campaign, &found.manifest.sets);
@@ -39,7 +39,8 @@ impl StoredTrial {
         let mut rows = block.and_then(|block| found.part(block).rows().ok()).unwrap_or_default();
         rows.retain(|row| row.trial == trial);
         let lost = sets.iter().find(|set| rows.iter().any(|r| r.set == **set && r.outcome != Outcome::Recovered));
-        let set = set.unwrap_or_else(|| lost.unwrap_or(&sets[0])).to_string();
+        let first = rows.first().map_or(&sets[0], |row| &row.set);
+        let set = set.unwrap_or_else(|| lost.unwrap_or(first)).to_string();
         let file = folder.join("campaign.toml");
         let campaign = Campaign::load(&file.display().to_string(), &Overrides::default())?;
         let robot = Robot::load(&campaign.robot)?;

@@ -46,8 +46,9 @@ impl Baseline {
         Ok(Baseline { manifest: folder.manifest, rows })
     }
 
+    /// Number of trials. A set that was stopped earlier has fewer.
     pub fn trials(&self) -> u64 {
-        (self.rows.len() / self.manifest.sets.len()) as u64
+        self.rows.last().map_or(0, |row| row.trial + 1)
     }
 
     /// What a report says of it.

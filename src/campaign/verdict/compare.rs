@@ -2,13 +2,14 @@
 
 use crate::campaign::ask::gate::GateSpec;
 use crate::campaign::store::folder::{Folder, Manifest};
-use crate::campaign::store::row::{TrialRow, by_trial, parquet};
+use crate::campaign::store::row::{TrialRow, parquet};
 use crate::campaign::verdict::baseline::{other_push, refuse_other_trials, unlike};
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::verdict::set_summary::SetOrigin;
 use crate::campaign::verdict::summary::Summary;
 use crate::error::{Error, Result};
 use crate::files::sha256_hex;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// Two results as one: what a campaign with the gain sets of both would have given.
@@ -33,7 +34,7 @@ impl Comparison {
         refuse_other_trials(b, &a.manifest.campaign)?;
         let sets = [names(a, b), names(b, a)].concat();
         let rows = paired_rows(a, b, &sets)?;
-        let count = (rows.len() / sets.len()) as u64;
+        let count = rows.last().map_or(0, |row| row.trial + 1);
         let manifest = joined(&a.manifest, &b.manifest, sets, count, gates);
         let (pairs, trials) = (pairs(&a.manifest.sets, &b.manifest.sets), parquet(&rows)?);
         let mut summary = Summary::new(&manifest, &rows, sha256_hex(&trials), &pairs, &Gates::new(&manifest, None)?);
@@ -61,14 +62,20 @@ impl Comparison {
 /// not the same in both.
 fn paired_rows(a: &Folder, b: &Folder, sets: &[String]) -> Result<Vec<TrialRow>> {
     let (rows_a, rows_b) = (a.rows()?, b.rows()?);
+    let (names_a, names_b) = sets.split_at(a.manifest.sets.len());
+    let [renamed_a, renamed_b] = [(a, names_a), (b, names_b)].map(|(folder, names)| {
+        let names: HashMap<&String, &String> = folder.manifest.sets.iter().zip(names).collect();
+        move |row: &TrialRow| TrialRow { set: names[&row.set].clone(), ..row.clone() }
+    });
     let mut rows = Vec::new();
-    for (of_a, of_b) in by_trial(&rows_a, a.manifest.sets.len()).zip(by_trial(&rows_b, b.manifest.sets.len())) {
+    let same_trial = |a: &TrialRow, b: &TrialRow| a.trial == b.trial;
+    for (of_a, of_b) in rows_a.chunk_by(same_trial).zip(rows_b.chunk_by(same_trial)) {
         let (ours, theirs) = (&of_a[0], &of_b[0]);
         if ours.pushes() != theirs.pushes() || ours.variation() != theirs.variation() {
             return Err(other_push(&b.path, ours.trial));
         }
-        let renamed = |(row, set): (&TrialRow, &String)| TrialRow { set: set.clone(), ..row.clone() };
-        rows.extend(of_a.iter().chain(of_b).zip(sets).map(renamed));
+        rows.extend(of_a.iter().map(&renamed_a));
+        rows.extend(of_b.iter().map(&renamed_b));
     }
     Ok(rows)
 }

@@ -2,14 +2,15 @@
 
 use crate::campaign::ask::gate::{Against, Gate, GateSpec};
 use crate::campaign::ask::spec::Stopping;
+use crate::campaign::store::by_set::BySet;
 use crate::campaign::store::folder::Manifest;
 use crate::campaign::store::row::TrialRow;
 use crate::campaign::verdict::baseline::{Baseline, BaselineId, unlike};
 use crate::campaign::verdict::evidence::{Evidence, GateAnswer, Status};
 use crate::campaign::verdict::pairs::every_pair;
-use crate::campaign::verdict::standing::{Standing, When};
+use crate::campaign::verdict::standing::{Standing, When, narrowed};
 use crate::error::{Error, Result};
-use crate::stats::decision::{PairVerdict, each_of};
+use crate::stats::decision::{Decision, PairVerdict, each_of};
 use crate::stats::looks::Looks;
 use crate::stats::mcnemar::PairedCounts;
 use serde::Serialize;
@@ -41,6 +42,15 @@ pub struct GateResult {
     pub counts: Option<PairedCounts>,
     /// A trial that it lost: one that the other side recovered from, or else the least hard one.
     pub lost_trial: Option<u64>,
+}
+
+/// What a campaign that ends when decided has still to decide: a gate or, without gates, a pair of gain sets.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Open {
+    /// Numbers of the gain sets whose trials it takes.
+    pub sets: Vec<usize>,
+    /// What it is, and what was seen so far.
+    pub words: String,
 }
 
 impl Gates {
@@ -77,67 +87,93 @@ impl Gates {
     }
 
     /// Whether a gate waits for more trials than the baseline has.
-    pub fn outlasts_baseline(&self, rows: &[TrialRow]) -> bool {
+    pub fn outlasts_baseline(&self, rows: &BySet) -> bool {
         let is_open = |gate: &Gate| self.judge(gate, rows).judged.status == Status::Unresolved;
         self.gates.iter().any(|gate| self.is_used_up(gate, rows) && is_open(gate))
     }
 
-    /// Whether a gate compares with a baseline that has no more trials than these.
-    fn is_used_up(&self, gate: &Gate, rows: &[TrialRow]) -> bool {
-        let trials = (rows.len() / self.sets.len()) as u64;
-        gate.against == Against::Baseline && self.baseline.as_ref().is_some_and(|b| b.trials() <= trials)
+    /// Number of a set of the campaign; a gate names no others.
+    fn number(&self, set: &str) -> usize {
+        self.sets.iter().position(|name| name == set).unwrap_or_default()
     }
 
-    /// What the baseline cannot support, for a result of `trials` trials.
-    pub fn warnings(&self, manifest: &Manifest, trials: u64) -> Vec<String> {
+    /// Whether a gate compares with a baseline that has no more trials of the set than these rows.
+    fn is_used_up(&self, gate: &Gate, rows: &BySet) -> bool {
+        let trials = rows.of(self.number(&gate.set)).len();
+        let is_used_up = |baseline: &Baseline| baseline.rows_of(&gate.set).len() <= trials;
+        gate.against == Against::Baseline && self.baseline.as_ref().is_some_and(is_used_up)
+    }
+
+    /// What the baseline cannot support, for a result with these rows.
+    pub fn warnings(&self, manifest: &Manifest, rows: &BySet) -> Vec<String> {
         let Some(baseline) = &self.baseline else { return Vec::new() };
         let mut found = unlike(&baseline.manifest, manifest);
-        if self.gates.iter().all(|gate| gate.against != Against::Baseline) {
+        let gates = self.gates.iter().filter(|gate| gate.against == Against::Baseline);
+        let mut counts: Vec<[u64; 2]> = gates
+            .map(|gate| [baseline.rows_of(&gate.set).len(), rows.of(self.number(&gate.set)).len()])
+            .map(|counts| counts.map(|count| count as u64))
+            .collect();
+        if counts.is_empty() {
             found.push("no gate compares with the baseline: it has no part in this result".into());
+            counts.push([baseline.trials(), rows.trials()]);
         }
-        let have = baseline.trials();
-        if have < trials {
-            found.push(format!("the baseline has {have} trials: gates that compare with it go by the first {have}"));
-        } else if have == trials && trials < manifest.campaign.trials {
-            found.push(format!(
-                "the baseline has {have} trials, after which gates that compare with it are as they are"
-            ));
+        counts.sort_unstable();
+        counts.dedup();
+        for [have, trials] in counts {
+            let some = if have == baseline.trials() { "" } else { " of some gain sets" };
+            if have < trials {
+                found.push(format!(
+                    "the baseline has {have} trials{some}: gates that compare with it go by the first {have}"
+                ));
+            } else if have == trials && trials < manifest.campaign.trials {
+                found.push(format!(
+                    "the baseline has {have} trials{some}, after which gates that compare with it are as they are"
+                ));
+            }
         }
         found
     }
 
-    /// Of rows sorted by trial, then by set.
-    pub fn judged(&self, rows: &[TrialRow]) -> Vec<GateResult> {
+    /// What became of each gate.
+    pub fn judged(&self, rows: &BySet) -> Vec<GateResult> {
         self.gates.iter().map(|gate| self.judge(gate, rows)).collect()
     }
 
-    /// What a campaign that ends when decided has still to decide, in words: gates or, without gates, pairs of sets. A
-    /// gate that compares with a baseline is left as it is when that has no more trials.
-    pub fn open(&self, rows: &[TrialRow]) -> Vec<String> {
+    /// What a campaign that ends when decided has still to decide after these trials: gates or, without gates, pairs of
+    /// sets. A gate that compares with a baseline is left as it is when that has no more trials. What is not open after
+    /// some of the looks is not open after more of them.
+    pub fn open(&self, rows: &BySet) -> Vec<Open> {
         if !self.gates.is_empty() {
-            let waiting = self.gates.iter().filter(|gate| !self.is_used_up(gate, rows));
-            let waiting = waiting.map(|gate| self.judge(gate, rows));
-            let open = waiting.filter(|gate| gate.judged.status == Status::Unresolved);
-            let words = |GateResult { judged, is_difference, .. }: GateResult| {
-                words(&judged.name, judged.observed, judged.interval, if is_difference { "points" } else { "%" })
+            let open = |gate: &Gate| {
+                let GateResult { judged, is_difference, .. } = self.judge(gate, rows);
+                let unit = if is_difference { "points" } else { "%" };
+                let other = match &gate.against {
+                    Against::Set(other) => Some(self.number(other)),
+                    Against::Rate | Against::Baseline => None,
+                };
+                (judged.status == Status::Unresolved).then(|| Open {
+                    sets: std::iter::once(self.number(&gate.set)).chain(other).collect(),
+                    words: words(&judged.name, judged.observed, judged.interval, unit),
+                })
             };
-            return open.map(words).collect();
+            return self.gates.iter().filter(|gate| !self.is_used_up(gate, rows)).filter_map(open).collect();
         }
         let pairs = every_pair(self.sets.len());
         let when = self.looks.map_or(When::AnyTime, When::At);
         let open = |pair: (usize, usize)| {
-            let found = Standing::of(rows, self.sets.len(), pair, pairs.len(), when, self.stopping.margin);
-            let pair = format!("{} - {}", self.sets[found.a], self.sets[found.b]);
-            let is_open = found.decision.verdict == PairVerdict::Open;
-            is_open.then(|| words(&pair, found.counts.difference(), found.decision.ci95, "points"))
+            let Standing { a, b, counts, decision: Decision { ci95, verdict, .. }, .. } =
+                Standing::of(rows, pair, pairs.len(), when, self.stopping.margin);
+            let pair = format!("{} - {}", self.sets[a], self.sets[b]);
+            (verdict == PairVerdict::Open)
+                .then(|| Open { sets: vec![a, b], words: words(&pair, counts.difference(), ci95, "points") })
         };
         pairs.iter().copied().filter_map(open).collect()
     }
 
-    fn judge(&self, gate: &Gate, rows: &[TrialRow]) -> GateResult {
-        let own: Vec<&TrialRow> = rows.iter().filter(|row| row.set == gate.set).collect();
+    fn judge(&self, gate: &Gate, rows: &BySet) -> GateResult {
+        let own = rows.of(self.number(&gate.set));
         let (other, ends_when_decided): (Option<Vec<&TrialRow>>, bool) = match (&gate.against, &self.baseline) {
-            (Against::Set(set), _) => (Some(rows.iter().filter(|row| row.set == *set).collect()), false),
+            (Against::Set(set), _) => (Some(rows.of(self.number(set)).to_vec()), false),
             (Against::Baseline, Some(baseline)) => (Some(baseline.rows_of(&gate.set)), baseline.is_sequential()),
             _ => (None, false),
         };
@@ -147,14 +183,23 @@ impl Gates {
         let confidence = self.spec.confidence;
         let level = if self.stopping.until_resolved { each_of(self.gates.len(), confidence) } else { confidence };
         let recovered = |row: &&TrialRow| row.has_recovered();
-        let pairs =
-            |other: &[&TrialRow]| PairedCounts::of(own.iter().zip(other).map(|(a, b)| (recovered(a), recovered(b))));
-        let counts = other.as_deref().map(pairs);
-        let saved = || own.iter().filter(|row| recovered(row)).count() as u64;
-        let evidence = match &counts {
-            None => Evidence::rate(saved(), own.len() as u64, level, sequential),
-            Some(counts) => Evidence::difference(counts, level, sequential),
+        let own_and_other = |trials: u64| {
+            let pairs = |other: &[&TrialRow]| {
+                PairedCounts::of(own.iter().zip(other).take(trials as usize).map(|(a, b)| (recovered(a), recovered(b))))
+            };
+            other.as_deref().map(pairs)
         };
+        let saved = |trials: u64| own.iter().take(trials as usize).filter(|row| recovered(row)).count() as u64;
+        let evidence_at = |trials: u64| match own_and_other(trials) {
+            None => Evidence::rate(saved(trials), trials, level, sequential),
+            Some(counts) => Evidence::difference(&counts, level, sequential),
+        };
+        let trials = other.as_ref().map_or(own.len(), |other| own.len().min(other.len())) as u64;
+        let (mut evidence, counts) = (evidence_at(trials), own_and_other(trials));
+        if let Some(looks) = self.looks {
+            let intervals = looks.until(trials).map(|look| evidence_at(look).interval);
+            evidence.interval = narrowed(intervals.chain([evidence.interval]));
+        }
         let saved_by_other = |i: usize| other.as_ref().is_some_and(|other| other.get(i).is_some_and(recovered));
         let lost = || own.iter().enumerate().filter(|(_, row)| !recovered(row));
         let least_hard = || lost().min_by(|(_, a), (_, b)| a.hardness().total_cmp(&b.hardness()));
@@ -216,7 +261,8 @@ mod tests {
         for _ in 0..RUNS {
             let (mut rows, mut look, mut erred, mut peeked) = (Vec::new(), 0, false, false);
             let pairs = |rows: &[TrialRow], pairs: &[(usize, usize)], when| {
-                Pair::all(rows, &names, pairs, &[], DecisionRule { when, margin: 0.02, end_early: true })
+                let rows = BySet::new(rows, &names);
+                Pair::all(&rows, pairs, &[], DecisionRule { when, margin: 0.02, end_early: true })
             };
             // Neither a nor b is the better one, and c is worse than both.
             let is_wrong = |pair: &Pair| match pair.verdict {
@@ -225,7 +271,7 @@ mod tests {
                 PairVerdict::Open => false,
             };
             let errs = |pairs: Vec<Pair>| pairs.iter().any(is_wrong);
-            while look < MOST && (look == 0 || !gates.open(&rows).is_empty()) {
+            while look < MOST && (look == 0 || !gates.open(&BySet::new(&rows, &names)).is_empty()) {
                 let next = looks.after(look);
                 run(&mut rows, next - look, &loses, &mut rng);
                 look = next;
@@ -246,13 +292,15 @@ mod tests {
         let mut rows = Vec::new();
         run(&mut rows, 300, &[("a", [0, 1]), ("b", [0, 4])], &mut rng);
         let gates = gates(&["a", "b"], &["a >= 0.8", "a >= b + 0.1", "b >= 0.6"]).unwrap();
+        let names = ["a", "b"].map(String::from);
+        let rows = BySet::new(&rows, &names);
         let results = gates.judged(&rows);
         let status = results.iter().map(|gate| gate.judged.status).collect::<Vec<_>>();
         assert_eq!(status, [Status::Passed, Status::Passed, Status::Unresolved]);
         assert!(results.iter().all(|gate| (gate.judged.confidence - (1.0 - 0.05 / 3.0)).abs() < 1e-12));
         assert_eq!(results.iter().map(|gate| gate.is_difference).collect::<Vec<_>>(), [false, true, false]);
         let open = gates.open(&rows);
-        assert!(open.len() == 1 && open[0].starts_with("b >= 0.6: "), "{open:?}");
+        assert!(open.len() == 1 && open[0].words.starts_with("b >= 0.6: ") && open[0].sets == [1], "{open:?}");
         assert!(self::gates(&["a"], &[]).is_err(), "one set, no gate: nothing to decide");
     }
 }

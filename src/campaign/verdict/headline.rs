@@ -1,18 +1,30 @@
 //! What a result says first: which gain set recovers most, and than which others it is better.
 
-use crate::campaign::verdict::pairs::{Pair, points};
+use crate::campaign::verdict::pairs::{self, Pair, points};
 use crate::campaign::verdict::set_summary::SetSummary;
 use crate::stats::decision::PairVerdict;
 
 /// More gain sets than this are counted, not named.
 const NAMED: usize = 5;
 
+/// The gain sets that recover most, in the order of `sets`.
+pub fn leaders<'a>(sets: &'a [SetSummary], pairs: &[Pair]) -> Vec<&'a SetSummary> {
+    let behind = pairs.iter().filter(|pair| pair.difference > 0.0 || pair.verdict == PairVerdict::Better);
+    let behind = behind.filter_map(|pair| sets.iter().position(|set| set.name == pair.b));
+    let rates: Vec<f64> = sets.iter().map(|set| set.count.success_rate).collect();
+    pairs::leaders(&rates, behind).into_iter().map(|set| &sets[set]).collect()
+}
+
 /// Two sentences, or one; `margin` is the share within which two sets count as the same. Empty without gain sets.
 pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
-    let most = sets.iter().map(|set| set.count.recovered).max().unwrap_or(0);
-    let (leaders, others): (Vec<_>, Vec<_>) = sets.iter().partition(|set| set.count.recovered == most);
+    let leaders = leaders(sets, pairs);
     let Some(first) = leaders.first() else { return String::new() };
-    let rate = format!("{:.1} % of {} trials", 100.0 * first.count.success_rate, first.count.trials);
+    let others: Vec<_> = sets.iter().filter(|set| leaders.iter().all(|leader| leader.name != set.name)).collect();
+    let trials = match leaders.iter().all(|leader| leader.count.trials == first.count.trials) {
+        true => format!("{} trials", first.count.trials),
+        false => "its trials".into(),
+    };
+    let rate = format!("{:.1} % of {trials}", 100.0 * first.count.success_rate);
     let names = listed(&leaders.iter().map(|set| set.name.as_str()).collect::<Vec<_>>(), "and");
     let are_several = leaders.len() > 1;
     let who = match (are_several, others.is_empty()) {
@@ -23,16 +35,16 @@ pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
     };
     // Of another set, what holds of every leader that it is compared with; two results need not compare each with each.
     let verdict_on = |other: &SetSummary| {
-        let on = |leader: &SetSummary| {
-            pairs.iter().find_map(|pair| match [&pair.a, &pair.b] {
-                [a, b] if *a == leader.name && *b == other.name => Some(pair.verdict),
-                // It was found better at an earlier look, and has fallen behind since.
-                [a, b] if *a == other.name && *b == leader.name => Some(PairVerdict::Open),
-                _ => None,
+        let on = |leader: &&SetSummary| {
+            let is_of = |pair: &&Pair, a: &SetSummary, b: &SetSummary| pair.a == a.name && pair.b == b.name;
+            let is_theirs = |pair: &&Pair| is_of(pair, leader, other) || is_of(pair, other, leader);
+            pairs.iter().find(is_theirs).map(|pair| match pair.verdict {
+                // Of three sets with different trials each may be better than the next.
+                PairVerdict::Better if pair.b == leader.name => PairVerdict::Open,
+                verdict => verdict,
             })
         };
-        let found = leaders.iter().map(|leader| on(leader));
-        let found = found.collect::<Option<Vec<_>>>()?;
+        let found = leaders.iter().map(on).collect::<Option<Vec<_>>>()?;
         let all_are = |verdict| found.iter().all(|found| *found == verdict);
         let decided = [PairVerdict::Better, PairVerdict::Same].into_iter().find(|verdict| all_are(*verdict));
         Some(decided.unwrap_or(PairVerdict::Open))
@@ -57,7 +69,7 @@ pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
 }
 
 /// "a, b and c"; of many the count.
-fn listed(names: &[&str], last: &str) -> String {
+pub(super) fn listed(names: &[&str], last: &str) -> String {
     match names {
         many if many.len() > NAMED => format!("{} gain sets", many.len()),
         [init @ .., end] if !init.is_empty() => format!("{} {last} {end}", init.join(", ")),
@@ -68,11 +80,13 @@ fn listed(names: &[&str], last: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::campaign::store::by_set::BySet;
     use crate::campaign::store::row::success_count;
     use crate::campaign::store::row::tests::row;
     use crate::campaign::verdict::pairs::{DecisionRule, every_pair};
     use crate::campaign::verdict::standing::When;
     use crate::episode::Outcome::{Fell, Recovered};
+    use crate::stats::looks::Looks;
 
     /// Of sets that recover from the first so many of 200 trials each.
     fn headline(recovered: &[(&str, u64)], margin: f64) -> String {
@@ -80,12 +94,28 @@ mod tests {
         let trial =
             |i: u64| recovered.iter().map(move |(name, n)| row(i, name, 1.0, if i < *n { Recovered } else { Fell }));
         let rows: Vec<_> = (0..200).flat_map(trial).collect();
+        let by_set = BySet::new(&rows, &names);
         let deciding = DecisionRule { when: When::Once, margin, end_early: true };
-        let pairs = Pair::all(&rows, &names, &every_pair(names.len()), &[], deciding);
-        let sets: Vec<SetSummary> =
-            (0..names.len()).map(|i| SetSummary::new(i, &names, &rows, &[], &[], true)).collect();
+        let pairs = Pair::all(&by_set, &every_pair(names.len()), &[], deciding);
+        let sets: Vec<SetSummary> = (0..names.len()).map(|i| SetSummary::new(i, &by_set, &[], &[], true)).collect();
         assert_eq!(sets[0].count, success_count(rows.iter().filter(|row| row.set == names[0])));
         of(&sets, &pairs, deciding.margin)
+    }
+
+    /// A set that was stopped early, on easy pushes, may have the higher rate and be the worse one.
+    #[test]
+    fn the_leader_is_found_on_trials_that_both_sets_have() {
+        let outcome = |lost: bool| if lost { Fell } else { Recovered };
+        let first = |trial| [row(trial, "a", 1.0, outcome(trial < 2)), row(trial, "b", 1.0, Recovered)].to_vec();
+        let later = |trial: u64| vec![row(trial, "b", 1.0, outcome(trial.is_multiple_of(5)))];
+        let rows: Vec<_> = (0..100).flat_map(|trial| if trial < 25 { first(trial) } else { later(trial) }).collect();
+        let names = ["a", "b"].map(String::from);
+        let rows = BySet::new(&rows, &names);
+        let sets = [0, 1].map(|set| SetSummary::new(set, &rows, &[], &[], true));
+        assert!(sets[0].count.success_rate > sets[1].count.success_rate);
+        let deciding = DecisionRule { when: When::At(Looks::up_to(100)), margin: 0.02, end_early: true };
+        let said = of(&sets, &Pair::all(&rows, &[(0, 1)], &[], deciding), 0.02);
+        assert_eq!(said, "b recovers most often: in 85.0 % of 100 trials. It is not shown to be better than a.");
     }
 
     #[test]

@@ -6,7 +6,8 @@
 //! Pairs come in the order of what they tell: those of which one is better, the larger difference first; those that
 //! are the same; those that are not resolved.
 
-use crate::campaign::store::row::{TrialRow, by_trial};
+use crate::campaign::store::by_set::BySet;
+use crate::campaign::store::row::TrialRow;
 use crate::campaign::verdict::standing::{Standing, When};
 use crate::campaign::verdict::strata::Stratum;
 use crate::stats::decision::{Decision, PairVerdict, alpha_of_each};
@@ -16,6 +17,8 @@ use crate::stats::ranks::{Shift, signed_rank};
 use serde::Serialize;
 use std::cmp::Ordering;
 
+/// Text has room for so many pairs.
+const FEW_PAIRS: usize = 6;
 /// How many trials are named as examples.
 const EXAMPLES: usize = 5;
 /// Of intervals in strata.
@@ -23,17 +26,19 @@ const LEVEL: f64 = 0.95;
 /// With this chance the trials that are asked for would resolve a pair.
 const POWER: f64 = 0.8;
 
-/// Two sets, trial by trial; b is not known to be better than a.
+/// Two sets over the trials that both have; b is not known to be better than a.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Pair {
     pub a: String,
     pub b: String,
     #[serde(flatten)]
     pub counts: PairedCounts,
-    /// Rate of a less rate of b (a share). Negative only where a was found better, but recovered less often since.
+    /// Rate of a less rate of b over the trials that both have (a share). Negative only where a was found better, but
+    /// recovered less often since.
     pub difference: f64,
-    /// Of the difference, for all pairs of the result together at 95 %; where the campaign could end when decided, at every
-    /// look. It leaves 0 out just where a is better: then 0 does not belong to it, even if it is its end.
+    /// Of the difference, for all pairs of the result together at 95 %; where the campaign could end when decided, what the
+    /// intervals of all looks have in common. It leaves 0 out just where a is better: then 0 does not belong to it, even if
+    /// it is its end.
     pub adjusted_ci95: [f64; 2],
     /// Of McNemar's test, two-sided, times the count of pairs. Under 0.05 just where a is better. None where the campaign
     /// could end when decided: it is for a count of trials that was fixed in advance.
@@ -82,16 +87,9 @@ pub struct DecisionRule {
 }
 
 impl Pair {
-    /// Each pair of sets that is asked for, in the order of what they tell; `rows` are sorted by trial, then by set in the
-    /// order of `names`.
-    pub fn all(
-        rows: &[TrialRow],
-        names: &[String],
-        pairs: &[(usize, usize)],
-        strata: &[Stratum],
-        deciding: DecisionRule,
-    ) -> Vec<Self> {
-        let pair = |&sets: &(usize, usize)| Self::new(rows, names, sets, strata, pairs.len(), deciding);
+    /// Each pair of sets that is asked for, in the order of what they tell.
+    pub fn all(rows: &BySet, pairs: &[(usize, usize)], strata: &[Stratum], deciding: DecisionRule) -> Vec<Self> {
+        let pair = |&sets: &(usize, usize)| Self::new(rows, sets, strata, pairs.len(), deciding);
         let mut all: Vec<Self> = pairs.iter().map(pair).collect();
         all.sort_by(|x, y| by_what_they_tell((x.verdict, x.difference), (y.verdict, y.difference)));
         all
@@ -99,28 +97,27 @@ impl Pair {
 
     /// One of `pairs` pairs.
     fn new(
-        rows: &[TrialRow],
-        names: &[String],
+        rows: &BySet,
         sets: (usize, usize),
         strata: &[Stratum],
         pairs: usize,
-        deciding: DecisionRule,
+        DecisionRule { when, margin, end_early }: DecisionRule,
     ) -> Self {
-        let DecisionRule { when, margin, end_early } = deciding;
-        let standing = Standing::of(rows, names.len(), sets, pairs, when, margin);
+        let standing = Standing::of(rows, sets, pairs, when, margin);
         let Standing { a, b, counts, decision: Decision { ci95, p, verdict }, better_after } = standing;
-        let trials = || by_trial(rows, names.len());
         let first = |wins: usize, loses: usize| {
-            let only = trials().filter(|trial| trial[wins].has_recovered() && !trial[loses].has_recovered());
-            only.take(EXAMPLES).map(|trial| trial[0].trial).collect()
+            let only = rows.common(wins, loses).filter(|(won, lost)| won.has_recovered() && !lost.has_recovered());
+            only.take(EXAMPLES).map(|(won, _)| won.trial).collect()
         };
         let shift = |get: &dyn Fn(&TrialRow) -> Option<f64>| {
-            let both = trials().filter(|trial| trial[a].has_recovered() && trial[b].has_recovered());
-            let differences = both.filter_map(|trial| Some(get(&trial[a])? - get(&trial[b])?));
+            let both = rows.common(a, b).filter(|(a, b)| a.has_recovered() && b.has_recovered());
+            let differences = both.filter_map(|(a, b)| Some(get(a)? - get(b)?));
             signed_rank(&differences.collect::<Vec<_>>())
         };
         let stratum = |stratum: &Stratum| {
-            let counts = self::counts(stratum.trials(rows, names.len()), a, b);
+            let of = |set: usize, trial: usize| rows.of(set).get(trial).map(|row| row.has_recovered());
+            let recovered = |&trial: &usize| Some((of(a, trial)?, of(b, trial)?));
+            let counts = PairedCounts::of(stratum.trials.iter().filter_map(recovered));
             let (by, label, trials) = (stratum.by, stratum.label.clone(), counts.trials());
             let (difference, ci95) = (counts.difference(), counts.difference_interval(LEVEL));
             PairStratum { by, label, trials, counts, difference, ci95 }
@@ -132,8 +129,8 @@ impl Pair {
             When::Once | When::AnyTime => counts.trials_to_resolve(POWER, alpha),
         };
         let mut pair = Self {
-            a: names[a].clone(),
-            b: names[b].clone(),
+            a: rows.names[a].clone(),
+            b: rows.names[b].clone(),
             counts,
             difference: counts.difference(),
             adjusted_ci95: ci95,
@@ -218,6 +215,22 @@ fn trials_to_resolve(counts: &PairedCounts, looks: Looks, alpha: f64) -> Option<
     })
 }
 
+/// The numbers of the gain sets that recover most, in the order of `rates` (shares). Sets may have different trials, so
+/// they are ranked first by how many others recover more often on the trials that both have, then by their rates.
+/// `behind` is of each pair the set that recovers less often, if one does.
+pub fn leaders(rates: &[f64], behind: impl IntoIterator<Item = usize>) -> Vec<usize> {
+    let mut better = vec![0; rates.len()];
+    behind.into_iter().for_each(|set| better[set] += 1);
+    let rank = |a: usize, b: usize| better[a].cmp(&better[b]).then(rates[b].total_cmp(&rates[a]));
+    let Some(first) = (0..rates.len()).min_by(|&a, &b| rank(a, b)) else { return Vec::new() };
+    (0..rates.len()).filter(|&set| rank(set, first).is_eq()).collect()
+}
+
+/// Whether a pair is named where there is no room for many: of many `pairs`, those with the leader stand for all.
+pub fn is_worth_a_line<T>(pairs: usize, is_leader: impl Fn(T) -> bool, (a, b): (T, T)) -> bool {
+    pairs <= FEW_PAIRS || is_leader(a) || is_leader(b)
+}
+
 /// A p-value as it is told: two digits are enough of a large one. Four of a small one are cut off, not rounded, so that
 /// 0.04998 is not told as 0.05.
 pub fn p_value(p: f64) -> String {
@@ -232,11 +245,6 @@ pub fn p_value(p: f64) -> String {
 pub fn rounded(count: u64) -> u64 {
     let unit = 10u64.pow(count.max(1).ilog10().saturating_sub(1));
     count.div_ceil(unit) * unit
-}
-
-/// Who recovered, over trials that are the rows of all sets each.
-pub fn counts<'a>(trials: impl Iterator<Item = &'a [TrialRow]>, a: usize, b: usize) -> PairedCounts {
-    PairedCounts::of(trials.map(|trial| (trial[a].has_recovered(), trial[b].has_recovered())))
 }
 
 /// Every pair of so many sets, the earlier one first.
@@ -265,7 +273,7 @@ mod tests {
     /// Sets "a" and "b".
     fn pair(outcomes: &[[Outcome; 2]], deciding: DecisionRule) -> Pair {
         let names = ["a".to_string(), "b".to_string()];
-        Pair::all(&rows(outcomes), &names, &[(0, 1)], &[], deciding).remove(0)
+        Pair::all(&BySet::new(&rows(outcomes), &names), &[(0, 1)], &[], deciding).remove(0)
     }
 
     #[test]
@@ -370,7 +378,7 @@ mod tests {
         let rows: Vec<_> = (0..100).flat_map(|i| recovered.map(|(set, n)| row(i, set, 1.0, outcome(i, n)))).collect();
         let names = recovered.map(|(set, _)| set.to_string());
         let deciding = DecisionRule { margin: 0.09, ..AT_ONCE };
-        let all = Pair::all(&rows, &names, &every_pair(5), &[], deciding);
+        let all = Pair::all(&BySet::new(&rows, &names), &every_pair(5), &[], deciding);
         let told: Vec<_> = all.iter().map(|pair| format!("{} {} {:?}", pair.a, pair.b, pair.verdict)).collect();
         let expected = [
             "catch fixed Better",
@@ -397,7 +405,7 @@ mod tests {
             rows.extend([("a", a), ("b", b), ("c", a)].map(|(set, recovered)| row(i, set, 1.0, outcome(recovered))));
         }
         let names = ["a", "b", "c"].map(String::from);
-        let all = Pair::all(&rows, &names, &[(0, 1), (0, 2), (1, 2)], &[], AT_ONCE);
+        let all = Pair::all(&BySet::new(&rows, &names), &[(0, 1), (0, 2), (1, 2)], &[], AT_ONCE);
         let open = all.iter().find(|pair| (&pair.a[..], &pair.b[..]) == ("a", "b")).unwrap();
         assert!(open.counts.mcnemar_p() < 0.05 && open.verdict == PairVerdict::Open, "{open:?}");
         assert_eq!(open.adjusted_p, Some(3.0 * open.counts.mcnemar_p()));
@@ -412,7 +420,7 @@ mod tests {
             row.footsteps = 1;
         }
         let names = ["a".to_string(), "b".to_string()];
-        let pair = Pair::all(&rows, &names, &[(0, 1)], &[], AT_ONCE).remove(0);
+        let pair = Pair::all(&BySet::new(&rows, &names), &[(0, 1)], &[], AT_ONCE).remove(0);
         let (settling, footsteps) = (pair.settling_s.unwrap(), pair.footsteps.unwrap());
         assert_eq!((settling.pairs, footsteps.pairs, pair.homing_s), (12, 12, None));
         assert!((settling.median + 0.1055).abs() < 1e-9 && settling.p < 0.001, "{settling:?}");

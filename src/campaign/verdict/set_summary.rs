@@ -1,6 +1,7 @@
 //! What the trials of one gain set say: how many it recovered from, by which impulses, and how it lost the rest.
 
-use crate::campaign::store::row::{TrialRow, by_trial, success_count, success_count_of};
+use crate::campaign::store::by_set::BySet;
+use crate::campaign::store::row::{TrialRow, success_count, success_count_of};
 use crate::campaign::verdict::failures::{Failures, FallCause};
 use crate::campaign::verdict::footsteps::ByFootsteps;
 use crate::campaign::verdict::prediction::Prediction;
@@ -38,7 +39,7 @@ pub struct SetSummary {
     /// How trials were lost.
     pub failures: Failures,
     pub fall_causes: Vec<FallCause>,
-    /// Success by impulse, bins of equal width, without empty ones.
+    /// Success by impulse, bins of equal width; the same for all sets, without those in which no set has a trial.
     pub by_impulse: Vec<ImpulseBin>,
     /// The impulses (N s) that are survived in 50 % and 90 %, by a fitted curve.
     pub curve: FittedCurve,
@@ -126,25 +127,19 @@ pub struct ImpulseBin {
 }
 
 impl SetSummary {
-    /// Of set number `set` of those that are named.
-    pub(super) fn new(
-        set: usize,
-        names: &[String],
-        all: &[TrialRow],
-        bins: &[f64],
-        strata: &[Stratum],
-        end_early: bool,
-    ) -> Self {
-        let name = &names[set];
-        let rows: Vec<&TrialRow> = by_trial(all, names.len()).map(|trial| &trial[set]).collect();
+    /// Of set number `set`; `bins` are the edges of bins of impulse (N s), `strata` those of the campaign, and `end_early`
+    /// as for [`Times::of`].
+    pub(super) fn new(set: usize, all: &BySet, bins: &[f64], strata: &[Stratum], end_early: bool) -> Self {
+        let (name, rows) = (&all.names[set], all.of(set));
         let with = |outcome| rows.iter().filter(|row| row.outcome == outcome).count() as u64;
         let within = |bin: &[f64]| {
             let (from_n_s, to_n_s) = (bin[0], bin[1]);
-            let count = success_count_of(&rows, |row| (from_n_s..to_n_s).contains(&row.impulse_n_s));
-            ImpulseBin { from_n_s, to_n_s, count }
+            let is_within = |row: &TrialRow| (from_n_s..to_n_s).contains(&row.impulse_n_s);
+            let is_empty = !all.drawn().iter().any(|row| is_within(row));
+            (!is_empty).then(|| ImpulseBin { from_n_s, to_n_s, count: success_count_of(rows, is_within) })
         };
         let stratum = |stratum: &Stratum| {
-            let count = success_count(stratum.trials(all, names.len()).map(|trial| &trial[set]));
+            let count = success_count(stratum.trials.iter().filter_map(|&trial| rows.get(trial).copied()));
             SetStratum { by: stratum.by, label: stratum.label.clone(), count }
         };
         let over = |impulse: fn(&TrialRow) -> Option<f64>| {
@@ -161,14 +156,14 @@ impl SetSummary {
             diverged: with(Outcome::Diverged),
             timed_out: with(Outcome::TimedOut),
             times: Times::of(rows.iter().copied(), end_early),
-            foretold: Prediction::new(&rows),
-            stepped: ByFootsteps::new(&rows),
-            fall_causes: FallCause::count(&rows),
-            by_impulse: bins.windows(2).map(within).filter(|bin| bin.count.trials > 0).collect(),
+            foretold: Prediction::new(rows),
+            stepped: ByFootsteps::new(rows),
+            fall_causes: FallCause::count(rows),
+            by_impulse: bins.windows(2).filter_map(within).collect(),
             curve,
             normalized_curve,
             strata: strata.iter().map(stratum).collect(),
-            telling: TellingTrial::of(all, names, set, limit),
+            telling: TellingTrial::of(all, set, limit),
             failures: Failures::of(rows.iter().copied()),
         }
     }
@@ -212,7 +207,8 @@ mod tests {
         let outcomes = [Outcome::Recovered, Outcome::Fell, Outcome::TimedOut, Outcome::Recovered];
         let trial = |i: u64| [row(i, "a", i as f64, outcomes[i as usize]), row(i, "b", i as f64, Outcome::Diverged)];
         let rows: Vec<TrialRow> = (0..4).flat_map(trial).collect();
-        let set = SetSummary::new(0, &["a", "b"].map(String::from), &rows, &[0.0, 2.0, 4.0, 6.0], &[], true);
+        let set =
+            SetSummary::new(0, &BySet::new(&rows, &["a", "b"].map(String::from)), &[0.0, 2.0, 4.0, 6.0], &[], true);
         assert_eq!((set.count.trials, set.count.recovered, set.fell, set.timed_out, set.diverged), (4, 2, 1, 1, 0));
         assert_eq!(set.count.success_rate, 0.5);
         assert_eq!(set.by_impulse.len(), 2);

@@ -1,20 +1,64 @@
 //! What the finished trials of a campaign say while it runs: how often each gain set has recovered, and which sets can be
 //! told apart. It may be looked at as often as one likes, since its intervals hold at every look.
 
-use crate::campaign::store::row::{TrialRow, by_trial, success_count};
-use crate::campaign::verdict::pairs::{by_what_they_tell, every_pair};
-use crate::campaign::verdict::standing::{Standing, When};
-use crate::stats::decision::{Decision, PairVerdict};
+use crate::campaign::store::row::TrialRow;
+use crate::campaign::verdict::pairs::{by_what_they_tell, every_pair, is_worth_a_line, leaders};
+use crate::campaign::verdict::standing::Standing;
+use crate::stats::decision::PairVerdict;
+use crate::stats::mcnemar::PairedCounts;
 use crate::stats::rate::SuccessCount;
 use crate::stats::sequential::rate_interval;
 
-/// Of more sets than this each is compared with the one that recovers most, not with every other.
-const FEW: usize = 4;
-/// Of the interval of a rate.
+/// Level of the interval of a rate.
 const LEVEL: f64 = 0.95;
 
-/// Counts of trials that are finished with every set.
+/// Counts of the trials that are finished. To add a part to it takes the same time however many parts came before.
+pub struct Tally {
+    names: Vec<String>,
+    trials: u64,
+    /// Of each set: trials, and how many of them it recovered from.
+    sets: Vec<[u64; 2]>,
+    /// In the order of [`every_pair`], over the trials that both sets have.
+    pairs: Vec<PairedCounts>,
+}
+
+impl Tally {
+    /// Nothing is finished yet; `names` are the gain sets in the order of the campaign.
+    pub fn new(names: &[String]) -> Self {
+        let pairs = vec![PairedCounts::default(); every_pair(names.len()).len()];
+        Self { names: names.to_vec(), trials: 0, sets: vec![[0; 2]; names.len()], pairs }
+    }
+
+    /// Counts further trials. `rows` are sorted by trial and hold all rows of each of their trials.
+    pub fn add(&mut self, rows: &[TrialRow]) {
+        let recovered =
+            |trial: &[TrialRow], name: &String| trial.iter().find(|row| row.set == *name).map(TrialRow::has_recovered);
+        let trials = rows.chunk_by(|a, b| a.trial == b.trial);
+        let trials: Vec<Vec<Option<bool>>> =
+            trials.map(|trial| self.names.iter().map(|name| recovered(trial, name)).collect()).collect();
+        self.trials += trials.len() as u64;
+        for (set, [count, recovered]) in self.sets.iter_mut().enumerate() {
+            *count += trials.iter().filter(|trial| trial[set].is_some()).count() as u64;
+            *recovered += trials.iter().filter(|trial| trial[set] == Some(true)).count() as u64;
+        }
+        for ((a, b), counts) in every_pair(self.names.len()).into_iter().zip(&mut self.pairs) {
+            let more = PairedCounts::of(trials.iter().filter_map(|trial| Some((trial[a]?, trial[b]?))));
+            counts.both += more.both;
+            counts.only_a += more.only_a;
+            counts.only_b += more.only_b;
+            counts.neither += more.neither;
+        }
+    }
+
+    /// Whether no trial is finished.
+    pub fn is_empty(&self) -> bool {
+        self.trials == 0
+    }
+}
+
+/// What a [`Tally`] says.
 pub struct SoFar {
+    /// Number of finished trials. A set that was stopped earlier has fewer.
     pub trials: u64,
     /// In the order of the campaign. The intervals hold at every look.
     pub sets: Vec<(String, SuccessCount)>,
@@ -28,34 +72,37 @@ pub struct PairSoFar {
     pub b: String,
     /// Rate of a less rate of b (a share).
     pub difference: f64,
-    /// All pairs together with 95 %, at every look.
+    /// Interval of the difference, at 95 % for all pairs together and at every look.
     pub ci95: [f64; 2],
     pub verdict: PairVerdict,
 }
 
 impl SoFar {
-    /// `rows` are those of whole trials, by set in the order of `names`. Sets that differ by less than `margin` (a share)
-    /// are the same.
-    pub fn of(rows: &[TrialRow], names: &[String], when: When, margin: f64) -> Self {
-        let count = |set: usize| {
-            let count = success_count(by_trial(rows, names.len()).map(|trial| &trial[set]));
-            SuccessCount { ci95: rate_interval(count.recovered, count.trials, LEVEL), ..count }
+    /// Sets that differ by less than `margin` (a share) are the same.
+    pub fn new(tally: &Tally, margin: f64) -> Self {
+        let Tally { names, trials, .. } = tally;
+        let count = |&[trials, recovered]: &[u64; 2]| SuccessCount {
+            ci95: rate_interval(recovered, trials, LEVEL),
+            ..SuccessCount::new(recovered, trials)
         };
-        let sets: Vec<(String, SuccessCount)> = names.iter().cloned().zip((0..names.len()).map(count)).collect();
-        let recovered = |set: usize| sets[set].1.recovered;
-        // The first of equals.
-        let best = (0..sets.len()).rev().max_by_key(|&set| recovered(set)).unwrap_or_default();
+        let sets: Vec<(String, SuccessCount)> = names.iter().cloned().zip(tally.sets.iter().map(count)).collect();
         let every = every_pair(sets.len());
-        let shown = every.iter().filter(|&&(a, b)| sets.len() <= FEW || a == best || b == best);
-        let pair = |&sets: &(usize, usize)| {
-            let Standing { a, b, counts, decision, .. } =
-                Standing::of(rows, names.len(), sets, every.len(), when, margin);
-            let Decision { ci95, verdict, .. } = decision;
-            PairSoFar { a: names[a].clone(), b: names[b].clone(), difference: counts.difference(), ci95, verdict }
+        let behind = every.iter().zip(&tally.pairs).filter_map(|(&(a, b), counts)| match counts.difference() {
+            0.0 => None,
+            difference => Some(if difference > 0.0 { b } else { a }),
+        });
+        let rates: Vec<f64> = sets.iter().map(|(_, count)| count.success_rate).collect();
+        let leader = leaders(&rates, behind).first().copied();
+        let shown = every.iter().zip(&tally.pairs);
+        let shown = shown.filter(|(pair, _)| is_worth_a_line(every.len(), |set| Some(set) == leader, **pair));
+        let pair = |(&sets, counts): (&(usize, usize), &PairedCounts)| {
+            let Standing { a, b, counts, decision, .. } = Standing::at_any_time(sets, *counts, every.len(), margin);
+            let (a, b, difference) = (names[a].clone(), names[b].clone(), counts.difference());
+            PairSoFar { a, b, difference, ci95: decision.ci95, verdict: decision.verdict }
         };
         let mut pairs: Vec<PairSoFar> = shown.map(pair).collect();
         pairs.sort_by(|x, y| by_what_they_tell((x.verdict, x.difference), (y.verdict, y.difference)));
-        Self { trials: (rows.len() / names.len().max(1)) as u64, sets, pairs }
+        Self { trials: *trials, sets, pairs }
     }
 }
 
@@ -73,7 +120,9 @@ pub(crate) mod tests {
             let row = move |(set, name): (usize, &String)| row(trial, name, 1.0, outcome(trial, set));
             names.iter().enumerate().map(row).collect::<Vec<_>>()
         });
-        SoFar::of(&rows.collect::<Vec<_>>(), &names, When::AnyTime, 0.02)
+        let mut tally = Tally::new(&names);
+        tally.add(&rows.collect::<Vec<_>>());
+        SoFar::new(&tally, 0.02)
     }
 
     #[test]
@@ -84,6 +133,24 @@ pub(crate) mod tests {
         };
         assert_eq!(pairs(4).len(), 6);
         assert_eq!(pairs(5), ["0", "1", "2", "3"].map(|other| ("4".to_string(), other.to_string())));
+    }
+
+    /// Part by part or all at once, and of a set that stops after the first part.
+    #[test]
+    fn a_tally_counts_each_part_once_and_pairs_over_their_common_trials() {
+        let names = ["a", "b"].map(String::from);
+        let both = |trial: u64| vec![row(trial, "a", 1.0, Recovered), row(trial, "b", 1.0, Fell)];
+        let rest = |trial: u64| vec![row(trial, "a", 1.0, Recovered)];
+        let parts = [(0..25).flat_map(both).collect::<Vec<_>>(), (25..40).flat_map(rest).collect()];
+        let mut tally = Tally::new(&names);
+        assert!(tally.is_empty());
+        parts.iter().for_each(|part| tally.add(part));
+        let mut at_once = Tally::new(&names);
+        at_once.add(&parts.concat());
+        for found in [tally, at_once].map(|tally| SoFar::new(&tally, 0.02)) {
+            assert_eq!((found.trials, found.sets[0].1.trials, found.sets[1].1.trials), (40, 40, 25));
+            assert_eq!((found.pairs[0].difference, found.pairs[0].verdict), (1.0, PairVerdict::Better));
+        }
     }
 
     /// At the same counts the intervals are wider than those for a fixed count of trials: one may look often.

@@ -4,7 +4,7 @@
 //! that each trial is in one stratum of each. One that does not vary, or that puts all trials in the same, makes none.
 //! Edges lie at quantiles and are rounded to a digit that is at most a twentieth of the range.
 
-use crate::campaign::store::row::{TrialRow, by_trial};
+use crate::campaign::store::row::TrialRow;
 
 /// Trials that are alike in one quantity.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,21 +14,12 @@ pub struct Stratum {
     pub by: &'static str,
     /// Which of its values, with unit: "forward", "2.1 to 3.8 N s", "below 0.06 s".
     pub label: String,
-    /// Positions of the trials among the campaign's, ascending: of rows in chunks of one per set.
+    /// Numbers of the trials, ascending.
     pub trials: Vec<usize>,
 }
 
-impl Stratum {
-    /// The rows of each of these trials, one per set; `rows` and `sets` as for [`strata`].
-    pub fn trials<'a>(&self, rows: &'a [TrialRow], sets: usize) -> impl Iterator<Item = &'a [TrialRow]> {
-        self.trials.iter().map(move |trial| &rows[trial * sets..][..sets])
-    }
-}
-
-/// All strata of a campaign; `rows` are sorted by trial, then by set; `sets` is the count of sets.
-pub fn strata(rows: &[TrialRow], sets: usize) -> Vec<Stratum> {
-    // What was drawn is the same in the row of every set.
-    let trials: Vec<&TrialRow> = by_trial(rows, sets).map(|trial| &trial[0]).collect();
+/// All strata of a campaign; `trials` are a row of each trial.
+pub fn strata(trials: &[&TrialRow]) -> Vec<Stratum> {
     let of =
         |get: &dyn Fn(&TrialRow) -> Option<f64>| -> Vec<Option<f64>> { trials.iter().map(|row| get(row)).collect() };
     let mut strata = Vec::new();
@@ -132,6 +123,7 @@ fn range(values: &[Option<f64>]) -> Option<[f64; 2]> {
 mod tests {
     use super::*;
     use crate::campaign::ask::{spec::tests::campaign, trial};
+    use crate::campaign::store::by_set::BySet;
     use crate::campaign::store::row::tests::{record, row, rows};
     use crate::campaign::verdict::pairs::{DecisionRule, Pair};
     use crate::campaign::verdict::set_summary::SetSummary;
@@ -148,6 +140,11 @@ mod tests {
             TrialRow::new(trial, set, &pushes, None, &variation, record(Recovered))
         };
         (0..trials).flat_map(|trial| [row(trial, "a"), row(trial, "b")]).collect()
+    }
+
+    /// The strata of rows of so many sets.
+    fn strata(rows: &[TrialRow], sets: usize) -> Vec<Stratum> {
+        super::strata(&rows.iter().step_by(sets).collect::<Vec<_>>())
     }
 
     fn quantities(strata: &[Stratum]) -> Vec<&str> {
@@ -261,11 +258,11 @@ mod tests {
             (1, 0, &[0, 1, 2, 3, 4], counts),
             (0, 1, &[1, 4], PairedCounts { both: 0, only_a: 1, only_b: 1, neither: 0 }),
         ] {
-            let pairs = Pair::all(&rows, &names, &[(a, b)], &stratum(trials), deciding);
+            let pairs = Pair::all(&BySet::new(&rows, &names), &[(a, b)], &stratum(trials), deciding);
             assert_eq!(pairs[0].strata[0].counts, expected);
         }
         for (set, trials, recovered) in [(0, &[1, 3, 4][..], 1), (1, &[1, 3, 4], 1), (0, &[2, 4], 2)] {
-            let summary = SetSummary::new(set, &names, &rows, &[], &stratum(trials), true);
+            let summary = SetSummary::new(set, &BySet::new(&rows, &names), &[], &stratum(trials), true);
             assert_eq!(summary.strata[0].count, SuccessCount::new(recovered, trials.len() as u64));
         }
     }

@@ -3,11 +3,12 @@
 use crate::campaign::ask::push::{PushSpec, SecondPushSpec};
 use crate::campaign::ask::spec::{SensorSpec, Stopping};
 use crate::campaign::ask::variations::VariationSpec;
+use crate::campaign::store::by_set::BySet;
 use crate::campaign::store::folder::{Folder, Manifest};
 use crate::campaign::store::row::{TrialRow, parquet};
 use crate::campaign::verdict::baseline::BaselineId;
 use crate::campaign::verdict::gates::{GateResult, Gates};
-use crate::campaign::verdict::headline;
+use crate::campaign::verdict::headline::{self, listed};
 use crate::campaign::verdict::pairs::{DecisionRule, Pair, every_pair};
 use crate::campaign::verdict::set_summary::{SetSummary, bin_edges};
 use crate::campaign::verdict::standing::When;
@@ -18,6 +19,7 @@ use crate::episode::EpisodeConfig;
 use crate::error::Result;
 use crate::files::{json_pretty, sha256_hex, write_atomic};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// `summary.json`.
@@ -33,12 +35,16 @@ pub struct Summary {
     /// Which set recovers most, and than which it is better, in words.
     pub headline: String,
     pub robot: String,
-    /// Count of pushes; each set met all of them.
+    /// Number of trials. A set that was stopped earlier, in a campaign that ends when decided, has fewer: its own number
+    /// stands in `sets`.
     pub trials: u64,
     /// At most so many were asked for; more than `trials` where the campaign ended when decided.
     pub most_trials: u64,
     /// So many were asked for when the campaign was begun; where it could end when decided, its looks go by this.
     pub planned_trials: u64,
+    /// Which gain sets stopped before the others, and why, in sentences; None if all have the same number of trials.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stopped: Option<String>,
     pub stopping: Stopping,
     pub seed: u64,
     /// Horizon, steps and the judge's thresholds.
@@ -62,7 +68,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Counts the rows of a whole campaign, sorted by trial, then by set; `trials_sha256` is of the file that holds them,
+    /// Counts the rows of a campaign, sorted by trial, then by set; `trials_sha256` is of the file that holds them,
     /// `pairs` are the sets to compare, by their places in the campaign.
     pub fn new(
         manifest: &Manifest,
@@ -76,13 +82,12 @@ impl Summary {
         let bins = bin_edges(rows.iter().map(|row| row.impulse_n_s));
         let margin = campaign.stopping.margin;
         let when = manifest.looks().map_or(When::Once, When::At);
-        let strata = strata(rows, manifest.sets.len());
-        let sets: Vec<SetSummary> = (0..manifest.sets.len())
-            .map(|i| SetSummary::new(i, &manifest.sets, rows, &bins, &strata, end_early))
-            .collect();
-        let trials = (rows.len() / manifest.sets.len().max(1)) as u64;
-        let pairs = Pair::all(rows, &manifest.sets, pairs, &strata, DecisionRule { when, margin, end_early });
-        let warnings = [warnings::of(campaign, trials, &sets, &pairs), gates.warnings(manifest, trials)].concat();
+        let rows = BySet::new(rows, &manifest.sets);
+        let (trials, strata) = (rows.trials(), strata(rows.drawn()));
+        let sets: Vec<SetSummary> =
+            (0..manifest.sets.len()).map(|i| SetSummary::new(i, &rows, &bins, &strata, end_early)).collect();
+        let pairs = Pair::all(&rows, pairs, &strata, DecisionRule { when, margin, end_early });
+        let warnings = [warnings::of(campaign, trials, &sets, &pairs), gates.warnings(manifest, &rows)].concat();
         Self {
             name: campaign.name.clone(),
             standfast: manifest.standfast.clone(),
@@ -93,6 +98,7 @@ impl Summary {
             trials,
             most_trials: campaign.trials,
             planned_trials: manifest.planned_trials,
+            stopped: stopped(&sets, trials),
             stopping: campaign.stopping,
             seed: campaign.seed,
             episode: campaign.episode,
@@ -102,9 +108,9 @@ impl Summary {
             variations: campaign.variations,
             interval: if when == When::Once { INTERVAL } else { SEQUENTIAL_INTERVAL },
             sets,
-            common_survivors: CommonSurvivors::new(rows, manifest.sets.len(), end_early),
+            common_survivors: CommonSurvivors::new(&rows, end_early),
             pairs,
-            gates: gates.judged(rows),
+            gates: gates.judged(&rows),
             baseline: gates.baseline(),
             warnings,
         }
@@ -136,6 +142,24 @@ impl Summary {
     }
 }
 
+/// Says which sets have fewer than these trials.
+fn stopped(sets: &[SetSummary], trials: u64) -> Option<String> {
+    let mut by_trials: BTreeMap<u64, Vec<&str>> = BTreeMap::new();
+    for set in sets.iter().filter(|set| set.count.trials < trials) {
+        by_trials.entry(set.count.trials).or_default().push(&set.name);
+    }
+    let are_several = by_trials.values().flatten().count() > 1;
+    let after = |(trials, names): (&u64, &Vec<&str>)| format!("{} after {trials} trials", listed(names, "and"));
+    let after: Vec<String> = by_trials.iter().map(after).collect();
+    let told = listed(&after.iter().map(String::as_str).collect::<Vec<_>>(), "and");
+    let about = if are_several { "them" } else { "it" };
+    let why = format!("because all that was to be decided about {about} was decided by then");
+    let subject = if are_several { "Some gain sets" } else { "One gain set" };
+    let rates =
+        "Each rate is over the gain set's own trials, and each pair is compared over the trials that both sets have.";
+    (!by_trials.is_empty()).then(|| format!("{subject} stopped before the others, {why}: {told}. {rates}"))
+}
+
 /// How rates and differences are bounded where the count of trials was fixed.
 const INTERVAL: &str = "All intervals are at 95 %. Those of the differences of pairs are Tango's; they hold for all pairs \
                         together (Bonferroni), and are widened to touch 0 where the exact McNemar test finds no \
@@ -144,8 +168,8 @@ const INTERVAL: &str = "All intervals are at 95 %. Those of the differences of p
                         Tango's; gates have Clopper and Pearson's on rates and Tango's on differences.";
 /// The same where the campaign could end when decided.
 const SEQUENTIAL_INTERVAL: &str = "All intervals are at 95 %. Those of the differences of pairs, and of gates, are \
-                                   betting confidence sequences: they hold at every look, for all pairs and for all \
-                                   gates together. The others hold each for itself, and as for a fixed count of trials: \
+                                   what betting confidence sequences leave of them at all looks together: they hold \
+                                   however often one looks, for all pairs and for all gates together. The others hold each for itself, and as for a fixed count of trials: \
                                    rates have Wilson's, or Clopper and Pearson's where fewer than 5 trials recovered or \
                                    fewer than 5 did not; differences by kind of trial have Tango's.";
 
@@ -179,6 +203,58 @@ pub(crate) mod tests {
             [row(i as u64, "a", impulse(i), of[0]), row(i as u64, "b", impulse(i), of[1])]
         };
         outcomes.iter().enumerate().flat_map(trial).collect()
+    }
+
+    /// Of sets "a", "b" and "c", of which "b" was stopped after 25 of 100 trials, and the rows of it. "a" and "c" recover
+    /// from nine of ten pushes, "b" from one of five.
+    pub(crate) fn ragged(gates: &[&str]) -> (Summary, Vec<TrialRow>) {
+        let overrides = Overrides {
+            gates: gates.iter().map(|s| s.to_string()).collect(),
+            trials: Some(200),
+            until_resolved: true,
+            ..Overrides::default()
+        };
+        let manifest = manifest(&["a", "b", "c"], overrides);
+        let has_recovered = |trial: u64, set: &str| match set {
+            "a" => trial % 10 != 3,
+            "b" => trial.is_multiple_of(5),
+            _ => trial % 10 != 7,
+        };
+        let of_trial = |trial: u64| {
+            let outcome = move |set| if has_recovered(trial, set) { Outcome::Recovered } else { Outcome::Fell };
+            let sets = ["a", "b", "c"].into_iter().filter(move |set| *set != "b" || trial < 25);
+            sets.map(move |set| row(trial, set, 1.0 + trial as f64 / 50.0, outcome(set)))
+        };
+        let rows: Vec<TrialRow> = (0..100).flat_map(of_trial).collect();
+        let gates = Gates::new(&manifest, None).unwrap();
+        (Summary::new(&manifest, &rows, String::new(), &every_pair(3), &gates), rows)
+    }
+
+    #[test]
+    fn a_set_counts_its_own_trials_and_a_pair_those_that_both_sets_have() {
+        let (summary, _) = ragged(&["a >= b + 0.1", "c >= 0.5"]);
+        assert_eq!(
+            (summary.trials, summary.sets.iter().map(|set| set.count.trials).collect::<Vec<_>>()),
+            (100, vec![100, 25, 100])
+        );
+        assert_eq!(summary.sets[1].count.recovered, 5);
+        for pair in &summary.pairs {
+            let is_common = pair.a == "b" || pair.b == "b";
+            assert_eq!(pair.counts.trials(), if is_common { 25 } else { 100 }, "{pair:?}");
+            assert!(pair.strata.iter().all(|stratum| stratum.counts.trials() == stratum.trials));
+        }
+        let of_gates = summary.gates.iter().map(|gate| gate.judged.trials);
+        assert_eq!(of_gates.collect::<Vec<_>>(), [25, 100]);
+        // The bins of all sets are the same, though the later pushes are harder, and "b" met none of them.
+        assert!(summary.sets.iter().all(|set| set.by_impulse.len() == summary.sets[0].by_impulse.len()));
+        assert_eq!(summary.sets[1].by_impulse.last().unwrap().count.trials, 0);
+        assert!(summary.sets[1].telling.iter().all(|telling| telling.trial < 25));
+        assert!(summary.common_survivors.trials <= 5);
+        let stopped = summary.stopped.clone().unwrap();
+        assert!(stopped.starts_with("One gain set stopped before the others, because "), "{stopped}");
+        assert!(stopped.contains("was decided by then: b after 25 trials. Each rate is over "), "{stopped}");
+        let whole = serde_json::to_value(self::summary(&[[Outcome::Recovered; 2]; 3], &[], &[])).unwrap();
+        assert!(whole.get("stopped").is_none());
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! The trials of a gain set that are worth a look: what it lost without need, what it lost nearest to its limit, the hardest
 //! from which it recovered, and those from which another set did.
 
-use crate::campaign::store::row::{TrialRow, by_trial};
+use crate::campaign::store::by_set::BySet;
+use crate::campaign::store::row::TrialRow;
 use serde::Serialize;
 use std::collections::HashSet;
 
@@ -23,14 +24,14 @@ pub struct TellingTrial {
 }
 
 impl TellingTrial {
-    /// Of set number `set` of those that are named, whose limit is the push (impulse over m omega d, as
-    /// [`TrialRow::hardness`]) that half survive; `rows` are sorted by trial, then by set. What tells most comes first: the
+    /// Of set number `set`, whose limit is the push (impulse over m omega d, as [`TrialRow::hardness`]) that half survive.
+    /// What tells most comes first: the
     /// easiest push that was lost, the lost one that is nearest to the limit, and the hardest that was survived; then, for
     /// the first of the other sets, the first trial that it survived and this set lost; then the next easiest lost ones.
     /// Each trial once.
-    pub fn of(rows: &[TrialRow], names: &[String], set: usize, limit: Option<f64>) -> Vec<Self> {
+    pub fn of(rows: &BySet, set: usize, limit: Option<f64>) -> Vec<Self> {
         let harder = |a: &&TrialRow, b: &&TrialRow| a.hardness().total_cmp(&b.hardness());
-        let own = || by_trial(rows, names.len()).map(|trial| &trial[set]);
+        let own = || rows.of(set).iter().copied();
         let mut lost: Vec<&TrialRow> = own().filter(|row| !row.has_recovered()).collect();
         lost.sort_by(harder);
         let from_limit = |row: &TrialRow| limit.map_or(f64::INFINITY, |limit| (row.hardness() - limit).abs());
@@ -39,10 +40,9 @@ impl TellingTrial {
         let nearest = nearest.map(|row| (row, "lost, nearest to its 50 % limit".to_string()));
         let why = |i: usize| if i == 0 { "the easiest that it lost" } else { "lost, though among the easiest" };
         let mut easiest = lost.into_iter().take(LOST).enumerate().map(|(i, row)| (row, why(i).to_string()));
-        let others = (0..names.len()).filter_map(|other| {
-            let differs = |trial: &&[TrialRow]| trial[other].has_recovered() && !trial[set].has_recovered();
-            let found = by_trial(rows, names.len()).find(differs)?;
-            Some((&found[set], format!("lost; {} recovered", names[other])))
+        let others = (0..rows.names.len()).filter_map(|other| {
+            let (lost, _) = rows.common(set, other).find(|(own, of)| of.has_recovered() && !own.has_recovered())?;
+            Some((lost, format!("lost; {} recovered", rows.names[other])))
         });
         let hardest = own().filter(|row| row.has_recovered()).max_by(harder);
         let hardest = hardest.map(|row| (row, "the hardest from which it recovered".to_string()));
@@ -72,7 +72,7 @@ mod tests {
             trial.iter_mut().for_each(|row| row.impulse_over_m_omega_d = Some(ratio));
         }
         let names = ["a", "b"].map(String::from);
-        let telling = TellingTrial::of(&rows, &names, 0, Some(3.4));
+        let telling = TellingTrial::of(&BySet::new(&rows, &names), 0, Some(3.4));
         assert_eq!(telling.iter().map(|t| t.trial).collect::<Vec<_>>(), [3, 5, 4, 1, 0]);
         for (i, why) in
             ["the easiest that it lost", "nearest to its 50 % limit", "hardest", "b recovered", "among the easiest"]
@@ -82,8 +82,8 @@ mod tests {
             assert!(telling[i].why.contains(why), "{telling:?}");
         }
         // Without a limit none is nearest to it.
-        let telling = TellingTrial::of(&rows, &names, 0, None);
+        let telling = TellingTrial::of(&BySet::new(&rows, &names), 0, None);
         assert_eq!(telling.iter().map(|t| t.trial).collect::<Vec<_>>(), [3, 4, 1, 0, 5]);
-        assert!(TellingTrial::of(&[], &names, 0, Some(1.0)).is_empty());
+        assert!(TellingTrial::of(&BySet::new(&[], &names), 0, Some(1.0)).is_empty());
     }
 }

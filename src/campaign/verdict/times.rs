@@ -3,7 +3,8 @@
 //! Each set's own median compares different trials: a set that survives harder pushes has more of the slow ones. So there
 //! are medians over the trials that all sets survive, too.
 
-use crate::campaign::store::row::{TrialRow, by_trial};
+use crate::campaign::store::by_set::BySet;
+use crate::campaign::store::row::TrialRow;
 use crate::stats::rate::median;
 use serde::Serialize;
 
@@ -45,14 +46,14 @@ pub struct CommonSurvivors {
 }
 
 impl CommonSurvivors {
-    /// `rows` are sorted by trial, then by set; `sets` is the count of sets.
-    pub fn new(rows: &[TrialRow], sets: usize, end_early: bool) -> Self {
-        let survived: Vec<&[TrialRow]> =
-            by_trial(rows, sets).filter(|trial| trial.iter().all(TrialRow::has_recovered)).collect();
-        Self {
-            trials: survived.len() as u64,
-            sets: (0..sets).map(|set| Times::of(survived.iter().map(|trial| &trial[set]), end_early)).collect(),
-        }
+    /// `end_early` as for [`Times::of`].
+    pub fn new(rows: &BySet, end_early: bool) -> Self {
+        let sets = 0..rows.names.len();
+        let has_survived = |set: usize, trial: usize| rows.of(set).get(trial).is_some_and(|row| row.has_recovered());
+        let survived: Vec<usize> =
+            (0..rows.drawn().len()).filter(|&trial| sets.clone().all(|set| has_survived(set, trial))).collect();
+        let times = |set: usize| Times::of(survived.iter().map(|&trial| rows.of(set)[trial]), end_early);
+        Self { trials: survived.len() as u64, sets: sets.clone().map(times).collect() }
     }
 }
 
@@ -68,7 +69,7 @@ mod tests {
         for (row, settled) in rows.iter_mut().zip([1.0, 2.0, 9.0, 9.0, 3.0, 4.0]) {
             row.settled_at_s = Some(row.start_s + row.duration_s + settled);
         }
-        let common = CommonSurvivors::new(&rows, 2, true);
+        let common = CommonSurvivors::new(&BySet::new(&rows, &["a", "b"].map(String::from)), true);
         assert_eq!(common.trials, 2);
         let median = |set: usize| common.sets[set].median_settling_s.unwrap();
         assert!((median(0) - 2.0).abs() < 1e-12 && (median(1) - 3.0).abs() < 1e-12);

@@ -50,7 +50,7 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
     let enough = (2.0 * pairs.len().max(1) as f64 / 0.05).log2().ceil() as u64;
     let is_thin = |pair: &&Pair| {
         let discordant = pair.counts.only_a + pair.counts.only_b;
-        pair.verdict == PairVerdict::Open && discordant < enough && trials >= FEW_TRIALS
+        pair.verdict == PairVerdict::Open && discordant < enough && pair.counts.trials() >= FEW_TRIALS
     };
     let thin: Vec<String> = pairs.iter().filter(is_thin).map(|pair| format!("{} and {}", pair.a, pair.b)).collect();
     if !thin.is_empty() {

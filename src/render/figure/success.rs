@@ -22,7 +22,8 @@ const RIGHT: f64 = 736.0;
 
 /// Writes it with a legend. Errors: the file cannot be written.
 pub fn write(path: &Path, summary: &Summary) -> Result<()> {
-    let heading = format!("Recovered over impulse: {} trials of campaign {}", summary.trials, summary.name);
+    let most = if are_of_different_trials(&summary.sets) { "up to " } else { "" };
+    let heading = format!("Recovered over impulse: {most}{} trials of campaign {}", summary.trials, summary.name);
     super::write(path, &heading, &[chart(&summary.sets), Panel::of_legend(&legend(&summary.sets))], 2)
 }
 
@@ -64,12 +65,13 @@ struct Series<'a> {
 
 impl Series<'_> {
     fn draw(&self, panel: &mut Panel) {
-        let (curve, bins) = (&self.set.curve.points, &self.set.by_impulse);
+        let curve = &self.set.curve.points;
+        let bins: Vec<&ImpulseBin> = self.set.by_impulse.iter().filter(|bin| bin.count.trials > 0).collect();
         let beside = if curve.is_empty() { self.beside } else { 0.0 };
         let at = |bin: &ImpulseBin| [middle_n_s(bin, self.pushes) + beside, bin.count.success_rate];
         if curve.is_empty() {
             // Straight lines join the rates.
-            panel.polyline("", bins.iter().map(at));
+            panel.polyline("", bins.iter().copied().map(at));
             bins.iter().for_each(|bin| panel.error_bar("interval", at(bin)[0], bin.count.ci95));
         } else {
             let (low, high) = (curve.iter().map(|p| [p.x, p.ci95[0]]), curve.iter().rev().map(|p| [p.x, p.ci95[1]]));
@@ -111,7 +113,8 @@ fn legend(sets: &[SetSummary]) -> Vec<Row> {
             Some((end, _)) => format!("{}...", &set.name[..end]),
             None => set.name.clone(),
         };
-        (class_of_set(i), Sample::DottedLine(dot(i)), format!("{name}: {:.1} %", 100.0 * set.count.success_rate))
+        let of = if are_of_different_trials(sets) { format!(" of {}", set.count.trials) } else { String::new() };
+        (class_of_set(i), Sample::DottedLine(dot(i)), format!("{name}: {:.1} %{of}", 100.0 * set.count.success_rate))
     };
     let is_fitted = |set: &SetSummary| !set.curve.points.is_empty();
     let (some, all) = (sets.iter().any(is_fitted), sets.iter().all(is_fitted));
@@ -123,6 +126,11 @@ fn legend(sets: &[SetSummary]) -> Vec<Row> {
     ];
     let note = |(_, words): (bool, &str)| (String::new(), Sample::Nothing, words.into());
     sets.iter().enumerate().map(row).chain(notes.into_iter().filter(|(is_seen, _)| *is_seen).map(note)).collect()
+}
+
+/// Whether some of the sets have fewer trials than others.
+fn are_of_different_trials(sets: &[SetSummary]) -> bool {
+    sets.iter().any(|set| set.count.trials != sets[0].count.trials)
 }
 
 /// Middle (N s) of the part of a bin that has pushes.
@@ -153,7 +161,7 @@ pub fn impulse_edges_n_s(sets: &[SetSummary]) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::campaign::verdict::set_summary::FittedCurve;
-    use crate::campaign::verdict::summary::tests::summary;
+    use crate::campaign::verdict::summary::tests::{ragged, summary};
     use crate::episode::Outcome::{Fell, Recovered};
     use crate::stats::rate::SuccessCount;
 
@@ -162,6 +170,15 @@ mod tests {
         let bin = ImpulseBin { from_n_s: 5.0, to_n_s: 6.0, count: SuccessCount::new(1, 2) };
         assert_eq!(middle_n_s(&bin, [0.5, 5.5]), 5.25);
         assert_eq!(middle_n_s(&bin, [0.5, 7.0]), 5.5);
+    }
+
+    #[test]
+    fn a_set_that_was_stopped_has_no_dots_where_it_has_no_trials() {
+        let sets = ragged(&[]).0.sets;
+        let told = |svg: &str, set: &SetSummary| set.by_impulse.iter().filter(|bin| svg.contains(&words(bin))).count();
+        let svg = chart(&sets[1..2]).svg("");
+        assert_eq!((sets[1].by_impulse.len(), told(&svg, &sets[1])), (sets[0].by_impulse.len(), 2));
+        assert!(legend(&sets).iter().any(|(_, _, words)| words == "b: 20.0 % of 25"));
     }
 
     /// A band is of a fitted curve only; without one there is an error bar for each bin.

@@ -12,6 +12,7 @@ mod words;
 
 use self::trials::Trials;
 use self::words::{interval, number, part};
+use crate::campaign::store::by_set::BySet;
 use crate::campaign::verdict::pairs::Pair;
 use crate::campaign::verdict::set_summary::SetSummary;
 use crate::campaign::{Summary, TrialRow};
@@ -62,10 +63,10 @@ fn add_to(environment: &mut Environment) {
 /// What the template reads: the summary as `s`, and what it cannot make itself.
 fn context(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Value {
     let (sets, pairs) = (&summary.sets, &summary.pairs);
-    let names: Vec<&str> = sets.iter().map(|set| set.name.as_str()).collect();
+    let names: Vec<String> = sets.iter().map(|set| set.name.clone()).collect();
     // Pairs and gates are of sets of the summary.
     let index = |name: &str| names.iter().position(|n| *n == name).unwrap_or_default();
-    let trials = Trials { sets: &names, rows };
+    let trials = Trials(BySet::new(rows, &names));
     let maps = polar::Maps::new(success::impulse_edges_n_s(sets), &trials);
     let view = |(i, pair): (usize, &Pair)| {
         let (a, b) = (index(&pair.a), index(&pair.b));
@@ -124,7 +125,7 @@ fn most_lost(sets: &[SetSummary]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::verdict::summary::tests::{rows, summary};
+    use crate::campaign::verdict::summary::tests::{ragged, rows, summary};
     use crate::episode::Outcome::{Fell, Recovered};
 
     const HOSTILE: &str = "</script><b onclick='x()'>&";
@@ -156,6 +157,29 @@ mod tests {
         summary.pairs.clear();
         let page = page(&summary, &rows(&[[Recovered, Fell]])[..1], Path::new("")).unwrap();
         assert!(page.contains("<h1") && !page.contains("NaN") && !page.contains("id=\"pairs\""), "{page}");
+    }
+
+    #[test]
+    fn a_set_that_was_stopped_has_its_own_trials() {
+        let (summary, rows) = ragged(&[]);
+        let page = page(&summary, &rows, Path::new("")).unwrap();
+        for told in [
+            "up to 100 trials of 3 gain sets",
+            ">5/25<",
+            "b after 25 trials. Each rate",
+            "<span class=\"fine\">of 25</span>",
+        ] {
+            let told = html_page::together(told);
+            assert!(page.replace('\u{a0}', " ").contains(&told.replace('\u{a0}', " ")), "{told}");
+        }
+        // The outcome of a trial that a set has not met.
+        assert!(page.contains("\"R-R\"") && !page.contains("NaN"));
+        let whole = self::page(
+            &self::summary(&[[Recovered, Fell]; 5], &[], &[]),
+            &self::rows(&[[Recovered, Fell]; 5]),
+            Path::new(""),
+        );
+        assert!(!whole.unwrap().contains("up to 5 trials"));
     }
 
     #[test]

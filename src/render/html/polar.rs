@@ -48,16 +48,17 @@ impl<'a> Maps<'a> {
 
     /// Share of recovered trials of one set, and its trials.
     pub fn set(&self, set: usize) -> String {
-        let won = |trial: &[TrialRow]| trial[set].outcome == Outcome::Recovered;
-        let label = format!("Success of {} by heading and impulse", self.trials.sets[set]);
+        let Trials(rows) = self.trials;
+        let own = |has_won: bool| rows.of(set).iter().copied().filter(move |row| row.has_recovered() == has_won);
+        let label = format!("Success of {} by heading and impulse", rows.names[set]);
         self.drawn(
             &label,
             &set.to_string(),
             |polar| self.cells(polar, set),
             |polar| {
                 if self.trials.as_dots() {
-                    self.dots(polar, "won", won);
-                    self.crosses(polar, "lost", |trial| !won(trial));
+                    self.dots(polar, "won", own(true));
+                    self.crosses(polar, "lost", own(false));
                 }
             },
         )
@@ -68,19 +69,21 @@ impl<'a> Maps<'a> {
         if !self.trials.as_dots() {
             return None;
         }
-        let names = self.trials.sets;
+        let Trials(rows) = self.trials;
+        let names = rows.names;
         let label = format!("Trials that only one of {} and {} recovered", names[a], names[b]);
-        let won = |row: &TrialRow| row.outcome == Outcome::Recovered;
+        let common = |such: fn(bool, bool) -> bool| {
+            let chosen = rows.common(a, b).filter(move |(a, b)| such(a.has_recovered(), b.has_recovered()));
+            chosen.map(|(row, _)| row)
+        };
         Some(self.drawn(
             &label,
             &format!("{a} {b}"),
             |_| (),
             |polar| {
-                self.dots(polar, "same", |trial| won(&trial[a]) == won(&trial[b]));
-                for (only, other, shape) in [(a, b, ""), (b, a, " square")] {
-                    let class = format!("only s{}{shape}", only % COLORS);
-                    self.dots(polar, &class, |trial| won(&trial[only]) && !won(&trial[other]));
-                }
+                self.dots(polar, "same", common(|a, b| a == b));
+                self.dots(polar, &format!("only s{}", a % COLORS), common(|a, b| a && !b));
+                self.dots(polar, &format!("only s{} square", b % COLORS), common(|a, b| b && !a));
             },
         ))
     }
@@ -102,7 +105,7 @@ impl<'a> Maps<'a> {
     fn cells(&self, polar: &mut Polar, set: usize) {
         let width_deg = 360.0 / self.sectors as f64;
         let mut counts = vec![(0u32, 0u32); self.sectors * self.rings()];
-        for row in self.trials.iter().map(|trial| &trial[set]) {
+        for row in self.trials.0.of(set) {
             let sector = ((row.heading_deg.rem_euclid(360.0) / width_deg).round() as usize) % self.sectors;
             let ring = self.edges_n_s[1..].partition_point(|edge| *edge <= row.impulse_n_s).min(self.rings() - 1);
             let count = &mut counts[ring * self.sectors + sector];
@@ -130,23 +133,23 @@ impl<'a> Maps<'a> {
     }
 
     /// Lines of no length, whose ends the style sheet shapes.
-    fn dots(&self, polar: &mut Polar, class: &str, chosen: impl Fn(&[TrialRow]) -> bool) {
+    fn dots<'b>(&self, polar: &mut Polar, class: &str, chosen: impl Iterator<Item = &'b TrialRow>) {
         self.marks(polar, class, "h0", chosen);
     }
 
-    fn crosses(&self, polar: &mut Polar, class: &str, chosen: impl Fn(&[TrialRow]) -> bool) {
+    fn crosses<'b>(&self, polar: &mut Polar, class: &str, chosen: impl Iterator<Item = &'b TrialRow>) {
         let arm = if self.trials.len() > MANY { SMALL_CROSS } else { CROSS };
         let (arm, across) = (px(arm), px(2.0 * arm));
         self.marks(polar, class, &format!("m-{arm}-{arm}l{across} {across}m0-{across}l-{across} {across}"), chosen);
     }
 
     /// A mark, as a path from its place, at each trial that is chosen.
-    fn marks(&self, polar: &mut Polar, class: &str, mark: &str, chosen: impl Fn(&[TrialRow]) -> bool) {
-        let of_trial = |trial: &[TrialRow]| {
-            let [x, y] = polar.panel.view.at(towards(trial[0].heading_deg, trial[0].impulse_n_s)).map(px);
+    fn marks<'b>(&self, polar: &mut Polar, class: &str, mark: &str, chosen: impl Iterator<Item = &'b TrialRow>) {
+        let of_trial = |row: &TrialRow| {
+            let [x, y] = polar.panel.view.at(towards(row.heading_deg, row.impulse_n_s)).map(px);
             format!("M{x} {y}{mark}")
         };
-        let path: String = self.trials.iter().filter(|trial| chosen(trial)).map(of_trial).collect();
+        let path: String = chosen.map(of_trial).collect();
         polar.panel.add(format_args!("<path class=\"{class}\" d=\"{path}\"/>"));
     }
 }
@@ -168,12 +171,13 @@ fn ring_part(polar: &Polar, [inner, outer]: At, [from, to]: At) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::campaign::store::by_set::BySet;
     use crate::campaign::store::row::tests::row;
 
     /// Forward is up and left is to the left; a heading of a full turn is the same place.
     #[test]
     fn headings_are_seen_from_above() {
-        let sets = ["hold"];
+        let sets = ["hold".to_string()];
         let turned = |trial, heading_deg| TrialRow { heading_deg, ..row(trial, "hold", 2.0, Outcome::Recovered) };
         let rows = [
             turned(0, 0.0),
@@ -181,7 +185,7 @@ mod tests {
             turned(2, -270.0),
             TrialRow { outcome: Outcome::Fell, ..turned(3, 91.0) },
         ];
-        let trials = Trials { sets: &sets, rows: &rows };
+        let trials = Trials(BySet::new(&rows, &sets));
         let maps = Maps::new(vec![0.0, 1.0, 2.0], &trials);
         let view = Polar::new(RADIUS, 2.0).panel.view;
         let ([x, y], [left, level]) = (view.at(towards(0.0, 2.0)), view.at(towards(90.0, 2.0)));

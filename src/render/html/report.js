@@ -36,19 +36,21 @@
   }
 
   // Maps: the trial nearest to the pointer.
-  const RADIUS = 130, NEAR = 9, OUTCOMES = { R: "recovered", F: "fell", D: "diverged", T: "timed out" };
+  const RADIUS = 130, NEAR = 9, OUTCOMES = { R: "recovered", F: "fell", D: "diverged", T: "timed out", "-": "not run" };
   const place = (trial, most) => {
     const heading = trial[2] * Math.PI / 180, length = RADIUS * trial[1] / most;
     return [-length * Math.sin(heading), -length * Math.cos(heading)];
   };
   const setsOf = (map) => map.dataset.sets.split(" ").map(Number);
-  const differs = (trial, [a, b]) => (trial[3][a] === "R") !== (trial[3][b] === "R");
+  const isRun = (trial, set) => trial[3][set] !== "-";
+  const differs = (trial, sets) =>
+    sets.every((set) => isRun(trial, set)) && (trial[3][sets[0]] === "R") !== (trial[3][sets[1]] === "R");
   function nearest(map, event) {
     if (!data) return null;
     const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(map.getScreenCTM().inverse());
     const sets = setsOf(map);
     let best = null, least = NEAR;
-    for (const trial of data.trials) {
+    for (const trial of data.trials.filter((trial) => sets.every((set) => isRun(trial, set)))) {
       const [x, y] = place(trial, map.dataset.most);
       // On a map of two sets those in which they differ come first.
       const extra = sets.length > 1 && !differs(trial, sets) ? 3 : 0;

@@ -46,8 +46,10 @@ pub fn campaign(summary: &Summary, folder: &Path, full: bool) -> String {
         text += &wrapped("warning: ", warning);
     }
     text += if summary.warnings.is_empty() { "" } else { "\n" };
-    let _ = writeln!(text, "{}\n", sets(summary));
-    text += &wrapped("", &comparison::headline(summary));
+    let _ = writeln!(text, "{}", sets(summary));
+    text += &summary.stopped.as_ref().map_or(String::new(), |stopped| wrapped(" ", stopped));
+    text += "\n";
+    text += &wrapped("", &summary.headline);
     text += &comparison::verdicts(summary);
     if full {
         text += &comparison::pairs(summary);
@@ -77,8 +79,11 @@ fn head(summary: &Summary, full: bool) -> String {
         false => String::new(),
     };
     let Summary { name, trials, seed, .. } = summary;
-    let mut asked =
-        format!("{name}: {trials} trials{most}, the same for each gain set; robot {}, seed {seed}", summary.robot);
+    let trials = match summary.stopped {
+        None => format!("{trials} trials{most}, the same for each gain set"),
+        Some(_) => format!("up to {trials} trials{most} for each gain set"),
+    };
+    let mut asked = format!("{name}: {trials}; robot {}, seed {seed}", summary.robot);
     let mut pushed = format!("impulse {} N s, heading {} deg", push.impulse_n_s, push.heading_deg);
     let varied = variations::described(&summary.variations);
     let mut head = Vec::new();
@@ -136,19 +141,38 @@ fn by_impulse(summary: &Summary) -> Table {
     let names = std::iter::once("pushes").chain(names(summary));
     let bins = summary.sets.first().map_or(0, |set| set.by_impulse.len());
     let row = |bin: usize| {
-        // Every set met the same pushes: their bins are the same.
+        // The bins of all sets are the same.
         let first = &summary.sets[0].by_impulse[bin];
-        let rate = |set: &SetSummary| {
-            let rate = set.by_impulse[bin].count.success_rate;
-            if many(summary) { format!("{:.0} %", 100.0 * rate) } else { percent(rate) }
-        };
-        let cells = std::iter::once(first.count.trials.to_string()).chain(summary.sets.iter().map(rate));
+        let counts = || summary.sets.iter().map(|set| set.by_impulse[bin].count);
+        let rate = |count| own_rate(summary, count, if many(summary) { 0 } else { 1 });
+        let cells = std::iter::once(most_trials(counts())).chain(counts().map(rate));
         let to = if many(summary) { "-" } else { " to " };
         // Edges are sums of widths.
         let short = |edge: f64| (1e3 * edge).round() / 1e3;
         (format!("{}{to}{}", short(first.from_n_s), short(first.to_n_s)), cells.collect())
     };
     compared("impulse [N s]", names, (0..bins).map(row).collect(), many(summary))
+}
+
+/// A rate in percent; where gain sets have different numbers of trials, with its own.
+fn own_rate(summary: &Summary, count: SuccessCount, digits: usize) -> String {
+    let rate = format!("{:.digits$} %", 100.0 * count.success_rate);
+    match (&summary.stopped, count.trials) {
+        (None, _) => rate,
+        (Some(_), 0) => "-".into(),
+        (Some(_), trials) => format!("{rate} of {trials}"),
+    }
+}
+
+/// A row of a table of counts: how many trials they are of, where gain sets have different numbers of them.
+fn own_trials(summary: &Summary) -> Option<(String, Vec<String>)> {
+    let trials = || summary.sets.iter().map(|set| set.count.trials.to_string()).collect();
+    summary.stopped.is_some().then(|| ("trials".into(), trials()))
+}
+
+/// The number of trials of the set that has most.
+fn most_trials(counts: impl Iterator<Item = SuccessCount>) -> String {
+    counts.map(|count| count.trials).max().unwrap_or(0).to_string()
 }
 
 fn names(summary: &Summary) -> impl Iterator<Item = &str> {
@@ -187,6 +211,7 @@ fn falls(summary: &Summary) -> String {
     if summary.sets.iter().any(|set| sum(set, &others) > 0) {
         rows.push(row("others", &others));
     }
+    rows.splice(..0, own_trials(summary));
     format!("\n{}\n", compared("cause of the fall", names(summary), rows, many(summary)))
 }
 
@@ -196,8 +221,9 @@ fn by_heading(summary: &Summary) -> String {
     let strata: Vec<_> = summary.sets.iter().map(of_heading).collect();
     let Some(first) = strata.first().filter(|first| !first.is_empty()) else { return String::new() };
     let row = |i: usize| {
-        let cells = strata.iter().map(|set| percent(set[i].count.success_rate));
-        let all = std::iter::once(first[i].count.trials.to_string()).chain(cells).collect();
+        let counts = || strata.iter().map(|set| set[i].count);
+        let all = std::iter::once(most_trials(counts())).chain(counts().map(|count| own_rate(summary, count, 1)));
+        let all = all.collect();
         (first[i].label.clone(), all)
     };
     let names = std::iter::once("pushes").chain(names(summary));
@@ -252,10 +278,11 @@ fn failures(summary: &Summary) -> String {
     let row = |(label, pick): (&str, Pick)| {
         (label.to_string(), summary.sets.iter().map(|set| pick(&set.failures).to_string()).collect())
     };
-    let rows: Vec<_> = kinds.into_iter().filter(|(_, pick)| any(pick)).map(row).collect();
+    let mut rows: Vec<_> = kinds.into_iter().filter(|(_, pick)| any(pick)).map(row).collect();
     if rows.is_empty() {
         String::new()
     } else {
+        rows.splice(..0, own_trials(summary));
         format!("\n{}\n", compared("lost", names(summary), rows, many(summary)))
     }
 }
@@ -354,8 +381,22 @@ fn replay(summary: &Summary, folder: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::verdict::summary::tests::summary;
+    use crate::campaign::verdict::summary::tests::{ragged, summary};
     use crate::episode::Outcome::{Diverged, Fell, Recovered, TimedOut};
+
+    #[test]
+    fn rates_over_different_trials_are_told_with_their_number() {
+        let (summary, _) = ragged(&[]);
+        let text = campaign(&summary, Path::new("out"), true);
+        let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(words.contains("campaign smoke: up to 100 trials (of 200 at most) for each gain set; robot"), "{text}");
+        for told in [" 5/25 ", "b after 25 trials. Each rate", "% of 13 ", " trials 100 25 100 "] {
+            assert!(words.contains(told), "{told} in {text}");
+        }
+        let row = text.lines().find(|line| line.starts_with(" 2.5 to 2.75 ")).unwrap();
+        assert!(row.contains("% of 13") && row.split_whitespace().any(|cell| cell == "-"), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    }
 
     /// The first lines answer what was asked; the rest is for those who ask for it.
     #[test]

@@ -4,20 +4,13 @@ use crate::campaign::Summary;
 use crate::campaign::verdict::baseline::BaselineId;
 use crate::campaign::verdict::evidence::Status;
 use crate::campaign::verdict::gates::GateResult;
-use crate::campaign::verdict::pairs::{Pair, p_value, rounded};
+use crate::campaign::verdict::headline::leaders;
+use crate::campaign::verdict::pairs::{Pair, is_worth_a_line, p_value, rounded};
 use crate::render::replay_command;
 use crate::render::text::layout::{align, signed, table, whole_names, wrapped};
 use crate::stats::mcnemar::PairedCounts;
 use comfy_table::Table;
 use std::path::Path;
-
-/// Of more pairs than this, if they are every set with every other, those of the best set stand for all.
-const FEW_PAIRS: usize = 6;
-
-/// Which gain set recovers most, and than which it is better: a sentence or two, in one line.
-pub fn headline(summary: &Summary) -> String {
-    summary.headline.clone()
-}
 
 /// Verdicts in sentences, one paragraph for each pair, and what holds of their intervals.
 pub(super) fn verdicts(summary: &Summary) -> String {
@@ -58,15 +51,15 @@ pub fn about_pairs(summary: &Summary) -> String {
 fn shown(summary: &Summary) -> Vec<&Pair> {
     let (sets, pairs) = (summary.sets.len(), &summary.pairs);
     // Two results may be compared set by set: then no set stands for the others.
-    let all = pairs.len() <= FEW_PAIRS || pairs.len() != sets * sets.saturating_sub(1) / 2;
+    let all = pairs.len() != sets * sets.saturating_sub(1) / 2;
     let leader = leader(summary);
-    pairs.iter().filter(|pair| all || pair.a == leader || pair.b == leader).collect()
+    let is_leader = |name: &String| name == leader;
+    pairs.iter().filter(|pair| all || is_worth_a_line(pairs.len(), is_leader, (&pair.a, &pair.b))).collect()
 }
 
 /// The first of the sets that recover most.
 fn leader(summary: &Summary) -> &str {
-    let most = summary.sets.iter().map(|set| set.count.recovered).max();
-    summary.sets.iter().find(|set| Some(set.count.recovered) == most).map_or("", |set| &set.name)
+    leaders(&summary.sets, &summary.pairs).first().map_or("", |set| &set.name)
 }
 
 fn counts(pairs: &[&Pair]) -> Table {
@@ -220,8 +213,8 @@ mod tests {
         summary.sets = (0..sets)
             .map(|i| crate::campaign::verdict::set_summary::SetSummary { name: name(i), ..set.clone() })
             .collect();
-        summary.sets[sets - 1].count.recovered += 1;
-        summary.pairs = pairs.iter().map(|&(a, b)| Pair { a: name(a), b: name(b), ..pair.clone() }).collect();
+        // The last set recovers most.
+        summary.pairs = pairs.iter().map(|&(a, b)| Pair { a: name(b), b: name(a), ..pair.clone() }).collect();
         summary
     }
 
@@ -229,7 +222,7 @@ mod tests {
     fn of_every_pair_those_of_the_best_set_are_shown_and_all_where_sets_have_partners() {
         let every = crate::campaign::verdict::pairs::every_pair(7);
         let summary = with_pairs(7, &every);
-        assert!(shown(&summary).iter().all(|pair| pair.b == "set6"));
+        assert!(shown(&summary).iter().all(|pair| pair.a == "set6"));
         let text = verdicts(&summary);
         assert_eq!(text.matches("\n - ").count() + usize::from(text.starts_with(" - ")), 6, "{text}");
         let words = text.split_whitespace().collect::<Vec<_>>().join(" ");

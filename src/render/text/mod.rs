@@ -13,8 +13,8 @@ pub mod story;
 
 pub use campaign::{campaign, impulse_at, thresholds};
 pub use comparison::{
-    about_pairs, adjusted_p, baseline, failed_gates, gate_cells, gate_seen, gate_words, headline, p_cell, pair_cells,
-    status, unit,
+    about_pairs, adjusted_p, baseline, failed_gates, gate_cells, gate_seen, gate_words, p_cell, pair_cells, status,
+    unit,
 };
 pub use imposed::ImposedStory;
 pub use limit::text as limit;

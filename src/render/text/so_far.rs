@@ -74,7 +74,7 @@ pub fn sentence(so_far: &SoFar) -> String {
 /// Those that recover most first.
 fn by_rate(so_far: &SoFar) -> Vec<&(String, SuccessCount)> {
     let mut sets: Vec<_> = so_far.sets.iter().collect();
-    sets.sort_by_key(|(_, count)| std::cmp::Reverse(count.recovered));
+    sets.sort_by(|(_, a), (_, b)| b.success_rate.total_cmp(&a.success_rate));
     sets
 }
 
