@@ -16,8 +16,24 @@
 //! 100 trials); those of ten and twenty sets in 97.1 to 99.5 %. Of four sets that are the same one was called better in 3.6 %
 //! at most.
 //!
-//! Where the campaign could end when decided, the interval is one that holds at every look
-//! ([`sequential`](crate::stats::sequential)), and there is no p.
+//! Where the campaign could end when decided, there is no p. A set is better as soon as the exact test of
+//! [`sign_test`](crate::stats::sign_test) has said so at a planned look, and stays so. The interval is one that holds at any
+//! time ([`sequential`](crate::stats::sequential)), made to agree: of a better set it loses what is not above 0, else it
+//! is widened to touch 0. Two sets are the same if it lies within the margin. What is proven of all pairs together:
+//!
+//! - In at most 5 % of campaigns any set is ever called better that is not, exactly, however long they go on.
+//! - In at most 5 % of campaigns any verdict is wrong, up to the count of trials that was planned; 5.1 % beyond. (Of one
+//!   pair with a share alpha of the error: without a difference, only "better" can be wrong, in at most alpha. With a
+//!   difference of at least the margin, the wrong set is called better in at most alpha / 2, and "same" needs a bet on a
+//!   smaller difference to win 2 / alpha - 1 times its stake, since the other half of the capital cannot have grown:
+//!   at most alpha / (2 - alpha).)
+//! - The betting intervals all hold at any time in at least 95 % of campaigns. What is cut off at 0 adds a miss only where
+//!   a set is called better that is not, so that all intervals hold in at least 90 %; what is widened takes misses away.
+//!
+//! Simulated, where no two sets differ, a set was called better in 3.4 to 5.0 % of campaigns (one, three and six pairs, 400
+//! to 1000 trials, also beyond the plan; 8000 campaigns each, so that the standard error is 0.2 %). Intervals missed the
+//! truth in the same campaigns, and in no others. Of four sets that differ, any of the six intervals missed the truth at any
+//! look in 0.3 to 1.3 % of campaigns (400 campaigns each), and at the end in no more.
 
 use crate::stats::mcnemar::PairedCounts;
 use serde::Serialize;
@@ -28,7 +44,7 @@ pub const ALPHA: f64 = 0.05;
 /// What is said of one pair of several.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decision {
-    /// Of the difference (a share), for all pairs together at 95 %.
+    /// Of the difference (a share), for all pairs together at 95 %. Where a is better, 0 does not belong to it, even as its end.
     pub ci95: [f64; 2],
     /// Two-sided, of all pairs together; None where the campaign could end when decided.
     pub p: Option<f64>,

@@ -8,7 +8,9 @@
 
 /// The first looks are so many trials apart, and all up to the planned count are at multiples of it.
 pub const LOOK_TRIALS: u64 = 25;
-/// Share of the error that is spent at the planned count.
+/// Share of the error that is spent at the planned count. Up to there it grows with the 3/4th power of the trials: if it
+/// grew in proportion, 1 to 9 % more trials were needed (differences of 3 to 27 points, 200 to 4000 planned trials), and with
+/// the root, 0 to 6 % fewer, but a difference that takes nearly all of them would be found in up to 3 % fewer campaigns.
 const SPENT_AS_PLANNED: f64 = 0.9;
 
 /// The looks of a campaign.

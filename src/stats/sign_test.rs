@@ -9,6 +9,21 @@
 //! The limits depend on the counts of discordant trials up to that look alone, not on later ones. If no set is
 //! better, the chance of ever deciding is therefore at most the error that is spent. If one is better, the chance of
 //! deciding for the other is at most half of it, since each course that leads there only becomes less likely.
+//!
+//! Simulated, with two gain sets and the looks of [`Looks`] (1000 campaigns each; *power* is the share that finds the
+//! better set; *betting* decides by the intervals of [`sequential`](crate::stats::sequential) instead):
+//!
+//! | truth | planned | trials | power | trials by betting | its power |
+//! |---|---|---|---|---|---|
+//! | 5 points of 10 % discordant | 870 | 340 | 0.99 | 456 | 0.95 |
+//! | the same | 600 | 312 | 0.94 | 416 | 0.80 |
+//! | 8 points of 12 % | 200 | 130 | 0.88 | 163 | 0.60 |
+//! | 3 points of 10 % | 1000 | 673 | 0.76 | 836 | 0.48 |
+//! | 27 points of 30 % | 2000 | 57 | 1.00 | 53 | 1.00 |
+//! | no difference, 10 % | 870 | 850 | 0.047 | 865 | 0.011 |
+//!
+//! In the last row, the power is the error. Only where a large difference is met by a plan for many trials is betting as
+//! quick.
 
 use crate::stats::looks::Looks;
 use crate::stats::mcnemar::PairedCounts;

@@ -169,7 +169,10 @@ const INTERVAL: &str = "All intervals are at 95 %. Those of the differences of p
 /// The same where the campaign could end when decided.
 const SEQUENTIAL_INTERVAL: &str = "All intervals are at 95 %. Those of the differences of pairs, and of gates, are \
                                    what betting confidence sequences leave of them at all looks together: they hold \
-                                   however often one looks, for all pairs and for all gates together. The others hold each for itself, and as for a fixed count of trials: \
+                                   however often one looks, for all pairs and for all gates together. Which set of a \
+                                   pair is better is decided by an exact test at planned looks; the interval of a better \
+                                   set is cut off at 0, which does not belong to it, and any other is widened to touch \
+                                   0. The others hold each for itself, and as for a fixed count of trials: \
                                    rates have Wilson's, or Clopper and Pearson's where fewer than 5 trials recovered or \
                                    fewer than 5 did not; differences by kind of trial have Tango's.";
 
