@@ -5,8 +5,8 @@ use rand::{SeedableRng, rngs::ChaCha8Rng};
 use rand_distr::{Binomial, Distribution};
 use standfast::campaign::ask::gate::Gate;
 use standfast::campaign::verdict::evidence::{Evidence, GateAnswer, Status};
+use standfast::stats::looks::Looks;
 use standfast::stats::mcnemar::PairedCounts;
-use standfast::stats::sequential::next_look;
 use std::collections::HashMap;
 use std::hash::Hash;
 
@@ -126,7 +126,7 @@ fn a_gate_that_is_looked_at_until_it_is_resolved_errs_as_seldom_as_said() {
         for _ in 0..campaigns {
             let (mut recovered, mut trials, mut status) = (0, 0, Status::Unresolved);
             while status == Status::Unresolved && trials < most {
-                let next = next_look(trials, 25, most);
+                let next = Looks::up_to(most).after(trials);
                 recovered += draw(&mut rng, next - trials, rate);
                 trials = next;
                 let judge = || Evidence::rate(recovered, trials, 0.95, sequential).answer(&gate, 0.95).status;

@@ -3,7 +3,7 @@
 use crate::assets::{self, Kind, Source};
 use crate::campaign::ask::gate::GateSpec;
 use crate::campaign::ask::no_step::NoStep;
-use crate::campaign::ask::spec::{Campaign, LOOK_TRIALS};
+use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::campaign::store::by_set::BySet;
 use crate::campaign::store::folder::{Folder, Manifest, PART_TRIALS};
@@ -17,7 +17,7 @@ use crate::files::{build_id, sha256_hex, write_atomic};
 use crate::lipm::gains::GainSet;
 use crate::lipm::variant::Entry;
 use crate::robot::Robot;
-use crate::stats::sequential::next_look;
+use crate::stats::looks::Looks;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -80,12 +80,13 @@ pub struct Work<'a> {
     /// Number of trials of each gain set, as far as it is known.
     set_trials: Vec<u64>,
     /// None for a campaign with a fixed number of trials.
-    looks: Option<Looks<'a>>,
+    looks: Option<LookedAt<'a>>,
 }
 
 /// How far a campaign that ends when decided was looked at.
-struct Looks<'a> {
+struct LookedAt<'a> {
     gates: &'a Gates,
+    planned: Looks,
     /// Numbers of trials at the last look and at the next one.
     last: u64,
     next: u64,
@@ -121,6 +122,7 @@ impl Plan {
             build,
             robot_sha256,
             part_trials: PART_TRIALS,
+            planned_trials: resolved.trials,
             sets,
             campaign: resolved,
         };
@@ -147,9 +149,11 @@ impl Plan {
             let problem = format!("holds the result of another campaign{}", out.map_or("", |_| advice));
             return Err(Error::Parts { path, problem });
         }
-        let part_trials = Folder::open(&path)?.map_or(manifest.part_trials, |found| found.manifest.part_trials);
+        let begun = Folder::open(&path)?.map_or(manifest.clone(), |found| found.manifest);
+        let Manifest { part_trials, planned_trials, .. } = begun;
         // `new` does not do this, because it reads the program's own file.
-        Ok(Folder { path, manifest: Manifest { build: build_id().into(), part_trials, ..manifest.clone() } })
+        let build = build_id().into();
+        Ok(Folder { path, manifest: Manifest { build, part_trials, planned_trials, ..manifest.clone() } })
     }
 
     /// What `folder` lacks (of one shard, or of all). Every gain set is designed for here, before the first trial and before
@@ -163,9 +167,11 @@ impl Plan {
             return Err(Error::value("campaign", "--shard", format!("{index}/{count}"), problem, accepted));
         }
         let Manifest { campaign, sets, .. } = &folder.manifest;
-        let next = next_look(0, LOOK_TRIALS, campaign.trials);
-        let looks =
-            gates.filter(|_| self.until_resolved()).map(|gates| Looks { gates, last: 0, next, rows: Vec::new() });
+        let look_on = |(gates, planned): (_, Looks)| {
+            let next = planned.after(0).min(campaign.trials);
+            LookedAt { gates, planned, last: 0, next, rows: Vec::new() }
+        };
+        let looks = gates.zip(folder.manifest.looks()).map(look_on);
         let set_trials = vec![campaign.trials; sets.len()];
         let (pool, shard) = (pool(options.threads)?, options.shard);
         let mut work =
@@ -316,7 +322,7 @@ impl Work<'_> {
             if is_over {
                 break Vec::new();
             }
-            looks.next = next_look(looks.last, LOOK_TRIALS, campaign.trials);
+            looks.next = looks.planned.after(looks.last).min(campaign.trials);
         };
         self.looks = Some(looks);
         Ok(missing)
@@ -550,6 +556,44 @@ mod tests {
         assert!([1, 7, 25, 100].into_iter().all(|part_trials| result(part_trials) == usual));
     }
 
+    /// So that no boundary that was looked at is moved later.
+    #[test]
+    fn a_folder_that_is_given_more_trials_keeps_its_looks() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a");
+        let begin = |trials: u64| {
+            let gains = ["", ":zmp_margin_m=0.01"].map(|variant| format!("hold{variant}")).to_vec();
+            let overrides = Overrides { gains, trials: Some(trials), until_resolved: true, ..Default::default() };
+            Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap()
+        };
+        let plan = begin(50);
+        let folder = plan.folder(Some(&path)).unwrap();
+        assert_eq!(folder.manifest.planned_trials, 50);
+        plan.identify(&folder).unwrap();
+        let more = begin(150);
+        let folder = more.folder(Some(&path)).unwrap();
+        let gates = Gates::new(&folder.manifest, None).unwrap();
+        let mut work = more.work(&folder, RunOptions { threads: 1, shard: None }, Some(&gates)).unwrap();
+        more.identify(&folder).unwrap();
+        let mut looks = Vec::new();
+        while !work.is_done() {
+            looks.push(work.looks.as_ref().unwrap().next);
+            // Both always recover: nothing is ever decided.
+            let rows = |block: u64| {
+                let (first, end) = folder.range(block);
+                let of =
+                    |trial: u64| folder.manifest.sets.iter().map(move |set| row(trial, set, 1.0, Outcome::Recovered));
+                (first..end).flat_map(of).collect::<Vec<_>>()
+            };
+            work.missing.iter().for_each(|&block| folder.part(block).write(&rows(block)).unwrap());
+            work.missing = work.look_on(&|_| {}).unwrap();
+        }
+        assert_eq!(looks, [25, 50, 75, 100, 125, 150]);
+        let found = Folder::existing(&path).unwrap();
+        assert_eq!((found.manifest.planned_trials, found.manifest.campaign.trials), (50, 150));
+        assert_eq!(found.manifest.looks(), Some(Looks::up_to(50)));
+    }
+
     /// Puts rows where work is missing, without a simulation: the first set recovers from nine of ten pushes, the second
     /// from one of five, and the third from nine of ten, but not the same as the first. Returns the number of rows.
     fn make_up(work: &mut Work) -> usize {
@@ -562,10 +606,13 @@ mod tests {
         while !work.is_done() {
             for &index in &work.missing {
                 let block = Block::new(folder, index, &work.set_trials);
-                made += block.missing.len();
-                let rows = block.missing.iter().filter_map(|&(trial, set)| {
-                    let outcome = if has_recovered(trial, set) { Outcome::Recovered } else { Outcome::Fell };
-                    block.put((trial, set), row(trial, &folder.manifest.sets[set], 1.0, outcome))
+                let rows = block.trials.clone().filter_map(|trial| {
+                    let of = |&set: &usize| {
+                        let outcome = if has_recovered(trial, set) { Outcome::Recovered } else { Outcome::Fell };
+                        row(trial, &folder.manifest.sets[set], 1.0, outcome)
+                    };
+                    made += block.sets.len();
+                    block.put(trial, block.sets.iter().map(of).collect())
                 });
                 folder.part(index).write(&rows.last().unwrap()).unwrap();
             }

@@ -43,11 +43,13 @@ pub struct RunArgs {
     pub trials: Option<u64>,
     /// Stop as soon as every gate is decided or, without gates, every pair of gain sets.
     ///
-    /// The first look is after 25 trials, and each further one after about a quarter more, in steps of 25. The intervals
-    /// are valid however often one looks (they are betting confidence sequences): in at most 5 % of runs any gate, or any
-    /// pair, is decided wrongly. A gain set stops earlier than the others once all its pairs are decided or, with gates,
-    /// once no undecided gate names it: in the standard campaign with at most 300 trials that saves 27 % of the episodes. A
-    /// run that ended undecided goes on, with the gain sets that were still undecided, if it is given more trials.
+    /// The first look is after 25 trials, and each further one after about a quarter more, in steps of 25. A set is better
+    /// by an exact test that spends its error over these looks, up to --max-trials; gates, and sets that are the same, are
+    /// decided by intervals that hold however often one looks (betting confidence sequences). In at most 5 % of runs any
+    /// pair, or any gate, is decided wrongly. A gain set stops earlier than the others once all its pairs are decided or,
+    /// with gates, once no undecided gate names it: in the standard campaign with at most 300 trials that saves 27 % of the
+    /// episodes. A run that ended undecided goes on, with the gain sets that were still undecided, if it is given more
+    /// trials; but give --max-trials as high as it may become when you begin, since 9/10 of the error are spent by then.
     #[arg(long)]
     pub until_resolved: bool,
     /// Two gain sets count as the same once their rates surely differ by less than this share

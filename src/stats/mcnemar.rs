@@ -39,15 +39,18 @@ impl PairedCounts {
     /// Counts trials by whether a and b recovered.
     pub fn of(trials: impl Iterator<Item = (bool, bool)>) -> Self {
         let mut counts = Self::default();
-        for recovered in trials {
-            *match recovered {
-                (true, true) => &mut counts.both,
-                (true, false) => &mut counts.only_a,
-                (false, true) => &mut counts.only_b,
-                (false, false) => &mut counts.neither,
-            } += 1;
-        }
+        trials.for_each(|(a, b)| counts.add(a, b));
         counts
+    }
+
+    /// One more trial, by whether a and b recovered.
+    pub fn add(&mut self, a: bool, b: bool) {
+        *match (a, b) {
+            (true, true) => &mut self.both,
+            (true, false) => &mut self.only_a,
+            (false, true) => &mut self.only_b,
+            (false, false) => &mut self.neither,
+        } += 1;
     }
 
     /// Interval of the difference: for a fixed number of trials ([`difference_interval`](Self::difference_interval)),
@@ -57,6 +60,11 @@ impl PairedCounts {
             true => sequential::difference_interval(self.only_a, self.only_b, self.trials(), level),
             false => self.difference_interval(level),
         }
+    }
+
+    /// The same with b as a.
+    pub fn swapped(&self) -> Self {
+        Self { only_a: self.only_b, only_b: self.only_a, ..*self }
     }
 
     pub fn trials(&self) -> u64 {
@@ -88,8 +96,7 @@ impl PairedCounts {
             return [-1.0, 1.0];
         }
         let z = Normal::standard().inverse_cdf(0.5 + level / 2.0);
-        let swapped = Self { only_a: self.only_b, only_b: self.only_a, ..*self };
-        [self.least_difference(z), -swapped.least_difference(z)]
+        [self.least_difference(z), -self.swapped().least_difference(z)]
     }
 
     /// Trials in all after which a McNemar test at the two-sided level `alpha` finds the difference with the chance

@@ -54,13 +54,6 @@ pub fn rate_interval(recovered: u64, trials: u64, level: f64) -> [f64; 2] {
     Tally { low: trials - recovered, middle: 0, high: recovered }.interval(&bets(LEAST_BET_RATE), level)
 }
 
-/// Number of trials at the next look after `trials`: about a quarter more, at least a block, whole blocks, and at most
-/// `most`.
-pub fn next_look(trials: u64, block: u64, most: u64) -> u64 {
-    let more = (trials / 4).max(block);
-    (trials + more).next_multiple_of(block).min(most)
-}
-
 /// The bets, from 1 down to the smallest one, evenly spaced in the logarithm.
 fn bets(least: f64) -> [f64; BETS] {
     std::array::from_fn(|i| least.powf(i as f64 / (BETS - 1) as f64))
@@ -135,6 +128,7 @@ impl Tally {
 mod tests {
     use super::*;
     use crate::stats::decision::{PairVerdict, verdict};
+    use crate::stats::looks::Looks;
     use crate::stats::mcnemar::PairedCounts;
     use rand::{SeedableRng, rngs::ChaCha8Rng};
     use rand_distr::{Binomial, Distribution};
@@ -153,7 +147,7 @@ mod tests {
     ) -> Option<u64> {
         let (mut trials, mut only_a, mut only_b) = (0, 0, 0);
         while trials < most {
-            let next = next_look(trials, 25, most);
+            let next = Looks::up_to(most).after(trials);
             let differ = draw(rng, next - trials, discordance);
             let a = draw(rng, differ, (0.5 + difference / discordance / 2.0).min(1.0));
             (trials, only_a, only_b) = (next, only_a + a, only_b + differ - a);
@@ -219,17 +213,6 @@ mod tests {
             let narrower = difference_interval(a, b, trials, 0.8);
             assert!(narrower[0] >= least && narrower[1] <= most && narrower != [least, most]);
         }
-    }
-
-    #[test]
-    fn looks_are_whole_blocks_a_quarter_apart_and_end_at_the_most() {
-        let mut looks = vec![0];
-        while *looks.last().unwrap() < 1010 {
-            looks.push(next_look(*looks.last().unwrap(), 25, 1010));
-        }
-        assert_eq!(looks, [0, 25, 50, 75, 100, 125, 175, 225, 300, 375, 475, 600, 750, 950, 1010]);
-        assert_eq!(next_look(30, 25, 1000), 75);
-        assert_eq!(next_look(1010, 25, 1010), 1010);
     }
 
     /// In at most 5 % of campaigns an interval misses the truth at some look up to 4000 trials. Every wrong verdict is

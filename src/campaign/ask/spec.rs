@@ -10,11 +10,9 @@ use crate::episode::EpisodeConfig;
 use crate::error::{Error, Result};
 use crate::lipm::GainSet;
 use crate::lipm::variant::{self, Entry};
+use crate::stats::looks::LOOK_TRIALS;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-
-/// A campaign that ends when it is decided is looked at, and may end, after multiples of this number of trials.
-pub const LOOK_TRIALS: u64 = 25;
 
 /// A campaign as its TOML file states it, with all defaults filled in.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

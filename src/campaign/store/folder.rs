@@ -5,6 +5,7 @@ use crate::campaign::store::part::PartFile;
 use crate::campaign::store::row::TrialRow;
 use crate::error::{Error, Result};
 use crate::files::{json, json_pretty, shell_word, write_atomic};
+use crate::stats::looks::Looks;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -42,10 +43,21 @@ pub struct Manifest {
     /// Number of trials in a block. A folder keeps its own number, and the result does not depend on it.
     #[serde(default = "unsaid_part_trials")]
     pub part_trials: NonZeroU64,
+    /// Count of trials that was planned when the folder was begun: the [looks](Manifest::looks) go by it. A folder keeps its
+    /// own. Those of earlier builds do not state it; then it is the count at the time of reading.
+    #[serde(default)]
+    pub planned_trials: u64,
     /// Names of the gain sets, in the order of the campaign.
     pub sets: Vec<String>,
     /// The resolved campaign, which is also in `campaign.toml`.
     pub campaign: Campaign,
+}
+
+impl Manifest {
+    /// The looks at which the campaign may end; None if its count of trials is fixed.
+    pub fn looks(&self) -> Option<Looks> {
+        self.campaign.stopping.until_resolved.then(|| Looks::up_to(self.planned_trials))
+    }
 }
 
 /// `parts/stopped.json`: the number of trials at which a campaign was decided and ended.
@@ -85,7 +97,11 @@ impl Folder {
             path: path.into(),
             problem: format!("is not the folder of a campaign (parts/campaign.json: {e})"),
         })?;
-        let manifest = serde_json::from_str(&text).map_err(|e| Error::Parts { path: file, problem: e.to_string() })?;
+        let mut manifest: Manifest =
+            serde_json::from_str(&text).map_err(|e| Error::Parts { path: file, problem: e.to_string() })?;
+        if manifest.planned_trials == 0 {
+            manifest.planned_trials = manifest.campaign.trials;
+        }
         Ok(Some(Folder { path: path.into(), manifest }))
     }
 
@@ -278,14 +294,16 @@ pub(crate) mod tests {
 
     /// Manifest of the campaign `smoke` with these changes.
     pub(crate) fn manifest(sets: &[&str], overrides: Overrides) -> Manifest {
+        let campaign = Campaign::load("smoke", &overrides).unwrap();
         Manifest {
             standfast: "0".into(),
             config_hash: "0123456789abcdef".into(),
             build: String::new(),
             robot_sha256: String::new(),
             part_trials: PART_TRIALS,
+            planned_trials: campaign.trials,
             sets: sets.iter().map(|set| set.to_string()).collect(),
-            campaign: Campaign::load("smoke", &overrides).unwrap(),
+            campaign,
         }
     }
 
@@ -378,7 +396,8 @@ pub(crate) mod tests {
         assert_eq!(folder.missing(), [0, 1, 2]);
     }
 
-    /// Builds that did not say how many trials a part has had 25 of them.
+    /// Builds that did not say how many trials a part has had 25 of them; of those that did not say how many were planned, the
+    /// present count is taken.
     #[test]
     fn a_folder_keeps_to_its_own_parts() {
         let dir = tempfile::tempdir().unwrap();
@@ -387,6 +406,7 @@ pub(crate) mod tests {
         let file = dir.path().join("parts/campaign.json");
         let mut said: serde_json::Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
         assert_eq!(said.as_object_mut().unwrap().shift_remove("part_trials"), Some(25.into()));
+        assert_eq!(said.as_object_mut().unwrap().shift_remove("planned_trials"), Some(60.into()));
         fs::write(&file, said.to_string()).unwrap();
         assert_eq!(Folder::existing(dir.path()).unwrap().manifest, folder.manifest);
         said["part_trials"] = 0.into();

@@ -103,6 +103,8 @@ fn joined(a: &Manifest, b: &Manifest, sets: Vec<String>, trials: u64, gates: &[S
         build: both(&a.build, &b.build),
         robot_sha256: both(&a.robot_sha256, &b.robot_sha256),
         part_trials: a.part_trials,
+        // Neither is a matter of outcomes.
+        planned_trials: a.planned_trials.min(b.planned_trials),
         sets,
         campaign,
     }

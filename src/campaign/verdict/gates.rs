@@ -7,10 +7,11 @@ use crate::campaign::store::folder::Manifest;
 use crate::campaign::store::row::TrialRow;
 use crate::campaign::verdict::baseline::{Baseline, BaselineId, unlike};
 use crate::campaign::verdict::evidence::{Evidence, GateAnswer, Status};
-use crate::campaign::verdict::looks::{looks, narrowed};
-use crate::campaign::verdict::pairs::{Standing, every_pair};
+use crate::campaign::verdict::pairs::every_pair;
+use crate::campaign::verdict::standing::{Standing, When, narrowed};
 use crate::error::{Error, Result};
 use crate::stats::decision::{Decision, PairVerdict, each_of};
+use crate::stats::looks::Looks;
 use crate::stats::mcnemar::PairedCounts;
 use serde::Serialize;
 use std::path::Path;
@@ -22,6 +23,8 @@ pub struct Gates {
     sets: Vec<String>,
     baseline: Option<Baseline>,
     stopping: Stopping,
+    /// None if the count of trials is fixed.
+    looks: Option<Looks>,
 }
 
 /// A gate and what became of it.
@@ -74,7 +77,8 @@ impl Gates {
             let accepted = "a second gain set to compare with, or a gate, e.g. --gate 'catch >= 0.80'";
             return Err(Error::value("campaign", "stopping.until_resolved", true, problem, accepted));
         }
-        Ok(Gates { spec, gates, sets: manifest.sets.clone(), baseline, stopping: campaign.stopping })
+        let (sets, looks) = (manifest.sets.clone(), manifest.looks());
+        Ok(Gates { spec, gates, sets, baseline, stopping: campaign.stopping, looks })
     }
 
     /// The earlier result, if there is one.
@@ -155,10 +159,10 @@ impl Gates {
             return self.gates.iter().filter(|gate| !self.is_used_up(gate, rows)).filter_map(open).collect();
         }
         let pairs = every_pair(self.sets.len());
+        let when = self.looks.map_or(When::AnyTime, When::At);
         let open = |pair: (usize, usize)| {
-            let Standing { sets: (a, b), counts, decision } =
-                Standing::new(rows, pair, pairs.len(), self.stopping.margin, true);
-            let Decision { ci95, verdict, .. } = decision;
+            let Standing { a, b, counts, decision: Decision { ci95, verdict, .. }, .. } =
+                Standing::of(rows, pair, pairs.len(), when, self.stopping.margin);
             let pair = format!("{} - {}", self.sets[a], self.sets[b]);
             (verdict == PairVerdict::Open)
                 .then(|| Open { sets: vec![a, b], words: words(&pair, counts.difference(), ci95, "points") })
@@ -192,8 +196,9 @@ impl Gates {
         };
         let trials = other.as_ref().map_or(own.len(), |other| own.len().min(other.len())) as u64;
         let (mut evidence, counts) = (evidence_at(trials), own_and_other(trials));
-        if self.stopping.until_resolved {
-            evidence.interval = narrowed(looks(trials).into_iter().map(|look| evidence_at(look).interval));
+        if let Some(looks) = self.looks {
+            let intervals = looks.until(trials).map(|look| evidence_at(look).interval);
+            evidence.interval = narrowed(intervals.chain([evidence.interval]));
         }
         let saved_by_other = |i: usize| other.as_ref().is_some_and(|other| other.get(i).is_some_and(recovered));
         let lost = || own.iter().enumerate().filter(|(_, row)| !recovered(row));
@@ -218,13 +223,15 @@ mod tests {
     use crate::campaign::store::row::tests::row;
     use crate::campaign::verdict::pairs::{DecisionRule, Pair};
     use crate::episode::Outcome;
-    use crate::stats::sequential::next_look;
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
+
+    /// Trials of a campaign at most.
+    const MOST: u64 = 400;
 
     /// Of these sets, in a campaign that ends when decided.
     fn gates(sets: &[&str], gates: &[&str]) -> Result<Gates> {
         let gates = gates.iter().map(|s| s.to_string()).collect();
-        let overrides = Overrides { gates, until_resolved: true, ..Overrides::default() };
+        let overrides = Overrides { gates, until_resolved: true, trials: Some(MOST), ..Overrides::default() };
         Gates::new(&manifest(sets, overrides), None)
     }
 
@@ -245,18 +252,17 @@ mod tests {
     #[test]
     fn a_run_that_ends_when_decided_is_seldom_wrong_in_any_pair() {
         const RUNS: u32 = 200;
-        const MOST: u64 = 400;
         // The first two lose 10 % each, but not the same; the third one more than either.
         let loses = [("a", [0, 1]), ("b", [1, 2]), ("c", [0, 4])];
         let names = loses.map(|(set, _)| set.to_string());
-        let gates = gates(&["a", "b", "c"], &[]).unwrap();
+        let (gates, looks) = (gates(&["a", "b", "c"], &[]).unwrap(), Looks::up_to(MOST));
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         let (mut wrong, mut wrong_by_peeking) = (0, 0);
         for _ in 0..RUNS {
             let (mut rows, mut look, mut erred, mut peeked) = (Vec::new(), 0, false, false);
-            let pairs = |rows: &[TrialRow], pairs: &[(usize, usize)], sequential| {
+            let pairs = |rows: &[TrialRow], pairs: &[(usize, usize)], when| {
                 let rows = BySet::new(rows, &names);
-                Pair::all(&rows, pairs, &[], DecisionRule { sequential, margin: 0.02, end_early: true })
+                Pair::all(&rows, pairs, &[], DecisionRule { when, margin: 0.02, end_early: true })
             };
             // Neither a nor b is the better one, and c is worse than both.
             let is_wrong = |pair: &Pair| match pair.verdict {
@@ -266,11 +272,11 @@ mod tests {
             };
             let errs = |pairs: Vec<Pair>| pairs.iter().any(is_wrong);
             while look < MOST && (look == 0 || !gates.open(&BySet::new(&rows, &names)).is_empty()) {
-                let next = next_look(look, 25, MOST);
+                let next = looks.after(look);
                 run(&mut rows, next - look, &loses, &mut rng);
                 look = next;
-                erred |= errs(pairs(&rows, &every_pair(3), true));
-                peeked |= errs(pairs(&rows, &[(0, 1)], false));
+                erred |= errs(pairs(&rows, &every_pair(3), When::At(looks)));
+                peeked |= errs(pairs(&rows, &[(0, 1)], When::Once));
             }
             wrong += u32::from(erred);
             wrong_by_peeking += u32::from(peeked);

@@ -84,8 +84,10 @@ mod tests {
     use crate::campaign::store::row::success_count;
     use crate::campaign::store::row::tests::row;
     use crate::campaign::verdict::pairs::{DecisionRule, every_pair};
+    use crate::campaign::verdict::standing::When;
     use crate::episode::EpisodeConfig;
     use crate::episode::Outcome::{Fell, Recovered};
+    use crate::stats::looks::Looks;
 
     /// Of sets that recover from the first so many of 200 trials each.
     fn headline(recovered: &[(&str, u64)], margin: f64) -> String {
@@ -94,7 +96,7 @@ mod tests {
             |i: u64| recovered.iter().map(move |(name, n)| row(i, name, 1.0, if i < *n { Recovered } else { Fell }));
         let rows: Vec<_> = (0..200).flat_map(trial).collect();
         let by_set = BySet::new(&rows, &names);
-        let deciding = DecisionRule { sequential: false, margin, end_early: true };
+        let deciding = DecisionRule { when: When::Once, margin, end_early: true };
         let pairs = Pair::all(&by_set, &every_pair(names.len()), &[], deciding);
         let sets: Vec<SetSummary> =
             (0..names.len()).map(|i| SetSummary::new(i, &by_set, &[], &[], &EpisodeConfig::default())).collect();
@@ -113,7 +115,7 @@ mod tests {
         let rows = BySet::new(&rows, &names);
         let sets = [0, 1].map(|set| SetSummary::new(set, &rows, &[], &[], &EpisodeConfig::default()));
         assert!(sets[0].count.success_rate > sets[1].count.success_rate);
-        let deciding = DecisionRule { sequential: true, margin: 0.02, end_early: true };
+        let deciding = DecisionRule { when: When::At(Looks::up_to(100)), margin: 0.02, end_early: true };
         let said = of(&sets, &Pair::all(&rows, &[(0, 1)], &[], deciding), 0.02);
         assert_eq!(said, "b recovers most often: in 85.0 % of 100 trials. It is not shown to be better than a.");
     }

@@ -1,16 +1,17 @@
 //! Two gain sets compared on the same pushes: where they end differently, and which is better.
 //!
-//! The set that recovers more often is the first of its pair, so that no difference is negative; of sets that recover
-//! equally often, the earlier one. This holds for two results that are compared, too: there the names tell them apart.
+//! The better set is the first of its pair; if neither is known to be better, the one that recovers more often, or the
+//! earlier one of two that recover equally often. This holds for two results that are compared, too: there the names tell
+//! them apart.
 //! Pairs come in the order of what they tell: those of which one is better, the larger difference first; those that
 //! are the same; those that are not resolved.
 
 use crate::campaign::store::by_set::BySet;
 use crate::campaign::store::row::TrialRow;
-use crate::campaign::verdict::evidence::Evidence;
-use crate::campaign::verdict::looks::{looks, narrowed};
+use crate::campaign::verdict::standing::{Standing, When};
 use crate::campaign::verdict::strata::Stratum;
-use crate::stats::decision::{ALPHA, Decision, PairVerdict, each_of, verdict};
+use crate::stats::decision::{Decision, PairVerdict, alpha_of_each};
+use crate::stats::looks::Looks;
 use crate::stats::mcnemar::PairedCounts;
 use crate::stats::ranks::{Shift, signed_rank};
 use serde::Serialize;
@@ -25,23 +26,26 @@ const LEVEL: f64 = 0.95;
 /// The chance with which the number of further trials that is told would resolve a pair.
 const POWER: f64 = 0.8;
 
-/// Two sets over the trials that both have; a recovered at least as often as b.
+/// Two sets over the trials that both have; b is not known to be better than a.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Pair {
     pub a: String,
     pub b: String,
     #[serde(flatten)]
     pub counts: PairedCounts,
-    /// Rate of a less rate of b over the trials that both have (a share; negative only if a was found to be better at an
-    /// early look and has recovered less often since).
+    /// Rate of a less rate of b over the trials that both have (a share). Negative only where a was found better, but
+    /// recovered less often since.
     pub difference: f64,
     /// Of the difference, for all pairs of the result together at 95 %; where the campaign could end when decided, what the
-    /// intervals of all [looks](super::looks) have in common. It leaves 0 out just where a is better.
+    /// intervals of all looks have in common. It leaves 0 out just where a is better: then 0 does not belong to it, even if
+    /// it is its end.
     pub adjusted_ci95: [f64; 2],
     /// Two-sided p-value of McNemar's test times the number of pairs. It is below 0.05 exactly where a is better. None where
     /// the campaign could end when decided, since the test is for a number of trials that was fixed in advance.
     pub adjusted_p: Option<f64>,
     pub verdict: PairVerdict,
+    /// Where a is better and the campaign could end when decided: the count of trials at the look that found it.
+    pub better_after: Option<u64>,
     /// The verdict in sentences.
     pub words: String,
     /// About how many trials that are still to be run would tell sets apart that differ as these seem to: of this campaign
@@ -76,8 +80,7 @@ pub struct PairStratum {
 /// How a campaign decides between two sets.
 #[derive(Debug, Clone, Copy)]
 pub struct DecisionRule {
-    /// Whether it ended when decided.
-    pub sequential: bool,
+    pub when: When,
     /// Sets that differ by less than this share are the same.
     pub margin: f64,
     /// Whether episodes ended as soon as they had settled or fallen, so that nothing is known of getting home.
@@ -99,10 +102,10 @@ impl Pair {
         sets: (usize, usize),
         strata: &[Stratum],
         pairs: usize,
-        DecisionRule { sequential, margin, end_early }: DecisionRule,
+        DecisionRule { when, margin, end_early }: DecisionRule,
     ) -> Self {
-        let Standing { sets: (a, b), counts, decision } = Standing::new(rows, sets, pairs, margin, sequential);
-        let Decision { ci95, p, verdict } = decision;
+        let standing = Standing::of(rows, sets, pairs, when, margin);
+        let Standing { a, b, counts, decision: Decision { ci95, p, verdict }, better_after } = standing;
         let first = |wins: usize, loses: usize| {
             let only = rows.common(wins, loses).filter(|(won, lost)| won.has_recovered() && !lost.has_recovered());
             only.take(EXAMPLES).map(|(won, _)| won.trial).collect()
@@ -120,11 +123,11 @@ impl Pair {
             let (difference, ci95) = (counts.difference(), counts.difference_interval(LEVEL));
             PairStratum { by, label, trials, counts, difference, ci95 }
         };
-        let level = each_of(pairs, 1.0 - ALPHA);
-        let more_trials = match sequential {
+        let alpha = alpha_of_each(pairs);
+        let more_trials = match when {
             _ if verdict != PairVerdict::Open => None,
-            true => Evidence::difference(&counts, level, true).more_trials(0.0, level),
-            false => counts.trials_to_resolve(POWER, 1.0 - level),
+            When::At(looks) => trials_to_resolve(&counts, looks, alpha).map(|trials| trials - counts.trials()),
+            When::Once | When::AnyTime => counts.trials_to_resolve(POWER, alpha),
         };
         let mut pair = Self {
             a: rows.names[a].clone(),
@@ -134,6 +137,7 @@ impl Pair {
             adjusted_ci95: ci95,
             adjusted_p: p,
             verdict,
+            better_after,
             words: String::new(),
             more_trials,
             first_only_a: first(a, b),
@@ -150,6 +154,10 @@ impl Pair {
     fn in_words(&self, margin: f64) -> String {
         let (a, b, [least, most]) = (&self.a, &self.b, self.adjusted_ci95.map(points));
         let p = self.adjusted_p.map_or(String::new(), |p| format!(", {}", p_value(p)));
+        let least = match self.verdict {
+            PairVerdict::Better if self.adjusted_ci95[0] == 0.0 => "above 0".into(),
+            _ => least,
+        };
         let interval = format!("({least} to {most}{p})");
         let difference = points(self.difference);
         let seen = match self.difference {
@@ -157,6 +165,16 @@ impl Pair {
             _ => format!("{a} recovered {difference} points more often {interval}."),
         };
         match (self.verdict, self.more_trials) {
+            (PairVerdict::Better, _) if self.difference <= 0.0 => {
+                let (after, all) = (self.better_after.unwrap_or_default(), self.counts.trials());
+                let since = match self.difference {
+                    0.0 => "no difference".into(),
+                    less => format!("{a} {} points behind", points(-less)),
+                };
+                format!(
+                    "{a} was found better than {b} after {after} trials, which stands; all {all} trials show {since}."
+                )
+            }
             (PairVerdict::Better, _) => format!("{a} is better than {b} by {difference} points {interval}."),
             (PairVerdict::Same, _) => format!("{a} and {b} differ by less than {} points. {seen}", points(margin)),
             (PairVerdict::Open, None) => format!("{a} and {b}: not resolved. {seen}"),
@@ -183,53 +201,19 @@ pub fn by_what_they_tell(x: (PairVerdict, f64), y: (PairVerdict, f64)) -> Orderi
     x.0.cmp(&y.0).then(y.1.total_cmp(&x.1))
 }
 
-/// How two sets stand on the trials that both have.
-pub struct Standing {
-    /// Their numbers. First comes the better one or, of two that are not told apart, the one that recovered more often.
-    pub sets: (usize, usize),
-    pub counts: PairedCounts,
-    pub decision: Decision,
-}
-
-impl Standing {
-    /// Of one of `pairs` pairs. `margin` as for [`Decision::new`]; `sequential`: the campaign could end when decided, and
-    /// what a look has decided stays.
-    pub fn new(rows: &BySet, (a, b): (usize, usize), pairs: usize, margin: f64, sequential: bool) -> Self {
-        let recovered: Vec<(bool, bool)> =
-            rows.common(a, b).map(|(a, b)| (a.has_recovered(), b.has_recovered())).collect();
-        let trials = recovered.len() as u64;
-        let looks = if sequential { looks(trials) } else { vec![trials] };
-        let counts = |trials: u64| PairedCounts::of(recovered[..trials as usize].iter().copied());
-        Self::at_looks((a, b), &looks.into_iter().map(counts).collect::<Vec<_>>(), pairs, margin, sequential)
-    }
-
-    /// The same of the counts at each look, of which the last are those of all trials.
-    pub fn at_looks(sets: (usize, usize), looks: &[PairedCounts], pairs: usize, margin: f64, sequential: bool) -> Self {
-        let all = looks.last().copied().unwrap_or_default();
-        let in_order = |is_swapped: bool| {
-            let ordered = |counts: &PairedCounts| if is_swapped { swapped(counts) } else { *counts };
-            let decisions: Vec<_> =
-                looks.iter().map(|counts| Decision::new(&ordered(counts), pairs, margin, sequential)).collect();
-            let decision = match &decisions[..] {
-                [decision] => *decision,
-                decisions => {
-                    let ci95 = narrowed(decisions.iter().map(|decision| decision.ci95));
-                    Decision { ci95, p: None, verdict: verdict(ci95, margin) }
-                }
-            };
-            let sets = if is_swapped { (sets.1, sets.0) } else { sets };
-            Self { sets, counts: ordered(&all), decision }
-        };
-        let is_swapped = all.only_a < all.only_b;
-        let found = in_order(is_swapped);
-        // Decided for one set at an early look, though the other has recovered more often since.
-        if found.decision.ci95[1] < 0.0 { in_order(!is_swapped) } else { found }
-    }
-}
-
-/// The same trials with the sets in the other order.
-fn swapped(counts: &PairedCounts) -> PairedCounts {
-    PairedCounts { only_a: counts.only_b, only_b: counts.only_a, ..*counts }
+/// The first look at which the exact test, if the rates are as observed, has found a difference with a chance of about
+/// [`POWER`]: as far as a test at that look alone would, with all the error that may be spent by then. None where no
+/// difference was seen.
+fn trials_to_resolve(counts: &PairedCounts, looks: Looks, alpha: f64) -> Option<u64> {
+    let enough = |look: &u64| counts.trials_to_resolve(POWER, alpha * looks.spent(*look)).is_some_and(|n| n <= *look);
+    let next = |look: u64| if look < u64::MAX / 2 { looks.after(look) } else { u64::MAX };
+    (counts.only_a != counts.only_b).then(|| {
+        let mut look = next(counts.trials());
+        while !enough(&look) && look < u64::MAX {
+            look = next(look);
+        }
+        look
+    })
 }
 
 /// The numbers of the gain sets that recover most, in the order of `rates` (shares). Sets may have different trials, so
@@ -285,8 +269,7 @@ mod tests {
         assert_eq!(pair.difference, 0.6);
     }
 
-    const AT_ONCE: DecisionRule = DecisionRule { sequential: false, margin: 0.02, end_early: true };
-    const AT_EVERY_LOOK: DecisionRule = DecisionRule { sequential: true, ..AT_ONCE };
+    const AT_ONCE: DecisionRule = DecisionRule { when: When::Once, margin: 0.02, end_early: true };
 
     /// Sets "a" and "b".
     fn pair(outcomes: &[[Outcome; 2]], deciding: DecisionRule) -> Pair {
@@ -299,11 +282,6 @@ mod tests {
         let outcomes = |both: usize, only_a: usize, only_b: usize| {
             let parts = [vec![[Recovered; 2]; both], vec![[Recovered, Fell]; only_a], vec![[Fell, Recovered]; only_b]];
             parts.concat()
-        };
-        // As they would come: no kind of trial before another.
-        let mixed = |counts: [usize; 3]| {
-            let sorted = outcomes(counts[0], counts[1], counts[2]);
-            pair(&(0..sorted.len()).map(|i| sorted[7 * i % sorted.len()]).collect::<Vec<_>>(), AT_EVERY_LOOK)
         };
         let found = |counts: [usize; 3], deciding| pair(&outcomes(counts[0], counts[1], counts[2]), deciding);
         let better = found([80, 18, 2], AT_ONCE);
@@ -330,34 +308,59 @@ mod tests {
             same.words,
             "a and b differ by less than 2.0 points. No difference was seen (-0.5 to 0.5, p = 1.00)."
         );
-        // At every look more is asked for than once.
-        assert_eq!(found([90, 8, 1], AT_ONCE).verdict, PairVerdict::Better);
-        assert_eq!(mixed([90, 8, 1]).verdict, PairVerdict::Open);
-        assert_eq!(mixed([80, 18, 1]).verdict, PairVerdict::Better);
-        // Nearly decided for a fixed count, but far from it at every look.
-        let open = mixed([450, 66, 34]);
-        assert!(open.verdict == PairVerdict::Open && open.more_trials.is_some_and(|more| more > 100), "{}", open.words);
-        assert!(open.words.contains(" more trials would show it.") && !open.words.contains("p ="), "{}", open.words);
     }
 
-    /// 8 : 0 after 25 trials is decided; without these, the later trials would leave it open, or even speak for the other set.
+    /// The same share of each kind of trial all along, of a campaign that may end when decided.
     #[test]
-    fn what_an_early_look_has_decided_stays() {
-        let early = [vec![[Recovered, Fell]; 12], vec![[Recovered; 2]; 13]].concat();
-        let names = ["a", "b"].map(String::from);
-        let found = |later: usize| {
-            let turns = [[Recovered; 2], [Recovered; 2], [Recovered; 2], [Fell, Recovered]];
-            let outcomes = [early.clone(), (0..later).map(|i| turns[i % 4]).collect()].concat();
-            let rows = rows(&outcomes);
-            Standing::new(&BySet::new(&rows, &names), (0, 1), 1, 0.02, true)
+    fn at_every_look_more_is_asked_for_than_once() {
+        let outcomes = |trials: usize, [only_a, only_b]: [usize; 2]| {
+            let trial = |i: usize| match i % 100 * 37 % 100 {
+                i if i < only_a => [Recovered, Fell],
+                i if i < only_a + only_b => [Fell, Recovered],
+                _ => [Recovered; 2],
+            };
+            (0..trials).map(trial).collect::<Vec<_>>()
         };
-        for (later, only_b) in [(0, 0), (50, 12), (75, 18)] {
-            let Standing { sets, counts, decision } = found(later);
-            assert_eq!((sets, counts.only_a, counts.only_b), ((0, 1), 12, only_b));
-            assert!(decision.verdict == PairVerdict::Better && decision.ci95[0] > 0.0, "{later}: {decision:?}");
-        }
-        let alone = Decision::new(&found(75).counts, 1, 0.02, true);
-        assert_eq!(alone.verdict, PairVerdict::Open);
+        let at_looks = |planned| DecisionRule { when: When::At(Looks::up_to(planned)), ..AT_ONCE };
+        let found = |trials, kinds, deciding| pair(&outcomes(trials, kinds), deciding);
+        assert_eq!(found(100, [9, 1], AT_ONCE).verdict, PairVerdict::Better);
+        let open = found(100, [9, 1], at_looks(1000));
+        assert_eq!((open.verdict, open.better_after), (PairVerdict::Open, None));
+        let better = found(100, [18, 1], at_looks(1000));
+        assert_eq!((better.verdict, better.better_after), (PairVerdict::Better, Some(75)));
+        assert_eq!(better.words, "a is better than b by 17.0 points (4.2 to 31.9).");
+        // By betting alone it would not be.
+        let better = found(100, [12, 2], at_looks(100));
+        assert!(better.words.starts_with("a is better than b by 10.0 points (above 0 to "), "{}", better.words);
+        assert_eq!((better.verdict, better.adjusted_ci95[0]), (PairVerdict::Better, 0.0));
+        // What is seen after the last look is not waited for, and no look either.
+        assert_eq!(found(74, [18, 1], at_looks(1000)).verdict, PairVerdict::Open);
+        // About as many more as it takes.
+        let open = found(500, [12, 8], at_looks(1000));
+        assert_eq!((open.verdict, open.more_trials), (PairVerdict::Open, Some(750)));
+        assert!(open.words.ends_with(", about 750 more trials would show it."), "{}", open.words);
+        assert!(open.words.contains("(0.0 to ") || open.words.contains("(-"), "{}", open.words);
+    }
+
+    /// A verdict that was taken stays, and nobody is told that the set that is behind recovered more often.
+    #[test]
+    fn a_set_that_was_found_better_stays_so_and_it_is_said_if_it_falls_behind() {
+        let mut outcomes = vec![[Recovered, Fell]; 25];
+        let deciding = DecisionRule { when: When::At(Looks::up_to(200)), ..AT_ONCE };
+        let found = pair(&outcomes, deciding);
+        assert_eq!((found.verdict, found.better_after, found.difference), (PairVerdict::Better, Some(25), 1.0));
+        outcomes.extend([[Fell, Recovered]; 25]);
+        let found = pair(&outcomes, deciding);
+        assert_eq!((&found.a[..], found.verdict, found.difference), ("a", PairVerdict::Better, 0.0));
+        let words = "a was found better than b after 25 trials, which stands; all 50 trials show no difference.";
+        assert_eq!(found.words, words);
+        outcomes.extend([[Fell, Recovered]; 150]);
+        let found = pair(&outcomes, deciding);
+        assert_eq!((&found.a[..], found.verdict, found.difference), ("a", PairVerdict::Better, -0.75));
+        let words =
+            "a was found better than b after 25 trials, which stands; all 200 trials show a 75.0 points behind.";
+        assert_eq!((&found.words[..], found.adjusted_ci95), (words, [0.0, 0.0]));
+        assert_eq!((found.counts.only_a, found.counts.only_b, found.more_trials), (25, 175, None));
     }
 
     #[test]

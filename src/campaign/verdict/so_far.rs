@@ -2,7 +2,8 @@
 //! told apart. One may look as often as one likes, because the intervals hold at every look.
 
 use crate::campaign::store::row::TrialRow;
-use crate::campaign::verdict::pairs::{Standing, by_what_they_tell, every_pair, is_worth_a_line, leaders};
+use crate::campaign::verdict::pairs::{by_what_they_tell, every_pair, is_worth_a_line, leaders};
+use crate::campaign::verdict::standing::Standing;
 use crate::stats::decision::PairVerdict;
 use crate::stats::mcnemar::PairedCounts;
 use crate::stats::rate::SuccessCount;
@@ -95,8 +96,7 @@ impl SoFar {
         let shown = every.iter().zip(&tally.pairs);
         let shown = shown.filter(|(pair, _)| is_worth_a_line(every.len(), |set| Some(set) == leader, **pair));
         let pair = |(&sets, counts): (&(usize, usize), &PairedCounts)| {
-            let Standing { sets: (a, b), counts, decision } =
-                Standing::at_looks(sets, &[*counts], every.len(), margin, true);
+            let Standing { a, b, counts, decision, .. } = Standing::at_any_time(sets, *counts, every.len(), margin);
             let (a, b, difference) = (names[a].clone(), names[b].clone(), counts.difference());
             PairSoFar { a, b, difference, ci95: decision.ci95, verdict: decision.verdict }
         };

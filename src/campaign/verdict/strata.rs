@@ -127,6 +127,7 @@ mod tests {
     use crate::campaign::store::row::tests::{record, row, rows};
     use crate::campaign::verdict::pairs::{DecisionRule, Pair};
     use crate::campaign::verdict::set_summary::SetSummary;
+    use crate::campaign::verdict::standing::When;
     use crate::episode::EpisodeConfig;
     use crate::episode::Outcome::{Fell, Recovered, TimedOut};
     use crate::stats::mcnemar::PairedCounts;
@@ -251,7 +252,7 @@ mod tests {
         let names = ["a", "b"].map(String::from);
         let stratum = |trials: &[usize]| [Stratum { by: "friction", label: String::new(), trials: trials.to_vec() }];
         let counts = PairedCounts { both: 1, only_a: 2, only_b: 1, neither: 1 };
-        let deciding = DecisionRule { sequential: false, margin: 0.02, end_early: true };
+        let deciding = DecisionRule { when: When::Once, margin: 0.02, end_early: true };
         for (a, b, trials, expected) in [
             (0, 1, &[0, 1, 2, 3, 4][..], counts),
             // Of all trials the first set recovers from more: it comes first.

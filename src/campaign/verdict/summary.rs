@@ -11,6 +11,7 @@ use crate::campaign::verdict::gates::{GateResult, Gates};
 use crate::campaign::verdict::headline::{self, listed};
 use crate::campaign::verdict::pairs::{DecisionRule, Pair, every_pair};
 use crate::campaign::verdict::set_summary::{SetSummary, bin_edges};
+use crate::campaign::verdict::standing::When;
 use crate::campaign::verdict::strata::strata;
 use crate::campaign::verdict::times::CommonSurvivors;
 use crate::campaign::verdict::warnings;
@@ -39,6 +40,8 @@ pub struct Summary {
     pub trials: u64,
     /// At most so many were asked for; more than `trials` where the campaign ended when decided.
     pub most_trials: u64,
+    /// So many were asked for when the campaign was begun; where it could end when decided, its looks go by this.
+    pub planned_trials: u64,
     /// Which gain sets stopped before the others, and why, in sentences; None if all have the same number of trials.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stopped: Option<String>,
@@ -77,12 +80,13 @@ impl Summary {
         let campaign = &manifest.campaign;
         let end_early = campaign.episode.end_early;
         let bins = bin_edges(rows.iter().map(|row| row.impulse_n_s));
-        let Stopping { until_resolved: sequential, margin } = campaign.stopping;
+        let margin = campaign.stopping.margin;
+        let when = manifest.looks().map_or(When::Once, When::At);
         let rows = BySet::new(rows, &manifest.sets);
         let (trials, strata) = (rows.trials(), strata(rows.drawn()));
         let sets: Vec<SetSummary> =
             (0..manifest.sets.len()).map(|i| SetSummary::new(i, &rows, &bins, &strata, &campaign.episode)).collect();
-        let pairs = Pair::all(&rows, pairs, &strata, DecisionRule { sequential, margin, end_early });
+        let pairs = Pair::all(&rows, pairs, &strata, DecisionRule { when, margin, end_early });
         let warnings = [warnings::of(campaign, trials, &sets, &pairs), gates.warnings(manifest, &rows)].concat();
         Self {
             name: campaign.name.clone(),
@@ -93,6 +97,7 @@ impl Summary {
             robot: campaign.robot.clone(),
             trials,
             most_trials: campaign.trials,
+            planned_trials: manifest.planned_trials,
             stopped: stopped(&sets, trials),
             stopping: campaign.stopping,
             seed: campaign.seed,
@@ -101,7 +106,7 @@ impl Summary {
             sensors: campaign.sensors,
             second_push: campaign.second_push,
             variations: campaign.variations,
-            interval: if sequential { SEQUENTIAL_INTERVAL } else { INTERVAL },
+            interval: if when == When::Once { INTERVAL } else { SEQUENTIAL_INTERVAL },
             sets,
             common_survivors: CommonSurvivors::new(&rows, end_early),
             pairs,
@@ -164,7 +169,10 @@ const INTERVAL: &str = "All intervals are at 95 %. Those of the differences of p
 /// The same where the campaign could end when decided.
 const SEQUENTIAL_INTERVAL: &str = "All intervals are at 95 %. Those of the differences of pairs, and of gates, are \
                                    what betting confidence sequences leave of them at all looks together: they hold \
-                                   however often one looks, for all pairs and for all gates together. The others hold each for itself, and as for a fixed count of trials: \
+                                   however often one looks, for all pairs and for all gates together. Which set of a \
+                                   pair is better is decided by an exact test at planned looks; the interval of a better \
+                                   set is cut off at 0, which does not belong to it, and any other is widened to touch \
+                                   0. The others hold each for itself, and as for a fixed count of trials: \
                                    rates have Wilson's, or Clopper and Pearson's where fewer than 5 trials recovered or \
                                    fewer than 5 did not; differences by kind of trial have Tango's.";
 

@@ -42,7 +42,10 @@ pub fn about_pairs(summary: &Summary) -> String {
     let together = if several { format!(" for all {count} pairs together") } else { String::new() };
     let times = if several { format!(" times {count}") } else { String::new() };
     match summary.stopping.until_resolved {
-        true => format!("The intervals hold at 95 %{together}, however often one looks."),
+        true => format!(
+            "The intervals hold at 95 %{together}, however often one looks; which set is better is decided by an exact \
+             test at planned looks."
+        ),
         false => format!("The intervals hold at 95 %{together}; p is that of the exact McNemar test{times}."),
     }
 }

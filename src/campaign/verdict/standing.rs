@@ -1,0 +1,148 @@
+//! How two gain sets stand to each other on the same trials: the one place where a campaign decides between them, for its
+//! lines while it runs, for its end, and for its result.
+//!
+//! A betting interval contains the truth at all looks together, with its confidence. So does what the intervals of all looks
+//! have in common, and verdicts go by that: what is decided at a look stays decided, also if more trials are run because
+//! something else is still open.
+
+use crate::campaign::store::by_set::BySet;
+use crate::stats::decision::{ALPHA, Decision, alpha_of_each, each_of};
+use crate::stats::looks::Looks;
+use crate::stats::mcnemar::PairedCounts;
+use crate::stats::sign_test::first_decision;
+
+/// When it may be decided that one set is better.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum When {
+    /// Once, after a count of trials that was fixed in advance.
+    Once,
+    /// At any time, as often as one likes, by intervals alone.
+    AnyTime,
+    /// At these looks, by the exact test.
+    At(Looks),
+}
+
+/// Two sets on the trials that both have. The better one is a; if neither is known to be better, the one that recovers more
+/// often, or the first of two that recover equally often.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Standing {
+    /// Places in the campaign.
+    pub a: usize,
+    pub b: usize,
+    pub counts: PairedCounts,
+    pub decision: Decision,
+    /// Count of trials at the look that found a better. Later ones may say otherwise: then the difference is not positive.
+    pub better_after: Option<u64>,
+}
+
+impl Standing {
+    /// Of two sets (places in the campaign), one of so many `pairs`. Sets that differ by less than `margin` (a share) are the
+    /// same.
+    pub fn of(rows: &BySet, sets: (usize, usize), pairs: usize, when: When, margin: f64) -> Self {
+        let next = |trials: u64| match when {
+            When::At(looks) => looks.after(trials),
+            When::Once | When::AnyTime => u64::MAX,
+        };
+        let (mut counts, mut at_looks, mut look) = (PairedCounts::default(), Vec::new(), next(0));
+        for (a, b) in rows.common(sets.0, sets.1) {
+            counts.add(a.has_recovered(), b.has_recovered());
+            if counts.trials() == look {
+                at_looks.push(counts);
+                look = next(look);
+            }
+        }
+        Self::new(sets, counts, &at_looks, pairs, when, margin)
+    }
+
+    /// The same of trials in any order, at any time.
+    pub fn at_any_time(sets: (usize, usize), counts: PairedCounts, pairs: usize, margin: f64) -> Self {
+        Self::new(sets, counts, &[], pairs, When::AnyTime, margin)
+    }
+
+    fn new(
+        (a, b): (usize, usize),
+        counts: PairedCounts,
+        at_looks: &[PairedCounts],
+        pairs: usize,
+        when: When,
+        margin: f64,
+    ) -> Self {
+        let winner = match when {
+            When::At(looks) => first_decision(at_looks, looks, alpha_of_each(pairs)),
+            When::Once | When::AnyTime => None,
+        };
+        let a_is_first = winner.map_or(counts.only_a >= counts.only_b, |winner| winner.is_a);
+        let ordered = |counts: PairedCounts| if a_is_first { counts } else { counts.swapped() };
+        let (a, b) = if a_is_first { (a, b) } else { (b, a) };
+        let betting = |counts: &PairedCounts| ordered(*counts).interval(each_of(pairs, 1.0 - ALPHA), true);
+        let decision = match when {
+            When::Once => Decision::once(&ordered(counts), pairs, margin),
+            When::AnyTime => Decision::by_interval(betting(&counts), margin),
+            When::At(_) => {
+                Decision::at_looks(narrowed(at_looks.iter().chain([&counts]).map(betting)), winner.is_some(), margin)
+            }
+        };
+        Self { a, b, counts: ordered(counts), decision, better_after: winner.map(|winner| winner.trials) }
+    }
+}
+
+/// The intersection of the intervals of all looks, in their order. An interval that has nothing in common with those
+/// before it is passed over: one of them misses the truth, and which one cannot be known.
+pub fn narrowed(intervals: impl IntoIterator<Item = [f64; 2]>) -> [f64; 2] {
+    intervals.into_iter().fold([f64::NEG_INFINITY, f64::INFINITY], |[low, high], [least, most]| {
+        let common = [low.max(least), high.min(most)];
+        if common[0] <= common[1] { common } else { [low, high] }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::store::row::TrialRow;
+    use crate::campaign::store::row::tests::rows;
+    use crate::episode::Outcome::{Fell, Recovered};
+    use crate::stats::decision::PairVerdict;
+
+    /// Of a campaign with 100 planned trials.
+    fn standing(rows: &[TrialRow], sets: (usize, usize)) -> Standing {
+        let names = ["a", "b"].map(String::from);
+        Standing::of(&BySet::new(rows, &names), sets, 1, When::At(Looks::up_to(100)), 0.05)
+    }
+
+    #[test]
+    fn looks_are_where_they_were_planned() {
+        let all = rows(&[[Recovered, Fell]; 60]);
+        let found = standing(&all, (0, 1));
+        assert_eq!((found.better_after, found.decision.verdict), (Some(25), PairVerdict::Better));
+        assert_eq!(standing(&all[..48], (0, 1)).decision.verdict, PairVerdict::Open, "before the first look");
+        // It takes no look: the interval holds at any time, and of trials in any order.
+        let counts = PairedCounts { only_a: 24, ..PairedCounts::default() };
+        let by_intervals = Standing::at_any_time((0, 1), counts, 1, 0.05);
+        assert_eq!((by_intervals.decision.verdict, by_intervals.better_after), (PairVerdict::Better, None));
+    }
+
+    #[test]
+    fn the_better_set_is_the_first_whichever_comes_first() {
+        let rows = rows(&[[Recovered, Fell]; 60]);
+        let (found, other) = (standing(&rows, (0, 1)), standing(&rows, (1, 0)));
+        assert_eq!(found, other);
+        assert_eq!((found.a, found.counts.only_a), (0, 60));
+    }
+
+    /// By a look at 300 trials; those after it alone would leave it open.
+    #[test]
+    fn sets_that_were_found_to_be_the_same_stay_so() {
+        let mut outcomes = vec![[Recovered; 2]; 300];
+        let verdict = |outcomes: &[_]| standing(&rows(outcomes), (0, 1)).decision.verdict;
+        assert_eq!(verdict(&outcomes), PairVerdict::Same);
+        outcomes.extend([[Recovered, Fell], [Fell, Recovered]].repeat(50));
+        assert_eq!(verdict(&outcomes), PairVerdict::Same);
+        assert_eq!(verdict(&outcomes[300..]), PairVerdict::Open);
+    }
+
+    #[test]
+    fn what_a_look_has_left_out_stays_out() {
+        assert_eq!(narrowed([[-0.2, 0.4], [0.1, 0.5], [-0.1, 0.3]]), [0.1, 0.3]);
+        assert_eq!(narrowed([[0.1, 0.5], [-0.2, 0.0], [0.2, 0.6]]), [0.2, 0.5]);
+    }
+}

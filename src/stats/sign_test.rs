@@ -1,0 +1,225 @@
+//! The exact test that one of two gain sets is better, at several looks.
+//!
+//! Only trials that one set recovers from and the other does not tell the two apart. If neither is better, each of these
+//! *discordant* trials falls to either set as the throw of a fair coin does, independently of the others and of which
+//! trials they are. So, given how many discordant trials there are at each look, the chance of every course of the counts
+//! is known, whatever the share of discordant trials is. A [`SignTest`] follows all courses that have not been decided
+//! yet: it holds the chance of each count of the trials that fell to a. At a look it decides for the counts that lie
+//! farthest from a half, on both sides alike, and for as many of them as the error that may be spent by then allows.
+//! The limits depend on the counts of discordant trials up to that look alone, not on later ones. If no set is
+//! better, the chance of ever deciding is therefore at most the error that is spent. If one is better, the chance of
+//! deciding for the other is at most half of it, since each course that leads there only becomes less likely.
+//!
+//! Simulated, with two gain sets and the looks of [`Looks`] (1000 campaigns each; *power* is the share that finds the
+//! better set; *betting* decides by the intervals of [`sequential`](crate::stats::sequential) instead):
+//!
+//! | truth | planned | trials | power | trials by betting | its power |
+//! |---|---|---|---|---|---|
+//! | 5 points of 10 % discordant | 870 | 340 | 0.99 | 456 | 0.95 |
+//! | the same | 600 | 312 | 0.94 | 416 | 0.80 |
+//! | 8 points of 12 % | 200 | 130 | 0.88 | 163 | 0.60 |
+//! | 3 points of 10 % | 1000 | 673 | 0.76 | 836 | 0.48 |
+//! | 27 points of 30 % | 2000 | 57 | 1.00 | 53 | 1.00 |
+//! | no difference, 10 % | 870 | 850 | 0.047 | 865 | 0.011 |
+//!
+//! In the last row, the power is the error. Only where a large difference is met by a plan for many trials is betting as
+//! quick.
+
+use crate::stats::looks::Looks;
+use crate::stats::mcnemar::PairedCounts;
+
+/// Counts that are less likely than this are not followed any further: they are taken to be decided wrongly, which can
+/// only make the test more careful. All of them together have less than 1e-14 in 100,000 trials.
+const NEGLIGIBLE: f64 = 1e-20;
+/// Trials after which negligible counts are looked for.
+const TRIALS_TO_TRIM: u64 = 32;
+
+/// A decision that one of two sets is better.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Winner {
+    pub is_a: bool,
+    /// Count of trials at the look.
+    pub trials: u64,
+}
+
+/// The first look at which one of two sets is better, from the counts at each of `looks` (in order, each with the trials of
+/// those before); `error` is the chance (a share) of a wrong decision, of both sides together, at all looks that there may
+/// ever be.
+pub fn first_decision(counts: &[PairedCounts], looks: Looks, error: f64) -> Option<Winner> {
+    let mut test = SignTest::default();
+    counts.iter().find_map(|look| {
+        let is_a = test.look(look.only_a, look.only_b, error * looks.spent(look.trials()))?;
+        Some(Winner { is_a, trials: look.trials() })
+    })
+}
+
+/// The courses of fair throws that are not decided yet.
+#[derive(Debug, Clone)]
+struct SignTest {
+    discordant: u64,
+    /// Chance of each count that fell to a, from the count `first` on.
+    chances: Vec<f64>,
+    first: u64,
+    /// Chance of all courses that are decided.
+    spent: f64,
+}
+
+impl Default for SignTest {
+    fn default() -> Self {
+        Self { discordant: 0, chances: vec![1.0], first: 0, spent: 0.0 }
+    }
+}
+
+impl SignTest {
+    /// Whether, at a look at these counts of discordant trials, a is decided to be better, or b (false), if `error` may be
+    /// spent in all by now. Not to be called after a decision.
+    fn look(&mut self, only_a: u64, only_b: u64, error: f64) -> Option<bool> {
+        while self.discordant < only_a + only_b {
+            self.throw();
+            if self.discordant.is_multiple_of(TRIALS_TO_TRIM) {
+                self.cut(|chance, _| chance < NEGLIGIBLE);
+            }
+        }
+        self.cut(|_, spent| spent <= error);
+        let end = self.first + self.chances.len() as u64;
+        match only_a {
+            a if a >= end => Some(true),
+            a if a < self.first => Some(false),
+            _ => None,
+        }
+    }
+
+    /// One more discordant trial.
+    fn throw(&mut self) {
+        self.discordant += 1;
+        self.chances.push(0.0);
+        let mut before = 0.0;
+        for chance in &mut self.chances {
+            (before, *chance) = (*chance, 0.5 * (before + *chance));
+        }
+    }
+
+    /// Takes counts away at both ends, which are alike, as long as the chance of one, and what is spent with the two, are
+    /// `such`.
+    fn cut(&mut self, such: impl Fn(f64, f64) -> bool) {
+        let mut count = 0;
+        while 2 * (count + 1) < self.chances.len() && such(self.chances[count], self.spent + 2.0 * self.chances[count])
+        {
+            self.spent += 2.0 * self.chances[count];
+            count += 1;
+        }
+        self.chances.truncate(self.chances.len() - count);
+        self.chances.drain(..count);
+        self.first += count as u64;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// After looks at these counts of discordant trials, as even as can be: the least difference of the two counts that is
+    /// decided at each look, and what is spent.
+    fn limits(looks: impl Iterator<Item = (u64, f64)>) -> (Vec<u64>, f64) {
+        let mut test = SignTest::default();
+        let limit = |(discordant, error)| {
+            assert_eq!(test.look(discordant / 2, discordant - discordant / 2, error), None);
+            discordant + 2 - 2 * test.first
+        };
+        (looks.map(limit).collect(), test.spent)
+    }
+
+    // Expected values: another implementation, by convolution with `scipy.stats.binom.pmf`, in scipy 1.17.1, numpy 2.4.6.
+    #[test]
+    fn limits_are_those_of_another_implementation() {
+        // Of a campaign that goes beyond what was planned, too, and where no trial between two looks was discordant.
+        for (planned, error, discordant, expected, spent) in [
+            (
+                870,
+                0.05,
+                &[3, 6, 7, 9, 11, 16, 22, 31, 38, 49, 60, 77, 90][..],
+                &[5, 8, 9, 9, 11, 12, 14, 15, 18, 19, 20, 23, 24][..],
+                0.04094065962693744,
+            ),
+            (
+                1000,
+                0.05 / 6.0,
+                &[9, 17, 25, 33, 40, 60, 77, 100, 130, 160, 200, 245, 300, 313],
+                &[11, 15, 19, 21, 22, 26, 31, 34, 38, 42, 46, 49, 54, 57],
+                0.007246513115712722,
+            ),
+            (50, 0.05, &[10, 20, 20, 33, 40, 60], &[8, 12, 12, 15, 16, 22], 0.047277398440487284),
+            (
+                4000,
+                0.05 / 190.0,
+                &[10, 20, 30, 40, 50, 70, 90, 120, 150, 190, 240, 300, 380, 480, 600, 750, 940, 1180, 1480, 1600],
+                &[12, 20, 24, 30, 32, 38, 44, 50, 54, 62, 68, 76, 84, 94, 104, 114, 128, 142, 156, 164],
+                0.00023675465719785524,
+            ),
+        ] {
+            let looks = Looks::up_to(planned);
+            let trials = std::iter::successors(Some(looks.after(0)), |&trials| Some(looks.after(trials)));
+            let errors = trials.map(|trials| error * looks.spent(trials));
+            let (found, sum) = limits(discordant.iter().copied().zip(errors));
+            assert_eq!(found, expected, "{planned}");
+            assert!((sum - spent).abs() < 1e-14, "{planned}: {sum}");
+        }
+    }
+
+    /// Every course of up to 14 throws, each as likely as any other.
+    #[test]
+    fn of_all_courses_as_many_are_decided_as_the_error_allows_and_no_fewer_than_it_could() {
+        let looks = Looks::up_to(100);
+        // 25, 50, 75, 100 and 125 trials.
+        for discordant in
+            [[2, 6, 8, 12, 14], [5, 5, 5, 5, 13], [1, 2, 3, 4, 5], [0, 0, 9, 10, 14], [10, 10, 12, 13, 14]]
+        {
+            for error in [0.05, 0.3, 0.9] {
+                let all = 1_u32 << discordant[4];
+                let mut decided = [0; 5];
+                for course in 0..all {
+                    let counts: Vec<PairedCounts> = (0..5)
+                        .map(|look| {
+                            let only_a = u64::from((course & ((1 << discordant[look]) - 1)).count_ones());
+                            let only_b = discordant[look] - only_a;
+                            PairedCounts { only_a, only_b, both: 25 * (look as u64 + 1) - discordant[look], neither: 0 }
+                        })
+                        .collect();
+                    if let Some(Winner { is_a, trials }) = first_decision(&counts, looks, error) {
+                        let look = (trials / 25 - 1) as usize;
+                        decided[look] += 1;
+                        assert_eq!(is_a, counts[look].only_a > counts[look].only_b);
+                    }
+                }
+                let mut test = SignTest::default();
+                let mut sum = 0;
+                for look in 0..5 {
+                    sum += decided[look];
+                    let allowed = error * looks.spent(25 * (look as u64 + 1));
+                    test.look(discordant[look] / 2, discordant[look].div_ceil(2), allowed);
+                    let (share, told) = (f64::from(sum) / f64::from(all), format!("{discordant:?} {error} {look}"));
+                    assert!(share <= allowed + 1e-12 && (share - test.spent).abs() < 1e-12, "{told}: {share}");
+                    // With the next counts on both sides more would be spent than allowed.
+                    let next = 2.0 * test.chances[0];
+                    assert!(test.chances.len() < 3 || share + next > allowed, "{told}: {share} and {next}");
+                }
+            }
+        }
+    }
+
+    /// Counts that are too unlikely to be followed change no limit of a long campaign, and cost next to nothing.
+    #[test]
+    fn what_is_not_followed_is_negligible() {
+        let looks = Looks::up_to(40_000);
+        let mut test = SignTest::default();
+        let mut trials = 0;
+        while trials < 40_000 {
+            trials = looks.after(trials);
+            let discordant = trials * 2 / 5;
+            assert_eq!(test.look(discordant / 2, discordant - discordant / 2, 0.05 * looks.spent(trials)), None);
+        }
+        let all: f64 = test.chances.iter().sum::<f64>() + test.spent;
+        assert!((all - 1.0).abs() < 1e-11 && test.spent <= 0.045 && test.chances.len() < 1000, "{all} {}", test.spent);
+        assert!((test.spent - 0.045).abs() < 1e-3, "{}", test.spent);
+    }
+}
