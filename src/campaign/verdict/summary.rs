@@ -147,9 +147,9 @@ const SEQUENTIAL_INTERVAL: &str = "All intervals are at 95 %. Those of the diffe
                                    betting confidence sequences: they hold at every look, for all pairs and for all \
                                    gates together. Which set of a pair is better is decided by an exact test at planned \
                                    looks; the interval of a better set is cut off at 0, which does not belong to it, and \
-                                   any other is widened to touch 0. The others hold each for itself, and as for a fixed count of trials: \
-                                   rates have Wilson's, or Clopper and Pearson's where fewer than 5 trials recovered or \
-                                   fewer than 5 did not; differences by kind of trial have Tango's.";
+                                   any other is widened to touch 0. The others hold each for itself, and as for a fixed \
+                                   count of trials: rates have Wilson's, or Clopper and Pearson's where fewer than 5 trials \
+                                   recovered or fewer than 5 did not; differences by kind of trial have Tango's.";
 
 #[cfg(test)]
 pub(crate) mod tests {
