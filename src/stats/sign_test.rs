@@ -3,7 +3,7 @@
 //! Only trials that one set recovers from and the other does not tell the two apart. If neither is better, each of these
 //! *discordant* trials falls to either set as the throw of a fair coin does, independently of the others and of which
 //! trials they are. So, given how many discordant trials there are at each look, the chance of every course of the counts
-//! is known, whatever the share of discordant trials is. A [`SignTest`] follows all courses that have not been decided
+//! is known, whatever the share of discordant trials is. `SignTest` follows all courses that have not been decided
 //! yet: it holds the chance of each count of the trials that fell to a. At a look it decides for the counts that lie
 //! farthest from a half, on both sides alike, and for as many of them as the error that may be spent by then allows.
 //! The limits depend on the counts of discordant trials up to that look alone, not on later ones. If no set is
