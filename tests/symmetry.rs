@@ -27,9 +27,9 @@ fn asymmetry(bench: &Bench, physics_step_s: f64, heading: f64) -> f64 {
 }
 
 /// Physics does not distinguish left and right: a mirrored push on a symmetric robot moves its COM along the mirrored
-/// course. f32 in Rapier, and the order in which it visits contacts, leave 0.04 mm at a physics step of 1 ms, and 0.26 mm
-/// at 2 ms where the robot rocks on its toes, which amplifies small differences. (With the published masses, whose COM is
-/// 0.2 mm off the middle, the courses differ by 0.5 mm and would not pass.)
+/// course. f32 in Rapier, and the order in which it visits contacts, leave 0.04 mm at a physics step of 1 ms, and 0.26
+/// mm at 2 ms where the robot rocks on its toes, which amplifies small differences. (With the published masses, whose
+/// COM is 0.2 mm off the middle, the courses differ by 0.5 mm and would not pass.)
 #[test]
 fn a_mirrored_push_gives_the_mirrored_course() {
     for gains in ["switching", "hold"] {

@@ -11,7 +11,7 @@ use crate::campaign::store::row::TrialRow;
 use crate::campaign::store::shard::Shard;
 use crate::campaign::verdict::gates::{Gates, Open};
 use crate::control::Design;
-use crate::episode::Episodes;
+use crate::episode::{Disturbance, Episodes, Record};
 use crate::error::{Error, Result};
 use crate::files::{build_id, sha256_hex, write_atomic};
 use crate::lipm::gains::GainSet;
@@ -50,7 +50,8 @@ pub struct Watch<'a> {
     pub stop: &'a AtomicBool,
     /// Called after every episode, from any thread.
     pub on_episode: &'a (dyn Fn() + Sync),
-    /// Called with the rows of every finished part, from any thread. The first call has the rows that were there already.
+    /// Called with the rows of every finished part, from any thread. The first call has the rows that were there
+    /// already.
     pub on_part: &'a (dyn Fn(&[TrialRow]) + Sync),
     /// Called at every look at a campaign that ends when decided.
     pub on_look: &'a (dyn Fn(&Look) + Sync),
@@ -95,7 +96,8 @@ struct LookedAt<'a> {
 }
 
 impl Plan {
-    /// Reads the robot and the gain sets. It fails if any of them is missing or wrong, or if two sets have the same name.
+    /// Reads the robot and the gain sets. It fails if any of them is missing or wrong, or if two sets have the same
+    /// name.
     pub fn new(campaign: &Campaign) -> Result<Plan> {
         let robot = Robot::load(&campaign.robot)?;
         let entries: Vec<Entry> = campaign.gains.iter().map(|gains| Entry::split(gains)).collect();
@@ -156,9 +158,10 @@ impl Plan {
         Ok(Folder { path, manifest: Manifest { build, part_trials, planned_trials, ..manifest.clone() } })
     }
 
-    /// What `folder` lacks (of one shard, or of all). Every gain set is designed for here, before the first trial and before
-    /// anything is written or, of an earlier result, taken away; nothing is if the folder lacks nothing. `gates` say when a
-    /// campaign that ends when decided is decided. Errors: a shard of a campaign that ends when decided, which no shard alone can know; no design.
+    /// What `folder` lacks (of one shard, or of all). Every gain set is designed for here, before the first trial and
+    /// before anything is written or, of an earlier result, taken away; nothing is if the folder lacks nothing. `gates`
+    /// say when a campaign that ends when decided is decided. Errors: a shard of a campaign that ends when decided,
+    /// which no shard alone can know; no design.
     pub fn work<'a>(&'a self, folder: &'a Folder, options: RunOptions, gates: Option<&'a Gates>) -> Result<Work<'a>> {
         if let (true, Some(Shard { index, count })) = (self.until_resolved(), options.shard) {
             let problem = "a shard cannot know when the whole campaign is decided";
@@ -218,19 +221,29 @@ impl Plan {
         })
     }
 
-    /// The rows of a trial with some gain sets, given by their numbers.
+    /// Runs the episodes of a trial with some gain sets, given by their numbers in ascending order. They go on from
+    /// `opening`, if there is one.
+    pub(crate) fn records(
+        &self,
+        designs: &[Design],
+        opening: Option<&Episodes>,
+        disturbance: Disturbance,
+        sets: &[usize],
+    ) -> Vec<Record> {
+        if let Some(opening) = opening {
+            return opening.with(sets, disturbance.pushes).finish();
+        }
+        let simulated = disturbance.variation.robot(&self.robot);
+        let designs = sets.iter().map(|&set| &designs[set]);
+        Episodes::new(&self.robot, &simulated, designs, &self.manifest.campaign.episode, disturbance).finish()
+    }
+
+    /// The rows of a trial with some gain sets, given by their numbers in ascending order.
     fn rows(&self, designs: &[Design], opening: Option<&Episodes>, trial: u64, sets: &[usize]) -> Vec<TrialRow> {
         let Manifest { campaign, sets: names, .. } = &self.manifest;
         let disturbance = trial::disturbance(campaign, trial);
         let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
-        let records = match opening {
-            Some(opening) => opening.with(sets, disturbance.pushes).finish(),
-            None => {
-                let simulated = variation.robot(&self.robot);
-                let designs = sets.iter().map(|&set| &designs[set]);
-                Episodes::new(&self.robot, &simulated, designs, &campaign.episode, disturbance).finish()
-            }
-        };
+        let records = self.records(designs, opening, disturbance, sets);
         let no_step_n_s = self.no_step.impulse_n_s(pushes[0].heading_deg);
         let row =
             |(&set, record): (&usize, _)| TrialRow::new(trial, &names[set], &pushes, no_step_n_s, &variation, record);
@@ -291,9 +304,9 @@ impl Work<'_> {
         blocks.filter(|&block| self.folder.lacks(block, &self.set_trials).contains(&true)).collect()
     }
 
-    /// Looks at what is there of a campaign that ends when decided, from the next look on: the blocks that are missing for
-    /// a look, or none if all is decided, or there are no more trials. At each look, gain sets of which nothing that is
-    /// still open takes trials are stopped.
+    /// Looks at what is there of a campaign that ends when decided, from the next look on: the blocks that are missing
+    /// for a look, or none if all is decided, or there are no more trials. At each look, gain sets of which nothing
+    /// that is still open takes trials are stopped.
     ///
     /// The looks are at fixed numbers of trials. So neither the end nor the trials of a set depend on threads or on
     /// interruptions.
@@ -338,8 +351,12 @@ impl Work<'_> {
             (watch.on_part)(&rows.flatten().collect::<Vec<_>>());
         }
         self.plan.identify(self.folder)?;
+        // Taken out, because the opening, which serves at every look, borrows them.
+        let (plan, designs) = (self.plan, std::mem::take(&mut self.designs));
+        let simulated = plan.simulated_at_first();
+        let opening = plan.opening(&simulated, &designs);
         while !self.is_done() {
-            self.pool.install(|| self.run_blocks(watch))?;
+            self.pool.install(|| self.run_blocks(&designs, opening.as_ref(), watch))?;
             self.missing = self.look_on(watch.on_look)?;
         }
         if self.plan.until_resolved() { self.folder.stop_at(&self.set_trials) } else { Ok(()) }
@@ -347,17 +364,15 @@ impl Work<'_> {
 
     /// Units are trials, handed out in order one by one: cores stay busy to the end, and an interruption loses only the
     /// few blocks in work.
-    fn run_blocks(&self, watch: &Watch) -> Result<()> {
+    fn run_blocks(&self, designs: &[Design], opening: Option<&Episodes>, watch: &Watch) -> Result<()> {
         let blocks = self.missing.iter().map(|&block| Block::new(self.folder, block, &self.set_trials));
         let blocks: Vec<Block> = blocks.collect();
-        let simulated = self.plan.simulated_at_first();
-        let opening = self.plan.opening(&simulated, &self.designs);
         let jobs = blocks.iter().flat_map(|block| block.trials.clone().map(move |trial| (block, trial)));
         jobs.par_bridge().try_for_each(|(block, trial)| {
             if watch.stop.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);
             }
-            let rows = self.plan.rows(&self.designs, opening.as_ref(), trial, &block.sets);
+            let rows = self.plan.rows(designs, opening, trial, &block.sets);
             rows.iter().for_each(|_| (watch.on_episode)());
             let Some(rows) = block.put(trial, rows) else { return Ok(()) };
             self.folder.part(block.index).write(&rows)?;
@@ -398,8 +413,8 @@ struct Inputs {
 }
 
 impl Inputs {
-    /// Reads the files of one input, each given by its kind and extension. Returns the name that the campaign in the folder
-    /// has for it: the original one if the input is compiled in, else that of its last file.
+    /// Reads the files of one input, each given by its kind and extension. Returns the name that the campaign in the
+    /// folder has for it: the original one if the input is compiled in, else that of its last file.
     fn take(&mut self, original: &str, stem: &str, files: &[(Kind, &str)]) -> Result<String> {
         let mut name = original.to_string();
         for &(kind, extension) in files {
@@ -435,8 +450,8 @@ fn open(kind: Kind, name: &str) -> Result<Source> {
 }
 
 /// The campaign without the settings on which no trial depends. A campaign that ends when decided may be taken up again
-/// with more trials, because its intervals hold at every look, so the number of trials is left out, too. A campaign with a
-/// fixed number may not: to add trials after having seen the result would be a second look.
+/// with more trials, because its intervals hold at every look, so the number of trials is left out, too. A campaign
+/// with a fixed number may not: to add trials after having seen the result would be a second look.
 fn what_trials_are(campaign: &Campaign) -> Campaign {
     let mut trials = Campaign { gates: GateSpec::default(), ..campaign.clone() };
     trials.stopping.margin = 0.0;
@@ -446,7 +461,8 @@ fn what_trials_are(campaign: &Campaign) -> Campaign {
     trials
 }
 
-/// SHA-256 of the version of the program, the resolved campaign and the texts of its inputs, each with its length in front.
+/// SHA-256 of the version of the program, the resolved campaign and the texts of its inputs, each with its length in
+/// front.
 fn hash(version: &str, campaign: &str, inputs: &[String]) -> String {
     let mut bytes = Vec::new();
     for text in [version, campaign].into_iter().chain(inputs.iter().map(String::as_str)) {
@@ -469,8 +485,8 @@ struct Block {
 }
 
 impl Block {
-    /// The block as it is in the folder, with what it lacks if the gain sets have so many trials. Rows of other sets that
-    /// are there are kept.
+    /// The block as it is in the folder, with what it lacks if the gain sets have so many trials. Rows of other sets
+    /// that are there are kept.
     fn new(folder: &Folder, index: u64, set_trials: &[u64]) -> Self {
         let (first, end) = folder.range(index);
         let lacks = folder.lacks(index, set_trials);
@@ -594,8 +610,9 @@ mod tests {
         assert_eq!(found.manifest.looks(), Some(Looks::up_to(50)));
     }
 
-    /// Puts rows where work is missing, without a simulation: the first set recovers from nine of ten pushes, the second
-    /// from one of five, and the third from nine of ten, but not the same as the first. Returns the number of rows.
+    /// Puts rows where work is missing, without a simulation: the first set recovers from nine of ten pushes, the
+    /// second from one of five, and the third from nine of ten, but not the same as the first. Returns the number of
+    /// rows.
     fn make_up(work: &mut Work) -> usize {
         let has_recovered = |trial: u64, set: usize| match set {
             0 => trial % 10 != 3,

@@ -20,7 +20,8 @@ const SHOWN_EVERY_S: f64 = 0.25;
 /// Where there is no terminal, a line is written whenever another one of so many equal parts of the work is done.
 const LINES: u64 = 10;
 
-/// Counts what is finished, from any thread: episodes, or other things such as searches, each of which takes many episodes.
+/// Counts what is finished, from any thread: episodes, or other things such as searches, each of which takes many
+/// episodes.
 pub struct Progress {
     bar: Option<ProgressBar>,
     what: &'static str,
@@ -76,7 +77,8 @@ impl Progress {
         self.episode_and(|| ());
     }
 
-    /// Counts one more finished episode, and calls `on_line` if a line was written to a log: what was found may follow it.
+    /// Counts one more finished episode, and calls `on_line` if a line was written to a log: what was found may follow
+    /// it.
     pub fn episode_and(&self, on_line: impl FnOnce()) {
         self.episodes.fetch_add(1, Ordering::Relaxed);
         if !self.of_episodes {

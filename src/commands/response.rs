@@ -12,7 +12,6 @@ use crate::lipm::gains::GainSet;
 use crate::render::text::response::Response;
 use crate::render::{self, figure};
 use crate::robot::Robot;
-use crate::sim::plant::Clock;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -60,7 +59,7 @@ pub fn run(args: &ResponseArgs) -> Result<ExitCode> {
     let experiment = Experiment {
         axis: args.axis,
         amplitude_m: args.amplitude,
-        clock: Clock { physics_step_s: config.physics_step_s, control_period_s: config.control_period_s },
+        clock: config.clock(),
         settle_s: 2.0,
         measure_s: 2.0,
     };

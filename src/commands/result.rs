@@ -1,4 +1,5 @@
-//! The end of `run` and of `merge`: it judges the result, writes and prints it, and writes replays of its telling trials.
+//! The end of `run` and of `merge`: it judges the result, writes and prints it, and writes replays of its telling
+//! trials.
 
 use super::arguments::{GateArgs, ReplaysArgs};
 use super::interrupt::STOP;
@@ -44,8 +45,8 @@ pub fn gates_of(folder: &Folder, args: &GateArgs) -> Result<Gates> {
     Gates::new(&folder.manifest, args.baseline.as_deref())
 }
 
-/// Writes the files of the result and prints it. The replays are written after that, so that nobody has to wait for them
-/// to read the result.
+/// Writes the files of the result and prints it. The replays are written after that, so that nobody has to wait for
+/// them to read the result.
 pub fn conclude(folder: &Folder, gates: &Gates, args: &ReplaysArgs, printing: Printing) -> Result<ExitCode> {
     let (summary, rows) = Summary::of_folder(folder, gates)?;
     result::write(&summary, &rows, &folder.path)?;

@@ -43,13 +43,14 @@ pub struct RunArgs {
     pub trials: Option<u64>,
     /// Stop as soon as every gate is decided or, without gates, every pair of gain sets.
     ///
-    /// The first look is after 25 trials, and each further one after about a quarter more, in steps of 25. A set is better
-    /// by an exact test that spends its error over these looks, up to --max-trials; gates, and sets that are the same, are
-    /// decided by intervals that hold however often one looks (betting confidence sequences). In at most 5 % of runs any
-    /// pair, or any gate, is decided wrongly. A gain set stops earlier than the others once all its pairs are decided or,
-    /// with gates, once no undecided gate names it: in the standard campaign with at most 300 trials that saves 31 % of the
-    /// episodes. A run that ended undecided goes on, with the gain sets that were still undecided, if it is given more
-    /// trials; but give --max-trials as high as it may become when you begin, since 9/10 of the error are spent by then.
+    /// The first look is after 25 trials, and each further one after about a quarter more, in steps of 25. A set is
+    /// better by an exact test that spends its error over these looks, up to --max-trials; gates, and sets that are the
+    /// same, are decided by intervals that hold however often one looks (betting confidence sequences). In at most 5 %
+    /// of runs any pair, or any gate, is decided wrongly. A gain set stops earlier than the others once all its pairs
+    /// are decided or, with gates, once no undecided gate names it: in the standard campaign with at most 300 trials
+    /// that saves 31 % of the episodes. A run that ended undecided goes on, with the gain sets that were still
+    /// undecided, if it is given more trials; but give --max-trials as high as it may become when you begin, since 9/10
+    /// of the error are spent by then.
     #[arg(long)]
     pub until_resolved: bool,
     /// Two gain sets count as the same once their rates surely differ by less than this share
@@ -86,8 +87,8 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     args.check_against(&campaign)?;
     let plan = Plan::new(&campaign)?;
     let folder = plan.folder(args.out.as_deref())?;
-    // The gates are checked before anything runs, so that no time is lost on a campaign that cannot be judged in the end. A
-    // shard has no gates; `merge` judges the whole.
+    // The gates are checked before anything runs, so that no time is lost on a campaign that cannot be judged in the
+    // end. A shard has no gates; `merge` judges the whole.
     let gates = match args.shard {
         Some(_) => None,
         None => Some(gates_of(&folder, &args.gates)?),
@@ -110,8 +111,8 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     }
 }
 
-/// Runs the episodes that are missing, and shows how far the campaign is and what it has found. With `tells_time` it also
-/// says how long the campaign will take here, as soon as the pace of the first episodes is known.
+/// Runs the episodes that are missing, and shows how far the campaign is and what it has found. With `tells_time` it
+/// also says how long the campaign will take here, as soon as the pace of the first episodes is known.
 fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool) -> Result<()> {
     let (folder, all, missing) = (work.folder, work.all_episodes(), work.episodes());
     let stopping = folder.manifest.campaign.stopping;
@@ -219,7 +220,8 @@ fn say_what_is_there(folder: &Folder, work: &Work) -> bool {
     true
 }
 
-/// Tells a user who called the program without any argument what it is about to do, how to stop it, and what is quicker.
+/// Tells a user who called the program without any argument what it is about to do, how to stop it, and what is
+/// quicker.
 fn announce(campaign: &Campaign, work: &Work) {
     let program = std::env::args().next().unwrap_or("standfast".into());
     let (program, sets, name) = (shell_word(&program), campaign.gains.len(), &campaign.name);
@@ -234,8 +236,8 @@ fn announce(campaign: &Campaign, work: &Work) {
     tell("", &format!("For a quick look instead: {quick} (seconds)."));
 }
 
-/// What a look at a campaign that ends when decided has found: what is still to be decided, whether that takes more trials
-/// than the baseline has, and which gain sets stop.
+/// What a look at a campaign that ends when decided has found: what is still to be decided, whether that takes more
+/// trials than the baseline has, and which gain sets stop.
 fn told(look: &Look, gates: Option<&Gates>) -> String {
     let what = match look.open {
         [] if gates.is_some_and(|gates| gates.outlasts_baseline(look.rows)) => {

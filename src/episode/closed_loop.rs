@@ -4,18 +4,14 @@
 use super::config::{Disturbance, EpisodeConfig};
 use super::tick::{Controlled, Tick};
 use crate::control::{Controller, Design};
-use crate::robot::{Command, Robot};
-use crate::sim::plant::Clock;
-use crate::sim::{Ground, Plant, Pull, Push};
+use crate::robot::{Command, Robot, Sensed};
+use crate::sim::{Ground, Plant, Pull, Push, Truth};
 use nalgebra::Vector2;
 
 /// A robot and its controller in a closed loop.
 pub struct ClosedLoop<'a> {
-    robot: &'a Robot,
-    design: &'a Design,
     plant: Plant<'a>,
-    controller: Controller,
-    command: Command,
+    pilot: Pilot<'a>,
     /// The pushes on the robot. More may be added during the episode.
     pub pushes: Vec<Push>,
 }
@@ -32,10 +28,9 @@ impl<'a> ClosedLoop<'a> {
     ) -> Self {
         let Disturbance { pushes, sensor_errors, variation } = disturbance;
         let ground = Ground::new(robot, &variation);
-        let clock = Clock { physics_step_s: config.physics_step_s, control_period_s: config.control_period_s };
-        let command = design.home_command().clone();
-        let plant = Plant::on(ground, simulated, clock, sensor_errors, command.clone());
-        Self { robot, design, plant, controller: Controller::new(design.clone()), command, pushes }
+        let pilot = Pilot::new(robot, design);
+        let plant = Plant::on(ground, simulated, config.clock(), sensor_errors, pilot.command.clone());
+        Self { plant, pilot, pushes }
     }
 
     /// Pulls at a link from the next physics step on; None lets go.
@@ -46,29 +41,51 @@ impl<'a> ClosedLoop<'a> {
     /// Adds `probe` (m, world frame) to the ZMP that the acting gain asks for, from the next tick on. It serves to
     /// measure how the ZMP follows.
     pub fn probe_zmp(&mut self, probe: Vector2<f64>) {
-        self.controller.probe_zmp(probe);
+        self.pilot.controller.probe_zmp(probe);
     }
 
     /// Continues with another gain set, which must be designed for the same robot.
     pub fn switch_to(&mut self, design: &'a Design) {
-        self.design = design;
-        self.controller.switch_to(design.clone());
+        self.pilot.design = design;
+        self.pilot.controller.switch_to(design.clone());
     }
 }
 
 impl Controlled for ClosedLoop<'_> {
     fn tick(&mut self) -> Tick<'_> {
         let sensed = self.plant.sense();
-        // If the controller refuses its readings, the last command holds. A state with a NaN ends the episode as
-        // diverged.
-        if let Err(error) = self.controller.tick(&sensed, &mut self.command) {
-            log::debug!("{:.3} s: {error}", self.plant.truth().time_s);
-        }
-        let omega = self.design.family.pendulum.omega;
-        Tick::new(self.robot, omega, self.plant.truth(), self.controller.account(), &self.command)
+        self.pilot.tick(&sensed, self.plant.truth())
     }
 
     fn advance(&mut self) {
-        self.plant.advance(self.command.clone(), &self.pushes);
+        self.plant.advance(self.pilot.command.clone(), &self.pushes);
+    }
+}
+
+/// A controller in an episode, with its last command.
+#[derive(Clone)]
+pub(super) struct Pilot<'a> {
+    robot: &'a Robot,
+    design: &'a Design,
+    controller: Controller,
+    pub command: Command,
+}
+
+impl<'a> Pilot<'a> {
+    /// Starts at home and at rest, with a design that is made for `robot`.
+    pub fn new(robot: &'a Robot, design: &'a Design) -> Self {
+        let (controller, command) = (Controller::new(design.clone()), design.home_command().clone());
+        Self { robot, design, controller, command }
+    }
+
+    /// Decides from the readings of this tick. `truth` is the state at which they were taken.
+    pub fn tick<'t>(&'t mut self, sensed: &Sensed, truth: &'t Truth) -> Tick<'t> {
+        // If the controller refuses its readings, the last command holds. A state with a NaN ends the episode as
+        // diverged.
+        if let Err(error) = self.controller.tick(sensed, &mut self.command) {
+            log::debug!("{:.3} s: {error}", truth.time_s);
+        }
+        let omega = self.design.family.pendulum.omega;
+        Tick::new(self.robot, omega, truth, self.controller.account(), &self.command)
     }
 }

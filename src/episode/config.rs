@@ -1,5 +1,6 @@
 //! Settings of an episode: its duration and time steps, the thresholds of its judge, and the disturbances.
 
+use crate::sim::plant::Clock;
 use crate::sim::{Push, SensorErrors, Variation};
 use serde::{Deserialize, Serialize};
 
@@ -60,6 +61,11 @@ impl Default for EpisodeConfig {
 }
 
 impl EpisodeConfig {
+    /// The time steps of the simulation.
+    pub fn clock(&self) -> Clock {
+        Clock { physics_step_s: self.physics_step_s, control_period_s: self.control_period_s }
+    }
+
     /// The condition that ends an episode of a campaign.
     pub fn until(&self) -> Until {
         if self.end_early { Until::Decided } else { Until::Fallen }

@@ -1,7 +1,6 @@
-//! One closed loop of plant and controller ([`ClosedLoop`]), driven tick by tick ([`drive`]) and judged ([`run()`]). The
-//! episodes of one trial with several gain sets run together ([`Episodes`]).
-//! The loop also drives the paper's simulation without physics ([`imposed`]). [`response`] measures how well the ZMP
-//! follows the desired one.
+//! One closed loop of plant and controller ([`ClosedLoop`]), driven tick by tick ([`drive`]) and judged ([`run()`]).
+//! The episodes of one trial with several gain sets run together ([`Episodes`]). The loop also drives the paper's
+//! simulation without physics ([`imposed`]). [`response`] measures how well the ZMP follows the desired one.
 
 mod closed_loop;
 mod config;

@@ -3,22 +3,20 @@
 //! All episodes of a trial start with the same robot, sensors and ground. As long as two controllers give the same
 //! commands, their robots are the same to the bit, so they are simulated once: `switching` and `paper`, for example,
 //! differ only from the first footstep on. When commands differ, the simulated robot is copied. Trials that differ in
-//! their pushes alone are the same until the first push, so their beginning is run once and copied, too. Each record is,
-//! to the bit, that of [`super::run()`].
+//! their pushes alone are the same until the first push, so their beginning is run once and copied, too. Each record
+//! is, to the bit, that of [`super::run()`].
 
+use super::closed_loop::Pilot;
 use super::config::{Disturbance, EpisodeConfig};
 use super::record::Record;
 use super::referee::Referee;
-use super::tick::Tick;
-use crate::control::{Controller, Design};
-use crate::robot::{Command, Robot, Sensed};
-use crate::sim::plant::Clock;
-use crate::sim::{Ground, Plant, Push, Truth};
+use crate::control::Design;
+use crate::robot::{Command, Robot};
+use crate::sim::{Ground, Plant, Push};
 
 /// The episodes of one trial, one for each gain set, up to some tick.
 #[derive(Clone)]
 pub struct Episodes<'a> {
-    robot: &'a Robot,
     config: &'a EpisodeConfig,
     pushes: Vec<Push>,
     branches: Vec<Branch<'a>>,
@@ -40,9 +38,7 @@ struct Branch<'a> {
 struct Run<'a> {
     /// Index of the gain set.
     set: usize,
-    design: &'a Design,
-    controller: Controller,
-    command: Command,
+    pilot: Pilot<'a>,
     referee: Referee<'a>,
 }
 
@@ -58,21 +54,18 @@ impl<'a> Episodes<'a> {
         let Disturbance { pushes, sensor_errors, variation } = disturbance;
         let run = |(set, design): (usize, &'a Design)| Run {
             set,
-            design,
-            controller: Controller::new(design.clone()),
-            command: design.home_command().clone(),
+            pilot: Pilot::new(robot, design),
             referee: Referee::new(simulated, config, &pushes),
         };
         let runs: Vec<Run> = designs.into_iter().enumerate().map(run).collect();
         let records = vec![None; runs.len()];
         let plant = |home: &Command| {
-            let clock = Clock { physics_step_s: config.physics_step_s, control_period_s: config.control_period_s };
-            Plant::on(Ground::new(robot, &variation), simulated, clock, sensor_errors, home.clone())
+            Plant::on(Ground::new(robot, &variation), simulated, config.clock(), sensor_errors, home.clone())
         };
         // The home posture and its torques are those of the robot, whatever the gains.
-        let plant = runs.first().map(|run| run.design.home_command()).map(plant);
+        let plant = runs.first().map(|run| plant(&run.pilot.command));
         let branches = plant.map(|plant| Branch { plant, runs }).into_iter().collect();
-        Self { robot, config, pushes, branches, records, tick: 0 }
+        Self { config, pushes, branches, records, tick: 0 }
     }
 
     /// Runs the ticks that no push from `push_s` (s) on can affect.
@@ -85,8 +78,8 @@ impl<'a> Episodes<'a> {
         self
     }
 
-    /// A copy that goes on with some of the gain sets, given by their numbers in ascending order, and with `pushes`. None
-    /// of these may start before the time to which this one has been run.
+    /// A copy that goes on with some of the gain sets, given by their numbers in ascending order, and with `pushes`.
+    /// None of these may start before the time to which this one has been run.
     pub fn with(&self, sets: &[usize], pushes: Vec<Push>) -> Self {
         let mut copy = self.clone();
         for branch in &mut copy.branches {
@@ -121,12 +114,12 @@ impl<'a> Episodes<'a> {
             let sensed = plant.sense();
             let mut parted: Vec<Vec<Run>> = Vec::new();
             for mut run in runs {
-                run.tick(self.robot, &sensed, plant.truth());
+                run.referee.watch(&run.pilot.tick(&sensed, plant.truth()));
                 if run.referee.is_over(until) || !plant.truth().is_finite() {
                     self.records[run.set] = Some(run.referee.finish());
                     continue;
                 }
-                match parted.iter_mut().find(|others| others[0].command.is_same(&run.command)) {
+                match parted.iter_mut().find(|others| others[0].pilot.command.is_same(&run.pilot.command)) {
                     Some(others) => others.push(run),
                     None => parted.push(vec![run]),
                 }
@@ -141,20 +134,8 @@ impl<'a> Episodes<'a> {
     /// Simulates the control period that follows.
     fn advance(&mut self) {
         for Branch { plant, runs } in &mut self.branches {
-            plant.advance(runs[0].command.clone(), &self.pushes);
+            plant.advance(runs[0].pilot.command.clone(), &self.pushes);
         }
         self.tick += 1;
-    }
-}
-
-impl Run<'_> {
-    /// Runs the controller for one tick, which the referee watches.
-    fn tick(&mut self, robot: &Robot, sensed: &Sensed, truth: &Truth) {
-        // If the controller refuses its readings, the last command holds.
-        if let Err(error) = self.controller.tick(sensed, &mut self.command) {
-            log::debug!("{:.3} s: {error}", truth.time_s);
-        }
-        let omega = self.design.family.pendulum.omega;
-        self.referee.watch(&Tick::new(robot, omega, truth, self.controller.account(), &self.command));
     }
 }

@@ -120,8 +120,8 @@ impl Inclusion {
 }
 
 /// Checks inclusion when a family is loaded: returns a warning if the set of a gain is not inside that of its slower
-/// neighbour. It is faster than [`Inclusion::of`], which compares all pairs. For the same gains on the same polygon it is
-/// computed once in a process, since it takes hundreds of linear programs.
+/// neighbour. It is faster than [`Inclusion::of`], which compares all pairs. For the same gains on the same polygon it
+/// is computed once in a process, since it takes hundreds of linear programs.
 ///
 /// It fails as [`CpiSet::search`] does.
 pub fn nesting_warning(family: &GainFamily, support: &SupportPolygon) -> Result<Option<String>> {

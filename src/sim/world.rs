@@ -16,8 +16,8 @@ const BODY: Group = Group::GROUP_2;
 const LEFT_SOLE: Group = Group::GROUP_3;
 const RIGHT_SOLE: Group = Group::GROUP_4;
 
-/// A Rapier world that can be copied. A copy goes on to the same bits: all that lasts from step to step is copied, and the
-/// pipeline is only working memory.
+/// A Rapier world that can be copied. A copy goes on to the same bits: all that lasts from step to step is copied, and
+/// the pipeline is only working memory.
 pub struct World(PhysicsWorld);
 
 impl Clone for World {

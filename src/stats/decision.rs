@@ -17,23 +17,25 @@
 //! at most.
 //!
 //! Where the campaign could end when decided, there is no p. A set is better as soon as the exact test of
-//! [`sign_test`](crate::stats::sign_test) has said so at a planned look, and stays so. The interval is one that holds at any
-//! time ([`sequential`](crate::stats::sequential)), made to agree: of a better set it loses what is not above 0, else it
-//! is widened to touch 0. Two sets are the same if it lies within the margin. What is proven of all pairs together:
+//! [`sign_test`](crate::stats::sign_test) has said so at a planned look, and stays so. The interval is one that holds
+//! at any time ([`sequential`](crate::stats::sequential)), made to agree: of a better set it loses what is not above 0,
+//! else it is widened to touch 0. Two sets are the same if it lies within the margin. What is proven of all pairs
+//! together:
 //!
 //! - In at most 5 % of campaigns any set is ever called better that is not, exactly, however long they go on.
-//! - In at most 5 % of campaigns any verdict is wrong, up to the count of trials that was planned; 5.1 % beyond. (Of one
-//!   pair with a share alpha of the error: without a difference, only "better" can be wrong, in at most alpha. With a
-//!   difference of at least the margin, the wrong set is called better in at most alpha / 2, and "same" needs a bet on a
-//!   smaller difference to win 2 / alpha - 1 times its stake, since the other half of the capital cannot have grown:
-//!   at most alpha / (2 - alpha).)
-//! - The betting intervals all hold at any time in at least 95 % of campaigns. What is cut off at 0 adds a miss only where
-//!   a set is called better that is not, so that all intervals hold in at least 90 %; what is widened takes misses away.
+//! - In at most 5 % of campaigns any verdict is wrong, up to the count of trials that was planned; 5.1 % beyond. (Of
+//!   one pair with a share alpha of the error: without a difference, only "better" can be wrong, in at most alpha. With
+//!   a difference of at least the margin, the wrong set is called better in at most alpha / 2, and "same" needs a bet
+//!   on a smaller difference to win 2 / alpha - 1 times its stake, since the other half of the capital cannot have
+//!   grown: at most alpha / (2 - alpha).)
+//! - The betting intervals all hold at any time in at least 95 % of campaigns. What is cut off at 0 adds a miss only
+//!   where a set is called better that is not, so that all intervals hold in at least 90 %; what is widened takes
+//!   misses away.
 //!
-//! Simulated, where no two sets differ, a set was called better in 3.4 to 5.0 % of campaigns (one, three and six pairs, 400
-//! to 1000 trials, also beyond the plan; 8000 campaigns each, so that the standard error is 0.2 %). Intervals missed the
-//! truth in the same campaigns, and in no others. Of four sets that differ, any of the six intervals missed the truth at any
-//! look in 0.3 to 1.3 % of campaigns (400 campaigns each), and at the end in no more.
+//! Simulated, where no two sets differ, a set was called better in 3.4 to 5.0 % of campaigns (one, three and six pairs,
+//! 400 to 1000 trials, also beyond the plan; 8000 campaigns each, so that the standard error is 0.2 %). Intervals
+//! missed the truth in the same campaigns, and in no others. Of four sets that differ, any of the six intervals missed
+//! the truth at any look in 0.3 to 1.3 % of campaigns (400 campaigns each), and at the end in no more.
 
 use crate::stats::mcnemar::PairedCounts;
 use serde::Serialize;
@@ -44,7 +46,8 @@ pub const ALPHA: f64 = 0.05;
 /// What is said of one pair of several.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decision {
-    /// Of the difference (a share), for all pairs together at 95 %. Where a is better, 0 does not belong to it, even as its end.
+    /// Of the difference (a share), for all pairs together at 95 %. Where a is better, 0 does not belong to it, even as
+    /// its end.
     pub ci95: [f64; 2],
     /// Two-sided, of all pairs together; None where the campaign could end when decided.
     pub p: Option<f64>,
@@ -66,8 +69,8 @@ pub enum PairVerdict {
 }
 
 impl Decision {
-    /// On one pair of `pairs`, after a count of trials that was fixed in advance; sets that differ by less than `margin` (a
-    /// share) are the same.
+    /// On one pair of `pairs`, after a count of trials that was fixed in advance; sets that differ by less than
+    /// `margin` (a share) are the same.
     pub fn once(counts: &PairedCounts, pairs: usize, margin: f64) -> Self {
         let interval = counts.interval(each_of(pairs, 1.0 - ALPHA), false);
         let p = (pairs as f64 * counts.mcnemar_p().max(counts.score_p())).min(1.0);
@@ -80,8 +83,8 @@ impl Decision {
         Self { ci95: betting, p: None, verdict: verdict(betting, margin) }
     }
 
-    /// The same where the campaign may end when decided, of the betting interval; `a_is_better`: the exact test has said so
-    /// by now.
+    /// The same where the campaign may end when decided, of the betting interval; `a_is_better`: the exact test has
+    /// said so by now.
     pub fn at_looks(betting: [f64; 2], a_is_better: bool, margin: f64) -> Self {
         match a_is_better {
             true => Self { ci95: betting.map(|end| end.max(0.0)), p: None, verdict: PairVerdict::Better },
@@ -186,8 +189,8 @@ mod tests {
         }
     }
 
-    /// Who recovers in so many trials, of sets with these rates, from pushes that are as hard for all of them, but in a share
-    /// of trials, in which each has luck of its own.
+    /// Who recovers in so many trials, of sets with these rates, from pushes that are as hard for all of them, but in a
+    /// share of trials, in which each has luck of its own.
     fn recovered(rng: &mut ChaCha8Rng, rates: &[f64], share_of_own: f64, trials: u64) -> Vec<Vec<bool>> {
         let mut trial = || {
             let shared: f64 = rng.random();
@@ -243,9 +246,9 @@ mod tests {
         }
     }
 
-    /// In how many of so many campaigns that are looked at up to so many trials, beyond those planned, a set is ever called
-    /// better than one that is as good or better; and in how many an interval misses the truth at the look where all pairs
-    /// are decided, or at the last one.
+    /// In how many of so many campaigns that are looked at up to so many trials, beyond those planned, a set is ever
+    /// called better than one that is as good or better; and in how many an interval misses the truth at the look where
+    /// all pairs are decided, or at the last one.
     fn errors_at_looks(rates: &[f64], own: f64, [planned, most]: [u64; 2], campaigns: u32) -> [u32; 2] {
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         let (pairs, looks) = (every_pair(rates.len()), Looks::up_to(planned));

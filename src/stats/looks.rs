@@ -1,16 +1,18 @@
 //! The looks at a campaign that may end when it is decided: after how many trials they come, and how much of the error
 //! that the test of a pair may make ([`sign_test`](crate::stats::sign_test)) is spent by each.
 //!
-//! The count of trials that is planned first fixes both. Up to it the error is spent in proportion to the 3/4th
-//! power of the trials, 90 % in all. A campaign that is still open then may be given more trials: looks further on share the rest, so that the whole
-//! is never passed, however long it goes on. Nothing that happens in the campaign moves a look, nor does a change of its
-//! greatest count of trials: a look at a moment that somebody chose by what he saw would void the test.
+//! The count of trials that is planned first fixes both. Up to it the error is spent in proportion to the 3/4th power
+//! of the trials, 90 % in all. A campaign that is still open then may be given more trials: looks further on share the
+//! rest, so that the whole is never passed, however long it goes on. Nothing that happens in the campaign moves a look,
+//! nor does a change of its greatest count of trials: a look at a moment that somebody chose by what he saw would void
+//! the test.
 
 /// The first looks are so many trials apart, and all up to the planned count are at multiples of it.
 pub const LOOK_TRIALS: u64 = 25;
-/// Share of the error that is spent at the planned count. Up to there it grows with the 3/4th power of the trials: if it
-/// grew in proportion, 1 to 9 % more trials were needed (differences of 3 to 27 points, 200 to 4000 planned trials), and with
-/// the root, 0 to 6 % fewer, but a difference that takes nearly all of them would be found in up to 3 % fewer campaigns.
+/// Share of the error that is spent at the planned count. Up to there it grows with the 3/4th power of the trials: if
+/// it grew in proportion, 1 to 9 % more trials were needed (differences of 3 to 27 points, 200 to 4000 planned trials),
+/// and with the root, 0 to 6 % fewer, but a difference that takes nearly all of them would be found in up to 3 % fewer
+/// campaigns.
 const SPENT_AS_PLANNED: f64 = 0.9;
 
 /// The looks of a campaign.
@@ -25,8 +27,8 @@ impl Looks {
         Self { planned: planned.max(1) }
     }
 
-    /// Count of trials at the first look after `trials`: about a quarter more, at least [`LOOK_TRIALS`], a multiple of it.
-    /// The planned count is a look, too.
+    /// Count of trials at the first look after `trials`: about a quarter more, at least [`LOOK_TRIALS`], a multiple of
+    /// it. The planned count is a look, too.
     pub fn after(self, trials: u64) -> u64 {
         let next = (trials + (trials / 4).max(LOOK_TRIALS)).next_multiple_of(LOOK_TRIALS);
         if trials < self.planned { next.min(self.planned) } else { next }
@@ -53,7 +55,7 @@ mod tests {
     use super::*;
 
     fn up_to(looks: Looks, most: u64) -> Vec<u64> {
-        std::iter::successors(Some(0), |&trials| Some(looks.after(trials))).take_while(|&n| n <= most).collect()
+        std::iter::once(0).chain(looks.until(most)).collect()
     }
 
     #[test]

@@ -1,12 +1,13 @@
 //! The exact test that one of two gain sets is better, at several looks.
 //!
-//! Only trials that one set recovers from and the other does not tell the two apart. If neither is better, each of these
+//! Only trials that one set recovers from and the other does not tell the two apart. If neither is better, each of
+//! these
 //! *discordant* trials falls to either set as the throw of a fair coin does, independently of the others and of which
-//! trials they are. So, given how many discordant trials there are at each look, the chance of every course of the counts
-//! is known, whatever the share of discordant trials is. `SignTest` follows all courses that have not been decided
-//! yet: it holds the chance of each count of the trials that fell to a. At a look it decides for the counts that lie
-//! farthest from a half, on both sides alike, and for as many of them as the error that may be spent by then allows.
-//! The limits depend on the counts of discordant trials up to that look alone, not on later ones. If no set is
+//! trials they are. So, given how many discordant trials there are at each look, the chance of every course of the
+//! counts is known, whatever the share of discordant trials is. `SignTest` follows all courses that have not been
+//! decided yet: it holds the chance of each count of the trials that fell to a. At a look it decides for the counts
+//! that lie farthest from a half, on both sides alike, and for as many of them as the error that may be spent by then
+//! allows. The limits depend on the counts of discordant trials up to that look alone, not on later ones. If no set is
 //! better, the chance of ever deciding is therefore at most the error that is spent. If one is better, the chance of
 //! deciding for the other is at most half of it, since each course that leads there only becomes less likely.
 //!
@@ -22,8 +23,8 @@
 //! | 27 points of 30 % | 2000 | 57 | 1.00 | 53 | 1.00 |
 //! | no difference, 10 % | 870 | 850 | 0.047 | 865 | 0.011 |
 //!
-//! In the last row, the power is the error. Only where a large difference is met by a plan for many trials is betting as
-//! quick.
+//! In the last row, the power is the error. Only where a large difference is met by a plan for many trials is betting
+//! as quick.
 
 use crate::stats::looks::Looks;
 use crate::stats::mcnemar::PairedCounts;
@@ -42,9 +43,9 @@ pub struct Winner {
     pub trials: u64,
 }
 
-/// The first look at which one of two sets is better, from the counts at each of `looks` (in order, each with the trials of
-/// those before); `error` is the chance (a share) of a wrong decision, of both sides together, at all looks that there may
-/// ever be.
+/// The first look at which one of two sets is better, from the counts at each of `looks` (in order, each with the
+/// trials of those before); `error` is the chance (a share) of a wrong decision, of both sides together, at all looks
+/// that there may ever be.
 pub fn first_decision(counts: &[PairedCounts], looks: Looks, error: f64) -> Option<Winner> {
     let mut test = SignTest::default();
     counts.iter().find_map(|look| {
@@ -71,8 +72,8 @@ impl Default for SignTest {
 }
 
 impl SignTest {
-    /// Whether, at a look at these counts of discordant trials, a is decided to be better, or b (false), if `error` may be
-    /// spent in all by now. Not to be called after a decision.
+    /// Whether, at a look at these counts of discordant trials, a is decided to be better, or b (false), if `error` may
+    /// be spent in all by now. Not to be called after a decision.
     fn look(&mut self, only_a: u64, only_b: u64, error: f64) -> Option<bool> {
         while self.discordant < only_a + only_b {
             self.throw();
@@ -99,8 +100,8 @@ impl SignTest {
         }
     }
 
-    /// Takes counts away at both ends, which are alike, as long as the chance of one, and what is spent with the two, are
-    /// `such`.
+    /// Takes counts away at both ends, which are alike, as long as the chance of one, and what is spent with the two,
+    /// are `such`.
     fn cut(&mut self, such: impl Fn(f64, f64) -> bool) {
         let mut count = 0;
         while 2 * (count + 1) < self.chances.len() && such(self.chances[count], self.spent + 2.0 * self.chances[count])
@@ -118,8 +119,8 @@ impl SignTest {
 mod tests {
     use super::*;
 
-    /// After looks at these counts of discordant trials, as even as can be: the least difference of the two counts that is
-    /// decided at each look, and what is spent.
+    /// After looks at these counts of discordant trials, as even as can be: the least difference of the two counts that
+    /// is decided at each look, and what is spent.
     fn limits(looks: impl Iterator<Item = (u64, f64)>) -> (Vec<u64>, f64) {
         let mut test = SignTest::default();
         let limit = |(discordant, error)| {
@@ -129,7 +130,8 @@ mod tests {
         (looks.map(limit).collect(), test.spent)
     }
 
-    // Expected values: another implementation, by convolution with `scipy.stats.binom.pmf`, in scipy 1.17.1, numpy 2.4.6.
+    // Expected values: another implementation, by convolution with `scipy.stats.binom.pmf`, in scipy 1.17.1, numpy
+    // 2.4.6.
     #[test]
     fn limits_are_those_of_another_implementation() {
         // Of a campaign that goes beyond what was planned, too, and where no trial between two looks was discordant.
@@ -158,8 +160,7 @@ mod tests {
             ),
         ] {
             let looks = Looks::up_to(planned);
-            let trials = std::iter::successors(Some(looks.after(0)), |&trials| Some(looks.after(trials)));
-            let errors = trials.map(|trials| error * looks.spent(trials));
+            let errors = looks.until(u64::MAX).map(|trials| error * looks.spent(trials));
             let (found, sum) = limits(discordant.iter().copied().zip(errors));
             assert_eq!(found, expected, "{planned}");
             assert!((sum - spent).abs() < 1e-14, "{planned}: {sum}");

@@ -115,15 +115,17 @@ impl<'a> Searches<'a> {
             };
             let search = Search {
                 campaign,
-                robot: &plan.robot,
+                plan: &plan,
+                designs: &designs,
+                opening: opening.as_ref(),
+                set: s,
                 heading_deg: heading.heading_deg,
                 bound_one_step_n_s: heading.bound_one_step_n_s,
                 first_trial: h as u64 * TRIALS_APART,
-                opening: opening.as_ref().map(|opening| (opening, s)),
                 stop,
                 on_episode,
             };
-            let limit = search.run(&sets[s], &designs[s], rule)?;
+            let limit = search.run(rule)?;
             on_search();
             Ok(limit)
         };

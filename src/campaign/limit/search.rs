@@ -2,10 +2,10 @@
 
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
+use crate::campaign::run::Plan;
 use crate::control::Design;
-use crate::episode::{self, Episodes, Outcome};
+use crate::episode::{Episodes, Outcome};
 use crate::error::{Error, Result};
-use crate::robot::Robot;
 use crate::stats::psychometric::{Posterior, Rule};
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -40,21 +40,24 @@ pub(super) fn is_random(campaign: &Campaign) -> bool {
 /// The settings of one search.
 pub(super) struct Search<'a> {
     pub campaign: &'a Campaign,
-    pub robot: &'a Robot,
+    pub plan: &'a Plan,
+    pub designs: &'a [Design],
+    /// The beginning of all trials, if they begin alike.
+    pub opening: Option<&'a Episodes<'a>>,
+    /// Number of the gain set.
+    pub set: usize,
     pub heading_deg: f64,
     /// The pendulum's bound with one footstep (N s).
     pub bound_one_step_n_s: f64,
     /// Index of the search's trial 0 in the campaign.
     pub first_trial: u64,
-    /// The beginning of all trials, if they begin alike, and the number of the gain set.
-    pub opening: Option<(&'a Episodes<'a>, usize)>,
     pub stop: &'a AtomicBool,
     /// Called after every episode.
     pub on_episode: &'a (dyn Fn() + Sync),
 }
 
 impl Search<'_> {
-    pub fn run(&self, name: &str, design: &Design, rule: Rule) -> Result<SetLimit> {
+    pub fn run(&self, rule: Rule) -> Result<SetLimit> {
         let random = rule.random;
         let mut posterior = Posterior::new(rule);
         let [mut recovered, mut fell, mut timed_out, mut diverged] = [0; 4];
@@ -62,7 +65,7 @@ impl Search<'_> {
             if self.stop.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);
             }
-            let outcome = self.outcome(design, self.first_trial + posterior.trials(), impulse_n_s);
+            let outcome = self.outcome(self.first_trial + posterior.trials(), impulse_n_s);
             (self.on_episode)();
             *match outcome {
                 Outcome::Recovered => &mut recovered,
@@ -74,7 +77,7 @@ impl Search<'_> {
         }
         let (impulse50, impulse90) = (posterior.impulse50(), posterior.impulse90());
         Ok(SetLimit {
-            name: name.into(),
+            name: self.plan.manifest.sets[self.set].clone(),
             impulse50_n_s: impulse50.at_n_s,
             ci95: impulse50.ci95,
             impulse90_n_s: random.then_some(impulse90.at_n_s),
@@ -90,16 +93,12 @@ impl Search<'_> {
     }
 
     /// Runs a trial of the campaign with another first push.
-    fn outcome(&self, design: &Design, trial: u64, impulse_n_s: f64) -> Outcome {
+    fn outcome(&self, trial: u64, impulse_n_s: f64) -> Outcome {
         let mut disturbance = trial::disturbance(self.campaign, trial);
         if let Some(push) = disturbance.pushes.first_mut() {
             (push.impulse_n_s, push.heading_deg) = (impulse_n_s, self.heading_deg);
         }
-        let config = &self.campaign.episode;
-        if let Some((opening, set)) = self.opening {
-            return opening.with(&[set], disturbance.pushes).finish()[0].outcome;
-        }
-        episode::run(self.robot, design, config, disturbance, config.until(), &mut |_| {}).outcome
+        self.plan.records(self.designs, self.opening, disturbance, &[self.set])[0].outcome
     }
 }
 

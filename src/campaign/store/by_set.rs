@@ -13,8 +13,8 @@ pub struct BySet<'a> {
 }
 
 impl<'a> BySet<'a> {
-    /// Sorts `rows` by the sets that are named, and leaves out those of other sets. They must be in the order of trials,
-    /// and each set must have its first trials without a gap.
+    /// Sorts `rows` by the sets that are named, and leaves out those of other sets. They must be in the order of
+    /// trials, and each set must have its first trials without a gap.
     pub fn new(rows: &'a [TrialRow], names: &'a [String]) -> Self {
         let places: HashMap<&str, usize> = names.iter().enumerate().map(|(set, name)| (name.as_str(), set)).collect();
         let mut sets = vec![Vec::new(); names.len()];

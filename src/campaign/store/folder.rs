@@ -43,8 +43,8 @@ pub struct Manifest {
     /// Number of trials in a block. A folder keeps its own number, and the result does not depend on it.
     #[serde(default = "unsaid_part_trials")]
     pub part_trials: NonZeroU64,
-    /// Count of trials that was planned when the folder was begun: the [looks](Manifest::looks) go by it. A folder keeps its
-    /// own. Those of earlier builds do not state it; then it is the count at the time of reading.
+    /// Count of trials that was planned when the folder was begun: the [looks](Manifest::looks) go by it. A folder
+    /// keeps its own. Those of earlier builds do not state it; then it is the count at the time of reading.
     #[serde(default)]
     pub planned_trials: u64,
     /// Names of the gain sets, in the order of the campaign.
@@ -123,8 +123,8 @@ impl Folder {
         self.stopped().map_or(self.manifest.campaign.trials, |stopped| stopped.trials)
     }
 
-    /// Number of trials of each gain set in the result. None if that is not known yet: the campaign ends when decided, and
-    /// has not ended.
+    /// Number of trials of each gain set in the result. None if that is not known yet: the campaign ends when decided,
+    /// and has not ended.
     pub fn set_trials(&self) -> Option<Vec<u64>> {
         let Manifest { campaign, sets, .. } = &self.manifest;
         let of_all = |trials: u64| vec![trials; sets.len()];
@@ -201,8 +201,8 @@ impl Folder {
         write_atomic(&self.path.join("parts/campaign.json"), json_pretty(&self.manifest)?.as_bytes())
     }
 
-    /// All rows, by trial and then by set in the order of the campaign. It fails if a part is missing or damaged, or if the
-    /// campaign ends when decided and has not ended.
+    /// All rows, by trial and then by set in the order of the campaign. It fails if a part is missing or damaged, or if
+    /// the campaign ends when decided and has not ended.
     pub fn rows(&self) -> Result<Vec<TrialRow>> {
         let missing = self.missing();
         if !missing.is_empty() {
@@ -396,8 +396,8 @@ pub(crate) mod tests {
         assert_eq!(folder.missing(), [0, 1, 2]);
     }
 
-    /// Builds that did not say how many trials a part has had 25 of them; of those that did not say how many were planned, the
-    /// present count is taken.
+    /// Builds that did not say how many trials a part has had 25 of them; of those that did not say how many were
+    /// planned, the present count is taken.
     #[test]
     fn a_folder_keeps_to_its_own_parts() {
         let dir = tempfile::tempdir().unwrap();

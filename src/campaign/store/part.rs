@@ -1,8 +1,8 @@
 //! A part of a result: the rows of one block of trials in a CSV file (floats with all digits). Written after it is a
 //! small marker with row count, range of trials, configuration hash and content hash. A part is complete only if all of
 //! these match. Parts do not depend on threads, shards or hosts, so all histories of interruptions end in the same
-//! bytes. A campaign that ends when decided stops running some gain sets early; a part then holds the others only, and its
-//! marker names them.
+//! bytes. A campaign that ends when decided stops running some gain sets early; a part then holds the others only, and
+//! its marker names them.
 
 use crate::campaign::store::row::TrialRow;
 use crate::error::{Error, Result};
@@ -35,8 +35,8 @@ struct Marker {
 }
 
 impl PartFile<'_> {
-    /// Writes the part, then its marker. `rows` must be sorted by trial, then by set; each trial of the part has a row for
-    /// the same sets.
+    /// Writes the part, then its marker. `rows` must be sorted by trial, then by set; each trial of the part has a row
+    /// for the same sets.
     pub fn write(&self, rows: &[TrialRow]) -> Result<()> {
         let mut csv = csv::Writer::from_writer(Vec::new());
         let path = self.path("csv");

@@ -92,7 +92,8 @@ impl TrialRow {
                 kp_scale kd_scale torque_scale speed_scale delay_s;
             ..record: outcome end_s fell_at_s fall_cause settled_at_s home_at_s com_speed_at_push_m_s
                 peak_tilt_deg peak_torque_n_m peak_torque_ratio torque_limited_s peak_joint_speed_rad_s
-                peak_dcm_outside_m peak_slip_m left_sets_at_s set_after_push cpi_margin_after_push cpi_margin_after_push_est gain_switches;
+                peak_dcm_outside_m peak_slip_m left_sets_at_s
+                set_after_push cpi_margin_after_push cpi_margin_after_push_est gain_switches;
             trial: trial,
             set: set.into(),
             impulse_over_m_omega_d: no_step_n_s.map(|bound_n_s| push.impulse_n_s / bound_n_s),

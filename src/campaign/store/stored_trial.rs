@@ -27,7 +27,8 @@ pub struct StoredTrial {
 
 impl StoredTrial {
     /// Opens trial number `trial` of the result in `folder`. If no set is given, it takes the first that did not
-    /// recover, or else the first that has the trial. It fails if there is no such trial, set or campaign, or if an input is gone.
+    /// recover, or else the first that has the trial. It fails if there is no such trial, set or campaign, or if an
+    /// input is gone.
     pub fn open(folder: &Path, trial: u64, set: Option<&str>) -> Result<Self> {
         let found = Folder::existing(folder)?;
         let (campaign, sets) = (&found.manifest.campaign, &found.manifest.sets);

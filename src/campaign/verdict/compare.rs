@@ -146,7 +146,8 @@ fn seen_from(folder: &Path, file: &Path) -> PathBuf {
     pathdiff::diff_paths(&file, &folder).unwrap_or(file)
 }
 
-/// A short name by which a folder is told from another: the last part of its path, or the whole path if these are the same.
+/// A short name by which a folder is told from another: the last part of its path, or the whole path if these are the
+/// same.
 fn label(path: &Path, other: &Path) -> String {
     let (ours, theirs) = (path.file_name(), other.file_name());
     match ours {

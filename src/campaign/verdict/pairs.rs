@@ -1,10 +1,9 @@
 //! Two gain sets compared on the same pushes: where they end differently, and which is better.
 //!
 //! The better set is the first of its pair; if neither is known to be better, the one that recovers more often, or the
-//! earlier one of two that recover equally often. This holds for two results that are compared, too: there the names tell
-//! them apart.
-//! Pairs come in the order of what they tell: those of which one is better, the larger difference first; those that
-//! are the same; those that are not resolved.
+//! earlier one of two that recover equally often. This holds for two results that are compared, too: there the names
+//! tell them apart. Pairs come in the order of what they tell: those of which one is better, the larger difference
+//! first; those that are the same; those that are not resolved.
 
 use crate::campaign::store::by_set::BySet;
 use crate::campaign::store::row::TrialRow;
@@ -36,12 +35,12 @@ pub struct Pair {
     /// Rate of a less rate of b over the trials that both have (a share). Negative only where a was found better, but
     /// recovered less often since.
     pub difference: f64,
-    /// Of the difference, for all pairs of the result together at 95 %; where the campaign could end when decided, what the
-    /// intervals of all looks have in common. It leaves 0 out just where a is better: then 0 does not belong to it, even if
-    /// it is its end.
+    /// Of the difference, for all pairs of the result together at 95 %; where the campaign could end when decided, what
+    /// the intervals of all looks have in common. It leaves 0 out just where a is better: then 0 does not belong to it,
+    /// even if it is its end.
     pub adjusted_ci95: [f64; 2],
-    /// Two-sided p-value of McNemar's test times the number of pairs. It is below 0.05 exactly where a is better. None where
-    /// the campaign could end when decided, since the test is for a number of trials that was fixed in advance.
+    /// Two-sided p-value of McNemar's test times the number of pairs. It is below 0.05 exactly where a is better. None
+    /// where the campaign could end when decided, since the test is for a number of trials that was fixed in advance.
     pub adjusted_p: Option<f64>,
     pub verdict: PairVerdict,
     /// Where a is better and the campaign could end when decided: the count of trials at the look that found it.
@@ -64,8 +63,8 @@ pub struct Pair {
     pub strata: Vec<PairStratum>,
 }
 
-/// Two sets over the trials of one stratum. These show where to look and prove nothing: the intervals are not adjusted for
-/// the number of strata.
+/// Two sets over the trials of one stratum. These show where to look and prove nothing: the intervals are not adjusted
+/// for the number of strata.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PairStratum {
     pub by: &'static str,

@@ -129,8 +129,8 @@ pub struct ImpulseBin {
 }
 
 impl SetSummary {
-    /// Of set number `set`; `bins` are the edges of bins of impulse (N s), `strata` those of the campaign, and `episode`
-    /// the settings of its episodes.
+    /// Of set number `set`; `bins` are the edges of bins of impulse (N s), `strata` those of the campaign, and
+    /// `episode` the settings of its episodes.
     pub(super) fn new(set: usize, all: &BySet, bins: &[f64], strata: &[Stratum], episode: &EpisodeConfig) -> Self {
         let (name, rows) = (&all.names[set], all.of(set));
         let speed_m_s = episode.judge.standing_com_speed_m_s;

@@ -42,11 +42,8 @@ impl Tally {
             *recovered += trials.iter().filter(|trial| trial[set] == Some(true)).count() as u64;
         }
         for ((a, b), counts) in every_pair(self.names.len()).into_iter().zip(&mut self.pairs) {
-            let more = PairedCounts::of(trials.iter().filter_map(|trial| Some((trial[a]?, trial[b]?))));
-            counts.both += more.both;
-            counts.only_a += more.only_a;
-            counts.only_b += more.only_b;
-            counts.neither += more.neither;
+            let common = trials.iter().filter_map(|trial| Some((trial[a]?, trial[b]?)));
+            common.for_each(|(a, b)| counts.add(a, b));
         }
     }
 

@@ -1,9 +1,9 @@
-//! How two gain sets stand to each other on the same trials: the one place where a campaign decides between them, for its
-//! lines while it runs, for its end, and for its result.
+//! How two gain sets stand to each other on the same trials: the one place where a campaign decides between them, for
+//! its lines while it runs, for its end, and for its result.
 //!
-//! A betting interval contains the truth at all looks together, with its confidence. So does what the intervals of all looks
-//! have in common, and verdicts go by that: what is decided at a look stays decided, also if more trials are run because
-//! something else is still open.
+//! A betting interval contains the truth at all looks together, with its confidence. So does what the intervals of all
+//! looks have in common, and verdicts go by that: what is decided at a look stays decided, also if more trials are run
+//! because something else is still open.
 
 use crate::campaign::store::by_set::BySet;
 use crate::stats::decision::{ALPHA, Decision, alpha_of_each, each_of};
@@ -22,8 +22,8 @@ pub enum When {
     At(Looks),
 }
 
-/// Two sets on the trials that both have. The better one is a; if neither is known to be better, the one that recovers more
-/// often, or the first of two that recover equally often.
+/// Two sets on the trials that both have. The better one is a; if neither is known to be better, the one that recovers
+/// more often, or the first of two that recover equally often.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Standing {
     /// Places in the campaign.
@@ -31,13 +31,14 @@ pub struct Standing {
     pub b: usize,
     pub counts: PairedCounts,
     pub decision: Decision,
-    /// Count of trials at the look that found a better. Later ones may say otherwise: then the difference is not positive.
+    /// Count of trials at the look that found a better. Later ones may say otherwise: then the difference is not
+    /// positive.
     pub better_after: Option<u64>,
 }
 
 impl Standing {
-    /// Of two sets (places in the campaign), one of so many `pairs`. Sets that differ by less than `margin` (a share) are the
-    /// same.
+    /// Of two sets (places in the campaign), one of so many `pairs`. Sets that differ by less than `margin` (a share)
+    /// are the same.
     pub fn of(rows: &BySet, sets: (usize, usize), pairs: usize, when: When, margin: f64) -> Self {
         let next = |trials: u64| match when {
             When::At(looks) => looks.after(trials),

@@ -35,8 +35,8 @@ pub struct Summary {
     /// Which set recovers most, and than which it is better, in words.
     pub headline: String,
     pub robot: String,
-    /// Number of trials. A set that was stopped earlier, in a campaign that ends when decided, has fewer: its own number
-    /// stands in `sets`.
+    /// Number of trials. A set that was stopped earlier, in a campaign that ends when decided, has fewer: its own
+    /// number stands in `sets`.
     pub trials: u64,
     /// At most so many were asked for; more than `trials` where the campaign ended when decided.
     pub most_trials: u64,
@@ -208,8 +208,8 @@ pub(crate) mod tests {
         outcomes.iter().enumerate().flat_map(trial).collect()
     }
 
-    /// Of sets "a", "b" and "c", of which "b" was stopped after 25 of 100 trials, and the rows of it. "a" and "c" recover
-    /// from nine of ten pushes, "b" from one of five.
+    /// Of sets "a", "b" and "c", of which "b" was stopped after 25 of 100 trials, and the rows of it. "a" and "c"
+    /// recover from nine of ten pushes, "b" from one of five.
     pub(crate) fn ragged(gates: &[&str]) -> (Summary, Vec<TrialRow>) {
         let overrides = Overrides {
             gates: gates.iter().map(|s| s.to_string()).collect(),

@@ -24,11 +24,10 @@ pub struct TellingTrial {
 }
 
 impl TellingTrial {
-    /// Of set number `set`, whose limit is the push (impulse over m omega d, as [`TrialRow::hardness`]) that half survive.
-    /// What tells most comes first: the
-    /// easiest push that was lost, the lost one that is nearest to the limit, and the hardest that was survived; then, for
-    /// the first of the other sets, the first trial that it survived and this set lost; then the next easiest lost ones.
-    /// Each trial once.
+    /// Of set number `set`, whose limit is the push (impulse over m omega d, as [`TrialRow::hardness`]) that half
+    /// survive. What tells most comes first: the easiest push that was lost, the lost one that is nearest to the limit,
+    /// and the hardest that was survived; then, for the first of the other sets, the first trial that it survived and
+    /// this set lost; then the next easiest lost ones. Each trial once.
     pub fn of(rows: &BySet, set: usize, limit: Option<f64>) -> Vec<Self> {
         let harder = |a: &&TrialRow, b: &&TrialRow| a.hardness().total_cmp(&b.hardness());
         let own = || rows.of(set).iter().copied();

@@ -48,8 +48,8 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
             "No gain set recovered from more than a few trials: the pushes are too hard to tell the sets apart.".into(),
         );
     }
-    // The smallest number of trials that show a difference if all of them speak for the same set: 2 / 2^k is below 5 %, for
-    // each of the pairs.
+    // The smallest number of trials that show a difference if all of them speak for the same set: 2 / 2^k is below 5 %,
+    // for each of the pairs.
     let enough = (2.0 * pairs.len().max(1) as f64 / 0.05).log2().ceil() as u64;
     let is_thin = |pair: &&Pair| {
         let discordant = pair.counts.only_a + pair.counts.only_b;

@@ -26,7 +26,8 @@ impl Trials<'_> {
 
     /// The data of the page's script: names of the sets, the parts of the replay command before and after the number of
     /// a trial, and for each trial its number, impulse (N s), heading (degrees), a letter for each set's outcome (R, F,
-    /// D, T, or - where the set had been stopped before) and each set's number of footsteps. The text is safe inside a `script` element.
+    /// D, T, or - where the set had been stopped before) and each set's number of footsteps. The text is safe inside a
+    /// `script` element.
     pub fn as_json(&self, commands: &[[String; 2]]) -> String {
         let round = |x: f64, digits: f64| (x * digits).round() / digits;
         let Self(rows) = self;
