@@ -86,5 +86,5 @@ fn a_command_reaches_the_servos_after_the_delay() {
         // The joint has hardly moved yet, so the torque is the commanded one, over its share of the tick.
         assert!((difference[tick] - 0.5 * share).abs() < 0.2 * share, "delay {delay_s} s: {difference:?}");
     }
-    assert_eq!(config(1.0).physics_step_s, CLOCK.physics_step_s);
+    assert_eq!(config(1.0).clock(), CLOCK);
 }

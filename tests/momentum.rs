@@ -7,7 +7,7 @@ use nalgebra::{Point2, Vector3};
 use rayon::prelude::*;
 use standfast::episode::{self, Disturbance, EpisodeConfig, Until, support_on_ground};
 use standfast::robot::GRAVITY;
-use standfast::sim::{Profile, Push};
+use standfast::sim::{PhysicsStep, Profile, Push};
 
 /// The quantities of the law at every tick.
 struct Course {
@@ -96,7 +96,11 @@ fn momentum_changes_by_the_impulse_of_outer_forces() {
 fn what_a_fall_leaves_over_goes_down_with_the_step() {
     let hold = Bench::new("hold");
     let left_over = |physics_step_s| {
-        let course = Course::of(&hold, vec![push(4.0, 0.0)], EpisodeConfig { physics_step_s, ..config(1.5) });
+        let course = Course::of(
+            &hold,
+            vec![push(4.0, 0.0)],
+            EpisodeConfig { physics_step_s: PhysicsStep::all(physics_step_s), ..config(1.5) },
+        );
         assert!(course.fell);
         (1..course.time_s.len()).map(|i| course.residual(i - 1, i)).sum::<f64>()
     };

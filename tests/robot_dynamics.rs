@@ -10,6 +10,7 @@ use standfast::episode::{self, Disturbance, EpisodeConfig, Until};
 use standfast::lipm::GainSet;
 use standfast::robot::dynamics::{Dynamics, load_torques};
 use standfast::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot};
+use standfast::sim::PhysicsStep;
 use std::sync::LazyLock;
 
 static ROBOT: LazyLock<Robot> = LazyLock::new(|| Robot::load("ut-mu2").unwrap());
@@ -254,7 +255,7 @@ fn the_simulation_obeys_them() {
     let worst = |step_s: f64| {
         let config = EpisodeConfig {
             horizon_s: 0.95,
-            physics_step_s: step_s,
+            physics_step_s: PhysicsStep::all(step_s),
             control_period_s: step_s,
             ..EpisodeConfig::default()
         };

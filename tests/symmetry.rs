@@ -7,11 +7,12 @@ use common::{Bench, config, push};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use standfast::episode::{self, Disturbance, EpisodeConfig, Record, Tick, Until};
+use standfast::sim::PhysicsStep;
 
 /// The true COM at every tick.
 fn course(bench: &Bench, physics_step_s: f64, heading: f64) -> (Record, Vec<Vector3<f64>>) {
     let mut coms = Vec::new();
-    let config = EpisodeConfig { physics_step_s, ..config(3.0) };
+    let config = EpisodeConfig { physics_step_s: PhysicsStep::all(physics_step_s), ..config(3.0) };
     let disturbance = Disturbance { pushes: vec![push(2.0, heading)], ..Disturbance::default() };
     let mut observe = |tick: &Tick| coms.push(tick.truth.com.coords);
     let record = episode::run(&bench.robot, &bench.design, &config, disturbance, Until::Horizon, &mut observe);

@@ -45,8 +45,7 @@ pub struct Played {
 
 /// The time steps of an episode that is not told otherwise.
 pub fn clock() -> Clock {
-    let EpisodeConfig { physics_step_s, control_period_s, .. } = EpisodeConfig::default();
-    Clock { physics_step_s, control_period_s }
+    EpisodeConfig::default().clock()
 }
 
 impl Played {

@@ -17,6 +17,7 @@ use crate::files::{build_id, sha256_hex, write_atomic};
 use crate::lipm::gains::GainSet;
 use crate::lipm::variant::Entry;
 use crate::robot::Robot;
+use crate::sim::{Engine, PhysicsStep};
 use crate::stats::looks::Looks;
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -99,7 +100,8 @@ impl Plan {
     /// Reads the robot and the gain sets. It fails if any of them is missing or wrong, or if two sets have the same
     /// name.
     pub fn new(campaign: &Campaign) -> Result<Plan> {
-        let robot = Robot::load(&campaign.robot)?;
+        let (robot, engine) = (Robot::load(&campaign.robot)?, campaign.episode.engine);
+        engine.check(&robot)?;
         let entries: Vec<Entry> = campaign.gains.iter().map(|gains| Entry::split(gains)).collect();
         let load = |entry: &Entry| GainSet::parse(&open(Kind::Gains, entry.base)?);
         let bases = entries.iter().map(load).collect::<Result<Vec<_>>>()?;
@@ -116,13 +118,16 @@ impl Plan {
             *gains = entry.with_base(&inputs.take(entry.base, &stem, &[(Kind::Gains, "toml")])?);
         }
         let standfast = env!("CARGO_PKG_VERSION").to_string();
-        let config_hash = hash(&standfast, &what_trials_are(&resolved).to_toml()?, &inputs.texts);
+        let engine = engine.with_version();
+        let program = format!("{standfast} {engine}");
+        let config_hash = hash(&program, &what_trials_are(&resolved).to_toml()?, &inputs.texts);
         let build = String::new();
         let manifest = Manifest {
             standfast,
             config_hash,
             build,
             robot_sha256,
+            engine,
             part_trials: PART_TRIALS,
             planned_trials: resolved.trials,
             sets,
@@ -141,8 +146,11 @@ impl Plan {
             Some(path) => path.to_path_buf(),
             None => {
                 let results = Path::new("standfast-results");
-                let plain = results.join(&manifest.campaign.name);
-                let hashed = results.join(format!("{}-{}", manifest.campaign.name, &hash[..8]));
+                let name = match manifest.campaign.episode.engine {
+                    Engine::Rapier => manifest.campaign.name.clone(),
+                    other => format!("{}-{}", manifest.campaign.name, other.name()),
+                };
+                let (plain, hashed) = (results.join(&name), results.join(format!("{name}-{}", &hash[..8])));
                 if own(&plain).unwrap_or(false) { plain } else { hashed }
             }
         };
@@ -455,17 +463,19 @@ fn open(kind: Kind, name: &str) -> Result<Source> {
 fn what_trials_are(campaign: &Campaign) -> Campaign {
     let mut trials = Campaign { gates: GateSpec::default(), ..campaign.clone() };
     trials.stopping.margin = 0.0;
+    // The step of the other engine does not matter.
+    trials.episode.physics_step_s = PhysicsStep::all(trials.episode.clock().physics_step_s);
     if campaign.stopping.until_resolved {
         trials.trials = 0;
     }
     trials
 }
 
-/// SHA-256 of the version of the program, the resolved campaign and the texts of its inputs, each with its length in
+/// SHA-256 of the versions of program and physics engine, the resolved campaign and the texts of its inputs, each with its length in
 /// front.
-fn hash(version: &str, campaign: &str, inputs: &[String]) -> String {
+fn hash(versions: &str, campaign: &str, inputs: &[String]) -> String {
     let mut bytes = Vec::new();
-    for text in [version, campaign].into_iter().chain(inputs.iter().map(String::as_str)) {
+    for text in [versions, campaign].into_iter().chain(inputs.iter().map(String::as_str)) {
         bytes.extend((text.len() as u64).to_le_bytes());
         bytes.extend(text.as_bytes());
     }

@@ -1,7 +1,7 @@
 //! Settings of an episode: its duration and time steps, the thresholds of its judge, and the disturbances.
 
 use crate::sim::plant::Clock;
-use crate::sim::{Push, SensorErrors, Variation};
+use crate::sim::{Engine, PhysicsStep, Push, SensorErrors, Variation};
 use serde::{Deserialize, Serialize};
 
 /// Thresholds by which an episode is judged.
@@ -39,8 +39,10 @@ impl Default for Judge {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EpisodeConfig {
+    /// The physics engine that simulates the robot.
+    pub engine: Engine,
     pub horizon_s: f64,
-    pub physics_step_s: f64,
+    pub physics_step_s: PhysicsStep,
     pub control_period_s: f64,
     /// Whether an episode ends as soon as the robot is settled. If false, only a fall ends it before the horizon;
     /// [`Record::home_at_s`](super::Record::home_at_s) then has a meaning, and "recovered" is standing at the horizon.
@@ -51,8 +53,9 @@ pub struct EpisodeConfig {
 impl Default for EpisodeConfig {
     fn default() -> Self {
         Self {
+            engine: Engine::default(),
             horizon_s: 6.0,
-            physics_step_s: 0.002,
+            physics_step_s: PhysicsStep::default(),
             control_period_s: 0.002,
             end_early: true,
             judge: Judge::default(),
@@ -63,7 +66,7 @@ impl Default for EpisodeConfig {
 impl EpisodeConfig {
     /// The time steps of the simulation.
     pub fn clock(&self) -> Clock {
-        Clock { physics_step_s: self.physics_step_s, control_period_s: self.control_period_s }
+        Clock { physics_step_s: self.physics_step_s.of(self.engine), control_period_s: self.control_period_s }
     }
 
     /// The condition that ends an episode of a campaign.

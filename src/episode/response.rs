@@ -28,6 +28,7 @@ use crate::control::{Design, Phase};
 use crate::error::{Error, Result};
 use crate::lipm::gains::Standing;
 use crate::robot::Robot;
+use crate::sim::PhysicsStep;
 use crate::sim::plant::Clock;
 use nalgebra::{Complex, Point2, Vector2};
 use rayon::prelude::*;
@@ -128,8 +129,11 @@ fn measure_at(robot: &Robot, design: &Design, what: &Experiment, frequency_hz: f
         Axis::X => (0, Vector2::x()),
         Axis::Y => (1, Vector2::y()),
     };
-    let config =
-        EpisodeConfig { physics_step_s: what.clock.physics_step_s, control_period_s: dt, ..EpisodeConfig::default() };
+    let config = EpisodeConfig {
+        physics_step_s: PhysicsStep::all(what.clock.physics_step_s),
+        control_period_s: dt,
+        ..EpisodeConfig::default()
+    };
     let mut closed_loop = ClosedLoop::new(robot, robot, design, &config, Disturbance::default());
     let [mut wanted, mut truth, mut estimate] = [Complex::new(0.0, 0.0); 3];
     let turn_at = |k: u64| Complex::cis(-TAU * frequency_hz * dt * k as f64);

@@ -3,6 +3,7 @@
 
 pub mod contact;
 mod convert;
+pub mod engine;
 pub mod ground;
 pub mod plant;
 pub mod push;
@@ -11,6 +12,7 @@ pub mod servo;
 pub mod variation;
 mod world;
 
+pub use engine::{Engine, PhysicsStep};
 pub use ground::Ground;
 pub use plant::{Plant, Pull, Truth};
 pub use push::{Profile, Push};

@@ -42,12 +42,13 @@ pub fn check_episode(file: &str, episode: &EpisodeConfig) -> Result<()> {
     let positive = |field, value, most| positive(file, field, value, most);
     positive("episode.horizon_s", episode.horizon_s, 3600.0)?;
     positive("episode.control_period_s", episode.control_period_s, 0.1)?;
-    positive("episode.physics_step_s", episode.physics_step_s, episode.control_period_s)?;
-    let substeps = episode.control_period_s / episode.physics_step_s;
+    let physics_step_s = episode.clock().physics_step_s;
+    positive("episode.physics_step_s", physics_step_s, episode.control_period_s)?;
+    let substeps = episode.control_period_s / physics_step_s;
     if (substeps - substeps.round()).abs() > 1e-6 {
         let accepted = format!("episode.control_period_s = {} divided by a whole number", episode.control_period_s);
         let problem = "does not divide the control period";
-        return Err(Error::value(file, "episode.physics_step_s", episode.physics_step_s, problem, accepted));
+        return Err(Error::value(file, "episode.physics_step_s", physics_step_s, problem, accepted));
     }
     let judge = &episode.judge;
     positive("episode.judge.fallen_tilt_deg", judge.fallen_tilt_deg, 180.0)?;

@@ -10,6 +10,7 @@ use crate::episode::EpisodeConfig;
 use crate::error::{Error, Result};
 use crate::lipm::GainSet;
 use crate::lipm::variant::{self, Entry};
+use crate::sim::Engine;
 use crate::stats::looks::LOOK_TRIALS;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -93,6 +94,7 @@ pub struct Overrides {
     /// Sweeps `SET:KEY=V1,V2,...`. Their variants follow `gains`, and the campaign's own list is dropped.
     pub vary: Vec<String>,
     pub robot: Option<String>,
+    pub engine: Option<Engine>,
     /// Gates in addition to the campaign's own.
     pub gates: Vec<String>,
     /// What an unresolved gate counts as.
@@ -133,6 +135,7 @@ impl Campaign {
         if let Some(robot) = &overrides.robot {
             campaign.robot.clone_from(robot);
         }
+        campaign.episode.engine = overrides.engine.unwrap_or(campaign.episode.engine);
         campaign.gates.add(&overrides.gates, overrides.unresolved);
         campaign.stopping.until_resolved |= overrides.until_resolved;
         campaign.stopping.margin = overrides.margin.unwrap_or(campaign.stopping.margin);

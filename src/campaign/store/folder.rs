@@ -40,6 +40,9 @@ pub struct Manifest {
     /// SHA-256 of URDF and settings, by which results of different robots can be told apart.
     #[serde(default)]
     pub robot_sha256: String,
+    /// Name and version of the physics engine; empty in the folders of earlier builds, which had Rapier alone.
+    #[serde(default)]
+    pub engine: String,
     /// Number of trials in a block. A folder keeps its own number, and the result does not depend on it.
     #[serde(default = "unsaid_part_trials")]
     pub part_trials: NonZeroU64,
@@ -300,6 +303,7 @@ pub(crate) mod tests {
             config_hash: "0123456789abcdef".into(),
             build: String::new(),
             robot_sha256: String::new(),
+            engine: campaign.episode.engine.with_version(),
             part_trials: PART_TRIALS,
             planned_trials: campaign.trials,
             sets: sets.iter().map(|set| set.to_string()).collect(),

@@ -45,6 +45,7 @@ impl StoredTrial {
         let file = folder.join("campaign.toml");
         let campaign = Campaign::load(&file.display().to_string(), &Overrides::default())?;
         let robot = Robot::load(&campaign.robot)?;
+        campaign.episode.engine.check(&robot)?;
         let gains = GainSet::load(&campaign.gains_named(&set))?;
         let design = Design::new(&robot, &gains, campaign.episode.control_period_s)?;
         let row = rows.into_iter().find(|row| row.set == set);

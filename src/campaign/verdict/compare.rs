@@ -102,6 +102,7 @@ fn joined(a: &Manifest, b: &Manifest, sets: Vec<String>, trials: u64, gates: &[S
         config_hash: sha256_hex(format!("{} {}", a.config_hash, b.config_hash).as_bytes()),
         build: both(&a.build, &b.build),
         robot_sha256: both(&a.robot_sha256, &b.robot_sha256),
+        engine: both(&a.engine, &b.engine),
         part_trials: a.part_trials,
         // Neither is a matter of outcomes.
         planned_trials: a.planned_trials.min(b.planned_trials),

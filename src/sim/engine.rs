@@ -1,0 +1,138 @@
+//! The physics engines that can simulate the robot. Everything but the physics is the same with each: robot, servos,
+//! delay, sensors, noise, ground, pushes and judge.
+
+use crate::error::{Error, Result};
+use crate::robot::Robot;
+use serde::{Deserialize, Serialize};
+
+/// A physics engine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Engine {
+    #[default]
+    Rapier,
+    Mujoco,
+}
+
+impl Engine {
+    pub const ALL: [Engine; 2] = [Engine::Rapier, Engine::Mujoco];
+
+    /// Name in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Engine::Rapier => "rapier",
+            Engine::Mujoco => "mujoco",
+        }
+    }
+
+    /// Name in sentences.
+    pub fn title(self) -> &'static str {
+        match self {
+            Engine::Rapier => "Rapier",
+            Engine::Mujoco => "MuJoCo",
+        }
+    }
+
+    /// Name and version, such as "Rapier 0.36.1".
+    pub fn with_version(self) -> String {
+        let version = match self {
+            Engine::Rapier => rapier3d::VERSION,
+            Engine::Mujoco => "3.17.0",
+        };
+        format!("{} {version}", self.title())
+    }
+
+    /// Checks that this program has the engine, and that the engine takes the robot.
+    pub fn check(self, _robot: &Robot) -> Result<()> {
+        match self {
+            Engine::Rapier => Ok(()),
+            Engine::Mujoco => {
+                let problem = "this program was built without MuJoCo";
+                let accepted = "rapier, or a program that was built with `--features mujoco`";
+                Err(Error::value("campaign", "episode.engine", "mujoco", problem, accepted))
+            }
+        }
+    }
+}
+
+/// The physics step (s) of each engine. In files it is one number for all, or a table of the engines' names.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Form")]
+pub struct PhysicsStep {
+    pub rapier: f64,
+    pub mujoco: f64,
+}
+
+/// What a file may say.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, untagged, expecting = "a number, or { rapier = ..., mujoco = ... }")]
+enum Form {
+    All(f64),
+    Each {
+        #[serde(default = "Form::rapier")]
+        rapier: f64,
+        #[serde(default = "Form::mujoco")]
+        mujoco: f64,
+    },
+}
+
+impl Form {
+    fn rapier() -> f64 {
+        PhysicsStep::default().rapier
+    }
+
+    fn mujoco() -> f64 {
+        PhysicsStep::default().mujoco
+    }
+}
+
+impl Default for PhysicsStep {
+    fn default() -> Self {
+        Self { rapier: 0.002, mujoco: 0.001 }
+    }
+}
+
+impl From<Form> for PhysicsStep {
+    fn from(form: Form) -> Self {
+        match form {
+            Form::All(step_s) => Self::all(step_s),
+            Form::Each { rapier, mujoco } => Self { rapier, mujoco },
+        }
+    }
+}
+
+impl PhysicsStep {
+    /// The same step for every engine.
+    pub fn all(step_s: f64) -> Self {
+        Self { rapier: step_s, mujoco: step_s }
+    }
+
+    /// The step of an engine (s).
+    pub fn of(self, engine: Engine) -> f64 {
+        match engine {
+            Engine::Rapier => self.rapier,
+            Engine::Mujoco => self.mujoco,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_is_one_number_or_one_for_each_engine() {
+        let read = |text: &str| {
+            let table: Result<toml::Table, _> = toml::from_str(&format!("step = {text}"));
+            table.unwrap()["step"].clone().try_into::<PhysicsStep>()
+        };
+        assert_eq!(read("0.0005").unwrap(), PhysicsStep::all(0.0005));
+        let steps = PhysicsStep { rapier: 0.002, mujoco: 0.0005 };
+        assert_eq!(read("{ mujoco = 0.0005 }").unwrap(), steps);
+        assert_eq!((steps.of(Engine::Rapier), steps.of(Engine::Mujoco)), (0.002, 0.0005));
+        for bad in ["'small'", "{ bullet = 0.001 }"] {
+            let message = read(bad).unwrap_err().to_string();
+            assert!(message.contains("a number, or { rapier = ..., mujoco = ... }"), "{message}");
+        }
+    }
+}
