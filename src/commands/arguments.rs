@@ -4,13 +4,28 @@ use super::terminal::note;
 use crate::campaign::Overrides;
 use crate::campaign::ask::gate::OnUnresolved;
 use crate::error::{Error, Result};
+use crate::sim::Engine;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use serde::Deserialize;
 use serde::de::value::{Error as NoSuchName, StringDeserializer};
 use serde::de::{DeserializeOwned, IntoDeserializer};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+
+/// The physics engines that `--engine` asks for where several can be compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EngineChoice {
+    Rapier,
+    Mujoco,
+    Both,
+}
+
+/// Names of the engines for `--engine`, and of [`EngineChoice`].
+pub const ENGINES: [&str; 2] = ["rapier", "mujoco"];
+const ENGINE_CHOICES: [&str; 3] = ["rapier", "mujoco", "both"];
 
 /// Options that change a campaign.
 #[derive(Debug, Default, Args)]
@@ -28,6 +43,9 @@ pub struct ChangeArgs {
     /// Robot by name or URDF file, with its settings in a .toml file of the same name beside it
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
+    /// Physics engine that simulates the robot, or both [default: that of the campaign, or rapier]
+    #[arg(long, value_name = "ENGINE", value_parser = one_of::<EngineChoice, 3>(ENGINE_CHOICES))]
+    pub engine: Option<EngineChoice>,
     /// Seed of all random numbers
     #[arg(long, value_name = "S")]
     pub seed: Option<u64>,
@@ -37,7 +55,18 @@ pub struct ChangeArgs {
 }
 
 impl ChangeArgs {
-    /// These changes in the form that [`Campaign::load`](crate::campaign::Campaign::load) takes.
+    /// The engines that are asked for, one or two. None stands for that of the campaign.
+    pub fn engines(&self) -> Vec<Option<Engine>> {
+        match self.engine {
+            None => vec![None],
+            Some(EngineChoice::Rapier) => vec![Some(Engine::Rapier)],
+            Some(EngineChoice::Mujoco) => vec![Some(Engine::Mujoco)],
+            Some(EngineChoice::Both) => Engine::ALL.map(Some).into(),
+        }
+    }
+
+    /// These changes in the form that [`Campaign::load`](crate::campaign::Campaign::load) takes, with the first of
+    /// [`engines`](Self::engines).
     pub fn overrides(&self) -> Overrides {
         Overrides {
             set: self.set.clone(),
@@ -45,6 +74,7 @@ impl ChangeArgs {
             gains: self.gains.clone(),
             vary: self.vary.clone(),
             robot: self.robot.clone(),
+            engine: self.engines()[0],
             ..Overrides::default()
         }
     }
@@ -61,7 +91,7 @@ pub struct GateArgs {
     #[arg(long, value_name = "EXPR")]
     pub gate: Vec<String>,
     /// How a gate counts that has too few trials to pass or to fail [default: as the campaign says, or else pass]
-    #[arg(long, value_name = "pass|fail", value_parser = one_of::<OnUnresolved>(["pass", "fail"]))]
+    #[arg(long, value_name = "pass|fail", value_parser = one_of::<OnUnresolved, 2>(["pass", "fail"]))]
     pub unresolved: Option<OnUnresolved>,
     /// Result folder of an earlier run with the same pushes, for gates that compare with a baseline
     #[arg(long, value_name = "DIR")]
@@ -100,7 +130,7 @@ pub fn fine(what: &str) -> Result<ExitCode> {
 }
 
 /// Reads a value by its name, which is the same on the command line and in files.
-pub fn one_of<T>(names: [&'static str; 2]) -> impl TypedValueParser<Value = T>
+pub fn one_of<T, const N: usize>(names: [&'static str; N]) -> impl TypedValueParser<Value = T>
 where
     T: DeserializeOwned + Clone + Send + Sync + 'static,
 {

@@ -14,6 +14,7 @@ use crate::render::replay::{self, Head};
 use crate::render::text::story::{Told, Witness};
 use crate::render::{self, trace::Trace};
 use crate::robot::Robot;
+use crate::sim::Engine;
 use std::path::{Path, PathBuf};
 
 /// How long plots, films and pictures go on after the robot has come to stand still (s).
@@ -60,14 +61,17 @@ impl OutputArgs {
         Ok(())
     }
 
-    /// Fails if a file is asked for that only an episode with physics can fill.
-    pub fn check_without_physics(&self) -> Result<()> {
+    /// Fails if an engine is asked for, or a file that only an episode with physics can fill.
+    pub fn check_without_physics(&self, engine: Option<Engine>) -> Result<()> {
         let Self { trace, plot: _, replay, frames } = self;
-        for (option, path) in [("--trace", trace), ("--replay", replay), ("--frames", frames)] {
-            if let Some(path) = path {
+        let files = [("--trace", trace), ("--replay", replay), ("--frames", frames)];
+        let files = files.map(|(option, path)| (option, path.as_ref().map(|path| path.display().to_string())));
+        let engine = ("--engine", engine.map(|engine| engine.name().to_string()));
+        for (option, value) in files.into_iter().chain([engine]) {
+            if let Some(value) = value {
                 let accepted =
                     "a scenario with a push; an imposed error has no physics, and can only be drawn with --plot";
-                return Err(Error::value("command line", option, path.display(), "nothing to show", accepted));
+                return Err(Error::value("command line", option, value, "nothing to simulate", accepted));
             }
         }
         Ok(())

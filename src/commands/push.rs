@@ -1,6 +1,6 @@
 //! `standfast push`: simulates one push, and tells what happened and why.
 
-use super::arguments::{CheckArgs, fine, one_of};
+use super::arguments::{CheckArgs, ENGINES, fine, one_of};
 use super::episode::{Case, OutputArgs, command_line};
 use super::terminal::print;
 use crate::assets::DEFAULT_ROBOT;
@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
 use crate::render::scene::scale::RobotScale;
 use crate::robot::Robot;
-use crate::sim::{Profile, Push};
+use crate::sim::{Engine, Profile, Push};
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
@@ -43,7 +43,7 @@ pub struct PushArgs {
     #[arg(long, value_name = "S")]
     pub start: Option<f64>,
     /// Course of the force over time, at the same impulse [default: that of the trial, or rectangular]
-    #[arg(long, value_parser = one_of::<Profile>(["rectangular", "half-sine"]))]
+    #[arg(long, value_parser = one_of::<Profile, 2>(["rectangular", "half-sine"]))]
     pub profile: Option<Profile>,
     /// Gain set by name or file, a variant NAME:KEY=VALUE, or a set of the campaign by its name in the results
     #[arg(long, value_name = "NAME|FILE", default_value = "catch")]
@@ -51,6 +51,9 @@ pub struct PushArgs {
     /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
+    /// Physics engine that simulates the robot [default: that of the campaign, or rapier]
+    #[arg(long, value_name = "ENGINE", value_parser = one_of::<Engine, 2>(ENGINES))]
+    pub engine: Option<Engine>,
     /// Take sensor noise and thresholds from this campaign; without it the sensors are ideal
     #[arg(long, value_name = "NAME|FILE")]
     pub campaign: Option<String>,
@@ -74,14 +77,18 @@ pub struct PushArgs {
 
 pub fn run(args: &PushArgs) -> Result<ExitCode> {
     let campaign = match &args.campaign {
-        Some(name) => Some(Campaign::load(name, &Overrides { seed: args.seed, ..Overrides::default() })?),
+        Some(name) => {
+            Some(Campaign::load(name, &Overrides { seed: args.seed, engine: args.engine, ..Overrides::default() })?)
+        }
         None => None,
     };
     let mut config = campaign.as_ref().map_or_else(EpisodeConfig::default, |c| c.episode);
+    config.engine = args.engine.unwrap_or(config.engine);
     config.horizon_s = args.horizon.unwrap_or(config.horizon_s);
     check_episode("command line", &config)?;
     let robot_name = args.robot.as_ref().or(campaign.as_ref().map(|c| &c.robot));
     let robot = Robot::load(robot_name.map_or(DEFAULT_ROBOT, String::as_str))?;
+    config.engine.check(&robot)?;
     let pushes = the_pushes(args, campaign.as_ref(), &config, &robot)?;
     let gains = campaign.as_ref().map_or_else(|| args.gains.clone(), |c| c.gains_named(&args.gains));
     let design = Design::new(&robot, &GainSet::load(&gains)?, config.control_period_s)?;

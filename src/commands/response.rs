@@ -1,7 +1,7 @@
 //! `standfast response`: measures how well the ZMP follows the commanded ZMP, and compares the bandwidth with the poles
 //! of the gains.
 
-use super::arguments::one_of;
+use super::arguments::{ENGINES, one_of};
 use super::terminal::print;
 use crate::assets::DEFAULT_ROBOT;
 use crate::control::Design;
@@ -12,6 +12,7 @@ use crate::lipm::gains::GainSet;
 use crate::render::text::response::Response;
 use crate::render::{self, figure};
 use crate::robot::Robot;
+use crate::sim::Engine;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -32,8 +33,11 @@ pub struct ResponseArgs {
     /// Robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_ROBOT)]
     pub robot: String,
+    /// Physics engine that simulates the robot
+    #[arg(long, value_name = "ENGINE", value_parser = one_of::<Engine, 2>(ENGINES), default_value = "rapier")]
+    pub engine: Engine,
     /// Axis along which the ZMP is moved: x is fore and aft, y is sideways
-    #[arg(long, value_parser = one_of::<Axis>(["x", "y"]), default_value = "x")]
+    #[arg(long, value_parser = one_of::<Axis, 2>(["x", "y"]), default_value = "x")]
     pub axis: Axis,
     /// Amplitude of the sine that is added to the commanded ZMP (m)
     #[arg(long, value_name = "M", default_value_t = 0.005, allow_negative_numbers = true)]
@@ -52,17 +56,12 @@ pub fn run(args: &ResponseArgs) -> Result<ExitCode> {
         let accepted = format!("{least} to {most}");
         return Err(Error::value("command line", "--amplitude", args.amplitude, "out of range", accepted));
     }
-    let config = EpisodeConfig::default();
+    let config = EpisodeConfig { engine: args.engine, ..EpisodeConfig::default() };
     let robot = Robot::load(&args.robot)?;
+    config.engine.check(&robot)?;
     let design = Design::new(&robot, &GainSet::load(&args.gains)?, config.control_period_s)?;
     design.warning.iter().for_each(|warning| log::warn!("{warning}"));
-    let experiment = Experiment {
-        axis: args.axis,
-        amplitude_m: args.amplitude,
-        clock: config.clock(),
-        settle_s: 2.0,
-        measure_s: 2.0,
-    };
+    let experiment = Experiment { axis: args.axis, amplitude_m: args.amplitude, config, settle_s: 2.0, measure_s: 2.0 };
     let (from, to, count) = FREQUENCIES_HZ;
     let points = response::measure(&robot, &design, &experiment, &response::log_spaced(from, to, count))?;
     let measured = Response::new(&args.robot, &design.family, &experiment, points);
@@ -81,6 +80,7 @@ mod tests {
         ResponseArgs {
             gains: gains.into(),
             robot: "ut-mu2".into(),
+            engine: Engine::Rapier,
             axis: Axis::Y,
             amplitude: 0.005,
             plot: None,

@@ -1,6 +1,6 @@
 //! `standfast run`: a campaign, from its file to its verdict.
 
-use super::arguments::{ChangeArgs, CheckArgs, GateArgs, ReplaysArgs, fine};
+use super::arguments::{ChangeArgs, CheckArgs, EngineChoice, GateArgs, ReplaysArgs, fine};
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::{Progress, duration};
 use super::result::{Printing, conclude, gates_of};
@@ -83,6 +83,9 @@ pub struct RunArgs {
 }
 
 pub fn run(args: &RunArgs) -> Result<ExitCode> {
+    if args.change.engine == Some(EngineChoice::Both) {
+        return Err(Error::value("command line", "--engine", "both", "is for `limit` as yet", "rapier, mujoco"));
+    }
     let campaign = Campaign::load(&args.campaign, &args.overrides())?;
     args.check_against(&campaign)?;
     let plan = Plan::new(&campaign)?;

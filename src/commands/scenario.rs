@@ -1,6 +1,6 @@
 //! `standfast scenario`: simulates a disturbance that has a name, such as those of the paper, or lists the names.
 
-use super::arguments::{CheckArgs, fine};
+use super::arguments::{CheckArgs, ENGINES, fine, one_of};
 use super::episode::{Case, OutputArgs, command_line};
 use super::terminal::print;
 use crate::campaign::ask::scenario::{Cause, Imposed, Scenario};
@@ -12,6 +12,7 @@ use crate::render::figure::motion::MotionPlot;
 use crate::render::text::layout::wrapped;
 use crate::render::{self, text};
 use crate::robot::Robot;
+use crate::sim::Engine;
 use serde_json::json;
 use std::process::ExitCode;
 
@@ -33,6 +34,9 @@ pub struct ScenarioArgs {
     /// Robot by name or URDF file, in place of the scenario's
     #[arg(long, value_name = "NAME|FILE", requires = "scenario")]
     pub robot: Option<String>,
+    /// Physics engine that simulates the robot [default: rapier]
+    #[arg(long, value_name = "ENGINE", value_parser = one_of::<Engine, 2>(ENGINES), requires = "scenario")]
+    pub engine: Option<Engine>,
     #[command(flatten)]
     pub outputs: OutputArgs,
     #[command(flatten)]
@@ -45,13 +49,15 @@ pub struct ScenarioArgs {
 pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
     let Some(name) = &args.scenario else { return list(args) };
     let scenario = Scenario::load(name)?;
-    let (cause, config) = (scenario.cause()?, scenario.episode());
+    let (cause, mut config) = (scenario.cause()?, scenario.episode());
+    config.engine = args.engine.unwrap_or(config.engine);
     let robot = Robot::load(args.robot.as_ref().unwrap_or(&scenario.robot))?;
+    config.engine.check(&robot)?;
     let gains = GainSet::load(args.gains.as_ref().unwrap_or(&scenario.gains))?;
     let design = Design::new(&robot, &gains, config.control_period_s)?;
     design.warning.iter().for_each(|warning| log::warn!("{warning}"));
     if matches!(cause, Cause::Imposed(_)) {
-        args.outputs.check_without_physics()?;
+        args.outputs.check_without_physics(args.engine)?;
     }
     args.outputs.check()?;
     if args.check.check {

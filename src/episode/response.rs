@@ -28,8 +28,6 @@ use crate::control::{Design, Phase};
 use crate::error::{Error, Result};
 use crate::lipm::gains::Standing;
 use crate::robot::Robot;
-use crate::sim::PhysicsStep;
-use crate::sim::plant::Clock;
 use nalgebra::{Complex, Point2, Vector2};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -51,7 +49,8 @@ pub struct Experiment {
     pub axis: Axis,
     /// Amplitude of the sine (m).
     pub amplitude_m: f64,
-    pub clock: Clock,
+    /// Engine and time steps; horizon and judge have no meaning here.
+    pub config: EpisodeConfig,
     /// Time for transients to die out (s).
     pub settle_s: f64,
     /// Shortest time of measurement (s). It is rounded up to whole periods, at least two.
@@ -120,7 +119,7 @@ fn nearest_turn(angle: f64, to: f64) -> f64 {
 }
 
 fn measure_at(robot: &Robot, design: &Design, what: &Experiment, frequency_hz: f64) -> Result<Point> {
-    let dt = what.clock.control_period_s;
+    let dt = what.config.control_period_s;
     let periods = (what.measure_s * frequency_hz).ceil().max(2.0);
     let measured = (periods / frequency_hz / dt).round() as u64;
     let frequency_hz = periods / (measured as f64 * dt);
@@ -129,12 +128,7 @@ fn measure_at(robot: &Robot, design: &Design, what: &Experiment, frequency_hz: f
         Axis::X => (0, Vector2::x()),
         Axis::Y => (1, Vector2::y()),
     };
-    let config = EpisodeConfig {
-        physics_step_s: PhysicsStep::all(what.clock.physics_step_s),
-        control_period_s: dt,
-        ..EpisodeConfig::default()
-    };
-    let mut closed_loop = ClosedLoop::new(robot, robot, design, &config, Disturbance::default());
+    let mut closed_loop = ClosedLoop::new(robot, robot, design, &what.config, Disturbance::default());
     let [mut wanted, mut truth, mut estimate] = [Complex::new(0.0, 0.0); 3];
     let turn_at = |k: u64| Complex::cis(-TAU * frequency_hz * dt * k as f64);
     // The desired ZMP of a tick can be reached by the end of that tick at best, so it is compared with the true and the
@@ -203,13 +197,10 @@ mod tests {
     use super::*;
     use crate::lipm::gains::GainSet;
 
-    const EXPERIMENT: Experiment = Experiment {
-        axis: Axis::X,
-        amplitude_m: 0.005,
-        clock: Clock { physics_step_s: 0.002, control_period_s: 0.002 },
-        settle_s: 1.0,
-        measure_s: 2.0,
-    };
+    fn experiment() -> Experiment {
+        let config = EpisodeConfig::default();
+        Experiment { axis: Axis::X, amplitude_m: 0.005, config, settle_s: 1.0, measure_s: 2.0 }
+    }
 
     fn design(robot: &Robot, gains: &str) -> Design {
         Design::new(robot, &GainSet::load(gains).unwrap(), 0.002).unwrap()
@@ -220,13 +211,13 @@ mod tests {
         let robot = Robot::load("ut-mu2").unwrap();
         let design = design(&robot, "switching");
         for axis in [Axis::X, Axis::Y] {
-            let points = measure(&robot, &design, &Experiment { axis, ..EXPERIMENT }, &[0.5, 1.0]).unwrap();
+            let points = measure(&robot, &design, &Experiment { axis, ..experiment() }, &[0.5, 1.0]).unwrap();
             for p in &points {
                 assert!((p.gain - 1.0).abs() < 0.1, "{axis:?}: {p:?}");
                 assert!(p.phase_deg.abs() < 10.0, "{axis:?}: {p:?}");
                 assert!((p.estimate_gain - p.gain).abs() < 0.05, "{axis:?}: {p:?}");
             }
-            let alone = measure(&robot, &design, &Experiment { axis, ..EXPERIMENT }, &[1.0]).unwrap();
+            let alone = measure(&robot, &design, &Experiment { axis, ..experiment() }, &[1.0]).unwrap();
             assert_eq!(alone[0], points[1]);
         }
     }
@@ -234,9 +225,9 @@ mod tests {
     #[test]
     fn a_set_that_wants_no_zmp_and_a_sine_that_topples_are_errors() {
         let robot = Robot::load("ut-mu2").unwrap();
-        let error = measure(&robot, &design(&robot, "hold"), &EXPERIMENT, &[1.0]).unwrap_err();
+        let error = measure(&robot, &design(&robot, "hold"), &experiment(), &[1.0]).unwrap_err();
         assert!(error.to_string().contains("--gains = hold"), "{error}");
-        let wild = Experiment { amplitude_m: 0.2, ..EXPERIMENT };
+        let wild = Experiment { amplitude_m: 0.2, ..experiment() };
         let error = measure(&robot, &design(&robot, "switching"), &wild, &[1.0]).unwrap_err();
         assert!(error.to_string().contains("loses its balance under a sine of 0.2 m"), "{error}");
     }
