@@ -156,3 +156,72 @@ fn side_by_side(a: &Limits, b: &Limits) -> String {
     ));
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::ask::spec::tests::campaign;
+    use crate::campaign::limit::Yardstick;
+    use crate::robot::Robot;
+
+    /// Two headings with limits of two gain sets (N s).
+    fn limits(engine: &str, impulses_n_s: [[f64; 2]; 2]) -> Limits {
+        let set = |(name, impulse50_n_s): (&str, f64)| SetLimit {
+            name: name.into(),
+            impulse50_n_s,
+            ci95: [impulse50_n_s - 0.1, impulse50_n_s + 0.1],
+            impulse90_n_s: None,
+            impulse90_ci95: None,
+            of_one_step_bound: impulse50_n_s / 5.0,
+            resolved: impulse50_n_s < 9.0,
+            trials: 10,
+            recovered: 5,
+            fell: 5,
+            timed_out: 0,
+            diverged: 0,
+        };
+        let nominal = campaign("nominal", &[]);
+        let yardstick = Yardstick::new(&Robot::load("ut-mu2").unwrap(), &nominal).unwrap();
+        let heading = |(heading_deg, of_sets): (f64, [f64; 2])| Heading {
+            sets: ["hold", "paper:stepping.x=2"].into_iter().zip(of_sets).map(set).collect(),
+            ..yardstick.heading(heading_deg).unwrap()
+        };
+        Limits {
+            campaign: nominal.name,
+            robot: nominal.robot,
+            engine: engine.into(),
+            physics_step_s: 0.002,
+            seed: 1,
+            precision_n_s: 0.1,
+            max_trials: 150,
+            random: false,
+            episodes: 40,
+            headings: [0.0, 180.0].into_iter().zip(impulses_n_s).map(heading).collect(),
+            yardstick,
+        }
+    }
+
+    #[test]
+    fn two_engines_stand_side_by_side_and_say_where_they_are_apart() {
+        let a = limits("Rapier 0.36.1", [[2.5, 5.0], [2.5, 9.5]]);
+        let b = limits("MuJoCo 3.17.0", [[2.5, 4.0], [2.6, 9.5]]);
+        let told = text(&[a.clone(), b]);
+        for line in [
+            "    0.0  hold                2.50 (2.40-2.60)   2.50 (2.40-2.60)   1.00",
+            "         paper:stepping.x=2  5.00 (4.90-5.10)   4.00 (3.90-4.10)   0.80  apart",
+            "  180.0  hold                2.50 (2.40-2.60)   2.60 (2.50-2.70)   1.04",
+            "         paper:stepping.x=2  9.50 (9.40-9.60)*  9.50 (9.40-9.60)*  1.00",
+            "         hold                 1.02   1.00   1.04   at 0 of 2 headings",
+            "         paper:stepping.x=2   0.90   0.80   1.00   at 1 of 2 headings",
+            "* The interval is wider than +-0.1 N s: the search ran out of trials, or left the",
+            "same in both engines; 80 episodes were run. The bounds of the pendulum are the",
+        ] {
+            assert!(told.lines().any(|told| told == line), "{line:?} is not in\n{told}");
+        }
+        let alone = text(&[a]);
+        assert!(alone.contains("engine:   Rapier 0.36.1, with a physics step of 2 ms\n"), "{alone}");
+        for text in [told, alone] {
+            assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        }
+    }
+}
