@@ -28,6 +28,7 @@ impl<'a> Partings<'a> {
             Plan::new(&Campaign::load(&file, &Overrides::default())?)
         };
         let plans = [plan(folders[0])?, plan(folders[1])?];
+        agreement.part_beyond_m = Some(half_sole_width_m(&plans[0].robot));
         let of_set =
             |(set, of): (usize, &'a mut SetAgreement)| of.parted.iter_mut().take(most).map(move |trial| (set, trial));
         let trials: Vec<_> = agreement.sets.iter_mut().enumerate().flat_map(of_set).collect();

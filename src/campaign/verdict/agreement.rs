@@ -25,6 +25,8 @@ pub struct Agreement {
     pub versions: [String; 2],
     /// The gain sets, in the order of the campaign.
     pub sets: Vec<SetAgreement>,
+    /// The distance beyond which traces part (m); None if none were compared.
+    pub part_beyond_m: Option<f64>,
     /// What is said of the same two gain sets in a and in b, where that differs.
     pub verdicts: Vec<[Verdict; 2]>,
 }
@@ -133,6 +135,7 @@ impl Agreement {
             engines,
             versions: of.map(|(manifest, _)| manifest.engine.clone()),
             sets: (0..sets.len()).map(set).collect(),
+            part_beyond_m: None,
             verdicts: differing(of.map(|(manifest, rows)| own_verdicts(manifest, rows))),
         }
     }

@@ -24,7 +24,7 @@ pub(super) fn text(agreement: &Agreement, full: bool) -> String {
     let [a, b] = &agreement.versions;
     let mut text = "\n".to_string() + &wrapped("", &format!("{a} and {b}, trial by trial:"));
     let [a, b] = agreement.engines.map(|engine| format!("only {}", engine.title()));
-    let mut counts = table(["gain set", "both", &a, &b, "neither", "agree", "kappa"]);
+    let mut counts = table(["gain set", "both", &a, &b, "neither", "agree", "kappa", "95 %"]);
     for set in &agreement.sets {
         counts.add_row([set.set.clone()].into_iter().chain(agreement_cells(&set.counts, &set.agreed)));
     }
@@ -43,15 +43,13 @@ pub const ABOUT_AGREEMENT: &str = "A trial counts under both, one or neither of 
                                beyond chance: 1 if the engines always agree, 0 if no more often than two that know \
                                nothing of each other. Its interval is at 95 %.";
 
-/// Cells of a row: both, only a, only b, neither, the share of agreement, and kappa with its interval.
-pub fn agreement_cells(counts: &PairedCounts, agreed: &Agreed) -> [String; 6] {
+/// Cells of a row: both, only a, only b, neither, the share of agreement, kappa, and its interval.
+pub fn agreement_cells(counts: &PairedCounts, agreed: &Agreed) -> [String; 7] {
     let PairedCounts { both, only_a, only_b, neither } = counts;
     let [both, only_a, only_b, neither] = [both, only_a, only_b, neither].map(|count| count.to_string());
-    let kappa = match (agreed.kappa, agreed.kappa_ci95) {
-        (Some(kappa), Some([least, most])) => format!("{kappa:.2} ({least:.2} to {most:.2})"),
-        _ => "-".into(),
-    };
-    [both, only_a, only_b, neither, percent(agreed.agree), kappa]
+    let kappa = agreed.kappa.map_or("-".into(), |kappa| format!("{kappa:.2}"));
+    let interval = agreed.kappa_ci95.map_or("-".into(), |[least, most]| format!("{least:.2} to {most:.2}"));
+    [both, only_a, only_b, neither, percent(agreed.agree), kappa, interval]
 }
 
 /// The share of agreement by kind of trial; empty if there are no such kinds.
@@ -80,9 +78,22 @@ fn where_they_part(agreement: &Agreement, full: bool) -> String {
         }
     }
     let all: usize = agreement.sets.iter().map(|set| set.parted.len()).sum();
-    match all {
-        0 => "\nThe engines agree on every trial.\n".into(),
-        _ => format!("\nWhere they part company (all {all} trials are in summary.json):\n{text}"),
+    if all == 0 {
+        return "\nThe engines agree on every trial.\n".into();
+    }
+    let head = format!("Where they part company (all {all} trials are in summary.json){}", about_traces(agreement));
+    format!("\n{}{text}", wrapped("", &head))
+}
+
+/// What it means that traces part, as the end of a sentence.
+pub fn about_traces(agreement: &Agreement) -> String {
+    match agreement.part_beyond_m {
+        Some(limit_m) => format!(
+            ". Traces part when the COMs, or the soles of a foot, are horizontally more than {:.0} mm apart, which is half \
+             the width of a sole.",
+            1000.0 * limit_m
+        ),
+        None => ":".into(),
     }
 }
 
@@ -95,13 +106,13 @@ pub fn parted(agreement: &Agreement, of: &PartedTrial) -> String {
     let Some(parting) = &of.parting else {
         return told + if of.traced { " The traces nowhere part." } else { "" };
     };
-    let Parting { at_s, distance_m, phases, loaded, .. } = parting;
+    let Parting { at_s, phases, loaded, .. } = parting;
     let what = match parting.of {
         Apart::Com => "COMs",
         Apart::LeftSole => "left soles",
         Apart::RightSole => "right soles",
     };
-    told += &format!(" At {at_s:.3} s the {what} are {:.0} mm apart.", 1000.0 * distance_m);
+    told += &format!(" At {at_s:.3} s the {what} part.");
     let mut differ = |since_s: Option<f64>, what: &str, [in_a, in_b]: [&str; 2]| {
         if let Some(since_s) = since_s {
             told += &format!(" Since {since_s:.3} s {what} {in_a} in {a} and {in_b} in {b}.");
