@@ -8,7 +8,7 @@ use super::physics::Physics;
 use super::servo::Drive;
 use crate::error::{Error, Result};
 use crate::robot::{Foot, Posture, Robot};
-use model::{GROUND, mjcf, quaternion};
+use model::{GROUND, body_name, mjcf, quaternion};
 use mujoco_rs::prelude::{MjData, MjModel, MjtObjBase};
 use nalgebra::{DVector, Isometry3, Matrix3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
@@ -31,7 +31,7 @@ pub fn check(robot: &Robot) -> Result<()> {
 pub fn start(robot: &Robot, ground: &Ground, posture: &Posture, step_s: f64) -> Box<dyn Physics> {
     let model = MjModel::from_xml_string(&mjcf(robot, ground, step_s)).expect("the robot was checked");
     let id = |kind, name: &str| model.name_to_id(kind, name).expect("it is in the model");
-    let bodies: Vec<usize> = robot.links.iter().map(|link| id(MjtObjBase::mjOBJ_BODY, &link.name)).collect();
+    let bodies: Vec<usize> = robot.links.iter().map(|link| id(MjtObjBase::mjOBJ_BODY, &body_name(link))).collect();
     let joints: Vec<Addresses> = robot
         .joints
         .iter()

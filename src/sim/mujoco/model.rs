@@ -7,12 +7,17 @@ use nalgebra::{Isometry3, UnitQuaternion};
 use quick_xml::escape::escape;
 use std::fmt::Write;
 
-/// Name of the body that carries the ground. No link of a URDF has a `/` at its front.
-pub const GROUND: &str = "/ground";
+/// Name of the body that carries the ground.
+pub const GROUND: &str = "ground";
 
 /// Time constant (s) and damping ratio of contacts and joint stops, which make both nearly rigid. A step of up to half
 /// the time constant is stable.
 const SOLREF: &str = "0.004 1";
+
+/// Name of the body of a link. A link may be called `world` or `ground`, which are taken.
+pub fn body_name(link: &Link) -> String {
+    format!("link {}", link.name)
+}
 
 /// The model as MJCF.
 pub fn mjcf(robot: &Robot, ground: &Ground, step_s: f64) -> String {
@@ -41,7 +46,7 @@ pub fn mjcf(robot: &Robot, ground: &Ground, step_s: f64) -> String {
 fn body(xml: &mut String, robot: &Robot, index: usize) {
     let link = &robot.links[index];
     let origin = if index == 0 { Isometry3::identity() } else { robot.joints[index - 1].origin };
-    _ = write!(xml, r#"<body name="{}" {}>"#, escape(&link.name), pose(&origin));
+    _ = write!(xml, r#"<body name="{}" {}>"#, escape(body_name(link)), pose(&origin));
     match index.checked_sub(1).map(|joint| (&robot.joints[joint], &robot.servos[joint])) {
         None => xml.push_str("<freejoint/>"),
         Some((joint, servo)) => {
