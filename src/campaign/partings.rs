@@ -32,7 +32,7 @@ impl<'a> Partings<'a> {
         let of_set =
             |(set, of): (usize, &'a mut SetAgreement)| of.parted.iter_mut().take(most).map(move |trial| (set, trial));
         let trials: Vec<_> = agreement.sets.iter_mut().enumerate().flat_map(of_set).collect();
-        let designs = if trials.is_empty() { Vec::new() } else { plans[0].designs()? };
+        let designs = plans[0].designs()?;
         Ok(Self { plans, designs, trials })
     }
 

@@ -6,6 +6,7 @@ use super::result::{Printing, exit_code, say_failed_gates};
 use super::terminal::{note, print, tell};
 use crate::campaign::Folder;
 use crate::campaign::partings::Partings;
+use crate::campaign::verdict::agreement::Agreement;
 use crate::campaign::verdict::compare::Comparison;
 use crate::error::{Error, Result};
 use crate::render::result;
@@ -81,17 +82,15 @@ pub fn check_out(out: &Path) -> Result<()> {
 /// Sets two results beside each other; of two engines it also finds where their traces part.
 pub fn compared([a, b]: [&Folder; 2], gates: &[String], args: &TracesArgs) -> Result<Comparison> {
     let mut comparison = Comparison::new(a, b, gates)?;
-    let Some(agreement) = comparison.summary.agreement.as_mut().filter(|_| args.traces > 0) else {
-        return Ok(comparison);
-    };
+    let part = |agreement: &&mut Agreement| args.traces > 0 && agreement.sets.iter().any(|set| !set.parted.is_empty());
+    let Some(agreement) = comparison.summary.agreement.as_mut().filter(part) else { return Ok(comparison) };
     match Partings::new([a, b], agreement, args.traces) {
-        Ok(partings) if partings.count() > 0 => {
+        Ok(partings) => {
             let progress = Progress::of_episodes(2 * partings.count(), 0, false);
             let run = partings.run(&STOP, &|| (0..2).for_each(|_| progress.episode()));
             progress.finish();
             run?;
         }
-        Ok(_) => {}
         // The comparison is complete without them.
         Err(error) => tell("", &format!("Where the traces of the two engines part was not looked for: {error}")),
     }

@@ -177,3 +177,96 @@ fn differing([of_a, mut of_b]: [Vec<Verdict>; 2]) -> Vec<[Verdict; 2]> {
     }
     differing
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::campaign::ask::spec::Overrides;
+    use crate::campaign::store::folder::tests::manifest;
+    use crate::campaign::store::row::tests::row;
+    use crate::campaign::verdict::gates::Gates;
+    use crate::campaign::verdict::summary::Summary;
+    use crate::episode::Outcome::{Fell, Recovered};
+
+    /// The result of a comparison, and its rows, of the sets "hold" and "catch" in two engines. Of each trial it is given
+    /// whether the robot recovered: with "hold" and "catch" in Rapier, then in MuJoCo. Headings turn from trial to trial.
+    pub(crate) fn compared(recovered: &[[bool; 4]]) -> (Summary, Vec<TrialRow>) {
+        let sets = ["hold", "catch"];
+        let names: Vec<String> =
+            Engine::ALL.iter().flat_map(|e| sets.map(|set| format!("{set} ({})", e.name()))).collect();
+        let of_trial = |(i, recovered): (usize, &[bool; 4])| {
+            let outcome = |of: bool| if of { Recovered } else { Fell };
+            let heading_deg = 45.0 * (i % 8) as f64;
+            let row = |(name, of): (&String, &bool)| TrialRow { heading_deg, ..row(i as u64, name, 2.0, outcome(*of)) };
+            names.iter().zip(recovered).map(row).collect::<Vec<_>>()
+        };
+        let rows: Vec<TrialRow> = recovered.iter().enumerate().flat_map(of_trial).collect();
+        let manifests =
+            Engine::ALL.map(|engine| manifest(&sets, Overrides { engine: Some(engine), ..Overrides::default() }));
+        let own = |engine: Engine| {
+            let own = rows.iter().filter(move |row| row.set.contains(engine.name()));
+            let plain = |row: &TrialRow| TrialRow { set: row.set.split(' ').next().unwrap().into(), ..row.clone() };
+            own.map(plain).collect::<Vec<_>>()
+        };
+        let own = Engine::ALL.map(own);
+        let of = [(&manifests[0], &own[0][..]), (&manifests[1], &own[1][..])];
+        let joined = Manifest { sets: names.clone(), ..manifests[0].clone() };
+        let gates = Gates::new(&joined, None).unwrap();
+        let mut summary = Summary::new(&joined, &rows, String::new(), &[(0, 2), (1, 3)], &gates);
+        summary.agreement = Some(Agreement::new(of, &BySet::new(&rows, &names), &summary.pairs));
+        (summary, rows)
+    }
+
+    /// "hold" recovers from 20 trials in both engines, from 5 in Rapier alone, 10 in MuJoCo alone, 15 in neither; "catch" from
+    /// all in both.
+    fn mixed() -> Vec<[bool; 4]> {
+        let hold = [([true, true], 20), ([true, false], 5), ([false, true], 10), ([false, false], 15)];
+        hold.into_iter().flat_map(|([a, b], count)| vec![[a, true, b, true]; count]).collect()
+    }
+
+    #[test]
+    fn trials_are_counted_by_engine_whichever_recovers_more() {
+        let agreement = compared(&mixed()).0.agreement.unwrap();
+        let [hold, catch] = &agreement.sets[..] else { panic!() };
+        assert_eq!((&hold.set[..], &catch.set[..]), ("hold", "catch"));
+        assert_eq!(hold.counts, PairedCounts { both: 20, only_a: 5, only_b: 10, neither: 15 });
+        assert!((hold.agreed.kappa.unwrap() - 0.4).abs() < 1e-12, "{:?}", hold.agreed);
+        assert_eq!((catch.agreed.agree, catch.agreed.kappa, catch.parted.len()), (1.0, None, 0));
+        let sums: u64 = hold.strata.iter().filter(|of| of.by == "heading").map(|of| of.counts.only_b).sum();
+        assert_eq!(sums, 10, "strata are swapped like the whole");
+        let parted = &hold.parted;
+        assert_eq!(parted.len(), 15);
+        assert_eq!(
+            (parted[0].trial, parted[0].recovered_in, parted[0].outcomes),
+            (20, Engine::Rapier, [Recovered, Fell])
+        );
+        assert_eq!(
+            (parted[5].trial, parted[5].recovered_in, parted[5].outcomes),
+            (25, Engine::Mujoco, [Fell, Recovered])
+        );
+        let json = serde_json::to_value(&agreement).unwrap();
+        assert_eq!(json["engines"], serde_json::json!(["rapier", "mujoco"]));
+        for key in
+            ["set", "both", "only_a", "only_b", "neither", "agree", "agree_ci95", "kappa", "kappa_ci95", "strata"]
+        {
+            assert!(!json["sets"][0][key].is_null(), "{key}");
+        }
+    }
+
+    #[test]
+    fn verdicts_that_hold_in_one_engine_only_are_told() {
+        let warnings = |recovered: &[[bool; 4]]| compared(recovered).0.agreement.unwrap().warnings();
+        // "catch" is better in both.
+        assert!(warnings(&[[false, true, false, true]; 40]).is_empty());
+        let one = warnings(&[[false, true, true, true]; 40]);
+        let [only] = &one[..] else { panic!("{one:?}") };
+        assert!(
+            only.starts_with("A verdict holds in one engine only. Rapier: catch is better than hold by 100.0"),
+            "{only}"
+        );
+        assert!(only.contains(" MuJoCo: hold and catch: not resolved."), "{only}");
+        let against = warnings(&[[false, true, true, false]; 40]);
+        assert!(against[0].starts_with("The two engines contradict each other. Rapier: catch is"), "{against:?}");
+        assert!(against[0].contains(" MuJoCo: hold is better than catch by"), "{against:?}");
+    }
+}

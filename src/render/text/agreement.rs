@@ -98,21 +98,26 @@ pub fn about_traces(agreement: &Agreement) -> String {
 }
 
 /// A trial on which the engines disagree, in sentences.
-pub fn parted(agreement: &Agreement, of: &PartedTrial) -> String {
+fn parted(agreement: &Agreement, of: &PartedTrial) -> String {
     let [a, b] = agreement.engines.map(|engine| engine.title());
     let [in_a, in_b] = of.outcomes.map(|outcome| outcome.name());
     let push = format!("trial {}, {:.2} N s at {:.0} deg", of.trial, of.impulse_n_s, of.heading_deg);
-    let mut told = format!("{push}: {in_a} in {a}, {in_b} in {b}.");
+    format!("{push}: {in_a} in {a}, {in_b} in {b}. {}", where_it_parts(agreement, of)).trim_end().into()
+}
+
+/// Where the traces of a trial part, in sentences; empty if it was not traced.
+pub fn where_it_parts(agreement: &Agreement, of: &PartedTrial) -> String {
     let Some(parting) = &of.parting else {
-        return told + if of.traced { " The traces nowhere part." } else { "" };
+        return if of.traced { "The traces nowhere part.".into() } else { String::new() };
     };
+    let [a, b] = agreement.engines.map(|engine| engine.title());
     let Parting { at_s, phases, loaded, .. } = parting;
     let what = match parting.of {
         Apart::Com => "COMs",
         Apart::LeftSole => "left soles",
         Apart::RightSole => "right soles",
     };
-    told += &format!(" At {at_s:.3} s the {what} part.");
+    let mut told = format!("At {at_s:.3} s the {what} part.");
     let mut differ = |since_s: Option<f64>, what: &str, [in_a, in_b]: [&str; 2]| {
         if let Some(since_s) = since_s {
             told += &format!(" Since {since_s:.3} s {what} {in_a} in {a} and {in_b} in {b}.");
@@ -129,5 +134,50 @@ fn words(loaded: Loaded) -> &'static str {
         Loaded::LeftSole => "the left sole",
         Loaded::RightSole => "the right sole",
         Loaded::NoSole => "no sole",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::verdict::agreement::tests::compared;
+
+    #[test]
+    fn the_text_has_counts_warnings_and_where_the_traces_part() {
+        let recovered: Vec<[bool; 4]> = (0..40).map(|i| [i < 10, true, i < 30, true]).collect();
+        let mut summary = compared(&recovered).0;
+        let words = |summary: &Summary, full| {
+            let text = with_warnings(summary, full);
+            assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+            text.split_whitespace().collect::<Vec<_>>().join(" ")
+        };
+        let [short, full] = [false, true].map(|full| words(&summary, full));
+        assert!(short.starts_with("Rapier ") && short.contains(" trial by trial: gain set both only only"), "{short}");
+        assert!(short.contains(" hold 10 0 20 10 50.0 % 0.20 "), "{short}");
+        assert!(short.contains(" catch 40 0 0 0 100.0 % - - "), "{short}");
+        assert!(!short.contains("agree, by heading") && full.contains("agree, by heading"), "{full}");
+        assert!(
+            short.contains("all 20 trials are in summary.json): - hold, trial 10, 2.00 N s at 90 deg: fell"),
+            "{short}"
+        );
+        let agreement = summary.agreement.as_mut().unwrap();
+        agreement.part_beyond_m = Some(0.035);
+        let traced = &mut agreement.sets[0].parted[0];
+        traced.traced = true;
+        traced.parting = Some(Parting {
+            at_s: 1.25,
+            of: Apart::LeftSole,
+            distance_m: 0.036,
+            phases: ["swing-left", "switching"],
+            phases_differ_since_s: Some(1.1),
+            loaded: [Loaded::RightSole, Loaded::BothSoles],
+            loaded_differ_since_s: None,
+        });
+        agreement.sets[0].parted[1].traced = true;
+        let told = words(&summary, false);
+        assert!(told.contains("more than 35 mm apart, which is half the width of a sole."), "{told}");
+        let parts = "fell in Rapier, recovered in MuJoCo. At 1.250 s the left soles part. Since 1.100 s the controller is in \
+                     phase swing-left in Rapier and switching in MuJoCo. - hold, trial 11";
+        assert!(told.contains(parts) && told.contains("The traces nowhere part."), "{told}");
     }
 }
