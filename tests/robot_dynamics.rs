@@ -292,5 +292,7 @@ fn the_simulation_obeys_them() {
     let [coarse, fine] = [0.001, 0.00025].map(worst);
     println!("mean left over (N, N m): {coarse:?} at 1 ms, {fine:?} at 0.25 ms");
     assert!(fine[0] < 0.01 && fine[1] < 0.003, "{fine:?}");
-    assert!(fine[0] < 0.5 * coarse[0] && fine[1] < 0.5 * coarse[1], "{coarse:?} {fine:?}");
+    // MuJoCo's forces leave nothing over, with any step.
+    let nothing = 1e-9;
+    assert!(fine[0] < nothing.max(0.5 * coarse[0]) && fine[1] < 0.5 * coarse[1], "{coarse:?} {fine:?}");
 }

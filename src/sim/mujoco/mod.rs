@@ -58,7 +58,8 @@ pub fn start(robot: &Robot, ground: &Ground, posture: &Posture, step_s: f64) -> 
         data.qpos_mut()[joint.q] = *q;
     }
     data.kinematics();
-    Box::new(Mujoco { data, spare, bodies, joints, solids, ground_body })
+    let rotors = robot.servos.iter().map(|servo| servo.rotor_inertia_kg_m2).collect();
+    Box::new(Mujoco { data, spare, step_s, rotors, bodies, joints, solids, ground_body })
 }
 
 /// Where a joint stands in MuJoCo's positions and velocities.
@@ -72,8 +73,11 @@ struct Addresses {
 #[derive(Clone)]
 struct Mujoco {
     data: MjData<Box<MjModel>>,
-    /// A second model, in which the damping of joints is changed; it then takes the place of the first.
+    /// A second model, in which the inertia of joints is changed; it then takes the place of the first.
     spare: Option<Box<MjModel>>,
+    step_s: f64,
+    /// Rotor inertia of each joint (kg m^2).
+    rotors: Vec<f64>,
     /// The body of each link.
     bodies: Vec<usize>,
     joints: Vec<Addresses>,
@@ -123,12 +127,14 @@ impl Physics for Mujoco {
         let mut spare = self.spare.take().expect("always put back");
         for (i, &Addresses { q, dq }) in self.joints.iter().enumerate() {
             let Drive { constant, damping } = drive(i, self.data.qpos()[q], self.data.qvel()[dq]);
-            self.data.qfrc_applied_mut()[dq] = constant;
-            // MuJoCo integrates the damping of joints implicitly.
-            spare.dof_damping_mut()[dq] = damping;
+            // With the speed at the end of the step, M (v' - v) = h (tau - damping v') is
+            // (M + h damping) (v' - v) = h (tau - damping v). MuJoCo's own damping enters after contact forces are
+            // found, which then chatter.
+            self.data.qfrc_applied_mut()[dq] = constant - damping * self.data.qvel()[dq];
+            spare.dof_armature_mut()[dq] = self.rotors[i] + self.step_s * damping;
         }
         // Dampings change only when a motor reaches its limit or leaves it.
-        let is_same = spare.dof_damping() == self.data.model().dof_damping();
+        let is_same = spare.dof_armature() == self.data.model().dof_armature();
         self.spare = Some(if is_same { spare } else { self.data.swap_model(spare) });
     }
 
