@@ -112,7 +112,7 @@ fn marked(all: &[&Limits]) -> String {
         return String::new();
     }
     format!(
-        "\n* The interval is wider than +-{} N s, since the search ran out of trials or left\nthe range of impulses.\n",
+        "\n* The interval is wider than +-{} N s, since the search ran out of trials or\nleft the range of impulses.\n",
         all[0].precision_n_s
     )
 }
@@ -213,7 +213,7 @@ mod tests {
             "         paper:stepping.x=2  9.50 (9.40-9.60)*  9.50 (9.40-9.60)*  1.00",
             "         hold                 1.02   1.00   1.04   at 0 of 2 headings",
             "         paper:stepping.x=2   0.90   0.80   1.00   at 1 of 2 headings",
-            "* The interval is wider than +-0.1 N s, since the search ran out of trials or left",
+            "* The interval is wider than +-0.1 N s, since the search ran out of trials or",
             "same in both engines; 80 episodes were run. The bounds of the pendulum are the",
         ] {
             assert!(told.lines().any(|told| told == line), "{line:?} is not in\n{told}");
