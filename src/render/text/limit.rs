@@ -80,8 +80,8 @@ fn beside_bounds(limits: &Limits) -> String {
          recovers with no footstep, with one, and with any number of them. `50 %\n\
          recover` is the impulse from which the gain set recovers in half of the trials,\n\
          `90 %` that of nine in ten, and `of one` the former over the bound with one\n\
-         footstep. {} episodes were run. The intervals are within +-{} N s, except where\n\
-         marked with *.",
+         footstep. {} episodes were run. The intervals are within +-{} N s, except\n\
+         where marked with *.",
         limits.episodes, limits.precision_n_s
     ));
     text
