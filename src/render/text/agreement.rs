@@ -152,7 +152,11 @@ mod tests {
             text.split_whitespace().collect::<Vec<_>>().join(" ")
         };
         let [short, full] = [false, true].map(|full| words(&summary, full));
-        assert!(short.starts_with("Rapier ") && short.contains(" trial by trial: gain set both only only"), "{short}");
+        assert!(
+            short.starts_with("Rapier ")
+                && short.contains(" trial by trial: gain set both only Rapier only MuJoCo neither"),
+            "{short}"
+        );
         assert!(short.contains(" hold 10 0 20 10 50.0 % 0.20 "), "{short}");
         assert!(short.contains(" catch 40 0 0 0 100.0 % - - "), "{short}");
         assert!(!short.contains("agree, by heading") && full.contains("agree, by heading"), "{full}");
