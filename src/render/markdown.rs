@@ -53,11 +53,12 @@ pub fn text(summary: &Summary) -> String {
     };
     let _ = writeln!(
         text,
-        "\n{pushes} of {} N s, heading {} deg, {same}; robot {}, seed {}, standfast {}, \
+        "\n{pushes} of {} N s, heading {} deg, {same}; robot {} in {}, seed {}, standfast {}, \
          configuration `{}`. Intervals, {}. `report.html` has pictures, strata and trials to replay.",
         push.impulse_n_s,
         push.heading_deg,
         escaped(&summary.robot),
+        summary.engine,
         summary.seed,
         summary.standfast,
         &summary.config_hash[..summary.config_hash.len().min(12)],

@@ -29,6 +29,8 @@ pub struct Summary {
     pub name: String,
     /// Version of the program.
     pub standfast: String,
+    /// Name and version of the physics engine.
+    pub engine: String,
     /// SHA-256 over campaign, robot, gain sets and version: equal hashes mean equal trials, by the same build.
     pub config_hash: String,
     /// SHA-256 of `trials.parquet`.
@@ -93,6 +95,7 @@ impl Summary {
         Self {
             name: campaign.name.clone(),
             standfast: manifest.standfast.clone(),
+            engine: manifest.engine.clone(),
             config_hash: manifest.config_hash.clone(),
             trials_sha256,
             headline: headline::of(&sets, &pairs, deciding.margin),

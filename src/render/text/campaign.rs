@@ -98,7 +98,7 @@ fn head(summary: &Summary, full: bool) -> String {
             crate::campaign::store::row::as_text(&push.profile)
         );
     }
-    head.extend([("campaign ", asked), ("push:   ", pushed)]);
+    head.extend([("campaign ", asked), ("engine: ", summary.engine.clone()), ("push:   ", pushed)]);
     if summary.second_push.is_any() {
         head.push(("then:   ", summary.second_push.to_string()));
     }

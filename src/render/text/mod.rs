@@ -19,4 +19,4 @@ pub use comparison::{
     unit,
 };
 pub use imposed::ImposedStory;
-pub use limit::text as limit;
+pub use limit::text as limits;

@@ -43,6 +43,7 @@ impl World {
         let named = args.robot.as_ref().or(campaign.as_ref().map(|campaign| &campaign.robot));
         let robot = Robot::load(named.map_or(DEFAULT_ROBOT, String::as_str))?;
         let config = campaign.as_ref().map_or_else(EpisodeConfig::default, |campaign| campaign.episode);
+        config.engine.check(&robot)?;
         let defaults = DEFAULT_GAINS.map(String::from);
         let names = if args.gains.is_empty() { &defaults[..] } else { &args.gains };
         let design = |name: &String| {
