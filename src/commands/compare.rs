@@ -9,6 +9,7 @@ use crate::campaign::partings::Partings;
 use crate::campaign::verdict::agreement::Agreement;
 use crate::campaign::verdict::compare::Comparison;
 use crate::error::{Error, Result};
+use crate::files::build_id;
 use crate::render::result;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -84,6 +85,11 @@ pub fn compared([a, b]: [&Folder; 2], gates: &[String], args: &TracesArgs) -> Re
     let mut comparison = Comparison::new(a, b, gates)?;
     let part = |agreement: &&mut Agreement| args.traces > 0 && agreement.sets.iter().any(|set| !set.parted.is_empty());
     let Some(agreement) = comparison.summary.agreement.as_mut().filter(part) else { return Ok(comparison) };
+    if [a, b].iter().any(|folder| folder.manifest.build != build_id()) {
+        let told =
+            "A result was made by another build of standfast, with which its trials may have run otherwise than now.";
+        tell("", told);
+    }
     match Partings::new([a, b], agreement, args.traces) {
         Ok(partings) => {
             let progress = Progress::of_episodes(2 * partings.count(), 0, false);

@@ -32,7 +32,7 @@ use std::sync::{Mutex, PoisonError};
   standfast run --gains hold --gains catch --until-resolved      as few trials as it takes
   standfast run --gate 'catch >= 0.80' --gate 'catch >= hold + 0.10' --unresolved fail
   standfast run --gate 'catch >= baseline - 0.01' --baseline results-of-main
-  standfast run my.toml --engine both --out results   in both physics engines, and how far they agree
+  standfast run my.toml --engine both              in both physics engines, and how far these agree
   standfast run my.toml --check                    checks everything and runs nothing
 
 A run that was interrupted goes on where it stopped when the same command is given again.")]

@@ -57,6 +57,8 @@ mod tests {
         // The interval is Wilson's of 35 in 50, 0.5625 to 0.8090, times 2 less 1.
         let [least, most] = found.kappa_ci95.unwrap();
         assert!((least - 0.1250).abs() < 1e-3 && (most - 0.6180).abs() < 1e-3, "{found:?}");
+        // By chance 54 of 100 would agree: 0.6 * 0.7 + 0.4 * 0.3.
+        assert!((of(45, 15, 25, 15).kappa.unwrap() - 0.06 / 0.46).abs() < 1e-12);
         assert!(of(25, 25, 25, 25).kappa.unwrap().abs() < 1e-15, "chance");
         assert_eq!(of(0, 10, 10, 0).kappa, Some(-1.0));
     }

@@ -48,7 +48,10 @@ pub fn agreement_cells(counts: &PairedCounts, agreed: &Agreed) -> [String; 7] {
     let PairedCounts { both, only_a, only_b, neither } = counts;
     let [both, only_a, only_b, neither] = [both, only_a, only_b, neither].map(|count| count.to_string());
     let kappa = agreed.kappa.map_or("-".into(), |kappa| format!("{kappa:.2}"));
-    let interval = agreed.kappa_ci95.map_or("-".into(), |[least, most]| format!("{least:.2} to {most:.2}"));
+    let interval = agreed.kappa_ci95.map_or("-".into(), |[least, most]| {
+        let to = if least < 0.0 { " to " } else { "-" };
+        format!("{least:.2}{to}{most:.2}")
+    });
     [both, only_a, only_b, neither, percent(agreed.agree), kappa, interval]
 }
 
@@ -152,7 +155,11 @@ mod tests {
             text.split_whitespace().collect::<Vec<_>>().join(" ")
         };
         let [short, full] = [false, true].map(|full| words(&summary, full));
-        assert!(short.starts_with("Rapier ") && short.contains(" trial by trial: gain set both only only"), "{short}");
+        assert!(
+            short.starts_with("Rapier ")
+                && short.contains(" trial by trial: gain set both only Rapier only MuJoCo neither"),
+            "{short}"
+        );
         assert!(short.contains(" hold 10 0 20 10 50.0 % 0.20 "), "{short}");
         assert!(short.contains(" catch 40 0 0 0 100.0 % - - "), "{short}");
         assert!(!short.contains("agree, by heading") && full.contains("agree, by heading"), "{full}");
