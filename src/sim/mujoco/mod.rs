@@ -144,8 +144,14 @@ impl Physics for Mujoco {
     }
 
     fn step(&mut self) {
-        // The parts of a step without its checks, which would write a file if a number grows too large. The referee
-        // ends such an episode.
+        // MuJoCo writes a file if it meets numbers like these. The referee ends the episode.
+        let forces = self.data.xfrc_applied().as_flattened();
+        let is_sane = self.data.qvel().iter().all(|v| v.abs() < 1e6) && forces.iter().all(|f| f.abs() < 1e8);
+        if !is_sane {
+            self.data.qvel_mut().fill(f64::NAN);
+            return;
+        }
+        // The parts of a step without its checks, which would write that file, too.
         self.data.forward();
         self.data.euler();
         // Pushes act on the robot where it is now. The contacts remain those of the step.
