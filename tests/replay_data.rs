@@ -155,16 +155,16 @@ fn a_page_of_four_seconds_is_small_and_always_the_same() {
     let whole = EpisodeConfig { end_early: false, ..config(4.0) };
     let film = film("paper", 3.6, whole);
     assert_eq!(film.snapshots.len(), 2001);
-    let html = page(&film, &head()).unwrap();
+    let html = page(&film, None, &head()).unwrap();
     eprintln!("{} bytes", html.len());
     assert!(html.len() < 600_000, "{} bytes", html.len());
-    assert!(html == page(&film, &head()).unwrap());
+    assert!(html == page(&film, None, &head()).unwrap());
     // A longer film has fewer moments per second.
     let mut long = film.clone();
     for _ in 0..3 {
         long.snapshots.extend(film.snapshots.iter().cloned());
     }
-    let html = page(&long, &head()).unwrap();
+    let html = page(&long, None, &head()).unwrap();
     assert!(html.len() < 1_000_000, "{} bytes", html.len());
 }
 
@@ -185,7 +185,7 @@ fn a_noisy_page_of_many_gains_is_small_too() {
             snapshot.slices.clear();
         }
     }
-    let html = page(&film, &head()).unwrap();
+    let html = page(&film, None, &head()).unwrap();
     eprintln!("{} bytes", html.len());
     assert!(html.len() < 1_000_000, "{} bytes", html.len());
     assert!(html.contains("CPI sets are shown every 12 ms."), "it says so");
@@ -205,7 +205,7 @@ fn a_push_of_one_tick_is_seen_in_a_long_film() {
         film.snapshots.extend(again);
     }
     let stride = film.snapshots.len().div_ceil(2500);
-    let html = page(&film, &head()).unwrap();
+    let html = page(&film, None, &head()).unwrap();
     assert!(stride >= 3 && html.contains(&format!("shown in moments of {} ms", 2 * stride)), "{stride}");
     // It may lie anywhere in a moment.
     let (force, point) = (Vector3::new(0.0, -90.0, 0.0), Point3::new(0.1, 0.2, 0.3));
@@ -221,7 +221,7 @@ fn a_push_of_one_tick_is_seen_in_a_long_film() {
         let expected = [0.1, 0.2, 0.3, 0.0, -90.0 / stride as f64, 0.0];
         assert!(seen[0].1.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "tick {tick}: {seen:?}");
     }
-    assert!(!page(stepping(), &head()).unwrap().contains("shown in moments"));
+    assert!(!page(stepping(), None, &head()).unwrap().contains("shown in moments"));
 }
 
 #[test]
@@ -260,14 +260,14 @@ fn a_page_ends_where_the_film_diverges() {
         }
     }
     assert!(page["margin"]["step"].as_f64().unwrap() < 0.005, "a margin has two digits");
-    let html = standfast::render::replay::page(&film, &head()).unwrap();
+    let html = standfast::render::replay::page(&film, None, &head()).unwrap();
     let ends = format!("The page ends at {:.3} s", film.snapshots[shown].time_s);
     assert!(html.contains(&ends), "{ends}");
 }
 
 /// The data of a page, as its script reads them.
 fn packed(film: &Film) -> Value {
-    let html = page(film, &head()).unwrap();
+    let html = page(film, None, &head()).unwrap();
     let (_, from) = html.split_once("id=\"film\">").unwrap();
     serde_json::from_str(from.split_once("</script>").unwrap().0).unwrap()
 }

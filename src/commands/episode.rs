@@ -83,9 +83,9 @@ impl OutputArgs {
     }
 
     /// Draws the snapshots, if they are asked for, and prints which files were written.
-    pub fn finish(&self, film: Option<&Film>) -> Result<()> {
+    pub fn finish(&self, film: Option<&Film>, ghost: Option<&Film>) -> Result<()> {
         if let (Some(folder), Some(film)) = (&self.frames, film) {
-            picture::write_frames(film, folder, &FramesOptions::default())?;
+            picture::write_frames(film, ghost, folder, &FramesOptions::default())?;
         }
         for path in [&self.trace, &self.plot, &self.replay].into_iter().flatten() {
             note(&format!("written: {}", path.display()));
@@ -122,15 +122,45 @@ impl<'a> Case<'a> {
     ) -> Result<String> {
         let (told, film) = self.tell(disturbance, outputs)?;
         if let (Some(path), Some(film)) = (&outputs.replay, &film) {
-            write_replay(&told, film, path, Origin { command, ..Origin::default() })?;
+            write_replay((&told, film), None, path, Origin { command, ..Origin::default() })?;
         }
-        outputs.finish(film.as_ref())?;
+        outputs.finish(film.as_ref(), None)?;
         Ok(if as_json { render::json(&told.as_json()) } else { told.text() })
     }
 
     /// Runs one episode, and writes trace and plot if they are asked for. Returns what happened and, if a replay or
     /// snapshots are asked for, a film for them.
     pub fn tell(&self, disturbance: Disturbance, outputs: &OutputArgs) -> Result<(Told<'a>, Option<Film>)> {
+        let (told, film) = self.film(disturbance, outputs, Film::AFTERMATH_S)?;
+        let end_s = film_end_s(&told.record);
+        Ok((told, film.map(|film| film.cut_at(end_s))))
+    }
+
+    /// Does the same as [`Self::tell`], and runs the episode in the engine of `other`, too, for a ghost. Both films end
+    /// at the same time.
+    pub fn tell_both(
+        &self,
+        other: &'a EpisodeConfig,
+        disturbance: impl Fn() -> Disturbance,
+        outputs: &OutputArgs,
+    ) -> Result<[(Told<'a>, Option<Film>); 2]> {
+        let without_files = OutputArgs { trace: None, plot: None, ..outputs.clone() };
+        let both = [
+            self.film(disturbance(), outputs, f64::INFINITY)?,
+            Self { config: other, ..*self }.film(disturbance(), &without_files, f64::INFINITY)?,
+        ];
+        let end_s = both.iter().map(|(told, _)| film_end_s(&told.record)).fold(0.0, f64::max);
+        Ok(both.map(|(told, film)| (told, film.map(|film| film.cut_at(end_s)))))
+    }
+
+    /// Runs one episode, and writes trace and plot if they are asked for. The film goes on for `aftermath_s` (s) after
+    /// the episode, but not beyond its horizon.
+    fn film(
+        &self,
+        disturbance: Disturbance,
+        outputs: &OutputArgs,
+        aftermath_s: f64,
+    ) -> Result<(Told<'a>, Option<Film>)> {
         let Self { robot, design, config } = *self;
         let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
         let simulated = variation.robot(robot);
@@ -144,12 +174,12 @@ impl<'a> Case<'a> {
         };
         let until = outputs.until(config);
         let (record, film) = if outputs.replay.is_some() || outputs.frames.is_some() {
-            let film = Film::take(robot, design, config, disturbance, (until, Film::AFTERMATH_S), &mut observe);
+            let film = Film::take(robot, design, config, disturbance, (until, aftermath_s), &mut observe);
             (film.record.clone(), Some(film))
         } else {
             (episode::run(robot, design, config, disturbance, until, &mut observe), None)
         };
-        let (end_s, fell) = (end_of_interest_s(&record), record.fell_at_s.is_some());
+        let end_s = end_of_interest_s(&record);
         let told = Told { design, config, pushes, variation, record, witness };
         if let (Some(path), Some(trace)) = (&outputs.trace, trace) {
             columns::write(path, &trace.columns())?;
@@ -158,10 +188,7 @@ impl<'a> Case<'a> {
             plot.end_at(end_s);
             plot.write(path, &told.headline())?;
         }
-        // A plot ends at a fall, since COM and ZMP of a body on the ground tell nothing. A film goes on, and shows how
-        // the robot comes to lie.
-        let aftermath_s = if fell { Film::AFTERMATH_S } else { 0.0 };
-        Ok((told, film.map(|film| film.cut_at(end_s + aftermath_s))))
+        Ok((told, film))
     }
 }
 
@@ -178,14 +205,23 @@ pub struct Origin {
     pub warning: Option<String>,
 }
 
-/// Writes the page that shows an episode in 3D to `path`.
-pub fn write_replay(told: &Told, film: &Film, path: &Path, origin: Origin) -> Result<()> {
+/// Writes the page that shows an episode in 3D to `path`, with the same episode in another engine as a ghost.
+pub fn write_replay(
+    (told, film): (&Told, &Film),
+    ghost: Option<(&Told, &Film)>,
+    path: &Path,
+    origin: Origin,
+) -> Result<()> {
     let Origin { title, command, of_result, warning } = origin;
     let headline = told.headline();
     let title = title.map_or_else(|| headline.clone(), |title| format!("{title}: {headline}"));
-    let lines = told.text().lines().map(String::from).collect();
-    let head = Head { title, warning, lines, command, of_result };
-    write_atomic(path, replay::page(film, &head)?.as_bytes())
+    let mut text = told.text();
+    if let Some((other, ghost)) = ghost {
+        let [first, second] = [film, ghost].map(|film| film.engine.title());
+        text = format!("In {first}\n\n{text}\n\nIn {second}\n\n{}", other.text());
+    }
+    let head = Head { title, warning, lines: text.lines().map(String::from).collect(), command, of_result };
+    write_atomic(path, replay::page(film, ghost.map(|(_, film)| film), &head)?.as_bytes())
 }
 
 /// The command line of this process, quoted for a shell.
@@ -197,6 +233,12 @@ pub fn command_line() -> String {
 /// Whether both paths lead to the same folder. A path that leads nowhere yet is the same as no other.
 fn is_same(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+/// End of a film (s). A plot ends at a fall, since COM and ZMP of a body on the ground tell nothing. A film goes on, and
+/// shows how the robot comes to lie.
+fn film_end_s(record: &Record) -> f64 {
+    end_of_interest_s(record) + if record.fell_at_s.is_some() { Film::AFTERMATH_S } else { 0.0 }
 }
 
 /// Time (s) after which nothing of interest happens: that of the fall or, with [`REST_S`] to spare, that at which the

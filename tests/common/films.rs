@@ -40,7 +40,7 @@ pub fn head() -> Head {
 
 pub fn written(folder: &TempDir, film: &Film, head: &Head) -> PathBuf {
     let file = folder.path().join("replay.html");
-    fs::write(&file, page(film, head).unwrap()).unwrap();
+    fs::write(&file, page(film, None, head).unwrap()).unwrap();
     file
 }
 

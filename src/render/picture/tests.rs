@@ -260,11 +260,18 @@ fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
     let camera = Camera { target: Point3::origin(), azimuth_deg: 0.0, distance_m: 0.8, ..FRONT };
     let flat = draw(&robot, &moment, &camera, SIZE, &marks);
     assert!(
-        flat == draw_on(&Stage::new(&robot, Ground { patch, ..Ground::default() }), &moment, &camera, SIZE, &marks)
+        flat == draw_on(
+            &Stage::new(&robot, Ground { patch, ..Ground::default() }),
+            &moment,
+            None,
+            &camera,
+            SIZE,
+            &marks
+        )
     );
     for step_m in [0.02, -0.02] {
         let ground = Ground { step_m, patch, ..Ground::default() };
-        let image = draw_on(&Stage::new(&robot, ground), &moment, &camera, SIZE, &marks);
+        let image = draw_on(&Stage::new(&robot, ground), &moment, None, &camera, SIZE, &marks);
         for (x, is_dot) in [(0.15, true), (0.12, false), (0.18, false)] {
             assert_eq!(is_red(at(&image, &camera, Point3::new(x, 0.0, step_m))), is_dot, "{step_m} m: {x}");
         }
@@ -284,7 +291,8 @@ fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
     let red = |step_m: f64| {
         let ground = Ground { step_m, patch, ..Ground::default() };
         let posture = Posture { base: Pose::identity(), ..robot.zero_posture() };
-        let image = draw_on(&Stage::new(&robot, ground), &Snapshot { posture, ..moment.clone() }, &camera, SIZE, &[]);
+        let image =
+            draw_on(&Stage::new(&robot, ground), &Snapshot { posture, ..moment.clone() }, None, &camera, SIZE, &[]);
         image.pixels().filter(|pixel| is_red(pixel.0)).count()
     };
     assert!(red(-0.02) > 50 && red(0.0) > 50 && red(0.02) == 0, "{} {} {}", red(-0.02), red(0.0), red(0.02));

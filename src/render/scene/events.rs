@@ -1,6 +1,6 @@
 //! The events of a film, for a time line.
 
-use crate::episode::{Film, Snapshot};
+use crate::episode::{Film, Parting, Snapshot};
 use serde::Serialize;
 
 /// An event: what it is, when it begins and ends (s), and a short description.
@@ -22,11 +22,13 @@ pub enum EventKind {
     Fall,
     /// The robot stands still from here on.
     Still,
+    /// The robot and its ghost part.
+    Parting,
 }
 
-/// The events in `ticks`, the first snapshots of a film. An event after the last of them is left out, such as a second
-/// push after a fall.
-pub fn events(film: &Film, ticks: &[Snapshot]) -> Vec<Event> {
+/// The events in `ticks`, the first snapshots of a film, and where it parts from the film of a ghost. An event after the
+/// last of them is left out, such as a second push after a fall.
+pub fn events(film: &Film, ticks: &[Snapshot], ghost: Option<&Film>) -> Vec<Event> {
     let record = &film.record;
     let last_s = ticks.last().map_or(record.end_s, |tick| tick.time_s);
     let mut events = Vec::new();
@@ -62,6 +64,9 @@ pub fn events(film: &Film, ticks: &[Snapshot]) -> Vec<Event> {
     }
     if let Some(at) = record.settled_at_s {
         add(EventKind::Still, at, at, "standing still from here".into());
+    }
+    if let Some(Parting { time_s, .. }) = ghost.and_then(|ghost| Parting::of(film, ghost)) {
+        add(EventKind::Parting, time_s, time_s, "the robot and its ghost part".into());
     }
     events
 }

@@ -3,6 +3,7 @@
 mod campaign;
 mod comparison;
 pub mod cpi;
+pub mod ghost;
 mod imposed;
 pub mod layout;
 mod limit;

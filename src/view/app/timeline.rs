@@ -72,7 +72,7 @@ fn line(ui: &mut Ui, recorded: &Recorded, wishes: &mut Vec<Wish>) {
         painter.galley(pos2(left, bar.bottom() + 2.0), words, color.egui());
         painter.vline(x(at_s), bar.y_range(), Stroke::new(1.5, color.egui()));
     };
-    for Event { kind, from_s, to_s, text } in events(&recorded.film, snapshots) {
+    for Event { kind, from_s, to_s, text } in events(&recorded.film, snapshots, None) {
         match kind {
             EventKind::Push => {
                 painter.rect_filled(block(from_s, to_s.min(end_s)), 0, colors::PUSH.egui());

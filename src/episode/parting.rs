@@ -1,0 +1,38 @@
+//! Where two films of one trial part company, for example in two physics engines.
+
+use super::film::Film;
+use crate::robot::{Foot, Robot};
+use serde::Serialize;
+
+/// The first moment at which the COM or the centre of a sole is not where it is in another film of the same trial, by
+/// more than half the smaller width of a sole.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Parting {
+    pub time_s: f64,
+    /// The point that is farthest from its place in the other film.
+    pub point: &'static str,
+    /// Distance between its two places (m).
+    pub apart_m: f64,
+}
+
+impl Parting {
+    /// None if the films stay together for as long as both last.
+    pub fn of(film: &Film, other: &Film) -> Option<Self> {
+        let limit_m = Self::limit_m(&film.robot);
+        film.snapshots.iter().zip(&other.snapshots).find_map(|(a, b)| {
+            let points = [
+                ("COM", a.com - b.com),
+                ("left sole", a.soles.left - b.soles.left),
+                ("right sole", a.soles.right - b.soles.right),
+            ];
+            let (point, apart) = points.into_iter().max_by(|a, b| a.1.norm().total_cmp(&b.1.norm()))?;
+            let parting = Self { time_s: a.time_s, point, apart_m: apart.norm() };
+            (parting.apart_m > limit_m).then_some(parting)
+        })
+    }
+
+    /// Half the smaller width of a robot's soles (m).
+    pub fn limit_m(robot: &Robot) -> f64 {
+        Foot::BOTH.into_iter().flat_map(|foot| robot.soles[foot].half_m).fold(f64::INFINITY, f64::min)
+    }
+}
