@@ -4,12 +4,12 @@ mod common;
 
 use base64::prelude::{BASE64_STANDARD, Engine};
 use common::browser::Browser;
-use common::films::{assert_no_problems, fallen, film, head, look_at, stepping, text, written};
+use common::films::{assert_no_problems, fallen, film, ghost, head, look_at, stepping, text, written, written_with};
 use common::{Bench, config, push};
 use nalgebra::{Isometry3, Point2, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use standfast::episode::snapshot::Arrow;
-use standfast::episode::{Disturbance, EpisodeConfig, Film, Until};
+use standfast::episode::{Disturbance, EpisodeConfig, Film, Parting, Until};
 use standfast::render::replay::page;
 use standfast::robot::{Foot, Kinematics, Shape};
 use standfast::sim::{Ground, Push, Variation};
@@ -88,6 +88,45 @@ fn what_the_page_shows_is_what_the_film_holds() {
     assert_no_problems(&mut tab, &file);
 }
 
+/// The ghost is where the second film has it, at the time of the first, and the page says where the two part.
+#[test]
+fn the_ghost_is_the_robot_of_the_second_film() {
+    let Some(mut browser) = Browser::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let (film, ghost) = (stepping(), ghost());
+    let file = written_with(&folder, film, Some(&ghost), &head());
+    let mut tab = browser.tab(600, 600, "light");
+    tab.open(&file);
+    let mut worst = Worst::default();
+    let mut kinematics = Kinematics::new(&ghost.robot);
+    // After the end of its film, the ghost stays where it was.
+    for k in (0..film.snapshots.len()).step_by(50) {
+        let snapshot = ghost.snapshots.get(k).unwrap_or_else(|| ghost.snapshots.last().unwrap());
+        let shown = tab.evaluate(&format!("replay.film.at({}).ghost", film.snapshots[k].time_s));
+        kinematics.update(&ghost.robot, &snapshot.posture);
+        for i in 0..ghost.robot.links.len() {
+            let apart = pose(&shown["poses"][i]).translation.vector - kinematics.link_pose(i).translation.vector;
+            worst.see("ghost", apart.norm());
+        }
+        worst.compare("com", &shown["com"], Some(vec![snapshot.com.x, snapshot.com.y, snapshot.com.z]));
+    }
+    assert!(worst.0.len() == 2 && worst.0.iter().all(|(_, error)| *error < NEAR_M), "{:?}", worst.0);
+    let parting = Parting::of(film, &ghost).unwrap();
+    let marked = tab.evaluate("replay.film.events.filter((event) => event.kind === 'parting').map((e) => e.from_s)");
+    assert_eq!(marked, serde_json::json!([parting.time_s]));
+    let told = text(&mut tab, "engines");
+    let parted = format!("The two part at t = {:.3} s: the {}", parting.time_s, parting.point);
+    for part in ["Solid: Rapier", "recovered, still from", "Ghost: MuJoCo", "fell at", &parted] {
+        assert!(told.contains(part), "no {part:?} in {told}");
+    }
+    tab.evaluate("new Promise((done) => { addEventListener('hashchange', done); document.querySelector('#engines a').click(); })");
+    let time_s = tab.evaluate("replay.state.time").as_f64().unwrap();
+    assert!((time_s - parting.time_s).abs() < 1e-9, "{time_s}");
+    assert_no_problems(&mut tab, &file);
+    // Without a ghost there is nothing of all this.
+    assert!(packed(film)["ghost"].is_null() && !page(film, None, &head()).unwrap().contains("id=\"engines\""));
+}
+
 #[test]
 fn the_ground_is_that_of_the_trial() {
     let Some(mut browser) = Browser::start() else { return };
@@ -164,8 +203,11 @@ fn a_page_of_four_seconds_is_small_and_always_the_same() {
     for _ in 0..3 {
         long.snapshots.extend(film.snapshots.iter().cloned());
     }
-    let html = page(&long, None, &head()).unwrap();
-    assert!(html.len() < 1_000_000, "{} bytes", html.len());
+    for ghost in [None, Some(&long)] {
+        let html = page(&long, ghost, &head()).unwrap();
+        eprintln!("{} bytes", html.len());
+        assert!(html.len() < 1_000_000, "{} bytes", html.len());
+    }
 }
 
 /// With noise no two moments are alike, and the sets of many gains change at every tick.

@@ -89,6 +89,31 @@ fn is_red([r, g, b]: [u8; 3]) -> bool {
     u16::from(r) > 2 * u16::from(g.max(b))
 }
 
+/// A ghost is seen through, hidden by what is before it, and unseen at the place of the robot. It throws no shadow.
+#[test]
+fn a_ghost_is_seen_beside_the_robot_and_not_over_it() {
+    let (robot, posture) = boxes(&[([0.0, 0.0, 0.3], [0.05; 3], RED)]);
+    let (stage, moment) = (Stage::new(&robot, Ground::default()), Snapshot { posture, ..snapshot(&robot) });
+    let camera = Camera { azimuth_deg: 0.0, elevation_deg: 0.0, ..FRONT };
+    let moved = |x: f64, y: f64| {
+        let base = Pose::translation(x, y, 0.0);
+        Snapshot { posture: Posture { base, ..moment.posture.clone() }, ..moment.clone() }
+    };
+    let with = |ghost: &Snapshot| draw_on(&stage, &moment, Some(ghost), &camera, SIZE, &[]);
+    let without = draw_on(&stage, &moment, None, &camera, SIZE, &[]);
+    assert!(with(&moved(0.0, 0.0)) == without, "at the place of the robot");
+    assert!(with(&moved(-0.2, 0.0)) == without, "behind it");
+    let beside = with(&moved(0.0, 0.15));
+    let middle = Point3::new(0.05, 0.15, 0.3);
+    let [before, after] = [&without, &beside].map(|image| at(image, &camera, middle));
+    assert!(after[0] + 20 < before[0] && after[2] > after[0] + 20, "{before:?} {after:?}");
+    let under = Point3::new(0.0, 0.15, 0.0);
+    let [before, after] = [&without, &beside].map(|image| at(image, &camera, under));
+    assert_eq!(before, after, "its shadow");
+    let before = at(&with(&moved(0.2, 0.0)), &camera, Point3::new(0.25, 0.0, 0.3));
+    assert!(is_red(at(&without, &camera, Point3::new(0.05, 0.0, 0.3))) && !is_red(before), "{before:?}");
+}
+
 #[test]
 fn pictures_have_the_same_bytes_with_any_number_of_threads() {
     let robot = ut_mu2();

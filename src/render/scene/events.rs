@@ -27,7 +27,7 @@ pub enum EventKind {
 }
 
 /// The events in `ticks`, the first snapshots of a film, and where it parts from the film of a ghost. An event after the
-/// last of them is left out, such as a second push after a fall.
+/// last of them is left out, such as a second push after a fall. They are in order of time.
 pub fn events(film: &Film, ticks: &[Snapshot], ghost: Option<&Film>) -> Vec<Event> {
     let record = &film.record;
     let last_s = ticks.last().map_or(record.end_s, |tick| tick.time_s);
@@ -68,5 +68,6 @@ pub fn events(film: &Film, ticks: &[Snapshot], ghost: Option<&Film>) -> Vec<Even
     if let Some(Parting { time_s, .. }) = ghost.and_then(|ghost| Parting::of(film, ghost)) {
         add(EventKind::Parting, time_s, time_s, "the robot and its ghost part".into());
     }
+    events.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
     events
 }
