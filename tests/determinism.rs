@@ -3,7 +3,7 @@
 mod common;
 
 use common::program::{SEVERAL_PARTS, files, folder, standfast};
-use common::{Bench, push, sensor_errors};
+use common::{Bench, engine, push, sensor_errors};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
@@ -80,7 +80,7 @@ fn errors_seen(gains: &str) -> Vec<Vec<f64>> {
     use standfast::control::Controller;
     use standfast::sim::{Plant, plant::Clock};
     let bench = Bench::new(gains);
-    let clock = Clock { physics_step_s: 0.001, control_period_s: 0.002 };
+    let clock = Clock { engine: engine(), physics_step_s: 0.001, control_period_s: 0.002 };
     let plant = |errors| Plant::new(&bench.robot, clock, errors, bench.design.home_command().clone());
     // The twin without errors gets the same commands, and so shows the true values.
     let (mut noisy, mut ideal) = (plant(Some(sensor_errors(5))), plant(None));

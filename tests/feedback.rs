@@ -2,14 +2,15 @@
 
 mod common;
 
-use common::{Bench, config, push};
+use common::{Bench, push};
 use rayon::prelude::*;
 use standfast::control::Controller;
+use standfast::episode::EpisodeConfig;
 use standfast::episode::Outcome;
 use standfast::robot::{Command, GRAVITY, Robot};
-use standfast::sim::{Plant, Push, plant::Clock};
+use standfast::sim::{Engine, Plant, Push, plant::Clock};
 
-const CLOCK: Clock = Clock { physics_step_s: 0.002, control_period_s: 0.002 };
+const CLOCK: Clock = Clock { engine: Engine::Rapier, physics_step_s: 0.002, control_period_s: 0.002 };
 
 /// Whether the robot is upright and slow after 5 s if the readings of its sensors freeze at `freeze_s`.
 fn stays_up(bench: &Bench, push: Push, freeze_s: f64) -> bool {
@@ -86,5 +87,5 @@ fn a_command_reaches_the_servos_after_the_delay() {
         // The joint has hardly moved yet, so the torque is the commanded one, over its share of the tick.
         assert!((difference[tick] - 0.5 * share).abs() < 0.2 * share, "delay {delay_s} s: {difference:?}");
     }
-    assert_eq!(config(1.0).clock(), CLOCK);
+    assert_eq!(EpisodeConfig::default().clock(), CLOCK);
 }

@@ -5,7 +5,7 @@ mod common;
 use common::{Bench, push};
 use standfast::control::{Controller, Phase};
 use standfast::robot::Foot;
-use standfast::sim::{Plant, plant::Clock};
+use standfast::sim::{Engine, Plant, plant::Clock};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
@@ -33,7 +33,7 @@ static ALLOCATOR: Counting = Counting;
 /// fall.
 #[test]
 fn a_tick_of_any_set_in_any_phase_does_not_allocate() {
-    let clock = Clock { physics_step_s: 0.001, control_period_s: 0.002 };
+    let clock = Clock { engine: Engine::Rapier, physics_step_s: 0.001, control_period_s: 0.002 };
     let swings = Foot::BOTH.map(Phase::Swing);
     for (gains, wanted) in [
         ("hold", vec![Phase::Posture]),

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::push;
+use common::{config, push};
 use nalgebra::{DVector, Isometry3, Matrix6xX, Point3, UnitQuaternion, UnitVector3, Vector3, point, vector};
 use standfast::control::Design;
 use standfast::episode::{self, Disturbance, EpisodeConfig, Until};
@@ -253,12 +253,8 @@ fn bias_accelerations_are_what_the_jacobians_leave_over() {
 fn the_simulation_obeys_them() {
     let hold = GainSet::load("hold").unwrap();
     let worst = |step_s: f64| {
-        let config = EpisodeConfig {
-            horizon_s: 0.95,
-            physics_step_s: PhysicsStep::all(step_s),
-            control_period_s: step_s,
-            ..EpisodeConfig::default()
-        };
+        let config =
+            EpisodeConfig { physics_step_s: PhysicsStep::all(step_s), control_period_s: step_s, ..config(0.95) };
         let design = Design::new(&ROBOT, &hold, step_s).unwrap();
         let mut before: Option<(Posture, DVector<f64>)> = None;
         let (mut sums, mut count) = ([0.0_f64; 2], 0.0);
@@ -296,5 +292,7 @@ fn the_simulation_obeys_them() {
     let [coarse, fine] = [0.001, 0.00025].map(worst);
     println!("mean left over (N, N m): {coarse:?} at 1 ms, {fine:?} at 0.25 ms");
     assert!(fine[0] < 0.01 && fine[1] < 0.003, "{fine:?}");
-    assert!(fine[0] < 0.5 * coarse[0] && fine[1] < 0.5 * coarse[1], "{coarse:?} {fine:?}");
+    // MuJoCo's forces leave nothing over, with any step.
+    let nothing = 1e-9;
+    assert!(fine[0] < nothing.max(0.5 * coarse[0]) && fine[1] < 0.5 * coarse[1], "{coarse:?} {fine:?}");
 }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Bench, push};
+use common::{Bench, engine, push};
 use nalgebra::{UnitQuaternion, Vector3};
 use standfast::control::Controller;
 use standfast::robot::{Foot, GRAVITY, Sensed};
@@ -13,7 +13,7 @@ const PERIOD_S: f64 = 0.002;
 /// Runs the loop and passes the readings and the true state of every tick to `see`.
 fn watch(impulse: f64, heading: f64, horizon_s: f64, mut see: impl FnMut(&Sensed, &Truth)) {
     let bench = Bench::new("switching");
-    let clock = Clock { physics_step_s: 0.001, control_period_s: PERIOD_S };
+    let clock = Clock { engine: engine(), physics_step_s: 0.001, control_period_s: PERIOD_S };
     let mut plant = Plant::new(&bench.robot, clock, None, bench.design.home_command().clone());
     let mut controller = Controller::new(bench.design.clone());
     let mut command = bench.design.home_command().clone();

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Bench, config, push};
+use common::{Bench, config, engine, push};
 use nalgebra::Vector3;
 use standfast::episode::{self, Disturbance, Record, Tick, Until};
 use standfast::robot::{Command, Foot, GRAVITY, Robot};
@@ -185,7 +185,7 @@ fn momentum_closes_on_every_ground() {
 fn torques(robot: &Robot, variation: Variation, change: impl Fn(&mut Command)) -> Vec<f64> {
     let varied = variation.robot(robot);
     let design = Bench::with(robot.clone(), "hold").design;
-    let clock = Clock { physics_step_s: 0.001, control_period_s: 0.001 };
+    let clock = Clock { engine: engine(), physics_step_s: 0.001, control_period_s: 0.001 };
     let home = design.home_command().clone();
     let mut plant = Plant::on(Ground::default(), &varied, clock, None, home.clone());
     let mut command = home;

@@ -4,6 +4,7 @@ use crate::played::{Phase, Played};
 use criterion::Criterion;
 use standfast::control::Controller;
 use standfast::robot::Command;
+use standfast::sim::Engine;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -16,7 +17,7 @@ pub fn ticks(c: &mut Criterion) {
         ("paper", 3.6, &[Standing, Switching, Swing]),
         ("catch", 3.6, &[Standing, Switching, Swing]),
     ] {
-        let played = Played::new(gains, impulse_n_s);
+        let played = Played::new(gains, impulse_n_s, Engine::Rapier);
         for &phase in phases {
             c.bench_function(&format!("tick/{gains}/{}", phase.name()), |b| {
                 b.iter_custom(|count| ticks_in(phase, &played, count))

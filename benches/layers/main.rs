@@ -1,6 +1,6 @@
 //! What each layer of the program costs, from the bottom up: `cargo bench`, or `cargo bench -- tick` for the benchmarks
 //! with that word in their name. The output reads from top to bottom as the program is built: sets, whole body, control
-//! tick, physics step, episode, campaign. The times hold for one machine; their ratios tell more.
+//! tick, control period of the plant, episode, campaign. The times hold for one machine; their ratios tell more.
 
 mod campaign;
 mod control;
@@ -25,6 +25,6 @@ criterion_group!(
     name = layers;
     config = settings();
     targets = sets::search, sets::update, sets::membership, sets::footstep, whole_body::whole_body, control::ticks,
-        sim::physics_step, campaign::episode, campaign::threads
+        sim::control_period, campaign::episode, campaign::threads
 );
 criterion_main!(layers);

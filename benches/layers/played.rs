@@ -6,7 +6,7 @@ use standfast::episode::EpisodeConfig;
 use standfast::lipm::GainSet;
 use standfast::robot::{Command, Robot, Sensed};
 use standfast::sim::plant::Clock;
-use standfast::sim::{Plant, Push};
+use standfast::sim::{Engine, Ground, Plant, Push};
 
 /// Part of the episode in which a tick lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,18 +44,19 @@ pub struct Played {
 }
 
 /// The time steps of an episode that is not told otherwise.
-pub fn clock() -> Clock {
-    EpisodeConfig::default().clock()
+pub fn clock(engine: Engine) -> Clock {
+    EpisodeConfig { engine, ..EpisodeConfig::default() }.clock()
 }
 
 impl Played {
     /// Ideal sensors, and a push from behind after 0.2 s.
-    pub fn new(gains: &str, impulse_n_s: f64) -> Self {
-        let (robot, clock) = (Robot::load("ut-mu2").expect("built in"), clock());
+    pub fn new(gains: &str, impulse_n_s: f64, engine: Engine) -> Self {
+        let (robot, clock) = (Robot::load("ut-mu2").expect("built in"), clock(engine));
         let gains = GainSet::load(gains).expect("built in");
         let design = Design::new(&robot, &gains, clock.control_period_s).expect("built in");
         let push = Push { impulse_n_s, start_s: 0.2, ..Push::default() };
-        let mut plant = Plant::new(&robot, clock, None, design.home_command().clone());
+        let home = design.home_command();
+        let mut plant = Plant::on(Ground::default(), &robot, clock, None, home.clone());
         let mut controller = Controller::new(design.clone());
         let mut command = design.home_command().clone();
         let count = (0.9 / clock.control_period_s) as usize;
@@ -73,5 +74,10 @@ impl Played {
             })
             .collect();
         Self { robot, design, clock, push, ticks }
+    }
+
+    /// The robot at the beginning of the episode.
+    pub fn plant(&self) -> Plant<'_> {
+        Plant::on(Ground::default(), &self.robot, self.clock, None, self.design.home_command().clone())
     }
 }

@@ -64,9 +64,13 @@ impl Default for EpisodeConfig {
 }
 
 impl EpisodeConfig {
-    /// The time steps of the simulation.
+    /// Engine and time steps of the simulation.
     pub fn clock(&self) -> Clock {
-        Clock { physics_step_s: self.physics_step_s.of(self.engine), control_period_s: self.control_period_s }
+        Clock {
+            engine: self.engine,
+            physics_step_s: self.physics_step_s.of(self.engine),
+            control_period_s: self.control_period_s,
+        }
     }
 
     /// The condition that ends an episode of a campaign.

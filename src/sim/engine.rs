@@ -1,8 +1,10 @@
 //! The physics engines that can simulate the robot. Everything but the physics is the same with each: robot, servos,
 //! delay, sensors, noise, ground, pushes and judge.
 
-use crate::error::{Error, Result};
-use crate::robot::Robot;
+use super::physics::Physics;
+use super::{Ground, mujoco, rapier};
+use crate::error::Result;
+use crate::robot::{Posture, Robot};
 use serde::{Deserialize, Serialize};
 
 /// A physics engine.
@@ -41,24 +43,28 @@ impl Engine {
         }
     }
 
-    /// Name and version, such as "Rapier 0.36.1".
+    /// Name and version, such as "Rapier 0.36.1". The version is that of the library that this program runs with.
     pub fn with_version(self) -> String {
         let version = match self {
-            Engine::Rapier => rapier3d::VERSION,
-            Engine::Mujoco => "3.17.0",
+            Engine::Rapier => rapier::VERSION,
+            Engine::Mujoco => mujoco::version(),
         };
         format!("{} {version}", self.title())
     }
 
     /// Checks that this program has the engine, and that the engine takes the robot.
-    pub fn check(self, _robot: &Robot) -> Result<()> {
+    pub fn check(self, robot: &Robot) -> Result<()> {
         match self {
             Engine::Rapier => Ok(()),
-            Engine::Mujoco => {
-                let problem = "this program was built without MuJoCo";
-                let accepted = "rapier, or a program that was built with `--features mujoco`";
-                Err(Error::value("campaign", "episode.engine", "mujoco", problem, accepted))
-            }
+            Engine::Mujoco => mujoco::check(robot),
+        }
+    }
+
+    /// The robot at rest in `posture`, on the ground while it is still level. The engine must take the robot.
+    pub(super) fn start(self, robot: &Robot, ground: &Ground, posture: &Posture, step_s: f64) -> Box<dyn Physics> {
+        match self {
+            Engine::Rapier => rapier::start(robot, ground, posture, step_s),
+            Engine::Mujoco => mujoco::start(robot, ground, posture, step_s),
         }
     }
 }

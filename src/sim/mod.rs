@@ -1,16 +1,17 @@
-//! The plant: a robot as a Rapier multibody with its servos, contacts, sensors and ground, and the pushes on it. This
-//! is the only module that names Rapier.
+//! The plant: a robot in a physics engine, with its servos, contacts, sensors and ground, and the pushes on it.
 
 pub mod contact;
-mod convert;
 pub mod engine;
 pub mod ground;
+#[cfg_attr(not(feature = "mujoco"), path = "mujoco/absent.rs")]
+mod mujoco;
+mod physics;
 pub mod plant;
 pub mod push;
+mod rapier;
 pub mod sensors;
 pub mod servo;
 pub mod variation;
-mod world;
 
 pub use engine::{Engine, PhysicsStep};
 pub use ground::Ground;

@@ -1,19 +1,19 @@
 //! The simulated robot. One control tick is a call of `sense` and then one of `advance` with a command.
 
-use super::contact::{WorldWrench, ground_wrench};
-use super::convert::{pose_from_rapier, rotation_to_rapier, vec_to_rapier};
+use super::contact::{Touch, WorldWrench};
+use super::physics::Physics;
 use super::push::Push;
 use super::sensors::Sensors;
 use super::servo;
-use super::world::{Handles, World, build};
-use super::{Ground, SensorErrors};
+use super::{Engine, Ground, SensorErrors};
 use crate::robot::{Command, Foot, GRAVITY, Imu, Kinematics, PerFoot, Posture, Robot, Sensed, Wrench};
 use nalgebra::{DVector, Isometry3, Matrix3xX, Matrix6xX, Point3, UnitQuaternion, Vector3, Vector6};
 use std::collections::VecDeque;
 
-/// Time steps of the simulation.
+/// Engine and time steps of the simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Clock {
+    pub engine: Engine,
     pub physics_step_s: f64,
     /// A whole number of physics steps (s).
     pub control_period_s: f64,
@@ -30,15 +30,14 @@ pub struct Pull {
     pub force: Vector3<f64>,
 }
 
-/// A robot simulated by Rapier. A copy goes on from the present state to the same bits.
+/// A simulated robot. A copy goes on from the present state to the same bits.
 #[derive(Clone)]
 pub struct Plant<'a> {
     robot: &'a Robot,
     /// The ground on its final slope.
     ground: Ground,
     clock: Clock,
-    world: World,
-    handles: Handles,
+    physics: Box<dyn Physics>,
     sensors: Sensors,
     kinematics: Kinematics,
     /// Commands that are delayed, each with the physics step at which it reaches the servos.
@@ -50,7 +49,7 @@ pub struct Plant<'a> {
     delay_steps: u64,
     /// A force on a link that acts until it is removed.
     pub pull: Option<Pull>,
-    /// COM of the home posture in the frame of the trunk's Rapier body, with the orientation that it has at home.
+    /// COM of the home posture in the frame of the trunk's [body](Physics::body), with the orientation that it has at home.
     push_origin: Isometry3<f64>,
     com_jacobian: Matrix3xX<f64>,
     trunk_jacobian: Matrix6xX<f64>,
@@ -136,22 +135,22 @@ impl<'a> Plant<'a> {
         Self::on(Ground::default(), robot, clock, errors, initial)
     }
 
-    /// The same on `ground`, which is level at first and then tilts to its slope.
+    /// The same on `ground`, which is level at first and then tilts to its slope. The engine must
+    /// [take](Engine::check) the robot.
     pub fn on(ground: Ground, robot: &'a Robot, clock: Clock, errors: Option<SensorErrors>, initial: Command) -> Self {
         let posture = robot.home_posture();
-        let (world, handles) = build(robot, &ground, &posture, clock.physics_step_s);
+        let physics = clock.engine.start(robot, &ground, &posture, clock.physics_step_s);
         let joints = robot.joints.len();
         let mut kinematics = Kinematics::new(robot);
         kinematics.update(robot, &posture);
         let com = kinematics.com();
-        let trunk_body = pose_from_rapier(world.bodies[handles.bodies[robot.trunk]].position());
+        let trunk_body = physics.body(robot.trunk);
         let truth = Truth::at_rest(posture, com, ground.at(0.0));
         let mut plant = Self {
             robot,
             ground,
             clock,
-            world,
-            handles,
+            physics,
             sensors: Sensors::new(joints, robot.noise, errors),
             kinematics,
             in_flight: VecDeque::new(),
@@ -213,7 +212,7 @@ impl<'a> Plant<'a> {
             push_force += self.apply_pushes(pushes) * share;
             self.drive_joints();
             self.tilt_ground();
-            self.world.step();
+            self.physics.step();
             self.steps += 1;
             self.add_torques(share);
             self.add_contacts(share, &mut soles, &mut total);
@@ -231,12 +230,9 @@ impl<'a> Plant<'a> {
     /// Applies pushes and pull for the next physics step, and returns the sum of their forces (N).
     fn apply_pushes(&mut self, pushes: &[Push]) -> Vector3<f64> {
         let from_s = self.steps as f64 * self.clock.physics_step_s;
-        for body in &self.handles.bodies {
-            self.world.bodies[*body].reset_forces(true);
-            self.world.bodies[*body].reset_torques(true);
-        }
+        self.physics.clear_forces();
         let trunk = self.robot.trunk;
-        let origin = pose_from_rapier(self.world.bodies[self.handles.bodies[trunk]].position()) * self.push_origin;
+        let origin = self.physics.body(trunk) * self.push_origin;
         let mut sum = Vector3::zeros();
         for push in pushes {
             let force = push.mean_force(from_s, from_s + self.clock.physics_step_s);
@@ -254,8 +250,7 @@ impl<'a> Plant<'a> {
 
     /// Applies a force (N) to a link at a point in the world (m).
     fn apply(&mut self, link: usize, force: Vector3<f64>, point: Point3<f64>) {
-        let body = &mut self.world.bodies[self.handles.bodies[link]];
-        body.add_force_at_point(vec_to_rapier(&force), vec_to_rapier(&point.coords), true);
+        self.physics.add_force(link, force, point);
         self.truth.push_point = point;
     }
 
@@ -266,56 +261,36 @@ impl<'a> Plant<'a> {
             return;
         }
         self.truth.ground = self.ground.at(at_s(self.steps + 1));
-        let rotation = rotation_to_rapier(&self.truth.ground.slope);
-        self.world.bodies[self.handles.floor].set_next_kinematic_rotation(rotation);
+        self.physics.tilt(&self.truth.ground.slope);
     }
 
     /// Sets the servo of every joint for the next physics step.
     fn drive_joints(&mut self) {
-        let multibody = self.world.multibody_joints.get_multibody_mut(self.handles.multibody).expect("never removed");
-        for (i, (settings, joint)) in self.robot.servos.iter().zip(&self.robot.joints).enumerate() {
-            let dof = multibody.link(i + 1).expect("one link per joint").assembly_id();
-            let dq = f64::from(multibody.generalized_velocity()[dof]);
-            let link = multibody.link_mut(i + 1).expect("one link per joint");
-            let (q, asked) = (servo::angle(link), &self.acting);
-            let drive = servo::drive(settings, q, dq, asked.q_ref[i], asked.dq_ref[i], asked.tau_ff[i]);
-            servo::guard_limits(link, joint.lower_rad, joint.upper_rad);
-            servo::install(link, drive);
-            multibody.damping_mut()[dof] = drive.damping as f32;
-            self.drives[i] = drive;
-        }
+        let Self { physics, robot, acting, drives, .. } = self;
+        physics.set_drives(&mut |i, q, dq| {
+            drives[i] = servo::drive(&robot.servos[i], q, dq, acting.q_ref[i], acting.dq_ref[i], acting.tau_ff[i]);
+            drives[i]
+        });
     }
 
     /// Adds the torques of the past physics step to their averages.
     fn add_torques(&mut self, share: f64) {
-        let multibody = self.world.multibody_joints.get_multibody(self.handles.multibody).expect("never removed");
-        for (i, (tau, drive)) in self.truth.tau.iter_mut().zip(&self.drives).enumerate() {
-            let dof = multibody.link(i + 1).expect("one link per joint").assembly_id();
-            let dq = f64::from(multibody.generalized_velocity()[dof]);
-            *tau += share * (drive.constant - drive.damping * dq);
-        }
+        let Self { physics, truth, drives, .. } = self;
+        physics.speeds(&mut |i, dq| truth.tau[i] += share * (drives[i].constant - drives[i].damping * dq));
     }
 
     /// Adds the contact wrenches of the past physics step, and notes which link but the soles touches the ground.
     fn add_contacts(&mut self, share: f64, soles: &mut PerFoot<WorldWrench>, total: &mut WorldWrench) {
-        let Handles { ground, soles: sole_colliders, bodies, .. } = &self.handles;
-        let narrow_phase = &self.world.narrow_phase;
-        let slope = self.truth.ground.slope;
-        let pairs =
-            ground.iter().flat_map(|part| narrow_phase.contact_pairs_with(part.0).map(move |pair| (part, pair)));
-        for ((part, pose), pair) in pairs {
-            let other = if pair.collider1 == *part { pair.collider2 } else { pair.collider1 };
-            let wrench = ground_wrench(pair, *part, &(slope * pose), self.clock.physics_step_s) * share;
+        let (slope, touching) = (self.truth.ground.slope, &mut self.truth.touching);
+        self.physics.touches(&slope, &mut |Touch { link, sole, wrench }| {
+            let wrench = wrench * share;
             *total += wrench;
-            match Foot::BOTH.into_iter().find(|&foot| sole_colliders[foot] == other) {
+            match sole {
                 Some(foot) => soles[foot] += wrench,
-                None if wrench.force.z > 0.0 && self.truth.touching.is_none() => {
-                    let body = self.world.colliders[other].parent();
-                    self.truth.touching = bodies.iter().position(|b| Some(*b) == body);
-                }
+                None if wrench.force.z > 0.0 && touching.is_none() => *touching = Some(link),
                 None => {}
             }
-        }
+        });
     }
 
     /// Sets contact forces for the first reading, before any step: the weight is shared equally.
@@ -330,25 +305,11 @@ impl<'a> Plant<'a> {
         }
     }
 
-    /// Reads posture and velocity from Rapier. All other quantities are computed from these in f64.
+    /// Reads posture and velocity from the engine. All other quantities are computed from these.
     fn read_state(&mut self) {
-        let multibody = self.world.multibody_joints.get_multibody(self.handles.multibody).expect("never removed");
         let (robot, truth) = (self.robot, &mut self.truth);
         truth.time_s = self.steps as f64 * self.clock.physics_step_s;
-        let root = pose_from_rapier(multibody.root().local_to_world());
-        truth.posture.base = root * self.handles.root_com.inverse();
-        let v = multibody.generalized_velocity();
-        let component = |i: usize| f64::from(v[i]);
-        let angular = Vector3::new(component(3), component(4), component(5));
-        let lever = truth.posture.base.translation.vector - root.translation.vector;
-        let linear = Vector3::new(component(0), component(1), component(2)) + angular.cross(&lever);
-        truth.velocity.fixed_rows_mut::<3>(0).copy_from(&linear);
-        truth.velocity.fixed_rows_mut::<3>(3).copy_from(&angular);
-        for i in 0..robot.joints.len() {
-            let link = multibody.link(i + 1).expect("one link per joint");
-            truth.posture.q[i] = servo::angle(link);
-            truth.velocity[6 + i] = component(link.assembly_id());
-        }
+        self.physics.read(&mut truth.posture, &mut truth.velocity);
         let kinematics = &mut self.kinematics;
         kinematics.update(robot, &truth.posture);
         truth.com = kinematics.com();

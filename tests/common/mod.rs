@@ -14,7 +14,7 @@ use standfast::control::Design;
 use standfast::episode::{self, Disturbance, EpisodeConfig, Record, Tick, Until};
 use standfast::lipm::GainSet;
 use standfast::robot::Robot;
-use standfast::sim::{Push, SensorErrors};
+use standfast::sim::{Engine, Push, SensorErrors};
 
 /// A robot and a gain set designed for it.
 pub struct Bench {
@@ -56,7 +56,13 @@ impl Bench {
 }
 
 pub fn config(horizon_s: f64) -> EpisodeConfig {
-    EpisodeConfig { horizon_s, ..EpisodeConfig::default() }
+    EpisodeConfig { horizon_s, engine: engine(), ..EpisodeConfig::default() }
+}
+
+/// The physics engine under test: Rapier, or the one that the environment variable STANDFAST_ENGINE names.
+pub fn engine() -> Engine {
+    let named = |name: String| Engine::ALL.into_iter().find(|engine| engine.name() == name).expect("an engine");
+    std::env::var("STANDFAST_ENGINE").map_or(Engine::Rapier, named)
 }
 
 pub fn push(impulse_n_s: f64, heading_deg: f64) -> Push {

@@ -1,8 +1,8 @@
 //! Builds the Rapier world: the robot as one multibody, on its ground.
 
-use super::Ground;
 use super::convert::{pose_to_rapier, rotation_to_rapier, vec_to_rapier};
 use crate::robot::{Foot, Joint, PerFoot, Posture, Robot, Shape, Solid};
+use crate::sim::Ground;
 use nalgebra::{Isometry3, Rotation3, Unit, UnitQuaternion, Vector3};
 use rapier3d::dynamics::MultibodyIndex;
 use rapier3d::parry::mass_properties::MassProperties;

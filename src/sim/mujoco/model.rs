@@ -1,0 +1,104 @@
+//! The robot and its ground as a MuJoCo model, written as MJCF: links, rotors, joint stops, friction and the shapes that
+//! collide are those of [`Robot`]. The servos are not in it; the plant drives the joints.
+
+use crate::robot::{Foot, Link, Robot, Shape, Solid};
+use crate::sim::Ground;
+use nalgebra::{Isometry3, UnitQuaternion};
+use quick_xml::escape::escape;
+use std::fmt::Write;
+
+/// Name of the body that carries the ground.
+pub const GROUND: &str = "ground";
+
+/// Time constant (s) and damping ratio of contacts and joint stops, which make both nearly rigid. A step of up to half
+/// the time constant is stable.
+const SOLREF: &str = "0.004 1";
+
+/// Name of the body of a link. A link may be called `world` or `ground`, which are taken.
+pub fn body_name(link: &Link) -> String {
+    format!("link {}", link.name)
+}
+
+/// The model as MJCF.
+pub fn mjcf(robot: &Robot, ground: &Ground, step_s: f64) -> String {
+    let mut xml = format!(
+        r#"<mujoco><compiler angle="radian" autolimits="false" inertiafromgeom="false"/>
+<option timestep="{step_s}" gravity="0 0 {}" integrator="Euler" cone="elliptic" impratio="10"/>
+<default><geom condim="3" friction="{} 0 0" solref="{SOLREF}"/><joint solreflimit="{SOLREF}"/></default>
+<worldbody><body name="{GROUND}" mocap="{}">"#,
+        -crate::robot::GRAVITY,
+        robot.friction,
+        !ground.is_level(),
+    );
+    let collides = r#"contype="1" conaffinity="0""#;
+    _ = write!(xml, r#"<geom type="plane" size="0 0 1" {collides} {}/>"#, pose(&ground.half_space()));
+    for (center, half) in ground.boxes() {
+        let size = format!("{} {} {}", half.x, half.y, half.z);
+        _ = write!(xml, r#"<geom type="box" size="{size}" {collides} {}/>"#, pose(&center));
+    }
+    xml.push_str("</body>");
+    body(&mut xml, robot, 0);
+    xml.push_str("</worldbody></mujoco>");
+    xml
+}
+
+/// Adds a link with all that it carries.
+fn body(xml: &mut String, robot: &Robot, index: usize) {
+    let link = &robot.links[index];
+    let origin = if index == 0 { Isometry3::identity() } else { robot.joints[index - 1].origin };
+    _ = write!(xml, r#"<body name="{}" {}>"#, escape(body_name(link)), pose(&origin));
+    match index.checked_sub(1).map(|joint| (&robot.joints[joint], &robot.servos[joint])) {
+        None => xml.push_str("<freejoint/>"),
+        Some((joint, servo)) => {
+            let axis = joint.axis;
+            _ = write!(
+                xml,
+                r#"<joint name="{}" axis="{} {} {}" limited="true" range="{} {}" armature="{}"/>"#,
+                escape(&joint.name),
+                axis.x,
+                axis.y,
+                axis.z,
+                joint.lower_rad,
+                joint.upper_rad,
+                servo.rotor_inertia_kg_m2,
+            );
+        }
+    }
+    inertial(xml, link);
+    link.collisions.iter().for_each(|solid| geom(xml, robot, solid));
+    let children = robot.joints.iter().enumerate().filter(|(_, joint)| joint.parent == index);
+    children.for_each(|(joint, _)| body(xml, robot, joint + 1));
+    xml.push_str("</body>");
+}
+
+fn inertial(xml: &mut String, link: &Link) {
+    let (com, i) = (link.com_m, link.inertia_kg_m2);
+    _ = write!(
+        xml,
+        r#"<inertial pos="{} {} {}" mass="{}" fullinertia="{} {} {} {} {} {}"/>"#,
+        com.x, com.y, com.z, link.mass_kg, i.m11, i.m22, i.m33, i.m12, i.m13, i.m23,
+    );
+}
+
+/// Everything collides with the ground, and of the links only the soles with each other.
+fn geom(xml: &mut String, robot: &Robot, solid: &Solid) {
+    let is_sole = Foot::BOTH.into_iter().any(|foot| solid.frame == robot.soles[foot].frame);
+    let (contype, conaffinity) = if is_sole { (2, 3) } else { (0, 1) };
+    let (kind, size) = match solid.shape {
+        Shape::Box { half } => ("box", format!("{} {} {}", half.x, half.y, half.z)),
+        Shape::Sphere { radius } => ("sphere", radius.to_string()),
+        Shape::Cylinder { radius, length } => ("cylinder", format!("{radius} {}", 0.5 * length)),
+    };
+    let place = pose(&solid.pose);
+    _ = write!(xml, r#"<geom type="{kind}" size="{size}" contype="{contype}" conaffinity="{conaffinity}" {place}/>"#);
+}
+
+fn pose(pose: &Isometry3<f64>) -> String {
+    let (p, [w, x, y, z]) = (pose.translation.vector, quaternion(&pose.rotation));
+    format!(r#"pos="{} {} {}" quat="{w} {x} {y} {z}""#, p.x, p.y, p.z)
+}
+
+/// A rotation in MuJoCo's order: w, x, y, z.
+pub fn quaternion(rotation: &UnitQuaternion<f64>) -> [f64; 4] {
+    [rotation.w, rotation.i, rotation.j, rotation.k]
+}

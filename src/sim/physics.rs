@@ -1,0 +1,45 @@
+//! What the plant asks of a physics engine: one robot on its ground, in SI units and in f64.
+
+use super::contact::Touch;
+use super::servo::Drive;
+use crate::robot::Posture;
+use nalgebra::{DVector, Isometry3, Point3, UnitQuaternion, Vector3};
+
+/// A robot on its ground in a physics engine. Links and joints are those of [`Robot`](crate::robot::Robot), by index.
+pub trait Physics: Send + Sync {
+    /// A copy that goes on from the present state to the same bits.
+    fn copy(&self) -> Box<dyn Physics>;
+
+    /// Reads posture and generalised velocity (as in [`Truth`](super::Truth)).
+    fn read(&self, posture: &mut Posture, velocity: &mut DVector<f64>);
+
+    /// Pose in the world of a frame that is fixed to a link. Which frame that is, is up to the engine.
+    fn body(&self, link: usize) -> Isometry3<f64>;
+
+    /// Removes the forces of the last physics step.
+    fn clear_forces(&mut self);
+
+    /// Adds a force (N) on a link at a point (m) for the next physics step, in the world frame.
+    fn add_force(&mut self, link: usize, force: Vector3<f64>, point: Point3<f64>);
+
+    /// Sets what each servo does in the next physics step, given by number, angle (rad) and speed (rad/s) of its joint.
+    fn set_drives(&mut self, drive: &mut dyn FnMut(usize, f64, f64) -> Drive);
+
+    /// Tilts the ground for the next physics step. `slope` rotates the frame of its plane to the world.
+    fn tilt(&mut self, slope: &UnitQuaternion<f64>);
+
+    /// Does one physics step.
+    fn step(&mut self);
+
+    /// Calls `see` with the speed (rad/s) of every joint in order.
+    fn speeds(&self, see: &mut dyn FnMut(usize, f64));
+
+    /// Calls `see` with all that touched the ground in the last physics step, when the ground was tilted by `slope`.
+    fn touches(&self, slope: &UnitQuaternion<f64>, see: &mut dyn FnMut(Touch));
+}
+
+impl Clone for Box<dyn Physics> {
+    fn clone(&self) -> Self {
+        (**self).copy()
+    }
+}
