@@ -2,15 +2,14 @@
 //! write such pages for the telling trials of a result.
 
 use super::arguments::{ENGINE_CHOICES, EngineChoice, check_output, one_of};
-use super::episode::{Case, Origin, OutputArgs, write_replay};
+use super::episode::{Case, Origin, OutputArgs, Shown, write_replay};
 use super::terminal::{note, print, tell};
 use crate::campaign::{Folder, StoredTrial, Summary};
-use crate::episode::{Film, Parting};
+use crate::episode::Parting;
 use crate::error::{Error, Result};
 use crate::files::shell_word;
 use crate::render::text::ghost::{ended, parted};
 use crate::render::text::layout::wrapped;
-use crate::render::text::story::Told;
 use crate::render::trial_page::replay_file;
 use crate::render::{self, with_fields_of};
 use crate::sim::Engine;
@@ -100,17 +99,16 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     let case = Case { robot: &replayed.robot, design: &replayed.design, config: &config };
     let (shown, ghost) = match &other {
         Some(other) => {
-            let [shown, ghost] = case.tell_both(other, || replayed.disturbance(), &outputs)?;
+            let [shown, ghost] = case.film_both(other, || replayed.disturbance(), &outputs)?;
             (shown, Some(ghost))
         }
-        None => (case.tell(replayed.disturbance(), &outputs)?, None),
+        None => (case.film(replayed.disturbance(), &outputs)?, None),
     };
     let page = Page { replayed: &replayed, suffix, folder: args.output.is_some().then_some(args.dir.as_path()) };
     page.write(&shown, ghost.as_ref(), &path)?;
     let (told, film) = &shown;
-    let ghost_film = ghost.as_ref().and_then(|(_, film)| film.as_ref());
-    outputs.finish(film.as_ref(), ghost_film)?;
-    let films = film.as_ref().zip(ghost_film);
+    outputs.draw_frames(film, ghost.as_ref().map(|(_, film)| film))?;
+    outputs.say_what_was_written();
     print(&if args.json {
         let mut head = json!({
             "trial": args.trial,
@@ -118,28 +116,20 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
             "engine": engine,
             "page": path.display().to_string(),
         });
-        if let (Some((ghost, _)), Some((film, ghost_film))) = (&ghost, films) {
-            head["ghost"] = with_fields_of(json!({ "engine": engine.other() }), &ghost.as_json());
-            head["parting"] = json!(Parting::of(film, ghost_film));
+        if let Some((told, ghost)) = &ghost {
+            head["ghost"] = with_fields_of(json!({ "engine": ghost.engine }), &told.as_json());
+            head["parting"] = json!(Parting::of(film, ghost));
         }
         render::json(&with_fields_of(head, &told.as_json()))
     } else {
-        let both = films.map(|(film, ghost)| {
-            let [first, second] = [film, ghost].map(ended);
-            format!(
-                "{}{}{}\n",
-                wrapped("solid     ", &first),
-                wrapped("ghost     ", &second),
-                wrapped("parting   ", &parted(film, ghost))
-            )
+        let beside = ghost.map(|(_, ghost)| {
+            let lines = [("solid", ended(film)), ("ghost", ended(&ghost)), ("parting", parted(film, &ghost))];
+            lines.map(|(label, what)| wrapped(&format!("{label:<10}"), &what)).concat() + "\n"
         });
-        both.unwrap_or_default() + &told.text()
+        beside.unwrap_or_default() + &told.text()
     })?;
     Ok(ExitCode::SUCCESS)
 }
-
-/// What was told of an episode, and its film.
-type Shown<'a> = (Told<'a>, Option<Film>);
 
 /// The page of a trial.
 struct Page<'a> {
@@ -152,9 +142,8 @@ struct Page<'a> {
 
 impl Page<'_> {
     /// Writes the page, with a ghost from another engine, and warns if the trial does not end as it did in the result.
-    fn write(&self, (told, film): &Shown, ghost: Option<&Shown>, path: &Path) -> Result<()> {
-        let Self { replayed, suffix, folder } = self;
-        let Some(film) = film else { return Ok(()) };
+    fn write(&self, shown: &Shown, ghost: Option<&Shown>, path: &Path) -> Result<()> {
+        let (Self { replayed, suffix, folder }, (told, film)) = (self, shown);
         let is_same_engine = film.engine == replayed.engine();
         let warning = replayed.difference(&told.record).filter(|_| is_same_engine);
         warning.iter().for_each(|warning| log::warn!("{warning}"));
@@ -166,11 +155,10 @@ impl Page<'_> {
         if let Some(engine) = suffix {
             command += &format!(" --engine {engine}");
         }
-        let ghost = ghost.and_then(|(told, film)| Some((told, film.as_ref()?)));
         if ghost.is_some() || !is_same_engine {
             title += &format!(" in {}", film.engine.title());
         }
-        write_replay((told, film), ghost, path, Origin { title: Some(title), command, of_result, warning })
+        write_replay(shown, ghost, path, Origin { title: Some(title), command, of_result, warning })
     }
 }
 
@@ -201,7 +189,7 @@ fn write_page(folder: &Path, trial: u64, set: &str) -> Result<()> {
     let config = replayed.config_in(replayed.engine())?;
     let case = Case { robot: &replayed.robot, design: &replayed.design, config: &config };
     let outputs = OutputArgs { replay: Some(path.clone()), ..OutputArgs::default() };
-    let shown = case.tell(replayed.disturbance(), &outputs)?;
+    let shown = case.film(replayed.disturbance(), &outputs)?;
     Page { replayed: &replayed, suffix: None, folder: None }.write(&shown, None, &path)
 }
 
