@@ -263,3 +263,43 @@ fn help_and_completions_are_printed() {
     }
     assert!(stdout(&standfast(dir.path(), &["completions", "bash"]).success()).contains("standfast"));
 }
+
+/// A program with MuJoCo takes what one without it refuses, and says how to get.
+#[test]
+fn the_physics_engine_is_chosen_by_its_name() {
+    let dir = folder();
+    for command in ["run", "limit", "push", "scenario", "response"] {
+        let help = stdout(&standfast(dir.path(), &[command, "--help"]).success());
+        let names =
+            help.split("--engine <ENGINE>").nth(1).and_then(|help| help.split(']').find(|s| s.contains("values")));
+        let names: Vec<&str> = names.unwrap_or_else(|| panic!("{help}")).split_whitespace().skip(2).collect();
+        let both = if ["run", "limit"].contains(&command) { ", both" } else { "" };
+        assert!(names.join(" ").ends_with(&format!("rapier, mujoco{both}")), "{command}: {names:?}");
+        let message = stderr(&standfast(dir.path(), &[command, "--engine=bullet"]).code(2));
+        assert!(message.contains("'bullet' for '--engine <ENGINE>'"), "{message}");
+    }
+    let in_file = "--set=episode.engine=mujoco";
+    for args in [
+        short(&[FEW, "--engine=mujoco"]),
+        short(&[FEW, in_file]),
+        vec!["push", "--engine=mujoco"],
+        vec!["limit", "--engine=mujoco"],
+        vec!["limit", "--engine=both"],
+        vec!["scenario", "push-behind", "--engine=mujoco"],
+    ] {
+        let run = standfast(dir.path(), &[&args[..], &["--check"]].concat());
+        if cfg!(feature = "mujoco") {
+            run.success();
+            continue;
+        }
+        let message = stderr(&run.code(2));
+        let (what, remedy) = ("engine = mujoco: this program was built without MuJoCo", "--features mujoco");
+        assert!(message.contains(what) && message.contains(remedy), "{args:?}: {message}");
+    }
+    let imposed = ["scenario", "error-backward", "--engine=rapier", "--check"];
+    assert!(stderr(&standfast(dir.path(), &imposed).code(2)).contains("an imposed error has no physics"));
+    // The option overrules the campaign.
+    standfast(dir.path(), &short(&[FEW, in_file, "--engine=rapier"])).success();
+    let status = stdout(&standfast(dir.path(), &["status", "out"]).success());
+    assert!(status.contains("simulated by Rapier "), "{status}");
+}

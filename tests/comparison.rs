@@ -206,6 +206,97 @@ fn two_folders_are_compared_if_their_pushes_are_the_same() {
     standfast(&dir.path().join("d"), &[&["push"], &words[..]].concat()).success();
 }
 
+/// The second result was simulated with another physics step, and its manifest says that it was in the other engine: so
+/// this needs no program that has both.
+#[test]
+fn two_results_that_differ_in_the_engine_alone_are_compared_engine_by_engine() {
+    let dir = folder();
+    let run = |more: &[&'static str]| {
+        let args = SHORT.iter().copied().filter(|arg| *arg != "--out=out").chain([SEVERAL_PARTS]);
+        standfast(dir.path(), &args.chain(more.iter().copied()).collect::<Vec<_>>()).success();
+    };
+    run(&["--out=a"]);
+    for (out, more) in [("b", &["--out=b"][..]), ("c", &["--out=c", "--gains=fixed"])] {
+        run(&[&["--set=episode.physics_step_s=0.0005"], more].concat());
+        let manifest = dir.path().join(out).join("parts/campaign.json");
+        let mut found: Value = serde_json::from_slice(&fs::read(&manifest).unwrap()).unwrap();
+        found["engine"] = "MuJoCo 0".into();
+        found["campaign"]["episode"]["engine"] = "mujoco".into();
+        fs::write(&manifest, found.to_string()).unwrap();
+    }
+    let compared = |b: &str, more: &[&str]| -> Value {
+        let run = standfast(dir.path(), &[&["compare", "a", b, "--json"], more].concat()).success();
+        serde_json::from_str(&stdout(&run)).unwrap()
+    };
+    let found = compared("b", &["--out=d", "--gate=hold (mujoco) >= 0"]);
+    let names = found["sets"].as_array().unwrap().iter().map(|set| set["name"].as_str().unwrap());
+    assert_eq!(names.collect::<Vec<_>>(), ["hold (rapier)", "hold (mujoco)"]);
+    let (agreement, hold) = (&found["agreement"], &found["agreement"]["sets"][0]);
+    assert_eq!(agreement["engines"], serde_json::json!(["rapier", "mujoco"]));
+    assert_eq!((&agreement["versions"][1], &hold["set"]), (&Value::from("MuJoCo 0"), &Value::from("hold")));
+    let count = |key: &str| hold[key].as_u64().unwrap();
+    let recovered = |out: &str| summary(&dir.path().join(out))["sets"][0]["recovered"].as_u64().unwrap();
+    assert_eq!([count("both") + count("only_a"), count("both") + count("only_b")], [recovered("a"), recovered("b")]);
+    assert_eq!(count("both") + count("only_a") + count("only_b") + count("neither"), 26);
+    assert_eq!(hold["parted"].as_array().unwrap().len() as u64, count("only_a") + count("only_b"));
+    assert!(!found["warnings"].to_string().contains("differ"), "{}", found["warnings"]);
+    for (file, told) in [("report.html", "id=\"engines\""), ("summary.md", "MuJoCo 0, trial by trial")] {
+        let text = fs::read_to_string(dir.path().join("d").join(file)).unwrap();
+        assert!(text.contains(told), "{file}");
+    }
+    // More than the engine differs.
+    let found = compared("c", &[]);
+    assert!(found.get("agreement").is_none() && found["sets"][0]["name"] == "hold (a)", "{}", found["sets"]);
+    assert!(found["warnings"].to_string().contains("the physics engines differ: Rapier "), "{}", found["warnings"]);
+    // A gate is not judged by a baseline in another engine.
+    let gate = ["--gate=hold >= baseline - 0.5", "--baseline=b", SEVERAL_PARTS];
+    let refused = stderr(&standfast(dir.path(), &short(&gate)).code(3));
+    assert!(refused.contains("episode.engine is \"mujoco\" there and \"rapier\" here"), "{refused}");
+}
+
+#[cfg(not(feature = "mujoco"))]
+#[test]
+fn both_engines_are_asked_for_before_either_runs() {
+    for (more, expected) in [(&[FEW][..], "built without MuJoCo"), (&[FEW, "--shard=1/2"], "`compare` after `merge`")] {
+        let dir = folder();
+        let refused = standfast(dir.path(), &short(&[&["--engine=both"], more].concat())).code(2);
+        assert!(stderr(&refused).contains(expected), "{}", stderr(&refused));
+        assert!(files(dir.path()).is_empty());
+    }
+}
+
+#[cfg(feature = "mujoco")]
+#[test]
+fn a_campaign_in_both_engines_ends_with_their_agreement() {
+    let dir = folder();
+    let both = |more: &[&'static str]| standfast(dir.path(), &short(&[&["--engine=both", FEW], more].concat()));
+    let checked = stderr(&both(&["--check"]).success());
+    assert!(
+        checked.contains("3 episodes to run in Rapier") && checked.contains("3 episodes to run in MuJoCo"),
+        "{checked}"
+    );
+    assert!(files(dir.path()).is_empty());
+    let text = stdout(&both(&[PASSES]).success());
+    assert!(text.matches("campaign smoke: 3 trials").count() == 2 && text.contains(", trial by trial:"), "{text}");
+    let found = |name: &str| summary(&dir.path().join("out").join(name));
+    assert_eq!(found("rapier")["episode"]["engine"], "rapier");
+    assert_eq!(found("mujoco")["episode"]["engine"], "mujoco");
+    assert_eq!(found("agreement")["agreement"]["engines"], serde_json::json!(["rapier", "mujoco"]));
+    let again = both(&[FAILS, "--json"]).code(100);
+    assert_eq!(stderr(&again).matches("nothing is computed again").count(), 2, "{}", stderr(&again));
+    let json: Value = serde_json::from_str(&stdout(&again)).unwrap();
+    assert_eq!(json["results"].as_array().unwrap().len(), 2);
+    assert_eq!(json["comparison"]["agreement"], found("agreement")["agreement"]);
+    let refused = stderr(&both(&["--shard=1/2"]).code(2));
+    assert!(refused.contains("`compare` after `merge`"), "{refused}");
+    let named: Vec<&str> =
+        SHORT.iter().copied().filter(|arg| *arg != "--out=out").chain(["--engine=both", FEW]).collect();
+    standfast(dir.path(), &named).success();
+    for name in ["smoke", "smoke-mujoco", "smoke-agreement"] {
+        assert!(dir.path().join("standfast-results").join(name).join("report.html").exists(), "{name}");
+    }
+}
+
 #[test]
 fn a_campaign_ends_when_decided_with_the_same_bytes_whatever_happened_on_the_way() {
     let until = ["--trials=200", "--until-resolved", "--gate=hold >= 0.01"];

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::program::{SEVERAL_PARTS, files, folder, standfast, stderr};
+use common::program::{SEVERAL_PARTS, files, folder, standfast, stderr, stdout};
 use common::{Bench, push};
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 use rayon::prelude::*;
@@ -196,6 +196,32 @@ fn a_campaign_in_mujoco_is_the_same_bytes_for_any_number_of_threads() {
     let manifest = String::from_utf8(one["parts/campaign.json"].clone()).unwrap();
     assert!(manifest.contains("MuJoCo 3."), "{manifest}");
     assert!(one == result("--threads=2"), "two threads wrote something else");
+}
+
+/// The limits of both engines in one file, which are those that the second engine has alone.
+#[test]
+fn limits_stand_side_by_side() {
+    let dir = folder();
+    let limit = |engine: &str| {
+        let few = ["limit", "--campaign=nominal", "--gains=hold", "--headings=2", "--precision=0.4", "--out=out"];
+        standfast(dir.path(), &[&few[..], &["--json", engine]].concat())
+    };
+    let printed = [limit("--engine=both"), limit("--engine=mujoco")].map(|run| stdout(&run.success()));
+    let [both, alone] = printed.each_ref().map(|json| serde_json::from_str::<serde_json::Value>(json).unwrap());
+    assert_eq!(both["engines"][1], alone);
+    for (engine, name) in [(0, "Rapier "), (1, "MuJoCo ")] {
+        let limits = &both["engines"][engine];
+        assert!(limits["engine"].as_str().unwrap().starts_with(name), "{limits}");
+        let impulse_n_s = limits["headings"][1]["sets"][0]["impulse50_n_s"].as_f64().unwrap();
+        assert!((2.2..3.1).contains(&impulse_n_s), "{name}: {impulse_n_s}");
+    }
+    let written = files(&dir.path().join("out"));
+    let names = ["limit-both.json", "limit-both.svg", "limit-mujoco.json", "limit-mujoco.svg"];
+    assert_eq!(written.keys().collect::<Vec<_>>(), names);
+    assert_eq!(written[names[0]], printed[0].as_bytes());
+    let picture = String::from_utf8(written[names[1]].clone()).unwrap();
+    assert!(picture.contains("class=\"s0 second\"") && picture.contains("dashed line: MuJoCo 3."), "{picture}");
+    assert!(stderr(&limit("--engine=both").code(2)).contains("it holds a result already"));
 }
 
 /// What one engine takes and the other does not is an error that says which.

@@ -24,7 +24,7 @@ const FLOORS: [&[&str]; 10] = [
 const SOCIABLE: usize = 0;
 
 /// Floors within a room, lowest first.
-const INNER_FLOORS: [(&str, &[&str]); 1] = [("campaign", &["ask", "store", "verdict", "run", "limit"])];
+const INNER_FLOORS: [(&str, &[&str]); 1] = [("campaign", &["ask", "store", "verdict", "run", "limit", "partings"])];
 
 /// Crates that only one room or file may use.
 const RESERVED: [(&str, &str); 11] = [

@@ -94,7 +94,9 @@ fn wrong(command: &str, folder: &Path) -> Option<String> {
     let checked = words.get(1).is_some_and(|name| CHECKED.contains(&name.as_str()));
     // Arguments are parsed before help is printed, so an unknown one or an invalid value is an error.
     let only = if checked { "--check" } else { "--help" };
-    let given = words[1..].iter().map(String::as_str).filter(|word| *word != only);
+    // In a program without MuJoCo the rest of the command can still be checked.
+    let there = |word| if cfg!(feature = "mujoco") || !["mujoco", "both"].contains(&word) { word } else { "rapier" };
+    let given = words[1..].iter().map(|word| there(word)).filter(|word| *word != only);
     put_baseline(&words, folder);
     let args: Vec<&str> = given.chain([only]).collect();
     let run = standfast(folder, &args);

@@ -8,8 +8,9 @@ use common::films::{assert_no_problems, fallen, film, ghost, head, look_at, step
 use common::{Bench, config, push};
 use nalgebra::{Isometry3, Point2, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
+use standfast::episode::parting::Parting;
 use standfast::episode::snapshot::Arrow;
-use standfast::episode::{Disturbance, EpisodeConfig, Film, Parting, Until};
+use standfast::episode::{Disturbance, EpisodeConfig, Film, Until};
 use standfast::render::replay::page;
 use standfast::robot::{Foot, Kinematics, Shape};
 use standfast::sim::{Ground, Push, Variation};
@@ -111,17 +112,17 @@ fn the_ghost_is_the_robot_of_the_second_film() {
         worst.compare("com", &shown["com"], Some(vec![snapshot.com.x, snapshot.com.y, snapshot.com.z]));
     }
     assert!(worst.0.len() == 2 && worst.0.iter().all(|(_, error)| *error < NEAR_M), "{:?}", worst.0);
-    let parting = Parting::of(film, &ghost).unwrap();
+    let parting = Parting::of_films(film, &ghost).unwrap();
     let marked = tab.evaluate("replay.film.events.filter((event) => event.kind === 'parting').map((e) => e.from_s)");
-    assert_eq!(marked, serde_json::json!([parting.time_s]));
+    assert_eq!(marked, serde_json::json!([parting.at_s]));
     let told = text(&mut tab, "engines");
-    let parted = format!("The two part at t = {:.3} s: the {}", parting.time_s, parting.point);
+    let parted = format!("At {:.3} s the ", parting.at_s);
     for part in ["Solid: Rapier", "recovered, still from", "Ghost: MuJoCo", "fell at", &parted] {
         assert!(told.contains(part), "no {part:?} in {told}");
     }
     tab.evaluate("new Promise((done) => { addEventListener('hashchange', done); document.querySelector('#engines a').click(); })");
     let time_s = tab.evaluate("replay.state.time").as_f64().unwrap();
-    assert!((time_s - parting.time_s).abs() < 1e-9, "{time_s}");
+    assert!((time_s - parting.at_s).abs() < 1e-9, "{time_s}");
     assert_no_problems(&mut tab, &file);
     // Without a ghost there is nothing of all this.
     assert!(packed(film)["ghost"].is_null() && !page(film, None, &head()).unwrap().contains("id=\"engines\""));

@@ -1,8 +1,12 @@
 //! `standfast compare`: compares two finished campaigns with the same pushes, trial by trial.
 
-use super::result::{Printing, exit_code};
-use super::terminal::{note, print};
+use super::interrupt::{STOP, stop_on_ctrl_c};
+use super::progress::Progress;
+use super::result::{Printing, exit_code, say_failed_gates};
+use super::terminal::{note, print, tell};
 use crate::campaign::Folder;
+use crate::campaign::partings::Partings;
+use crate::campaign::verdict::agreement::Agreement;
 use crate::campaign::verdict::compare::Comparison;
 use crate::error::{Error, Result};
 use crate::render::result;
@@ -13,7 +17,12 @@ use std::process::ExitCode;
 #[command(after_help = "Gain sets of the same name are compared with each other, and called by their
 folders, as in `catch (DIR_A)`. If the two results share no name, every gain
 set of one is compared with every gain set of the other. The exit code is 3 if
-the two folders do not hold the same trials.")]
+the two folders do not hold the same trials.
+
+Results that differ in the physics engine alone are compared engine by engine:
+how far the two agree trial by trial, where they part company, and which
+verdicts hold in one engine only. Gain sets are then called by the engine, as in
+`catch (mujoco)`.")]
 pub struct CompareArgs {
     /// A result folder of `run`
     pub dir_a: PathBuf,
@@ -27,20 +36,70 @@ pub struct CompareArgs {
     #[arg(long, value_name = "EXPR")]
     pub gate: Vec<String>,
     #[command(flatten)]
+    pub traces: TracesArgs,
+    #[command(flatten)]
     pub printing: Printing,
 }
 
+#[derive(Debug, clap::Args)]
+pub struct TracesArgs {
+    /// Where two engines disagree on a trial, simulate it again in both, to find the moment at which they part: the first
+    /// N such trials of each gain set
+    #[arg(long, value_name = "N", default_value_t = TracesArgs::default().traces)]
+    pub traces: usize,
+}
+
+impl Default for TracesArgs {
+    fn default() -> Self {
+        Self { traces: 10 }
+    }
+}
+
 pub fn run(args: &CompareArgs) -> Result<ExitCode> {
-    if let Some(out) = args.out.as_deref().filter(|out| !result::may_be_written_to(out)) {
-        let problem = "holds other files than those of a comparison; give a new or empty folder";
-        return Err(Error::Parts { path: out.into(), problem: problem.into() });
+    if let Some(out) = args.out.as_deref() {
+        check_out(out)?;
     }
-    let comparison = Comparison::new(&Folder::existing(&args.dir_a)?, &Folder::existing(&args.dir_b)?, &args.gate)?;
-    let summary = &comparison.summary;
-    print(&args.printing.of(summary, Path::new("")))?;
+    let [a, b] = [Folder::existing(&args.dir_a)?, Folder::existing(&args.dir_b)?];
+    stop_on_ctrl_c();
+    let comparison = compared([&a, &b], &args.gate, &args.traces)?;
+    print(&args.printing.of(&comparison.summary, Path::new("")))?;
     if let Some(out) = &args.out {
-        result::write(&comparison.write(out)?, &comparison.rows, out)?;
-        note(&result::written(out, &["summary.json", "trials.parquet"]));
+        write(&comparison, out)?;
     }
-    Ok(exit_code(summary, Path::new("")))
+    say_failed_gates(&comparison.summary, Path::new(""));
+    Ok(exit_code(&[comparison.summary]))
+}
+
+/// Fails if a comparison may not be written to this folder.
+pub fn check_out(out: &Path) -> Result<()> {
+    if result::may_be_written_to(out) {
+        return Ok(());
+    }
+    let problem = "holds other files than those of a comparison; give a new or empty folder";
+    Err(Error::Parts { path: out.into(), problem: problem.into() })
+}
+
+/// Sets two results beside each other; of two engines it also finds where their traces part.
+pub fn compared([a, b]: [&Folder; 2], gates: &[String], args: &TracesArgs) -> Result<Comparison> {
+    let mut comparison = Comparison::new(a, b, gates)?;
+    let part = |agreement: &&mut Agreement| args.traces > 0 && agreement.sets.iter().any(|set| !set.parted.is_empty());
+    let Some(agreement) = comparison.summary.agreement.as_mut().filter(part) else { return Ok(comparison) };
+    match Partings::new([a, b], agreement, args.traces) {
+        Ok(partings) => {
+            let progress = Progress::of_episodes(2 * partings.count(), 0, false);
+            let run = partings.run(&STOP, &|| (0..2).for_each(|_| progress.episode()));
+            progress.finish();
+            run?;
+        }
+        // The comparison is complete without them.
+        Err(error) => tell("", &format!("Where the traces of the two engines part was not looked for: {error}")),
+    }
+    Ok(comparison)
+}
+
+/// Writes the files of a comparison, and says which.
+pub fn write(comparison: &Comparison, out: &Path) -> Result<()> {
+    result::write(&comparison.write(out)?, &comparison.rows, out)?;
+    note(&result::written(out, &["summary.json", "trials.parquet"]));
+    Ok(())
 }

@@ -1,15 +1,17 @@
 //! `standfast limit`: searches the largest impulse that each gain set recovers from, by heading, and prints it beside
-//! the bounds of a pendulum.
+//! the bounds of a pendulum or, with both physics engines, side by side.
 
 use super::arguments::{ChangeArgs, CheckArgs, check_output, fine};
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::Progress;
 use super::terminal::{note, print};
-use crate::campaign::Campaign;
-use crate::campaign::limit::{LimitOptions, Limits, Searches};
+use crate::campaign::limit::{LimitOptions, Searches};
+use crate::campaign::{Campaign, Overrides};
 use crate::error::{Error, Result};
 use crate::files::write_atomic;
 use crate::render::{self, figure, text};
+use crate::sim::Engine;
+use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -18,6 +20,7 @@ use std::process::ExitCode;
   standfast limit                                   all gain sets and 16 headings, with the standard campaign
   standfast limit --gains hold --gains paper --headings 8 --out limits
   standfast limit --campaign nominal                without noise and variations
+  standfast limit --campaign nominal --engine both  in both physics engines, side by side
   standfast limit --gains hold --headings 4 --precision 0.3         a quick look
 
 For each gain set and heading, an adaptive search (Bayesian, by least expected
@@ -56,7 +59,7 @@ pub struct LimitArgs {
     /// Number of threads, or 0 for one on each core; the result does not depend on it
     #[arg(long, value_name = "T", default_value_t = 0)]
     pub threads: usize,
-    /// Write limit.json and limit.svg to this folder
+    /// Write limit.json and limit.svg to this folder; limit-mujoco or limit-both with that --engine
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Draw limits and bounds around the robot to this file
@@ -71,8 +74,9 @@ pub struct LimitArgs {
 
 /// Searches the limits, prints them and writes them. Nothing of an interrupted search is kept.
 pub fn run(args: &LimitArgs) -> Result<ExitCode> {
-    args.check_outputs()?;
-    let campaign = Campaign::load(&args.campaign, &args.change.overrides())?;
+    let load = |engine| Campaign::load(&args.campaign, &Overrides { engine, ..args.change.overrides() });
+    let campaigns = args.change.engines().into_iter().map(load).collect::<Result<Vec<_>>>()?;
+    let files = args.files(&campaigns)?;
     let options = LimitOptions {
         headings: args.headings,
         precision_n_s: args.precision,
@@ -80,30 +84,40 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
         threads: args.threads,
     };
     stop_on_ctrl_c();
-    let searches = Searches::new(&campaign, options)?;
+    let searches = campaigns.iter().map(|campaign| Searches::new(campaign, options)).collect::<Result<Vec<_>>>()?;
+    let count = searches.iter().map(Searches::count).sum();
     if args.check.check {
-        let (count, searches) = (searches.count(), if searches.count() == 1 { "search" } else { "searches" });
-        return fine(&format!("campaign {}: {count} {searches} to run", campaign.name));
+        let searches = if count == 1 { "search" } else { "searches" };
+        return fine(&format!("campaign {}: {count} {searches} to run", campaigns[0].name));
     }
-    let progress = Progress::of(searches.count(), "searches");
-    let limits = searches.run(&STOP, &|| progress.episode(), &|| progress.tick());
+    let progress = Progress::of(count, "searches");
+    let run = |searches: Searches| searches.run(&STOP, &|| progress.episode(), &|| progress.tick());
+    let limits = searches.into_iter().map(run).collect::<Result<Vec<_>>>();
     progress.finish();
     if let Err(Error::Interrupted) = limits {
         note("interrupted: nothing was kept; the same command starts again from the beginning");
     }
     let limits = limits?;
     // The result is printed before it is written, so that it is not lost if it cannot be written.
-    print(&if args.json { render::json(&limits) } else { text::limit(&limits) })?;
-    args.write(&limits)?;
+    let as_json = match &limits[..] {
+        [one] => render::json(one),
+        both => render::json(&json!({ "engines": both })),
+    };
+    print(&if args.json { as_json.clone() } else { text::limits(&limits) })?;
+    for path in files {
+        match path.extension().is_some_and(|extension| extension == "json") {
+            true => write_atomic(&path, as_json.as_bytes())?,
+            false => figure::limit::write(&path, &limits)?,
+        }
+        note(&format!("written: {}", path.display()));
+    }
     Ok(ExitCode::SUCCESS)
 }
 
 impl LimitArgs {
-    /// Checks before any work that the files can be written, and that no result would be overwritten.
-    fn check_outputs(&self) -> Result<()> {
-        if let Some(path) = &self.plot {
-            check_output("--plot", path, &["svg"])?;
-        }
+    /// The files to write. Checks before any work that they can be written, and that no result would be overwritten.
+    fn files(&self, campaigns: &[Campaign]) -> Result<Vec<PathBuf>> {
+        let mut files = Vec::new();
         if let Some(folder) = &self.out {
             let fail = |problem| {
                 Err(Error::value("command line", "--out", folder.display(), problem, "a new or empty folder"))
@@ -111,26 +125,20 @@ impl LimitArgs {
             if folder.exists() && !folder.is_dir() {
                 return fail("it is a file");
             }
-            if ["limit.json", "limit.svg"].iter().any(|name| folder.join(name).exists()) {
+            let name = match campaigns {
+                [one] if one.episode.engine == Engine::Rapier => "limit",
+                [_] => "limit-mujoco",
+                _ => "limit-both",
+            };
+            files.extend(["json", "svg"].map(|kind| folder.join(format!("{name}.{kind}"))));
+            if files.iter().any(|file| file.exists()) {
                 return fail("it holds a result already");
             }
         }
-        Ok(())
-    }
-
-    /// Writes the files that were asked for, and prints their names.
-    fn write(&self, limits: &Limits) -> Result<()> {
-        let written = |path: &PathBuf| note(&format!("written: {}", path.display()));
-        if let Some(folder) = &self.out {
-            let (json, svg) = (folder.join("limit.json"), folder.join("limit.svg"));
-            write_atomic(&json, render::json(limits).as_bytes())?;
-            figure::limit::write(&svg, limits)?;
-            [json, svg].iter().for_each(written);
-        }
         if let Some(path) = &self.plot {
-            figure::limit::write(path, limits)?;
-            written(path);
+            check_output("--plot", path, &["svg"])?;
+            files.push(path.clone());
         }
-        Ok(())
+        Ok(files)
     }
 }

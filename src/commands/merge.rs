@@ -2,7 +2,7 @@
 
 use super::arguments::{GateArgs, ReplaysArgs};
 use super::interrupt::stop_on_ctrl_c;
-use super::result::{Printing, conclude, gates_of};
+use super::result::{Printing, conclude, exit_code, gates_of};
 use crate::campaign::Folder;
 use crate::error::Result;
 use std::path::PathBuf;
@@ -26,5 +26,6 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
     let gates = gates_of(&folder, &args.gates)?;
     folder.create()?;
     stop_on_ctrl_c();
-    conclude(&folder, &gates, &args.replays, args.printing)
+    let summary = conclude(&folder, &gates, &args.replays, Some(args.printing))?;
+    Ok(exit_code(&[summary]))
 }

@@ -5,7 +5,7 @@ use super::arguments::{ENGINE_CHOICES, EngineChoice, check_output, one_of};
 use super::episode::{Case, Origin, OutputArgs, Shown, write_replay};
 use super::terminal::{note, print, tell};
 use crate::campaign::{Folder, StoredTrial, Summary};
-use crate::episode::Parting;
+use crate::episode::parting::Parting;
 use crate::error::{Error, Result};
 use crate::files::shell_word;
 use crate::render::text::ghost::{ended, parted};
@@ -118,7 +118,7 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
         });
         if let Some((told, ghost)) = &ghost {
             head["ghost"] = with_fields_of(json!({ "engine": ghost.engine }), &told.as_json());
-            head["parting"] = json!(Parting::of(film, ghost));
+            head["parting"] = json!(Parting::of_films(film, ghost));
         }
         render::json(&with_fields_of(head, &told.as_json()))
     } else {

@@ -45,14 +45,14 @@ pub fn gates_of(folder: &Folder, args: &GateArgs) -> Result<Gates> {
     Gates::new(&folder.manifest, args.baseline.as_deref())
 }
 
-/// Writes the files of the result and prints it. The replays are written after that, so that nobody has to wait for
-/// them to read the result.
-pub fn conclude(folder: &Folder, gates: &Gates, args: &ReplaysArgs, printing: Printing) -> Result<ExitCode> {
+/// Writes the files of the result, prints it (unless `printing` is None), and says which gates did not pass. The
+/// replays are written after that, so that nobody has to wait for them to read the result.
+pub fn conclude(folder: &Folder, gates: &Gates, args: &ReplaysArgs, printing: Option<Printing>) -> Result<Summary> {
     let (summary, rows) = Summary::of_folder(folder, gates)?;
     result::write(&summary, &rows, &folder.path)?;
-    print(&printing.of(&summary, &folder.path))?;
+    printing.map_or(Ok(()), |printing| print(&printing.of(&summary, &folder.path)))?;
     note(&result::written(&folder.path, &["summary.json", "trials.parquet", "campaign.toml"]));
-    let verdict = exit_code(&summary, &folder.path);
+    say_failed_gates(&summary, &folder.path);
     let stop = || STOP.load(Ordering::Relaxed);
     match write_telling(folder, &summary, args.replays, &stop) {
         Ok(0) => {}
@@ -69,11 +69,16 @@ pub fn conclude(folder: &Folder, gates: &Gates, args: &ReplaysArgs, printing: Pr
         note("interrupted: the result is complete; the same command writes the replays that are missing");
         return Err(Error::Interrupted);
     }
-    Ok(verdict)
+    Ok(summary)
 }
 
 /// Says which gates did not pass, each with the command that replays a trial that was lost.
-pub fn exit_code(summary: &Summary, folder: &Path) -> ExitCode {
+pub fn say_failed_gates(summary: &Summary, folder: &Path) {
     text::failed_gates(summary, folder).iter().for_each(|line| note(line));
-    if summary.gates.iter().all(|gate| gate.passes) { ExitCode::SUCCESS } else { ExitCode::from(GATE_FAILED) }
+}
+
+/// Whether all gates of all results pass.
+pub fn exit_code(results: &[Summary]) -> ExitCode {
+    let passes = results.iter().flat_map(|result| &result.gates).all(|gate| gate.passes);
+    if passes { ExitCode::SUCCESS } else { ExitCode::from(GATE_FAILED) }
 }

@@ -1,17 +1,20 @@
 //! `standfast run`: a campaign, from its file to its verdict.
 
 use super::arguments::{ChangeArgs, CheckArgs, EngineChoice, GateArgs, ReplaysArgs, fine};
+use super::compare::{self, TracesArgs};
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::{Progress, duration};
-use super::result::{Printing, conclude, gates_of};
+use super::result::{Printing, conclude, exit_code, gates_of};
 use super::status::print_status;
-use super::terminal::{note, tell};
+use super::terminal::{note, print, tell};
 use crate::campaign::run::{Look, RunOptions, Watch, Work};
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::verdict::so_far::{SoFar, Tally};
 use crate::campaign::{Campaign, Folder, Overrides, Plan, Shard, TrialRow};
 use crate::error::{Error, Result};
 use crate::files::shell_word;
+use crate::render::{self, text};
+use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
@@ -29,6 +32,7 @@ use std::sync::{Mutex, PoisonError};
   standfast run --gains hold --gains catch --until-resolved      as few trials as it takes
   standfast run --gate 'catch >= 0.80' --gate 'catch >= hold + 0.10' --unresolved fail
   standfast run --gate 'catch >= baseline - 0.01' --baseline results-of-main
+  standfast run my.toml --engine both --out results   in both physics engines, and how far they agree
   standfast run my.toml --check                    checks everything and runs nothing
 
 A run that was interrupted goes on where it stopped when the same command is given again.")]
@@ -72,7 +76,10 @@ pub struct RunArgs {
     pub replays: ReplaysArgs,
     #[command(flatten)]
     pub check: CheckArgs,
-    /// Folder for the result [default: standfast-results/NAME]
+    /// Folder for the result [default: standfast-results/NAME].
+    ///
+    /// With --engine both, there are three: DIR/rapier, DIR/mujoco, and DIR/agreement with the comparison of the two [default:
+    /// standfast-results/NAME, NAME-mujoco and NAME-agreement].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     #[command(flatten)]
@@ -83,35 +90,66 @@ pub struct RunArgs {
 }
 
 pub fn run(args: &RunArgs) -> Result<ExitCode> {
-    if args.change.engine == Some(EngineChoice::Both) {
-        return Err(Error::value("command line", "--engine", "both", "is for `limit` as yet", "rapier, mujoco"));
-    }
-    let campaign = Campaign::load(&args.campaign, &args.overrides())?;
-    args.check_against(&campaign)?;
-    let plan = Plan::new(&campaign)?;
-    let folder = plan.folder(args.out.as_deref())?;
-    // The gates are checked before anything runs, so that no time is lost on a campaign that cannot be judged in the
-    // end. A shard has no gates; `merge` judges the whole.
-    let gates = match args.shard {
-        Some(_) => None,
-        None => Some(gates_of(&folder, &args.gates)?),
+    let engines = args.change.engines();
+    let load = |&engine| Campaign::load(&args.campaign, &Overrides { engine, ..args.overrides() });
+    let campaigns = engines.iter().map(load).collect::<Result<Vec<_>>>()?;
+    args.check_against(&campaigns[0])?;
+    // All is checked before anything runs, so that no time is lost on a campaign that cannot be judged in the end.
+    let plans = campaigns.iter().map(Plan::new).collect::<Result<Vec<_>>>()?;
+    let folders = plans.iter().map(|plan| args.folder(plan)).collect::<Result<Vec<_>>>()?;
+    let agreement = match &folders[..] {
+        [in_first, _] => Some(args.agreement_folder(in_first)),
+        _ => None,
     };
+    agreement.as_deref().map_or(Ok(()), compare::check_out)?;
+    let gates = |folder: &Folder| match args.shard {
+        // A shard has no gates; `merge` judges the whole.
+        Some(_) => Ok(None),
+        None => gates_of(folder, &args.gates).map(Some),
+    };
+    let gates = folders.iter().map(gates).collect::<Result<Vec<_>>>()?;
     let options = RunOptions { threads: args.threads, shard: args.shard };
     stop_on_ctrl_c();
-    let mut work = plan.work(&folder, options, gates.as_ref())?;
+    let of_each = plans.iter().zip(&folders).zip(&gates);
+    let works = of_each.map(|((plan, folder), gates)| plan.work(folder, options, gates.as_ref()));
+    let works = works.collect::<Result<Vec<_>>>()?;
     if args.check.check {
-        let (sets, episodes) = (folder.manifest.sets.join(", "), work.episodes());
-        return fine(&format!("campaign {} with gain sets {sets}: {episodes} episodes to run", campaign.name));
+        let (name, sets) = (&campaigns[0].name, folders[0].manifest.sets.join(", "));
+        let engine = |work: &Work| {
+            if agreement.is_some() { format!(" in {}", work.folder.manifest.engine) } else { String::new() }
+        };
+        let to_run = works.iter().map(|work| format!("{} episodes to run{}", work.episodes(), engine(work)));
+        return fine(&format!("campaign {name} with gain sets {sets}: {}", to_run.collect::<Vec<_>>().join(", ")));
     }
-    let is_new = !say_what_is_there(&folder, &work);
-    if args.bare && is_new {
-        announce(&campaign, &work);
+    let mut summaries = Vec::new();
+    for (mut work, gates) in works.into_iter().zip(&gates) {
+        let folder = work.folder;
+        if agreement.is_some() {
+            note(&format!("{}, in {}:", folder.manifest.engine, folder.path.display()));
+        }
+        let is_new = !say_what_is_there(folder, &work);
+        if args.bare && is_new {
+            announce(&campaigns[0], &work);
+        }
+        simulate(&mut work, gates.as_ref(), args.bare && is_new)?;
+        match gates {
+            None => print_status(folder, args.printing).map(|_| ())?,
+            Some(gates) => {
+                // Of two engines there is one JSON object for both.
+                let printing = (agreement.is_none() || !args.printing.json).then_some(args.printing);
+                summaries.push(conclude(folder, gates, &args.replays, printing)?);
+            }
+        }
     }
-    simulate(&mut work, gates.as_ref(), args.bare && is_new)?;
-    match &gates {
-        None => print_status(&folder, args.printing).map(|_| ExitCode::SUCCESS),
-        Some(gates) => conclude(&folder, gates, &args.replays, args.printing),
+    if let (Some(out), [in_first, in_second]) = (agreement, &folders[..]) {
+        let comparison = compare::compared([in_first, in_second], &[], &TracesArgs::default())?;
+        print(&match args.printing.json {
+            true => render::json(&json!({ "results": summaries, "comparison": comparison.summary })),
+            false => text::agreement(&comparison.summary, args.printing.full),
+        })?;
+        compare::write(&comparison, &out)?;
     }
+    Ok(exit_code(&summaries))
 }
 
 /// Runs the episodes that are missing, and shows how far the campaign is and what it has found. With `tells_time` it
@@ -180,6 +218,22 @@ impl RunArgs {
         }
     }
 
+    /// The folder for the result of a plan. Of two engines, each has its own in that of `--out`.
+    fn folder(&self, plan: &Plan) -> Result<Folder> {
+        let engine = plan.manifest.campaign.episode.engine.name();
+        match (&self.out, self.change.engine) {
+            (Some(out), Some(EngineChoice::Both)) => plan.folder(Some(&out.join(engine))),
+            (out, _) => plan.folder(out.as_deref()),
+        }
+    }
+
+    /// The folder for the comparison of two engines, of which the result of one is in `first`.
+    fn agreement_folder(&self, first: &Folder) -> PathBuf {
+        let beside =
+            || first.path.with_file_name(format!("{}-agreement", first.path.file_name().unwrap_or_default().display()));
+        self.out.as_ref().map_or_else(beside, |out| out.join("agreement"))
+    }
+
     /// Fails if an option means nothing for this campaign, or contradicts another option.
     fn check_against(&self, campaign: &Campaign) -> Result<()> {
         if self.max_trials.is_some() && !campaign.stopping.until_resolved {
@@ -191,6 +245,11 @@ impl RunArgs {
                 problem,
                 "--trials in its place, or --until-resolved beside it",
             ));
+        }
+        if let (Some(Shard { index, count }), Some(EngineChoice::Both)) = (self.shard, self.change.engine) {
+            let (problem, accepted) =
+                ("engines are compared by whole results", "--engine rapier or mujoco, and `compare` after `merge`");
+            return Err(Error::value("command line", "--shard", format!("{index}/{count}"), problem, accepted));
         }
         let GateArgs { gate, unresolved, baseline } = &self.gates;
         if self.shard.is_some() && !(gate.is_empty() && unresolved.is_none() && baseline.is_none()) {

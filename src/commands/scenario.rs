@@ -52,13 +52,13 @@ pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
     let (cause, mut config) = (scenario.cause()?, scenario.episode());
     config.engine = args.engine.unwrap_or(config.engine);
     let robot = Robot::load(args.robot.as_ref().unwrap_or(&scenario.robot))?;
-    config.engine.check(&robot)?;
     let gains = GainSet::load(args.gains.as_ref().unwrap_or(&scenario.gains))?;
     let design = Design::new(&robot, &gains, config.control_period_s)?;
     design.warning.iter().for_each(|warning| log::warn!("{warning}"));
     if matches!(cause, Cause::Imposed(_)) {
         args.outputs.check_without_physics(args.engine)?;
     }
+    config.engine.check(&robot)?;
     args.outputs.check()?;
     if args.check.check {
         return fine(&format!("scenario {}, gain set {}", scenario.name, gains.name));

@@ -47,6 +47,7 @@ pub fn print_status(folder: &Folder, printing: Printing) -> Result<bool> {
     if printing.json {
         print(&render::json(&json!({
             "name": folder.manifest.campaign.name,
+            "engine": folder.manifest.engine,
             "config_hash": folder.manifest.config_hash,
             "complete": complete,
             "parts": blocks,
@@ -57,7 +58,8 @@ pub fn print_status(folder: &Folder, printing: Printing) -> Result<bool> {
         })))?;
         return Ok(complete);
     }
-    let mut head = format!("{}: {there} of {blocks} parts are complete", folder.path.display());
+    let (path, engine) = (folder.path.display(), &folder.manifest.engine);
+    let mut head = format!("{path}: {there} of {blocks} parts are complete, simulated by {engine}");
     for (set, trials) in stopped_early(folder) {
         head += &format!("\n{set} has {trials} trials: all that was to be decided about it was decided by then");
     }

@@ -1,13 +1,14 @@
 //! One closed loop of plant and controller ([`ClosedLoop`]), driven tick by tick ([`drive`]) and judged ([`run()`]).
-//! The episodes of one trial with several gain sets run together ([`Episodes`]). The loop also drives the paper's
-//! simulation without physics ([`imposed`]). [`response`] measures how well the ZMP follows the desired one.
+//! The episodes of one trial with several gain sets run together ([`Episodes`]). Two episodes of one
+//! trial in different engines are set side by side ([`parting`]). The loop also drives the paper's simulation without
+//! physics ([`imposed`]). [`response`] measures how well the ZMP follows the desired one.
 
 mod closed_loop;
 mod config;
 pub mod film;
 pub mod footsteps;
 pub mod imposed;
-mod parting;
+pub mod parting;
 mod record;
 mod referee;
 pub mod response;
@@ -21,7 +22,6 @@ pub use closed_loop::ClosedLoop;
 pub use config::{Disturbance, EpisodeConfig, Judge, Until};
 pub use film::Film;
 pub use footsteps::{Footstep, Lifted};
-pub use parting::Parting;
 pub use record::{Membership, Outcome, Record};
 pub use referee::{AT_LIMIT, Referee};
 pub use run::run;

@@ -1,69 +1,225 @@
-//! Where two films of one trial part company, for example in two physics engines.
+//! Two episodes of one trial side by side, to see when and how they part.
 
+use super::closed_loop::ClosedLoop;
+use super::config::{Disturbance, EpisodeConfig};
 use super::film::Film;
-use crate::robot::{Foot, Robot};
+use super::snapshot::{Snapshot, contact};
+use super::tick::{Controlled, Tick};
+use crate::control::Design;
+use crate::robot::{Foot, PerFoot, Robot};
+use nalgebra::Point2;
 use serde::Serialize;
 
-/// The first moment at which the COM or the centre of a sole is not where it is in another film of the same trial, by
-/// more than half the smaller width of a sole.
+/// How two episodes of one trial run apart. Times are from their beginning.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Parting {
-    pub time_s: f64,
-    /// The point that is farthest from its place in the other film.
-    pub point: &'static str,
-    /// Distance between its two places (m).
-    pub apart_m: f64,
+    /// The first moment at which the COMs, or the centres of a foot's soles, are horizontally farther apart than is asked.
+    pub at_s: f64,
+    /// What is so far apart.
+    pub of: Apart,
+    /// By how much (m).
+    pub distance_m: f64,
+    /// What the controllers are doing then; if that differs, since when it has, without a break.
+    pub phases: [&'static str; 2],
+    pub phases_differ_since_s: Option<f64>,
+    /// Which soles bear a load then; if that differs, since when it has, without a break.
+    pub loaded: [Loaded; 2],
+    pub loaded_differ_since_s: Option<f64>,
+}
+
+/// What may be apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Apart {
+    Com,
+    LeftSole,
+    RightSole,
+}
+
+/// The soles that bear a load.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Loaded {
+    BothSoles,
+    LeftSole,
+    RightSole,
+    NoSole,
+}
+
+impl From<PerFoot<bool>> for Loaded {
+    fn from(bears: PerFoot<bool>) -> Self {
+        match (bears.left, bears.right) {
+            (true, true) => Loaded::BothSoles,
+            (true, false) => Loaded::LeftSole,
+            (false, true) => Loaded::RightSole,
+            (false, false) => Loaded::NoSole,
+        }
+    }
+}
+
+/// Half the width of the narrower sole of a robot, measured along its shorter side (m).
+pub fn half_sole_width_m(robot: &Robot) -> f64 {
+    let of = |foot: Foot| robot.soles[foot].half_m.into_iter().fold(f64::INFINITY, f64::min);
+    of(Foot::Left).min(of(Foot::Right))
+}
+
+/// Runs a trial twice, each time with its settings, until COM or soles are farther apart than `limit_m`. None if they
+/// never are, up to the horizon or to the first number that is not finite.
+pub fn parting(
+    robot: &Robot,
+    design: &Design,
+    configs: [&EpisodeConfig; 2],
+    disturbance: impl Fn() -> Disturbance,
+    limit_m: f64,
+) -> Option<Parting> {
+    let simulated = &disturbance().variation.robot(robot);
+    let [mut a, mut b] = configs.map(|config| ClosedLoop::new(robot, simulated, design, config, disturbance()));
+    let mut watch = Watch::new(limit_m);
+    let ticks = (configs[0].horizon_s / configs[0].control_period_s).round() as u64;
+    for _ in 0..=ticks {
+        let (in_a, in_b) = (a.tick(), b.tick());
+        if !(in_a.truth.is_finite() && in_b.truth.is_finite()) {
+            return None;
+        }
+        if let Some(parting) = watch.see(&Moment::from(&in_a), &Moment::from(&in_b)) {
+            return Some(parting);
+        }
+        a.advance();
+        b.advance();
+    }
+    None
 }
 
 impl Parting {
-    /// None if the films stay together for as long as both last.
-    pub fn of(film: &Film, other: &Film) -> Option<Self> {
-        let limit_m = Self::limit_m(&film.robot);
-        film.snapshots.iter().zip(&other.snapshots).find_map(|(a, b)| {
-            let points = [
-                ("COM", a.com - b.com),
-                ("left sole", a.soles.left - b.soles.left),
-                ("right sole", a.soles.right - b.soles.right),
-            ];
-            let (point, apart) = points.into_iter().max_by(|a, b| a.1.norm().total_cmp(&b.1.norm()))?;
-            let parting = Self { time_s: a.time_s, point, apart_m: apart.norm() };
-            (parting.apart_m > limit_m).then_some(parting)
-        })
+    /// Where two films of one trial part by half the width of a sole. None if they never do, as far as both films last.
+    pub fn of_films(a: &Film, b: &Film) -> Option<Self> {
+        let mut watch = Watch::new(half_sole_width_m(&a.robot));
+        let [a, b] = [a, b].map(|film| film.snapshots.iter().map(Moment::from));
+        a.zip(b).find_map(|(in_a, in_b)| watch.see(&in_a, &in_b))
+    }
+}
+
+/// What is compared of one tick. Places are horizontal (m, world frame).
+struct Moment {
+    time_s: f64,
+    com: Point2<f64>,
+    soles: PerFoot<Point2<f64>>,
+    phase: &'static str,
+    loaded: Loaded,
+}
+
+impl From<&Tick<'_>> for Moment {
+    fn from(tick: &Tick) -> Self {
+        let truth = tick.truth;
+        Self {
+            time_s: truth.time_s,
+            com: truth.com.xy(),
+            soles: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.xy().into()),
+            phase: tick.account.phase.name(),
+            loaded: PerFoot::from_fn(|foot| contact(tick, foot).is_some()).into(),
+        }
+    }
+}
+
+impl From<&Snapshot> for Moment {
+    fn from(snapshot: &Snapshot) -> Self {
+        Self {
+            time_s: snapshot.time_s,
+            com: snapshot.com.xy(),
+            soles: PerFoot::from_fn(|foot| snapshot.soles[foot].xy()),
+            phase: snapshot.phase.name(),
+            loaded: PerFoot::from_fn(|foot| snapshot.contacts[foot].is_some()).into(),
+        }
+    }
+}
+
+/// Watches two episodes tick by tick.
+struct Watch {
+    limit_m: f64,
+    phases_since_s: Option<f64>,
+    loaded_since_s: Option<f64>,
+}
+
+impl Watch {
+    fn new(limit_m: f64) -> Self {
+        Self { limit_m, phases_since_s: None, loaded_since_s: None }
     }
 
-    /// Half the smaller width of a robot's soles (m).
-    pub fn limit_m(robot: &Robot) -> f64 {
-        Foot::BOTH.into_iter().flat_map(|foot| robot.soles[foot].half_m).fold(f64::INFINITY, f64::min)
+    /// The parting, if the two are too far apart at this tick.
+    fn see(&mut self, a: &Moment, b: &Moment) -> Option<Parting> {
+        let since = |since: Option<f64>, differ: bool| differ.then(|| since.unwrap_or(a.time_s));
+        self.phases_since_s = since(self.phases_since_s, a.phase != b.phase);
+        self.loaded_since_s = since(self.loaded_since_s, a.loaded != b.loaded);
+        let (of, distance_m) = farthest(a, b);
+        (distance_m > self.limit_m).then_some(Parting {
+            at_s: a.time_s,
+            of,
+            distance_m,
+            phases: [a.phase, b.phase],
+            phases_differ_since_s: self.phases_since_s,
+            loaded: [a.loaded, b.loaded],
+            loaded_differ_since_s: self.loaded_since_s,
+        })
     }
+}
+
+/// What is horizontally farthest apart, and by how much (m).
+fn farthest(a: &Moment, b: &Moment) -> (Apart, f64) {
+    let sole = |foot: Foot| (a.soles[foot] - b.soles[foot]).norm();
+    let com = (a.com - b.com).norm();
+    let all = [(Apart::Com, com), (Apart::LeftSole, sole(Foot::Left)), (Apart::RightSole, sole(Foot::Right))];
+    all.into_iter().fold(all[0], |most, other| if other.1 > most.1 { other } else { most })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::Design;
-    use crate::episode::{Disturbance, EpisodeConfig, Until};
+    use crate::episode::Until;
     use crate::lipm::GainSet;
+    use crate::sim::Push;
 
+    /// The same push, and the same judged more coarsely in time: nothing parts with the same step, and a fall does with
+    /// another one.
+    #[test]
+    fn episodes_part_when_they_are_as_far_apart_as_is_asked_and_not_before() {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let config = EpisodeConfig { horizon_s: 1.0, ..EpisodeConfig::default() };
+        let design = Design::new(&robot, &GainSet::load("hold").unwrap(), config.control_period_s).unwrap();
+        let push = Push { impulse_n_s: 4.0, start_s: 0.1, ..Push::default() };
+        let disturbance = || Disturbance { pushes: vec![push], ..Disturbance::default() };
+        let part = |configs, limit_m| parting(&robot, &design, configs, disturbance, limit_m);
+        assert_eq!(part([&config; 2], 1e-12), None);
+        let other = EpisodeConfig { physics_step_s: crate::sim::PhysicsStep::all(0.001), ..config };
+        let [near, far] = [1e-4, 2e-3].map(|limit_m| part([&config, &other], limit_m).unwrap());
+        assert!(near.at_s < far.at_s && far.distance_m > 2e-3 && near.distance_m > 1e-4, "{near:?} {far:?}");
+        assert!(near.at_s > 0.1 && far.at_s < 1.0, "not before the push: {near:?} {far:?}");
+        assert_eq!(far.phases, ["posture"; 2]);
+        let half_m = half_sole_width_m(&robot);
+        assert!(robot.soles.left.half_m.contains(&half_m) && half_m < 0.05, "{half_m}");
+    }
     #[test]
     fn films_part_where_a_point_is_first_too_far_away() {
-        let (robot, config) =
-            (Robot::load("ut-mu2").unwrap(), EpisodeConfig { horizon_s: 0.2, ..EpisodeConfig::default() });
+        let robot = Robot::load("ut-mu2").unwrap();
+        let config = EpisodeConfig { horizon_s: 0.2, ..EpisodeConfig::default() };
         let design = Design::new(&robot, &GainSet::load("hold").unwrap(), config.control_period_s).unwrap();
         let how_long = (Until::Horizon, 0.0);
         let film = Film::take(&robot, &design, &config, Disturbance::default(), how_long, &mut |_| {});
-        assert_eq!(Parting::of(&film, &film), None);
-        let limit_m = Parting::limit_m(&robot);
-        let half_m = robot.soles.left.half_m;
-        assert_eq!(limit_m, half_m[0].min(half_m[1]));
+        assert_eq!(Parting::of_films(&film, &film), None);
+        let limit_m = half_sole_width_m(&robot);
         let mut other = film.clone();
         for (k, snapshot) in other.snapshots.iter_mut().enumerate() {
-            snapshot.com.z += if k >= 30 { 0.99 * limit_m } else { 0.0 };
+            snapshot.com.x += if k >= 30 { 0.99 * limit_m } else { 0.0 };
             snapshot.soles.right.y += if k >= 50 { 1.01 * limit_m } else { 0.0 };
+            if k >= 40 {
+                snapshot.contacts.left = None;
+            }
         }
-        let parting = Parting::of(&film, &other).unwrap();
-        assert_eq!((parting.time_s, parting.point), (film.snapshots[50].time_s, "right sole"));
-        assert!((parting.apart_m - 1.01 * limit_m).abs() < 1e-12, "{parting:?}");
+        let parting = Parting::of_films(&film, &other).unwrap();
+        assert_eq!((parting.at_s, parting.of), (film.snapshots[50].time_s, Apart::RightSole));
+        assert!((parting.distance_m - 1.01 * limit_m).abs() < 1e-12, "{parting:?}");
+        assert_eq!((parting.phases_differ_since_s, parting.loaded), (None, [Loaded::BothSoles, Loaded::RightSole]));
+        assert_eq!(parting.loaded_differ_since_s, Some(film.snapshots[40].time_s));
         other.snapshots.truncate(50);
-        assert_eq!(Parting::of(&film, &other), None, "as far as both films last");
+        assert_eq!(Parting::of_films(&film, &other), None, "as far as both films last");
     }
 }

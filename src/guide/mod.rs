@@ -17,6 +17,7 @@
 /// name counts. Pictures are found from where `cargo doc` writes a page, which is `target/doc/standfast/guide/CHAPTER/`.
 macro_rules! chapters {
     ($($chapter:ident)*) => { $(
+        #[doc = "[README]: ../../../../../README.md"]
         #[doc = "[commands]: crate::guide::commands"]
         #[doc = "[gains]: crate::guide::gains"]
         #[doc = "[gates]: crate::guide::gates"]

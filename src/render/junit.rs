@@ -12,7 +12,7 @@ use quick_xml::events::{BytesDecl, BytesText, Event};
 use std::io;
 use std::path::Path;
 
-/// One suite with a case for each gate, empty without gates. An unresolved gate is a skipped case, unless the campaign
+/// One suite with a case for each gate, and the physics engine as its property. An unresolved gate is a skipped case, unless the campaign
 /// counts it as failed. Fails if the report cannot be written as XML.
 pub fn xml(summary: &Summary) -> Result<String> {
     let mut out = Writer::new_with_indent(Vec::new(), b' ', 4);
@@ -29,11 +29,14 @@ fn write(out: &mut Writer<Vec<u8>>, summary: &Summary) -> io::Result<()> {
     let suites = out.create_element("testsuites").with_attribute(("name", "standfast")).with_attributes(counts);
     suites.write_inner_content(|out| {
         let suite = out.create_element("testsuite").with_attribute(("name", &*summary.name)).with_attributes(counts);
-        if summary.gates.is_empty() {
-            return suite.write_empty().map(drop);
-        }
         suite
-            .write_inner_content(|out| summary.gates.iter().try_for_each(|gate| write_case(out, summary, gate)))
+            .write_inner_content(|out| {
+                let engine = [("name", "engine"), ("value", &*summary.engine)];
+                out.create_element("properties").write_inner_content(|out| {
+                    out.create_element("property").with_attributes(engine).write_empty().map(drop)
+                })?;
+                summary.gates.iter().try_for_each(|gate| write_case(out, summary, gate))
+            })
             .map(drop)
     })?;
     Ok(())

@@ -1,11 +1,13 @@
 //! `summary.md`: the result in Markdown, for the page on which a CI service shows a job.
 
 use crate::campaign::Summary;
+use crate::campaign::verdict::agreement::Agreement;
 use crate::campaign::verdict::evidence::Status;
 use crate::render::replay_command;
 use crate::render::text::layout::{percent, seconds, signed};
 use crate::render::text::{
-    about_pairs, adjusted_p, baseline, gate_cells, gate_words, impulse_at, pair_cells, status, unit,
+    ABOUT_AGREEMENT, about_pairs, adjusted_p, agreement_cells, baseline, gate_cells, gate_words, impulse_at,
+    pair_cells, status, unit,
 };
 use std::fmt::Write;
 use std::path::Path;
@@ -42,6 +44,7 @@ pub fn text(summary: &Summary) -> String {
     if let Some(stopped) = &summary.stopped {
         let _ = writeln!(text, "\n{}", escaped(stopped));
     }
+    text += &summary.agreement.as_ref().map_or(String::new(), agreement);
     text += &pairs(summary);
     let push = &summary.push;
     let (pushes, same) = match summary.stopped {
@@ -50,11 +53,12 @@ pub fn text(summary: &Summary) -> String {
     };
     let _ = writeln!(
         text,
-        "\n{pushes} of {} N s, heading {} deg, {same}; robot {}, seed {}, standfast {}, \
+        "\n{pushes} of {} N s, heading {} deg, {same}; robot {} in {}, seed {}, standfast {}, \
          configuration `{}`. Intervals, {}. `report.html` has pictures, strata and trials to replay.",
         push.impulse_n_s,
         push.heading_deg,
         escaped(&summary.robot),
+        summary.engine,
         summary.seed,
         summary.standfast,
         &summary.config_hash[..summary.config_hash.len().min(12)],
@@ -121,6 +125,21 @@ fn pairs(summary: &Summary) -> String {
     }
     text += &left_out(pairs.len(), "pairs");
     let _ = writeln!(text, "\n{}", escaped(&about_pairs(summary)));
+    text
+}
+
+fn agreement(agreement: &Agreement) -> String {
+    let [a, b] = agreement.engines.map(|engine| engine.title());
+    let mut text = format!(
+        "\n{}, trial by trial:\n\n| gain set | both | only {a} | only {b} | neither | agree | kappa | 95 % |\n\
+         |---|--:|--:|--:|--:|--:|--:|--:|\n",
+        agreement.versions.join(" and ")
+    );
+    for set in agreement.sets.iter().take(MOST_ROWS) {
+        text += &row([escaped(&set.set)].into_iter().chain(agreement_cells(&set.counts, &set.agreed)));
+    }
+    text += &left_out(agreement.sets.len(), "gain sets");
+    let _ = writeln!(text, "\n{ABOUT_AGREEMENT}");
     text
 }
 

@@ -60,6 +60,9 @@ pub struct Searches<'a> {
 pub struct Limits {
     pub campaign: String,
     pub robot: String,
+    /// Name and version of the physics engine.
+    pub engine: String,
+    pub physics_step_s: f64,
     pub seed: u64,
     pub precision_n_s: f64,
     pub max_trials: u64,
@@ -136,6 +139,8 @@ impl<'a> Searches<'a> {
         Ok(Limits {
             campaign: campaign.name.clone(),
             robot: campaign.robot.clone(),
+            engine: plan.manifest.engine.clone(),
+            physics_step_s: campaign.episode.clock().physics_step_s,
             seed: campaign.seed,
             precision_n_s: options.precision_n_s,
             max_trials: options.max_trials,

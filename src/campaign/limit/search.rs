@@ -30,6 +30,13 @@ pub struct SetLimit {
     pub diverged: u64,
 }
 
+impl SetLimit {
+    /// Whether the intervals of two limits do not overlap.
+    pub fn is_apart_from(&self, other: &SetLimit) -> bool {
+        self.ci95[1] < other.ci95[0] || other.ci95[1] < self.ci95[0]
+    }
+}
+
 /// Whether trials with the same impulse and heading can differ.
 pub(super) fn is_random(campaign: &Campaign) -> bool {
     let push = &campaign.push;

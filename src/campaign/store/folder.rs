@@ -40,7 +40,7 @@ pub struct Manifest {
     /// SHA-256 of URDF and settings, by which results of different robots can be told apart.
     #[serde(default)]
     pub robot_sha256: String,
-    /// Name and version of the physics engine; empty in the folders of earlier builds, which had Rapier alone.
+    /// Name and version of the physics engine; its name alone if the folder is of an earlier build, which had only one.
     #[serde(default)]
     pub engine: String,
     /// Number of trials in a block. A folder keeps its own number, and the result does not depend on it.
@@ -102,6 +102,9 @@ impl Folder {
         })?;
         let mut manifest: Manifest =
             serde_json::from_str(&text).map_err(|e| Error::Parts { path: file, problem: e.to_string() })?;
+        if manifest.engine.is_empty() {
+            manifest.engine = manifest.campaign.episode.engine.title().into();
+        }
         if manifest.planned_trials == 0 {
             manifest.planned_trials = manifest.campaign.trials;
         }

@@ -73,12 +73,15 @@ impl Baseline {
 pub fn unlike(a: &Manifest, b: &Manifest) -> Vec<String> {
     let robots = [a, b].map(|m| format!("{} ({:.8})", m.campaign.robot, m.robot_sha256));
     let versions = [a, b].map(|m| m.standfast.clone());
+    let engines = [a, b].map(|m| m.engine.clone());
     let differ = |(what, [of_a, of_b]): (&str, [String; 2])| {
         (of_a != of_b).then(|| format!("the {what} differ: {of_a} and {of_b}"))
     };
     let differences = [("robots", robots), ("versions of standfast", versions)].into_iter().filter_map(differ);
+    // Folders of earlier builds do not say it.
+    let engines = (!engines.iter().any(String::is_empty)).then(|| differ(("physics engines", engines))).flatten();
     let same = "both results have the same inputs: a difference can only come from another build of standfast";
-    differences.chain((a.config_hash == b.config_hash).then(|| same.to_string())).collect()
+    differences.chain(engines).chain((a.config_hash == b.config_hash).then(|| same.to_string())).collect()
 }
 
 /// Errors: the trials of `folder` are drawn or judged otherwise than those of `campaign`.
@@ -105,14 +108,17 @@ pub(super) fn other_push(path: &Path, trial: u64) -> Error {
 
 /// All of a campaign that says what its trials are and how they are judged.
 fn drawn(campaign: &Campaign) -> Value {
-    serde_json::json!({
+    let mut drawn = serde_json::json!({
         "seed": campaign.seed,
         "push": campaign.push,
         "second_push": campaign.second_push,
         "variations": campaign.variations,
         "sensors": campaign.sensors,
         "episode": campaign.episode,
-    })
+    });
+    // The step of the other engine does not matter.
+    drawn["episode"]["physics_step_s"] = campaign.episode.clock().physics_step_s.into();
+    drawn
 }
 
 /// The values that differ, each with its dotted key.

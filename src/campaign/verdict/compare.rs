@@ -1,8 +1,10 @@
 //! Two finished results set beside each other, trial by trial.
 
 use crate::campaign::ask::gate::GateSpec;
+use crate::campaign::store::by_set::BySet;
 use crate::campaign::store::folder::{Folder, Manifest};
 use crate::campaign::store::row::{TrialRow, parquet};
+use crate::campaign::verdict::agreement::{Agreement, differ_in_engine_alone};
 use crate::campaign::verdict::baseline::{other_push, refuse_other_trials, unlike};
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::verdict::set_summary::SetOrigin;
@@ -31,14 +33,31 @@ impl Comparison {
             let problem = "both are this folder: a result does not differ from itself";
             return Err(Error::Parts { path: b.path.clone(), problem: problem.into() });
         }
-        refuse_other_trials(b, &a.manifest.campaign)?;
-        let sets = [names(a, b), names(b, a)].concat();
-        let rows = paired_rows(a, b, &sets)?;
+        let mut asked = a.manifest.campaign.clone();
+        let (ours, theirs) = (&mut asked.episode, b.manifest.campaign.episode);
+        if ours.engine != theirs.engine {
+            (ours.engine, ours.physics_step_s) = (theirs.engine, theirs.physics_step_s);
+        }
+        refuse_other_trials(b, &asked)?;
+        let engines_alone = differ_in_engine_alone(a, b);
+        let sets = match engines_alone {
+            true => [a, b].map(named_by_engine).concat(),
+            false => [names(a, b), names(b, a)].concat(),
+        };
+        let (rows_a, rows_b) = (a.rows()?, b.rows()?);
+        let rows = paired_rows((a, &rows_a), (b, &rows_b), &sets)?;
         let count = rows.last().map_or(0, |row| row.trial + 1);
         let manifest = joined(&a.manifest, &b.manifest, sets, count, gates);
         let (pairs, trials) = (pairs(&a.manifest.sets, &b.manifest.sets), parquet(&rows)?);
         let mut summary = Summary::new(&manifest, &rows, sha256_hex(&trials), &pairs, &Gates::new(&manifest, None)?);
-        summary.warnings.splice(..0, warnings(a, b, count));
+        let mut found = warnings(a, b, count, engines_alone);
+        if engines_alone {
+            let of = [(&a.manifest, &rows_a[..]), (&b.manifest, &rows_b[..])];
+            let agreement = Agreement::new(of, &BySet::new(&rows, &manifest.sets), &summary.pairs);
+            found.splice(..0, agreement.warnings());
+            summary.agreement = Some(agreement);
+        }
+        summary.warnings.splice(..0, found);
         for (set, origin) in summary.sets.iter_mut().zip([origins(a), origins(b)].concat()) {
             set.origin = origin;
         }
@@ -58,10 +77,13 @@ impl Comparison {
     }
 }
 
-/// The trials that both folders have, their rows under the names of `sets`. Errors: a folder is not complete, or a trial is
-/// not the same in both.
-fn paired_rows(a: &Folder, b: &Folder, sets: &[String]) -> Result<Vec<TrialRow>> {
-    let (rows_a, rows_b) = (a.rows()?, b.rows()?);
+/// The trials that both folders have, of all their rows, under the names of `sets`. Errors: a trial is not the same in
+/// both.
+fn paired_rows(
+    (a, rows_a): (&Folder, &[TrialRow]),
+    (b, rows_b): (&Folder, &[TrialRow]),
+    sets: &[String],
+) -> Result<Vec<TrialRow>> {
     let (names_a, names_b) = sets.split_at(a.manifest.sets.len());
     let [renamed_a, renamed_b] = [(a, names_a), (b, names_b)].map(|(folder, names)| {
         let names: HashMap<&String, &String> = folder.manifest.sets.iter().zip(names).collect();
@@ -112,13 +134,13 @@ fn joined(a: &Manifest, b: &Manifest, sets: Vec<String>, trials: u64, gates: &[S
 }
 
 /// What a comparison over the first `trials` trials cannot support.
-fn warnings(a: &Folder, b: &Folder, trials: u64) -> Vec<String> {
+fn warnings(a: &Folder, b: &Folder, trials: u64, engines_alone: bool) -> Vec<String> {
     let (of_a, of_b) = (a.trials(), b.trials());
     let counts = format!("the results have {of_a} and {of_b} trials: only the first {trials} are compared");
     let [ours, theirs] = [a, b].map(|folder| &folder.manifest.campaign.gates);
     let decides_otherwise = (ours.confidence, ours.unresolved) != (theirs.confidence, theirs.unresolved);
     let gates = "the results ask for gates of another confidence, or decide otherwise what is unresolved".to_string();
-    let unlike = unlike(&a.manifest, &b.manifest);
+    let unlike = if engines_alone { Vec::new() } else { unlike(&a.manifest, &b.manifest) };
     (of_a != of_b).then_some(counts).into_iter().chain(unlike).chain(decides_otherwise.then_some(gates)).collect()
 }
 
@@ -128,6 +150,12 @@ fn names(folder: &Folder, other: &Folder) -> Vec<String> {
     let is_shared = |set: &String| other.manifest.sets.contains(set);
     let name = |set: &String| if is_shared(set) { format!("{set} ({label})") } else { set.clone() };
     folder.manifest.sets.iter().map(name).collect()
+}
+
+/// Names of a folder's sets with that of its physics engine.
+fn named_by_engine(folder: &Folder) -> Vec<String> {
+    let engine = folder.manifest.campaign.episode.engine.name();
+    folder.manifest.sets.iter().map(|set| format!("{set} ({engine})")).collect()
 }
 
 fn origins(folder: &Folder) -> Vec<SetOrigin> {

@@ -6,6 +6,7 @@
 //! first; those that are the same; those that are not resolved.
 
 use crate::campaign::store::by_set::BySet;
+use crate::campaign::store::folder::Manifest;
 use crate::campaign::store::row::TrialRow;
 use crate::campaign::verdict::standing::{Standing, When};
 use crate::campaign::verdict::strata::Stratum;
@@ -84,6 +85,15 @@ pub struct DecisionRule {
     pub margin: f64,
     /// Whether episodes ended as soon as they had settled or fallen, so that nothing is known of getting home.
     pub end_early: bool,
+}
+
+impl DecisionRule {
+    /// That of a campaign.
+    pub fn of(manifest: &Manifest) -> Self {
+        let campaign = &manifest.campaign;
+        let when = manifest.looks().map_or(When::Once, When::At);
+        Self { when, margin: campaign.stopping.margin, end_early: campaign.episode.end_early }
+    }
 }
 
 impl Pair {

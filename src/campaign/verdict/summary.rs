@@ -6,6 +6,7 @@ use crate::campaign::ask::variations::VariationSpec;
 use crate::campaign::store::by_set::BySet;
 use crate::campaign::store::folder::{Folder, Manifest};
 use crate::campaign::store::row::{TrialRow, parquet};
+use crate::campaign::verdict::agreement::Agreement;
 use crate::campaign::verdict::baseline::BaselineId;
 use crate::campaign::verdict::gates::{GateResult, Gates};
 use crate::campaign::verdict::headline::{self, listed};
@@ -28,6 +29,8 @@ pub struct Summary {
     pub name: String,
     /// Version of the program.
     pub standfast: String,
+    /// Name and version of the physics engine.
+    pub engine: String,
     /// SHA-256 over campaign, robot, gain sets and version: equal hashes mean equal trials, by the same build.
     pub config_hash: String,
     /// SHA-256 of `trials.parquet`.
@@ -61,6 +64,9 @@ pub struct Summary {
     /// Every pair of sets (of two results: one of each), trial by trial, in the order of what they tell.
     pub pairs: Vec<Pair>,
     pub gates: Vec<GateResult>,
+    /// Of two results that differ in the physics engine alone, how far they agree.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub agreement: Option<Agreement>,
     /// The result that baseline gates compare with.
     pub baseline: Option<BaselineId>,
     /// What this result cannot support.
@@ -78,22 +84,21 @@ impl Summary {
         gates: &Gates,
     ) -> Self {
         let campaign = &manifest.campaign;
-        let end_early = campaign.episode.end_early;
+        let deciding = DecisionRule::of(manifest);
         let bins = bin_edges(rows.iter().map(|row| row.impulse_n_s));
-        let margin = campaign.stopping.margin;
-        let when = manifest.looks().map_or(When::Once, When::At);
         let rows = BySet::new(rows, &manifest.sets);
         let (trials, strata) = (rows.trials(), strata(rows.drawn()));
         let sets: Vec<SetSummary> =
             (0..manifest.sets.len()).map(|i| SetSummary::new(i, &rows, &bins, &strata, &campaign.episode)).collect();
-        let pairs = Pair::all(&rows, pairs, &strata, DecisionRule { when, margin, end_early });
+        let pairs = Pair::all(&rows, pairs, &strata, deciding);
         let warnings = [warnings::of(campaign, trials, &sets, &pairs), gates.warnings(manifest, &rows)].concat();
         Self {
             name: campaign.name.clone(),
             standfast: manifest.standfast.clone(),
+            engine: manifest.engine.clone(),
             config_hash: manifest.config_hash.clone(),
             trials_sha256,
-            headline: headline::of(&sets, &pairs, margin),
+            headline: headline::of(&sets, &pairs, deciding.margin),
             robot: campaign.robot.clone(),
             trials,
             most_trials: campaign.trials,
@@ -106,11 +111,12 @@ impl Summary {
             sensors: campaign.sensors,
             second_push: campaign.second_push,
             variations: campaign.variations,
-            interval: if when == When::Once { INTERVAL } else { SEQUENTIAL_INTERVAL },
+            interval: if deciding.when == When::Once { INTERVAL } else { SEQUENTIAL_INTERVAL },
             sets,
-            common_survivors: CommonSurvivors::new(&rows, end_early),
+            common_survivors: CommonSurvivors::new(&rows, deciding.end_early),
             pairs,
             gates: gates.judged(&rows),
+            agreement: None,
             baseline: gates.baseline(),
             warnings,
         }

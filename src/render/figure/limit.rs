@@ -23,16 +23,23 @@ const BOUNDS: [Bound; 3] = [
 /// Points of fewer headings than this are not joined, since a line would say too much about the headings between.
 const JOINED: usize = 8;
 
-/// Draws bounds and gain sets. Fails if the solver gives up on a bound, or if the file cannot be written.
-pub fn write(path: &Path, limits: &Limits) -> Result<()> {
-    let headings = (0..360).step_by(BOUND_EVERY_DEG).map(|deg| limits.yardstick.heading(deg as f64));
+/// Draws bounds and gain sets, with one physics engine or two. Fails if the solver gives up on a bound, or if the file
+/// cannot be written.
+pub fn write(path: &Path, limits: &[Limits]) -> Result<()> {
+    let Limits { robot, campaign, yardstick, .. } = &limits[0];
+    let headings = (0..360).step_by(BOUND_EVERY_DEG).map(|deg| yardstick.heading(deg as f64));
     let bounds = headings.collect::<Result<Vec<Heading>>>()?;
-    let heading = format!("Largest recoverable impulse by heading: {}, campaign {}", limits.robot, limits.campaign);
+    let heading = format!("Largest recoverable impulse by heading: {robot}, campaign {campaign}");
     super::write(path, &heading, &[map(limits, &bounds), Panel::of_legend(&legend(limits))], 2)
 }
 
-fn map(limits: &Limits, bounds: &[Heading]) -> Panel {
-    let found = limits.headings.iter().flat_map(|heading| &heading.sets).map(|set| set.ci95[1]);
+/// The limits of all gain sets at all headings.
+fn all(limits: &[Limits]) -> impl Iterator<Item = &SetLimit> {
+    limits.iter().flat_map(|limits| &limits.headings).flat_map(|heading| &heading.sets)
+}
+
+fn map(limits: &[Limits], bounds: &[Heading]) -> Panel {
+    let found = all(limits).map(|set| set.ci95[1]);
     let allowed = bounds.iter().flat_map(|heading| BOUNDS.map(|(.., of)| of(heading)));
     let ticks = Scale { from: 0.0, to: found.chain(allowed).fold(0.1, f64::max) }.ticks();
     // The last ring lies beyond all values.
@@ -43,14 +50,21 @@ fn map(limits: &Limits, bounds: &[Heading]) -> Panel {
         polar.panel.polygon(class, bounds.iter().map(|heading| towards(heading.heading_deg, of(heading))));
     }
     polar.rings(&rings);
-    for set in 0..limits.headings.first().map_or(0, |heading| heading.sets.len()) {
-        polar.panel.group(&format!("class=\"{}\"", class_of_set(set)), |panel| draw_set(panel, &limits.headings, set));
+    for (is_second, limits) in [false, true].into_iter().zip(limits) {
+        for set in 0..limits.headings.first().map_or(0, |heading| heading.sets.len()) {
+            let class = if is_second { format!("{} second", class_of_set(set)) } else { class_of_set(set) };
+            let draw = |panel: &mut Panel| draw_set(panel, limits, set, is_second);
+            polar.panel.group(&format!("class=\"{class}\""), draw);
+        }
     }
     polar.names(&rings);
     polar.panel
 }
 
-fn draw_set(panel: &mut Panel, headings: &[Heading], set: usize) {
+/// Draws the limits of a gain set in an engine: dots and a solid line or, in the second engine, diamonds and a dashed
+/// one.
+fn draw_set(panel: &mut Panel, limits: &Limits, set: usize, is_second: bool) {
+    let Limits { headings, engine, .. } = limits;
     let at = |of: fn(&SetLimit) -> f64| move |heading: &Heading| towards(heading.heading_deg, of(&heading.sets[set]));
     let middle = at(|limit| limit.impulse50_n_s);
     if headings.len() >= JOINED {
@@ -61,19 +75,30 @@ fn draw_set(panel: &mut Panel, headings: &[Heading], set: usize) {
     }
     for heading in headings {
         let SetLimit { name, impulse50_n_s: most, ci95: [low, high], resolved, .. } = &heading.sets[set];
-        let words = format!("{name}, {}\u{b0}: {most:.2} N s ({low:.2} to {high:.2})", heading.heading_deg);
-        panel.told(&words, |panel| panel.circle(if *resolved { "" } else { "hollow" }, middle(heading), 4.0));
+        let words = format!("{name}, {}\u{b0}: {most:.2} N s ({low:.2} to {high:.2}), {engine}", heading.heading_deg);
+        let class = if *resolved { "" } else { "hollow" };
+        panel.told(&words, |panel| match is_second {
+            false => panel.circle(class, middle(heading), 4.0),
+            true => panel.diamond(class, middle(heading), 5.0),
+        });
     }
 }
 
-fn legend(limits: &Limits) -> Vec<Row> {
-    let sets = || limits.headings.iter().flat_map(|heading| &heading.sets);
-    let names =
-        limits.headings.iter().take(1).flat_map(|heading| &heading.sets).map(|set| set.name.clone()).enumerate();
-    let mut rows: Vec<Row> = names.map(|(i, name)| (class_of_set(i), Sample::DottedLine(""), name)).collect();
+fn legend(limits: &[Limits]) -> Vec<Row> {
+    let names = limits[0].headings.iter().take(1).flat_map(|heading| &heading.sets).map(|set| set.name.clone());
+    let of_set = |(i, name)| (class_of_set(i), Sample::DottedLine(""), name);
+    let mut rows: Vec<Row> = names.enumerate().map(of_set).collect();
     let mut note = |words: &str| rows.push((String::new(), Sample::Nothing, words.into()));
-    note("dot: 50 % recover; bar: 95 %");
-    if sets().any(|set| !set.resolved) {
+    match limits {
+        [first, second] => {
+            note(&format!("solid line: {}", first.engine));
+            note(&format!("dashed line: {}", second.engine));
+        }
+        _ => note(&format!("simulated by {}", limits[0].engine)),
+    }
+    let mark = if limits.len() > 1 { "dot or diamond" } else { "dot" };
+    note(&format!("{mark}: 50 % recover; bar: 95 %"));
+    if all(limits).any(|set| !set.resolved) {
         note("hollow: not precise enough");
     }
     note("A pendulum stays up with");

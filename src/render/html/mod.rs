@@ -4,6 +4,7 @@
 //! adds tooltips, commands to copy, and the choice of a pair. The page depends on nothing but the summary, the rows and
 //! the replays that exist, so its bytes are the same on every machine.
 
+mod engines;
 mod polar;
 mod svg;
 mod telling;
@@ -68,7 +69,9 @@ fn context(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Value {
     let maps = polar::Maps::new(success::impulse_edges_n_s(sets), &trials);
     let view = |(i, pair): (usize, &Pair)| {
         let (a, b) = (index(&pair.a), index(&pair.b));
-        let map = if i < MOST_PAIRS { maps.pair(a, b) } else { None };
+        // Of two engines, the map of a gain set stands where their agreement is told.
+        let has_map = i < MOST_PAIRS && summary.agreement.is_none();
+        let map = if has_map { maps.pair((a, b), [a, b]) } else { None };
         json!({ "index": i, "a": a, "b": b, "map": map, "trials": telling::of_pair(sets, pair, (a, b)) })
     };
     let lost = summary.gates.iter().map(|gate| Some(telling::point(sets, gate.lost_trial?, &[index(&gate.set)])));
@@ -90,6 +93,7 @@ fn context(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Value {
         "most_pairs": MOST_PAIRS,
         "few_answers": FEW_ANSWERS,
         "curve": success::chart(sets).svg("role=\"img\" aria-label=\"Success rate over impulse\""),
+        "engines": summary.agreement.as_ref().map(|agreement| engines::view(agreement, sets, &maps)),
         "footsteps": trials.footsteps(),
         "scale": {
             "difference": reach(pairs.iter().map(|pair| pair.adjusted_ci95), 0.05),
@@ -123,6 +127,7 @@ fn most_lost(sets: &[SetSummary]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::campaign::verdict::agreement::tests::compared;
     use crate::campaign::verdict::summary::tests::{ragged, rows, summary};
     use crate::episode::Outcome::{Fell, Recovered};
 
@@ -178,6 +183,32 @@ mod tests {
             Path::new(""),
         );
         assert!(!whole.unwrap().contains("up to 5 trials"));
+    }
+
+    #[test]
+    fn two_engines_have_a_map_for_each_set_and_a_row_for_each_trial_on_which_they_disagree() {
+        let recovered: Vec<[bool; 4]> = (0..40).map(|i| [i < 10, true, i < 30, i != 7]).collect();
+        let (mut summary, rows) = compared(&recovered);
+        summary.agreement.as_mut().unwrap().sets[0].set = HOSTILE.into();
+        let page = page(&summary, &rows, Path::new("")).unwrap();
+        assert!(page.contains("id=\"engines\"") && page.contains("How far the two engines agree"));
+        let (from, to) = (page.find("id=\"engines\"").unwrap(), page.find("id=\"rates\"").unwrap());
+        let section = &page[from..to];
+        assert_eq!(section.matches("data-sets=").count(), 2, "{section}");
+        assert!(section.contains("data-sets=\"0 2\"") && section.contains("data-sets=\"1 3\""), "{section}");
+        assert_eq!(section.matches("<td>recovered</td>").count(), 21, "{section}");
+        assert!(section.contains(">only MuJoCo<") && !section.contains("<b onclick"), "{section}");
+        // No other map has the same pair, and a page of one engine has no such section.
+        assert!(!page[to..].contains("data-sets=\"0 2\""));
+        assert!(
+            !self::page(
+                &self::summary(&[[Recovered, Fell]], &[], &[]),
+                &self::rows(&[[Recovered, Fell]]),
+                Path::new("")
+            )
+            .unwrap()
+            .contains("id=\"engines\"")
+        );
     }
 
     #[test]

@@ -66,8 +66,9 @@ impl<'a> Maps<'a> {
         )
     }
 
-    /// The map of the trials in which two sets differ. None if there are too many trials for marks.
-    pub fn pair(&self, a: usize, b: usize) -> Option<String> {
+    /// The map of the trials in which two sets differ, each set in the colour of this number. None if there are too many
+    /// trials for marks.
+    pub fn pair(&self, (a, b): (usize, usize), colors: [usize; 2]) -> Option<String> {
         if !self.trials.as_dots() {
             return None;
         }
@@ -83,9 +84,11 @@ impl<'a> Maps<'a> {
             &format!("{a} {b}"),
             |_| (),
             |polar| {
-                self.dots(polar, "same", common(|a, b| a == b));
-                self.dots(polar, &format!("only s{}", a % COLORS), common(|a, b| a && !b));
-                self.dots(polar, &format!("only s{} square", b % COLORS), common(|a, b| b && !a));
+                self.dots(polar, "same", common(|a, b| a && b));
+                self.crosses(polar, "neither", common(|a, b| !a && !b));
+                let [a, b] = colors.map(|color| color % COLORS);
+                self.dots(polar, &format!("only s{a}"), common(|a, b| a && !b));
+                self.dots(polar, &format!("only s{b} square"), common(|a, b| b && !a));
             },
         ))
     }

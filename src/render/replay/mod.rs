@@ -7,7 +7,8 @@
 mod data;
 mod pack;
 
-use crate::episode::{Film, Parting};
+use crate::episode::Film;
+use crate::episode::parting::Parting;
 use crate::error::{Error, Result};
 use crate::render::html_page;
 use crate::render::scene::palette::{self, Overlay};
@@ -66,7 +67,7 @@ pub fn page(film: &Film, ghost: Option<&Film>, head: &Head) -> Result<String> {
         ghost => ghost.map(|ghost| context! {
             engines => [film, ghost].map(ended).to_vec(),
             parted => parted(film, ghost),
-            parted_s => Parting::of(film, ghost).map(|parting| parting.time_s),
+            parted_s => Parting::of_films(film, ghost).map(|parting| parting.at_s),
         }),
         overlays => Overlay::ALL.map(Overlay::look).map(|look| vec![look.key.to_string(), look.name.to_string()]).to_vec(),
         style => palette::css() + STYLE,

@@ -1,6 +1,7 @@
 //! The events of a film, for a time line.
 
-use crate::episode::{Film, Parting, Snapshot};
+use crate::episode::parting::Parting;
+use crate::episode::{Film, Snapshot};
 use serde::Serialize;
 
 /// An event: what it is, when it begins and ends (s), and a short description.
@@ -65,8 +66,8 @@ pub fn events(film: &Film, ticks: &[Snapshot], ghost: Option<&Film>) -> Vec<Even
     if let Some(at) = record.settled_at_s {
         add(EventKind::Still, at, at, "standing still from here".into());
     }
-    if let Some(Parting { time_s, .. }) = ghost.and_then(|ghost| Parting::of(film, ghost)) {
-        add(EventKind::Parting, time_s, time_s, "the robot and its ghost part".into());
+    if let Some(Parting { at_s, .. }) = ghost.and_then(|ghost| Parting::of_films(film, ghost)) {
+        add(EventKind::Parting, at_s, at_s, "the robot and its ghost part".into());
     }
     events.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
     events

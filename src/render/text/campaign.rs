@@ -1,6 +1,6 @@
 //! The result of a campaign as text for the terminal.
 
-use super::comparison;
+use super::{agreement, comparison};
 use crate::campaign::Summary;
 use crate::campaign::ask::variations;
 use crate::campaign::verdict::failures::Failures;
@@ -63,6 +63,7 @@ pub fn campaign(summary: &Summary, folder: &Path, full: bool) -> String {
         text += &stepped(summary);
         text += &foretold(summary);
     }
+    text += &summary.agreement.as_ref().map_or(String::new(), |agreement| agreement::text(agreement, full));
     text += &replay(summary, folder);
     if full {
         let _ = write!(text, "\n{}", wrapped("", &format!("Intervals: {}", summary.interval)));
@@ -97,7 +98,7 @@ fn head(summary: &Summary, full: bool) -> String {
             crate::campaign::store::row::as_text(&push.profile)
         );
     }
-    head.extend([("campaign ", asked), ("push:   ", pushed)]);
+    head.extend([("campaign ", asked), ("engine: ", summary.engine.clone()), ("push:   ", pushed)]);
     if summary.second_push.is_any() {
         head.push(("then:   ", summary.second_push.to_string()));
     }

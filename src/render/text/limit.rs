@@ -4,16 +4,32 @@ use crate::campaign::limit::{Heading, Limits, SetLimit};
 use crate::render::text::layout::signed;
 use std::fmt::Write;
 
-/// The table, which is at most 80 columns wide if no name has more than 18 letters.
-pub fn text(limits: &Limits) -> String {
-    let mut text = String::new();
+/// The limits in one physics engine beside the bounds of the pendulum, or those in two engines side by side. A line has
+/// at most 80 columns if no name has more than 18 letters, and no limit is beyond 10 N s.
+pub fn text(limits: &[Limits]) -> String {
+    match limits {
+        [one] => beside_bounds(one),
+        [first, second, ..] => side_by_side(first, second),
+        [] => String::new(),
+    }
+}
+
+/// What was searched, and with what.
+fn head(limits: &Limits) -> String {
+    let Limits { robot, campaign, seed, .. } = limits;
+    format!("Largest recoverable impulse [N s]: {robot}, campaign {campaign}, seed {seed}\n")
+}
+
+fn engine(limits: &Limits) -> String {
+    format!("{}, with a physics step of {} ms", limits.engine, 1e3 * limits.physics_step_s)
+}
+
+fn beside_bounds(limits: &Limits) -> String {
+    let mut text = head(limits);
     let y = &limits.yardstick;
     // Writing to a String cannot fail.
     let mut line = |s: String| _ = writeln!(text, "{s}");
-    line(format!(
-        "Largest recoverable impulse [N s]: {}, campaign {}, seed {}",
-        limits.robot, limits.campaign, limits.seed
-    ));
+    line(format!("engine:   {}", engine(limits)));
     line(format!(
         "robot:    {:.3} kg, omega {:.3} rad/s, COM {:.4} m high and at {}, {} mm\n          (x, y) from the middle of the feet",
         y.mass_kg,
@@ -58,15 +74,9 @@ pub fn text(limits: &Limits) -> String {
             y.height_factor
         ));
     }
-    let marked = limits.headings.iter().flat_map(|h| &h.sets).filter(|set| !set.resolved).count();
-    if marked > 0 {
-        line(format!(
-            "\n* The interval is wider than +-{} N s: the search ran out of trials, or left the\nrange of impulses.",
-            limits.precision_n_s
-        ));
-    }
+    line(marked(&[limits]));
     line(format!(
-        "\nImpulses are in N s. The bounds are the largest impulses from which a pendulum\n\
+        "Impulses are in N s. The bounds are the largest impulses from which a pendulum\n\
          recovers with no footstep, with one, and with any number of them. `50 %\n\
          recover` is the impulse from which the gain set recovers in half of the trials,\n\
          `90 %` that of nine in ten, and `of one` the former over the bound with one\n\
@@ -86,10 +96,132 @@ fn bounds_of(heading_deg: f64, heading: &Heading, factor: f64) -> String {
 
 /// The limits of a gain set.
 fn set_of(set: &SetLimit) -> String {
-    let mark = if set.resolved { ' ' } else { '*' };
     let ninety = set.impulse90_n_s.map_or("-".into(), |impulse| format!("{impulse:.2}"));
+    format!("{:18} {}{ninety:>5} {:5.2}", set.name, fifty_of(set), set.of_one_step_bound)
+}
+
+/// The impulse with 50 % recovery and its interval, and a mark if that is too wide.
+fn fifty_of(set: &SetLimit) -> String {
+    let mark = if set.resolved { ' ' } else { '*' };
+    format!("{:5.2} ({:.2}-{:.2}){mark}", set.impulse50_n_s, set.ci95[0], set.ci95[1])
+}
+
+/// What the mark `*` means, if there is any.
+fn marked(all: &[&Limits]) -> String {
+    if all.iter().flat_map(|limits| &limits.headings).flat_map(|heading| &heading.sets).all(|set| set.resolved) {
+        return String::new();
+    }
     format!(
-        "{:18} {:5.2} ({:.2}-{:.2}){mark}{ninety:>5} {:5.2}",
-        set.name, set.impulse50_n_s, set.ci95[0], set.ci95[1], set.of_one_step_bound
+        "\n* The interval is wider than +-{} N s: the search ran out of trials, or left the\nrange of impulses.\n",
+        all[0].precision_n_s
     )
+}
+
+/// The limits of two engines for every heading and gain set, and for each gain set over all headings. The headings and
+/// gain sets of both are the same.
+fn side_by_side(a: &Limits, b: &Limits) -> String {
+    let mut text = head(a);
+    let mut line = |s: String| _ = writeln!(text, "{s}");
+    line(format!("engines:  {}\n          {}\n", engine(a), engine(b)));
+    line(format!("{:>7}  {:18} {:>17}  {:>17}  {:>5}", "heading", "gain set", a.engine, b.engine, "ratio"));
+    for (at_a, at_b) in a.headings.iter().zip(&b.headings) {
+        let mut heading = format!("{:.1}", at_a.heading_deg);
+        for (in_a, in_b) in at_a.sets.iter().zip(&at_b.sets) {
+            let apart = if in_a.is_apart_from(in_b) { "apart" } else { "" };
+            let (name, ratio) = (&in_a.name, in_b.impulse50_n_s / in_a.impulse50_n_s);
+            let row = format!("{heading:>7}  {name:18} {} {} {ratio:5.2}  {apart}", fifty_of(in_a), fifty_of(in_b));
+            line(row.trim_end().into());
+            heading.clear();
+        }
+    }
+    line(format!("\n{:27} {:>6} {:>6} {:>6}   {}", "over all headings", "median", "least", "most", "apart"));
+    for (i, set) in a.headings.iter().take(1).flat_map(|heading| &heading.sets).enumerate() {
+        let both = || a.headings.iter().zip(&b.headings).map(|(in_a, in_b)| (&in_a.sets[i], &in_b.sets[i]));
+        let mut ratios: Vec<f64> = both().map(|(in_a, in_b)| in_b.impulse50_n_s / in_a.impulse50_n_s).collect();
+        ratios.sort_by(f64::total_cmp);
+        let (least, most) = (ratios[0], ratios[ratios.len() - 1]);
+        let median = 0.5 * (ratios[(ratios.len() - 1) / 2] + ratios[ratios.len() / 2]);
+        let apart = both().filter(|(in_a, in_b)| in_a.is_apart_from(in_b)).count();
+        let apart = format!("at {apart} of {} headings", ratios.len());
+        line(format!("{:9}{:18} {median:6.2} {least:6.2} {most:6.2}   {apart}", "", set.name));
+    }
+    line(marked(&[a, b]));
+    line(format!(
+        "Each impulse is the one from which the gain set recovers in half of the trials,\n\
+         with its 95 % interval. `ratio` is the second engine's impulse over that of the\n\
+         first, and `apart` says that the intervals do not overlap. The trials are the\n\
+         same in both engines; {} episodes were run. The bounds of the pendulum are the\n\
+         same, too: --json, --plot and --out have them.",
+        a.episodes + b.episodes
+    ));
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::ask::spec::tests::campaign;
+    use crate::campaign::limit::Yardstick;
+    use crate::robot::Robot;
+
+    /// Two headings with limits of two gain sets (N s).
+    fn limits(engine: &str, impulses_n_s: [[f64; 2]; 2]) -> Limits {
+        let set = |(name, impulse50_n_s): (&str, f64)| SetLimit {
+            name: name.into(),
+            impulse50_n_s,
+            ci95: [impulse50_n_s - 0.1, impulse50_n_s + 0.1],
+            impulse90_n_s: None,
+            impulse90_ci95: None,
+            of_one_step_bound: impulse50_n_s / 5.0,
+            resolved: impulse50_n_s < 9.0,
+            trials: 10,
+            recovered: 5,
+            fell: 5,
+            timed_out: 0,
+            diverged: 0,
+        };
+        let nominal = campaign("nominal", &[]);
+        let yardstick = Yardstick::new(&Robot::load("ut-mu2").unwrap(), &nominal).unwrap();
+        let heading = |(heading_deg, of_sets): (f64, [f64; 2])| Heading {
+            sets: ["hold", "paper:stepping.x=2"].into_iter().zip(of_sets).map(set).collect(),
+            ..yardstick.heading(heading_deg).unwrap()
+        };
+        Limits {
+            campaign: nominal.name,
+            robot: nominal.robot,
+            engine: engine.into(),
+            physics_step_s: 0.002,
+            seed: 1,
+            precision_n_s: 0.1,
+            max_trials: 150,
+            random: false,
+            episodes: 40,
+            headings: [0.0, 180.0].into_iter().zip(impulses_n_s).map(heading).collect(),
+            yardstick,
+        }
+    }
+
+    #[test]
+    fn two_engines_stand_side_by_side_and_say_where_they_are_apart() {
+        let a = limits("Rapier 0.36.1", [[2.5, 5.0], [2.5, 9.5]]);
+        let b = limits("MuJoCo 3.17.0", [[2.5, 4.0], [2.6, 9.5]]);
+        let told = text(&[a.clone(), b]);
+        for line in [
+            "    0.0  hold                2.50 (2.40-2.60)   2.50 (2.40-2.60)   1.00",
+            "         paper:stepping.x=2  5.00 (4.90-5.10)   4.00 (3.90-4.10)   0.80  apart",
+            "  180.0  hold                2.50 (2.40-2.60)   2.60 (2.50-2.70)   1.04",
+            "         paper:stepping.x=2  9.50 (9.40-9.60)*  9.50 (9.40-9.60)*  1.00",
+            "         hold                 1.02   1.00   1.04   at 0 of 2 headings",
+            "         paper:stepping.x=2   0.90   0.80   1.00   at 1 of 2 headings",
+            "* The interval is wider than +-0.1 N s: the search ran out of trials, or left the",
+            "same in both engines; 80 episodes were run. The bounds of the pendulum are the",
+        ] {
+            assert!(told.lines().any(|told| told == line), "{line:?} is not in\n{told}");
+        }
+        let alone = text(&[a]);
+        assert!(alone.contains("engine:   Rapier 0.36.1, with a physics step of 2 ms\n"), "{alone}");
+        for text in [told, alone] {
+            assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        }
+    }
 }

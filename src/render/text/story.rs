@@ -6,7 +6,7 @@ use crate::render::text::layout::wrapped;
 use crate::render::text::thresholds;
 use crate::render::with_fields_of;
 use crate::robot::Robot;
-use crate::sim::{Push, Variation};
+use crate::sim::{Engine, Push, Variation};
 use serde_json::{Value, json};
 
 /// Observes an episode for what the story needs beyond the record.
@@ -121,12 +121,15 @@ pub struct Told<'a> {
 impl Told<'_> {
     /// The story on one line, for the title of a picture.
     pub fn headline(&self) -> String {
-        headline(&self.pushes, &self.design.family.name, &self.record)
+        let line = headline(&self.pushes, &self.design.family.name, &self.record);
+        let engine = self.config.engine;
+        if engine == Engine::default() { line } else { format!("{line}, in {}", engine.title()) }
     }
 
     pub fn as_json(&self) -> Value {
         let mut head = json!({
             "gains": self.design.family.name,
+            "engine": self.config.engine.with_version(),
             "push": self.pushes[0],
             "judge": self.config.judge,
         });
@@ -170,6 +173,9 @@ impl Told<'_> {
                 }
             },
         );
+        if self.config.engine != Engine::default() {
+            line("engine", self.config.engine.with_version());
+        }
         line("outcome", self.outcome());
         if let Some(at) = record.home_at_s {
             let mm = 1000.0 * self.config.judge.home_radius_m;

@@ -1,0 +1,61 @@
+//! Where two engines part company: the trials with another outcome are simulated again, side by side.
+
+use crate::campaign::ask::spec::{Campaign, Overrides};
+use crate::campaign::ask::trial;
+use crate::campaign::run::Plan;
+use crate::campaign::store::folder::Folder;
+use crate::campaign::verdict::agreement::{Agreement, PartedTrial, SetAgreement};
+use crate::control::Design;
+use crate::episode::parting::{half_sole_width_m, parting};
+use crate::error::{Error, Result};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// The trials to be simulated again.
+pub struct Partings<'a> {
+    plans: [Plan; 2],
+    designs: Vec<Design>,
+    /// Each with the number of its gain set.
+    trials: Vec<(usize, &'a mut PartedTrial)>,
+}
+
+impl<'a> Partings<'a> {
+    /// Of each gain set the first `most` trials on which two results, `folders`, do not agree. Errors: an input is gone, or
+    /// the program lacks an engine.
+    pub fn new(folders: [&Folder; 2], agreement: &'a mut Agreement, most: usize) -> Result<Self> {
+        let plan = |folder: &Folder| {
+            let file = folder.path.join("campaign.toml").display().to_string();
+            Plan::new(&Campaign::load(&file, &Overrides::default())?)
+        };
+        let plans = [plan(folders[0])?, plan(folders[1])?];
+        agreement.part_beyond_m = Some(half_sole_width_m(&plans[0].robot));
+        let of_set =
+            |(set, of): (usize, &'a mut SetAgreement)| of.parted.iter_mut().take(most).map(move |trial| (set, trial));
+        let trials: Vec<_> = agreement.sets.iter_mut().enumerate().flat_map(of_set).collect();
+        let designs = plans[0].designs()?;
+        Ok(Self { plans, designs, trials })
+    }
+
+    /// Number of trials.
+    pub fn count(&self) -> u64 {
+        self.trials.len() as u64
+    }
+
+    /// Simulates them on all cores, and notes where they part. Calls `on_trial` after each, from any thread. Fails if
+    /// `stop` is set meanwhile.
+    pub fn run(self, stop: &AtomicBool, on_trial: &(dyn Fn() + Sync)) -> Result<()> {
+        let Self { plans, designs, trials } = self;
+        let [in_a, in_b] = plans.each_ref().map(|plan| &plan.manifest.campaign);
+        let (robot, limit_m) = (&plans[0].robot, half_sole_width_m(&plans[0].robot));
+        trials.into_par_iter().try_for_each(|(set, of)| {
+            if stop.load(Ordering::Relaxed) {
+                return Err(Error::Interrupted);
+            }
+            let disturbance = || trial::disturbance(in_a, of.trial);
+            of.parting = parting(robot, &designs[set], [&in_a.episode, &in_b.episode], disturbance, limit_m);
+            of.traced = true;
+            on_trial();
+            Ok(())
+        })
+    }
+}

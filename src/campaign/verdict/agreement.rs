@@ -1,0 +1,272 @@
+//! How far two results agree that differ in the physics engine alone: is it the controller, or the simulator?
+//!
+//! Every trial has the same push, robot, ground and noise in both. So a trial with another outcome, and a verdict on two
+//! gain sets that only one engine gives, tell what depends on the engine.
+
+use crate::campaign::store::by_set::BySet;
+use crate::campaign::store::folder::{Folder, Manifest};
+use crate::campaign::store::row::TrialRow;
+use crate::campaign::verdict::pairs::{DecisionRule, Pair, every_pair};
+use crate::episode::Outcome;
+use crate::episode::parting::Parting;
+use crate::lipm::variant::Entry;
+use crate::sim::Engine;
+use crate::stats::decision::PairVerdict;
+use crate::stats::kappa::Agreed;
+use crate::stats::mcnemar::PairedCounts;
+use serde::Serialize;
+
+/// Two results of the same trials, a and b, in different engines.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Agreement {
+    /// The engines of a and b.
+    pub engines: [Engine; 2],
+    /// Their names with versions.
+    pub versions: [String; 2],
+    /// The gain sets, in the order of the campaign.
+    pub sets: Vec<SetAgreement>,
+    /// The distance beyond which traces part (m); None if none were compared.
+    pub part_beyond_m: Option<f64>,
+    /// What is said of the same two gain sets in a and in b, where that differs.
+    pub verdicts: Vec<[Verdict; 2]>,
+}
+
+/// One gain set in both engines, over the trials that both have.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SetAgreement {
+    /// Name of the gain set, as in both results.
+    pub set: String,
+    #[serde(flatten)]
+    pub counts: PairedCounts,
+    #[serde(flatten)]
+    pub agreed: Agreed,
+    pub strata: Vec<StratumAgreement>,
+    /// The trials with another outcome: recovered in one engine, and not in the other.
+    pub parted: Vec<PartedTrial>,
+}
+
+/// One gain set over the trials of one stratum.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StratumAgreement {
+    pub by: &'static str,
+    pub label: String,
+    #[serde(flatten)]
+    pub counts: PairedCounts,
+    #[serde(flatten)]
+    pub agreed: Agreed,
+}
+
+/// A trial that the robot recovered from in one engine alone.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PartedTrial {
+    pub trial: u64,
+    /// Of the first push.
+    pub impulse_n_s: f64,
+    pub impulse_over_m_omega_d: Option<f64>,
+    pub heading_deg: f64,
+    pub recovered_in: Engine,
+    /// In a and in b.
+    pub outcomes: [Outcome; 2],
+    pub footsteps: [u32; 2],
+    /// Whether the trial was simulated again in both, to see where its traces part.
+    pub traced: bool,
+    /// None if it was not, or if they nowhere part.
+    pub parting: Option<Parting>,
+}
+
+/// A verdict on two gain sets in one engine, as in [`Pair`].
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Verdict {
+    pub a: String,
+    pub b: String,
+    pub verdict: PairVerdict,
+    pub difference: f64,
+    pub words: String,
+}
+
+/// Whether two results differ in the engine alone, its version and step: they have the same robot and gain sets, and were
+/// asked the same by the same version of the program. How many trials were asked for, and which gates, does not matter.
+pub fn differ_in_engine_alone(a: &Folder, b: &Folder) -> bool {
+    // What is compiled in has no file, and is the same in one version of the program.
+    let text = |folder: &Folder, gains: &String| std::fs::read(folder.path.join(Entry::split(gains).base)).ok();
+    let (ours, theirs) = (&a.manifest, &b.manifest);
+    ours.campaign.episode.engine != theirs.campaign.episode.engine
+        && (&ours.standfast, &ours.robot_sha256, &ours.sets) == (&theirs.standfast, &theirs.robot_sha256, &theirs.sets)
+        && ours.campaign.gains == theirs.campaign.gains
+        && ours.campaign.gains.iter().all(|gains| text(a, gains) == text(b, gains))
+}
+
+impl Agreement {
+    /// Of two results with the same gain sets, each given by its manifest and rows. `rows` are those of the comparison, by
+    /// its names of the sets, first all those of a; `pairs` compare each set of a with that of b.
+    pub fn new(of: [(&Manifest, &[TrialRow]); 2], rows: &BySet, pairs: &[Pair]) -> Self {
+        let engines = of.map(|(manifest, _)| manifest.campaign.episode.engine);
+        let sets = &of[0].0.sets;
+        let set = |i: usize| {
+            let (a, b) = (i, sets.len() + i);
+            let found = |pair: &&Pair| {
+                [&pair.a, &pair.b].into_iter().all(|name| [a, b].map(|i| &rows.names[i]).contains(&name))
+            };
+            let pair = pairs.iter().find(found);
+            // The first of a pair is the one that recovers more often.
+            let is_swapped = pair.is_some_and(|pair| pair.a != rows.names[a]);
+            let ours = |counts: PairedCounts| if is_swapped { counts.swapped() } else { counts };
+            let counts = pair.map_or(PairedCounts::default(), |pair| ours(pair.counts));
+            let strata = pair.iter().flat_map(|pair| &pair.strata).map(|stratum| {
+                let (by, label, counts) = (stratum.by, stratum.label.clone(), ours(stratum.counts));
+                StratumAgreement { by, label, counts, agreed: Agreed::of(&counts) }
+            });
+            let parted = rows.common(a, b).filter(|(a, b)| a.has_recovered() != b.has_recovered());
+            let parted = parted.map(|(a, b)| PartedTrial {
+                trial: a.trial,
+                impulse_n_s: a.impulse_n_s,
+                impulse_over_m_omega_d: a.impulse_over_m_omega_d,
+                heading_deg: a.heading_deg,
+                recovered_in: engines[usize::from(b.has_recovered())],
+                outcomes: [a.outcome, b.outcome],
+                footsteps: [a.footsteps, b.footsteps],
+                traced: false,
+                parting: None,
+            });
+            let (strata, parted) = (strata.collect(), parted.collect());
+            SetAgreement { set: sets[i].clone(), counts, agreed: Agreed::of(&counts), strata, parted }
+        };
+        Self {
+            engines,
+            versions: of.map(|(manifest, _)| manifest.engine.clone()),
+            sets: (0..sets.len()).map(set).collect(),
+            part_beyond_m: None,
+            verdicts: differing(of.map(|(manifest, rows)| own_verdicts(manifest, rows))),
+        }
+    }
+
+    /// The verdicts that hold in one engine only, each in a sentence for a and one for b.
+    pub fn warnings(&self) -> Vec<String> {
+        let told = |[a, b]: &[Verdict; 2]| {
+            let contradict = [a, b].iter().all(|found| found.verdict == PairVerdict::Better);
+            let what =
+                if contradict { "The two engines contradict each other" } else { "A verdict holds in one engine only" };
+            let [in_a, in_b] = self.engines.map(Engine::title);
+            format!("{what}. {in_a}: {} {in_b}: {}", a.words, b.words)
+        };
+        self.verdicts.iter().map(told).collect()
+    }
+}
+
+/// Every pair of gain sets of a result, as the result itself has it.
+fn own_verdicts(manifest: &Manifest, rows: &[TrialRow]) -> Vec<Verdict> {
+    let rows = BySet::new(rows, &manifest.sets);
+    let pairs = every_pair(manifest.sets.len());
+    let pairs = Pair::all(&rows, &pairs, &[], DecisionRule::of(manifest)).into_iter();
+    let verdict = |Pair { a, b, verdict, difference, words, .. }| Verdict { a, b, verdict, difference, words };
+    pairs.map(verdict).collect()
+}
+
+/// Those of the same two sets that do not say the same: that another one is better, or that it is decided in one alone.
+fn differing([of_a, mut of_b]: [Vec<Verdict>; 2]) -> Vec<[Verdict; 2]> {
+    let mut differing = Vec::new();
+    for in_a in of_a {
+        let is_same_pair =
+            |in_b: &Verdict| [&in_b.a, &in_b.b] == [&in_a.a, &in_a.b] || [&in_b.b, &in_b.a] == [&in_a.a, &in_a.b];
+        let Some(at) = of_b.iter().position(is_same_pair) else { continue };
+        let in_b = of_b.swap_remove(at);
+        let contradict = in_a.verdict == PairVerdict::Better && in_a.a != in_b.a;
+        if in_a.verdict != in_b.verdict || contradict {
+            differing.push([in_a, in_b]);
+        }
+    }
+    differing
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::campaign::ask::spec::Overrides;
+    use crate::campaign::store::folder::tests::manifest;
+    use crate::campaign::store::row::tests::row;
+    use crate::campaign::verdict::gates::Gates;
+    use crate::campaign::verdict::summary::Summary;
+    use crate::episode::Outcome::{Fell, Recovered};
+
+    /// The result of a comparison, and its rows, of the sets "hold" and "catch" in two engines. Of each trial it is given
+    /// whether the robot recovered: with "hold" and "catch" in Rapier, then in MuJoCo. Headings turn from trial to trial.
+    pub(crate) fn compared(recovered: &[[bool; 4]]) -> (Summary, Vec<TrialRow>) {
+        let sets = ["hold", "catch"];
+        let names: Vec<String> =
+            Engine::ALL.iter().flat_map(|e| sets.map(|set| format!("{set} ({})", e.name()))).collect();
+        let of_trial = |(i, recovered): (usize, &[bool; 4])| {
+            let outcome = |of: bool| if of { Recovered } else { Fell };
+            let heading_deg = 45.0 * (i % 8) as f64;
+            let row = |(name, of): (&String, &bool)| TrialRow { heading_deg, ..row(i as u64, name, 2.0, outcome(*of)) };
+            names.iter().zip(recovered).map(row).collect::<Vec<_>>()
+        };
+        let rows: Vec<TrialRow> = recovered.iter().enumerate().flat_map(of_trial).collect();
+        let manifests =
+            Engine::ALL.map(|engine| manifest(&sets, Overrides { engine: Some(engine), ..Overrides::default() }));
+        let own = |engine: Engine| {
+            let own = rows.iter().filter(move |row| row.set.contains(engine.name()));
+            let plain = |row: &TrialRow| TrialRow { set: row.set.split(' ').next().unwrap().into(), ..row.clone() };
+            own.map(plain).collect::<Vec<_>>()
+        };
+        let own = Engine::ALL.map(own);
+        let of = [(&manifests[0], &own[0][..]), (&manifests[1], &own[1][..])];
+        let joined = Manifest { sets: names.clone(), ..manifests[0].clone() };
+        let gates = Gates::new(&joined, None).unwrap();
+        let mut summary = Summary::new(&joined, &rows, String::new(), &[(0, 2), (1, 3)], &gates);
+        summary.agreement = Some(Agreement::new(of, &BySet::new(&rows, &names), &summary.pairs));
+        (summary, rows)
+    }
+
+    /// "hold" recovers from 20 trials in both engines, from 5 in Rapier alone, 10 in MuJoCo alone, 15 in neither; "catch" from
+    /// all in both.
+    fn mixed() -> Vec<[bool; 4]> {
+        let hold = [([true, true], 20), ([true, false], 5), ([false, true], 10), ([false, false], 15)];
+        hold.into_iter().flat_map(|([a, b], count)| vec![[a, true, b, true]; count]).collect()
+    }
+
+    #[test]
+    fn trials_are_counted_by_engine_whichever_recovers_more() {
+        let agreement = compared(&mixed()).0.agreement.unwrap();
+        let [hold, catch] = &agreement.sets[..] else { panic!() };
+        assert_eq!((&hold.set[..], &catch.set[..]), ("hold", "catch"));
+        assert_eq!(hold.counts, PairedCounts { both: 20, only_a: 5, only_b: 10, neither: 15 });
+        assert!((hold.agreed.kappa.unwrap() - 0.4).abs() < 1e-12, "{:?}", hold.agreed);
+        assert_eq!((catch.agreed.agree, catch.agreed.kappa, catch.parted.len()), (1.0, None, 0));
+        let sums: u64 = hold.strata.iter().filter(|of| of.by == "heading").map(|of| of.counts.only_b).sum();
+        assert_eq!(sums, 10, "strata are swapped like the whole");
+        let parted = &hold.parted;
+        assert_eq!(parted.len(), 15);
+        assert_eq!(
+            (parted[0].trial, parted[0].recovered_in, parted[0].outcomes),
+            (20, Engine::Rapier, [Recovered, Fell])
+        );
+        assert_eq!(
+            (parted[5].trial, parted[5].recovered_in, parted[5].outcomes),
+            (25, Engine::Mujoco, [Fell, Recovered])
+        );
+        let json = serde_json::to_value(&agreement).unwrap();
+        assert_eq!(json["engines"], serde_json::json!(["rapier", "mujoco"]));
+        for key in
+            ["set", "both", "only_a", "only_b", "neither", "agree", "agree_ci95", "kappa", "kappa_ci95", "strata"]
+        {
+            assert!(!json["sets"][0][key].is_null(), "{key}");
+        }
+    }
+
+    #[test]
+    fn verdicts_that_hold_in_one_engine_only_are_told() {
+        let warnings = |recovered: &[[bool; 4]]| compared(recovered).0.agreement.unwrap().warnings();
+        // "catch" is better in both.
+        assert!(warnings(&[[false, true, false, true]; 40]).is_empty());
+        let one = warnings(&[[false, true, true, true]; 40]);
+        let [only] = &one[..] else { panic!("{one:?}") };
+        assert!(
+            only.starts_with("A verdict holds in one engine only. Rapier: catch is better than hold by 100.0"),
+            "{only}"
+        );
+        assert!(only.contains(" MuJoCo: hold and catch: not resolved."), "{only}");
+        let against = warnings(&[[false, true, true, false]; 40]);
+        assert!(against[0].starts_with("The two engines contradict each other. Rapier: catch is"), "{against:?}");
+        assert!(against[0].contains(" MuJoCo: hold is better than catch by"), "{against:?}");
+    }
+}
