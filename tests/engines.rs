@@ -102,7 +102,8 @@ fn on_a_slope_a_robot_slides_like_a_block() {
             );
             assert!((gained - law).abs() < 0.02 * GRAVITY * angle.sin(), "{engine:?}, mu {friction}: {gained}");
             if law == 0.0 {
-                assert!(speeds.iter().all(|speed| speed.abs() < 1e-3), "{engine:?}, mu {friction}: {speeds:?}");
+                let fastest = speeds.iter().fold(0.0_f64, |most, speed| most.max(speed.abs()));
+                assert!(fastest < 2e-3, "{engine:?}, mu {friction}: {fastest} m/s");
             }
         }
     }

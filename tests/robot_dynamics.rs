@@ -293,6 +293,6 @@ fn the_simulation_obeys_them() {
     println!("mean left over (N, N m): {coarse:?} at 1 ms, {fine:?} at 0.25 ms");
     assert!(fine[0] < 0.01 && fine[1] < 0.003, "{fine:?}");
     // MuJoCo's forces leave nothing over, with any step.
-    let nothing = 1e-9;
+    let nothing: f64 = 1e-9;
     assert!(fine[0] < nothing.max(0.5 * coarse[0]) && fine[1] < 0.5 * coarse[1], "{coarse:?} {fine:?}");
 }
