@@ -232,6 +232,7 @@ fn a_noisy_page_of_many_gains_is_small_too() {
     eprintln!("{} bytes", html.len());
     assert!(html.len() < 1_000_000, "{} bytes", html.len());
     assert!(html.contains("CPI sets are shown every 12 ms."), "it says so");
+    assert!(page(&film, Some(&film), &head()).unwrap().len() < 1_000_000, "with a ghost");
     let page = packed(&film);
     let [which, counts] = ["which", "counts"].map(|name| whole_numbers(&page["slices"][3][name]));
     let sizes: Vec<u16> = which.iter().map(|&ring| counts[usize::from(ring)]).collect();
