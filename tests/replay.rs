@@ -240,3 +240,61 @@ fn a_result_has_replays_of_telling_trials() {
     let message = stderr(&standfast(dir.path(), &["replay", "out", "--trial=0", "--gains=other"]).code(2));
     assert!(message.contains("gain set \"other\" not found; accepted: hold, switching"), "{message}");
 }
+
+/// A result and its trial 1 in this folder.
+fn with_result() -> tempfile::TempDir {
+    let dir = folder();
+    standfast(dir.path(), &short(&[FEW, "--replays=0"])).success();
+    dir
+}
+
+#[test]
+fn the_engine_of_the_result_is_the_default() {
+    let dir = with_result();
+    let page = dir.path().join("out/replays/trial-1-hold.html");
+    let replayed = |more: &[&str]| {
+        let run = standfast(dir.path(), &[&["replay", "out", "--trial=1"], more].concat()).success();
+        assert!(!stderr(&run).contains("not compared"), "{}", stderr(&run));
+        fs::read(&page).unwrap()
+    };
+    assert!(replayed(&["--engine=rapier"]) == replayed(&[]), "another page");
+    let message = stderr(&standfast(dir.path(), &["replay", "out", "--trial=1", "--engine=bullet"]).code(2));
+    assert!(message.contains("rapier, mujoco, both"), "{message}");
+}
+
+#[cfg(not(feature = "mujoco"))]
+#[test]
+fn without_mujoco_there_is_no_ghost() {
+    let dir = with_result();
+    for engine in ["--engine=mujoco", "--engine=both"] {
+        let message = stderr(&standfast(dir.path(), &["replay", "out", "--trial=1", engine]).code(2));
+        assert!(message.contains("built without MuJoCo"), "{message}");
+        assert!(!dir.path().join("out/replays").exists(), "{engine}");
+    }
+}
+
+#[cfg(feature = "mujoco")]
+#[test]
+fn a_trial_is_replayed_in_another_engine_and_in_both() {
+    let dir = with_result();
+    let page = |name: &str| fs::read_to_string(dir.path().join("out/replays").join(name)).unwrap();
+    let replay = |more: &[&str]| standfast(dir.path(), &[&["replay", "out", "--trial=1"], more].concat()).success();
+    let told = stderr(&replay(&["--engine=mujoco"]));
+    assert!(told.contains("The result is of Rapier, so this trial in MuJoCo is not compared with it."), "{told}");
+    assert!(page("trial-1-hold-mujoco.html").contains("standfast replay . --trial 1 --gains hold --engine mujoco"));
+    assert!(!page("trial-1-hold-mujoco.html").contains("id=\"engines\""));
+
+    let run = replay(&["--engine=both"]);
+    let (text, told) = (stdout(&run), stderr(&run));
+    assert!(text.starts_with("solid     Rapier ") && text.contains("\nghost     MuJoCo "), "{text}");
+    assert!(!told.contains("not as it was") && !told.contains("not compared"), "{told}");
+    let both = page("trial-1-hold-both.html");
+    assert!(both.contains("--trial 1 --gains hold --engine both") && both.contains("<b>Ghost:</b> MuJoCo"));
+    let json = |more: &[&str]| -> serde_json::Value {
+        serde_json::from_str(&stdout(&replay(&[&["--json"], more].concat()))).unwrap()
+    };
+    let (both, alone) = (json(&["--engine=both"]), json(&["--engine=mujoco"]));
+    assert_eq!((&both["engine"], &both["ghost"]["engine"]), (&"rapier".into(), &"mujoco".into()));
+    assert_eq!(json(&[])["outcome"], both["outcome"]);
+    assert_eq!((&both["ghost"]["end_s"], &both["ghost"]["outcome"]), (&alone["end_s"], &alone["outcome"]));
+}

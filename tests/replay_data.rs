@@ -4,10 +4,11 @@ mod common;
 
 use base64::prelude::{BASE64_STANDARD, Engine};
 use common::browser::Browser;
-use common::films::{assert_no_problems, fallen, film, head, look_at, stepping, text, written};
+use common::films::{assert_no_problems, fallen, film, ghost, head, look_at, stepping, text, written, written_with};
 use common::{Bench, config, push};
 use nalgebra::{Isometry3, Point2, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
+use standfast::episode::parting::Parting;
 use standfast::episode::snapshot::Arrow;
 use standfast::episode::{Disturbance, EpisodeConfig, Film, Until};
 use standfast::render::replay::page;
@@ -88,6 +89,45 @@ fn what_the_page_shows_is_what_the_film_holds() {
     assert_no_problems(&mut tab, &file);
 }
 
+/// The ghost is where the second film has it, at the time of the first, and the page says where the two part.
+#[test]
+fn the_ghost_is_the_robot_of_the_second_film() {
+    let Some(mut browser) = Browser::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let (film, ghost) = (stepping(), ghost());
+    let file = written_with(&folder, film, Some(&ghost), &head());
+    let mut tab = browser.tab(600, 600, "light");
+    tab.open(&file);
+    let mut worst = Worst::default();
+    let mut kinematics = Kinematics::new(&ghost.robot);
+    // After the end of its film, the ghost stays where it was.
+    for k in (0..film.snapshots.len()).step_by(50) {
+        let snapshot = ghost.snapshots.get(k).unwrap_or_else(|| ghost.snapshots.last().unwrap());
+        let shown = tab.evaluate(&format!("replay.film.at({}).ghost", film.snapshots[k].time_s));
+        kinematics.update(&ghost.robot, &snapshot.posture);
+        for i in 0..ghost.robot.links.len() {
+            let apart = pose(&shown["poses"][i]).translation.vector - kinematics.link_pose(i).translation.vector;
+            worst.see("ghost", apart.norm());
+        }
+        worst.compare("com", &shown["com"], Some(vec![snapshot.com.x, snapshot.com.y, snapshot.com.z]));
+    }
+    assert!(worst.0.len() == 2 && worst.0.iter().all(|(_, error)| *error < NEAR_M), "{:?}", worst.0);
+    let parting = Parting::of_films(film, &ghost).unwrap();
+    let marked = tab.evaluate("replay.film.events.filter((event) => event.kind === 'parting').map((e) => e.from_s)");
+    assert_eq!(marked, serde_json::json!([parting.at_s]));
+    let told = text(&mut tab, "engines");
+    let parted = format!("At {:.3} s the ", parting.at_s);
+    for part in ["Solid: Rapier", "recovered, still from", "Ghost: MuJoCo", "fell at", &parted] {
+        assert!(told.contains(part), "no {part:?} in {told}");
+    }
+    tab.evaluate("new Promise((done) => { addEventListener('hashchange', done); document.querySelector('#engines a').click(); })");
+    let time_s = tab.evaluate("replay.state.time").as_f64().unwrap();
+    assert!((time_s - parting.at_s).abs() < 1e-9, "{time_s}");
+    assert_no_problems(&mut tab, &file);
+    // Without a ghost there is nothing of all this.
+    assert!(packed(film)["ghost"].is_null() && !page(film, None, &head()).unwrap().contains("id=\"engines\""));
+}
+
 #[test]
 fn the_ground_is_that_of_the_trial() {
     let Some(mut browser) = Browser::start() else { return };
@@ -155,17 +195,20 @@ fn a_page_of_four_seconds_is_small_and_always_the_same() {
     let whole = EpisodeConfig { end_early: false, ..config(4.0) };
     let film = film("paper", 3.6, whole);
     assert_eq!(film.snapshots.len(), 2001);
-    let html = page(&film, &head()).unwrap();
+    let html = page(&film, None, &head()).unwrap();
     eprintln!("{} bytes", html.len());
     assert!(html.len() < 600_000, "{} bytes", html.len());
-    assert!(html == page(&film, &head()).unwrap());
+    assert!(html == page(&film, None, &head()).unwrap());
     // A longer film has fewer moments per second.
     let mut long = film.clone();
     for _ in 0..3 {
         long.snapshots.extend(film.snapshots.iter().cloned());
     }
-    let html = page(&long, &head()).unwrap();
-    assert!(html.len() < 1_000_000, "{} bytes", html.len());
+    for ghost in [None, Some(&long)] {
+        let html = page(&long, ghost, &head()).unwrap();
+        eprintln!("{} bytes", html.len());
+        assert!(html.len() < 1_000_000, "{} bytes", html.len());
+    }
 }
 
 /// With noise no two moments are alike, and the sets of many gains change at every tick.
@@ -185,10 +228,11 @@ fn a_noisy_page_of_many_gains_is_small_too() {
             snapshot.slices.clear();
         }
     }
-    let html = page(&film, &head()).unwrap();
+    let html = page(&film, None, &head()).unwrap();
     eprintln!("{} bytes", html.len());
     assert!(html.len() < 1_000_000, "{} bytes", html.len());
     assert!(html.contains("CPI sets are shown every 12 ms."), "it says so");
+    assert!(page(&film, Some(&film), &head()).unwrap().len() < 1_000_000, "with a ghost");
     let page = packed(&film);
     let [which, counts] = ["which", "counts"].map(|name| whole_numbers(&page["slices"][3][name]));
     let sizes: Vec<u16> = which.iter().map(|&ring| counts[usize::from(ring)]).collect();
@@ -205,7 +249,7 @@ fn a_push_of_one_tick_is_seen_in_a_long_film() {
         film.snapshots.extend(again);
     }
     let stride = film.snapshots.len().div_ceil(2500);
-    let html = page(&film, &head()).unwrap();
+    let html = page(&film, None, &head()).unwrap();
     assert!(stride >= 3 && html.contains(&format!("shown in moments of {} ms", 2 * stride)), "{stride}");
     // It may lie anywhere in a moment.
     let (force, point) = (Vector3::new(0.0, -90.0, 0.0), Point3::new(0.1, 0.2, 0.3));
@@ -221,7 +265,7 @@ fn a_push_of_one_tick_is_seen_in_a_long_film() {
         let expected = [0.1, 0.2, 0.3, 0.0, -90.0 / stride as f64, 0.0];
         assert!(seen[0].1.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "tick {tick}: {seen:?}");
     }
-    assert!(!page(stepping(), &head()).unwrap().contains("shown in moments"));
+    assert!(!page(stepping(), None, &head()).unwrap().contains("shown in moments"));
 }
 
 #[test]
@@ -260,14 +304,14 @@ fn a_page_ends_where_the_film_diverges() {
         }
     }
     assert!(page["margin"]["step"].as_f64().unwrap() < 0.005, "a margin has two digits");
-    let html = standfast::render::replay::page(&film, &head()).unwrap();
+    let html = standfast::render::replay::page(&film, None, &head()).unwrap();
     let ends = format!("The page ends at {:.3} s", film.snapshots[shown].time_s);
     assert!(html.contains(&ends), "{ends}");
 }
 
 /// The data of a page, as its script reads them.
 fn packed(film: &Film) -> Value {
-    let html = page(film, &head()).unwrap();
+    let html = page(film, None, &head()).unwrap();
     let (_, from) = html.split_once("id=\"film\">").unwrap();
     serde_json::from_str(from.split_once("</script>").unwrap().0).unwrap()
 }

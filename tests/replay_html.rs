@@ -4,11 +4,13 @@ mod common;
 
 use common::browser::{Browser, Page};
 use common::films::{
-    assert_no_problems, click_in, fallen, head, look, look_at, press, stepping, text, time_s, written,
+    assert_no_problems, click_in, fallen, ghost, head, look, look_at, press, stepping, text, time_s, written,
+    written_with,
 };
 use serde_json::{Value, json};
-use standfast::episode::Outcome;
+use standfast::episode::{Film, Outcome};
 use standfast::render::replay::Head;
+use standfast::sim::Engine;
 use std::fs;
 
 const SCREENS: [(u32, u32, &str); 4] =
@@ -320,6 +322,50 @@ fn overlays_and_views_change_the_picture_and_come_back() {
     seen.dedup();
     assert_eq!(seen.len(), count, "two views are the same");
     assert_no_problems(&mut tab, &file);
+}
+
+#[test]
+fn a_key_hides_the_ghost() {
+    let Some(mut browser) = Browser::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let (film, ghost) = (stepping(), ghost());
+    let purple = |seen: &Value| seen["purple"].as_f64().unwrap();
+    // At the same place, the solid robot hides the ghost.
+    let twin = Film { engine: Engine::Mujoco, ..film.clone() };
+    for (beside, parts) in [(&twin, false), (&ghost, true)] {
+        let file = written_with(&folder, film, Some(beside), &head());
+        let mut tab = browser.tab(1200, 900, "light");
+        tab.open(&file);
+        let plot = look(&mut tab, "plot-x");
+        press(&mut tab, "e");
+        assert_ne!(plot["hash"], look(&mut tab, "plot-x")["hash"], "its COM is not in the plot");
+        press(&mut tab, "e");
+        // Without the marks, only the robots are left.
+        press(&mut tab, "c");
+        press(&mut tab, "z");
+        let with = look_at(&mut tab, 1.2);
+        press(&mut tab, "e");
+        let without = look(&mut tab, "view");
+        let pressed = tab.evaluate("document.getElementById('show-ghost').getAttribute('aria-pressed')");
+        assert_eq!(pressed, "false");
+        assert_eq!(with["hash"] != without["hash"], parts, "{with} {without}");
+        assert!(purple(&without) >= purple(&with) && purple(&without) > 0.02, "{with} {without}");
+        click_in(&mut tab, "show-ghost", 0.5, 0.5);
+        assert_eq!(with["hash"], look(&mut tab, "view")["hash"], "it does not come back");
+        let badges = "[...document.querySelectorAll('.badge')].map((badge) => badge.textContent)";
+        assert_eq!(
+            tab.evaluate(badges),
+            json!(["Rapier: recovered", if parts { "MuJoCo: fell" } else { "MuJoCo: recovered" }])
+        );
+        assert_no_problems(&mut tab, &file);
+    }
+    // A page without a ghost has no such key.
+    let mut tab = browser.tab(390, 844, "dark");
+    tab.open(&written(&folder, film, &head()));
+    let plain = look(&mut tab, "view");
+    press(&mut tab, "e");
+    assert_eq!(plain["hash"], look(&mut tab, "view")["hash"]);
+    assert_eq!(tab.evaluate("document.getElementById('show-ghost')"), Value::Null);
 }
 
 #[test]

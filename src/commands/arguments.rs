@@ -23,9 +23,20 @@ pub enum EngineChoice {
     Both,
 }
 
+impl EngineChoice {
+    /// The engine that is asked for; None for both.
+    pub fn one(self) -> Option<Engine> {
+        match self {
+            EngineChoice::Rapier => Some(Engine::Rapier),
+            EngineChoice::Mujoco => Some(Engine::Mujoco),
+            EngineChoice::Both => None,
+        }
+    }
+}
+
 /// Names of the engines for `--engine`, and of [`EngineChoice`].
 pub const ENGINES: [&str; 2] = ["rapier", "mujoco"];
-const ENGINE_CHOICES: [&str; 3] = ["rapier", "mujoco", "both"];
+pub const ENGINE_CHOICES: [&str; 3] = ["rapier", "mujoco", "both"];
 
 /// Options that change a campaign.
 #[derive(Debug, Default, Args)]

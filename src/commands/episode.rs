@@ -82,18 +82,20 @@ impl OutputArgs {
         [&self.trace, &self.plot, &self.replay, &self.frames].into_iter().all(Option::is_none)
     }
 
-    /// Draws the snapshots, if they are asked for, and prints which files were written.
-    pub fn finish(&self, film: Option<&Film>) -> Result<()> {
-        if let (Some(folder), Some(film)) = (&self.frames, film) {
-            picture::write_frames(film, folder, &FramesOptions::default())?;
-        }
+    /// Draws the snapshots of a film, with the robot of another film as a ghost, if they are asked for.
+    pub fn draw_frames(&self, film: &Film, ghost: Option<&Film>) -> Result<()> {
+        let draw = |folder: &PathBuf| picture::write_frames(film, ghost, folder, &FramesOptions::default()).map(|_| ());
+        self.frames.as_ref().map_or(Ok(()), draw)
+    }
+
+    /// Prints which files were written.
+    pub fn say_what_was_written(&self) {
         for path in [&self.trace, &self.plot, &self.replay].into_iter().flatten() {
             note(&format!("written: {}", path.display()));
         }
         if let Some(folder) = &self.frames {
             note(&format!("written: {}: frame-*.png, strip.png, motion.gif", folder.display()));
         }
-        Ok(())
     }
 
     /// When the episode ends. A trace and a plot show it up to its horizon; all else ends when the outcome is decided.
@@ -101,6 +103,9 @@ impl OutputArgs {
         if self.trace.is_some() || self.plot.is_some() { Until::Horizon } else { config.until() }
     }
 }
+
+/// What happened in an episode, and its film.
+pub type Shown<'a> = (Told<'a>, Film);
 
 /// Robot, controller and settings of an episode.
 #[derive(Clone, Copy)]
@@ -120,17 +125,65 @@ impl<'a> Case<'a> {
         as_json: bool,
         command: String,
     ) -> Result<String> {
-        let (told, film) = self.tell(disturbance, outputs)?;
-        if let (Some(path), Some(film)) = (&outputs.replay, &film) {
-            write_replay(&told, film, path, Origin { command, ..Origin::default() })?;
-        }
-        outputs.finish(film.as_ref())?;
+        let Self { robot, design, config } = *self;
+        let told = if outputs.replay.is_some() || outputs.frames.is_some() {
+            let shown = self.film(disturbance, outputs)?;
+            if let Some(path) = &outputs.replay {
+                write_replay(&shown, None, path, Origin { command, ..Origin::default() })?;
+            }
+            outputs.draw_frames(&shown.1, None)?;
+            shown.0
+        } else {
+            let run = |disturbance, until, observe: &mut dyn FnMut(&Tick)| {
+                episode::run(robot, design, config, disturbance, until, observe)
+            };
+            self.watched(disturbance, outputs, run, Record::clone)?.0
+        };
+        outputs.say_what_was_written();
         Ok(if as_json { render::json(&told.as_json()) } else { told.text() })
     }
 
-    /// Runs one episode, and writes trace and plot if they are asked for. Returns what happened and, if a replay or
-    /// snapshots are asked for, a film for them.
-    pub fn tell(&self, disturbance: Disturbance, outputs: &OutputArgs) -> Result<(Told<'a>, Option<Film>)> {
+    /// Runs and films one episode, and writes trace and plot if they are asked for.
+    pub fn film(&self, disturbance: Disturbance, outputs: &OutputArgs) -> Result<Shown<'a>> {
+        let (told, film) = self.film_for(Film::AFTERMATH_S, disturbance, outputs)?;
+        let end_s = film_end_s(&told.record);
+        Ok((told, film.cut_at(end_s)))
+    }
+
+    /// Does the same as [`Self::film`], and films the episode with the engine of `other`, too, for a ghost. Both films
+    /// end at the same time.
+    pub fn film_both(
+        &self,
+        other: &'a EpisodeConfig,
+        disturbance: impl Fn() -> Disturbance,
+        outputs: &OutputArgs,
+    ) -> Result<[Shown<'a>; 2]> {
+        let both = [
+            self.film_for(f64::INFINITY, disturbance(), outputs)?,
+            Self { config: other, ..*self }.film_for(f64::INFINITY, disturbance(), &OutputArgs::default())?,
+        ];
+        let end_s = both.iter().map(|(told, _)| film_end_s(&told.record)).fold(0.0, f64::max);
+        Ok(both.map(|(told, film)| (told, film.cut_at(end_s))))
+    }
+
+    /// Films one episode and the time (s) after it, but not beyond its horizon.
+    fn film_for(&self, aftermath_s: f64, disturbance: Disturbance, outputs: &OutputArgs) -> Result<Shown<'a>> {
+        let Self { robot, design, config } = *self;
+        let take = |disturbance, until, observe: &mut dyn FnMut(&Tick)| {
+            Film::take(robot, design, config, disturbance, (until, aftermath_s), observe)
+        };
+        self.watched(disturbance, outputs, take, |film| film.record.clone())
+    }
+
+    /// Runs one episode by `run`, which gives the observer every tick of it, and writes trace and plot if they are asked
+    /// for. Returns what happened and what `run` returns, which holds the record.
+    fn watched<T>(
+        &self,
+        disturbance: Disturbance,
+        outputs: &OutputArgs,
+        run: impl FnOnce(Disturbance, Until, &mut dyn FnMut(&Tick)) -> T,
+        record_of: impl Fn(&T) -> Record,
+    ) -> Result<(Told<'a>, T)> {
         let Self { robot, design, config } = *self;
         let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
         let simulated = variation.robot(robot);
@@ -142,26 +195,16 @@ impl<'a> Case<'a> {
             trace.iter_mut().for_each(|trace| trace.push(tick));
             plot.iter_mut().for_each(|plot| plot.push(robot, tick));
         };
-        let until = outputs.until(config);
-        let (record, film) = if outputs.replay.is_some() || outputs.frames.is_some() {
-            let film = Film::take(robot, design, config, disturbance, (until, Film::AFTERMATH_S), &mut observe);
-            (film.record.clone(), Some(film))
-        } else {
-            (episode::run(robot, design, config, disturbance, until, &mut observe), None)
-        };
-        let (end_s, fell) = (end_of_interest_s(&record), record.fell_at_s.is_some());
-        let told = Told { design, config, pushes, variation, record, witness };
+        let ran = run(disturbance, outputs.until(config), &mut observe);
+        let told = Told { design, config, pushes, variation, record: record_of(&ran), witness };
         if let (Some(path), Some(trace)) = (&outputs.trace, trace) {
             columns::write(path, &trace.columns())?;
         }
         if let (Some(path), Some(mut plot)) = (&outputs.plot, plot) {
-            plot.end_at(end_s);
+            plot.end_at(end_of_interest_s(&told.record));
             plot.write(path, &told.headline())?;
         }
-        // A plot ends at a fall, since COM and ZMP of a body on the ground tell nothing. A film goes on, and shows how
-        // the robot comes to lie.
-        let aftermath_s = if fell { Film::AFTERMATH_S } else { 0.0 };
-        Ok((told, film.map(|film| film.cut_at(end_s + aftermath_s))))
+        Ok((told, ran))
     }
 }
 
@@ -178,14 +221,18 @@ pub struct Origin {
     pub warning: Option<String>,
 }
 
-/// Writes the page that shows an episode in 3D to `path`.
-pub fn write_replay(told: &Told, film: &Film, path: &Path, origin: Origin) -> Result<()> {
+/// Writes the page that shows an episode in 3D to `path`, with the same episode in another engine as a ghost.
+pub fn write_replay((told, film): &Shown, ghost: Option<&Shown>, path: &Path, origin: Origin) -> Result<()> {
     let Origin { title, command, of_result, warning } = origin;
     let headline = told.headline();
     let title = title.map_or_else(|| headline.clone(), |title| format!("{title}: {headline}"));
-    let lines = told.text().lines().map(String::from).collect();
-    let head = Head { title, warning, lines, command, of_result };
-    write_atomic(path, replay::page(film, &head)?.as_bytes())
+    let mut text = told.text();
+    if let Some((other, ghost)) = ghost {
+        let [first, second] = [film, ghost].map(|film| film.engine.title());
+        text = format!("In {first}\n\n{text}\n\nIn {second}\n\n{}", other.text());
+    }
+    let head = Head { title, warning, lines: text.lines().map(String::from).collect(), command, of_result };
+    write_atomic(path, replay::page(film, ghost.map(|(_, film)| film), &head)?.as_bytes())
 }
 
 /// The command line of this process, quoted for a shell.
@@ -197,6 +244,12 @@ pub fn command_line() -> String {
 /// Whether both paths lead to the same folder. A path that leads nowhere yet is the same as no other.
 fn is_same(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+/// End of a film (s). A plot ends at a fall, since COM and ZMP of a body on the ground tell nothing. A film goes on, and
+/// shows how the robot comes to lie.
+fn film_end_s(record: &Record) -> f64 {
+    end_of_interest_s(record) + if record.fell_at_s.is_some() { Film::AFTERMATH_S } else { 0.0 }
 }
 
 /// Time (s) after which nothing of interest happens: that of the fall or, with [`REST_S`] to spare, that at which the

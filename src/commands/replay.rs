@@ -1,16 +1,18 @@
 //! `standfast replay`: simulates a trial of a result again and writes a page that shows it in 3D. `run` and `merge`
 //! write such pages for the telling trials of a result.
 
-use super::arguments::check_output;
-use super::episode::{Case, Origin, OutputArgs, write_replay};
+use super::arguments::{ENGINE_CHOICES, EngineChoice, check_output, one_of};
+use super::episode::{Case, Origin, OutputArgs, Shown, write_replay};
 use super::terminal::{note, print, tell};
 use crate::campaign::{Folder, StoredTrial, Summary};
-use crate::episode::Film;
+use crate::episode::parting::Parting;
 use crate::error::{Error, Result};
 use crate::files::shell_word;
-use crate::render::text::story::Told;
+use crate::render::text::ghost::{ended, parted};
+use crate::render::text::layout::wrapped;
 use crate::render::trial_page::replay_file;
 use crate::render::{self, with_fields_of};
+use crate::sim::Engine;
 use rayon::prelude::*;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -20,7 +22,8 @@ use std::process::ExitCode;
 #[command(after_help = "Examples:
   standfast replay standfast-results/standard --trial 17
   standfast replay results --trial 17 --gains hold -o hold.html
-  standfast replay results --trial 17 --frames pictures     snapshots and a GIF")]
+  standfast replay results --trial 17 --frames pictures     snapshots and a GIF
+  standfast replay results --trial 17 --engine both    both physics engines")]
 pub struct ReplayArgs {
     /// Result folder of `run`
     pub dir: PathBuf,
@@ -30,7 +33,14 @@ pub struct ReplayArgs {
     /// Gain set by its name in the result [default: the first that lost the trial, or else the first]
     #[arg(long, value_name = "NAME")]
     pub gains: Option<String>,
-    /// The page to write [default: DIR/replays/trial-I-SET.html]
+    /// Physics engine that simulates the trial [default: that of the result].
+    ///
+    /// With `both`, the page also shows the robot in the other engine, as a ghost, and says where the two part. Trace and
+    /// plot are then those of the result's engine.
+    #[arg(long, value_name = "ENGINE", value_parser = one_of::<EngineChoice, 3>(ENGINE_CHOICES))]
+    pub engine: Option<EngineChoice>,
+    /// The page to write [default: DIR/replays/trial-I-SET.html, or trial-I-SET-ENGINE.html with another engine than the
+    /// result's or both]
     #[arg(short, long, value_name = "FILE.html")]
     pub output: Option<PathBuf>,
     /// Draw snapshots (PNG), a strip of them and an animated picture (GIF) to this folder
@@ -59,9 +69,15 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     args.output.iter().try_for_each(|path| check_output("--output", path, &["html"]))?;
     outputs.check()?;
     let replayed = StoredTrial::open(&args.dir, args.trial, args.gains.as_deref())?;
+    let own = replayed.engine();
+    let engine = args.engine.and_then(EngineChoice::one).unwrap_or(own);
+    let is_both = args.engine == Some(EngineChoice::Both);
+    let config = replayed.config_in(engine)?;
+    let other = if is_both { Some(replayed.config_in(engine.other())?) } else { None };
+    let suffix = if is_both { Some("both") } else { (engine != own).then(|| engine.name()) };
     let path = match args.output.clone() {
         Some(path) => path,
-        None => page_in(&args.dir, args.trial, &replayed.set)?,
+        None => page_in(&args.dir, args.trial, &replayed.set, suffix)?,
     };
     outputs.replay = Some(path.clone());
     if args.gains.is_none() && replayed.sets.len() > 1 {
@@ -74,38 +90,76 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
             ),
         );
     }
-    if replayed.row.is_none() {
+    if engine != own {
+        let [own, engine] = [own, engine].map(Engine::title);
+        tell("", &format!("The result is of {own}, so this trial in {engine} is not compared with it."));
+    } else if replayed.row.is_none() {
         note("This trial is not in the result yet, so there is nothing to compare it with.");
     }
-    let (told, film) = case(&replayed).tell(replayed.disturbance(), &outputs)?;
-    let folder = args.output.is_some().then_some(args.dir.as_path());
-    write(&replayed, &told, film.as_ref(), &path, folder)?;
-    outputs.finish(film.as_ref())?;
+    let case = Case { robot: &replayed.robot, design: &replayed.design, config: &config };
+    let (shown, ghost) = match &other {
+        Some(other) => {
+            let [shown, ghost] = case.film_both(other, || replayed.disturbance(), &outputs)?;
+            (shown, Some(ghost))
+        }
+        None => (case.film(replayed.disturbance(), &outputs)?, None),
+    };
+    let page = Page { replayed: &replayed, suffix, folder: args.output.is_some().then_some(args.dir.as_path()) };
+    page.write(&shown, ghost.as_ref(), &path)?;
+    let (told, film) = &shown;
+    outputs.draw_frames(film, ghost.as_ref().map(|(_, film)| film))?;
+    outputs.say_what_was_written();
     print(&if args.json {
-        let head = json!({ "trial": args.trial, "set": replayed.set, "page": path.display().to_string() });
+        let mut head = json!({
+            "trial": args.trial,
+            "set": replayed.set,
+            "engine": engine,
+            "page": path.display().to_string(),
+        });
+        if let Some((told, ghost)) = &ghost {
+            head["ghost"] = with_fields_of(json!({ "engine": ghost.engine }), &told.as_json());
+            head["parting"] = json!(Parting::of_films(film, ghost));
+        }
         render::json(&with_fields_of(head, &told.as_json()))
     } else {
-        told.text()
+        let beside = ghost.map(|(_, ghost)| {
+            let lines = [("solid", ended(film)), ("ghost", ended(&ghost)), ("parting", parted(film, &ghost))];
+            lines.map(|(label, what)| wrapped(&format!("{label:<10}"), &what)).concat() + "\n"
+        });
+        beside.unwrap_or_default() + &told.text()
     })?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// Writes the page of a trial, and warns if the trial does not end as it did in the result. The page states the command
-/// that makes it again: for the result in `folder` or, for a page that lies in the result folder (None), in this
-/// folder.
-fn write(replayed: &StoredTrial, told: &Told, film: Option<&Film>, path: &Path, folder: Option<&Path>) -> Result<()> {
-    let warning = replayed.difference(&told.record);
-    warning.iter().for_each(|warning| log::warn!("{warning}"));
-    let of_result = folder.is_none();
-    let folder = folder.unwrap_or(Path::new(".")).display().to_string();
-    let [folder, set] = [&folder, &replayed.set].map(|word| shell_word(word));
-    let command = format!("standfast replay {folder} --trial {} --gains {set}", replayed.trial);
-    let title = Some(format!("Trial {} of {}", replayed.trial, replayed.campaign.name));
-    film.map_or(Ok(()), |film| write_replay(told, film, path, Origin { title, command, of_result, warning }))
+/// The page of a trial.
+struct Page<'a> {
+    replayed: &'a StoredTrial,
+    /// What its command and its default name say about engines: another one than the result's, or both.
+    suffix: Option<&'a str>,
+    /// The result folder as its command names it; None if the page lies in there.
+    folder: Option<&'a Path>,
 }
 
-fn case(replayed: &StoredTrial) -> Case<'_> {
-    Case { robot: &replayed.robot, design: &replayed.design, config: replayed.config() }
+impl Page<'_> {
+    /// Writes the page, with a ghost from another engine, and warns if the trial does not end as it did in the result.
+    fn write(&self, shown: &Shown, ghost: Option<&Shown>, path: &Path) -> Result<()> {
+        let (Self { replayed, suffix, folder }, (told, film)) = (self, shown);
+        let is_same_engine = film.engine == replayed.engine();
+        let warning = replayed.difference(&told.record).filter(|_| is_same_engine);
+        warning.iter().for_each(|warning| log::warn!("{warning}"));
+        let of_result = folder.is_none();
+        let folder = folder.unwrap_or(Path::new(".")).display().to_string();
+        let [folder, set] = [&folder, &replayed.set].map(|word| shell_word(word));
+        let mut command = format!("standfast replay {folder} --trial {} --gains {set}", replayed.trial);
+        let mut title = format!("Trial {} of {}", replayed.trial, replayed.campaign.name);
+        if let Some(engine) = suffix {
+            command += &format!(" --engine {engine}");
+        }
+        if ghost.is_some() || !is_same_engine {
+            title += &format!(" in {}", film.engine.title());
+        }
+        write_replay(shown, ghost, path, Origin { title: Some(title), command, of_result, warning })
+    }
 }
 
 /// Writes the missing pages of the first `for_each_set` telling trials of each gain set, and returns the number of new
@@ -121,7 +175,7 @@ pub fn write_telling(
     for set in &summary.sets {
         wanted.extend(set.telling.iter().take(for_each_set).map(|telling| (telling.trial, set.name.as_str())));
     }
-    wanted.retain(|(trial, set)| !folder.path.join(replay_file(*trial, set)).is_file());
+    wanted.retain(|(trial, set)| !folder.path.join(replay_file(*trial, set, None)).is_file());
     let is_written = |&&(trial, set): &&(u64, &str)| {
         let written = if stop() { return false } else { write_page(&folder.path, trial, set) };
         written.inspect_err(|error| log::warn!("no replay of trial {trial} of {set}: {error}")).is_ok()
@@ -131,15 +185,17 @@ pub fn write_telling(
 
 /// Simulates a trial of the result in `folder` again, and writes its page into this folder.
 fn write_page(folder: &Path, trial: u64, set: &str) -> Result<()> {
-    let (replayed, path) = (StoredTrial::open(folder, trial, Some(set))?, page_in(folder, trial, set)?);
+    let (replayed, path) = (StoredTrial::open(folder, trial, Some(set))?, page_in(folder, trial, set, None)?);
+    let config = replayed.config_in(replayed.engine())?;
+    let case = Case { robot: &replayed.robot, design: &replayed.design, config: &config };
     let outputs = OutputArgs { replay: Some(path.clone()), ..OutputArgs::default() };
-    let (told, film) = case(&replayed).tell(replayed.disturbance(), &outputs)?;
-    write(&replayed, &told, film.as_ref(), &path, None)
+    let shown = case.film(replayed.disturbance(), &outputs)?;
+    Page { replayed: &replayed, suffix: None, folder: None }.write(&shown, None, &path)
 }
 
 /// The path of the page of a trial in a result folder. Creates the folder of the pages.
-fn page_in(result: &Path, trial: u64, set: &str) -> Result<PathBuf> {
-    let path = result.join(replay_file(trial, set));
+fn page_in(result: &Path, trial: u64, set: &str, engine: Option<&str>) -> Result<PathBuf> {
+    let path = result.join(replay_file(trial, set, engine));
     let folder = path.parent().unwrap_or(result);
     std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
     Ok(path)

@@ -1,6 +1,6 @@
 //! `standfast view`: shows the robot in a 3D window, either live or in a trial of a result.
 
-use super::arguments::check_output;
+use super::arguments::{ENGINE_CHOICES, EngineChoice, check_output, one_of};
 use super::terminal::print;
 use crate::error::Result;
 use crate::view::{self, Options};
@@ -14,6 +14,7 @@ use std::process::ExitCode;
   standfast view --gains hold --gains mine.toml     keys 1 and 2 switch the sets
   standfast view --campaign harsh --trial 17        live, with a trial's pushes
   standfast view standfast-results/standard --trial 17    a recorded trial
+  standfast view --engine both                      the robot in both engines
 
 In a live window, drag the robot with the mouse, or push it with Enter. With
 --campaign and --trial, robot and ground are also those of the trial. A trial of
@@ -35,6 +36,12 @@ pub struct ViewArgs {
     /// [default: catch, paper, switching, hold; of a result: the first set that lost the trial]
     #[arg(long, value_name = "NAME|FILE")]
     pub gains: Vec<String>,
+    /// Physics engine that simulates the robot [default: that of the result or of the campaign, or rapier].
+    ///
+    /// With `both`, the robot in the other engine is shown, too, as a ghost. In a live view, the same pushes and pulls
+    /// act on both.
+    #[arg(long, value_name = "ENGINE", value_parser = one_of::<EngineChoice, 3>(ENGINE_CHOICES))]
+    pub engine: Option<EngineChoice>,
     /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
@@ -60,11 +67,13 @@ pub struct ViewArgs {
 }
 
 pub fn run(args: ViewArgs) -> Result<ExitCode> {
-    let ViewArgs { dir, trial, gains, robot, campaign, impulse, heading, speed, seconds, screenshot } = args;
+    let ViewArgs { dir, trial, gains, engine, robot, campaign, impulse, heading, speed, seconds, screenshot } = args;
     if let Some(path) = &screenshot {
         check_output("--screenshot", path, &["png"])?;
     }
-    let options = Options { dir, trial, gains, robot, campaign, impulse, heading, speed, seconds, screenshot };
+    let (engine, ghost) = (engine.and_then(EngineChoice::one), engine == Some(EngineChoice::Both));
+    let options =
+        Options { dir, trial, gains, engine, ghost, robot, campaign, impulse, heading, speed, seconds, screenshot };
     print(&view::run(&options)?)?;
     Ok(ExitCode::SUCCESS)
 }

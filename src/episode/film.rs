@@ -8,7 +8,7 @@ use super::snapshot::Snapshot;
 use super::tick::Tick;
 use crate::control::Design;
 use crate::robot::Robot;
-use crate::sim::{Ground, Push};
+use crate::sim::{Engine, Ground, Push};
 use std::f64::consts::TAU;
 
 /// Beyond this distance from the origin (m), the robot counts as flown off.
@@ -19,6 +19,8 @@ pub const FARTHEST_M: f64 = 5.0;
 pub struct Film {
     /// The simulated robot, with the variation of the disturbance.
     pub robot: Robot,
+    /// The physics engine that simulated it.
+    pub engine: Engine,
     /// Name of the gain set, and names of its gains from slow to fast.
     pub gain_set: String,
     pub gains: Vec<String>,
@@ -60,9 +62,10 @@ impl Film {
         });
         let family = &design.family;
         let gains = family.gains.iter().map(|gain| gain.name.clone()).collect();
-        let (gain_set, control_period_s) = (family.name.clone(), config.control_period_s);
+        let gain_set = family.name.clone();
+        let (engine, control_period_s) = (config.engine, config.control_period_s);
         let ground = Ground::new(robot, &variation);
-        Self { robot: simulated, ground, gain_set, gains, control_period_s, pushes, record, snapshots }
+        Self { robot: simulated, engine, ground, gain_set, gains, control_period_s, pushes, record, snapshots }
     }
 
     /// The number of snapshots that can be shown: those before the robot has flown off or its numbers run away (beyond

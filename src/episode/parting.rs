@@ -2,11 +2,12 @@
 
 use super::closed_loop::ClosedLoop;
 use super::config::{Disturbance, EpisodeConfig};
-use super::snapshot::LEAST_N;
+use super::film::Film;
+use super::snapshot::{Snapshot, contact};
 use super::tick::{Controlled, Tick};
 use crate::control::Design;
 use crate::robot::{Foot, PerFoot, Robot};
-use nalgebra::Vector2;
+use nalgebra::Point2;
 use serde::Serialize;
 
 /// How two episodes of one trial run apart. Times are from their beginning.
@@ -45,10 +46,9 @@ pub enum Loaded {
     NoSole,
 }
 
-impl Loaded {
-    fn at(tick: &Tick) -> Self {
-        let bears = |foot: Foot| tick.truth.sole_wrenches[foot].force.norm() >= LEAST_N;
-        match (bears(Foot::Left), bears(Foot::Right)) {
+impl From<PerFoot<bool>> for Loaded {
+    fn from(bears: PerFoot<bool>) -> Self {
+        match (bears.left, bears.right) {
             (true, true) => Loaded::BothSoles,
             (true, false) => Loaded::LeftSole,
             (false, true) => Loaded::RightSole,
@@ -74,31 +74,15 @@ pub fn parting(
 ) -> Option<Parting> {
     let simulated = &disturbance().variation.robot(robot);
     let [mut a, mut b] = configs.map(|config| ClosedLoop::new(robot, simulated, design, config, disturbance()));
-    let (mut phases_since_s, mut loaded_since_s) = (None, None);
+    let mut watch = Watch::new(limit_m);
     let ticks = (configs[0].horizon_s / configs[0].control_period_s).round() as u64;
     for _ in 0..=ticks {
         let (in_a, in_b) = (a.tick(), b.tick());
         if !(in_a.truth.is_finite() && in_b.truth.is_finite()) {
             return None;
         }
-        let at_s = in_a.truth.time_s;
-        let phases = [&in_a, &in_b].map(|tick| tick.account.phase.name());
-        let loaded = [&in_a, &in_b].map(Loaded::at);
-        let since = |since: Option<f64>, differ: bool| differ.then(|| since.unwrap_or(at_s));
-        phases_since_s = since(phases_since_s, phases[0] != phases[1]);
-        loaded_since_s = since(loaded_since_s, loaded[0] != loaded[1]);
-        let (of, distance_m) = farthest(&in_a, &in_b);
-        if distance_m > limit_m {
-            let (phases_differ_since_s, loaded_differ_since_s) = (phases_since_s, loaded_since_s);
-            return Some(Parting {
-                at_s,
-                of,
-                distance_m,
-                phases,
-                phases_differ_since_s,
-                loaded,
-                loaded_differ_since_s,
-            });
+        if let Some(parting) = watch.see(&Moment::from(&in_a), &Moment::from(&in_b)) {
+            return Some(parting);
         }
         a.advance();
         b.advance();
@@ -106,20 +90,91 @@ pub fn parting(
     None
 }
 
+impl Parting {
+    /// Where two films of one trial part by half the width of a sole. None if they never do, as far as both films last.
+    pub fn of_films(a: &Film, b: &Film) -> Option<Self> {
+        let mut watch = Watch::new(half_sole_width_m(&a.robot));
+        let [a, b] = [a, b].map(|film| film.snapshots.iter().map(Moment::from));
+        a.zip(b).find_map(|(in_a, in_b)| watch.see(&in_a, &in_b))
+    }
+}
+
+/// What is compared of one tick. Places are horizontal (m, world frame).
+struct Moment {
+    time_s: f64,
+    com: Point2<f64>,
+    soles: PerFoot<Point2<f64>>,
+    phase: &'static str,
+    loaded: Loaded,
+}
+
+impl From<&Tick<'_>> for Moment {
+    fn from(tick: &Tick) -> Self {
+        let truth = tick.truth;
+        Self {
+            time_s: truth.time_s,
+            com: truth.com.xy(),
+            soles: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.xy().into()),
+            phase: tick.account.phase.name(),
+            loaded: PerFoot::from_fn(|foot| contact(tick, foot).is_some()).into(),
+        }
+    }
+}
+
+impl From<&Snapshot> for Moment {
+    fn from(snapshot: &Snapshot) -> Self {
+        Self {
+            time_s: snapshot.time_s,
+            com: snapshot.com.xy(),
+            soles: PerFoot::from_fn(|foot| snapshot.soles[foot].xy()),
+            phase: snapshot.phase.name(),
+            loaded: PerFoot::from_fn(|foot| snapshot.contacts[foot].is_some()).into(),
+        }
+    }
+}
+
+/// Watches two episodes tick by tick.
+struct Watch {
+    limit_m: f64,
+    phases_since_s: Option<f64>,
+    loaded_since_s: Option<f64>,
+}
+
+impl Watch {
+    fn new(limit_m: f64) -> Self {
+        Self { limit_m, phases_since_s: None, loaded_since_s: None }
+    }
+
+    /// The parting, if the two are too far apart at this tick.
+    fn see(&mut self, a: &Moment, b: &Moment) -> Option<Parting> {
+        let since = |since: Option<f64>, differ: bool| differ.then(|| since.unwrap_or(a.time_s));
+        self.phases_since_s = since(self.phases_since_s, a.phase != b.phase);
+        self.loaded_since_s = since(self.loaded_since_s, a.loaded != b.loaded);
+        let (of, distance_m) = farthest(a, b);
+        (distance_m > self.limit_m).then_some(Parting {
+            at_s: a.time_s,
+            of,
+            distance_m,
+            phases: [a.phase, b.phase],
+            phases_differ_since_s: self.phases_since_s,
+            loaded: [a.loaded, b.loaded],
+            loaded_differ_since_s: self.loaded_since_s,
+        })
+    }
+}
+
 /// What is horizontally farthest apart, and by how much (m).
-fn farthest(a: &Tick, b: &Tick) -> (Apart, f64) {
-    let soles = PerFoot::from_fn(|foot| {
-        let at = |tick: &Tick| -> Vector2<f64> { tick.truth.soles[foot].translation.vector.xy() };
-        (at(a) - at(b)).norm()
-    });
-    let com = (a.truth.com.xy() - b.truth.com.xy()).norm();
-    let all = [(Apart::Com, com), (Apart::LeftSole, soles.left), (Apart::RightSole, soles.right)];
+fn farthest(a: &Moment, b: &Moment) -> (Apart, f64) {
+    let sole = |foot: Foot| (a.soles[foot] - b.soles[foot]).norm();
+    let com = (a.com - b.com).norm();
+    let all = [(Apart::Com, com), (Apart::LeftSole, sole(Foot::Left)), (Apart::RightSole, sole(Foot::Right))];
     all.into_iter().fold(all[0], |most, other| if other.1 > most.1 { other } else { most })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::episode::Until;
     use crate::lipm::GainSet;
     use crate::sim::Push;
 
@@ -141,5 +196,30 @@ mod tests {
         assert_eq!(far.phases, ["posture"; 2]);
         let half_m = half_sole_width_m(&robot);
         assert!(robot.soles.left.half_m.contains(&half_m) && half_m < 0.05, "{half_m}");
+    }
+    #[test]
+    fn films_part_where_a_point_is_first_too_far_away() {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let config = EpisodeConfig { horizon_s: 0.2, ..EpisodeConfig::default() };
+        let design = Design::new(&robot, &GainSet::load("hold").unwrap(), config.control_period_s).unwrap();
+        let how_long = (Until::Horizon, 0.0);
+        let film = Film::take(&robot, &design, &config, Disturbance::default(), how_long, &mut |_| {});
+        assert_eq!(Parting::of_films(&film, &film), None);
+        let limit_m = half_sole_width_m(&robot);
+        let mut other = film.clone();
+        for (k, snapshot) in other.snapshots.iter_mut().enumerate() {
+            snapshot.com.x += if k >= 30 { 0.99 * limit_m } else { 0.0 };
+            snapshot.soles.right.y += if k >= 50 { 1.01 * limit_m } else { 0.0 };
+            if k >= 40 {
+                snapshot.contacts.left = None;
+            }
+        }
+        let parting = Parting::of_films(&film, &other).unwrap();
+        assert_eq!((parting.at_s, parting.of), (film.snapshots[50].time_s, Apart::RightSole));
+        assert!((parting.distance_m - 1.01 * limit_m).abs() < 1e-12, "{parting:?}");
+        assert_eq!((parting.phases_differ_since_s, parting.loaded), (None, [Loaded::BothSoles, Loaded::RightSole]));
+        assert_eq!(parting.loaded_differ_since_s, Some(film.snapshots[40].time_s));
+        other.snapshots.truncate(50);
+        assert_eq!(Parting::of_films(&film, &other), None, "as far as both films last");
     }
 }

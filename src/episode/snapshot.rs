@@ -98,7 +98,7 @@ pub fn to_world(tick: &Tick) -> Isometry2<f64> {
 }
 
 /// The force on a sole, at its centre of pressure.
-fn contact(tick: &Tick, foot: Foot) -> Option<Arrow> {
+pub(super) fn contact(tick: &Tick, foot: Foot) -> Option<Arrow> {
     let (sole, wrench) = (&tick.truth.soles[foot], &tick.truth.sole_wrenches[foot]);
     let to_sole = sole.rotation.inverse();
     let (force, moment) = (to_sole * wrench.force, to_sole * wrench.moment);

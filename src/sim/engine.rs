@@ -27,6 +27,14 @@ impl Engine {
         }
     }
 
+    /// The engine with which this one is compared.
+    pub fn other(self) -> Self {
+        match self {
+            Engine::Rapier => Engine::Mujoco,
+            Engine::Mujoco => Engine::Rapier,
+        }
+    }
+
     /// Name in sentences.
     pub fn title(self) -> &'static str {
         match self {

@@ -1,5 +1,6 @@
 //! The options of the window.
 
+use crate::sim::Engine;
 use std::path::PathBuf;
 
 /// What the window shows, and how it starts.
@@ -12,6 +13,10 @@ pub struct Options {
     /// Gain sets by name or file, of which the first acts. If empty, a live view has its default sets, and a trial of a
     /// result is shown with the first set that lost it.
     pub gains: Vec<String>,
+    /// Physics engine. None for that of the result or of the campaign, or Rapier.
+    pub engine: Option<Engine>,
+    /// Whether the robot in the other engine is shown, too, as a ghost.
+    pub ghost: bool,
     /// Robot by name or URDF file. None for that of the campaign, or the compiled-in one.
     pub robot: Option<String>,
     /// Campaign whose sensor noise, rates and thresholds are used. None for ideal sensors.

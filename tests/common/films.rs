@@ -5,6 +5,7 @@ use super::{Bench, config, push};
 use serde_json::{Value, json};
 use standfast::episode::{Disturbance, EpisodeConfig, Film};
 use standfast::render::replay::{Head, page};
+use standfast::sim::Engine;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -28,6 +29,11 @@ pub fn film(gains: &str, impulse_n_s: f64, config: EpisodeConfig) -> Film {
     Film::take(&bench.robot, &bench.design, &config, disturbance, (config.until(), 0.8), &mut |_| {})
 }
 
+/// A stand-in for the same push in another engine: that of `hold`.
+pub fn ghost() -> Film {
+    Film { engine: Engine::Mujoco, ..fallen().clone() }
+}
+
 pub fn head() -> Head {
     Head {
         title: "A push".into(),
@@ -39,8 +45,12 @@ pub fn head() -> Head {
 }
 
 pub fn written(folder: &TempDir, film: &Film, head: &Head) -> PathBuf {
+    written_with(folder, film, None, head)
+}
+
+pub fn written_with(folder: &TempDir, film: &Film, ghost: Option<&Film>, head: &Head) -> PathBuf {
     let file = folder.path().join("replay.html");
-    fs::write(&file, page(film, head).unwrap()).unwrap();
+    fs::write(&file, page(film, ghost, head).unwrap()).unwrap();
     file
 }
 

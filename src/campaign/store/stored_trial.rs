@@ -9,6 +9,7 @@ use crate::episode::{Disturbance, EpisodeConfig, Outcome, Record};
 use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
 use crate::robot::Robot;
+use crate::sim::Engine;
 use std::path::Path;
 
 /// A trial with one gain set, ready to run.
@@ -45,16 +46,22 @@ impl StoredTrial {
         let file = folder.join("campaign.toml");
         let campaign = Campaign::load(&file.display().to_string(), &Overrides::default())?;
         let robot = Robot::load(&campaign.robot)?;
-        campaign.episode.engine.check(&robot)?;
         let gains = GainSet::load(&campaign.gains_named(&set))?;
         let design = Design::new(&robot, &gains, campaign.episode.control_period_s)?;
         let row = rows.into_iter().find(|row| row.set == set);
         Ok(Self { campaign, trial, set, sets: found.manifest.sets, robot, design, row })
     }
 
-    /// Settings of the episode.
-    pub fn config(&self) -> &EpisodeConfig {
-        &self.campaign.episode
+    /// The engine of the result.
+    pub fn engine(&self) -> Engine {
+        self.campaign.episode.engine
+    }
+
+    /// Settings of the episode in an engine, which need not be that of the result. Fails if this program lacks the
+    /// engine, or if the engine does not take the robot.
+    pub fn config_in(&self, engine: Engine) -> Result<EpisodeConfig> {
+        engine.check(&self.robot)?;
+        Ok(EpisodeConfig { engine, ..self.campaign.episode })
     }
 
     /// The disturbance, which is the same at every call.
@@ -62,7 +69,7 @@ impl StoredTrial {
         trial::disturbance(&self.campaign, self.trial)
     }
 
-    /// Describes how a record of this trial differs from the stored row; None if it agrees, or if there is no row. The
+    /// Describes how a record of this trial in the engine of the result differs from the stored row; None if it agrees, or if there is no row. The
     /// record may be of a run that went on after the end of the episode.
     pub fn difference(&self, record: &Record) -> Option<String> {
         let row = self.row.as_ref()?;

@@ -4,6 +4,7 @@ use super::camera::{Camera, View};
 use super::floor::Floor;
 use super::raster;
 use super::triangle::{Light, Triangle, linear};
+use crate::render::scene::palette::GHOST;
 use crate::render::scene::{Stage, Surface};
 use crate::robot::Kinematics;
 use crate::sim::Ground;
@@ -32,11 +33,34 @@ impl Canvas {
         Self { view, lamp, fill, triangles: Vec::new(), opaque: Vec::new() }
     }
 
-    /// Adds the robot. Only faces that look at the camera are painted.
+    /// Adds a ghost, which throws no shadow and shows only its nearest surface. It is slightly farther away than it
+    /// should be, so that a robot at the same place hides it.
+    pub fn ghost(&mut self, stage: &Stage, kinematics: &Kinematics) {
+        const BEHIND: f64 = 0.998;
+        let (first, opaque) = (self.triangles.len(), self.opaque.len());
+        self.solids(stage, kinematics, Some(linear(GHOST.color.parts())));
+        self.opaque.truncate(opaque);
+        let ghost = &mut self.triangles[first..];
+        for triangle in &mut *ghost {
+            triangle.corners.iter_mut().for_each(|corner| corner.near *= BEHIND);
+            (triangle.cover, triangle.hides) = (GHOST.opacity as f32, true);
+        }
+        // The nearest triangles come first, and hide the others.
+        let near = |triangle: &Triangle| triangle.corners.iter().map(|corner| corner.near).sum::<f64>();
+        ghost.sort_by(|a, b| near(b).total_cmp(&near(a)));
+    }
+
+    /// Adds the robot.
     pub fn robot(&mut self, stage: &Stage, kinematics: &Kinematics) {
+        self.solids(stage, kinematics, None);
+    }
+
+    /// Adds the solids of a robot in their own colours, or in another one. Only faces that look at the camera are
+    /// painted.
+    fn solids(&mut self, stage: &Stage, kinematics: &Kinematics, color: Option<Light>) {
         for (solid, pose) in stage.solids(kinematics) {
             let Surface { color: [r, g, b, alpha], mesh, .. } = solid;
-            let (color, cover) = (linear([*r, *g, *b]), *alpha as f32);
+            let (color, cover) = (color.unwrap_or(linear([*r, *g, *b])), *alpha as f32);
             let lit = |(point, normal): &(Point3<f64>, Vector3<f64>)| {
                 let at = pose * point;
                 (at, self.view.vertex(at, self.shaded(color, &at, &(pose.rotation * normal))))

@@ -16,13 +16,14 @@ const FULL_PX: f64 = 480.0;
 /// Draws a moment of an episode with some marks, in a picture of `size` (width, height; px). `robot` is the simulated
 /// robot. The ground has the slope of the snapshot, and no step.
 pub fn draw(robot: &Robot, snapshot: &Snapshot, camera: &Camera, size: [u32; 2], marks: &[Overlay]) -> RgbImage {
-    draw_on(&Stage::new(robot, Ground::default()), snapshot, camera, size, marks)
+    draw_on(&Stage::new(robot, Ground::default()), snapshot, None, camera, size, marks)
 }
 
-/// Like [`draw`], with the ground of a stage at the slope of the snapshot.
+/// Like [`draw`], with the ground of a stage at the slope of the snapshot, and with a ghost.
 pub(super) fn draw_on(
     stage: &Stage,
     snapshot: &Snapshot,
+    ghost: Option<&Snapshot>,
     camera: &Camera,
     size: [u32; 2],
     marks: &[Overlay],
@@ -31,6 +32,9 @@ pub(super) fn draw_on(
     let marks = stage.marks(snapshot, marks);
     canvas.triangles.extend(marks::on_the_ground(&canvas.view, &ground, stage.scale.length(), &marks));
     canvas.robot(stage, &stage.kinematics(&snapshot.posture));
+    if let Some(ghost) = ghost {
+        canvas.ghost(stage, &stage.kinematics(&ghost.posture));
+    }
     canvas.triangles.extend(marks::over_all(&canvas.view, point_px(size), &marks));
     canvas.paint(size, &ground)
 }

@@ -3,7 +3,7 @@
 use super::camera::Camera;
 use super::draw::draw_on;
 use super::label::label;
-use crate::episode::Film;
+use crate::episode::{Film, Snapshot};
 use crate::render::scene::palette::Overlay;
 use crate::render::scene::{Stage, in_short};
 use crate::sim::Push;
@@ -40,35 +40,57 @@ const ARROW_M: f64 = 0.3;
 /// Margin around the robot, as a share of half the width and height.
 const MARGIN: f64 = 0.08;
 
-/// The picture of snapshot `k` of a film, with labels for its time, the speed (if it is not empty) and what the
-/// controller does.
-pub(super) fn picture(film: &Film, stage: &Stage, k: usize, camera: &Camera, size: [u32; 2], speed: &str) -> RgbImage {
-    let snapshot = &film.snapshots[k];
-    let mut image = draw_on(stage, snapshot, camera, size, &Overlay::ALL);
-    label(&mut image, format!("{:.2} s {speed}", snapshot.time_s).trim_end(), [10, 8]);
-    label(&mut image, &in_short(snapshot, &film.gains), [10, size[1].saturating_sub(28)]);
-    image
+/// What is filmed: the robot of a film on its ground, and that of a second film of the same trial as a ghost.
+pub(super) struct Cast<'a> {
+    pub film: &'a Film,
+    ghost: Option<&'a Film>,
+    stage: Stage<'a>,
 }
 
-/// A camera at the robot's left or right front, whichever looks more across the push, and as near as shows the robot
-/// whole at all these moments.
-pub(super) fn camera(film: &Film, stage: &Stage, moments: impl Iterator<Item = usize>, size: [u32; 2]) -> Camera {
-    const SIDES_DEG: [f64; 2] = [52.0, -38.0];
-    let heading = film.pushes.first().map_or(0.0, |push| push.heading_deg);
-    let along = |side: f64| {
-        let off = (side - heading).rem_euclid(180.0);
-        off.min(180.0 - off)
-    };
-    let azimuth_deg = if along(SIDES_DEG[0]) >= 30.0 { SIDES_DEG[0] } else { SIDES_DEG[1] };
-    let target = Point3::origin();
-    let toward = Camera { target, azimuth_deg, elevation_deg: 17.0, distance_m: 2.0, fov_deg: 28.0 };
-    let arrow_m = ARROW_M * stage.scale.length();
-    let mut balls = Vec::new();
-    for snapshot in moments.map(|k| &film.snapshots[k]) {
-        balls.extend(stage.extent(&snapshot.posture));
-        balls.extend(snapshot.push.map(|push| (push.point - push.force.normalize() * arrow_m, 0.01)));
+impl<'a> Cast<'a> {
+    pub fn new(film: &'a Film, ghost: Option<&'a Film>) -> Self {
+        Self { film, ghost, stage: Stage::new(&film.robot, film.ground) }
     }
-    toward.framing(&balls, size, MARGIN)
+
+    /// The ghost at snapshot `k`, or where it was last.
+    fn ghost(&self, k: usize) -> Option<&Snapshot> {
+        let seen = self.ghost.map(|ghost| &ghost.snapshots[..ghost.near()])?;
+        seen.get(k).or(seen.last())
+    }
+
+    /// The picture of snapshot `k` of the film, with labels for its time, the speed (if it is not empty) and what the
+    /// controller does.
+    pub fn picture(&self, k: usize, camera: &Camera, size: [u32; 2], speed: &str) -> RgbImage {
+        let snapshot = &self.film.snapshots[k];
+        let mut image = draw_on(&self.stage, snapshot, self.ghost(k), camera, size, &Overlay::ALL);
+        label(&mut image, format!("{:.2} s {speed}", snapshot.time_s).trim_end(), [10, 8]);
+        label(&mut image, &in_short(snapshot, &self.film.gains), [10, size[1].saturating_sub(28)]);
+        image
+    }
+
+    /// A camera at the robot's left or right front, whichever looks more across the push, and as near as shows the
+    /// robot and the ghost whole at all these moments.
+    pub fn camera(&self, moments: impl Iterator<Item = usize>, size: [u32; 2]) -> Camera {
+        let (film, stage) = (self.film, &self.stage);
+        const SIDES_DEG: [f64; 2] = [52.0, -38.0];
+        let heading = film.pushes.first().map_or(0.0, |push| push.heading_deg);
+        let along = |side: f64| {
+            let off = (side - heading).rem_euclid(180.0);
+            off.min(180.0 - off)
+        };
+        let azimuth_deg = if along(SIDES_DEG[0]) >= 30.0 { SIDES_DEG[0] } else { SIDES_DEG[1] };
+        let target = Point3::origin();
+        let toward = Camera { target, azimuth_deg, elevation_deg: 17.0, distance_m: 2.0, fov_deg: 28.0 };
+        let arrow_m = ARROW_M * stage.scale.length();
+        let mut balls = Vec::new();
+        for k in moments {
+            let snapshot = &film.snapshots[k];
+            balls.extend(stage.extent(&snapshot.posture));
+            balls.extend(self.ghost(k).into_iter().flat_map(|ghost| stage.extent(&ghost.posture)));
+            balls.extend(snapshot.push.map(|push| (push.point - push.force.normalize() * arrow_m, 0.01)));
+        }
+        toward.framing(&balls, size, MARGIN)
+    }
 }
 
 /// Time after which there is nothing more to see (s), since the robot stands still or has flown off.

@@ -2,13 +2,12 @@
 //! GIF.
 
 use super::files::{png, strip};
-use super::film::{FramesOptions, camera, moments, picture};
+use super::film::{Cast, FramesOptions, moments};
 use super::motion::moving;
 use crate::episode::Film;
 use crate::error::{Error, Result};
 use crate::files::write_atomic;
 use crate::render::own_folder;
-use crate::render::scene::Stage;
 use image::RgbImage;
 use rayon::prelude::*;
 use std::fs;
@@ -18,24 +17,24 @@ const STRIP: &str = "strip.png";
 const GIF: &str = "motion.gif";
 
 /// Writes `frame-0001-0.480s.png` and so on, `strip.png` and `motion.gif` to `folder`, which is created if necessary.
-/// Frames of an earlier film are removed. Returns the paths of the files. Fails like [`check_folder`], if a file cannot
+/// The robot of a second film of the same trial is drawn as a ghost. Frames of an earlier film are removed. Returns the paths of the files. Fails like [`check_folder`], if a file cannot
 /// be written, or if the film has no moment.
-pub fn write_frames(film: &Film, folder: &Path, options: &FramesOptions) -> Result<Vec<PathBuf>> {
+pub fn write_frames(film: &Film, ghost: Option<&Film>, folder: &Path, options: &FramesOptions) -> Result<Vec<PathBuf>> {
     let before = check_folder(folder)?;
     if film.snapshots.is_empty() {
         return Err(Error::Numeric { what: "frames".into(), problem: "the episode has no moment to draw".into() });
     }
-    let (moments, stage) = (moments(film, options.moments), Stage::new(&film.robot, film.ground));
+    let (moments, cast) = (moments(film, options.moments), Cast::new(film, ghost));
     let pictures = |size: [u32; 2]| -> Vec<RgbImage> {
-        let camera = camera(film, &stage, moments.iter().copied(), size);
-        moments.par_iter().map(|&k| picture(film, &stage, k, &camera, size, "")).collect()
+        let camera = cast.camera(moments.iter().copied(), size);
+        moments.par_iter().map(|&k| cast.picture(k, &camera, size, "")).collect()
     };
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     for (i, (&k, image)) in moments.iter().zip(pictures(options.size)).enumerate() {
         files.push((format!("frame-{:04}-{:.3}s.png", i + 1, film.snapshots[k].time_s), png(&image)));
     }
     files.push((STRIP.into(), png(&strip(&pictures(options.strip_size)))));
-    files.push((GIF.into(), moving(film, &stage, options)?));
+    files.push((GIF.into(), moving(&cast, options)?));
 
     for old in before.iter().filter(|old| !files.iter().any(|(name, _)| name == *old)) {
         let path = folder.join(old);
@@ -72,7 +71,7 @@ mod tests {
     use crate::control::{Design, Phase};
     use crate::episode::{Disturbance, EpisodeConfig, Footstep};
     use crate::lipm::gains::GainSet;
-    use crate::render::scene::in_short;
+    use crate::render::scene::{Stage, in_short};
     use crate::robot::{Foot, Robot};
     use crate::sim::Push;
     use image::AnimationDecoder;
@@ -156,7 +155,7 @@ mod tests {
         let (film, options) = (film(), small());
         let parent = tempfile::tempdir().unwrap();
         let folder = parent.path().join("new/frames");
-        let files = write_frames(&film, &folder, &options).unwrap();
+        let files = write_frames(&film, None, &folder, &options).unwrap();
         let names: Vec<_> = files.iter().map(|file| file.file_name().unwrap().to_str().unwrap()).collect();
         assert_eq!((names.len(), names[0], names[1]), (9, "frame-0001-0.276s.png", "frame-0002-0.350s.png"));
         assert_eq!(names[7..], [STRIP, GIF]);
@@ -187,7 +186,7 @@ mod tests {
         assert_eq!(shots[last].snapshot, long.snapshots.len() - 1);
 
         // If the pictures are written again with fewer moments, the old frames are removed.
-        let files = write_frames(&film, &folder, &FramesOptions { moments: 4, ..options }).unwrap();
+        let files = write_frames(&film, None, &folder, &FramesOptions { moments: 4, ..options }).unwrap();
         assert_eq!((files.len(), fs::read_dir(&folder).unwrap().count()), (6, 6));
     }
 
@@ -199,7 +198,7 @@ mod tests {
             for name in ["frame-0001-0.123s.png", STRIP, foreign] {
                 fs::write(folder.path().join(name), name).unwrap();
             }
-            let refused = write_frames(&film, folder.path(), &small()).unwrap_err().to_string();
+            let refused = write_frames(&film, None, folder.path(), &small()).unwrap_err().to_string();
             assert!(refused.contains(foreign) && refused.contains("accepted: a folder that is new"), "{refused}");
             for name in ["frame-0001-0.123s.png", STRIP, foreign] {
                 assert_eq!(fs::read_to_string(folder.path().join(name)).unwrap(), name);
@@ -217,7 +216,7 @@ mod tests {
         for heading_deg in [0.0, 45.0, 90.0, 135.0, 180.0, -135.0, -45.0] {
             film.pushes[0].heading_deg = heading_deg;
             let stage = Stage::new(&film.robot, film.ground);
-            let camera = camera(&film, &stage, [0, 200].into_iter(), [480, 360]);
+            let camera = Cast::new(&film, None).camera([0, 200].into_iter(), [480, 360]);
             let across = (camera.azimuth_deg - heading_deg).to_radians().sin().abs();
             assert!(across > 0.5, "{heading_deg}: {across}");
             // The whole robot is in the picture.

@@ -1,10 +1,9 @@
 //! A film as a GIF, in slow motion while something happens, and of limited length.
 
 use super::files::{Palette, gif};
-use super::film::{FramesOptions, camera, end_s, index, picture, pushed_from_s, pushed_until_s};
+use super::film::{Cast, FramesOptions, end_s, index, pushed_from_s, pushed_until_s};
 use crate::episode::Film;
 use crate::error::Result;
-use crate::render::scene::Stage;
 use image::RgbImage;
 use rayon::prelude::*;
 
@@ -62,14 +61,14 @@ pub(super) fn shots(film: &Film, slow_motion: f64) -> Vec<Shot> {
 }
 
 /// The bytes of the film as a GIF.
-pub(super) fn moving(film: &Film, stage: &Stage, options: &FramesOptions) -> Result<Vec<u8>> {
-    let shots = shots(film, options.slow_motion);
+pub(super) fn moving(cast: &Cast, options: &FramesOptions) -> Result<Vec<u8>> {
+    let shots = shots(cast.film, options.slow_motion);
     // Every third picture is enough to know how far the robot gets.
     let some = shots.iter().step_by(3).chain(shots.last()).map(|shot| shot.snapshot);
-    let camera = camera(film, stage, some, options.gif_size);
+    let camera = cast.camera(some, options.gif_size);
     let shown = |shot: &Shot| {
         let speed = if shot.speed == 1.0 { String::new() } else { format!("({} x)", shot.speed) };
-        picture(film, stage, shot.snapshot, &camera, options.gif_size, &speed)
+        cast.picture(shot.snapshot, &camera, options.gif_size, &speed)
     };
     let some: Vec<&Shot> = shots.iter().step_by(shots.len().div_ceil(AT_ONCE)).collect();
     let palette = Palette::of(&some.into_par_iter().map(shown).collect::<Vec<_>>());

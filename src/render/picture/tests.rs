@@ -89,6 +89,31 @@ fn is_red([r, g, b]: [u8; 3]) -> bool {
     u16::from(r) > 2 * u16::from(g.max(b))
 }
 
+/// A ghost is seen through, hidden by what is before it, and unseen at the place of the robot. It throws no shadow.
+#[test]
+fn a_ghost_is_seen_beside_the_robot_and_not_over_it() {
+    let (robot, posture) = boxes(&[([0.0, 0.0, 0.3], [0.05; 3], RED)]);
+    let (stage, moment) = (Stage::new(&robot, Ground::default()), Snapshot { posture, ..snapshot(&robot) });
+    let camera = Camera { azimuth_deg: 0.0, elevation_deg: 0.0, ..FRONT };
+    let moved = |x: f64, y: f64| {
+        let base = Pose::translation(x, y, 0.0);
+        Snapshot { posture: Posture { base, ..moment.posture.clone() }, ..moment.clone() }
+    };
+    let with = |ghost: &Snapshot| draw_on(&stage, &moment, Some(ghost), &camera, SIZE, &[]);
+    let without = draw_on(&stage, &moment, None, &camera, SIZE, &[]);
+    assert!(with(&moved(0.0, 0.0)) == without, "at the place of the robot");
+    assert!(with(&moved(-0.2, 0.0)) == without, "behind it");
+    let beside = with(&moved(0.0, 0.15));
+    let middle = Point3::new(0.05, 0.15, 0.3);
+    let [before, after] = [&without, &beside].map(|image| at(image, &camera, middle));
+    assert!(after[0] + 20 < before[0] && after[2] > after[0] + 20, "{before:?} {after:?}");
+    let under = Point3::new(0.0, 0.15, 0.0);
+    let [before, after] = [&without, &beside].map(|image| at(image, &camera, under));
+    assert_eq!(before, after, "its shadow");
+    let before = at(&with(&moved(0.2, 0.0)), &camera, Point3::new(0.25, 0.0, 0.3));
+    assert!(is_red(at(&without, &camera, Point3::new(0.05, 0.0, 0.3))) && !is_red(before), "{before:?}");
+}
+
 #[test]
 fn pictures_have_the_same_bytes_with_any_number_of_threads() {
     let robot = ut_mu2();
@@ -260,11 +285,18 @@ fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
     let camera = Camera { target: Point3::origin(), azimuth_deg: 0.0, distance_m: 0.8, ..FRONT };
     let flat = draw(&robot, &moment, &camera, SIZE, &marks);
     assert!(
-        flat == draw_on(&Stage::new(&robot, Ground { patch, ..Ground::default() }), &moment, &camera, SIZE, &marks)
+        flat == draw_on(
+            &Stage::new(&robot, Ground { patch, ..Ground::default() }),
+            &moment,
+            None,
+            &camera,
+            SIZE,
+            &marks
+        )
     );
     for step_m in [0.02, -0.02] {
         let ground = Ground { step_m, patch, ..Ground::default() };
-        let image = draw_on(&Stage::new(&robot, ground), &moment, &camera, SIZE, &marks);
+        let image = draw_on(&Stage::new(&robot, ground), &moment, None, &camera, SIZE, &marks);
         for (x, is_dot) in [(0.15, true), (0.12, false), (0.18, false)] {
             assert_eq!(is_red(at(&image, &camera, Point3::new(x, 0.0, step_m))), is_dot, "{step_m} m: {x}");
         }
@@ -284,7 +316,8 @@ fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
     let red = |step_m: f64| {
         let ground = Ground { step_m, patch, ..Ground::default() };
         let posture = Posture { base: Pose::identity(), ..robot.zero_posture() };
-        let image = draw_on(&Stage::new(&robot, ground), &Snapshot { posture, ..moment.clone() }, &camera, SIZE, &[]);
+        let image =
+            draw_on(&Stage::new(&robot, ground), &Snapshot { posture, ..moment.clone() }, None, &camera, SIZE, &[]);
         image.pixels().filter(|pixel| is_red(pixel.0)).count()
     };
     assert!(red(-0.02) > 50 && red(0.0) > 50 && red(0.02) == 0, "{} {} {}", red(-0.02), red(0.0), red(0.02));

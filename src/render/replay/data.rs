@@ -11,6 +11,7 @@ use crate::episode::snapshot::{Arrow, Snapshot};
 use crate::render::scene::mesh::Mesh;
 use crate::render::scene::scale::RobotScale;
 use crate::render::scene::{Face, doing, events, faces, without_gain};
+use crate::render::with_fields_of;
 use crate::robot::{Foot, Pose, Robot, Shape, Solid};
 use crate::sim::Ground;
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
@@ -29,8 +30,8 @@ const MOST_CORNERS: usize = 60_000;
 const PHASES: [Phase; 5] =
     [Phase::Posture, Phase::Switching, Phase::OutOfSets, Phase::Swing(Foot::Left), Phase::Swing(Foot::Right)];
 
-/// The packed film, which `film.js` reads, and sentences on what it leaves out.
-pub fn packed(film: &Film) -> (Value, Vec<String>) {
+/// The packed film, which `film.js` reads, with the motion of a ghost, and sentences on what the page leaves out.
+pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
     let ticks = &film.snapshots[..film.near()];
     let stride = ticks.len().div_ceil(MOST_MOMENTS).max(1);
     let moments: Vec<&Snapshot> = ticks.iter().step_by(stride).collect();
@@ -52,19 +53,13 @@ pub fn packed(film: &Film) -> (Value, Vec<String>) {
             "The page ends at {time_s:.3} s: from then on the robot is more than {FARTHEST_M} m from home, or its numbers run away."
         ));
     }
-    let each = |value: &dyn Fn(&Snapshot) -> Option<f64>| column(&moments.iter().map(|s| value(s)).collect::<Vec<_>>());
-    let pairs = |value: &dyn Fn(&Snapshot) -> Option<Point2<f64>>| {
-        columns(&moments.iter().map(|s| value(s).map(Into::into)).collect::<Vec<Option<[f64; 2]>>>())
-    };
+    let each = |value: &dyn Fn(&Snapshot) -> Option<f64>| each(&moments, value);
     let arrows = |value: &dyn Fn(&Snapshot) -> Option<Arrow>| {
         let since = |end: usize| &ticks[(end + 1).saturating_sub(stride)..=end];
         let means = (0..ticks.len()).step_by(stride).map(|end| mean(since(end), value).map(six));
         columns(&means.collect::<Vec<_>>())
     };
-    let on_floor = |at: Option<Point2<f64>>| at.filter(|at| at.coords.norm() <= FARTHEST_M);
     let phase = |s: &Snapshot| PHASES.iter().position(|phase| *phase == s.phase).map(|i| i as f64);
-    let positions = moments.iter().map(|s| Some(s.posture.base.translation.vector.into()));
-    let coms = moments.iter().map(|s| Some(s.com.into()));
     let landing = |s: &Snapshot| s.footstep.map_or_else(Vec::new, |corners| corners.map(|corner| corner.xy()).to_vec());
     let footsteps: Vec<Vec<Point2<f64>>> = moments.iter().map(|s| landing(s)).collect();
     let packed = json!({
@@ -73,18 +68,14 @@ pub fn packed(film: &Film) -> (Value, Vec<String>) {
         "ground": ground(film),
         "gains": film.gains,
         "phases": PHASES.map(|phase| json!({ "id": phase.name(), "doing": doing(phase), "without_gain": without_gain(phase) })),
-        "events": events(film, ticks),
-        "start_s": moments.first().map(|s| s.time_s),
-        "period_s": period_s,
-        "moments": moments.len(),
-        "base": columns(&positions.collect::<Vec<Option<[f64; 3]>>>()),
-        "turn": turns(moments.iter().map(|s| s.posture.base.rotation)),
-        "q": (0..film.robot.joints.len()).map(|i| each(&|s| Some(s.posture.q[i]))).collect::<Vec<_>>(),
+        "events": events(film, ticks, ghost),
+        "ghost": ghost.map(|ghost| {
+            let moments: Vec<&Snapshot> = ghost.snapshots[..ghost.near()].iter().step_by(stride).collect();
+            with_fields_of(json!({ "name": ghost.engine.title() }), &motion(&moments, period_s))
+        }),
         "slope": turns(moments.iter().map(|s| s.slope)),
-        "com": columns(&coms.collect::<Vec<Option<[f64; 3]>>>()),
-        "dcm": pairs(&|s| Some(s.dcm)),
-        "zmp": pairs(&|s| on_floor(s.zmp)),
-        "zmp_ref": pairs(&|s| on_floor(Some(s.zmp_ref))),
+        "dcm": pairs(&moments, &|s| Some(s.dcm)),
+        "zmp_ref": pairs(&moments, &|s| on_floor(Some(s.zmp_ref))),
         "dcm_outside": each(&|s| Some(s.dcm_outside_m)),
         "margin": each(&|s| s.margin.map(|margin| margin.max(LEAST_MARGIN))),
         "gain": each(&|s| s.gain.map(|gain| gain as f64)),
@@ -95,7 +86,37 @@ pub fn packed(film: &Film) -> (Value, Vec<String>) {
         "slices": slices.iter().map(Polygons::packed).collect::<Vec<_>>(),
         "footstep": Polygons::of(footsteps.iter().map(Vec::as_slice)).packed(),
     });
-    (packed, notes)
+    (with_fields_of(packed, &motion(&moments, period_s)), notes)
+}
+
+/// How the robot moves: its base, joints, COM and ZMP at each moment. Only these are shown of a ghost.
+fn motion(moments: &[&Snapshot], period_s: f64) -> Value {
+    let joints = moments.first().map_or(0, |s| s.posture.q.len());
+    let points = |at: &dyn Fn(&Snapshot) -> [f64; 3]| columns(&moments.iter().map(|s| Some(at(s))).collect::<Vec<_>>());
+    json!({
+        "start_s": moments.first().map(|s| s.time_s),
+        "period_s": period_s,
+        "moments": moments.len(),
+        "base": points(&|s| s.posture.base.translation.vector.into()),
+        "turn": turns(moments.iter().map(|s| s.posture.base.rotation)),
+        "q": (0..joints).map(|i| each(moments, &|s| Some(s.posture.q[i]))).collect::<Vec<_>>(),
+        "com": points(&|s| s.com.into()),
+        "zmp": pairs(moments, &|s| on_floor(s.zmp)),
+    })
+}
+
+/// The column of a value, and below, of a place on the ground.
+fn each(moments: &[&Snapshot], value: &dyn Fn(&Snapshot) -> Option<f64>) -> Value {
+    column(&moments.iter().map(|s| value(s)).collect::<Vec<_>>())
+}
+
+fn pairs(moments: &[&Snapshot], value: &dyn Fn(&Snapshot) -> Option<Point2<f64>>) -> Vec<Value> {
+    columns(&moments.iter().map(|s| value(s).map(Into::into)).collect::<Vec<Option<[f64; 2]>>>())
+}
+
+/// A place on the ground, unless it is too far away to be shown.
+fn on_floor(at: Option<Point2<f64>>) -> Option<Point2<f64>> {
+    at.filter(|at| at.coords.norm() <= FARTHEST_M)
 }
 
 /// The mean force over ticks, at the mean of the points where it acts. None if there is no force at any tick.

@@ -41,28 +41,16 @@ function polygons({ which, counts, x, y }) {
   return (i) => corners(index[i]);
 }
 
-class Film {
-  constructor(data) {
+// How a robot moves. Only this is known of a ghost.
+class Motion {
+  constructor(data, links) {
     this.data = data;
     this.count = data.moments;
     this.period = data.period_s;
     this.start = data.start_s;
     this.end = this.start + (this.count - 1) * this.period;
-    this.gains = data.gains;
-    this.events = data.events;
-    this.robot = data.robot;
-    this.links = data.robot.links.map((link) => ({
-      ...link,
-      origin: link.origin && poseOf(link.origin),
-      visuals: link.visuals.map((visual) => ({ ...visual, pose: poseOf(visual.pose) })),
-    }));
-    for (const name of ["base", "turn", "q", "slope", "com", "dcm", "zmp", "zmp_ref", "push"]) this[name] = columns(data[name]);
-    for (const name of ["dcm_outside", "margin"]) this[name] = column(data[name]);
-    for (const name of ["gain", "phase"]) this[name] = whole(column(data[name]));
-    this.contacts = data.contacts.map(columns);
-    this.support = polygons(data.support);
-    this.slices = data.slices.map(polygons);
-    this.footstep = polygons(data.footstep);
+    this.links = links;
+    for (const name of ["base", "turn", "q", "com", "zmp"]) this[name] = columns(data[name]);
   }
 
   // The index of the last moment before a time, and the share of the way to the next one (0 to 1).
@@ -90,18 +78,43 @@ class Film {
     return poses;
   }
 
+  // What is shown of a ghost at a time.
+  at(time) {
+    const [i, share] = this.index(time);
+    return { i, poses: this.poses(i, share), com: this.com(i, share), zmp: this.zmp(i, share) };
+  }
+}
+
+class Film extends Motion {
+  constructor(data) {
+    super(data, data.robot.links.map((link) => ({
+      ...link,
+      origin: link.origin && poseOf(link.origin),
+      visuals: link.visuals.map((visual) => ({ ...visual, pose: poseOf(visual.pose) })),
+    })));
+    this.gains = data.gains;
+    this.events = data.events;
+    this.robot = data.robot;
+    for (const name of ["slope", "dcm", "zmp_ref", "push"]) this[name] = columns(data[name]);
+    for (const name of ["dcm_outside", "margin"]) this[name] = column(data[name]);
+    for (const name of ["gain", "phase"]) this[name] = whole(column(data[name]));
+    this.contacts = data.contacts.map(columns);
+    this.support = polygons(data.support);
+    this.slices = data.slices.map(polygons);
+    this.footstep = polygons(data.footstep);
+    this.ghost = data.ghost && new Motion(data.ghost, this.links);
+  }
+
   // Everything that is shown at a time.
   at(time) {
     const [i, share] = this.index(time);
     const near = share < 0.5 ? i : i + 1;
     return {
-      i,
+      ...super.at(time),
       time,
-      poses: this.poses(i, share),
+      ghost: this.ghost && this.ghost.at(time),
       slope: unit(this.slope(i, share)),
-      com: this.com(i, share),
       dcm: this.dcm(i, share),
-      zmp: this.zmp(i, share),
       zmpRef: this.zmp_ref(i, share),
       dcmOutside: this.dcm_outside(near),
       margin: this.margin(near),

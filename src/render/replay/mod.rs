@@ -7,10 +7,12 @@
 mod data;
 mod pack;
 
-use crate::episode::film::Film;
+use crate::episode::Film;
+use crate::episode::parting::Parting;
 use crate::error::{Error, Result};
 use crate::render::html_page;
 use crate::render::scene::palette::{self, Overlay};
+use crate::render::text::ghost::{ended, parted};
 use minijinja::{UndefinedBehavior, context};
 
 const TEMPLATE: &str = include_str!("replay.html.jinja");
@@ -42,13 +44,14 @@ pub struct Head {
     pub of_result: bool,
 }
 
-/// The page of a film. Fails if the film has no moment, or if the template is wrong.
-pub fn page(film: &Film, head: &Head) -> Result<String> {
-    if film.snapshots.is_empty() {
+/// The page of a film. The robot of a second film of the same trial, in another engine, is shown as a ghost. Fails if a
+/// film has no moment, or if the template is wrong.
+pub fn page(film: &Film, ghost: Option<&Film>, head: &Head) -> Result<String> {
+    if std::iter::once(film).chain(ghost).any(|film| film.snapshots.is_empty()) {
         return Err(Error::Numeric { what: "replay".into(), problem: "the film has no moment".into() });
     }
     // The data must not contain the end tag of the element that holds them.
-    let (data, notes) = data::packed(film);
+    let (data, notes) = data::packed(film, ghost);
     let data = data.to_string().replace('<', "\\u003c");
     let looks = palette::json();
     let context = context! {
@@ -60,13 +63,29 @@ pub fn page(film: &Film, head: &Head) -> Result<String> {
         notes,
         robot => &film.robot.name,
         gain_set => &film.gain_set,
-        outcome => film.record.outcome.name(),
+        outcomes => outcomes(film, ghost),
+        ghost => ghost.map(|ghost| context! {
+            engines => [film, ghost].map(ended).to_vec(),
+            parted => parted(film, ghost),
+            parted_s => Parting::of_films(film, ghost).map(|parting| parting.at_s),
+        }),
         overlays => Overlay::ALL.map(Overlay::look).map(|look| vec![look.key.to_string(), look.name.to_string()]).to_vec(),
         style => palette::css() + STYLE,
         script => format!("const PALETTE = {looks};\n{}", SCRIPTS.concat()),
         data,
     };
     html_page::render("replay.html", TEMPLATE, UndefinedBehavior::Lenient, |_| (), &context)
+}
+
+/// The outcome of a film, which also is the class of its badge, and what the badge says. With a ghost, there is a badge
+/// for each engine.
+fn outcomes(film: &Film, ghost: Option<&Film>) -> Vec<[String; 2]> {
+    let badge = |film: &Film| {
+        let outcome = film.record.outcome.name();
+        let said = if ghost.is_some() { format!("{}: {outcome}", film.engine.title()) } else { outcome.into() };
+        [outcome.into(), said]
+    };
+    std::iter::once(film).chain(ghost).map(badge).collect()
 }
 
 /// Joins each line that begins with a space to the line before, since the page wraps lines itself.

@@ -6,6 +6,8 @@ const OVERLAYS = [
 ];
 // The robot itself. If it is switched off, a transparent shape is shown.
 const BODY = { id: "body", key: "b", name: "body", color: "#593399", hint: "the robot; without it, its transparent shape" };
+// The robot of the second film.
+const GHOST = PALETTE.ghost;
 // How long the faint arrow of a push stays after its end (s), since pushes are short.
 const AFTERGLOW = 0.3;
 // Height of marks above the floor (m, for a robot of the size of UT-mu2), so that they do not flicker.
@@ -13,7 +15,7 @@ const ABOVE = 0.0018;
 
 // The colour of an overlay (red, green and blue from 0 to 1), which is brighter on a dark ground.
 function colorOf(id, theme) {
-  const hex = OVERLAYS.find((overlay) => overlay.id === id).color;
+  const hex = [...OVERLAYS, GHOST].find((overlay) => overlay.id === id).color;
   const parts = [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255);
   return theme === "dark" ? parts.map((x) => x + 0.32 * (1 - x)) : parts;
 }
@@ -52,6 +54,12 @@ function marksOf(film, moment, on) {
     const [shown, opacity] = id === "push" ? pushAt(film, moment) : [moment[id], 1];
     return shown ? shapes[style.shape](shown, style).map((mark) => ({ ...mark, id, opacity })) : [];
   });
+}
+
+// The marks of the ghost: its COM and its ZMP.
+function ghostMarks(film, { ghost, slope }, on) {
+  const known = new Set(["com", "zmp"].filter((id) => on.has(id)));
+  return marksOf(film, { ...ghost, slope }, known).map((mark) => ({ ...mark, opacity: GHOST.marks_opacity }));
 }
 
 // The fillings of polygons, which lie on the floor, where the robot hides them.
@@ -108,10 +116,10 @@ class Over {
       const color = css(id), points = (polygon ?? ends ?? arrowEnds ?? [at]).map(seen);
       if (points.includes(null)) continue;
       if (polygon) {
-        pen.globalAlpha = sheet.edge;
+        pen.globalAlpha = opacity * sheet.edge;
         this.trace(points, true, color, sheet.width);
       } else if (ends) {
-        pen.globalAlpha = plumb.opacity;
+        pen.globalAlpha = opacity * plumb.opacity;
         pen.setLineDash([plumb.dash, plumb.gap]);
         this.trace(points, false, color, plumb.width);
         pen.setLineDash([]);

@@ -80,7 +80,12 @@ class Plot {
     pen.clip();
     this.bands(pen);
     if (on.has("support")) this.support(pen);
-    for (const [id, name, width] of CURVES) if (on.has(id)) this.curve(pen, this.css(id), name, width);
+    const { film } = this;
+    for (const [id, name, width] of CURVES) if (on.has(id)) this.curve(pen, film, this.css(id), name, width);
+    if (film.ghost && on.has(GHOST.id) && on.has("com")) {
+      pen.setLineDash([4, 4]);
+      this.curve(pen, film.ghost, this.css("com"), "com", 1.4);
+    }
     pen.restore();
   }
 
@@ -126,8 +131,9 @@ class Plot {
   // The times of pushes, footsteps and a fall.
   bands(pen) {
     for (const { kind, from_s: from, to_s: to } of this.film.events) {
-      if (!["push", "footstep", "fall"].includes(kind)) continue;
-      pen.fillStyle = kind === "footstep" ? this.css("footstep", 0.14) : this.css("push", kind === "push" ? 0.25 : 0.8);
+      if (!["push", "footstep", "fall", "parting"].includes(kind)) continue;
+      const fills = { push: ["push", 0.25], footstep: ["footstep", 0.14], fall: ["push", 0.8], parting: ["ghost", 0.8] };
+      pen.fillStyle = this.css(...fills[kind]);
       pen.fillRect(this.x(from), 0, Math.max(this.x(to) - this.x(from), 1.5), this.height);
     }
   }
@@ -154,8 +160,8 @@ class Plot {
     }
   }
 
-  curve(pen, color, name, width) {
-    const { film, axis } = this;
+  curve(pen, film, color, name, width) {
+    const { axis } = this;
     pen.strokeStyle = color;
     pen.lineWidth = width;
     pen.lineJoin = "round";

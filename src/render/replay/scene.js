@@ -173,12 +173,22 @@ class Scene {
     gl.drawArrays(gl.TRIANGLES, 0, mesh.count);
   }
 
-  // The shapes of the robot, opaque ones first.
-  solids(moment) {
+  // The shapes of a robot, opaque ones first.
+  solids({ poses }) {
     const all = this.film.links.flatMap((link, i) => link.visuals.map((visual) => {
-      return [visual.shape.kind, placed(moment.poses[i], visual.pose), visual.shape.half, visual.color];
+      return [visual.shape.kind, placed(poses[i], visual.pose), visual.shape.half, visual.color];
     }));
     return all.sort((a, b) => b[3][3] - a[3][3]);
+  }
+
+  // Draws a transparent robot. It shows only its nearest surface, so its depth is drawn first, and then its colour.
+  transparent(uniforms, solids, colorOf) {
+    const { gl } = this;
+    for (const visible of [false, true]) {
+      gl.colorMask(visible, visible, visible, visible);
+      gl.depthFunc(visible ? gl.EQUAL : gl.LESS);
+      for (const [kind, pose, size, color] of solids) this.shape(uniforms, kind, pose, size, colorOf(color));
+    }
   }
 
   draw(moment, camera, theme, overlays) {
@@ -225,21 +235,26 @@ class Scene {
     if (overlays.has(BODY.id)) {
       for (const solid of solids) this.shape(uniforms, ...solid);
     } else {
-      // A transparent robot shows only its nearest surface, so its depth is drawn first, and then its colour.
-      for (const visible of [false, true]) {
-        gl.colorMask(visible, visible, visible, visible);
-        gl.depthFunc(visible ? gl.EQUAL : gl.LESS);
-        for (const [kind, pose, size, color] of solids) this.shape(uniforms, kind, pose, size, [...color.slice(0, 3), 0.22]);
-      }
+      this.transparent(uniforms, solids, (color) => [...color.slice(0, 3), 0.22]);
       gl.clear(gl.DEPTH_BUFFER_BIT);
     }
 
     gl.disable(gl.CULL_FACE);
     gl.depthMask(false);
     gl.depthFunc(gl.LEQUAL);
-    const marks = marksOf(this.film, moment, overlays);
+    let marks = marksOf(this.film, moment, overlays);
     this.fillings.draw(marks, view, theme);
     gl.depthMask(true);
+    if (moment.ghost && overlays.has(GHOST.id)) {
+      // Where both robots are in the same place, the solid one is seen.
+      gl.enable(gl.CULL_FACE);
+      gl.enable(gl.POLYGON_OFFSET_FILL);
+      gl.polygonOffset(1, 4);
+      const color = [...colorOf(GHOST.id, theme), GHOST.opacity];
+      this.transparent(this.use(this.solid, lit), this.solids(moment.ghost), () => color);
+      gl.disable(gl.POLYGON_OFFSET_FILL);
+      marks = [...ghostMarks(this.film, moment, overlays), ...marks];
+    }
     this.over.draw(this.film, moment, marks, view, theme, overlays);
   }
 }

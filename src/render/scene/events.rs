@@ -1,5 +1,6 @@
 //! The events of a film, for a time line.
 
+use crate::episode::parting::Parting;
 use crate::episode::{Film, Snapshot};
 use serde::Serialize;
 
@@ -22,11 +23,13 @@ pub enum EventKind {
     Fall,
     /// The robot stands still from here on.
     Still,
+    /// The robot and its ghost part.
+    Parting,
 }
 
-/// The events in `ticks`, the first snapshots of a film. An event after the last of them is left out, such as a second
-/// push after a fall.
-pub fn events(film: &Film, ticks: &[Snapshot]) -> Vec<Event> {
+/// The events in `ticks`, the first snapshots of a film, and where it parts from the film of a ghost. An event after the
+/// last of them is left out, such as a second push after a fall. They are in order of time.
+pub fn events(film: &Film, ticks: &[Snapshot], ghost: Option<&Film>) -> Vec<Event> {
     let record = &film.record;
     let last_s = ticks.last().map_or(record.end_s, |tick| tick.time_s);
     let mut events = Vec::new();
@@ -63,5 +66,9 @@ pub fn events(film: &Film, ticks: &[Snapshot]) -> Vec<Event> {
     if let Some(at) = record.settled_at_s {
         add(EventKind::Still, at, at, "standing still from here".into());
     }
+    if let Some(Parting { at_s, .. }) = ghost.and_then(|ghost| Parting::of_films(film, ghost)) {
+        add(EventKind::Parting, at_s, at_s, "the robot and its ghost part".into());
+    }
+    events.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
     events
 }

@@ -20,6 +20,18 @@ pub struct Plumb {
     pub gap: f64,
 }
 
+/// The looks of a ghost: the robot in a second film of the same trial, in one transparent colour.
+pub const GHOST: Ghost = Ghost { key: 'e', color: Color::hex(0x4a7dbf), opacity: 0.42, marks_opacity: 0.55 };
+
+/// Key, colour and opacities (0 to 1) of a ghost and of its marks.
+#[derive(Debug, Clone, Copy)]
+pub struct Ghost {
+    pub key: char,
+    pub color: Color,
+    pub opacity: f64,
+    pub marks_opacity: f64,
+}
+
 /// Length and breadth of an arrow's head, as multiples of the width of its shaft.
 pub const HEAD: [f64; 2] = [3.6, 3.2];
 
@@ -206,7 +218,10 @@ pub fn json() -> Value {
         let look = json!({ "id": id, "key": key, "name": name, "hint": hint, "color": color.css(), "style": style });
         (id.to_string(), look)
     });
-    json!({ "overlays": Map::from_iter(looks), "plumb": PLUMB, "head": HEAD })
+    let Ghost { key, color, opacity, marks_opacity } = GHOST;
+    let ghost =
+        json!({ "id": "ghost", "key": key, "color": color.css(), "opacity": opacity, "marks_opacity": marks_opacity });
+    json!({ "overlays": Map::from_iter(looks), "ghost": ghost, "plumb": PLUMB, "head": HEAD })
 }
 
 /// The colours of the overlays as variables of a style sheet.
@@ -222,7 +237,7 @@ mod tests {
     #[test]
     fn overlays_can_be_told_apart() {
         for (i, a) in Overlay::ALL.into_iter().map(Overlay::look).enumerate() {
-            assert!(a.key.is_ascii_lowercase());
+            assert!(a.key.is_ascii_lowercase() && a.key != GHOST.key);
             for b in Overlay::ALL.into_iter().skip(i + 1).map(Overlay::look) {
                 assert!(a.id != b.id && a.key != b.key && a.name != b.name && a.color != b.color, "{a:?} {b:?}");
             }

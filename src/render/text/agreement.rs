@@ -4,6 +4,7 @@ use crate::campaign::Summary;
 use crate::campaign::verdict::agreement::{Agreement, PartedTrial};
 use crate::episode::parting::{Apart, Loaded, Parting};
 use crate::render::text::layout::{align, compared, percent, table, whole_names, wrapped};
+use crate::sim::Engine;
 use crate::stats::kappa::Agreed;
 use crate::stats::mcnemar::PairedCounts;
 
@@ -113,7 +114,12 @@ pub fn where_it_parts(agreement: &Agreement, of: &PartedTrial) -> String {
     let Some(parting) = &of.parting else {
         return if of.traced { "The traces nowhere part.".into() } else { String::new() };
     };
-    let [a, b] = agreement.engines.map(|engine| engine.title());
+    in_words(parting, agreement.engines)
+}
+
+/// When two episodes of a trial part in two engines, and what differs since when, in sentences.
+pub fn in_words(parting: &Parting, engines: [Engine; 2]) -> String {
+    let [a, b] = engines.map(Engine::title);
     let Parting { at_s, phases, loaded, .. } = parting;
     let what = match parting.of {
         Apart::Com => "COMs",

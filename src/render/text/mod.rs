@@ -4,6 +4,7 @@ mod agreement;
 mod campaign;
 mod comparison;
 pub mod cpi;
+pub mod ghost;
 mod imposed;
 pub mod layout;
 mod limit;

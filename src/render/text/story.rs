@@ -43,15 +43,20 @@ impl Witness {
 
 /// The story on one line, for the title of a picture.
 pub fn headline(pushes: &[Push], gain_set: &str, record: &Record) -> String {
-    let outcome = match record.outcome {
-        Outcome::Recovered if let Some(at) = record.settled_at_s => format!("recovered, still from {at:.2} s"),
-        Outcome::Fell => format!("fell at {:.2} s", record.fell_at_s.unwrap_or(record.end_s)),
-        outcome => outcome.name().into(),
-    };
+    let outcome = outcome(record);
     let came: Vec<String> = pushes.iter().filter(|push| came(push, record)).map(how_hard).collect();
     match &came[..] {
         [] => format!("gain set {gain_set}: {outcome}, before any push"),
         _ => format!("{}, gain set {gain_set}: {outcome}", came.join(", then ")),
+    }
+}
+
+/// The outcome with its time.
+pub fn outcome(record: &Record) -> String {
+    match record.outcome {
+        Outcome::Recovered if let Some(at) = record.settled_at_s => format!("recovered, still from {at:.2} s"),
+        Outcome::Fell => format!("fell at {:.2} s", record.fell_at_s.unwrap_or(record.end_s)),
+        outcome => outcome.name().into(),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The wishes of the user, and the keys for them.
 
-use crate::render::scene::palette::Overlay;
+use crate::render::scene::palette::{GHOST, Overlay};
 use kiss3d::event::{Action, Key};
 use std::time::{Duration, Instant};
 
@@ -24,6 +24,7 @@ pub enum Wish {
     /// Choose the gain set with this number, from 0.
     GainSet(usize),
     Toggle(Overlay),
+    ToggleGhost,
     /// Go to this time of a recording (s).
     Seek(f64),
     /// Go on by this time in a recording (s), or back if negative.
@@ -42,7 +43,7 @@ impl Wish {
 }
 
 /// The help on mouse and keys in a live view.
-pub const LIVE_HELP: [(&str, &str); 13] = [
+pub const LIVE_HELP: [(&str, &str); 14] = [
     ("drag the robot", "pulls the link under the mouse"),
     ("drag elsewhere", "turns the view; right drag moves it"),
     ("wheel", "zooms"),
@@ -55,11 +56,12 @@ pub const LIVE_HELP: [(&str, &str); 13] = [
     ("Left, Right", "turn the push"),
     ("1, 2, 3 ...", "choose the gain set"),
     ("V", "returns to the first view"),
+    ("E", "hides and shows the ghost (--engine both)"),
     ("H; Q or Esc", "hides this help; quits"),
 ];
 
 /// The help on mouse and keys in a recording.
-pub const RECORDED_HELP: [(&str, &str); 9] = [
+pub const RECORDED_HELP: [(&str, &str); 10] = [
     ("drag", "turns the view; right drag moves it"),
     ("wheel", "zooms"),
     ("Space", "plays and pauses"),
@@ -68,6 +70,7 @@ pub const RECORDED_HELP: [(&str, &str); 9] = [
     ("Home, End", "go to the first and the last moment"),
     ("- and +", "slower and faster"),
     ("V", "returns to the first view"),
+    ("E", "hides and shows the ghost (--engine both)"),
     ("H; Q or Esc", "hides this help; quits"),
 ];
 
@@ -134,6 +137,7 @@ fn signed(sign: char, live: bool) -> Option<Wish> {
         return Some(Wish::Toggle(overlay));
     }
     Some(match (sign, live) {
+        (key, _) if key == GHOST.key => Wish::ToggleGhost,
         ('.' | 'n', _) => Wish::Ticks(1),
         (',', false) => Wish::Ticks(-1),
         ('-', _) => Wish::Slower,
@@ -184,6 +188,11 @@ mod tests {
             }
             assert!(!".n,-=+vhqr".contains(key), "{key} does something else too");
         }
+    }
+
+    #[test]
+    fn a_ghost_has_a_key() {
+        assert!([true, false].into_iter().all(|live| signed(GHOST.key, live) == Some(Wish::ToggleGhost)));
     }
 
     #[test]

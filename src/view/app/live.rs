@@ -1,11 +1,9 @@
 //! A live simulation, in which the user pushes and pulls the robot and chooses the gain set.
 
 use super::pick::Grab;
-use super::plots::{Plotted, Trail};
+use super::simulation::Simulation;
 use super::world::World;
 use crate::episode::snapshot::Arrow;
-use crate::episode::{ClosedLoop, Controlled, Outcome, Record, Referee, Snapshot};
-use crate::robot::Kinematics;
 use crate::sim::Push;
 use nalgebra::Point3;
 
@@ -17,17 +15,13 @@ const LINGERING_S: f64 = 0.25;
 /// A push with less force than this is over (N).
 const LEAST_N: f64 = 0.1;
 
-/// A running simulation.
+/// A running simulation, with a ghost to which the same happens in the other engine.
 pub struct Live<'a> {
     pub world: &'a World,
-    closed_loop: ClosedLoop<'a>,
-    referee: Referee<'a>,
+    pub shown: Simulation<'a>,
+    pub ghost: Option<Simulation<'a>>,
     /// Index into `world.designs`.
     pub acting: usize,
-    pub now: Snapshot,
-    /// Kinematics of the present posture.
-    pub kinematics: Kinematics,
-    pub trail: Trail,
     /// The pull of the mouse on a link, if it holds one.
     pub grab: Option<Grab>,
     /// The last push: the time until which it is shown (s), and its last force.
@@ -67,93 +61,118 @@ impl<'a> Live<'a> {
     }
 
     fn start(world: &'a World, acting: usize, counts: LiveCounts) -> Self {
-        let (robot, simulated) = (&world.robot, &world.simulated);
-        let mut closed_loop =
-            ClosedLoop::new(robot, simulated, &world.designs[acting], &world.config, world.disturbance());
-        let mut referee = Referee::new(simulated, &world.config, &closed_loop.pushes);
-        let tick = closed_loop.tick();
-        referee.watch(&tick);
-        let now = Snapshot::of(simulated, &tick);
-        let mut kinematics = Kinematics::new(simulated);
-        kinematics.update(simulated, &now.posture);
-        let (trail, start) = (std::iter::once(Plotted::of(&now)).collect(), now.com);
-        Self { world, closed_loop, referee, acting, now, kinematics, trail, grab: None, lingering: None, counts, start }
+        let shown = Simulation::start(world, &world.config, acting);
+        let ghost = world.ghost_config.as_ref().map(|config| Simulation::start(world, config, acting));
+        let start = shown.now.com;
+        Self { world, shown, ghost, acting, grab: None, lingering: None, counts, start }
     }
 
-    /// Simulates one control period. False if the simulation cannot go on, since it has diverged.
+    /// Simulates one control period. False if the simulation cannot go on, since it has diverged. The force of the mouse
+    /// is that on the shown robot, and acts on the same link of the ghost.
     pub fn advance(&mut self) -> bool {
-        if self.referee.record.outcome == Outcome::Diverged {
+        let pull = self.grab.map(|grab| grab.pull(&self.shown.kinematics));
+        let fell_before = self.shown.record().fell_at_s.is_some();
+        if !self.shown.advance(pull) {
             return false;
         }
-        let pull = self.grab.map(|grab| grab.pull(&self.kinematics));
-        self.closed_loop.pull(pull);
-        self.closed_loop.advance();
-        let tick = self.closed_loop.tick();
-        let fell_before = self.referee.record.fell_at_s.is_some();
-        self.referee.watch(&tick);
-        if !tick.truth.is_finite() {
-            return false;
-        }
+        self.ghost.iter_mut().for_each(|ghost| _ = ghost.advance(pull));
+        let now = &self.shown.now;
         self.counts.ticks += 1;
-        self.counts.falls += u32::from(!fell_before && self.referee.record.fell_at_s.is_some());
+        self.counts.falls += u32::from(!fell_before && self.shown.record().fell_at_s.is_some());
         self.counts.drag_n = pull.iter().map(|pull| pull.force.norm()).fold(self.counts.drag_n, f64::max);
-        self.now = Snapshot::of(&self.world.simulated, &tick);
-        self.kinematics.update(&self.world.simulated, &self.now.posture);
-        self.trail.push(Plotted::of(&self.now));
-        self.counts.com_m = self.counts.com_m.max((self.now.com - self.start).xy().norm());
-        if let Some(push) = self.now.push.filter(|push| pull.is_none() && push.force.norm() > LEAST_N) {
-            self.lingering = Some((self.now.time_s + LINGERING_S, push));
+        self.counts.com_m = self.counts.com_m.max((now.com - self.start).xy().norm());
+        if let Some(push) = now.push.filter(|push| pull.is_none() && push.force.norm() > LEAST_N) {
+            self.lingering = Some((now.time_s + LINGERING_S, push));
         }
         true
     }
 
     /// Pushes the robot, from now on.
     pub fn push(&mut self, impulse_n_s: f64, heading_deg: f64) {
-        let start_s = self.now.time_s;
-        self.closed_loop.pushes.push(Push { impulse_n_s, heading_deg, duration_s: PUSH_S, start_s, ..Push::default() });
+        let start_s = self.shown.now.time_s;
+        let push = Push { impulse_n_s, heading_deg, duration_s: PUSH_S, start_s, ..Push::default() };
+        self.both().for_each(|robot| robot.push(push));
         self.counts.pushes += 1;
-        self.judge_anew();
     }
 
-    /// Judges anew after a push, a pull or a change of gains, unless the robot has fallen. The referee waits for the
-    /// last push to end.
-    fn judge_anew(&mut self) {
-        if matches!(self.referee.record.outcome, Outcome::TimedOut | Outcome::Recovered) {
-            self.referee = Referee::new(&self.world.simulated, &self.world.config, &self.closed_loop.pushes);
-        }
+    /// The robot and its ghost.
+    fn both(&mut self) -> impl Iterator<Item = &mut Simulation<'a>> {
+        std::iter::once(&mut self.shown).chain(&mut self.ghost)
     }
 
     /// Begins to pull on a link.
     pub fn take(&mut self, grab: Grab) {
         self.grab = Some(grab);
         self.counts.drags += 1;
-        self.judge_anew();
+        self.both().for_each(Simulation::judge_anew);
     }
 
     /// Ends the pull.
     pub fn let_go(&mut self) {
         if self.grab.take().is_some() {
-            self.judge_anew();
+            self.both().for_each(Simulation::judge_anew);
         }
     }
 
     /// Goes on with the gain set of this index, if there is one.
     pub fn switch_to(&mut self, index: usize) {
-        if let Some(design) = self.world.designs.get(index).filter(|_| index != self.acting) {
+        if index < self.world.designs.len() && index != self.acting {
             self.acting = index;
-            self.closed_loop.switch_to(design);
+            self.both().for_each(|robot| robot.switch_to(index));
             self.counts.switches += 1;
-            self.judge_anew();
         }
     }
 
     /// The force of a push that acts or has just ended (None while the mouse pulls), and the force of the mouse.
     pub fn forces(&self) -> (Option<Arrow>, Option<Arrow>) {
-        let lingering = self.lingering.filter(|(until_s, _)| self.grab.is_none() && self.now.time_s <= *until_s);
-        (lingering.map(|(_, push)| push), self.grab.map(|grab| grab.arrow(&self.kinematics)))
+        let lingering = self.lingering.filter(|(until_s, _)| self.grab.is_none() && self.shown.now.time_s <= *until_s);
+        (lingering.map(|(_, push)| push), self.grab.map(|grab| grab.arrow(&self.shown.kinematics)))
     }
+}
 
-    pub fn record(&self) -> &Record {
-        &self.referee.record
+#[cfg(test)]
+mod tests {
+    use super::super::camera::{Lens, camera};
+    use super::super::pick::pick_near;
+    use super::*;
+    use crate::render::scene::Stage;
+    use crate::view::Options;
+    use kiss3d::egui::vec2;
+
+    /// In the same engine, a ghost does to the last bit what the robot does, whatever the user does to it.
+    #[test]
+    fn what_happens_to_the_robot_happens_to_its_ghost() {
+        let mut world = World::new(&Options { speed: 1.0, ..Options::default() }).unwrap();
+        world.ghost_config = Some(world.config);
+        let mut live = Live::new(&world);
+        let stage = Stage::new(&world.simulated, world.ground());
+        let lens = Lens::new(&camera(stage.scale), vec2(860.0, 720.0));
+        let mut seen_n = Vec::new();
+        for k in 0..700 {
+            match k {
+                10 => live.push(2.0, 90.0),
+                200 => live.switch_to(3),
+                300 => {
+                    let mouse = lens.project(&live.shown.now.com).unwrap();
+                    let kinematics = &live.shown.kinematics;
+                    let hit = pick_near(&stage, kinematics, &lens, mouse).unwrap();
+                    let mut grab = Grab::new(hit, &lens.sight(mouse), kinematics, lens.looking(), stage.scale);
+                    grab.follow(&lens.sight(mouse + vec2(60.0, 0.0)));
+                    live.take(grab);
+                }
+                400 => live.let_go(),
+                600 => live.restart(),
+                _ => {}
+            }
+            assert!(live.advance());
+            let ghost = live.ghost.as_ref().unwrap();
+            assert_eq!((ghost.now.time_s, ghost.now.com), (live.shown.now.time_s, live.shown.now.com), "tick {k}");
+            seen_n.extend(ghost.now.push.map(|push| push.force.norm()));
+            if k == 150 || k == 250 {
+                assert_eq!(ghost.now.gain.is_some(), k == 150, "the set {k}");
+            }
+        }
+        assert!(seen_n.len() > 100 && live.counts.pushes + live.counts.drags == 2, "{} ticks", seen_n.len());
+        assert!(live.shown.now.time_s < 0.21, "it began anew");
     }
 }

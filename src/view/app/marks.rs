@@ -4,7 +4,7 @@ use super::aim::Aim;
 use super::camera::Lens;
 use super::{colors, space};
 use crate::episode::Snapshot;
-use crate::render::scene::palette::{Color, Overlay};
+use crate::render::scene::palette::{Color, GHOST, Overlay};
 use crate::render::scene::scale::RobotScale;
 use crate::render::scene::{At, Drawing, Form, Mark, Stroke, arrow, on_ground, strokes};
 use crate::sim::Ground;
@@ -37,6 +37,13 @@ impl Marks<'_> {
             let (at, away) = if *ends { (from, from - to) } else { (to, to - from) };
             let away = away.normalized();
             self.text(&self.painter, at + away * 6.0 + away * half, &size, mark.overlay.color());
+        }
+    }
+
+    /// Draws the marks of a ghost.
+    pub fn faint(&self, marks: &[Mark]) {
+        for stroke in marks.iter().flat_map(|mark| strokes(mark, |at| self.seen(at))) {
+            self.stroke(&Stroke { opacity: GHOST.marks_opacity * stroke.opacity, ..stroke });
         }
     }
 

@@ -4,6 +4,7 @@ mod aim;
 mod camera;
 mod clock;
 mod colors;
+mod ghost;
 mod keys;
 mod live;
 mod marks;
@@ -12,6 +13,7 @@ mod pick;
 mod plots;
 mod recorded;
 mod show;
+mod simulation;
 mod space;
 mod timeline;
 mod triangles;
@@ -34,6 +36,7 @@ use kiss3d::post_processing::Tonemap;
 use kiss3d::window::{NumSamples, Window};
 use live::Live;
 use marks::Marks;
+use nalgebra::Point3;
 use panel::Seen;
 use pick::{Grab, pick_near};
 use recorded::Recorded;
@@ -56,7 +59,7 @@ pub fn run(args: &Options) -> Result<String> {
     match (&args.dir, args.trial) {
         (Some(folder), Some(trial)) => {
             let recorded = Recorded::new(folder, trial, args)?;
-            let (robot, ground) = (recorded.film.robot.clone(), recorded.film.ground);
+            let (robot, ground) = (recorded.shown.film.robot.clone(), recorded.shown.film.ground);
             App::open(args, Show::Recorded(Box::new(recorded)), Stage::new(&robot, ground))?.run(args)
         }
         _ => {
@@ -88,6 +91,8 @@ struct App<'a> {
     show: Show<'a>,
     clock: FrameClock,
     shown: Vec<Overlay>,
+    /// Whether a ghost is drawn, if there is one.
+    shows_ghost: bool,
     aim: Aim,
     keyboard: Keyboard,
     help: bool,
@@ -115,6 +120,7 @@ impl<'a> App<'a> {
             show,
             clock: FrameClock::new(args.speed),
             shown: Overlay::ALL.to_vec(),
+            shows_ghost: true,
             aim,
             keyboard: Keyboard::default(),
             help: true,
@@ -204,8 +210,14 @@ impl<'a> App<'a> {
     fn take(&mut self) {
         let (lens, mouse) = (self.lens(), self.mouse());
         let (Show::Live(live), Some(mouse)) = (&mut self.show, mouse) else { return };
-        if let Some(hit) = pick_near(&self.space.stage, &live.kinematics, &lens, mouse) {
-            live.take(Grab::new(hit, &lens.sight(mouse), &live.kinematics, lens.looking(), self.space.stage.scale));
+        if let Some(hit) = pick_near(&self.space.stage, &live.shown.kinematics, &lens, mouse) {
+            live.take(Grab::new(
+                hit,
+                &lens.sight(mouse),
+                &live.shown.kinematics,
+                lens.looking(),
+                self.space.stage.scale,
+            ));
             self.camera.rebind_rotate_button(None);
         }
     }
@@ -247,6 +259,11 @@ impl<'a> App<'a> {
         if self.show.is_live() {
             drawn.aim(now, &self.aim);
         }
+        if let Some(ghost) = self.show.ghost().filter(|_| self.shows_ghost) {
+            let eye = Point3::new(eye.x, eye.y, eye.z).cast();
+            drawn.painter.add(ghost::shape(stage, self.show.kinematics(), ghost.kinematics, &lens, eye));
+            drawn.faint(&stage.marks(ghost.now, &self.of_ghost()));
+        }
         marks.iter().for_each(|mark| drawn.draw(mark));
         if let Some((at, name)) = mouse.and_then(|at| Some((at, self.show.link_at(stage, &lens, at)?))) {
             drawn.name(at, name);
@@ -254,11 +271,17 @@ impl<'a> App<'a> {
         if self.help {
             panel::help(ctx, self.show.is_live());
         }
-        let Self { show, clock, shown, aim, .. } = &*self;
-        panel::draw(ctx, &Seen { show, clock, shown, aim: *aim, scale: stage.scale }, wishes);
+        let Self { show, clock, shown, shows_ghost, aim, .. } = &*self;
+        let seen = Seen { show, clock, shown, shows_ghost: *shows_ghost, aim: *aim, scale: stage.scale };
+        panel::draw(ctx, &seen, wishes);
         if let Show::Recorded(recorded) = &self.show {
             timeline::draw(ctx, recorded, self.clock.paused, wide, wishes);
         }
+    }
+
+    /// The marks of a ghost among those that are shown.
+    fn of_ghost(&self) -> Vec<Overlay> {
+        [Overlay::Com, Overlay::Zmp].into_iter().filter(|overlay| self.shown.contains(overlay)).collect()
     }
 
     /// Does what the user wishes.
@@ -285,7 +308,7 @@ impl<'a> App<'a> {
             }
             (Wish::Restart, Show::Live(live)) => {
                 live.restart();
-                self.leash.jump(&mut self.camera, &live.now.com);
+                self.leash.jump(&mut self.camera, &live.shown.now.com);
             }
             (Wish::Faster, _) => self.clock.change_speed(true),
             (Wish::Slower, _) => self.clock.change_speed(false),
@@ -299,6 +322,7 @@ impl<'a> App<'a> {
                 Some(i) => _ = self.shown.remove(i),
                 None => self.shown.push(overlay),
             },
+            (Wish::ToggleGhost, _) => self.shows_ghost ^= true,
             (Wish::Seek(time_s), Show::Recorded(recorded)) => {
                 self.clock.paused = true;
                 recorded.seek(time_s.min(recorded.end_s()));

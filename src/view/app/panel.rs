@@ -6,7 +6,7 @@ use super::keys::{LIVE_HELP, RECORDED_HELP, Wish};
 use super::plots::{self, SPAN_S};
 use super::show::Show;
 use super::{colors, space};
-use crate::render::scene::palette::{Look, Overlay};
+use crate::render::scene::palette::{GHOST, Look, Overlay};
 use crate::render::scene::scale::RobotScale;
 use crate::render::scene::{doing, without_gain};
 use kiss3d::egui::{
@@ -25,6 +25,7 @@ pub struct Seen<'a> {
     pub show: &'a Show<'a>,
     pub clock: &'a FrameClock,
     pub shown: &'a [Overlay],
+    pub shows_ghost: bool,
     pub aim: Aim,
     pub scale: RobotScale,
 }
@@ -47,7 +48,7 @@ pub fn draw(ctx: &Context, seen: &Seen, wishes: &mut Vec<Wish>) {
                     push(ui, seen.aim, wishes);
                 }
                 ui.separator();
-                overlays(ui, seen.shown, wishes);
+                overlays(ui, seen, wishes);
                 ui.separator();
                 let (span_s, marked_s) = match seen.show {
                     Show::Recorded(recorded) => ([0.0, recorded.end_s()], Some(now_s)),
@@ -55,12 +56,13 @@ pub fn draw(ctx: &Context, seen: &Seen, wishes: &mut Vec<Wish>) {
                 };
                 // Both plots, their names and the last line fill what is left of the window.
                 let height = (0.5 * (ui.available_height() - 3.0 * LINE)).max(LEAST_PLOT);
-                plots::draw(ui, seen.show.trail(), scale.length(), span_s, marked_s, height);
+                let ghost = seen.show.ghost().filter(|_| seen.shows_ghost).map(|ghost| ghost.trail);
+                plots::draw(ui, seen.show.trail(), ghost, scale.length(), span_s, marked_s, height);
                 ui.horizontal(|ui| {
                     for (name, wish) in [("Keys (H)", Wish::Help), ("First view (V)", Wish::ResetCamera)] {
                         wishes.extend(ui.small_button(name).clicked().then_some(wish));
                     }
-                    ui.weak(format!("floor lines: {} m", space::spacing_m(scale)));
+                    ui.weak(format!("{}; floor lines: {} m", seen.show.engine().title(), space::spacing_m(scale)));
                 });
             });
         });
@@ -72,11 +74,11 @@ fn state(ui: &mut Ui, show: &Show, wishes: &mut Vec<Wish>) {
     // Names of the gains, slow to fast.
     let gains: Vec<&str> = match show {
         Show::Recorded(recorded) => {
-            ui.heading(format!("trial {} of {}", recorded.trial, recorded.film.gain_set));
+            ui.heading(format!("trial {} of {}", recorded.trial, recorded.shown.film.gain_set));
             if let Some(difference) = &recorded.difference {
                 ui.label(RichText::new(difference).color(colors::BADLY.egui()));
             }
-            recorded.film.gains.iter().map(String::as_str).collect()
+            recorded.shown.film.gains.iter().map(String::as_str).collect()
         }
         Show::Live(live) => {
             let (designs, acting) = (&live.world.designs, live.acting);
@@ -89,9 +91,23 @@ fn state(ui: &mut Ui, show: &Show, wishes: &mut Vec<Wish>) {
             designs[acting].family.gains.iter().map(|gain| gain.name.as_str()).collect()
         }
     };
-    let (now, (verdict, badly)) = (show.now(), show.verdict());
-    let color = if badly { colors::BADLY } else { colors::WELL };
-    ui.label(RichText::new(verdict).color(color.egui()).strong());
+    let told = |ui: &mut Ui, (verdict, badly): (String, bool), name: &str| {
+        let color = if badly { colors::BADLY } else { colors::WELL };
+        ui.label(RichText::new(format!("{name}{verdict}")).color(color.egui()).strong());
+    };
+    match show.ghost() {
+        Some(ghost) => {
+            told(ui, show.verdict(), &format!("{}: ", show.engine().title()));
+            told(ui, show.verdict_on(ghost.record), &format!("{} (ghost): ", ghost.engine.title()));
+        }
+        None => told(ui, show.verdict(), ""),
+    }
+    if let Show::Recorded(recorded) = show
+        && let Some(parted) = &recorded.parted
+    {
+        ui.label(parted);
+    }
+    let now = show.now();
     Grid::new("state").num_columns(2).spacing([10.0, 3.0]).show(ui, |ui| {
         ui.label("gain");
         ui.horizontal_wrapped(|ui| {
@@ -185,16 +201,23 @@ fn push(ui: &mut Ui, aim: Aim, wishes: &mut Vec<Wish>) {
 }
 
 /// The check boxes of the overlays.
-fn overlays(ui: &mut Ui, shown: &[Overlay], wishes: &mut Vec<Wish>) {
+fn overlays(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
+    let mut boxes = Vec::new();
+    for overlay in Overlay::ALL {
+        let Look { key, name, hint, color, .. } = overlay.look();
+        boxes.push((name.to_string(), key, hint, color, seen.shown.contains(&overlay), Wish::Toggle(overlay)));
+    }
+    if let Some(ghost) = seen.show.ghost() {
+        let (name, hint) = (format!("ghost: {}", ghost.engine.title()), "the robot in the other engine");
+        boxes.push((name, GHOST.key, hint, GHOST.color, seen.shows_ghost, Wish::ToggleGhost));
+    }
     Grid::new("overlays").num_columns(2).spacing([8.0, 2.0]).show(ui, |ui| {
-        for (i, overlay) in Overlay::ALL.into_iter().enumerate() {
-            let Look { key, name, hint, color, .. } = overlay.look();
+        for (i, (name, key, hint, color, mut is_shown, wish)) in boxes.into_iter().enumerate() {
             ui.horizontal(|ui| {
                 let (place, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
                 ui.painter().rect_filled(place, 2, color.egui());
-                let mut is_shown = shown.contains(&overlay);
                 let switch = ui.checkbox(&mut is_shown, format!("{name} ({})", key.to_ascii_uppercase()));
-                wishes.extend(switch.on_hover_text(hint).changed().then_some(Wish::Toggle(overlay)));
+                wishes.extend(switch.on_hover_text(hint).changed().then_some(wish));
             });
             if i % 2 == 1 {
                 ui.end_row();

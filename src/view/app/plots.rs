@@ -2,7 +2,7 @@
 
 use super::colors;
 use crate::episode::Snapshot;
-use crate::render::scene::palette::Overlay;
+use crate::render::scene::palette::{GHOST, Overlay};
 use egui_plot::{AxisHints, Line, LineStyle, Plot, PlotPoint, PlotPoints, VLine, uniform_grid_spacer};
 use kiss3d::egui::{Color32, Rangef, Ui};
 use nalgebra::Point2;
@@ -80,8 +80,16 @@ const NUMBER: f32 = 18.0;
 const ROUND_MM: f64 = 20.0;
 
 /// Draws both plots over the time `span_s` (start and end, s), each `height` points high, for a robot of this length
-/// (as a multiple of UT-mu2's). If `now_s` is given, this time is marked.
-pub fn draw(ui: &mut Ui, trail: &Trail, length: f64, span_s: [f64; 2], now_s: Option<f64>, height: f32) {
+/// (as a multiple of UT-mu2's). Of a ghost, only the COM is drawn. If `now_s` is given, this time is marked.
+pub fn draw(
+    ui: &mut Ui,
+    trail: &Trail,
+    ghost: Option<&Trail>,
+    length: f64,
+    span_s: [f64; 2],
+    now_s: Option<f64>,
+    height: f32,
+) {
     for (axis, name) in ["x (mm), forward", "y (mm), left"].into_iter().enumerate() {
         ui.label(name);
         let [low, high] = bounds(trail, length, axis);
@@ -122,6 +130,10 @@ pub fn draw(ui: &mut Ui, trail: &Trail, length: f64, span_s: [f64; 2], now_s: Op
                         let line = Line::new(overlay.look().name, PlotPoints::Owned(points));
                         plot.line(line.color(overlay.color().egui()).width(1.6).style(style));
                     }
+                }
+                for points in ghost.map_or_else(Vec::new, |ghost| thinned(ghost, axis, |s| Some(s.com))) {
+                    let line = Line::new("COM of the ghost", PlotPoints::Owned(points));
+                    plot.line(line.color(GHOST.color.egui()).width(1.6));
                 }
                 if let Some(now_s) = now_s {
                     plot.vline(VLine::new("now", now_s).color(Color32::DARK_GRAY).width(1.0));

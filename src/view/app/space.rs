@@ -29,7 +29,7 @@ const LAYER_M: f64 = 0.0004;
 const LEAST_FILL: f64 = 0.2;
 
 /// Unit vector towards the sun (world frame).
-fn to_sun() -> Vector3<f64> {
+pub fn to_sun() -> Vector3<f64> {
     Vector3::new(0.35, 0.25, 1.0).normalize()
 }
 
@@ -103,7 +103,7 @@ impl<'a> Space<'a> {
 
 /// Brightness of a surface as a multiple of its colour: light from sky and floor, from the sun, and a little from the
 /// viewer, so that no side looks flat.
-fn brightness(normal: &Vector3<f64>, to_eye: &Vector3<f64>, to_sun: &Vector3<f64>) -> f64 {
+pub fn brightness(normal: &Vector3<f64>, to_eye: &Vector3<f64>, to_sun: &Vector3<f64>) -> f64 {
     0.42 + 0.12 * normal.z + 0.50 * normal.dot(to_sun).max(0.0) + 0.16 * normal.dot(to_eye).max(0.0)
 }
 

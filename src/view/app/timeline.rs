@@ -4,7 +4,7 @@ use super::colors;
 use super::keys::Wish;
 use super::recorded::Recorded;
 use crate::control::Phase;
-use crate::render::scene::palette::{Color, Overlay};
+use crate::render::scene::palette::{Color, GHOST, Overlay};
 use crate::render::scene::{Event, EventKind, events};
 use kiss3d::egui::{Align2, Area, Color32, Context, FontId, Frame, Id, Margin, Rect, Sense, Stroke, Ui, pos2, vec2};
 
@@ -53,7 +53,8 @@ fn line(ui: &mut Ui, recorded: &Recorded, wishes: &mut Vec<Wish>) {
     let bar = Rect::from_x_y_ranges(area.x_range(), area.top() + 4.0..=area.top() + 18.0);
     let block = |from_s: f64, to_s: f64| Rect::from_x_y_ranges(x(from_s)..=x(to_s), bar.y_range());
     // There is one block for each uninterrupted phase.
-    let snapshots = &recorded.film.snapshots;
+    let film = &recorded.shown.film;
+    let snapshots = &film.snapshots;
     let mut from = 0;
     for i in 1..=snapshots.len() {
         if i == snapshots.len() || snapshots[i].phase != snapshots[from].phase {
@@ -72,7 +73,8 @@ fn line(ui: &mut Ui, recorded: &Recorded, wishes: &mut Vec<Wish>) {
         painter.galley(pos2(left, bar.bottom() + 2.0), words, color.egui());
         painter.vline(x(at_s), bar.y_range(), Stroke::new(1.5, color.egui()));
     };
-    for Event { kind, from_s, to_s, text } in events(&recorded.film, snapshots) {
+    for Event { kind, from_s, to_s, text } in events(film, snapshots, recorded.ghost.as_ref().map(|ghost| &ghost.film))
+    {
         match kind {
             EventKind::Push => {
                 painter.rect_filled(block(from_s, to_s.min(end_s)), 0, colors::PUSH.egui());
@@ -80,6 +82,7 @@ fn line(ui: &mut Ui, recorded: &Recorded, wishes: &mut Vec<Wish>) {
             }
             EventKind::Fall => mark(from_s, &text, colors::INK),
             EventKind::Still => mark(from_s, "still", colors::WELL),
+            EventKind::Parting => mark(from_s, "ghost parts", GHOST.color),
             // Switches and footsteps are seen by the colours of the phases.
             EventKind::Switch | EventKind::Footstep => {}
         }

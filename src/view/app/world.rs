@@ -21,13 +21,15 @@ pub struct World {
     /// The gain sets, at least one. The first acts at the start.
     pub designs: Vec<Design>,
     pub config: EpisodeConfig,
+    /// The same settings with the engine of a ghost.
+    pub ghost_config: Option<EpisodeConfig>,
     campaign: Option<Campaign>,
     trial: Option<u64>,
 }
 
 impl World {
     /// Loads everything that the options name. Fails if a robot, gain set, campaign or trial does not exist or is not
-    /// accepted.
+    /// accepted, or if an engine is missing or does not take the robot.
     pub fn new(args: &Options) -> Result<Self> {
         let campaign = match &args.campaign {
             Some(name) => Some(Campaign::load(name, &Overrides::default())?),
@@ -42,8 +44,12 @@ impl World {
         }
         let named = args.robot.as_ref().or(campaign.as_ref().map(|campaign| &campaign.robot));
         let robot = Robot::load(named.map_or(DEFAULT_ROBOT, String::as_str))?;
-        let config = campaign.as_ref().map_or_else(EpisodeConfig::default, |campaign| campaign.episode);
-        config.engine.check(&robot)?;
+        let mut config = campaign.as_ref().map_or_else(EpisodeConfig::default, |campaign| campaign.episode);
+        config.engine = args.engine.unwrap_or(config.engine);
+        let ghost_config = args.ghost.then(|| EpisodeConfig { engine: config.engine.other(), ..config });
+        for config in std::iter::once(&config).chain(&ghost_config) {
+            config.engine.check(&robot)?;
+        }
         let defaults = DEFAULT_GAINS.map(String::from);
         let names = if args.gains.is_empty() { &defaults[..] } else { &args.gains };
         let design = |name: &String| {
@@ -53,7 +59,8 @@ impl World {
             Ok(design)
         };
         let designs = names.iter().map(design).collect::<Result<Vec<_>>>()?;
-        let mut world = Self { simulated: robot.clone(), robot, designs, config, campaign, trial: args.trial };
+        let mut world =
+            Self { simulated: robot.clone(), robot, designs, config, ghost_config, campaign, trial: args.trial };
         world.simulated = world.disturbance().variation.robot(&world.robot);
         Ok(world)
     }
