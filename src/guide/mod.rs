@@ -7,8 +7,9 @@
 //! 5. [`gains`]: your own controller settings
 //! 6. [`paper`]: the paper's scenarios, and where this program departs from the paper
 //! 7. [`measured`]: every figure, with its date and the command that measures it
-//! 8. [`watching`]: replays, pictures and the window
-//! 9. [`commands`]: every command with examples, and the exit codes
+//! 8. [`engines`]: what depends on the physics engine, and what does not
+//! 9. [`watching`]: replays, pictures and the window
+//! 10. [`commands`]: every command with examples, and the exit codes
 //!
 //! The chapters are Markdown files beside this one, to be read in the repository or here.
 
@@ -19,6 +20,7 @@ macro_rules! chapters {
     ($($chapter:ident)*) => { $(
         #[doc = "[README]: ../../../../../README.md"]
         #[doc = "[commands]: crate::guide::commands"]
+        #[doc = "[engines]: crate::guide::engines"]
         #[doc = "[gains]: crate::guide::gains"]
         #[doc = "[gates]: crate::guide::gates"]
         #[doc = "[limits]: crate::guide::limits"]
@@ -41,4 +43,4 @@ macro_rules! chapters {
     )* };
 }
 
-chapters! { campaigns gates limits robots gains paper measured watching commands }
+chapters! { campaigns gates limits robots gains paper measured engines watching commands }
