@@ -477,10 +477,8 @@ fn a_terminal_of_60_columns_is_enough_and_so_is_none() {
             .expect("script, of util-linux, makes a terminal");
         let text = plain(&String::from_utf8(terminal.stdout).unwrap());
         assert!(terminal.status.success() && text.contains(" of 24 episodes") && text.contains("gain set"), "{text}");
-        assert!(
-            text.contains("So far, after 5 trials (not final):") && text.contains("hold and switching open"),
-            "{text}"
-        );
+        // The part of one trial may end before that of five.
+        assert!(text.contains(" trials (not final):") && text.contains("hold and switching open"), "{text}");
         assert_eq!(too_wide(&text, columns), None);
     }
 }
