@@ -29,6 +29,7 @@ macro_rules! chapters {
         #[doc = "[robots]: crate::guide::robots"]
         #[doc = "[error-backward.svg]: ../../../../../assets/pictures/error-backward.svg"]
         #[doc = "[error-diagonal.svg]: ../../../../../assets/pictures/error-diagonal.svg"]
+        #[doc = "[ghost.png]: ../../../../../assets/pictures/ghost.png"]
         #[doc = "[limit-nominal.svg]: ../../../../../assets/pictures/limit-nominal.svg"]
         #[doc = "[limit-standard.svg]: ../../../../../assets/pictures/limit-standard.svg"]
         #[doc = "[push-behind.svg]: ../../../../../assets/pictures/push-behind.svg"]
