@@ -140,6 +140,18 @@ impl Agreement {
         }
     }
 
+    /// The share of trials with the same outcome, from the gain set with the smallest to that with the largest, in a
+    /// sentence.
+    pub fn headline(&self) -> String {
+        let share = |set: &SetAgreement| format!("{:.1} % ({})", 100.0 * set.agreed.agree, set.set);
+        let by_share = |a: &&SetAgreement, b: &&SetAgreement| a.agreed.agree.total_cmp(&b.agreed.agree);
+        let (least, most) = (self.sets.iter().min_by(by_share), self.sets.iter().max_by(by_share));
+        let mut shares: Vec<String> = least.into_iter().chain(most).map(share).collect();
+        shares.dedup();
+        let [in_a, in_b] = self.engines.map(Engine::title);
+        format!("{in_a} and {in_b} agree on {} of trials.", shares.join(" to "))
+    }
+
     /// The verdicts that hold in one engine only, each in a sentence for a and one for b.
     pub fn warnings(&self) -> Vec<String> {
         let told = |[a, b]: &[Verdict; 2]| {
@@ -231,6 +243,7 @@ pub(crate) mod tests {
         assert_eq!((&hold.set[..], &catch.set[..]), ("hold", "catch"));
         assert_eq!(hold.counts, PairedCounts { both: 20, only_a: 5, only_b: 10, neither: 15 });
         assert!((hold.agreed.kappa.unwrap() - 0.4).abs() < 1e-12, "{:?}", hold.agreed);
+        assert_eq!(agreement.headline(), "Rapier and MuJoCo agree on 70.0 % (hold) to 100.0 % (catch) of trials.");
         assert_eq!((catch.agreed.agree, catch.agreed.kappa, catch.parted.len()), (1.0, None, 0));
         let sums: u64 = hold.strata.iter().filter(|of| of.by == "heading").map(|of| of.counts.only_b).sum();
         assert_eq!(sums, 10, "strata are swapped like the whole");

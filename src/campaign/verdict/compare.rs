@@ -55,6 +55,7 @@ impl Comparison {
             let of = [(&a.manifest, &rows_a[..]), (&b.manifest, &rows_b[..])];
             let agreement = Agreement::new(of, &BySet::new(&rows, &manifest.sets), &summary.pairs);
             found.splice(..0, agreement.warnings());
+            summary.headline = agreement.headline();
             summary.agreement = Some(agreement);
         }
         summary.warnings.splice(..0, found);
