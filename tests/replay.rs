@@ -294,7 +294,8 @@ fn a_trial_is_replayed_in_another_engine_and_in_both() {
         serde_json::from_str(&stdout(&replay(&[&["--json"], more].concat()))).unwrap()
     };
     let (both, alone) = (json(&["--engine=both"]), json(&["--engine=mujoco"]));
-    assert_eq!((&both["engine"], &both["ghost"]["engine"]), (&"rapier".into(), &"mujoco".into()));
+    let [solid, ghost] = [&both["engine"], &both["ghost"]["engine"]].map(|engine| engine.as_str().unwrap());
+    assert!(solid.starts_with("Rapier ") && ghost.starts_with("MuJoCo "), "{solid}, {ghost}");
     assert_eq!(json(&[])["outcome"], both["outcome"]);
     assert_eq!((&both["ghost"]["end_s"], &both["ghost"]["outcome"]), (&alone["end_s"], &alone["outcome"]));
 }
