@@ -29,8 +29,12 @@ impl Agreed {
         let share = |part: u64| part as f64 / counts.trials().max(1) as f64;
         let (a, b) = (share(both + only_a), share(both + only_b));
         let by_chance = a * b + (1.0 - a) * (1.0 - b);
-        let kappa =
-            |agree: f64| (counts.trials() > 0 && by_chance < 1.0).then(|| (agree - by_chance) / (1.0 - by_chance));
+        let kappa = |agree: f64| {
+            (counts.trials() > 0 && by_chance < 1.0).then(|| {
+                // It is never below -1, but its interval would be where chance agrees nearly always.
+                ((agree - by_chance) / (1.0 - by_chance)).max(-1.0)
+            })
+        };
         let [least, most] = count.ci95.map(kappa);
         Self {
             agree: count.success_rate,
@@ -61,6 +65,7 @@ mod tests {
         assert!((of(45, 15, 25, 15).kappa.unwrap() - 0.06 / 0.46).abs() < 1e-12);
         assert!(of(25, 25, 25, 25).kappa.unwrap().abs() < 1e-15, "chance");
         assert_eq!(of(0, 10, 10, 0).kappa, Some(-1.0));
+        assert_eq!(of(14, 1, 0, 0).kappa_ci95.unwrap()[0], -1.0);
     }
 
     #[test]
