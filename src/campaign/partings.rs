@@ -15,6 +15,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct Partings<'a> {
     plans: [Plan; 2],
     designs: Vec<Design>,
+    /// The distance beyond which traces part (m).
+    limit_m: f64,
     /// Each with the number of its gain set.
     trials: Vec<(usize, &'a mut PartedTrial)>,
 }
@@ -28,12 +30,13 @@ impl<'a> Partings<'a> {
             Plan::new(&Campaign::load(&file, &Overrides::default())?)
         };
         let plans = [plan(folders[0])?, plan(folders[1])?];
-        agreement.part_beyond_m = Some(half_sole_width_m(&plans[0].robot));
+        let limit_m = half_sole_width_m(&plans[0].robot);
+        agreement.part_beyond_m = Some(limit_m);
         let of_set =
             |(set, of): (usize, &'a mut SetAgreement)| of.parted.iter_mut().take(most).map(move |trial| (set, trial));
         let trials: Vec<_> = agreement.sets.iter_mut().enumerate().flat_map(of_set).collect();
         let designs = plans[0].designs()?;
-        Ok(Self { plans, designs, trials })
+        Ok(Self { plans, designs, limit_m, trials })
     }
 
     /// Number of trials.
@@ -44,9 +47,9 @@ impl<'a> Partings<'a> {
     /// Simulates them on all cores, and notes where they part. Calls `on_trial` after each, from any thread. Fails if
     /// `stop` is set meanwhile.
     pub fn run(self, stop: &AtomicBool, on_trial: &(dyn Fn() + Sync)) -> Result<()> {
-        let Self { plans, designs, trials } = self;
+        let Self { plans, designs, limit_m, trials } = self;
         let [in_a, in_b] = plans.each_ref().map(|plan| &plan.manifest.campaign);
-        let (robot, limit_m) = (&plans[0].robot, half_sole_width_m(&plans[0].robot));
+        let robot = &plans[0].robot;
         trials.into_par_iter().try_for_each(|(set, of)| {
             if stop.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);

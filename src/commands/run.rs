@@ -52,7 +52,7 @@ pub struct RunArgs {
     /// same, are decided by intervals that hold however often one looks (betting confidence sequences). In at most 5 %
     /// of runs any pair, or any gate, is decided wrongly. A gain set stops earlier than the others once all its pairs
     /// are decided or, with gates, once no undecided gate names it: in the standard campaign with at most 300 trials
-    /// that saves 31 % of the episodes. A run that ended undecided goes on, with the gain sets that were still
+    /// that saves 21 % of the episodes. A run that ended undecided goes on, with the gain sets that were still
     /// undecided, if it is given more trials; but give --max-trials as high as it may become when you begin, since 9/10
     /// of the error are spent by then.
     #[arg(long)]

@@ -3,14 +3,12 @@
 use crate::robot::{Foot, Wrench};
 use nalgebra::{Point3, Vector3};
 
-/// What the ground does to a solid of the robot over a physics step.
+/// What may touch the ground.
 #[derive(Debug, Clone, Copy)]
-pub struct Touch {
-    /// Index into `Robot::links`.
-    pub link: usize,
-    /// The foot whose sole the solid is.
-    pub sole: Option<Foot>,
-    pub wrench: WorldWrench,
+pub enum Part {
+    Sole(Foot),
+    /// Another solid of a link, which is an index into `Robot::links`.
+    Link(usize),
 }
 
 /// A force (N) and a moment about the world's origin (N m), in world axes.

@@ -1,6 +1,6 @@
 //! What the plant asks of a physics engine: one robot on its ground, in SI units and in f64.
 
-use super::contact::Touch;
+use super::contact::{Part, WorldWrench};
 use super::servo::Drive;
 use crate::robot::Posture;
 use nalgebra::{DVector, Isometry3, Point3, UnitQuaternion, Vector3};
@@ -34,8 +34,9 @@ pub trait Physics: Send + Sync {
     /// Calls `see` with the speed (rad/s) of every joint in order.
     fn speeds(&self, see: &mut dyn FnMut(usize, f64));
 
-    /// Calls `see` with all that touched the ground in the last physics step, when the ground was tilted by `slope`.
-    fn touches(&self, slope: &UnitQuaternion<f64>, see: &mut dyn FnMut(Touch));
+    /// Calls `see` with each part that touched the ground in the last physics step, when the ground was tilted by `slope`,
+    /// and with the mean wrench of the ground on it.
+    fn touches(&self, slope: &UnitQuaternion<f64>, see: &mut dyn FnMut(Part, WorldWrench));
 }
 
 impl Clone for Box<dyn Physics> {

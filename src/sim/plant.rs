@@ -1,6 +1,6 @@
 //! The simulated robot. One control tick is a call of `sense` and then one of `advance` with a command.
 
-use super::contact::{Touch, WorldWrench};
+use super::contact::{Part, WorldWrench};
 use super::physics::Physics;
 use super::push::Push;
 use super::sensors::Sensors;
@@ -282,13 +282,13 @@ impl<'a> Plant<'a> {
     /// Adds the contact wrenches of the past physics step, and notes which link but the soles touches the ground.
     fn add_contacts(&mut self, share: f64, soles: &mut PerFoot<WorldWrench>, total: &mut WorldWrench) {
         let (slope, touching) = (self.truth.ground.slope, &mut self.truth.touching);
-        self.physics.touches(&slope, &mut |Touch { link, sole, wrench }| {
+        self.physics.touches(&slope, &mut |part, wrench| {
             let wrench = wrench * share;
             *total += wrench;
-            match sole {
-                Some(foot) => soles[foot] += wrench,
-                None if wrench.force.z > 0.0 && touching.is_none() => *touching = Some(link),
-                None => {}
+            match part {
+                Part::Sole(foot) => soles[foot] += wrench,
+                Part::Link(link) if wrench.force.z > 0.0 && touching.is_none() => *touching = Some(link),
+                Part::Link(_) => {}
             }
         });
     }

@@ -3,7 +3,7 @@
 mod model;
 
 use super::Ground;
-use super::contact::{Touch, WorldWrench};
+use super::contact::{Part, WorldWrench};
 use super::physics::Physics;
 use super::servo::Drive;
 use crate::error::{Error, Result};
@@ -45,7 +45,7 @@ pub fn start(robot: &Robot, ground: &Ground, posture: &Posture, step_s: f64) -> 
         let first = model.geom_bodyid().iter().position(|of| *of as usize == body);
         for (solid, geom) in robot.links[link].collisions.iter().zip(first.into_iter().flat_map(|first| first..)) {
             let sole = Foot::BOTH.into_iter().find(|&foot| solid.frame == robot.soles[foot].frame);
-            solids[geom] = Some((link, sole));
+            solids[geom] = Some(sole.map_or(Part::Link(link), Part::Sole));
         }
     }
     let spare = Some(Box::new(model.clone()));
@@ -81,8 +81,8 @@ struct Mujoco {
     /// The body of each link.
     bodies: Vec<usize>,
     joints: Vec<Addresses>,
-    /// The link and, if it is a sole, the foot of each solid; None for those of the ground.
-    solids: Vec<Option<(usize, Option<Foot>)>>,
+    /// Which part of the robot each solid is; None for those of the ground.
+    solids: Vec<Option<Part>>,
     ground_body: usize,
 }
 
@@ -162,20 +162,20 @@ impl Physics for Mujoco {
         self.joints.iter().enumerate().for_each(|(i, joint)| see(i, self.data.qvel()[joint.dq]));
     }
 
-    fn touches(&self, _: &UnitQuaternion<f64>, see: &mut dyn FnMut(Touch)) {
+    fn touches(&self, _: &UnitQuaternion<f64>, see: &mut dyn FnMut(Part, WorldWrench)) {
         for (i, contact) in self.data.contact().iter().enumerate() {
             let [first, second] = contact.geom.map(|geom| self.solids[geom as usize]);
             // The normal points from the first solid to the second, and the force acts on the second.
-            let ((link, sole), sign) = match (first, second) {
-                (None, Some(solid)) => (solid, 1.0),
-                (Some(solid), None) => (solid, -1.0),
+            let (part, sign) = match (first, second) {
+                (None, Some(part)) => (part, 1.0),
+                (Some(part), None) => (part, -1.0),
                 _ => continue,
             };
             let axes = Matrix3::from_row_slice(&contact.frame).transpose();
             let wrench = self.data.contact_force(i);
             let force = axes * Vector3::new(wrench[0], wrench[1], wrench[2]) * sign;
             let moment = Vector3::from(contact.pos).cross(&force);
-            see(Touch { link, sole, wrench: WorldWrench { force, moment } });
+            see(part, WorldWrench { force, moment });
         }
     }
 }

@@ -6,7 +6,7 @@ mod joint;
 mod world;
 
 use super::Ground;
-use super::contact::Touch;
+use super::contact::{Part, WorldWrench};
 use super::physics::Physics;
 use super::servo::Drive;
 use crate::robot::{Foot, Posture, Robot};
@@ -110,7 +110,7 @@ impl Physics for Rapier {
         }
     }
 
-    fn touches(&self, slope: &UnitQuaternion<f64>, see: &mut dyn FnMut(Touch)) {
+    fn touches(&self, slope: &UnitQuaternion<f64>, see: &mut dyn FnMut(Part, WorldWrench)) {
         let Handles { ground, soles, bodies, .. } = &self.handles;
         let narrow_phase = &self.world.narrow_phase;
         let pairs =
@@ -118,10 +118,12 @@ impl Physics for Rapier {
         for ((part, pose), pair) in pairs {
             let other = if pair.collider1 == *part { pair.collider2 } else { pair.collider1 };
             let wrench = ground_wrench(pair, *part, &(slope * pose), self.step_s);
+            let link = || {
+                let body = self.world.colliders[other].parent();
+                bodies.iter().position(|b| Some(*b) == body).expect("a collider of the robot")
+            };
             let sole = Foot::BOTH.into_iter().find(|&foot| soles[foot] == other);
-            let body = self.world.colliders[other].parent();
-            let link = bodies.iter().position(|b| Some(*b) == body).expect("a collider of the robot");
-            see(Touch { link, sole, wrench });
+            see(sole.map_or_else(|| Part::Link(link()), Part::Sole), wrench);
         }
     }
 }
