@@ -1,30 +1,29 @@
 //! Estimates the state of the robot from encoders, IMU and sole wrenches: posture, COM, COM velocity, ZMP, contact.
 //!
-//! The position of the base follows from the loaded feet. The point of a sole under its centre of pressure is taken to
-//! rest on the ground where the foot was put down, even while the foot rocks on an edge. The trunk's orientation comes
-//! from the IMU. The COM of that posture goes through the [`Kalman`] filter.
+//! The trunk is followed by its IMU ([`TrunkFilter`]), as is usual for legged robots (Bloesch et al. 2012, "State
+//! estimation for legged robots"): the accelerometer feels pushes, contacts and flight alike. The feet on the ground
+//! correct its position. The point of a sole under its centre of pressure is taken to rest on the ground where the foot
+//! was put down, even while the foot rocks on an edge. In flight nothing corrects, and a foot that comes down stands
+//! where it comes down. The orientation comes from the IMU. Encoders and gyro give the motion of the COM against the
+//! trunk.
+//!
+//! The paper estimates the COM with a Kalman filter on the pendulum (Sect. VI.A), which knows of no push and no flight.
 
-pub mod kalman;
+mod trunk;
 
-use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Pose, Posture, Robot, Sensed, Sole};
-use kalman::{Kalman, Trust};
+use crate::robot::{Foot, GRAVITY, Imu, Kinematics, PerFoot, Pose, Posture, Robot, Sensed, Sole};
 use nalgebra::{Isometry2, Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
+use trunk::TrunkFilter;
 
-/// A sole comes into contact when its load exceeds the first value, and stays so until its load is below the second
-/// (N).
-const CONTACT_FORCE_N: [f64; 2] = [5.0, 3.0];
+/// A sole comes into contact when its load exceeds the first value, and stays so until its load is below the second:
+/// a share of the weight plus a number of standard deviations of the force sensor.
+const CONTACT_LOAD: [(f64, f64); 2] = [(0.03, 5.0), (0.02, 3.0)];
 /// A sole whose lowest corner is nearer to the ground than this is in contact too, since it can carry load at once (m).
 /// The second value again applies to a sole that is already in contact.
 const CONTACT_HEIGHT_M: [f64; 2] = [0.004, 0.007];
-/// Noise that the Kalman filter assumes. For the COM it is the sensor noise along the chain from foot to COM; for the
-/// disturbance, it suits pushes of 1 to 3 N s.
-const TRUST: Trust = Trust {
-    com_m: 0.0008,
-    acceleration_m_s2: 1.0,
-    swing_acceleration_m_s2: 3.0,
-    model_m_s2: 1.0,
-    disturbance_m_s2: 0.5,
-};
+/// Time constant with which the velocity of the COM follows its measurement (s). In between it follows the forces under
+/// the soles, which do not know of pushes, and encoders tell velocities with noise.
+const VELOCITY_LAG_S: f64 = 0.0022;
 
 /// The state as the controller estimates it, world frame.
 #[derive(Debug, Clone)]
@@ -43,6 +42,8 @@ pub struct Estimate {
     pub in_contact: PerFoot<bool>,
     /// Vertical force on each sole (N).
     pub load_n: PerFoot<f64>,
+    /// Load from which a sole is in contact, and below which it no longer is (N).
+    pub contact_load_n: [f64; 2],
 }
 
 impl Estimate {
@@ -62,6 +63,8 @@ impl Estimate {
             footholds: soles,
             in_contact: PerFoot { left: true, right: true },
             load_n: PerFoot::from_fn(|_| 0.5 * robot.mass() * GRAVITY),
+            contact_load_n: CONTACT_LOAD
+                .map(|(share, deviations)| share * robot.mass() * GRAVITY + deviations * robot.noise.sole_force_n),
         }
     }
 
@@ -118,7 +121,12 @@ impl Estimate {
 #[derive(Debug, Clone)]
 pub struct Estimator {
     mass: f64,
-    filters: [Kalman; 3],
+    dt: f64,
+    trunk: TrunkFilter,
+    /// The COM in the trunk's frame (m).
+    lever: Vector3<f64>,
+    /// Whether each foot carries load, so that it tells where the robot is.
+    stands: PerFoot<bool>,
     /// The last estimate.
     pub now: Estimate,
 }
@@ -126,12 +134,10 @@ pub struct Estimator {
 impl Estimator {
     /// For a robot at rest in the state of `start`, with a control period `dt` (s).
     pub fn new(robot: &Robot, dt: f64, start: Estimate) -> Self {
-        let filter = Kalman::new(dt, TRUST);
-        let mut filters = [filter.clone(), filter.clone(), filter];
-        for (filter, com) in filters.iter_mut().zip(start.com.coords.iter()) {
-            filter.state[0] = *com;
-        }
-        Self { mass: robot.mass(), filters, now: start }
+        let trunk = start.kinematics.link_pose(robot.trunk);
+        let lever = trunk.inverse_transform_point(&start.com).coords;
+        let trunk = TrunkFilter::new(robot, dt, trunk.translation.vector);
+        Self { mass: robot.mass(), dt, trunk, lever, stands: PerFoot { left: true, right: true }, now: start }
     }
 
     /// Starts anew, at rest in the sensed posture. The lowest corner of a sole is then on the ground, and the world's
@@ -146,53 +152,67 @@ impl Estimator {
         now.footholds = PerFoot::from_fn(|foot| flat(&now.soles[foot]));
         now.in_contact = PerFoot { left: false, right: false };
         (now.com, now.com_vel, now.zmp) = (now.kinematics.com(), Vector3::zeros(), now.kinematics.com().xy());
-        for (filter, com) in self.filters.iter_mut().zip(self.now.com.coords.iter()) {
-            filter.state = Vector3::new(*com, 0.0, 0.0);
-        }
+        let trunk = self.now.kinematics.link_pose(robot.trunk);
+        self.lever = trunk.inverse_transform_point(&self.now.com).coords;
+        (self.trunk.position, self.trunk.velocity) = (trunk.translation.vector, Vector3::zeros());
+        self.stands = PerFoot { left: true, right: true };
         self.measure_zmp(sensed);
-        self.find_contact(robot, sensed, None);
+        self.find_contact(robot, None);
     }
 
     /// Runs one tick. `in_air` is the foot that the controller is moving; it is not used to find the base.
     pub fn update(&mut self, robot: &Robot, sensed: &Sensed, in_air: Option<Foot>) {
-        self.find_base(robot, sensed, in_air);
-        let force = self.measure_zmp(sensed);
-        let com = self.now.kinematics.com();
-        let mut acceleration = sensed.imu.orientation * sensed.imu.accelerometer - Vector3::new(0.0, 0.0, GRAVITY);
-        // The IMU measures the trunk. A pushed robot leans about its soles, so its speed grows with height: UT-mu2's
-        // COM moves at 0.77 to 0.82 of the speed of its IMU, and lies at 0.81 of the IMU's height.
-        let lean = (com.z / self.now.kinematics.link_pose(robot.trunk).translation.z).clamp(0.0, 1.0);
-        acceleration.x *= lean;
-        acceleration.y *= lean;
-        let force_per_mass = force / self.mass - Vector3::new(0.0, 0.0, GRAVITY);
-        for (axis, filter) in self.filters.iter_mut().enumerate() {
-            filter.update(force_per_mass[axis], com[axis], acceleration[axis], in_air.is_some());
-            self.now.com[axis] = filter.state[0];
-            self.now.com_vel[axis] = filter.state[1];
+        let gravity = Vector3::new(0.0, 0.0, GRAVITY);
+        let rotation = self.now.read_posture(robot, sensed);
+        let Imu { orientation, gyro, accelerometer } = sensed.imu;
+        let trunk = *self.now.kinematics.link_pose(robot.trunk);
+        let lever = trunk.inverse_transform_point(&self.now.kinematics.com()).coords;
+        let turning = gyro.cross(&lever) + (lever - self.lever) / self.dt;
+        self.lever = lever;
+        self.trunk.predict(orientation * accelerometer - gravity);
+        if let Some(base) = self.base_on_feet(robot, sensed, rotation) {
+            self.trunk.correct(base + rotation * trunk.translation.vector);
         }
-        self.find_contact(robot, sensed, in_air);
+        self.now.place_base(robot, self.trunk.position - rotation * trunk.translation.vector, rotation);
+        let force = self.measure_zmp(sensed);
+        self.now.com = self.now.kinematics.com();
+        let com_vel = &mut self.now.com_vel;
+        *com_vel += (force / self.mass - gravity) * self.dt;
+        let measured = self.trunk.velocity + orientation * turning;
+        *com_vel += (measured - *com_vel) * -(-self.dt / VELOCITY_LAG_S).exp_m1();
+        self.find_footholds(in_air);
+        self.find_contact(robot, in_air);
     }
 
-    /// Finds the posture: joint angles from the encoders, orientation from the IMU, position from the loaded feet.
-    fn find_base(&mut self, robot: &Robot, sensed: &Sensed, in_air: Option<Foot>) {
-        let now = &mut self.now;
-        let before = now.posture.base.translation.vector;
-        let rotation = now.read_posture(robot, sensed);
+    /// Position of the base (m) according to the feet that stand; None if none does. A foot counts as much as it
+    /// carries.
+    fn base_on_feet(&self, robot: &Robot, sensed: &Sensed, rotation: UnitQuaternion<f64>) -> Option<Vector3<f64>> {
         let (mut sum, mut carried) = (Vector3::zeros(), 0.0);
-        for foot in Foot::BOTH.into_iter().filter(|&f| in_air != Some(f)) {
+        for foot in Foot::BOTH.into_iter().filter(|&foot| self.stands[foot]) {
             let load = sensed.soles[foot].force.z;
             // A smaller load is mostly noise.
-            if load < CONTACT_FORCE_N[0] {
+            if load < self.now.contact_load_n[0] {
                 continue;
             }
             let pressed = pressure_point(&robot.soles[foot], sensed, foot);
-            let in_base = now.kinematics.sole_pose(robot, foot) * pressed;
-            let in_world = now.footholds[foot] * pressed;
+            let in_base = self.now.kinematics.sole_pose(robot, foot) * pressed;
+            let in_world = self.now.footholds[foot] * pressed;
             sum += (in_world.coords - rotation * in_base.coords) * load;
             carried += load;
         }
-        // In flight the base stays where it was: no sensor tells more, and flights are short.
-        now.place_base(robot, if carried > 0.0 { sum / carried } else { before }, rotation);
+        (carried > 0.0).then(|| sum / carried)
+    }
+
+    /// Notes which feet stand. One that comes down stands where it is now.
+    fn find_footholds(&mut self, in_air: Option<Foot>) {
+        for foot in Foot::BOTH {
+            let stood = std::mem::replace(&mut self.stands[foot], false);
+            let carries = self.now.load_n[foot] > self.now.contact_load_n[usize::from(stood)];
+            self.stands[foot] = carries && in_air != Some(foot);
+            if self.stands[foot] && !stood {
+                self.now.footholds[foot] = flat(&self.now.soles[foot]);
+            }
+        }
     }
 
     /// Computes the ZMP on the ground from the sole wrenches, and returns their total force (N).
@@ -205,18 +225,19 @@ impl Estimator {
             force += f;
             moment += sole.rotation * sensed.soles[foot].moment + sole.translation.vector.cross(&f);
         }
-        if force.z > CONTACT_FORCE_N[0] {
+        if force.z > self.now.contact_load_n[0] {
             self.now.zmp = Point2::new(-moment.y / force.z, moment.x / force.z);
         }
         force
     }
 
-    fn find_contact(&mut self, robot: &Robot, sensed: &Sensed, in_air: Option<Foot>) {
+    /// Notes which soles are in contact. A sole that is about to touch the ground is, since it can carry load at once.
+    fn find_contact(&mut self, robot: &Robot, in_air: Option<Foot>) {
         for foot in Foot::BOTH.into_iter().filter(|&f| in_air != Some(f)) {
             let pose = &self.now.soles[foot];
             let low = lowest_corner(&robot.soles[foot], pose);
-            let threshold = usize::from(self.now.in_contact[foot]);
-            let touches = sensed.soles[foot].force.z > CONTACT_FORCE_N[threshold] || low < CONTACT_HEIGHT_M[threshold];
+            let before = usize::from(self.now.in_contact[foot]);
+            let touches = self.now.load_n[foot] > self.now.contact_load_n[before] || low < CONTACT_HEIGHT_M[before];
             if touches && !self.now.in_contact[foot] {
                 self.now.footholds[foot] = flat(pose);
             }

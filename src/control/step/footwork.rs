@@ -31,7 +31,7 @@ pub trait Footwork: Debug + Send + Sync {
 
     /// How the swing ends at this tick; None if it goes on.
     fn landing(&self, now: &Estimate, swing: &Swing) -> Option<Landing> {
-        if swing.has_landed(now.load_n[swing.footstep.foot]) {
+        if swing.has_landed(now.load_n[swing.footstep.foot] > now.contact_load_n[0]) {
             Some(Landing::OnGround)
         } else {
             swing.is_overdue().then_some(Landing::GivenUp)

@@ -5,8 +5,6 @@ use crate::control::estimate::on_ground;
 use crate::robot::{Foot, PerFoot, Pose, Robot};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
-/// A swing foot has landed when its load exceeds this (N).
-const LANDED_N: f64 = 5.0;
 /// Share of the swing before which a load is no landing, because the foot may not have left the ground yet.
 const EARLIEST_LANDING: f64 = 0.6;
 /// A foot that is late goes down at this speed (m/s).
@@ -122,9 +120,9 @@ impl Swing {
         self.time_s >= self.timing.swing_time_s - 1e-9
     }
 
-    /// Whether the sole, with a load of `load_n` (N), has landed.
-    pub fn has_landed(&self, load_n: f64) -> bool {
-        self.time_s >= EARLIEST_LANDING * self.timing.swing_time_s && load_n > LANDED_N
+    /// Whether a sole that carries load has landed.
+    pub fn has_landed(&self, carries: bool) -> bool {
+        carries && self.time_s >= EARLIEST_LANDING * self.timing.swing_time_s
     }
 
     /// Whether the foot is so late that the swing ends without a landing.
@@ -196,17 +194,16 @@ mod tests {
         assert_eq!(velocity, Vector3::new(0.0, 0.0, -LATE_SPEED_M_S));
         assert!(!at(due + TIMING.late_s - DT).is_overdue());
         assert!(at(due + TIMING.late_s).is_overdue(), "it is late for good");
-        assert!(!at(due + TIMING.late_s).has_landed(0.0), "but not landed");
+        assert!(!at(due + TIMING.late_s).has_landed(false), "but not landed");
         assert!(at(due).is_due() && !at(due - DT).is_due());
     }
 
     #[test]
     fn a_foot_lands_when_it_carries_but_not_before_it_has_left() {
         let due = TIMING.swing_time_s;
-        assert!(!at(DT).has_landed(40.0), "it has not yet left the ground");
-        assert!(!at(0.59 * due).has_landed(40.0));
-        assert!(at(0.61 * due).has_landed(40.0), "early");
-        assert!(!at(0.61 * due).has_landed(4.0), "a touch is no landing");
-        assert!(at(due).has_landed(40.0) && !at(due).has_landed(0.0));
+        assert!(!at(DT).has_landed(true), "it has not yet left the ground");
+        assert!(!at(0.59 * due).has_landed(true));
+        assert!(at(0.61 * due).has_landed(true), "early");
+        assert!(at(due).has_landed(true) && !at(due).has_landed(false));
     }
 }
