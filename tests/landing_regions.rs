@@ -5,7 +5,7 @@ use rapier3d::parry::math::{Pose as ParryPose, Vector};
 use rapier3d::parry::query::distance;
 use rapier3d::parry::shape::Cuboid;
 use standfast::robot::swing_time::{Swing, least_swing_time_s};
-use standfast::robot::{Foot, Kinematics, LandingRegion, Robot, Shape};
+use standfast::robot::{Around, Foot, Kinematics, LandingRegion, Robot, Shape};
 
 /// Least distance that the collision boxes of the legs keep from each other (m).
 const GAP_M: f64 = 0.005;
@@ -40,8 +40,8 @@ fn gap_m(robot: &Robot, kinematics: &Kinematics) -> f64 {
 }
 
 /// Least distance between the legs on the way to a place (m); None if that is out of reach.
-fn least_gap_m(robot: &Robot, foot: Foot, to: [f64; 2], sideways_from: f64) -> Option<f64> {
-    let mut swing = Swing::new(robot, foot, to, sideways_from)?;
+fn least_gap_m(robot: &Robot, foot: Foot, to: [f64; 2], around: Around) -> Option<f64> {
+    let mut swing = Swing::new(robot, foot, to, around)?;
     let mut kinematics = Kinematics::new(robot);
     let gap = |i: u32| {
         kinematics.update(robot, swing.posture(f64::from(i) / 40.0)?);
@@ -58,7 +58,7 @@ fn the_legs_reach_all_of_each_region_without_touching() {
         for (i, k) in (0..=4).flat_map(|i| (0..=4).map(move |k| (i, k))) {
             let to = [at(region.x_m, i), at(region.y_m, k)];
             for foot in Foot::BOTH {
-                let gap_m = least_gap_m(&robot, foot, to, region.sideways_from);
+                let gap_m = least_gap_m(&robot, foot, to, region.around());
                 assert!(gap_m.is_some_and(|gap| gap > GAP_M), "{}, {foot:?} to {to:?}: {gap_m:?}", region.name);
             }
         }
@@ -69,9 +69,9 @@ fn the_legs_reach_all_of_each_region_without_touching() {
 #[test]
 fn a_foot_that_crosses_on_the_straight_way_or_beside_the_stance_sole_touches() {
     let robot = Robot::load("ut-mu2").unwrap();
-    let around = region(&robot, "in front").sideways_from;
-    for (to, sideways_from) in [([0.15, -0.075], 0.0), ([0.06, 0.0], around), ([0.1, -0.03], around)] {
-        assert_eq!(least_gap_m(&robot, Foot::Left, to, sideways_from), Some(0.0), "{to:?} from {sideways_from}");
+    let around = region(&robot, "in front").around();
+    for (to, around) in [([0.15, -0.075], Around::default()), ([0.06, 0.0], around), ([0.1, -0.03], around)] {
+        assert_eq!(least_gap_m(&robot, Foot::Left, to, around), Some(0.0), "{to:?} by {around:?}");
     }
 }
 

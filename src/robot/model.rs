@@ -187,9 +187,26 @@ pub struct LandingRegion {
     /// only until the same share before the end. With 0, the default, it goes straight.
     #[serde(default)]
     pub sideways_from: f64,
+    /// How far it swings out on its way, forward or backward like the region (m); 0 by default.
+    #[serde(default)]
+    pub arc_m: f64,
+}
+
+/// How a foot goes around the stance leg.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Around {
+    /// As in [`LandingRegion`].
+    pub sideways_from: f64,
+    /// Way by which it swings out in the middle of the swing, with the sign of x (m).
+    pub arc_m: f64,
 }
 
 impl LandingRegion {
+    /// How a foot goes around the stance leg to this region.
+    pub fn around(&self) -> Around {
+        Around { sideways_from: self.sideways_from, arc_m: self.arc_m * self.x_m[0].signum() }
+    }
+
     pub fn corners(&self) -> [[f64; 2]; 4] {
         let ([x0, x1], [y0, y1]) = (self.x_m, self.y_m);
         [[x0, y0], [x0, y1], [x1, y0], [x1, y1]]

@@ -102,6 +102,7 @@ fn check_reach(file: &str, regions: &[LandingRegion]) -> Result<()> {
             ("y_m[1]", y1, y0, 10.0),
             ("swing_time_s", region.swing_time_s, 0.01, 10.0),
             ("sideways_from", region.sideways_from, 0.0, 0.8),
+            ("arc_m", region.arc_m, 0.0, 10.0),
         ];
         Error::check_ranges(file, &format!("reach[{i}]"), &ranges)?;
         if region.name.is_empty() || !names.insert(&region.name) {

@@ -5,7 +5,7 @@
 //! the feet at home to above their middle at the landing. (A robot that steps falls towards the landing place. With a
 //! pelvis that stays behind, the far places are out of reach.) It sinks smoothly, by the one of [`SINKS`] with
 //! which the swing is quickest: a leg that is nearly straight needs fast joints. To a place on the other side of the stance
-//! leg, the foot goes around it: see [`LandingRegion::sideways_from`].
+//! leg, the foot goes around it: see [`Around`].
 //!
 //! All of this scales with the time T of the swing: the joint angles q(u) are a function of the share u = t/T alone.
 //! So the torques of the leg are `A(u)/T^2 + g(u)`, where g is what gravity asks for, and the speeds are `q'(u)/T`. T
@@ -17,7 +17,7 @@
 
 use super::dynamics::Dynamics;
 use super::kinematics::{Kinematics, Pose, Posture};
-use super::model::{Foot, LandingRegion, PerFoot, Robot, Servo};
+use super::model::{Around, Foot, LandingRegion, PerFoot, Robot, Servo};
 use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, Vector2, Vector3, Vector6};
 
 /// Height of the sole in the middle of the swing, in COM heights.
@@ -45,8 +45,7 @@ fn least_jerk(u: f64) -> f64 {
 pub struct Swing<'a> {
     robot: &'a Robot,
     foot: Foot,
-    /// As in [`LandingRegion::sideways_from`].
-    sideways_from: f64,
+    around: Around,
     /// Way of the sole over the ground (m), world axes.
     way: Vector2<f64>,
     lift_m: f64,
@@ -65,7 +64,7 @@ pub struct Swing<'a> {
 impl<'a> Swing<'a> {
     /// A swing to `to`: the offset from the centre of the stance sole (m), x forward and y to the side of `foot`. None if
     /// a leg cannot reach its sole's places within the limits of its joints, or if the motors cannot hold it there.
-    pub fn new(robot: &'a Robot, foot: Foot, to: [f64; 2], sideways_from: f64) -> Option<Self> {
+    pub fn new(robot: &'a Robot, foot: Foot, to: [f64; 2], around: Around) -> Option<Self> {
         let home = robot.home_posture();
         let mut kinematics = Kinematics::new(robot);
         kinematics.update(robot, &home);
@@ -75,7 +74,7 @@ impl<'a> Swing<'a> {
         let mut swing = Self {
             robot,
             foot,
-            sideways_from,
+            around,
             way: Vector2::new(to[0], to[1] * foot.side()) - from.xy(),
             lift_m: LIFT * com_height_m,
             sink_m: 0.0,
@@ -105,11 +104,12 @@ impl<'a> Swing<'a> {
 
     /// The posture at the share `u` of the swing, with the stance sole at its place at home. None if no posture is found.
     pub fn posture(&mut self, u: f64) -> Option<&Posture> {
-        let lasts = 1.0 - self.sideways_from;
+        let lasts = 1.0 - self.around.sideways_from;
+        let bump = 16.0 * (u * (1.0 - u)).powi(2);
         let place = Vector3::new(
-            self.way.x * least_jerk(u / lasts),
-            self.way.y * least_jerk((u - self.sideways_from) / lasts),
-            16.0 * self.lift_m * (u * (1.0 - u)).powi(2),
+            self.way.x * least_jerk(u / lasts) + self.around.arc_m * bump,
+            self.way.y * least_jerk((u - self.around.sideways_from) / lasts),
+            self.lift_m * bump,
         );
         self.posture.base = self.home.base;
         self.posture.base.translation.vector += (0.5 * u * self.way).push(-self.sink_m * least_jerk(u));
@@ -227,7 +227,7 @@ pub fn least_swing_time_s(robot: &Robot, region: &LandingRegion) -> Option<f64> 
     let mut most = 0.0_f64;
     for foot in Foot::BOTH {
         for to in region.corners() {
-            most = most.max(Swing::new(robot, foot, to, region.sideways_from)?.least_time_s());
+            most = most.max(Swing::new(robot, foot, to, region.around())?.least_time_s());
         }
     }
     Some(most)

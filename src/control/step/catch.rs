@@ -19,6 +19,7 @@ use crate::robot::{Command, Foot, LandingRegion, PerFoot};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
 /// For a late foot, the plan assumes that it lands in this many ticks.
+#[allow(unused)]
 const LATE_TICKS: f64 = 5.0;
 /// Newton steps per tick for the posture at landing, which changes with the landing place.
 const AHEAD_STEPS: usize = 3;
@@ -30,8 +31,10 @@ const SOLE_SHARE: f64 = 0.98;
 #[derive(Debug, Clone)]
 pub struct CatchFootwork {
     rules: Catching,
-    /// Where a foot can land without crossing.
-    region: LandingRegion,
+    /// Where a foot can land.
+    regions: Vec<LandingRegion>,
+    /// The region of the footstep in the air.
+    region: usize,
     /// The posture at landing. Where the feet will be far apart, the legs reach the ground only with a lower body, so
     /// the body sinks during the swing. Pulled down only at the end, the robot would leave the ground.
     at_landing: InverseKinematics,
@@ -46,7 +49,8 @@ impl CatchFootwork {
         let contact = ContactModel { friction: FRICTION_SHARE * robot.friction, sole_share: SOLE_SHARE };
         Self {
             rules,
-            region: robot.reach.first().expect("the design of a set that catches asks for it").clone(),
+            regions: if crate::env("CROSS", 1.0) > 0.0 { robot.reach.clone() } else { robot.reach[..1].to_vec() },
+            region: 0,
             at_landing: InverseKinematics::new(robot),
             dynamics: InverseDynamics::new(robot, contact),
             wanted: DesiredAcceleration::rest(robot, PerFoot::default()),
@@ -63,32 +67,57 @@ impl Footwork for CatchFootwork {
     /// or when the other foot is not in contact.
     fn lift(&mut self, now: &StepState, body: &mut Body) -> Option<Swing> {
         let (rules, estimate, robot) = (self.rules, now.estimate, &now.design.robot);
-        if !now.has_waited(0.0, rules.pause_s) {
+        if !now.has_waited(0.0, crate::env("PAUSE", rules.pause_s)) {
             return None;
         }
         let support = now.support();
-        if support.polygon?.contains(support.frame.inverse_transform_point(&dcm_in(0.0, now))) {
+        if support.polygon?.signed_distance(support.frame.inverse_transform_point(&(dcm_in(0.0, now) + toppling(now)))) <= crate::env("OUT", 0.0) {
             return None;
         }
-        let mut best: Option<(Foot, Isometry2<f64>, CatchPlan)> = None;
+        let mut best: Option<(Foot, usize, Isometry2<f64>, CatchPlan, f64)> = None;
         for foot in Foot::BOTH.into_iter().filter(|foot| estimate.in_contact[foot.other()]) {
             let stance = on_ground(&estimate.footholds[foot.other()]);
             let carried = (estimate.load_n[foot] / (estimate.load_n.left + estimate.load_n.right)).clamp(0.0, 1.0);
-            let transfer_s = if carried.is_finite() { carried * rules.transfer_s } else { 0.0 };
-            let dcm = to_side(foot, stance.inverse_transform_point(&dcm_in(transfer_s, now)));
-            let catch = plan(&rules.weights, &self.problem(foot, now), dcm, rules.swing_time_s - transfer_s);
-            if best.as_ref().is_none_or(|(.., least)| catch.cost < least.cost) {
-                best = Some((foot, stance, catch));
+            let transfer_s = if carried.is_finite() { carried * crate::env("TRANSFER", rules.transfer_s) } else { 0.0 };
+            let dcm = to_side(foot, stance.inverse_transform_point(&(dcm_in(transfer_s, now) + toppling(now) * crate::env("LPLAN", 1.0))));
+            let at = to_side(foot, stance.inverse_transform_point(&estimate.footholds[foot].translation.vector.xy().into()));
+            let here_s = if at.y < self.regions[0].y_m[0] - 0.01 { self.regions.get(1).map_or(0.0, |r| r.swing_time_s) } else { 0.0 };
+            for (i, region) in self.regions.iter().enumerate() {
+                if region.sideways_from > 0.0 && at.y < self.regions[0].y_m[0] - 0.01 && at.x * region.x_m[0] < 0.0 {
+                    continue;
+                }
+                let time_s = region.swing_time_s.max(here_s) * crate::env("TSCALE", 1.0);
+                let mut catch = plan(&rules.weights, &self.problem(foot, region, now), dcm, time_s - transfer_s);
+                if region.sideways_from > 0.0 {
+                    catch.cost += crate::env("CROSSCOST", 0.0);
+                }
+                if best.as_ref().is_none_or(|(_, _, _, least, _)| catch.cost < least.cost) {
+                    best = Some((foot, i, stance, catch, time_s));
+                }
             }
         }
-        let (foot, stance, catch) = best?;
+        let (foot, i, stance, catch, swing_time_s) = best?;
+        self.region = i;
         let to = stance * Point2::from(to_side(foot, catch.place.into()));
-        let Catching { swing_time_s, lift_m, late_s, .. } = rules;
+        let at = to_side(foot, stance.inverse_transform_point(&estimate.footholds[foot].translation.vector.xy().into()));
+        let Catching { lift_m, late_s, .. } = rules;
+        let lift_m = crate::env("LIFT", lift_m);
         body.com.start(estimate);
         self.at_landing.start_at(body.posture());
         body.com.height = [self.at_landing.com_height(robot), 0.0, 0.0];
         let footstep = PlannedFootstep { foot, to, zmp_error: now.zmp_error };
-        Some(Swing::new(SwingTiming { swing_time_s, lift_m, late_s }, footstep, &estimate.footholds))
+        let around = self.regions[i].around();
+        let w = around.sideways_from;
+        let way = if w > 0.0 {
+            ([[0.0, 1.0 - w], [w, 1.0]], around.arc_m)
+        } else if at.y < self.regions[0].y_m[0] - 0.01 {
+            let back = self.regions.iter().find(|r| r.sideways_from > 0.0 && r.x_m[0] * at.x > 0.0).map_or(Default::default(), |r| r.around());
+            let w = back.sideways_from;
+            ([[w, 1.0], [0.0, 1.0 - w]], back.arc_m)
+        } else {
+            ([[0.0, 1.0]; 2], 0.0)
+        };
+        Some(Swing::new(SwingTiming { swing_time_s, lift_m, late_s }, way, footstep, &estimate.footholds))
     }
 
     /// Plans landing place and ZMP anew until shortly before the landing, and then only the ZMP.
@@ -101,13 +130,13 @@ impl Footwork for CatchFootwork {
     ) -> Result<Point2<f64>, TickError> {
         let (robot, pendulum, estimate) = (&*now.design.robot, &now.design.family.pendulum, now.estimate);
         let (foot, stance, left_s) = (swing.footstep.foot, swing.stance, swing.time_left_s());
-        let mut problem = self.problem(foot, now);
-        if left_s <= self.rules.settle_s {
+        let mut problem = self.problem(foot, &self.regions[self.region], now);
+        if left_s <= crate::env("SETTLE", self.rules.settle_s) {
             problem = problem.landing_at(to_side(foot, stance.inverse_transform_point(&swing.footstep.to)));
         }
         let dcm = to_side(foot, stance.inverse_transform_point(&dcm_in(0.0, now)));
         let catch = plan(&self.rules.weights, &problem, dcm, left_s.max(LATE_TICKS * pendulum.dt));
-        if left_s > self.rules.settle_s {
+        if left_s > crate::env("SETTLE", self.rules.settle_s) {
             swing.aim(stance * Point2::from(to_side(foot, catch.place.into())));
         }
         let zmp = stance * Point2::from(to_side(foot, catch.zmp.into()));
@@ -130,13 +159,13 @@ impl Footwork for CatchFootwork {
 
 impl CatchFootwork {
     /// The planning problem for a footstep of `foot`.
-    fn problem(&self, foot: Foot, now: &StepState) -> CatchProblem {
+    fn problem(&self, foot: Foot, region: &LandingRegion, now: &StepState) -> CatchProblem {
         let Design { robot, family, stance, .. } = now.design;
         CatchProblem {
             omega: family.pendulum.omega,
             sole: robot.soles[foot.other()].half_m,
             zmp_margin: family.zmp_margin,
-            reach: [self.region.x_m, self.region.y_m],
+            reach: [region.x_m, region.y_m],
             home: Vector2::new(stance.x * foot.side(), stance.y),
         }
     }
@@ -175,6 +204,13 @@ fn dcm_in(time_s: f64, now: &StepState) -> Point2<f64> {
     let (estimate, omega) = (now.estimate, now.design.family.pendulum.omega);
     let dcm = estimate.com_xy() + estimate.com_vel_xy() / omega;
     estimate.zmp + (dcm - estimate.zmp) * (omega * (time_s + now.design.robot.delay_s)).exp()
+}
+
+fn toppling(now: &StepState) -> Vector2<f64> {
+    let w = now.estimate.turning;
+    let i = crate::env("INERTIA", 0.12);
+    let factor = now.design.family.pendulum.omega / (now.design.robot.mass() * 9.80665) * i;
+    Vector2::new(w.y, -w.x) * factor
 }
 
 /// Changes between the axes of a stance sole and those with y to the side of `foot`. It is its own inverse.

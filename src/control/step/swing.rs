@@ -40,8 +40,12 @@ pub struct Swing {
     timing: SwingTiming,
     /// Pose of the stance sole in the world, flat on the ground.
     pub stance: Isometry2<f64>,
-    /// Path of the swing sole's centre (world frame), without the bump that lifts it off the ground.
+    /// Path of the swing sole's centre (stance axes for x and y; height), without the bump that lifts it off the ground.
     path: [Quintic; 3],
+    /// Shares of the swing between which each axis moves.
+    windows: [[f64; 2]; 3],
+    /// How far the sole swings out along the stance sole's x axis (m).
+    arc_m: f64,
     /// Pose of the swing sole at the lift, and at its landing.
     from: Pose,
     to: Pose,
@@ -50,25 +54,53 @@ pub struct Swing {
 }
 
 impl Swing {
-    /// A footstep that starts from the given footholds (world frame).
-    pub fn new(timing: SwingTiming, footstep: PlannedFootstep, footholds: &PerFoot<Pose>) -> Self {
+    /// A footstep that starts from the given footholds (world frame). x and y of the stance sole move within the
+    /// given shares of the swing.
+    pub fn new(
+        timing: SwingTiming,
+        ([x, y], arc_m): ([[f64; 2]; 2], f64),
+        footstep: PlannedFootstep,
+        footholds: &PerFoot<Pose>,
+    ) -> Self {
         let [from, foothold] = [footstep.foot, footstep.foot.other()].map(|foot| footholds[foot]);
         let stance = on_ground(&foothold);
         let landing = Vector3::new(footstep.to.x, footstep.to.y, foothold.translation.z);
         let to = Pose::from_parts(landing.into(), foothold.rotation);
-        let from_rest = |from: f64, to: f64| Quintic::new([from, 0.0, 0.0], to, 0.0, timing.swing_time_s);
-        let path = [0, 1, 2].map(|k| from_rest(from.translation.vector[k], landing[k]));
-        Self { footstep, timing, stance, path, from, to, time_s: 0.0 }
+        let local = |p: Vector3<f64>| {
+            let q = stance.inverse_transform_point(&p.xy().into());
+            [q.x, q.y, p.z]
+        };
+        let windows = [x, y, [0.0, 1.0]];
+        let (start, end) = (local(from.translation.vector), local(landing));
+        let [t0, t1] = [0, 1].map(|i| move |k: usize| windows[k][i] * timing.swing_time_s);
+        let path = [0, 1, 2].map(|k| Quintic::new([start[k], 0.0, 0.0], end[k], t0(k), t1(k)));
+        Self { footstep, timing, stance, path, windows, arc_m, from, to, time_s: 0.0 }
     }
 
     /// Changes the landing place (m, world frame), starting from the present planned state; before it is due.
     pub fn aim(&mut self, to: Point2<f64>) {
+        let local = self.stance.inverse_transform_point(&to);
         for k in 0..2 {
-            let state = self.path[k].at(self.time_s);
-            self.path[k] = Quintic::new(state, to[k], self.time_s, self.timing.swing_time_s);
+            let [start_s, end_s] = self.windows[k].map(|share| share * self.timing.swing_time_s);
+            let now_s = self.time_s.max(start_s);
+            if now_s < end_s - 0.05 * self.timing.swing_time_s {
+                self.path[k] = Quintic::new(self.path[k].at(now_s), local[k], now_s, end_s);
+            }
         }
         self.footstep.to = to;
         (self.to.translation.x, self.to.translation.y) = (to.x, to.y);
+    }
+
+    /// State of one axis of the path (place, velocity, acceleration).
+    fn axis(&self, k: usize) -> [f64; 3] {
+        self.path[k].at(self.time_s.max(self.windows[k][0] * self.timing.swing_time_s))
+    }
+
+    /// Place, velocity and acceleration over the ground, world frame.
+    fn over_ground(&self) -> [Vector2<f64>; 3] {
+        let (x, y, arc) = (self.axis(0), self.axis(1), self.bump(self.arc_m));
+        let turned = |i: usize| self.stance.rotation * Vector2::new(x[i] + arc[i], y[i]);
+        [self.stance.translation.vector + turned(0), turned(1), turned(2)]
     }
 
     /// Time left until the landing is due (s).
@@ -78,15 +110,16 @@ impl Swing {
 
     /// Acceleration of the swing sole (m/s^2), world frame.
     pub fn sole_acc(&self) -> Vector3<f64> {
-        let [x, y, z] = self.path.map(|axis| axis.at(self.time_s)[2]);
-        let [.., bump] = self.bump();
-        Vector3::new(x, y, z + bump)
+        let [.., over] = self.over_ground();
+        let [.., bump] = self.bump(self.timing.lift_m);
+        Vector3::new(over.x, over.y, self.axis(2)[2] + bump)
     }
 
     /// Where the swing sole is to be now, and its velocity (m/s), world frame.
     pub fn sole(&self) -> (Pose, Vector3<f64>) {
-        let [[x, vx, _], [y, vy, _], [z, vz, _]] = self.path.map(|axis| axis.at(self.time_s));
-        let [bump, bump_rate, _] = self.bump();
+        let ([at, vel, _], [z, vz, _]) = (self.over_ground(), self.axis(2));
+        let ([x, y], [vx, vy]): ([f64; 2], [f64; 2]) = (at.into(), vel.into());
+        let [bump, bump_rate, _] = self.bump(self.timing.lift_m);
         let late_s = (self.time_s - self.timing.swing_time_s).max(0.0);
         let late_speed = if late_s > 0.0 { LATE_SPEED_M_S } else { 0.0 };
         let place = Vector3::new(x, y, z + bump - LATE_SPEED_M_S * late_s);
@@ -97,16 +130,16 @@ impl Swing {
 
     /// Height of the sole above its path, with rate and acceleration (m, m/s, m/s^2). Both ends have zero height and
     /// rate.
-    fn bump(&self) -> [f64; 3] {
-        let SwingTiming { swing_time_s: duration, lift_m, .. } = self.timing;
+    fn bump(&self, height_m: f64) -> [f64; 3] {
+        let duration = self.timing.swing_time_s;
         let u = self.time_s / duration;
         if u >= 1.0 {
             return [0.0; 3];
         }
         [
-            16.0 * lift_m * (u * (1.0 - u)).powi(2),
-            32.0 * lift_m * u * (1.0 - u) * (1.0 - 2.0 * u) / duration,
-            32.0 * lift_m * (1.0 - 6.0 * u + 6.0 * u * u) / (duration * duration),
+            16.0 * height_m * (u * (1.0 - u)).powi(2),
+            32.0 * height_m * u * (1.0 - u) * (1.0 - 2.0 * u) / duration,
+            32.0 * height_m * (1.0 - 6.0 * u + 6.0 * u * u) / (duration * duration),
         ]
     }
 
@@ -149,7 +182,7 @@ mod tests {
         let to = Point2::new(-0.1, -0.13);
         let footstep = PlannedFootstep { foot: Foot::Right, to, zmp_error: Vector2::new(-0.03, -0.04) };
         let footholds = PerFoot { left: flat(0.01, 0.048, 0.1), right: flat(-0.01, -0.05, -0.05) };
-        Swing::new(TIMING, footstep, &footholds)
+        Swing::new(TIMING, ([[0.0, 1.0]; 2], 0.0), footstep, &footholds)
     }
 
     fn at(time_s: f64) -> Swing {
