@@ -7,7 +7,6 @@
 
 use super::rapier::shape::gap_m;
 use crate::robot::{Foot, Kinematics, PerFoot, Robot};
-use nalgebra::Isometry3;
 
 /// Friction coefficient between links, plastic on plastic; assumed. (It is a power of two, so that a factor for the
 /// friction with the ground can undo it exactly.)
@@ -29,12 +28,17 @@ pub struct Meeting {
 /// The pairs of links that collide.
 #[derive(Debug, Clone)]
 pub struct Pairs {
+    /// The limb of each link: [`TRUNK`], one of [`LEGS`], or a larger number for each arm.
+    pub limbs: Vec<usize>,
     /// Whether two links collide, by their indices into `Robot::links`. It is symmetric.
     collide: Vec<Vec<bool>>,
-    limbs: Vec<Limb>,
     /// Pairs that do not collide only because they touch in the home posture.
     pub touching_at_home: Vec<[usize; 2]>,
 }
+
+/// The trunk, with all links that carry it or both legs.
+const TRUNK: usize = 0;
+const LEGS: PerFoot<usize> = PerFoot { left: 1, right: 2 };
 
 impl Pairs {
     pub fn new(robot: &Robot) -> Self {
@@ -45,8 +49,7 @@ impl Pairs {
         let mut collide = vec![vec![false; count]; count];
         let mut touching_at_home = Vec::new();
         for b in 0..count {
-            let carrier = b.checked_sub(1).map(|joint| robot.joints[joint].parent);
-            for a in (0..b).filter(|&a| carrier != Some(a) && can_meet(limbs[a], limbs[b])) {
+            for a in (0..b).filter(|&a| carrier(robot, b) != Some(a) && can_meet(limbs[a], limbs[b])) {
                 if touch(robot, &kinematics, [a, b]) {
                     touching_at_home.push([a, b]);
                 } else {
@@ -55,7 +58,7 @@ impl Pairs {
                 }
             }
         }
-        Self { collide, limbs, touching_at_home }
+        Self { limbs, collide, touching_at_home }
     }
 
     /// Whether two links collide with each other.
@@ -63,9 +66,15 @@ impl Pairs {
         self.collide[a][b]
     }
 
+    /// The links with which a link collides.
+    pub fn of(&self, link: usize) -> impl Iterator<Item = usize> + '_ {
+        (0..self.limbs.len()).filter(move |&other| self.collide(link, other))
+    }
+
     /// Whether two links are of different legs.
     pub fn are_legs(&self, links: [usize; 2]) -> bool {
-        matches!(links.map(|link| self.limbs[link]), [Limb::Leg(a), Limb::Leg(b)] if a != b)
+        let [a, b] = links.map(|link| self.limbs[link]);
+        [a.min(b), a.max(b)] == [LEGS.left, LEGS.right]
     }
 
     /// The number of pairs that collide.
@@ -74,49 +83,47 @@ impl Pairs {
     }
 }
 
-/// A part of the robot between which collisions are looked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Limb {
-    /// The links that carry both legs, or the trunk.
-    Trunk,
-    Leg(Foot),
-    /// Whatever else branches off the trunk, by its first link.
-    Arm(usize),
+/// Whether links of these limbs are looked at: an arm and any other limb, or both legs.
+fn can_meet(a: usize, b: usize) -> bool {
+    a != b && (a.min(b) != TRUNK || a.max(b) > LEGS.right)
 }
 
-fn can_meet(a: Limb, b: Limb) -> bool {
-    a != b && !matches!((a, b), (Limb::Trunk, Limb::Leg(_)) | (Limb::Leg(_), Limb::Trunk))
+/// The link that carries another.
+fn carrier(robot: &Robot, link: usize) -> Option<usize> {
+    link.checked_sub(1).map(|joint| robot.joints[joint].parent)
 }
 
 /// The limb of each link.
-fn limbs(robot: &Robot) -> Vec<Limb> {
-    let carriers = |link: usize| {
-        let carried = robot.chain(link).map(|joint| robot.joints[joint].parent);
-        std::iter::once(link).chain(carried).collect::<Vec<_>>()
-    };
-    let legs = PerFoot::from_fn(|foot| carriers(robot.soles[foot].link));
+fn limbs(robot: &Robot) -> Vec<usize> {
+    let carriers = |link: usize| std::iter::successors(Some(link), |&link| carrier(robot, link)).collect::<Vec<_>>();
+    let [left, right] = Foot::BOTH.map(|foot| carriers(robot.soles[foot].link));
     let trunk = carriers(robot.trunk);
     let mut limbs = Vec::with_capacity(robot.links.len());
+    let mut arms = LEGS.right;
     for link in 0..robot.links.len() {
-        let [left, right] = Foot::BOTH.map(|foot| legs[foot].contains(&link));
-        let limb = match link.checked_sub(1).map(|joint| limbs[robot.joints[joint].parent]) {
-            _ if (left && right) || trunk.contains(&link) => Limb::Trunk,
-            Some(Limb::Trunk) | None if left => Limb::Leg(Foot::Left),
-            Some(Limb::Trunk) | None if right => Limb::Leg(Foot::Right),
-            Some(Limb::Trunk) | None => Limb::Arm(link),
-            Some(limb) => limb,
-        };
-        limbs.push(limb);
+        let [in_left, in_right] = [&left, &right].map(|leg| leg.contains(&link));
+        let carried_by = carrier(robot, link).map_or(TRUNK, |carrier| limbs[carrier]);
+        limbs.push(if trunk.contains(&link) || in_left && in_right {
+            TRUNK
+        } else if carried_by != TRUNK {
+            carried_by
+        } else if in_left {
+            LEGS.left
+        } else if in_right {
+            LEGS.right
+        } else {
+            arms += 1;
+            arms
+        });
     }
     limbs
 }
 
 /// Whether two links touch where `kinematics` has them.
 fn touch(robot: &Robot, kinematics: &Kinematics, links: [usize; 2]) -> bool {
-    let solids = links.map(|link| {
-        let place = move |pose: &Isometry3<f64>| *kinematics.link_pose(link) * pose;
-        robot.links[link].collisions.iter().map(move |solid| (solid.shape, place(&solid.pose)))
+    let [first, second] = links.map(|link| {
+        let solids = robot.links[link].collisions.iter();
+        solids.map(move |solid| (solid.shape, *kinematics.link_pose(link) * solid.pose))
     });
-    let [first, second] = solids;
     first.clone().any(|a| second.clone().any(|b| gap_m(a, b) < TOUCHING_M))
 }

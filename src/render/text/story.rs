@@ -197,6 +197,9 @@ impl Told<'_> {
             }
             _ => {}
         }
+        if let (Some(at), Some(links)) = (record.legs_met_at_s, &record.legs_met) {
+            line("legs", format!("they met at t = {at:.3} s: {links}"));
+        }
         line("torque", self.torque());
         line(
             "peaks",

@@ -28,6 +28,20 @@ const PREDICTION_M: f64 = 0.002;
 /// `user_data` of the ground's colliders.
 pub const GROUND: u128 = u128::MAX;
 
+/// The collision group of a limb, so that most pairs which do not collide are sorted out early. Limbs beyond the 30th share
+/// a group.
+fn group(limb: usize) -> Group {
+    Group::from_bits_truncate(1 << limb.min(30))
+}
+
+/// The collision groups of a link.
+fn groups(pairs: &Pairs, link: usize) -> InteractionGroups {
+    let meets = pairs.of(link).fold(GROUND_GROUP, |meets, other| meets | group(pairs.limbs[other]));
+    InteractionGroups::new(group(pairs.limbs[link]), meets, InteractionTestMode::And)
+}
+
+const GROUND_GROUP: Group = Group::GROUP_32;
+
 impl PhysicsHooks for Filter {
     fn filter_contact_pair(&self, pair: &PairFilterContext) -> Option<SolverFlags> {
         let colliders = [pair.collider1, pair.collider2].map(|collider| &pair.colliders[collider]);
@@ -112,7 +126,11 @@ fn integration_parameters(step_s: f64) -> IntegrationParameters {
         // and those of MuJoCo. With the 30 Hz that Rapier gives to contacts with moving bodies, gain sets that press on
         // the edges of the soles lose five pushes in a hundred more.
         contact_softness: SpringCoefficients::contact_static_defaults(),
-        normalized_prediction_distance: PREDICTION_M as Real,
+        normalized_prediction_distance: PREDICTION_M as Real / lu(),
+        length_unit: lu(),
+        normalized_max_corrective_velocity: IntegrationParameters::default().normalized_max_corrective_velocity / lu(),
+        normalized_allowed_linear_error: IntegrationParameters::default().normalized_allowed_linear_error / lu(),
+        normalized_max_linear_velocity: IntegrationParameters::default().normalized_max_linear_velocity / lu(),
         friction_in_bias_pass: false,
         // The contact points must be those of this step, and not of a pose up to 5 cm away.
         contact_recycling: false,
@@ -145,6 +163,7 @@ pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
                 // The friction of a link times this is that between sole and ground.
                 .friction((robot.friction / meeting::FRICTION) as Real)
                 .friction_combine_rule(CoefficientCombineRule::Multiply)
+                .collision_groups(InteractionGroups::new(GROUND_GROUP, Group::ALL, InteractionTestMode::And))
                 .user_data(GROUND);
             (world.insert_collider(collider, Some(floor)), pose)
         })
@@ -177,7 +196,10 @@ pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
                 .can_sleep(false),
         );
         for solid in &link.collisions {
-            let handle = world.insert_collider(collider(solid, &offset).user_data(i as u128), Some(body));
+            let handle = world.insert_collider(
+                collider(solid, &offset).user_data(i as u128).collision_groups(groups(pairs, i)),
+                Some(body),
+            );
             if let Some(foot) = Foot::BOTH.into_iter().find(|&f| solid.frame == robot.soles[f].frame) {
                 soles[foot] = handle;
             }
@@ -239,4 +261,8 @@ fn place(world: &mut PhysicsWorld, index: MultibodyIndex, robot: &Robot, posture
     multibody.apply_displacements(&displacement);
     multibody.forward_kinematics(&world.bodies, false);
     multibody.update_rigid_bodies(&mut world.bodies, true);
+}
+
+fn lu() -> Real {
+    std::env::var("LU").map_or(1.0, |v| v.parse().unwrap())
 }
