@@ -127,3 +127,38 @@ fn touch(robot: &Robot, kinematics: &Kinematics, links: [usize; 2]) -> bool {
     });
     first.clone().any(|a| second.clone().any(|b| gap_m(a, b) < TOUCHING_M))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::Shape;
+
+    #[test]
+    fn legs_meet_each_other_and_arms_meet_all_but_their_own_links() {
+        let mut robot = Robot::load("ut-mu2").unwrap();
+        let link = |name: &str| {
+            let robot = Robot::load("ut-mu2").unwrap();
+            robot.links.iter().position(|link| link.name == name).unwrap()
+        };
+        let [left_foot, right_foot] = ["left_ankle_abduction", "right_ankle_abduction"].map(link);
+        let [hip, knee, trunk] = ["left_hip_abduction", "left_knee_flexion", "body"].map(link);
+        let [shoulder, hand, other_hand] =
+            ["left_shoulder_flexion", "left_elbow_flexion", "right_elbow_flexion"].map(link);
+        let pairs = Pairs::new(&robot);
+        for (a, b) in [(left_foot, right_foot), (hip, right_foot), (hand, trunk), (hand, hip), (hand, other_hand)] {
+            assert!(pairs.collide(a, b) && pairs.collide(b, a), "{a} {b}");
+        }
+        for (a, b) in [(left_foot, knee), (knee, trunk), (shoulder, trunk), (shoulder, hand), (hip, hip)] {
+            assert!(!pairs.collide(a, b) && !pairs.collide(b, a), "{a} {b}");
+        }
+        assert!(pairs.are_legs([right_foot, hip]) && !pairs.are_legs([hand, hip]) && !pairs.are_legs([hip, knee]));
+        // 36 pairs of links of the legs, 16 of the arms, 96 of arm and leg, and 6 of arm and trunk, whose shoulders it carries.
+        assert_eq!((pairs.count(), pairs.touching_at_home.len()), (36 + 16 + 96 + 6, 0));
+        // A hand as large as this is in everything, so that it meets nothing.
+        robot.links[hand].collisions[0].shape = Shape::Sphere { radius: 2.0 };
+        let pairs = Pairs::new(&robot);
+        assert!(!pairs.collide(hand, trunk) && pairs.collide(other_hand, trunk));
+        assert!(pairs.touching_at_home.contains(&[trunk, hand]), "{:?}", pairs.touching_at_home);
+        assert_eq!(pairs.count() + pairs.touching_at_home.len(), 36 + 16 + 96 + 6);
+    }
+}
