@@ -274,9 +274,11 @@ impl<'a> Plant<'a> {
 
     /// Sets the servo of every joint for the next physics step.
     fn drive_joints(&mut self) {
-        let Self { physics, robot, acting, drives, .. } = self;
+        let Self { physics, robot, clock, acting, drives, .. } = self;
         physics.set_drives(&mut |i, q, dq| {
-            drives[i] = servo::drive(&robot.servos[i], q, dq, acting.q_ref[i], acting.dq_ref[i], acting.tau_ff[i]);
+            let servo = &robot.servos[i];
+            let (q_ref, dq_ref, tau_ff) = (acting.q_ref[i], acting.dq_ref[i], acting.tau_ff[i]);
+            drives[i] = servo::drive(servo, clock.physics_step_s, q, dq, q_ref, dq_ref, tau_ff);
             drives[i]
         });
     }
