@@ -3,6 +3,7 @@
 //! What goes with a fall need not be its cause. The thresholds are such that survivors hardly ever pass them: of the 259
 //! survivors among the first 100 pushes of the standard campaign none slid by more than 9 mm, and 3 were at a torque limit
 //! for longer than 0.1 s; of the 141 that fell or timed out, 5 slid by more than 10 mm, and 32 were longer at a limit.
+//! Among the first 300 pushes the legs of `catch` met in 18 of its 42 falls, and in none of its 258 recoveries.
 
 use crate::campaign::store::row::TrialRow;
 use crate::episode::Outcome;
