@@ -5,13 +5,13 @@
 mod common;
 
 use common::program::{SEVERAL_PARTS, files, folder, standfast, stderr, stdout};
-use common::{Bench, push};
+use common::{Bench, angular_momentum, push};
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 use standfast::episode::{self, Disturbance, EpisodeConfig, Outcome, Until};
 use standfast::robot::dynamics::Dynamics;
 use standfast::robot::{GRAVITY, Kinematics, Robot};
-use standfast::sim::{Engine, Ground, Plant, Pull, Truth, Variation, plant::Clock};
+use standfast::sim::{Engine, Ground, Plant, Pull, Variation, plant::Clock};
 use std::f64::consts::TAU;
 
 fn clock(engine: Engine) -> Clock {
@@ -26,17 +26,6 @@ fn hold(bench: &Bench, robot: &Robot, ground: Ground, clock: Clock, duration_s: 
         plant.advance(home.clone(), &[]);
         see(&mut plant);
     }
-}
-
-/// Angular momentum about the COM (N m s), of the links without the rotors' spin.
-fn angular_momentum(robot: &Robot, truth: &Truth) -> Vector3<f64> {
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, &truth.posture);
-    let mut dynamics = Dynamics::new(robot);
-    dynamics.update(robot, &kinematics, &truth.velocity);
-    let row = |i: usize| dynamics.mass_matrix().column(i).dot(&truth.velocity);
-    let (linear, about_base) = (Vector3::from_fn(|i, _| row(i)), Vector3::from_fn(|i, _| row(3 + i)));
-    about_base - (truth.com.coords - truth.posture.base.translation.vector).cross(&linear)
 }
 
 /// A robot that is thrown up falls with g, and keeps its horizontal and its angular momentum, though its servos work.

@@ -2,12 +2,12 @@
 
 mod common;
 
-use common::{Bench, config, push};
+use common::{Bench, angular_momentum, config, push};
 use nalgebra::{Point2, Vector3};
 use rayon::prelude::*;
 use standfast::episode::{self, Disturbance, EpisodeConfig, Until, support_on_ground};
 use standfast::robot::GRAVITY;
-use standfast::sim::{PhysicsStep, Profile, Push};
+use standfast::sim::{PhysicsStep, Plant, Profile, Pull, Push};
 
 /// The quantities of the law at every tick.
 struct Course {
@@ -141,4 +141,62 @@ fn the_ground_presses_inside_the_soles_on_the_side_pushed_to() {
         assert!(furthest > 0.03, "{impulse} N s at {heading}: {furthest} m");
         assert!(outside < 0.002, "{impulse} N s at {heading}: {outside} m");
     });
+}
+
+/// Links that are driven into each other in flight stop each other. Neither momentum nor angular momentum changes, and the
+/// soles' force sensors feel nothing, since these contacts are inner forces.
+#[test]
+fn limbs_that_are_driven_into_each_other_meet_and_stay_apart() {
+    let bench = Bench::new("hold");
+    let config = EpisodeConfig { physics_step_s: PhysicsStep::all(0.0005), ..config(1.0) };
+    let robot = &bench.robot;
+    let throw = Pull {
+        link: robot.trunk,
+        point: robot.links[robot.trunk].com_m,
+        force: Vector3::z() * 4.0 * robot.mass() * GRAVITY,
+    };
+    let legs = ["left_hip_abduction", "right_hip_abduction"];
+    let arm = ["left_shoulder_abduction", "left_shoulder_abduction"];
+    for (driven, of_legs) in [(legs, true), (arm, false)] {
+        let joints = driven.map(|name| robot.joints.iter().position(|joint| joint.name == name).unwrap());
+        let home = bench.design.home_command();
+        let mut inward = home.clone();
+        joints.iter().for_each(|&joint| inward.q_ref[joint] = robot.joints[joint].lower_rad);
+        let mut plant = Plant::new(robot, config.clock(), None, home.clone());
+        let mut pairs = Vec::new();
+        let (mut start, mut apart_m, mut innermost_rad, mut gained) =
+            (None, f64::INFINITY, f64::INFINITY, [0.0_f64; 2]);
+        while plant.truth().time_s < 0.5 {
+            let time_s = plant.truth().time_s;
+            plant.pull = (time_s < 0.1).then_some(throw);
+            let is_flying = time_s > 0.15;
+            plant.advance(if is_flying { inward.clone() } else { home.clone() }, &[]);
+            if !is_flying {
+                continue;
+            }
+            let truth = plant.truth();
+            let now = (truth.com_vel + Vector3::z() * GRAVITY * truth.time_s, angular_momentum(robot, truth));
+            let (velocity, spin) = *start.get_or_insert(now);
+            gained[0] = gained[0].max(robot.mass() * (now.0 - velocity).norm());
+            gained[1] = gained[1].max((now.1 - spin).norm());
+            let [left, right] = [&truth.soles.left, &truth.soles.right].map(|sole| sole.translation.vector);
+            apart_m = apart_m.min((truth.trunk.rotation.inverse() * (left - right)).y);
+            innermost_rad = innermost_rad.min(truth.posture.q[joints[0]]);
+            if let Some(meeting) = truth.meeting {
+                assert_eq!(meeting.of_legs, of_legs);
+                pairs.push(meeting.links.map(|link| robot.links[link].name.as_str()));
+            }
+            assert_eq!(truth.contact_force, Vector3::zeros());
+            assert_eq!(truth.sole_wrenches.left.force.norm() + truth.sole_wrenches.right.force.norm(), 0.0);
+        }
+        pairs.dedup();
+        println!("{driven:?}: {apart_m:.4} m, {innermost_rad:.3} rad, gained {gained:.5?}, {pairs:?}");
+        assert!(!pairs.is_empty(), "{driven:?} met nothing");
+        assert!(gained[0] < 1e-2 && gained[1] < 2e-3, "{gained:?} N s and N m s out of nothing");
+        if of_legs {
+            assert!(apart_m > 0.05, "the soles passed through each other: {apart_m} m");
+        } else {
+            assert!(innermost_rad > -0.3, "the arm is in the trunk: {innermost_rad} rad");
+        }
+    }
 }

@@ -6,7 +6,7 @@ use common::program::{FEW, SEVERAL_PARTS, files, folder, short, standfast, stder
 use std::{collections::BTreeMap, fs, path::Path};
 
 /// The columns of a trial that `push` reports too, as JSON values: outcome, times and peaks.
-const REPLAYED: [&str; 14] = [
+const REPLAYED: [&str; 16] = [
     "outcome",
     "end_s",
     "fell_at_s",
@@ -17,6 +17,8 @@ const REPLAYED: [&str; 14] = [
     "peak_torque_n_m",
     "peak_joint_speed_rad_s",
     "peak_dcm_outside_m",
+    "legs_met_at_s",
+    "legs_met",
     "left_sets_at_s",
     "set_after_push",
     "cpi_margin_after_push",

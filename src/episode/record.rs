@@ -87,6 +87,9 @@ pub struct Record {
     /// Largest distance (m) that a sole under load (a tenth of the weight or more) has slid on the ground since it took
     /// up that load. Only ticks with the trunk within `standing_tilt_deg` of upright count. Rolling is not sliding.
     pub peak_slip_m: f64,
+    /// Time before the fall at which the legs first met, and the names of the two links.
+    pub legs_met_at_s: Option<f64>,
+    pub legs_met: Option<String>,
     /// Time at which the state was first in no CPI set.
     pub left_sets_at_s: Option<f64>,
     /// Whether the true state is in the slowest gain's set at the end of the last push, with the controller's desired

@@ -56,6 +56,8 @@ impl<'a> Referee<'a> {
                 peak_joint_speed_rad_s: 0.0,
                 peak_dcm_outside_m: 0.0,
                 peak_slip_m: 0.0,
+                legs_met_at_s: None,
+                legs_met: None,
                 left_sets_at_s: None,
                 set_after_push: None,
                 cpi_margin_after_push: None,
@@ -167,6 +169,11 @@ impl<'a> Referee<'a> {
         if tilt_deg <= self.judge.standing_tilt_deg {
             record.peak_slip_m = record.peak_slip_m.max(slip_m);
             record.torque_limited_s += if torque_ratio >= AT_LIMIT { self.control_period_s } else { 0.0 };
+        }
+        if let (Some(meeting), None) = (truth.meeting.filter(|meeting| meeting.of_legs), record.legs_met_at_s) {
+            let [a, b] = meeting.links.map(|link| &self.robot.links[link].name);
+            record.legs_met_at_s = Some(truth.time_s);
+            record.legs_met = Some(format!("{a} and {b}"));
         }
         if tick.dcm_outside_m.is_finite() {
             record.peak_dcm_outside_m = record.peak_dcm_outside_m.max(tick.dcm_outside_m);

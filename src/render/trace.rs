@@ -4,7 +4,8 @@
 //! estimates and commands at t (which act after the robot's delay). All values are in the world frame. Estimates and
 //! commands are in the controller's estimate of it, which drifts when feet slip. Before the first physics step, the
 //! forces are half of the weight on each sole. A value that does not exist is empty, such as the ZMP in flight or the
-//! margin of a gain set without gains.
+//! margin of a gain set without gains. `links_met` names the two links that pressed on each other hardest during the tick,
+//! legs before arms.
 
 use crate::columns::{Column, Data};
 use crate::episode::Tick;
@@ -17,9 +18,12 @@ pub struct Trace {
     values: Vec<Vec<Option<f64>>>,
     phase: Vec<String>,
     gain: Vec<String>,
+    /// The links that met during the tick.
+    links_met: Vec<Option<String>>,
+    links: Vec<String>,
 }
 
-/// Names of the columns before `phase` and `gain`.
+/// Names of the columns before `phase`, `gain` and `links_met`.
 const BODY: &str = "time_s com_x_m com_y_m com_z_m com_vel_x_m_s com_vel_y_m_s com_vel_z_m_s \
                     com_x_m_est com_y_m_est com_z_m_est com_vel_x_m_s_est com_vel_y_m_s_est com_vel_z_m_s_est \
                     zmp_x_m zmp_y_m zmp_ref_x_m zmp_ref_y_m dcm_x_m dcm_y_m \
@@ -42,7 +46,8 @@ impl Trace {
             names.extend(robot.joints.iter().map(|joint| format!("{prefix}_{}", joint.name)));
         }
         let values = vec![Vec::new(); names.len()];
-        Self { names, values, phase: Vec::new(), gain: Vec::new() }
+        let links = robot.links.iter().map(|link| link.name.clone()).collect();
+        Self { names, values, phase: Vec::new(), gain: Vec::new(), links_met: Vec::new(), links }
     }
 
     /// Adds the row of a tick.
@@ -85,6 +90,8 @@ impl Trace {
         }
         self.phase.push(account.phase.name().into());
         self.gain.push(account.gain_name().unwrap_or("none").into());
+        let names = |[a, b]: [usize; 2]| format!("{} and {}", self.links[a], self.links[b]);
+        self.links_met.push(truth.meeting.map(|meeting| names(meeting.links)));
     }
 
     /// The finished table. Only columns with missing values are nullable.
@@ -95,7 +102,12 @@ impl Trace {
                 Column::new(name, whole.map_or(Data::OptF64(values), Data::F64))
             })
             .collect();
-        let words = [("phase", self.phase), ("gain", self.gain)].map(|(name, all)| Column::new(name, Data::Text(all)));
+        let words = [
+            ("phase", Data::Text(self.phase)),
+            ("gain", Data::Text(self.gain)),
+            ("links_met", Data::OptText(self.links_met)),
+        ]
+        .map(|(name, data)| Column::new(name, data));
         let place = BODY.split_whitespace().count();
         columns.splice(place..place, words);
         columns

@@ -2,7 +2,7 @@
 //! delay, sensors, noise, ground, pushes and judge.
 
 use super::physics::Physics;
-use super::{Ground, mujoco, rapier};
+use super::{Ground, Pairs, mujoco, rapier};
 use crate::error::Result;
 use crate::robot::{Posture, Robot};
 use serde::{Deserialize, Serialize};
@@ -60,11 +60,19 @@ impl Engine {
         }
     }
 
-    /// The robot at rest in `posture`, on the ground while it is still level. The engine must take the robot.
-    pub(super) fn start(self, robot: &Robot, ground: &Ground, posture: &Posture, step_s: f64) -> Box<dyn Physics> {
+    /// The robot at rest in `posture`, on the ground while it is still level. Of its links, `pairs` collide. The engine
+    /// must take the robot.
+    pub(super) fn start(
+        self,
+        robot: &Robot,
+        ground: &Ground,
+        pairs: &Pairs,
+        posture: &Posture,
+        step_s: f64,
+    ) -> Box<dyn Physics> {
         match self {
-            Engine::Rapier => rapier::start(robot, ground, posture, step_s),
-            Engine::Mujoco => mujoco::start(robot, ground, posture, step_s),
+            Engine::Rapier => rapier::start(robot, ground, pairs, posture, step_s),
+            Engine::Mujoco => mujoco::start(robot, ground, pairs, posture, step_s),
         }
     }
 }

@@ -3,6 +3,7 @@
 pub mod contact;
 pub mod engine;
 pub mod ground;
+pub mod meeting;
 #[cfg_attr(not(feature = "mujoco"), path = "mujoco/absent.rs")]
 mod mujoco;
 mod physics;
@@ -15,6 +16,7 @@ pub mod variation;
 
 pub use engine::{Engine, PhysicsStep};
 pub use ground::Ground;
+pub use meeting::{Meeting, Pairs};
 pub use plant::{Plant, Pull, Truth};
 pub use push::{Profile, Push};
 pub use sensors::SensorErrors;

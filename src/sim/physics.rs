@@ -37,6 +37,10 @@ pub trait Physics: Send + Sync {
     /// Calls `see` with each part that touched the ground in the last physics step, when the ground was tilted by `slope`,
     /// and with the mean wrench of the ground on it.
     fn touches(&self, slope: &UnitQuaternion<f64>, see: &mut dyn FnMut(Part, WorldWrench));
+
+    /// Calls `see` with each pair of links that pressed on each other in the last physics step, and with the norm of the
+    /// mean force between them (N).
+    fn meets(&self, see: &mut dyn FnMut([usize; 2], f64));
 }
 
 impl Clone for Box<dyn Physics> {

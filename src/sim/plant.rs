@@ -1,6 +1,7 @@
 //! The simulated robot. One control tick is a call of `sense` and then one of `advance` with a command.
 
 use super::contact::{Part, WorldWrench};
+use super::meeting::{Meeting, Pairs};
 use super::physics::Physics;
 use super::push::Push;
 use super::sensors::Sensors;
@@ -37,6 +38,7 @@ pub struct Plant<'a> {
     /// The ground on its final slope.
     ground: Ground,
     clock: Clock,
+    pairs: Pairs,
     physics: Box<dyn Physics>,
     sensors: Sensors,
     kinematics: Kinematics,
@@ -76,7 +78,7 @@ pub struct Truth {
     /// Pose of each sole, at the centre of its contact face.
     pub soles: PerFoot<Isometry3<f64>>,
     // Averages over the past tick:
-    /// Contact wrench on each sole about its centre, world axes.
+    /// Wrench of the ground on each sole about its centre, world axes.
     pub sole_wrenches: PerFoot<Wrench>,
     /// Sum of all forces of the ground on the robot (N).
     pub contact_force: Vector3<f64>,
@@ -89,6 +91,8 @@ pub struct Truth {
     pub tau: Vec<f64>,
     /// Index into `Robot::links` of the first link that touched the ground in the past tick, other than by its sole.
     pub touching: Option<usize>,
+    /// The links that pressed on each other hardest in the past tick. Links of both legs go before any others.
+    pub meeting: Option<Meeting>,
 }
 
 impl Truth {
@@ -112,6 +116,7 @@ impl Truth {
             push_point: com,
             tau: vec![0.0; joints],
             touching: None,
+            meeting: None,
         }
     }
 
@@ -139,7 +144,8 @@ impl<'a> Plant<'a> {
     /// [take](Engine::check) the robot.
     pub fn on(ground: Ground, robot: &'a Robot, clock: Clock, errors: Option<SensorErrors>, initial: Command) -> Self {
         let posture = robot.home_posture();
-        let physics = clock.engine.start(robot, &ground, &posture, clock.physics_step_s);
+        let pairs = Pairs::new(robot);
+        let physics = clock.engine.start(robot, &ground, &pairs, &posture, clock.physics_step_s);
         let joints = robot.joints.len();
         let mut kinematics = Kinematics::new(robot);
         kinematics.update(robot, &posture);
@@ -150,6 +156,7 @@ impl<'a> Plant<'a> {
             robot,
             ground,
             clock,
+            pairs,
             physics,
             sensors: Sensors::new(joints, robot.noise, errors),
             kinematics,
@@ -200,6 +207,7 @@ impl<'a> Plant<'a> {
         self.trunk_vel_before = self.truth.trunk_velocity.fixed_rows::<3>(0).into();
         self.truth.tau.fill(0.0);
         self.truth.touching = None;
+        self.truth.meeting = None;
         let substeps = (self.clock.control_period_s / self.clock.physics_step_s).round() as u64;
         let share = 1.0 / substeps as f64;
         let mut soles = PerFoot::<WorldWrench>::default();
@@ -266,9 +274,11 @@ impl<'a> Plant<'a> {
 
     /// Sets the servo of every joint for the next physics step.
     fn drive_joints(&mut self) {
-        let Self { physics, robot, acting, drives, .. } = self;
+        let Self { physics, robot, clock, acting, drives, .. } = self;
         physics.set_drives(&mut |i, q, dq| {
-            drives[i] = servo::drive(&robot.servos[i], q, dq, acting.q_ref[i], acting.dq_ref[i], acting.tau_ff[i]);
+            let servo = &robot.servos[i];
+            let (q_ref, dq_ref, tau_ff) = (acting.q_ref[i], acting.dq_ref[i], acting.tau_ff[i]);
+            drives[i] = servo::drive(servo, clock.physics_step_s, q, dq, q_ref, dq_ref, tau_ff);
             drives[i]
         });
     }
@@ -279,7 +289,8 @@ impl<'a> Plant<'a> {
         physics.speeds(&mut |i, dq| truth.tau[i] += share * (drives[i].constant - drives[i].damping * dq));
     }
 
-    /// Adds the contact wrenches of the past physics step, and notes which link but the soles touches the ground.
+    /// Adds the ground's wrenches of the past physics step, and notes which link but the soles touches the ground, and
+    /// which links touch each other.
     fn add_contacts(&mut self, share: f64, soles: &mut PerFoot<WorldWrench>, total: &mut WorldWrench) {
         let (slope, touching) = (self.truth.ground.slope, &mut self.truth.touching);
         self.physics.touches(&slope, &mut |part, wrench| {
@@ -289,6 +300,13 @@ impl<'a> Plant<'a> {
                 Part::Sole(foot) => soles[foot] += wrench,
                 Part::Link(link) if wrench.force.z > 0.0 && touching.is_none() => *touching = Some(link),
                 Part::Link(_) => {}
+            }
+        });
+        let meeting = &mut self.truth.meeting;
+        self.physics.meets(&mut |links, force_n| {
+            let met = Meeting { links, of_legs: self.pairs.are_legs(links), force_n };
+            if meeting.is_none_or(|known| (met.of_legs, met.force_n) > (known.of_legs, known.force_n)) {
+                *meeting = Some(met);
             }
         });
     }

@@ -1,8 +1,10 @@
 //! Joint servos: `tau = kp (q_ref - q) + kd (dq_ref - dq) + tau_ff` within limits of torque and speed.
 //!
-//! The damping term becomes the joint's own damping, which the engines integrate implicitly. This makes the servo as
-//! stable as an implicit position actuator at steps of 1 to 2 ms. At the torque limit, the clamped torque replaces
-//! spring and damping.
+//! The damping term becomes the joint's own damping, which the engines integrate implicitly, so that the servo is as stable
+//! as an implicit position actuator at steps of 1 to 2 ms. The torque then depends on the speed at the end of the step, which
+//! an impact may change by many rad/s. So only that much of the damping is implicit with which the torque stays within its
+//! limit whatever the impact; the rest acts with the speed at the start of the step. At the limit, the clamped torque
+//! replaces spring and damping.
 
 use crate::robot::Servo;
 
@@ -15,21 +17,26 @@ pub struct Drive {
     pub damping: f64,
 }
 
-/// The servo law at joint angle `q` (rad) and joint speed `dq` (rad/s), for one physics step.
+/// The servo law at joint angle `q` (rad) and joint speed `dq` (rad/s), for one physics step of `step_s`.
 ///
-/// The torque limit is checked with the speed at the start of the step. If a joint brakes hard within a step, its
-/// torque can exceed the limit by `kd` times the change of speed.
-pub fn drive(servo: &Servo, q: f64, dq: f64, q_ref: f64, dq_ref: f64, tau_ff: f64) -> Drive {
-    let constant = servo.kp * (q_ref - q) + servo.kd * dq_ref + tau_ff;
-    let wanted = constant - servo.kd * dq;
+/// The torque at the end of the step is within the limit, too, if the speed stays or changes towards rest, and then by up
+/// to `full_torque_speed_rad_s` more. The exception is a servo whose rotor is so light that explicit damping would be
+/// unstable: as much of its damping as stability needs remains implicit, and may add to the torque.
+pub fn drive(servo: &Servo, step_s: f64, q: f64, dq: f64, q_ref: f64, dq_ref: f64, tau_ff: f64) -> Drive {
+    let wanted = servo.kp * (q_ref - q) + servo.kd * (dq_ref - dq) + tau_ff;
     // A motor can brake with its full torque; only the driving torque decreases with speed.
     let forward = if dq > 0.0 { servo.available_torque(dq) } else { servo.torque_n_m };
     let backward = if dq < 0.0 { servo.available_torque(dq) } else { servo.torque_n_m };
     if wanted > forward || wanted < -backward {
-        Drive { constant: wanted.clamp(-backward, forward), damping: 0.0 }
-    } else {
-        Drive { constant, damping: servo.kd }
+        return Drive { constant: wanted.clamp(-backward, forward), damping: 0.0 };
     }
+    // Distances to the smallest and the largest speed at the end of the step.
+    let (down, up) = (dq.max(0.0) + servo.full_torque_speed_rad_s, servo.full_torque_speed_rad_s - dq.min(0.0));
+    let within_limit = ((servo.torque_n_m - wanted) / down).min((servo.torque_n_m + wanted) / up);
+    // Explicit damping of more than the rotor's inertia per step would turn the joint around.
+    let stable = (servo.kd - servo.rotor_inertia_kg_m2 / step_s).max(0.0);
+    let damping = within_limit.max(stable).min(servo.kd);
+    Drive { constant: wanted + damping * dq, damping }
 }
 
 #[cfg(test)]
@@ -45,19 +52,46 @@ mod tests {
         rotor_inertia_kg_m2: 0.005,
     };
 
+    /// At 0 rad, without feed-forward.
+    fn drive(dq: f64, q_ref: f64) -> Drive {
+        super::drive(&SERVO, 0.002, 0.0, dq, q_ref, 0.0, 0.0)
+    }
+
     #[test]
     fn torque_stays_within_the_motor_whatever_is_asked() {
         for (dq, expected) in [(0.0, 8.0), (10.0, 8.0), (15.0, 4.0), (20.0, 0.0), (30.0, 0.0), (-30.0, 8.0)] {
-            let drive = drive(&SERVO, 0.0, dq, 10.0, 0.0, 0.0);
-            assert_eq!(drive, Drive { constant: expected, damping: 0.0 }, "at {dq} rad/s");
+            assert_eq!(drive(dq, 10.0), Drive { constant: expected, damping: 0.0 }, "at {dq} rad/s");
         }
-        assert_eq!(drive(&SERVO, 0.0, -15.0, -10.0, 0.0, 0.0).constant, -4.0);
+        assert_eq!(drive(-15.0, -10.0).constant, -4.0);
     }
 
     #[test]
     fn within_the_limits_it_is_a_damped_spring_with_feed_forward() {
-        let drive = drive(&SERVO, 0.1, 0.3, 0.12, 0.2, 0.5);
-        assert!((drive.constant - (80.0 * 0.02 + 2.5 * 0.2 + 0.5)).abs() < 1e-12);
-        assert_eq!(drive.damping, 2.5);
+        let drive = super::drive(&SERVO, 0.002, 0.1, 0.3, 0.12, 0.2, 0.5);
+        let torque = drive.constant - drive.damping * 0.3;
+        assert!((torque - (80.0 * 0.02 + 2.5 * (0.2 - 0.3) + 0.5)).abs() < 1e-12);
+        // The change of torque within a step with steady acceleration is damped.
+        assert!(drive.damping > 0.1 && drive.damping <= 2.5, "{drive:?}");
+    }
+
+    #[test]
+    fn an_impact_within_the_step_does_not_take_the_torque_beyond_its_limit() {
+        for dq in [-8.0, -1.0, 0.0, 0.5, 3.0, 9.0] {
+            for q_ref in [-0.2, -0.05, 0.0, 0.02, 0.1, 0.3] {
+                let drive = drive(dq, q_ref);
+                for after in [dq, 0.0, dq.max(0.0) + 10.0, dq.min(0.0) - 10.0] {
+                    let torque = drive.constant - drive.damping * after;
+                    assert!(torque.abs() <= 8.0 + 1e-12, "{torque} N m, {dq} to {after} rad/s, {q_ref} rad");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_light_rotor_keeps_the_damping_that_it_needs() {
+        // 2.5 N m s/rad for 2 ms would turn around whatever has less than 0.005 kg m^2.
+        let light = Servo { rotor_inertia_kg_m2: 0.002, ..SERVO };
+        let drive = super::drive(&light, 0.002, 0.0, 0.0, 0.09, 0.0, 0.0);
+        assert!((drive.damping - 1.5).abs() < 1e-12, "{drive:?}");
     }
 }

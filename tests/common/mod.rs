@@ -8,13 +8,15 @@ pub mod mirror;
 pub mod program;
 pub mod window;
 
+use nalgebra::Vector3;
 use rand::{SeedableRng, rngs::ChaCha8Rng};
 use standfast::campaign::ask::trial::Normals;
 use standfast::control::Design;
 use standfast::episode::{self, Disturbance, EpisodeConfig, Record, Tick, Until};
 use standfast::lipm::GainSet;
-use standfast::robot::Robot;
-use standfast::sim::{Engine, Push, SensorErrors};
+use standfast::robot::dynamics::Dynamics;
+use standfast::robot::{Kinematics, Robot};
+use standfast::sim::{Engine, Push, SensorErrors, Truth};
 
 /// A robot and a gain set designed for it.
 pub struct Bench {
@@ -72,4 +74,15 @@ pub fn push(impulse_n_s: f64, heading_deg: f64) -> Push {
 /// Sensor errors with the robot's own noise, and a bias of half that size, from a seed.
 pub fn sensor_errors(seed: u64) -> SensorErrors {
     SensorErrors { noise_scale: 1.0, bias_scale: 0.5, normal: Box::new(Normals(ChaCha8Rng::seed_from_u64(seed))) }
+}
+
+/// Angular momentum about the COM (N m s), of the links without the rotors' spin.
+pub fn angular_momentum(robot: &Robot, truth: &Truth) -> Vector3<f64> {
+    let mut kinematics = Kinematics::new(robot);
+    kinematics.update(robot, &truth.posture);
+    let mut dynamics = Dynamics::new(robot);
+    dynamics.update(robot, &kinematics, &truth.velocity);
+    let row = |i: usize| dynamics.mass_matrix().column(i).dot(&truth.velocity);
+    let (linear, about_base) = (Vector3::from_fn(|i, _| row(i)), Vector3::from_fn(|i, _| row(3 + i)));
+    about_base - (truth.com.coords - truth.posture.base.translation.vector).cross(&linear)
 }

@@ -64,6 +64,8 @@ pub struct TrialRow {
     pub peak_joint_speed_rad_s: f64,
     pub peak_dcm_outside_m: f64,
     pub peak_slip_m: f64,
+    pub legs_met_at_s: Option<f64>,
+    pub legs_met: Option<String>,
     pub left_sets_at_s: Option<f64>,
     pub set_after_push: Option<Membership>,
     pub cpi_margin_after_push: Option<f64>,
@@ -92,7 +94,7 @@ impl TrialRow {
                 kp_scale kd_scale torque_scale speed_scale delay_s;
             ..record: outcome end_s fell_at_s fall_cause settled_at_s home_at_s com_speed_at_push_m_s
                 peak_tilt_deg peak_torque_n_m peak_torque_ratio torque_limited_s peak_joint_speed_rad_s
-                peak_dcm_outside_m peak_slip_m left_sets_at_s
+                peak_dcm_outside_m peak_slip_m legs_met_at_s legs_met left_sets_at_s
                 set_after_push cpi_margin_after_push cpi_margin_after_push_est gain_switches;
             trial: trial,
             set: set.into(),
@@ -182,7 +184,7 @@ pub fn columns(rows: &[TrialRow]) -> Vec<Column> {
         word outcome; number end_s; maybe fell_at_s; maybe_word fall_cause; maybe settled_at_s home_at_s;
         maybe com_speed_at_push_m_s;
         number peak_tilt_deg peak_torque_n_m peak_torque_ratio torque_limited_s peak_joint_speed_rad_s;
-        number peak_dcm_outside_m peak_slip_m; maybe left_sets_at_s;
+        number peak_dcm_outside_m peak_slip_m; maybe legs_met_at_s; maybe_word legs_met; maybe left_sets_at_s;
         maybe_word set_after_push; maybe cpi_margin_after_push cpi_margin_after_push_est;
         count gain_switches footsteps; maybe_word unfinished_footstep;
     }
@@ -240,6 +242,8 @@ pub(crate) mod tests {
             peak_joint_speed_rad_s: 2.0,
             peak_dcm_outside_m: 1e-300,
             peak_slip_m: 0.003,
+            legs_met_at_s: None,
+            legs_met: None,
             left_sets_at_s: None,
             set_after_push: Some(Membership::Outside),
             cpi_margin_after_push: Some(-0.25),

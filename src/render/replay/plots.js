@@ -128,11 +128,11 @@ class Plot {
     }
   }
 
-  // The times of pushes, footsteps and a fall.
+  // The times of pushes, footsteps, a meeting of the legs and a fall.
   bands(pen) {
     for (const { kind, from_s: from, to_s: to } of this.film.events) {
-      if (!["push", "footstep", "fall", "parting"].includes(kind)) continue;
-      const fills = { push: ["push", 0.25], footstep: ["footstep", 0.14], fall: ["push", 0.8], parting: ["ghost", 0.8] };
+      if (!["push", "footstep", "legs", "fall", "parting"].includes(kind)) continue;
+      const fills = { push: ["push", 0.25], footstep: ["footstep", 0.14], legs: ["push", 0.5], fall: ["push", 0.8], parting: ["ghost", 0.8] };
       pen.fillStyle = this.css(...fills[kind]);
       pen.fillRect(this.x(from), 0, Math.max(this.x(to) - this.x(from), 1.5), this.height);
     }

@@ -20,6 +20,8 @@ pub enum EventKind {
     /// The controller switches from one gain to another.
     Switch,
     Footstep,
+    /// The legs meet for the first time.
+    Legs,
     Fall,
     /// The robot stands still from here on.
     Still,
@@ -58,6 +60,9 @@ pub fn events(film: &Film, ticks: &[Snapshot], ghost: Option<&Film>) -> Vec<Even
     if let Some(lifted) = &record.unfinished_footstep {
         let text = format!("{} footstep, which did not land", lifted.foot.name());
         add(EventKind::Footstep, lifted.lift_s, record.fell_at_s.unwrap_or(last_s), text);
+    }
+    if let (Some(at), Some(links)) = (record.legs_met_at_s, &record.legs_met) {
+        add(EventKind::Legs, at, at, format!("legs met: {links}"));
     }
     if let Some(at) = record.fell_at_s {
         let cause = record.fall_cause.as_deref().unwrap_or("out of bounds");

@@ -267,7 +267,7 @@ pub fn impulse_at(curve: &FittedCurve, half: bool) -> String {
 /// How the trials of each set were lost; empty if none was.
 fn failures(summary: &Summary) -> String {
     type Pick = fn(&Failures) -> u64;
-    let kinds: [(&str, Pick); 8] = [
+    let kinds: [(&str, Pick); 9] = [
         ("fell without a footstep", |f| f.fell_before_any_footstep),
         ("fell with a foot in the air", |f| f.fell_in_swing),
         ("fell after a landing", |f| f.fell_after_landing),
@@ -275,7 +275,8 @@ fn failures(summary: &Summary) -> String {
         ("diverged", |f| f.diverged),
         ("  falls: slipped", |f| f.fell_slipped),
         ("  falls: torque at its limit", |f| f.fell_torque_limited),
-        ("  falls: neither", |f| f.fell_otherwise),
+        ("  falls: legs met", |f| f.fell_legs_met),
+        ("  falls: none of these", |f| f.fell_otherwise),
     ];
     let any = |pick: &Pick| summary.sets.iter().any(|set| pick(&set.failures) > 0);
     let row = |(label, pick): (&str, Pick)| {

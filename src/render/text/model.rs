@@ -3,6 +3,7 @@
 use crate::render::text::layout::{align, signed, table, whole_names, wrapped};
 use crate::robot::swing_time::least_swing_time_s;
 use crate::robot::{Foot, Kinematics, Robot};
+use crate::sim::Pairs;
 use comfy_table::{ContentArrangement, Table};
 use nalgebra::Matrix3xX;
 use serde_json::{Map, Value, json};
@@ -54,6 +55,8 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
             "thickness_m": sole.thickness_m,
         })
     };
+    let pairs = Pairs::new(robot);
+    let touching: Vec<_> = pairs.touching_at_home.iter().map(|pair| pair.map(|link| &robot.links[link].name)).collect();
     json!({
         "name": robot.name,
         "mass_kg": robot.mass(),
@@ -84,6 +87,10 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
         "friction": robot.friction,
         "delay_s": robot.delay_s,
         "noise": robot.noise,
+        "contacts": {
+            "colliding_pairs": pairs.count(),
+            "touching_at_home": touching,
+        },
         "reach": robot.reach,
         "assumptions": robot.assumptions,
     })
@@ -130,6 +137,13 @@ pub fn description(robot: &Robot) -> String {
         noise.accelerometer_m_s2,
         noise.sole_force_n,
         noise.sole_moment_n_m
+    ));
+    let pairs = Pairs::new(robot);
+    line(format!(
+        "contact  {} pairs of links collide: of both legs, and of an arm with trunk,\n         legs and the other arm; {} more \
+         touch at home, and do not",
+        pairs.count(),
+        pairs.touching_at_home.len()
     ));
     reach_text(robot, &mut line);
     line("\nTree of links: mass of each moving link, and in brackets what is fixed to it".into());

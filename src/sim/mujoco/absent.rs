@@ -1,7 +1,7 @@
 //! Stands in for MuJoCo in a program that was built without it.
 
-use super::Ground;
 use super::physics::Physics;
+use super::{Ground, Pairs};
 use crate::error::{Error, Result};
 use crate::robot::{Posture, Robot};
 
@@ -18,6 +18,6 @@ pub fn check(_: &Robot) -> Result<()> {
 }
 
 /// Cannot be called after [`check`] has failed.
-pub fn start(_: &Robot, _: &Ground, _: &Posture, _: f64) -> Box<dyn Physics> {
+pub fn start(_: &Robot, _: &Ground, _: &Pairs, _: &Posture, _: f64) -> Box<dyn Physics> {
     unreachable!("the engine was not checked")
 }

@@ -4,6 +4,7 @@ mod model;
 
 use super::Ground;
 use super::contact::{Part, WorldWrench};
+use super::meeting::Pairs;
 use super::physics::Physics;
 use super::servo::Drive;
 use crate::error::{Error, Result};
@@ -19,7 +20,7 @@ pub fn version() -> &'static str {
 
 /// Checks that MuJoCo takes the robot.
 pub fn check(robot: &Robot) -> Result<()> {
-    let said = match MjModel::from_xml_string(&mjcf(robot, &Ground::default(), 0.001)) {
+    let said = match MjModel::from_xml_string(&mjcf(robot, &Ground::default(), &Pairs::new(robot), 0.001)) {
         Ok(_) => return Ok(()),
         Err(error) => error.to_string(),
     };
@@ -27,9 +28,9 @@ pub fn check(robot: &Robot) -> Result<()> {
     Err(Error::value("engine", "--engine", "mujoco", problem, "a robot that MuJoCo takes, or --engine rapier"))
 }
 
-/// The robot at rest in `posture`, on the ground while it is still level.
-pub fn start(robot: &Robot, ground: &Ground, posture: &Posture, step_s: f64) -> Box<dyn Physics> {
-    let model = MjModel::from_xml_string(&mjcf(robot, ground, step_s)).expect("the robot was checked");
+/// The robot at rest in `posture`, on the ground while it is still level. Of its links, `pairs` collide.
+pub fn start(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, step_s: f64) -> Box<dyn Physics> {
+    let model = MjModel::from_xml_string(&mjcf(robot, ground, pairs, step_s)).expect("the robot was checked");
     let id = |kind, name: &str| model.name_to_id(kind, name).expect("it is in the model");
     let bodies: Vec<usize> = robot.links.iter().map(|link| id(MjtObjBase::mjOBJ_BODY, &body_name(link))).collect();
     let joints: Vec<Addresses> = robot
@@ -45,7 +46,7 @@ pub fn start(robot: &Robot, ground: &Ground, posture: &Posture, step_s: f64) -> 
         let first = model.geom_bodyid().iter().position(|of| *of as usize == body);
         for (solid, geom) in robot.links[link].collisions.iter().zip(first.into_iter().flat_map(|first| first..)) {
             let sole = Foot::BOTH.into_iter().find(|&foot| solid.frame == robot.soles[foot].frame);
-            solids[geom] = Some(sole.map_or(Part::Link(link), Part::Sole));
+            solids[geom] = Some((link, sole.map_or(Part::Link(link), Part::Sole)));
         }
     }
     let spare = Some(Box::new(model.clone()));
@@ -81,8 +82,8 @@ struct Mujoco {
     /// The body of each link.
     bodies: Vec<usize>,
     joints: Vec<Addresses>,
-    /// Which part of the robot each solid is; None for those of the ground.
-    solids: Vec<Option<Part>>,
+    /// Which part of which link each solid is; None for those of the ground.
+    solids: Vec<Option<(usize, Part)>>,
     ground_body: usize,
 }
 
@@ -167,8 +168,8 @@ impl Physics for Mujoco {
             let [first, second] = contact.geom.map(|geom| self.solids[geom as usize]);
             // The normal points from the first solid to the second, and the force acts on the second.
             let (part, sign) = match (first, second) {
-                (None, Some(part)) => (part, 1.0),
-                (Some(part), None) => (part, -1.0),
+                (None, Some((_, part))) => (part, 1.0),
+                (Some((_, part)), None) => (part, -1.0),
                 _ => continue,
             };
             let axes = Matrix3::from_row_slice(&contact.frame).transpose();
@@ -176,6 +177,17 @@ impl Physics for Mujoco {
             let force = axes * Vector3::new(wrench[0], wrench[1], wrench[2]) * sign;
             let moment = Vector3::from(contact.pos).cross(&force);
             see(part, WorldWrench { force, moment });
+        }
+    }
+    fn meets(&self, see: &mut dyn FnMut([usize; 2], f64)) {
+        for (i, contact) in self.data.contact().iter().enumerate() {
+            if let [Some((first, _)), Some((second, _))] = contact.geom.map(|geom| self.solids[geom as usize]) {
+                let [x, y, z, ..] = self.data.contact_force(i);
+                let force_n = Vector3::new(x, y, z).norm();
+                if force_n > 0.0 {
+                    see([first, second], force_n);
+                }
+            }
         }
     }
 }

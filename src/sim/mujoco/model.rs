@@ -1,8 +1,10 @@
 //! The robot and its ground as a MuJoCo model, written as MJCF: links, rotors, joint stops, friction and the shapes that
-//! collide are those of [`Robot`]. The servos are not in it; the plant drives the joints.
+//! collide are those of [`Robot`]. Which links collide with each other is up to [`Pairs`]. The servos are not in it; the
+//! plant drives the joints.
 
-use crate::robot::{Foot, Link, Robot, Shape, Solid};
+use crate::robot::{Link, Robot, Shape, Solid};
 use crate::sim::Ground;
+use crate::sim::meeting::{self, Pairs};
 use nalgebra::{Isometry3, UnitQuaternion};
 use quick_xml::escape::escape;
 use std::fmt::Write;
@@ -21,25 +23,33 @@ pub fn body_name(link: &Link) -> String {
 }
 
 /// The model as MJCF.
-pub fn mjcf(robot: &Robot, ground: &Ground, step_s: f64) -> String {
+pub fn mjcf(robot: &Robot, ground: &Ground, pairs: &Pairs, step_s: f64) -> String {
     let mut xml = format!(
         r#"<mujoco><compiler angle="radian" autolimits="false" inertiafromgeom="false"/>
 <option timestep="{step_s}" gravity="0 0 {}" integrator="Euler" cone="elliptic" impratio="10"/>
 <default><geom condim="3" friction="{} 0 0" solref="{SOLREF}"/><joint solreflimit="{SOLREF}"/></default>
 <worldbody><body name="{GROUND}" mocap="{}">"#,
         -crate::robot::GRAVITY,
-        robot.friction,
+        meeting::FRICTION,
         !ground.is_level(),
     );
-    let collides = r#"contype="1" conaffinity="0""#;
-    _ = write!(xml, r#"<geom type="plane" size="0 0 1" {collides} {}/>"#, pose(&ground.half_space()));
+    // The friction of the solid with the higher priority counts.
+    let friction = format!(r#"friction="{} 0 0" priority="1""#, robot.friction);
+    _ = write!(xml, r#"<geom type="plane" size="0 0 1" {friction} {}/>"#, pose(&ground.half_space()));
     for (center, half) in ground.boxes() {
         let size = format!("{} {} {}", half.x, half.y, half.z);
-        _ = write!(xml, r#"<geom type="box" size="{size}" {collides} {}/>"#, pose(&center));
+        _ = write!(xml, r#"<geom type="box" size="{size}" {friction} {}/>"#, pose(&center));
     }
     xml.push_str("</body>");
     body(&mut xml, robot, 0);
-    xml.push_str("</worldbody></mujoco>");
+    xml.push_str("</worldbody><contact>");
+    let names: Vec<String> = robot.links.iter().map(|link| escape(body_name(link)).into_owned()).collect();
+    for (b, second) in names.iter().enumerate() {
+        for (_, first) in names[..b].iter().enumerate().filter(|(a, _)| !pairs.collide(*a, b)) {
+            _ = write!(xml, r#"<exclude body1="{first}" body2="{second}"/>"#);
+        }
+    }
+    xml.push_str("</contact></mujoco>");
     xml
 }
 
@@ -66,7 +76,7 @@ fn body(xml: &mut String, robot: &Robot, index: usize) {
         }
     }
     inertial(xml, link);
-    link.collisions.iter().for_each(|solid| geom(xml, robot, solid));
+    link.collisions.iter().for_each(|solid| geom(xml, solid));
     let children = robot.joints.iter().enumerate().filter(|(_, joint)| joint.parent == index);
     children.for_each(|(joint, _)| body(xml, robot, joint + 1));
     xml.push_str("</body>");
@@ -81,17 +91,14 @@ fn inertial(xml: &mut String, link: &Link) {
     );
 }
 
-/// Everything collides with the ground, and of the links only the soles with each other.
-fn geom(xml: &mut String, robot: &Robot, solid: &Solid) {
-    let is_sole = Foot::BOTH.into_iter().any(|foot| solid.frame == robot.soles[foot].frame);
-    let (contype, conaffinity) = if is_sole { (2, 3) } else { (0, 1) };
+fn geom(xml: &mut String, solid: &Solid) {
     let (kind, size) = match solid.shape {
         Shape::Box { half } => ("box", format!("{} {} {}", half.x, half.y, half.z)),
         Shape::Sphere { radius } => ("sphere", radius.to_string()),
         Shape::Cylinder { radius, length } => ("cylinder", format!("{radius} {}", 0.5 * length)),
     };
     let place = pose(&solid.pose);
-    _ = write!(xml, r#"<geom type="{kind}" size="{size}" contype="{contype}" conaffinity="{conaffinity}" {place}/>"#);
+    _ = write!(xml, r#"<geom type="{kind}" size="{size}" {place}/>"#);
 }
 
 fn pose(pose: &Isometry3<f64>) -> String {

@@ -3,25 +3,27 @@
 mod contact;
 mod convert;
 mod joint;
+pub mod shape;
 mod world;
 
 use super::Ground;
 use super::contact::{Part, WorldWrench};
+use super::meeting::Pairs;
 use super::physics::Physics;
 use super::servo::Drive;
 use crate::robot::{Foot, Posture, Robot};
-use contact::ground_wrench;
+use contact::{force_n, ground_wrench};
 use convert::{pose_from_rapier, rotation_to_rapier, vec_to_rapier};
 use nalgebra::{DVector, Isometry3, Point3, UnitQuaternion, Vector3};
 use rapier3d::dynamics::Multibody;
-use world::{Handles, World, build};
+use world::{GROUND, Handles, World, build};
 
 /// Version of Rapier.
 pub const VERSION: &str = rapier3d::VERSION;
 
-/// The robot at rest in `posture`, on the ground while it is still level.
-pub fn start(robot: &Robot, ground: &Ground, posture: &Posture, step_s: f64) -> Box<dyn Physics> {
-    let (world, handles) = build(robot, ground, posture, step_s);
+/// The robot at rest in `posture`, on the ground while it is still level. Of its links, `pairs` collide.
+pub fn start(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, step_s: f64) -> Box<dyn Physics> {
+    let (world, handles) = build(robot, ground, pairs, posture, step_s);
     let joints = robot.joints.iter().map(|joint| (joint.lower_rad, joint.upper_rad)).collect();
     Box::new(Rapier { world, handles, joints, step_s })
 }
@@ -111,19 +113,25 @@ impl Physics for Rapier {
     }
 
     fn touches(&self, slope: &UnitQuaternion<f64>, see: &mut dyn FnMut(Part, WorldWrench)) {
-        let Handles { ground, soles, bodies, .. } = &self.handles;
+        let Handles { ground, soles, .. } = &self.handles;
         let narrow_phase = &self.world.narrow_phase;
         let pairs =
             ground.iter().flat_map(|part| narrow_phase.contact_pairs_with(part.0).map(move |pair| (part, pair)));
         for ((part, pose), pair) in pairs {
             let other = if pair.collider1 == *part { pair.collider2 } else { pair.collider1 };
             let wrench = ground_wrench(pair, *part, &(slope * pose), self.step_s);
-            let link = || {
-                let body = self.world.colliders[other].parent();
-                bodies.iter().position(|b| Some(*b) == body).expect("a collider of the robot")
-            };
+            let link = Part::Link(self.world.colliders[other].user_data as usize);
             let sole = Foot::BOTH.into_iter().find(|&foot| soles[foot] == other);
-            see(sole.map_or_else(|| Part::Link(link()), Part::Sole), wrench);
+            see(sole.map_or(link, Part::Sole), wrench);
+        }
+    }
+    fn meets(&self, see: &mut dyn FnMut([usize; 2], f64)) {
+        for pair in self.world.narrow_phase.contact_pairs().filter(|pair| pair.has_any_active_contact()) {
+            let parts = [pair.collider1, pair.collider2].map(|collider| self.world.colliders[collider].user_data);
+            let force_n = force_n(pair, self.step_s);
+            if force_n > 0.0 && !parts.contains(&GROUND) {
+                see(parts.map(|link| link as usize), force_n);
+            }
         }
     }
 }

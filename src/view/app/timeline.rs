@@ -80,6 +80,7 @@ fn line(ui: &mut Ui, recorded: &Recorded, wishes: &mut Vec<Wish>) {
                 painter.rect_filled(block(from_s, to_s.min(end_s)), 0, colors::PUSH.egui());
                 mark(from_s, &text, colors::PUSH);
             }
+            EventKind::Legs => mark(from_s, "legs met", colors::PUSH),
             EventKind::Fall => mark(from_s, &text, colors::INK),
             EventKind::Still => mark(from_s, "still", colors::WELL),
             EventKind::Parting => mark(from_s, "ghost parts", GHOST.color),

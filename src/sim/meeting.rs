@@ -1,0 +1,164 @@
+//! Which links of a robot collide with each other: those of one leg with those of the other, and those of an arm with the
+//! trunk, the legs and the other arms.
+//!
+//! Every other pair passes through each other: links of one limb, and a leg and the trunk, which the limits of the joints
+//! keep apart; a link and the one that carries it; and a pair that touches in the home posture already, so that home
+//! remains a posture without inner forces. The force sensors of the soles do not feel contacts of links.
+
+use super::rapier::shape::gap_m;
+use crate::robot::{Foot, Kinematics, PerFoot, Robot};
+
+/// Friction coefficient between links, plastic on plastic; assumed. (It is a power of two, so that a factor for the
+/// friction with the ground can undo it exactly.)
+pub const FRICTION: f64 = 0.25;
+/// A pair whose gap at home is smaller touches at home (m).
+const TOUCHING_M: f64 = 0.001;
+
+/// Two links that met in the past tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Meeting {
+    /// Indices into `Robot::links`.
+    pub links: [usize; 2],
+    /// Whether they are of the two legs.
+    pub of_legs: bool,
+    /// Norm of the mean force between them over one physics step (N).
+    pub force_n: f64,
+}
+
+/// The pairs of links that collide.
+#[derive(Debug, Clone)]
+pub struct Pairs {
+    /// The limb of each link: [`TRUNK`], one of [`LEGS`], or a larger number for each arm.
+    pub limbs: Vec<usize>,
+    /// Whether two links collide, by their indices into `Robot::links`. It is symmetric.
+    collide: Vec<Vec<bool>>,
+    /// Pairs that do not collide only because they touch in the home posture.
+    pub touching_at_home: Vec<[usize; 2]>,
+}
+
+/// The trunk, with all links that carry it or both legs.
+const TRUNK: usize = 0;
+const LEGS: PerFoot<usize> = PerFoot { left: 1, right: 2 };
+
+impl Pairs {
+    pub fn new(robot: &Robot) -> Self {
+        let mut kinematics = Kinematics::new(robot);
+        kinematics.update(robot, &robot.home_posture());
+        let limbs = limbs(robot);
+        let count = robot.links.len();
+        let mut collide = vec![vec![false; count]; count];
+        let mut touching_at_home = Vec::new();
+        for b in 0..count {
+            for a in (0..b).filter(|&a| carrier(robot, b) != Some(a) && can_meet(limbs[a], limbs[b])) {
+                if touch(robot, &kinematics, [a, b]) {
+                    touching_at_home.push([a, b]);
+                } else {
+                    collide[a][b] = true;
+                    collide[b][a] = true;
+                }
+            }
+        }
+        Self { limbs, collide, touching_at_home }
+    }
+
+    /// Whether two links collide with each other.
+    pub fn collide(&self, a: usize, b: usize) -> bool {
+        self.collide[a][b]
+    }
+
+    /// The links with which a link collides.
+    pub fn of(&self, link: usize) -> impl Iterator<Item = usize> + '_ {
+        (0..self.limbs.len()).filter(move |&other| self.collide(link, other))
+    }
+
+    /// Whether two links are of different legs.
+    pub fn are_legs(&self, links: [usize; 2]) -> bool {
+        let [a, b] = links.map(|link| self.limbs[link]);
+        [a.min(b), a.max(b)] == [LEGS.left, LEGS.right]
+    }
+
+    /// The number of pairs that collide.
+    pub fn count(&self) -> usize {
+        self.collide.iter().flatten().filter(|collides| **collides).count() / 2
+    }
+}
+
+/// Whether links of these limbs are looked at: an arm and any other limb, or both legs.
+fn can_meet(a: usize, b: usize) -> bool {
+    a != b && (a.min(b) != TRUNK || a.max(b) > LEGS.right)
+}
+
+/// The link that carries another.
+fn carrier(robot: &Robot, link: usize) -> Option<usize> {
+    link.checked_sub(1).map(|joint| robot.joints[joint].parent)
+}
+
+/// The limb of each link.
+fn limbs(robot: &Robot) -> Vec<usize> {
+    let carriers = |link: usize| std::iter::successors(Some(link), |&link| carrier(robot, link)).collect::<Vec<_>>();
+    let [left, right] = Foot::BOTH.map(|foot| carriers(robot.soles[foot].link));
+    let trunk = carriers(robot.trunk);
+    let mut limbs = Vec::with_capacity(robot.links.len());
+    let mut arms = LEGS.right;
+    for link in 0..robot.links.len() {
+        let [in_left, in_right] = [&left, &right].map(|leg| leg.contains(&link));
+        let carried_by = carrier(robot, link).map_or(TRUNK, |carrier| limbs[carrier]);
+        limbs.push(if trunk.contains(&link) || in_left && in_right {
+            TRUNK
+        } else if carried_by != TRUNK {
+            carried_by
+        } else if in_left {
+            LEGS.left
+        } else if in_right {
+            LEGS.right
+        } else {
+            arms += 1;
+            arms
+        });
+    }
+    limbs
+}
+
+/// Whether two links touch where `kinematics` has them.
+fn touch(robot: &Robot, kinematics: &Kinematics, links: [usize; 2]) -> bool {
+    let [first, second] = links.map(|link| {
+        let solids = robot.links[link].collisions.iter();
+        solids.map(move |solid| (solid.shape, *kinematics.link_pose(link) * solid.pose))
+    });
+    first.clone().any(|a| second.clone().any(|b| gap_m(a, b) < TOUCHING_M))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::Shape;
+
+    #[test]
+    fn legs_meet_each_other_and_arms_meet_all_but_their_own_links() {
+        let mut robot = Robot::load("ut-mu2").unwrap();
+        let link = |name: &str| {
+            let robot = Robot::load("ut-mu2").unwrap();
+            robot.links.iter().position(|link| link.name == name).unwrap()
+        };
+        let [left_foot, right_foot] = ["left_ankle_abduction", "right_ankle_abduction"].map(link);
+        let [hip, knee, trunk] = ["left_hip_abduction", "left_knee_flexion", "body"].map(link);
+        let [shoulder, hand, other_hand] =
+            ["left_shoulder_flexion", "left_elbow_flexion", "right_elbow_flexion"].map(link);
+        let pairs = Pairs::new(&robot);
+        for (a, b) in [(left_foot, right_foot), (hip, right_foot), (hand, trunk), (hand, hip), (hand, other_hand)] {
+            assert!(pairs.collide(a, b) && pairs.collide(b, a), "{a} {b}");
+        }
+        for (a, b) in [(left_foot, knee), (knee, trunk), (shoulder, trunk), (shoulder, hand), (hip, hip)] {
+            assert!(!pairs.collide(a, b) && !pairs.collide(b, a), "{a} {b}");
+        }
+        assert!(pairs.are_legs([right_foot, hip]) && !pairs.are_legs([hand, hip]) && !pairs.are_legs([hip, knee]));
+        // 36 pairs of links of the legs, 16 of the arms, 96 of arm and leg, and 6 of arm and trunk, whose shoulders it carries.
+        assert_eq!((pairs.count(), pairs.touching_at_home.len()), (36 + 16 + 96 + 6, 0));
+        // A hand as large as this is in everything, so that it meets nothing.
+        robot.links[hand].collisions[0].shape = Shape::Sphere { radius: 2.0 };
+        let pairs = Pairs::new(&robot);
+        assert!(!pairs.collide(hand, trunk) && pairs.collide(other_hand, trunk));
+        assert!(pairs.touching_at_home.contains(&[trunk, hand]), "{:?}", pairs.touching_at_home);
+        assert_eq!(pairs.count() + pairs.touching_at_home.len(), 36 + 16 + 96 + 6);
+    }
+}
