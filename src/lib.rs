@@ -38,10 +38,3 @@ pub mod stats;
 pub mod view;
 
 pub use error::{Error, Result};
-
-#[doc(hidden)]
-pub fn env(name: &str, default: f64) -> f64 {
-    use std::sync::{LazyLock, Mutex};
-    static SEEN: LazyLock<Mutex<std::collections::HashMap<String, f64>>> = LazyLock::new(Default::default);
-    *SEEN.lock().unwrap().entry(name.into()).or_insert_with(|| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default))
-}

@@ -10,9 +10,9 @@ use crate::lipm::cpi_set::nesting_warning;
 use crate::lipm::gains::{FootworkRules, GainFamily, GainSet};
 use crate::lipm::pendulum::Pendulum;
 use crate::lipm::stepping::Stepping;
-use crate::robot::dynamics::load_torques;
+use crate::robot::dynamics::{Dynamics, load_torques};
 use crate::robot::{Command, GRAVITY, Kinematics, PerFoot, Pose, Robot};
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{DVector, Matrix3, Vector2, Vector3};
 use std::sync::Arc;
 
 /// A gain set prepared for a robot. All episodes with that gain set and robot share it.
@@ -29,6 +29,8 @@ pub struct Design {
     pub(super) com_height: f64,
     /// Vector from the centre of the right sole to that of the left one at home (m), control frame.
     pub(super) stance: Vector2<f64>,
+    /// Inertia of the whole robot at home about its COM (kg m^2).
+    pub(super) inertia: Matrix3<f64>,
 }
 
 impl Design {
@@ -48,7 +50,8 @@ impl Design {
             None => {}
         }
         let (home, com_height) = (home_command(robot), robot.home_com_height());
-        Ok(Self { robot: Arc::new(robot.clone()), family, warning, home, com_height, stance })
+        let inertia = home_inertia(robot);
+        Ok(Self { robot: Arc::new(robot.clone()), family, warning, home, com_height, stance, inertia })
     }
 
     /// The same design with a patience of 0: a footstep starts at the first tick at which the state is in no CPI set.
@@ -64,6 +67,15 @@ impl Design {
     pub fn home_command(&self) -> &Command {
         &self.home
     }
+}
+
+/// Inertia of the whole robot at home about its COM (kg m^2), from the mass matrix about the base's origin.
+fn home_inertia(robot: &Robot) -> Matrix3<f64> {
+    let (kinematics, mut dynamics) = (home_kinematics(robot), Dynamics::new(robot));
+    dynamics.update(robot, &kinematics, &DVector::zeros(6 + robot.joints.len()));
+    let about_base = dynamics.mass_matrix().fixed_view::<3, 3>(3, 3).into_owned();
+    let lever = (kinematics.com() - kinematics.link_pose(0).translation.vector).coords.cross_matrix();
+    about_base + lever * lever * robot.mass()
 }
 
 /// Checks the paper's stepping rules against this robot and control period.
@@ -104,7 +116,15 @@ fn check_catching(
         let accepted = format!("y_m on both sides of the distance between its soles, {:.4} m", stance.y);
         return Err(Error::value(&robot.name, "reach[0]", value, "does not contain the stance at home", accepted));
     }
-    check_swing_time("catching", rules.swing_time_s, control_period_s, file)
+    for (i, region) in robot.reach.iter().enumerate() {
+        check_swing_time(&format!("reach[{i}]"), region.swing_time_s, control_period_s, &robot.name)?;
+    }
+    let quickest = robot.reach.iter().map(|region| region.swing_time_s).fold(f64::INFINITY, f64::min);
+    Error::check_ranges(
+        file,
+        "catching",
+        &[("transfer_s", rules.transfer_s, 0.0, 0.5 * quickest), ("settle_s", rules.settle_s, 0.01, quickest)],
+    )
 }
 
 fn check_swing_time(table: &str, swing_time_s: f64, control_period_s: f64, file: &str) -> Result<()> {
@@ -169,9 +189,14 @@ mod tests {
                  accepted: y_m on both sides of the distance between its soles, 0.0970 m",
             ),
             (
-                with(Some(beside)),
+                with(Some(LandingRegion { swing_time_s: 0.14, ..beside.clone() })),
                 0.015,
-                "catch: catching.swing_time_s = 0.14: is too short; accepted: 0.15 s (10 control periods) or more",
+                "ut-mu2: reach[0].swing_time_s = 0.14: is too short; accepted: 0.15 s (10 control periods) or more",
+            ),
+            (
+                with(Some(LandingRegion { swing_time_s: 0.09, ..beside })),
+                0.002,
+                "catch: catching.transfer_s = 0.05: out of range; accepted: 0 to 0.045",
             ),
         ] {
             let error = Design::new(&robot, &gains, period_s).unwrap_err();

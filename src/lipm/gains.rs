@@ -293,7 +293,7 @@ mod tests {
             let weights = "weights = { dcm = 1, com = 0.1, zmp = 0.01 }";
             format!("[stepping]\n{rules}\n{range}\n{weights}\n{lambda}\n")
         };
-        let catching = "[catching]\nswing_time_s = 0.15\nlift_m = 0.01\nlate_s = 0.1\npause_s = 0\ntransfer_s = 0\n\
+        let catching = "[catching]\nlift_m = 0.01\nlate_s = 0.1\npause_s = 0\ntransfer_s = 0\n\
                         settle_s = 0.01\nweights = { zmp = 0.01, place = 0.01 }\n";
         assert!(parse(&set(&(gain("[0.2, 1, 5]") + catching))).is_ok());
         let two_rules = "catching = a table: needs standing = \"switching\" and excludes [stepping]; \

@@ -16,5 +16,5 @@ mod xml;
 pub use io::{Command, Imu, Sensed, SensedError, Wrench};
 pub use kinematics::{Kinematics, Pose, Posture};
 pub use model::{
-    Foot, Frame, GRAVITY, Joint, Around, LandingRegion, Link, PerFoot, Robot, SensorNoise, Servo, Shape, Sole, Solid,
+    Around, Foot, Frame, GRAVITY, Joint, LandingRegion, Link, PerFoot, Robot, SensorNoise, Servo, Shape, Sole, Solid,
 };

@@ -179,7 +179,8 @@ impl InverseDynamics {
         let [_, bias] = self.dynamics.point_bias_acc(&self.kinematics, robot.trunk, &origin);
         for k in 0..3 {
             let acc = wanted.trunk_acc[k] - bias[k];
-            self.equations.add_row(DYNAMICS.trunk, |i| self.jacobians.trunk[(3 + k, i)], [acc]);
+            let weight = if k == 2 { DYNAMICS.yaw } else { DYNAMICS.trunk };
+            self.equations.add_row(weight, |i| self.jacobians.trunk[(3 + k, i)], [acc]);
         }
     }
 

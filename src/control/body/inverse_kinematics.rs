@@ -122,7 +122,7 @@ impl InverseKinematics {
         let mut error = targets.com - self.kinematics.com();
         // After a long stride the body is low; it must not leap off the ground when a foot is lifted again.
         error.z = error.z.min(targets.rise);
-        for (k, weight) in [KINEMATICS.com, KINEMATICS.com, crate::env("WHEIGHT", KINEMATICS.height)].into_iter().enumerate() {
+        for (k, weight) in [KINEMATICS.com, KINEMATICS.com, KINEMATICS.height].into_iter().enumerate() {
             self.add_row(weight, JacobianRow::Com(k), error[k], targets.com_vel[k]);
         }
     }
@@ -131,7 +131,8 @@ impl InverseKinematics {
         let rotation = self.kinematics.link_pose(robot.trunk).rotation;
         let angular = (targets.trunk * rotation.inverse()).scaled_axis();
         for k in 0..3 {
-            self.add_row(if k == 2 { crate::env("WYAW", KINEMATICS.trunk) } else { KINEMATICS.trunk }, JacobianRow::Trunk(3 + k), angular[k], 0.0);
+            let weight = if k == 2 { KINEMATICS.yaw } else { KINEMATICS.trunk };
+            self.add_row(weight, JacobianRow::Trunk(3 + k), angular[k], 0.0);
         }
     }
 

@@ -14,8 +14,10 @@ pub(super) struct Weights {
     /// Horizontal position of the COM.
     pub com: f64,
     pub height: f64,
-    /// Rotation of the trunk.
+    /// Tilt of the trunk.
     pub trunk: f64,
+    /// Rotation of the trunk about the vertical.
+    pub yaw: f64,
     /// Each joint outside of the legs.
     pub arms: f64,
     /// Each leg joint. This small weight only makes the solution unique.
@@ -26,14 +28,15 @@ pub(super) struct Weights {
     pub base: f64,
 }
 
-/// Weights of displacements and velocities. Stance and swing foot count alike, and the COM height gives way where the
-/// legs are too short for a long stride.
+/// Weights of displacements and velocities. Stance and swing foot count alike. Where the legs are too short for a long
+/// stride, the trunk turns first, and then the COM height gives way.
 pub(super) const KINEMATICS: Weights = Weights {
     stance: 1e4,
     swing: 1e4,
     com: 1e2,
-    height: 1.0,
+    height: 1e1,
     trunk: 1e1,
+    yaw: 1.0,
     arms: 1.0,
     legs: 1e-6,
     limit: 1e6,
@@ -47,6 +50,7 @@ pub(super) const DYNAMICS: Weights = Weights {
     com: 100.0,
     height: 30.0,
     trunk: 1.0,
+    yaw: 1.0,
     arms: 1.0,
     legs: 0.02,
     limit: 5.0,

@@ -34,7 +34,7 @@ pub struct Estimate {
     pub com: Point3<f64>,
     pub com_vel: Vector3<f64>,
     /// Angular velocity of the trunk (rad/s), world frame.
-    pub turning: Vector3<f64>,
+    pub angular_vel: Vector3<f64>,
     /// ZMP from the sole wrenches (m); it keeps its last value while no foot is loaded.
     pub zmp: Point2<f64>,
     /// Pose of each sole, at the centre of its contact face.
@@ -60,7 +60,7 @@ impl Estimate {
             kinematics,
             com,
             com_vel: Vector3::zeros(),
-            turning: Vector3::zeros(),
+            angular_vel: Vector3::zeros(),
             zmp: com.xy(),
             soles,
             footholds: soles,
@@ -183,7 +183,7 @@ impl Estimator {
         *com_vel += (force / self.mass - gravity) * self.dt;
         let measured = self.trunk.velocity + orientation * turning;
         *com_vel += (measured - *com_vel) * -(-self.dt / VELOCITY_LAG_S).exp_m1();
-        self.now.turning = orientation * gyro;
+        self.now.angular_vel = orientation * gyro;
         self.find_footholds(in_air);
         self.find_contact(robot, in_air);
     }

@@ -12,7 +12,7 @@ mod swing;
 use crate::control::design::Design;
 use crate::lipm::gains::FootworkRules;
 pub use footwork::{Footwork, Landing, LastLanding, StepState};
-pub use swing::{PlannedFootstep, Swing, SwingTiming};
+pub use swing::{PlannedFootstep, Swing, SwingTiming, Way};
 
 /// The footwork rule of a gain set; None if it takes no footsteps.
 pub fn footwork(design: &Design) -> Option<Box<dyn Footwork>> {

@@ -2,11 +2,13 @@
 
 use super::quintic::{Quintic, least_jerk};
 use crate::control::estimate::on_ground;
-use crate::robot::{Foot, PerFoot, Pose, Robot};
+use crate::robot::{Around, Foot, PerFoot, Pose, Robot};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
 /// Share of the swing before which a load is no landing, because the foot may not have left the ground yet.
 const EARLIEST_LANDING: f64 = 0.6;
+/// Share of the swing before the end of an axis' motion from which its place stays.
+const ARRIVED: f64 = 0.05;
 /// A foot that is late goes down at this speed (m/s).
 const LATE_SPEED_M_S: f64 = 0.1;
 
@@ -19,6 +21,30 @@ pub struct SwingTiming {
     pub lift_m: f64,
     /// Longest time for which a late foot goes on downward (s).
     pub late_s: f64,
+}
+
+/// How a foot goes over the ground, along the axes of the stance sole.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Way {
+    /// Shares of the swing between which the foot moves along x, and along y.
+    pub moves: [[f64; 2]; 2],
+    /// How far it swings out along x on its way (m).
+    pub arc_m: f64,
+}
+
+impl Way {
+    /// Straight to the landing place.
+    pub const STRAIGHT: Self = Self { moves: [[0.0, 1.0]; 2], arc_m: 0.0 };
+
+    /// To a place on the other side of the stance leg: first forward or backward, then sideways.
+    pub fn around(Around { sideways_from, arc_m }: Around) -> Self {
+        Self { moves: [[0.0, 1.0 - sideways_from], [sideways_from, 1.0]], arc_m }
+    }
+
+    /// Back from there.
+    pub fn back_around(Around { sideways_from, arc_m }: Around) -> Self {
+        Self { moves: [[sideways_from, 1.0], [0.0, 1.0 - sideways_from]], arc_m }
+    }
 }
 
 /// A planned footstep.
@@ -43,7 +69,7 @@ pub struct Swing {
     /// Path of the swing sole's centre (stance axes for x and y; height), without the bump that lifts it off the ground.
     path: [Quintic; 3],
     /// Shares of the swing between which each axis moves.
-    windows: [[f64; 2]; 3],
+    moves: [[f64; 2]; 3],
     /// How far the sole swings out along the stance sole's x axis (m).
     arc_m: f64,
     /// Pose of the swing sole at the lift, and at its landing.
@@ -54,36 +80,34 @@ pub struct Swing {
 }
 
 impl Swing {
-    /// A footstep that starts from the given footholds (world frame). x and y of the stance sole move within the
-    /// given shares of the swing.
-    pub fn new(
-        timing: SwingTiming,
-        ([x, y], arc_m): ([[f64; 2]; 2], f64),
-        footstep: PlannedFootstep,
-        footholds: &PerFoot<Pose>,
-    ) -> Self {
+    /// A footstep that starts from the given footholds (world frame).
+    pub fn new(timing: SwingTiming, way: Way, footstep: PlannedFootstep, footholds: &PerFoot<Pose>) -> Self {
         let [from, foothold] = [footstep.foot, footstep.foot.other()].map(|foot| footholds[foot]);
         let stance = on_ground(&foothold);
         let landing = Vector3::new(footstep.to.x, footstep.to.y, foothold.translation.z);
         let to = Pose::from_parts(landing.into(), foothold.rotation);
-        let local = |p: Vector3<f64>| {
-            let q = stance.inverse_transform_point(&p.xy().into());
-            [q.x, q.y, p.z]
+        let local = |place: Vector3<f64>| {
+            let over = stance.inverse_transform_point(&place.xy().into());
+            [over.x, over.y, place.z]
         };
-        let windows = [x, y, [0.0, 1.0]];
         let (start, end) = (local(from.translation.vector), local(landing));
-        let [t0, t1] = [0, 1].map(|i| move |k: usize| windows[k][i] * timing.swing_time_s);
-        let path = [0, 1, 2].map(|k| Quintic::new([start[k], 0.0, 0.0], end[k], t0(k), t1(k)));
-        Self { footstep, timing, stance, path, windows, arc_m, from, to, time_s: 0.0 }
+        let Way { moves: [x, y], arc_m } = way;
+        let moves = [x, y, [0.0, 1.0]];
+        let path = [0, 1, 2].map(|k| {
+            let [start_s, end_s] = moves[k].map(|share| share * timing.swing_time_s);
+            Quintic::new([start[k], 0.0, 0.0], end[k], start_s, end_s)
+        });
+        Self { footstep, timing, stance, path, moves, arc_m, from, to, time_s: 0.0 }
     }
 
-    /// Changes the landing place (m, world frame), starting from the present planned state; before it is due.
+    /// Changes the landing place (m, world frame), starting from the present planned state; before it is due. An axis
+    /// that has all but arrived stays.
     pub fn aim(&mut self, to: Point2<f64>) {
         let local = self.stance.inverse_transform_point(&to);
         for k in 0..2 {
-            let [start_s, end_s] = self.windows[k].map(|share| share * self.timing.swing_time_s);
+            let [start_s, end_s] = self.moves[k].map(|share| share * self.timing.swing_time_s);
             let now_s = self.time_s.max(start_s);
-            if now_s < end_s - 0.05 * self.timing.swing_time_s {
+            if now_s < end_s - ARRIVED * self.timing.swing_time_s {
                 self.path[k] = Quintic::new(self.path[k].at(now_s), local[k], now_s, end_s);
             }
         }
@@ -93,7 +117,7 @@ impl Swing {
 
     /// State of one axis of the path (place, velocity, acceleration).
     fn axis(&self, k: usize) -> [f64; 3] {
-        self.path[k].at(self.time_s.max(self.windows[k][0] * self.timing.swing_time_s))
+        self.path[k].at(self.time_s.max(self.moves[k][0] * self.timing.swing_time_s))
     }
 
     /// Place, velocity and acceleration over the ground, world frame.
@@ -128,8 +152,8 @@ impl Swing {
         (Pose::from_parts(place.into(), rotation), Vector3::new(vx, vy, vz + bump_rate - late_speed))
     }
 
-    /// Height of the sole above its path, with rate and acceleration (m, m/s, m/s^2). Both ends have zero height and
-    /// rate.
+    /// A smooth bump of `height_m` (m) in the middle of the swing, with rate and acceleration (m, m/s, m/s^2). Both ends
+    /// have zero height and rate.
     fn bump(&self, height_m: f64) -> [f64; 3] {
         let duration = self.timing.swing_time_s;
         let u = self.time_s / duration;
@@ -182,7 +206,7 @@ mod tests {
         let to = Point2::new(-0.1, -0.13);
         let footstep = PlannedFootstep { foot: Foot::Right, to, zmp_error: Vector2::new(-0.03, -0.04) };
         let footholds = PerFoot { left: flat(0.01, 0.048, 0.1), right: flat(-0.01, -0.05, -0.05) };
-        Swing::new(TIMING, ([[0.0, 1.0]; 2], 0.0), footstep, &footholds)
+        Swing::new(TIMING, Way::STRAIGHT, footstep, &footholds)
     }
 
     fn at(time_s: f64) -> Swing {
