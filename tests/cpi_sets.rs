@@ -7,7 +7,8 @@ use proptest::test_runner::RngSeed;
 use standfast::geometry::SupportPolygon;
 use standfast::geometry::polytope::Polytope;
 use standfast::lipm::cpi_set::{Inclusion, maximal_cpi, nesting_warning};
-use standfast::lipm::gains::{GainPoles, GainSet, Standing};
+use standfast::lipm::disturbance::ZmpDisturbance;
+use standfast::lipm::gains::{GainPoles, GainSet, OutOfSets, Standing};
 use standfast::lipm::{CpiSet, Gain, GainFamily, OnlineSets, Pendulum, State};
 
 const PENDULUM: Pendulum = Pendulum { omega: 5.63, dt: 0.002 };
@@ -19,6 +20,8 @@ fn family_of(poles: &[([f64; 3], [f64; 3])]) -> GainFamily {
         description: String::new(),
         standing: Standing::Switching,
         zmp_margin_m: 0.0,
+        zmp_disturbance_m: ZmpDisturbance::default(),
+        out_of_sets: OutOfSets::default(),
         gains,
         stepping: None,
         catching: None,

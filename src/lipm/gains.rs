@@ -6,12 +6,13 @@
 //! [`Inclusion`](super::cpi_set::Inclusion) checks this.
 
 use super::catching::Catching;
+use super::disturbance::{Spread, ZmpDisturbance};
 use super::pendulum::{Pendulum, State};
 use super::stepping::Stepping;
 use crate::assets::{Source, parse_toml};
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
-use nalgebra::{Matrix3, Matrix6, Point2, Vector2, Vector3};
+use nalgebra::{Matrix3, Matrix6, Point2, RowVector3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// What the robot does while it stands.
@@ -22,6 +23,23 @@ pub enum Standing {
     Posture,
     /// The fastest gain acts whose maximal CPI set contains the state (Sect. III.D).
     Switching,
+}
+
+/// Which gain moves the ZMP while the state is in no gain's CPI set and both feet stay on the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OutOfSets {
+    /// The slowest gain, whose set is the largest.
+    #[default]
+    Slowest,
+    /// The fastest gain, which moves the ZMP farthest beyond the DCM.
+    Fastest,
+}
+
+impl OutOfSets {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// A gain set as its file states it.
@@ -37,6 +55,13 @@ pub struct GainSet {
     /// The ZMP keeps this distance from the edges of the support polygon (m).
     #[serde(default = "default_zmp_margin_m")]
     pub zmp_margin_m: f64,
+    /// The CPI sets hold for every disturbance of the ZMP up to this bound on each axis (m); see
+    /// [`disturbance`](super::disturbance). With 0 they are the paper's.
+    #[serde(default, skip_serializing_if = "ZmpDisturbance::is_none")]
+    pub zmp_disturbance_m: ZmpDisturbance,
+    /// Which gain acts when no set contains the state.
+    #[serde(default, skip_serializing_if = "OutOfSets::is_default")]
+    pub out_of_sets: OutOfSets,
     /// The gains, from slow to fast.
     #[serde(default)]
     pub gains: Vec<GainPoles>,
@@ -84,6 +109,11 @@ impl GainSet {
         if !(self.zmp_margin_m.is_finite() && self.zmp_margin_m >= 0.0) {
             let problem = "must not be negative";
             return Err(Error::value(file, "zmp_margin_m", self.zmp_margin_m, problem, "0 or more, in metres"));
+        }
+        let bounds = self.zmp_disturbance_m.bounds();
+        if bounds.iter().any(|bound| !(bound.is_finite() && *bound >= 0.0)) {
+            let (value, accepted) = (self.zmp_disturbance_m.text(1.0), "0 or more, in metres: a number, or [x, y]");
+            return Err(Error::value(file, "zmp_disturbance_m", value, "must not be negative", accepted));
         }
         let count = self.gains.len();
         match self.standing {
@@ -146,6 +176,41 @@ impl AxisLoop {
         let feedback = pendulum.feedback(poles);
         Self { poles, feedback, closed: pendulum.closed(&feedback) }
     }
+
+    /// The poles that affect the ZMP. If a pole is exactly at -omega, the feedback does not read the convergent mode.
+    pub(super) fn observable_poles(&self) -> Vec<f64> {
+        let mut poles = self.poles.to_vec();
+        if let Some(i) = poles.iter().position(|p| *p == 1.0) {
+            poles.remove(i);
+        }
+        poles
+    }
+
+    /// The observable part of the loop as a cascade of first-order lags with the poles `through`, which contain its
+    /// own: for each lag its discrete pole l, and the row that maps [com, com_vel, zmp] to its output. That of the last
+    /// one is the ZMP, and that of a lag which only the other axis has is its input.
+    pub(super) fn cascade(&self, pendulum: &Pendulum, through: &[f64]) -> Vec<(f64, RowVector3<f64>)> {
+        let mut own = self.observable_poles();
+        let mut row = RowVector3::new(0.0, 0.0, 1.0);
+        let mut cascade: Vec<_> = through
+            .iter()
+            .rev()
+            .map(|pole| {
+                let (lag, output) = (pendulum.discrete_pole(*pole), row);
+                row = row * (self.closed - Matrix3::identity() * lag) / (1.0 - lag);
+                if let Some(i) = own.iter().position(|p| p == pole) {
+                    own.swap_remove(i);
+                }
+                if own.is_empty() {
+                    // This is exactly zero by Cayley-Hamilton, apart from rounding.
+                    row = RowVector3::zeros();
+                }
+                (lag, output)
+            })
+            .collect();
+        cascade.reverse();
+        cascade
+    }
 }
 
 /// One gain: F_i of the paper, with its closed loop Sigma_i.
@@ -154,12 +219,20 @@ pub struct Gain {
     pub name: String,
     pub x: AxisLoop,
     pub y: AxisLoop,
+    /// How far disturbances can have moved the ZMP; none in the paper.
+    pub spread: Spread,
 }
 
 impl Gain {
+    /// Places the poles. The sets of this gain are those without disturbances.
     pub fn design(pendulum: &Pendulum, poles: &GainPoles) -> Self {
         let (x, y) = (AxisLoop::design(pendulum, poles.x), AxisLoop::design(pendulum, poles.y));
-        Self { name: poles.name.clone(), x, y }
+        Self { name: poles.name.clone(), x, y, spread: Spread::default() }
+    }
+
+    /// The same gain, whose sets hold for all disturbances of the ZMP of at most `bounds` (m).
+    pub fn under(self, pendulum: &Pendulum, bounds: Vector2<f64>) -> Self {
+        Self { spread: Spread::new(pendulum, &self.x, &self.y, bounds), ..self }
     }
 
     /// Velocity of the ZMP u = -F x (m/s) (eq. 11).
@@ -194,6 +267,10 @@ pub struct GainFamily {
     pub standing: Standing,
     /// Margin of the ZMP (m); see [`GainSet::zmp_margin_m`].
     pub zmp_margin: f64,
+    /// Bound of the disturbance of the ZMP; see [`GainSet::zmp_disturbance_m`].
+    pub zmp_disturbance: ZmpDisturbance,
+    /// Which gain acts when no set contains the state.
+    pub out_of_sets: OutOfSets,
     pub pendulum: Pendulum,
     /// The gains, from slow to fast; empty for [`Standing::Posture`].
     pub gains: Vec<Gain>,
@@ -228,6 +305,33 @@ impl GainFamily {
         })
     }
 
+    /// Checks that every gain has a set on `support`, where the ZMP may be. It fails (naming `file`) if disturbances can
+    /// move a ZMP from the origin out of it.
+    pub fn check_disturbance(&self, support: &SupportPolygon, file: &str) -> Result<()> {
+        let (mut worst, mut gain) = (0.0_f64, "");
+        for candidate in &self.gains {
+            let [x, y] = candidate.spread.limit();
+            for h in support.half_planes() {
+                let share = (h.normal.x.abs() * x + h.normal.y.abs() * y) / h.distance;
+                if share > worst {
+                    (worst, gain) = (share, &candidate.name);
+                }
+            }
+        }
+        if worst < 1.0 {
+            return Ok(());
+        }
+        let problem = format!("leaves gain {gain:?} no set at home");
+        let accepted = format!("less than {}", self.zmp_disturbance.text(1.0 / worst));
+        Err(Error::value(file, "zmp_disturbance_m", self.zmp_disturbance.text(1.0), problem, accepted))
+    }
+
+    /// The same family without disturbances, so with the sets of the paper.
+    pub fn undisturbed(&self) -> Self {
+        let gains = self.gains.iter().map(|gain| Gain { spread: Spread::default(), ..gain.clone() }).collect();
+        Self { zmp_disturbance: ZmpDisturbance::default(), gains, ..self.clone() }
+    }
+
     /// Places the poles of every gain. It fails if the set or the pendulum is not valid.
     pub fn design(set: &GainSet, pendulum: Pendulum) -> Result<Self> {
         set.validate(&set.name)?;
@@ -240,12 +344,15 @@ impl GainFamily {
             let accepted = format!("at most 1/omega = {} s", 1.0 / pendulum.omega);
             return Err(Error::value("pendulum", "dt", pendulum.dt, "the pendulum falls within a period", accepted));
         }
+        let bounds = set.zmp_disturbance_m.bounds();
         Ok(Self {
             name: set.name.clone(),
             standing: set.standing,
             zmp_margin: set.zmp_margin_m,
+            zmp_disturbance: set.zmp_disturbance_m,
+            out_of_sets: set.out_of_sets,
             pendulum,
-            gains: set.gains.iter().map(|g| Gain::design(&pendulum, g)).collect(),
+            gains: set.gains.iter().map(|g| Gain::design(&pendulum, g).under(&pendulum, bounds)).collect(),
             footwork: set.footwork(),
         })
     }
