@@ -33,6 +33,8 @@ pub struct CpiSet {
     pub polygon: SupportPolygon,
     /// k of eq. 22: the predictions from 0 to k periods ahead define the set.
     pub horizon: usize,
+    /// How far disturbances can move the ZMP, in x and y (m); 0 without disturbances.
+    pub spread_m: [f64; 2],
     /// S of eq. 22: p (k + 1) rows on the state of eq. 5, for p edges. The rows of one prediction stand together.
     pub set: Polytope,
 }
@@ -49,7 +51,7 @@ impl CpiSet {
             }
             other => other,
         })?;
-        Ok(Self { gain: gain.name.clone(), pendulum, polygon: *polygon, horizon, set })
+        Ok(Self { gain: gain.name.clone(), pendulum, polygon: *polygon, horizon, spread_m: gain.spread.limit(), set })
     }
 
     /// The sets of all gains of a family, slow to fast. It fails as [`Self::search`] does.

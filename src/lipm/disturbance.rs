@@ -130,7 +130,7 @@ mod tests {
         // In continuous time the ZMP goes to -(1 + p) (1 + q) / (p q) of the disturbance.
         for (p, q) in [(0.15, 5.0), (1.2, 5.0), (0.8, 10.0)] {
             let (gain, spread) = spread([p, 1.0, q], [0.002, 0.001]);
-            let (mut state, bound) = (nalgebra::Vector3::zeros(), 0.002);
+            let (mut state, bound) = (nalgebra::Vector3::<f64>::zeros(), 0.002);
             for j in 0..20_000 {
                 assert!((state[2].abs() - spread.after(j)[0]).abs() < 1e-12, "{j}");
                 state = gain.x.closed * state + PENDULUM.disturbance() * bound;

@@ -415,6 +415,15 @@ mod tests {
             (set(&gain("[0.2, 1, 5]")).replace("switching", "posture"), "gains = 1 gains"),
             (set(&gain("[0.2, 1, 5]")).replace("switching", "upright"), "expected `posture` or `switching`"),
             (format!("zmp_margin_m = -0.1\n{}", set(&gain("[0.2, 1, 5]"))), "zmp_margin_m = -0.1"),
+            (
+                format!("zmp_disturbance_m = -0.1\n{}", set(&gain("[0.2, 1, 5]"))),
+                "zmp_disturbance_m = -0.10000: must not",
+            ),
+            (
+                format!("zmp_disturbance_m = [0, nan]\n{}", set(&gain("[0.2, 1, 5]"))),
+                "zmp_disturbance_m = [0.00000, NaN]",
+            ),
+            (format!("zmp_disturbance_m = [1]\n{}", set(&gain("[0.2, 1, 5]"))), "a number or two, [x, y], in metres"),
             (format!("zmp_margin = 0.1\n{}", set(&gain("[0.2, 1, 5]"))), "unknown field `zmp_margin`"),
             (set(&gain("[0.2, 1, 5]")).replace("\"g\"", "\"\""), "name = \"\": is empty"),
             (
