@@ -171,9 +171,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("sets.svg");
         let text = run_with(&["robust", "--plot", file.to_str().unwrap()]).unwrap();
-        for words in
-            ["Maximal robust CPI sets of gain set robust", "4.0 mm in x", "Without disturbances", "The family nests"]
-        {
+        for words in [
+            "Maximal robust CPI sets of gain set robust",
+            "4.0 mm in x and 5.0 mm in y",
+            "Without disturbances",
+            "The family nests",
+        ] {
             assert!(text.contains(words), "{words}: {text}");
         }
         let svg = std::fs::read_to_string(file).unwrap();
@@ -182,7 +185,7 @@ mod tests {
         assert!(svg.contains("dashed: without disturbances"), "{svg}");
 
         let object: serde_json::Value = serde_json::from_str(&run_with(&["robust", "--json"]).unwrap()).unwrap();
-        assert_eq!(object["zmp_disturbance_m"], serde_json::json!([0.004, 0.004]));
+        assert_eq!(object["zmp_disturbance_m"], serde_json::json!([0.004, 0.005]));
         let size = |kind: &str| object[kind][0]["largest_impulse_over_m_omega_d"]["forward"].as_f64().unwrap();
         assert!(size("sets") < 0.99 * size("sets_without_disturbances"), "{object}");
         assert!(object["sets"][0]["zmp_spread_m"][0].as_f64().unwrap() > 0.008, "{object}");
@@ -196,7 +199,10 @@ mod tests {
             (vec!["hold"], "standing = posture"),
             (vec!["nosuch"], "hold, fixed, switching"),
             (vec!["robust:zmp_disturbance_m=[0.001,0.1]"], "no set at home; accepted: less than [0.000"),
-            (vec!["robust", "--support", "-0.005,0.05,-0.05,0.05"], "zmp_disturbance_m = 0.00400: leaves gain"),
+            (
+                vec!["robust", "--support", "-0.005,0.05,-0.05,0.05"],
+                "zmp_disturbance_m = [0.00400, 0.00500]: leaves gain",
+            ),
             (vec!["--omega", "-5"], "--omega = -5"),
             (vec!["--dt", "0"], "--dt = 0"),
             (vec!["--dt", "1"], "dt"),

@@ -176,3 +176,33 @@ impl Supervisor {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lipm::{GainSet, Pendulum};
+
+    /// Out of all sets, with the DCM inside of the support, the slowest gain leaves the edge alone. The fastest one goes
+    /// to it.
+    #[test]
+    fn out_of_the_sets_the_zmp_goes_where_the_gain_set_says() {
+        let pendulum = Pendulum { omega: 5.63, dt: 0.002 };
+        let polygon = SupportPolygon::rectangle(-0.048, 0.048, -0.083, 0.083);
+        let support = Support { frame: Isometry2::identity(), polygon };
+        let (com, com_vel) = (Point2::new(0.0, 0.06), Vector2::new(0.1, 0.09));
+        let zmp_of = |gains: &str| {
+            let family = GainFamily::design(&GainSet::load(gains).unwrap(), pendulum).unwrap();
+            let mut supervisor = Supervisor::new(&family, Point2::origin());
+            let decision = supervisor.update(&family, &support, com, com_vel);
+            assert!(!decision.held, "{gains}");
+            (decision.zmp.unwrap(), supervisor.gain)
+        };
+        let dcm = com + com_vel / pendulum.omega;
+        let (zmp, gain) = zmp_of("switching");
+        assert!(gain == 0 && (zmp.x - 1.12 * dcm.x).abs() < 1e-3, "{gain} {zmp} {dcm}");
+        for (set, fastest) in [("robust", 2), ("switching:out_of_sets=fastest", 4)] {
+            let (zmp, gain) = zmp_of(set);
+            assert!(gain == fastest && zmp.x > 1.7 * dcm.x && zmp.y == 0.083, "{set}: {gain} {zmp} {dcm}");
+        }
+    }
+}
