@@ -11,7 +11,7 @@ use standfast::campaign::{Campaign, Overrides};
 use standfast::control::Phase;
 use standfast::control::estimate::heading;
 use standfast::episode::{Footstep, Outcome, Record, Tick, Until};
-use standfast::robot::{Foot, Pose, Reach};
+use standfast::robot::{Foot, Pose};
 use standfast::sim::Push;
 use std::sync::LazyLock;
 
@@ -112,7 +112,8 @@ fn nine_tenths_of_what_the_pendulum_takes_with_one_footstep_is_caught_at_every_h
 #[test]
 fn legs_do_not_cross_and_feet_land_within_reach() {
     let bench = Bench::new("catch");
-    let Reach { forward_m, outward_m, inward_m, .. } = bench.robot.reach.unwrap();
+    let region = &bench.robot.reach[0];
+    let (forward_m, [inward_m, outward_m]) = (region.x_m[1], region.y_m);
     let sideways: Vec<(Push, Course)> = [90.0, -90.0]
         .par_iter()
         .map(|&heading| {

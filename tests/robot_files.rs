@@ -121,7 +121,7 @@ const BAD_URDF: [(&str, &str, &str); 26] = [
 ];
 
 /// What to replace in the settings (once), by what, and what the error must say.
-const BAD_SETTINGS: [(&str, &str, &str); 27] = [
+const BAD_SETTINGS: [(&str, &str, &str); 33] = [
     ("friction = 0.8", "friction = ", "builtin:ut-mu2: TOML parse error"),
     ("friction = 0.8", "friction = 0.8\ngrip = 1\n", "unknown field `grip`"),
     ("friction = 0.8", "", "missing field `friction`"),
@@ -130,9 +130,15 @@ const BAD_SETTINGS: [(&str, &str, &str); 27] = [
     ("delay_s = 0.004", "delay_s = -1.0", "delay_s = -1"),
     ("gyro_rad_s = 0.01", "gyro_rad_s = -0.01", "noise.gyro_rad_s = -0.01: must not be negative"),
     ("gyro_rad_s", "gyro_deg_s", "unknown field `gyro_deg_s`"),
-    ("outward_m = 0.18", "outward_m = 0.07", "reach.outward_m = 0.07: out of range; accepted: 0.075 to 10"),
-    ("forward_m = 0.15", "forward_m = -0.15", "reach.forward_m = -0.15: out of range"),
-    ("min_step_time_s = 0.2", "min_step_time_s = 0", "reach.min_step_time_s = 0: out of range; accepted: 0.01 to"),
+    ("y_m = [0.075, 0.18]", "y_m = [0.075, 0.07]", "reach[0].y_m[1] = 0.07: out of range; accepted: 0.075 to 10"),
+    ("x_m = [-0.15, 0.15]", "x_m = [-11, 0.15]", "reach[0].x_m[0] = -11: out of range; accepted: -10 to 10"),
+    ("x_m = [-0.15, 0.15]", "x_m = [-0.15, nan]", "reach[0].x_m[1] = NaN: out of range"),
+    ("swing_time_s = 0.2", "swing_time_s = 0", "reach[1].swing_time_s = 0: out of range; accepted: 0.01 to 10"),
+    ("sideways_from = 0.25", "sideways_from = 1", "reach[1].sideways_from = 1: out of range; accepted: 0 to 0.8"),
+    ("\"in front\"", "\"beside\"", "reach[1].name = beside: is empty or taken; accepted: a name of its own"),
+    ("x_m = [0.145, 0.15]", "x_m = 0.145", "invalid type: floating point `0.145`"),
+    ("y_m = [-0.06, 0.075]", "z_m = [-0.06, 0.075]", "unknown field `z_m`"),
+    ("[[reach]]", "[reach]", "TOML parse error at line 40"),
     ("kp_n_m_rad = 80.0", "kp_n_m_rad = -80.0", "servos[0].kp_n_m_rad = -80: must not be negative"),
     ("kd_n_m_s_rad = 0.4", "kd_n_m_s_rad = -0.4", "servos[1].kd_n_m_s_rad = -0.4"),
     ("torque_n_m = 8.0", "torque_n_m = inf", "servos[0].torque_n_m = inf"),
@@ -199,6 +205,21 @@ fn bad_settings_are_refused() {
         }
         refused(&urdf, &with(&settings, text), expected);
     }
+}
+
+/// Settings once had one box of landing places.
+#[test]
+fn a_single_table_of_the_reach_is_told_how_to_become_a_list() {
+    let (urdf, settings) = builtin();
+    let (before, after) = (settings.text.find("[[reach]]").unwrap(), settings.text.find("[noise]").unwrap());
+    let old = "[reach]\nforward_m = 0.15\noutward_m = 0.18\ninward_m = 0.075\nmin_step_time_s = 0.2\n";
+    let text = format!("{}{old}{}", &settings.text[..before], &settings.text[after..]);
+    refused(
+        &urdf,
+        &with(&settings, text),
+        "Instead of one table [reach] with forward_m, outward_m, inward_m and min_step_time_s, write a table [[reach]] \
+         for each region, with name, x_m = [-forward_m, forward_m], y_m = [inward_m, outward_m]",
+    );
 }
 
 #[test]

@@ -32,7 +32,7 @@ degrees to the left.
 Beside it stand the bounds of a pendulum that takes no footstep, one, or any
 number, for the mean duration of the push. If the push acts above the COM on
 average, a second line has the bounds divided by 1 + height / COM height. The
-bounds need a table `reach` in the robot's settings.
+bounds need the regions `[[reach]]` in the robot's settings.
 
 The search assumes that 2 % of the trials are lost, and 2 % are won, whatever
 the impulse; 50 % and 90 % refer to the other trials. Without noise and

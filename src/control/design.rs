@@ -93,17 +93,17 @@ fn check_catching(
     control_period_s: f64,
     file: &str,
 ) -> Result<()> {
-    let Some(reach) = &robot.reach else {
+    let Some(region) = robot.reach.first() else {
         let problem = format!("requires the reach of the feet of {}", robot.name);
-        let accepted = "a robot whose .toml has a [reach] table with forward_m, outward_m, inward_m and min_step_time_s; or \
-            another gain set, for example switching";
+        let accepted = "a robot whose .toml has regions [[reach]] with name, x_m, y_m and swing_time_s; or another gain \
+            set, for example switching";
         return Err(Error::value(file, "catching", "a table", problem, accepted));
     };
-    if !(reach.inward_m..=reach.outward_m).contains(&stance.y) {
-        let value = format!("{} to {} m to the side", reach.inward_m, reach.outward_m);
-        let accepted =
-            format!("inward_m and outward_m on both sides of the distance between its soles, {:.4} m", stance.y);
-        return Err(Error::value(&robot.name, "reach", value, "does not contain the stance at home", accepted));
+    let [inward, outward] = region.y_m;
+    if !(inward..=outward).contains(&stance.y) {
+        let value = format!("{inward} to {outward} m to the side");
+        let accepted = format!("y_m on both sides of the distance between its soles, {:.4} m", stance.y);
+        return Err(Error::value(&robot.name, "reach[0]", value, "does not contain the stance at home", accepted));
     }
     check_swing_time("catching", rules.swing_time_s, control_period_s, file)
 }
@@ -153,24 +153,24 @@ fn home_command(robot: &Robot) -> Command {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Reach;
+    use crate::robot::LandingRegion;
 
     #[test]
     fn what_a_robot_must_be_to_catch_is_said() {
         let (robot, gains) = (Robot::load("ut-mu2").unwrap(), GainSet::load("catch").unwrap());
-        let reach = robot.reach.unwrap();
-        let with = |reach: Option<Reach>| Robot { reach, ..robot.clone() };
+        let beside = robot.reach[0].clone();
+        let with = |reach: Option<LandingRegion>| Robot { reach: reach.into_iter().collect(), ..robot.clone() };
         let unknown = "catch: catching = a table: requires the reach of the feet of ut-mu2";
         for (robot, period_s, words) in [
             (with(None), 0.002, unknown),
             (
-                with(Some(Reach { inward_m: 0.1, ..reach })),
+                with(Some(LandingRegion { y_m: [0.1, 0.18], ..beside.clone() })),
                 0.002,
-                "ut-mu2: reach = 0.1 to 0.18 m to the side: does not contain the stance at home; \
-                 accepted: inward_m and outward_m on both sides of the distance between its soles, 0.0970 m",
+                "ut-mu2: reach[0] = 0.1 to 0.18 m to the side: does not contain the stance at home; \
+                 accepted: y_m on both sides of the distance between its soles, 0.0970 m",
             ),
             (
-                with(Some(reach)),
+                with(Some(beside)),
                 0.015,
                 "catch: catching.swing_time_s = 0.14: is too short; accepted: 0.15 s (10 control periods) or more",
             ),

@@ -9,9 +9,12 @@ pub mod io;
 pub mod kinematics;
 pub mod model;
 mod settings;
+pub mod swing_time;
 pub mod urdf;
 mod xml;
 
 pub use io::{Command, Imu, Sensed, SensedError, Wrench};
 pub use kinematics::{Kinematics, Pose, Posture};
-pub use model::{Foot, Frame, GRAVITY, Joint, Link, PerFoot, Reach, Robot, SensorNoise, Servo, Shape, Sole, Solid};
+pub use model::{
+    Foot, Frame, GRAVITY, Joint, LandingRegion, Link, PerFoot, Robot, SensorNoise, Servo, Shape, Sole, Solid,
+};

@@ -29,8 +29,9 @@ pub struct Robot {
     pub delay_s: f64,
     /// Friction coefficient between soles and ground.
     pub friction: f64,
-    /// Where a foot can land, and how soon; None if the settings do not state it.
-    pub reach: Option<Reach>,
+    /// Where a foot can land, and how soon; empty if the settings do not state it. The first region contains the stance
+    /// at home.
+    pub reach: Vec<LandingRegion>,
     /// In words: what is assumed about this robot because it is not published.
     pub assumptions: Vec<String>,
 }
@@ -169,20 +170,30 @@ pub struct SensorNoise {
     pub sole_moment_n_m: f64,
 }
 
-/// Where a foot can land: offsets from the centre of the stance sole to that of the landing one, in the axes of the
-/// stance sole, with the hips at home height. They are what the legs can do within their limits, with any controller.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize, serde::Serialize)]
+/// A convex region of places where a foot can land, and how long its swing to there takes. Places are offsets from the
+/// centre of the stance sole to that of the landing one, in the axes of the stance sole, with y to the side of the swing
+/// foot and the hips at home height. A region holds only what the legs can do without touching, within their limits.
+#[derive(Debug, Clone, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Reach {
-    /// Largest offset forward or backward (m).
-    pub forward_m: f64,
-    /// Largest offset to the side (m).
-    pub outward_m: f64,
-    /// Smallest offset to the side, at which the legs do not touch (m).
-    pub inward_m: f64,
-    /// Shortest time from the decision to step until the landing at any of these places (s), for the bounds of the
-    /// pendulum. A controller may be faster.
-    pub min_step_time_s: f64,
+pub struct LandingRegion {
+    pub name: String,
+    /// Smallest and largest offset forward (m).
+    pub x_m: [f64; 2],
+    /// Smallest and largest offset to the side of the swing foot (m).
+    pub y_m: [f64; 2],
+    /// Time from the lift to the landing (s), for any place in the region.
+    pub swing_time_s: f64,
+    /// How the foot goes around the stance leg: it moves sideways only from this share of the swing on, and fore and aft
+    /// only until the same share before the end. With 0, the default, it goes straight.
+    #[serde(default)]
+    pub sideways_from: f64,
+}
+
+impl LandingRegion {
+    pub fn corners(&self) -> [[f64; 2]; 4] {
+        let ([x0, x1], [y0, y1]) = (self.x_m, self.y_m);
+        [[x0, y0], [x0, y1], [x1, y0], [x1, y1]]
+    }
 }
 
 /// Left or right.

@@ -1,11 +1,14 @@
 //! The TOML file beside a URDF, with what the URDF cannot state.
 
-use super::model::{Frame, Joint, Link, PerFoot, Reach, SensorNoise, Servo, Shape, Sole};
+use super::model::{Frame, Joint, LandingRegion, Link, PerFoot, SensorNoise, Servo, Shape, Sole};
 use crate::assets::{self, Source};
 use crate::error::{Error, Result};
 use nalgebra::{Isometry3, Translation3, Vector3};
 use serde::Deserialize;
-use std::collections::BTreeMap;
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{Deserializer, SeqAccess, Visitor};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 
 /// The settings file as it is written.
 #[derive(Debug, Clone, Deserialize)]
@@ -16,7 +19,8 @@ pub(super) struct Settings {
     pub delay_s: f64,
     soles: SoleNames,
     pub noise: SensorNoise,
-    pub reach: Option<Reach>,
+    #[serde(default, deserialize_with = "landing_regions")]
+    pub reach: Vec<LandingRegion>,
     #[serde(default)]
     pub assumptions: Vec<String>,
     servos: Vec<ServoGroup>,
@@ -83,16 +87,56 @@ pub(super) fn parse(source: &Source) -> Result<Settings> {
             return Err(Error::value(file, field, none, "must lie above full_torque_speed_rad_s", accepted));
         }
     }
-    if let Some(reach) = settings.reach {
-        let ranges = [
-            ("forward_m", reach.forward_m, 0.0, 10.0),
-            ("inward_m", reach.inward_m, 0.0, 10.0),
-            ("outward_m", reach.outward_m, reach.inward_m, 10.0),
-            ("min_step_time_s", reach.min_step_time_s, 0.01, 10.0),
-        ];
-        Error::check_ranges(file, "reach", &ranges)?;
-    }
+    check_reach(file, &settings.reach)?;
     Ok(settings)
+}
+
+fn check_reach(file: &str, regions: &[LandingRegion]) -> Result<()> {
+    let mut names = BTreeSet::new();
+    for (i, region) in regions.iter().enumerate() {
+        let ([x0, x1], [y0, y1]) = (region.x_m, region.y_m);
+        let ranges = [
+            ("x_m[0]", x0, -10.0, 10.0),
+            ("x_m[1]", x1, x0, 10.0),
+            ("y_m[0]", y0, -10.0, 10.0),
+            ("y_m[1]", y1, y0, 10.0),
+            ("swing_time_s", region.swing_time_s, 0.01, 10.0),
+            ("sideways_from", region.sideways_from, 0.0, 0.8),
+        ];
+        Error::check_ranges(file, &format!("reach[{i}]"), &ranges)?;
+        if region.name.is_empty() || !names.insert(&region.name) {
+            let field = format!("reach[{i}].name");
+            return Err(Error::value(
+                file,
+                field,
+                &region.name,
+                "is empty or taken",
+                "a name of its own for each region",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Reads the list of regions. A single table `[reach]`, as these files once had, is told how to become one.
+fn landing_regions<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Vec<LandingRegion>, D::Error> {
+    struct Regions;
+    impl<'de> Visitor<'de> for Regions {
+        type Value = Vec<LandingRegion>;
+
+        fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+            f.write_str(
+                "a list of regions. Instead of one table [reach] with forward_m, outward_m, inward_m and \
+                 min_step_time_s, write a table [[reach]] for each region, with name, x_m = [-forward_m, forward_m], \
+                 y_m = [inward_m, outward_m] and swing_time_s; `standfast model` tells the least swing time",
+            )
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> std::result::Result<Self::Value, A::Error> {
+            Vec::deserialize(SeqAccessDeserializer::new(list))
+        }
+    }
+    from.deserialize_seq(Regions)
 }
 
 impl Settings {

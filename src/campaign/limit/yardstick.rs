@@ -4,7 +4,7 @@ use crate::campaign::ask::spec::Campaign;
 use crate::campaign::limit::search::SetLimit;
 use crate::error::{Error, Result};
 use crate::lipm::capture::{self, LandingBox, SteppingPendulum};
-use crate::robot::{Foot, Kinematics, PerFoot, Reach, Robot};
+use crate::robot::{Foot, Kinematics, PerFoot, Robot};
 use crate::sim::Profile;
 use nalgebra::Point2;
 use serde::Serialize;
@@ -62,9 +62,9 @@ pub struct Heading {
 impl Yardstick {
     /// For a robot at home and the mean push of a campaign. It fails if the reach of the feet is not known.
     pub fn new(robot: &Robot, campaign: &Campaign) -> Result<Yardstick> {
-        let Some(Reach { forward_m, outward_m, inward_m, min_step_time_s }) = robot.reach else {
+        let Some(region) = robot.reach.first() else {
             let path = Path::new(&campaign.robot).with_extension("toml");
-            let accepted = "a table [reach] with forward_m, outward_m, inward_m and min_step_time_s";
+            let accepted = "regions [[reach]] with name, x_m, y_m and swing_time_s";
             let problem = "the pendulum's bounds depend on where a foot can land, and how soon";
             return Err(Error::value(&path.to_string_lossy(), "reach", "(none)", problem, accepted));
         };
@@ -91,8 +91,8 @@ impl Yardstick {
             sole_x_m: [-half_m[0], half_m[0]],
             sole_y_m: [-half_m[1], half_m[1]],
             stance_width_m: (centre.left.y - centre.right.y).abs(),
-            min_step_time_s,
-            reach_m: ReachM { forward: forward_m, outward: outward_m, inward: inward_m },
+            min_step_time_s: region.swing_time_s,
+            reach_m: ReachM { forward: region.x_m[1], outward: region.y_m[1], inward: region.y_m[0] },
             push_duration_s,
             push_height_m,
             push_profile: campaign.push.profile,

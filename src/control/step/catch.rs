@@ -15,7 +15,7 @@ use crate::control::design::Design;
 use crate::control::error::TickError;
 use crate::control::estimate::on_ground;
 use crate::lipm::catching::{CatchPlan, CatchProblem, Catching, plan};
-use crate::robot::{Command, Foot, PerFoot, Reach};
+use crate::robot::{Command, Foot, LandingRegion, PerFoot};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
 /// For a late foot, the plan assumes that it lands in this many ticks.
@@ -30,7 +30,8 @@ const SOLE_SHARE: f64 = 0.98;
 #[derive(Debug, Clone)]
 pub struct CatchFootwork {
     rules: Catching,
-    reach: Reach,
+    /// Where a foot can land without crossing.
+    region: LandingRegion,
     /// The posture at landing. Where the feet will be far apart, the legs reach the ground only with a lower body, so
     /// the body sinks during the swing. Pulled down only at the end, the robot would leave the ground.
     at_landing: InverseKinematics,
@@ -45,7 +46,7 @@ impl CatchFootwork {
         let contact = ContactModel { friction: FRICTION_SHARE * robot.friction, sole_share: SOLE_SHARE };
         Self {
             rules,
-            reach: robot.reach.expect("the design of a set that catches asks for it"),
+            region: robot.reach.first().expect("the design of a set that catches asks for it").clone(),
             at_landing: InverseKinematics::new(robot),
             dynamics: InverseDynamics::new(robot, contact),
             wanted: DesiredAcceleration::rest(robot, PerFoot::default()),
@@ -131,12 +132,11 @@ impl CatchFootwork {
     /// The planning problem for a footstep of `foot`.
     fn problem(&self, foot: Foot, now: &StepState) -> CatchProblem {
         let Design { robot, family, stance, .. } = now.design;
-        let reach = &self.reach;
         CatchProblem {
             omega: family.pendulum.omega,
             sole: robot.soles[foot.other()].half_m,
             zmp_margin: family.zmp_margin,
-            reach: [[-reach.forward_m, reach.forward_m], [reach.inward_m, reach.outward_m]],
+            reach: [self.region.x_m, self.region.y_m],
             home: Vector2::new(stance.x * foot.side(), stance.y),
         }
     }

@@ -1,6 +1,7 @@
 //! A robot as it was read, and its kinematics at given joint angles, as text and JSON.
 
 use crate::render::text::layout::{align, signed, table, whole_names, wrapped};
+use crate::robot::swing_time::least_swing_time_s;
 use crate::robot::{Foot, Kinematics, Robot};
 use comfy_table::{ContentArrangement, Table};
 use nalgebra::Matrix3xX;
@@ -130,17 +131,7 @@ pub fn description(robot: &Robot) -> String {
         noise.sole_force_n,
         noise.sole_moment_n_m
     ));
-    line(match robot.reach {
-        Some(reach) => format!(
-            "reach    a foot lands up to {} mm fore or aft and {} to {} mm sideways of the\n         other, at the \
-             earliest {} s after the decision (`limit` uses this)",
-            1e3 * reach.forward_m,
-            1e3 * reach.inward_m,
-            1e3 * reach.outward_m,
-            reach.min_step_time_s
-        ),
-        None => "reach    not given".into(),
-    });
+    reach_text(robot, &mut line);
     line("\nTree of links: mass of each moving link, and in brackets what is fixed to it".into());
     tree_text(robot, 0, 1, &mut line);
     line(format!("\n{}\n\n{}", joint_table(robot), servo_table(robot)));
@@ -149,6 +140,45 @@ pub fn description(robot: &Robot) -> String {
         robot.assumptions.iter().for_each(|a| line(wrapped("  - ", a).trim_end().into()));
     }
     text
+}
+
+/// Writes where a foot can land, and whether the motors can swing it there in the time that the settings state.
+fn reach_text(robot: &Robot, line: &mut impl FnMut(String)) {
+    if robot.reach.is_empty() {
+        return line("reach    not given".into());
+    }
+    line(
+        "reach    where a foot can land: offsets from the stance sole's centre, x forward and\n         y to the side \
+         of the swing foot, and the time of the swing (`limit` uses this)"
+            .into(),
+    );
+    for region in &robot.reach {
+        let ([x0, x1], [y0, y1]) = (region.x_m, region.y_m);
+        let mm = |length_m: f64| short(1e3 * length_m);
+        let around = match region.sideways_from {
+            0.0 => String::new(),
+            share => format!(", sideways from {share} of it on"),
+        };
+        line(format!(
+            "         {}: x {} to {} mm, y {} to {} mm, in {} s{around};",
+            region.name,
+            mm(x0),
+            mm(x1),
+            mm(y0),
+            mm(y1),
+            region.swing_time_s
+        ));
+        line(match least_swing_time_s(robot, region) {
+            Some(least_s) if least_s <= region.swing_time_s => {
+                format!("           the motors of a leg need {least_s:.3} s for its farthest corner")
+            }
+            Some(least_s) => format!(
+                "           WARNING: less than the {least_s:.3} s that the motors of a leg need for its\n           \
+                 farthest corner"
+            ),
+            None => "           WARNING: the legs do not reach all of it".into(),
+        });
+    }
 }
 
 /// Writes a link and, indented, those that it carries.

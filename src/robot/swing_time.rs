@@ -1,0 +1,234 @@
+//! The least time in which the motors of a leg can swing a foot to a landing place.
+//!
+//! The swing sole starts at home, keeps its orientation, and goes to its place beside the stance sole on a path of
+//! least jerk, lifted by [`LIFT`]. Meanwhile the pelvis moves at constant speed, without turning, from above the middle of
+//! the feet at home to above their middle at the landing. (A robot that steps falls towards the landing place. With a
+//! pelvis that stays behind, the far places are out of reach.) It sinks smoothly, by the one of [`SINKS`] with
+//! which the swing is quickest: a leg that is nearly straight needs fast joints. To a place on the other side of the stance
+//! leg, the foot goes around it: see [`LandingRegion::sideways_from`].
+//!
+//! All of this scales with the time T of the swing: the joint angles q(u) are a function of the share u = t/T alone.
+//! So the torques of the leg are `A(u)/T^2 + g(u)`, where g is what gravity asks for, and the speeds are `q'(u)/T`. T
+//! is long enough if every torque is within its servo's torque-speed curve all the way.
+//!
+//! Left out are the load that the foot still carries at the lift, and the delay: a controller needs more time. The path
+//! is smooth, so a motion that switches the motors from full torque to full torque could be quicker, but it would land
+//! hard.
+
+use super::dynamics::Dynamics;
+use super::kinematics::{Kinematics, Pose, Posture};
+use super::model::{Foot, LandingRegion, PerFoot, Robot, Servo};
+use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, Vector2, Vector3, Vector6};
+
+/// Height of the sole in the middle of the swing, in COM heights.
+pub const LIFT: f64 = 0.04;
+/// Ways by which the pelvis may sink until the landing, in COM heights.
+pub const SINKS: [f64; 5] = [0.0, 0.025, 0.05, 0.075, 0.1];
+/// Number of intervals into which a swing is divided.
+const PARTS: usize = 50;
+/// Times that are considered (s).
+const TIMES_S: [f64; 2] = [0.01, 10.0];
+/// Accuracy of the result (s).
+const ACCURACY_S: f64 = 1e-5;
+/// Newton steps for one posture, and the error of a sole's place at which one is found (m).
+const NEWTON_STEPS: usize = 60;
+const FOUND_M: f64 = 1e-4;
+
+/// Minimum-jerk motion from 0 to 1, before it starts and after its end at rest.
+fn least_jerk(u: f64) -> f64 {
+    let u = u.clamp(0.0, 1.0);
+    u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)
+}
+
+/// A swing of `foot` from home to a landing place.
+#[derive(Debug, Clone)]
+pub struct Swing<'a> {
+    robot: &'a Robot,
+    foot: Foot,
+    /// As in [`LandingRegion::sideways_from`].
+    sideways_from: f64,
+    /// Way of the sole over the ground (m), world axes.
+    way: Vector2<f64>,
+    lift_m: f64,
+    /// Way by which the pelvis sinks (m).
+    sink_m: f64,
+    least_time_s: f64,
+    /// Poses of the soles at home.
+    soles: PerFoot<Pose>,
+    home: Posture,
+    /// The last posture that was found, from which the next one is sought.
+    posture: Posture,
+    kinematics: Kinematics,
+    jacobian: Matrix6xX<f64>,
+}
+
+impl<'a> Swing<'a> {
+    /// A swing to `to`: the offset from the centre of the stance sole (m), x forward and y to the side of `foot`. None if
+    /// a leg cannot reach its sole's places within the limits of its joints, or if the motors cannot hold it there.
+    pub fn new(robot: &'a Robot, foot: Foot, to: [f64; 2], sideways_from: f64) -> Option<Self> {
+        let home = robot.home_posture();
+        let mut kinematics = Kinematics::new(robot);
+        kinematics.update(robot, &home);
+        let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot));
+        let from = soles[foot].translation.vector - soles[foot.other()].translation.vector;
+        let com_height_m = kinematics.com().z;
+        let mut swing = Self {
+            robot,
+            foot,
+            sideways_from,
+            way: Vector2::new(to[0], to[1] * foot.side()) - from.xy(),
+            lift_m: LIFT * com_height_m,
+            sink_m: 0.0,
+            least_time_s: f64::INFINITY,
+            soles,
+            posture: home.clone(),
+            home,
+            kinematics,
+            jacobian: Matrix6xX::zeros(6 + robot.joints.len()),
+        };
+        let mut best: Option<Self> = None;
+        for sink in SINKS {
+            (swing.sink_m, swing.posture) = (sink * com_height_m, swing.home.clone());
+            if let Some(time_s) = swing.time_s()
+                && best.as_ref().is_none_or(|best| time_s < best.least_time_s)
+            {
+                best = Some(Self { least_time_s: time_s, ..swing.clone() });
+            }
+        }
+        best
+    }
+
+    /// The least time (s) in which the motors can make this swing.
+    pub fn least_time_s(&self) -> f64 {
+        self.least_time_s
+    }
+
+    /// The posture at the share `u` of the swing, with the stance sole at its place at home. None if no posture is found.
+    pub fn posture(&mut self, u: f64) -> Option<&Posture> {
+        let lasts = 1.0 - self.sideways_from;
+        let place = Vector3::new(
+            self.way.x * least_jerk(u / lasts),
+            self.way.y * least_jerk((u - self.sideways_from) / lasts),
+            16.0 * self.lift_m * (u * (1.0 - u)).powi(2),
+        );
+        self.posture.base = self.home.base;
+        self.posture.base.translation.vector += (0.5 * u * self.way).push(-self.sink_m * least_jerk(u));
+        for foot in Foot::BOTH {
+            let mut wanted = self.soles[foot];
+            if foot == self.foot {
+                wanted.translation.vector += place;
+            }
+            self.bring(foot, &wanted)?;
+        }
+        Some(&self.posture)
+    }
+
+    /// Moves the joints of a leg so that its sole is at the pose `wanted`, by Newton steps. A leg with fewer than six
+    /// joints keeps the place of the sole, and not quite its orientation.
+    fn bring(&mut self, foot: Foot, wanted: &Pose) -> Option<()> {
+        let (robot, link) = (self.robot, self.robot.soles[foot].link);
+        let leg: Vec<usize> = robot.chain(link).collect();
+        for _ in 0..NEWTON_STEPS {
+            self.kinematics.update(robot, &self.posture);
+            let is = self.kinematics.sole_pose(robot, foot);
+            let linear = wanted.translation.vector - is.translation.vector;
+            let angular = (wanted.rotation * is.rotation.inverse()).scaled_axis();
+            let error = Vector6::from_iterator(linear.iter().chain(angular.iter()).copied());
+            if error.norm() < 1e-12 {
+                break;
+            }
+            self.kinematics.point_jacobian(robot, link, &is.translation.vector.into(), &mut self.jacobian);
+            // The orientation counts little where both cannot be had.
+            let weight = Vector6::new(1.0, 1.0, 1.0, 1e-2, 1e-2, 1e-2);
+            let columns = DMatrix::from_fn(6, leg.len(), |row, k| weight[row] * self.jacobian[(row, 6 + leg[k])]);
+            let normal = &columns * columns.transpose() + Matrix6::from_diagonal_element(1e-12);
+            let step = columns.transpose() * normal.cholesky()?.solve(&error.component_mul(&weight));
+            let short = (0.3 / step.amax()).min(1.0);
+            leg.iter().zip(step.iter()).for_each(|(&j, step)| self.posture.q[j] += short * step);
+        }
+        let is = self.kinematics.sole_pose(robot, foot).translation.vector;
+        let within = |&j: &usize| (robot.joints[j].lower_rad..=robot.joints[j].upper_rad).contains(&self.posture.q[j]);
+        ((is - wanted.translation.vector).norm() < FOUND_M && leg.iter().all(within)).then_some(())
+    }
+
+    /// The least time (s) with the present way to sink; None if there is none.
+    fn time_s(&mut self) -> Option<f64> {
+        let robot = self.robot;
+        let leg: Vec<usize> = robot.chain(robot.soles[self.foot].link).collect();
+        let angles = (0..=PARTS).map(|i| {
+            let posture = self.posture(i as f64 / PARTS as f64)?;
+            let height = posture.base.translation.z;
+            Some((leg.iter().map(|&j| posture.q[j]).collect::<Vec<f64>>(), height))
+        });
+        let (angles, heights): (Vec<Vec<f64>>, Vec<f64>) = angles.collect::<Option<Vec<_>>>()?.into_iter().unzip();
+        let curve = |[before, now, after]: [f64; 3]| (after - 2.0 * now + before) * (PARTS * PARTS) as f64;
+        let mut dynamics = Dynamics::new(robot);
+        let mut loads = Vec::new();
+        let size = 6 + robot.joints.len();
+        for i in 1..PARTS {
+            let mut posture = self.home.clone();
+            let (mut rates, mut accelerations) = (DVector::zeros(size), DVector::zeros(size));
+            accelerations[2] = curve([i - 1, i, i + 1].map(|i| heights[i]));
+            for (k, &j) in leg.iter().enumerate() {
+                let [before, now, after] = [i - 1, i, i + 1].map(|i| angles[i][k]);
+                posture.q[j] = now;
+                rates[6 + j] = (after - before) * 0.5 * PARTS as f64;
+                accelerations[6 + j] = curve([before, now, after]);
+            }
+            self.kinematics.update(robot, &posture);
+            dynamics.update(robot, &self.kinematics, &DVector::zeros(size));
+            let gravity = dynamics.bias().clone();
+            dynamics.update(robot, &self.kinematics, &rates);
+            let motion = dynamics.mass_matrix() * &accelerations + dynamics.bias() - &gravity;
+            let load = |&j: &usize| Load {
+                servo: robot.servos[j],
+                motion: motion[6 + j],
+                gravity: gravity[6 + j],
+                rate: rates[6 + j],
+            };
+            loads.extend(leg.iter().map(load));
+        }
+        let suffices = |time_s: f64| loads.iter().all(|load| load.is_within(time_s));
+        let [mut short, mut long] = TIMES_S;
+        if !suffices(long) {
+            return None;
+        }
+        while long - short > ACCURACY_S {
+            let middle = 0.5 * (short + long);
+            *(if suffices(middle) { &mut long } else { &mut short }) = middle;
+        }
+        Some(long)
+    }
+}
+
+/// What one joint has to do at one place of the path, for a swing that lasts 1 s.
+struct Load {
+    servo: Servo,
+    /// Torque for the motion (N m s^2), and to carry the leg (N m).
+    motion: f64,
+    gravity: f64,
+    /// Speed of the joint (rad).
+    rate: f64,
+}
+
+impl Load {
+    /// Whether the servo can do it in a swing of this duration. Against the motion, it has its full torque.
+    fn is_within(&self, time_s: f64) -> bool {
+        let (torque, speed) = (self.motion / (time_s * time_s) + self.gravity, self.rate / time_s);
+        let drives = torque * speed > 0.0;
+        let most = if drives { self.servo.available_torque(speed) } else { self.servo.torque_n_m };
+        torque.abs() <= most && speed.abs() <= self.servo.no_torque_speed_rad_s
+    }
+}
+
+/// The least time (s) in which either foot can swing from home to any corner of a region; None if a corner is out of
+/// reach.
+pub fn least_swing_time_s(robot: &Robot, region: &LandingRegion) -> Option<f64> {
+    let mut most = 0.0_f64;
+    for foot in Foot::BOTH {
+        for to in region.corners() {
+            most = most.max(Swing::new(robot, foot, to, region.sideways_from)?.least_time_s());
+        }
+    }
+    Some(most)
+}
