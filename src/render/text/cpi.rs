@@ -90,17 +90,16 @@ impl Sets<'_> {
         let (mut robust, mut disturbance, mut undisturbed) = ("", String::new(), String::new());
         if !self.undisturbed.is_empty() {
             let bounds = self.family.zmp_disturbance.bounds() * 1e3;
-            let words =
-                format!("any, which shift the ZMP by up to {:.1} mm in x and {:.1} mm in y", bounds.x, bounds.y);
+            let words = format!("against disturbances of up to {:.1} mm in x and {:.1} mm in y", bounds.x, bounds.y);
             robust = "robust ";
-            disturbance = wrapped("disturbed ", &words) + "\n";
-            undisturbed = format!("{}\n{}\n", wrapped("", UNDISTURBED_EXPLAINED), self.sizes(self.undisturbed));
+            disturbance = wrapped("robust    ", &words);
+            undisturbed = format!("{}\n{}\n\n", wrapped("", UNDISTURBED_EXPLAINED), self.sizes(self.undisturbed));
         }
         format!(
             "Maximal {robust}CPI sets of gain set {}\n\
              pendulum  omega {omega:.3} rad/s, control period {:.3} ms\n\
+             {}{disturbance}\n\
              {}\n\
-             {disturbance}{}\n\
              {}\n\
              {undisturbed}{}\n\
              {}\n\
