@@ -11,7 +11,7 @@
 //! 1991; I. Kolmanovsky and E. G. Gilbert, Theory and computation of disturbance invariant sets for discrete-time linear
 //! systems, Mathematical Problems in Engineering 4, 1998, eq. 5.1 and theorem 6.3).
 
-use super::gains::AxisLoop;
+use super::axis_loop::AxisLoop;
 use super::pendulum::Pendulum;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};

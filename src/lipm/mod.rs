@@ -7,6 +7,7 @@
 //! tick. [`capture`] gives the bounds by which all of this is measured, namely the largest impulses that the pendulum
 //! can take. [`variant`] opens a gain set with one changed value.
 
+pub mod axis_loop;
 pub mod capture;
 pub mod catching;
 pub mod cpi_set;
