@@ -54,7 +54,7 @@ impl Kind {
         match self {
             Kind::Robot => texts!("robots", "urdf": "ut-mu2"),
             Kind::RobotSettings => texts!("robots", "toml": "ut-mu2"),
-            Kind::Gains => texts!("gains", "toml": "hold" "fixed" "switching" "paper" "catch" "slow" "fast"),
+            Kind::Gains => texts!("gains", "toml": "hold" "fixed" "switching" "robust" "paper" "catch" "slow" "fast"),
             Kind::Campaign => texts!("campaigns", "toml": "smoke" "nominal" "standard" "harsh"),
             Kind::Scenario => texts!("scenarios", "toml":
                 "error-backward" "error-diagonal" "push-behind" "push-diagonal"

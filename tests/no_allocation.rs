@@ -39,6 +39,7 @@ fn a_tick_of_any_set_in_any_phase_does_not_allocate() {
         ("hold", vec![Phase::Posture]),
         ("fixed", vec![Phase::Switching, Phase::OutOfSets]),
         ("switching", vec![Phase::Switching, Phase::OutOfSets]),
+        ("robust", vec![Phase::Switching, Phase::OutOfSets]),
         ("paper", [&swings[..], &[Phase::Switching, Phase::OutOfSets]].concat()),
         ("catch", [&swings[..], &[Phase::Switching, Phase::OutOfSets]].concat()),
     ] {

@@ -61,13 +61,19 @@ fn answer(args: &CpiArgs) -> Result<String> {
         Some(support) => support,
         None => family.allowed_support(&home_polygon(&robot), &args.gains)?,
     };
+    family.check_disturbance(&support, &args.gains)?;
     let sets = CpiSet::search_family(&family, &support)?;
-    let found = Sets { set: &set, family: &family, support: &support, inclusion: Inclusion::of(&sets)?, sets: &sets };
+    let undisturbed = match family.zmp_disturbance.is_none() {
+        true => Vec::new(),
+        false => CpiSet::search_family(&family.undisturbed(), &support)?,
+    };
+    let (inclusion, support) = (Inclusion::of(&sets)?, &support);
+    let found = Sets { set: &set, family: &family, support, inclusion, sets: &sets, undisturbed: &undisturbed };
     if let Some(folder) = &args.export {
         found.export(folder)?;
     }
     if let Some(file) = &args.plot {
-        figure::cpi::write(file, &set.name, &sets)?;
+        figure::cpi::write(file, &set.name, &sets, &undisturbed)?;
     }
     Ok(if args.json { render::json(&found.as_json()) } else { found.text() })
 }
@@ -157,6 +163,32 @@ mod tests {
         assert!(text.contains("The family nests"), "{text}");
         let svg = std::fs::read_to_string(file).unwrap();
         assert!(svg.starts_with("<svg") && svg.matches("<polygon").count() >= 10, "{svg}");
+        assert!(!text.contains("robust") && !svg.contains("dashed: "), "{text}");
+    }
+
+    #[test]
+    fn robust_sets_stand_beside_those_of_the_paper() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("sets.svg");
+        let text = run_with(&["robust", "--plot", file.to_str().unwrap()]).unwrap();
+        for words in [
+            "Maximal robust CPI sets of gain set robust",
+            "4.0 mm in x and 5.0 mm in y",
+            "Without disturbances",
+            "The family nests",
+        ] {
+            assert!(text.contains(words), "{words}: {text}");
+        }
+        let svg = std::fs::read_to_string(file).unwrap();
+        let gains = GainSet::load("robust").unwrap().gains.len();
+        assert_eq!(svg.matches("slice undisturbed").count(), 2 * gains, "{svg}");
+        assert!(svg.contains("dashed: without disturbances"), "{svg}");
+
+        let object: serde_json::Value = serde_json::from_str(&run_with(&["robust", "--json"]).unwrap()).unwrap();
+        assert_eq!(object["zmp_disturbance_m"], serde_json::json!([0.004, 0.005]));
+        let size = |kind: &str| object[kind][0]["largest_impulse_over_m_omega_d"]["forward"].as_f64().unwrap();
+        assert!(size("sets") < 0.99 * size("sets_without_disturbances"), "{object}");
+        assert!(object["sets"][0]["zmp_spread_m"][0].as_f64().unwrap() > 0.008, "{object}");
     }
 
     #[test]
@@ -166,6 +198,11 @@ mod tests {
         for (args, words) in [
             (vec!["hold"], "standing = posture"),
             (vec!["nosuch"], "hold, fixed, switching"),
+            (vec!["robust:zmp_disturbance_m=[0.001,0.1]"], "no set at home; accepted: less than [0.000"),
+            (
+                vec!["robust", "--support", "-0.005,0.05,-0.05,0.05"],
+                "zmp_disturbance_m = [0.00400, 0.00500]: leaves gain",
+            ),
             (vec!["--omega", "-5"], "--omega = -5"),
             (vec!["--dt", "0"], "--dt = 0"),
             (vec!["--dt", "1"], "dt"),

@@ -39,6 +39,7 @@ impl Design {
         let pendulum = Pendulum { omega: robot.omega(), dt: control_period_s };
         let family = GainFamily::design(gains, pendulum)?;
         let polygon = family.allowed_support(&home_polygon(robot), &gains.name)?;
+        family.check_disturbance(&polygon, &gains.name)?;
         let warning = if family.gains.len() > 1 { nesting_warning(&family, &polygon)? } else { None };
         let footholds = home_footholds(robot, &home_kinematics(robot));
         let stance = (footholds.left.translation.vector - footholds.right.translation.vector).xy();

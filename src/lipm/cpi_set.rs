@@ -3,7 +3,11 @@
 //! The maximal constraint positively invariant (CPI) set of a closed loop with a support polygon Z is the set of all
 //! states from which the loop runs to the origin without the ZMP ever leaving Z. It is a polytope with finitely many
 //! rows (eq. 22). With a pole at -omega it is unbounded along the convergent mode, since the feedback does not read it.
+//!
+//! The set of a gain with a [`Spread`](super::disturbance::Spread) is the maximal robust one: the ZMP stays inside for
+//! all disturbances. Then the rows of each prediction are relative to Z less the spread at that prediction.
 
+use super::disturbance::Spread;
 use super::gains::{Gain, GainFamily};
 use super::pendulum::Pendulum;
 use crate::error::{Error, Result};
@@ -29,6 +33,8 @@ pub struct CpiSet {
     pub polygon: SupportPolygon,
     /// k of eq. 22: the predictions from 0 to k periods ahead define the set.
     pub horizon: usize,
+    /// How far disturbances can move the ZMP, in x and y (m); 0 without disturbances.
+    pub spread_m: [f64; 2],
     /// S of eq. 22: p (k + 1) rows on the state of eq. 5, for p edges. The rows of one prediction stand together.
     pub set: Polytope,
 }
@@ -36,17 +42,16 @@ pub struct CpiSet {
 impl CpiSet {
     /// Computes the set of `gain` on `polygon` (control frame).
     ///
-    /// It fails if the origin is not strictly inside the polygon, since the set is then empty, or if the search does
-    /// not end within [`MAX_HORIZON`].
+    /// It fails if the origin is not strictly inside the polygon less the spread of the gain, since the set is then
+    /// empty, or if the search does not end within [`MAX_HORIZON`].
     pub fn search(gain: &Gain, pendulum: Pendulum, polygon: &SupportPolygon) -> Result<Self> {
-        let rows = constraint_rows(polygon)?;
-        let (horizon, set) = maximal_cpi(&closed_loop(gain), &rows).map_err(|e| match e {
+        let (horizon, set) = smallest_horizon(Stack::of(gain, polygon)?).map_err(|e| match e {
             Error::Numeric { what, problem } => {
                 Error::Numeric { what: format!("gain {:?}: {what}", gain.name), problem }
             }
             other => other,
         })?;
-        Ok(Self { gain: gain.name.clone(), pendulum, polygon: *polygon, horizon, set })
+        Ok(Self { gain: gain.name.clone(), pendulum, polygon: *polygon, horizon, spread_m: gain.spread.limit(), set })
     }
 
     /// The sets of all gains of a family, slow to fast. It fails as [`Self::search`] does.
@@ -56,8 +61,7 @@ impl CpiSet {
 
     /// The rows of eq. 22 and 25 for a given k, whether or not it is large enough.
     pub fn stacked(gain: &Gain, polygon: &SupportPolygon, horizon: usize) -> Result<Polytope> {
-        let mut stack = Stack::new(closed_loop(gain), constraint_rows(polygon)?);
-        Ok(stack.up_to(horizon))
+        Ok(Stack::of(gain, polygon)?.up_to(horizon))
     }
 
     /// Largest COM velocity along `direction` (m/s, that is impulse per mass) for which the set contains the state,
@@ -161,14 +165,18 @@ fn warning(names: &[String], failures: &[(usize, usize)]) -> Option<String> {
 
 /// The maximal CPI set of `x(j+1) = a x(j)` with `s0 x(j) <= 1` for all j: its k and its rows (eq. 20-22).
 ///
-/// The paper increases i until all rows of prediction i + 1 are redundant, each tested by a linear program on Set(S_i).
-/// From then on they stay redundant (`Set(S_i) = Set(S_i+1)` is invariant), so doubling and bisection find k with fewer
-/// programs.
-///
 /// It fails if there is no k up to [`MAX_HORIZON`], with a pole at or near the stability limit, or if the solver gives
 /// up.
 pub fn maximal_cpi(a: &DMatrix<f64>, s0: &DMatrix<f64>) -> Result<(usize, Polytope)> {
-    let mut stack = Stack::new(a.clone(), s0.clone());
+    smallest_horizon(Stack { a: a.clone(), blocks: vec![s0.clone()], spread: Spread::default() })
+}
+
+/// The smallest k of a stack that has all rows of the set, with these rows.
+///
+/// The paper increases i until all rows of prediction i + 1 are redundant, each tested by a linear program on Set(S_i).
+/// From then on they stay redundant (`Set(S_i) = Set(S_i+1)` is invariant), so doubling and bisection find k with fewer
+/// programs. The same holds with disturbances (Kolmanovsky and Gilbert 1998, theorem 6.3).
+fn smallest_horizon(mut stack: Stack) -> Result<(usize, Polytope)> {
     // The smallest k that passes the test lies in low..=high.
     let (mut low, mut high) = (0, 8);
     while !stack.ends_at(high)? {
@@ -197,27 +205,50 @@ pub fn maximal_cpi(a: &DMatrix<f64>, s0: &DMatrix<f64>) -> Result<(usize, Polyto
 struct Stack {
     a: DMatrix<f64>,
     blocks: Vec<DMatrix<f64>>,
+    /// The disturbances, for a state as in eq. 5.
+    spread: Spread,
 }
 
 impl Stack {
-    fn new(a: DMatrix<f64>, s0: DMatrix<f64>) -> Self {
-        Self { a, blocks: vec![s0] }
+    /// It fails if the set is empty.
+    fn of(gain: &Gain, polygon: &SupportPolygon) -> Result<Self> {
+        let stack = Self { a: closed_loop(gain), blocks: vec![constraint_rows(polygon)?], spread: gain.spread.clone() };
+        if (0..stack.blocks[0].nrows()).any(|edge| stack.distance(edge, gain.spread.limit()) <= 0.0) {
+            let [x, y] = gain.spread.limit();
+            let (gain, value) = (&gain.name, format!("{x:.4} m in x and {y:.4} m in y"));
+            let problem = format!("moves the ZMP of gain {gain:?} out of the support, so no set contains any state");
+            return Err(Error::value("support", "spread", value, problem, "a smaller zmp_disturbance_m"));
+        }
+        Ok(stack)
     }
 
-    fn block(&mut self, j: usize) -> &DMatrix<f64> {
+    /// Distance of an edge of Z less a spread (m), as a share of that of the edge of Z.
+    fn distance(&self, edge: usize, [x, y]: [f64; 2]) -> f64 {
+        let row = self.blocks[0].row(edge);
+        1.0 - row[2].abs() * x - row[5].abs() * y
+    }
+
+    /// The rows of prediction j.
+    fn block(&mut self, j: usize) -> DMatrix<f64> {
         while self.blocks.len() <= j {
             let next = &self.blocks[self.blocks.len() - 1] * &self.a;
             self.blocks.push(next);
         }
-        &self.blocks[j]
+        let mut block = self.blocks[j].clone();
+        if !self.spread.is_none() {
+            for (edge, mut row) in block.row_iter_mut().enumerate() {
+                row /= self.distance(edge, self.spread.after(j));
+            }
+        }
+        block
     }
 
     /// S_k of eq. 21 and 22.
     fn up_to(&mut self, k: usize) -> Polytope {
-        let (p, n) = self.block(k).shape();
+        let (p, n) = self.blocks[0].shape();
         let mut rows = DMatrix::zeros(p * (k + 1), n);
-        for (j, block) in self.blocks[..=k].iter().enumerate() {
-            rows.rows_mut(p * j, p).copy_from(block);
+        for j in 0..=k {
+            rows.rows_mut(p * j, p).copy_from(&self.block(j));
         }
         Polytope { rows }
     }

@@ -5,13 +5,15 @@
 //! one fast pole that all gains share, and one slow pole that orders them. With other poles it may not nest;
 //! [`Inclusion`](super::cpi_set::Inclusion) checks this.
 
+use super::axis_loop::AxisLoop;
 use super::catching::Catching;
+use super::disturbance::{Spread, ZmpDisturbance};
 use super::pendulum::{Pendulum, State};
 use super::stepping::Stepping;
 use crate::assets::{Source, parse_toml};
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
-use nalgebra::{Matrix3, Matrix6, Point2, Vector2, Vector3};
+use nalgebra::{Matrix6, Point2, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// What the robot does while it stands.
@@ -22,6 +24,23 @@ pub enum Standing {
     Posture,
     /// The fastest gain acts whose maximal CPI set contains the state (Sect. III.D).
     Switching,
+}
+
+/// Which gain moves the ZMP while the state is in no gain's CPI set and both feet stay on the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OutOfSets {
+    /// The slowest gain, whose set is the largest.
+    #[default]
+    Slowest,
+    /// The fastest gain, which moves the ZMP farthest beyond the DCM.
+    Fastest,
+}
+
+impl OutOfSets {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// A gain set as its file states it.
@@ -37,6 +56,13 @@ pub struct GainSet {
     /// The ZMP keeps this distance from the edges of the support polygon (m).
     #[serde(default = "default_zmp_margin_m")]
     pub zmp_margin_m: f64,
+    /// The CPI sets hold for every disturbance of the ZMP up to this bound on each axis (m); see
+    /// [`disturbance`](super::disturbance). With 0 they are the paper's.
+    #[serde(default, skip_serializing_if = "ZmpDisturbance::is_none")]
+    pub zmp_disturbance_m: ZmpDisturbance,
+    /// Which gain acts when no set contains the state.
+    #[serde(default, skip_serializing_if = "OutOfSets::is_default")]
+    pub out_of_sets: OutOfSets,
     /// The gains, from slow to fast.
     #[serde(default)]
     pub gains: Vec<GainPoles>,
@@ -85,6 +111,11 @@ impl GainSet {
             let problem = "must not be negative";
             return Err(Error::value(file, "zmp_margin_m", self.zmp_margin_m, problem, "0 or more, in metres"));
         }
+        let bounds = self.zmp_disturbance_m.bounds();
+        if bounds.iter().any(|bound| !(bound.is_finite() && *bound >= 0.0)) {
+            let (value, accepted) = (self.zmp_disturbance_m.text(1.0), "0 or more, in metres: a number, or [x, y]");
+            return Err(Error::value(file, "zmp_disturbance_m", value, "must not be negative", accepted));
+        }
         let count = self.gains.len();
         match self.standing {
             Standing::Posture if count > 0 => {
@@ -129,37 +160,26 @@ impl GainSet {
     }
 }
 
-/// One axis of the closed loop.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AxisLoop {
-    /// The poles as multiples of -omega.
-    pub poles: [f64; 3],
-    /// Feedback vector f of eq. 12, which acts on [com, com_vel, zmp]; its units are 1/s, 1, 1/s.
-    pub feedback: Vector3<f64>,
-    /// Diagonal block of eq. 13, which acts on [com, com_vel, zmp].
-    pub closed: Matrix3<f64>,
-}
-
-impl AxisLoop {
-    /// Places the poles, which must be positive.
-    pub fn design(pendulum: &Pendulum, poles: [f64; 3]) -> Self {
-        let feedback = pendulum.feedback(poles);
-        Self { poles, feedback, closed: pendulum.closed(&feedback) }
-    }
-}
-
 /// One gain: F_i of the paper, with its closed loop Sigma_i.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gain {
     pub name: String,
     pub x: AxisLoop,
     pub y: AxisLoop,
+    /// How far disturbances can have moved the ZMP; none in the paper.
+    pub spread: Spread,
 }
 
 impl Gain {
+    /// Places the poles. The sets of this gain are those without disturbances.
     pub fn design(pendulum: &Pendulum, poles: &GainPoles) -> Self {
         let (x, y) = (AxisLoop::design(pendulum, poles.x), AxisLoop::design(pendulum, poles.y));
-        Self { name: poles.name.clone(), x, y }
+        Self { name: poles.name.clone(), x, y, spread: Spread::default() }
+    }
+
+    /// The same gain, whose sets hold for all disturbances of the ZMP of at most `bounds` (m).
+    pub fn under(self, pendulum: &Pendulum, bounds: Vector2<f64>) -> Self {
+        Self { spread: Spread::new(pendulum, &self.x, &self.y, bounds), ..self }
     }
 
     /// Velocity of the ZMP u = -F x (m/s) (eq. 11).
@@ -194,6 +214,10 @@ pub struct GainFamily {
     pub standing: Standing,
     /// Margin of the ZMP (m); see [`GainSet::zmp_margin_m`].
     pub zmp_margin: f64,
+    /// Bound of the disturbance of the ZMP; see [`GainSet::zmp_disturbance_m`].
+    pub zmp_disturbance: ZmpDisturbance,
+    /// Which gain acts when no set contains the state.
+    pub out_of_sets: OutOfSets,
     pub pendulum: Pendulum,
     /// The gains, from slow to fast; empty for [`Standing::Posture`].
     pub gains: Vec<Gain>,
@@ -228,6 +252,33 @@ impl GainFamily {
         })
     }
 
+    /// Checks that every gain has a set on `support`, where the ZMP may be. It fails (naming `file`) if disturbances can
+    /// move a ZMP from the origin out of it.
+    pub fn check_disturbance(&self, support: &SupportPolygon, file: &str) -> Result<()> {
+        let (mut worst, mut gain) = (0.0_f64, "");
+        for candidate in &self.gains {
+            let [x, y] = candidate.spread.limit();
+            for h in support.half_planes() {
+                let share = (h.normal.x.abs() * x + h.normal.y.abs() * y) / h.distance;
+                if share > worst {
+                    (worst, gain) = (share, &candidate.name);
+                }
+            }
+        }
+        if worst < 1.0 {
+            return Ok(());
+        }
+        let problem = format!("leaves gain {gain:?} no set at home");
+        let accepted = format!("less than {}", self.zmp_disturbance.text(1.0 / worst));
+        Err(Error::value(file, "zmp_disturbance_m", self.zmp_disturbance.text(1.0), problem, accepted))
+    }
+
+    /// The same family without disturbances, so with the sets of the paper.
+    pub fn undisturbed(&self) -> Self {
+        let gains = self.gains.iter().map(|gain| Gain { spread: Spread::default(), ..gain.clone() }).collect();
+        Self { zmp_disturbance: ZmpDisturbance::default(), gains, ..self.clone() }
+    }
+
     /// Places the poles of every gain. It fails if the set or the pendulum is not valid.
     pub fn design(set: &GainSet, pendulum: Pendulum) -> Result<Self> {
         set.validate(&set.name)?;
@@ -240,12 +291,15 @@ impl GainFamily {
             let accepted = format!("at most 1/omega = {} s", 1.0 / pendulum.omega);
             return Err(Error::value("pendulum", "dt", pendulum.dt, "the pendulum falls within a period", accepted));
         }
+        let bounds = set.zmp_disturbance_m.bounds();
         Ok(Self {
             name: set.name.clone(),
             standing: set.standing,
             zmp_margin: set.zmp_margin_m,
+            zmp_disturbance: set.zmp_disturbance_m,
+            out_of_sets: set.out_of_sets,
             pendulum,
-            gains: set.gains.iter().map(|g| Gain::design(&pendulum, g)).collect(),
+            gains: set.gains.iter().map(|g| Gain::design(&pendulum, g).under(&pendulum, bounds)).collect(),
             footwork: set.footwork(),
         })
     }
@@ -308,6 +362,15 @@ mod tests {
             (set(&gain("[0.2, 1, 5]")).replace("switching", "posture"), "gains = 1 gains"),
             (set(&gain("[0.2, 1, 5]")).replace("switching", "upright"), "expected `posture` or `switching`"),
             (format!("zmp_margin_m = -0.1\n{}", set(&gain("[0.2, 1, 5]"))), "zmp_margin_m = -0.1"),
+            (
+                format!("zmp_disturbance_m = -0.1\n{}", set(&gain("[0.2, 1, 5]"))),
+                "zmp_disturbance_m = -0.10000: must not",
+            ),
+            (
+                format!("zmp_disturbance_m = [0, nan]\n{}", set(&gain("[0.2, 1, 5]"))),
+                "zmp_disturbance_m = [0.00000, NaN]",
+            ),
+            (format!("zmp_disturbance_m = [1]\n{}", set(&gain("[0.2, 1, 5]"))), "a number or two, [x, y], in metres"),
             (format!("zmp_margin = 0.1\n{}", set(&gain("[0.2, 1, 5]"))), "unknown field `zmp_margin`"),
             (set(&gain("[0.2, 1, 5]")).replace("\"g\"", "\"\""), "name = \"\": is empty"),
             (

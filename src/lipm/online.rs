@@ -24,13 +24,19 @@
 //! holds for scaled Z. So the gauge `max over j of gauge_Z(zmp(j))` is known as soon as no y_k(j) has a larger gauge
 //! than the ZMPs up to j, mostly when the ZMP is at its peak. In terms of eq. 25, k suits the present polygon and
 //! state.
+//!
+//! **With disturbances** the ZMP predicted j periods ahead must lie in Z less the [`Spread`] at j, which grows to a limit.
+//! The rule stays exact: a state is outside if a predicted ZMP leaves Z less the spread at its j, and inside if at some
+//! j, with no such ZMP before, all points lie in Z less the limit, because all later ZMPs then lie there, too. A gauge is
+//! relative to Z less the spread. If the limit leaves nothing of Z about the origin, the set is empty.
 
 mod slice;
 
-use super::gains::{AxisLoop, Gain, GainFamily};
+use super::disturbance::Spread;
+use super::gains::{Gain, GainFamily};
 use super::pendulum::{Pendulum, State};
 use crate::geometry::SupportPolygon;
-use nalgebra::{Matrix3, RowVector3, Vector2};
+use nalgebra::{RowVector3, Vector2};
 
 /// Largest number of lags of one gain: three poles for each axis.
 const LAGS: usize = 6;
@@ -39,30 +45,32 @@ const LAGS: usize = 6;
 const MAX_TICKS: usize = 4096;
 /// With an edge closer to the origin than this (m), the set is empty.
 const MIN_DISTANCE_M: f64 = 1e-9;
+/// With an edge closer to the origin than this share of its distance, Z less the spread is empty.
+const MIN_DISTANCE: f64 = 1e-6;
 
 /// The maximal CPI sets of a family on the present support polygon. An index beyond the gains panics.
 #[derive(Debug, Clone)]
 pub struct OnlineSets {
     cascades: Vec<Cascade>,
-    region: Region,
 }
 
 impl OnlineSets {
     /// The sets of a family, which are empty until [`Self::update`] sets the support polygon.
     pub fn new(family: &GainFamily) -> Self {
         let cascades = family.gains.iter().map(|g| Cascade::new(&family.pendulum, g)).collect();
-        Self { cascades, region: Region::EMPTY }
+        Self { cascades }
     }
 
     /// Sets the support `polygon` in the control frame, whose origin is where the COM is to be. If the origin is not
     /// strictly inside, the sets are empty. It neither allocates nor searches.
     pub fn update(&mut self, polygon: &SupportPolygon) {
-        self.region = Region::new(polygon);
+        let region = Region::new(polygon);
+        self.cascades.iter_mut().for_each(|cascade| cascade.update(region));
     }
 
     /// Removes the support, so the sets are empty.
     pub fn clear(&mut self) {
-        self.region = Region::EMPTY;
+        self.cascades.iter_mut().for_each(|cascade| cascade.update(Region::EMPTY));
     }
 
     /// Number of gains.
@@ -74,24 +82,26 @@ impl OnlineSets {
     /// negative inside the set, and 1 at rest at the origin; at -1 the polygon would have to be twice as large. It is
     /// negative infinity if the set is empty or the state is not finite.
     pub fn margin(&self, index: usize, state: &State) -> f64 {
-        let (mut worst, mut lead) = (0.0_f64, f64::INFINITY);
-        for points in self.predictions(index, state) {
-            worst = worst.max(self.region.gauge(self.cascades[index].zmp(&points)));
-            lead = self.cascades[index].lead(&self.region, &points);
-            if lead <= worst {
+        let (mut worst, mut bound) = (0.0_f64, f64::INFINITY);
+        for (tick, points) in self.predictions(index, state) {
+            let gauge = self.cascades[index].gauge(tick, &points);
+            worst = worst.max(gauge);
+            bound = self.cascades[index].bound(&points, gauge);
+            if bound <= worst {
                 break;
             }
         }
-        1.0 - worst.max(lead)
+        1.0 - worst.max(bound)
     }
 
     /// Whether the set of gain `index` contains the state. This is the sign of [`Self::margin`], computed faster.
     pub fn holds(&self, index: usize, state: &State) -> bool {
-        for points in self.predictions(index, state) {
-            if self.region.gauge(self.cascades[index].zmp(&points)) > 1.0 {
+        for (tick, points) in self.predictions(index, state) {
+            let gauge = self.cascades[index].gauge(tick, &points);
+            if gauge > 1.0 {
                 return false;
             }
-            if self.cascades[index].lead(&self.region, &points) <= 1.0 {
+            if self.cascades[index].bound(&points, gauge) <= 1.0 {
                 return true;
             }
         }
@@ -112,30 +122,29 @@ impl OnlineSets {
     /// or backward. The error is also zero when there are no sets: in flight, or on one sole (with the origin outside).
     pub fn zmp_error(&self, index: usize, state: &State) -> Vector2<f64> {
         let (mut worst, mut error) = (1.0_f64, Vector2::zeros());
-        for points in self.predictions(index, state) {
-            let zmp = self.cascades[index].zmp(&points);
-            let gauge = self.region.gauge(zmp);
+        for (tick, points) in self.predictions(index, state) {
+            let gauge = self.cascades[index].gauge(tick, &points);
             if gauge > worst {
-                (worst, error) = (gauge, Vector2::from(zmp) * (1.0 - 1.0 / gauge));
+                (worst, error) = (gauge, Vector2::from(self.cascades[index].zmp(&points)) * (1.0 - 1.0 / gauge));
             }
             // As for the sets, what follows is no farther outside than the present points.
-            if self.cascades[index].lead(&self.region, &points) <= worst {
+            if self.cascades[index].bound(&points, gauge) <= worst {
                 break;
             }
         }
         error
     }
 
-    /// The points of a gain now and at the coming ticks; no point if the sets are empty or the state is not finite.
-    fn predictions(&self, index: usize, state: &State) -> impl Iterator<Item = Points> {
+    /// The points of a gain now and at the coming ticks, with the number of the tick; no point if the sets are empty or the state is not finite.
+    fn predictions(&self, index: usize, state: &State) -> impl Iterator<Item = (usize, Points)> {
         let cascade = &self.cascades[index];
-        let ticks = if self.region.holds_origin && is_finite(state) { MAX_TICKS } else { 0 };
+        let ticks = if cascade.limit.holds_origin && is_finite(state) { MAX_TICKS } else { 0 };
         let mut points = cascade.start(state);
         (0..ticks).map(move |tick| {
             if tick > 0 {
                 cascade.advance(&mut points);
             }
-            points
+            (tick, points)
         })
     }
 }
@@ -160,6 +169,18 @@ impl Region {
         if region.holds_origin { region } else { Self::EMPTY }
     }
 
+    /// Z less the rectangle of +-`spread` (m): the points that stay in Z wherever in the rectangle they are moved to. It
+    /// is empty unless it contains the origin.
+    fn less(&self, [x, y]: [f64; 2]) -> Self {
+        let mut rest = *self;
+        for i in 0..SupportPolygon::MAX {
+            let distance = 1.0 - self.x[i].abs() * x - self.y[i].abs() * y;
+            rest.holds_origin &= distance > MIN_DISTANCE;
+            (rest.x[i], rest.y[i]) = (self.x[i] / distance, self.y[i] / distance);
+        }
+        if rest.holds_origin { rest } else { Self::EMPTY }
+    }
+
     /// The factor by which Z must be scaled for z to lie on its edge; at most 1 inside.
     fn gauge(&self, z: [f64; 2]) -> f64 {
         let mut largest = [0.0; 4];
@@ -181,6 +202,11 @@ struct Cascade {
     x: [RowVector3<f64>; LAGS],
     y: [RowVector3<f64>; LAGS],
     len: usize,
+    spread: Spread,
+    /// Z.
+    region: Region,
+    /// Z less the limit of the spread; empty if that leaves no set. Without disturbances it is Z.
+    limit: Region,
 }
 
 /// The points y_1 ... y_m.
@@ -188,7 +214,7 @@ type Points = [[f64; 2]; LAGS];
 
 impl Cascade {
     fn new(pendulum: &Pendulum, gain: &Gain) -> Self {
-        let (of_x, of_y) = (observable_poles(&gain.x), observable_poles(&gain.y));
+        let (of_x, of_y) = (gain.x.observable_poles(), gain.y.observable_poles());
         // The poles of both axes, each as often as in the axis that has it more often.
         let mut poles = of_x.clone();
         let mut unmatched = of_x.clone();
@@ -200,29 +226,22 @@ impl Cascade {
         }
         poles.sort_by(f64::total_cmp);
 
-        let mut cascade = Self { lags: [0.0; LAGS], x: Default::default(), y: Default::default(), len: poles.len() };
-        for (lag, p) in cascade.lags.iter_mut().zip(&poles) {
-            *lag = pendulum.discrete_pole(*p);
-        }
-        let lags = cascade.lags;
-        let rows = |axis: &AxisLoop, mut own: Vec<f64>| {
-            let mut rows = [RowVector3::zeros(); LAGS];
-            let mut row = RowVector3::new(0.0, 0.0, 1.0);
-            for k in (0..poles.len()).rev() {
-                rows[k] = row;
-                row = row * (axis.closed - Matrix3::identity() * lags[k]) / (1.0 - lags[k]);
-                if let Some(i) = own.iter().position(|p| *p == poles[k]) {
-                    own.swap_remove(i);
-                }
-                if own.is_empty() {
-                    // This is exactly zero by Cayley-Hamilton, apart from rounding.
-                    row = RowVector3::zeros();
-                }
-            }
-            rows
+        let len = poles.len();
+        let region = Region::EMPTY;
+        let spread = gain.spread.clone();
+        let mut cascade = Self {
+            lags: [0.0; LAGS],
+            x: Default::default(),
+            y: Default::default(),
+            len,
+            spread,
+            region,
+            limit: region,
         };
-        cascade.x = rows(&gain.x, of_x);
-        cascade.y = rows(&gain.y, of_y);
+        let lags = gain.x.cascade(pendulum, &poles).into_iter().zip(gain.y.cascade(pendulum, &poles));
+        for (k, ((lag, of_x), (_, of_y))) in lags.enumerate() {
+            (cascade.lags[k], cascade.x[k], cascade.y[k]) = (lag, of_x, of_y);
+        }
         cascade
     }
 
@@ -248,19 +267,23 @@ impl Cascade {
         points[self.len - 1]
     }
 
-    /// Largest gauge of the points before the ZMP.
-    fn lead(&self, region: &Region, points: &Points) -> f64 {
-        points[..self.len - 1].iter().map(|p| region.gauge(*p)).fold(0.0, |m, v| if v > m { v } else { m })
+    fn update(&mut self, region: Region) {
+        (self.region, self.limit) = (region, region.less(self.spread.limit()));
     }
-}
 
-/// The poles that affect the ZMP. If a pole is exactly at -omega, the feedback does not read the convergent mode.
-fn observable_poles(axis: &AxisLoop) -> Vec<f64> {
-    let mut poles = axis.poles.to_vec();
-    if let Some(i) = poles.iter().position(|p| *p == 1.0) {
-        poles.remove(i);
+    /// Gauge of the ZMP predicted for `tick` in Z less the spread at that tick.
+    fn gauge(&self, tick: usize, points: &Points) -> f64 {
+        if self.spread.is_none() {
+            return self.region.gauge(self.zmp(points));
+        }
+        self.region.less(self.spread.after(tick)).gauge(self.zmp(points))
     }
-    poles
+
+    /// Bound of the gauges of all ZMPs from a tick on, whose own `gauge` is given.
+    fn bound(&self, points: &Points, gauge: f64) -> f64 {
+        let zmp = if self.spread.is_none() { gauge } else { self.limit.gauge(self.zmp(points)) };
+        points[..self.len - 1].iter().map(|p| self.limit.gauge(*p)).fold(zmp, |m, v| if v > m { v } else { m })
+    }
 }
 
 fn is_finite(state: &State) -> bool {

@@ -71,6 +71,13 @@ impl Pendulum {
         Vector3::new((x - x.sinh()) / self.omega, -2.0 * half * half, self.dt)
     }
 
+    /// Effect of a unit [disturbance](super::disturbance) of the ZMP (m) that is constant over a period. It acts on the
+    /// COM as the ZMP does.
+    pub fn disturbance(&self) -> Vector3<f64> {
+        let of_zmp = self.transition().column(2).into_owned();
+        Vector3::new(of_zmp[0], of_zmp[1], 0.0)
+    }
+
     /// One axis after a period with ZMP velocity `rate` (m/s) (eq. 10).
     pub fn step(&self, axis: &Vector3<f64>, rate: f64) -> Vector3<f64> {
         self.transition() * axis + self.input() * rate

@@ -3,11 +3,13 @@
 //! The state is that of eq. 5: the estimated COM and COM velocity, and the ZMP that the gain asked for at the last
 //! tick. The gain acts on this state at every tick (eq. 11), so the loop is closed through the sensors. The desired ZMP
 //! is kept inside the support polygon less a margin. When the state is in no gain's CPI set (eq. 26), the desired ZMP
-//! goes to the edge of the whole support polygon.
+//! goes at once to where the slowest gain would have it at rest, or the fastest one if the gain set says so, but not
+//! beyond the edge of the whole support polygon. The slowest gain keeps the ZMP close to the DCM: on a robot that differs
+//! from the pendulum the DCM may then stay where it is until the robot tips over, while the edge was still free.
 
 use super::Support;
 use crate::geometry::SupportPolygon;
-use crate::lipm::gains::GainFamily;
+use crate::lipm::gains::{GainFamily, OutOfSets};
 use crate::lipm::online::OnlineSets;
 use crate::lipm::pendulum::State;
 use nalgebra::{Isometry2, Point2, Vector2};
@@ -46,7 +48,7 @@ pub struct Decision {
     /// Desired ZMP (m, world frame): that of the gain plus the probe, inside the allowed support; or on the edge of the
     /// support when the state is in no CPI set. None in flight.
     pub zmp: Option<Point2<f64>>,
-    /// Whether the state is in the CPI set of some gain. If not, the slowest gain acts as well as it can (eq. 26).
+    /// Whether the state is in the CPI set of some gain. If not, a gain acts as well as it can (eq. 26).
     pub held: bool,
     /// Whether a gain starts from the estimated state: because the gain has changed, because the state has returned to
     /// a CPI set, or after a landing.
@@ -95,13 +97,13 @@ impl Supervisor {
             self.keep_inside(frame.inverse_transform_point(&self.zmp_state)),
         );
         self.tested = state;
-        let mut decision = self.choose(&state);
+        let mut decision = self.choose(family, &state);
         let Some(whole) = support.polygon else { return decision };
         let gain = &family.gains[self.gain];
         let zmp = if decision.held {
             state.zmp() + gain.zmp_rate(&state) * family.pendulum.dt
         } else {
-            // There is no safe ZMP left to keep, so the ZMP goes to the very edge at once.
+            // There is no safe ZMP left to keep, so the ZMP may go to the very edge, and at once.
             whole.nearest(gain.resting_zmp(&state))
         };
         let inside = self.keep_inside(zmp);
@@ -148,7 +150,7 @@ impl Supervisor {
         self.held
     }
 
-    fn choose(&mut self, state: &State) -> Decision {
+    fn choose(&mut self, family: &GainFamily, state: &State) -> Decision {
         self.margin = self.sets.margin(0, state);
         let before = self.gain;
         let holding = self.sets.fastest_holding(state);
@@ -158,6 +160,7 @@ impl Supervisor {
                 .find(|&i| i == before || self.sets.margin(i, state) > MARGIN_TO_SPEED_UP)
                 .unwrap_or(before),
             Some(fastest) => fastest,
+            None if family.out_of_sets == OutOfSets::Fastest => family.gains.len().saturating_sub(1),
             None => 0,
         };
         let held_before = std::mem::replace(&mut self.held, holding.is_some());
@@ -170,6 +173,36 @@ impl Supervisor {
         match &self.allowed {
             Some(polygon) => polygon.nearest(zmp),
             None => zmp,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lipm::{GainSet, Pendulum};
+
+    /// Out of all sets, with the DCM inside of the support, the slowest gain leaves the edge alone. The fastest one goes
+    /// to it.
+    #[test]
+    fn out_of_the_sets_the_zmp_goes_where_the_gain_set_says() {
+        let pendulum = Pendulum { omega: 5.63, dt: 0.002 };
+        let polygon = SupportPolygon::rectangle(-0.048, 0.048, -0.083, 0.083);
+        let support = Support { frame: Isometry2::identity(), polygon };
+        let (com, com_vel) = (Point2::new(0.0, 0.06), Vector2::new(0.1, 0.09));
+        let zmp_of = |gains: &str| {
+            let family = GainFamily::design(&GainSet::load(gains).unwrap(), pendulum).unwrap();
+            let mut supervisor = Supervisor::new(&family, Point2::origin());
+            let decision = supervisor.update(&family, &support, com, com_vel);
+            assert!(!decision.held, "{gains}");
+            (decision.zmp.unwrap(), supervisor.gain)
+        };
+        let dcm = com + com_vel / pendulum.omega;
+        let (zmp, gain) = zmp_of("switching");
+        assert!(gain == 0 && (zmp.x - 1.12 * dcm.x).abs() < 1e-3, "{gain} {zmp} {dcm}");
+        for (set, fastest) in [("robust", 2), ("switching:out_of_sets=fastest", 4)] {
+            let (zmp, gain) = zmp_of(set);
+            assert!(gain == fastest && zmp.x > 1.7 * dcm.x && zmp.y == 0.083, "{set}: {gain} {zmp} {dcm}");
         }
     }
 }

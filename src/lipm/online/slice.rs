@@ -2,8 +2,8 @@
 //! velocity and ZMP, so that the set contains the state.
 //!
 //! Each predicted ZMP is affine in the COM, so each edge of Z cuts off a half-plane of COM positions (eq. 22, two of
-//! its six columns). The cutting ends by the rule of the sets: if at every corner of the rest the points that lead to
-//! the ZMP lie in Z, they do so on the whole rest, and nothing more is cut off.
+//! its six columns). The cutting ends by the rule of the sets: if at every corner of the rest all points lie in Z
+//! less the limit of the spread, they do so on the whole rest, and nothing more is cut off.
 
 use super::{MAX_TICKS, OnlineSets, Points, is_finite};
 use crate::lipm::pendulum::State;
@@ -16,8 +16,8 @@ impl OnlineSets {
     /// Corners of the slice of the set of gain `index`, at the COM velocity and ZMP of `state` (m, control frame),
     /// counter-clockwise; empty if no COM position is in the set.
     pub fn slice(&self, index: usize, state: &State) -> Vec<Point2<f64>> {
-        let (cascade, region) = (&self.cascades[index], &self.region);
-        if !region.holds_origin || !is_finite(state) {
+        let cascade = &self.cascades[index];
+        if !cascade.limit.holds_origin || !is_finite(state) {
             return Vec::new();
         }
         let [far, near] = [FARTHEST_M, -FARTHEST_M];
@@ -27,7 +27,8 @@ impl OnlineSets {
                 Corner { com, points: cascade.start(&State::new(com, state.com_vel(), state.zmp())) }
             })
             .to_vec();
-        for _ in 0..MAX_TICKS {
+        for tick in 0..MAX_TICKS {
+            let region = cascade.region.less(cascade.spread.after(tick));
             for (x, y) in region.x.iter().zip(region.y) {
                 let excess = |corner: &Corner| {
                     let [zmp_x, zmp_y] = cascade.zmp(&corner.points);
@@ -35,7 +36,7 @@ impl OnlineSets {
                 };
                 corners = cut(&corners, excess);
             }
-            if corners.iter().all(|corner| cascade.lead(region, &corner.points) <= 1.0) {
+            if corners.iter().all(|corner| cascade.bound(&corner.points, 0.0) <= 1.0) {
                 break;
             }
             for corner in &mut corners {

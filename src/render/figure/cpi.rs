@@ -1,6 +1,6 @@
 //! A picture of nested CPI sets, as in the paper's Fig. 3, in the plane of COM velocity (horizontal) and ZMP
 //! (vertical). A robot at rest is in the middle. An impulse moves it along the horizontal line, and the controller
-//! moves the ZMP.
+//! moves the ZMP. Dashed lines show the same gains' sets without disturbances, where the sets are robust.
 
 use super::axes::Axis;
 use super::panel::{At, Panel};
@@ -16,27 +16,32 @@ const ROOM: f64 = 1.25;
 /// Approximate width of a letter (px).
 const LETTER: f64 = 7.0;
 
-/// Draws the sets of a gain set (slow to fast, largest first). Fails if the file cannot be written.
-pub fn write(path: &Path, gain_set: &str, sets: &[CpiSet]) -> Result<()> {
-    let panels = [0, 1].map(|axis| slice(sets, axis, ["Fore and aft (\u{3c9}: natural frequency)", "Sideways"][axis]));
-    super::write(
-        path,
-        &format!("Maximal CPI sets of gain set {gain_set}, with the COM over the middle of the feet"),
-        &panels,
-        2,
-    )
+/// Draws the sets of a gain set (slow to fast, largest first) and, if there are any, those of the same gains without
+/// disturbances. Fails if the file cannot be written.
+pub fn write(path: &Path, gain_set: &str, sets: &[CpiSet], undisturbed: &[CpiSet]) -> Result<()> {
+    let titles = ["Fore and aft (\u{3c9}: natural frequency)", "Sideways"];
+    let panels = [0, 1].map(|axis| {
+        let mut panel = slice(sets, axis, titles[axis]);
+        for set in undisturbed {
+            let [speed, reach] = ends(set, axis);
+            panel.polygon("slice undisturbed", outline(set, axis, speed, reach));
+        }
+        if let Some(set) = undisturbed.first() {
+            let bottom = -1e3 * ends(set, axis)[1];
+            panel.text("slice small", [0.0, bottom], [0.0, -24.0], "dashed: without disturbances");
+        }
+        panel
+    });
+    let robust = if undisturbed.is_empty() { "" } else { "robust " };
+    let heading = format!("Maximal {robust}CPI sets of gain set {gain_set}, with the COM over the middle of the feet");
+    super::write(path, &heading, &panels, 2)
 }
 
 /// The slice at com = 0 along an axis (0: x, 1: y), in the plane of COM velocity and ZMP.
 pub fn slice(sets: &[CpiSet], axis: usize, title: &str) -> Panel {
     let mut panel = Panel::new(460.0, 430.0);
-    let Some(CpiSet { polygon, pendulum, .. }) = sets.first() else { return panel };
-    let ahead = [Vector2::x(), Vector2::y()][axis];
-    // How far the ZMP can move to both edges (m).
-    let [least, most] =
-        [-1.0, 1.0].map(|sign| sign * polygon.distance_along(Point2::origin(), sign * ahead).unwrap_or(0.0));
-    let reach = ROOM * most.max(-least);
-    let speed = reach * pendulum.omega;
+    let Some(first) = sets.first() else { return panel };
+    let (pendulum, [least, most], [speed, reach]) = (first.pendulum, edges(first, axis), ends(first, axis));
     let letters = sets.iter().map(|set| set.gain.chars().count()).max().unwrap_or(0);
     let right = panel.width - 14.0 - LETTER * letters as f64;
     let way = ["forward", "to the left"][axis];
@@ -65,6 +70,19 @@ pub fn slice(sets: &[CpiSet], axis: usize, title: &str) -> Panel {
     panel.text("halo small", [0.0, 1e3 * most], [0.0, -5.0], words_of_d);
     panel.text("limit end halo small", [pendulum.omega * most, -1e3 * reach], [-5.0, -8.0], words);
     panel
+}
+
+/// How far the ZMP can move to both edges along an axis (m).
+fn edges(set: &CpiSet, axis: usize) -> [f64; 2] {
+    let ahead = [Vector2::x(), Vector2::y()][axis];
+    [-1.0, 1.0].map(|sign| sign * set.polygon.distance_along(Point2::origin(), sign * ahead).unwrap_or(0.0))
+}
+
+/// Ends of the axes of a slice: COM velocity (m/s) and ZMP (m).
+fn ends(set: &CpiSet, axis: usize) -> [f64; 2] {
+    let [least, most] = edges(set, axis);
+    let reach = ROOM * most.max(-least);
+    [reach * set.pendulum.omega, reach]
 }
 
 /// Draws the name of a set, and a line from it to the edge of the set.

@@ -29,7 +29,9 @@ const EXPLAINED: &str = "Poles are multiples of -omega. The set of a gain is wha
                          largest impulses in these directions that a robot at rest can take within the set, over m omega d: \
                          mass times natural frequency times the distance from the origin to the edge. A standing pendulum \
                          can take 1 at most.";
-/// Explains the second table.
+/// Explains the table of the sets without disturbances.
+const UNDISTURBED_EXPLAINED: &str = "Without disturbances the same gains have these sets, as in the paper.";
+/// Explains the last table.
 const NESTING_EXPLAINED: &str = "\"yes\": the set of the row lies inside the set of the column.";
 
 /// The sets of a gain set that were found, and what they were computed from.
@@ -40,6 +42,8 @@ pub struct Sets<'a> {
     /// Slow to fast.
     pub sets: &'a [CpiSet],
     pub inclusion: Inclusion,
+    /// The sets of the same gains without disturbances; empty if the gain set knows of no disturbances.
+    pub undisturbed: &'a [CpiSet],
 }
 
 impl Sets<'_> {
@@ -50,6 +54,7 @@ impl Sets<'_> {
         };
         let entry = |(s, poles): (&CpiSet, &GainPoles)| {
             json!({
+                "zmp_spread_m": s.spread_m,
                 "gain": s.gain,
                 "poles_x_over_omega": poles.x,
                 "poles_y_over_omega": poles.y,
@@ -59,12 +64,15 @@ impl Sets<'_> {
                 "largest_impulse_over_m_omega_d": impulses(s),
             })
         };
+        let entries = |sets: &[CpiSet]| -> Vec<Value> { sets.iter().zip(&self.set.gains).map(entry).collect() };
         json!({
             "gain_set": self.set.name,
             "omega_rad_s": self.family.pendulum.omega,
             "dt_s": dt,
             "support_m": self.support.vertices().iter().map(|v| [v.x, v.y]).collect::<Vec<_>>(),
-            "sets": self.sets.iter().zip(&self.set.gains).map(entry).collect::<Vec<_>>(),
+            "zmp_disturbance_m": self.family.zmp_disturbance.bounds().as_slice(),
+            "sets": entries(self.sets),
+            "sets_without_disturbances": entries(self.undisturbed),
             "inside": self.inclusion.inside,
             "nested": self.inclusion.failures().is_empty(),
             "warning": self.inclusion.warning(),
@@ -79,19 +87,27 @@ impl Sets<'_> {
             Some(warning) => wrapped("warning: ", &warning),
             None => "The family nests: the set of each gain lies inside the sets of all slower gains.\n".into(),
         };
+        let (mut robust, mut disturbance, mut undisturbed) = ("", String::new(), String::new());
+        if !self.undisturbed.is_empty() {
+            let bounds = self.family.zmp_disturbance.bounds() * 1e3;
+            let words = format!("against disturbances of up to {:.1} mm in x and {:.1} mm in y", bounds.x, bounds.y);
+            robust = "robust ";
+            disturbance = wrapped("robust    ", &words);
+            undisturbed = format!("{}\n{}\n\n", wrapped("", UNDISTURBED_EXPLAINED), self.sizes(self.undisturbed));
+        }
         format!(
-            "Maximal CPI sets of gain set {}\n\
+            "Maximal {robust}CPI sets of gain set {}\n\
              pendulum  omega {omega:.3} rad/s, control period {:.3} ms\n\
+             {}{disturbance}\n\
              {}\n\
              {}\n\
-             {}\n\
-             {}\n\
+             {undisturbed}{}\n\
              {}\n\
              {warning}",
             self.set.name,
             dt * 1e3,
             wrapped("ZMP       ", &format!("within a region with the corners {} mm", vertices.join(", "))),
-            self.sizes(),
+            self.sizes(self.sets),
             wrapped("", EXPLAINED),
             self.nesting(),
             wrapped("", NESTING_EXPLAINED),
@@ -99,11 +115,11 @@ impl Sets<'_> {
     }
 
     /// A row for each set: poles, horizon, number of inequalities, and sizes.
-    fn sizes(&self) -> Table {
+    fn sizes(&self, sets: &[CpiSet]) -> Table {
         let headings = HEADINGS.iter().map(|(name, _)| *name);
         let mut sizes = table(["gain", "poles x", "poles y", "horizon", "rows"].into_iter().chain(headings));
         let poles = |p: [f64; 3]| format!("{} {} {}", p[0], p[1], p[2]);
-        for (s, g) in self.sets.iter().zip(&self.set.gains) {
+        for (s, g) in sets.iter().zip(&self.set.gains) {
             let horizon = format!("{:.0} ms", 1e3 * s.horizon as f64 * self.family.pendulum.dt);
             let row = [s.gain.clone(), poles(g.x), poles(g.y), horizon, s.set.rows.nrows().to_string()];
             let impulses = HEADINGS.iter().map(|(_, d)| format!("{:.3}", s.largest_impulse_from_rest(*d)));

@@ -1,0 +1,58 @@
+//! The closed loop of one axis (eq. 11-13): its poles, its feedback, and the lags that it consists of.
+
+use super::pendulum::Pendulum;
+use nalgebra::{Matrix3, RowVector3, Vector3};
+
+/// One axis of the closed loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisLoop {
+    /// The poles as multiples of -omega.
+    pub poles: [f64; 3],
+    /// Feedback vector f of eq. 12, which acts on [com, com_vel, zmp]; its units are 1/s, 1, 1/s.
+    pub feedback: Vector3<f64>,
+    /// Diagonal block of eq. 13, which acts on [com, com_vel, zmp].
+    pub closed: Matrix3<f64>,
+}
+
+impl AxisLoop {
+    /// Places the poles, which must be positive.
+    pub fn design(pendulum: &Pendulum, poles: [f64; 3]) -> Self {
+        let feedback = pendulum.feedback(poles);
+        Self { poles, feedback, closed: pendulum.closed(&feedback) }
+    }
+
+    /// The poles that affect the ZMP. If a pole is exactly at -omega, the feedback does not read the convergent mode.
+    pub(super) fn observable_poles(&self) -> Vec<f64> {
+        let mut poles = self.poles.to_vec();
+        if let Some(i) = poles.iter().position(|p| *p == 1.0) {
+            poles.remove(i);
+        }
+        poles
+    }
+
+    /// The observable part of the loop as a cascade of first-order lags with the poles `through`, which contain its
+    /// own: for each lag its discrete pole l, and the row that maps [com, com_vel, zmp] to its output. That of the last
+    /// one is the ZMP, and that of a lag which only the other axis has is its input.
+    pub(super) fn cascade(&self, pendulum: &Pendulum, through: &[f64]) -> Vec<(f64, RowVector3<f64>)> {
+        let mut own = self.observable_poles();
+        let mut row = RowVector3::new(0.0, 0.0, 1.0);
+        let mut cascade: Vec<_> = through
+            .iter()
+            .rev()
+            .map(|pole| {
+                let (lag, output) = (pendulum.discrete_pole(*pole), row);
+                row = row * (self.closed - Matrix3::identity() * lag) / (1.0 - lag);
+                if let Some(i) = own.iter().position(|p| p == pole) {
+                    own.swap_remove(i);
+                }
+                if own.is_empty() {
+                    // This is exactly zero by Cayley-Hamilton, apart from rounding.
+                    row = RowVector3::zeros();
+                }
+                (lag, output)
+            })
+            .collect();
+        cascade.reverse();
+        cascade
+    }
+}
