@@ -55,8 +55,9 @@ use std::f64::consts::PI;
 pub const MOST_STEPS: usize = 10;
 /// Number of footsteps that each may take any region.
 const FREE_STEPS: usize = 2;
-/// Shares of the longest push-off, and of the largest force above the weight, that are tried for a leap.
-const SHARES: [f64; 2] = [0.5, 1.0];
+/// Shares of the largest force above the weight, and of the longest push-off, that are tried for a leap.
+const FORCES: [f64; 2] = [0.5, 1.0];
+const TIMES: [f64; 6] = [0.15, 0.3, 0.45, 0.6, 0.8, 1.0];
 
 /// Where a foot can land, and the time of its swing (s): smallest and largest offsets from the centre of the stance sole
 /// to that of the landing one (m), x forward and y to the side of the swing foot.
@@ -264,7 +265,7 @@ impl SteppingPendulum {
     fn leaps(&self, agility: &Agility, load: f64) -> Vec<Leap> {
         let mut leaps = vec![Leap { push_off_s: 0.0, flight_s: 0.0, after: 1.0, during: 0.0 }];
         let gravity = self.omega * self.omega * agility.com_height_m;
-        for (force, time) in SHARES.into_iter().flat_map(|force| SHARES.map(|time| (force, time))) {
+        for (force, time) in FORCES.into_iter().flat_map(|force| TIMES.map(|time| (force, time))) {
             let extra = force * (load - 1.0);
             if extra <= 1e-3 {
                 continue;

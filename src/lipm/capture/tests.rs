@@ -295,7 +295,8 @@ proptest! {
             of(Agility { flywheel_m: [0.005 * more; 2], ..body }, legs),
             of(Agility { inertia_ratio: 0.1 * more, ..body }, legs),
         ];
-        prop_assert!(bigger.iter().all(|ceiling| *ceiling >= 0.99 * before), "{before}: {bigger:?}");
+        // Push-offs are tried on a grid.
+        prop_assert!(bigger.iter().all(|ceiling| *ceiling >= 0.97 * before), "{before}: {bigger:?}");
     }
 
     /// A region that is of no use doubles nothing.
