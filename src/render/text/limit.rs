@@ -109,15 +109,15 @@ fn lost_early(limits: &Limits) -> String {
         let SetLimit { name, ci95: [low, _], .. } = set;
         _ = writeln!(
             text,
-            "WARNING: {name} at {heading_deg:.1} degrees recovers from {low:.2} N s,\n\
-             above the ceiling of {ceiling_n_s:.2} N s: the ceiling does not grant all that this robot does,\nor the simulation is wrong."
+            "WARNING: {name} at {heading_deg:.1} degrees recovers from {low:.2} N s,\nabove the ceiling of {ceiling_n_s:.2} \
+             N s. The ceiling does not grant all that this\nrobot does, or the simulation is wrong."
         );
     }
     for (heading, set) in all.filter(|(_, set)| set.has_hole()) {
         let (Some(safe_n_s), Some(loss)) = (set.safe_n_s, set.first_loss) else { continue };
         _ = writeln!(
             text,
-            "hole: {} at {:.1} degrees is safe only up to {safe_n_s:.2} N s; to see the loss:\n  {}",
+            "hole: {} at {:.1} degrees is safe only up to {safe_n_s:.2} N s;\nto see the loss:\n  {}",
             set.name,
             heading.heading_deg,
             replay(limits, &set.name, &loss)
@@ -278,7 +278,7 @@ mod tests {
         }
         let alone = text(&[a]);
         assert!(alone.contains("engine:   Rapier 0.36.1, with a physics step of 2 ms\n"), "{alone}");
-        let early = "hole: paper:stepping.x=2 at 0.0 degrees is safe only up to 2.40 N s; to see the loss:\n  \
+        let early = "hole: paper:stepping.x=2 at 0.0 degrees is safe only up to 2.40 N s;\nto see the loss:\n  \
                      standfast push --campaign nominal --seed 1 --trial 202500 --gains paper:stepping.x=2 \\\n  \
                      --impulse 2.5125 --heading -0.75 --start 0.501\n";
         assert!(alone.contains(early) && !alone.contains("hole: hold"), "{alone}");
