@@ -37,10 +37,11 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
         ("/sole_x_m/0", -0.048086, 1e-9),
         ("/sole_y_m/1", 0.034586, 1e-9),
         ("/stance_width_m", 0.097, 1e-9),
-        ("/min_step_time_s", 0.15, 0.0),
-        ("/reach_m/forward", 0.15, 0.0),
-        ("/reach_m/outward", 0.18, 0.0),
-        ("/reach_m/inward", 0.075, 0.0),
+        ("/reach/0/swing_time_s", 0.15, 0.0),
+        ("/reach/0/x_m/1", 0.15, 0.0),
+        ("/reach/0/y_m/1", 0.18, 0.0),
+        ("/reach/1/y_m/0", -0.075, 0.0),
+        ("/agility/leg_stroke_m", 0.02, 0.005),
         ("/push_duration_s", 0.05, 0.0),
         ("/push_height_m", 0.02, 0.0),
         ("/height_factor", 1.0 / (1.0 + 0.02 / 0.31), 1e-3),
@@ -62,11 +63,30 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
         assert!(low < of("impulse50_n_s") && of("impulse50_n_s") < high && high - low <= 0.8);
         let ninety = json.pointer(&format!("/headings/{heading}/sets/0/impulse90_n_s"));
         assert_eq!(ninety, Some(&Value::Null), "nothing is left to chance");
+        // Upward on a grid of the precision, and once more exactly as told.
+        let (safe, lost) = (of("safe_n_s"), of("first_loss/impulse_n_s"));
+        assert!((safe / 0.4).fract() < 1e-9 || (safe / 0.4).fract() > 1.0 - 1e-9, "{safe}");
+        assert!((lost / (safe + 0.4) - 1.0).abs() <= 0.01 && (2.0..2.9).contains(&lost), "{safe} {lost}");
+        assert!((of("first_loss/heading_deg") - 180.0 * f64::from(heading)).abs() <= 1.0);
+        assert!((0.0..0.002).contains(&(of("first_loss/start_s") - 0.5)));
+        assert_eq!(of("safe_trials"), (safe / 0.4).round() + 1.0);
+        assert!(of("ci95/1") < number(&format!("/headings/{heading}/ceiling_n_s")));
+        assert_eq!(json.pointer(&format!("/headings/{heading}/sets/0/above_ceiling")), Some(&Value::Bool(false)));
         assert_eq!(of("trials"), ["recovered", "fell", "timed_out", "diverged"].map(of).iter().sum::<f64>());
-        episodes += of("trials");
+        episodes += of("trials") + of("safe_trials");
     }
+    // The first loss can be repeated.
+    let loss = &json["headings"][1]["sets"][0]["first_loss"];
+    let option = |name: &str, key: &str| format!("--{name}={}", loss[key]);
+    let [trial, impulse, heading, start] =
+        [("trial", "trial"), ("impulse", "impulse_n_s"), ("heading", "heading_deg"), ("start", "start_s")]
+            .map(|(name, key)| option(name, key));
+    let args = ["push", NOMINAL, "--gains=hold", "--height=0.02", "--json", &trial, &impulse, &heading, &start];
+    let repeated: Value =
+        serde_json::from_str(&text(&standfast(dir.path(), &args).success().get_output().stdout)).unwrap();
+    assert_eq!(repeated["outcome"], "fell", "{repeated}");
     assert_eq!(episodes, number("/episodes"));
-    assert!(episodes < 30.0, "{episodes}");
+    assert!(episodes < 50.0, "{episodes}");
 
     let again = standfast(dir.path(), &args).code(2);
     let message = text(&again.get_output().stderr);

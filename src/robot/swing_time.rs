@@ -65,26 +65,12 @@ impl<'a> Swing<'a> {
     /// A swing to `to`: the offset from the centre of the stance sole (m), x forward and y to the side of `foot`. None if
     /// a leg cannot reach its sole's places within the limits of its joints, or if the motors cannot hold it there.
     pub fn new(robot: &'a Robot, foot: Foot, to: [f64; 2], around: Around) -> Option<Self> {
-        let home = robot.home_posture();
-        let mut kinematics = Kinematics::new(robot);
-        kinematics.update(robot, &home);
-        let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot));
-        let from = soles[foot].translation.vector - soles[foot.other()].translation.vector;
-        let com_height_m = kinematics.com().z;
-        let mut swing = Self {
-            robot,
-            foot,
-            around,
-            way: Vector2::new(to[0], to[1] * foot.side()) - from.xy(),
-            lift_m: LIFT * com_height_m,
-            sink_m: 0.0,
-            least_time_s: f64::INFINITY,
-            soles,
-            posture: home.clone(),
-            home,
-            kinematics,
-            jacobian: Matrix6xX::zeros(6 + robot.joints.len()),
-        };
+        let mut swing = Self::at_home(robot, foot);
+        let from = swing.soles[foot].translation.vector - swing.soles[foot.other()].translation.vector;
+        swing.way = Vector2::new(to[0], to[1] * foot.side()) - from.xy();
+        swing.around = around;
+        let com_height_m = robot.home_com_height();
+        swing.lift_m = LIFT * com_height_m;
         let mut best: Option<Self> = None;
         for sink in SINKS {
             (swing.sink_m, swing.posture) = (sink * com_height_m, swing.home.clone());
@@ -95,6 +81,27 @@ impl<'a> Swing<'a> {
             }
         }
         best
+    }
+
+    /// No swing at all, of a robot at home.
+    fn at_home(robot: &'a Robot, foot: Foot) -> Self {
+        let home = robot.home_posture();
+        let mut kinematics = Kinematics::new(robot);
+        kinematics.update(robot, &home);
+        Self {
+            robot,
+            foot,
+            around: Around::default(),
+            way: Vector2::zeros(),
+            lift_m: 0.0,
+            sink_m: 0.0,
+            least_time_s: f64::INFINITY,
+            soles: PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot)),
+            posture: home.clone(),
+            home,
+            kinematics,
+            jacobian: Matrix6xX::zeros(6 + robot.joints.len()),
+        }
     }
 
     /// The least time (s) in which the motors can make this swing.
@@ -231,4 +238,26 @@ pub fn least_swing_time_s(robot: &Robot, region: &LandingRegion) -> Option<f64> 
         }
     }
     Some(most)
+}
+
+/// How the legs can lift the pelvis from home, level and with the soles at their places: the way until one of them is
+/// straight (m), and the speed at home at which the first motor has no torque left (m/s). It is less further up.
+pub fn leg_stroke(robot: &Robot) -> (f64, f64) {
+    let mut swing = Swing::at_home(robot, Foot::Left);
+    let mut rises = |way_m: f64| {
+        (swing.sink_m, swing.posture) = (-way_m, swing.home.clone());
+        swing.posture(1.0).map(|posture| posture.q.clone())
+    };
+    let (mut reached_m, mut missed_m) = (0.0, robot.home_com_height());
+    while missed_m - reached_m > 1e-5 {
+        let middle_m = 0.5 * (reached_m + missed_m);
+        *(if rises(middle_m).is_some() { &mut reached_m } else { &mut missed_m }) = middle_m;
+    }
+    let little_m = 0.05 * reached_m;
+    let speed = |(j, q): (usize, &f64)| {
+        robot.servos[j].no_torque_speed_rad_s * little_m / (q - robot.home_rad[j]).abs().max(f64::MIN_POSITIVE)
+    };
+    let higher = rises(little_m);
+    let speeds = higher.iter().flat_map(|q| q.iter().enumerate().map(speed));
+    (reached_m, if reached_m > 0.0 { speeds.fold(f64::INFINITY, f64::min) } else { 0.0 })
 }

@@ -284,7 +284,7 @@ fn captions_tell_who_falls_without_a_footstep_and_the_pendulums_bound() {
             near(&told[key], bench.push(push).fell_at_s.unwrap(), 1e-9);
         }
         assert_eq!(yardstick.push_duration_s, push.duration_s);
-        let bound = yardstick.heading(push.heading_deg).unwrap().bound_no_step_n_s;
+        let bound = yardstick.heading(push.heading_deg).bound_no_step_n_s;
         near(&told["bound_no_step_n_s"], bound, 1e-9);
         assert!(bound < push.impulse_n_s);
         tells(&format!("recovers from {bound:.2} N s at most"));

@@ -40,6 +40,7 @@ const VARIATION: Variation<u64> = Variation {
 const SECOND_IMPULSE: u64 = 48;
 const SECOND_HEADING: u64 = 49;
 const SECOND_AFTER: u64 = 50;
+const REPLICA: u64 = 56;
 
 /// The random stream of one quantity in one trial.
 fn stream(seed: u64, trial: u64, quantity: u64) -> ChaCha8Rng {
@@ -85,6 +86,14 @@ fn second_push(campaign: &Campaign, trial: u64, first: &Push) -> Option<Push> {
 pub fn pushes(campaign: &Campaign, trial: u64) -> Vec<Push> {
     let first = push(campaign, trial);
     std::iter::once(first).chain(second_push(campaign, trial, &first)).collect()
+}
+
+/// By how much a replica differs from what it repeats, as shares of the largest differences: in impulse and heading
+/// (-1 to 1), and in the start of the push (0 to 1).
+pub fn replica(seed: u64, trial: u64) -> [f64; 3] {
+    let mut rng = stream(seed, trial, REPLICA);
+    let [more, turned, later]: [f64; 3] = std::array::from_fn(|_| rng.random::<f64>());
+    [2.0 * more - 1.0, 2.0 * turned - 1.0, later]
 }
 
 /// Variation of robot and ground in a trial.

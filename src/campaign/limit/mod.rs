@@ -1,10 +1,11 @@
 //! The largest recoverable impulse by heading, beside the bounds of the pendulum ([`crate::lipm::capture`]).
 //!
 //! For each gain set and heading, a [psychometric search](crate::stats::psychometric) finds the impulse with 50 %
-//! recovery. Each of its trials is a trial of the campaign with another impulse and heading of the push. Trial k at a
+//! recovery. A second one goes up from small impulses to the first that is lost: below it nothing was. Each of their trials is a trial of the campaign with another impulse and heading of the push. Trial k at a
 //! heading has the same noise and variations for every gain set. The searches run in parallel and independently of each
 //! other, so the result does not depend on the number of threads.
 
+mod agility;
 mod search;
 mod yardstick;
 
@@ -20,14 +21,13 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::AtomicBool;
 
-pub use search::SetLimit;
-pub use yardstick::{Heading, ReachM, Yardstick};
+pub use search::{FirstLoss, MOST_REPLICAS, MOST_TRIALS, SetLimit};
+pub use yardstick::{Heading, Yardstick};
 
 /// Distance between the first trials of two headings. What a seed yields depends on it.
 const TRIALS_APART: u64 = 1 << 20;
-/// Largest number of headings, and of trials in one search.
+/// Largest number of headings.
 pub const MOST_HEADINGS: usize = 360;
-pub const MOST_TRIALS: u64 = 100_000;
 /// Largest impulse of a search, as a multiple of the bound with any number of footsteps.
 const BEYOND_THE_BOUND: f64 = 3.0;
 
@@ -40,6 +40,8 @@ pub struct LimitOptions {
     pub precision_n_s: f64,
     /// Number of trials after which a search ends in any case.
     pub max_trials: u64,
+    /// Number of episodes for each impulse of the search for the first loss; 0 leaves it out.
+    pub replicas: u64,
     /// Number of threads; 0 means one per core.
     pub threads: usize,
 }
@@ -66,6 +68,7 @@ pub struct Limits {
     pub seed: u64,
     pub precision_n_s: f64,
     pub max_trials: u64,
+    pub replicas: u64,
     /// Whether trials with the same impulse can differ.
     pub random: bool,
     /// Number of episodes in all searches.
@@ -83,7 +86,7 @@ impl<'a> Searches<'a> {
         let plan = Plan::new(campaign)?;
         let yardstick = Yardstick::new(&plan.robot, campaign)?;
         let heading = |i: usize| yardstick.heading(360.0 * i as f64 / options.headings as f64);
-        let headings = (0..options.headings).map(heading).collect::<Result<_>>()?;
+        let headings = (0..options.headings).map(heading).collect();
         let pool = pool(options.threads)?;
         let designs = pool.install(|| plan.designs())?;
         Ok(Self { campaign, options, plan, yardstick, headings, pool, designs })
@@ -124,7 +127,9 @@ impl<'a> Searches<'a> {
                 set: s,
                 heading_deg: heading.heading_deg,
                 bound_one_step_n_s: heading.bound_one_step_n_s,
+                ceiling_n_s: heading.ceiling_n_s,
                 first_trial: h as u64 * TRIALS_APART,
+                replicas: options.replicas,
                 stop,
                 on_episode,
             };
@@ -144,8 +149,9 @@ impl<'a> Searches<'a> {
             seed: campaign.seed,
             precision_n_s: options.precision_n_s,
             max_trials: options.max_trials,
+            replicas: options.replicas,
             random,
-            episodes: headings.iter().flat_map(|heading| &heading.sets).map(|set| set.trials).sum(),
+            episodes: headings.iter().flat_map(|heading| &heading.sets).map(|set| set.trials + set.safe_trials).sum(),
             yardstick,
             headings,
         })
@@ -155,5 +161,6 @@ impl<'a> Searches<'a> {
 fn check(options: &LimitOptions) -> Result<()> {
     in_range("command line", "--headings", options.headings as f64, [1.0, MOST_HEADINGS as f64])?;
     in_range("command line", "--precision", options.precision_n_s, [0.005, 100.0])?;
+    in_range("command line", "--replicas", options.replicas as f64, [0.0, MOST_REPLICAS as f64])?;
     in_range("command line", "--max-trials", options.max_trials as f64, [1.0, MOST_TRIALS as f64])
 }

@@ -4,7 +4,7 @@ use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::campaign::run::Plan;
 use crate::control::Design;
-use crate::episode::{Episodes, Outcome};
+use crate::episode::{Disturbance, Episodes, Outcome};
 use crate::error::{Error, Result};
 use crate::stats::psychometric::{Posterior, Rule};
 use serde::Serialize;
@@ -23,6 +23,15 @@ pub struct SetLimit {
     pub of_one_step_bound: f64,
     /// Whether the interval of `impulse50_n_s` is as narrow as requested.
     pub resolved: bool,
+    /// Whether even the lower end of the interval lies above the ceiling: then the ceiling is wrong, or the simulation.
+    pub above_ceiling: bool,
+    /// The largest impulse of the grid up to which nothing was lost; None if that was not searched for.
+    pub safe_n_s: Option<f64>,
+    /// The loss at which that search ended; None if nothing was lost, or not searched for.
+    pub first_loss: Option<FirstLoss>,
+    /// Episodes of that search.
+    pub safe_trials: u64,
+    /// Episodes of the search for `impulse50_n_s`, and how they ended.
     pub trials: u64,
     pub recovered: u64,
     pub fell: u64,
@@ -30,7 +39,25 @@ pub struct SetLimit {
     pub diverged: u64,
 }
 
+/// A push that was lost, exactly as `standfast push` can repeat it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FirstLoss {
+    pub impulse_n_s: f64,
+    pub heading_deg: f64,
+    pub start_s: f64,
+    /// Index of the trial in the campaign, which fixes everything else.
+    pub trial: u64,
+}
+
+/// A loss below this share of the impulse with 50 % recovery is a hole.
+const HOLE: f64 = 0.95;
+
 impl SetLimit {
+    /// Whether the robot survives harder pushes although it loses an easier one.
+    pub fn has_hole(&self) -> bool {
+        self.first_loss.is_some() && self.safe_n_s.is_some_and(|safe_n_s| safe_n_s < HOLE * self.impulse50_n_s)
+    }
+
     /// Whether the intervals of two limits do not overlap.
     pub fn is_apart_from(&self, other: &SetLimit) -> bool {
         self.ci95[1] < other.ci95[0] || other.ci95[1] < self.ci95[0]
@@ -44,6 +71,26 @@ pub(super) fn is_random(campaign: &Campaign) -> bool {
     drawn || campaign.second_push.is_random() || !trial::begin_alike(campaign)
 }
 
+/// Largest number of trials in one search.
+pub const MOST_TRIALS: u64 = 100_000;
+/// Largest number of episodes for each impulse of the search for the first loss.
+pub const MOST_REPLICAS: u64 = 100;
+
+/// How far the search for the first loss got.
+struct Safe {
+    up_to_n_s: f64,
+    first_loss: Option<FirstLoss>,
+    trials: u64,
+}
+
+/// Distance of its trials from those of the search for 50 %, and its largest number of impulses.
+const SAFE_TRIALS: u64 = 2 * MOST_TRIALS;
+const SAFE_POINTS: u64 = 8_000;
+/// Largest differences of a replica: in the impulse (relative), and in the heading (degrees). The push starts within a
+/// control period.
+const SAFE_IMPULSE: f64 = 0.01;
+const SAFE_HEADING_DEG: f64 = 1.0;
+
 /// The settings of one search.
 pub(super) struct Search<'a> {
     pub campaign: &'a Campaign,
@@ -56,6 +103,8 @@ pub(super) struct Search<'a> {
     pub heading_deg: f64,
     /// The pendulum's bound with one footstep (N s).
     pub bound_one_step_n_s: f64,
+    pub ceiling_n_s: f64,
+    pub replicas: u64,
     /// Index of the search's trial 0 in the campaign.
     pub first_trial: u64,
     pub stop: &'a AtomicBool,
@@ -65,7 +114,7 @@ pub(super) struct Search<'a> {
 
 impl Search<'_> {
     pub fn run(&self, rule: Rule) -> Result<SetLimit> {
-        let random = rule.random;
+        let (random, grid_n_s, most_n_s) = (rule.random, rule.precision_n_s, rule.most_n_s);
         let mut posterior = Posterior::new(rule);
         let [mut recovered, mut fell, mut timed_out, mut diverged] = [0; 4];
         while let Some(impulse_n_s) = posterior.next_impulse() {
@@ -82,6 +131,7 @@ impl Search<'_> {
             } += 1;
             posterior.observe(impulse_n_s, outcome == Outcome::Recovered);
         }
+        let safe = self.safe(grid_n_s, most_n_s)?;
         let (impulse50, impulse90) = (posterior.impulse50(), posterior.impulse90());
         Ok(SetLimit {
             name: self.plan.manifest.sets[self.set].clone(),
@@ -91,6 +141,10 @@ impl Search<'_> {
             impulse90_ci95: random.then_some(impulse90.ci95),
             of_one_step_bound: impulse50.at_n_s / self.bound_one_step_n_s,
             resolved: posterior.is_resolved(),
+            above_ceiling: impulse50.ci95[0] > self.ceiling_n_s,
+            safe_n_s: (self.replicas > 0).then_some(safe.up_to_n_s),
+            first_loss: safe.first_loss,
+            safe_trials: safe.trials,
             trials: posterior.trials(),
             recovered,
             fell,
@@ -99,12 +153,52 @@ impl Search<'_> {
         })
     }
 
+    /// Goes up from small impulses, a grid of `grid_n_s`, to the first loss. The replicas of an impulse differ from it by
+    /// what means nothing, so that no recovery is a matter of luck.
+    fn safe(&self, grid_n_s: f64, most_n_s: f64) -> Result<Safe> {
+        let mut safe = Safe { up_to_n_s: 0.0, first_loss: None, trials: 0 };
+        let points = ((most_n_s / grid_n_s) as u64).min(SAFE_POINTS);
+        for point in 1..=if self.replicas > 0 { points } else { 0 } {
+            let impulse_n_s = grid_n_s * point as f64;
+            for replica in 0..self.replicas {
+                if self.stop.load(Ordering::Relaxed) {
+                    return Err(Error::Interrupted);
+                }
+                let trial = self.first_trial + SAFE_TRIALS + point * MOST_REPLICAS + replica;
+                let [more, turned, later] = trial::replica(self.campaign.seed, trial);
+                let impulse_n_s = impulse_n_s * (1.0 + SAFE_IMPULSE * more);
+                let heading_deg = self.heading_deg + SAFE_HEADING_DEG * turned;
+                let late_s = later * self.campaign.episode.control_period_s;
+                let mut disturbance = trial::disturbance(self.campaign, trial);
+                let mut start_s = 0.0;
+                if let Some(push) = disturbance.pushes.first_mut() {
+                    (push.impulse_n_s, push.heading_deg) = (impulse_n_s, heading_deg);
+                    push.start_s += late_s;
+                    start_s = push.start_s;
+                }
+                safe.trials += 1;
+                let outcome = self.outcome_of(disturbance);
+                (self.on_episode)();
+                if outcome != Outcome::Recovered {
+                    safe.first_loss = Some(FirstLoss { impulse_n_s, heading_deg, start_s, trial });
+                    return Ok(safe);
+                }
+            }
+            safe.up_to_n_s = impulse_n_s;
+        }
+        Ok(safe)
+    }
+
     /// Runs a trial of the campaign with another first push.
     fn outcome(&self, trial: u64, impulse_n_s: f64) -> Outcome {
         let mut disturbance = trial::disturbance(self.campaign, trial);
         if let Some(push) = disturbance.pushes.first_mut() {
             (push.impulse_n_s, push.heading_deg) = (impulse_n_s, self.heading_deg);
         }
+        self.outcome_of(disturbance)
+    }
+
+    fn outcome_of(&self, disturbance: Disturbance) -> Outcome {
         self.plan.records(self.designs, self.opening, disturbance, &[self.set])[0].outcome
     }
 }

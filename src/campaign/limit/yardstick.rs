@@ -1,10 +1,11 @@
 //! The bounds of the pendulum: the largest impulses that it can take standing, with one footstep, and with any number.
 
 use crate::campaign::ask::spec::Campaign;
+use crate::campaign::limit::agility::AtHome;
 use crate::campaign::limit::search::SetLimit;
 use crate::error::{Error, Result};
-use crate::lipm::capture::{self, LandingBox, SteppingPendulum};
-use crate::robot::{Foot, Kinematics, PerFoot, Robot};
+use crate::lipm::capture::{self, Agility, PushOff, Region, SteppingPendulum};
+use crate::robot::{Foot, Kinematics, LandingRegion, PerFoot, Robot};
 use crate::sim::Profile;
 use nalgebra::Point2;
 use serde::Serialize;
@@ -23,9 +24,13 @@ pub struct Yardstick {
     pub sole_y_m: [f64; 2],
     /// Distance between the soles' centres.
     pub stance_width_m: f64,
-    pub min_step_time_s: f64,
-    /// Offset from the stance sole's centre to that of the landing one.
-    pub reach_m: ReachM,
+    /// Where a foot can land, and how soon.
+    pub reach: Vec<LandingRegion>,
+    /// What lets the robot do more than the pendulum.
+    pub agility: Agility,
+    /// How hard the legs can push off, every [`PUSH_OFF_EVERY_DEG`] degrees.
+    #[serde(skip)]
+    push_off: Vec<PushOff>,
     /// Mean duration in the campaign.
     pub push_duration_s: f64,
     /// Mean height above the COM in the campaign.
@@ -38,13 +43,6 @@ pub struct Yardstick {
     pub height_factor: f64,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct ReachM {
-    pub forward: f64,
-    pub outward: f64,
-    pub inward: f64,
-}
-
 /// One heading: the bounds for the campaign's push (for its duration, not its height), and the gain sets' results.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Heading {
@@ -52,6 +50,8 @@ pub struct Heading {
     pub bound_no_step_n_s: f64,
     pub bound_one_step_n_s: f64,
     pub bound_n_step_n_s: f64,
+    /// What no robot like this one can pass, by all that is granted to it in [`crate::lipm::capture`].
+    pub ceiling_n_s: f64,
     /// The bounds multiplied by `height_factor`.
     pub bound_no_step_at_height_n_s: f64,
     pub bound_one_step_at_height_n_s: f64,
@@ -59,15 +59,18 @@ pub struct Heading {
     pub sets: Vec<SetLimit>,
 }
 
+/// Distance between the headings for which the forces of the legs are computed (degrees).
+const PUSH_OFF_EVERY_DEG: f64 = 15.0;
+
 impl Yardstick {
     /// For a robot at home and the mean push of a campaign. It fails if the reach of the feet is not known.
     pub fn new(robot: &Robot, campaign: &Campaign) -> Result<Yardstick> {
-        let Some(region) = robot.reach.first() else {
+        if robot.reach.is_empty() {
             let path = Path::new(&campaign.robot).with_extension("toml");
             let accepted = "regions [[reach]] with name, x_m, y_m and swing_time_s";
             let problem = "the pendulum's bounds depend on where a foot can land, and how soon";
             return Err(Error::value(&path.to_string_lossy(), "reach", "(none)", problem, accepted));
-        };
+        }
         let mut kinematics = Kinematics::new(robot);
         kinematics.update(robot, &robot.home_posture());
         let centre = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot).translation.vector);
@@ -79,6 +82,9 @@ impl Yardstick {
             Foot::BOTH.map(|foot| robot.soles[foot].half_m[axis]).into_iter().fold(f64::INFINITY, f64::min)
         });
         let (push_duration_s, push_height_m) = (campaign.push.duration_s.mean(), campaign.push.height_m.mean());
+        let at_home = AtHome::new(robot);
+        let headings = (0..(360.0 / PUSH_OFF_EVERY_DEG) as usize).map(|i| PUSH_OFF_EVERY_DEG * i as f64);
+        let push_off = headings.map(|heading_deg| at_home.push_off(heading_deg)).collect();
         let push_factor = match campaign.push.profile {
             Profile::Rectangular => capture::rectangular_push_factor,
             Profile::HalfSine => capture::half_sine_push_factor,
@@ -91,8 +97,9 @@ impl Yardstick {
             sole_x_m: [-half_m[0], half_m[0]],
             sole_y_m: [-half_m[1], half_m[1]],
             stance_width_m: (centre.left.y - centre.right.y).abs(),
-            min_step_time_s: region.swing_time_s,
-            reach_m: ReachM { forward: region.x_m[1], outward: region.y_m[1], inward: region.y_m[0] },
+            reach: robot.reach.clone(),
+            agility: at_home.agility(),
+            push_off,
             push_duration_s,
             push_height_m,
             push_profile: campaign.push.profile,
@@ -101,9 +108,10 @@ impl Yardstick {
         })
     }
 
-    /// The bounds for one heading (degrees), still without gain sets. It fails if the solver gives up.
-    pub fn heading(&self, heading_deg: f64) -> Result<Heading> {
-        let ReachM { forward, outward, inward } = self.reach_m;
+    /// The bounds for one heading (degrees), still without gain sets.
+    pub fn heading(&self, heading_deg: f64) -> Heading {
+        let region =
+            |region: &LandingRegion| Region { x_m: region.x_m, y_m: region.y_m, swing_time_s: region.swing_time_s };
         let pendulum = SteppingPendulum {
             mass_kg: self.mass_kg,
             omega: self.omega_rad_s,
@@ -111,12 +119,13 @@ impl Yardstick {
             sole_x_m: self.sole_x_m,
             sole_y_m: self.sole_y_m,
             stance_width_m: self.stance_width_m,
-            reach: LandingBox { forward_m: forward, outward_m: outward, inward_m: inward },
-            step_time_s: self.min_step_time_s,
+            regions: self.reach.iter().map(region).collect(),
         };
-        let bounds = pendulum.bounds(heading_deg)?;
+        let bounds = pendulum.bounds(heading_deg);
         let [no, one, n] = [bounds.no_step_n_s, bounds.one_step_n_s, bounds.n_step_n_s].map(|j| j * self.push_factor);
-        Ok(Heading {
+        let ceiling_n_s = pendulum.ceiling_n_s(heading_deg, &self.agility, &self.push_off(heading_deg));
+        Heading {
+            ceiling_n_s: ceiling_n_s * self.push_factor,
             heading_deg,
             bound_no_step_n_s: no,
             bound_one_step_n_s: one,
@@ -125,7 +134,15 @@ impl Yardstick {
             bound_one_step_at_height_n_s: one * self.height_factor,
             bound_n_step_at_height_n_s: n * self.height_factor,
             sets: Vec::new(),
-        })
+        }
+    }
+
+    /// The larger forces of the two headings between which this one is.
+    fn push_off(&self, heading_deg: f64) -> PushOff {
+        let at = heading_deg.rem_euclid(360.0) / PUSH_OFF_EVERY_DEG;
+        let [a, b] = [at.floor(), at.ceil()].map(|i| self.push_off[i as usize % self.push_off.len()]);
+        let larger = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|i| a[i].max(b[i]));
+        PushOff { both: larger(a.both, b.both), left: larger(a.left, b.left), right: larger(a.right, b.right) }
     }
 }
 
@@ -141,7 +158,7 @@ mod tests {
         let of = |set: &[&str]| Yardstick::new(&robot, &campaign("nominal", set)).unwrap();
         let drawn = of(&["push.height_m={uniform=[-0.05, 0.1]}", "push.duration_s={normal=[0.06, 0.02]}"]);
         assert_eq!(drawn, of(&["push.height_m=0.025", "push.duration_s=0.06"]));
-        let heading = drawn.heading(0.0).unwrap();
+        let heading = drawn.heading(0.0);
         let factor = 1.0 / (1.0 + 0.025 / robot.home_com_height());
         assert!((heading.bound_one_step_at_height_n_s / heading.bound_one_step_n_s - factor).abs() < 1e-12);
         // For a push below the COM, the bound stays as it is.
@@ -154,7 +171,7 @@ mod tests {
         let robot = Robot::load("ut-mu2").unwrap();
         let (yardstick, no_step) = (Yardstick::new(&robot, &campaign("nominal", &[])).unwrap(), NoStep::new(&robot));
         for heading_deg in [-135.0, -20.0, 0.0, 70.0, 90.0, 180.0] {
-            let bound = yardstick.heading(heading_deg).unwrap().bound_no_step_n_s / yardstick.push_factor;
+            let bound = yardstick.heading(heading_deg).bound_no_step_n_s / yardstick.push_factor;
             let found = no_step.impulse_n_s(heading_deg).unwrap();
             assert!((found - bound).abs() < 1e-9, "{heading_deg}: {found}, not {bound}");
         }

@@ -15,11 +15,14 @@ const BOUND_EVERY_DEG: usize = 3;
 /// A bound: class in `figure.css`, name in the legend, and impulse (N s).
 type Bound = (&'static str, &'static str, fn(&Heading) -> f64);
 /// The bounds in the order in which they are drawn, one over the other.
-const BOUNDS: [Bound; 3] = [
+const BOUNDS: [Bound; 4] = [
+    ("bound ceiling", "the ceiling: a leap and more", |heading| heading.ceiling_n_s),
     ("bound many", "any number of footsteps, or none", |heading| heading.bound_n_step_n_s),
     ("bound one", "at most one footstep", |heading| heading.bound_one_step_n_s),
     ("bound none", "no footstep", |heading| heading.bound_no_step_n_s),
 ];
+/// Half the width of the marks up to which nothing was lost (degrees).
+const SAFE_DEG: f64 = 2.5;
 /// Points of fewer headings than this are not joined, since a line would say too much about the headings between.
 const JOINED: usize = 8;
 
@@ -28,7 +31,7 @@ const JOINED: usize = 8;
 pub fn write(path: &Path, limits: &[Limits]) -> Result<()> {
     let Limits { robot, campaign, yardstick, .. } = &limits[0];
     let headings = (0..360).step_by(BOUND_EVERY_DEG).map(|deg| yardstick.heading(deg as f64));
-    let bounds = headings.collect::<Result<Vec<Heading>>>()?;
+    let bounds: Vec<Heading> = headings.collect();
     let heading = format!("Largest recoverable impulse by heading: {robot}, campaign {campaign}");
     super::write(path, &heading, &[map(limits, &bounds), Panel::of_legend(&legend(limits))], 2)
 }
@@ -76,6 +79,11 @@ fn draw_set(panel: &mut Panel, limits: &Limits, set: usize, is_second: bool) {
     for heading in headings {
         let SetLimit { name, impulse50_n_s: most, ci95: [low, high], resolved, .. } = &heading.sets[set];
         let words = format!("{name}, {}\u{b0}: {most:.2} N s ({low:.2} to {high:.2}), {engine}", heading.heading_deg);
+        if let Some(safe_n_s) = heading.sets[set].safe_n_s {
+            let [from, to] = [-SAFE_DEG, SAFE_DEG].map(|turn| towards(heading.heading_deg + turn, safe_n_s));
+            let words = format!("{name}, {}\u{b0}: nothing lost up to {safe_n_s:.2} N s", heading.heading_deg);
+            panel.told(&words, |panel| panel.line("interval safe", from, to));
+        }
         let class = if *resolved { "" } else { "hollow" };
         panel.told(&words, |panel| match is_second {
             false => panel.circle(class, middle(heading), 4.0),
@@ -98,10 +106,13 @@ fn legend(limits: &[Limits]) -> Vec<Row> {
     }
     let mark = if limits.len() > 1 { "dot or diamond" } else { "dot" };
     note(&format!("{mark}: 50 % recover; bar: 95 %"));
+    if all(limits).any(|set| set.safe_n_s.is_some()) {
+        note("line across: nothing lost up to there");
+    }
     if all(limits).any(|set| !set.resolved) {
         note("hollow: not precise enough");
     }
-    note("A pendulum stays up with");
+    note("A pendulum stays up with (outermost: ceiling)");
     rows.extend(BOUNDS.map(|(class, words, _)| (class.into(), Sample::Area, words.into())));
     rows.push((String::new(), Sample::Nothing, "read from the middle along a heading".into()));
     rows

@@ -1,6 +1,6 @@
 //! The result of `standfast limit` as a table: the largest recoverable impulse by heading.
 
-use crate::campaign::limit::{Heading, Limits, SetLimit};
+use crate::campaign::limit::{FirstLoss, Heading, Limits, SetLimit};
 use crate::render::text::layout::signed;
 use std::fmt::Write;
 
@@ -39,9 +39,14 @@ fn beside_bounds(limits: &Limits) -> String {
         signed(1e3 * y.com_offset_m[1], 1)
     ));
     line(format!(
-        "footstep: takes {} s and reaches {} m fore and aft, {} to {} m sideways;\n          at home the feet are {:.3} m apart",
-        y.min_step_time_s, y.reach_m.forward, y.reach_m.inward, y.reach_m.outward, y.stance_width_m
+        "footstep: at home the feet are {:.3} m apart, and one can land, x ahead of the\n          other and y beside it,",
+        y.stance_width_m
     ));
+    for region in &y.reach {
+        let ([x0, x1], [y0, y1]) = (region.x_m, region.y_m);
+        let swing_time_s = region.swing_time_s;
+        line(format!("          {}: x {x0} to {x1} m, y {y0} to {y1} m, in {swing_time_s} s", region.name));
+    }
     line(format!(
         "push:     {:.0} ms long, so that the bounds are {:.3} times those of a push of no\n          duration; {} mm above the COM\n",
         1e3 * y.push_duration_s,
@@ -49,23 +54,23 @@ fn beside_bounds(limits: &Limits) -> String {
         signed(1e3 * y.push_height_m, 0)
     ));
     line(format!(
-        "{:>7}  {:>17}   {:18} {:>17} {:>5} {:>5}",
-        "", "bounds by footsteps", "", "50 % recover", "90 %", "of"
+        "{:>7} {:^17} {:>5} {:18} {:>17} {:>5} {:>5}",
+        "", "bounds by steps", "ceil-", "", "50 % recover", "90 %", "safe"
     ));
     line(format!(
-        "{:>7} {:>6} {:>6} {:>6}  {:18} {:>17} {:>5} {:>5}",
-        "heading", "none", "one", "any", "gain set", "(95 % interval)", "", "one"
+        "{:>7} {:>5} {:>5} {:>5} {:>5} {:18} {:>17} {:>5} {:>5}",
+        "heading", "none", "one", "any", "ing", "gain set", "(95 % interval)", "", "up to"
     ));
     for heading in &limits.headings {
-        let bounds = bounds_of(heading.heading_deg, heading, 1.0);
+        let bounds = bounds_of(heading, 1.0);
         let raised = y.height_factor < 1.0;
         let mut left = vec![bounds];
         if raised {
-            left.push(bounds_of(f64::NAN, heading, y.height_factor));
+            left.push(bounds_of(heading, y.height_factor));
         }
         for i in 0..heading.sets.len().max(left.len()) {
-            let bounds = left.get(i).cloned().unwrap_or_else(|| " ".repeat(28));
-            line(format!("{bounds}  {}", heading.sets.get(i).map_or(String::new(), set_of)).trim_end().into());
+            let bounds = left.get(i).cloned().unwrap_or_else(|| " ".repeat(31));
+            line(format!("{bounds} {}", heading.sets.get(i).map_or(String::new(), set_of)).trim_end().into());
         }
     }
     if y.height_factor < 1.0 {
@@ -75,29 +80,77 @@ fn beside_bounds(limits: &Limits) -> String {
         ));
     }
     line(marked(&[limits]));
+    line(lost_early(limits));
     line(format!(
         "Impulses are in N s. The bounds are the largest impulses from which a pendulum\n\
-         recovers with no footstep, with one, and with any number of them. `50 %\n\
-         recover` is the impulse from which the gain set recovers in half of the trials,\n\
-         `90 %` that of nine in ten, and `of one` the former over the bound with one\n\
-         footstep. {} episodes were run. The intervals are within +-{} N s, except\n\
-         where marked with *.",
-        limits.episodes, limits.precision_n_s
+         recovers with no footstep, with one, and with any number of them; it keeps its\n\
+         height and has no angular momentum. The ceiling grants the robot a leap with\n\
+         footsteps in flight, a turn of trunk and arms, and rocking, all at their best,\n\
+         and no delay. `50 % recover` is the impulse from which the gain set recovers in\n\
+         half of the trials, and `90 %` that of nine in ten. `safe up to` is the largest\n\
+         impulse of a grid of {} N s from which, and from all smaller ones, it always\n\
+         recovered, in {} for each impulse. {} episodes were run. The\n\
+         intervals are within +-{0} N s, except where marked with *.",
+        limits.precision_n_s,
+        match limits.replicas {
+            1 => "1 episode".into(),
+            replicas => format!("{replicas} episodes"),
+        },
+        limits.episodes
     ));
     text
 }
 
-/// The bounds at a heading, times `factor`. Without a heading (NaN), its column is empty.
-fn bounds_of(heading_deg: f64, heading: &Heading, factor: f64) -> String {
-    let name = if heading_deg.is_nan() { String::new() } else { format!("{heading_deg:.1}") };
+/// Limits above the ceiling, and holes: losses far below the limit, each with the command that repeats it.
+fn lost_early(limits: &Limits) -> String {
+    let mut text = String::new();
+    let all = limits.headings.iter().flat_map(|heading| heading.sets.iter().map(move |set| (heading, set)));
+    for (Heading { heading_deg, ceiling_n_s, .. }, set) in all.clone().filter(|(_, set)| set.above_ceiling) {
+        let SetLimit { name, ci95: [low, _], .. } = set;
+        _ = writeln!(
+            text,
+            "WARNING: {name} at {heading_deg:.1} degrees recovers from {low:.2} N s,\nabove the ceiling of {ceiling_n_s:.2} \
+             N s. The ceiling does not grant all that this\nrobot does, or the simulation is wrong."
+        );
+    }
+    for (heading, set) in all.filter(|(_, set)| set.has_hole()) {
+        let (Some(safe_n_s), Some(loss)) = (set.safe_n_s, set.first_loss) else { continue };
+        _ = writeln!(
+            text,
+            "hole: {} at {:.1} degrees is safe only up to {safe_n_s:.2} N s;\nto see the loss:\n  {}",
+            set.name,
+            heading.heading_deg,
+            replay(limits, &set.name, &loss)
+        );
+    }
+    text
+}
+
+/// The command that repeats a loss.
+fn replay(limits: &Limits, gains: &str, loss: &FirstLoss) -> String {
+    let Limits { campaign, seed, .. } = limits;
+    let FirstLoss { impulse_n_s, heading_deg, start_s, trial } = loss;
+    format!(
+        "standfast push --campaign {campaign} --seed {seed} --trial {trial} --gains {gains} \\\n  \
+         --impulse {impulse_n_s} --heading {heading_deg} --start {start_s}"
+    )
+}
+
+/// The bounds at a heading, times `factor`. Heading and ceiling, which has no factor, stand beside the bounds as they are.
+fn bounds_of(heading: &Heading, factor: f64) -> String {
     let [no, one, n] = [heading.bound_no_step_n_s, heading.bound_one_step_n_s, heading.bound_n_step_n_s];
-    format!("{name:>7} {:6.2} {:6.2} {:6.2}", factor * no, factor * one, factor * n)
+    let bounds = format!("{:5.2} {:5.2} {:5.2}", factor * no, factor * one, factor * n);
+    match factor {
+        1.0 => format!("{:>7.1} {bounds} {:5.2}", heading.heading_deg, heading.ceiling_n_s),
+        _ => format!("{:>7} {bounds} {:5}", "", ""),
+    }
 }
 
 /// The limits of a gain set.
 fn set_of(set: &SetLimit) -> String {
-    let ninety = set.impulse90_n_s.map_or("-".into(), |impulse| format!("{impulse:.2}"));
-    format!("{:18} {}{ninety:>5} {:5.2}", set.name, fifty_of(set), set.of_one_step_bound)
+    let or_dash = |impulse: Option<f64>| impulse.map_or("-".into(), |impulse| format!("{impulse:.2}"));
+    let [ninety, safe] = [set.impulse90_n_s, set.safe_n_s].map(or_dash);
+    format!("{:18} {}{ninety:>5} {safe:>5}", set.name, fifty_of(set))
 }
 
 /// The impulse with 50 % recovery and its interval, and a mark if that is too wide.
@@ -174,6 +227,10 @@ mod tests {
             impulse90_ci95: None,
             of_one_step_bound: impulse50_n_s / 5.0,
             resolved: impulse50_n_s < 9.0,
+            above_ceiling: impulse50_n_s > 9.0,
+            safe_n_s: Some(2.4),
+            first_loss: Some(FirstLoss { impulse_n_s: 2.5125, heading_deg: -0.75, start_s: 0.501, trial: 202_500 }),
+            safe_trials: 25,
             trials: 10,
             recovered: 5,
             fell: 5,
@@ -184,7 +241,7 @@ mod tests {
         let yardstick = Yardstick::new(&Robot::load("ut-mu2").unwrap(), &nominal).unwrap();
         let heading = |(heading_deg, of_sets): (f64, [f64; 2])| Heading {
             sets: ["hold", "paper:stepping.x=2"].into_iter().zip(of_sets).map(set).collect(),
-            ..yardstick.heading(heading_deg).unwrap()
+            ..yardstick.heading(heading_deg)
         };
         Limits {
             campaign: nominal.name,
@@ -194,6 +251,7 @@ mod tests {
             seed: 1,
             precision_n_s: 0.1,
             max_trials: 150,
+            replicas: 1,
             random: false,
             episodes: 40,
             headings: [0.0, 180.0].into_iter().zip(impulses_n_s).map(heading).collect(),
@@ -220,7 +278,15 @@ mod tests {
         }
         let alone = text(&[a]);
         assert!(alone.contains("engine:   Rapier 0.36.1, with a physics step of 2 ms\n"), "{alone}");
-        for text in [told, alone] {
+        let early = "hole: paper:stepping.x=2 at 0.0 degrees is safe only up to 2.40 N s;\nto see the loss:\n  \
+                     standfast push --campaign nominal --seed 1 --trial 202500 --gains paper:stepping.x=2 \\\n  \
+                     --impulse 2.5125 --heading -0.75 --start 0.501\n";
+        assert!(alone.contains(early) && !alone.contains("hole: hold"), "{alone}");
+        let above = "WARNING: paper:stepping.x=2 at 180.0 degrees recovers from 9.40 N s,\nabove the ceiling";
+        assert!(alone.contains(above) && alone.matches("WARNING").count() == 1, "{alone}");
+        // A command may be longer.
+        let alone: Vec<&str> = alone.lines().filter(|line| !line.starts_with("  standfast push")).collect();
+        for text in [told, alone.join("\n")] {
             assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
         }
     }
