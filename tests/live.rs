@@ -154,7 +154,7 @@ fn gain_sets_can_be_switched_with_a_foot_in_the_air() {
 #[test]
 fn a_snapshot_is_all_in_one_world() {
     let bench = Bench::new("catch");
-    let disturbance = Disturbance { pushes: vec![push(6.0, 0.0)], ..Disturbance::default() };
+    let disturbance = Disturbance { pushes: vec![push(7.0, 135.0)], ..Disturbance::default() };
     let how_long = (Until::Decided, 0.0);
     let mut drift_m = 0.0_f64;
     let mut drift = |tick: &standfast::episode::Tick| {

@@ -118,7 +118,7 @@ mod tests {
         for part in [
             "20 joints",
             "beside: x -150 to 150 mm, y 75 to 180 mm, in 0.15 s;\n           the motors of a leg need 0.146 s",
-            "in front: x 145 to 150 mm, y -75 to 75 mm, in 0.2 s, sideways from 0.25 of it on;",
+            "in front: x 105 to 130 mm, y -30 to 75 mm, in 0.2 s, sideways from 0.25 of it on;",
             "96.172 x 69.172 x 7.288 mm",
             "[battery_and_boards]",
             "outside its limits",

@@ -25,6 +25,7 @@ macro_rules! chapters {
         #[doc = "[gates]: crate::guide::gates"]
         #[doc = "[limits]: crate::guide::limits"]
         #[doc = "[measured]: crate::guide::measured"]
+        #[doc = "[robust-sets]: crate::guide::measured#robust-sets"]
         #[doc = "[paper]: crate::guide::paper"]
         #[doc = "[robots]: crate::guide::robots"]
         #[doc = "[error-backward.svg]: ../../../../../assets/pictures/error-backward.svg"]

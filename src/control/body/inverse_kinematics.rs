@@ -300,8 +300,8 @@ mod tests {
             let Followed { com, height, soles, leap, last } = follow(&robot, left, right);
             println!("{left:?} {right:?}: COM {com:.1e}, height {height:.1e}, soles {soles:.1e}, {leap:.3} {last:.1e}");
             assert!(leap < 0.2 && last < 1e-9, "{left:?} {right:?}: leaps by {leap} rad, in the end by {last}");
-            // The COM height deviates, and the feet on the ground do not.
-            assert!(com < 5e-3 && soles < 1e-3 && height > 1e-3, "{left:?} {right:?}: {com} {soles} {height}");
+            // The COM height deviates, the COM hardly does, and the feet on the ground do not.
+            assert!(com < 1e-2 && soles < 1e-3 && height > 1e-3, "{left:?} {right:?}: {com} {soles} {height}");
         }
     }
 }
