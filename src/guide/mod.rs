@@ -25,6 +25,7 @@ macro_rules! chapters {
         #[doc = "[gates]: crate::guide::gates"]
         #[doc = "[limits]: crate::guide::limits"]
         #[doc = "[measured]: crate::guide::measured"]
+        #[doc = "[estimate]: crate::guide::measured#the-estimate-in-flight-and-at-landing"]
         #[doc = "[robust-sets]: crate::guide::measured#robust-sets"]
         #[doc = "[paper]: crate::guide::paper"]
         #[doc = "[robots]: crate::guide::robots"]
