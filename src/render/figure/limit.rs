@@ -15,8 +15,7 @@ const BOUND_EVERY_DEG: usize = 3;
 /// A bound: class in `figure.css`, name in the legend, and impulse (N s).
 type Bound = (&'static str, &'static str, fn(&Heading) -> f64);
 /// The bounds in the order in which they are drawn, one over the other.
-const BOUNDS: [Bound; 4] = [
-    ("bound ceiling", "the ceiling: a leap and more", |heading| heading.ceiling_n_s),
+const BOUNDS: [Bound; 3] = [
     ("bound many", "any number of footsteps, or none", |heading| heading.bound_n_step_n_s),
     ("bound one", "at most one footstep", |heading| heading.bound_one_step_n_s),
     ("bound none", "no footstep", |heading| heading.bound_no_step_n_s),
@@ -112,7 +111,7 @@ fn legend(limits: &[Limits]) -> Vec<Row> {
     if all(limits).any(|set| !set.resolved) {
         note("hollow: not precise enough");
     }
-    note("A pendulum stays up with (outermost: ceiling)");
+    note("A pendulum stays up with");
     rows.extend(BOUNDS.map(|(class, words, _)| (class.into(), Sample::Area, words.into())));
     rows.push((String::new(), Sample::Nothing, "read from the middle along a heading".into()));
     rows
