@@ -84,7 +84,7 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
     let args = ["push", NOMINAL, "--gains=hold", "--height=0.02", "--json", &trial, &impulse, &heading, &start];
     let repeated: Value =
         serde_json::from_str(&text(&standfast(dir.path(), &args).success().get_output().stdout)).unwrap();
-    assert_eq!(repeated["outcome"], "fell", "{repeated}");
+    assert_eq!(repeated["outcome"], "Fell", "{repeated}");
     assert_eq!(episodes, number("/episodes"));
     assert!(episodes < 50.0, "{episodes}");
 

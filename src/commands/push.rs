@@ -115,10 +115,8 @@ fn the_pushes(
     robot: &Robot,
 ) -> Result<Vec<Push>> {
     let mut pushes = match (campaign, args.trial) {
-        (Some(campaign), Some(index)) => {
-            campaign.check_trial(index)?;
-            trial::pushes(campaign, index)
-        }
+        // Trials beyond those of the campaign are the ones with which `limit` searches.
+        (Some(campaign), Some(index)) => trial::pushes(campaign, index),
         _ => vec![Push { impulse_n_s: RobotScale::of(robot).first_push_n_s(), ..Push::default() }],
     };
     let base = pushes[0];
