@@ -4,7 +4,7 @@
 //! states from which the loop runs to the origin without the ZMP ever leaving Z. It is a polytope with finitely many
 //! rows (eq. 22). With a pole at -omega it is unbounded along the convergent mode, since the feedback does not read it.
 //!
-//! The set of a gain with a [`Spread`](super::disturbance::Spread) is the maximal robust one: the ZMP stays inside for
+//! The set of a gain with a [`Spread`] is the maximal robust one: the ZMP stays inside for
 //! all disturbances. Then the rows of each prediction are relative to Z less the spread at that prediction.
 
 use super::disturbance::Spread;

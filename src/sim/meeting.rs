@@ -28,7 +28,7 @@ pub struct Meeting {
 /// The pairs of links that collide.
 #[derive(Debug, Clone)]
 pub struct Pairs {
-    /// The limb of each link: [`TRUNK`], one of [`LEGS`], or a larger number for each arm.
+    /// The limb of each link: `TRUNK`, one of `LEGS`, or a larger number for each arm.
     pub limbs: Vec<usize>,
     /// Whether two links collide, by their indices into `Robot::links`. It is symmetric.
     collide: Vec<Vec<bool>>,

@@ -1,6 +1,6 @@
 //! Estimates the state of the robot from encoders, IMU and sole wrenches: posture, COM, COM velocity, ZMP, contact.
 //!
-//! The trunk is followed by its IMU ([`TrunkFilter`]), as is usual for legged robots (Bloesch et al. 2012, "State
+//! The trunk is followed by its IMU (`trunk.rs`), as is usual for legged robots (Bloesch et al. 2012, "State
 //! estimation for legged robots"): the accelerometer feels pushes, contacts and flight alike. The feet on the ground
 //! correct its position. The point of a sole under its centre of pressure is taken to rest on the ground where the foot
 //! was put down, even while the foot rocks on an edge. In flight nothing corrects, and a foot that comes down stands

@@ -1,7 +1,7 @@
 //! Footsteps that are planned anew at every tick while the foot is in the air. The paper leaves this out.
 //!
 //! A foot is lifted as soon as the state is in no CPI set and the DCM is outside of the support polygon. A robot that
-//! topples over the edge of its soles also has to lose its angular momentum ([`toppling`]), so it lifts a foot earlier.
+//! topples over the edge of its soles also has to lose its angular momentum (`toppling`), so it lifts a foot earlier.
 //! Of all footsteps, of either foot to any [landing region](LandingRegion), the one is taken that costs least
 //! ([`plan`]). Where the legs cross, the foot goes around the stance leg. At every tick from then on, landing place and
 //! ZMP are planned anew from the estimate, so both follow the DCM. The torques are those of the moving body
