@@ -81,9 +81,9 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
     let [trial, impulse, heading, start] =
         [("trial", "trial"), ("impulse", "impulse_n_s"), ("heading", "heading_deg"), ("start", "start_s")]
             .map(|(name, key)| option(name, key));
-    let args = ["push", NOMINAL, "--gains=hold", "--height=0.02", "--json", &trial, &impulse, &heading, &start];
+    let push = ["push", NOMINAL, "--gains=hold", "--height=0.02", "--json", &trial, &impulse, &heading, &start];
     let repeated: Value =
-        serde_json::from_str(&text(&standfast(dir.path(), &args).success().get_output().stdout)).unwrap();
+        serde_json::from_str(&text(&standfast(dir.path(), &push).success().get_output().stdout)).unwrap();
     assert_eq!(repeated["outcome"], "Fell", "{repeated}");
     assert_eq!(episodes, number("/episodes"));
     assert!(episodes < 50.0, "{episodes}");
