@@ -268,7 +268,7 @@ fn soles_slip_where_the_ground_is_slippery() {
 fn time_at_the_torque_limit_counts_while_upright() {
     let bench = Bench::new("catch");
     let mut limited = Vec::new();
-    for (scale, impulse_n_s, falls) in [(1.0, 1.0, false), (1.0, 5.5, true), (0.8, 5.5, true)] {
+    for (scale, impulse_n_s, falls) in [(1.0, 1.0, false), (1.0, 5.5, true), (0.6, 5.5, true)] {
         let variation = Variation { torque_scale: Some(scale), ..Variation::default() };
         let servos = variation.robot(&bench.robot).servos;
         let mut at_limit = Vec::new();
