@@ -142,11 +142,13 @@ impl Balance {
             landing.ago_s += dt;
         }
         self.switches += u32::from(decision.starts);
+        let is_landing = self.is_landing();
         let Self { design, body, .. } = self;
         let Design { family, robot, .. } = &**design;
         body.com.height = [design.com_height, 0.0, 0.0];
-        // In flight there is no ZMP and no pendulum, so the reference stays at the estimate.
-        if decision.starts || support.polygon.is_none() {
+        // In flight there is no ZMP and no pendulum, and an impact changes the velocity: the reference stays at the
+        // estimate.
+        if decision.starts || is_landing || support.polygon.is_none() {
             body.com.start(estimate);
         }
         let acceleration = body.com.advance(&family.pendulum, estimate, self.zmp_ref);
@@ -157,6 +159,12 @@ impl Balance {
         body.follow(robot, &family.pendulum, estimate, soles, command);
         carry(robot, estimate, &estimate.in_contact, self.zmp_ref, acceleration, &mut command.tau_ff);
         Ok(())
+    }
+
+    /// Whether the impact of the last landing goes on.
+    fn is_landing(&self) -> bool {
+        let (Some(landing), Some(footwork)) = (self.last_landing, &self.footwork) else { return false };
+        landing.ago_s < footwork.impact_s()
     }
 
     /// Lifts a foot for an imposed ZMP error (m, control frame) that does not come from the state, as in the paper's

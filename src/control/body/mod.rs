@@ -24,8 +24,8 @@ const FORGETTING_RATE: f64 = 10.0;
 const SHAPING_RATE: f64 = 1.0;
 /// Largest shift for sag (m). Sag is a few millimetres; a larger error has another cause.
 const MOST_SHAPING_M: f64 = 0.02;
-/// Largest speed at which the COM rises back to its home height (m/s).
-const RISING_M_S: f64 = 0.03;
+/// Largest speed at which the COM rises back to its home height (m/s). Quicker, the robot would leave the ground.
+pub const RISING_M_S: f64 = 0.03;
 
 /// The COM reference, world frame. Its horizontal part is integrated from eq. 1 and 2 and starts from the estimate at
 /// every switch. Unlike in the paper, it is drawn back to the estimate in between.

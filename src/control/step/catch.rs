@@ -11,7 +11,8 @@ use super::footwork::{Footwork, StepState};
 use super::quintic::Quintic;
 use super::swing::{PlannedFootstep, Swing, SwingTiming, Way};
 use crate::control::body::{
-    Body, BodyTargets, ContactModel, DesiredAcceleration, InverseDynamics, InverseKinematics, SoleReference, upright,
+    Body, BodyTargets, ContactModel, DesiredAcceleration, InverseDynamics, InverseKinematics, RISING_M_S,
+    SoleReference, upright,
 };
 use crate::control::design::Design;
 use crate::control::error::TickError;
@@ -24,6 +25,8 @@ use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 const LATE_TICKS: f64 = 5.0;
 /// Newton steps per tick for the posture at landing, which changes with the landing place.
 const AHEAD_STEPS: usize = 3;
+/// For so long after a landing its impact changes the velocity of the COM (s).
+const IMPACT_S: f64 = 0.02;
 /// Share of the angular momentum that a robot would have if all of it turned like its trunk. Legs on the ground turn
 /// less. From 0.35 to 0.8 the results of `standard` hardly differ.
 const TURNING_SHARE: f64 = 0.6;
@@ -62,6 +65,10 @@ impl CatchFootwork {
 impl Footwork for CatchFootwork {
     fn copy(&self) -> Box<dyn Footwork> {
         Box::new(self.clone())
+    }
+
+    fn impact_s(&self) -> f64 {
+        IMPACT_S
     }
 
     /// Lifts the foot whose footstep has the least cost. It lifts none while the DCM is inside of the support polygon,
@@ -162,7 +169,8 @@ impl CatchFootwork {
         }
         let height = &mut body.com.height;
         *height = if left_s > LATE_TICKS * dt {
-            Quintic::new(*height, self.at_landing.com_height(robot), 0.0, left_s).at(dt)
+            let at_landing = self.at_landing.com_height(robot).min(height[0] + RISING_M_S * left_s);
+            Quintic::new(*height, at_landing, 0.0, left_s).at(dt)
         } else {
             [height[0], 0.0, 0.0]
         };

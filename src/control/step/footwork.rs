@@ -29,6 +29,11 @@ pub trait Footwork: Debug + Send + Sync {
         command: &mut Command,
     ) -> Result<Point2<f64>, TickError>;
 
+    /// For how long after a landing the COM reference follows the estimate (s).
+    fn impact_s(&self) -> f64 {
+        0.0
+    }
+
     /// How the swing ends at this tick; None if it goes on.
     fn landing(&self, now: &Estimate, swing: &Swing) -> Option<Landing> {
         if swing.has_landed(now.load_n[swing.footstep.foot] > now.contact_load_n[0]) {
