@@ -146,9 +146,7 @@ impl CatchFootwork {
         let (foot, left_s, dt) = (swing.footstep.foot, swing.time_left_s(), pendulum.dt);
         let com = pendulum.com_in(left_s.max(0.0), estimate.com_xy(), estimate.com_vel_xy(), zmp);
         let mut soles = estimate.footholds;
-        soles[foot] = soles[foot.other()];
-        (soles[foot].translation.vector.x, soles[foot].translation.vector.y) =
-            (swing.footstep.to.x, swing.footstep.to.y);
+        soles[foot] = swing.landing();
         let targets = BodyTargets {
             com: Point3::new(com.x, com.y, now.design.com_height),
             rise: f64::INFINITY,
