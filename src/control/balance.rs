@@ -129,13 +129,18 @@ impl Balance {
     fn stand(&mut self, estimate: &mut Estimate, command: &mut Command) -> Result<(), TickError> {
         let Design { family, robot, .. } = &*self.design;
         let (com, dt) = (estimate.com_xy(), family.pendulum.dt);
-        let support = Support::of_estimate(robot, estimate);
+        let (design, last_landing) = (&self.design, self.last_landing);
+        let now = StepState { design, estimate, zmp_error: Vector2::zeros(), out_of_sets_s: 0.0, last_landing };
+        let lean = self.footwork.as_mut().map_or(Vector2::zeros(), |rule| rule.lean(&now, self.supervisor.margin));
+        let support = Support::of_leaning(robot, estimate, lean);
         let decision = self.supervisor.update(family, &support, com, estimate.com_vel_xy());
         self.zmp_ref = decision.zmp.unwrap_or(self.zmp_ref);
         self.out_of_sets_s = (!decision.held).then(|| self.out_of_sets_s.map_or(0.0, |s| s + dt));
-        if let Some(out_of_sets_s) = self.out_of_sets_s
-            && self.lift(estimate, self.supervisor.zmp_error(), out_of_sets_s)
-        {
+        let lifts = match self.out_of_sets_s {
+            Some(out_of_sets_s) => self.lift(estimate, self.supervisor.zmp_error(), out_of_sets_s),
+            None => self.lift_at_ease(estimate),
+        };
+        if lifts {
             return self.swing_on(estimate, command);
         }
         if let Some(landing) = &mut self.last_landing {
@@ -174,10 +179,25 @@ impl Balance {
     }
 
     fn lift(&mut self, estimate: &mut Estimate, zmp_error: Vector2<f64>, out_of_sets_s: f64) -> bool {
+        self.begin(estimate, zmp_error, out_of_sets_s, |rule, now, body| rule.lift(now, body))
+    }
+
+    fn lift_at_ease(&mut self, estimate: &mut Estimate) -> bool {
+        self.begin(estimate, Vector2::zeros(), 0.0, |rule, now, body| rule.lift_at_ease(now, body))
+    }
+
+    /// Begins the footstep, if any, that the footwork rule returns. Returns whether there is one.
+    fn begin(
+        &mut self,
+        estimate: &mut Estimate,
+        zmp_error: Vector2<f64>,
+        out_of_sets_s: f64,
+        footstep: impl FnOnce(&mut dyn Footwork, &StepState, &mut Body) -> Option<Swing>,
+    ) -> bool {
         let Some(footwork) = &mut self.footwork else { return false };
         let (design, last_landing) = (&self.design, self.last_landing);
         let now = StepState { design, estimate, zmp_error, out_of_sets_s, last_landing };
-        self.swing = footwork.lift(&now, &mut self.body);
+        self.swing = footstep(&mut **footwork, &now, &mut self.body);
         self.swing.iter().for_each(|swing| estimate.lift(swing.footstep.foot));
         self.swing.is_some()
     }

@@ -7,6 +7,10 @@
 //! where it comes down. The orientation comes from the IMU. Encoders and gyro give the motion of the COM against the
 //! trunk.
 //!
+//! The ground may slope, and the feet may stand at different heights. A foot that stands flat tells how its ground is
+//! inclined, and two such feet tell which of them is higher. A body sent to level footholds would lean against the slope
+//! with the whole stiffness of its joints.
+//!
 //! The paper estimates the COM with a Kalman filter on the pendulum (Sect. VI.A), which knows of no push and no flight.
 
 mod trunk;
@@ -24,6 +28,12 @@ const CONTACT_HEIGHT_M: [f64; 2] = [0.004, 0.007];
 /// Time constant with which the velocity of the COM follows its measurement (s). In between it follows the forces under
 /// the soles, which do not know of pushes, and encoders tell velocities with noise.
 const VELOCITY_LAG_S: f64 = 0.0022;
+/// Rate at which footholds follow the inclination and the difference in height of soles that stand flat (1/s).
+const GROUND_RATE: f64 = 10.0;
+/// Rate at which the mean height of the footholds is drawn to zero (1/s), where the home height of the COM starts.
+const LEVEL_RATE: f64 = 1.0;
+/// A foot stands flat if its centre of pressure lies within this share of its sole. On an edge the foot may rock.
+const FLAT_SHARE: f64 = 0.8;
 
 /// The state as the controller estimates it, world frame.
 #[derive(Debug, Clone)]
@@ -39,7 +49,7 @@ pub struct Estimate {
     pub zmp: Point2<f64>,
     /// Pose of each sole, at the centre of its contact face.
     pub soles: PerFoot<Pose>,
-    /// Where each foot stands, flat on the ground. For a foot in the air, where it stood last.
+    /// Where each foot stands, with the ground's inclination. For a foot in the air, where it stood last.
     pub footholds: PerFoot<Pose>,
     pub in_contact: PerFoot<bool>,
     /// Vertical force on each sole (N).
@@ -84,8 +94,16 @@ impl Estimate {
     /// Ends the flight of a foot: its foothold is where the foot is now. If it is not `on_ground`, the foot waits for
     /// its contact to be detected.
     pub fn land(&mut self, foot: Foot, on_ground: bool) {
-        self.footholds[foot] = flat(&self.soles[foot]);
+        self.put_down(foot);
         self.in_contact[foot] = on_ground;
+    }
+
+    /// Sets the foothold of a foot that comes down, on the plane of the other foothold: the foot itself may have come down
+    /// on an edge.
+    fn put_down(&mut self, foot: Foot) {
+        let (sole, other) = (&self.soles[foot], self.footholds[foot.other()]);
+        let place = along(&other, sole.translation.vector.xy().into());
+        self.footholds[foot] = Pose::from_parts(place.translation, inclined(sole, &other));
     }
 
     /// Sets a known posture. COM and COM velocity stay as they are.
@@ -185,6 +203,7 @@ impl Estimator {
         *com_vel += (measured - *com_vel) * -(-self.dt / VELOCITY_LAG_S).exp_m1();
         self.now.angular_vel = orientation * gyro;
         self.find_footholds(in_air);
+        self.feel_ground(robot, sensed);
         self.find_contact(robot, in_air);
     }
 
@@ -214,8 +233,29 @@ impl Estimator {
             let carries = self.now.load_n[foot] > self.now.contact_load_n[usize::from(stood)];
             self.stands[foot] = carries && in_air != Some(foot);
             if self.stands[foot] && !stood {
-                self.now.footholds[foot] = flat(&self.now.soles[foot]);
+                self.now.put_down(foot);
             }
+        }
+    }
+
+    /// Follows the ground under the feet that stand flat.
+    fn feel_ground(&mut self, robot: &Robot, sensed: &Sensed) {
+        let Estimate { footholds, soles, .. } = &mut self.now;
+        let flat = PerFoot::from_fn(|foot| {
+            let [x, y] = robot.soles[foot].half_m;
+            let pressed = pressure_point(&robot.soles[foot], sensed, foot);
+            self.stands[foot] && pressed.x.abs() < FLAT_SHARE * x && pressed.y.abs() < FLAT_SHARE * y
+        });
+        for foot in Foot::BOTH.into_iter().filter(|&foot| flat[foot]) {
+            let felt = inclined(&footholds[foot], &soles[foot]);
+            footholds[foot].rotation = footholds[foot].rotation.slerp(&felt, GROUND_RATE * self.dt);
+        }
+        let higher = |poses: &PerFoot<Pose>| poses.left.translation.z - poses.right.translation.z;
+        let apart = if flat.left && flat.right { higher(soles) - higher(footholds) } else { 0.0 };
+        let mean = 0.5 * (footholds.left.translation.z + footholds.right.translation.z);
+        for foot in Foot::BOTH {
+            let rate = 0.5 * foot.side() * apart * GROUND_RATE - mean * LEVEL_RATE;
+            footholds[foot].translation.z += rate * self.dt;
         }
     }
 
@@ -238,12 +278,12 @@ impl Estimator {
     /// Notes which soles are in contact. A sole that is about to touch the ground is, since it can carry load at once.
     fn find_contact(&mut self, robot: &Robot, in_air: Option<Foot>) {
         for foot in Foot::BOTH.into_iter().filter(|&f| in_air != Some(f)) {
-            let pose = &self.now.soles[foot];
-            let low = lowest_corner(&robot.soles[foot], pose);
+            let ground = self.now.footholds[foot.other()].translation.z;
+            let low = lowest_corner(&robot.soles[foot], &self.now.soles[foot]) - ground;
             let before = usize::from(self.now.in_contact[foot]);
             let touches = self.now.load_n[foot] > self.now.contact_load_n[before] || low < CONTACT_HEIGHT_M[before];
             if touches && !self.now.in_contact[foot] {
-                self.now.footholds[foot] = flat(pose);
+                self.now.put_down(foot);
             }
             self.now.in_contact[foot] = touches;
         }
@@ -275,6 +315,20 @@ fn flat(pose: &Pose) -> Pose {
     let yaw = heading(pose);
     let p = pose.translation.vector;
     Isometry3::from_parts(Vector3::new(p.x, p.y, 0.0).into(), UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw))
+}
+
+/// The orientation with the heading of one pose and the inclination of another one.
+fn inclined(headed: &Pose, on: &Pose) -> UnitQuaternion<f64> {
+    let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading(headed));
+    let normal = on.rotation * Vector3::z();
+    UnitQuaternion::rotation_between(&Vector3::z(), &normal).map_or(yaw, |tilt| tilt * yaw)
+}
+
+/// A sole that is moved along its own plane to `place` (m).
+pub fn along(sole: &Pose, place: Point2<f64>) -> Pose {
+    let (at, normal) = (sole.translation.vector, sole.rotation * Vector3::z());
+    let rise = -normal.xy().dot(&(place.coords - at.xy())) / normal.z;
+    Pose::from_parts(Vector3::new(place.x, place.y, at.z + rise).into(), sole.rotation)
 }
 
 /// A pose (of a foothold or a base) seen from above: horizontal position and heading.

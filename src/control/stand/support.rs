@@ -5,7 +5,7 @@
 use crate::control::estimate::{Estimate, control_frame};
 use crate::geometry::SupportPolygon;
 use crate::robot::{Foot, PerFoot, Pose, Robot};
-use nalgebra::{Isometry2, Point2};
+use nalgebra::{Isometry2, Point2, Vector2};
 
 /// The control frame, and the support polygon in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +20,11 @@ pub struct Support {
 impl Support {
     /// The support of the feet in contact, at their footholds.
     pub fn of(robot: &Robot, footholds: &PerFoot<Pose>, in_contact: &PerFoot<bool>) -> Self {
-        let frame = control_frame(footholds);
+        Self::about(control_frame(footholds), robot, footholds, in_contact)
+    }
+
+    /// The same support in another control frame.
+    fn about(frame: Isometry2<f64>, robot: &Robot, footholds: &PerFoot<Pose>, in_contact: &PerFoot<bool>) -> Self {
         let mut corners = [Point2::origin(); 8];
         let mut count = 0;
         for foot in Foot::BOTH.into_iter().filter(|&f| in_contact[f]) {
@@ -35,5 +39,13 @@ impl Support {
     /// The support according to an estimate.
     pub fn of_estimate(robot: &Robot, estimate: &Estimate) -> Self {
         Self::of(robot, &estimate.footholds, &estimate.in_contact)
+    }
+
+    /// The support according to an estimate of a robot that leans: its COM is to be at `lean` (m, world frame) from the
+    /// point midway between the soles' centres, and there is the origin.
+    pub fn of_leaning(robot: &Robot, estimate: &Estimate, lean: Vector2<f64>) -> Self {
+        let middle = control_frame(&estimate.footholds);
+        let frame = Isometry2::from_parts((middle.translation.vector + lean).into(), middle.rotation);
+        Self::about(frame, robot, &estimate.footholds, &estimate.in_contact)
     }
 }

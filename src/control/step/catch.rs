@@ -8,6 +8,7 @@
 //! ([`InverseDynamics`]), since a leg that swings within 0.2 s pushes the rest of the body off its course.
 
 use super::footwork::{Footwork, StepState};
+use super::home::WayHome;
 use super::quintic::Quintic;
 use super::swing::{PlannedFootstep, Swing, SwingTiming, Way};
 use crate::control::body::{
@@ -33,6 +34,8 @@ const TURNING_SHARE: f64 = 0.6;
 /// Share of the friction coefficient, and of each sole's length and width, that inverse dynamics uses.
 const FRICTION_SHARE: f64 = 0.75;
 const SOLE_SHARE: f64 = 0.98;
+/// A foot that goes home takes this many times as long as one that catches.
+const LEISURE: f64 = 2.0;
 
 /// The rule with the models by which it plans.
 #[derive(Debug, Clone)]
@@ -40,6 +43,9 @@ pub struct CatchFootwork {
     rules: Catching,
     /// Number of the landing region of the footstep in the air.
     region: usize,
+    way_home: WayHome,
+    /// Whether the footstep in the air goes home.
+    goes_home: bool,
     /// The posture at landing. Where the feet will be far apart, the legs reach the ground only with a lower body, so
     /// the body sinks during the swing. Pulled down only at the end, the robot would leave the ground.
     at_landing: InverseKinematics,
@@ -55,6 +61,8 @@ impl CatchFootwork {
         Self {
             rules,
             region: 0,
+            way_home: WayHome::default(),
+            goes_home: false,
             at_landing: InverseKinematics::new(robot),
             dynamics: InverseDynamics::new(robot, contact),
             wanted: DesiredAcceleration::rest(robot, PerFoot::default()),
@@ -75,6 +83,7 @@ impl Footwork for CatchFootwork {
     /// or when the other foot is not in contact.
     fn lift(&mut self, now: &StepState, body: &mut Body) -> Option<Swing> {
         let (rules, estimate, robot) = (self.rules, now.estimate, &now.design.robot);
+        self.way_home.give_up();
         if !now.has_waited(0.0, rules.pause_s) {
             return None;
         }
@@ -99,14 +108,27 @@ impl Footwork for CatchFootwork {
             }
         }
         let Candidate { foot, stance, number, way, swing_time_s, catch } = best?;
-        self.region = number;
-        body.com.start(estimate);
-        self.at_landing.start_at(body.posture());
-        body.com.height = [self.at_landing.com_height(robot), 0.0, 0.0];
+        (self.region, self.goes_home) = (number, false);
         let to = stance * Point2::from(to_side(foot, catch.place.into()));
+        Some(self.start(now, body, PlannedFootstep { foot, to, zmp_error: now.zmp_error }, way, swing_time_s))
+    }
+
+    fn lean(&mut self, now: &StepState, margin: f64) -> Vector2<f64> {
+        self.way_home.lean(now, margin)
+    }
+
+    /// Lifts the foot that goes home.
+    fn lift_at_ease(&mut self, now: &StepState, body: &mut Body) -> Option<Swing> {
+        let foot = self.way_home.unloaded(now)?;
+        self.way_home.give_up();
+        let (estimate, reach) = (now.estimate, &now.design.robot.reach);
+        let stance = on_ground(&estimate.footholds[foot.other()]);
+        let from = stance.inverse_transform_point(&estimate.footholds[foot].translation.vector.xy().into());
+        let (way, swing_time_s) = way_to(&reach[0], to_side(foot, from), reach)?;
+        (self.region, self.goes_home) = (0, true);
+        let to = stance * Point2::from(to_side(foot, problem(&reach[0], foot, now).home.into()));
         let footstep = PlannedFootstep { foot, to, zmp_error: now.zmp_error };
-        let timing = SwingTiming { swing_time_s, lift_m: rules.lift_m, late_s: rules.late_s };
-        Some(Swing::new(timing, way, footstep, &estimate.footholds))
+        Some(self.start(now, body, footstep, way, LEISURE * swing_time_s))
     }
 
     /// Plans landing place and ZMP anew until shortly before the landing, and then only the ZMP.
@@ -124,7 +146,10 @@ impl Footwork for CatchFootwork {
             problem = problem.landing_at(to_side(foot, stance.inverse_transform_point(&swing.footstep.to)));
         }
         let dcm = to_side(foot, stance.inverse_transform_point(&dcm_in(0.0, now)));
-        let catch = plan(&self.rules.weights, &problem, dcm, left_s.max(LATE_TICKS * pendulum.dt));
+        let left_or_late_s = left_s.max(LATE_TICKS * pendulum.dt);
+        let to_home = plan(&self.rules.weights, &problem.landing_at(problem.home), dcm, left_or_late_s);
+        self.goes_home &= to_home.miss == 0.0;
+        let catch = if self.goes_home { to_home } else { plan(&self.rules.weights, &problem, dcm, left_or_late_s) };
         if left_s > self.rules.settle_s {
             swing.aim(stance * Point2::from(to_side(foot, catch.place.into())));
         }
@@ -147,15 +172,29 @@ impl Footwork for CatchFootwork {
 }
 
 impl CatchFootwork {
+    /// Starts a swing with the body as it is.
+    fn start(
+        &mut self,
+        now: &StepState,
+        body: &mut Body,
+        footstep: PlannedFootstep,
+        way: Way,
+        swing_time_s: f64,
+    ) -> Swing {
+        let Catching { lift_m, late_s, .. } = self.rules;
+        body.com.start(now.estimate);
+        self.at_landing.start_at(body.posture());
+        body.com.height = [self.at_landing.com_height(&now.design.robot), 0.0, 0.0];
+        Swing::new(SwingTiming { swing_time_s, lift_m, late_s }, way, footstep, &now.estimate.footholds)
+    }
+
     /// Moves the COM height towards one at which the legs reach the landing place.
     fn lower_body(&mut self, now: &StepState, swing: &Swing, zmp: Point2<f64>, body: &mut Body) {
         let (robot, pendulum, estimate) = (&now.design.robot, &now.design.family.pendulum, now.estimate);
         let (foot, left_s, dt) = (swing.footstep.foot, swing.time_left_s(), pendulum.dt);
         let com = pendulum.com_in(left_s.max(0.0), estimate.com_xy(), estimate.com_vel_xy(), zmp);
         let mut soles = estimate.footholds;
-        soles[foot] = soles[foot.other()];
-        (soles[foot].translation.vector.x, soles[foot].translation.vector.y) =
-            (swing.footstep.to.x, swing.footstep.to.y);
+        soles[foot] = swing.landing();
         let targets = BodyTargets {
             com: Point3::new(com.x, com.y, now.design.com_height),
             rise: f64::INFINITY,

@@ -19,6 +19,18 @@ pub trait Footwork: Debug + Send + Sync {
     /// in the air.
     fn lift(&mut self, now: &StepState, body: &mut Body) -> Option<Swing>;
 
+    /// Where the COM of a robot that stands is to be, from the point midway between its feet (m, world frame). It is
+    /// called at every tick with no foot in the air. `margin` is that of the state in the slowest gain's CPI set.
+    fn lean(&mut self, _now: &StepState, _margin: f64) -> Vector2<f64> {
+        Vector2::zeros()
+    }
+
+    /// Returns the footstep that a robot at ease is to begin now, if any. It is called at every tick with the state in a
+    /// CPI set and no foot in the air.
+    fn lift_at_ease(&mut self, _now: &StepState, _body: &mut Body) -> Option<Swing> {
+        None
+    }
+
     /// Runs a tick with a foot in the air: moves `body`, writes the command, and may change where `swing` lands.
     /// Returns the desired ZMP (m, world frame). Fails if the equations of motion have no solution.
     fn swing(

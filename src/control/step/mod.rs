@@ -5,6 +5,7 @@
 
 pub mod catch;
 mod footwork;
+mod home;
 pub mod paper;
 mod quintic;
 mod swing;

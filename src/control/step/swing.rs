@@ -1,7 +1,7 @@
 //! A foot in the air: its smooth path to the landing place, and the detection of its landing by contact.
 
 use super::quintic::{Quintic, least_jerk};
-use crate::control::estimate::on_ground;
+use crate::control::estimate::{along, on_ground};
 use crate::robot::{Around, Foot, PerFoot, Pose, Robot};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
@@ -84,8 +84,8 @@ impl Swing {
     pub fn new(timing: SwingTiming, way: Way, footstep: PlannedFootstep, footholds: &PerFoot<Pose>) -> Self {
         let [from, foothold] = [footstep.foot, footstep.foot.other()].map(|foot| footholds[foot]);
         let stance = on_ground(&foothold);
-        let landing = Vector3::new(footstep.to.x, footstep.to.y, foothold.translation.z);
-        let to = Pose::from_parts(landing.into(), foothold.rotation);
+        let to = along(&foothold, footstep.to);
+        let landing = to.translation.vector;
         let local = |place: Vector3<f64>| {
             let over = stance.inverse_transform_point(&place.xy().into());
             [over.x, over.y, place.z]
@@ -103,16 +103,22 @@ impl Swing {
     /// Changes the landing place (m, world frame), starting from the present planned state; before it is due. An axis
     /// that has all but arrived stays.
     pub fn aim(&mut self, to: Point2<f64>) {
+        self.to = along(&self.to, to);
         let local = self.stance.inverse_transform_point(&to);
-        for k in 0..2 {
+        let end = [local.x, local.y, self.to.translation.z];
+        for (k, end) in end.into_iter().enumerate() {
             let [start_s, end_s] = self.moves[k].map(|share| share * self.timing.swing_time_s);
             let now_s = self.time_s.max(start_s);
             if now_s < end_s - ARRIVED * self.timing.swing_time_s {
-                self.path[k] = Quintic::new(self.path[k].at(now_s), local[k], now_s, end_s);
+                self.path[k] = Quintic::new(self.path[k].at(now_s), end, now_s, end_s);
             }
         }
         self.footstep.to = to;
-        (self.to.translation.x, self.to.translation.y) = (to.x, to.y);
+    }
+
+    /// The sole at its landing, world frame.
+    pub fn landing(&self) -> Pose {
+        self.to
     }
 
     /// State of one axis of the path (place, velocity, acceleration).

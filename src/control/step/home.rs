@@ -1,0 +1,99 @@
+//! The walk home. Footsteps that caught a push leave the feet where they landed: far apart, one ahead of the other, or
+//! crossed. A robot that has come to rest puts them beside each other again, so that the next push finds the stance that
+//! the first one found.
+//!
+//! One footstep is enough, because only the place of one foot beside the other matters. The standing rule first brings the
+//! COM over the stance foot ([`WayHome::lean`]); then the other foot is unloaded and can be lifted
+//! ([`WayHome::unloaded`]). A robot that is disturbed meanwhile gives up ([`WayHome::give_up`]) and stands or catches
+//! itself as ever.
+
+use super::footwork::StepState;
+use crate::control::estimate::{Estimate, control_frame, on_ground};
+use crate::robot::Foot;
+use nalgebra::{Point3, Vector2};
+
+/// The robot walks home after it has been at rest for this time, in multiples of 1/omega.
+const REST: f64 = 6.0;
+/// At rest, the state is in a CPI set, and the COM stays within this distance of a point, in COM heights. A body that
+/// still rises after a long stride is not at rest.
+const REST_WAY: f64 = 0.02;
+/// Speed at which the COM goes to the stance foot, in COM heights times omega.
+const LEAN_SPEED: f64 = 0.03;
+/// The foot is lifted when DCM and ZMP lie within this share of the stance sole; if they do not come there within the
+/// time of rest, the robot gives up.
+const OVER_SOLE: f64 = 0.6;
+/// The feet are at home if they are this near to their places, in lengths of a sole, and as parallel as this (rad).
+const HOME: f64 = 0.1;
+const PARALLEL_RAD: f64 = 0.1;
+
+/// How far the walk home has got.
+#[derive(Debug, Clone, Default)]
+pub struct WayHome {
+    /// For how long the robot has been at rest, or has waited over its stance foot (s).
+    rest_s: f64,
+    /// Where the COM was when it came to rest (m, world frame).
+    rest_at: Point3<f64>,
+    /// The foot that is to go home, and the share of the way from the middle of the feet to the other one that the
+    /// robot has leant.
+    leant: Option<(Foot, f64)>,
+}
+
+impl WayHome {
+    /// Where the COM is to be, from the point midway between the feet (m, world frame). `margin` is that of the last
+    /// tick's state in the slowest gain's CPI set.
+    pub fn lean(&mut self, now: &StepState, margin: f64) -> Vector2<f64> {
+        let Estimate { footholds, in_contact, com, .. } = now.estimate;
+        let pendulum = &now.design.family.pendulum;
+        let rests = || (com - self.rest_at).norm() < REST_WAY * now.design.com_height && !is_home(now);
+        if margin < 0.0 || !(in_contact.left && in_contact.right) || (self.leant.is_none() && !rests()) {
+            *self = Self { rest_at: *com, ..Self::default() };
+            return Vector2::zeros();
+        }
+        self.rest_s += pendulum.dt;
+        let has_rested = self.rest_s * pendulum.omega > REST;
+        let Some((foot, share)) = &mut self.leant else {
+            if has_rested {
+                // The foot that went last goes back the way that it came.
+                self.leant = Some((now.last_landing.map_or(Foot::Left, |landing| landing.foot), 0.0));
+            }
+            return Vector2::zeros();
+        };
+        let way = footholds[foot.other()].translation.vector.xy() - control_frame(footholds).translation.vector;
+        if *share < 1.0 {
+            let speed = LEAN_SPEED * now.design.com_height * pendulum.omega;
+            *share = (*share + speed * pendulum.dt / way.norm()).min(1.0);
+            self.rest_s = 0.0;
+        } else if has_rested {
+            self.give_up();
+            return Vector2::zeros();
+        }
+        way * *share
+    }
+
+    /// The foot to be lifted now, if the robot is over the other one.
+    pub fn unloaded(&self, now: &StepState) -> Option<Foot> {
+        let (foot, _) = self.leant?;
+        let stance = on_ground(&now.estimate.footholds[foot.other()]);
+        let dcm = now.estimate.com_xy() + now.estimate.com_vel_xy() / now.design.family.pendulum.omega;
+        let [x, y] = now.design.robot.soles[foot.other()].half_m;
+        let is_over = [dcm, now.estimate.zmp].into_iter().all(|point| {
+            let local = stance.inverse_transform_point(&point);
+            local.x.abs() < OVER_SOLE * x && local.y.abs() < OVER_SOLE * y
+        });
+        is_over.then_some(foot)
+    }
+
+    /// Back to the middle of the feet, to begin anew after the next rest.
+    pub fn give_up(&mut self) {
+        *self = Self::default();
+    }
+}
+
+/// Whether the feet stand beside each other as at home.
+fn is_home(now: &StepState) -> bool {
+    let (footholds, soles) = (&now.estimate.footholds, &now.design.robot.soles);
+    let [left, right] = [&footholds.left, &footholds.right];
+    let apart = control_frame(footholds).inverse() * (left.translation.vector - right.translation.vector).xy();
+    let turned = on_ground(right).rotation.rotation_to(&on_ground(left).rotation).angle();
+    (apart - now.design.stance).norm() < HOME * 2.0 * soles.left.half_m[0] && turned.abs() < PARALLEL_RAD
+}
