@@ -23,6 +23,8 @@ use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 const LATE_TICKS: f64 = 5.0;
 /// Newton steps per tick for the posture at landing, which changes with the landing place.
 const AHEAD_STEPS: usize = 3;
+/// [`SwingTiming::lead`]: a foot often comes down before its time, and then hits the ground at the speed of its path.
+const LEAD: f64 = 0.3;
 /// Share of each sole's length and width that inverse dynamics uses.
 const SOLE_SHARE: f64 = 0.98;
 
@@ -93,7 +95,7 @@ impl Footwork for CatchFootwork {
         body.com.height = [self.at_landing.com_height(robot), 0.0, 0.0];
         let to = stance * Point2::from(to_side(foot, catch.place.into()));
         let footstep = PlannedFootstep { foot, to, zmp_error: now.zmp_error };
-        let timing = SwingTiming { swing_time_s, lift_m: rules.lift_m, late_s: rules.late_s };
+        let timing = SwingTiming { swing_time_s, lift_m: rules.lift_m, lead: LEAD, late_s: rules.late_s };
         Some(Swing::new(timing, way, footstep, &estimate.footholds))
     }
 
