@@ -10,9 +10,9 @@ use crate::lipm::cpi_set::nesting_warning;
 use crate::lipm::gains::{FootworkRules, GainFamily, GainSet};
 use crate::lipm::pendulum::Pendulum;
 use crate::lipm::stepping::Stepping;
-use crate::robot::dynamics::{Dynamics, load_torques};
+use crate::robot::dynamics::load_torques;
 use crate::robot::{Command, GRAVITY, Kinematics, PerFoot, Pose, Robot};
-use nalgebra::{DVector, Matrix3, Vector2, Vector3};
+use nalgebra::{Vector2, Vector3};
 use std::sync::Arc;
 
 /// A gain set prepared for a robot. All episodes with that gain set and robot share it.
@@ -29,8 +29,6 @@ pub struct Design {
     pub(super) com_height: f64,
     /// Vector from the centre of the right sole to that of the left one at home (m), control frame.
     pub(super) stance: Vector2<f64>,
-    /// Inertia of the whole robot at home about its COM (kg m^2).
-    pub(super) inertia: Matrix3<f64>,
 }
 
 impl Design {
@@ -51,8 +49,7 @@ impl Design {
             None => {}
         }
         let (home, com_height) = (home_command(robot), robot.home_com_height());
-        let inertia = home_inertia(robot);
-        Ok(Self { robot: Arc::new(robot.clone()), family, warning, home, com_height, stance, inertia })
+        Ok(Self { robot: Arc::new(robot.clone()), family, warning, home, com_height, stance })
     }
 
     /// The same design with a patience of 0: a footstep starts at the first tick at which the state is in no CPI set.
@@ -68,15 +65,6 @@ impl Design {
     pub fn home_command(&self) -> &Command {
         &self.home
     }
-}
-
-/// Inertia of the whole robot at home about its COM (kg m^2), from the mass matrix about the base's origin.
-fn home_inertia(robot: &Robot) -> Matrix3<f64> {
-    let (kinematics, mut dynamics) = (home_kinematics(robot), Dynamics::new(robot));
-    dynamics.update(robot, &kinematics, &DVector::zeros(6 + robot.joints.len()));
-    let about_base = dynamics.mass_matrix().fixed_view::<3, 3>(3, 3).into_owned();
-    let lever = (kinematics.com() - kinematics.link_pose(0).translation.vector).coords.cross_matrix();
-    about_base + lever * lever * robot.mass()
 }
 
 /// Checks the paper's stepping rules against this robot and control period.

@@ -12,10 +12,11 @@
 //! midway between the feet, and s = 1 over the landing foot. For a given share, and for each axis alone, the problem
 //!
 //! ```text
-//! min over p in the sole, f within reach of  (dcm(T) - s f)^2 + w_zmp p^2 + w_place (f - home)^2
+//! min over p in the sole, f within reach of  (dcm(T) - s f)^2 + TIE (p^2 + (f - home)^2)
 //! ```
 //!
-//! has two variables in a box and a closed-form solution. Of several shares the one with the least cost is taken, where
+//! has two variables in a box and a closed-form solution. The small cost TIE only decides between equally good footsteps.
+//! Of several shares the one with the least cost is taken, where
 //! a DCM outside of the support polygon costs far more than the rest. Solved at every tick, landing place and ZMP
 //! follow the DCM.
 
@@ -28,7 +29,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Catching {
-    /// Height of the sole in the middle of the swing (m).
+    /// Largest height of the sole in a swing (m).
     pub lift_m: f64,
     /// Longest time for which a late foot goes on downward (s).
     pub late_s: f64,
@@ -40,17 +41,6 @@ pub struct Catching {
     /// Time before the landing from which the landing place is fixed (s). A foot that is redirected to the end lands
     /// fast.
     pub settle_s: f64,
-    pub weights: CatchingWeights,
-}
-
-/// Costs relative to those of the DCM's distance from the middle of its support, per metre squared.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CatchingWeights {
-    /// Distance of the ZMP from the middle of the stance sole.
-    pub zmp: f64,
-    /// Distance of the landing place from where the foot stands at home.
-    pub place: f64,
 }
 
 impl Catching {
@@ -62,8 +52,6 @@ impl Catching {
             ("pause_s", self.pause_s, 0.0, 1.0),
             ("transfer_s", self.transfer_s, 0.0, 1.0),
             ("settle_s", self.settle_s, 0.01, 2.0),
-            ("weights.zmp", self.weights.zmp, 1e-9, 1e9),
-            ("weights.place", self.weights.place, 1e-9, 1e9),
         ];
         Error::check_ranges(file, "catching", &ranges)
     }
@@ -112,12 +100,15 @@ pub struct CatchPlan {
 const SHARES: [f64; 6] = [0.5, 0.6, 0.7, 0.8, 0.9, 1.0];
 /// Cost of a DCM outside of the support, per metre (m). It exceeds all other costs.
 const MISS: f64 = 100.0;
+/// Cost of a ZMP away from the middle of the stance sole, and of a landing place away from home, relative to the cost of
+/// a DCM away from the middle of its support.
+const TIE: f64 = 1e-6;
 
 /// The best footstep with `time_s` (s) left until its landing, for a `dcm` now (m, in the frame of [`CatchProblem`]).
-pub fn plan(weights: &CatchingWeights, problem: &CatchProblem, dcm: Vector2<f64>, time_s: f64) -> CatchPlan {
-    let mut best = landing(weights, problem, dcm, time_s, SHARES[0]);
+pub fn plan(problem: &CatchProblem, dcm: Vector2<f64>, time_s: f64) -> CatchPlan {
+    let mut best = landing(problem, dcm, time_s, SHARES[0]);
     for share in &SHARES[1..] {
-        let catch = landing(weights, problem, dcm, time_s, *share);
+        let catch = landing(problem, dcm, time_s, *share);
         if catch.cost < best.cost {
             best = catch;
         }
@@ -126,21 +117,21 @@ pub fn plan(weights: &CatchingWeights, problem: &CatchProblem, dcm: Vector2<f64>
 }
 
 /// The best footstep for one share s.
-fn landing(weights: &CatchingWeights, problem: &CatchProblem, dcm: Vector2<f64>, time_s: f64, share: f64) -> CatchPlan {
+fn landing(problem: &CatchProblem, dcm: Vector2<f64>, time_s: f64, share: f64) -> CatchPlan {
     let growth = (problem.omega * time_s).exp();
     let mut catch = CatchPlan { zmp: Vector2::zeros(), place: Vector2::zeros(), dcm, miss: 0.0, cost: 0.0 };
     let mut outside = Vector2::zeros();
     for k in 0..2 {
         let most = (problem.sole[k] - problem.zmp_margin).max(0.0);
         let row = Vector2::new(1.0 - growth, -share);
-        let hessian = row * row.transpose() + Matrix2::new(weights.zmp, 0.0, 0.0, weights.place);
-        let linear = Vector2::new(0.0, weights.place * problem.home[k]) - row * (growth * dcm[k]);
+        let hessian = row * row.transpose() + Matrix2::identity() * TIE;
+        let linear = Vector2::new(0.0, TIE * problem.home[k]) - row * (growth * dcm[k]);
         let [zmp, place]: [f64; 2] = in_box(&hessian, &linear, [[-most, most], problem.reach[k]]).into();
         (catch.zmp[k], catch.place[k]) = (zmp, place);
         catch.dcm[k] = growth * (dcm[k] - zmp) + zmp;
         let off = catch.dcm[k] - share * place;
         outside[k] = (off.abs() - problem.sole[k]).max(0.0);
-        catch.cost += off * off + weights.zmp * zmp * zmp + weights.place * (place - problem.home[k]).powi(2);
+        catch.cost += off * off + TIE * (zmp * zmp + (place - problem.home[k]).powi(2));
     }
     catch.miss = outside.norm();
     catch.cost += MISS * catch.miss;
@@ -153,7 +144,6 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const WEIGHTS: CatchingWeights = CatchingWeights { zmp: 0.01, place: 0.01 };
     const PROBLEM: CatchProblem = CatchProblem {
         omega: 5.63,
         sole: [0.048, 0.035],
@@ -170,10 +160,10 @@ mod tests {
 
     #[test]
     fn a_push_forward_asks_for_a_foot_ahead_and_a_zmp_at_the_toes() {
-        let catch = plan(&WEIGHTS, &PROBLEM, pushed(0.09, 0.0), TIME_S);
+        let catch = plan(&PROBLEM, pushed(0.09, 0.0), TIME_S);
         assert!(catch.miss == 0.0 && catch.place.x > 0.12, "{catch:?}");
         assert!((catch.zmp.x - 0.045).abs() < 1e-12, "{catch:?}");
-        let back = plan(&WEIGHTS, &PROBLEM, pushed(-0.09, 0.0), TIME_S);
+        let back = plan(&PROBLEM, pushed(-0.09, 0.0), TIME_S);
         assert_eq!([back.place.x, back.zmp.x], [-catch.place.x, -catch.zmp.x]);
         assert_eq!(back.place.y, catch.place.y);
     }
@@ -181,8 +171,8 @@ mod tests {
     #[test]
     fn a_push_to_the_side_is_best_taken_by_the_foot_on_the_far_side() {
         // For 65 mm to the side, the foot on that side would have to land beyond its reach.
-        let near = plan(&WEIGHTS, &PROBLEM, pushed(0.0, 0.065), TIME_S);
-        let far = plan(&WEIGHTS, &PROBLEM, pushed(0.0, -0.065), TIME_S);
+        let near = plan(&PROBLEM, pushed(0.0, 0.065), TIME_S);
+        let far = plan(&PROBLEM, pushed(0.0, -0.065), TIME_S);
         // By hand: with the ZMP 32 mm to that side, the DCM ends at e^(omega T) (113.5 - 32) + 32 = 221.6 mm.
         let dcm = 0.032 + (PROBLEM.omega * TIME_S).exp() * (0.1135 - 0.032);
         assert!((near.miss - (dcm - 0.18 - 0.035)).abs() < 1e-12 && near.miss > 0.006, "{near:?}");
@@ -194,14 +184,13 @@ mod tests {
     #[test]
     fn what_is_decided_stays() {
         let place = Vector2::new(0.05, 0.1);
-        let catch = plan(&WEIGHTS, &PROBLEM.landing_at(place), pushed(0.06, 0.0), 0.05);
+        let catch = plan(&PROBLEM.landing_at(place), pushed(0.06, 0.0), 0.05);
         assert_eq!(catch.place, place);
     }
 
     #[test]
     fn errors_name_the_field_and_what_is_accepted() {
-        let good =
-            Catching { lift_m: 0.01, late_s: 0.1, pause_s: 0.03, transfer_s: 0.03, settle_s: 0.08, weights: WEIGHTS };
+        let good = Catching { lift_m: 0.01, late_s: 0.1, pause_s: 0.03, transfer_s: 0.03, settle_s: 0.08 };
         assert!(good.validate("g.toml").is_ok());
         for (bad, words) in [
             (Catching { lift_m: -0.01, ..good }, "lift_m = -0.01: out of range; accepted: 0 to 0.2"),
@@ -209,8 +198,6 @@ mod tests {
             (Catching { pause_s: 2.0, ..good }, "pause_s = 2: out of range; accepted: 0 to 1"),
             (Catching { transfer_s: 2.0, ..good }, "transfer_s = 2: out of range; accepted: 0 to 1"),
             (Catching { settle_s: 0.0, ..good }, "settle_s = 0: out of range; accepted: 0.01 to 2"),
-            (Catching { weights: CatchingWeights { zmp: 0.0, ..WEIGHTS }, ..good }, "weights.zmp = 0: out of range"),
-            (Catching { weights: CatchingWeights { place: -1.0, ..WEIGHTS }, ..good }, "weights.place = -1: out"),
         ] {
             let error = bad.validate("g.toml").unwrap_err().to_string();
             assert!(error.starts_with(&format!("g.toml: catching.{words}")), "{error}\nwanted: {words}");
@@ -226,7 +213,7 @@ mod tests {
             dcm in [-0.2..0.2f64, -0.1..0.25f64], time in 0.02..0.3f64, other in [-1.0..1.0f64, -1.0..1.0, 0.0..1.0, 0.0..1.0],
             share in 0..6_usize,
         ) {
-            let catch = landing(&WEIGHTS, &PROBLEM, dcm.into(), time, SHARES[share]);
+            let catch = landing(&PROBLEM, dcm.into(), time, SHARES[share]);
             let zmp = [0.045 * other[0], 0.032 * other[1]];
             let at = |k: usize, u: f64| PROBLEM.reach[k][0] + (PROBLEM.reach[k][1] - PROBLEM.reach[k][0]) * u;
             let place = [at(0, other[2]), at(1, other[3])];
@@ -234,7 +221,7 @@ mod tests {
             let cost = |zmp: [f64; 2], place: [f64; 2]| -> f64 {
                 (0..2).map(|k| {
                     let off = growth * (dcm[k] - zmp[k]) + zmp[k] - SHARES[share] * place[k];
-                    off * off + 0.01 * zmp[k] * zmp[k] + 0.01 * (place[k] - PROBLEM.home[k]).powi(2)
+                    off * off + TIE * (zmp[k] * zmp[k] + (place[k] - PROBLEM.home[k]).powi(2))
                 }).sum()
             };
             let mine = cost(catch.zmp.into(), catch.place.into());

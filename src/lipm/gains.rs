@@ -348,7 +348,7 @@ mod tests {
             format!("[stepping]\n{rules}\n{range}\n{weights}\n{lambda}\n")
         };
         let catching = "[catching]\nlift_m = 0.01\nlate_s = 0.1\npause_s = 0\ntransfer_s = 0\n\
-                        settle_s = 0.01\nweights = { zmp = 0.01, place = 0.01 }\n";
+                        settle_s = 0.01\n";
         assert!(parse(&set(&(gain("[0.2, 1, 5]") + catching))).is_ok());
         let two_rules = "catching = a table: needs standing = \"switching\" and excludes [stepping]; \
                          accepted: standing = \"switching\", no [stepping]";

@@ -1,12 +1,11 @@
 //! Footsteps that are planned anew at every tick while the foot is in the air. The paper leaves this out.
 //!
-//! A foot is lifted as soon as the state is in no CPI set and the DCM is outside of the support polygon. A robot that
-//! topples over the edge of its soles also has to lose its angular momentum (`toppling`), so it lifts a foot earlier.
-//! Of all footsteps, of either foot to any [landing region](LandingRegion), the one is taken that costs least
-//! ([`plan`]). Where the legs cross, the foot goes around the stance leg. At every tick from then on, landing place and
-//! ZMP are planned anew from the estimate, so both follow the DCM. The torques are those of the moving body
-//! ([`InverseDynamics`]), since a leg that swings within 0.2 s pushes the rest of the body off its course. A footstep home
-//! is led like any other one: as soon as it would not catch the DCM, its landing place is planned anew.
+//! A foot is lifted as soon as the state is in no CPI set and the DCM is outside of the support polygon. Of all
+//! footsteps, of either foot to any [landing region](LandingRegion), the one is taken that costs least ([`plan`]). Where
+//! the legs cross, the foot goes around the stance leg. At every tick from then on, landing place and ZMP are planned
+//! anew from the estimate, so both follow the DCM. The torques are those of the moving body ([`InverseDynamics`]), since
+//! a leg that swings within 0.2 s pushes the rest of the body off its course. A footstep home is led like any other one:
+//! as soon as it would not catch the DCM, its landing place is planned anew.
 
 use super::footwork::{Footwork, StepState};
 use super::home::WayHome;
@@ -20,7 +19,7 @@ use crate::control::design::Design;
 use crate::control::error::TickError;
 use crate::control::estimate::on_ground;
 use crate::lipm::catching::{CatchPlan, CatchProblem, Catching, plan};
-use crate::robot::{Command, Foot, GRAVITY, LandingRegion, PerFoot};
+use crate::robot::{Command, Foot, LandingRegion, PerFoot};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
 /// For a late foot, the plan assumes that it lands in this many ticks.
@@ -29,11 +28,9 @@ const LATE_TICKS: f64 = 5.0;
 const AHEAD_STEPS: usize = 3;
 /// For so long after a landing its impact changes the velocity of the COM (s).
 const IMPACT_S: f64 = 0.02;
-/// Share of the angular momentum that a robot would have if all of it turned like its trunk. Legs on the ground turn
-/// less. From 0.35 to 0.8 the results of `standard` hardly differ.
-const TURNING_SHARE: f64 = 0.6;
-/// Share of the friction coefficient, and of each sole's length and width, that inverse dynamics uses.
-const FRICTION_SHARE: f64 = 0.75;
+/// [`SwingTiming::lead`]: a foot often comes down before its time, and then hits the ground at the speed of its path.
+const LEAD: f64 = 0.3;
+/// Share of each sole's length and width that inverse dynamics uses.
 const SOLE_SHARE: f64 = 0.98;
 /// A foot that goes home takes this many times as long as one that catches.
 const LEISURE: f64 = 2.0;
@@ -58,7 +55,7 @@ impl CatchFootwork {
     /// For a checked design, whose robot states how far its feet reach.
     pub fn new(rules: Catching, design: &Design) -> Self {
         let robot = &*design.robot;
-        let contact = ContactModel { friction: FRICTION_SHARE * robot.friction, sole_share: SOLE_SHARE };
+        let contact = ContactModel { friction: robot.friction, sole_share: SOLE_SHARE };
         Self {
             rules,
             region: 0,
@@ -89,7 +86,7 @@ impl Footwork for CatchFootwork {
             return None;
         }
         let support = now.support();
-        if support.polygon?.contains(support.frame.inverse_transform_point(&(dcm_in(0.0, now) + toppling(now)))) {
+        if support.polygon?.contains(support.frame.inverse_transform_point(&dcm_in(0.0, now))) {
             return None;
         }
         let mut best: Option<Candidate> = None;
@@ -97,12 +94,12 @@ impl Footwork for CatchFootwork {
             let stance = on_ground(&estimate.footholds[foot.other()]);
             let carried = (estimate.load_n[foot] / (estimate.load_n.left + estimate.load_n.right)).clamp(0.0, 1.0);
             let transfer_s = if carried.is_finite() { carried * rules.transfer_s } else { 0.0 };
-            let dcm = to_side(foot, stance.inverse_transform_point(&(dcm_in(transfer_s, now) + toppling(now))));
+            let dcm = to_side(foot, stance.inverse_transform_point(&dcm_in(transfer_s, now)));
             let from =
                 to_side(foot, stance.inverse_transform_point(&estimate.footholds[foot].translation.vector.xy().into()));
             for (number, region) in robot.reach.iter().enumerate() {
                 let Some((way, swing_time_s)) = way_to(region, from, &robot.reach) else { continue };
-                let catch = plan(&rules.weights, &problem(region, foot, now), dcm, swing_time_s - transfer_s);
+                let catch = plan(&problem(region, foot, now), dcm, swing_time_s - transfer_s);
                 if best.as_ref().is_none_or(|best| catch.cost < best.catch.cost) {
                     best = Some(Candidate { foot, stance, number, way, swing_time_s, catch });
                 }
@@ -148,9 +145,9 @@ impl Footwork for CatchFootwork {
         }
         let dcm = to_side(foot, stance.inverse_transform_point(&dcm_in(0.0, now)));
         let left_or_late_s = left_s.max(LATE_TICKS * pendulum.dt);
-        let to_home = plan(&self.rules.weights, &problem.landing_at(problem.home), dcm, left_or_late_s);
+        let to_home = plan(&problem.landing_at(problem.home), dcm, left_or_late_s);
         self.goes_home &= to_home.miss == 0.0;
-        let catch = if self.goes_home { to_home } else { plan(&self.rules.weights, &problem, dcm, left_or_late_s) };
+        let catch = if self.goes_home { to_home } else { plan(&problem, dcm, left_or_late_s) };
         if left_s > self.rules.settle_s {
             swing.aim(stance * Point2::from(to_side(foot, catch.place.into())));
         }
@@ -186,7 +183,7 @@ impl CatchFootwork {
         body.com.start(now.estimate);
         self.at_landing.start_at(body.posture());
         body.com.height = [self.at_landing.com_height(&now.design.robot), 0.0, 0.0];
-        Swing::new(SwingTiming { swing_time_s, lift_m, late_s }, way, footstep, &now.estimate.footholds)
+        Swing::new(SwingTiming { swing_time_s, lift_m, lead: LEAD, late_s }, way, footstep, &now.estimate.footholds)
     }
 
     /// Moves the COM height towards one at which the legs reach the landing place.
@@ -217,19 +214,11 @@ impl CatchFootwork {
     }
 }
 
-/// The DCM (m, world frame) after `time_s` plus the delay from sensing to torque, if the ZMP stays where it is.
+/// The DCM (m, world frame) after `time_s`, if the ZMP stays where it is.
 fn dcm_in(time_s: f64, now: &StepState) -> Point2<f64> {
     let (estimate, omega) = (now.estimate, now.design.family.pendulum.omega);
     let dcm = estimate.com_xy() + estimate.com_vel_xy() / omega;
-    estimate.zmp + (dcm - estimate.zmp) * (omega * (time_s + now.design.robot.delay_s)).exp()
-}
-
-/// What the angular momentum of a robot that turns as a whole adds to its DCM (m, world frame): the moment that takes
-/// the momentum away shifts the ZMP. It is `omega / (m g) [L_y, -L_x]`.
-fn toppling(now: &StepState) -> Vector2<f64> {
-    let Design { robot, family, inertia, .. } = now.design;
-    let momentum = inertia * now.estimate.angular_vel * TURNING_SHARE;
-    Vector2::new(momentum.y, -momentum.x) * (family.pendulum.omega / (robot.mass() * GRAVITY))
+    estimate.zmp + (dcm - estimate.zmp) * (omega * time_s).exp()
 }
 
 /// A footstep that could be taken.

@@ -51,8 +51,12 @@ impl Footwork for PaperFootwork {
             return None;
         }
         let Stepping { swing_time_s, lift_m, late_s, .. } = *rules;
-        let swing =
-            Swing::new(SwingTiming { swing_time_s, lift_m, late_s }, Way::STRAIGHT, footstep, &estimate.footholds);
+        let swing = Swing::new(
+            SwingTiming { swing_time_s, lift_m, lead: 0.0, late_s },
+            Way::STRAIGHT,
+            footstep,
+            &estimate.footholds,
+        );
         let stance_sole = &now.design.robot.soles[footstep.foot.other()];
         self.plan = Some(StepPlan::new(family.pendulum.omega, rules, stance_sole, family.zmp_margin, &swing, estimate));
         Some(swing)
@@ -334,7 +338,8 @@ mod tests {
         estimate.com_vel = Vector3::new(com_vel[0], com_vel[1], 0.0);
         let Stepping { swing_time_s, lift_m, late_s, .. } = RULES;
         let footstep = PlannedFootstep { foot: Foot::Right, to: to.into(), zmp_error: Vector2::x() };
-        let swing = Swing::new(SwingTiming { swing_time_s, lift_m, late_s }, Way::STRAIGHT, footstep, &footholds);
+        let swing =
+            Swing::new(SwingTiming { swing_time_s, lift_m, lead: 0.0, late_s }, Way::STRAIGHT, footstep, &footholds);
         StepPlan::new(OMEGA, &RULES, &robot.soles.left, 0.003, &swing, &estimate)
     }
 

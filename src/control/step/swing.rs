@@ -17,8 +17,11 @@ const LATE_SPEED_M_S: f64 = 0.1;
 pub struct SwingTiming {
     /// Planned time from lift to landing (s).
     pub swing_time_s: f64,
-    /// Height of the sole in the middle of the swing (m).
+    /// Largest height of the sole (m).
     pub lift_m: f64,
+    /// How much sooner than in the middle of the swing the sole is highest: at the share u of the swing, it is as high as
+    /// it would otherwise be at `u + lead u (1 - u)`. From 0 to 1; with a lead, the foot rises fast and comes down slowly.
+    pub lead: f64,
     /// Longest time for which a late foot goes on downward (s).
     pub late_s: f64,
 }
@@ -128,7 +131,7 @@ impl Swing {
 
     /// Place, velocity and acceleration over the ground, world frame.
     fn over_ground(&self) -> [Vector2<f64>; 3] {
-        let (x, y, arc) = (self.axis(0), self.axis(1), self.bump(self.arc_m));
+        let (x, y, arc) = (self.axis(0), self.axis(1), self.bump(self.arc_m, 0.0));
         let turned = |i: usize| self.stance.rotation * Vector2::new(x[i] + arc[i], y[i]);
         [self.stance.translation.vector + turned(0), turned(1), turned(2)]
     }
@@ -141,7 +144,7 @@ impl Swing {
     /// Acceleration of the swing sole (m/s^2), world frame.
     pub fn sole_acc(&self) -> Vector3<f64> {
         let [.., over] = self.over_ground();
-        let [.., bump] = self.bump(self.timing.lift_m);
+        let [.., bump] = self.bump(self.timing.lift_m, self.timing.lead);
         Vector3::new(over.x, over.y, self.axis(2)[2] + bump)
     }
 
@@ -149,7 +152,7 @@ impl Swing {
     pub fn sole(&self) -> (Pose, Vector3<f64>) {
         let ([at, vel, _], [z, vz, _]) = (self.over_ground(), self.axis(2));
         let ([x, y], [vx, vy]): ([f64; 2], [f64; 2]) = (at.into(), vel.into());
-        let [bump, bump_rate, _] = self.bump(self.timing.lift_m);
+        let [bump, bump_rate, _] = self.bump(self.timing.lift_m, self.timing.lead);
         let late_s = (self.time_s - self.timing.swing_time_s).max(0.0);
         let late_speed = if late_s > 0.0 { LATE_SPEED_M_S } else { 0.0 };
         let place = Vector3::new(x, y, z + bump - LATE_SPEED_M_S * late_s);
@@ -158,18 +161,21 @@ impl Swing {
         (Pose::from_parts(place.into(), rotation), Vector3::new(vx, vy, vz + bump_rate - late_speed))
     }
 
-    /// A smooth bump of `height_m` (m) in the middle of the swing, with rate and acceleration (m, m/s, m/s^2). Both ends
-    /// have zero height and rate.
-    fn bump(&self, height_m: f64) -> [f64; 3] {
+    /// A smooth bump of `height_m` (m) on the way, with rate and acceleration (m, m/s, m/s^2). Both ends have zero height
+    /// and rate. `lead` is that of [`SwingTiming`].
+    fn bump(&self, height_m: f64, lead: f64) -> [f64; 3] {
         let duration = self.timing.swing_time_s;
         let u = self.time_s / duration;
         if u >= 1.0 {
             return [0.0; 3];
         }
+        let (w, rate) = (u + lead * u * (1.0 - u), 1.0 + lead * (1.0 - 2.0 * u));
+        let slope = 32.0 * height_m * w * (1.0 - w) * (1.0 - 2.0 * w);
+        let curvature = 32.0 * height_m * (1.0 - 6.0 * w + 6.0 * w * w);
         [
-            16.0 * height_m * (u * (1.0 - u)).powi(2),
-            32.0 * height_m * u * (1.0 - u) * (1.0 - 2.0 * u) / duration,
-            32.0 * height_m * (1.0 - 6.0 * u + 6.0 * u * u) / (duration * duration),
+            16.0 * height_m * (w * (1.0 - w)).powi(2),
+            slope * rate / duration,
+            (curvature * rate * rate - 2.0 * lead * slope) / (duration * duration),
         ]
     }
 
@@ -200,7 +206,7 @@ mod tests {
     use crate::control::estimate::heading;
     use nalgebra::UnitQuaternion;
 
-    const TIMING: SwingTiming = SwingTiming { swing_time_s: 0.2, lift_m: 0.025, late_s: 0.12 };
+    const TIMING: SwingTiming = SwingTiming { swing_time_s: 0.2, lift_m: 0.025, lead: 0.5, late_s: 0.12 };
     const DT: f64 = 0.002;
 
     fn flat(x: f64, y: f64, yaw: f64) -> Pose {
@@ -228,12 +234,24 @@ mod tests {
         assert!((end.translation.vector - Vector3::new(-0.1, -0.13, 0.0)).norm() < 1e-12);
         // It lands parallel to the stance foot.
         assert!((heading(&end) - 0.1).abs() < 1e-12 && velocity.norm() < 1e-12);
-        let (middle, _) = at(0.5 * TIMING.swing_time_s).sole();
-        assert!((middle.translation.z - TIMING.lift_m).abs() < 1e-15);
     }
 
     #[test]
-    fn the_sole_velocity_is_the_slope_of_its_way_and_the_sole_stays_above_the_ground() {
+    fn with_a_lead_the_sole_is_highest_early_and_comes_down_slowly() {
+        let without = |time_s: f64| Swing { timing: SwingTiming { lead: 0.0, ..TIMING }, ..at(time_s) };
+        let due = TIMING.swing_time_s;
+        assert!((without(0.5 * due).sole().0.translation.z - TIMING.lift_m).abs() < 1e-15);
+        // u + 1/2 u (1 - u) is 1/2 at u = (3 - sqrt 5) / 2.
+        let (highest, velocity) = at(0.5 * (3.0 - 5.0_f64.sqrt()) * due).sole();
+        assert!((highest.translation.z - TIMING.lift_m).abs() < 1e-15 && velocity.z.abs() < 1e-12);
+        for left_s in [0.01, 0.02, 0.03] {
+            let [slow, fast] = [at(due - left_s), without(due - left_s)].map(|swing| -swing.sole().1.z);
+            assert!(slow > 0.0 && slow < 0.6 * fast, "{left_s} s before the landing: {slow}, not {fast} m/s");
+        }
+    }
+
+    #[test]
+    fn velocity_and_acceleration_of_the_sole_are_slopes_and_it_stays_above_the_ground() {
         for k in 1..160 {
             let time = f64::from(k) * DT;
             let place = |time: f64| at(time).sole().0.translation.vector;
@@ -245,6 +263,8 @@ mod tests {
             }
             if time < TIMING.swing_time_s {
                 assert!(pose.translation.z > 0.0, "{time} s: {pose}");
+                let slope = (at(time + 1e-6).sole().1 - at(time - 1e-6).sole().1) / 2e-6;
+                assert!((at(time).sole_acc() - slope).norm() < 1e-4, "{time} s");
             }
         }
     }

@@ -343,7 +343,7 @@ mod tests {
         assert!(!text.contains("footstep left") && !text.contains("switches"), "{text}");
         // A landing stops a joint with its full torque.
         let [_, text] = story("catch", 5.0, 0.0);
-        assert!(read(&text).contains("a footstep was needed footstep left foot: lifted at t = 0.52"), "{text}");
+        assert!(read(&text).contains("a footstep was needed footstep left foot: lifted at t = 0.53"), "{text}");
         assert!(
             read(&text).contains("was the first joint at its limit, at t = 0.") && !text.contains("The peak"),
             "{text}"
