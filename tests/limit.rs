@@ -41,7 +41,6 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
         ("/reach/0/x_m/1", 0.15, 0.0),
         ("/reach/0/y_m/1", 0.18, 0.0),
         ("/reach/1/y_m/0", -0.03, 0.0),
-        ("/agility/leg_stroke_m", 0.02, 0.005),
         ("/push_duration_s", 0.05, 0.0),
         ("/push_height_m", 0.02, 0.0),
         ("/height_factor", 1.0 / (1.0 + 0.02 / 0.31), 1e-3),
@@ -70,8 +69,6 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
         assert!((of("first_loss/heading_deg") - 180.0 * f64::from(heading)).abs() <= 1.0);
         assert!((0.0..0.002).contains(&(of("first_loss/start_s") - 0.5)));
         assert_eq!(of("safe_trials"), (safe / 0.4).round() + 1.0);
-        assert!(of("ci95/1") < number(&format!("/headings/{heading}/ceiling_n_s")));
-        assert_eq!(json.pointer(&format!("/headings/{heading}/sets/0/above_ceiling")), Some(&Value::Bool(false)));
         assert_eq!(of("trials"), ["recovered", "fell", "timed_out", "diverged"].map(of).iter().sum::<f64>());
         episodes += of("trials") + of("safe_trials");
     }

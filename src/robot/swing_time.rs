@@ -239,25 +239,3 @@ pub fn least_swing_time_s(robot: &Robot, region: &LandingRegion) -> Option<f64> 
     }
     Some(most)
 }
-
-/// How the legs can lift the pelvis from home, level and with the soles at their places: the way until one of them is
-/// straight (m), and the speed at home at which the first motor has no torque left (m/s). It is less further up.
-pub fn leg_stroke(robot: &Robot) -> (f64, f64) {
-    let mut swing = Swing::at_home(robot, Foot::Left);
-    let mut rises = |way_m: f64| {
-        (swing.sink_m, swing.posture) = (-way_m, swing.home.clone());
-        swing.posture(1.0).map(|posture| posture.q.clone())
-    };
-    let (mut reached_m, mut missed_m) = (0.0, robot.home_com_height());
-    while missed_m - reached_m > 1e-5 {
-        let middle_m = 0.5 * (reached_m + missed_m);
-        *(if rises(middle_m).is_some() { &mut reached_m } else { &mut missed_m }) = middle_m;
-    }
-    let little_m = 0.05 * reached_m;
-    let speed = |(j, q): (usize, &f64)| {
-        robot.servos[j].no_torque_speed_rad_s * little_m / (q - robot.home_rad[j]).abs().max(f64::MIN_POSITIVE)
-    };
-    let higher = rises(little_m);
-    let speeds = higher.iter().flat_map(|q| q.iter().enumerate().map(speed));
-    (reached_m, if reached_m > 0.0 { speeds.fold(f64::INFINITY, f64::min) } else { 0.0 })
-}

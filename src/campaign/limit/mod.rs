@@ -1,11 +1,11 @@
 //! The largest recoverable impulse by heading, beside the bounds of the pendulum ([`crate::lipm::capture`]).
 //!
 //! For each gain set and heading, a [psychometric search](crate::stats::psychometric) finds the impulse with 50 %
-//! recovery. A second one goes up from small impulses to the first that is lost: below it nothing was. Each of their trials is a trial of the campaign with another impulse and heading of the push. Trial k at a
-//! heading has the same noise and variations for every gain set. The searches run in parallel and independently of each
-//! other, so the result does not depend on the number of threads.
+//! recovery. A second one goes up from small impulses to the first that is lost: below it nothing was. Each of their
+//! trials is a trial of the campaign with another impulse and heading of the push. Trial k at a heading has the same
+//! noise and variations for every gain set. The searches run in parallel and independently of each other, so the result
+//! does not depend on the number of threads.
 
-mod agility;
 mod search;
 mod yardstick;
 
@@ -127,7 +127,6 @@ impl<'a> Searches<'a> {
                 set: s,
                 heading_deg: heading.heading_deg,
                 bound_one_step_n_s: heading.bound_one_step_n_s,
-                ceiling_n_s: heading.ceiling_n_s,
                 first_trial: h as u64 * TRIALS_APART,
                 replicas: options.replicas,
                 stop,

@@ -23,8 +23,6 @@ pub struct SetLimit {
     pub of_one_step_bound: f64,
     /// Whether the interval of `impulse50_n_s` is as narrow as requested.
     pub resolved: bool,
-    /// Whether even the lower end of the interval lies above the ceiling: then the ceiling is wrong, or the simulation.
-    pub above_ceiling: bool,
     /// The largest impulse of the grid up to which nothing was lost; None if that was not searched for.
     pub safe_n_s: Option<f64>,
     /// The loss at which that search ended; None if nothing was lost, or not searched for.
@@ -103,7 +101,6 @@ pub(super) struct Search<'a> {
     pub heading_deg: f64,
     /// The pendulum's bound with one footstep (N s).
     pub bound_one_step_n_s: f64,
-    pub ceiling_n_s: f64,
     pub replicas: u64,
     /// Index of the search's trial 0 in the campaign.
     pub first_trial: u64,
@@ -141,7 +138,6 @@ impl Search<'_> {
             impulse90_ci95: random.then_some(impulse90.ci95),
             of_one_step_bound: impulse50.at_n_s / self.bound_one_step_n_s,
             resolved: posterior.is_resolved(),
-            above_ceiling: impulse50.ci95[0] > self.ceiling_n_s,
             safe_n_s: (self.replicas > 0).then_some(safe.up_to_n_s),
             first_loss: safe.first_loss,
             safe_trials: safe.trials,

@@ -1,10 +1,9 @@
 //! The bounds of the pendulum: the largest impulses that it can take standing, with one footstep, and with any number.
 
 use crate::campaign::ask::spec::Campaign;
-use crate::campaign::limit::agility::AtHome;
 use crate::campaign::limit::search::SetLimit;
 use crate::error::{Error, Result};
-use crate::lipm::capture::{self, Agility, PushOff, Region, SteppingPendulum};
+use crate::lipm::capture::{self, Region, SteppingPendulum};
 use crate::robot::{Foot, Kinematics, LandingRegion, PerFoot, Robot};
 use crate::sim::Profile;
 use nalgebra::Point2;
@@ -26,11 +25,6 @@ pub struct Yardstick {
     pub stance_width_m: f64,
     /// Where a foot can land, and how soon.
     pub reach: Vec<LandingRegion>,
-    /// What lets the robot do more than the pendulum.
-    pub agility: Agility,
-    /// How hard the legs can push off, every [`PUSH_OFF_EVERY_DEG`] degrees.
-    #[serde(skip)]
-    push_off: Vec<PushOff>,
     /// Mean duration in the campaign.
     pub push_duration_s: f64,
     /// Mean height above the COM in the campaign.
@@ -50,17 +44,12 @@ pub struct Heading {
     pub bound_no_step_n_s: f64,
     pub bound_one_step_n_s: f64,
     pub bound_n_step_n_s: f64,
-    /// What no robot like this one can pass, by all that is granted to it in [`crate::lipm::capture`].
-    pub ceiling_n_s: f64,
     /// The bounds multiplied by `height_factor`.
     pub bound_no_step_at_height_n_s: f64,
     pub bound_one_step_at_height_n_s: f64,
     pub bound_n_step_at_height_n_s: f64,
     pub sets: Vec<SetLimit>,
 }
-
-/// Distance between the headings for which the forces of the legs are computed (degrees).
-const PUSH_OFF_EVERY_DEG: f64 = 15.0;
 
 impl Yardstick {
     /// For a robot at home and the mean push of a campaign. It fails if the reach of the feet is not known.
@@ -82,9 +71,6 @@ impl Yardstick {
             Foot::BOTH.map(|foot| robot.soles[foot].half_m[axis]).into_iter().fold(f64::INFINITY, f64::min)
         });
         let (push_duration_s, push_height_m) = (campaign.push.duration_s.mean(), campaign.push.height_m.mean());
-        let at_home = AtHome::new(robot);
-        let headings = (0..(360.0 / PUSH_OFF_EVERY_DEG) as usize).map(|i| PUSH_OFF_EVERY_DEG * i as f64);
-        let push_off = headings.map(|heading_deg| at_home.push_off(heading_deg)).collect();
         let push_factor = match campaign.push.profile {
             Profile::Rectangular => capture::rectangular_push_factor,
             Profile::HalfSine => capture::half_sine_push_factor,
@@ -98,8 +84,6 @@ impl Yardstick {
             sole_y_m: [-half_m[1], half_m[1]],
             stance_width_m: (centre.left.y - centre.right.y).abs(),
             reach: robot.reach.clone(),
-            agility: at_home.agility(),
-            push_off,
             push_duration_s,
             push_height_m,
             push_profile: campaign.push.profile,
@@ -123,9 +107,7 @@ impl Yardstick {
         };
         let bounds = pendulum.bounds(heading_deg);
         let [no, one, n] = [bounds.no_step_n_s, bounds.one_step_n_s, bounds.n_step_n_s].map(|j| j * self.push_factor);
-        let ceiling_n_s = pendulum.ceiling_n_s(heading_deg, &self.agility, &self.push_off(heading_deg));
         Heading {
-            ceiling_n_s: ceiling_n_s * self.push_factor,
             heading_deg,
             bound_no_step_n_s: no,
             bound_one_step_n_s: one,
@@ -135,14 +117,6 @@ impl Yardstick {
             bound_n_step_at_height_n_s: n * self.height_factor,
             sets: Vec::new(),
         }
-    }
-
-    /// The larger forces of the two headings between which this one is.
-    fn push_off(&self, heading_deg: f64) -> PushOff {
-        let at = heading_deg.rem_euclid(360.0) / PUSH_OFF_EVERY_DEG;
-        let [a, b] = [at.floor(), at.ceil()].map(|i| self.push_off[i as usize % self.push_off.len()]);
-        let larger = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|i| a[i].max(b[i]));
-        PushOff { both: larger(a.both, b.both), left: larger(a.left, b.left), right: larger(a.right, b.right) }
     }
 }
 

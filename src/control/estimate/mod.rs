@@ -43,8 +43,6 @@ pub struct Estimate {
     kinematics: Kinematics,
     pub com: Point3<f64>,
     pub com_vel: Vector3<f64>,
-    /// Angular velocity of the trunk (rad/s), world frame.
-    pub angular_vel: Vector3<f64>,
     /// ZMP from the sole wrenches (m); it keeps its last value while no foot is loaded.
     pub zmp: Point2<f64>,
     /// Pose of each sole, at the centre of its contact face.
@@ -70,7 +68,6 @@ impl Estimate {
             kinematics,
             com,
             com_vel: Vector3::zeros(),
-            angular_vel: Vector3::zeros(),
             zmp: com.xy(),
             soles,
             footholds: soles,
@@ -155,10 +152,21 @@ pub struct Estimator {
 impl Estimator {
     /// For a robot at rest in the state of `start`, with a control period `dt` (s).
     pub fn new(robot: &Robot, dt: f64, start: Estimate) -> Self {
-        let trunk = start.kinematics.link_pose(robot.trunk);
-        let lever = trunk.inverse_transform_point(&start.com).coords;
-        let trunk = TrunkFilter::new(robot, dt, trunk.translation.vector);
-        Self { mass: robot.mass(), dt, trunk, lever, stands: PerFoot { left: true, right: true }, now: start }
+        let trunk = TrunkFilter::new(robot, dt, Vector3::zeros());
+        let stands = PerFoot { left: true, right: true };
+        let mut estimator = Self { mass: robot.mass(), dt, trunk, lever: Vector3::zeros(), stands, now: start };
+        estimator.rest(robot);
+        estimator
+    }
+
+    /// Sets COM and trunk to rest where the posture has them, with the ZMP below the COM.
+    fn rest(&mut self, robot: &Robot) {
+        let now = &mut self.now;
+        now.com = now.kinematics.com();
+        (now.com_vel, now.zmp) = (Vector3::zeros(), now.com.xy());
+        let trunk = now.kinematics.link_pose(robot.trunk);
+        self.lever = trunk.inverse_transform_point(&now.com).coords;
+        (self.trunk.position, self.trunk.velocity) = (trunk.translation.vector, Vector3::zeros());
     }
 
     /// Starts anew, at rest in the sensed posture. The lowest corner of a sole is then on the ground, and the world's
@@ -172,11 +180,8 @@ impl Estimator {
         now.place_base(robot, Vector3::new(-middle.x, -middle.y, -left.min(right)), rotation);
         now.footholds = PerFoot::from_fn(|foot| flat(&now.soles[foot]));
         now.in_contact = PerFoot { left: false, right: false };
-        (now.com, now.com_vel, now.zmp) = (now.kinematics.com(), Vector3::zeros(), now.kinematics.com().xy());
-        let trunk = self.now.kinematics.link_pose(robot.trunk);
-        self.lever = trunk.inverse_transform_point(&self.now.com).coords;
-        (self.trunk.position, self.trunk.velocity) = (trunk.translation.vector, Vector3::zeros());
-        self.stands = PerFoot { left: true, right: true };
+        self.stands = now.in_contact;
+        self.rest(robot);
         self.measure_zmp(sensed);
         self.find_contact(robot, None);
     }
@@ -201,10 +206,8 @@ impl Estimator {
         *com_vel += (force / self.mass - gravity) * self.dt;
         let measured = self.trunk.velocity + orientation * turning;
         *com_vel += (measured - *com_vel) * -(-self.dt / VELOCITY_LAG_S).exp_m1();
-        self.now.angular_vel = orientation * gyro;
-        self.find_footholds(in_air);
-        self.feel_ground(robot, sensed);
         self.find_contact(robot, in_air);
+        self.feel_ground(robot, sensed);
     }
 
     /// Position of the base (m) according to the feet that stand; None if none does. A foot counts as much as it
@@ -224,18 +227,6 @@ impl Estimator {
             carried += load;
         }
         (carried > 0.0).then(|| sum / carried)
-    }
-
-    /// Notes which feet stand. One that comes down stands where it is now.
-    fn find_footholds(&mut self, in_air: Option<Foot>) {
-        for foot in Foot::BOTH {
-            let stood = std::mem::replace(&mut self.stands[foot], false);
-            let carries = self.now.load_n[foot] > self.now.contact_load_n[usize::from(stood)];
-            self.stands[foot] = carries && in_air != Some(foot);
-            if self.stands[foot] && !stood {
-                self.now.put_down(foot);
-            }
-        }
     }
 
     /// Follows the ground under the feet that stand flat.
@@ -275,17 +266,21 @@ impl Estimator {
         force
     }
 
-    /// Notes which soles are in contact. A sole that is about to touch the ground is, since it can carry load at once.
+    /// Notes which feet stand, and which are in contact: a sole that is about to touch the ground is, since it can carry
+    /// load at once. A foot that comes down stands where it is now.
     fn find_contact(&mut self, robot: &Robot, in_air: Option<Foot>) {
-        for foot in Foot::BOTH.into_iter().filter(|&f| in_air != Some(f)) {
-            let ground = self.now.footholds[foot.other()].translation.z;
-            let low = lowest_corner(&robot.soles[foot], &self.now.soles[foot]) - ground;
-            let before = usize::from(self.now.in_contact[foot]);
-            let touches = self.now.load_n[foot] > self.now.contact_load_n[before] || low < CONTACT_HEIGHT_M[before];
-            if touches && !self.now.in_contact[foot] {
-                self.now.put_down(foot);
+        for foot in Foot::BOTH {
+            let now = &mut self.now;
+            let carries = |already: bool| now.load_n[foot] > now.contact_load_n[usize::from(already)];
+            let (stood, touched) = (self.stands[foot], now.in_contact[foot]);
+            let ground = now.footholds[foot.other()].translation.z;
+            let low = lowest_corner(&robot.soles[foot], &now.soles[foot]) - ground;
+            let touches = carries(touched) || low < CONTACT_HEIGHT_M[usize::from(touched)];
+            let [stands, touches] = [carries(stood), touches].map(|is| is && in_air != Some(foot));
+            if (stands && !stood) || (touches && !touched) {
+                now.put_down(foot);
             }
-            self.now.in_contact[foot] = touches;
+            (self.stands[foot], now.in_contact[foot]) = (stands, touches);
         }
     }
 }

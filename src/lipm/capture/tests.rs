@@ -111,59 +111,6 @@ fn one_footstep_is_the_linear_program_of_the_hull_of_two_soles() {
     }
 }
 
-const AGILITY: Agility =
-    Agility { com_height_m: 0.31, leg_stroke_m: 0.02, leg_speed_m_s: 9.0, flywheel_m: [0.0; 2], inertia_ratio: 0.0 };
-
-fn push_off(weights: f64) -> PushOff {
-    PushOff { both: [weights; 3], left: [weights; 3], right: [weights; 3] }
-}
-
-#[test]
-fn a_ceiling_that_grants_nothing_is_the_bound() {
-    for regions in [&[BESIDE][..], &[BESIDE, IN_FRONT], &[]] {
-        for heading_deg in [0.0, 60.0, 90.0, 200.0] {
-            let pendulum = with(regions);
-            let bound = pendulum.bounds(heading_deg).n_step_n_s;
-            let ceiling = pendulum.ceiling_n_s(heading_deg, &AGILITY, &push_off(1.0));
-            assert!((ceiling / bound - 1.0).abs() < NEARLY, "{heading_deg}: {ceiling} {bound}");
-        }
-    }
-}
-
-/// A push-off with k times the weight for t, by integrating the motion, and the same again at the landing.
-#[test]
-fn a_leap_without_footsteps_is_that_of_a_point_mass() {
-    use crate::lipm::testing::integrated;
-    use nalgebra::SVector;
-    let (omega, g, k) = (5.63_f64, 5.63 * 5.63 * 0.31, 2.0_f64);
-    let push_off_s = (2.0 * 0.02 / ((k - 1.0) * g)).sqrt();
-    // Largest dcm after the push-off from which the landing, as if above home, ends with the dcm at the toes.
-    let edge = 0.048086;
-    let after = |state: SVector<f64, 2>| {
-        let end = integrated(|_, x| SVector::from([x[1], omega * omega * k * (x[0] - edge)]), state, push_off_s);
-        end[0] + end[1] / omega
-    };
-    let solve = |wanted: f64| {
-        let (at_rest, per_speed) = (after(SVector::from([0.0, 0.0])), after(SVector::from([0.0, 1.0])));
-        (wanted - at_rest) / (per_speed - at_rest)
-    };
-    let largest = solve(solve(edge) / omega);
-    let ceiling = with(&[]).ceiling_n_s(0.0, &AGILITY, &push_off(k)) / 8.0;
-    assert!(ceiling >= largest * (1.0 - 1e-9), "{ceiling} {largest}");
-    assert!(ceiling < largest * 1.02, "shorter push-offs bring hardly more: {ceiling} {largest}");
-    assert!(largest > 1.2 * omega * edge, "{largest}");
-}
-
-#[test]
-fn flywheel_and_rocking_add_what_they_are_worth() {
-    let (bound, none) = (with(&[]).at_most_n_s(90.0, 0), push_off(1.0));
-    let of = |agility: Agility| with(&[]).ceiling_n_s(90.0, &agility, &none);
-    let wheel = of(Agility { flywheel_m: [0.5, 0.01], ..AGILITY });
-    assert!((wheel - bound - 8.0 * 5.63 * 0.01).abs() < 1e-6, "{wheel} {bound}");
-    let rocks = of(Agility { inertia_ratio: 0.21, ..AGILITY });
-    assert!((rocks / bound - 1.1).abs() < 1e-9, "{rocks} {bound}");
-}
-
 #[test]
 fn the_bound_follows_the_com() {
     let ahead = SteppingPendulum { com: Point2::new(0.01, 0.0), ..ut_mu2() };
@@ -264,39 +211,14 @@ proptest! {
         let region = Region { x_m: [-1.0, 1.0].map(|way: f64| way * forward_m), ..BESIDE };
         let of = |regions: &[Region]| SteppingPendulum { com: Point2::new(x, y), ..with(regions) };
         let enough = |a: f64, b: f64| a >= b * (1.0 - 1e-9) - 1e-9;
-        let before = of(&[region]);
-        let b = before.bounds(heading_deg);
+        let b = of(&[region]).bounds(heading_deg);
         prop_assert!(b.no_step_n_s <= b.one_step_n_s && b.one_step_n_s <= b.n_step_n_s, "{b:?}");
-        let (agility, legs) = (Agility { flywheel_m: [0.01, 0.01], inertia_ratio: 0.2, ..AGILITY }, push_off(1.5));
-        let ceiling = before.ceiling_n_s(heading_deg, &agility, &legs);
-        prop_assert!(enough(ceiling, b.n_step_n_s));
         let longer = Region { x_m: [-1.0, 1.0].map(|way: f64| way * (forward_m + more)), y_m: [0.075, 0.18 + more], ..region };
         let quicker = Region { swing_time_s: 0.2 * faster, ..region };
         for regions in [&[longer][..], &[quicker], &[region, IN_FRONT]] {
-            let with = of(regions);
-            let m = with.bounds(heading_deg);
+            let m = of(regions).bounds(heading_deg);
             prop_assert!(enough(m.one_step_n_s, b.one_step_n_s) && enough(m.n_step_n_s, b.n_step_n_s), "{b:?} {m:?}");
-            prop_assert!(enough(with.ceiling_n_s(heading_deg, &agility, &legs), ceiling));
         }
-    }
-
-    #[test]
-    fn stronger_longer_and_heavier_bodies_never_lower_the_ceiling(
-        heading_deg in -180.0..180.0, weights in 1.0..4.0, more in 1.0..2.0,
-    ) {
-        let pendulum = with(&[BESIDE, IN_FRONT]);
-        let body = Agility { flywheel_m: [0.005, 0.005], inertia_ratio: 0.1, leg_speed_m_s: 0.6, ..AGILITY };
-        let of = |agility: Agility, legs: PushOff| pendulum.ceiling_n_s(heading_deg, &agility, &legs);
-        let (before, legs) = (of(body, push_off(weights)), push_off(weights));
-        let bigger = [
-            of(body, push_off(weights * more)),
-            of(Agility { leg_stroke_m: body.leg_stroke_m * more, ..body }, legs),
-            of(Agility { leg_speed_m_s: 9.0, ..body }, legs),
-            of(Agility { flywheel_m: [0.005 * more; 2], ..body }, legs),
-            of(Agility { inertia_ratio: 0.1 * more, ..body }, legs),
-        ];
-        // Push-offs are tried on a grid.
-        prop_assert!(bigger.iter().all(|ceiling| *ceiling >= 0.97 * before), "{before}: {bigger:?}");
     }
 
     /// A region that is of no use doubles nothing.

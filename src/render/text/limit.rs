@@ -53,13 +53,10 @@ fn beside_bounds(limits: &Limits) -> String {
         y.push_factor,
         signed(1e3 * y.push_height_m, 0)
     ));
+    line(format!("{:>7} {:^17} {:18} {:>17} {:>5} {:>5}", "", "bounds by steps", "", "50 % recover", "90 %", "safe"));
     line(format!(
-        "{:>7} {:^17} {:>5} {:18} {:>17} {:>5} {:>5}",
-        "", "bounds by steps", "ceil-", "", "50 % recover", "90 %", "safe"
-    ));
-    line(format!(
-        "{:>7} {:>5} {:>5} {:>5} {:>5} {:18} {:>17} {:>5} {:>5}",
-        "heading", "none", "one", "any", "ing", "gain set", "(95 % interval)", "", "up to"
+        "{:>7} {:>5} {:>5} {:>5} {:18} {:>17} {:>5} {:>5}",
+        "heading", "none", "one", "any", "gain set", "(95 % interval)", "", "up to"
     ));
     for heading in &limits.headings {
         let bounds = bounds_of(heading, 1.0);
@@ -69,7 +66,7 @@ fn beside_bounds(limits: &Limits) -> String {
             left.push(bounds_of(heading, y.height_factor));
         }
         for i in 0..heading.sets.len().max(left.len()) {
-            let bounds = left.get(i).cloned().unwrap_or_else(|| " ".repeat(31));
+            let bounds = left.get(i).cloned().unwrap_or_else(|| " ".repeat(25));
             line(format!("{bounds} {}", heading.sets.get(i).map_or(String::new(), set_of)).trim_end().into());
         }
     }
@@ -84,13 +81,11 @@ fn beside_bounds(limits: &Limits) -> String {
     line(format!(
         "Impulses are in N s. The bounds are the largest impulses from which a pendulum\n\
          recovers with no footstep, with one, and with any number of them; it keeps its\n\
-         height and has no angular momentum. The ceiling grants the robot a leap with\n\
-         footsteps in flight, a turn of trunk and arms, and rocking, all at their best,\n\
-         and no delay. `50 % recover` is the impulse from which the gain set recovers in\n\
-         half of the trials, and `90 %` that of nine in ten. `safe up to` is the largest\n\
-         impulse of a grid of {} N s from which, and from all smaller ones, it always\n\
-         recovered, in {} for each impulse. {} episodes were run. The\n\
-         intervals are within +-{0} N s, except where marked with *.",
+         height and has no angular momentum. `50 % recover` is the impulse from which the\n\
+         gain set recovers in half of the trials, and `90 %` that of nine in ten. `safe\n\
+         up to` is the largest impulse of a grid of {} N s from which, and from all\n\
+         smaller ones, it always recovered, in {} for each impulse. {} episodes\n\
+         were run. The intervals are within +-{0} N s, except where marked with *.",
         limits.precision_n_s,
         match limits.replicas {
             1 => "1 episode".into(),
@@ -101,18 +96,10 @@ fn beside_bounds(limits: &Limits) -> String {
     text
 }
 
-/// Limits above the ceiling, and holes: losses far below the limit, each with the command that repeats it.
+/// The holes: losses far below the limit, each with the command that repeats it.
 fn lost_early(limits: &Limits) -> String {
     let mut text = String::new();
     let all = limits.headings.iter().flat_map(|heading| heading.sets.iter().map(move |set| (heading, set)));
-    for (Heading { heading_deg, ceiling_n_s, .. }, set) in all.clone().filter(|(_, set)| set.above_ceiling) {
-        let SetLimit { name, ci95: [low, _], .. } = set;
-        _ = writeln!(
-            text,
-            "WARNING: {name} at {heading_deg:.1} degrees recovers from {low:.2} N s,\nabove the ceiling of {ceiling_n_s:.2} \
-             N s. The ceiling does not grant all that this\nrobot does, or the simulation is wrong."
-        );
-    }
     for (heading, set) in all.filter(|(_, set)| set.has_hole()) {
         let (Some(safe_n_s), Some(loss)) = (set.safe_n_s, set.first_loss) else { continue };
         _ = writeln!(
@@ -136,13 +123,13 @@ fn replay(limits: &Limits, gains: &str, loss: &FirstLoss) -> String {
     )
 }
 
-/// The bounds at a heading, times `factor`. Heading and ceiling, which has no factor, stand beside the bounds as they are.
+/// The bounds at a heading, times `factor`. The heading stands beside the bounds as they are.
 fn bounds_of(heading: &Heading, factor: f64) -> String {
     let [no, one, n] = [heading.bound_no_step_n_s, heading.bound_one_step_n_s, heading.bound_n_step_n_s];
     let bounds = format!("{:5.2} {:5.2} {:5.2}", factor * no, factor * one, factor * n);
     match factor {
-        1.0 => format!("{:>7.1} {bounds} {:5.2}", heading.heading_deg, heading.ceiling_n_s),
-        _ => format!("{:>7} {bounds} {:5}", "", ""),
+        1.0 => format!("{:>7.1} {bounds}", heading.heading_deg),
+        _ => format!("{:>7} {bounds}", ""),
     }
 }
 
@@ -227,7 +214,6 @@ mod tests {
             impulse90_ci95: None,
             of_one_step_bound: impulse50_n_s / 5.0,
             resolved: impulse50_n_s < 9.0,
-            above_ceiling: impulse50_n_s > 9.0,
             safe_n_s: Some(2.4),
             first_loss: Some(FirstLoss { impulse_n_s: 2.5125, heading_deg: -0.75, start_s: 0.501, trial: 202_500 }),
             safe_trials: 25,
@@ -282,8 +268,6 @@ mod tests {
                      standfast push --campaign nominal --seed 1 --trial 202500 --gains paper:stepping.x=2 \\\n  \
                      --impulse 2.5125 --heading -0.75 --start 0.501\n";
         assert!(alone.contains(early) && !alone.contains("hole: hold"), "{alone}");
-        let above = "WARNING: paper:stepping.x=2 at 180.0 degrees recovers from 9.40 N s,\nabove the ceiling";
-        assert!(alone.contains(above) && alone.matches("WARNING").count() == 1, "{alone}");
         // A command may be longer.
         let alone: Vec<&str> = alone.lines().filter(|line| !line.starts_with("  standfast push")).collect();
         for text in [told, alone.join("\n")] {
