@@ -19,7 +19,7 @@ use nalgebra::{Point2, Point3, UnitQuaternion, Vector2, Vector3};
 /// to a reference that does not know of pushes. With a rate of 0 this spring outlasts the push, tips the feet and
 /// rings. From 7 to 20 the toppling impulses differ by at most 0.06 N s; a higher rate settles small pushes sooner, and
 /// large ones later.
-const FORGETTING_RATE: f64 = 10.0;
+const FORGETTING_RATE: f64 = 8.0;
 /// Rate at which the COM reference is shifted to compensate for sag (1/s).
 const SHAPING_RATE: f64 = 1.0;
 /// Largest shift for sag (m). Sag is a few millimetres; a larger error has another cause.

@@ -29,7 +29,7 @@ const AHEAD_STEPS: usize = 3;
 /// For so long after a landing its impact changes the velocity of the COM (s).
 const IMPACT_S: f64 = 0.02;
 /// [`SwingTiming::lead`]: a foot often comes down before its time, and then hits the ground at the speed of its path.
-const LEAD: f64 = 0.3;
+const LEAD: f64 = 0.15;
 /// Share of each sole's length and width that inverse dynamics uses.
 const SOLE_SHARE: f64 = 0.98;
 /// A foot that goes home takes this many times as long as one that catches.
