@@ -1,9 +1,6 @@
-//! Geometry: support polygons ([`polygon`]), convex sets in state space ([`polytope`]), and linear programs
-//! ([`program`]).
+//! Geometry: support polygons ([`polygon`]), and convex sets in state space with linear programs on them ([`polytope`]).
 
 pub mod polygon;
 pub mod polytope;
-pub mod program;
 
 pub use polygon::SupportPolygon;
-pub use program::LinearProgram;

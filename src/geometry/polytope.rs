@@ -1,8 +1,8 @@
 //! Convex polytopes `{x | S x <= 1}`, and linear programs on them (by Clarabel).
 
-use super::program::{failure, solver};
-use crate::error::Result;
-use clarabel::solver::{DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
+use crate::error::{Error, Result};
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 /// A convex set with the origin inside: `{x | S x <= 1}`, with one row of S for each half space. It may be unbounded.
@@ -21,6 +21,8 @@ pub struct Maximum {
     pub at: DVector<f64>,
 }
 
+/// Accuracy of the solver, relative to right-hand sides of 1.
+const TOLERANCE: f64 = 1e-10;
 /// Relative size of a linear function's part outside of the span of the rows, above which it counts as unbounded.
 const SPAN_TOLERANCE: f64 = 1e-9;
 
@@ -60,7 +62,7 @@ impl Polytope {
         let dual = DMatrix::from_fn(n, rank, |i, k| v_t[(kept[k], i)] / sigma(k));
         let basis = DMatrix::from_fn(n, rank, |i, k| v_t[(kept[k], i)] * sigma(k));
 
-        let solver = solver(&vec![0.0; rank], &(scaled * &dual), &vec![1.0; count], &[NonnegativeConeT(count)])?;
+        let solver = solver(&(scaled * &dual))?;
         Ok(Programs { basis, dual, column, solver })
     }
 
@@ -122,6 +124,29 @@ impl Programs {
             status => Err(failure(format!("{status:?}"))),
         }
     }
+}
+
+/// A solver for programs on `a x <= 1`, still without a cost.
+fn solver(a: &DMatrix<f64>) -> Result<DefaultSolver<f64>> {
+    let (rows, n) = a.shape();
+    let starts = (0..=n).map(|j| j * rows).collect();
+    let places = (0..n).flat_map(|_| 0..rows).collect();
+    let a = CscMatrix::new(rows, n, starts, places, a.as_slice().to_vec());
+    let settings = DefaultSettingsBuilder::default()
+        .verbose(false)
+        .max_threads(1)
+        .presolve_enable(false)
+        .tol_gap_abs(TOLERANCE)
+        .tol_gap_rel(TOLERANCE)
+        .tol_feas(TOLERANCE)
+        .build()
+        .map_err(failure)?;
+    let (cost, one) = (vec![0.0; n], vec![1.0; rows]);
+    DefaultSolver::new(&CscMatrix::zeros((n, n)), &cost, &a, &one, &[NonnegativeConeT(rows)], settings).map_err(failure)
+}
+
+fn failure(problem: impl ToString) -> Error {
+    Error::Numeric { what: "linear program".into(), problem: problem.to_string() }
 }
 
 #[cfg(test)]

@@ -25,10 +25,10 @@
 //! than the ZMPs up to j, mostly when the ZMP is at its peak. In terms of eq. 25, k suits the present polygon and
 //! state.
 //!
-//! **With disturbances** the ZMP predicted j periods ahead must lie in Z less the [`Spread`] at j, which grows to a limit.
-//! The rule stays exact: a state is outside if a predicted ZMP leaves Z less the spread at its j, and inside if at some
-//! j, with no such ZMP before, all points lie in Z less the limit, because all later ZMPs then lie there, too. A gauge is
-//! relative to Z less the spread. If the limit leaves nothing of Z about the origin, the set is empty.
+//! **With disturbances** the ZMP predicted j periods ahead must lie in Z less the [`Spread`] at j, which grows to a
+//! limit. The rule stays exact: a state is outside if a predicted ZMP leaves Z less the spread at its j, and inside if
+//! at some j, with no such ZMP before, all points lie in Z less the limit, because all later ZMPs then lie there, too. A
+//! gauge is relative to Z less the spread. If the limit leaves nothing of Z about the origin, the set is empty.
 
 mod slice;
 
@@ -135,7 +135,8 @@ impl OnlineSets {
         error
     }
 
-    /// The points of a gain now and at the coming ticks, with the number of the tick; no point if the sets are empty or the state is not finite.
+    /// The points of a gain now and at the coming ticks, with the number of the tick. There is no point if the sets are
+    /// empty or the state is not finite.
     fn predictions(&self, index: usize, state: &State) -> impl Iterator<Item = (usize, Points)> {
         let cascade = &self.cascades[index];
         let ticks = if cascade.limit.holds_origin && is_finite(state) { MAX_TICKS } else { 0 };
@@ -169,8 +170,8 @@ impl Region {
         if region.holds_origin { region } else { Self::EMPTY }
     }
 
-    /// Z less the rectangle of +-`spread` (m): the points that stay in Z wherever in the rectangle they are moved to. It
-    /// is empty unless it contains the origin.
+    /// Z less the rectangle of +-`spread` (m): the points that stay in Z wherever in the rectangle they are moved to.
+    /// It is empty unless it contains the origin.
     fn less(&self, [x, y]: [f64; 2]) -> Self {
         let mut rest = *self;
         for i in 0..SupportPolygon::MAX {

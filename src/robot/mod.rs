@@ -9,6 +9,7 @@ pub mod io;
 pub mod kinematics;
 pub mod model;
 mod settings;
+pub mod swing_shape;
 pub mod swing_time;
 pub mod urdf;
 mod xml;

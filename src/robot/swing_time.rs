@@ -1,11 +1,11 @@
 //! The least time in which the motors of a leg can swing a foot to a landing place.
 //!
 //! The swing sole starts at home, keeps its orientation, and goes to its place beside the stance sole on a path of
-//! least jerk, lifted by [`LIFT`]. Meanwhile the pelvis moves at constant speed, without turning, from above the middle of
-//! the feet at home to above their middle at the landing. (A robot that steps falls towards the landing place. With a
-//! pelvis that stays behind, the far places are out of reach.) It sinks smoothly, by the one of [`SINKS`] with
-//! which the swing is quickest: a leg that is nearly straight needs fast joints. To a place on the other side of the stance
-//! leg, the foot goes around it: see [`Around`].
+//! least jerk, lifted by [`LIFT`]. Meanwhile the pelvis moves at constant speed, without turning, from above the middle
+//! of the feet at home to above their middle at the landing. (A robot that steps falls towards the landing place. With a
+//! pelvis that stays behind, the far places are out of reach.) It sinks smoothly, by the one of [`SINKS`] with which the
+//! swing is quickest: a leg that is nearly straight needs fast joints. To a place on the other side of the stance leg,
+//! the foot goes around it: see [`Around`].
 //!
 //! All of this scales with the time T of the swing: the joint angles q(u) are a function of the share u = t/T alone.
 //! So the torques of the leg are `A(u)/T^2 + g(u)`, where g is what gravity asks for, and the speeds are `q'(u)/T`. T
@@ -18,6 +18,7 @@
 use super::dynamics::Dynamics;
 use super::kinematics::{Kinematics, Pose, Posture};
 use super::model::{Around, Foot, LandingRegion, PerFoot, Robot, Servo};
+use super::swing_shape::{bump, least_jerk};
 use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, Vector2, Vector3, Vector6};
 
 /// Height of the sole in the middle of the swing, in COM heights.
@@ -33,12 +34,6 @@ const ACCURACY_S: f64 = 1e-5;
 /// Newton steps for one posture, and the error of a sole's place at which one is found (m).
 const NEWTON_STEPS: usize = 60;
 const FOUND_M: f64 = 1e-4;
-
-/// Minimum-jerk motion from 0 to 1, before it starts and after its end at rest.
-fn least_jerk(u: f64) -> f64 {
-    let u = u.clamp(0.0, 1.0);
-    u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)
-}
 
 /// A swing of `foot` from home to a landing place.
 #[derive(Debug, Clone)]
@@ -112,11 +107,11 @@ impl<'a> Swing<'a> {
     /// The posture at the share `u` of the swing, with the stance sole at its place at home. None if no posture is found.
     pub fn posture(&mut self, u: f64) -> Option<&Posture> {
         let lasts = 1.0 - self.around.sideways_from;
-        let bump = 16.0 * (u * (1.0 - u)).powi(2);
+        let above = |height_m: f64| bump(height_m, u)[0];
         let place = Vector3::new(
-            self.way.x * least_jerk(u / lasts) + self.around.arc_m * bump,
+            self.way.x * least_jerk(u / lasts) + above(self.around.arc_m),
             self.way.y * least_jerk((u - self.around.sideways_from) / lasts),
-            self.lift_m * bump,
+            above(self.lift_m),
         );
         self.posture.base = self.home.base;
         self.posture.base.translation.vector += (0.5 * u * self.way).push(-self.sink_m * least_jerk(u));

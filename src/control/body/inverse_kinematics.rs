@@ -216,6 +216,7 @@ enum JacobianRow {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::robot::swing_shape::least_jerk;
 
     /// How a task was followed.
     struct Followed {
@@ -254,8 +255,7 @@ mod tests {
         let mut task = stride(robot, by);
         for k in 1..=600 {
             let before = body.posture.q.clone();
-            let u = f64::from(k.min(100)) / 100.0;
-            let share = u * u * u * (10.0 - 15.0 * u + 6.0 * u * u);
+            let share = least_jerk(f64::from(k) / 100.0);
             task = stride(robot, by.map(|by| by * share));
             body.follow(robot, &task);
             last = body.posture.q.iter().zip(&before).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

@@ -36,14 +36,10 @@ impl Quintic {
     }
 }
 
-/// Minimum-jerk motion from rest at 0 to rest at 1, at the share `u` of its duration.
-pub(super) fn least_jerk(u: f64) -> f64 {
-    u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::robot::swing_shape::least_jerk;
 
     #[test]
     fn it_starts_in_the_state_given_and_ends_at_rest() {

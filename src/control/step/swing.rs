@@ -1,7 +1,8 @@
 //! A foot in the air: its smooth path to the landing place, and the detection of its landing by contact.
 
-use super::quintic::{Quintic, least_jerk};
+use super::quintic::Quintic;
 use crate::control::estimate::{along, on_ground};
+use crate::robot::swing_shape::{bump, least_jerk};
 use crate::robot::{Around, Foot, PerFoot, Pose, Robot};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
@@ -156,27 +157,19 @@ impl Swing {
         let late_s = (self.time_s - self.timing.swing_time_s).max(0.0);
         let late_speed = if late_s > 0.0 { LATE_SPEED_M_S } else { 0.0 };
         let place = Vector3::new(x, y, z + bump - LATE_SPEED_M_S * late_s);
-        let turned = least_jerk((self.time_s / self.timing.swing_time_s).min(1.0));
+        let turned = least_jerk(self.time_s / self.timing.swing_time_s);
         let rotation = self.from.rotation.slerp(&self.to.rotation, turned);
         (Pose::from_parts(place.into(), rotation), Vector3::new(vx, vy, vz + bump_rate - late_speed))
     }
 
-    /// A smooth bump of `height_m` (m) on the way, with rate and acceleration (m, m/s, m/s^2). Both ends have zero height
-    /// and rate. `lead` is that of [`SwingTiming`].
+    /// A bump of `height_m` (m) on the way, with rate and acceleration (m, m/s, m/s^2). `lead` is that of
+    /// [`SwingTiming`].
     fn bump(&self, height_m: f64, lead: f64) -> [f64; 3] {
         let duration = self.timing.swing_time_s;
-        let u = self.time_s / duration;
-        if u >= 1.0 {
-            return [0.0; 3];
-        }
+        let u = (self.time_s / duration).min(1.0);
         let (w, rate) = (u + lead * u * (1.0 - u), 1.0 + lead * (1.0 - 2.0 * u));
-        let slope = 32.0 * height_m * w * (1.0 - w) * (1.0 - 2.0 * w);
-        let curvature = 32.0 * height_m * (1.0 - 6.0 * w + 6.0 * w * w);
-        [
-            16.0 * height_m * (w * (1.0 - w)).powi(2),
-            slope * rate / duration,
-            (curvature * rate * rate - 2.0 * lead * slope) / (duration * duration),
-        ]
+        let [height, slope, curvature] = bump(height_m, w);
+        [height, slope * rate / duration, (curvature * rate * rate - 2.0 * lead * slope) / (duration * duration)]
     }
 
     /// Corners of the sole at its landing (m), world frame.

@@ -74,43 +74,6 @@ fn a_foot_that_crosses_catches_more_from_the_side() {
     }
 }
 
-/// The hull of a stance sole and one ahead and across is diagonal. The program of one footstep, in which the share t of
-/// the segment between the soles is an unknown, is solved by itself.
-#[test]
-fn one_footstep_is_the_linear_program_of_the_hull_of_two_soles() {
-    use crate::geometry::LinearProgram;
-    let q = (-5.63_f64 * 0.2).exp();
-    for heading_deg in [0.0, 30.0, 60.0, 75.0, 90.0, 100.0, 135.0, 200.0, 290.0] {
-        let (along, pendulum) = (direction(heading_deg), with(&[IN_FRONT]));
-        let mut best = pendulum.both_soles().farthest(along, &pendulum.both_soles());
-        for stance in [1.0, -1.0] {
-            // Unknowns: the shift of the dcm, a point of the sole (2), a landing place times t (2), t.
-            let mut program = LinearProgram::maximise(vec![1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-            let from = [0.0, -stance * 0.0485];
-            for axis in 0..2 {
-                let mut row = vec![along[axis], 0.0, 0.0, 0.0, 0.0, 0.0];
-                (row[1 + axis], row[3 + axis]) = (-1.0, -q);
-                program.equal.push((row, -from[axis]));
-            }
-            program.between(vec![0.0, 1.0, 0.0, 0.0, 0.0, 0.0], -0.048086, 0.048086);
-            program.between(vec![0.0, 0.0, 1.0, 0.0, 0.0, 0.0], -0.034586, 0.034586);
-            program.between(vec![0.0, 0.0, 0.0, 0.0, 0.0, 1.0], 0.0, 1.0);
-            for (axis, sign, [low, high]) in [(3, 1.0, IN_FRONT.x_m), (4, -stance, IN_FRONT.y_m)] {
-                let row = |sign: f64, share: f64| {
-                    let mut row = vec![0.0, 0.0, 0.0, 0.0, 0.0, share];
-                    row[axis] = sign;
-                    (row, 0.0)
-                };
-                program.at_most.push(row(sign, -high));
-                program.at_most.push(row(-sign, low));
-            }
-            best = program.solve().unwrap().map_or(best, |(shift, _)| best.max(shift));
-        }
-        let found = pendulum.at_most_n_s(heading_deg, 1) / (8.0 * 5.63);
-        assert!((found - best).abs() < 1e-7, "{heading_deg}: {found}, not {best}");
-    }
-}
-
 #[test]
 fn the_bound_follows_the_com() {
     let ahead = SteppingPendulum { com: Point2::new(0.01, 0.0), ..ut_mu2() };
@@ -169,33 +132,31 @@ fn caught(pendulum: &SteppingPendulum, steps: usize, stance: f64, chance: &mut T
     dcm
 }
 
+/// The vertices of these sets are among the samples. The hull of a stance sole and one ahead and across is diagonal.
 #[test]
 fn sampled_footsteps_catch_up_to_the_bound_and_no_more() {
-    let pendulum = SteppingPendulum { com: Point2::new(0.004, -0.003), ..ut_mu2() };
-    let mut chance = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
-    for steps in [1, 2, 3] {
-        // How far the samples reach for each stance foot, as the hull in directions all around.
-        let normals: Vec<Vector2<f64>> = (0..360).map(|i| direction(i as f64)).collect();
-        let mut hulls = [vec![f64::NEG_INFINITY; 360], vec![f64::NEG_INFINITY; 360]];
-        for i in 0..40_000 {
-            let dcm = caught(&pendulum, steps, [1.0, -1.0][i % 2], &mut chance);
-            for (far, normal) in hulls[i % 2].iter_mut().zip(&normals) {
-                *far = far.max(normal.dot(&dcm.coords));
+    let normals: Vec<Vector2<f64>> = (0..360).map(|i| direction(i as f64)).collect();
+    for (region, most) in [(BESIDE, 3), (IN_FRONT, 1)] {
+        let pendulum = SteppingPendulum { com: Point2::new(0.004, -0.003), ..with(&[region]) };
+        let mut chance = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+        let mut hulls = Vec::new();
+        for steps in 1..=most {
+            for stance in [1.0, -1.0] {
+                let samples: Vec<_> = (0..20_000).map(|_| caught(&pendulum, steps, stance, &mut chance)).collect();
+                let ahead = |n: &Vector2<f64>, at: &Point2<f64>| n.dot(&at.coords);
+                let farthest = |n| samples.iter().max_by(|a, b| ahead(n, a).total_cmp(&ahead(n, b))).unwrap();
+                let mut vertices: Vec<Point2<f64>> = normals.iter().map(|n| *farthest(n)).collect();
+                vertices.dedup_by(|a, b| (*a - *b).norm() < 1e-6);
+                hulls.push(SupportPolygon::hull(&vertices).unwrap());
             }
-        }
-        let catches = |dcm: Point2<f64>| {
-            let shift = dcm - pendulum.com;
-            let stands = pendulum.both_soles().farthest(shift.normalize(), &pendulum.both_soles()) >= shift.norm();
-            stands
-                || hulls
-                    .iter()
-                    .any(|hull| hull.iter().zip(&normals).all(|(far, normal)| normal.dot(&dcm.coords) <= *far))
-        };
-        for heading_deg in [0.0, 30.0, 75.0, 120.0, -20.0, -100.0, -150.0] {
-            let bound_m = pendulum.at_most_n_s(heading_deg, steps) / (pendulum.mass_kg * pendulum.omega);
-            let at = |share: f64| pendulum.com + direction(heading_deg) * (bound_m * share);
-            assert!(catches(at(0.98)), "{steps} steps at {heading_deg}: less than {bound_m} m is not caught");
-            assert!(!catches(at(1.002)), "{steps} steps at {heading_deg}: more than {bound_m} m is caught");
+            for heading_deg in [0.0, 30.0, 60.0, 75.0, 90.0, 100.0, 120.0, 135.0, -20.0, -70.0, -100.0, -150.0] {
+                let along = direction(heading_deg);
+                let stands_m = pendulum.both_soles().farthest(along, &pendulum.both_soles());
+                let ways_m = hulls.iter().filter_map(|hull| hull.distance_along(pendulum.com, along));
+                let sampled_m = ways_m.fold(stands_m, f64::max);
+                let bound_m = pendulum.at_most_n_s(heading_deg, steps) / (pendulum.mass_kg * pendulum.omega);
+                assert!((sampled_m - bound_m).abs() < 1e-6, "{steps} steps, {heading_deg}: {sampled_m} m, {bound_m} m");
+            }
         }
     }
 }
