@@ -329,11 +329,11 @@ fn a_campaign_ends_when_decided_with_the_same_bytes_whatever_happened_on_the_way
 /// One gate is decided at the first look, the other one is not; each names one gain set.
 #[test]
 fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happened_on_the_way() {
-    let until = |most| [most, "--until-resolved", "--gains=fixed", "--gate=hold >= 0.01", "--gate=fixed >= 0.6"];
+    let until = |most| [most, "--until-resolved", "--gains=fixed", "--gate=hold >= 0.01", "--gate=fixed >= 0.5"];
     let run = |dir: &Path, most, more: &[&str]| standfast(dir, &short(&[&until(most), more].concat())).success();
     let [dir, other] = [folder(), folder()];
     let said = stderr(&run(dir.path(), "--max-trials=50", &["--threads=1"]));
-    assert!(said.contains("after 25 trials: not decided yet: fixed >= 0.6: "), "{said}");
+    assert!(said.contains("after 25 trials: not decided yet: fixed >= 0.5: "), "{said}");
     assert!(said.contains("; hold needs no more trials") && said.contains("75 episodes in"), "{said}");
     let whole = files(&dir.path().join("out"));
     let found = summary(&dir.path().join("out"));

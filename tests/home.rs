@@ -91,7 +91,7 @@ fn a_push_on_the_way_home_is_caught() {
         (0..12).flat_map(|k| [0.0, 90.0, 180.0, -90.0].map(|heading| (2.0 + 0.2 * f64::from(k), heading))).collect();
     cases.par_iter().with_max_len(1).for_each(|&(start_s, heading_deg)| {
         let second = Push { start_s, ..push(2.0, heading_deg) };
-        let record = bench.run(vec![push(5.0, 0.0), second], None, 8.0, Until::Fallen, |_| {});
+        let record = bench.run(vec![push(5.0, 0.0), second], None, 12.0, Until::Fallen, |_| {});
         println!("at {start_s:.1} s towards {heading_deg}: {:?}", record.outcome);
         assert_eq!(record.outcome, Outcome::Recovered, "at {start_s} s towards {heading_deg}: {record:?}");
     });
