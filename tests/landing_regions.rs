@@ -8,7 +8,10 @@ use standfast::robot::swing_time::{Swing, least_swing_time_s};
 use standfast::robot::{Around, Foot, Kinematics, LandingRegion, Robot, Shape};
 
 /// Least distance that the collision boxes of the legs keep from each other (m).
-const GAP_M: f64 = 0.002;
+const GAP_M: f64 = 0.005;
+/// The same for a foot that lands in front of the stance leg. This region begins as close to the leg as it can, because
+/// only near places help against a push from the side.
+const GAP_IN_FRONT_M: f64 = 0.002;
 
 fn region<'a>(robot: &'a Robot, name: &str) -> &'a LandingRegion {
     robot.reach.iter().find(|region| region.name == name).unwrap()
@@ -54,12 +57,13 @@ fn least_gap_m(robot: &Robot, foot: Foot, to: [f64; 2], around: Around) -> Optio
 fn the_legs_reach_all_of_each_region_without_touching() {
     let robot = Robot::load("ut-mu2").unwrap();
     for region in &robot.reach {
+        let least_m = if region.name == "in front" { GAP_IN_FRONT_M } else { GAP_M };
         let at = |[from, to]: [f64; 2], i: u32| from + (to - from) * f64::from(i) / 4.0;
         for (i, k) in (0..=4).flat_map(|i| (0..=4).map(move |k| (i, k))) {
             let to = [at(region.x_m, i), at(region.y_m, k)];
             for foot in Foot::BOTH {
                 let gap_m = least_gap_m(&robot, foot, to, region.around());
-                assert!(gap_m.is_some_and(|gap| gap > GAP_M), "{}, {foot:?} to {to:?}: {gap_m:?}", region.name);
+                assert!(gap_m.is_some_and(|gap_m| gap_m > least_m), "{}, {foot:?} to {to:?}: {gap_m:?}", region.name);
             }
         }
     }

@@ -36,7 +36,7 @@ fn gated(folder: &Path) -> PathBuf {
 
 /// The page of three sets, which are three pairs.
 fn three(folder: &Path) -> PathBuf {
-    campaign(folder, "three", &["hold", "switching", "fixed"], &[TRIALS], 0)
+    campaign(folder, "three", &["hold", "switching", "paper"], &[TRIALS], 0)
 }
 
 /// The page of a campaign that ends when decided.

@@ -257,7 +257,9 @@ fn soles_slip_where_the_ground_is_slippery() {
             };
             let (slippery, firm) = (slip_m(0.15), slip_m(1.0));
             println!("{gains}, {heading_deg}: {slippery:.4} m on friction 0.15, {firm:.4} m on 1");
-            assert!(slippery > 0.015 && firm < 0.002, "{gains}, {heading_deg}: {slippery} m, {firm} m");
+            // `catch` slides by about 20 mm only, since it lifts a foot then.
+            let far_m = if gains == "hold" { 0.02 } else { 0.015 };
+            assert!(slippery > far_m && firm < 0.002, "{gains}, {heading_deg}: {slippery} m, {firm} m");
         }
     }
 }
@@ -268,6 +270,7 @@ fn soles_slip_where_the_ground_is_slippery() {
 fn time_at_the_torque_limit_counts_while_upright() {
     let bench = Bench::new("catch");
     let mut limited = Vec::new();
+    // With 0.8 of the torque the time is only 8 % longer, and which of two falls takes longer is nearly chance.
     for (scale, impulse_n_s, falls) in [(1.0, 1.0, false), (1.0, 5.5, true), (0.6, 5.5, true)] {
         let variation = Variation { torque_scale: Some(scale), ..Variation::default() };
         let servos = variation.robot(&bench.robot).servos;
@@ -284,6 +287,7 @@ fn time_at_the_torque_limit_counts_while_upright() {
         let limited_s = record.torque_limited_s;
         println!("x {scale}, {impulse_n_s} N s: {limited_s:.3} s; tilted {tilted_s:.3} s; {:?}", record.outcome);
         assert!((limited_s - upright_s).abs() < 1e-9, "{limited_s} s, seen {upright_s} s");
+        // A few ticks count. In Rapier it is 40 ms and more, in MuJoCo it may be less.
         assert!(record.fell_at_s.is_some() == falls && (tilted_s > 0.002) == falls, "{tilted_s} s");
         limited.push(limited_s);
     }

@@ -300,8 +300,10 @@ mod tests {
             let Followed { com, height, soles, leap, last } = follow(&robot, left, right);
             println!("{left:?} {right:?}: COM {com:.1e}, height {height:.1e}, soles {soles:.1e}, {leap:.3} {last:.1e}");
             assert!(leap < 0.2 && last < 1e-9, "{left:?} {right:?}: leaps by {leap} rad, in the end by {last}");
-            // The COM height deviates, the COM hardly does, and the feet on the ground do not.
-            assert!(com < 1e-2 && soles < 1e-3 && height > 1e-3, "{left:?} {right:?}: {com} {soles} {height}");
+            // The height of the COM gives way, its horizontal place hardly does, and the feet on the ground do not. Where
+            // the feet are 0.4 m apart, both legs are straight and turned, and the place gives way by 8.5 mm.
+            let most = if left == [0.2, 0.05] { 1e-2 } else { 5e-3 };
+            assert!(com < most && soles < 1e-3 && height > 1e-3, "{left:?} {right:?}: {com} {soles} {height}");
         }
     }
 }
