@@ -34,9 +34,9 @@ fn gated(folder: &Path) -> PathBuf {
     campaign(folder, "gated", &["hold", "switching"], &[&[TRIALS], &gates[..]].concat(), 100)
 }
 
-/// The page of three sets, which are three pairs.
+/// The page of three sets, which are three pairs, with so many trials that more of them tell sets apart than are shown.
 fn three(folder: &Path) -> PathBuf {
-    campaign(folder, "three", &["hold", "switching", "paper"], &[TRIALS], 0)
+    campaign(folder, "three", &["hold", "switching", "fixed"], &["--trials=30"], 0)
 }
 
 /// The page of a campaign that ends when decided.
