@@ -11,6 +11,7 @@ pub mod model;
 mod settings;
 pub mod swing_shape;
 pub mod swing_time;
+pub mod units;
 pub mod urdf;
 mod xml;
 
@@ -19,3 +20,4 @@ pub use kinematics::{Kinematics, Pose, Posture};
 pub use model::{
     Around, Foot, Frame, GRAVITY, Joint, LandingRegion, Link, PerFoot, Robot, SensorNoise, Servo, Shape, Sole, Solid,
 };
+pub use units::Units;

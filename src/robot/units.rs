@@ -1,0 +1,55 @@
+//! The units in which a robot is measured by itself, so that a figure fits robots of every size.
+//!
+//! A pendulum of the COM height h swings with `omega = sqrt(g / h)` (eq. 1), and falls in a time of about `1 / omega`.
+//! Two robots of the same build, one of them L times as long and its links L^3 times as heavy, move alike if lengths are
+//! taken in h, times in `1 / omega` and forces in weights m g ("dynamic similarity").
+
+use super::model::{Foot, GRAVITY, Robot};
+
+/// The units of a robot at home.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Units {
+    /// Its mass m (kg).
+    pub mass_kg: f64,
+    /// Height h of its COM (m).
+    pub length_m: f64,
+    /// Half length d of the shorter sole (m).
+    pub half_sole_m: f64,
+}
+
+impl Units {
+    /// The units of `robot`.
+    pub fn of(robot: &Robot) -> Self {
+        Self {
+            mass_kg: robot.mass(),
+            length_m: robot.home_com_height(),
+            half_sole_m: Foot::BOTH.map(|foot| robot.soles[foot].half_m[0]).into_iter().fold(f64::INFINITY, f64::min),
+        }
+    }
+
+    /// Natural frequency of the pendulum (rad/s).
+    pub fn omega(&self) -> f64 {
+        (GRAVITY / self.length_m).sqrt()
+    }
+
+    /// Unit of time, `1 / omega` (s).
+    pub fn time_s(&self) -> f64 {
+        1.0 / self.omega()
+    }
+
+    /// Unit of speed, `omega h` (m/s).
+    pub fn speed_m_s(&self) -> f64 {
+        self.omega() * self.length_m
+    }
+
+    /// Unit of force: the weight (N).
+    pub fn weight_n(&self) -> f64 {
+        self.mass_kg * GRAVITY
+    }
+
+    /// Unit of impulses, `m omega d` (N s): a short push of that size forward brings the DCM from above the middle of
+    /// the feet to their front edge.
+    pub fn impulse_n_s(&self) -> f64 {
+        self.mass_kg * self.omega() * self.half_sole_m
+    }
+}
