@@ -78,7 +78,7 @@ impl Footwork for CatchFootwork {
     }
 
     /// Lifts the foot whose footstep has the least cost. It lifts none while the DCM is inside of the support polygon,
-    /// or when the other foot is not in contact.
+    /// when the other foot is not in contact, or if the DCM would then be nearer to the support of a robot that stands.
     fn lift(&mut self, now: &StepState, body: &mut Body) -> Option<Swing> {
         let (rules, estimate, robot) = (self.rules, now.estimate, &now.design.robot);
         self.way_home.give_up();
@@ -86,7 +86,8 @@ impl Footwork for CatchFootwork {
             return None;
         }
         let support = now.support();
-        if support.polygon?.contains(support.frame.inverse_transform_point(&dcm_in(0.0, now))) {
+        let outside = support.polygon?.signed_distance(support.frame.inverse_transform_point(&dcm_in(0.0, now)));
+        if outside <= 0.0 {
             return None;
         }
         let mut best: Option<Candidate> = None;
@@ -106,6 +107,11 @@ impl Footwork for CatchFootwork {
             }
         }
         let Candidate { foot, stance, number, way, swing_time_s, catch } = best?;
+        // A robot that only stands keeps its ZMP at the edge of the support, and the DCM diverges from there.
+        let miss_if_it_stands = outside * (now.design.family.pendulum.omega * swing_time_s).exp();
+        if catch.miss > miss_if_it_stands {
+            return None;
+        }
         (self.region, self.goes_home) = (number, false);
         let to = stance * Point2::from(to_side(foot, catch.place.into()));
         Some(self.start(now, body, PlannedFootstep { foot, to, zmp_error: now.zmp_error }, way, swing_time_s))
