@@ -12,7 +12,7 @@ use standfast::episode::parting::Parting;
 use standfast::episode::snapshot::Arrow;
 use standfast::episode::{Disturbance, EpisodeConfig, Film, Until};
 use standfast::render::replay::page;
-use standfast::robot::{Foot, Kinematics, Shape};
+use standfast::robot::{Foot, Kinematics};
 use standfast::sim::{Ground, Push, Variation};
 
 /// Largest error of positions in a page (m).
@@ -39,13 +39,9 @@ fn what_the_page_shows_is_what_the_film_holds() {
         for (i, link) in film.robot.links.iter().enumerate() {
             let pose = pose(&shown["poses"][i]);
             for solid in &link.visuals {
-                let corner = match solid.shape {
-                    Shape::Box { half } => Point3::from(half),
-                    Shape::Cylinder { radius, length } => Point3::new(radius, 0.0, length / 2.0),
-                    Shape::Sphere { radius } => Point3::new(0.0, 0.0, radius),
-                };
-                let corner = solid.pose * corner;
-                worst.see("robot", (pose * corner - kinematics.link_pose(i) * corner).norm());
+                for corner in solid.points() {
+                    worst.see("robot", (pose * corner - kinematics.link_pose(i) * corner).norm());
+                }
             }
         }
         let flat = |p: Point2<f64>| vec![p.x, p.y];

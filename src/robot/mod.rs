@@ -7,8 +7,10 @@
 pub mod dynamics;
 pub mod io;
 pub mod kinematics;
+pub mod mesh;
 pub mod model;
 mod settings;
+pub mod shape;
 pub mod swing_shape;
 pub mod swing_time;
 pub mod units;
@@ -18,6 +20,7 @@ mod xml;
 pub use io::{Command, Imu, Sensed, SensedError, Wrench};
 pub use kinematics::{Kinematics, Pose, Posture};
 pub use model::{
-    Around, Foot, Frame, GRAVITY, Joint, LandingRegion, Link, PerFoot, Robot, SensorNoise, Servo, Shape, Sole, Solid,
+    Around, Foot, Frame, GRAVITY, Joint, LandingRegion, Link, PerFoot, Robot, SensorNoise, Servo, Sole, Solid,
 };
+pub use shape::Shape;
 pub use units::Units;

@@ -1,5 +1,6 @@
 //! The robot as plain data.
 
+use super::shape::Shape;
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
 /// Acceleration of gravity (m/s^2).
@@ -34,6 +35,8 @@ pub struct Robot {
     pub reach: Vec<LandingRegion>,
     /// In words: what is assumed about this robot because it is not published.
     pub assumptions: Vec<String>,
+    /// In words: what was changed or left out when its URDF was read.
+    pub notes: Vec<String>,
 }
 
 /// A rigid body. Its frame is the frame of the URDF link after which it is named.
@@ -51,13 +54,13 @@ pub struct Link {
 }
 
 impl Link {
-    /// The solids to draw: the visual geometry, or the collision geometry if the visual one has no primitives.
+    /// The solids to draw: the visual geometry, or the collision geometry if there is no visual one.
     pub fn drawn(&self) -> &[Solid] {
         if self.visuals.is_empty() { &self.collisions } else { &self.visuals }
     }
 }
 
-/// A primitive shape on a link.
+/// A shape on a link.
 #[derive(Debug, Clone)]
 pub struct Solid {
     /// The URDF link to which this solid belongs; it may be merged into another.
@@ -69,21 +72,19 @@ pub struct Solid {
     pub color: [f64; 4],
 }
 
-/// Primitive shapes of URDF (m).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Shape {
-    /// A box with its half extents.
-    Box {
-        half: Vector3<f64>,
-    },
-    /// A cylinder about the z axis, centred at the origin.
-    Cylinder {
-        radius: f64,
-        length: f64,
-    },
-    Sphere {
-        radius: f64,
-    },
+impl Solid {
+    /// Points in the frame of the [`Link`], whose convex hull is the solid as it collides: the corners of a box, the
+    /// points of a mesh, and for round shapes as in [`Shape::points`].
+    pub fn points(&self) -> impl Iterator<Item = Point3<f64>> + '_ {
+        self.shape.points().into_iter().map(|point| self.pose * point)
+    }
+
+    /// How far the solid reaches along a direction of the [`Link`]'s frame from the frame's origin (m, for a direction of
+    /// length 1).
+    pub fn reach_m(&self, direction: &Vector3<f64>) -> f64 {
+        let own = self.pose.rotation.inverse_transform_vector(direction);
+        self.pose.translation.vector.dot(direction) + self.shape.reach_m(&own)
+    }
 }
 
 /// A revolute joint: `parent link frame -> origin -> rotation by q about axis -> child link frame`.

@@ -1,6 +1,7 @@
 //! The TOML file beside a URDF, with what the URDF cannot state.
 
-use super::model::{Frame, Joint, LandingRegion, Link, PerFoot, SensorNoise, Servo, Shape, Sole};
+use super::model::{Frame, Joint, LandingRegion, Link, PerFoot, SensorNoise, Servo, Sole};
+use super::shape::Shape;
 use crate::assets::{self, Source};
 use crate::error::{Error, Result};
 use nalgebra::{Isometry3, Translation3, Vector3};

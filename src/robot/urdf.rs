@@ -5,8 +5,9 @@
 //! shape is left out with a warning; a collision of another shape is an error.
 
 use super::kinematics::Kinematics;
-use super::model::{Foot, Frame, Joint, Link, PerFoot, Robot, Shape, Solid};
+use super::model::{Foot, Frame, Joint, Link, PerFoot, Robot, Solid};
 use super::settings::{self, Settings};
+use super::shape::Shape;
 use super::xml;
 use crate::assets::{self, Kind, Source};
 use crate::error::{Error, Result};
@@ -65,6 +66,7 @@ impl Robot {
             links: tree.links,
             joints: tree.joints,
             frames: tree.frames,
+            notes: tree.notes,
         };
         check_home(file, &robot)?;
         Ok(robot)
@@ -93,16 +95,33 @@ fn check_home(file: &str, robot: &Robot) -> Result<()> {
     Ok(())
 }
 
-/// The content of the URDF alone.
-struct Tree {
-    name: String,
-    links: Vec<Link>,
-    joints: Vec<Joint>,
-    frames: Vec<Frame>,
+/// The content of the URDF alone. Links, joints and frames are those of [`Robot`].
+pub(super) struct Tree {
+    pub name: String,
+    pub links: Vec<Link>,
+    pub joints: Vec<Joint>,
+    pub frames: Vec<Frame>,
+    /// What the URDF states about the motor of each joint.
+    #[allow(dead_code)]
+    pub motors: Vec<Motor>,
+    /// What was changed or left out, in sentences.
+    pub notes: Vec<String>,
+}
+
+/// The figures of a joint's `<limit>` as they are written, which need not be true; None if they are missing or not
+/// positive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Motor {
+    /// Largest torque (N m).
+    pub effort_n_m: Option<f64>,
+    /// Largest speed (rad/s).
+    pub velocity_rad_s: Option<f64>,
 }
 
 impl Tree {
-    fn parse(source: &Source) -> Result<Tree> {
+    /// Reads the tree of links from a URDF. Meshes are searched from the folder of the file on. Fails as
+    /// [`Robot::load`] does, but for the settings.
+    pub fn parse(source: &Source) -> Result<Tree> {
         let file = source.file.as_str();
         xml::check(source)?;
         let urdf = urdf_rs::read_from_string(&source.text)
@@ -115,7 +134,7 @@ impl Tree {
         // For each URDF link, the body that carries it and its pose in that body.
         let mut placed: Vec<Option<(usize, Isometry3<f64>)>> = vec![None; urdf.links.len()];
         let mut bodies: Vec<Parts> = vec![vec![(root, Isometry3::identity())]];
-        let mut joints = Vec::new();
+        let (mut joints, mut motors) = (Vec::new(), Vec::new());
         placed[root] = Some((0, Isometry3::identity()));
         let mut waiting: Vec<usize> = (0..urdf.joints.len()).collect();
         // The joints keep the order of the file, except that a parent always comes before its children.
@@ -129,6 +148,9 @@ impl Tree {
                 (body, origin)
             } else {
                 joints.push(revolute(file, &urdf.joints[j], body, origin)?);
+                let stated = |figure: f64| (figure > 0.0).then_some(figure);
+                let limit = &urdf.joints[j].limit;
+                motors.push(Motor { effort_n_m: stated(limit.effort), velocity_rad_s: stated(limit.velocity) });
                 bodies.push(vec![(child, Isometry3::identity())]);
                 (bodies.len() - 1, Isometry3::identity())
             });
@@ -145,7 +167,7 @@ impl Tree {
             urdf.links.iter().zip(&placed).filter_map(|(link, place)| {
                 place.map(|(body, pose)| Frame { name: link.name.clone(), link: body, pose })
             });
-        Ok(Tree { frames: frames.collect(), name: urdf.name, links, joints })
+        Ok(Tree { frames: frames.collect(), name: urdf.name, links, joints, motors, notes: Vec::new() })
     }
 }
 
@@ -320,8 +342,9 @@ fn shape(file: &str, field: &str, geometry: &urdf_rs::Geometry) -> Result<Option
     let (shape, sizes) = match geometry {
         urdf_rs::Geometry::Box { size } => (Shape::Box { half: Vector3::from(**size) / 2.0 }, size.to_vec()),
         &urdf_rs::Geometry::Cylinder { radius, length } => (Shape::Cylinder { radius, length }, vec![radius, length]),
+        &urdf_rs::Geometry::Capsule { radius, length } => (Shape::Capsule { radius, length }, vec![radius, length]),
         &urdf_rs::Geometry::Sphere { radius } => (Shape::Sphere { radius }, vec![radius]),
-        urdf_rs::Geometry::Capsule { .. } | urdf_rs::Geometry::Mesh { .. } => return Ok(None),
+        urdf_rs::Geometry::Mesh { .. } => return Ok(None),
     };
     if sizes.iter().any(|s| *s <= 0.0) {
         let field = format!("{field}: {}", kind(geometry));

@@ -5,7 +5,7 @@
 //! keep apart; a link and the one that carries it; and a pair that touches in the home posture already, so that home
 //! remains a posture without inner forces. The force sensors of the soles do not feel contacts of links.
 
-use super::rapier::shape::gap_m;
+use super::rapier::shape::{gap_m, placed};
 use crate::robot::{Foot, Kinematics, PerFoot, Robot};
 
 /// Friction coefficient between links, plastic on plastic; assumed. (It is a power of two, so that a factor for the
@@ -46,11 +46,18 @@ impl Pairs {
         kinematics.update(robot, &robot.home_posture());
         let limbs = limbs(robot);
         let count = robot.links.len();
+        // The solids of each link where they are at home.
+        let at_home: Vec<Vec<_>> = (0..count)
+            .map(|link| {
+                let pose = kinematics.link_pose(link);
+                robot.links[link].collisions.iter().map(|solid| placed(&solid.shape, pose * solid.pose)).collect()
+            })
+            .collect();
         let mut collide = vec![vec![false; count]; count];
         let mut touching_at_home = Vec::new();
         for b in 0..count {
             for a in (0..b).filter(|&a| carrier(robot, b) != Some(a) && can_meet(limbs[a], limbs[b])) {
-                if touch(robot, &kinematics, [a, b]) {
+                if at_home[a].iter().any(|one| at_home[b].iter().any(|other| gap_m(one, other) < TOUCHING_M)) {
                     touching_at_home.push([a, b]);
                 } else {
                     collide[a][b] = true;
@@ -117,15 +124,6 @@ fn limbs(robot: &Robot) -> Vec<usize> {
         });
     }
     limbs
-}
-
-/// Whether two links touch where `kinematics` has them.
-fn touch(robot: &Robot, kinematics: &Kinematics, links: [usize; 2]) -> bool {
-    let [first, second] = links.map(|link| {
-        let solids = robot.links[link].collisions.iter();
-        solids.map(move |solid| (solid.shape, *kinematics.link_pose(link) * solid.pose))
-    });
-    first.clone().any(|a| second.clone().any(|b| gap_m(a, b) < TOUCHING_M))
 }
 
 #[cfg(test)]

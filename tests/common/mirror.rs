@@ -37,7 +37,7 @@ pub fn symmetric_robot() -> Robot {
         link.com_m = Point3::from(mirrored(&model.com_m.coords));
         link.inertia_kg_m2 = mirror * model.inertia_kg_m2 * mirror;
         for (solid, model) in link.collisions.iter_mut().zip(&model.collisions) {
-            (solid.pose, solid.shape) = (mirrored_pose(&model.pose), model.shape);
+            (solid.pose, solid.shape) = (mirrored_pose(&model.pose), model.shape.clone());
         }
         let model = robot.joints[left - 1].clone();
         let joint = &mut robot.joints[right - 1];

@@ -13,7 +13,7 @@ use crate::lipm::pendulum::State;
 use crate::render::paper::footwork::{EXAMPLES_DEG, is_tie};
 use crate::render::paper::robot::axis_name;
 use crate::render::paper::study::{ImposedRun, Pushed, Study};
-use crate::robot::{Foot, Joint, Kinematics, Robot, Shape};
+use crate::robot::{Foot, Joint, Kinematics, Robot};
 use crate::sim::{Profile, Push};
 use nalgebra::{Point2, Vector2, Vector3};
 use serde_json::{Map, Value, json};
@@ -252,16 +252,8 @@ fn height(robot: &Robot) -> f64 {
     kinematics.update(robot, &robot.zero_posture());
     let tops = robot.links.iter().enumerate().flat_map(|(i, link)| {
         let pose = *kinematics.link_pose(i);
-        link.visuals.iter().map(move |solid| {
-            let pose = pose * solid.pose;
-            let up = pose.rotation.inverse() * Vector3::z();
-            pose.translation.z
-                + match solid.shape {
-                    Shape::Box { half } => half.component_mul(&up.abs()).sum(),
-                    Shape::Cylinder { radius, length } => radius * up.xy().norm() + 0.5 * length * up.z.abs(),
-                    Shape::Sphere { radius } => radius,
-                }
-        })
+        let up = pose.rotation.inverse() * Vector3::z();
+        link.visuals.iter().map(move |solid| pose.translation.z + solid.reach_m(&up))
     });
     tops.fold(f64::NEG_INFINITY, f64::max) - kinematics.sole_pose(robot, Foot::Left).translation.z
 }

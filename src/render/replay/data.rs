@@ -12,6 +12,7 @@ use crate::render::scene::mesh::Mesh;
 use crate::render::scene::scale::RobotScale;
 use crate::render::scene::{Face, doing, events, faces, without_gain};
 use crate::render::with_fields_of;
+use crate::robot::mesh::Meshes;
 use crate::robot::{Foot, Pose, Robot, Shape, Solid};
 use crate::sim::Ground;
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
@@ -62,9 +63,10 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
     let phase = |s: &Snapshot| PHASES.iter().position(|phase| *phase == s.phase).map(|i| i as f64);
     let landing = |s: &Snapshot| s.footstep.map_or_else(Vec::new, |corners| corners.map(|corner| corner.xy()).to_vec());
     let footsteps: Vec<Vec<Point2<f64>>> = moments.iter().map(|s| landing(s)).collect();
+    let meshes = Meshes::of(film.robot.links.iter().flat_map(|link| link.drawn()));
     let packed = json!({
-        "robot": robot(&film.robot),
-        "shapes": shapes(),
+        "robot": robot(&film.robot, &meshes),
+        "shapes": shapes(&film.robot, &meshes),
         "ground": ground(film),
         "gains": film.gains,
         "phases": PHASES.map(|phase| json!({ "id": phase.name(), "doing": doing(phase), "without_gain": without_gain(phase) })),
@@ -180,12 +182,15 @@ fn turns(rotations: impl Iterator<Item = UnitQuaternion<f64>>) -> Vec<Value> {
     columns(&continuous.collect::<Vec<_>>())
 }
 
-/// Links, joints and solids of the robot.
-fn robot(robot: &Robot) -> Value {
+/// Links, joints and solids of the robot, with the meshes by their numbers.
+fn robot(robot: &Robot, meshes: &Meshes) -> Value {
     let links = robot.links.iter().enumerate().map(|(i, link)| {
         let joint = i.checked_sub(1).map(|joint| &robot.joints[joint]);
-        let solid =
-            |solid: &Solid| json!({ "pose": pose(&solid.pose), "shape": shape(&solid.shape), "color": solid.color });
+        let solid = |solid: &Solid| {
+            let (kind, half) = kind(&solid.shape, meshes);
+            let shape = json!({ "kind": kind, "half": [half.x, half.y, half.z] });
+            json!({ "pose": pose(&solid.pose), "shape": shape, "color": solid.color })
+        };
         json!({
             "parent": joint.map(|joint| joint.parent),
             "origin": joint.map(|joint| pose(&joint.origin)),
@@ -208,22 +213,44 @@ fn pose(pose: &Pose) -> [f64; 7] {
     [x, y, z, i, j, k, w]
 }
 
-/// Kind of a solid, and half the extents of the box around it (m), in the axes of the solid.
-fn shape(shape: &Shape) -> Value {
-    match *shape {
-        Shape::Box { half } => json!({ "kind": "box", "half": [half.x, half.y, half.z] }),
-        Shape::Cylinder { radius, length } => json!({ "kind": "cylinder", "half": [radius, radius, length / 2.0] }),
-        Shape::Sphere { radius } => json!({ "kind": "sphere", "half": [radius, radius, radius] }),
+/// Name of a mesh of the page, and the scale along the axes of the solid (m) by which it becomes this shape.
+fn kind(shape: &Shape, meshes: &Meshes) -> (String, Vector3<f64>) {
+    match shape {
+        Shape::Box { half } => ("box".into(), *half),
+        Shape::Cylinder { radius, length } => ("cylinder".into(), Vector3::new(*radius, *radius, length / 2.0)),
+        Shape::Sphere { radius } => ("sphere".into(), Vector3::repeat(*radius)),
+        Shape::Capsule { radius, length } => {
+            (format!("capsule {}", length / radius), Vector3::repeat(radius + 0.5 * length))
+        }
+        Shape::Mesh(mesh) => {
+            let farthest_m = mesh.points.iter().map(|point| point.coords.amax()).fold(1e-6, f64::max);
+            (format!("mesh {:?}", meshes.number(mesh)), Vector3::repeat(farthest_m))
+        }
     }
 }
 
-/// One mesh for each kind of solid, within the cube from -1 to 1. The page scales them, which keeps it small.
-fn shapes() -> Value {
-    json!({
-        "box": packed_mesh(&Mesh::of(&Shape::Box { half: Vector3::repeat(1.0) })),
-        "cylinder": packed_mesh(&Mesh::of(&Shape::Cylinder { radius: 1.0, length: 2.0 })),
-        "sphere": packed_mesh(&Mesh::of(&Shape::Sphere { radius: 1.0 })),
-    })
+/// The meshes by name, each within the cube from -1 to 1. Boxes, cylinders and spheres need one each, which the page
+/// scales; that keeps it small.
+fn shapes(robot: &Robot, meshes: &Meshes) -> Value {
+    let mut shapes = serde_json::Map::new();
+    for solid in robot.links.iter().flat_map(|link| link.drawn()) {
+        let (kind, scale) = kind(&solid.shape, meshes);
+        let unit = match solid.shape {
+            Shape::Box { .. } => Shape::Box { half: Vector3::repeat(1.0) },
+            Shape::Cylinder { .. } => Shape::Cylinder { radius: 1.0, length: 2.0 },
+            Shape::Sphere { .. } => Shape::Sphere { radius: 1.0 },
+            Shape::Capsule { radius, length } => Shape::Capsule { radius: radius / scale.x, length: length / scale.x },
+            Shape::Mesh(ref mesh) => Shape::Mesh(mesh.clone()),
+        };
+        shapes.entry(kind).or_insert_with(|| {
+            let mut mesh = Mesh::of(&unit);
+            if let Shape::Mesh(_) = unit {
+                mesh.corners.iter_mut().for_each(|(at, _)| *at /= scale.x);
+            }
+            packed_mesh(&mesh)
+        });
+    }
+    shapes.into()
 }
 
 /// Step, patch and faces of the ground.

@@ -1,8 +1,9 @@
-//! Triangle meshes of solids. Each is closed and convex, with normals, and its triangles are counter-clockwise as seen
-//! from outside.
+//! Triangle meshes of solids, with normals. Triangles are counter-clockwise as seen from outside. Meshes of primitive
+//! shapes are closed and convex.
 
-use crate::robot::Shape;
+use crate::robot::{self, Shape};
 use nalgebra::{Isometry3, Point3, Vector3};
+use std::collections::HashMap;
 
 /// A mesh: its corners with their normals, and the indices of three corners for each face.
 #[derive(Debug, Clone, Default)]
@@ -63,14 +64,51 @@ fn cylinder(radius: f64, length: f64) -> Mesh {
     ])
 }
 
-fn sphere(radius: f64) -> Mesh {
-    let stack = |k: usize| {
-        let (sin, cos) = (180.0 * k as f64 / STACKS as f64).to_radians().sin_cos();
-        // Rounding leaves sin a little above 0 at the upper pole.
-        let sin = if k == STACKS { 0.0 } else { sin };
-        [radius * sin, -radius * cos, sin, -cos]
+/// A capsule, or with the length 0 a sphere.
+fn capsule(radius: f64, length: f64) -> Mesh {
+    let half_ball = |first: usize, to: f64| {
+        (first..=first + STACKS / 2).map(move |k| {
+            let (sin, cos) = (180.0 * k as f64 / STACKS as f64).to_radians().sin_cos();
+            // Rounding leaves sin a little above 0 at the upper pole.
+            let sin = if k == STACKS { 0.0 } else { sin };
+            [radius * sin, to - radius * cos, sin, -cos]
+        })
     };
-    revolved(&(0..=STACKS).map(stack).collect::<Vec<_>>())
+    let (lower, upper) = (half_ball(0, -0.5 * length), half_ball(STACKS / 2, 0.5 * length));
+    revolved(&lower.chain(upper.skip(usize::from(length == 0.0))).collect::<Vec<_>>())
+}
+
+/// Triangles that meet at a flatter angle than this (rad) look as one curved surface, others as an edge.
+const CREASE_RAD: f64 = 0.7;
+
+/// A mesh of a file, with normals that show curved surfaces and edges.
+fn creased(mesh: &robot::mesh::Mesh) -> Mesh {
+    let at = |i: u32| mesh.points[i as usize];
+    let across = |&[a, b, c]: &[u32; 3]| (at(b) - at(a)).cross(&(at(c) - at(a)));
+    let across: Vec<Vector3<f64>> = mesh.triangles.iter().map(across).collect();
+    let normal = |face: usize| across[face].try_normalize(0.0);
+    let mut around = vec![Vec::new(); mesh.points.len()];
+    for (face, triangle) in mesh.triangles.iter().enumerate() {
+        triangle.iter().for_each(|&corner| around[corner as usize].push(face));
+    }
+    let mut creased = Mesh::default();
+    // The corners of each point that stand already, by the faces that share them.
+    let mut made: HashMap<(u32, Vec<usize>), usize> = HashMap::new();
+    for (face, triangle) in mesh.triangles.iter().enumerate() {
+        let Some(own) = normal(face) else { continue };
+        let corner = |&point: &u32| {
+            let is_smooth = |other: &usize| normal(*other).is_some_and(|n| n.dot(&own) > CREASE_RAD.cos());
+            let shared: Vec<usize> = around[point as usize].iter().copied().filter(is_smooth).collect();
+            let sum: Vector3<f64> = shared.iter().map(|&other| across[other]).sum();
+            *made.entry((point, shared)).or_insert_with(|| {
+                creased.corners.push((at(point), sum.try_normalize(0.0).unwrap_or(own)));
+                creased.corners.len() - 1
+            })
+        };
+        let corners: Vec<usize> = triangle.iter().map(corner).collect();
+        creased.faces.push([corners[0], corners[1], corners[2]]);
+    }
+    creased
 }
 
 /// A surface of revolution about z. Each row of the profile is a point (r, z) with its normal (r, z), from bottom to
@@ -106,7 +144,9 @@ impl Mesh {
         match *shape {
             Shape::Box { half } => bevelled_box(half),
             Shape::Cylinder { radius, length } => cylinder(radius, length),
-            Shape::Sphere { radius } => sphere(radius),
+            Shape::Capsule { radius, length } => capsule(radius, length),
+            Shape::Sphere { radius } => capsule(radius, 0.0),
+            Shape::Mesh(ref mesh) => creased(mesh),
         }
     }
 
@@ -146,13 +186,13 @@ mod tests {
         assert!(share < 1.0 && share > 0.998, "{share}");
         let share = volume(&cylinder(0.05, 0.2)) / (PI * 0.0025 * 0.2);
         assert!(share < 1.0 && share > 0.98, "{share}");
-        let share = volume(&sphere(0.1)) / (4.0 / 3.0 * PI * 0.001);
+        let share = volume(&capsule(0.1, 0.0)) / (4.0 / 3.0 * PI * 0.001);
         assert!(share < 1.0 && share > 0.95, "{share}");
     }
 
     #[test]
     fn normals_point_to_the_front_of_their_faces() {
-        for mesh in [bevelled_box(Vector3::new(0.05, 0.1, 0.15)), cylinder(0.05, 0.2), sphere(0.1)] {
+        for mesh in [bevelled_box(Vector3::new(0.05, 0.1, 0.15)), cylinder(0.05, 0.2), capsule(0.1, 0.0)] {
             for face in &mesh.faces {
                 let [a, b, c] = face.map(|i| mesh.corners[i].0);
                 let outward = (b - a).cross(&(c - a)).normalize();

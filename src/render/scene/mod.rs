@@ -16,7 +16,7 @@ mod strokes;
 mod words;
 
 use crate::episode::Snapshot;
-use crate::robot::{Kinematics, Posture, Robot, Shape};
+use crate::robot::{Kinematics, Posture, Robot};
 use crate::sim::Ground;
 pub use events::{Event, EventKind, events};
 pub use ground::{Face, GroundPart, faces};
@@ -56,13 +56,9 @@ impl<'a> Stage<'a> {
         let links = robot.links.iter().enumerate();
         let drawn = links.flat_map(|(i, link)| link.drawn().iter().map(move |solid| (i, solid)));
         let solid = |(link, solid): (usize, &crate::robot::Solid)| {
-            let radius_m = match solid.shape {
-                Shape::Box { half } => half.norm(),
-                Shape::Cylinder { radius, length } => (radius * radius + length * length / 4.0).sqrt(),
-                Shape::Sphere { radius } => radius,
-            };
-            let ball = (Point3::from(solid.pose.translation.vector), radius_m);
-            Surface { link, color: solid.color, mesh: Mesh::of(&solid.shape).at(&solid.pose), ball }
+            let (center, radius_m) = solid.shape.ball();
+            let (mesh, ball) = (Mesh::of(&solid.shape).at(&solid.pose), (solid.pose * center, radius_m));
+            Surface { link, color: solid.color, mesh, ball }
         };
         let mut solids: Vec<Surface> = drawn.map(solid).collect();
         solids.sort_by_key(Surface::is_translucent);

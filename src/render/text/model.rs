@@ -92,6 +92,7 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
             "touching_at_home": touching,
         },
         "reach": robot.reach,
+        "notes": robot.notes,
         "assumptions": robot.assumptions,
     })
 }
@@ -149,9 +150,13 @@ pub fn description(robot: &Robot) -> String {
     line("\nTree of links: mass of each moving link, and in brackets what is fixed to it".into());
     tree_text(robot, 0, 1, &mut line);
     line(format!("\n{}\n\n{}", joint_table(robot), servo_table(robot)));
-    if !robot.assumptions.is_empty() {
-        line("\nAssumed, because it is not published".into());
-        robot.assumptions.iter().for_each(|a| line(wrapped("  - ", a).trim_end().into()));
+    for (heading, sentences) in
+        [("Changed or left out on reading", &robot.notes), ("Assumed, because it is not published", &robot.assumptions)]
+    {
+        if !sentences.is_empty() {
+            line(format!("\n{heading}"));
+            sentences.iter().for_each(|sentence| line(wrapped("  - ", sentence).trim_end().into()));
+        }
     }
     text
 }

@@ -2,6 +2,7 @@
 //! collide are those of [`Robot`]. Which links collide with each other is up to [`Pairs`]. The servos are not in it; the
 //! plant drives the joints.
 
+use crate::robot::mesh::Meshes;
 use crate::robot::{Link, Robot, Shape, Solid};
 use crate::sim::Ground;
 use crate::sim::meeting::{self, Pairs};
@@ -41,8 +42,11 @@ pub fn mjcf(robot: &Robot, ground: &Ground, pairs: &Pairs, step_s: f64) -> Strin
         _ = write!(xml, r#"<geom type="box" size="{size}" {friction} {}/>"#, pose(&center));
     }
     xml.push_str("</body>");
-    body(&mut xml, robot, 0);
-    xml.push_str("</worldbody><contact>");
+    let meshes = Meshes::of(robot.links.iter().flat_map(|link| &link.collisions));
+    body(&mut xml, robot, &meshes, 0);
+    xml.push_str("</worldbody>");
+    assets(&mut xml, &meshes);
+    xml.push_str("<contact>");
     let names: Vec<String> = robot.links.iter().map(|link| escape(body_name(link)).into_owned()).collect();
     for (b, second) in names.iter().enumerate() {
         for (_, first) in names[..b].iter().enumerate().filter(|(a, _)| !pairs.collide(*a, b)) {
@@ -53,8 +57,19 @@ pub fn mjcf(robot: &Robot, ground: &Ground, pairs: &Pairs, step_s: f64) -> Strin
     xml
 }
 
+/// Adds the hulls of the meshes that collide.
+fn assets(xml: &mut String, meshes: &Meshes) {
+    xml.push_str("<asset>");
+    for (number, mesh) in meshes.0.iter().enumerate() {
+        _ = write!(xml, r#"<mesh name="{number}" inertia="convex" vertex=""#);
+        mesh.hull.iter().for_each(|p| _ = write!(xml, "{} {} {} ", p.x, p.y, p.z));
+        xml.push_str("\"/>");
+    }
+    xml.push_str("</asset>");
+}
+
 /// Adds a link with all that it carries.
-fn body(xml: &mut String, robot: &Robot, index: usize) {
+fn body(xml: &mut String, robot: &Robot, meshes: &Meshes, index: usize) {
     let link = &robot.links[index];
     let origin = if index == 0 { Isometry3::identity() } else { robot.joints[index - 1].origin };
     _ = write!(xml, r#"<body name="{}" {}>"#, escape(body_name(link)), pose(&origin));
@@ -76,9 +91,9 @@ fn body(xml: &mut String, robot: &Robot, index: usize) {
         }
     }
     inertial(xml, link);
-    link.collisions.iter().for_each(|solid| geom(xml, solid));
+    link.collisions.iter().for_each(|solid| geom(xml, solid, meshes));
     let children = robot.joints.iter().enumerate().filter(|(_, joint)| joint.parent == index);
-    children.for_each(|(joint, _)| body(xml, robot, joint + 1));
+    children.for_each(|(joint, _)| body(xml, robot, meshes, joint + 1));
     xml.push_str("</body>");
 }
 
@@ -91,13 +106,19 @@ fn inertial(xml: &mut String, link: &Link) {
     );
 }
 
-fn geom(xml: &mut String, solid: &Solid) {
-    let (kind, size) = match solid.shape {
+fn geom(xml: &mut String, solid: &Solid, meshes: &Meshes) {
+    let place = pose(&solid.pose);
+    let (kind, size) = match &solid.shape {
         Shape::Box { half } => ("box", format!("{} {} {}", half.x, half.y, half.z)),
         Shape::Sphere { radius } => ("sphere", radius.to_string()),
         Shape::Cylinder { radius, length } => ("cylinder", format!("{radius} {}", 0.5 * length)),
+        Shape::Capsule { radius, length } => ("capsule", format!("{radius} {}", 0.5 * length)),
+        Shape::Mesh(mesh) => {
+            let number = meshes.number(mesh).expect("all meshes that collide are listed");
+            _ = write!(xml, r#"<geom type="mesh" mesh="{number}" {place}/>"#);
+            return;
+        }
     };
-    let place = pose(&solid.pose);
     _ = write!(xml, r#"<geom type="{kind}" size="{size}" {place}/>"#);
 }
 

@@ -216,7 +216,7 @@ pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
 }
 
 fn collider(solid: &Solid, offset: &Isometry3<f64>) -> ColliderBuilder {
-    let (shape, pose) = placed(solid.shape, offset.inverse() * solid.pose);
+    let (shape, pose) = placed(&solid.shape, offset.inverse() * solid.pose);
     ColliderBuilder::new(shape)
         .position(pose_to_rapier(&pose))
         .density(0.0)

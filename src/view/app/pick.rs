@@ -198,8 +198,9 @@ mod tests {
         let pose = Pose::identity();
         let cylinder = Shape::Cylinder { radius: 0.1, length: 0.6 };
         for (shape, sight, expected) in [
-            (cylinder, from_above, 0.7),
+            (cylinder.clone(), from_above, 0.7),
             (cylinder, from_aside, 0.9),
+            (Shape::Capsule { radius: 0.1, length: 0.6 }, from_above, 0.6),
             (Shape::Sphere { radius: 0.2 }, from_above, 0.8),
             (Shape::Box { half: Vector3::new(0.1, 0.2, 0.3) }, from_aside, 0.9),
         ] {
