@@ -63,10 +63,11 @@ impl Catching {
 pub struct CatchProblem {
     /// Natural frequency of the pendulum (rad/s).
     pub omega: f64,
-    /// Half length and half width of a sole.
-    pub sole: [f64; 2],
-    /// Distance that the ZMP keeps from the edge of the stance sole.
-    pub zmp_margin: f64,
+    /// Smallest and largest x, and y, of the ZMP.
+    pub zmp: [[f64; 2]; 2],
+    /// Smallest and largest x, and y, from a point between the feet's middle and the landing foot, of a DCM that is
+    /// inside of the support polygon.
+    pub support: [[f64; 2]; 2],
     /// Smallest and largest x, and y, of the landing place.
     pub reach: [[f64; 2]; 2],
     /// Place of the swing foot at home.
@@ -122,15 +123,14 @@ fn landing(problem: &CatchProblem, dcm: Vector2<f64>, time_s: f64, share: f64) -
     let mut catch = CatchPlan { zmp: Vector2::zeros(), place: Vector2::zeros(), dcm, miss: 0.0, cost: 0.0 };
     let mut outside = Vector2::zeros();
     for k in 0..2 {
-        let most = (problem.sole[k] - problem.zmp_margin).max(0.0);
         let row = Vector2::new(1.0 - growth, -share);
         let hessian = row * row.transpose() + Matrix2::identity() * TIE;
         let linear = Vector2::new(0.0, TIE * problem.home[k]) - row * (growth * dcm[k]);
-        let [zmp, place]: [f64; 2] = in_box(&hessian, &linear, [[-most, most], problem.reach[k]]).into();
+        let [zmp, place]: [f64; 2] = in_box(&hessian, &linear, [problem.zmp[k], problem.reach[k]]).into();
         (catch.zmp[k], catch.place[k]) = (zmp, place);
         catch.dcm[k] = growth * (dcm[k] - zmp) + zmp;
         let off = catch.dcm[k] - share * place;
-        outside[k] = (off.abs() - problem.sole[k]).max(0.0);
+        outside[k] = off - off.clamp(problem.support[k][0], problem.support[k][1]);
         catch.cost += off * off + TIE * (zmp * zmp + (place - problem.home[k]).powi(2));
     }
     catch.miss = outside.norm();
@@ -146,8 +146,8 @@ mod tests {
 
     const PROBLEM: CatchProblem = CatchProblem {
         omega: 5.63,
-        sole: [0.048, 0.035],
-        zmp_margin: 0.003,
+        zmp: [[-0.045, 0.045], [-0.032, 0.032]],
+        support: [[-0.048, 0.048], [-0.035, 0.035]],
         reach: [[-0.15, 0.15], [0.075, 0.18]],
         home: Vector2::new(0.0, 0.097),
     };

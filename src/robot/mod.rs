@@ -4,6 +4,7 @@
 //! Links that are joined by fixed URDF joints are merged into one. Every URDF link keeps its name and its frame as a
 //! [`Frame`], and a joint has the name of its URDF joint.
 
+mod ankle;
 pub mod dynamics;
 pub mod io;
 pub mod kinematics;
@@ -17,6 +18,7 @@ pub mod units;
 pub mod urdf;
 mod xml;
 
+pub use ankle::Ankle;
 pub use io::{Command, Imu, Sensed, SensedError, Wrench};
 pub use kinematics::{Kinematics, Pose, Posture};
 pub use model::{

@@ -4,6 +4,7 @@
 //! limit and the `dynamics` of a joint are not used, because the settings describe the servos. A visual of another
 //! shape is left out with a warning; a collision of another shape is an error.
 
+use super::ankle::Ankle;
 use super::kinematics::Kinematics;
 use super::model::{Foot, Frame, Joint, Link, PerFoot, Robot, Solid};
 use super::settings::{self, Settings};
@@ -52,7 +53,7 @@ impl Robot {
         let tree = Tree::parse(urdf)?;
         let parsed: Settings = settings::parse(settings)?;
         let file = settings.file.as_str();
-        let robot = Robot {
+        let mut robot = Robot {
             trunk: parsed.trunk(file, &tree.frames)?,
             soles: parsed.soles(file, &tree.links, &tree.frames)?,
             home_rad: parsed.home(file, &tree.joints)?,
@@ -69,6 +70,9 @@ impl Robot {
             notes: tree.notes,
         };
         check_home(file, &robot)?;
+        for foot in Foot::BOTH {
+            robot.soles[foot].ankle = Ankle::of(&robot, foot);
+        }
         Ok(robot)
     }
 }

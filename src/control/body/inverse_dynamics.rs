@@ -86,6 +86,8 @@ pub struct PredictedContact {
 #[derive(Debug, Clone)]
 pub struct InverseDynamics {
     contact: ContactModel,
+    /// Weight of the robot (N).
+    weight_n: f64,
     in_leg: Vec<bool>,
     /// Joint torques of the last solve (N m), one per joint.
     pub tau: Vec<f64>,
@@ -113,6 +115,7 @@ impl InverseDynamics {
         let size = 6 + robot.joints.len();
         Self {
             contact,
+            weight_n: robot.mass() * GRAVITY,
             in_leg: legs(robot),
             tau: vec![0.0; robot.joints.len()],
             acceleration: DVector::zeros(size),
@@ -208,7 +211,7 @@ impl InverseDynamics {
         let base = self.kinematics.link_pose(0).translation.vector;
         for (side, foot) in Foot::BOTH.into_iter().enumerate() {
             let sole = self.kinematics.sole_pose(robot, foot);
-            for (k, corner) in robot.soles[foot].corners().iter().enumerate() {
+            for (k, corner) in robot.soles[foot].pressable_corners(self.weight_n).iter().enumerate() {
                 let point = sole * (corner * self.contact.sole_share);
                 for edge in 0..EDGES {
                     let lean = [Vector3::x(), Vector3::y(), -Vector3::x(), -Vector3::y()][edge];

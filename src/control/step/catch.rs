@@ -19,7 +19,7 @@ use crate::control::design::Design;
 use crate::control::error::TickError;
 use crate::control::estimate::on_ground;
 use crate::lipm::catching::{CatchPlan, CatchProblem, Catching, plan};
-use crate::robot::{Command, Foot, LandingRegion, PerFoot};
+use crate::robot::{Command, Foot, GRAVITY, LandingRegion, PerFoot};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
 /// For a late foot, the plan assumes that it lands in this many ticks.
@@ -242,10 +242,18 @@ struct Candidate {
 /// The planning problem for a footstep of `foot` to a landing region.
 fn problem(region: &LandingRegion, foot: Foot, now: &StepState) -> CatchProblem {
     let Design { robot, family, stance, .. } = now.design;
+    let weight_n = robot.mass() * GRAVITY;
+    let pressable = |of: Foot, load_n: f64| {
+        let [x, [low, high]] = robot.soles[of].pressable_m(load_n);
+        [x, if foot == Foot::Left { [low, high] } else { [-high, -low] }]
+    };
     CatchProblem {
         omega: family.pendulum.omega,
-        sole: robot.soles[foot.other()].half_m,
-        zmp_margin: family.zmp_margin,
+        zmp: pressable(foot.other(), weight_n).map(|[low, high]| {
+            let margin = family.zmp_margin.min(0.5 * (high - low));
+            [low + margin, high - margin]
+        }),
+        support: pressable(foot, 0.5 * weight_n),
         reach: [region.x_m, region.y_m],
         home: Vector2::new(stance.x * foot.side(), stance.y),
     }
