@@ -13,9 +13,9 @@ mod settings;
 pub mod shape;
 pub mod swing_shape;
 pub mod swing_time;
+mod tree;
 pub mod units;
 pub mod urdf;
-mod xml;
 
 pub use io::{Command, Imu, Sensed, SensedError, Wrench};
 pub use kinematics::{Kinematics, Pose, Posture};
