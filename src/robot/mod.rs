@@ -14,9 +14,9 @@ mod settings;
 pub mod shape;
 pub mod swing_shape;
 pub mod swing_time;
+mod tree;
 pub mod units;
 pub mod urdf;
-mod xml;
 
 pub use ankle::Ankle;
 pub use io::{Command, Imu, Sensed, SensedError, Wrench};

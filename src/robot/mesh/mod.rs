@@ -1,9 +1,7 @@
 //! Triangle meshes: as they are drawn, and the convex hull as which they collide.
 
-use super::{Shape, Solid};
 use nalgebra::{Matrix3, Point3, Vector3};
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 /// Triangles in the frame of a solid, and the points that span their convex hull.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,29 +33,6 @@ impl Mesh {
         let center = nalgebra::center(&least, &most);
         let farthest = |points: &[Point3<f64>]| points.iter().map(|p| (p - center).norm()).fold(0.0, f64::max);
         (center, farthest(&self.hull).max(farthest(&self.points)))
-    }
-}
-
-/// The meshes of some solids, each once. They are written to models and pages by their number in this list.
-#[derive(Debug)]
-pub struct Meshes<'a>(pub Vec<&'a Arc<Mesh>>);
-
-impl<'a> Meshes<'a> {
-    pub fn of(solids: impl Iterator<Item = &'a Solid>) -> Self {
-        let mut meshes = Self(Vec::new());
-        for solid in solids {
-            if let Shape::Mesh(mesh) = &solid.shape
-                && meshes.number(mesh).is_none()
-            {
-                meshes.0.push(mesh);
-            }
-        }
-        meshes
-    }
-
-    /// The number of a mesh; None if no solid has it.
-    pub fn number(&self, mesh: &Arc<Mesh>) -> Option<usize> {
-        self.0.iter().position(|other| Arc::ptr_eq(mesh, other))
     }
 }
 

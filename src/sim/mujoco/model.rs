@@ -2,7 +2,7 @@
 //! collide are those of [`Robot`]. Which links collide with each other is up to [`Pairs`]. The servos are not in it; the
 //! plant drives the joints.
 
-use crate::robot::mesh::Meshes;
+use crate::robot::shape::Meshes;
 use crate::robot::{Link, Robot, Shape, Solid};
 use crate::sim::Ground;
 use crate::sim::meeting::{self, Pairs};
@@ -42,7 +42,7 @@ pub fn mjcf(robot: &Robot, ground: &Ground, pairs: &Pairs, step_s: f64) -> Strin
         _ = write!(xml, r#"<geom type="box" size="{size}" {friction} {}/>"#, pose(&center));
     }
     xml.push_str("</body>");
-    let meshes = Meshes::of(robot.links.iter().flat_map(|link| &link.collisions));
+    let meshes = Meshes::of(robot.links.iter().flat_map(|link| &link.collisions).map(|solid| &solid.shape));
     body(&mut xml, robot, &meshes, 0);
     xml.push_str("</worldbody>");
     assets(&mut xml, &meshes);
