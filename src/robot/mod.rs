@@ -8,6 +8,7 @@ pub mod dynamics;
 pub mod io;
 pub mod kinematics;
 pub mod model;
+mod scaled;
 mod settings;
 pub mod swing_shape;
 pub mod swing_time;
@@ -20,4 +21,5 @@ pub use kinematics::{Kinematics, Pose, Posture};
 pub use model::{
     Around, Foot, Frame, GRAVITY, Joint, LandingRegion, Link, PerFoot, Robot, SensorNoise, Servo, Shape, Sole, Solid,
 };
+pub use scaled::Scale;
 pub use units::Units;
