@@ -11,7 +11,7 @@ use crate::lipm::gains::{FootworkRules, GainFamily, GainSet};
 use crate::lipm::pendulum::Pendulum;
 use crate::lipm::stepping::Stepping;
 use crate::robot::dynamics::load_torques;
-use crate::robot::{Command, GRAVITY, Kinematics, PerFoot, Pose, Robot};
+use crate::robot::{Command, GRAVITY, Kinematics, PerFoot, Pose, Robot, Units};
 use nalgebra::{Vector2, Vector3};
 use std::sync::Arc;
 
@@ -25,8 +25,8 @@ pub struct Design {
     pub warning: Option<String>,
     /// Joint targets at home, with the torques that carry the weight there.
     pub(super) home: Command,
-    /// Height of the COM at home (m).
-    pub(super) com_height: f64,
+    /// The units of the robot.
+    pub(super) units: Units,
     /// Vector from the centre of the right sole to that of the left one at home (m), control frame.
     pub(super) stance: Vector2<f64>,
 }
@@ -34,7 +34,8 @@ pub struct Design {
 impl Design {
     /// Designs the feedback gains, and computes their CPI sets on the home support to check that they nest.
     pub fn new(robot: &Robot, gains: &GainSet, control_period_s: f64) -> Result<Self> {
-        let pendulum = Pendulum { omega: robot.omega(), dt: control_period_s };
+        let units = Units::of(robot);
+        let pendulum = Pendulum { omega: units.omega(), dt: control_period_s };
         let family = GainFamily::design(gains, pendulum)?;
         let polygon = family.allowed_support(&home_polygon(robot), &gains.name)?;
         family.check_disturbance(&polygon, &gains.name)?;
@@ -48,8 +49,7 @@ impl Design {
             }
             None => {}
         }
-        let (home, com_height) = (home_command(robot), robot.home_com_height());
-        Ok(Self { robot: Arc::new(robot.clone()), family, warning, home, com_height, stance })
+        Ok(Self { robot: Arc::new(robot.clone()), family, warning, home: home_command(robot), units, stance })
     }
 
     /// The same design with a patience of 0: a footstep starts at the first tick at which the state is in no CPI set.

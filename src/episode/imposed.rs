@@ -197,7 +197,7 @@ fn velocity_for(robot: &Robot, design: &Design, com: Point2<f64>, zmp_error: Vec
     let mut velocity = (farthest - com) * family.pendulum.omega;
     for _ in 0..1000 {
         let missing = zmp_error - sets.zmp_error(0, &State::new(com, velocity, com));
-        if missing.norm() < 1e-6 {
+        if missing.norm() < 1e-5 * zmp_error.norm() {
             return Ok(velocity);
         }
         velocity += missing * family.pendulum.omega;

@@ -93,14 +93,14 @@ pub struct CatchPlan {
     /// Distance of that DCM from the part of the support polygon between the feet's middle and the landing foot (m); 0
     /// inside.
     pub miss: f64,
-    /// Cost in squared metres, in which `miss` counts `MISS` times its length.
+    /// Cost in squared metres, in which `miss` counts `MISS` times the distance between the feet at home times its length.
     pub cost: f64,
 }
 
 /// The shares s that are tried.
 const SHARES: [f64; 6] = [0.5, 0.6, 0.7, 0.8, 0.9, 1.0];
-/// Cost of a DCM outside of the support, per metre (m). It exceeds all other costs.
-const MISS: f64 = 100.0;
+/// Cost of a DCM outside of the support, per metre, in distances between the feet at home (m). It exceeds all other costs.
+const MISS: f64 = 1000.0;
 /// Cost of a ZMP away from the middle of the stance sole, and of a landing place away from home, relative to the cost of
 /// a DCM away from the middle of its support.
 const TIE: f64 = 1e-6;
@@ -134,7 +134,7 @@ fn landing(problem: &CatchProblem, dcm: Vector2<f64>, time_s: f64, share: f64) -
         catch.cost += off * off + TIE * (zmp * zmp + (place - problem.home[k]).powi(2));
     }
     catch.miss = outside.norm();
-    catch.cost += MISS * catch.miss;
+    catch.cost += MISS * problem.home.norm() * catch.miss;
     catch
 }
 
@@ -226,7 +226,7 @@ mod tests {
             };
             let mine = cost(catch.zmp.into(), catch.place.into());
             prop_assert!(mine <= cost(zmp, place) + 1e-12);
-            prop_assert!((mine + MISS * catch.miss - catch.cost).abs() < 1e-12);
+            prop_assert!((mine + MISS * PROBLEM.home.norm() * catch.miss - catch.cost).abs() < 1e-12);
             let arrived = (Vector2::from(dcm) - catch.zmp) * growth + catch.zmp;
             prop_assert!((arrived - catch.dcm).norm() < 1e-12);
         }

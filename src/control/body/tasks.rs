@@ -4,7 +4,15 @@
 use crate::robot::{Foot, Joint, Kinematics, PerFoot, Robot};
 use nalgebra::{DMatrix, DVector, Matrix3xX, Matrix6xX, Point3};
 
-/// Weight of a squared error of each task. Metres and radians count alike.
+/// Length that counts as much as a turn by one radian, in COM heights.
+const RADIAN: f64 = 3.2;
+
+/// Weight of the square of a length (1/m^2) for which that of an angle is 1.
+pub(super) fn weight_of_lengths(robot: &Robot) -> f64 {
+    (RADIAN * robot.home_com_height()).powi(-2)
+}
+
+/// Weight of a squared error of each task, for angles. For lengths it is [`weight_of_lengths`] times as large.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Weights {
     /// Position and rotation of a stance sole.
