@@ -156,9 +156,18 @@ impl Balance {
         if decision.starts || is_landing || support.polygon.is_none() {
             body.com.start(estimate);
         }
-        let acceleration = body.com.advance(&family.pendulum, estimate, self.zmp_ref);
+        let mut acceleration = body.com.advance(&family.pendulum, estimate, self.zmp_ref);
         if decision.held {
             body.com.make_up_for_sag(&family.pendulum, design.units.length_m, com);
+        }
+        // What cannot be led is not: the legs keep the COM above the middle of the feet, and the ZMP is what it is.
+        if design.is_rigid_sideways && estimate.in_contact.left && estimate.in_contact.right {
+            let sideways = support.frame.rotation * Vector2::y();
+            let across = |v: Vector2<f64>| sideways * v.dot(&sideways);
+            body.com.place -= across(body.com.place - Point2::from(support.frame.translation.vector));
+            body.com.vel -= across(body.com.vel);
+            acceleration -= across(acceleration);
+            self.zmp_ref += across(estimate.zmp - self.zmp_ref);
         }
         let soles = SoleReference { poses: estimate.footholds, velocities: PerFoot::default() };
         body.follow(robot, &family.pendulum, estimate, soles, command);

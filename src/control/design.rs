@@ -11,7 +11,7 @@ use crate::lipm::gains::{FootworkRules, GainFamily, GainSet};
 use crate::lipm::pendulum::Pendulum;
 use crate::lipm::stepping::Stepping;
 use crate::robot::dynamics::load_torques;
-use crate::robot::{Command, GRAVITY, Kinematics, PerFoot, Pose, Robot, Units};
+use crate::robot::{Command, Foot, GRAVITY, Kinematics, PerFoot, Pose, Robot, Units};
 use nalgebra::{Vector2, Vector3};
 use std::sync::Arc;
 
@@ -29,6 +29,9 @@ pub struct Design {
     pub(super) units: Units,
     /// Vector from the centre of the right sole to that of the left one at home (m), control frame.
     pub(super) stance: Vector2<f64>,
+    /// Whether the legs are rigid sideways while both soles are flat on the ground, because the ankles do not roll. The
+    /// ZMP then follows the push, and no reference of the COM can be followed.
+    pub(super) is_rigid_sideways: bool,
 }
 
 impl Design {
@@ -49,7 +52,9 @@ impl Design {
             }
             None => {}
         }
-        Ok(Self { robot: Arc::new(robot.clone()), family, warning, home: home_command(robot), units, stance })
+        let is_rigid_sideways = Foot::BOTH.into_iter().all(|foot| !robot.soles[foot].ankle.rolls());
+        let home = home_command(robot);
+        Ok(Self { robot: Arc::new(robot.clone()), family, warning, home, units, stance, is_rigid_sideways })
     }
 
     /// The same design with a patience of 0: a footstep starts at the first tick at which the state is in no CPI set.

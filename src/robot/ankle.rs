@@ -25,6 +25,11 @@ impl Ankle {
     /// An ankle that never gives way.
     pub const RIGID: Ankle = Ankle { above_m: [0.0; 2], torque_n_m: [f64::INFINITY; 2] };
 
+    /// Whether it has a joint for roll. Without one, the sole rolls with the leg.
+    pub fn rolls(&self) -> bool {
+        self.torque_n_m[1].is_finite()
+    }
+
     /// The ankle of this foot.
     pub fn of(robot: &Robot, foot: Foot) -> Self {
         let mut kinematics = Kinematics::new(robot);

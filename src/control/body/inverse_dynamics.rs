@@ -16,7 +16,7 @@
 
 use super::nnls::{Nnls, Quadratic, SIZE, Unknowns};
 use super::tasks::{
-    DYNAMICS, NormalEquations, TaskJacobians, legs, reachable, sole_center, trunk_origin, weight_of_lengths,
+    DYNAMICS, NormalEquations, TaskJacobians, led_axes, legs, reachable, trunk_origin, weight_of_lengths,
 };
 use crate::robot::dynamics::Dynamics;
 use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot, Servo, Units, Wrench};
@@ -169,14 +169,17 @@ impl InverseDynamics {
     fn add_soles(&mut self, robot: &Robot, wanted: &DesiredAcceleration) {
         for foot in Foot::BOTH {
             let weight = if wanted.standing[foot] { DYNAMICS.stance } else { DYNAMICS.swing };
-            let center = sole_center(robot, &self.kinematics, foot);
-            let bias = self.dynamics.point_bias_acc(&self.kinematics, robot.soles[foot].link, &center);
+            let pose = self.kinematics.sole_pose(robot, foot);
+            let bias =
+                self.dynamics.point_bias_acc(&self.kinematics, robot.soles[foot].link, &pose.translation.vector.into());
             let jacobian = &self.jacobians.soles[foot];
-            for (part, (acc, bias)) in wanted.sole_acc[foot].iter().zip(&bias).enumerate() {
-                let weight = weight * if part == 0 { self.of_lengths } else { 1.0 };
-                for k in 0..3 {
-                    self.equations.add_row(weight, |i| jacobian[(3 * part + k, i)], [acc[k] - bias[k]]);
-                }
+            let [linear, angular] = [0, 1].map(|part| wanted.sole_acc[foot][part] - bias[part]);
+            for k in 0..3 {
+                self.equations.add_row(weight * self.of_lengths, |i| jacobian[(k, i)], [linear[k]]);
+            }
+            for axis in led_axes(robot, foot, &pose) {
+                let row = |i: usize| axis.dot(&jacobian.fixed_view::<3, 1>(3, i));
+                self.equations.add_row(weight, row, [axis.dot(&angular)]);
             }
         }
     }

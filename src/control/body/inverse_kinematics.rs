@@ -6,7 +6,7 @@
 //! weighted least-squares solution for the velocities of the base (six) and of the joints. The weights rank the tasks
 //! in the order soles, joint limits, COM, trunk, posture.
 
-use super::tasks::{KINEMATICS, NormalEquations, TaskJacobians, legs, reachable, weight_of_lengths};
+use super::tasks::{KINEMATICS, NormalEquations, TaskJacobians, led_axes, legs, reachable, weight_of_lengths};
 use crate::robot::{Foot, Kinematics, PerFoot, Pose, Posture, Robot};
 use nalgebra::{Cholesky, DMatrix, DVector, Isometry3, Point3, UnitQuaternion, Vector3};
 
@@ -117,7 +117,9 @@ impl InverseKinematics {
             for k in 0..3 {
                 let weight = KINEMATICS.stance * self.of_lengths;
                 self.add_row(weight, JacobianRow::Sole(foot, k), linear[k], targets.sole_vel[foot][k]);
-                self.add_row(KINEMATICS.stance, JacobianRow::Sole(foot, 3 + k), angular[k], 0.0);
+            }
+            for axis in led_axes(robot, foot, &pose) {
+                self.add_row(KINEMATICS.stance, JacobianRow::Turn(foot, axis), angular.dot(&axis), 0.0);
             }
         }
     }
@@ -167,6 +169,7 @@ impl InverseKinematics {
         let jacobians = &self.jacobians;
         let entry = |i: usize| match row {
             JacobianRow::Sole(foot, k) => jacobians.soles[foot][(k, i)],
+            JacobianRow::Turn(foot, axis) => axis.dot(&jacobians.soles[foot].fixed_view::<3, 1>(3, i)),
             JacobianRow::Trunk(k) => jacobians.trunk[(k, i)],
             JacobianRow::Com(k) => jacobians.com[(k, i)],
         };
@@ -212,7 +215,10 @@ impl InverseKinematics {
 /// A row of one of the Jacobians.
 #[derive(Clone, Copy)]
 enum JacobianRow {
+    /// Position of a sole along an axis of the world.
     Sole(Foot, usize),
+    /// Rotation of a sole about an axis (world frame).
+    Turn(Foot, Vector3<f64>),
     Trunk(usize),
     Com(usize),
 }
