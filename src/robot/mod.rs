@@ -10,6 +10,7 @@ pub mod io;
 pub mod kinematics;
 pub mod mesh;
 pub mod model;
+mod scaled;
 mod settings;
 pub mod shape;
 pub mod swing_shape;
@@ -24,5 +25,6 @@ pub use kinematics::{Kinematics, Pose, Posture};
 pub use model::{
     Around, Foot, Frame, GRAVITY, Joint, LandingRegion, Link, PerFoot, Robot, SensorNoise, Servo, Sole, Solid,
 };
+pub use scaled::Scale;
 pub use shape::Shape;
 pub use units::Units;

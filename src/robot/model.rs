@@ -1,7 +1,7 @@
 //! The robot as plain data.
 
-use super::shape::Shape;
 use super::ankle::Ankle;
+use super::shape::Shape;
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
 /// Acceleration of gravity (m/s^2).

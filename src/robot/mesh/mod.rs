@@ -27,6 +27,12 @@ impl Mesh {
         Self { points, triangles, hull }
     }
 
+    /// The same mesh in another size.
+    pub fn scaled(&self, by: f64) -> Self {
+        let scaled = |points: &[Point3<f64>]| points.iter().map(|p| p * by).collect();
+        Self { points: scaled(&self.points), triangles: self.triangles.clone(), hull: scaled(&self.hull) }
+    }
+
     /// A ball that contains the hull and the triangles: its centre, and its radius (m).
     pub fn ball(&self) -> (Point3<f64>, f64) {
         let (least, most) = bounds(&self.hull);
