@@ -6,6 +6,7 @@
 
 mod ankle;
 pub mod dynamics;
+mod infer;
 pub mod io;
 pub mod kinematics;
 pub mod mesh;
@@ -18,6 +19,7 @@ pub mod swing_time;
 mod tree;
 pub mod units;
 pub mod urdf;
+mod xacro;
 
 pub use ankle::Ankle;
 pub use io::{Command, Imu, Sensed, SensedError, Wrench};

@@ -4,46 +4,90 @@
 //! joints are not used, because the settings describe the servos.
 
 use super::ankle::Ankle;
+use super::infer;
 use super::kinematics::Kinematics;
 use super::model::{Foot, PerFoot, Robot};
 use super::settings::{self, Settings};
 use super::tree::Tree;
+use super::xacro;
 use crate::assets::{self, Kind, Source};
 use crate::error::{Error, Result};
 use nalgebra::Vector3;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Largest difference in height between the soles at home (m).
 const LEVEL_M: f64 = 1e-4;
 /// Largest tilt of each sole at home (rad).
 const FLAT_RAD: f64 = 1e-3;
 
-/// The error for a URDF file without its settings.
-fn no_settings(urdf: &str, settings: &Path) -> Error {
-    let problem = "the file with the robot's settings is missing";
-    let accepted = "a TOML file beside the URDF with trunk, soles, home posture, servos, delay, friction and noise; \
-                    the example is assets/robots/ut-mu2.toml, and the chapter Robots of the guide explains each key";
-    Error::value(urdf, "settings", settings.display(), problem, accepted)
+/// The texts from which a robot is read.
+#[derive(Debug, Clone)]
+pub struct Files {
+    pub urdf: Source,
+    /// Its settings (TOML). Those of a robot without such a file are inferred.
+    pub settings: Source,
+    pub are_inferred: bool,
+}
+
+impl Files {
+    /// Those of a built-in robot by its name, or a URDF file with its settings beside it (same name, `.toml`). If there
+    /// are none, they are inferred from the URDF.
+    ///
+    /// # Errors
+    /// A file cannot be read, or the settings cannot be inferred.
+    pub fn open(name_or_path: &str) -> Result<Files> {
+        let urdf = opened(name_or_path)?;
+        let beside = settings_path(name_or_path);
+        let found = match urdf.file.strip_prefix("builtin:") {
+            Some(name) => Some(assets::open(Kind::RobotSettings, name)?),
+            None if beside.exists() => Some(assets::open(Kind::RobotSettings, &beside.to_string_lossy())?),
+            None => None,
+        };
+        Ok(match found {
+            Some(settings) => Files { urdf, settings, are_inferred: false },
+            None => Files { settings: inferred(&urdf)?, urdf, are_inferred: true },
+        })
+    }
+}
+
+/// The URDF of a built-in robot by its name, or of a file, with its macros expanded. Fails as [`Files::open`] does.
+pub fn opened(name_or_path: &str) -> Result<Source> {
+    xacro::expanded(assets::open(Kind::Robot, name_or_path)?)
+}
+
+/// Where the settings of a URDF file are: `robot.toml` for `robot.urdf`, `robot.xacro` and `robot.urdf.xacro`.
+pub fn settings_path(urdf: &str) -> PathBuf {
+    let path = Path::new(urdf).with_extension("");
+    let is_urdf = path.extension().is_some_and(|extension| extension == "urdf");
+    if is_urdf { path.with_extension("toml") } else { Path::new(urdf).with_extension("toml") }
+}
+
+/// The settings that are inferred from a URDF. Fails if it cannot be read or is not of a humanoid.
+pub fn inferred(urdf: &Source) -> Result<Source> {
+    Ok(Source { file: format!("settings inferred from {}", urdf.file), text: infer::settings(urdf)? })
 }
 
 impl Robot {
-    /// Loads a built-in robot by its name, or a URDF file with its settings beside it (same name, `.toml`).
+    /// Loads a built-in robot by its name, or a URDF file with its settings: those beside it (same name, `.toml`), or
+    /// else those that are inferred from it, about which a warning is logged.
     ///
     /// # Errors
     /// A file cannot be read, is malformed, or describes a robot that this program cannot simulate.
     pub fn load(name_or_path: &str) -> Result<Robot> {
-        let urdf = assets::open(Kind::Robot, name_or_path)?;
-        let settings = match urdf.file.strip_prefix("builtin:") {
-            Some(name) => assets::open(Kind::RobotSettings, name)?,
-            None => {
-                let beside = Path::new(name_or_path).with_extension("toml");
-                if !beside.exists() {
-                    return Err(no_settings(name_or_path, &beside));
-                }
-                assets::open(Kind::RobotSettings, &beside.to_string_lossy())?
-            }
-        };
-        Robot::parse(&urdf, &settings)
+        Robot::of(&Files::open(name_or_path)?)
+    }
+
+    /// Builds a robot from its files. It fails as [`load`](Self::load) does.
+    pub fn of(files: &Files) -> Result<Robot> {
+        if files.are_inferred {
+            let urdf = &files.urdf.file;
+            let beside = settings_path(urdf);
+            log::warn!(
+                "{urdf}: its settings are inferred, as there is no {}; `standfast init {urdf}` writes them",
+                beside.display()
+            );
+        }
+        Robot::parse(&files.urdf, &files.settings)
     }
 
     /// Builds a robot from the text of its two files. It fails as [`load`](Self::load) does.

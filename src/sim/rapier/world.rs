@@ -98,7 +98,8 @@ pub struct Handles {
     pub floor: RigidBodyHandle,
     /// The colliders of the ground, with their poses in that frame.
     pub ground: Vec<(ColliderHandle, Isometry3<f64>)>,
-    pub soles: PerFoot<ColliderHandle>,
+    /// The colliders of each sole.
+    pub soles: PerFoot<Vec<ColliderHandle>>,
     /// Transform from the root's URDF frame to the frame of its Rapier body. The latter is at the root's centre of
     /// mass, because a floating multibody with an offset there drifts.
     pub root_com: Isometry3<f64>,
@@ -167,7 +168,7 @@ pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
 
     let root_com = Isometry3::from_parts(robot.links[0].com_m.coords.into(), UnitQuaternion::identity());
     let mut bodies = Vec::with_capacity(robot.links.len());
-    let mut soles = PerFoot::from_fn(|_| ColliderHandle::invalid());
+    let mut soles = PerFoot::from_fn(|_| Vec::new());
     for (i, link) in robot.links.iter().enumerate() {
         let offset = if i == 0 { root_com } else { Isometry3::identity() };
         let com = offset.inverse_transform_point(&link.com_m);
@@ -197,7 +198,7 @@ pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
                 Some(body),
             );
             if let Some(foot) = Foot::BOTH.into_iter().find(|&f| solid.frame == robot.soles[f].frame) {
-                soles[foot] = handle;
+                soles[foot].push(handle);
             }
         }
         let colliders = &world.colliders;
