@@ -7,6 +7,7 @@
 pub mod dynamics;
 pub mod io;
 pub mod kinematics;
+mod markup;
 pub mod mesh;
 pub mod model;
 mod settings;

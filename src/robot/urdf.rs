@@ -1,6 +1,6 @@
 //! Reads a [`Robot`] from a URDF and the settings beside it.
 //!
-//! What a URDF may contain stands in [`tree`](super::tree). `effort` and `velocity` of its limits and the `dynamics` of its
+//! What a URDF may contain stands in the module `tree`. `effort` and `velocity` of its limits and the `dynamics` of its
 //! joints are not used, because the settings describe the servos.
 
 use super::kinematics::Kinematics;
@@ -42,7 +42,9 @@ impl Robot {
                 assets::open(Kind::RobotSettings, &beside.to_string_lossy())?
             }
         };
-        Robot::parse(&urdf, &settings)
+        let robot = Robot::parse(&urdf, &settings)?;
+        robot.notes.iter().for_each(|note| log::warn!("{name_or_path}: {note}"));
+        Ok(robot)
     }
 
     /// Builds a robot from the text of its two files. It fails as [`load`](Self::load) does.
@@ -52,7 +54,7 @@ impl Robot {
         let file = settings.file.as_str();
         let robot = Robot {
             trunk: parsed.trunk(file, &tree.frames)?,
-            soles: parsed.soles(file, &tree.links, &tree.frames)?,
+            soles: parsed.soles(file, &tree)?,
             home_rad: parsed.home(file, &tree.joints)?,
             servos: parsed.servos(file, &tree.joints)?,
             noise: parsed.noise,

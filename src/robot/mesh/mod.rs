@@ -1,5 +1,10 @@
 //! Triangle meshes: as they are drawn, and the convex hull as which they collide.
 
+mod dae;
+pub(super) mod files;
+pub(super) mod search;
+pub(super) mod thin;
+
 use nalgebra::{Matrix3, Point3, Vector3};
 use std::f64::consts::PI;
 
@@ -19,6 +24,30 @@ pub struct Mesh {
 const DIRECTIONS: usize = 64;
 /// Least thickness of a hull (m). A flat mesh is thickened to this, since engines need a volume.
 const LEAST_THICKNESS_M: f64 = 5e-4;
+
+/// Triangles as they stand in a file.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Triangles {
+    pub points: Vec<Point3<f64>>,
+    /// Indices into `points`, counter-clockwise as seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Triangles {
+    /// Adds a polygon by its corners.
+    fn fan(&mut self, corners: &[u32]) {
+        self.triangles.extend(corners.windows(2).skip(1).map(|side| [corners[0], side[0], side[1]]));
+    }
+
+    /// Scales the points along the axes. Triangles that are mirrored by that still look to the outside.
+    pub fn scaled(mut self, scale: &Vector3<f64>) -> Self {
+        self.points.iter_mut().for_each(|point| point.coords.component_mul_assign(scale));
+        if scale.product() < 0.0 {
+            self.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        }
+        self
+    }
+}
 
 impl Mesh {
     /// The mesh of these triangles, whose hull is that of all points. There must be at least one point.
