@@ -82,7 +82,7 @@ mod tests {
     #[test]
     fn a_shell_reads_a_name_as_one_word() {
         assert_eq!(shell_word("out/campaign.toml"), "out/campaign.toml");
-        assert_eq!(shell_word("mine zmp_margin_m=0.1"), "'mine zmp_margin_m=0.1'");
+        assert_eq!(shell_word("mine zmp_margin=0.1"), "'mine zmp_margin=0.1'");
         assert_eq!(shell_word("x=[1,2]"), "'x=[1,2]'");
         assert_eq!(shell_word("it's"), r"'it'\''s'");
         assert_eq!(shell_word(""), "''");

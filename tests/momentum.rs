@@ -5,7 +5,7 @@ mod common;
 use common::{Bench, angular_momentum, config, push};
 use nalgebra::{Point2, Vector3};
 use rayon::prelude::*;
-use standfast::episode::{self, Disturbance, EpisodeConfig, Until, support_on_ground};
+use standfast::episode::{self, Disturbance, EpisodeConfig, Until};
 use standfast::robot::GRAVITY;
 use standfast::sim::{PhysicsStep, Plant, Profile, Pull, Push};
 
@@ -130,7 +130,7 @@ fn the_ground_presses_inside_the_soles_on_the_side_pushed_to() {
             let truth = tick.truth;
             let zmp = Point2::from(truth.zmp.expect("the robot stands"));
             if truth.time_s > 0.0 {
-                let support = support_on_ground(&bench.robot, truth).expect("the robot stands");
+                let support = tick.support.expect("the robot stands");
                 outside = outside.max(support.signed_distance(zmp));
             }
             if truth.time_s > push.end_s() {

@@ -186,7 +186,7 @@ fn captions_tell_the_sets_and_the_ways_of_the_gain_set() {
         let impulse = bench.robot.mass() * set.largest_com_vel_from_rest(Vector2::x());
         tells(&format!("<td>{}</td>", (100.0 * impulse).round() / 100.0));
     }
-    let (range, half) = (family.stepping().unwrap().range, Vector2::new(0.0, 0.097));
+    let (range, half) = (bench.design.stepping().unwrap().range, Vector2::new(0.0, 0.097));
     for example in numbers("6")["examples"].as_array().unwrap() {
         let (sin, cos) = example["direction_deg"].as_f64().unwrap().to_radians().sin_cos();
         let ways = [1.0, -1.0].map(|side| range.reach(half, Vector2::new(cos, side * sin)));

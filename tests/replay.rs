@@ -93,11 +93,11 @@ fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
     let gains = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/gains/switching.toml")).unwrap();
     fs::write(&mine, gains.replace("name = \"switching\"", "name = \"mine\"")).unwrap();
     let sweep =
-        ["--vary=mine.toml:zmp_margin_m=0.001,0.02", "--vary=fixed:gains.0.x=[0.8,1,5]", SEVERAL_PARTS, "--replays=0"];
+        ["--vary=mine.toml:zmp_margin=0.02,0.4", "--vary=fixed:gains.0.x=[0.8,1,5]", SEVERAL_PARTS, "--replays=0"];
     standfast(dir.path(), &short(&sweep)).success();
     let whole = files(&out);
     let campaign = String::from_utf8(whole["campaign.toml"].clone()).unwrap();
-    let listed = r#"gains = ["hold", "inputs/gains/mine.toml:zmp_margin_m=0.001", "inputs/gains/mine.toml:zmp_margin_m=0.02", "fixed:gains.0.x=[0.8,1,5]"]"#;
+    let listed = r#"gains = ["hold", "inputs/gains/mine.toml:zmp_margin=0.02", "inputs/gains/mine.toml:zmp_margin=0.4", "fixed:gains.0.x=[0.8,1,5]"]"#;
     assert!(campaign.contains(listed), "{campaign}");
     assert_eq!(whole.keys().filter(|name| name.starts_with("inputs/")).collect::<Vec<_>>(), ["inputs/gains/mine.toml"]);
 
@@ -117,10 +117,10 @@ fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
 
     let rows = rows(&out.join("parts/part-000005.csv"));
     let sets: Vec<&str> = rows.iter().map(|row| row["set"].as_str().unwrap()).collect();
-    assert_eq!(sets, ["hold", "mine zmp_margin_m=0.001", "mine zmp_margin_m=0.02", "fixed x=[0.8,1,5]"]);
+    assert_eq!(sets, ["hold", "mine zmp_margin=0.02", "mine zmp_margin=0.4", "fixed x=[0.8,1,5]"]);
     assert_ne!(rows[1]["cpi_margin_after_push"], rows[2]["cpi_margin_after_push"], "a variant is another set");
     // By the name in the results, and as in the list, where the file is called by the name of its set.
-    let asked = [sets[1], sets[2], sets[3], "mine:zmp_margin_m=0.02", "fixed:gains.0.x=[0.8,1,5]"];
+    let asked = [sets[1], sets[2], sets[3], "mine:zmp_margin=0.4", "fixed:gains.0.x=[0.8,1,5]"];
     for (set, row) in asked.into_iter().zip([1, 2, 3, 2, 3].map(|i| &rows[i])) {
         let args = ["push", "--json", "--campaign=out/campaign.toml", "--trial=25", "--gains", set];
         let replay: serde_json::Value = serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap();
@@ -133,7 +133,7 @@ fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
 #[test]
 fn a_sweep_alone_replaces_the_gain_sets_and_many_sets_stay_within_80_columns() {
     let dir = folder();
-    let sweep = "--vary=switching:zmp_margin_m=0.001,0.002,0.003,0.004,0.005,0.006,0.007,0.008,0.009,0.01,0.011,0.012";
+    let sweep = "--vary=switching:zmp_margin=0.02,0.04,0.06,0.08,0.1,0.12,0.14,0.16,0.18,0.2,0.22,0.24";
     let args: Vec<&str> =
         short(&[FEW, sweep, "--replays=0", "--full"]).into_iter().filter(|arg| *arg != "--gains=hold").collect();
     let text = stdout(&standfast(dir.path(), &args).success());
@@ -142,12 +142,12 @@ fn a_sweep_alone_replaces_the_gain_sets_and_many_sets_stay_within_80_columns() {
     assert!(tables.lines().all(|line| line.chars().count() <= 80), "{tables}");
     assert!(!tables.contains("hold   "), "{tables}");
     // Most tables show the name as a whole, not cut into pieces.
-    assert!(tables.matches("zmp_margin_m=0.012").count() >= 4, "{tables}");
+    assert!(tables.matches("zmp_margin=0.24").count() >= 4, "{tables}");
     let summary: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(dir.path().join("out/summary.json")).unwrap()).unwrap();
     assert_eq!(summary["sets"].as_array().unwrap().len(), 12);
     let picture = fs::read_to_string(dir.path().join("out/success.svg")).unwrap();
-    assert!(picture.contains("switching zmp_margin_m=0.012"), "{picture}");
+    assert!(picture.contains("switching zmp_margin=0.24"), "{picture}");
 }
 
 #[test]

@@ -75,7 +75,7 @@ fn only_soles_are_near_the_ground_at_home() {
 }
 
 /// What to replace in the URDF (everywhere), by what, and what the error must say.
-const BAD_URDF: [(&str, &str, &str); 23] = [
+const BAD_URDF: [(&str, &str, &str); 22] = [
     ("</robot>", "", "the XML is malformed"),
     ("</visual>", "</visua>", "the XML is malformed"),
     ("<robot name=\"ut-mu2\">", "<robot name=\"ut-mu2\" <", "builtin:ut-mu2: the XML is malformed"),

@@ -5,7 +5,7 @@ mod common;
 use common::{Bench, sensor_errors};
 use nalgebra::{Point2, Point3};
 use rayon::prelude::*;
-use standfast::episode::{Outcome, Until, support_on_ground};
+use standfast::episode::{Outcome, Until};
 use standfast::robot::GRAVITY;
 use standfast::sim::SensorErrors;
 
@@ -31,7 +31,7 @@ fn stand(bench: &Bench, errors: Option<SensorErrors>, horizon_s: f64) -> Standin
         if truth.time_s > 0.0 {
             forces.push(truth.contact_force.z);
             let [x, y] = truth.zmp.expect("the robot stands");
-            let support = support_on_ground(&bench.robot, truth).expect("the robot stands");
+            let support = tick.support.expect("the robot stands");
             zmp_margin_m = zmp_margin_m.min(-support.signed_distance(Point2::new(x, y)));
         }
     });

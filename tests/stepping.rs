@@ -8,9 +8,8 @@ use common::mirror::symmetric_robot;
 use common::{Bench, push};
 use nalgebra::{Point2, Vector2};
 use rayon::prelude::*;
-use standfast::control::Phase;
+use standfast::control::{FootworkRules, Phase};
 use standfast::episode::{Footstep, Outcome, Record, Until};
-use standfast::lipm::GainSet;
 use standfast::lipm::stepping::{LandingRange, RelaxationWeights, Stepping};
 use standfast::robot::{Foot, Robot};
 
@@ -29,8 +28,13 @@ const RULES: Stepping = Stepping {
 
 /// The gain set `paper` with the rules of these tests.
 fn stepping(robot: Robot) -> Bench {
-    let gains = GainSet { stepping: Some(RULES), ..GainSet::load("paper").unwrap() };
-    Bench::with_set(robot, &gains)
+    with_rules(robot, RULES)
+}
+
+fn with_rules(robot: Robot, rules: Stepping) -> Bench {
+    let mut bench = Bench::with(robot, "paper");
+    bench.design.footwork = Some(FootworkRules::Stepping(rules));
+    bench
 }
 
 fn ut_mu2() -> Robot {
@@ -132,8 +136,7 @@ fn mirrored_pushes_have_mirrored_footsteps() {
 #[test]
 fn a_footstep_waits_for_as_long_as_it_is_told_to() {
     let waits = |patience_s| {
-        let rules = Stepping { patience_s, ..RULES };
-        let bench = Bench::with_set(ut_mu2(), &GainSet { stepping: Some(rules), ..GainSet::load("paper").unwrap() });
+        let bench = with_rules(ut_mu2(), Stepping { patience_s, ..RULES });
         let record = bench.push(push(3.4, 0.0));
         record.footsteps[0].lift_s - record.left_sets_at_s.unwrap()
     };

@@ -6,7 +6,7 @@ use common::{Bench, config, engine, push};
 use nalgebra::Vector3;
 use standfast::episode::{self, Disturbance, Record, Tick, Until};
 use standfast::robot::{Command, Foot, GRAVITY, Robot};
-use standfast::sim::{Ground, Plant, Push, Variation, ground::tilting_s, plant::Clock};
+use standfast::sim::{Ground, Plant, Push, Variation, plant::Clock};
 
 const NONE: Push = Push {
     impulse_n_s: 0.0,
@@ -131,7 +131,7 @@ fn a_slope_pulls_along_it_and_soles_lie_on_it() {
             let weight = bench.robot.mass() * GRAVITY;
             let (sin, cos) = heading_deg.to_radians().sin_cos();
             let mut seen = 0;
-            let tilted_s = tilting_s(slope_deg);
+            let tilted_s = Ground::new(&bench.robot, &variation).tilting_s;
             let record = run(&bench, variation, Push { start_s: tilted_s + 0.3, ..NONE }, 2.0, |tick| {
                 let truth = tick.truth;
                 // At rest when a push may come, and then in balance.

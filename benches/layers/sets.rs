@@ -2,6 +2,7 @@
 
 use criterion::{Criterion, SamplingMode};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use standfast::control::Design;
 use standfast::control::stand::Support;
 use standfast::geometry::SupportPolygon;
 use standfast::lipm::relaxation::{AxisPlan, Boundary};
@@ -13,7 +14,7 @@ use std::time::Duration;
 const PENDULUM: Pendulum = Pendulum { omega: 5.63, dt: 0.002 };
 
 fn family(gains: &str) -> GainFamily {
-    GainFamily::design(&GainSet::load(gains).expect("built in"), PENDULUM).expect("valid")
+    GainFamily::design(&GainSet::load(gains).expect("built in"), PENDULUM, 0.048).expect("valid")
 }
 
 fn at_home() -> SupportPolygon {
@@ -61,7 +62,8 @@ pub fn membership(c: &mut Criterion) {
 /// polygon and frame, the sets of all gains, and the fastest gain whose set contains the state.
 pub fn footstep(c: &mut Criterion) {
     let (robot, family) = (Robot::load("ut-mu2").expect("built in"), family("paper"));
-    let rules = family.stepping().expect("it steps");
+    let design = Design::new(&robot, &GainSet::load("paper").expect("built in"), PENDULUM.dt).expect("valid");
+    let rules = design.stepping().expect("it steps");
     let [x, y] = [(0.01, 0.4, 0.13), (0.05, 0.02, 0.0)].map(|(com, com_vel, to)| {
         let most = robot.soles.left.half_m[0] - family.zmp_margin;
         Boundary { com, com_vel, target: 0.5 * to, zmp: [-most, most] }

@@ -588,7 +588,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a");
         let begin = |trials: u64| {
-            let gains = ["", ":zmp_margin_m=0.01"].map(|variant| format!("hold{variant}")).to_vec();
+            let gains = ["", ":zmp_margin=0.2"].map(|variant| format!("hold{variant}")).to_vec();
             let overrides = Overrides { gains, trials: Some(trials), until_resolved: true, ..Default::default() };
             Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap()
         };
@@ -653,8 +653,7 @@ mod tests {
     fn a_set_stops_when_all_about_it_is_decided_and_the_others_go_on() {
         let dir = tempfile::tempdir().unwrap();
         let plan = |trials: u64, more: &[&str]| {
-            let gains =
-                ["", ":zmp_margin_m=0.01", ":zmp_margin_m=0.02"].map(|variant| format!("hold{variant}")).to_vec();
+            let gains = ["", ":zmp_margin=0.2", ":zmp_margin=0.4"].map(|variant| format!("hold{variant}")).to_vec();
             let set = more.iter().map(|s| s.to_string()).collect();
             let overrides = Overrides { gains, set, trials: Some(trials), until_resolved: true, ..Default::default() };
             Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap()
@@ -685,7 +684,7 @@ mod tests {
         let (made, set_trials, _) = run(&plan(400, &["stopping.margin=0.7"]));
         assert_eq!((made, &set_trials[..]), (0, &[25, 25, 25][..]));
         // A gate asks for the set that had stopped: what it lacks is run, the rest is there.
-        let gate = "gates.require=['hold zmp_margin_m=0.01 >= 0.21']";
+        let gate = "gates.require=['hold zmp_margin=0.2 >= 0.21']";
         let (made, set_trials, _) = run(&plan(100, &[gate]));
         assert_eq!((made, &set_trials[..]), (75, &[25, 100, 25][..]));
     }
@@ -727,11 +726,11 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = |name: &str| dir.path().join(name).to_string_lossy().into_owned();
         for (name, margin) in [("a.toml", 0.001), ("b.toml", 0.002)] {
-            let text = format!("name = 'mine'\nstanding = 'posture'\nzmp_margin_m = {margin}\n");
+            let text = format!("name = 'mine'\nstanding = 'posture'\nzmp_margin = {margin}\n");
             std::fs::write(path(name), text).unwrap();
         }
         let plan = |second: &str| {
-            let gains = vec![path("a.toml") + ":zmp_margin_m=0.01", path(second) + ":zmp_margin_m=0.02"];
+            let gains = vec![path("a.toml") + ":zmp_margin=0.2", path(second) + ":zmp_margin=0.4"];
             Plan::new(&Campaign::load("smoke", &Overrides { gains, ..Default::default() }).unwrap())
         };
         assert_eq!(plan("a.toml").unwrap().inputs.len(), 1);

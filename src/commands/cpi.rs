@@ -10,7 +10,7 @@ use crate::geometry::SupportPolygon;
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
 use crate::lipm::{GainFamily, GainSet, Pendulum};
 use crate::render::{self, figure, text::cpi::Sets};
-use crate::robot::Robot;
+use crate::robot::{Robot, Units};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -56,7 +56,7 @@ fn answer(args: &CpiArgs) -> Result<String> {
         let accepted = "a gain set with standing = \"switching\"";
         return Err(Error::value(&args.gains, "standing", "posture", "has no gains, so no CPI sets", accepted));
     }
-    let family = GainFamily::design(&set, pendulum(args, &robot)?)?;
+    let family = GainFamily::design(&set, pendulum(args, &robot)?, Units::of(&robot).half_sole_m)?;
     let support = match args.support {
         Some(support) => support,
         None => family.allowed_support(&home_polygon(&robot), &args.gains)?,
@@ -198,11 +198,8 @@ mod tests {
         for (args, words) in [
             (vec!["hold"], "standing = posture"),
             (vec!["nosuch"], "hold, fixed, switching"),
-            (vec!["robust:zmp_disturbance_m=[0.001,0.1]"], "no set at home; accepted: less than [0.000"),
-            (
-                vec!["robust", "--support", "-0.005,0.05,-0.05,0.05"],
-                "zmp_disturbance_m = [0.00400, 0.00500]: leaves gain",
-            ),
+            (vec!["robust:zmp_disturbance=[0.02,2.0]"], "no set at home; accepted: less than [0.00"),
+            (vec!["robust", "--support", "-0.005,0.05,-0.05,0.05"], "zmp_disturbance = [0.0850, 0.1050]: leaves gain"),
             (vec!["--omega", "-5"], "--omega = -5"),
             (vec!["--dt", "0"], "--dt = 0"),
             (vec!["--dt", "1"], "dt"),

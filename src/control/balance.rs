@@ -36,7 +36,7 @@ impl Balance {
     pub fn new(design: Arc<Design>, start: &Estimate) -> Self {
         Self {
             supervisor: Supervisor::new(&design.family, start.com_xy()),
-            body: Body::new(&design.robot, start, design.com_height),
+            body: Body::new(&design.robot, &design.units, start),
             footwork: footwork(&design),
             next_footwork: None,
             swing: None,
@@ -150,15 +150,24 @@ impl Balance {
         let is_landing = self.is_landing();
         let Self { design, body, .. } = self;
         let Design { family, robot, .. } = &**design;
-        body.com.height = [design.com_height, 0.0, 0.0];
+        body.com.height = [design.units.length_m, 0.0, 0.0];
         // In flight there is no ZMP and no pendulum, and an impact changes the velocity: the reference stays at the
         // estimate.
         if decision.starts || is_landing || support.polygon.is_none() {
             body.com.start(estimate);
         }
-        let acceleration = body.com.advance(&family.pendulum, estimate, self.zmp_ref);
+        let mut acceleration = body.com.advance(&family.pendulum, estimate, self.zmp_ref);
         if decision.held {
-            body.com.make_up_for_sag(com, dt);
+            body.com.make_up_for_sag(&family.pendulum, design.units.length_m, com);
+        }
+        // What cannot be led is not: the legs keep the COM above the middle of the feet, and the ZMP is what it is.
+        if design.is_rigid_sideways && estimate.in_contact.left && estimate.in_contact.right {
+            let sideways = support.frame.rotation * Vector2::y();
+            let across = |v: Vector2<f64>| sideways * v.dot(&sideways);
+            body.com.place -= across(body.com.place - Point2::from(support.frame.translation.vector));
+            body.com.vel -= across(body.com.vel);
+            acceleration -= across(acceleration);
+            self.zmp_ref += across(estimate.zmp - self.zmp_ref);
         }
         let soles = SoleReference { poses: estimate.footholds, velocities: PerFoot::default() };
         body.follow(robot, &family.pendulum, estimate, soles, command);
@@ -169,7 +178,7 @@ impl Balance {
     /// Whether the impact of the last landing goes on.
     fn is_landing(&self) -> bool {
         let (Some(landing), Some(footwork)) = (self.last_landing, &self.footwork) else { return false };
-        landing.ago_s < footwork.impact_s()
+        landing.ago_s < footwork.impact_s(&self.design)
     }
 
     /// Lifts a foot for an imposed ZMP error (m, control frame) that does not come from the state, as in the paper's

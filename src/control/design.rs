@@ -5,13 +5,14 @@ use super::body::load;
 use super::stand::Support;
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
+use crate::lipm::capture::Region;
 use crate::lipm::catching::Catching;
 use crate::lipm::cpi_set::nesting_warning;
-use crate::lipm::gains::{FootworkRules, GainFamily, GainSet};
+use crate::lipm::gains::{GainFamily, GainSet};
 use crate::lipm::pendulum::Pendulum;
 use crate::lipm::stepping::Stepping;
 use crate::robot::dynamics::load_torques;
-use crate::robot::{Command, GRAVITY, Kinematics, PerFoot, Pose, Robot};
+use crate::robot::{Command, Foot, GRAVITY, Kinematics, PerFoot, Pose, Robot, Units};
 use nalgebra::{Vector2, Vector3};
 use std::sync::Arc;
 
@@ -21,44 +22,63 @@ pub struct Design {
     /// The robot for which the design is made.
     pub robot: Arc<Robot>,
     pub family: GainFamily,
+    /// What to do when no set contains the state; None if the robot only stands.
+    pub footwork: Option<FootworkRules>,
     /// Names the gains whose CPI sets do not nest on the home support; None when all sets nest.
     pub warning: Option<String>,
     /// Joint targets at home, with the torques that carry the weight there.
     pub(super) home: Command,
-    /// Height of the COM at home (m).
-    pub(super) com_height: f64,
+    /// The units of the robot.
+    pub(super) units: Units,
     /// Vector from the centre of the right sole to that of the left one at home (m), control frame.
     pub(super) stance: Vector2<f64>,
+    /// Whether the legs are rigid sideways while both soles are flat on the ground, because the ankles do not roll. The
+    /// ZMP then follows the push, and no reference of the COM can be followed.
+    pub(super) is_rigid_sideways: bool,
+}
+
+/// The footwork rules, each with its table in a gain set's file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FootworkRules {
+    /// The paper's rule, `[stepping]`.
+    Stepping(Stepping),
+    /// The rule that plans anew during the swing, `[catching]`.
+    Catching(Catching),
 }
 
 impl Design {
     /// Designs the feedback gains, and computes their CPI sets on the home support to check that they nest.
     pub fn new(robot: &Robot, gains: &GainSet, control_period_s: f64) -> Result<Self> {
-        let pendulum = Pendulum { omega: robot.omega(), dt: control_period_s };
-        let family = GainFamily::design(gains, pendulum)?;
+        let units = Units::of(robot);
+        let pendulum = Pendulum { omega: units.omega(), dt: control_period_s };
+        let family = GainFamily::design(gains, pendulum, units.half_sole_m)?;
         let polygon = family.allowed_support(&home_polygon(robot), &gains.name)?;
         family.check_disturbance(&polygon, &gains.name)?;
         let warning = if family.gains.len() > 1 { nesting_warning(&family, &polygon)? } else { None };
         let footholds = home_footholds(robot, &home_kinematics(robot));
         let stance = (footholds.left.translation.vector - footholds.right.translation.vector).xy();
-        match &family.footwork {
-            Some(FootworkRules::Stepping(rules)) => check_stepping(rules, stance, control_period_s, &gains.name)?,
-            Some(FootworkRules::Catching(rules)) => {
-                check_catching(rules, robot, stance, control_period_s, &gains.name)?
-            }
-            None => {}
-        }
-        let (home, com_height) = (home_command(robot), robot.home_com_height());
-        Ok(Self { robot: Arc::new(robot.clone()), family, warning, home, com_height, stance })
+        let footwork = footwork_rules(gains, robot, &units, stance.y)?;
+        check_swing_times(footwork, robot, control_period_s, &gains.name)?;
+        let is_rigid_sideways = Foot::BOTH.into_iter().all(|foot| !robot.soles[foot].ankle.rolls());
+        let (robot, home) = (Arc::new(robot.clone()), home_command(robot));
+        Ok(Self { robot, family, footwork, warning, home, units, stance, is_rigid_sideways })
     }
 
     /// The same design with a patience of 0: a footstep starts at the first tick at which the state is in no CPI set.
     pub fn without_patience(&self) -> Self {
         let mut design = self.clone();
-        if let Some(FootworkRules::Stepping(rules)) = &mut design.family.footwork {
+        if let Some(FootworkRules::Stepping(rules)) = &mut design.footwork {
             rules.patience_s = 0.0;
         }
         design
+    }
+
+    /// The paper's stepping rules, if the set uses them.
+    pub fn stepping(&self) -> Option<&Stepping> {
+        match &self.footwork {
+            Some(FootworkRules::Stepping(rules)) => Some(rules),
+            _ => None,
+        }
     }
 
     /// The command that holds the home posture.
@@ -67,62 +87,60 @@ impl Design {
     }
 }
 
-/// Checks the paper's stepping rules against this robot and control period.
-fn check_stepping(rules: &Stepping, stance: Vector2<f64>, control_period_s: f64, file: &str) -> Result<()> {
-    let range = &rules.range;
-    if !(range.least_m..=range.outward_m).contains(&stance.y) {
-        let value = format!("{} to {} m to the side", range.least_m, range.outward_m);
-        let accepted =
-            format!("least_m and outward_m on both sides of the distance between its soles, {:.4} m", stance.y);
-        return Err(Error::value(
-            file,
-            "stepping.range",
-            value,
-            "does not contain the robot's stance at home",
-            accepted,
-        ));
-    }
-    check_swing_time("stepping", rules.swing_time_s, control_period_s, file)
-}
-
-/// Checks that the robot has what catching needs, and the catching rules against the control period.
-fn check_catching(
-    rules: &Catching,
-    robot: &Robot,
-    stance: Vector2<f64>,
-    control_period_s: f64,
-    file: &str,
-) -> Result<()> {
-    let Some(region) = robot.reach.first() else {
+/// The footwork rules of a gain set for a robot whose feet stand `stance_m` (m) apart at home; None if it only stands.
+/// Fails if the robot does not say where its feet can land, or if they do not stand there.
+fn footwork_rules(gains: &GainSet, robot: &Robot, units: &Units, stance_m: f64) -> Result<Option<FootworkRules>> {
+    let table = match (&gains.stepping, &gains.catching) {
+        (Some(_), _) => "stepping",
+        (None, Some(_)) => "catching",
+        (None, None) => return Ok(None),
+    };
+    let Some(beside) = robot.reach.first() else {
         let problem = format!("requires the reach of the feet of {}", robot.name);
         let accepted = "a robot whose .toml has regions [[reach]] with name, x_m, y_m and swing_time_s; or another gain \
             set, for example switching";
-        return Err(Error::value(file, "catching", "a table", problem, accepted));
+        return Err(Error::value(&gains.name, table, "a table", problem, accepted));
     };
-    let [inward, outward] = region.y_m;
-    if !(inward..=outward).contains(&stance.y) {
-        let value = format!("{inward} to {outward} m to the side");
-        let accepted = format!("y_m on both sides of the distance between its soles, {:.4} m", stance.y);
+    let ([backward, forward], [inward, outward]) = (beside.x_m, beside.y_m);
+    if !(inward..=outward).contains(&stance_m) || backward >= 0.0 || forward <= 0.0 {
+        let value = format!("{backward} to {forward} m forward and {inward} to {outward} m to the side");
+        let accepted =
+            format!("x_m on both sides of 0, and y_m on both sides of the distance between its soles, {stance_m:.4} m");
         return Err(Error::value(&robot.name, "reach[0]", value, "does not contain the stance at home", accepted));
     }
-    for (i, region) in robot.reach.iter().enumerate() {
-        check_swing_time(&format!("reach[{i}]"), region.swing_time_s, control_period_s, &robot.name)?;
-    }
-    let quickest = robot.reach.iter().map(|region| region.swing_time_s).fold(f64::INFINITY, f64::min);
-    Error::check_ranges(
-        file,
-        "catching",
-        &[("transfer_s", rules.transfer_s, 0.0, 0.5 * quickest), ("settle_s", rules.settle_s, 0.01, quickest)],
-    )
+    let (length_m, time_s) = (units.length_m, units.time_s());
+    let quickest_s = robot.reach.iter().map(|region| region.swing_time_s).fold(f64::INFINITY, f64::min);
+    let beside = Region { x_m: beside.x_m, y_m: beside.y_m, swing_time_s: beside.swing_time_s };
+    let stepping =
+        gains.stepping.map(|table| FootworkRules::Stepping(table.rules(length_m, time_s, &beside, stance_m)));
+    let catching = gains.catching.map(|table| FootworkRules::Catching(table.rules(length_m, time_s, quickest_s)));
+    Ok(stepping.or(catching))
 }
 
-fn check_swing_time(table: &str, swing_time_s: f64, control_period_s: f64, file: &str) -> Result<()> {
+/// Checks that swings last long enough for the control period.
+fn check_swing_times(rules: Option<FootworkRules>, robot: &Robot, control_period_s: f64, file: &str) -> Result<()> {
+    match rules {
+        None => return Ok(()),
+        Some(FootworkRules::Stepping(rules)) => {
+            return check_swing_time(file, "stepping.swing_time", rules.swing_time_s, control_period_s);
+        }
+        Some(FootworkRules::Catching(_)) => {}
+    }
+    for (i, region) in robot.reach.iter().enumerate() {
+        let field = format!("reach[{i}].swing_time_s");
+        check_swing_time(&robot.name, &field, region.swing_time_s, control_period_s)?;
+    }
+    Ok(())
+}
+
+fn check_swing_time(file: &str, field: &str, swing_time_s: f64, control_period_s: f64) -> Result<()> {
     let least = SHORTEST_SWING_TICKS * control_period_s;
     if swing_time_s >= least {
         return Ok(());
     }
-    let accepted = format!("{least} s ({SHORTEST_SWING_TICKS} control periods) or more");
-    Err(Error::value(file, format!("{table}.swing_time_s"), swing_time_s, "is too short", accepted))
+    let (value, accepted) =
+        (format!("{swing_time_s} s"), format!("{least} s ({SHORTEST_SWING_TICKS} control periods) or more"));
+    Err(Error::value(file, field, value, "is too short", accepted))
 }
 
 /// The shortest planned swing of a foot, in control ticks.
@@ -174,18 +192,13 @@ mod tests {
             (
                 with(Some(LandingRegion { y_m: [0.1, 0.18], ..beside.clone() })),
                 0.002,
-                "ut-mu2: reach[0] = 0.1 to 0.18 m to the side: does not contain the stance at home; \
-                 accepted: y_m on both sides of the distance between its soles, 0.0970 m",
+                "ut-mu2: reach[0] = -0.15 to 0.15 m forward and 0.1 to 0.18 m to the side: does not contain the stance at \
+                 home; accepted: x_m on both sides of 0, and y_m on both sides of the distance between its soles, 0.0970 m",
             ),
             (
-                with(Some(LandingRegion { swing_time_s: 0.14, ..beside.clone() })),
+                with(Some(LandingRegion { swing_time_s: 0.14, ..beside })),
                 0.015,
-                "ut-mu2: reach[0].swing_time_s = 0.14: is too short; accepted: 0.15 s (10 control periods) or more",
-            ),
-            (
-                with(Some(LandingRegion { swing_time_s: 0.09, ..beside })),
-                0.002,
-                "catch: catching.transfer_s = 0.05: out of range; accepted: 0 to 0.045",
+                "ut-mu2: reach[0].swing_time_s = 0.14 s: is too short; accepted: 0.15 s (10 control periods) or more",
             ),
         ] {
             let error = Design::new(&robot, &gains, period_s).unwrap_err();

@@ -54,7 +54,7 @@ pub mod step;
 use crate::robot::{Command, Sensed};
 pub use account::{Account, Phase};
 pub use balance::Balance;
-pub use design::{Design, home_polygon};
+pub use design::{Design, FootworkRules, home_polygon};
 pub use error::TickError;
 use estimate::{Estimate, Estimator};
 use nalgebra::Vector2;

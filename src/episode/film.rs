@@ -11,8 +11,8 @@ use crate::robot::Robot;
 use crate::sim::{Engine, Ground, Push};
 use std::f64::consts::TAU;
 
-/// Beyond this distance from the origin (m), the robot counts as flown off.
-pub const FARTHEST_M: f64 = 5.0;
+/// Beyond this distance from the origin, in COM heights, the robot counts as flown off.
+const FARTHEST: f64 = 16.0;
 
 /// A recorded episode.
 #[derive(Debug, Clone)]
@@ -68,13 +68,19 @@ impl Film {
         Self { robot: simulated, engine, ground, gain_set, gains, control_period_s, pushes, record, snapshots }
     }
 
+    /// Distance from the origin beyond which the robot counts as flown off (m).
+    pub fn farthest_m(&self) -> f64 {
+        FARTHEST * self.robot.home_com_height()
+    }
+
     /// The number of snapshots that can be shown: those before the robot has flown off or its numbers run away (beyond
-    /// [`FARTHEST_M`], or with a joint beyond a full turn). It is at least 1 unless the film is empty.
+    /// [`farthest_m`](Self::farthest_m), or with a joint beyond a full turn). It is at least 1 unless the film is empty.
     pub fn near(&self) -> usize {
+        let farthest_m = self.farthest_m();
         let is_near = |snapshot: &Snapshot| {
             let base = snapshot.posture.base.translation.vector;
             let far_m = [base.norm(), snapshot.com.coords.norm(), snapshot.dcm.coords.norm()];
-            far_m.iter().all(|far| *far <= FARTHEST_M) && snapshot.posture.q.iter().all(|q| q.abs() <= TAU)
+            far_m.iter().all(|far| *far <= farthest_m) && snapshot.posture.q.iter().all(|q| q.abs() <= TAU)
         };
         let count = self.snapshots.len();
         self.snapshots.iter().position(|snapshot| !is_near(snapshot)).unwrap_or(count).max(1).min(count)

@@ -197,7 +197,7 @@ fn velocity_for(robot: &Robot, design: &Design, com: Point2<f64>, zmp_error: Vec
     let mut velocity = (farthest - com) * family.pendulum.omega;
     for _ in 0..1000 {
         let missing = zmp_error - sets.zmp_error(0, &State::new(com, velocity, com));
-        if missing.norm() < 1e-6 {
+        if missing.norm() < 1e-5 * zmp_error.norm() {
             return Ok(velocity);
         }
         velocity += missing * family.pendulum.omega;
@@ -214,6 +214,7 @@ fn refused(design: &Design, zmp_error: Vector2<f64>, problem: &str) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::control::FootworkRules;
     use crate::lipm::gains::GainSet;
     use crate::lipm::stepping::Stepping;
     use crate::robot::Foot;
@@ -221,9 +222,8 @@ mod tests {
     /// The gain set `paper`, with its own stepping rules or with those given.
     fn bench(stepping: Option<Stepping>) -> (Robot, Design) {
         let robot = Robot::load("ut-mu2").unwrap();
-        let mut gains = GainSet::load("paper").unwrap();
-        gains.stepping = stepping.or(gains.stepping);
-        let design = Design::new(&robot, &gains, 0.002).unwrap();
+        let mut design = Design::new(&robot, &GainSet::load("paper").unwrap(), 0.002).unwrap();
+        design.footwork = stepping.map(FootworkRules::Stepping).or(design.footwork);
         (robot, design)
     }
 

@@ -26,5 +26,5 @@ pub use record::{Membership, Outcome, Record};
 pub use referee::{AT_LIMIT, Referee};
 pub use run::run;
 pub use snapshot::Snapshot;
-pub use tick::{Controlled, Tick, drive, support_on_ground};
+pub use tick::{Controlled, Tick, drive};
 pub use together::Episodes;

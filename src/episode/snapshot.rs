@@ -1,6 +1,6 @@
 //! What can be seen of one tick, as plain numbers for pictures and replays.
 
-use super::tick::{Tick, support_on_ground};
+use super::tick::Tick;
 use crate::control::Phase;
 use crate::control::estimate::on_ground;
 use crate::robot::{Foot, PerFoot, Posture, Robot};
@@ -78,7 +78,7 @@ impl Snapshot {
             zmp: truth.zmp.map(Point2::from),
             zmp_ref: to_world * account.zmp_ref,
             soles: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.into()),
-            support: support_on_ground(robot, truth).map_or_else(Vec::new, |polygon| polygon.vertices().to_vec()),
+            support: tick.support.map_or_else(Vec::new, |polygon| polygon.vertices().to_vec()),
             slices: if account.stands() { account.slices().iter().map(slice).collect() } else { Vec::new() },
             gain,
             margin: gain.map(|_| account.margin).filter(|margin| margin.is_finite()),

@@ -3,7 +3,7 @@
 use super::config::EpisodeConfig;
 use crate::control::Account;
 use crate::geometry::SupportPolygon;
-use crate::robot::{Command, Foot, PerFoot, Pose, Robot};
+use crate::robot::{Command, Foot, GRAVITY, PerFoot, Pose, Robot};
 use crate::sim::Truth;
 use nalgebra::Point2;
 use std::ops::ControlFlow;
@@ -14,8 +14,9 @@ pub struct Tick<'a> {
     pub truth: &'a Truth,
     /// True divergent component of motion (DCM, capture point), world frame.
     pub dcm: Point2<f64>,
-    /// Distance of the DCM from the support polygon of the soles on the ground (m): negative inside, infinite in
-    /// flight.
+    /// Convex hull of the soles on the ground, world frame; None in flight.
+    pub support: Option<SupportPolygon>,
+    /// Distance of the DCM from the support (m): negative inside, infinite in flight.
     pub dcm_outside_m: f64,
     /// What the controller did, and why.
     pub account: Account<'a>,
@@ -26,9 +27,9 @@ impl<'a> Tick<'a> {
     /// For `robot`, whose pendulum has the natural frequency `omega` (rad/s).
     pub(super) fn new(robot: &Robot, omega: f64, truth: &'a Truth, account: Account<'a>, command: &'a Command) -> Self {
         let dcm = truth.com.xy() + truth.com_vel.xy() / omega;
-        let support = support_on_ground(robot, truth);
+        let support = support_on_ground(robot, truth, GRAVITY / (omega * omega));
         let dcm_outside_m = support.map_or(f64::INFINITY, |polygon| polygon.signed_distance(dcm));
-        Self { truth, dcm, dcm_outside_m, account, command }
+        Self { truth, dcm, support, dcm_outside_m, account, command }
     }
 }
 
@@ -58,15 +59,17 @@ pub fn drive(
     }
 }
 
-/// Convex hull of the soles on the ground, world frame; None in flight.
-pub fn support_on_ground(robot: &Robot, truth: &Truth) -> Option<SupportPolygon> {
-    /// A sole is on the ground if one of its corners is at most this high above it (m).
-    const NEAR_M: f64 = 0.003;
+/// Convex hull of the soles on the ground, world frame, for a robot whose COM height at home is `com_height_m`; None in
+/// flight.
+fn support_on_ground(robot: &Robot, truth: &Truth, com_height_m: f64) -> Option<SupportPolygon> {
+    /// A sole is on the ground if one of its corners is at most this high above it, in COM heights.
+    const NEAR: f64 = 0.01;
     let mut corners = [Point2::origin(); 8];
     let mut count = 0;
     let placed = PerFoot::from_fn(|foot| robot.soles[foot].corners().map(|corner| truth.soles[foot] * corner));
-    for foot in
-        Foot::BOTH.into_iter().filter(|&f| placed[f].iter().any(|c| c.z - truth.ground.height_m(c.xy()) < NEAR_M))
+    for foot in Foot::BOTH
+        .into_iter()
+        .filter(|&f| placed[f].iter().any(|c| c.z - truth.ground.height_m(c.xy()) < NEAR * com_height_m))
     {
         for corner in placed[foot] {
             corners[count] = corner.xy();

@@ -25,9 +25,48 @@ use crate::error::{Error, Result};
 use nalgebra::{Matrix2, Vector2};
 use serde::{Deserialize, Serialize};
 
-/// Rules of these footsteps (`[catching]` in a gain set's file).
+/// The table `[catching]` of a gain set's file, which holds for robots of every size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+pub struct CatchingTable {
+    /// In COM heights.
+    pub lift: f64,
+    /// In 1/omega, as all that follows.
+    pub late: f64,
+    pub pause: f64,
+    /// At most half of the robot's quickest swing.
+    pub transfer: f64,
+    /// At most the robot's quickest swing.
+    pub settle: f64,
+}
+
+impl CatchingTable {
+    /// Checks the values. Errors name the gain set `file`.
+    pub fn validate(&self, file: &str) -> Result<()> {
+        let ranges = [
+            ("lift", self.lift, 0.0, 0.6),
+            ("late", self.late, 0.0, 6.0),
+            ("pause", self.pause, 0.0, 6.0),
+            ("transfer", self.transfer, 0.0, 6.0),
+            ("settle", self.settle, 0.05, 10.0),
+        ];
+        Error::check_ranges(file, "catching", &ranges)
+    }
+
+    /// The rules of a robot with the COM height `length_m` (m), 1/omega `time_s` (s) and this quickest swing (s).
+    pub fn rules(&self, length_m: f64, time_s: f64, quickest_s: f64) -> Catching {
+        Catching {
+            lift_m: self.lift * length_m,
+            late_s: self.late * time_s,
+            pause_s: self.pause * time_s,
+            transfer_s: (self.transfer * time_s).min(0.5 * quickest_s),
+            settle_s: (self.settle * time_s).min(quickest_s),
+        }
+    }
+}
+
+/// Rules of these footsteps for one robot.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Catching {
     /// Largest height of the sole in a swing (m).
     pub lift_m: f64,
@@ -43,30 +82,17 @@ pub struct Catching {
     pub settle_s: f64,
 }
 
-impl Catching {
-    /// Checks the values. Errors name the gain set `file`.
-    pub fn validate(&self, file: &str) -> Result<()> {
-        let ranges = [
-            ("lift_m", self.lift_m, 0.0, 0.2),
-            ("late_s", self.late_s, 0.0, 1.0),
-            ("pause_s", self.pause_s, 0.0, 1.0),
-            ("transfer_s", self.transfer_s, 0.0, 1.0),
-            ("settle_s", self.settle_s, 0.01, 2.0),
-        ];
-        Error::check_ranges(file, "catching", &ranges)
-    }
-}
-
 /// The data of the planning problem. Lengths (m) are in the stance sole's frame, with x forward and y to the swing
 /// foot's side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CatchProblem {
     /// Natural frequency of the pendulum (rad/s).
     pub omega: f64,
-    /// Half length and half width of a sole.
-    pub sole: [f64; 2],
-    /// Distance that the ZMP keeps from the edge of the stance sole.
-    pub zmp_margin: f64,
+    /// Smallest and largest x, and y, of the ZMP.
+    pub zmp: [[f64; 2]; 2],
+    /// Smallest and largest x, and y, from a point between the feet's middle and the landing foot, of a DCM that is
+    /// inside of the support polygon.
+    pub support: [[f64; 2]; 2],
     /// Smallest and largest x, and y, of the landing place.
     pub reach: [[f64; 2]; 2],
     /// Place of the swing foot at home.
@@ -92,14 +118,14 @@ pub struct CatchPlan {
     /// Distance of that DCM from the part of the support polygon between the feet's middle and the landing foot (m); 0
     /// inside.
     pub miss: f64,
-    /// Cost in squared metres, in which `miss` counts `MISS` times its length.
+    /// Cost in squared metres, in which `miss` counts `MISS` times the distance between the feet at home times its length.
     pub cost: f64,
 }
 
 /// The shares s that are tried.
 const SHARES: [f64; 6] = [0.5, 0.6, 0.7, 0.8, 0.9, 1.0];
-/// Cost of a DCM outside of the support, per metre (m). It exceeds all other costs.
-const MISS: f64 = 100.0;
+/// Cost of a DCM outside of the support, per metre, in distances between the feet at home (m). It exceeds all other costs.
+const MISS: f64 = 1000.0;
 /// Cost of a ZMP away from the middle of the stance sole, and of a landing place away from home, relative to the cost of
 /// a DCM away from the middle of its support.
 const TIE: f64 = 1e-6;
@@ -122,19 +148,18 @@ fn landing(problem: &CatchProblem, dcm: Vector2<f64>, time_s: f64, share: f64) -
     let mut catch = CatchPlan { zmp: Vector2::zeros(), place: Vector2::zeros(), dcm, miss: 0.0, cost: 0.0 };
     let mut outside = Vector2::zeros();
     for k in 0..2 {
-        let most = (problem.sole[k] - problem.zmp_margin).max(0.0);
         let row = Vector2::new(1.0 - growth, -share);
         let hessian = row * row.transpose() + Matrix2::identity() * TIE;
         let linear = Vector2::new(0.0, TIE * problem.home[k]) - row * (growth * dcm[k]);
-        let [zmp, place]: [f64; 2] = in_box(&hessian, &linear, [[-most, most], problem.reach[k]]).into();
+        let [zmp, place]: [f64; 2] = in_box(&hessian, &linear, [problem.zmp[k], problem.reach[k]]).into();
         (catch.zmp[k], catch.place[k]) = (zmp, place);
         catch.dcm[k] = growth * (dcm[k] - zmp) + zmp;
         let off = catch.dcm[k] - share * place;
-        outside[k] = (off.abs() - problem.sole[k]).max(0.0);
+        outside[k] = off - off.clamp(problem.support[k][0], problem.support[k][1]);
         catch.cost += off * off + TIE * (zmp * zmp + (place - problem.home[k]).powi(2));
     }
     catch.miss = outside.norm();
-    catch.cost += MISS * catch.miss;
+    catch.cost += MISS * problem.home.norm() * catch.miss;
     catch
 }
 
@@ -146,8 +171,8 @@ mod tests {
 
     const PROBLEM: CatchProblem = CatchProblem {
         omega: 5.63,
-        sole: [0.048, 0.035],
-        zmp_margin: 0.003,
+        zmp: [[-0.045, 0.045], [-0.032, 0.032]],
+        support: [[-0.048, 0.048], [-0.035, 0.035]],
         reach: [[-0.15, 0.15], [0.075, 0.18]],
         home: Vector2::new(0.0, 0.097),
     };
@@ -190,18 +215,28 @@ mod tests {
 
     #[test]
     fn errors_name_the_field_and_what_is_accepted() {
-        let good = Catching { lift_m: 0.01, late_s: 0.1, pause_s: 0.03, transfer_s: 0.03, settle_s: 0.08 };
+        let good = CatchingTable { lift: 0.03, late: 0.6, pause: 0.2, transfer: 0.2, settle: 0.4 };
         assert!(good.validate("g.toml").is_ok());
         for (bad, words) in [
-            (Catching { lift_m: -0.01, ..good }, "lift_m = -0.01: out of range; accepted: 0 to 0.2"),
-            (Catching { late_s: f64::NAN, ..good }, "late_s = NaN: out of range"),
-            (Catching { pause_s: 2.0, ..good }, "pause_s = 2: out of range; accepted: 0 to 1"),
-            (Catching { transfer_s: 2.0, ..good }, "transfer_s = 2: out of range; accepted: 0 to 1"),
-            (Catching { settle_s: 0.0, ..good }, "settle_s = 0: out of range; accepted: 0.01 to 2"),
+            (CatchingTable { lift: -0.01, ..good }, "lift = -0.01: out of range; accepted: 0 to 0.6"),
+            (CatchingTable { late: f64::NAN, ..good }, "late = NaN: out of range"),
+            (CatchingTable { pause: 7.0, ..good }, "pause = 7: out of range; accepted: 0 to 6"),
+            (CatchingTable { transfer: 7.0, ..good }, "transfer = 7: out of range; accepted: 0 to 6"),
+            (CatchingTable { settle: 0.0, ..good }, "settle = 0: out of range; accepted: 0.05 to 10"),
         ] {
             let error = bad.validate("g.toml").unwrap_err().to_string();
             assert!(error.starts_with(&format!("g.toml: catching.{words}")), "{error}\nwanted: {words}");
         }
+    }
+
+    /// A robot with quick legs has less time before a landing than the gain set asks for.
+    #[test]
+    fn times_of_the_swing_are_at_most_the_swing() {
+        let table = CatchingTable { lift: 0.03, late: 0.6, pause: 0.2, transfer: 0.3, settle: 0.5 };
+        let [slow, quick] = [0.5, 0.08].map(|quickest_s| table.rules(0.9, 0.3, quickest_s));
+        assert_eq!([slow.transfer_s, slow.settle_s], [0.09, 0.15]);
+        assert_eq!([quick.transfer_s, quick.settle_s], [0.04, 0.08]);
+        assert_eq!(slow.lift_m, 0.027);
     }
 
     proptest! {
@@ -226,7 +261,7 @@ mod tests {
             };
             let mine = cost(catch.zmp.into(), catch.place.into());
             prop_assert!(mine <= cost(zmp, place) + 1e-12);
-            prop_assert!((mine + MISS * catch.miss - catch.cost).abs() < 1e-12);
+            prop_assert!((mine + MISS * PROBLEM.home.norm() * catch.miss - catch.cost).abs() < 1e-12);
             let arrived = (Vector2::from(dcm) - catch.zmp) * growth + catch.zmp;
             prop_assert!((arrived - catch.dcm).norm() < 1e-12);
         }

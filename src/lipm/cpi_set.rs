@@ -217,7 +217,7 @@ impl Stack {
             let [x, y] = gain.spread.limit();
             let (gain, value) = (&gain.name, format!("{x:.4} m in x and {y:.4} m in y"));
             let problem = format!("moves the ZMP of gain {gain:?} out of the support, so no set contains any state");
-            return Err(Error::value("support", "spread", value, problem, "a smaller zmp_disturbance_m"));
+            return Err(Error::value("support", "spread", value, problem, "a smaller zmp_disturbance"));
         }
         Ok(stack)
     }

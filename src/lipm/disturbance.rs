@@ -21,9 +21,9 @@ const MAX_PERIODS: usize = 20_000;
 /// The sum ends when what follows is less than this (m per m of disturbance).
 const NEGLIGIBLE: f64 = 1e-13;
 
-/// Bound of the disturbance of the ZMP in a file (m): one number for both axes, or one for each.
+/// Bound of the disturbance of the ZMP in a file, in half sole lengths: one number for both axes, or one for each.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(untagged, expecting = "a number or two, [x, y], in metres")]
+#[serde(untagged, expecting = "a number or two, [x, y], in half sole lengths")]
 pub enum ZmpDisturbance {
     Both(f64),
     Each([f64; 2]),
@@ -36,7 +36,7 @@ impl Default for ZmpDisturbance {
 }
 
 impl ZmpDisturbance {
-    /// The bounds of both axes (m).
+    /// The bounds of both axes, in half sole lengths.
     pub fn bounds(self) -> Vector2<f64> {
         match self {
             Self::Both(bound) => Vector2::new(bound, bound),
@@ -52,8 +52,8 @@ impl ZmpDisturbance {
     /// The value as it stands in a file, times `factor`.
     pub(super) fn text(self, factor: f64) -> String {
         match self {
-            Self::Both(bound) => format!("{:.5}", bound * factor),
-            Self::Each([x, y]) => format!("[{:.5}, {:.5}]", x * factor, y * factor),
+            Self::Both(bound) => format!("{:.4}", bound * factor),
+            Self::Each([x, y]) => format!("[{:.4}, {:.4}]", x * factor, y * factor),
         }
     }
 }

@@ -6,10 +6,10 @@
 //! [`Inclusion`](super::cpi_set::Inclusion) checks this.
 
 use super::axis_loop::AxisLoop;
-use super::catching::Catching;
+use super::catching::CatchingTable;
 use super::disturbance::{Spread, ZmpDisturbance};
 use super::pendulum::{Pendulum, State};
-use super::stepping::Stepping;
+use super::stepping::SteppingTable;
 use crate::assets::{Source, parse_toml};
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
@@ -53,13 +53,13 @@ pub struct GainSet {
     #[serde(default)]
     pub description: String,
     pub standing: Standing,
-    /// The ZMP keeps this distance from the edges of the support polygon (m).
-    #[serde(default = "default_zmp_margin_m")]
-    pub zmp_margin_m: f64,
-    /// The CPI sets hold for every disturbance of the ZMP up to this bound on each axis (m); see
+    /// The ZMP keeps this distance from the edges of the support polygon, in half sole lengths.
+    #[serde(default = "default_zmp_margin")]
+    pub zmp_margin: f64,
+    /// The CPI sets hold for every disturbance of the ZMP up to this bound on each axis, in half sole lengths; see
     /// [`disturbance`](super::disturbance). With 0 they are the paper's.
     #[serde(default, skip_serializing_if = "ZmpDisturbance::is_none")]
-    pub zmp_disturbance_m: ZmpDisturbance,
+    pub zmp_disturbance: ZmpDisturbance,
     /// Which gain acts when no set contains the state.
     #[serde(default, skip_serializing_if = "OutOfSets::is_default")]
     pub out_of_sets: OutOfSets,
@@ -68,11 +68,11 @@ pub struct GainSet {
     pub gains: Vec<GainPoles>,
     /// How to step when no gain's set contains the state, by the paper's rule.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub stepping: Option<Stepping>,
+    pub stepping: Option<SteppingTable>,
     /// How to step by the rule that plans anew during the swing. With neither table the robot only stands; both are
     /// refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub catching: Option<Catching>,
+    pub catching: Option<CatchingTable>,
 }
 
 /// The poles of one gain, as multiples of -omega (1 is the pole at -omega).
@@ -84,22 +84,59 @@ pub struct GainPoles {
     pub y: [f64; 3],
 }
 
-fn default_zmp_margin_m() -> f64 {
-    0.003
+fn default_zmp_margin() -> f64 {
+    0.06
+}
+
+/// Keys of earlier files, in metres and seconds: the name of the key today, and what to divide the old value by.
+const FORMER_KEYS: [(&str, &str, &str); 13] = [
+    ("zmp_margin_m", "zmp_margin", HALF_SOLE),
+    ("zmp_disturbance_m", "zmp_disturbance", HALF_SOLE),
+    ("patience_s", "patience", TIME),
+    ("lift_m", "lift", "the COM height (m)"),
+    ("late_s", "late", TIME),
+    ("pause_s", "pause", TIME),
+    ("same_foot_pause_s", "same_foot_pause", TIME),
+    ("transfer_s", "transfer", TIME),
+    ("settle_s", "settle", TIME),
+    ("swing_time_s", "swing_time", "swing_time_s of the robot's first [[reach]]"),
+    ("forward_m", "forward", "the largest x_m of the robot's first [[reach]]"),
+    ("outward_m", "outward", "the largest y_m of the robot's first [[reach]], both less the stance at home"),
+    ("least_m", "least", "the stance at home, both less the smallest y_m of the robot's first [[reach]]"),
+];
+const HALF_SOLE: &str = "half the length of a sole (m)";
+const TIME: &str = "1/omega (s)";
+
+/// What is wrong with a key, and what is accepted, if it is one of earlier files.
+pub(super) fn former_key(key: &str) -> Option<(&'static str, String)> {
+    let (_, today, unit) = FORMER_KEYS.iter().find(|(former, ..)| *former == key)?;
+    let problem = "gain sets are in units of the robot, without metres and seconds";
+    Some((problem, format!("`{today}`: the value divided by {unit}; `standfast model` prints these")))
+}
+
+/// The first key of earlier files in a table or below.
+fn first_former_key(value: &toml::Value) -> Option<(String, String)> {
+    let below = |key: &str, value: &toml::Value| {
+        let (path, text) = first_former_key(value)?;
+        Some((format!("{key}.{path}"), text))
+    };
+    value.as_table()?.iter().find_map(|(key, value)| match former_key(key) {
+        Some(_) => Some((key.clone(), value.to_string())),
+        None => below(key, value),
+    })
 }
 
 impl GainSet {
     /// Reads a gain set. Errors name the file, the field, its value and what is accepted.
     pub fn parse(source: &Source) -> Result<Self> {
+        let table = source.text.parse::<toml::Table>().unwrap_or_default();
+        if let Some((path, value)) = first_former_key(&toml::Value::Table(table)) {
+            let (problem, accepted) = former_key(path.rsplit('.').next().unwrap_or(&path)).expect("it is one");
+            return Err(Error::value(&source.file, path, value, problem, accepted));
+        }
         let set: Self = parse_toml(source)?;
         set.validate(&source.file)?;
         Ok(set)
-    }
-
-    /// The footwork rule; None if the robot only stands. A valid set has at most one.
-    pub fn footwork(&self) -> Option<FootworkRules> {
-        let stepping = self.stepping.map(FootworkRules::Stepping);
-        stepping.or(self.catching.map(FootworkRules::Catching))
     }
 
     /// Checks the values. Errors name the set `file`.
@@ -107,14 +144,13 @@ impl GainSet {
         if self.name.trim().is_empty() {
             return Err(Error::value(file, "name", format!("{:?}", self.name), "is empty", "a name"));
         }
-        if !(self.zmp_margin_m.is_finite() && self.zmp_margin_m >= 0.0) {
-            let problem = "must not be negative";
-            return Err(Error::value(file, "zmp_margin_m", self.zmp_margin_m, problem, "0 or more, in metres"));
+        if !(self.zmp_margin.is_finite() && self.zmp_margin >= 0.0) {
+            let (problem, accepted) = ("must not be negative", "0 or more, in half sole lengths");
+            return Err(Error::value(file, "zmp_margin", self.zmp_margin, problem, accepted));
         }
-        let bounds = self.zmp_disturbance_m.bounds();
-        if bounds.iter().any(|bound| !(bound.is_finite() && *bound >= 0.0)) {
-            let (value, accepted) = (self.zmp_disturbance_m.text(1.0), "0 or more, in metres: a number, or [x, y]");
-            return Err(Error::value(file, "zmp_disturbance_m", value, "must not be negative", accepted));
+        if self.zmp_disturbance.bounds().iter().any(|bound| !(bound.is_finite() && *bound >= 0.0)) {
+            let (value, accepted) = (self.zmp_disturbance.text(1.0), "0 or more, in half sole lengths, or [x, y]");
+            return Err(Error::value(file, "zmp_disturbance", value, "must not be negative", accepted));
         }
         let count = self.gains.len();
         match self.standing {
@@ -212,43 +248,27 @@ impl Gain {
 pub struct GainFamily {
     pub name: String,
     pub standing: Standing,
-    /// Margin of the ZMP (m); see [`GainSet::zmp_margin_m`].
+    /// Half the length of a sole (m), the unit of the margin and the disturbance in a gain set.
+    pub half_sole_m: f64,
+    /// Margin of the ZMP (m); see [`GainSet::zmp_margin`].
     pub zmp_margin: f64,
-    /// Bound of the disturbance of the ZMP; see [`GainSet::zmp_disturbance_m`].
+    /// Bound of the disturbance of the ZMP, in half sole lengths; see [`GainSet::zmp_disturbance`].
     pub zmp_disturbance: ZmpDisturbance,
     /// Which gain acts when no set contains the state.
     pub out_of_sets: OutOfSets,
     pub pendulum: Pendulum,
     /// The gains, from slow to fast; empty for [`Standing::Posture`].
     pub gains: Vec<Gain>,
-    /// What to do when no set contains the state; None if the robot only stands.
-    pub footwork: Option<FootworkRules>,
-}
-
-/// The footwork rules, each with its table in a gain set's file.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum FootworkRules {
-    /// The paper's rule, `[stepping]`.
-    Stepping(Stepping),
-    /// The rule that plans anew during the swing, `[catching]`.
-    Catching(Catching),
 }
 
 impl GainFamily {
-    /// The paper's stepping rules, if the set uses them.
-    pub fn stepping(&self) -> Option<&Stepping> {
-        match &self.footwork {
-            Some(FootworkRules::Stepping(rules)) => Some(rules),
-            _ => None,
-        }
-    }
-
     /// The polygon in which the ZMP may be: `support` less the set's margin. It fails (naming `file`) if nothing is
     /// left.
     pub fn allowed_support(&self, support: &SupportPolygon, file: &str) -> Result<SupportPolygon> {
         support.inset(self.zmp_margin).ok_or_else(|| {
-            let accepted = "less than half the width of the support";
-            Error::value(file, "zmp_margin_m", self.zmp_margin, "leaves no support at home", accepted)
+            let value = format!("{:.4}", self.zmp_margin / self.half_sole_m);
+            let accepted = "less than half the width of the support, in half sole lengths";
+            Error::value(file, "zmp_margin", value, "leaves no support at home", accepted)
         })
     }
 
@@ -270,7 +290,12 @@ impl GainFamily {
         }
         let problem = format!("leaves gain {gain:?} no set at home");
         let accepted = format!("less than {}", self.zmp_disturbance.text(1.0 / worst));
-        Err(Error::value(file, "zmp_disturbance_m", self.zmp_disturbance.text(1.0), problem, accepted))
+        Err(Error::value(file, "zmp_disturbance", self.zmp_disturbance.text(1.0), problem, accepted))
+    }
+
+    /// Bound of the disturbance of the ZMP on each axis (m).
+    pub fn zmp_disturbance_m(&self) -> Vector2<f64> {
+        self.zmp_disturbance.bounds() * self.half_sole_m
     }
 
     /// The same family without disturbances, so with the sets of the paper.
@@ -279,8 +304,9 @@ impl GainFamily {
         Self { zmp_disturbance: ZmpDisturbance::default(), gains, ..self.clone() }
     }
 
-    /// Places the poles of every gain. It fails if the set or the pendulum is not valid.
-    pub fn design(set: &GainSet, pendulum: Pendulum) -> Result<Self> {
+    /// Places the poles of every gain, for a robot whose soles have half the length `half_sole_m` (m). It fails if the set
+    /// or the pendulum is not valid.
+    pub fn design(set: &GainSet, pendulum: Pendulum, half_sole_m: f64) -> Result<Self> {
         set.validate(&set.name)?;
         for (field, value) in [("omega", pendulum.omega), ("dt", pendulum.dt)] {
             if !(value.is_finite() && value > 0.0) {
@@ -291,16 +317,16 @@ impl GainFamily {
             let accepted = format!("at most 1/omega = {} s", 1.0 / pendulum.omega);
             return Err(Error::value("pendulum", "dt", pendulum.dt, "the pendulum falls within a period", accepted));
         }
-        let bounds = set.zmp_disturbance_m.bounds();
+        let bounds = set.zmp_disturbance.bounds() * half_sole_m;
         Ok(Self {
             name: set.name.clone(),
             standing: set.standing,
-            zmp_margin: set.zmp_margin_m,
-            zmp_disturbance: set.zmp_disturbance_m,
+            half_sole_m,
+            zmp_margin: set.zmp_margin * half_sole_m,
+            zmp_disturbance: set.zmp_disturbance,
             out_of_sets: set.out_of_sets,
             pendulum,
             gains: set.gains.iter().map(|g| Gain::design(&pendulum, g).under(&pendulum, bounds)).collect(),
-            footwork: set.footwork(),
         })
     }
 }
@@ -320,7 +346,7 @@ mod tests {
         for name in Kind::Gains.names() {
             let set = GainSet::load(name).unwrap();
             assert_eq!(set.name, name);
-            let family = GainFamily::design(&set, PENDULUM).unwrap();
+            let family = GainFamily::design(&set, PENDULUM, 0.048).unwrap();
             assert_eq!(family.gains.len(), set.gains.len());
         }
     }
@@ -341,14 +367,12 @@ mod tests {
         let set = |gains: &str| format!("name = \"g\"\nstanding = \"switching\"\n{gains}");
         let gain = |x: &str| format!("[[gains]]\nname = \"a\"\nx = {x}\ny = [0.2, 1, 5]\n");
         let stepping = |lambda: &str| {
-            let rules =
-                "alpha = 4\nswing_time_s = 0.2\nlift_m = 0.02\nlate_s = 0.1\npause_s = 0\nsame_foot_pause_s = 0";
-            let range = "range = { forward_m = 0.15, outward_m = 0.18, least_m = 0.075 }";
+            let rules = "alpha = 4\nswing_time = 1.2\nlift = 0.06\nlate = 0.6\npause = 0\nsame_foot_pause = 0";
+            let range = "range = { forward = 0.9, outward = 1.0, least = 0.5 }";
             let weights = "weights = { dcm = 1, com = 0.1, zmp = 0.01 }";
             format!("[stepping]\n{rules}\n{range}\n{weights}\n{lambda}\n")
         };
-        let catching = "[catching]\nlift_m = 0.01\nlate_s = 0.1\npause_s = 0\ntransfer_s = 0\n\
-                        settle_s = 0.01\n";
+        let catching = "[catching]\nlift = 0.03\nlate = 0.6\npause = 0\ntransfer = 0\nsettle = 0.05\n";
         assert!(parse(&set(&(gain("[0.2, 1, 5]") + catching))).is_ok());
         let two_rules = "catching = a table: needs standing = \"switching\" and excludes [stepping]; \
                          accepted: standing = \"switching\", no [stepping]";
@@ -361,17 +385,20 @@ mod tests {
             (set(""), "gains = none"),
             (set(&gain("[0.2, 1, 5]")).replace("switching", "posture"), "gains = 1 gains"),
             (set(&gain("[0.2, 1, 5]")).replace("switching", "upright"), "expected `posture` or `switching`"),
-            (format!("zmp_margin_m = -0.1\n{}", set(&gain("[0.2, 1, 5]"))), "zmp_margin_m = -0.1"),
+            (format!("zmp_margin = -0.1\n{}", set(&gain("[0.2, 1, 5]"))), "zmp_margin = -0.1"),
+            (format!("zmp_disturbance = -0.1\n{}", set(&gain("[0.2, 1, 5]"))), "zmp_disturbance = -0.1000: must not"),
+            (format!("zmp_disturbance = [0, nan]\n{}", set(&gain("[0.2, 1, 5]"))), "zmp_disturbance = [0.0000, NaN]"),
+            (format!("zmp_disturbance = [1]\n{}", set(&gain("[0.2, 1, 5]"))), "or two, [x, y], in half sole lengths"),
             (
-                format!("zmp_disturbance_m = -0.1\n{}", set(&gain("[0.2, 1, 5]"))),
-                "zmp_disturbance_m = -0.10000: must not",
+                format!("zmp_margin_m = 0.003\n{}", set(&gain("[0.2, 1, 5]"))),
+                "zmp_margin_m = 0.003: gain sets are in units of the robot, without metres and seconds; accepted: \
+                 `zmp_margin`: the value divided by half the length of a sole (m); `standfast model` prints these",
             ),
             (
-                format!("zmp_disturbance_m = [0, nan]\n{}", set(&gain("[0.2, 1, 5]"))),
-                "zmp_disturbance_m = [0.00000, NaN]",
+                set(&(gain("[0.2, 1, 5]") + "[stepping.range]\nforward_m = 0.13\n")),
+                "stepping.range.forward_m = 0.13: gain sets are in units of the robot",
             ),
-            (format!("zmp_disturbance_m = [1]\n{}", set(&gain("[0.2, 1, 5]"))), "a number or two, [x, y], in metres"),
-            (format!("zmp_margin = 0.1\n{}", set(&gain("[0.2, 1, 5]"))), "unknown field `zmp_margin`"),
+            (format!("zmp_margn = 0.1\n{}", set(&gain("[0.2, 1, 5]"))), "unknown field `zmp_margn`"),
             (set(&gain("[0.2, 1, 5]")).replace("\"g\"", "\"\""), "name = \"\": is empty"),
             (
                 set(&(gain("[0.2, 1, 5]") + &stepping("lambda = 1.0"))),

@@ -20,7 +20,7 @@ pub mod stepping;
 pub mod variant;
 
 pub use cpi_set::CpiSet;
-pub use gains::{FootworkRules, Gain, GainFamily, GainSet, Standing};
+pub use gains::{Gain, GainFamily, GainSet, Standing};
 pub use online::OnlineSets;
 pub use pendulum::{Pendulum, State};
 
@@ -35,7 +35,7 @@ mod testing {
     pub const PENDULUM: Pendulum = Pendulum { omega: 5.63, dt: 0.002 };
 
     pub fn family() -> GainFamily {
-        GainFamily::design(&GainSet::load("switching").unwrap(), PENDULUM).unwrap()
+        GainFamily::design(&GainSet::load("switching").unwrap(), PENDULUM, 0.048).unwrap()
     }
 
     /// The same cases in every run.

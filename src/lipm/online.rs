@@ -170,6 +170,12 @@ impl Region {
         if region.holds_origin { region } else { Self::EMPTY }
     }
 
+    /// Distance of the farthest edge from the origin (m).
+    fn farthest(&self) -> f64 {
+        let rows = self.x.iter().zip(&self.y).map(|(x, y)| x.hypot(*y)).filter(|norm| *norm > 0.0);
+        1.0 / rows.fold(f64::INFINITY, f64::min)
+    }
+
     /// Z less the rectangle of +-`spread` (m): the points that stay in Z wherever in the rectangle they are moved to.
     /// It is empty unless it contains the origin.
     fn less(&self, [x, y]: [f64; 2]) -> Self {

@@ -58,6 +58,11 @@ impl State {
 }
 
 impl Pendulum {
+    /// Control period in 1/omega.
+    pub fn phase(&self) -> f64 {
+        self.omega * self.dt
+    }
+
     /// Transition of one axis over a period with a constant ZMP: a diagonal block of A in eq. 10.
     pub fn transition(&self) -> Matrix3<f64> {
         let (sinh, cosh) = ((self.omega * self.dt).sinh(), (self.omega * self.dt).cosh());

@@ -2,17 +2,100 @@
 //!
 //! As in the paper, the footstep is planned once, when it is decided, without feedback while the foot is in the air.
 
+use super::capture::Region;
 use crate::error::{Error, Result};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-/// Rules of the footsteps.
+/// The table `[stepping]` of a gain set's file, which holds for robots of every size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+pub struct SteppingTable {
+    /// In 1/omega.
+    #[serde(default)]
+    pub patience: f64,
+    pub alpha: f64,
+    pub range: RangeTable,
+    /// In swing times of the robot's region beside the stance foot.
+    pub swing_time: f64,
+    /// In COM heights.
+    pub lift: f64,
+    pub lambda: f64,
+    pub weights: RelaxationWeights,
+    /// In 1/omega, as all that follows.
+    pub late: f64,
+    pub pause: f64,
+    pub same_foot_pause: f64,
+}
+
+/// The [`LandingRange`] in shares of the robot's region beside the stance foot, so that it contains the stance at home.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RangeTable {
+    /// Share of the way forward or backward to the end of the region.
+    pub forward: f64,
+    /// Share of the way from the stance at home outward to the end of the region.
+    pub outward: f64,
+    /// Share of the way from the innermost place of the region to the stance at home.
+    pub least: f64,
+}
+
+impl SteppingTable {
+    /// Checks the values. Errors name the gain set `file`.
+    pub fn validate(&self, file: &str) -> Result<()> {
+        let range = &self.range;
+        let ranges = [
+            ("patience", self.patience, 0.0, 6.0),
+            ("alpha", self.alpha, 0.0, 1e3),
+            ("swing_time", self.swing_time, 0.1, 10.0),
+            ("lift", self.lift, 0.0, 0.6),
+            ("lambda", self.lambda, 0.01, 1e3),
+            ("late", self.late, 0.0, 6.0),
+            ("pause", self.pause, 0.0, 6.0),
+            ("same_foot_pause", self.same_foot_pause, 0.0, 600.0),
+            ("range.forward", range.forward, 0.01, 1.0),
+            ("range.outward", range.outward, 0.01, 1.0),
+            ("range.least", range.least, 0.0, 1.0),
+            ("weights.dcm", self.weights.dcm, 0.0, 1e9),
+            ("weights.com", self.weights.com, 0.0, 1e9),
+            ("weights.zmp", self.weights.zmp, 1e-9, 1e9),
+        ];
+        Error::check_ranges(file, "stepping", &ranges)?;
+        if (self.lambda - 1.0).abs() < 0.01 {
+            let accepted = "a multiple of omega that is not 1: below 0.99 or above 1.01";
+            return Err(Error::value(file, "stepping.lambda", self.lambda, "is too close to 1", accepted));
+        }
+        Ok(())
+    }
+
+    /// The rules of a robot with the COM height `length_m` (m) and 1/omega `time_s` (s), whose feet can land in the region
+    /// `beside`, in which they stand `stance_m` (m) apart at home.
+    pub fn rules(&self, length_m: f64, time_s: f64, beside: &Region, stance_m: f64) -> Stepping {
+        let ([backward, forward], [inward, outward]) = (beside.x_m, beside.y_m);
+        Stepping {
+            patience_s: self.patience * time_s,
+            alpha: self.alpha,
+            range: LandingRange {
+                forward_m: self.range.forward * forward.min(-backward),
+                outward_m: stance_m + self.range.outward * (outward - stance_m),
+                least_m: inward + self.range.least * (stance_m - inward),
+            },
+            swing_time_s: self.swing_time * beside.swing_time_s,
+            lift_m: self.lift * length_m,
+            lambda: self.lambda,
+            weights: self.weights,
+            late_s: self.late * time_s,
+            pause_s: self.pause * time_s,
+            same_foot_pause_s: self.same_foot_pause * time_s,
+        }
+    }
+}
+
+/// Rules of the footsteps of one robot.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Stepping {
     /// Time for which no set must have contained the state before a foot is lifted (s). The paper steps at once (0),
     /// after an impulse that is over when it is noticed. While a push lasts, the error still grows.
-    #[serde(default)]
     pub patience_s: f64,
     /// Ratio of the stride to the ZMP error (eq. 29).
     pub alpha: f64,
@@ -35,8 +118,7 @@ pub struct Stepping {
 }
 
 /// Where a foot may land relative to the other: the semi-ellipse of eq. 27 and 28, in the axes of the control frame.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LandingRange {
     /// Largest offset forward or backward from the stance sole's centre (m), a in the paper.
     pub forward_m: f64,
@@ -56,35 +138,6 @@ pub struct RelaxationWeights {
     pub com: f64,
     /// Distance of the first and the last ZMP from the middle of the stance sole.
     pub zmp: f64,
-}
-
-impl Stepping {
-    /// Checks the values. Errors name the gain set `file`.
-    pub fn validate(&self, file: &str) -> Result<()> {
-        let range = &self.range;
-        let ranges = [
-            ("patience_s", self.patience_s, 0.0, 1.0),
-            ("alpha", self.alpha, 0.0, 1e3),
-            ("swing_time_s", self.swing_time_s, 0.02, 2.0),
-            ("lift_m", self.lift_m, 0.0, 0.2),
-            ("lambda", self.lambda, 0.01, 1e3),
-            ("late_s", self.late_s, 0.0, 1.0),
-            ("pause_s", self.pause_s, 0.0, 1.0),
-            ("same_foot_pause_s", self.same_foot_pause_s, 0.0, 100.0),
-            ("range.forward_m", range.forward_m, 1e-3, 1.0),
-            ("range.least_m", range.least_m, 0.0, 1.0),
-            ("range.outward_m", range.outward_m, range.least_m + 1e-3, 2.0),
-            ("weights.dcm", self.weights.dcm, 0.0, 1e9),
-            ("weights.com", self.weights.com, 0.0, 1e9),
-            ("weights.zmp", self.weights.zmp, 1e-9, 1e9),
-        ];
-        Error::check_ranges(file, "stepping", &ranges)?;
-        if (self.lambda - 1.0).abs() < 0.01 {
-            let accepted = "a multiple of omega that is not 1: below 0.99 or above 1.01";
-            return Err(Error::value(file, "stepping.lambda", self.lambda, "is too close to 1", accepted));
-        }
-        Ok(())
-    }
 }
 
 impl LandingRange {
@@ -142,32 +195,45 @@ mod tests {
 
     #[test]
     fn errors_name_file_field_value_and_what_is_accepted() {
-        let good = Stepping::EXAMPLE;
+        let good = crate::lipm::GainSet::load("paper").unwrap().stepping.unwrap();
         assert!(good.validate("g.toml").is_ok());
-        let wrong = |change: fn(&mut Stepping)| {
+        let wrong = |change: fn(&mut SteppingTable)| {
             let mut rules = good;
             change(&mut rules);
             rules.validate("g.toml").unwrap_err().to_string()
         };
         let out = ": out of range; accepted: ";
         for (error, words) in [
-            (wrong(|r| r.patience_s = -0.1), format!("patience_s = -0.1{out}0 to 1")),
+            (wrong(|r| r.patience = -0.1), format!("patience = -0.1{out}0 to 6")),
             (wrong(|r| r.alpha = f64::NAN), format!("alpha = NaN{out}0 to 1000")),
-            (wrong(|r| r.swing_time_s = 0.0), format!("swing_time_s = 0{out}0.02 to 2")),
-            (wrong(|r| r.lift_m = 0.3), format!("lift_m = 0.3{out}0 to 0.2")),
+            (wrong(|r| r.swing_time = 0.0), format!("swing_time = 0{out}0.1 to 10")),
+            (wrong(|r| r.lift = 0.7), format!("lift = 0.7{out}0 to 0.6")),
             (wrong(|r| r.lambda = 0.0), format!("lambda = 0{out}0.01 to 1000")),
             (wrong(|r| r.lambda = 1.0), "lambda = 1: is too close to 1; accepted: a multiple of omega".into()),
             (wrong(|r| r.lambda = 0.995), "lambda = 0.995: is too close to 1".into()),
-            (wrong(|r| r.late_s = f64::INFINITY), format!("late_s = inf{out}0 to 1")),
-            (wrong(|r| r.pause_s = -1.0), format!("pause_s = -1{out}0 to 1")),
-            (wrong(|r| r.range.forward_m = 0.0), format!("range.forward_m = 0{out}0.001 to 1")),
-            (wrong(|r| r.range.least_m = -0.01), format!("range.least_m = -0.01{out}0 to 1")),
-            (wrong(|r| r.range.outward_m = 0.05), format!("range.outward_m = 0.05{out}0.076 to 2")),
+            (wrong(|r| r.late = f64::INFINITY), format!("late = inf{out}0 to 6")),
+            (wrong(|r| r.pause = -1.0), format!("pause = -1{out}0 to 6")),
+            (wrong(|r| r.range.forward = 0.0), format!("range.forward = 0{out}0.01 to 1")),
+            (wrong(|r| r.range.least = -0.01), format!("range.least = -0.01{out}0 to 1")),
+            (wrong(|r| r.range.outward = 1.1), format!("range.outward = 1.1{out}0.01 to 1")),
             (wrong(|r| r.weights.dcm = -1.0), format!("weights.dcm = -1{out}0 to ")),
             (wrong(|r| r.weights.com = f64::NAN), format!("weights.com = NaN{out}0 to ")),
             (wrong(|r| r.weights.zmp = 0.0), format!("weights.zmp = 0{out}0.000000001 to ")),
         ] {
             assert!(error.starts_with(&format!("g.toml: stepping.{words}")), "{error}\nwanted: {words}");
+        }
+    }
+
+    /// Every share leaves the stance at home in the range, in a region that contains it.
+    #[test]
+    fn the_range_contains_the_stance_at_home() {
+        let table = crate::lipm::GainSet::load("paper").unwrap().stepping.unwrap();
+        for (least, outward) in [(0.0, 0.01), (0.7, 1.0), (1.0, 0.01), (1.0, 1.0)] {
+            let table = SteppingTable { range: RangeTable { least, outward, ..table.range }, ..table };
+            let beside = Region { x_m: [-0.2, 0.3], y_m: [0.15, 0.4], swing_time_s: 0.3 };
+            let Stepping { range, swing_time_s, .. } = table.rules(0.9, 0.3, &beside, 0.21);
+            assert!(0.15 <= range.least_m && range.least_m <= 0.21 && 0.21 < range.outward_m && range.outward_m <= 0.4);
+            assert!(range.forward_m <= 0.2 && (swing_time_s - 0.3 * table.swing_time).abs() < 1e-12);
         }
     }
 

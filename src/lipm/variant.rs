@@ -1,11 +1,11 @@
 //! Variants of a gain set: the same set with one changed value, to see what that value does (a sweep).
 //!
 //! A campaign lists its gain sets by name or path, and a variant as `NAME:KEY=VALUE`, for example
-//! `switching:zmp_margin_m=0.001` or `my.toml:gains.0.x=[0.2, 1, 5]`. The key is dotted, a number in it is an index
+//! `switching:zmp_margin=0.001` or `my.toml:gains.0.x=[0.2, 1, 5]`. The key is dotted, a number in it is an index
 //! into an array (from 0), and the value is TOML (a bare word is a string). Variants can be opened wherever gain sets
 //! can, so result folders, shards and replays treat them as any other set.
 
-use super::gains::GainSet;
+use super::gains::{GainSet, former_key};
 use crate::assets::{self, Kind, Missing};
 use crate::error::{Error, Result};
 use toml::Value;
@@ -50,13 +50,16 @@ impl<'a> Entry<'a> {
         self.of(&GainSet::parse(&assets::open(Kind::Gains, self.base)?)?)
     }
 
-    /// Applies the change to `base`. The name of the result states the change, as in `switching zmp_margin_m=0.001`.
+    /// Applies the change to `base`. The name of the result states the change, as in `switching zmp_margin=0.001`.
     pub fn of(&self, base: &GainSet) -> Result<GainSet> {
         let Some((key, value)) = self.change else { return Ok(base.clone()) };
         let file = format!("{} (of --vary or --gains)", self.with_base(self.base));
         let refuse = |problem: &str, accepted: String| Error::value(&file, key, value, problem, accepted);
         if value.is_empty() || value.contains(char::is_control) {
             return Err(refuse("is not a value on one line", "a value in TOML".into()));
+        }
+        if let Some((problem, accepted)) = former_key(key.rsplit('.').next().unwrap_or(key)) {
+            return Err(refuse(problem, accepted));
         }
         let mut tree = Value::try_from(base).map_err(|e| refuse(&e.to_string(), "a gain set".into()))?;
         let missing = |Missing { name, accepted }| refuse(&format!("the set has no `{name}`"), accepted);
@@ -97,7 +100,7 @@ impl GainSet {
 
 /// The variants of `SET:KEY=V1,V2,...` as they are listed in a campaign. It fails if `sweep` does not have this form.
 pub fn expand(sweep: &str) -> Result<Vec<String>> {
-    let accepted = "SET:KEY=V1,V2,..., e.g. switching:zmp_margin_m=0.001,0.003";
+    let accepted = "SET:KEY=V1,V2,..., e.g. switching:zmp_margin=0.02,0.06";
     let refuse = |problem: &str| Error::value("command line", "--vary", sweep, problem, accepted);
     let Entry { base, change: Some((key, values)) } = Entry::split(sweep) else {
         return Err(refuse("names no key and values of a gain set"));
@@ -148,14 +151,14 @@ mod tests {
     fn a_variant_has_a_set_before_the_colon_and_a_key_behind_it() {
         for (text, base, change) in [
             ("switching", "switching", None),
-            ("switching:zmp_margin_m=0.001", "switching", Some(("zmp_margin_m", "0.001"))),
-            ("swiching: zmp_margin_m = 0.001", "swiching", Some(("zmp_margin_m", "0.001"))),
+            ("switching:zmp_margin=0.001", "switching", Some(("zmp_margin", "0.001"))),
+            ("swiching: zmp_margin = 0.001", "swiching", Some(("zmp_margin", "0.001"))),
             ("a/g.toml:gains.0.x=[0.2, 1, 5]", "a/g.toml", Some(("gains.0.x", "[0.2, 1, 5]"))),
             (r"C:\g.toml", r"C:\g.toml", None),
-            (r"C:\g.toml:zmp_margin_m=0", r"C:\g.toml", Some(("zmp_margin_m", "0"))),
-            ("C:g.toml:zmp_margin_m=0", "C:g.toml", Some(("zmp_margin_m", "0"))),
+            (r"C:\g.toml:zmp_margin=0", r"C:\g.toml", Some(("zmp_margin", "0"))),
+            ("C:g.toml:zmp_margin=0", "C:g.toml", Some(("zmp_margin", "0"))),
             ("a:b=1/g.toml", "a:b=1/g.toml", None),
-            ("a:b=1/g.toml:zmp_margin_m=0", "a:b=1/g.toml", Some(("zmp_margin_m", "0"))),
+            ("a:b=1/g.toml:zmp_margin=0", "a:b=1/g.toml", Some(("zmp_margin", "0"))),
             ("hold:description='a:b=c/d'", "hold", Some(("description", "'a:b=c/d'"))),
             (":a=1", ":a=1", None),
         ] {
@@ -190,9 +193,9 @@ mod tests {
     #[test]
     fn one_value_is_changed_and_the_name_says_which() {
         let base = GainSet::load("switching").unwrap();
-        let variant = GainSet::load("switching:zmp_margin_m=0.001").unwrap();
-        assert_eq!(variant.name, "switching zmp_margin_m=0.001");
-        assert_eq!(GainSet { name: base.name.clone(), zmp_margin_m: 0.003, ..variant }, base);
+        let variant = GainSet::load("switching:zmp_margin=0.001").unwrap();
+        assert_eq!(variant.name, "switching zmp_margin=0.001");
+        assert_eq!(GainSet { name: base.name.clone(), zmp_margin: 0.06, ..variant }, base);
 
         let variant = GainSet::load("switching:gains.1.x=[0.4,1,6]").unwrap();
         assert_eq!(variant.name, "switching gains.1.x=[0.4,1,6]");
@@ -208,16 +211,20 @@ mod tests {
     fn errors_name_the_variant_the_key_the_value_and_what_is_accepted() {
         for (bad, expected) in [
             (
-                "switching:zmp_margin=0.1",
-                ["zmp_margin = 0.1: unknown field `zmp_margin`;", "accepted: one of `name`, ", "`zmp_margin_m`"],
+                "switching:zmp_margn=0.1",
+                ["zmp_margn = 0.1: unknown field `zmp_margn`;", "accepted: one of `name`, ", "`zmp_margin`"],
             ),
-            ("switching:zmp_margin_m=wide", ["zmp_margin_m = wide", "expected f64", "like the present value: 0.003"]),
-            ("switching:zmp_margin_m=-1", ["zmp_margin_m = -1", "must not be negative", "0 or more"]),
+            (
+                "switching:zmp_margin_m=0.003",
+                ["zmp_margin_m = 0.003", "without metres and seconds", "`zmp_margin`: the value divided by half"],
+            ),
+            ("switching:zmp_margin=wide", ["zmp_margin = wide", "expected f64", "like the present value: 0.06"]),
+            ("switching:zmp_margin=-1", ["zmp_margin = -1", "must not be negative", "0 or more"]),
             ("switching:gains.5.x=[1,1,5]", ["gains.5.x", "the set has no `gains.5`", "gains.0 to gains.4"]),
             ("switching:gains.slow=1", ["gains.slow", "the set has no `gains.slow`", "gains.0 to gains.4"]),
             ("hold:gains.0.x=[1,1,5]", ["gains.0.x", "the set has no `gains.0`", "nothing: `gains` is empty"]),
-            ("switching:gian.alpha=1", ["gian.alpha = 1", "the set has no `gian`", "zmp_margin_m"]),
-            ("switching:zmp_margin_m.x=1", ["zmp_margin_m.x", "the set has no `zmp_margin_m.x`", "zmp_margin_m"]),
+            ("switching:gian.alpha=1", ["gian.alpha = 1", "the set has no `gian`", "zmp_margin"]),
+            ("switching:zmp_margin.x=1", ["zmp_margin.x", "the set has no `zmp_margin.x`", "zmp_margin"]),
             (
                 "switching:gains.0.x=[1,1]",
                 ["gains.0.x = [1,1]", "array of length 3", "like the present value: [0.15, 1.0, 5.0]"],
@@ -229,7 +236,7 @@ mod tests {
                 ["standing = upright", "`posture`", "like the present value: \"switching\""],
             ),
             ("switching:standing=posture", ["gains = 5 gains", "uses no gains", "no [[gains]]"]),
-            ("switching:zmp_margin_m=", ["zmp_margin_m = ", "not a value", "TOML"]),
+            ("switching:zmp_margin=", ["zmp_margin = ", "not a value", "TOML"]),
         ] {
             let error = GainSet::load(bad).unwrap_err();
             assert_eq!(error.exit_code(), 2);
@@ -238,7 +245,7 @@ mod tests {
                 assert!(message.contains(part), "{bad}: {part:?} not in {message:?}");
             }
         }
-        let message = GainSet::load("swiching:zmp_margin_m=1").unwrap_err().to_string();
+        let message = GainSet::load("swiching:zmp_margin=1").unwrap_err().to_string();
         assert!(message.contains("gain set \"swiching\" not found"), "{message}");
     }
 }

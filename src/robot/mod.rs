@@ -4,12 +4,14 @@
 //! Links that are joined by fixed URDF joints are merged into one. Every URDF link keeps its name and its frame as a
 //! [`Frame`], and a joint has the name of its URDF joint.
 
+mod ankle;
 pub mod dynamics;
 pub mod io;
 pub mod kinematics;
 mod markup;
 pub mod mesh;
 pub mod model;
+mod scaled;
 mod settings;
 pub mod shape;
 pub mod swing_shape;
@@ -18,10 +20,12 @@ mod tree;
 pub mod units;
 pub mod urdf;
 
+pub use ankle::Ankle;
 pub use io::{Command, Imu, Sensed, SensedError, Wrench};
 pub use kinematics::{Kinematics, Pose, Posture};
 pub use model::{
     Around, Foot, Frame, GRAVITY, Joint, LandingRegion, Link, PerFoot, Robot, SensorNoise, Servo, Sole, Solid,
 };
+pub use scaled::Scale;
 pub use shape::Shape;
 pub use units::Units;

@@ -1,5 +1,6 @@
 //! The robot as plain data.
 
+use super::ankle::Ankle;
 use super::shape::Shape;
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
@@ -125,14 +126,24 @@ pub struct Sole {
     pub half_m: [f64; 2],
     /// Thickness of the box.
     pub thickness_m: f64,
+    pub ankle: Ankle,
 }
 
 impl Sole {
     /// Corners of the contact face in the frame of its centre, in order around it.
     pub fn corners(&self) -> [Point3<f64>; 4] {
         let [x, y] = self.half_m;
-        [Point3::new(x, y, 0.0), Point3::new(-x, y, 0.0), Point3::new(-x, -y, 0.0), Point3::new(x, -y, 0.0)]
+        corners([[-x, x], [-y, y]])
     }
+
+    /// Corners of the part of the contact face on which the ankle can hold a load (N).
+    pub fn pressable_corners(&self, load_n: f64) -> [Point3<f64>; 4] {
+        corners(self.pressable_m(load_n))
+    }
+}
+
+fn corners([[x0, x1], [y0, y1]]: [[f64; 2]; 2]) -> [Point3<f64>; 4] {
+    [Point3::new(x1, y1, 0.0), Point3::new(x0, y1, 0.0), Point3::new(x0, y0, 0.0), Point3::new(x1, y0, 0.0)]
 }
 
 /// Position servo of a joint: `tau = kp (q_ref - q) + kd (dq_ref - dq) + tau_ff`, limited.

@@ -1,5 +1,6 @@
 //! The TOML file beside a URDF, with what the URDF cannot state.
 
+use super::ankle::Ankle;
 use super::model::{Frame, Joint, LandingRegion, PerFoot, SensorNoise, Servo, Sole};
 use super::shape::Shape;
 use super::tree::Tree;
@@ -232,6 +233,7 @@ fn sole(file: &str, field: &str, name: &str, tree: &Tree) -> Result<Sole> {
         center: frames[frame].pose * Isometry3::from(Translation3::from(face)),
         half_m: [half.x, half.y],
         thickness_m: 2.0 * half.z,
+        ankle: Ankle::RIGID,
     })
 }
 

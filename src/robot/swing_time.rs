@@ -19,6 +19,7 @@ use super::dynamics::Dynamics;
 use super::kinematics::{Kinematics, Pose, Posture};
 use super::model::{Around, Foot, LandingRegion, PerFoot, Robot, Servo};
 use super::swing_shape::{bump, least_jerk};
+use super::units::Units;
 use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, Vector2, Vector3, Vector6};
 
 /// Height of the sole in the middle of the swing, in COM heights.
@@ -27,18 +28,18 @@ pub const LIFT: f64 = 0.04;
 pub const SINKS: [f64; 5] = [0.0, 0.025, 0.05, 0.075, 0.1];
 /// Number of intervals into which a swing is divided.
 const PARTS: usize = 50;
-/// Times that are considered (s).
-const TIMES_S: [f64; 2] = [0.01, 10.0];
-/// Accuracy of the result (s).
-const ACCURACY_S: f64 = 1e-5;
-/// Newton steps for one posture, and the error of a sole's place at which one is found (m).
+/// Times that are considered, and accuracy of the result, in 1/omega.
+const TIMES: [f64; 2] = [0.05, 50.0];
+const ACCURACY: f64 = 5e-5;
+/// Newton steps for one posture, and the error of a sole's place at which one is found, in COM heights.
 const NEWTON_STEPS: usize = 60;
-const FOUND_M: f64 = 1e-4;
+const FOUND: f64 = 3e-4;
 
 /// A swing of `foot` from home to a landing place.
 #[derive(Debug, Clone)]
 pub struct Swing<'a> {
     robot: &'a Robot,
+    units: Units,
     foot: Foot,
     around: Around,
     /// Way of the sole over the ground (m), world axes.
@@ -64,7 +65,7 @@ impl<'a> Swing<'a> {
         let from = swing.soles[foot].translation.vector - swing.soles[foot.other()].translation.vector;
         swing.way = Vector2::new(to[0], to[1] * foot.side()) - from.xy();
         swing.around = around;
-        let com_height_m = robot.home_com_height();
+        let com_height_m = swing.units.length_m;
         swing.lift_m = LIFT * com_height_m;
         let mut best: Option<Self> = None;
         for sink in SINKS {
@@ -85,6 +86,7 @@ impl<'a> Swing<'a> {
         kinematics.update(robot, &home);
         Self {
             robot,
+            units: Units::of(robot),
             foot,
             around: Around::default(),
             way: Vector2::zeros(),
@@ -128,12 +130,13 @@ impl<'a> Swing<'a> {
     /// Moves the joints of a leg so that its sole is at the pose `wanted`, by Newton steps. A leg with fewer than six
     /// joints keeps the place of the sole, and not quite its orientation.
     fn bring(&mut self, foot: Foot, wanted: &Pose) -> Option<()> {
-        let (robot, link) = (self.robot, self.robot.soles[foot].link);
+        let (robot, link, height_m) = (self.robot, self.robot.soles[foot].link, self.units.length_m);
         let leg: Vec<usize> = robot.chain(link).collect();
         for _ in 0..NEWTON_STEPS {
             self.kinematics.update(robot, &self.posture);
             let is = self.kinematics.sole_pose(robot, foot);
-            let linear = wanted.translation.vector - is.translation.vector;
+            // Lengths are in COM heights.
+            let linear = (wanted.translation.vector - is.translation.vector) / height_m;
             let angular = (wanted.rotation * is.rotation.inverse()).scaled_axis();
             let error = Vector6::from_iterator(linear.iter().chain(angular.iter()).copied());
             if error.norm() < 1e-12 {
@@ -141,16 +144,18 @@ impl<'a> Swing<'a> {
             }
             self.kinematics.point_jacobian(robot, link, &is.translation.vector.into(), &mut self.jacobian);
             // The orientation counts little where both cannot be had.
-            let weight = Vector6::new(1.0, 1.0, 1.0, 1e-2, 1e-2, 1e-2);
-            let columns = DMatrix::from_fn(6, leg.len(), |row, k| weight[row] * self.jacobian[(row, 6 + leg[k])]);
-            let normal = &columns * columns.transpose() + Matrix6::from_diagonal_element(1e-12);
+            let weight = Vector6::new(1.0, 1.0, 1.0, 0.03, 0.03, 0.03);
+            let unit = |row: usize| if row < 3 { height_m } else { 1.0 };
+            let entry = |row: usize, k: usize| weight[row] * self.jacobian[(row, 6 + leg[k])] / unit(row);
+            let columns = DMatrix::from_fn(6, leg.len(), entry);
+            let normal = &columns * columns.transpose() + Matrix6::from_diagonal_element(1e-11);
             let step = columns.transpose() * normal.cholesky()?.solve(&error.component_mul(&weight));
             let short = (0.3 / step.amax()).min(1.0);
             leg.iter().zip(step.iter()).for_each(|(&j, step)| self.posture.q[j] += short * step);
         }
         let is = self.kinematics.sole_pose(robot, foot).translation.vector;
         let within = |&j: &usize| (robot.joints[j].lower_rad..=robot.joints[j].upper_rad).contains(&self.posture.q[j]);
-        ((is - wanted.translation.vector).norm() < FOUND_M && leg.iter().all(within)).then_some(())
+        ((is - wanted.translation.vector).norm() < FOUND * height_m && leg.iter().all(within)).then_some(())
     }
 
     /// The least time (s) with the present way to sink; None if there is none.
@@ -191,11 +196,12 @@ impl<'a> Swing<'a> {
             loads.extend(leg.iter().map(load));
         }
         let suffices = |time_s: f64| loads.iter().all(|load| load.is_within(time_s));
-        let [mut short, mut long] = TIMES_S;
+        let unit_s = self.units.time_s();
+        let [mut short, mut long] = TIMES.map(|time| time * unit_s);
         if !suffices(long) {
             return None;
         }
-        while long - short > ACCURACY_S {
+        while long - short > ACCURACY * unit_s {
             let middle = 0.5 * (short + long);
             *(if suffices(middle) { &mut long } else { &mut short }) = middle;
         }

@@ -3,6 +3,7 @@
 //! What a URDF may contain stands in the module `tree`. `effort` and `velocity` of its limits and the `dynamics` of its
 //! joints are not used, because the settings describe the servos.
 
+use super::ankle::Ankle;
 use super::kinematics::Kinematics;
 use super::model::{Foot, PerFoot, Robot};
 use super::settings::{self, Settings};
@@ -52,7 +53,7 @@ impl Robot {
         let tree = Tree::parse(urdf)?;
         let parsed: Settings = settings::parse(settings)?;
         let file = settings.file.as_str();
-        let robot = Robot {
+        let mut robot = Robot {
             trunk: parsed.trunk(file, &tree.frames)?,
             soles: parsed.soles(file, &tree)?,
             home_rad: parsed.home(file, &tree.joints)?,
@@ -69,6 +70,9 @@ impl Robot {
             notes: tree.notes,
         };
         check_home(file, &robot)?;
+        for foot in Foot::BOTH {
+            robot.soles[foot].ankle = Ankle::of(&robot, foot);
+        }
         Ok(robot)
     }
 }

@@ -2,28 +2,29 @@
 //! higher or lower, so that a foot that is set down there lands early or late.
 //!
 //! The world's origin is on the plane, midway between the feet at the start. The patch is a rectangle that is
-//! [`MARGIN_M`] wider than both soles on each side. Its edges are sharp: a sole across one stands on the higher side.
+//! [`MARGIN`] wider than both soles on each side. Its edges are sharp: a sole across one stands on the higher side.
 //!
-//! A slope is level at first and tilts under the robot within [`tilting_s`]. So every controller starts at home,
+//! A slope is level at first and tilts under the robot within [`tilting`]. So every controller starts at home,
 //! upright and at rest, and has to adapt to the slope before the push. (To the estimator of a robot that starts on the
 //! slope, the COM would seem to have jumped.)
 
 use super::variation::Variation;
-use crate::robot::{Foot, Kinematics, Robot};
+use crate::robot::{Foot, Kinematics, Robot, Scale, Units};
 use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, UnitVector3, Vector3};
 
-/// Distance from the soles to the edges of the patch (m), so that feet that rock or slide do not meet an edge.
-pub const MARGIN_M: f64 = 0.01;
+/// Distance from the soles to the edges of the patch, in COM heights, so that feet that rock or slide do not meet an edge.
+pub const MARGIN: f64 = 0.032;
 
-/// Time (s) in which the ground tilts from level to a slope of so many degrees, without setting the robot in motion.
-pub fn tilting_s(slope_deg: f64) -> f64 {
-    (0.3 * slope_deg.abs()).clamp(0.3, 0.8)
+/// Time in which the ground tilts from level to a slope of so many degrees, without setting the robot in motion; in
+/// 1/omega.
+pub fn tilting(slope_deg: f64) -> f64 {
+    (1.7 * slope_deg.abs()).clamp(1.7, 4.5)
 }
 
-/// Extent of the ground around the patch (m), which is farther than a robot falls.
-const REACH_M: f64 = 2.0;
-/// Depth of the boxes that rise above the plane (m).
-const DEPTH_M: f64 = 0.2;
+/// Extent of the ground around the patch, which is farther than a robot falls, and depth of the boxes that rise above
+/// the plane; in diagonals of the patch.
+const REACH: f64 = 9.0;
+const DEPTH: f64 = 1.0;
 
 /// The ground under a robot.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,12 +35,14 @@ pub struct Ground {
     pub step_m: f64,
     /// The corners of the patch with the smallest and the largest coordinates (m), in the frame of the plane.
     pub patch: [Point2<f64>; 2],
+    /// Time in which the ground tilts from level to its slope (s).
+    pub tilting_s: f64,
 }
 
 impl Default for Ground {
     /// Level ground without a step.
     fn default() -> Self {
-        Self { slope: UnitQuaternion::identity(), step_m: 0.0, patch: [Point2::origin(); 2] }
+        Self { slope: UnitQuaternion::identity(), step_m: 0.0, patch: [Point2::origin(); 2], tilting_s: 0.0 }
     }
 }
 
@@ -62,8 +65,24 @@ impl Ground {
                 patch[1] = patch[1].sup(&corner.xy());
             }
         }
-        let margin = nalgebra::Vector2::repeat(MARGIN_M);
-        Self { slope, step_m: variation.ground_step_m.unwrap_or(0.0), patch: [patch[0] - margin, patch[1] + margin] }
+        let units = Units::of(robot);
+        let margin = nalgebra::Vector2::repeat(MARGIN * units.length_m);
+        Self {
+            slope,
+            step_m: variation.ground_step_m.unwrap_or(0.0),
+            patch: [patch[0] - margin, patch[1] + margin],
+            tilting_s: tilting(angle_deg.unwrap_or(0.0)) * units.time_s(),
+        }
+    }
+
+    /// The ground under a similar robot.
+    pub(super) fn scaled(&self, by: Scale) -> Self {
+        Self {
+            step_m: self.step_m * by.length,
+            patch: self.patch.map(|corner| corner * by.length),
+            tilting_s: self.tilting_s * by.time(),
+            ..*self
+        }
     }
 
     /// Height of the ground (m) at a horizontal position in the world frame.
@@ -80,15 +99,10 @@ impl Ground {
 
     /// The ground at a time after the start, while it tilts from level to this slope.
     pub fn at(&self, time_s: f64) -> Self {
-        let passed = (time_s / self.tilting_s()).clamp(0.0, 1.0);
+        let passed = if time_s < self.tilting_s { (time_s / self.tilting_s).max(0.0) } else { 1.0 };
         // The tilting starts and ends smoothly.
         let share = passed * passed * (3.0 - 2.0 * passed);
         Self { slope: UnitQuaternion::identity().slerp(&self.slope, share), ..*self }
-    }
-
-    /// Time in which this ground tilts from level to its slope (s).
-    pub(super) fn tilting_s(&self) -> f64 {
-        tilting_s(self.slope.angle().to_degrees())
     }
 
     /// Whether the ground never tilts.
@@ -105,12 +119,14 @@ impl Ground {
     /// is lower, it is the patch; if it is higher, these are the four sides of a frame around the patch.
     pub(super) fn boxes(&self) -> Vec<(Isometry3<f64>, Vector3<f64>)> {
         let [low, high] = self.patch;
-        let (far_low, far_high) = (low.map(|v| v - REACH_M), high.map(|v| v + REACH_M));
+        let diagonal_m = (high - low).norm();
+        let (reach_m, depth_m) = (REACH * diagonal_m, DEPTH * diagonal_m);
+        let (far_low, far_high) = (low.map(|v| v - reach_m), high.map(|v| v + reach_m));
         let top = self.step_m.max(0.0);
         let slab = |[from, to]: [Point2<f64>; 2]| {
             let (middle, half) = (nalgebra::center(&from, &to), (to - from) / 2.0);
-            let pose = Isometry3::translation(middle.x, middle.y, top - DEPTH_M / 2.0);
-            (pose, Vector3::new(half.x, half.y, DEPTH_M / 2.0))
+            let pose = Isometry3::translation(middle.x, middle.y, top - depth_m / 2.0);
+            (pose, Vector3::new(half.x, half.y, depth_m / 2.0))
         };
         let rectangles = if self.step_m < 0.0 {
             vec![[low, high]]
@@ -145,7 +161,8 @@ mod tests {
             assert!((at(1.0) - 2f64.to_radians().tan()).abs() < 1e-12, "{heading_deg}: {}", at(1.0));
             assert!((at(-0.5) + 0.5 * 2f64.to_radians().tan()).abs() < 1e-12);
             let ground = ground(variation);
-            let angles = [0.0, 0.5, 1.0, 2.0].map(|share| ground.at(share * tilting_s(2.0)).slope.angle().to_degrees());
+            let angles =
+                [0.0, 0.5, 1.0, 2.0].map(|share| ground.at(share * ground.tilting_s).slope.angle().to_degrees());
             assert!((0..4).all(|i| (angles[i] - [0.0, 1.0, 2.0, 2.0][i]).abs() < 1e-6), "{angles:?}");
         }
     }
@@ -155,7 +172,8 @@ mod tests {
         for step_m in [0.01, -0.01] {
             let ground = ground(Variation { ground_step_m: Some(step_m), ..Variation::default() });
             let [low, high] = ground.patch;
-            assert!((high.x - low.x - 2.0 * MARGIN_M - 0.1).abs() < 0.02, "{low} {high}");
+            let margin_m = MARGIN * Robot::load("ut-mu2").unwrap().home_com_height();
+            assert!((high.x - low.x - 2.0 * margin_m - 0.1).abs() < 0.02, "{low} {high}");
             assert_eq!(ground.height_m(Point2::origin()), 0.0);
             for outside in [Point2::new(high.x + 1e-6, 0.0), Point2::new(0.0, low.y - 1e-6)] {
                 assert_eq!(ground.height_m(outside), step_m);

@@ -6,13 +6,13 @@
 //! remains a posture without inner forces. The force sensors of the soles do not feel contacts of links.
 
 use super::rapier::shape::{gap_m, placed};
-use crate::robot::{Foot, Kinematics, PerFoot, Robot};
+use crate::robot::{Foot, Kinematics, PerFoot, Robot, Scale};
 
 /// Friction coefficient between links, plastic on plastic; assumed. (It is a power of two, so that a factor for the
 /// friction with the ground can undo it exactly.)
 pub const FRICTION: f64 = 0.25;
-/// A pair whose gap at home is smaller touches at home (m).
-const TOUCHING_M: f64 = 0.001;
+/// A pair whose gap at home is smaller touches at home; in COM heights.
+const TOUCHING: f64 = 0.003;
 
 /// Two links that met in the past tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,22 +42,23 @@ const LEGS: PerFoot<usize> = PerFoot { left: 1, right: 2 };
 
 impl Pairs {
     pub fn new(robot: &Robot) -> Self {
-        let mut kinematics = Kinematics::new(robot);
-        kinematics.update(robot, &robot.home_posture());
+        let in_heights = &robot.scaled(Scale { length: 1.0 / robot.home_com_height(), mass: 1.0 });
+        let mut kinematics = Kinematics::new(in_heights);
+        kinematics.update(in_heights, &in_heights.home_posture());
         let limbs = limbs(robot);
         let count = robot.links.len();
         // The solids of each link where they are at home.
         let at_home: Vec<Vec<_>> = (0..count)
             .map(|link| {
                 let pose = kinematics.link_pose(link);
-                robot.links[link].collisions.iter().map(|solid| placed(&solid.shape, pose * solid.pose)).collect()
+                in_heights.links[link].collisions.iter().map(|solid| placed(&solid.shape, pose * solid.pose)).collect()
             })
             .collect();
         let mut collide = vec![vec![false; count]; count];
         let mut touching_at_home = Vec::new();
         for b in 0..count {
             for a in (0..b).filter(|&a| carrier(robot, b) != Some(a) && can_meet(limbs[a], limbs[b])) {
-                if at_home[a].iter().any(|one| at_home[b].iter().any(|other| gap_m(one, other) < TOUCHING_M)) {
+                if at_home[a].iter().any(|one| at_home[b].iter().any(|other| gap_m(one, other) < TOUCHING)) {
                     touching_at_home.push([a, b]);
                 } else {
                     collide[a][b] = true;

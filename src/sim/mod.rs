@@ -12,6 +12,7 @@ pub mod push;
 mod rapier;
 pub mod sensors;
 pub mod servo;
+mod similar;
 pub mod variation;
 
 pub use engine::{Engine, PhysicsStep};

@@ -6,6 +6,7 @@ use super::physics::Physics;
 use super::push::Push;
 use super::sensors::Sensors;
 use super::servo;
+use super::similar;
 use super::{Engine, Ground, SensorErrors};
 use crate::robot::{Command, Foot, GRAVITY, Imu, Kinematics, PerFoot, Posture, Robot, Sensed, Wrench};
 use nalgebra::{DVector, Isometry3, Matrix3xX, Matrix6xX, Point3, UnitQuaternion, Vector3, Vector6};
@@ -145,7 +146,7 @@ impl<'a> Plant<'a> {
     pub fn on(ground: Ground, robot: &'a Robot, clock: Clock, errors: Option<SensorErrors>, initial: Command) -> Self {
         let posture = robot.home_posture();
         let pairs = Pairs::new(robot);
-        let physics = clock.engine.start(robot, &ground, &pairs, &posture, clock.physics_step_s);
+        let physics = similar::start(clock.engine, robot, &ground, &pairs, &posture, clock.physics_step_s);
         let joints = robot.joints.len();
         let mut kinematics = Kinematics::new(robot);
         kinematics.update(robot, &posture);
@@ -265,7 +266,7 @@ impl<'a> Plant<'a> {
     /// Tilts the ground during the next physics step.
     fn tilt_ground(&mut self) {
         let at_s = |steps: u64| steps as f64 * self.clock.physics_step_s;
-        if self.ground.is_level() || at_s(self.steps) > self.ground.tilting_s() {
+        if self.ground.is_level() || at_s(self.steps) > self.ground.tilting_s {
             return;
         }
         self.truth.ground = self.ground.at(at_s(self.steps + 1));

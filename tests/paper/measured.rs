@@ -246,7 +246,7 @@ fn the_table_tells_what_other_pushes_lead_to() {
 /// For Fig. 12 and 13: eq. 29 compared with the landing. For Fig. 6: how often the stride is at its limit.
 #[test]
 fn captions_tell_the_stride_that_was_asked_for_and_where_the_foot_landed() {
-    let rules = *Bench::new("paper").design.family.stepping().unwrap();
+    let rules = *Bench::new("paper").design.stepping().unwrap();
     assert_eq!(rules.alpha, 60.0);
     // The ZMP error, and how far the foot can go along it from beside the other.
     let reach = |footstep: &Value| {

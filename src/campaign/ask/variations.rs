@@ -3,7 +3,7 @@
 
 use crate::campaign::ask::distribution::Distribution;
 use crate::error::Result;
-use crate::sim::{Variation, ground::tilting_s};
+use crate::sim::{Variation, ground::tilting};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// `[variations]`: a distribution for each quantity, or "nominal" (the default), which leaves the quantity as designed.
@@ -56,14 +56,17 @@ pub(crate) fn drawn(spec: &VariationSpec) -> Variation<Option<Distribution>> {
     drawn
 }
 
-/// Earliest start of the first push (s). While the ground tilts to its slope ([`tilting_s`]) the slope is not yet the
+/// 1/omega of UT-mu2 (s), for whose size campaigns state their times.
+const TIME_S: f64 = 0.1777;
+
+/// Earliest start of the first push (s). While the ground tilts to its slope ([`tilting`]) the slope is not yet the
 /// one that the campaign states, and the robot has not adapted to it, so no push may start.
 pub fn earliest_push_s(spec: &VariationSpec) -> f64 {
     let steepest = |slope: Distribution| {
         let [least, most] = slope.range(BOUNDS.slope_deg);
         least.abs().max(most.abs())
     };
-    spec.slope_deg.0.filter(|_| is_sloped(spec)).map_or(0.0, |slope| tilting_s(steepest(slope)))
+    spec.slope_deg.0.filter(|_| is_sloped(spec)).map_or(0.0, |slope| tilting(steepest(slope)) * TIME_S)
 }
 
 /// The varied quantities and their distributions, in words.

@@ -2,7 +2,7 @@
 //!
 //! A maximal CPI set holds every state from which its gain keeps the ZMP inside the support for ever (paper, eq. 9).
 //! The true state at the end of the push is inside the slowest gain's set, the largest, or it is not: by the theory the
-//! first recover, and the others need a footstep. With `zmp_disturbance_m` in the gain set the sets are robust ones, and
+//! first recover, and the others need a footstep. With `zmp_disturbance` in the gain set the sets are robust ones, and
 //! so is this.
 
 use crate::campaign::store::row::{TrialRow, success_count_of};

@@ -36,7 +36,7 @@ pub fn run() -> Result<Study> {
     let (period_s, judge) = (first.episode().control_period_s, first.episode().judge);
     let design_of = |gains: &str| Design::new(&robot, &GainSet::load(gains)?, period_s);
     let (design, standing, stiff) = (design_of(&first.gains)?, design_of(WITHOUT_FOOTSTEP)?, design_of(STIFF)?);
-    let Some(rules) = design.family.stepping().copied() else {
+    let Some(rules) = design.stepping().copied() else {
         return Err(is_not(&first.name, "a gain set that takes footsteps"));
     };
     let home = home_polygon(&robot);

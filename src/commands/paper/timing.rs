@@ -110,7 +110,7 @@ mod tests {
     #[test]
     fn the_stored_phi_gives_the_rows_of_the_stack() {
         let pendulum = Pendulum { omega: 5.63, dt: 0.002 };
-        let family = GainFamily::design(&GainSet::load("paper").unwrap(), pendulum).unwrap();
+        let family = GainFamily::design(&GainSet::load("paper").unwrap(), pendulum, 0.048).unwrap();
         let polygon = SupportPolygon::rectangle(-0.05, 0.07, -0.08, 0.09).unwrap();
         for gain in &family.gains {
             let mut stored = Stored::new(gain, 20, 4);

@@ -3,7 +3,7 @@
 //!
 //! One least-squares problem yields the generalised acceleration a and the contact forces f together. The tasks are
 //! rows `J a = wanted - dJ/dt v`, with J the task Jacobian, v the generalised velocity, and weights that rank the
-//! tasks. Summed up, they are `min 1/2 a' H a - g' a + RHO/2 |f|^2`. The base has no motor, so its six equations of
+//! tasks. Summed up, they are `min 1/2 a' H a - g' a + rho/2 |f|^2`. The base has no motor, so its six equations of
 //! motion `M_b a + h_b = B f` hold exactly: M_b and h_b are its rows of mass matrix and bias forces, and B maps f to a
 //! wrench on the base. Each stance sole presses at four corners; the force at each corner is a sum of non-negative
 //! forces along the four edges of a pyramid inside its friction cone.
@@ -11,21 +11,22 @@
 //! With l the force that enforces the base's equations, `a = H^-1 (g + M_b' l)` and `S l = B f - r`. Here
 //! `S = M_b H^-1 M_b'`, and `r = h_b + M_b H^-1 g` is the wrench that the tasks ask for. It remains to find the contact
 //! forces whose wrench is nearest to r, measured by the tasks' own cost:
-//! `min 1/2 (B f - r)' S^-1 (B f - r) + RHO/2 |f|^2` over `f >= 0`, which [`Nnls`] solves. So the accelerations are
+//! `min 1/2 (B f - r)' S^-1 (B f - r) + rho/2 |f|^2` over `f >= 0`, which [`Nnls`] solves. So the accelerations are
 //! those that the ground can supply. The joint torques are then `tau = M a + h - J' f`.
 
 use super::nnls::{Nnls, Quadratic, SIZE, Unknowns};
-use super::tasks::{DYNAMICS, NormalEquations, TaskJacobians, legs, reachable, sole_center, trunk_origin};
+use super::tasks::{
+    DYNAMICS, NormalEquations, TaskJacobians, led_axes, legs, reachable, trunk_origin, weight_of_lengths,
+};
 use crate::robot::dynamics::Dynamics;
-use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot, Servo, Wrench};
+use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot, Servo, Units, Wrench};
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix6, MatrixXx6, Point2, Point3, SMatrix, Vector3, Vector6};
 
-/// Stiffness of the spring that drives a joint back from its limit (1/s^2).
-const LIMIT_STIFFNESS: f64 = 400.0;
-/// Damping of the same spring (1/s).
-const LIMIT_DAMPING: f64 = 40.0;
-/// Weight of the squared contact forces. It is small, and shares a load evenly among the corners.
-const RHO: f64 = 1e-6;
+/// Rate of the critically damped spring that drives a joint back from its limit, in omega.
+const LIMIT_RATE: f64 = 3.55;
+/// Weight of the squared contact forces, in weights, where accelerations of joints are in omega^2. It is small, and
+/// shares a load evenly among the corners.
+const RHO: f64 = 6e-6;
 
 const EDGES: usize = 4;
 const PER_SOLE: usize = 4 * EDGES;
@@ -86,7 +87,15 @@ pub struct PredictedContact {
 #[derive(Debug, Clone)]
 pub struct InverseDynamics {
     contact: ContactModel,
+    /// Weight of the robot (N).
+    weight_n: f64,
     in_leg: Vec<bool>,
+    /// As in [`weight_of_lengths`].
+    of_lengths: f64,
+    /// Weight of the squared contact forces (1/(N s^2)^2), rho of the module's text.
+    rho: f64,
+    /// Rate of [`LIMIT_RATE`] (1/s).
+    limit_rate: f64,
     /// Joint torques of the last solve (N m), one per joint.
     pub tau: Vec<f64>,
     /// Generalised acceleration of the last solve: base linear, base angular (both in world axes), joints.
@@ -110,10 +119,14 @@ pub struct InverseDynamics {
 impl InverseDynamics {
     /// For soles and ground with the limits of `contact`.
     pub fn new(robot: &Robot, contact: ContactModel) -> Self {
-        let size = 6 + robot.joints.len();
+        let (size, units) = (6 + robot.joints.len(), Units::of(robot));
         Self {
             contact,
+            weight_n: robot.mass() * GRAVITY,
             in_leg: legs(robot),
+            of_lengths: weight_of_lengths(robot),
+            rho: RHO * (units.omega().powi(2) / units.weight_n()).powi(2),
+            limit_rate: LIMIT_RATE * units.omega(),
             tau: vec![0.0; robot.joints.len()],
             acceleration: DVector::zeros(size),
             kinematics: Kinematics::new(robot),
@@ -156,13 +169,17 @@ impl InverseDynamics {
     fn add_soles(&mut self, robot: &Robot, wanted: &DesiredAcceleration) {
         for foot in Foot::BOTH {
             let weight = if wanted.standing[foot] { DYNAMICS.stance } else { DYNAMICS.swing };
-            let center = sole_center(robot, &self.kinematics, foot);
-            let bias = self.dynamics.point_bias_acc(&self.kinematics, robot.soles[foot].link, &center);
+            let pose = self.kinematics.sole_pose(robot, foot);
+            let bias =
+                self.dynamics.point_bias_acc(&self.kinematics, robot.soles[foot].link, &pose.translation.vector.into());
             let jacobian = &self.jacobians.soles[foot];
-            for (part, (acc, bias)) in wanted.sole_acc[foot].iter().zip(&bias).enumerate() {
-                for k in 0..3 {
-                    self.equations.add_row(weight, |i| jacobian[(3 * part + k, i)], [acc[k] - bias[k]]);
-                }
+            let [linear, angular] = [0, 1].map(|part| wanted.sole_acc[foot][part] - bias[part]);
+            for k in 0..3 {
+                self.equations.add_row(weight * self.of_lengths, |i| jacobian[(k, i)], [linear[k]]);
+            }
+            for axis in led_axes(robot, foot, &pose) {
+                let row = |i: usize| axis.dot(&jacobian.fixed_view::<3, 1>(3, i));
+                self.equations.add_row(weight, row, [axis.dot(&angular)]);
             }
         }
     }
@@ -170,7 +187,7 @@ impl InverseDynamics {
     fn add_com(&mut self, wanted: &DesiredAcceleration) {
         let acc = wanted.com_acc - self.dynamics.com_bias_acc();
         for (k, weight) in [DYNAMICS.com, DYNAMICS.com, DYNAMICS.height].into_iter().enumerate() {
-            self.equations.add_row(weight, |i| self.jacobians.com[(k, i)], [acc[k]]);
+            self.equations.add_row(weight * self.of_lengths, |i| self.jacobians.com[(k, i)], [acc[k]]);
         }
     }
 
@@ -187,7 +204,7 @@ impl InverseDynamics {
     fn add_joints(&mut self, robot: &Robot, posture: &Posture, velocity: &DVector<f64>, wanted: &DesiredAcceleration) {
         let NormalEquations { matrix, right: [target], .. } = &mut self.equations;
         for i in 0..6 {
-            matrix[(i, i)] += DYNAMICS.base;
+            matrix[(i, i)] += DYNAMICS.base * if i < 3 { self.of_lengths } else { 1.0 };
         }
         for (j, joint) in robot.joints.iter().enumerate() {
             let mut add = |weight: f64, acc: f64| {
@@ -198,7 +215,8 @@ impl InverseDynamics {
             let [lower, upper] = reachable(joint, robot.home_rad[j]);
             let beyond = posture.q[j] - posture.q[j].clamp(lower, upper);
             if beyond != 0.0 {
-                add(DYNAMICS.limit, -LIMIT_STIFFNESS * beyond - LIMIT_DAMPING * velocity[6 + j]);
+                let rate = self.limit_rate;
+                add(DYNAMICS.limit, -rate * (rate * beyond + 2.0 * velocity[6 + j]));
             }
         }
     }
@@ -208,7 +226,7 @@ impl InverseDynamics {
         let base = self.kinematics.link_pose(0).translation.vector;
         for (side, foot) in Foot::BOTH.into_iter().enumerate() {
             let sole = self.kinematics.sole_pose(robot, foot);
-            for (k, corner) in robot.soles[foot].corners().iter().enumerate() {
+            for (k, corner) in robot.soles[foot].pressable_corners(self.weight_n).iter().enumerate() {
                 let point = sole * (corner * self.contact.sole_share);
                 for edge in 0..EDGES {
                     let lean = [Vector3::x(), Vector3::y(), -Vector3::x(), -Vector3::y()][edge];
@@ -251,7 +269,7 @@ impl InverseDynamics {
         if let Some(stiffness) = stiffness {
             let spread = &self.spread;
             let weighted = stiffness * spread;
-            self.quadratic = spread.transpose() * weighted + Quadratic::identity() * RHO;
+            self.quadratic = spread.transpose() * weighted + Quadratic::identity() * self.rho;
             let linear: Unknowns = weighted.transpose() * asked;
             let allowed: [bool; SIZE] = std::array::from_fn(|i| wanted.standing[Foot::BOTH[i / PER_SOLE]]);
             self.nnls.solve(&self.quadratic, &linear, &allowed);

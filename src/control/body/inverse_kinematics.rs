@@ -6,7 +6,7 @@
 //! weighted least-squares solution for the velocities of the base (six) and of the joints. The weights rank the tasks
 //! in the order soles, joint limits, COM, trunk, posture.
 
-use super::tasks::{KINEMATICS, NormalEquations, TaskJacobians, legs, reachable};
+use super::tasks::{KINEMATICS, NormalEquations, TaskJacobians, led_axes, legs, reachable, weight_of_lengths};
 use crate::robot::{Foot, Kinematics, PerFoot, Pose, Posture, Robot};
 use nalgebra::{Cholesky, DMatrix, DVector, Isometry3, Point3, UnitQuaternion, Vector3};
 
@@ -39,6 +39,8 @@ pub struct InverseKinematics {
     pub velocity: DVector<f64>,
     kinematics: Kinematics,
     in_leg: Vec<bool>,
+    /// As in [`weight_of_lengths`].
+    of_lengths: f64,
     jacobians: TaskJacobians,
     /// The two right-hand sides are displacement and velocity.
     equations: NormalEquations<2>,
@@ -62,6 +64,7 @@ impl InverseKinematics {
             velocity: DVector::zeros(size),
             kinematics: Kinematics::new(robot),
             in_leg: legs(robot),
+            of_lengths: weight_of_lengths(robot),
             jacobians: TaskJacobians::new(robot),
             equations: NormalEquations::new(size),
             factor: DMatrix::zeros(size, size),
@@ -112,8 +115,11 @@ impl InverseKinematics {
             let linear = wanted.translation.vector - pose.translation.vector;
             let angular = (wanted.rotation * pose.rotation.inverse()).scaled_axis();
             for k in 0..3 {
-                self.add_row(KINEMATICS.stance, JacobianRow::Sole(foot, k), linear[k], targets.sole_vel[foot][k]);
-                self.add_row(KINEMATICS.stance, JacobianRow::Sole(foot, 3 + k), angular[k], 0.0);
+                let weight = KINEMATICS.stance * self.of_lengths;
+                self.add_row(weight, JacobianRow::Sole(foot, k), linear[k], targets.sole_vel[foot][k]);
+            }
+            for axis in led_axes(robot, foot, &pose) {
+                self.add_row(KINEMATICS.stance, JacobianRow::Turn(foot, axis), angular.dot(&axis), 0.0);
             }
         }
     }
@@ -123,7 +129,7 @@ impl InverseKinematics {
         // After a long stride the body is low; it must not leap off the ground when a foot is lifted again.
         error.z = error.z.min(targets.rise);
         for (k, weight) in [KINEMATICS.com, KINEMATICS.com, KINEMATICS.height].into_iter().enumerate() {
-            self.add_row(weight, JacobianRow::Com(k), error[k], targets.com_vel[k]);
+            self.add_row(weight * self.of_lengths, JacobianRow::Com(k), error[k], targets.com_vel[k]);
         }
     }
 
@@ -140,7 +146,7 @@ impl InverseKinematics {
     fn add_posture(&mut self, robot: &Robot) {
         let NormalEquations { matrix, right: [displacement, _], .. } = &mut self.equations;
         for i in 0..6 {
-            matrix[(i, i)] += KINEMATICS.base;
+            matrix[(i, i)] += KINEMATICS.base * if i < 3 { self.of_lengths } else { 1.0 };
         }
         for (j, &home) in robot.home_rad.iter().enumerate() {
             let weight = if self.in_leg[j] { KINEMATICS.legs } else { KINEMATICS.arms };
@@ -153,7 +159,7 @@ impl InverseKinematics {
     /// negligible while all tasks are met, and prevents leaps of the joints when they cannot be met.
     fn add_damping(&mut self) {
         for i in 0..self.step.len() {
-            self.equations.matrix[(i, i)] += 0.5 * self.squared_error;
+            self.equations.matrix[(i, i)] += 0.5 * self.squared_error * if i < 3 { self.of_lengths } else { 1.0 };
         }
         self.squared_error = 0.0;
     }
@@ -163,6 +169,7 @@ impl InverseKinematics {
         let jacobians = &self.jacobians;
         let entry = |i: usize| match row {
             JacobianRow::Sole(foot, k) => jacobians.soles[foot][(k, i)],
+            JacobianRow::Turn(foot, axis) => axis.dot(&jacobians.soles[foot].fixed_view::<3, 1>(3, i)),
             JacobianRow::Trunk(k) => jacobians.trunk[(k, i)],
             JacobianRow::Com(k) => jacobians.com[(k, i)],
         };
@@ -208,7 +215,10 @@ impl InverseKinematics {
 /// A row of one of the Jacobians.
 #[derive(Clone, Copy)]
 enum JacobianRow {
+    /// Position of a sole along an axis of the world.
     Sole(Foot, usize),
+    /// Rotation of a sole about an axis (world frame).
+    Turn(Foot, Vector3<f64>),
     Trunk(usize),
     Com(usize),
 }

@@ -30,14 +30,14 @@ pub fn share(
     PerFoot::from_fn(|foot| {
         let part = if foot == Foot::Right { on_right } else { 1.0 - on_right };
         let f = force * part;
-        let point = clamp_to_sole(robot, foot, &footholds[foot], offset);
+        let point = clamp_to_sole(robot, foot, &footholds[foot], offset, f.z);
         [f, point.cross(&f)]
     })
 }
 
-/// The point of a sole nearest to `offset` from its centre (m, world axes).
-fn clamp_to_sole(robot: &Robot, foot: Foot, pose: &Pose, offset: Vector2<f64>) -> Vector3<f64> {
+/// The point of a sole nearest to `offset` from its centre (m, world axes) at which its ankle can hold a load (N).
+fn clamp_to_sole(robot: &Robot, foot: Foot, pose: &Pose, offset: Vector2<f64>, load_n: f64) -> Vector3<f64> {
     let local = pose.rotation.inverse() * Vector3::new(offset.x, offset.y, 0.0);
-    let [x, y] = robot.soles[foot].half_m;
-    pose.rotation * Vector3::new(local.x.clamp(-x, x), local.y.clamp(-y, y), 0.0)
+    let [x, y] = robot.soles[foot].pressable_m(load_n);
+    pose.rotation * Vector3::new(local.x.clamp(x[0], x[1]), local.y.clamp(y[0], y[1]), 0.0)
 }

@@ -10,22 +10,23 @@ mod tasks;
 use crate::control::estimate::{Estimate, control_frame};
 use crate::lipm::Pendulum;
 use crate::robot::dynamics::load_torques;
-use crate::robot::{Command, GRAVITY, PerFoot, Pose, Posture, Robot};
+use crate::robot::{Command, GRAVITY, PerFoot, Pose, Posture, Robot, Units};
 pub use inverse_dynamics::{ContactModel, DesiredAcceleration, InverseDynamics, PredictedContact};
 pub use inverse_kinematics::{BodyTargets, InverseKinematics};
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector2, Vector3};
 
-/// Rate at which the COM reference is drawn back to the estimate (1/s). Between switches, the stiff joints pull the COM
+/// Rate at which the COM reference is drawn back to the estimate, in omega. Between switches, the stiff joints pull the COM
 /// to a reference that does not know of pushes. With a rate of 0 this spring outlasts the push, tips the feet and
-/// rings. From 7 to 20 the toppling impulses differ by at most 0.06 N s; a higher rate settles small pushes sooner, and
-/// large ones later.
-const FORGETTING_RATE: f64 = 8.0;
-/// Rate at which the COM reference is shifted to compensate for sag (1/s).
-const SHAPING_RATE: f64 = 1.0;
-/// Largest shift for sag (m). Sag is a few millimetres; a larger error has another cause.
-const MOST_SHAPING_M: f64 = 0.02;
-/// Largest speed at which the COM rises back to its home height (m/s). Quicker, the robot would leave the ground.
-pub const RISING_M_S: f64 = 0.03;
+/// rings. From 1.2 to 3.5 the toppling impulses of UT-mu2 differ by at most 0.06 N s; a higher rate settles small pushes
+/// sooner, and large ones later.
+const FORGETTING_RATE: f64 = 1.4;
+/// Rate at which the COM reference is shifted to compensate for sag, in omega.
+const SHAPING_RATE: f64 = 0.18;
+/// Largest shift for sag, in COM heights. Sag is about a hundredth; a larger error has another cause.
+const MOST_SHAPING: f64 = 0.065;
+/// Largest speed at which the COM rises back to its home height, in COM heights times omega. Quicker, the robot would
+/// leave the ground.
+pub const RISING: f64 = 0.017;
 
 /// The COM reference, world frame. Its horizontal part is integrated from eq. 1 and 2 and starts from the estimate at
 /// every switch. Unlike in the paper, it is drawn back to the estimate in between.
@@ -51,18 +52,18 @@ impl ComReference {
     /// (m/s^2).
     pub fn advance(&mut self, pendulum: &Pendulum, estimate: &Estimate, zmp: Point2<f64>) -> Vector2<f64> {
         let (com, com_vel, dt) = (estimate.com_xy(), estimate.com_vel_xy(), pendulum.dt);
-        let acceleration = pendulum.com_acc(com, zmp);
+        let (acceleration, forgotten) = (pendulum.com_acc(com, zmp), FORGETTING_RATE * pendulum.phase());
         self.place += self.vel * dt + acceleration * (0.5 * dt * dt);
         self.vel += acceleration * dt;
-        self.place += (com - self.place) * (FORGETTING_RATE * dt);
-        self.vel += (com_vel - self.vel) * (FORGETTING_RATE * dt);
+        self.place += (com - self.place) * forgotten;
+        self.vel += (com_vel - self.vel) * forgotten;
         acceleration
     }
 
-    /// Shifts the reference, over a period `dt` (s), against the lag of the COM behind it.
-    pub fn make_up_for_sag(&mut self, com: Point2<f64>, dt: f64) {
-        self.shaping += (self.place - com) * (SHAPING_RATE * dt);
-        self.shaping = self.shaping.cap_magnitude(MOST_SHAPING_M);
+    /// Shifts the reference, over a period, against the lag of the COM behind it. `com_height` is that at home (m).
+    pub fn make_up_for_sag(&mut self, pendulum: &Pendulum, com_height: f64, com: Point2<f64>) {
+        self.shaping += (self.place - com) * (SHAPING_RATE * pendulum.phase());
+        self.shaping = self.shaping.cap_magnitude(MOST_SHAPING * com_height);
     }
 }
 
@@ -79,18 +80,21 @@ pub struct SoleReference {
 pub struct Body {
     pub com: ComReference,
     kinematics: InverseKinematics,
+    /// Largest speed at which the COM rises (m/s).
+    rising_m_s: f64,
 }
 
 impl Body {
-    /// Starts at the posture and COM of an estimate, with a COM height of `height_m` (m).
-    pub fn new(robot: &Robot, estimate: &Estimate, height_m: f64) -> Self {
+    /// Starts at the posture and COM of an estimate, with the COM height of the home posture.
+    pub fn new(robot: &Robot, units: &Units, estimate: &Estimate) -> Self {
         let com = ComReference {
             place: estimate.com_xy(),
             vel: Vector2::zeros(),
-            height: [height_m, 0.0, 0.0],
+            height: [units.length_m, 0.0, 0.0],
             shaping: Vector2::zeros(),
         };
-        Self { com, kinematics: InverseKinematics::at(robot, estimate.posture.clone()) }
+        let kinematics = InverseKinematics::at(robot, estimate.posture.clone());
+        Self { com, kinematics, rising_m_s: RISING * units.speed_m_s() }
     }
 
     /// The reference posture, to which the joints are sent.
@@ -118,7 +122,7 @@ impl Body {
             robot,
             &BodyTargets {
                 com: Point3::new(shaped.x, shaped.y, com.height[0]),
-                rise: RISING_M_S * pendulum.dt,
+                rise: self.rising_m_s * pendulum.dt,
                 com_vel: Vector3::new(com.vel.x, com.vel.y, com.height[1]),
                 soles: soles.poses,
                 sole_vel: soles.velocities,

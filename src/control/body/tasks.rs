@@ -1,10 +1,18 @@
 //! What inverse kinematics and inverse dynamics share: the tasks (soles, COM, trunk, joints) with their Jacobians, the
 //! weights that rank them, and the normal equations of the weighted least-squares problem.
 
-use crate::robot::{Foot, Joint, Kinematics, PerFoot, Robot};
-use nalgebra::{DMatrix, DVector, Matrix3xX, Matrix6xX, Point3};
+use crate::robot::{Foot, Joint, Kinematics, PerFoot, Pose, Robot};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix3xX, Matrix6xX, Point3, Vector3};
 
-/// Weight of a squared error of each task. Metres and radians count alike.
+/// Length that counts as much as a turn by one radian, in COM heights.
+const RADIAN: f64 = 3.2;
+
+/// Weight of the square of a length (1/m^2) for which that of an angle is 1.
+pub(super) fn weight_of_lengths(robot: &Robot) -> f64 {
+    (RADIAN * robot.home_com_height()).powi(-2)
+}
+
+/// Weight of a squared error of each task, for angles. For lengths it is [`weight_of_lengths`] times as large.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Weights {
     /// Position and rotation of a stance sole.
@@ -140,6 +148,14 @@ impl<const N: usize> NormalEquations<N> {
             }
         }
     }
+}
+
+/// Axes about which a leg can turn its sole (world frame): those of the world or, without a joint for roll in the
+/// ankle, pitch and yaw of the sole.
+pub(super) fn led_axes(robot: &Robot, foot: Foot, sole: &Pose) -> impl Iterator<Item = Vector3<f64>> {
+    let rolls = robot.soles[foot].ankle.rolls();
+    let axes = if rolls { Matrix3::identity() } else { sole.rotation.to_rotation_matrix().into_inner() };
+    (0..3).filter(move |&k| rolls || k != 0).map(move |k| axes.column(k).into_owned())
 }
 
 /// Whether each joint lies between the base and a sole.

@@ -15,23 +15,23 @@
 
 mod trunk;
 
-use crate::robot::{Foot, GRAVITY, Imu, Kinematics, PerFoot, Pose, Posture, Robot, Sensed, Sole};
+use crate::robot::{Foot, GRAVITY, Imu, Kinematics, PerFoot, Pose, Posture, Robot, Sensed, Sole, Units};
 use nalgebra::{Isometry2, Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 use trunk::TrunkFilter;
 
 /// A sole comes into contact when its load exceeds the first value, and stays so until its load is below the second:
 /// a share of the weight plus a number of standard deviations of the force sensor.
 const CONTACT_LOAD: [(f64, f64); 2] = [(0.03, 5.0), (0.02, 3.0)];
-/// A sole whose lowest corner is nearer to the ground than this is in contact too, since it can carry load at once (m).
-/// The second value again applies to a sole that is already in contact.
-const CONTACT_HEIGHT_M: [f64; 2] = [0.004, 0.007];
-/// Time constant with which the velocity of the COM follows its measurement (s). In between it follows the forces under
-/// the soles, which do not know of pushes, and encoders tell velocities with noise.
-const VELOCITY_LAG_S: f64 = 0.0022;
-/// Rate at which footholds follow the inclination and the difference in height of soles that stand flat (1/s).
-const GROUND_RATE: f64 = 10.0;
-/// Rate at which the mean height of the footholds is drawn to zero (1/s), where the home height of the COM starts.
-const LEVEL_RATE: f64 = 1.0;
+/// A sole whose lowest corner is nearer to the ground than this is in contact too, since it can carry load at once; in
+/// COM heights. The second value again applies to a sole that is already in contact.
+const CONTACT_HEIGHT: [f64; 2] = [0.013, 0.0225];
+/// Time constant with which the velocity of the COM follows its measurement, in 1/omega. In between it follows the
+/// forces under the soles, which do not know of pushes, and encoders tell velocities with noise.
+const VELOCITY_LAG: f64 = 0.0125;
+/// Rate at which footholds follow the inclination and the difference in height of soles that stand flat, in omega.
+const GROUND_RATE: f64 = 1.8;
+/// Rate at which the mean height of the footholds is drawn to zero, where the home height of the COM starts; in omega.
+const LEVEL_RATE: f64 = 0.18;
 /// A foot stands flat if its centre of pressure lies within this share of its sole. On an edge the foot may rock.
 const FLAT_SHARE: f64 = 0.8;
 
@@ -138,8 +138,10 @@ impl Estimate {
 /// The state estimator.
 #[derive(Debug, Clone)]
 pub struct Estimator {
-    mass: f64,
+    units: Units,
     dt: f64,
+    /// Control period in 1/omega.
+    phase: f64,
     trunk: TrunkFilter,
     /// The COM in the trunk's frame (m).
     lever: Vector3<f64>,
@@ -154,7 +156,9 @@ impl Estimator {
     pub fn new(robot: &Robot, dt: f64, start: Estimate) -> Self {
         let trunk = TrunkFilter::new(robot, dt, Vector3::zeros());
         let stands = PerFoot { left: true, right: true };
-        let mut estimator = Self { mass: robot.mass(), dt, trunk, lever: Vector3::zeros(), stands, now: start };
+        let units = Units::of(robot);
+        let phase = dt * units.omega();
+        let mut estimator = Self { units, dt, phase, trunk, lever: Vector3::zeros(), stands, now: start };
         estimator.rest(robot);
         estimator
     }
@@ -203,9 +207,9 @@ impl Estimator {
         let force = self.measure_zmp(sensed);
         self.now.com = self.now.kinematics.com();
         let com_vel = &mut self.now.com_vel;
-        *com_vel += (force / self.mass - gravity) * self.dt;
+        *com_vel += (force / self.units.mass_kg - gravity) * self.dt;
         let measured = self.trunk.velocity + orientation * turning;
-        *com_vel += (measured - *com_vel) * -(-self.dt / VELOCITY_LAG_S).exp_m1();
+        *com_vel += (measured - *com_vel) * -(-self.phase / VELOCITY_LAG).exp_m1();
         self.find_contact(robot, in_air);
         self.feel_ground(robot, sensed);
     }
@@ -239,14 +243,14 @@ impl Estimator {
         });
         for foot in Foot::BOTH.into_iter().filter(|&foot| flat[foot]) {
             let felt = inclined(&footholds[foot], &soles[foot]);
-            footholds[foot].rotation = footholds[foot].rotation.slerp(&felt, GROUND_RATE * self.dt);
+            footholds[foot].rotation = footholds[foot].rotation.slerp(&felt, GROUND_RATE * self.phase);
         }
         let higher = |poses: &PerFoot<Pose>| poses.left.translation.z - poses.right.translation.z;
         let apart = if flat.left && flat.right { higher(soles) - higher(footholds) } else { 0.0 };
         let mean = 0.5 * (footholds.left.translation.z + footholds.right.translation.z);
         for foot in Foot::BOTH {
             let rate = 0.5 * foot.side() * apart * GROUND_RATE - mean * LEVEL_RATE;
-            footholds[foot].translation.z += rate * self.dt;
+            footholds[foot].translation.z += rate * self.phase;
         }
     }
 
@@ -275,7 +279,7 @@ impl Estimator {
             let (stood, touched) = (self.stands[foot], now.in_contact[foot]);
             let ground = now.footholds[foot.other()].translation.z;
             let low = lowest_corner(&robot.soles[foot], &now.soles[foot]) - ground;
-            let touches = carries(touched) || low < CONTACT_HEIGHT_M[usize::from(touched)];
+            let touches = carries(touched) || low < CONTACT_HEIGHT[usize::from(touched)] * self.units.length_m;
             let [stands, touches] = [carries(stood), touches].map(|is| is && in_air != Some(foot));
             if (stands && !stood) || (touches && !touched) {
                 now.put_down(foot);
@@ -298,7 +302,7 @@ fn lowest_corner(sole: &Sole, pose: &Pose) -> f64 {
 /// Centre of pressure of a foot, in the frame of its sole.
 fn pressure_point(sole: &Sole, sensed: &Sensed, foot: Foot) -> Point3<f64> {
     let wrench = &sensed.soles[foot];
-    if wrench.force.z <= 1e-3 {
+    if wrench.force.z <= 0.0 {
         return Point3::origin();
     }
     let [x, y] = [-wrench.moment.y / wrench.force.z, wrench.moment.x / wrench.force.z];

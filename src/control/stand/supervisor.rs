@@ -191,7 +191,7 @@ mod tests {
         let support = Support { frame: Isometry2::identity(), polygon };
         let (com, com_vel) = (Point2::new(0.0, 0.06), Vector2::new(0.1, 0.09));
         let zmp_of = |gains: &str| {
-            let family = GainFamily::design(&GainSet::load(gains).unwrap(), pendulum).unwrap();
+            let family = GainFamily::design(&GainSet::load(gains).unwrap(), pendulum, 0.048).unwrap();
             let mut supervisor = Supervisor::new(&family, Point2::origin());
             let decision = supervisor.update(&family, &support, com, com_vel);
             assert!(!decision.held, "{gains}");

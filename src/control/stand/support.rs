@@ -1,10 +1,11 @@
-//! The support polygon: the convex hull of the soles in contact, in the control frame. The paper, Sect. III.A: "the
+//! The support polygon: the convex hull of the soles in contact, in the control frame, as far as the ankles can hold
+//! their share of the weight there. The paper, Sect. III.A: "the
 //! origin of the controller coordinate is the center point of both feet". With one sole in contact that origin lies
 //! outside of the support polygon, so no CPI set contains the state, and standing alone cannot recover the robot.
 
 use crate::control::estimate::{Estimate, control_frame};
 use crate::geometry::SupportPolygon;
-use crate::robot::{Foot, PerFoot, Pose, Robot};
+use crate::robot::{Foot, GRAVITY, PerFoot, Pose, Robot};
 use nalgebra::{Isometry2, Point2, Vector2};
 
 /// The control frame, and the support polygon in it.
@@ -13,7 +14,7 @@ pub struct Support {
     /// Pose of the control frame in the world: its origin is midway between the soles' centres, and its x axis points
     /// along the mean heading of the feet.
     pub frame: Isometry2<f64>,
-    /// Convex hull of the soles in contact, control frame; None in flight.
+    /// Convex hull of what the feet in contact can press on, control frame; None in flight.
     pub polygon: Option<SupportPolygon>,
 }
 
@@ -27,8 +28,10 @@ impl Support {
     fn about(frame: Isometry2<f64>, robot: &Robot, footholds: &PerFoot<Pose>, in_contact: &PerFoot<bool>) -> Self {
         let mut corners = [Point2::origin(); 8];
         let mut count = 0;
-        for foot in Foot::BOTH.into_iter().filter(|&f| in_contact[f]) {
-            for corner in robot.soles[foot].corners() {
+        let feet = Foot::BOTH.into_iter().filter(|&f| in_contact[f]);
+        let load_n = robot.mass() * GRAVITY / feet.clone().count() as f64;
+        for foot in feet {
+            for corner in robot.soles[foot].pressable_corners(load_n) {
                 corners[count] = frame.inverse_transform_point(&(footholds[foot] * corner).xy());
                 count += 1;
             }

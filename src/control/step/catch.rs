@@ -10,24 +10,24 @@
 use super::footwork::{Footwork, StepState};
 use super::home::WayHome;
 use super::quintic::Quintic;
-use super::swing::{PlannedFootstep, Swing, SwingTiming, Way};
+use super::swing::{LATE_SPEED, PlannedFootstep, Swing, SwingTiming, Way};
 use crate::control::body::{
-    Body, BodyTargets, ContactModel, DesiredAcceleration, InverseDynamics, InverseKinematics, RISING_M_S,
-    SoleReference, upright,
+    Body, BodyTargets, ContactModel, DesiredAcceleration, InverseDynamics, InverseKinematics, RISING, SoleReference,
+    upright,
 };
 use crate::control::design::Design;
 use crate::control::error::TickError;
 use crate::control::estimate::on_ground;
 use crate::lipm::catching::{CatchPlan, CatchProblem, Catching, plan};
-use crate::robot::{Command, Foot, LandingRegion, PerFoot};
+use crate::robot::{Command, Foot, GRAVITY, LandingRegion, PerFoot};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
 /// For a late foot, the plan assumes that it lands in this many ticks.
 const LATE_TICKS: f64 = 5.0;
 /// Newton steps per tick for the posture at landing, which changes with the landing place.
 const AHEAD_STEPS: usize = 3;
-/// For so long after a landing its impact changes the velocity of the COM (s).
-const IMPACT_S: f64 = 0.02;
+/// For so long after a landing its impact changes the velocity of the COM, in 1/omega.
+const IMPACT: f64 = 0.11;
 /// [`SwingTiming::lead`]: a foot often comes down before its time, and then hits the ground at the speed of its path.
 const LEAD: f64 = 0.15;
 /// Share of each sole's length and width that inverse dynamics uses.
@@ -73,12 +73,12 @@ impl Footwork for CatchFootwork {
         Box::new(self.clone())
     }
 
-    fn impact_s(&self) -> f64 {
-        IMPACT_S
+    fn impact_s(&self, design: &Design) -> f64 {
+        IMPACT * design.units.time_s()
     }
 
     /// Lifts the foot whose footstep has the least cost. It lifts none while the DCM is inside of the support polygon,
-    /// or when the other foot is not in contact.
+    /// when the other foot is not in contact, or if the DCM would then be nearer to the support of a robot that stands.
     fn lift(&mut self, now: &StepState, body: &mut Body) -> Option<Swing> {
         let (rules, estimate, robot) = (self.rules, now.estimate, &now.design.robot);
         self.way_home.give_up();
@@ -86,7 +86,8 @@ impl Footwork for CatchFootwork {
             return None;
         }
         let support = now.support();
-        if support.polygon?.contains(support.frame.inverse_transform_point(&dcm_in(0.0, now))) {
+        let outside = support.polygon?.signed_distance(support.frame.inverse_transform_point(&dcm_in(0.0, now)));
+        if outside <= 0.0 {
             return None;
         }
         let mut best: Option<Candidate> = None;
@@ -98,7 +99,7 @@ impl Footwork for CatchFootwork {
             let from =
                 to_side(foot, stance.inverse_transform_point(&estimate.footholds[foot].translation.vector.xy().into()));
             for (number, region) in robot.reach.iter().enumerate() {
-                let Some((way, swing_time_s)) = way_to(region, from, &robot.reach) else { continue };
+                let Some((way, swing_time_s)) = way_to(region, from, now.design) else { continue };
                 let catch = plan(&problem(region, foot, now), dcm, swing_time_s - transfer_s);
                 if best.as_ref().is_none_or(|best| catch.cost < best.catch.cost) {
                     best = Some(Candidate { foot, stance, number, way, swing_time_s, catch });
@@ -106,6 +107,11 @@ impl Footwork for CatchFootwork {
             }
         }
         let Candidate { foot, stance, number, way, swing_time_s, catch } = best?;
+        // A robot that only stands keeps its ZMP at the edge of the support, and the DCM diverges from there.
+        let miss_if_it_stands = outside * (now.design.family.pendulum.omega * swing_time_s).exp();
+        if catch.miss > miss_if_it_stands {
+            return None;
+        }
         (self.region, self.goes_home) = (number, false);
         let to = stance * Point2::from(to_side(foot, catch.place.into()));
         Some(self.start(now, body, PlannedFootstep { foot, to, zmp_error: now.zmp_error }, way, swing_time_s))
@@ -119,12 +125,12 @@ impl Footwork for CatchFootwork {
     fn lift_at_ease(&mut self, now: &StepState, body: &mut Body) -> Option<Swing> {
         let foot = self.way_home.unloaded(now)?;
         self.way_home.give_up();
-        let (estimate, reach) = (now.estimate, &now.design.robot.reach);
+        let (estimate, region) = (now.estimate, &now.design.robot.reach[0]);
         let stance = on_ground(&estimate.footholds[foot.other()]);
         let from = stance.inverse_transform_point(&estimate.footholds[foot].translation.vector.xy().into());
-        let (way, swing_time_s) = way_to(&reach[0], to_side(foot, from), reach)?;
+        let (way, swing_time_s) = way_to(region, to_side(foot, from), now.design)?;
         (self.region, self.goes_home) = (0, true);
-        let to = stance * Point2::from(to_side(foot, problem(&reach[0], foot, now).home.into()));
+        let to = stance * Point2::from(to_side(foot, problem(region, foot, now).home.into()));
         let footstep = PlannedFootstep { foot, to, zmp_error: now.zmp_error };
         Some(self.start(now, body, footstep, way, LEISURE * swing_time_s))
     }
@@ -183,7 +189,9 @@ impl CatchFootwork {
         body.com.start(now.estimate);
         self.at_landing.start_at(body.posture());
         body.com.height = [self.at_landing.com_height(&now.design.robot), 0.0, 0.0];
-        Swing::new(SwingTiming { swing_time_s, lift_m, lead: LEAD, late_s }, way, footstep, &now.estimate.footholds)
+        let late_speed_m_s = LATE_SPEED * now.design.units.speed_m_s();
+        let timing = SwingTiming { swing_time_s, lift_m, lead: LEAD, late_s, late_speed_m_s };
+        Swing::new(timing, way, footstep, &now.estimate.footholds)
     }
 
     /// Moves the COM height towards one at which the legs reach the landing place.
@@ -194,7 +202,7 @@ impl CatchFootwork {
         let mut soles = estimate.footholds;
         soles[foot] = swing.landing();
         let targets = BodyTargets {
-            com: Point3::new(com.x, com.y, now.design.com_height),
+            com: Point3::new(com.x, com.y, now.design.units.length_m),
             rise: f64::INFINITY,
             com_vel: Vector3::zeros(),
             soles,
@@ -206,7 +214,8 @@ impl CatchFootwork {
         }
         let height = &mut body.com.height;
         *height = if left_s > LATE_TICKS * dt {
-            let at_landing = self.at_landing.com_height(robot).min(height[0] + RISING_M_S * left_s);
+            let at_landing =
+                self.at_landing.com_height(robot).min(height[0] + RISING * now.design.units.speed_m_s() * left_s);
             Quintic::new(*height, at_landing, 0.0, left_s).at(dt)
         } else {
             [height[0], 0.0, 0.0]
@@ -236,10 +245,18 @@ struct Candidate {
 /// The planning problem for a footstep of `foot` to a landing region.
 fn problem(region: &LandingRegion, foot: Foot, now: &StepState) -> CatchProblem {
     let Design { robot, family, stance, .. } = now.design;
+    let weight_n = robot.mass() * GRAVITY;
+    let pressable = |of: Foot, load_n: f64| {
+        let [x, [low, high]] = robot.soles[of].pressable_m(load_n);
+        [x, if foot == Foot::Left { [low, high] } else { [-high, -low] }]
+    };
     CatchProblem {
         omega: family.pendulum.omega,
-        sole: robot.soles[foot.other()].half_m,
-        zmp_margin: family.zmp_margin,
+        zmp: pressable(foot.other(), weight_n).map(|[low, high]| {
+            let margin = family.zmp_margin.min(0.5 * (high - low));
+            [low + margin, high - margin]
+        }),
+        support: pressable(foot, 0.5 * weight_n),
         reach: [region.x_m, region.y_m],
         home: Vector2::new(stance.x * foot.side(), stance.y),
     }
@@ -248,12 +265,13 @@ fn problem(region: &LandingRegion, foot: Foot, now: &StepState) -> CatchProblem 
 /// How a foot gets to a landing region from its place `from` (m, axes of the stance sole with y to the side of the
 /// foot), and in which time (s). A foot whose leg crosses the other one goes back the way that it came; None if it would
 /// have to go around to the other side of the stance foot.
-fn way_to(region: &LandingRegion, from: Vector2<f64>, reach: &[LandingRegion]) -> Option<(Way, f64)> {
-    /// A foot that is nearer to the stance foot than the nearest place beside it by this (m) has crossed.
-    const CROSSED_M: f64 = 0.01;
+fn way_to(region: &LandingRegion, from: Vector2<f64>, design: &Design) -> Option<(Way, f64)> {
+    /// A foot that is nearer to the stance foot than the nearest place beside it by this has crossed; in COM heights.
+    const CROSSED: f64 = 0.032;
+    let reach = &design.robot.reach;
     let crosses = |region: &&LandingRegion| region.sideways_from > 0.0;
     let same_side = |region: &&LandingRegion| region.x_m[0] * from.x > 0.0;
-    let has_crossed = from.y < reach[0].y_m[0] - CROSSED_M;
+    let has_crossed = from.y < reach[0].y_m[0] - CROSSED * design.units.length_m;
     match (has_crossed, crosses(&region)) {
         (true, true) => same_side(&region).then(|| (Way::around(region.around()), region.swing_time_s)),
         (true, false) => {

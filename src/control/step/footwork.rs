@@ -42,7 +42,7 @@ pub trait Footwork: Debug + Send + Sync {
     ) -> Result<Point2<f64>, TickError>;
 
     /// For how long after a landing the COM reference follows the estimate (s).
-    fn impact_s(&self) -> f64 {
+    fn impact_s(&self, _design: &Design) -> f64 {
         0.0
     }
 

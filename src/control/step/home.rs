@@ -44,7 +44,7 @@ impl WayHome {
     pub fn lean(&mut self, now: &StepState, margin: f64) -> Vector2<f64> {
         let Estimate { footholds, in_contact, com, .. } = now.estimate;
         let pendulum = &now.design.family.pendulum;
-        let rests = || (com - self.rest_at).norm() < REST_WAY * now.design.com_height && !is_home(now);
+        let rests = || (com - self.rest_at).norm() < REST_WAY * now.design.units.length_m && !is_home(now);
         if margin < 0.0 || !(in_contact.left && in_contact.right) || (self.leant.is_none() && !rests()) {
             *self = Self { rest_at: *com, ..Self::default() };
             return Vector2::zeros();
@@ -60,7 +60,7 @@ impl WayHome {
         };
         let way = footholds[foot.other()].translation.vector.xy() - control_frame(footholds).translation.vector;
         if *share < 1.0 {
-            let speed = LEAN_SPEED * now.design.com_height * pendulum.omega;
+            let speed = LEAN_SPEED * now.design.units.length_m * pendulum.omega;
             *share = (*share + speed * pendulum.dt / way.norm()).min(1.0);
             self.rest_s = 0.0;
         } else if has_rested {

@@ -11,14 +11,13 @@ pub mod paper;
 mod quintic;
 mod swing;
 
-use crate::control::design::Design;
-use crate::lipm::gains::FootworkRules;
+use crate::control::design::{Design, FootworkRules};
 pub use footwork::{Footwork, Landing, LastLanding, StepState};
 pub use swing::{PlannedFootstep, Swing, SwingTiming, Way};
 
 /// The footwork rule of a gain set; None if it takes no footsteps.
 pub fn footwork(design: &Design) -> Option<Box<dyn Footwork>> {
-    Some(match design.family.footwork? {
+    Some(match design.footwork? {
         FootworkRules::Stepping(rules) => Box::new(paper::PaperFootwork::new(rules)),
         FootworkRules::Catching(rules) => Box::new(catch::CatchFootwork::new(rules, design)),
     })

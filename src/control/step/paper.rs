@@ -11,7 +11,7 @@
 //! place, behind or ahead, it could leave the semi-ellipse at once.
 
 use super::footwork::{Footwork, StepState};
-use super::swing::{PlannedFootstep, Swing, SwingTiming, Way};
+use super::swing::{LATE_SPEED, PlannedFootstep, Swing, SwingTiming, Way};
 use crate::control::body::{Body, SoleReference, carry};
 use crate::control::error::TickError;
 use crate::control::estimate::Estimate;
@@ -51,12 +51,9 @@ impl Footwork for PaperFootwork {
             return None;
         }
         let Stepping { swing_time_s, lift_m, late_s, .. } = *rules;
-        let swing = Swing::new(
-            SwingTiming { swing_time_s, lift_m, lead: 0.0, late_s },
-            Way::STRAIGHT,
-            footstep,
-            &estimate.footholds,
-        );
+        let late_speed_m_s = LATE_SPEED * now.design.units.speed_m_s();
+        let timing = SwingTiming { swing_time_s, lift_m, lead: 0.0, late_s, late_speed_m_s };
+        let swing = Swing::new(timing, Way::STRAIGHT, footstep, &estimate.footholds);
         let stance_sole = &now.design.robot.soles[footstep.foot.other()];
         self.plan = Some(StepPlan::new(family.pendulum.omega, rules, stance_sole, family.zmp_margin, &swing, estimate));
         Some(swing)
@@ -134,10 +131,10 @@ impl StepPlan {
     }
 }
 
-/// Strides whose lengths differ by less count as equal (m).
-const TIE_M: f64 = 1e-4;
-/// Loads that differ by less count as equal (N).
-const TIE_N: f64 = 0.5;
+/// Strides whose lengths differ by less count as equal, in distances of the feet at home.
+const SAME_STRIDE: f64 = 1e-3;
+/// Loads that differ by less count as equal, as a share of both together.
+const SAME_LOAD: f64 = 0.006;
 
 /// What the choice of a footstep depends on.
 #[derive(Debug, Clone, Copy)]
@@ -177,7 +174,7 @@ pub fn choose(rules: &Stepping, state: &StanceState) -> Option<PlannedFootstep> 
         let side = |v: Vector2<f64>| Vector2::new(v.x, v.y * foot.side());
         if state.can_lift[foot] { rules.range.reach(side(state.stance * foot.side()), side(direction)) } else { 0.0 }
     });
-    let foot = swing_foot(&reach, &state.load_n);
+    let foot = swing_foot(&reach, state.stance.norm(), &state.load_n);
     let stride = (rules.alpha * state.zmp_error.norm()).min(reach[foot]);
     let beside = state.stance * foot.side() + direction * stride;
     let to = state.soles[foot.other()] + state.frame.transform_vector(&beside);
@@ -187,12 +184,12 @@ pub fn choose(rules: &Stepping, state: &StanceState) -> Option<PlannedFootstep> 
 /// The foot that can go farther. For a tie (a push straight forward or backward), the paper's text names the left foot,
 /// and its experiment uses the right one. Here the foot with the smaller load goes, since it is in the air soonest; if
 /// the loads are equal too, the right one goes.
-fn swing_foot(reach: &PerFoot<f64>, load_n: &PerFoot<f64>) -> Foot {
+fn swing_foot(reach: &PerFoot<f64>, apart_m: f64, load_n: &PerFoot<f64>) -> Foot {
     let farther = reach.left - reach.right;
     let heavier = load_n.left - load_n.right;
-    if farther.abs() > TIE_M {
+    if farther.abs() > SAME_STRIDE * apart_m {
         if farther > 0.0 { Foot::Left } else { Foot::Right }
-    } else if heavier < -TIE_N {
+    } else if heavier < -SAME_LOAD * (load_n.left + load_n.right) {
         Foot::Left
     } else {
         Foot::Right
@@ -338,8 +335,8 @@ mod tests {
         estimate.com_vel = Vector3::new(com_vel[0], com_vel[1], 0.0);
         let Stepping { swing_time_s, lift_m, late_s, .. } = RULES;
         let footstep = PlannedFootstep { foot: Foot::Right, to: to.into(), zmp_error: Vector2::x() };
-        let swing =
-            Swing::new(SwingTiming { swing_time_s, lift_m, lead: 0.0, late_s }, Way::STRAIGHT, footstep, &footholds);
+        let timing = SwingTiming { swing_time_s, lift_m, lead: 0.0, late_s, late_speed_m_s: 0.1 };
+        let swing = Swing::new(timing, Way::STRAIGHT, footstep, &footholds);
         StepPlan::new(OMEGA, &RULES, &robot.soles.left, 0.003, &swing, &estimate)
     }
 

@@ -10,8 +10,10 @@ use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 const EARLIEST_LANDING: f64 = 0.6;
 /// Share of the swing before the end of an axis' motion from which its place stays.
 const ARRIVED: f64 = 0.05;
-/// A foot that is late goes down at this speed (m/s).
-const LATE_SPEED_M_S: f64 = 0.1;
+/// A foot that is late goes down at this speed, in COM heights times omega.
+pub const LATE_SPEED: f64 = 0.057;
+/// Share of the swing that does not count in comparisons of times, for their rounding.
+const ROUNDING: f64 = 1e-8;
 
 /// Duration and height of a swing.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +27,8 @@ pub struct SwingTiming {
     pub lead: f64,
     /// Longest time for which a late foot goes on downward (s).
     pub late_s: f64,
+    /// Speed at which a late foot goes down (m/s).
+    pub late_speed_m_s: f64,
 }
 
 /// How a foot goes over the ground, along the axes of the stance sole.
@@ -155,8 +159,8 @@ impl Swing {
         let ([x, y], [vx, vy]): ([f64; 2], [f64; 2]) = (at.into(), vel.into());
         let [bump, bump_rate, _] = self.bump(self.timing.lift_m, self.timing.lead);
         let late_s = (self.time_s - self.timing.swing_time_s).max(0.0);
-        let late_speed = if late_s > 0.0 { LATE_SPEED_M_S } else { 0.0 };
-        let place = Vector3::new(x, y, z + bump - LATE_SPEED_M_S * late_s);
+        let late_speed = if late_s > 0.0 { self.timing.late_speed_m_s } else { 0.0 };
+        let place = Vector3::new(x, y, z + bump - self.timing.late_speed_m_s * late_s);
         let turned = least_jerk(self.time_s / self.timing.swing_time_s);
         let rotation = self.from.rotation.slerp(&self.to.rotation, turned);
         (Pose::from_parts(place.into(), rotation), Vector3::new(vx, vy, vz + bump_rate - late_speed))
@@ -179,7 +183,7 @@ impl Swing {
 
     /// Whether the planned landing time is reached.
     pub fn is_due(&self) -> bool {
-        self.time_s >= self.timing.swing_time_s - 1e-9
+        self.time_s >= (1.0 - ROUNDING) * self.timing.swing_time_s
     }
 
     /// Whether a sole that carries load has landed.
@@ -189,7 +193,7 @@ impl Swing {
 
     /// Whether the foot is so late that the swing ends without a landing.
     pub fn is_overdue(&self) -> bool {
-        self.time_s >= self.timing.swing_time_s + self.timing.late_s - 1e-9
+        self.time_s >= (1.0 - ROUNDING) * (self.timing.swing_time_s + self.timing.late_s)
     }
 }
 
@@ -199,7 +203,8 @@ mod tests {
     use crate::control::estimate::heading;
     use nalgebra::UnitQuaternion;
 
-    const TIMING: SwingTiming = SwingTiming { swing_time_s: 0.2, lift_m: 0.025, lead: 0.5, late_s: 0.12 };
+    const TIMING: SwingTiming =
+        SwingTiming { swing_time_s: 0.2, lift_m: 0.025, lead: 0.5, late_s: 0.12, late_speed_m_s: 0.1 };
     const DT: f64 = 0.002;
 
     fn flat(x: f64, y: f64, yaw: f64) -> Pose {
@@ -267,8 +272,8 @@ mod tests {
     fn a_late_foot_goes_down_and_gives_up() {
         let due = TIMING.swing_time_s;
         let (pose, velocity) = at(due + 0.05).sole();
-        assert!((pose.translation.vector - Vector3::new(-0.1, -0.13, -0.05 * LATE_SPEED_M_S)).norm() < 1e-15);
-        assert_eq!(velocity, Vector3::new(0.0, 0.0, -LATE_SPEED_M_S));
+        assert!((pose.translation.vector - Vector3::new(-0.1, -0.13, -0.05 * TIMING.late_speed_m_s)).norm() < 1e-15);
+        assert_eq!(velocity, Vector3::new(0.0, 0.0, -TIMING.late_speed_m_s));
         assert!(!at(due + TIMING.late_s - DT).is_overdue());
         assert!(at(due + TIMING.late_s).is_overdue(), "it is late for good");
         assert!(!at(due + TIMING.late_s).has_landed(false), "but not landed");

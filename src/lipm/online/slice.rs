@@ -9,8 +9,8 @@ use super::{MAX_TICKS, OnlineSets, Points, is_finite};
 use crate::lipm::pendulum::State;
 use nalgebra::Point2;
 
-/// The slice is limited to this distance from the origin (m), beyond which no leg of such a robot stands.
-const FARTHEST_M: f64 = 2.0;
+/// The slice is limited to this distance from the origin, beyond which no leg stands; in distances of the farthest edge.
+const FARTHEST: f64 = 20.0;
 
 impl OnlineSets {
     /// Corners of the slice of the set of gain `index`, at the COM velocity and ZMP of `state` (m, control frame),
@@ -20,7 +20,8 @@ impl OnlineSets {
         if !cascade.limit.holds_origin || !is_finite(state) {
             return Vec::new();
         }
-        let [far, near] = [FARTHEST_M, -FARTHEST_M];
+        let far = FARTHEST * cascade.region.farthest();
+        let near = -far;
         let mut corners: Vec<Corner> = [(near, near), (far, near), (far, far), (near, far)]
             .map(|(x, y)| {
                 let com = Point2::new(x, y);

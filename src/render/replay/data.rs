@@ -6,7 +6,7 @@
 
 use super::pack::{Polygons, column, columns, packed_mesh};
 use crate::control::Phase;
-use crate::episode::film::{FARTHEST_M, Film};
+use crate::episode::film::Film;
 use crate::episode::snapshot::{Arrow, Snapshot};
 use crate::render::scene::mesh::Mesh;
 use crate::render::scene::scale::RobotScale;
@@ -33,7 +33,7 @@ const PHASES: [Phase; 5] =
 
 /// The packed film, which `film.js` reads, with the motion of a ghost, and sentences on what the page leaves out.
 pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
-    let ticks = &film.snapshots[..film.near()];
+    let (ticks, farthest_m) = (&film.snapshots[..film.near()], film.farthest_m());
     let stride = ticks.len().div_ceil(MOST_MOMENTS).max(1);
     let moments: Vec<&Snapshot> = ticks.iter().step_by(stride).collect();
     let (slices, every) = slices(&moments, film.gains.len());
@@ -51,7 +51,8 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
     if let Some(beyond) = film.snapshots[ticks.len()..].first() {
         let time_s = beyond.time_s;
         notes.push(format!(
-            "The page ends at {time_s:.3} s: from then on the robot is more than {FARTHEST_M} m from home, or its numbers run away."
+            "The page ends at {time_s:.3} s: from then on the robot is more than {:.1} m from home, or its numbers run away.",
+            farthest_m
         ));
     }
     let each = |value: &dyn Fn(&Snapshot) -> Option<f64>| each(&moments, value);
@@ -73,11 +74,11 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
         "events": events(film, ticks, ghost),
         "ghost": ghost.map(|ghost| {
             let moments: Vec<&Snapshot> = ghost.snapshots[..ghost.near()].iter().step_by(stride).collect();
-            with_fields_of(json!({ "name": ghost.engine.title() }), &motion(&moments, period_s))
+            with_fields_of(json!({ "name": ghost.engine.title() }), &motion(&moments, period_s, farthest_m))
         }),
         "slope": turns(moments.iter().map(|s| s.slope)),
         "dcm": pairs(&moments, &|s| Some(s.dcm)),
-        "zmp_ref": pairs(&moments, &|s| on_floor(Some(s.zmp_ref))),
+        "zmp_ref": pairs(&moments, &|s| on_floor(Some(s.zmp_ref), farthest_m)),
         "dcm_outside": each(&|s| Some(s.dcm_outside_m)),
         "margin": each(&|s| s.margin.map(|margin| margin.max(LEAST_MARGIN))),
         "gain": each(&|s| s.gain.map(|gain| gain as f64)),
@@ -88,11 +89,11 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
         "slices": slices.iter().map(Polygons::packed).collect::<Vec<_>>(),
         "footstep": Polygons::of(footsteps.iter().map(Vec::as_slice)).packed(),
     });
-    (with_fields_of(packed, &motion(&moments, period_s)), notes)
+    (with_fields_of(packed, &motion(&moments, period_s, farthest_m)), notes)
 }
 
 /// How the robot moves: its base, joints, COM and ZMP at each moment. Only these are shown of a ghost.
-fn motion(moments: &[&Snapshot], period_s: f64) -> Value {
+fn motion(moments: &[&Snapshot], period_s: f64, farthest_m: f64) -> Value {
     let joints = moments.first().map_or(0, |s| s.posture.q.len());
     let points = |at: &dyn Fn(&Snapshot) -> [f64; 3]| columns(&moments.iter().map(|s| Some(at(s))).collect::<Vec<_>>());
     json!({
@@ -103,7 +104,7 @@ fn motion(moments: &[&Snapshot], period_s: f64) -> Value {
         "turn": turns(moments.iter().map(|s| s.posture.base.rotation)),
         "q": (0..joints).map(|i| each(moments, &|s| Some(s.posture.q[i]))).collect::<Vec<_>>(),
         "com": points(&|s| s.com.into()),
-        "zmp": pairs(moments, &|s| on_floor(s.zmp)),
+        "zmp": pairs(moments, &|s| on_floor(s.zmp, farthest_m)),
     })
 }
 
@@ -116,9 +117,9 @@ fn pairs(moments: &[&Snapshot], value: &dyn Fn(&Snapshot) -> Option<Point2<f64>>
     columns(&moments.iter().map(|s| value(s).map(Into::into)).collect::<Vec<Option<[f64; 2]>>>())
 }
 
-/// A place on the ground, unless it is too far away to be shown.
-fn on_floor(at: Option<Point2<f64>>) -> Option<Point2<f64>> {
-    at.filter(|at| at.coords.norm() <= FARTHEST_M)
+/// A place on the ground, unless it is too far away (m) to be shown.
+fn on_floor(at: Option<Point2<f64>>, farthest_m: f64) -> Option<Point2<f64>> {
+    at.filter(|at| at.coords.norm() <= farthest_m)
 }
 
 /// The mean force over ticks, at the mean of the points where it acts. None if there is no force at any tick.

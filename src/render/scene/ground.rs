@@ -65,7 +65,7 @@ mod tests {
         let slope = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.1);
         let patch = [Point2::new(-0.1, -0.2), Point2::new(0.3, 0.2)];
         for (step_m, tile_m, count) in [(0.0, 2.0, 1), (0.0, 0.5, 16), (0.02, 2.0, 9 + 4), (-0.02, 0.5, 36 + 4)] {
-            let ground = Ground { slope, step_m, patch };
+            let ground = Ground { slope, step_m, patch, tilting_s: 0.0 };
             let faces = faces(&ground, 1.0, tile_m);
             assert_eq!(faces.len(), count);
             let mut area = 0.0;

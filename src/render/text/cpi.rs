@@ -70,7 +70,7 @@ impl Sets<'_> {
             "omega_rad_s": self.family.pendulum.omega,
             "dt_s": dt,
             "support_m": self.support.vertices().iter().map(|v| [v.x, v.y]).collect::<Vec<_>>(),
-            "zmp_disturbance_m": self.family.zmp_disturbance.bounds().as_slice(),
+            "zmp_disturbance_m": self.family.zmp_disturbance_m().as_slice(),
             "sets": entries(self.sets),
             "sets_without_disturbances": entries(self.undisturbed),
             "inside": self.inclusion.inside,
@@ -89,7 +89,7 @@ impl Sets<'_> {
         };
         let (mut robust, mut disturbance, mut undisturbed) = ("", String::new(), String::new());
         if !self.undisturbed.is_empty() {
-            let bounds = self.family.zmp_disturbance.bounds() * 1e3;
+            let bounds = self.family.zmp_disturbance_m() * 1e3;
             let words = format!("against disturbances of up to {:.1} mm in x and {:.1} mm in y", bounds.x, bounds.y);
             robust = "robust ";
             disturbance = wrapped("robust    ", &words);

@@ -122,7 +122,7 @@ mod tests {
     fn the_pole_is_judged_by_the_bandwidth() {
         let gains = GainSet::load("switching").unwrap();
         let robot = Robot::load("ut-mu2").unwrap();
-        let family = GainFamily::design(&gains, Pendulum { omega: robot.omega(), dt: 0.002 }).unwrap();
+        let family = GainFamily::design(&gains, Pendulum { omega: robot.omega(), dt: 0.002 }, 0.048).unwrap();
         let say = |gain_rad_s, phase_rad_s| {
             let bandwidth = Bandwidth { gain_rad_s, phase_rad_s };
             let (axis, points) = (Axis::Y, Vec::new());

@@ -168,7 +168,7 @@ impl Told<'_> {
                 0 => format!("{}, which keeps its posture", family.name),
                 count => {
                     let gains = if count == 1 { "one gain".into() } else { format!("{count} gains") };
-                    let footsteps = if family.footwork.is_some() { "footsteps" } else { "no footsteps" };
+                    let footsteps = if self.design.footwork.is_some() { "footsteps" } else { "no footsteps" };
                     format!("{}, with {gains} and {footsteps}", family.name)
                 }
             },
@@ -273,7 +273,7 @@ impl Told<'_> {
                 let left = left.unwrap_or_default();
                 let yet = match (recovered, stepped) {
                     (true, false) => ", but the robot recovered without one",
-                    (false, false) if self.design.family.footwork.is_none() => ", which this gain set does not take",
+                    (false, false) if self.design.footwork.is_none() => ", which this gain set does not take",
                     _ => "",
                 };
                 format!(

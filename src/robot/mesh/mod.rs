@@ -56,6 +56,12 @@ impl Mesh {
         Self { points, triangles, hull }
     }
 
+    /// The same mesh in another size.
+    pub fn scaled(&self, by: f64) -> Self {
+        let scaled = |points: &[Point3<f64>]| points.iter().map(|p| p * by).collect();
+        Self { points: scaled(&self.points), triangles: self.triangles.clone(), hull: scaled(&self.hull) }
+    }
+
     /// A ball that contains the hull and the triangles: its centre, and its radius (m).
     pub fn ball(&self) -> (Point3<f64>, f64) {
         let (least, most) = bounds(&self.hull);
@@ -73,9 +79,13 @@ pub fn bounds(points: &[Point3<f64>]) -> (Point3<f64>, Point3<f64>) {
 
 /// The points that lie farthest out in each of the directions, in the order in which they are given.
 fn extremal(points: &[Point3<f64>]) -> Vec<Point3<f64>> {
+    let (least, most) = bounds(points);
+    let middle = nalgebra::center(&least, &most);
     let farthest = |direction: Vector3<f64>| {
         let along = |i: &usize| points[*i].coords.dot(&direction);
-        (0..points.len()).max_by(|a, b| along(a).total_cmp(&along(b)))
+        // Of the points of a face, a corner rather than one within the face.
+        let out = |i: &usize| (points[*i] - middle).norm_squared();
+        (0..points.len()).max_by(|a, b| along(a).total_cmp(&along(b)).then_with(|| out(a).total_cmp(&out(b))))
     };
     let mut chosen: Vec<usize> = directions().filter_map(farthest).collect();
     chosen.sort_unstable();

@@ -22,6 +22,8 @@ fn candidates(name: &str, urdf: &Path, roots: &[PathBuf]) -> Vec<PathBuf> {
         let path = name.strip_prefix("file://").unwrap_or(name);
         return folders.next().map(|folder| folder.join(path)).into_iter().collect();
     };
+    // Some files have three slashes.
+    let in_package = in_package.trim_start_matches('/');
     let (package, rest) = in_package.split_once('/').unwrap_or(("", in_package));
     let is_package = |folder: &Path| folder.file_name().is_some_and(|name| name == package);
     let mut found = Vec::new();
@@ -67,6 +69,7 @@ mod tests {
             // The folder of the package was renamed.
             ("package://yours_description/meshes/a.stl", Some("work/mine_description/meshes/a.stl")),
             ("package://other/b.stl", Some("work/other/b.stl")),
+            ("package:///other/b.stl", Some("work/other/b.stl")),
             ("package://third/c.stl", Some("ros/third/c.stl")),
             ("package://fourth/c.stl", None),
             ("e.stl", Some("work/mine_description/urdf/e.stl")),

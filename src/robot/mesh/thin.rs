@@ -4,28 +4,34 @@ use super::{Triangles, bounds};
 use nalgebra::{Point3, Vector3};
 use std::collections::{HashMap, HashSet};
 
-/// Points closer than this share of the largest mesh are one.
+/// Points of a mesh that are closer than this share of its size are one.
 const SAME_SHARE: f64 = 1e-6;
 /// Size of the first cells as a share of the largest mesh, and by which factor they grow until the rest is small enough.
 const FIRST_SHARE: f64 = 2e-3;
-const GROWTH: f64 = 1.25;
+const GROWTH: f64 = 1.15;
 
-/// Thins meshes, each given with the number of times that it is drawn, until at most `most` triangles are drawn in all. All
-/// keep details of the same size.
+/// Thins meshes, each given with the number of times that it is drawn, until at most `most` triangles are drawn in all. What
+/// is lost grows with the root of a mesh's size, so that a finger is not lost for the details of a trunk.
 pub fn thin(meshes: &mut [(Triangles, usize)], most: usize) {
     let size = |(mesh, _): &(Triangles, usize)| {
         let (least, greatest) = bounds(&mesh.points);
         (greatest - least).norm()
     };
-    let largest = meshes.iter().filter(|(mesh, _)| !mesh.points.is_empty()).map(size).fold(0.0, f64::max);
-    let mut cell = SAME_SHARE * largest;
-    let mut next = FIRST_SHARE * largest;
-    while cell > 0.0 && cell < largest {
-        meshes.iter_mut().for_each(|(mesh, _)| *mesh = clustered(mesh, cell));
+    let sizes: Vec<f64> = meshes.iter().map(size).collect();
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    let mut share = SAME_SHARE;
+    let mut next = FIRST_SHARE;
+    while share < 1.0 {
+        for ((mesh, _), size) in meshes.iter_mut().zip(&sizes) {
+            let cell = if share == SAME_SHARE { share * size } else { share * (size * largest).sqrt() };
+            if cell > 0.0 {
+                *mesh = clustered(mesh, cell);
+            }
+        }
         if meshes.iter().map(|(mesh, times)| mesh.triangles.len() * times).sum::<usize>() <= most {
             return;
         }
-        (cell, next) = (next, GROWTH * next);
+        (share, next) = (next, GROWTH * next);
     }
 }
 

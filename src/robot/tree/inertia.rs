@@ -34,30 +34,32 @@ impl Part {
         }
         let i = &link.inertial.inertia;
         let mut inertia = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
-        if let Some((before, after)) = mend(&mut inertia, mass) {
-            let list = |moments: [f64; 3]| moments.map(|moment| format!("{moment:.3e}")).join(", ");
-            problems.notes.push(format!(
-                "The inertia of link {} is not one of a rigid body. Its principal moments were raised from {} to {} kg m^2.",
-                link.name,
-                list(before),
-                list(after)
-            ));
-        }
+        // What is fixed to another link may be a point mass.
+        mend(&mut inertia, mass, false, &link.name, problems);
         Some(Part { mass, origin: isometry(&link.inertial.origin), inertia })
     }
 }
 
-/// Corrects an inertia that no body has: each principal moment must be positive, and none may exceed the sum of the other
-/// two. The smaller ones are raised by as little as that takes. Returns the moments before and after, in increasing order,
-/// or None if there was nothing to correct.
-fn mend(inertia: &mut Matrix3<f64>, mass: f64) -> Option<([f64; 3], [f64; 3])> {
+/// Corrects an inertia that no body has, with a note: no principal moment may be negative (or, if it is `all` that moves,
+/// zero), and none may exceed the sum of the other two.
+fn mend(inertia: &mut Matrix3<f64>, mass: f64, all: bool, name: &str, problems: &mut Problems) {
+    if let Some([before, after]) = raise(inertia, mass, all) {
+        let list = |moments: [f64; 3]| moments.map(|moment| format!("{moment:.3e}")).join(", ");
+        problems.mended.push(format!("{name} (from {} to {})", list(before), list(after)));
+    }
+}
+
+/// Raises the smaller principal moments by as little as that takes. Returns the moments before and after, in increasing
+/// order, or None if there was nothing to correct.
+fn raise(inertia: &mut Matrix3<f64>, mass: f64, all: bool) -> Option<[[f64; 3]; 2]> {
     let eigen = inertia.symmetric_eigen();
     let mut order = [0, 1, 2];
     order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
     let before = order.map(|i| eigen.eigenvalues[i]);
     let [a, b, most] = before;
     let rounded = ROUNDED_SHARE * most.abs();
-    if a >= -rounded * ROUNDED_SHARE && most > 0.0 && a + b >= most - rounded {
+    let is_body = a >= -rounded * ROUNDED_SHARE && a + b >= most - rounded;
+    if is_body && (!all || a > 0.0) {
         return None;
     }
     // Without any moment, it is taken as a ball of water.
@@ -70,20 +72,26 @@ fn mend(inertia: &mut Matrix3<f64>, mass: f64) -> Option<([f64; 3], [f64; 3])> {
     let mut moments = Vector3::zeros();
     order.iter().zip(after).for_each(|(&i, moment)| moments[i] = moment);
     *inertia = eigen.eigenvectors * Matrix3::from_diagonal(&moments) * eigen.eigenvectors.transpose();
-    Some((before, after))
+    Some([before, after])
 }
 
 /// The link of these parts, each with its pose in the link's frame.
-pub fn merged(name: String, parts: &[(&Part, Isometry3<f64>)], collisions: Vec<Solid>, visuals: Vec<Solid>) -> Link {
+pub fn merged(
+    name: String,
+    parts: &[(&Part, Isometry3<f64>)],
+    [collisions, visuals]: [Vec<Solid>; 2],
+    problems: &mut Problems,
+) -> Link {
     let parts = parts.iter().map(|(part, pose)| (part, pose * part.origin));
     let mass_kg: f64 = parts.clone().map(|(part, _)| part.mass).sum();
     let com = parts.clone().map(|(part, pose)| pose.translation.vector * part.mass).sum::<Vector3<f64>>() / mass_kg;
-    let inertia_kg_m2 = parts.fold(Matrix3::zeros(), |sum, (part, pose)| {
+    let mut inertia_kg_m2 = parts.fold(Matrix3::zeros(), |sum, (part, pose)| {
         let turn = pose.rotation.to_rotation_matrix();
         let d = pose.translation.vector - com;
         sum + turn * part.inertia * turn.transpose()
             + (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * part.mass
     });
+    mend(&mut inertia_kg_m2, mass_kg, true, &name, problems);
     Link { name, mass_kg, com_m: Point3::from(com), inertia_kg_m2, collisions, visuals }
 }
 
@@ -94,7 +102,7 @@ mod tests {
     fn mended(diagonal: [f64; 3], mass: f64) -> Option<[f64; 3]> {
         let turn = Isometry3::rotation(Vector3::new(0.3, -0.7, 0.2)).rotation.to_rotation_matrix();
         let mut inertia = turn * Matrix3::from_diagonal(&Vector3::from(diagonal)) * turn.transpose();
-        let (_, said) = mend(&mut inertia, mass)?;
+        let [_, said] = raise(&mut inertia, mass, true)?;
         let mut moments: [f64; 3] = inertia.symmetric_eigenvalues().into();
         moments.sort_by(f64::total_cmp);
         for (moment, said) in moments.iter().zip(said) {
@@ -114,6 +122,7 @@ mod tests {
         near(mended([4.0, 2.0, 1.0], 1.0), [1.5, 2.5, 4.0]);
         near(mended([4.0, 3.9, -1.0], 1.0), [0.052, 3.948, 4.0]);
         near(mended([4.0, -3.0, -1.0], 1.0), [2.0, 2.0, 4.0]);
+        assert_eq!(raise(&mut Matrix3::zeros(), 1.0, false), None, "a point mass");
         // 1 kg of water: a ball with a radius of 62 mm.
         near(mended([0.0, 0.0, 0.0], 1.0), [0.4 * 0.0620350491_f64.powi(2); 3]);
     }

@@ -8,6 +8,8 @@ mod inertia;
 mod joints;
 mod problems;
 mod solids;
+#[cfg(test)]
+mod tests;
 mod xml;
 
 use super::model::{Frame, Joint, Link, Solid};
@@ -113,9 +115,16 @@ impl Tree {
                 let in_body = |solid: &Solid| Solid { pose: placed[solid.frame].1 * solid.pose, ..solid.clone() };
                 members.iter().flat_map(|&i| of[i].iter().map(in_body)).collect()
             };
-            bodied.push(merged(name, &masses, carried(&solids.collisions), carried(&solids.visuals)));
+            let solids = [carried(&solids.collisions), carried(&solids.visuals)];
+            bodied.push(merged(name, &masses, solids, &mut problems));
         }
         problems.check()?;
+        if !problems.mended.is_empty() {
+            let list = problems.mended.join("; ");
+            problems.notes.push(format!(
+                "Inertias that no rigid body has were mended by raising their small principal moments [kg m^2]: {list}."
+            ));
+        }
         let frame = |(link, &(body, pose)): (&urdf_rs::Link, &(usize, Isometry3<f64>))| Frame {
             name: link.name.clone(),
             link: body,

@@ -9,11 +9,13 @@ pub struct Problems<'a> {
     found: Vec<(usize, Error)>,
     /// What was changed or left out, in sentences.
     pub notes: Vec<String>,
+    /// Links whose inertia was mended, each with how.
+    pub mended: Vec<String>,
 }
 
 impl<'a> Problems<'a> {
     pub fn new(file: &'a str) -> Self {
-        Self { file, found: Vec::new(), notes: Vec::new() }
+        Self { file, found: Vec::new(), notes: Vec::new(), mended: Vec::new() }
     }
 
     /// Adds an [`Error::Value`] at a line (from 1; 0 for the file as a whole).

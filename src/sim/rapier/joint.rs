@@ -6,7 +6,8 @@
 use crate::sim::servo::Drive;
 use rapier3d::prelude::{JointAxesMask, MultibodyLink};
 
-/// Stiffness of the spring that exerts the torque (N m/rad).
+/// Stiffness of the spring that exerts the torque (N m/rad). The joints of a robot of 1 kg with its COM at 1 m are
+/// thousands of times as stiff.
 const STIFFNESS: f32 = 1e-3;
 /// Index of the free axis of a revolute joint in Rapier's spatial coordinates.
 const AXIS: usize = 3;
