@@ -8,6 +8,7 @@ mod ankle;
 pub mod dynamics;
 pub mod io;
 pub mod kinematics;
+mod markup;
 pub mod mesh;
 pub mod model;
 mod scaled;
@@ -15,9 +16,9 @@ mod settings;
 pub mod shape;
 pub mod swing_shape;
 pub mod swing_time;
+mod tree;
 pub mod units;
 pub mod urdf;
-mod xml;
 
 pub use ankle::Ankle;
 pub use io::{Command, Imu, Sensed, SensedError, Wrench};

@@ -1,8 +1,9 @@
 //! The TOML file beside a URDF, with what the URDF cannot state.
 
 use super::ankle::Ankle;
-use super::model::{Frame, Joint, LandingRegion, Link, PerFoot, SensorNoise, Servo, Sole};
+use super::model::{Frame, Joint, LandingRegion, PerFoot, SensorNoise, Servo, Sole};
 use super::shape::Shape;
+use super::tree::Tree;
 use crate::assets::{self, Source};
 use crate::error::{Error, Result};
 use nalgebra::{Isometry3, Translation3, Vector3};
@@ -191,9 +192,9 @@ impl Settings {
     }
 
     /// The soles, from the collision box of each named link.
-    pub fn soles(&self, file: &str, links: &[Link], frames: &[Frame]) -> Result<PerFoot<Sole>> {
-        let left = sole(file, "soles.left", &self.soles.left, links, frames)?;
-        let right = sole(file, "soles.right", &self.soles.right, links, frames)?;
+    pub fn soles(&self, file: &str, tree: &Tree) -> Result<PerFoot<Sole>> {
+        let left = sole(file, "soles.left", &self.soles.left, tree)?;
+        let right = sole(file, "soles.right", &self.soles.right, tree)?;
         if left.link == right.link {
             let problem = "is carried by the same body as the left sole";
             return Err(Error::value(file, "soles.right", &self.soles.right, problem, "soles on two bodies"));
@@ -202,12 +203,16 @@ impl Settings {
     }
 }
 
-fn sole(file: &str, field: &str, name: &str, links: &[Link], frames: &[Frame]) -> Result<Sole> {
+fn sole(file: &str, field: &str, name: &str, tree: &Tree) -> Result<Sole> {
+    let Tree { links, frames, .. } = tree;
     let bad = |problem: &str| {
         Error::value(file, field, name, problem, "a link with exactly one collision, a box parallel to the link's axes")
     };
     let frame = frame_index(file, field, name, frames)?;
     let link = frames[frame].link;
+    if let Some((_, mesh)) = tree.missing.iter().find(|(of, _)| *of == frame) {
+        return Err(Error::value(file, field, name, format!("the mesh {mesh} of its collision is missing"), "a file"));
+    }
     let mut solids = links[link].collisions.iter().filter(|s| s.frame == frame);
     let (Some(solid), None) = (solids.next(), solids.next()) else {
         return Err(bad("does not have exactly one collision"));

@@ -12,7 +12,7 @@ use crate::render::scene::mesh::Mesh;
 use crate::render::scene::scale::RobotScale;
 use crate::render::scene::{Face, doing, events, faces, without_gain};
 use crate::render::with_fields_of;
-use crate::robot::mesh::Meshes;
+use crate::robot::shape::Meshes;
 use crate::robot::{Foot, Pose, Robot, Shape, Solid};
 use crate::sim::Ground;
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
@@ -64,7 +64,7 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
     let phase = |s: &Snapshot| PHASES.iter().position(|phase| *phase == s.phase).map(|i| i as f64);
     let landing = |s: &Snapshot| s.footstep.map_or_else(Vec::new, |corners| corners.map(|corner| corner.xy()).to_vec());
     let footsteps: Vec<Vec<Point2<f64>>> = moments.iter().map(|s| landing(s)).collect();
-    let meshes = Meshes::of(film.robot.links.iter().flat_map(|link| link.drawn()));
+    let meshes = Meshes::of(film.robot.links.iter().flat_map(|link| link.drawn()).map(|solid| &solid.shape));
     let packed = json!({
         "robot": robot(&film.robot, &meshes),
         "shapes": shapes(&film.robot, &meshes),
@@ -225,7 +225,7 @@ fn kind(shape: &Shape, meshes: &Meshes) -> (String, Vector3<f64>) {
         }
         Shape::Mesh(mesh) => {
             let farthest_m = mesh.points.iter().map(|point| point.coords.amax()).fold(1e-6, f64::max);
-            (format!("mesh {:?}", meshes.number(mesh)), Vector3::repeat(farthest_m))
+            (format!("mesh {}", meshes.number(mesh).unwrap_or_default()), Vector3::repeat(farthest_m))
         }
     }
 }
