@@ -9,6 +9,7 @@ pub mod dynamics;
 mod infer;
 pub mod io;
 pub mod kinematics;
+mod markup;
 pub mod mesh;
 pub mod model;
 mod scaled;

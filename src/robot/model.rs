@@ -98,6 +98,7 @@ pub struct Joint {
     pub origin: Isometry3<f64>,
     /// Axis in the child's frame.
     pub axis: Unit<Vector3<f64>>,
+    /// Least and largest angle; infinite for a joint without limits.
     pub lower_rad: f64,
     pub upper_rad: f64,
 }

@@ -1,8 +1,9 @@
 //! The TOML file beside a URDF, with what the URDF cannot state.
 
 use super::ankle::Ankle;
-use super::model::{Frame, Joint, LandingRegion, Link, PerFoot, SensorNoise, Servo, Sole};
+use super::model::{Frame, Joint, LandingRegion, PerFoot, SensorNoise, Servo, Sole};
 use super::shape::Shape;
+use super::tree::Tree;
 use crate::assets::{self, Source};
 use crate::error::{Error, Result};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -229,26 +230,27 @@ impl Settings {
     }
 
     /// The soles, as they are stated or from the collision box of each named link.
-    pub fn soles(&self, file: &str, links: &[Link], frames: &[Frame]) -> Result<PerFoot<Sole>> {
-        let left = sole(file, "soles.left", &self.soles.left, links, frames)?;
-        let right = sole(file, "soles.right", &self.soles.right, links, frames)?;
+    pub fn soles(&self, file: &str, tree: &Tree) -> Result<PerFoot<Sole>> {
+        let left = sole(file, "soles.left", &self.soles.left, tree)?;
+        let right = sole(file, "soles.right", &self.soles.right, tree)?;
         if left.link == right.link {
             let problem = "is carried by the same body as the left sole";
-            let name = &frames[right.frame].name;
+            let name = &tree.frames[right.frame].name;
             return Err(Error::value(file, "soles.right", name, problem, "soles on two bodies"));
         }
         Ok(PerFoot { left, right })
     }
 }
 
-fn sole(file: &str, field: &str, face: &SoleFace, links: &[Link], frames: &[Frame]) -> Result<Sole> {
+fn sole(file: &str, field: &str, face: &SoleFace, tree: &Tree) -> Result<Sole> {
     match face {
-        SoleFace::Box(link) => sole_of_box(file, field, link, links, frames),
-        SoleFace::Stated(face) => stated_sole(file, field, face, links, frames),
+        SoleFace::Box(link) => sole_of_box(file, field, link, tree),
+        SoleFace::Stated(face) => stated_sole(file, field, face, tree),
     }
 }
 
-fn stated_sole(file: &str, field: &str, face: &StatedFace, links: &[Link], frames: &[Frame]) -> Result<Sole> {
+fn stated_sole(file: &str, field: &str, face: &StatedFace, tree: &Tree) -> Result<Sole> {
+    let Tree { links, frames, .. } = tree;
     let frame = frame_index(file, &format!("{field}.link"), &face.link, frames)?;
     let link = frames[frame].link;
     let ([x, y, z], [roll, pitch, yaw], [length, width]) = (face.center_m, face.rpy_rad, face.size_m);
@@ -265,6 +267,7 @@ fn stated_sole(file: &str, field: &str, face: &StatedFace, links: &[Link], frame
     Error::check_ranges(file, field, &ranges)?;
     let turn = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
     let center = frames[frame].pose * Isometry3::from_parts(Translation3::new(x, y, z), turn);
+    check_mesh(file, &format!("{field}.link"), frame, tree)?;
     let own = || links[link].collisions.iter().filter(|solid| solid.frame == frame);
     if own().next().is_none() {
         let accepted = "a link with collision geometry, which stands on the ground";
@@ -282,7 +285,17 @@ fn stated_sole(file: &str, field: &str, face: &StatedFace, links: &[Link], frame
     })
 }
 
-fn sole_of_box(file: &str, field: &str, name: &str, links: &[Link], frames: &[Frame]) -> Result<Sole> {
+/// Fails if a mesh of a sole is missing.
+fn check_mesh(file: &str, field: &str, frame: usize, tree: &Tree) -> Result<()> {
+    let missing = tree.missing.iter().find(|(of, _)| *of == frame);
+    missing.map_or(Ok(()), |(_, mesh)| {
+        let problem = format!("the mesh {mesh} of its collision is missing");
+        Err(Error::value(file, field, &tree.frames[frame].name, problem, "a file"))
+    })
+}
+
+fn sole_of_box(file: &str, field: &str, name: &str, tree: &Tree) -> Result<Sole> {
+    let Tree { links, frames, .. } = tree;
     let bad = |problem: &str| {
         let accepted = "a link with exactly one collision, a box parallel to the link's axes, or a table with link, center_m, \
                         size_m and rpy_rad";
@@ -290,6 +303,7 @@ fn sole_of_box(file: &str, field: &str, name: &str, links: &[Link], frames: &[Fr
     };
     let frame = frame_index(file, field, name, frames)?;
     let link = frames[frame].link;
+    check_mesh(file, field, frame, tree)?;
     let mut solids = links[link].collisions.iter().filter(|s| s.frame == frame);
     let (Some(solid), None) = (solids.next(), solids.next()) else {
         return Err(bad("does not have exactly one collision"));

@@ -1,6 +1,6 @@
 //! Reads a [`Robot`] from a URDF and the settings beside it.
 //!
-//! What a URDF may contain stands in [`tree`](super::tree). `effort` and `velocity` of its limits and the `dynamics` of its
+//! What a URDF may contain stands in the module `tree`. `effort` and `velocity` of its limits and the `dynamics` of its
 //! joints are not used, because the settings describe the servos.
 
 use super::ankle::Ankle;
@@ -87,7 +87,9 @@ impl Robot {
                 beside.display()
             );
         }
-        Robot::parse(&files.urdf, &files.settings)
+        let robot = Robot::parse(&files.urdf, &files.settings)?;
+        robot.notes.iter().for_each(|note| log::warn!("{}: {note}", files.urdf.file));
+        Ok(robot)
     }
 
     /// Builds a robot from the text of its two files. It fails as [`load`](Self::load) does.
@@ -97,7 +99,7 @@ impl Robot {
         let file = settings.file.as_str();
         let mut robot = Robot {
             trunk: parsed.trunk(file, &tree.frames)?,
-            soles: parsed.soles(file, &tree.links, &tree.frames)?,
+            soles: parsed.soles(file, &tree)?,
             home_rad: parsed.home(file, &tree.joints)?,
             servos: parsed.servos(file, &tree.joints)?,
             noise: parsed.noise,

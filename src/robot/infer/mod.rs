@@ -44,7 +44,7 @@ pub(super) fn settings(urdf: &Source) -> Result<String> {
         let problem = format!("cannot be inferred: {}", problems.join("; "));
         Error::value(&urdf.file, "settings", "(none)", problem, BY_HAND)
     };
-    let motors = tree.motors;
+    let (motors, missing) = (tree.motors, tree.missing);
     // What is not known yet is filled in step by step.
     let mut robot = Robot {
         name: tree.name,
@@ -70,6 +70,10 @@ pub(super) fn settings(urdf: &Source) -> Result<String> {
     robot.trunk = limbs.trunk;
     let mut warnings = Vec::new();
     let foot_link = |foot: Foot| limbs.legs[foot].last().map_or(0, |j| j + 1);
+    let lost = missing.iter().find(|(frame, _)| Foot::BOTH.iter().any(|&f| robot.frames[*frame].link == foot_link(f)));
+    if let Some((frame, mesh)) = lost {
+        return Err(fail(&[format!("the mesh {mesh} of the foot {} is missing", robot.frames[*frame].name)]));
+    }
     let soles = match Foot::BOTH.map(|foot| soles::find(&robot, foot_link(foot))) {
         [Ok(left), Ok(right)] => PerFoot { left, right },
         [left, right] => {
