@@ -40,3 +40,38 @@ pub fn gap_m((a, a_pose): &(SharedShape, Isometry3<f64>), (b, b_pose): &(SharedS
     query::distance(&pose_to_rapier(a_pose), &**a, &pose_to_rapier(b_pose), &**b)
         .map_or(f64::INFINITY, |gap| f64::from(gap.distance))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Point3;
+    use std::sync::Arc;
+
+    /// Gap between a shape and a small ball at a point (m).
+    fn gap_to(shape: &Shape, pose: &Isometry3<f64>, at: [f64; 3]) -> f64 {
+        let ball = Shape::Sphere { radius: 0.01 };
+        gap_m(&placed(shape, *pose), &placed(&ball, Isometry3::translation(at[0], at[1], at[2]))) + 0.01
+    }
+
+    #[test]
+    fn shapes_stand_where_they_are_put() {
+        let corners = Shape::Box { half: Vector3::new(0.1, 0.2, 0.3) }.points();
+        // A point within the box does not change its hull.
+        let mesh = Mesh::new([corners, vec![Point3::new(0.02, 0.0, 0.1)]].concat(), Vec::new());
+        let flat =
+            Mesh::new([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[x, y]| Point3::new(x, y, 0.0)).into(), Vec::new());
+        let pose = Isometry3::translation(1.0, 0.0, 0.0);
+        for (shape, at, expected) in [
+            (Shape::Box { half: Vector3::new(0.1, 0.2, 0.3) }, [1.0, 0.0, 0.8], 0.5),
+            (Shape::Mesh(Arc::new(mesh.clone())), [1.0, 0.0, 0.8], 0.5),
+            (Shape::Mesh(Arc::new(mesh)), [1.5, 0.1, 0.2], 0.4),
+            (Shape::Mesh(Arc::new(flat)), [1.2, 0.2, 0.5], 0.5),
+            (Shape::Cylinder { radius: 0.1, length: 0.6 }, [1.0, 0.0, 0.8], 0.5),
+            (Shape::Capsule { radius: 0.1, length: 0.6 }, [1.0, 0.0, 0.8], 0.4),
+            (Shape::Capsule { radius: 0.1, length: 0.6 }, [1.0, 0.5, 0.0], 0.4),
+        ] {
+            let gap_m = gap_to(&shape, &pose, at);
+            assert!((gap_m - expected).abs() < 1e-3, "{shape:?}: {gap_m}, not {expected}");
+        }
+    }
+}
