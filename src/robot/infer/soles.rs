@@ -51,11 +51,18 @@ pub fn find(robot: &Robot, link: usize) -> Result<Found, String> {
     let axes = UnitQuaternion::from_rotation_matrix(&axes);
 
     // The points of the foot in the axes of the sole.
-    let points: Vec<Point3<f64>> = own
-        .iter()
-        .flat_map(|s| s.points())
-        .map(|p| axes.inverse_transform_point(&in_link.inverse_transform_point(&p)))
-        .collect();
+    let of_solid = |solid: &&crate::robot::Solid| -> Vec<Point3<f64>> {
+        match solid.shape {
+            // A ball stands on one point.
+            Shape::Sphere { radius } => {
+                let center = Point3::from(solid.pose.translation.vector);
+                vec![center + down * radius, center - down * radius]
+            }
+            _ => solid.points().collect(),
+        }
+    };
+    let into_sole = |p| axes.inverse_transform_point(&in_link.inverse_transform_point(&p));
+    let points: Vec<Point3<f64>> = own.iter().flat_map(of_solid).map(into_sole).collect();
     let extent = |points: &mut dyn Iterator<Item = f64>| {
         points.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), x| (least.min(x), most.max(x)))
     };
