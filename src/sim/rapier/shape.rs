@@ -35,6 +35,29 @@ fn hull(mesh: &Mesh, pose: Isometry3<f64>) -> (SharedShape, Isometry3<f64>) {
     placed(&Shape::Box { half: (most - least) / 2.0 }, pose * middle)
 }
 
+/// The placed shape of a solid that stands on the ground in the direction `down` (frame of `pose`). Of a face, Parry's
+/// contacts know four corners. If that of a mesh has more, pyramids are added: each stands on four of them in turn, and
+/// has its tip inside of the hull.
+pub fn standing(shape: &Shape, pose: Isometry3<f64>, down: &Vector3<f64>) -> Vec<(SharedShape, Isometry3<f64>)> {
+    /// Cosine of the largest angle between `down` and a face on which the solid stands.
+    const FACES_DOWN: f64 = 0.7;
+    let whole = placed(shape, pose);
+    let mut pyramids = Vec::new();
+    if let Some(hull) = whole.0.as_convex_polyhedron() {
+        let down = vec_to_rapier(&pose.inverse_transform_vector(down));
+        let tip = hull.points().iter().copied().sum::<rapier3d::prelude::Vector>() / hull.points().len() as Real;
+        for face in hull.faces().iter().filter(|face| f64::from(face.normal.dot(down)) > FACES_DOWN) {
+            let from = face.first_vertex_or_edge as usize;
+            let corners = &hull.vertices_adj_to_face()[from..from + face.num_vertices_or_edges as usize];
+            let corner = |k: usize| hull.points()[corners[k.min(corners.len() - 1)] as usize];
+            let fan = (1..corners.len().saturating_sub(1)).step_by(2).filter(|_| corners.len() > 4);
+            let quad = |k: usize| [corner(0), corner(k), corner(k + 1), corner(k + 2), tip];
+            pyramids.extend(fan.filter_map(|k| Some((SharedShape::convex_hull(&quad(k))?, pose))));
+        }
+    }
+    std::iter::once(whole).chain(pyramids).collect()
+}
+
 /// Gap between two placed shapes (m); 0 if they overlap.
 pub fn gap_m((a, a_pose): &(SharedShape, Isometry3<f64>), (b, b_pose): &(SharedShape, Isometry3<f64>)) -> f64 {
     query::distance(&pose_to_rapier(a_pose), &**a, &pose_to_rapier(b_pose), &**b)
@@ -73,5 +96,35 @@ mod tests {
             let gap_m = gap_to(&shape, &pose, at);
             assert!((gap_m - expected).abs() < 1e-3, "{shape:?}: {gap_m}, not {expected}");
         }
+    }
+
+    #[test]
+    fn a_sole_with_many_corners_stands_on_all_of_them() {
+        for sides in [3, 4, 5, 8, 9] {
+            let corner = |k: usize| {
+                let (sin, cos) = (std::f64::consts::TAU * k as f64 / sides as f64).sin_cos();
+                [0.0, 0.05].map(|z| Point3::new(0.1 * cos, 0.06 * sin, z))
+            };
+            let mesh = Shape::Mesh(Arc::new(Mesh::new((0..sides).flat_map(corner).collect(), Vec::new())));
+            let shapes = standing(&mesh, Isometry3::identity(), &-Vector3::z());
+            assert_eq!(shapes.len() > 1, sides > 4, "{sides} sides");
+            // Parry knows four corners of a face, so each corner must be one of a face with at most four.
+            let known = |at: Point3<f64>| {
+                shapes.iter().filter_map(|(shape, _)| shape.as_convex_polyhedron()).any(|hull| {
+                    hull.faces().iter().filter(|face| face.normal.z < -0.99 && face.num_vertices_or_edges <= 4).any(
+                        |face| {
+                            let from = face.first_vertex_or_edge as usize;
+                            hull.vertices_adj_to_face()[from..from + face.num_vertices_or_edges as usize]
+                                .iter()
+                                .any(|&v| (hull.points()[v as usize] - vec_to_rapier(&at.coords)).length() < 1e-6)
+                        },
+                    )
+                })
+            };
+            for k in 0..sides {
+                assert!(known(corner(k)[0]), "corner {k} of {sides}");
+            }
+        }
+        assert_eq!(standing(&Shape::Sphere { radius: 0.1 }, Isometry3::identity(), &-Vector3::z()).len(), 1);
     }
 }

@@ -1,8 +1,8 @@
 //! Builds the Rapier world: the robot as one multibody, on its ground.
 
 use super::convert::{pose_to_rapier, rotation_to_rapier, vec_to_rapier};
-use super::shape::placed;
-use crate::robot::{Foot, Joint, PerFoot, Posture, Robot, Solid};
+use super::shape::{placed, standing};
+use crate::robot::{Foot, Joint, PerFoot, Posture, Robot};
 use crate::sim::Ground;
 use crate::sim::meeting::{self, Pairs};
 use nalgebra::{Isometry3, Rotation3, Unit, UnitQuaternion, Vector3};
@@ -193,12 +193,18 @@ pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
                 .can_sleep(false),
         );
         for solid in &link.collisions {
-            let handle = world.insert_collider(
-                collider(solid, &offset).user_data(i as u128).collision_groups(groups(pairs, i)),
-                Some(body),
-            );
-            if let Some(foot) = Foot::BOTH.into_iter().find(|&f| solid.frame == robot.soles[f].frame) {
-                soles[foot].push(handle);
+            let foot = Foot::BOTH.into_iter().find(|&f| solid.frame == robot.soles[f].frame);
+            let pose = offset.inverse() * solid.pose;
+            let shapes = match foot {
+                Some(foot) => standing(&solid.shape, pose, &(robot.soles[foot].center.rotation * -Vector3::z())),
+                None => vec![placed(&solid.shape, pose)],
+            };
+            for shape in shapes {
+                let collider = collider(shape).user_data(i as u128).collision_groups(groups(pairs, i));
+                let handle = world.insert_collider(collider, Some(body));
+                if let Some(foot) = foot {
+                    soles[foot].push(handle);
+                }
             }
         }
         let colliders = &world.colliders;
@@ -217,8 +223,7 @@ pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
     (world, Handles { multibody, bodies, floor, ground, soles, root_com })
 }
 
-fn collider(solid: &Solid, offset: &Isometry3<f64>) -> ColliderBuilder {
-    let (shape, pose) = placed(&solid.shape, offset.inverse() * solid.pose);
+fn collider((shape, pose): (SharedShape, Isometry3<f64>)) -> ColliderBuilder {
     ColliderBuilder::new(shape)
         .position(pose_to_rapier(&pose))
         .density(0.0)
