@@ -113,15 +113,17 @@ impl Measures {
     }
 }
 
-/// A list of accepted keys, with those in units of the robot beside those in SI units.
+/// A list of accepted dotted keys, or a message that names keys in backquotes: with the keys in units of the robot in
+/// front of those in SI units.
 pub fn with_relative_keys(text: &str) -> String {
-    let mut text = text.to_string();
-    let mut done = Vec::new();
-    for (path, relative, absolute, _) in QUANTITIES {
-        text = text.replace(&format!("{path}.{absolute}"), &format!("{path}.{relative}, {path}.{absolute}"));
-        if !done.contains(&absolute) {
+    let of_item = |item: &str| {
+        let is_it = |(path, _, absolute, _): &&(&str, &str, &str, Unit)| item == format!("{path}.{absolute}");
+        QUANTITIES.iter().find(is_it).map_or(item.into(), |(path, relative, ..)| format!("{path}.{relative}, {item}"))
+    };
+    let mut text = text.split(", ").map(of_item).collect::<Vec<String>>().join(", ");
+    for (at, (_, relative, absolute, _)) in QUANTITIES.iter().enumerate() {
+        if !QUANTITIES[..at].iter().any(|(_, _, earlier, _)| earlier == absolute) {
             text = text.replace(&format!("`{absolute}`"), &format!("`{relative}`, `{absolute}`"));
-            done.push(absolute);
         }
     }
     text
