@@ -58,6 +58,8 @@ pub(crate) fn drawn(spec: &VariationSpec) -> Variation<Option<Distribution>> {
 
 /// 1/omega of UT-mu2 (s), for whose size campaigns state their times.
 const TIME_S: f64 = 0.1777;
+/// Times of the tilting ground are rounded up to this (s).
+const ROUND_S: f64 = 0.001;
 
 /// Earliest start of the first push (s). While the ground tilts to its slope ([`tilting`]) the slope is not yet the
 /// one that the campaign states, and the robot has not adapted to it, so no push may start.
@@ -66,7 +68,10 @@ pub fn earliest_push_s(spec: &VariationSpec) -> f64 {
         let [least, most] = slope.range(BOUNDS.slope_deg);
         least.abs().max(most.abs())
     };
-    spec.slope_deg.0.filter(|_| is_sloped(spec)).map_or(0.0, |slope| tilting(steepest(slope)) * TIME_S)
+    spec.slope_deg
+        .0
+        .filter(|_| is_sloped(spec))
+        .map_or(0.0, |slope| (tilting(steepest(slope)) * TIME_S / ROUND_S).ceil() * ROUND_S)
 }
 
 /// The varied quantities and their distributions, in words.
@@ -115,7 +120,10 @@ mod tests {
             ("variations.friction=0", vec!["variations.friction = 0", "0.01 to 10"]),
             ("variations.trunk_com_x_m={uniform=[0, 0.1]}", vec!["variations.trunk_com_x_m.uniform = 0.1", "to 0.05"]),
             ("variations.slope_deg={normal=[20, 1]}", vec!["variations.slope_deg.normal = 20", "-15 to 15"]),
-            ("variations.slope_deg=-2", vec!["push.start_s = 0.5: the ground is still tilting", "accepted: 0.6 to 3"]),
+            (
+                "variations.slope_deg=-2",
+                vec!["push.start_s = 0.5: the ground is still tilting", "accepted: 0.598 to 3"],
+            ),
             ("variations.delay_s=1", vec!["variations.delay_s = 1", "0 to 0.1"]),
             ("variations.ground_step_m=1", vec!["variations.ground_step_m = 1", "-0.05 to 0.05"]),
             ("variations.kp_scale=nominl", vec!["variations.kp_scale", "{ uniform = [a, b] }", "nominal"]),
