@@ -50,9 +50,10 @@ pub struct LimitArgs {
     /// Number of headings, evenly spaced
     #[arg(long, value_name = "N", default_value_t = 16)]
     pub headings: usize,
-    /// End a search when the 95 % interval of its impulse is no wider than +- this (N s)
-    #[arg(long, value_name = "N_S", default_value_t = 0.1, allow_negative_numbers = true)]
-    pub precision: f64,
+    /// End a search when the 95 % interval of its impulse is no wider than +- this (N s) [default: 0.0463 m omega d of the
+    /// robot, 0.1 N s for ut-mu2]
+    #[arg(long, value_name = "N_S", allow_negative_numbers = true)]
+    pub precision: Option<f64>,
     /// End a search after so many trials at the latest, and mark its result
     #[arg(long, value_name = "N", default_value_t = 150)]
     pub max_trials: u64,
