@@ -1,6 +1,8 @@
 //! The files that are compiled into the binary, and a common way to open an input that is one of them or a file.
 
 use crate::error::{Error, Result};
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 /// A text input, with the name by which error messages call it.
@@ -83,8 +85,27 @@ pub fn open(kind: Kind, name: &str) -> Result<Source> {
             accepted: format!("{} or the path of a file", kind.names().join(", ")),
         });
     }
-    let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    let bytes = read(path, MOST_TEXT_BYTES)?;
+    let text = String::from_utf8(bytes).map_err(|_| {
+        let source = std::io::Error::new(std::io::ErrorKind::InvalidData, "stream did not contain valid UTF-8");
+        Error::Read { path: path.into(), source }
+    })?;
     Ok(Source { file: name.into(), text })
+}
+
+/// Most bytes of a text input.
+const MOST_TEXT_BYTES: u64 = 20_000_000;
+
+/// Reads a file of up to `most` bytes. Fails if it is larger, or if it cannot be read.
+pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
+    let fail = |source| Error::Read { path: path.into(), source };
+    let mut bytes = Vec::new();
+    File::open(path).and_then(|file| file.take(most + 1).read_to_end(&mut bytes)).map_err(fail)?;
+    if bytes.len() as u64 > most {
+        let (file, accepted) = (path.display().to_string(), format!("up to {} MB", most / 1_000_000));
+        return Err(Error::value(&file, "size", format!("over {most} bytes"), "the file is too large", accepted));
+    }
+    Ok(bytes)
 }
 
 /// Whether `name` is written as a path: with a folder or an extension.

@@ -32,6 +32,9 @@ pub enum Error {
     /// The window was lost without being closed by the user.
     #[error("the window is lost: {cause}")]
     LostWindow { cause: String },
+    /// Several problems of one input, at least two, in the order in which they stand there.
+    #[error("{}", listed(.0))]
+    Several(Vec<Error>),
     /// A numerical search did not converge.
     #[error("{what}: {problem}")]
     Numeric { what: String, problem: String },
@@ -42,7 +45,7 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Read { .. } | Error::Syntax { .. } | Error::Value { .. } | Error::Unknown { .. } => 2,
-            Error::NoWindow { .. } => 2,
+            Error::NoWindow { .. } | Error::Several(_) => 2,
             Error::Parts { .. } => 3,
             Error::Interrupted => 130,
             Error::Write { .. } | Error::Numeric { .. } | Error::LostWindow { .. } => 1,
@@ -66,6 +69,15 @@ impl Error {
         }
     }
 
+    /// All problems of an input as one error; nothing if there are none.
+    pub fn all(mut problems: Vec<Error>) -> Result<()> {
+        match problems.len() {
+            0 => Ok(()),
+            1 => Err(problems.remove(0)),
+            _ => Err(Error::Several(problems)),
+        }
+    }
+
     /// Checks the numbers of a table in `file`, each given as name, value, smallest and largest accepted value.
     pub fn check_ranges(file: &str, table: &str, numbers: &[(&str, f64, f64, f64)]) -> Result<()> {
         match numbers.iter().find(|(_, value, least, most)| !(least..=most).contains(&value)) {
@@ -76,6 +88,19 @@ impl Error {
             None => Ok(()),
         }
     }
+}
+
+/// Most problems of an input that are told one by one.
+const MOST_LISTED: usize = 20;
+
+/// Problems as a list with a line for each.
+fn listed(problems: &[Error]) -> String {
+    let lines: String = problems.iter().take(MOST_LISTED).map(|problem| format!("\n  {problem}")).collect();
+    let more = match problems.len().saturating_sub(MOST_LISTED) {
+        0 => String::new(),
+        more => format!("\n  and {more} more"),
+    };
+    format!("{} problems{lines}{more}", problems.len())
 }
 
 /// Result with this crate's [`Error`].

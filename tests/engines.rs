@@ -15,7 +15,7 @@ use standfast::sim::{Engine, Ground, Plant, Pull, Variation, plant::Clock};
 use std::f64::consts::TAU;
 
 fn clock(engine: Engine) -> Clock {
-    EpisodeConfig { engine, ..EpisodeConfig::default() }.clock()
+    EpisodeConfig { engine, ..config(6.0) }.clock()
 }
 
 /// The robot under the command that holds its home posture, for `duration_s`, as `see` finds it after each tick.
@@ -150,7 +150,7 @@ fn a_free_arm_swings_with_the_period_of_its_inertia() {
 
 /// Impulse between recovery and fall, to 0.02 N s, by bisection between 1.5 and 5.5 N s.
 fn toppling_impulse(bench: &Bench, engine: Engine, heading_deg: f64) -> f64 {
-    let config = EpisodeConfig { engine, ..EpisodeConfig::default() };
+    let config = EpisodeConfig { engine, ..config(6.0) };
     let (mut stands, mut falls) = (1.5, 5.5);
     while falls - stands > 0.02 {
         let middle = 0.5 * (stands + falls);

@@ -5,7 +5,6 @@ mod common;
 use common::{Bench, push};
 use rayon::prelude::*;
 use standfast::control::Controller;
-use standfast::episode::EpisodeConfig;
 use standfast::episode::Outcome;
 use standfast::robot::{Command, GRAVITY, Robot};
 use standfast::sim::{Engine, Plant, Push, plant::Clock};
@@ -87,5 +86,5 @@ fn a_command_reaches_the_servos_after_the_delay() {
         // The joint has hardly moved yet, so the torque is the commanded one, over its share of the tick.
         assert!((difference[tick] - 0.5 * share).abs() < 0.2 * share, "delay {delay_s} s: {difference:?}");
     }
-    assert_eq!(EpisodeConfig::default().clock(), CLOCK);
+    assert_eq!(common::config(1.0).clock(), CLOCK);
 }

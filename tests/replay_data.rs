@@ -12,8 +12,10 @@ use standfast::episode::parting::Parting;
 use standfast::episode::snapshot::Arrow;
 use standfast::episode::{Disturbance, EpisodeConfig, Film, Until};
 use standfast::render::replay::page;
-use standfast::robot::{Foot, Kinematics};
+use standfast::robot::mesh::Mesh;
+use standfast::robot::{Foot, Kinematics, Shape};
 use standfast::sim::{Ground, Push, Variation};
+use std::sync::Arc;
 
 /// Largest error of positions in a page (m).
 const NEAR_M: f64 = 1e-4;
@@ -200,11 +202,29 @@ fn a_page_of_four_seconds_is_small_and_always_the_same() {
     for _ in 0..3 {
         long.snapshots.extend(film.snapshots.iter().cloned());
     }
-    for ghost in [None, Some(&long)] {
-        let html = page(&long, ghost, &head()).unwrap();
-        eprintln!("{} bytes", html.len());
-        assert!(html.len() < 1_000_000, "{} bytes", html.len());
+    let mut meshed = long.clone();
+    meshed.robot.links[0].visuals[0].shape = Shape::Mesh(Arc::new(ball(70)));
+    for long in [&long, &meshed] {
+        for ghost in [None, Some(long)] {
+            let html = page(long, ghost, &head()).unwrap();
+            eprintln!("{} bytes", html.len());
+            assert!(html.len() < 1_000_000, "{} bytes", html.len());
+        }
     }
+}
+
+/// A ball as a mesh with 2 n^2 triangles, as many as a robot may have.
+fn ball(n: u32) -> Mesh {
+    let at = |i: u32, k: u32| {
+        let [up, around] = [i, k].map(|x| f64::from(x) / f64::from(n) * std::f64::consts::PI);
+        Point3::new(up.sin() * (2.0 * around).cos(), up.sin() * (2.0 * around).sin(), up.cos()) * 0.1
+    };
+    let points = (0..=n).flat_map(|i| (0..=n).map(move |k| at(i, k))).collect();
+    let square = |i: u32, k: u32| {
+        let (a, b) = (i * (n + 1) + k, (i + 1) * (n + 1) + k);
+        [[a, b, b + 1], [a, b + 1, a + 1]]
+    };
+    Mesh::new(points, (0..n).flat_map(|i| (0..n).flat_map(move |k| square(i, k))).collect())
 }
 
 /// With noise no two moments are alike, and the sets of many gains change at every tick.

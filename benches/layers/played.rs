@@ -4,7 +4,7 @@
 use standfast::control::{Controller, Design};
 use standfast::episode::EpisodeConfig;
 use standfast::lipm::GainSet;
-use standfast::robot::{Command, Robot, Sensed};
+use standfast::robot::{Command, Robot, Sensed, Units};
 use standfast::sim::plant::Clock;
 use standfast::sim::{Engine, Ground, Plant, Push};
 
@@ -45,7 +45,8 @@ pub struct Played {
 
 /// The time steps of an episode that is not told otherwise.
 pub fn clock(engine: Engine) -> Clock {
-    EpisodeConfig { engine, ..EpisodeConfig::default() }.clock()
+    let robot = Robot::load("ut-mu2").expect("built in");
+    EpisodeConfig { engine, ..EpisodeConfig::of(&Units::of(&robot)) }.clock()
 }
 
 impl Played {

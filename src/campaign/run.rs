@@ -17,6 +17,7 @@ use crate::files::{build_id, sha256_hex, write_atomic};
 use crate::lipm::gains::GainSet;
 use crate::lipm::variant::Entry;
 use crate::robot::Robot;
+use crate::robot::urdf::Files;
 use crate::sim::{Engine, PhysicsStep};
 use crate::stats::looks::Looks;
 use rayon::ThreadPool;
@@ -100,22 +101,24 @@ impl Plan {
     /// Reads the robot and the gain sets. It fails if any of them is missing or wrong, or if two sets have the same
     /// name.
     pub fn new(campaign: &Campaign) -> Result<Plan> {
-        let (robot, engine) = (Robot::load(&campaign.robot)?, campaign.episode.engine);
+        let (files, engine) = (Files::open(&campaign.robot)?, campaign.episode.engine);
+        let robot = Robot::of(&files)?;
         engine.check(&robot)?;
         let entries: Vec<Entry> = campaign.gains.iter().map(|gains| Entry::split(gains)).collect();
-        let load = |entry: &Entry| GainSet::parse(&open(Kind::Gains, entry.base)?);
+        let load = |entry: &Entry| GainSet::parse(&assets::open(Kind::Gains, entry.base)?);
         let bases = entries.iter().map(load).collect::<Result<Vec<_>>>()?;
         let gains = entries.iter().zip(&bases).map(|(entry, base)| entry.of(base)).collect::<Result<Vec<_>>>()?;
         let sets: Vec<String> = gains.iter().map(|set| set.name.clone()).collect();
         check_names(campaign, &sets, &bases)?;
         let (mut inputs, mut resolved) = (Inputs::default(), campaign.clone());
-        let robot_files = [(Kind::RobotSettings, "toml"), (Kind::Robot, "urdf")];
-        resolved.robot = inputs.take(&campaign.robot, "robot", &robot_files)?;
-        // Settings and URDF come first among the inputs.
+        // Settings, which may have been inferred, and URDF come first among the inputs.
+        let robot_files = [(files.settings, "toml"), (files.urdf, "urdf")];
+        resolved.robot = inputs.take(&campaign.robot, "robot", robot_files)?;
         let robot_sha256 = sha256_hex(inputs.texts.concat().as_bytes());
         for ((gains, entry), base) in resolved.gains.iter_mut().zip(&entries).zip(&bases) {
             let stem = format!("gains/{}", base.name);
-            *gains = entry.with_base(&inputs.take(entry.base, &stem, &[(Kind::Gains, "toml")])?);
+            *gains =
+                entry.with_base(&inputs.take(entry.base, &stem, [(assets::open(Kind::Gains, entry.base)?, "toml")])?);
         }
         let standfast = env!("CARGO_PKG_VERSION").to_string();
         let engine = engine.with_version();
@@ -421,12 +424,11 @@ struct Inputs {
 }
 
 impl Inputs {
-    /// Reads the files of one input, each given by its kind and extension. Returns the name that the campaign in the
+    /// Takes the files of one input, each given with its extension. Returns the name that the campaign in the
     /// folder has for it: the original one if the input is compiled in, else that of its last file.
-    fn take(&mut self, original: &str, stem: &str, files: &[(Kind, &str)]) -> Result<String> {
+    fn take<const N: usize>(&mut self, original: &str, stem: &str, files: [(Source, &str); N]) -> Result<String> {
         let mut name = original.to_string();
-        for &(kind, extension) in files {
-            let source = open(kind, original)?;
+        for (source, extension) in files {
             self.texts.push(source.text.clone());
             if source.is_builtin() {
                 continue;
@@ -444,16 +446,6 @@ impl Inputs {
             }
         }
         Ok(name)
-    }
-}
-
-/// Opens an input of a campaign. The settings of a robot are in a file beside its URDF.
-fn open(kind: Kind, name: &str) -> Result<Source> {
-    match kind {
-        Kind::RobotSettings if !kind.names().contains(&name) => {
-            assets::open(kind, &Path::new(name).with_extension("toml").to_string_lossy())
-        }
-        _ => assets::open(kind, name),
     }
 }
 

@@ -51,7 +51,7 @@ pub struct ChangeArgs {
     /// times, each adds its variants; keys are not combined. --gains takes a single variant, SET:KEY=VALUE.
     #[arg(long, value_name = "SET:KEY=V1,V2,...")]
     pub vary: Vec<String>,
-    /// Robot by name or URDF file, with its settings in a .toml file of the same name beside it
+    /// Robot by name or URDF file; its settings are in a .toml file of the same name beside it, or are inferred
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
     /// Physics engine that simulates the robot, or both [default: that of the campaign, or rapier]

@@ -4,7 +4,7 @@
 use super::terminal::print;
 use crate::assets::DEFAULT_ROBOT;
 use crate::control::home_polygon;
-use crate::episode::EpisodeConfig;
+use crate::episode::CONTROL_PERIOD_S;
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
@@ -80,7 +80,7 @@ fn answer(args: &CpiArgs) -> Result<String> {
 
 /// The pendulum of the options, or else that of `robot` at home.
 fn pendulum(args: &CpiArgs, robot: &Robot) -> Result<Pendulum> {
-    let dt = args.dt.unwrap_or(EpisodeConfig::default().control_period_s);
+    let dt = args.dt.unwrap_or(CONTROL_PERIOD_S);
     let pendulum = Pendulum { omega: args.omega.unwrap_or(robot.omega()), dt };
     for (option, value) in [("--omega", pendulum.omega), ("--dt", pendulum.dt)] {
         if !(value.is_finite() && value > 0.0) {

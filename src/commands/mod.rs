@@ -8,6 +8,7 @@ mod compare;
 mod completions;
 mod cpi;
 mod episode;
+mod init;
 mod interrupt;
 mod limit;
 mod merge;
@@ -76,6 +77,8 @@ enum Chosen {
     Response(response::ResponseArgs),
     /// Show a robot as it was read, and its kinematics
     Model(model::ModelArgs),
+    /// Write the settings of a robot, inferred from its URDF
+    Init(init::InitArgs),
     /// Show the robot, or a trial of a result, in a 3D window
     View(view::ViewArgs),
     /// Print a completion script for a shell
@@ -98,6 +101,7 @@ pub fn run() -> Result<ExitCode> {
         Chosen::Cpi(args) => cpi::run(&args),
         Chosen::Response(args) => response::run(&args),
         Chosen::Model(args) => model::run(&args),
+        Chosen::Init(args) => init::run(&args),
         Chosen::View(args) => view::run(args),
         Chosen::Completions(args) => completions::run(&args, Cli::command()),
     }

@@ -10,8 +10,8 @@ use crate::control::Design;
 use crate::episode::{Disturbance, EpisodeConfig};
 use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
-use crate::render::scene::scale::RobotScale;
-use crate::robot::Robot;
+use crate::render::scene::scale::first_push;
+use crate::robot::{Robot, Units};
 use crate::sim::{Engine, Profile, Push};
 use std::process::ExitCode;
 
@@ -78,16 +78,17 @@ pub struct PushArgs {
 pub fn run(args: &PushArgs) -> Result<ExitCode> {
     let campaign = match &args.campaign {
         Some(name) => {
-            Some(Campaign::load(name, &Overrides { seed: args.seed, engine: args.engine, ..Overrides::default() })?)
+            let (seed, engine, robot) = (args.seed, args.engine, args.robot.clone());
+            Some(Campaign::load(name, &Overrides { seed, engine, robot, ..Overrides::default() })?)
         }
         None => None,
     };
-    let mut config = campaign.as_ref().map_or_else(EpisodeConfig::default, |c| c.episode);
+    let robot_name = args.robot.as_ref().or(campaign.as_ref().map(|c| &c.robot));
+    let robot = Robot::load(robot_name.map_or(DEFAULT_ROBOT, String::as_str))?;
+    let mut config = campaign.as_ref().map_or_else(|| EpisodeConfig::of(&Units::of(&robot)), |c| c.episode);
     config.engine = args.engine.unwrap_or(config.engine);
     config.horizon_s = args.horizon.unwrap_or(config.horizon_s);
     check_episode("command line", &config)?;
-    let robot_name = args.robot.as_ref().or(campaign.as_ref().map(|c| &c.robot));
-    let robot = Robot::load(robot_name.map_or(DEFAULT_ROBOT, String::as_str))?;
     config.engine.check(&robot)?;
     let pushes = the_pushes(args, campaign.as_ref(), &config, &robot)?;
     let gains = campaign.as_ref().map_or_else(|| args.gains.clone(), |c| c.gains_named(&args.gains));
@@ -117,7 +118,7 @@ fn the_pushes(
     let mut pushes = match (campaign, args.trial) {
         // Trials beyond those of the campaign are the ones with which `limit` searches.
         (Some(campaign), Some(index)) => trial::pushes(campaign, index),
-        _ => vec![Push { impulse_n_s: RobotScale::of(robot).first_push_n_s(), ..Push::default() }],
+        _ => vec![first_push(robot)],
     };
     let base = pushes[0];
     // The time, height and duration of the second push follow from those of the first.

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
 use crate::render::text::response::Response;
 use crate::render::{self, figure};
-use crate::robot::Robot;
+use crate::robot::{Robot, Units};
 use crate::sim::Engine;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -56,8 +56,8 @@ pub fn run(args: &ResponseArgs) -> Result<ExitCode> {
         let accepted = format!("{least} to {most}");
         return Err(Error::value("command line", "--amplitude", args.amplitude, "out of range", accepted));
     }
-    let config = EpisodeConfig { engine: args.engine, ..EpisodeConfig::default() };
     let robot = Robot::load(&args.robot)?;
+    let config = EpisodeConfig { engine: args.engine, ..EpisodeConfig::of(&Units::of(&robot)) };
     config.engine.check(&robot)?;
     let design = Design::new(&robot, &GainSet::load(&args.gains)?, config.control_period_s)?;
     design.warning.iter().for_each(|warning| log::warn!("{warning}"));

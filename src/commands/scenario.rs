@@ -49,9 +49,9 @@ pub struct ScenarioArgs {
 pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
     let Some(name) = &args.scenario else { return list(args) };
     let scenario = Scenario::load(name)?;
-    let (cause, mut config) = (scenario.cause()?, scenario.episode());
-    config.engine = args.engine.unwrap_or(config.engine);
     let robot = Robot::load(args.robot.as_ref().unwrap_or(&scenario.robot))?;
+    let (cause, mut config) = (scenario.cause()?, scenario.episode(&robot));
+    config.engine = args.engine.unwrap_or(config.engine);
     let gains = GainSet::load(args.gains.as_ref().unwrap_or(&scenario.gains))?;
     let design = Design::new(&robot, &gains, config.control_period_s)?;
     design.warning.iter().for_each(|warning| log::warn!("{warning}"));

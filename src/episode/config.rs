@@ -1,12 +1,13 @@
 //! Settings of an episode: its duration and time steps, the thresholds of its judge, and the disturbances.
 
+use crate::robot::Units;
 use crate::sim::plant::Clock;
 use crate::sim::{Engine, PhysicsStep, Push, SensorErrors, Variation};
 use serde::{Deserialize, Serialize};
 
 /// Thresholds by which an episode is judged.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub struct Judge {
     /// For recovered: largest tilt of the trunk from upright.
     pub standing_tilt_deg: f64,
@@ -22,22 +23,26 @@ pub struct Judge {
     pub home_radius_m: f64,
 }
 
-impl Default for Judge {
-    fn default() -> Self {
+impl Judge {
+    /// The usual thresholds, for a robot with these units.
+    pub fn of(units: &Units) -> Self {
         Self {
             standing_tilt_deg: 10.0,
-            standing_com_speed_m_s: 0.02,
-            standing_time_s: 0.5,
+            standing_com_speed_m_s: 0.0115 * units.speed_m_s(),
+            standing_time_s: 2.81 * units.time_s(),
             fallen_tilt_deg: 60.0,
             fallen_com_height_ratio: 0.6,
-            home_radius_m: 0.005,
+            home_radius_m: 0.016 * units.length_m,
         }
     }
 }
 
+/// The usual period of a controller (s): it belongs to a robot's electronics, not to its size.
+pub const CONTROL_PERIOD_S: f64 = 0.002;
+
 /// Settings that all episodes of a campaign share.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub struct EpisodeConfig {
     /// The physics engine that simulates the robot.
     pub engine: Engine,
@@ -50,20 +55,19 @@ pub struct EpisodeConfig {
     pub judge: Judge,
 }
 
-impl Default for EpisodeConfig {
-    fn default() -> Self {
+impl EpisodeConfig {
+    /// The usual settings, for a robot with these units.
+    pub fn of(units: &Units) -> Self {
         Self {
             engine: Engine::default(),
-            horizon_s: 6.0,
+            horizon_s: 33.76 * units.time_s(),
             physics_step_s: PhysicsStep::default(),
-            control_period_s: 0.002,
+            control_period_s: CONTROL_PERIOD_S,
             end_early: true,
-            judge: Judge::default(),
+            judge: Judge::of(units),
         }
     }
-}
 
-impl EpisodeConfig {
     /// Engine and time steps of the simulation.
     pub fn clock(&self) -> Clock {
         Clock {

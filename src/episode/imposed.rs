@@ -227,12 +227,12 @@ mod tests {
         (robot, design)
     }
 
-    fn config() -> EpisodeConfig {
-        EpisodeConfig { horizon_s: 3.0, ..EpisodeConfig::default() }
+    fn config(robot: &Robot) -> EpisodeConfig {
+        EpisodeConfig { horizon_s: 3.0, ..EpisodeConfig::of(&crate::robot::Units::of(robot)) }
     }
 
     fn impose((robot, design): &(Robot, Design), error: [f64; 2], start: Start) -> Result<ImposedRecord> {
-        run(robot, design, &config(), error.into(), start, &mut |_| {})
+        run(robot, design, &config(robot), error.into(), start, &mut |_| {})
     }
 
     /// The errors of Fig. 8 (a) and (b) in Sect. V.C.
@@ -291,7 +291,7 @@ mod tests {
         let (robot, design) = bench(Some(Stepping::EXAMPLE));
         let omega = design.family.pendulum.omega;
         let mut ticks = Vec::new();
-        run(&robot, &design, &config(), [-0.03, -0.0685].into(), Start::AtRest, &mut |tick| {
+        run(&robot, &design, &config(&robot), [-0.03, -0.0685].into(), Start::AtRest, &mut |tick| {
             let zmp = Point2::from(tick.truth.zmp.unwrap());
             ticks.push((tick.truth.com.xy(), tick.truth.com_vel.xy(), zmp));
         })
@@ -322,7 +322,7 @@ mod tests {
         let robot = Robot::load("ut-mu2").unwrap();
         for (gains, start) in [("switching", Start::AtRest), ("hold", Start::AtRest), ("hold", Start::Moving)] {
             let design = Design::new(&robot, &GainSet::load(gains).unwrap(), 0.002).unwrap();
-            let refused = run(&robot, &design, &config(), [-0.03, 0.0].into(), start, &mut |_| {});
+            let refused = run(&robot, &design, &config(&robot), [-0.03, 0.0].into(), start, &mut |_| {});
             assert!(refused.is_err(), "{gains}");
         }
     }

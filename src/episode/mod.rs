@@ -19,7 +19,7 @@ mod tick;
 mod together;
 
 pub use closed_loop::ClosedLoop;
-pub use config::{Disturbance, EpisodeConfig, Judge, Until};
+pub use config::{CONTROL_PERIOD_S, Disturbance, EpisodeConfig, Judge, Until};
 pub use film::Film;
 pub use footsteps::{Footstep, Lifted};
 pub use record::{Membership, Outcome, Record};

@@ -183,7 +183,7 @@ mod tests {
     #[test]
     fn episodes_part_when_they_are_as_far_apart_as_is_asked_and_not_before() {
         let robot = Robot::load("ut-mu2").unwrap();
-        let config = EpisodeConfig { horizon_s: 1.0, ..EpisodeConfig::default() };
+        let config = EpisodeConfig { horizon_s: 1.0, ..EpisodeConfig::of(&crate::robot::Units::of(&robot)) };
         let design = Design::new(&robot, &GainSet::load("hold").unwrap(), config.control_period_s).unwrap();
         let push = Push { impulse_n_s: 4.0, start_s: 0.1, ..Push::default() };
         let disturbance = || Disturbance { pushes: vec![push], ..Disturbance::default() };
@@ -200,7 +200,7 @@ mod tests {
     #[test]
     fn films_part_where_a_point_is_first_too_far_away() {
         let robot = Robot::load("ut-mu2").unwrap();
-        let config = EpisodeConfig { horizon_s: 0.2, ..EpisodeConfig::default() };
+        let config = EpisodeConfig { horizon_s: 0.2, ..EpisodeConfig::of(&crate::robot::Units::of(&robot)) };
         let design = Design::new(&robot, &GainSet::load("hold").unwrap(), config.control_period_s).unwrap();
         let how_long = (Until::Horizon, 0.0);
         let film = Film::take(&robot, &design, &config, Disturbance::default(), how_long, &mut |_| {});

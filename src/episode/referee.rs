@@ -226,8 +226,13 @@ mod tests {
     fn home_at_s(impulse_n_s: f64, home_radius_m: f64) -> Option<f64> {
         let robot = Robot::load("ut-mu2").unwrap();
         let design = Design::new(&robot, &GainSet::load("hold").unwrap(), 0.002).unwrap();
-        let judge = Judge { home_radius_m, ..Judge::default() };
-        let config = EpisodeConfig { horizon_s: 0.5, end_early: false, judge, ..EpisodeConfig::default() };
+        let judge = Judge { home_radius_m, ..Judge::of(&crate::robot::Units::of(&robot)) };
+        let config = EpisodeConfig {
+            horizon_s: 0.5,
+            end_early: false,
+            judge,
+            ..EpisodeConfig::of(&crate::robot::Units::of(&robot))
+        };
         let push = Push { impulse_n_s, start_s: 0.1, ..Push::default() };
         let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
         run(&robot, &design, &config, disturbance, config.until(), &mut |_| {}).home_at_s

@@ -198,7 +198,7 @@ mod tests {
     use crate::lipm::gains::GainSet;
 
     fn experiment() -> Experiment {
-        let config = EpisodeConfig::default();
+        let config = EpisodeConfig::of(&crate::robot::Units::of(&Robot::load("ut-mu2").unwrap()));
         Experiment { axis: Axis::X, amplitude_m: 0.005, config, settle_s: 1.0, measure_s: 2.0 }
     }
 

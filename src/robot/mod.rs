@@ -6,8 +6,10 @@
 
 mod ankle;
 pub mod dynamics;
+mod infer;
 pub mod io;
 pub mod kinematics;
+mod markup;
 pub mod mesh;
 pub mod model;
 mod scaled;
@@ -15,9 +17,10 @@ mod settings;
 pub mod shape;
 pub mod swing_shape;
 pub mod swing_time;
+mod tree;
 pub mod units;
 pub mod urdf;
-mod xml;
+mod xacro;
 
 pub use ankle::Ankle;
 pub use io::{Command, Imu, Sensed, SensedError, Wrench};

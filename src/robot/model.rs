@@ -98,6 +98,7 @@ pub struct Joint {
     pub origin: Isometry3<f64>,
     /// Axis in the child's frame.
     pub axis: Unit<Vector3<f64>>,
+    /// Least and largest angle; infinite for a joint without limits.
     pub lower_rad: f64,
     pub upper_rad: f64,
 }
@@ -112,18 +113,18 @@ pub struct Frame {
     pub pose: Isometry3<f64>,
 }
 
-/// A box-shaped sole. Its contact face is the lower face of the box along z of the sole's URDF frame.
+/// The rectangle on which a foot stands.
 #[derive(Debug, Clone, Copy)]
 pub struct Sole {
     /// Index into `frames` of the sole.
     pub frame: usize,
     /// Index into `links` of the body that carries the sole.
     pub link: usize,
-    /// Pose of the centre of the contact face in the link's frame, with the axes of the sole's URDF frame.
+    /// Pose of the centre of the contact face in the link's frame, x forward and z up into the foot.
     pub center: Isometry3<f64>,
     /// Half length (x) and half width (y) of the contact face.
     pub half_m: [f64; 2],
-    /// Thickness of the box.
+    /// Height of what collides there above the contact face.
     pub thickness_m: f64,
     pub ankle: Ankle,
 }
@@ -146,7 +147,7 @@ fn corners([[x0, x1], [y0, y1]]: [[f64; 2]; 2]) -> [Point3<f64>; 4] {
 }
 
 /// Position servo of a joint: `tau = kp (q_ref - q) + kd (dq_ref - dq) + tau_ff`, limited.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Servo {
     /// Stiffness (N m/rad).
     pub kp: f64,
@@ -260,7 +261,8 @@ impl Foot {
 }
 
 /// One value for each foot.
-#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Deserialize, serde::Serialize)]
+#[serde(deny_unknown_fields)]
 pub struct PerFoot<T> {
     pub left: T,
     pub right: T,

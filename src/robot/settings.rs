@@ -1,14 +1,15 @@
 //! The TOML file beside a URDF, with what the URDF cannot state.
 
 use super::ankle::Ankle;
-use super::model::{Frame, Joint, LandingRegion, Link, PerFoot, SensorNoise, Servo, Sole};
+use super::model::{Frame, Joint, LandingRegion, PerFoot, SensorNoise, Servo, Sole};
 use super::shape::Shape;
+use super::tree::Tree;
 use crate::assets::{self, Source};
 use crate::error::{Error, Result};
-use nalgebra::{Isometry3, Translation3, Vector3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
-use serde::de::value::SeqAccessDeserializer;
-use serde::de::{Deserializer, SeqAccess, Visitor};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
@@ -19,7 +20,7 @@ pub(super) struct Settings {
     trunk: String,
     pub friction: f64,
     pub delay_s: f64,
-    soles: SoleNames,
+    soles: PerFoot<SoleFace>,
     pub noise: SensorNoise,
     #[serde(default, deserialize_with = "landing_regions")]
     pub reach: Vec<LandingRegion>,
@@ -29,11 +30,49 @@ pub(super) struct Settings {
     home_rad: BTreeMap<String, f64>,
 }
 
+/// How a sole is stated: by the name of a link with one collision box, or by its face.
+#[derive(Debug, Clone)]
+enum SoleFace {
+    Box(String),
+    Stated(StatedFace),
+}
+
+/// The rectangle on which a foot stands, in the frame of a link.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct SoleNames {
-    left: String,
-    right: String,
+struct StatedFace {
+    link: String,
+    center_m: [f64; 3],
+    /// Length (x) and width (y).
+    size_m: [f64; 2],
+    /// Roll, pitch and yaw of the face, whose z axis points up into the foot.
+    #[serde(default)]
+    rpy_rad: [f64; 3],
+}
+
+impl<'de> Deserialize<'de> for SoleFace {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
+        struct Face;
+        impl<'de> Visitor<'de> for Face {
+            type Value = SoleFace;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str(
+                    "the name of a link with one collision box, or a table with link, center_m = [x, y, z], \
+                     size_m = [length, width] and, if the axes of the link are not those of the sole, rpy_rad",
+                )
+            }
+
+            fn visit_str<E: serde::de::Error>(self, name: &str) -> std::result::Result<Self::Value, E> {
+                Ok(SoleFace::Box(name.into()))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<Self::Value, A::Error> {
+                StatedFace::deserialize(MapAccessDeserializer::new(map)).map(SoleFace::Stated)
+            }
+        }
+        from.deserialize_any(Face)
+    }
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -190,24 +229,81 @@ impl Settings {
         Ok(home)
     }
 
-    /// The soles, from the collision box of each named link.
-    pub fn soles(&self, file: &str, links: &[Link], frames: &[Frame]) -> Result<PerFoot<Sole>> {
-        let left = sole(file, "soles.left", &self.soles.left, links, frames)?;
-        let right = sole(file, "soles.right", &self.soles.right, links, frames)?;
+    /// The soles, as they are stated or from the collision box of each named link.
+    pub fn soles(&self, file: &str, tree: &Tree) -> Result<PerFoot<Sole>> {
+        let left = sole(file, "soles.left", &self.soles.left, tree)?;
+        let right = sole(file, "soles.right", &self.soles.right, tree)?;
         if left.link == right.link {
             let problem = "is carried by the same body as the left sole";
-            return Err(Error::value(file, "soles.right", &self.soles.right, problem, "soles on two bodies"));
+            let name = &tree.frames[right.frame].name;
+            return Err(Error::value(file, "soles.right", name, problem, "soles on two bodies"));
         }
         Ok(PerFoot { left, right })
     }
 }
 
-fn sole(file: &str, field: &str, name: &str, links: &[Link], frames: &[Frame]) -> Result<Sole> {
+fn sole(file: &str, field: &str, face: &SoleFace, tree: &Tree) -> Result<Sole> {
+    match face {
+        SoleFace::Box(link) => sole_of_box(file, field, link, tree),
+        SoleFace::Stated(face) => stated_sole(file, field, face, tree),
+    }
+}
+
+fn stated_sole(file: &str, field: &str, face: &StatedFace, tree: &Tree) -> Result<Sole> {
+    let Tree { links, frames, .. } = tree;
+    let frame = frame_index(file, &format!("{field}.link"), &face.link, frames)?;
+    let link = frames[frame].link;
+    let ([x, y, z], [roll, pitch, yaw], [length, width]) = (face.center_m, face.rpy_rad, face.size_m);
+    let ranges = [
+        ("size_m[0]", length, 1e-3, 10.0),
+        ("size_m[1]", width, 1e-3, 10.0),
+        ("center_m[0]", x, -10.0, 10.0),
+        ("center_m[1]", y, -10.0, 10.0),
+        ("center_m[2]", z, -10.0, 10.0),
+        ("rpy_rad[0]", roll, -10.0, 10.0),
+        ("rpy_rad[1]", pitch, -10.0, 10.0),
+        ("rpy_rad[2]", yaw, -10.0, 10.0),
+    ];
+    Error::check_ranges(file, field, &ranges)?;
+    let turn = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+    let center = frames[frame].pose * Isometry3::from_parts(Translation3::new(x, y, z), turn);
+    check_mesh(file, &format!("{field}.link"), frame, tree)?;
+    let own = || links[link].collisions.iter().filter(|solid| solid.frame == frame);
+    if own().next().is_none() {
+        let accepted = "a link with collision geometry, which stands on the ground";
+        return Err(Error::value(file, format!("{field}.link"), &face.link, "has no collision geometry", accepted));
+    }
+    let up = center.rotation * Vector3::z();
+    let top = own().map(|solid| solid.reach_m(&up)).fold(f64::NEG_INFINITY, f64::max);
+    Ok(Sole {
+        frame,
+        link,
+        center,
+        half_m: [0.5 * length, 0.5 * width],
+        thickness_m: (top - center.translation.vector.dot(&up)).max(0.0),
+        ankle: Ankle::RIGID,
+    })
+}
+
+/// Fails if a mesh of a sole is missing.
+fn check_mesh(file: &str, field: &str, frame: usize, tree: &Tree) -> Result<()> {
+    let missing = tree.missing.iter().find(|(of, _)| *of == frame);
+    missing.map_or(Ok(()), |(_, mesh)| {
+        let problem = format!("the mesh {mesh} of its collision is missing");
+        Err(Error::value(file, field, &tree.frames[frame].name, problem, "a file"))
+    })
+}
+
+fn sole_of_box(file: &str, field: &str, name: &str, tree: &Tree) -> Result<Sole> {
+    let Tree { links, frames, .. } = tree;
     let bad = |problem: &str| {
-        Error::value(file, field, name, problem, "a link with exactly one collision, a box parallel to the link's axes")
+        let accepted = "a link with exactly one collision, a box parallel to the link's axes, or a table with link, center_m, \
+                        size_m and rpy_rad";
+        Error::value(file, field, name, problem, accepted)
     };
     let frame = frame_index(file, field, name, frames)?;
     let link = frames[frame].link;
+    check_mesh(file, field, frame, tree)?;
     let mut solids = links[link].collisions.iter().filter(|s| s.frame == frame);
     let (Some(solid), None) = (solids.next(), solids.next()) else {
         return Err(bad("does not have exactly one collision"));

@@ -74,6 +74,29 @@ impl Shape {
     }
 }
 
+/// The meshes among some shapes, each once. They are written to models and pages by their number in this list.
+#[derive(Debug)]
+pub struct Meshes<'a>(pub Vec<&'a Arc<Mesh>>);
+
+impl<'a> Meshes<'a> {
+    pub fn of(shapes: impl Iterator<Item = &'a Shape>) -> Self {
+        let mut meshes = Self(Vec::new());
+        for shape in shapes {
+            if let Shape::Mesh(mesh) = shape
+                && meshes.number(mesh).is_none()
+            {
+                meshes.0.push(mesh);
+            }
+        }
+        meshes
+    }
+
+    /// The number of a mesh; None if no shape is this one.
+    pub fn number(&self, mesh: &Arc<Mesh>) -> Option<usize> {
+        self.0.iter().position(|other| Arc::ptr_eq(mesh, other))
+    }
+}
+
 /// Points on a circle about the z axis.
 fn ring(radius: f64, z: f64) -> impl Iterator<Item = Point3<f64>> {
     let turn = |k: usize| (TAU * k as f64 / SIDES as f64).sin_cos();

@@ -150,6 +150,9 @@ impl<'a> Swing<'a> {
             let columns = DMatrix::from_fn(6, leg.len(), entry);
             let normal = &columns * columns.transpose() + Matrix6::from_diagonal_element(1e-11);
             let step = columns.transpose() * normal.cholesky()?.solve(&error.component_mul(&weight));
+            if step.amax() < 1e-12 {
+                break;
+            }
             let short = (0.3 / step.amax()).min(1.0);
             leg.iter().zip(step.iter()).for_each(|(&j, step)| self.posture.q[j] += short * step);
         }

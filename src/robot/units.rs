@@ -5,9 +5,11 @@
 //! taken in h, times in `1 / omega` and forces in weights m g ("dynamic similarity").
 
 use super::model::{Foot, GRAVITY, Robot};
+use serde::{Deserialize, Serialize};
 
 /// The units of a robot at home.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Units {
     /// Its mass m (kg).
     pub mass_kg: f64,

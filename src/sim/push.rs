@@ -1,5 +1,6 @@
 //! Pushes: horizontal forces on the trunk for a short time.
 
+use crate::robot::Units;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -43,6 +44,12 @@ impl Default for Push {
 }
 
 impl Push {
+    /// A push without an impulse, with the usual start and duration for a robot with these units.
+    pub fn of(units: &Units) -> Self {
+        let time_s = units.time_s();
+        Self { duration_s: 0.2813 * time_s, start_s: 2.813 * time_s, ..Self::default() }
+    }
+
     /// Direction of the force, a unit vector in the world frame.
     pub fn direction(&self) -> Vector3<f64> {
         let (sin, cos) = self.heading_deg.to_radians().sin_cos();

@@ -15,7 +15,7 @@ use standfast::control::Design;
 use standfast::episode::{self, Disturbance, EpisodeConfig, Record, Tick, Until};
 use standfast::lipm::GainSet;
 use standfast::robot::dynamics::Dynamics;
-use standfast::robot::{Kinematics, Robot};
+use standfast::robot::{Kinematics, Robot, Units};
 use standfast::sim::{Engine, Push, SensorErrors, Truth};
 
 /// A robot and a gain set designed for it.
@@ -58,7 +58,8 @@ impl Bench {
 }
 
 pub fn config(horizon_s: f64) -> EpisodeConfig {
-    EpisodeConfig { horizon_s, engine: engine(), ..EpisodeConfig::default() }
+    let units = Units::of(&Robot::load("ut-mu2").unwrap());
+    EpisodeConfig { horizon_s, engine: engine(), ..EpisodeConfig::of(&units) }
 }
 
 /// The physics engine under test: Rapier, or the one that the environment variable STANDFAST_ENGINE names.

@@ -59,14 +59,19 @@ pub fn check_episode(file: &str, episode: &EpisodeConfig) -> Result<()> {
     positive("episode.judge.home_radius_m", judge.home_radius_m, 10.0)
 }
 
+/// A number with four significant digits, since those in units of the robot are not round in SI units.
+pub(crate) fn digits(value: f64) -> f64 {
+    format!("{value:.3e}").parse().unwrap_or(value)
+}
+
 /// Checks that a number is in a range.
 pub(crate) fn in_range(file: &str, field: &str, value: f64, [least, most]: [f64; 2]) -> Result<()> {
-    accept((least..=most).contains(&value), file, field, value, &format!("{least} to {most}"))
+    accept((least..=most).contains(&value), file, field, value, &format!("{} to {}", digits(least), digits(most)))
 }
 
 /// Checks that a number is positive and not too large.
 pub(crate) fn positive(file: &str, field: &str, value: f64, most: f64) -> Result<()> {
-    accept(value > 0.0 && value <= most, file, field, value, &format!("more than 0, at most {most}"))
+    accept(value > 0.0 && value <= most, file, field, value, &format!("more than 0, at most {}", digits(most)))
 }
 
 /// Returns an error that states what is accepted, unless `ok`.

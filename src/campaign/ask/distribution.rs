@@ -1,6 +1,6 @@
 //! The distribution of a quantity of a campaign.
 
-use crate::campaign::ask::bounds::{accept, in_range};
+use crate::campaign::ask::bounds::{accept, digits, in_range};
 use crate::error::Result;
 use serde::Serialize;
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
@@ -49,7 +49,7 @@ impl Distribution {
             Distribution::Uniform { uniform: [a, b] } => {
                 let field = format!("{field}.uniform");
                 in_range(file, &field, a, [least, most])?;
-                let accepted = format!("{a} to {most}, the smaller number first");
+                let accepted = format!("{} to {}, the smaller number first", digits(a), digits(most));
                 accept((a..=most).contains(&b), file, &field, b, &accepted)
             }
             Distribution::Normal { normal: [mean, sd] } => {
@@ -72,10 +72,10 @@ impl Distribution {
 
 impl fmt::Display for Distribution {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Distribution::Constant(value) => write!(f, "{value}"),
-            Distribution::Uniform { uniform: [a, b] } => write!(f, "uniform {a} to {b}"),
-            Distribution::Normal { normal: [mean, sd] } => write!(f, "normal {mean} +- {sd}"),
+        match *self {
+            Distribution::Constant(value) => write!(f, "{}", digits(value)),
+            Distribution::Uniform { uniform: [a, b] } => write!(f, "uniform {} to {}", digits(a), digits(b)),
+            Distribution::Normal { normal: [mean, sd] } => write!(f, "normal {} +- {}", digits(mean), digits(sd)),
         }
     }
 }

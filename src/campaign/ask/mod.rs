@@ -5,6 +5,7 @@
 pub mod bounds;
 pub mod distribution;
 pub mod gate;
+pub mod measures;
 pub mod no_step;
 pub mod push;
 pub mod scenario;

@@ -3,6 +3,7 @@
 use crate::campaign::ask::bounds::PushBounds;
 use crate::campaign::ask::distribution::Distribution;
 use crate::error::{Error, Result};
+use crate::robot::Units;
 use crate::sim::{Profile, Push};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -12,32 +13,22 @@ use std::fmt;
 #[serde(deny_unknown_fields)]
 pub struct PushSpec {
     pub impulse_n_s: Distribution,
-    #[serde(default = "default_heading")]
     pub heading_deg: Distribution,
-    #[serde(default = "default_height")]
     pub height_m: Distribution,
-    #[serde(default = "default_duration")]
     pub duration_s: Distribution,
-    #[serde(default = "default_start")]
     pub start_s: Distribution,
-    #[serde(default)]
     pub profile: Profile,
 }
 
-fn default_heading() -> Distribution {
-    Distribution::Constant(Push::default().heading_deg)
-}
-fn default_height() -> Distribution {
-    Distribution::Constant(Push::default().height_m)
-}
-fn default_duration() -> Distribution {
-    Distribution::Constant(Push::default().duration_s)
-}
-fn default_start() -> Distribution {
-    Distribution::Constant(Push::default().start_s)
-}
-
 impl PushSpec {
+    /// What a campaign has if its file does not say otherwise, for a robot with these units; without an impulse.
+    pub(super) fn usual(units: &Units) -> Self {
+        let Push { impulse_n_s, heading_deg, height_m, duration_s, start_s, profile } = Push::of(units);
+        let [impulse_n_s, heading_deg, height_m, duration_s, start_s] =
+            [impulse_n_s, heading_deg, height_m, duration_s, start_s].map(Distribution::Constant);
+        Self { impulse_n_s, heading_deg, height_m, duration_s, start_s, profile }
+    }
+
     pub(crate) fn check(&self, file: &str, horizon_s: f64) -> Result<()> {
         let bounds = PushBounds::new(horizon_s);
         self.impulse_n_s.check(file, "push.impulse_n_s", bounds.impulse_n_s)?;
@@ -50,7 +41,7 @@ impl PushSpec {
 
 /// `[second_push]`: distributions of a push after the first one, with the same height, duration and profile.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub struct SecondPushSpec {
     /// With 0 there is no second push.
     pub impulse_n_s: Distribution,
@@ -59,17 +50,13 @@ pub struct SecondPushSpec {
     pub after_s: Distribution,
 }
 
-impl Default for SecondPushSpec {
-    fn default() -> Self {
-        Self {
-            impulse_n_s: Distribution::Constant(0.0),
-            heading_deg: Distribution::Constant(Push::default().heading_deg),
-            after_s: Distribution::Constant(1.0),
-        }
-    }
-}
-
 impl SecondPushSpec {
+    /// No second push.
+    pub(super) fn none(units: &Units) -> Self {
+        let [impulse_n_s, heading_deg, after_s] = [0.0, 0.0, 5.626 * units.time_s()].map(Distribution::Constant);
+        Self { impulse_n_s, heading_deg, after_s }
+    }
+
     /// Whether there is a second push.
     pub fn is_any(&self) -> bool {
         self.impulse_n_s != Distribution::Constant(0.0)

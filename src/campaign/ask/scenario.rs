@@ -7,6 +7,7 @@ use crate::campaign::ask::spec::default_robot;
 use crate::episode::EpisodeConfig;
 use crate::episode::imposed::Start;
 use crate::error::{Error, Result};
+use crate::robot::{Robot, Units};
 use crate::sim::Push;
 use serde::{Deserialize, Serialize};
 
@@ -71,7 +72,7 @@ impl Scenario {
     pub fn parse(source: &Source) -> Result<Self> {
         let scenario: Self = parse_toml(source)?;
         positive(&source.file, "horizon_s", scenario.horizon_s, MOST_HORIZON_S)?;
-        check_episode(&source.file, &scenario.episode())?;
+        check_episode(&source.file, &scenario.episode(&Robot::load(&scenario.robot)?))?;
         match scenario.cause_in(&source.file)? {
             Cause::Push(push) => PushBounds::new(scenario.horizon_s).check(&source.file, &push)?,
             Cause::Imposed(Imposed { zmp_error_m: [x, y], .. }) => {
@@ -85,9 +86,9 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// Settings of the episode, with its horizon and judge.
-    pub fn episode(&self) -> EpisodeConfig {
-        EpisodeConfig { horizon_s: self.horizon_s, ..EpisodeConfig::default() }
+    /// Settings of the episode, with its horizon and the judge of `robot`.
+    pub fn episode(&self, robot: &Robot) -> EpisodeConfig {
+        EpisodeConfig { horizon_s: self.horizon_s, ..EpisodeConfig::of(&Units::of(robot)) }
     }
 
     /// The disturbance. It fails unless there is exactly one.

@@ -1,21 +1,24 @@
 //! The specification of a campaign: robot, gain sets, number of trials, and all distributions.
 
 use crate::assets::{self, Kind};
-use crate::campaign::ask::bounds::{PushBounds, accept, check_episode, in_range};
+use crate::campaign::ask::bounds::{PushBounds, accept, check_episode, digits, in_range};
 use crate::campaign::ask::distribution::FORMS;
 use crate::campaign::ask::gate::{GateSpec, OnUnresolved};
+use crate::campaign::ask::measures::{Measures, with_relative_keys};
 use crate::campaign::ask::push::{PushSpec, SecondPushSpec};
 use crate::campaign::ask::variations::{self, VariationSpec};
 use crate::episode::EpisodeConfig;
 use crate::error::{Error, Result};
 use crate::lipm::GainSet;
 use crate::lipm::variant::{self, Entry};
+use crate::robot::{Robot, Units};
 use crate::sim::Engine;
 use crate::stats::looks::LOOK_TRIALS;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+use toml::Table;
 
-/// A campaign as its TOML file states it, with all defaults filled in.
+/// A campaign as its TOML file states it, with all defaults filled in, and in SI units: it belongs to its robot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Campaign {
@@ -32,12 +35,14 @@ pub struct Campaign {
     pub trials: u64,
     /// Seed of all random numbers (at most 2^63 - 1, as in TOML).
     pub seed: u64,
-    #[serde(default)]
+    /// The units of the robot, in which the file may state quantities; not in the file itself. Results of versions that
+    /// did not have it were of robots of UT-mu2's size.
+    #[serde(default = "units_of_default_robot")]
+    pub units: Units,
     pub episode: EpisodeConfig,
     pub push: PushSpec,
     #[serde(default)]
     pub sensors: SensorSpec,
-    #[serde(default)]
     pub second_push: SecondPushSpec,
     #[serde(default)]
     pub variations: VariationSpec,
@@ -78,6 +83,10 @@ pub(super) fn default_robot() -> String {
     assets::DEFAULT_ROBOT.into()
 }
 
+fn units_of_default_robot() -> Units {
+    Units::of(&Robot::load(assets::DEFAULT_ROBOT).expect("compiled in"))
+}
+
 fn default_gains() -> Vec<String> {
     ["hold", "switching", "paper", "catch"].map(String::from).into()
 }
@@ -104,25 +113,51 @@ pub struct Overrides {
     pub margin: Option<f64>,
 }
 
+impl Overrides {
+    /// The robot of a campaign, whose file asks for `asked`, after these changes.
+    fn robot_of(&self, asked: &Table) -> String {
+        let set = self.set.iter().rev().filter_map(|assignment| assignment.split_once('='));
+        let set = set.filter(|(key, _)| key.trim() == "robot").map(|(_, text)| assets::toml_value(text.trim()));
+        let named = set.chain(asked.get("robot").cloned()).find_map(|robot| robot.as_str().map(String::from));
+        self.robot.clone().or(named).unwrap_or_else(default_robot)
+    }
+}
+
 impl Campaign {
-    /// Opens a campaign by name or path, applies the changes, and checks all values.
+    /// Opens a campaign by name or path, applies the changes, converts it to the units of its robot, and checks all
+    /// values.
     pub fn load(name_or_path: &str, overrides: &Overrides) -> Result<Campaign> {
+        Self::read(name_or_path, overrides, None)
+    }
+
+    /// As [`load`](Self::load), in the units of a robot other than the one that the campaign names.
+    pub fn load_for(robot: &Robot, name_or_path: &str, overrides: &Overrides) -> Result<Campaign> {
+        Self::read(name_or_path, overrides, Some(Measures::of(robot)))
+    }
+
+    fn read(name_or_path: &str, overrides: &Overrides, measures: Option<Measures>) -> Result<Campaign> {
         let source = assets::open(Kind::Campaign, name_or_path)?;
-        let mut campaign: Campaign = assets::parse_toml(&source)?;
-        campaign.check(&source.file)?;
-        if !source.is_builtin() {
-            let folder = Path::new(&source.file).parent().unwrap_or(Path::new(""));
-            let moved = |name: &str| {
-                if assets::is_path(name) { folder.join(name).to_string_lossy().into_owned() } else { name.into() }
-            };
-            campaign.robot = moved(&campaign.robot);
-            for gains in &mut campaign.gains {
-                let entry = Entry::split(gains);
-                *gains = entry.with_base(&moved(entry.base));
-            }
+        let folder = Path::new(&source.file).parent().filter(|_| !source.is_builtin());
+        let moved = |name: &str| match folder {
+            Some(folder) if assets::is_path(name) => folder.join(name).to_string_lossy().into_owned(),
+            _ => name.into(),
+        };
+        let mut asked: Table = assets::parse_toml(&source)?;
+        if let Some(toml::Value::String(robot)) = asked.get_mut("robot") {
+            *robot = moved(robot);
+        }
+        let measures = match measures {
+            Some(measures) => measures,
+            None => Measures::of(&Robot::load(&overrides.robot_of(&asked))?),
+        };
+        let mut campaign = Self::of(asked, &source.file, &measures)?;
+        campaign.check(&source.file).map_err(|e| measures.explain(e))?;
+        for gains in &mut campaign.gains {
+            let entry = Entry::split(gains);
+            *gains = entry.with_base(&moved(entry.base));
         }
         for assignment in &overrides.set {
-            campaign = campaign.with(assignment)?;
+            campaign = campaign.with(assignment, &measures)?;
         }
         campaign.trials = overrides.trials.unwrap_or(campaign.trials);
         campaign.seed = overrides.seed.unwrap_or(campaign.seed);
@@ -139,12 +174,52 @@ impl Campaign {
         campaign.gates.add(&overrides.gates, overrides.unresolved);
         campaign.stopping.until_resolved |= overrides.until_resolved;
         campaign.stopping.margin = overrides.margin.unwrap_or(campaign.stopping.margin);
-        campaign.check("command line")?;
+        campaign.check("command line").map_err(|e| measures.explain(e))?;
         if campaign.stopping.until_resolved {
             // Its last look is then also a look of a longer campaign, so that it can be continued.
             campaign.trials = campaign.trials.next_multiple_of(LOOK_TRIALS);
         }
         Ok(campaign)
+    }
+
+    /// The campaign that a file asks for.
+    fn of(mut asked: Table, file: &str, measures: &Measures) -> Result<Campaign> {
+        measures.to_si(file, &mut asked)?;
+        let mut campaign = Self::usual(&measures.units)?;
+        if asked.contains_key("units") {
+            let accepted = "no such table: the units follow from the robot";
+            return Err(Error::value(file, "units", "(a table)", "unknown key", accepted));
+        }
+        merge(&mut campaign, asked);
+        campaign.try_into().map_err(|e: toml::de::Error| Error::Syntax {
+            file: file.into(),
+            message: with_relative_keys(e.to_string().trim_end()).replace('\n', "\n  "),
+        })
+    }
+
+    /// What is not asked for, for a robot with these units. Some keys have no default: they must be in the file.
+    fn usual(units: &Units) -> Result<Table> {
+        let usual = Campaign {
+            name: String::new(),
+            robot: default_robot(),
+            gains: default_gains(),
+            trials: 0,
+            seed: 0,
+            units: *units,
+            episode: EpisodeConfig::of(units),
+            push: PushSpec::usual(units),
+            sensors: SensorSpec::default(),
+            second_push: SecondPushSpec::none(units),
+            variations: VariationSpec::default(),
+            stopping: Stopping::default(),
+            gates: GateSpec::default(),
+        };
+        let mut usual = Table::try_from(usual).map_err(not_toml)?;
+        ["name", "trials", "seed"].iter().for_each(|key| _ = usual.remove(*key));
+        if let Some(push) = usual["push"].as_table_mut() {
+            push.remove("impulse_n_s");
+        }
+        Ok(usual)
     }
 
     /// Fails if the campaign has no trial with this index.
@@ -156,8 +231,9 @@ impl Campaign {
         Err(Error::value("command line", "--trial", trial, "the campaign has no such trial", accepted))
     }
 
-    /// The campaign with `dotted.key=value` applied. It fails for an unknown key or a value of the wrong type.
-    pub fn with(&self, assignment: &str) -> Result<Campaign> {
+    /// The campaign with `dotted.key=value` applied, which may be in units of its robot. It fails for an unknown key or a
+    /// value of the wrong type.
+    pub(super) fn with(&self, assignment: &str, measures: &Measures) -> Result<Campaign> {
         let Some((key, text)) = assignment.split_once('=').map(|(k, v)| (k.trim(), v.trim())) else {
             return Err(Error::value(
                 "command line",
@@ -167,18 +243,25 @@ impl Campaign {
                 "KEY=VALUE, for example push.height_m=0.1",
             ));
         };
-        let mut root = toml::Value::try_from(self).map_err(not_toml)?;
-        let at = assets::place(&mut root, key)
-            .map_err(|missing| Error::value("--set", key, text, "unknown key", missing.accepted))?;
+        let (si_key, value) = measures.assigned(key, assets::toml_value(text))?;
+        let mut root = self.table()?.into();
+        let at = assets::place(&mut root, &si_key).map_err(|missing| {
+            Error::value("--set", key, text, "unknown key", with_relative_keys(&missing.accepted))
+        })?;
         let kind = match &*at {
             quantity if quantity.get("uniform").or(quantity.get("normal")).is_some() => FORMS,
             toml::Value::Table(_) => "a table",
             other => other.type_str(),
         };
         let accepted = format!("{kind}, like the present value: {}", at.to_string().trim().replace('\n', "; "));
-        *at = assets::toml_value(text);
-        root.try_into::<Campaign>().map_err(|e| {
-            let message = e.message().trim_end();
+        *at = value;
+        // A table that is set has the defaults for what it leaves out, not the present values.
+        let mut usual = Self::usual(&self.units)?;
+        let Ok(changed) = root.try_into::<Table>() else { unreachable!("a table") };
+        merge(&mut usual, changed);
+        usual.try_into::<Campaign>().map_err(|e| {
+            let message = with_relative_keys(e.message().trim_end());
+            let message = message.as_str();
             // The error of a quantity lists what is accepted, whatever the present value is.
             let of_quantity = message.split_once(", expected ").filter(|(_, expected)| expected.starts_with(FORMS));
             let (problem, accepted) = of_quantity.unwrap_or((message, &accepted));
@@ -202,15 +285,22 @@ impl Campaign {
         wanted.with_base(base.unwrap_or(wanted.base))
     }
 
-    /// The campaign as TOML, which reads back to the same campaign, to the bit.
+    /// The campaign as TOML, in SI units, which reads back to the same campaign, to the bit.
     pub fn to_toml(&self) -> Result<String> {
-        toml::to_string(self).map_err(not_toml)
+        toml::to_string(&self.table()?).map_err(not_toml)
+    }
+
+    /// The campaign as it could stand in a file.
+    fn table(&self) -> Result<Table> {
+        let mut table = Table::try_from(self).map_err(not_toml)?;
+        table.remove("units");
+        Ok(table)
     }
 
     /// Accepted values of the first push.
     pub fn push_bounds(&self) -> PushBounds {
         let bounds = PushBounds::new(self.episode.horizon_s);
-        let start_s = [variations::earliest_push_s(&self.variations), bounds.start_s[1]];
+        let start_s = [variations::earliest_push_s(&self.variations, &self.units), bounds.start_s[1]];
         PushBounds { start_s, ..bounds }
     }
 
@@ -219,9 +309,9 @@ impl Campaign {
         let (start_s, [earliest, latest]) = (self.push.start_s, self.push_bounds().start_s);
         start_s.check(file, "push.start_s", [earliest, latest]).map_err(|_| {
             let problem = "the ground is still tilting to its slope (variations.slope_deg)";
-            let longer = format!(", episode.horizon_s at least {}", 2.0 * earliest);
+            let longer = format!(", episode.horizon_s at least {}", digits(2.0 * earliest));
             let longer = if latest < earliest { longer.as_str() } else { "" };
-            let accepted = format!("{earliest} to {}{longer}", latest.max(earliest));
+            let accepted = format!("{} to {}{longer}", digits(earliest), digits(latest.max(earliest)));
             Error::value(file, "push.start_s", start_s, problem, accepted)
         })
     }
@@ -251,13 +341,25 @@ impl Campaign {
         let horizon_s = self.episode.horizon_s;
         self.push.check(file, horizon_s)?;
         self.second_push.check(file, &self.push, horizon_s)?;
-        variations::check(&self.variations, file)?;
+        variations::check(&self.variations, &self.units, file)?;
         self.check_start(file)?;
         in_range(file, "sensors.noise_scale", self.sensors.noise_scale, [0.0, 1e3])?;
         in_range(file, "sensors.bias_scale", self.sensors.bias_scale, [0.0, 1e3])?;
         let margin = self.stopping.margin;
         accept((0.0..=1.0).contains(&margin), file, "stopping.margin", margin, "0 to 1: a share, not percent")?;
         self.gates.check(file)
+    }
+}
+
+/// Puts the values of `asked` in the place of those of `base`.
+fn merge(base: &mut Table, asked: Table) {
+    for (key, value) in asked {
+        match (base.get_mut(&key), value) {
+            (Some(toml::Value::Table(inner)), toml::Value::Table(asked)) => merge(inner, asked),
+            (_, value) => {
+                base.insert(key, value);
+            }
+        }
     }
 }
 
@@ -274,6 +376,10 @@ pub(crate) mod tests {
     pub(crate) fn campaign(name: &str, set: &[&str]) -> Campaign {
         let set = set.iter().map(|s| s.to_string()).collect();
         Campaign::load(name, &Overrides { set, ..Overrides::default() }).unwrap()
+    }
+
+    pub(crate) fn measures() -> Measures {
+        Measures::of(&Robot::load(assets::DEFAULT_ROBOT).unwrap())
     }
 
     fn load(text: &str) -> Result<Campaign> {
@@ -300,7 +406,7 @@ pub(crate) mod tests {
         assert_eq!(campaign.robot, "ut-mu2");
         assert_eq!(campaign.gains, ["hold", "switching", "paper", "catch"]);
         assert_eq!(campaign.push.impulse_n_s, Distribution::Constant(2.0));
-        assert_eq!(campaign.push.duration_s, Distribution::Constant(0.05));
+        assert_eq!(campaign.push.duration_s.to_string(), "0.05");
         assert_eq!(campaign.sensors, SensorSpec::default());
     }
 
@@ -327,18 +433,21 @@ pub(crate) mod tests {
     #[test]
     fn set_walks_dotted_keys() {
         let campaign = load(SMALL).unwrap();
-        let changed = campaign.with("push.impulse_n_s={uniform=[1, 2]}").unwrap();
+        let changed = campaign.with("push.impulse_n_s={uniform=[1, 2]}", &measures()).unwrap();
         assert_eq!(changed.push.impulse_n_s, Distribution::Uniform { uniform: [1.0, 2.0] });
-        assert_eq!(campaign.with("robot=other.urdf").unwrap().robot, "other.urdf");
-        assert_eq!(campaign.with("episode.judge.fallen_tilt_deg=45").unwrap().episode.judge.fallen_tilt_deg, 45.0);
-        assert_eq!(campaign.with("gains=['hold']").unwrap().gains, ["hold"]);
+        assert_eq!(campaign.with("robot=other.urdf", &measures()).unwrap().robot, "other.urdf");
+        assert_eq!(
+            campaign.with("episode.judge.fallen_tilt_deg=45", &measures()).unwrap().episode.judge.fallen_tilt_deg,
+            45.0
+        );
+        assert_eq!(campaign.with("gains=['hold']", &measures()).unwrap().gains, ["hold"]);
     }
 
     #[test]
     fn set_refuses_what_it_does_not_know() {
         let campaign = load(SMALL).unwrap();
         for (bad, expected) in [
-            ("push.impulse=1", "push.impulse_n_s"),
+            ("push.impuls=1", "push.impulse, push.impulse_n_s"),
             ("pushes.impulse_n_s=1", "sensors"),
             ("trials=many", "integer"),
             (
@@ -348,7 +457,7 @@ pub(crate) mod tests {
             ("trials.x=1", "accepted: trials"),
             ("trials", "KEY=VALUE"),
         ] {
-            let message = campaign.with(bad).unwrap_err().to_string();
+            let message = campaign.with(bad, &measures()).unwrap_err().to_string();
             assert!(message.contains("--set") && message.contains(expected), "{bad}: {message}");
         }
     }
@@ -357,6 +466,11 @@ pub(crate) mod tests {
     fn paths_in_a_file_are_relative_to_it_and_names_are_not() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("c.toml");
+        std::fs::create_dir(dir.path().join("r")).unwrap();
+        for (kind, extension) in [(Kind::Robot, "urdf"), (Kind::RobotSettings, "toml")] {
+            let text = assets::open(kind, "ut-mu2").unwrap().text;
+            std::fs::write(dir.path().join("r/a").with_extension(extension), text).unwrap();
+        }
         std::fs::write(&path, format!("robot = 'r/a.urdf'\ngains = ['hold', 'mine.toml']\n{SMALL}")).unwrap();
         let campaign = Campaign::load(path.to_str().unwrap(), &Overrides::default()).unwrap();
         assert_eq!(campaign.robot, dir.path().join("r/a.urdf").to_str().unwrap());

@@ -99,7 +99,7 @@ pub fn replica(seed: u64, trial: u64) -> [f64; 3] {
 /// Variation of robot and ground in a trial.
 pub fn variation(campaign: &Campaign, trial: u64) -> Variation {
     let drawn = variations::drawn(&campaign.variations);
-    drawn.zip(variations::BOUNDS).zip(VARIATION).map(|_, ((distribution, bounds), quantity)| {
+    drawn.zip(variations::bounds(&campaign.units)).zip(VARIATION).map(|_, ((distribution, bounds), quantity)| {
         distribution.map(|distribution| draw(distribution, bounds, &mut stream(campaign.seed, trial, quantity)))
     })
 }
@@ -222,7 +222,11 @@ mod tests {
 
     /// Two ranges for a quantity, both within its bounds.
     fn two_ranges(name: &str) -> [String; 2] {
-        let (_, [least, most]) = variations::BOUNDS.list().into_iter().find(|(field, _)| *field == name).unwrap();
+        let (_, [least, most]) = variations::bounds(&with("standard", &[]).units)
+            .list()
+            .into_iter()
+            .find(|(field, _)| *field == name)
+            .unwrap();
         let middle = 0.5 * (least + most);
         [[least, middle], [middle, most]].map(|[a, b]| format!("variations.{name}={{uniform=[{a}, {b}]}}"))
     }
@@ -250,7 +254,7 @@ mod tests {
             assert_eq!(others, 1, "{name} shares its stream");
         }
         // No two quantities are drawn from the same random numbers.
-        let shares = variation(&before, 0).zip(variations::BOUNDS).list();
+        let shares = variation(&before, 0).zip(variations::bounds(&before.units)).list();
         let shares: Vec<f64> =
             shares.iter().map(|(_, (v, [least, most]))| (v.unwrap() - least) / (most - least)).collect();
         let different = |i: usize| shares[..i].iter().all(|other| (other - shares[i]).abs() > 1e-6);

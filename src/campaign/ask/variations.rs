@@ -3,6 +3,7 @@
 
 use crate::campaign::ask::distribution::Distribution;
 use crate::error::Result;
+use crate::robot::Units;
 use crate::sim::{Variation, ground::tilting};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -17,25 +18,31 @@ pub struct Varied(pub Option<Distribution>);
 /// Word in a file for a quantity that does not vary.
 const NOMINAL: &str = "nominal";
 
-/// Smallest and largest accepted value of each quantity.
-pub const BOUNDS: Variation<[f64; 2]> = Variation {
-    mass_scale: [0.5, 2.0],
-    trunk_com_x_m: [-0.05, 0.05],
-    trunk_com_y_m: [-0.05, 0.05],
-    friction: [0.01, 10.0],
-    slope_deg: [-15.0, 15.0],
-    slope_heading_deg: [-360.0, 360.0],
-    ground_step_m: [-0.05, 0.05],
-    kp_scale: [0.1, 10.0],
-    kd_scale: [0.1, 10.0],
-    torque_scale: [0.1, 10.0],
-    speed_scale: [0.1, 10.0],
-    delay_s: [0.0, 0.1],
-};
+/// Steepest accepted slope.
+const SLOPE_DEG: [f64; 2] = [-15.0, 15.0];
+
+/// Smallest and largest accepted value of each quantity, for a robot with these units.
+pub fn bounds(units: &Units) -> Variation<[f64; 2]> {
+    let lengths_m = [-0.16 * units.length_m, 0.16 * units.length_m];
+    Variation {
+        mass_scale: [0.5, 2.0],
+        trunk_com_x_m: lengths_m,
+        trunk_com_y_m: lengths_m,
+        friction: [0.01, 10.0],
+        slope_deg: SLOPE_DEG,
+        slope_heading_deg: [-360.0, 360.0],
+        ground_step_m: lengths_m,
+        kp_scale: [0.1, 10.0],
+        kd_scale: [0.1, 10.0],
+        torque_scale: [0.1, 10.0],
+        speed_scale: [0.1, 10.0],
+        delay_s: [0.0, 0.1],
+    }
+}
 
 /// Checks every distribution. Errors name `file` as the origin of the values.
-pub(crate) fn check(spec: &VariationSpec, file: &str) -> Result<()> {
-    let fields = spec.zip(BOUNDS).list().into_iter();
+pub(crate) fn check(spec: &VariationSpec, units: &Units, file: &str) -> Result<()> {
+    let fields = spec.zip(bounds(units)).list().into_iter();
     let mut drawn = fields.filter_map(|(name, (Varied(distribution), bounds))| Some((name, distribution?, bounds)));
     drawn.try_for_each(|(name, distribution, bounds)| distribution.check(file, &format!("variations.{name}"), bounds))
 }
@@ -56,22 +63,14 @@ pub(crate) fn drawn(spec: &VariationSpec) -> Variation<Option<Distribution>> {
     drawn
 }
 
-/// 1/omega of UT-mu2 (s), for whose size campaigns state their times.
-const TIME_S: f64 = 0.1777;
-/// Times of the tilting ground are rounded up to this (s).
-const ROUND_S: f64 = 0.001;
-
 /// Earliest start of the first push (s). While the ground tilts to its slope ([`tilting`]) the slope is not yet the
 /// one that the campaign states, and the robot has not adapted to it, so no push may start.
-pub fn earliest_push_s(spec: &VariationSpec) -> f64 {
+pub fn earliest_push_s(spec: &VariationSpec, units: &Units) -> f64 {
     let steepest = |slope: Distribution| {
-        let [least, most] = slope.range(BOUNDS.slope_deg);
+        let [least, most] = slope.range(SLOPE_DEG);
         least.abs().max(most.abs())
     };
-    spec.slope_deg
-        .0
-        .filter(|_| is_sloped(spec))
-        .map_or(0.0, |slope| (tilting(steepest(slope)) * TIME_S / ROUND_S).ceil() * ROUND_S)
+    spec.slope_deg.0.filter(|_| is_sloped(spec)).map_or(0.0, |slope| tilting(steepest(slope)) * units.time_s())
 }
 
 /// The varied quantities and their distributions, in words.
@@ -106,6 +105,7 @@ impl<'de> Deserialize<'de> for Varied {
 
 #[cfg(test)]
 mod tests {
+    use crate::campaign::ask::spec::tests::measures;
     use crate::campaign::{Campaign, Overrides};
 
     fn with(set: &str) -> Result<Campaign, String> {
@@ -118,17 +118,20 @@ mod tests {
         for (bad, expected) in [
             ("variations.mass_scale=0", vec!["variations.mass_scale = 0", "0.5 to 2"]),
             ("variations.friction=0", vec!["variations.friction = 0", "0.01 to 10"]),
-            ("variations.trunk_com_x_m={uniform=[0, 0.1]}", vec!["variations.trunk_com_x_m.uniform = 0.1", "to 0.05"]),
+            (
+                "variations.trunk_com_x_m={uniform=[0, 0.1]}",
+                vec!["variations.trunk_com_x_m.uniform = 0.1", "to 0.04959"],
+            ),
             ("variations.slope_deg={normal=[20, 1]}", vec!["variations.slope_deg.normal = 20", "-15 to 15"]),
             (
                 "variations.slope_deg=-2",
-                vec!["push.start_s = 0.5: the ground is still tilting", "accepted: 0.598 to 3"],
+                vec!["push.start_s = 0.5: the ground is still tilting", "accepted: 0.5972 to 3"],
             ),
             ("variations.delay_s=1", vec!["variations.delay_s = 1", "0 to 0.1"]),
-            ("variations.ground_step_m=1", vec!["variations.ground_step_m = 1", "-0.05 to 0.05"]),
+            ("variations.ground_step_m=1", vec!["variations.ground_step_m = 1", "-0.04959 to 0.04959"]),
             ("variations.kp_scale=nominl", vec!["variations.kp_scale", "{ uniform = [a, b] }", "nominal"]),
             ("variations.mass_kg=1", vec!["variations.mass_kg", "variations.mass_scale"]),
-            ("second_push.impulse=1", vec!["second_push.impulse_n_s"]),
+            ("second_push.impuls=1", vec!["second_push.impulse, second_push.impulse_n_s"]),
             ("second_push={impulse_n_s=-1}", vec!["second_push.impulse_n_s = -1", "0 to 10000"]),
             ("second_push={impulse_n_s=1, after_s=4}", vec!["second_push.after_s = 4", "0 to 3.9"]),
         ] {
@@ -143,10 +146,10 @@ mod tests {
     fn every_quantity_can_be_set_and_set_back() {
         let nominal = with("push.start_s=1").unwrap();
         for (name, _) in nominal.variations.list() {
-            let to = |value: f64| nominal.with(&format!("variations.{name}={value}")).unwrap();
+            let to = |value: f64| nominal.with(&format!("variations.{name}={value}"), &measures()).unwrap();
             let varied = [to(0.03), to(1.5)].into_iter().find(|varied| varied.check("test").is_ok()).unwrap();
             assert_ne!(varied, nominal);
-            assert_eq!(varied.with(&format!("variations.{name}=nominal")).unwrap(), nominal, "{name}");
+            assert_eq!(varied.with(&format!("variations.{name}=nominal"), &measures()).unwrap(), nominal, "{name}");
         }
     }
 }

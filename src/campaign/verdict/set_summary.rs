@@ -217,7 +217,7 @@ mod tests {
             &BySet::new(&rows, &["a", "b"].map(String::from)),
             &[0.0, 2.0, 4.0, 6.0],
             &[],
-            &EpisodeConfig::default(),
+            &crate::campaign::ask::spec::tests::campaign("standard", &[]).episode,
         );
         assert_eq!((set.count.trials, set.count.recovered, set.fell, set.timed_out, set.diverged), (4, 2, 1, 1, 0));
         assert_eq!(set.count.success_rate, 0.5);

@@ -128,7 +128,6 @@ mod tests {
     use crate::campaign::verdict::pairs::{DecisionRule, Pair};
     use crate::campaign::verdict::set_summary::SetSummary;
     use crate::campaign::verdict::standing::When;
-    use crate::episode::EpisodeConfig;
     use crate::episode::Outcome::{Fell, Recovered, TimedOut};
     use crate::stats::mcnemar::PairedCounts;
     use crate::stats::rate::SuccessCount;
@@ -263,8 +262,13 @@ mod tests {
             assert_eq!(pairs[0].strata[0].counts, expected);
         }
         for (set, trials, recovered) in [(0, &[1, 3, 4][..], 1), (1, &[1, 3, 4], 1), (0, &[2, 4], 2)] {
-            let summary =
-                SetSummary::new(set, &BySet::new(&rows, &names), &[], &stratum(trials), &EpisodeConfig::default());
+            let summary = SetSummary::new(
+                set,
+                &BySet::new(&rows, &names),
+                &[],
+                &stratum(trials),
+                &campaign("standard", &[]).episode,
+            );
             assert_eq!(summary.strata[0].count, SuccessCount::new(recovered, trials.len() as u64));
         }
     }

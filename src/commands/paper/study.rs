@@ -33,7 +33,7 @@ pub fn run() -> Result<Study> {
     let progress = Progress::of(PARTS, "simulations and searches");
     let first = Scenario::load("push-behind")?;
     let robot = Robot::load(&first.robot)?;
-    let (period_s, judge) = (first.episode().control_period_s, first.episode().judge);
+    let EpisodeConfig { control_period_s: period_s, judge, .. } = first.episode(&robot);
     let design_of = |gains: &str| Design::new(&robot, &GainSet::load(gains)?, period_s);
     let (design, standing, stiff) = (design_of(&first.gains)?, design_of(WITHOUT_FOOTSTEP)?, design_of(STIFF)?);
     let Some(rules) = design.stepping().copied() else {
@@ -50,7 +50,7 @@ pub fn run() -> Result<Study> {
         record
     };
     let pushed = |name: &str| -> Result<Pushed> {
-        let asked = push_of(name)?;
+        let asked = push_of(&robot, name)?;
         let (push, config) = asked;
         let mut motion = MotionPlot::of_pushes(&[push]);
         let mut watch = PushedWatch::default();
@@ -67,10 +67,10 @@ pub fn run() -> Result<Study> {
         let [without_footstep, stiff] = [&standing, &stiff].map(|design| run(design, &asked));
         Ok(Pushed { push, film, footstep, motion, lift, landing, seen, without_footstep, stiff })
     };
-    let (diagonal, config) = push_of("push-diagonal")?;
+    let (diagonal, config) = push_of(&robot, "push-diagonal")?;
     let mut asked = HEADINGS_DEG.map(|heading_deg| (Push { heading_deg, ..diagonal }, config)).to_vec();
     for name in LIKE_IMPOSED {
-        asked.push(push_of(name)?);
+        asked.push(push_of(&robot, name)?);
     }
     let try_out = |asked: &(Push, EpisodeConfig)| (asked.0, run(&design, asked));
     // The runs do not depend on each other.
@@ -85,9 +85,10 @@ pub fn run() -> Result<Study> {
             return Err(is_not(name, "an imposed error"));
         };
         let mut motion = MotionPlot::default();
-        let record = imposed::run(&robot, &design, &scenario.episode(), zmp_error_m.into(), start, &mut |tick| {
-            motion.push(&robot, tick);
-        })?;
+        let record =
+            imposed::run(&robot, &design, &scenario.episode(&robot), zmp_error_m.into(), start, &mut |tick| {
+                motion.push(&robot, tick);
+            })?;
         progress.tick();
         Ok((record, motion))
     };
@@ -126,10 +127,10 @@ pub fn run() -> Result<Study> {
     })
 }
 
-fn push_of(name: &str) -> Result<(Push, EpisodeConfig)> {
+fn push_of(robot: &Robot, name: &str) -> Result<(Push, EpisodeConfig)> {
     let scenario = Scenario::load(name)?;
     let Cause::Push(push) = scenario.cause()? else { return Err(is_not(name, "a push")) };
-    Ok((push, scenario.episode()))
+    Ok((push, scenario.episode(robot)))
 }
 
 /// A disturbance by one push.
@@ -149,9 +150,7 @@ mod tests {
     /// The study loads one robot and one gain set for all its scenarios.
     #[test]
     fn the_papers_scenarios_share_robot_and_gain_set() {
-        let same = |scenario: &Scenario| {
-            (scenario.robot.clone(), scenario.gains.clone(), scenario.episode().control_period_s.to_bits())
-        };
+        let same = |scenario: &Scenario| (scenario.robot.clone(), scenario.gains.clone());
         let first = same(&Scenario::load("push-behind").unwrap());
         let others = ["push-diagonal", "error-backward", "error-diagonal", "moving-backward", "moving-diagonal"];
         for name in others.into_iter().chain(LIKE_IMPOSED) {

@@ -81,7 +81,7 @@ mod tests {
     /// A film of one second, with a push at 0.3 s and a footstep in the record that never happened.
     fn film() -> Film {
         let robot = Robot::load("ut-mu2").unwrap();
-        let config = EpisodeConfig { horizon_s: 1.0, ..EpisodeConfig::default() };
+        let config = EpisodeConfig { horizon_s: 1.0, ..EpisodeConfig::of(&crate::robot::Units::of(&robot)) };
         let design = Design::new(&robot, &GainSet::load("hold").unwrap(), config.control_period_s).unwrap();
         let push = Push { impulse_n_s: 1.0, heading_deg: 180.0, start_s: 0.3, ..Push::default() };
         let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };

@@ -12,7 +12,7 @@ use crate::render::scene::mesh::Mesh;
 use crate::render::scene::scale::RobotScale;
 use crate::render::scene::{Face, doing, events, faces, without_gain};
 use crate::render::with_fields_of;
-use crate::robot::mesh::Meshes;
+use crate::robot::shape::Meshes;
 use crate::robot::{Foot, Pose, Robot, Shape, Solid};
 use crate::sim::Ground;
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
@@ -20,6 +20,13 @@ use serde_json::{Value, json};
 
 /// Most moments of a page. A longer film is shown at every second or third tick, and so on, which keeps the page small.
 const MOST_MOMENTS: usize = 2500;
+
+/// Bytes of a page that films and meshes share, those that few meshes have, and the number of joints for which
+/// [`MOST_MOMENTS`] is meant, out of this number of columns.
+const SHARED_BYTES: f64 = 850_000.0;
+const FEW_BYTES: usize = 20_000;
+const COLUMNS: usize = 60;
+const JOINTS: usize = 20;
 
 /// Smallest margin that is shown, so that those near 0 keep two digits.
 const LEAST_MARGIN: f64 = -100.0;
@@ -34,9 +41,13 @@ const PHASES: [Phase; 5] =
 /// The packed film, which `film.js` reads, with the motion of a ghost, and sentences on what the page leaves out.
 pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
     let (ticks, farthest_m) = (&film.snapshots[..film.near()], film.farthest_m());
-    let stride = ticks.len().div_ceil(MOST_MOMENTS).max(1);
+    let meshes = Meshes::of(film.robot.links.iter().flat_map(|link| link.drawn()).map(|solid| &solid.shape));
+    let shapes = shapes(&film.robot, &meshes);
+    let room = room(film.robot.joints.len(), shapes.to_string().len());
+    let at_most = |most: usize| (most as f64 * room) as usize;
+    let stride = ticks.len().div_ceil(at_most(MOST_MOMENTS)).max(1);
     let moments: Vec<&Snapshot> = ticks.iter().step_by(stride).collect();
-    let (slices, every) = slices(&moments, film.gains.len());
+    let (slices, every) = slices(&moments, film.gains.len(), at_most(MOST_CORNERS));
     let period_s = film.control_period_s * stride as f64;
     let mut notes = Vec::new();
     if stride > 1 {
@@ -64,10 +75,9 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
     let phase = |s: &Snapshot| PHASES.iter().position(|phase| *phase == s.phase).map(|i| i as f64);
     let landing = |s: &Snapshot| s.footstep.map_or_else(Vec::new, |corners| corners.map(|corner| corner.xy()).to_vec());
     let footsteps: Vec<Vec<Point2<f64>>> = moments.iter().map(|s| landing(s)).collect();
-    let meshes = Meshes::of(film.robot.links.iter().flat_map(|link| link.drawn()));
     let packed = json!({
         "robot": robot(&film.robot, &meshes),
-        "shapes": shapes(&film.robot, &meshes),
+        "shapes": shapes,
         "ground": ground(film),
         "gains": film.gains,
         "phases": PHASES.map(|phase| json!({ "id": phase.name(), "doing": doing(phase), "without_gain": without_gain(phase) })),
@@ -90,6 +100,12 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
         "footstep": Polygons::of(footsteps.iter().map(Vec::as_slice)).packed(),
     });
     (with_fields_of(packed, &motion(&moments, period_s, farthest_m)), notes)
+}
+
+/// The share of the usual moments for which a page has room, if the robot has so many joints, and so many bytes of meshes.
+fn room(joints: usize, mesh_bytes: usize) -> f64 {
+    let columns = COLUMNS as f64 / (COLUMNS - JOINTS + joints.max(JOINTS)) as f64;
+    columns * (1.0 - mesh_bytes.saturating_sub(FEW_BYTES) as f64 / SHARED_BYTES).max(0.1)
 }
 
 /// How the robot moves: its base, joints, COM and ZMP at each moment. Only these are shown of a ghost.
@@ -137,11 +153,11 @@ fn mean(ticks: &[Snapshot], value: &dyn Fn(&Snapshot) -> Option<Arrow>) -> Optio
 }
 
 /// The slices of each gain, and the number of moments for which each slice is held.
-fn slices(moments: &[&Snapshot], gains: usize) -> (Vec<Polygons>, usize) {
+fn slices(moments: &[&Snapshot], gains: usize, most_corners: usize) -> (Vec<Polygons>, usize) {
     let mut every = 1;
     loop {
         let all: Vec<Polygons> = (0..gains).map(|gain| Polygons::of(held(moments, gain, every))).collect();
-        if all.iter().map(Polygons::corners).sum::<usize>() <= MOST_CORNERS || every >= moments.len() {
+        if all.iter().map(Polygons::corners).sum::<usize>() <= most_corners || every >= moments.len() {
             return (all, every);
         }
         every += 1;
@@ -225,7 +241,7 @@ fn kind(shape: &Shape, meshes: &Meshes) -> (String, Vector3<f64>) {
         }
         Shape::Mesh(mesh) => {
             let farthest_m = mesh.points.iter().map(|point| point.coords.amax()).fold(1e-6, f64::max);
-            (format!("mesh {:?}", meshes.number(mesh)), Vector3::repeat(farthest_m))
+            (format!("mesh {}", meshes.number(mesh).unwrap_or_default()), Vector3::repeat(farthest_m))
         }
     }
 }

@@ -186,8 +186,37 @@ mod tests {
         assert!(share < 1.0 && share > 0.998, "{share}");
         let share = volume(&cylinder(0.05, 0.2)) / (PI * 0.0025 * 0.2);
         assert!(share < 1.0 && share > 0.98, "{share}");
-        let share = volume(&capsule(0.1, 0.0)) / (4.0 / 3.0 * PI * 0.001);
-        assert!(share < 1.0 && share > 0.95, "{share}");
+        let ball = 4.0 / 3.0 * PI * 0.001;
+        for (length, expected) in [(0.0, ball), (0.3, ball + PI * 0.01 * 0.3)] {
+            let share = volume(&capsule(0.1, length)) / expected;
+            assert!(share < 1.0 && share > 0.95, "{share}");
+        }
+    }
+
+    /// A mesh of a file, with the corners and faces of another.
+    fn file(mesh: &Mesh) -> robot::mesh::Mesh {
+        let faces = mesh.faces.iter().map(|face| face.map(|corner| corner as u32)).collect();
+        robot::mesh::Mesh::new(mesh.corners.iter().map(|(at, _)| *at).collect(), faces)
+    }
+
+    #[test]
+    fn edges_of_meshes_are_sharp_and_their_curves_are_smooth() {
+        let half = Vector3::new(0.1, 0.2, 0.3);
+        let corner = |k: usize| {
+            Point3::from(Vector3::from_fn(|axis, _| if k >> axis & 1 == 1 { half[axis] } else { -half[axis] }))
+        };
+        let mut cube = Mesh { corners: (0..8).map(|k| (corner(k), corner(k).coords)).collect(), faces: Vec::new() };
+        for side in [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]] {
+            cube.face(&side);
+        }
+        let cube = creased(&file(&cube));
+        assert_eq!((cube.corners.len(), cube.faces.len()), (24, 12), "each corner is one for each of its sides");
+        assert!(cube.corners.iter().all(|(_, normal)| (normal.amax() - 1.0).abs() < 1e-12));
+        let ball = creased(&file(&capsule(0.1, 0.0)));
+        for (at, normal) in ball.corners.iter().filter(|(at, _)| at.z.abs() < 0.09) {
+            assert!(normal.angle(&at.coords) < 0.05, "{normal} at {at}");
+        }
+        assert!((volume(&cube) - 8.0 * half.product()).abs() < 1e-12);
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! The size of a robot in relation to UT-mu2, for which the window, pages and pictures were made. Marks grow with the
 //! length of the robot, and the pull of the mouse with its weight.
 
-use crate::robot::Robot;
+use crate::robot::{Robot, Units};
+use crate::sim::Push;
 
 /// UT-mu2 at home: height of its COM (m), and its mass (kg).
 const COM_HEIGHT_M: f64 = 0.31;
@@ -52,6 +53,13 @@ impl RobotScale {
     pub fn m_per_n(self, m_per_n: f64) -> f64 {
         m_per_n / self.stiffness()
     }
+}
+
+/// The push of the window and the command line if none is given, in round numbers.
+pub fn first_push(robot: &Robot) -> Push {
+    let usual = Push::of(&Units::of(robot));
+    let impulse_n_s = RobotScale::of(robot).first_push_n_s();
+    Push { impulse_n_s, duration_s: round(usual.duration_s), start_s: round(usual.start_s), ..usual }
 }
 
 /// The nearest number that a person would choose: 1, 2, 2.5 or 5 times a power of ten.

@@ -2,7 +2,7 @@
 
 use crate::render::text::layout::{align, signed, table, whole_names, wrapped};
 use crate::robot::swing_time::least_swing_time_s;
-use crate::robot::{Foot, Kinematics, Robot};
+use crate::robot::{Foot, Joint, Kinematics, Robot};
 use crate::sim::Pairs;
 use comfy_table::{ContentArrangement, Table};
 use nalgebra::Matrix3xX;
@@ -227,11 +227,19 @@ fn joint_table(robot: &Robot) -> Table {
         joints.add_row([
             joint.name.clone(),
             [axis.x, axis.y, axis.z].map(short).join(" "),
-            format!("{:.1} to {:.1}", joint.lower_rad.to_degrees(), joint.upper_rad.to_degrees()),
-            format!("{:.4} to {:.4}", joint.lower_rad, joint.upper_rad),
+            range(joint, 1, f64::to_degrees),
+            range(joint, 4, std::convert::identity),
         ]);
     }
     whole_names(align(joints))
+}
+
+/// The limits of a joint, converted and with so many decimals.
+fn range(joint: &Joint, decimals: usize, convert: impl Fn(f64) -> f64) -> String {
+    match [joint.lower_rad, joint.upper_rad].map(convert) {
+        [lower, upper] if lower.is_finite() && upper.is_finite() => format!("{lower:.decimals$} to {upper:.decimals$}"),
+        _ => "none".into(),
+    }
 }
 
 /// A component of an axis with at most three decimals, without trailing zeros.

@@ -311,7 +311,7 @@ mod tests {
     /// The story of a push with a gain set: its title and its text.
     fn story(gains: &str, impulse_n_s: f64, heading_deg: f64) -> [String; 2] {
         let robot = Robot::load("ut-mu2").unwrap();
-        let config = EpisodeConfig::default();
+        let config = EpisodeConfig::of(&crate::robot::Units::of(&robot));
         let design = Design::new(&robot, &GainSet::load(gains).unwrap(), config.control_period_s).unwrap();
         let pushes = vec![Push { impulse_n_s, heading_deg, ..Push::default() }];
         let mut witness = Witness::default();

@@ -1,9 +1,12 @@
 //! Triangle meshes: as they are drawn, and the convex hull as which they collide.
 
-use super::{Shape, Solid};
+mod dae;
+pub(super) mod files;
+pub(super) mod search;
+pub(super) mod thin;
+
 use nalgebra::{Matrix3, Point3, Vector3};
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 /// Triangles in the frame of a solid, and the points that span their convex hull.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +24,30 @@ pub struct Mesh {
 const DIRECTIONS: usize = 64;
 /// Least thickness of a hull (m). A flat mesh is thickened to this, since engines need a volume.
 const LEAST_THICKNESS_M: f64 = 5e-4;
+
+/// Triangles as they stand in a file.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Triangles {
+    pub points: Vec<Point3<f64>>,
+    /// Indices into `points`, counter-clockwise as seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Triangles {
+    /// Adds a polygon by its corners.
+    fn fan(&mut self, corners: &[u32]) {
+        self.triangles.extend(corners.windows(2).skip(1).map(|side| [corners[0], side[0], side[1]]));
+    }
+
+    /// Scales the points along the axes. Triangles that are mirrored by that still look to the outside.
+    pub fn scaled(mut self, scale: &Vector3<f64>) -> Self {
+        self.points.iter_mut().for_each(|point| point.coords.component_mul_assign(scale));
+        if scale.product() < 0.0 {
+            self.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        }
+        self
+    }
+}
 
 impl Mesh {
     /// The mesh of these triangles, whose hull is that of all points. There must be at least one point.
@@ -44,29 +71,6 @@ impl Mesh {
     }
 }
 
-/// The meshes of some solids, each once. They are written to models and pages by their number in this list.
-#[derive(Debug)]
-pub struct Meshes<'a>(pub Vec<&'a Arc<Mesh>>);
-
-impl<'a> Meshes<'a> {
-    pub fn of(solids: impl Iterator<Item = &'a Solid>) -> Self {
-        let mut meshes = Self(Vec::new());
-        for solid in solids {
-            if let Shape::Mesh(mesh) = &solid.shape
-                && meshes.number(mesh).is_none()
-            {
-                meshes.0.push(mesh);
-            }
-        }
-        meshes
-    }
-
-    /// The number of a mesh; None if no solid has it.
-    pub fn number(&self, mesh: &Arc<Mesh>) -> Option<usize> {
-        self.0.iter().position(|other| Arc::ptr_eq(mesh, other))
-    }
-}
-
 /// The corners with the least and the largest coordinates of the box around points.
 pub fn bounds(points: &[Point3<f64>]) -> (Point3<f64>, Point3<f64>) {
     let none = (Point3::from([f64::INFINITY; 3]), Point3::from([f64::NEG_INFINITY; 3]));
@@ -75,9 +79,13 @@ pub fn bounds(points: &[Point3<f64>]) -> (Point3<f64>, Point3<f64>) {
 
 /// The points that lie farthest out in each of the directions, in the order in which they are given.
 fn extremal(points: &[Point3<f64>]) -> Vec<Point3<f64>> {
+    let (least, most) = bounds(points);
+    let middle = nalgebra::center(&least, &most);
     let farthest = |direction: Vector3<f64>| {
         let along = |i: &usize| points[*i].coords.dot(&direction);
-        (0..points.len()).max_by(|a, b| along(a).total_cmp(&along(b)))
+        // Of the points of a face, a corner rather than one within the face.
+        let out = |i: &usize| (points[*i] - middle).norm_squared();
+        (0..points.len()).max_by(|a, b| along(a).total_cmp(&along(b)).then_with(|| out(a).total_cmp(&out(b))))
     };
     let mut chosen: Vec<usize> = directions().filter_map(farthest).collect();
     chosen.sort_unstable();

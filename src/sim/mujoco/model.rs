@@ -2,8 +2,8 @@
 //! collide are those of [`Robot`]. Which links collide with each other is up to [`Pairs`]. The servos are not in it; the
 //! plant drives the joints.
 
-use crate::robot::mesh::Meshes;
-use crate::robot::{Link, Robot, Shape, Solid};
+use crate::robot::shape::Meshes;
+use crate::robot::{Joint, Link, Robot, Shape, Solid};
 use crate::sim::Ground;
 use crate::sim::meeting::{self, Pairs};
 use nalgebra::{Isometry3, UnitQuaternion};
@@ -42,7 +42,7 @@ pub fn mjcf(robot: &Robot, ground: &Ground, pairs: &Pairs, step_s: f64) -> Strin
         _ = write!(xml, r#"<geom type="box" size="{size}" {friction} {}/>"#, pose(&center));
     }
     xml.push_str("</body>");
-    let meshes = Meshes::of(robot.links.iter().flat_map(|link| &link.collisions));
+    let meshes = Meshes::of(robot.links.iter().flat_map(|link| &link.collisions).map(|solid| &solid.shape));
     body(&mut xml, robot, &meshes, 0);
     xml.push_str("</worldbody>");
     assets(&mut xml, &meshes);
@@ -79,13 +79,12 @@ fn body(xml: &mut String, robot: &Robot, meshes: &Meshes, index: usize) {
             let axis = joint.axis;
             _ = write!(
                 xml,
-                r#"<joint name="{}" axis="{} {} {}" limited="true" range="{} {}" armature="{}"/>"#,
+                r#"<joint name="{}" axis="{} {} {}" {} armature="{}"/>"#,
                 escape(&joint.name),
                 axis.x,
                 axis.y,
                 axis.z,
-                joint.lower_rad,
-                joint.upper_rad,
+                range(joint),
                 servo.rotor_inertia_kg_m2,
             );
         }
@@ -95,6 +94,15 @@ fn body(xml: &mut String, robot: &Robot, meshes: &Meshes, index: usize) {
     let children = robot.joints.iter().enumerate().filter(|(_, joint)| joint.parent == index);
     children.for_each(|(joint, _)| body(xml, robot, meshes, joint + 1));
     xml.push_str("</body>");
+}
+
+/// The limits of a joint.
+fn range(joint: &Joint) -> String {
+    let Joint { lower_rad, upper_rad, .. } = joint;
+    match lower_rad.is_finite() && upper_rad.is_finite() {
+        true => format!(r#"limited="true" range="{lower_rad} {upper_rad}""#),
+        false => r#"limited="false""#.into(),
+    }
 }
 
 fn inertial(xml: &mut String, link: &Link) {

@@ -121,7 +121,7 @@ impl Physics for Rapier {
             let other = if pair.collider1 == *part { pair.collider2 } else { pair.collider1 };
             let wrench = ground_wrench(pair, *part, &(slope * pose), self.step_s);
             let link = Part::Link(self.world.colliders[other].user_data as usize);
-            let sole = Foot::BOTH.into_iter().find(|&foot| soles[foot] == other);
+            let sole = Foot::BOTH.into_iter().find(|&foot| soles[foot].contains(&other));
             see(sole.map_or(link, Part::Sole), wrench);
         }
     }

@@ -35,8 +35,96 @@ fn hull(mesh: &Mesh, pose: Isometry3<f64>) -> (SharedShape, Isometry3<f64>) {
     placed(&Shape::Box { half: (most - least) / 2.0 }, pose * middle)
 }
 
+/// The placed shape of a solid that stands on the ground in the direction `down` (frame of `pose`). Of a face, Parry's
+/// contacts know four corners. If that of a mesh has more, pyramids are added: each stands on four of them in turn, and
+/// has its tip inside of the hull.
+pub fn standing(shape: &Shape, pose: Isometry3<f64>, down: &Vector3<f64>) -> Vec<(SharedShape, Isometry3<f64>)> {
+    /// Cosine of the largest angle between `down` and a face on which the solid stands.
+    const FACES_DOWN: f64 = 0.7;
+    let whole = placed(shape, pose);
+    let mut pyramids = Vec::new();
+    if let Some(hull) = whole.0.as_convex_polyhedron() {
+        let down = vec_to_rapier(&pose.inverse_transform_vector(down));
+        let tip = hull.points().iter().copied().sum::<rapier3d::prelude::Vector>() / hull.points().len() as Real;
+        for face in hull.faces().iter().filter(|face| f64::from(face.normal.dot(down)) > FACES_DOWN) {
+            let from = face.first_vertex_or_edge as usize;
+            let corners = &hull.vertices_adj_to_face()[from..from + face.num_vertices_or_edges as usize];
+            let corner = |k: usize| hull.points()[corners[k.min(corners.len() - 1)] as usize];
+            let fan = (1..corners.len().saturating_sub(1)).step_by(2).filter(|_| corners.len() > 4);
+            let quad = |k: usize| [corner(0), corner(k), corner(k + 1), corner(k + 2), tip];
+            pyramids.extend(fan.filter_map(|k| Some((SharedShape::convex_hull(&quad(k))?, pose))));
+        }
+    }
+    std::iter::once(whole).chain(pyramids).collect()
+}
+
 /// Gap between two placed shapes (m); 0 if they overlap.
 pub fn gap_m((a, a_pose): &(SharedShape, Isometry3<f64>), (b, b_pose): &(SharedShape, Isometry3<f64>)) -> f64 {
     query::distance(&pose_to_rapier(a_pose), &**a, &pose_to_rapier(b_pose), &**b)
         .map_or(f64::INFINITY, |gap| f64::from(gap.distance))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Point3;
+    use std::sync::Arc;
+
+    /// Gap between a shape and a small ball at a point (m).
+    fn gap_to(shape: &Shape, pose: &Isometry3<f64>, at: [f64; 3]) -> f64 {
+        let ball = Shape::Sphere { radius: 0.01 };
+        gap_m(&placed(shape, *pose), &placed(&ball, Isometry3::translation(at[0], at[1], at[2]))) + 0.01
+    }
+
+    #[test]
+    fn shapes_stand_where_they_are_put() {
+        let corners = Shape::Box { half: Vector3::new(0.1, 0.2, 0.3) }.points();
+        // A point within the box does not change its hull.
+        let mesh = Mesh::new([corners, vec![Point3::new(0.02, 0.0, 0.1)]].concat(), Vec::new());
+        let flat =
+            Mesh::new([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[x, y]| Point3::new(x, y, 0.0)).into(), Vec::new());
+        let pose = Isometry3::translation(1.0, 0.0, 0.0);
+        for (shape, at, expected) in [
+            (Shape::Box { half: Vector3::new(0.1, 0.2, 0.3) }, [1.0, 0.0, 0.8], 0.5),
+            (Shape::Mesh(Arc::new(mesh.clone())), [1.0, 0.0, 0.8], 0.5),
+            (Shape::Mesh(Arc::new(mesh)), [1.5, 0.1, 0.2], 0.4),
+            (Shape::Mesh(Arc::new(flat)), [1.2, 0.2, 0.5], 0.5),
+            (Shape::Cylinder { radius: 0.1, length: 0.6 }, [1.0, 0.0, 0.8], 0.5),
+            (Shape::Capsule { radius: 0.1, length: 0.6 }, [1.0, 0.0, 0.8], 0.4),
+            (Shape::Capsule { radius: 0.1, length: 0.6 }, [1.0, 0.5, 0.0], 0.4),
+        ] {
+            let gap_m = gap_to(&shape, &pose, at);
+            assert!((gap_m - expected).abs() < 1e-3, "{shape:?}: {gap_m}, not {expected}");
+        }
+    }
+
+    #[test]
+    fn a_sole_with_many_corners_stands_on_all_of_them() {
+        for sides in [3, 4, 5, 8, 9] {
+            let corner = |k: usize| {
+                let (sin, cos) = (std::f64::consts::TAU * k as f64 / sides as f64).sin_cos();
+                [0.0, 0.05].map(|z| Point3::new(0.1 * cos, 0.06 * sin, z))
+            };
+            let mesh = Shape::Mesh(Arc::new(Mesh::new((0..sides).flat_map(corner).collect(), Vec::new())));
+            let shapes = standing(&mesh, Isometry3::identity(), &-Vector3::z());
+            assert_eq!(shapes.len() > 1, sides > 4, "{sides} sides");
+            // Parry knows four corners of a face, so each corner must be one of a face with at most four.
+            let known = |at: Point3<f64>| {
+                shapes.iter().filter_map(|(shape, _)| shape.as_convex_polyhedron()).any(|hull| {
+                    hull.faces().iter().filter(|face| face.normal.z < -0.99 && face.num_vertices_or_edges <= 4).any(
+                        |face| {
+                            let from = face.first_vertex_or_edge as usize;
+                            hull.vertices_adj_to_face()[from..from + face.num_vertices_or_edges as usize]
+                                .iter()
+                                .any(|&v| (hull.points()[v as usize] - vec_to_rapier(&at.coords)).length() < 1e-6)
+                        },
+                    )
+                })
+            };
+            for k in 0..sides {
+                assert!(known(corner(k)[0]), "corner {k} of {sides}");
+            }
+        }
+        assert_eq!(standing(&Shape::Sphere { radius: 0.1 }, Isometry3::identity(), &-Vector3::z()).len(), 1);
+    }
 }

@@ -1,8 +1,8 @@
 //! Builds the Rapier world: the robot as one multibody, on its ground.
 
 use super::convert::{pose_to_rapier, rotation_to_rapier, vec_to_rapier};
-use super::shape::placed;
-use crate::robot::{Foot, Joint, PerFoot, Posture, Robot, Solid};
+use super::shape::{placed, standing};
+use crate::robot::{Foot, Joint, PerFoot, Posture, Robot};
 use crate::sim::Ground;
 use crate::sim::meeting::{self, Pairs};
 use nalgebra::{Isometry3, Rotation3, Unit, UnitQuaternion, Vector3};
@@ -98,7 +98,8 @@ pub struct Handles {
     pub floor: RigidBodyHandle,
     /// The colliders of the ground, with their poses in that frame.
     pub ground: Vec<(ColliderHandle, Isometry3<f64>)>,
-    pub soles: PerFoot<ColliderHandle>,
+    /// The colliders of each sole.
+    pub soles: PerFoot<Vec<ColliderHandle>>,
     /// Transform from the root's URDF frame to the frame of its Rapier body. The latter is at the root's centre of
     /// mass, because a floating multibody with an offset there drifts.
     pub root_com: Isometry3<f64>,
@@ -167,7 +168,7 @@ pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
 
     let root_com = Isometry3::from_parts(robot.links[0].com_m.coords.into(), UnitQuaternion::identity());
     let mut bodies = Vec::with_capacity(robot.links.len());
-    let mut soles = PerFoot::from_fn(|_| ColliderHandle::invalid());
+    let mut soles = PerFoot::from_fn(|_| Vec::new());
     for (i, link) in robot.links.iter().enumerate() {
         let offset = if i == 0 { root_com } else { Isometry3::identity() };
         let com = offset.inverse_transform_point(&link.com_m);
@@ -192,12 +193,18 @@ pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
                 .can_sleep(false),
         );
         for solid in &link.collisions {
-            let handle = world.insert_collider(
-                collider(solid, &offset).user_data(i as u128).collision_groups(groups(pairs, i)),
-                Some(body),
-            );
-            if let Some(foot) = Foot::BOTH.into_iter().find(|&f| solid.frame == robot.soles[f].frame) {
-                soles[foot] = handle;
+            let foot = Foot::BOTH.into_iter().find(|&f| solid.frame == robot.soles[f].frame);
+            let pose = offset.inverse() * solid.pose;
+            let shapes = match foot {
+                Some(foot) => standing(&solid.shape, pose, &(robot.soles[foot].center.rotation * -Vector3::z())),
+                None => vec![placed(&solid.shape, pose)],
+            };
+            for shape in shapes {
+                let collider = collider(shape).user_data(i as u128).collision_groups(groups(pairs, i));
+                let handle = world.insert_collider(collider, Some(body));
+                if let Some(foot) = foot {
+                    soles[foot].push(handle);
+                }
             }
         }
         let colliders = &world.colliders;
@@ -216,8 +223,7 @@ pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
     (world, Handles { multibody, bodies, floor, ground, soles, root_com })
 }
 
-fn collider(solid: &Solid, offset: &Isometry3<f64>) -> ColliderBuilder {
-    let (shape, pose) = placed(&solid.shape, offset.inverse() * solid.pose);
+fn collider((shape, pose): (SharedShape, Isometry3<f64>)) -> ColliderBuilder {
     ColliderBuilder::new(shape)
         .position(pose_to_rapier(&pose))
         .density(0.0)

@@ -4,11 +4,10 @@ use super::pick::Grab;
 use super::simulation::Simulation;
 use super::world::World;
 use crate::episode::snapshot::Arrow;
+use crate::render::scene::scale::first_push;
 use crate::sim::Push;
 use nalgebra::Point3;
 
-/// Duration of a push by key (s), the same as the default of campaigns.
-const PUSH_S: f64 = 0.05;
 /// How long a push stays in the picture after its end (s), since it may be shorter than a frame.
 const LINGERING_S: f64 = 0.25;
 
@@ -90,7 +89,7 @@ impl<'a> Live<'a> {
     /// Pushes the robot, from now on.
     pub fn push(&mut self, impulse_n_s: f64, heading_deg: f64) {
         let start_s = self.shown.now.time_s;
-        let push = Push { impulse_n_s, heading_deg, duration_s: PUSH_S, start_s, ..Push::default() };
+        let push = Push { impulse_n_s, heading_deg, start_s, ..first_push(&self.world.robot) };
         self.both().for_each(|robot| robot.push(push));
         self.counts.pushes += 1;
     }

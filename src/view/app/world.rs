@@ -6,7 +6,7 @@ use crate::control::Design;
 use crate::episode::{Disturbance, EpisodeConfig};
 use crate::error::{Error, Result};
 use crate::lipm::gains::GainSet;
-use crate::robot::Robot;
+use crate::robot::{Robot, Units};
 use crate::sim::Ground;
 use crate::view::Options;
 
@@ -32,7 +32,7 @@ impl World {
     /// accepted, or if an engine is missing or does not take the robot.
     pub fn new(args: &Options) -> Result<Self> {
         let campaign = match &args.campaign {
-            Some(name) => Some(Campaign::load(name, &Overrides::default())?),
+            Some(name) => Some(Campaign::load(name, &Overrides { robot: args.robot.clone(), ..Overrides::default() })?),
             None => None,
         };
         if let Some(index) = args.trial {
@@ -44,7 +44,8 @@ impl World {
         }
         let named = args.robot.as_ref().or(campaign.as_ref().map(|campaign| &campaign.robot));
         let robot = Robot::load(named.map_or(DEFAULT_ROBOT, String::as_str))?;
-        let mut config = campaign.as_ref().map_or_else(EpisodeConfig::default, |campaign| campaign.episode);
+        let mut config =
+            campaign.as_ref().map_or_else(|| EpisodeConfig::of(&Units::of(&robot)), |campaign| campaign.episode);
         config.engine = args.engine.unwrap_or(config.engine);
         let ghost_config = args.ghost.then(|| EpisodeConfig { engine: config.engine.other(), ..config });
         for config in std::iter::once(&config).chain(&ghost_config) {

@@ -1,0 +1,260 @@
+//! The quantities of a campaign that a file states in units of its robot, so that a campaign asks the same of robots of
+//! every size. Each may be stated in SI units instead, under a key of its own: `push.impulse = 1.0` in m omega d, or
+//! `push.impulse_n_s = 2.16`. A campaign is converted once, when it meets its robot, and is in SI units from then on.
+
+use crate::error::{Error, Result};
+use crate::robot::{Robot, Units};
+use toml::{Table, Value};
+
+/// What 1 of a quantity means.
+#[derive(Debug, Clone, Copy)]
+enum Unit {
+    /// m omega d.
+    Impulse,
+    /// COM height h.
+    Length,
+    /// 1 / omega.
+    Time,
+    /// omega h.
+    Speed,
+    /// The robot's own delay.
+    Delay,
+}
+
+/// Table, key in units of the robot, key in SI units, and unit.
+const QUANTITIES: [(&str, &str, &str, Unit); 14] = [
+    ("push", "impulse", "impulse_n_s", Unit::Impulse),
+    ("push", "height", "height_m", Unit::Length),
+    ("push", "duration", "duration_s", Unit::Time),
+    ("push", "start", "start_s", Unit::Time),
+    ("second_push", "impulse", "impulse_n_s", Unit::Impulse),
+    ("second_push", "after", "after_s", Unit::Time),
+    ("variations", "trunk_com_x", "trunk_com_x_m", Unit::Length),
+    ("variations", "trunk_com_y", "trunk_com_y_m", Unit::Length),
+    ("variations", "ground_step", "ground_step_m", Unit::Length),
+    ("variations", "delay_scale", "delay_s", Unit::Delay),
+    ("episode", "horizon", "horizon_s", Unit::Time),
+    ("episode.judge", "standing_com_speed", "standing_com_speed_m_s", Unit::Speed),
+    ("episode.judge", "standing_time", "standing_time_s", Unit::Time),
+    ("episode.judge", "home_radius", "home_radius_m", Unit::Length),
+];
+
+/// The units of one robot.
+#[derive(Debug, Clone, Copy)]
+pub struct Measures {
+    pub units: Units,
+    delay_s: f64,
+}
+
+impl Measures {
+    pub fn of(robot: &Robot) -> Self {
+        Self { units: Units::of(robot), delay_s: robot.delay_s }
+    }
+
+    /// What 1 of a unit is in SI units.
+    fn one(&self, unit: Unit) -> f64 {
+        match unit {
+            Unit::Impulse => self.units.impulse_n_s(),
+            Unit::Length => self.units.length_m,
+            Unit::Time => self.units.time_s(),
+            Unit::Speed => self.units.speed_m_s(),
+            Unit::Delay => self.delay_s,
+        }
+    }
+
+    /// Converts all quantities of a campaign, or of a part of one, to SI units. It fails if one is stated in both ways.
+    pub fn to_si(&self, file: &str, campaign: &mut Table) -> Result<()> {
+        self.to_si_inside("", file, campaign)
+    }
+
+    /// Does so in the table with the dotted key `outer`; that of a whole campaign is empty.
+    fn to_si_inside(&self, outer: &str, file: &str, asked: &mut Table) -> Result<()> {
+        for (path, relative, absolute, unit) in QUANTITIES {
+            let Some(inner) = path.strip_prefix(outer) else { continue };
+            let Some(table) = table_at(asked, inner) else { continue };
+            let Some(value) = table.remove(relative) else { continue };
+            if let Some(other) = table.get(absolute) {
+                let field = format!("{path}.{relative}, {path}.{absolute}");
+                let stated = format!("{value}, {other}");
+                return Err(Error::value(file, field, stated, "the quantity is stated twice", "one of the two keys"));
+            }
+            table.insert(absolute.into(), times(value, self.one(unit)));
+        }
+        Ok(())
+    }
+
+    /// The dotted key in SI units and the value of an assignment that may be in units of the robot.
+    pub fn assigned(&self, key: &str, value: Value) -> Result<(String, Value)> {
+        for (path, relative, absolute, unit) in QUANTITIES {
+            if key.strip_prefix(path).and_then(|rest| rest.strip_prefix('.')) == Some(relative) {
+                return Ok((format!("{path}.{absolute}"), times(value, self.one(unit))));
+            }
+        }
+        let mut value = value;
+        if let Value::Table(table) = &mut value {
+            self.to_si_inside(key, "--set", table)?;
+        }
+        Ok((key.into(), value))
+    }
+
+    /// The error, with the unit of the quantity if it is about one that may be stated in units of the robot.
+    pub fn explain(&self, mut error: Error) -> Error {
+        if let Error::Value { field, problem, .. } = &mut error {
+            let stated = QUANTITIES.iter().find(|(path, _, absolute, _)| {
+                field.strip_prefix(path).and_then(|rest| rest.strip_prefix('.')).is_some_and(|key| {
+                    key.strip_prefix(absolute).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+                })
+            });
+            if let Some((path, relative, _, unit)) = stated {
+                *problem += &format!(" (1 of {path}.{relative} is {:.4} here)", self.one(*unit));
+            }
+        }
+        error
+    }
+}
+
+/// A list of accepted keys, with those in units of the robot beside those in SI units.
+pub fn with_relative_keys(text: &str) -> String {
+    let mut text = text.to_string();
+    let mut done = Vec::new();
+    for (path, relative, absolute, _) in QUANTITIES {
+        text = text.replace(&format!("{path}.{absolute}"), &format!("{path}.{relative}, {path}.{absolute}"));
+        if !done.contains(&absolute) {
+            text = text.replace(&format!("`{absolute}`"), &format!("`{relative}`, `{absolute}`"));
+            done.push(absolute);
+        }
+    }
+    text
+}
+
+/// The table with this dotted key, if there is one.
+fn table_at<'a>(root: &'a mut Table, path: &str) -> Option<&'a mut Table> {
+    path.split('.').filter(|name| !name.is_empty()).try_fold(root, |table, name| table.get_mut(name)?.as_table_mut())
+}
+
+/// A number or distribution times `factor`. What is neither stays as it is, and is refused when the campaign is read.
+fn times(value: Value, factor: f64) -> Value {
+    match value {
+        Value::Integer(number) => Value::Float(number as f64 * factor),
+        Value::Float(number) => Value::Float(number * factor),
+        Value::Array(values) => Value::Array(values.into_iter().map(|value| times(value, factor)).collect()),
+        Value::Table(table) => {
+            Value::Table(table.into_iter().map(|(key, value)| (key, times(value, factor))).collect())
+        }
+        other => other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::ask::trial;
+    use crate::campaign::{Campaign, Overrides};
+    use crate::robot::Scale;
+
+    fn load(set: &[&str]) -> Result<Campaign> {
+        Campaign::load("harsh", &Overrides { set: set.iter().map(|s| s.to_string()).collect(), ..Default::default() })
+    }
+
+    /// The campaigns were in SI units at first: what they ask of UT-mu2 is what it was, up to rounding.
+    #[test]
+    fn the_standard_campaign_asks_of_ut_mu2_what_its_si_units_say() {
+        let [relative, absolute] = [
+            vec![],
+            vec![
+                "push.impulse_n_s={uniform=[0.5, 5.5]}",
+                "push.height_m={uniform=[-0.1, 0.2]}",
+                "push.duration_s={uniform=[0.02, 0.25]}",
+                "push.start_s=1",
+                "second_push.impulse_n_s={uniform=[0, 2]}",
+                "second_push.after_s={uniform=[0.1, 1.5]}",
+                "variations.trunk_com_x_m={uniform=[-0.0125, 0.0125]}",
+                "variations.trunk_com_y_m={uniform=[-0.0125, 0.0125]}",
+                "variations.ground_step_m={uniform=[-0.01, 0.01]}",
+                "variations.delay_s={uniform=[0.002, 0.012]}",
+            ],
+        ]
+        .map(|set| load(&set).unwrap());
+        let near = |a: f64, b: f64, size: f64| assert!((a - b).abs() < 1e-3 * size, "{a}, not {b}");
+        for index in 0..100 {
+            for (a, b) in trial::pushes(&relative, index).iter().zip(&trial::pushes(&absolute, index)) {
+                near(a.impulse_n_s, b.impulse_n_s, b.impulse_n_s.max(1.0));
+                near(a.height_m, b.height_m, 0.1);
+                near(a.duration_s, b.duration_s, b.duration_s);
+                near(a.start_s, b.start_s, b.start_s);
+            }
+            let [a, b] = [&relative, &absolute].map(|campaign| trial::variation(campaign, index));
+            for (a, b) in a.varied().into_iter().zip(b.varied()) {
+                near(a.1, b.1, b.1.abs().max(0.01));
+            }
+        }
+        let (episode, judge) = (relative.episode, relative.episode.judge);
+        for (found, si) in [
+            (episode.horizon_s, 6.0),
+            (judge.standing_com_speed_m_s, 0.02),
+            (judge.standing_time_s, 0.5),
+            (judge.home_radius_m, 0.005),
+        ] {
+            near(found, si, 10.0 * si);
+        }
+    }
+
+    #[test]
+    fn a_similar_robot_is_asked_for_the_same_in_its_own_units() {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let scale = Scale { length: 4.0, mass: 64.0 };
+        let of = |robot: &Robot| Campaign::load_for(robot, "harsh", &Overrides::default()).unwrap();
+        let [small, large] = [of(&robot), of(&robot.scaled(scale))];
+        let same = |large: f64, small: f64| assert!((large / small - 1.0).abs() < 1e-9, "{large}, not {small}");
+        same(large.units.time_s(), small.units.time_s() * 2.0);
+        for index in 0..20 {
+            for (large, small) in trial::pushes(&large, index).iter().zip(&trial::pushes(&small, index)) {
+                same(large.impulse_n_s, small.impulse_n_s * 64.0 * 2.0);
+                same(large.height_m, small.height_m * 4.0);
+                same(large.duration_s, small.duration_s * 2.0);
+                same(large.start_s, small.start_s * 2.0);
+                assert_eq!(large.heading_deg, small.heading_deg);
+            }
+            let [large, small] = [&large, &small].map(|campaign| trial::variation(campaign, index));
+            for ((name, large), (_, small)) in large.varied().into_iter().zip(small.varied()) {
+                let factor = match name {
+                    "delay_s" => 2.0,
+                    _ if name.ends_with("_m") => 4.0,
+                    _ => 1.0,
+                };
+                same(large, small * factor);
+            }
+        }
+        let (large, small) = (large.episode, small.episode);
+        same(large.horizon_s, small.horizon_s * 2.0);
+        same(large.judge.standing_com_speed_m_s, small.judge.standing_com_speed_m_s * 2.0);
+        same(large.judge.standing_time_s, small.judge.standing_time_s * 2.0);
+        same(large.judge.home_radius_m, small.judge.home_radius_m * 4.0);
+        assert_eq!(large.control_period_s, small.control_period_s);
+    }
+
+    #[test]
+    fn a_quantity_in_one_way_replaces_it_in_the_other_and_both_at_once_are_refused() {
+        let impulse = |set: &[&str]| trial::push(&load(set).unwrap(), 0).impulse_n_s;
+        assert_eq!(impulse(&["push.impulse_n_s=3"]), 3.0);
+        let units = load(&[]).unwrap().units;
+        assert_eq!(impulse(&["push.impulse_n_s=3", "push.impulse=2"]), 2.0 * units.impulse_n_s());
+        let twice = load(&["second_push={impulse=1, impulse_n_s=2}"]).unwrap_err().to_string();
+        for part in ["second_push.impulse, second_push.impulse_n_s = 1, 2", "twice"] {
+            assert!(twice.contains(part), "{twice}");
+        }
+    }
+
+    #[test]
+    fn errors_say_what_is_accepted_in_both_ways() {
+        for (bad, expected) in [
+            ("push.impulse=-1", "(1 of push.impulse is 2.16"),
+            ("push.impulse=hard", "{ uniform = [a, b] }"),
+            ("push.impuls=1", "push.impulse, push.impulse_n_s"),
+            ("units.mass_kg=1", "unknown key"),
+        ] {
+            let message = load(&[bad]).unwrap_err().to_string();
+            assert!(message.contains(expected), "{bad}: {message}");
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! Infers from a URDF alone what the settings of a robot say: feet, trunk, soles, home posture, servos, noise, delay, and
+//! where a foot can land.
+
+mod clearance;
+mod figures;
+mod home;
+mod limbs;
+mod reach;
+mod sensors;
+mod servos;
+mod soles;
+mod srdf;
+mod text;
+
+use crate::assets::Source;
+use crate::error::{Error, Result};
+use crate::robot::tree::Tree;
+use crate::robot::{Foot, PerFoot, Robot, SensorNoise, Servo};
+use limbs::Limbs;
+
+/// How to state by hand what cannot be inferred.
+const BY_HAND: &str = "a humanoid, or a TOML file of the same name beside the URDF that says it: trunk, [soles], [home_rad], \
+                       [[servos]], [noise], friction, delay_s; the chapter Robots of the guide explains each key, and \
+                       assets/robots/ut-mu2.toml is an example";
+
+/// Number of joints by which a leg leads its sole to any pose.
+const FULL_LEG: usize = 6;
+
+/// The text of the settings (TOML) of the robot that a URDF describes.
+///
+/// # Errors
+/// The URDF cannot be read, or is not of a humanoid: then the error says all that cannot be inferred.
+pub(super) fn settings(urdf: &Source) -> Result<String> {
+    let tree = Tree::parse(urdf)?;
+    let none = SensorNoise {
+        joint_angle_rad: 0.0,
+        gyro_rad_s: 0.0,
+        orientation_rad: 0.0,
+        accelerometer_m_s2: 0.0,
+        sole_force_n: 0.0,
+        sole_moment_n_m: 0.0,
+    };
+    let fail = |problems: &[String]| {
+        let problem = format!("cannot be inferred: {}", problems.join("; "));
+        Error::value(&urdf.file, "settings", "(none)", problem, BY_HAND)
+    };
+    let (motors, missing) = (tree.motors, tree.missing);
+    // What is not known yet is filled in step by step.
+    let mut robot = Robot {
+        name: tree.name,
+        links: tree.links,
+        joints: tree.joints,
+        frames: tree.frames,
+        trunk: 0,
+        soles: PerFoot::from_fn(|_| soles::none()),
+        home_rad: Vec::new(),
+        servos: Vec::new(),
+        noise: none,
+        delay_s: 0.0,
+        friction: sensors::FRICTION,
+        reach: Vec::new(),
+        assumptions: Vec::new(),
+        notes: tree.notes,
+    };
+    robot.home_rad = vec![0.0; robot.joints.len()];
+    let Some(limbs) = Limbs::of(&robot) else {
+        let problem = "there are no two legs, chains of at least four joints that end in a foot each".to_string();
+        return Err(fail(&[problem]));
+    };
+    robot.trunk = limbs.trunk;
+    let mut warnings = Vec::new();
+    let foot_link = |foot: Foot| limbs.legs[foot].last().map_or(0, |j| j + 1);
+    let lost = missing.iter().find(|(frame, _)| Foot::BOTH.iter().any(|&f| robot.frames[*frame].link == foot_link(f)));
+    if let Some((frame, mesh)) = lost {
+        return Err(fail(&[format!("the mesh {mesh} of the foot {} is missing", robot.frames[*frame].name)]));
+    }
+    let soles = match Foot::BOTH.map(|foot| soles::find(&robot, foot_link(foot))) {
+        [Ok(left), Ok(right)] => PerFoot { left, right },
+        [left, right] => {
+            return Err(fail(&[left, right].into_iter().filter_map(|sole| sole.err()).collect::<Vec<_>>()));
+        }
+    };
+    robot.soles = PerFoot::from_fn(|foot| soles[foot].sole);
+    let joints = Foot::BOTH.map(|foot| limbs.legs[foot].len());
+    if joints.iter().any(|count| *count < FULL_LEG) {
+        warnings.push(format!(
+            "the legs have {} and {} joints: with fewer than {FULL_LEG}, a leg cannot bring its foot into every pose",
+            joints[0], joints[1]
+        ));
+    }
+    let reference = srdf::beside(urdf, &robot)?;
+    let home = home::find(&robot, &limbs, reference.as_ref().map(|reference| reference.angles_rad.as_slice()))
+        .map_err(|problem| fail(&[problem]))?;
+    robot.home_rad = home.home_rad;
+    warnings.extend(home.warnings);
+    let (found, unbelieved) = servos::find(&robot, &limbs, &motors);
+    warnings.extend(unbelieved);
+    robot.servos = found.iter().map(|found| found.servo).collect::<Vec<Servo>>();
+    robot.noise = sensors::noise(&robot);
+    robot.delay_s = sensors::delay_s(&robot);
+    let (regions, unreached) = reach::find(&robot, &limbs);
+    robot.reach = regions;
+    warnings.extend(unreached);
+    robot.assumptions = assumptions(&found, reference.is_some());
+    robot.assumptions.extend(warnings.iter().map(|warning| format!("WARNING: {warning}")));
+    let origins = text::Origins {
+        soles,
+        servos: found,
+        solved: home.solved,
+        reference: reference.map(|reference| reference.name),
+    };
+    Ok(text::toml(&urdf.file, &robot, &origins))
+}
+
+/// What is assumed, in words.
+fn assumptions(servos: &[servos::Found], has_reference: bool) -> Vec<String> {
+    let all = |is_read: fn(&servos::Found) -> bool| servos.iter().all(is_read);
+    let mut motors = vec!["gains", "rotor inertias"];
+    if !all(|servo| servo.torque_is_read) {
+        motors.push("torque limits");
+    }
+    if !all(|servo| servo.speed_is_read) {
+        motors.push("speed limits");
+    }
+    let home = (!has_reference).then(|| "home: knees bent by 0.7 rad, arms hanging".to_string());
+    [format!("servos: {}, in proportion to weight, height and time", motors.join(", "))]
+        .into_iter()
+        .chain(["friction, delay, sensor noise".to_string()])
+        .chain(home)
+        .collect()
+}

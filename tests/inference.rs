@@ -1,0 +1,204 @@
+//! What is inferred of a robot from its URDF alone.
+
+mod common;
+
+use common::program::{PROGRAM, Run, folder, short, standfast, stderr};
+use standfast::assets::{self, Kind, Source};
+use standfast::robot::urdf::{Files, inferred};
+use standfast::robot::{Foot, Kinematics, Robot};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+const CHILD: &str = include_str!("../assets/robots/child.urdf");
+
+fn robot_of(urdf: &Source) -> Robot {
+    Robot::parse(urdf, &inferred(urdf).unwrap()).unwrap()
+}
+
+fn child() -> Source {
+    Source { file: "builtin:child".into(), text: CHILD.into() }
+}
+
+#[track_caller]
+fn near(what: &str, value: f64, expected: f64, share: f64) {
+    assert!((value - expected).abs() <= share * expected.abs() + 1e-12, "{what}: {value}, not about {expected}");
+}
+
+/// The rules are those by which the settings of UT-mu2 were chosen.
+#[test]
+fn the_settings_of_ut_mu2_are_inferred() {
+    let stated = Robot::load("ut-mu2").unwrap();
+    let found = robot_of(&assets::open(Kind::Robot, "ut-mu2").unwrap());
+    assert_eq!((found.trunk, found.friction, found.noise), (stated.trunk, stated.friction, stated.noise));
+    near("delay", found.delay_s, stated.delay_s, 0.0);
+    near("COM height", found.home_com_height(), stated.home_com_height(), 0.03);
+    for foot in Foot::BOTH {
+        let (a, b) = (found.soles[foot], stated.soles[foot]);
+        assert!(a.frame == b.frame && a.half_m == b.half_m && a.center == b.center, "{a:?} {b:?}");
+    }
+    for (joint, (a, b)) in stated.joints.iter().zip(found.servos.iter().zip(&stated.servos)) {
+        near(&joint.name, a.kp, b.kp, 0.02);
+        near(&joint.name, a.kd, b.kd, 0.02);
+        near(&joint.name, a.torque_n_m, b.torque_n_m, 0.0);
+        near(&joint.name, a.full_torque_speed_rad_s, b.full_torque_speed_rad_s, 0.0);
+        near(&joint.name, a.no_torque_speed_rad_s, b.no_torque_speed_rad_s, 0.0);
+        near(&joint.name, a.rotor_inertia_kg_m2, b.rotor_inertia_kg_m2, 0.0);
+    }
+    for ((joint, found), stated) in stated.joints.iter().zip(&found.home_rad).zip(&stated.home_rad) {
+        if ["hip", "knee", "ankle"].iter().any(|part| joint.name.contains(part)) {
+            assert!((found - stated).abs() < 0.01, "{}: {found}, not {stated}", joint.name);
+        }
+    }
+    let names: Vec<&str> = found.reach.iter().map(|region| region.name.as_str()).collect();
+    assert_eq!(names, ["beside", "in front", "behind"]);
+    for (found, stated) in found.reach.iter().zip(&stated.reach) {
+        for (a, b) in found.x_m.iter().chain(&found.y_m).zip(stated.x_m.iter().chain(&stated.y_m)) {
+            assert!((a - b).abs() < 0.02, "{}: {a} m, not {b} m", found.name);
+        }
+        near(&found.name, found.swing_time_s, stated.swing_time_s, 0.1);
+    }
+}
+
+/// What UT-mu2's URDF states of the motors is what is assumed of a robot of this size; so it makes no difference if the
+/// URDF has placeholders.
+#[test]
+fn placeholders_in_the_place_of_torques_and_speeds_are_not_believed() {
+    let urdf = assets::open(Kind::Robot, "ut-mu2").unwrap();
+    let stated = Robot::load("ut-mu2").unwrap();
+    for (from, to) in
+        [("effort=\"8\" velocity=\"20\"", "effort=\"1000\" velocity=\"20\""), ("effort=\"8\"", "effort=\"0\"")]
+    {
+        let text = urdf.text.replace(from, to);
+        assert_ne!(text, urdf.text);
+        let found = robot_of(&Source { text, ..urdf.clone() });
+        let knee = found.joints.iter().position(|joint| joint.name == "left_knee_flexion").unwrap();
+        near("torque", found.servos[knee].torque_n_m, stated.servos[knee].torque_n_m, 0.02);
+        near("speed", found.servos[knee].no_torque_speed_rad_s, stated.servos[knee].no_torque_speed_rad_s, 0.02);
+        let told = found.assumptions.iter().any(|assumption| assumption.contains("1000 N m"));
+        assert_eq!(told, to.contains("1000"), "{:?}", found.assumptions);
+    }
+}
+
+#[test]
+fn a_child_stands_on_its_soles_with_its_com_above_their_middle() {
+    let robot = robot_of(&child());
+    assert_eq!(robot.links[robot.trunk].name, "pelvis", "chest and pelvis are one link");
+    let mut kinematics = Kinematics::new(&robot);
+    kinematics.update(&robot, &robot.home_posture());
+    let middle = Foot::BOTH.map(|foot| kinematics.sole_pose(&robot, foot).translation.x).iter().sum::<f64>() / 2.0;
+    assert!((kinematics.com().x - middle).abs() < 1e-4, "{}", kinematics.com().x - middle);
+    let knee = robot.joints.iter().position(|joint| joint.name == "left_knee").unwrap();
+    assert!((robot.home_rad[knee].abs() - 0.7).abs() < 1e-9, "{}", robot.home_rad[knee]);
+    assert_eq!(robot.reach[0].name, "beside");
+}
+
+/// A robot without settings runs with those that `init` writes.
+#[test]
+fn what_init_writes_is_what_a_robot_without_settings_has() {
+    let folder = folder();
+    let path = folder.path().join("mine.urdf");
+    fs::write(&path, CHILD).unwrap();
+    let name = path.to_str().unwrap();
+    let without = Robot::load(name).unwrap();
+    assert!(Files::open(name).unwrap().are_inferred);
+    standfast(folder.path(), &["init", "mine.urdf"]).success();
+    assert!(!Files::open(name).unwrap().are_inferred);
+    assert_eq!(format!("{:?}", Robot::load(name).unwrap()), format!("{without:?}"));
+
+    let again = standfast(folder.path(), &["init", "mine.urdf"]).code(2);
+    assert!(stderr(&again).contains("mine.toml: this file is there already"), "{}", stderr(&again));
+    fs::write(folder.path().join("mine.toml"), "edited").unwrap();
+    standfast(folder.path(), &["init", "mine.urdf", "--force"]).success();
+    let printed = standfast(folder.path(), &["init", "mine.urdf", "--print"]).success();
+    assert_eq!(printed.get_output().stdout, fs::read(folder.path().join("mine.toml")).unwrap());
+}
+
+/// A result has all that is needed to run it again, also if a later version infers something else.
+#[test]
+fn inferred_settings_are_kept_with_a_result() {
+    let folder = folder();
+    fs::write(folder.path().join("mine.urdf"), CHILD).unwrap();
+    let run = standfast(folder.path(), &short(&["--trials=2", "--robot=mine.urdf"])).success();
+    assert_eq!(
+        stderr(&run).matches("its settings are inferred, as there is no mine.toml").count(),
+        1,
+        "{}",
+        stderr(&run)
+    );
+    let printed = standfast(folder.path(), &["init", "mine.urdf", "--print"]).success();
+    assert_eq!(printed.get_output().stdout, fs::read(folder.path().join("out/inputs/robot.toml")).unwrap());
+    let again = standfast(folder.path(), &["run", "out/campaign.toml", "--out=again"]).success();
+    assert!(!stderr(&again).contains("inferred"), "{}", stderr(&again));
+    let rows = |out: &str| fs::read(folder.path().join(out).join("trials.parquet")).unwrap();
+    assert_eq!(rows("out"), rows("again"));
+}
+
+#[test]
+fn the_home_posture_is_that_of_an_srdf() {
+    let folder = folder();
+    let path = folder.path().join("mine_v2.urdf");
+    fs::write(&path, CHILD).unwrap();
+    let srdf = r#"<robot name="mine">
+        <group_state name="arms_up" group="all"><joint name="left_knee" value="0.1"/></group_state>
+        <group_state name="half_sitting" group="all">
+          <joint name="root_joint" value="0 0 1 0 0 0 1"/>
+          <joint name="neck_yaw" value="0.25"/><joint name="left_knee" value="0.5"/><joint name="right_knee" value="0.5"/>
+        </group_state></robot>"#;
+    fs::write(folder.path().join("mine.srdf"), srdf).unwrap();
+    let robot = Robot::load(path.to_str().unwrap()).unwrap();
+    for (name, expected) in [("neck_yaw", 0.25), ("left_knee", 0.5), ("right_knee", 0.5)] {
+        let joint = robot.joints.iter().position(|joint| joint.name == name).unwrap();
+        assert!((robot.home_rad[joint] - expected).abs() < 1e-9, "{name}: {}", robot.home_rad[joint]);
+    }
+}
+
+#[test]
+fn what_cannot_be_inferred_is_told_with_what_to_do() {
+    let stool = Source { file: "stool.urdf".into(), text: include_str!("data/stool.urdf").into() };
+    let error = inferred(&stool).unwrap_err();
+    for part in [
+        "stool.urdf: settings",
+        "there are no two legs",
+        "[soles], [home_rad], [[servos]]",
+        "assets/robots/ut-mu2.toml",
+    ] {
+        assert!(error.to_string().contains(part), "{part} is not in {error}");
+    }
+    assert_eq!(error.exit_code(), 2);
+}
+
+#[test]
+fn macros_need_the_program_that_expands_them() {
+    let folder = folder();
+    fs::write(folder.path().join("mine.urdf.xacro"), "<robot xmlns:xacro=\"http://ros.org/wiki/xacro\"/>").unwrap();
+    let run = |path: &Path| {
+        let mut command = Command::new(PROGRAM);
+        Run::of(command.current_dir(folder.path()).env("PATH", path).args([
+            "init",
+            "mine.urdf.xacro",
+            "--out=mine.toml",
+        ]))
+    };
+    let alone = run(Path::new("")).code(2);
+    assert!(stderr(&alone).contains("`xacro mine.urdf.xacro > mine.urdf`, then use that file"), "{}", stderr(&alone));
+    if cfg!(unix) {
+        let bin = folder.path().join("bin");
+        fs::create_dir(&bin).unwrap();
+        fs::write(folder.path().join("child.urdf"), CHILD).unwrap();
+        let script = format!("#!/bin/sh\nexec /bin/cat '{}'\n", folder.path().join("child.urdf").display());
+        fs::write(bin.join("xacro"), script).unwrap();
+        make_executable(&bin.join("xacro"));
+        run(&bin).success();
+        assert!(fs::read_to_string(folder.path().join("mine.toml")).unwrap().contains("\"left_knee\""));
+    }
+}
+
+#[cfg(unix)]
+fn make_executable(path: &Path) {
+    use std::os::unix::fs::PermissionsExt;
+    fs::set_permissions(path, fs::Permissions::from_mode(0o755)).unwrap();
+}
+
+#[cfg(not(unix))]
+fn make_executable(_: &Path) {}
