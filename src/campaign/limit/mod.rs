@@ -164,10 +164,9 @@ impl<'a> Searches<'a> {
     }
 }
 
-/// Rounds a positive number to two digits.
+/// Rounds a number to two digits.
 fn two_digits(x: f64) -> f64 {
-    let digit = 10_f64.powf(x.log10().floor() - 1.0);
-    (x / digit).round() * digit
+    format!("{x:.1e}").parse().expect("a number that was written is read")
 }
 
 fn check(options: &LimitOptions) -> Result<()> {
