@@ -5,7 +5,7 @@
 mod common;
 
 use common::program::{SEVERAL_PARTS, files, folder, standfast, stderr, stdout};
-use common::{Bench, angular_momentum, push};
+use common::{Bench, angular_momentum, config, push};
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 use standfast::episode::{self, Disturbance, EpisodeConfig, Outcome, Until};
