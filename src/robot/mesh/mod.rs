@@ -15,7 +15,7 @@ pub struct Mesh {
     pub points: Vec<Point3<f64>>,
     /// Indices into `points`, counter-clockwise as seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// Points whose convex hull collides (m): those that lie farthest out in about [`DIRECTIONS`] directions.
+    /// Points whose convex hull collides (m): those that lie farthest out in about 64 directions.
     pub hull: Vec<Point3<f64>>,
 }
 
