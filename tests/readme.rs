@@ -75,7 +75,10 @@ fn reader() -> TempDir {
     // A robot of our own stands for the public one.
     let public = dir.path().join("unitree_ros/robots/h1_description/urdf");
     fs::create_dir_all(&public).unwrap();
-    fs::copy(root().join("assets/robots/child.urdf"), public.join("h1.urdf")).unwrap();
+    let child = root().join("assets/robots/child.urdf");
+    fs::copy(&child, public.join("h1.urdf")).unwrap();
+    fs::create_dir_all(dir.path().join("assets/robots")).unwrap();
+    fs::copy(&child, dir.path().join("assets/robots/child.urdf")).unwrap();
     // A placeholder for a name.
     put("scenarios/push-behind.toml", "name", "NAME");
     dir

@@ -133,9 +133,11 @@ fn captions_tell_the_responses_of_the_runs() {
         near(&told["stance_tip_deg"], tip_deg, 1e-3);
         near(&told["stance_turn_deg"], turn_deg, 1e-3);
         assert!(tip_deg > 1.0, "{tip_deg}");
-        let tip_deg = told["stance_tip_deg"].as_f64().unwrap();
-        let (side, turn_deg) = (if turn_deg > 0.0 { "left" } else { "right" }, turn_deg.abs());
-        tells(&format!("tips by up to {tip_deg:.1} degrees and turns to the {side} by {turn_deg:.1} degrees."));
+        let side = if turn_deg > 0.0 { "left" } else { "right" };
+        // A round number is told without decimals.
+        let told = |key: &str| format!("{:.1}", told[key].as_f64().unwrap().abs()).trim_end_matches(".0").to_owned();
+        let [tip, turn] = ["stance_tip_deg", "stance_turn_deg"].map(told);
+        tells(&format!("tips by up to {tip} degrees and turns to the {side} by {turn} degrees."));
     }
     let Seen { rms_m: [x, y], most_yaw_deg: most, .. } = seen()[1];
     assert!(y > x && y >= 0.005);
