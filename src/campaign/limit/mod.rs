@@ -66,6 +66,8 @@ pub struct Limits {
     pub engine: String,
     pub physics_step_s: f64,
     pub seed: u64,
+    /// The robot's unit of impulses, m omega d.
+    pub unit_n_s: f64,
     pub precision_n_s: f64,
     pub max_trials: u64,
     pub replicas: u64,
@@ -146,6 +148,7 @@ impl<'a> Searches<'a> {
             engine: plan.manifest.engine.clone(),
             physics_step_s: campaign.episode.clock().physics_step_s,
             seed: campaign.seed,
+            unit_n_s: campaign.units.impulse_n_s(),
             precision_n_s: options.precision_n_s,
             max_trials: options.max_trials,
             replicas: options.replicas,
@@ -159,7 +162,7 @@ impl<'a> Searches<'a> {
 
 fn check(options: &LimitOptions) -> Result<()> {
     in_range("command line", "--headings", options.headings as f64, [1.0, MOST_HEADINGS as f64])?;
-    in_range("command line", "--precision", options.precision_n_s, [0.005, 100.0])?;
+    in_range("command line", "--precision", options.precision_n_s, [1e-4, 1e3])?;
     in_range("command line", "--replicas", options.replicas as f64, [0.0, MOST_REPLICAS as f64])?;
     in_range("command line", "--max-trials", options.max_trials as f64, [1.0, MOST_TRIALS as f64])
 }
