@@ -41,7 +41,7 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
         ("/reach/0/x_m/1", 0.15, 0.0),
         ("/reach/0/y_m/1", 0.18, 0.0),
         ("/reach/1/y_m/0", -0.03, 0.0),
-        ("/push_duration_s", 0.05, 0.0),
+        ("/push_duration_s", 0.05, 1e-5),
         ("/push_height_m", 0.02, 0.0),
         ("/height_factor", 1.0 / (1.0 + 0.02 / 0.31), 1e-3),
         ("/headings/1/heading_deg", 180.0, 0.0),

@@ -72,6 +72,10 @@ fn reader() -> TempDir {
     put("campaigns/smoke.toml", "my", "my.toml");
     put("gains/switching.toml", "mine", "mine.toml");
     put("scenarios/push-behind.toml", "my-scenario", "my-scenario.toml");
+    // A robot of our own stands for the public one.
+    let public = dir.path().join("unitree_ros/robots/h1_description/urdf");
+    fs::create_dir_all(&public).unwrap();
+    fs::copy(root().join("assets/robots/child.urdf"), public.join("h1.urdf")).unwrap();
     // A placeholder for a name.
     put("scenarios/push-behind.toml", "name", "NAME");
     dir

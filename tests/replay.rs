@@ -80,7 +80,7 @@ fn a_trial_is_replayed_to_the_bit() {
         let message = stderr(&standfast(dir.path(), &early).code(2));
         let words = match more[0] {
             "harsh" => "--trial = 0: has a second push; accepted: --impulse and --heading",
-            _ => "--start = 0.2: out of range; accepted: 0.3 to 6",
+            _ => "--start = 0.2: out of range; accepted: 0.2986 to 6",
         };
         assert!(message.contains(words), "{message}");
     }

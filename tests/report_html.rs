@@ -36,7 +36,7 @@ fn gated(folder: &Path) -> PathBuf {
 
 /// The page of three sets, which are three pairs, with so many trials that more of them tell sets apart than are shown.
 fn three(folder: &Path) -> PathBuf {
-    campaign(folder, "three", &["hold", "switching", "fixed"], &["--trials=30"], 0)
+    campaign(folder, "three", &["hold", "switching", "fixed"], &["--trials=80"], 0)
 }
 
 /// The page of a campaign that ends when decided.

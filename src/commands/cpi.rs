@@ -173,7 +173,7 @@ mod tests {
         let text = run_with(&["robust", "--plot", file.to_str().unwrap()]).unwrap();
         for words in [
             "Maximal robust CPI sets of gain set robust",
-            "4.0 mm in x and 5.0 mm in y",
+            "4.1 mm in x and 5.0 mm in y",
             "Without disturbances",
             "The family nests",
         ] {
@@ -185,7 +185,9 @@ mod tests {
         assert!(svg.contains("dashed: without disturbances"), "{svg}");
 
         let object: serde_json::Value = serde_json::from_str(&run_with(&["robust", "--json"]).unwrap()).unwrap();
-        assert_eq!(object["zmp_disturbance_m"], serde_json::json!([0.004, 0.005]));
+        let half_sole_m = Units::of(&Robot::load(DEFAULT_ROBOT).unwrap()).half_sole_m;
+        let bounds = GainSet::load("robust").unwrap().zmp_disturbance.bounds() * half_sole_m;
+        assert_eq!(object["zmp_disturbance_m"], serde_json::json!([bounds.x, bounds.y]));
         let size = |kind: &str| object[kind][0]["largest_impulse_over_m_omega_d"]["forward"].as_f64().unwrap();
         assert!(size("sets") < 0.99 * size("sets_without_disturbances"), "{object}");
         assert!(object["sets"][0]["zmp_spread_m"][0].as_f64().unwrap() > 0.008, "{object}");

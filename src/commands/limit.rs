@@ -9,15 +9,11 @@ use crate::campaign::limit::{LimitOptions, Searches};
 use crate::campaign::{Campaign, Overrides};
 use crate::error::{Error, Result};
 use crate::files::write_atomic;
-use crate::render::scene::scale::round;
 use crate::render::{self, figure, text};
 use crate::sim::Engine;
 use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
-
-/// Default precision, in m omega d.
-const PRECISION: f64 = 0.0462;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
@@ -54,8 +50,8 @@ pub struct LimitArgs {
     /// Number of headings, evenly spaced
     #[arg(long, value_name = "N", default_value_t = 16)]
     pub headings: usize,
-    /// End a search when the 95 % interval of its impulse is no wider than +- this (N s) [default: 0.1, scaled to the size
-    /// and mass of the robot]
+    /// End a search when the 95 % interval of its impulse is no wider than +- this (N s) [default: 0.0463 m omega d of the
+    /// robot, 0.1 N s for ut-mu2]
     #[arg(long, value_name = "N_S", allow_negative_numbers = true)]
     pub precision: Option<f64>,
     /// End a search after so many trials at the latest, and mark its result
@@ -88,7 +84,7 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     let files = args.files(&campaigns)?;
     let options = LimitOptions {
         headings: args.headings,
-        precision_n_s: args.precision.unwrap_or(round(PRECISION * campaigns[0].units.impulse_n_s())),
+        precision_n_s: args.precision,
         max_trials: args.max_trials,
         replicas: args.replicas,
         threads: args.threads,

@@ -4,6 +4,7 @@ use super::arguments::{CheckArgs, ENGINES, fine, one_of};
 use super::episode::{Case, OutputArgs, command_line};
 use super::terminal::print;
 use crate::assets::DEFAULT_ROBOT;
+use crate::campaign::ask::bounds::in_range;
 use crate::campaign::ask::trial;
 use crate::campaign::{Campaign, Overrides, PushBounds, check_episode};
 use crate::control::Design;
@@ -133,10 +134,7 @@ fn the_pushes(
     let earliest_s =
         campaign.filter(|_| args.trial.is_some()).map_or(0.0, |campaign| campaign.push_bounds().start_s[0]);
     let within = |name: &str, value: f64, [least, most]: [f64; 2]| {
-        if (least..=most).contains(&value) {
-            return Ok(value);
-        }
-        Err(Error::value("command line", name, value, "out of range", format!("{least} to {most}")))
+        in_range("command line", name, value, [least, most]).map(|()| value)
     };
     pushes[0] = Push {
         impulse_n_s: within("--impulse", args.impulse.unwrap_or(base.impulse_n_s), bounds.impulse_n_s)?,

@@ -7,7 +7,7 @@ use nalgebra::{Point2, Vector2};
 /// A convex polygon with counter-clockwise vertices, at most [`SupportPolygon::MAX`] of them (two soles have eight).
 ///
 /// Lengths are in metres. The frame is the caller's; the gain sets need the control frame. The area is always positive:
-/// no two vertices coincide and no three lie on a line (up to a nanometre).
+/// no two vertices coincide and no three lie on a line (up to 10^-8 of its size).
 #[derive(Debug, Clone, Copy)]
 pub struct SupportPolygon {
     vertices: [Point2<f64>; Self::MAX],
@@ -32,8 +32,9 @@ impl HalfPlane {
 /// Largest number of points for a hull: those of a polygon that was cut by the half planes of another.
 const SCRATCH: usize = 2 * SupportPolygon::MAX;
 
-/// A vertex that is closer to the line through its neighbours is removed (m).
-const FLAT_M: f64 = 1e-9;
+/// A vertex that is closer to the line through its neighbours is removed, as a share of the distance from the first vertex
+/// to the farthest one.
+const FLAT: f64 = 1e-8;
 
 impl SupportPolygon {
     /// Largest number of vertices.
@@ -73,6 +74,7 @@ impl SupportPolygon {
 
     /// Removes the flattest vertices until the polygon fits and has no flat vertex left.
     fn simplified(vertices: &mut [Point2<f64>], mut len: usize) -> Option<Self> {
+        let size = vertices[..len].iter().map(|v| (v - vertices[0]).norm()).fold(0.0, f64::max);
         loop {
             if len < 3 {
                 return None;
@@ -82,7 +84,7 @@ impl SupportPolygon {
                 (turn(a, b, c), (c - a).norm())
             };
             let flattest = (0..len).min_by(|&i, &j| corner(i).0.total_cmp(&corner(j).0))?;
-            let flat = (0..len).find(|&i| corner(i).0 <= FLAT_M * corner(i).1);
+            let flat = (0..len).find(|&i| corner(i).0 <= FLAT * size * corner(i).1);
             match flat.or((len > Self::MAX).then_some(flattest)) {
                 None => break,
                 Some(i) => {
@@ -275,10 +277,10 @@ mod tests {
             let points = soles(stride, yaw);
             let hull = SupportPolygon::hull(&points).unwrap();
             for p in &points {
-                prop_assert!(hull.signed_distance(*p) <= 2.0 * FLAT_M);
+                prop_assert!(hull.signed_distance(*p) <= 2.0 * FLAT);
             }
             for v in hull.inset(margin).unwrap().vertices() {
-                prop_assert!(hull.signed_distance(*v) <= -margin + 2.0 * FLAT_M);
+                prop_assert!(hull.signed_distance(*v) <= -margin + 2.0 * FLAT);
             }
         }
 

@@ -412,7 +412,7 @@ mod tests {
             ),
             (set(&(gain("[0.2, 1, 5]") + &stepping("lambda = 5.0") + catching)), two_rules),
             (set(catching).replace("switching", "posture"), two_rules),
-            (set(&(gain("[0.2, 1, 5]") + catching)).replace("late_s = 0.1", "late_s = 2"), "catching.late_s = 2: out"),
+            (set(&(gain("[0.2, 1, 5]") + catching)).replace("late = 0.6", "late = 7"), "catching.late = 7: out"),
         ] {
             let error = parse(&text).unwrap_err();
             assert_eq!(error.exit_code(), 2);

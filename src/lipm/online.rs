@@ -43,8 +43,8 @@ const LAGS: usize = 6;
 /// Largest number of ticks in a prediction. The state then counts as if the points reached were its worst ones, which
 /// bound all later ones. This is too strict, and never too generous.
 const MAX_TICKS: usize = 4096;
-/// With an edge closer to the origin than this (m), the set is empty.
-const MIN_DISTANCE_M: f64 = 1e-9;
+/// With an edge closer to the origin than this share of the distance of the farthest vertex, the set is empty.
+const NEAREST_EDGE: f64 = 1e-8;
 /// With an edge closer to the origin than this share of its distance, Z less the spread is empty.
 const MIN_DISTANCE: f64 = 1e-6;
 
@@ -163,8 +163,9 @@ impl Region {
 
     fn new(polygon: &SupportPolygon) -> Self {
         let mut region = Self { holds_origin: true, ..Self::EMPTY };
+        let farthest = polygon.vertices().iter().map(|v| v.coords.norm()).fold(0.0, f64::max);
         for (i, h) in polygon.half_planes().enumerate() {
-            region.holds_origin &= h.distance > MIN_DISTANCE_M;
+            region.holds_origin &= h.distance > NEAREST_EDGE * farthest;
             (region.x[i], region.y[i]) = (h.normal.x / h.distance, h.normal.y / h.distance);
         }
         if region.holds_origin { region } else { Self::EMPTY }

@@ -22,11 +22,10 @@ pub mod units;
 pub mod urdf;
 mod xacro;
 
-pub use ankle::Ankle;
 pub use io::{Command, Imu, Sensed, SensedError, Wrench};
 pub use kinematics::{Kinematics, Pose, Posture};
 pub use model::{
-    Around, Foot, Frame, GRAVITY, Joint, LandingRegion, Link, PerFoot, Robot, SensorNoise, Servo, Sole, Solid,
+    Ankle, Around, Foot, Frame, GRAVITY, Joint, LandingRegion, Link, PerFoot, Robot, SensorNoise, Servo, Sole, Solid,
 };
 pub use scaled::Scale;
 pub use shape::Shape;

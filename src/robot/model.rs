@@ -1,6 +1,5 @@
 //! The robot as plain data.
 
-use super::ankle::Ankle;
 use super::shape::Shape;
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
@@ -113,6 +112,25 @@ pub struct Frame {
     pub pose: Isometry3<f64>,
 }
 
+/// The ankle above a sole, at home.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ankle {
+    /// Where the axes of pitch (x) and roll (y) pass over the sole, from its centre (m).
+    pub above_m: [f64; 2],
+    /// Torque limits in pitch and in roll (N m); infinite where the ankle has no such joint, and the leg is rigid.
+    pub torque_n_m: [f64; 2],
+}
+
+impl Ankle {
+    /// An ankle that never gives way.
+    pub const RIGID: Ankle = Ankle { above_m: [0.0; 2], torque_n_m: [f64::INFINITY; 2] };
+
+    /// Whether it has a joint for roll. Without one, the sole rolls with the leg.
+    pub fn rolls(&self) -> bool {
+        self.torque_n_m[1].is_finite()
+    }
+}
+
 /// The rectangle on which a foot stands.
 #[derive(Debug, Clone, Copy)]
 pub struct Sole {
@@ -129,11 +147,24 @@ pub struct Sole {
     pub ankle: Ankle,
 }
 
+/// However weak an ankle is, it is taken to hold the ZMP within this share of the sole.
+const LEAST: f64 = 0.05;
+
 impl Sole {
     /// Corners of the contact face in the frame of its centre, in order around it.
     pub fn corners(&self) -> [Point3<f64>; 4] {
         let [x, y] = self.half_m;
         corners([[-x, x], [-y, y]])
+    }
+
+    /// Smallest and largest x and y of the centre of pressure (m, from the sole's centre) that the ankle can hold under a
+    /// load (N).
+    pub fn pressable_m(&self, load_n: f64) -> [[f64; 2]; 2] {
+        [0, 1].map(|k| {
+            let half = self.half_m[k];
+            let lever = (self.ankle.torque_n_m[k] / load_n).max(LEAST * half);
+            [-lever, lever].map(|side| (self.ankle.above_m[k] + side).clamp(-half, half))
+        })
     }
 
     /// Corners of the part of the contact face on which the ankle can hold a load (N).

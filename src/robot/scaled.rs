@@ -4,8 +4,8 @@
 //! are then `sqrt(length)` times as long and the other quantities follow by their units, the equations of motion are the
 //! same: both robots move alike.
 
-use super::ankle::Ankle;
 use super::kinematics::{Pose, Posture};
+use super::model::Ankle;
 use super::model::{Foot, Robot};
 use super::shape::Shape;
 use std::sync::Arc;

@@ -1,6 +1,6 @@
 //! The TOML file beside a URDF, with what the URDF cannot state.
 
-use super::ankle::Ankle;
+use super::model::Ankle;
 use super::model::{Frame, Joint, LandingRegion, PerFoot, SensorNoise, Servo, Sole};
 use super::shape::Shape;
 use super::tree::Tree;

@@ -3,9 +3,9 @@
 //! What a URDF may contain stands in the module `tree`. `effort` and `velocity` of its limits and the `dynamics` of its
 //! joints are not used, because the settings describe the servos.
 
-use super::ankle::Ankle;
 use super::infer;
 use super::kinematics::Kinematics;
+use super::model::Ankle;
 use super::model::{Foot, PerFoot, Robot};
 use super::settings::{self, Settings};
 use super::tree::Tree;
@@ -48,6 +48,11 @@ impl Files {
             None => Files { settings: inferred(&urdf)?, urdf, are_inferred: true },
         })
     }
+
+    /// The robot that they describe. It fails as [`Robot::load`] does.
+    pub fn robot(&self) -> Result<Robot> {
+        Robot::parse(&self.urdf, &self.settings)
+    }
 }
 
 /// The URDF of a built-in robot by its name, or of a file, with its macros expanded. Fails as [`Files::open`] does.
@@ -87,7 +92,7 @@ impl Robot {
                 beside.display()
             );
         }
-        let robot = Robot::parse(&files.urdf, &files.settings)?;
+        let robot = files.robot()?;
         robot.notes.iter().for_each(|note| log::warn!("{}: {note}", files.urdf.file));
         Ok(robot)
     }

@@ -18,7 +18,7 @@ pub const MARGIN: f64 = 0.032;
 /// Time in which the ground tilts from level to a slope of so many degrees, without setting the robot in motion; in
 /// 1/omega.
 pub fn tilting(slope_deg: f64) -> f64 {
-    (1.7 * slope_deg.abs()).clamp(1.7, 4.5)
+    (1.68 * slope_deg.abs()).clamp(1.68, 4.5)
 }
 
 /// Extent of the ground around the patch, which is farther than a robot falls, and depth of the boxes that rise above

@@ -133,6 +133,7 @@ fn captions_tell_the_responses_of_the_runs() {
         near(&told["stance_tip_deg"], tip_deg, 1e-3);
         near(&told["stance_turn_deg"], turn_deg, 1e-3);
         assert!(tip_deg > 1.0, "{tip_deg}");
+        let tip_deg = told["stance_tip_deg"].as_f64().unwrap();
         let (side, turn_deg) = (if turn_deg > 0.0 { "left" } else { "right" }, turn_deg.abs());
         tells(&format!("tips by up to {tip_deg:.1} degrees and turns to the {side} by {turn_deg:.1} degrees."));
     }
@@ -283,9 +284,9 @@ fn captions_tell_who_falls_without_a_footstep_and_the_pendulums_bound() {
         for (bench, key) in [(&switching, "without_footstep_fell_at_s"), (&stiff, "stiff_fell_at_s")] {
             near(&told[key], bench.push(push).fell_at_s.unwrap(), 1e-9);
         }
-        assert_eq!(yardstick.push_duration_s, push.duration_s);
+        assert!((yardstick.push_duration_s - push.duration_s).abs() < 1e-5);
         let bound = yardstick.heading(push.heading_deg).bound_no_step_n_s;
-        near(&told["bound_no_step_n_s"], bound, 1e-9);
+        near(&told["bound_no_step_n_s"], bound, 1e-5);
         assert!(bound < push.impulse_n_s);
         tells(&format!("recovers from {bound:.2} N s at most"));
     }
@@ -311,12 +312,13 @@ fn captions_tell_how_fast_the_gains_bring_the_com_home() {
     let family = &bench.design.family;
     let allowed = home_polygon(&bench.robot).inset(family.zmp_margin).unwrap();
     let sets = CpiSet::search_family(family, &allowed).unwrap();
+    let home_radius_m = config(1.0).judge.home_radius_m;
     let home_s = |of: usize, choose: &dyn Fn(&State) -> usize| {
         let com_vel = 0.98 * sets[of].largest_com_vel_from_rest(Vector2::x());
         let mut state = State::new(Point2::origin(), Vector2::new(com_vel, 0.0), Point2::origin());
         let mut last_away = 0;
         for k in 0..5000 {
-            if state.x[0].abs() > 0.005 {
+            if state.x[0].abs() > home_radius_m {
                 last_away = k;
             }
             state = family.gains[choose(&state)].successor(&state);

@@ -64,11 +64,11 @@ impl Measures {
 
     /// Converts all quantities of a campaign, or of a part of one, to SI units. It fails if one is stated in both ways.
     pub fn to_si(&self, file: &str, campaign: &mut Table) -> Result<()> {
-        self.to_si_inside("", file, campaign)
+        self.convert_inside("", file, campaign)
     }
 
     /// Does so in the table with the dotted key `outer`; that of a whole campaign is empty.
-    fn to_si_inside(&self, outer: &str, file: &str, asked: &mut Table) -> Result<()> {
+    fn convert_inside(&self, outer: &str, file: &str, asked: &mut Table) -> Result<()> {
         for (path, relative, absolute, unit) in QUANTITIES {
             let Some(inner) = path.strip_prefix(outer) else { continue };
             let Some(table) = table_at(asked, inner) else { continue };
@@ -92,7 +92,7 @@ impl Measures {
         }
         let mut value = value;
         if let Value::Table(table) = &mut value {
-            self.to_si_inside(key, "--set", table)?;
+            self.convert_inside(key, "--set", table)?;
         }
         Ok((key.into(), value))
     }

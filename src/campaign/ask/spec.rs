@@ -11,6 +11,7 @@ use crate::episode::EpisodeConfig;
 use crate::error::{Error, Result};
 use crate::lipm::GainSet;
 use crate::lipm::variant::{self, Entry};
+use crate::robot::urdf::Files;
 use crate::robot::{Robot, Units};
 use crate::sim::Engine;
 use crate::stats::looks::LOOK_TRIALS;
@@ -148,7 +149,8 @@ impl Campaign {
         }
         let measures = match measures {
             Some(measures) => measures,
-            None => Measures::of(&Robot::load(&overrides.robot_of(&asked))?),
+            // The robot is loaded again for the campaign's trials, and its warnings are told then.
+            None => Measures::of(&Files::open(&overrides.robot_of(&asked))?.robot()?),
         };
         let mut campaign = Self::of(asked, &source.file, &measures)?;
         campaign.check(&source.file).map_err(|e| measures.explain(e))?;

@@ -125,7 +125,7 @@ mod tests {
             ("variations.slope_deg={normal=[20, 1]}", vec!["variations.slope_deg.normal = 20", "-15 to 15"]),
             (
                 "variations.slope_deg=-2",
-                vec!["push.start_s = 0.5: the ground is still tilting", "accepted: 0.6043 to 3"],
+                vec!["push.start_s = 0.5: the ground is still tilting", "accepted: 0.5972 to 3"],
             ),
             ("variations.delay_s=1", vec!["variations.delay_s = 1", "0 to 0.1"]),
             ("variations.ground_step_m=1", vec!["variations.ground_step_m = 1", "-0.04959 to 0.04959"]),

@@ -31,13 +31,16 @@ pub const MOST_HEADINGS: usize = 360;
 /// Largest impulse of a search, as a multiple of the bound with any number of footsteps.
 const BEYOND_THE_BOUND: f64 = 3.0;
 
+/// Usual precision, in m omega d: 0.1 N s for UT-mu2.
+pub const USUAL_PRECISION: f64 = 0.0463;
+
 /// Settings of the searches.
 #[derive(Debug, Clone, Copy)]
 pub struct LimitOptions {
     /// Number of headings, evenly spaced from 0.
     pub headings: usize,
-    /// Half width of the 95 % interval at which a search ends (N s).
-    pub precision_n_s: f64,
+    /// Half width of the 95 % interval at which a search ends (N s); None for [`USUAL_PRECISION`].
+    pub precision_n_s: Option<f64>,
     /// Number of trials after which a search ends in any case.
     pub max_trials: u64,
     /// Number of episodes for each impulse of the search for the first loss; 0 leaves it out.
@@ -50,6 +53,7 @@ pub struct LimitOptions {
 pub struct Searches<'a> {
     campaign: &'a Campaign,
     options: LimitOptions,
+    precision_n_s: f64,
     plan: Plan,
     yardstick: Yardstick,
     headings: Vec<Heading>,
@@ -87,11 +91,13 @@ impl<'a> Searches<'a> {
         check(&options)?;
         let plan = Plan::new(campaign)?;
         let yardstick = Yardstick::new(&plan.robot, campaign)?;
+        let usual = || two_digits(USUAL_PRECISION * campaign.units.impulse_n_s());
+        let precision_n_s = options.precision_n_s.unwrap_or_else(usual);
         let heading = |i: usize| yardstick.heading(360.0 * i as f64 / options.headings as f64);
         let headings = (0..options.headings).map(heading).collect();
         let pool = pool(options.threads)?;
         let designs = pool.install(|| plan.designs())?;
-        Ok(Self { campaign, options, plan, yardstick, headings, pool, designs })
+        Ok(Self { campaign, options, precision_n_s, plan, yardstick, headings, pool, designs })
     }
 
     pub fn count(&self) -> u64 {
@@ -106,7 +112,7 @@ impl<'a> Searches<'a> {
         on_episode: &(dyn Fn() + Sync),
         on_search: &(dyn Fn() + Sync),
     ) -> Result<Limits> {
-        let Self { campaign, options, plan, yardstick, mut headings, pool, designs } = self;
+        let Self { campaign, options, precision_n_s, plan, yardstick, mut headings, pool, designs } = self;
         let sets = &plan.manifest.sets;
         let random = is_random(campaign);
         let simulated = plan.simulated_at_first();
@@ -116,8 +122,8 @@ impl<'a> Searches<'a> {
         let search = |&(h, s): &(usize, usize)| {
             let heading: &Heading = &headings[h];
             let rule = Rule {
-                most_n_s: (BEYOND_THE_BOUND * heading.bound_n_step_n_s).max(10.0 * options.precision_n_s),
-                precision_n_s: options.precision_n_s,
+                most_n_s: (BEYOND_THE_BOUND * heading.bound_n_step_n_s).max(10.0 * precision_n_s),
+                precision_n_s,
                 max_trials: options.max_trials,
                 random,
             };
@@ -149,7 +155,7 @@ impl<'a> Searches<'a> {
             physics_step_s: campaign.episode.clock().physics_step_s,
             seed: campaign.seed,
             unit_n_s: campaign.units.impulse_n_s(),
-            precision_n_s: options.precision_n_s,
+            precision_n_s,
             max_trials: options.max_trials,
             replicas: options.replicas,
             random,
@@ -160,9 +166,16 @@ impl<'a> Searches<'a> {
     }
 }
 
+/// Rounds a number to two digits.
+fn two_digits(x: f64) -> f64 {
+    format!("{x:.1e}").parse().expect("a number that was written is read")
+}
+
 fn check(options: &LimitOptions) -> Result<()> {
     in_range("command line", "--headings", options.headings as f64, [1.0, MOST_HEADINGS as f64])?;
-    in_range("command line", "--precision", options.precision_n_s, [1e-4, 1e3])?;
+    if let Some(precision_n_s) = options.precision_n_s {
+        in_range("command line", "--precision", precision_n_s, [0.005, 100.0])?;
+    }
     in_range("command line", "--replicas", options.replicas as f64, [0.0, MOST_REPLICAS as f64])?;
     in_range("command line", "--max-trials", options.max_trials as f64, [1.0, MOST_TRIALS as f64])
 }

@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn it_keeps_within_a_terminal() {
         for (sets, width, height) in [(4, 60, 24), (4, 60, 8), (4, 100, 5), (30, 60, 24), (30, 80, 10), (2, 40, 3)] {
-            let found = so_far(sets, 100_000, |set| format!("switching zmp_margin=0.{set}"));
+            let found = so_far(sets, 100_000, |set| format!("switching zmp_margin=0.0{set}"));
             let text = lines(&found, width, height);
             assert!(text.len() < height, "{height}: {text:?}");
             assert!(text.iter().all(|line| line.chars().count() <= width), "{width}: {text:#?}");

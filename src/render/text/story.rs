@@ -351,7 +351,7 @@ mod tests {
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
         // The state is inside of its sets.
         let [_, text] = story("switching", 3.0, -135.0);
-        assert!(read(&text).contains("in the largest CPI set (margin 0.15; of the estimated state 0.20)"), "{text}");
+        assert!(read(&text).contains("in the largest CPI set (margin 0.16; of the estimated state 0.20)"), "{text}");
         assert!(read(&text).contains("switches the controller switched or restarted its gain 6 times"), "{text}");
         // Without gains, the story mentions neither sets nor switches.
         let [_, text] = story("hold", 3.0, 0.0);

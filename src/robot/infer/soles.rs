@@ -1,7 +1,7 @@
 //! The face on which a foot stands: the rectangle around the lowest points of whatever collides there.
 
-use crate::robot::ankle::Ankle;
 use crate::robot::infer::figures::to_decimals;
+use crate::robot::model::Ankle;
 use crate::robot::{Kinematics, Pose, Robot, Shape, Sole};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 

@@ -30,7 +30,7 @@ pub fn read(path: &Path) -> Result<Triangles, String> {
     if mesh.triangles.iter().flatten().any(|&corner| corner as usize >= count) {
         return Err("a triangle names a corner that does not exist".into());
     }
-    if mesh.points.iter().any(|point| point.iter().any(|x| !(x.abs() < 1e9))) {
+    if mesh.points.iter().any(|point| point.iter().any(|x| x.is_nan() || x.abs() > 1e9)) {
         return Err("a coordinate is not a number or too large".into());
     }
     Ok(mesh)

@@ -1,7 +1,7 @@
 //! Mass and inertia of links.
 
-use super::isometry;
 use super::problems::Problems;
+use super::xml::isometry;
 use crate::robot::model::{Link, Solid};
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 

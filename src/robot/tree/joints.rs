@@ -1,7 +1,7 @@
 //! The joints of a URDF: which of them move, and where the others are locked.
 
-use super::isometry;
 use super::problems::Problems;
+use super::xml::isometry;
 use crate::robot::model::Joint;
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use urdf_rs::JointType;

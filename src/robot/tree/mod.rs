@@ -18,7 +18,7 @@ use crate::error::Result;
 use inertia::{Part, merged};
 use joints::Kind;
 pub(super) use joints::Motor;
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::Isometry3;
 use problems::Problems;
 use solids::Solids;
 use std::cmp::Reverse;
@@ -223,10 +223,4 @@ fn order(urdf: &xml::Urdf, ends: &[[usize; 2]], problems: &mut Problems) -> Opti
         is_tree = false;
     }
     is_tree.then_some((root, order))
-}
-
-fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
-    let (xyz, rpy) = (Vector3::from(*pose.xyz), Vector3::from(*pose.rpy));
-    let rotation = UnitQuaternion::from_euler_angles(rpy.x, rpy.y, rpy.z);
-    Isometry3::from_parts(Translation3::from(xyz), rotation)
 }

@@ -1,8 +1,7 @@
 //! Collisions and visuals of links, with their meshes.
 
-use super::isometry;
 use super::problems::Problems;
-use super::xml::Urdf;
+use super::xml::{Urdf, isometry};
 use crate::robot::mesh::{Mesh, Triangles, files, search, thin};
 use crate::robot::model::Solid;
 use crate::robot::shape::Shape;

@@ -3,6 +3,7 @@
 use super::*;
 use crate::error::Error;
 use crate::robot::Shape;
+use nalgebra::Vector3;
 use std::path::Path;
 
 /// A body of 2 kg, without the joints and links that carry on.

@@ -8,6 +8,7 @@ use super::problems::Problems;
 use crate::assets::Source;
 use crate::error::{Error, Result};
 use crate::robot::markup;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::Node;
 use std::fmt::Write;
 
@@ -269,6 +270,13 @@ impl Reader<'_, '_> {
         }
         harmless
     }
+}
+
+/// The pose of an `<origin>` (m).
+pub fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
+    let (xyz, rpy) = (Vector3::from(*pose.xyz), Vector3::from(*pose.rpy));
+    let rotation = UnitQuaternion::from_euler_angles(rpy.x, rpy.y, rpy.z);
+    Isometry3::from_parts(Translation3::from(xyz), rotation)
 }
 
 /// A text as the value of an attribute.
