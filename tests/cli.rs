@@ -29,7 +29,12 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         ("name = 'c'\n", &["run", "c.toml"], &["c.toml", "missing field"]),
         (&good.replace("s = 1\n", "s = -1\n"), &["run", "c.toml"], &["c.toml: push.impulse_n_s = -1", "0 to 10000"]),
         (good, &["run", "c.toml", "--set", "push.impulse_n_s=-2"], &["push.impulse_n_s = -2", "0 to 10000"]),
-        (good, &["run", "c.toml", "--set", "push.strength=2"], &["--set: push.strength", "push.impulse_n_s"]),
+        (good, &["run", "c.toml", "--set", "push.impuls=2"], &["--set: push.impuls", "push.impulse, push.impulse_n_s"]),
+        (
+            &good.replace("[push]", "[push]\nimpulse = 1"),
+            &["run", "c.toml"],
+            &["push.impulse, push.impulse_n_s = 1, 1"],
+        ),
         (good, &["run", "c.toml", "--trials", "0"], &["trials = 0", "1 to"]),
         (good, &["run", "c.toml", "--gains", "best"], &["gain set \"best\" not found", "hold, fixed, switching"]),
         (good, &["run", "c.toml", "--gains", "best.toml"], &["best.toml: cannot read"]),

@@ -28,11 +28,11 @@ impl Judge {
     pub fn of(units: &Units) -> Self {
         Self {
             standing_tilt_deg: 10.0,
-            standing_com_speed_m_s: 0.0115 * units.speed_m_s(),
-            standing_time_s: 2.81 * units.time_s(),
+            standing_com_speed_m_s: 0.01147 * units.speed_m_s(),
+            standing_time_s: 2.813 * units.time_s(),
             fallen_tilt_deg: 60.0,
             fallen_com_height_ratio: 0.6,
-            home_radius_m: 0.016 * units.length_m,
+            home_radius_m: 0.01613 * units.length_m,
         }
     }
 }

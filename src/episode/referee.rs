@@ -98,7 +98,9 @@ impl<'a> Referee<'a> {
             self.record.home_at_s = None;
             return;
         }
-        if truth.time_s >= self.pushed_s[0] && self.record.com_speed_at_push_m_s.is_none() {
+        // The last tick before the push starts, which need not be at a tick; the tolerance is for the rounding of times.
+        let is_last = truth.time_s + self.control_period_s > self.pushed_s[0] + 1e-9;
+        if is_last && self.record.com_speed_at_push_m_s.is_none() {
             self.record.com_speed_at_push_m_s = Some(truth.com_vel.norm());
         }
         self.note_peaks(tick);
@@ -236,6 +238,21 @@ mod tests {
         let push = Push { impulse_n_s, start_s: 0.1, ..Push::default() };
         let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
         run(&robot, &design, &config, disturbance, config.until(), &mut |_| {}).home_at_s
+    }
+
+    /// A push that starts between two ticks does not count as motion before it.
+    #[test]
+    fn the_speed_at_the_push_is_that_before_it() {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let design = Design::new(&robot, &GainSet::load("hold").unwrap(), 0.002).unwrap();
+        let config = EpisodeConfig { horizon_s: 0.5, ..EpisodeConfig::of(&crate::robot::Units::of(&robot)) };
+        for start_s in [0.3, 0.3001, 0.3019] {
+            let push = Push { impulse_n_s: 5.0, start_s, ..Push::default() };
+            let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
+            let record = run(&robot, &design, &config, disturbance, config.until(), &mut |_| {});
+            let speed_m_s = record.com_speed_at_push_m_s.unwrap();
+            assert!(speed_m_s < 0.005, "pushed at {start_s} s, it moved at {speed_m_s} m/s");
+        }
     }
 
     #[test]

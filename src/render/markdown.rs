@@ -4,7 +4,7 @@ use crate::campaign::Summary;
 use crate::campaign::verdict::agreement::Agreement;
 use crate::campaign::verdict::evidence::Status;
 use crate::render::replay_command;
-use crate::render::text::layout::{percent, seconds, signed};
+use crate::render::text::layout::{percent, seconds, signed, unit_of_impulses};
 use crate::render::text::{
     ABOUT_AGREEMENT, about_pairs, adjusted_p, agreement_cells, baseline, gate_cells, gate_words, impulse_at,
     pair_cells, status, unit,
@@ -53,9 +53,10 @@ pub fn text(summary: &Summary) -> String {
     };
     let _ = writeln!(
         text,
-        "\n{pushes} of {} N s, heading {} deg, {same}; robot {} in {}, seed {}, standfast {}, \
+        "\n{pushes} of {} N s ({}), heading {} deg, {same}; robot {} in {}, seed {}, standfast {}, \
          configuration `{}`. Intervals, {}. `report.html` has pictures, strata and trials to replay.",
         push.impulse_n_s,
+        unit_of_impulses(summary.units.impulse_n_s()),
         push.heading_deg,
         escaped(&summary.robot),
         summary.engine,

@@ -60,7 +60,7 @@ pub fn check_episode(file: &str, episode: &EpisodeConfig) -> Result<()> {
 }
 
 /// A number with four significant digits, since those in units of the robot are not round in SI units.
-pub(crate) fn digits(value: f64) -> f64 {
+pub fn digits(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
 

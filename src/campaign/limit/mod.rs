@@ -15,7 +15,6 @@ use crate::campaign::limit::search::{Search, is_random};
 use crate::campaign::run::{Plan, pool};
 use crate::control::Design;
 use crate::error::Result;
-use crate::robot::Units;
 use crate::stats::psychometric::Rule;
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -71,6 +70,8 @@ pub struct Limits {
     pub engine: String,
     pub physics_step_s: f64,
     pub seed: u64,
+    /// The robot's unit of impulses, m omega d.
+    pub unit_n_s: f64,
     pub precision_n_s: f64,
     pub max_trials: u64,
     pub replicas: u64,
@@ -90,7 +91,7 @@ impl<'a> Searches<'a> {
         check(&options)?;
         let plan = Plan::new(campaign)?;
         let yardstick = Yardstick::new(&plan.robot, campaign)?;
-        let usual = || two_digits(USUAL_PRECISION * Units::of(&plan.robot).impulse_n_s());
+        let usual = || two_digits(USUAL_PRECISION * campaign.units.impulse_n_s());
         let precision_n_s = options.precision_n_s.unwrap_or_else(usual);
         let heading = |i: usize| yardstick.heading(360.0 * i as f64 / options.headings as f64);
         let headings = (0..options.headings).map(heading).collect();
@@ -153,6 +154,7 @@ impl<'a> Searches<'a> {
             engine: plan.manifest.engine.clone(),
             physics_step_s: campaign.episode.clock().physics_step_s,
             seed: campaign.seed,
+            unit_n_s: campaign.units.impulse_n_s(),
             precision_n_s,
             max_trials: options.max_trials,
             replicas: options.replicas,

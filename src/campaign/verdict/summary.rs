@@ -19,6 +19,7 @@ use crate::campaign::verdict::warnings;
 use crate::episode::EpisodeConfig;
 use crate::error::Result;
 use crate::files::{json_pretty, sha256_hex, write_atomic};
+use crate::robot::Units;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -56,6 +57,8 @@ pub struct Summary {
     pub sensors: SensorSpec,
     pub second_push: SecondPushSpec,
     pub variations: VariationSpec,
+    /// The units of the robot.
+    pub units: Units,
     /// How `ci95` and `adjusted_ci95` are computed.
     pub interval: &'static str,
     pub sets: Vec<SetSummary>,
@@ -111,6 +114,7 @@ impl Summary {
             sensors: campaign.sensors,
             second_push: campaign.second_push,
             variations: campaign.variations,
+            units: campaign.units,
             interval: if deciding.when == When::Once { INTERVAL } else { SEQUENTIAL_INTERVAL },
             sets,
             common_survivors: CommonSurvivors::new(&rows, deciding.end_early),

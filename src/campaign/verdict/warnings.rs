@@ -1,5 +1,6 @@
 //! What a campaign cannot support: a comparison is only as good as its design.
 
+use crate::campaign::ask::bounds::digits;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::campaign::verdict::pairs::Pair;
@@ -73,7 +74,7 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
         );
     }
     for set in sets.iter().filter(|set| set.moving_at_push as f64 > MOVING * trials as f64) {
-        let speed_m_s = campaign.episode.judge.standing_com_speed_m_s;
+        let speed_m_s = digits(campaign.episode.judge.standing_com_speed_m_s);
         found.push(format!(
             "With {}, the push found a robot that was not at rest in {} of {trials} trials (COM faster than {speed_m_s} \
              m/s). A later push.start_s gives it time to come to rest.",

@@ -2,6 +2,7 @@
 
 use super::{agreement, comparison};
 use crate::campaign::Summary;
+use crate::campaign::ask::bounds::digits;
 use crate::campaign::ask::variations;
 use crate::campaign::verdict::failures::Failures;
 use crate::campaign::verdict::pairs::Pair;
@@ -9,7 +10,7 @@ use crate::campaign::verdict::prediction::{MarginBin, Prediction};
 use crate::campaign::verdict::set_summary::{FittedCurve, SetSummary};
 use crate::episode::Judge;
 use crate::render::replay_command;
-use crate::render::text::layout::{align, compared, percent, table, whole_names, wrapped};
+use crate::render::text::layout::{align, compared, percent, table, unit_of_impulses, whole_names, wrapped};
 use crate::stats::rate::SuccessCount;
 use comfy_table::Table;
 use std::fmt::Write;
@@ -25,6 +26,7 @@ const FEW: usize = 4;
 pub fn thresholds(judge: &Judge) -> String {
     let Judge { standing_tilt_deg, standing_com_speed_m_s, standing_time_s, .. } = judge;
     let Judge { fallen_tilt_deg, fallen_com_height_ratio, .. } = judge;
+    let [standing_com_speed_m_s, standing_time_s] = [standing_com_speed_m_s, standing_time_s].map(|v| digits(*v));
     let recovered = format!(
         "tilt under {standing_tilt_deg} deg, COM under {standing_com_speed_m_s} m/s, DCM in the support, for \
          {standing_time_s} s"
@@ -84,7 +86,8 @@ fn head(summary: &Summary, full: bool) -> String {
         Some(_) => format!("up to {trials} trials{most} for each gain set"),
     };
     let mut asked = format!("{name}: {trials}; robot {}, seed {seed}", summary.robot);
-    let mut pushed = format!("impulse {} N s, heading {} deg", push.impulse_n_s, push.heading_deg);
+    let unit = unit_of_impulses(summary.units.impulse_n_s());
+    let mut pushed = format!("impulse {} N s ({unit}), heading {} deg", push.impulse_n_s, push.heading_deg);
     let varied = variations::described(&summary.variations);
     let mut head = Vec::new();
     if full {

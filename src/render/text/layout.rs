@@ -5,6 +5,12 @@ use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, LineStyle
 /// Width of text that does not go to a terminal, and largest width of sentences on a terminal (columns).
 const PLAIN_WIDTH: u16 = 80;
 
+/// The unit of impulses in which robots compare, for a robot of which it is `unit_n_s` (N s).
+pub fn unit_of_impulses(unit_n_s: f64) -> String {
+    let decimals = (2.0 - unit_n_s.log10().floor()).clamp(0.0, 4.0) as usize;
+    format!("1 m omega d = {unit_n_s:.decimals$} N s")
+}
+
 /// A table with a column for each name or, if there are `many`, a row for each. `rows` hold a label and a cell for each
 /// name. `corner` is the heading of the first column.
 pub fn compared<'a>(

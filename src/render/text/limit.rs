@@ -1,11 +1,11 @@
 //! The result of `standfast limit` as a table: the largest recoverable impulse by heading.
 
 use crate::campaign::limit::{FirstLoss, Heading, Limits, SetLimit};
-use crate::render::text::layout::signed;
+use crate::render::text::layout::{signed, unit_of_impulses};
 use std::fmt::Write;
 
 /// The limits in one physics engine beside the bounds of the pendulum, or those in two engines side by side. A line has
-/// at most 80 columns if no name has more than 18 letters, and no limit is beyond 10 N s.
+/// at most 80 columns if no name has more than 18 letters, and no limit is beyond 100 times the precision.
 pub fn text(limits: &[Limits]) -> String {
     match limits {
         [one] => beside_bounds(one),
@@ -17,7 +17,17 @@ pub fn text(limits: &[Limits]) -> String {
 /// What was searched, and with what.
 fn head(limits: &Limits) -> String {
     let Limits { robot, campaign, seed, .. } = limits;
-    format!("Largest recoverable impulse [N s]: {robot}, campaign {campaign}, seed {seed}\n")
+    format!(
+        "Largest recoverable impulse [N s]: {robot}, campaign {campaign}, seed {seed}\n\
+         unit:     {}\n",
+        unit_of_impulses(limits.unit_n_s)
+    )
+}
+
+/// An impulse, with as many digits as the precision of the limits is worth.
+fn n_s(limits: &Limits, impulse_n_s: f64) -> String {
+    let decimals = (1.0 - limits.precision_n_s.log10().floor()).clamp(0.0, 4.0) as usize;
+    format!("{impulse_n_s:.decimals$}")
 }
 
 fn engine(limits: &Limits) -> String {
@@ -59,15 +69,19 @@ fn beside_bounds(limits: &Limits) -> String {
         "heading", "none", "one", "any", "gain set", "(95 % interval)", "", "up to"
     ));
     for heading in &limits.headings {
-        let bounds = bounds_of(heading, 1.0);
+        let bounds = bounds_of(limits, heading, 1.0);
         let raised = y.height_factor < 1.0;
         let mut left = vec![bounds];
         if raised {
-            left.push(bounds_of(heading, y.height_factor));
+            left.push(bounds_of(limits, heading, y.height_factor));
         }
         for i in 0..heading.sets.len().max(left.len()) {
             let bounds = left.get(i).cloned().unwrap_or_else(|| " ".repeat(25));
-            line(format!("{bounds} {}", heading.sets.get(i).map_or(String::new(), set_of)).trim_end().into());
+            line(
+                format!("{bounds} {}", heading.sets.get(i).map_or(String::new(), |set| set_of(limits, set)))
+                    .trim_end()
+                    .into(),
+            );
         }
     }
     if y.height_factor < 1.0 {
@@ -104,9 +118,10 @@ fn lost_early(limits: &Limits) -> String {
         let (Some(safe_n_s), Some(loss)) = (set.safe_n_s, set.first_loss) else { continue };
         _ = writeln!(
             text,
-            "hole: {} at {:.1} degrees is safe only up to {safe_n_s:.2} N s;\nto see the loss:\n  {}",
+            "hole: {} at {:.1} degrees is safe only up to {} N s;\nto see the loss:\n  {}",
             set.name,
             heading.heading_deg,
+            n_s(limits, safe_n_s),
             replay(limits, &set.name, &loss)
         );
     }
@@ -124,9 +139,10 @@ fn replay(limits: &Limits, gains: &str, loss: &FirstLoss) -> String {
 }
 
 /// The bounds at a heading, times `factor`. The heading stands beside the bounds as they are.
-fn bounds_of(heading: &Heading, factor: f64) -> String {
+fn bounds_of(limits: &Limits, heading: &Heading, factor: f64) -> String {
     let [no, one, n] = [heading.bound_no_step_n_s, heading.bound_one_step_n_s, heading.bound_n_step_n_s];
-    let bounds = format!("{:5.2} {:5.2} {:5.2}", factor * no, factor * one, factor * n);
+    let [no, one, n] = [no, one, n].map(|bound_n_s| n_s(limits, factor * bound_n_s));
+    let bounds = format!("{no:>5} {one:>5} {n:>5}");
     match factor {
         1.0 => format!("{:>7.1} {bounds}", heading.heading_deg),
         _ => format!("{:>7} {bounds}", ""),
@@ -134,16 +150,17 @@ fn bounds_of(heading: &Heading, factor: f64) -> String {
 }
 
 /// The limits of a gain set.
-fn set_of(set: &SetLimit) -> String {
-    let or_dash = |impulse: Option<f64>| impulse.map_or("-".into(), |impulse| format!("{impulse:.2}"));
+fn set_of(limits: &Limits, set: &SetLimit) -> String {
+    let or_dash = |impulse: Option<f64>| impulse.map_or("-".into(), |impulse| n_s(limits, impulse));
     let [ninety, safe] = [set.impulse90_n_s, set.safe_n_s].map(or_dash);
-    format!("{:18} {}{ninety:>5} {safe:>5}", set.name, fifty_of(set))
+    format!("{:18} {}{ninety:>5} {safe:>5}", set.name, fifty_of(limits, set))
 }
 
 /// The impulse with 50 % recovery and its interval, and a mark if that is too wide.
-fn fifty_of(set: &SetLimit) -> String {
+fn fifty_of(limits: &Limits, set: &SetLimit) -> String {
     let mark = if set.resolved { ' ' } else { '*' };
-    format!("{:5.2} ({:.2}-{:.2}){mark}", set.impulse50_n_s, set.ci95[0], set.ci95[1])
+    let [at, low, high] = [set.impulse50_n_s, set.ci95[0], set.ci95[1]].map(|impulse_n_s| n_s(limits, impulse_n_s));
+    format!("{at:>5} ({low}-{high}){mark}")
 }
 
 /// What the mark `*` means, if there is any.
@@ -169,7 +186,8 @@ fn side_by_side(a: &Limits, b: &Limits) -> String {
         for (in_a, in_b) in at_a.sets.iter().zip(&at_b.sets) {
             let apart = if in_a.is_apart_from(in_b) { "apart" } else { "" };
             let (name, ratio) = (&in_a.name, in_b.impulse50_n_s / in_a.impulse50_n_s);
-            let row = format!("{heading:>7}  {name:18} {} {} {ratio:5.2}  {apart}", fifty_of(in_a), fifty_of(in_b));
+            let row =
+                format!("{heading:>7}  {name:18} {} {} {ratio:5.2}  {apart}", fifty_of(a, in_a), fifty_of(b, in_b));
             line(row.trim_end().into());
             heading.clear();
         }
@@ -235,6 +253,7 @@ mod tests {
             engine: engine.into(),
             physics_step_s: 0.002,
             seed: 1,
+            unit_n_s: 2.164,
             precision_n_s: 0.1,
             max_trials: 150,
             replicas: 1,
@@ -263,6 +282,7 @@ mod tests {
             assert!(told.lines().any(|told| told == line), "{line:?} is not in\n{told}");
         }
         let alone = text(&[a]);
+        assert!(alone.contains("\nunit:     1 m omega d = 2.16 N s\n"), "{alone}");
         assert!(alone.contains("engine:   Rapier 0.36.1, with a physics step of 2 ms\n"), "{alone}");
         let early = "hole: paper:stepping.x=2 at 0.0 degrees is safe only up to 2.40 N s;\nto see the loss:\n  \
                      standfast push --campaign nominal --seed 1 --trial 202500 --gains paper:stepping.x=2 \\\n  \

@@ -178,7 +178,7 @@ impl Told<'_> {
         }
         line("outcome", self.outcome());
         if let Some(at) = record.home_at_s {
-            let mm = 1000.0 * self.config.judge.home_radius_m;
+            let mm = short(1000.0 * self.config.judge.home_radius_m, 1);
             line("home", format!("from t = {at:.3} s on the COM is within {mm} mm of the middle of the soles"));
         }
         if let Some(told) = self.sets() {
