@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::program::{PROGRAM, Run, folder, short, standfast, stderr};
+use common::program::{PROGRAM, Run, files, folder, short, standfast, stderr};
 use standfast::assets::{self, Kind, Source};
 use standfast::robot::urdf::{Files, inferred};
 use standfast::robot::{Foot, Kinematics, Robot};
@@ -202,3 +202,45 @@ fn make_executable(path: &Path) {
 
 #[cfg(not(unix))]
 fn make_executable(_: &Path) {}
+
+/// A result of a robot with meshes, moved to where there are none, goes on and is replayed to the same bytes.
+#[test]
+fn a_result_keeps_the_meshes_of_its_robot() {
+    let (home, away) = (folder(), folder());
+    let (robots, meshes) = (home.path().join("robots"), home.path().join("robots/adult/meshes"));
+    fs::create_dir_all(&meshes).unwrap();
+    let assets = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/robots"));
+    for (name, bytes) in files(assets).iter().filter(|(name, _)| name.starts_with("adult")) {
+        fs::write(robots.join(name), bytes).unwrap();
+    }
+    let run = |more: &str| standfast(home.path(), &short(&["--trials=6", "--robot=robots/adult.urdf", more]));
+    run("--replays=0").success();
+    fs::rename(home.path().join("out"), home.path().join("whole")).unwrap();
+    run("--shard=1/2").success();
+    let replay = |at: &Path, out: &str| {
+        standfast(at, &["replay", out, "--trial=5", "--output=page.html"]).success();
+        fs::read_to_string(at.join("page.html")).unwrap()
+    };
+    let page = replay(home.path(), "whole");
+    // With another mesh it is another campaign.
+    fs::copy(meshes.join("head.obj"), meshes.join("torso.obj")).unwrap();
+    let other = run("--shard=2/2").code(3);
+    assert!(stderr(&other).contains("holds the result of another campaign"), "{}", stderr(&other));
+
+    for (name, bytes) in files(&home.path().join("out")) {
+        let path = away.path().join("whole").join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, bytes).unwrap();
+    }
+    let again = |args: &[&str]| {
+        let run = standfast(away.path(), args).success();
+        assert!(!stderr(&run).contains("mesh"), "{}", stderr(&run));
+    };
+    again(&["run", "whole/campaign.toml", "--shard=2/2", "--out=whole"]);
+    again(&["merge", "whole", "--replays=0"]);
+    again(&["run", "whole/campaign.toml", "--replays=0", "--out=again"]);
+    let trials = |folder: &Path, out: &str| fs::read(folder.join(out).join("trials.parquet")).unwrap();
+    let expected = trials(home.path(), "whole");
+    assert!(trials(away.path(), "whole") == expected && trials(away.path(), "again") == expected);
+    assert!(replay(away.path(), "whole") == page, "the page of a trial differs");
+}

@@ -101,7 +101,12 @@ impl Plan {
     /// Reads the robot and the gain sets. It fails if any of them is missing or wrong, or if two sets have the same
     /// name.
     pub fn new(campaign: &Campaign) -> Result<Plan> {
-        let (files, engine) = (Files::open(&campaign.robot)?, campaign.episode.engine);
+        Self::with(campaign, Files::open(&campaign.robot)?)
+    }
+
+    /// As [`new`](Self::new), with the files of the campaign's robot, which are read already.
+    pub fn with(campaign: &Campaign, files: Files) -> Result<Plan> {
+        let engine = campaign.episode.engine;
         let robot = Robot::of(&files)?;
         engine.check(&robot)?;
         let entries: Vec<Entry> = campaign.gains.iter().map(|gains| Entry::split(gains)).collect();
@@ -111,8 +116,9 @@ impl Plan {
         let sets: Vec<String> = gains.iter().map(|set| set.name.clone()).collect();
         check_names(campaign, &sets, &bases)?;
         let (mut inputs, mut resolved) = (Inputs::default(), campaign.clone());
-        // Settings, which may have been inferred, and URDF come first among the inputs.
-        let robot_files = [(files.settings, "toml"), (files.urdf, "urdf")];
+        // The robot comes first among the inputs, with settings that may have been inferred, and with its meshes.
+        let robot_files = [Some((files.settings, "toml")), files.meshes.map(|meshes| (meshes, "meshes"))];
+        let robot_files = robot_files.into_iter().flatten().chain([(files.urdf, "urdf")]);
         resolved.robot = inputs.take(&campaign.robot, "robot", robot_files)?;
         let robot_sha256 = sha256_hex(inputs.texts.concat().as_bytes());
         for ((gains, entry), base) in resolved.gains.iter_mut().zip(&entries).zip(&bases) {
@@ -426,7 +432,12 @@ struct Inputs {
 impl Inputs {
     /// Takes the files of one input, each given with its extension. Returns the name that the campaign in the
     /// folder has for it: the original one if the input is compiled in, else that of its last file.
-    fn take<const N: usize>(&mut self, original: &str, stem: &str, files: [(Source, &str); N]) -> Result<String> {
+    fn take<'a>(
+        &mut self,
+        original: &str,
+        stem: &str,
+        files: impl IntoIterator<Item = (Source, &'a str)>,
+    ) -> Result<String> {
         let mut name = original.to_string();
         for (source, extension) in files {
             self.texts.push(source.text.clone());

@@ -79,7 +79,9 @@ pub struct LimitArgs {
 
 /// Searches the limits, prints them and writes them. Nothing of an interrupted search is kept.
 pub fn run(args: &LimitArgs) -> Result<ExitCode> {
-    let load = |engine| Campaign::load(&args.campaign, &Overrides { engine, ..args.change.overrides() });
+    let robot_files = Campaign::robot_files(&args.campaign, &args.change.overrides())?;
+    let robot = robot_files.robot()?;
+    let load = |engine| Campaign::load_for(&robot, &args.campaign, &Overrides { engine, ..args.change.overrides() });
     let campaigns = args.change.engines().into_iter().map(load).collect::<Result<Vec<_>>>()?;
     let files = args.files(&campaigns)?;
     let options = LimitOptions {
@@ -90,7 +92,8 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
         threads: args.threads,
     };
     stop_on_ctrl_c();
-    let searches = campaigns.iter().map(|campaign| Searches::new(campaign, options)).collect::<Result<Vec<_>>>()?;
+    let search = |campaign| Searches::new(campaign, robot_files.clone(), options);
+    let searches = campaigns.iter().map(search).collect::<Result<Vec<_>>>()?;
     let count = searches.iter().map(Searches::count).sum();
     if args.check.check {
         let searches = if count == 1 { "search" } else { "searches" };

@@ -91,11 +91,14 @@ pub struct RunArgs {
 
 pub fn run(args: &RunArgs) -> Result<ExitCode> {
     let engines = args.change.engines();
-    let load = |&engine| Campaign::load(&args.campaign, &Overrides { engine, ..args.overrides() });
+    let files = Campaign::robot_files(&args.campaign, &args.overrides())?;
+    let robot = files.robot()?;
+    let load = |&engine| Campaign::load_for(&robot, &args.campaign, &Overrides { engine, ..args.overrides() });
     let campaigns = engines.iter().map(load).collect::<Result<Vec<_>>>()?;
     args.check_against(&campaigns[0])?;
     // All is checked before anything runs, so that no time is lost on a campaign that cannot be judged in the end.
-    let plans = campaigns.iter().map(Plan::new).collect::<Result<Vec<_>>>()?;
+    let plan = |campaign| Plan::with(campaign, files.clone());
+    let plans = campaigns.iter().map(plan).collect::<Result<Vec<_>>>()?;
     let folders = plans.iter().map(|plan| args.folder(plan)).collect::<Result<Vec<_>>>()?;
     let agreement = match &folders[..] {
         [in_first, _] => Some(args.agreement_folder(in_first)),

@@ -20,13 +20,17 @@ const LEVEL_M: f64 = 1e-4;
 /// Largest tilt of each sole at home (rad).
 const FLAT_RAD: f64 = 1e-3;
 
-/// The texts from which a robot is read.
+/// The texts from which a robot is read, and the content of its URDF.
 #[derive(Debug, Clone)]
 pub struct Files {
     pub urdf: Source,
+    /// Its meshes, as a text that replaces their files if it stands beside the URDF: `robot.meshes` for `robot.urdf`.
+    /// None if the URDF names no mesh.
+    pub meshes: Option<Source>,
     /// Its settings (TOML). Those of a robot without such a file are inferred.
     pub settings: Source,
     pub are_inferred: bool,
+    tree: Tree,
 }
 
 impl Files {
@@ -43,15 +47,15 @@ impl Files {
             None if beside.exists() => Some(assets::open(Kind::RobotSettings, &beside.to_string_lossy())?),
             None => None,
         };
-        Ok(match found {
-            Some(settings) => Files { urdf, settings, are_inferred: false },
-            None => Files { settings: inferred(&urdf)?, urdf, are_inferred: true },
-        })
+        let (tree, are_inferred) = (Tree::parse(&urdf)?, found.is_none());
+        let settings = found.map_or_else(|| inferred_from(&urdf, tree.clone()), Ok)?;
+        let meshes = tree.kept_meshes.clone().map(|text| Source { file: format!("meshes of {}", urdf.file), text });
+        Ok(Files { urdf, meshes, settings, are_inferred, tree })
     }
 
     /// The robot that they describe. It fails as [`Robot::load`] does.
     pub fn robot(&self) -> Result<Robot> {
-        Robot::parse(&self.urdf, &self.settings)
+        Robot::of_tree(self.tree.clone(), &self.settings)
     }
 }
 
@@ -69,7 +73,11 @@ pub fn settings_path(urdf: &str) -> PathBuf {
 
 /// The settings that are inferred from a URDF. Fails if it cannot be read or is not of a humanoid.
 pub fn inferred(urdf: &Source) -> Result<Source> {
-    Ok(Source { file: format!("settings inferred from {}", urdf.file), text: infer::settings(urdf)? })
+    inferred_from(urdf, Tree::parse(urdf)?)
+}
+
+fn inferred_from(urdf: &Source, tree: Tree) -> Result<Source> {
+    Ok(Source { file: format!("settings inferred from {}", urdf.file), text: infer::settings(urdf, tree)? })
 }
 
 impl Robot {
@@ -99,7 +107,10 @@ impl Robot {
 
     /// Builds a robot from the text of its two files. It fails as [`load`](Self::load) does.
     pub fn parse(urdf: &Source, settings: &Source) -> Result<Robot> {
-        let tree = Tree::parse(urdf)?;
+        Robot::of_tree(Tree::parse(urdf)?, settings)
+    }
+
+    fn of_tree(tree: Tree, settings: &Source) -> Result<Robot> {
         let parsed: Settings = settings::parse(settings)?;
         let file = settings.file.as_str();
         let mut robot = Robot {

@@ -1,6 +1,6 @@
 //! The specification of a campaign: robot, gain sets, number of trials, and all distributions.
 
-use crate::assets::{self, Kind};
+use crate::assets::{self, Kind, Source};
 use crate::campaign::ask::bounds::{PushBounds, accept, check_episode, digits, in_range};
 use crate::campaign::ask::distribution::FORMS;
 use crate::campaign::ask::gate::{GateSpec, OnUnresolved};
@@ -124,39 +124,45 @@ impl Overrides {
     }
 }
 
+/// What the file of a campaign asks for, with its robot as seen from the working folder.
+fn asked(source: &Source) -> Result<Table> {
+    let mut asked: Table = assets::parse_toml(source)?;
+    if let Some(toml::Value::String(robot)) = asked.get_mut("robot") {
+        *robot = moved(robot, source);
+    }
+    Ok(asked)
+}
+
+/// An input that the file of a campaign names, as seen from the working folder.
+fn moved(name: &str, source: &Source) -> String {
+    let folder = Path::new(&source.file).parent().filter(|_| !source.is_builtin());
+    match folder {
+        Some(folder) if assets::is_path(name) => folder.join(name).to_string_lossy().into_owned(),
+        _ => name.into(),
+    }
+}
+
 impl Campaign {
     /// Opens a campaign by name or path, applies the changes, converts it to the units of its robot, and checks all
     /// values.
     pub fn load(name_or_path: &str, overrides: &Overrides) -> Result<Campaign> {
-        Self::read(name_or_path, overrides, None)
+        Self::load_for(&Self::robot_files(name_or_path, overrides)?.robot()?, name_or_path, overrides)
     }
 
-    /// As [`load`](Self::load), in the units of a robot other than the one that the campaign names.
+    /// The files of the robot that a campaign, opened with these changes, names. Fails if a file cannot be read.
+    pub fn robot_files(name_or_path: &str, overrides: &Overrides) -> Result<Files> {
+        Files::open(&overrides.robot_of(&asked(&assets::open(Kind::Campaign, name_or_path)?)?))
+    }
+
+    /// As [`load`](Self::load), in the units of this robot, which need not be the one that the campaign names.
     pub fn load_for(robot: &Robot, name_or_path: &str, overrides: &Overrides) -> Result<Campaign> {
-        Self::read(name_or_path, overrides, Some(Measures::of(robot)))
-    }
-
-    fn read(name_or_path: &str, overrides: &Overrides, measures: Option<Measures>) -> Result<Campaign> {
         let source = assets::open(Kind::Campaign, name_or_path)?;
-        let folder = Path::new(&source.file).parent().filter(|_| !source.is_builtin());
-        let moved = |name: &str| match folder {
-            Some(folder) if assets::is_path(name) => folder.join(name).to_string_lossy().into_owned(),
-            _ => name.into(),
-        };
-        let mut asked: Table = assets::parse_toml(&source)?;
-        if let Some(toml::Value::String(robot)) = asked.get_mut("robot") {
-            *robot = moved(robot);
-        }
-        let measures = match measures {
-            Some(measures) => measures,
-            // The robot is loaded again for the campaign's trials, and its warnings are told then.
-            None => Measures::of(&Files::open(&overrides.robot_of(&asked))?.robot()?),
-        };
-        let mut campaign = Self::of(asked, &source.file, &measures)?;
+        let measures = Measures::of(robot);
+        let mut campaign = Self::of(asked(&source)?, &source.file, &measures)?;
         campaign.check(&source.file).map_err(|e| measures.explain(e))?;
         for gains in &mut campaign.gains {
             let entry = Entry::split(gains);
-            *gains = entry.with_base(&moved(entry.base));
+            *gains = entry.with_base(&moved(entry.base, &source));
         }
         for assignment in &overrides.set {
             campaign = campaign.with(assignment, &measures)?;

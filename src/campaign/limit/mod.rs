@@ -15,6 +15,7 @@ use crate::campaign::limit::search::{Search, is_random};
 use crate::campaign::run::{Plan, pool};
 use crate::control::Design;
 use crate::error::Result;
+use crate::robot::urdf::Files;
 use crate::stats::psychometric::Rule;
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -85,11 +86,11 @@ pub struct Limits {
 }
 
 impl<'a> Searches<'a> {
-    /// Reads the inputs and designs the controllers, and runs nothing. It fails if an option or an input is wrong, or
+    /// Reads the gain sets and designs the controllers for the robot of these files, and runs nothing. It fails if an option or an input is wrong, or
     /// if the reach of the robot's feet is not known.
-    pub fn new(campaign: &'a Campaign, options: LimitOptions) -> Result<Self> {
+    pub fn new(campaign: &'a Campaign, files: Files, options: LimitOptions) -> Result<Self> {
         check(&options)?;
-        let plan = Plan::new(campaign)?;
+        let plan = Plan::with(campaign, files)?;
         let yardstick = Yardstick::new(&plan.robot, campaign)?;
         let usual = || two_digits(USUAL_PRECISION * campaign.units.impulse_n_s());
         let precision_n_s = options.precision_n_s.unwrap_or_else(usual);

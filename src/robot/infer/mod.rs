@@ -26,12 +26,11 @@ const BY_HAND: &str = "a humanoid, or a TOML file of the same name beside the UR
 /// Number of joints by which a leg leads its sole to any pose.
 const FULL_LEG: usize = 6;
 
-/// The text of the settings (TOML) of the robot that a URDF describes.
+/// The text of the settings (TOML) of the robot that a URDF with this content describes.
 ///
 /// # Errors
-/// The URDF cannot be read, or is not of a humanoid: then the error says all that cannot be inferred.
-pub(super) fn settings(urdf: &Source) -> Result<String> {
-    let tree = Tree::parse(urdf)?;
+/// It is not a humanoid; the error says all that cannot be inferred.
+pub(super) fn settings(urdf: &Source, tree: Tree) -> Result<String> {
     let none = SensorNoise {
         joint_angle_rad: 0.0,
         gyro_rad_s: 0.0,

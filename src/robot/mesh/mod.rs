@@ -2,6 +2,7 @@
 
 mod dae;
 pub(super) mod files;
+pub(super) mod kept;
 pub(super) mod search;
 pub(super) mod thin;
 

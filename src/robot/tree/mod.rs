@@ -25,6 +25,7 @@ use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 
 /// The content of the URDF alone. Links, joints and frames are those of [`Robot`](super::Robot).
+#[derive(Debug, Clone)]
 pub(super) struct Tree {
     pub name: String,
     pub links: Vec<Link>,
@@ -36,6 +37,8 @@ pub(super) struct Tree {
     pub notes: Vec<String>,
     /// Meshes of collisions that could not be read, each with the index of its frame.
     pub missing: Vec<(usize, String)>,
+    /// The meshes as a text that can be kept beside the URDF, in place of their files; None if it names none.
+    pub kept_meshes: Option<String>,
 }
 
 impl Tree {
@@ -137,6 +140,7 @@ impl Tree {
             motors,
             notes: problems.notes,
             missing: solids.missing,
+            kept_meshes: solids.kept_meshes,
         })
     }
 }

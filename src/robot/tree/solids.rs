@@ -2,6 +2,7 @@
 
 use super::problems::Problems;
 use super::xml::{Urdf, isometry};
+use crate::robot::mesh::kept::{self, Named};
 use crate::robot::mesh::{Mesh, Triangles, files, search, thin};
 use crate::robot::model::Solid;
 use crate::robot::shape::Shape;
@@ -22,10 +23,9 @@ pub struct Solids {
     pub visuals: Vec<Vec<Solid>>,
     /// The collision meshes that were not read: index of the URDF link, and name of the mesh.
     pub missing: Vec<(usize, String)>,
+    /// The meshes as a text (see [`kept`]); None if the URDF names none.
+    pub kept_meshes: Option<String>,
 }
-
-/// A mesh as a URDF names it: the file, and the scale along its axes.
-type Named = (String, [u64; 3]);
 
 fn named(geometry: &urdf_rs::Geometry) -> Option<(Named, Vector3<f64>)> {
     let urdf_rs::Geometry::Mesh { filename, scale } = geometry else { return None };
@@ -36,9 +36,9 @@ fn named(geometry: &urdf_rs::Geometry) -> Option<(Named, Vector3<f64>)> {
 impl Solids {
     /// Reads the solids of a URDF in this file.
     pub fn read(urdf: &Urdf, file: &str, problems: &mut Problems) -> Self {
-        let meshes = meshes(urdf, file, problems);
+        let (meshes, kept_meshes) = meshes(urdf, file, problems);
         let colors = Colors::of(&urdf.robot);
-        let mut solids = Self { collisions: Vec::new(), visuals: Vec::new(), missing: Vec::new() };
+        let mut solids = Self { collisions: Vec::new(), visuals: Vec::new(), missing: Vec::new(), kept_meshes };
         for (index, (link, &line)) in urdf.robot.links.iter().zip(&urdf.link_lines).enumerate() {
             let mut solid = |what: &str, origin: &urdf_rs::Pose, geometry: &urdf_rs::Geometry, color: [f64; 4]| {
                 let shape = match named(geometry) {
@@ -87,8 +87,9 @@ fn check_sizes(field: &str, line: usize, geometry: &urdf_rs::Geometry, problems:
     }
 }
 
-/// The meshes that a URDF names and that can be read, thinned together. What cannot be read is noted.
-fn meshes(urdf: &Urdf, file: &str, problems: &mut Problems) -> HashMap<Named, Arc<Mesh>> {
+/// The meshes that a URDF names, and their text: those that are kept beside it, or else those of their files that can be
+/// read, thinned together. What cannot be read is noted.
+fn meshes(urdf: &Urdf, file: &str, problems: &mut Problems) -> (HashMap<Named, Arc<Mesh>>, Option<String>) {
     // Each mesh in the order of the file, with the number of times that it is drawn.
     let mut names: Vec<(Named, Vector3<f64>, usize)> = Vec::new();
     let mut places: HashMap<Named, usize> = HashMap::new();
@@ -104,7 +105,24 @@ fn meshes(urdf: &Urdf, file: &str, problems: &mut Problems) -> HashMap<Named, Ar
             names[place].2 += usize::from(is_drawn);
         }
     }
+    if names.is_empty() {
+        return (HashMap::new(), None);
+    }
     let (urdf_path, roots) = (Path::new(file), search::package_roots());
+    if let Some(text) = kept::beside(urdf_path) {
+        match text.and_then(|text| Ok((kept::read(&text)?, text))) {
+            Ok((meshes, text)) => {
+                let meshes: HashMap<Named, Arc<Mesh>> = meshes.into_iter().collect();
+                let lost = names.iter().filter(|(named, ..)| !meshes.contains_key(named));
+                let lost: Vec<&str> = lost.map(|((name, _), ..)| name.as_str()).collect();
+                if !lost.is_empty() {
+                    problems.notes.push(format!("{} left out: not among the meshes that are kept.", listed(&lost)));
+                }
+                return (meshes, Some(text));
+            }
+            Err(problem) => problems.add(0, "mesh", "the meshes beside it", problem, "the file as a result keeps it"),
+        }
+    }
     let (mut absent, mut pointers): (Vec<&str>, Vec<&str>) = (Vec::new(), Vec::new());
     let mut found = Vec::new();
     for ((name, _), scale, times) in &names {
@@ -145,7 +163,9 @@ fn meshes(urdf: &Urdf, file: &str, problems: &mut Problems) -> HashMap<Named, Ar
     let meshes = drawn.into_iter().zip(hulls).map(|((thinned, _), Mesh { hull, .. })| {
         Arc::new(Mesh { points: thinned.points, triangles: thinned.triangles, hull })
     });
-    keys.into_iter().zip(meshes).collect()
+    let meshes: Vec<(Named, Arc<Mesh>)> = keys.into_iter().zip(meshes).collect();
+    let text = kept::text(&meshes);
+    (meshes.into_iter().collect(), Some(text))
 }
 
 /// "The mesh a.stl is", or "3 meshes (a.stl, b.stl, c.stl) are".
