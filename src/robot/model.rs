@@ -203,7 +203,7 @@ impl Servo {
 }
 
 /// Standard deviations of white noise, with one sample per control tick.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SensorNoise {
     pub joint_angle_rad: f64,

@@ -43,8 +43,7 @@ const LEGS: PerFoot<usize> = PerFoot { left: 1, right: 2 };
 impl Pairs {
     pub fn new(robot: &Robot) -> Self {
         let in_heights = &robot.scaled(Scale { length: 1.0 / robot.home_com_height(), mass: 1.0 });
-        let mut kinematics = Kinematics::new(in_heights);
-        kinematics.update(in_heights, &in_heights.home_posture());
+        let kinematics = Kinematics::at_home(in_heights);
         let limbs = limbs(robot);
         let count = robot.links.len();
         // The solids of each link where they are at home.

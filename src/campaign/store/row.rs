@@ -242,15 +242,11 @@ pub(crate) mod tests {
             peak_joint_speed_rad_s: 2.0,
             peak_dcm_outside_m: 1e-300,
             peak_slip_m: 0.003,
-            legs_met_at_s: None,
-            legs_met: None,
-            left_sets_at_s: None,
             set_after_push: Some(Membership::Outside),
             cpi_margin_after_push: Some(-0.25),
             cpi_margin_after_push_est: Some(0.25),
             gain_switches: 3,
-            footsteps: vec![],
-            unfinished_footstep: None,
+            ..Record::default()
         }
     }
 

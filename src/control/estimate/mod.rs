@@ -60,9 +60,8 @@ impl Estimate {
     /// At home and at rest, with the weight shared equally by both feet.
     pub fn at_home(robot: &Robot) -> Self {
         let posture = robot.home_posture();
-        let mut kinematics = Kinematics::new(robot);
-        kinematics.update(robot, &posture);
-        let (com, soles) = (kinematics.com(), soles_of(&kinematics, robot));
+        let kinematics = Kinematics::at(robot, &posture);
+        let (com, soles) = (kinematics.com(), kinematics.sole_poses(robot));
         Self {
             posture,
             kinematics,
@@ -121,7 +120,7 @@ impl Estimate {
     fn place_base(&mut self, robot: &Robot, translation: Vector3<f64>, rotation: UnitQuaternion<f64>) {
         self.posture.base = Isometry3::from_parts(translation.into(), rotation);
         self.kinematics.update(robot, &self.posture);
-        self.soles = soles_of(&self.kinematics, robot);
+        self.soles = self.kinematics.sole_poses(robot);
     }
 
     /// Horizontal position of the COM (m).
@@ -287,11 +286,6 @@ impl Estimator {
             (self.stands[foot], now.in_contact[foot]) = (stands, touches);
         }
     }
-}
-
-/// Pose of each sole, at the centre of its contact face.
-fn soles_of(kinematics: &Kinematics, robot: &Robot) -> PerFoot<Pose> {
-    PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot))
 }
 
 /// Height of the lowest corner of a sole (m).

@@ -18,9 +18,7 @@ pub fn joint_names(robot: &Robot) -> Vec<&str> {
 fn at(robot: &Robot, q: &[f64]) -> Kinematics {
     let mut posture = robot.zero_posture();
     posture.q.copy_from_slice(q);
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, &posture);
-    kinematics
+    Kinematics::at(robot, &posture)
 }
 
 /// Mass, COM, COM Jacobian (columns: base linear, base angular, joints) and link poses at joint angles `q` (rad), with
@@ -99,8 +97,7 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
 
 /// Everything that does not depend on joint angles, as text.
 pub fn description(robot: &Robot) -> String {
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, &robot.home_posture());
+    let kinematics = Kinematics::at_home(robot);
     let com = kinematics.com();
     let mut text = String::new();
     // Writing to a String cannot fail.

@@ -143,8 +143,7 @@ mod tests {
 
     fn standing() -> (Robot, Kinematics) {
         let robot = Robot::load("ut-mu2").unwrap();
-        let mut kinematics = Kinematics::new(&robot);
-        kinematics.update(&robot, &robot.home_posture());
+        let kinematics = Kinematics::at_home(&robot);
         (robot, kinematics)
     }
 
