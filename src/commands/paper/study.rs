@@ -132,7 +132,6 @@ fn push_of(robot: &Robot, name: &str) -> Result<(Push, EpisodeConfig)> {
     Ok((push, scenario.episode(robot)))
 }
 
-/// A disturbance by one push.
 fn by(push: Push) -> Disturbance {
     Disturbance { pushes: vec![push], ..Disturbance::default() }
 }

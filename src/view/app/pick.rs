@@ -82,7 +82,6 @@ pub struct Grab {
     beside: Vector3<f64>,
     /// Position of the hand (m, world frame).
     pub hand: Point3<f64>,
-    /// Size of the robot.
     scale: RobotScale,
 }
 
