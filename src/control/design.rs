@@ -28,7 +28,6 @@ pub struct Design {
     pub warning: Option<String>,
     /// Joint targets at home, with the torques that carry the weight there.
     pub(super) home: Command,
-    /// The units of the robot.
     pub(super) units: Units,
     /// Vector from the centre of the right sole to that of the left one at home (m), control frame.
     pub(super) stance: Vector2<f64>,

@@ -58,7 +58,6 @@ impl Membership {
     }
 }
 
-/// The record of an episode.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Record {
     pub outcome: Outcome,

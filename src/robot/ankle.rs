@@ -10,7 +10,6 @@ const ALIGNED: f64 = 0.8;
 const JOINTS: usize = 2;
 
 impl Ankle {
-    /// The ankle of this foot.
     pub fn of(robot: &Robot, foot: Foot) -> Self {
         let kinematics = Kinematics::at_home(robot);
         let sole = kinematics.sole_pose(robot, foot);

@@ -9,7 +9,6 @@ pub const GRAVITY: f64 = 9.81;
 /// A humanoid: its links and joints, and the settings beside its URDF.
 #[derive(Debug, Clone)]
 pub struct Robot {
-    /// Name of the robot in its URDF.
     pub name: String,
     /// Rigid bodies after merging. `links[0]` is the floating base, and `joints[i]` carries `links[i + 1]`. A parent
     /// always stands before its children.

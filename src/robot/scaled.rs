@@ -33,7 +33,6 @@ impl Scale {
         self.mass * self.length
     }
 
-    /// Of impulses.
     pub fn impulse(self) -> f64 {
         self.mass * self.time()
     }

@@ -48,7 +48,6 @@ pub struct Swing<'a> {
     /// Way by which the pelvis sinks (m).
     sink_m: f64,
     least_time_s: f64,
-    /// Poses of the soles at home.
     soles: PerFoot<Pose>,
     home: Posture,
     /// The last posture that was found, from which the next one is sought.

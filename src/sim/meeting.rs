@@ -73,7 +73,6 @@ impl Pairs {
         self.collide[a][b]
     }
 
-    /// The links with which a link collides.
     pub fn of(&self, link: usize) -> impl Iterator<Item = usize> + '_ {
         (0..self.limbs.len()).filter(move |&other| self.collide(link, other))
     }
@@ -100,7 +99,6 @@ fn carrier(robot: &Robot, link: usize) -> Option<usize> {
     link.checked_sub(1).map(|joint| robot.joints[joint].parent)
 }
 
-/// The limb of each link.
 fn limbs(robot: &Robot) -> Vec<usize> {
     let carriers = |link: usize| std::iter::successors(Some(link), |&link| carrier(robot, link)).collect::<Vec<_>>();
     let [left, right] = Foot::BOTH.map(|foot| carriers(robot.soles[foot].link));

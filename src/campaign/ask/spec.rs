@@ -230,20 +230,14 @@ impl Campaign {
             return Ok(());
         }
         let accepted = format!("0 to {}", self.trials.saturating_sub(1));
-        Err(Error::value("command line", "--trial", trial, "the campaign has no such trial", accepted))
+        Err(Error::option("--trial", trial, "the campaign has no such trial", accepted))
     }
 
     /// The campaign with `dotted.key=value` applied, which may be in units of its robot. It fails for an unknown key or a
     /// value of the wrong type.
     pub(super) fn with(&self, assignment: &str, measures: &Measures) -> Result<Campaign> {
         let Some((key, text)) = assignment.split_once('=').map(|(k, v)| (k.trim(), v.trim())) else {
-            return Err(Error::value(
-                "command line",
-                "--set",
-                assignment,
-                "has no `=`",
-                "KEY=VALUE, for example push.height_m=0.1",
-            ));
+            return Err(Error::option("--set", assignment, "has no `=`", "KEY=VALUE, for example push.height_m=0.1"));
         };
         let (si_key, value) = measures.assigned(key, assets::toml_value(text))?;
         let mut root = self.table()?.into();

@@ -125,7 +125,6 @@ impl TrialRow {
         } }
     }
 
-    /// Whether the robot recovered.
     pub fn has_recovered(&self) -> bool {
         self.outcome == Outcome::Recovered
     }
@@ -216,7 +215,6 @@ pub fn as_text(value: &impl Serialize) -> String {
     serde_json::to_value(value).ok().and_then(|value| value.as_str().map(String::from)).unwrap_or_default()
 }
 
-/// The bytes of `trials.parquet`.
 pub fn parquet(rows: &[TrialRow]) -> Result<Vec<u8>> {
     let fail = |source| Error::Write { path: "trials.parquet".into(), source: std::io::Error::other(source) };
     parquet_bytes(&columns(rows)).map_err(fail)

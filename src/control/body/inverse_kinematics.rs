@@ -26,7 +26,6 @@ pub struct BodyTargets {
     pub soles: PerFoot<Pose>,
     /// Velocity of each sole's centre (m/s). The angular velocity of the soles is taken as zero.
     pub sole_vel: PerFoot<Vector3<f64>>,
-    /// Orientation of the trunk.
     pub trunk: UnitQuaternion<f64>,
 }
 

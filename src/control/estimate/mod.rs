@@ -39,7 +39,6 @@ const FLAT_SHARE: f64 = 0.8;
 #[derive(Debug, Clone)]
 pub struct Estimate {
     pub posture: Posture,
-    /// Kinematics of `posture`.
     kinematics: Kinematics,
     pub com: Point3<f64>,
     pub com_vel: Vector3<f64>,
@@ -134,7 +133,6 @@ impl Estimate {
     }
 }
 
-/// The state estimator.
 #[derive(Debug, Clone)]
 pub struct Estimator {
     units: Units,
@@ -146,7 +144,6 @@ pub struct Estimator {
     lever: Vector3<f64>,
     /// Whether each foot carries load, so that it tells where the robot is.
     stands: PerFoot<bool>,
-    /// The last estimate.
     pub now: Estimate,
 }
 

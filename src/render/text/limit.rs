@@ -149,7 +149,6 @@ fn bounds_of(limits: &Limits, heading: &Heading, factor: f64) -> String {
     }
 }
 
-/// The limits of a gain set.
 fn set_of(limits: &Limits, set: &SetLimit) -> String {
     let or_dash = |impulse: Option<f64>| impulse.map_or("-".into(), |impulse| n_s(limits, impulse));
     let [ninety, safe] = [set.impulse90_n_s, set.safe_n_s].map(or_dash);

@@ -18,7 +18,6 @@ use nalgebra::{DVector, Isometry3, Point3, UnitQuaternion, Vector3};
 use rapier3d::dynamics::Multibody;
 use world::{GROUND, Handles, World, build};
 
-/// Version of Rapier.
 pub const VERSION: &str = rapier3d::VERSION;
 
 /// The robot at rest in `posture`, on the ground while it is still level. Of its links, `pairs` collide.

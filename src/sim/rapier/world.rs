@@ -31,7 +31,6 @@ fn group(limb: usize) -> Group {
     Group::from_bits_truncate(1 << limb.min(30))
 }
 
-/// The collision groups of a link.
 fn groups(pairs: &Pairs, link: usize) -> InteractionGroups {
     let meets = pairs.of(link).fold(GROUND_GROUP, |meets, other| meets | group(pairs.limbs[other]));
     InteractionGroups::new(group(pairs.limbs[link]), meets, InteractionTestMode::And)
@@ -98,7 +97,6 @@ pub struct Handles {
     pub floor: RigidBodyHandle,
     /// The colliders of the ground, with their poses in that frame.
     pub ground: Vec<(ColliderHandle, Isometry3<f64>)>,
-    /// The colliders of each sole.
     pub soles: PerFoot<Vec<ColliderHandle>>,
     /// Transform from the root's URDF frame to the frame of its Rapier body. The latter is at the root's centre of
     /// mass, because a floating multibody with an offset there drifts.
