@@ -177,11 +177,13 @@ fn corners([[x0, x1], [y0, y1]]: [[f64; 2]; 2]) -> [Point3<f64>; 4] {
 }
 
 /// Position servo of a joint: `tau = kp (q_ref - q) + kd (dq_ref - dq) + tau_ff`, limited.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Servo {
     /// Stiffness (N m/rad).
+    #[serde(rename = "kp_n_m_rad")]
     pub kp: f64,
     /// Damping (N m s/rad).
+    #[serde(rename = "kd_n_m_s_rad")]
     pub kd: f64,
     /// Torque limit at low speed (N m).
     pub torque_n_m: f64,

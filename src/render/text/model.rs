@@ -71,17 +71,7 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
         },
         "trunk": robot.links[robot.trunk].name,
         "soles": { "left": sole(Foot::Left), "right": sole(Foot::Right) },
-        "servos": by_joint(&|i| {
-            let servo = &robot.servos[i];
-            json!({
-                "kp_n_m_rad": servo.kp,
-                "kd_n_m_s_rad": servo.kd,
-                "torque_n_m": servo.torque_n_m,
-                "full_torque_speed_rad_s": servo.full_torque_speed_rad_s,
-                "no_torque_speed_rad_s": servo.no_torque_speed_rad_s,
-                "rotor_inertia_kg_m2": servo.rotor_inertia_kg_m2,
-            })
-        }),
+        "servos": by_joint(&|i| json!(robot.servos[i])),
         "friction": robot.friction,
         "delay_s": robot.delay_s,
         "noise": robot.noise,

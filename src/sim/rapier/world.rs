@@ -9,12 +9,11 @@ use nalgebra::{Isometry3, Rotation3, Unit, UnitQuaternion, Vector3};
 use rapier3d::dynamics::MultibodyIndex;
 use rapier3d::parry::mass_properties::MassProperties;
 use rapier3d::prelude::*;
-use std::ops::{Deref, DerefMut};
 
 /// A Rapier world that can be copied. A copy goes on to the same bits: all that lasts from step to step is copied, and
 /// the pipeline is only working memory.
 pub struct World {
-    physics: PhysicsWorld,
+    pub physics: PhysicsWorld,
     filter: Filter,
 }
 
@@ -58,32 +57,18 @@ impl World {
 impl Clone for World {
     fn clone(&self) -> Self {
         let physics = PhysicsWorld {
-            gravity: self.gravity,
-            integration_parameters: self.integration_parameters,
-            islands: self.islands.clone(),
-            broad_phase: self.broad_phase.clone(),
-            narrow_phase: self.narrow_phase.clone(),
-            bodies: self.bodies.clone(),
-            colliders: self.colliders.clone(),
-            impulse_joints: self.impulse_joints.clone(),
-            multibody_joints: self.multibody_joints.clone(),
+            gravity: self.physics.gravity,
+            integration_parameters: self.physics.integration_parameters,
+            islands: self.physics.islands.clone(),
+            broad_phase: self.physics.broad_phase.clone(),
+            narrow_phase: self.physics.narrow_phase.clone(),
+            bodies: self.physics.bodies.clone(),
+            colliders: self.physics.colliders.clone(),
+            impulse_joints: self.physics.impulse_joints.clone(),
+            multibody_joints: self.physics.multibody_joints.clone(),
             ..PhysicsWorld::default()
         };
         Self { physics, filter: self.filter.clone() }
-    }
-}
-
-impl Deref for World {
-    type Target = PhysicsWorld;
-
-    fn deref(&self) -> &PhysicsWorld {
-        &self.physics
-    }
-}
-
-impl DerefMut for World {
-    fn deref_mut(&mut self) -> &mut PhysicsWorld {
-        &mut self.physics
     }
 }
 
