@@ -5,8 +5,7 @@
 //! same: both robots move alike.
 
 use super::kinematics::{Pose, Posture};
-use super::model::Ankle;
-use super::model::{Foot, Robot};
+use super::model::{Ankle, Foot, Robot};
 use super::shape::Shape;
 use std::sync::Arc;
 

@@ -186,7 +186,7 @@ impl Campaign {
 
     /// The campaign that a file asks for.
     fn of(mut asked: Table, file: &str, measures: &Measures) -> Result<Campaign> {
-        measures.to_si(file, &mut asked)?;
+        measures.to_si("", file, &mut asked)?;
         let mut campaign = Self::usual(&measures.units)?;
         if asked.contains_key("units") {
             let accepted = "no such table: the units follow from the robot";
@@ -317,13 +317,8 @@ impl Campaign {
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
         if self.name.is_empty() || self.name.starts_with('.') || !self.name.chars().all(plain) {
             let accepted = "letters, digits, `-`, `_` and `.`, but no `.` at the beginning";
-            return Err(Error::value(
-                file,
-                "name",
-                format!("{:?}", self.name),
-                "is not usable as a folder name",
-                accepted,
-            ));
+            let (name, problem) = (format!("{:?}", self.name), "is not usable as a folder name");
+            return Err(Error::value(file, "name", name, problem, accepted));
         }
         if self.gains.is_empty() {
             return Err(Error::value(file, "gains", "[]", "there is no gain set", "one or more names or paths"));
