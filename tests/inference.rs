@@ -85,8 +85,7 @@ fn placeholders_in_the_place_of_torques_and_speeds_are_not_believed() {
 fn a_child_stands_on_its_soles_with_its_com_above_their_middle() {
     let robot = robot_of(&child());
     assert_eq!(robot.links[robot.trunk].name, "pelvis", "chest and pelvis are one link");
-    let mut kinematics = Kinematics::new(&robot);
-    kinematics.update(&robot, &robot.home_posture());
+    let kinematics = Kinematics::at_home(&robot);
     let middle = Foot::BOTH.map(|foot| kinematics.sole_pose(&robot, foot).translation.x).iter().sum::<f64>() / 2.0;
     assert!((kinematics.com().x - middle).abs() < 1e-4, "{}", kinematics.com().x - middle);
     let knee = robot.joints.iter().position(|joint| joint.name == "left_knee").unwrap();

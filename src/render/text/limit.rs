@@ -2,6 +2,7 @@
 
 use crate::campaign::limit::{FirstLoss, Heading, Limits, SetLimit};
 use crate::render::text::layout::{signed, unit_of_impulses};
+use crate::stats::rate::median;
 use std::fmt::Write;
 
 /// The limits in one physics engine beside the bounds of the pendulum, or those in two engines side by side. A line has
@@ -159,7 +160,6 @@ fn bounds_of(limits: &Limits, heading: &Heading, factor: f64) -> String {
     }
 }
 
-/// The limits of a gain set.
 fn set_of(limits: &Limits, set: &SetLimit) -> String {
     let or_dash = |impulse: Option<f64>| impulse.map_or("-".into(), |impulse| n_s(limits, impulse));
     let [ninety, safe] = [set.impulse90_n_s, set.safe_n_s].map(or_dash);
@@ -208,9 +208,9 @@ fn side_by_side(a: &Limits, b: &Limits) -> String {
         let mut ratios: Vec<f64> = both().map(|(in_a, in_b)| in_b.impulse50_n_s / in_a.impulse50_n_s).collect();
         ratios.sort_by(f64::total_cmp);
         let (least, most) = (ratios[0], ratios[ratios.len() - 1]);
-        let median = 0.5 * (ratios[(ratios.len() - 1) / 2] + ratios[ratios.len() / 2]);
         let apart = both().filter(|(in_a, in_b)| in_a.is_apart_from(in_b)).count();
         let apart = format!("at {apart} of {} headings", ratios.len());
+        let median = median(ratios).unwrap_or(f64::NAN);
         line(format!("{:9}{:18} {median:6.2} {least:6.2} {most:6.2}   {apart}", "", set.name));
     }
     line(marked(&[a, b]));

@@ -18,9 +18,7 @@ pub fn joint_names(robot: &Robot) -> Vec<&str> {
 fn at(robot: &Robot, q: &[f64]) -> Kinematics {
     let mut posture = robot.zero_posture();
     posture.q.copy_from_slice(q);
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, &posture);
-    kinematics
+    Kinematics::at(robot, &posture)
 }
 
 /// Mass, COM, COM Jacobian (columns: base linear, base angular, joints) and link poses at joint angles `q` (rad), with
@@ -73,17 +71,7 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
         },
         "trunk": robot.links[robot.trunk].name,
         "soles": { "left": sole(Foot::Left), "right": sole(Foot::Right) },
-        "servos": by_joint(&|i| {
-            let servo = &robot.servos[i];
-            json!({
-                "kp_n_m_rad": servo.kp,
-                "kd_n_m_s_rad": servo.kd,
-                "torque_n_m": servo.torque_n_m,
-                "full_torque_speed_rad_s": servo.full_torque_speed_rad_s,
-                "no_torque_speed_rad_s": servo.no_torque_speed_rad_s,
-                "rotor_inertia_kg_m2": servo.rotor_inertia_kg_m2,
-            })
-        }),
+        "servos": by_joint(&|i| json!(robot.servos[i])),
         "friction": robot.friction,
         "delay_s": robot.delay_s,
         "noise": robot.noise,
@@ -99,8 +87,7 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
 
 /// Everything that does not depend on joint angles, as text.
 pub fn description(robot: &Robot) -> String {
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, &robot.home_posture());
+    let kinematics = Kinematics::at_home(robot);
     let com = kinematics.com();
     let mut text = String::new();
     // Writing to a String cannot fail.

@@ -32,14 +32,6 @@ const FULL_LEG: usize = 6;
 /// The URDF cannot be read, or is not of a humanoid: then the error says all that cannot be inferred.
 pub(super) fn settings(urdf: &Source) -> Result<String> {
     let tree = Tree::parse(urdf)?;
-    let none = SensorNoise {
-        joint_angle_rad: 0.0,
-        gyro_rad_s: 0.0,
-        orientation_rad: 0.0,
-        accelerometer_m_s2: 0.0,
-        sole_force_n: 0.0,
-        sole_moment_n_m: 0.0,
-    };
     let fail = |problems: &[String]| {
         let problem = format!("cannot be inferred: {}", problems.join("; "));
         Error::value(&urdf.file, "settings", "(none)", problem, BY_HAND)
@@ -55,7 +47,7 @@ pub(super) fn settings(urdf: &Source) -> Result<String> {
         soles: PerFoot::from_fn(|_| soles::none()),
         home_rad: Vec::new(),
         servos: Vec::new(),
-        noise: none,
+        noise: SensorNoise::default(),
         delay_s: 0.0,
         friction: sensors::FRICTION,
         reach: Vec::new(),
