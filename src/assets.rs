@@ -93,7 +93,6 @@ pub fn open(kind: Kind, name: &str) -> Result<Source> {
     Ok(Source { file: name.into(), text })
 }
 
-/// Most bytes of a text input.
 const MOST_TEXT_BYTES: u64 = 20_000_000;
 
 /// Reads a file of up to `most` bytes. Fails if it is larger, or if it cannot be read.

@@ -69,6 +69,11 @@ impl Error {
         }
     }
 
+    /// An [`Error::Value`] of an option of the command line.
+    pub fn option(option: &str, value: impl ToString, problem: impl Into<String>, accepted: impl Into<String>) -> Self {
+        Self::value("command line", option, value, problem, accepted)
+    }
+
     /// All problems of an input as one error; nothing if there are none.
     pub fn all(mut problems: Vec<Error>) -> Result<()> {
         match problems.len() {

@@ -9,10 +9,7 @@ use std::{fs, io::Write, path::Path, sync::OnceLock};
 /// Writes `bytes` to `path`, and creates its folder if needed. It writes a unique temporary file in the same folder,
 /// syncs and renames it, and syncs the folder. If two writers race, the result is one of both files as a whole.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
-    let folder = match path.parent() {
-        Some(p) if !p.as_os_str().is_empty() => p,
-        _ => Path::new("."),
-    };
+    let folder = folder_of(path);
     let fail = |source| Error::Write { path: path.into(), source };
     fs::create_dir_all(folder).map_err(fail)?;
     let mut builder = tempfile::Builder::new();
@@ -27,6 +24,16 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
     #[cfg(unix)]
     fs::File::open(folder).and_then(|f| f.sync_all()).map_err(fail)?;
     Ok(())
+}
+
+/// The folder that a file is in.
+pub fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Whether both paths lead to the same folder. A path that leads nowhere yet is the same as no other.
+pub fn is_same_folder(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// JSON on one line.

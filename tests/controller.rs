@@ -89,8 +89,7 @@ fn it_starts_from_the_posture_that_it_senses() {
         let mut controller = Controller::starting_from(bench.design.clone(), &sensed).unwrap();
         let estimate = controller.account().estimate.clone();
         assert_eq!(estimate.posture.q, q);
-        let mut kinematics = Kinematics::new(&robot);
-        kinematics.update(&robot, &Posture { base: estimate.posture.base, q: q.clone() });
+        let kinematics = Kinematics::at(&robot, &Posture { base: estimate.posture.base, q: q.clone() });
         assert!((estimate.com - kinematics.com()).norm() < 1e-12 && estimate.com_vel.norm() == 0.0);
         assert!(kinematics.link_pose(robot.trunk).rotation.angle_to(&orientation) < 1e-12);
         assert!(estimate.in_contact.left && estimate.in_contact.right);

@@ -114,8 +114,7 @@ fn a_free_arm_swings_with_the_period_of_its_inertia() {
     let at = |q: f64| {
         let mut posture = robot.home_posture();
         posture.q[shoulder] = q;
-        let mut kinematics = Kinematics::new(&robot);
-        kinematics.update(&robot, &posture);
+        let kinematics = Kinematics::at(&robot, &posture);
         let mut dynamics = Dynamics::new(&robot);
         dynamics.update(&robot, &kinematics, &DVector::zeros(6 + robot.joints.len()));
         (dynamics.bias()[6 + shoulder], dynamics.mass_matrix()[(6 + shoulder, 6 + shoulder)])

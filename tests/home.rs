@@ -42,8 +42,7 @@ fn from_home(bench: &Bench, tick: &Tick) -> [f64; 2] {
     let frame = Isometry2::new(right.translation.vector.xy(), heading(right));
     let place = frame.inverse_transform_point(&left.translation.vector.xy().into());
     let home = bench.robot.home_posture();
-    let mut kinematics = standfast::robot::Kinematics::new(&bench.robot);
-    kinematics.update(&bench.robot, &home);
+    let kinematics = standfast::robot::Kinematics::at(&bench.robot, &home);
     let [left_home, right_home] = standfast::robot::Foot::BOTH.map(|foot| kinematics.sole_pose(&bench.robot, foot));
     let apart = (left_home.translation.vector - right_home.translation.vector).xy();
     [(place.coords - apart).norm(), (heading(left) - heading(right)).abs()]

@@ -3,6 +3,7 @@
 mod common;
 
 use common::program::{PROGRAM, Run, files, folder, short, standfast, stderr};
+use serde_json::Value;
 use standfast::assets::{self, Kind, Source};
 use standfast::robot::urdf::{Files, inferred};
 use standfast::robot::{Foot, Kinematics, Robot};
@@ -84,8 +85,7 @@ fn placeholders_in_the_place_of_torques_and_speeds_are_not_believed() {
 fn a_child_stands_on_its_soles_with_its_com_above_their_middle() {
     let robot = robot_of(&child());
     assert_eq!(robot.links[robot.trunk].name, "pelvis", "chest and pelvis are one link");
-    let mut kinematics = Kinematics::new(&robot);
-    kinematics.update(&robot, &robot.home_posture());
+    let kinematics = Kinematics::at_home(&robot);
     let middle = Foot::BOTH.map(|foot| kinematics.sole_pose(&robot, foot).translation.x).iter().sum::<f64>() / 2.0;
     assert!((kinematics.com().x - middle).abs() < 1e-4, "{}", kinematics.com().x - middle);
     let knee = robot.joints.iter().position(|joint| joint.name == "left_knee").unwrap();
@@ -112,6 +112,24 @@ fn what_init_writes_is_what_a_robot_without_settings_has() {
     standfast(folder.path(), &["init", "mine.urdf", "--force"]).success();
     let printed = standfast(folder.path(), &["init", "mine.urdf", "--print"]).success();
     assert_eq!(printed.get_output().stdout, fs::read(folder.path().join("mine.toml")).unwrap());
+}
+
+/// The smoke campaign with robots of our own, from their URDF alone: one with weak ankles, and one of adult size with
+/// arms, a waist and meshes. A footstep saves what stiff joints lose.
+#[test]
+fn a_robot_without_settings_catches_itself() {
+    for (robot, least) in [("child", 3), ("adult", 14)] {
+        let folder = folder();
+        let urdf = format!("--robot={}/assets/robots/{robot}.urdf", env!("CARGO_MANIFEST_DIR"));
+        let run = standfast(folder.path(), &["run", "smoke", "--gains=hold", "--gains=catch", "--json", &urdf]);
+        let summary: Value = serde_json::from_slice(&run.success().get_output().stdout).unwrap();
+        let count = |set: usize, key: &str| summary["sets"][set][key].as_u64().unwrap();
+        for set in 0..2 {
+            let verdicts = ["recovered", "fell", "timed_out"].map(|key| count(set, key));
+            assert_eq!(verdicts.iter().sum::<u64>(), 15, "{robot}: {summary}");
+        }
+        assert!(count(1, "recovered") >= least.max(count(0, "recovered")), "{robot}: {summary}");
+    }
 }
 
 /// A result has all that is needed to run it again, also if a later version infers something else.

@@ -24,8 +24,7 @@ struct Solved {
 fn solve(posture: &Posture, velocity: &DVector<f64>, wanted: &DesiredAcceleration) -> Solved {
     let mut body = InverseDynamics::new(&ROBOT, CONTACT);
     let predicted = body.solve(&ROBOT, posture, velocity, wanted).unwrap();
-    let mut kinematics = Kinematics::new(&ROBOT);
-    kinematics.update(&ROBOT, posture);
+    let kinematics = Kinematics::at(&ROBOT, posture);
     let mut dynamics = Dynamics::new(&ROBOT);
     dynamics.update(&ROBOT, &kinematics, velocity);
     let mut sum = dynamics.mass_matrix() * &body.acceleration + dynamics.bias();

@@ -19,8 +19,7 @@ fn closed_loop(bench: &Bench) -> ClosedLoop<'_> {
 fn a_pull_is_a_push_by_hand() {
     let bench = Bench::new("hold");
     let (trunk, home) = (bench.robot.trunk, bench.robot.home_posture());
-    let mut kinematics = standfast::robot::Kinematics::new(&bench.robot);
-    kinematics.update(&bench.robot, &home);
+    let kinematics = standfast::robot::Kinematics::at(&bench.robot, &home);
     let point = kinematics.link_pose(trunk).inverse() * kinematics.com();
     let (mut pushed, mut pulled) = (closed_loop(&bench), closed_loop(&bench));
     pushed.pushes.push(push(2.0, 30.0));

@@ -67,8 +67,7 @@ impl At {
 }
 
 fn of(posture: &Posture, velocity: &DVector<f64>) -> (Kinematics, Dynamics) {
-    let mut kinematics = Kinematics::new(&ROBOT);
-    kinematics.update(&ROBOT, posture);
+    let kinematics = Kinematics::at(&ROBOT, posture);
     let mut dynamics = Dynamics::new(&ROBOT);
     dynamics.update(&ROBOT, &kinematics, velocity);
     (kinematics, dynamics)

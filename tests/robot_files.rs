@@ -60,8 +60,7 @@ fn soles_are_as_published() {
 #[test]
 fn only_soles_are_near_the_ground_at_home() {
     let robot = Robot::load("ut-mu2").unwrap();
-    let mut kinematics = Kinematics::new(&robot);
-    kinematics.update(&robot, &robot.home_posture());
+    let kinematics = Kinematics::at_home(&robot);
     for (i, link) in robot.links.iter().enumerate() {
         for solid in &link.collisions {
             let pose = kinematics.link_pose(i) * solid.pose;

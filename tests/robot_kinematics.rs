@@ -35,9 +35,7 @@ fn moved(posture: &Posture, k: usize, amount: f64) -> Posture {
 }
 
 fn at(posture: &Posture) -> Kinematics {
-    let mut kinematics = Kinematics::new(&ROBOT);
-    kinematics.update(&ROBOT, posture);
-    kinematics
+    Kinematics::at(&ROBOT, posture)
 }
 
 /// Central difference of a point along coordinate `k`.

@@ -283,7 +283,6 @@ impl Work<'_> {
         self.missing.is_empty()
     }
 
-    /// Count of threads.
     pub fn threads(&self) -> usize {
         self.pool.current_num_threads()
     }

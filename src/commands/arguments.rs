@@ -4,6 +4,7 @@ use super::terminal::note;
 use crate::campaign::Overrides;
 use crate::campaign::ask::gate::OnUnresolved;
 use crate::error::{Error, Result};
+use crate::files::folder_of;
 use crate::sim::Engine;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -69,10 +70,8 @@ impl ChangeArgs {
     /// The engines that are asked for, one or two. None stands for that of the campaign.
     pub fn engines(&self) -> Vec<Option<Engine>> {
         match self.engine {
-            None => vec![None],
-            Some(EngineChoice::Rapier) => vec![Some(Engine::Rapier)],
-            Some(EngineChoice::Mujoco) => vec![Some(Engine::Mujoco)],
             Some(EngineChoice::Both) => Engine::ALL.map(Some).into(),
+            one => vec![one.and_then(EngineChoice::one)],
         }
     }
 
@@ -154,7 +153,7 @@ where
 /// Checks before any work that a file can be written. Fails if its extension is none of `kinds`, if its folder does not
 /// exist, or if `path` is a folder itself. Errors name `option`.
 pub fn check_output(option: &str, path: &Path, kinds: &[&str]) -> Result<()> {
-    let fail = |problem, accepted: &str| Err(Error::value("command line", option, path.display(), problem, accepted));
+    let fail = |problem, accepted: &str| Err(Error::option(option, path.display(), problem, accepted));
     if !path.extension().and_then(OsStr::to_str).is_some_and(|extension| kinds.contains(&extension)) {
         return fail("unknown kind of file", &format!("a name that ends in .{}", kinds.join(" or .")));
     }
@@ -165,9 +164,4 @@ pub fn check_output(option: &str, path: &Path, kinds: &[&str]) -> Result<()> {
         return fail("it is a folder", "the name of a file");
     }
     Ok(())
-}
-
-/// The folder that a file is in.
-pub fn folder_of(file: &Path) -> &Path {
-    file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }

@@ -43,8 +43,7 @@ pub struct CpiArgs {
 }
 
 pub fn run(args: &CpiArgs) -> Result<ExitCode> {
-    print(&answer(args)?)?;
-    Ok(ExitCode::SUCCESS)
+    print(&answer(args)?)
 }
 
 /// Searches the sets, writes the files that were asked for, and returns what to print. Pendulum and support are those
@@ -84,7 +83,7 @@ fn pendulum(args: &CpiArgs, robot: &Robot) -> Result<Pendulum> {
     let pendulum = Pendulum { omega: args.omega.unwrap_or(robot.omega()), dt };
     for (option, value) in [("--omega", pendulum.omega), ("--dt", pendulum.dt)] {
         if !(value.is_finite() && value > 0.0) {
-            return Err(Error::value("command line", option, value, "out of range", "more than 0"));
+            return Err(Error::option(option, value, "out of range", "more than 0"));
         }
     }
     Ok(pendulum)

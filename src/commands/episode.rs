@@ -1,13 +1,13 @@
 //! Runs one episode for `push`, `scenario` and `replay`, tells what happened, and writes the files that were asked for:
 //! a trace, a plot over time, a page to watch, snapshots.
 
-use super::arguments::{check_output, folder_of};
+use super::arguments::check_output;
 use super::terminal::note;
 use crate::columns;
 use crate::control::Design;
 use crate::episode::{self, Disturbance, EpisodeConfig, Film, Record, Tick, Until};
 use crate::error::{Error, Result};
-use crate::files::{shell_word, write_atomic};
+use crate::files::{folder_of, is_same_folder, shell_word, write_atomic};
 use crate::render::figure::motion::MotionPlot;
 use crate::render::picture::{self, FramesOptions};
 use crate::render::replay::{self, Head};
@@ -52,11 +52,11 @@ impl OutputArgs {
         for (option, path) in files {
             let problem = match path {
                 Some(path) if path == frames => "it is the folder of --frames",
-                Some(path) if is_same(folder_of(path), frames) => "it is in the folder of --frames",
+                Some(path) if is_same_folder(folder_of(path), frames) => "it is in the folder of --frames",
                 _ => continue,
             };
             let path = path.as_deref().unwrap_or(frames);
-            return Err(Error::value("command line", option, path.display(), problem, "a file in another folder"));
+            return Err(Error::option(option, path.display(), problem, "a file in another folder"));
         }
         Ok(())
     }
@@ -71,7 +71,7 @@ impl OutputArgs {
             if let Some(value) = value {
                 let accepted =
                     "a scenario with a push; an imposed error has no physics, and can only be drawn with --plot";
-                return Err(Error::value("command line", option, value, "nothing to simulate", accepted));
+                return Err(Error::option(option, value, "nothing to simulate", accepted));
             }
         }
         Ok(())
@@ -239,11 +239,6 @@ pub fn write_replay((told, film): &Shown, ghost: Option<&Shown>, path: &Path, or
 pub fn command_line() -> String {
     let args = std::env::args().skip(1).map(|arg| shell_word(&arg));
     std::iter::once("standfast".to_string()).chain(args).collect::<Vec<_>>().join(" ")
-}
-
-/// Whether both paths lead to the same folder. A path that leads nowhere yet is the same as no other.
-fn is_same(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// End of a film (s). A plot ends at a fall, since COM and ZMP of a body on the ground tell nothing. A film goes on, and

@@ -45,8 +45,7 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
     let settings = urdf::inferred(&urdf)?;
     let robot = Robot::parse(&urdf, &settings)?;
     if args.print {
-        print(&settings.text)?;
-        return Ok(ExitCode::SUCCESS);
+        return print(&settings.text);
     }
     write_atomic(&path, settings.text.as_bytes())?;
     print(&match args.json {

@@ -128,9 +128,7 @@ impl LimitArgs {
     fn files(&self, campaigns: &[Campaign]) -> Result<Vec<PathBuf>> {
         let mut files = Vec::new();
         if let Some(folder) = &self.out {
-            let fail = |problem| {
-                Err(Error::value("command line", "--out", folder.display(), problem, "a new or empty folder"))
-            };
+            let fail = |problem| Err(Error::option("--out", folder.display(), problem, "a new or empty folder"));
             if folder.exists() && !folder.is_dir() {
                 return fail("it is a file");
             }

@@ -21,8 +21,7 @@ pub struct ModelArgs {
 }
 
 pub fn run(args: &ModelArgs) -> Result<ExitCode> {
-    print(&answer(args)?)?;
-    Ok(ExitCode::SUCCESS)
+    print(&answer(args)?)
 }
 
 /// What to print. Fails if the robot cannot be loaded, has no joint of a given name, or if an angle is not a finite

@@ -104,8 +104,7 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
     let variation = campaign.as_ref().zip(args.trial).map(|(c, trial)| trial::variation(c, trial));
     let disturbance = Disturbance { pushes, sensor_errors, variation: variation.unwrap_or_default() };
     let case = Case { robot: &robot, design: &design, config: &config };
-    print(&case.run(disturbance, &args.outputs, args.json, command_line())?)?;
-    Ok(ExitCode::SUCCESS)
+    print(&case.run(disturbance, &args.outputs, args.json, command_line())?)
 }
 
 /// The pushes of the episode: those of the named trial or, if there is none, one from behind. The options change the
@@ -127,7 +126,7 @@ fn the_pushes(
         args.start.is_some() || args.duration.is_some() || args.height.is_some() || args.profile.is_some();
     if pushes.len() > 1 && moves_second {
         let accepted = "--impulse and --heading, or --set on the campaign in a file";
-        return Err(Error::value("command line", "--trial", args.trial.unwrap_or(0), "has a second push", accepted));
+        return Err(Error::option("--trial", args.trial.unwrap_or(0), "has a second push", accepted));
     }
     let bounds = PushBounds::new(config.horizon_s);
     // Where a trial has a slope, no push may start before the ground has tilted.
@@ -147,7 +146,7 @@ fn the_pushes(
     let end_s = pushes.iter().map(Push::end_s).fold(0.0, f64::max);
     if end_s > config.horizon_s {
         let (problem, accepted) = ("the push does not end in time", format!("more than {end_s}, the end of the push"));
-        return Err(Error::value("command line", "--horizon", config.horizon_s, problem, accepted));
+        return Err(Error::option("--horizon", config.horizon_s, problem, accepted));
     }
     Ok(pushes)
 }

@@ -131,7 +131,6 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The page of a trial.
 struct Page<'a> {
     replayed: &'a StoredTrial,
     /// What its command and its default name say about engines: another one than the result's, or both.

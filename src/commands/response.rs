@@ -54,7 +54,7 @@ pub fn run(args: &ResponseArgs) -> Result<ExitCode> {
     let [least, most] = AMPLITUDES_M;
     if !(least..=most).contains(&args.amplitude) {
         let accepted = format!("{least} to {most}");
-        return Err(Error::value("command line", "--amplitude", args.amplitude, "out of range", accepted));
+        return Err(Error::option("--amplitude", args.amplitude, "out of range", accepted));
     }
     let robot = Robot::load(&args.robot)?;
     let config = EpisodeConfig { engine: args.engine, ..EpisodeConfig::of(&Units::of(&robot)) };
@@ -68,8 +68,7 @@ pub fn run(args: &ResponseArgs) -> Result<ExitCode> {
     if let Some(path) = &args.plot {
         figure::response::write(path, &measured)?;
     }
-    print(&if args.json { render::json(&measured.as_json()) } else { measured.text() })?;
-    Ok(ExitCode::SUCCESS)
+    print(&if args.json { render::json(&measured.as_json()) } else { measured.text() })
 }
 
 #[cfg(test)]

@@ -5,10 +5,10 @@ use super::arguments::{GateArgs, ReplaysArgs};
 use super::interrupt::STOP;
 use super::replay::write_telling;
 use super::terminal::{note, print};
-use crate::campaign::verdict::compare::is_same_folder;
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::{Folder, Summary};
 use crate::error::{Error, Result};
+use crate::files::is_same_folder;
 use crate::render::{self, result, text};
 use std::path::Path;
 use std::process::ExitCode;
@@ -50,7 +50,7 @@ pub fn gates_of(folder: &Folder, args: &GateArgs) -> Result<Gates> {
 pub fn conclude(folder: &Folder, gates: &Gates, args: &ReplaysArgs, printing: Option<Printing>) -> Result<Summary> {
     let (summary, rows) = Summary::of_folder(folder, gates)?;
     result::write(&summary, &rows, &folder.path)?;
-    printing.map_or(Ok(()), |printing| print(&printing.of(&summary, &folder.path)))?;
+    printing.map(|printing| print(&printing.of(&summary, &folder.path))).transpose()?;
     note(&result::written(&folder.path, &["summary.json", "trials.parquet", "campaign.toml"]));
     say_failed_gates(&summary, &folder.path);
     let stop = || STOP.load(Ordering::Relaxed);

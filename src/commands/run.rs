@@ -241,8 +241,7 @@ impl RunArgs {
     fn check_against(&self, campaign: &Campaign) -> Result<()> {
         if self.max_trials.is_some() && !campaign.stopping.until_resolved {
             let problem = "the campaign has a fixed count of trials";
-            return Err(Error::value(
-                "command line",
+            return Err(Error::option(
                 "--max-trials",
                 self.max_trials.unwrap_or_default(),
                 problem,
@@ -252,13 +251,13 @@ impl RunArgs {
         if let (Some(Shard { index, count }), Some(EngineChoice::Both)) = (self.shard, self.change.engine) {
             let (problem, accepted) =
                 ("engines are compared by whole results", "--engine rapier or mujoco, and `compare` after `merge`");
-            return Err(Error::value("command line", "--shard", format!("{index}/{count}"), problem, accepted));
+            return Err(Error::option("--shard", format!("{index}/{count}"), problem, accepted));
         }
         let GateArgs { gate, unresolved, baseline } = &self.gates;
         if self.shard.is_some() && !(gate.is_empty() && unresolved.is_none() && baseline.is_none()) {
             let (options, problem) =
                 ("--gate, --unresolved, --baseline", "a shard has too few of the trials for a gate");
-            return Err(Error::value("command line", options, "given", problem, "these options of `merge`"));
+            return Err(Error::option(options, "given", problem, "these options of `merge`"));
         }
         Ok(())
     }

@@ -71,16 +71,14 @@ pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
         }
         Cause::Imposed(error) => impose(args, &scenario, &case, &error)?,
     };
-    print(&if args.json { answer } else { format!("{}\n{answer}", wrapped("", &scenario.description)) })?;
-    Ok(ExitCode::SUCCESS)
+    print(&if args.json { answer } else { format!("{}\n{answer}", wrapped("", &scenario.description)) })
 }
 
-/// Lists all built-in scenarios.
 fn list(args: &ScenarioArgs) -> Result<ExitCode> {
     if !args.outputs.is_empty() {
         let (problem, accepted) =
             ("no scenario is named, so there is nothing to write", "a scenario that `standfast scenario` lists");
-        return Err(Error::value("command line", "SCENARIO", "none", problem, accepted));
+        return Err(Error::option("SCENARIO", "none", problem, accepted));
     }
     let all = Scenario::builtin()?;
     if args.check.check {

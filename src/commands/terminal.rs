@@ -4,17 +4,19 @@ use crate::error::{Error, Result};
 use crate::render::text::layout::wrapped;
 use indicatif::ProgressBar;
 use std::io::{ErrorKind, Write};
+use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
 
 /// The progress bar that is on the terminal. It is taken away while a note is printed.
 static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
-/// Prints to the standard output. It is no error if the reader has gone, as in `| head`.
-pub fn print(text: &str) -> Result<()> {
+/// Prints to the standard output, and gives the exit code of a command that ends with that. It is no error if the reader
+/// has gone, as in `| head`.
+pub fn print(text: &str) -> Result<ExitCode> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::Write { path: "standard output".into(), source: e }),
-        _ => Ok(()),
+        _ => Ok(ExitCode::SUCCESS),
     }
 }
 

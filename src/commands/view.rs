@@ -74,6 +74,5 @@ pub fn run(args: ViewArgs) -> Result<ExitCode> {
     let (engine, ghost) = (engine.and_then(EngineChoice::one), engine == Some(EngineChoice::Both));
     let options =
         Options { dir, trial, gains, engine, ghost, robot, campaign, impulse, heading, speed, seconds, screenshot };
-    print(&view::run(&options)?)?;
-    Ok(ExitCode::SUCCESS)
+    print(&view::run(&options)?)
 }

@@ -67,7 +67,6 @@ impl Balance {
         self.supervisor.zmp_probe = probe;
     }
 
-    /// The foot in the air.
     pub fn in_air(&self) -> Option<Foot> {
         self.swing.as_ref().map(|swing| swing.footstep.foot)
     }

@@ -12,7 +12,7 @@ use crate::lipm::gains::{GainFamily, GainSet};
 use crate::lipm::pendulum::Pendulum;
 use crate::lipm::stepping::Stepping;
 use crate::robot::dynamics::load_torques;
-use crate::robot::{Command, Foot, GRAVITY, Kinematics, PerFoot, Pose, Robot, Units};
+use crate::robot::{Command, Foot, GRAVITY, Kinematics, PerFoot, Robot, Units};
 use nalgebra::{Vector2, Vector3};
 use std::sync::Arc;
 
@@ -28,7 +28,6 @@ pub struct Design {
     pub warning: Option<String>,
     /// Joint targets at home, with the torques that carry the weight there.
     pub(super) home: Command,
-    /// The units of the robot.
     pub(super) units: Units,
     /// Vector from the centre of the right sole to that of the left one at home (m), control frame.
     pub(super) stance: Vector2<f64>,
@@ -55,7 +54,7 @@ impl Design {
         let polygon = family.allowed_support(&home_polygon(robot), &gains.name)?;
         family.check_disturbance(&polygon, &gains.name)?;
         let warning = if family.gains.len() > 1 { nesting_warning(&family, &polygon)? } else { None };
-        let footholds = home_footholds(robot, &home_kinematics(robot));
+        let footholds = Kinematics::at_home(robot).sole_poses(robot);
         let stance = (footholds.left.translation.vector - footholds.right.translation.vector).xy();
         let footwork = footwork_rules(gains, robot, &units, stance.y)?;
         check_swing_times(footwork, robot, control_period_s, &gains.name)?;
@@ -150,26 +149,16 @@ const BOTH_FEET: PerFoot<bool> = PerFoot { left: true, right: true };
 
 /// Support polygon of both soles at home, control frame.
 pub fn home_polygon(robot: &Robot) -> SupportPolygon {
-    let footholds = home_footholds(robot, &home_kinematics(robot));
+    let footholds = Kinematics::at_home(robot).sole_poses(robot);
     Support::of(robot, &footholds, &BOTH_FEET)
         .polygon
         .expect("loading a robot checks that its soles are flat and apart")
 }
 
-fn home_kinematics(robot: &Robot) -> Kinematics {
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, &robot.home_posture());
-    kinematics
-}
-
-fn home_footholds(robot: &Robot, at_home: &Kinematics) -> PerFoot<Pose> {
-    PerFoot::from_fn(|foot| at_home.sole_pose(robot, foot))
-}
-
 fn home_command(robot: &Robot) -> Command {
-    let kinematics = home_kinematics(robot);
+    let kinematics = Kinematics::at_home(robot);
     let weight = Vector3::new(0.0, 0.0, robot.mass() * GRAVITY);
-    let footholds = home_footholds(robot, &kinematics);
+    let footholds = kinematics.sole_poses(robot);
     let wrenches = load::share(robot, &footholds, &BOTH_FEET, kinematics.com().xy(), weight);
     let mut tau_ff = vec![0.0; robot.joints.len()];
     load_torques(&kinematics, robot, -weight / robot.mass(), &wrenches, &mut tau_ff);

@@ -14,7 +14,6 @@ use std::f64::consts::TAU;
 /// Beyond this distance from the origin, in COM heights, the robot counts as flown off.
 const FARTHEST: f64 = 16.0;
 
-/// A recorded episode.
 #[derive(Debug, Clone)]
 pub struct Film {
     /// The simulated robot, with the variation of the disturbance.

@@ -4,7 +4,6 @@ use crate::control::{Account, Phase};
 use crate::robot::{Foot, PerFoot, Pose};
 use serde::Serialize;
 
-/// A completed footstep.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Footstep {
     pub foot: Foot,
@@ -33,7 +32,6 @@ pub struct Lifted {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FootstepLog {
     pub taken: Vec<Footstep>,
-    /// The footstep in the air.
     pub unfinished: Option<Lifted>,
 }
 

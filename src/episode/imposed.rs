@@ -34,7 +34,7 @@ pub enum Start {
 }
 
 /// The result of a run.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct ImposedRecord {
     /// The imposed error, control frame.
     pub zmp_error_m: [f64; 2],
@@ -81,12 +81,8 @@ pub fn run(
         zmp_error_m: zmp_error.into(),
         com_vel_m_s: com_vel.into(),
         impulse_n_s: robot.mass() * com_vel.norm(),
-        footsteps: Vec::new(),
-        unfinished_footstep: None,
-        home_at_s: None,
-        lost_at_s: None,
-        worst_com_error_m: 0.0,
         lowest_com_m: robot.home_com_height(),
+        ..ImposedRecord::default()
     };
     drive(&mut ideal, config, |tick| {
         observe(tick);

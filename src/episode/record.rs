@@ -4,7 +4,7 @@ use super::footsteps::{Footstep, Lifted};
 use serde::{Deserialize, Serialize};
 
 /// How an episode ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum Outcome {
     /// At its end the robot had stood for the judge's time: trunk upright, COM slow, DCM inside of the support polygon.
     Recovered,
@@ -12,7 +12,8 @@ pub enum Outcome {
     Fell,
     /// A number became NaN, infinite or absurdly large.
     Diverged,
-    /// At the horizon the robot had neither fallen nor recovered.
+    /// At the horizon the robot had neither fallen nor recovered. An episode has this outcome until it has another.
+    #[default]
     TimedOut,
 }
 
@@ -57,8 +58,7 @@ impl Membership {
     }
 }
 
-/// The record of an episode.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Record {
     pub outcome: Outcome,
     /// Simulated time (s).

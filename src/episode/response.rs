@@ -101,7 +101,7 @@ pub fn log_spaced(from: f64, to: f64, count: usize) -> Vec<f64> {
 pub fn measure(robot: &Robot, design: &Design, what: &Experiment, frequencies_hz: &[f64]) -> Result<Vec<Point>> {
     if design.family.standing == Standing::Posture {
         let problem = "holds a posture and has no desired ZMP to follow";
-        return Err(Error::value("command line", "--gains", &design.family.name, problem, "a gain set with gains"));
+        return Err(Error::option("--gains", &design.family.name, problem, "a gain set with gains"));
     }
     let point = |&frequency_hz: &f64| measure_at(robot, design, what, frequency_hz);
     let mut points = frequencies_hz.par_iter().map(point).collect::<Result<Vec<_>>>()?;

@@ -20,7 +20,6 @@ pub struct Snapshot {
     pub dcm_outside_m: f64,
     /// ZMP of the simulated contacts; None in flight.
     pub zmp: Option<Point2<f64>>,
-    /// The desired ZMP.
     pub zmp_ref: Point2<f64>,
     /// Centre of each sole's contact face, on the ground or not.
     pub soles: PerFoot<Point3<f64>>,
@@ -58,7 +57,6 @@ pub struct Arrow {
 pub const LEAST_N: f64 = 0.5;
 
 impl Snapshot {
-    /// The snapshot of a tick.
     pub fn of(robot: &Robot, tick: &Tick) -> Self {
         let (truth, account) = (tick.truth, &tick.account);
         let gain = account.gain.filter(|_| account.stands());

@@ -27,7 +27,6 @@ const NESTED: f64 = 1e-6;
 #[doc(alias = "MOAS")]
 #[derive(Debug, Clone)]
 pub struct CpiSet {
-    /// Name of the gain.
     pub gain: String,
     pub pendulum: Pendulum,
     pub polygon: SupportPolygon,

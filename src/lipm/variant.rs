@@ -101,7 +101,7 @@ impl GainSet {
 /// The variants of `SET:KEY=V1,V2,...` as they are listed in a campaign. It fails if `sweep` does not have this form.
 pub fn expand(sweep: &str) -> Result<Vec<String>> {
     let accepted = "SET:KEY=V1,V2,..., e.g. switching:zmp_margin=0.02,0.06";
-    let refuse = |problem: &str| Error::value("command line", "--vary", sweep, problem, accepted);
+    let refuse = |problem: &str| Error::option("--vary", sweep, problem, accepted);
     let Entry { base, change: Some((key, values)) } = Entry::split(sweep) else {
         return Err(refuse("names no key and values of a gain set"));
     };

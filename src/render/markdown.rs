@@ -96,7 +96,6 @@ fn gates(summary: &Summary) -> String {
     text
 }
 
-/// A row of a table.
 fn row(cells: impl IntoIterator<Item = String>) -> String {
     format!("| {} |\n", cells.into_iter().collect::<Vec<_>>().join(" | "))
 }

@@ -31,7 +31,7 @@ pub(crate) fn own_folder(
     own: impl Fn(&str) -> bool,
     accepted: &str,
 ) -> Result<Vec<String>> {
-    let refuse = |problem: String| Err(Error::value("command line", option, folder.display(), problem, accepted));
+    let refuse = |problem: String| Err(Error::option(option, folder.display(), problem, accepted));
     let fail = |source| Error::Read { path: folder.into(), source };
     let entries = match std::fs::read_dir(folder) {
         Ok(entries) => entries,

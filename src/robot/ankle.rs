@@ -10,10 +10,8 @@ const ALIGNED: f64 = 0.8;
 const JOINTS: usize = 2;
 
 impl Ankle {
-    /// The ankle of this foot.
     pub fn of(robot: &Robot, foot: Foot) -> Self {
-        let mut kinematics = Kinematics::new(robot);
-        kinematics.update(robot, &robot.home_posture());
+        let kinematics = Kinematics::at_home(robot);
         let sole = kinematics.sole_pose(robot, foot);
         let mut ankle = Self::RIGID;
         for joint in robot.chain(robot.soles[foot].link).take(JOINTS) {

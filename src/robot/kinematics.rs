@@ -50,6 +50,18 @@ impl Kinematics {
         kinematics
     }
 
+    /// A workspace for `robot` in a posture.
+    pub fn at(robot: &Robot, posture: &Posture) -> Self {
+        let mut kinematics = Self::new(robot);
+        kinematics.update(robot, posture);
+        kinematics
+    }
+
+    /// A workspace for `robot` at home.
+    pub fn at_home(robot: &Robot) -> Self {
+        Self::at(robot, &robot.home_posture())
+    }
+
     /// Computes everything for `posture`. `robot` must be the one for which this was made.
     pub fn update(&mut self, robot: &Robot, posture: &Posture) {
         self.links[0] = posture.base;
@@ -93,6 +105,11 @@ impl Kinematics {
     pub fn sole_pose(&self, robot: &Robot, foot: Foot) -> Pose {
         let sole = &robot.soles[foot];
         self.links[sole.link] * sole.center
+    }
+
+    /// Poses of both soles, as in [`sole_pose`](Self::sole_pose).
+    pub fn sole_poses(&self, robot: &Robot) -> PerFoot<Pose> {
+        PerFoot::from_fn(|foot| self.sole_pose(robot, foot))
     }
 
     /// Axis of a joint, a unit vector.
@@ -176,8 +193,7 @@ impl Robot {
     /// them.
     pub fn home_posture(&self) -> Posture {
         let mut posture = Posture { base: Pose::identity(), q: self.home_rad.clone() };
-        let mut kinematics = Kinematics::new(self);
-        kinematics.update(self, &posture);
+        let kinematics = Kinematics::at(self, &posture);
         let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(self, foot).translation.vector);
         posture.base.translation = Translation3::from(-(soles.left + soles.right) / 2.0);
         posture
@@ -185,9 +201,7 @@ impl Robot {
 
     /// Height of the centre of mass above the ground at home (m).
     pub fn home_com_height(&self) -> f64 {
-        let mut kinematics = Kinematics::new(self);
-        kinematics.update(self, &self.home_posture());
-        kinematics.com().z
+        Kinematics::at_home(self).com().z
     }
 
     /// Natural frequency of the pendulum at home (rad/s), the paper's omega: sqrt(g / h) with COM height h.

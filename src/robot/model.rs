@@ -9,7 +9,6 @@ pub const GRAVITY: f64 = 9.81;
 /// A humanoid: its links and joints, and the settings beside its URDF.
 #[derive(Debug, Clone)]
 pub struct Robot {
-    /// Name of the robot in its URDF.
     pub name: String,
     /// Rigid bodies after merging. `links[0]` is the floating base, and `joints[i]` carries `links[i + 1]`. A parent
     /// always stands before its children.
@@ -178,11 +177,13 @@ fn corners([[x0, x1], [y0, y1]]: [[f64; 2]; 2]) -> [Point3<f64>; 4] {
 }
 
 /// Position servo of a joint: `tau = kp (q_ref - q) + kd (dq_ref - dq) + tau_ff`, limited.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Servo {
     /// Stiffness (N m/rad).
+    #[serde(rename = "kp_n_m_rad")]
     pub kp: f64,
     /// Damping (N m s/rad).
+    #[serde(rename = "kd_n_m_s_rad")]
     pub kd: f64,
     /// Torque limit at low speed (N m).
     pub torque_n_m: f64,
@@ -203,7 +204,7 @@ impl Servo {
 }
 
 /// Standard deviations of white noise, with one sample per control tick.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SensorNoise {
     pub joint_angle_rad: f64,

@@ -5,8 +5,7 @@
 //! same: both robots move alike.
 
 use super::kinematics::{Pose, Posture};
-use super::model::Ankle;
-use super::model::{Foot, Robot};
+use super::model::{Ankle, Foot, Robot};
 use super::shape::Shape;
 use std::sync::Arc;
 
@@ -33,7 +32,6 @@ impl Scale {
         self.mass * self.length
     }
 
-    /// Of impulses.
     pub fn impulse(self) -> f64 {
         self.mass * self.time()
     }

@@ -1,7 +1,6 @@
 //! The TOML file beside a URDF, with what the URDF cannot state.
 
-use super::model::Ankle;
-use super::model::{Frame, Joint, LandingRegion, PerFoot, SensorNoise, Servo, Sole};
+use super::model::{Ankle, Frame, Joint, LandingRegion, PerFoot, SensorNoise, Servo, Sole};
 use super::shape::Shape;
 use super::tree::Tree;
 use crate::assets::{self, Source};
@@ -147,14 +146,8 @@ fn check_reach(file: &str, regions: &[LandingRegion]) -> Result<()> {
         ];
         Error::check_ranges(file, &format!("reach[{i}]"), &ranges)?;
         if region.name.is_empty() || !names.insert(&region.name) {
-            let field = format!("reach[{i}].name");
-            return Err(Error::value(
-                file,
-                field,
-                &region.name,
-                "is empty or taken",
-                "a name of its own for each region",
-            ));
+            let (field, accepted) = (format!("reach[{i}].name"), "a name of its own for each region");
+            return Err(Error::value(file, field, &region.name, "is empty or taken", accepted));
         }
     }
     Ok(())

@@ -48,7 +48,6 @@ pub struct Swing<'a> {
     /// Way by which the pelvis sinks (m).
     sink_m: f64,
     least_time_s: f64,
-    /// Poses of the soles at home.
     soles: PerFoot<Pose>,
     home: Posture,
     /// The last posture that was found, from which the next one is sought.
@@ -82,8 +81,7 @@ impl<'a> Swing<'a> {
     /// No swing at all, of a robot at home.
     fn at_home(robot: &'a Robot, foot: Foot) -> Self {
         let home = robot.home_posture();
-        let mut kinematics = Kinematics::new(robot);
-        kinematics.update(robot, &home);
+        let kinematics = Kinematics::at(robot, &home);
         Self {
             robot,
             units: Units::of(robot),
@@ -93,7 +91,7 @@ impl<'a> Swing<'a> {
             lift_m: 0.0,
             sink_m: 0.0,
             least_time_s: f64::INFINITY,
-            soles: PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot)),
+            soles: kinematics.sole_poses(robot),
             posture: home.clone(),
             home,
             kinematics,

@@ -20,7 +20,6 @@ pub struct Units {
 }
 
 impl Units {
-    /// The units of `robot`.
     pub fn of(robot: &Robot) -> Self {
         Self {
             mass_kg: robot.mass(),

@@ -5,8 +5,7 @@
 
 use super::infer;
 use super::kinematics::Kinematics;
-use super::model::Ankle;
-use super::model::{Foot, PerFoot, Robot};
+use super::model::{Ankle, Foot, Robot};
 use super::settings::{self, Settings};
 use super::tree::Tree;
 use super::xacro;
@@ -139,9 +138,8 @@ impl Robot {
 
 /// Checks that the soles are flat and level with each other at home, without which no standing posture is defined.
 fn check_home(file: &str, robot: &Robot) -> Result<()> {
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, &robot.home_posture());
-    let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot));
+    let kinematics = Kinematics::at_home(robot);
+    let soles = kinematics.sole_poses(robot);
     for foot in Foot::BOTH {
         let tilt = (soles[foot].rotation * Vector3::z()).angle(&Vector3::z());
         if tilt > FLAT_RAD {

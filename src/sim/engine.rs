@@ -7,7 +7,6 @@ use crate::error::Result;
 use crate::robot::{Posture, Robot};
 use serde::{Deserialize, Serialize};
 
-/// A physics engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Engine {

@@ -56,8 +56,7 @@ impl Ground {
             let axis = UnitVector3::new_normalize(Vector3::new(sin, -cos, 0.0));
             UnitQuaternion::from_axis_angle(&axis, angle_deg.to_radians())
         });
-        let mut kinematics = Kinematics::new(robot);
-        kinematics.update(robot, &robot.home_posture());
+        let kinematics = Kinematics::at_home(robot);
         let mut patch = [Point2::new(f64::INFINITY, f64::INFINITY), Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY)];
         for foot in Foot::BOTH {
             for corner in robot.soles[foot].corners().map(|corner| kinematics.sole_pose(robot, foot) * corner) {

@@ -43,8 +43,7 @@ const LEGS: PerFoot<usize> = PerFoot { left: 1, right: 2 };
 impl Pairs {
     pub fn new(robot: &Robot) -> Self {
         let in_heights = &robot.scaled(Scale { length: 1.0 / robot.home_com_height(), mass: 1.0 });
-        let mut kinematics = Kinematics::new(in_heights);
-        kinematics.update(in_heights, &in_heights.home_posture());
+        let kinematics = Kinematics::at_home(in_heights);
         let limbs = limbs(robot);
         let count = robot.links.len();
         // The solids of each link where they are at home.
@@ -74,7 +73,6 @@ impl Pairs {
         self.collide[a][b]
     }
 
-    /// The links with which a link collides.
     pub fn of(&self, link: usize) -> impl Iterator<Item = usize> + '_ {
         (0..self.limbs.len()).filter(move |&other| self.collide(link, other))
     }
@@ -101,7 +99,6 @@ fn carrier(robot: &Robot, link: usize) -> Option<usize> {
     link.checked_sub(1).map(|joint| robot.joints[joint].parent)
 }
 
-/// The limb of each link.
 fn limbs(robot: &Robot) -> Vec<usize> {
     let carriers = |link: usize| std::iter::successors(Some(link), |&link| carrier(robot, link)).collect::<Vec<_>>();
     let [left, right] = Foot::BOTH.map(|foot| carriers(robot.soles[foot].link));

@@ -28,7 +28,6 @@ pub trait Physics: Send + Sync {
     /// Tilts the ground for the next physics step. `slope` rotates the frame of its plane to the world.
     fn tilt(&mut self, slope: &UnitQuaternion<f64>);
 
-    /// Does one physics step.
     fn step(&mut self);
 
     /// Calls `see` with the speed (rad/s) of every joint in order.

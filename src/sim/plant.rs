@@ -148,8 +148,7 @@ impl<'a> Plant<'a> {
         let pairs = Pairs::new(robot);
         let physics = similar::start(clock.engine, robot, &ground, &pairs, &posture, clock.physics_step_s);
         let joints = robot.joints.len();
-        let mut kinematics = Kinematics::new(robot);
-        kinematics.update(robot, &posture);
+        let kinematics = Kinematics::at(robot, &posture);
         let com = kinematics.com();
         let trunk_body = physics.body(robot.trunk);
         let truth = Truth::at_rest(posture, com, ground.at(0.0));
@@ -338,6 +337,6 @@ impl<'a> Plant<'a> {
         let origin = Point3::from(truth.trunk.translation.vector);
         kinematics.point_jacobian(robot, robot.trunk, &origin, &mut self.trunk_jacobian);
         truth.trunk_velocity = &self.trunk_jacobian * &truth.velocity;
-        truth.soles = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot));
+        truth.soles = kinematics.sole_poses(robot);
     }
 }

@@ -258,8 +258,7 @@ mod tests {
         let (mut wrong, mut missed) = (0, 0);
         for _ in 0..campaigns {
             let recovered = recovered(&mut rng, rates, own, most);
-            let next = |&look: &u64| Some(looks.after(look));
-            let at: Vec<u64> = std::iter::successors(Some(looks.after(0)), next).take_while(|n| *n <= most).collect();
+            let at: Vec<u64> = looks.until(most).collect();
             let up_to = |look: u64| &recovered[..look as usize];
             let of_pair = |&pair: &(usize, usize)| {
                 let at_looks: Vec<PairedCounts> = at.iter().map(|&look| counts(up_to(look), pair)).collect();

@@ -15,7 +15,6 @@ pub const LOOK_TRIALS: u64 = 25;
 /// campaigns.
 const SPENT_AS_PLANNED: f64 = 0.9;
 
-/// The looks of a campaign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Looks {
     planned: u64,

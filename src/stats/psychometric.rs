@@ -187,7 +187,6 @@ impl Posterior {
         entropy(joint.iter().sum()) - known.map(|(p, joint)| p * entropy(joint / p)).sum::<f64>()
     }
 
-    /// Probability of each threshold.
     fn thresholds(&self) -> Vec<f64> {
         let mut sum = vec![0.0; self.count];
         for row in self.probability.chunks(self.count) {

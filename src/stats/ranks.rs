@@ -36,7 +36,6 @@ pub struct Shift {
     pub p: f64,
     /// Hodges and Lehmann's estimate, in the unit of the differences.
     pub median: f64,
-    /// Mean of the differences.
     pub mean: f64,
     /// Interval of `median` at 95 % or a little more; None below 6 pairs, which cannot give 95 %.
     pub ci95: Option<[f64; 2]>,

@@ -79,8 +79,7 @@ pub fn sensor_errors(seed: u64) -> SensorErrors {
 
 /// Angular momentum about the COM (N m s), of the links without the rotors' spin.
 pub fn angular_momentum(robot: &Robot, truth: &Truth) -> Vector3<f64> {
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, &truth.posture);
+    let kinematics = Kinematics::at(robot, &truth.posture);
     let mut dynamics = Dynamics::new(robot);
     dynamics.update(robot, &kinematics, &truth.velocity);
     let row = |i: usize| dynamics.mass_matrix().column(i).dot(&truth.velocity);

@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 const BASELINE: &str = "baseline";
 /// Origin that errors name for a gate that cannot be read.
 const SOURCE: &str = "gates";
-/// The accepted forms of a gate.
 const FORMS: &str =
     "SET >= RATE, SET >= SET + SHARE or SET >= baseline - SHARE (spaces around + and -), for example `catch >= 0.80`";
 
@@ -148,7 +147,6 @@ impl Gate {
     }
 }
 
-/// Reads `0.8` or `80 %`.
 fn number(text: &str) -> Option<f64> {
     let value = match text.strip_suffix('%') {
         Some(percent) => percent.trim_end().parse::<f64>().ok()? / 100.0,

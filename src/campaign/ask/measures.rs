@@ -62,13 +62,9 @@ impl Measures {
         }
     }
 
-    /// Converts all quantities of a campaign, or of a part of one, to SI units. It fails if one is stated in both ways.
-    pub fn to_si(&self, file: &str, campaign: &mut Table) -> Result<()> {
-        self.convert_inside("", file, campaign)
-    }
-
-    /// Does so in the table with the dotted key `outer`; that of a whole campaign is empty.
-    fn convert_inside(&self, outer: &str, file: &str, asked: &mut Table) -> Result<()> {
+    /// Converts all quantities of the table with the dotted key `outer` to SI units; the key of a whole campaign is empty.
+    /// It fails if one is stated in both ways.
+    pub fn to_si(&self, outer: &str, file: &str, asked: &mut Table) -> Result<()> {
         for (path, relative, absolute, unit) in QUANTITIES {
             let Some(inner) = path.strip_prefix(outer) else { continue };
             let Some(table) = table_at(asked, inner) else { continue };
@@ -92,7 +88,7 @@ impl Measures {
         }
         let mut value = value;
         if let Value::Table(table) = &mut value {
-            self.convert_inside(key, "--set", table)?;
+            self.to_si(key, "--set", table)?;
         }
         Ok((key.into(), value))
     }

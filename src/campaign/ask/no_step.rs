@@ -17,8 +17,7 @@ pub struct NoStep {
 
 impl NoStep {
     pub fn new(robot: &Robot) -> Self {
-        let mut kinematics = Kinematics::new(robot);
-        kinematics.update(robot, &robot.home_posture());
+        let kinematics = Kinematics::at_home(robot);
         Self { support: home_polygon(robot), com: kinematics.com().xy(), m_omega_kg_s: robot.mass() * robot.omega() }
     }
 

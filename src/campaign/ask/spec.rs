@@ -192,7 +192,7 @@ impl Campaign {
 
     /// The campaign that a file asks for.
     fn of(mut asked: Table, file: &str, measures: &Measures) -> Result<Campaign> {
-        measures.to_si(file, &mut asked)?;
+        measures.to_si("", file, &mut asked)?;
         let mut campaign = Self::usual(&measures.units)?;
         if asked.contains_key("units") {
             let accepted = "no such table: the units follow from the robot";
@@ -236,20 +236,14 @@ impl Campaign {
             return Ok(());
         }
         let accepted = format!("0 to {}", self.trials.saturating_sub(1));
-        Err(Error::value("command line", "--trial", trial, "the campaign has no such trial", accepted))
+        Err(Error::option("--trial", trial, "the campaign has no such trial", accepted))
     }
 
     /// The campaign with `dotted.key=value` applied, which may be in units of its robot. It fails for an unknown key or a
     /// value of the wrong type.
     pub(super) fn with(&self, assignment: &str, measures: &Measures) -> Result<Campaign> {
         let Some((key, text)) = assignment.split_once('=').map(|(k, v)| (k.trim(), v.trim())) else {
-            return Err(Error::value(
-                "command line",
-                "--set",
-                assignment,
-                "has no `=`",
-                "KEY=VALUE, for example push.height_m=0.1",
-            ));
+            return Err(Error::option("--set", assignment, "has no `=`", "KEY=VALUE, for example push.height_m=0.1"));
         };
         let (si_key, value) = measures.assigned(key, assets::toml_value(text))?;
         let mut root = self.table()?.into();
@@ -329,13 +323,8 @@ impl Campaign {
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
         if self.name.is_empty() || self.name.starts_with('.') || !self.name.chars().all(plain) {
             let accepted = "letters, digits, `-`, `_` and `.`, but no `.` at the beginning";
-            return Err(Error::value(
-                file,
-                "name",
-                format!("{:?}", self.name),
-                "is not usable as a folder name",
-                accepted,
-            ));
+            let (name, problem) = (format!("{:?}", self.name), "is not usable as a folder name");
+            return Err(Error::value(file, "name", name, problem, accepted));
         }
         if self.gains.is_empty() {
             return Err(Error::value(file, "gains", "[]", "there is no gain set", "one or more names or paths"));

@@ -42,14 +42,12 @@ const SECOND_HEADING: u64 = 49;
 const SECOND_AFTER: u64 = 50;
 const REPLICA: u64 = 56;
 
-/// The random stream of one quantity in one trial.
 fn stream(seed: u64, trial: u64, quantity: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream((trial << 8) | quantity);
     rng
 }
 
-/// The first push of a trial.
 pub fn push(campaign: &Campaign, trial: u64) -> Push {
     let spec = &campaign.push;
     let bounds = campaign.push_bounds();

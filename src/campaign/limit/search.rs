@@ -89,7 +89,6 @@ const SAFE_POINTS: u64 = 8_000;
 const SAFE_IMPULSE: f64 = 0.01;
 const SAFE_HEADING_DEG: f64 = 1.0;
 
-/// The settings of one search.
 pub(super) struct Search<'a> {
     pub campaign: &'a Campaign,
     pub plan: &'a Plan,

@@ -60,8 +60,7 @@ impl Yardstick {
             let problem = "the pendulum's bounds depend on where a foot can land, and how soon";
             return Err(Error::value(&path.to_string_lossy(), "reach", "(none)", problem, accepted));
         }
-        let mut kinematics = Kinematics::new(robot);
-        kinematics.update(robot, &robot.home_posture());
+        let kinematics = Kinematics::at_home(robot);
         let centre = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot).translation.vector);
         let (com, middle) = (kinematics.com(), (centre.left + centre.right) / 2.0);
         let omega_rad_s = robot.omega();

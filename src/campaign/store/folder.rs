@@ -88,7 +88,7 @@ impl Folder {
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => true,
             Err(e) if e.kind() == std::io::ErrorKind::NotADirectory => {
                 let accepted = "a folder, which is new, empty, or holds the result of a campaign";
-                return Err(Error::value("command line", "result folder", path.display(), "it is a file", accepted));
+                return Err(Error::option("result folder", path.display(), "it is a file", accepted));
             }
             Err(source) => return Err(Error::Read { path: path.into(), source }),
         };

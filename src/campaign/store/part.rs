@@ -21,7 +21,6 @@ pub struct PartFile<'a> {
     pub config_hash: &'a str,
 }
 
-/// Marker of a complete part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Marker {
     first_trial: u64,

@@ -125,7 +125,6 @@ impl TrialRow {
         } }
     }
 
-    /// Whether the robot recovered.
     pub fn has_recovered(&self) -> bool {
         self.outcome == Outcome::Recovered
     }
@@ -216,7 +215,6 @@ pub fn as_text(value: &impl Serialize) -> String {
     serde_json::to_value(value).ok().and_then(|value| value.as_str().map(String::from)).unwrap_or_default()
 }
 
-/// The bytes of `trials.parquet`.
 pub fn parquet(rows: &[TrialRow]) -> Result<Vec<u8>> {
     let fail = |source| Error::Write { path: "trials.parquet".into(), source: std::io::Error::other(source) };
     parquet_bytes(&columns(rows)).map_err(fail)
@@ -242,15 +240,11 @@ pub(crate) mod tests {
             peak_joint_speed_rad_s: 2.0,
             peak_dcm_outside_m: 1e-300,
             peak_slip_m: 0.003,
-            legs_met_at_s: None,
-            legs_met: None,
-            left_sets_at_s: None,
             set_after_push: Some(Membership::Outside),
             cpi_margin_after_push: Some(-0.25),
             cpi_margin_after_push_est: Some(0.25),
             gain_switches: 3,
-            footsteps: vec![],
-            unfinished_footstep: None,
+            ..Record::default()
         }
     }
 

@@ -52,7 +52,6 @@ impl StoredTrial {
         Ok(Self { campaign, trial, set, sets: found.manifest.sets, robot, design, row })
     }
 
-    /// The engine of the result.
     pub fn engine(&self) -> Engine {
         self.campaign.episode.engine
     }

@@ -19,7 +19,6 @@ use serde::Serialize;
 /// Two results of the same trials, a and b, in different engines.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Agreement {
-    /// The engines of a and b.
     pub engines: [Engine; 2],
     /// Their names with versions.
     pub versions: [String; 2],

@@ -10,7 +10,7 @@ use crate::campaign::verdict::gates::Gates;
 use crate::campaign::verdict::set_summary::SetOrigin;
 use crate::campaign::verdict::summary::Summary;
 use crate::error::{Error, Result};
-use crate::files::sha256_hex;
+use crate::files::{is_same_folder, sha256_hex};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -163,11 +163,6 @@ fn origins(folder: &Folder) -> Vec<SetOrigin> {
     let campaign = folder.path.join("campaign.toml").display().to_string();
     let origin = |gains: &String| SetOrigin { campaign: campaign.clone(), gains: gains.clone() };
     folder.manifest.sets.iter().map(origin).collect()
-}
-
-/// Whether two paths lead to the same place.
-pub fn is_same_folder(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// The path of a file as it is from a folder; both exist.

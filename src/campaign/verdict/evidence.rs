@@ -109,7 +109,6 @@ impl Status {
     }
 }
 
-/// A gate with its answer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GateAnswer {
     /// The gate as it was written.

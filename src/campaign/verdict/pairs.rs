@@ -88,7 +88,6 @@ pub struct DecisionRule {
 }
 
 impl DecisionRule {
-    /// That of a campaign.
     pub fn of(manifest: &Manifest) -> Self {
         let campaign = &manifest.campaign;
         let when = manifest.looks().map_or(When::Once, When::At);

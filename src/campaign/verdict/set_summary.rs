@@ -16,7 +16,6 @@ use std::borrow::Cow;
 
 /// More trials than this need not keep their impulses to the bit in a fitted curve.
 const MANY: usize = 2500;
-/// Points of a curve in a picture.
 const CURVE_POINTS: usize = 41;
 
 /// One gain set's count.

@@ -34,7 +34,6 @@ pub struct Summary {
     pub engine: String,
     /// SHA-256 over campaign, robot, gain sets and version: equal hashes mean equal trials, by the same build.
     pub config_hash: String,
-    /// SHA-256 of `trials.parquet`.
     pub trials_sha256: String,
     /// Which set recovers most, and than which it is better, in words.
     pub headline: String,
@@ -57,7 +56,6 @@ pub struct Summary {
     pub sensors: SensorSpec,
     pub second_push: SecondPushSpec,
     pub variations: VariationSpec,
-    /// The units of the robot.
     pub units: Units,
     /// How `ci95` and `adjusted_ci95` are computed.
     pub interval: &'static str,

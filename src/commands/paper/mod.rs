@@ -59,8 +59,7 @@ pub fn run(args: &PaperArgs) -> Result<ExitCode> {
     write_atomic(&args.out.join(PAGE), html.as_bytes())?;
     let text =
         if args.json { as_json(&study, &page, &numbers) } else { tell(&args.out, &page, &numbers["update_time"]) };
-    print(&text)?;
-    Ok(ExitCode::SUCCESS)
+    print(&text)
 }
 
 /// All claims and numbers as one JSON object.

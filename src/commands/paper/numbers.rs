@@ -248,8 +248,7 @@ fn machine(study: &Study) -> Value {
 
 /// Height of the highest point above the soles with all joints at zero (m).
 fn height(robot: &Robot) -> f64 {
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, &robot.zero_posture());
+    let kinematics = Kinematics::new(robot);
     let tops = robot.links.iter().enumerate().flat_map(|(i, link)| {
         let pose = *kinematics.link_pose(i);
         let up = pose.rotation.inverse() * Vector3::z();

@@ -104,8 +104,7 @@ pub fn run() -> Result<Study> {
     progress.finish();
     let landed_allowed = design.family.allowed_support(&pushes[0].landing.polygon, &design.family.name)?;
     let landed_sets = CpiSet::search_family(&design.family, &landed_allowed)?;
-    let mut kinematics = Kinematics::new(&robot);
-    kinematics.update(&robot, &robot.home_posture());
+    let kinematics = Kinematics::at_home(&robot);
     let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(&robot, foot).translation.vector.xy());
     Ok(Study {
         stance: soles.left - soles.right,
@@ -133,7 +132,6 @@ fn push_of(robot: &Robot, name: &str) -> Result<(Push, EpisodeConfig)> {
     Ok((push, scenario.episode(robot)))
 }
 
-/// A disturbance by one push.
 fn by(push: Push) -> Disturbance {
     Disturbance { pushes: vec![push], ..Disturbance::default() }
 }

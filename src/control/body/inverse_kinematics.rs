@@ -26,7 +26,6 @@ pub struct BodyTargets {
     pub soles: PerFoot<Pose>,
     /// Velocity of each sole's centre (m/s). The angular velocity of the soles is taken as zero.
     pub sole_vel: PerFoot<Vector3<f64>>,
-    /// Orientation of the trunk.
     pub trunk: UnitQuaternion<f64>,
 }
 
@@ -241,9 +240,8 @@ mod tests {
 
     /// The targets with the feet moved from home by `[left, right]` (m), and the COM at home height above their middle.
     fn stride(robot: &Robot, by: [Vector3<f64>; 2]) -> BodyTargets {
-        let mut kinematics = Kinematics::new(robot);
-        kinematics.update(robot, &robot.home_posture());
-        let mut soles = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot));
+        let kinematics = Kinematics::at_home(robot);
+        let mut soles = kinematics.sole_poses(robot);
         for (foot, by) in Foot::BOTH.into_iter().zip(by) {
             soles[foot].translation.vector += by;
         }
@@ -271,8 +269,7 @@ mod tests {
             last = body.posture.q.iter().zip(&before).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             leap = leap.max(last);
         }
-        let mut kinematics = Kinematics::new(robot);
-        kinematics.update(robot, &body.posture);
+        let kinematics = Kinematics::at(robot, &body.posture);
         let missed = |foot: Foot| {
             let away = task.soles[foot].inverse() * kinematics.sole_pose(robot, foot);
             away.translation.vector.norm().max(away.rotation.angle())

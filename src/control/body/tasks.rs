@@ -22,7 +22,6 @@ pub(super) struct Weights {
     /// Horizontal position of the COM.
     pub com: f64,
     pub height: f64,
-    /// Tilt of the trunk.
     pub trunk: f64,
     /// Rotation of the trunk about the vertical.
     pub yaw: f64,

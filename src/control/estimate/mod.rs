@@ -39,7 +39,6 @@ const FLAT_SHARE: f64 = 0.8;
 #[derive(Debug, Clone)]
 pub struct Estimate {
     pub posture: Posture,
-    /// Kinematics of `posture`.
     kinematics: Kinematics,
     pub com: Point3<f64>,
     pub com_vel: Vector3<f64>,
@@ -60,9 +59,8 @@ impl Estimate {
     /// At home and at rest, with the weight shared equally by both feet.
     pub fn at_home(robot: &Robot) -> Self {
         let posture = robot.home_posture();
-        let mut kinematics = Kinematics::new(robot);
-        kinematics.update(robot, &posture);
-        let (com, soles) = (kinematics.com(), soles_of(&kinematics, robot));
+        let kinematics = Kinematics::at(robot, &posture);
+        let (com, soles) = (kinematics.com(), kinematics.sole_poses(robot));
         Self {
             posture,
             kinematics,
@@ -121,7 +119,7 @@ impl Estimate {
     fn place_base(&mut self, robot: &Robot, translation: Vector3<f64>, rotation: UnitQuaternion<f64>) {
         self.posture.base = Isometry3::from_parts(translation.into(), rotation);
         self.kinematics.update(robot, &self.posture);
-        self.soles = soles_of(&self.kinematics, robot);
+        self.soles = self.kinematics.sole_poses(robot);
     }
 
     /// Horizontal position of the COM (m).
@@ -135,7 +133,6 @@ impl Estimate {
     }
 }
 
-/// The state estimator.
 #[derive(Debug, Clone)]
 pub struct Estimator {
     units: Units,
@@ -147,7 +144,6 @@ pub struct Estimator {
     lever: Vector3<f64>,
     /// Whether each foot carries load, so that it tells where the robot is.
     stands: PerFoot<bool>,
-    /// The last estimate.
     pub now: Estimate,
 }
 
@@ -287,11 +283,6 @@ impl Estimator {
             (self.stands[foot], now.in_contact[foot]) = (stands, touches);
         }
     }
-}
-
-/// Pose of each sole, at the centre of its contact face.
-fn soles_of(kinematics: &Kinematics, robot: &Robot) -> PerFoot<Pose> {
-    PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot))
 }
 
 /// Height of the lowest corner of a sole (m).

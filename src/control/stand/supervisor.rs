@@ -18,7 +18,6 @@ use nalgebra::{Isometry2, Point2, Vector2};
 /// border of a set would switch gains to and fro.
 const MARGIN_TO_SPEED_UP: f64 = 0.05;
 
-/// The supervisor of one episode.
 #[derive(Debug, Clone)]
 pub struct Supervisor {
     sets: OnlineSets,
@@ -42,7 +41,6 @@ pub struct Supervisor {
     pub margin: f64,
 }
 
-/// The decision of a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decision {
     /// Desired ZMP (m, world frame): that of the gain plus the probe, inside the allowed support; or on the edge of the

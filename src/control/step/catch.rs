@@ -32,6 +32,9 @@ const IMPACT: f64 = 0.11;
 const LEAD: f64 = 0.15;
 /// Share of each sole's length and width that inverse dynamics uses.
 const SOLE_SHARE: f64 = 0.98;
+/// A foot that carries most of the weight stays while the DCM is outside only beside it and by less than this, in half
+/// sole lengths. The body then turns about the edge of that foot, and to stand is better than the pendulum knows.
+const BESIDE: f64 = 0.2;
 /// A foot that goes home takes this many times as long as one that catches.
 const LEISURE: f64 = 2.0;
 
@@ -78,7 +81,8 @@ impl Footwork for CatchFootwork {
     }
 
     /// Lifts the foot whose footstep has the least cost. It lifts none while the DCM is inside of the support polygon,
-    /// when the other foot is not in contact, or if the DCM would then be nearer to the support of a robot that stands.
+    /// when the other foot is not in contact, or if the DCM would then be nearer to the support of a robot that stands;
+    /// nor a foot with the DCM just [`BESIDE`] it.
     fn lift(&mut self, now: &StepState, body: &mut Body) -> Option<Swing> {
         let (rules, estimate, robot) = (self.rules, now.estimate, &now.design.robot);
         self.way_home.give_up();
@@ -92,6 +96,13 @@ impl Footwork for CatchFootwork {
         }
         let mut best: Option<Candidate> = None;
         for foot in Foot::BOTH.into_iter().filter(|foot| estimate.in_contact[foot.other()]) {
+            let sole = &robot.soles[foot];
+            let [[back, front], _] = sole.pressable_m(robot.mass() * GRAVITY);
+            let along = on_ground(&estimate.footholds[foot]).inverse_transform_point(&dcm_in(0.0, now)).x;
+            let is_beside = back < along && along < front && outside < BESIDE * sole.half_m[0];
+            if is_beside && estimate.load_n[foot] > estimate.load_n[foot.other()] {
+                continue;
+            }
             let stance = on_ground(&estimate.footholds[foot.other()]);
             let carried = (estimate.load_n[foot] / (estimate.load_n.left + estimate.load_n.right)).clamp(0.0, 1.0);
             let transfer_s = if carried.is_finite() { carried * rules.transfer_s } else { 0.0 };

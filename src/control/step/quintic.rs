@@ -8,7 +8,6 @@
 pub(super) struct Quintic {
     end: f64,
     end_s: f64,
-    /// The coefficients c3, c4, c5.
     c: [f64; 3],
 }
 

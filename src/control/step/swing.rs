@@ -58,7 +58,6 @@ impl Way {
 /// A planned footstep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlannedFootstep {
-    /// The swing foot.
     pub foot: Foot,
     /// Where the centre of its sole is to land (m), world frame.
     pub to: Point2<f64>,

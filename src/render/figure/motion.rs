@@ -38,7 +38,6 @@ const LINES: [Line; 6] = [
     ("COM", "com", |s| Some(s.com.xy())),
 ];
 
-/// A motion to draw.
 #[derive(Debug, Clone, Default)]
 pub struct MotionPlot {
     /// The moments, in order of time.

@@ -233,7 +233,6 @@ impl Panel {
         format!("<svg class=\"{class}\" viewBox=\"{left} {top} {width} {height}\" {attributes}>\n{body}</svg>")
     }
 
-    /// Adds the text of an element.
     pub fn add(&mut self, element: impl Display) {
         // Writing to a String cannot fail.
         _ = writeln!(self.body, "{element}");

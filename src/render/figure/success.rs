@@ -59,7 +59,6 @@ struct Series<'a> {
     ends: [f64; 2],
     /// Offset of error bars from the middle of their bin (N s).
     beside: f64,
-    /// Class of the dots.
     dot: &'static str,
     has_band: bool,
 }
@@ -139,7 +138,6 @@ fn middle_n_s(bin: &ImpulseBin, [least, most]: [f64; 2]) -> f64 {
     (bin.from_n_s.max(least) + bin.to_n_s.min(most)) / 2.0
 }
 
-/// The tooltip of a bin.
 fn words(bin: &ImpulseBin) -> String {
     let [rate, low, high] = [bin.count.success_rate, bin.count.ci95[0], bin.count.ci95[1]].map(|share| 100.0 * share);
     let ([from, to], count) = ([bin.from_n_s, bin.to_n_s].map(|edge| short(edge, 3)), bin.count);

@@ -131,6 +131,12 @@ mod tests {
     use crate::campaign::verdict::summary::tests::{ragged, rows, summary};
     use crate::episode::Outcome::{Fell, Recovered};
 
+    /// The page of two sets with five trials each, in one engine.
+    fn usual() -> String {
+        let outcomes = [[Recovered, Fell]; 5];
+        page(&summary(&outcomes, &[], &[]), &rows(&outcomes), Path::new("")).unwrap()
+    }
+
     const HOSTILE: &str = "</script><b onclick='x()'>&";
 
     #[test]
@@ -177,12 +183,7 @@ mod tests {
         }
         // The outcome of a trial that a set has not met.
         assert!(page.contains("\"R-R\"") && !page.contains("NaN"));
-        let whole = self::page(
-            &self::summary(&[[Recovered, Fell]; 5], &[], &[]),
-            &self::rows(&[[Recovered, Fell]; 5]),
-            Path::new(""),
-        );
-        assert!(!whole.unwrap().contains("up to 5 trials"));
+        assert!(!usual().contains("up to 5 trials"));
     }
 
     #[test]
@@ -200,15 +201,7 @@ mod tests {
         assert!(section.contains(">only MuJoCo<") && !section.contains("<b onclick"), "{section}");
         // No other map has the same pair, and a page of one engine has no such section.
         assert!(["0 2", "2 0"].iter().all(|pair| !page[to..].contains(&format!("data-sets=\"{pair}\""))));
-        assert!(
-            !self::page(
-                &self::summary(&[[Recovered, Fell]], &[], &[]),
-                &self::rows(&[[Recovered, Fell]]),
-                Path::new("")
-            )
-            .unwrap()
-            .contains("id=\"engines\"")
-        );
+        assert!(!usual().contains("id=\"engines\""));
     }
 
     #[test]

@@ -38,7 +38,6 @@ impl<'a> Maps<'a> {
         Self { trials, edges_n_s, sectors }
     }
 
-    /// Number of rings.
     fn rings(&self) -> usize {
         self.edges_n_s.len() - 1
     }

@@ -14,7 +14,6 @@ const FOOTSTEPS: usize = 4;
 pub(super) struct Trials<'a>(pub BySet<'a>);
 
 impl Trials<'_> {
-    /// Number of trials.
     pub fn len(&self) -> usize {
         self.0.drawn().len()
     }

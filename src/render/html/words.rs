@@ -7,7 +7,6 @@ use minijinja::{Environment, Value as Cell};
 
 const NOTHING: &str = "\u{2013}";
 
-/// Adds the filters.
 pub(super) fn add_to(environment: &mut Environment) {
     environment.add_filter("pct", |x: Cell| written(&x, |x| format!("{:.1}\u{a0}%", 100.0 * x)));
     environment.add_filter("points", |x: Cell| written(&x, |x| signed(100.0 * x, 1)));

@@ -19,7 +19,6 @@ use serde_json::{Value, json};
 use study::Study;
 use words::{Claim, FigureWords, NotMade, Teller, Words, counts};
 
-/// The contents of the page.
 pub struct Page {
     /// Sentences that sum up what was found.
     pub found: Vec<String>,
@@ -31,7 +30,6 @@ pub struct Page {
     repetitions: Value,
 }
 
-/// A figure.
 pub struct Figure {
     pub words: FigureWords,
     /// What the figure shows, in words.
@@ -97,7 +95,6 @@ impl Page {
     }
 }
 
-/// The panels of a figure.
 fn panels(number: &str, study: &Study, numbers: &Value) -> Vec<Panel> {
     match number {
         "3" => sets::inclusion(study),

@@ -53,8 +53,7 @@ fn fine(size: [f64; 2]) -> [u32; 2] {
 
 /// The axes of the joints, seen by the same camera as the picture.
 fn skeleton(robot: &Robot) -> Panel {
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, &robot.home_posture());
+    let kinematics = Kinematics::at_home(robot);
     let mut panel = Panel::new(SIZE[0], SIZE[1]);
     let seen = |point: Point3<f64>| AT_HOME.project(point, SIZE.map(|side| side as u32)).unwrap_or_default();
     for foot in Foot::BOTH {

@@ -47,7 +47,6 @@ pub struct Study {
 pub struct Pushed {
     pub push: Push,
     pub film: Film,
-    /// The first footstep.
     pub footstep: Footstep,
     /// The motion of every tick. Its support is the hull of the soles that carry load.
     pub motion: MotionPlot,
@@ -94,7 +93,6 @@ pub struct Stand {
 /// The run of an imposed ZMP error, without physics.
 pub struct ImposedRun {
     pub record: ImposedRecord,
-    /// The first footstep.
     pub footstep: Footstep,
     /// The motion of every tick.
     pub motion: MotionPlot,

@@ -29,7 +29,6 @@ impl Words {
     }
 }
 
-/// The words of a figure.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FigureWords {
@@ -54,7 +53,6 @@ pub struct TableWords {
     columns: Vec<[String; 2]>,
 }
 
-/// The words of a claim.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ClaimWords {

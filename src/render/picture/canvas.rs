@@ -50,7 +50,6 @@ impl Canvas {
         ghost.sort_by(|a, b| near(b).total_cmp(&near(a)));
     }
 
-    /// Adds the robot.
     pub fn robot(&mut self, stage: &Stage, kinematics: &Kinematics) {
         self.solids(stage, kinematics, None);
     }
@@ -91,7 +90,6 @@ impl Canvas {
         light.map(|v| v * diffuse as f32 + 0.06 * gloss as f32 + 0.010)
     }
 
-    /// Paints the picture.
     pub fn paint(&self, size: [u32; 2], ground: &Ground) -> RgbImage {
         let floor = Floor::new(self.view, ground, self.lamp, &self.opaque);
         raster::paint(size, &floor, &self.triangles)

@@ -8,7 +8,6 @@ use image::{ImageFormat, RgbImage, imageops};
 use std::io::Cursor;
 use std::iter::repeat_n;
 
-/// The bytes of a picture as a PNG file.
 pub fn png(image: &RgbImage) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     // Writing to memory cannot fail.

@@ -18,7 +18,6 @@ pub struct FramesOptions {
     /// Size of a moment in the strip.
     pub strip_size: [u32; 2],
     pub gif_size: [u32; 2],
-    /// Number of moments.
     pub moments: usize,
     /// Speed of the GIF from the push to the last landing or the fall, as a share of real time. Before and after, the
     /// GIF runs in real time, or faster if it would be too long.

@@ -29,7 +29,6 @@ const SHADOW: f32 = 0.62;
 const LAMPS: usize = 5;
 const LAMP_SIZE: f64 = 0.2;
 
-/// Floor and background of a picture.
 pub(super) struct Floor {
     view: View,
     /// Axes of the plane in the world, as columns: two directions on the floor, and its normal.

@@ -41,7 +41,6 @@ fn stretches(film: &Film, slow_motion: f64) -> [(f64, f64, f64); 3] {
     [(from_s, slow_from_s, 1.0), (slow_from_s, slow_to_s, slow_motion), (slow_to_s, end_s, 1.0)]
 }
 
-/// All pictures of the GIF.
 pub(super) fn shots(film: &Film, slow_motion: f64) -> Vec<Shot> {
     let delay_s = f64::from(DELAY_CS) / 100.0;
     let count = |(from_s, to_s, speed): (f64, f64, f64)| ((to_s - from_s) / (delay_s * speed)).round() as usize;

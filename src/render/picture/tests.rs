@@ -284,19 +284,10 @@ fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
     let patch = [Point2::new(-0.07, -0.1), Point2::new(0.07, 0.1)];
     let camera = Camera { target: Point3::origin(), azimuth_deg: 0.0, distance_m: 0.8, ..FRONT };
     let flat = draw(&robot, &moment, &camera, SIZE, &marks);
-    assert!(
-        flat == draw_on(
-            &Stage::new(&robot, Ground { patch, ..Ground::default() }),
-            &moment,
-            None,
-            &camera,
-            SIZE,
-            &marks
-        )
-    );
+    let on = |ground: Ground| draw_on(&Stage::new(&robot, ground), &moment, None, &camera, SIZE, &marks);
+    assert!(flat == on(Ground { patch, ..Ground::default() }));
     for step_m in [0.02, -0.02] {
-        let ground = Ground { step_m, patch, ..Ground::default() };
-        let image = draw_on(&Stage::new(&robot, ground), &moment, None, &camera, SIZE, &marks);
+        let image = on(Ground { step_m, patch, ..Ground::default() });
         for (x, is_dot) in [(0.15, true), (0.12, false), (0.18, false)] {
             assert_eq!(is_red(at(&image, &camera, Point3::new(x, 0.0, step_m))), is_dot, "{step_m} m: {x}");
         }

@@ -9,7 +9,6 @@ const PLACES: f64 = 256.0;
 /// Corners farther out than this (samples) would overflow the integers.
 const FARTHEST: f64 = 1e6;
 
-/// A corner in the picture.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Vertex {
     /// Pixels to the right and down.

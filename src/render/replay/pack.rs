@@ -20,7 +20,6 @@ pub fn column(values: &[Option<f64>]) -> Value {
     on_grid(values, LEAST_STEP)
 }
 
-/// The columns of a vector for each moment.
 pub fn columns<const N: usize>(vectors: &[Option<[f64; N]>]) -> Vec<Value> {
     (0..N).map(|i| column(&vectors.iter().map(|vector| Some(vector.as_ref()?[i])).collect::<Vec<_>>())).collect()
 }

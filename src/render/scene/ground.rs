@@ -4,7 +4,6 @@ use crate::sim::Ground;
 use nalgebra::Point3;
 use serde::Serialize;
 
-/// A rectangle of the ground.
 #[derive(Debug, Clone, Copy)]
 pub struct Face {
     pub part: GroundPart,

@@ -150,7 +150,6 @@ impl Mesh {
         }
     }
 
-    /// The mesh at a pose.
     pub fn at(mut self, pose: &Isometry3<f64>) -> Self {
         self.corners.iter_mut().for_each(|(at, normal)| (*at, *normal) = (pose * *at, pose * *normal));
         self

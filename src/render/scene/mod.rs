@@ -72,9 +72,7 @@ impl<'a> Stage<'a> {
 
     /// The kinematics of the robot in a posture.
     pub fn kinematics(&self, posture: &Posture) -> Kinematics {
-        let mut kinematics = Kinematics::new(self.robot);
-        kinematics.update(self.robot, posture);
-        kinematics
+        Kinematics::at(self.robot, posture)
     }
 
     /// The solids of the robot, each with the pose of its link.

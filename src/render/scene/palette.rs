@@ -47,7 +47,6 @@ impl Color {
         Self(r, g, b)
     }
 
-    /// The colour in CSS.
     pub fn css(self) -> String {
         let Self(r, g, b) = self;
         format!("#{r:02x}{g:02x}{b:02x}")

@@ -141,7 +141,6 @@ fn sets(summary: &Summary) -> Table {
     align(table)
 }
 
-/// Success by impulse.
 fn by_impulse(summary: &Summary) -> Table {
     let names = std::iter::once("pushes").chain(names(summary));
     let bins = summary.sets.first().map_or(0, |set| set.by_impulse.len());
@@ -220,7 +219,6 @@ fn falls(summary: &Summary) -> String {
     format!("\n{}\n", compared("cause of the fall", names(summary), rows, many(summary)))
 }
 
-/// Success by heading.
 fn by_heading(summary: &Summary) -> String {
     let of_heading = |set: &SetSummary| set.strata.iter().filter(|s| s.by == "heading").cloned().collect::<Vec<_>>();
     let strata: Vec<_> = summary.sets.iter().map(of_heading).collect();

@@ -2,10 +2,11 @@
 
 use crate::campaign::limit::{FirstLoss, Heading, Limits, SetLimit};
 use crate::render::text::layout::{signed, unit_of_impulses};
+use crate::stats::rate::median;
 use std::fmt::Write;
 
 /// The limits in one physics engine beside the bounds of the pendulum, or those in two engines side by side. A line has
-/// at most 80 columns if no name has more than 18 letters, and no limit is beyond 100 times the precision.
+/// at most 80 columns if no name has more than 18 letters.
 pub fn text(limits: &[Limits]) -> String {
     match limits {
         [one] => beside_bounds(one),
@@ -24,10 +25,11 @@ fn head(limits: &Limits) -> String {
     )
 }
 
-/// An impulse, with as many digits as the precision of the limits is worth.
+/// An impulse, with as many digits as the precision of the limits is worth and five columns hold.
 fn n_s(limits: &Limits, impulse_n_s: f64) -> String {
-    let decimals = (1.0 - limits.precision_n_s.log10().floor()).clamp(0.0, 4.0) as usize;
-    format!("{impulse_n_s:.decimals$}")
+    let worth = (1.0 - limits.precision_n_s.log10().floor()).clamp(0.0, 4.0) as usize;
+    let texts = (0..=worth).rev().map(|decimals| format!("{impulse_n_s:.decimals$}"));
+    texts.into_iter().find(|text| text.len() <= 5).unwrap_or_else(|| format!("{impulse_n_s:.0}"))
 }
 
 fn engine(limits: &Limits) -> String {
@@ -63,9 +65,9 @@ fn beside_bounds(limits: &Limits) -> String {
         y.push_factor,
         signed(1e3 * y.push_height_m, 0)
     ));
-    line(format!("{:>7} {:^17} {:18} {:>17} {:>5} {:>5}", "", "bounds by steps", "", "50 % recover", "90 %", "safe"));
+    line(format!("{:>7} {:^17} {:18} {:>17}   {:>5} {:>5}", "", "bounds by steps", "", "50 % recover", "90 %", "safe"));
     line(format!(
-        "{:>7} {:>5} {:>5} {:>5} {:18} {:>17} {:>5} {:>5}",
+        "{:>7} {:>5} {:>5} {:>5} {:18} {:>17}   {:>5} {:>5}",
         "heading", "none", "one", "any", "gain set", "(95 % interval)", "", "up to"
     ));
     for heading in &limits.headings {
@@ -90,24 +92,33 @@ fn beside_bounds(limits: &Limits) -> String {
             y.height_factor
         ));
     }
-    line(marked(&[limits]));
-    line(lost_early(limits));
+    line(marked(&[limits]) + &lost_early(limits));
     line(format!(
         "Impulses are in N s. The bounds are the largest impulses from which a pendulum\n\
          recovers with no footstep, with one, and with any number of them; it keeps its\n\
          height and has no angular momentum. `50 % recover` is the impulse from which the\n\
-         gain set recovers in half of the trials, and `90 %` that of nine in ten. `safe\n\
-         up to` is the largest impulse of a grid of {} N s from which, and from all\n\
-         smaller ones, it always recovered, in {} for each impulse. {} episodes\n\
-         were run. The intervals are within +-{0} N s, except where marked with *.",
+         gain set recovers in half of the trials, and `90 %` that of nine in ten. {}\n\
+         {} episodes were run. The intervals are within +-{} N s, except\n\
+         where marked with *.",
+        safe_means(limits),
+        limits.episodes,
         limits.precision_n_s,
-        match limits.replicas {
-            1 => "1 episode".into(),
-            replicas => format!("{replicas} episodes"),
-        },
-        limits.episodes
     ));
     text
+}
+
+/// What `safe up to` means.
+fn safe_means(limits: &Limits) -> String {
+    let episodes = match limits.replicas {
+        0 => return "`safe\nup to` was not searched (--replicas 0).".into(),
+        1 => "1 episode".into(),
+        replicas => format!("{replicas} episodes"),
+    };
+    format!(
+        "`safe\nup to` is the largest impulse of a grid of {} N s from which, and from all\n\
+         smaller ones, it always recovered, in {episodes} for each impulse.",
+        limits.precision_n_s
+    )
 }
 
 /// The holes: losses far below the limit, each with the command that repeats it.
@@ -118,7 +129,7 @@ fn lost_early(limits: &Limits) -> String {
         let (Some(safe_n_s), Some(loss)) = (set.safe_n_s, set.first_loss) else { continue };
         _ = writeln!(
             text,
-            "hole: {} at {:.1} degrees is safe only up to {} N s;\nto see the loss:\n  {}",
+            "\nhole: {} at {:.1} degrees is safe only up to {} N s;\nto see the loss:\n  {}",
             set.name,
             heading.heading_deg,
             n_s(limits, safe_n_s),
@@ -149,11 +160,10 @@ fn bounds_of(limits: &Limits, heading: &Heading, factor: f64) -> String {
     }
 }
 
-/// The limits of a gain set.
 fn set_of(limits: &Limits, set: &SetLimit) -> String {
     let or_dash = |impulse: Option<f64>| impulse.map_or("-".into(), |impulse| n_s(limits, impulse));
     let [ninety, safe] = [set.impulse90_n_s, set.safe_n_s].map(or_dash);
-    format!("{:18} {}{ninety:>5} {safe:>5}", set.name, fifty_of(limits, set))
+    format!("{:18} {:20}{ninety:>5} {safe:>5}", set.name, fifty_of(limits, set))
 }
 
 /// The impulse with 50 % recovery and its interval, and a mark if that is too wide.
@@ -180,14 +190,14 @@ fn side_by_side(a: &Limits, b: &Limits) -> String {
     let mut text = head(a);
     let mut line = |s: String| _ = writeln!(text, "{s}");
     line(format!("engines:  {}\n          {}\n", engine(a), engine(b)));
-    line(format!("{:>7}  {:18} {:>17}  {:>17}  {:>5}", "heading", "gain set", a.engine, b.engine, "ratio"));
+    line(format!("{:>7}  {:18} {:>17}   {:>17}   {:>5}", "heading", "gain set", a.engine, b.engine, "ratio"));
     for (at_a, at_b) in a.headings.iter().zip(&b.headings) {
         let mut heading = format!("{:.1}", at_a.heading_deg);
         for (in_a, in_b) in at_a.sets.iter().zip(&at_b.sets) {
             let apart = if in_a.is_apart_from(in_b) { "apart" } else { "" };
             let (name, ratio) = (&in_a.name, in_b.impulse50_n_s / in_a.impulse50_n_s);
-            let row =
-                format!("{heading:>7}  {name:18} {} {} {ratio:5.2}  {apart}", fifty_of(a, in_a), fifty_of(b, in_b));
+            let [fifty_a, fifty_b] = [fifty_of(a, in_a), fifty_of(b, in_b)];
+            let row = format!("{heading:>7}  {name:18} {fifty_a:20}{fifty_b:20}{ratio:5.2}  {apart}");
             line(row.trim_end().into());
             heading.clear();
         }
@@ -198,9 +208,9 @@ fn side_by_side(a: &Limits, b: &Limits) -> String {
         let mut ratios: Vec<f64> = both().map(|(in_a, in_b)| in_b.impulse50_n_s / in_a.impulse50_n_s).collect();
         ratios.sort_by(f64::total_cmp);
         let (least, most) = (ratios[0], ratios[ratios.len() - 1]);
-        let median = 0.5 * (ratios[(ratios.len() - 1) / 2] + ratios[ratios.len() / 2]);
         let apart = both().filter(|(in_a, in_b)| in_a.is_apart_from(in_b)).count();
         let apart = format!("at {apart} of {} headings", ratios.len());
+        let median = median(ratios).unwrap_or(f64::NAN);
         line(format!("{:9}{:18} {median:6.2} {least:6.2} {most:6.2}   {apart}", "", set.name));
     }
     line(marked(&[a, b]));
@@ -270,10 +280,10 @@ mod tests {
         let b = limits("MuJoCo 3.17.0", [[2.5, 4.0], [2.6, 9.5]]);
         let told = text(&[a.clone(), b]);
         for line in [
-            "    0.0  hold                2.50 (2.40-2.60)   2.50 (2.40-2.60)   1.00",
-            "         paper:stepping.x=2  5.00 (4.90-5.10)   4.00 (3.90-4.10)   0.80  apart",
-            "  180.0  hold                2.50 (2.40-2.60)   2.60 (2.50-2.70)   1.04",
-            "         paper:stepping.x=2  9.50 (9.40-9.60)*  9.50 (9.40-9.60)*  1.00",
+            "    0.0  hold                2.50 (2.40-2.60)    2.50 (2.40-2.60)    1.00",
+            "         paper:stepping.x=2  5.00 (4.90-5.10)    4.00 (3.90-4.10)    0.80  apart",
+            "  180.0  hold                2.50 (2.40-2.60)    2.60 (2.50-2.70)    1.04",
+            "         paper:stepping.x=2  9.50 (9.40-9.60)*   9.50 (9.40-9.60)*   1.00",
             "         hold                 1.02   1.00   1.04   at 0 of 2 headings",
             "         paper:stepping.x=2   0.90   0.80   1.00   at 1 of 2 headings",
             "* The interval is wider than +-0.1 N s, since the search ran out of trials or",

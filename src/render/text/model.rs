@@ -1,6 +1,6 @@
 //! A robot as it was read, and its kinematics at given joint angles, as text and JSON.
 
-use crate::render::text::layout::{align, signed, table, whole_names, wrapped};
+use crate::render::text::layout::{align, signed, table, wrapped};
 use crate::robot::swing_time::least_swing_time_s;
 use crate::robot::{Foot, Joint, Kinematics, Robot};
 use crate::sim::Pairs;
@@ -18,9 +18,7 @@ pub fn joint_names(robot: &Robot) -> Vec<&str> {
 fn at(robot: &Robot, q: &[f64]) -> Kinematics {
     let mut posture = robot.zero_posture();
     posture.q.copy_from_slice(q);
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, &posture);
-    kinematics
+    Kinematics::at(robot, &posture)
 }
 
 /// Mass, COM, COM Jacobian (columns: base linear, base angular, joints) and link poses at joint angles `q` (rad), with
@@ -73,17 +71,7 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
         },
         "trunk": robot.links[robot.trunk].name,
         "soles": { "left": sole(Foot::Left), "right": sole(Foot::Right) },
-        "servos": by_joint(&|i| {
-            let servo = &robot.servos[i];
-            json!({
-                "kp_n_m_rad": servo.kp,
-                "kd_n_m_s_rad": servo.kd,
-                "torque_n_m": servo.torque_n_m,
-                "full_torque_speed_rad_s": servo.full_torque_speed_rad_s,
-                "no_torque_speed_rad_s": servo.no_torque_speed_rad_s,
-                "rotor_inertia_kg_m2": servo.rotor_inertia_kg_m2,
-            })
-        }),
+        "servos": by_joint(&|i| json!(robot.servos[i])),
         "friction": robot.friction,
         "delay_s": robot.delay_s,
         "noise": robot.noise,
@@ -99,8 +87,7 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
 
 /// Everything that does not depend on joint angles, as text.
 pub fn description(robot: &Robot) -> String {
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, &robot.home_posture());
+    let kinematics = Kinematics::at_home(robot);
     let com = kinematics.com();
     let mut text = String::new();
     // Writing to a String cannot fail.
@@ -118,11 +105,11 @@ pub fn description(robot: &Robot) -> String {
         let sole = &robot.soles[foot];
         let center = kinematics.sole_pose(robot, foot).translation;
         line(format!(
-            "sole     {}: {:.3} x {:.3} x {:.3} mm (x, y, z),\n         at home centred at {}, {} mm",
+            "sole     {}: {} x {} x {} mm (x, y, z),\n         at home centred at {}, {} mm",
             robot.frames[sole.frame].name,
-            2e3 * sole.half_m[0],
-            2e3 * sole.half_m[1],
-            1e3 * sole.thickness_m,
+            short(2e3 * sole.half_m[0]),
+            short(2e3 * sole.half_m[1]),
+            short(1e3 * sole.thickness_m),
             signed(1e3 * center.x, 2),
             signed(1e3 * center.y, 2)
         ));
@@ -212,7 +199,8 @@ fn tree_text(robot: &Robot, link: usize, depth: usize, line: &mut impl FnMut(Str
     let fixed = if fixed.is_empty() { String::new() } else { format!(" [{}]", fixed.join(", ")) };
     let by = link.checked_sub(1).map(|j| robot.joints[j].name.as_str()).filter(|name| *name != body.name);
     let by = by.map(|name| format!(" (joint {name})")).unwrap_or_default();
-    line(format!("{:indent$}{} {:.6} kg{fixed}{by}", "", body.name, body.mass_kg, indent = 2 * depth));
+    let mark = format!("{:indent$}{} ", "", body.name, indent = 2 * depth);
+    line(wrapped(&mark, &format!("{:.6} kg{fixed}{by}", body.mass_kg)).trim_end().into());
     for (j, joint) in robot.joints.iter().enumerate() {
         if joint.parent == link {
             tree_text(robot, j + 1, depth + 1, line);
@@ -222,6 +210,7 @@ fn tree_text(robot: &Robot, link: usize, depth: usize, line: &mut impl FnMut(Str
 
 fn joint_table(robot: &Robot) -> Table {
     let mut joints = table(["joint", "axis", "limits [deg]", "limits [rad]"]);
+    joints.set_content_arrangement(ContentArrangement::Disabled);
     for joint in &robot.joints {
         let axis = &joint.axis;
         joints.add_row([
@@ -231,7 +220,7 @@ fn joint_table(robot: &Robot) -> Table {
             range(joint, 4, std::convert::identity),
         ]);
     }
-    whole_names(align(joints))
+    align(joints)
 }
 
 /// The limits of a joint, converted and with so many decimals.

@@ -6,7 +6,6 @@ use crate::render::text::layout::wrapped;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
-/// A measured response.
 pub struct Response<'a> {
     pub robot: &'a str,
     pub family: &'a GainFamily,

@@ -109,8 +109,7 @@ fn within(angle: f64, lower: f64, upper: f64) -> f64 {
 
 /// Height of the first joint of the legs above the soles, with all joints at zero (m).
 pub fn leg_length_m(robot: &Robot, limbs: &Limbs) -> f64 {
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, &robot.zero_posture());
+    let kinematics = Kinematics::new(robot);
     let height = |foot: Foot| {
         let hip = limbs.legs[foot].first().map_or(0.0, |&j| kinematics.joint_position(j).z);
         hip - kinematics.sole_pose(robot, foot).translation.z
@@ -120,8 +119,7 @@ pub fn leg_length_m(robot: &Robot, limbs: &Limbs) -> f64 {
 
 /// The joints of a leg that pitch with all joints at zero, with the y component of their axes.
 fn pitch_joints(robot: &Robot, leg: &[usize]) -> Vec<(usize, f64)> {
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, &robot.zero_posture());
+    let kinematics = Kinematics::new(robot);
     leg.iter().map(|&j| (j, kinematics.joint_axis(j).y)).filter(|(_, y)| y.abs() > PITCH).collect()
 }
 
@@ -130,8 +128,7 @@ fn knee(robot: &Robot, leg: &[usize]) -> Option<Knee> {
     if pitch.len() < 3 {
         return None;
     }
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, &robot.zero_posture());
+    let kinematics = Kinematics::new(robot);
     let middle = pitch.len() / 2;
     let [hip, at, ankle] = [0, middle, pitch.len() - 1].map(|k| kinematics.joint_position(pitch[k].0));
     let (joint, axis) = pitch[middle];

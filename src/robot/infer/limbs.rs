@@ -52,8 +52,7 @@ impl Limbs {
 
 /// The two chains with the lowest ends, as seen with all joints at zero.
 fn legs(robot: &Robot) -> Option<PerFoot<Vec<usize>>> {
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, &robot.zero_posture());
+    let kinematics = Kinematics::new(robot);
     let is_end = |link: usize| robot.joints.iter().all(|joint| joint.parent != link);
     let chain = |link: usize| -> Vec<usize> {
         let mut joints: Vec<usize> = robot.chain(link).collect();

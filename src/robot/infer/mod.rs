@@ -31,14 +31,6 @@ const FULL_LEG: usize = 6;
 /// # Errors
 /// It is not a humanoid; the error says all that cannot be inferred.
 pub(super) fn settings(urdf: &Source, tree: Tree) -> Result<String> {
-    let none = SensorNoise {
-        joint_angle_rad: 0.0,
-        gyro_rad_s: 0.0,
-        orientation_rad: 0.0,
-        accelerometer_m_s2: 0.0,
-        sole_force_n: 0.0,
-        sole_moment_n_m: 0.0,
-    };
     let fail = |problems: &[String]| {
         let problem = format!("cannot be inferred: {}", problems.join("; "));
         Error::value(&urdf.file, "settings", "(none)", problem, BY_HAND)
@@ -54,7 +46,7 @@ pub(super) fn settings(urdf: &Source, tree: Tree) -> Result<String> {
         soles: PerFoot::from_fn(|_| soles::none()),
         home_rad: Vec::new(),
         servos: Vec::new(),
-        noise: none,
+        noise: SensorNoise::default(),
         delay_s: 0.0,
         friction: sensors::FRICTION,
         reach: Vec::new(),

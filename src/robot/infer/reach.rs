@@ -58,8 +58,7 @@ struct Search<'a> {
 
 impl<'a> Search<'a> {
     fn new(robot: &'a Robot, limbs: &Limbs) -> Self {
-        let mut kinematics = Kinematics::new(robot);
-        kinematics.update(robot, &robot.home_posture());
+        let kinematics = Kinematics::at_home(robot);
         let [left, right] = Foot::BOTH.map(|foot| kinematics.sole_pose(robot, foot).translation.y);
         let right_links: Vec<usize> = Limbs::links(&limbs.legs.right).collect();
         let pairs = Limbs::links(&limbs.legs.left).flat_map(|a| right_links.iter().map(move |&b| [a, b])).collect();

@@ -28,8 +28,7 @@ pub struct Found {
 
 /// The sole of the foot `link`, as it stands with all joints at zero. Errors are in words.
 pub fn find(robot: &Robot, link: usize) -> Result<Found, String> {
-    let mut kinematics = Kinematics::new(robot);
-    kinematics.update(robot, &robot.zero_posture());
+    let kinematics = Kinematics::new(robot);
     let name = &robot.links[link].name;
     let solids = &robot.links[link].collisions;
     let turn = kinematics.link_pose(link).rotation;

@@ -111,7 +111,7 @@ fn reach_text(robot: &Robot, line: &mut dyn FnMut(&str)) {
 fn noise_text(robot: &Robot, line: &mut dyn FnMut(&str)) {
     let noise = &robot.noise;
     line("\n# Standard deviations of white noise, with one sample per control tick; all assumed.\n[noise]");
-    for (key, figure, comment) in [
+    for (key, value, comment) in [
         ("joint_angle_rad", noise.joint_angle_rad, "encoders [rad]"),
         ("gyro_rad_s", noise.gyro_rad_s, "angular velocity of the trunk [rad/s]"),
         ("orientation_rad", noise.orientation_rad, "orientation of the trunk, about each axis [rad]"),
@@ -119,7 +119,7 @@ fn noise_text(robot: &Robot, line: &mut dyn FnMut(&str)) {
         ("sole_force_n", noise.sole_force_n, "force under each sole, each axis [N]"),
         ("sole_moment_n_m", noise.sole_moment_n_m, "moment about each sole's centre, each axis [N m]"),
     ] {
-        line(&format!("{:<32}# {comment}", format!("{key} = {}", decimal(figure))));
+        figure(line, key, value, comment);
     }
 }
 
@@ -147,7 +147,7 @@ fn servos_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
         line(&row);
         line("]");
         let origin = |is_read: bool| if is_read { "read" } else { "assumed" };
-        for (key, figure, comment) in [
+        for (key, value, comment) in [
             ("kp_n_m_rad", servo.kp, "stiffness [N m/rad]; assumed"),
             ("kd_n_m_s_rad", servo.kd, "damping [N m s/rad]; assumed"),
             ("torque_n_m", servo.torque_n_m, &format!("torque limit at low speed [N m]; {}", origin(*torque_is_read))),
@@ -163,7 +163,7 @@ fn servos_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
             ),
             ("rotor_inertia_kg_m2", servo.rotor_inertia_kg_m2, "rotor inertia seen at the joint [kg m^2]; assumed"),
         ] {
-            line(&format!("{:<32}# {comment}", format!("{key} = {}", decimal(figure))));
+            figure(line, key, value, comment);
         }
     }
 }
@@ -191,18 +191,21 @@ fn home_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
     }
 }
 
+/// A line with a number.
+fn figure(line: &mut dyn FnMut(&str), key: &str, value: f64, comment: &str) {
+    line(&format!("{:<32}# {comment}", format!("{key} = {}", decimal(value))));
+}
+
 /// A number that TOML reads as one with a fraction.
 fn decimal(figure: f64) -> String {
     let text = (figure + 0.0).to_string();
     if text.contains('.') { text } else { text + ".0" }
 }
 
-/// A TOML string.
 fn quoted(text: &str) -> String {
     toml::Value::String(one_line(text)).to_string()
 }
 
-/// A key of TOML.
 fn key(name: &str) -> String {
     let is_bare = name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c)) && !name.is_empty();
     if is_bare { name.into() } else { quoted(name) }

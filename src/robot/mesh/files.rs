@@ -7,7 +7,6 @@ use nalgebra::Point3;
 use std::path::Path;
 use std::str::{FromStr, SplitWhitespace};
 
-/// Most bytes of a file.
 const MOST_BYTES: u64 = 200_000_000;
 /// How Git LFS begins the file that stands in for one that was not fetched.
 const LFS_POINTER: &[u8] = b"version https://git-lfs";

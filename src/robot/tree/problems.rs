@@ -5,7 +5,6 @@ use crate::error::{Error, Result};
 /// What is wrong with a file, and what was changed or left out.
 pub struct Problems<'a> {
     file: &'a str,
-    /// Each problem with its line.
     found: Vec<(usize, Error)>,
     /// What was changed or left out, in sentences.
     pub notes: Vec<String>,

@@ -34,7 +34,6 @@ fn named(geometry: &urdf_rs::Geometry) -> Option<(Named, Vector3<f64>)> {
 }
 
 impl Solids {
-    /// Reads the solids of a URDF in this file.
     pub fn read(urdf: &Urdf, file: &str, problems: &mut Problems) -> Self {
         let (meshes, kept_meshes) = meshes(urdf, file, problems);
         let colors = Colors::of(&urdf.robot);

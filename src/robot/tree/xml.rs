@@ -12,10 +12,8 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::Node;
 use std::fmt::Write;
 
-/// Most links of a robot.
 const MOST_LINKS: usize = 500;
 
-/// An attribute of an element.
 struct Attribute {
     name: &'static str,
     /// How many numbers it has; 0 for text.
@@ -50,7 +48,6 @@ const fn repeated(name: &'static str, within: &'static str, attributes: &'static
     Element { name, within, repeats: true, attributes }
 }
 
-/// All elements that are read.
 const ELEMENTS: [Element; 22] = [
     repeated("link", "robot", &[required("name", 0, "?")]),
     repeated("joint", "robot", &[required("name", 0, "?"), required("type", 0, "fixed")]),
@@ -96,7 +93,6 @@ const ELEMENTS: [Element; 22] = [
     element("mimic", "joint", &[required("joint", 0, "?"), optional("multiplier", 1, "1"), optional("offset", 1, "0")]),
 ];
 
-/// Joint types of URDF.
 const JOINT_TYPES: [&str; 6] = ["revolute", "continuous", "fixed", "prismatic", "planar", "floating"];
 
 /// A URDF as it was read, with the lines of its links and joints.

@@ -79,7 +79,6 @@ struct Mujoco {
     step_s: f64,
     /// Rotor inertia of each joint (kg m^2).
     rotors: Vec<f64>,
-    /// The body of each link.
     bodies: Vec<usize>,
     joints: Vec<Addresses>,
     /// Which part of which link each solid is; None for those of the ground.

@@ -23,7 +23,6 @@ pub fn body_name(link: &Link) -> String {
     format!("link {}", link.name)
 }
 
-/// The model as MJCF.
 pub fn mjcf(robot: &Robot, ground: &Ground, pairs: &Pairs, step_s: f64) -> String {
     let mut xml = format!(
         r#"<mujoco><compiler angle="radian" autolimits="false" inertiafromgeom="false"/>
@@ -96,7 +95,6 @@ fn body(xml: &mut String, robot: &Robot, meshes: &Meshes, index: usize) {
     xml.push_str("</body>");
 }
 
-/// The limits of a joint.
 fn range(joint: &Joint) -> String {
     let Joint { lower_rad, upper_rad, .. } = joint;
     match lower_rad.is_finite() && upper_rad.is_finite() {

@@ -18,7 +18,6 @@ use nalgebra::{DVector, Isometry3, Point3, UnitQuaternion, Vector3};
 use rapier3d::dynamics::Multibody;
 use world::{GROUND, Handles, World, build};
 
-/// Version of Rapier.
 pub const VERSION: &str = rapier3d::VERSION;
 
 /// The robot at rest in `posture`, on the ground while it is still level. Of its links, `pairs` collide.
@@ -40,7 +39,7 @@ struct Rapier {
 
 impl Rapier {
     fn multibody(&self) -> &Multibody {
-        self.world.multibody_joints.get_multibody(self.handles.multibody).expect("never removed")
+        self.world.physics.multibody_joints.get_multibody(self.handles.multibody).expect("never removed")
     }
 }
 
@@ -68,23 +67,24 @@ impl Physics for Rapier {
     }
 
     fn body(&self, link: usize) -> Isometry3<f64> {
-        pose_from_rapier(self.world.bodies[self.handles.bodies[link]].position())
+        pose_from_rapier(self.world.physics.bodies[self.handles.bodies[link]].position())
     }
 
     fn clear_forces(&mut self) {
         for body in &self.handles.bodies {
-            self.world.bodies[*body].reset_forces(true);
-            self.world.bodies[*body].reset_torques(true);
+            self.world.physics.bodies[*body].reset_forces(true);
+            self.world.physics.bodies[*body].reset_torques(true);
         }
     }
 
     fn add_force(&mut self, link: usize, force: Vector3<f64>, point: Point3<f64>) {
-        let body = &mut self.world.bodies[self.handles.bodies[link]];
+        let body = &mut self.world.physics.bodies[self.handles.bodies[link]];
         body.add_force_at_point(vec_to_rapier(&force), vec_to_rapier(&point.coords), true);
     }
 
     fn set_drives(&mut self, drive: &mut dyn FnMut(usize, f64, f64) -> Drive) {
-        let multibody = self.world.multibody_joints.get_multibody_mut(self.handles.multibody).expect("never removed");
+        let multibody =
+            self.world.physics.multibody_joints.get_multibody_mut(self.handles.multibody).expect("never removed");
         for (i, &(lower_rad, upper_rad)) in self.joints.iter().enumerate() {
             let dof = multibody.link(i + 1).expect("one link per joint").assembly_id();
             let dq = f64::from(multibody.generalized_velocity()[dof]);
@@ -97,7 +97,7 @@ impl Physics for Rapier {
     }
 
     fn tilt(&mut self, slope: &UnitQuaternion<f64>) {
-        self.world.bodies[self.handles.floor].set_next_kinematic_rotation(rotation_to_rapier(slope));
+        self.world.physics.bodies[self.handles.floor].set_next_kinematic_rotation(rotation_to_rapier(slope));
     }
 
     fn step(&mut self) {
@@ -114,20 +114,21 @@ impl Physics for Rapier {
 
     fn touches(&self, slope: &UnitQuaternion<f64>, see: &mut dyn FnMut(Part, WorldWrench)) {
         let Handles { ground, soles, .. } = &self.handles;
-        let narrow_phase = &self.world.narrow_phase;
+        let narrow_phase = &self.world.physics.narrow_phase;
         let pairs =
             ground.iter().flat_map(|part| narrow_phase.contact_pairs_with(part.0).map(move |pair| (part, pair)));
         for ((part, pose), pair) in pairs {
             let other = if pair.collider1 == *part { pair.collider2 } else { pair.collider1 };
             let wrench = ground_wrench(pair, *part, &(slope * pose), self.step_s);
-            let link = Part::Link(self.world.colliders[other].user_data as usize);
+            let link = Part::Link(self.world.physics.colliders[other].user_data as usize);
             let sole = Foot::BOTH.into_iter().find(|&foot| soles[foot].contains(&other));
             see(sole.map_or(link, Part::Sole), wrench);
         }
     }
     fn meets(&self, see: &mut dyn FnMut([usize; 2], f64)) {
-        for pair in self.world.narrow_phase.contact_pairs().filter(|pair| pair.has_any_active_contact()) {
-            let parts = [pair.collider1, pair.collider2].map(|collider| self.world.colliders[collider].user_data);
+        for pair in self.world.physics.narrow_phase.contact_pairs().filter(|pair| pair.has_any_active_contact()) {
+            let parts =
+                [pair.collider1, pair.collider2].map(|collider| self.world.physics.colliders[collider].user_data);
             let force_n = force_n(pair, self.step_s);
             if force_n > 0.0 && !parts.contains(&GROUND) {
                 see(parts.map(|link| link as usize), force_n);

@@ -7,7 +7,6 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rapier3d::parry::query;
 use rapier3d::prelude::{Real, SharedShape};
 
-/// A placed shape.
 pub fn placed(shape: &Shape, pose: Isometry3<f64>) -> (SharedShape, Isometry3<f64>) {
     // The axis of cylinders and capsules is z in URDF, and y in Rapier.
     let upright = || pose * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);

@@ -9,12 +9,11 @@ use nalgebra::{Isometry3, Rotation3, Unit, UnitQuaternion, Vector3};
 use rapier3d::dynamics::MultibodyIndex;
 use rapier3d::parry::mass_properties::MassProperties;
 use rapier3d::prelude::*;
-use std::ops::{Deref, DerefMut};
 
 /// A Rapier world that can be copied. A copy goes on to the same bits: all that lasts from step to step is copied, and
 /// the pipeline is only working memory.
 pub struct World {
-    physics: PhysicsWorld,
+    pub physics: PhysicsWorld,
     filter: Filter,
 }
 
@@ -31,7 +30,6 @@ fn group(limb: usize) -> Group {
     Group::from_bits_truncate(1 << limb.min(30))
 }
 
-/// The collision groups of a link.
 fn groups(pairs: &Pairs, link: usize) -> InteractionGroups {
     let meets = pairs.of(link).fold(GROUND_GROUP, |meets, other| meets | group(pairs.limbs[other]));
     InteractionGroups::new(group(pairs.limbs[link]), meets, InteractionTestMode::And)
@@ -59,32 +57,18 @@ impl World {
 impl Clone for World {
     fn clone(&self) -> Self {
         let physics = PhysicsWorld {
-            gravity: self.gravity,
-            integration_parameters: self.integration_parameters,
-            islands: self.islands.clone(),
-            broad_phase: self.broad_phase.clone(),
-            narrow_phase: self.narrow_phase.clone(),
-            bodies: self.bodies.clone(),
-            colliders: self.colliders.clone(),
-            impulse_joints: self.impulse_joints.clone(),
-            multibody_joints: self.multibody_joints.clone(),
+            gravity: self.physics.gravity,
+            integration_parameters: self.physics.integration_parameters,
+            islands: self.physics.islands.clone(),
+            broad_phase: self.physics.broad_phase.clone(),
+            narrow_phase: self.physics.narrow_phase.clone(),
+            bodies: self.physics.bodies.clone(),
+            colliders: self.physics.colliders.clone(),
+            impulse_joints: self.physics.impulse_joints.clone(),
+            multibody_joints: self.physics.multibody_joints.clone(),
             ..PhysicsWorld::default()
         };
         Self { physics, filter: self.filter.clone() }
-    }
-}
-
-impl Deref for World {
-    type Target = PhysicsWorld;
-
-    fn deref(&self) -> &PhysicsWorld {
-        &self.physics
-    }
-}
-
-impl DerefMut for World {
-    fn deref_mut(&mut self) -> &mut PhysicsWorld {
-        &mut self.physics
     }
 }
 
@@ -98,7 +82,6 @@ pub struct Handles {
     pub floor: RigidBodyHandle,
     /// The colliders of the ground, with their poses in that frame.
     pub ground: Vec<(ColliderHandle, Isometry3<f64>)>,
-    /// The colliders of each sole.
     pub soles: PerFoot<Vec<ColliderHandle>>,
     /// Transform from the root's URDF frame to the frame of its Rapier body. The latter is at the root's centre of
     /// mass, because a floating multibody with an offset there drifts.

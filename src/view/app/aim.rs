@@ -27,10 +27,10 @@ impl Aim {
         let impulse_n_s = args.impulse.unwrap_or(scale.first_push_n_s());
         if !(0.0..=most_n_s).contains(&impulse_n_s) {
             let accepted = format!("0 to {most_n_s}");
-            return Err(Error::value("command line", "--impulse", impulse_n_s, "out of range", accepted));
+            return Err(Error::option("--impulse", impulse_n_s, "out of range", accepted));
         }
         if !args.heading.is_finite() {
-            return Err(Error::value("command line", "--heading", args.heading, "out of range", "-180 to 180"));
+            return Err(Error::option("--heading", args.heading, "out of range", "-180 to 180"));
         }
         Ok(Self { impulse_n_s, heading_deg: wrapped(args.heading), most_n_s, step_n_s })
     }

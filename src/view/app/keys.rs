@@ -42,7 +42,6 @@ impl Wish {
     }
 }
 
-/// The help on mouse and keys in a live view.
 pub const LIVE_HELP: [(&str, &str); 14] = [
     ("drag the robot", "pulls the link under the mouse"),
     ("drag elsewhere", "turns the view; right drag moves it"),
@@ -112,7 +111,6 @@ impl Keyboard {
     }
 }
 
-/// The wish of a key with a name.
 fn named(key: Key, live: bool) -> Option<Wish> {
     Some(match (key, live) {
         (Key::Space, _) => Wish::Pause,

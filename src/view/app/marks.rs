@@ -20,12 +20,10 @@ pub struct Marks<'a> {
     pub painter: Painter,
     pub lens: &'a Lens,
     pub ground: Ground,
-    /// Size of the robot.
     pub scale: RobotScale,
 }
 
 impl Marks<'_> {
-    /// Draws a mark.
     pub fn draw(&self, mark: &Mark) {
         strokes(mark, |at| self.seen(at)).iter().for_each(|stroke| self.stroke(stroke));
         // Only pushes and pulls have their size written at the end of the arrow that is away from the robot.

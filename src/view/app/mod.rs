@@ -76,7 +76,7 @@ fn check(args: &Options) -> Result<()> {
         if value > 0.0 && value <= most {
             return Ok(());
         }
-        Err(Error::value("command line", name, value, "out of range", format!("more than 0, at most {most}")))
+        Err(Error::option(name, value, "out of range", format!("more than 0, at most {most}")))
     };
     positive("--speed", args.speed, 10.0)?;
     args.seconds.map_or(Ok(()), |seconds| positive("--seconds", seconds, 1e6))

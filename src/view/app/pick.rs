@@ -82,7 +82,6 @@ pub struct Grab {
     beside: Vector3<f64>,
     /// Position of the hand (m, world frame).
     pub hand: Point3<f64>,
-    /// Size of the robot.
     scale: RobotScale,
 }
 
@@ -143,8 +142,7 @@ mod tests {
 
     fn standing() -> (Robot, Kinematics) {
         let robot = Robot::load("ut-mu2").unwrap();
-        let mut kinematics = Kinematics::new(&robot);
-        kinematics.update(&robot, &robot.home_posture());
+        let kinematics = Kinematics::at_home(&robot);
         (robot, kinematics)
     }
 

@@ -59,7 +59,7 @@ impl Recorded {
     pub fn new(folder: &Path, trial: u64, args: &Options) -> Result<Self> {
         if let [_, second, ..] = &args.gains[..] {
             let problem = "a trial of a result is shown with one gain set";
-            return Err(Error::value("command line", "--gains", second, problem, "one gain set"));
+            return Err(Error::option("--gains", second, problem, "one gain set"));
         }
         let replayed = StoredTrial::open(folder, trial, args.gains.first().map(String::as_str))?;
         let engine = args.engine.unwrap_or(replayed.engine());

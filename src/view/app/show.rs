@@ -59,7 +59,6 @@ impl Show<'_> {
         }
     }
 
-    /// The engine of the robot.
     pub fn engine(&self) -> Engine {
         match self {
             Show::Live(live) => live.shown.config.engine,

@@ -26,8 +26,7 @@ impl<'a> Simulation<'a> {
         let tick = closed_loop.tick();
         referee.watch(&tick);
         let now = Snapshot::of(simulated, &tick);
-        let mut kinematics = Kinematics::new(simulated);
-        kinematics.update(simulated, &now.posture);
+        let kinematics = Kinematics::at(simulated, &now.posture);
         let trail = std::iter::once(Plotted::of(&now)).collect();
         Self { world, config, closed_loop, referee, now, kinematics, trail }
     }

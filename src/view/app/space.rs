@@ -91,7 +91,12 @@ impl<'a> Space<'a> {
             let lit: Vec<(Vec3, Rgb)> = corners.iter().map(lit).collect();
             let thrown = |at: Point3<f64>| vec3(&(at - sun * ((at.coords.dot(up) - above_m) / sun.dot(up))));
             for face in &solid.mesh.faces {
-                face.iter().for_each(|&i| self.triangles.corner(lit[i].0, lit[i].1));
+                // Where a thin wall was made coarser, its inner side lies on the outer one: only what looks at the eye
+                // is drawn, as in replays and pictures.
+                let [a, b, c] = face.map(|i| corners[i].0);
+                if (b - a).cross(&(c - a)).dot(&(eye - a)) > 0.0 {
+                    face.iter().for_each(|&i| self.triangles.corner(lit[i].0, lit[i].1));
+                }
                 // The lit side of a closed mesh throws its whole shadow.
                 if face.iter().any(|&i| corners[i].1.dot(&sun) > 0.0) {
                     face.iter().for_each(|&i| self.triangles.corner(thrown(corners[i].0), shadow));

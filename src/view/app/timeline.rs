@@ -34,7 +34,6 @@ pub fn draw(ctx: &Context, recorded: &Recorded, paused: bool, width: f32, wishes
     });
 }
 
-/// The colour of a phase.
 fn color(phase: Phase) -> Color {
     match phase {
         Phase::Posture => colors::GRID,

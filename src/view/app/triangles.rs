@@ -45,7 +45,6 @@ impl Triangles {
     }
 }
 
-/// The triangles on the graphics card.
 pub struct OnCard {
     node: SceneNode3d,
 }

@@ -43,7 +43,6 @@ pub fn render(window: &mut Window, root: &mut SceneNode3d, camera: &mut impl Cam
     quietly(|| pollster::block_on(window.render_3d(root, camera))).map_err(lost)
 }
 
-/// The error for a lost window.
 pub fn lost(cause: String) -> Error {
     Error::LostWindow { cause }
 }

@@ -38,7 +38,7 @@ impl World {
         if let Some(index) = args.trial {
             let Some(campaign) = &campaign else {
                 let accepted = "a trial of the result in a folder, or of --campaign";
-                return Err(Error::value("command line", "--trial", index, "neither is given", accepted));
+                return Err(Error::option("--trial", index, "neither is given", accepted));
             };
             campaign.check_trial(index)?;
         }
