@@ -18,6 +18,7 @@ use crate::control::body::{
 use crate::control::design::Design;
 use crate::control::error::TickError;
 use crate::control::estimate::on_ground;
+use crate::control::stand::Support;
 use crate::lipm::catching::{CatchPlan, CatchProblem, Catching, plan};
 use crate::robot::{Command, Foot, GRAVITY, LandingRegion, PerFoot};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
@@ -35,6 +36,10 @@ const SOLE_SHARE: f64 = 0.98;
 /// A foot that carries most of the weight stays while the DCM is outside only beside it and by less than this, in half
 /// sole lengths. The body then turns about the edge of that foot, and to stand is better than the pendulum knows.
 const BESIDE: f64 = 0.2;
+/// A body that turned about the edge of one foot falls back onto the other foot if that hangs lower than this, in COM
+/// heights. Only a DCM that will still be beside the stance foot after [`FALLS_BACK`], in 1/omega, comes back so.
+const HANGS: f64 = 0.08;
+const FALLS_BACK: f64 = 0.5;
 /// A foot that goes home takes this many times as long as one that catches.
 const LEISURE: f64 = 2.0;
 
@@ -81,8 +86,8 @@ impl Footwork for CatchFootwork {
     }
 
     /// Lifts the foot whose footstep has the least cost. It lifts none while the DCM is inside of the support polygon,
-    /// when the other foot is not in contact, or if the DCM would then be nearer to the support of a robot that stands;
-    /// nor a foot with the DCM just [`BESIDE`] it.
+    /// when the other foot is not in contact, if the DCM would then be nearer to the support of a robot that stands, or
+    /// if the body falls back onto a foot that hangs in the air; nor a foot with the DCM just [`BESIDE`] it.
     fn lift(&mut self, now: &StepState, body: &mut Body) -> Option<Swing> {
         let (rules, estimate, robot) = (self.rules, now.estimate, &now.design.robot);
         self.way_home.give_up();
@@ -91,16 +96,13 @@ impl Footwork for CatchFootwork {
         }
         let support = now.support();
         let outside = support.polygon?.signed_distance(support.frame.inverse_transform_point(&dcm_in(0.0, now)));
-        if outside <= 0.0 {
+        if outside <= 0.0 || falls_back(now) {
             return None;
         }
         let mut best: Option<Candidate> = None;
         for foot in Foot::BOTH.into_iter().filter(|foot| estimate.in_contact[foot.other()]) {
-            let sole = &robot.soles[foot];
-            let [[back, front], _] = sole.pressable_m(robot.mass() * GRAVITY);
-            let along = on_ground(&estimate.footholds[foot]).inverse_transform_point(&dcm_in(0.0, now)).x;
-            let is_beside = back < along && along < front && outside < BESIDE * sole.half_m[0];
-            if is_beside && estimate.load_n[foot] > estimate.load_n[foot.other()] {
+            let is_loaded = estimate.load_n[foot] > estimate.load_n[foot.other()];
+            if is_loaded && is_beside(foot, 0.0, now) && outside < BESIDE * robot.soles[foot].half_m[0] {
                 continue;
             }
             let stance = on_ground(&estimate.footholds[foot.other()]);
@@ -239,6 +241,27 @@ fn dcm_in(time_s: f64, now: &StepState) -> Point2<f64> {
     let (estimate, omega) = (now.estimate, now.design.family.pendulum.omega);
     let dcm = estimate.com_xy() + estimate.com_vel_xy() / omega;
     estimate.zmp + (dcm - estimate.zmp) * (omega * time_s).exp()
+}
+
+/// Whether the DCM after `time_s` is beside a foot: neither in front of nor behind what its ankle can press on.
+fn is_beside(foot: Foot, time_s: f64, now: &StepState) -> bool {
+    let robot = &now.design.robot;
+    let [[back, front], _] = robot.soles[foot].pressable_m(robot.mass() * GRAVITY);
+    let along = on_ground(&now.estimate.footholds[foot]).inverse_transform_point(&dcm_in(time_s, now)).x;
+    back < along && along < front
+}
+
+/// Whether a robot on the edge of one foot comes down again on both, with the DCM between them.
+fn falls_back(now: &StepState) -> bool {
+    let (Design { robot, units, .. }, estimate) = (now.design, now.estimate);
+    let Some(hanging) = Foot::BOTH.into_iter().find(|&foot| !estimate.in_contact[foot]) else { return false };
+    let above = estimate.soles[hanging].translation.z - estimate.footholds[hanging].translation.z;
+    let both = Support::of(robot, &estimate.footholds, &PerFoot { left: true, right: true });
+    let dcm = both.frame.inverse_transform_point(&dcm_in(0.0, now));
+    estimate.in_contact[hanging.other()]
+        && above < HANGS * units.length_m
+        && is_beside(hanging.other(), FALLS_BACK * units.time_s(), now)
+        && both.polygon.is_some_and(|polygon| polygon.signed_distance(dcm) < 0.0)
 }
 
 /// A footstep that could be taken.
