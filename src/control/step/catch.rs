@@ -87,7 +87,7 @@ impl Footwork for CatchFootwork {
 
     /// Lifts the foot whose footstep has the least cost. It lifts none while the DCM is inside of the support polygon,
     /// when the other foot is not in contact, if the DCM would then be nearer to the support of a robot that stands, or
-    /// if the body falls back onto a foot that hangs in the air; nor a foot with the DCM just [`BESIDE`] it.
+    /// if the body falls back onto a foot that hangs in the air; nor a loaded foot with the DCM just beside it.
     fn lift(&mut self, now: &StepState, body: &mut Body) -> Option<Swing> {
         let (rules, estimate, robot) = (self.rules, now.estimate, &now.design.robot);
         self.way_home.give_up();
