@@ -111,7 +111,7 @@ fn head(summary: &Summary, full: bool) -> String {
         head.push(("varied: ", names.collect::<Vec<_>>().join(", ")));
     }
     if full {
-        let (sensors, horizon_s) = (&summary.sensors, summary.episode.horizon_s);
+        let (sensors, horizon_s) = (&summary.sensors, digits(summary.episode.horizon_s));
         let told = format!("noise x {}, bias x {}; horizon {horizon_s} s", sensors.noise_scale, sensors.bias_scale);
         head.push(("sensors: ", told));
     }
