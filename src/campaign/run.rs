@@ -11,7 +11,7 @@ use crate::campaign::store::row::TrialRow;
 use crate::campaign::store::shard::Shard;
 use crate::campaign::verdict::gates::{Gates, Open};
 use crate::control::Design;
-use crate::episode::{Disturbance, Episodes, Record};
+use crate::episode::{Disturbance, Episodes, Outcome, Record, caught};
 use crate::error::{Error, Result};
 use crate::files::{build_id, sha256_hex, write_atomic};
 use crate::lipm::gains::GainSet;
@@ -258,9 +258,12 @@ impl Plan {
     /// The rows of a trial with some gain sets, given by their numbers in ascending order.
     fn rows(&self, designs: &[Design], opening: Option<&Episodes>, trial: u64, sets: &[usize]) -> Vec<TrialRow> {
         let Manifest { campaign, sets: names, .. } = &self.manifest;
-        let disturbance = trial::disturbance(campaign, trial);
-        let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
-        let records = self.records(designs, opening, disturbance, sets);
+        let (pushes, variation) = (trial::pushes(campaign, trial), trial::variation(campaign, trial));
+        let run = |sets: &[usize]| caught(|| self.records(designs, opening, trial::disturbance(campaign, trial), sets));
+        // A panic is the outcome of the gain set that caused it. The others are run again, each alone.
+        let failed = |panic| Record { outcome: Outcome::Diverged, fall_cause: Some(panic), ..Record::default() };
+        let alone = |set: &usize| run(&[*set]).map_or_else(failed, |mut records| records.remove(0));
+        let records = run(sets).unwrap_or_else(|_| sets.iter().map(alone).collect());
         let no_step_n_s = self.no_step.impulse_n_s(pushes[0].heading_deg);
         let row =
             |(&set, record): (&usize, _)| TrialRow::new(trial, &names[set], &pushes, no_step_n_s, &variation, record);
@@ -524,7 +527,6 @@ mod tests {
     use crate::campaign::Overrides;
     use crate::campaign::store::row::tests::row;
     use crate::campaign::verdict::summary::Summary;
-    use crate::episode::Outcome;
     use std::sync::atomic::AtomicUsize;
 
     fn plan(set: &[&str]) -> Plan {
@@ -710,6 +712,22 @@ mod tests {
         assert_eq!(seen[0], (0..10).collect::<Vec<_>>());
         assert_eq!(seen[1..].concat(), (10..30).collect::<Vec<_>>());
         assert_eq!(seen.len(), 5);
+    }
+
+    /// The second set has no design: to run it panics.
+    #[test]
+    fn a_panic_is_the_outcome_of_the_set_that_caused_it() {
+        let gains = ["hold", "fixed"].map(String::from).to_vec();
+        let set = vec!["episode.horizon_s=0.4".into(), "push.start_s=0.05".into()];
+        let overrides = Overrides { gains, set, ..Overrides::default() };
+        let plan = Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap();
+        let designs = plan.designs().unwrap();
+        let rows = plan.rows(&designs[..1], None, 3, &[0, 1]);
+        assert_eq!(rows[0], plan.rows(&designs, None, 3, &[0])[0]);
+        assert_eq!((&rows[1].set[..], rows[1].outcome), ("fixed", Outcome::Diverged));
+        let cause = rows[1].fall_cause.as_ref().unwrap();
+        assert!(cause.starts_with("panic: index out of bounds"), "{cause}");
+        assert_eq!(rows[1].pushes(), rows[0].pushes());
     }
 
     #[test]

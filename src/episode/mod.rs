@@ -19,6 +19,7 @@ mod tick;
 mod together;
 
 pub use closed_loop::ClosedLoop;
+pub(crate) use closed_loop::caught;
 pub use config::{CONTROL_PERIOD_S, Disturbance, EpisodeConfig, Judge, Until};
 pub use film::Film;
 pub use footsteps::{Footstep, Lifted};

@@ -78,7 +78,7 @@ pub fn parting(
     let ticks = (configs[0].horizon_s / configs[0].control_period_s).round() as u64;
     for _ in 0..=ticks {
         let (in_a, in_b) = (a.tick(), b.tick());
-        if !(in_a.truth.is_finite() && in_b.truth.is_finite()) {
+        if in_a.is_broken() || in_b.is_broken() {
             return None;
         }
         if let Some(parting) = watch.see(&Moment::from(&in_a), &Moment::from(&in_b)) {

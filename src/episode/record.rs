@@ -10,7 +10,7 @@ pub enum Outcome {
     Recovered,
     /// A link other than the soles touched the ground, the COM was too low, or the trunk was tilted too far.
     Fell,
-    /// A number became NaN, infinite or absurdly large.
+    /// A number became NaN, infinite or absurdly large, or the program failed (a panic).
     Diverged,
     /// At the horizon the robot had neither fallen nor recovered. An episode has this outcome until it has another.
     #[default]
@@ -64,7 +64,8 @@ pub struct Record {
     /// Simulated time (s).
     pub end_s: f64,
     pub fell_at_s: Option<f64>,
-    /// The cause of the fall in words, for example the link that touched the ground.
+    /// The cause of the fall in words, for example the link that touched the ground; of a trial that diverged, what
+    /// failed.
     pub fall_cause: Option<String>,
     /// Start of the time of standing that decided the episode.
     pub settled_at_s: Option<f64>,

@@ -68,8 +68,9 @@ impl<'a> Referee<'a> {
         if self.record.outcome == Outcome::Fell {
             return;
         }
-        if !truth.is_finite() {
+        if tick.is_broken() {
             self.record.outcome = Outcome::Diverged;
+            self.record.fall_cause = Some(tick.failure.unwrap_or("a number of the simulation was not finite").into());
             self.record.settled_at_s = None;
             self.record.home_at_s = None;
             return;

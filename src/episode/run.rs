@@ -42,7 +42,7 @@ pub(super) fn judged(
             ended_at_s = referee.is_over(until).then_some(tick.truth.time_s);
         }
         let is_over = ended_at_s.is_some_and(|end_s| tick.truth.time_s >= end_s + aftermath_s);
-        if is_over || !tick.truth.is_finite() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if is_over || tick.is_broken() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     referee.finish()
 }

@@ -21,6 +21,8 @@ pub struct Tick<'a> {
     /// What the controller did, and why.
     pub account: Account<'a>,
     pub command: &'a Command,
+    /// What went wrong in controller or simulation, if anything did.
+    pub failure: Option<&'a str>,
 }
 
 impl<'a> Tick<'a> {
@@ -29,7 +31,12 @@ impl<'a> Tick<'a> {
         let dcm = truth.com.xy() + truth.com_vel.xy() / omega;
         let support = support_on_ground(robot, truth, GRAVITY / (omega * omega));
         let dcm_outside_m = support.map_or(f64::INFINITY, |polygon| polygon.signed_distance(dcm));
-        Self { truth, dcm, support, dcm_outside_m, account, command }
+        Self { truth, dcm, support, dcm_outside_m, account, command, failure: None }
+    }
+
+    /// Whether the episode cannot go on: a number is not finite or absurdly large, or something failed.
+    pub fn is_broken(&self) -> bool {
+        self.failure.is_some() || !self.truth.is_finite()
     }
 }
 

@@ -6,7 +6,7 @@
 //! their pushes alone are the same until the first push, so their beginning is run once and copied, too. Each record
 //! is, to the bit, that of [`super::run()`].
 
-use super::closed_loop::Pilot;
+use super::closed_loop::{Pilot, caught};
 use super::config::{Disturbance, EpisodeConfig};
 use super::record::Record;
 use super::referee::Referee;
@@ -114,8 +114,9 @@ impl<'a> Episodes<'a> {
             let sensed = plant.sense();
             let mut parted: Vec<Vec<Run>> = Vec::new();
             for mut run in runs {
-                run.referee.watch(&run.pilot.tick(&sensed, plant.truth()));
-                if run.referee.is_over(until) || !plant.truth().is_finite() {
+                let tick = run.pilot.tick(&sensed, plant.truth());
+                run.referee.watch(&tick);
+                if tick.is_broken() || run.referee.is_over(until) {
                     self.records[run.set] = Some(run.referee.finish());
                     continue;
                 }
@@ -134,7 +135,9 @@ impl<'a> Episodes<'a> {
     /// Simulates the control period that follows.
     fn advance(&mut self) {
         for Branch { plant, runs } in &mut self.branches {
-            plant.advance(runs[0].pilot.command.clone(), &self.pushes);
+            if let Err(panic) = caught(|| plant.advance(runs[0].pilot.command.clone(), &self.pushes)) {
+                runs.iter_mut().for_each(|run| run.pilot.failure = Some(panic.clone()));
+            }
         }
         self.tick += 1;
     }

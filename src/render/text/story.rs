@@ -235,7 +235,9 @@ impl Told<'_> {
                 let cause = fall_cause.as_deref().unwrap_or("out of bounds");
                 format!("fell at t = {:.3} s: {cause}", fell_at_s.unwrap_or(*end_s))
             }
-            Outcome::Diverged => format!("diverged at t = {end_s:.3} s: a number of the simulation was not finite"),
+            Outcome::Diverged => {
+                format!("diverged at t = {end_s:.3} s: {}", fall_cause.as_deref().unwrap_or("cause unknown"))
+            }
             Outcome::TimedOut => format!("timed out: at t = {end_s:.3} s it had neither fallen nor come to a stand"),
         }
     }

@@ -40,7 +40,7 @@ impl<'a> Simulation<'a> {
         self.closed_loop.advance();
         let tick = self.closed_loop.tick();
         self.referee.watch(&tick);
-        if !tick.truth.is_finite() {
+        if tick.is_broken() {
             return false;
         }
         self.now = Snapshot::of(&self.world.simulated, &tick);
