@@ -3,8 +3,12 @@
 use crate::error::{Error, Result};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
+use std::ffi::OsStr;
 use std::hash::{DefaultHasher, Hasher};
 use std::{fs, io::Write, path::Path, sync::OnceLock};
+
+/// How the name of a file begins while it is being written.
+const TEMPORARY: &str = ".tmp-";
 
 /// Writes `bytes` to `path`, and creates its folder if needed. It writes a unique temporary file in the same folder,
 /// syncs and renames it, and syncs the folder. If two writers race, the result is one of both files as a whole.
@@ -13,7 +17,7 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
     let fail = |source| Error::Write { path: path.into(), source };
     fs::create_dir_all(folder).map_err(fail)?;
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".tmp-");
+    builder.prefix(TEMPORARY);
     // Temporary files are private to their owner; a result is made as readable as any other file of the caller.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
@@ -24,6 +28,11 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
     #[cfg(unix)]
     fs::File::open(folder).and_then(|f| f.sync_all()).map_err(fail)?;
     Ok(())
+}
+
+/// Whether a file of this name was being written when its writer died.
+pub fn is_temporary(name: &OsStr) -> bool {
+    name.as_encoded_bytes().starts_with(TEMPORARY.as_bytes())
 }
 
 /// The folder that a file is in.

@@ -2,8 +2,9 @@
 
 mod common;
 
-use common::program::{FEW, PROGRAM, SEVERAL_PARTS, SHORT, files, folder, short, standfast, stderr, stdout};
+use common::program::{FEW, PROGRAM, SEVERAL_PARTS, SHORT, files, folder, forge, short, standfast, stderr, stdout};
 use serde_json::Value;
+use standfast::sim::Engine;
 use std::fs;
 use std::path::Path;
 
@@ -42,10 +43,7 @@ fn what_another_build_has_made_is_kept_but_said() {
     standfast(dir.path(), &short(&[FEW])).success();
     let said = || stderr(&standfast(dir.path(), &short(&[FEW])).success()).contains("another build");
     assert!(!said());
-    let manifest = dir.path().join("out/parts/campaign.json");
-    let mut found: Value = serde_json::from_slice(&fs::read(&manifest).unwrap()).unwrap();
-    found["build"] = "0".into();
-    fs::write(&manifest, found.to_string()).unwrap();
+    forge(&dir.path().join("out"), |manifest| manifest.build = "0".into());
     assert!(said());
 }
 
@@ -218,11 +216,10 @@ fn two_results_that_differ_in_the_engine_alone_are_compared_engine_by_engine() {
     run(&["--out=a"]);
     for (out, more) in [("b", &["--out=b"][..]), ("c", &["--out=c", "--gains=fixed"])] {
         run(&[&["--set=episode.physics_step_s=0.0005"], more].concat());
-        let manifest = dir.path().join(out).join("parts/campaign.json");
-        let mut found: Value = serde_json::from_slice(&fs::read(&manifest).unwrap()).unwrap();
-        found["engine"] = "MuJoCo 0".into();
-        found["campaign"]["episode"]["engine"] = "mujoco".into();
-        fs::write(&manifest, found.to_string()).unwrap();
+        forge(&dir.path().join(out), |manifest| {
+            manifest.engine = "MuJoCo 0".into();
+            manifest.campaign.episode.engine = Engine::Mujoco;
+        });
     }
     let compared = |b: &str, more: &[&str]| -> Value {
         let run = standfast(dir.path(), &[&["compare", "a", b, "--json"], more].concat()).success();

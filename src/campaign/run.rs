@@ -1,12 +1,12 @@
 //! Runs a campaign: reads its inputs, finds the folder for the result, and spreads the episodes over the cores.
 
 use crate::assets::{self, Kind, Source};
-use crate::campaign::ask::gate::GateSpec;
 use crate::campaign::ask::no_step::NoStep;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::campaign::store::by_set::BySet;
-use crate::campaign::store::folder::{Folder, Manifest, PART_TRIALS};
+use crate::campaign::store::folder::Folder;
+use crate::campaign::store::manifest::{Input, Manifest, part_trials};
 use crate::campaign::store::row::TrialRow;
 use crate::campaign::store::shard::Shard;
 use crate::campaign::verdict::gates::{Gates, Open};
@@ -18,7 +18,7 @@ use crate::lipm::gains::GainSet;
 use crate::lipm::variant::Entry;
 use crate::robot::Robot;
 use crate::robot::urdf::Files;
-use crate::sim::{Engine, PhysicsStep};
+use crate::sim::Engine;
 use crate::stats::looks::Looks;
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -120,7 +120,8 @@ impl Plan {
         let robot_files = [Some((files.settings, "toml")), files.meshes.map(|meshes| (meshes, "meshes"))];
         let robot_files = robot_files.into_iter().flatten().chain([(files.urdf, "urdf")]);
         resolved.robot = inputs.take(&campaign.robot, "robot", robot_files)?;
-        let robot_sha256 = sha256_hex(inputs.texts.concat().as_bytes());
+        let robot_sha256 =
+            sha256_hex(inputs.listed.iter().map(|input| input.sha256.as_str()).collect::<String>().as_bytes());
         for ((gains, entry), base) in resolved.gains.iter_mut().zip(&entries).zip(&bases) {
             let stem = format!("gains/{}", base.name);
             *gains =
@@ -128,20 +129,19 @@ impl Plan {
         }
         let standfast = env!("CARGO_PKG_VERSION").to_string();
         let engine = engine.with_version();
-        let program = format!("{standfast} {engine}");
-        let config_hash = hash(&program, &what_trials_are(&resolved).to_toml()?, &inputs.texts);
-        let build = String::new();
-        let manifest = Manifest {
+        let mut manifest = Manifest {
             standfast,
-            config_hash,
-            build,
+            config_hash: String::new(),
+            build: String::new(),
             robot_sha256,
             engine,
-            part_trials: PART_TRIALS,
+            part_trials: part_trials(&resolved),
             planned_trials: resolved.trials,
             sets,
+            inputs: inputs.listed,
             campaign: resolved,
         };
+        manifest.config_hash = manifest.hash()?;
         Ok(Plan { manifest, no_step: NoStep::new(&robot), robot, gains, inputs: inputs.kept })
     }
 
@@ -150,7 +150,11 @@ impl Plan {
     pub fn folder(&self, out: Option<&Path>) -> Result<Folder> {
         let manifest = &self.manifest;
         let hash = &manifest.config_hash;
-        let own = |path: &Path| Ok(Folder::open(path)?.is_none_or(|found| found.manifest.config_hash == *hash));
+        let own = |path: &Path| match Folder::open(path) {
+            // Its parts say whose it is, and the manifest is written again.
+            Err(_) if Folder::hash_of_parts(path).is_ok_and(|of_parts| of_parts.as_ref() == Some(hash)) => Ok(true),
+            found => Ok(found?.is_none_or(|found| found.manifest.config_hash == *hash)),
+        };
         let path = match out {
             Some(path) => path.to_path_buf(),
             None => {
@@ -168,7 +172,7 @@ impl Plan {
             let problem = format!("holds the result of another campaign{}", out.map_or("", |_| advice));
             return Err(Error::Parts { path, problem });
         }
-        let begun = Folder::open(&path)?.map_or(manifest.clone(), |found| found.manifest);
+        let begun = Folder::open(&path).ok().flatten().map_or(manifest.clone(), |found| found.manifest);
         let Manifest { part_trials, planned_trials, .. } = begun;
         // `new` does not do this, because it reads the program's own file.
         let build = build_id().into();
@@ -425,8 +429,8 @@ fn check_names(campaign: &Campaign, sets: &[String], bases: &[GainSet]) -> Resul
 /// The files that a campaign reads. They are kept, so that it can be run again from its folder.
 #[derive(Default)]
 struct Inputs {
-    /// The texts of all files, in the order in which they are hashed.
-    texts: Vec<String>,
+    /// All files, in the order in which they are hashed.
+    listed: Vec<Input>,
     /// The files that are not compiled in, each by its name in the result folder and its text.
     kept: Vec<(String, String)>,
 }
@@ -442,11 +446,13 @@ impl Inputs {
     ) -> Result<String> {
         let mut name = original.to_string();
         for (source, extension) in files {
-            self.texts.push(source.text.clone());
+            let sha256 = sha256_hex(source.text.as_bytes());
             if source.is_builtin() {
+                self.listed.push(Input { file: source.file, sha256 });
                 continue;
             }
             name = format!("inputs/{stem}.{extension}");
+            self.listed.push(Input { file: name.clone(), sha256 });
             // Variants of one gain set share its file.
             match self.kept.iter().find(|(kept, _)| *kept == name) {
                 Some((_, text)) if *text == source.text => {}
@@ -460,31 +466,6 @@ impl Inputs {
         }
         Ok(name)
     }
-}
-
-/// The campaign without the settings on which no trial depends. A campaign that ends when decided may be taken up again
-/// with more trials, because its intervals hold at every look, so the number of trials is left out, too. A campaign
-/// with a fixed number may not: to add trials after having seen the result would be a second look.
-fn what_trials_are(campaign: &Campaign) -> Campaign {
-    let mut trials = Campaign { gates: GateSpec::default(), ..campaign.clone() };
-    trials.stopping.margin = 0.0;
-    // The step of the other engine does not matter.
-    trials.episode.physics_step_s = PhysicsStep::all(trials.episode.clock().physics_step_s);
-    if campaign.stopping.until_resolved {
-        trials.trials = 0;
-    }
-    trials
-}
-
-/// SHA-256 of the versions of program and physics engine, the resolved campaign and the texts of its inputs, each with its length in
-/// front.
-fn hash(versions: &str, campaign: &str, inputs: &[String]) -> String {
-    let mut bytes = Vec::new();
-    for text in [versions, campaign].into_iter().chain(inputs.iter().map(String::as_str)) {
-        bytes.extend((text.len() as u64).to_le_bytes());
-        bytes.extend(text.as_bytes());
-    }
-    sha256_hex(&bytes)
 }
 
 /// A block in work. Its rows stand by trial and number of the gain set.
@@ -529,11 +510,15 @@ mod tests {
     use crate::campaign::verdict::summary::Summary;
     use std::sync::atomic::AtomicUsize;
 
-    fn plan(set: &[&str]) -> Plan {
+    /// 30 trials of 0.4 s, with these values set.
+    fn short(set: &[&str]) -> Overrides {
         let short = ["episode.horizon_s=0.4", "episode.judge.standing_time_s=0.1", "push.start_s=0.05"];
         let set = short.iter().chain(set).map(|s| s.to_string()).collect();
-        let overrides = Overrides { set, trials: Some(30), gains: vec!["hold".into()], ..Default::default() };
-        Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap()
+        Overrides { set, trials: Some(30), gains: vec!["hold".into()], ..Default::default() }
+    }
+
+    fn plan(set: &[&str]) -> Plan {
+        Plan::new(&Campaign::load("smoke", &short(set)).unwrap()).unwrap()
     }
 
     /// Runs on one thread and stops after `most` episodes.
@@ -582,7 +567,7 @@ mod tests {
             ["trials.parquet", "summary.json", "campaign.toml"]
                 .map(|name| std::fs::read(folder.path.join(name)).unwrap())
         };
-        let usual = result(super::PART_TRIALS.get());
+        let usual = result(5);
         assert!([1, 7, 25, 100].into_iter().all(|part_trials| result(part_trials) == usual));
     }
 
@@ -718,9 +703,7 @@ mod tests {
     #[test]
     fn a_panic_is_the_outcome_of_the_set_that_caused_it() {
         let gains = ["hold", "fixed"].map(String::from).to_vec();
-        let set = vec!["episode.horizon_s=0.4".into(), "push.start_s=0.05".into()];
-        let overrides = Overrides { gains, set, ..Overrides::default() };
-        let plan = Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap();
+        let plan = Plan::new(&Campaign::load("smoke", &Overrides { gains, ..short(&[]) }).unwrap()).unwrap();
         let designs = plan.designs().unwrap();
         let rows = plan.rows(&designs[..1], None, 3, &[0, 1]);
         assert_eq!(rows[0], plan.rows(&designs, None, 3, &[0])[0]);
@@ -737,8 +720,6 @@ mod tests {
         for change in ["seed=5", "push.height_m=0.01", "sensors.bias_scale=0.4", "name=other", "episode.horizon_s=2"] {
             assert_ne!(hash(&plan(&[change])), hash(&plan(&[])), "{change}");
         }
-        let texts = |a: &str, b: &str| super::hash("0", "c", &[a.into(), b.into()]);
-        assert_ne!(texts("ab", "c"), texts("a", "bc"));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The program from outside, for tests of its files and messages.
 
+use standfast::campaign::store::manifest::Manifest;
 use std::process::{Command, Output};
 use std::{collections::BTreeMap, fs, path::Path};
 use tempfile::TempDir;
@@ -79,4 +80,19 @@ pub fn stdout(run: &Run) -> String {
 
 pub fn stderr(run: &Run) -> String {
     String::from_utf8(run.get_output().stderr.clone()).unwrap()
+}
+
+/// Changes the manifest of a result folder, and all that guards it: the seal, the hash, and the hash in every part.
+pub fn forge(folder: &Path, change: impl FnOnce(&mut Manifest)) {
+    let mut manifest = Manifest::read(folder).unwrap();
+    let old = manifest.config_hash.clone();
+    change(&mut manifest);
+    manifest.config_hash = manifest.hash().unwrap();
+    manifest.write(folder).unwrap();
+    for marker in fs::read_dir(folder.join("parts")).unwrap().map(|entry| entry.unwrap().path()) {
+        let is_marker = marker.extension().is_some_and(|e| e == "json") && !marker.ends_with("campaign.json");
+        if is_marker {
+            fs::write(&marker, fs::read_to_string(&marker).unwrap().replace(&old, &manifest.config_hash)).unwrap();
+        }
+    }
 }

@@ -160,10 +160,7 @@ impl Campaign {
         let measures = Measures::of(robot);
         let mut campaign = Self::of(asked(&source)?, &source.file, &measures)?;
         campaign.check(&source.file).map_err(|e| measures.explain(e))?;
-        for gains in &mut campaign.gains {
-            let entry = Entry::split(gains);
-            *gains = entry.with_base(&moved(entry.base, &source));
-        }
+        campaign.move_gains(&source);
         for assignment in &overrides.set {
             campaign = campaign.with(assignment, &measures)?;
         }
@@ -228,6 +225,22 @@ impl Campaign {
             push.remove("impulse_n_s");
         }
         Ok(usual)
+    }
+
+    /// The campaign of a result folder, which names the inputs there, as seen from the working folder.
+    pub fn seen_from(mut self, folder: &Path) -> Self {
+        let source = Source { file: folder.join("campaign.toml").to_string_lossy().into_owned(), text: String::new() };
+        self.robot = moved(&self.robot, &source);
+        self.move_gains(&source);
+        self
+    }
+
+    /// Names the gain sets that `source` names as they are seen from the working folder.
+    fn move_gains(&mut self, source: &Source) {
+        for gains in &mut self.gains {
+            let entry = Entry::split(gains);
+            *gains = entry.with_base(&moved(entry.base, source));
+        }
     }
 
     /// Fails if the campaign has no trial with this index.

@@ -1,67 +1,26 @@
 //! The finished part of a campaign on disk: a folder with a part for each block of trials, and a manifest.
 
 use crate::campaign::ask::spec::Campaign;
-use crate::campaign::store::part::PartFile;
+use crate::campaign::store::manifest::{MANIFEST, Manifest};
+use crate::campaign::store::part::{PartFile, hash_in_marker};
 use crate::campaign::store::row::TrialRow;
 use crate::error::{Error, Result};
-use crate::files::{json, json_pretty, shell_word, write_atomic};
-use crate::stats::looks::Looks;
+use crate::files::{is_temporary, json, shell_word, write_atomic};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
+use std::ffi::OsString;
 use std::ops::Range;
-use std::{fs, num::NonZeroU64, path::Path, path::PathBuf};
-
-/// Number of trials in a block, which is stored as one part; the last one may have fewer. An interruption loses
-/// unfinished blocks: with four gain sets a block has 20 episodes, which take seconds. The number of trials between
-/// looks of a campaign that ends when decided must be a multiple of this.
-pub const PART_TRIALS: NonZeroU64 = NonZeroU64::new(5).unwrap();
-
-/// Number of trials in a block in folders of earlier builds, which do not state it.
-fn unsaid_part_trials() -> NonZeroU64 {
-    NonZeroU64::new(25).unwrap()
-}
+use std::{fs, path::Path, path::PathBuf};
 
 /// Files that are made from the parts, by this module and by `report`.
 pub const RESULT_FILES: [&str; 6] =
     ["summary.json", "trials.parquet", "report.html", "summary.md", "junit.xml", "success.svg"];
 
+/// What a run writes before its first part.
+const BEGUN: [&str; 3] = ["parts", "inputs", "campaign.toml"];
+
 /// Subfolder with the pages that show trials, `trial-*.html`.
 pub const REPLAYS: &str = "replays";
-
-/// Manifest of a result folder, in `parts/campaign.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Manifest {
-    /// Version of the program that wrote it.
-    pub standfast: String,
-    pub config_hash: String,
-    /// Build of the program that ran last ([`build_id`](crate::files::build_id)); empty in a plan without a folder.
-    #[serde(default)]
-    pub build: String,
-    /// SHA-256 of URDF and settings, by which results of different robots can be told apart.
-    #[serde(default)]
-    pub robot_sha256: String,
-    /// Name and version of the physics engine; its name alone if the folder is of an earlier build, which had only one.
-    #[serde(default)]
-    pub engine: String,
-    /// Number of trials in a block. A folder keeps its own number, and the result does not depend on it.
-    #[serde(default = "unsaid_part_trials")]
-    pub part_trials: NonZeroU64,
-    /// Count of trials that was planned when the folder was begun: the [looks](Manifest::looks) go by it. A folder
-    /// keeps its own. Those of earlier builds do not state it; then it is the count at the time of reading.
-    #[serde(default)]
-    pub planned_trials: u64,
-    /// Names of the gain sets, in the order of the campaign.
-    pub sets: Vec<String>,
-    /// The resolved campaign, which is also in `campaign.toml`.
-    pub campaign: Campaign,
-}
-
-impl Manifest {
-    /// The looks at which the campaign may end; None if its count of trials is fixed.
-    pub fn looks(&self) -> Option<Looks> {
-        self.campaign.stopping.until_resolved.then(|| Looks::up_to(self.planned_trials))
-    }
-}
 
 /// `parts/stopped.json`: the number of trials at which a campaign was decided and ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -95,20 +54,40 @@ impl Folder {
         if empty {
             return Ok(None);
         }
-        let file = path.join("parts/campaign.json");
-        let text = fs::read_to_string(&file).map_err(|e| Error::Parts {
-            path: path.into(),
-            problem: format!("is not the folder of a campaign (parts/campaign.json: {e})"),
-        })?;
-        let mut manifest: Manifest =
-            serde_json::from_str(&text).map_err(|e| Error::Parts { path: file, problem: e.to_string() })?;
-        if manifest.engine.is_empty() {
-            manifest.engine = manifest.campaign.episode.engine.title().into();
+        if path.join(MANIFEST).exists() {
+            return Ok(Some(Folder { path: path.into(), manifest: Manifest::read(path)? }));
         }
-        if manifest.planned_trials == 0 {
-            manifest.planned_trials = manifest.campaign.trials;
+        if Self::hash_of_parts(path)?.is_none() {
+            return Ok(None);
         }
-        Ok(Some(Folder { path: path.into(), manifest }))
+        let [file, out] = [path.join("campaign.toml"), path.into()].map(|path| shell_word(&path.display().to_string()));
+        let problem = format!(
+            "holds parts, but their manifest (parts/campaign.json) is lost. The command that began it writes it again, \
+             and so does: standfast run {file} --out {out}"
+        );
+        Err(Error::Parts { path: path.into(), problem })
+    }
+
+    /// The configuration's hash that the parts state in a folder without a manifest; None if it has no parts, since a
+    /// run failed before its first one. It fails if the folder holds something else.
+    pub fn hash_of_parts(path: &Path) -> Result<Option<String>> {
+        let names = |folder: &Path| -> Result<Vec<OsString>> {
+            let fail = |source| Error::Read { path: folder.into(), source };
+            let names: std::io::Result<_> =
+                fs::read_dir(folder).and_then(|all| all.map(|e| Ok(e?.file_name())).collect());
+            names.map_err(fail)
+        };
+        let parts = path.join("parts");
+        let is_marker = |name: &OsString| name.to_str().is_some_and(|n| n.starts_with("part-") && n.ends_with(".json"));
+        let of_parts = if parts.is_dir() { names(&parts)? } else { Vec::new() };
+        let hash = of_parts.iter().filter(|name| is_marker(name)).find_map(|name| hash_in_marker(&parts.join(name)));
+        let is_ours = |name: &OsString| BEGUN.iter().any(|ours| name == ours) || is_temporary(name);
+        if hash.is_none() && !names(path)?.iter().all(is_ours) {
+            let problem =
+                "is not the folder of a campaign: it has no parts/campaign.json, and holds other files".into();
+            return Err(Error::Parts { path: path.into(), problem });
+        }
+        Ok(hash)
     }
 
     /// Opens the folder of a campaign. It fails if there is no such folder, or if it does not hold a campaign.
@@ -204,7 +183,7 @@ impl Folder {
 
     /// Writes the manifest. It fails if the folder is not writable.
     pub fn create(&self) -> Result<()> {
-        write_atomic(&self.path.join("parts/campaign.json"), json_pretty(&self.manifest)?.as_bytes())
+        self.manifest.write(&self.path)
     }
 
     /// All rows, by trial and then by set in the order of the campaign. It fails if a part is missing or damaged, or if
@@ -235,6 +214,11 @@ impl Folder {
         let of_set: HashMap<&String, &u64> = self.manifest.sets.iter().zip(set_trials).collect();
         rows.retain(|row| of_set.get(&row.set).is_some_and(|trials| row.trial < **trials));
         Ok(rows)
+    }
+
+    /// The campaign with its inputs as seen from the working folder.
+    pub fn campaign(&self) -> Campaign {
+        self.manifest.campaign.clone().seen_from(&self.path)
     }
 
     /// Writes `campaign.toml`, with which the campaign can be run again.
@@ -295,8 +279,10 @@ fn remove(path: &Path) -> Result<()> {
 pub(crate) mod tests {
     use super::*;
     use crate::campaign::ask::spec::Overrides;
+    use crate::campaign::store::manifest::part_trials;
     use crate::campaign::store::row::tests::row;
     use crate::episode::Outcome;
+    use std::num::NonZeroU64;
 
     /// Manifest of the campaign `smoke` with these changes.
     pub(crate) fn manifest(sets: &[&str], overrides: Overrides) -> Manifest {
@@ -305,19 +291,23 @@ pub(crate) mod tests {
             standfast: "0".into(),
             config_hash: "0123456789abcdef".into(),
             build: String::new(),
+            inputs: Vec::new(),
             robot_sha256: String::new(),
             engine: campaign.episode.engine.with_version(),
-            part_trials: PART_TRIALS,
+            part_trials: part_trials(&campaign),
             planned_trials: campaign.trials,
             sets: sets.iter().map(|set| set.to_string()).collect(),
             campaign,
         }
     }
 
-    fn folder(path: &Path) -> Folder {
-        let overrides = Overrides { trials: Some(60), ..Overrides::default() };
+    pub(crate) fn folder(path: &Path) -> Folder {
+        let gains = ["hold", "fixed"];
+        let overrides = Overrides { trials: Some(60), gains: gains.map(String::from).to_vec(), ..Overrides::default() };
         let part_trials = NonZeroU64::new(25).unwrap();
-        Folder { path: path.into(), manifest: Manifest { part_trials, ..manifest(&["hold", "fixed"], overrides) } }
+        let mut manifest = Manifest { part_trials, ..manifest(&gains, overrides) };
+        manifest.config_hash = manifest.hash().unwrap();
+        Folder { path: path.into(), manifest }
     }
 
     fn commit(folder: &Folder, block: u64) -> Vec<TrialRow> {
@@ -403,23 +393,19 @@ pub(crate) mod tests {
         assert_eq!(folder.missing(), [0, 1, 2]);
     }
 
-    /// Builds that did not say how many trials a part has had 25 of them; of those that did not say how many were
-    /// planned, the present count is taken.
+    /// What a run leaves that could write nothing but folders is as good as empty, and parts say whose they are.
     #[test]
-    fn a_folder_keeps_to_its_own_parts() {
+    fn a_folder_without_a_manifest_is_told_by_its_parts() {
         let dir = tempfile::tempdir().unwrap();
+        fs::create_dir_all(dir.path().join("parts")).unwrap();
+        fs::write(dir.path().join("parts/.tmp-a"), "{").unwrap();
+        assert!(Folder::open(dir.path()).unwrap().is_none());
         let folder = folder(dir.path());
-        folder.create().unwrap();
-        let file = dir.path().join("parts/campaign.json");
-        let mut said: serde_json::Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
-        assert_eq!(said.as_object_mut().unwrap().shift_remove("part_trials"), Some(25.into()));
-        assert_eq!(said.as_object_mut().unwrap().shift_remove("planned_trials"), Some(60.into()));
-        fs::write(&file, said.to_string()).unwrap();
-        assert_eq!(Folder::existing(dir.path()).unwrap().manifest, folder.manifest);
-        said["part_trials"] = 0.into();
-        fs::write(&file, said.to_string()).unwrap();
-        let message = Folder::existing(dir.path()).unwrap_err().to_string();
-        assert!(message.contains("expected a nonzero"), "{message}");
+        commit(&folder, 0);
+        let message = Folder::open(dir.path()).unwrap_err().to_string();
+        assert!(message.contains("is lost") && message.contains("standfast run "), "{message}");
+        fs::write(dir.path().join("summary.json"), "{}").unwrap();
+        assert_eq!(Folder::hash_of_parts(dir.path()).unwrap().as_deref(), Some(&folder.manifest.config_hash[..]));
     }
 
     #[test]

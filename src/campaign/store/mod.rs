@@ -1,8 +1,9 @@
-//! Storage of a campaign: a [`row`] for each trial and gain set, a [`part`] for each block of trials, and a [`folder`]
-//! for all parts. A [`shard`] is the share of one machine, and a [`stored_trial`] can be run again.
+//! Storage of a campaign: a [`row`] for each trial and gain set, a [`part`] for each block of trials, a [`folder`] for
+//! all parts, and a [`manifest`] of what they are. A [`shard`] is the share of one machine, and a [`stored_trial`] can be run again.
 
 pub mod by_set;
 pub mod folder;
+pub mod manifest;
 pub mod part;
 pub mod row;
 pub mod shard;

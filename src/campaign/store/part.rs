@@ -4,12 +4,16 @@
 //! bytes. A campaign that ends when decided stops running some gain sets early; a part then holds the others only, and
 //! its marker names them.
 
+use crate::assets::read;
 use crate::campaign::store::row::TrialRow;
 use crate::error::{Error, Result};
 use crate::files::{json, sha256_hex, write_atomic};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
-use std::{fs, path::PathBuf};
+use std::path::{Path, PathBuf};
+
+/// No part comes near this.
+const MOST_BYTES: u64 = 100_000_000;
 
 /// A part, complete or not.
 pub struct PartFile<'a> {
@@ -31,6 +35,11 @@ struct Marker {
     sets: Option<Vec<String>>,
     config_hash: String,
     sha256: String,
+}
+
+/// The configuration's hash in the marker of a part; None if it cannot be read.
+pub fn hash_in_marker(path: &Path) -> Option<String> {
+    serde_json::from_slice::<Marker>(&read(path, MOST_BYTES).ok()?).ok().map(|marker| marker.config_hash)
 }
 
 impl PartFile<'_> {
@@ -95,9 +104,9 @@ impl PartFile<'_> {
 
     /// Content of a complete part, and the gain sets in it, in the order of the campaign.
     fn content(&self) -> Result<(Vec<u8>, Vec<&String>)> {
-        let marker =
-            fs::read(self.path("json")).map_err(|e| self.damaged(format!("its marker cannot be read: {e}")))?;
-        let content = fs::read(self.path("csv")).map_err(|e| self.damaged(e.to_string()))?;
+        let marker = read(&self.path("json"), MOST_BYTES)
+            .map_err(|e| self.damaged(format!("its marker cannot be read: {e}")))?;
+        let content = read(&self.path("csv"), MOST_BYTES).map_err(|e| self.damaged(e.to_string()))?;
         let found: Marker =
             serde_json::from_slice(&marker).map_err(|e| self.damaged(format!("its marker is damaged: {e}")))?;
         let is_held = |set: &&String| found.sets.as_ref().is_none_or(|held| held.contains(set));

@@ -1,6 +1,6 @@
 //! A trial of a finished campaign, to be run again and looked at. It follows from the campaign and its index alone.
 
-use crate::campaign::ask::spec::{Campaign, Overrides};
+use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::campaign::store::folder::Folder;
 use crate::campaign::store::row::TrialRow;
@@ -43,8 +43,7 @@ impl StoredTrial {
         let lost = sets.iter().find(|set| rows.iter().any(|r| r.set == **set && r.outcome != Outcome::Recovered));
         let first = rows.first().map_or(&sets[0], |row| &row.set);
         let set = set.unwrap_or_else(|| lost.unwrap_or(first)).to_string();
-        let file = folder.join("campaign.toml");
-        let campaign = Campaign::load(&file.display().to_string(), &Overrides::default())?;
+        let campaign = found.campaign();
         let robot = Robot::load(&campaign.robot)?;
         let gains = GainSet::load(&campaign.gains_named(&set))?;
         let design = Design::new(&robot, &gains, campaign.episode.control_period_s)?;

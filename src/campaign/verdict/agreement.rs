@@ -4,7 +4,8 @@
 //! gain sets that only one engine gives, tell what depends on the engine.
 
 use crate::campaign::store::by_set::BySet;
-use crate::campaign::store::folder::{Folder, Manifest};
+use crate::campaign::store::folder::Folder;
+use crate::campaign::store::manifest::Manifest;
 use crate::campaign::store::row::TrialRow;
 use crate::campaign::verdict::pairs::{DecisionRule, Pair, every_pair};
 use crate::episode::Outcome;

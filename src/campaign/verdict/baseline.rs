@@ -4,7 +4,8 @@
 
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
-use crate::campaign::store::folder::{Folder, Manifest};
+use crate::campaign::store::folder::Folder;
+use crate::campaign::store::manifest::Manifest;
 use crate::campaign::store::row::TrialRow;
 use crate::error::{Error, Result};
 use serde::Serialize;

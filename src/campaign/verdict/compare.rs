@@ -2,7 +2,8 @@
 
 use crate::campaign::ask::gate::GateSpec;
 use crate::campaign::store::by_set::BySet;
-use crate::campaign::store::folder::{Folder, Manifest};
+use crate::campaign::store::folder::Folder;
+use crate::campaign::store::manifest::Manifest;
 use crate::campaign::store::row::{TrialRow, parquet};
 use crate::campaign::verdict::agreement::{Agreement, differ_in_engine_alone};
 use crate::campaign::verdict::baseline::{other_push, refuse_other_trials, unlike};
@@ -130,6 +131,7 @@ fn joined(a: &Manifest, b: &Manifest, sets: Vec<String>, trials: u64, gates: &[S
         // Neither is a matter of outcomes.
         planned_trials: a.planned_trials.min(b.planned_trials),
         sets,
+        inputs: Vec::new(),
         campaign,
     }
 }

@@ -3,7 +3,7 @@
 use crate::campaign::ask::gate::{Against, Gate, GateSpec};
 use crate::campaign::ask::spec::Stopping;
 use crate::campaign::store::by_set::BySet;
-use crate::campaign::store::folder::Manifest;
+use crate::campaign::store::manifest::Manifest;
 use crate::campaign::store::row::TrialRow;
 use crate::campaign::verdict::baseline::{Baseline, BaselineId, unlike};
 use crate::campaign::verdict::evidence::{Evidence, GateAnswer, Status};

@@ -6,7 +6,7 @@
 //! first; those that are the same; those that are not resolved.
 
 use crate::campaign::store::by_set::BySet;
-use crate::campaign::store::folder::Manifest;
+use crate::campaign::store::manifest::Manifest;
 use crate::campaign::store::row::TrialRow;
 use crate::campaign::verdict::standing::{Standing, When};
 use crate::campaign::verdict::strata::Stratum;

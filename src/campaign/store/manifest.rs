@@ -1,0 +1,251 @@
+//! The manifest of a result folder, `parts/campaign.json`: which campaign the parts are of, and by what they were made.
+//!
+//! Nothing in it is taken on trust. Whenever a folder is opened, its values are checked as if they had been typed, the
+//! configuration's hash is computed again from campaign and inputs, and a seal over the whole tells of any change that
+//! was made by hand or by a failing disk.
+
+use crate::assets;
+use crate::campaign::ask::gate::GateSpec;
+use crate::campaign::ask::spec::Campaign;
+use crate::error::{Error, Result};
+use crate::files::{json_pretty, sha256_hex, write_atomic};
+use crate::sim::PhysicsStep;
+use crate::stats::looks::{LOOK_TRIALS, Looks};
+use serde::{Deserialize, Serialize};
+use std::num::NonZeroU64;
+use std::path::Path;
+
+/// Path of the manifest in a result folder.
+pub const MANIFEST: &str = "parts/campaign.json";
+/// A manifest lists names and numbers, so it is small.
+const MOST_BYTES: u64 = 20_000_000;
+
+/// What the parts in a result folder are of.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Version of the program that wrote it.
+    pub standfast: String,
+    /// SHA-256 of all that the trials depend on: versions of program and engine, campaign, inputs.
+    pub config_hash: String,
+    /// Build of the program that ran last ([`build_id`](crate::files::build_id)); empty in a plan without a folder.
+    pub build: String,
+    /// SHA-256 of URDF, settings and meshes, by which results of different robots can be told apart.
+    pub robot_sha256: String,
+    /// Name and version of the physics engine.
+    pub engine: String,
+    /// Number of trials in a block. A folder keeps its own number, and the result does not depend on it.
+    pub part_trials: NonZeroU64,
+    /// Count of trials that was planned when the folder was begun: the [looks](Manifest::looks) go by it. A folder
+    /// keeps its own.
+    pub planned_trials: u64,
+    /// Names of the gain sets, in the order of the campaign.
+    pub sets: Vec<String>,
+    /// The files of robot and gain sets, in the order in which they are hashed.
+    pub inputs: Vec<Input>,
+    /// The resolved campaign, which is also in `campaign.toml`.
+    pub campaign: Campaign,
+}
+
+/// A file that a campaign reads.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Input {
+    /// Its name in the result folder, or `builtin:NAME`.
+    pub file: String,
+    pub sha256: String,
+}
+
+impl Manifest {
+    /// The looks at which the campaign may end; None if its count of trials is fixed.
+    pub fn looks(&self) -> Option<Looks> {
+        self.campaign.stopping.until_resolved.then(|| Looks::up_to(self.planned_trials))
+    }
+
+    /// What `config_hash` has to be: SHA-256 of the versions, of the campaign without what no trial depends on, and of
+    /// the hashes of the inputs, each with its length in front.
+    pub fn hash(&self) -> Result<String> {
+        let versions = format!("{} {}", self.standfast, self.engine);
+        let campaign = what_trials_are(&self.campaign).to_toml()?;
+        let inputs = self.inputs.iter().map(|input| input.sha256.as_str());
+        let mut bytes = Vec::new();
+        for text in [versions.as_str(), &campaign].into_iter().chain(inputs) {
+            bytes.extend((text.len() as u64).to_le_bytes());
+            bytes.extend(text.as_bytes());
+        }
+        Ok(sha256_hex(&bytes))
+    }
+
+    /// Reads the manifest of a folder. Errors: it cannot be read, says what no campaign can be, or is not as it was
+    /// written; an input in the folder is not the one that was read.
+    pub fn read(folder: &Path) -> Result<Manifest> {
+        let path = folder.join(MANIFEST);
+        let problem = |problem: String| Error::Parts { path: path.clone(), problem };
+        let text = assets::read(&path, MOST_BYTES)?;
+        let mut value: serde_json::Value = serde_json::from_slice(&text).map_err(|e| problem(e.to_string()))?;
+        let seal = value.as_object_mut().and_then(|fields| fields.shift_remove("seal"));
+        let is_sealed = seal.is_some_and(|seal| seal == sha256_hex(value.to_string().as_bytes()));
+        let manifest: Manifest = serde_json::from_value(value).map_err(|e| problem(e.to_string()))?;
+        manifest.check(&path.display().to_string())?;
+        if !is_sealed || manifest.hash()? != manifest.config_hash {
+            let changed = "it is not as standfast wrote it: its hash does not match what it says";
+            let advice = "Restore it, or run the campaign again into a new folder";
+            return Err(problem(format!("{changed}. {advice}")));
+        }
+        manifest.check_inputs(folder)?;
+        Ok(manifest)
+    }
+
+    /// Writes the manifest to a folder, with its seal.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        let fail = |e: serde_json::Error| Error::Syntax { file: MANIFEST.into(), message: e.to_string() };
+        let mut value = serde_json::to_value(self).map_err(fail)?;
+        value["seal"] = sha256_hex(value.to_string().as_bytes()).into();
+        write_atomic(&folder.join(MANIFEST), json_pretty(&value)?.as_bytes())
+    }
+
+    /// Checks its values as if they had been typed.
+    fn check(&self, file: &str) -> Result<()> {
+        self.campaign.check(file)?;
+        let (sets, gains) = (&self.sets, &self.campaign.gains);
+        let is_repeated = |(i, set): (usize, &String)| sets[..i].contains(set);
+        if sets.len() != gains.len() || sets.iter().enumerate().any(is_repeated) {
+            let (problem, accepted) = ("not one for each gain set", format!("{} different names", gains.len()));
+            return Err(Error::value(file, "sets", sets.join(", "), problem, accepted));
+        }
+        let part_trials = self.part_trials.get();
+        let is_between_looks = self.looks().is_none() || LOOK_TRIALS.is_multiple_of(part_trials);
+        if part_trials > self.campaign.trials.max(MOST_PART_TRIALS) || !is_between_looks {
+            let accepted = "5 to 500; up to 25 in a campaign that ends when decided";
+            return Err(Error::value(file, "part_trials", part_trials, "no size of a part", accepted));
+        }
+        if !(1..=MOST_TRIALS).contains(&self.planned_trials) {
+            return Err(Error::value(file, "planned_trials", self.planned_trials, "out of range", "1 to 1e9"));
+        }
+        Ok(())
+    }
+
+    /// Fails if an input that lies in the folder has changed. One that is missing is noticed when it is needed.
+    fn check_inputs(&self, folder: &Path) -> Result<()> {
+        for input in self.inputs.iter().filter(|input| !input.file.starts_with("builtin:")) {
+            let path = folder.join(&input.file);
+            if path.exists() && sha256_hex(&assets::read(&path, MOST_BYTES)?) != input.sha256 {
+                let problem = "it is not the file with which the trials were run; restore it".into();
+                return Err(Error::Parts { path, problem });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Most trials of a campaign: trial and quantity share the 64 bits that number a random stream.
+const MOST_TRIALS: u64 = 1_000_000_000;
+/// Most trials in a part.
+const MOST_PART_TRIALS: u64 = 500;
+
+/// Number of trials in a block, which is stored as one part; the last one may have fewer. An interruption loses
+/// unfinished blocks: with four gain sets, 5 trials are 20 episodes, which take seconds. In large campaigns blocks are
+/// larger, so that there are about 2000 of them: files are what a shared folder runs out of first. The number of trials
+/// between looks of a campaign that ends when decided is a multiple of it.
+pub fn part_trials(campaign: &Campaign) -> NonZeroU64 {
+    const LEAST: u64 = 5;
+    const PARTS: u64 = 2000;
+    let trials = campaign.trials.div_ceil(PARTS).next_multiple_of(LEAST).min(MOST_PART_TRIALS);
+    let between_looks = if trials > LEAST { LOOK_TRIALS } else { LEAST };
+    NonZeroU64::new(if campaign.stopping.until_resolved { between_looks } else { trials }).unwrap_or(NonZeroU64::MIN)
+}
+
+/// The campaign without the settings on which no trial depends. A campaign that ends when decided may be taken up again
+/// with more trials, because its intervals hold at every look, so the number of trials is left out, too. A campaign
+/// with a fixed number may not: to add trials after having seen the result would be a second look.
+fn what_trials_are(campaign: &Campaign) -> Campaign {
+    let mut trials = Campaign { gates: GateSpec::default(), ..campaign.clone() };
+    trials.stopping.margin = 0.0;
+    // The step of the other engine does not matter.
+    trials.episode.physics_step_s = PhysicsStep::all(trials.episode.clock().physics_step_s);
+    if campaign.stopping.until_resolved {
+        trials.trials = 0;
+    }
+    trials
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::ask::spec::tests::campaign;
+    use crate::campaign::store::folder::tests::folder;
+    use serde_json::Value;
+
+    #[test]
+    fn a_manifest_that_was_changed_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let manifest = folder(dir.path()).manifest;
+        manifest.write(dir.path()).unwrap();
+        assert_eq!(Manifest::read(dir.path()).unwrap(), manifest);
+        let path = dir.path().join(MANIFEST);
+        let written: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+        let said = |pointer: &str, value: Value, sealed: bool| {
+            let mut changed = written.clone();
+            *changed.pointer_mut(pointer).unwrap() = value;
+            if sealed {
+                changed.as_object_mut().unwrap().shift_remove("seal");
+                changed["seal"] = sha256_hex(changed.to_string().as_bytes()).into();
+            }
+            std::fs::write(&path, changed.to_string()).unwrap();
+            Manifest::read(dir.path()).unwrap_err().to_string()
+        };
+        for (pointer, value) in [("/campaign/seed", 5.into()), ("/build", "x".into()), ("/planned_trials", 50.into())] {
+            let message = said(pointer, value, false);
+            assert!(message.contains("not as standfast wrote it") && message.contains(MANIFEST), "{message}");
+        }
+        // A seal can be made again, but the hash is also in every part.
+        assert!(said("/campaign/seed", 5.into(), true).contains("not as standfast wrote it"));
+        for (pointer, value, expected) in [
+            ("/campaign/trials", 1e18.into(), "1e+18"),
+            ("/campaign/trials", 1_000_000_001u64.into(), "1 to 1e9"),
+            ("/sets", Value::Array(Vec::new()), "2 different names"),
+            ("/sets/1", "hold".into(), "2 different names"),
+            ("/part_trials", 501.into(), "5 to 500"),
+            ("/part_trials", 0.into(), "nonzero"),
+            ("/planned_trials", 0.into(), "1 to 1e9"),
+        ] {
+            let message = said(pointer, value, true);
+            assert!(message.contains(expected) && message.contains(MANIFEST), "{pointer}: {message}");
+        }
+    }
+
+    #[test]
+    fn an_input_that_was_changed_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut manifest = folder(dir.path()).manifest;
+        let file = "inputs/gains/mine.toml";
+        manifest.inputs = vec![Input { file: file.into(), sha256: sha256_hex(b"name = 'mine'") }];
+        manifest.config_hash = manifest.hash().unwrap();
+        manifest.write(dir.path()).unwrap();
+        assert!(Manifest::read(dir.path()).is_ok(), "it is not needed yet");
+        write_atomic(&dir.path().join(file), b"name = 'mine'").unwrap();
+        assert!(Manifest::read(dir.path()).is_ok());
+        write_atomic(&dir.path().join(file), b"name = 'more'").unwrap();
+        let message = Manifest::read(dir.path()).unwrap_err().to_string();
+        assert!(message.contains(file) && message.contains("restore it"), "{message}");
+    }
+
+    #[test]
+    fn large_campaigns_have_large_parts() {
+        let trials = |set: &[&str]| part_trials(&campaign("standard", set)).get();
+        for (asked, expected) in [(1, 5), (10_000, 5), (10_001, 10), (1_000_000, 500), (1_000_000_000, 500)] {
+            assert_eq!(trials(&[&format!("trials={asked}")]), expected, "{asked}");
+        }
+        assert_eq!(trials(&["trials=1000", "stopping.until_resolved=true"]), 5);
+        assert_eq!(trials(&["trials=100000", "stopping.until_resolved=true"]), 25);
+    }
+
+    #[test]
+    fn the_hash_tells_inputs_apart() {
+        let with = |shas: &[&str]| {
+            let mut manifest = folder(Path::new("")).manifest;
+            manifest.inputs = shas.iter().map(|sha| Input { file: String::new(), sha256: sha.to_string() }).collect();
+            manifest.hash().unwrap()
+        };
+        assert_ne!(with(&["ab", "c"]), with(&["a", "bc"]));
+        assert_ne!(with(&["a", "b"]), with(&["b", "a"]));
+    }
+}
