@@ -23,6 +23,9 @@ pub enum Error {
     /// Parts of a campaign are missing, damaged, or belong to another campaign.
     #[error("{}: {problem}", path.display())]
     Parts { path: PathBuf, problem: String },
+    /// A result folder in which another command is at work.
+    #[error("{}: another command is at work in this folder; wait for its end, or give another --out", .0.display())]
+    Busy(PathBuf),
     /// The caller asked to stop (Ctrl-C). Finished work is kept.
     #[error("interrupted")]
     Interrupted,
@@ -47,6 +50,7 @@ impl Error {
             Error::Read { .. } | Error::Syntax { .. } | Error::Value { .. } | Error::Unknown { .. } => 2,
             Error::NoWindow { .. } | Error::Several(_) => 2,
             Error::Parts { .. } => 3,
+            Error::Busy(_) => 75,
             Error::Interrupted => 130,
             Error::Write { .. } | Error::Numeric { .. } | Error::LostWindow { .. } => 1,
         }

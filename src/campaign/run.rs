@@ -5,6 +5,7 @@ use crate::campaign::ask::no_step::NoStep;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::campaign::store::by_set::BySet;
+use crate::campaign::store::claim::{Claim, Company};
 use crate::campaign::store::folder::Folder;
 use crate::campaign::store::manifest::{Input, Manifest, part_trials};
 use crate::campaign::store::row::TrialRow;
@@ -26,7 +27,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A campaign whose inputs are read and checked. The controllers are designed later.
 pub struct Plan {
@@ -52,8 +53,7 @@ pub struct Watch<'a> {
     pub stop: &'a AtomicBool,
     /// Called after every episode, from any thread.
     pub on_episode: &'a (dyn Fn() + Sync),
-    /// Called with the rows of every finished part, from any thread. The first call has the rows that were there
-    /// already.
+    /// Called with the rows of every finished part, from any thread; first of those that were there already.
     pub on_part: &'a (dyn Fn(&[TrialRow]) + Sync),
     /// Called at every look at a campaign that ends when decided.
     pub on_look: &'a (dyn Fn(&Look) + Sync),
@@ -84,6 +84,7 @@ pub struct Work<'a> {
     set_trials: Vec<u64>,
     /// None for a campaign with a fixed number of trials.
     looks: Option<LookedAt<'a>>,
+    claim: Option<Claim>,
 }
 
 /// How far a campaign that ends when decided was looked at.
@@ -198,8 +199,17 @@ impl Plan {
         let looks = gates.zip(folder.manifest.looks()).map(look_on);
         let set_trials = vec![campaign.trials; sets.len()];
         let (pool, shard) = (pool(options.threads)?, options.shard);
-        let mut work =
-            Work { plan: self, folder, pool, designs: Vec::new(), shard, missing: Vec::new(), set_trials, looks };
+        let mut work = Work {
+            plan: self,
+            folder,
+            pool,
+            designs: Vec::new(),
+            shard,
+            missing: Vec::new(),
+            set_trials,
+            looks,
+            claim: None,
+        };
         work.missing = match work.looks {
             Some(_) => work.look_on(&|_| {})?,
             None => work.lacking(work.blocks()),
@@ -365,15 +375,18 @@ impl Work<'_> {
     }
 
     /// Runs what is missing and writes it part by part. Parts that are complete are left as they are.
+    ///
+    /// From then on nobody else may change the folder, as long as this lives.
     pub fn run(&mut self, watch: &Watch) -> Result<()> {
+        let company = if self.shard.is_some() { Company::Shards } else { Company::None };
+        self.claim = Some(Claim::of(self.folder, company, || self.plan.identify(self.folder))?);
         if !self.is_done() {
             self.folder.remove_result()?;
             let is_there = |block: &u64| !self.folder.lacks(*block, &self.set_trials).contains(&true);
             let there = (0..self.folder.blocks()).filter(is_there);
             let rows = there.filter_map(|block| self.folder.rows_of(block..block + 1, &self.set_trials).ok());
-            (watch.on_part)(&rows.flatten().collect::<Vec<_>>());
+            rows.for_each(|rows| (watch.on_part)(&rows));
         }
-        self.plan.identify(self.folder)?;
         // Taken out, because the opening, which serves at every look, borrows them.
         let (plan, designs) = (self.plan, std::mem::take(&mut self.designs));
         let simulated = plan.simulated_at_first();
@@ -388,9 +401,10 @@ impl Work<'_> {
     /// Units are trials, handed out in order one by one: cores stay busy to the end, and an interruption loses only the
     /// few blocks in work.
     fn run_blocks(&self, designs: &[Design], opening: Option<&Episodes>, watch: &Watch) -> Result<()> {
-        let blocks = self.missing.iter().map(|&block| Block::new(self.folder, block, &self.set_trials));
-        let blocks: Vec<Block> = blocks.collect();
-        let jobs = blocks.iter().flat_map(|block| block.trials.clone().map(move |trial| (block, trial)));
+        // A block is made when its first trial is due, and gone when its last one is written: memory does not grow with
+        // the campaign.
+        let blocks = self.missing.iter().map(|&block| Arc::new(Block::new(self.folder, block, &self.set_trials)));
+        let jobs = blocks.flat_map(|block| block.trials.clone().map(move |trial| (Arc::clone(&block), trial)));
         jobs.par_bridge().try_for_each(|(block, trial)| {
             if watch.stop.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);
@@ -398,6 +412,7 @@ impl Work<'_> {
             let rows = self.plan.rows(designs, opening, trial, &block.sets);
             rows.iter().for_each(|_| (watch.on_episode)());
             let Some(rows) = block.put(trial, rows) else { return Ok(()) };
+            self.folder.check_owner()?;
             self.folder.part(block.index).write(&rows)?;
             (watch.on_part)(&rows);
             Ok(())
@@ -694,9 +709,9 @@ mod tests {
         work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &on_part, on_look: &|_| {} }).unwrap();
         assert_eq!((work.episodes(), work.all_episodes()), (0, 30));
         let seen = seen.into_inner().unwrap();
-        assert_eq!(seen[0], (0..10).collect::<Vec<_>>());
-        assert_eq!(seen[1..].concat(), (10..30).collect::<Vec<_>>());
-        assert_eq!(seen.len(), 5);
+        assert_eq!(seen[..2].concat(), (0..10).collect::<Vec<_>>());
+        assert_eq!(seen.concat(), (0..30).collect::<Vec<_>>());
+        assert_eq!(seen.len(), 6);
     }
 
     /// The second set has no design: to run it panics.

@@ -4,6 +4,7 @@ use super::arguments::{GateArgs, ReplaysArgs};
 use super::interrupt::stop_on_ctrl_c;
 use super::result::{Printing, conclude, exit_code, gates_of};
 use crate::campaign::Folder;
+use crate::campaign::store::claim::{Claim, Company};
 use crate::error::Result;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -24,7 +25,7 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
     let mut folder = Folder::existing(&args.dir)?;
     folder.manifest.campaign.gates.add(&args.gates.gate, args.gates.unresolved);
     let gates = gates_of(&folder, &args.gates)?;
-    folder.create()?;
+    let _claim = Claim::of(&folder, Company::None, || folder.create())?;
     stop_on_ctrl_c();
     let summary = conclude(&folder, &gates, &args.replays, Some(args.printing))?;
     Ok(exit_code(&[summary]))

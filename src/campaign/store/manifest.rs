@@ -94,6 +94,13 @@ impl Manifest {
         Ok(manifest)
     }
 
+    /// The configuration's hash that the manifest of a folder states, unchecked; None if it cannot be read.
+    pub fn stated_hash(folder: &Path) -> Option<String> {
+        let value: serde_json::Value =
+            serde_json::from_slice(&assets::read(&folder.join(MANIFEST), MOST_BYTES).ok()?).ok()?;
+        value["config_hash"].as_str().map(String::from)
+    }
+
     /// Writes the manifest to a folder, with its seal.
     pub fn write(&self, folder: &Path) -> Result<()> {
         let fail = |e: serde_json::Error| Error::Syntax { file: MANIFEST.into(), message: e.to_string() };
