@@ -386,8 +386,7 @@ fn without_gates_it_is_the_pairs_that_are_decided() {
     assert_eq!(found["pairs"][0]["verdict"], "same", "{}", found["pairs"][0]);
     assert!(found["trials"].as_u64().unwrap() < 200);
     for (more, expected) in [
-        (&["--until-resolved", "--shard=1/2", "--gains=fixed"][..], "a shard cannot know when"),
-        (&["--until-resolved"], "nothing to decide"),
+        (&["--until-resolved"][..], "nothing to decide"),
         (&["--max-trials=10"], "fixed count of trials"),
         (&["--shard=1/2", PASSES], "`merge`"),
     ] {

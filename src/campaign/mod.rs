@@ -7,6 +7,7 @@
 
 pub mod ask;
 pub mod limit;
+pub mod looking;
 pub mod partings;
 pub mod run;
 pub mod store;

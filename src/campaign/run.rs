@@ -4,13 +4,13 @@ use crate::assets::{self, Kind, Source};
 use crate::campaign::ask::no_step::NoStep;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
-use crate::campaign::store::by_set::BySet;
+use crate::campaign::looking::{Look, Looking};
 use crate::campaign::store::claim::{Claim, Company};
 use crate::campaign::store::folder::Folder;
 use crate::campaign::store::manifest::{Input, Manifest, part_trials};
 use crate::campaign::store::row::TrialRow;
 use crate::campaign::store::shard::Shard;
-use crate::campaign::verdict::gates::{Gates, Open};
+use crate::campaign::verdict::gates::Gates;
 use crate::control::Design;
 use crate::episode::{Disturbance, Episodes, Outcome, Record, caught};
 use crate::error::{Error, Result};
@@ -20,7 +20,6 @@ use crate::lipm::variant::Entry;
 use crate::robot::Robot;
 use crate::robot::urdf::Files;
 use crate::sim::Engine;
-use crate::stats::looks::Looks;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -55,20 +54,8 @@ pub struct Watch<'a> {
     pub on_episode: &'a (dyn Fn() + Sync),
     /// Called with the rows of every finished part, from any thread; first of those that were there already.
     pub on_part: &'a (dyn Fn(&[TrialRow]) + Sync),
-    /// Called at every look at a campaign that ends when decided.
-    pub on_look: &'a (dyn Fn(&Look) + Sync),
-}
-
-/// A look at a campaign that ends when decided.
-pub struct Look<'a> {
-    /// The rows of all trials so far.
-    pub rows: &'a BySet<'a>,
-    /// What is still to be decided.
-    pub open: &'a [Open],
-    /// Names of the gain sets that stop here while others go on: nothing that is open takes their trials.
-    pub stopping: Vec<&'a str>,
-    /// Episodes of the campaign in all, at most.
-    pub all_episodes: u64,
+    /// Called at every look at a campaign that ends when decided, with the episodes of the campaign in all, at most.
+    pub on_look: &'a (dyn Fn(&Look, u64) + Sync),
 }
 
 /// The part of a campaign that its folder still lacks, with everything that is needed to run it.
@@ -80,22 +67,11 @@ pub struct Work<'a> {
     shard: Option<Shard>,
     /// Blocks to run; those up to the next look if the campaign ends when decided.
     missing: Vec<u64>,
-    /// Number of trials of each gain set, as far as it is known.
-    set_trials: Vec<u64>,
+    /// Number of trials of each gain set, if the campaign does not end earlier.
+    all_trials: Vec<u64>,
     /// None for a campaign with a fixed number of trials.
-    looks: Option<LookedAt<'a>>,
+    looks: Option<Looking<'a>>,
     claim: Option<Claim>,
-}
-
-/// How far a campaign that ends when decided was looked at.
-struct LookedAt<'a> {
-    gates: &'a Gates,
-    planned: Looks,
-    /// Numbers of trials at the last look and at the next one.
-    last: u64,
-    next: u64,
-    /// All rows up to the last look.
-    rows: Vec<TrialRow>,
 }
 
 impl Plan {
@@ -182,46 +158,28 @@ impl Plan {
 
     /// What `folder` lacks (of one shard, or of all). Every gain set is designed for here, before the first trial and
     /// before anything is written or, of an earlier result, taken away; nothing is if the folder lacks nothing. `gates`
-    /// say when a campaign that ends when decided is decided. Errors: a shard of a campaign that ends when decided,
-    /// which no shard alone can know; no design.
+    /// say when a campaign that ends when decided is decided. Errors: no design.
     pub fn work<'a>(&'a self, folder: &'a Folder, options: RunOptions, gates: Option<&'a Gates>) -> Result<Work<'a>> {
-        if let (true, Some(Shard { index, count })) = (self.until_resolved(), options.shard) {
-            let problem = "a shard cannot know when the whole campaign is decided";
-            let accepted =
-                "a fixed number of trials, without --until-resolved and with stopping.until_resolved = false";
-            return Err(Error::value("campaign", "--shard", format!("{index}/{count}"), problem, accepted));
-        }
         let Manifest { campaign, sets, .. } = &folder.manifest;
-        let look_on = |(gates, planned): (_, Looks)| {
-            let next = planned.after(0).min(campaign.trials);
-            LookedAt { gates, planned, last: 0, next, rows: Vec::new() }
-        };
-        let looks = gates.zip(folder.manifest.looks()).map(look_on);
-        let set_trials = vec![campaign.trials; sets.len()];
-        let (pool, shard) = (pool(options.threads)?, options.shard);
         let mut work = Work {
             plan: self,
             folder,
-            pool,
+            pool: pool(options.threads)?,
             designs: Vec::new(),
-            shard,
+            shard: options.shard,
             missing: Vec::new(),
-            set_trials,
-            looks,
+            all_trials: vec![campaign.trials; sets.len()],
+            looks: gates.and_then(|gates| Looking::at(folder, gates)),
             claim: None,
         };
         work.missing = match work.looks {
-            Some(_) => work.look_on(&|_| {})?,
-            None => work.lacking(work.blocks()),
+            Some(_) => work.look_on(&|_, _| {})?,
+            None => work.blocks().filter(|&block| work.lacks(block)).collect(),
         };
         if !work.is_done() {
             work.designs = work.pool.install(|| self.designs())?;
         }
         Ok(work)
-    }
-
-    fn until_resolved(&self) -> bool {
-        self.manifest.campaign.stopping.until_resolved
     }
 
     /// Designs a controller for every gain set, and warns of dubious ones.
@@ -306,12 +264,16 @@ impl Work<'_> {
 
     /// Episodes to run; at most, if the campaign ends when decided. Looks at what is there now.
     pub fn episodes(&self) -> u64 {
-        if self.is_done() { 0 } else { self.episodes_of(|block| self.folder.lacks(block, &self.set_trials)) }
+        if self.is_done() { 0 } else { self.episodes_of(|block| self.folder.lacks(block, self.set_trials())) }
     }
 
     /// Episodes in all, those that are there among them; at most, if the campaign ends when decided.
     pub fn all_episodes(&self) -> u64 {
-        let has_trials = |block: u64| self.set_trials.iter().map(move |trials| self.folder.range(block).0 < *trials);
+        self.all_episodes_with(self.set_trials())
+    }
+
+    fn all_episodes_with(&self, set_trials: &[u64]) -> u64 {
+        let has_trials = |block: u64| set_trials.iter().map(move |trials| self.folder.range(block).0 < *trials);
         self.episodes_of(|block| has_trials(block).collect())
     }
 
@@ -328,48 +290,29 @@ impl Work<'_> {
     fn blocks(&self) -> impl Iterator<Item = u64> + use<> {
         let Manifest { campaign, part_trials, .. } = &self.folder.manifest;
         let shard = self.shard;
-        (0..campaign.trials.div_ceil(part_trials.get()))
-            .filter(move |&block| shard.is_none_or(|shard| shard.takes(block)))
+        (0..campaign.trials.div_ceil(part_trials.get())).filter(move |&block| takes(shard, block))
     }
 
-    /// Those of some blocks that are still to be run.
-    fn lacking(&self, blocks: impl Iterator<Item = u64>) -> Vec<u64> {
-        blocks.filter(|&block| self.folder.lacks(block, &self.set_trials).contains(&true)).collect()
+    /// Number of trials of each gain set, as far as it is known.
+    fn set_trials(&self) -> &[u64] {
+        self.looks.as_ref().map_or(&self.all_trials, |looks| &looks.set_trials)
     }
 
-    /// Looks at what is there of a campaign that ends when decided, from the next look on: the blocks that are missing
-    /// for a look, or none if all is decided, or there are no more trials. At each look, gain sets of which nothing
-    /// that is still open takes trials are stopped.
-    ///
-    /// The looks are at fixed numbers of trials. So neither the end nor the trials of a set depend on threads or on
-    /// interruptions.
-    fn look_on(&mut self, on_look: &dyn Fn(&Look)) -> Result<Vec<u64>> {
-        let Manifest { campaign, part_trials, sets, .. } = &self.folder.manifest;
+    fn lacks(&self, block: u64) -> bool {
+        self.folder.lacks(block, self.set_trials()).contains(&true)
+    }
+
+    /// Whether the campaign has been decided, perhaps by another shard.
+    fn is_decided(&self) -> bool {
+        self.looks.is_some() && self.shard.is_some() && self.folder.has_stopped()
+    }
+
+    /// Looks at what is there of a campaign that ends when decided, from the next look on: the blocks to run next, or
+    /// none if all is decided, or there are no more trials.
+    fn look_on(&mut self, on_look: &dyn Fn(&Look, u64)) -> Result<Vec<u64>> {
         let Some(mut looks) = self.looks.take() else { return Ok(Vec::new()) };
-        let missing = loop {
-            let blocks = looks.last / part_trials.get()..looks.next.div_ceil(part_trials.get());
-            let missing = self.lacking(blocks.clone());
-            if !missing.is_empty() {
-                break missing;
-            }
-            looks.rows.extend(self.folder.rows_of(blocks, &self.set_trials)?);
-            looks.last = looks.next;
-            let rows = BySet::new(&looks.rows, sets);
-            let open = looks.gates.open(&rows);
-            let is_over = open.is_empty() || looks.last == campaign.trials;
-            let mut stopping = Vec::new();
-            for (set, trials) in self.set_trials.iter_mut().enumerate().filter(|(_, trials)| **trials > looks.last) {
-                if is_over || open.iter().all(|open| !open.sets.contains(&set)) {
-                    *trials = looks.last;
-                    stopping.extend((!is_over).then_some(sets[set].as_str()));
-                }
-            }
-            on_look(&Look { rows: &rows, open: &open, stopping, all_episodes: self.all_episodes() });
-            if is_over {
-                break Vec::new();
-            }
-            looks.next = looks.planned.after(looks.last).min(campaign.trials);
-        };
+        looks.go_on(&|look| on_look(look, self.all_episodes_with(look.set_trials)))?;
+        let missing = looks.lacking(|block| takes(self.shard, block));
         self.looks = Some(looks);
         Ok(missing)
     }
@@ -382,9 +325,8 @@ impl Work<'_> {
         self.claim = Some(Claim::of(self.folder, company, || self.plan.identify(self.folder))?);
         if !self.is_done() {
             self.folder.remove_result()?;
-            let is_there = |block: &u64| !self.folder.lacks(*block, &self.set_trials).contains(&true);
-            let there = (0..self.folder.blocks()).filter(is_there);
-            let rows = there.filter_map(|block| self.folder.rows_of(block..block + 1, &self.set_trials).ok());
+            let there = (0..self.folder.blocks()).filter(|&block| !self.lacks(block));
+            let rows = there.filter_map(|block| self.folder.rows_of(block..block + 1, self.set_trials()).ok());
             rows.for_each(|rows| (watch.on_part)(&rows));
         }
         // Taken out, because the opening, which serves at every look, borrows them.
@@ -395,7 +337,10 @@ impl Work<'_> {
             self.pool.install(|| self.run_blocks(&designs, opening.as_ref(), watch))?;
             self.missing = self.look_on(watch.on_look)?;
         }
-        if self.plan.until_resolved() { self.folder.stop_at(&self.set_trials) } else { Ok(()) }
+        match &self.looks {
+            Some(looks) if looks.is_over => self.folder.stop_at(&looks.set_trials),
+            _ => Ok(()),
+        }
     }
 
     /// Units are trials, handed out in order one by one: cores stay busy to the end, and an interruption loses only the
@@ -403,7 +348,8 @@ impl Work<'_> {
     fn run_blocks(&self, designs: &[Design], opening: Option<&Episodes>, watch: &Watch) -> Result<()> {
         // A block is made when its first trial is due, and gone when its last one is written: memory does not grow with
         // the campaign.
-        let blocks = self.missing.iter().map(|&block| Arc::new(Block::new(self.folder, block, &self.set_trials)));
+        let due = self.missing.iter().take_while(|_| !self.is_decided());
+        let blocks = due.map(|&block| Arc::new(Block::new(self.folder, block, self.set_trials())));
         let jobs = blocks.flat_map(|block| block.trials.clone().map(move |trial| (Arc::clone(&block), trial)));
         jobs.par_bridge().try_for_each(|(block, trial)| {
             if watch.stop.load(Ordering::Relaxed) {
@@ -424,6 +370,11 @@ impl Work<'_> {
 pub(crate) fn pool(threads: usize) -> Result<ThreadPool> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map_err(|e| Error::Numeric { what: "threads".into(), problem: e.to_string() })
+}
+
+/// Whether a block is for this shard, or for a run without shards.
+fn takes(shard: Option<Shard>, block: u64) -> bool {
+    shard.is_none_or(|shard| shard.takes(block))
 }
 
 /// Fails if the name of a gain set cannot be the name of a file, or if two sets have the same name.
@@ -523,6 +474,7 @@ mod tests {
     use crate::campaign::Overrides;
     use crate::campaign::store::row::tests::row;
     use crate::campaign::verdict::summary::Summary;
+    use crate::stats::looks::Looks;
     use std::sync::atomic::AtomicUsize;
 
     /// 30 trials of 0.4 s, with these values set.
@@ -545,7 +497,7 @@ mod tests {
             }
         };
         let mut work = plan.work(folder, RunOptions { threads: 1, shard: None }, None)?;
-        work.run(&Watch { stop: &stop, on_episode: &on_episode, on_part: &|_| {}, on_look: &|_| {} })?;
+        work.run(&Watch { stop: &stop, on_episode: &on_episode, on_part: &|_| {}, on_look: &|_, _| {} })?;
         Ok(count.into_inner())
     }
 
@@ -616,7 +568,7 @@ mod tests {
                 (first..end).flat_map(of).collect::<Vec<_>>()
             };
             work.missing.iter().for_each(|&block| folder.part(block).write(&rows(block)).unwrap());
-            work.missing = work.look_on(&|_| {}).unwrap();
+            work.missing = work.look_on(&|_, _| {}).unwrap();
         }
         assert_eq!(looks, [25, 50, 75, 100, 125, 150]);
         let found = Folder::existing(&path).unwrap();
@@ -636,7 +588,7 @@ mod tests {
         let (folder, mut made) = (work.folder, 0);
         while !work.is_done() {
             for &index in &work.missing {
-                let block = Block::new(folder, index, &work.set_trials);
+                let block = Block::new(folder, index, work.set_trials());
                 let rows = block.trials.clone().filter_map(|trial| {
                     let of = |&set: &usize| {
                         let outcome = if has_recovered(trial, set) { Outcome::Recovered } else { Outcome::Fell };
@@ -647,9 +599,9 @@ mod tests {
                 });
                 folder.part(index).write(&rows.last().unwrap()).unwrap();
             }
-            work.missing = work.look_on(&|_| {}).unwrap();
+            work.missing = work.look_on(&|_, _| {}).unwrap();
         }
-        folder.stop_at(&work.set_trials).unwrap();
+        folder.stop_at(work.set_trials()).unwrap();
         made
     }
 
@@ -706,7 +658,7 @@ mod tests {
         let mut work = plan.work(&folder, RunOptions { threads: 1, shard: None }, None).unwrap();
         assert_eq!((work.episodes(), work.all_episodes()), (20, 30));
         let stop = AtomicBool::new(false);
-        work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &on_part, on_look: &|_| {} }).unwrap();
+        work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &on_part, on_look: &|_, _| {} }).unwrap();
         assert_eq!((work.episodes(), work.all_episodes()), (0, 30));
         let seen = seen.into_inner().unwrap();
         assert_eq!(seen[..2].concat(), (0..10).collect::<Vec<_>>());

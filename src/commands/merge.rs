@@ -4,6 +4,7 @@ use super::arguments::{GateArgs, ReplaysArgs};
 use super::interrupt::stop_on_ctrl_c;
 use super::result::{Printing, conclude, exit_code, gates_of};
 use crate::campaign::Folder;
+use crate::campaign::looking::Looking;
 use crate::campaign::store::claim::{Claim, Company};
 use crate::error::Result;
 use std::path::PathBuf;
@@ -27,6 +28,13 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
     let gates = gates_of(&folder, &args.gates)?;
     let _claim = Claim::of(&folder, Company::None, || folder.create())?;
     stop_on_ctrl_c();
+    // Of a campaign that ends when decided, the shards may have left the looks to us.
+    if let (None, Some(mut looks)) = (folder.set_trials(), Looking::at(&folder, &gates)) {
+        looks.go_on(&|_| {})?;
+        if looks.is_over {
+            folder.stop_at(&looks.set_trials)?;
+        }
+    }
     let summary = conclude(&folder, &gates, &args.replays, Some(args.printing))?;
     Ok(exit_code(&[summary]))
 }

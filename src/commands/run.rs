@@ -7,7 +7,8 @@ use super::progress::{Progress, duration};
 use super::result::{Printing, conclude, exit_code, gates_of};
 use super::status::print_status;
 use super::terminal::{note, print, tell};
-use crate::campaign::run::{Look, RunOptions, Watch, Work};
+use crate::campaign::looking::Look;
+use crate::campaign::run::{RunOptions, Watch, Work};
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::verdict::so_far::{SoFar, Tally};
 use crate::campaign::{Campaign, Folder, Overrides, Plan, Shard, TrialRow};
@@ -106,9 +107,9 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     };
     agreement.as_deref().map_or(Ok(()), compare::check_out)?;
     let gates = |folder: &Folder| match args.shard {
-        // A shard has no gates; `merge` judges the whole.
-        Some(_) => Ok(None),
-        None => gates_of(folder, &args.gates).map(Some),
+        // A shard judges nothing, but it may have to know when all is decided; `merge` judges the whole.
+        Some(_) if !folder.manifest.campaign.stopping.until_resolved => Ok(None),
+        _ => gates_of(folder, &args.gates).map(Some),
     };
     let gates = folders.iter().map(gates).collect::<Result<Vec<_>>>()?;
     let options = RunOptions { threads: args.threads, shard: args.shard };
@@ -136,12 +137,12 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
         }
         simulate(&mut work, gates.as_ref(), args.bare && is_new)?;
         match gates {
-            None => print_status(folder, args.printing).map(|_| ())?,
-            Some(gates) => {
+            Some(gates) if args.shard.is_none() => {
                 // Of two engines there is one JSON object for both.
                 let printing = (agreement.is_none() || !args.printing.json).then_some(args.printing);
                 summaries.push(conclude(folder, gates, &args.replays, printing)?);
             }
+            _ => print_status(folder, args.printing).map(|_| ())?,
         }
     }
     if let (Some(out), [in_first, in_second]) = (agreement, &folders[..]) {
@@ -176,9 +177,9 @@ fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool) -> Result<
         }
     };
     let on_episode = || progress.iter().for_each(|progress| progress.episode_and(|| progress.show(&so_far())));
-    let on_look = |look: &Look| {
+    let on_look = |look: &Look, all_episodes: u64| {
         let Some(progress) = &progress else { return };
-        progress.set_total(look.all_episodes);
+        progress.set_total(all_episodes);
         // A terminal shows at any time what is open, so it needs a line only when something ends.
         if look.open.is_empty() || !look.stopping.is_empty() || !progress.is_on_terminal() {
             note(&told(look, gates));
@@ -254,7 +255,8 @@ impl RunArgs {
             return Err(Error::option("--shard", format!("{index}/{count}"), problem, accepted));
         }
         let GateArgs { gate, unresolved, baseline } = &self.gates;
-        if self.shard.is_some() && !(gate.is_empty() && unresolved.is_none() && baseline.is_none()) {
+        let is_fixed = !campaign.stopping.until_resolved;
+        if is_fixed && self.shard.is_some() && !(gate.is_empty() && unresolved.is_none() && baseline.is_none()) {
             let (options, problem) =
                 ("--gate, --unresolved, --baseline", "a shard has too few of the trials for a gate");
             return Err(Error::option(options, "given", problem, "these options of `merge`"));

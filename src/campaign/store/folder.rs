@@ -119,6 +119,11 @@ impl Folder {
         }
     }
 
+    /// Whether the campaign was decided and has ended.
+    pub fn has_stopped(&self) -> bool {
+        self.stopped().is_some()
+    }
+
     fn stopped(&self) -> Option<Stopped> {
         let Manifest { campaign, sets, .. } = &self.manifest;
         let stopped = || -> Option<Stopped> { serde_json::from_slice(&fs::read(self.stopped_path()).ok()?).ok() };
