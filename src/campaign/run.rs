@@ -232,11 +232,15 @@ impl Plan {
         let Manifest { campaign, sets: names, .. } = &self.manifest;
         let (pushes, variation) = (trial::pushes(campaign, trial), trial::variation(campaign, trial));
         let run = |sets: &[usize]| caught(|| self.records(designs, opening, trial::disturbance(campaign, trial), sets));
+        let no_step_n_s = self.no_step.impulse_n_s(pushes[0].heading_deg);
+        let hardness = pushes[0].impulse_n_s / no_step_n_s.unwrap_or(1.0);
         // A panic is the outcome of the gain set that caused it. The others are run again, each alone.
         let failed = |panic| Record { outcome: Outcome::Diverged, fall_cause: Some(panic), ..Record::default() };
         let alone = |set: &usize| run(&[*set]).map_or_else(failed, |mut records| records.remove(0));
-        let records = run(sets).unwrap_or_else(|_| sets.iter().map(alone).collect());
-        let no_step_n_s = self.no_step.impulse_n_s(pushes[0].heading_deg);
+        let records = match campaign.synthetic {
+            true => sets.iter().map(|&set| trial::synthetic(campaign, trial, set, hardness)).collect(),
+            false => run(sets).unwrap_or_else(|_| sets.iter().map(alone).collect()),
+        };
         let row =
             |(&set, record): (&usize, _)| TrialRow::new(trial, &names[set], &pushes, no_step_n_s, &variation, record);
         sets.iter().zip(records).map(row).collect()

@@ -70,6 +70,9 @@ pub struct RunArgs {
     /// Number of threads, or 0 for one on each core; the result does not depend on it
     #[arg(long, value_name = "T", default_value_t = 0)]
     pub threads: usize,
+    /// Make outcomes up instead of simulating them, to try very large campaigns
+    #[arg(long, hide = true)]
+    pub synthetic: bool,
     /// Run only part K of N (1/N to N/N) of the trials; `merge` joins the parts
     #[arg(long, value_name = "K/N")]
     pub shard: Option<Shard>,
@@ -218,6 +221,7 @@ impl RunArgs {
             unresolved: self.gates.unresolved,
             until_resolved: self.until_resolved,
             margin: self.margin,
+            synthetic: self.synthetic,
             ..self.change.overrides()
         }
     }

@@ -41,6 +41,9 @@ pub struct Campaign {
     #[serde(default = "units_of_default_robot")]
     pub units: Units,
     pub episode: EpisodeConfig,
+    /// Nothing is simulated: outcomes are made up from what is drawn, to try what surrounds the simulation at any size.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub synthetic: bool,
     pub push: PushSpec,
     #[serde(default)]
     pub sensors: SensorSpec,
@@ -105,6 +108,8 @@ pub struct Overrides {
     pub vary: Vec<String>,
     pub robot: Option<String>,
     pub engine: Option<Engine>,
+    /// See [`Campaign::synthetic`].
+    pub synthetic: bool,
     /// Gates in addition to the campaign's own.
     pub gates: Vec<String>,
     /// What an unresolved gate counts as.
@@ -176,6 +181,7 @@ impl Campaign {
             campaign.robot.clone_from(robot);
         }
         campaign.episode.engine = overrides.engine.unwrap_or(campaign.episode.engine);
+        campaign.synthetic |= overrides.synthetic;
         campaign.gates.add(&overrides.gates, overrides.unresolved);
         campaign.stopping.until_resolved |= overrides.until_resolved;
         campaign.stopping.margin = overrides.margin.unwrap_or(campaign.stopping.margin);
@@ -212,6 +218,7 @@ impl Campaign {
             seed: 0,
             units: *units,
             episode: EpisodeConfig::of(units),
+            synthetic: false,
             push: PushSpec::usual(units),
             sensors: SensorSpec::default(),
             second_push: SecondPushSpec::none(units),

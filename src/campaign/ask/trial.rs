@@ -8,7 +8,7 @@ use crate::campaign::ask::distribution::Distribution;
 use crate::campaign::ask::push::SecondPushSpec;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::variations;
-use crate::episode::Disturbance;
+use crate::episode::{Disturbance, Outcome, Record};
 use crate::sim::{
     Push, Variation,
     sensors::{NormalStream, SensorErrors},
@@ -142,6 +142,23 @@ pub fn disturbance(campaign: &Campaign, trial: u64) -> Disturbance {
         pushes: pushes(campaign, trial),
         sensor_errors: sensor_errors(campaign, trial),
         variation: variation(campaign, trial),
+    }
+}
+
+/// The record that a synthetic trial has with gain set number `set`, which is the better the higher its number. It costs
+/// nothing. `hardness` is the first push as a multiple of what standing takes.
+pub fn synthetic(campaign: &Campaign, trial: u64, set: usize, hardness: f64) -> Record {
+    let [luck, ..] = replica(campaign.seed, trial);
+    let recovers = hardness * (1.0 + 0.3 * luck) < 1.0 + 0.05 * set as f64;
+    let end_s = campaign.episode.horizon_s;
+    let pushed_s = push(campaign, trial).end_s();
+    Record {
+        outcome: if recovers { Outcome::Recovered } else { Outcome::Fell },
+        end_s,
+        settled_at_s: recovers.then_some(pushed_s + 0.1 * hardness),
+        fell_at_s: (!recovers).then_some(pushed_s + 0.5),
+        fall_cause: (!recovers).then(|| "made up".into()),
+        ..Record::default()
     }
 }
 

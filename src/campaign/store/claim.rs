@@ -47,6 +47,7 @@ impl Claim {
             match lock.try_lock() {
                 Ok(()) => {
                     ours()?;
+                    folder.remove_unfinished()?;
                     begin()?;
                     if company == Company::None {
                         return Ok(Self { _lock: Some(lock) });

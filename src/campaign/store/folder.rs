@@ -260,6 +260,17 @@ impl Folder {
         if self.manifest.campaign.gates.ask_for_baseline(&self.manifest.sets) { " --baseline DIR" } else { "" }
     }
 
+    /// Removes what writers have left that died while they wrote. Nobody may be at work in the folder.
+    pub fn remove_unfinished(&self) -> Result<()> {
+        for folder in ["", "parts", "inputs", "inputs/gains", REPLAYS] {
+            let Ok(entries) = fs::read_dir(self.path.join(folder)) else { continue };
+            for entry in entries.flatten().filter(|entry| is_temporary(&entry.file_name())) {
+                remove(&entry.path())?;
+            }
+        }
+        Ok(())
+    }
+
     /// Removes the files that were made from the parts, before the parts change.
     pub fn remove_result(&self) -> Result<()> {
         remove(&self.stopped_path())?;

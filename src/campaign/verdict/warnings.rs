@@ -19,6 +19,9 @@ const MOVING: f64 = 0.02;
 /// The warnings in words, the gravest first. There are none for a sound design.
 pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair]) -> Vec<String> {
     let mut found = Vec::new();
+    if campaign.synthetic {
+        found.push("Nothing was simulated: the outcomes are made up (--synthetic).".into());
+    }
     let alike = |i: u64| {
         let (pushes, variation) = (trial::pushes(campaign, i), trial::variation(campaign, i));
         pushes == trial::pushes(campaign, 0) && variation == trial::variation(campaign, 0)

@@ -1,0 +1,187 @@
+//! What goes wrong on one machine, and what becomes of a result: each row of the guide's table of faults is done here.
+//! Whatever happens, the result is in the end, byte for byte, that of a run that nothing disturbed.
+//!
+//! `cargo test --release --test faults -- --nocapture` prints the table.
+
+mod common;
+
+use common::program::{PROGRAM, Run, files, folder, standfast, stderr};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+/// A campaign of a second or two, with an input of its own.
+const RUN: [&str; 11] = [
+    "run",
+    "smoke",
+    "--gains=hold",
+    "--gains=mine.toml",
+    "--trials=60",
+    "--threads=1",
+    "--set=episode.horizon_s=0.5",
+    "--set=episode.judge.standing_time_s=0.1",
+    "--set=push.start_s=0.05",
+    "--replays=1",
+    "--out=out",
+];
+const MINE: &str = "name = 'mine'\nstanding = 'posture'\nzmp_margin = 0.1\n";
+
+type Files = BTreeMap<String, Vec<u8>>;
+
+/// A folder in which the campaign can run, and the result of a run that nothing disturbs.
+fn begin() -> tempfile::TempDir {
+    let dir = folder();
+    fs::write(dir.path().join("mine.toml"), MINE).unwrap();
+    dir
+}
+
+fn run(dir: &Path) -> Run {
+    standfast(dir, &RUN)
+}
+
+fn out(dir: &Path) -> Files {
+    files(&dir.join("out"))
+}
+
+/// Starts the campaign, with further arguments, and waits until it has written some parts.
+fn started(dir: &Path, more: &[&str]) -> Child {
+    let child = Command::new(PROGRAM).current_dir(dir).args(RUN).args(more).stderr(Stdio::null()).spawn().unwrap();
+    let marker = dir.join("out/parts/part-000002.json");
+    while !marker.exists() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child
+}
+
+/// Runs the campaign with at most so many blocks of 1024 bytes in a file, as on a full disk.
+fn run_with_files_up_to(dir: &Path, blocks: u32) -> Run {
+    let command = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
+    Run::of(Command::new("bash").current_dir(dir).args(["-c", &command, PROGRAM]).args(RUN))
+}
+
+fn change(path: &Path, change: impl FnOnce(&mut Value)) {
+    let mut value: Value = serde_json::from_slice(&fs::read(path).unwrap()).unwrap();
+    change(&mut value);
+    fs::write(path, value.to_string()).unwrap();
+}
+
+/// What was done to the campaign in a folder that is new or, after `begin`, begun. Returns what happened. After that the
+/// same command has to end with the whole result.
+type Fault = (&'static str, fn(&Path) -> &'static str);
+
+const FAULTS: [Fault; 11] = [
+    ("killed (SIGKILL) in the middle", |dir| {
+        let mut child = started(dir, &[]);
+        child.kill().unwrap();
+        child.wait().unwrap();
+        fs::write(dir.join("out/parts/.tmp-half"), "1,hold").unwrap();
+        standfast(dir, &["merge", "out"]).code(3);
+        "finished parts are kept; the same command goes on from there"
+    }),
+    ("the same campaign again while it runs", |dir| {
+        let mut child = started(dir, &[]);
+        let said = stderr(&run(dir).code(75));
+        assert!(said.contains("another command is at work"), "{said}");
+        assert!(child.wait().unwrap().success());
+        "the second is refused, exit code 75; the first ends as if alone"
+    }),
+    ("another campaign with the same `--out` while it runs", |dir| {
+        let mut child = started(dir, &[]);
+        let said = stderr(&standfast(dir, &[&RUN[..], &["--seed=5"]].concat()).code(3));
+        assert!(said.contains("another campaign"), "{said}");
+        assert!(child.wait().unwrap().success());
+        "the second is refused, exit code 3; the first ends as if alone"
+    }),
+    ("two different campaigns begun at once with one `--out`", |dir| {
+        let other = Command::new(PROGRAM).current_dir(dir).args(RUN).arg("--seed=5").stderr(Stdio::null()).spawn();
+        let mut first = Command::new(PROGRAM).current_dir(dir).args(RUN).stderr(Stdio::null()).spawn().unwrap();
+        let ended = [other.unwrap().wait().unwrap().success(), first.wait().unwrap().success()];
+        assert!(ended[0] != ended[1], "one of them must be refused: {ended:?}");
+        if ended[0] {
+            fs::remove_dir_all(dir.join("out")).unwrap();
+        }
+        "one has the folder, the other is refused"
+    }),
+    ("no space for the first file", |dir| {
+        let said = stderr(&run_with_files_up_to(dir, 0).code(1));
+        assert!(said.contains("cannot write"), "{said}");
+        "an error that names the file, exit code 1; the same command begins anew"
+    }),
+    ("no space in the middle", |dir| {
+        run_with_files_up_to(dir, 8).code(1);
+        assert!(dir.join("out/parts/part-000011.json").exists() && !dir.join("out/report.html").exists());
+        "an error, exit code 1; finished parts are kept, and no half of a file is left"
+    }),
+    ("a byte of a part changed", |dir| {
+        run(dir).success();
+        let part = dir.join("out/parts/part-000003.csv");
+        let mut bytes = fs::read(&part).unwrap();
+        bytes[200] ^= 1;
+        fs::write(&part, bytes).unwrap();
+        standfast(dir, &["merge", "out"]).code(3);
+        "`merge` refuses, exit code 3, and names the trials; they are run again"
+    }),
+    ("the seed changed in `parts/campaign.json`", |dir| {
+        run(dir).success();
+        let manifest = dir.join("out/parts/campaign.json");
+        let before = fs::read(&manifest).unwrap();
+        change(&manifest, |value| value["campaign"]["seed"] = 5.into());
+        for command in ["merge", "status"] {
+            let said = stderr(&standfast(dir, &[command, "out"]).code(3));
+            assert!(said.contains("not as standfast wrote it"), "{said}");
+        }
+        standfast(dir, &["replay", "out", "--trial=0"]).code(3);
+        fs::write(&manifest, before).unwrap();
+        "every command refuses the folder, exit code 3, until it is restored"
+    }),
+    ("an input changed in the folder", |dir| {
+        run(dir).success();
+        let input = dir.join("out/inputs/gains/mine.toml");
+        fs::write(&input, MINE.replace("0.1", "0.2")).unwrap();
+        let said = stderr(&standfast(dir, &["merge", "out"]).code(3));
+        assert!(said.contains("mine.toml"), "{said}");
+        fs::write(&input, MINE).unwrap();
+        "every command refuses the folder, exit code 3, until it is restored"
+    }),
+    ("the manifest lost", |dir| {
+        run(dir).success();
+        fs::remove_file(dir.join("out/parts/campaign.json")).unwrap();
+        let said = stderr(&standfast(dir, &["merge", "out"]).code(3));
+        assert!(said.contains("standfast run out/campaign.toml --out out"), "{said}");
+        "the parts say whose they are: the command that began it writes it again, and nothing is run again"
+    }),
+    ("the folder removed while it runs", |dir| {
+        let mut child = started(dir, &[]);
+        fs::rename(dir.join("out"), dir.join("moved")).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(3));
+        fs::remove_dir_all(dir.join("out")).ok();
+        fs::rename(dir.join("moved"), dir.join("out")).unwrap();
+        "exit code 3: nothing is written where no manifest is; moved back, the same command goes on"
+    }),
+];
+
+#[test]
+fn nothing_is_lost() {
+    let whole = {
+        let dir = begin();
+        run(dir.path()).success();
+        out(dir.path())
+    };
+    let guide = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/src/guide/clusters.md")).unwrap_or_default();
+    let mut missing = Vec::new();
+    for (done, fault) in FAULTS {
+        let dir = begin();
+        let happened = fault(dir.path());
+        run(dir.path()).success();
+        let (found, wanted) = (out(dir.path()), &whole);
+        let differ: Vec<&String> = wanted.keys().filter(|name| found.get(*name) != wanted.get(*name)).collect();
+        assert!(differ.is_empty() && found.len() == wanted.len(), "{done}: {differ:?} of {:?}", found.keys());
+        let row = format!("| {done} | {happened} |");
+        println!("{row}");
+        missing.extend((!guide.contains(&row)).then_some(row));
+    }
+    assert!(missing.is_empty(), "not in the guide's table of faults:\n{}", missing.join("\n"));
+}
