@@ -47,6 +47,41 @@ fn what_another_build_has_made_is_kept_but_said() {
     assert!(said());
 }
 
+/// The shards share a folder, or `merge` gets the parts of both from elsewhere and takes all looks.
+#[test]
+fn shards_of_a_campaign_that_ends_when_decided_end_as_one_machine_does() {
+    let dir = folder();
+    let run = |more: &[&'static str]| {
+        let args = SHORT.iter().copied().filter(|arg| *arg != "--out=out");
+        let decided = ["--until-resolved", "--max-trials=200", "--gate=hold >= 0.5", "--replays=1"];
+        standfast(dir.path(), &args.chain(decided).chain(more.iter().copied()).collect::<Vec<_>>())
+    };
+    let read = |out: &str| {
+        ["trials.parquet", "summary.json", "report.html"].map(|n| fs::read(dir.path().join(out).join(n)).unwrap())
+    };
+    let parts = |out: &str| fs::read_dir(dir.path().join(out).join("parts")).unwrap().count();
+    run(&["--out=whole"]).code(100);
+    assert!(summary(&dir.path().join("whole"))["trials"].as_u64().unwrap() < 100);
+    // The first cannot know what the other will find, and runs all its trials; the other ends with the decision.
+    run(&["--out=out", "--shard=2/2"]).success();
+    let of_one = parts("out");
+    run(&["--out=out", "--shard=1/2"]).success();
+    assert!(parts("out") - of_one < of_one / 2, "{} of {of_one}", parts("out"));
+    standfast(dir.path(), &["status", "out"]).success();
+    standfast(dir.path(), &["merge", "out", "--replays=1"]).code(100);
+    assert!(read("out") == read("whole"));
+    for (out, shard) in [("a", "--shard=1/2"), ("b", "--shard=2/2")] {
+        let out = format!("--out={out}").leak();
+        run(&[out, shard]).success();
+    }
+    standfast(dir.path(), &["merge", "a"]).code(3);
+    for part in fs::read_dir(dir.path().join("b/parts")).unwrap().map(Result::unwrap) {
+        fs::copy(part.path(), dir.path().join("a/parts").join(part.file_name())).unwrap();
+    }
+    standfast(dir.path(), &["merge", "a", "--replays=1"]).code(100);
+    assert!(read("a") == read("whole"));
+}
+
 #[test]
 fn while_trials_are_run_there_is_no_result_of_an_earlier_look() {
     let dir = folder();

@@ -131,7 +131,6 @@ fn a_command_that_is_wrong_inside_is_not_good() {
         ("standfast run --gate 'best >= 0.8'", "no gain set is named `best`"),
         ("standfast run --gains hold --until-resolved", "nothing to decide"),
         ("standfast run --vary paper:stepping.beta=2", "stepping.beta"),
-        ("standfast run --until-resolved --shard 1/4", "a shard cannot know when the whole campaign is decided"),
         ("standfast run missing.toml", "missing.toml: cannot read"),
         ("standfast push --impulse 2 --gains best", "gain set \"best\" not found"),
         ("standfast push --impulse 2 --trace push.txt", "--trace = push.txt: unknown kind"),

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::program::{FEW, SEVERAL_PARTS, files, folder, short, standfast, stderr, stdout};
+use common::program::{FEW, SEVERAL_PARTS, files, folder, forge, short, standfast, stderr, stdout};
 use std::{collections::BTreeMap, fs, path::Path};
 
 /// The columns of a trial that `push` reports too, as JSON values: outcome, times and peaks.
@@ -221,11 +221,11 @@ fn a_result_has_replays_of_telling_trials() {
     assert!(message.contains("it is in the folder of --frames"), "{message}");
 
     // With another build or other inputs the trial is another one, and the program tells so.
-    let gains = out.join("campaign.toml");
-    fs::write(&gains, fs::read_to_string(&gains).unwrap().replace("horizon_s = 0.4", "horizon_s = 0.3")).unwrap();
+    forge(&out, |manifest| manifest.campaign.episode.horizon_s = 0.3);
     let warned = stderr(&standfast(dir.path(), &["replay", "out", "--trial", &lost, "--gains=hold"]).success());
     assert!(warned.contains(&format!("trial {lost} of hold is not as it was: ")), "{warned}");
     assert!(page(&lost, "hold").contains("is not as it was"), "the page does not say so");
+    forge(&out, |manifest| manifest.campaign.episode.horizon_s = 0.4);
 
     // The trials are computed again, so other ones may be telling.
     fs::remove_file(out.join("parts/part-000001.json")).unwrap();

@@ -60,14 +60,14 @@ pub fn folder() -> TempDir {
     tempfile::tempdir().unwrap()
 }
 
-/// Every file under a folder, by its path.
+/// Every file under a folder, by its path, but for the lock, which is empty.
 pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
         let name = entry.file_name().into_string().unwrap();
         if entry.path().is_dir() {
             found.extend(files(&entry.path()).into_iter().map(|(k, v)| (format!("{name}/{k}"), v)));
-        } else {
+        } else if name != ".lock" {
             found.insert(name, fs::read(entry.path()).unwrap());
         }
     }
