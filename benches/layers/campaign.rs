@@ -71,6 +71,6 @@ fn run(plan: &Plan, threads: usize) -> Duration {
     let mut work = plan.work(&folder, RunOptions { threads, shard: None }, None).expect("a design");
     let stop = AtomicBool::new(false);
     let start = Instant::now();
-    work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &|_| {}, on_look: &|_| {} }).expect("to finish");
+    work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &|_| {}, on_look: &|_, _| {} }).expect("to finish");
     start.elapsed()
 }
