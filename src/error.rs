@@ -1,5 +1,6 @@
 //! The error type. Every error that a user can cause names the file, the field, the value and what is accepted.
 
+use std::io::ErrorKind;
 use std::path::PathBuf;
 
 /// What can go wrong outside of a simulation. (A trial that fails numerically has an outcome instead of an error.)
@@ -44,13 +45,15 @@ pub enum Error {
 }
 
 impl Error {
-    /// Exit code of the program: 2 for errors of the caller, 3 for damaged parts, 130 when interrupted, else 1.
+    /// Exit code of the program: 2 for errors of the caller, 3 for damaged parts, 75 for what passes, so that the same
+    /// command is to be tried again, 130 when interrupted, else 1.
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Read { .. } | Error::Syntax { .. } | Error::Value { .. } | Error::Unknown { .. } => 2,
             Error::NoWindow { .. } | Error::Several(_) => 2,
             Error::Parts { .. } => 3,
-            Error::Busy(_) => 75,
+            Error::Busy(_) => TRY_AGAIN,
+            Error::Write { source, .. } if is_full(source) => TRY_AGAIN,
             Error::Interrupted => 130,
             Error::Write { .. } | Error::Numeric { .. } | Error::LostWindow { .. } => 1,
         }
@@ -97,6 +100,14 @@ impl Error {
             None => Ok(()),
         }
     }
+}
+
+/// Exit code of what is to be run again as it is (EX_TEMPFAIL of `sysexits.h`).
+pub const TRY_AGAIN: u8 = 75;
+
+/// Whether there is no room on the disk: there may be some later.
+fn is_full(error: &std::io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded)
 }
 
 /// Most problems of an input that are told one by one.

@@ -13,6 +13,6 @@ fn main() -> ExitCode {
         if !matches!(error, Error::Interrupted) {
             note(&format!("error: {error}"));
         }
-        ExitCode::from(error.exit_code())
+        ExitCode::from(commands::exit_code(&error))
     })
 }

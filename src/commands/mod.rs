@@ -25,6 +25,7 @@ mod status;
 mod terminal;
 mod view;
 
+pub use interrupt::exit_code;
 pub use terminal::note;
 
 use crate::error::Result;
@@ -44,7 +45,8 @@ switching control and quick stepping with maximal CPI sets (constraint
 positively invariant sets).
 
 Exit codes: 0 done, 1 error, 2 wrong input, 3 a result that is missing,
-incomplete or does not belong here, 100 a gate failed, 130 interrupted"
+incomplete or does not belong here, 75 try again (terminated, disk full, folder
+in use), 100 a gate failed, 130 interrupted"
 )]
 struct Cli {
     #[command(subcommand)]
