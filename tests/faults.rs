@@ -72,7 +72,7 @@ fn change(path: &Path, change: impl FnOnce(&mut Value)) {
 /// same command has to end with the whole result.
 type Fault = (&'static str, fn(&Path) -> &'static str);
 
-const FAULTS: [Fault; 11] = [
+const FAULTS: [Fault; 12] = [
     ("killed (SIGKILL) in the middle", |dir| {
         let mut child = started(dir, &[]);
         child.kill().unwrap();
@@ -80,6 +80,12 @@ const FAULTS: [Fault; 11] = [
         fs::write(dir.join("out/parts/.tmp-half"), "1,hold").unwrap();
         standfast(dir, &["merge", "out"]).code(3);
         "finished parts are kept; the same command goes on from there"
+    }),
+    ("terminated (SIGTERM) in the middle", |dir| {
+        let mut child = started(dir, &[]);
+        Command::new("kill").arg(child.id().to_string()).status().unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(75));
+        "finished parts are kept, exit code 75; the same command goes on from there"
     }),
     ("the same campaign again while it runs", |dir| {
         let mut child = started(dir, &[]);
@@ -170,7 +176,7 @@ fn nothing_is_lost() {
         run(dir.path()).success();
         out(dir.path())
     };
-    let guide = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/src/guide/clusters.md")).unwrap_or_default();
+    let guide = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/src/guide/clusters.md")).unwrap();
     let mut missing = Vec::new();
     for (done, fault) in FAULTS {
         let dir = begin();

@@ -10,9 +10,9 @@ use tempfile::TempDir;
 
 /// Commands that can check everything without running. For the others only the options are checked.
 const CHECKED: [&str; 4] = ["run", "push", "limit", "scenario"];
-const COMMANDS: [&str; 13] = [
+const COMMANDS: [&str; 15] = [
     "run", "merge", "compare", "status", "push", "replay", "limit", "scenario", "paper", "cpi", "response", "model",
-    "view",
+    "view", "slurm", "init",
 ];
 
 fn root() -> PathBuf {
@@ -95,8 +95,13 @@ fn put_baseline(words: &[String], folder: &Path) {
 
 /// Why a command is not valid; None if it is.
 fn wrong(command: &str, folder: &Path) -> Option<String> {
-    // Read as a shell does. The command ends at a comment or, in a help text, at two spaces.
-    let end = [command.find(" #"), command.find("  ")].into_iter().flatten().min().unwrap_or(command.len());
+    // Read as a shell does. The command ends at a comment or where its output goes or, in a help text, at two spaces.
+    let command = &command.replace("${{ matrix.k }}", "1");
+    let end = [command.find(" #"), command.find(" > "), command.find("  ")]
+        .into_iter()
+        .flatten()
+        .min()
+        .unwrap_or(command.len());
     let words = shlex::split(&command[..end]).unwrap_or_else(|| panic!("{command}"));
     let checked = words.get(1).is_some_and(|name| CHECKED.contains(&name.as_str()));
     // Arguments are parsed before help is printed, so an unknown one or an invalid value is an error.

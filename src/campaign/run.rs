@@ -27,6 +27,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
 
 /// A campaign whose inputs are read and checked. The controllers are designed later.
 pub struct Plan {
@@ -225,6 +226,16 @@ impl Plan {
         let simulated = disturbance.variation.robot(&self.robot);
         let designs = sets.iter().map(|&set| &designs[set]);
         Episodes::new(&self.robot, &simulated, designs, &self.manifest.campaign.episode, disturbance).finish()
+    }
+
+    /// How long a trial takes with all gain sets, on one core of this machine (s).
+    pub fn seconds_a_trial(&self) -> Result<f64> {
+        const SAMPLE: u64 = 8;
+        let (designs, all): (_, Vec<usize>) = (self.designs()?, (0..self.manifest.sets.len()).collect());
+        let trials = SAMPLE.min(self.manifest.campaign.trials);
+        let start = Instant::now();
+        (0..trials).for_each(|trial| _ = self.rows(&designs, None, trial, &all));
+        Ok(start.elapsed().as_secs_f64() / trials as f64)
     }
 
     /// The rows of a trial with some gain sets, given by their numbers in ascending order.

@@ -21,6 +21,7 @@ mod response;
 mod result;
 mod run;
 mod scenario;
+mod slurm;
 mod status;
 mod terminal;
 mod view;
@@ -59,6 +60,8 @@ enum Chosen {
     Run(run::RunArgs),
     /// Join the parts of a campaign that was run in shards
     Merge(merge::MergeArgs),
+    /// Run a campaign as a job array on a Slurm cluster
+    Slurm(slurm::SlurmArgs),
     /// Compare two finished campaigns of the same pushes, trial by trial
     Compare(compare::CompareArgs),
     /// Say which trials are missing (exit code 3 if any are)
@@ -93,6 +96,7 @@ pub fn run() -> Result<ExitCode> {
     match Cli::parse().command.unwrap_or_else(|| Chosen::Run(run::RunArgs::standard())) {
         Chosen::Run(args) => run::run(&args),
         Chosen::Merge(args) => merge::run(&args),
+        Chosen::Slurm(args) => slurm::run(&args),
         Chosen::Compare(args) => compare::run(&args),
         Chosen::Status(args) => status::run(&args),
         Chosen::Push(args) => push::run(&args),

@@ -213,6 +213,23 @@ impl RunArgs {
         Self { campaign: "standard".into(), bare: true, ..Self::default() }
     }
 
+    /// The plan that these arguments ask for, in one engine, and the folder for its result. All is checked, and nothing
+    /// is written.
+    pub(super) fn plan(&self) -> Result<(Plan, Folder)> {
+        let engine = match self.change.engines()[..] {
+            [engine] => engine,
+            _ => return Err(Error::option("--engine", "both", "a shard has one engine", "rapier or mujoco")),
+        };
+        let files = Campaign::robot_files(&self.campaign, &self.overrides())?;
+        let overrides = Overrides { engine, ..self.overrides() };
+        let campaign = Campaign::load_for(&files.robot()?, &self.campaign, &overrides)?;
+        self.check_against(&campaign)?;
+        let plan = Plan::with(&campaign, files)?;
+        let folder = self.folder(&plan)?;
+        gates_of(&folder, &self.gates)?;
+        Ok((plan, folder))
+    }
+
     /// The changes of the campaign that these arguments ask for.
     fn overrides(&self) -> Overrides {
         Overrides {

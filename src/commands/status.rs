@@ -8,6 +8,7 @@ use crate::error::Result;
 use crate::render::result::FILES;
 use crate::render::{self, text};
 use serde_json::json;
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -18,12 +19,26 @@ const INCOMPLETE: u8 = 3;
 pub struct StatusArgs {
     /// Result folder of `run`
     pub dir: PathBuf,
+    /// Print only the shards of N that lack parts, as a list for a job array: 3,7-9
+    #[arg(long, requires = "shards")]
+    pub missing: bool,
+    /// Number of shards that --missing counts by
+    #[arg(long, value_name = "N", requires = "missing", value_parser = clap::value_parser!(u64).range(1..))]
+    pub shards: Option<u64>,
+    /// How --missing prints its list
+    #[arg(long, value_name = "FORMAT", requires = "missing", default_value = "slurm", value_parser = ["slurm"])]
+    pub format: String,
     #[command(flatten)]
     pub printing: Printing,
 }
 
 pub fn run(args: &StatusArgs) -> Result<ExitCode> {
     let folder = Folder::existing(&args.dir)?;
+    if let Some(shards) = args.shards {
+        let missing = folder.missing();
+        print(&format!("{}\n", shards_of(&missing, shards)))?;
+        return Ok(if missing.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) });
+    }
     let complete = print_status(&folder, args.printing)?;
     if complete && args.printing.full && !args.printing.json {
         let (summary, _, _) = Summary::read(&folder, &Gates::new(&folder.manifest, None)?)?;
@@ -76,4 +91,29 @@ pub fn print_status(folder: &Folder, printing: Printing) -> Result<bool> {
         )
     })?;
     Ok(complete)
+}
+
+/// The shards of so many that have these blocks, as ranges: `3,7-9`.
+fn shards_of(blocks: &[u64], shards: u64) -> String {
+    let numbers: BTreeSet<u64> = blocks.iter().map(|block| block % shards + 1).collect();
+    let mut ranges: Vec<[u64; 2]> = Vec::new();
+    for number in numbers {
+        match ranges.last_mut() {
+            Some([_, last]) if *last + 1 == number => *last = number,
+            _ => ranges.push([number, number]),
+        }
+    }
+    let text = |[first, last]: &[u64; 2]| if first == last { first.to_string() } else { format!("{first}-{last}") };
+    ranges.iter().map(text).collect::<Vec<_>>().join(",")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_are_told_by_their_shards() {
+        assert_eq!(shards_of(&[0, 2, 10, 12, 13, 14], 10), "1,3-5");
+        assert_eq!(shards_of(&[], 4), "");
+    }
 }

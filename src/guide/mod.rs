@@ -2,14 +2,15 @@
 //!
 //! 1. [`campaigns`]: what a campaign draws, every table of a result, and how sure it is
 //! 2. [`gates`]: a build fails if the robot stands worse
-//! 3. [`limits`]: the hardest push by heading, and what a pendulum allows
-//! 4. [`robots`]: robots that are not as designed, your own robot, and the controller alone as a library
-//! 5. [`gains`]: your own controller settings
-//! 6. [`paper`]: the paper's scenarios, and where this program departs from the paper
-//! 7. [`measured`]: every figure, with its date and the command that measures it
-//! 8. [`engines`]: what depends on the physics engine, and what does not
-//! 9. [`watching`]: replays, pictures and the window
-//! 10. [`commands`]: every command with examples, and the exit codes
+//! 3. [`clusters`]: many machines, and what can go wrong
+//! 4. [`limits`]: the hardest push by heading, and what a pendulum allows
+//! 5. [`robots`]: robots that are not as designed, your own robot, and the controller alone as a library
+//! 6. [`gains`]: your own controller settings
+//! 7. [`paper`]: the paper's scenarios, and where this program departs from the paper
+//! 8. [`measured`]: every figure, with its date and the command that measures it
+//! 9. [`engines`]: what depends on the physics engine, and what does not
+//! 10. [`watching`]: replays, pictures and the window
+//! 11. [`commands`]: every command with examples, and the exit codes
 //!
 //! The chapters are Markdown files beside this one, to be read in the repository or here.
 
@@ -19,6 +20,7 @@
 macro_rules! chapters {
     ($($chapter:ident)*) => { $(
         #[doc = "[README]: ../../../../../README.md"]
+        #[doc = "[clusters]: crate::guide::clusters"]
         #[doc = "[commands]: crate::guide::commands"]
         #[doc = "[engines]: crate::guide::engines"]
         #[doc = "[gains]: crate::guide::gains"]
@@ -49,4 +51,4 @@ macro_rules! chapters {
     )* };
 }
 
-chapters! { campaigns gates limits robots gains paper measured engines watching commands }
+chapters! { campaigns gates clusters limits robots gains paper measured engines watching commands }
