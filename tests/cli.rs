@@ -54,6 +54,31 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         (good, &["response", "--gains", "hold"], &["--gains = hold", "a gain set with gains"]),
         (good, &["response", "--amplitude", "-1"], &["--amplitude = -1", "to 0.05"]),
         (good, &["walk"], &["walk"]),
+        // What would not end, or take all memory.
+        (&good.replace("= 2\n", "= 1e18\n"), &["run", "c.toml"], &["c.toml", "trials", "1e18"]),
+        (good, &["run", "c.toml", "--trials=1000000001"], &["trials = 1000000001", "1 to 1e9"]),
+        (good, &["run", "c.toml", "--threads=100000"], &["100000 is not in 0..=1024", "--threads"]),
+        (good, &["run", "c.toml", "--replays=1001"], &["1001 is not in 0..=1000", "--replays"]),
+        (good, &["limit", "--threads=1025"], &["1025 is not in 0..=1024", "--threads"]),
+        (good, &["limit", "--headings=361"], &["--headings = 361", "1 to 360"]),
+        (
+            good,
+            &["run", "c.toml", "--set", "episode.physics_step_s=1e-9"],
+            &["episode.physics_step_s = 0.000000001", "0.00001 to 0.002"],
+        ),
+        (
+            good,
+            &["run", "c.toml", "--set", "episode.horizon_s=3600", "--set", "episode.physics_step_s=2e-5"],
+            &["episode.physics_step_s = 0.00002", "0.00036 to 0.002"],
+        ),
+        (
+            &format!("{good}[episode]\ncontrol_period_s = 1e-9"),
+            &["run", "c.toml"],
+            &["c.toml: episode.control_period_s = 0.000000001", "0.0001 to 0.1"],
+        ),
+        (good, &["cpi", "fixed:gains.0.x=[300211,1,5]"], &["gains[0].x[0] = 300211", "0.0001 to 500"]),
+        (good, &["cpi", "--omega=1e-300"], &["--omega = 0.0", "0.1 to 1000"]),
+        (good, &["cpi", "--dt=1e-9"], &["--dt = 0.000000001", "0.0003553 to 0.1776"]),
     ];
     for (text, args, expected) in cases {
         let dir = folder();

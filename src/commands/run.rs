@@ -1,6 +1,6 @@
 //! `standfast run`: a campaign, from its file to its verdict.
 
-use super::arguments::{ChangeArgs, CheckArgs, EngineChoice, GateArgs, ReplaysArgs, fine};
+use super::arguments::{ChangeArgs, CheckArgs, EngineChoice, GateArgs, MOST_THREADS, ReplaysArgs, fine, up_to};
 use super::compare::{self, TracesArgs};
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::{Progress, duration};
@@ -67,7 +67,7 @@ pub struct RunArgs {
     #[command(flatten)]
     pub gates: GateArgs,
     /// Number of threads, or 0 for one on each core; the result does not depend on it
-    #[arg(long, value_name = "T", default_value_t = 0)]
+    #[arg(long, value_name = "T", default_value_t = 0, value_parser = up_to(MOST_THREADS))]
     pub threads: usize,
     /// Run only part K of N (1/N to N/N) of the trials; `merge` joins the parts
     #[arg(long, value_name = "K/N")]
