@@ -287,8 +287,8 @@ fn say_what_is_there(folder: &Folder, work: &Work) -> bool {
 /// Tells a user who called the program without any argument what it is about to do, how to stop it, and what is
 /// quicker.
 fn announce(campaign: &Campaign, work: &Work) {
-    let program = std::env::args().next().unwrap_or("standfast".into());
-    let (program, sets, name) = (shell_word(&program), campaign.gains.len(), &campaign.name);
+    let program = std::env::args_os().next().unwrap_or("standfast".into());
+    let (program, sets, name) = (shell_word(&program.to_string_lossy()), campaign.gains.len(), &campaign.name);
     let what = format!("This runs the campaign `{name}`: {} pushes for each of {sets} gain sets, on", campaign.trials);
     let keeps = "Ctrl-C keeps what is finished, and the same command goes on from there";
     let threads = match work.threads() {

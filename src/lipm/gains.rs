@@ -10,7 +10,7 @@ use super::catching::CatchingTable;
 use super::disturbance::{Spread, ZmpDisturbance};
 use super::pendulum::{Pendulum, State};
 use super::stepping::SteppingTable;
-use crate::assets::{Source, parse_toml};
+use crate::assets::{Source, exactly, parse_toml};
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use nalgebra::{Matrix6, Point2, Vector2, Vector3};
@@ -80,7 +80,9 @@ pub struct GainSet {
 #[serde(deny_unknown_fields)]
 pub struct GainPoles {
     pub name: String,
+    #[serde(deserialize_with = "exactly")]
     pub x: [f64; 3],
+    #[serde(deserialize_with = "exactly")]
     pub y: [f64; 3],
 }
 
@@ -405,7 +407,10 @@ mod tests {
             (set(&gain("[0.2, 1, 5]")).replace("switching", "posture"), "gains = 1 gains"),
             (set(&gain("[0.2, 1, 5]")).replace("switching", "upright"), "expected `posture` or `switching`"),
             (format!("zmp_margin = -0.1\n{}", set(&gain("[0.2, 1, 5]"))), "zmp_margin = -0.1"),
-            (format!("zmp_disturbance = -0.1\n{}", set(&gain("[0.2, 1, 5]"))), "zmp_disturbance = -0.1000: must not"),
+            (
+                format!("zmp_disturbance = -0.1\n{}", set(&gain("[0.2, 1, 5]"))),
+                "zmp_disturbance = -0.1000: out of range; accepted: 0 to 10",
+            ),
             (format!("zmp_disturbance = [0, nan]\n{}", set(&gain("[0.2, 1, 5]"))), "zmp_disturbance = [0.0000, NaN]"),
             (format!("zmp_disturbance = [1]\n{}", set(&gain("[0.2, 1, 5]"))), "or two, [x, y], in half sole lengths"),
             (

@@ -1,5 +1,6 @@
 //! The distribution of a quantity of a campaign.
 
+use crate::assets::exactly;
 use crate::campaign::ask::bounds::{accept, digits, in_range};
 use crate::error::Result;
 use serde::Serialize;
@@ -80,6 +81,9 @@ impl fmt::Display for Distribution {
     }
 }
 
+#[derive(serde::Deserialize)]
+struct Pair(#[serde(deserialize_with = "exactly")] [f64; 2]);
+
 // Written by hand: the error of a derived untagged enum names neither the key nor what is accepted.
 impl<'de> Deserialize<'de> for Distribution {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -103,8 +107,8 @@ impl<'de> Deserialize<'de> for Distribution {
                     return Err(de::Error::invalid_length(0, &self));
                 };
                 let distribution = match key.as_str() {
-                    "uniform" => Distribution::Uniform { uniform: map.next_value()? },
-                    "normal" => Distribution::Normal { normal: map.next_value()? },
+                    "uniform" => Distribution::Uniform { uniform: map.next_value::<Pair>()?.0 },
+                    "normal" => Distribution::Normal { normal: map.next_value::<Pair>()?.0 },
                     other => return Err(de::Error::unknown_field(other, &["uniform", "normal"])),
                 };
                 match map.next_key::<String>()? {
