@@ -91,7 +91,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         (good, &["run", "/dev/zero"], &["/dev/zero: cannot read: it is no file; accepted: a file, not a folder"]),
         (good, &["push", "--gains", "."], &[".: cannot read: it is no file"]),
         (good, &["model", "/dev/tty"], &["/dev/tty: cannot read"]),
-        (good, &["cpi", "--dt=1e-9"], &["--dt = 0.000000001", "0.0003553 to 0.1776"]),
+        (good, &["cpi", "--dt=1e-9"], &["--dt = 0.000000001", "0.0003555 to 0.1777"]),
     ];
     for (text, args, expected) in cases {
         let dir = folder();

@@ -11,6 +11,7 @@ use super::tree::Tree;
 use super::xacro;
 use crate::assets::{self, Kind, Source};
 use crate::error::{Error, Result};
+use crate::geometry::SupportPolygon;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 
@@ -162,6 +163,14 @@ fn check_home(file: &str, robot: &Robot) -> Result<()> {
             let accepted = format!("up to {FLAT_RAD} rad with the base unrotated");
             return Err(Error::value(file, "home_rad", value, "soles must be flat at home", accepted));
         }
+    }
+    let corners: Vec<_> = Foot::BOTH
+        .iter()
+        .flat_map(|&foot| robot.soles[foot].corners().map(|corner| (soles[foot] * corner).xy()))
+        .collect();
+    if SupportPolygon::hull(&corners).is_none() {
+        let (problem, accepted) = ("the soles span no area at home", "two soles on which a robot can stand");
+        return Err(Error::value(file, "soles", "left, right", problem, accepted));
     }
     let step = soles.left.translation.z - soles.right.translation.z;
     if step.abs() > LEVEL_M {

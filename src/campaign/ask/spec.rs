@@ -242,8 +242,10 @@ impl Campaign {
     /// The campaign with `dotted.key=value` applied, which may be in units of its robot. It fails for an unknown key or a
     /// value of the wrong type.
     pub(super) fn with(&self, assignment: &str, measures: &Measures) -> Result<Campaign> {
-        let Some((key, text)) = assignment.split_once('=').map(|(k, v)| (k.trim(), v.trim())) else {
-            return Err(Error::option("--set", assignment, "has no `=`", "KEY=VALUE, for example push.height_m=0.1"));
+        let split = assignment.split_once('=').map(|(key, text)| (key.trim(), text.trim()));
+        let Some((key, text)) = split.filter(|(key, _)| !key.is_empty()) else {
+            let problem = if split.is_some() { "has no key" } else { "has no `=`" };
+            return Err(Error::option("--set", assignment, problem, "KEY=VALUE, for example push.height_m=0.1"));
         };
         let (si_key, value) = measures.assigned(key, assets::toml_value(text))?;
         let mut root = self.table()?.into();
