@@ -19,9 +19,9 @@ impl PushBounds {
     /// before the horizon and leaves time to settle.
     pub fn new(horizon_s: f64) -> Self {
         Self {
-            impulse_n_s: [0.0, 1e4],
+            impulse_n_s: [0.0, 1e8],
             heading_deg: [-360.0, 360.0],
-            height_m: [-10.0, 10.0],
+            height_m: [-100.0, 100.0],
             duration_s: [1e-3, horizon_s / 4.0],
             start_s: [0.0, horizon_s / 2.0],
         }
