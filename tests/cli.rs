@@ -61,6 +61,17 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
             &["c.toml: trials = 1000000000000000000", "1 to 1e9"],
         ),
         (good, &["run", "c.toml", "--trials=1000000001"], &["trials = 1000000001", "1 to 1e9"]),
+        (&good.replace("'c'", &format!("'{}'", "c".repeat(101))), &["run", "c.toml"], &["is too long", "up to 100"]),
+        (
+            good,
+            &["run", "c.toml", "--vary", &format!("hold:zmp_margin={}0.1", "0.1,".repeat(200))],
+            &["gains = 201 gain sets: too many", "up to 200"],
+        ),
+        (
+            good,
+            &["run", "c.toml", "--set", "push.heading_deg={normal=[0, 721]}"],
+            &["push.heading_deg.normal = 721", "a standard deviation of 0 to 720"],
+        ),
         (good, &["run", "c.toml", "--threads=100000"], &["100000 is not in 0..=1024", "--threads"]),
         (good, &["run", "c.toml", "--replays=1001"], &["1001 is not in 0..=1000", "--replays"]),
         (good, &["limit", "--threads=1025"], &["1025 is not in 0..=1024", "--threads"]),

@@ -56,7 +56,10 @@ impl Distribution {
             Distribution::Normal { normal: [mean, sd] } => {
                 let field = format!("{field}.normal");
                 in_range(file, &field, mean, [least, most])?;
-                accept((0.0..=1e6).contains(&sd), file, &field, sd, "a standard deviation that is not negative")
+                // With a wider one nearly all values would have to be drawn again.
+                let range = most - least;
+                let accepted = format!("a standard deviation of 0 to {}, the width of the range", digits(range));
+                accept((0.0..=range).contains(&sd), file, &field, sd, &accepted)
             }
         }
     }

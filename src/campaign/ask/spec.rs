@@ -54,6 +54,11 @@ pub struct Campaign {
     pub gates: GateSpec,
 }
 
+/// Most gain sets of a campaign, each of which takes a part of a second to prepare.
+const MOST_SETS: usize = 200;
+/// Longest name, with which a folder can be named.
+const MOST_LETTERS: usize = 100;
+
 /// When a campaign may end before all its trials are run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -328,8 +333,15 @@ impl Campaign {
             let (name, problem) = (format!("{:?}", self.name), "is not usable as a folder name");
             return Err(Error::value(file, "name", name, problem, accepted));
         }
+        if self.name.len() > MOST_LETTERS {
+            return Err(Error::value(file, "name", &self.name, "is too long", format!("up to {MOST_LETTERS} letters")));
+        }
         if self.gains.is_empty() {
             return Err(Error::value(file, "gains", "[]", "there is no gain set", "one or more names or paths"));
+        }
+        if self.gains.len() > MOST_SETS {
+            let (count, accepted) = (format!("{} gain sets", self.gains.len()), format!("up to {MOST_SETS}"));
+            return Err(Error::value(file, "gains", count, "too many", accepted));
         }
         // A random stream is numbered by 64 bits that trial index and quantity share; see `trial`.
         accept((1..=1_000_000_000).contains(&self.trials), file, "trials", self.trials as f64, "1 to 1e9")?;
