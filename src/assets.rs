@@ -1,6 +1,7 @@
 //! The files that are compiled into the binary, and a common way to open an input that is one of them or a file.
 
 use crate::error::{Error, Result};
+use serde::de::{Deserialize, Deserializer, Error as _};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -85,19 +86,27 @@ pub fn open(kind: Kind, name: &str) -> Result<Source> {
             accepted: format!("{} or the path of a file", kind.names().join(", ")),
         });
     }
-    let bytes = read(path, MOST_TEXT_BYTES)?;
-    let text = String::from_utf8(bytes).map_err(|_| {
+    Ok(Source { file: name.into(), ..text(path)? })
+}
+
+/// The text of a file. Fails as [`read`] does, and if it is not UTF-8.
+pub fn text(path: &Path) -> Result<Source> {
+    let text = String::from_utf8(read(path, MOST_TEXT_BYTES)?).map_err(|_| {
         let source = std::io::Error::new(std::io::ErrorKind::InvalidData, "stream did not contain valid UTF-8");
         Error::Read { path: path.into(), source }
     })?;
-    Ok(Source { file: name.into(), text })
+    Ok(Source { file: path.display().to_string(), text })
 }
 
 const MOST_TEXT_BYTES: u64 = 20_000_000;
 
-/// Reads a file of up to `most` bytes. Fails if it is larger, or if it cannot be read.
+/// Reads a file of up to `most` bytes. Fails if it is larger, if it cannot be read, or if it is no regular file: a pipe or
+/// a device may never answer or never end, and inputs are read more than once.
 pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
     let fail = |source| Error::Read { path: path.into(), source };
+    if !std::fs::metadata(path).map_err(fail)?.is_file() {
+        return Err(fail(std::io::Error::other("it is no file; accepted: a file, not a folder, pipe or device")));
+    }
     let mut bytes = Vec::new();
     File::open(path).and_then(|file| file.take(most + 1).read_to_end(&mut bytes)).map_err(fail)?;
     if bytes.len() as u64 > most {
@@ -151,6 +160,13 @@ pub fn place<'a>(root: &'a mut toml::Value, key: &str) -> Result<&'a mut toml::V
         walked.push('.');
     }
     Ok(at)
+}
+
+/// Reads an array of exactly N numbers. (That of serde leaves out what follows the first N.)
+pub fn exactly<'de, D: Deserializer<'de>, const N: usize>(from: D) -> Result<[f64; N], D::Error> {
+    let list = Vec::deserialize(from)?;
+    let count = list.len();
+    list.try_into().map_err(|_| D::Error::invalid_length(count, &format!("an array of length {N}").as_str()))
 }
 
 /// Parses TOML. Errors name the file, the line and the key.

@@ -90,11 +90,12 @@ impl Error {
         }
     }
 
-    /// Checks the numbers of a table in `file`, each given as name, value, smallest and largest accepted value.
+    /// Checks the numbers of a table in `file` (or, if it has no name, of the file itself), each given as name, value, smallest and largest accepted value.
     pub fn check_ranges(file: &str, table: &str, numbers: &[(&str, f64, f64, f64)]) -> Result<()> {
         match numbers.iter().find(|(_, value, least, most)| !(least..=most).contains(&value)) {
             Some((name, value, least, most)) => {
-                let (field, accepted) = (format!("{table}.{name}"), format!("{least} to {most}"));
+                let field = if table.is_empty() { name.to_string() } else { format!("{table}.{name}") };
+                let accepted = format!("{least} to {most}");
                 Err(Error::value(file, field, value, "out of range", accepted))
             }
             None => Ok(()),

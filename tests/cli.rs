@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::program::{FEW, SEVERAL_PARTS, files, folder, short, standfast, stderr, stdout};
+use common::program::{FEW, PROGRAM, Run, SEVERAL_PARTS, files, folder, short, standfast, stderr, stdout};
 use standfast::assets::Kind;
 use std::{collections::BTreeMap, fs};
 
@@ -54,6 +54,55 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         (good, &["response", "--gains", "hold"], &["--gains = hold", "a gain set with gains"]),
         (good, &["response", "--amplitude", "-1"], &["--amplitude = -1", "to 0.05"]),
         (good, &["walk"], &["walk"]),
+        // What would not end, or take all memory.
+        (
+            &good.replace("= 2\n", "= 1000000000000000000\n"),
+            &["run", "c.toml"],
+            &["c.toml: trials = 1000000000000000000", "1 to 1e9"],
+        ),
+        (good, &["run", "c.toml", "--trials=1000000001"], &["trials = 1000000001", "1 to 1e9"]),
+        (&good.replace("'c'", &format!("'{}'", "c".repeat(101))), &["run", "c.toml"], &["is too long", "up to 100"]),
+        (
+            good,
+            &["run", "c.toml", "--vary", &format!("hold:zmp_margin={}0.1", "0.1,".repeat(200))],
+            &["gains = 201 gain sets: too many", "up to 200"],
+        ),
+        (
+            good,
+            &["run", "c.toml", "--set", "push.heading_deg={normal=[0, 721]}"],
+            &["push.heading_deg.normal = 721", "a standard deviation of 0 to 720"],
+        ),
+        (good, &["run", "c.toml", "--threads=100000"], &["100000 is not in 0..=1024", "--threads"]),
+        (good, &["run", "c.toml", "--replays=1001"], &["1001 is not in 0..=1000", "--replays"]),
+        (good, &["limit", "--threads=1025"], &["1025 is not in 0..=1024", "--threads"]),
+        (good, &["limit", "--headings=361"], &["--headings = 361", "1 to 360"]),
+        (
+            good,
+            &["run", "c.toml", "--set", "episode.physics_step_s=1e-9"],
+            &["episode.physics_step_s = 0.000000001", "0.00001 to 0.002"],
+        ),
+        (
+            good,
+            &["run", "c.toml", "--set", "episode.horizon_s=3600", "--set", "episode.physics_step_s=2e-5"],
+            &["episode.physics_step_s = 0.00002", "0.00036 to 0.002"],
+        ),
+        (
+            &format!("{good}[episode]\ncontrol_period_s = 1e-9"),
+            &["run", "c.toml"],
+            &["c.toml: episode.control_period_s = 0.000000001", "0.0001 to 0.1"],
+        ),
+        (good, &["cpi", "fixed:gains.0.x=[300211,1,5]"], &["gains[0].x[0] = 300211", "0.0001 to 500"]),
+        (good, &["cpi", "--omega=1e-300"], &["--omega = 0.0", "0.1 to 1000"]),
+        (
+            &good.replace("s = 1\n", "s = { uniform = [1, 2, 3] }\n"),
+            &["run", "c.toml"],
+            &["c.toml", "invalid length 3, expected an array of length 2"],
+        ),
+        (good, &["cpi", "fixed:gains.0.x=[1,1,5,9]"], &["gains.0.x = [1,1,5,9]", "array of length 3"]),
+        (good, &["run", "/dev/zero"], &["/dev/zero: cannot read: it is no file; accepted: a file, not a folder"]),
+        (good, &["push", "--gains", "."], &[".: cannot read: it is no file"]),
+        (good, &["model", "/dev/tty"], &["/dev/tty: cannot read"]),
+        (good, &["cpi", "--dt=1e-9"], &["--dt = 0.000000001", "0.0003555 to 0.1777"]),
     ];
     for (text, args, expected) in cases {
         let dir = folder();
@@ -307,4 +356,40 @@ fn the_physics_engine_is_chosen_by_its_name() {
     standfast(dir.path(), &short(&[FEW, in_file, "--engine=rapier"])).success();
     let status = stdout(&standfast(dir.path(), &["status", "out"]).success());
     assert!(status.contains("simulated by Rapier "), "{status}");
+}
+
+#[cfg(unix)]
+#[test]
+fn names_that_are_not_utf_8_are_written_or_refused() {
+    use std::ffi::{OsStr, OsString};
+    use std::os::unix::ffi::OsStrExt;
+    use std::process::Command;
+
+    let dir = folder();
+    let named =
+        |option: &[u8], ending: &[u8]| -> OsString { OsStr::from_bytes(&[option, b"\xff", ending].concat()).into() };
+    let run = |args: &[OsString]| Run::of(Command::new(PROGRAM).current_dir(dir.path()).args(args));
+    let push = ["push", "--gains=hold", "--horizon=0.6"].map(OsString::from);
+    for (option, ending) in [("--trace=", ".csv"), ("--plot=", ".svg"), ("--replay=", ".html"), ("--frames=", "")] {
+        let output = named(option.as_bytes(), ending.as_bytes());
+        run(&[&push[..], &[output]].concat()).success();
+        assert!(dir.path().join(named(b"", ending.as_bytes())).exists(), "{option}");
+    }
+    for option in ["--gains=", "--robot=", "--campaign="] {
+        let refused = run(&["push".into(), named(option.as_bytes(), b".toml")]).code(2);
+        assert!(stderr(&refused).contains("UTF-8"), "{}", stderr(&refused));
+    }
+}
+
+/// A pipe without a writer would be waited for without end.
+#[cfg(unix)]
+#[test]
+fn what_is_no_file_is_refused() {
+    let dir = folder();
+    let pipe = dir.path().join("pipe.toml");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    for args in [["run", "pipe.toml"], ["cpi", "pipe.toml"], ["scenario", "pipe.toml"], ["model", "pipe.toml"]] {
+        let refused = standfast(dir.path(), &args).code(2);
+        assert!(stderr(&refused).contains("pipe.toml: cannot read: it is no file"), "{}", stderr(&refused));
+    }
 }

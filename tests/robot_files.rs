@@ -74,7 +74,7 @@ fn only_soles_are_near_the_ground_at_home() {
 }
 
 /// What to replace in the URDF (everywhere), by what, and what the error must say.
-const BAD_URDF: [(&str, &str, &str); 22] = [
+const BAD_URDF: [(&str, &str, &str); 27] = [
     ("</robot>", "", "the XML is malformed"),
     ("</visual>", "</visua>", "the XML is malformed"),
     ("<robot name=\"ut-mu2\">", "<robot name=\"ut-mu2\" <", "builtin:ut-mu2: the XML is malformed"),
@@ -93,6 +93,19 @@ const BAD_URDF: [(&str, &str, &str); 22] = [
     ("value=\"0.147856\"", "value=\"-0.1\"", "left_shoulder_flexion: mass = -0.1: must not be negative"),
     ("value=\"0.147856\"", "value=\"nan\"", "left_shoulder_flexion: mass value = nan: cannot be read"),
     ("value=\"0.147856\"", "value=\"0.1kg\"", "left_shoulder_flexion: mass value = 0.1kg: cannot be read"),
+    (
+        "value=\"0.147856\"",
+        "value=\"1e300\"",
+        "mass value = 1e300: is too large; accepted: a number, up to 1e7 in size",
+    ),
+    ("value=\"0.147856\"", "value=\"1e-300\"", "left_shoulder_flexion: mass = 0.0"),
+    ("ixx=\"0.012246\"", "ixx=\"1e12\"", "body: inertia ixx = 1e12: is too large; accepted: a number, up to 1e11"),
+    ("<box size=\"0.08 0.023 0.034\"/>", "<box size=\"0.08 0.023 1e5\"/>", "box size = 0.08 0.023 1e5: is too large"),
+    (
+        "<origin xyz=\"-0.069189 0.000422 0.008568\"/>",
+        "<origin xyz=\"-0.069189 0.000422 -3\"/>",
+        "the robot does not stand on its feet; accepted: more than 0.0001 m",
+    ),
     (
         "<limit lower=\"-1.0471975511965976\"",
         "<dynamics damping=\"0\"",
@@ -124,31 +137,36 @@ const BAD_URDF: [(&str, &str, &str); 22] = [
 ];
 
 /// What to replace in the settings (once), by what, and what the error must say.
-const BAD_SETTINGS: [(&str, &str, &str); 33] = [
+const BAD_SETTINGS: [(&str, &str, &str); 38] = [
     ("friction = 0.8", "friction = ", "builtin:ut-mu2: TOML parse error"),
     ("friction = 0.8", "friction = 0.8\ngrip = 1\n", "unknown field `grip`"),
     ("friction = 0.8", "", "missing field `friction`"),
-    ("friction = 0.8", "friction = -0.8", "friction = -0.8: must not be negative"),
-    ("friction = 0.8", "friction = nan", "friction = NaN: must not be negative; accepted: a finite number >= 0"),
+    ("friction = 0.8", "friction = -0.8", "friction = -0.8: out of range; accepted: 0 to 100"),
+    ("friction = 0.8", "friction = nan", "friction = NaN: out of range"),
     ("delay_s = 0.004", "delay_s = -1.0", "delay_s = -1"),
-    ("gyro_rad_s = 0.01", "gyro_rad_s = -0.01", "noise.gyro_rad_s = -0.01: must not be negative"),
+    ("gyro_rad_s = 0.01", "gyro_rad_s = -0.01", "noise.gyro_rad_s = -0.01: out of range; accepted: 0 to 10000"),
+    ("delay_s = 0.004", "delay_s = 1e9", "delay_s = 1000000000: out of range; accepted: 0 to 1"),
+    ("friction = 0.8", "friction = 1e300", "out of range; accepted: 0 to 100"),
+    ("gyro_rad_s = 0.01", "gyro_rad_s = 1e5", "noise.gyro_rad_s = 100000: out of range; accepted: 0 to 10000"),
+    ("torque_n_m = 8.0", "torque_n_m = 1e13", "servos[0].torque_n_m = 10000000000000: out of range"),
+    ("x_m = [-0.15, 0.15]", "x_m = [-0.15, 0.15, 1]", "invalid length 3, expected an array of length 2"),
     ("gyro_rad_s", "gyro_deg_s", "unknown field `gyro_deg_s`"),
-    ("y_m = [0.075, 0.18]", "y_m = [0.075, 0.07]", "reach[0].y_m[1] = 0.07: out of range; accepted: 0.075 to 10"),
-    ("x_m = [-0.15, 0.15]", "x_m = [-11, 0.15]", "reach[0].x_m[0] = -11: out of range; accepted: -10 to 10"),
+    ("y_m = [0.075, 0.18]", "y_m = [0.075, 0.07]", "reach[0].y_m[1] = 0.07: out of range; accepted: 0.075 to 100"),
+    ("x_m = [-0.15, 0.15]", "x_m = [-101, 0.15]", "reach[0].x_m[0] = -101: out of range; accepted: -100"),
     ("x_m = [-0.15, 0.15]", "x_m = [-0.15, nan]", "reach[0].x_m[1] = NaN: out of range"),
-    ("swing_time_s = 0.2", "swing_time_s = 0", "reach[1].swing_time_s = 0: out of range; accepted: 0.01 to 10"),
+    ("swing_time_s = 0.2", "swing_time_s = 0", "reach[1].swing_time_s = 0: out of range; accepted: 0.001 to 100"),
     ("sideways_from = 0.25", "sideways_from = 1", "reach[1].sideways_from = 1: out of range; accepted: 0 to 0.8"),
     ("\"in front\"", "\"beside\"", "reach[1].name = beside: is empty or taken; accepted: a name of its own"),
     ("x_m = [0.105, 0.13]", "x_m = 0.105", "invalid type: floating point `0.105`"),
     ("y_m = [-0.03, 0.075]", "z_m = [-0.03, 0.075]", "unknown field `z_m`"),
     ("[[reach]]", "[reach]", "TOML parse error at line 40"),
-    ("kp_n_m_rad = 80.0", "kp_n_m_rad = -80.0", "servos[0].kp_n_m_rad = -80: must not be negative"),
+    ("kp_n_m_rad = 80.0", "kp_n_m_rad = -80.0", "servos[0].kp_n_m_rad = -80: out of range; accepted: 0 to"),
     ("kd_n_m_s_rad = 0.4", "kd_n_m_s_rad = -0.4", "servos[1].kd_n_m_s_rad = -0.4"),
     ("torque_n_m = 8.0", "torque_n_m = inf", "servos[0].torque_n_m = inf"),
     (
         "no_torque_speed_rad_s = 20.0",
         "no_torque_speed_rad_s = 9.0",
-        "servos[0].no_torque_speed_rad_s = 9: must lie above",
+        "servos[0].no_torque_speed_rad_s = 9: out of range; accepted: 10.000001 to",
     ),
     ("\"left_elbow_rotation\", ", "", "servos = left_elbow_rotation: this joint has no servo"),
     (

@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::files::folder_of;
 use crate::sim::Engine;
 use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValuesParser, RangedU64ValueParser, TypedValueParser};
 use serde::Deserialize;
 use serde::de::value::{Error as NoSuchName, StringDeserializer};
 use serde::de::{DeserializeOwned, IntoDeserializer};
@@ -116,7 +116,7 @@ pub struct ReplaysArgs {
     /// in 50 % of trials, and the hardest push that it survived. A push is the harder, the larger its impulse is in
     /// relation to m omega d, where d is the distance from the COM to the edge of the support. With 0 no new ones are
     /// written.
-    #[arg(long, value_name = "N", default_value_t = ReplaysArgs::default().replays)]
+    #[arg(long, value_name = "N", default_value_t = ReplaysArgs::default().replays, value_parser = up_to(MOST_EXTRAS))]
     pub replays: usize,
 }
 
@@ -137,6 +137,16 @@ pub struct CheckArgs {
 pub fn fine(what: &str) -> Result<ExitCode> {
     note(&format!("fine: {what}; nothing was run"));
     Ok(ExitCode::SUCCESS)
+}
+
+/// Most threads that a command accepts, which are several on each core of the largest machines.
+pub const MOST_THREADS: u64 = 1024;
+/// Most files or simulations that a command accepts beside its main work, for each gain set.
+pub const MOST_EXTRAS: u64 = 1000;
+
+/// Reads a number from 0 to `most`.
+pub fn up_to(most: u64) -> RangedU64ValueParser<usize> {
+    RangedU64ValueParser::new().range(0..=most)
 }
 
 /// Reads a value by its name, which is the same on the command line and in files.

@@ -1,5 +1,6 @@
 //! `standfast compare`: compares two finished campaigns with the same pushes, trial by trial.
 
+use super::arguments::{MOST_EXTRAS, up_to};
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::Progress;
 use super::result::{Printing, exit_code, say_failed_gates};
@@ -46,7 +47,7 @@ pub struct CompareArgs {
 pub struct TracesArgs {
     /// Where two engines disagree on a trial, simulate it again in both, to find the moment at which they part: the first
     /// N such trials of each gain set
-    #[arg(long, value_name = "N", default_value_t = TracesArgs::default().traces)]
+    #[arg(long, value_name = "N", default_value_t = TracesArgs::default().traces, value_parser = up_to(MOST_EXTRAS))]
     pub traces: usize,
 }
 

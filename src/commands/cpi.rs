@@ -3,6 +3,7 @@
 
 use super::terminal::print;
 use crate::assets::DEFAULT_ROBOT;
+use crate::campaign::ask::bounds::in_range;
 use crate::control::home_polygon;
 use crate::episode::CONTROL_PERIOD_S;
 use crate::error::{Error, Result};
@@ -13,6 +14,12 @@ use crate::render::{self, figure, text::cpi::Sets};
 use crate::robot::{Robot, Units};
 use std::path::PathBuf;
 use std::process::ExitCode;
+
+/// Accepted frequencies of the pendulum (rad/s): COM heights from 10 um to a kilometre.
+const OMEGAS_RAD_S: [f64; 2] = [0.1, 1000.0];
+/// Accepted control periods in 1/omega. Half the period takes four times as long to search, half a minute with the least;
+/// with the largest the pendulum falls within a period.
+const PHASES: [f64; 2] = [0.002, 1.0];
 
 #[derive(Debug, clap::Args)]
 pub struct CpiArgs {
@@ -81,11 +88,9 @@ fn answer(args: &CpiArgs) -> Result<String> {
 fn pendulum(args: &CpiArgs, robot: &Robot) -> Result<Pendulum> {
     let dt = args.dt.unwrap_or(CONTROL_PERIOD_S);
     let pendulum = Pendulum { omega: args.omega.unwrap_or(robot.omega()), dt };
-    for (option, value) in [("--omega", pendulum.omega), ("--dt", pendulum.dt)] {
-        if !(value.is_finite() && value > 0.0) {
-            return Err(Error::option(option, value, "out of range", "more than 0"));
-        }
-    }
+    in_range("command line", "--omega", pendulum.omega, OMEGAS_RAD_S)?;
+    let [least, most] = PHASES.map(|phase| phase / pendulum.omega);
+    in_range("command line", "--dt", pendulum.dt, [least, most])?;
     Ok(pendulum)
 }
 

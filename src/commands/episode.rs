@@ -237,7 +237,7 @@ pub fn write_replay((told, film): &Shown, ghost: Option<&Shown>, path: &Path, or
 
 /// The command line of this process, quoted for a shell.
 pub fn command_line() -> String {
-    let args = std::env::args().skip(1).map(|arg| shell_word(&arg));
+    let args = std::env::args_os().skip(1).map(|arg| shell_word(&arg.to_string_lossy()));
     std::iter::once("standfast".to_string()).chain(args).collect::<Vec<_>>().join(" ")
 }
 

@@ -1,7 +1,7 @@
 //! `standfast limit`: searches the largest impulse that each gain set recovers from, by heading, and prints it beside
 //! the bounds of a pendulum or, with both physics engines, side by side.
 
-use super::arguments::{ChangeArgs, CheckArgs, check_output, fine};
+use super::arguments::{ChangeArgs, CheckArgs, MOST_THREADS, check_output, fine, up_to};
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::Progress;
 use super::terminal::{note, print};
@@ -62,7 +62,7 @@ pub struct LimitArgs {
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub replicas: u64,
     /// Number of threads, or 0 for one on each core; the result does not depend on it
-    #[arg(long, value_name = "T", default_value_t = 0)]
+    #[arg(long, value_name = "T", default_value_t = 0, value_parser = up_to(MOST_THREADS))]
     pub threads: usize,
     /// Write limit.json and limit.svg to this folder; limit-mujoco or limit-both with that --engine
     #[arg(long, value_name = "DIR")]

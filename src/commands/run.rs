@@ -1,6 +1,6 @@
 //! `standfast run`: a campaign, from its file to its verdict.
 
-use super::arguments::{ChangeArgs, CheckArgs, EngineChoice, GateArgs, ReplaysArgs, fine};
+use super::arguments::{ChangeArgs, CheckArgs, EngineChoice, GateArgs, MOST_THREADS, ReplaysArgs, fine, up_to};
 use super::compare::{self, TracesArgs};
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::{Progress, duration};
@@ -68,7 +68,7 @@ pub struct RunArgs {
     #[command(flatten)]
     pub gates: GateArgs,
     /// Number of threads, or 0 for one on each core; the result does not depend on it
-    #[arg(long, value_name = "T", default_value_t = 0)]
+    #[arg(long, value_name = "T", default_value_t = 0, value_parser = up_to(MOST_THREADS))]
     pub threads: usize,
     /// Make outcomes up instead of simulating them, to try very large campaigns
     #[arg(long, hide = true)]
@@ -310,8 +310,8 @@ fn say_what_is_there(folder: &Folder, work: &Work) -> bool {
 /// Tells a user who called the program without any argument what it is about to do, how to stop it, and what is
 /// quicker.
 fn announce(campaign: &Campaign, work: &Work) {
-    let program = std::env::args().next().unwrap_or("standfast".into());
-    let (program, sets, name) = (shell_word(&program), campaign.gains.len(), &campaign.name);
+    let program = std::env::args_os().next().unwrap_or("standfast".into());
+    let (program, sets, name) = (shell_word(&program.to_string_lossy()), campaign.gains.len(), &campaign.name);
     let what = format!("This runs the campaign `{name}`: {} pushes for each of {sets} gain sets, on", campaign.trials);
     let keeps = "Ctrl-C keeps what is finished, and the same command goes on from there";
     let threads = match work.threads() {

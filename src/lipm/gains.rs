@@ -10,7 +10,7 @@ use super::catching::CatchingTable;
 use super::disturbance::{Spread, ZmpDisturbance};
 use super::pendulum::{Pendulum, State};
 use super::stepping::SteppingTable;
-use crate::assets::{Source, parse_toml};
+use crate::assets::{Source, exactly, parse_toml};
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use nalgebra::{Matrix6, Point2, Vector2, Vector3};
@@ -80,9 +80,19 @@ pub struct GainSet {
 #[serde(deny_unknown_fields)]
 pub struct GainPoles {
     pub name: String,
+    #[serde(deserialize_with = "exactly")]
     pub x: [f64; 3],
+    #[serde(deserialize_with = "exactly")]
     pub y: [f64; 3],
 }
+
+/// Most gains of a set. The CPI sets of as many take some seconds.
+const MOST_GAINS: usize = 32;
+/// Slowest and fastest pole, as a multiple of -omega. A faster one acts within a control period like this one, and its
+/// powers leave the range of numbers.
+const POLES: [f64; 2] = [1e-4, 500.0];
+/// Largest margin and disturbance of the ZMP, in half sole lengths.
+const MOST_OF_SOLE: f64 = 10.0;
 
 fn default_zmp_margin() -> f64 {
     0.06
@@ -144,15 +154,20 @@ impl GainSet {
         if self.name.trim().is_empty() {
             return Err(Error::value(file, "name", format!("{:?}", self.name), "is empty", "a name"));
         }
-        if !(self.zmp_margin.is_finite() && self.zmp_margin >= 0.0) {
-            let (problem, accepted) = ("must not be negative", "0 or more, in half sole lengths");
+        let is_share = |value: &f64| (0.0..=MOST_OF_SOLE).contains(value);
+        let (problem, accepted) = ("out of range", format!("0 to {MOST_OF_SOLE}, in half sole lengths"));
+        if !is_share(&self.zmp_margin) {
             return Err(Error::value(file, "zmp_margin", self.zmp_margin, problem, accepted));
         }
-        if self.zmp_disturbance.bounds().iter().any(|bound| !(bound.is_finite() && *bound >= 0.0)) {
-            let (value, accepted) = (self.zmp_disturbance.text(1.0), "0 or more, in half sole lengths, or [x, y]");
-            return Err(Error::value(file, "zmp_disturbance", value, "must not be negative", accepted));
+        if !self.zmp_disturbance.bounds().iter().all(is_share) {
+            let (value, accepted) = (self.zmp_disturbance.text(1.0), format!("{accepted}, or [x, y]"));
+            return Err(Error::value(file, "zmp_disturbance", value, problem, accepted));
         }
         let count = self.gains.len();
+        if count > MOST_GAINS {
+            let accepted = format!("up to {MOST_GAINS} gains");
+            return Err(Error::value(file, "gains", format!("{count} gains"), "too many", accepted));
+        }
         match self.standing {
             Standing::Posture if count > 0 => {
                 let problem = "standing = \"posture\" uses no gains";
@@ -185,10 +200,16 @@ impl GainSet {
                 return Err(Error::value(file, field, format!("{:?}", gain.name), "is used twice", "distinct names"));
             }
             for (axis, poles) in [("x", gain.x), ("y", gain.y)] {
-                if let Some(k) = poles.iter().position(|p| !(p.is_finite() && *p > 0.0)) {
-                    let (field, problem) =
-                        (format!("gains[{i}].{axis}[{k}]"), format!("gain {:?} would be unstable", gain.name));
-                    return Err(Error::value(file, field, poles[k], problem, "positive numbers: multiples of -omega"));
+                let [slowest, fastest] = POLES;
+                if let Some(k) = poles.iter().position(|pole| !(slowest..=fastest).contains(pole)) {
+                    let problem = match poles[k] {
+                        pole if pole > fastest => "is too fast".into(),
+                        pole if pole > 0.0 => "is too slow".into(),
+                        _ => format!("gain {:?} would be unstable", gain.name),
+                    };
+                    let field = format!("gains[{i}].{axis}[{k}]");
+                    let accepted = format!("positive numbers: multiples of -omega, {slowest} to {fastest}");
+                    return Err(Error::value(file, field, poles[k], problem, accepted));
                 }
             }
         }
@@ -386,7 +407,10 @@ mod tests {
             (set(&gain("[0.2, 1, 5]")).replace("switching", "posture"), "gains = 1 gains"),
             (set(&gain("[0.2, 1, 5]")).replace("switching", "upright"), "expected `posture` or `switching`"),
             (format!("zmp_margin = -0.1\n{}", set(&gain("[0.2, 1, 5]"))), "zmp_margin = -0.1"),
-            (format!("zmp_disturbance = -0.1\n{}", set(&gain("[0.2, 1, 5]"))), "zmp_disturbance = -0.1000: must not"),
+            (
+                format!("zmp_disturbance = -0.1\n{}", set(&gain("[0.2, 1, 5]"))),
+                "zmp_disturbance = -0.1000: out of range; accepted: 0 to 10",
+            ),
             (format!("zmp_disturbance = [0, nan]\n{}", set(&gain("[0.2, 1, 5]"))), "zmp_disturbance = [0.0000, NaN]"),
             (format!("zmp_disturbance = [1]\n{}", set(&gain("[0.2, 1, 5]"))), "or two, [x, y], in half sole lengths"),
             (

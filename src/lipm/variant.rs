@@ -219,7 +219,7 @@ mod tests {
                 ["zmp_margin_m = 0.003", "without metres and seconds", "`zmp_margin`: the value divided by half"],
             ),
             ("switching:zmp_margin=wide", ["zmp_margin = wide", "expected f64", "like the present value: 0.06"]),
-            ("switching:zmp_margin=-1", ["zmp_margin = -1", "must not be negative", "0 or more"]),
+            ("switching:zmp_margin=-1", ["zmp_margin = -1", "out of range", "0 to 10, in half sole lengths"]),
             ("switching:gains.5.x=[1,1,5]", ["gains.5.x", "the set has no `gains.5`", "gains.0 to gains.4"]),
             ("switching:gains.slow=1", ["gains.slow", "the set has no `gains.slow`", "gains.0 to gains.4"]),
             ("hold:gains.0.x=[1,1,5]", ["gains.0.x", "the set has no `gains.0`", "nothing: `gains` is empty"]),

@@ -5,17 +5,25 @@ use roxmltree::Document;
 /// Most nested elements.
 const MOST_LEVELS: usize = 64;
 
-/// Parses XML whose elements are not nested too deeply. Fails with what is wrong, in words.
+/// Most bytes of a tag: the parser compares each attribute with all others.
+const MOST_TAG_BYTES: usize = 10_000;
+
+/// Parses XML whose elements are not nested too deeply, with tags that are not too long. Fails with what is wrong, in
+/// words.
 pub fn document(text: &str) -> Result<Document<'_>, String> {
-    if levels(text) > MOST_LEVELS {
+    let [levels, longest] = extent(text);
+    if levels > MOST_LEVELS {
         return Err(format!("elements are nested more than {MOST_LEVELS} deep"));
+    }
+    if longest > MOST_TAG_BYTES {
+        return Err(format!("a tag has {longest} bytes; accepted: up to {MOST_TAG_BYTES}"));
     }
     Document::parse(text).map_err(|e| e.to_string())
 }
 
-/// How deep elements are nested, seen without parsing.
-fn levels(text: &str) -> usize {
-    let (mut level, mut most, mut rest): (usize, usize, &str) = (0, 0, text);
+/// How deep elements are nested, and how long the longest tag is (bytes), seen without parsing.
+fn extent(text: &str) -> [usize; 2] {
+    let (mut level, mut most, mut longest, mut rest): (usize, usize, usize, &str) = (0, 0, 0, text);
     while let Some(at) = rest.find('<') {
         rest = &rest[at..];
         let end =
@@ -25,6 +33,7 @@ fn levels(text: &str) -> usize {
             None => tag_length(rest),
         };
         let tag = &rest[..length.unwrap_or(rest.len())];
+        longest = if end.is_none() { longest.max(tag.len()) } else { longest };
         if tag.starts_with("</") {
             level = level.saturating_sub(1);
         } else if end.is_none() && !tag.ends_with("/>") && !tag.starts_with("<!") {
@@ -33,7 +42,7 @@ fn levels(text: &str) -> usize {
         }
         rest = &rest[tag.len()..];
     }
-    most
+    [most, longest]
 }
 
 /// Length of a tag up to its `>`, which may also stand in an attribute.
@@ -63,7 +72,9 @@ mod tests {
             ("<a", 1),
             ("", 0),
         ] {
-            assert_eq!(levels(text), expected, "{text}");
+            assert_eq!(extent(text)[0], expected, "{text}");
         }
+        let many = format!("<a {}/>", "b='c' ".repeat(MOST_TAG_BYTES));
+        assert!(document(&many).unwrap_err().starts_with("a tag has 60005 bytes; accepted: up to 10000"));
     }
 }

@@ -1,6 +1,7 @@
 //! The robot as plain data.
 
 use super::shape::Shape;
+use crate::assets::exactly;
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
 /// Acceleration of gravity (m/s^2).
@@ -223,8 +224,10 @@ pub struct SensorNoise {
 pub struct LandingRegion {
     pub name: String,
     /// Smallest and largest offset forward (m).
+    #[serde(deserialize_with = "exactly")]
     pub x_m: [f64; 2],
     /// Smallest and largest offset to the side of the swing foot (m).
+    #[serde(deserialize_with = "exactly")]
     pub y_m: [f64; 2],
     /// Time from the lift to the landing (s), for any place in the region.
     pub swing_time_s: f64,

@@ -3,7 +3,7 @@
 use super::model::{Ankle, Frame, Joint, LandingRegion, PerFoot, SensorNoise, Servo, Sole};
 use super::shape::Shape;
 use super::tree::Tree;
-use crate::assets::{self, Source};
+use crate::assets::{self, Source, exactly};
 use crate::error::{Error, Result};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
@@ -11,6 +11,10 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+
+/// Accepted lengths and widths of a sole (m).
+const LEAST_SOLE_M: f64 = 1e-5;
+const MOST_SOLE_M: f64 = 100.0;
 
 /// The settings file as it is written.
 #[derive(Debug, Clone, Deserialize)]
@@ -41,11 +45,13 @@ enum SoleFace {
 #[serde(deny_unknown_fields)]
 struct StatedFace {
     link: String,
+    #[serde(deserialize_with = "exactly")]
     center_m: [f64; 3],
     /// Length (x) and width (y).
+    #[serde(deserialize_with = "exactly")]
     size_m: [f64; 2],
     /// Roll, pitch and yaw of the face, whose z axis points up into the foot.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "exactly")]
     rpy_rad: [f64; 3],
 }
 
@@ -90,42 +96,29 @@ struct ServoGroup {
 pub(super) fn parse(source: &Source) -> Result<Settings> {
     let settings: Settings = assets::parse_toml(source)?;
     let (file, noise) = (source.file.as_str(), &settings.noise);
-    let mut not_negative = vec![
-        ("friction".to_string(), settings.friction),
-        ("delay_s".into(), settings.delay_s),
-        ("noise.joint_angle_rad".into(), noise.joint_angle_rad),
-        ("noise.gyro_rad_s".into(), noise.gyro_rad_s),
-        ("noise.orientation_rad".into(), noise.orientation_rad),
-        ("noise.accelerometer_m_s2".into(), noise.accelerometer_m_s2),
-        ("noise.sole_force_n".into(), noise.sole_force_n),
-        ("noise.sole_moment_n_m".into(), noise.sole_moment_n_m),
+    // Generous: from a robot of a millimetre and a milligram to one of a hundred metres and a thousand tonnes.
+    let own = [("friction", settings.friction, 0.0, 100.0), ("delay_s", settings.delay_s, 0.0, 1.0)];
+    Error::check_ranges(file, "", &own)?;
+    let noises = [
+        ("joint_angle_rad", noise.joint_angle_rad, 0.0, 10.0),
+        ("gyro_rad_s", noise.gyro_rad_s, 0.0, 1e4),
+        ("orientation_rad", noise.orientation_rad, 0.0, 10.0),
+        ("accelerometer_m_s2", noise.accelerometer_m_s2, 0.0, 1e4),
+        ("sole_force_n", noise.sole_force_n, 0.0, 1e8),
+        ("sole_moment_n_m", noise.sole_moment_n_m, 0.0, 1e10),
     ];
+    Error::check_ranges(file, "noise", &noises)?;
     for (i, group) in settings.servos.iter().enumerate() {
-        for (key, value) in [
-            ("kp_n_m_rad", group.kp_n_m_rad),
-            ("kd_n_m_s_rad", group.kd_n_m_s_rad),
-            ("torque_n_m", group.torque_n_m),
-            ("full_torque_speed_rad_s", group.full_torque_speed_rad_s),
-            ("rotor_inertia_kg_m2", group.rotor_inertia_kg_m2),
-        ] {
-            not_negative.push((format!("servos[{i}].{key}"), value));
-        }
-    }
-    for (field, value) in not_negative {
-        if !(value.is_finite() && value >= 0.0) {
-            return Err(Error::value(file, field, value, "must not be negative", "a finite number >= 0"));
-        }
-    }
-    for (i, group) in settings.servos.iter().enumerate() {
-        if group.torque_n_m == 0.0 {
-            let field = format!("servos[{i}].torque_n_m");
-            return Err(Error::value(file, field, 0, "must not be zero", "a finite number > 0"));
-        }
-        let (full, none) = (group.full_torque_speed_rad_s, group.no_torque_speed_rad_s);
-        if !(none.is_finite() && none > full) {
-            let (field, accepted) = (format!("servos[{i}].no_torque_speed_rad_s"), format!("a finite number > {full}"));
-            return Err(Error::value(file, field, none, "must lie above full_torque_speed_rad_s", accepted));
-        }
+        let full = group.full_torque_speed_rad_s;
+        let ranges = [
+            ("kp_n_m_rad", group.kp_n_m_rad, 0.0, 1e12),
+            ("kd_n_m_s_rad", group.kd_n_m_s_rad, 0.0, 1e12),
+            ("torque_n_m", group.torque_n_m, 1e-12, 1e12),
+            ("full_torque_speed_rad_s", full, 0.0, 1e6),
+            ("no_torque_speed_rad_s", group.no_torque_speed_rad_s, full + 1e-6, 1e7),
+            ("rotor_inertia_kg_m2", group.rotor_inertia_kg_m2, 0.0, 1e10),
+        ];
+        Error::check_ranges(file, &format!("servos[{i}]"), &ranges)?;
     }
     check_reach(file, &settings.reach)?;
     Ok(settings)
@@ -136,13 +129,13 @@ fn check_reach(file: &str, regions: &[LandingRegion]) -> Result<()> {
     for (i, region) in regions.iter().enumerate() {
         let ([x0, x1], [y0, y1]) = (region.x_m, region.y_m);
         let ranges = [
-            ("x_m[0]", x0, -10.0, 10.0),
-            ("x_m[1]", x1, x0, 10.0),
-            ("y_m[0]", y0, -10.0, 10.0),
-            ("y_m[1]", y1, y0, 10.0),
-            ("swing_time_s", region.swing_time_s, 0.01, 10.0),
+            ("x_m[0]", x0, -100.0, 100.0),
+            ("x_m[1]", x1, x0, 100.0),
+            ("y_m[0]", y0, -100.0, 100.0),
+            ("y_m[1]", y1, y0, 100.0),
+            ("swing_time_s", region.swing_time_s, 1e-3, 100.0),
             ("sideways_from", region.sideways_from, 0.0, 0.8),
-            ("arc_m", region.arc_m, 0.0, 10.0),
+            ("arc_m", region.arc_m, 0.0, 100.0),
         ];
         Error::check_ranges(file, &format!("reach[{i}]"), &ranges)?;
         if region.name.is_empty() || !names.insert(&region.name) {
@@ -248,11 +241,11 @@ fn stated_sole(file: &str, field: &str, face: &StatedFace, tree: &Tree) -> Resul
     let link = frames[frame].link;
     let ([x, y, z], [roll, pitch, yaw], [length, width]) = (face.center_m, face.rpy_rad, face.size_m);
     let ranges = [
-        ("size_m[0]", length, 1e-3, 10.0),
-        ("size_m[1]", width, 1e-3, 10.0),
-        ("center_m[0]", x, -10.0, 10.0),
-        ("center_m[1]", y, -10.0, 10.0),
-        ("center_m[2]", z, -10.0, 10.0),
+        ("size_m[0]", length, LEAST_SOLE_M, MOST_SOLE_M),
+        ("size_m[1]", width, LEAST_SOLE_M, MOST_SOLE_M),
+        ("center_m[0]", x, -100.0, 100.0),
+        ("center_m[1]", y, -100.0, 100.0),
+        ("center_m[2]", z, -100.0, 100.0),
         ("rpy_rad[0]", roll, -10.0, 10.0),
         ("rpy_rad[1]", pitch, -10.0, 10.0),
         ("rpy_rad[2]", yaw, -10.0, 10.0),
@@ -310,6 +303,8 @@ fn sole_of_box(file: &str, field: &str, name: &str, tree: &Tree) -> Result<Sole>
         return Err(bad("its box is not parallel to the link's axes"));
     }
     let half: Vector3<f64> = turn.map(f64::round) * half;
+    let sizes = [("length", 2.0 * half.x), ("width", 2.0 * half.y)].map(|(of, m)| (of, m, LEAST_SOLE_M, MOST_SOLE_M));
+    Error::check_ranges(file, field, &sizes)?;
     let face = in_frame.translation.vector - Vector3::z() * half.z;
     Ok(Sole {
         frame,

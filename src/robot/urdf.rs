@@ -11,6 +11,7 @@ use super::tree::Tree;
 use super::xacro;
 use crate::assets::{self, Kind, Source};
 use crate::error::{Error, Result};
+use crate::geometry::SupportPolygon;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 
@@ -18,6 +19,11 @@ use std::path::{Path, PathBuf};
 const LEVEL_M: f64 = 1e-4;
 /// Largest tilt of each sole at home (rad).
 const FLAT_RAD: f64 = 1e-3;
+
+/// Least height of the COM above the soles at home (m).
+const LEAST_COM_M: f64 = 1e-4;
+/// Accepted masses of a link with all that is fixed to it (kg).
+const LINKS_KG: [f64; 2] = [1e-12, 1e7];
 
 /// The texts from which a robot is read, and the content of its URDF.
 #[derive(Debug, Clone)]
@@ -43,7 +49,7 @@ impl Files {
         let beside = settings_path(name_or_path);
         let found = match urdf.file.strip_prefix("builtin:") {
             Some(name) => Some(assets::open(Kind::RobotSettings, name)?),
-            None if beside.exists() => Some(assets::open(Kind::RobotSettings, &beside.to_string_lossy())?),
+            None if beside.exists() => Some(assets::text(&beside)?),
             None => None,
         };
         let (tree, are_inferred) = (Tree::parse(&urdf)?, found.is_none());
@@ -128,6 +134,11 @@ impl Robot {
             frames: tree.frames,
             notes: tree.notes,
         };
+        if let Some(link) = robot.links.iter().find(|link| !(LINKS_KG[0]..=LINKS_KG[1]).contains(&link.mass_kg)) {
+            let (field, [least, most]) = (format!("link {}: mass", link.name), LINKS_KG);
+            let accepted = format!("{least:e} to {most:e} kg");
+            return Err(Error::value(file, field, link.mass_kg, "out of range", accepted));
+        }
         check_home(file, &robot)?;
         for foot in Foot::BOTH {
             robot.soles[foot].ankle = Ankle::of(&robot, foot);
@@ -138,7 +149,12 @@ impl Robot {
 
 /// Checks that the soles are flat and level with each other at home, without which no standing posture is defined.
 fn check_home(file: &str, robot: &Robot) -> Result<()> {
-    let kinematics = Kinematics::at_home(robot);
+    let (kinematics, height_m) = (Kinematics::at_home(robot), robot.home_com_height());
+    if !(height_m.is_finite() && LEAST_COM_M < height_m) {
+        let (value, problem) =
+            (format!("the COM {height_m:.4} m above the soles"), "the robot does not stand on its feet");
+        return Err(Error::value(file, "home_rad", value, problem, format!("more than {LEAST_COM_M} m")));
+    }
     let soles = kinematics.sole_poses(robot);
     for foot in Foot::BOTH {
         let tilt = (soles[foot].rotation * Vector3::z()).angle(&Vector3::z());
@@ -147,6 +163,14 @@ fn check_home(file: &str, robot: &Robot) -> Result<()> {
             let accepted = format!("up to {FLAT_RAD} rad with the base unrotated");
             return Err(Error::value(file, "home_rad", value, "soles must be flat at home", accepted));
         }
+    }
+    let corners: Vec<_> = Foot::BOTH
+        .iter()
+        .flat_map(|&foot| robot.soles[foot].corners().map(|corner| (soles[foot] * corner).xy()))
+        .collect();
+    if SupportPolygon::hull(&corners).is_none() {
+        let (problem, accepted) = ("the soles span no area at home", "two soles on which a robot can stand");
+        return Err(Error::value(file, "soles", "left, right", problem, accepted));
     }
     let step = soles.left.translation.z - soles.right.translation.z;
     if step.abs() > LEVEL_M {

@@ -19,9 +19,9 @@ impl PushBounds {
     /// before the horizon and leaves time to settle.
     pub fn new(horizon_s: f64) -> Self {
         Self {
-            impulse_n_s: [0.0, 1e4],
+            impulse_n_s: [0.0, 1e8],
             heading_deg: [-360.0, 360.0],
-            height_m: [-10.0, 10.0],
+            height_m: [-100.0, 100.0],
             duration_s: [1e-3, horizon_s / 4.0],
             start_s: [0.0, horizon_s / 2.0],
         }
@@ -37,13 +37,18 @@ impl PushBounds {
     }
 }
 
+/// Shortest step of the physics (s), and the most steps of an episode, which take some minutes.
+const LEAST_STEP_S: f64 = 1e-5;
+const MOST_STEPS: f64 = 1e7;
+
 /// Checks time steps, horizon and thresholds of an episode. Errors name `file` as the origin of the values.
 pub fn check_episode(file: &str, episode: &EpisodeConfig) -> Result<()> {
     let positive = |field, value, most| positive(file, field, value, most);
-    positive("episode.horizon_s", episode.horizon_s, 3600.0)?;
-    positive("episode.control_period_s", episode.control_period_s, 0.1)?;
+    in_range(file, "episode.horizon_s", episode.horizon_s, [0.01, 3600.0])?;
+    in_range(file, "episode.control_period_s", episode.control_period_s, [1e-4, 0.1])?;
     let physics_step_s = episode.clock().physics_step_s;
-    positive("episode.physics_step_s", physics_step_s, episode.control_period_s)?;
+    let least_s = LEAST_STEP_S.max(episode.horizon_s / MOST_STEPS);
+    in_range(file, "episode.physics_step_s", physics_step_s, [least_s, episode.control_period_s])?;
     let substeps = episode.control_period_s / physics_step_s;
     if (substeps - substeps.round()).abs() > 1e-6 {
         let accepted = format!("episode.control_period_s = {} divided by a whole number", episode.control_period_s);

@@ -1,5 +1,6 @@
 //! The distribution of a quantity of a campaign.
 
+use crate::assets::exactly;
 use crate::campaign::ask::bounds::{accept, digits, in_range};
 use crate::error::Result;
 use serde::Serialize;
@@ -55,7 +56,10 @@ impl Distribution {
             Distribution::Normal { normal: [mean, sd] } => {
                 let field = format!("{field}.normal");
                 in_range(file, &field, mean, [least, most])?;
-                accept((0.0..=1e6).contains(&sd), file, &field, sd, "a standard deviation that is not negative")
+                // With a wider one nearly all values would have to be drawn again.
+                let range = most - least;
+                let accepted = format!("a standard deviation of 0 to {}, the width of the range", digits(range));
+                accept((0.0..=range).contains(&sd), file, &field, sd, &accepted)
             }
         }
     }
@@ -80,6 +84,9 @@ impl fmt::Display for Distribution {
     }
 }
 
+#[derive(serde::Deserialize)]
+struct Pair(#[serde(deserialize_with = "exactly")] [f64; 2]);
+
 // Written by hand: the error of a derived untagged enum names neither the key nor what is accepted.
 impl<'de> Deserialize<'de> for Distribution {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -103,8 +110,8 @@ impl<'de> Deserialize<'de> for Distribution {
                     return Err(de::Error::invalid_length(0, &self));
                 };
                 let distribution = match key.as_str() {
-                    "uniform" => Distribution::Uniform { uniform: map.next_value()? },
-                    "normal" => Distribution::Normal { normal: map.next_value()? },
+                    "uniform" => Distribution::Uniform { uniform: map.next_value::<Pair>()?.0 },
+                    "normal" => Distribution::Normal { normal: map.next_value::<Pair>()?.0 },
                     other => return Err(de::Error::unknown_field(other, &["uniform", "normal"])),
                 };
                 match map.next_key::<String>()? {

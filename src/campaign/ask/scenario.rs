@@ -1,7 +1,7 @@
 //! Scenarios: single disturbances with a name, above all those of the paper's Sect. V and VI. A file under
 //! `assets/scenarios/` states the disturbance; everything else is as in the command `push`.
 
-use crate::assets::{self, Kind, Source, parse_toml};
+use crate::assets::{self, Kind, Source, exactly, parse_toml};
 use crate::campaign::ask::bounds::{PushBounds, check_episode, positive};
 use crate::campaign::ask::spec::default_robot;
 use crate::episode::EpisodeConfig;
@@ -45,6 +45,7 @@ pub struct Scenario {
 #[serde(deny_unknown_fields)]
 pub struct Imposed {
     /// The error in the control frame: x forward, y left.
+    #[serde(deserialize_with = "exactly")]
     pub zmp_error_m: [f64; 2],
     #[serde(default)]
     pub start: Start,

@@ -57,6 +57,11 @@ pub struct Campaign {
     pub gates: GateSpec,
 }
 
+/// Most gain sets of a campaign, each of which takes a part of a second to prepare.
+const MOST_SETS: usize = 200;
+/// Longest name, with which a folder can be named.
+const MOST_LETTERS: usize = 100;
+
 /// When a campaign may end before all its trials are run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -262,8 +267,10 @@ impl Campaign {
     /// The campaign with `dotted.key=value` applied, which may be in units of its robot. It fails for an unknown key or a
     /// value of the wrong type.
     pub(super) fn with(&self, assignment: &str, measures: &Measures) -> Result<Campaign> {
-        let Some((key, text)) = assignment.split_once('=').map(|(k, v)| (k.trim(), v.trim())) else {
-            return Err(Error::option("--set", assignment, "has no `=`", "KEY=VALUE, for example push.height_m=0.1"));
+        let split = assignment.split_once('=').map(|(key, text)| (key.trim(), text.trim()));
+        let Some((key, text)) = split.filter(|(key, _)| !key.is_empty()) else {
+            let problem = if split.is_some() { "has no key" } else { "has no `=`" };
+            return Err(Error::option("--set", assignment, problem, "KEY=VALUE, for example push.height_m=0.1"));
         };
         let (si_key, value) = measures.assigned(key, assets::toml_value(text))?;
         let mut root = self.table()?.into();
@@ -346,8 +353,15 @@ impl Campaign {
             let (name, problem) = (format!("{:?}", self.name), "is not usable as a folder name");
             return Err(Error::value(file, "name", name, problem, accepted));
         }
+        if self.name.len() > MOST_LETTERS {
+            return Err(Error::value(file, "name", &self.name, "is too long", format!("up to {MOST_LETTERS} letters")));
+        }
         if self.gains.is_empty() {
             return Err(Error::value(file, "gains", "[]", "there is no gain set", "one or more names or paths"));
+        }
+        if self.gains.len() > MOST_SETS {
+            let (count, accepted) = (format!("{} gain sets", self.gains.len()), format!("up to {MOST_SETS}"));
+            return Err(Error::value(file, "gains", count, "too many", accepted));
         }
         // A random stream is numbered by 64 bits that trial index and quantity share; see `trial`.
         accept((1..=1_000_000_000).contains(&self.trials), file, "trials", self.trials as f64, "1 to 1e9")?;

@@ -1,9 +1,8 @@
 //! Reference postures from an SRDF, the file of MoveIt and Pinocchio beside a URDF.
 
-use crate::assets::Source;
+use crate::assets::{self, Source};
 use crate::error::{Error, Result};
-use crate::robot::Robot;
-use roxmltree::Document;
+use crate::robot::{Robot, markup};
 use std::path::{Path, PathBuf};
 
 /// Names of postures in which a robot stands, best first.
@@ -24,8 +23,7 @@ pub fn beside(urdf: &Source, robot: &Robot) -> Result<Option<Reference>> {
         return Ok(None);
     }
     let Some(path) = places(Path::new(&urdf.file)).into_iter().find(|path| path.is_file()) else { return Ok(None) };
-    let text = std::fs::read_to_string(&path).map_err(|source| Error::Read { path: path.clone(), source })?;
-    read(&Source { file: path.display().to_string(), text }, robot)
+    read(&assets::text(&path)?, robot)
 }
 
 /// Where an SRDF may be. `talos_full_v2.urdf` belongs to `talos.srdf` too.
@@ -45,7 +43,8 @@ fn places(urdf: &Path) -> Vec<PathBuf> {
 
 fn read(source: &Source, robot: &Robot) -> Result<Option<Reference>> {
     let syntax = |message: String| Error::Syntax { file: source.file.clone(), message };
-    let document = Document::parse(&source.text).map_err(|e| syntax(format!("the XML is malformed: {e}")))?;
+    let document =
+        markup::document(&source.text).map_err(|problem| syntax(format!("the XML is malformed: {problem}")))?;
     let states = document.root_element().children().filter(|node| node.has_tag_name("group_state"));
     let rank = |name: &str| STANDING.iter().position(|standing| name.eq_ignore_ascii_case(standing));
     let named = states.filter_map(|state| Some((rank(state.attribute("name")?)?, state)));

@@ -12,7 +12,8 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::Node;
 use std::fmt::Write;
 
-const MOST_LINKS: usize = 500;
+/// Most elements of each kind.
+const MOST: [(&str, usize); 4] = [("link", 500), ("joint", 500), ("visual", 5000), ("collision", 5000)];
 
 struct Attribute {
     name: &'static str,
@@ -114,10 +115,12 @@ pub fn read(source: &Source, problems: &mut Problems) -> Result<Urdf> {
     if !root.has_tag_name("robot") {
         return Err(syntax(format!("the root element is <{}>; accepted: <robot>", root.tag_name().name())));
     }
-    let links = root.children().filter(|node| node.has_tag_name("link")).count();
-    if links > MOST_LINKS {
-        let accepted = format!("up to {MOST_LINKS} links");
-        return Err(Error::value(&source.file, "link", links, "there are too many links", accepted));
+    for (name, most) in MOST {
+        let count = root.descendants().filter(|node| node.has_tag_name(name)).count();
+        if count > most {
+            let (problem, accepted) = (format!("there are too many {name}s"), format!("up to {most} {name}s"));
+            return Err(Error::value(&source.file, name, count, problem, accepted));
+        }
     }
     let line_ends = source.text.match_indices('\n').map(|(at, _)| at).collect();
     let mut reader = Reader {
@@ -243,10 +246,12 @@ impl Reader<'_, '_> {
     /// The value of an attribute; a harmless one if it is missing or bad.
     fn value<'a>(&mut self, part: &Node, node: &Node<'a, '_>, attribute: &Attribute) -> &'a str {
         let Attribute { name, numbers: count, harmless, is_required } = *attribute;
+        let most = most(name);
+        let finite = if most.is_finite() { format!("up to {most:e} in size") } else { "finite".into() };
         let counted = || match count {
             0 => "a name".to_string(),
-            1 => "a number, finite".into(),
-            _ => format!("{count} numbers, finite"),
+            1 => format!("a number, {finite}"),
+            _ => format!("{count} numbers, {finite}"),
         };
         let text = node.attribute(name).filter(|text| count > 0 || !is_required || !text.is_empty());
         match text {
@@ -259,12 +264,27 @@ impl Reader<'_, '_> {
             Some(text) => {
                 let numbers = text.split_whitespace().map(str::parse::<f64>);
                 if numbers.clone().count() == count && numbers.clone().all(|n| n.is_ok_and(f64::is_finite)) {
-                    return text;
+                    if numbers.flatten().all(|n| n.abs() <= most) {
+                        return text;
+                    }
+                    self.bad(part, node, name, text, "is too large", &counted());
+                } else {
+                    self.bad(part, node, name, text, "cannot be read", &counted());
                 }
-                self.bad(part, node, name, text, "cannot be read", &counted());
             }
         }
         harmless
+    }
+}
+
+/// Largest number that an attribute accepts: masses of 10,000 tonnes, lengths of 10 km. Limits of joints have none.
+fn most(attribute: &str) -> f64 {
+    match attribute {
+        "xyz" | "rpy" | "size" | "radius" | "length" | "offset" => 1e4,
+        "scale" => 1e6,
+        "value" => 1e7,
+        "ixx" | "ixy" | "ixz" | "iyy" | "iyz" | "izz" => 1e11,
+        _ => f64::INFINITY,
     }
 }
 
