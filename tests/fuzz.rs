@@ -374,7 +374,8 @@ fn results() {
     let plan = Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap();
     let new = plan.folder(Some(&made)).unwrap();
     let mut work = plan.work(&new, RunOptions { threads: 1, shard: None }, None).unwrap();
-    work.run(&Watch { stop: &AtomicBool::new(false), on_episode: &|| {}, on_part: &|_| {}, on_look: &|_| {} }).unwrap();
+    work.run(&Watch { stop: &AtomicBool::new(false), on_episode: &|| {}, on_part: &|_| {}, on_look: &|_, _| {} })
+        .unwrap();
     const FILES: [&str; 3] = ["parts/campaign.json", "parts/part-000000.json", "parts/part-000000.csv"];
     let valid = FILES.map(|name| fs::read_to_string(made.join(name)).unwrap()).join(NEXT_FILE);
     fs::create_dir_all(damaged.join("parts")).unwrap();
