@@ -5,10 +5,10 @@ use crate::campaign::ask::gate::GateSpec;
 use crate::campaign::ask::no_step::NoStep;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
-use crate::campaign::store::by_set::BySet;
 use crate::campaign::store::folder::{Folder, Manifest, PART_TRIALS};
 use crate::campaign::store::row::TrialRow;
 use crate::campaign::store::shard::Shard;
+use crate::campaign::verdict::digest::Digest;
 use crate::campaign::verdict::gates::{Gates, Open};
 use crate::control::Design;
 use crate::episode::{Disturbance, Episodes, Record};
@@ -61,8 +61,8 @@ pub struct Watch<'a> {
 
 /// A look at a campaign that ends when decided.
 pub struct Look<'a> {
-    /// The rows of all trials so far.
-    pub rows: &'a BySet<'a>,
+    /// All trials so far.
+    pub rows: &'a Digest,
     /// What is still to be decided.
     pub open: &'a [Open],
     /// Names of the gain sets that stop here while others go on: nothing that is open takes their trials.
@@ -93,8 +93,8 @@ struct LookedAt<'a> {
     /// Numbers of trials at the last look and at the next one.
     last: u64,
     next: u64,
-    /// All rows up to the last look.
-    rows: Vec<TrialRow>,
+    /// All trials up to the last look.
+    rows: Digest,
 }
 
 impl Plan {
@@ -188,8 +188,9 @@ impl Plan {
         }
         let Manifest { campaign, sets, .. } = &folder.manifest;
         let look_on = |(gates, planned): (_, Looks)| {
+            let rows = Digest::new(sets, &campaign.episode);
             let next = planned.after(0).min(campaign.trials);
-            LookedAt { gates, planned, last: 0, next, rows: Vec::new() }
+            LookedAt { gates, planned, last: 0, next, rows }
         };
         let looks = gates.zip(folder.manifest.looks()).map(look_on);
         let set_trials = vec![campaign.trials; sets.len()];
@@ -335,10 +336,11 @@ impl Work<'_> {
             if !missing.is_empty() {
                 break missing;
             }
-            looks.rows.extend(self.folder.rows_of(blocks, &self.set_trials)?);
+            for block in blocks {
+                looks.rows.push(&self.folder.rows_of(block..block + 1, &self.set_trials)?);
+            }
             looks.last = looks.next;
-            let rows = BySet::new(&looks.rows, sets);
-            let open = looks.gates.open(&rows);
+            let open = looks.gates.open(&looks.rows);
             let is_over = open.is_empty() || looks.last == campaign.trials;
             let mut stopping = Vec::new();
             for (set, trials) in self.set_trials.iter_mut().enumerate().filter(|(_, trials)| **trials > looks.last) {
@@ -347,7 +349,7 @@ impl Work<'_> {
                     stopping.extend((!is_over).then_some(sets[set].as_str()));
                 }
             }
-            on_look(&Look { rows: &rows, open: &open, stopping, all_episodes: self.all_episodes() });
+            on_look(&Look { rows: &looks.rows, open: &open, stopping, all_episodes: self.all_episodes() });
             if is_over {
                 break Vec::new();
             }
