@@ -7,7 +7,7 @@ use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::{properties::WriterProperties, writer::SerializedColumnWriter, writer::SerializedFileWriter};
 use parquet::schema::types::Type;
-use std::{path::Path, sync::Arc};
+use std::{io::Write, path::Path, sync::Arc};
 
 /// A named column; the unit is part of the name.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,26 +66,43 @@ fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
     write_atomic(path, &out.into_inner().map_err(|e| other(path, e.into_error()))?)
 }
 
-/// The Parquet file for columns of equal length, with gzip compression and one row group, without host name or
-/// time.
-pub fn parquet_bytes(columns: &[Column]) -> Result<Vec<u8>, ParquetError> {
-    let fields = columns.iter().map(|c| field(c).map(Arc::new)).collect::<Result<_, _>>()?;
-    let schema = Arc::new(Type::group_type_builder("rows").with_fields(fields).build()?);
-    let properties = WriterProperties::builder()
-        .set_compression(Compression::GZIP(GzipLevel::default()))
-        .set_created_by(concat!("standfast ", env!("CARGO_PKG_VERSION")).into())
-        .build();
-    let mut bytes = Vec::new();
-    let mut file = SerializedFileWriter::new(&mut bytes, schema, Arc::new(properties))?;
-    let mut group = file.next_row_group()?;
-    for column in columns {
-        let mut writer = group.next_column()?.expect("the schema has a field per column");
-        write_column(&mut writer, &column.data)?;
-        writer.close()?;
+/// A Parquet file in the making, with gzip compression, without host name or time. It is written row group by row group.
+pub struct ParquetFile<W: Write + Send>(SerializedFileWriter<W>);
+
+impl<W: Write + Send> ParquetFile<W> {
+    /// A file with columns of these names and kinds; their values are not looked at.
+    pub fn new(to: W, columns: impl IntoIterator<Item = Column>) -> Result<Self, ParquetError> {
+        let fields = columns.into_iter().map(|c| field(&c).map(Arc::new)).collect::<Result<_, _>>()?;
+        let schema = Arc::new(Type::group_type_builder("rows").with_fields(fields).build()?);
+        let properties = WriterProperties::builder()
+            .set_compression(Compression::GZIP(GzipLevel::default()))
+            .set_created_by(concat!("standfast ", env!("CARGO_PKG_VERSION")).into())
+            .build();
+        Ok(Self(SerializedFileWriter::new(to, schema, Arc::new(properties))?))
     }
-    group.close()?;
-    file.close()?;
-    Ok(bytes)
+
+    /// Adds a row group of columns of equal length, in the order of those of the file.
+    pub fn group(&mut self, columns: impl IntoIterator<Item = Column>) -> Result<(), ParquetError> {
+        let mut group = self.0.next_row_group()?;
+        for column in columns {
+            let mut writer = group.next_column()?.expect("the schema has a field per column");
+            write_column(&mut writer, &column.data)?;
+            writer.close()?;
+        }
+        group.close().map(|_| ())
+    }
+
+    /// Ends the file, and gives back what it was written to.
+    pub fn finish(self) -> Result<W, ParquetError> {
+        self.0.into_inner()
+    }
+}
+
+/// The Parquet file for columns of equal length, with one row group.
+fn parquet_bytes(columns: &[Column]) -> Result<Vec<u8>, ParquetError> {
+    let mut file = ParquetFile::new(Vec::new(), columns.iter().cloned())?;
+    file.group(columns.iter().cloned())?;
+    file.finish()
 }
 
 fn field(column: &Column) -> Result<Type, ParquetError> {

@@ -5,29 +5,88 @@ use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::ffi::OsStr;
 use std::hash::{DefaultHasher, Hasher};
-use std::{fs, io::Write, path::Path, sync::OnceLock};
+use std::{fs, io, io::Write, path::Path, path::PathBuf, sync::OnceLock};
 
 /// How the name of a file begins while it is being written.
 const TEMPORARY: &str = ".tmp-";
 
-/// Writes `bytes` to `path`, and creates its folder if needed. It writes a unique temporary file in the same folder,
-/// syncs and renames it, and syncs the folder. If two writers race, the result is one of both files as a whole.
+/// Writes `bytes` to `path` as an [`AtomicFile`].
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
-    let folder = folder_of(path);
-    let fail = |source| Error::Write { path: path.into(), source };
-    fs::create_dir_all(folder).map_err(fail)?;
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(TEMPORARY);
-    // Temporary files are private to their owner; a result is made as readable as any other file of the caller.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut temporary = builder.tempfile_in(folder).map_err(fail)?;
-    temporary.write_all(bytes).map_err(fail)?;
-    temporary.as_file().sync_all().map_err(fail)?;
-    temporary.persist(path).map_err(|e| fail(e.error))?;
-    #[cfg(unix)]
-    fs::File::open(folder).and_then(|f| f.sync_all()).map_err(fail)?;
-    Ok(())
+    let mut file = AtomicFile::create(path)?;
+    file.write_all(bytes).map_err(|source| Error::Write { path: path.into(), source })?;
+    file.commit()
+}
+
+/// A file that stands at its path once it is committed, as a whole. Until then it is a unique temporary file in the same
+/// folder, which goes when this is dropped. If two writers race, the result is one of both files.
+pub struct AtomicFile {
+    path: PathBuf,
+    temporary: tempfile::NamedTempFile,
+}
+
+impl AtomicFile {
+    /// Creates the temporary file, and its folder if needed.
+    pub fn create(path: &Path) -> Result<Self> {
+        let folder = folder_of(path);
+        let fail = |source| Error::Write { path: path.into(), source };
+        fs::create_dir_all(folder).map_err(fail)?;
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(TEMPORARY);
+        // Temporary files are private to their owner; a result is made as readable as any other file of the caller.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        Ok(Self { path: path.into(), temporary: builder.tempfile_in(folder).map_err(fail)? })
+    }
+
+    /// Syncs the file, renames it, and syncs the folder.
+    pub fn commit(self) -> Result<()> {
+        let Self { path, temporary } = self;
+        let fail = |source| Error::Write { path: path.clone(), source };
+        temporary.as_file().sync_all().map_err(fail)?;
+        temporary.persist(&path).map_err(|e| fail(e.error))?;
+        #[cfg(unix)]
+        fs::File::open(folder_of(&path)).and_then(|f| f.sync_all()).map_err(fail)?;
+        Ok(())
+    }
+}
+
+impl Write for AtomicFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.temporary.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.temporary.flush()
+    }
+}
+
+/// Writes to `to`, and hashes what is written.
+pub struct Hashing<W> {
+    to: W,
+    sha256: Sha256,
+}
+
+impl<W: Write> Hashing<W> {
+    pub fn new(to: W) -> Self {
+        Self { to, sha256: Sha256::new() }
+    }
+
+    /// Where it wrote to, and the SHA-256 of what was written, in lower-case hexadecimal.
+    pub fn finish(self) -> (W, String) {
+        (self.to, hex(&self.sha256.finalize()))
+    }
+}
+
+impl<W: Write> Write for Hashing<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.to.write(bytes)?;
+        self.sha256.update(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.to.flush()
+    }
 }
 
 /// Whether a file of this name was being written when its writer died.
@@ -78,7 +137,11 @@ pub fn build_id() -> &'static str {
 
 /// SHA-256 in lower-case hexadecimal.
 pub fn sha256_hex(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
+    hex(&Sha256::digest(bytes))
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
 #[cfg(test)]

@@ -2,9 +2,8 @@
 //! sets of which nothing open takes trials stop. So neither the end nor the trials of a set depend on threads, shards,
 //! or interruptions: whoever looks at the same parts finds the same.
 
-use crate::campaign::store::by_set::BySet;
 use crate::campaign::store::folder::Folder;
-use crate::campaign::store::row::TrialRow;
+use crate::campaign::verdict::digest::Digest;
 use crate::campaign::verdict::gates::{Gates, Open};
 use crate::error::Result;
 use crate::stats::looks::Looks;
@@ -18,8 +17,8 @@ pub struct Looking<'a> {
     /// Numbers of trials at the last look and at the next one.
     last: u64,
     pub next: u64,
-    /// All rows up to the last look.
-    rows: Vec<TrialRow>,
+    /// All trials up to the last look.
+    rows: Digest,
     /// Number of trials of each gain set, as far as it is known.
     pub set_trials: Vec<u64>,
     /// Whether all is decided, or there are no more trials.
@@ -28,8 +27,8 @@ pub struct Looking<'a> {
 
 /// What a look has found.
 pub struct Look<'a> {
-    /// The rows of all trials so far.
-    pub rows: &'a BySet<'a>,
+    /// All trials so far.
+    pub rows: &'a Digest,
     /// What is still to be decided.
     pub open: &'a [Open],
     /// Names of the gain sets that stop here while others go on: nothing that is open takes their trials.
@@ -44,7 +43,8 @@ impl<'a> Looking<'a> {
         let (planned, most) = (folder.manifest.looks()?, folder.manifest.campaign.trials);
         let set_trials = vec![most; folder.manifest.sets.len()];
         let next = planned.after(0).min(most);
-        Some(Self { folder, gates, planned, last: 0, next, rows: Vec::new(), set_trials, is_over: false })
+        let rows = Digest::new(&folder.manifest.sets, &folder.manifest.campaign.episode);
+        Some(Self { folder, gates, planned, last: 0, next, rows, set_trials, is_over: false })
     }
 
     /// Looks as often as there are trials for it. Returns the blocks that the next look still lacks; none if it is over.
@@ -56,10 +56,11 @@ impl<'a> Looking<'a> {
             if !missing.is_empty() {
                 return Ok(missing);
             }
-            self.rows.extend(self.folder.rows_of(blocks, &self.set_trials)?);
+            for block in blocks {
+                self.rows.push(&self.folder.rows_of(block..block + 1, &self.set_trials)?);
+            }
             self.last = self.next;
-            let rows = BySet::new(&self.rows, sets);
-            let open = self.gates.open(&rows);
+            let open = self.gates.open(&self.rows);
             self.is_over = open.is_empty() || self.last == most;
             let mut stopping = Vec::new();
             for (set, trials) in self.set_trials.iter_mut().enumerate().filter(|(_, trials)| **trials > self.last) {
@@ -68,7 +69,7 @@ impl<'a> Looking<'a> {
                     stopping.extend((!self.is_over).then_some(sets[set].as_str()));
                 }
             }
-            on_look(&Look { rows: &rows, open: &open, stopping, set_trials: &self.set_trials });
+            on_look(&Look { rows: &self.rows, open: &open, stopping, set_trials: &self.set_trials });
             self.next = self.planned.after(self.last).min(most);
         }
         Ok(Vec::new())

@@ -41,7 +41,7 @@ pub fn run(args: &StatusArgs) -> Result<ExitCode> {
     }
     let complete = print_status(&folder, args.printing)?;
     if complete && args.printing.full && !args.printing.json {
-        let (summary, _, _) = Summary::read(&folder, &Gates::new(&folder.manifest, None)?)?;
+        let (summary, _) = Summary::read(&folder, &Gates::new(&folder.manifest, None)?)?;
         print(&format!("\n{}", text::campaign(&summary, &folder.path, true)))?;
     }
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })

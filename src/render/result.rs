@@ -1,6 +1,7 @@
 //! The files of a result that people and CI services look at.
 
-use crate::campaign::{Summary, TrialRow};
+use crate::campaign::Summary;
+use crate::campaign::verdict::digest::Digest;
 use crate::error::Result;
 use crate::files::write_atomic;
 use crate::render::text::layout::wrapped;
@@ -10,8 +11,8 @@ use std::path::Path;
 /// Names of these files.
 pub const FILES: [&str; 4] = ["report.html", "summary.md", "junit.xml", "success.svg"];
 
-/// Writes these files to the result folder. `rows` are sorted by trial, then by set. Fails if a file cannot be written.
-pub fn write(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Result<()> {
+/// Writes these files to the result folder. `rows` are those of the summary. Fails if a file cannot be written.
+pub fn write(summary: &Summary, rows: &Digest, folder: &Path) -> Result<()> {
     let [report, markdown, junit, success] = FILES.map(|name| folder.join(name));
     figure::success::write(&success, summary)?;
     write_atomic(&report, html::page(summary, rows, folder)?.as_bytes())?;

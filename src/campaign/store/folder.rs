@@ -191,9 +191,9 @@ impl Folder {
         self.manifest.write(&self.path)
     }
 
-    /// All rows, by trial and then by set in the order of the campaign. It fails if a part is missing or damaged, or if
-    /// the campaign ends when decided and has not ended.
-    pub fn rows(&self) -> Result<Vec<TrialRow>> {
+    /// The rows of one part after the other, by trial and then by set in the order of the campaign; each part is read when
+    /// it is due. It fails if a part is missing or damaged, or if the campaign ends when decided and has not ended.
+    pub fn parts(&self) -> Result<impl Iterator<Item = Result<Vec<TrialRow>>>> {
         let missing = self.missing();
         if !missing.is_empty() {
             let problem = format!(
@@ -210,7 +210,7 @@ impl Folder {
                 format!("incomplete: it was stopped before its end; to complete it, run: {}", self.resume_command());
             return Err(Error::Parts { path: self.path.clone(), problem });
         };
-        self.rows_of(0..self.blocks(), &set_trials)
+        Ok((0..self.blocks()).map(move |block| self.rows_of(block..block + 1, &set_trials)))
     }
 
     /// Rows of these blocks, of each gain set within its number of trials. It fails if a part is missing or damaged.
@@ -317,6 +317,11 @@ pub(crate) mod tests {
         }
     }
 
+    /// All rows of a folder.
+    fn all_rows(folder: &Folder) -> Result<Vec<TrialRow>> {
+        Ok(folder.parts()?.collect::<Result<Vec<_>>>()?.concat())
+    }
+
     pub(crate) fn folder(path: &Path) -> Folder {
         let gains = ["hold", "fixed"];
         let overrides = Overrides { trials: Some(60), gains: gains.map(String::from).to_vec(), ..Overrides::default() };
@@ -365,13 +370,13 @@ pub(crate) mod tests {
         assert_eq!((folder.missing(), folder.set_trials()), (vec![2], None));
         folder.stop_at(&[25, 50]).unwrap();
         assert_eq!((folder.missing(), folder.trials(), folder.set_trials()), (vec![], 50, Some(vec![25, 50])));
-        assert_eq!(folder.rows().unwrap().len(), 75);
+        assert_eq!(all_rows(&folder).unwrap().len(), 75);
         folder.stop_at(&[25, 25]).unwrap();
-        assert_eq!(folder.rows().unwrap().len(), 50);
+        assert_eq!(all_rows(&folder).unwrap().len(), 50);
         folder.stop_at(&[50, 50]).unwrap();
         assert_eq!(folder.missing(), [1]);
         fs::remove_file(dir.path().join("parts/stopped.json")).unwrap();
-        let message = folder.rows().unwrap_err().to_string();
+        let message = all_rows(&folder).unwrap_err().to_string();
         assert!(message.contains("incomplete") && message.contains("standfast run"), "{message}");
     }
 
@@ -382,11 +387,11 @@ pub(crate) mod tests {
         folder.create().unwrap();
         commit(&folder, 1);
         assert_eq!(folder.missing(), [0, 2]);
-        let message = folder.rows().unwrap_err().to_string();
+        let message = all_rows(&folder).unwrap_err().to_string();
         assert!(message.contains("2 of 3 parts") && message.contains("trials 0-24, 50-59"), "{message}");
         commit(&folder, 0);
         commit(&folder, 2);
-        assert_eq!(folder.rows().unwrap().len(), 120);
+        assert_eq!(all_rows(&folder).unwrap().len(), 120);
         assert_eq!(Folder::existing(dir.path()).unwrap().manifest, folder.manifest);
     }
 

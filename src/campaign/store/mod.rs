@@ -2,7 +2,6 @@
 //! all parts, and a [`manifest`] of what they are. A
 //! [`claim`] keeps others away. A [`shard`] is the share of one machine, and a [`stored_trial`] can be run again.
 
-pub mod by_set;
 pub mod claim;
 pub mod folder;
 pub mod manifest;

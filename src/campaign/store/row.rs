@@ -2,13 +2,14 @@
 
 #[cfg(doc)]
 use crate::campaign::ask::no_step::NoStep;
-use crate::columns::{Column, Data, parquet_bytes};
+use crate::columns::{Column, Data, ParquetFile};
 use crate::episode::{Membership, Outcome, Record};
 use crate::error::{Error, Result};
+use crate::files::Hashing;
 use crate::robot::Foot;
 use crate::sim::{Profile, Push, Variation};
-use crate::stats::rate::SuccessCount;
 use serde::{Deserialize, Serialize};
+use std::io::Write;
 
 /// Builds a struct from fields that other structs have by the same name, and from further fields.
 macro_rules! copied {
@@ -129,11 +130,6 @@ impl TrialRow {
         self.outcome == Outcome::Recovered
     }
 
-    /// Impulse of the first push divided by m omega d or, if there is no d, in N s.
-    pub fn hardness(&self) -> f64 {
-        self.impulse_over_m_omega_d.unwrap_or(self.impulse_n_s)
-    }
-
     /// Time from the end of the last push until the robot stands (s); None unless it recovered.
     pub fn settling_s(&self) -> Option<f64> {
         self.after_last_push_s(self.settled_at_s)
@@ -150,31 +146,16 @@ impl TrialRow {
     }
 }
 
-/// Counts how many of these trials were recovered from.
-pub fn success_count<'a>(rows: impl IntoIterator<Item = &'a TrialRow>) -> SuccessCount {
-    let (mut trials, mut recovered) = (0, 0);
-    for row in rows {
-        trials += 1;
-        recovered += u64::from(row.has_recovered());
-    }
-    SuccessCount::new(recovered, trials)
-}
-
-/// Counts the same among the rows for which `such` holds.
-pub fn success_count_of(rows: &[&TrialRow], such: impl Fn(&TrialRow) -> bool) -> SuccessCount {
-    success_count(rows.iter().copied().filter(|row| such(row)))
-}
-
 /// A column for each field, by its kind.
 macro_rules! columns {
-    ($rows:ident: $($kind:ident $($field:ident)*;)*) => {
-        vec![$($(Column::new(stringify!($field), $kind($rows.iter().map(|row| &row.$field)))),*),*]
+    ($($kind:ident $($field:ident)*;)*) => {
+        [$($(|rows| Column::new(stringify!($field), $kind(rows.iter().map(|row| &row.$field)))),*),*]
     };
 }
 
-/// The rows as columns, in the order of the fields.
-pub fn columns(rows: &[TrialRow]) -> Vec<Column> {
-    columns! { rows:
+/// The rows as columns, in the order of the fields. Each column is made when it is due.
+pub fn columns(rows: &[TrialRow]) -> impl Iterator<Item = Column> {
+    const COLUMNS: &[fn(&[TrialRow]) -> Column] = &columns! {
         count trial; word set;
         number impulse_n_s; maybe impulse_over_m_omega_d; number heading_deg height_m duration_s start_s; word profile;
         maybe second_impulse_n_s second_heading_deg second_start_s;
@@ -186,7 +167,8 @@ pub fn columns(rows: &[TrialRow]) -> Vec<Column> {
         number peak_dcm_outside_m peak_slip_m; maybe legs_met_at_s; maybe_word legs_met; maybe left_sets_at_s;
         maybe_word set_after_push; maybe cpi_margin_after_push cpi_margin_after_push_est;
         count gain_switches footsteps; maybe_word unfinished_footstep;
-    }
+    };
+    COLUMNS.iter().map(|column| column(rows))
 }
 
 fn count<'a, T: Copy + TryInto<i64> + 'a>(values: impl Iterator<Item = &'a T>) -> Data {
@@ -215,14 +197,61 @@ pub fn as_text(value: &impl Serialize) -> String {
     serde_json::to_value(value).ok().and_then(|value| value.as_str().map(String::from)).unwrap_or_default()
 }
 
-pub fn parquet(rows: &[TrialRow]) -> Result<Vec<u8>> {
-    let fail = |source| Error::Write { path: "trials.parquet".into(), source: std::io::Error::other(source) };
-    parquet_bytes(&columns(rows)).map_err(fail)
+/// Number of rows in a row group of `trials.parquet`; the last one may have fewer. So many wait in memory, about 50 MB.
+const GROUP_ROWS: usize = 65_536;
+
+/// `trials.parquet` in the making. Rows are written as they come, and hashed.
+pub struct TrialsFile<W: Write + Send> {
+    file: ParquetFile<Hashing<W>>,
+    /// Rows of the next row group.
+    waiting: Vec<TrialRow>,
+    groups: usize,
+}
+
+impl<W: Write + Send> TrialsFile<W> {
+    /// Fails if nothing can be written there.
+    pub fn new(to: W) -> Result<Self> {
+        let file = ParquetFile::new(Hashing::new(to), columns(&[])).map_err(not_written)?;
+        Ok(Self { file, waiting: Vec::new(), groups: 0 })
+    }
+
+    /// Adds the next rows.
+    pub fn push(&mut self, rows: impl IntoIterator<Item = TrialRow>) -> Result<()> {
+        for row in rows {
+            self.waiting.push(row);
+            if self.waiting.len() == GROUP_ROWS {
+                self.write_group()?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends the file. Gives back what it was written to, and its SHA-256.
+    pub fn finish(mut self) -> Result<(W, String)> {
+        // A file without rows has a group without rows.
+        if !self.waiting.is_empty() || self.groups == 0 {
+            self.write_group()?;
+        }
+        Ok(self.file.finish().map_err(not_written)?.finish())
+    }
+
+    fn write_group(&mut self) -> Result<()> {
+        self.file.group(columns(&self.waiting)).map_err(not_written)?;
+        self.waiting.clear();
+        self.groups += 1;
+        Ok(())
+    }
+}
+
+fn not_written(source: impl std::error::Error + Send + Sync + 'static) -> Error {
+    Error::Write { path: "trials.parquet".into(), source: std::io::Error::other(source) }
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::RowAccessor;
 
     pub(crate) fn record(outcome: Outcome) -> Record {
         Record {
@@ -264,19 +293,42 @@ pub(crate) mod tests {
         let mut csv = csv::Writer::from_writer(Vec::new());
         csv.serialize(row(0, "hold", 2.0, Outcome::Fell)).unwrap();
         let text = String::from_utf8(csv.into_inner().unwrap()).unwrap();
-        let names: Vec<String> = columns(&[]).into_iter().map(|c| c.name).collect();
+        let names: Vec<String> = columns(&[]).map(|c| c.name).collect();
         assert_eq!(text.lines().next().unwrap(), names.join(","));
     }
 
     #[test]
     fn words_are_those_of_a_csv_file() {
-        let found = columns(&[row(0, "hold", 2.0, Outcome::TimedOut)]);
+        let rows = [row(0, "hold", 2.0, Outcome::TimedOut)];
+        let found: Vec<Column> = columns(&rows).collect();
         let column = |name: &str| found.iter().find(|column| column.name == name).map(|column| column.data.clone());
         for (name, expected) in [("set", "hold"), ("profile", "rectangular"), ("outcome", "TimedOut")] {
             assert_eq!(column(name), Some(Data::Text(vec![expected.into()])), "{name}");
         }
         assert_eq!(column("set_after_push"), Some(Data::OptText(vec![Some("outside".into())])));
         assert_eq!(column("unfinished_footstep"), Some(Data::OptText(vec![None])));
+    }
+
+    /// Also if they come a few at a time.
+    #[test]
+    fn rows_beyond_the_first_row_group_read_back() {
+        let rows = |trials: std::ops::Range<u64>| trials.map(|i| row(i, "hold", i as f64 / 7.0, Outcome::Fell));
+        let trials = GROUP_ROWS as u64 + 3;
+        let mut file = TrialsFile::new(Vec::new()).unwrap();
+        file.push(rows(0..10)).unwrap();
+        file.push(rows(10..trials)).unwrap();
+        let (bytes, sha256) = file.finish().unwrap();
+        assert_eq!(sha256, crate::files::sha256_hex(&bytes));
+        let mut at = tempfile::tempfile().unwrap();
+        at.write_all(&bytes).unwrap();
+        let reader = SerializedFileReader::new(at).unwrap();
+        assert_eq!(reader.num_row_groups(), 2);
+        let mut found = 0;
+        for (row, i) in reader.get_row_iter(None).unwrap().map(Result::unwrap).zip(0..) {
+            assert_eq!((row.get_long(0).unwrap(), row.get_double(2).unwrap()), (i, i as f64 / 7.0));
+            found += 1;
+        }
+        assert_eq!(found, trials);
     }
 
     #[test]

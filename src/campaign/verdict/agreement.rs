@@ -3,10 +3,9 @@
 //! Every trial has the same push, robot, ground and noise in both. So a trial with another outcome, and a verdict on two
 //! gain sets that only one engine gives, tell what depends on the engine.
 
-use crate::campaign::store::by_set::BySet;
 use crate::campaign::store::folder::Folder;
 use crate::campaign::store::manifest::Manifest;
-use crate::campaign::store::row::TrialRow;
+use crate::campaign::verdict::digest::Digest;
 use crate::campaign::verdict::pairs::{DecisionRule, Pair, every_pair};
 use crate::episode::Outcome;
 use crate::episode::parting::Parting;
@@ -97,9 +96,9 @@ pub fn differ_in_engine_alone(a: &Folder, b: &Folder) -> bool {
 }
 
 impl Agreement {
-    /// Of two results with the same gain sets, each given by its manifest and rows. `rows` are those of the comparison, by
+    /// Of two results with the same gain sets, each given by its manifest and trials. `rows` are those of the comparison, by
     /// its names of the sets, first all those of a; `pairs` compare each set of a with that of b.
-    pub fn new(of: [(&Manifest, &[TrialRow]); 2], rows: &BySet, pairs: &[Pair]) -> Self {
+    pub fn new(of: [(&Manifest, &Digest); 2], rows: &Digest, pairs: &[Pair]) -> Self {
         let engines = of.map(|(manifest, _)| manifest.campaign.episode.engine);
         let sets = &of[0].0.sets;
         let set = |i: usize| {
@@ -116,12 +115,12 @@ impl Agreement {
                 let (by, label, counts) = (stratum.by, stratum.label.clone(), ours(stratum.counts));
                 StratumAgreement { by, label, counts, agreed: Agreed::of(&counts) }
             });
-            let parted = rows.common(a, b).filter(|(a, b)| a.has_recovered() != b.has_recovered());
-            let parted = parted.map(|(a, b)| PartedTrial {
-                trial: a.trial,
-                impulse_n_s: a.impulse_n_s,
-                impulse_over_m_omega_d: a.impulse_over_m_omega_d,
-                heading_deg: a.heading_deg,
+            let parted = rows.common(a, b).enumerate().filter(|(_, (a, b))| a.has_recovered() != b.has_recovered());
+            let parted = parted.map(|(trial, (a, b))| PartedTrial {
+                trial: trial as u64,
+                impulse_n_s: rows.impulse_n_s(trial),
+                impulse_over_m_omega_d: a.impulse_over_m_omega_d(),
+                heading_deg: rows.heading_deg(trial),
                 recovered_in: engines[usize::from(b.has_recovered())],
                 outcomes: [a.outcome, b.outcome],
                 footsteps: [a.footsteps, b.footsteps],
@@ -166,10 +165,9 @@ impl Agreement {
 }
 
 /// Every pair of gain sets of a result, as the result itself has it.
-fn own_verdicts(manifest: &Manifest, rows: &[TrialRow]) -> Vec<Verdict> {
-    let rows = BySet::new(rows, &manifest.sets);
+fn own_verdicts(manifest: &Manifest, rows: &Digest) -> Vec<Verdict> {
     let pairs = every_pair(manifest.sets.len());
-    let pairs = Pair::all(&rows, &pairs, &[], DecisionRule::of(manifest)).into_iter();
+    let pairs = Pair::all(rows, &pairs, &[], DecisionRule::of(manifest)).into_iter();
     let verdict = |Pair { a, b, verdict, difference, words, .. }| Verdict { a, b, verdict, difference, words };
     pairs.map(verdict).collect()
 }
@@ -195,14 +193,14 @@ pub(crate) mod tests {
     use super::*;
     use crate::campaign::ask::spec::Overrides;
     use crate::campaign::store::folder::tests::manifest;
-    use crate::campaign::store::row::tests::row;
+    use crate::campaign::store::row::{TrialRow, tests::row};
     use crate::campaign::verdict::gates::Gates;
     use crate::campaign::verdict::summary::Summary;
     use crate::episode::Outcome::{Fell, Recovered};
 
     /// The result of a comparison, and its rows, of the sets "hold" and "catch" in two engines. Of each trial it is given
     /// whether the robot recovered: with "hold" and "catch" in Rapier, then in MuJoCo. Headings turn from trial to trial.
-    pub(crate) fn compared(recovered: &[[bool; 4]]) -> (Summary, Vec<TrialRow>) {
+    pub(crate) fn compared(recovered: &[[bool; 4]]) -> (Summary, Digest) {
         let sets = ["hold", "catch"];
         let names: Vec<String> =
             Engine::ALL.iter().flat_map(|e| sets.map(|set| format!("{set} ({})", e.name()))).collect();
@@ -218,14 +216,15 @@ pub(crate) mod tests {
         let own = |engine: Engine| {
             let own = rows.iter().filter(move |row| row.set.contains(engine.name()));
             let plain = |row: &TrialRow| TrialRow { set: row.set.split(' ').next().unwrap().into(), ..row.clone() };
-            own.map(plain).collect::<Vec<_>>()
+            Digest::of_rows(&own.map(plain).collect::<Vec<_>>(), &sets.map(String::from))
         };
         let own = Engine::ALL.map(own);
-        let of = [(&manifests[0], &own[0][..]), (&manifests[1], &own[1][..])];
+        let of = [(&manifests[0], &own[0]), (&manifests[1], &own[1])];
+        let rows = Digest::of_rows(&rows, &names);
         let joined = Manifest { sets: names.clone(), ..manifests[0].clone() };
         let gates = Gates::new(&joined, None).unwrap();
         let mut summary = Summary::new(&joined, &rows, String::new(), &[(0, 2), (1, 3)], &gates);
-        summary.agreement = Some(Agreement::new(of, &BySet::new(&rows, &names), &summary.pairs));
+        summary.agreement = Some(Agreement::new(of, &rows, &summary.pairs));
         (summary, rows)
     }
 

@@ -6,7 +6,7 @@ use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::campaign::store::folder::Folder;
 use crate::campaign::store::manifest::Manifest;
-use crate::campaign::store::row::TrialRow;
+use crate::campaign::verdict::digest::{Digest, Ended};
 use crate::error::{Error, Result};
 use serde::Serialize;
 use serde_json::Value;
@@ -18,7 +18,7 @@ const SHOWN: usize = 4;
 /// An earlier result with the same pushes.
 pub struct Baseline {
     pub manifest: Manifest,
-    rows: Vec<TrialRow>,
+    rows: Digest,
 }
 
 /// Which result was the baseline.
@@ -37,19 +37,23 @@ impl Baseline {
         let folder = Folder::existing(path)?;
         let campaign = &ours.campaign;
         refuse_other_trials(&folder, campaign)?;
-        let rows = folder.rows()?;
-        for row in &rows {
-            let (pushes, variation) = (trial::pushes(campaign, row.trial), trial::variation(campaign, row.trial));
-            if row.pushes() != pushes || row.variation() != variation {
-                return Err(other_push(path, row.trial));
+        let mut rows = Digest::new(&folder.manifest.sets, &campaign.episode);
+        for part in folder.parts()? {
+            let part = part?;
+            for row in &part {
+                let (pushes, variation) = (trial::pushes(campaign, row.trial), trial::variation(campaign, row.trial));
+                if row.pushes() != pushes || row.variation() != variation {
+                    return Err(other_push(path, row.trial));
+                }
             }
+            rows.push(&part);
         }
         Ok(Baseline { manifest: folder.manifest, rows })
     }
 
     /// Number of trials. A set that was stopped earlier has fewer.
     pub fn trials(&self) -> u64 {
-        self.rows.last().map_or(0, |row| row.trial + 1)
+        self.rows.trials()
     }
 
     /// What a report says of it.
@@ -64,9 +68,9 @@ impl Baseline {
         self.manifest.campaign.stopping.until_resolved
     }
 
-    /// In the order of trials, from 0.
-    pub fn rows_of(&self, set: &str) -> Vec<&TrialRow> {
-        self.rows.iter().filter(|row| row.set == set).collect()
+    /// In the order of trials, from 0; none of a set that it lacks.
+    pub fn rows_of(&self, set: &str) -> &[Ended] {
+        self.rows.names.iter().position(|name| name == set).map_or(&[], |set| self.rows.of(set))
     }
 }
 

@@ -1,18 +1,19 @@
 //! Two finished results set beside each other, trial by trial.
 
 use crate::campaign::ask::gate::GateSpec;
-use crate::campaign::store::by_set::BySet;
 use crate::campaign::store::folder::Folder;
 use crate::campaign::store::manifest::Manifest;
-use crate::campaign::store::row::{TrialRow, parquet};
+use crate::campaign::store::row::{TrialRow, TrialsFile};
 use crate::campaign::verdict::agreement::{Agreement, differ_in_engine_alone};
 use crate::campaign::verdict::baseline::{other_push, refuse_other_trials, unlike};
+use crate::campaign::verdict::digest::Digest;
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::verdict::set_summary::SetOrigin;
 use crate::campaign::verdict::summary::Summary;
 use crate::error::{Error, Result};
-use crate::files::{is_same_folder, sha256_hex};
+use crate::files::{AtomicFile, is_same_folder, sha256_hex};
 use std::collections::HashMap;
+use std::io::{Write, sink};
 use std::path::{Path, PathBuf};
 
 /// Two results as one: what a campaign with the gain sets of both would have given.
@@ -20,10 +21,10 @@ pub struct Comparison {
     /// What they say of each other. Its campaign is the first one, with the names, sets and hashes of both; paths of
     /// [origins](SetOrigin) are as those of the folders.
     pub summary: Summary,
-    /// The trials that both have; sorted by trial, then by set, those of the first before those of the second.
-    pub rows: Vec<TrialRow>,
-    /// The rows, as `trials.parquet`.
-    trials: Vec<u8>,
+    /// The trials that both have; the sets of the first before those of the second.
+    pub rows: Digest,
+    /// The two results.
+    of: [Folder; 2],
 }
 
 impl Comparison {
@@ -45,16 +46,16 @@ impl Comparison {
             true => [a, b].map(named_by_engine).concat(),
             false => [names(a, b), names(b, a)].concat(),
         };
-        let (rows_a, rows_b) = (a.rows()?, b.rows()?);
-        let rows = paired_rows((a, &rows_a), (b, &rows_b), &sets)?;
-        let count = rows.last().map_or(0, |row| row.trial + 1);
+        let (rows, _, sha256) = paired([a, b], &sets, sink())?;
+        let count = rows.trials();
         let manifest = joined(&a.manifest, &b.manifest, sets, count, gates);
-        let (pairs, trials) = (pairs(&a.manifest.sets, &b.manifest.sets), parquet(&rows)?);
-        let mut summary = Summary::new(&manifest, &rows, sha256_hex(&trials), &pairs, &Gates::new(&manifest, None)?);
+        let pairs = pairs(&a.manifest.sets, &b.manifest.sets);
+        let mut summary = Summary::new(&manifest, &rows, sha256, &pairs, &Gates::new(&manifest, None)?);
         let mut found = warnings(a, b, count, engines_alone);
         if engines_alone {
-            let of = [(&a.manifest, &rows_a[..]), (&b.manifest, &rows_b[..])];
-            let agreement = Agreement::new(of, &BySet::new(&rows, &manifest.sets), &summary.pairs);
+            let own = [Digest::read(a)?, Digest::read(b)?];
+            let of = [(&a.manifest, &own[0]), (&b.manifest, &own[1])];
+            let agreement = Agreement::new(of, &rows, &summary.pairs);
             found.splice(..0, agreement.warnings());
             summary.headline = agreement.headline();
             summary.agreement = Some(agreement);
@@ -63,45 +64,61 @@ impl Comparison {
         for (set, origin) in summary.sets.iter_mut().zip([origins(a), origins(b)].concat()) {
             set.origin = origin;
         }
-        Ok(Comparison { summary, rows, trials })
+        Ok(Comparison { summary, rows, of: [a.clone(), b.clone()] })
     }
 
     /// Writes `trials.parquet` and `summary.json`, and gives the summary as it is then: with paths of the two results as
-    /// they are from that folder.
+    /// they are from that folder. The two results are read again for that. Errors: they have changed meanwhile; the folder
+    /// is not writable.
     pub fn write(&self, folder: &Path) -> Result<Summary> {
         std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
         let mut summary = self.summary.clone();
         for set in &mut summary.sets {
             set.origin.campaign = seen_from(folder, Path::new(&set.origin.campaign)).display().to_string();
         }
-        summary.write(folder, &self.trials)?;
+        let [a, b] = &self.of;
+        let to = AtomicFile::create(&folder.join("trials.parquet"))?;
+        let (_, trials, sha256) = paired([a, b], &self.rows.names, to)?;
+        if sha256 != summary.trials_sha256 {
+            let problem = format!("it or {} changed while the two were compared", b.path.display());
+            return Err(Error::Parts { path: a.path.clone(), problem });
+        }
+        trials.commit()?;
+        summary.write(folder)?;
         Ok(summary)
     }
 }
 
-/// The trials that both folders have, of all their rows, under the names of `sets`. Errors: a trial is not the same in
-/// both.
-fn paired_rows(
-    (a, rows_a): (&Folder, &[TrialRow]),
-    (b, rows_b): (&Folder, &[TrialRow]),
-    sets: &[String],
-) -> Result<Vec<TrialRow>> {
+/// The trials that both folders have, under the names of `sets`; those of the first before those of the second. Their
+/// rows are written to a `trials.parquet`, which is given back with its SHA-256. Errors: a trial is not the same in both.
+fn paired<W: Write + Send>([a, b]: [&Folder; 2], sets: &[String], to: W) -> Result<(Digest, W, String)> {
     let (names_a, names_b) = sets.split_at(a.manifest.sets.len());
-    let [renamed_a, renamed_b] = [(a, names_a), (b, names_b)].map(|(folder, names)| {
-        let names: HashMap<&String, &String> = folder.manifest.sets.iter().zip(names).collect();
-        move |row: &TrialRow| TrialRow { set: names[&row.set].clone(), ..row.clone() }
-    });
-    let mut rows = Vec::new();
-    let same_trial = |a: &TrialRow, b: &TrialRow| a.trial == b.trial;
-    for (of_a, of_b) in rows_a.chunk_by(same_trial).zip(rows_b.chunk_by(same_trial)) {
+    let renamed = |folder: &Folder, names: &[String]| {
+        let sets = folder.manifest.sets.iter().cloned();
+        let names: HashMap<String, String> = sets.zip(names.iter().cloned()).collect();
+        move |row: TrialRow| TrialRow { set: names[&row.set].clone(), ..row }
+    };
+    let (renamed_a, renamed_b) = (renamed(a, names_a), renamed(b, names_b));
+    let (mut digest, mut file) = (Digest::new(sets, &a.manifest.campaign.episode), TrialsFile::new(to)?);
+    for (of_a, of_b) in trials(a)?.zip(trials(b)?) {
+        let (of_a, of_b) = (of_a?, of_b?);
         let (ours, theirs) = (&of_a[0], &of_b[0]);
         if ours.pushes() != theirs.pushes() || ours.variation() != theirs.variation() {
             return Err(other_push(&b.path, ours.trial));
         }
-        rows.extend(of_a.iter().map(&renamed_a));
-        rows.extend(of_b.iter().map(&renamed_b));
+        let rows: Vec<TrialRow> = of_a.into_iter().map(&renamed_a).chain(of_b.into_iter().map(&renamed_b)).collect();
+        digest.push(&rows);
+        file.push(rows)?;
     }
-    Ok(rows)
+    let (to, sha256) = file.finish()?;
+    Ok((digest, to, sha256))
+}
+
+/// The rows of each trial of a finished folder.
+fn trials(folder: &Folder) -> Result<impl Iterator<Item = Result<Vec<TrialRow>>>> {
+    let same_trial = |a: &TrialRow, b: &TrialRow| a.trial == b.trial;
+    let of_part = move |rows: Vec<TrialRow>| rows.chunk_by(same_trial).map(|trial| Ok(trial.to_vec())).collect();
+    Ok(folder.parts()?.flat_map(move |part| part.map_or_else(|error| vec![Err(error)], of_part)))
 }
 
 /// Pairs of sets, one of each result: of the same name or, if no name is in both, every one.

@@ -8,7 +8,7 @@
 use crate::campaign::store::row::TrialRow;
 use crate::episode::Outcome;
 use serde::Serialize;
-use std::{cmp::Reverse, collections::BTreeMap};
+use std::cmp::Reverse;
 
 /// A sole that has slid farther has slipped.
 pub const SLIPPED_M: f64 = 0.01;
@@ -36,17 +36,14 @@ pub struct Failures {
 }
 
 impl Failures {
-    pub fn of<'a>(rows: impl IntoIterator<Item = &'a TrialRow>) -> Self {
-        let mut failures = Self::default();
-        for row in rows {
-            match row.outcome {
-                Outcome::Recovered => {}
-                Outcome::TimedOut => failures.timed_out += 1,
-                Outcome::Diverged => failures.diverged += 1,
-                Outcome::Fell => failures.count_fall(row),
-            }
+    /// Counts a further trial.
+    pub fn add(&mut self, row: &TrialRow) {
+        match row.outcome {
+            Outcome::Recovered => {}
+            Outcome::TimedOut => self.timed_out += 1,
+            Outcome::Diverged => self.diverged += 1,
+            Outcome::Fell => self.count_fall(row),
         }
-        failures
     }
 
     fn count_fall(&mut self, row: &TrialRow) {
@@ -74,14 +71,18 @@ pub struct FallCause {
 }
 
 impl FallCause {
-    /// The most frequent first; of equals, by name.
-    pub fn count(rows: &[&TrialRow]) -> Vec<Self> {
-        let mut trials: BTreeMap<&String, u64> = BTreeMap::new();
-        for cause in rows.iter().filter(|row| row.outcome == Outcome::Fell).filter_map(|row| row.fall_cause.as_ref()) {
-            *trials.entry(cause).or_default() += 1;
+    /// Counts a further trial among `causes`, which are in the order of their names.
+    pub fn add(causes: &mut Vec<Self>, row: &TrialRow) {
+        let Some(cause) = row.fall_cause.as_ref().filter(|_| row.outcome == Outcome::Fell) else { return };
+        match causes.binary_search_by(|found| found.cause.cmp(cause)) {
+            Ok(at) => causes[at].trials += 1,
+            Err(at) => causes.insert(at, Self { cause: cause.clone(), trials: 1 }),
         }
-        let mut found: Vec<Self> =
-            trials.into_iter().map(|(cause, trials)| Self { cause: cause.clone(), trials }).collect();
+    }
+
+    /// The same causes, the most frequent first; of equals, by name.
+    pub fn most_frequent_first(causes: &[Self]) -> Vec<Self> {
+        let mut found = causes.to_vec();
         found.sort_by_key(|found| Reverse(found.trials));
         found
     }
@@ -129,15 +130,18 @@ mod tests {
             fell_legs_met: 2,
             fell_otherwise: 2,
         };
-        assert_eq!(Failures::of(&rows), expected);
-        assert_eq!(Failures::of([]), Failures::default());
+        let mut failures = Failures::default();
+        rows.iter().for_each(|row| failures.add(row));
+        assert_eq!(failures, expected);
     }
 
     #[test]
     fn causes_are_counted_of_falls_and_the_most_frequent_is_first() {
         let on = |cause: &str, outcome| TrialRow { fall_cause: Some(cause.into()), ..row(0, "a", 1.0, outcome) };
         let rows = [on("b", Fell), on("c", Fell), on("a", Fell), on("c", Fell), on("b", Diverged)];
-        let causes = FallCause::count(&rows.iter().collect::<Vec<_>>());
+        let mut causes = Vec::new();
+        rows.iter().for_each(|row| FallCause::add(&mut causes, row));
+        let causes = FallCause::most_frequent_first(&causes);
         let causes: Vec<_> = causes.iter().map(|c| (c.cause.as_str(), c.trials)).collect();
         assert_eq!(causes, [("c", 2), ("a", 1), ("b", 1)]);
     }

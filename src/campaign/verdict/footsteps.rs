@@ -1,6 +1,6 @@
 //! Footsteps against outcome: how often they were taken, and whether they helped.
 
-use crate::campaign::store::row::{TrialRow, success_count_of};
+use crate::campaign::verdict::digest::{Ended, success_count_of};
 use crate::stats::rate::SuccessCount;
 use serde::Serialize;
 
@@ -13,28 +13,26 @@ pub struct ByFootsteps {
 
 impl ByFootsteps {
     /// None for a set that took no footstep.
-    pub fn new(rows: &[&TrialRow]) -> Option<Self> {
-        let begun = |row: &TrialRow| row.footsteps as usize + usize::from(row.unfinished_footstep.is_some());
-        if rows.iter().all(|row| begun(row) == 0) {
+    pub fn new(trials: &[Ended]) -> Option<Self> {
+        let begun = |ended: &Ended| ended.footsteps as usize + usize::from(ended.in_swing);
+        if trials.iter().all(|ended| begun(ended) == 0) {
             return None;
         }
-        Some(Self { by_footsteps: [0, 1, 2, 3].map(|n| success_count_of(rows, |row| begun(row).min(3) == n)) })
+        Some(Self { by_footsteps: [0, 1, 2, 3].map(|n| success_count_of(trials, |ended| begun(ended).min(3) == n)) })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::store::row::tests::row;
+    use crate::campaign::store::row::{TrialRow, tests::row};
     use crate::episode::Outcome;
     use crate::robot::Foot;
 
     #[test]
     fn trials_are_counted_by_footsteps() {
-        let with = |outcome, footsteps, unfinished_footstep| TrialRow {
-            footsteps,
-            unfinished_footstep,
-            ..row(0, "paper", 3.0, outcome)
+        let with = |outcome, footsteps, unfinished_footstep| {
+            Ended::of(&TrialRow { footsteps, unfinished_footstep, ..row(0, "paper", 3.0, outcome) })
         };
         let rows = [
             with(Outcome::Recovered, 0, None),
@@ -44,9 +42,9 @@ mod tests {
             with(Outcome::Fell, 2, None),
             with(Outcome::Fell, 4, Some(Foot::Right)),
         ];
-        let stepped = ByFootsteps::new(&rows.iter().collect::<Vec<_>>()).unwrap();
+        let stepped = ByFootsteps::new(&rows).unwrap();
         let counts = stepped.by_footsteps.map(|count| (count.recovered, count.trials));
         assert_eq!(counts, [(1, 2), (1, 2), (0, 1), (0, 1)]);
-        assert_eq!(ByFootsteps::new(&[&rows[0], &rows[1]]), None, "a set that only stands");
+        assert_eq!(ByFootsteps::new(&rows[..2]), None, "a set that only stands");
     }
 }

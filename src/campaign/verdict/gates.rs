@@ -2,10 +2,9 @@
 
 use crate::campaign::ask::gate::{Against, Gate, GateSpec};
 use crate::campaign::ask::spec::Stopping;
-use crate::campaign::store::by_set::BySet;
 use crate::campaign::store::manifest::Manifest;
-use crate::campaign::store::row::TrialRow;
 use crate::campaign::verdict::baseline::{Baseline, BaselineId, unlike};
+use crate::campaign::verdict::digest::{Digest, Ended};
 use crate::campaign::verdict::evidence::{Evidence, GateAnswer, Status};
 use crate::campaign::verdict::pairs::every_pair;
 use crate::campaign::verdict::standing::{Standing, When, narrowed};
@@ -87,7 +86,7 @@ impl Gates {
     }
 
     /// Whether a gate waits for more trials than the baseline has.
-    pub fn outlasts_baseline(&self, rows: &BySet) -> bool {
+    pub fn outlasts_baseline(&self, rows: &Digest) -> bool {
         let is_open = |gate: &Gate| self.judge(gate, rows).judged.status == Status::Unresolved;
         self.gates.iter().any(|gate| self.is_used_up(gate, rows) && is_open(gate))
     }
@@ -98,14 +97,14 @@ impl Gates {
     }
 
     /// Whether a gate compares with a baseline that has no more trials of the set than these rows.
-    fn is_used_up(&self, gate: &Gate, rows: &BySet) -> bool {
+    fn is_used_up(&self, gate: &Gate, rows: &Digest) -> bool {
         let trials = rows.of(self.number(&gate.set)).len();
         let is_used_up = |baseline: &Baseline| baseline.rows_of(&gate.set).len() <= trials;
         gate.against == Against::Baseline && self.baseline.as_ref().is_some_and(is_used_up)
     }
 
     /// What the baseline cannot support, for a result with these rows.
-    pub fn warnings(&self, manifest: &Manifest, rows: &BySet) -> Vec<String> {
+    pub fn warnings(&self, manifest: &Manifest, rows: &Digest) -> Vec<String> {
         let Some(baseline) = &self.baseline else { return Vec::new() };
         let mut found = unlike(&baseline.manifest, manifest);
         let gates = self.gates.iter().filter(|gate| gate.against == Against::Baseline);
@@ -135,14 +134,14 @@ impl Gates {
     }
 
     /// What became of each gate.
-    pub fn judged(&self, rows: &BySet) -> Vec<GateResult> {
+    pub fn judged(&self, rows: &Digest) -> Vec<GateResult> {
         self.gates.iter().map(|gate| self.judge(gate, rows)).collect()
     }
 
     /// What a campaign that ends when decided has still to decide after these trials: gates or, without gates, pairs of
     /// sets. A gate that compares with a baseline is left as it is when that has no more trials. What is not open after
     /// some of the looks is not open after more of them.
-    pub fn open(&self, rows: &BySet) -> Vec<Open> {
+    pub fn open(&self, rows: &Digest) -> Vec<Open> {
         if !self.gates.is_empty() {
             let open = |gate: &Gate| {
                 let GateResult { judged, is_difference, .. } = self.judge(gate, rows);
@@ -170,10 +169,10 @@ impl Gates {
         pairs.iter().copied().filter_map(open).collect()
     }
 
-    fn judge(&self, gate: &Gate, rows: &BySet) -> GateResult {
+    fn judge(&self, gate: &Gate, rows: &Digest) -> GateResult {
         let own = rows.of(self.number(&gate.set));
-        let (other, ends_when_decided): (Option<Vec<&TrialRow>>, bool) = match (&gate.against, &self.baseline) {
-            (Against::Set(set), _) => (Some(rows.of(self.number(set)).to_vec()), false),
+        let (other, ends_when_decided): (Option<&[Ended]>, bool) = match (&gate.against, &self.baseline) {
+            (Against::Set(set), _) => (Some(rows.of(self.number(set))), false),
             (Against::Baseline, Some(baseline)) => (Some(baseline.rows_of(&gate.set)), baseline.is_sequential()),
             _ => (None, false),
         };
@@ -182,28 +181,27 @@ impl Gates {
         let sequential = self.stopping.until_resolved || ends_when_decided;
         let confidence = self.spec.confidence;
         let level = if self.stopping.until_resolved { each_of(self.gates.len(), confidence) } else { confidence };
-        let recovered = |row: &&TrialRow| row.has_recovered();
         let own_and_other = |trials: u64| {
-            let pairs = |other: &[&TrialRow]| {
-                PairedCounts::of(own.iter().zip(other).take(trials as usize).map(|(a, b)| (recovered(a), recovered(b))))
-            };
-            other.as_deref().map(pairs)
+            let recovered = |(a, b): (&Ended, &Ended)| (a.has_recovered(), b.has_recovered());
+            let pairs = |other: &[Ended]| PairedCounts::of(own.iter().zip(other).take(trials as usize).map(recovered));
+            other.map(pairs)
         };
-        let saved = |trials: u64| own.iter().take(trials as usize).filter(|row| recovered(row)).count() as u64;
+        let saved = |trials: u64| own.iter().take(trials as usize).filter(|ended| ended.has_recovered()).count() as u64;
         let evidence_at = |trials: u64| match own_and_other(trials) {
             None => Evidence::rate(saved(trials), trials, level, sequential),
             Some(counts) => Evidence::difference(&counts, level, sequential),
         };
-        let trials = other.as_ref().map_or(own.len(), |other| own.len().min(other.len())) as u64;
+        let trials = other.map_or(own.len(), |other| own.len().min(other.len())) as u64;
         let (mut evidence, counts) = (evidence_at(trials), own_and_other(trials));
         if let Some(looks) = self.looks {
             let intervals = looks.until(trials).map(|look| evidence_at(look).interval);
             evidence.interval = narrowed(intervals.chain([evidence.interval]));
         }
-        let saved_by_other = |i: usize| other.as_ref().is_some_and(|other| other.get(i).is_some_and(recovered));
-        let lost = || own.iter().enumerate().filter(|(_, row)| !recovered(row));
-        let least_hard = || lost().min_by(|(_, a), (_, b)| a.hardness().total_cmp(&b.hardness()));
-        let lost_trial = lost().find(|&(i, _)| saved_by_other(i)).or_else(least_hard).map(|(_, row)| row.trial);
+        let saved_by_other = |i: &usize| other.is_some_and(|other| other.get(*i).is_some_and(Ended::has_recovered));
+        let lost = || (0..own.len()).filter(|&i| !own[i].has_recovered());
+        let hardness = |i: &usize| rows.hardness(self.number(&gate.set), *i);
+        let least_hard = || lost().min_by(|a, b| hardness(a).total_cmp(&hardness(b)));
+        let lost_trial = lost().find(saved_by_other).or_else(least_hard).map(|i| i as u64);
         let judged = evidence.answer(gate, level);
         let passes = !judged.status.fails(self.spec.unresolved);
         let is_difference = gate.against != Against::Rate;
@@ -220,7 +218,7 @@ mod tests {
     use super::*;
     use crate::campaign::ask::spec::Overrides;
     use crate::campaign::store::folder::tests::manifest;
-    use crate::campaign::store::row::tests::row;
+    use crate::campaign::store::row::{TrialRow, tests::row};
     use crate::campaign::verdict::pairs::{DecisionRule, Pair};
     use crate::episode::Outcome;
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
@@ -261,7 +259,7 @@ mod tests {
         for _ in 0..RUNS {
             let (mut rows, mut look, mut erred, mut peeked) = (Vec::new(), 0, false, false);
             let pairs = |rows: &[TrialRow], pairs: &[(usize, usize)], when| {
-                let rows = BySet::new(rows, &names);
+                let rows = Digest::of_rows(rows, &names);
                 Pair::all(&rows, pairs, &[], DecisionRule { when, margin: 0.02, end_early: true })
             };
             // Neither a nor b is the better one, and c is worse than both.
@@ -271,7 +269,7 @@ mod tests {
                 PairVerdict::Open => false,
             };
             let errs = |pairs: Vec<Pair>| pairs.iter().any(is_wrong);
-            while look < MOST && (look == 0 || !gates.open(&BySet::new(&rows, &names)).is_empty()) {
+            while look < MOST && (look == 0 || !gates.open(&Digest::of_rows(&rows, &names)).is_empty()) {
                 let next = looks.after(look);
                 run(&mut rows, next - look, &loses, &mut rng);
                 look = next;
@@ -293,7 +291,7 @@ mod tests {
         run(&mut rows, 300, &[("a", [0, 1]), ("b", [0, 4])], &mut rng);
         let gates = gates(&["a", "b"], &["a >= 0.8", "a >= b + 0.1", "b >= 0.6"]).unwrap();
         let names = ["a", "b"].map(String::from);
-        let rows = BySet::new(&rows, &names);
+        let rows = Digest::of_rows(&rows, &names);
         let results = gates.judged(&rows);
         let status = results.iter().map(|gate| gate.judged.status).collect::<Vec<_>>();
         assert_eq!(status, [Status::Passed, Status::Passed, Status::Unresolved]);

@@ -80,10 +80,8 @@ pub(super) fn listed(names: &[&str], last: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::ask::spec::tests::campaign;
-    use crate::campaign::store::by_set::BySet;
-    use crate::campaign::store::row::success_count;
     use crate::campaign::store::row::tests::row;
+    use crate::campaign::verdict::digest::Digest;
     use crate::campaign::verdict::pairs::{DecisionRule, every_pair};
     use crate::campaign::verdict::standing::When;
     use crate::episode::Outcome::{Fell, Recovered};
@@ -95,13 +93,11 @@ mod tests {
         let trial =
             |i: u64| recovered.iter().map(move |(name, n)| row(i, name, 1.0, if i < *n { Recovered } else { Fell }));
         let rows: Vec<_> = (0..200).flat_map(trial).collect();
-        let by_set = BySet::new(&rows, &names);
+        let by_set = Digest::of_rows(&rows, &names);
         let deciding = DecisionRule { when: When::Once, margin, end_early: true };
         let pairs = Pair::all(&by_set, &every_pair(names.len()), &[], deciding);
-        let sets: Vec<SetSummary> = (0..names.len())
-            .map(|i| SetSummary::new(i, &by_set, &[], &[], &campaign("standard", &[]).episode))
-            .collect();
-        assert_eq!(sets[0].count, success_count(rows.iter().filter(|row| row.set == names[0])));
+        let sets: Vec<SetSummary> = (0..names.len()).map(|i| SetSummary::new(i, &by_set, &[], &[], true)).collect();
+        assert_eq!((sets[0].count.recovered, sets[0].count.trials), (recovered[0].1, 200));
         of(&sets, &pairs, deciding.margin)
     }
 
@@ -113,8 +109,8 @@ mod tests {
         let later = |trial: u64| vec![row(trial, "b", 1.0, outcome(trial.is_multiple_of(5)))];
         let rows: Vec<_> = (0..100).flat_map(|trial| if trial < 25 { first(trial) } else { later(trial) }).collect();
         let names = ["a", "b"].map(String::from);
-        let rows = BySet::new(&rows, &names);
-        let sets = [0, 1].map(|set| SetSummary::new(set, &rows, &[], &[], &campaign("standard", &[]).episode));
+        let rows = Digest::of_rows(&rows, &names);
+        let sets = [0, 1].map(|set| SetSummary::new(set, &rows, &[], &[], true));
         assert!(sets[0].count.success_rate > sets[1].count.success_rate);
         let deciding = DecisionRule { when: When::At(Looks::up_to(100)), margin: 0.02, end_early: true };
         let said = of(&sets, &Pair::all(&rows, &[(0, 1)], &[], deciding), 0.02);

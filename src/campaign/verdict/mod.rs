@@ -1,4 +1,4 @@
-//! What is concluded from the trials of a campaign: a [`summary`] says of each gain set ([`set_summary`]) how many trials
+//! What is concluded from the trials of a campaign, of which a [`digest`] is kept: a [`summary`] says of each gain set ([`set_summary`]) how many trials
 //! it recovered from, where ([`strata`]) and how fast ([`times`]), how trials were lost ([`failures`],
 //! [`telling_trials`]), what the theory foretold ([`prediction`]), what footsteps were worth ([`footsteps`]); which of
 //! two sets is better ([`standing`], [`pairs`]), which recovers most of all ([`headline`]), and what the result cannot
@@ -9,6 +9,7 @@
 pub mod agreement;
 pub mod baseline;
 pub mod compare;
+pub mod digest;
 pub mod evidence;
 pub mod failures;
 pub mod footsteps;

@@ -5,9 +5,8 @@
 //! tell them apart. Pairs come in the order of what they tell: those of which one is better, the larger difference
 //! first; those that are the same; those that are not resolved.
 
-use crate::campaign::store::by_set::BySet;
 use crate::campaign::store::manifest::Manifest;
-use crate::campaign::store::row::TrialRow;
+use crate::campaign::verdict::digest::{Digest, Ended};
 use crate::campaign::verdict::standing::{Standing, When};
 use crate::campaign::verdict::strata::Stratum;
 use crate::stats::decision::{Decision, PairVerdict, alpha_of_each};
@@ -97,7 +96,7 @@ impl DecisionRule {
 
 impl Pair {
     /// Each pair of sets that is asked for, in the order of what they tell.
-    pub fn all(rows: &BySet, pairs: &[(usize, usize)], strata: &[Stratum], deciding: DecisionRule) -> Vec<Self> {
+    pub fn all(rows: &Digest, pairs: &[(usize, usize)], strata: &[Stratum], deciding: DecisionRule) -> Vec<Self> {
         let pair = |&sets: &(usize, usize)| Self::new(rows, sets, strata, pairs.len(), deciding);
         let mut all: Vec<Self> = pairs.iter().map(pair).collect();
         all.sort_by(|x, y| by_what_they_tell((x.verdict, x.difference), (y.verdict, y.difference)));
@@ -106,7 +105,7 @@ impl Pair {
 
     /// The comparison of two sets, one of `pairs` pairs.
     fn new(
-        rows: &BySet,
+        rows: &Digest,
         sets: (usize, usize),
         strata: &[Stratum],
         pairs: usize,
@@ -115,18 +114,18 @@ impl Pair {
         let standing = Standing::of(rows, sets, pairs, when, margin);
         let Standing { a, b, counts, decision: Decision { ci95, p, verdict }, better_after } = standing;
         let first = |wins: usize, loses: usize| {
-            let only = rows.common(wins, loses).filter(|(won, lost)| won.has_recovered() && !lost.has_recovered());
-            only.take(EXAMPLES).map(|(won, _)| won.trial).collect()
+            let only = |&(_, (won, lost)): &(u64, (&Ended, &Ended))| won.has_recovered() && !lost.has_recovered();
+            (0..).zip(rows.common(wins, loses)).filter(only).take(EXAMPLES).map(|(trial, _)| trial).collect()
         };
-        let shift = |get: &dyn Fn(&TrialRow) -> Option<f64>| {
+        let shift = |get: &dyn Fn(&Ended) -> Option<f64>| {
             let both = rows.common(a, b).filter(|(a, b)| a.has_recovered() && b.has_recovered());
             let differences = both.filter_map(|(a, b)| Some(get(a)? - get(b)?));
             signed_rank(&differences.collect::<Vec<_>>())
         };
         let stratum = |stratum: &Stratum| {
-            let of = |set: usize, trial: usize| rows.of(set).get(trial).map(|row| row.has_recovered());
-            let recovered = |&trial: &usize| Some((of(a, trial)?, of(b, trial)?));
-            let counts = PairedCounts::of(stratum.trials.iter().filter_map(recovered));
+            let of = |set: usize, trial: usize| rows.of(set).get(trial).map(Ended::has_recovered);
+            let recovered = |trial: usize| Some((of(a, trial)?, of(b, trial)?));
+            let counts = PairedCounts::of(stratum.trials().filter_map(recovered));
             let (by, label, trials) = (stratum.by, stratum.label.clone(), counts.trials());
             let (difference, ci95) = (counts.difference(), counts.difference_interval(LEVEL));
             PairStratum { by, label, trials, counts, difference, ci95 }
@@ -150,9 +149,9 @@ impl Pair {
             more_trials,
             first_only_a: first(a, b),
             first_only_b: first(b, a),
-            settling_s: shift(&TrialRow::settling_s),
-            homing_s: if end_early { None } else { shift(&TrialRow::homing_s) },
-            footsteps: shift(&|row| Some(row.footsteps.into())),
+            settling_s: shift(&Ended::settling_s),
+            homing_s: if end_early { None } else { shift(&Ended::homing_s) },
+            footsteps: shift(&|ended| Some(ended.footsteps.into())),
             strata: strata.iter().map(stratum).collect(),
         };
         pair.words = pair.in_words(margin);
@@ -282,7 +281,7 @@ mod tests {
     /// Sets "a" and "b".
     fn pair(outcomes: &[[Outcome; 2]], deciding: DecisionRule) -> Pair {
         let names = ["a".to_string(), "b".to_string()];
-        Pair::all(&BySet::new(&rows(outcomes), &names), &[(0, 1)], &[], deciding).remove(0)
+        Pair::all(&Digest::of_rows(&rows(outcomes), &names), &[(0, 1)], &[], deciding).remove(0)
     }
 
     #[test]
@@ -389,7 +388,7 @@ mod tests {
         let rows: Vec<_> = (0..100).flat_map(|i| recovered.map(|(set, n)| row(i, set, 1.0, outcome(i, n)))).collect();
         let names = recovered.map(|(set, _)| set.to_string());
         let deciding = DecisionRule { margin: 0.09, ..AT_ONCE };
-        let all = Pair::all(&BySet::new(&rows, &names), &every_pair(5), &[], deciding);
+        let all = Pair::all(&Digest::of_rows(&rows, &names), &every_pair(5), &[], deciding);
         let told: Vec<_> = all.iter().map(|pair| format!("{} {} {:?}", pair.a, pair.b, pair.verdict)).collect();
         let expected = [
             "catch fixed Better",
@@ -416,7 +415,7 @@ mod tests {
             rows.extend([("a", a), ("b", b), ("c", a)].map(|(set, recovered)| row(i, set, 1.0, outcome(recovered))));
         }
         let names = ["a", "b", "c"].map(String::from);
-        let all = Pair::all(&BySet::new(&rows, &names), &[(0, 1), (0, 2), (1, 2)], &[], AT_ONCE);
+        let all = Pair::all(&Digest::of_rows(&rows, &names), &[(0, 1), (0, 2), (1, 2)], &[], AT_ONCE);
         let open = all.iter().find(|pair| (&pair.a[..], &pair.b[..]) == ("a", "b")).unwrap();
         assert!(open.counts.mcnemar_p() < 0.05 && open.verdict == PairVerdict::Open, "{open:?}");
         assert_eq!(open.adjusted_p, Some(3.0 * open.counts.mcnemar_p()));
@@ -431,7 +430,7 @@ mod tests {
             row.footsteps = 1;
         }
         let names = ["a".to_string(), "b".to_string()];
-        let pair = Pair::all(&BySet::new(&rows, &names), &[(0, 1)], &[], AT_ONCE).remove(0);
+        let pair = Pair::all(&Digest::of_rows(&rows, &names), &[(0, 1)], &[], AT_ONCE).remove(0);
         let (settling, footsteps) = (pair.settling_s.unwrap(), pair.footsteps.unwrap());
         assert_eq!((settling.pairs, footsteps.pairs, pair.homing_s), (12, 12, None));
         assert!((settling.median + 0.1055).abs() < 1e-9 && settling.p < 0.001, "{settling:?}");

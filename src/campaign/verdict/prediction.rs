@@ -5,7 +5,7 @@
 //! first recover, and the others need a footstep. With `zmp_disturbance` in the gain set the sets are robust ones, and
 //! so is this.
 
-use crate::campaign::store::row::{TrialRow, success_count_of};
+use crate::campaign::verdict::digest::{Ended, success_count_of};
 use crate::episode::Membership;
 use crate::stats::rate::SuccessCount;
 use serde::Serialize;
@@ -38,23 +38,22 @@ pub struct MarginBin {
 
 impl Prediction {
     /// None for a set without gains.
-    pub fn new(rows: &[&TrialRow]) -> Option<Self> {
-        let is_inside = |row: &TrialRow| row.set_after_push.map(|side| side == Membership::Inside);
-        let [inside, outside] = [true, false].map(|side| success_count_of(rows, |row| is_inside(row) == Some(side)));
+    pub fn new(all: &[Ended]) -> Option<Self> {
+        let is_inside = |ended: &Ended| ended.set_after_push.map(|side| side == Membership::Inside);
+        let [inside, outside] = [true, false].map(|side| success_count_of(all, |ended| is_inside(ended) == Some(side)));
         let trials = inside.trials + outside.trials;
         if trials == 0 {
             return None;
         }
         let agreement = (inside.recovered + outside.trials - outside.recovered) as f64 / trials as f64;
-        let is_held = |row: &TrialRow| row.cpi_margin_after_push_est.is_some_and(|m| m >= 0.0);
-        let known = rows.iter().filter(|row| row.set_after_push.is_some());
-        let as_estimated = known.filter(|row| is_held(row) == row.has_recovered()).count();
+        let known = all.iter().filter(|ended| ended.set_after_push.is_some());
+        let as_estimated = known.filter(|ended| ended.is_inside_est == ended.has_recovered()).count();
         let agreement_est = as_estimated as f64 / trials as f64;
         let by_margin = (0..=MARGIN_EDGES.len())
             .map(|i| {
                 let (from, to) = (i.checked_sub(1).map(|i| MARGIN_EDGES[i]), MARGIN_EDGES.get(i).copied());
                 let within = |m: f64| from.is_none_or(|from| m >= from) && to.is_none_or(|to| m < to);
-                let count = success_count_of(rows, |row| row.cpi_margin_after_push.is_some_and(within));
+                let count = success_count_of(all, |ended| ended.cpi_margin_after_push().is_some_and(within));
                 MarginBin { from, to, count }
             })
             .filter(|bin| bin.count.trials > 0)
@@ -66,16 +65,17 @@ impl Prediction {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::store::row::tests::row;
+    use crate::campaign::store::row::{TrialRow, tests::row};
     use crate::episode::Outcome;
 
-    fn at(margin: Option<f64>, outcome: Outcome) -> TrialRow {
+    fn at(margin: Option<f64>, outcome: Outcome) -> Ended {
         let side = match margin {
             Some(m) if m >= 0.0 => Membership::Inside,
             Some(_) => Membership::Outside,
             None => Membership::Empty,
         };
-        TrialRow { cpi_margin_after_push: margin, set_after_push: Some(side), ..row(0, "a", 1.0, outcome) }
+        let row = row(0, "a", 1.0, outcome);
+        Ended::of(&TrialRow { cpi_margin_after_push: margin, set_after_push: Some(side), ..row })
     }
 
     #[test]
@@ -88,7 +88,7 @@ mod tests {
             at(Some(-7.0), Outcome::Recovered),
             at(None, Outcome::Fell),
         ];
-        let foretold = Prediction::new(&rows.iter().collect::<Vec<_>>()).unwrap();
+        let foretold = Prediction::new(&rows).unwrap();
         assert_eq!((foretold.inside.trials, foretold.inside.recovered), (3, 2));
         assert_eq!((foretold.outside.trials, foretold.outside.recovered), (3, 1));
         assert!((foretold.agreement - 4.0 / 6.0).abs() < 1e-12);
@@ -103,6 +103,6 @@ mod tests {
     #[test]
     fn without_gains_nothing_is_foretold() {
         let hold = TrialRow { set_after_push: None, cpi_margin_after_push: None, ..row(0, "hold", 1.0, Outcome::Fell) };
-        assert_eq!(Prediction::new(&[&hold]), None);
+        assert_eq!(Prediction::new(&[Ended::of(&hold)]), None);
     }
 }

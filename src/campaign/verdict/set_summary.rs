@@ -1,18 +1,16 @@
 //! What the trials of one gain set say: how many it recovered from, by which impulses, and how it lost the rest.
 
-use crate::campaign::store::by_set::BySet;
-use crate::campaign::store::row::{TrialRow, success_count, success_count_of};
+use crate::campaign::verdict::digest::{Counted, Digest, Ended, success_count};
 use crate::campaign::verdict::failures::{Failures, FallCause};
 use crate::campaign::verdict::footsteps::ByFootsteps;
 use crate::campaign::verdict::prediction::Prediction;
 use crate::campaign::verdict::strata::Stratum;
 use crate::campaign::verdict::telling_trials::TellingTrial;
 use crate::campaign::verdict::times::Times;
-use crate::episode::{EpisodeConfig, Outcome};
+use crate::episode::Outcome;
 use crate::stats::curve::{NoCurve, Pushes, SuccessCurve};
 use crate::stats::rate::SuccessCount;
 use serde::Serialize;
-use std::borrow::Cow;
 
 /// More trials than this need not keep their impulses to the bit in a fitted curve.
 const MANY: usize = 2500;
@@ -85,7 +83,7 @@ pub struct CurvePoint {
 }
 
 impl FittedCurve {
-    fn through(trials: &[(f64, bool)]) -> Self {
+    fn through(trials: Vec<(f64, bool)>) -> Self {
         let pushes = Pushes::new(&pooled(trials));
         let fit = match pushes.curve() {
             Ok(fit) => fit,
@@ -100,13 +98,13 @@ impl FittedCurve {
 
 /// Trials beyond [`MANY`] are moved to the next of as many impulses, 0.02 % of their range at most: a fit takes its time
 /// for each impulse.
-fn pooled(trials: &[(f64, bool)]) -> Cow<'_, [(f64, bool)]> {
+fn pooled(mut trials: Vec<(f64, bool)>) -> Vec<(f64, bool)> {
     let ends = trials.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], (x, _)| [a.min(*x), b.max(*x)]);
     let unit = (ends[1] - ends[0]) / MANY as f64;
-    if trials.len() <= MANY || unit == 0.0 {
-        return trials.into();
+    if trials.len() > MANY && unit != 0.0 {
+        trials.iter_mut().for_each(|(x, _)| *x = ends[0] + unit * ((*x - ends[0]) / unit).round());
     }
-    trials.iter().map(|&(x, recovered)| (ends[0] + unit * ((x - ends[0]) / unit).round(), recovered)).collect()
+    trials
 }
 
 /// Some of a set's trials.
@@ -129,46 +127,48 @@ pub struct ImpulseBin {
 
 impl SetSummary {
     /// Of set number `set`; `bins` are the edges of bins of impulse (N s), `strata` those of the campaign, and
-    /// `episode` the settings of its episodes.
-    pub(super) fn new(set: usize, all: &BySet, bins: &[f64], strata: &[Stratum], episode: &EpisodeConfig) -> Self {
-        let (name, rows) = (&all.names[set], all.of(set));
-        let speed_m_s = episode.judge.standing_com_speed_m_s;
-        let moves = |row: &&&TrialRow| row.com_speed_at_push_m_s.is_some_and(|speed| speed > speed_m_s);
-        let with = |outcome| rows.iter().filter(|row| row.outcome == outcome).count() as u64;
+    /// `end_early` as for [`Times::of`].
+    pub(super) fn new(set: usize, all: &Digest, bins: &[f64], strata: &[Stratum], end_early: bool) -> Self {
+        let (name, trials) = (&all.names[set], all.of(set));
+        let Counted { failures, fall_causes, moving_at_push } = all.counted(set);
+        let with = |outcome| trials.iter().filter(|ended| ended.outcome == outcome).count() as u64;
         let within = |bin: &[f64]| {
             let (from_n_s, to_n_s) = (bin[0], bin[1]);
-            let is_within = |row: &TrialRow| (from_n_s..to_n_s).contains(&row.impulse_n_s);
-            let is_empty = !all.drawn().iter().any(|row| is_within(row));
-            (!is_empty).then(|| ImpulseBin { from_n_s, to_n_s, count: success_count_of(rows, is_within) })
+            let is_within = |trial: &usize| (from_n_s..to_n_s).contains(&all.impulse_n_s(*trial));
+            let is_empty = !(0..all.drawn.trials()).any(|trial| is_within(&trial));
+            let count = || success_count((0..trials.len()).filter(is_within).map(|trial| &trials[trial]));
+            (!is_empty).then(|| ImpulseBin { from_n_s, to_n_s, count: count() })
         };
         let stratum = |stratum: &Stratum| {
-            let count = success_count(stratum.trials.iter().filter_map(|&trial| rows.get(trial).copied()));
+            let count = success_count(stratum.trials().filter_map(|trial| trials.get(trial)));
             SetStratum { by: stratum.by, label: stratum.label.clone(), count }
         };
-        let over = |impulse: fn(&TrialRow) -> Option<f64>| {
-            let trials = rows.iter().filter_map(|row| Some((impulse(row)?, row.has_recovered())));
-            FittedCurve::through(&trials.collect::<Vec<_>>())
+        let over = |impulse: &dyn Fn(usize, &Ended) -> Option<f64>| {
+            let trials = trials.iter().enumerate();
+            let trials = trials.filter_map(|(trial, ended)| Some((impulse(trial, ended)?, ended.has_recovered())));
+            FittedCurve::through(trials.collect())
         };
-        let (curve, normalized_curve) = (over(|row| Some(row.impulse_n_s)), over(|row| row.impulse_over_m_omega_d));
+        let curve = over(&|trial, _| Some(all.impulse_n_s(trial)));
+        let normalized_curve = over(&|_, ended| ended.impulse_over_m_omega_d());
         let limit = normalized_curve.fit.or(curve.fit).map(|fit| fit.x50);
         Self {
             name: name.clone(),
             origin: SetOrigin::own(name),
-            count: success_count(rows.iter().copied()),
+            count: success_count(trials),
             fell: with(Outcome::Fell),
             diverged: with(Outcome::Diverged),
             timed_out: with(Outcome::TimedOut),
-            moving_at_push: rows.iter().filter(moves).count() as u64,
-            times: Times::of(rows.iter().copied(), episode.end_early),
-            foretold: Prediction::new(rows),
-            stepped: ByFootsteps::new(rows),
-            fall_causes: FallCause::count(rows),
+            moving_at_push: *moving_at_push,
+            times: Times::of(trials.iter(), end_early),
+            foretold: Prediction::new(trials),
+            stepped: ByFootsteps::new(trials),
+            fall_causes: FallCause::most_frequent_first(fall_causes),
             by_impulse: bins.windows(2).filter_map(within).collect(),
             curve,
             normalized_curve,
             strata: strata.iter().map(stratum).collect(),
             telling: TellingTrial::of(all, set, limit),
-            failures: Failures::of(rows.iter().copied()),
+            failures: *failures,
         }
     }
 }
@@ -193,7 +193,7 @@ pub(super) fn bin_edges(values: impl Iterator<Item = f64>) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::store::row::tests::row;
+    use crate::campaign::store::row::{TrialRow, tests::row};
 
     #[test]
     fn bins_are_round_and_hold_every_value() {
@@ -213,10 +213,10 @@ mod tests {
         let rows: Vec<TrialRow> = (0..4).flat_map(trial).collect();
         let set = SetSummary::new(
             0,
-            &BySet::new(&rows, &["a", "b"].map(String::from)),
+            &Digest::of_rows(&rows, &["a", "b"].map(String::from)),
             &[0.0, 2.0, 4.0, 6.0],
             &[],
-            &crate::campaign::ask::spec::tests::campaign("standard", &[]).episode,
+            true,
         );
         assert_eq!((set.count.trials, set.count.recovered, set.fell, set.timed_out, set.diverged), (4, 2, 1, 1, 0));
         assert_eq!(set.count.success_rate, 0.5);

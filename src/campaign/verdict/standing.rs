@@ -5,7 +5,7 @@
 //! looks have in common, and verdicts go by that: what is decided at a look stays decided, also if more trials are run
 //! because something else is still open.
 
-use crate::campaign::store::by_set::BySet;
+use crate::campaign::verdict::digest::Digest;
 use crate::stats::decision::{ALPHA, Decision, alpha_of_each, each_of};
 use crate::stats::looks::Looks;
 use crate::stats::mcnemar::PairedCounts;
@@ -39,7 +39,7 @@ pub struct Standing {
 impl Standing {
     /// Of two sets (places in the campaign), one of so many `pairs`. Sets that differ by less than `margin` (a share)
     /// are the same.
-    pub fn of(rows: &BySet, sets: (usize, usize), pairs: usize, when: When, margin: f64) -> Self {
+    pub fn of(rows: &Digest, sets: (usize, usize), pairs: usize, when: When, margin: f64) -> Self {
         let next = |trials: u64| match when {
             When::At(looks) => looks.after(trials),
             When::Once | When::AnyTime => u64::MAX,
@@ -107,7 +107,7 @@ mod tests {
     /// Of a campaign with 100 planned trials.
     fn standing(rows: &[TrialRow], sets: (usize, usize)) -> Standing {
         let names = ["a", "b"].map(String::from);
-        Standing::of(&BySet::new(rows, &names), sets, 1, When::At(Looks::up_to(100)), 0.05)
+        Standing::of(&Digest::of_rows(rows, &names), sets, 1, When::At(Looks::up_to(100)), 0.05)
     }
 
     #[test]

@@ -4,7 +4,8 @@
 //! that each trial is in one stratum of each. One that does not vary, or that puts all trials in the same, makes none.
 //! Edges lie at quantiles and are rounded to a digit that is at most a twentieth of the range.
 
-use crate::campaign::store::row::TrialRow;
+use crate::campaign::verdict::digest::Drawn;
+use std::rc::Rc;
 
 /// Trials that are alike in one quantity.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,36 +15,44 @@ pub struct Stratum {
     pub by: &'static str,
     /// Which of its values, with unit: "forward", "2.1 to 3.8 N s", "below 0.06 s".
     pub label: String,
-    /// Numbers of the trials, ascending.
-    pub trials: Vec<usize>,
+    /// The stratum of each trial among those of the quantity, and which of them is this one.
+    places: Rc<[u8]>,
+    own: u8,
 }
 
-/// All strata of a campaign; `trials` are a row of each trial.
-pub fn strata(trials: &[&TrialRow]) -> Vec<Stratum> {
-    let of =
-        |get: &dyn Fn(&TrialRow) -> Option<f64>| -> Vec<Option<f64>> { trials.iter().map(|row| get(row)).collect() };
-    let mut strata = Vec::new();
-    let headings = of(&|row| Some(row.heading_deg));
-    if range(&headings).is_some() {
-        strata.extend(sorted("heading", &headings, SECTORS.map(|(label, _)| label.to_string()), sector));
+impl Stratum {
+    /// Numbers of the trials, ascending.
+    pub fn trials(&self) -> impl Iterator<Item = usize> {
+        self.places.iter().enumerate().filter(|(_, place)| **place == self.own).map(|(trial, _)| trial)
     }
-    strata.extend(at_quantiles("impulse", &of(&|row| Some(row.impulse_n_s)), 3, " N s"));
-    strata.extend(at_quantiles("duration", &of(&|row| Some(row.duration_s)), 2, " s"));
-    strata.extend(by_height(&of(&|row| Some(row.height_m))));
-    strata.extend(at_quantiles("second push", &of(&|row| row.second_impulse_n_s), 2, " N s"));
+}
+
+/// All strata of a campaign, from what was drawn for its trials.
+pub fn strata(drawn: &Drawn) -> Vec<Stratum> {
+    let mut strata = Vec::new();
+    let headings = drawn.heading_deg.iter();
+    if range(headings.clone()).is_some() {
+        strata.extend(sorted("heading", headings, SECTORS.map(|(label, _)| label.to_string()), sector));
+    }
+    strata.extend(at_quantiles("impulse", drawn.impulse_n_s.iter(), 3, " N s"));
+    strata.extend(at_quantiles("duration", drawn.duration_s.iter(), 2, " s"));
+    strata.extend(by_height(drawn.height_m.iter()));
+    strata.extend(at_quantiles("second push", drawn.second_impulse_n_s.iter(), 2, " N s"));
     // The sign of a slope says something only beside the direction of the push.
-    let along = of(&|row| {
-        let between_deg = row.slope_heading_deg? - row.heading_deg;
-        Some(row.slope_deg? * between_deg.to_radians().cos())
+    let slopes = drawn.varied("slope_deg").zip(drawn.varied("slope_heading_deg"));
+    let along = slopes.into_iter().flat_map(|(slopes, headings)| {
+        slopes.iter().zip(headings.iter()).zip(drawn.heading_deg.iter()).map(
+            |((slope_deg, towards_deg), heading_deg)| {
+                let between_deg = towards_deg? - heading_deg?;
+                Some(slope_deg? * between_deg.to_radians().cos())
+            },
+        )
     });
     let labels = ["downhill", "uphill"].map(String::from);
-    strata.extend(sorted("slope along the push", &along, labels, |rise| usize::from(rise > 0.0)));
-    let varied: Vec<_> = trials.iter().map(|row| row.variation().list()).collect();
-    let names = varied.first().map_or(Vec::new(), |first| first.iter().map(|(name, _)| *name).collect());
-    for (i, name) in names.into_iter().enumerate().filter(|(_, name)| !name.starts_with("slope")) {
-        let values: Vec<Option<f64>> = varied.iter().map(|list| list[i].1).collect();
+    strata.extend(sorted("slope along the push", along, labels, |rise| usize::from(rise > 0.0)));
+    for (name, values) in drawn.variation.iter().filter(|(name, _)| !name.starts_with("slope")) {
         let unit = [("_m", " m"), ("_s", " s")].into_iter().find(|(end, _)| name.ends_with(end));
-        strata.extend(at_quantiles(name, &values, 2, unit.map_or("", |(_, unit)| unit)));
+        strata.extend(at_quantiles(name, values.iter(), 2, unit.map_or("", |(_, unit)| unit)));
     }
     strata
 }
@@ -65,17 +74,22 @@ fn sector(heading_deg: f64) -> usize {
 }
 
 /// Below the COM and above it, or, if all pushes are on one side, the lower and the upper half.
-fn by_height(heights: &[Option<f64>]) -> Vec<Stratum> {
+fn by_height(heights: impl Iterator<Item = Option<f64>> + Clone) -> Vec<Stratum> {
     let labels = ["below the COM", "above the COM"].map(String::from);
-    let sides = sorted("height", heights, labels, |height| usize::from(height >= 0.0));
+    let sides = sorted("height", heights.clone(), labels, |height| usize::from(height >= 0.0));
     if sides.is_empty() { at_quantiles("height", heights, 2, " m above the COM") } else { sides }
 }
 
 /// `parts` strata of about as many trials each; none if the values do not vary enough for that.
-fn at_quantiles(by: &'static str, values: &[Option<f64>], parts: usize, unit: &str) -> Vec<Stratum> {
-    let Some([least, most]) = range(values) else { return Vec::new() };
-    let mut ascending: Vec<f64> = values.iter().flatten().copied().collect();
-    ascending.sort_by(f64::total_cmp);
+fn at_quantiles(
+    by: &'static str,
+    values: impl Iterator<Item = Option<f64>> + Clone,
+    parts: usize,
+    unit: &str,
+) -> Vec<Stratum> {
+    let Some([least, most]) = range(values.clone()) else { return Vec::new() };
+    let mut ascending: Vec<f64> = values.clone().flatten().collect();
+    ascending.sort_unstable_by(f64::total_cmp);
     // 0 for whole numbers, 1 for tenths, ...
     let digits = (-((most - least) / 20.0).log10().floor()).max(0.0) as usize;
     let edge = |part: usize| {
@@ -98,23 +112,20 @@ fn at_quantiles(by: &'static str, values: &[Option<f64>], parts: usize, unit: &s
 /// fewer than two are left. A trial without a value is in none.
 fn sorted(
     by: &'static str,
-    values: &[Option<f64>],
+    values: impl Iterator<Item = Option<f64>>,
     labels: impl IntoIterator<Item = String>,
     of: impl Fn(f64) -> usize,
 ) -> Vec<Stratum> {
-    let mut strata: Vec<Stratum> = labels.into_iter().map(|label| Stratum { by, label, trials: Vec::new() }).collect();
-    for (trial, value) in values.iter().enumerate() {
-        if let Some(value) = value {
-            strata[of(*value)].trials.push(trial);
-        }
-    }
-    strata.retain(|stratum| !stratum.trials.is_empty());
+    let places: Rc<[u8]> = values.map(|value| value.map_or(u8::MAX, |value| of(value) as u8)).collect();
+    let stratum = |(own, label)| Stratum { by, label, places: places.clone(), own };
+    let strata = (0..).zip(labels).map(stratum).filter(|stratum| stratum.trials().next().is_some());
+    let strata: Vec<Stratum> = strata.collect();
     if strata.len() < 2 { Vec::new() } else { strata }
 }
 
 /// Least and most; None if they are the same, or there are none.
-fn range(values: &[Option<f64>]) -> Option<[f64; 2]> {
-    let of = |f: fn(f64, f64) -> f64| values.iter().flatten().copied().reduce(f);
+fn range(values: impl Iterator<Item = Option<f64>> + Clone) -> Option<[f64; 2]> {
+    let of = |f: fn(f64, f64) -> f64| values.clone().flatten().reduce(f);
     let (least, most) = (of(f64::min)?, of(f64::max)?);
     (least < most).then_some([least, most])
 }
@@ -123,8 +134,9 @@ fn range(values: &[Option<f64>]) -> Option<[f64; 2]> {
 mod tests {
     use super::*;
     use crate::campaign::ask::{spec::tests::campaign, trial};
-    use crate::campaign::store::by_set::BySet;
+    use crate::campaign::store::row::TrialRow;
     use crate::campaign::store::row::tests::{record, row, rows};
+    use crate::campaign::verdict::digest::Digest;
     use crate::campaign::verdict::pairs::{DecisionRule, Pair};
     use crate::campaign::verdict::set_summary::SetSummary;
     use crate::campaign::verdict::standing::When;
@@ -142,9 +154,8 @@ mod tests {
         (0..trials).flat_map(|trial| [row(trial, "a"), row(trial, "b")]).collect()
     }
 
-    /// The strata of rows of so many sets.
-    fn strata(rows: &[TrialRow], sets: usize) -> Vec<Stratum> {
-        super::strata(&rows.iter().step_by(sets).collect::<Vec<_>>())
+    fn strata(rows: &[TrialRow]) -> Vec<Stratum> {
+        super::strata(&Digest::of_rows(rows, &["a"].map(String::from)).drawn)
     }
 
     fn quantities(strata: &[Stratum]) -> Vec<&str> {
@@ -175,31 +186,31 @@ mod tests {
 
     #[test]
     fn what_varies_is_sorted_and_nothing_else() {
-        assert_eq!(quantities(&strata(&drawn("nominal", 100, &[]), 2)), ["heading", "impulse"]);
+        assert_eq!(quantities(&strata(&drawn("nominal", 100, &[]))), ["heading", "impulse"]);
         assert_eq!(
-            quantities(&strata(&drawn("nominal", 100, &["push.heading_deg=30", "push.impulse_n_s=2"]), 2)),
+            quantities(&strata(&drawn("nominal", 100, &["push.heading_deg=30", "push.impulse_n_s=2"]))),
             [""; 0]
         );
-        let standard = strata(&drawn("standard", 300, &[]), 2);
+        let standard = strata(&drawn("standard", 300, &[]));
         let expected = ["heading", "impulse", "duration", "height", "slope along the push", "mass_scale"];
         let robot = ["trunk_com_x_m", "trunk_com_y_m", "friction", "torque_scale", "delay_s"];
         assert_eq!(quantities(&standard), [&expected[..], &robot[..]].concat());
         assert_eq!(labels(&standard, "heading"), SECTORS.map(|(label, _)| label));
         assert_eq!(labels(&standard, "height"), ["below the COM", "above the COM"]);
-        let harsh = strata(&drawn("harsh", 300, &[]), 2);
+        let harsh = strata(&drawn("harsh", 300, &[]));
         assert!(quantities(&harsh).contains(&"second push") && quantities(&harsh).contains(&"ground_step_m"));
-        assert_eq!(strata(&[], 2), []);
+        assert_eq!(strata(&[]), []);
     }
 
     #[test]
     fn every_trial_is_in_one_stratum_of_each_quantity_and_halves_are_halves() {
-        let strata = strata(&drawn("harsh", 300, &["push.height_m={uniform=[0.0, 0.2]}"]), 2);
+        let strata = strata(&drawn("harsh", 300, &["push.height_m={uniform=[0.0, 0.2]}"]));
         for by in quantities(&strata) {
             let of: Vec<&Stratum> = strata.iter().filter(|stratum| stratum.by == by).collect();
-            let mut trials: Vec<usize> = of.iter().flat_map(|stratum| stratum.trials.clone()).collect();
+            let mut trials: Vec<usize> = of.iter().flat_map(|stratum| stratum.trials()).collect();
             trials.sort_unstable();
             assert_eq!(trials, (0..300).collect::<Vec<_>>(), "{by}");
-            let share = |stratum: &&Stratum| stratum.trials.len() as f64 / 300.0;
+            let share = |stratum: &&Stratum| stratum.trials().count() as f64 / 300.0;
             let even = |stratum| (share(stratum) * of.len() as f64 - 1.0).abs() < 0.2;
             assert!(by == "heading" || of.iter().all(even), "{of:?}");
         }
@@ -216,14 +227,14 @@ mod tests {
                 ..row(i, "a", 1.0 + 0.1 * i as f64, Fell)
             })
             .collect();
-        let strata = strata(&rows, 1);
+        let strata = strata(&rows);
         assert_eq!(labels(&strata, "impulse"), ["below 2.0 N s", "2.0 to 3.0 N s", "from 3.0 N s"]);
         assert_eq!(labels(&strata, "duration"), ["below 0.035 s", "from 0.035 s"]);
         assert_eq!(labels(&strata, "friction"), ["below 0.65", "from 0.65"]);
         assert_eq!(labels(&strata, "trunk_com_x_m"), ["below 0.000 m", "from 0.000 m"]);
         assert_eq!(labels(&strata, "height"), ["below 0.130 m above the COM", "from 0.130 m above the COM"]);
         let middle = strata.iter().find(|stratum| stratum.label == "2.0 to 3.0 N s").unwrap();
-        assert_eq!(middle.trials, (10..20).collect::<Vec<_>>());
+        assert_eq!(middle.trials().collect::<Vec<_>>(), (10..20).collect::<Vec<_>>());
     }
 
     #[test]
@@ -239,8 +250,9 @@ mod tests {
                 ..row(i, "a", 1.0, Fell)
             })
             .collect();
-        let strata = strata(&rows, 1);
-        let of = |label: &str| strata.iter().find(|stratum| stratum.label == label).unwrap().trials.clone();
+        let strata = strata(&rows);
+        let of =
+            |label: &str| strata.iter().find(|stratum| stratum.label == label).unwrap().trials().collect::<Vec<_>>();
         assert_eq!((of("uphill"), of("downhill")), (vec![0, 2, 4], vec![1, 3]));
     }
 
@@ -249,7 +261,10 @@ mod tests {
         let rows =
             rows(&[[Recovered, Recovered], [Fell, Recovered], [Recovered, Fell], [Fell, TimedOut], [Recovered, Fell]]);
         let names = ["a", "b"].map(String::from);
-        let stratum = |trials: &[usize]| [Stratum { by: "friction", label: String::new(), trials: trials.to_vec() }];
+        let stratum = |trials: &[usize]| {
+            let places = (0..rows.len()).map(|trial| u8::from(trials.contains(&trial))).collect();
+            [Stratum { by: "friction", label: String::new(), places, own: 1 }]
+        };
         let counts = PairedCounts { both: 1, only_a: 2, only_b: 1, neither: 1 };
         let deciding = DecisionRule { when: When::Once, margin: 0.02, end_early: true };
         for (a, b, trials, expected) in [
@@ -258,17 +273,11 @@ mod tests {
             (1, 0, &[0, 1, 2, 3, 4], counts),
             (0, 1, &[1, 4], PairedCounts { both: 0, only_a: 1, only_b: 1, neither: 0 }),
         ] {
-            let pairs = Pair::all(&BySet::new(&rows, &names), &[(a, b)], &stratum(trials), deciding);
+            let pairs = Pair::all(&Digest::of_rows(&rows, &names), &[(a, b)], &stratum(trials), deciding);
             assert_eq!(pairs[0].strata[0].counts, expected);
         }
         for (set, trials, recovered) in [(0, &[1, 3, 4][..], 1), (1, &[1, 3, 4], 1), (0, &[2, 4], 2)] {
-            let summary = SetSummary::new(
-                set,
-                &BySet::new(&rows, &names),
-                &[],
-                &stratum(trials),
-                &campaign("standard", &[]).episode,
-            );
+            let summary = SetSummary::new(set, &Digest::of_rows(&rows, &names), &[], &stratum(trials), true);
             assert_eq!(summary.strata[0].count, SuccessCount::new(recovered, trials.len() as u64));
         }
     }

@@ -3,12 +3,12 @@
 use crate::campaign::ask::push::{PushSpec, SecondPushSpec};
 use crate::campaign::ask::spec::{SensorSpec, Stopping};
 use crate::campaign::ask::variations::VariationSpec;
-use crate::campaign::store::by_set::BySet;
 use crate::campaign::store::folder::Folder;
 use crate::campaign::store::manifest::Manifest;
-use crate::campaign::store::row::{TrialRow, parquet};
+use crate::campaign::store::row::TrialsFile;
 use crate::campaign::verdict::agreement::Agreement;
 use crate::campaign::verdict::baseline::BaselineId;
+use crate::campaign::verdict::digest::Digest;
 use crate::campaign::verdict::gates::{GateResult, Gates};
 use crate::campaign::verdict::headline::{self, listed};
 use crate::campaign::verdict::pairs::{DecisionRule, Pair, every_pair};
@@ -19,10 +19,11 @@ use crate::campaign::verdict::times::CommonSurvivors;
 use crate::campaign::verdict::warnings;
 use crate::episode::EpisodeConfig;
 use crate::error::Result;
-use crate::files::{json_pretty, sha256_hex, write_atomic};
+use crate::files::{AtomicFile, json_pretty, write_atomic};
 use crate::robot::Units;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::io::{Write, sink};
 use std::path::Path;
 
 /// `summary.json`.
@@ -76,24 +77,23 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Counts the rows of a campaign, sorted by trial, then by set; `trials_sha256` is of the file that holds them,
-    /// `pairs` are the sets to compare, by their places in the campaign.
+    /// Counts the trials of a campaign; `trials_sha256` is of the file that holds them, `pairs` are the sets to compare, by
+    /// their places in the campaign.
     pub fn new(
         manifest: &Manifest,
-        rows: &[TrialRow],
+        rows: &Digest,
         trials_sha256: String,
         pairs: &[(usize, usize)],
         gates: &Gates,
     ) -> Self {
         let campaign = &manifest.campaign;
         let deciding = DecisionRule::of(manifest);
-        let bins = bin_edges(rows.iter().map(|row| row.impulse_n_s));
-        let rows = BySet::new(rows, &manifest.sets);
-        let (trials, strata) = (rows.trials(), strata(rows.drawn()));
+        let bins = bin_edges(rows.drawn.impulse_n_s.iter().flatten());
+        let (trials, strata) = (rows.trials(), strata(&rows.drawn));
         let sets: Vec<SetSummary> =
-            (0..manifest.sets.len()).map(|i| SetSummary::new(i, &rows, &bins, &strata, &campaign.episode)).collect();
-        let pairs = Pair::all(&rows, pairs, &strata, deciding);
-        let warnings = [warnings::of(campaign, trials, &sets, &pairs), gates.warnings(manifest, &rows)].concat();
+            (0..manifest.sets.len()).map(|i| SetSummary::new(i, rows, &bins, &strata, deciding.end_early)).collect();
+        let pairs = Pair::all(rows, pairs, &strata, deciding);
+        let warnings = [warnings::of(campaign, trials, &sets, &pairs), gates.warnings(manifest, rows)].concat();
         Self {
             name: campaign.name.clone(),
             standfast: manifest.standfast.clone(),
@@ -116,9 +116,9 @@ impl Summary {
             units: campaign.units,
             interval: if deciding.when == When::Once { INTERVAL } else { SEQUENTIAL_INTERVAL },
             sets,
-            common_survivors: CommonSurvivors::new(&rows, deciding.end_early),
+            common_survivors: CommonSurvivors::new(rows, deciding.end_early),
             pairs,
-            gates: gates.judged(&rows),
+            gates: gates.judged(rows),
             agreement: None,
             baseline: gates.baseline(),
             warnings,
@@ -126,27 +126,42 @@ impl Summary {
     }
 
     /// Joins the parts of a campaign: writes `trials.parquet`, `summary.json` and `campaign.toml`, and gives what they
-    /// hold. Errors: a part is missing or damaged, or the folder is not writable.
-    pub fn of_folder(folder: &Folder, gates: &Gates) -> Result<(Summary, Vec<TrialRow>)> {
-        let (summary, rows, trials) = Self::read(folder, gates)?;
-        summary.write(&folder.path, &trials)?;
+    /// say. Errors: a part is missing or damaged, or the folder is not writable.
+    pub fn of_folder(folder: &Folder, gates: &Gates) -> Result<(Summary, Digest)> {
+        let to = || AtomicFile::create(&folder.path.join("trials.parquet"));
+        let (summary, rows, trials) = Self::read_into(folder, gates, to)?;
+        trials.commit()?;
+        summary.write(&folder.path)?;
         folder.write_campaign()?;
         Ok((summary, rows))
     }
 
-    /// The same without writing anything: summary, rows, and the bytes of `trials.parquet`. Errors: a part is missing or
-    /// damaged.
-    pub fn read(folder: &Folder, gates: &Gates) -> Result<(Summary, Vec<TrialRow>, Vec<u8>)> {
-        let rows = folder.rows()?;
-        let trials = parquet(&rows)?;
-        let pairs = every_pair(folder.manifest.sets.len());
-        let summary = Summary::new(&folder.manifest, &rows, sha256_hex(&trials), &pairs, gates);
-        Ok((summary, rows, trials))
+    /// The same without writing anything. Errors: a part is missing or damaged.
+    pub fn read(folder: &Folder, gates: &Gates) -> Result<(Summary, Digest)> {
+        Self::read_into(folder, gates, || Ok(sink())).map(|(summary, rows, _)| (summary, rows))
     }
 
-    /// Writes `trials.parquet`, of these bytes, and `summary.json` to a folder.
-    pub fn write(&self, folder: &Path, trials: &[u8]) -> Result<()> {
-        write_atomic(&folder.join("trials.parquet"), trials)?;
+    /// Reads the parts one after the other, and writes `trials.parquet` on the way.
+    fn read_into<W: Write + Send>(
+        folder: &Folder,
+        gates: &Gates,
+        to: impl FnOnce() -> Result<W>,
+    ) -> Result<(Summary, Digest, W)> {
+        let Manifest { campaign, sets, .. } = &folder.manifest;
+        let (parts, mut rows) = (folder.parts()?, Digest::new(sets, &campaign.episode));
+        let mut trials = TrialsFile::new(to()?)?;
+        for part in parts {
+            let part = part?;
+            rows.push(&part);
+            trials.push(part)?;
+        }
+        let (written, sha256) = trials.finish()?;
+        let summary = Summary::new(&folder.manifest, &rows, sha256, &every_pair(sets.len()), gates);
+        Ok((summary, rows, written))
+    }
+
+    /// Writes `summary.json` to a folder.
+    pub fn write(&self, folder: &Path) -> Result<()> {
         write_atomic(&folder.join("summary.json"), json_pretty(self)?.as_bytes())
     }
 }
@@ -190,7 +205,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::campaign::ask::spec::Overrides;
     use crate::campaign::store::folder::tests::manifest;
-    use crate::campaign::store::row::tests::row;
+    use crate::campaign::store::row::{TrialRow, tests::row};
     use crate::episode::Outcome;
 
     /// Of sets "a" and "b" and these gates, a trial for each pair of outcomes, impulses from 1 to 2 N s; `set` changes the
@@ -203,13 +218,18 @@ pub(crate) mod tests {
             ..Overrides::default()
         };
         let manifest = manifest(&["a", "b"], overrides);
-        let rows = rows(outcomes);
+        let mut rows = Digest::new(&manifest.sets, &manifest.campaign.episode);
+        rows.push(&self::rows(outcomes));
         let gates = Gates::new(&manifest, None).unwrap();
         Summary::new(&manifest, &rows, String::new(), &every_pair(2), &gates)
     }
 
-    /// The rows of [`summary`].
-    pub(crate) fn rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
+    /// The trials of [`summary`].
+    pub(crate) fn digest(outcomes: &[[Outcome; 2]]) -> Digest {
+        Digest::of_rows(&rows(outcomes), &["a", "b"].map(String::from))
+    }
+
+    fn rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
         let impulse = |i: usize| 1.0 + i as f64 / outcomes.len() as f64;
         let trial = |(i, of): (usize, &[Outcome; 2])| {
             [row(i as u64, "a", impulse(i), of[0]), row(i as u64, "b", impulse(i), of[1])]
@@ -219,7 +239,7 @@ pub(crate) mod tests {
 
     /// Of sets "a", "b" and "c", of which "b" was stopped after 25 of 100 trials, and the rows of it. "a" and "c"
     /// recover from nine of ten pushes, "b" from one of five.
-    pub(crate) fn ragged(gates: &[&str]) -> (Summary, Vec<TrialRow>) {
+    pub(crate) fn ragged(gates: &[&str]) -> (Summary, Digest) {
         let overrides = Overrides {
             gates: gates.iter().map(|s| s.to_string()).collect(),
             trials: Some(200),
@@ -237,7 +257,7 @@ pub(crate) mod tests {
             let sets = ["a", "b", "c"].into_iter().filter(move |set| *set != "b" || trial < 25);
             sets.map(move |set| row(trial, set, 1.0 + trial as f64 / 50.0, outcome(set)))
         };
-        let rows: Vec<TrialRow> = (0..100).flat_map(of_trial).collect();
+        let rows = Digest::of_rows(&(0..100).flat_map(of_trial).collect::<Vec<_>>(), &manifest.sets);
         let gates = Gates::new(&manifest, None).unwrap();
         (Summary::new(&manifest, &rows, String::new(), &every_pair(3), &gates), rows)
     }

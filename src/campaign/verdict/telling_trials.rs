@@ -1,8 +1,7 @@
 //! The trials of a gain set that are worth a look: what it lost without need, what it lost nearest to its limit, the hardest
 //! from which it recovered, and those from which another set did.
 
-use crate::campaign::store::by_set::BySet;
-use crate::campaign::store::row::TrialRow;
+use crate::campaign::verdict::digest::Digest;
 use serde::Serialize;
 use std::collections::HashSet;
 
@@ -24,30 +23,35 @@ pub struct TellingTrial {
 }
 
 impl TellingTrial {
-    /// Of set number `set`, whose limit is the push (impulse over m omega d, as [`TrialRow::hardness`]) that half
+    /// Of set number `set`, whose limit is the push (impulse over m omega d, as [`Digest::hardness`]) that half
     /// survive. What tells most comes first: the easiest push that was lost, the lost one that is nearest to the limit,
     /// and the hardest that was survived; then, for the first of the other sets, the first trial that it survived and
     /// this set lost; then the next easiest lost ones. Each trial once.
-    pub fn of(rows: &BySet, set: usize, limit: Option<f64>) -> Vec<Self> {
-        let harder = |a: &&TrialRow, b: &&TrialRow| a.hardness().total_cmp(&b.hardness());
-        let own = || rows.of(set).iter().copied();
-        let mut lost: Vec<&TrialRow> = own().filter(|row| !row.has_recovered()).collect();
+    pub fn of(rows: &Digest, set: usize, limit: Option<f64>) -> Vec<Self> {
+        let own = rows.of(set);
+        let hardness = |trial: usize| rows.hardness(set, trial);
+        let harder = |a: &usize, b: &usize| hardness(*a).total_cmp(&hardness(*b));
+        let mut lost: Vec<usize> = (0..own.len()).filter(|&trial| !own[trial].has_recovered()).collect();
         lost.sort_by(harder);
-        let from_limit = |row: &TrialRow| limit.map_or(f64::INFINITY, |limit| (row.hardness() - limit).abs());
+        let from_limit = |trial: usize| limit.map_or(f64::INFINITY, |limit| (hardness(trial) - limit).abs());
         let nearest =
-            lost.iter().copied().min_by(|a, b| from_limit(a).total_cmp(&from_limit(b))).filter(|_| limit.is_some());
-        let nearest = nearest.map(|row| (row, "lost, nearest to its 50 % limit".to_string()));
+            lost.iter().copied().min_by(|a, b| from_limit(*a).total_cmp(&from_limit(*b))).filter(|_| limit.is_some());
+        let nearest = nearest.map(|trial| (trial, "lost, nearest to its 50 % limit".to_string()));
         let why = |i: usize| if i == 0 { "the easiest that it lost" } else { "lost, though among the easiest" };
-        let mut easiest = lost.into_iter().take(LOST).enumerate().map(|(i, row)| (row, why(i).to_string()));
+        let mut easiest = lost.into_iter().take(LOST).enumerate().map(|(i, trial)| (trial, why(i).to_string()));
         let others = (0..rows.names.len()).filter_map(|other| {
-            let (lost, _) = rows.common(set, other).find(|(own, of)| of.has_recovered() && !own.has_recovered())?;
+            let lost = rows.common(set, other).position(|(own, of)| of.has_recovered() && !own.has_recovered())?;
             Some((lost, format!("lost; {} recovered", rows.names[other])))
         });
-        let hardest = own().filter(|row| row.has_recovered()).max_by(harder);
-        let hardest = hardest.map(|row| (row, "the hardest from which it recovered".to_string()));
-        let telling = |(row, why): (&TrialRow, String)| {
-            let TrialRow { trial, impulse_n_s, impulse_over_m_omega_d, heading_deg, .. } = *row;
-            Self { trial, impulse_n_s, impulse_over_m_omega_d, heading_deg, survived: row.has_recovered(), why }
+        let hardest = (0..own.len()).filter(|&trial| own[trial].has_recovered()).max_by(harder);
+        let hardest = hardest.map(|trial| (trial, "the hardest from which it recovered".to_string()));
+        let telling = |(trial, why): (usize, String)| Self {
+            trial: trial as u64,
+            impulse_n_s: rows.impulse_n_s(trial),
+            impulse_over_m_omega_d: own[trial].impulse_over_m_omega_d(),
+            heading_deg: rows.heading_deg(trial),
+            survived: own[trial].has_recovered(),
+            why,
         };
         let first = easiest.next().into_iter().chain(nearest).chain(hardest);
         let mut found: Vec<Self> = first.chain(others.take(OTHERS)).chain(easiest).map(telling).collect();
@@ -71,7 +75,7 @@ mod tests {
             trial.iter_mut().for_each(|row| row.impulse_over_m_omega_d = Some(ratio));
         }
         let names = ["a", "b"].map(String::from);
-        let telling = TellingTrial::of(&BySet::new(&rows, &names), 0, Some(3.4));
+        let telling = TellingTrial::of(&Digest::of_rows(&rows, &names), 0, Some(3.4));
         assert_eq!(telling.iter().map(|t| t.trial).collect::<Vec<_>>(), [3, 5, 4, 1, 0]);
         for (i, why) in
             ["the easiest that it lost", "nearest to its 50 % limit", "hardest", "b recovered", "among the easiest"]
@@ -81,8 +85,8 @@ mod tests {
             assert!(telling[i].why.contains(why), "{telling:?}");
         }
         // Without a limit none is nearest to it.
-        let telling = TellingTrial::of(&BySet::new(&rows, &names), 0, None);
+        let telling = TellingTrial::of(&Digest::of_rows(&rows, &names), 0, None);
         assert_eq!(telling.iter().map(|t| t.trial).collect::<Vec<_>>(), [3, 4, 1, 0, 5]);
-        assert!(TellingTrial::of(&BySet::new(&[], &names), 0, Some(1.0)).is_empty());
+        assert!(TellingTrial::of(&Digest::of_rows(&[], &names), 0, Some(1.0)).is_empty());
     }
 }

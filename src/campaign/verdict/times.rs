@@ -3,8 +3,7 @@
 //! Each set's own median compares different trials: a set that survives harder pushes has more of the slow ones. So there
 //! are medians over the trials that all sets survive, too.
 
-use crate::campaign::store::by_set::BySet;
-use crate::campaign::store::row::TrialRow;
+use crate::campaign::verdict::digest::{Digest, Ended};
 use crate::stats::rate::median;
 use serde::Serialize;
 
@@ -21,18 +20,18 @@ pub struct Times {
 }
 
 impl Times {
-    /// Of rows that recovered; others are left out.
-    pub fn of<'a>(rows: impl Iterator<Item = &'a TrialRow>, end_early: bool) -> Self {
-        let rows: Vec<&TrialRow> = rows.filter(|row| row.has_recovered()).collect();
-        let median_settling_s = median(rows.iter().filter_map(|row| row.settling_s()).collect());
+    /// Of trials that recovered; others are left out.
+    pub fn of<'a>(trials: impl Iterator<Item = &'a Ended> + Clone, end_early: bool) -> Self {
+        let recovered = trials.filter(|ended| ended.has_recovered());
+        let median_settling_s = median(recovered.clone().filter_map(Ended::settling_s).collect());
         if end_early {
             return Self { median_settling_s, ..Self::default() };
         }
-        let homing = rows.iter().map(|row| row.homing_s().unwrap_or(f64::INFINITY)).collect();
+        let homing = recovered.clone().map(|ended| ended.homing_s().unwrap_or(f64::INFINITY)).collect();
         Self {
             median_settling_s,
             median_homing_s: median(homing).filter(|s| s.is_finite()),
-            home: Some(rows.iter().filter(|row| row.homing_s().is_some()).count() as u64),
+            home: Some(recovered.filter(|ended| ended.homing_s().is_some()).count() as u64),
         }
     }
 }
@@ -47,12 +46,12 @@ pub struct CommonSurvivors {
 
 impl CommonSurvivors {
     /// `end_early` as for [`Times::of`].
-    pub fn new(rows: &BySet, end_early: bool) -> Self {
+    pub fn new(rows: &Digest, end_early: bool) -> Self {
         let sets = 0..rows.names.len();
-        let has_survived = |set: usize, trial: usize| rows.of(set).get(trial).is_some_and(|row| row.has_recovered());
+        let has_survived = |set: usize, trial: usize| rows.of(set).get(trial).is_some_and(Ended::has_recovered);
         let survived: Vec<usize> =
-            (0..rows.drawn().len()).filter(|&trial| sets.clone().all(|set| has_survived(set, trial))).collect();
-        let times = |set: usize| Times::of(survived.iter().map(|&trial| rows.of(set)[trial]), end_early);
+            (0..rows.drawn.trials()).filter(|&trial| sets.clone().all(|set| has_survived(set, trial))).collect();
+        let times = |set: usize| Times::of(survived.iter().map(|&trial| &rows.of(set)[trial]), end_early);
         Self { trials: survived.len() as u64, sets: sets.clone().map(times).collect() }
     }
 }
@@ -60,7 +59,7 @@ impl CommonSurvivors {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::store::row::tests::rows;
+    use crate::campaign::store::row::{TrialRow, tests::rows};
     use crate::episode::Outcome::{Fell, Recovered};
 
     #[test]
@@ -69,12 +68,13 @@ mod tests {
         for (row, settled) in rows.iter_mut().zip([1.0, 2.0, 9.0, 9.0, 3.0, 4.0]) {
             row.settled_at_s = Some(row.start_s + row.duration_s + settled);
         }
-        let common = CommonSurvivors::new(&BySet::new(&rows, &["a", "b"].map(String::from)), true);
+        let rows = Digest::of_rows(&rows, &["a", "b"].map(String::from));
+        let common = CommonSurvivors::new(&rows, true);
         assert_eq!(common.trials, 2);
         let median = |set: usize| common.sets[set].median_settling_s.unwrap();
         assert!((median(0) - 2.0).abs() < 1e-12 && (median(1) - 3.0).abs() < 1e-12);
         assert_eq!(common.sets[0].home, None);
-        let own = Times::of(rows.iter().filter(|row| row.set == "a"), true);
+        let own = Times::of(rows.of(0).iter(), true);
         assert!((own.median_settling_s.unwrap() - 3.0).abs() < 1e-12);
     }
 
@@ -82,7 +82,7 @@ mod tests {
     fn a_trial_that_never_gets_home_is_the_latest() {
         let mut rows = rows(&[[Recovered, Recovered]; 3]);
         rows[0].home_at_s = None;
-        let times = |rows: &[TrialRow]| Times::of(rows.iter().filter(|row| row.set == "a"), false);
+        let times = |rows: &[TrialRow]| Times::of(Digest::of_rows(rows, &["a".to_string()]).of(0).iter(), false);
         assert_eq!(times(&rows).home, Some(2));
         assert!((times(&rows).median_homing_s.unwrap() - (1.75 - 0.55)).abs() < 1e-12);
         rows[2].home_at_s = None;

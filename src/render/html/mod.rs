@@ -13,10 +13,10 @@ mod words;
 
 use self::trials::Trials;
 use self::words::{interval, number, part};
-use crate::campaign::store::by_set::BySet;
+use crate::campaign::Summary;
+use crate::campaign::verdict::digest::Digest;
 use crate::campaign::verdict::pairs::Pair;
 use crate::campaign::verdict::set_summary::SetSummary;
-use crate::campaign::{Summary, TrialRow};
 use crate::error::Result;
 use crate::render::figure::{self, axes::Scale, success};
 use crate::render::{html_page, replay_parts, text};
@@ -35,9 +35,8 @@ const MOST_PAIRS: usize = 28;
 /// If there are more pairs than this, the sentences on them are folded away.
 const FEW_ANSWERS: usize = 6;
 
-/// The page of a campaign, from its `summary` and all `rows`, which are sorted by trial, then by set in the order of
-/// the summary. It links to the replays that exist, by paths relative to `folder`. Fails only if the template is wrong.
-pub fn page(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Result<String> {
+/// The page of a campaign, from its `summary` and the `rows` of it. It links to the replays that exist, by paths relative to `folder`. Fails only if the template is wrong.
+pub fn page(summary: &Summary, rows: &Digest, folder: &Path) -> Result<String> {
     let context = context(summary, rows, folder);
     html_page::render("report.html", TEMPLATE, UndefinedBehavior::Strict, add_to, &context)
 }
@@ -60,12 +59,12 @@ fn add_to(environment: &mut Environment) {
 }
 
 /// The values that the template reads: the summary as `s`, and everything that is computed here.
-fn context(summary: &Summary, rows: &[TrialRow], folder: &Path) -> Value {
+fn context(summary: &Summary, rows: &Digest, folder: &Path) -> Value {
     let (sets, pairs) = (&summary.sets, &summary.pairs);
     let names: Vec<String> = sets.iter().map(|set| set.name.clone()).collect();
     // Every pair and gate names sets of the summary, so the default is never used.
     let index = |name: &str| names.iter().position(|n| *n == name).unwrap_or_default();
-    let trials = Trials(BySet::new(rows, &names));
+    let trials = Trials(rows);
     let maps = polar::Maps::new(success::impulse_edges_n_s(sets), &trials);
     let view = |(i, pair): (usize, &Pair)| {
         let (a, b) = (index(&pair.a), index(&pair.b));
@@ -127,14 +126,15 @@ fn most_lost(sets: &[SetSummary]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::campaign::store::row::tests::row;
     use crate::campaign::verdict::agreement::tests::compared;
-    use crate::campaign::verdict::summary::tests::{ragged, rows, summary};
+    use crate::campaign::verdict::summary::tests::{digest, ragged, summary};
     use crate::episode::Outcome::{Fell, Recovered};
 
     /// The page of two sets with five trials each, in one engine.
     fn usual() -> String {
         let outcomes = [[Recovered, Fell]; 5];
-        page(&summary(&outcomes, &[], &[]), &rows(&outcomes), Path::new("")).unwrap()
+        page(&summary(&outcomes, &[], &[]), &digest(&outcomes), Path::new("")).unwrap()
     }
 
     const HOSTILE: &str = "</script><b onclick='x()'>&";
@@ -142,8 +142,9 @@ mod tests {
     #[test]
     fn names_are_escaped_everywhere() {
         let outcomes = [[Recovered, Fell], [Fell, Recovered], [Recovered, Fell]];
-        let (mut summary, rows) = (summary(&outcomes, &[], &["a >= 0.9"]), rows(&outcomes));
-        for name in [&mut summary.name, &mut summary.robot, &mut summary.sets[0].name, &mut summary.pairs[0].a] {
+        let (mut summary, mut rows) = (summary(&outcomes, &[], &["a >= 0.9"]), digest(&outcomes));
+        let of_set = [&mut summary.sets[0].name, &mut summary.pairs[0].a, &mut rows.names[0]];
+        for name in [&mut summary.name, &mut summary.robot].into_iter().chain(of_set) {
             *name = HOSTILE.into();
         }
         summary.warnings = vec![HOSTILE.into()];
@@ -164,7 +165,8 @@ mod tests {
         let mut summary = summary(&[[Recovered, Fell]], &[], &[]);
         summary.sets.truncate(1);
         summary.pairs.clear();
-        let page = page(&summary, &rows(&[[Recovered, Fell]])[..1], Path::new("")).unwrap();
+        let page = page(&summary, &Digest::of_rows(&[row(0, "a", 1.0, Recovered)], &["a".to_string()]), Path::new(""))
+            .unwrap();
         assert!(page.contains("<h1") && !page.contains("NaN") && !page.contains("id=\"pairs\""), "{page}");
     }
 
@@ -209,7 +211,7 @@ mod tests {
         let page = |trials: usize| {
             let one_in_three = |k: usize| if k.is_multiple_of(3) { Fell } else { Recovered };
             let outcomes: Vec<_> = (0..trials).map(|k| [one_in_three(k), one_in_three(k + 1)]).collect();
-            page(&summary(&outcomes, &[], &[]), &rows(&outcomes), Path::new("")).unwrap()
+            page(&summary(&outcomes, &[], &[]), &digest(&outcomes), Path::new("")).unwrap()
         };
         let (few, many) = (page(1000), page(20_000));
         assert!(few.contains("class=\"won\"") && !many.contains("class=\"won\""));

@@ -2,8 +2,6 @@
 //! from the middle outward.
 
 use super::trials::Trials;
-use crate::campaign::TrialRow;
-use crate::episode::Outcome;
 use crate::render::figure::COLORS;
 use crate::render::figure::panel::{At, escape, px, short};
 use crate::render::figure::polar::{Polar, towards};
@@ -50,7 +48,10 @@ impl<'a> Maps<'a> {
     /// The map of one set: the share of recovered trials as cells and, unless there are too many, each trial as a mark.
     pub fn set(&self, set: usize) -> String {
         let Trials(rows) = self.trials;
-        let own = |has_won: bool| rows.of(set).iter().copied().filter(move |row| row.has_recovered() == has_won);
+        let own = |has_won: bool| {
+            let own = rows.of(set).iter().enumerate().filter(move |(_, ended)| ended.has_recovered() == has_won);
+            own.map(|(trial, _)| trial)
+        };
         let label = format!("Success of {} by heading and impulse", rows.names[set]);
         self.drawn(
             &label,
@@ -72,11 +73,12 @@ impl<'a> Maps<'a> {
             return None;
         }
         let Trials(rows) = self.trials;
-        let names = rows.names;
+        let names = &rows.names;
         let label = format!("Trials that only one of {} and {} recovered", names[a], names[b]);
         let common = |such: fn(bool, bool) -> bool| {
-            let chosen = rows.common(a, b).filter(move |(a, b)| such(a.has_recovered(), b.has_recovered()));
-            chosen.map(|(row, _)| row)
+            let common = rows.common(a, b).enumerate();
+            let chosen = common.filter(move |(_, (a, b))| such(a.has_recovered(), b.has_recovered()));
+            chosen.map(|(trial, _)| trial)
         };
         Some(self.drawn(
             &label,
@@ -110,11 +112,13 @@ impl<'a> Maps<'a> {
     fn cells(&self, polar: &mut Polar, set: usize) {
         let width_deg = 360.0 / self.sectors as f64;
         let mut counts = vec![(0u32, 0u32); self.sectors * self.rings()];
-        for row in self.trials.0.of(set) {
-            let sector = ((row.heading_deg.rem_euclid(360.0) / width_deg).round() as usize) % self.sectors;
-            let ring = self.edges_n_s[1..].partition_point(|edge| *edge <= row.impulse_n_s).min(self.rings() - 1);
+        let Trials(rows) = self.trials;
+        for (trial, ended) in rows.of(set).iter().enumerate() {
+            let (heading_deg, impulse_n_s) = (rows.heading_deg(trial), rows.impulse_n_s(trial));
+            let sector = ((heading_deg.rem_euclid(360.0) / width_deg).round() as usize) % self.sectors;
+            let ring = self.edges_n_s[1..].partition_point(|edge| *edge <= impulse_n_s).min(self.rings() - 1);
             let count = &mut counts[ring * self.sectors + sector];
-            count.0 += u32::from(row.outcome == Outcome::Recovered);
+            count.0 += u32::from(ended.has_recovered());
             count.1 += 1;
         }
         for (i, (recovered, trials)) in counts.into_iter().enumerate().filter(|(_, (_, trials))| *trials > 0) {
@@ -138,21 +142,22 @@ impl<'a> Maps<'a> {
     }
 
     /// Draws a dot for each chosen trial, as a line of no length whose round ends the style sheet draws.
-    fn dots<'b>(&self, polar: &mut Polar, class: &str, chosen: impl Iterator<Item = &'b TrialRow>) {
+    fn dots(&self, polar: &mut Polar, class: &str, chosen: impl Iterator<Item = usize>) {
         self.marks(polar, class, "h0", chosen);
     }
 
     /// Draws a cross for each chosen trial.
-    fn crosses<'b>(&self, polar: &mut Polar, class: &str, chosen: impl Iterator<Item = &'b TrialRow>) {
+    fn crosses(&self, polar: &mut Polar, class: &str, chosen: impl Iterator<Item = usize>) {
         let arm = if self.trials.len() > MANY { SMALL_CROSS } else { CROSS };
         let (arm, across) = (px(arm), px(2.0 * arm));
         self.marks(polar, class, &format!("m-{arm}-{arm}l{across} {across}m0-{across}l-{across} {across}"), chosen);
     }
 
     /// Draws `mark`, a path that begins at the place of a trial, for each chosen trial.
-    fn marks<'b>(&self, polar: &mut Polar, class: &str, mark: &str, chosen: impl Iterator<Item = &'b TrialRow>) {
-        let of_trial = |row: &TrialRow| {
-            let [x, y] = polar.panel.view.at(towards(row.heading_deg, row.impulse_n_s)).map(px);
+    fn marks(&self, polar: &mut Polar, class: &str, mark: &str, chosen: impl Iterator<Item = usize>) {
+        let Trials(rows) = self.trials;
+        let of_trial = |trial: usize| {
+            let [x, y] = polar.panel.view.at(towards(rows.heading_deg(trial), rows.impulse_n_s(trial))).map(px);
             format!("M{x} {y}{mark}")
         };
         let path: String = chosen.map(of_trial).collect();
@@ -177,8 +182,9 @@ fn ring_part(polar: &Polar, [inner, outer]: At, [from, to]: At) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::store::by_set::BySet;
-    use crate::campaign::store::row::tests::row;
+    use crate::campaign::store::row::{TrialRow, tests::row};
+    use crate::campaign::verdict::digest::Digest;
+    use crate::episode::Outcome;
 
     /// Forward is up, left is to the left, and headings that differ by a full turn are the same place.
     #[test]
@@ -191,7 +197,8 @@ mod tests {
             turned(2, -270.0),
             TrialRow { outcome: Outcome::Fell, ..turned(3, 91.0) },
         ];
-        let trials = Trials(BySet::new(&rows, &sets));
+        let rows = Digest::of_rows(&rows, &sets);
+        let trials = Trials(&rows);
         let maps = Maps::new(vec![0.0, 1.0, 2.0], &trials);
         let view = Polar::new(RADIUS, 2.0).panel.view;
         let ([x, y], [left, level]) = (view.at(towards(0.0, 2.0)), view.at(towards(90.0, 2.0)));

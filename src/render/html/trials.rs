@@ -1,7 +1,6 @@
 //! The trials of a campaign in the form that the page needs: one push, and the outcome with each gain set.
 
-use crate::campaign::TrialRow;
-use crate::campaign::store::by_set::BySet;
+use crate::campaign::verdict::digest::Digest;
 use crate::episode::Outcome;
 use serde_json::{Value, json};
 
@@ -10,12 +9,12 @@ const MOST_DOTS: usize = 2000;
 /// Numbers of footsteps from this one on are counted together.
 const FOOTSTEPS: usize = 4;
 
-/// The rows of a result, and what the page makes of them.
-pub(super) struct Trials<'a>(pub BySet<'a>);
+/// The trials of a result, and what the page makes of them.
+pub(super) struct Trials<'a>(pub &'a Digest);
 
 impl Trials<'_> {
     pub fn len(&self) -> usize {
-        self.0.drawn().len()
+        self.0.drawn.trials()
     }
 
     /// Whether there are few enough trials to draw each by itself.
@@ -31,15 +30,16 @@ impl Trials<'_> {
         let round = |x: f64, digits: f64| (x * digits).round() / digits;
         let Self(rows) = self;
         let sets = 0..rows.names.len();
-        let trial = |(i, drawn): (usize, &&TrialRow)| {
-            let of_trial = |set: usize| rows.of(set).get(i);
+        let trial = |trial: usize| {
+            let of_trial = |set: usize| rows.of(set).get(trial);
             let outcomes: String =
-                sets.clone().map(|set| of_trial(set).map_or('-', |row| letter(row.outcome))).collect();
-            let footsteps: Vec<u32> = sets.clone().map(|set| of_trial(set).map_or(0, |row| row.footsteps)).collect();
-            let (impulse, heading) = (round(drawn.impulse_n_s, 1e3), round(drawn.heading_deg, 1e1));
-            json!([drawn.trial, impulse, heading, outcomes, footsteps])
+                sets.clone().map(|set| of_trial(set).map_or('-', |ended| letter(ended.outcome))).collect();
+            let footsteps: Vec<u32> =
+                sets.clone().map(|set| of_trial(set).map_or(0, |ended| ended.footsteps)).collect();
+            let (impulse, heading) = (round(rows.impulse_n_s(trial), 1e3), round(rows.heading_deg(trial), 1e1));
+            json!([trial, impulse, heading, outcomes, footsteps])
         };
-        let trials: Vec<Value> = rows.drawn().iter().enumerate().map(trial).collect();
+        let trials: Vec<Value> = (0..self.len()).map(trial).collect();
         json!({ "sets": rows.names, "commands": commands, "trials": trials }).to_string().replace('<', "\\u003c")
     }
 
@@ -47,8 +47,8 @@ impl Trials<'_> {
     pub fn footsteps(&self) -> Vec<[u64; FOOTSTEPS + 1]> {
         let of_set = |set: usize| {
             let mut counts = [0; FOOTSTEPS + 1];
-            for row in self.0.of(set).iter().filter(|row| row.has_recovered()) {
-                counts[(row.footsteps as usize).min(FOOTSTEPS)] += 1;
+            for ended in self.0.of(set).iter().filter(|ended| ended.has_recovered()) {
+                counts[(ended.footsteps as usize).min(FOOTSTEPS)] += 1;
             }
             counts
         };

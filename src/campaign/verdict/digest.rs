@@ -1,0 +1,358 @@
+//! What verdicts need of the rows of a campaign, in little memory: rows come part by part, and are forgotten.
+//!
+//! A trial with a gain set takes 40 bytes, and what was drawn for the trial 8 bytes for each quantity that varies. A
+//! million trials of two sets are about 100 MB; as rows they were 1.5 GB.
+//!
+//! A campaign that ends when decided stops running a set early once everything that the set takes part in is decided,
+//! so sets may have different numbers of trials. Each has its first ones, without a gap.
+
+use crate::campaign::store::folder::Folder;
+use crate::campaign::store::row::TrialRow;
+use crate::campaign::verdict::failures::{Failures, FallCause};
+use crate::episode::{EpisodeConfig, Membership, Outcome};
+use crate::error::Result;
+use crate::stats::rate::SuccessCount;
+
+/// The trials of a campaign by gain set, in order: a trial is known by its number.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Digest {
+    /// Names of the gain sets, in the order of the campaign.
+    pub names: Vec<String>,
+    pub drawn: Drawn,
+    sets: Vec<OfSet>,
+    /// A COM that is faster at the push is in motion (m/s).
+    standing_com_speed_m_s: f64,
+}
+
+/// The trials of one gain set, and what of them is only counted.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct OfSet {
+    ended: Vec<Ended>,
+    counted: Counted,
+}
+
+/// What is only counted of the trials of a gain set.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Counted {
+    pub failures: Failures,
+    /// In the order of their names.
+    pub fall_causes: Vec<FallCause>,
+    /// Trials in which the push found the COM faster than a robot that counts as standing.
+    pub moving_at_push: u64,
+}
+
+/// How a trial ended with one gain set; names are as in [`TrialRow`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ended {
+    // NaN in place of None.
+    impulse_over_m_omega_d: f64,
+    settling_s: f64,
+    homing_s: f64,
+    cpi_margin_after_push: f64,
+    /// Number of completed footsteps.
+    pub footsteps: u32,
+    pub outcome: Outcome,
+    pub set_after_push: Option<Membership>,
+    /// Whether the estimated state was inside of the set at the end of the push.
+    pub is_inside_est: bool,
+    /// Whether a foot was in the air at the fall or at the end.
+    pub in_swing: bool,
+}
+
+/// What was drawn for each trial, which is the same for every gain set.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Drawn {
+    pub impulse_n_s: Values,
+    pub heading_deg: Values,
+    pub duration_s: Values,
+    pub height_m: Values,
+    pub second_impulse_n_s: Values,
+    /// The quantities of robot and ground, by the names of [`Variation`](crate::sim::Variation); none without trials.
+    pub variation: Vec<(&'static str, Values)>,
+}
+
+/// A quantity of each trial. As long as all have the same value, it is kept once.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Values {
+    first: Option<f64>,
+    trials: usize,
+    /// Empty as long as all have the same value; NaN in place of None.
+    each: Vec<f64>,
+}
+
+impl Digest {
+    /// Of no trial yet. `names` are the gain sets in the order of the campaign.
+    pub fn new(names: &[String], episode: &EpisodeConfig) -> Self {
+        let sets = vec![OfSet::default(); names.len()];
+        let standing_com_speed_m_s = episode.judge.standing_com_speed_m_s;
+        Self { names: names.to_vec(), drawn: Drawn::default(), sets, standing_com_speed_m_s }
+    }
+
+    /// Of a finished campaign. Fails as [`Folder::parts`] does.
+    pub fn read(folder: &Folder) -> Result<Self> {
+        let mut digest = Self::new(&folder.manifest.sets, &folder.manifest.campaign.episode);
+        folder.parts()?.try_for_each(|rows| rows.map(|rows| digest.push(&rows)))?;
+        Ok(digest)
+    }
+
+    /// Adds the next rows, in the order of trials, and leaves out those of sets that are not named.
+    pub fn push(&mut self, rows: &[TrialRow]) {
+        for row in rows {
+            let Some(set) = self.names.iter().position(|name| *name == row.set) else { continue };
+            if row.trial >= self.trials() {
+                self.drawn.push(row);
+            }
+            let OfSet { ended, counted } = &mut self.sets[set];
+            ended.push(Ended::of(row));
+            let is_moving = row.com_speed_at_push_m_s.is_some_and(|speed| speed > self.standing_com_speed_m_s);
+            counted.moving_at_push += u64::from(is_moving);
+            counted.failures.add(row);
+            FallCause::add(&mut counted.fall_causes, row);
+        }
+    }
+
+    /// How each trial of set number `set` ended, from trial 0.
+    pub fn of(&self, set: usize) -> &[Ended] {
+        &self.sets[set].ended
+    }
+
+    pub fn counted(&self, set: usize) -> &Counted {
+        &self.sets[set].counted
+    }
+
+    /// How each trial that sets `a` and `b` both have ended with a and with b, from trial 0.
+    pub fn common(&self, a: usize, b: usize) -> impl Iterator<Item = (&Ended, &Ended)> {
+        self.of(a).iter().zip(self.of(b))
+    }
+
+    /// Number of trials of the campaign: that of the set that has most.
+    pub fn trials(&self) -> u64 {
+        self.drawn.trials() as u64
+    }
+
+    /// Impulse of the first push divided by m omega d or, if there is no d, in N s.
+    pub fn hardness(&self, set: usize, trial: usize) -> f64 {
+        self.of(set)[trial].impulse_over_m_omega_d().unwrap_or_else(|| self.impulse_n_s(trial))
+    }
+
+    /// Impulse of the first push.
+    pub fn impulse_n_s(&self, trial: usize) -> f64 {
+        self.drawn.impulse_n_s.at(trial).unwrap_or(f64::NAN)
+    }
+
+    /// Heading of the first push.
+    pub fn heading_deg(&self, trial: usize) -> f64 {
+        self.drawn.heading_deg.at(trial).unwrap_or(f64::NAN)
+    }
+}
+
+impl Ended {
+    pub fn of(row: &TrialRow) -> Self {
+        Self {
+            impulse_over_m_omega_d: or_nan(row.impulse_over_m_omega_d),
+            settling_s: or_nan(row.settling_s()),
+            homing_s: or_nan(row.homing_s()),
+            cpi_margin_after_push: or_nan(row.cpi_margin_after_push),
+            footsteps: row.footsteps,
+            outcome: row.outcome,
+            set_after_push: row.set_after_push,
+            is_inside_est: row.cpi_margin_after_push_est.is_some_and(|margin| margin >= 0.0),
+            in_swing: row.unfinished_footstep.is_some(),
+        }
+    }
+
+    pub fn has_recovered(&self) -> bool {
+        self.outcome == Outcome::Recovered
+    }
+
+    pub fn impulse_over_m_omega_d(&self) -> Option<f64> {
+        some(self.impulse_over_m_omega_d)
+    }
+
+    /// As [`TrialRow::settling_s`].
+    pub fn settling_s(&self) -> Option<f64> {
+        some(self.settling_s)
+    }
+
+    /// As [`TrialRow::homing_s`].
+    pub fn homing_s(&self) -> Option<f64> {
+        some(self.homing_s)
+    }
+
+    pub fn cpi_margin_after_push(&self) -> Option<f64> {
+        some(self.cpi_margin_after_push)
+    }
+}
+
+impl Drawn {
+    pub fn trials(&self) -> usize {
+        self.impulse_n_s.trials
+    }
+
+    fn push(&mut self, row: &TrialRow) {
+        self.impulse_n_s.push(Some(row.impulse_n_s));
+        self.heading_deg.push(Some(row.heading_deg));
+        self.duration_s.push(Some(row.duration_s));
+        self.height_m.push(Some(row.height_m));
+        self.second_impulse_n_s.push(row.second_impulse_n_s);
+        let varied = row.variation().list();
+        if self.variation.is_empty() {
+            self.variation = varied.iter().map(|(name, _)| (*name, Values::default())).collect();
+        }
+        self.variation.iter_mut().zip(varied).for_each(|((_, values), (_, value))| values.push(value));
+    }
+
+    /// A quantity of robot and ground.
+    pub fn varied(&self, name: &str) -> Option<&Values> {
+        self.variation.iter().find(|(found, _)| *found == name).map(|(_, values)| values)
+    }
+}
+
+impl Values {
+    fn push(&mut self, value: Option<f64>) {
+        if self.trials == 0 {
+            self.first = value;
+        }
+        if self.each.is_empty() && value.map(f64::to_bits) != self.first.map(f64::to_bits) {
+            self.each = vec![or_nan(self.first); self.trials];
+        }
+        if !self.each.is_empty() {
+            self.each.push(or_nan(value));
+        }
+        self.trials += 1;
+    }
+
+    /// Of trial number `trial`.
+    pub fn at(&self, trial: usize) -> Option<f64> {
+        if self.each.is_empty() { self.first } else { some(self.each[trial]) }
+    }
+
+    /// Of each trial, in order.
+    pub fn iter(&self) -> impl Iterator<Item = Option<f64>> + Clone {
+        (0..self.trials).map(|trial| self.at(trial))
+    }
+}
+
+/// Counts how many of these trials were recovered from.
+pub fn success_count<'a>(ended: impl IntoIterator<Item = &'a Ended>) -> SuccessCount {
+    let (mut trials, mut recovered) = (0, 0);
+    for ended in ended {
+        trials += 1;
+        recovered += u64::from(ended.has_recovered());
+    }
+    SuccessCount::new(recovered, trials)
+}
+
+/// Counts the same among those for which `such` holds.
+pub fn success_count_of(ended: &[Ended], such: impl Fn(&Ended) -> bool) -> SuccessCount {
+    success_count(ended.iter().filter(|ended| such(ended)))
+}
+
+fn or_nan(value: Option<f64>) -> f64 {
+    value.unwrap_or(f64::NAN)
+}
+
+fn some(value: f64) -> Option<f64> {
+    (!value.is_nan()).then_some(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::ask::spec::tests::campaign;
+    use crate::campaign::ask::trial;
+    use crate::campaign::store::row::tests::record;
+    use crate::robot::Foot;
+
+    impl Digest {
+        /// Of rows in the order of trials, with the settings of the campaign `standard`.
+        pub(crate) fn of_rows(rows: &[TrialRow], names: &[String]) -> Self {
+            let mut digest = Self::new(names, &campaign("standard", &[]).episode);
+            digest.push(rows);
+            digest
+        }
+    }
+
+    /// Rows of the campaign `harsh` as it is drawn, of 20 trials with "a", of which "b" has the first 12; other fields come
+    /// and go from row to row.
+    fn rows() -> Vec<TrialRow> {
+        let campaign = campaign("harsh", &[]);
+        let outcomes = [Outcome::Recovered, Outcome::Fell, Outcome::TimedOut];
+        let row = |trial: u64, set: &str| {
+            let (pushes, variation) = (trial::pushes(&campaign, trial), trial::variation(&campaign, trial));
+            let i = trial as usize + set.len();
+            let per_set = (set == "a").then_some(2.0);
+            let row = TrialRow::new(trial, set, &pushes, per_set, &variation, record(outcomes[i % 3]));
+            TrialRow {
+                settled_at_s: row.settled_at_s.map(|at_s| at_s + trial as f64),
+                home_at_s: row.home_at_s.filter(|_| i % 2 == 0),
+                cpi_margin_after_push: (i % 4 > 0).then_some(i as f64 - 5.5),
+                cpi_margin_after_push_est: (i % 5 > 0).then_some(i as f64 - 7.5),
+                set_after_push: (i % 7 > 0).then_some(Membership::Inside),
+                com_speed_at_push_m_s: (i % 6 > 0).then_some(0.01 * i as f64),
+                footsteps: i as u32,
+                unfinished_footstep: (i % 3 == 1).then_some(Foot::Left),
+                ..row
+            }
+        };
+        let of_trial = |trial: u64| ["a", "b"].into_iter().filter(move |set| *set == "a" || trial < 12);
+        (0..20).flat_map(|trial| of_trial(trial).map(move |set| row(trial, set))).collect()
+    }
+
+    #[test]
+    fn a_digest_says_what_the_rows_say() {
+        let (rows, names) = (rows(), ["a", "b"].map(String::from));
+        let digest = Digest::of_rows(&rows, &names);
+        assert_eq!((digest.trials(), [0, 1].map(|set| digest.of(set).len())), (20, [20, 12]));
+        assert_eq!(digest.common(0, 1).count(), 12);
+        for row in &rows {
+            let (set, trial) = (usize::from(row.set == "b"), row.trial as usize);
+            let found = digest.of(set)[trial];
+            assert_eq!((found.outcome, found.has_recovered()), (row.outcome, row.has_recovered()));
+            assert_eq!([found.settling_s(), found.homing_s()], [row.settling_s(), row.homing_s()]);
+            assert_eq!(found.impulse_over_m_omega_d(), row.impulse_over_m_omega_d);
+            assert_eq!(digest.hardness(set, trial), row.impulse_over_m_omega_d.unwrap_or(row.impulse_n_s));
+            assert_eq!(found.cpi_margin_after_push(), row.cpi_margin_after_push);
+            assert_eq!(found.is_inside_est, row.cpi_margin_after_push_est.is_some_and(|margin| margin >= 0.0));
+            assert_eq!((found.set_after_push, found.footsteps), (row.set_after_push, row.footsteps));
+            assert_eq!(found.in_swing, row.unfinished_footstep.is_some());
+            assert_eq!((digest.impulse_n_s(trial), digest.heading_deg(trial)), (row.impulse_n_s, row.heading_deg));
+            let Drawn { duration_s, height_m, second_impulse_n_s, variation, .. } = &digest.drawn;
+            assert_eq!([duration_s, height_m].map(|of| of.at(trial)), [row.duration_s, row.height_m].map(Some));
+            assert_eq!(second_impulse_n_s.at(trial), row.second_impulse_n_s);
+            let varied: Vec<_> = variation.iter().map(|(name, values)| (*name, values.at(trial))).collect();
+            assert_eq!(varied, row.variation().list());
+        }
+        let lost = |set: &str| rows.iter().filter(|row| row.set == set && row.outcome == Outcome::Fell).count() as u64;
+        for (set, name) in names.iter().enumerate() {
+            let Counted { failures, fall_causes, .. } = digest.counted(set);
+            assert_eq!(
+                failures.fell_before_any_footstep + failures.fell_in_swing + failures.fell_after_landing,
+                lost(name)
+            );
+            assert_eq!(fall_causes.iter().map(|cause| cause.trials).sum::<u64>(), lost(name));
+        }
+        let standing_m_s = digest.standing_com_speed_m_s;
+        let is_moving = |row: &&TrialRow| row.com_speed_at_push_m_s.is_some_and(|speed| speed > standing_m_s);
+        let moving = rows.iter().filter(is_moving).count() as u64;
+        assert_eq!((0..2).map(|set| digest.counted(set).moving_at_push).sum::<u64>(), moving);
+    }
+
+    #[test]
+    fn rows_may_come_in_any_number_at_a_time() {
+        let (rows, names) = (rows(), ["a", "b"].map(String::from));
+        let mut digest = Digest::of_rows(&[], &names);
+        rows.chunks(7).for_each(|some| digest.push(some));
+        // Compared as Debug text, because NaN is not equal to itself.
+        assert_eq!(format!("{digest:?}"), format!("{:?}", Digest::of_rows(&rows, &names)));
+    }
+
+    /// A million trials with two sets have to fit.
+    #[test]
+    fn a_trial_takes_few_bytes() {
+        assert_eq!(size_of::<Ended>(), 40);
+        let drawn = Digest::of_rows(&rows(), &["a".to_string()]).drawn;
+        let [varies, does_not] = ["friction", "trunk_com_x_m"].map(|name| drawn.varied(name).unwrap().each.len());
+        assert_eq!((drawn.impulse_n_s.each.len(), varies, does_not), (20, 20, 0));
+    }
+}
