@@ -81,7 +81,7 @@ pub(super) fn listed(names: &[&str], last: &str) -> String {
 mod tests {
     use super::*;
     use crate::campaign::store::row::tests::row;
-    use crate::campaign::verdict::digest::{Digest, success_count};
+    use crate::campaign::verdict::digest::Digest;
     use crate::campaign::verdict::pairs::{DecisionRule, every_pair};
     use crate::campaign::verdict::standing::When;
     use crate::episode::Outcome::{Fell, Recovered};
@@ -97,7 +97,7 @@ mod tests {
         let deciding = DecisionRule { when: When::Once, margin, end_early: true };
         let pairs = Pair::all(&by_set, &every_pair(names.len()), &[], deciding);
         let sets: Vec<SetSummary> = (0..names.len()).map(|i| SetSummary::new(i, &by_set, &[], &[], true)).collect();
-        assert_eq!(sets[0].count, success_count(by_set.of(0)));
+        assert_eq!((sets[0].count.recovered, sets[0].count.trials), (recovered[0].1, 200));
         of(&sets, &pairs, deciding.margin)
     }
 
