@@ -261,7 +261,7 @@ mod tests {
     use super::*;
     use crate::campaign::ask::spec::tests::campaign;
     use crate::campaign::ask::trial;
-    use crate::campaign::store::row::tests::record;
+    use crate::campaign::store::row::tests::{record, row};
     use crate::robot::Foot;
 
     impl Digest {
@@ -281,15 +281,16 @@ mod tests {
         let row = |trial: u64, set: &str| {
             let (pushes, variation) = (trial::pushes(&campaign, trial), trial::variation(&campaign, trial));
             let i = trial as usize + set.len();
+            let not_each = |nth: usize| !i.is_multiple_of(nth);
             let per_set = (set == "a").then_some(2.0);
             let row = TrialRow::new(trial, set, &pushes, per_set, &variation, record(outcomes[i % 3]));
             TrialRow {
                 settled_at_s: row.settled_at_s.map(|at_s| at_s + trial as f64),
-                home_at_s: row.home_at_s.filter(|_| i % 2 == 0),
-                cpi_margin_after_push: (i % 4 > 0).then_some(i as f64 - 5.5),
-                cpi_margin_after_push_est: (i % 5 > 0).then_some(i as f64 - 7.5),
-                set_after_push: (i % 7 > 0).then_some(Membership::Inside),
-                com_speed_at_push_m_s: (i % 6 > 0).then_some(0.01 * i as f64),
+                home_at_s: row.home_at_s.filter(|_| not_each(2)),
+                cpi_margin_after_push: not_each(4).then_some(i as f64 - 5.5),
+                cpi_margin_after_push_est: not_each(5).then_some(i as f64 - 7.5),
+                set_after_push: not_each(7).then_some(Membership::Inside),
+                com_speed_at_push_m_s: not_each(6).then_some(0.01 * i as f64),
                 footsteps: i as u32,
                 unfinished_footstep: (i % 3 == 1).then_some(Foot::Left),
                 ..row
@@ -351,8 +352,8 @@ mod tests {
     #[test]
     fn a_trial_takes_few_bytes() {
         assert_eq!(size_of::<Ended>(), 40);
-        let drawn = Digest::of_rows(&rows(), &["a".to_string()]).drawn;
-        let [varies, does_not] = ["friction", "trunk_com_x_m"].map(|name| drawn.varied(name).unwrap().each.len());
-        assert_eq!((drawn.impulse_n_s.each.len(), varies, does_not), (20, 20, 0));
+        let rows: Vec<TrialRow> = (0..20).map(|trial| row(trial, "a", trial as f64, Outcome::Fell)).collect();
+        let Drawn { impulse_n_s, heading_deg, .. } = Digest::of_rows(&rows, &["a".to_string()]).drawn;
+        assert_eq!((impulse_n_s.each.len(), heading_deg.each.len(), heading_deg.at(19)), (20, 0, Some(0.0)));
     }
 }
