@@ -69,7 +69,8 @@ pub(crate) fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|panic| {
         let text = panic.downcast_ref::<&str>().map(|text| text.to_string());
         let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
-        format!("panic: {}", text.unwrap_or_else(|| "without a message".into()))
+        let line: String = text.iter().flat_map(|text| text.lines()).take(1).collect();
+        format!("panic: {:.120}", if line.is_empty() { "without a message" } else { &line })
     })
 }
 

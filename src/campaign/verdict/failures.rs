@@ -62,7 +62,7 @@ impl Failures {
     }
 }
 
-/// How many trials of a set fell on what.
+/// How many trials of a set fell on what, or diverged by what.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FallCause {
     /// As in [`crate::episode::Record::fall_cause`].
@@ -73,10 +73,14 @@ pub struct FallCause {
 impl FallCause {
     /// Counts a further trial among `causes`, which are in the order of their names.
     pub fn add(causes: &mut Vec<Self>, row: &TrialRow) {
-        let Some(cause) = row.fall_cause.as_ref().filter(|_| row.outcome == Outcome::Fell) else { return };
-        match causes.binary_search_by(|found| found.cause.cmp(cause)) {
+        let cause = match (row.outcome, &row.fall_cause) {
+            (Outcome::Fell, Some(cause)) => cause.clone(),
+            (Outcome::Diverged, Some(cause)) => format!("diverged, {cause}"),
+            _ => return,
+        };
+        match causes.binary_search_by(|found| found.cause.cmp(&cause)) {
             Ok(at) => causes[at].trials += 1,
-            Err(at) => causes.insert(at, Self { cause: cause.clone(), trials: 1 }),
+            Err(at) => causes.insert(at, Self { cause, trials: 1 }),
         }
     }
 
@@ -136,13 +140,13 @@ mod tests {
     }
 
     #[test]
-    fn causes_are_counted_of_falls_and_the_most_frequent_is_first() {
+    fn causes_of_falls_and_of_what_diverged_are_counted_and_the_most_frequent_is_first() {
         let on = |cause: &str, outcome| TrialRow { fall_cause: Some(cause.into()), ..row(0, "a", 1.0, outcome) };
         let rows = [on("b", Fell), on("c", Fell), on("a", Fell), on("c", Fell), on("b", Diverged)];
         let mut causes = Vec::new();
         rows.iter().for_each(|row| FallCause::add(&mut causes, row));
         let causes = FallCause::most_frequent_first(&causes);
         let causes: Vec<_> = causes.iter().map(|c| (c.cause.as_str(), c.trials)).collect();
-        assert_eq!(causes, [("c", 2), ("a", 1), ("b", 1)]);
+        assert_eq!(causes, [("c", 2), ("a", 1), ("b", 1), ("diverged, b", 1)]);
     }
 }
