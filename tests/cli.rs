@@ -100,6 +100,11 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         ),
         (good, &["cpi", "fixed:gains.0.x=[1,1,5,9]"], &["gains.0.x = [1,1,5,9]", "array of length 3"]),
         (good, &["run", "/dev/zero"], &["/dev/zero: cannot read: it is no file; accepted: a file, not a folder"]),
+        (
+            good,
+            &["push", "--horizon=3600", "--trace=a.csv"],
+            &["horizon_s = 3600: is too long for --trace", "accepted: up to 400"],
+        ),
         (good, &["push", "--gains", "."], &[".: cannot read: it is no file"]),
         (good, &["model", "/dev/tty"], &["/dev/tty: cannot read"]),
         (good, &["cpi", "--dt=1e-9"], &["--dt = 0.000000001", "0.0003555 to 0.1777"]),

@@ -114,7 +114,27 @@ fn numbers(text: &str) -> Vec<(usize, usize)> {
     found
 }
 
-/// Places of the characters in a text, and its end.
+/// The text with all values of one key, or one attribute, times the same factor: what is consistent is accepted.
+fn scaled(text: &str, random: &mut Random) -> String {
+    let found = numbers(text);
+    let Some(&(start, _)) = found.get(random.below(found.len())) else { return text.into() };
+    let key_of = |at: usize| {
+        let line = &text[text[..at].rfind('\n').map_or(0, |end| end + 1)..at];
+        let key = line.rsplit_once('=').map_or(line, |(before, _)| before);
+        key.trim_end().rsplit([' ', '\t', '<', '{', ',']).next().unwrap_or(key)
+    };
+    let (key, factor) = (key_of(start), random.of(&[0.0, 1e-9, 1e-6, 1e-3, 0.1, 0.5, 2.0, 10.0, 1e3, 1e6, 1e9]));
+    let (mut out, mut from) = (String::new(), 0);
+    for (start, end) in found.into_iter().filter(|&(start, _)| key_of(start) == key) {
+        let Ok(number) = text[start..end].parse::<f64>() else { continue };
+        out += &text[from..start];
+        out += &(number * factor).to_string();
+        from = end;
+    }
+    out + &text[from..]
+}
+
+/// The next place at which a text can be cut.
 fn boundary(text: &str, at: usize) -> usize {
     (at..).find(|&at| text.is_char_boundary(at)).unwrap_or(text.len())
 }
@@ -124,7 +144,7 @@ fn changed(text: &str, random: &mut Random, others: &[String]) -> String {
     let mut lines: Vec<&str> = text.split_inclusive('\n').collect();
     let (line, count) = (random.below(lines.len()), 1 + random.below(6));
     let end = (line + count).min(lines.len());
-    match random.below(12) {
+    match random.below(14) {
         // Most inputs are numbers, and most of their faults are numbers that nobody thought of.
         0..=5 => {
             let found = numbers(text);
@@ -135,6 +155,7 @@ fn changed(text: &str, random: &mut Random, others: &[String]) -> String {
             };
             return text[..start].to_string() + &number + &text[end..];
         }
+        12.. => return scaled(text, random),
         6 => drop(lines.drain(line.min(end)..end)),
         7 => {
             let copy = lines[line.min(end)..end].to_vec();

@@ -20,6 +20,9 @@ use std::path::{Path, PathBuf};
 /// How long plots, films and pictures go on after the robot has come to stand still (s).
 const REST_S: f64 = 0.5;
 
+/// Most control ticks of an episode that is written or drawn.
+const MOST_TICKS: f64 = 200_000.0;
+
 /// Files to make of an episode.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct OutputArgs {
@@ -59,6 +62,16 @@ impl OutputArgs {
             return Err(Error::option(option, path.display(), problem, "a file in another folder"));
         }
         Ok(())
+    }
+
+    /// Fails if a file is asked for, and the episode can become so long that its ticks fill the memory.
+    pub fn check_length(&self, config: &EpisodeConfig) -> Result<()> {
+        let most_s = MOST_TICKS * config.control_period_s;
+        if self.is_empty() || config.horizon_s <= most_s {
+            return Ok(());
+        }
+        let problem = "is too long for --trace, --plot, --replay and --frames";
+        Err(Error::value("episode", "horizon_s", config.horizon_s, problem, format!("up to {most_s}")))
     }
 
     /// Fails if an engine is asked for, or a file that only an episode with physics can fill.

@@ -96,6 +96,7 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
     let design = Design::new(&robot, &GainSet::load(&gains)?, config.control_period_s)?;
     design.warning.iter().for_each(|warning| log::warn!("{warning}"));
     args.outputs.check()?;
+    args.outputs.check_length(&config)?;
     if args.check.check {
         return fine(&format!("a push of {} N s, gain set {}", pushes[0].impulse_n_s, design.family.name));
     }

@@ -60,6 +60,7 @@ pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
     }
     config.engine.check(&robot)?;
     args.outputs.check()?;
+    args.outputs.check_length(&config)?;
     if args.check.check {
         return fine(&format!("scenario {}, gain set {}", scenario.name, gains.name));
     }

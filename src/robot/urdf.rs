@@ -5,7 +5,7 @@
 
 use super::infer;
 use super::kinematics::Kinematics;
-use super::model::{Ankle, Foot, Robot};
+use super::model::{Ankle, Foot, GRAVITY, Robot};
 use super::settings::{self, Settings};
 use super::tree::Tree;
 use super::xacro;
@@ -143,8 +143,24 @@ impl Robot {
         for foot in Foot::BOTH {
             robot.soles[foot].ankle = Ankle::of(&robot, foot);
         }
+        check_support(file, &robot)?;
         Ok(robot)
     }
+}
+
+/// Checks that the soles span an area at home, as far as the ankles can hold the weight there.
+fn check_support(file: &str, robot: &Robot) -> Result<()> {
+    let soles = Kinematics::at_home(robot).sole_poses(robot);
+    let pressed = |foot: Foot| {
+        robot.soles[foot].pressable_corners(0.5 * robot.mass() * GRAVITY).map(|at| (soles[foot] * at).xy())
+    };
+    let corners: Vec<_> = Foot::BOTH.into_iter().flat_map(pressed).collect();
+    if SupportPolygon::hull(&corners).is_some() {
+        return Ok(());
+    }
+    let (problem, accepted) =
+        ("the soles span no area on which the ankles can hold the weight", "a robot that can stand");
+    Err(Error::value(file, "soles", "left, right", problem, accepted))
 }
 
 /// Checks that the soles are flat and level with each other at home, without which no standing posture is defined.
@@ -163,14 +179,6 @@ fn check_home(file: &str, robot: &Robot) -> Result<()> {
             let accepted = format!("up to {FLAT_RAD} rad with the base unrotated");
             return Err(Error::value(file, "home_rad", value, "soles must be flat at home", accepted));
         }
-    }
-    let corners: Vec<_> = Foot::BOTH
-        .iter()
-        .flat_map(|&foot| robot.soles[foot].corners().map(|corner| (soles[foot] * corner).xy()))
-        .collect();
-    if SupportPolygon::hull(&corners).is_none() {
-        let (problem, accepted) = ("the soles span no area at home", "two soles on which a robot can stand");
-        return Err(Error::value(file, "soles", "left, right", problem, accepted));
     }
     let step = soles.left.translation.z - soles.right.translation.z;
     if step.abs() > LEVEL_M {
