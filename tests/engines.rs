@@ -219,13 +219,17 @@ fn a_robot_that_one_engine_refuses_is_an_error_that_names_the_engine() {
     let dir = folder();
     let assets = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/robots");
     let urdf = std::fs::read_to_string(assets.join("ut-mu2.urdf")).unwrap();
-    // Of a link without mass MuJoCo wants none; Rapier takes it, since the joint's rotor has an inertia.
+    // Of a link that has all but no inertia MuJoCo wants none; Rapier takes it, since the joint's rotor has an inertia.
     let of_elbow = urdf.find("<link name=\"left_elbow_rotation\"").unwrap();
     let light =
         ["mass value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz"].into_iter().fold(urdf.clone(), |urdf, name| {
             let first = of_elbow + urdf[of_elbow..].find(&format!("{name}=\"")).unwrap() + name.len() + 2;
             let end = first + urdf[first..].find('"').unwrap();
-            let value = if ["ixy", "ixz", "iyz"].contains(&name) { "0" } else { "1e-17" };
+            let value = match name {
+                "mass value" => "1e-9",
+                "ixx" | "iyy" | "izz" => "3e-16",
+                _ => "0",
+            };
             format!("{}{value}{}", &urdf[..first], &urdf[end..])
         });
     std::fs::write(dir.path().join("odd.urdf"), light).unwrap();

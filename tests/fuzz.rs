@@ -8,7 +8,7 @@ use standfast::assets::{self, Kind, Source};
 use standfast::campaign::ask::gate::Gate;
 use standfast::campaign::ask::scenario::{Cause, Scenario};
 use standfast::campaign::ask::trial;
-use standfast::campaign::run::{RunOptions, Watch};
+use standfast::campaign::run::{RunOptions, Watch, Work};
 use standfast::campaign::{Campaign, Folder, Overrides, Plan, StoredTrial};
 use standfast::control::Design;
 use standfast::episode::{self, Disturbance, EpisodeConfig, Until, imposed};
@@ -394,7 +394,7 @@ fn results() {
     };
     let plan = Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap();
     let new = plan.folder(Some(&made)).unwrap();
-    let mut work = plan.work(&new, RunOptions { threads: 1, shard: None }, None).unwrap();
+    let mut work = Work::new(&plan, &new, RunOptions { threads: 1, shard: None }, None).unwrap();
     work.run(&Watch { stop: &AtomicBool::new(false), on_episode: &|| {}, on_part: &|_| {}, on_look: &|_, _| {} })
         .unwrap();
     const FILES: [&str; 3] = ["parts/campaign.json", "parts/part-000000.json", "parts/part-000000.csv"];

@@ -74,7 +74,7 @@ fn only_soles_are_near_the_ground_at_home() {
 }
 
 /// What to replace in the URDF (everywhere), by what, and what the error must say.
-const BAD_URDF: [(&str, &str, &str); 27] = [
+const BAD_URDF: [(&str, &str, &str); 28] = [
     ("</robot>", "", "the XML is malformed"),
     ("</visual>", "</visua>", "the XML is malformed"),
     ("<robot name=\"ut-mu2\">", "<robot name=\"ut-mu2\" <", "builtin:ut-mu2: the XML is malformed"),
@@ -98,7 +98,16 @@ const BAD_URDF: [(&str, &str, &str); 27] = [
         "value=\"1e300\"",
         "mass value = 1e300: is too large; accepted: a number, up to 1e7 in size",
     ),
-    ("value=\"0.147856\"", "value=\"1e-300\"", "left_shoulder_flexion: mass = 0.0"),
+    (
+        "value=\"0.147856\"",
+        "value=\"1e-300\"",
+        "left_shoulder_flexion: mass = 1e-300: out of range; accepted: 1e-12 to 1e7 kg",
+    ),
+    (
+        "ixx=\"0.000042\" ixy=\"0\" ixz=\"0.000001\" iyy=\"0.000043\" iyz=\"0\" izz=\"0.00001\"",
+        "ixx=\"1e-20\" ixy=\"0\" ixz=\"0\" iyy=\"1e-20\" iyz=\"0\" izz=\"1e-20\"",
+        "left_elbow_rotation: least moment of inertia = 1.0e-20: too small to be simulated; accepted: at least 5",
+    ),
     ("ixx=\"0.012246\"", "ixx=\"1e12\"", "body: inertia ixx = 1e12: is too large; accepted: a number, up to 1e11"),
     ("<box size=\"0.08 0.023 0.034\"/>", "<box size=\"0.08 0.023 1e5\"/>", "box size = 0.08 0.023 1e5: is too large"),
     (

@@ -2,7 +2,7 @@
 
 use criterion::{Criterion, SamplingMode};
 use standfast::campaign::ask::trial;
-use standfast::campaign::run::{RunOptions, Watch};
+use standfast::campaign::run::{RunOptions, Watch, Work};
 use standfast::campaign::{Campaign, Overrides, Plan};
 use standfast::control::Design;
 use standfast::episode::{self, Outcome};
@@ -68,7 +68,7 @@ pub fn threads(c: &mut Criterion) {
 fn run(plan: &Plan, threads: usize) -> Duration {
     let scratch = tempfile::tempdir().expect("a temporary folder");
     let folder = plan.folder(Some(scratch.path())).expect("an empty folder");
-    let mut work = plan.work(&folder, RunOptions { threads, shard: None }, None).expect("a design");
+    let mut work = Work::new(plan, &folder, RunOptions { threads, shard: None }, None).expect("a design");
     let stop = AtomicBool::new(false);
     let start = Instant::now();
     work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &|_| {}, on_look: &|_, _| {} }).expect("to finish");

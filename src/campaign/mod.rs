@@ -1,5 +1,5 @@
 //! A campaign: many trials with random pushes on varied robots and grounds, the same for every gain set, and a count of
-//! how many each set recovers from. [`ask`] is what a campaign asks, [`run`] runs it, [`store`] keeps the results, and
+//! how many each set recovers from. [`ask`] is what a campaign asks, [`plan`] reads what that needs, [`run`] runs it, [`store`] keeps the results, and
 //! [`verdict`] draws the conclusions. [`limit`] searches the largest recoverable impulse, heading by heading, and
 //! [`partings`] shows where two physics engines part company.
 //!
@@ -9,13 +9,14 @@ pub mod ask;
 pub mod limit;
 pub mod looking;
 pub mod partings;
+pub mod plan;
 pub mod run;
 pub mod store;
 pub mod verdict;
 
 pub use ask::bounds::{PushBounds, check_episode};
 pub use ask::spec::{Campaign, Overrides};
-pub use run::Plan;
+pub use plan::Plan;
 pub use store::folder::Folder;
 pub use store::row::TrialRow;
 pub use store::shard::Shard;

@@ -2,7 +2,7 @@
 
 use crate::campaign::ask::spec::{Campaign, Overrides};
 use crate::campaign::ask::trial;
-use crate::campaign::run::Plan;
+use crate::campaign::plan::Plan;
 use crate::campaign::store::folder::Folder;
 use crate::campaign::verdict::agreement::{Agreement, PartedTrial, SetAgreement};
 use crate::control::Design;

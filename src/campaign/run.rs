@@ -1,43 +1,22 @@
-//! Runs a campaign: reads its inputs, finds the folder for the result, and spreads the episodes over the cores.
+//! Runs a campaign: what its folder lacks is spread over the cores, and written part by part.
 
-use crate::assets::{self, Kind, Source};
-use crate::campaign::ask::no_step::NoStep;
-use crate::campaign::ask::spec::Campaign;
-use crate::campaign::ask::trial;
 use crate::campaign::looking::{Look, Looking};
+use crate::campaign::plan::{Plan, pool};
 use crate::campaign::store::claim::{Claim, Company};
 use crate::campaign::store::folder::Folder;
-use crate::campaign::store::manifest::{Input, Manifest, part_trials};
+use crate::campaign::store::manifest::Manifest;
 use crate::campaign::store::row::TrialRow;
 use crate::campaign::store::shard::Shard;
 use crate::campaign::verdict::gates::Gates;
 use crate::control::Design;
-use crate::episode::{Disturbance, Episodes, Outcome, Record, caught};
+use crate::episode::Episodes;
 use crate::error::{Error, Result};
-use crate::files::{build_id, sha256_hex, write_atomic};
-use crate::lipm::gains::GainSet;
-use crate::lipm::variant::Entry;
-use crate::robot::Robot;
-use crate::robot::urdf::Files;
-use crate::sim::Engine;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Instant;
-
-/// A campaign whose inputs are read and checked. The controllers are designed later.
-pub struct Plan {
-    pub manifest: Manifest,
-    pub(crate) robot: Robot,
-    no_step: NoStep,
-    gains: Vec<GainSet>,
-    /// The inputs that are not compiled in, each by its name in the result folder and its text.
-    inputs: Vec<(String, String)>,
-}
 
 /// How much of a campaign to run, and on how many threads.
 #[derive(Debug, Clone, Copy, Default)]
@@ -75,95 +54,14 @@ pub struct Work<'a> {
     claim: Option<Claim>,
 }
 
-impl Plan {
-    /// Reads the robot and the gain sets. It fails if any of them is missing or wrong, or if two sets have the same
-    /// name.
-    pub fn new(campaign: &Campaign) -> Result<Plan> {
-        Self::with(campaign, Files::open(&campaign.robot)?)
-    }
-
-    /// As [`new`](Self::new), with the files of the campaign's robot, which are read already.
-    pub fn with(campaign: &Campaign, files: Files) -> Result<Plan> {
-        let engine = campaign.episode.engine;
-        let robot = Robot::of(&files)?;
-        engine.check(&robot)?;
-        let entries: Vec<Entry> = campaign.gains.iter().map(|gains| Entry::split(gains)).collect();
-        let load = |entry: &Entry| GainSet::parse(&assets::open(Kind::Gains, entry.base)?);
-        let bases = entries.iter().map(load).collect::<Result<Vec<_>>>()?;
-        let gains = entries.iter().zip(&bases).map(|(entry, base)| entry.of(base)).collect::<Result<Vec<_>>>()?;
-        let sets: Vec<String> = gains.iter().map(|set| set.name.clone()).collect();
-        check_names(campaign, &sets, &bases)?;
-        let (mut inputs, mut resolved) = (Inputs::default(), campaign.clone());
-        // The robot comes first among the inputs, with settings that may have been inferred, and with its meshes.
-        let robot_files = [Some((files.settings, "toml")), files.meshes.map(|meshes| (meshes, "meshes"))];
-        let robot_files = robot_files.into_iter().flatten().chain([(files.urdf, "urdf")]);
-        resolved.robot = inputs.take(&campaign.robot, "robot", robot_files)?;
-        let robot_sha256 =
-            sha256_hex(inputs.listed.iter().map(|input| input.sha256.as_str()).collect::<String>().as_bytes());
-        for ((gains, entry), base) in resolved.gains.iter_mut().zip(&entries).zip(&bases) {
-            let stem = format!("gains/{}", base.name);
-            *gains =
-                entry.with_base(&inputs.take(entry.base, &stem, [(assets::open(Kind::Gains, entry.base)?, "toml")])?);
-        }
-        let standfast = env!("CARGO_PKG_VERSION").to_string();
-        let engine = engine.with_version();
-        let mut manifest = Manifest {
-            standfast,
-            config_hash: String::new(),
-            build: String::new(),
-            robot_sha256,
-            engine,
-            part_trials: part_trials(&resolved),
-            planned_trials: resolved.trials,
-            sets,
-            inputs: inputs.listed,
-            campaign: resolved,
-        };
-        manifest.config_hash = manifest.hash()?;
-        Ok(Plan { manifest, no_step: NoStep::new(&robot), robot, gains, inputs: inputs.kept })
-    }
-
-    /// The folder for the result: the one asked for, or one under `standfast-results` that is free or this
-    /// campaign's. Writes nothing. Errors: the one asked for holds something else.
-    pub fn folder(&self, out: Option<&Path>) -> Result<Folder> {
-        let manifest = &self.manifest;
-        let hash = &manifest.config_hash;
-        let own = |path: &Path| match Folder::open(path) {
-            // Its parts say whose it is, and the manifest is written again.
-            Err(_) if Folder::hash_of_parts(path).is_ok_and(|of_parts| of_parts.as_ref() == Some(hash)) => Ok(true),
-            found => Ok(found?.is_none_or(|found| found.manifest.config_hash == *hash)),
-        };
-        let path = match out {
-            Some(path) => path.to_path_buf(),
-            None => {
-                let results = Path::new("standfast-results");
-                let name = match manifest.campaign.episode.engine {
-                    Engine::Rapier => manifest.campaign.name.clone(),
-                    other => format!("{}-{}", manifest.campaign.name, other.name()),
-                };
-                let (plain, hashed) = (results.join(&name), results.join(format!("{name}-{}", &hash[..8])));
-                if own(&plain).unwrap_or(false) { plain } else { hashed }
-            }
-        };
-        if !own(&path)? {
-            let advice = " (its configuration differs); give a new folder, or remove this one";
-            let problem = format!("holds the result of another campaign{}", out.map_or("", |_| advice));
-            return Err(Error::Parts { path, problem });
-        }
-        let begun = Folder::open(&path).ok().flatten().map_or(manifest.clone(), |found| found.manifest);
-        let Manifest { part_trials, planned_trials, .. } = begun;
-        // `new` does not do this, because it reads the program's own file.
-        let build = build_id().into();
-        Ok(Folder { path, manifest: Manifest { build, part_trials, planned_trials, ..manifest.clone() } })
-    }
-
+impl<'a> Work<'a> {
     /// What `folder` lacks (of one shard, or of all). Every gain set is designed for here, before the first trial and
     /// before anything is written or, of an earlier result, taken away; nothing is if the folder lacks nothing. `gates`
     /// say when a campaign that ends when decided is decided. Errors: no design.
-    pub fn work<'a>(&'a self, folder: &'a Folder, options: RunOptions, gates: Option<&'a Gates>) -> Result<Work<'a>> {
+    pub fn new(plan: &'a Plan, folder: &'a Folder, options: RunOptions, gates: Option<&'a Gates>) -> Result<Work<'a>> {
         let Manifest { campaign, sets, .. } = &folder.manifest;
         let mut work = Work {
-            plan: self,
+            plan,
             folder,
             pool: pool(options.threads)?,
             designs: Vec::new(),
@@ -178,96 +76,11 @@ impl Plan {
             None => work.blocks().filter(|&block| work.lacks(block)).collect(),
         };
         if !work.is_done() {
-            work.designs = work.pool.install(|| self.designs())?;
+            work.designs = work.pool.install(|| plan.designs())?;
         }
         Ok(work)
     }
 
-    /// Designs a controller for every gain set, and warns of dubious ones.
-    pub(crate) fn designs(&self) -> Result<Vec<Design>> {
-        let control_period_s = self.manifest.campaign.episode.control_period_s;
-        let design = |set| Design::new(&self.robot, set, control_period_s);
-        let designs: Vec<Design> = self.gains.par_iter().map(design).collect::<Result<_>>()?;
-        for (set, design) in self.manifest.sets.iter().zip(&designs) {
-            if let Some(warning) = &design.warning {
-                log::warn!("{set}: {warning}");
-            }
-        }
-        Ok(designs)
-    }
-
-    /// The robot as it is simulated in trial 0.
-    pub(crate) fn simulated_at_first(&self) -> Robot {
-        trial::variation(&self.manifest.campaign, 0).robot(&self.robot)
-    }
-
-    /// The beginning of the episodes of all gain sets, if all trials begin alike, on `simulated`, the robot of trial 0.
-    pub(crate) fn opening<'a>(&'a self, simulated: &'a Robot, designs: &'a [Design]) -> Option<Episodes<'a>> {
-        let campaign = &self.manifest.campaign;
-        trial::begin_alike(campaign).then(|| {
-            let disturbance = trial::disturbance(campaign, 0);
-            let push_s = disturbance.pushes[0].start_s;
-            Episodes::new(&self.robot, simulated, designs, &campaign.episode, disturbance).before(push_s)
-        })
-    }
-
-    /// Runs the episodes of a trial with some gain sets, given by their numbers in ascending order. They go on from
-    /// `opening`, if there is one.
-    pub(crate) fn records(
-        &self,
-        designs: &[Design],
-        opening: Option<&Episodes>,
-        disturbance: Disturbance,
-        sets: &[usize],
-    ) -> Vec<Record> {
-        if let Some(opening) = opening {
-            return opening.with(sets, disturbance.pushes).finish();
-        }
-        let simulated = disturbance.variation.robot(&self.robot);
-        let designs = sets.iter().map(|&set| &designs[set]);
-        Episodes::new(&self.robot, &simulated, designs, &self.manifest.campaign.episode, disturbance).finish()
-    }
-
-    /// How long a trial takes with all gain sets, on one core of this machine (s).
-    pub fn seconds_a_trial(&self) -> Result<f64> {
-        const SAMPLE: u64 = 8;
-        let (designs, all): (_, Vec<usize>) = (self.designs()?, (0..self.manifest.sets.len()).collect());
-        let trials = SAMPLE.min(self.manifest.campaign.trials);
-        let start = Instant::now();
-        (0..trials).for_each(|trial| _ = self.rows(&designs, None, trial, &all));
-        Ok(start.elapsed().as_secs_f64() / trials as f64)
-    }
-
-    /// The rows of a trial with some gain sets, given by their numbers in ascending order.
-    fn rows(&self, designs: &[Design], opening: Option<&Episodes>, trial: u64, sets: &[usize]) -> Vec<TrialRow> {
-        let Manifest { campaign, sets: names, .. } = &self.manifest;
-        let (pushes, variation) = (trial::pushes(campaign, trial), trial::variation(campaign, trial));
-        let run = |sets: &[usize]| caught(|| self.records(designs, opening, trial::disturbance(campaign, trial), sets));
-        let no_step_n_s = self.no_step.impulse_n_s(pushes[0].heading_deg);
-        let hardness = pushes[0].impulse_n_s / no_step_n_s.unwrap_or(1.0);
-        // A panic is the outcome of the gain set that caused it. The others are run again, each alone.
-        let failed = |panic| Record { outcome: Outcome::Diverged, fall_cause: Some(panic), ..Record::default() };
-        let alone = |set: &usize| run(&[*set]).map_or_else(failed, |mut records| records.remove(0));
-        let records = match campaign.synthetic {
-            true => sets.iter().map(|&set| trial::synthetic(campaign, trial, set, hardness)).collect(),
-            false => run(sets).unwrap_or_else(|_| sets.iter().map(alone).collect()),
-        };
-        let row =
-            |(&set, record): (&usize, _)| TrialRow::new(trial, &names[set], &pushes, no_step_n_s, &variation, record);
-        sets.iter().zip(records).map(row).collect()
-    }
-
-    /// Writes whose folder it is, with all that is needed to run it again: `campaign.toml` and its inputs.
-    fn identify(&self, folder: &Folder) -> Result<()> {
-        folder.create()?;
-        for (name, text) in &self.inputs {
-            write_atomic(&folder.path.join(name), text.as_bytes())?;
-        }
-        folder.write_campaign()
-    }
-}
-
-impl Work<'_> {
     /// Whether the folder lacks nothing.
     pub fn is_done(&self) -> bool {
         self.missing.is_empty()
@@ -381,72 +194,9 @@ impl Work<'_> {
     }
 }
 
-/// A pool of so many threads; 0 means one for each core.
-pub(crate) fn pool(threads: usize) -> Result<ThreadPool> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|e| Error::Numeric { what: "threads".into(), problem: e.to_string() })
-}
-
 /// Whether a block is for this shard, or for a run without shards.
 fn takes(shard: Option<Shard>, block: u64) -> bool {
     shard.is_none_or(|shard| shard.takes(block))
-}
-
-/// Fails if the name of a gain set cannot be the name of a file, or if two sets have the same name.
-fn check_names(campaign: &Campaign, sets: &[String], bases: &[GainSet]) -> Result<()> {
-    for (i, (name, GainSet { name: base, .. })) in sets.iter().zip(bases).enumerate() {
-        if base.is_empty() || base.starts_with('.') || base.contains(|c: char| "/\\:".contains(c) || c.is_control()) {
-            let accepted = "a name without /, \\ and :, not first a `.`";
-            return Err(Error::value(&campaign.gains[i], "name", base, "not usable as a file name", accepted));
-        }
-        if sets[..i].contains(name) {
-            let problem = "two gain sets of this name";
-            return Err(Error::value(&campaign.gains[i], "name", name, problem, "a name of its own for each"));
-        }
-    }
-    Ok(())
-}
-
-/// The files that a campaign reads. They are kept, so that it can be run again from its folder.
-#[derive(Default)]
-struct Inputs {
-    /// All files, in the order in which they are hashed.
-    listed: Vec<Input>,
-    /// The files that are not compiled in, each by its name in the result folder and its text.
-    kept: Vec<(String, String)>,
-}
-
-impl Inputs {
-    /// Takes the files of one input, each given with its extension. Returns the name that the campaign in the
-    /// folder has for it: the original one if the input is compiled in, else that of its last file.
-    fn take<'a>(
-        &mut self,
-        original: &str,
-        stem: &str,
-        files: impl IntoIterator<Item = (Source, &'a str)>,
-    ) -> Result<String> {
-        let mut name = original.to_string();
-        for (source, extension) in files {
-            let sha256 = sha256_hex(source.text.as_bytes());
-            if source.is_builtin() {
-                self.listed.push(Input { file: source.file, sha256 });
-                continue;
-            }
-            name = format!("inputs/{stem}.{extension}");
-            self.listed.push(Input { file: name.clone(), sha256 });
-            // Variants of one gain set share its file.
-            match self.kept.iter().find(|(kept, _)| *kept == name) {
-                Some((_, text)) if *text == source.text => {}
-                Some(_) => {
-                    let (set, problem) =
-                        (stem.trim_start_matches("gains/"), "another file has a gain set of this name");
-                    return Err(Error::value(original, "name", set, problem, "a name of its own for each"));
-                }
-                None => self.kept.push((name.clone(), source.text)),
-            }
-        }
-        Ok(name)
-    }
 }
 
 /// A block in work. Its rows stand by trial and number of the gain set.
@@ -486,22 +236,13 @@ impl Block {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::Overrides;
+    use crate::campaign::plan::tests::planned;
     use crate::campaign::store::row::tests::row;
     use crate::campaign::verdict::summary::Summary;
+    use crate::campaign::{Campaign, Overrides};
+    use crate::episode::Outcome;
     use crate::stats::looks::Looks;
     use std::sync::atomic::AtomicUsize;
-
-    /// 30 trials of 0.4 s, with these values set.
-    fn short(set: &[&str]) -> Overrides {
-        let short = ["episode.horizon_s=0.4", "episode.judge.standing_time_s=0.1", "push.start_s=0.05"];
-        let set = short.iter().chain(set).map(|s| s.to_string()).collect();
-        Overrides { set, trials: Some(30), gains: vec!["hold".into()], ..Default::default() }
-    }
-
-    fn plan(set: &[&str]) -> Plan {
-        Plan::new(&Campaign::load("smoke", &short(set)).unwrap()).unwrap()
-    }
 
     /// Runs on one thread and stops after `most` episodes.
     fn run(plan: &Plan, folder: &Folder, most: usize) -> Result<usize> {
@@ -511,7 +252,7 @@ mod tests {
                 stop.store(true, Ordering::Relaxed);
             }
         };
-        let mut work = plan.work(folder, RunOptions { threads: 1, shard: None }, None)?;
+        let mut work = Work::new(plan, folder, RunOptions { threads: 1, shard: None }, None)?;
         work.run(&Watch { stop: &stop, on_episode: &on_episode, on_part: &|_| {}, on_look: &|_, _| {} })?;
         Ok(count.into_inner())
     }
@@ -519,7 +260,7 @@ mod tests {
     #[test]
     fn what_is_done_when_interrupted_is_kept_and_not_run_again() {
         let dir = tempfile::tempdir().unwrap();
-        let plan = plan(&[]);
+        let plan = planned(&[]);
         let folder = plan.folder(Some(&dir.path().join("a"))).unwrap();
         assert!(matches!(run(&plan, &folder, 27), Err(Error::Interrupted)));
         assert_eq!(folder.missing(), [5]);
@@ -538,11 +279,11 @@ mod tests {
     fn a_result_is_the_same_for_any_count_of_trials_in_a_part() {
         let dir = tempfile::tempdir().unwrap();
         let result = |part_trials: u64| {
-            let mut plan = plan(&[]);
+            let mut plan = planned(&[]);
             plan.manifest.part_trials = part_trials.try_into().unwrap();
             let folder = plan.folder(Some(&dir.path().join(part_trials.to_string()))).unwrap();
             assert_eq!(run(&plan, &folder, usize::MAX).unwrap(), 30);
-            let again = self::tests::plan(&[]).folder(Some(&folder.path)).unwrap();
+            let again = planned(&[]).folder(Some(&folder.path)).unwrap();
             assert_eq!((again.manifest.part_trials.get(), again.missing()), (part_trials, vec![]));
             let gates = Gates::new(&plan.manifest, None).unwrap();
             Summary::of_folder(&folder, &gates).unwrap();
@@ -570,7 +311,7 @@ mod tests {
         let more = begin(150);
         let folder = more.folder(Some(&path)).unwrap();
         let gates = Gates::new(&folder.manifest, None).unwrap();
-        let mut work = more.work(&folder, RunOptions { threads: 1, shard: None }, Some(&gates)).unwrap();
+        let mut work = Work::new(&more, &folder, RunOptions { threads: 1, shard: None }, Some(&gates)).unwrap();
         more.identify(&folder).unwrap();
         let mut looks = Vec::new();
         while !work.is_done() {
@@ -633,7 +374,7 @@ mod tests {
             let folder = plan.folder(Some(&dir.path().join("a"))).unwrap();
             let gates = Gates::new(&plan.manifest, None).unwrap();
             let options = RunOptions { threads: 1, shard: None };
-            let mut work = plan.work(&folder, options, Some(&gates)).unwrap();
+            let mut work = Work::new(plan, &folder, options, Some(&gates)).unwrap();
             let (before, all) = (work.episodes(), work.all_episodes());
             plan.identify(&folder).unwrap();
             let made = make_up(&mut work);
@@ -664,13 +405,13 @@ mod tests {
     #[test]
     fn parts_are_shown_as_soon_as_they_are_finished() {
         let dir = tempfile::tempdir().unwrap();
-        let plan = plan(&[]);
+        let plan = planned(&[]);
         let folder = plan.folder(Some(&dir.path().join("a"))).unwrap();
         assert!(run(&plan, &folder, 12).is_err());
         let seen = Mutex::new(Vec::new());
         let on_part =
             |rows: &[TrialRow]| seen.lock().unwrap().push(rows.iter().map(|row| row.trial).collect::<Vec<_>>());
-        let mut work = plan.work(&folder, RunOptions { threads: 1, shard: None }, None).unwrap();
+        let mut work = Work::new(&plan, &folder, RunOptions { threads: 1, shard: None }, None).unwrap();
         assert_eq!((work.episodes(), work.all_episodes()), (20, 30));
         let stop = AtomicBool::new(false);
         work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &on_part, on_look: &|_, _| {} }).unwrap();
@@ -679,45 +420,5 @@ mod tests {
         assert_eq!(seen[..2].concat(), (0..10).collect::<Vec<_>>());
         assert_eq!(seen.concat(), (0..30).collect::<Vec<_>>());
         assert_eq!(seen.len(), 6);
-    }
-
-    /// The second set has no design: to run it panics.
-    #[test]
-    fn a_panic_is_the_outcome_of_the_set_that_caused_it() {
-        let gains = ["hold", "fixed"].map(String::from).to_vec();
-        let plan = Plan::new(&Campaign::load("smoke", &Overrides { gains, ..short(&[]) }).unwrap()).unwrap();
-        let designs = plan.designs().unwrap();
-        let rows = plan.rows(&designs[..1], None, 3, &[0, 1]);
-        assert_eq!(rows[0], plan.rows(&designs, None, 3, &[0])[0]);
-        assert_eq!((&rows[1].set[..], rows[1].outcome), ("fixed", Outcome::Diverged));
-        let cause = rows[1].fall_cause.as_ref().unwrap();
-        assert!(cause.starts_with("panic: index out of bounds"), "{cause}");
-        assert_eq!(rows[1].pushes(), rows[0].pushes());
-    }
-
-    #[test]
-    fn the_hash_is_of_what_changes_a_result() {
-        let hash = |plan: &Plan| plan.manifest.config_hash.clone();
-        assert_eq!(hash(&plan(&[])), hash(&plan(&[])));
-        for change in ["seed=5", "push.height_m=0.01", "sensors.bias_scale=0.4", "name=other", "episode.horizon_s=2"] {
-            assert_ne!(hash(&plan(&[change])), hash(&plan(&[])), "{change}");
-        }
-    }
-
-    #[test]
-    fn files_with_sets_of_one_name_are_not_mixed_up_by_their_variants() {
-        let dir = tempfile::tempdir().unwrap();
-        let path = |name: &str| dir.path().join(name).to_string_lossy().into_owned();
-        for (name, margin) in [("a.toml", 0.001), ("b.toml", 0.002)] {
-            let text = format!("name = 'mine'\nstanding = 'posture'\nzmp_margin = {margin}\n");
-            std::fs::write(path(name), text).unwrap();
-        }
-        let plan = |second: &str| {
-            let gains = vec![path("a.toml") + ":zmp_margin=0.2", path(second) + ":zmp_margin=0.4"];
-            Plan::new(&Campaign::load("smoke", &Overrides { gains, ..Default::default() }).unwrap())
-        };
-        assert_eq!(plan("a.toml").unwrap().inputs.len(), 1);
-        let message = plan("b.toml").err().unwrap().to_string();
-        assert!(message.contains("b.toml: name = mine: another file"), "{message}");
     }
 }

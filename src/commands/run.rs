@@ -118,7 +118,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     let options = RunOptions { threads: args.threads, shard: args.shard };
     stop_on_ctrl_c();
     let of_each = plans.iter().zip(&folders).zip(&gates);
-    let works = of_each.map(|((plan, folder), gates)| plan.work(folder, options, gates.as_ref()));
+    let works = of_each.map(|((plan, folder), gates)| Work::new(plan, folder, options, gates.as_ref()));
     let works = works.collect::<Result<Vec<_>>>()?;
     if args.check.check {
         let (name, sets) = (&campaigns[0].name, folders[0].manifest.sets.join(", "));

@@ -5,7 +5,7 @@
 
 use super::infer;
 use super::kinematics::Kinematics;
-use super::model::{Ankle, Foot, GRAVITY, Robot};
+use super::model::{Ankle, Foot, GRAVITY, Link, Robot};
 use super::settings::{self, Settings};
 use super::tree::Tree;
 use super::xacro;
@@ -24,6 +24,9 @@ const FLAT_RAD: f64 = 1e-3;
 const LEAST_COM_M: f64 = 1e-4;
 /// Accepted masses of a link with all that is fixed to it (kg).
 const LINKS_KG: [f64; 2] = [1e-12, 1e7];
+/// Least principal moment of inertia of a link, as a share of the robot's mass times the squared height of its COM. Below
+/// a tenth of it the physics engine divides by zero.
+const LEAST_INERTIA_SHARE: f64 = 1e-16;
 
 /// The texts from which a robot is read, and the content of its URDF.
 #[derive(Debug, Clone)]
@@ -134,18 +137,33 @@ impl Robot {
             frames: tree.frames,
             notes: tree.notes,
         };
-        if let Some(link) = robot.links.iter().find(|link| !(LINKS_KG[0]..=LINKS_KG[1]).contains(&link.mass_kg)) {
-            let (field, [least, most]) = (format!("link {}: mass", link.name), LINKS_KG);
-            let accepted = format!("{least:e} to {most:e} kg");
-            return Err(Error::value(file, field, link.mass_kg, "out of range", accepted));
-        }
+        check_masses(file, &robot)?;
         check_home(file, &robot)?;
         for foot in Foot::BOTH {
             robot.soles[foot].ankle = Ankle::of(&robot, foot);
         }
         check_support(file, &robot)?;
+        check_inertias(file, &robot)?;
         Ok(robot)
     }
+}
+
+/// Checks that no link is too light or too heavy to be simulated.
+fn check_masses(file: &str, robot: &Robot) -> Result<()> {
+    let [least, most] = LINKS_KG;
+    let Some(link) = robot.links.iter().find(|link| !(least..=most).contains(&link.mass_kg)) else { return Ok(()) };
+    let (field, accepted) = (format!("link {}: mass", link.name), format!("{least:e} to {most:e} kg"));
+    Err(Error::value(file, field, format!("{:e}", link.mass_kg), "out of range", accepted))
+}
+
+/// Checks that no link turns so easily that its angular acceleration is lost in rounding.
+fn check_inertias(file: &str, robot: &Robot) -> Result<()> {
+    let least_kg_m2 = LEAST_INERTIA_SHARE * robot.mass() * robot.home_com_height().powi(2);
+    let moment = |link: &Link| link.inertia_kg_m2.symmetric_eigenvalues().min();
+    let Some(link) = robot.links.iter().find(|link| moment(link) < least_kg_m2) else { return Ok(()) };
+    let field = format!("link {}: least moment of inertia", link.name);
+    let accepted = format!("at least {least_kg_m2:.1e} kg m^2, or a fixed joint");
+    Err(Error::value(file, field, format!("{:.1e}", moment(link)), "too small to be simulated", accepted))
 }
 
 /// Checks that the soles span an area at home, as far as the ankles can hold the weight there.

@@ -12,7 +12,7 @@ mod yardstick;
 use crate::campaign::ask::bounds::in_range;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::limit::search::{Search, is_random};
-use crate::campaign::run::{Plan, pool};
+use crate::campaign::plan::{Plan, pool};
 use crate::control::Design;
 use crate::error::Result;
 use crate::robot::urdf::Files;

@@ -2,7 +2,7 @@
 
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
-use crate::campaign::run::Plan;
+use crate::campaign::plan::Plan;
 use crate::control::Design;
 use crate::episode::{Disturbance, Episodes, Outcome};
 use crate::error::{Error, Result};

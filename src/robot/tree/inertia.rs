@@ -59,7 +59,7 @@ fn raise(inertia: &mut Matrix3<f64>, mass: f64, all: bool) -> Option<[[f64; 3]; 
     let [a, b, most] = before;
     let rounded = ROUNDED_SHARE * most.abs();
     let is_body = a >= -rounded * ROUNDED_SHARE && a + b >= most - rounded;
-    if is_body && (!all || a > 0.0) {
+    if is_body && (!all || a > rounded * ROUNDED_SHARE) {
         return None;
     }
     // Without any moment, it is taken as a ball of water.
@@ -122,6 +122,7 @@ mod tests {
         near(mended([4.0, 2.0, 1.0], 1.0), [1.5, 2.5, 4.0]);
         near(mended([4.0, 3.9, -1.0], 1.0), [0.052, 3.948, 4.0]);
         near(mended([4.0, -3.0, -1.0], 1.0), [2.0, 2.0, 4.0]);
+        near(mended([4.0, 4.0, 1e-9], 1.0), [0.004, 4.0, 4.0]);
         assert_eq!(raise(&mut Matrix3::zeros(), 1.0, false), None, "a point mass");
         // 1 kg of water: a ball with a radius of 62 mm.
         near(mended([0.0, 0.0, 0.0], 1.0), [0.4 * 0.0620350491_f64.powi(2); 3]);
