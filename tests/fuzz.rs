@@ -270,6 +270,53 @@ fn inferred_settings() {
     });
 }
 
+/// A tetrahedron of 2 cm.
+const COLLADA: &str = r##"<COLLADA version="1.4.1"><asset><unit meter="0.01"/><up_axis>Y_UP</up_axis></asset>
+<library_geometries><geometry id="solid"><mesh>
+<source id="places"><float_array count="12">0 0 0 2 0 0 0 2 0 0 0 2</float_array>
+<technique_common><accessor source="#places" count="4" stride="3"/></technique_common></source>
+<vertices id="corners"><input semantic="POSITION" source="#places"/></vertices>
+<triangles count="4"><input semantic="VERTEX" source="#corners" offset="0"/><p>0 2 1 0 1 3 1 2 3 2 0 3</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="scene"><node><rotate>0 0 1 90</rotate><scale>1 -1 1</scale>
+<instance_geometry url="#solid"/></node></visual_scene></library_visual_scenes></COLLADA>"##;
+
+/// A tetrahedron of 10 cm, with one of its faces.
+const KEPT: &str = "mesh 1 1 1 any.obj\nhull 0 0 0\nhull 0.1 0 0\nhull 0 0.1 0\nhull 0 0 0.1
+point 0 0 0\npoint 0.1 0 0\npoint 0 0.1 0\ntriangle 0 1 2\n";
+
+/// Meshes that collide on the robot's arm, each after its format; and the same as a result keeps them.
+#[test]
+fn meshes() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = |name: &str| dir.path().join(name);
+    let urdf = builtin(Kind::Robot, "ut-mu2").text;
+    let at = urdf.find("</link>").unwrap();
+    let valid: Vec<String> = [
+        ("obj", include_str!("../assets/robots/adult/meshes/head.obj")),
+        ("stl", include_str!("../assets/robots/adult/meshes/foot.stl")),
+        ("dae", COLLADA),
+        ("meshes", KEPT),
+    ]
+    .map(|(format, text)| format!("{format}{NEXT_FILE}{text}"))
+    .to_vec();
+    fs::write(path("mine.toml"), builtin(Kind::RobotSettings, "ut-mu2").text).unwrap();
+    fuzz("mesh", &valid, |text| {
+        let (format, mesh) = text.split_once(NEXT_FILE).unwrap_or(("obj", text));
+        let format = if ["stl", "dae", "meshes"].contains(&format) { format } else { "obj" };
+        let (file, name) = match format {
+            "meshes" => ("mine.meshes".to_string(), "any.obj".to_string()),
+            _ => (format!("any.{format}"), format!("any.{format}")),
+        };
+        fs::write(path(&file), mesh).unwrap();
+        let solid = format!("<collision><geometry><mesh filename=\"{name}\"/></geometry></collision>");
+        fs::write(path("mine.urdf"), format!("{}{solid}{}", &urdf[..at], &urdf[at..])).unwrap();
+        let read = Robot::load(&path("mine.urdf").to_string_lossy());
+        fs::remove_file(path(&file)).unwrap();
+        read_of(read)
+    });
+}
+
 #[test]
 fn robot_settings() {
     let robot = builtin(Kind::Robot, "ut-mu2");

@@ -44,7 +44,7 @@ fn a_build_without_the_window_says_how_to_get_one() {
 mod window {
     use super::*;
     use common::display::Display;
-    use common::program::{folder, short, standfast, stdout};
+    use common::program::{folder, forge, short, standfast, stdout};
     use common::window::{View, ended};
     use image::RgbImage;
     use std::path::Path;
@@ -194,10 +194,8 @@ mod window {
         let as_it_was = image::open(folder.path().join("last.png")).unwrap().to_rgb8();
         shows_the_robot(&as_it_was);
 
-        // With other inputs it is another trial, and the panel tells so.
-        let campaign = folder.path().join("out/campaign.toml");
-        let changed = std::fs::read_to_string(&campaign).unwrap().replace("horizon_s = 0.4", "horizon_s = 0.3");
-        std::fs::write(&campaign, changed).unwrap();
+        // With another build it is another trial, and the panel tells so.
+        forge(&folder.path().join("out"), |manifest| manifest.campaign.episode.horizon_s = 0.3);
         // A display ends with its last window, and there is only one at a time.
         drop(display);
         let Some(display) = Display::start() else { return };

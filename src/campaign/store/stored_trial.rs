@@ -67,8 +67,8 @@ impl StoredTrial {
         trial::disturbance(&self.campaign, self.trial)
     }
 
-    /// Describes how a record of this trial in the engine of the result differs from the stored row; None if it agrees, or if there is no row. The
-    /// record may be of a run that went on after the end of the episode.
+    /// Describes how a record of this trial in the engine of the result differs from the stored row; None if it agrees,
+    /// or if there is no row. The record may be of a run that went on after the end of the episode.
     pub fn difference(&self, record: &Record) -> Option<String> {
         let row = self.row.as_ref()?;
         let bits = |time_s: Option<f64>| time_s.map(f64::to_bits);
