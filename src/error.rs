@@ -90,7 +90,8 @@ impl Error {
         }
     }
 
-    /// Checks the numbers of a table in `file` (or, if it has no name, of the file itself), each given as name, value, smallest and largest accepted value.
+    /// Checks the numbers of a table in `file` (or, if it has no name, of the file itself), each given as name, value,
+    /// smallest and largest accepted value.
     pub fn check_ranges(file: &str, table: &str, numbers: &[(&str, f64, f64, f64)]) -> Result<()> {
         match numbers.iter().find(|(_, value, least, most)| !(least..=most).contains(&value)) {
             Some((name, value, least, most)) => {

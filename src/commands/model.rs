@@ -9,7 +9,8 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 pub struct ModelArgs {
-    /// Robot by its built-in name or URDF file; its settings are in a .toml file of the same name beside it, or are inferred
+    /// Robot by its built-in name or URDF file; its settings are in a .toml file of the same name beside it, or are
+    /// inferred
     #[arg(value_name = "URDF", default_value = DEFAULT_ROBOT)]
     pub robot: String,
     /// Print the positions of COM and links at these joint angles (rad); joints that are not named are at 0

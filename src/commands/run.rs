@@ -82,8 +82,8 @@ pub struct RunArgs {
     pub check: CheckArgs,
     /// Folder for the result [default: standfast-results/NAME].
     ///
-    /// With --engine both, there are three: DIR/rapier, DIR/mujoco, and DIR/agreement with the comparison of the two [default:
-    /// standfast-results/NAME, NAME-mujoco and NAME-agreement].
+    /// With --engine both, there are three: DIR/rapier, DIR/mujoco, and DIR/agreement with the comparison of the two
+    /// [default: standfast-results/NAME, NAME-mujoco and NAME-agreement].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     #[command(flatten)]

@@ -1,4 +1,5 @@
-//! Geometry: support polygons ([`polygon`]), distances between convex hulls ([`gap`]), and convex sets in state space with linear programs on them ([`polytope`]).
+//! Geometry: support polygons ([`polygon`]), distances between convex hulls ([`gap`]), and convex sets in state space
+//! with linear programs on them ([`polytope`]).
 
 pub mod gap;
 pub mod polygon;

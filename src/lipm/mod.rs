@@ -2,10 +2,10 @@
 //!
 //! [`cpi_set`] computes a set for one polygon by linear programs and keeps its matrix, for tables, plots, inclusion
 //! tests and export. [`online`] tests at every tick whether the same set contains a state, on any polygon and without a
-//! search; the controller uses this. [`disturbance`] makes both of them robust. [`stepping`] and [`relaxation`] are for when no set contains the state: where the
-//! foot may land, and how COM and ZMP move while it is in the air (Sect. V). [`catching`] plans both anew at every
-//! tick. [`capture`] gives the bounds by which all of this is measured, namely the largest impulses that the pendulum
-//! can take. [`variant`] opens a gain set with one changed value.
+//! search; the controller uses this. [`disturbance`] makes both of them robust. [`stepping`] and [`relaxation`] are for
+//! when no set contains the state: where the foot may land, and how COM and ZMP move while it is in the air (Sect. V).
+//! [`catching`] plans both anew at every tick. [`capture`] gives the bounds by which all of this is measured, namely the
+//! largest impulses that the pendulum can take. [`variant`] opens a gain set with one changed value.
 
 pub mod axis_loop;
 pub mod capture;

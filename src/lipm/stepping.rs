@@ -112,8 +112,8 @@ pub struct Stepping {
     /// Shortest time from a landing to the next lift (s).
     pub pause_s: f64,
     /// Shortest time from the landing of a foot until the same foot is lifted again (s). A robot that is driven to one
-    /// side would otherwise stand on the far foot meanwhile, and be driven on. If eq. 27 to 29 choose it earlier, no foot is
-    /// lifted.
+    /// side would otherwise stand on the far foot meanwhile, and be driven on. If eq. 27 to 29 choose it earlier, no
+    /// foot is lifted.
     pub same_foot_pause_s: f64,
 }
 

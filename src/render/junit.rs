@@ -12,8 +12,8 @@ use quick_xml::events::{BytesDecl, BytesText, Event};
 use std::io;
 use std::path::Path;
 
-/// One suite with a case for each gate, and the physics engine as its property. An unresolved gate is a skipped case, unless the campaign
-/// counts it as failed. Fails if the report cannot be written as XML.
+/// One suite with a case for each gate, and the physics engine as its property. An unresolved gate is a skipped case,
+/// unless the campaign counts it as failed. Fails if the report cannot be written as XML.
 pub fn xml(summary: &Summary) -> Result<String> {
     let mut out = Writer::new_with_indent(Vec::new(), b' ', 4);
     let written = write(&mut out, summary);

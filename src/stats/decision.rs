@@ -1,20 +1,20 @@
 //! What is decided between two of several gain sets: interval, p and verdict, of all pairs together, so that the three
 //! never contradict each other.
 //!
-//! Of m pairs each interval is at 1 - 0.05 / m and each p is m times that of its pair, at most 1 (Bonferroni): all intervals
-//! of a campaign hold together in about 95 % of campaigns, and in at most 5 % is any set called better that is not. Holm's p
-//! would be smaller, but no intervals that hold together agree with it.
+//! Of m pairs each interval is at 1 - 0.05 / m and each p is m times that of its pair, at most 1 (Bonferroni): all
+//! intervals of a campaign hold together in about 95 % of campaigns, and in at most 5 % is any set called better that is
+//! not. Holm's p would be smaller, but no intervals that hold together agree with it.
 //!
-//! For a count of trials that was fixed in advance, the interval is Tango's and p that of the exact McNemar test. Where that
-//! test claims no difference, the interval is widened to touch 0, which only lets it hold more often. Where the score
-//! test, to which Tango's interval belongs, has the larger p, that one counts: so it is where next to all trials that
-//! differ fall to one side and p is small, for one pair under 0.0005. So p is under 0.05 just where the interval leaves 0
-//! out, and then one set is better.
+//! For a count of trials that was fixed in advance, the interval is Tango's and p that of the exact McNemar test. Where
+//! that test claims no difference, the interval is widened to touch 0, which only lets it hold more often. Where the
+//! score test, to which Tango's interval belongs, has the larger p, that one counts: so it is where next to all trials
+//! that differ fall to one side and p is small, for one pair under 0.0005. So p is under 0.05 just where the interval
+//! leaves 0 out, and then one set is better.
 //!
-//! Of simulated campaigns (10,000 to 40,000 each, 100 to 1000 trials) all six intervals of four sets held together in 95.6 %
-//! (sets that recover in 86, 55, 52 and 50 %, 1000 trials) to 99.98 % (sets a point apart that lose in the same order,
-//! 100 trials); those of ten and twenty sets in 97.1 to 99.5 %. Of four sets that are the same one was called better in 3.6 %
-//! at most.
+//! Of simulated campaigns (10,000 to 40,000 each, 100 to 1000 trials) all six intervals of four sets held together in
+//! 95.6 % (sets that recover in 86, 55, 52 and 50 %, 1000 trials) to 99.98 % (sets a point apart that lose in the same
+//! order, 100 trials); those of ten and twenty sets in 97.1 to 99.5 %. Of four sets that are the same one was called
+//! better in 3.6 % at most.
 //!
 //! Where the campaign could end when decided, there is no p. A set is better as soon as the exact test of
 //! [`sign_test`](crate::stats::sign_test) has said so at a planned look, and stays so. The interval is one that holds

@@ -225,8 +225,8 @@ mod tests {
         assert_eq!(signed_rank(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]).unwrap().ci95, Some([1.0, 6.0]));
     }
 
-    // Expected values: Python 3 `statistics.fmean` and `stdev`, with 2.000995378088259 as the 97.5 % quantile of Student's t
-    // with 59 degrees of freedom.
+    // Expected values: Python 3 `statistics.fmean` and `stdev`, with 2.000995378088259 as the 97.5 % quantile of
+    // Student's t with 59 degrees of freedom.
     #[test]
     fn the_interval_of_the_mean_is_that_of_student() {
         let differences = integers(60, 104_729, 5003, 2300, 1000.0);

@@ -86,8 +86,8 @@ pub struct Limits {
 }
 
 impl<'a> Searches<'a> {
-    /// Reads the gain sets and designs the controllers for the robot of these files, and runs nothing. It fails if an option or an input is wrong, or
-    /// if the reach of the robot's feet is not known.
+    /// Reads the gain sets and designs the controllers for the robot of these files, and runs nothing. It fails if an
+    /// option or an input is wrong, or if the reach of the robot's feet is not known.
     pub fn new(campaign: &'a Campaign, files: Files, options: LimitOptions) -> Result<Self> {
         check(&options)?;
         let plan = Plan::with(campaign, files)?;

@@ -96,8 +96,8 @@ pub fn differ_in_engine_alone(a: &Folder, b: &Folder) -> bool {
 }
 
 impl Agreement {
-    /// Of two results with the same gain sets, each given by its manifest and trials. `rows` are those of the comparison, by
-    /// its names of the sets, first all those of a; `pairs` compare each set of a with that of b.
+    /// Of two results with the same gain sets, each given by its manifest and trials. `rows` are those of the
+    /// comparison, by its names of the sets, first all those of a; `pairs` compare each set of a with that of b.
     pub fn new(of: [(&Manifest, &Digest); 2], rows: &Digest, pairs: &[Pair]) -> Self {
         let engines = of.map(|(manifest, _)| manifest.campaign.episode.engine);
         let sets = &of[0].0.sets;
@@ -228,8 +228,8 @@ pub(crate) mod tests {
         (summary, rows)
     }
 
-    /// "hold" recovers from 20 trials in both engines, from 5 in Rapier alone, 10 in MuJoCo alone, 15 in neither; "catch" from
-    /// all in both.
+    /// "hold" recovers from 20 trials in both engines, from 5 in Rapier alone, 10 in MuJoCo alone, 15 in neither;
+    /// "catch" from all in both.
     fn mixed() -> Vec<[bool; 4]> {
         let hold = [([true, true], 20), ([true, false], 5), ([false, true], 10), ([false, false], 15)];
         hold.into_iter().flat_map(|([a, b], count)| vec![[a, true, b, true]; count]).collect()

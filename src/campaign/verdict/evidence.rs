@@ -35,8 +35,8 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// Of a rate, with an interval of this `confidence` (a share): for a fixed number of trials that of Clopper and Pearson,
-    /// which errs at most as often as it says.
+    /// Of a rate, with an interval of this `confidence` (a share): for a fixed number of trials that of Clopper and
+    /// Pearson, which errs at most as often as it says.
     pub fn rate(recovered: u64, trials: u64, confidence: f64, sequential: bool) -> Self {
         let interval = if sequential { sequential::rate_interval } else { clopper_pearson };
         let observed = recovered as f64 / trials.max(1) as f64;

@@ -233,7 +233,8 @@ mod tests {
         Gates::new(&manifest(sets, overrides), None)
     }
 
-    /// Rows of `trials` more trials: each set recovers if one of ten equally likely kinds of push is none of those it loses.
+    /// Rows of `trials` more trials: each set recovers if one of ten equally likely kinds of push is none of those it
+    /// loses.
     fn run(rows: &mut Vec<TrialRow>, trials: u64, loses: &[(&str, [u32; 2])], rng: &mut ChaCha8Rng) {
         let first = (rows.len() / loses.len()) as u64;
         for trial in first..first + trials {

@@ -1,5 +1,5 @@
-//! The trials of a gain set that are worth a look: what it lost without need, what it lost nearest to its limit, the hardest
-//! from which it recovered, and those from which another set did.
+//! The trials of a gain set that are worth a look: what it lost without need, what it lost nearest to its limit, the
+//! hardest from which it recovered, and those from which another set did.
 
 use crate::campaign::verdict::digest::Digest;
 use serde::Serialize;

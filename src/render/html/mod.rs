@@ -35,7 +35,8 @@ const MOST_PAIRS: usize = 28;
 /// If there are more pairs than this, the sentences on them are folded away.
 const FEW_ANSWERS: usize = 6;
 
-/// The page of a campaign, from its `summary` and the `rows` of it. It links to the replays that exist, by paths relative to `folder`. Fails only if the template is wrong.
+/// The page of a campaign, from its `summary` and the `rows` of it. It links to the replays that exist, by paths
+/// relative to `folder`. Fails only if the template is wrong.
 pub fn page(summary: &Summary, rows: &Digest, folder: &Path) -> Result<String> {
     let context = context(summary, rows, folder);
     html_page::render("report.html", TEMPLATE, UndefinedBehavior::Strict, add_to, &context)

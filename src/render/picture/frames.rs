@@ -17,8 +17,8 @@ const STRIP: &str = "strip.png";
 const GIF: &str = "motion.gif";
 
 /// Writes `frame-0001-0.480s.png` and so on, `strip.png` and `motion.gif` to `folder`, which is created if necessary.
-/// The robot of a second film of the same trial is drawn as a ghost. Frames of an earlier film are removed. Returns the paths of the files. Fails like [`check_folder`], if a file cannot
-/// be written, or if the film has no moment.
+/// The robot of a second film of the same trial is drawn as a ghost. Frames of an earlier film are removed. Returns the
+/// paths of the files. Fails like [`check_folder`], if a file cannot be written, or if the film has no moment.
 pub fn write_frames(film: &Film, ghost: Option<&Film>, folder: &Path, options: &FramesOptions) -> Result<Vec<PathBuf>> {
     let before = check_folder(folder)?;
     if film.snapshots.is_empty() {

@@ -10,8 +10,8 @@ const SAME_SHARE: f64 = 1e-6;
 const FIRST_SHARE: f64 = 2e-3;
 const GROWTH: f64 = 1.15;
 
-/// Thins meshes, each given with the number of times that it is drawn, until at most `most` triangles are drawn in all. What
-/// is lost grows with the root of a mesh's size, so that a finger is not lost for the details of a trunk.
+/// Thins meshes, each given with the number of times that it is drawn, until at most `most` triangles are drawn in all.
+/// What is lost grows with the root of a mesh's size, so that a finger is not lost for the details of a trunk.
 pub fn thin(meshes: &mut [(Triangles, usize)], most: usize) {
     let size = |(mesh, _): &(Triangles, usize)| {
         let (least, greatest) = bounds(&mesh.points);
