@@ -103,7 +103,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         (
             good,
             &["push", "--horizon=3600", "--trace=a.csv"],
-            &["horizon_s = 3600: is too long for --trace", "accepted: up to 400"],
+            &["horizon_s = 3600: is too long to be kept tick by tick", "accepted: up to 400"],
         ),
         (good, &["push", "--gains", "."], &[".: cannot read: it is no file"]),
         (good, &["model", "/dev/tty"], &["/dev/tty: cannot read"]),

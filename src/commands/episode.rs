@@ -66,12 +66,7 @@ impl OutputArgs {
 
     /// Fails if a file is asked for, and the episode can become so long that its ticks fill the memory.
     pub fn check_length(&self, config: &EpisodeConfig) -> Result<()> {
-        let most_s = MOST_TICKS * config.control_period_s;
-        if self.is_empty() || config.horizon_s <= most_s {
-            return Ok(());
-        }
-        let problem = "is too long for --trace, --plot, --replay and --frames";
-        Err(Error::value("episode", "horizon_s", config.horizon_s, problem, format!("up to {most_s}")))
+        if self.is_empty() { Ok(()) } else { check_length(config) }
     }
 
     /// Fails if an engine is asked for, or a file that only an episode with physics can fill.
@@ -115,6 +110,16 @@ impl OutputArgs {
     fn until(&self, config: &EpisodeConfig) -> Until {
         if self.trace.is_some() || self.plot.is_some() { Until::Horizon } else { config.until() }
     }
+}
+
+/// Fails if an episode can become so long that its ticks fill the memory.
+fn check_length(config: &EpisodeConfig) -> Result<()> {
+    let most_s = MOST_TICKS * config.control_period_s;
+    if config.horizon_s <= most_s {
+        return Ok(());
+    }
+    let problem = "is too long to be kept tick by tick, for a trace, plot, film or replay";
+    Err(Error::value("episode", "horizon_s", config.horizon_s, problem, format!("up to {most_s}")))
 }
 
 /// What happened in an episode, and its film.
@@ -182,6 +187,7 @@ impl<'a> Case<'a> {
     /// Films one episode and the time (s) after it, but not beyond its horizon.
     fn film_for(&self, aftermath_s: f64, disturbance: Disturbance, outputs: &OutputArgs) -> Result<Shown<'a>> {
         let Self { robot, design, config } = *self;
+        check_length(config)?;
         let take = |disturbance, until, observe: &mut dyn FnMut(&Tick)| {
             Film::take(robot, design, config, disturbance, (until, aftermath_s), observe)
         };

@@ -34,6 +34,9 @@ const BEYOND_THE_BOUND: f64 = 3.0;
 
 /// Usual precision, in m omega d: 0.1 N s for UT-mu2.
 pub const USUAL_PRECISION: f64 = 0.0463;
+/// How many times finer and coarser than usual a precision may be.
+const FINER: f64 = 20.0;
+const COARSER: f64 = 1000.0;
 
 /// Settings of the searches.
 #[derive(Debug, Clone, Copy)]
@@ -92,8 +95,9 @@ impl<'a> Searches<'a> {
         check(&options)?;
         let plan = Plan::with(campaign, files)?;
         let yardstick = Yardstick::new(&plan.robot, campaign)?;
-        let usual = || two_digits(USUAL_PRECISION * campaign.units.impulse_n_s());
-        let precision_n_s = options.precision_n_s.unwrap_or_else(usual);
+        let usual_n_s = two_digits(USUAL_PRECISION * campaign.units.impulse_n_s());
+        let precision_n_s = options.precision_n_s.unwrap_or(usual_n_s);
+        in_range("command line", "--precision", precision_n_s, [usual_n_s / FINER, usual_n_s * COARSER])?;
         let heading = |i: usize| yardstick.heading(360.0 * i as f64 / options.headings as f64);
         let headings = (0..options.headings).map(heading).collect();
         let pool = pool(options.threads)?;
@@ -174,9 +178,6 @@ fn two_digits(x: f64) -> f64 {
 
 fn check(options: &LimitOptions) -> Result<()> {
     in_range("command line", "--headings", options.headings as f64, [1.0, MOST_HEADINGS as f64])?;
-    if let Some(precision_n_s) = options.precision_n_s {
-        in_range("command line", "--precision", precision_n_s, [0.005, 100.0])?;
-    }
     in_range("command line", "--replicas", options.replicas as f64, [0.0, MOST_REPLICAS as f64])?;
     in_range("command line", "--max-trials", options.max_trials as f64, [1.0, MOST_TRIALS as f64])
 }
