@@ -107,6 +107,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         ),
         (good, &["push", "--gains", "."], &[".: cannot read: it is no file"]),
         (good, &["model", "/dev/tty"], &["/dev/tty: cannot read"]),
+        (good, &["slurm", "c.toml", "--out", "a\nEND"], &["slurm = \"a\\nEND\"", "without line breaks"]),
         (good, &["cpi", "--dt=1e-9"], &["--dt = 0.000000001", "0.0003555 to 0.1777"]),
     ];
     for (text, args, expected) in cases {
@@ -384,6 +385,8 @@ fn names_that_are_not_utf_8_are_written_or_refused() {
         let refused = run(&["push".into(), named(option.as_bytes(), b".toml")]).code(2);
         assert!(stderr(&refused).contains("UTF-8"), "{}", stderr(&refused));
     }
+    let refused = run(&["slurm".into(), "smoke".into(), named(b"--out=", b"")]).code(2);
+    assert!(stderr(&refused).contains("UTF-8"), "{}", stderr(&refused));
 }
 
 /// A pipe without a writer would be waited for without end.

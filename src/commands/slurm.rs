@@ -9,6 +9,7 @@ use super::terminal::{note, print};
 use crate::campaign::Plan;
 use crate::error::{Error, Result};
 use crate::files::shell_word;
+use std::ffi::{OsStr, OsString};
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
@@ -64,7 +65,7 @@ pub fn run(args: &SlurmArgs) -> Result<ExitCode> {
         return Err(Error::option("--shard, --check", "given", "each task has its own shard", "--shards"));
     }
     let (plan, folder) = args.run.plan()?;
-    let typed: Vec<String> = std::env::args().skip_while(|arg| arg != "slurm").skip(1).collect();
+    let typed = std::env::args_os().skip_while(|arg| arg != "slurm").skip(1).map(line).collect::<Result<_>>()?;
     let script = args.script(&plan, &folder.path, typed)?;
     if !args.submit {
         print(&script)?;
@@ -112,7 +113,8 @@ impl SlurmArgs {
 # The campaign {name}: {trials} trials of {trial_s:.2} s each, as timed here, in {shards} shards of about {minutes:.1} minutes.
 # An argument is the list of shards to run, such as 3,7-9. It prints the numbers of two jobs: the array, and the merge.
 set -e
-array=$(sbatch --parsable --job-name={job} --array="${{1:-1-{shards}}}" --cpus-per-task={cpus} --requeue \
+[ "${{1-all}}" ] || {{ echo "nothing is missing" >&2; exit 0; }}
+array=$(sbatch --parsable --job-name={job} --array="${{1-1-{shards}}}" --cpus-per-task={cpus} --requeue \
   --open-mode=append --signal=B:TERM@{NOTICE_S} {options} << 'END'
 #!/bin/bash
 # Before it is killed, a task is told to stop. It keeps its finished parts and has itself run again.
@@ -139,6 +141,16 @@ echo $array $merge
             job = shell_word(name),
         ))
     }
+}
+
+/// A word of the command line, which has to stand in a line of the script.
+fn line(word: OsString) -> Result<String> {
+    let is_line = |word: &String| !word.contains(['\n', '\r']);
+    let refused = |word: &OsStr| {
+        let (word, problem) = (word.to_string_lossy(), "cannot be a word of a script");
+        Error::option("slurm", format!("{word:?}"), problem, "text in UTF-8 without line breaks")
+    };
+    word.to_str().map(String::from).filter(is_line).ok_or_else(|| refused(&word))
 }
 
 /// Takes the options with these names, and their values, out of a command line.

@@ -66,7 +66,9 @@ impl PartFile<'_> {
         if rows.iter().map(|row| (row.trial, &row.set)).eq(expected) {
             Ok(rows)
         } else {
-            Err(self.damaged("its rows are not those of its trials and sets, each once and in order".into()))
+            let problem =
+                "its rows are not those of its trials and sets, each once and in order; remove it to run them again";
+            Err(self.damaged(problem.into()))
         }
     }
 
