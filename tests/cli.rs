@@ -385,7 +385,7 @@ fn names_that_are_not_utf_8_are_written_or_refused() {
         let refused = run(&["push".into(), named(option.as_bytes(), b".toml")]).code(2);
         assert!(stderr(&refused).contains("UTF-8"), "{}", stderr(&refused));
     }
-    let refused = run(&["slurm".into(), "smoke".into(), named(b"--out=", b"")]).code(2);
+    let refused = run(&["slurm".into(), "smoke".into(), named(b"--out=", b".new")]).code(2);
     assert!(stderr(&refused).contains("UTF-8"), "{}", stderr(&refused));
 }
 
