@@ -25,7 +25,7 @@ const LEAST_COM_M: f64 = 1e-4;
 /// Accepted masses of a link with all that is fixed to it (kg).
 const LINKS_KG: [f64; 2] = [1e-12, 1e7];
 /// Least principal moment of inertia of a link, as a share of the robot's mass times the squared height of its COM. Below
-/// a tenth of it the physics engine divides by zero.
+/// a fifth of it the physics engine divides by zero.
 const LEAST_INERTIA_SHARE: f64 = 1e-16;
 
 /// The texts from which a robot is read, and the content of its URDF.
