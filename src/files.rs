@@ -29,6 +29,9 @@ impl AtomicFile {
     pub fn create(path: &Path) -> Result<Self> {
         let folder = folder_of(path);
         let fail = |source| Error::Write { path: path.into(), source };
+        if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
+            return Err(fail(io::Error::other("it is no file, but a folder, pipe or device")));
+        }
         fs::create_dir_all(folder).map_err(fail)?;
         let mut builder = tempfile::Builder::new();
         builder.prefix(TEMPORARY);

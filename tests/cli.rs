@@ -107,6 +107,8 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         ),
         (good, &["push", "--gains", "."], &[".: cannot read: it is no file"]),
         (good, &["model", "/dev/tty"], &["/dev/tty: cannot read"]),
+        (good, &["cpi", "--plot=c.toml"], &["--plot = c.toml: unknown kind of file", ".svg"]),
+        (good, &["init", "c.toml", "--out=c.toml", "--force"], &["--out = c.toml: it is the robot's URDF"]),
         (good, &["slurm", "c.toml", "--out", "a\nEND"], &["slurm = \"a\\nEND\"", "without line breaks"]),
         (good, &["cpi", "--dt=1e-9"], &["--dt = 0.000000001", "0.0003555 to 0.1777"]),
     ];
@@ -387,6 +389,17 @@ fn names_that_are_not_utf_8_are_written_or_refused() {
     }
     let refused = run(&["slurm".into(), "smoke".into(), named(b"--out=", b".new")]).code(2);
     assert!(stderr(&refused).contains("UTF-8"), "{}", stderr(&refused));
+}
+
+/// A run creates `parts` first, so without it a campaign is somebody's own.
+#[test]
+fn a_campaign_in_its_folder_is_not_written_over() {
+    let dir = folder();
+    let text = "# mine\nname = 'c'\ntrials = 2\nseed = 1\n[push]\nimpulse_n_s = 1\n";
+    fs::write(dir.path().join("campaign.toml"), text).unwrap();
+    let refused = standfast(dir.path(), &["run", "campaign.toml", "--out=."]).code(3);
+    assert!(stderr(&refused).contains("is not the folder of a campaign"), "{}", stderr(&refused));
+    assert_eq!(fs::read_to_string(dir.path().join("campaign.toml")).unwrap(), text);
 }
 
 /// A pipe without a writer would be waited for without end.

@@ -391,6 +391,23 @@ fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happen
     assert!(files(&other.path().join("out")) == whole, "merged");
     let status = stdout(&standfast(other.path(), &["status", "out"]).success());
     assert!(status.contains("hold has 25 trials"), "{status}");
+    // What `stopped.json` says is looked at again, whether a look it is or none.
+    let stopped = other.path().join("out/parts/stopped.json");
+    let text = fs::read_to_string(&stopped).unwrap();
+    for trials in ["25", "7", "0"] {
+        let forged = text.replace("\"trials\":50", &format!("\"trials\":{trials}"));
+        fs::write(&stopped, forged.replace("[25,50]", &format!("[{trials},{trials}]"))).unwrap();
+        standfast(other.path(), &["merge", "out"]).success();
+        assert!(files(&other.path().join("out")) == whole, "decided at {trials}");
+    }
+    // With another question, a shard runs its part of what that takes, and the old report goes.
+    let shard = |k| standfast(other.path(), &short(&["--max-trials=50", "--until-resolved", "--gains=fixed", k]));
+    let lacking = || standfast(other.path(), &["status", "out", "--missing", "--shards=2"]);
+    shard("--shard=1/2").success();
+    assert!(!other.path().join("out/report.html").exists());
+    assert_eq!(stdout(&lacking().code(3)), "2\n");
+    shard("--shard=2/2").success();
+    assert_eq!(stdout(&lacking().success()), "none\n");
     // With more trials the set that is still undecided goes on.
     let said = stderr(&run(other.path(), "--max-trials=75", &[]));
     assert!(said.contains("25 episodes in"), "{said}");

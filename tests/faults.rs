@@ -140,6 +140,7 @@ const FAULTS: [Fault; 12] = [
             assert!(said.contains("not as standfast wrote it"), "{said}");
         }
         standfast(dir, &["replay", "out", "--trial=0"]).code(3);
+        run(dir).code(3);
         fs::write(&manifest, before).unwrap();
         "every command refuses the folder, exit code 3, until it is restored"
     }),
@@ -149,6 +150,7 @@ const FAULTS: [Fault; 12] = [
         fs::write(&input, MINE.replace("0.1", "0.2")).unwrap();
         let said = stderr(&standfast(dir, &["merge", "out"]).code(3));
         assert!(said.contains("mine.toml"), "{said}");
+        run(dir).code(3);
         fs::write(&input, MINE).unwrap();
         "every command refuses the folder, exit code 3, until it is restored"
     }),

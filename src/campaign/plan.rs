@@ -5,7 +5,8 @@ use crate::campaign::ask::no_step::NoStep;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::campaign::store::folder::Folder;
-use crate::campaign::store::manifest::{Input, Manifest, part_trials};
+use crate::campaign::store::manifest::{Input, MANIFEST, Manifest, part_trials};
+use crate::campaign::store::part::Said;
 use crate::campaign::store::row::TrialRow;
 use crate::control::Design;
 use crate::episode::{Disturbance, Episodes, Outcome, Record, caught};
@@ -18,6 +19,7 @@ use crate::robot::urdf::Files;
 use crate::sim::Engine;
 use rayon::ThreadPool;
 use rayon::prelude::*;
+use std::num::NonZeroU64;
 use std::path::Path;
 use std::time::Instant;
 
@@ -84,9 +86,13 @@ impl Plan {
     pub fn folder(&self, out: Option<&Path>) -> Result<Folder> {
         let manifest = &self.manifest;
         let hash = &manifest.config_hash;
+        // What its parts say of this campaign in a folder whose manifest is lost, and will be written again.
+        let said = |path: &Path| -> Vec<Said> {
+            let said = if path.join(MANIFEST).exists() { Ok(Vec::new()) } else { Folder::said_by_parts(path) };
+            said.unwrap_or_default().into_iter().filter(|said| said.config_hash == *hash).collect()
+        };
         let own = |path: &Path| match Folder::open(path) {
-            // Its parts say whose it is, and the manifest is written again.
-            Err(_) if Folder::hash_of_parts(path).is_ok_and(|of_parts| of_parts.as_ref() == Some(hash)) => Ok(true),
+            Err(_) if !said(path).is_empty() => Ok(true),
             found => Ok(found?.is_none_or(|found| found.manifest.config_hash == *hash)),
         };
         let path = match out {
@@ -106,7 +112,20 @@ impl Plan {
             let problem = format!("holds the result of another campaign{}", out.map_or("", |_| advice));
             return Err(Error::Parts { path, problem });
         }
-        let begun = Folder::open(&path).ok().flatten().map_or(manifest.clone(), |found| found.manifest);
+        // A folder keeps to what it was begun with.
+        let begun = match Folder::open(&path).ok().flatten() {
+            Some(found) => found.manifest,
+            None => {
+                let said = said(&path);
+                let part_trials = said.iter().filter_map(|said| NonZeroU64::new(said.trials)).max();
+                let part_trials = part_trials.unwrap_or(manifest.part_trials);
+                let planned_trials = said.iter().find_map(|said| said.planned_trials);
+                let planned_trials = planned_trials.unwrap_or(manifest.planned_trials);
+                let begun = Manifest { part_trials, planned_trials, ..manifest.clone() };
+                // Of a last part alone, which may be a short one, the size of the others is not known.
+                if begun.check("").is_ok() { begun } else { manifest.clone() }
+            }
+        };
         let Manifest { part_trials, planned_trials, .. } = begun;
         // `new` does not do this, because it reads the program's own file.
         let build = build_id().into();

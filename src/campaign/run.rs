@@ -150,9 +150,13 @@ impl<'a> Work<'a> {
     /// From then on nobody else may change the folder, as long as this lives.
     pub fn run(&mut self, watch: &Watch) -> Result<()> {
         let company = if self.shard.is_some() { Company::Shards } else { Company::None };
+        // No report may stand beside another decision; where there are no shards, it is written again in any case.
+        let asks_anew = self.shard.is_some() && self.folder.asks_anew();
         self.claim = Some(Claim::of(self.folder, company, || self.plan.identify(self.folder))?);
-        if !self.is_done() {
+        if asks_anew || !self.is_done() {
             self.folder.remove_result()?;
+        }
+        if !self.is_done() {
             let there = (0..self.folder.blocks()).filter(|&block| !self.lacks(block));
             let rows = there.filter_map(|block| self.folder.rows_of(block..block + 1, self.set_trials()).ok());
             rows.for_each(|rows| (watch.on_part)(&rows));

@@ -1,6 +1,7 @@
 //! `standfast cpi`: computes the maximal CPI sets of a gain set, prints their sizes, horizons and inclusion, and draws
 //! or exports them.
 
+use super::arguments::check_output;
 use super::terminal::print;
 use crate::assets::DEFAULT_ROBOT;
 use crate::campaign::ask::bounds::in_range;
@@ -57,6 +58,7 @@ pub fn run(args: &CpiArgs) -> Result<ExitCode> {
 /// of UT-mu2 unless they are given. Nothing is written if an input is bad.
 fn answer(args: &CpiArgs) -> Result<String> {
     let robot = Robot::load(DEFAULT_ROBOT)?;
+    args.plot.iter().try_for_each(|path| check_output("--plot", path, &["svg"]))?;
     let set = GainSet::load(&args.gains)?;
     if set.gains.is_empty() {
         let accepted = "a gain set with standing = \"switching\"";

@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::files::write_atomic;
 use crate::render::{self, text::model};
 use crate::robot::{Robot, urdf};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
@@ -40,6 +40,10 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
     if !args.print && !args.force && path.exists() {
         let accepted = "a file that is not there yet, --force to replace it, or --print";
         return Err(Error::value("init", "--out", path.display(), "this file is there already", accepted));
+    }
+    if path == Path::new(&args.robot) {
+        let accepted = "another file than that of the robot";
+        return Err(Error::value("init", "--out", path.display(), "it is the robot's URDF", accepted));
     }
     let urdf = urdf::opened(&args.robot)?;
     let settings = urdf::inferred(&urdf)?;

@@ -28,8 +28,8 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
     let gates = gates_of(&folder, &args.gates)?;
     let _claim = Claim::of(&folder, Company::None, || folder.create())?;
     stop_on_ctrl_c();
-    // Of a campaign that ends when decided, the shards may have left the looks to us.
-    if let (None, Some(mut looks)) = (folder.set_trials(), Looking::at(&folder, &gates)) {
+    // Of a campaign that ends when decided, the shards may have left the looks to us; what they say is looked at again.
+    if let Some(mut looks) = Looking::at(&folder, &gates) {
         looks.go_on(&|_| {})?;
         if looks.is_over {
             folder.stop_at(&looks.set_trials)?;

@@ -65,7 +65,8 @@ pub fn run(args: &SlurmArgs) -> Result<ExitCode> {
         return Err(Error::option("--shard, --check", "given", "each task has its own shard", "--shards"));
     }
     let (plan, folder) = args.run.plan()?;
-    let typed = std::env::args_os().skip_while(|arg| arg != "slurm").skip(1).map(line).collect::<Result<_>>()?;
+    let typed =
+        std::env::args_os().skip(1).skip_while(|arg| arg != "slurm").skip(1).map(line).collect::<Result<_>>()?;
     let script = args.script(&plan, &folder.path, typed)?;
     if !args.submit {
         print(&script)?;
@@ -104,7 +105,7 @@ impl SlurmArgs {
         let decided = match campaign.stopping.until_resolved {
             true => format!(
                 "# When all is decided, nothing is left to do for the others.\n\
-                 [ $code -ne 0 ] || ! {program} status {out} > /dev/null || scancel --state=PENDING $SLURM_ARRAY_JOB_ID\n"
+                 [ $code -ne 0 ] || ! {program} status -- {out} > /dev/null || scancel --state=PENDING $SLURM_ARRAY_JOB_ID\n"
             ),
             false => String::new(),
         };
@@ -113,13 +114,16 @@ impl SlurmArgs {
 # The campaign {name}: {trials} trials of {trial_s:.2} s each, as timed here, in {shards} shards of about {minutes:.1} minutes.
 # An argument is the list of shards to run, such as 3,7-9. It prints the numbers of two jobs: the array, and the merge.
 set -e
-[ "${{1-all}}" ] || {{ echo "nothing is missing" >&2; exit 0; }}
+case "${{1-all}}" in
+  none) echo "nothing is missing" >&2; exit 0 ;;
+  '') echo "the list of shards is empty" >&2; exit 2 ;;
+esac
 array=$(sbatch --parsable --job-name={job} --array="${{1-1-{shards}}}" --cpus-per-task={cpus} --requeue \
   --open-mode=append --signal=B:TERM@{NOTICE_S} {options} << 'END'
 #!/bin/bash
 # Before it is killed, a task is told to stop. It keeps its finished parts and has itself run again.
 trap 'kill -TERM $child' TERM
-{program} run {asked} --out {out} --shard $SLURM_ARRAY_TASK_ID/{shards} --threads $SLURM_CPUS_PER_TASK &
+{program} run {asked} --out={out} --shard $SLURM_ARRAY_TASK_ID/{shards} --threads $SLURM_CPUS_PER_TASK &
 child=$!
 wait $child; code=$?
 while kill -0 $child 2> /dev/null; do wait $child; code=$?; done
@@ -132,9 +136,9 @@ END
 merge=$(sbatch --parsable --job-name={job}-merge --dependency=afterany:$array --requeue {options} << 'END'
 #!/bin/bash
 # It says what is missing, if anything is, and how to run it.
-exec {program} merge {out} {of_merge}
+exec {program} merge {of_merge} -- {out}
 END
-)
+) || {{ echo "the array is job $array; its merge could not be submitted" >&2; exit 1; }}
 echo $array $merge
 "#,
             trials = campaign.trials,
@@ -157,6 +161,10 @@ fn line(word: OsString) -> Result<String> {
 fn split(line: Vec<String>, names: &[(&str, bool)]) -> (Vec<String>, Vec<String>) {
     let (mut taken, mut rest, mut words) = (Vec::new(), Vec::new(), line.into_iter());
     while let Some(word) = words.next() {
+        // What follows would be no option any more, but options are added.
+        if word == "--" {
+            continue;
+        }
         let name = word.split_once('=').map_or(word.as_str(), |(name, _)| name);
         match names.iter().find(|(taken, _)| *taken == name) {
             Some(&(_, has_value)) => {

@@ -2,6 +2,7 @@
 
 use super::result::Printing;
 use super::terminal::print;
+use crate::campaign::looking::Looking;
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::{Folder, Summary};
 use crate::error::Result;
@@ -19,8 +20,8 @@ const INCOMPLETE: u8 = 3;
 pub struct StatusArgs {
     /// Result folder of `run`
     pub dir: PathBuf,
-    /// Print only the shards of N that lack parts, as a list for a job array: 3,7-9
-    #[arg(long, requires = "shards")]
+    /// Print only the shards of N that lack parts, as a list for a job array: 3,7-9; `none` if no part is missing
+    #[arg(long, requires = "shards", conflicts_with_all = ["json", "full"])]
     pub missing: bool,
     /// Number of shards that --missing counts by
     #[arg(long, value_name = "N", requires = "missing", value_parser = clap::value_parser!(u64).range(1..))]
@@ -35,7 +36,7 @@ pub struct StatusArgs {
 pub fn run(args: &StatusArgs) -> Result<ExitCode> {
     let folder = Folder::existing(&args.dir)?;
     if let Some(shards) = args.shards {
-        let missing = folder.missing();
+        let missing = missing(&folder)?;
         print(&format!("{}\n", shards_of(&missing, shards)))?;
         return Ok(if missing.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) });
     }
@@ -47,6 +48,24 @@ pub fn run(args: &StatusArgs) -> Result<ExitCode> {
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
 }
 
+/// The blocks that a result still lacks. Of a campaign that ends when decided and has not ended, the looks that its parts
+/// allow are taken: what was decided by then lacks nothing.
+fn missing(folder: &Folder) -> Result<Vec<u64>> {
+    let of = |set_trials: &[u64]| {
+        (0..folder.blocks()).filter(|&block| folder.lacks(block, set_trials).contains(&true)).collect()
+    };
+    if folder.set_trials().is_some() {
+        return Ok(folder.missing());
+    }
+    let Ok(gates) = Gates::new(&folder.manifest, None) else {
+        // It takes a baseline to know what is decided.
+        return Ok(of(&vec![folder.trials(); folder.manifest.sets.len()]));
+    };
+    let Some(mut looks) = Looking::at(folder, &gates) else { return Ok(folder.missing()) };
+    looks.go_on(&|_| {})?;
+    Ok(of(&looks.set_trials))
+}
+
 /// The gain sets that have fewer trials than the result, with their number.
 fn stopped_early(folder: &Folder) -> Vec<(&String, u64)> {
     let trials = folder.set_trials().unwrap_or_default();
@@ -55,7 +74,7 @@ fn stopped_early(folder: &Folder) -> Vec<(&String, u64)> {
 
 /// Prints which parts are complete and what to run next. Returns whether all parts are.
 pub fn print_status(folder: &Folder, printing: Printing) -> Result<bool> {
-    let (missing, blocks) = (folder.missing(), folder.blocks());
+    let (missing, blocks) = (missing(folder)?, folder.blocks());
     let (complete, trials) = (missing.is_empty(), folder.trials_of(&missing));
     let there = blocks - missing.len() as u64;
     let next = if complete { folder.merge_command() } else { folder.resume_command() };
@@ -93,7 +112,7 @@ pub fn print_status(folder: &Folder, printing: Printing) -> Result<bool> {
     Ok(complete)
 }
 
-/// The shards of so many that have these blocks, as ranges: `3,7-9`.
+/// The shards of so many that have these blocks, as ranges: `3,7-9`; or `none`.
 fn shards_of(blocks: &[u64], shards: u64) -> String {
     let numbers: BTreeSet<u64> = blocks.iter().map(|block| block % shards + 1).collect();
     let mut ranges: Vec<[u64; 2]> = Vec::new();
@@ -102,6 +121,10 @@ fn shards_of(blocks: &[u64], shards: u64) -> String {
             Some([_, last]) if *last + 1 == number => *last = number,
             _ => ranges.push([number, number]),
         }
+    }
+    if ranges.is_empty() {
+        // Not an empty line, which is also what a command that fails prints.
+        return "none".into();
     }
     let text = |[first, last]: &[u64; 2]| if first == last { first.to_string() } else { format!("{first}-{last}") };
     ranges.iter().map(text).collect::<Vec<_>>().join(",")
@@ -114,6 +137,6 @@ mod tests {
     #[test]
     fn blocks_are_told_by_their_shards() {
         assert_eq!(shards_of(&[0, 2, 10, 12, 13, 14], 10), "1,3-5");
-        assert_eq!(shards_of(&[], 4), "");
+        assert_eq!(shards_of(&[], 4), "none");
     }
 }

@@ -37,6 +37,9 @@ impl Claim {
         let path = folder.path.join("parts/.lock");
         let fail = |source| Error::Write { path: path.clone(), source };
         fs::create_dir_all(folder.path.join("parts")).map_err(fail)?;
+        if fs::metadata(&path).is_ok_and(|found| !found.is_file()) {
+            return Err(fail(std::io::Error::other("it is no file")));
+        }
         let lock = File::options().create(true).append(true).open(&path).map_err(fail)?;
         let since = Instant::now();
         let ours = || match Manifest::stated_hash(&folder.path) {

@@ -1,8 +1,9 @@
 //! The finished part of a campaign on disk: a folder with a part for each block of trials, and a manifest.
 
+use crate::campaign::ask::bounds::PushBounds;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::store::manifest::{MANIFEST, Manifest};
-use crate::campaign::store::part::{PartFile, hash_in_marker};
+use crate::campaign::store::part::{PartFile, Said, said_by_marker};
 use crate::campaign::store::row::TrialRow;
 use crate::error::{Error, Result};
 use crate::files::{is_temporary, json, shell_word, write_atomic};
@@ -57,7 +58,7 @@ impl Folder {
         if path.join(MANIFEST).exists() {
             return Ok(Some(Folder { path: path.into(), manifest: Manifest::read(path)? }));
         }
-        if Self::hash_of_parts(path)?.is_none() {
+        if Self::said_by_parts(path)?.is_empty() {
             return Ok(None);
         }
         let [file, out] = [path.join("campaign.toml"), path.into()].map(|path| shell_word(&path.display().to_string()));
@@ -68,9 +69,9 @@ impl Folder {
         Err(Error::Parts { path: path.into(), problem })
     }
 
-    /// The configuration's hash that the parts state in a folder without a manifest; None if it has no parts, since a
-    /// run failed before its first one. It fails if the folder holds something else.
-    pub fn hash_of_parts(path: &Path) -> Result<Option<String>> {
+    /// What the parts in a folder without a manifest say of their campaign; nothing if a run failed before its first
+    /// part. It fails if the folder holds something else.
+    pub fn said_by_parts(path: &Path) -> Result<Vec<Said>> {
         let names = |folder: &Path| -> Result<Vec<OsString>> {
             let fail = |source| Error::Read { path: folder.into(), source };
             let names: std::io::Result<_> =
@@ -80,14 +81,16 @@ impl Folder {
         let parts = path.join("parts");
         let is_marker = |name: &OsString| name.to_str().is_some_and(|n| n.starts_with("part-") && n.ends_with(".json"));
         let of_parts = if parts.is_dir() { names(&parts)? } else { Vec::new() };
-        let hash = of_parts.iter().filter(|name| is_marker(name)).find_map(|name| hash_in_marker(&parts.join(name)));
-        let is_ours = |name: &OsString| BEGUN.iter().any(|ours| name == ours) || is_temporary(name);
-        if hash.is_none() && !names(path)?.iter().all(is_ours) {
+        let markers = of_parts.iter().filter(|name| is_marker(name));
+        let said: Vec<Said> = markers.filter_map(|name| said_by_marker(&parts.join(name))).collect();
+        // Without `parts`, which a run creates first, a `campaign.toml` is somebody's own.
+        let is_ours = |name: &OsString| (parts.is_dir() && BEGUN.iter().any(|ours| name == ours)) || is_temporary(name);
+        if said.is_empty() && !names(path)?.iter().all(is_ours) {
             let problem =
                 "is not the folder of a campaign: it has no parts/campaign.json, and holds other files".into();
             return Err(Error::Parts { path: path.into(), problem });
         }
-        Ok(hash)
+        Ok(said)
     }
 
     /// Opens the folder of a campaign. It fails if there is no such folder, or if it does not hold a campaign.
@@ -101,6 +104,13 @@ impl Folder {
     /// Whether the results in the folder were made by another build of the program.
     pub fn is_of_another_build(&self) -> bool {
         Folder::open(&self.path).is_ok_and(|found| found.is_some_and(|f| f.manifest.build != self.manifest.build))
+    }
+
+    /// Whether the folder was made with other gates, or another margin or count of trials.
+    pub fn asks_anew(&self) -> bool {
+        let build = &self.manifest.build;
+        let found = Folder::open(&self.path).ok().flatten();
+        found.is_some_and(|found| Manifest { build: build.clone(), ..found.manifest } != self.manifest)
     }
 
     /// Number of trials in the result: those of the campaign, or those up to the decision if it ended early.
@@ -128,10 +138,16 @@ impl Folder {
         let Manifest { campaign, sets, .. } = &self.manifest;
         let stopped = || -> Option<Stopped> { serde_json::from_slice(&fs::read(self.stopped_path()).ok()?).ok() };
         let valid = |stopped: &Stopped| {
-            let of_sets =
-                |trials: &Vec<u64>| trials.len() == sets.len() && trials.iter().max() == Some(&stopped.trials);
+            let is_end = |trials: &u64| {
+                let mut looks = self.manifest.looks().into_iter().flat_map(|looks| looks.until(*trials));
+                *trials == campaign.trials || looks.any(|look| look == *trials)
+            };
+            let of_sets = |trials: &Vec<u64>| {
+                trials.len() == sets.len() && trials.iter().max() == Some(&stopped.trials) && trials.iter().all(is_end)
+            };
             stopped.config_hash == self.manifest.config_hash
                 && stopped.trials <= campaign.trials
+                && is_end(&stopped.trials)
                 && stopped.set_trials.as_ref().is_none_or(of_sets)
         };
         campaign.stopping.until_resolved.then(stopped).flatten().filter(valid)
@@ -183,7 +199,9 @@ impl Folder {
     pub fn part(&self, block: u64) -> PartFile<'_> {
         let stem = self.path.join(format!("parts/part-{block:06}"));
         let (first, end) = self.range(block);
-        PartFile { stem, trials: first..end, sets: &self.manifest.sets, config_hash: &self.manifest.config_hash }
+        let Manifest { sets, config_hash, planned_trials, campaign, .. } = &self.manifest;
+        let planned_trials = campaign.stopping.until_resolved.then_some(*planned_trials);
+        PartFile { stem, trials: first..end, sets, config_hash, planned_trials }
     }
 
     /// Writes the manifest. It fails if the folder is not writable.
@@ -215,7 +233,15 @@ impl Folder {
 
     /// Rows of these blocks, of each gain set within its number of trials. It fails if a part is missing or damaged.
     pub fn rows_of(&self, blocks: Range<u64>, set_trials: &[u64]) -> Result<Vec<TrialRow>> {
-        let mut rows = blocks.map(|block| self.part(block).rows()).collect::<Result<Vec<_>>>()?.concat();
+        let bounds = PushBounds::new(self.manifest.campaign.episode.horizon_s);
+        let rows = |block| {
+            let part = self.part(block);
+            let rows = part.rows()?;
+            let mut pushes = rows.iter().flat_map(TrialRow::pushes);
+            pushes.try_for_each(|push| bounds.check(&part.name(), &push))?;
+            Ok(rows)
+        };
+        let mut rows = blocks.map(rows).collect::<Result<Vec<_>>>()?.concat();
         let of_set: HashMap<&String, &u64> = self.manifest.sets.iter().zip(set_trials).collect();
         rows.retain(|row| of_set.get(&row.set).is_some_and(|trials| row.trial < **trials));
         Ok(rows)
@@ -264,7 +290,8 @@ impl Folder {
     pub fn remove_unfinished(&self) -> Result<()> {
         for folder in ["", "parts", "inputs", "inputs/gains", REPLAYS] {
             let Ok(entries) = fs::read_dir(self.path.join(folder)) else { continue };
-            for entry in entries.flatten().filter(|entry| is_temporary(&entry.file_name())) {
+            let is_left = |entry: &fs::DirEntry| entry.path().is_file() && is_temporary(&entry.file_name());
+            for entry in entries.flatten().filter(is_left) {
                 remove(&entry.path())?;
             }
         }
@@ -278,7 +305,7 @@ impl Folder {
         let Ok(pages) = fs::read_dir(self.path.join(REPLAYS)) else { return Ok(()) };
         pages
             .flatten()
-            .filter(|page| page.file_name().to_string_lossy().starts_with("trial-"))
+            .filter(|page| page.path().is_file() && page.file_name().to_string_lossy().starts_with("trial-"))
             .try_for_each(|page| remove(&page.path()))
     }
 }
@@ -426,7 +453,8 @@ pub(crate) mod tests {
         let message = Folder::open(dir.path()).unwrap_err().to_string();
         assert!(message.contains("is lost") && message.contains("standfast run "), "{message}");
         fs::write(dir.path().join("summary.json"), "{}").unwrap();
-        assert_eq!(Folder::hash_of_parts(dir.path()).unwrap().as_deref(), Some(&folder.manifest.config_hash[..]));
+        let said = Folder::said_by_parts(dir.path()).unwrap();
+        assert!(said.len() == 1 && said[0].config_hash == folder.manifest.config_hash && said[0].trials == 25);
     }
 
     #[test]

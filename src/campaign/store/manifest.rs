@@ -80,15 +80,16 @@ impl Manifest {
         let path = folder.join(MANIFEST);
         let problem = |problem: String| Error::Parts { path: path.clone(), problem };
         let text = assets::read(&path, MOST_BYTES)?;
-        let mut value: serde_json::Value = serde_json::from_slice(&text).map_err(|e| problem(e.to_string()))?;
+        const ADVICE: &str = "Restore it, or remove it: the command that began the campaign writes it again";
+        let damaged = |e: serde_json::Error| problem(format!("it is damaged ({e}). {ADVICE}"));
+        let mut value: serde_json::Value = serde_json::from_slice(&text).map_err(damaged)?;
         let seal = value.as_object_mut().and_then(|fields| fields.shift_remove("seal"));
         let is_sealed = seal.is_some_and(|seal| seal == sha256_hex(value.to_string().as_bytes()));
-        let manifest: Manifest = serde_json::from_value(value).map_err(|e| problem(e.to_string()))?;
+        let manifest: Manifest = serde_json::from_value(value).map_err(damaged)?;
         manifest.check(&path.display().to_string())?;
         if !is_sealed || manifest.hash()? != manifest.config_hash {
             let changed = "it is not as standfast wrote it: its hash does not match what it says";
-            let advice = "Restore it, or run the campaign again into a new folder";
-            return Err(problem(format!("{changed}. {advice}")));
+            return Err(problem(format!("{changed}. {ADVICE}")));
         }
         manifest.check_inputs(folder)?;
         Ok(manifest)
@@ -109,8 +110,8 @@ impl Manifest {
         write_atomic(&folder.join(MANIFEST), json_pretty(&value)?.as_bytes())
     }
 
-    /// Checks its values as if they had been typed.
-    fn check(&self, file: &str) -> Result<()> {
+    /// Checks its values as if they had been typed. Errors name `file`.
+    pub fn check(&self, file: &str) -> Result<()> {
         self.campaign.check(file)?;
         let (sets, gains) = (&self.sets, &self.campaign.gains);
         let is_repeated = |(i, set): (usize, &String)| sets[..i].contains(set);

@@ -23,6 +23,8 @@ pub struct PartFile<'a> {
     /// Names of the gain sets, in the order of the campaign.
     pub sets: &'a [String],
     pub config_hash: &'a str,
+    /// The count of trials by which the looks go of a campaign that ends when decided.
+    pub planned_trials: Option<u64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -34,12 +36,24 @@ struct Marker {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     sets: Option<Vec<String>>,
     config_hash: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    planned_trials: Option<u64>,
     sha256: String,
 }
 
-/// The configuration's hash in the marker of a part; None if it cannot be read.
-pub fn hash_in_marker(path: &Path) -> Option<String> {
-    serde_json::from_slice::<Marker>(&read(path, MOST_BYTES).ok()?).ok().map(|marker| marker.config_hash)
+/// What the marker of a part says of the campaign whose manifest is lost.
+pub struct Said {
+    pub config_hash: String,
+    /// Number of trials in the part.
+    pub trials: u64,
+    pub planned_trials: Option<u64>,
+}
+
+/// What the marker at this path says; None if it cannot be read.
+pub fn said_by_marker(path: &Path) -> Option<Said> {
+    let Marker { config_hash, trials, planned_trials, .. } =
+        serde_json::from_slice(&read(path, MOST_BYTES).ok()?).ok()?;
+    Some(Said { config_hash, trials, planned_trials })
 }
 
 impl PartFile<'_> {
@@ -83,6 +97,11 @@ impl PartFile<'_> {
         self.sets.iter().filter(|set| rows.iter().any(|row| row.set == **set)).collect()
     }
 
+    /// Path of its rows, as errors name it.
+    pub fn name(&self) -> String {
+        self.path("csv").display().to_string()
+    }
+
     fn path(&self, extension: &str) -> PathBuf {
         self.stem.with_extension(extension)
     }
@@ -100,6 +119,7 @@ impl PartFile<'_> {
             rows: trials as usize * sets.len(),
             sets: (!holds_all).then(|| sets.iter().map(|set| set.to_string()).collect()),
             config_hash: self.config_hash.into(),
+            planned_trials: self.planned_trials,
             sha256: sha256_hex(content),
         }
     }
