@@ -570,7 +570,7 @@ fn an_interrupted_run_says_what_is_kept_and_goes_on_there() {
     let args = short(&["--trials=400", "--threads=1"]);
     let said = interrupted_at(dir.path(), &args, "40 of 400 episodes");
     assert!(said.starts_with("0 of 400 episodes\n"), "{said}");
-    assert!(said.contains("stopping as soon as the running episodes end"), "{said}");
+    assert!(said.contains("stopping as soon as what is running ends"), "{said}");
     // Where a line ends depends on how many digits the numbers have.
     let words = said.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(words.contains("The same command goes on from there"), "{said}");

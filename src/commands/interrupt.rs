@@ -31,7 +31,7 @@ pub fn stop_on_ctrl_c() {
                 std::process::exit(exit_code(&Error::Interrupted).into());
             }
             let again = if signal == SIGINT { "; press Ctrl-C again to end at once" } else { "" };
-            note(&format!("stopping as soon as the running episodes end{again}"));
+            note(&format!("stopping as soon as what is running ends{again}"));
         }
     });
 }

@@ -162,14 +162,14 @@ impl Page<'_> {
 }
 
 /// Writes the missing pages of the first `for_each_set` telling trials of each gain set, and returns the number of new
-/// pages. It asks `stop` before each page, and writes no more once this is true. A page that cannot be written is left
+/// pages, and of those that were to be written. It asks `stop` before each page, and writes no more once this is true. A page that cannot be written is left
 /// out with a warning.
 pub fn write_telling(
     folder: &Folder,
     summary: &Summary,
     for_each_set: usize,
     stop: &(dyn Fn() -> bool + Sync),
-) -> Result<usize> {
+) -> [usize; 2] {
     let mut wanted: Vec<(u64, &str)> = Vec::new();
     for set in &summary.sets {
         wanted.extend(set.telling.iter().take(for_each_set).map(|telling| (telling.trial, set.name.as_str())));
@@ -179,7 +179,7 @@ pub fn write_telling(
         let written = if stop() { return false } else { write_page(&folder.path, trial, set) };
         written.inspect_err(|error| log::warn!("no replay of trial {trial} of {set}: {error}")).is_ok()
     };
-    Ok(wanted.par_iter().filter(is_written).count())
+    [wanted.par_iter().filter(is_written).count(), wanted.len()]
 }
 
 /// Simulates a trial of the result in `folder` again, and writes its page into this folder.

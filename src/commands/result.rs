@@ -54,18 +54,14 @@ pub fn conclude(folder: &Folder, gates: &Gates, args: &ReplaysArgs, printing: Op
     note(&result::written(&folder.path, &["summary.json", "trials.parquet", "campaign.toml"]));
     say_failed_gates(&summary, &folder.path);
     let stop = || STOP.load(Ordering::Relaxed);
-    match write_telling(folder, &summary, args.replays, &stop) {
-        Ok(0) => {}
-        Ok(replays) => {
-            // The page is written again, now with links to the replays.
-            result::write(&summary, &rows, &folder.path)?;
-            let these = if replays == 1 { "replay of a telling trial" } else { "replays of telling trials" };
-            note(&format!("written: {}: {replays} {these}", folder.path.join("replays").display()));
-        }
-        // The result is complete without its replays, so this is no error.
-        Err(error) => log::warn!("no replays: {error}"),
+    let [replays, wanted] = write_telling(folder, &summary, args.replays, &stop);
+    if replays > 0 {
+        // The page is written again, now with links to the replays.
+        result::write(&summary, &rows, &folder.path)?;
+        let these = if replays == 1 { "replay of a telling trial" } else { "replays of telling trials" };
+        note(&format!("written: {}: {replays} {these}", folder.path.join("replays").display()));
     }
-    if stop() {
+    if stop() && replays < wanted {
         note("interrupted: the result is complete; the same command writes the replays that are missing");
         return Err(Error::Interrupted);
     }
