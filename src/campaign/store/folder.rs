@@ -1,6 +1,6 @@
 //! The finished part of a campaign on disk: a folder with a part for each block of trials, and a manifest.
 
-use crate::campaign::ask::bounds::PushBounds;
+use crate::campaign::ask::bounds::{PushBounds, in_range};
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::store::manifest::{MANIFEST, Manifest};
 use crate::campaign::store::part::{PartFile, Said, said_by_marker};
@@ -236,9 +236,9 @@ impl Folder {
         let bounds = PushBounds::new(self.manifest.campaign.episode.horizon_s);
         let rows = |block| {
             let part = self.part(block);
-            let rows = part.rows()?;
+            let (rows, name) = (part.rows()?, part.name());
             let mut pushes = rows.iter().flat_map(TrialRow::pushes);
-            pushes.try_for_each(|push| bounds.check(&part.name(), &push))?;
+            pushes.try_for_each(|push| in_range(&name, "impulse_n_s", push.impulse_n_s, bounds.impulse_n_s))?;
             Ok(rows)
         };
         let mut rows = blocks.map(rows).collect::<Result<Vec<_>>>()?.concat();
