@@ -441,6 +441,21 @@ pub(crate) mod tests {
         assert_eq!(folder.missing(), [0, 1, 2]);
     }
 
+    /// Its marker agrees, so somebody has written both.
+    #[test]
+    fn a_push_that_cannot_be_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = folder(dir.path());
+        (0..3).for_each(|block| drop(commit(&folder, block)));
+        for impulse_n_s in [-1.0, f64::INFINITY, f64::NAN, 1e300] {
+            let rows =
+                (0..25).flat_map(|trial| ["hold", "fixed"].map(|set| row(trial, set, impulse_n_s, Outcome::Fell)));
+            folder.part(0).write(&rows.collect::<Vec<_>>()).unwrap();
+            let message = all_rows(&folder).unwrap_err().to_string();
+            assert!(message.contains("part-000000.csv: impulse_n_s = "), "{message}");
+        }
+    }
+
     /// What a run leaves that could write nothing but folders is as good as empty, and parts say whose they are.
     #[test]
     fn a_folder_without_a_manifest_is_told_by_its_parts() {
