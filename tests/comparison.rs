@@ -40,11 +40,16 @@ fn a_failed_gate_is_exit_code_100_and_says_how_to_replay_a_lost_trial() {
 #[test]
 fn what_another_build_has_made_is_kept_but_said() {
     let dir = folder();
-    standfast(dir.path(), &short(&[FEW])).success();
-    let said = || stderr(&standfast(dir.path(), &short(&[FEW])).success()).contains("another build");
+    standfast(dir.path(), &short(&[SEVERAL_PARTS])).success();
+    let said = || stderr(&standfast(dir.path(), &short(&[SEVERAL_PARTS])).success()).contains("another build");
     assert!(!said());
-    forge(&dir.path().join("out"), |manifest| manifest.build = "0".into());
-    assert!(said());
+    let merged = || stderr(&standfast(dir.path(), &["merge", "out"]).success()).contains("2 builds");
+    let marker = dir.path().join("out/parts/part-000000.json");
+    let mut changed: Value = serde_json::from_slice(&fs::read(&marker).unwrap()).unwrap();
+    changed["build"] = "0".into();
+    assert!(!merged());
+    fs::write(&marker, changed.to_string()).unwrap();
+    assert!(said() && merged());
 }
 
 /// The shards share a folder, or `merge` gets the parts of both from elsewhere and takes all looks.

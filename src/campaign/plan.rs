@@ -11,7 +11,7 @@ use crate::campaign::store::row::TrialRow;
 use crate::control::Design;
 use crate::episode::{Disturbance, Episodes, Outcome, Record, caught};
 use crate::error::{Error, Result};
-use crate::files::{build_id, sha256_hex, write_atomic};
+use crate::files::{sha256_hex, write_atomic};
 use crate::lipm::gains::GainSet;
 use crate::lipm::variant::Entry;
 use crate::robot::Robot;
@@ -68,7 +68,6 @@ impl Plan {
         let mut manifest = Manifest {
             standfast,
             config_hash: String::new(),
-            build: String::new(),
             robot_sha256,
             engine,
             part_trials: part_trials(&resolved),
@@ -127,9 +126,7 @@ impl Plan {
             }
         };
         let Manifest { part_trials, planned_trials, .. } = begun;
-        // `new` does not do this, because it reads the program's own file.
-        let build = build_id().into();
-        Ok(Folder { path, manifest: Manifest { build, part_trials, planned_trials, ..manifest.clone() } })
+        Ok(Folder { path, manifest: Manifest { part_trials, planned_trials, ..manifest.clone() } })
     }
 
     /// Designs a controller for every gain set, and warns of dubious ones.

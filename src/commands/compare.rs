@@ -10,7 +10,6 @@ use crate::campaign::partings::Partings;
 use crate::campaign::verdict::agreement::Agreement;
 use crate::campaign::verdict::compare::Comparison;
 use crate::error::{Error, Result};
-use crate::files::build_id;
 use crate::render::result;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -86,7 +85,7 @@ pub fn compared([a, b]: [&Folder; 2], gates: &[String], args: &TracesArgs) -> Re
     let mut comparison = Comparison::new(a, b, gates)?;
     let part = |agreement: &&mut Agreement| args.traces > 0 && agreement.sets.iter().any(|set| !set.parted.is_empty());
     let Some(agreement) = comparison.summary.agreement.as_mut().filter(part) else { return Ok(comparison) };
-    if [a, b].iter().any(|folder| folder.manifest.build != build_id()) {
+    if a.is_of_another_build() || b.is_of_another_build() {
         let told =
             "A result was made by another build of standfast, with which its trials may have run otherwise than now.";
         tell("", told);

@@ -3,6 +3,7 @@
 use super::arguments::{GateArgs, ReplaysArgs};
 use super::interrupt::stop_on_ctrl_c;
 use super::result::{Printing, conclude, exit_code, gates_of};
+use super::terminal::tell;
 use crate::campaign::Folder;
 use crate::campaign::looking::Looking;
 use crate::campaign::store::claim::{Claim, Company};
@@ -28,6 +29,11 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
     let gates = gates_of(&folder, &args.gates)?;
     let _claim = Claim::of(&folder, Company::None, || folder.create())?;
     stop_on_ctrl_c();
+    let builds = folder.builds().len();
+    if builds > 1 {
+        let advice = "To have all from one, run the campaign with it and a new --out.";
+        tell("", &format!("The parts were made by {builds} builds of standfast, whose trials may differ. {advice}"));
+    }
     // Of a campaign that ends when decided, the shards may have left the looks to us; what they say is looked at again.
     if let Some(mut looks) = Looking::at(&folder, &gates) {
         looks.go_on(&|_| {})?;

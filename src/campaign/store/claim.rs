@@ -99,8 +99,7 @@ impl Folder {
 
     /// Whether others that are at work in the folder ask the same: the same trials, and the same of them.
     fn check_company(&self) -> Result<()> {
-        let found = Manifest::read(&self.path)?;
-        if (Manifest { build: self.manifest.build.clone(), ..found }) == self.manifest {
+        if Manifest::read(&self.path)? == self.manifest {
             return Ok(());
         }
         let problem =

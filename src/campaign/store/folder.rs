@@ -6,9 +6,9 @@ use crate::campaign::store::manifest::{MANIFEST, Manifest};
 use crate::campaign::store::part::{PartFile, Said, said_by_marker};
 use crate::campaign::store::row::TrialRow;
 use crate::error::{Error, Result};
-use crate::files::{is_temporary, json, shell_word, write_atomic};
+use crate::files::{build_id, is_temporary, json, shell_word, write_atomic};
 use serde::{Deserialize, Serialize};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::ffi::OsString;
 use std::ops::Range;
 use std::{fs, path::Path, path::PathBuf};
@@ -69,8 +69,8 @@ impl Folder {
         Err(Error::Parts { path: path.into(), problem })
     }
 
-    /// What the parts in a folder without a manifest say of their campaign; nothing if a run failed before its first
-    /// part. It fails if the folder holds something else.
+    /// What the parts in a folder say by themselves, without a manifest; nothing if a run failed before its first part.
+    /// It fails if the folder holds something else.
     pub fn said_by_parts(path: &Path) -> Result<Vec<Said>> {
         let names = |folder: &Path| -> Result<Vec<OsString>> {
             let fail = |source| Error::Read { path: folder.into(), source };
@@ -101,16 +101,19 @@ impl Folder {
         })
     }
 
-    /// Whether the results in the folder were made by another build of the program.
+    /// The builds of the program that made the parts ([`build_id`](crate::files::build_id)).
+    pub fn builds(&self) -> BTreeSet<String> {
+        Self::said_by_parts(&self.path).unwrap_or_default().into_iter().map(|said| said.build).collect()
+    }
+
+    /// Whether parts in the folder were made by another build of the program than this one.
     pub fn is_of_another_build(&self) -> bool {
-        Folder::open(&self.path).is_ok_and(|found| found.is_some_and(|f| f.manifest.build != self.manifest.build))
+        self.builds().iter().any(|build| build != build_id())
     }
 
     /// Whether the folder was made with other gates, or another margin or count of trials.
     pub fn asks_anew(&self) -> bool {
-        let build = &self.manifest.build;
-        let found = Folder::open(&self.path).ok().flatten();
-        found.is_some_and(|found| Manifest { build: build.clone(), ..found.manifest } != self.manifest)
+        Folder::open(&self.path).ok().flatten().is_some_and(|found| found.manifest != self.manifest)
     }
 
     /// Number of trials in the result: those of the campaign, or those up to the decision if it ended early.
@@ -333,7 +336,6 @@ pub(crate) mod tests {
         Manifest {
             standfast: "0".into(),
             config_hash: "0123456789abcdef".into(),
-            build: String::new(),
             inputs: Vec::new(),
             robot_sha256: String::new(),
             engine: campaign.episode.engine.with_version(),

@@ -27,8 +27,6 @@ pub struct Manifest {
     pub standfast: String,
     /// SHA-256 of all that the trials depend on: versions of program and engine, campaign, inputs.
     pub config_hash: String,
-    /// Build of the program that ran last ([`build_id`](crate::files::build_id)); empty in a plan without a folder.
-    pub build: String,
     /// SHA-256 of URDF, settings and meshes, by which results of different robots can be told apart.
     pub robot_sha256: String,
     /// Name and version of the physics engine.
@@ -200,7 +198,9 @@ mod tests {
             std::fs::write(&path, changed.to_string()).unwrap();
             Manifest::read(dir.path()).unwrap_err().to_string()
         };
-        for (pointer, value) in [("/campaign/seed", 5.into()), ("/build", "x".into()), ("/planned_trials", 50.into())] {
+        for (pointer, value) in
+            [("/campaign/seed", 5.into()), ("/robot_sha256", "x".into()), ("/planned_trials", 50.into())]
+        {
             let message = said(pointer, value, false);
             assert!(message.contains("not as standfast wrote it") && message.contains(MANIFEST), "{message}");
         }

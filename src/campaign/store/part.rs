@@ -1,13 +1,13 @@
 //! A part of a result: the rows of one block of trials in a CSV file (floats with all digits). Written after it is a
 //! small marker with row count, range of trials, configuration hash and content hash. A part is complete only if all of
 //! these match. Parts do not depend on threads, shards or hosts, so all histories of interruptions end in the same
-//! bytes. A campaign that ends when decided stops running some gain sets early; a part then holds the others only, and
-//! its marker names them.
+//! bytes. They may depend on the build of the program, which the marker names, too. A campaign that ends when decided
+//! stops running some gain sets early; a part then holds the others only, and its marker names them.
 
 use crate::assets::read;
 use crate::campaign::store::row::TrialRow;
 use crate::error::{Error, Result};
-use crate::files::{json, sha256_hex, write_atomic};
+use crate::files::{build_id, json, sha256_hex, write_atomic};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -29,6 +29,9 @@ pub struct PartFile<'a> {
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Marker {
+    /// Build of the program that wrote the part ([`build_id`]).
+    #[serde(default)]
+    build: String,
     first_trial: u64,
     trials: u64,
     rows: usize,
@@ -41,8 +44,10 @@ struct Marker {
     sha256: String,
 }
 
-/// What the marker of a part says of the campaign whose manifest is lost.
+/// What the marker of a part says by itself, without the manifest.
 pub struct Said {
+    /// Build of the program that wrote the part.
+    pub build: String,
     pub config_hash: String,
     /// Number of trials in the part.
     pub trials: u64,
@@ -51,9 +56,9 @@ pub struct Said {
 
 /// What the marker at this path says; None if it cannot be read.
 pub fn said_by_marker(path: &Path) -> Option<Said> {
-    let Marker { config_hash, trials, planned_trials, .. } =
+    let Marker { build, config_hash, trials, planned_trials, .. } =
         serde_json::from_slice(&read(path, MOST_BYTES).ok()?).ok()?;
-    Some(Said { config_hash, trials, planned_trials })
+    Some(Said { build, config_hash, trials, planned_trials })
 }
 
 impl PartFile<'_> {
@@ -68,7 +73,7 @@ impl PartFile<'_> {
         }
         let bytes = csv.into_inner().map_err(|e| fail(e.into_error().into()))?;
         write_atomic(&path, &bytes)?;
-        write_atomic(&self.path("json"), json(&self.marker(&self.held_by(rows), &bytes))?.as_bytes())
+        write_atomic(&self.path("json"), json(&self.marker(build_id(), &self.held_by(rows), &bytes))?.as_bytes())
     }
 
     /// Reads the rows, by trial and then by set. It fails if the part is missing, damaged, or of another campaign.
@@ -110,10 +115,11 @@ impl PartFile<'_> {
         Error::Parts { path: self.path("csv"), problem }
     }
 
-    fn marker(&self, sets: &[&String], content: &[u8]) -> Marker {
+    fn marker(&self, build: &str, sets: &[&String], content: &[u8]) -> Marker {
         let trials = self.trials.end - self.trials.start;
         let holds_all = sets.len() == self.sets.len();
         Marker {
+            build: build.into(),
             first_trial: self.trials.start,
             trials,
             rows: trials as usize * sets.len(),
@@ -133,7 +139,7 @@ impl PartFile<'_> {
             serde_json::from_slice(&marker).map_err(|e| self.damaged(format!("its marker is damaged: {e}")))?;
         let is_held = |set: &&String| found.sets.as_ref().is_none_or(|held| held.contains(set));
         let sets: Vec<&String> = self.sets.iter().filter(is_held).collect();
-        if found == self.marker(&sets, &content) {
+        if found == self.marker(&found.build, &sets, &content) {
             Ok((content, sets))
         } else {
             Err(self.damaged("does not match its marker".into()))

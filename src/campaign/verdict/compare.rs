@@ -141,7 +141,6 @@ fn joined(a: &Manifest, b: &Manifest, sets: Vec<String>, trials: u64, gates: &[S
     Manifest {
         standfast: both(&a.standfast, &b.standfast),
         config_hash: sha256_hex(format!("{} {}", a.config_hash, b.config_hash).as_bytes()),
-        build: both(&a.build, &b.build),
         robot_sha256: both(&a.robot_sha256, &b.robot_sha256),
         engine: both(&a.engine, &b.engine),
         part_trials: a.part_trials,
