@@ -109,7 +109,9 @@ pub const TRY_AGAIN: u8 = 75;
 
 /// Whether there is no room on the disk: there may be some later.
 fn is_full(error: &std::io::Error) -> bool {
-    matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded)
+    // What a library reports may have the cause within.
+    let within = || std::error::Error::source(error)?.downcast_ref::<std::io::Error>();
+    matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded) || within().is_some_and(is_full)
 }
 
 /// Most problems of an input that are told one by one.

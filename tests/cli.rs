@@ -158,22 +158,6 @@ fn shards_merge_and_resume_end_in_the_same_bytes() {
 }
 
 #[test]
-fn a_damaged_part_is_noticed_and_computed_again() {
-    let dir = folder();
-    let out = dir.path().join("out");
-    standfast(dir.path(), &short(&[FEW])).success();
-    let whole = files(&out);
-    let part = out.join("parts/part-000000.csv");
-    let mut bytes = fs::read(&part).unwrap();
-    let middle = bytes.len() / 2;
-    bytes[middle] ^= 1;
-    fs::write(&part, bytes).unwrap();
-    standfast(dir.path(), &["merge", "out"]).code(3);
-    standfast(dir.path(), &short(&[FEW])).success();
-    assert!(files(&out) == whole);
-}
-
-#[test]
 fn a_result_is_kept_printed_again_and_never_overwritten() {
     let dir = folder();
     let first = standfast(dir.path(), &short(&[FEW])).success();

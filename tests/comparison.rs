@@ -174,6 +174,9 @@ fn a_baseline_is_paired_trial_by_trial_and_must_have_the_same_pushes() {
     assert!(stdout(&status).contains("standfast merge new --baseline DIR"), "{}", stdout(&status));
     standfast(dir.path(), &["merge", "new"]).code(2);
     standfast(dir.path(), &["merge", "new", "--baseline=out"]).success();
+    assert!(stderr(&standfast(dir.path(), &["status", "new", "--full"]).code(2)).contains("--baseline"));
+    let status = standfast(dir.path(), &["status", "new", "--full", "--baseline=out"]).success();
+    assert!(stdout(&status).contains("hold >= baseline - 0.2"), "{}", stdout(&status));
     assert_eq!(summary(&dir.path().join("new")), found);
     fs::remove_dir_all(dir.path().join("new")).unwrap();
     // These are more trials than the baseline has.
@@ -357,6 +360,9 @@ fn a_campaign_ends_when_decided_with_the_same_bytes_whatever_happened_on_the_way
     assert!(files(&other.path().join("out")) == whole, "merged");
     // A question that so few trials cannot decide continues where the campaign was, up to the allowed maximum.
     let close = format!("--gate=hold >= {}", found["sets"][0]["success_rate"]);
+    let said = stderr(&standfast(other.path(), &["merge", "out", &close]).code(3));
+    assert!(said.contains("do not decide what is asked") && said.contains("--gate 'hold >= "), "{said}");
+    assert!(files(&other.path().join("out")) == whole, "a question that is refused changes nothing");
     let more = standfast(other.path(), &short(&["--max-trials=100", "--until-resolved", &close])).success();
     assert!(stderr(&more).contains("75 episodes in"), "{}", stderr(&more));
     let found = summary(&other.path().join("out"));

@@ -47,14 +47,13 @@ impl<'a> Looking<'a> {
         Some(Self { folder, gates, planned, last: 0, next, rows, set_trials, is_over: false })
     }
 
-    /// Looks as often as there are trials for it. Returns the blocks that the next look still lacks; none if it is over.
-    pub fn go_on(&mut self, on_look: &dyn Fn(&Look)) -> Result<Vec<u64>> {
+    /// Looks as often as there are trials for it.
+    pub fn go_on(&mut self, on_look: &dyn Fn(&Look)) -> Result<()> {
         let (most, sets) = (self.folder.manifest.campaign.trials, &self.folder.manifest.sets);
         while !self.is_over {
             let blocks = self.blocks(self.last..self.next);
-            let missing: Vec<u64> = blocks.clone().filter(|&block| self.lacks(block)).collect();
-            if !missing.is_empty() {
-                return Ok(missing);
+            if blocks.clone().any(|block| self.lacks(block)) {
+                return Ok(());
             }
             for block in blocks {
                 self.rows.push(&self.folder.rows_of(block..block + 1, &self.set_trials)?);
@@ -72,11 +71,11 @@ impl<'a> Looking<'a> {
             on_look(&Look { rows: &self.rows, open: &open, stopping, set_trials: &self.set_trials });
             self.next = self.planned.after(self.last).min(most);
         }
-        Ok(Vec::new())
+        Ok(())
     }
 
     /// The blocks that a shard lacks for the next look or, if it lacks none, for the first look after that for which it
-    /// lacks any: it need not wait for the other shards. None if it lacks nothing.
+    /// lacks any: it need not wait for the other shards. Empty if it lacks nothing.
     pub fn lacking(&self, is_own: impl Fn(u64) -> bool) -> Vec<u64> {
         let (mut from, mut to) = (self.last, self.next);
         while !self.is_over && from < to {

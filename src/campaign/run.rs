@@ -44,7 +44,7 @@ pub struct Work<'a> {
     pub folder: &'a Folder,
     pool: ThreadPool,
     designs: Vec<Design>,
-    shard: Option<Shard>,
+    pub shard: Option<Shard>,
     /// Blocks to run; those up to the next look if the campaign ends when decided.
     missing: Vec<u64>,
     /// Number of trials of each gain set, if the campaign does not end earlier.
@@ -55,9 +55,9 @@ pub struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    /// What `folder` lacks (of one shard, or of all). Every gain set is designed for here, before the first trial and
-    /// before anything is written or, of an earlier result, taken away; nothing is if the folder lacks nothing. `gates`
-    /// say when a campaign that ends when decided is decided. Errors: no design.
+    /// What `folder` lacks (of one shard, or of all). If anything is lacking, all controllers are designed here, so that
+    /// a gain set without a design fails before anything is written or removed. `gates` say when a campaign that ends
+    /// when decided is decided. Errors: no design.
     pub fn new(plan: &'a Plan, folder: &'a Folder, options: RunOptions, gates: Option<&'a Gates>) -> Result<Work<'a>> {
         let Manifest { campaign, sets, .. } = &folder.manifest;
         let mut work = Work {
@@ -84,6 +84,11 @@ impl<'a> Work<'a> {
     /// Whether the folder lacks nothing.
     pub fn is_done(&self) -> bool {
         self.missing.is_empty()
+    }
+
+    /// Calls `f`, which uses no more threads than the run.
+    pub fn within_threads<T: Send>(&self, f: impl FnOnce() -> T + Send) -> T {
+        self.pool.install(f)
     }
 
     pub fn threads(&self) -> usize {
@@ -165,7 +170,8 @@ impl<'a> Work<'a> {
         let (plan, designs) = (self.plan, std::mem::take(&mut self.designs));
         let simulated = plan.simulated_at_first();
         let opening = plan.opening(&simulated, &designs);
-        while !self.is_done() {
+        // Another shard may have decided it, perhaps by parts that are not seen here.
+        while !self.is_done() && !self.is_decided() {
             self.pool.install(|| self.run_blocks(&designs, opening.as_ref(), watch))?;
             self.missing = self.look_on(watch.on_look)?;
         }
@@ -403,6 +409,27 @@ mod tests {
         let gate = "gates.require=['hold zmp_margin=0.2 >= 0.21']";
         let (made, set_trials, _) = run(&plan(100, &[gate]));
         assert_eq!((made, &set_trials[..]), (75, &[25, 100, 25][..]));
+    }
+
+    /// Even if the parts by which it was decided are not seen here.
+    #[test]
+    fn a_shard_ends_when_another_one_has_decided() {
+        let dir = tempfile::tempdir().unwrap();
+        let gains = vec!["hold".into(), "fixed".into()];
+        let trials = Some(100);
+        let overrides = Overrides { gains, trials, until_resolved: true, synthetic: true, ..Default::default() };
+        let plan = Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap();
+        let folder = plan.folder(Some(&dir.path().join("a"))).unwrap();
+        let gates = Gates::new(&plan.manifest, None).unwrap();
+        let options = RunOptions { threads: 1, shard: "1/2".parse().ok() };
+        let mut work = Work::new(&plan, &folder, options, Some(&gates)).unwrap();
+        let (stop, parts) = (AtomicBool::new(false), AtomicUsize::new(0));
+        let on_part = |_: &[TrialRow]| {
+            parts.fetch_add(1, Ordering::Relaxed);
+            folder.stop_at(&[25, 25]).unwrap();
+        };
+        work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &on_part, on_look: &|_, _| {} }).unwrap();
+        assert!((1..=2).contains(&parts.into_inner()) && folder.has_stopped() && !work.is_done());
     }
 
     /// Everyone who watches hears of each part once, and first of those that are there.

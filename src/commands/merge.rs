@@ -27,7 +27,7 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
     let mut folder = Folder::existing(&args.dir)?;
     folder.manifest.campaign.gates.add(&args.gates.gate, args.gates.unresolved);
     let gates = gates_of(&folder, &args.gates)?;
-    let _claim = Claim::of(&folder, Company::None, || folder.create())?;
+    let _claim = Claim::of(&folder, Company::None, || Ok(()))?;
     stop_on_ctrl_c();
     let builds = folder.builds().len();
     if builds > 1 {
@@ -39,8 +39,12 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
         looks.go_on(&|_| {})?;
         if looks.is_over {
             folder.stop_at(&looks.set_trials)?;
+        } else if folder.has_stopped() && folder.missing().is_empty() {
+            // It has ended for another question.
+            return Err(folder.undecided(&args.gates.gate));
         }
     }
+    folder.create()?;
     let summary = conclude(&folder, &gates, &args.replays, Some(args.printing))?;
     Ok(exit_code(&[summary]))
 }

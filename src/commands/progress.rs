@@ -158,7 +158,12 @@ impl Progress {
 
     /// Time that the whole work takes at the pace so far (s), without what was there before the start.
     pub fn whole_s(&self) -> f64 {
-        self.start.elapsed().as_secs_f64() * (self.total() - self.there) as f64 / self.done().max(1) as f64
+        self.time_of_s(self.total() - self.there)
+    }
+
+    /// Time that so many take at the pace so far (s).
+    pub fn time_of_s(&self, count: u64) -> f64 {
+        self.start.elapsed().as_secs_f64() * count as f64 / self.done().max(1) as f64
     }
 
     /// Takes the bar away and says how long the work took.

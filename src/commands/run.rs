@@ -54,8 +54,8 @@ pub struct RunArgs {
     /// of runs any pair, or any gate, is decided wrongly. A gain set stops earlier than the others once all its pairs
     /// are decided or, with gates, once no undecided gate names it: in the standard campaign with at most 300 trials
     /// that saves 21 % of the episodes. A run that ended undecided goes on, with the gain sets that were still
-    /// undecided, if it is given more trials; but give --max-trials as high as it may become when you begin, since 9/10
-    /// of the error are spent by then.
+    /// undecided, if it is given more trials; but choose --max-trials large enough at the start, since nine tenths of
+    /// the error are spent up to that count.
     #[arg(long)]
     pub until_resolved: bool,
     /// Two gain sets count as the same once their rates surely differ by less than this share
@@ -143,9 +143,9 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
             Some(gates) if args.shard.is_none() => {
                 // Of two engines there is one JSON object for both.
                 let printing = (agreement.is_none() || !args.printing.json).then_some(args.printing);
-                summaries.push(conclude(folder, gates, &args.replays, printing)?);
+                summaries.push(work.within_threads(|| conclude(folder, gates, &args.replays, printing))?);
             }
-            _ => print_status(folder, args.printing).map(|_| ())?,
+            _ => print_status(folder, args.gates.baseline.as_deref(), args.printing).map(|_| ())?,
         }
     }
     if let (Some(out), [in_first, in_second]) = (agreement, &folders[..]) {
@@ -196,13 +196,14 @@ fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool) -> Result<
         let lost = match lost {
             0 => String::new(),
             _ => {
-                let lost_s = duration(progress.whole_s() * lost as f64 / missing as f64);
-                format!(" {lost} more belong to parts that had not ended and will be run again (about {lost_s}).")
+                let again = duration(progress.time_of_s(lost));
+                format!(" {lost} more belong to parts that had not ended and will be run again (about {again}).")
             }
         };
         let kept = format!("{} of {all} episodes are kept.{lost}", all - left);
         tell("interrupted: ", &format!("{kept} The same command goes on from there, and so does:"));
-        note(&format!("  {}", folder.resume_command()));
+        let shard = work.shard.map_or(String::new(), |shard| format!(" --shard {shard}"));
+        note(&format!("  {}{shard}", folder.resume_command()));
     }
     run
 }
@@ -270,10 +271,10 @@ impl RunArgs {
                 "--trials in its place, or --until-resolved beside it",
             ));
         }
-        if let (Some(Shard { index, count }), Some(EngineChoice::Both)) = (self.shard, self.change.engine) {
+        if let (Some(shard), Some(EngineChoice::Both)) = (self.shard, self.change.engine) {
             let (problem, accepted) =
                 ("engines are compared by whole results", "--engine rapier or mujoco, and `compare` after `merge`");
-            return Err(Error::option("--shard", format!("{index}/{count}"), problem, accepted));
+            return Err(Error::option("--shard", shard, problem, accepted));
         }
         let GateArgs { gate, unresolved, baseline } = &self.gates;
         let is_fixed = !campaign.stopping.until_resolved;
@@ -293,8 +294,9 @@ fn say_what_is_there(folder: &Folder, work: &Work) -> bool {
     if there == 0 {
         return false;
     }
+    let what = if work.shard.is_some() { "this shard" } else { "the campaign" };
     match work.is_done() {
-        true => note(&format!("{path}: the campaign is complete; nothing is computed again")),
+        true => note(&format!("{path}: {what} is complete; nothing is computed again")),
         false => note(&format!("{path}: goes on, {there} of {all} episodes are there")),
     }
     if folder.is_of_another_build() {

@@ -3,6 +3,7 @@
 use super::result::Printing;
 use super::terminal::print;
 use crate::campaign::looking::Looking;
+use crate::campaign::store::folder::joined;
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::{Folder, Summary};
 use crate::error::Result;
@@ -10,7 +11,7 @@ use crate::render::result::FILES;
 use crate::render::{self, text};
 use serde_json::json;
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Exit code if parts are missing.
@@ -29,20 +30,23 @@ pub struct StatusArgs {
     /// How --missing prints its list
     #[arg(long, value_name = "FORMAT", requires = "missing", default_value = "slurm", value_parser = ["slurm"])]
     pub format: String,
+    /// Result folder of an earlier run, for gates of the campaign that compare with a baseline
+    #[arg(long, value_name = "DIR")]
+    pub baseline: Option<PathBuf>,
     #[command(flatten)]
     pub printing: Printing,
 }
 
 pub fn run(args: &StatusArgs) -> Result<ExitCode> {
-    let folder = Folder::existing(&args.dir)?;
+    let (folder, baseline) = (Folder::existing(&args.dir)?, args.baseline.as_deref());
     if let Some(shards) = args.shards {
-        let missing = missing(&folder)?;
+        let missing = missing(&folder, baseline)?;
         print(&format!("{}\n", shards_of(&missing, shards)))?;
         return Ok(if missing.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) });
     }
-    let complete = print_status(&folder, args.printing)?;
+    let complete = print_status(&folder, baseline, args.printing)?;
     if complete && args.printing.full && !args.printing.json {
-        let (summary, _) = Summary::read(&folder, &Gates::new(&folder.manifest, None)?)?;
+        let (summary, _) = Summary::read(&folder, &Gates::new(&folder.manifest, baseline)?)?;
         print(&format!("\n{}", text::campaign(&summary, &folder.path, true)))?;
     }
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
@@ -50,16 +54,17 @@ pub fn run(args: &StatusArgs) -> Result<ExitCode> {
 
 /// The blocks that a result still lacks. Of a campaign that ends when decided and has not ended, the looks that its parts
 /// allow are taken: what was decided by then lacks nothing.
-fn missing(folder: &Folder) -> Result<Vec<u64>> {
+fn missing(folder: &Folder, baseline: Option<&Path>) -> Result<Vec<u64>> {
     let of = |set_trials: &[u64]| {
         (0..folder.blocks()).filter(|&block| folder.lacks(block, set_trials).contains(&true)).collect()
     };
     if folder.set_trials().is_some() {
         return Ok(folder.missing());
     }
-    let Ok(gates) = Gates::new(&folder.manifest, None) else {
+    let gates = match Gates::new(&folder.manifest, baseline) {
         // It takes a baseline to know what is decided.
-        return Ok(of(&vec![folder.trials(); folder.manifest.sets.len()]));
+        Err(_) if baseline.is_none() => return Ok(of(&vec![folder.trials(); folder.manifest.sets.len()])),
+        gates => gates?,
     };
     let Some(mut looks) = Looking::at(folder, &gates) else { return Ok(folder.missing()) };
     looks.go_on(&|_| {})?;
@@ -73,8 +78,8 @@ fn stopped_early(folder: &Folder) -> Vec<(&String, u64)> {
 }
 
 /// Prints which parts are complete and what to run next. Returns whether all parts are.
-pub fn print_status(folder: &Folder, printing: Printing) -> Result<bool> {
-    let (missing, blocks) = (missing(folder)?, folder.blocks());
+pub fn print_status(folder: &Folder, baseline: Option<&Path>, printing: Printing) -> Result<bool> {
+    let (missing, blocks) = (missing(folder, baseline)?, folder.blocks());
     let (complete, trials) = (missing.is_empty(), folder.trials_of(&missing));
     let there = blocks - missing.len() as u64;
     let next = if complete { folder.merge_command() } else { folder.resume_command() };
@@ -115,19 +120,11 @@ pub fn print_status(folder: &Folder, printing: Printing) -> Result<bool> {
 /// The shards of so many that have these blocks, as ranges: `3,7-9`; or `none`.
 fn shards_of(blocks: &[u64], shards: u64) -> String {
     let numbers: BTreeSet<u64> = blocks.iter().map(|block| block % shards + 1).collect();
-    let mut ranges: Vec<[u64; 2]> = Vec::new();
-    for number in numbers {
-        match ranges.last_mut() {
-            Some([_, last]) if *last + 1 == number => *last = number,
-            _ => ranges.push([number, number]),
-        }
-    }
-    if ranges.is_empty() {
+    match numbers.is_empty() {
         // Not an empty line, which is also what a command that fails prints.
-        return "none".into();
+        true => "none".into(),
+        false => joined(numbers.into_iter().map(|number| (number, number + 1))).join(","),
     }
-    let text = |[first, last]: &[u64; 2]| if first == last { first.to_string() } else { format!("{first}-{last}") };
-    ranges.iter().map(text).collect::<Vec<_>>().join(",")
 }
 
 #[cfg(test)]

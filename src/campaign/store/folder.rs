@@ -101,7 +101,7 @@ impl Folder {
         })
     }
 
-    /// The builds of the program that made the parts ([`build_id`](crate::files::build_id)).
+    /// The builds of the program that made the parts ([`build_id`]).
     pub fn builds(&self) -> BTreeSet<String> {
         Self::said_by_parts(&self.path).unwrap_or_default().into_iter().map(|said| said.build).collect()
     }
@@ -262,21 +262,24 @@ impl Folder {
 
     /// Ranges of the trials of some blocks, such as `0-49, 75-99`.
     pub fn trials_of(&self, blocks: &[u64]) -> String {
-        let mut ranges: Vec<(u64, u64)> = Vec::new();
-        for (first, end) in blocks.iter().map(|&block| self.range(block)) {
-            match ranges.last_mut() {
-                Some(last) if last.1 == first => last.1 = end,
-                _ => ranges.push((first, end)),
-            }
-        }
-        let text: Vec<String> = ranges.iter().map(|(first, end)| format!("{first}-{}", end - 1)).collect();
-        text.join(", ")
+        joined(blocks.iter().map(|&block| self.range(block))).join(", ")
     }
 
     /// The command that computes the missing trials.
     pub fn resume_command(&self) -> String {
         let file = shell_word(&self.path.join("campaign.toml").display().to_string());
         format!("standfast run {file} --out {}{}", shell_word(&self.path.display().to_string()), self.baseline_option())
+    }
+
+    /// Says that the result decides nothing if these gates are added to those of the campaign.
+    pub fn undecided(&self, gates: &[String]) -> Error {
+        let gates: String = gates.iter().map(|gate| format!(" --gate {}", shell_word(gate))).collect();
+        let problem = format!(
+            "its {} trials do not decide what is asked, and nothing was changed; to go on, run: {}{gates}",
+            self.trials(),
+            self.resume_command()
+        );
+        Error::Parts { path: self.path.clone(), problem }
     }
 
     /// The command that joins the finished parts.
@@ -311,6 +314,20 @@ impl Folder {
             .filter(|page| page.path().is_file() && page.file_name().to_string_lossy().starts_with("trial-"))
             .try_for_each(|page| remove(&page.path()))
     }
+}
+
+/// Ranges in order, each given by its first number and the one after its last, with neighbours joined: `3`, `7-9`.
+pub fn joined(ranges: impl IntoIterator<Item = (u64, u64)>) -> Vec<String> {
+    let mut joined: Vec<(u64, u64)> = Vec::new();
+    for (first, end) in ranges {
+        match joined.last_mut() {
+            Some(last) if last.1 == first => last.1 = end,
+            _ => joined.push((first, end)),
+        }
+    }
+    let text =
+        |(first, end): (u64, u64)| if end - first == 1 { first.to_string() } else { format!("{first}-{}", end - 1) };
+    joined.into_iter().map(text).collect()
 }
 
 /// Removes a file if it exists.

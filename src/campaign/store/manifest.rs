@@ -6,7 +6,7 @@
 
 use crate::assets;
 use crate::campaign::ask::gate::GateSpec;
-use crate::campaign::ask::spec::Campaign;
+use crate::campaign::ask::spec::{Campaign, MOST_TRIALS};
 use crate::error::{Error, Result};
 use crate::files::{json_pretty, sha256_hex, write_atomic};
 use crate::sim::PhysicsStep;
@@ -142,8 +142,6 @@ impl Manifest {
     }
 }
 
-/// Most trials of a campaign: trial and quantity share the 64 bits that number a random stream.
-const MOST_TRIALS: u64 = 1_000_000_000;
 /// Most trials in a part.
 const MOST_PART_TRIALS: u64 = 500;
 

@@ -250,6 +250,8 @@ fn not_written(source: impl std::error::Error + Send + Sync + 'static) -> Error 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::error::TRY_AGAIN;
+    use parquet::errors::ParquetError;
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::RowAccessor;
 
@@ -341,5 +343,13 @@ pub(crate) mod tests {
         assert_eq!(row(0, "hold", 2.0, Outcome::Fell).settling_s(), None);
         let settling_s = row(0, "hold", 2.0, Outcome::Recovered).settling_s().unwrap();
         assert!((settling_s - (1.25 - 0.55)).abs() < 1e-12);
+    }
+
+    /// There may be room later.
+    #[test]
+    fn a_full_disk_is_told_by_its_exit_code() {
+        let full = |kind| not_written(ParquetError::from(std::io::Error::from(kind))).exit_code();
+        assert_eq!(full(std::io::ErrorKind::StorageFull), TRY_AGAIN);
+        assert_ne!(full(std::io::ErrorKind::PermissionDenied), TRY_AGAIN);
     }
 }

@@ -1,5 +1,6 @@
 //! A shard: the share of one machine in the trials of a campaign.
 
+use std::fmt;
 use std::str::FromStr;
 
 /// Shard `index` of `count`, from 1: the blocks b with b mod count = index - 1.
@@ -12,6 +13,12 @@ pub struct Shard {
 impl Shard {
     pub fn takes(self, block: u64) -> bool {
         block % self.count == self.index - 1
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}/{}", self.index, self.count)
     }
 }
 

@@ -126,7 +126,7 @@ impl Gates {
                 ));
             } else if have == trials && trials < manifest.campaign.trials {
                 found.push(format!(
-                    "the baseline has {have} trials{some}, after which gates that compare with it are as they are"
+                    "the baseline has {have} trials{some}: more trials would not change the gates that compare with it"
                 ));
             }
         }

@@ -64,8 +64,8 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
         let more = if thin.len() > NAMED { format!(" and {} more pairs", thin.len() - NAMED) } else { String::new() };
         let named = thin[..thin.len().min(NAMED)].join(", ");
         found.push(format!(
-            "Which is better cannot be said of {named}{more}: fewer than {enough} trials had one outcome with one of \
-             the two and another with the other."
+            "It cannot be said which is better of {named}{more}: fewer than {enough} trials were survived with only one \
+             of the two."
         ));
     }
     if campaign.stopping.until_resolved {
@@ -76,7 +76,8 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
                 .into(),
         );
     }
-    for set in sets.iter().filter(|set| set.moving_at_push as f64 > MOVING * trials as f64) {
+    for set in sets.iter().filter(|set| set.moving_at_push as f64 > MOVING * set.count.trials as f64) {
+        let trials = set.count.trials;
         let speed_m_s = digits(campaign.episode.judge.standing_com_speed_m_s);
         found.push(format!(
             "With {}, the push found a robot that was not at rest in {} of {trials} trials (COM faster than {speed_m_s} \
