@@ -94,16 +94,9 @@ pub struct RunArgs {
 }
 
 pub fn run(args: &RunArgs) -> Result<ExitCode> {
-    let engines = args.change.engines();
-    let files = Campaign::robot_files(&args.campaign, &args.overrides())?;
-    let robot = files.robot()?;
-    let load = |&engine| Campaign::load_for(&robot, &args.campaign, &Overrides { engine, ..args.overrides() });
-    let campaigns = engines.iter().map(load).collect::<Result<Vec<_>>>()?;
-    args.check_against(&campaigns[0])?;
     // All is checked before anything runs, so that no time is lost on a campaign that cannot be judged in the end.
-    let plan = |campaign| Plan::with(campaign, files.clone());
-    let plans = campaigns.iter().map(plan).collect::<Result<Vec<_>>>()?;
-    let folders = plans.iter().map(|plan| args.folder(plan)).collect::<Result<Vec<_>>>()?;
+    let (plans, folders) = args.plans()?;
+    let campaign = &plans[0].manifest.campaign;
     let agreement = match &folders[..] {
         [in_first, _] => Some(args.agreement_folder(in_first)),
         _ => None,
@@ -121,7 +114,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     let works = of_each.map(|((plan, folder), gates)| Work::new(plan, folder, options, gates.as_ref()));
     let works = works.collect::<Result<Vec<_>>>()?;
     if args.check.check {
-        let (name, sets) = (&campaigns[0].name, folders[0].manifest.sets.join(", "));
+        let (name, sets) = (&campaign.name, folders[0].manifest.sets.join(", "));
         let engine = |work: &Work| {
             if agreement.is_some() { format!(" in {}", work.folder.manifest.engine) } else { String::new() }
         };
@@ -136,7 +129,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
         }
         let is_new = !say_what_is_there(folder, &work);
         if args.bare && is_new {
-            announce(&campaigns[0], &work);
+            announce(campaign, &work);
         }
         simulate(&mut work, gates.as_ref(), args.bare && is_new)?;
         match gates {
@@ -214,21 +207,18 @@ impl RunArgs {
         Self { campaign: "standard".into(), bare: true, ..Self::default() }
     }
 
-    /// The plan that these arguments ask for, in one engine, and the folder for its result. All is checked, and nothing
-    /// is written.
-    pub(super) fn plan(&self) -> Result<(Plan, Folder)> {
-        let engine = match self.change.engines()[..] {
-            [engine] => engine,
-            _ => return Err(Error::option("--engine", "both", "a shard has one engine", "rapier or mujoco")),
-        };
+    /// The plan that these arguments ask for, in each engine, and the folder for its result. Nothing is written.
+    pub(super) fn plans(&self) -> Result<(Vec<Plan>, Vec<Folder>)> {
         let files = Campaign::robot_files(&self.campaign, &self.overrides())?;
-        let overrides = Overrides { engine, ..self.overrides() };
-        let campaign = Campaign::load_for(&files.robot()?, &self.campaign, &overrides)?;
-        self.check_against(&campaign)?;
-        let plan = Plan::with(&campaign, files)?;
-        let folder = self.folder(&plan)?;
-        gates_of(&folder, &self.gates)?;
-        Ok((plan, folder))
+        let robot = files.robot()?;
+        let plan = |engine| {
+            let campaign = Campaign::load_for(&robot, &self.campaign, &Overrides { engine, ..self.overrides() })?;
+            self.check_against(&campaign)?;
+            let plan = Plan::with(&campaign, files.clone())?;
+            let folder = self.folder(&plan)?;
+            Ok((plan, folder))
+        };
+        self.change.engines().into_iter().map(plan).collect()
     }
 
     /// The changes of the campaign that these arguments ask for.

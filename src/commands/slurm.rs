@@ -4,6 +4,7 @@
 //! requeued, or submitted again with another count of shards, since parts are the same whoever writes them.
 
 use super::arguments::fine;
+use super::result::gates_of;
 use super::run::RunArgs;
 use super::terminal::{note, print};
 use crate::campaign::Plan;
@@ -64,10 +65,14 @@ pub fn run(args: &SlurmArgs) -> Result<ExitCode> {
     if args.run.shard.is_some() || args.run.check.check {
         return Err(Error::option("--shard, --check", "given", "each task has its own shard", "--shards"));
     }
-    let (plan, folder) = args.run.plan()?;
+    let (plans, folders) = args.run.plans()?;
+    let ([plan], [folder]) = (&plans[..], &folders[..]) else {
+        return Err(Error::option("--engine", "both", "a shard has one engine", "rapier or mujoco"));
+    };
+    gates_of(folder, &args.run.gates)?;
     let typed =
         std::env::args_os().skip(1).skip_while(|arg| arg != "slurm").skip(1).map(line).collect::<Result<_>>()?;
-    let script = args.script(&plan, &folder.path, typed)?;
+    let script = args.script(plan, &folder.path, typed)?;
     if !args.submit {
         print(&script)?;
         return Ok(ExitCode::SUCCESS);
