@@ -543,6 +543,7 @@ fn a_terminal_of_60_columns_is_enough_and_so_is_none() {
 }
 
 /// A run without a terminal, which is interrupted as soon as it has said this: all that it said.
+/// It is interrupted once, even if it says this again, since the second time it would end in the middle of a word.
 #[cfg(unix)]
 fn interrupted_at(folder: &Path, args: &[&str], words: &str) -> String {
     use std::io::{BufRead, BufReader};
@@ -553,12 +554,12 @@ fn interrupted_at(folder: &Path, args: &[&str], words: &str) -> String {
         .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    let mut said = String::new();
+    let (mut said, mut is_told) = (String::new(), false);
     for line in BufReader::new(run.stderr.take().unwrap()).lines().map(Result::unwrap) {
-        let is_it = line.contains(words);
         said += &line;
         said += "\n";
-        if is_it {
+        if line.contains(words) && !is_told {
+            is_told = true;
             let kill = std::process::Command::new("kill").args(["-INT", &run.id().to_string()]).status();
             assert!(kill.unwrap().success());
         }
