@@ -56,6 +56,11 @@ fn started(dir: &Path, more: &[&str]) -> Child {
     child
 }
 
+/// Sends a signal by its name.
+fn send(signal: &str, to: &Child) {
+    assert!(Command::new("kill").args(["-s", signal, &to.id().to_string()]).status().unwrap().success());
+}
+
 /// Runs the campaign with at most so many blocks of 1024 bytes in a file, as on a full disk.
 fn run_with_files_up_to(dir: &Path, blocks: u32) -> Run {
     let command = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
@@ -83,20 +88,25 @@ const FAULTS: [Fault; 12] = [
     }),
     ("terminated (SIGTERM) in the middle", |dir| {
         let mut child = started(dir, &[]);
-        Command::new("kill").arg(child.id().to_string()).status().unwrap();
+        send("TERM", &child);
         assert_eq!(child.wait().unwrap().code(), Some(75));
         "finished parts are kept, exit code 75; the same command goes on from there"
     }),
     ("the same campaign again while it runs", |dir| {
         let mut child = started(dir, &[]);
+        // Stopped, it cannot end before the second command has seen it.
+        send("STOP", &child);
         let said = stderr(&run(dir).code(75));
+        send("CONT", &child);
         assert!(said.contains("another command is at work"), "{said}");
         assert!(child.wait().unwrap().success());
         "the second is refused, exit code 75; the first ends as if alone"
     }),
     ("another campaign with the same `--out` while it runs", |dir| {
         let mut child = started(dir, &[]);
+        send("STOP", &child);
         let said = stderr(&standfast(dir, &[&RUN[..], &["--seed=5"]].concat()).code(3));
+        send("CONT", &child);
         assert!(said.contains("another campaign"), "{said}");
         assert!(child.wait().unwrap().success());
         "the second is refused, exit code 3; the first ends as if alone"
