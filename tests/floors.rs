@@ -36,7 +36,7 @@ const RESERVED: [(&str, &str); 12] = [
     ("clap", "commands"),
     ("clap_complete", "commands"),
     ("indicatif", "commands"),
-    ("ctrlc", "commands"),
+    ("signal_hook", "commands"),
     ("parquet", "columns"),
     ("rand", "campaign/ask"),
     ("rand_distr", "campaign/ask"),

@@ -151,6 +151,25 @@ fn a_command_that_is_wrong_inside_is_not_good() {
     }
 }
 
+/// The guide shows what one push tells: the words are those of the program, and the numbers nearly so.
+#[test]
+fn what_a_push_tells_is_what_the_guide_shows() {
+    let guide = fs::read_to_string(root().join("src/guide/commands.md")).unwrap();
+    let (command, shown) = guide.split_once("```console\n$ standfast ").unwrap().1.split_once('\n').unwrap();
+    let args = shlex::split(command).unwrap();
+    let told = stdout(&standfast(&root(), &args.iter().map(String::as_str).collect::<Vec<_>>()).success());
+    let words = |text: &str| text.split_whitespace().map(str::to_string).collect::<Vec<_>>();
+    let (shown, told) = (words(shown.split("```").next().unwrap()), words(&told));
+    assert_eq!(shown.len(), told.len(), "{told:?}");
+    let number = |word: &str| word.trim_matches(|letter| "(),;.".contains(letter)).parse::<f64>();
+    for (shown, told) in shown.iter().zip(&told) {
+        match (number(shown), number(told)) {
+            (Ok(a), Ok(b)) => assert!((a - b).abs() <= 0.05 * a.abs() + 0.005, "{shown} is {told} now"),
+            _ => assert_eq!(shown, told),
+        }
+    }
+}
+
 /// Targets of a document's links: those in its text, and those in the list of targets at its end.
 fn targets_of(document: &str) -> impl Iterator<Item = &str> {
     let inline = document.split("](").skip(1).filter_map(|rest| rest.split(')').next());

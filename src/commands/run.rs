@@ -80,7 +80,7 @@ pub struct RunArgs {
     pub replays: ReplaysArgs,
     #[command(flatten)]
     pub check: CheckArgs,
-    /// Folder for the result [default: standfast-results/NAME].
+    /// Folder for the result [default: standfast-results/NAME, or NAME-HASH if that has another campaign].
     ///
     /// With --engine both, there are three: DIR/rapier, DIR/mujoco, and DIR/agreement with the comparison of the two
     /// [default: standfast-results/NAME, NAME-mujoco and NAME-agreement].

@@ -21,12 +21,13 @@ const REQUEUES: u32 = 20;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  standfast slurm standard --trials 100000 --out /shared/a > jobs.sh   look at it, then: sh jobs.sh
-  standfast slurm my.toml --shards 64 --cpus 4 --sbatch=--partition=short --submit
+  standfast slurm standard --trials 100000 --shards 64 --out /shared/a > jobs.sh   then: sh jobs.sh
   sh jobs.sh \"$(standfast status /shared/a --missing --shards 64)\"      again, what is missing
+  standfast slurm my.toml --cpus 4 --sbatch=--partition=short --submit
 
-The folder of --out must be one that all nodes share. All options of `run` are taken, but for --shard and --check; those
-for gates and replays go to the merge.")]
+The folder of --out must be one that all nodes share. The options of `run` are taken, but for
+--shard, --check and --engine both. A task has as many threads as --cpus. What is for gates,
+replays and printing goes to the merge.")]
 pub struct SlurmArgs {
     /// Number of shards, each a task of the array [default: what --minutes asks for]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
