@@ -560,8 +560,7 @@ fn interrupted_at(folder: &Path, args: &[&str], words: &str) -> String {
         said += "\n";
         if line.contains(words) && !is_told {
             is_told = true;
-            let kill = std::process::Command::new("kill").args(["-INT", &run.id().to_string()]).status();
-            assert!(kill.unwrap().success());
+            common::program::send("INT", &run);
         }
     }
     assert_eq!(run.wait().unwrap().code(), Some(130), "{said}");

@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::program::{PROGRAM, Run, files, folder, standfast, stderr};
+use common::program::{PROGRAM, Run, files, folder, send, standfast, stderr};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
@@ -46,9 +46,9 @@ fn out(dir: &Path) -> Files {
     files(&dir.join("out"))
 }
 
-/// Starts the campaign, with further arguments, and waits until it has written some parts.
-fn started(dir: &Path, more: &[&str]) -> Child {
-    let child = Command::new(PROGRAM).current_dir(dir).args(RUN).args(more).stderr(Stdio::null()).spawn().unwrap();
+/// Starts the campaign, and waits until it has written some parts.
+fn started(dir: &Path) -> Child {
+    let child = Command::new(PROGRAM).current_dir(dir).args(RUN).stderr(Stdio::null()).spawn().unwrap();
     let marker = dir.join("out/parts/part-000002.json");
     while !marker.exists() {
         std::thread::sleep(Duration::from_millis(5));
@@ -56,9 +56,15 @@ fn started(dir: &Path, more: &[&str]) -> Child {
     child
 }
 
-/// Sends a signal by its name.
-fn send(signal: &str, to: &Child) {
-    assert!(Command::new("kill").args(["-s", signal, &to.id().to_string()]).status().unwrap().success());
+/// Runs a command while the campaign is at work. The campaign is stopped meanwhile, so that it cannot end before, and
+/// ends well after that.
+fn beside(dir: &Path, args: &[&str]) -> Run {
+    let mut child = started(dir);
+    send("STOP", &child);
+    let second = standfast(dir, args);
+    send("CONT", &child);
+    assert!(child.wait().unwrap().success());
+    second
 }
 
 /// Runs the campaign with at most so many blocks of 1024 bytes in a file, as on a full disk.
@@ -79,7 +85,7 @@ type Fault = (&'static str, fn(&Path) -> &'static str);
 
 const FAULTS: [Fault; 12] = [
     ("killed (SIGKILL) in the middle", |dir| {
-        let mut child = started(dir, &[]);
+        let mut child = started(dir);
         child.kill().unwrap();
         child.wait().unwrap();
         fs::write(dir.join("out/parts/.tmp-half"), "1,hold").unwrap();
@@ -87,28 +93,19 @@ const FAULTS: [Fault; 12] = [
         "finished parts are kept; the same command goes on from there"
     }),
     ("terminated (SIGTERM) in the middle", |dir| {
-        let mut child = started(dir, &[]);
+        let mut child = started(dir);
         send("TERM", &child);
         assert_eq!(child.wait().unwrap().code(), Some(75));
         "finished parts are kept, exit code 75; the same command goes on from there"
     }),
     ("the same campaign again while it runs", |dir| {
-        let mut child = started(dir, &[]);
-        // Stopped, it cannot end before the second command has seen it.
-        send("STOP", &child);
-        let said = stderr(&run(dir).code(75));
-        send("CONT", &child);
+        let said = stderr(&beside(dir, &RUN).code(75));
         assert!(said.contains("another command is at work"), "{said}");
-        assert!(child.wait().unwrap().success());
         "the second is refused, exit code 75; the first ends as if alone"
     }),
     ("another campaign with the same `--out` while it runs", |dir| {
-        let mut child = started(dir, &[]);
-        send("STOP", &child);
-        let said = stderr(&standfast(dir, &[&RUN[..], &["--seed=5"]].concat()).code(3));
-        send("CONT", &child);
+        let said = stderr(&beside(dir, &[&RUN[..], &["--seed=5"]].concat()).code(3));
         assert!(said.contains("another campaign"), "{said}");
-        assert!(child.wait().unwrap().success());
         "the second is refused, exit code 3; the first ends as if alone"
     }),
     ("two different campaigns begun at once with one `--out`", |dir| {
@@ -172,7 +169,7 @@ const FAULTS: [Fault; 12] = [
         "the parts say whose they are: the command that began it writes it again, and nothing is run again"
     }),
     ("the folder removed while it runs", |dir| {
-        let mut child = started(dir, &[]);
+        let mut child = started(dir);
         fs::rename(dir.join("out"), dir.join("moved")).unwrap();
         assert_eq!(child.wait().unwrap().code(), Some(3));
         fs::remove_dir_all(dir.join("out")).ok();

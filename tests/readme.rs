@@ -1,5 +1,5 @@
 //! The commands in the README, the guide and the help are valid, as far as this can be checked without running them:
-//! files, names, keys and gates are checked, and not only the options.
+//! files, names, keys and gates are checked, and not only the options. Links lead somewhere, and a shown output is true.
 
 mod common;
 

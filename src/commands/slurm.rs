@@ -26,8 +26,8 @@ const REQUEUES: u32 = 20;
   standfast slurm my.toml --cpus 4 --sbatch=--partition=short --submit
 
 The folder of --out must be one that all nodes share. The options of `run` are taken, but for
---shard, --check and --engine both. A task has as many threads as --cpus. What is for gates,
-replays and printing goes to the merge.")]
+--shard, --check and --engine both. A task has as many threads as --cpus. The options for gates,
+replays and output go to the merge.")]
 pub struct SlurmArgs {
     /// Number of shards, each a task of the array [default: what --minutes asks for]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]

@@ -1,7 +1,7 @@
 //! The program from outside, for tests of its files and messages.
 
 use standfast::campaign::store::manifest::Manifest;
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output};
 use std::{collections::BTreeMap, fs, path::Path};
 use tempfile::TempDir;
 
@@ -49,6 +49,11 @@ impl Run {
 
 pub fn standfast(folder: &Path, args: &[&str]) -> Run {
     Run::of(Command::new(PROGRAM).current_dir(folder).args(args))
+}
+
+/// Sends a signal, by its name, to a program that runs.
+pub fn send(signal: &str, to: &Child) {
+    assert!(Command::new("kill").args(["-s", signal, &to.id().to_string()]).status().unwrap().success());
 }
 
 /// The arguments of the short campaign with further ones.
