@@ -38,7 +38,6 @@ pub enum Kind {
     RobotSettings,
     Gains,
     Campaign,
-    Scenario,
 }
 
 impl Kind {
@@ -48,7 +47,6 @@ impl Kind {
             Kind::RobotSettings => "robot settings",
             Kind::Gains => "gain set",
             Kind::Campaign => "campaign",
-            Kind::Scenario => "scenario",
         }
     }
 
@@ -59,10 +57,6 @@ impl Kind {
             Kind::RobotSettings => texts!("robots", "toml": "ut-mu2"),
             Kind::Gains => texts!("gains", "toml": "hold" "fixed" "switching" "robust" "paper" "catch" "slow" "fast"),
             Kind::Campaign => texts!("campaigns", "toml": "smoke" "nominal" "standard" "harsh"),
-            Kind::Scenario => texts!("scenarios", "toml":
-                "error-backward" "error-diagonal" "push-behind" "push-diagonal"
-                "moving-backward" "moving-diagonal" "push-error-backward" "push-error-diagonal"
-            ),
         }
     }
 
@@ -75,16 +69,20 @@ impl Kind {
 /// Opens a built-in input by its name, or a file by its path. A built-in name takes precedence, so a file of the same
 /// name in the working folder must be written as a path, such as `./switching` or `switching.toml`.
 pub fn open(kind: Kind, name: &str) -> Result<Source> {
-    if let Some((_, text)) = kind.builtin().iter().find(|(n, _)| *n == name) {
+    open_among(kind.what(), kind.builtin(), name)
+}
+
+/// Does the same as [`open`] for inputs that another program has compiled in: `what` they are, and their names and texts
+/// in the order in which they are listed.
+pub fn open_among(what: &'static str, builtin: &[(&str, &str)], name: &str) -> Result<Source> {
+    if let Some((_, text)) = builtin.iter().find(|(n, _)| *n == name) {
         return Ok(Source { file: format!("builtin:{name}"), text: (*text).into() });
     }
     let path = Path::new(name);
     if !is_path(name) && !path.exists() {
-        return Err(Error::Unknown {
-            what: kind.what(),
-            name: name.into(),
-            accepted: format!("{} or the path of a file", kind.names().join(", ")),
-        });
+        let names: Vec<&str> = builtin.iter().map(|(name, _)| *name).collect();
+        let accepted = format!("{} or the path of a file", names.join(", "));
+        return Err(Error::Unknown { what, name: name.into(), accepted });
     }
     Ok(Source { file: name.into(), ..text(path)? })
 }

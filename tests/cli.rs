@@ -51,8 +51,6 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         (good, &["push", "--impulse=1", "--trace=a.txt"], &["--trace = a.txt", "ends in .csv or .parquet"]),
         (good, &["push", "--impulse=1", "--plot=a.png"], &["--plot = a.png", "ends in .svg"]),
         (good, &["push", "--impulse=1", "--trace=a.csv", "--plot=no/a.svg"], &["--plot = no/a.svg", "does not exist"]),
-        (good, &["response", "--gains", "hold"], &["--gains = hold", "a gain set with gains"]),
-        (good, &["response", "--amplitude", "-1"], &["--amplitude = -1", "to 0.05"]),
         (good, &["walk"], &["walk"]),
         // What would not end, or take all memory.
         (
@@ -279,9 +277,6 @@ fn a_check_says_that_all_is_fine_and_writes_nothing() {
         short(&[FEW, "--gate=hold >= 0.1", "--json"]),
         [&["push", "--impulse=2", "--gains=hold", "--json"], &files[..]].concat(),
         vec!["limit", "--campaign=nominal", "--gains=hold", "--headings=2", "--out=limits", "--plot=limits.svg"],
-        vec!["scenario", "push-behind", "--gains=hold", "--plot=p.svg"],
-        vec!["scenario", "error-backward", "--plot=p.svg"],
-        vec!["scenario"],
     ] {
         let run = standfast(dir.path(), &[&args[..], &["--check"]].concat()).success();
         assert_eq!(stdout(&run), "", "{args:?}");
@@ -314,7 +309,7 @@ fn help_and_completions_are_printed() {
 #[test]
 fn the_physics_engine_is_chosen_by_its_name() {
     let dir = folder();
-    for command in ["run", "limit", "push", "scenario", "response"] {
+    for command in ["run", "limit", "push"] {
         let help = stdout(&standfast(dir.path(), &[command, "--help"]).success());
         let names =
             help.split("--engine <ENGINE>").nth(1).and_then(|help| help.split(']').find(|s| s.contains("values")));
@@ -331,7 +326,6 @@ fn the_physics_engine_is_chosen_by_its_name() {
         vec!["push", "--engine=mujoco"],
         vec!["limit", "--engine=mujoco"],
         vec!["limit", "--engine=both"],
-        vec!["scenario", "push-behind", "--engine=mujoco"],
     ] {
         let run = standfast(dir.path(), &[&args[..], &["--check"]].concat());
         if cfg!(feature = "mujoco") {
@@ -342,8 +336,6 @@ fn the_physics_engine_is_chosen_by_its_name() {
         let (what, remedy) = ("engine = mujoco: this program was built without MuJoCo", "--features mujoco");
         assert!(message.contains(what) && message.contains(remedy), "{args:?}: {message}");
     }
-    let imposed = ["scenario", "error-backward", "--engine=rapier", "--check"];
-    assert!(stderr(&standfast(dir.path(), &imposed).code(2)).contains("an imposed error has no physics"));
     // The option overrules the campaign.
     standfast(dir.path(), &short(&[FEW, in_file, "--engine=rapier"])).success();
     let status = stdout(&standfast(dir.path(), &["status", "out"]).success());
@@ -393,7 +385,7 @@ fn what_is_no_file_is_refused() {
     let dir = folder();
     let pipe = dir.path().join("pipe.toml");
     assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-    for args in [["run", "pipe.toml"], ["cpi", "pipe.toml"], ["scenario", "pipe.toml"], ["model", "pipe.toml"]] {
+    for args in [["run", "pipe.toml"], ["cpi", "pipe.toml"], ["model", "pipe.toml"]] {
         let refused = standfast(dir.path(), &args).code(2);
         assert!(stderr(&refused).contains("pipe.toml: cannot read: it is no file"), "{}", stderr(&refused));
     }

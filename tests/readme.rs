@@ -2,57 +2,22 @@
 //! files, names, keys and gates are checked, and not only the options. Links lead somewhere, and a shown output is true.
 
 mod common;
+#[path = "readme/shown.rs"]
+mod shown;
 
 use common::program::{folder, standfast, stderr, stdout};
+use shown::{commands_of, documents, words_of};
 use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 /// Commands that can check everything without running. For the others only the options are checked.
-const CHECKED: [&str; 4] = ["run", "push", "limit", "scenario"];
-const COMMANDS: [&str; 15] = [
-    "run", "merge", "compare", "status", "push", "replay", "limit", "scenario", "paper", "cpi", "response", "model",
-    "view", "slurm", "init",
-];
+const CHECKED: [&str; 3] = ["run", "push", "limit"];
+const COMMANDS: [&str; 12] =
+    ["run", "merge", "compare", "status", "push", "replay", "limit", "cpi", "model", "view", "slurm", "init"];
 
 fn root() -> PathBuf {
     env!("CARGO_MANIFEST_DIR").into()
-}
-
-/// The README and the chapters of the guide.
-fn documents() -> Vec<PathBuf> {
-    let chapters = fs::read_dir(root().join("src/guide")).into_iter().flatten().map(|entry| entry.unwrap().path());
-    let chapters = chapters.filter(|path| path.extension().is_some_and(|extension| extension == "md"));
-    std::iter::once(root().join("README.md")).chain(chapters).collect()
-}
-
-/// Every `standfast ...` in a document: lines in blocks of commands, and code within text.
-fn commands_of(document: &str) -> Vec<String> {
-    let (mut found, mut in_block, mut joined) = (Vec::new(), None, String::new());
-    for line in document.lines() {
-        if let Some(language) = line.strip_prefix("```") {
-            in_block = if in_block.is_some() { None } else { Some(language) };
-        } else if matches!(in_block, Some("sh" | "console" | "yaml")) {
-            joined += line.trim().trim_start_matches("$ ").trim_start_matches("- ").trim_start_matches("run: ");
-            // The line continues in the next one.
-            if let Some(start) = joined.strip_suffix('\\') {
-                joined = start.into();
-                continue;
-            }
-            // From a clone, by way of cargo.
-            if let Some((_, arguments)) = joined.split_once(" -- ").filter(|(start, _)| start.starts_with("cargo run "))
-            {
-                joined = format!("standfast {arguments}");
-            }
-            let program = Path::new(joined.split(' ').next().unwrap()).file_name();
-            found.extend(program.is_some_and(|name| name == "standfast").then(|| joined.clone()));
-            joined.clear();
-        } else if in_block.is_none() {
-            let code = line.split('`').skip(1).step_by(2).filter(|code| code.starts_with("standfast "));
-            found.extend(code.map(String::from));
-        }
-    }
-    found
 }
 
 /// The commands of the examples in the help of a command.
@@ -71,7 +36,6 @@ fn reader() -> TempDir {
     };
     put("campaigns/smoke.toml", "my", "my.toml");
     put("gains/switching.toml", "mine", "mine.toml");
-    put("scenarios/push-behind.toml", "my-scenario", "my-scenario.toml");
     // A robot of our own stands for the public one.
     let public = dir.path().join("unitree_ros/robots/h1_description/urdf");
     fs::create_dir_all(&public).unwrap();
@@ -79,8 +43,6 @@ fn reader() -> TempDir {
     fs::copy(&child, public.join("h1.urdf")).unwrap();
     fs::create_dir_all(dir.path().join("assets/robots")).unwrap();
     fs::copy(&child, dir.path().join("assets/robots/child.urdf")).unwrap();
-    // A placeholder for a name.
-    put("scenarios/push-behind.toml", "name", "NAME");
     dir
 }
 
@@ -95,14 +57,7 @@ fn put_baseline(words: &[String], folder: &Path) {
 
 /// Why a command is not valid; None if it is.
 fn wrong(command: &str, folder: &Path) -> Option<String> {
-    // Read as a shell does. The command ends at a comment or where its output goes or, in a help text, at two spaces.
-    let command = &command.replace("${{ matrix.k }}", "1");
-    let end = [command.find(" #"), command.find(" > "), command.find("  ")]
-        .into_iter()
-        .flatten()
-        .min()
-        .unwrap_or(command.len());
-    let words = shlex::split(&command[..end]).unwrap_or_else(|| panic!("{command}"));
+    let words = words_of(&command.replace("${{ matrix.k }}", "1"));
     let checked = words.get(1).is_some_and(|name| CHECKED.contains(&name.as_str()));
     // Arguments are parsed before help is printed, so an unknown one or an invalid value is an error.
     let only = if checked { "--check" } else { "--help" };
@@ -117,7 +72,8 @@ fn wrong(command: &str, folder: &Path) -> Option<String> {
 
 #[test]
 fn every_command_that_is_shown_is_good() {
-    let shown = documents().into_iter().flat_map(|path| commands_of(&fs::read_to_string(path).unwrap()));
+    let shown =
+        documents(&root()).into_iter().flat_map(|path| commands_of(&fs::read_to_string(path).unwrap(), "standfast"));
     let (shown, examples): (Vec<_>, Vec<_>) = (shown.collect(), COMMANDS.into_iter().flat_map(examples_of).collect());
     assert!(shown.len() > 40 && examples.len() > 30, "only {} and {} found", shown.len(), examples.len());
     let dir = reader();
@@ -140,7 +96,6 @@ fn a_command_that_is_wrong_inside_is_not_good() {
         ("standfast push --impulse 2 --gains best", "gain set \"best\" not found"),
         ("standfast push --impulse 2 --trace push.txt", "--trace = push.txt: unknown kind"),
         ("standfast limit --headings 0", "--headings = 0: out of range"),
-        ("standfast scenario push-ahead", "scenario \"push-ahead\" not found"),
     ] {
         let told = wrong(command, dir.path()).unwrap_or_else(|| panic!("{command} is taken for good"));
         assert!(told.contains(words), "{told}");
@@ -211,7 +166,7 @@ fn leads_nowhere(target: &str, path: &Path) -> Option<String> {
 #[test]
 fn every_link_of_readme_and_guide_leads_somewhere() {
     let (mut count, mut wrong) = (0, Vec::new());
-    for path in documents() {
+    for path in documents(&root()) {
         let document = fs::read_to_string(&path).unwrap();
         let targets = targets_of(&document).filter(|target| !target.starts_with("https://"));
         let problems = targets.inspect(|_| count += 1).filter_map(|target| leads_nowhere(target, &path));
@@ -227,7 +182,7 @@ fn every_link_of_readme_and_guide_leads_somewhere() {
 fn rustdoc_shows_every_chapter_with_its_links() {
     let shown = include_str!("../src/guide/mod.rs");
     let list = shown.split_once("chapters! {").unwrap().1.split_once('}').unwrap().0;
-    let chapters: Vec<PathBuf> = documents().into_iter().filter(|path| !path.ends_with("README.md")).collect();
+    let chapters: Vec<PathBuf> = documents(&root()).into_iter().filter(|path| !path.ends_with("README.md")).collect();
     assert_eq!(chapters.len(), list.split_whitespace().count(), "{list}");
     for path in chapters {
         let name = path.file_stem().unwrap().to_str().unwrap();

@@ -1,5 +1,5 @@
-//! Runs one episode for `push`, `scenario` and `replay`, tells what happened, and writes the files that were asked for:
-//! a trace, a plot over time, a page to watch, snapshots.
+//! Runs one episode for `push` and `replay`, tells what happened, and writes the files that were asked for: a trace, a plot
+//! over time, a page to watch, snapshots.
 
 use super::arguments::check_output;
 use super::terminal::note;
@@ -14,7 +14,6 @@ use crate::render::replay::{self, Head};
 use crate::render::text::story::{Told, Witness};
 use crate::render::{self, trace::Trace};
 use crate::robot::Robot;
-use crate::sim::Engine;
 use std::path::{Path, PathBuf};
 
 /// How long plots, films and pictures go on after the robot has come to stand still (s).
@@ -67,22 +66,6 @@ impl OutputArgs {
     /// Fails if a file is asked for, and the episode can become so long that its ticks fill the memory.
     pub fn check_length(&self, config: &EpisodeConfig) -> Result<()> {
         if self.is_empty() { Ok(()) } else { check_length(config) }
-    }
-
-    /// Fails if an engine is asked for, or a file that only an episode with physics can fill.
-    pub fn check_without_physics(&self, engine: Option<Engine>) -> Result<()> {
-        let Self { trace, plot: _, replay, frames } = self;
-        let files = [("--trace", trace), ("--replay", replay), ("--frames", frames)];
-        let files = files.map(|(option, path)| (option, path.as_ref().map(|path| path.display().to_string())));
-        let engine = ("--engine", engine.map(|engine| engine.name().to_string()));
-        for (option, value) in files.into_iter().chain([engine]) {
-            if let Some(value) = value {
-                let accepted =
-                    "a scenario with a push; an imposed error has no physics, and can only be drawn with --plot";
-                return Err(Error::option(option, value, "nothing to simulate", accepted));
-            }
-        }
-        Ok(())
     }
 
     /// Whether no file is asked for.
@@ -254,10 +237,10 @@ pub fn write_replay((told, film): &Shown, ghost: Option<&Shown>, path: &Path, or
     write_atomic(path, replay::page(film, ghost.map(|(_, film)| film), &head)?.as_bytes())
 }
 
-/// The command line of this process, quoted for a shell.
-pub fn command_line() -> String {
+/// The command line of this process, which runs `program`, quoted for a shell.
+pub fn command_line(program: &str) -> String {
     let args = std::env::args_os().skip(1).map(|arg| shell_word(&arg.to_string_lossy()));
-    std::iter::once("standfast".to_string()).chain(args).collect::<Vec<_>>().join(" ")
+    std::iter::once(program.to_string()).chain(args).collect::<Vec<_>>().join(" ")
 }
 
 /// End of a film (s). A plot ends at a fall, since COM and ZMP of a body on the ground tell nothing. A film goes on, and

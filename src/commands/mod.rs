@@ -3,27 +3,24 @@
 //! Several commands share arguments (`arguments`), printing (`terminal`), the progress bar (`progress`), Ctrl-C
 //! (`interrupt`), the end of a campaign (`result`), and the simulation of one episode (`episode`).
 
-mod arguments;
+pub mod arguments;
 mod compare;
 mod completions;
 mod cpi;
-mod episode;
+pub mod episode;
 mod init;
 mod interrupt;
 mod limit;
 mod merge;
 mod model;
-mod paper;
 pub mod progress;
 mod push;
 mod replay;
-mod response;
 mod result;
 mod run;
-mod scenario;
 mod slurm;
 mod status;
-mod terminal;
+pub mod terminal;
 mod view;
 
 pub use interrupt::exit_code;
@@ -72,14 +69,8 @@ enum Chosen {
     Replay(replay::ReplayArgs),
     /// Find the largest recoverable impulse by heading
     Limit(limit::LimitArgs),
-    /// Simulate a disturbance that has a name, or list the names
-    Scenario(scenario::ScenarioArgs),
-    /// Draw the paper's figures, and check what the paper states
-    Paper(paper::PaperArgs),
     /// Compute the maximal CPI sets of a gain set
     Cpi(cpi::CpiArgs),
-    /// Measure how well the ZMP follows the commanded ZMP
-    Response(response::ResponseArgs),
     /// Show a robot as it was read, and its kinematics
     Model(model::ModelArgs),
     /// Write the settings of a robot, inferred from its URDF
@@ -102,10 +93,7 @@ pub fn run() -> Result<ExitCode> {
         Chosen::Push(args) => push::run(&args),
         Chosen::Replay(args) => replay::run(&args),
         Chosen::Limit(args) => limit::run(&args),
-        Chosen::Scenario(args) => scenario::run(&args),
-        Chosen::Paper(args) => paper::run(&args),
         Chosen::Cpi(args) => cpi::run(&args),
-        Chosen::Response(args) => response::run(&args),
         Chosen::Model(args) => model::run(&args),
         Chosen::Init(args) => init::run(&args),
         Chosen::View(args) => view::run(args),

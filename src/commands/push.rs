@@ -105,7 +105,7 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
     let variation = campaign.as_ref().zip(args.trial).map(|(c, trial)| trial::variation(c, trial));
     let disturbance = Disturbance { pushes, sensor_errors, variation: variation.unwrap_or_default() };
     let case = Case { robot: &robot, design: &design, config: &config };
-    print(&case.run(disturbance, &args.outputs, args.json, command_line())?)
+    print(&case.run(disturbance, &args.outputs, args.json, command_line("standfast"))?)
 }
 
 /// The pushes of the episode: those of the named trial or, if there is none, one from behind. The options change the

@@ -1,17 +1,14 @@
 //! One closed loop of plant and controller ([`ClosedLoop`]), driven tick by tick ([`drive`]) and judged ([`run()`]).
 //! The episodes of one trial with several gain sets run together ([`Episodes`]). Two episodes of one
-//! trial in different engines are set side by side ([`parting`]). The loop also drives the paper's simulation without
-//! physics ([`imposed`]). [`response`] measures how well the ZMP follows the desired one.
+//! trial in different engines are set side by side ([`parting`]).
 
 mod closed_loop;
 mod config;
 pub mod film;
 pub mod footsteps;
-pub mod imposed;
 pub mod parting;
 mod record;
 mod referee;
-pub mod response;
 mod run;
 mod slip;
 pub mod snapshot;

@@ -27,7 +27,7 @@ pub struct Tick<'a> {
 
 impl<'a> Tick<'a> {
     /// For `robot`, whose pendulum has the natural frequency `omega` (rad/s).
-    pub(super) fn new(robot: &Robot, omega: f64, truth: &'a Truth, account: Account<'a>, command: &'a Command) -> Self {
+    pub fn new(robot: &Robot, omega: f64, truth: &'a Truth, account: Account<'a>, command: &'a Command) -> Self {
         let dcm = truth.com.xy() + truth.com_vel.xy() / omega;
         let support = support_on_ground(robot, truth, GRAVITY / (omega * omega));
         let dcm_outside_m = support.map_or(f64::INFINITY, |polygon| polygon.signed_distance(dcm));
@@ -40,8 +40,7 @@ impl<'a> Tick<'a> {
     }
 }
 
-/// A robot under control: a simulated one ([`ClosedLoop`](super::ClosedLoop)), or the paper's ideal one
-/// ([`imposed`](super::imposed)).
+/// A robot under control: a simulated one ([`ClosedLoop`](super::ClosedLoop)), or one that follows an ideal pendulum.
 pub trait Controlled {
     /// The true state now, and what the controller does with it. To be called once per control period.
     fn tick(&mut self) -> Tick<'_>;

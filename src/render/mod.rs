@@ -3,10 +3,9 @@
 
 pub mod figure;
 pub mod html;
-mod html_page;
+pub mod html_page;
 pub mod junit;
 pub mod markdown;
-pub mod paper;
 pub mod picture;
 pub mod replay;
 pub mod result;
@@ -25,12 +24,7 @@ use std::path::Path;
 /// Names of the files in a folder whose files may be replaced, or none if the folder does not exist. Fails if the path
 /// is a file, or if the folder holds a file whose name is not `own`. Errors name `option`, the command-line option that
 /// gave the folder.
-pub(crate) fn own_folder(
-    option: &str,
-    folder: &Path,
-    own: impl Fn(&str) -> bool,
-    accepted: &str,
-) -> Result<Vec<String>> {
+pub fn own_folder(option: &str, folder: &Path, own: impl Fn(&str) -> bool, accepted: &str) -> Result<Vec<String>> {
     let refuse = |problem: String| Err(Error::option(option, folder.display(), problem, accepted));
     let fail = |source| Error::Read { path: folder.into(), source };
     let entries = match std::fs::read_dir(folder) {

@@ -18,6 +18,9 @@ use standfast::robot::dynamics::Dynamics;
 use standfast::robot::{Kinematics, Robot, Units};
 use standfast::sim::{Engine, Push, SensorErrors, Truth};
 
+/// The program under test.
+pub const PROGRAM: &str = env!("CARGO_BIN_EXE_standfast");
+
 /// A robot and a gain set designed for it.
 pub struct Bench {
     pub robot: Robot,

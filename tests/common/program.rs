@@ -20,7 +20,7 @@ pub const SHORT: [&str; 8] = [
 pub const FEW: &str = "--trials=3";
 pub const SEVERAL_PARTS: &str = "--trials=26";
 
-pub const PROGRAM: &str = env!("CARGO_BIN_EXE_standfast");
+pub use super::PROGRAM;
 
 /// A run of the program that has ended.
 pub struct Run(Output);

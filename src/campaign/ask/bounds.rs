@@ -75,7 +75,7 @@ pub(crate) fn in_range(file: &str, field: &str, value: f64, [least, most]: [f64;
 }
 
 /// Checks that a number is positive and not too large.
-pub(crate) fn positive(file: &str, field: &str, value: f64, most: f64) -> Result<()> {
+pub fn positive(file: &str, field: &str, value: f64, most: f64) -> Result<()> {
     accept(value > 0.0 && value <= most, file, field, value, &format!("more than 0, at most {}", digits(most)))
 }
 

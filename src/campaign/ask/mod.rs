@@ -1,6 +1,6 @@
 //! What a campaign asks. A [`spec`] states which quantities are drawn ([`mod@push`], [`variations`]), from which
 //! [`distribution`] and within which [`bounds`], and what the result must show ([`gate`]). A [`trial`] is a function of
-//! seed and index alone. A [`scenario`] is a single disturbance with a name. [`no_step`] gives the measure of a push.
+//! seed and index alone. [`no_step`] gives the measure of a push.
 
 pub mod bounds;
 pub mod distribution;
@@ -8,7 +8,6 @@ pub mod gate;
 pub mod measures;
 pub mod no_step;
 pub mod push;
-pub mod scenario;
 pub mod spec;
 pub mod trial;
 pub mod variations;

@@ -8,7 +8,6 @@ pub mod limit;
 pub mod motion;
 pub mod panel;
 pub mod polar;
-pub mod response;
 pub mod success;
 
 use super::scene::palette;

@@ -5,11 +5,9 @@ mod campaign;
 mod comparison;
 pub mod cpi;
 pub mod ghost;
-mod imposed;
 pub mod layout;
 mod limit;
 pub mod model;
-pub mod response;
 pub mod so_far;
 pub mod story;
 
@@ -19,5 +17,4 @@ pub use comparison::{
     about_pairs, adjusted_p, baseline, failed_gates, gate_cells, gate_seen, gate_words, p_cell, pair_cells, status,
     unit,
 };
-pub use imposed::ImposedStory;
 pub use limit::text as limits;

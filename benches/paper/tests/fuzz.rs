@@ -1,0 +1,33 @@
+//! Whatever a scenario's file holds, it is read or refused in words, and what is read can be simulated.
+
+#[path = "../../../tests/fuzz/mutations.rs"]
+mod mutations;
+
+use mutations::{fuzz, simulated};
+use standfast::assets::Source;
+use standfast::control::Design;
+use standfast::episode::{Disturbance, EpisodeConfig};
+use standfast::lipm::GainSet;
+use standfast::robot::Robot;
+use standfast_paper::imposed;
+use standfast_paper::scenario::{BUILTIN, Cause, Scenario};
+
+#[test]
+fn scenarios() {
+    let valid = BUILTIN.map(|(_, text)| text.to_string());
+    fuzz("scenario", &valid, |text| {
+        let scenario = Scenario::parse(&Source { file: "mine.toml".into(), text: text.into() })?;
+        let (robot, gains) = (Robot::load(&scenario.robot)?, GainSet::load(&scenario.gains)?);
+        let config = EpisodeConfig { horizon_s: scenario.horizon_s.min(0.05), ..scenario.episode(&robot) };
+        match scenario.cause()? {
+            Cause::Push(push) => {
+                simulated(&robot, &gains, &config, Disturbance { pushes: vec![push], ..Disturbance::default() })
+            }
+            Cause::Imposed(error) => {
+                let gains = GainSet { gains: gains.gains.iter().take(1).cloned().collect(), ..gains };
+                let design = Design::new(&robot, &gains, config.control_period_s)?;
+                imposed::run(&robot, &design, &config, error.zmp_error_m.into(), error.start, &mut |_| {}).map(|_| ())
+            }
+        }
+    });
+}
