@@ -36,7 +36,7 @@ macro_rules! texts {
 pub enum Kind {
     Robot,
     RobotSettings,
-    Gains,
+    Controller,
     Campaign,
 }
 
@@ -45,7 +45,7 @@ impl Kind {
         match self {
             Kind::Robot => "robot",
             Kind::RobotSettings => "robot settings",
-            Kind::Gains => "gain set",
+            Kind::Controller => "controller",
             Kind::Campaign => "campaign",
         }
     }
@@ -55,7 +55,9 @@ impl Kind {
         match self {
             Kind::Robot => texts!("robots", "urdf": "ut-mu2"),
             Kind::RobotSettings => texts!("robots", "toml": "ut-mu2"),
-            Kind::Gains => texts!("gains", "toml": "hold" "fixed" "switching" "robust" "paper" "catch" "slow" "fast"),
+            Kind::Controller => {
+                texts!("gains", "toml": "hold" "fixed" "switching" "robust" "paper" "catch" "slow" "fast")
+            }
             Kind::Campaign => texts!("campaigns", "toml": "smoke" "nominal" "standard" "harsh"),
         }
     }

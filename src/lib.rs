@@ -18,6 +18,8 @@ pub mod campaign;
 pub mod columns;
 #[cfg(feature = "program")]
 pub mod commands;
+#[cfg(feature = "program")]
+pub mod contest;
 pub mod control;
 #[cfg(feature = "program")]
 pub mod episode;

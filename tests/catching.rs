@@ -8,7 +8,6 @@ use nalgebra::{Isometry2, Point2, Vector2};
 use rayon::prelude::*;
 use standfast::campaign::limit::Yardstick;
 use standfast::campaign::{Campaign, Overrides};
-use standfast::control::Phase;
 use standfast::control::estimate::heading;
 use standfast::episode::{Footstep, Outcome, Record, Tick, Until};
 use standfast::robot::{Foot, LandingRegion, Pose};
@@ -35,10 +34,7 @@ struct Course {
 
 impl Course {
     fn watch(&mut self, tick: &Tick) {
-        let now = match tick.account.phase {
-            Phase::Swing(foot) => Some(foot),
-            _ => None,
-        };
+        let now = tick.report.footstep.map(|footstep| footstep.foot);
         let from_stance = |foot: Foot| {
             let [swing, stance]: [&Pose; 2] = [foot, foot.other()].map(|f| &tick.truth.soles[f]);
             let frame = Isometry2::new(stance.translation.vector.xy(), heading(stance));
@@ -47,8 +43,7 @@ impl Course {
         };
         if now.is_some() || !self.landings.is_empty() {
             self.flies |= tick.truth.contact_force.z < CARRIES_N;
-            let estimate = tick.account.estimate;
-            self.wrong_m_s.push((estimate.com_vel_xy() - tick.truth.com_vel.xy()).norm());
+            self.wrong_m_s.push((tick.report.com_vel.unwrap() - tick.truth.com_vel).xy().norm());
         }
         if let (Some(foot), true) = (self.in_air, self.in_air != now) {
             self.landings.push(from_stance(foot));

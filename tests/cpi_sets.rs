@@ -8,7 +8,7 @@ use standfast::geometry::SupportPolygon;
 use standfast::geometry::polytope::Polytope;
 use standfast::lipm::cpi_set::{Inclusion, maximal_cpi, nesting_warning};
 use standfast::lipm::disturbance::ZmpDisturbance;
-use standfast::lipm::gains::{GainPoles, GainSet, OutOfSets, Standing};
+use standfast::lipm::gains::{GainPoles, GainSet, OutOfSets};
 use standfast::lipm::{CpiSet, Gain, GainFamily, OnlineSets, Pendulum, State};
 
 const PENDULUM: Pendulum = Pendulum { omega: 5.63, dt: 0.002 };
@@ -17,9 +17,9 @@ const HALF_SOLE_M: f64 = 0.048;
 fn family_of(poles: &[([f64; 3], [f64; 3])]) -> GainFamily {
     let gains = poles.iter().enumerate().map(|(i, &(x, y))| GainPoles { name: i.to_string(), x, y }).collect();
     let set = GainSet {
+        kind: None,
         name: "test".into(),
         description: String::new(),
-        standing: Standing::Switching,
         zmp_margin: 0.0,
         zmp_disturbance: ZmpDisturbance::default(),
         out_of_sets: OutOfSets::default(),
@@ -47,7 +47,7 @@ fn robust(family: GainFamily, polygon: &SupportPolygon, share: f64) -> GainFamil
 }
 
 fn builtin(name: &str) -> GainSet {
-    let source = standfast::assets::open(standfast::assets::Kind::Gains, name).unwrap();
+    let source = standfast::assets::open(standfast::assets::Kind::Controller, name).unwrap();
     GainSet::parse(&source).unwrap()
 }
 
@@ -228,7 +228,6 @@ fn the_standard_family_nests_and_arbitrary_poles_do_not() {
 fn fixed_is_the_slowest_gain_of_switching() {
     assert_eq!(builtin("fixed").gains, builtin("switching").gains[..1]);
     assert_eq!(builtin("fixed").zmp_margin, builtin("switching").zmp_margin);
-    assert_eq!(builtin("hold").standing, Standing::Posture);
 }
 
 #[test]

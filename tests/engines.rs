@@ -128,7 +128,7 @@ fn a_free_arm_swings_with_the_period_of_its_inertia() {
     // A swing of this amplitude takes longer by a sixteenth of its square.
     let law = TAU * (at(rest).1 / stiffness).sqrt() * (1.0 + amplitude * amplitude / 16.0);
     for engine in Engine::ALL {
-        let mut home = bench.design.home_command().clone();
+        let mut home = bench.robot.home_command();
         home.tau_ff[shoulder] = 0.0;
         let mut plant = Plant::new(&robot, clock(engine), None, home.clone());
         let (mut turns, mut before) = (Vec::new(), 0.0);
@@ -154,7 +154,7 @@ fn toppling_impulse(bench: &Bench, engine: Engine, heading_deg: f64) -> f64 {
     while falls - stands > 0.02 {
         let middle = 0.5 * (stands + falls);
         let disturbance = Disturbance { pushes: vec![push(middle, heading_deg)], ..Disturbance::default() };
-        let record = episode::run(&bench.robot, &bench.design, &config, disturbance, Until::Decided, &mut |_| {});
+        let record = episode::run(&bench.robot, &bench.factory, &config, disturbance, Until::Decided, &mut |_| {});
         if record.outcome == Outcome::Recovered { stands = middle } else { falls = middle }
     }
     0.5 * (stands + falls)

@@ -4,7 +4,6 @@ mod common;
 
 use common::{Bench, push};
 use rayon::prelude::*;
-use standfast::control::Controller;
 use standfast::episode::Outcome;
 use standfast::robot::{Command, GRAVITY, Robot};
 use standfast::sim::{Engine, Plant, Push, plant::Clock};
@@ -13,9 +12,9 @@ const CLOCK: Clock = Clock { engine: Engine::Rapier, physics_step_s: 0.002, cont
 
 /// Whether the robot is upright and slow after 5 s if the readings of its sensors freeze at `freeze_s`.
 fn stays_up(bench: &Bench, push: Push, freeze_s: f64) -> bool {
-    let mut plant = Plant::new(&bench.robot, CLOCK, None, bench.design.home_command().clone());
-    let mut controller = Controller::new(bench.design.clone());
-    let mut command = bench.design.home_command().clone();
+    let mut plant = Plant::new(&bench.robot, CLOCK, None, bench.robot.home_command());
+    let mut controller = bench.factory.start(0);
+    let mut command = bench.robot.home_command();
     let mut sensed = plant.sense();
     for _ in 0..2500 {
         let now = plant.sense();
@@ -60,7 +59,7 @@ fn frozen_sensors_lose_a_push_that_live_ones_recover_from() {
 #[test]
 fn a_command_reaches_the_servos_after_the_delay() {
     let mut bench = Bench::new("hold");
-    let home = bench.design.home_command().clone();
+    let home = bench.robot.home_command();
     let mut kicked = home.clone();
     kicked.tau_ff[0] += 0.5;
     // With two physics steps in a tick, and with one: (delay, tick with the first torque, share of that tick).

@@ -13,8 +13,9 @@ use standfast::campaign::ask::gate::Gate;
 use standfast::campaign::ask::trial;
 use standfast::campaign::run::{RunOptions, Watch, Work};
 use standfast::campaign::{Campaign, Folder, Overrides, Plan, StoredTrial};
+use standfast::contest::{self, variant};
 use standfast::episode::{Disturbance, EpisodeConfig};
-use standfast::lipm::{GainSet, variant};
+use standfast::lipm::GainSet;
 use standfast::robot::{Robot, Units, urdf};
 use standfast::sim::Push;
 use standfast::{Error, Result};
@@ -118,9 +119,11 @@ fn robot_settings() {
 #[test]
 fn gain_sets() {
     let robot = Robot::load("ut-mu2").unwrap();
-    let valid = Kind::Gains.names().into_iter().map(|name| builtin(Kind::Gains, name).text).collect::<Vec<_>>();
+    let valid =
+        Kind::Controller.names().into_iter().map(|name| builtin(Kind::Controller, name).text).collect::<Vec<_>>();
     let config = EpisodeConfig::of(&Units::of(&robot));
     fuzz("gains", &valid, |text| {
+        contest::read(&file("mine.toml", text))?;
         let gains = GainSet::parse(&file("mine.toml", text))?;
         simulated(
             &robot,
@@ -134,7 +137,7 @@ fn gain_sets() {
 /// The first trial of a campaign, on its robot.
 fn first_trial(campaign: &Campaign) -> Result<()> {
     let robot = Robot::load(&campaign.robot)?;
-    campaign.gains.iter().try_for_each(|gains| GainSet::load(gains).map(|_| ()))?;
+    campaign.gains.iter().try_for_each(|gains| contest::load(gains).map(|_| ()))?;
     campaign.to_toml()?;
     let disturbance = trial::disturbance(campaign, campaign.trials - 1);
     simulated(&robot, &GainSet::load("fixed")?, &campaign.episode, disturbance)
@@ -194,7 +197,7 @@ fn variants() {
     ];
     fuzz("variant", &valid.map(String::from), |text| {
         variant::expand(text).map(|_| ())?;
-        GainSet::load(text).map(|_| ())
+        contest::load(text).map(|_| ())
     });
 }
 

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Bench, config, push};
+use common::{Bench, account, config, push};
 use nalgebra::Isometry2;
 use rayon::prelude::*;
 use standfast::control::Phase;
@@ -25,10 +25,10 @@ fn on_a_slope_the_robot_stands_as_at_home() {
         for bench in &benches {
             let disturbance = Disturbance { variation, ..Disturbance::default() };
             let mut least = f64::INFINITY;
-            let mut watch = |tick: &Tick| least = least.min(tick.account.margin);
+            let mut watch = |tick: &Tick| least = least.min(account(tick).margin);
             let record =
-                episode::run(&bench.robot, &bench.design, &config(2.0), disturbance, Until::Horizon, &mut watch);
-            let name = &bench.design.family.gains.last().unwrap().name;
+                episode::run(&bench.robot, &bench.factory, &config(2.0), disturbance, Until::Horizon, &mut watch);
+            let name = &bench.design().family.gains.last().unwrap().name;
             println!("gain {name}, {slope_deg} degrees towards {heading_deg}: {:?}, margin {least:.2}", record.outcome);
             assert!(record.outcome == Outcome::Recovered && record.footsteps.is_empty(), "{record:?}");
             assert!(least > 0.2, "gain {name}, {slope_deg} degrees towards {heading_deg}: margin {least}");
@@ -61,7 +61,7 @@ fn a_robot_at_rest_walks_home_and_takes_the_same_push_again() {
         let record = bench.run(vec![first, again], None, 12.0, Until::Decided, |tick| {
             // The standing time of the judge is over before the feet move.
             if (tick.truth.time_s - 1.7).abs() < 1e-6 {
-                at_rest = Some((from_home(&bench, tick), tick.account.phase));
+                at_rest = Some((from_home(&bench, tick), tick.report.phase.clone()));
             }
             if (tick.truth.time_s - again.start_s).abs() < 1e-6 {
                 before_push = Some(from_home(&bench, tick));

@@ -29,7 +29,7 @@ impl Course {
             Course { time_s: vec![], momentum: vec![], received: vec![], pushed: Vector3::zeros(), fell: false };
         let mut sum = Vector3::zeros();
         let disturbance = Disturbance { pushes, ..Disturbance::default() };
-        let record = episode::run(&bench.robot, &bench.design, &config, disturbance, Until::Horizon, &mut |tick| {
+        let record = episode::run(&bench.robot, &bench.factory, &config, disturbance, Until::Horizon, &mut |tick| {
             let truth = tick.truth;
             // Forces are averages over the past tick, so there are none at time 0.
             if truth.time_s > 0.0 {

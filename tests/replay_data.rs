@@ -13,7 +13,7 @@ use standfast::episode::snapshot::Arrow;
 use standfast::episode::{Disturbance, EpisodeConfig, Film, Until};
 use standfast::render::replay::page;
 use standfast::robot::mesh::Mesh;
-use standfast::robot::{Foot, Kinematics, Shape};
+use standfast::robot::{Foot, Kinematics, Region, Shape};
 use standfast::sim::{Ground, Push, Variation};
 use std::sync::Arc;
 
@@ -50,11 +50,11 @@ fn what_the_page_shows_is_what_the_film_holds() {
         worst.compare("com", &shown["com"], Some(vec![snapshot.com.x, snapshot.com.y, snapshot.com.z]));
         worst.compare("dcm", &shown["dcm"], Some(flat(snapshot.dcm)));
         worst.compare("zmp", &shown["zmp"], snapshot.zmp.map(flat));
-        worst.compare("zmp_ref", &shown["zmpRef"], Some(flat(snapshot.zmp_ref)));
+        worst.compare("zmp_ref", &shown["zmpRef"], snapshot.zmp_ref.map(flat));
         let all = |points: &[Point2<f64>]| Some(points.iter().flat_map(|p| [p.x, p.y]).collect());
         worst.compare("support", &flattened(&shown["support"]), all(&snapshot.support));
-        for gain in 0..film.gains.len() {
-            let slice = snapshot.slices.get(gain).map_or(&[][..], |slice| slice);
+        for gain in 0..film.regions.len() {
+            let slice = snapshot.regions.get(gain).map_or(&[][..], |region| &region.corners);
             worst.compare("slices", &flattened(&shown["sets"][gain]), all(slice));
         }
         let landing: Vec<_> = snapshot.footstep.iter().flatten().map(|corner| corner.xy()).collect();
@@ -64,8 +64,9 @@ fn what_the_page_shows_is_what_the_film_holds() {
             worst.compare("contacts", &shown["contacts"][i]["point"], at);
         }
         worst.compare("push", &shown["push"]["point"], snapshot.push.map(|push| push.point.coords.as_slice().to_vec()));
-        assert_eq!(shown["phase"]["id"], snapshot.phase.name());
-        assert_eq!(shown["gain"].as_u64(), snapshot.gain.map(|gain| gain as u64));
+        assert_eq!(shown["phase"]["id"].as_str(), Some(&*snapshot.phase));
+        let gain = film.regions.iter().position(|name| Some(name) == snapshot.gain.as_ref());
+        assert_eq!(shown["gain"].as_u64(), gain.map(|gain| gain as u64));
     }
     eprintln!("largest differences (m): {:?}", worst.0);
     assert!(worst.0.len() >= 9 && worst.0.iter().all(|(_, error)| *error < NEAR_M), "{:?}", worst.0);
@@ -139,7 +140,7 @@ fn the_ground_is_that_of_the_trial() {
         ..Variation::default()
     };
     let disturbance = Disturbance { pushes: vec![push(1.0, 0.0)], variation, ..Disturbance::default() };
-    let film = Film::take(&bench.robot, &bench.design, &config(1.0), disturbance, (Until::Decided, 0.0), &mut |_| {});
+    let film = Film::take(&bench.robot, &bench.factory, &config(1.0), disturbance, (Until::Decided, 0.0), &mut |_| {});
     let file = written(&folder, &film, &head());
     let mut tab = browser.tab(800, 600, "light");
     tab.open(&file);
@@ -232,16 +233,18 @@ fn ball(n: u32) -> Mesh {
 fn a_noisy_page_of_many_gains_is_small_too() {
     let whole = EpisodeConfig { end_early: false, ..config(4.0) };
     let mut film = film("hold", 1.0, whole);
-    film.gains = (1..=16).map(|i| format!("gain {i}")).collect();
+    film.regions = (1..=16).map(|i| format!("gain {i}")).collect();
     for (k, snapshot) in film.snapshots.iter_mut().enumerate() {
         let corner = |gain: usize, i: usize| {
             let (angle, noise) = (0.6 * i as f64, (k * 37 % 101) as f64 * 1e-4);
             Point2::new(angle.cos(), angle.sin()) * (0.1 + 0.005 * gain as f64 + noise)
         };
-        snapshot.slices = (0..16).map(|gain| (0..10).map(|i| corner(gain, i)).collect()).collect();
+        let region =
+            |gain| Region { name: format!("gain {gain}"), corners: (0..10).map(|i| corner(gain, i)).collect() };
+        snapshot.regions = (0..16).map(region).collect();
         // Lifting a foot ends it at once.
         if (1000..1051).contains(&k) {
-            snapshot.slices.clear();
+            snapshot.regions.clear();
         }
     }
     let html = page(&film, None, &head()).unwrap();
@@ -252,7 +255,8 @@ fn a_noisy_page_of_many_gains_is_small_too() {
     let page = packed(&film);
     let [which, counts] = ["which", "counts"].map(|name| whole_numbers(&page["slices"][3][name]));
     let sizes: Vec<u16> = which.iter().map(|&ring| counts[usize::from(ring)]).collect();
-    let held: Vec<u16> = film.snapshots.iter().map(|s| s.slices.get(3).map_or(0, Vec::len) as u16).collect();
+    let held: Vec<u16> =
+        film.snapshots.iter().map(|s| s.regions.get(3).map_or(0, |region| region.corners.len()) as u16).collect();
     assert_eq!(sizes, held, "they appear and vanish when they do");
 }
 

@@ -5,9 +5,8 @@ mod common;
 
 use common::{config, push};
 use nalgebra::{DVector, Isometry3, Matrix6xX, Point3, UnitQuaternion, UnitVector3, Vector3, point, vector};
-use standfast::control::Design;
+use standfast::contest;
 use standfast::episode::{self, Disturbance, EpisodeConfig, Until};
-use standfast::lipm::GainSet;
 use standfast::robot::dynamics::{Dynamics, load_torques};
 use standfast::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot};
 use standfast::sim::PhysicsStep;
@@ -250,15 +249,15 @@ fn bias_accelerations_are_what_the_jacobians_leave_over() {
 /// Rapier, the residual is within its integrator's error, which decreases with its step.
 #[test]
 fn the_simulation_obeys_them() {
-    let hold = GainSet::load("hold").unwrap();
+    let hold = contest::load("hold").unwrap();
     let worst = |step_s: f64| {
         let config =
             EpisodeConfig { physics_step_s: PhysicsStep::all(step_s), control_period_s: step_s, ..config(0.95) };
-        let design = Design::new(&ROBOT, &hold, step_s).unwrap();
+        let factory = hold.prepare(&ROBOT, step_s).unwrap();
         let mut before: Option<(Posture, DVector<f64>)> = None;
         let (mut sums, mut count) = ([0.0_f64; 2], 0.0);
         let disturbance = Disturbance { pushes: vec![push(3.5, 0.0)], sensor_errors: None, ..Disturbance::default() };
-        episode::run(&ROBOT, &design, &config, disturbance, Until::Horizon, &mut |tick| {
+        episode::run(&ROBOT, &factory, &config, disturbance, Until::Horizon, &mut |tick| {
             let truth = tick.truth;
             // The push acts on the trunk beside its origin, so the comparison waits until the push is over.
             if let Some((posture, velocity)) = &before

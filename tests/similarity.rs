@@ -11,10 +11,9 @@ mod common;
 use rayon::prelude::*;
 use standfast::campaign::ask::trial;
 use standfast::campaign::{Campaign, Overrides};
-use standfast::control::Design;
+use standfast::contest;
 use standfast::episode::{self, Disturbance, EpisodeConfig, Judge, Outcome};
-use standfast::lipm::GainSet;
-use standfast::robot::{Robot, Scale};
+use standfast::robot::{Factory, Robot, Scale};
 use standfast::sim::{PhysicsStep, Push, Variation};
 
 const OWN_SIZE: Scale = Scale { length: 1.0, mass: 1.0 };
@@ -51,8 +50,8 @@ impl Bench {
         Self { robot: Robot::load("ut-mu2").unwrap().scaled(scale), scale, campaign, config }
     }
 
-    fn design(&self, gains: &str) -> Design {
-        Design::new(&self.robot, &GainSet::load(gains).unwrap(), self.config.control_period_s).unwrap()
+    fn factory(&self, gains: &str) -> Factory {
+        contest::load(gains).unwrap().prepare(&self.robot, self.config.control_period_s).unwrap()
     }
 
     fn disturbance(&self, trial: u64) -> Disturbance {
@@ -78,15 +77,15 @@ impl Bench {
 
     /// Runs the first trials with a gain set.
     fn run(&self, gains: &str, trials: u64) -> Vec<Motion> {
-        let design = self.design(gains);
-        (0..trials).into_par_iter().map(|trial| self.run_trial(&design, trial)).collect()
+        let factory = self.factory(gains);
+        (0..trials).into_par_iter().map(|trial| self.run_trial(&factory, trial)).collect()
     }
 
-    fn run_trial(&self, design: &Design, trial: u64) -> Motion {
+    fn run_trial(&self, factory: &Factory, trial: u64) -> Motion {
         let (mut ticks, length) = (Vec::new(), self.scale.length);
         let disturbance = self.disturbance(trial);
-        let record = episode::run(&self.robot, design, &self.config, disturbance, self.config.until(), &mut |tick| {
-            let zmp = tick.account.zmp_ref;
+        let record = episode::run(&self.robot, factory, &self.config, disturbance, self.config.until(), &mut |tick| {
+            let zmp = tick.report.zmp_ref.unwrap_or_default();
             ticks.push([tick.dcm.x, tick.dcm.y, zmp.x, zmp.y, tick.dcm_outside_m].map(|v| v / length));
         });
         Motion { outcome: record.outcome, ticks }

@@ -5,10 +5,10 @@
 mod common;
 
 use common::mirror::symmetric_robot;
-use common::{Bench, push};
+use common::{Bench, account, push};
 use nalgebra::{Point2, Vector2};
 use rayon::prelude::*;
-use standfast::control::{FootworkRules, Phase};
+use standfast::control::FootworkRules;
 use standfast::episode::{Footstep, Outcome, Record, Until};
 use standfast::lipm::stepping::{LandingRange, RelaxationWeights, Stepping};
 use standfast::robot::{Foot, Robot};
@@ -32,9 +32,9 @@ fn stepping(robot: Robot) -> Bench {
 }
 
 fn with_rules(robot: Robot, rules: Stepping) -> Bench {
-    let mut bench = Bench::with(robot, "paper");
-    bench.design.footwork = Some(FootworkRules::Stepping(rules));
-    bench
+    let mut design = Bench::with(robot.clone(), "paper").design().clone();
+    design.footwork = Some(FootworkRules::Stepping(rules));
+    Bench::with_design(robot, design)
 }
 
 fn ut_mu2() -> Robot {
@@ -138,7 +138,7 @@ fn a_footstep_waits_for_as_long_as_it_is_told_to() {
     let waits = |patience_s| {
         let bench = with_rules(ut_mu2(), Stepping { patience_s, ..RULES });
         let record = bench.push(push(3.4, 0.0));
-        record.footsteps[0].lift_s - record.left_sets_at_s.unwrap()
+        record.footsteps[0].lift_s - record.totals["left_sets_at_s"]
     };
     for patience_s in [0.0, 0.01, 0.02] {
         let waited = waits(patience_s);
@@ -166,11 +166,11 @@ fn footsteps_in_the_record_follow_one_another() {
             let mut in_air = Vec::new();
             let mut before = None;
             let record = bench.run(vec![push(impulse, heading)], None, 3.0, Until::Fallen, |tick| {
-                let phase = tick.account.phase;
-                if let (Phase::Swing(foot), false) = (phase, before == Some(phase)) {
+                let foot = tick.report.footstep.map(|footstep| footstep.foot);
+                if let (Some(foot), false) = (foot, before == foot) {
                     in_air.push((foot, tick.truth.time_s));
                 }
-                before = Some(phase);
+                before = foot;
             });
             let feet: Vec<_> = record.footsteps.iter().map(|f| (f.foot, f.lift_s)).collect();
             let seen = in_air.len().min(feet.len());
@@ -202,19 +202,19 @@ fn footsteps_in_the_record_follow_one_another() {
 #[test]
 fn after_the_landing_the_control_frame_is_midway_between_the_soles() {
     let bench = stepping(ut_mu2());
-    let (mut worst, mut before, mut after_landing) = (0.0_f64, None, 0);
+    let (mut worst, mut before, mut after_landing) = (0.0_f64, false, 0);
     let record = bench.run(vec![push(3.2, 0.0)], None, 3.0, Until::Fallen, |tick| {
-        let (truth, support) = (tick.truth, tick.account.support());
+        let (truth, support, swings) = (tick.truth, account(tick).support(), tick.report.footstep.is_some());
         let middle = 0.5 * (truth.soles.left.translation.vector + truth.soles.right.translation.vector).xy();
         let away = (support.frame.translation.vector - middle).norm();
-        if matches!(before, Some(Phase::Swing(_))) && !matches!(tick.account.phase, Phase::Swing(_)) {
+        if before && !swings {
             after_landing += 1;
             println!("at the landing the frame is {away:.1e} m from the middle, {:.3?}", support.frame.translation);
         }
-        if after_landing > 0 && !matches!(tick.account.phase, Phase::Swing(_)) {
+        if after_landing > 0 && !swings {
             worst = worst.max(away);
         }
-        before = Some(tick.account.phase);
+        before = swings;
     });
     assert_eq!(record.outcome, Outcome::Recovered);
     assert_eq!(after_landing, record.footsteps.len());

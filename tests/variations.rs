@@ -19,7 +19,7 @@ const NONE: Push = Push {
 
 fn run(bench: &Bench, variation: Variation, push: Push, horizon_s: f64, mut see: impl FnMut(&Tick)) -> Record {
     let disturbance = Disturbance { pushes: vec![push], variation, ..Disturbance::default() };
-    episode::run(&bench.robot, &bench.design, &config(horizon_s), disturbance, Until::Horizon, &mut see)
+    episode::run(&bench.robot, &bench.factory, &config(horizon_s), disturbance, Until::Horizon, &mut see)
 }
 
 /// Averages over the last 0.2 s of an episode without a push: force of the ground, and ZMP.
@@ -184,9 +184,8 @@ fn momentum_closes_on_every_ground() {
 /// Torque of a joint in each physics step after a command, at home.
 fn torques(robot: &Robot, variation: Variation, change: impl Fn(&mut Command)) -> Vec<f64> {
     let varied = variation.robot(robot);
-    let design = Bench::with(robot.clone(), "hold").design;
     let clock = Clock { engine: engine(), physics_step_s: 0.001, control_period_s: 0.001 };
-    let home = design.home_command().clone();
+    let home = robot.home_command();
     let mut plant = Plant::on(Ground::default(), &varied, clock, None, home.clone());
     let mut command = home;
     change(&mut command);

@@ -4,9 +4,8 @@ use criterion::{Criterion, SamplingMode};
 use standfast::campaign::ask::trial;
 use standfast::campaign::run::{RunOptions, Watch, Work};
 use standfast::campaign::{Campaign, Overrides, Plan};
-use standfast::control::Design;
+use standfast::contest;
 use standfast::episode::{self, Outcome};
-use standfast::lipm::GainSet;
 use standfast::robot::Robot;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -29,11 +28,11 @@ pub fn episode(c: &mut Criterion) {
         let impulse = format!("push.impulse_n_s={impulse_n_s}");
         let campaign = campaign("standard", 1, &[&impulse, "push.heading_deg=0", "push.height_m=0"]);
         let config = &campaign.episode;
-        let gains = GainSet::load(gains).expect("built in");
-        let design = Design::new(&robot, &gains, config.control_period_s).expect("built in");
+        let factory =
+            contest::load(gains).and_then(|set| set.prepare(&robot, config.control_period_s)).expect("built in");
         let run = || {
             let disturbance = trial::disturbance(&campaign, 0);
-            episode::run(&robot, &design, config, disturbance, config.until(), &mut |_| {})
+            episode::run(&robot, &factory, config, disturbance, config.until(), &mut |_| {})
         };
         assert_eq!(run().outcome, outcome, "{name}");
         group.bench_function(name, |b| b.iter(run));

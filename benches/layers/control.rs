@@ -2,8 +2,8 @@
 
 use crate::played::{Phase, Played};
 use criterion::Criterion;
-use standfast::control::Controller;
-use standfast::robot::Command;
+use standfast::control::CpiController;
+use standfast::robot::{Command, Controller};
 use standfast::sim::Engine;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -31,7 +31,7 @@ fn ticks_in(phase: Phase, played: &Played, count: u64) -> Duration {
     let mut command = Command::hold(&played.robot.home_rad);
     let (mut spent, mut left) = (Duration::ZERO, count);
     while left > 0 {
-        let (mut controller, before) = (Controller::new(played.design.clone()), left);
+        let (mut controller, before) = (CpiController::new(played.design.clone()), left);
         for tick in &played.ticks {
             let start = Instant::now();
             black_box(controller.tick(black_box(&tick.sensed), &mut command)).expect("readings");

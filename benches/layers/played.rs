@@ -1,10 +1,10 @@
 //! A pushed robot, recorded tick by tick. Its readings are played back to a controller, and its commands to a plant: so
 //! each of the two goes through the states of the episode, and the other one takes no time.
 
-use standfast::control::{Controller, Design};
+use standfast::control::{CpiController, Design};
 use standfast::episode::EpisodeConfig;
 use standfast::lipm::GainSet;
-use standfast::robot::{Command, Robot, Sensed, Units};
+use standfast::robot::{Command, Controller, Robot, Sensed, Units};
 use standfast::sim::plant::Clock;
 use standfast::sim::{Engine, Ground, Plant, Push};
 
@@ -58,7 +58,7 @@ impl Played {
         let push = Push { impulse_n_s, start_s: 0.2, ..Push::default() };
         let home = design.home_command();
         let mut plant = Plant::on(Ground::default(), &robot, clock, None, home.clone());
-        let mut controller = Controller::new(design.clone());
+        let mut controller = CpiController::new(design.clone());
         let mut command = design.home_command().clone();
         let count = (0.9 / clock.control_period_s) as usize;
         let ticks = (0..count)

@@ -5,16 +5,16 @@ use crate::campaign::ask::trial;
 use crate::campaign::plan::Plan;
 use crate::campaign::store::folder::Folder;
 use crate::campaign::verdict::agreement::{Agreement, PartedTrial, SetAgreement};
-use crate::control::Design;
 use crate::episode::parting::{half_sole_width_m, parting};
 use crate::error::{Error, Result};
+use crate::robot::Factory;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The trials to be simulated again.
 pub struct Partings<'a> {
     plans: [Plan; 2],
-    designs: Vec<Design>,
+    factories: Vec<Factory>,
     /// The distance beyond which traces part (m).
     limit_m: f64,
     /// Each with the number of its gain set.
@@ -35,8 +35,8 @@ impl<'a> Partings<'a> {
         let of_set =
             |(set, of): (usize, &'a mut SetAgreement)| of.parted.iter_mut().take(most).map(move |trial| (set, trial));
         let trials: Vec<_> = agreement.sets.iter_mut().enumerate().flat_map(of_set).collect();
-        let designs = plans[0].designs()?;
-        Ok(Self { plans, designs, limit_m, trials })
+        let factories = plans[0].factories()?;
+        Ok(Self { plans, factories, limit_m, trials })
     }
 
     /// Number of trials.
@@ -47,7 +47,7 @@ impl<'a> Partings<'a> {
     /// Simulates them on all cores, and notes where they part. Calls `on_trial` after each, from any thread. Fails if
     /// `stop` is set meanwhile.
     pub fn run(self, stop: &AtomicBool, on_trial: &(dyn Fn() + Sync)) -> Result<()> {
-        let Self { plans, designs, limit_m, trials } = self;
+        let Self { plans, factories, limit_m, trials } = self;
         let [in_a, in_b] = plans.each_ref().map(|plan| &plan.manifest.campaign);
         let robot = &plans[0].robot;
         trials.into_par_iter().try_for_each(|(set, of)| {
@@ -55,7 +55,7 @@ impl<'a> Partings<'a> {
                 return Err(Error::Interrupted);
             }
             let disturbance = || trial::disturbance(in_a, of.trial);
-            of.parting = parting(robot, &designs[set], [&in_a.episode, &in_b.episode], disturbance, limit_m);
+            of.parting = parting(robot, &factories[set], [&in_a.episode, &in_b.episode], disturbance, limit_m);
             of.traced = true;
             on_trial();
             Ok(())

@@ -5,17 +5,16 @@ use crate::campaign::ask::no_step::NoStep;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::campaign::store::folder::Folder;
-use crate::campaign::store::manifest::{Input, MANIFEST, Manifest, part_trials};
+use crate::campaign::store::manifest::{Input, MANIFEST, Manifest, each_once, part_trials};
 use crate::campaign::store::part::Said;
 use crate::campaign::store::row::TrialRow;
-use crate::control::Design;
-use crate::episode::{Disturbance, Episodes, Outcome, Record, caught};
+use crate::contest::variant::Entry;
+use crate::contest::{self, Settings};
+use crate::episode::{ClosedLoop, Disturbance, Outcome, Record, caught};
 use crate::error::{Error, Result};
 use crate::files::{sha256_hex, write_atomic};
-use crate::lipm::gains::GainSet;
-use crate::lipm::variant::Entry;
-use crate::robot::Robot;
 use crate::robot::urdf::Files;
+use crate::robot::{Factory, Robot};
 use crate::sim::Engine;
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -28,7 +27,7 @@ pub struct Plan {
     pub manifest: Manifest,
     pub(crate) robot: Robot,
     no_step: NoStep,
-    gains: Vec<GainSet>,
+    controllers: Vec<Box<dyn Settings>>,
     /// The inputs that are not compiled in, each by its name in the result folder and its text.
     inputs: Vec<(String, String)>,
 }
@@ -46,11 +45,19 @@ impl Plan {
         let robot = Robot::of(&files)?;
         engine.check(&robot)?;
         let entries: Vec<Entry> = campaign.gains.iter().map(|gains| Entry::split(gains)).collect();
-        let load = |entry: &Entry| GainSet::parse(&assets::open(Kind::Gains, entry.base)?);
-        let bases = entries.iter().map(load).collect::<Result<Vec<_>>>()?;
-        let gains = entries.iter().zip(&bases).map(|(entry, base)| entry.of(base)).collect::<Result<Vec<_>>>()?;
-        let sets: Vec<String> = gains.iter().map(|set| set.name.clone()).collect();
-        check_names(campaign, &sets, &bases)?;
+        let mut sources = Vec::new();
+        let mut controllers = Vec::new();
+        let mut names = Vec::new();
+        for entry in &entries {
+            let source = assets::open(Kind::Controller, entry.base)?;
+            let base = contest::read(&source)?;
+            sources.push((base.name().to_string(), source));
+            let controller = entry.of(base)?;
+            names.push(controller.name().to_string());
+            controllers.push(controller);
+        }
+        let sets = names;
+        check_names(campaign, &sets, &sources)?;
         let (mut inputs, mut resolved) = (Inputs::default(), campaign.clone());
         // The robot comes first among the inputs, with settings that may have been inferred, and with its meshes.
         let robot_files = [Some((files.settings, "toml")), files.meshes.map(|meshes| (meshes, "meshes"))];
@@ -58,11 +65,18 @@ impl Plan {
         resolved.robot = inputs.take(&campaign.robot, "robot", robot_files)?;
         let robot_sha256 =
             sha256_hex(inputs.listed.iter().map(|input| input.sha256.as_str()).collect::<String>().as_bytes());
-        for ((gains, entry), base) in resolved.gains.iter_mut().zip(&entries).zip(&bases) {
-            let stem = format!("gains/{}", base.name);
-            *gains =
-                entry.with_base(&inputs.take(entry.base, &stem, [(assets::open(Kind::Gains, entry.base)?, "toml")])?);
+        for ((gains, entry), ((base, source), controller)) in
+            resolved.gains.iter_mut().zip(&entries).zip(sources.into_iter().zip(&controllers))
+        {
+            let referred = controller.files().into_iter().map(|file| (file, "input"));
+            *gains = entry.with_base(&inputs.take(
+                entry.base,
+                &format!("gains/{base}"),
+                referred.chain([(source, "toml")]),
+            )?);
         }
+        let totals =
+            each_once(controllers.iter().flat_map(|controller| controller.totals()).map(|total| total.to_string()));
         let standfast = env!("CARGO_PKG_VERSION").to_string();
         let engine = engine.with_version();
         let mut manifest = Manifest {
@@ -73,11 +87,12 @@ impl Plan {
             part_trials: part_trials(&resolved),
             planned_trials: resolved.trials,
             sets,
+            totals,
             inputs: inputs.listed,
             campaign: resolved,
         };
         manifest.config_hash = manifest.hash()?;
-        Ok(Plan { manifest, no_step: NoStep::new(&robot), robot, gains, inputs: inputs.kept })
+        Ok(Plan { manifest, no_step: NoStep::new(&robot), robot, controllers, inputs: inputs.kept })
     }
 
     /// The folder for the result: the one asked for, or one under `standfast-results` that is free or this
@@ -129,17 +144,15 @@ impl Plan {
         Ok(Folder { path, manifest: Manifest { part_trials, planned_trials, ..manifest.clone() } })
     }
 
-    /// Designs a controller for every gain set, and warns of dubious ones.
-    pub(crate) fn designs(&self) -> Result<Vec<Design>> {
-        let control_period_s = self.manifest.campaign.episode.control_period_s;
-        let design = |set| Design::new(&self.robot, set, control_period_s);
-        let designs: Vec<Design> = self.gains.par_iter().map(design).collect::<Result<_>>()?;
-        for (set, design) in self.manifest.sets.iter().zip(&designs) {
-            if let Some(warning) = &design.warning {
-                log::warn!("{set}: {warning}");
-            }
+    /// Prepares all controllers, and warns of dubious ones.
+    pub(crate) fn factories(&self) -> Result<Vec<Factory>> {
+        let period_s = self.manifest.campaign.episode.control_period_s;
+        let prepared = self.controllers.par_iter().map(|settings| settings.prepare(&self.robot, period_s));
+        let factories: Vec<Factory> = prepared.collect::<Result<_>>()?;
+        for Factory { name, warning, .. } in &factories {
+            warning.iter().for_each(|warning| log::warn!("{name}: {warning}"));
         }
-        Ok(designs)
+        Ok(factories)
     }
 
     /// The robot as it is simulated in trial 0.
@@ -148,12 +161,12 @@ impl Plan {
     }
 
     /// The beginning of the episodes of all gain sets, if all trials begin alike, on `simulated`, the robot of trial 0.
-    pub(crate) fn opening<'a>(&'a self, simulated: &'a Robot, designs: &'a [Design]) -> Option<Episodes<'a>> {
+    pub(crate) fn opening<'a>(&'a self, simulated: &'a Robot, factories: &'a [Factory]) -> Option<ClosedLoop<'a>> {
         let campaign = &self.manifest.campaign;
         trial::begin_alike(campaign).then(|| {
             let disturbance = trial::disturbance(campaign, 0);
             let push_s = disturbance.pushes[0].start_s;
-            Episodes::new(&self.robot, simulated, designs, &campaign.episode, disturbance).before(push_s)
+            ClosedLoop::new(&self.robot, simulated, factories, &campaign.episode, disturbance).before(push_s)
         })
     }
 
@@ -161,40 +174,41 @@ impl Plan {
     /// `opening`, if there is one.
     pub(crate) fn records(
         &self,
-        designs: &[Design],
-        opening: Option<&Episodes>,
+        factories: &[Factory],
+        opening: Option<&ClosedLoop>,
         disturbance: Disturbance,
         sets: &[usize],
     ) -> Vec<Record> {
-        if let Some(opening) = opening {
-            return opening.with(sets, disturbance.pushes).finish();
+        if let Some(shared) = opening.and_then(|opening| opening.with(sets, disturbance.pushes.clone())) {
+            return shared.finish();
         }
         let simulated = disturbance.variation.robot(&self.robot);
-        let designs = sets.iter().map(|&set| &designs[set]);
-        Episodes::new(&self.robot, &simulated, designs, &self.manifest.campaign.episode, disturbance).finish()
+        let factories = sets.iter().map(|&set| &factories[set]);
+        ClosedLoop::new(&self.robot, &simulated, factories, &self.manifest.campaign.episode, disturbance).finish()
     }
 
     /// How long a trial takes with all gain sets, on one core of this machine (s).
     pub fn seconds_a_trial(&self) -> Result<f64> {
         const SAMPLE: u64 = 8;
-        let (designs, all): (_, Vec<usize>) = (self.designs()?, (0..self.manifest.sets.len()).collect());
+        let (factories, all): (_, Vec<usize>) = (self.factories()?, (0..self.manifest.sets.len()).collect());
         let trials = SAMPLE.min(self.manifest.campaign.trials);
         let start = Instant::now();
-        (0..trials).for_each(|trial| _ = self.rows(&designs, None, trial, &all));
+        (0..trials).for_each(|trial| _ = self.rows(&factories, None, trial, &all));
         Ok(start.elapsed().as_secs_f64() / trials as f64)
     }
 
     /// The rows of a trial with some gain sets, given by their numbers in ascending order.
     pub(super) fn rows(
         &self,
-        designs: &[Design],
-        opening: Option<&Episodes>,
+        factories: &[Factory],
+        opening: Option<&ClosedLoop>,
         trial: u64,
         sets: &[usize],
     ) -> Vec<TrialRow> {
         let Manifest { campaign, sets: names, .. } = &self.manifest;
         let (pushes, variation) = (trial::pushes(campaign, trial), trial::variation(campaign, trial));
-        let run = |sets: &[usize]| caught(|| self.records(designs, opening, trial::disturbance(campaign, trial), sets));
+        let run =
+            |sets: &[usize]| caught(|| self.records(factories, opening, trial::disturbance(campaign, trial), sets));
         let no_step_n_s = self.no_step.impulse_n_s(pushes[0].heading_deg);
         let hardness = pushes[0].impulse_n_s / no_step_n_s.unwrap_or(1.0);
         // A panic is the outcome of the gain set that caused it. The others are run again, each alone.
@@ -226,8 +240,8 @@ pub(crate) fn pool(threads: usize) -> Result<ThreadPool> {
 }
 
 /// Fails if the name of a gain set cannot be the name of a file, or if two sets have the same name.
-fn check_names(campaign: &Campaign, sets: &[String], bases: &[GainSet]) -> Result<()> {
-    for (i, (name, GainSet { name: base, .. })) in sets.iter().zip(bases).enumerate() {
+fn check_names(campaign: &Campaign, sets: &[String], bases: &[(String, Source)]) -> Result<()> {
+    for (i, (name, (base, _))) in sets.iter().zip(bases).enumerate() {
         if base.is_empty() || base.starts_with('.') || base.contains(|c: char| "/\\:".contains(c) || c.is_control()) {
             let accepted = "a name without /, \\ and :, not first a `.`";
             return Err(Error::value(&campaign.gains[i], "name", base, "not usable as a file name", accepted));
@@ -303,9 +317,9 @@ pub(super) mod tests {
     fn a_panic_is_the_outcome_of_the_set_that_caused_it() {
         let gains = ["hold", "fixed"].map(String::from).to_vec();
         let plan = Plan::new(&Campaign::load("smoke", &Overrides { gains, ..short(&[]) }).unwrap()).unwrap();
-        let designs = plan.designs().unwrap();
-        let rows = plan.rows(&designs[..1], None, 3, &[0, 1]);
-        assert_eq!(rows[0], plan.rows(&designs, None, 3, &[0])[0]);
+        let factories = plan.factories().unwrap();
+        let rows = plan.rows(&factories[..1], None, 3, &[0, 1]);
+        assert_eq!(rows[0], plan.rows(&factories, None, 3, &[0])[0]);
         assert_eq!((&rows[1].set[..], rows[1].outcome), ("fixed", Outcome::Diverged));
         let cause = rows[1].fall_cause.as_ref().unwrap();
         assert!(cause.starts_with("panic: index out of bounds"), "{cause}");
@@ -326,7 +340,8 @@ pub(super) mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = |name: &str| dir.path().join(name).to_string_lossy().into_owned();
         for (name, margin) in [("a.toml", 0.001), ("b.toml", 0.002)] {
-            let text = format!("name = 'mine'\nstanding = 'posture'\nzmp_margin = {margin}\n");
+            let text =
+                format!("name = 'mine'\nzmp_margin = {margin}\n[[gains]]\nname = 'a'\nx = [1, 1, 5]\ny = [1, 1, 5]\n");
             std::fs::write(path(name), text).unwrap();
         }
         let plan = |second: &str| {

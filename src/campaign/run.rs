@@ -8,9 +8,9 @@ use crate::campaign::store::manifest::Manifest;
 use crate::campaign::store::row::TrialRow;
 use crate::campaign::store::shard::Shard;
 use crate::campaign::verdict::gates::Gates;
-use crate::control::Design;
-use crate::episode::Episodes;
+use crate::episode::ClosedLoop;
 use crate::error::{Error, Result};
+use crate::robot::Factory;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -43,7 +43,7 @@ pub struct Work<'a> {
     plan: &'a Plan,
     pub folder: &'a Folder,
     pool: ThreadPool,
-    designs: Vec<Design>,
+    factories: Vec<Factory>,
     pub shard: Option<Shard>,
     /// Blocks to run; those up to the next look if the campaign ends when decided.
     missing: Vec<u64>,
@@ -64,7 +64,7 @@ impl<'a> Work<'a> {
             plan,
             folder,
             pool: pool(options.threads)?,
-            designs: Vec::new(),
+            factories: Vec::new(),
             shard: options.shard,
             missing: Vec::new(),
             all_trials: vec![campaign.trials; sets.len()],
@@ -76,7 +76,7 @@ impl<'a> Work<'a> {
             None => work.blocks().filter(|&block| work.lacks(block)).collect(),
         };
         if !work.is_done() {
-            work.designs = work.pool.install(|| plan.designs())?;
+            work.factories = work.pool.install(|| plan.factories())?;
         }
         Ok(work)
     }
@@ -95,12 +95,12 @@ impl<'a> Work<'a> {
         self.pool.current_num_threads()
     }
 
-    /// Episodes to run; at most, if the campaign ends when decided. Looks at what is there now.
+    /// ClosedLoop to run; at most, if the campaign ends when decided. Looks at what is there now.
     pub fn episodes(&self) -> u64 {
         if self.is_done() { 0 } else { self.episodes_of(|block| self.folder.lacks(block, self.set_trials())) }
     }
 
-    /// Episodes in all, those that are there among them; at most, if the campaign ends when decided.
+    /// ClosedLoop in all, those that are there among them; at most, if the campaign ends when decided.
     pub fn all_episodes(&self) -> u64 {
         self.all_episodes_with(self.set_trials())
     }
@@ -110,7 +110,7 @@ impl<'a> Work<'a> {
         self.episodes_of(|block| has_trials(block).collect())
     }
 
-    /// Episodes of all blocks, each with those of the gain sets for which `of` says so.
+    /// ClosedLoop of all blocks, each with those of the gain sets for which `of` says so.
     fn episodes_of(&self, of: impl Fn(u64) -> Vec<bool>) -> u64 {
         let episodes = |block: u64| {
             let (first, end) = self.folder.range(block);
@@ -167,12 +167,12 @@ impl<'a> Work<'a> {
             rows.for_each(|rows| (watch.on_part)(&rows));
         }
         // Taken out, because the opening, which serves at every look, borrows them.
-        let (plan, designs) = (self.plan, std::mem::take(&mut self.designs));
+        let (plan, factories) = (self.plan, std::mem::take(&mut self.factories));
         let simulated = plan.simulated_at_first();
-        let opening = plan.opening(&simulated, &designs);
+        let opening = plan.opening(&simulated, &factories);
         // Another shard may have decided it, perhaps by parts that are not seen here.
         while !self.is_done() && !self.is_decided() {
-            self.pool.install(|| self.run_blocks(&designs, opening.as_ref(), watch))?;
+            self.pool.install(|| self.run_blocks(&factories, opening.as_ref(), watch))?;
             self.missing = self.look_on(watch.on_look)?;
         }
         match &self.looks {
@@ -183,7 +183,7 @@ impl<'a> Work<'a> {
 
     /// Units are trials, handed out in order one by one: cores stay busy to the end, and an interruption loses only the
     /// few blocks in work.
-    fn run_blocks(&self, designs: &[Design], opening: Option<&Episodes>, watch: &Watch) -> Result<()> {
+    fn run_blocks(&self, factories: &[Factory], opening: Option<&ClosedLoop>, watch: &Watch) -> Result<()> {
         // A block is made when its first trial is due, and gone when its last one is written: memory does not grow with
         // the campaign.
         let due = self.missing.iter().take_while(|_| !self.is_decided());
@@ -193,7 +193,7 @@ impl<'a> Work<'a> {
             if watch.stop.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);
             }
-            let rows = self.plan.rows(designs, opening, trial, &block.sets);
+            let rows = self.plan.rows(factories, opening, trial, &block.sets);
             rows.iter().for_each(|_| (watch.on_episode)());
             let Some(rows) = block.put(trial, rows) else { return Ok(()) };
             self.folder.check_owner()?;

@@ -5,12 +5,13 @@ use super::arguments::check_output;
 use super::terminal::print;
 use crate::assets::DEFAULT_ROBOT;
 use crate::campaign::ask::bounds::in_range;
+use crate::contest;
 use crate::control::home_polygon;
 use crate::episode::CONTROL_PERIOD_S;
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
-use crate::lipm::{GainFamily, GainSet, Pendulum};
+use crate::lipm::{GainFamily, Pendulum};
 use crate::render::{self, figure, text::cpi::Sets};
 use crate::robot::{Robot, Units};
 use std::path::PathBuf;
@@ -59,11 +60,7 @@ pub fn run(args: &CpiArgs) -> Result<ExitCode> {
 fn answer(args: &CpiArgs) -> Result<String> {
     let robot = Robot::load(DEFAULT_ROBOT)?;
     args.plot.iter().try_for_each(|path| check_output("--plot", path, &["svg"]))?;
-    let set = GainSet::load(&args.gains)?;
-    if set.gains.is_empty() {
-        let accepted = "a gain set with standing = \"switching\"";
-        return Err(Error::value(&args.gains, "standing", "posture", "has no gains, so no CPI sets", accepted));
-    }
+    let set = contest::gain_set(&args.gains)?;
     let family = GainFamily::design(&set, pendulum(args, &robot)?, Units::of(&robot).half_sole_m)?;
     let support = match args.support {
         Some(support) => support,
@@ -204,7 +201,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("sets");
         for (args, words) in [
-            (vec!["hold"], "standing = posture"),
+            (vec!["hold"], "gain set = hold: has no gains, so no CPI sets"),
             (vec!["nosuch"], "hold, fixed, switching"),
             (vec!["robust:zmp_disturbance=[0.02,2.0]"], "no set at home; accepted: less than [0.00"),
             (vec!["robust", "--support", "-0.005,0.05,-0.05,0.05"], "zmp_disturbance = [0.0850, 0.1050]: leaves gain"),

@@ -4,8 +4,7 @@
 use super::arguments::check_output;
 use super::terminal::note;
 use crate::columns;
-use crate::control::Design;
-use crate::episode::{self, Disturbance, EpisodeConfig, Film, Record, Tick, Until};
+use crate::episode::{ClosedLoop, Disturbance, EpisodeConfig, Film, Record, Tick};
 use crate::error::{Error, Result};
 use crate::files::{folder_of, is_same_folder, shell_word, write_atomic};
 use crate::render::figure::motion::MotionPlot;
@@ -13,7 +12,7 @@ use crate::render::picture::{self, FramesOptions};
 use crate::render::replay::{self, Head};
 use crate::render::text::story::{Told, Witness};
 use crate::render::{self, trace::Trace};
-use crate::robot::Robot;
+use crate::robot::{Factory, Robot};
 use std::path::{Path, PathBuf};
 
 /// How long plots, films and pictures go on after the robot has come to stand still (s).
@@ -89,9 +88,10 @@ impl OutputArgs {
         }
     }
 
-    /// When the episode ends. A trace and a plot show it up to its horizon; all else ends when the outcome is decided.
-    fn until(&self, config: &EpisodeConfig) -> Until {
-        if self.trace.is_some() || self.plot.is_some() { Until::Horizon } else { config.until() }
+    /// For how long (s) the episode is simulated after it is decided, if nothing else needs more than `aftermath_s`. A
+    /// trace and a plot show it up to its horizon.
+    fn aftermath_s(&self, aftermath_s: f64) -> f64 {
+        if self.trace.is_some() || self.plot.is_some() { f64::INFINITY } else { aftermath_s }
     }
 }
 
@@ -112,7 +112,7 @@ pub type Shown<'a> = (Told<'a>, Film);
 #[derive(Clone, Copy)]
 pub struct Case<'a> {
     pub robot: &'a Robot,
-    pub design: &'a Design,
+    pub factory: &'a Factory,
     pub config: &'a EpisodeConfig,
 }
 
@@ -126,7 +126,7 @@ impl<'a> Case<'a> {
         as_json: bool,
         command: String,
     ) -> Result<String> {
-        let Self { robot, design, config } = *self;
+        let Self { robot, factory, config } = *self;
         let told = if outputs.replay.is_some() || outputs.frames.is_some() {
             let shown = self.film(disturbance, outputs)?;
             if let Some(path) = &outputs.replay {
@@ -135,10 +135,12 @@ impl<'a> Case<'a> {
             outputs.draw_frames(&shown.1, None)?;
             shown.0
         } else {
-            let run = |disturbance, until, observe: &mut dyn FnMut(&Tick)| {
-                episode::run(robot, design, config, disturbance, until, observe)
+            let run = |disturbance: Disturbance, aftermath_s, observe: &mut dyn FnMut(&Tick)| {
+                let simulated = disturbance.variation.robot(robot);
+                let closed_loop = ClosedLoop::new(robot, &simulated, [factory], config, disturbance);
+                closed_loop.until(config.until(), aftermath_s).watched(&mut |_, tick| observe(tick)).remove(0)
             };
-            self.watched(disturbance, outputs, run, Record::clone)?.0
+            self.watched(disturbance, outputs, 0.0, run, Record::clone)?.0
         };
         outputs.say_what_was_written();
         Ok(if as_json { render::json(&told.as_json()) } else { told.text() })
@@ -169,24 +171,25 @@ impl<'a> Case<'a> {
 
     /// Films one episode and the time (s) after it, but not beyond its horizon.
     fn film_for(&self, aftermath_s: f64, disturbance: Disturbance, outputs: &OutputArgs) -> Result<Shown<'a>> {
-        let Self { robot, design, config } = *self;
+        let Self { robot, factory, config } = *self;
         check_length(config)?;
-        let take = |disturbance, until, observe: &mut dyn FnMut(&Tick)| {
-            Film::take(robot, design, config, disturbance, (until, aftermath_s), observe)
+        let take = |disturbance, aftermath_s, observe: &mut dyn FnMut(&Tick)| {
+            Film::take(robot, factory, config, disturbance, (config.until(), aftermath_s), observe)
         };
-        self.watched(disturbance, outputs, take, |film| film.record.clone())
+        self.watched(disturbance, outputs, aftermath_s, take, |film| film.record.clone())
     }
 
-    /// Runs one episode by `run`, which gives the observer every tick of it, and writes trace and plot if they are asked
-    /// for. Returns what happened and what `run` returns, which holds the record.
+    /// Runs one episode and at least `aftermath_s` (s) after it by `run`, which shows every tick to the observer, and writes
+    /// trace and plot if they are asked for. Returns what happened and what `run` returns, which holds the record.
     fn watched<T>(
         &self,
         disturbance: Disturbance,
         outputs: &OutputArgs,
-        run: impl FnOnce(Disturbance, Until, &mut dyn FnMut(&Tick)) -> T,
+        aftermath_s: f64,
+        run: impl FnOnce(Disturbance, f64, &mut dyn FnMut(&Tick)) -> T,
         record_of: impl Fn(&T) -> Record,
     ) -> Result<(Told<'a>, T)> {
-        let Self { robot, design, config } = *self;
+        let Self { robot, factory, config } = *self;
         let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
         let simulated = variation.robot(robot);
         let mut trace = outputs.trace.as_ref().map(|_| Trace::new(robot));
@@ -197,8 +200,8 @@ impl<'a> Case<'a> {
             trace.iter_mut().for_each(|trace| trace.push(tick));
             plot.iter_mut().for_each(|plot| plot.push(robot, tick));
         };
-        let ran = run(disturbance, outputs.until(config), &mut observe);
-        let told = Told { design, config, pushes, variation, record: record_of(&ran), witness };
+        let ran = run(disturbance, outputs.aftermath_s(aftermath_s), &mut observe);
+        let told = Told { factory, config, pushes, variation, record: record_of(&ran), witness };
         if let (Some(path), Some(trace)) = (&outputs.trace, trace) {
             columns::write(path, &trace.columns())?;
         }

@@ -7,13 +7,12 @@ use crate::assets::DEFAULT_ROBOT;
 use crate::campaign::ask::bounds::in_range;
 use crate::campaign::ask::trial;
 use crate::campaign::{Campaign, Overrides, PushBounds, check_episode};
-use crate::control::Design;
+use crate::contest;
 use crate::episode::{Disturbance, EpisodeConfig};
 use crate::error::{Error, Result};
-use crate::lipm::gains::GainSet;
 use crate::render::scene::scale::first_push;
 use crate::robot::{Robot, Units};
-use crate::sim::{Engine, Profile, Push};
+use crate::sim::{Engine, Profile, Push, Variation};
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
@@ -93,18 +92,18 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
     config.engine.check(&robot)?;
     let pushes = the_pushes(args, campaign.as_ref(), &config, &robot)?;
     let gains = campaign.as_ref().map_or_else(|| args.gains.clone(), |c| c.gains_named(&args.gains));
-    let design = Design::new(&robot, &GainSet::load(&gains)?, config.control_period_s)?;
-    design.warning.iter().for_each(|warning| log::warn!("{warning}"));
+    let factory = contest::load(&gains)?.prepare(&robot, config.control_period_s)?;
+    factory.warning.iter().for_each(|warning| log::warn!("{warning}"));
     args.outputs.check()?;
     args.outputs.check_length(&config)?;
     if args.check.check {
-        return fine(&format!("a push of {} N s, gain set {}", pushes[0].impulse_n_s, design.family.name));
+        return fine(&format!("a push of {} N s, gain set {}", pushes[0].impulse_n_s, factory.name));
     }
-    let sensor_errors = campaign.as_ref().and_then(|c| trial::sensor_errors(c, args.trial.unwrap_or(0)));
+    let of_trial = campaign.as_ref().map(|c| trial::disturbance(c, args.trial.unwrap_or(0))).unwrap_or_default();
     // Robot and ground vary only if a trial is named, since they belong to the trial.
-    let variation = campaign.as_ref().zip(args.trial).map(|(c, trial)| trial::variation(c, trial));
-    let disturbance = Disturbance { pushes, sensor_errors, variation: variation.unwrap_or_default() };
-    let case = Case { robot: &robot, design: &design, config: &config };
+    let variation = if args.trial.is_some() { of_trial.variation } else { Variation::default() };
+    let disturbance = Disturbance { pushes, variation, ..of_trial };
+    let case = Case { robot: &robot, factory: &factory, config: &config };
     print(&case.run(disturbance, &args.outputs, args.json, command_line("standfast"))?)
 }
 

@@ -96,7 +96,7 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     } else if replayed.row.is_none() {
         note("This trial is not in the result yet, so there is nothing to compare it with.");
     }
-    let case = Case { robot: &replayed.robot, design: &replayed.design, config: &config };
+    let case = Case { robot: &replayed.robot, factory: &replayed.factory, config: &config };
     let (shown, ghost) = match &other {
         Some(other) => {
             let [shown, ghost] = case.film_both(other, || replayed.disturbance(), &outputs)?;
@@ -186,7 +186,7 @@ pub fn write_telling(
 fn write_page(folder: &Path, trial: u64, set: &str) -> Result<()> {
     let (replayed, path) = (StoredTrial::open(folder, trial, Some(set))?, page_in(folder, trial, set, None)?);
     let config = replayed.config_in(replayed.engine())?;
-    let case = Case { robot: &replayed.robot, design: &replayed.design, config: &config };
+    let case = Case { robot: &replayed.robot, factory: &replayed.factory, config: &config };
     let outputs = OutputArgs { replay: Some(path.clone()), ..OutputArgs::default() };
     let shown = case.film(replayed.disturbance(), &outputs)?;
     Page { replayed: &replayed, suffix: None, folder: None }.write(&shown, None, &path)

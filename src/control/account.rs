@@ -4,14 +4,12 @@ use super::design::Design;
 use super::estimate::Estimate;
 use super::stand::{Supervisor, Support};
 use super::step::Swing;
-use crate::robot::{Foot, Posture};
+use crate::robot::{Airborne, Foot, Note, Posture, Report};
 use nalgebra::{Point2, Vector2};
 
 /// What the controller is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Phase {
-    /// It holds the home posture.
-    Posture,
     /// It stands, and the state lies in the CPI set of at least one gain.
     Switching,
     /// It stands, and the state lies in no gain's CPI set (eq. 26).
@@ -23,7 +21,6 @@ pub enum Phase {
 impl Phase {
     pub fn name(self) -> &'static str {
         match self {
-            Phase::Posture => "posture",
             Phase::Switching => "switching",
             Phase::OutOfSets => "out-of-sets",
             Phase::Swing(Foot::Left) => "swing-left",
@@ -39,8 +36,8 @@ pub struct Account<'a> {
     pub estimate: &'a Estimate,
     /// Desired ZMP (m).
     pub zmp_ref: Point2<f64>,
-    /// Index of the acting gain, from slow to fast; with a foot in the air, of the last one. None without gains.
-    pub gain: Option<usize>,
+    /// Index of the acting gain, from slow to fast; with a foot in the air, of the last one.
+    pub gain: usize,
     /// Margin of the state in the slowest gain's CPI set, which is the largest set, when the robot last stood. It is
     /// negative when no set contains the state (eq. 26), and negative infinity when there is no set.
     pub margin: f64,
@@ -55,14 +52,41 @@ pub struct Account<'a> {
 }
 
 impl<'a> Account<'a> {
+    /// The account as everybody sees it who knows no CPI sets.
+    pub fn report(&self) -> Report {
+        let number = |name: &'static str, value: f64| (name.into(), Note::Number(value));
+        let mut notes = vec![("gain".into(), Note::Word(self.gain_name().to_string().into()))];
+        // The sets are not looked at while a foot is in the air.
+        if self.stands() {
+            notes.push(number("cpi_margin", self.margin));
+            notes.push(number("in_cpi_set", f64::from(u8::from(self.phase == Phase::Switching))));
+        }
+        if let Some(Swing { footstep, .. }) = self.swing {
+            notes.push(number("zmp_error_x_m", footstep.zmp_error.x));
+            notes.push(number("zmp_error_y_m", footstep.zmp_error.y));
+        }
+        let estimate = self.estimate;
+        Report {
+            phase: self.phase.name().into(),
+            base: Some(estimate.posture.base),
+            com: Some(estimate.com),
+            com_vel: Some(estimate.com_vel),
+            zmp: Some(estimate.zmp),
+            zmp_ref: Some(self.zmp_ref),
+            footstep: self.swing.map(|swing| Airborne { foot: swing.footstep.foot, landing: swing.to }),
+            notes,
+            totals: vec![("gain_switches".into(), f64::from(self.switches))],
+        }
+    }
+
     /// Whether the robot stands, with no foot being moved. Only then do the CPI sets belong to the present support.
     pub fn stands(&self) -> bool {
         self.swing.is_none()
     }
 
-    /// Name of the acting gain; None if the gain set has no gains.
-    pub fn gain_name(&self) -> Option<&'a str> {
-        self.gain.map(|gain| self.design.family.gains[gain].name.as_str())
+    /// Name of the acting gain.
+    pub fn gain_name(&self) -> &'a str {
+        &self.design.family.gains[self.gain].name
     }
 
     /// The estimated support. A foot in the air does not count.

@@ -3,12 +3,10 @@
 use super::account::{Account, Phase};
 use super::body::{Body, SoleReference, carry};
 use super::design::Design;
-use super::error::TickError;
 use super::estimate::Estimate;
 use super::stand::{Supervisor, Support};
 use super::step::{Footwork, Landing, LastLanding, StepState, Swing, footwork};
-use crate::lipm::gains::Standing;
-use crate::robot::{Command, Foot, PerFoot};
+use crate::robot::{Command, Foot, PerFoot, TickError};
 use nalgebra::{Point2, Vector2};
 use std::sync::Arc;
 
@@ -76,6 +74,11 @@ impl Balance {
         self.swing.as_ref()
     }
 
+    /// Whether a state in no gain's CPI set was the last one while the robot stood, or a foot is in the air for it.
+    pub fn has_left_sets(&self) -> bool {
+        self.swing.is_some() || !self.supervisor.is_held()
+    }
+
     /// Runs one tick: writes `command`, and notes in `estimate` which foot has been lifted or has landed. It does not
     /// allocate. If the equations of motion have no solution it returns an error, and `command` may be half written.
     pub fn tick(&mut self, estimate: &mut Estimate, command: &mut Command) -> Result<(), TickError> {
@@ -85,29 +88,21 @@ impl Balance {
                 None => return self.swing_on(estimate, command),
             }
         }
-        match self.design.family.standing {
-            Standing::Posture => {
-                self.hold(estimate, command);
-                Ok(())
-            }
-            Standing::Switching => self.stand(estimate, command),
-        }
+        self.stand(estimate, command)
     }
 
     /// What the controller did at the last tick, for the `estimate` that it used.
     pub fn account<'a>(&'a self, estimate: &'a Estimate) -> Account<'a> {
-        let family = &self.design.family;
-        let phase = match (self.in_air(), family.standing) {
-            (Some(foot), _) => Phase::Swing(foot),
-            (None, Standing::Posture) => Phase::Posture,
-            (None, Standing::Switching) if self.supervisor.is_held() => Phase::Switching,
-            (None, Standing::Switching) => Phase::OutOfSets,
+        let phase = match self.in_air() {
+            Some(foot) => Phase::Swing(foot),
+            None if self.supervisor.is_held() => Phase::Switching,
+            None => Phase::OutOfSets,
         };
         Account {
             phase,
             estimate,
             zmp_ref: self.zmp_ref,
-            gain: Some(self.supervisor.gain).filter(|_| !family.gains.is_empty()),
+            gain: self.supervisor.gain,
             margin: self.supervisor.margin,
             switches: self.switches,
             swing: self.swing.as_ref(),
@@ -115,12 +110,6 @@ impl Balance {
             design: &self.design,
             supervisor: &self.supervisor,
         }
-    }
-
-    /// Holds the home posture. This rule asks for no ZMP, so the measured ZMP is reported as the desired one.
-    fn hold(&mut self, estimate: &Estimate, command: &mut Command) {
-        self.zmp_ref = estimate.zmp;
-        command.clone_from(&self.design.home);
     }
 
     /// Applies switching control (Sect. III.D). When the state is in no CPI set, it asks the footwork rule, if there is

@@ -1,7 +1,6 @@
 //! A gain set prepared for a robot: its feedback gains, the home posture with its torques, and a check that the rules
 //! for footsteps suit the robot.
 
-use super::body::load;
 use super::stand::Support;
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
@@ -11,9 +10,8 @@ use crate::lipm::cpi_set::nesting_warning;
 use crate::lipm::gains::{GainFamily, GainSet};
 use crate::lipm::pendulum::Pendulum;
 use crate::lipm::stepping::Stepping;
-use crate::robot::dynamics::load_torques;
-use crate::robot::{Command, Foot, GRAVITY, Kinematics, PerFoot, Robot, Units};
-use nalgebra::{Vector2, Vector3};
+use crate::robot::{Command, Foot, Kinematics, PerFoot, Robot, Units};
+use nalgebra::Vector2;
 use std::sync::Arc;
 
 /// A gain set prepared for a robot. All episodes with that gain set and robot share it.
@@ -59,7 +57,7 @@ impl Design {
         let footwork = footwork_rules(gains, robot, &units, stance.y)?;
         check_swing_times(footwork, robot, control_period_s, &gains.name)?;
         let is_rigid_sideways = Foot::BOTH.into_iter().all(|foot| !robot.soles[foot].ankle.rolls());
-        let (robot, home) = (Arc::new(robot.clone()), home_command(robot));
+        let (robot, home) = (Arc::new(robot.clone()), robot.home_command());
         Ok(Self { robot, family, footwork, warning, home, units, stance, is_rigid_sideways })
     }
 
@@ -167,16 +165,6 @@ pub fn home_polygon(robot: &Robot) -> SupportPolygon {
     Support::of(robot, &footholds, &BOTH_FEET)
         .polygon
         .expect("loading a robot checks that its soles are flat and apart")
-}
-
-fn home_command(robot: &Robot) -> Command {
-    let kinematics = Kinematics::at_home(robot);
-    let weight = Vector3::new(0.0, 0.0, robot.mass() * GRAVITY);
-    let footholds = kinematics.sole_poses(robot);
-    let wrenches = load::share(robot, &footholds, &BOTH_FEET, kinematics.com().xy(), weight);
-    let mut tau_ff = vec![0.0; robot.joints.len()];
-    load_torques(&kinematics, robot, -weight / robot.mass(), &wrenches, &mut tau_ff);
-    Command { q_ref: robot.home_rad.clone(), dq_ref: vec![0.0; robot.joints.len()], tau_ff }
 }
 
 #[cfg(test)]

@@ -1,32 +1,35 @@
-//! The controller: it estimates the state of the robot, decides whether to stand or to step, and moves the body (paper,
-//! Fig. 11). It reads a [`Sensed`] and writes a [`Command`], and it never names the simulation.
+//! Our own controller: it estimates the state of the robot, decides whether to stand or to step, and moves the body
+//! (paper, Fig. 11). It is one [`Controller`] among others, of the kind `cpi`: it alone knows CPI sets. It reads a
+//! [`Sensed`] and writes a [`Command`], and it never names the simulation.
 //!
-//! One control tick ([`Controller::tick`]) goes through three parts. The [`Estimator`] finds the posture, the COM and
+//! One control tick ([`CpiController::tick`]) goes through three parts. The [`Estimator`] finds the posture, the COM and
 //! its velocity, the ZMP and which soles are in contact. [`Balance`] applies the standing rule ([`stand`]: support
 //! polygon, acting gain, desired ZMP) or, when the state lies in no gain's [CPI set](crate::lipm::cpi_set), a footwork
 //! rule ([`step`]). The [`body`] turns the result into joint targets and torques. [`Account`] tells what the controller
-//! did and why.
+//! did and why; [`Report`] is what others see of it.
 //!
 //! Together with the modules below it, the controller is a library of its own (`default-features = false`), for another
 //! simulator or for a real robot. In this example the joints reach their targets at once and the robot stands still:
 //!
 //! ```
-//! use standfast::control::{Controller, Design, Phase};
+//! use standfast::control::{CpiController, Design, Phase};
 //! use standfast::lipm::GainSet;
-//! use standfast::robot::{Command, GRAVITY, Imu, PerFoot, Robot, Sensed, Wrench};
+//! use standfast::robot::{Command, Controller, GRAVITY, Imu, PerFoot, Robot, Sensed, Wrench};
 //! use nalgebra::{UnitQuaternion, Vector3};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let period_s = 0.002;
 //! let robot = Robot::load("ut-mu2")?;
 //! let design = Design::new(&robot, &GainSet::load("catch")?, period_s)?;
-//! let mut controller = Controller::new(design);
+//! let mut controller = CpiController::new(design);
 //! let mut command = Command::hold(&robot.home_rad);
 //! let half_weight = Vector3::new(0.0, 0.0, 0.5 * robot.mass() * GRAVITY);
-//! for _ in 0..100 {
+//! for k in 0..100 {
 //!     // Encoders, the IMU averaged over the past period, and mean wrenches under the soles in sole axes.
 //!     let sensed = Sensed {
+//!         time_s: f64::from(k) * period_s,
 //!         q: command.q_ref.clone(),
+//!         dq: vec![0.0; robot.joints.len()],
 //!         imu: Imu::over(period_s, UnitQuaternion::identity(), [Vector3::zeros(); 2], Vector3::zeros()),
 //!         soles: PerFoot::from_fn(|_| Wrench { force: half_weight, moment: Vector3::zeros() }),
 //!     };
@@ -46,23 +49,21 @@ mod account;
 mod balance;
 pub mod body;
 mod design;
-mod error;
 pub mod estimate;
 pub mod stand;
 pub mod step;
 
-use crate::robot::{Command, Sensed};
+use crate::robot::{Command, Controller, Factory, Promise, Region, Report, Sensed, TickError};
 pub use account::{Account, Phase};
 pub use balance::Balance;
 pub use design::{Design, FootworkRules, home_polygon};
-pub use error::TickError;
 use estimate::{Estimate, Estimator};
-use nalgebra::Vector2;
+use nalgebra::{Point2, Vector2};
 use std::sync::Arc;
 
 /// A controller for one robot and one gain set.
 #[derive(Debug, Clone)]
-pub struct Controller {
+pub struct CpiController {
     design: Arc<Design>,
     estimator: Estimator,
     balance: Balance,
@@ -70,9 +71,11 @@ pub struct Controller {
     command: Command,
     /// Whether the last tick failed, so that the controller has to restart from the next sample.
     is_lost: bool,
+    /// Time at which the state was first in no gain's CPI set (s).
+    left_sets_at_s: Option<f64>,
 }
 
-impl Controller {
+impl CpiController {
     /// Starts with the robot at home and at rest.
     pub fn new(design: impl Into<Arc<Design>>) -> Self {
         let design = design.into();
@@ -82,6 +85,7 @@ impl Controller {
             estimator: Estimator::new(&design.robot, design.family.pendulum.dt, start),
             command: design.home.clone(),
             is_lost: false,
+            left_sets_at_s: None,
             design,
         }
     }
@@ -104,26 +108,6 @@ impl Controller {
         Ok(())
     }
 
-    /// Runs one control tick: reads `sensed` and writes what the servos are to do into `command`. It does not allocate
-    /// if `command` has room for the robot's joints. On an error, `command` is left as it was.
-    pub fn tick(&mut self, sensed: &Sensed, command: &mut Command) -> Result<(), TickError> {
-        let robot = &*self.design.robot;
-        sensed.check(robot.joints.len())?;
-        if self.is_lost {
-            self.restart(sensed)?;
-        } else {
-            self.estimator.update(robot, sensed, self.balance.in_air());
-        }
-        self.is_lost = true;
-        self.balance.tick(&mut self.estimator.now, &mut self.command)?;
-        if !self.command.is_finite() {
-            return Err(TickError::Unsolvable);
-        }
-        self.is_lost = false;
-        command.clone_from(&self.command);
-        Ok(())
-    }
-
     /// What the controller did at the last tick, and why.
     pub fn account(&self) -> Account<'_> {
         self.balance.account(&self.estimator.now)
@@ -140,5 +124,79 @@ impl Controller {
     /// It serves to measure how the ZMP follows.
     pub fn probe_zmp(&mut self, probe: Vector2<f64>) {
         self.balance.probe_zmp(probe);
+    }
+
+    /// What the controller is designed for.
+    pub fn design(&self) -> &Arc<Design> {
+        &self.design
+    }
+}
+
+impl Controller for CpiController {
+    /// It does not allocate if `command` has room for the robot's joints. On an error, `command` is left as it was.
+    fn tick(&mut self, sensed: &Sensed, command: &mut Command) -> Result<(), TickError> {
+        let robot = &*self.design.robot;
+        sensed.check(robot.joints.len())?;
+        if self.is_lost {
+            self.restart(sensed)?;
+        } else {
+            self.estimator.update(robot, sensed, self.balance.in_air());
+        }
+        self.is_lost = true;
+        self.balance.tick(&mut self.estimator.now, &mut self.command)?;
+        self.command.check(self.design.robot.joints.len()).map_err(|_| TickError::Unsolvable)?;
+        self.is_lost = false;
+        if self.left_sets_at_s.is_none() && self.balance.has_left_sets() {
+            self.left_sets_at_s = Some(sensed.time_s);
+        }
+        command.clone_from(&self.command);
+        Ok(())
+    }
+
+    fn report(&self) -> Report {
+        let mut report = self.account().report();
+        report.totals.extend(self.left_sets_at_s.map(|at_s| ("left_sets_at_s".into(), at_s)));
+        report
+    }
+
+    fn fork(&self) -> Option<Box<dyn Controller>> {
+        Some(Box::new(self.clone()))
+    }
+
+    fn promise(&self) -> Option<&dyn Promise> {
+        Some(self)
+    }
+}
+
+/// The states in the slowest gain's CPI set, which is the largest.
+impl Promise for CpiController {
+    fn margin_at(&self, com: Point2<f64>, com_vel: Vector2<f64>) -> f64 {
+        self.account().margin_at(com, com_vel)
+    }
+
+    fn regions(&self) -> Vec<Region> {
+        let account = self.account();
+        let slices = if account.stands() { account.slices() } else { Vec::new() };
+        let gains = self.design.family.gains.iter().map(|gain| gain.name.clone());
+        gains.zip(slices).map(|(name, corners)| Region { name, corners }).collect()
+    }
+}
+
+impl From<Design> for Factory {
+    fn from(design: Design) -> Self {
+        let family = &design.family;
+        let gains = match family.gains.len() {
+            1 => "one gain".into(),
+            count => format!("{count} gains"),
+        };
+        let footsteps = if design.footwork.is_some() { "footsteps" } else { "no footsteps" };
+        let about = format!("with {gains} and {footsteps}");
+        let shared = Arc::new(design.clone());
+        let start = move |_seed| CpiController::new(Arc::clone(&shared));
+        let mut factory = Factory::new(&family.name, about, start);
+        factory.regions = family.gains.iter().map(|gain| gain.name.clone()).collect();
+        factory.takes_footsteps = design.footwork.is_some();
+        factory.warning = design.warning;
+        factory
     }
 }

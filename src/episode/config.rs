@@ -91,6 +91,8 @@ pub struct Disturbance {
     pub sensor_errors: Option<SensorErrors>,
     /// Differences of the simulated robot and ground from those for which the controller is designed.
     pub variation: Variation,
+    /// For what is random in a controller.
+    pub seed: u64,
 }
 
 /// When an episode ends before its horizon.

@@ -3,11 +3,9 @@
 use super::closed_loop::ClosedLoop;
 use super::config::{Disturbance, EpisodeConfig, Until};
 use super::record::Record;
-use super::run::judged;
 use super::snapshot::Snapshot;
 use super::tick::Tick;
-use crate::control::Design;
-use crate::robot::Robot;
+use crate::robot::{Factory, Robot};
 use crate::sim::{Engine, Ground, Push};
 use std::f64::consts::TAU;
 
@@ -20,9 +18,9 @@ pub struct Film {
     pub robot: Robot,
     /// The physics engine that simulated it.
     pub engine: Engine,
-    /// Name of the gain set, and names of its gains from slow to fast.
-    pub gain_set: String,
-    pub gains: Vec<String>,
+    /// Name of the controller, and names of the regions of its promise; of gains, from slow to fast.
+    pub controller: String,
+    pub regions: Vec<String>,
     pub control_period_s: f64,
     pub pushes: Vec<Push>,
     /// The ground, on its slope at the end. Each snapshot has the slope of its own time.
@@ -37,34 +35,30 @@ impl Film {
     /// Usual time (s) for which a film goes on after the episode is decided, because a fall takes a while.
     pub const AFTERMATH_S: f64 = 1.0;
 
-    /// Runs an episode as [`super::run()`] does, until and for a time (s) after its end as `how_long` says, but not
-    /// beyond its horizon. `observe` sees the ticks of the episode itself.
+    /// Runs an episode as [`super::run()`] does, until it is decided and for `aftermath_s` (s) after that, but not beyond
+    /// its horizon. `observe` sees every tick.
     pub fn take(
         robot: &Robot,
-        design: &Design,
+        factory: &Factory,
         config: &EpisodeConfig,
         disturbance: Disturbance,
-        how_long: (Until, f64),
+        (until, aftermath_s): (Until, f64),
         observe: &mut dyn FnMut(&Tick),
     ) -> Self {
         let (variation, pushes) = (disturbance.variation, disturbance.pushes.clone());
         let simulated = variation.robot(robot);
-        let closed_loop = ClosedLoop::new(robot, &simulated, design, config, disturbance);
         let mut snapshots = Vec::new();
-        let record = judged(closed_loop, &simulated, config, how_long, &mut |tick, is_after| {
-            if !is_after {
-                observe(tick);
-            }
+        let closed_loop = ClosedLoop::new(robot, &simulated, [factory], config, disturbance).until(until, aftermath_s);
+        let mut records = closed_loop.watched(&mut |_, tick| {
+            observe(tick);
             if tick.truth.is_finite() {
                 snapshots.push(Snapshot::of(&simulated, tick));
             }
         });
-        let family = &design.family;
-        let gains = family.gains.iter().map(|gain| gain.name.clone()).collect();
-        let gain_set = family.name.clone();
-        let (engine, control_period_s) = (config.engine, config.control_period_s);
+        let (controller, regions) = (factory.name.clone(), factory.regions.clone());
+        let (engine, control_period_s, record) = (config.engine, config.control_period_s, records.remove(0));
         let ground = Ground::new(robot, &variation);
-        Self { robot: simulated, engine, ground, gain_set, gains, control_period_s, pushes, record, snapshots }
+        Self { robot: simulated, engine, ground, controller, regions, control_period_s, pushes, record, snapshots }
     }
 
     /// Distance from the origin beyond which the robot counts as flown off (m).

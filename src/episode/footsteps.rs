@@ -1,7 +1,6 @@
 //! The footsteps of an episode, for its record.
 
-use crate::control::{Account, Phase};
-use crate::robot::{Foot, PerFoot, Pose};
+use crate::robot::{Airborne, Foot, PerFoot, Pose, Report};
 use serde::Serialize;
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -13,10 +12,10 @@ pub struct Footstep {
     /// Centre of the sole in the world frame, at lift and at landing.
     pub from_m: [f64; 3],
     pub to_m: [f64; 3],
-    /// The ZMP error for which the footstep was taken, in the control frame at the lift (x forward, y left).
-    pub zmp_error_m: [f64; 2],
-    /// Whether the state at landing was in a CPI set of the new support.
-    pub in_set_at_landing: bool,
+    /// The ZMP error for which the footstep was taken, in the control frame at the lift (x forward, y left), and whether
+    /// the state at landing was in a CPI set of the new support. None if the controller does not say.
+    pub zmp_error_m: Option<[f64; 2]>,
+    pub in_set_at_landing: Option<bool>,
 }
 
 /// A lifted foot. The fields are those of [`Footstep`].
@@ -25,7 +24,7 @@ pub struct Lifted {
     pub foot: Foot,
     pub lift_s: f64,
     pub from_m: [f64; 3],
-    pub zmp_error_m: [f64; 2],
+    pub zmp_error_m: Option<[f64; 2]>,
 }
 
 /// The footsteps of an episode up to now.
@@ -36,14 +35,14 @@ pub struct FootstepLog {
 }
 
 impl FootstepLog {
-    /// Takes note of a tick: the poses of the soles, and what the controller did.
-    pub fn watch(&mut self, time_s: f64, soles: &PerFoot<Pose>, account: &Account) {
+    /// Takes note of a tick: the poses of the soles, and the controller's report.
+    pub fn watch(&mut self, time_s: f64, soles: &PerFoot<Pose>, report: &Report) {
         let center = |foot: Foot| soles[foot].translation.vector.into();
-        match (account.swing, self.unfinished) {
-            (Some(swing), None) => {
-                let (foot, zmp_error) = (swing.footstep.foot, swing.footstep.zmp_error);
-                let lifted = Lifted { foot, lift_s: time_s, from_m: center(foot), zmp_error_m: zmp_error.into() };
-                self.unfinished = Some(lifted);
+        match (report.footstep, self.unfinished) {
+            (Some(Airborne { foot, .. }), None) => {
+                let zmp_error_m = report.number("zmp_error_x_m").zip(report.number("zmp_error_y_m"));
+                let zmp_error_m = zmp_error_m.map(|(x, y)| [x, y]);
+                self.unfinished = Some(Lifted { foot, lift_s: time_s, from_m: center(foot), zmp_error_m });
             }
             (None, Some(Lifted { foot, lift_s, from_m, zmp_error_m })) => {
                 self.unfinished = None;
@@ -54,7 +53,7 @@ impl FootstepLog {
                     from_m,
                     to_m: center(foot),
                     zmp_error_m,
-                    in_set_at_landing: account.phase == Phase::Switching,
+                    in_set_at_landing: report.number("in_cpi_set").map(|is_in| is_in > 0.0),
                 });
             }
             _ => {}

@@ -1,36 +1,35 @@
 //! Two episodes of one trial side by side, to see when and how they part.
 
 use super::closed_loop::ClosedLoop;
-use super::config::{Disturbance, EpisodeConfig};
+use super::config::{Disturbance, EpisodeConfig, Until};
 use super::film::Film;
 use super::snapshot::{Snapshot, contact};
-use super::tick::{Controlled, Tick};
-use crate::control::Design;
-use crate::robot::{Foot, PerFoot, Robot};
+use super::tick::Tick;
+use crate::robot::{Factory, Foot, PerFoot, Robot, Word};
 use nalgebra::Point2;
 use serde::Serialize;
 
 /// How two episodes of one trial run apart. Times are from their beginning.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Parting {
     /// The first moment at which the COMs, or the centres of a foot's soles, are horizontally farther apart than is asked.
     pub at_s: f64,
     /// What is so far apart.
-    pub of: Apart,
+    pub of: Part,
     /// By how much (m).
     pub distance_m: f64,
     /// What the controllers are doing then; if that differs, since when it has, without a break.
-    pub phases: [&'static str; 2],
+    pub phases: [Word; 2],
     pub phases_differ_since_s: Option<f64>,
     /// Which soles bear a load then; if that differs, since when it has, without a break.
     pub loaded: [Loaded; 2],
     pub loaded_differ_since_s: Option<f64>,
 }
 
-/// What may be apart.
+/// What of two robots may be apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Apart {
+pub enum Part {
     Com,
     LeftSole,
     RightSole,
@@ -67,21 +66,23 @@ pub fn half_sole_width_m(robot: &Robot) -> f64 {
 /// never are, up to the horizon or to the first number that is not finite.
 pub fn parting(
     robot: &Robot,
-    design: &Design,
+    factory: &Factory,
     configs: [&EpisodeConfig; 2],
     disturbance: impl Fn() -> Disturbance,
     limit_m: f64,
 ) -> Option<Parting> {
     let simulated = &disturbance().variation.robot(robot);
-    let [mut a, mut b] = configs.map(|config| ClosedLoop::new(robot, simulated, design, config, disturbance()));
+    let [mut a, mut b] = configs
+        .map(|config| ClosedLoop::new(robot, simulated, [factory], config, disturbance()).until(Until::Horizon, 0.0));
     let mut watch = Watch::new(limit_m);
     let ticks = (configs[0].horizon_s / configs[0].control_period_s).round() as u64;
     for _ in 0..=ticks {
-        let (in_a, in_b) = (a.tick(), b.tick());
-        if in_a.is_broken() || in_b.is_broken() {
-            return None;
-        }
-        if let Some(parting) = watch.see(&Moment::from(&in_a), &Moment::from(&in_b)) {
+        let [in_a, in_b] = [&mut a, &mut b].map(|closed_loop| {
+            let mut moment = None;
+            let goes_on = closed_loop.decide(&mut |_, tick| moment = Some(Moment::from(tick)));
+            moment.filter(|_| goes_on)
+        });
+        if let Some(parting) = watch.see(&in_a?, &in_b?) {
             return Some(parting);
         }
         a.advance();
@@ -104,7 +105,7 @@ struct Moment {
     time_s: f64,
     com: Point2<f64>,
     soles: PerFoot<Point2<f64>>,
-    phase: &'static str,
+    phase: Word,
     loaded: Loaded,
 }
 
@@ -115,7 +116,7 @@ impl From<&Tick<'_>> for Moment {
             time_s: truth.time_s,
             com: truth.com.xy(),
             soles: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.xy().into()),
-            phase: tick.account.phase.name(),
+            phase: tick.report.phase.clone(),
             loaded: PerFoot::from_fn(|foot| contact(tick, foot).is_some()).into(),
         }
     }
@@ -127,7 +128,7 @@ impl From<&Snapshot> for Moment {
             time_s: snapshot.time_s,
             com: snapshot.com.xy(),
             soles: PerFoot::from_fn(|foot| snapshot.soles[foot].xy()),
-            phase: snapshot.phase.name(),
+            phase: snapshot.phase.clone(),
             loaded: PerFoot::from_fn(|foot| snapshot.contacts[foot].is_some()).into(),
         }
     }
@@ -155,7 +156,7 @@ impl Watch {
             at_s: a.time_s,
             of,
             distance_m,
-            phases: [a.phase, b.phase],
+            phases: [a.phase.clone(), b.phase.clone()],
             phases_differ_since_s: self.phases_since_s,
             loaded: [a.loaded, b.loaded],
             loaded_differ_since_s: self.loaded_since_s,
@@ -164,17 +165,17 @@ impl Watch {
 }
 
 /// What is horizontally farthest apart, and by how much (m).
-fn farthest(a: &Moment, b: &Moment) -> (Apart, f64) {
+fn farthest(a: &Moment, b: &Moment) -> (Part, f64) {
     let sole = |foot: Foot| (a.soles[foot] - b.soles[foot]).norm();
     let com = (a.com - b.com).norm();
-    let all = [(Apart::Com, com), (Apart::LeftSole, sole(Foot::Left)), (Apart::RightSole, sole(Foot::Right))];
+    let all = [(Part::Com, com), (Part::LeftSole, sole(Foot::Left)), (Part::RightSole, sole(Foot::Right))];
     all.into_iter().fold(all[0], |most, other| if other.1 > most.1 { other } else { most })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::episode::Until;
+    use crate::control::Design;
     use crate::lipm::GainSet;
     use crate::sim::Push;
 
@@ -184,7 +185,8 @@ mod tests {
     fn episodes_part_when_they_are_as_far_apart_as_is_asked_and_not_before() {
         let robot = Robot::load("ut-mu2").unwrap();
         let config = EpisodeConfig { horizon_s: 1.0, ..EpisodeConfig::of(&crate::robot::Units::of(&robot)) };
-        let design = Design::new(&robot, &GainSet::load("hold").unwrap(), config.control_period_s).unwrap();
+        let design =
+            Factory::from(Design::new(&robot, &GainSet::load("hold").unwrap(), config.control_period_s).unwrap());
         let push = Push { impulse_n_s: 4.0, start_s: 0.1, ..Push::default() };
         let disturbance = || Disturbance { pushes: vec![push], ..Disturbance::default() };
         let part = |configs, limit_m| parting(&robot, &design, configs, disturbance, limit_m);
@@ -193,7 +195,7 @@ mod tests {
         let [near, far] = [1e-4, 2e-3].map(|limit_m| part([&config, &other], limit_m).unwrap());
         assert!(near.at_s < far.at_s && far.distance_m > 2e-3 && near.distance_m > 1e-4, "{near:?} {far:?}");
         assert!(near.at_s > 0.1 && far.at_s < 1.0, "not before the push: {near:?} {far:?}");
-        assert_eq!(far.phases, ["posture"; 2]);
+        assert_eq!(far.phases, [Word::from("posture"), "posture".into()]);
         let half_m = half_sole_width_m(&robot);
         assert!(robot.soles.left.half_m.contains(&half_m) && half_m < 0.05, "{half_m}");
     }
@@ -201,7 +203,8 @@ mod tests {
     fn films_part_where_a_point_is_first_too_far_away() {
         let robot = Robot::load("ut-mu2").unwrap();
         let config = EpisodeConfig { horizon_s: 0.2, ..EpisodeConfig::of(&crate::robot::Units::of(&robot)) };
-        let design = Design::new(&robot, &GainSet::load("hold").unwrap(), config.control_period_s).unwrap();
+        let design =
+            Factory::from(Design::new(&robot, &GainSet::load("hold").unwrap(), config.control_period_s).unwrap());
         let how_long = (Until::Horizon, 0.0);
         let film = Film::take(&robot, &design, &config, Disturbance::default(), how_long, &mut |_| {});
         assert_eq!(Parting::of_films(&film, &film), None);
@@ -215,7 +218,7 @@ mod tests {
             }
         }
         let parting = Parting::of_films(&film, &other).unwrap();
-        assert_eq!((parting.at_s, parting.of), (film.snapshots[50].time_s, Apart::RightSole));
+        assert_eq!((parting.at_s, parting.of), (film.snapshots[50].time_s, Part::RightSole));
         assert!((parting.distance_m - 1.01 * limit_m).abs() < 1e-12, "{parting:?}");
         assert_eq!((parting.phases_differ_since_s, parting.loaded), (None, [Loaded::BothSoles, Loaded::RightSole]));
         assert_eq!(parting.loaded_differ_since_s, Some(film.snapshots[40].time_s));

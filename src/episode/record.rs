@@ -2,6 +2,7 @@
 
 use super::footsteps::{Footstep, Lifted};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// How an episode ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
@@ -29,13 +30,13 @@ impl Outcome {
     }
 }
 
-/// Where the state lies with respect to the slowest gain's maximal CPI set, which is the largest set.
+/// Where a state lies with respect to those from which a controller promises to recover by standing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Membership {
     Inside,
     Outside,
-    /// There is no set: no sole is in contact, or the support polygon is smaller than the gain set's ZMP margin.
+    /// There are no such states: no sole is in contact, or the support is too small.
     Empty,
 }
 
@@ -48,8 +49,8 @@ impl Membership {
         }
     }
 
-    /// From the margin in the set; see [`crate::control::stand::Supervisor`].
-    pub(super) fn of_margin(margin: f64) -> Self {
+    /// From the margin among these states; see [`Promise`](crate::robot::Promise).
+    pub fn of_margin(margin: f64) -> Self {
         match margin {
             m if m >= 0.0 => Membership::Inside,
             m if m.is_finite() => Membership::Outside,
@@ -91,17 +92,14 @@ pub struct Record {
     /// Time before the fall at which the legs first met, and the names of the two links.
     pub legs_met_at_s: Option<f64>,
     pub legs_met: Option<String>,
-    /// Time at which the state was first in no CPI set.
-    pub left_sets_at_s: Option<f64>,
-    /// Whether the true state is in the slowest gain's set at the end of the last push, with the controller's desired
-    /// ZMP on the support that it estimates. If a foot is in the air by then, ZMP and support are those of when the
-    /// robot last stood, and the value tells whether standing would have sufficed. None without gains.
-    pub set_after_push: Option<Membership>,
-    /// The margin in that set, negative outside. Also None if there is no set.
-    pub cpi_margin_after_push: Option<f64>,
-    /// The same margin for the estimated state, by which the controller chooses its gain.
-    pub cpi_margin_after_push_est: Option<f64>,
-    pub gain_switches: u32,
+    /// How deep the true state lay at the end of the last push among those of which the controller promises that it
+    /// recovers from them by standing: 1 for rest at home, negative outside, and negative infinity if there were none. If
+    /// a foot was in the air by then, they are those of when the robot last stood. None without a promise.
+    pub promise_margin: Option<f64>,
+    /// The same for the estimated state, by which the controller acts.
+    pub promise_margin_est: Option<f64>,
+    /// The last totals of the controller's reports before a fall.
+    pub totals: BTreeMap<String, f64>,
     pub footsteps: Vec<Footstep>,
     /// The footstep in the air at the fall or at the end.
     pub unfinished_footstep: Option<Lifted>,

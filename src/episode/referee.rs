@@ -2,10 +2,9 @@
 
 use super::config::{EpisodeConfig, Judge, Until};
 use super::footsteps::FootstepLog;
-use super::record::{Membership, Outcome, Record};
+use super::record::{Outcome, Record};
 use super::slip::Slip;
 use super::tick::{Tick, home_distance};
-use crate::control::Phase;
 use crate::robot::Robot;
 use crate::sim::{Push, Truth};
 
@@ -15,7 +14,7 @@ pub const AT_LIMIT: f64 = 0.999;
 /// Watches the ticks of an episode and writes its record.
 #[derive(Clone)]
 pub struct Referee<'a> {
-    robot: &'a Robot,
+    pub(super) robot: &'a Robot,
     judge: Judge,
     control_period_s: f64,
     home_height: f64,
@@ -81,7 +80,7 @@ impl<'a> Referee<'a> {
             self.record.com_speed_at_push_m_s = Some(truth.com_vel.norm());
         }
         self.note_peaks(tick);
-        self.footsteps.watch(truth.time_s, &truth.soles, &tick.account);
+        self.footsteps.watch(truth.time_s, &truth.soles, &tick.report);
         if let Some(cause) = self.fall_cause(truth) {
             self.record.outcome = Outcome::Fell;
             self.record.fell_at_s = Some(truth.time_s);
@@ -134,7 +133,7 @@ impl<'a> Referee<'a> {
     }
 
     fn note_peaks(&mut self, tick: &Tick) {
-        let (truth, account, record) = (tick.truth, &tick.account, &mut self.record);
+        let (truth, report, record) = (tick.truth, &tick.report, &mut self.record);
         let tilt_deg = truth.tilt_rad().to_degrees();
         record.peak_tilt_deg = record.peak_tilt_deg.max(tilt_deg);
         let mut torque_ratio = 0.0_f64;
@@ -157,21 +156,18 @@ impl<'a> Referee<'a> {
         if tick.dcm_outside_m.is_finite() {
             record.peak_dcm_outside_m = record.peak_dcm_outside_m.max(tick.dcm_outside_m);
         }
-        record.gain_switches = account.switches;
-        if account.phase == Phase::Posture {
-            return;
+        for (name, total) in &report.totals {
+            match record.totals.get_mut(&**name) {
+                Some(known) => *known = *total,
+                None => _ = record.totals.insert(name.to_string(), *total),
+            }
         }
-        let held = account.phase == Phase::Switching;
-        if !held && record.left_sets_at_s.is_none() {
-            record.left_sets_at_s = Some(truth.time_s);
-        }
-        if truth.time_s >= self.pushed_s[1] && record.set_after_push.is_none() {
-            let margin = account.margin_at(truth.com.xy(), truth.com_vel.xy());
-            record.set_after_push = Some(Membership::of_margin(margin));
-            record.cpi_margin_after_push = Some(margin).filter(|m| m.is_finite());
-            let estimate = account.estimate;
-            let margin_est = account.margin_at(estimate.com_xy(), estimate.com_vel_xy());
-            record.cpi_margin_after_push_est = Some(margin_est).filter(|m| m.is_finite());
+        if let (Some(promise), None) = (tick.promise(), record.promise_margin)
+            && truth.time_s >= self.pushed_s[1]
+        {
+            record.promise_margin = Some(promise.margin_at(truth.com.xy(), truth.com_vel.xy()));
+            let estimate = report.com.zip(report.com_vel);
+            record.promise_margin_est = estimate.map(|(com, com_vel)| promise.margin_at(com.xy(), com_vel.xy()));
         }
     }
 
@@ -201,10 +197,11 @@ mod tests {
     use super::*;
     use crate::control::Design;
     use crate::lipm::gains::GainSet;
+    use crate::robot::Factory;
 
     fn home_at_s(impulse_n_s: f64, home_radius_m: f64) -> Option<f64> {
         let robot = Robot::load("ut-mu2").unwrap();
-        let design = Design::new(&robot, &GainSet::load("hold").unwrap(), 0.002).unwrap();
+        let factory = Factory::from(Design::new(&robot, &GainSet::load("hold").unwrap(), 0.002).unwrap());
         let judge = Judge { home_radius_m, ..Judge::of(&crate::robot::Units::of(&robot)) };
         let config = EpisodeConfig {
             horizon_s: 0.5,
@@ -214,19 +211,19 @@ mod tests {
         };
         let push = Push { impulse_n_s, start_s: 0.1, ..Push::default() };
         let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
-        run(&robot, &design, &config, disturbance, config.until(), &mut |_| {}).home_at_s
+        run(&robot, &factory, &config, disturbance, config.until(), &mut |_| {}).home_at_s
     }
 
     /// A push that starts between two ticks does not count as motion before it.
     #[test]
     fn the_speed_at_the_push_is_that_before_it() {
         let robot = Robot::load("ut-mu2").unwrap();
-        let design = Design::new(&robot, &GainSet::load("hold").unwrap(), 0.002).unwrap();
+        let factory = Factory::from(Design::new(&robot, &GainSet::load("hold").unwrap(), 0.002).unwrap());
         let config = EpisodeConfig { horizon_s: 0.5, ..EpisodeConfig::of(&crate::robot::Units::of(&robot)) };
         for start_s in [0.3, 0.3001, 0.3019] {
             let push = Push { impulse_n_s: 5.0, start_s, ..Push::default() };
             let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
-            let record = run(&robot, &design, &config, disturbance, config.until(), &mut |_| {});
+            let record = run(&robot, &factory, &config, disturbance, config.until(), &mut |_| {});
             let speed_m_s = record.com_speed_at_push_m_s.unwrap();
             assert!(speed_m_s < 0.005, "pushed at {start_s} s, it moved at {speed_m_s} m/s");
         }

@@ -1,9 +1,8 @@
 //! What can be seen of one tick, as plain numbers for pictures and replays.
 
 use super::tick::Tick;
-use crate::control::Phase;
-use crate::control::estimate::on_ground;
-use crate::robot::{Foot, PerFoot, Posture, Robot};
+use crate::robot::kinematics::on_ground;
+use crate::robot::{Airborne, Foot, PerFoot, Posture, Region, Robot, Word};
 use nalgebra::{Isometry2, Point2, Point3, UnitQuaternion, Vector3};
 
 /// One moment of an episode: the true state, and what the controller intends, both in the world frame. The latter is
@@ -20,22 +19,25 @@ pub struct Snapshot {
     pub dcm_outside_m: f64,
     /// ZMP of the simulated contacts; None in flight.
     pub zmp: Option<Point2<f64>>,
-    pub zmp_ref: Point2<f64>,
+    /// The ZMP that the controller wants, if it says so.
+    pub zmp_ref: Option<Point2<f64>>,
     /// Centre of each sole's contact face, on the ground or not.
     pub soles: PerFoot<Point3<f64>>,
     /// Corners of the support polygon, counter-clockwise; empty in flight.
     pub support: Vec<Point2<f64>>,
-    /// For each gain, from slow to fast, the slice of its CPI set over COM positions, at the estimated COM velocity and
-    /// the desired ZMP. The set contains the state while the estimated COM lies in the slice. Corners are
-    /// counter-clockwise. A slice is empty if the set contains no such state; with a foot in the air there are no
-    /// slices, since the supervisor then rests.
-    pub slices: Vec<Vec<Point2<f64>>>,
-    /// Index of the acting gain, from slow to fast; None without gains or with a foot in the air.
-    pub gain: Option<usize>,
-    /// Margin in the slowest gain's CPI set: 1 at rest at home, and negative when no set contains the state. None where
-    /// `gain` is None, and if there is no set.
+    /// The regions of the controller's promise: places of the COM from which it recovers by standing. Of a gain set, these
+    /// are the slices of the gains' CPI sets from slow to fast, at the estimated COM velocity and the desired ZMP. Corners
+    /// are counter-clockwise. A region may be empty, and with a foot in the air there are none.
+    pub regions: Vec<Region>,
+    /// Name of the acting gain; None without gains or with a foot in the air.
+    pub gain: Option<String>,
+    /// Margin in the slowest gain's CPI set: 1 at rest at home, and negative when no set contains the state. None without
+    /// gains, with a foot in the air, and if there is no set.
     pub margin: Option<f64>,
-    pub phase: Phase,
+    /// What the controller is doing, in a word.
+    pub phase: Word,
+    /// The foot in the air.
+    pub in_air: Option<Foot>,
     /// Corners of the sole where the foot in the air is to land.
     pub footstep: Option<[Point3<f64>; 4]>,
     /// Force of the ground on each sole (N), averaged over the past tick, at the centre of pressure; None without load.
@@ -58,15 +60,19 @@ pub const LEAST_N: f64 = 0.5;
 
 impl Snapshot {
     pub fn of(robot: &Robot, tick: &Tick) -> Self {
-        let (truth, account) = (tick.truth, &tick.account);
-        let gain = account.gain.filter(|_| account.stands());
+        let (truth, report) = (tick.truth, &tick.report);
         let force = truth.push_force;
         let to_world = to_world(tick);
-        let slice = |slice: &Vec<Point2<f64>>| slice.iter().map(|corner| to_world * corner).collect();
+        let region = |Region { name, corners }: Region| Region {
+            name,
+            corners: corners.iter().map(|corner| to_world * corner).collect(),
+        };
         let landing = |corner: Point3<f64>| {
             let place = to_world * corner.xy();
             Point3::new(place.x, place.y, corner.z)
         };
+        let corners = |Airborne { foot, landing }: Airborne| robot.soles[foot].corners().map(|corner| landing * corner);
+        let regions = tick.promise().map_or_else(Vec::new, |promise| promise.regions());
         Self {
             time_s: truth.time_s,
             posture: truth.posture.clone(),
@@ -74,14 +80,15 @@ impl Snapshot {
             dcm: tick.dcm,
             dcm_outside_m: tick.dcm_outside_m,
             zmp: truth.zmp.map(Point2::from),
-            zmp_ref: to_world * account.zmp_ref,
+            zmp_ref: report.zmp_ref.map(|zmp_ref| to_world * zmp_ref),
             soles: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.into()),
             support: tick.support.map_or_else(Vec::new, |polygon| polygon.vertices().to_vec()),
-            slices: if account.stands() { account.slices().iter().map(slice).collect() } else { Vec::new() },
-            gain,
-            margin: gain.map(|_| account.margin).filter(|margin| margin.is_finite()),
-            phase: account.phase,
-            footstep: account.swing.map(|swing| swing.landing_corners(robot).map(landing)),
+            regions: regions.into_iter().map(region).collect(),
+            gain: report.word("gain").filter(|_| report.footstep.is_none()).map(String::from),
+            margin: report.number("cpi_margin").filter(|margin| margin.is_finite()),
+            phase: report.phase.clone(),
+            in_air: report.footstep.map(|footstep| footstep.foot),
+            footstep: report.footstep.map(|footstep| corners(footstep).map(landing)),
             contacts: PerFoot::from_fn(|foot| contact(tick, foot)),
             push: (force.norm() > 0.0).then_some(Arrow { point: truth.push_point, force }),
             slope: truth.ground.slope,
@@ -90,9 +97,10 @@ impl Snapshot {
 }
 
 /// The transform from the world as the controller estimates it to the true world: it moves the estimated horizontal
-/// pose of the robot's base to the true one.
+/// pose of the robot's base to the true one. A controller that does not estimate its place is taken at its word.
 pub fn to_world(tick: &Tick) -> Isometry2<f64> {
-    on_ground(&tick.truth.posture.base) * on_ground(&tick.account.estimate.posture.base).inverse()
+    let Some(base) = &tick.report.base else { return Isometry2::identity() };
+    on_ground(&tick.truth.posture.base) * on_ground(base).inverse()
 }
 
 /// The force on a sole, at its centre of pressure.

@@ -1,12 +1,9 @@
-//! One tick of a closed loop, and the loop itself.
+//! One tick of a closed loop, as everybody sees it who watches.
 
-use super::config::EpisodeConfig;
-use crate::control::Account;
 use crate::geometry::SupportPolygon;
-use crate::robot::{Command, Foot, GRAVITY, PerFoot, Pose, Robot};
+use crate::robot::{Command, Controller, Foot, GRAVITY, PerFoot, Pose, Promise, Report, Robot};
 use crate::sim::Truth;
 use nalgebra::Point2;
-use std::ops::ControlFlow;
 
 /// One control tick as an observer sees it: the true state now (with averages over the past tick), and what the
 /// controller does with its present readings.
@@ -19,49 +16,34 @@ pub struct Tick<'a> {
     /// Distance of the DCM from the support (m): negative inside, infinite in flight.
     pub dcm_outside_m: f64,
     /// What the controller did, and why.
-    pub account: Account<'a>,
+    pub report: Report,
+    /// The controller itself; None if there is none behind the report.
+    pub controller: Option<&'a dyn Controller>,
     pub command: &'a Command,
     /// What went wrong in controller or simulation, if anything did.
     pub failure: Option<&'a str>,
+    /// Whether the judge has decided the episode at an earlier tick.
+    pub is_after: bool,
 }
 
 impl<'a> Tick<'a> {
     /// For `robot`, whose pendulum has the natural frequency `omega` (rad/s).
-    pub fn new(robot: &Robot, omega: f64, truth: &'a Truth, account: Account<'a>, command: &'a Command) -> Self {
+    pub fn new(robot: &Robot, omega: f64, truth: &'a Truth, report: Report, command: &'a Command) -> Self {
         let dcm = truth.com.xy() + truth.com_vel.xy() / omega;
         let support = support_on_ground(robot, truth, GRAVITY / (omega * omega));
         let dcm_outside_m = support.map_or(f64::INFINITY, |polygon| polygon.signed_distance(dcm));
-        Self { truth, dcm, support, dcm_outside_m, account, command, failure: None }
+        let (controller, failure, is_after) = (None, None, false);
+        Self { truth, dcm, support, dcm_outside_m, report, controller, command, failure, is_after }
+    }
+
+    /// From which states the controller says that it recovers by standing, if it says so.
+    pub fn promise(&self) -> Option<&'a dyn Promise> {
+        self.controller?.promise()
     }
 
     /// Whether the episode cannot go on: a number is not finite or absurdly large, or something failed.
     pub fn is_broken(&self) -> bool {
         self.failure.is_some() || !self.truth.is_finite()
-    }
-}
-
-/// A robot under control: a simulated one ([`ClosedLoop`](super::ClosedLoop)), or one that follows an ideal pendulum.
-pub trait Controlled {
-    /// The true state now, and what the controller does with it. To be called once per control period.
-    fn tick(&mut self) -> Tick<'_>;
-    /// Moves on by one control period with the last command.
-    fn advance(&mut self);
-}
-
-/// Runs the loop from now to the horizon, or until `observe`, which sees every tick, breaks it.
-pub fn drive(
-    controlled: &mut impl Controlled,
-    config: &EpisodeConfig,
-    mut observe: impl FnMut(&Tick) -> ControlFlow<()>,
-) {
-    let ticks = (config.horizon_s / config.control_period_s).round() as u64;
-    for k in 0..=ticks {
-        if observe(&controlled.tick()).is_break() {
-            return;
-        }
-        if k < ticks {
-            controlled.advance();
-        }
     }
 }
 
@@ -86,7 +68,7 @@ fn support_on_ground(robot: &Robot, truth: &Truth, com_height_m: f64) -> Option<
 }
 
 /// Horizontal distance of the COM from the point midway between the soles' centres (m).
-pub(super) fn home_distance(com: Point2<f64>, soles: &PerFoot<Pose>) -> f64 {
+pub fn home_distance(com: Point2<f64>, soles: &PerFoot<Pose>) -> f64 {
     let middle = (soles.left.translation.vector.xy() + soles.right.translation.vector.xy()) / 2.0;
     (com.coords - middle).norm()
 }

@@ -10,21 +10,11 @@ use super::catching::CatchingTable;
 use super::disturbance::{Spread, ZmpDisturbance};
 use super::pendulum::{Pendulum, State};
 use super::stepping::SteppingTable;
-use crate::assets::{Source, exactly, parse_toml};
+use crate::assets::{self, Kind, Source, exactly, parse_toml};
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use nalgebra::{Matrix6, Point2, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
-
-/// What the robot does while it stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Standing {
-    /// The joints stay at the home posture, without gains. This is the baseline that needs no control.
-    Posture,
-    /// The fastest gain acts whose maximal CPI set contains the state (Sect. III.D).
-    Switching,
-}
 
 /// Which gain moves the ZMP while the state is in no gain's CPI set and both feet stay on the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -47,12 +37,14 @@ impl OutOfSets {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GainSet {
+    /// The kind of controller, `cpi`, which may be left out.
+    #[serde(default, skip_serializing)]
+    pub kind: Option<String>,
     /// Name of the set in tables and results.
     pub name: String,
     /// A sentence that describes the set.
     #[serde(default)]
     pub description: String,
-    pub standing: Standing,
     /// The ZMP keeps this distance from the edges of the support polygon, in half sole lengths.
     #[serde(default = "default_zmp_margin")]
     pub zmp_margin: f64,
@@ -137,9 +129,18 @@ fn first_former_key(value: &toml::Value) -> Option<(String, String)> {
 }
 
 impl GainSet {
+    /// Loads a built-in gain set or a file.
+    pub fn load(name: &str) -> Result<Self> {
+        Self::parse(&assets::open(Kind::Controller, name)?)
+    }
+
     /// Reads a gain set. Errors name the file, the field, its value and what is accepted.
     pub fn parse(source: &Source) -> Result<Self> {
         let table = source.text.parse::<toml::Table>().unwrap_or_default();
+        if let Some(kind) = table.get("kind").filter(|kind| kind.as_str() != Some("cpi")) {
+            let (problem, accepted) = ("is not a gain set", "a controller of kind \"cpi\", such as switching");
+            return Err(Error::value(&source.file, "kind", kind, problem, accepted));
+        }
         if let Some((path, value)) = first_former_key(&toml::Value::Table(table)) {
             let (problem, accepted) = former_key(path.rsplit('.').next().unwrap_or(&path)).expect("it is one");
             return Err(Error::value(&source.file, path, value, problem, accepted));
@@ -168,29 +169,17 @@ impl GainSet {
             let accepted = format!("up to {MOST_GAINS} gains");
             return Err(Error::value(file, "gains", format!("{count} gains"), "too many", accepted));
         }
-        match self.standing {
-            Standing::Posture if count > 0 => {
-                let problem = "standing = \"posture\" uses no gains";
-                return Err(Error::value(file, "gains", format!("{count} gains"), problem, "no [[gains]]"));
-            }
-            Standing::Switching if count == 0 => {
-                let problem = "standing = \"switching\" needs gains";
-                return Err(Error::value(file, "gains", "none", problem, "one or more [[gains]], slow to fast"));
-            }
-            _ => {}
+        if count == 0 {
+            let (problem, accepted) = ("a gain set needs gains", "one or more [[gains]], slow to fast");
+            return Err(Error::value(file, "gains", "none", problem, accepted));
         }
         if let Some(stepping) = &self.stepping {
-            if self.standing == Standing::Posture {
-                let problem = "standing = \"posture\" has no CPI sets by which to decide when to step";
-                return Err(Error::value(file, "stepping", "a table", problem, "no [stepping]"));
-            }
             stepping.validate(file)?;
         }
         if let Some(catching) = &self.catching {
-            if self.standing == Standing::Posture || self.stepping.is_some() {
-                let problem = "needs standing = \"switching\" and excludes [stepping]";
-                let accepted = "standing = \"switching\", no [stepping]";
-                return Err(Error::value(file, "catching", "a table", problem, accepted));
+            if self.stepping.is_some() {
+                let problem = "excludes [stepping]";
+                return Err(Error::value(file, "catching", "a table", problem, "one of the two tables"));
             }
             catching.validate(file)?;
         }
@@ -268,7 +257,6 @@ impl Gain {
 #[derive(Debug, Clone, PartialEq)]
 pub struct GainFamily {
     pub name: String,
-    pub standing: Standing,
     /// Half the length of a sole (m), the unit of the margin and the disturbance in a gain set.
     pub half_sole_m: f64,
     /// Margin of the ZMP (m); see [`GainSet::zmp_margin`].
@@ -278,7 +266,7 @@ pub struct GainFamily {
     /// Which gain acts when no set contains the state.
     pub out_of_sets: OutOfSets,
     pub pendulum: Pendulum,
-    /// The gains, from slow to fast; empty for [`Standing::Posture`].
+    /// The gains, from slow to fast.
     pub gains: Vec<Gain>,
 }
 
@@ -341,7 +329,6 @@ impl GainFamily {
         let bounds = set.zmp_disturbance.bounds() * half_sole_m;
         Ok(Self {
             name: set.name.clone(),
-            standing: set.standing,
             half_sole_m,
             zmp_margin: set.zmp_margin * half_sole_m,
             zmp_disturbance: set.zmp_disturbance,
@@ -364,7 +351,7 @@ mod tests {
 
     #[test]
     fn the_built_in_sets_are_valid() {
-        for name in Kind::Gains.names() {
+        for name in Kind::Controller.names() {
             let set = GainSet::load(name).unwrap();
             assert_eq!(set.name, name);
             let family = GainFamily::design(&set, PENDULUM, 0.048).unwrap();
@@ -385,7 +372,7 @@ mod tests {
 
     #[test]
     fn errors_name_file_field_value_and_what_is_accepted() {
-        let set = |gains: &str| format!("name = \"g\"\nstanding = \"switching\"\n{gains}");
+        let set = |gains: &str| format!("name = \"g\"\n{gains}");
         let gain = |x: &str| format!("[[gains]]\nname = \"a\"\nx = {x}\ny = [0.2, 1, 5]\n");
         let stepping = |lambda: &str| {
             let rules = "alpha = 4\nswing_time = 1.2\nlift = 0.06\nlate = 0.6\npause = 0\nsame_foot_pause = 0";
@@ -395,8 +382,7 @@ mod tests {
         };
         let catching = "[catching]\nlift = 0.03\nlate = 0.6\npause = 0\ntransfer = 0\nsettle = 0.05\n";
         assert!(parse(&set(&(gain("[0.2, 1, 5]") + catching))).is_ok());
-        let two_rules = "catching = a table: needs standing = \"switching\" and excludes [stepping]; \
-                         accepted: standing = \"switching\", no [stepping]";
+        let two_rules = "catching = a table: excludes [stepping]; accepted: one of the two tables";
         for (text, words) in [
             (set(&gain("[0.2, -1.0, 5.0]")), "g.toml: gains[0].x[1] = -1: gain \"a\" would be unstable"),
             (set(&gain("[0.0, 1.0, 5.0]")), "gains[0].x[0] = 0"),
@@ -404,8 +390,6 @@ mod tests {
             (set(&gain("[0.2, 1.0]")), "x = [0.2, 1.0]"),
             (set(&(gain("[0.2, 1, 5]") + &gain("[0.2, 1, 5]"))), "gains[1].name = \"a\": is used twice"),
             (set(""), "gains = none"),
-            (set(&gain("[0.2, 1, 5]")).replace("switching", "posture"), "gains = 1 gains"),
-            (set(&gain("[0.2, 1, 5]")).replace("switching", "upright"), "expected `posture` or `switching`"),
             (format!("zmp_margin = -0.1\n{}", set(&gain("[0.2, 1, 5]"))), "zmp_margin = -0.1"),
             (
                 format!("zmp_disturbance = -0.1\n{}", set(&gain("[0.2, 1, 5]"))),
@@ -430,12 +414,7 @@ mod tests {
             ),
             (set(&stepping("lambda = 5.0\nswing = 0.2")), "unknown field `swing`"),
             (set(&stepping("")), "missing field `lambda`"),
-            (
-                set(&stepping("lambda = 5.0")).replace("switching", "posture"),
-                "stepping = a table: standing = \"posture\"",
-            ),
             (set(&(gain("[0.2, 1, 5]") + &stepping("lambda = 5.0") + catching)), two_rules),
-            (set(catching).replace("switching", "posture"), two_rules),
             (set(&(gain("[0.2, 1, 5]") + catching)).replace("late = 0.6", "late = 7"), "catching.late = 7: out"),
         ] {
             let error = parse(&text).unwrap_err();

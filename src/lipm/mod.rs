@@ -5,7 +5,7 @@
 //! search; the controller uses this. [`disturbance`] makes both of them robust. [`stepping`] and [`relaxation`] are for
 //! when no set contains the state: where the foot may land, and how COM and ZMP move while it is in the air (Sect. V).
 //! [`catching`] plans both anew at every tick. [`capture`] gives the bounds by which all of this is measured, namely the
-//! largest impulses that the pendulum can take. [`variant`] opens a gain set with one changed value.
+//! largest impulses that the pendulum can take.
 
 pub mod axis_loop;
 pub mod capture;
@@ -17,10 +17,9 @@ pub mod online;
 pub mod pendulum;
 pub mod relaxation;
 pub mod stepping;
-pub mod variant;
 
 pub use cpi_set::CpiSet;
-pub use gains::{Gain, GainFamily, GainSet, Standing};
+pub use gains::{Gain, GainFamily, GainSet};
 pub use online::OnlineSets;
 pub use pendulum::{Pendulum, State};
 

@@ -3,13 +3,14 @@
 //! The row of time t holds the true state at t, the mean forces over the tick that ends at t, and the controller's
 //! estimates and commands at t (which act after the robot's delay). All values are in the world frame. Estimates and
 //! commands are in the controller's estimate of it, which drifts when feet slip. Before the first physics step, the
-//! forces are half of the weight on each sole. A value that does not exist is empty, such as the ZMP in flight or the
-//! margin of a gain set without gains. `links_met` names the two links that pressed on each other hardest during the tick,
+//! forces are half of the weight on each sole. A value that does not exist is empty, such as the ZMP in flight or
+//! what a controller does not say. What it notes beyond has columns of its own; of a gain set, `gain`, `cpi_margin`,
+//! `in_cpi_set`, and the ZMP error of the footstep in the air. Ticks after the verdict have 1 in `after_verdict`. `links_met` names the two links that pressed on each other hardest during the tick,
 //! legs before arms.
 
 use crate::columns::{Column, Data};
 use crate::episode::Tick;
-use crate::robot::{Foot, Robot};
+use crate::robot::{Foot, Note, Robot};
 use nalgebra::Vector3;
 
 /// Collects the rows of an episode.
@@ -17,19 +18,22 @@ pub struct Trace {
     names: Vec<String>,
     values: Vec<Vec<Option<f64>>>,
     phase: Vec<String>,
-    gain: Vec<String>,
+    /// What the controller notes, by name: a number or a word at each tick, or nothing.
+    notes: Vec<(String, Vec<Option<Note>>)>,
+    /// Whether the tick lies after the verdict (1) or not (0).
+    after_verdict: Vec<i64>,
     /// The links that met during the tick.
     links_met: Vec<Option<String>>,
     links: Vec<String>,
 }
 
-/// Names of the columns before `phase`, `gain` and `links_met`.
+/// Names of the columns before `phase`, the notes of the controller, `after_verdict` and `links_met`.
 const BODY: &str = "time_s com_x_m com_y_m com_z_m com_vel_x_m_s com_vel_y_m_s com_vel_z_m_s \
                     com_x_m_est com_y_m_est com_z_m_est com_vel_x_m_s_est com_vel_y_m_s_est com_vel_z_m_s_est \
                     zmp_x_m zmp_y_m zmp_ref_x_m zmp_ref_y_m dcm_x_m dcm_y_m \
                     contact_force_x_n contact_force_y_n contact_force_z_n \
                     push_force_x_n push_force_y_n push_force_z_n \
-                    zmp_x_m_est zmp_y_m_est trunk_tilt_deg dcm_outside_m cpi_margin";
+                    zmp_x_m_est zmp_y_m_est trunk_tilt_deg dcm_outside_m";
 
 impl Trace {
     pub fn new(robot: &Robot) -> Self {
@@ -47,31 +51,29 @@ impl Trace {
         }
         let values = vec![Vec::new(); names.len()];
         let links = robot.links.iter().map(|link| link.name.clone()).collect();
-        Self { names, values, phase: Vec::new(), gain: Vec::new(), links_met: Vec::new(), links }
+        let (phase, notes, after_verdict, links_met) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { names, values, phase, notes, after_verdict, links_met, links }
     }
 
     /// Adds the row of a tick.
     pub fn push(&mut self, tick: &Tick) {
-        let (truth, account) = (tick.truth, &tick.account);
-        let estimate = account.estimate;
-        let zmp = truth.zmp.map_or([None; 2], |z| z.map(Some));
-        // The margin is not updated while a foot is in the air.
-        let margin = account.gain.filter(|_| account.stands()).map(|_| account.margin);
+        let (truth, report) = (tick.truth, &tick.report);
         let mut row: Vec<Option<f64>> = vec![Some(truth.time_s)];
-        let mut add = |values: &[f64]| row.extend(values.iter().map(|v| Some(*v)));
-        add(truth.com.coords.as_slice());
-        add(truth.com_vel.as_slice());
-        add(estimate.com.coords.as_slice());
-        add(estimate.com_vel.as_slice());
-        row.extend(zmp);
-        let mut add = |values: &[f64]| row.extend(values.iter().map(|v| Some(*v)));
-        add(account.zmp_ref.coords.as_slice());
-        add(tick.dcm.coords.as_slice());
-        add(truth.contact_force.as_slice());
-        add(truth.push_force.as_slice());
-        add(estimate.zmp.coords.as_slice());
-        add(&[truth.tilt_rad().to_degrees()]);
-        row.extend([Some(tick.dcm_outside_m), margin].map(|v| v.filter(|v| v.is_finite())));
+        fn add<'a>(row: &mut Vec<Option<f64>>, values: impl IntoIterator<Item = &'a f64>) {
+            row.extend(values.into_iter().map(|value| Some(*value)));
+        }
+        fn maybe<const N: usize>(row: &mut Vec<Option<f64>>, values: Option<[f64; N]>) {
+            row.extend(values.map_or([None; N], |values| values.map(Some)));
+        }
+        add(&mut row, truth.com.coords.iter().chain(&truth.com_vel));
+        maybe::<3>(&mut row, report.com.map(Into::into));
+        maybe::<3>(&mut row, report.com_vel.map(Into::into));
+        maybe(&mut row, truth.zmp);
+        maybe::<2>(&mut row, report.zmp_ref.map(Into::into));
+        add(&mut row, tick.dcm.coords.iter().chain(&truth.contact_force).chain(&truth.push_force));
+        maybe::<2>(&mut row, report.zmp.map(Into::into));
+        row.push(Some(truth.tilt_rad().to_degrees()));
+        row.push(Some(tick.dcm_outside_m).filter(|distance_m| distance_m.is_finite()));
         let mut add = |values: &[f64]| row.extend(values.iter().map(|v| Some(*v)));
         for foot in Foot::BOTH {
             let (pose, wrench) = (&truth.soles[foot], &truth.sole_wrenches[foot]);
@@ -88,8 +90,18 @@ impl Trace {
         for (column, value) in self.values.iter_mut().zip(row) {
             column.push(value);
         }
-        self.phase.push(account.phase.name().into());
-        self.gain.push(account.gain_name().unwrap_or("none").into());
+        for (name, note) in &report.notes {
+            let ticks = self.phase.len();
+            let place = self.notes.iter().position(|(known, _)| known == name).unwrap_or_else(|| {
+                self.notes.push((name.to_string(), vec![None; ticks]));
+                self.notes.len() - 1
+            });
+            self.notes[place].1.push(Some(note.clone()));
+        }
+        self.phase.push(report.phase.to_string());
+        let ticks = self.phase.len();
+        self.notes.iter_mut().for_each(|(_, notes)| notes.resize(ticks, None));
+        self.after_verdict.push(i64::from(tick.is_after));
         let names = |[a, b]: [usize; 2]| format!("{} and {}", self.links[a], self.links[b]);
         self.links_met.push(truth.meeting.map(|meeting| names(meeting.links)));
     }
@@ -102,14 +114,32 @@ impl Trace {
                 Column::new(name, whole.map_or(Data::OptF64(values), Data::F64))
             })
             .collect();
-        let words = [
-            ("phase", Data::Text(self.phase)),
-            ("gain", Data::Text(self.gain)),
-            ("links_met", Data::OptText(self.links_met)),
-        ]
-        .map(|(name, data)| Column::new(name, data));
+        let phase = Column::new("phase", Data::Text(self.phase));
+        let after_verdict = Column::new("after_verdict", Data::I64(self.after_verdict));
+        let links_met = Column::new("links_met", Data::OptText(self.links_met));
+        let noted = std::iter::once(phase).chain(self.notes.into_iter().map(noted)).chain([after_verdict, links_met]);
         let place = BODY.split_whitespace().count();
-        columns.splice(place..place, words);
+        columns.splice(place..place, noted);
         columns
     }
+}
+
+/// The column of a note: of numbers or, if any of its values is a word, of words.
+fn noted((name, notes): (String, Vec<Option<Note>>)) -> Column {
+    let word = |note: &Note| match note {
+        Note::Number(number) => number.to_string(),
+        Note::Word(word) => word.to_string(),
+    };
+    let number = |note: &Note| match note {
+        Note::Number(number) => Some(*number).filter(|number| number.is_finite()),
+        Note::Word(_) => None,
+    };
+    let has_words = notes.iter().flatten().any(|note| matches!(note, Note::Word(_)));
+    Column::new(
+        name,
+        match has_words {
+            true => Data::OptText(notes.iter().map(|note| note.as_ref().map(word)).collect()),
+            false => Data::OptF64(notes.iter().map(|note| note.as_ref().and_then(number)).collect()),
+        },
+    )
 }

@@ -1,11 +1,11 @@
 //! What a plant (simulated or real) and a controller exchange at each control tick, and when.
 //!
 //! At the beginning of each tick the plant supplies a [`Sensed`] and takes the resulting [`Command`], which holds until
-//! the next one. Joint angles, orientation and angular velocity are those of this moment. The accelerometer gives the
+//! the next one. Joint angles and speeds, orientation and angular velocity are those of this moment. The accelerometer gives the
 //! change of the trunk's velocity over the past tick ([`Imu::over`]), and the wrenches are means over it, since contact
 //! forces vary too fast for one sample. At the first tick there is no past: the trunk counts as at rest, and the weight
 //! is on the soles. Until the first command, a plant holds its posture ([`Command::hold`]), or the home posture with
-//! the torques that carry it (`Design::home_command`).
+//! the torques that carry it ([`Robot::home_command`](super::Robot::home_command)).
 
 use super::model::{Foot, GRAVITY, PerFoot};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -13,21 +13,28 @@ use nalgebra::{UnitQuaternion, Vector3};
 /// The sensor readings, which are all that a controller sees.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensed {
+    /// Time since the start of the episode (s).
+    pub time_s: f64,
     /// Joint angles (rad), one per joint.
     pub q: Vec<f64>,
+    /// Joint speeds (rad/s), one per joint.
+    pub dq: Vec<f64>,
     pub imu: Imu,
     /// Wrench of the ground on each sole, in sole axes, averaged over the past tick.
     pub soles: PerFoot<Wrench>,
 }
 
 impl Sensed {
-    /// Fails if there are not `joints` angles, or if a number is NaN or larger than any real sensor reads.
+    /// Fails if there are not `joints` angles and speeds, or if a number is NaN or larger than any real sensor reads.
     pub fn check(&self, joints: usize) -> Result<(), SensedError> {
-        if self.q.len() != joints {
-            return Err(SensedError::WrongLength { field: "q", length: self.q.len(), joints });
+        for (field, values) in [("q", &self.q), ("dq", &self.dq)] {
+            if values.len() != joints {
+                return Err(SensedError::WrongLength { field, length: values.len(), joints });
+            }
+            plausible(field, values)?;
         }
+        plausible("time_s", &[self.time_s])?;
         let Imu { orientation, gyro, accelerometer } = &self.imu;
-        plausible("q", &self.q)?;
         plausible("imu.orientation", orientation.coords.as_slice())?;
         plausible("imu.gyro", gyro.as_slice())?;
         plausible("imu.accelerometer", accelerometer.as_slice())?;
@@ -107,20 +114,73 @@ pub struct Command {
     pub dq_ref: Vec<f64>,
     /// Feed-forward torques (N m).
     pub tau_ff: Vec<f64>,
+    /// Stiffness kp (N m/rad) and damping kd (N m s/rad) of each joint; None: those of the robot's servos. With zeros
+    /// the command is one of torques alone.
+    pub gains: Option<Vec<[f64; 2]>>,
+}
+
+/// Largest stiffness and damping that a command may ask for, as for the servos of a robot.
+const LARGEST_GAIN: f64 = 1e12;
+
+/// Why a [`Command`] is refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CommandError {
+    #[error("{field} has {length} values; accepted: one for each of the robot's {joints} joints")]
+    WrongLength { field: &'static str, length: usize, joints: usize },
+    #[error("{field}[{index}] = {value}: is not a command; accepted: {accepted}")]
+    NoCommand { field: &'static str, index: usize, value: f64, accepted: &'static str },
 }
 
 impl Command {
+    /// Holds these joint angles (rad) by the servos alone.
+    pub fn hold(q: &[f64]) -> Self {
+        let zeros = vec![0.0; q.len()];
+        Self { q_ref: q.to_vec(), dq_ref: zeros.clone(), tau_ff: zeros, gains: None }
+    }
+
+    /// Fails if there is not one number for each of `joints` joints, or if a number is NaN or infinite, or a gain negative.
+    pub fn check(&self, joints: usize) -> Result<(), CommandError> {
+        for (field, values) in [("q_ref", &self.q_ref), ("dq_ref", &self.dq_ref), ("tau_ff", &self.tau_ff)] {
+            if values.len() != joints {
+                return Err(CommandError::WrongLength { field, length: values.len(), joints });
+            }
+            if let Some(index) = values.iter().position(|value| !value.is_finite()) {
+                let accepted = "a finite number";
+                return Err(CommandError::NoCommand { field, index, value: values[index], accepted });
+            }
+        }
+        let Some(gains) = &self.gains else { return Ok(()) };
+        if gains.len() != joints {
+            return Err(CommandError::WrongLength { field: "gains", length: gains.len(), joints });
+        }
+        for (index, pair) in gains.iter().enumerate() {
+            if let Some(&value) = pair.iter().find(|gain| !(0.0..=LARGEST_GAIN).contains(*gain)) {
+                return Err(CommandError::NoCommand { field: "gains", index, value, accepted: "0 to 1e12" });
+            }
+        }
+        Ok(())
+    }
+
     /// Whether both ask for the same, to the bit.
     pub fn is_same(&self, other: &Self) -> bool {
-        let parts = [(&self.q_ref, &other.q_ref), (&self.dq_ref, &other.dq_ref), (&self.tau_ff, &other.tau_ff)];
-        let same = |a: &Vec<f64>, b: &Vec<f64>| a.iter().map(|v| v.to_bits()).eq(b.iter().map(|v| v.to_bits()));
-        parts.into_iter().all(|(a, b)| same(a, b))
+        fn same<'a>(a: impl IntoIterator<Item = &'a f64>, b: impl IntoIterator<Item = &'a f64>) -> bool {
+            a.into_iter().map(|v| v.to_bits()).eq(b.into_iter().map(|v| v.to_bits()))
+        }
+        let gains = match (&self.gains, &other.gains) {
+            (Some(a), Some(b)) => same(a.as_flattened(), b.as_flattened()),
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        gains
+            && same(&self.q_ref, &other.q_ref)
+            && same(&self.dq_ref, &other.dq_ref)
+            && same(&self.tau_ff, &other.tau_ff)
     }
 }
 
 impl Clone for Command {
     fn clone(&self) -> Self {
-        Self { q_ref: self.q_ref.clone(), dq_ref: self.dq_ref.clone(), tau_ff: self.tau_ff.clone() }
+        let Self { q_ref, dq_ref, tau_ff, gains } = self;
+        Self { q_ref: q_ref.clone(), dq_ref: dq_ref.clone(), tau_ff: tau_ff.clone(), gains: gains.clone() }
     }
 
     /// Allocates only if there is not enough room.
@@ -128,18 +188,6 @@ impl Clone for Command {
         self.q_ref.clone_from(&other.q_ref);
         self.dq_ref.clone_from(&other.dq_ref);
         self.tau_ff.clone_from(&other.tau_ff);
-    }
-}
-
-impl Command {
-    /// Holds these joint angles (rad) by the servos alone.
-    pub fn hold(q: &[f64]) -> Self {
-        let zeros = vec![0.0; q.len()];
-        Self { q_ref: q.to_vec(), dq_ref: zeros.clone(), tau_ff: zeros }
-    }
-
-    /// Whether no number is NaN or infinite.
-    pub fn is_finite(&self) -> bool {
-        [&self.q_ref, &self.dq_ref, &self.tau_ff].into_iter().flatten().all(|value| value.is_finite())
+        self.gains.clone_from(&other.gains);
     }
 }

@@ -4,7 +4,7 @@
 //! axes), then the joint rates. The COM Jacobian is the paper's "COG Jacobian", which it inverts for the whole body.
 
 use super::model::{Foot, GRAVITY, PerFoot, Robot};
-use nalgebra::{Isometry3, Matrix3xX, Matrix6xX, Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry2, Isometry3, Matrix3xX, Matrix6xX, Point3, Translation3, UnitQuaternion, Vector3};
 
 /// Pose of a body in the world.
 pub type Pose = Isometry3<f64>;
@@ -170,6 +170,17 @@ impl Kinematics {
 
 fn basis() -> [Vector3<f64>; 3] {
     [Vector3::x(), Vector3::y(), Vector3::z()]
+}
+
+/// A pose (of a foothold or a base) seen from above: horizontal position and heading.
+pub fn on_ground(pose: &Pose) -> Isometry2<f64> {
+    Isometry2::new(pose.translation.vector.xy(), heading(pose))
+}
+
+/// Heading of a pose's x axis, seen from above (rad).
+pub fn heading(pose: &Pose) -> f64 {
+    let x = pose.rotation * Vector3::x();
+    x.y.atan2(x.x)
 }
 
 impl Robot {

@@ -5,10 +5,12 @@
 //! [`Frame`], and a joint has the name of its URDF joint.
 
 mod ankle;
+pub mod controller;
 pub mod dynamics;
 mod infer;
 pub mod io;
 pub mod kinematics;
+pub mod load;
 mod markup;
 pub mod mesh;
 pub mod model;
@@ -22,7 +24,8 @@ pub mod units;
 pub mod urdf;
 mod xacro;
 
-pub use io::{Command, Imu, Sensed, SensedError, Wrench};
+pub use controller::{Airborne, Controller, Factory, Note, Promise, Region, Report, TickError, Word};
+pub use io::{Command, CommandError, Imu, Sensed, SensedError, Wrench};
 pub use kinematics::{Kinematics, Pose, Posture};
 pub use model::{
     Ankle, Around, Foot, Frame, GRAVITY, Joint, LandingRegion, Link, PerFoot, Robot, SensorNoise, Servo, Sole, Solid,

@@ -209,6 +209,7 @@ impl Servo {
 #[serde(deny_unknown_fields)]
 pub struct SensorNoise {
     pub joint_angle_rad: f64,
+    pub joint_speed_rad_s: f64,
     pub gyro_rad_s: f64,
     pub orientation_rad: f64,
     pub accelerometer_m_s2: f64,

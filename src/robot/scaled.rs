@@ -90,6 +90,7 @@ impl Robot {
             servo.rotor_inertia_kg_m2 *= moment * length;
         }
         // The noise of angles and accelerations is the same.
+        robot.noise.joint_speed_rad_s /= time;
         robot.noise.gyro_rad_s /= time;
         robot.noise.sole_force_n *= by.force();
         robot.noise.sole_moment_n_m *= moment;

@@ -101,6 +101,7 @@ pub(super) fn parse(source: &Source) -> Result<Settings> {
     Error::check_ranges(file, "", &own)?;
     let noises = [
         ("joint_angle_rad", noise.joint_angle_rad, 0.0, 10.0),
+        ("joint_speed_rad_s", noise.joint_speed_rad_s, 0.0, 1e4),
         ("gyro_rad_s", noise.gyro_rad_s, 0.0, 1e4),
         ("orientation_rad", noise.orientation_rad, 0.0, 10.0),
         ("accelerometer_m_s2", noise.accelerometer_m_s2, 0.0, 1e4),

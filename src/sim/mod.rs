@@ -20,5 +20,5 @@ pub use ground::Ground;
 pub use meeting::{Meeting, Pairs};
 pub use plant::{Plant, Pull, Truth};
 pub use push::{Profile, Push};
-pub use sensors::SensorErrors;
+pub use sensors::{Normal, Sensor, SensorErrors, When};
 pub use variation::Variation;

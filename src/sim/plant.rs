@@ -189,7 +189,9 @@ impl<'a> Plant<'a> {
         let [linear, angular] = [0, 3].map(|first| truth.trunk_velocity.fixed_rows::<3>(first).into_owned());
         let velocities = [self.trunk_vel_before, linear];
         let mut sensed = Sensed {
+            time_s: truth.time_s,
             q: truth.posture.q.clone(),
+            dq: truth.velocity.rows_range(6..).iter().copied().collect(),
             imu: Imu::over(self.clock.control_period_s, truth.trunk.rotation, velocities, angular),
             soles: PerFoot::from_fn(|foot| {
                 let to_sole = truth.soles[foot].rotation.inverse();
@@ -197,8 +199,13 @@ impl<'a> Plant<'a> {
                 Wrench { force: to_sole * wrench.force, moment: to_sole * wrench.moment }
             }),
         };
-        self.sensors.corrupt(&mut sensed);
+        self.sensors.corrupt(&mut sensed, self.steps / self.substeps());
         sensed
+    }
+
+    /// Physics steps in a control period.
+    fn substeps(&self) -> u64 {
+        (self.clock.control_period_s / self.clock.physics_step_s).round() as u64
     }
 
     /// Simulates one control period with `pushes` and with `command`, which reaches the servos after the robot's delay.
@@ -208,7 +215,7 @@ impl<'a> Plant<'a> {
         self.truth.tau.fill(0.0);
         self.truth.touching = None;
         self.truth.meeting = None;
-        let substeps = (self.clock.control_period_s / self.clock.physics_step_s).round() as u64;
+        let substeps = self.substeps();
         let share = 1.0 / substeps as f64;
         let mut soles = PerFoot::<WorldWrench>::default();
         let mut total = WorldWrench::default();
@@ -276,9 +283,12 @@ impl<'a> Plant<'a> {
     fn drive_joints(&mut self) {
         let Self { physics, robot, clock, acting, drives, .. } = self;
         physics.set_drives(&mut |i, q, dq| {
-            let servo = &robot.servos[i];
+            let mut servo = robot.servos[i];
+            if let Some(gains) = &acting.gains {
+                [servo.kp, servo.kd] = gains[i];
+            }
             let (q_ref, dq_ref, tau_ff) = (acting.q_ref[i], acting.dq_ref[i], acting.tau_ff[i]);
-            drives[i] = servo::drive(servo, clock.physics_step_s, q, dq, q_ref, dq_ref, tau_ff);
+            drives[i] = servo::drive(&servo, clock.physics_step_s, q, dq, q_ref, dq_ref, tau_ff);
             drives[i]
         });
     }

@@ -3,31 +3,45 @@
 
 use crate::robot::{Foot, Imu, PerFoot, Sensed, SensorNoise, Wrench};
 use nalgebra::{UnitQuaternion, Vector3};
+use std::sync::Arc;
 
-/// Sensor errors of one episode: a stream of standard normal numbers, and their scale.
-///
-/// The plant takes the same number of values at the start (for the bias) and at every tick (for the noise), in a fixed
-/// order. So the noise of a sensor at a tick depends on the stream only, and not on the controller.
+/// Sensor errors of one episode: standard normal numbers, and their scale.
 #[derive(Clone)]
 pub struct SensorErrors {
     /// Scale of the noise, relative to the robot's own [`SensorNoise`].
     pub noise_scale: f64,
     /// Standard deviation of the bias, which is constant over the episode, relative to [`SensorNoise`].
     pub bias_scale: f64,
-    pub normal: Box<dyn NormalStream>,
+    pub normal: Arc<dyn Normal>,
 }
 
-/// A stream of independent standard normal numbers.
-pub trait NormalStream: Send + Sync {
-    fn next(&mut self) -> f64;
-    /// A copy that goes on with the same numbers.
-    fn copy(&self) -> Box<dyn NormalStream>;
+/// Standard normal numbers as a function of time and sensor: what one sensor reads changes nothing for another one.
+pub trait Normal: Send + Sync {
+    /// Fills `channels` with the independent numbers of a sensor, at a control tick or for its bias.
+    fn draw(&self, when: When, sensor: Sensor, channels: &mut [f64]);
 }
 
-impl Clone for Box<dyn NormalStream> {
-    fn clone(&self) -> Self {
-        (**self).copy()
-    }
+/// What numbers are drawn for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum When {
+    /// The bias, which is drawn once.
+    Bias,
+    /// The noise of this control tick.
+    Tick(u64),
+}
+
+/// The sensors. What a seed yields depends on their numbers, so a new sensor takes a new one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sensor {
+    JointAngles = 0,
+    JointSpeeds = 1,
+    Orientation = 2,
+    Gyro = 3,
+    Accelerometer = 4,
+    LeftSoleForce = 5,
+    LeftSoleMoment = 6,
+    RightSoleForce = 7,
+    RightSoleMoment = 8,
 }
 
 /// The sensors of a robot, which add bias and noise to the true values.
@@ -35,14 +49,16 @@ impl Clone for Box<dyn NormalStream> {
 pub struct Sensors {
     noise: SensorNoise,
     errors: Option<SensorErrors>,
-    /// The bias, drawn once per episode.
+    /// The bias, drawn once per episode, and room for the errors of a tick.
     bias: Errors,
+    now: Errors,
 }
 
 /// One additive error for each number of a [`Sensed`].
 #[derive(Clone)]
 struct Errors {
     q: Vec<f64>,
+    dq: Vec<f64>,
     orientation: Vector3<f64>,
     gyro: Vector3<f64>,
     accelerometer: Vector3<f64>,
@@ -51,47 +67,51 @@ struct Errors {
 
 impl Sensors {
     /// Sensors of a robot with `joints` joints. Without `errors` they are ideal.
-    pub fn new(joints: usize, noise: SensorNoise, mut errors: Option<SensorErrors>) -> Self {
+    pub fn new(joints: usize, noise: SensorNoise, errors: Option<SensorErrors>) -> Self {
         let mut bias = Errors {
             q: vec![0.0; joints],
+            dq: vec![0.0; joints],
             orientation: Vector3::zeros(),
             gyro: Vector3::zeros(),
             accelerometer: Vector3::zeros(),
             soles: PerFoot::default(),
         };
-        if let Some(errors) = &mut errors {
-            bias.draw(&noise, errors.bias_scale, &mut *errors.normal);
+        if let Some(errors) = &errors {
+            bias.draw(&noise, errors.bias_scale, &*errors.normal, When::Bias);
         }
-        Self { noise, errors, bias }
+        Self { noise, errors, now: bias.clone(), bias }
     }
 
-    /// Turns true values into the readings of this tick.
-    pub fn corrupt(&mut self, truth: &mut Sensed) {
-        let Some(errors) = &mut self.errors else { return };
+    /// Turns true values into the readings of a control tick.
+    pub fn corrupt(&mut self, truth: &mut Sensed, tick: u64) {
+        let Some(errors) = &self.errors else { return };
         self.bias.add_to(truth);
-        let mut noise = self.bias.clone();
-        noise.draw(&self.noise, errors.noise_scale, &mut *errors.normal);
-        noise.add_to(truth);
+        self.now.draw(&self.noise, errors.noise_scale, &*errors.normal, When::Tick(tick));
+        self.now.add_to(truth);
     }
 }
 
 impl Errors {
-    fn draw(&mut self, sd: &SensorNoise, scale: f64, normal: &mut dyn NormalStream) {
-        for q in &mut self.q {
-            *q = scale * sd.joint_angle_rad * normal.next();
-        }
-        let mut vector = |sd: f64| Vector3::from_fn(|_, _| scale * sd * normal.next());
-        self.orientation = vector(sd.orientation_rad);
-        self.gyro = vector(sd.gyro_rad_s);
-        self.accelerometer = vector(sd.accelerometer_m_s2);
-        for foot in Foot::BOTH {
-            self.soles[foot] = Wrench { force: vector(sd.sole_force_n), moment: vector(sd.sole_moment_n_m) };
-        }
+    fn draw(&mut self, sd: &SensorNoise, scale: f64, normal: &dyn Normal, when: When) {
+        let draw = |sensor: Sensor, sd: f64, channels: &mut [f64]| {
+            normal.draw(when, sensor, channels);
+            channels.iter_mut().for_each(|channel| *channel *= scale * sd);
+        };
+        draw(Sensor::JointAngles, sd.joint_angle_rad, &mut self.q);
+        draw(Sensor::JointSpeeds, sd.joint_speed_rad_s, &mut self.dq);
+        draw(Sensor::Orientation, sd.orientation_rad, self.orientation.as_mut_slice());
+        draw(Sensor::Gyro, sd.gyro_rad_s, self.gyro.as_mut_slice());
+        draw(Sensor::Accelerometer, sd.accelerometer_m_s2, self.accelerometer.as_mut_slice());
+        let PerFoot { left, right } = &mut self.soles;
+        draw(Sensor::LeftSoleForce, sd.sole_force_n, left.force.as_mut_slice());
+        draw(Sensor::LeftSoleMoment, sd.sole_moment_n_m, left.moment.as_mut_slice());
+        draw(Sensor::RightSoleForce, sd.sole_force_n, right.force.as_mut_slice());
+        draw(Sensor::RightSoleMoment, sd.sole_moment_n_m, right.moment.as_mut_slice());
     }
 
     fn add_to(&self, sensed: &mut Sensed) {
-        for (q, e) in sensed.q.iter_mut().zip(&self.q) {
-            *q += e;
+        for (reading, error) in sensed.q.iter_mut().zip(&self.q).chain(sensed.dq.iter_mut().zip(&self.dq)) {
+            *reading += error;
         }
         let Imu { orientation, gyro, accelerometer } = &mut sensed.imu;
         *orientation *= UnitQuaternion::from_scaled_axis(self.orientation);

@@ -11,20 +11,25 @@ pub mod window;
 use nalgebra::Vector3;
 use rand::{SeedableRng, rngs::ChaCha8Rng};
 use standfast::campaign::ask::trial::Normals;
-use standfast::control::Design;
-use standfast::episode::{self, Disturbance, EpisodeConfig, Record, Tick, Until};
+use standfast::contest;
+use standfast::control::{Account, CpiController, Design};
+use standfast::episode::{self, ClosedLoop, Disturbance, EpisodeConfig, Record, Tick, Until};
 use standfast::lipm::GainSet;
 use standfast::robot::dynamics::Dynamics;
-use standfast::robot::{Kinematics, Robot, Units};
+use standfast::robot::{Factory, Kinematics, Robot, Units};
 use standfast::sim::{Engine, Push, SensorErrors, Truth};
+use std::any::Any;
+use std::sync::Arc;
 
 /// The program under test.
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_standfast");
 
-/// A robot and a gain set designed for it.
+/// A robot and a controller prepared for it.
 pub struct Bench {
     pub robot: Robot,
-    pub design: Design,
+    pub factory: Factory,
+    /// The design, if the controller is a gain set.
+    design: Option<Design>,
 }
 
 impl Bench {
@@ -34,12 +39,27 @@ impl Bench {
     }
 
     pub fn with(robot: Robot, gains: &str) -> Self {
-        Self::with_set(robot, &GainSet::load(gains).unwrap())
+        match GainSet::load(gains) {
+            Ok(gains) => Self::with_set(robot, &gains),
+            Err(_) => {
+                let factory = contest::load(gains).unwrap().prepare(&robot, config(1.0).control_period_s).unwrap();
+                Self { robot, factory, design: None }
+            }
+        }
     }
 
     pub fn with_set(robot: Robot, gains: &GainSet) -> Self {
         let design = Design::new(&robot, gains, config(1.0).control_period_s).unwrap();
-        Self { robot, design }
+        Self::with_design(robot, design)
+    }
+
+    pub fn with_design(robot: Robot, design: Design) -> Self {
+        Self { robot, factory: design.clone().into(), design: Some(design) }
+    }
+
+    /// The design of a gain set.
+    pub fn design(&self) -> &Design {
+        self.design.as_ref().unwrap()
     }
 
     /// Runs an episode with ideal sensors and one push, until it is decided.
@@ -56,8 +76,20 @@ impl Bench {
         mut observe: impl FnMut(&Tick),
     ) -> Record {
         let disturbance = Disturbance { pushes, sensor_errors, ..Disturbance::default() };
-        episode::run(&self.robot, &self.design, &config(horizon_s), disturbance, until, &mut observe)
+        episode::run(&self.robot, &self.factory, &config(horizon_s), disturbance, until, &mut observe)
     }
+}
+
+/// What our own controller did at a tick, beyond its report.
+pub fn account<'a>(tick: &Tick<'a>) -> Account<'a> {
+    (tick.controller.unwrap() as &dyn Any).downcast_ref::<CpiController>().unwrap().account()
+}
+
+/// The present tick of a closed loop with one controller.
+pub fn ticked<T>(live: &mut ClosedLoop, see: impl Fn(&Tick) -> T) -> T {
+    let mut seen = None;
+    live.decide(&mut |_, tick| seen = Some(see(tick)));
+    seen.unwrap()
 }
 
 pub fn config(horizon_s: f64) -> EpisodeConfig {
@@ -77,7 +109,7 @@ pub fn push(impulse_n_s: f64, heading_deg: f64) -> Push {
 
 /// Sensor errors with the robot's own noise, and a bias of half that size, from a seed.
 pub fn sensor_errors(seed: u64) -> SensorErrors {
-    SensorErrors { noise_scale: 1.0, bias_scale: 0.5, normal: Box::new(Normals(ChaCha8Rng::seed_from_u64(seed))) }
+    SensorErrors { noise_scale: 1.0, bias_scale: 0.5, normal: Arc::new(Normals(ChaCha8Rng::seed_from_u64(seed))) }
 }
 
 /// Angular momentum about the COM (N m s), of the links without the rotors' spin.

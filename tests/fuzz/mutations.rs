@@ -209,12 +209,12 @@ pub fn fuzz(kind: &str, valid: &[String], check: impl Fn(&str) -> Result<()>) {
 pub fn simulated(robot: &Robot, gains: &GainSet, config: &EpisodeConfig, disturbance: Disturbance) -> Result<()> {
     // More gains cost more time, and are read in the same way.
     let gains = GainSet { gains: gains.gains.iter().take(1).cloned().collect(), ..gains.clone() };
-    let design = Design::new(robot, &gains, config.control_period_s)?;
+    let factory = Design::new(robot, &gains, config.control_period_s)?.into();
     let horizon_s = 12.0 * config.control_period_s;
     let steps = horizon_s / config.clock().physics_step_s;
     if steps < 1000.0 {
         let config = EpisodeConfig { horizon_s, ..*config };
-        episode::run(robot, &design, &config, disturbance, Until::Horizon, &mut |_| {});
+        episode::run(robot, &factory, &config, disturbance, Until::Horizon, &mut |_| {});
     }
     Ok(())
 }

@@ -1,9 +1,12 @@
-//! What the controller says of a tick. Everything here that looks into the controller during a run asks this one place.
+//! What our own controller says of a tick beyond its report. Everything here that looks into the controller during a run
+//! asks this one place.
 
-use standfast::control::Account;
+use standfast::control::{Account, CpiController};
 use standfast::episode::Tick;
+use std::any::Any;
 
-/// What the controller did at a tick, and why.
-pub fn account<'t, 'a>(tick: &'t Tick<'a>) -> &'t Account<'a> {
-    &tick.account
+/// What the controller did at a tick, and why; None if it is of another kind.
+pub fn account<'a>(tick: &Tick<'a>) -> Option<Account<'a>> {
+    let controller = tick.controller? as &dyn Any;
+    controller.downcast_ref::<CpiController>().map(CpiController::account)
 }

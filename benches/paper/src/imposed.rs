@@ -7,19 +7,17 @@
 //! motion, and its second error is more than one footstep can recover. With [`Start::Moving`] the COM has the velocity
 //! at which the slowest gain produces the error.
 
-use crate::account::account;
 use nalgebra::{Point2, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 use standfast::control::estimate::Estimate;
-use standfast::control::{Balance, Design, TickError, home_polygon};
+use standfast::control::{Balance, Design, home_polygon};
 use standfast::episode::footsteps::FootstepLog;
-use standfast::episode::{Controlled, EpisodeConfig, Footstep, Lifted, Tick, drive};
+use standfast::episode::{EpisodeConfig, Footstep, Lifted, Tick, home_distance};
 use standfast::error::{Error, Result};
 use standfast::lipm::pendulum::State;
 use standfast::lipm::{OnlineSets, Pendulum};
-use standfast::robot::{Command, GRAVITY, Kinematics, PerFoot, Pose, Robot};
+use standfast::robot::{Command, GRAVITY, Kinematics, PerFoot, Robot, TickError};
 use standfast::sim::{Ground, Truth};
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// How the COM moves when the error is imposed.
@@ -84,19 +82,23 @@ pub fn run(
         lowest_com_m: robot.home_com_height(),
         ..ImposedRecord::default()
     };
-    drive(&mut ideal, config, |tick| {
-        observe(tick);
+    for _ in 0..=(config.horizon_s / config.control_period_s).round() as u64 {
+        let tick = ideal.tick();
+        observe(&tick);
         let Truth { time_s, com, soles, posture, .. } = tick.truth;
-        log.watch(*time_s, soles, account(tick));
+        log.watch(*time_s, soles, &tick.report);
         kinematics.update(robot, posture);
         record.lowest_com_m = record.lowest_com_m.min(kinematics.com().z);
         record.worst_com_error_m = record.worst_com_error_m.max((kinematics.com().xy() - com.xy()).norm());
-        let away = !account(tick).stands() || home_distance(com.xy(), soles) > config.judge.home_radius_m;
+        let away = tick.report.footstep.is_some() || home_distance(com.xy(), soles) > config.judge.home_radius_m;
         record.home_at_s = if away { None } else { record.home_at_s.or(Some(*time_s)) };
         let is_lost = home_distance(tick.dcm, soles) > LOST_HEIGHTS * robot.home_com_height();
         record.lost_at_s = is_lost.then_some(*time_s);
-        if is_lost { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
+        if is_lost {
+            break;
+        }
+        ideal.advance();
+    }
     if let Some(error) = ideal.failed {
         return Err(Error::Numeric { what: design.family.name, problem: error.to_string() });
     }
@@ -107,12 +109,6 @@ pub fn run(
 
 /// Distance beyond which the robot is lost, in COM heights at home.
 const LOST_HEIGHTS: f64 = 1.5;
-
-/// Horizontal distance of the COM from the point midway between the soles' centres (m).
-fn home_distance(com: Point2<f64>, soles: &PerFoot<Pose>) -> f64 {
-    let middle = (soles.left.translation.vector.xy() + soles.right.translation.vector.xy()) / 2.0;
-    (com.coords - middle).norm()
-}
 
 /// The ideal pendulum in a closed loop with the controller, with a body that follows it.
 struct Ideal<'a> {
@@ -155,7 +151,8 @@ impl<'a> Ideal<'a> {
     }
 }
 
-impl Controlled for Ideal<'_> {
+impl Ideal<'_> {
+    /// The state now, and what the controller does with it. To be called once per control period.
     fn tick(&mut self) -> Tick<'_> {
         self.sense();
         if let Err(error) = self.balance.tick(&mut self.estimate, &mut self.command) {
@@ -170,7 +167,7 @@ impl Controlled for Ideal<'_> {
         (truth.com.x, truth.com.y) = (state.com().x, state.com().y);
         truth.com_vel = estimate.com_vel;
         (truth.zmp, truth.soles) = (Some(zmp.into()), estimate.soles);
-        Tick::new(robot, self.pendulum.omega, truth, balance.account(estimate), &self.command)
+        Tick::new(robot, self.pendulum.omega, truth, balance.account(estimate).report(), &self.command)
     }
 
     /// Moves the pendulum, with its ZMP equal to the desired one.

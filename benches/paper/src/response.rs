@@ -21,15 +21,14 @@
 //! reaches -45 degrees at 189 rad/s (34 omega) on both axes; the gain does not fall to -3 dB. The fast pole, 5 omega,
 //! is far below.
 
-use crate::account::account;
 use nalgebra::{Complex, Point2, Vector2};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use standfast::control::{Design, Phase};
-use standfast::episode::{ClosedLoop, Controlled, Disturbance, EpisodeConfig};
+use standfast::control::{CpiController, Design, Phase};
+use standfast::episode::{ClosedLoop, Disturbance, EpisodeConfig, Until};
 use standfast::error::{Error, Result};
-use standfast::lipm::gains::Standing;
-use standfast::robot::Robot;
+use standfast::robot::{Factory, Report, Robot};
+use std::any::Any;
 use std::f64::consts::TAU;
 
 /// Direction of the sine, world frame.
@@ -95,13 +94,9 @@ pub fn log_spaced(from: f64, to: f64, count: usize) -> Vec<f64> {
 /// Measures the response at rising `frequencies_hz` with ideal sensors (the robot's delay remains), on all cores. The
 /// result does not depend on the number of threads.
 ///
-/// It fails if the gain set holds a posture and so has no desired ZMP, or if under the sine the robot loses its stance
+/// It fails if under the sine the robot loses its stance
 /// or its state leaves all CPI sets.
 pub fn measure(robot: &Robot, design: &Design, what: &Experiment, frequencies_hz: &[f64]) -> Result<Vec<Point>> {
-    if design.family.standing == Standing::Posture {
-        let problem = "holds a posture and has no desired ZMP to follow";
-        return Err(Error::option("--gains", &design.family.name, problem, "a gain set with gains"));
-    }
     let point = |&frequency_hz: &f64| measure_at(robot, design, what, frequency_hz);
     let mut points = frequencies_hz.par_iter().map(point).collect::<Result<Vec<_>>>()?;
     for i in 1..points.len() {
@@ -127,7 +122,9 @@ fn measure_at(robot: &Robot, design: &Design, what: &Experiment, frequency_hz: f
         Axis::X => (0, Vector2::x()),
         Axis::Y => (1, Vector2::y()),
     };
-    let mut closed_loop = ClosedLoop::new(robot, robot, design, &what.config, Disturbance::default());
+    let factory = Factory::from(design.clone());
+    let mut closed_loop = ClosedLoop::new(robot, robot, [&factory], &what.config, Disturbance::default());
+    closed_loop = closed_loop.until(Until::Horizon, 0.0);
     let [mut wanted, mut truth, mut estimate] = [Complex::new(0.0, 0.0); 3];
     let turn_at = |k: u64| Complex::cis(-TAU * frequency_hz * dt * k as f64);
     // The desired ZMP of a tick can be reached by the end of that tick at best, so it is compared with the true and the
@@ -135,20 +132,23 @@ fn measure_at(robot: &Robot, design: &Design, what: &Experiment, frequency_hz: f
     let (mut wanted_before, mut stood) = (Point2::origin(), true);
     for k in 0..=settle + measured {
         let angle = TAU * frequency_hz * dt * k as f64;
-        closed_loop.probe_zmp(direction * (what.amplitude_m * angle.sin()));
-        let tick = closed_loop.tick();
+        let probe = direction * (what.amplitude_m * angle.sin());
+        let controllers = closed_loop.controllers().map(|controller| &mut **controller as &mut dyn Any);
+        controllers.filter_map(|any| any.downcast_mut::<CpiController>()).for_each(|cpi| cpi.probe_zmp(probe));
+        let mut seen = None;
+        closed_loop.decide(&mut |_, tick| seen = Some((tick.truth.zmp, tick.report.clone())));
+        let Some((zmp, Report { phase, zmp_ref: Some(zmp_ref), zmp: Some(zmp_est), .. })) = seen else {
+            return Err(lost(what, frequency_hz));
+        };
         if k > 0 {
-            let Some(zmp) = tick.truth.zmp.filter(|_| stood) else {
-                let problem = format!("the robot loses its balance under a sine of {} m", what.amplitude_m);
-                return Err(Error::Numeric { what: format!("response at {frequency_hz:.2} Hz"), problem });
-            };
+            let Some(zmp) = zmp.filter(|_| stood) else { return Err(lost(what, frequency_hz)) };
             if k > settle {
                 wanted += turn_at(k - 1) * wanted_before[axis];
                 truth += turn_at(k - 1) * zmp[axis];
-                estimate += Complex::cis(TAU * frequency_hz * dt) * turn_at(k) * account(&tick).estimate.zmp[axis];
+                estimate += Complex::cis(TAU * frequency_hz * dt) * turn_at(k) * zmp_est[axis];
             }
         }
-        (wanted_before, stood) = (account(&tick).zmp_ref, account(&tick).phase == Phase::Switching);
+        (wanted_before, stood) = (zmp_ref, phase == Phase::Switching.name());
         closed_loop.advance();
     }
     let wanted_m = 2.0 * wanted.norm() / measured as f64;
@@ -161,6 +161,11 @@ fn measure_at(robot: &Robot, design: &Design, what: &Experiment, frequency_hz: f
         estimate_gain: (estimate / wanted).norm(),
         estimate_phase_deg: (estimate / wanted).arg().to_degrees(),
     })
+}
+
+fn lost(what: &Experiment, frequency_hz: f64) -> Error {
+    let problem = format!("the robot loses its balance under a sine of {} m", what.amplitude_m);
+    Error::Numeric { what: format!("response at {frequency_hz:.2} Hz"), problem }
 }
 
 /// The bandwidth: the first frequencies (rad/s) at which gain and phase fall below their limits. None if they do not
@@ -224,8 +229,6 @@ mod tests {
     #[test]
     fn a_set_that_wants_no_zmp_and_a_sine_that_topples_are_errors() {
         let robot = Robot::load("ut-mu2").unwrap();
-        let error = measure(&robot, &design(&robot, "hold"), &experiment(), &[1.0]).unwrap_err();
-        assert!(error.to_string().contains("--gains = hold"), "{error}");
         let wild = Experiment { amplitude_m: 0.2, ..experiment() };
         let error = measure(&robot, &design(&robot, "switching"), &wild, &[1.0]).unwrap_err();
         assert!(error.to_string().contains("loses its balance under a sine of 0.2 m"), "{error}");

@@ -157,7 +157,7 @@ fn captions_tell_the_footsteps_that_the_scenarios_take() {
         assert_eq!(footstep.foot, Foot::Right, "{name}");
         let at = &numbers("5")[name.replace('-', "_")];
         assert_eq!(at["landing_s"], footstep.land_s);
-        assert_eq!(at["left_sets_s"].as_f64(), record.left_sets_at_s);
+        assert_eq!(at["left_sets_s"].as_f64(), record.totals.get("left_sets_at_s").copied());
         for time_s in [footstep.lift_s, footstep.land_s] {
             tells(&format!("t = {time_s:.3} s"));
         }
@@ -174,7 +174,7 @@ fn captions_tell_the_footsteps_that_the_scenarios_take() {
 #[test]
 fn captions_tell_the_sets_and_the_ways_of_the_gain_set() {
     let bench = Bench::new("paper");
-    let family = &bench.design.family;
+    let family = &bench.design().family;
     let allowed = home_polygon(&bench.robot).inset(family.zmp_margin).unwrap();
     let sets = CpiSet::search_family(family, &allowed).unwrap();
     let nested = Inclusion::of(&sets).unwrap().failures().is_empty();
@@ -186,7 +186,7 @@ fn captions_tell_the_sets_and_the_ways_of_the_gain_set() {
         let impulse = bench.robot.mass() * set.largest_com_vel_from_rest(Vector2::x());
         tells(&format!("<td>{}</td>", (100.0 * impulse).round() / 100.0));
     }
-    let (range, half) = (bench.design.stepping().unwrap().range, Vector2::new(0.0, 0.097));
+    let (range, half) = (bench.design().stepping().unwrap().range, Vector2::new(0.0, 0.097));
     for example in numbers("6")["examples"].as_array().unwrap() {
         let (sin, cos) = example["direction_deg"].as_f64().unwrap().to_radians().sin_cos();
         let ways = [1.0, -1.0].map(|side| range.reach(half, Vector2::new(cos, side * sin)));

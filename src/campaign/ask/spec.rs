@@ -7,10 +7,10 @@ use crate::campaign::ask::gate::{GateSpec, OnUnresolved};
 use crate::campaign::ask::measures::{Measures, with_relative_keys};
 use crate::campaign::ask::push::{PushSpec, SecondPushSpec};
 use crate::campaign::ask::variations::{self, VariationSpec};
+use crate::contest::variant::{self, Entry};
+use crate::contest::{self};
 use crate::episode::EpisodeConfig;
 use crate::error::{Error, Result};
-use crate::lipm::GainSet;
-use crate::lipm::variant::{self, Entry};
 use crate::robot::urdf::Files;
 use crate::robot::{Robot, Units};
 use crate::sim::Engine;
@@ -28,7 +28,7 @@ pub struct Campaign {
     /// Name of a built-in robot, or path of a URDF (in a file: relative to that file).
     #[serde(default = "default_robot")]
     pub robot: String,
-    /// Names of built-in gain sets, paths as for the robot, or variants ([`NAME:KEY=VALUE`](crate::lipm::variant)). All
+    /// Names of built-in gain sets, paths as for the robot, or variants ([`NAME:KEY=VALUE`](crate::contest::variant)). All
     /// sets go through the same trials.
     #[serde(default = "default_gains")]
     pub gains: Vec<String>,
@@ -305,7 +305,7 @@ impl Campaign {
     pub fn gains_named(&self, name: &str) -> String {
         let listed = self.gains.iter().find(|gains| {
             let is_variant = Entry::split(gains).change.is_some();
-            *gains == name || is_variant && GainSet::load(gains).is_ok_and(|set| set.name == name)
+            *gains == name || is_variant && contest::load(gains).is_ok_and(|set| set.name() == name)
         });
         if let Some(gains) = listed {
             return gains.clone();

@@ -9,12 +9,10 @@ use crate::campaign::ask::push::SecondPushSpec;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::variations;
 use crate::episode::{Disturbance, Outcome, Record};
-use crate::sim::{
-    Push, Variation,
-    sensors::{NormalStream, SensorErrors},
-};
+use crate::sim::{Normal, Push, Sensor, SensorErrors, Variation, When};
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 use rand_distr::StandardNormal;
+use std::sync::Arc;
 
 /// Numbers of the streams. What a seed yields depends on them, so they must never be reused.
 const IMPULSE: u64 = 0;
@@ -41,6 +39,7 @@ const SECOND_IMPULSE: u64 = 48;
 const SECOND_HEADING: u64 = 49;
 const SECOND_AFTER: u64 = 50;
 const REPLICA: u64 = 56;
+const CONTROLLER: u64 = 57;
 
 fn stream(seed: u64, trial: u64, quantity: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -111,20 +110,27 @@ pub fn sensor_errors(campaign: &Campaign, trial: u64) -> Option<SensorErrors> {
     Some(SensorErrors {
         noise_scale: sensors.noise_scale,
         bias_scale: sensors.bias_scale,
-        normal: Box::new(Normals(stream(campaign.seed, trial, SENSORS))),
+        normal: Arc::new(Normals(stream(campaign.seed, trial, SENSORS))),
     })
 }
 
-/// Standard normal numbers from a random stream.
+/// Standard normal numbers from a random stream, in which each sensor has a place of its own at every tick.
 pub struct Normals(pub ChaCha8Rng);
 
-impl NormalStream for Normals {
-    fn next(&mut self) -> f64 {
-        self.0.sample(StandardNormal)
-    }
+/// Room for sensors, and for the words that the numbers of one sensor take, as powers of 2. A number takes two words or,
+/// rarely, some more.
+const SENSORS_LOG2: u32 = 6;
+const WORDS_LOG2: u32 = 12;
 
-    fn copy(&self) -> Box<dyn NormalStream> {
-        Box::new(Self(ChaCha8Rng::deserialize_state(&self.0.serialize_state())))
+impl Normal for Normals {
+    fn draw(&self, when: When, sensor: Sensor, channels: &mut [f64]) {
+        let moment = match when {
+            When::Bias => 0,
+            When::Tick(tick) => u128::from(tick) + 1,
+        };
+        let mut rng = ChaCha8Rng::deserialize_state(&self.0.serialize_state());
+        rng.set_word_pos((moment << SENSORS_LOG2 | sensor as u128) << WORDS_LOG2);
+        channels.iter_mut().for_each(|channel| *channel = rng.sample(StandardNormal));
     }
 }
 
@@ -142,6 +148,7 @@ pub fn disturbance(campaign: &Campaign, trial: u64) -> Disturbance {
         pushes: pushes(campaign, trial),
         sensor_errors: sensor_errors(campaign, trial),
         variation: variation(campaign, trial),
+        seed: stream(campaign.seed, trial, CONTROLLER).random(),
     }
 }
 
@@ -187,8 +194,10 @@ mod tests {
     }
 
     fn noise(campaign: &Campaign, trial: u64) -> Vec<f64> {
-        let mut errors = sensor_errors(campaign, trial).unwrap();
-        (0..8).map(|_| errors.normal.next()).collect()
+        let errors = sensor_errors(campaign, trial).unwrap();
+        let mut numbers = vec![0.0; 8];
+        errors.normal.draw(When::Tick(5), Sensor::Gyro, &mut numbers);
+        numbers
     }
 
     #[test]

@@ -13,8 +13,8 @@ use crate::campaign::ask::bounds::in_range;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::limit::search::{Search, is_random};
 use crate::campaign::plan::{Plan, pool};
-use crate::control::Design;
 use crate::error::Result;
+use crate::robot::Factory;
 use crate::robot::urdf::Files;
 use crate::stats::psychometric::Rule;
 use rayon::ThreadPool;
@@ -62,7 +62,7 @@ pub struct Searches<'a> {
     yardstick: Yardstick,
     headings: Vec<Heading>,
     pool: ThreadPool,
-    designs: Vec<Design>,
+    factories: Vec<Factory>,
 }
 
 /// The result. Lengths are in the control frame: origin midway between the soles' centres, x forward, y left.
@@ -89,7 +89,7 @@ pub struct Limits {
 }
 
 impl<'a> Searches<'a> {
-    /// Reads the gain sets and designs the controllers for the robot of these files, and runs nothing. It fails if an
+    /// Reads the gain sets and factories the controllers for the robot of these files, and runs nothing. It fails if an
     /// option or an input is wrong, or if the reach of the robot's feet is not known.
     pub fn new(campaign: &'a Campaign, files: Files, options: LimitOptions) -> Result<Self> {
         check(&options)?;
@@ -101,12 +101,12 @@ impl<'a> Searches<'a> {
         let heading = |i: usize| yardstick.heading(360.0 * i as f64 / options.headings as f64);
         let headings = (0..options.headings).map(heading).collect();
         let pool = pool(options.threads)?;
-        let designs = pool.install(|| plan.designs())?;
-        Ok(Self { campaign, options, precision_n_s, plan, yardstick, headings, pool, designs })
+        let factories = pool.install(|| plan.factories())?;
+        Ok(Self { campaign, options, precision_n_s, plan, yardstick, headings, pool, factories })
     }
 
     pub fn count(&self) -> u64 {
-        (self.headings.len() * self.designs.len()) as u64
+        (self.headings.len() * self.factories.len()) as u64
     }
 
     /// Runs all searches. It calls `on_episode` after each episode and `on_search` after each search, from any thread.
@@ -117,11 +117,11 @@ impl<'a> Searches<'a> {
         on_episode: &(dyn Fn() + Sync),
         on_search: &(dyn Fn() + Sync),
     ) -> Result<Limits> {
-        let Self { campaign, options, precision_n_s, plan, yardstick, mut headings, pool, designs } = self;
+        let Self { campaign, options, precision_n_s, plan, yardstick, mut headings, pool, factories } = self;
         let sets = &plan.manifest.sets;
         let random = is_random(campaign);
         let simulated = plan.simulated_at_first();
-        let opening = plan.opening(&simulated, &designs);
+        let opening = plan.opening(&simulated, &factories);
         let jobs: Vec<(usize, usize)> =
             (0..headings.len()).flat_map(|h| (0..sets.len()).map(move |s| (h, s))).collect();
         let search = |&(h, s): &(usize, usize)| {
@@ -135,7 +135,7 @@ impl<'a> Searches<'a> {
             let search = Search {
                 campaign,
                 plan: &plan,
-                designs: &designs,
+                factories: &factories,
                 opening: opening.as_ref(),
                 set: s,
                 heading_deg: heading.heading_deg,

@@ -3,9 +3,9 @@
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::campaign::plan::Plan;
-use crate::control::Design;
-use crate::episode::{Disturbance, Episodes, Outcome};
+use crate::episode::{ClosedLoop, Disturbance, Outcome};
 use crate::error::{Error, Result};
+use crate::robot::Factory;
 use crate::stats::psychometric::{Posterior, Rule};
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -27,9 +27,9 @@ pub struct SetLimit {
     pub safe_n_s: Option<f64>,
     /// The loss at which that search ended; None if nothing was lost, or not searched for.
     pub first_loss: Option<FirstLoss>,
-    /// Episodes of that search.
+    /// ClosedLoop of that search.
     pub safe_trials: u64,
-    /// Episodes of the search for `impulse50_n_s`, and how they ended.
+    /// ClosedLoop of the search for `impulse50_n_s`, and how they ended.
     pub trials: u64,
     pub recovered: u64,
     pub fell: u64,
@@ -92,9 +92,9 @@ const SAFE_HEADING_DEG: f64 = 1.0;
 pub(super) struct Search<'a> {
     pub campaign: &'a Campaign,
     pub plan: &'a Plan,
-    pub designs: &'a [Design],
+    pub factories: &'a [Factory],
     /// The beginning of all trials, if they begin alike.
-    pub opening: Option<&'a Episodes<'a>>,
+    pub opening: Option<&'a ClosedLoop<'a>>,
     /// Number of the gain set.
     pub set: usize,
     pub heading_deg: f64,
@@ -194,7 +194,7 @@ impl Search<'_> {
     }
 
     fn outcome_of(&self, disturbance: Disturbance) -> Outcome {
-        self.plan.records(self.designs, self.opening, disturbance, &[self.set])[0].outcome
+        self.plan.records(self.factories, self.opening, disturbance, &[self.set])[0].outcome
     }
 }
 

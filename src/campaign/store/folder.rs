@@ -353,6 +353,7 @@ pub(crate) mod tests {
         Manifest {
             standfast: "0".into(),
             config_hash: "0123456789abcdef".into(),
+            totals: Vec::new(),
             inputs: Vec::new(),
             robot_sha256: String::new(),
             engine: campaign.episode.engine.with_version(),

@@ -38,10 +38,23 @@ pub struct Manifest {
     pub planned_trials: u64,
     /// Names of the gain sets, in the order of the campaign.
     pub sets: Vec<String>,
-    /// The files of robot and gain sets, in the order in which they are hashed.
+    /// Names of what the controllers report of a whole episode, each a column of `trials.parquet`.
+    pub totals: Vec<String>,
+    /// The files of robot and controllers, in the order in which they are hashed.
     pub inputs: Vec<Input>,
     /// The resolved campaign, which is also in `campaign.toml`.
     pub campaign: Campaign,
+}
+
+/// Each name once, in the order of their first appearance.
+pub fn each_once(names: impl IntoIterator<Item = String>) -> Vec<String> {
+    let mut once: Vec<String> = Vec::new();
+    for name in names {
+        if !once.contains(&name) {
+            once.push(name);
+        }
+    }
+    once
 }
 
 /// A file that a campaign reads.

@@ -9,6 +9,7 @@ use crate::files::Hashing;
 use crate::robot::Foot;
 use crate::sim::{Profile, Push, Variation};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::io::Write;
 
 /// Builds a struct from fields that other structs have by the same name, and from further fields.
@@ -67,15 +68,13 @@ pub struct TrialRow {
     pub peak_slip_m: f64,
     pub legs_met_at_s: Option<f64>,
     pub legs_met: Option<String>,
-    pub left_sets_at_s: Option<f64>,
-    pub set_after_push: Option<Membership>,
-    pub cpi_margin_after_push: Option<f64>,
-    pub cpi_margin_after_push_est: Option<f64>,
-    pub gain_switches: u32,
+    pub promise_margin: Option<f64>,
+    pub promise_margin_est: Option<f64>,
     /// Number of completed footsteps.
     pub footsteps: u32,
     /// The foot that was in the air at the fall or at the end.
     pub unfinished_footstep: Option<Foot>,
+    pub totals: Totals,
 }
 
 impl TrialRow {
@@ -95,8 +94,8 @@ impl TrialRow {
                 kp_scale kd_scale torque_scale speed_scale delay_s;
             ..record: outcome end_s fell_at_s fall_cause settled_at_s home_at_s com_speed_at_push_m_s
                 peak_tilt_deg peak_torque_n_m peak_torque_ratio torque_limited_s peak_joint_speed_rad_s
-                peak_dcm_outside_m peak_slip_m legs_met_at_s legs_met left_sets_at_s
-                set_after_push cpi_margin_after_push cpi_margin_after_push_est gain_switches;
+                peak_dcm_outside_m peak_slip_m legs_met_at_s legs_met promise_margin
+                promise_margin_est;
             trial: trial,
             set: set.into(),
             impulse_over_m_omega_d: no_step_n_s.map(|bound_n_s| push.impulse_n_s / bound_n_s),
@@ -105,6 +104,7 @@ impl TrialRow {
             second_start_s: second.map(|push| push.start_s),
             footsteps: record.footsteps.len() as u32,
             unfinished_footstep: record.unfinished_footstep.map(|lifted| lifted.foot),
+            totals: Totals(record.totals),
         } }
     }
 
@@ -124,6 +124,11 @@ impl TrialRow {
             ..self: mass_scale trunk_com_x_m trunk_com_y_m friction slope_deg slope_heading_deg ground_step_m
                 kp_scale kd_scale torque_scale speed_scale delay_s;
         } }
+    }
+
+    /// Where the true state lay at the end of the last push; None without a promise.
+    pub fn set_after_push(&self) -> Option<Membership> {
+        self.promise_margin.map(Membership::of_margin)
     }
 
     pub fn has_recovered(&self) -> bool {
@@ -153,8 +158,9 @@ macro_rules! columns {
     };
 }
 
-/// The rows as columns, in the order of the fields. Each column is made when it is due.
-pub fn columns(rows: &[TrialRow]) -> impl Iterator<Item = Column> {
+/// The rows as columns, in the order of the fields, the last of them with a column for each of `totals`. Each column is
+/// made when it is due.
+pub fn columns(rows: &[TrialRow], totals: &[String]) -> impl Iterator<Item = Column> {
     const COLUMNS: &[fn(&[TrialRow]) -> Column] = &columns! {
         count trial; word set;
         number impulse_n_s; maybe impulse_over_m_omega_d; number heading_deg height_m duration_s start_s; word profile;
@@ -164,11 +170,30 @@ pub fn columns(rows: &[TrialRow]) -> impl Iterator<Item = Column> {
         word outcome; number end_s; maybe fell_at_s; maybe_word fall_cause; maybe settled_at_s home_at_s;
         maybe com_speed_at_push_m_s;
         number peak_tilt_deg peak_torque_n_m peak_torque_ratio torque_limited_s peak_joint_speed_rad_s;
-        number peak_dcm_outside_m peak_slip_m; maybe legs_met_at_s; maybe_word legs_met; maybe left_sets_at_s;
-        maybe_word set_after_push; maybe cpi_margin_after_push cpi_margin_after_push_est;
-        count gain_switches footsteps; maybe_word unfinished_footstep;
+        number peak_dcm_outside_m peak_slip_m; maybe legs_met_at_s; maybe_word legs_met;
+        maybe promise_margin promise_margin_est; count footsteps; maybe_word unfinished_footstep;
     };
-    COLUMNS.iter().map(|column| column(rows))
+    let of_controller = |name: &String| {
+        let total = |row: &TrialRow| row.totals.0.get(name).copied();
+        Column::new(name, Data::OptF64(rows.iter().map(total).collect()))
+    };
+    COLUMNS.iter().map(|column| column(rows)).chain(totals.iter().map(of_controller))
+}
+
+/// What a controller reports of a whole episode: numbers by their names. In a part they are one JSON object.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Totals(pub BTreeMap<String, f64>);
+
+impl Serialize for Totals {
+    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(&serde_json::to_string(&self.0).map_err(serde::ser::Error::custom)?)
+    }
+}
+
+impl<'de> Deserialize<'de> for Totals {
+    fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        serde_json::from_str(&String::deserialize(from)?).map(Self).map_err(serde::de::Error::custom)
+    }
 }
 
 fn count<'a, T: Copy + TryInto<i64> + 'a>(values: impl Iterator<Item = &'a T>) -> Data {
@@ -206,13 +231,14 @@ pub struct TrialsFile<W: Write + Send> {
     /// Rows of the next row group.
     waiting: Vec<TrialRow>,
     groups: usize,
+    totals: Vec<String>,
 }
 
 impl<W: Write + Send> TrialsFile<W> {
-    /// Fails if nothing can be written there.
-    pub fn new(to: W) -> Result<Self> {
-        let file = ParquetFile::new(Hashing::new(to), columns(&[])).map_err(not_written)?;
-        Ok(Self { file, waiting: Vec::new(), groups: 0 })
+    /// With columns for these totals of controllers. Fails if nothing can be written there.
+    pub fn new(to: W, totals: &[String]) -> Result<Self> {
+        let file = ParquetFile::new(Hashing::new(to), columns(&[], totals)).map_err(not_written)?;
+        Ok(Self { file, waiting: Vec::new(), groups: 0, totals: totals.to_vec() })
     }
 
     /// Adds the next rows.
@@ -236,7 +262,7 @@ impl<W: Write + Send> TrialsFile<W> {
     }
 
     fn write_group(&mut self) -> Result<()> {
-        self.file.group(columns(&self.waiting)).map_err(not_written)?;
+        self.file.group(columns(&self.waiting, &self.totals)).map_err(not_written)?;
         self.waiting.clear();
         self.groups += 1;
         Ok(())
@@ -271,10 +297,9 @@ pub(crate) mod tests {
             peak_joint_speed_rad_s: 2.0,
             peak_dcm_outside_m: 1e-300,
             peak_slip_m: 0.003,
-            set_after_push: Some(Membership::Outside),
-            cpi_margin_after_push: Some(-0.25),
-            cpi_margin_after_push_est: Some(0.25),
-            gain_switches: 3,
+            promise_margin: Some(-0.25),
+            promise_margin_est: Some(0.25),
+            totals: [("gain_switches".to_string(), 3.0)].into(),
             ..Record::default()
         }
     }
@@ -295,19 +320,21 @@ pub(crate) mod tests {
         let mut csv = csv::Writer::from_writer(Vec::new());
         csv.serialize(row(0, "hold", 2.0, Outcome::Fell)).unwrap();
         let text = String::from_utf8(csv.into_inner().unwrap()).unwrap();
-        let names: Vec<String> = columns(&[]).map(|c| c.name).collect();
+        let names: Vec<String> = columns(&[], &["totals".into()]).map(|c| c.name).collect();
         assert_eq!(text.lines().next().unwrap(), names.join(","));
     }
 
     #[test]
     fn words_are_those_of_a_csv_file() {
         let rows = [row(0, "hold", 2.0, Outcome::TimedOut)];
-        let found: Vec<Column> = columns(&rows).collect();
+        let found: Vec<Column> = columns(&rows, &["gain_switches".into(), "left_sets_at_s".into()]).collect();
         let column = |name: &str| found.iter().find(|column| column.name == name).map(|column| column.data.clone());
         for (name, expected) in [("set", "hold"), ("profile", "rectangular"), ("outcome", "TimedOut")] {
             assert_eq!(column(name), Some(Data::Text(vec![expected.into()])), "{name}");
         }
-        assert_eq!(column("set_after_push"), Some(Data::OptText(vec![Some("outside".into())])));
+        assert_eq!(column("promise_margin"), Some(Data::OptF64(vec![Some(-0.25)])));
+        assert_eq!(column("gain_switches"), Some(Data::OptF64(vec![Some(3.0)])));
+        assert_eq!(column("left_sets_at_s"), Some(Data::OptF64(vec![None])));
         assert_eq!(column("unfinished_footstep"), Some(Data::OptText(vec![None])));
     }
 
@@ -316,7 +343,7 @@ pub(crate) mod tests {
     fn rows_beyond_the_first_row_group_read_back() {
         let rows = |trials: std::ops::Range<u64>| trials.map(|i| row(i, "hold", i as f64 / 7.0, Outcome::Fell));
         let trials = GROUP_ROWS as u64 + 3;
-        let mut file = TrialsFile::new(Vec::new()).unwrap();
+        let mut file = TrialsFile::new(Vec::new(), &[]).unwrap();
         file.push(rows(0..10)).unwrap();
         file.push(rows(10..trials)).unwrap();
         let (bytes, sha256) = file.finish().unwrap();

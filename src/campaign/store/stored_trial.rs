@@ -4,11 +4,10 @@ use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::campaign::store::folder::Folder;
 use crate::campaign::store::row::TrialRow;
-use crate::control::Design;
+use crate::contest;
 use crate::episode::{Disturbance, EpisodeConfig, Outcome, Record};
 use crate::error::{Error, Result};
-use crate::lipm::gains::GainSet;
-use crate::robot::Robot;
+use crate::robot::{Factory, Robot};
 use crate::sim::Engine;
 use std::path::Path;
 
@@ -21,7 +20,7 @@ pub struct StoredTrial {
     /// Names of all gain sets in the results.
     pub sets: Vec<String>,
     pub robot: Robot,
-    pub design: Design,
+    pub factory: Factory,
     /// The stored row; None if the campaign has not come that far with this set, or if the part is damaged.
     pub row: Option<TrialRow>,
 }
@@ -45,10 +44,10 @@ impl StoredTrial {
         let set = set.unwrap_or_else(|| lost.unwrap_or(first)).to_string();
         let campaign = found.campaign();
         let robot = Robot::load(&campaign.robot)?;
-        let gains = GainSet::load(&campaign.gains_named(&set))?;
-        let design = Design::new(&robot, &gains, campaign.episode.control_period_s)?;
+        let settings = contest::load(&campaign.gains_named(&set))?;
+        let factory = settings.prepare(&robot, campaign.episode.control_period_s)?;
         let row = rows.into_iter().find(|row| row.set == set);
-        Ok(Self { campaign, trial, set, sets: found.manifest.sets, robot, design, row })
+        Ok(Self { campaign, trial, set, sets: found.manifest.sets, robot, factory, row })
     }
 
     pub fn engine(&self) -> Engine {
@@ -68,15 +67,13 @@ impl StoredTrial {
     }
 
     /// Describes how a record of this trial in the engine of the result differs from the stored row; None if it agrees,
-    /// or if there is no row. The record may be of a run that went on after the end of the episode.
+    /// or if there is no row.
     pub fn difference(&self, record: &Record) -> Option<String> {
         let row = self.row.as_ref()?;
         let bits = |time_s: Option<f64>| time_s.map(f64::to_bits);
-        let goes_on = record.end_s > row.end_s;
-        let fell_at_s = record.fell_at_s.filter(|fell_s| !goes_on || *fell_s <= row.end_s);
-        let same_end = goes_on || (row.outcome, row.end_s.to_bits()) == (record.outcome, record.end_s.to_bits());
-        let settled_at_s = record.settled_at_s.or(row.settled_at_s.filter(|_| goes_on && record.fell_at_s.is_some()));
-        let same = same_end && bits(fell_at_s) == bits(row.fell_at_s) && bits(settled_at_s) == bits(row.settled_at_s);
+        let same = (row.outcome, row.end_s.to_bits()) == (record.outcome, record.end_s.to_bits())
+            && bits(record.fell_at_s) == bits(row.fell_at_s)
+            && bits(record.settled_at_s) == bits(row.settled_at_s);
         let told = |outcome: Outcome, end_s: f64| format!("{} at {end_s:.3} s", outcome.name());
         let [now, then] = [told(record.outcome, record.end_s), told(row.outcome, row.end_s)];
         (!same).then(|| {

@@ -2,7 +2,7 @@
 
 use crate::campaign::ask::gate::GateSpec;
 use crate::campaign::store::folder::Folder;
-use crate::campaign::store::manifest::Manifest;
+use crate::campaign::store::manifest::{Manifest, each_once};
 use crate::campaign::store::row::{TrialRow, TrialsFile};
 use crate::campaign::verdict::agreement::{Agreement, differ_in_engine_alone};
 use crate::campaign::verdict::baseline::{other_push, refuse_other_trials, unlike};
@@ -99,7 +99,8 @@ fn paired<W: Write + Send>([a, b]: [&Folder; 2], sets: &[String], to: W) -> Resu
         move |row: TrialRow| TrialRow { set: names[&row.set].clone(), ..row }
     };
     let (renamed_a, renamed_b) = (renamed(a, names_a), renamed(b, names_b));
-    let (mut digest, mut file) = (Digest::new(sets, &a.manifest.campaign.episode), TrialsFile::new(to)?);
+    let totals = each_once([a, b].into_iter().flat_map(|folder| folder.manifest.totals.clone()));
+    let (mut digest, mut file) = (Digest::new(sets, &a.manifest.campaign.episode), TrialsFile::new(to, &totals)?);
     for (of_a, of_b) in trials(a)?.zip(trials(b)?) {
         let (of_a, of_b) = (of_a?, of_b?);
         let (ours, theirs) = (&of_a[0], &of_b[0]);
@@ -147,6 +148,7 @@ fn joined(a: &Manifest, b: &Manifest, sets: Vec<String>, trials: u64, gates: &[S
         // Neither is a matter of outcomes.
         planned_trials: a.planned_trials.min(b.planned_trials),
         sets,
+        totals: each_once([a, b].into_iter().flat_map(|of| of.totals.clone())),
         inputs: Vec::new(),
         campaign,
     }

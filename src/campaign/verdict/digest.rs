@@ -48,7 +48,7 @@ pub struct Ended {
     impulse_over_m_omega_d: f64,
     settling_s: f64,
     homing_s: f64,
-    cpi_margin_after_push: f64,
+    promise_margin: f64,
     /// Number of completed footsteps.
     pub footsteps: u32,
     pub outcome: Outcome,
@@ -152,11 +152,11 @@ impl Ended {
             impulse_over_m_omega_d: or_nan(row.impulse_over_m_omega_d),
             settling_s: or_nan(row.settling_s()),
             homing_s: or_nan(row.homing_s()),
-            cpi_margin_after_push: or_nan(row.cpi_margin_after_push),
+            promise_margin: or_nan(row.promise_margin.filter(|margin| margin.is_finite())),
             footsteps: row.footsteps,
             outcome: row.outcome,
-            set_after_push: row.set_after_push,
-            is_inside_est: row.cpi_margin_after_push_est.is_some_and(|margin| margin >= 0.0),
+            set_after_push: row.set_after_push(),
+            is_inside_est: row.promise_margin_est.is_some_and(|margin| margin >= 0.0),
             in_swing: row.unfinished_footstep.is_some(),
         }
     }
@@ -179,8 +179,8 @@ impl Ended {
         some(self.homing_s)
     }
 
-    pub fn cpi_margin_after_push(&self) -> Option<f64> {
-        some(self.cpi_margin_after_push)
+    pub fn promise_margin(&self) -> Option<f64> {
+        some(self.promise_margin)
     }
 }
 
@@ -287,9 +287,8 @@ mod tests {
             TrialRow {
                 settled_at_s: row.settled_at_s.map(|at_s| at_s + trial as f64),
                 home_at_s: row.home_at_s.filter(|_| not_each(2)),
-                cpi_margin_after_push: not_each(4).then_some(i as f64 - 5.5),
-                cpi_margin_after_push_est: not_each(5).then_some(i as f64 - 7.5),
-                set_after_push: not_each(7).then_some(Membership::Inside),
+                promise_margin: not_each(4).then_some(i as f64 - 5.5),
+                promise_margin_est: not_each(5).then_some(i as f64 - 7.5),
                 com_speed_at_push_m_s: not_each(6).then_some(0.01 * i as f64),
                 footsteps: i as u32,
                 unfinished_footstep: (i % 3 == 1).then_some(Foot::Left),
@@ -313,9 +312,9 @@ mod tests {
             assert_eq!([found.settling_s(), found.homing_s()], [row.settling_s(), row.homing_s()]);
             assert_eq!(found.impulse_over_m_omega_d(), row.impulse_over_m_omega_d);
             assert_eq!(digest.hardness(set, trial), row.impulse_over_m_omega_d.unwrap_or(row.impulse_n_s));
-            assert_eq!(found.cpi_margin_after_push(), row.cpi_margin_after_push);
-            assert_eq!(found.is_inside_est, row.cpi_margin_after_push_est.is_some_and(|margin| margin >= 0.0));
-            assert_eq!((found.set_after_push, found.footsteps), (row.set_after_push, row.footsteps));
+            assert_eq!(found.promise_margin(), row.promise_margin);
+            assert_eq!(found.is_inside_est, row.promise_margin_est.is_some_and(|margin| margin >= 0.0));
+            assert_eq!((found.set_after_push, found.footsteps), (row.set_after_push(), row.footsteps));
             assert_eq!(found.in_swing, row.unfinished_footstep.is_some());
             assert_eq!((digest.impulse_n_s(trial), digest.heading_deg(trial)), (row.impulse_n_s, row.heading_deg));
             let Drawn { duration_s, height_m, second_impulse_n_s, variation, .. } = &digest.drawn;

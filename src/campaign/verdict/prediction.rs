@@ -53,7 +53,7 @@ impl Prediction {
             .map(|i| {
                 let (from, to) = (i.checked_sub(1).map(|i| MARGIN_EDGES[i]), MARGIN_EDGES.get(i).copied());
                 let within = |m: f64| from.is_none_or(|from| m >= from) && to.is_none_or(|to| m < to);
-                let count = success_count_of(all, |ended| ended.cpi_margin_after_push().is_some_and(within));
+                let count = success_count_of(all, |ended| ended.promise_margin().is_some_and(within));
                 MarginBin { from, to, count }
             })
             .filter(|bin| bin.count.trials > 0)
@@ -69,13 +69,8 @@ mod tests {
     use crate::episode::Outcome;
 
     fn at(margin: Option<f64>, outcome: Outcome) -> Ended {
-        let side = match margin {
-            Some(m) if m >= 0.0 => Membership::Inside,
-            Some(_) => Membership::Outside,
-            None => Membership::Empty,
-        };
         let row = row(0, "a", 1.0, outcome);
-        Ended::of(&TrialRow { cpi_margin_after_push: margin, set_after_push: Some(side), ..row })
+        Ended::of(&TrialRow { promise_margin: margin.or(Some(f64::NEG_INFINITY)), ..row })
     }
 
     #[test]
@@ -102,7 +97,7 @@ mod tests {
 
     #[test]
     fn without_gains_nothing_is_foretold() {
-        let hold = TrialRow { set_after_push: None, cpi_margin_after_push: None, ..row(0, "hold", 1.0, Outcome::Fell) };
+        let hold = TrialRow { promise_margin: None, ..row(0, "hold", 1.0, Outcome::Fell) };
         assert_eq!(Prediction::new(&[Ended::of(&hold)]), None);
     }
 }

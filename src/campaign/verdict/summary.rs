@@ -149,7 +149,7 @@ impl Summary {
     ) -> Result<(Summary, Digest, W)> {
         let Manifest { campaign, sets, .. } = &folder.manifest;
         let (parts, mut rows) = (folder.parts()?, Digest::new(sets, &campaign.episode));
-        let mut trials = TrialsFile::new(to()?)?;
+        let mut trials = TrialsFile::new(to()?, &folder.manifest.totals)?;
         for part in parts {
             let part = part?;
             rows.push(&part);

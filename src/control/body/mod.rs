@@ -1,15 +1,15 @@
 //! The body: turns desired positions of COM and soles into joint angles ([`InverseKinematics`]), and desired ground
-//! reaction forces into joint torques. The body is taken to be at rest ([`load`]) or to move ([`inverse_dynamics`]).
+//! reaction forces into joint torques. The body is taken to be at rest ([`crate::robot::load`]) or to move ([`inverse_dynamics`]).
 
 pub mod inverse_dynamics;
 pub mod inverse_kinematics;
-pub mod load;
 pub mod nnls;
 mod tasks;
 
 use crate::control::estimate::{Estimate, control_frame};
 use crate::lipm::Pendulum;
 use crate::robot::dynamics::load_torques;
+use crate::robot::load;
 use crate::robot::{Command, GRAVITY, PerFoot, Pose, Posture, Robot, Units};
 pub use inverse_dynamics::{ContactModel, DesiredAcceleration, InverseDynamics, PredictedContact};
 pub use inverse_kinematics::{BodyTargets, InverseKinematics};

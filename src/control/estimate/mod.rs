@@ -15,6 +15,7 @@
 
 mod trunk;
 
+pub use crate::robot::kinematics::{heading, on_ground};
 use crate::robot::{Foot, GRAVITY, Imu, Kinematics, PerFoot, Pose, Posture, Robot, Sensed, Sole, Units};
 use nalgebra::{Isometry2, Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 use trunk::TrunkFilter;
@@ -321,17 +322,6 @@ pub fn along(sole: &Pose, place: Point2<f64>) -> Pose {
     Pose::from_parts(Vector3::new(place.x, place.y, at.z + rise).into(), sole.rotation)
 }
 
-/// A pose (of a foothold or a base) seen from above: horizontal position and heading.
-pub fn on_ground(pose: &Pose) -> Isometry2<f64> {
-    Isometry2::new(pose.translation.vector.xy(), heading(pose))
-}
-
-/// Heading of a pose's x axis, seen from above (rad).
-pub fn heading(pose: &Pose) -> f64 {
-    let x = pose.rotation * Vector3::x();
-    x.y.atan2(x.x)
-}
-
 /// Pose of the control frame in the world (paper, Sect. III.A): its origin is midway between the soles' centres, and
 /// its x axis points along the mean heading of the feet.
 pub fn control_frame(footholds: &PerFoot<Pose>) -> Isometry2<f64> {
@@ -365,7 +355,8 @@ mod tests {
             }
             let imu = Imu::over(0.002, UnitQuaternion::identity(), [Vector3::zeros(); 2], Vector3::zeros());
             let soles = PerFoot { left: load(robot.mass() * GRAVITY - right_n), right: load(right_n) };
-            estimator.update(&robot, &Sensed { q, imu, soles }, in_air);
+            let dq = vec![0.0; q.len()];
+            estimator.update(&robot, &Sensed { time_s: 0.0, q, dq, imu, soles }, in_air);
             estimator.now.in_contact.right
         };
         assert!(!touches(30.0, Some(Foot::Right)), "the foot that the controller moves");

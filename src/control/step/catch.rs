@@ -16,11 +16,10 @@ use crate::control::body::{
     upright,
 };
 use crate::control::design::Design;
-use crate::control::error::TickError;
 use crate::control::estimate::on_ground;
 use crate::control::stand::Support;
 use crate::lipm::catching::{CatchPlan, CatchProblem, Catching, plan};
-use crate::robot::{Command, Foot, GRAVITY, LandingRegion, PerFoot};
+use crate::robot::{Command, Foot, GRAVITY, LandingRegion, PerFoot, TickError};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
 /// For a late foot, the plan assumes that it lands in this many ticks.

@@ -3,10 +3,9 @@
 use super::swing::Swing;
 use crate::control::body::Body;
 use crate::control::design::Design;
-use crate::control::error::TickError;
 use crate::control::estimate::Estimate;
 use crate::control::stand::Support;
-use crate::robot::{Command, Foot};
+use crate::robot::{Command, Foot, TickError};
 use nalgebra::{Point2, Vector2};
 use std::fmt::Debug;
 

@@ -13,12 +13,11 @@
 use super::footwork::{Footwork, StepState};
 use super::swing::{LATE_SPEED, PlannedFootstep, Swing, SwingTiming, Way};
 use crate::control::body::{Body, SoleReference, carry};
-use crate::control::error::TickError;
 use crate::control::estimate::Estimate;
 use crate::control::stand::Support;
 use crate::lipm::relaxation::{AxisPlan, Boundary};
 use crate::lipm::stepping::Stepping;
-use crate::robot::{Command, Foot, PerFoot, Sole};
+use crate::robot::{Command, Foot, PerFoot, Sole, TickError};
 use nalgebra::{Isometry2, Point2, Vector2};
 
 /// The rule, with the plan of the footstep in the air.

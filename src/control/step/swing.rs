@@ -81,7 +81,7 @@ pub struct Swing {
     arc_m: f64,
     /// Pose of the swing sole at the lift, and at its landing.
     from: Pose,
-    to: Pose,
+    pub to: Pose,
     /// Time since the lift (s).
     pub time_s: f64,
 }

@@ -6,7 +6,6 @@
 
 use super::axes::Axis;
 use super::panel::{At, Panel, Row, Sample, pieces};
-use crate::control::Phase;
 use crate::episode::{Snapshot, Tick};
 use crate::error::Result;
 use crate::robot::Robot;
@@ -34,7 +33,7 @@ const LINES: [Line; 6] = [
     ("left foot", "left dashed", |s| Some(s.soles.left.xy())),
     ("DCM", "dcm dashed", |s| Some(s.dcm)),
     ("ZMP", "zmp", |s| s.zmp),
-    ("ZMP wanted", "wanted", |s| Some(s.zmp_ref)),
+    ("ZMP wanted", "wanted", |s| s.zmp_ref),
     ("COM", "com", |s| Some(s.com.xy())),
 ];
 
@@ -166,7 +165,7 @@ impl MotionPlot {
 }
 
 fn is_swing(moment: &Snapshot) -> bool {
-    matches!(moment.phase, Phase::Swing(_))
+    moment.in_air.is_some()
 }
 
 #[cfg(test)]
@@ -192,13 +191,14 @@ mod tests {
                 dcm: Point2::new(0.05 * time_s, 0.03 * time_s),
                 dcm_outside_m: 0.0,
                 zmp: (!flies).then_some(Point2::new(0.04 * time_s, 0.01 * time_s)),
-                zmp_ref: Point2::new(0.03 * time_s, 0.02 * time_s),
+                zmp_ref: Some(Point2::new(0.03 * time_s, 0.02 * time_s)),
                 soles: PerFoot { left: Point3::new(0.0, 0.05, 0.0), right: Point3::new(right, -0.05, 0.0) },
                 support: support.filter(|_| !flies).map_or(Vec::new(), |polygon| polygon.vertices().to_vec()),
-                slices: Vec::new(),
+                regions: Vec::new(),
                 gain: None,
                 margin: None,
-                phase: if swing { Phase::Swing(Foot::Right) } else { Phase::Posture },
+                phase: if swing { "swing-right" } else { "posture" }.into(),
+                in_air: swing.then_some(Foot::Right),
                 footstep: None,
                 contacts: PerFoot::default(),
                 push: None,

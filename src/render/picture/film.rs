@@ -63,7 +63,7 @@ impl<'a> Cast<'a> {
         let snapshot = &self.film.snapshots[k];
         let mut image = draw_on(&self.stage, snapshot, self.ghost(k), camera, size, &Overlay::ALL);
         label(&mut image, format!("{:.2} s {speed}", snapshot.time_s).trim_end(), [10, 8]);
-        label(&mut image, &in_short(snapshot, &self.film.gains), [10, size[1].saturating_sub(28)]);
+        label(&mut image, &in_short(snapshot), [10, size[1].saturating_sub(28)]);
         image
     }
 

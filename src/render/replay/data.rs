@@ -5,12 +5,11 @@
 //! most 0.08 mm.
 
 use super::pack::{Polygons, column, columns, packed_mesh};
-use crate::control::Phase;
 use crate::episode::film::Film;
 use crate::episode::snapshot::{Arrow, Snapshot};
 use crate::render::scene::mesh::Mesh;
 use crate::render::scene::scale::RobotScale;
-use crate::render::scene::{Face, doing, events, faces, without_gain};
+use crate::render::scene::{Face, PHASES, doing, events, faces, without_gain};
 use crate::render::with_fields_of;
 use crate::robot::shape::Meshes;
 use crate::robot::{Foot, Pose, Robot, Shape, Solid};
@@ -34,10 +33,6 @@ const LEAST_MARGIN: f64 = -100.0;
 /// sets are shown at every second or third moment, and so on.
 const MOST_CORNERS: usize = 60_000;
 
-/// The phases in the order of their numbers in the page.
-const PHASES: [Phase; 5] =
-    [Phase::Posture, Phase::Switching, Phase::OutOfSets, Phase::Swing(Foot::Left), Phase::Swing(Foot::Right)];
-
 /// The packed film, which `film.js` reads, with the motion of a ghost, and sentences on what the page leaves out.
 pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
     let (ticks, farthest_m) = (&film.snapshots[..film.near()], film.farthest_m());
@@ -47,7 +42,7 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
     let at_most = |most: usize| (most as f64 * room) as usize;
     let stride = ticks.len().div_ceil(at_most(MOST_MOMENTS)).max(1);
     let moments: Vec<&Snapshot> = ticks.iter().step_by(stride).collect();
-    let (slices, every) = slices(&moments, film.gains.len(), at_most(MOST_CORNERS));
+    let (slices, every) = slices(&moments, film.regions.len(), at_most(MOST_CORNERS));
     let period_s = film.control_period_s * stride as f64;
     let mut notes = Vec::new();
     if stride > 1 {
@@ -72,15 +67,23 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
         let means = (0..ticks.len()).step_by(stride).map(|end| mean(since(end), value).map(six));
         columns(&means.collect::<Vec<_>>())
     };
-    let phase = |s: &Snapshot| PHASES.iter().position(|phase| *phase == s.phase).map(|i| i as f64);
+    // The phases in the order of their numbers in the page: the usual ones, then those of other controllers.
+    let mut phases: Vec<&str> = PHASES.iter().map(|(name, ..)| *name).collect();
+    for moment in &moments {
+        if !phases.contains(&&*moment.phase) {
+            phases.push(&moment.phase);
+        }
+    }
+    let phase = |s: &Snapshot| phases.iter().position(|phase| *phase == s.phase).map(|i| i as f64);
+    let gain = |s: &Snapshot| film.regions.iter().position(|name| Some(name) == s.gain.as_ref()).map(|i| i as f64);
     let landing = |s: &Snapshot| s.footstep.map_or_else(Vec::new, |corners| corners.map(|corner| corner.xy()).to_vec());
     let footsteps: Vec<Vec<Point2<f64>>> = moments.iter().map(|s| landing(s)).collect();
     let packed = json!({
         "robot": robot(&film.robot, &meshes),
         "shapes": shapes,
         "ground": ground(film),
-        "gains": film.gains,
-        "phases": PHASES.map(|phase| json!({ "id": phase.name(), "doing": doing(phase), "without_gain": without_gain(phase) })),
+        "gains": film.regions,
+        "phases": phases.iter().map(|phase| json!({ "id": phase, "doing": doing(phase), "without_gain": without_gain(phase) })).collect::<Vec<_>>(),
         "events": events(film, ticks, ghost),
         "ghost": ghost.map(|ghost| {
             let moments: Vec<&Snapshot> = ghost.snapshots[..ghost.near()].iter().step_by(stride).collect();
@@ -88,10 +91,10 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
         }),
         "slope": turns(moments.iter().map(|s| s.slope)),
         "dcm": pairs(&moments, &|s| Some(s.dcm)),
-        "zmp_ref": pairs(&moments, &|s| on_floor(Some(s.zmp_ref), farthest_m)),
+        "zmp_ref": pairs(&moments, &|s| on_floor(s.zmp_ref, farthest_m)),
         "dcm_outside": each(&|s| Some(s.dcm_outside_m)),
         "margin": each(&|s| s.margin.map(|margin| margin.max(LEAST_MARGIN))),
-        "gain": each(&|s| s.gain.map(|gain| gain as f64)),
+        "gain": each(&gain),
         "phase": each(&phase),
         "push": arrows(&|s| s.push),
         "contacts": Foot::BOTH.map(|foot| arrows(&|s| s.contacts[foot])),
@@ -178,7 +181,7 @@ fn held<'a>(moments: &[&'a Snapshot], gain: usize, every: usize) -> impl Iterato
 
 /// The slice of a gain, empty if there is none.
 fn slice(snapshot: &Snapshot, gain: usize) -> &[Point2<f64>] {
-    snapshot.slices.get(gain).map_or(&[], Vec::as_slice)
+    snapshot.regions.get(gain).map_or(&[], |region| &region.corners)
 }
 
 /// Point (m) and force (N) in one row.

@@ -45,16 +45,20 @@ pub fn events(film: &Film, ticks: &[Snapshot], ghost: Option<&Film>) -> Vec<Even
         add(EventKind::Push, push.start_s, push.end_s(), text);
     }
     for pair in ticks.windows(2) {
-        if let (Some(before), Some(after)) = (pair[0].gain, pair[1].gain)
+        if let (Some(before), Some(after)) = (&pair[0].gain, &pair[1].gain)
             && before != after
         {
-            let text = format!("gain {} to {}", film.gains[before], film.gains[after]);
+            let text = format!("gain {before} to {after}");
             add(EventKind::Switch, pair[1].time_s, pair[1].time_s, text);
         }
     }
     for step in &record.footsteps {
-        let held = if step.in_set_at_landing { "the new sets hold" } else { "no new set holds" };
-        let text = format!("{} footstep; at its landing {held} the state", step.foot.name());
+        let held = match step.in_set_at_landing {
+            Some(true) => "; at its landing the new sets hold the state",
+            Some(false) => "; at its landing no new set holds the state",
+            None => "",
+        };
+        let text = format!("{} footstep{held}", step.foot.name());
         add(EventKind::Footstep, step.lift_s, step.land_s, text);
     }
     if let Some(lifted) = &record.unfinished_footstep {

@@ -56,9 +56,10 @@ pub(super) fn of(now: &Snapshot, ground: &Ground, scale: RobotScale, shown: &[Ov
             Style::Polygon { of, sheet } => add(polygon(&of(now), sheet)),
             // The set of the active gain lies over the others, which come slow to fast, since slower sets are larger.
             Style::Sets { resting, acting } => {
-                let (active, others): (Vec<_>, Vec<_>) = (0..now.slices.len()).partition(|i| now.gain == Some(*i));
-                others.into_iter().for_each(|i| add(polygon(&now.slices[i], resting)));
-                active.into_iter().for_each(|i| add(polygon(&now.slices[i], acting)));
+                let (active, others): (Vec<_>, Vec<_>) =
+                    now.regions.iter().partition(|region| now.gain.as_ref() == Some(&region.name));
+                others.into_iter().for_each(|region| add(polygon(&region.corners, resting)));
+                active.into_iter().for_each(|region| add(polygon(&region.corners, acting)));
             }
             Style::Spot { of, sign } => {
                 of(now).map(|at| Drawing::Sign { at: floor(at), sign }).into_iter().for_each(add);

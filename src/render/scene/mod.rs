@@ -27,7 +27,7 @@ use palette::Overlay;
 use scale::RobotScale;
 pub use sign::{At, Form};
 pub use strokes::{Stroke, arrow, strokes};
-pub use words::{doing, in_short, without_gain};
+pub use words::{PHASES, doing, in_short, without_gain};
 
 /// A robot that can be drawn in any posture, and the ground on which it stands.
 pub struct Stage<'a> {

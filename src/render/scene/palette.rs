@@ -194,7 +194,7 @@ impl Overlay {
                 ("dcm", 'd', "DCM", "divergent component of motion (capture point)", 0x0b7a3b, style)
             }
             Self::ZmpRef => {
-                let style = spot(Sign::Ring, |now| Some(now.zmp_ref));
+                let style = spot(Sign::Ring, |now| now.zmp_ref);
                 ("zmpRef", 'w', "ZMP wanted", "the ZMP that the controller asks for", 0xff9f1c, style)
             }
             Self::Zmp => {

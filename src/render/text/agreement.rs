@@ -2,7 +2,7 @@
 
 use crate::campaign::Summary;
 use crate::campaign::verdict::agreement::{Agreement, PartedTrial};
-use crate::episode::parting::{Apart, Loaded, Parting};
+use crate::episode::parting::{Loaded, Part, Parting};
 use crate::render::text::layout::{align, compared, percent, table, whole_names, wrapped};
 use crate::sim::Engine;
 use crate::stats::kappa::Agreed;
@@ -122,9 +122,9 @@ pub fn in_words(parting: &Parting, engines: [Engine; 2]) -> String {
     let [a, b] = engines.map(Engine::title);
     let Parting { at_s, phases, loaded, .. } = parting;
     let what = match parting.of {
-        Apart::Com => "COMs",
-        Apart::LeftSole => "left soles",
-        Apart::RightSole => "right soles",
+        Part::Com => "COMs",
+        Part::LeftSole => "left soles",
+        Part::RightSole => "right soles",
     };
     let mut told = format!("At {at_s:.3} s the {what} part.");
     let mut differ = |since_s: Option<f64>, what: &str, [in_a, in_b]: [&str; 2]| {
@@ -132,7 +132,7 @@ pub fn in_words(parting: &Parting, engines: [Engine; 2]) -> String {
             told += &format!(" Since {since_s:.3} s {what} {in_a} in {a} and {in_b} in {b}.");
         }
     };
-    differ(parting.phases_differ_since_s, "the controller is in phase", *phases);
+    differ(parting.phases_differ_since_s, "the controller is in phase", phases.each_ref().map(|phase| &**phase));
     differ(parting.loaded_differ_since_s, "the load is on", loaded.map(words));
     told
 }
@@ -179,7 +179,7 @@ mod tests {
         traced.traced = true;
         traced.parting = Some(Parting {
             at_s: 1.25,
-            of: Apart::LeftSole,
+            of: Part::LeftSole,
             distance_m: 0.036,
             phases: ["swing-left", "switching"],
             phases_differ_since_s: Some(1.1),

@@ -1,11 +1,10 @@
 //! The story of one episode in a few lines: what happened to the robot, when, and why.
 
-use crate::control::Design;
 use crate::episode::{AT_LIMIT, EpisodeConfig, Footstep, Lifted, Membership, Outcome, Record, Tick};
 use crate::render::text::layout::wrapped;
 use crate::render::text::thresholds;
 use crate::render::with_fields_of;
-use crate::robot::Robot;
+use crate::robot::{Factory, Robot};
 use crate::sim::{Engine, Push, Variation};
 use serde_json::{Value, json};
 
@@ -21,8 +20,11 @@ pub struct Witness {
 }
 
 impl Witness {
-    /// Takes note of a tick.
+    /// Takes note of a tick, up to the end of the episode.
     pub fn watch(&mut self, robot: &Robot, tick: &Tick) {
+        if tick.is_after {
+            return;
+        }
         let time = tick.truth.time_s;
         if tick.dcm_outside_m <= 0.0 {
             self.dcm_outside_since_s = None;
@@ -77,40 +79,40 @@ fn short(value: f64, digits: i32) -> f64 {
     (value * unit).round() / unit + 0.0
 }
 
-/// A few sentences on each footstep: when and for which ZMP error it was taken, and from where to where its sole moved
+/// A few sentences on each footstep: when it was taken, for which ZMP error if the controller says so, and from where to where its sole moved
 /// (mm, world frame).
 pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String> {
     // Adding 0 turns -0 into 0.
     let round = |m: f64| (1000.0 * m).round() + 0.0;
     let mm = |p: &[f64]| format!("({}, {})", round(p[0]), round(p[1]));
+    let reason = |error: &Option<[f64; 2]>| {
+        error.map_or(String::new(), |error| format!(" for a ZMP error of {} mm", mm(&error)))
+    };
     let mut lines: Vec<String> = taken
         .iter()
         .map(|footstep| {
             let Footstep { foot, lift_s, land_s, from_m, to_m, zmp_error_m, in_set_at_landing } = footstep;
+            let side = |is_in: bool| if is_in { "in" } else { "outside of" };
+            let landing = in_set_at_landing.map(|is_in| format!(". At the landing the state was {} the new CPI sets", side(is_in)));
             format!(
-                "{} foot: lifted at t = {lift_s:.3} s for a ZMP error of {} mm, landed at t = {land_s:.3} s. The sole moved \
-                 from {} to {} mm. At the landing the state was {} the new CPI sets",
+                "{} foot: lifted at t = {lift_s:.3} s{}, landed at t = {land_s:.3} s. The sole moved from {} to {} mm{}",
                 foot.name(),
-                mm(zmp_error_m),
+                reason(zmp_error_m),
                 mm(from_m),
                 mm(to_m),
-                if *in_set_at_landing { "in" } else { "outside of" }
+                landing.unwrap_or_default()
             )
         })
         .collect();
     lines.extend(unfinished.map(|Lifted { foot, lift_s, zmp_error_m, .. }| {
-        format!(
-            "{} foot: lifted at t = {lift_s:.3} s for a ZMP error of {} mm, and did not land",
-            foot.name(),
-            mm(zmp_error_m)
-        )
+        format!("{} foot: lifted at t = {lift_s:.3} s{}, and did not land", foot.name(), reason(zmp_error_m))
     }));
     lines
 }
 
 /// An episode and everything that its story needs.
 pub struct Told<'a> {
-    pub design: &'a Design,
+    pub factory: &'a Factory,
     pub config: &'a EpisodeConfig,
     pub pushes: Vec<Push>,
     pub variation: Variation,
@@ -121,14 +123,14 @@ pub struct Told<'a> {
 impl Told<'_> {
     /// The story on one line, for the title of a picture.
     pub fn headline(&self) -> String {
-        let line = headline(&self.pushes, &self.design.family.name, &self.record);
+        let line = headline(&self.pushes, &self.factory.name, &self.record);
         let engine = self.config.engine;
         if engine == Engine::default() { line } else { format!("{line}, in {}", engine.title()) }
     }
 
     pub fn as_json(&self) -> Value {
         let mut head = json!({
-            "gains": self.design.family.name,
+            "gains": self.factory.name,
             "engine": self.config.engine.with_version(),
             "push": self.pushes[0],
             "judge": self.config.judge,
@@ -143,7 +145,7 @@ impl Told<'_> {
 
     /// A few lines on what happened and why.
     pub fn text(&self) -> String {
-        let (record, family) = (&self.record, &self.design.family);
+        let (record, factory) = (&self.record, self.factory);
         let mut text = String::new();
         let mut line = |label: &str, what: String| text += &wrapped(&format!("{label:<10}"), &what);
         for push in &self.pushes {
@@ -162,17 +164,7 @@ impl Told<'_> {
         if !varied.is_empty() {
             line("varied", varied.join(", "));
         }
-        line(
-            "gains",
-            match family.gains.len() {
-                0 => format!("{}, which keeps its posture", family.name),
-                count => {
-                    let gains = if count == 1 { "one gain".into() } else { format!("{count} gains") };
-                    let footsteps = if self.design.footwork.is_some() { "footsteps" } else { "no footsteps" };
-                    format!("{}, with {gains} and {footsteps}", family.name)
-                }
-            },
-        );
+        line("gains", format!("{}, {}", factory.name, factory.about));
         if self.config.engine != Engine::default() {
             line("engine", self.config.engine.with_version());
         }
@@ -205,8 +197,8 @@ impl Told<'_> {
             "peaks",
             format!("tilt {:.1} degrees, joint speed {:.1} rad/s", record.peak_tilt_deg, record.peak_joint_speed_rad_s),
         );
-        if family.gains.len() > 1 {
-            let told = match record.gain_switches {
+        if let (Some(&switches), true) = (record.totals.get("gain_switches"), factory.regions.len() > 1) {
+            let told = match switches as u64 {
                 0 => "none: the fastest gain acted all the time".into(),
                 1 => "the controller switched or restarted its gain once".into(),
                 n => format!("the controller switched or restarted its gain {n} times"),
@@ -250,17 +242,18 @@ impl Told<'_> {
     /// if the sets made no prediction.
     fn sets(&self) -> Option<String> {
         let record = &self.record;
-        let the_set = match self.design.family.gains.len() {
+        let the_set = match self.factory.regions.len() {
             0 => return None,
             1 => "the CPI set of the gain",
             _ => "the largest CPI set",
         };
         let end = if self.pushes.len() > 1 { "at the end of the last push" } else { "at the end of the push" };
-        let Some(side) = record.set_after_push else {
-            return record.left_sets_at_s.map(|at| format!("the state left {the_set} at t = {at:.3} s"));
+        let left_at_s = record.totals.get("left_sets_at_s");
+        let Some(side) = record.promise_margin.map(Membership::of_margin) else {
+            return left_at_s.map(|at| format!("the state left {the_set} at t = {at:.3} s"));
         };
-        let margin = |m: Option<f64>| m.map_or("none".into(), |m| format!("{m:.2}"));
-        let [margin, margin_est] = [record.cpi_margin_after_push, record.cpi_margin_after_push_est].map(margin);
+        let margin = |m: Option<f64>| m.filter(|m| m.is_finite()).map_or("none".into(), |m| format!("{m:.2}"));
+        let [margin, margin_est] = [record.promise_margin, record.promise_margin_est].map(margin);
         let margins = format!("(margin {margin}; of the estimated state {margin_est})");
         let stepped = !record.footsteps.is_empty() || record.unfinished_footstep.is_some();
         let recovered = record.outcome == Outcome::Recovered;
@@ -271,11 +264,11 @@ impl Told<'_> {
                 format!("{end} the state was in {the_set} {margins}. By the pendulum model no footstep was needed{yet}")
             }
             Membership::Outside => {
-                let left = record.left_sets_at_s.map(|at| format!(", which it left at t = {at:.3} s"));
+                let left = left_at_s.map(|at| format!(", which it left at t = {at:.3} s"));
                 let left = left.unwrap_or_default();
                 let yet = match (recovered, stepped) {
                     (true, false) => ", but the robot recovered without one",
-                    (false, false) if self.design.footwork.is_none() => ", which this gain set does not take",
+                    (false, false) if !self.factory.takes_footsteps => ", which this gain set does not take",
                     _ => "",
                 };
                 format!(
@@ -308,19 +301,19 @@ impl Told<'_> {
 mod tests {
     use super::*;
     use crate::episode::{Disturbance, Until, run};
-    use crate::lipm::GainSet;
 
     /// The story of a push with a gain set: its title and its text.
     fn story(gains: &str, impulse_n_s: f64, heading_deg: f64) -> [String; 2] {
         let robot = Robot::load("ut-mu2").unwrap();
         let config = EpisodeConfig::of(&crate::robot::Units::of(&robot));
-        let design = Design::new(&robot, &GainSet::load(gains).unwrap(), config.control_period_s).unwrap();
+        let factory = crate::contest::load(gains).unwrap().prepare(&robot, config.control_period_s).unwrap();
         let pushes = vec![Push { impulse_n_s, heading_deg, ..Push::default() }];
         let mut witness = Witness::default();
         let disturbance = Disturbance { pushes: pushes.clone(), ..Disturbance::default() };
         let record =
-            run(&robot, &design, &config, disturbance, Until::Decided, &mut |tick| witness.watch(&robot, tick));
-        let told = Told { design: &design, config: &config, pushes, variation: Variation::default(), record, witness };
+            run(&robot, &factory, &config, disturbance, Until::Decided, &mut |tick| witness.watch(&robot, tick));
+        let told =
+            Told { factory: &factory, config: &config, pushes, variation: Variation::default(), record, witness };
         [told.headline(), told.text()]
     }
 

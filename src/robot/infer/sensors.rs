@@ -18,6 +18,7 @@ pub fn noise(robot: &Robot) -> SensorNoise {
     let weight = units.weight_n();
     SensorNoise {
         joint_angle_rad: 0.0005,
+        joint_speed_rad_s: rounded(0.00888 * units.omega(), 2),
         gyro_rad_s: rounded(0.00178 * units.omega(), 2),
         orientation_rad: 0.003,
         accelerometer_m_s2: rounded(0.0051 * GRAVITY, 1),

@@ -113,6 +113,7 @@ fn noise_text(robot: &Robot, line: &mut dyn FnMut(&str)) {
     line("\n# Standard deviations of white noise, with one sample per control tick; all assumed.\n[noise]");
     for (key, value, comment) in [
         ("joint_angle_rad", noise.joint_angle_rad, "encoders [rad]"),
+        ("joint_speed_rad_s", noise.joint_speed_rad_s, "speeds of the joints [rad/s]"),
         ("gyro_rad_s", noise.gyro_rad_s, "angular velocity of the trunk [rad/s]"),
         ("orientation_rad", noise.orientation_rad, "orientation of the trunk, about each axis [rad]"),
         ("accelerometer_m_s2", noise.accelerometer_m_s2, "acceleration of the trunk [m/s^2]"),

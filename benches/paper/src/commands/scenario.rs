@@ -7,6 +7,7 @@ use serde_json::json;
 use standfast::commands::arguments::{CheckArgs, ENGINES, fine, one_of};
 use standfast::commands::episode::{Case, OutputArgs, command_line};
 use standfast::commands::terminal::print;
+use standfast::contest;
 use standfast::control::Design;
 use standfast::episode::Disturbance;
 use standfast::error::{Error, Result};
@@ -54,9 +55,9 @@ pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
     let robot = Robot::load(args.robot.as_ref().unwrap_or(&scenario.robot))?;
     let (cause, mut config) = (scenario.cause()?, scenario.episode(&robot));
     config.engine = args.engine.unwrap_or(config.engine);
-    let gains = GainSet::load(args.gains.as_ref().unwrap_or(&scenario.gains))?;
-    let design = Design::new(&robot, &gains, config.control_period_s)?;
-    design.warning.iter().for_each(|warning| log::warn!("{warning}"));
+    let gains = args.gains.as_ref().unwrap_or(&scenario.gains);
+    let factory = contest::load(gains)?.prepare(&robot, config.control_period_s)?;
+    factory.warning.iter().for_each(|warning| log::warn!("{warning}"));
     if matches!(cause, Cause::Imposed(_)) {
         check_without_physics(args)?;
     }
@@ -64,15 +65,18 @@ pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
     args.outputs.check()?;
     args.outputs.check_length(&config)?;
     if args.check.check {
-        return fine(&format!("scenario {}, gain set {}", scenario.name, gains.name));
+        return fine(&format!("scenario {}, gain set {}", scenario.name, factory.name));
     }
-    let case = Case { robot: &robot, design: &design, config: &config };
+    let case = Case { robot: &robot, factory: &factory, config: &config };
     let answer = match cause {
         Cause::Push(push) => {
             let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
             case.run(disturbance, &args.outputs, args.json, command_line("standfast-paper"))?
         }
-        Cause::Imposed(error) => impose(args, &scenario, &case, &error)?,
+        Cause::Imposed(error) => {
+            let design = Design::new(&robot, &GainSet::load(gains)?, config.control_period_s)?;
+            impose(args, &scenario, &case, &design, &error)?
+        }
     };
     print(&if args.json { answer } else { format!("{}\n{answer}", wrapped("", &scenario.description)) })
 }
@@ -112,8 +116,8 @@ fn check_without_physics(args: &ScenarioArgs) -> Result<()> {
 }
 
 /// Imposes a ZMP error on the pendulum, draws what follows if `--plot` asks for it, and returns what to print.
-fn impose(args: &ScenarioArgs, scenario: &Scenario, case: &Case, error: &Imposed) -> Result<String> {
-    let Case { robot, design, config } = *case;
+fn impose(args: &ScenarioArgs, scenario: &Scenario, case: &Case, design: &Design, error: &Imposed) -> Result<String> {
+    let Case { robot, config, .. } = *case;
     let mut plot = MotionPlot::default();
     let record = imposed::run(robot, design, config, error.zmp_error_m.into(), error.start, &mut |tick| {
         plot.push(robot, tick);

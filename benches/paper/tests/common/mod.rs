@@ -6,25 +6,33 @@ pub mod browser;
 #[path = "../../../../tests/common/program.rs"]
 pub mod program;
 
+use standfast::contest;
 use standfast::control::Design;
 use standfast::episode::{self, Disturbance, EpisodeConfig, Record, Tick, Until};
 use standfast::lipm::GainSet;
-use standfast::robot::{Robot, Units};
+use standfast::robot::{Factory, Robot, Units};
 use standfast::sim::Push;
 
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_standfast-paper");
 
-/// UT-mu2 and a gain set designed for it.
+/// UT-mu2, a controller prepared for it and, if it is a gain set, its design.
 pub struct Bench {
     pub robot: Robot,
-    pub design: Design,
+    pub factory: Factory,
+    design: Option<Design>,
 }
 
 impl Bench {
     pub fn new(gains: &str) -> Self {
         let robot = Robot::load("ut-mu2").unwrap();
-        let design = Design::new(&robot, &GainSet::load(gains).unwrap(), config(1.0).control_period_s).unwrap();
-        Self { robot, design }
+        let period_s = config(1.0).control_period_s;
+        let factory = contest::load(gains).unwrap().prepare(&robot, period_s).unwrap();
+        let design = GainSet::load(gains).ok().map(|gains| Design::new(&robot, &gains, period_s).unwrap());
+        Self { robot, factory, design }
+    }
+
+    pub fn design(&self) -> &Design {
+        self.design.as_ref().unwrap()
     }
 
     /// Runs an episode with one push, until it is decided.
@@ -34,7 +42,7 @@ impl Bench {
 
     pub fn run(&self, push: Push, horizon_s: f64, until: Until, mut observe: impl FnMut(&Tick)) -> Record {
         let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
-        episode::run(&self.robot, &self.design, &config(horizon_s), disturbance, until, &mut observe)
+        episode::run(&self.robot, &self.factory, &config(horizon_s), disturbance, until, &mut observe)
     }
 }
 

@@ -32,7 +32,8 @@ pub fn scenario_push(name: &str) -> Push {
 
 pub fn impose(bench: &Bench, name: &str) -> ImposedRecord {
     let Cause::Imposed(asked) = Scenario::load(name).unwrap().cause().unwrap() else { panic!("{name} is imposed") };
-    imposed::run(&bench.robot, &bench.design, &config(2.0), asked.zmp_error_m.into(), asked.start, &mut |_| {}).unwrap()
+    imposed::run(&bench.robot, bench.design(), &config(2.0), asked.zmp_error_m.into(), asked.start, &mut |_| {})
+        .unwrap()
 }
 
 /// What is measured here in the run of a push.
@@ -68,7 +69,7 @@ fn see(bench: &Bench, name: &str) -> Seen {
     let mut at_limit = vec![0; bench.robot.joints.len()];
     let take_larger = |most: &mut f64, now: f64| *most = if now.abs() > most.abs() { now } else { *most };
     bench.run(push, record.end_s + 0.5, Until::Fallen, |tick| {
-        let (truth, account) = (tick.truth, account(tick));
+        let (truth, account) = (tick.truth, account(tick).unwrap());
         let loaded = PerFoot::from_fn(|foot| truth.sole_wrenches[foot].force.z >= LEAST_N);
         let swings = !account.stands() && truth.time_s < land_s;
         if let (true, false, Some(zmp)) = (swings, loaded[swing], truth.zmp) {
@@ -163,10 +164,10 @@ fn captions_tell_the_regions_of_the_runs() {
     for (told, region) in list(&numbers("4")["area_m2"]).iter().zip(regions) {
         near(told, region.area(), 1e-9);
     }
-    let allowed = regions[1].inset(bench.design.family.zmp_margin).unwrap();
+    let allowed = regions[1].inset(bench.design().family.zmp_margin).unwrap();
     let (mut excess, mut horizons) = (0.0_f64, Vec::new());
-    for (gain, old) in bench.design.family.gains.iter().zip(list(&numbers("4")["horizon_k_before"])) {
-        let set = CpiSet::search(gain, bench.design.family.pendulum, &allowed).unwrap();
+    for (gain, old) in bench.design().family.gains.iter().zip(list(&numbers("4")["horizon_k_before"])) {
+        let set = CpiSet::search(gain, bench.design().family.pendulum, &allowed).unwrap();
         horizons.push(set.horizon);
         let stored = CpiSet::stacked(gain, &allowed, old.as_u64().unwrap() as usize).unwrap();
         let mut programs = stored.programs().unwrap();
@@ -250,7 +251,7 @@ fn the_table_tells_what_other_pushes_lead_to() {
 /// For Fig. 12 and 13: eq. 29 compared with the landing. For Fig. 6: how often the stride is at its limit.
 #[test]
 fn captions_tell_the_stride_that_was_asked_for_and_where_the_foot_landed() {
-    let rules = *Bench::new("paper").design.stepping().unwrap();
+    let rules = *Bench::new("paper").design().stepping().unwrap();
     assert_eq!(rules.alpha, 60.0);
     // The ZMP error, and how far the foot can go along it from beside the other.
     let reach = |footstep: &Value| {
@@ -312,7 +313,7 @@ fn by_plain_distance_the_diagonal_push_would_move_the_other_foot_straight_back()
 #[test]
 fn captions_tell_how_fast_the_gains_bring_the_com_home() {
     let bench = Bench::new("paper");
-    let family = &bench.design.family;
+    let family = &bench.design().family;
     let allowed = home_polygon(&bench.robot).inset(family.zmp_margin).unwrap();
     let sets = CpiSet::search_family(family, &allowed).unwrap();
     let home_radius_m = config(1.0).judge.home_radius_m;

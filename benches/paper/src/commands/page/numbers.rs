@@ -156,22 +156,23 @@ fn sequence(study: &Study) -> Value {
 fn events(pushed: &Pushed) -> Value {
     let Pushed { film, footstep, .. } = pushed;
     let since = film.snapshots.iter().filter(|s| s.time_s >= pushed.push.start_s);
-    let mut phases: Vec<_> = since.map(|s| s.phase.name()).collect();
+    let mut phases: Vec<_> = since.map(|s| &*s.phase).collect();
     phases.dedup();
     let swings = phases.iter().filter(|name| name.starts_with("swing")).count();
     let in_order =
         matches!(phases[..], ["switching", "out-of-sets", swing, .., "switching"] if swing.starts_with("swing"));
     let after = || film.snapshots.iter().filter(|s| s.time_s >= footstep.land_s);
-    let fastest = film.gains.len() - 1;
-    let last_other = after().rfind(|s| s.gain != Some(fastest));
+    let fastest = film.regions.last();
+    let left_sets_at_s = film.record.totals.get("left_sets_at_s");
+    let last_other = after().rfind(|s| s.gain.as_ref() != fastest);
     let fastest_from = after().find(|s| last_other.is_none_or(|other| s.time_s > other.time_s));
     json!({
         "push_s": pushed.push.start_s,
-        "left_sets_s": film.record.left_sets_at_s,
+        "left_sets_s": left_sets_at_s,
         "lift_s": footstep.lift_s,
-        "waited_s": film.record.left_sets_at_s.map(|left_s| footstep.lift_s - left_s),
+        "waited_s": left_sets_at_s.map(|left_s| footstep.lift_s - left_s),
         "landing_s": footstep.land_s,
-        "held_after_landing_s": after().find(|s| s.phase == Phase::Switching).map(|s| s.time_s),
+        "held_after_landing_s": after().find(|s| s.phase == Phase::Switching.name()).map(|s| s.time_s),
         "fastest_gain_from_s": fastest_from.map(|s| s.time_s),
         "still_from_s": pushed.end_s(),
         "landed_inside": footstep.in_set_at_landing,
@@ -194,6 +195,11 @@ fn unloaded(pushed: &Pushed) -> Vec<(Foot, [f64; 2])> {
     Foot::BOTH.into_iter().flat_map(spans_of).collect()
 }
 
+/// The ZMP error for which a footstep was taken (m), which our own controller always states.
+fn zmp_error(footstep: &Footstep) -> Vector2<f64> {
+    footstep.zmp_error_m.unwrap_or_default().into()
+}
+
 /// Fig. 6: the choice of foot and landing place.
 fn decision(study: &Study) -> Value {
     let examples = EXAMPLES_DEG.map(|deg| {
@@ -203,7 +209,7 @@ fn decision(study: &Study) -> Value {
     });
     let imposed = study.errors.iter().map(|run| &run.record).chain(&study.moving).flat_map(|record| &record.footsteps);
     let footsteps: Vec<_> = study.records().flat_map(|(_, record)| &record.footsteps).chain(imposed).collect();
-    let at_most = footsteps.iter().filter(|footstep| study.is_at_most(footstep.foot, footstep.zmp_error_m.into()));
+    let at_most = footsteps.iter().filter(|footstep| study.is_at_most(footstep.foot, zmp_error(footstep)));
     json!({
         "alpha": study.rules.alpha,
         "examples": examples,
@@ -270,7 +276,7 @@ fn imposed(study: &Study) -> Value {
 fn imposed_responses(study: &Study) -> Value {
     let of_run = |run: &ImposedRun| {
         let after = run.motion.moments.iter().filter(|moment| moment.time_s >= run.footstep.land_s);
-        let mut gains: Vec<&str> = after.filter_map(|moment| Some(study.sets[moment.gain?].gain.as_str())).collect();
+        let mut gains: Vec<&str> = after.filter_map(|moment| moment.gain.as_deref()).collect();
         gains.dedup();
         json!({
             "home_at_s": run.record.home_at_s, "footsteps": run.record.footsteps, "gains_after_landing": gains,
@@ -283,7 +289,7 @@ fn imposed_responses(study: &Study) -> Value {
 /// Fig. 12 and 13: the numbers that both have of their push.
 fn pushed(study: &Study, pushed: &Pushed) -> Value {
     let Pushed { push, film, footstep, .. } = pushed;
-    let error = Vector2::from(footstep.zmp_error_m);
+    let error = zmp_error(footstep);
     let reach = study.reach(error.normalize());
     let (gone, asked) = (Vector2::from(way(footstep)), study.choose(error).map_or(Vector2::zeros(), |(_, way)| way));
     // The largest impulse of this duration that the pendulum can take without a footstep.
@@ -370,9 +376,10 @@ fn pushed_responses(study: &Study) -> Value {
 fn zmp_errors(pushed: &Pushed) -> [f64; 2] {
     let Footstep { foot, land_s, .. } = pushed.footstep;
     let moments = pushed.motion.moments.iter().zip(&pushed.seen.loaded);
-    let is_swing = |moment: &Snapshot| matches!(moment.phase, Phase::Swing(_));
+    let is_swing = |moment: &Snapshot| moment.in_air.is_some();
     let in_air = moments.filter(|(s, loaded)| is_swing(s) && s.time_s < land_s && !loaded[foot]);
-    let errors: Vec<[f64; 2]> =
-        in_air.filter_map(|(s, _)| s.zmp.map(|zmp| [0, 1].map(|axis| zmp[axis] - s.zmp_ref[axis]))).collect();
+    let errors: Vec<[f64; 2]> = in_air
+        .filter_map(|(s, _)| s.zmp.zip(s.zmp_ref).map(|(zmp, zmp_ref)| [0, 1].map(|axis| zmp[axis] - zmp_ref[axis])))
+        .collect();
     [0, 1].map(|axis| (errors.iter().map(|e| e[axis] * e[axis]).sum::<f64>() / errors.len().max(1) as f64).sqrt())
 }

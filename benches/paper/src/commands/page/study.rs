@@ -6,13 +6,14 @@ use crate::render::page::study::{ImposedRun, Pushed, Study};
 use crate::scenario::{Cause, Imposed, Scenario};
 use rayon::prelude::*;
 use standfast::commands::progress::Progress;
+use standfast::contest;
 use standfast::control::{Design, home_polygon};
 use standfast::episode::{self, Disturbance, EpisodeConfig, Film, Snapshot};
 use standfast::error::{Error, Result};
 use standfast::lipm::cpi_set::{CpiSet, Inclusion};
 use standfast::lipm::gains::GainSet;
 use standfast::render::figure::motion::MotionPlot;
-use standfast::robot::{Kinematics, PerFoot, Robot};
+use standfast::robot::{Factory, Kinematics, PerFoot, Robot};
 use standfast::sim::Push;
 
 /// Gain set with the same gains that takes no footstep, to show what the footstep is worth.
@@ -35,7 +36,9 @@ pub fn run() -> Result<Study> {
     let robot = Robot::load(&first.robot)?;
     let EpisodeConfig { control_period_s: period_s, judge, .. } = first.episode(&robot);
     let design_of = |gains: &str| Design::new(&robot, &GainSet::load(gains)?, period_s);
-    let (design, standing, stiff) = (design_of(&first.gains)?, design_of(WITHOUT_FOOTSTEP)?, design_of(STIFF)?);
+    let factory_of = |name: &str| contest::load(name)?.prepare(&robot, period_s);
+    let design = design_of(&first.gains)?;
+    let (factory, standing, stiff) = (Factory::from(design.clone()), factory_of(WITHOUT_FOOTSTEP)?, factory_of(STIFF)?);
     let Some(rules) = design.stepping().copied() else {
         return Err(is_not(&first.name, "a gain set that takes footsteps"));
     };
@@ -44,8 +47,8 @@ pub fn run() -> Result<Study> {
     let sets = CpiSet::search_family(&design.family, &allowed)?;
     let inclusion = Inclusion::of(&sets)?;
     progress.tick();
-    let run = |design: &Design, (push, config): &(Push, EpisodeConfig)| {
-        let record = episode::run(&robot, design, config, by(*push), config.until(), &mut |_| {});
+    let run = |factory: &Factory, (push, config): &(Push, EpisodeConfig)| {
+        let record = episode::run(&robot, factory, config, by(*push), config.until(), &mut |_| {});
         progress.tick();
         record
     };
@@ -54,7 +57,7 @@ pub fn run() -> Result<Study> {
         let (push, config) = asked;
         let mut motion = MotionPlot::of_pushes(&[push]);
         let mut watch = PushedWatch::default();
-        let film = Film::take(&robot, &design, &config, by(push), (config.until(), AFTERMATH_S), &mut |tick| {
+        let film = Film::take(&robot, &factory, &config, by(push), (config.until(), AFTERMATH_S), &mut |tick| {
             let support = watch.see(&robot, period_s, tick);
             motion.moments.push(Snapshot { support, ..Snapshot::of(&robot, tick) });
         });
@@ -64,7 +67,7 @@ pub fn run() -> Result<Study> {
         else {
             return Err(is_not(name, "one that leads to a footstep"));
         };
-        let [without_footstep, stiff] = [&standing, &stiff].map(|design| run(design, &asked));
+        let [without_footstep, stiff] = [&standing, &stiff].map(|factory| run(factory, &asked));
         Ok(Pushed { push, film, footstep, motion, lift, landing, seen, without_footstep, stiff })
     };
     let (diagonal, config) = push_of(&robot, "push-diagonal")?;
@@ -72,7 +75,7 @@ pub fn run() -> Result<Study> {
     for name in LIKE_IMPOSED {
         asked.push(push_of(&robot, name)?);
     }
-    let try_out = |asked: &(Push, EpisodeConfig)| (asked.0, run(&design, asked));
+    let try_out = |asked: &(Push, EpisodeConfig)| (asked.0, run(&factory, asked));
     // The runs do not depend on each other.
     let ((behind, diagonal), tried): (_, Vec<_>) = rayon::join(
         || rayon::join(|| pushed("push-behind"), || pushed("push-diagonal")),

@@ -25,14 +25,15 @@ impl PushedWatch {
     /// Takes note of a tick. Returns the corners of the hull of the soles that carry load (m, world frame), or none in
     /// flight.
     pub fn see(&mut self, robot: &Robot, period_s: f64, tick: &Tick) -> Vec<Point2<f64>> {
-        let (truth, account) = (tick.truth, account(tick));
-        let estimate = account.estimate;
+        let truth = tick.truth;
         let loaded = PerFoot::from_fn(|foot| truth.sole_wrenches[foot].force.z >= LEAST_N);
         self.seen.loaded.push(loaded);
         self.note_torques(robot, period_s, truth);
-        if let (Some(swing), None) = (account.swing, &self.seen.landing) {
-            self.note_stance(truth, swing.footstep.foot.other());
-        } else if account.stands()
+        if let (Some(footstep), None) = (tick.report.footstep, &self.seen.landing) {
+            self.note_stance(truth, footstep.foot.other());
+        } else if let Some(account) = account(tick)
+            && let estimate = account.estimate
+            && account.stands()
             && estimate.in_contact.left
             && estimate.in_contact.right
             && self.seen.landing.is_none()

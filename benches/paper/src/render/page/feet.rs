@@ -79,7 +79,7 @@ fn fan(study: &Study) -> Panel {
         ground.text(&class, [-0.112, foot.side() * 0.1], [0.0, 0.0], &format!("{} foot", foot.name()));
     }
     let imposed = study.errors.iter().map(|run| run.record.zmp_error_m);
-    let pushed = study.pushes.iter().map(|pushed| pushed.footstep.zmp_error_m);
+    let pushed = study.pushes.iter().map(|pushed| pushed.footstep.zmp_error_m.unwrap_or_default());
     for (error, name) in imposed.chain(pushed).zip(["8 (a)", "8 (b)", "12", "13"]) {
         let direction = Vector2::from(error).normalize();
         ground.arrow("push", direction * 0.115, direction * 0.132);

@@ -2,7 +2,6 @@
 
 use super::study::{ImposedRun, Pushed, Study};
 use serde_json::Value;
-use standfast::control::Phase;
 use standfast::episode::Snapshot;
 use standfast::render::figure::axes::Axis;
 use standfast::render::figure::motion::MotionPlot;
@@ -63,20 +62,21 @@ fn phases(pushed: &Pushed, told: &Value, title: &str) -> Panel {
     panel.text("name end", [from, 0.0], [-6.0, -10.0], "phase");
     for run in seen.chunk_by(|a, b| a.phase == b.phase) {
         let (start, end) = (run[0].time_s, run[run.len() - 1].time_s + pushed.film.control_period_s);
-        let class = match run[0].phase {
-            Phase::Posture => "band",
-            Phase::Switching => "switching",
-            Phase::OutOfSets => "out",
-            Phase::Swing(_) => "swing",
+        let class = match &*run[0].phase {
+            "posture" => "band",
+            "switching" => "switching",
+            "out-of-sets" => "out",
+            _ => "swing",
         };
         panel.rect(class, [start, 0.0], [end.min(to), 1.0]);
     }
-    panel.view = lane(LANES[1], [-0.6, pushed.film.gains.len() as f64 - 0.4]);
-    for (i, name) in pushed.film.gains.iter().enumerate() {
+    panel.view = lane(LANES[1], [-0.6, pushed.film.regions.len() as f64 - 0.4]);
+    for (i, name) in pushed.film.regions.iter().enumerate() {
         panel.line("grid", [from, i as f64], [to, i as f64]);
         panel.text("tick end", [from, i as f64], [-6.0, 4.0], name);
     }
-    panel.curve("slice", seen.iter().map(|s| Some([s.time_s, s.gain? as f64])));
+    let gain = |s: &Snapshot| pushed.film.regions.iter().position(|name| Some(name) == s.gain.as_ref());
+    panel.curve("slice", seen.iter().map(|s| Some([s.time_s, gain(s)? as f64])));
     panel.in_px(|panel| panel.turned_text("name", [16.0, 165.0], -90.0, "gain"));
     let [top, bottom] = LANES[2];
     let margin = Axis::new("margin of the set", [-1.0, 1.1]);

@@ -1,6 +1,7 @@
-//! Turns a desired ZMP into wrenches under the soles.
+//! Turns a desired ZMP into wrenches under the soles, and stands a robot on them at home.
 
-use crate::robot::{Foot, PerFoot, Pose, Robot};
+use super::dynamics::load_torques;
+use super::{Command, Foot, GRAVITY, Kinematics, PerFoot, Pose, Robot};
 use nalgebra::{Point2, Vector2, Vector3};
 
 /// Wrenches on the soles (force; moment about the sole's centre; world axes) that sum to `force` (N) with its ZMP at
@@ -40,4 +41,17 @@ fn clamp_to_sole(robot: &Robot, foot: Foot, pose: &Pose, offset: Vector2<f64>, l
     let local = pose.rotation.inverse() * Vector3::new(offset.x, offset.y, 0.0);
     let [x, y] = robot.soles[foot].pressable_m(load_n);
     pose.rotation * Vector3::new(local.x.clamp(x[0], x[1]), local.y.clamp(y[0], y[1]), 0.0)
+}
+
+impl Robot {
+    /// Holds the home posture, with the torques that carry the weight there.
+    pub fn home_command(&self) -> Command {
+        let kinematics = Kinematics::at_home(self);
+        let weight = Vector3::new(0.0, 0.0, self.mass() * GRAVITY);
+        let both = PerFoot { left: true, right: true };
+        let wrenches = share(self, &kinematics.sole_poses(self), &both, kinematics.com().xy(), weight);
+        let mut command = Command::hold(&self.home_rad);
+        load_torques(&kinematics, self, -weight / self.mass(), &wrenches, &mut command.tau_ff);
+        command
+    }
 }

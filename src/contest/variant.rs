@@ -1,11 +1,11 @@
-//! Variants of a gain set: the same set with one changed value, to see what that value does (a sweep).
+//! Variants of a controller: the same settings with one changed value, to see what that value does (a sweep).
 //!
-//! A campaign lists its gain sets by name or path, and a variant as `NAME:KEY=VALUE`, for example
+//! A campaign lists its controllers by name or path, and a variant as `NAME:KEY=VALUE`, for example
 //! `switching:zmp_margin=0.001` or `my.toml:gains.0.x=[0.2, 1, 5]`. The key is dotted, a number in it is an index
-//! into an array (from 0), and the value is TOML (a bare word is a string). Variants can be opened wherever gain sets
-//! can, so result folders, shards and replays treat them as any other set.
+//! into an array (from 0), and the value is TOML (a bare word is a string). Variants can be opened wherever
+//! controllers can, so result folders, shards and replays treat them as any other controller.
 
-use super::gains::{GainSet, former_key};
+use super::{Settings, kind_of};
 use crate::assets::{self, Kind, Missing};
 use crate::error::{Error, Result};
 use toml::Value;
@@ -29,7 +29,7 @@ impl<'a> Entry<'a> {
             let Some((key, value)) = text[at + 1..].split_once('=') else { break };
             let (key, value) = (key.trim(), value.trim());
             let is_key = !key.is_empty() && key.chars().all(|c| c.is_ascii_alphanumeric() || "_-.".contains(c));
-            let is_set = Kind::Gains.names().contains(&base) || base.ends_with(".toml");
+            let is_set = Kind::Controller.names().contains(&base) || base.ends_with(".toml");
             if is_key && !base.is_empty() && (is_set || !value.contains(['/', '\\'])) {
                 return Self { base, change: Some((key, value)) };
             }
@@ -45,23 +45,16 @@ impl<'a> Entry<'a> {
         }
     }
 
-    /// Opens the gain set and applies the change. It fails if the set cannot be read, or if the change does not fit.
-    pub fn load(&self) -> Result<GainSet> {
-        self.of(&GainSet::parse(&assets::open(Kind::Gains, self.base)?)?)
-    }
-
-    /// Applies the change to `base`. The name of the result states the change, as in `switching zmp_margin=0.001`.
-    pub fn of(&self, base: &GainSet) -> Result<GainSet> {
-        let Some((key, value)) = self.change else { return Ok(base.clone()) };
-        let file = format!("{} (of --vary or --gains)", self.with_base(self.base));
+    /// Applies the change to `base`. The name of the result states the change, as in `switching zmp_margin=0.001`. Fails if
+    /// the change does not fit.
+    pub fn of(&self, base: Box<dyn Settings>) -> Result<Box<dyn Settings>> {
+        let Some((key, value)) = self.change else { return Ok(base) };
+        let file = format!("{} (of --vary or --controller)", self.with_base(self.base));
         let refuse = |problem: &str, accepted: String| Error::value(&file, key, value, problem, accepted);
         if value.is_empty() || value.contains(char::is_control) {
             return Err(refuse("is not a value on one line", "a value in TOML".into()));
         }
-        if let Some((problem, accepted)) = former_key(key.rsplit('.').next().unwrap_or(key)) {
-            return Err(refuse(problem, accepted));
-        }
-        let mut tree = Value::try_from(base).map_err(|e| refuse(&e.to_string(), "a gain set".into()))?;
+        let mut tree = Value::Table(base.tree());
         let missing = |Missing { name, accepted }| refuse(&format!("the set has no `{name}`"), accepted);
         let (folder, last) = key.rsplit_once('.').unwrap_or(("", key));
         let before = match assets::place(&mut tree, folder).map_err(missing)? {
@@ -77,7 +70,10 @@ impl<'a> Entry<'a> {
             None => "a key of the gain set".into(),
         };
         let shown = if count(&tree, last) == 1 { last } else { key };
-        let mut set: GainSet = tree.clone().try_into().map_err(|e| {
+        let name = format!("{} {shown}={}", base.name(), value.trim_matches(['"', '\'']));
+        let mut tree = tree.as_table().cloned().unwrap_or_default();
+        tree.insert("name".into(), name.into());
+        let set = (kind_of(&tree, &file)?.of_tree)(tree).map_err(|e| {
             let message = e.message().trim_end();
             // The error of an unknown key lists the known ones.
             match message.split_once(", expected ").filter(|_| message.starts_with("unknown field")) {
@@ -85,16 +81,8 @@ impl<'a> Entry<'a> {
                 None => refuse(message, accepted),
             }
         })?;
-        set.name = format!("{} {shown}={}", base.name, value.trim_matches(['"', '\'']));
-        set.validate(&file)?;
+        set.check(&file)?;
         Ok(set)
-    }
-}
-
-impl GainSet {
-    /// Loads a built-in gain set, a file, or a variant of either.
-    pub fn load(entry: &str) -> Result<Self> {
-        Entry::split(entry).load()
     }
 }
 
@@ -146,6 +134,8 @@ fn count(tree: &Value, name: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contest::{gain_set, load};
+    use crate::lipm::GainSet;
 
     #[test]
     fn a_variant_has_a_set_before_the_colon_and_a_key_behind_it() {
@@ -192,19 +182,20 @@ mod tests {
 
     #[test]
     fn one_value_is_changed_and_the_name_says_which() {
-        let base = GainSet::load("switching").unwrap();
-        let variant = GainSet::load("switching:zmp_margin=0.001").unwrap();
+        let base = gain_set("switching").unwrap();
+        let variant = gain_set("switching:zmp_margin=0.001").unwrap();
         assert_eq!(variant.name, "switching zmp_margin=0.001");
         assert_eq!(GainSet { name: base.name.clone(), zmp_margin: 0.06, ..variant }, base);
 
-        let variant = GainSet::load("switching:gains.1.x=[0.4,1,6]").unwrap();
+        let variant = gain_set("switching:gains.1.x=[0.4,1,6]").unwrap();
         assert_eq!(variant.name, "switching gains.1.x=[0.4,1,6]");
         assert_eq!(variant.gains[1].x, [0.4, 1.0, 6.0]);
         assert_eq!((&variant.gains[0], variant.gains[1].y), (&base.gains[0], base.gains[1].y));
-        assert_eq!(GainSet::load("switching:gains.4.y.2=7").unwrap().gains[4].y, [1.2, 1.0, 7.0]);
+        assert_eq!(gain_set("switching:gains.4.y.2=7").unwrap().gains[4].y, [1.2, 1.0, 7.0]);
         // With one gain there is only one `x`.
-        assert_eq!(GainSet::load("fixed:gains.0.x=[1,1,5]").unwrap().name, "fixed x=[1,1,5]");
-        assert_eq!(GainSet::load("fixed:gains.0.name='quick'").unwrap().name, "fixed gains.0.name=quick");
+        assert_eq!(gain_set("fixed:gains.0.x=[1,1,5]").unwrap().name, "fixed x=[1,1,5]");
+        assert_eq!(gain_set("fixed:gains.0.name='quick'").unwrap().name, "fixed gains.0.name=quick");
+        assert_eq!(load("hold:description='stiff'").unwrap().name(), "hold description=stiff");
     }
 
     #[test]
@@ -214,15 +205,12 @@ mod tests {
                 "switching:zmp_margn=0.1",
                 ["zmp_margn = 0.1: unknown field `zmp_margn`;", "accepted: one of `name`, ", "`zmp_margin`"],
             ),
-            (
-                "switching:zmp_margin_m=0.003",
-                ["zmp_margin_m = 0.003", "without metres and seconds", "`zmp_margin`: the value divided by half"],
-            ),
             ("switching:zmp_margin=wide", ["zmp_margin = wide", "expected f64", "like the present value: 0.06"]),
             ("switching:zmp_margin=-1", ["zmp_margin = -1", "out of range", "0 to 10, in half sole lengths"]),
             ("switching:gains.5.x=[1,1,5]", ["gains.5.x", "the set has no `gains.5`", "gains.0 to gains.4"]),
             ("switching:gains.slow=1", ["gains.slow", "the set has no `gains.slow`", "gains.0 to gains.4"]),
-            ("hold:gains.0.x=[1,1,5]", ["gains.0.x", "the set has no `gains.0`", "nothing: `gains` is empty"]),
+            ("hold:gains.0.x=[1,1,5]", ["gains.0.x", "the set has no `gains`", "description, kind, name"]),
+            ("hold:kind=walk", ["kind = \"walk\"", "no kind of controller", "\"posture\""]),
             ("switching:gian.alpha=1", ["gian.alpha = 1", "the set has no `gian`", "zmp_margin"]),
             ("switching:zmp_margin.x=1", ["zmp_margin.x", "the set has no `zmp_margin.x`", "zmp_margin"]),
             (
@@ -231,21 +219,16 @@ mod tests {
             ),
             ("switching:gains.0.x=[-1,1,5]", ["gains[0].x[0] = -1", "unstable", "positive"]),
             ("switching:gains.0.z=1", ["gains.0.z = 1", "unknown field `z`", "`x`"]),
-            (
-                "switching:standing=upright",
-                ["standing = upright", "`posture`", "like the present value: \"switching\""],
-            ),
-            ("switching:standing=posture", ["gains = 5 gains", "uses no gains", "no [[gains]]"]),
             ("switching:zmp_margin=", ["zmp_margin = ", "not a value", "TOML"]),
         ] {
-            let error = GainSet::load(bad).unwrap_err();
+            let error = load(bad).unwrap_err();
             assert_eq!(error.exit_code(), 2);
             let message = error.to_string();
             for part in expected.into_iter().chain([bad, "--vary"]) {
                 assert!(message.contains(part), "{bad}: {part:?} not in {message:?}");
             }
         }
-        let message = GainSet::load("swiching:zmp_margin=1").unwrap_err().to_string();
-        assert!(message.contains("gain set \"swiching\" not found"), "{message}");
+        let message = load("swiching:zmp_margin=1").unwrap_err().to_string();
+        assert!(message.contains("controller \"swiching\" not found"), "{message}");
     }
 }

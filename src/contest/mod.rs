@@ -1,0 +1,151 @@
+//! The contest: all kinds of controllers, each behind the socket ([`Controller`](crate::robot::Controller)).
+//!
+//! The file of a controller says of which kind it is: `kind = "posture"`. A file without a kind is a gain set, of the kind
+//! `cpi`. A new kind is a file here and a line in [`KINDS`]. Whoever drives, judges or compares controllers gets a
+//! [`Factory`] and knows nothing of kinds.
+
+mod cpi;
+mod posture;
+pub mod variant;
+
+use crate::assets::{self, Kind, Source, parse_toml};
+use crate::error::{Error, Result};
+use crate::lipm::GainSet;
+use crate::robot::{Controller, Factory, Robot};
+use serde::de::DeserializeOwned;
+use std::any::Any;
+use std::fmt::Debug;
+use toml::Table;
+use variant::Entry;
+
+/// The kinds of controllers, the first of which is that of a file without a kind.
+const KINDS: [KindOf; 2] = [kind::<GainSet>("cpi"), kind::<posture::Posture>("posture")];
+
+/// A kind of controllers.
+struct KindOf {
+    /// The word in a file.
+    name: &'static str,
+    /// Reads a file. It checks no values.
+    parse: fn(&Source) -> Result<Box<dyn Settings>>,
+    /// Reads what a file states. It checks no values.
+    of_tree: fn(Table) -> Result<Box<dyn Settings>, toml::de::Error>,
+}
+
+/// A kind whose files state an `S`.
+const fn kind<S: Settings + DeserializeOwned + 'static>(name: &'static str) -> KindOf {
+    KindOf {
+        name,
+        parse: |source| Ok(Box::new(parse_toml::<S>(source)?)),
+        of_tree: |tree| Ok(Box::new(tree.try_into::<S>()?)),
+    }
+}
+
+/// The settings of a controller, read and checked, for any robot.
+pub trait Settings: Any + Debug + Send + Sync {
+    /// Name of the controller in tables and results.
+    fn name(&self) -> &str;
+
+    /// Checks the values. Errors name `file`, the field, its value and what is accepted.
+    fn check(&self, file: &str) -> Result<()>;
+
+    /// The file with all defaults filled in, in which a [variant] changes a value.
+    fn tree(&self) -> Table;
+
+    /// Names of the totals that its reports have, which become columns of a result.
+    fn totals(&self) -> &'static [&'static str] {
+        &[]
+    }
+
+    /// Files that the settings refer to, by the names by which they do. They are inputs of a result.
+    fn files(&self) -> Vec<Source> {
+        Vec::new()
+    }
+
+    /// Prepares the controller for a robot and a control period (s). Fails if the settings do not suit the robot.
+    fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory>;
+}
+
+/// Reads the file of a controller of any kind.
+pub fn read(source: &Source) -> Result<Box<dyn Settings>> {
+    let settings = (kind_of(&parse_toml(source)?, &source.file)?.parse)(source)?;
+    settings.check(&source.file)?;
+    Ok(settings)
+}
+
+/// The kind that a file states.
+fn kind_of(tree: &Table, file: &str) -> Result<&'static KindOf> {
+    let Some(stated) = tree.get("kind") else { return Ok(&KINDS[0]) };
+    KINDS.iter().find(|kind| stated.as_str() == Some(kind.name)).ok_or_else(|| {
+        let known: Vec<String> = KINDS.iter().map(|kind| format!("{:?}", kind.name)).collect();
+        let accepted = format!("{}; without a kind, the file is a gain set", known.join(", "));
+        Error::value(file, "kind", stated, "is no kind of controller", accepted)
+    })
+}
+
+/// Loads a built-in controller, a file, or a variant of either.
+pub fn load(entry: &str) -> Result<Box<dyn Settings>> {
+    let entry = Entry::split(entry);
+    entry.of(read(&assets::open(Kind::Controller, entry.base)?)?)
+}
+
+/// Loads a gain set as [`load`] does. Fails for a controller of another kind.
+pub fn gain_set(entry: &str) -> Result<GainSet> {
+    let any: Box<dyn Any> = load(entry)?;
+    let gains = any.downcast::<GainSet>().map(|gains| *gains);
+    gains.map_err(|_| {
+        let (problem, accepted) = ("has no gains, so no CPI sets", "a controller of kind \"cpi\", such as switching");
+        Error::value("command line", "gain set", entry, problem, accepted)
+    })
+}
+
+/// Goes on with another controller where `controller` is: with its state if both are gain sets, else from the start, as
+/// if the robot were at home and at rest.
+pub fn replace(controller: &mut Box<dyn Controller>, factory: &Factory, seed: u64) {
+    let next = factory.start(seed);
+    let both = ((&mut **controller as &mut dyn Any).downcast_mut(), (&*next as &dyn Any).downcast_ref());
+    match both {
+        (Some(now), Some(next)) => cpi::switch(now, next),
+        _ => *controller = next,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read_text(text: &str) -> Result<Box<dyn Settings>> {
+        read(&Source { file: "c.toml".into(), text: text.into() })
+    }
+
+    #[test]
+    fn a_file_says_of_which_kind_it_is_and_is_a_gain_set_if_it_does_not() {
+        let gain_set = "name = 'mine'\n[[gains]]\nname = 'one'\nx = [1, 1, 5]\ny = [1, 1, 5]\n";
+        for text in [gain_set, &format!("kind = 'cpi'\n{gain_set}"), "kind = 'posture'\nname = 'mine'\n"] {
+            assert_eq!(read_text(text).unwrap().name(), "mine");
+        }
+        for (text, words) in [
+            (
+                "kind = 'walk'\nname = 'mine'",
+                "c.toml: kind = \"walk\": is no kind of controller; accepted: \"cpi\", \"posture\"",
+            ),
+            ("kind = 3\nname = 'mine'", "c.toml: kind = 3: is no kind of controller"),
+            ("kind = 'posture'\nname = 'mine'\nstiff = 1", "unknown field `stiff`"),
+            ("kind = 'posture'\nname = ' '", "c.toml: name = \" \": is empty; accepted: a name"),
+        ] {
+            let message = read_text(text).unwrap_err().to_string();
+            assert!(message.contains(words), "{message}");
+        }
+    }
+
+    #[test]
+    fn every_built_in_controller_can_be_prepared() {
+        let robot = Robot::load("ut-mu2").unwrap();
+        for name in Kind::Controller.names() {
+            let settings = load(name).unwrap();
+            let factory = settings.prepare(&robot, 0.002).unwrap();
+            assert_eq!((settings.name(), &factory.name[..], factory.warning), (name, name, None));
+            let report = factory.start(0).report();
+            assert!(report.totals.iter().all(|(total, _)| settings.totals().contains(&&**total)), "{report:?}");
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! Stiff joints: the servos hold the posture of the start, with the torques that carry the weight there, and nothing is
+//! measured. Every controller must beat that. It is also the shortest example of a kind of controllers.
+
+use super::Settings;
+use crate::error::{Error, Result};
+use crate::robot::{Command, Controller, Factory, Report, Robot, Sensed, TickError};
+use serde::{Deserialize, Serialize};
+use toml::Table;
+
+/// What its file states.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Posture {
+    kind: String,
+    name: String,
+    #[serde(default)]
+    description: String,
+}
+
+impl Settings for Posture {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn check(&self, file: &str) -> Result<()> {
+        let name = format!("{:?}", self.name);
+        if self.name.trim().is_empty() { Err(Error::value(file, "name", name, "is empty", "a name")) } else { Ok(()) }
+    }
+
+    fn tree(&self) -> Table {
+        Table::try_from(self).expect("it was read from a table")
+    }
+
+    fn prepare(&self, robot: &Robot, _period_s: f64) -> Result<Factory> {
+        let home = robot.home_command();
+        let start = move |_seed| Stiff { home: home.clone() };
+        let mut factory = Factory::new(&self.name, "which keeps its posture", start);
+        factory.takes_footsteps = false;
+        Ok(factory)
+    }
+}
+
+/// Stiff joints in an episode.
+#[derive(Clone)]
+struct Stiff {
+    home: Command,
+}
+
+impl Controller for Stiff {
+    fn tick(&mut self, _sensed: &Sensed, command: &mut Command) -> Result<(), TickError> {
+        command.clone_from(&self.home);
+        Ok(())
+    }
+
+    fn report(&self) -> Report {
+        Report::of_phase("posture")
+    }
+
+    fn fork(&self) -> Option<Box<dyn Controller>> {
+        Some(Box::new(self.clone()))
+    }
+}
