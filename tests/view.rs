@@ -44,7 +44,7 @@ fn a_build_without_the_window_says_how_to_get_one() {
 mod window {
     use super::*;
     use common::display::Display;
-    use common::program::{folder, forge, short, standfast, stdout};
+    use common::program::{folder, standfast, stdout};
     use common::window::{View, ended};
     use image::RgbImage;
     use std::path::Path;
@@ -55,8 +55,6 @@ mod window {
     const COM: [u8; 3] = [0x7b, 0x3f, 0xa0];
     const DCM: [u8; 3] = [0x0b, 0x7a, 0x3b];
     const ZMP_WANTED: [u8; 3] = [0xff, 0x9f, 0x1c];
-    /// Colour of the panel's words for what is wrong.
-    const BADLY: [u8; 3] = [0xd6, 0x27, 0x28];
 
     #[test]
     fn without_a_display_one_line_says_so() {
@@ -163,50 +161,6 @@ mod window {
     }
 
     #[test]
-    fn a_trial_of_a_result_is_shown_and_scrubbed() {
-        let Some(display) = Display::start() else { return };
-        let folder = folder();
-        standfast(folder.path(), &short(&["--trials=3"])).success();
-        let view = View::open(&display, folder.path(), &["out", "--trial=1", "--screenshot=last.png"]);
-        view.press("Home");
-        view.press("period");
-        (0..2).for_each(|_| view.press("Right"));
-        let moment_s = view.frame().time_s;
-        assert!((moment_s - 0.202).abs() < 1e-6, "{moment_s}");
-        // Going to another moment stops it, as in a page.
-        view.press("minus");
-        view.press("minus");
-        view.press("space");
-        view.once("it plays", &view.frame(), |frame| frame.time_s > moment_s);
-        view.press("Left");
-        let moment_s = view.frame().time_s;
-        view.frames(3);
-        assert_eq!(view.frame().time_s, moment_s);
-        // From the middle of the time line towards its end.
-        view.drag([530, 689], [760, 689]);
-        view.until("the middle", |frame| frame.time_s > 0.3);
-        view.press("Home");
-        (0..2).for_each(|_| view.press("Right"));
-        let told = view.quit("Escape");
-        assert!(told.starts_with("trial 1, gain set hold: "), "{told}");
-        assert!(told.contains("shown at 0.200 s"), "{told}");
-        assert!(number_before(&told, " ticks recorded") >= 200.0, "{told}");
-        let as_it_was = image::open(folder.path().join("last.png")).unwrap().to_rgb8();
-        shows_the_robot(&as_it_was);
-
-        // With another build it is another trial, and the panel tells so.
-        forge(&folder.path().join("out"), |manifest| manifest.campaign.episode.horizon_s = 0.3);
-        // A display ends with its last window, and there is only one at a time.
-        drop(display);
-        let Some(display) = Display::start() else { return };
-        View::open(&display, folder.path(), &["out", "--trial=1", "--screenshot=last.png"]).quit("q");
-        let another = image::open(folder.path().join("last.png")).unwrap().to_rgb8();
-        let in_red = |picture: &RgbImage| count(picture, [PANEL_X, 1200], [0, 150], BADLY, 60);
-        let (before, after) = (in_red(&as_it_was), in_red(&another));
-        assert!(after > before + 200, "{before} {after}");
-    }
-
-    #[test]
     fn a_window_that_is_lost_ends_the_program() {
         for destroys in [true, false] {
             let Some(mut display) = Display::start() else { return };
@@ -234,7 +188,9 @@ mod window {
             assert_eq!(stdout(&view), "");
             stderr(&view)
         };
-        assert!(refused(&["--trial=3"]).contains("--trial"));
+        let words = refused(&["--trial=3"]);
+        assert!(words.contains("--trial") && words.contains("standfast replay"), "{words}");
+        assert!(refused(&["out", "--trial=3"]).contains("unexpected argument 'out'"));
         assert!(refused(&["--speed=0"]).contains("--speed"));
         assert!(refused(&["--gains=no-such-set"]).contains("no-such-set"));
         assert!(refused(&["--screenshot=picture.bmp"]).contains("png"));

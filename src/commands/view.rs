@@ -1,4 +1,4 @@
-//! `standfast view`: shows the robot in a 3D window, either live or in a trial of a result.
+//! `standfast view`: shows the robot in a 3D window, live.
 
 use super::arguments::{ENGINE_CHOICES, EngineChoice, check_output, one_of};
 use super::terminal::print;
@@ -10,36 +10,30 @@ use std::process::ExitCode;
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
 #[command(after_help = "Examples:
-  standfast view                                    live
+  standfast view                                    catch, paper, switching, hold
   standfast view --gains hold --gains mine.toml     keys 1 and 2 switch the sets
-  standfast view --campaign harsh --trial 17        live, with a trial's pushes
-  standfast view standfast-results/standard --trial 17    a recorded trial
+  standfast view --campaign harsh --trial 17        with a trial's pushes
   standfast view --engine both                      the robot in both engines
 
-In a live window, drag the robot with the mouse, or push it with Enter. With
---campaign and --trial, robot and ground are also those of the trial. A trial of
-a result is shown as it was, with a time line. The window lists its keys.
+Drag the robot with the mouse, or push it with Enter. With --campaign and
+--trial, robot and ground are also those of the trial. The window lists its
+keys. To see a trial of a result as it was: `standfast replay DIR --trial I`.
 
 The window needs a display, a Vulkan driver, and a program that was built with
 `cargo build --release --features view`, which takes some twenty minutes on two
-cores. Without a window, `standfast push --replay push.html` and
-`standfast replay DIR --trial I` write a page that shows the same in a browser.")]
+cores. Without a window, `standfast push --replay push.html` writes a page that
+shows a push in a browser.")]
 pub struct ViewArgs {
-    /// Result folder of `run`: show one trial of it, exactly as it was
-    #[arg(requires = "trial", conflicts_with_all = ["robot", "campaign"])]
-    pub dir: Option<PathBuf>,
-    /// Trial of the result; with --campaign, the view is live, on the robot and ground and with the noise and pushes of
-    /// this trial
+    /// Trial of --campaign, whose robot, ground, noise and pushes are used
     #[arg(long, value_name = "I")]
     pub trial: Option<u64>,
     /// Gain set by name or file, or a variant NAME:KEY=VALUE; may be given several times, the first acts
-    /// [default: catch, paper, switching, hold; of a result: the first set that lost the trial]
+    /// [default: catch, paper, switching, hold]
     #[arg(long, value_name = "NAME|FILE")]
     pub gains: Vec<String>,
-    /// Physics engine that simulates the robot [default: that of the result or of the campaign, or rapier].
+    /// Physics engine that simulates the robot [default: that of the campaign, or rapier].
     ///
-    /// With `both`, the robot in the other engine is shown, too, as a ghost. In a live view, the same pushes and pulls
-    /// act on both.
+    /// With `both`, the robot in the other engine is shown, too, as a ghost. The same pushes and pulls act on both.
     #[arg(long, value_name = "ENGINE", value_parser = one_of::<EngineChoice, 3>(ENGINE_CHOICES))]
     pub engine: Option<EngineChoice>,
     /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
@@ -67,12 +61,12 @@ pub struct ViewArgs {
 }
 
 pub fn run(args: ViewArgs) -> Result<ExitCode> {
-    let ViewArgs { dir, trial, gains, engine, robot, campaign, impulse, heading, speed, seconds, screenshot } = args;
+    let ViewArgs { trial, gains, engine, robot, campaign, impulse, heading, speed, seconds, screenshot } = args;
     if let Some(path) = &screenshot {
         check_output("--screenshot", path, &["png"])?;
     }
     let (engine, ghost) = (engine.and_then(EngineChoice::one), engine == Some(EngineChoice::Both));
     let options =
-        Options { dir, trial, gains, engine, ghost, robot, campaign, impulse, heading, speed, seconds, screenshot };
+        Options { trial, gains, engine, ghost, robot, campaign, impulse, heading, speed, seconds, screenshot };
     print(&view::run(&options)?)
 }

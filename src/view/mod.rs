@@ -1,4 +1,4 @@
-//! The robot in a window: live in the closed loop, or in a trial of a result.
+//! The robot in a window, live in the closed loop.
 //!
 //! The options are part of every build, so that `standfast view --help` works. The window itself needs the feature
 //! `view`.

@@ -6,14 +6,11 @@ use std::path::PathBuf;
 /// What the window shows, and how it starts.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// Result folder whose `trial` is shown as it was. None for a live view.
-    pub dir: Option<PathBuf>,
-    /// Trial of the result or, in a live view, of `campaign`, whose robot, ground, noise and pushes are used.
+    /// Trial of `campaign`, whose robot, ground, noise and pushes are used.
     pub trial: Option<u64>,
-    /// Gain sets by name or file, of which the first acts. If empty, a live view has its default sets, and a trial of a
-    /// result is shown with the first set that lost it.
+    /// Gain sets by name or file, of which the first acts. If empty, the default sets.
     pub gains: Vec<String>,
-    /// Physics engine. None for that of the result or of the campaign, or Rapier.
+    /// Physics engine. None for that of the campaign, or Rapier.
     pub engine: Option<Engine>,
     /// Whether the robot in the other engine is shown, too, as a ghost.
     pub ghost: bool,

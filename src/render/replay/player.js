@@ -134,7 +134,6 @@ const ACTIONS = {
   command: () => copy(find("command-text").textContent),
 };
 for (const view of Object.keys(VIEWS)) ACTIONS["view-" + view] = () => camera && camera.set(view);
-// The same keys as in recordings in the window, and some more.
 const KEYS = {
   " ": "play", ",": "back", ".": "forth", ArrowLeft: "rewind", ArrowRight: "skip", Home: "start", End: "end", r: "start",
   "-": "slower", "+": "faster", "=": "faster", h: "help", "?": "help", l: "link",

@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Wish {
     Pause,
-    /// Pause, and go on by this many control ticks, or back if negative.
-    Ticks(i64),
+    /// Pause, and go on by one control tick.
+    Tick,
     Restart,
     Faster,
     Slower,
@@ -25,10 +25,6 @@ pub enum Wish {
     GainSet(usize),
     Toggle(Overlay),
     ToggleGhost,
-    /// Go to this time of a recording (s).
-    Seek(f64),
-    /// Go on by this time in a recording (s), or back if negative.
-    Skip(f64),
     ResetCamera,
     Help,
     Quit,
@@ -37,12 +33,13 @@ pub enum Wish {
 impl Wish {
     /// Whether a key that is held repeats the wish.
     fn repeats(self) -> bool {
-        use Wish::{Faster, Harder, Heading, Skip, Slower, Ticks};
-        matches!(self, Ticks(_) | Harder(_) | Heading(_) | Skip(_) | Faster | Slower)
+        use Wish::{Faster, Harder, Heading, Slower, Tick};
+        matches!(self, Tick | Harder(_) | Heading(_) | Faster | Slower)
     }
 }
 
-pub const LIVE_HELP: [(&str, &str); 14] = [
+/// The help on mouse and keys.
+pub const HELP: [(&str, &str); 14] = [
     ("drag the robot", "pulls the link under the mouse"),
     ("drag elsewhere", "turns the view; right drag moves it"),
     ("wheel", "zooms"),
@@ -54,20 +51,6 @@ pub const LIVE_HELP: [(&str, &str); 14] = [
     ("Up, Down", "change the impulse of the push"),
     ("Left, Right", "turn the push"),
     ("1, 2, 3 ...", "choose the gain set"),
-    ("V", "returns to the first view"),
-    ("E", "hides and shows the ghost (--engine both)"),
-    ("H; Q or Esc", "hides this help; quits"),
-];
-
-/// The help on mouse and keys in a recording.
-pub const RECORDED_HELP: [(&str, &str); 10] = [
-    ("drag", "turns the view; right drag moves it"),
-    ("wheel", "zooms"),
-    ("Space", "plays and pauses"),
-    (", and .", "go by one control tick, back and on"),
-    ("Left, Right", "go by 0.1 s, back and on"),
-    ("Home, End", "go to the first and the last moment"),
-    ("- and +", "slower and faster"),
     ("V", "returns to the first view"),
     ("E", "hides and shows the ghost (--engine both)"),
     ("H; Q or Esc", "hides this help; quits"),
@@ -88,8 +71,8 @@ pub struct Keyboard {
 }
 
 impl Keyboard {
-    /// The wish of a key that goes down or up, if the key has a name, in a live view or a recording.
-    pub fn key(&mut self, key: Key, action: Action, live: bool) -> Option<Wish> {
+    /// The wish of a key that goes down or up, if the key has a name.
+    pub fn key(&mut self, key: Key, action: Action) -> Option<Wish> {
         let before = self.down.iter().position(|(down, _)| *down == key).map(|i| self.down.swap_remove(i).1);
         if action == Action::Release {
             self.struck = None;
@@ -98,53 +81,47 @@ impl Keyboard {
         let is_held = before.is_some_and(|last| last.elapsed() < LONGEST_REPEAT);
         self.down.push((key, Instant::now()));
         self.struck = Some((key, is_held));
-        named(key, live).filter(|wish| !is_held || wish.repeats())
+        named(key).filter(|wish| !is_held || wish.repeats())
     }
 
     /// The wish of the character of the key that was pressed.
-    pub fn sign(&mut self, sign: char, live: bool) -> Option<Wish> {
+    pub fn sign(&mut self, sign: char) -> Option<Wish> {
         let (key, is_held) = self.struck.take()?;
         // On a keyboard without Latin letters, keys go by their place.
         let sign = if sign.is_ascii() { Some(sign.to_ascii_lowercase()) } else { in_place(key) };
-        let digit = || in_place(key)?.to_digit(10)?.checked_sub(1).filter(|_| live).map(|i| Wish::GainSet(i as usize));
-        sign.and_then(|sign| signed(sign, live)).or_else(digit).filter(|wish| !is_held || wish.repeats())
+        let digit = || in_place(key)?.to_digit(10)?.checked_sub(1).map(|i| Wish::GainSet(i as usize));
+        sign.and_then(signed).or_else(digit).filter(|wish| !is_held || wish.repeats())
     }
 }
 
-fn named(key: Key, live: bool) -> Option<Wish> {
-    Some(match (key, live) {
-        (Key::Space, _) => Wish::Pause,
-        (Key::Escape, _) => Wish::Quit,
-        (Key::Return | Key::NumpadEnter, true) => Wish::Push,
-        (Key::Up, true) => Wish::Harder(1),
-        (Key::Down, true) => Wish::Harder(-1),
+fn named(key: Key) -> Option<Wish> {
+    Some(match key {
+        Key::Space => Wish::Pause,
+        Key::Escape => Wish::Quit,
+        Key::Return | Key::NumpadEnter => Wish::Push,
+        Key::Up => Wish::Harder(1),
+        Key::Down => Wish::Harder(-1),
         // A larger heading is farther to the left.
-        (Key::Left, true) => Wish::Heading(15.0),
-        (Key::Right, true) => Wish::Heading(-15.0),
-        (Key::Left, false) => Wish::Skip(-0.1),
-        (Key::Right, false) => Wish::Skip(0.1),
-        (Key::Home, false) => Wish::Seek(0.0),
-        (Key::End, false) => Wish::Seek(f64::INFINITY),
+        Key::Left => Wish::Heading(15.0),
+        Key::Right => Wish::Heading(-15.0),
         _ => return None,
     })
 }
 
 /// The wish of a letter (lower case) or another sign.
-fn signed(sign: char, live: bool) -> Option<Wish> {
+fn signed(sign: char) -> Option<Wish> {
     if let Some(overlay) = Overlay::ALL.into_iter().find(|overlay| overlay.look().key == sign) {
         return Some(Wish::Toggle(overlay));
     }
-    Some(match (sign, live) {
-        (key, _) if key == GHOST.key => Wish::ToggleGhost,
-        ('.' | 'n', _) => Wish::Ticks(1),
-        (',', false) => Wish::Ticks(-1),
-        ('-', _) => Wish::Slower,
-        ('=' | '+', _) => Wish::Faster,
-        ('v', _) => Wish::ResetCamera,
-        ('h', _) => Wish::Help,
-        ('q', _) => Wish::Quit,
-        ('r', true) => Wish::Restart,
-        ('r', false) => Wish::Seek(0.0),
+    Some(match sign {
+        key if key == GHOST.key => Wish::ToggleGhost,
+        '.' | 'n' => Wish::Tick,
+        '-' => Wish::Slower,
+        '=' | '+' => Wish::Faster,
+        'v' => Wish::ResetCamera,
+        'h' => Wish::Help,
+        'q' => Wish::Quit,
+        'r' => Wish::Restart,
         _ => return None,
     })
 }
@@ -168,39 +145,23 @@ mod tests {
     use super::*;
 
     /// The wishes of a press after which the key stays down.
-    fn press(keyboard: &mut Keyboard, key: Key, sign: Option<char>, live: bool) -> Vec<Wish> {
-        let named = keyboard.key(key, Action::Press, live);
-        named.into_iter().chain(sign.and_then(|sign| keyboard.sign(sign, live))).collect()
-    }
-
-    fn once(key: Key, sign: Option<char>, live: bool) -> Vec<Wish> {
-        press(&mut Keyboard::default(), key, sign, live)
+    fn press(keyboard: &mut Keyboard, key: Key, sign: char) -> Vec<Wish> {
+        let named = keyboard.key(key, Action::Press);
+        named.into_iter().chain(keyboard.sign(sign)).collect()
     }
 
     #[test]
     fn every_overlay_has_a_key_of_its_own() {
         for (i, overlay) in Overlay::ALL.into_iter().enumerate() {
             let key = overlay.look().key;
-            for live in [true, false] {
-                assert_eq!(signed(key, live), Some(Wish::Toggle(Overlay::ALL[i])));
-            }
-            assert!(!".n,-=+vhqr".contains(key), "{key} does something else too");
+            assert_eq!(signed(key), Some(Wish::Toggle(Overlay::ALL[i])));
+            assert!(!".n-=+vhqr".contains(key), "{key} does something else too");
         }
     }
 
     #[test]
     fn a_ghost_has_a_key() {
-        assert!([true, false].into_iter().all(|live| signed(GHOST.key, live) == Some(Wish::ToggleGhost)));
-    }
-
-    #[test]
-    fn a_recording_is_neither_pushed_nor_switched() {
-        for (key, sign) in [(Key::Return, '\r'), (Key::Up, '\0'), (Key::Key1, '1')] {
-            let asked = |live| once(key, Some(sign), live).len();
-            assert_eq!((asked(true), asked(false)), (1, 0), "{key:?}");
-        }
-        let third = once(Key::Key3, Some('3'), true);
-        assert_eq!((third, once(Key::Comma, Some(','), true)), (vec![Wish::GainSet(2)], vec![]));
+        assert_eq!(signed(GHOST.key), Some(Wish::ToggleGhost));
     }
 
     #[test]
@@ -217,13 +178,13 @@ mod tests {
             (Key::Left, '\0', true),
         ] {
             let mut keyboard = Keyboard::default();
-            let mut count = || press(&mut keyboard, key, Some(sign), true).len();
+            let mut count = || press(&mut keyboard, key, sign).len();
             assert_eq!([count(), count(), count()], if repeats { [1, 1, 1] } else { [1, 0, 0] }, "{key:?}");
-            keyboard.key(key, Action::Release, true);
-            assert_eq!(press(&mut keyboard, key, Some(sign), true).len(), 1, "{key:?} again");
+            keyboard.key(key, Action::Release);
+            assert_eq!(press(&mut keyboard, key, sign).len(), 1, "{key:?} again");
             // The key was released, and the window was not told.
             keyboard.down[0].1 -= LONGEST_REPEAT;
-            assert_eq!(press(&mut keyboard, key, Some(sign), true).len(), 1, "{key:?} another time");
+            assert_eq!(press(&mut keyboard, key, sign).len(), 1, "{key:?} another time");
         }
     }
 
@@ -243,10 +204,10 @@ mod tests {
             (Key::H, 'H', Some(Wish::Help)),
             // These are Cyrillic letters.
             (Key::Q, '\u{439}', Some(Wish::Quit)),
-            (Key::Period, '\u{44e}', Some(Wish::Ticks(1))),
+            (Key::Period, '\u{44e}', Some(Wish::Tick)),
         ];
         for (key, sign, expected) in french.into_iter().chain(others) {
-            assert_eq!(once(key, Some(sign), true), Vec::from_iter(expected), "{key:?} {sign}");
+            assert_eq!(press(&mut Keyboard::default(), key, sign), Vec::from_iter(expected), "{key:?} {sign}");
         }
     }
 }

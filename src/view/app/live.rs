@@ -1,11 +1,16 @@
 //! A live simulation, in which the user pushes and pulls the robot and chooses the gain set.
 
-use super::pick::Grab;
+use super::camera::Lens;
+use super::pick::{Grab, pick_near};
 use super::simulation::Simulation;
 use super::world::World;
 use crate::episode::snapshot::Arrow;
+use crate::episode::{Outcome, Snapshot};
+use crate::render::scene::palette::Overlay;
 use crate::render::scene::scale::first_push;
+use crate::render::scene::{Mark, Stage, arrow_along};
 use crate::sim::Push;
+use kiss3d::egui::Pos2;
 use nalgebra::Point3;
 
 /// How long a push stays in the picture after its end (s), since it may be shorter than a frame.
@@ -45,6 +50,11 @@ pub struct LiveCounts {
     pub falls: u32,
     /// Largest horizontal distance of the COM from its start (m).
     pub com_m: f64,
+}
+
+/// A number of things with the noun in singular or plural.
+pub fn several(count: u64, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
 }
 
 impl<'a> Live<'a> {
@@ -122,19 +132,67 @@ impl<'a> Live<'a> {
         }
     }
 
-    /// The force of a push that acts or has just ended (None while the mouse pulls), and the force of the mouse.
-    pub fn forces(&self) -> (Option<Arrow>, Option<Arrow>) {
-        let lingering = self.lingering.filter(|(until_s, _)| self.grab.is_none() && self.shown.now.time_s <= *until_s);
-        (lingering.map(|(_, push)| push), self.grab.map(|grab| grab.arrow(&self.shown.kinematics)))
+    /// The marks, among them a push that acts or has just ended, and the pull of the mouse, which hides it.
+    pub fn marks(&self, stage: &Stage, shown: &[Overlay]) -> Vec<Mark> {
+        let now = &self.shown.now;
+        let lingering = self.lingering.filter(|(until_s, _)| self.grab.is_none() && now.time_s <= *until_s);
+        let push = lingering.map(|(_, push)| push);
+        let mut marks = stage.marks(&Snapshot { push, ..now.clone() }, shown);
+        let hand = self.grab.filter(|_| shown.contains(&Overlay::Push)).map(|grab| grab.arrow(&self.shown.kinematics));
+        // The arrow begins at the point that is pulled.
+        let drawing = hand.and_then(|hand| arrow_along(Overlay::Push, &hand, false, stage.scale));
+        marks.extend(drawing.map(|drawing| Mark { overlay: Overlay::Push, drawing }));
+        marks
+    }
+
+    /// Name of the link that a drag from this place would pull. None while a link is pulled.
+    pub fn link_at(&self, stage: &Stage, lens: &Lens, mouse: Pos2) -> Option<&str> {
+        let hit = pick_near(stage, &self.shown.kinematics, lens, mouse).filter(|_| self.grab.is_none())?;
+        Some(self.world.simulated.links[hit.link].name.as_str())
+    }
+
+    /// The state of the robot or its ghost in words, and whether it is bad.
+    pub fn verdict_on(&self, robot: &Simulation) -> (String, bool) {
+        let record = robot.record();
+        match (record.outcome, record.settled_at_s) {
+            (Outcome::Fell, _) => {
+                let cause = record.fall_cause.as_deref().unwrap_or("fell");
+                (format!("fell at {:.2} s: {cause}", record.fell_at_s.unwrap_or(record.end_s)), true)
+            }
+            (Outcome::Diverged, _) => (format!("diverged at {:.2} s", record.end_s), true),
+            _ if self.grab.is_some() => ("held by hand".into(), false),
+            (_, Some(since_s)) => (format!("has stood still since {since_s:.2} s"), false),
+            (_, None) => ("in motion".into(), false),
+        }
+    }
+
+    /// What happened, in two lines, and a third one on a ghost.
+    pub fn account(&self) -> String {
+        let counts = self.counts;
+        let ghost = self.ghost.as_ref().map_or_else(String::new, |ghost| {
+            format!("\nghost, in {}: {}", ghost.config.engine.title(), self.verdict_on(ghost).0)
+        });
+        format!(
+            "{}, {} (up to {:.1} N), {}, {}, {}; the COM was up to {:.1} mm from its start\n\
+             {} ({} single), {:.3} s simulated{ghost}",
+            several(counts.pushes.into(), "push", "pushes"),
+            several(counts.drags.into(), "drag", "drags"),
+            counts.drag_n,
+            several(counts.switches.into(), "gain switch", "gain switches"),
+            several(counts.restarts.into(), "restart", "restarts"),
+            several(counts.falls.into(), "fall", "falls"),
+            1000.0 * counts.com_m,
+            several(counts.ticks, "tick", "ticks"),
+            counts.single_ticks,
+            counts.ticks as f64 * self.world.config.control_period_s
+        )
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::camera::{Lens, camera};
-    use super::super::pick::pick_near;
+    use super::super::camera::camera;
     use super::*;
-    use crate::render::scene::Stage;
     use crate::view::Options;
     use kiss3d::egui::vec2;
 

@@ -11,11 +11,8 @@ mod marks;
 mod panel;
 mod pick;
 mod plots;
-mod recorded;
-mod show;
 mod simulation;
 mod space;
-mod timeline;
 mod triangles;
 mod watchdog;
 mod window;
@@ -34,13 +31,12 @@ use kiss3d::egui::{self, LayerId, Pos2, Rect, Theme, pos2};
 use kiss3d::event::{Action, MouseButton, WindowEvent};
 use kiss3d::post_processing::Tonemap;
 use kiss3d::window::{NumSamples, Window};
-use live::Live;
+use live::{Live, several};
 use marks::Marks;
 use nalgebra::Point3;
 use panel::Seen;
 use pick::{Grab, pick_near};
-use recorded::Recorded;
-use show::{Show, several};
+use simulation::Simulation;
 use space::Space;
 use std::path::Path;
 use std::time::Instant;
@@ -56,18 +52,8 @@ const SLOW_FRAMES_PER_S: f64 = 25.0;
 /// ([`Error::NoWindow`]), or if the picture cannot be written.
 pub fn run(args: &Options) -> Result<String> {
     check(args)?;
-    match (&args.dir, args.trial) {
-        (Some(folder), Some(trial)) => {
-            let recorded = Recorded::new(folder, trial, args)?;
-            let (robot, ground) = (recorded.shown.film.robot.clone(), recorded.shown.film.ground);
-            App::open(args, Show::Recorded(Box::new(recorded)), Stage::new(&robot, ground))?.run(args)
-        }
-        _ => {
-            let world = World::new(args)?;
-            let stage = Stage::new(&world.simulated, world.ground());
-            App::open(args, Show::Live(Box::new(Live::new(&world))), stage)?.run(args)
-        }
-    }
+    let world = World::new(args)?;
+    App::open(args, &world)?.run(args)
 }
 
 /// Checks the options that are neither files nor names.
@@ -88,7 +74,7 @@ struct App<'a> {
     camera: OrbitCamera3d,
     leash: Leash,
     space: Space<'a>,
-    show: Show<'a>,
+    live: Live<'a>,
     clock: FrameClock,
     shown: Vec<Overlay>,
     /// Whether a ghost is drawn, if there is one.
@@ -102,7 +88,8 @@ struct App<'a> {
 }
 
 impl<'a> App<'a> {
-    fn open(args: &Options, show: Show<'a>, stage: Stage<'a>) -> Result<Self> {
+    fn open(args: &Options, world: &'a World) -> Result<Self> {
+        let stage = Stage::new(&world.simulated, world.ground());
         let scale = stage.scale;
         let aim = Aim::new(args, scale)?;
         let mut window = window::open("standfast", SIZE.0, SIZE.1)?;
@@ -117,7 +104,7 @@ impl<'a> App<'a> {
             camera: camera(scale),
             leash: Leash::of(scale),
             space: Space::new(stage),
-            show,
+            live: Live::new(world),
             clock: FrameClock::new(args.speed),
             shown: Overlay::ALL.to_vec(),
             shows_ghost: true,
@@ -137,8 +124,8 @@ impl<'a> App<'a> {
             self.clock.begin_frame();
             self.advance();
             // While the mouse pulls, the camera stays, since it would move the point that the mouse holds.
-            if !matches!(&self.show, Show::Live(live) if live.grab.is_some()) {
-                self.leash.pull(&mut self.camera, &self.show.now().com, self.clock.frame_s);
+            if self.live.grab.is_none() {
+                self.leash.pull(&mut self.camera, &self.live.shown.now.com, self.clock.frame_s);
             }
             self.draw(&mut wishes);
             wishes.into_iter().for_each(|wish| self.grant(wish));
@@ -155,7 +142,7 @@ impl<'a> App<'a> {
             if frames == 1 {
                 self.clock.skip();
             }
-            let now = self.show.now();
+            let now = &self.live.shown.now;
             let [x_mm, y_mm, _] = <[f64; 3]>::from(now.com * 1000.0);
             log::trace!("frame {frames}: {:.3} s, speed {speed}, COM {x_mm:.1} {y_mm:.1} mm", now.time_s);
             let is_slow = (0.1..SLOW_FRAMES_PER_S).contains(&self.clock.frames_per_s);
@@ -176,19 +163,19 @@ impl<'a> App<'a> {
         if lost_s >= 0.05 {
             drawn += &format!("; the physics fell behind real time by {lost_s:.1} s");
         }
-        Ok(format!("{}; {drawn}\n", self.show.account()))
+        Ok(format!("{}; {drawn}\n", self.live.account()))
     }
 
     /// The wishes of the keys since the last frame. The mouse acts on the robot at once.
     fn input(&mut self) -> Vec<Wish> {
-        let (mut wishes, live) = (Vec::new(), self.show.is_live());
+        let mut wishes = Vec::new();
         for event in self.window.events().iter() {
             let is_typing = self.window.is_egui_capturing_keyboard();
             match event.value {
                 WindowEvent::Key(key, action, _) => {
-                    wishes.extend(self.keyboard.key(key, action, live).filter(|_| !is_typing));
+                    wishes.extend(self.keyboard.key(key, action).filter(|_| !is_typing));
                 }
-                WindowEvent::Char(sign) => wishes.extend(self.keyboard.sign(sign, live).filter(|_| !is_typing)),
+                WindowEvent::Char(sign) => wishes.extend(self.keyboard.sign(sign).filter(|_| !is_typing)),
                 WindowEvent::CursorPos(x, y, _) => self.cursor = Some((x, y)),
                 WindowEvent::MouseButton(MouseButton::Button1, action, _) => match action {
                     Action::Press if !self.window.is_egui_capturing_mouse() => self.take(),
@@ -199,84 +186,66 @@ impl<'a> App<'a> {
             }
         }
         let lens = self.lens();
-        let sight = self.mouse().map(|at| lens.sight(at));
-        if let (Show::Live(live), Some(sight)) = (&mut self.show, sight) {
-            live.grab.iter_mut().for_each(|grab| grab.follow(&sight));
+        if let (Some(at), Some(grab)) = (self.mouse(), &mut self.live.grab) {
+            grab.follow(&lens.sight(at));
         }
         wishes
     }
 
     /// Begins to pull on the link under the mouse or near to it. If there is none, the camera turns.
     fn take(&mut self) {
-        let (lens, mouse) = (self.lens(), self.mouse());
-        let (Show::Live(live), Some(mouse)) = (&mut self.show, mouse) else { return };
-        if let Some(hit) = pick_near(&self.space.stage, &live.shown.kinematics, &lens, mouse) {
-            live.take(Grab::new(
-                hit,
-                &lens.sight(mouse),
-                &live.shown.kinematics,
-                lens.looking(),
-                self.space.stage.scale,
-            ));
+        let (lens, stage, kinematics) = (self.lens(), &self.space.stage, &self.live.shown.kinematics);
+        let Some(mouse) = self.mouse() else { return };
+        if let Some(hit) = pick_near(stage, kinematics, &lens, mouse) {
+            let grab = Grab::new(hit, &lens.sight(mouse), kinematics, lens.looking(), stage.scale);
+            self.live.take(grab);
             self.camera.rebind_rotate_button(None);
         }
     }
 
     fn let_go(&mut self) {
-        if let Show::Live(live) = &mut self.show {
-            live.let_go();
-        }
+        self.live.let_go();
         self.camera.rebind_rotate_button(Some(MouseButton::Button1));
     }
 
-    /// Simulates or plays the time that has passed.
+    /// Simulates the time that has passed.
     fn advance(&mut self) {
-        let step_s = self.show.step_s();
-        match &mut self.show {
-            Show::Live(live) => self.clock.catch_up(step_s, || live.advance()),
-            Show::Recorded(recorded) => self.clock.catch_up(step_s, || recorded.go(1)),
-        }
-        if matches!(&self.show, Show::Recorded(recorded) if recorded.is_at_end()) {
-            self.clock.paused = true;
-        }
+        let step_s = self.live.world.config.control_period_s;
+        self.clock.catch_up(step_s, || self.live.advance());
     }
 
     fn draw(&mut self, wishes: &mut Vec<Wish>) {
         let lens = self.lens();
         let eye = kiss3d::camera::Camera3d::eye(&self.camera);
-        let marks = self.show.marks(&self.space.stage, &self.shown);
-        self.space.draw(self.show.now(), self.show.kinematics(), &marks, eye, &mut self.window);
+        let marks = self.live.marks(&self.space.stage, &self.shown);
+        let Simulation { now, kinematics, .. } = &self.live.shown;
+        self.space.draw(now, kinematics, &marks, eye, &mut self.window);
         let mouse = self.mouse().filter(|_| !self.window.is_egui_capturing_mouse());
         // This begins a frame of egui, to which the context below then belongs.
         self.window.draw_ui(|_| {});
         let ctx = &self.window.egui_context().clone();
-        let (now, stage) = (self.show.now(), &self.space.stage);
+        let stage = &self.space.stage;
         let wide = ctx.content_rect().width() - panel::WIDTH;
         let free = Rect::from_min_max(Pos2::ZERO, pos2(wide, ctx.content_rect().bottom()));
         let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(free);
         let drawn = Marks { painter, lens: &lens, ground: stage.ground(now), scale: stage.scale };
         drawn.axes();
-        if self.show.is_live() {
-            drawn.aim(now, &self.aim);
-        }
-        if let Some(ghost) = self.show.ghost().filter(|_| self.shows_ghost) {
+        drawn.aim(now, &self.aim);
+        if let Some(ghost) = self.live.ghost.as_ref().filter(|_| self.shows_ghost) {
             let eye = Point3::new(eye.x, eye.y, eye.z).cast();
-            drawn.painter.add(ghost::shape(stage, self.show.kinematics(), ghost.kinematics, &lens, eye));
-            drawn.faint(&stage.marks(ghost.now, &self.of_ghost()));
+            drawn.painter.add(ghost::shape(stage, kinematics, &ghost.kinematics, &lens, eye));
+            drawn.faint(&stage.marks(&ghost.now, &self.of_ghost()));
         }
         marks.iter().for_each(|mark| drawn.draw(mark));
-        if let Some((at, name)) = mouse.and_then(|at| Some((at, self.show.link_at(stage, &lens, at)?))) {
+        if let Some((at, name)) = mouse.and_then(|at| Some((at, self.live.link_at(stage, &lens, at)?))) {
             drawn.name(at, name);
         }
         if self.help {
-            panel::help(ctx, self.show.is_live());
+            panel::help(ctx);
         }
-        let Self { show, clock, shown, shows_ghost, aim, .. } = &*self;
-        let seen = Seen { show, clock, shown, shows_ghost: *shows_ghost, aim: *aim, scale: stage.scale };
+        let Self { live, clock, shown, shows_ghost, aim, .. } = &*self;
+        let seen = Seen { live, clock, shown, shows_ghost: *shows_ghost, aim: *aim, scale: stage.scale };
         panel::draw(ctx, &seen, wishes);
-        if let Show::Recorded(recorded) = &self.show {
-            timeline::draw(ctx, recorded, self.clock.paused, wide, wishes);
-        }
     }
 
     /// The marks of a ghost among those that are shown.
@@ -287,60 +256,36 @@ impl<'a> App<'a> {
     /// Does what the user wishes.
     fn grant(&mut self, wish: Wish) {
         log::debug!("{wish:?}");
-        match (wish, &mut self.show) {
-            (Wish::Pause, Show::Recorded(recorded)) => {
-                if self.clock.paused && recorded.is_at_end() {
-                    recorded.seek(0.0);
-                    self.leash.jump(&mut self.camera, &recorded.now().com);
-                }
-                self.clock.paused ^= true;
-            }
-            (Wish::Pause, Show::Live(_)) => self.clock.paused ^= true,
-            (Wish::Ticks(ticks), show) => {
+        match wish {
+            Wish::Pause => self.clock.paused ^= true,
+            Wish::Tick => {
                 self.clock.paused = true;
-                match show {
-                    Show::Live(live) => {
-                        live.advance();
-                        live.counts.single_ticks += 1;
-                    }
-                    Show::Recorded(recorded) => _ = recorded.go(ticks),
-                }
+                self.live.advance();
+                self.live.counts.single_ticks += 1;
             }
-            (Wish::Restart, Show::Live(live)) => {
-                live.restart();
-                self.leash.jump(&mut self.camera, &live.shown.now.com);
+            Wish::Restart => {
+                self.live.restart();
+                self.leash.jump(&mut self.camera, &self.live.shown.now.com);
             }
-            (Wish::Faster, _) => self.clock.change_speed(true),
-            (Wish::Slower, _) => self.clock.change_speed(false),
-            (Wish::Speed(speed), _) => self.clock.set_speed(speed),
-            (Wish::Push, Show::Live(live)) => live.push(self.aim.impulse_n_s, self.aim.heading_deg),
-            (Wish::Impulse(impulse_n_s), _) => self.aim.set_impulse(impulse_n_s),
-            (Wish::Harder(steps), _) => self.aim.harder(steps),
-            (Wish::Heading(turn_deg), _) => self.aim.turn(turn_deg),
-            (Wish::GainSet(index), Show::Live(live)) => live.switch_to(index),
-            (Wish::Toggle(overlay), _) => match self.shown.iter().position(|shown| *shown == overlay) {
+            Wish::Faster => self.clock.change_speed(true),
+            Wish::Slower => self.clock.change_speed(false),
+            Wish::Speed(speed) => self.clock.set_speed(speed),
+            Wish::Push => self.live.push(self.aim.impulse_n_s, self.aim.heading_deg),
+            Wish::Impulse(impulse_n_s) => self.aim.set_impulse(impulse_n_s),
+            Wish::Harder(steps) => self.aim.harder(steps),
+            Wish::Heading(turn_deg) => self.aim.turn(turn_deg),
+            Wish::GainSet(index) => self.live.switch_to(index),
+            Wish::Toggle(overlay) => match self.shown.iter().position(|shown| *shown == overlay) {
                 Some(i) => _ = self.shown.remove(i),
                 None => self.shown.push(overlay),
             },
-            (Wish::ToggleGhost, _) => self.shows_ghost ^= true,
-            (Wish::Seek(time_s), Show::Recorded(recorded)) => {
-                self.clock.paused = true;
-                recorded.seek(time_s.min(recorded.end_s()));
-                self.leash.jump(&mut self.camera, &recorded.now().com);
-            }
-            (Wish::Skip(by_s), Show::Recorded(recorded)) => {
-                self.clock.paused = true;
-                let to_s = recorded.now().time_s + by_s;
-                recorded.seek(to_s);
-            }
-            (Wish::ResetCamera, show) => {
+            Wish::ToggleGhost => self.shows_ghost ^= true,
+            Wish::ResetCamera => {
                 (self.camera, self.leash) = (camera(self.space.stage.scale), Leash::of(self.space.stage.scale));
-                self.leash.jump(&mut self.camera, &show.now().com);
+                self.leash.jump(&mut self.camera, &self.live.shown.now.com);
             }
-            (Wish::Help, _) => self.help ^= true,
-            (Wish::Quit, _) => self.quits = true,
-            (Wish::Restart | Wish::Push | Wish::GainSet(_), Show::Recorded(_)) => {}
-            (Wish::Seek(_) | Wish::Skip(_), Show::Live(_)) => {}
+            Wish::Help => self.help ^= true,
+            Wish::Quit => self.quits = true,
         }
     }
 

@@ -2,10 +2,10 @@
 
 use super::aim::Aim;
 use super::clock::{FrameClock, SPEEDS};
-use super::keys::{LIVE_HELP, RECORDED_HELP, Wish};
-use super::plots::{self, SPAN_S};
-use super::show::Show;
-use super::{colors, space};
+use super::keys::{HELP, Wish};
+use super::live::Live;
+use super::simulation::Simulation;
+use super::{colors, plots, space};
 use crate::render::scene::palette::{GHOST, Look, Overlay};
 use crate::render::scene::scale::RobotScale;
 use crate::render::scene::{doing, without_gain};
@@ -22,7 +22,7 @@ const LEAST_PLOT: f32 = 80.0;
 
 /// What the panel shows.
 pub struct Seen<'a> {
-    pub show: &'a Show<'a>,
+    pub live: &'a Live<'a>,
     pub clock: &'a FrameClock,
     pub shown: &'a [Overlay],
     pub shows_ghost: bool,
@@ -40,29 +40,27 @@ pub fn draw(ctx: &Context, seen: &Seen, wishes: &mut Vec<Wish>) {
             ui.set_max_width(WIDTH - 24.0);
             ui.set_height(height - 24.0);
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                let (now_s, scale) = (seen.show.now().time_s, seen.scale);
-                state(ui, seen.show, wishes);
+                let (live, scale) = (seen.live, seen.scale);
+                state(ui, live, wishes);
                 ui.separator();
                 time(ui, seen, wishes);
-                if seen.show.is_live() {
-                    push(ui, seen.aim, wishes);
-                }
+                push(ui, seen.aim, wishes);
                 ui.separator();
                 overlays(ui, seen, wishes);
                 ui.separator();
-                let (span_s, marked_s) = match seen.show {
-                    Show::Recorded(recorded) => ([0.0, recorded.end_s()], Some(now_s)),
-                    Show::Live(_) => ([now_s.max(SPAN_S) - SPAN_S, now_s.max(SPAN_S)], None),
-                };
                 // Both plots, their names and the last line fill what is left of the window.
                 let height = (0.5 * (ui.available_height() - 3.0 * LINE)).max(LEAST_PLOT);
-                let ghost = seen.show.ghost().filter(|_| seen.shows_ghost).map(|ghost| ghost.trail);
-                plots::draw(ui, seen.show.trail(), ghost, scale.length(), span_s, marked_s, height);
+                let ghost = live.ghost.as_ref().filter(|_| seen.shows_ghost).map(|ghost| &ghost.trail);
+                plots::draw(ui, &live.shown.trail, ghost, scale.length(), live.shown.now.time_s, height);
                 ui.horizontal(|ui| {
                     for (name, wish) in [("Keys (H)", Wish::Help), ("First view (V)", Wish::ResetCamera)] {
                         wishes.extend(ui.small_button(name).clicked().then_some(wish));
                     }
-                    ui.weak(format!("{}; floor lines: {} m", seen.show.engine().title(), space::spacing_m(scale)));
+                    ui.weak(format!(
+                        "{}; floor lines: {} m",
+                        live.shown.config.engine.title(),
+                        space::spacing_m(scale)
+                    ));
                 });
             });
         });
@@ -70,54 +68,39 @@ pub fn draw(ctx: &Context, seen: &Seen, wishes: &mut Vec<Wish>) {
 }
 
 /// The gain sets, the verdict, and the state of the controller.
-fn state(ui: &mut Ui, show: &Show, wishes: &mut Vec<Wish>) {
-    // Names of the gains, slow to fast.
-    let gains: Vec<&str> = match show {
-        Show::Recorded(recorded) => {
-            ui.heading(format!("trial {} of {}", recorded.trial, recorded.shown.film.gain_set));
-            if let Some(difference) = &recorded.difference {
-                ui.label(RichText::new(difference).color(colors::BADLY.egui()));
-            }
-            recorded.shown.film.gains.iter().map(String::as_str).collect()
+fn state(ui: &mut Ui, live: &Live, wishes: &mut Vec<Wish>) {
+    let (designs, acting) = (&live.world.designs, live.acting);
+    ui.horizontal_wrapped(|ui| {
+        for (i, design) in designs.iter().enumerate() {
+            let label = ui.selectable_label(i == acting, format!("{} {}", i + 1, design.family.name));
+            wishes.extend(label.clicked().then_some(Wish::GainSet(i)));
         }
-        Show::Live(live) => {
-            let (designs, acting) = (&live.world.designs, live.acting);
-            ui.horizontal_wrapped(|ui| {
-                for (i, design) in designs.iter().enumerate() {
-                    let label = ui.selectable_label(i == acting, format!("{} {}", i + 1, design.family.name));
-                    wishes.extend(label.clicked().then_some(Wish::GainSet(i)));
-                }
-            });
-            designs[acting].family.gains.iter().map(|gain| gain.name.as_str()).collect()
-        }
-    };
-    let told = |ui: &mut Ui, (verdict, badly): (String, bool), name: &str| {
+    });
+    let told = |ui: &mut Ui, robot: &Simulation, name: &str| {
+        let (verdict, badly) = live.verdict_on(robot);
         let color = if badly { colors::BADLY } else { colors::WELL };
         ui.label(RichText::new(format!("{name}{verdict}")).color(color.egui()).strong());
     };
-    match show.ghost() {
+    match &live.ghost {
         Some(ghost) => {
-            told(ui, show.verdict(), &format!("{}: ", show.engine().title()));
-            told(ui, show.verdict_on(ghost.record), &format!("{} (ghost): ", ghost.engine.title()));
+            told(ui, &live.shown, &format!("{}: ", live.shown.config.engine.title()));
+            told(ui, ghost, &format!("{} (ghost): ", ghost.config.engine.title()));
         }
-        None => told(ui, show.verdict(), ""),
+        None => told(ui, &live.shown, ""),
     }
-    if let Show::Recorded(recorded) = show
-        && let Some(parted) = &recorded.parted
-    {
-        ui.label(parted);
-    }
-    let now = show.now();
+    let now = &live.shown.now;
     Grid::new("state").num_columns(2).spacing([10.0, 3.0]).show(ui, |ui| {
         ui.label("gain");
         ui.horizontal_wrapped(|ui| {
             ui.spacing_mut().item_spacing.x = 6.0;
-            let Some(acting) = now.gain else {
+            let Some(of_now) = now.gain else {
                 ui.label(without_gain(now.phase));
                 return;
             };
-            for (i, &name) in gains.iter().enumerate() {
-                match i == acting {
+            // Slow to fast.
+            for (i, gain) in designs[acting].family.gains.iter().enumerate() {
+                let name = gain.name.as_str();
+                match i == of_now {
                     true => ui.label(
                         RichText::new(format!(" {name} "))
                             .color(Color32::WHITE)
@@ -150,29 +133,26 @@ fn state(ui: &mut Ui, show: &Show, wishes: &mut Vec<Wish>) {
 
 /// The time, the measured speed, and their controls.
 fn time(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
-    let (clock, is_live) = (seen.clock, seen.show.is_live());
+    let clock = seen.clock;
     ui.horizontal_wrapped(|ui| {
-        ui.monospace(RichText::new(format!("{:.3} s", seen.show.now().time_s)).size(16.0));
+        ui.monospace(RichText::new(format!("{:.3} s", seen.live.shown.now.time_s)).size(16.0));
         let (text, slow) = match clock.factor {
             None if clock.paused => ("paused".to_string(), false),
             None => (String::new(), false),
             Some(factor) => {
-                let late = factor < 0.9 * clock.speed && is_live;
+                let late = factor < 0.9 * clock.speed;
                 let late_words = if late { "physics is slow: " } else { "" };
                 (format!("{late_words}{factor:.2} of real time, {:.0} frames/s", clock.frames_per_s), late)
             }
         };
         ui.label(if slow { RichText::new(text).color(colors::BADLY.egui()) } else { RichText::new(text).weak() });
     });
-    // In a recording, these buttons are beside the time line.
-    if is_live {
-        ui.horizontal(|ui| {
-            let pause = if clock.paused { "Go on" } else { "Pause" };
-            for (name, wish) in [(pause, Wish::Pause), ("Tick", Wish::Ticks(1)), ("Restart", Wish::Restart)] {
-                wishes.extend(ui.button(name).clicked().then_some(wish));
-            }
-        });
-    }
+    ui.horizontal(|ui| {
+        let pause = if clock.paused { "Go on" } else { "Pause" };
+        for (name, wish) in [(pause, Wish::Pause), ("Tick", Wish::Tick), ("Restart", Wish::Restart)] {
+            wishes.extend(ui.button(name).clicked().then_some(wish));
+        }
+    });
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 3.0;
         ui.label("speed ");
@@ -207,8 +187,8 @@ fn overlays(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
         let Look { key, name, hint, color, .. } = overlay.look();
         boxes.push((name.to_string(), key, hint, color, seen.shown.contains(&overlay), Wish::Toggle(overlay)));
     }
-    if let Some(ghost) = seen.show.ghost() {
-        let (name, hint) = (format!("ghost: {}", ghost.engine.title()), "the robot in the other engine");
+    if let Some(ghost) = &seen.live.ghost {
+        let (name, hint) = (format!("ghost: {}", ghost.config.engine.title()), "the robot in the other engine");
         boxes.push((name, GHOST.key, hint, GHOST.color, seen.shows_ghost, Wish::ToggleGhost));
     }
     Grid::new("overlays").num_columns(2).spacing([8.0, 2.0]).show(ui, |ui| {
@@ -227,15 +207,14 @@ fn overlays(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
 }
 
 /// The help on keys, at the upper left of the picture.
-pub fn help(ctx: &Context, live: bool) {
-    let lines = if live { &LIVE_HELP[..] } else { &RECORDED_HELP[..] };
+pub fn help(ctx: &Context) {
     let frame = Frame::NONE.fill(Color32::from_white_alpha(210)).corner_radius(6).inner_margin(Margin::same(8));
     Area::new(Id::new("keys")).anchor(Align2::LEFT_TOP, vec2(10.0, 10.0)).interactable(false).show(ctx, |ui| {
         frame.show(ui, |ui| {
             Grid::new("keys").num_columns(2).spacing([10.0, 0.0]).min_row_height(15.0).show(ui, |ui| {
-                for (key, what) in lines {
-                    ui.label(RichText::new(*key).size(11.5).strong());
-                    ui.label(RichText::new(*what).size(11.5));
+                for (key, what) in HELP {
+                    ui.label(RichText::new(key).size(11.5).strong());
+                    ui.label(RichText::new(what).size(11.5));
                     ui.end_row();
                 }
             });

@@ -3,13 +3,13 @@
 use super::colors;
 use crate::episode::Snapshot;
 use crate::render::scene::palette::{GHOST, Overlay};
-use egui_plot::{AxisHints, Line, LineStyle, Plot, PlotPoint, PlotPoints, VLine, uniform_grid_spacer};
-use kiss3d::egui::{Color32, Rangef, Ui};
+use egui_plot::{AxisHints, Line, LineStyle, Plot, PlotPoint, PlotPoints, uniform_grid_spacer};
+use kiss3d::egui::{Rangef, Ui};
 use nalgebra::Point2;
 use std::collections::VecDeque;
 
-/// Length of time that the plots show of a live simulation (s).
-pub const SPAN_S: f64 = 4.0;
+/// Length of time that the plots show (s).
+const SPAN_S: f64 = 4.0;
 /// Number of buckets of a curve, which is enough for the width of a plot. Each keeps its smallest and its largest
 /// value.
 const BUCKETS: usize = 150;
@@ -79,25 +79,17 @@ const NUMBER: f32 = 18.0;
 /// The ends of plots are multiples of this (mm).
 const ROUND_MM: f64 = 20.0;
 
-/// Draws both plots over the time `span_s` (start and end, s), each `height` points high, for a robot of this length
-/// (as a multiple of UT-mu2's). Of a ghost, only the COM is drawn. If `now_s` is given, this time is marked.
-pub fn draw(
-    ui: &mut Ui,
-    trail: &Trail,
-    ghost: Option<&Trail>,
-    length: f64,
-    span_s: [f64; 2],
-    now_s: Option<f64>,
-    height: f32,
-) {
+/// Draws both plots until the time `now_s`, each `height` points high, for a robot of this length (as a multiple of
+/// UT-mu2's). Of a ghost, only the COM is drawn.
+pub fn draw(ui: &mut Ui, trail: &Trail, ghost: Option<&Trail>, length: f64, now_s: f64, height: f32) {
+    let end_s = now_s.max(SPAN_S);
     for (axis, name) in ["x (mm), forward", "y (mm), left"].into_iter().enumerate() {
         ui.label(name);
         let [low, high] = bounds(trail, length, axis);
         let line_mm = line_mm(high - low, height);
-        let line_s = [0.1, 0.5, 1.0].into_iter().find(|s| span_s[1] - span_s[0] <= 10.0 * s).unwrap_or(5.0);
         Plot::new(name)
             .height(height)
-            .default_x_bounds(span_s[0], span_s[1])
+            .default_x_bounds(end_s - SPAN_S, end_s)
             .default_y_bounds(low, high)
             .reset()
             .auto_bounds(false)
@@ -119,7 +111,7 @@ pub fn draw(
             .custom_y_axes(vec![
                 AxisHints::new_y().label_spacing(Rangef::new(NUMBER - 1.0, NUMBER)).min_thickness(30.0),
             ])
-            .x_grid_spacer(uniform_grid_spacer(move |_| [line_s, 2.0 * line_s, 10.0 * line_s]))
+            .x_grid_spacer(uniform_grid_spacer(|_| [0.5, 1.0, 5.0]))
             .y_grid_spacer(uniform_grid_spacer(move |_| [line_mm / 2.0, line_mm, 10.0 * line_mm]))
             .show(ui, |plot| {
                 for (overlay, of) in CURVES {
@@ -134,9 +126,6 @@ pub fn draw(
                 for points in ghost.map_or_else(Vec::new, |ghost| thinned(ghost, axis, |s| Some(s.com))) {
                     let line = Line::new("COM of the ghost", PlotPoints::Owned(points));
                     plot.line(line.color(GHOST.color.egui()).width(1.6));
-                }
-                if let Some(now_s) = now_s {
-                    plot.vline(VLine::new("now", now_s).color(Color32::DARK_GRAY).width(1.0));
                 }
             });
     }
@@ -207,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn no_peak_of_a_long_recording_is_lost() {
+    fn no_peak_is_lost() {
         for peak in 2000..2040 {
             let mut samples: Vec<_> = (0..6000).map(sample).collect();
             samples[peak].dcm.x = 0.1;

@@ -1,4 +1,4 @@
-//! The world of a live view: robot, gain sets, and the disturbances other than those by the user.
+//! The world of the window: robot, gain sets, and the disturbances other than those by the user.
 
 use crate::assets::DEFAULT_ROBOT;
 use crate::campaign::{Campaign, Overrides, ask::trial};
@@ -10,10 +10,10 @@ use crate::robot::{Robot, Units};
 use crate::sim::Ground;
 use crate::view::Options;
 
-/// Gain sets of a live view if none are named. The first acts at the start.
+/// Gain sets if none are named. The first acts at the start.
 const DEFAULT_GAINS: [&str; 4] = ["catch", "paper", "switching", "hold"];
 
-/// Robot, gain sets and settings of a live view.
+/// Robot, gain sets and settings.
 pub struct World {
     pub robot: Robot,
     /// The robot as varied by the trial.
@@ -37,8 +37,8 @@ impl World {
         };
         if let Some(index) = args.trial {
             let Some(campaign) = &campaign else {
-                let accepted = "a trial of the result in a folder, or of --campaign";
-                return Err(Error::option("--trial", index, "neither is given", accepted));
+                let accepted = "a trial of --campaign; `standfast replay DIR --trial I` shows one of a result";
+                return Err(Error::option("--trial", index, "no campaign is given", accepted));
             };
             campaign.check_trial(index)?;
         }
