@@ -1,6 +1,5 @@
 //! A pinhole camera that looks at a point, with the world's z axis up in the picture.
 
-use super::triangle::{Light, Vertex};
 use nalgebra::{Point3, Vector3};
 
 /// The place from which a picture is taken, in perspective.
@@ -106,31 +105,6 @@ impl View {
         let scale = self.focal_px / depth;
         let [x, y] = self.middle;
         Some([x + scale * self.right.dot(&from_eye), y - scale * self.up.dot(&from_eye), 1.0 / depth])
-    }
-
-    /// A corner of a triangle to be painted. None if it is not in front of the camera.
-    pub fn vertex(&self, at: Point3<f64>, light: Light) -> Option<Vertex> {
-        self.project(at).map(|[x, y, near]| Vertex { at: [x, y], near, light })
-    }
-
-    /// The part of a convex polygon that is at least `nearest_m` from the eye, along the direction of view.
-    pub fn clipped(&self, corners: &[Point3<f64>], nearest_m: f64) -> Vec<Point3<f64>> {
-        let beyond = |at: &Point3<f64>| self.back.dot(&(self.eye - at)) - nearest_m;
-        let mut kept = Vec::new();
-        for (i, a) in corners.iter().enumerate() {
-            let b = &corners[(i + 1) % corners.len()];
-            let (from, to) = (beyond(a), beyond(b));
-            kept.extend((from > 0.0).then_some(*a));
-            kept.extend(((from > 0.0) != (to > 0.0)).then(|| a + (b - a) * (from / (from - to))));
-        }
-        kept
-    }
-
-    /// Direction of the ray through a point of the picture (px), with a depth of 1.
-    pub fn ray(&self, x: f64, y: f64) -> Vector3<f64> {
-        self.right * ((x - self.middle[0]) / self.focal_px)
-            - self.up * ((y - self.middle[1]) / self.focal_px)
-            - self.back
     }
 }
 

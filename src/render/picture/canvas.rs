@@ -2,8 +2,7 @@
 
 use super::camera::{Camera, View};
 use super::floor::Floor;
-use super::raster;
-use super::triangle::{Light, Triangle, linear};
+use super::raster::{self, Light, Triangle, Vertex, linear};
 use crate::render::scene::palette::GHOST;
 use crate::render::scene::{Stage, Surface};
 use crate::robot::Kinematics;
@@ -62,7 +61,8 @@ impl Canvas {
             let (color, cover) = (color.unwrap_or(linear([*r, *g, *b])), *alpha as f32);
             let lit = |(point, normal): &(Point3<f64>, Vector3<f64>)| {
                 let at = pose * point;
-                (at, self.view.vertex(at, self.shaded(color, &at, &(pose.rotation * normal))))
+                let light = self.shaded(color, &at, &(pose.rotation * normal));
+                (at, self.view.project(at).map(|[x, y, near]| Vertex { at: [x, y], near, light }))
             };
             let corners: Vec<_> = mesh.corners.iter().map(lit).collect();
             for face in &mesh.faces {

@@ -30,7 +30,7 @@ pub(super) fn draw_on(
 ) -> RgbImage {
     let (mut canvas, ground) = (Canvas::new(camera, size), stage.ground(snapshot));
     let marks = stage.marks(snapshot, marks);
-    canvas.triangles.extend(marks::on_the_ground(&canvas.view, &ground, stage.scale.length(), &marks));
+    canvas.triangles.extend(marks::on_the_ground(&canvas.view, &marks));
     canvas.robot(stage, &stage.kinematics(&snapshot.posture));
     if let Some(ghost) = ghost {
         canvas.ghost(stage, &stage.kinematics(&ghost.posture));

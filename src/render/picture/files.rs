@@ -135,13 +135,6 @@ mod tests {
         assert_eq!([at(0, 24), at(29, 3), at(30, 3)], [[255; 3]; 3]);
     }
 
-    #[test]
-    fn a_png_is_read_back_as_it_was() {
-        let mut image = plain(5, 4, [10, 20, 30]);
-        image.put_pixel(2, 3, Rgb([200, 100, 0]));
-        assert_eq!(image::load_from_memory(&png(&image)).unwrap().to_rgb8(), image);
-    }
-
     /// A small square moves over a gradient, and the last two pictures are equal.
     #[test]
     fn a_gif_shows_each_picture_for_its_time_with_its_colours() {

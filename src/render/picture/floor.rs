@@ -1,12 +1,12 @@
 //! Floor and background of a picture: a floor with a grid that fades into a plain background, and the robot's shadow.
 
 use super::camera::{NEAREST_M, View};
-use super::triangle::{Coverage, Light, Vertex, linear};
-use crate::render::scene::{self, Face, GroundPart};
+use super::raster::{Light, for_each_inside, linear};
+use crate::render::scene::GroundPart;
 use crate::sim::Ground;
 use image::imageops::{blur, interpolate_bilinear};
-use image::{GrayImage, ImageBuffer, Luma};
-use nalgebra::{Matrix3, Point3, Vector3};
+use image::{ImageBuffer, Luma};
+use nalgebra::{Point2, Point3, Vector3};
 
 // Colours of the floor, its lines, and the background.
 const FLOOR: Light = linear([0.905, 0.915, 0.930]);
@@ -25,16 +25,16 @@ const PATCH: f32 = 0.87;
 const WALL: f32 = 0.62;
 /// Share of the light that is missing in full shadow.
 const SHADOW: f32 = 0.62;
-/// Number of points along a side of the square lamp, and its apparent size from the ground (about, in radians).
-const LAMPS: usize = 5;
-const LAMP_SIZE: f64 = 0.2;
 
 pub(super) struct Floor {
     view: View,
-    /// Axes of the plane in the world, as columns: two directions on the floor, and its normal.
-    axes: Matrix3<f64>,
-    /// The parts of the ground that are in front of the camera.
-    pub faces: Vec<(GroundPart, Vec<Vertex>)>,
+    ground: Ground,
+    /// The eye, the directions right, up and back, and the target in the frame of the plane, which is that of everything below.
+    eye: Vector3<f64>,
+    right: Vector3<f64>,
+    up: Vector3<f64>,
+    back: Vector3<f64>,
+    target: Vector3<f64>,
     shadow: Shadow,
 }
 
@@ -42,45 +42,76 @@ impl Floor {
     /// The ground with the shadow of `triangles` (m, world frame) in the light of the lamp. `lamp` is the unit vector
     /// towards it.
     pub fn new(view: View, ground: &Ground, lamp: Vector3<f64>, triangles: &[[Point3<f64>; 3]]) -> Self {
-        let axes = *ground.slope.to_rotation_matrix().matrix();
-        let normal = Vector3::from(axes.column(2));
-        let height_m = |at: &Point3<f64>| normal.dot(&(view.eye - at));
-        // The floor must reach as far as it is seen, wherever the target is.
-        let reach_m = 1.01 * FADED * view.distance_m + view.target.coords.norm();
-        let mut faces = Vec::new();
-        for Face { part, corners } in scene::faces(ground, reach_m, 2.0 * reach_m) {
-            let corners = corners.map(|corner| ground.slope * corner);
-            // A level face is not seen from below.
-            if part == GroundPart::Wall || height_m(&corners[0]) > 0.0 {
-                // No ray of the picture meets the floor nearer than this.
-                let nearest_m = NEAREST_M.max(0.2 * height_m(&corners[0]));
-                let before = view.clipped(&corners, nearest_m);
-                faces.push((part, before.into_iter().filter_map(|at| view.vertex(at, [0.0; 3])).collect()));
-            }
+        let local = |world: Vector3<f64>| ground.slope.inverse() * world;
+        let faces: Vec<_> = triangles.iter().map(|corners| corners.map(|at| local(at.coords))).collect();
+        Self {
+            view,
+            ground: *ground,
+            eye: local(view.eye.coords),
+            right: local(view.right),
+            up: local(view.up),
+            back: local(view.back),
+            target: local(view.target.coords),
+            shadow: Shadow::new(local(lamp), &faces),
         }
-        Self { faces, view, axes, shadow: Shadow::new(&axes, lamp, triangles) }
     }
 
-    /// The light at a point of the picture (px). `part` is the part of the ground that is seen there, or None for the
-    /// background, and `near` is one over its depth (1/m).
-    pub fn light(&self, [x, y]: [f64; 2], part: Option<GroundPart>, near: f64) -> Light {
-        let upwards = (1.0 - y / (2.0 * self.view.middle[1])).clamp(0.0, 1.0) as f32;
+    /// The ray through a point of the picture (px), with a depth of 1.
+    fn ray(&self, at: [f64; 2]) -> Vector3<f64> {
+        let View { middle, focal_px, .. } = self.view;
+        let [x, y] = [0, 1].map(|i| (at[i] - middle[i]) / focal_px);
+        self.right * x - self.up * y - self.back
+    }
+
+    /// What part of the ground a ray meets first, and at which depth (m).
+    fn met(&self, ray: &Vector3<f64>) -> Option<(GroundPart, f64)> {
+        let (eye, Ground { step_m, patch: [least, most], .. }) = (&self.eye, self.ground);
+        // A level part is not seen from below.
+        let level = |z: f64| if ray.z < 0.0 { (z - eye.z) / ray.z } else { f64::INFINITY };
+        let within = |i: usize, depth: f64| (least[i]..=most[i]).contains(&(eye[i] + depth * ray[i]));
+        let is_seen = |(part, axis, depth): &(GroundPart, usize, f64)| {
+            let z = eye.z + depth * ray.z;
+            depth.is_finite()
+                && *depth > NEAREST_M
+                && match part {
+                    GroundPart::Around => step_m == 0.0 || !(within(0, *depth) && within(1, *depth)),
+                    GroundPart::Patch => within(0, *depth) && within(1, *depth),
+                    GroundPart::Wall => within(1 - axis, *depth) && (step_m.min(0.0)..=step_m.max(0.0)).contains(&z),
+                }
+        };
+        let around = (GroundPart::Around, 0, level(step_m));
+        if step_m == 0.0 {
+            return Some(around).filter(is_seen).map(|(part, _, depth)| (part, depth));
+        }
+        let wall =
+            |(axis, corner): (usize, Point2<f64>)| (GroundPart::Wall, axis, (corner[axis] - eye[axis]) / ray[axis]);
+        let walls = [(0, least), (0, most), (1, least), (1, most)].map(wall);
+        let parts = [around, (GroundPart::Patch, 0, level(0.0))].into_iter().chain(walls).filter(is_seen);
+        parts.min_by(|(_, _, a), (_, _, b)| a.total_cmp(b)).map(|(part, _, depth)| (part, depth))
+    }
+
+    /// One over the depth of the ground at a point of the picture (1/m); 0 for the background.
+    pub fn near(&self, at: [f64; 2]) -> f32 {
+        self.met(&self.ray(at)).map_or(0.0, |(_, depth)| depth.recip() as f32)
+    }
+
+    /// The light at a point of the picture (px).
+    pub fn light(&self, place: [f64; 2]) -> Light {
+        let View { middle, distance_m, focal_px, .. } = self.view;
+        let upwards = (1.0 - place[1] / (2.0 * middle[1])).clamp(0.0, 1.0) as f32;
         let background = mix(HORIZON, ZENITH, upwards * upwards);
-        let Some(part) = part else { return background };
-        // From here on, vectors are in the frame of the plane.
-        let View { right, up, target, eye, focal_px, .. } = self.view;
-        let local = |world: &Vector3<f64>| self.axes.tr_mul(world);
-        let ray = local(&self.view.ray(x, y));
-        let at = local(&eye.coords) + ray / near;
-        let distance = (at - local(&target.coords)).xy().norm() / (FADED * self.view.distance_m);
+        let ray = self.ray(place);
+        let Some((part, depth)) = self.met(&ray) else { return background };
+        let at = self.eye + ray * depth;
+        let distance = (at - self.target).xy().norm() / (FADED * distance_m);
         if distance >= 1.0 {
             return background;
         }
         let fade = (1.0 - distance * distance) as f32;
         let fade = fade * fade;
         // How far the floor moves from one pixel to the next, right and down.
-        let turns = [right, -up].map(|direction| local(&direction) / focal_px);
-        let steps = turns.map(|turn| (turn - ray * (turn.z / ray.z)) / near);
+        let turns = [self.right, -self.up].map(|direction| direction / focal_px);
+        let steps = turns.map(|turn| (turn - ray * (turn.z / ray.z)) * depth);
         let width = [0, 1].map(|i| steps.iter().map(|step| step[i].abs()).sum::<f64>());
         let lines = |period: f64, breadth: f64| {
             let bare = [0, 1].map(|i| 1.0 - line_share(at[i], width[i], period, breadth));
@@ -123,76 +154,62 @@ fn line_share(at: f64, width: f64, period: f64, breadth: f64) -> f64 {
 /// multiple of this size. The grid of cells is fixed to the floor, so that the shadow of a still robot does not move.
 const CELLS: u32 = 320;
 const CELL_M: f64 = 0.0025;
-/// Standard deviation of the blur that hides the cells and the points of the lamp.
-const BLUR_CELLS: f32 = 1.4;
+/// Standard deviation of the blur that makes the shadow soft.
+const BLUR_CELLS: f32 = 5.0;
+/// Room for the blur at the edges.
+const ROOM: u32 = 15;
 
-/// A soft shadow on the floor, the mean of the shadows in the light of each point of the lamp.
+/// The soft shadow on the floor, in the frame of the plane.
 struct Shadow {
     /// Lower left corner on the floor (m), and cells per metre.
     corner: [f64; 2],
     cells_per_m: f64,
-    /// Vector towards the middle of the lamp with z = 1, in the frame of the plane.
+    /// Vector towards the lamp with z = 1.
     lamp: Vector3<f64>,
     /// Darkness of each cell, from 0 (lit) to 1.
     dark: ImageBuffer<Luma<f32>, Vec<f32>>,
 }
 
-/// Place on the floor of the shadow of a point (m). `lamp` is the vector towards the lamp with z = 1. All are in the
-/// frame of the plane.
-fn thrown(point: &Vector3<f64>, lamp: &Vector3<f64>) -> [f64; 2] {
-    [point.x - lamp.x * point.z, point.y - lamp.y * point.z]
-}
-
 impl Shadow {
-    fn new(axes: &Matrix3<f64>, lamp: Vector3<f64>, triangles: &[[Point3<f64>; 3]]) -> Self {
-        let faces: Vec<[Vector3<f64>; 3]> =
-            triangles.iter().map(|corners| corners.map(|corner| axes.tr_mul(&corner.coords))).collect();
-        let lamp = axes.tr_mul(&lamp);
-        // Two unit vectors perpendicular to it.
-        let side = Vector3::z().cross(&lamp).normalize();
-        let over = lamp.cross(&side);
-        // Scaled to z = 1, so that x and y are the offset of the shadow for each metre of height.
-        let lamps: Vec<Vector3<f64>> = (0..LAMPS * LAMPS)
-            .map(|k| {
-                let offset = |i: usize| ((i as f64 + 0.5) / LAMPS as f64 - 0.5) * LAMP_SIZE;
-                let lamp = lamp + side * offset(k % LAMPS) + over * offset(k / LAMPS);
-                lamp / lamp.z
-            })
-            .collect();
-        let everywhere = faces.iter().flatten().flat_map(|point| lamps.iter().map(|lamp| thrown(point, lamp)));
-        let bounds = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        let (least, most) = everywhere.fold(bounds, |(least, most), at| {
-            ([0, 1].map(|i| f64::min(least[i], at[i])), [0, 1].map(|i| f64::max(most[i], at[i])))
-        });
-        let extent = (most[0] - least[0]).max(most[1] - least[1]);
-        let mut dark = ImageBuffer::new(CELLS, CELLS);
-        if !(extent.is_finite() && extent > 0.0) {
-            return Self { corner: [0.0; 2], cells_per_m: 0.0, lamp: lamp / lamp.z, dark };
-        }
-        // The cells are large enough to leave room for the blur at the edges.
-        let cell_m = CELL_M * (extent / (CELL_M * f64::from(CELLS - 10))).ceil();
-        let cells_per_m = 1.0 / cell_m;
-        let corner = least.map(|v| ((v * cells_per_m).floor() - 4.0) * cell_m);
-        for lamp in &lamps {
-            // Each point of the lamp darkens a cell at most once.
-            let mut reached = GrayImage::new(CELLS, CELLS);
-            for face in &faces {
-                let corners = face.map(|point| thrown(&point, lamp));
-                let corners = corners.map(|at| [0, 1].map(|i| (at[i] - corner[i]) * cells_per_m));
-                let Some(covered) = Coverage::new(&corners, 1.0) else { continue };
-                covered
-                    .for_each([0, 0, CELLS.into(), CELLS.into()], |x, y, _| reached[(x as u32, y as u32)] = Luma([1]));
+    fn new(lamp: Vector3<f64>, faces: &[[Vector3<f64>; 3]]) -> Self {
+        let mut shadow =
+            Self { corner: [0.0; 2], cells_per_m: 0.0, lamp: lamp / lamp.z, dark: ImageBuffer::new(CELLS, CELLS) };
+        let points: Vec<[f64; 2]> = faces.iter().flatten().map(|point| shadow.thrown(point)).collect();
+        let ends = |i: usize| {
+            points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, m], at| [l.min(at[i]), m.max(at[i])])
+        };
+        let (x, y) = (ends(0), ends(1));
+        let extent = (x[1] - x[0]).max(y[1] - y[0]);
+        if extent.is_finite() && extent > 0.0 {
+            let cell_m = CELL_M * (extent / (CELL_M * f64::from(CELLS - 2 * ROOM - 1))).ceil();
+            shadow.cells_per_m = 1.0 / cell_m;
+            shadow.corner = [x[0], y[0]].map(|least| ((least / cell_m).floor() - f64::from(ROOM)) * cell_m);
+            for face in faces {
+                let corners = face.map(|point| shadow.cell(&point));
+                let dark = &mut shadow.dark;
+                for_each_inside(corners, [0, 0, CELLS as usize, CELLS as usize], |x, y, _| {
+                    dark[(x as u32, y as u32)] = Luma([1.0]);
+                });
             }
-            let share = ((LAMPS * LAMPS) as f32).recip();
-            dark.iter_mut().zip(reached.iter()).for_each(|(dark, &reached)| *dark += share * f32::from(reached));
+            shadow.dark = blur(&shadow.dark, BLUR_CELLS);
         }
-        Self { corner, cells_per_m, lamp: lamp / lamp.z, dark: blur(&dark, BLUR_CELLS) }
+        shadow
     }
 
-    /// Darkness at a point of the ground (m, frame of the plane), from 0 to 1.
+    /// Place on the floor of the shadow of a point (m).
+    fn thrown(&self, point: &Vector3<f64>) -> [f64; 2] {
+        [0, 1].map(|i| point[i] - self.lamp[i] * point.z)
+    }
+
+    /// The same in cells.
+    fn cell(&self, point: &Vector3<f64>) -> [f64; 2] {
+        let at = self.thrown(point);
+        [0, 1].map(|i| (at[i] - self.corner[i]) * self.cells_per_m)
+    }
+
+    /// Darkness at a point of the ground (m), from 0 to 1.
     fn at(&self, point: &Vector3<f64>) -> f32 {
-        let thrown = thrown(point, &self.lamp);
-        let [x, y] = [0, 1].map(|i| ((thrown[i] - self.corner[i]) * self.cells_per_m - 0.5) as f32);
+        let [x, y] = self.cell(point).map(|cells| (cells - 0.5) as f32);
         interpolate_bilinear(&self.dark, x, y).map_or(0.0, |Luma([dark])| dark)
     }
 }

@@ -68,10 +68,10 @@ fn is_frame(name: &str) -> bool {
 mod tests {
     use super::super::motion::{LAST_DELAY_CS, shots};
     use super::*;
-    use crate::control::{Design, Phase};
+    use crate::control::Design;
     use crate::episode::{Disturbance, EpisodeConfig, Footstep};
     use crate::lipm::gains::GainSet;
-    use crate::render::scene::{Stage, in_short};
+    use crate::render::scene::Stage;
     use crate::robot::{Foot, Robot};
     use crate::sim::Push;
     use image::AnimationDecoder;
@@ -125,20 +125,6 @@ mod tests {
             moments(&film, 4)
         };
         assert_eq!(fallen, [138, 175, 350, 500]);
-    }
-
-    #[test]
-    fn a_label_names_the_gain_or_the_phase() {
-        let mut now = film().snapshots.swap_remove(0);
-        let gains = ["slow".to_string(), "fast".into()];
-        let mut told = |phase, gain| {
-            (now.phase, now.gain) = (phase, gain);
-            in_short(&now, &gains)
-        };
-        assert_eq!(told(Phase::Switching, Some(1)), "gain fast");
-        assert_eq!(told(Phase::Swing(Foot::Left), None), "left foot in the air");
-        assert_eq!(told(Phase::Posture, None), "posture held");
-        assert_eq!(told(Phase::OutOfSets, Some(0)), "outside of all sets");
     }
 
     /// Pictures end when the robot has flown off, since they would show an empty floor.

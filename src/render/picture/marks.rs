@@ -1,63 +1,40 @@
-//! Marks as triangles. Fillings of polygons lie just above the ground, where the robot can hide them; everything else
-//! lies over the picture.
+//! Marks as triangles. Fillings of polygons are painted on the ground before the robot, everything else over the picture.
 
 use super::camera::View;
-use super::triangle::{Light, Triangle, Vertex, linear};
-use crate::render::scene::palette::Color;
-use crate::render::scene::{At, Drawing, Form, Mark, strokes};
-use crate::sim::Ground;
-use nalgebra::{Point2, Vector2, Vector3};
+use super::raster::{Triangle, Vertex, linear};
+use crate::render::scene::{At, Drawing, Form, Mark, Stroke, strokes};
+use nalgebra::{Point2, Vector2};
 
-/// Height of a filling above the ground, for a robot of the size of UT-mu2 (m).
-const LIFT_M: f64 = 0.0005;
-/// One over the depth of marks over the picture (1/m), which is nearer than everything else.
+/// One over the depth of marks (1/m), which is nearer than everything that is there when they are painted.
 const OVER_ALL: f64 = 1e6;
 
-fn light(color: Color) -> Light {
-    linear(color.parts())
-}
-
-/// The fillings of polygons on the ground, in the order in which they are drawn. `large` is the length of the robot as
-/// a multiple of UT-mu2's.
-pub(super) fn on_the_ground(view: &View, ground: &Ground, large: f64, marks: &[Mark]) -> Vec<Triangle> {
-    let lift = ground.slope * Vector3::z() * (LIFT_M * large);
-    let mut triangles = Vec::new();
-    for Mark { overlay, drawing } in marks {
-        let Drawing::Polygon { corners, sheet } = drawing else { continue };
-        let light = light(overlay.color());
-        let corners: Vec<_> = corners.iter().map(|at| view.vertex(at + lift, light)).collect();
-        for i in 2..corners.len() {
-            if let [Some(a), Some(b), Some(c)] = [0, i - 1, i].map(|i| corners[i]) {
-                let cover = sheet.fill as f32;
-                triangles.push(Triangle { corners: [a, b, c], cover, hides: false });
-            }
-        }
-    }
-    triangles
+/// The fillings of polygons, in the order in which they are drawn.
+pub(super) fn on_the_ground(view: &View, marks: &[Mark]) -> Vec<Triangle> {
+    let filling = |Mark { overlay, drawing }: &Mark| {
+        let Drawing::Polygon { corners, sheet } = drawing else { return None };
+        let path = corners.iter().map(|at| view.project(*at).map(|[x, y, _]| [x, y])).collect::<Option<_>>()?;
+        Some(Stroke { form: Form::Area { path }, color: overlay.color(), opacity: sheet.fill })
+    };
+    marks.iter().filter_map(filling).flat_map(|stroke| triangles(&stroke, 1.0)).collect()
 }
 
 /// The strokes over the picture, in the order in which they are drawn. `point_px` is the number of pixels for each
 /// point of a screen.
 pub(super) fn over_all(view: &View, point_px: f64, marks: &[Mark]) -> Vec<Triangle> {
-    let mut triangles = Vec::new();
-    for stroke in marks
-        .iter()
-        .flat_map(|mark| strokes(mark, |at| view.project(*at).map(|[x, y, _]| [x / point_px, y / point_px])))
-    {
-        let vertex =
-            |[x, y]: At| Vertex { at: [x * point_px, y * point_px], near: OVER_ALL, light: light(stroke.color) };
-        let corners = match &stroke.form {
-            Form::Area { path } => (2..path.len()).map(|i| [path[0], path[i - 1], path[i]]).collect(),
-            Form::Outline { path, width } => band(path, *width),
-            Form::Line { path: [from, to], width } => line(*from, *to, *width),
-        };
-        triangles.extend(corners.into_iter().map(|corners: [At; 3]| Triangle {
-            corners: corners.map(vertex),
-            cover: stroke.opacity as f32,
-            hides: false,
-        }));
-    }
-    triangles
+    let project = |at: &_| view.project(*at).map(|[x, y, _]| [x / point_px, y / point_px]);
+    marks.iter().flat_map(|mark| strokes(mark, project)).flat_map(|stroke| triangles(&stroke, point_px)).collect()
+}
+
+fn triangles(stroke: &Stroke, point_px: f64) -> Vec<Triangle> {
+    let light = linear(stroke.color.parts());
+    let vertex = |[x, y]: At| Vertex { at: [x * point_px, y * point_px], near: OVER_ALL, light };
+    let corners: Vec<[At; 3]> = match &stroke.form {
+        Form::Area { path } => (2..path.len()).map(|i| [path[0], path[i - 1], path[i]]).collect(),
+        Form::Outline { path, width } => band(path, *width),
+        Form::Line { path: [from, to], width } => line(*from, *to, *width),
+    };
+    let cover = stroke.opacity as f32;
+    corners.into_iter().map(|corners| Triangle { corners: corners.map(vertex), cover, hides: false }).collect()
 }
 
 /// A line as two triangles.

@@ -1,7 +1,8 @@
 //! Pictures of the robot, drawn without display, graphics card or driver: stills, strips and animated pictures of an
 //! episode.
 //!
-//! It is a small renderer of triangles with a depth buffer. The same snapshot gives the same bytes with any number of
+//! It is a small renderer of triangles with a depth buffer, since none of the crates that draw in software knows depth,
+//! and a robot's links reach into one another. The same snapshot gives the same bytes with any number of
 //! threads. On another machine they may differ if its sines differ in the last digit.
 
 mod camera;
@@ -17,7 +18,6 @@ mod motion;
 mod raster;
 #[cfg(test)]
 mod tests;
-mod triangle;
 
 pub use camera::Camera;
 pub use draw::{draw, draw_posture};

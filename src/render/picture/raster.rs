@@ -1,12 +1,33 @@
-//! Rasterises triangles with a depth buffer of [`SAMPLES`] x [`SAMPLES`] samples for each pixel, averaged in linear
-//! light.
+//! Paints triangles over the ground, with a depth buffer of [`SAMPLES`] x [`SAMPLES`] samples for each pixel, which are
+//! averaged in linear light.
 //!
 //! Each band of rows is painted by itself, so that a picture has the same bytes with any number of threads.
 
 use super::floor::Floor;
-use super::triangle::{Coverage, Light, Triangle, stored};
 use image::RgbImage;
 use rayon::prelude::*;
+
+/// Linear light, red, green and blue.
+pub(super) type Light = [f32; 3];
+
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Vertex {
+    /// Pixels to the right and down.
+    pub at: [f64; 2],
+    /// One over the depth (1/m).
+    pub near: f64,
+    pub light: Light,
+}
+
+/// A triangle in the picture, in either orientation. Later triangles are painted over earlier ones.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Triangle {
+    pub corners: [Vertex; 3],
+    /// Opacity, from 0 to 1.
+    pub cover: f32,
+    /// Whether it hides later triangles that are behind it.
+    pub hides: bool,
+}
 
 /// Samples along a side of a pixel.
 const SAMPLES: usize = 3;
@@ -20,100 +41,123 @@ struct Sample {
     near: f32,
 }
 
+/// The code value of linear light. Gamma is 2 in place of the screen's 2.2, since a square root is exact on every
+/// machine.
+fn stored(light: f32) -> u8 {
+    (255.0 * light.clamp(0.0, 1.0).sqrt() + 0.5) as u8
+}
+
+/// The linear light of a colour (code values from 0 to 1).
+pub(super) const fn linear([r, g, b]: [f64; 3]) -> Light {
+    [(r * r) as f32, (g * g) as f32, (b * b) as f32]
+}
+
+/// Calls `call` for each cell whose middle is inside of a triangle and of the window (left, top, right, bottom; the last
+/// two not included), with the weights of the three corners there.
+pub(super) fn for_each_inside(
+    [a, b, c]: [[f64; 2]; 3],
+    window: [usize; 4],
+    mut call: impl FnMut(usize, usize, [f64; 3]),
+) {
+    /// A middle may be outside by this share, so that none is missed between two triangles.
+    const SLACK: f64 = -1e-9;
+    let area =
+        |[ax, ay]: [f64; 2], [bx, by]: [f64; 2], [cx, cy]: [f64; 2]| (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
+    let all = area(a, b, c);
+    if all == 0.0 || !all.is_finite() {
+        return;
+    }
+    // Numbers below zero become zero here.
+    let from = [0, 1].map(|i| (a[i].min(b[i]).min(c[i]).floor() as usize).max(window[i]));
+    let to = [0, 1].map(|i| (a[i].max(b[i]).max(c[i]).ceil() as usize).min(window[i + 2]));
+    for y in from[1]..to[1] {
+        for x in from[0]..to[0] {
+            let at = [x as f64 + 0.5, y as f64 + 0.5];
+            let weights = [area(b, c, at), area(c, a, at), area(a, b, at)].map(|part| part / all);
+            if weights.iter().all(|weight| *weight >= SLACK) {
+                call(x, y, weights);
+            }
+        }
+    }
+}
+
 /// Paints triangles over floor and background, in a picture of `size` (px).
 pub(super) fn paint(size: [u32; 2], floor: &Floor, triangles: &[Triangle]) -> RgbImage {
-    let [width, height] = size.map(|px| px as usize);
-    let prepared: Vec<(Coverage, &Triangle)> =
-        triangles.iter().filter_map(|t| Some((Coverage::new(&t.corners.map(|c| c.at), SAMPLES as f64)?, t))).collect();
     let mut image = RgbImage::new(size[0], size[1]);
-    if width == 0 || height == 0 {
+    let (width, row) = (size[0] as usize, size[0] as usize * SAMPLES);
+    if image.is_empty() {
         return image;
     }
     image.par_chunks_mut(3 * width * BAND).enumerate().for_each(|(band, pixels)| {
-        let top = band * BAND;
-        let rows = (pixels.len() / (3 * width)).min(height - top);
-        let mut samples = vec![Sample { light: [0.0; 3], near: 0.0 }; width * rows * SAMPLES * SAMPLES];
-        let window = [0, (top * SAMPLES) as i64, (width * SAMPLES) as i64, ((top + rows) * SAMPLES) as i64];
-        start(&mut samples, window, floor);
-        for (area, triangle) in &prepared {
-            blend(&mut samples, window, area, triangle);
+        let (top, rows) = (band * BAND * SAMPLES, pixels.len() / (3 * width) * SAMPLES);
+        let at = |x: usize, y: usize| [x, top + y].map(|n| (n as f64 + 0.5) / SAMPLES as f64);
+        let mut samples: Vec<Sample> = Vec::with_capacity(row * rows);
+        for i in 0..row * rows {
+            let (x, y) = (i % row, i / row);
+            // Light changes little within a pixel, so that of its middle is enough.
+            let light = match (x % SAMPLES, y % SAMPLES) {
+                (0, 0) => floor.light(at(x + SAMPLES / 2, y + SAMPLES / 2)),
+                (0, _) => samples[i - row].light,
+                _ => samples[i - 1].light,
+            };
+            samples.push(Sample { light, near: floor.near(at(x, y)) });
         }
-        resolve(&samples, width, pixels);
+        for Triangle { corners, cover, hides } in triangles {
+            let places = corners.map(|corner| corner.at.map(|px| px * SAMPLES as f64));
+            for_each_inside(places, [0, top, row, top + rows], |x, y, weights| {
+                let sample = &mut samples[(y - top) * row + x];
+                let near = weights.iter().zip(corners).map(|(w, corner)| w * corner.near).sum::<f64>() as f32;
+                if near <= sample.near {
+                    return;
+                }
+                for (i, value) in sample.light.iter_mut().enumerate() {
+                    let light: f32 = weights.iter().zip(corners).map(|(w, corner)| *w as f32 * corner.light[i]).sum();
+                    *value += cover * (light - *value);
+                }
+                if *hides {
+                    sample.near = near;
+                }
+            });
+        }
+        for (i, byte) in pixels.iter_mut().enumerate() {
+            let (pixel, channel) = (i / 3, i % 3);
+            let first = pixel / width * SAMPLES * row + pixel % width * SAMPLES;
+            let light = |k: usize| samples[first + k / SAMPLES * row + k % SAMPLES].light[channel];
+            *byte = stored((0..SAMPLES * SAMPLES).map(light).sum::<f32>() / (SAMPLES * SAMPLES) as f32);
+        }
     });
     image
 }
 
-/// Fills the samples with ground and background. These are smooth, so one evaluation for each pixel is enough, except
-/// at the edges of a step. The depth is that of each sample.
-fn start(samples: &mut [Sample], window: [i64; 4], floor: &Floor) {
-    let row_length = (window[2] - window[0]) as usize;
-    let mut parts = vec![None; samples.len()];
-    for (part, corners) in &floor.faces {
-        for i in 2..corners.len() {
-            let [a, b, c] = [0, i - 1, i].map(|i| corners[i]);
-            let Some(covered) = Coverage::new(&[a.at, b.at, c.at], SAMPLES as f64) else { continue };
-            covered.for_each(window, |x, y, [wa, wb, wc]| {
-                let at = (y - window[1]) as usize * row_length + x as usize;
-                let near = (wa * a.near + wb * b.near + wc * c.near) as f32;
-                if near > samples[at].near {
-                    (samples[at].near, parts[at]) = (near, Some(*part));
-                }
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A fan of triangles about a point in a rectangle, in both orientations.
+    #[test]
+    fn triangles_that_share_edges_leave_no_gap_and_reach_no_farther() {
+        let rim = [[2.0, 3.0], [20.5, 3.0], [33.3, 3.0], [33.3, 28.3], [11.25, 28.3], [2.0, 9.1]];
+        let mut times = [[0; 40]; 32];
+        for (i, &a) in rim.iter().enumerate() {
+            let (b, center) = (rim[(i + 1) % rim.len()], [20.123, 9.871]);
+            let corners = if i % 2 == 0 { [a, b, center] } else { [a, center, b] };
+            for_each_inside(corners, [0, 0, 40, 32], |x, y, weights| {
+                times[y][x] += 1;
+                let at: f64 = weights.iter().zip(corners).map(|(w, corner)| w * corner[0]).sum();
+                assert!((at - x as f64 - 0.5).abs() < 1e-6, "{at} {x}");
             });
         }
-    }
-    for y in (0..samples.len() / row_length).step_by(SAMPLES) {
-        for x in (0..row_length).step_by(SAMPLES) {
-            let at = |k: usize| (y + k / SAMPLES) * row_length + x + k % SAMPLES;
-            let look = |k: usize| {
-                let place = [x + k % SAMPLES, window[1] as usize + y + k / SAMPLES].map(|n| n as f64 + 0.5);
-                floor.light(place.map(|n| n / SAMPLES as f64), parts[at(k)], samples[at(k)].near.into())
+        for (x, y) in (0..40).flat_map(|x| (0..32).map(move |y| (x, y))) {
+            let is_inside = (2..33).contains(&x) && (3..28).contains(&y) && {
+                // Above the line from (2, 9.1) to (11.25, 28.3).
+                (x as f64 - 1.5) * 19.2 > (y as f64 - 8.6) * 9.25
             };
-            let middle = SAMPLES * SAMPLES / 2;
-            let common = look(middle);
-            let lights: [Light; SAMPLES * SAMPLES] =
-                std::array::from_fn(|k| if parts[at(k)] == parts[at(middle)] { common } else { look(k) });
-            lights.into_iter().enumerate().for_each(|(k, light)| samples[at(k)].light = light);
+            assert_eq!(times[y][x] > 0, is_inside, "{x} {y}");
         }
     }
-}
 
-/// Paints a triangle over the samples that it covers, unless they are nearer.
-fn blend(samples: &mut [Sample], window: [i64; 4], area: &Coverage, triangle: &Triangle) {
-    let row_length = (window[2] - window[0]) as usize;
-    let [a, b, c] = &triangle.corners;
-    area.for_each(window, |x, y, [wa, wb, wc]| {
-        let sample = &mut samples[(y - window[1]) as usize * row_length + x as usize];
-        let near = (wa * a.near + wb * b.near + wc * c.near) as f32;
-        if near <= sample.near {
-            return;
-        }
-        let weights = [wa, wb, wc].map(|w| w as f32);
-        for (i, value) in sample.light.iter_mut().enumerate() {
-            let light = weights[0] * a.light[i] + weights[1] * b.light[i] + weights[2] * c.light[i];
-            *value += triangle.cover * (light - *value);
-        }
-        if triangle.hides {
-            sample.near = near;
-        }
-    });
-}
-
-/// Stores the mean of the samples of each pixel.
-fn resolve(samples: &[Sample], width: usize, pixels: &mut [u8]) {
-    let row_length = width * SAMPLES;
-    for (rows, line) in samples.chunks(row_length * SAMPLES).zip(pixels.chunks_mut(3 * width)) {
-        for (x, pixel) in line.chunks_mut(3).enumerate() {
-            let mut sum = [0.0_f32; 3];
-            for row in rows.chunks(row_length) {
-                for sample in &row[x * SAMPLES..(x + 1) * SAMPLES] {
-                    for (s, v) in sum.iter_mut().zip(sample.light) {
-                        *s += v;
-                    }
-                }
-            }
-            for (byte, s) in pixel.iter_mut().zip(sum) {
-                *byte = stored(s / (SAMPLES * SAMPLES) as f32);
-            }
-        }
+    #[test]
+    fn a_colour_comes_back_as_it_was() {
+        assert!((0..=255).all(|byte| stored(linear([f64::from(byte) / 255.0; 3])[0]) == byte));
     }
 }

@@ -167,35 +167,6 @@ fn near_solids_hide_far_ones_in_any_order() {
 }
 
 #[test]
-fn a_translucent_solid_shows_the_one_behind() {
-    let glass = ([0.2, 0.0, 0.26], [0.05; 3], [0.1, 0.1, 0.9, 0.4]);
-    let behind = ([-0.2, 0.0, 0.26], [0.06; 3], RED);
-    let seen = |solids: &[_]| {
-        let (robot, posture) = boxes(solids);
-        let image = draw_posture(&robot, &posture, &Camera { azimuth_deg: 0.0, elevation_deg: 0.0, ..FRONT }, SIZE);
-        image.get_pixel(160, 120).0
-    };
-    let through = seen(&[glass, behind]);
-    assert_eq!(through, seen(&[behind, glass]));
-    assert!(through[0] > seen(&[([0.2, 0.0, 0.26], [0.05; 3], [0.1, 0.1, 0.9, 1.0])])[0] + 40, "{through:?}");
-    assert!(through[2] > seen(&[behind])[2] + 20, "{through:?}");
-}
-
-/// The colours of UT-mu2 are purple, nearly white and nearly black.
-#[test]
-fn the_robots_colours_are_found_in_the_picture() {
-    let robot = ut_mu2();
-    let image = draw_posture(&robot, &robot.home_posture(), &FRONT, SIZE);
-    let share = |wanted: fn([i32; 3]) -> bool| {
-        let found = image.pixels().filter(|pixel| wanted(pixel.0.map(i32::from))).count();
-        found as f64 / f64::from(SIZE[0] * SIZE[1])
-    };
-    assert!(share(|[r, g, b]| b > r + 30 && r > g + 15) > 0.04, "purple");
-    assert!(share(|[r, g, b]| r > b + 6 && g > b && g > 120) > 0.015, "warm white");
-    assert!(share(|[r, g, b]| r.max(g).max(b) < 50) > 0.004, "black");
-}
-
-#[test]
 fn a_shadow_lies_on_the_floor_away_from_the_lamp() {
     let (robot, posture) = boxes(&[([0.0, 0.0, 0.3], [0.05; 3], RED)]);
     let camera = Camera { target: Point3::origin(), azimuth_deg: 0.0, ..FRONT };
@@ -240,25 +211,6 @@ fn each_mark_is_seen_in_its_colour() {
     let image = draw(&robot, &beneath, &FRONT, SIZE, &[Overlay::Zmp]);
     let [r, g, b] = at(&image, &FRONT, on_floor(-0.03, 0.05));
     assert!(r > g.max(b) + 60, "{r} {g} {b}");
-}
-
-/// The robot around the COM is as purple as the mark of the COM, so a white rim must separate them in pictures of any
-/// size.
-#[test]
-fn the_com_is_ringed_in_white_before_the_robot() {
-    let (robot, posture) = boxes(&[([0.0, 0.0, 0.3], [0.1; 3], [0.35, 0.2, 0.6, 1.0])]);
-    let moment = Snapshot { posture, ..snapshot(&robot) };
-    for size in [[240, 320], [640, 480]] {
-        let image = draw(&robot, &moment, &FRONT, size, &[Overlay::Com]);
-        let bare = draw(&robot, &moment, &FRONT, size, &[]);
-        let [x, y] = FRONT.project(moment.com, size).unwrap().map(|px| px as u32);
-        let is_white = |x: u32| image.get_pixel(x, y).0.iter().all(|v| *v > 180);
-        assert!(bare.get_pixel(x, y).0[1] < 120, "it is purple behind");
-        // From the middle outward, the white of the quarters comes first, and then that of the rim.
-        let whites: Vec<u32> = (0..16).filter(|px| is_white(x + px)).collect();
-        assert!(whites.last().is_some_and(|last| (5..14).contains(last)), "{size:?}: {whites:?}");
-        assert!(!is_white(x + 16));
-    }
 }
 
 #[test]
