@@ -237,21 +237,6 @@ fn bad_settings_are_refused() {
     }
 }
 
-/// Settings once had one box of landing places.
-#[test]
-fn a_single_table_of_the_reach_is_told_how_to_become_a_list() {
-    let (urdf, settings) = builtin();
-    let (before, after) = (settings.text.find("[[reach]]").unwrap(), settings.text.find("[noise]").unwrap());
-    let old = "[reach]\nforward_m = 0.15\noutward_m = 0.18\ninward_m = 0.075\nmin_step_time_s = 0.2\n";
-    let text = format!("{}{old}{}", &settings.text[..before], &settings.text[after..]);
-    refused(
-        &urdf,
-        &with(&settings, text),
-        "Instead of one table [reach] with forward_m, outward_m, inward_m and min_step_time_s, write a table [[reach]] \
-         for each region, with name, x_m = [-forward_m, forward_m], y_m = [inward_m, outward_m]",
-    );
-}
-
 #[test]
 fn errors_of_a_urdf_tell_the_line() {
     let (urdf, settings) = builtin();

@@ -90,44 +90,6 @@ fn default_zmp_margin() -> f64 {
     0.06
 }
 
-/// Keys of earlier files, in metres and seconds: the name of the key today, and what to divide the old value by.
-const FORMER_KEYS: [(&str, &str, &str); 13] = [
-    ("zmp_margin_m", "zmp_margin", HALF_SOLE),
-    ("zmp_disturbance_m", "zmp_disturbance", HALF_SOLE),
-    ("patience_s", "patience", TIME),
-    ("lift_m", "lift", "the COM height (m)"),
-    ("late_s", "late", TIME),
-    ("pause_s", "pause", TIME),
-    ("same_foot_pause_s", "same_foot_pause", TIME),
-    ("transfer_s", "transfer", TIME),
-    ("settle_s", "settle", TIME),
-    ("swing_time_s", "swing_time", "swing_time_s of the robot's first [[reach]]"),
-    ("forward_m", "forward", "the largest x_m of the robot's first [[reach]]"),
-    ("outward_m", "outward", "the largest y_m of the robot's first [[reach]], both less the stance at home"),
-    ("least_m", "least", "the stance at home, both less the smallest y_m of the robot's first [[reach]]"),
-];
-const HALF_SOLE: &str = "half the length of a sole (m)";
-const TIME: &str = "1/omega (s)";
-
-/// What is wrong with a key, and what is accepted, if it is one of earlier files.
-pub(super) fn former_key(key: &str) -> Option<(&'static str, String)> {
-    let (_, today, unit) = FORMER_KEYS.iter().find(|(former, ..)| *former == key)?;
-    let problem = "gain sets are in units of the robot, without metres and seconds";
-    Some((problem, format!("`{today}`: the value divided by {unit}; `standfast model` prints these")))
-}
-
-/// The first key of earlier files in a table or below.
-fn first_former_key(value: &toml::Value) -> Option<(String, String)> {
-    let below = |key: &str, value: &toml::Value| {
-        let (path, text) = first_former_key(value)?;
-        Some((format!("{key}.{path}"), text))
-    };
-    value.as_table()?.iter().find_map(|(key, value)| match former_key(key) {
-        Some(_) => Some((key.clone(), value.to_string())),
-        None => below(key, value),
-    })
-}
-
 impl GainSet {
     /// Loads a built-in gain set or a file.
     pub fn load(name: &str) -> Result<Self> {
@@ -136,15 +98,6 @@ impl GainSet {
 
     /// Reads a gain set. Errors name the file, the field, its value and what is accepted.
     pub fn parse(source: &Source) -> Result<Self> {
-        let table = source.text.parse::<toml::Table>().unwrap_or_default();
-        if let Some(kind) = table.get("kind").filter(|kind| kind.as_str() != Some("cpi")) {
-            let (problem, accepted) = ("is not a gain set", "a controller of kind \"cpi\", such as switching");
-            return Err(Error::value(&source.file, "kind", kind, problem, accepted));
-        }
-        if let Some((path, value)) = first_former_key(&toml::Value::Table(table)) {
-            let (problem, accepted) = former_key(path.rsplit('.').next().unwrap_or(&path)).expect("it is one");
-            return Err(Error::value(&source.file, path, value, problem, accepted));
-        }
         let set: Self = parse_toml(source)?;
         set.validate(&source.file)?;
         Ok(set)
@@ -154,6 +107,10 @@ impl GainSet {
     pub fn validate(&self, file: &str) -> Result<()> {
         if self.name.trim().is_empty() {
             return Err(Error::value(file, "name", format!("{:?}", self.name), "is empty", "a name"));
+        }
+        if let Some(kind) = self.kind.as_ref().filter(|kind| *kind != "cpi") {
+            let (problem, accepted) = ("is not a gain set", "a controller of kind \"cpi\", such as switching");
+            return Err(Error::value(file, "kind", kind, problem, accepted));
         }
         let is_share = |value: &f64| (0.0..=MOST_OF_SOLE).contains(value);
         let (problem, accepted) = ("out of range", format!("0 to {MOST_OF_SOLE}, in half sole lengths"));
@@ -397,15 +354,6 @@ mod tests {
             ),
             (format!("zmp_disturbance = [0, nan]\n{}", set(&gain("[0.2, 1, 5]"))), "zmp_disturbance = [0.0000, NaN]"),
             (format!("zmp_disturbance = [1]\n{}", set(&gain("[0.2, 1, 5]"))), "or two, [x, y], in half sole lengths"),
-            (
-                format!("zmp_margin_m = 0.003\n{}", set(&gain("[0.2, 1, 5]"))),
-                "zmp_margin_m = 0.003: gain sets are in units of the robot, without metres and seconds; accepted: \
-                 `zmp_margin`: the value divided by half the length of a sole (m); `standfast model` prints these",
-            ),
-            (
-                set(&(gain("[0.2, 1, 5]") + "[stepping.range]\nforward_m = 0.13\n")),
-                "stepping.range.forward_m = 0.13: gain sets are in units of the robot",
-            ),
             (format!("zmp_margn = 0.1\n{}", set(&gain("[0.2, 1, 5]"))), "unknown field `zmp_margn`"),
             (set(&gain("[0.2, 1, 5]")).replace("\"g\"", "\"\""), "name = \"\": is empty"),
             (

@@ -7,8 +7,8 @@ use crate::assets::{self, Source, exactly};
 use crate::error::{Error, Result};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
-use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
-use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, MapAccess, Visitor};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
@@ -25,7 +25,7 @@ pub(super) struct Settings {
     pub delay_s: f64,
     soles: PerFoot<SoleFace>,
     pub noise: SensorNoise,
-    #[serde(default, deserialize_with = "landing_regions")]
+    #[serde(default)]
     pub reach: Vec<LandingRegion>,
     #[serde(default)]
     pub assumptions: Vec<String>,
@@ -145,27 +145,6 @@ fn check_reach(file: &str, regions: &[LandingRegion]) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// Reads the list of regions. A single table `[reach]`, as these files once had, is told how to become one.
-fn landing_regions<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Vec<LandingRegion>, D::Error> {
-    struct Regions;
-    impl<'de> Visitor<'de> for Regions {
-        type Value = Vec<LandingRegion>;
-
-        fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-            f.write_str(
-                "a list of regions. Instead of one table [reach] with forward_m, outward_m, inward_m and \
-                 min_step_time_s, write a table [[reach]] for each region, with name, x_m = [-forward_m, forward_m], \
-                 y_m = [inward_m, outward_m] and swing_time_s; `standfast model` tells the least swing time",
-            )
-        }
-
-        fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> std::result::Result<Self::Value, A::Error> {
-            Vec::deserialize(SeqAccessDeserializer::new(list))
-        }
-    }
-    from.deserialize_seq(Regions)
 }
 
 impl Settings {

@@ -36,9 +36,7 @@ pub struct Campaign {
     pub trials: u64,
     /// Seed of all random numbers (at most 2^63 - 1, as in TOML).
     pub seed: u64,
-    /// The units of the robot, in which the file may state quantities; not in the file itself. Results of versions that
-    /// did not have it were of robots of UT-mu2's size.
-    #[serde(default = "units_of_default_robot")]
+    /// The units of the robot, in which the file may state quantities; not in the file itself.
     pub units: Units,
     pub episode: EpisodeConfig,
     /// Nothing is simulated: outcomes are made up from what is drawn, to try what surrounds the simulation at any size.
@@ -92,10 +90,6 @@ pub struct SensorSpec {
 
 pub(super) fn default_robot() -> String {
     assets::DEFAULT_ROBOT.into()
-}
-
-fn units_of_default_robot() -> Units {
-    Units::of(&Robot::load(assets::DEFAULT_ROBOT).expect("compiled in"))
 }
 
 fn default_gains() -> Vec<String> {

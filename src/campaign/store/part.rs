@@ -30,7 +30,6 @@ pub struct PartFile<'a> {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Marker {
     /// Build of the program that wrote the part ([`build_id`]).
-    #[serde(default)]
     build: String,
     first_trial: u64,
     trials: u64,

@@ -82,11 +82,10 @@ pub fn unlike(a: &Manifest, b: &Manifest) -> Vec<String> {
     let differ = |(what, [of_a, of_b]): (&str, [String; 2])| {
         (of_a != of_b).then(|| format!("the {what} differ: {of_a} and {of_b}"))
     };
-    let differences = [("robots", robots), ("versions of standfast", versions)].into_iter().filter_map(differ);
-    // Folders of earlier builds do not say it.
-    let engines = (!engines.iter().any(String::is_empty)).then(|| differ(("physics engines", engines))).flatten();
+    let differences = [("robots", robots), ("versions of standfast", versions), ("physics engines", engines)];
+    let differences = differences.into_iter().filter_map(differ);
     let same = "both results have the same inputs: a difference can only come from another build of standfast";
-    differences.chain(engines).chain((a.config_hash == b.config_hash).then(|| same.to_string())).collect()
+    differences.chain((a.config_hash == b.config_hash).then(|| same.to_string())).collect()
 }
 
 /// Errors: the trials of `folder` are drawn or judged otherwise than those of `campaign`.
