@@ -329,46 +329,39 @@ mod tests {
 
     #[test]
     fn errors_name_file_field_value_and_what_is_accepted() {
-        let set = |gains: &str| format!("name = \"g\"\n{gains}");
-        let gain = |x: &str| format!("[[gains]]\nname = \"a\"\nx = {x}\ny = [0.2, 1, 5]\n");
-        let stepping = |lambda: &str| {
-            let rules = "alpha = 4\nswing_time = 1.2\nlift = 0.06\nlate = 0.6\npause = 0\nsame_foot_pause = 0";
-            let range = "range = { forward = 0.9, outward = 1.0, least = 0.5 }";
-            let weights = "weights = { dcm = 1, com = 0.1, zmp = 0.01 }";
-            format!("[stepping]\n{rules}\n{range}\n{weights}\n{lambda}\n")
-        };
-        let catching = "[catching]\nlift = 0.03\nlate = 0.6\npause = 0\ntransfer = 0\nsettle = 0.05\n";
-        assert!(parse(&set(&(gain("[0.2, 1, 5]") + catching))).is_ok());
-        let two_rules = "catching = a table: excludes [stepping]; accepted: one of the two tables";
+        const GAIN: &str = "[[gains]]\nname = \"a\"\nx = [0.2, 1, 5]\ny = [0.2, 1, 5]\n";
+        const STEPPING: &str = "[stepping]\nalpha = 4\nswing_time = 1.2\nlift = 0.06\nlate = 0.6\npause = 0\n\
+                                same_foot_pause = 0\nrange = { forward = 0.9, outward = 1.0, least = 0.5 }\n\
+                                weights = { dcm = 1, com = 0.1, zmp = 0.01 }\n";
+        const CATCHING: &str = "[catching]\nlift = 0.03\nlate = 0.6\npause = 0\ntransfer = 0\nsettle = 0.05\n";
+        const TWO_RULES: &str = "catching = a table: excludes [stepping]; accepted: one of the two tables";
+        let good = format!("name = \"g\"\n{GAIN}");
+        let with = |before: &str, after: &str| format!("{before}\n{good}{after}");
+        let x = |x: &str| good.replacen("[0.2, 1, 5]", x, 1);
+        assert!(parse(&with("", CATCHING)).is_ok());
         for (text, words) in [
-            (set(&gain("[0.2, -1.0, 5.0]")), "g.toml: gains[0].x[1] = -1: gain \"a\" would be unstable"),
-            (set(&gain("[0.0, 1.0, 5.0]")), "gains[0].x[0] = 0"),
-            (set(&gain("[0.2, 1.0, inf]")), "gains[0].x[2] = inf"),
-            (set(&gain("[0.2, 1.0]")), "x = [0.2, 1.0]"),
-            (set(&(gain("[0.2, 1, 5]") + &gain("[0.2, 1, 5]"))), "gains[1].name = \"a\": is used twice"),
-            (set(""), "gains = none"),
-            (format!("zmp_margin = -0.1\n{}", set(&gain("[0.2, 1, 5]"))), "zmp_margin = -0.1"),
-            (
-                format!("zmp_disturbance = -0.1\n{}", set(&gain("[0.2, 1, 5]"))),
-                "zmp_disturbance = -0.1000: out of range; accepted: 0 to 10",
-            ),
-            (format!("zmp_disturbance = [0, nan]\n{}", set(&gain("[0.2, 1, 5]"))), "zmp_disturbance = [0.0000, NaN]"),
-            (format!("zmp_disturbance = [1]\n{}", set(&gain("[0.2, 1, 5]"))), "or two, [x, y], in half sole lengths"),
-            (format!("zmp_margn = 0.1\n{}", set(&gain("[0.2, 1, 5]"))), "unknown field `zmp_margn`"),
-            (set(&gain("[0.2, 1, 5]")).replace("\"g\"", "\"\""), "name = \"\": is empty"),
-            (
-                set(&(gain("[0.2, 1, 5]") + &stepping("lambda = 1.0"))),
-                "stepping.lambda = 1: is too close to 1; accepted: a multiple of omega",
-            ),
-            (set(&stepping("lambda = 5.0\nswing = 0.2")), "unknown field `swing`"),
-            (set(&stepping("")), "missing field `lambda`"),
-            (set(&(gain("[0.2, 1, 5]") + &stepping("lambda = 5.0") + catching)), two_rules),
-            (set(&(gain("[0.2, 1, 5]") + catching)).replace("late = 0.6", "late = 7"), "catching.late = 7: out"),
+            (x("[0.2, -1.0, 5.0]"), "g.toml: gains[0].x[1] = -1: gain \"a\" would be unstable"),
+            (x("[0.0, 1.0, 5.0]"), "gains[0].x[0] = 0"),
+            (x("[0.2, 1.0, inf]"), "gains[0].x[2] = inf"),
+            (x("[0.2, 1.0]"), "x = [0.2, 1.0]"),
+            (with("", GAIN), "gains[1].name = \"a\": is used twice"),
+            (good.replace(GAIN, ""), "gains = none"),
+            (good.replace("\"g\"", "\"\""), "name = \"\": is empty"),
+            (with("zmp_margin = -0.1", ""), "zmp_margin = -0.1"),
+            (with("zmp_disturbance = -0.1", ""), "zmp_disturbance = -0.1000: out of range; accepted: 0 to 10"),
+            (with("zmp_disturbance = [0, nan]", ""), "zmp_disturbance = [0.0000, NaN]"),
+            (with("zmp_disturbance = [1]", ""), "or two, [x, y], in half sole lengths"),
+            (with("zmp_margn = 0.1", ""), "unknown field `zmp_margn`"),
+            (with("", &format!("{STEPPING}lambda = 1.0")), "stepping.lambda = 1: is too close to 1"),
+            (with("", &format!("{STEPPING}lambda = 5.0\nswing = 0.2")), "unknown field `swing`"),
+            (with("", STEPPING), "missing field `lambda`"),
+            (with("", &format!("{STEPPING}lambda = 5.0\n{CATCHING}")), TWO_RULES),
+            (with("", &CATCHING.replace("late = 0.6", "late = 7")), "catching.late = 7: out"),
         ] {
             let error = parse(&text).unwrap_err();
             assert_eq!(error.exit_code(), 2);
-            assert!(error.to_string().contains(words), "{error}\nwanted: {words}");
-            assert!(error.to_string().starts_with("g.toml"), "{error}");
+            let message = error.to_string();
+            assert!(message.contains(words) && message.starts_with("g.toml"), "{message}\nwanted: {words}");
         }
     }
 }

@@ -362,18 +362,17 @@ mod tests {
         let family = family();
         let mut sets = OnlineSets::new(&family);
         sets.update(&polygons()[0]);
-        let pushed = |vx: f64, vy: f64| State::new(Point2::origin(), Vector2::new(vx, vy), Point2::origin());
-        let back = sets.zmp_error(0, &pushed(-0.5, 0.0));
-        assert!(back.x < -0.01 && back.y == 0.0, "{back}");
-        assert_eq!(sets.zmp_error(0, &pushed(0.5, 0.0)), -back);
+        let error = |sets: &OnlineSets, vx: f64, vy: f64| {
+            sets.zmp_error(0, &State::new(Point2::origin(), Vector2::new(vx, vy), Point2::origin()))
+        };
+        let back = error(&sets, -0.5, 0.0);
+        assert!(back.x < -0.01 && back.y == 0.0 && error(&sets, 0.5, 0.0) == -back, "{back}");
         // This also holds if the ZMP leaves only the long edge.
-        let diagonal = sets.zmp_error(0, &pushed(-0.4, -0.4));
+        let diagonal = error(&sets, -0.4, -0.4);
         assert!(diagonal.x < -0.005 && (diagonal.y - diagonal.x).abs() < 1e-12, "{diagonal}");
-        assert_eq!(sets.zmp_error(0, &pushed(0.1, 0.1)), Vector2::zeros());
-        let nonsense = sets.zmp_error(0, &pushed(f64::NAN, 0.0));
-        assert_eq!(nonsense, Vector2::zeros(), "a state that is no state asks for no footstep");
+        assert_eq!(error(&sets, f64::NAN, 0.0), Vector2::zeros(), "a state that is no state asks for no footstep");
         // One sole, beside the origin.
         sets.update(&SupportPolygon::rectangle(-0.048, 0.048, 0.014, 0.083).unwrap());
-        assert_eq!(sets.zmp_error(0, &pushed(-0.5, 0.0)), Vector2::zeros());
+        assert_eq!(error(&sets, -0.5, 0.0), Vector2::zeros());
     }
 }

@@ -49,34 +49,35 @@ impl Agreed {
 mod tests {
     use super::*;
 
-    fn of(both: u64, only_a: u64, only_b: u64, neither: u64) -> Agreed {
-        Agreed::of(&PairedCounts { both, only_a, only_b, neither })
-    }
-
-    /// The first is the usual example: 35 of 50 agree, by chance half of them would, so kappa is 0.2 / 0.5.
     #[test]
     fn kappa_is_what_is_agreed_beyond_chance() {
-        let found = of(20, 5, 10, 15);
-        assert!((found.agree - 0.7).abs() < 1e-15 && (found.kappa.unwrap() - 0.4).abs() < 1e-15, "{found:?}");
-        // The interval is Wilson's of 35 in 50, 0.5625 to 0.8090, times 2 less 1.
-        let [least, most] = found.kappa_ci95.unwrap();
-        assert!((least - 0.1250).abs() < 1e-3 && (most - 0.6180).abs() < 1e-3, "{found:?}");
-        // By chance 54 of 100 would agree: 0.6 * 0.7 + 0.4 * 0.3.
-        assert!((of(45, 15, 25, 15).kappa.unwrap() - 0.06 / 0.46).abs() < 1e-12);
-        assert!(of(25, 25, 25, 25).kappa.unwrap().abs() < 1e-15, "chance");
-        assert_eq!(of(0, 10, 10, 0).kappa, Some(-1.0));
-        assert_eq!(of(14, 1, 0, 0).kappa_ci95.unwrap()[0], -1.0);
+        for (both, only_a, only_b, neither, agree, kappa) in [
+            // The usual example: 35 of 50 agree, by chance half of them would, so kappa is 0.2 / 0.5.
+            (20, 5, 10, 15, 0.7, Some(0.4)),
+            // By chance 54 of 100 would agree: 0.6 * 0.7 + 0.4 * 0.3.
+            (45, 15, 25, 15, 0.6, Some(0.06 / 0.46)),
+            (25, 25, 25, 25, 0.5, Some(0.0)),
+            (0, 10, 10, 0, 0.0, Some(-1.0)),
+            (60, 0, 0, 40, 1.0, Some(1.0)),
+            (100, 0, 0, 0, 1.0, None),
+            (0, 0, 0, 9, 1.0, None),
+            (0, 0, 0, 0, 0.0, None),
+        ] {
+            let found = Agreed::of(&PairedCounts { both, only_a, only_b, neither });
+            assert!((found.agree - agree).abs() < 1e-15, "{found:?}");
+            assert_eq!((found.kappa.is_some(), found.kappa_ci95.is_some()), (kappa.is_some(), kappa.is_some()));
+            assert!((found.kappa.unwrap_or_default() - kappa.unwrap_or_default()).abs() < 1e-12, "{found:?}");
+        }
     }
 
+    /// Of 35 in 50, Wilson's interval is 0.5625 to 0.8090; kappa's is twice that, less 1.
     #[test]
-    fn full_agreement_is_certain_only_as_far_as_there_are_trials() {
-        let found = of(60, 0, 0, 40);
-        assert_eq!((found.agree, found.kappa), (1.0, Some(1.0)));
-        let [least, most] = found.kappa_ci95.unwrap();
-        assert!(most == 1.0 && (0.9..0.95).contains(&least), "{found:?}");
-        for same in [of(100, 0, 0, 0), of(0, 0, 0, 9), of(0, 0, 0, 0)] {
-            assert_eq!((same.kappa, same.kappa_ci95), (None, None), "{same:?}");
+    fn its_interval_is_that_of_the_agreement_with_chance_as_known() {
+        for (both, only_a, only_b, neither, expected) in
+            [(20, 5, 10, 15, [0.1250, 0.6180]), (60, 0, 0, 40, [0.9245, 1.0]), (14, 1, 0, 0, [-1.0, 0.9747])]
+        {
+            let found = Agreed::of(&PairedCounts { both, only_a, only_b, neither }).kappa_ci95.unwrap();
+            assert!(found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-3), "{found:?}");
         }
-        assert_eq!(of(0, 0, 0, 0).agree, 0.0);
     }
 }

@@ -229,50 +229,40 @@ mod tests {
         posterior
     }
 
-    /// A logistic curve (while the search assumes a normal one) with lapses on the lower side.
-    fn logistic(impulse: f64, threshold: f64, scale: f64, lapse: f64) -> f64 {
-        (1.0 - lapse) / (1.0 + ((impulse - threshold) / scale).exp())
-    }
-
+    /// Outcomes are of a logistic curve, while the search assumes a normal one, with lapses on the lower side.
     #[test]
     fn the_interval_holds_the_threshold_as_often_as_it_says_for_far_fewer_trials_than_a_grid() {
-        let (mut held50, mut held90, mut trials, count) = (0, 0, 0, 240);
-        for i in 0..count {
+        const COUNT: u64 = 240;
+        let (mut held, mut trials) = ([0; 2], 0);
+        for i in 0..COUNT {
             let mut rng = ChaCha8Rng::seed_from_u64(11);
             rng.set_stream(i << 8);
             let threshold = 2.0 + 5.0 * rng.random::<f64>();
             let scale = [0.02, 0.08, 0.2][i as usize % 3];
-            let found = search(RULE, |impulse| rng.random::<f64>() < logistic(impulse, threshold, scale, 0.01));
+            let chance = |impulse: f64| 0.99 / (1.0 + ((impulse - threshold) / scale).exp());
+            let found = search(RULE, |impulse| rng.random::<f64>() < chance(impulse));
             assert!(found.is_resolved(), "threshold {threshold}, scale {scale}: {:?}", found.impulse50());
-            let holds = |estimate: ImpulseEstimate, truth: f64| {
-                u32::from(estimate.ci95[0] <= truth && truth <= estimate.ci95[1])
-            };
-            held50 += holds(found.impulse50(), threshold);
-            held90 += holds(found.impulse90(), threshold - scale * 9.0_f64.ln());
+            let truths = [threshold, threshold - scale * 9.0_f64.ln()];
+            for ((held, found), truth) in held.iter_mut().zip([found.impulse50(), found.impulse90()]).zip(truths) {
+                *held += u32::from(found.ci95[0] <= truth && truth <= found.ci95[1]);
+            }
             trials += found.trials();
         }
-        let share = f64::from(held50) / count as f64;
-        assert!(share > 0.91, "{share}");
-        assert!(f64::from(held90) / count as f64 > 0.9, "{held90}");
+        assert!(held[0] > 218 && held[1] > 216, "{held:?} of {COUNT}");
         // A grid over the range with steps of 0.2 N s has 80 impulses, each to be tried several times.
-        assert!(trials / count < 60, "{} trials on average", trials / count);
+        assert!(trials / COUNT < 60, "{} trials on average", trials / COUNT);
     }
 
     #[test]
     fn without_noise_no_impulse_is_tried_twice_and_the_threshold_is_found() {
-        let rule = Rule { random: false, ..RULE };
         for threshold in [0.0, 0.33, 2.49, 5.555, 12.3] {
             let mut tried = Vec::new();
-            let found = search(rule, |impulse| {
+            let found = search(Rule { random: false, ..RULE }, |impulse| {
                 tried.push(impulse);
                 impulse < threshold
             });
-            let estimate = found.impulse50();
-            assert!(
-                found.is_resolved() && found.trials() <= 12,
-                "{threshold}: {} trials, {estimate:?}",
-                found.trials()
-            );
+            let (trials, estimate) = (found.trials(), found.impulse50());
+            assert!(found.is_resolved() && trials <= 12, "{threshold}: {trials} trials, {estimate:?}");
             assert!((estimate.at_n_s - threshold).abs() < 0.1, "{threshold}: {estimate:?}");
             // The threshold is approached from both sides.
             let near = |from: f64, to: f64| tried.iter().any(|impulse| (from..to).contains(impulse));
@@ -280,19 +270,17 @@ mod tests {
             assert!(near(threshold, threshold + 0.3), "{tried:?}");
             tried.sort_by(f64::total_cmp);
             tried.dedup();
-            assert_eq!(tried.len() as u64, found.trials());
+            assert_eq!(tried.len() as u64, trials);
         }
     }
 
     #[test]
     fn an_island_of_falls_is_seen_and_the_search_ends() {
-        let rule = Rule { random: false, max_trials: 60, ..RULE };
         let island = |impulse: f64| impulse < 3.0 && !(2.6..2.8).contains(&impulse) || (3.3..3.4).contains(&impulse);
-        let found = search(rule, island);
-        let estimate = found.impulse50();
-        assert!((2.5..=3.4).contains(&estimate.at_n_s), "{estimate:?}");
+        let found = search(Rule { random: false, max_trials: 60, ..RULE }, island);
+        let ImpulseEstimate { at_n_s, ci95: [least, most] } = found.impulse50();
+        assert!((2.5..=3.4).contains(&at_n_s) && least < 3.0 && most > 2.6, "{least} {at_n_s} {most}");
         assert!(found.trials() <= 60);
-        assert!(estimate.ci95[0] < 3.0 && estimate.ci95[1] > 2.6, "{estimate:?}");
     }
 
     #[test]

@@ -233,8 +233,7 @@ mod tests {
     #[test]
     fn a_campaign_says_what_it_requires() {
         let spec: GateSpec = toml::from_str("require = [\"catch >= 0.8\"]\nunresolved = \"fail\"").unwrap();
-        assert_eq!(spec.confidence, 0.95);
-        assert_eq!(spec.require, ["catch >= 0.8"]);
+        assert_eq!((spec.confidence, &spec.require[..]), (0.95, &["catch >= 0.8".to_string()][..]));
         assert_eq!((spec.unresolved, OnUnresolved::default()), (OnUnresolved::Fail, OnUnresolved::Pass));
         assert!(toml::from_str::<GateSpec>("requires = []").is_err());
         for confidence in [0.4, 1.0, f64::NAN] {
@@ -246,16 +245,11 @@ mod tests {
 
     #[test]
     fn a_gate_is_there_once_and_asks_for_a_baseline_or_not() {
-        let mut spec = GateSpec::default();
-        let gates = ["catch >= 0.8", "catch >= 0.8", "catch >= baseline-2"].map(String::from);
-        spec.add(&gates, None);
-        assert_eq!(spec.require.len(), 2);
-        let sets = ["catch", "baseline-2"].map(String::from);
-        assert!(!spec.ask_for_baseline(&sets));
-        spec.add(&["catch >= baseline - 0.01".into()], Some(OnUnresolved::Fail));
-        assert_eq!(spec.unresolved, OnUnresolved::Fail);
+        let (mut spec, names) = (GateSpec::default(), sets(&["catch", "baseline-2"]));
+        spec.add(&sets(&["catch >= 0.8", "catch >= 0.8", "catch >= baseline-2"]), None);
+        assert_eq!((spec.require.len(), spec.ask_for_baseline(&names)), (2, false));
+        spec.add(&sets(&["catch >= baseline - 0.01"]), Some(OnUnresolved::Fail));
         spec.add(&[], None);
-        assert_eq!(spec.unresolved, OnUnresolved::Fail);
-        assert!(spec.ask_for_baseline(&sets));
+        assert_eq!((spec.unresolved, spec.ask_for_baseline(&names)), (OnUnresolved::Fail, true));
     }
 }

@@ -437,19 +437,67 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn errors_name_the_key_and_what_is_accepted() {
+    fn set_walks_dotted_keys() {
+        let set = ["push.impulse_n_s={uniform=[1, 2]}", "episode.judge.fallen_tilt_deg=45", "gains=['hold']"];
+        let changed = campaign("nominal", &set);
+        assert_eq!(changed.push.impulse_n_s, Distribution::Uniform { uniform: [1.0, 2.0] });
+        assert_eq!((changed.episode.judge.fallen_tilt_deg, &changed.gains[..]), (45.0, &["hold".to_string()][..]));
+        assert_eq!(load(SMALL).unwrap().with("robot=other.urdf", &measures()).unwrap().robot, "other.urdf");
+    }
+
+    #[test]
+    fn errors_of_a_file_name_it_and_the_key_and_what_is_accepted() {
         for (bad, expected) in [
-            ("impulse_n_s = -1", vec!["c.toml", "push.impulse_n_s = -1", "0 to 10000"]),
-            ("impulse_n_s = nan", vec!["push.impulse_n_s = NaN"]),
-            ("impulse_n_s = 'hard'", vec!["impulse_n_s", "{ uniform = [a, b] }"]),
-            ("impulse_n_s = { unifrom = [1, 2] }", vec!["unifrom", "`uniform` or `normal`"]),
-            ("impulse_n_s = { uniform = [2, 1] }", vec!["push.impulse_n_s.uniform = 1", "smaller number first"]),
-            ("impulse_n_s = { uniform = [1, 2], normal = [1, 2] }", vec!["expected a number"]),
-            ("impulse_n_s = 1\nduration_s = 0", vec!["push.duration_s = 0", "0.001 to 1.5"]),
-            ("impulse_n_s = 1\nangle = 0", vec!["unknown field `angle`", "heading_deg"]),
-            ("impulse_n_s = 1\n[episode]\nphysics_step_s = 0.0015", vec!["episode.physics_step_s = 0.0015"]),
+            ("impulse_n_s = -1", ["push.impulse_n_s = -1", "0 to 10000"]),
+            ("impulse_n_s = 'hard'", ["impulse_n_s", "{ uniform = [a, b] }"]),
+            ("impulse_n_s = { unifrom = [1, 2] }", ["unifrom", "`uniform` or `normal`"]),
+            ("impulse_n_s = { uniform = [1, 2], normal = [1, 2] }", ["impulse_n_s", "expected a number"]),
+            ("impulse_n_s = 1\nangle = 0", ["unknown field `angle`", "heading_deg"]),
         ] {
             let message = load(&SMALL.replace("impulse_n_s = 2", bad)).unwrap_err().to_string();
+            for part in ["c.toml"].into_iter().chain(expected) {
+                assert!(message.contains(part), "{bad}: {part:?} not in {message:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn errors_of_an_assignment_name_the_key_and_what_is_accepted() {
+        let forms = "string \"hard\"; accepted: a number, { uniform = [a, b] } or { normal = [mean, sd] }";
+        for (bad, expected) in [
+            ("push.impulse_n_s=nan", &["push.impulse_n_s = NaN"][..]),
+            ("push.impulse_n_s={uniform=[2, 1]}", &["push.impulse_n_s.uniform = 1", "smaller number first"]),
+            ("push.impulse_n_s=hard", &["--set", forms]),
+            // With what 1 of the robot's own unit is.
+            ("push.impulse=-1", &["push.impulse_n_s = -2.16", "(1 of push.impulse is 2.16"]),
+            ("push.impulse=hard", &[forms]),
+            ("push.impuls=1", &["--set", "push.impulse, push.impulse_n_s"]),
+            ("push.duration_s=0", &["push.duration_s = 0", "0.001 to 1.5"]),
+            ("pushes.impulse_n_s=1", &["--set", "sensors"]),
+            ("trials=many", &["--set", "integer"]),
+            ("trials.x=1", &["--set", "accepted: trials"]),
+            ("trials", &["--set", "KEY=VALUE"]),
+            ("units.mass_kg=1", &["unknown key"]),
+            ("episode.physics_step_s=0.0015", &["episode.physics_step_s = 0.0015"]),
+            ("variations.mass_scale=0", &["variations.mass_scale = 0", "0.5 to 2"]),
+            ("variations.friction=0", &["variations.friction = 0", "0.01 to 10"]),
+            ("variations.trunk_com_x_m={uniform=[0, 0.1]}", &["variations.trunk_com_x_m.uniform = 0.1", "to 0.04959"]),
+            ("variations.slope_deg={normal=[20, 1]}", &["variations.slope_deg.normal = 20", "-15 to 15"]),
+            ("variations.slope_deg=-2", &["push.start_s = 0.5: the ground is still tilting", "accepted: 0.5972 to 3"]),
+            ("variations.delay_s=1", &["variations.delay_s = 1", "0 to 0.1"]),
+            ("variations.ground_step_m=1", &["variations.ground_step_m = 1", "-0.04959 to 0.04959"]),
+            ("variations.kp_scale=nominl", &["variations.kp_scale", "{ uniform = [a, b] }", "nominal"]),
+            ("variations.mass_kg=1", &["variations.mass_kg", "variations.mass_scale"]),
+            ("second_push.impuls=1", &["second_push.impulse, second_push.impulse_n_s"]),
+            ("second_push={impulse_n_s=-1}", &["second_push.impulse_n_s = -1", "0 to 10000"]),
+            ("second_push={impulse_n_s=1, after_s=4}", &["second_push.after_s = 4", "0 to 3.9"]),
+            (
+                "second_push={impulse=1, impulse_n_s=2}",
+                &["second_push.impulse, second_push.impulse_n_s = 1, 2", "twice"],
+            ),
+        ] {
+            let overrides = Overrides { set: vec![bad.into()], ..Overrides::default() };
+            let message = Campaign::load("nominal", &overrides).unwrap_err().to_string();
             for part in expected {
                 assert!(message.contains(part), "{bad}: {part:?} not in {message:?}");
             }
@@ -457,50 +505,17 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn set_walks_dotted_keys() {
-        let campaign = load(SMALL).unwrap();
-        let changed = campaign.with("push.impulse_n_s={uniform=[1, 2]}", &measures()).unwrap();
-        assert_eq!(changed.push.impulse_n_s, Distribution::Uniform { uniform: [1.0, 2.0] });
-        assert_eq!(campaign.with("robot=other.urdf", &measures()).unwrap().robot, "other.urdf");
-        assert_eq!(
-            campaign.with("episode.judge.fallen_tilt_deg=45", &measures()).unwrap().episode.judge.fallen_tilt_deg,
-            45.0
-        );
-        assert_eq!(campaign.with("gains=['hold']", &measures()).unwrap().gains, ["hold"]);
-    }
-
-    #[test]
-    fn set_refuses_what_it_does_not_know() {
-        let campaign = load(SMALL).unwrap();
-        for (bad, expected) in [
-            ("push.impuls=1", "push.impulse, push.impulse_n_s"),
-            ("pushes.impulse_n_s=1", "sensors"),
-            ("trials=many", "integer"),
-            (
-                "push.impulse_n_s=hard",
-                "string \"hard\"; accepted: a number, { uniform = [a, b] } or { normal = [mean, sd] }",
-            ),
-            ("trials.x=1", "accepted: trials"),
-            ("trials", "KEY=VALUE"),
-        ] {
-            let message = campaign.with(bad, &measures()).unwrap_err().to_string();
-            assert!(message.contains("--set") && message.contains(expected), "{bad}: {message}");
-        }
-    }
-
-    #[test]
     fn paths_in_a_file_are_relative_to_it_and_names_are_not() {
         let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join("c.toml");
-        std::fs::create_dir(dir.path().join("r")).unwrap();
-        for (kind, extension) in [(Kind::Robot, "urdf"), (Kind::RobotSettings, "toml")] {
-            let text = assets::open(kind, "ut-mu2").unwrap().text;
-            std::fs::write(dir.path().join("r/a").with_extension(extension), text).unwrap();
+        let path = |name: &str| dir.path().join(name);
+        std::fs::create_dir(path("r")).unwrap();
+        for (kind, name) in [(Kind::Robot, "r/a.urdf"), (Kind::RobotSettings, "r/a.toml")] {
+            std::fs::write(path(name), assets::open(kind, "ut-mu2").unwrap().text).unwrap();
         }
-        std::fs::write(&path, format!("robot = 'r/a.urdf'\ngains = ['hold', 'mine.toml']\n{SMALL}")).unwrap();
-        let campaign = Campaign::load(path.to_str().unwrap(), &Overrides::default()).unwrap();
-        assert_eq!(campaign.robot, dir.path().join("r/a.urdf").to_str().unwrap());
-        assert_eq!(campaign.gains[0], "hold");
-        assert_eq!(campaign.gains[1], dir.path().join("mine.toml").to_str().unwrap());
+        let text = format!("robot = 'r/a.urdf'\ngains = ['hold', 'mine.toml']\n{SMALL}");
+        std::fs::write(path("c.toml"), text).unwrap();
+        let campaign = Campaign::load(path("c.toml").to_str().unwrap(), &Overrides::default()).unwrap();
+        assert_eq!(campaign.robot, path("r/a.urdf").to_str().unwrap());
+        assert_eq!(campaign.gains, ["hold", path("mine.toml").to_str().unwrap()]);
     }
 }

@@ -202,9 +202,8 @@ mod tests {
 
     #[test]
     fn draws_are_the_same_on_every_machine_and_version() {
-        let mut rng = stream(7, 3, IMPULSE);
         let campaign = campaign(&["push.impulse_n_s={uniform=[1,3]}"]);
-        assert_eq!(rng.random::<u64>(), 620569656280253422);
+        assert_eq!(stream(7, 3, IMPULSE).random::<u64>(), 620569656280253422);
         assert_eq!(push(&campaign, 3).impulse_n_s, 1.0672822969517632);
         assert_eq!(noise(&campaign, 3)[..2], [-1.083990436553274, -0.8937256367380042]);
     }
@@ -214,68 +213,42 @@ mod tests {
         let campaign = campaign(&[]);
         let forward: Vec<Push> = (0..50).map(|i| push(&campaign, i)).collect();
         let fewer = Campaign { trials: 50, ..campaign.clone() };
-        for i in (0..50).rev() {
-            assert_eq!(push(&fewer, i), forward[i as usize]);
-        }
+        assert!((0..50).rev().all(|i| push(&fewer, i) == forward[i as usize]));
         assert_ne!(forward[0].impulse_n_s, forward[1].impulse_n_s);
         assert_ne!(noise(&campaign, 0), noise(&campaign, 1));
-        assert_ne!(push(&Campaign { seed: 8, ..campaign.clone() }, 0), forward[0]);
+        assert_ne!(push(&Campaign { seed: 8, ..campaign }, 0), forward[0]);
     }
 
-    #[test]
-    fn one_quantity_more_changes_no_other() {
-        let before = campaign(&["push.height_m=0", "push.impulse_n_s=2"]);
-        let after = campaign(&["push.height_m={normal=[0, 0.02]}", "push.impulse_n_s={uniform=[1, 3]}"]);
-        for i in 0..20 {
-            let (a, b) = (push(&before, i), push(&after, i));
-            assert_ne!((a.height_m, a.impulse_n_s), (b.height_m, b.impulse_n_s));
-            assert_eq!(a, Push { height_m: a.height_m, impulse_n_s: a.impulse_n_s, ..b });
-            assert_eq!(noise(&before, i), noise(&after, i));
-        }
-    }
-
-    #[test]
-    fn draws_fill_their_range_and_stay_in_bounds() {
-        let campaign = campaign(&["push.impulse_n_s={normal=[0.5, 1]}", "push.heading_deg={uniform=[-180, 180]}"]);
-        let pushes: Vec<Push> = (0..2000).map(|i| push(&campaign, i)).collect();
-        assert!(pushes.iter().all(|p| p.impulse_n_s >= 0.0 && p.heading_deg.abs() <= 180.0));
-        let mean = pushes.iter().map(|p| p.heading_deg).sum::<f64>() / 2000.0;
-        // Five standard errors of the mean: 5 * 360 / sqrt(12 * 2000).
-        assert!(mean.abs() < 11.7, "{mean}");
-    }
-
-    /// Two ranges for a quantity, both within its bounds.
-    fn two_ranges(name: &str) -> [String; 2] {
-        let (_, [least, most]) = variations::bounds(&with("standard", &[]).units)
-            .list()
-            .into_iter()
-            .find(|(field, _)| *field == name)
-            .unwrap();
-        let middle = 0.5 * (least + most);
-        [[least, middle], [middle, most]].map(|[a, b]| format!("variations.{name}={{uniform=[{a}, {b}]}}"))
-    }
-
+    /// Each quantity is drawn from its own random numbers: to draw one more, or from another range, changes no other.
     #[test]
     fn each_quantity_has_a_stream_of_its_own() {
-        let varied = |name: Option<&str>| {
+        let all = |changed: Option<&str>| {
             let mut set = vec!["second_push={impulse_n_s={uniform=[0, 1]}, after_s={uniform=[0, 1]}}".to_string()];
-            set.push("push.start_s=1".into()); // after the ground has tilted
-            for (field, _) in VARIATION.list() {
-                let [low, high] = two_ranges(field);
-                set.push(if name == Some(field) { high } else { low });
+            // After the ground has tilted.
+            set.push("push.start_s=1".into());
+            set.push("push.height_m={uniform=[0, 0.02]}".into());
+            for (field, [least, most]) in variations::bounds(&with("standard", &[]).units).list() {
+                let middle = 0.5 * (least + most);
+                let [a, b] = if changed == Some(field) { [middle, most] } else { [least, middle] };
+                set.push(format!("variations.{field}={{uniform=[{a}, {b}]}}"));
             }
+            set.extend(changed.filter(|key| key.contains('=')).map(String::from));
             campaign(&set.iter().map(String::as_str).collect::<Vec<_>>())
         };
-        let before = varied(None);
+        let before = all(None);
         for (name, what) in VARIATION.list() {
-            let after = varied(Some(name));
+            let after = all(Some(name));
             for i in 0..5 {
                 let (a, b) = (variation(&before, i).list(), variation(&after, i).list());
                 assert!(a.iter().zip(&b).all(|(a, b)| (a.1 == b.1) == (a.0 != name)), "{name}: {a:?} {b:?}");
                 assert_eq!((pushes(&before, i), noise(&before, i)), (pushes(&after, i), noise(&after, i)));
             }
-            let others = VARIATION.list().into_iter().filter(|&(_, other)| other == what).count();
-            assert_eq!(others, 1, "{name} shares its stream");
+            assert_eq!(VARIATION.list().iter().filter(|(_, other)| *other == what).count(), 1, "{name}");
+        }
+        let after = all(Some("push.height_m=0"));
+        for i in 0..5 {
+            let (a, b) = (push(&before, i), push(&after, i));
+            assert!(a.height_m != b.height_m && a == Push { height_m: a.height_m, ..b });
         }
         // No two quantities are drawn from the same random numbers.
         let shares = variation(&before, 0).zip(variations::bounds(&before.units)).list();
@@ -286,25 +259,28 @@ mod tests {
     }
 
     #[test]
-    fn the_standard_campaign_fills_its_ranges_and_nominal_varies_nothing() {
+    fn draws_fill_their_range_and_stay_in_bounds() {
+        let normal = campaign(&["push.impulse_n_s={normal=[0.5, 1]}"]);
+        assert!((0..2000).all(|i| push(&normal, i).impulse_n_s >= 0.0));
         let standard = campaign(&[]);
+        let headings = (0..2000).map(|i| push(&standard, i).heading_deg);
+        // Five standard errors of the mean: 5 * 360 / sqrt(12 * 2000).
+        assert!((headings.sum::<f64>() / 2000.0).abs() < 11.7);
         let drawn: Vec<_> = (0..400).map(|i| variation(&standard, i).list()).collect();
         for (k, (name, variations::Varied(distribution))) in standard.variations.list().into_iter().enumerate() {
-            let values = drawn.iter().map(|values| values[k].1);
+            let values: Vec<f64> = drawn.iter().filter_map(|values| values[k].1).collect();
             let Some(Distribution::Uniform { uniform: [a, b] }) = distribution else {
-                assert!(values.into_iter().all(|value| value.is_none()), "{name}");
+                assert!(values.is_empty(), "{name}");
                 continue;
             };
-            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-            for value in values {
-                (low, high) = (low.min(value.unwrap()), high.max(value.unwrap()));
-            }
+            let [low, high] = [f64::min, f64::max].map(|f| values.iter().copied().reduce(f).unwrap());
             let slack = 0.02 * (b - a);
             assert!(low >= a && high <= b && low < a + slack && high > b - slack, "{name}: {low} to {high}");
         }
         let nominal = with("nominal", &[]);
-        assert_eq!(variation(&nominal, 3), Variation::default());
-        assert!(sensor_errors(&nominal, 3).is_none() && pushes(&nominal, 3).len() == 1);
+        assert_eq!((variation(&nominal, 3), pushes(&nominal, 3).len()), (Variation::default(), 1));
+        let ideal = campaign(&["sensors.noise_scale=0", "sensors.bias_scale=0"]);
+        assert!([nominal, ideal].iter().all(|campaign| sensor_errors(campaign, 3).is_none()));
     }
 
     #[test]
@@ -316,10 +292,5 @@ mod tests {
             assert_eq!((second.height_m, second.duration_s), (first.height_m, first.duration_s));
             assert_eq!(first, push(&campaign, i));
         }
-    }
-
-    #[test]
-    fn no_noise_and_no_bias_are_ideal_sensors() {
-        assert!(sensor_errors(&campaign(&["sensors.noise_scale=0", "sensors.bias_scale=0"]), 0).is_none());
     }
 }

@@ -364,11 +364,6 @@ pub(crate) mod tests {
         }
     }
 
-    /// All rows of a folder.
-    fn all_rows(folder: &Folder) -> Result<Vec<TrialRow>> {
-        Ok(folder.parts()?.collect::<Result<Vec<_>>>()?.concat())
-    }
-
     pub(crate) fn folder(path: &Path) -> Folder {
         let gains = ["hold", "fixed"];
         let overrides = Overrides { trials: Some(60), gains: gains.map(String::from).to_vec(), ..Overrides::default() };
@@ -378,78 +373,72 @@ pub(crate) mod tests {
         Folder { path: path.into(), manifest }
     }
 
-    fn commit(folder: &Folder, block: u64) -> Vec<TrialRow> {
-        let (first, end) = folder.range(block);
-        let outcomes = [Outcome::Fell, Outcome::Recovered, Outcome::Diverged, Outcome::TimedOut];
-        let rows: Vec<TrialRow> = (first..end)
-            .flat_map(|t| ["hold", "fixed"].map(|set| row(t, set, t as f64 / 7.0, outcomes[t as usize % 4])))
-            .collect();
-        folder.part(block).write(&rows).unwrap();
-        rows
-    }
-
-    #[test]
-    fn a_part_reads_back_to_the_bit() {
+    /// A new folder of a campaign with three blocks, of which these are written.
+    fn written(blocks: &[u64]) -> (tempfile::TempDir, Folder) {
         let dir = tempfile::tempdir().unwrap();
         let folder = folder(dir.path());
-        let rows = commit(&folder, 2);
-        assert_eq!(rows.len(), 20);
-        // Compared as Debug text, because one of the peaks is NaN.
-        assert_eq!(format!("{:?}", folder.part(2).rows().unwrap()), format!("{rows:?}"));
+        blocks.iter().for_each(|block| folder.part(*block).write(&rows(&folder, *block)).unwrap());
+        (dir, folder)
+    }
+
+    fn rows(folder: &Folder, block: u64) -> Vec<TrialRow> {
+        let (first, end) = folder.range(block);
+        let outcomes = [Outcome::Fell, Outcome::Recovered, Outcome::Diverged, Outcome::TimedOut];
+        let row = |t: u64| ["hold", "fixed"].map(|set| row(t, set, t as f64 / 7.0, outcomes[t as usize % 4]));
+        (first..end).flat_map(row).collect()
+    }
+
+    /// The number of all rows of a folder, or why they cannot be read.
+    fn count(folder: &Folder) -> Result<usize, String> {
+        let parts = folder.parts().and_then(|parts| parts.collect::<Result<Vec<_>>>());
+        parts.map(|parts| parts.concat().len()).map_err(|error| error.to_string())
     }
 
     /// Of a campaign that ends when decided a part may hold some of the gain sets.
     #[test]
     fn a_part_says_which_sets_it_holds() {
-        let dir = tempfile::tempdir().unwrap();
-        let mut folder = folder(dir.path());
+        let (dir, mut folder) = written(&[0]);
         folder.manifest.campaign.stopping.until_resolved = true;
-        commit(&folder, 0);
-        let rows: Vec<TrialRow> = (25..50).map(|trial| row(trial, "fixed", 1.0, Outcome::Fell)).collect();
-        folder.part(1).write(&rows).unwrap();
+        folder.part(0).write(&rows(&folder, 0)).unwrap();
+        let of_one: Vec<TrialRow> = (25..50).map(|trial| row(trial, "fixed", 1.0, Outcome::Fell)).collect();
+        folder.part(1).write(&of_one).unwrap();
         assert_eq!((folder.part(0).holds(), folder.part(1).holds()), (vec![true, true], vec![false, true]));
-        assert_eq!(folder.part(1).rows().unwrap().len(), 25);
         let marker = |block: u64| fs::read_to_string(dir.path().join(format!("parts/part-{block:06}.json"))).unwrap();
         assert!(marker(1).contains(r#""sets":["fixed"]"#) && !marker(0).contains("sets"));
         assert_eq!(folder.lacks(1, &[60, 60]), [true, false]);
         assert_eq!(folder.lacks(1, &[25, 60]), [false, false]);
         // It is not known how many trials each set has before the campaign has ended.
         assert_eq!((folder.missing(), folder.set_trials()), (vec![2], None));
-        folder.stop_at(&[25, 50]).unwrap();
-        assert_eq!((folder.missing(), folder.trials(), folder.set_trials()), (vec![], 50, Some(vec![25, 50])));
-        assert_eq!(all_rows(&folder).unwrap().len(), 75);
-        folder.stop_at(&[25, 25]).unwrap();
-        assert_eq!(all_rows(&folder).unwrap().len(), 50);
-        folder.stop_at(&[50, 50]).unwrap();
-        assert_eq!(folder.missing(), [1]);
-        fs::remove_file(dir.path().join("parts/stopped.json")).unwrap();
-        let message = all_rows(&folder).unwrap_err().to_string();
-        assert!(message.contains("incomplete") && message.contains("standfast run"), "{message}");
+        for (set_trials, missing, found) in
+            [([25, 50], vec![], Ok(75)), ([25, 25], vec![], Ok(50)), ([50, 50], vec![1], Err("incomplete"))]
+        {
+            folder.stop_at(&set_trials).unwrap();
+            assert_eq!((folder.trials(), folder.set_trials()), (set_trials[1], Some(set_trials.to_vec())));
+            assert_eq!(folder.missing(), missing);
+            match (count(&folder), found) {
+                (Err(message), Err(words)) => assert!(message.contains(words) && message.contains("standfast run")),
+                (count, found) => assert_eq!(count, found.map_err(String::from)),
+            }
+        }
     }
 
     #[test]
-    fn all_rows_need_every_part_and_it_is_said_which_are_missing() {
-        let dir = tempfile::tempdir().unwrap();
-        let folder = folder(dir.path());
+    fn all_rows_need_every_part_and_read_back_to_the_bit() {
+        let (dir, folder) = written(&[1]);
         folder.create().unwrap();
-        commit(&folder, 1);
         assert_eq!(folder.missing(), [0, 2]);
-        let message = all_rows(&folder).unwrap_err().to_string();
+        let message = count(&folder).unwrap_err();
         assert!(message.contains("2 of 3 parts") && message.contains("trials 0-24, 50-59"), "{message}");
-        commit(&folder, 0);
-        commit(&folder, 2);
-        assert_eq!(all_rows(&folder).unwrap().len(), 120);
+        [0, 2].into_iter().for_each(|block| folder.part(block).write(&rows(&folder, block)).unwrap());
+        assert_eq!((folder.missing(), count(&folder)), (vec![], Ok(120)));
+        // Compared as Debug text, because one of the peaks is NaN.
+        assert_eq!(format!("{:?}", folder.part(2).rows().unwrap()), format!("{:?}", rows(&folder, 2)));
         assert_eq!(Folder::existing(dir.path()).unwrap().manifest, folder.manifest);
     }
 
     #[test]
     fn a_flipped_byte_a_missing_marker_and_a_foreign_part_are_noticed() {
-        let dir = tempfile::tempdir().unwrap();
-        let mut folder = folder(dir.path());
-        for block in 0..3 {
-            commit(&folder, block);
-        }
-        assert!(folder.missing().is_empty());
+        let (dir, mut folder) = written(&[0, 1, 2]);
         let part = dir.path().join("parts/part-000000.csv");
         let mut bytes = fs::read(&part).unwrap();
         let last = bytes.len() - 2;
@@ -464,40 +453,31 @@ pub(crate) mod tests {
     /// Its marker agrees, so somebody has written both.
     #[test]
     fn a_push_that_cannot_be_is_refused() {
-        let dir = tempfile::tempdir().unwrap();
-        let folder = folder(dir.path());
-        (0..3).for_each(|block| drop(commit(&folder, block)));
+        let (_dir, folder) = written(&[1, 2]);
         for impulse_n_s in [-1.0, f64::INFINITY, f64::NAN, 1e300] {
-            let rows =
-                (0..25).flat_map(|trial| ["hold", "fixed"].map(|set| row(trial, set, impulse_n_s, Outcome::Fell)));
-            folder.part(0).write(&rows.collect::<Vec<_>>()).unwrap();
-            let message = all_rows(&folder).unwrap_err().to_string();
+            let rows: Vec<_> = rows(&folder, 0).into_iter().map(|row| TrialRow { impulse_n_s, ..row }).collect();
+            folder.part(0).write(&rows).unwrap();
+            let message = count(&folder).unwrap_err();
             assert!(message.contains("part-000000.csv: impulse_n_s = "), "{message}");
         }
     }
 
-    /// What a run leaves that could write nothing but folders is as good as empty, and parts say whose they are.
+    /// What a run leaves that could write nothing but folders is as good as empty, and parts say whose they are. What
+    /// holds something else is not opened.
     #[test]
     fn a_folder_without_a_manifest_is_told_by_its_parts() {
         let dir = tempfile::tempdir().unwrap();
+        assert!([dir.path(), &dir.path().join("new")].into_iter().all(|path| Folder::open(path).unwrap().is_none()));
         fs::create_dir_all(dir.path().join("parts")).unwrap();
         fs::write(dir.path().join("parts/.tmp-a"), "{").unwrap();
         assert!(Folder::open(dir.path()).unwrap().is_none());
-        let folder = folder(dir.path());
-        commit(&folder, 0);
-        let message = Folder::open(dir.path()).unwrap_err().to_string();
-        assert!(message.contains("is lost") && message.contains("standfast run "), "{message}");
-        fs::write(dir.path().join("summary.json"), "{}").unwrap();
-        let said = Folder::said_by_parts(dir.path()).unwrap();
-        assert!(said.len() == 1 && said[0].config_hash == folder.manifest.config_hash && said[0].trials == 25);
-    }
-
-    #[test]
-    fn a_folder_of_something_else_is_not_opened() {
-        let dir = tempfile::tempdir().unwrap();
-        assert!(Folder::open(dir.path()).unwrap().is_none());
-        assert!(Folder::open(&dir.path().join("new")).unwrap().is_none());
         fs::write(dir.path().join("thesis.tex"), "").unwrap();
         assert!(Folder::open(dir.path()).is_err());
+        let folder = folder(dir.path());
+        folder.part(0).write(&rows(&folder, 0)).unwrap();
+        let message = Folder::open(dir.path()).unwrap_err().to_string();
+        assert!(message.contains("is lost") && message.contains("standfast run "), "{message}");
+        let said = Folder::said_by_parts(dir.path()).unwrap();
+        assert!(said.len() == 1 && said[0].config_hash == folder.manifest.config_hash && said[0].trials == 25);
     }
 }

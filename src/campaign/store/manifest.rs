@@ -199,34 +199,29 @@ mod tests {
         assert_eq!(Manifest::read(dir.path()).unwrap(), manifest);
         let path = dir.path().join(MANIFEST);
         let written: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
-        let said = |pointer: &str, value: Value, sealed: bool| {
+        let foreign = "not as standfast wrote it";
+        for (pointer, value, is_sealed_again, expected) in [
+            ("/campaign/seed", 5.into(), false, foreign),
+            ("/robot_sha256", "x".into(), false, foreign),
+            ("/planned_trials", 50.into(), false, foreign),
+            // A seal can be made again, but the hash is also in every part.
+            ("/campaign/seed", 5.into(), true, foreign),
+            ("/campaign/trials", 1e18.into(), true, "1e+18"),
+            ("/campaign/trials", 1_000_000_001u64.into(), true, "1 to 1e9"),
+            ("/sets", Value::Array(Vec::new()), true, "2 different names"),
+            ("/sets/1", "hold".into(), true, "2 different names"),
+            ("/part_trials", 501.into(), true, "5 to 500"),
+            ("/part_trials", 0.into(), true, "nonzero"),
+            ("/planned_trials", 0.into(), true, "1 to 1e9"),
+        ] {
             let mut changed = written.clone();
             *changed.pointer_mut(pointer).unwrap() = value;
-            if sealed {
+            if is_sealed_again {
                 changed.as_object_mut().unwrap().shift_remove("seal");
                 changed["seal"] = sha256_hex(changed.to_string().as_bytes()).into();
             }
             std::fs::write(&path, changed.to_string()).unwrap();
-            Manifest::read(dir.path()).unwrap_err().to_string()
-        };
-        for (pointer, value) in
-            [("/campaign/seed", 5.into()), ("/robot_sha256", "x".into()), ("/planned_trials", 50.into())]
-        {
-            let message = said(pointer, value, false);
-            assert!(message.contains("not as standfast wrote it") && message.contains(MANIFEST), "{message}");
-        }
-        // A seal can be made again, but the hash is also in every part.
-        assert!(said("/campaign/seed", 5.into(), true).contains("not as standfast wrote it"));
-        for (pointer, value, expected) in [
-            ("/campaign/trials", 1e18.into(), "1e+18"),
-            ("/campaign/trials", 1_000_000_001u64.into(), "1 to 1e9"),
-            ("/sets", Value::Array(Vec::new()), "2 different names"),
-            ("/sets/1", "hold".into(), "2 different names"),
-            ("/part_trials", 501.into(), "5 to 500"),
-            ("/part_trials", 0.into(), "nonzero"),
-            ("/planned_trials", 0.into(), "1 to 1e9"),
-        ] {
-            let message = said(pointer, value, true);
+            let message = Manifest::read(dir.path()).unwrap_err().to_string();
             assert!(message.contains(expected) && message.contains(MANIFEST), "{pointer}: {message}");
         }
     }
@@ -234,8 +229,7 @@ mod tests {
     #[test]
     fn an_input_that_was_changed_is_refused() {
         let dir = tempfile::tempdir().unwrap();
-        let mut manifest = folder(dir.path()).manifest;
-        let file = "inputs/gains/mine.toml";
+        let (mut manifest, file) = (folder(dir.path()).manifest, "inputs/gains/mine.toml");
         manifest.inputs = vec![Input { file: file.into(), sha256: sha256_hex(b"name = 'mine'") }];
         manifest.config_hash = manifest.hash().unwrap();
         manifest.write(dir.path()).unwrap();
@@ -249,12 +243,18 @@ mod tests {
 
     #[test]
     fn large_campaigns_have_large_parts() {
-        let trials = |set: &[&str]| part_trials(&campaign("standard", set)).get();
-        for (asked, expected) in [(1, 5), (10_000, 5), (10_001, 10), (1_000_000, 500), (1_000_000_000, 500)] {
-            assert_eq!(trials(&[&format!("trials={asked}")]), expected, "{asked}");
+        for (trials, until_resolved, expected) in [
+            (1, false, 5),
+            (10_000, false, 5),
+            (10_001, false, 10),
+            (1_000_000, false, 500),
+            (1_000_000_000, false, 500),
+            (1000, true, 5),
+            (100_000, true, 25),
+        ] {
+            let set = [format!("trials={trials}"), format!("stopping.until_resolved={until_resolved}")];
+            assert_eq!(part_trials(&campaign("standard", &set.each_ref().map(|s| &s[..]))).get(), expected, "{trials}");
         }
-        assert_eq!(trials(&["trials=1000", "stopping.until_resolved=true"]), 5);
-        assert_eq!(trials(&["trials=100000", "stopping.until_resolved=true"]), 25);
     }
 
     #[test]

@@ -204,40 +204,35 @@ pub(crate) mod tests {
         let sets = ["hold", "catch"];
         let names: Vec<String> =
             Engine::ALL.iter().flat_map(|e| sets.map(|set| format!("{set} ({})", e.name()))).collect();
-        let of_trial = |(i, recovered): (usize, &[bool; 4])| {
-            let outcome = |of: bool| if of { Recovered } else { Fell };
-            let heading_deg = 45.0 * (i % 8) as f64;
-            let row = |(name, of): (&String, &bool)| TrialRow { heading_deg, ..row(i as u64, name, 2.0, outcome(*of)) };
-            names.iter().zip(recovered).map(row).collect::<Vec<_>>()
+        let row = |trial: usize, set: &str, has_recovered: bool| TrialRow {
+            heading_deg: 45.0 * (trial % 8) as f64,
+            ..row(trial as u64, set, 2.0, if has_recovered { Recovered } else { Fell })
         };
-        let rows: Vec<TrialRow> = recovered.iter().enumerate().flat_map(of_trial).collect();
+        let rows = |sets: &[String], first: usize| {
+            let of_trial = |(i, of): (usize, &[bool; 4])| {
+                sets.iter().zip(&of[first..]).map(|(set, of)| row(i, set, *of)).collect::<Vec<_>>()
+            };
+            Digest::of_rows(&recovered.iter().enumerate().flat_map(of_trial).collect::<Vec<_>>(), sets)
+        };
         let manifests =
             Engine::ALL.map(|engine| manifest(&sets, Overrides { engine: Some(engine), ..Overrides::default() }));
-        let own = |engine: Engine| {
-            let own = rows.iter().filter(move |row| row.set.contains(engine.name()));
-            let plain = |row: &TrialRow| TrialRow { set: row.set.split(' ').next().unwrap().into(), ..row.clone() };
-            Digest::of_rows(&own.map(plain).collect::<Vec<_>>(), &sets.map(String::from))
-        };
-        let own = Engine::ALL.map(own);
-        let of = [(&manifests[0], &own[0]), (&manifests[1], &own[1])];
-        let rows = Digest::of_rows(&rows, &names);
-        let joined = Manifest { sets: names.clone(), ..manifests[0].clone() };
+        let own = [0, 2].map(|first| rows(&sets.map(String::from), first));
+        let rows = rows(&names, 0);
+        let joined = Manifest { sets: names, ..manifests[0].clone() };
         let gates = Gates::new(&joined, None).unwrap();
         let mut summary = Summary::new(&joined, &rows, String::new(), &[(0, 2), (1, 3)], &gates);
+        let of = [(&manifests[0], &own[0]), (&manifests[1], &own[1])];
         summary.agreement = Some(Agreement::new(of, &rows, &summary.pairs));
         (summary, rows)
     }
 
     /// "hold" recovers from 20 trials in both engines, from 5 in Rapier alone, 10 in MuJoCo alone, 15 in neither;
     /// "catch" from all in both.
-    fn mixed() -> Vec<[bool; 4]> {
-        let hold = [([true, true], 20), ([true, false], 5), ([false, true], 10), ([false, false], 15)];
-        hold.into_iter().flat_map(|([a, b], count)| vec![[a, true, b, true]; count]).collect()
-    }
-
     #[test]
     fn trials_are_counted_by_engine_whichever_recovers_more() {
-        let agreement = compared(&mixed()).0.agreement.unwrap();
+        let hold = [([true, true], 20), ([true, false], 5), ([false, true], 10), ([false, false], 15)];
+        let trials: Vec<_> = hold.into_iter().flat_map(|([a, b], count)| vec![[a, true, b, true]; count]).collect();
+        let agreement = compared(&trials).0.agreement.unwrap();
         let [hold, catch] = &agreement.sets[..] else { panic!() };
         assert_eq!((&hold.set[..], &catch.set[..]), ("hold", "catch"));
         assert_eq!(hold.counts, PairedCounts { both: 20, only_a: 5, only_b: 10, neither: 15 });
@@ -246,39 +241,35 @@ pub(crate) mod tests {
         assert_eq!((catch.agreed.agree, catch.agreed.kappa, catch.parted.len()), (1.0, None, 0));
         let sums: u64 = hold.strata.iter().filter(|of| of.by == "heading").map(|of| of.counts.only_b).sum();
         assert_eq!(sums, 10, "strata are swapped like the whole");
-        let parted = &hold.parted;
-        assert_eq!(parted.len(), 15);
-        assert_eq!(
-            (parted[0].trial, parted[0].recovered_in, parted[0].outcomes),
-            (20, Engine::Rapier, [Recovered, Fell])
-        );
-        assert_eq!(
-            (parted[5].trial, parted[5].recovered_in, parted[5].outcomes),
-            (25, Engine::Mujoco, [Fell, Recovered])
-        );
-        let json = serde_json::to_value(&agreement).unwrap();
-        assert_eq!(json["engines"], serde_json::json!(["rapier", "mujoco"]));
-        for key in
-            ["set", "both", "only_a", "only_b", "neither", "agree", "agree_ci95", "kappa", "kappa_ci95", "strata"]
-        {
-            assert!(!json["sets"][0][key].is_null(), "{key}");
-        }
+        let parted: Vec<_> = hold.parted.iter().map(|of| (of.trial, of.recovered_in, of.outcomes)).collect();
+        assert_eq!((parted.len(), parted[0]), (15, (20, Engine::Rapier, [Recovered, Fell])));
+        assert_eq!(parted[5], (25, Engine::Mujoco, [Fell, Recovered]));
     }
 
     #[test]
     fn verdicts_that_hold_in_one_engine_only_are_told() {
-        let warnings = |recovered: &[[bool; 4]]| compared(recovered).0.agreement.unwrap().warnings();
-        // "catch" is better in both.
-        assert!(warnings(&[[false, true, false, true]; 40]).is_empty());
-        let one = warnings(&[[false, true, true, true]; 40]);
-        let [only] = &one[..] else { panic!("{one:?}") };
-        assert!(
-            only.starts_with("A verdict holds in one engine only. Rapier: catch is better than hold by 100.0"),
-            "{only}"
-        );
-        assert!(only.contains(" MuJoCo: hold and catch: not resolved."), "{only}");
-        let against = warnings(&[[false, true, true, false]; 40]);
-        assert!(against[0].starts_with("The two engines contradict each other. Rapier: catch is"), "{against:?}");
-        assert!(against[0].contains(" MuJoCo: hold is better than catch by"), "{against:?}");
+        for (of_each_trial, expected) in [
+            ([false, true, false, true], None),
+            (
+                [false, true, true, true],
+                Some([
+                    "A verdict holds in one engine only. Rapier: catch is better than hold by 100.0",
+                    " MuJoCo: hold and catch: not resolved.",
+                ]),
+            ),
+            (
+                [false, true, true, false],
+                Some([
+                    "The two engines contradict each other. Rapier: catch is",
+                    " MuJoCo: hold is better than catch by",
+                ]),
+            ),
+        ] {
+            let warnings = compared(&[of_each_trial; 40]).0.agreement.unwrap().warnings();
+            assert_eq!(warnings.len(), usize::from(expected.is_some()), "{warnings:?}");
+            for (warning, [start, part]) in warnings.iter().zip(expected) {
+                assert!(warning.starts_with(start) && warning.contains(part), "{warning}");
+            }
+        }
     }
 }

@@ -261,24 +261,30 @@ mod tests {
     use super::*;
     use crate::campaign::ask::spec::tests::campaign;
     use crate::campaign::ask::trial;
-    use crate::campaign::store::row::tests::{record, row};
+    use crate::campaign::store::row::tests::{record, row, rows};
     use crate::robot::Foot;
 
     impl Digest {
         /// Of rows in the order of trials, with the settings of the campaign `standard`.
-        pub(crate) fn of_rows(rows: &[TrialRow], names: &[String]) -> Self {
-            let mut digest = Self::new(names, &campaign("standard", &[]).episode);
+        pub(crate) fn of_rows(rows: &[TrialRow], names: &[impl ToString]) -> Self {
+            let names: Vec<String> = names.iter().map(ToString::to_string).collect();
+            let mut digest = Self::new(&names, &campaign("standard", &[]).episode);
             digest.push(rows);
             digest
+        }
+
+        /// A trial for each pair of outcomes of the sets "a" and "b".
+        pub(crate) fn of_outcomes(outcomes: &[[Outcome; 2]]) -> Self {
+            Self::of_rows(&rows(outcomes), &["a", "b"])
         }
     }
 
     /// Rows of the campaign `harsh` as it is drawn, of 20 trials with "a", of which "b" has the first 12; other fields come
     /// and go from row to row.
-    fn rows() -> Vec<TrialRow> {
+    fn varied_rows() -> Vec<TrialRow> {
         let campaign = campaign("harsh", &[]);
         let outcomes = [Outcome::Recovered, Outcome::Fell, Outcome::TimedOut];
-        let row = |trial: u64, set: &str| {
+        let row = |(trial, set): (u64, &str)| {
             let (pushes, variation) = (trial::pushes(&campaign, trial), trial::variation(&campaign, trial));
             let i = trial as usize + set.len();
             let not_each = |nth: usize| !i.is_multiple_of(nth);
@@ -295,19 +301,23 @@ mod tests {
                 ..row
             }
         };
-        let of_trial = |trial: u64| ["a", "b"].into_iter().filter(move |set| *set == "a" || trial < 12);
-        (0..20).flat_map(|trial| of_trial(trial).map(move |set| row(trial, set))).collect()
+        let with_each = |trial: u64| [(trial, "a"), (trial, "b")];
+        (0..20).flat_map(with_each).filter(|(trial, set)| *set == "a" || *trial < 12).map(row).collect()
     }
 
+    /// In whatever number they come at a time.
     #[test]
     fn a_digest_says_what_the_rows_say() {
-        let (rows, names) = (rows(), ["a", "b"].map(String::from));
-        let digest = Digest::of_rows(&rows, &names);
+        let rows = varied_rows();
+        let mut digest = Digest::of_rows(&[], &["a", "b"]);
+        rows.chunks(7).for_each(|some| digest.push(some));
         assert_eq!((digest.trials(), [0, 1].map(|set| digest.of(set).len())), (20, [20, 12]));
         assert_eq!(digest.common(0, 1).count(), 12);
         for row in &rows {
             let (set, trial) = (usize::from(row.set == "b"), row.trial as usize);
             let found = digest.of(set)[trial];
+            // Compared as Debug text, because NaN is not equal to itself.
+            assert_eq!(format!("{found:?}"), format!("{:?}", Ended::of(row)));
             assert_eq!((found.outcome, found.has_recovered()), (row.outcome, row.has_recovered()));
             assert_eq!([found.settling_s(), found.homing_s()], [row.settling_s(), row.homing_s()]);
             assert_eq!(found.impulse_over_m_omega_d(), row.impulse_over_m_omega_d);
@@ -323,28 +333,17 @@ mod tests {
             let varied: Vec<_> = variation.iter().map(|(name, values)| (*name, values.at(trial))).collect();
             assert_eq!(varied, row.variation().list());
         }
-        let lost = |set: &str| rows.iter().filter(|row| row.set == set && row.outcome == Outcome::Fell).count() as u64;
-        for (set, name) in names.iter().enumerate() {
-            let Counted { failures, fall_causes, .. } = digest.counted(set);
-            assert_eq!(
-                failures.fell_before_any_footstep + failures.fell_in_swing + failures.fell_after_landing,
-                lost(name)
-            );
-            assert_eq!(fall_causes.iter().map(|cause| cause.trials).sum::<u64>(), lost(name));
+        for (set, name) in ["a", "b"].into_iter().enumerate() {
+            let count =
+                |such: &dyn Fn(&TrialRow) -> bool| rows.iter().filter(|row| row.set == name && such(row)).count();
+            let Counted { failures: of, fall_causes, moving_at_push } = digest.counted(set);
+            let fell = of.fell_before_any_footstep + of.fell_in_swing + of.fell_after_landing;
+            let lost = count(&|row| row.outcome == Outcome::Fell) as u64;
+            assert_eq!((fell, fall_causes.iter().map(|cause| cause.trials).sum()), (lost, lost));
+            let is_moving =
+                |row: &TrialRow| row.com_speed_at_push_m_s.is_some_and(|v| v > digest.standing_com_speed_m_s);
+            assert_eq!(*moving_at_push, count(&is_moving) as u64);
         }
-        let standing_m_s = digest.standing_com_speed_m_s;
-        let is_moving = |row: &&TrialRow| row.com_speed_at_push_m_s.is_some_and(|speed| speed > standing_m_s);
-        let moving = rows.iter().filter(is_moving).count() as u64;
-        assert_eq!((0..2).map(|set| digest.counted(set).moving_at_push).sum::<u64>(), moving);
-    }
-
-    #[test]
-    fn rows_may_come_in_any_number_at_a_time() {
-        let (rows, names) = (rows(), ["a", "b"].map(String::from));
-        let mut digest = Digest::of_rows(&[], &names);
-        rows.chunks(7).for_each(|some| digest.push(some));
-        // Compared as Debug text, because NaN is not equal to itself.
-        assert_eq!(format!("{digest:?}"), format!("{:?}", Digest::of_rows(&rows, &names)));
     }
 
     /// A million trials with two sets have to fit.
@@ -352,7 +351,7 @@ mod tests {
     fn a_trial_takes_few_bytes() {
         assert_eq!(size_of::<Ended>(), 40);
         let rows: Vec<TrialRow> = (0..20).map(|trial| row(trial, "a", trial as f64, Outcome::Fell)).collect();
-        let Drawn { impulse_n_s, heading_deg, .. } = Digest::of_rows(&rows, &["a".to_string()]).drawn;
+        let Drawn { impulse_n_s, heading_deg, .. } = Digest::of_rows(&rows, &["a"]).drawn;
         assert_eq!((impulse_n_s.each.len(), heading_deg.each.len(), heading_deg.at(19)), (20, 0, Some(0.0)));
     }
 }

@@ -96,33 +96,39 @@ impl FallCause {
 mod tests {
     use super::*;
     use crate::campaign::store::row::tests::row;
-    use crate::robot::Foot;
+    use crate::robot::Foot::{self, Left, Right};
     use Outcome::{Diverged, Fell, Recovered, TimedOut};
 
     #[test]
-    fn each_failure_is_of_one_time_and_any_falls_flags() {
-        let with = |outcome, footsteps, unfinished_footstep, slip_mm: f64, limited_ms: f64| TrialRow {
-            footsteps,
-            unfinished_footstep,
-            peak_slip_m: 1e-3 * slip_mm,
-            torque_limited_s: 1e-3 * limited_ms,
-            ..row(0, "paper", 3.0, outcome)
-        };
-        let rows = [
-            with(Recovered, 1, None, 50.0, 500.0),
-            with(Fell, 0, None, 9.0, 90.0),
-            with(Fell, 0, Some(Foot::Left), 11.0, 90.0),
-            with(Fell, 2, None, 9.0, 110.0),
-            with(Fell, 4, Some(Foot::Right), 11.0, 110.0),
-            with(Fell, 3, None, 0.0, 120.0),
-            with(Fell, 1, Some(Foot::Right), 0.0, 0.0),
-            with(TimedOut, 3, Some(Foot::Left), 50.0, 500.0),
-            with(Diverged, 0, None, 50.0, 500.0),
-            with(Diverged, 1, None, 50.0, 500.0),
-            TrialRow { legs_met_at_s: Some(1.0), ..with(Fell, 1, None, 0.0, 120.0) },
-            TrialRow { legs_met_at_s: Some(1.0), ..with(Fell, 1, None, 0.0, 0.0) },
-            TrialRow { legs_met_at_s: Some(1.0), ..with(Recovered, 1, None, 0.0, 0.0) },
-        ];
+    fn each_failure_is_of_one_time_and_a_fall_may_have_several_flags() {
+        let with =
+            |(outcome, footsteps, foot, slip_mm, limited_ms, legs_met): (_, u32, Option<Foot>, f64, f64, bool)| {
+                TrialRow {
+                    footsteps,
+                    unfinished_footstep: foot,
+                    peak_slip_m: 1e-3 * slip_mm,
+                    torque_limited_s: 1e-3 * limited_ms,
+                    legs_met_at_s: legs_met.then_some(1.0),
+                    ..row(0, "paper", 3.0, outcome)
+                }
+            };
+        let mut failures = Failures::default();
+        for trial in [
+            (Recovered, 1, None, 50.0, 500.0, true),
+            (Fell, 0, None, 9.0, 90.0, false),
+            (Fell, 0, Some(Left), 11.0, 90.0, false),
+            (Fell, 2, None, 9.0, 110.0, false),
+            (Fell, 4, Some(Right), 11.0, 110.0, false),
+            (Fell, 3, None, 0.0, 120.0, false),
+            (Fell, 1, Some(Right), 0.0, 0.0, false),
+            (TimedOut, 3, Some(Left), 50.0, 500.0, true),
+            (Diverged, 0, None, 50.0, 500.0, true),
+            (Diverged, 1, None, 50.0, 500.0, true),
+            (Fell, 1, None, 0.0, 120.0, true),
+            (Fell, 1, None, 0.0, 0.0, true),
+        ] {
+            failures.add(&with(trial));
+        }
         let expected = Failures {
             fell_before_any_footstep: 1,
             fell_in_swing: 3,
@@ -134,17 +140,16 @@ mod tests {
             fell_legs_met: 2,
             fell_otherwise: 2,
         };
-        let mut failures = Failures::default();
-        rows.iter().for_each(|row| failures.add(row));
         assert_eq!(failures, expected);
     }
 
     #[test]
     fn causes_of_falls_and_of_what_diverged_are_counted_and_the_most_frequent_is_first() {
-        let on = |cause: &str, outcome| TrialRow { fall_cause: Some(cause.into()), ..row(0, "a", 1.0, outcome) };
-        let rows = [on("b", Fell), on("c", Fell), on("a", Fell), on("c", Fell), on("b", Diverged)];
         let mut causes = Vec::new();
-        rows.iter().for_each(|row| FallCause::add(&mut causes, row));
+        for (cause, outcome) in [("b", Fell), ("c", Fell), ("a", Fell), ("c", Fell), ("b", Diverged)] {
+            let row = TrialRow { fall_cause: Some(cause.into()), ..row(0, "a", 1.0, outcome) };
+            FallCause::add(&mut causes, &row);
+        }
         let causes = FallCause::most_frequent_first(&causes);
         let causes: Vec<_> = causes.iter().map(|c| (c.cause.as_str(), c.trials)).collect();
         assert_eq!(causes, [("c", 2), ("a", 1), ("b", 1), ("diverged, b", 1)]);

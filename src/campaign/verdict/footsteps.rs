@@ -26,24 +26,23 @@ impl ByFootsteps {
 mod tests {
     use super::*;
     use crate::campaign::store::row::{TrialRow, tests::row};
-    use crate::episode::Outcome;
-    use crate::robot::Foot;
+    use crate::episode::Outcome::{Fell, Recovered};
+    use crate::robot::Foot::{Left, Right};
 
     #[test]
     fn trials_are_counted_by_footsteps() {
-        let with = |outcome, footsteps, unfinished_footstep| {
-            Ended::of(&TrialRow { footsteps, unfinished_footstep, ..row(0, "paper", 3.0, outcome) })
-        };
         let rows = [
-            with(Outcome::Recovered, 0, None),
-            with(Outcome::Fell, 0, None),
-            with(Outcome::Fell, 0, Some(Foot::Left)),
-            with(Outcome::Recovered, 1, None),
-            with(Outcome::Fell, 2, None),
-            with(Outcome::Fell, 4, Some(Foot::Right)),
+            (Recovered, 0, None),
+            (Fell, 0, None),
+            (Fell, 0, Some(Left)),
+            (Recovered, 1, None),
+            (Fell, 2, None),
+            (Fell, 4, Some(Right)),
         ];
-        let stepped = ByFootsteps::new(&rows).unwrap();
-        let counts = stepped.by_footsteps.map(|count| (count.recovered, count.trials));
+        let rows = rows.map(|(outcome, footsteps, unfinished_footstep)| {
+            Ended::of(&TrialRow { footsteps, unfinished_footstep, ..row(0, "paper", 3.0, outcome) })
+        });
+        let counts = ByFootsteps::new(&rows).unwrap().by_footsteps.map(|count| (count.recovered, count.trials));
         assert_eq!(counts, [(1, 2), (1, 2), (0, 1), (0, 1)]);
         assert_eq!(ByFootsteps::new(&rows[..2]), None, "a set that only stands");
     }

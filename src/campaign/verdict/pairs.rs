@@ -266,6 +266,31 @@ mod tests {
     use crate::campaign::store::row::tests::{row, rows};
     use crate::episode::Outcome::{self, Fell, Recovered, TimedOut};
 
+    const AT_ONCE: DecisionRule = DecisionRule { when: When::Once, margin: 0.02, end_early: true };
+
+    fn at_looks(planned: u64) -> DecisionRule {
+        DecisionRule { when: When::At(Looks::up_to(planned)), ..AT_ONCE }
+    }
+
+    /// Sets "a" and "b".
+    fn pair(outcomes: &[[Outcome; 2]], deciding: DecisionRule) -> Pair {
+        Pair::all(&Digest::of_outcomes(outcomes), &[(0, 1)], &[], deciding).remove(0)
+    }
+
+    /// So many trials with both, then with only a, then with only b.
+    fn in_turn(both: usize, only_a: usize, only_b: usize) -> Vec<[Outcome; 2]> {
+        [vec![[Recovered; 2]; both], vec![[Recovered, Fell]; only_a], vec![[Fell, Recovered]; only_b]].concat()
+    }
+
+    /// Every set of several recovers from the trials for which `saved` says so.
+    fn all_pairs(names: &[&str], saved: impl Fn(u64, usize) -> bool, deciding: DecisionRule) -> Vec<Pair> {
+        let outcome = |trial, set| if saved(trial, set) { Recovered } else { Fell };
+        let of_trial = |i: u64| (0..names.len()).map(move |set| (i, set));
+        let rows = (0..100).flat_map(of_trial).map(|(i, set)| row(i, names[set], 1.0, outcome(i, set)));
+        let pairs = every_pair(names.len());
+        Pair::all(&Digest::of_rows(&rows.collect::<Vec<_>>(), names), &pairs, &[], deciding)
+    }
+
     #[test]
     fn a_pair_counts_every_trial_once_and_names_the_first_that_differ() {
         let mut outcomes = vec![[Recovered, Recovered], [Fell, TimedOut], [Fell, Recovered]];
@@ -276,100 +301,86 @@ mod tests {
         assert_eq!(pair.difference, 0.6);
     }
 
-    const AT_ONCE: DecisionRule = DecisionRule { when: When::Once, margin: 0.02, end_early: true };
-
-    /// Sets "a" and "b".
-    fn pair(outcomes: &[[Outcome; 2]], deciding: DecisionRule) -> Pair {
-        let names = ["a".to_string(), "b".to_string()];
-        Pair::all(&Digest::of_rows(&rows(outcomes), &names), &[(0, 1)], &[], deciding).remove(0)
-    }
-
     #[test]
     fn a_verdict_is_what_the_trials_support() {
-        let outcomes = |both: usize, only_a: usize, only_b: usize| {
-            let parts = [vec![[Recovered; 2]; both], vec![[Recovered, Fell]; only_a], vec![[Fell, Recovered]; only_b]];
-            parts.concat()
-        };
-        let found = |counts: [usize; 3], deciding| pair(&outcomes(counts[0], counts[1], counts[2]), deciding);
-        let better = found([80, 18, 2], AT_ONCE);
-        assert_eq!((better.verdict, better.more_trials), (PairVerdict::Better, None));
-        assert_eq!(better.words, "a is better than b by 16.0 points (8.2 to 25.1, p = 0.0004).");
-        // The better one comes first, with all that is told of it.
-        let worse = found([80, 2, 18], AT_ONCE);
-        assert_eq!(worse.words, better.words.replace("a is better than b", "b is better than a"));
-        assert_eq!((&worse.a[..], worse.counts, worse.adjusted_ci95), ("b", better.counts, better.adjusted_ci95));
+        use PairVerdict::{Better, Open, Same};
+        for (counts, first, verdict, words) in [
+            ([80, 18, 2], "a", Better, "a is better than b by 16.0 points (8.2 to 25.1, p = 0.0004)."),
+            // The better one comes first.
+            ([80, 2, 18], "b", Better, "b is better than a by 16.0 points (8.2 to 25.1, p = 0.0004)."),
+            (
+                [95, 5, 0],
+                "a",
+                Open,
+                "a and b: not resolved. a recovered 5.0 points more often (0.0 to 11.2, p = 0.0625). If that is the true \
+                 difference, a new campaign with another seed and about 160 trials would show it.",
+            ),
+            ([98, 1, 1], "a", Open, "a and b: not resolved. No difference was seen (-4.6 to 4.6, p = 1.00)."),
+            (
+                [998, 1, 1],
+                "a",
+                Same,
+                "a and b differ by less than 2.0 points. No difference was seen (-0.5 to 0.5, p = 1.00).",
+            ),
+        ] {
+            let found = pair(&in_turn(counts[0], counts[1], counts[2]), AT_ONCE);
+            assert_eq!((&found.a[..], found.verdict, &found.words[..]), (first, verdict, words));
+            assert_eq!(found.more_trials.is_some(), words.contains("would show it"));
+        }
+        let worse = pair(&in_turn(80, 2, 18), AT_ONCE);
         assert_eq!((&worse.first_only_a[..2], &worse.first_only_b[..]), (&[82, 83][..], &[80, 81][..]));
-        assert_eq!(found([80, 9, 9], AT_ONCE).a, "a");
-        // 5 : 0 has p = 0.0625.
-        let open = found([95, 5, 0], AT_ONCE);
-        assert_eq!(open.verdict, PairVerdict::Open);
-        assert_eq!(
-            open.words,
-            "a and b: not resolved. a recovered 5.0 points more often (0.0 to 11.2, p = 0.0625). If that is the true \
-             difference, a new campaign with another seed and about 160 trials would show it."
-        );
-        let open = found([98, 1, 1], AT_ONCE);
-        assert_eq!(open.words, "a and b: not resolved. No difference was seen (-4.6 to 4.6, p = 1.00).");
-        let same = found([998, 1, 1], AT_ONCE);
-        assert_eq!(
-            same.words,
-            "a and b differ by less than 2.0 points. No difference was seen (-0.5 to 0.5, p = 1.00)."
-        );
     }
 
     /// The same share of each kind of trial all along, of a campaign that may end when decided.
     #[test]
     fn at_every_look_more_is_asked_for_than_once() {
-        let outcomes = |trials: usize, [only_a, only_b]: [usize; 2]| {
-            let trial = |i: usize| match i % 100 * 37 % 100 {
+        use PairVerdict::{Better, Open};
+        for (trials, [only_a, only_b], deciding, verdict, better_after, words) in [
+            (100, [9, 1], AT_ONCE, Better, None, "a is better than b by 8.0 points ("),
+            (100, [9, 1], at_looks(1000), Open, None, "a and b: not resolved. "),
+            (100, [18, 1], at_looks(1000), Better, Some(75), "a is better than b by 17.0 points (4.2 to 31.9)."),
+            // By betting alone it would not be better.
+            (100, [12, 2], at_looks(100), Better, Some(75), "a is better than b by 10.0 points (above 0 to "),
+            // What is seen after the last look is not waited for, and no look either.
+            (74, [18, 1], at_looks(1000), Open, None, "a and b: not resolved. "),
+            (500, [12, 8], at_looks(1000), Open, None, "a and b: not resolved. a recovered 4.0 points more often ("),
+        ] {
+            let kind = |i: usize| match i % 100 * 37 % 100 {
                 i if i < only_a => [Recovered, Fell],
                 i if i < only_a + only_b => [Fell, Recovered],
                 _ => [Recovered; 2],
             };
-            (0..trials).map(trial).collect::<Vec<_>>()
-        };
-        let at_looks = |planned| DecisionRule { when: When::At(Looks::up_to(planned)), ..AT_ONCE };
-        let found = |trials, kinds, deciding| pair(&outcomes(trials, kinds), deciding);
-        assert_eq!(found(100, [9, 1], AT_ONCE).verdict, PairVerdict::Better);
-        let open = found(100, [9, 1], at_looks(1000));
-        assert_eq!((open.verdict, open.better_after), (PairVerdict::Open, None));
-        let better = found(100, [18, 1], at_looks(1000));
-        assert_eq!((better.verdict, better.better_after), (PairVerdict::Better, Some(75)));
-        assert_eq!(better.words, "a is better than b by 17.0 points (4.2 to 31.9).");
-        // By betting alone it would not be.
-        let better = found(100, [12, 2], at_looks(100));
-        assert!(better.words.starts_with("a is better than b by 10.0 points (above 0 to "), "{}", better.words);
-        assert_eq!((better.verdict, better.adjusted_ci95[0]), (PairVerdict::Better, 0.0));
-        // What is seen after the last look is not waited for, and no look either.
-        assert_eq!(found(74, [18, 1], at_looks(1000)).verdict, PairVerdict::Open);
-        // About as many more as it takes.
-        let open = found(500, [12, 8], at_looks(1000));
-        assert_eq!((open.verdict, open.more_trials), (PairVerdict::Open, Some(750)));
-        assert!(open.words.ends_with(", about 750 more trials would show it."), "{}", open.words);
-        assert!(open.words.contains("(0.0 to ") || open.words.contains("(-"), "{}", open.words);
+            let found = pair(&(0..trials).map(kind).collect::<Vec<_>>(), deciding);
+            assert_eq!((found.verdict, found.better_after), (verdict, better_after), "{}", found.words);
+            assert!(found.words.starts_with(words), "{}", found.words);
+            let more = (trials == 500).then_some(750);
+            assert!(
+                more.is_none()
+                    || found.more_trials == more && found.words.ends_with("about 750 more trials would show it.")
+            );
+        }
     }
 
     /// A verdict that was taken stays, and nobody is told that the set that is behind recovered more often.
     #[test]
     fn a_set_that_was_found_better_stays_so_and_it_is_said_if_it_falls_behind() {
-        let mut outcomes = vec![[Recovered, Fell]; 25];
-        let deciding = DecisionRule { when: When::At(Looks::up_to(200)), ..AT_ONCE };
-        let found = pair(&outcomes, deciding);
-        assert_eq!((found.verdict, found.better_after, found.difference), (PairVerdict::Better, Some(25), 1.0));
-        let at_first = found.adjusted_ci95;
-        outcomes.extend([[Fell, Recovered]; 25]);
-        let found = pair(&outcomes, deciding);
-        assert_eq!((&found.a[..], found.verdict, found.difference), ("a", PairVerdict::Better, 0.0));
-        let words = "a was found better than b after 25 trials, which stands; all 50 trials show no difference.";
-        assert_eq!(found.words, words);
-        outcomes.extend([[Fell, Recovered]; 150]);
-        let found = pair(&outcomes, deciding);
-        assert_eq!((&found.a[..], found.verdict, found.difference), ("a", PairVerdict::Better, -0.75));
-        let words =
-            "a was found better than b after 25 trials, which stands; all 200 trials show a 75.0 points behind.";
-        // Of intervals that exclude each other, the first stands.
-        assert_eq!((&found.words[..], found.adjusted_ci95), (words, at_first));
-        assert_eq!((found.counts.only_a, found.counts.only_b, found.more_trials), (25, 175, None));
+        let at_first = pair(&in_turn(0, 25, 0), at_looks(200)).adjusted_ci95;
+        for (only_b, difference, words) in [
+            (0, 1.0, "a is better than b by 100.0 points ("),
+            (25, 0.0, "a was found better than b after 25 trials, which stands; all 50 trials show no difference."),
+            (
+                175,
+                -0.75,
+                "a was found better than b after 25 trials, which stands; all 200 trials show a 75.0 points behind.",
+            ),
+        ] {
+            let found = pair(&in_turn(0, 25, only_b), at_looks(200));
+            assert_eq!((&found.a[..], found.verdict, found.better_after), ("a", PairVerdict::Better, Some(25)));
+            assert_eq!((found.difference, found.more_trials), (difference, None));
+            assert!(found.words.starts_with(words), "{}", found.words);
+            // Of intervals that exclude each other, the first stands.
+            assert!(only_b != 175 || found.adjusted_ci95 == at_first, "{found:?}");
+        }
     }
 
     #[test]
@@ -383,39 +394,19 @@ mod tests {
     #[test]
     fn pairs_come_in_the_order_of_what_they_tell() {
         // Sets recover from the first so many pushes.
-        let recovered = [("hold", 50), ("paper", 51), ("catch", 90), ("twin", 90), ("fixed", 45)];
-        let outcome = |i: u64, n: u64| if i < n { Recovered } else { Fell };
-        let rows: Vec<_> = (0..100).flat_map(|i| recovered.map(|(set, n)| row(i, set, 1.0, outcome(i, n)))).collect();
-        let names = recovered.map(|(set, _)| set.to_string());
+        let recovered = [50, 51, 90, 90, 45];
         let deciding = DecisionRule { margin: 0.09, ..AT_ONCE };
-        let all = Pair::all(&Digest::of_rows(&rows, &names), &every_pair(5), &[], deciding);
+        let all = all_pairs(&["hold", "paper", "catch", "twin", "fixed"], |i, set| i < recovered[set], deciding);
         let told: Vec<_> = all.iter().map(|pair| format!("{} {} {:?}", pair.a, pair.b, pair.verdict)).collect();
-        let expected = [
-            "catch fixed Better",
-            "twin fixed Better",
-            "catch hold Better",
-            "twin hold Better",
-            "catch paper Better",
-            "twin paper Better",
-            "catch twin Same",
-            "paper fixed Open",
-            "hold fixed Open",
-            "paper hold Open",
-        ];
-        assert_eq!(told, expected);
+        let expected = "catch fixed Better, twin fixed Better, catch hold Better, twin hold Better, catch paper Better, \
+                        twin paper Better, catch twin Same, paper fixed Open, hold fixed Open, paper hold Open";
+        assert_eq!(told.join(", "), expected);
     }
 
+    /// 8 : 1 has p = 0.039: enough for one pair, not for three.
     #[test]
     fn claims_are_adjusted_for_how_many_there_are() {
-        // 8 : 1 has p = 0.039: enough for one pair, not for three.
-        let mut rows = Vec::new();
-        for i in 0..100 {
-            let (a, b) = (i != 0, i == 0 || i > 8);
-            let outcome = |recovered: bool| if recovered { Recovered } else { Fell };
-            rows.extend([("a", a), ("b", b), ("c", a)].map(|(set, recovered)| row(i, set, 1.0, outcome(recovered))));
-        }
-        let names = ["a", "b", "c"].map(String::from);
-        let all = Pair::all(&Digest::of_rows(&rows, &names), &[(0, 1), (0, 2), (1, 2)], &[], AT_ONCE);
+        let all = all_pairs(&["a", "b", "c"], |i, set| if set == 1 { i == 0 || i > 8 } else { i != 0 }, AT_ONCE);
         let open = all.iter().find(|pair| (&pair.a[..], &pair.b[..]) == ("a", "b")).unwrap();
         assert!(open.counts.mcnemar_p() < 0.05 && open.verdict == PairVerdict::Open, "{open:?}");
         assert_eq!(open.adjusted_p, Some(3.0 * open.counts.mcnemar_p()));
@@ -423,17 +414,14 @@ mod tests {
 
     #[test]
     fn times_are_compared_trial_by_trial_where_both_recover() {
-        let mut rows = rows(&[[Recovered; 2]; 12]);
-        rows.extend([row(12, "a", 1.0, Recovered), row(12, "b", 1.0, Fell)]);
+        let mut rows = rows(&[vec![[Recovered; 2]; 12], vec![[Recovered, Fell]]].concat());
         for row in rows.iter_mut().filter(|row| row.set == "b") {
             row.settled_at_s = row.settled_at_s.map(|s| s + 0.1 + 0.001 * row.trial as f64);
             row.footsteps = 1;
         }
-        let names = ["a".to_string(), "b".to_string()];
-        let pair = Pair::all(&Digest::of_rows(&rows, &names), &[(0, 1)], &[], AT_ONCE).remove(0);
+        let pair = Pair::all(&Digest::of_rows(&rows, &["a", "b"]), &[(0, 1)], &[], AT_ONCE).remove(0);
         let (settling, footsteps) = (pair.settling_s.unwrap(), pair.footsteps.unwrap());
-        assert_eq!((settling.pairs, footsteps.pairs, pair.homing_s), (12, 12, None));
+        assert_eq!((settling.pairs, footsteps.pairs, footsteps.median, pair.homing_s), (12, 12, -1.0, None));
         assert!((settling.median + 0.1055).abs() < 1e-9 && settling.p < 0.001, "{settling:?}");
-        assert_eq!(footsteps.median, -1.0);
     }
 }

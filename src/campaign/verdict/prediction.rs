@@ -66,38 +66,36 @@ impl Prediction {
 mod tests {
     use super::*;
     use crate::campaign::store::row::{TrialRow, tests::row};
-    use crate::episode::Outcome;
+    use crate::episode::Membership::{Empty, Inside, Outside};
+    use crate::episode::Outcome::{self, Fell, Recovered};
 
-    fn at(margin: Option<f64>, outcome: Outcome) -> Ended {
-        let row = row(0, "a", 1.0, outcome);
-        Ended::of(&TrialRow { promise_margin: margin.or(Some(f64::NEG_INFINITY)), ..row })
+    fn ended((side, margin, outcome): (Option<Membership>, Option<f64>, Outcome)) -> Ended {
+        let promise_margin = side.map(|_| margin.unwrap_or(f64::NEG_INFINITY));
+        Ended::of(&TrialRow { promise_margin, ..row(0, "a", 1.0, outcome) })
     }
 
     #[test]
     fn every_trial_is_on_one_side_and_an_empty_set_holds_nothing() {
-        let rows = [
-            at(Some(0.0), Outcome::Recovered),
-            at(Some(0.8), Outcome::Recovered),
-            at(Some(0.1), Outcome::Fell),
-            at(Some(-0.1), Outcome::Fell),
-            at(Some(-7.0), Outcome::Recovered),
-            at(None, Outcome::Fell),
-        ];
-        let foretold = Prediction::new(&rows).unwrap();
-        assert_eq!((foretold.inside.trials, foretold.inside.recovered), (3, 2));
-        assert_eq!((foretold.outside.trials, foretold.outside.recovered), (3, 1));
-        assert!((foretold.agreement - 4.0 / 6.0).abs() < 1e-12);
+        let foretold = Prediction::new(
+            &[
+                (Some(Inside), Some(0.0), Recovered),
+                (Some(Inside), Some(0.8), Recovered),
+                (Some(Inside), Some(0.1), Fell),
+                (Some(Outside), Some(-0.1), Fell),
+                (Some(Outside), Some(-7.0), Recovered),
+                (Some(Empty), None, Fell),
+            ]
+            .map(ended),
+        )
+        .unwrap();
+        let counts = [foretold.inside, foretold.outside].map(|count| (count.trials, count.recovered));
+        assert_eq!(counts, [(3, 2), (3, 1)]);
         // Each is estimated to be inside: right for the three that recovered.
-        assert!((foretold.agreement_est - 3.0 / 6.0).abs() < 1e-12);
+        assert_eq!((foretold.agreement, foretold.agreement_est), (4.0 / 6.0, 3.0 / 6.0));
         let bins: Vec<_> = foretold.by_margin.iter().map(|b| (b.from, b.to, b.count.trials)).collect();
         let expected =
             [(None, Some(-0.5), 1), (Some(-0.25), Some(0.0), 1), (Some(0.0), Some(0.25), 2), (Some(0.75), None, 1)];
         assert_eq!(bins, expected);
-    }
-
-    #[test]
-    fn without_gains_nothing_is_foretold() {
-        let hold = TrialRow { promise_margin: None, ..row(0, "hold", 1.0, Outcome::Fell) };
-        assert_eq!(Prediction::new(&[Ended::of(&hold)]), None);
+        assert_eq!(Prediction::new(&[ended((None, None, Fell))]), None, "without gains nothing is foretold");
     }
 }

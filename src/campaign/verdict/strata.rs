@@ -135,7 +135,7 @@ mod tests {
     use super::*;
     use crate::campaign::ask::{spec::tests::campaign, trial};
     use crate::campaign::store::row::TrialRow;
-    use crate::campaign::store::row::tests::{record, row, rows};
+    use crate::campaign::store::row::tests::{record, row};
     use crate::campaign::verdict::digest::Digest;
     use crate::campaign::verdict::pairs::{DecisionRule, Pair};
     use crate::campaign::verdict::set_summary::SetSummary;
@@ -144,18 +144,17 @@ mod tests {
     use crate::stats::mcnemar::PairedCounts;
     use crate::stats::rate::SuccessCount;
 
-    /// Rows of a campaign as it is drawn, for two sets; nothing is simulated.
-    fn drawn(name: &str, trials: u64, set: &[&str]) -> Vec<TrialRow> {
-        let campaign = campaign(name, set);
-        let row = |trial: u64, set: &str| {
-            let (pushes, variation) = (trial::pushes(&campaign, trial), trial::variation(&campaign, trial));
-            TrialRow::new(trial, set, &pushes, None, &variation, record(Recovered))
-        };
-        (0..trials).flat_map(|trial| [row(trial, "a"), row(trial, "b")]).collect()
+    fn of_rows(rows: impl Iterator<Item = TrialRow>) -> Vec<Stratum> {
+        strata(&Digest::of_rows(&rows.collect::<Vec<_>>(), &["a"]).drawn)
     }
 
-    fn strata(rows: &[TrialRow]) -> Vec<Stratum> {
-        super::strata(&Digest::of_rows(rows, &["a"].map(String::from)).drawn)
+    /// Of a campaign as it is drawn; nothing is simulated.
+    fn drawn(name: &str, trials: u64, set: &[&str]) -> Vec<Stratum> {
+        let campaign = campaign(name, set);
+        of_rows((0..trials).map(|trial| {
+            let (pushes, variation) = (trial::pushes(&campaign, trial), trial::variation(&campaign, trial));
+            TrialRow::new(trial, "a", &pushes, None, &variation, record(Recovered))
+        }))
     }
 
     fn quantities(strata: &[Stratum]) -> Vec<&str> {
@@ -168,117 +167,106 @@ mod tests {
         strata.iter().filter(|stratum| stratum.by == by).map(|stratum| stratum.label.as_str()).collect()
     }
 
+    fn trials(strata: &[Stratum], label: &str) -> Vec<usize> {
+        strata.iter().find(|stratum| stratum.label == label).unwrap().trials().collect()
+    }
+
     #[test]
     fn headings_are_sorted_by_their_angle_from_forward() {
-        let expected = [
-            (vec![0.0, 22.0, -22.0, 350.0, -360.0], "forward"),
-            (vec![23.0, -67.0, 315.0], "diagonally forward"),
-            (vec![68.0, -90.0, 112.0, 270.0], "sideways"),
-            (vec![113.0, -135.0, 225.0], "diagonally backward"),
-            (vec![158.0, 180.0, -180.0, 190.0], "backward"),
-        ];
-        for (headings, label) in expected {
-            for heading_deg in headings {
-                assert_eq!(SECTORS[sector(heading_deg)].0, label, "{heading_deg}");
-            }
+        for (headings, label) in [
+            (&[0.0, 22.0, -22.0, 350.0, -360.0][..], "forward"),
+            (&[23.0, -67.0, 315.0], "diagonally forward"),
+            (&[68.0, -90.0, 112.0, 270.0], "sideways"),
+            (&[113.0, -135.0, 225.0], "diagonally backward"),
+            (&[158.0, 180.0, -180.0, 190.0], "backward"),
+        ] {
+            headings.iter().for_each(|of| assert_eq!(SECTORS[sector(*of)].0, label, "{of}"));
         }
     }
 
     #[test]
     fn what_varies_is_sorted_and_nothing_else() {
-        assert_eq!(quantities(&strata(&drawn("nominal", 100, &[]))), ["heading", "impulse"]);
-        assert_eq!(
-            quantities(&strata(&drawn("nominal", 100, &["push.heading_deg=30", "push.impulse_n_s=2"]))),
-            [""; 0]
-        );
-        let standard = strata(&drawn("standard", 300, &[]));
-        let expected = ["heading", "impulse", "duration", "height", "slope along the push", "mass_scale"];
-        let robot = ["trunk_com_x_m", "trunk_com_y_m", "friction", "torque_scale", "delay_s"];
-        assert_eq!(quantities(&standard), [&expected[..], &robot[..]].concat());
+        assert_eq!(quantities(&drawn("nominal", 100, &[])), ["heading", "impulse"]);
+        assert_eq!(drawn("nominal", 100, &["push.heading_deg=30", "push.impulse_n_s=2"]), []);
+        let standard = drawn("standard", 300, &[]);
+        let of_push = ["heading", "impulse", "duration", "height", "slope along the push", "mass_scale"];
+        let of_robot = ["trunk_com_x_m", "trunk_com_y_m", "friction", "torque_scale", "delay_s"];
+        assert_eq!(quantities(&standard), [&of_push[..], &of_robot].concat());
         assert_eq!(labels(&standard, "heading"), SECTORS.map(|(label, _)| label));
         assert_eq!(labels(&standard, "height"), ["below the COM", "above the COM"]);
-        let harsh = strata(&drawn("harsh", 300, &[]));
-        assert!(quantities(&harsh).contains(&"second push") && quantities(&harsh).contains(&"ground_step_m"));
-        assert_eq!(strata(&[]), []);
+        assert_eq!(of_rows(std::iter::empty()), []);
     }
 
     #[test]
     fn every_trial_is_in_one_stratum_of_each_quantity_and_halves_are_halves() {
-        let strata = strata(&drawn("harsh", 300, &["push.height_m={uniform=[0.0, 0.2]}"]));
+        let strata = drawn("harsh", 300, &["push.height_m={uniform=[0.0, 0.2]}"]);
+        assert!(["second push", "ground_step_m"].iter().all(|by| quantities(&strata).contains(by)));
         for by in quantities(&strata) {
             let of: Vec<&Stratum> = strata.iter().filter(|stratum| stratum.by == by).collect();
             let mut trials: Vec<usize> = of.iter().flat_map(|stratum| stratum.trials()).collect();
             trials.sort_unstable();
-            assert_eq!(trials, (0..300).collect::<Vec<_>>(), "{by}");
-            let share = |stratum: &&Stratum| stratum.trials().count() as f64 / 300.0;
-            let even = |stratum| (share(stratum) * of.len() as f64 - 1.0).abs() < 0.2;
+            assert!(trials.into_iter().eq(0..300), "{by}");
+            let even =
+                |stratum: &&Stratum| (stratum.trials().count() as f64 / 300.0 * of.len() as f64 - 1.0).abs() < 0.2;
             assert!(by == "heading" || of.iter().all(even), "{of:?}");
         }
     }
 
     #[test]
     fn labels_tell_the_edges_and_their_unit() {
-        let rows: Vec<TrialRow> = (0..30)
-            .map(|i| TrialRow {
-                duration_s: 0.02 + 0.001 * i as f64,
-                friction: Some(0.5 + 0.01 * i as f64),
-                trunk_com_x_m: Some(-0.01501 + 0.001 * i as f64),
-                height_m: 0.1 + 0.002 * i as f64,
-                ..row(i, "a", 1.0 + 0.1 * i as f64, Fell)
-            })
-            .collect();
-        let strata = strata(&rows);
-        assert_eq!(labels(&strata, "impulse"), ["below 2.0 N s", "2.0 to 3.0 N s", "from 3.0 N s"]);
-        assert_eq!(labels(&strata, "duration"), ["below 0.035 s", "from 0.035 s"]);
-        assert_eq!(labels(&strata, "friction"), ["below 0.65", "from 0.65"]);
-        assert_eq!(labels(&strata, "trunk_com_x_m"), ["below 0.000 m", "from 0.000 m"]);
-        assert_eq!(labels(&strata, "height"), ["below 0.130 m above the COM", "from 0.130 m above the COM"]);
-        let middle = strata.iter().find(|stratum| stratum.label == "2.0 to 3.0 N s").unwrap();
-        assert_eq!(middle.trials().collect::<Vec<_>>(), (10..20).collect::<Vec<_>>());
+        let strata = of_rows((0..30).map(|i| TrialRow {
+            duration_s: 0.02 + 0.001 * i as f64,
+            friction: Some(0.5 + 0.01 * i as f64),
+            trunk_com_x_m: Some(-0.01501 + 0.001 * i as f64),
+            height_m: 0.1 + 0.002 * i as f64,
+            ..row(i, "a", 1.0 + 0.1 * i as f64, Fell)
+        }));
+        for (by, expected) in [
+            ("impulse", &["below 2.0 N s", "2.0 to 3.0 N s", "from 3.0 N s"][..]),
+            ("duration", &["below 0.035 s", "from 0.035 s"]),
+            ("friction", &["below 0.65", "from 0.65"]),
+            ("trunk_com_x_m", &["below 0.000 m", "from 0.000 m"]),
+            ("height", &["below 0.130 m above the COM", "from 0.130 m above the COM"]),
+        ] {
+            assert_eq!(labels(&strata, by), expected);
+        }
+        assert_eq!(trials(&strata, "2.0 to 3.0 N s"), (10..20).collect::<Vec<_>>());
     }
 
     #[test]
     fn a_slope_counts_by_its_rise_along_the_push() {
-        let trials =
+        let slopes =
             [(1.0, 0.0, 10.0), (1.0, 180.0, 10.0), (-1.0, 180.0, 10.0), (-1.0, 0.0, 10.0), (1.0, -90.0, -100.0)];
-        let rows: Vec<TrialRow> = (0..)
-            .zip(trials)
-            .map(|(i, (slope_deg, towards_deg, heading_deg))| TrialRow {
-                slope_deg: Some(slope_deg),
-                slope_heading_deg: Some(towards_deg),
-                heading_deg,
-                ..row(i, "a", 1.0, Fell)
-            })
-            .collect();
-        let strata = strata(&rows);
-        let of =
-            |label: &str| strata.iter().find(|stratum| stratum.label == label).unwrap().trials().collect::<Vec<_>>();
-        assert_eq!((of("uphill"), of("downhill")), (vec![0, 2, 4], vec![1, 3]));
+        let strata = of_rows((0..).zip(slopes).map(|(i, (slope_deg, towards_deg, heading_deg))| TrialRow {
+            slope_deg: Some(slope_deg),
+            slope_heading_deg: Some(towards_deg),
+            heading_deg,
+            ..row(i, "a", 1.0, Fell)
+        }));
+        assert_eq!((trials(&strata, "uphill"), trials(&strata, "downhill")), (vec![0, 2, 4], vec![1, 3]));
     }
 
     #[test]
     fn a_stratum_counts_its_own_trials() {
-        let rows =
-            rows(&[[Recovered, Recovered], [Fell, Recovered], [Recovered, Fell], [Fell, TimedOut], [Recovered, Fell]]);
-        let names = ["a", "b"].map(String::from);
-        let stratum = |trials: &[usize]| {
-            let places = (0..rows.len()).map(|trial| u8::from(trials.contains(&trial))).collect();
-            [Stratum { by: "friction", label: String::new(), places, own: 1 }]
-        };
-        let counts = PairedCounts { both: 1, only_a: 2, only_b: 1, neither: 1 };
+        let outcomes =
+            [[Recovered, Recovered], [Fell, Recovered], [Recovered, Fell], [Fell, TimedOut], [Recovered, Fell]];
+        let rows = Digest::of_outcomes(&outcomes);
         let deciding = DecisionRule { when: When::Once, margin: 0.02, end_early: true };
-        for (a, b, trials, expected) in [
-            (0, 1, &[0, 1, 2, 3, 4][..], counts),
+        // What the first of a pair, the second, and the first recovered from in all.
+        for ((a, b), trials, counts, recovered) in [
+            ((0, 1), &[0, 1, 2, 3, 4][..], [1, 2, 1, 1], 3),
             // Of all trials the first set recovers from more: it comes first.
-            (1, 0, &[0, 1, 2, 3, 4], counts),
-            (0, 1, &[1, 4], PairedCounts { both: 0, only_a: 1, only_b: 1, neither: 0 }),
+            ((1, 0), &[0, 1, 2, 3, 4], [1, 2, 1, 1], 2),
+            ((0, 1), &[1, 4], [0, 1, 1, 0], 1),
+            ((1, 0), &[1, 3, 4], [0, 1, 1, 1], 1),
         ] {
-            let pairs = Pair::all(&Digest::of_rows(&rows, &names), &[(a, b)], &stratum(trials), deciding);
-            assert_eq!(pairs[0].strata[0].counts, expected);
-        }
-        for (set, trials, recovered) in [(0, &[1, 3, 4][..], 1), (1, &[1, 3, 4], 1), (0, &[2, 4], 2)] {
-            let summary = SetSummary::new(set, &Digest::of_rows(&rows, &names), &[], &stratum(trials), true);
-            assert_eq!(summary.strata[0].count, SuccessCount::new(recovered, trials.len() as u64));
+            let places = (0..5).map(|trial| u8::from(trials.contains(&trial))).collect();
+            let stratum = [Stratum { by: "friction", label: String::new(), places, own: 1 }];
+            let [both, only_a, only_b, neither] = counts;
+            let pair = Pair::all(&rows, &[(a, b)], &stratum, deciding).remove(0);
+            assert_eq!(pair.strata[0].counts, PairedCounts { both, only_a, only_b, neither });
+            let set = SetSummary::new(a, &rows, &[], &stratum, true);
+            assert_eq!(set.strata[0].count, SuccessCount::new(recovered, trials.len() as u64));
         }
     }
 }

@@ -206,7 +206,9 @@ pub(crate) mod tests {
     use crate::campaign::ask::spec::Overrides;
     use crate::campaign::store::folder::tests::manifest;
     use crate::campaign::store::row::{TrialRow, tests::row};
+    use crate::campaign::verdict::agreement::tests::compared;
     use crate::episode::Outcome;
+    use crate::stats::decision::PairVerdict;
 
     /// Of sets "a" and "b" and these gates, a trial for each pair of outcomes, impulses from 1 to 2 N s; `set` changes the
     /// campaign, which is `smoke`.
@@ -226,7 +228,7 @@ pub(crate) mod tests {
 
     /// The trials of [`summary`].
     pub(crate) fn digest(outcomes: &[[Outcome; 2]]) -> Digest {
-        Digest::of_rows(&rows(outcomes), &["a", "b"].map(String::from))
+        Digest::of_rows(&rows(outcomes), &["a", "b"])
     }
 
     fn rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
@@ -247,15 +249,13 @@ pub(crate) mod tests {
             ..Overrides::default()
         };
         let manifest = manifest(&["a", "b", "c"], overrides);
-        let has_recovered = |trial: u64, set: &str| match set {
-            "a" => trial % 10 != 3,
-            "b" => trial.is_multiple_of(5),
-            _ => trial % 10 != 7,
-        };
         let of_trial = |trial: u64| {
-            let outcome = move |set| if has_recovered(trial, set) { Outcome::Recovered } else { Outcome::Fell };
-            let sets = ["a", "b", "c"].into_iter().filter(move |set| *set != "b" || trial < 25);
-            sets.map(move |set| row(trial, set, 1.0 + trial as f64 / 50.0, outcome(set)))
+            let saved = [("a", trial % 10 != 3), ("b", trial.is_multiple_of(5)), ("c", trial % 10 != 7)];
+            let row = move |(set, saved): (&str, bool)| {
+                let outcome = if saved { Outcome::Recovered } else { Outcome::Fell };
+                row(trial, set, 1.0 + trial as f64 / 50.0, outcome)
+            };
+            saved.into_iter().filter(move |(set, _)| *set != "b" || trial < 25).map(row)
         };
         let rows = Digest::of_rows(&(0..100).flat_map(of_trial).collect::<Vec<_>>(), &manifest.sets);
         let gates = Gates::new(&manifest, None).unwrap();
@@ -265,18 +265,14 @@ pub(crate) mod tests {
     #[test]
     fn a_set_counts_its_own_trials_and_a_pair_those_that_both_sets_have() {
         let (summary, _) = ragged(&["a >= b + 0.1", "c >= 0.5"]);
-        assert_eq!(
-            (summary.trials, summary.sets.iter().map(|set| set.count.trials).collect::<Vec<_>>()),
-            (100, vec![100, 25, 100])
-        );
-        assert_eq!(summary.sets[1].count.recovered, 5);
+        let counts: Vec<_> = summary.sets.iter().map(|set| (set.count.trials, set.count.recovered)).collect();
+        assert_eq!((summary.trials, counts), (100, vec![(100, 90), (25, 5), (100, 90)]));
         for pair in &summary.pairs {
             let is_common = pair.a == "b" || pair.b == "b";
             assert_eq!(pair.counts.trials(), if is_common { 25 } else { 100 }, "{pair:?}");
             assert!(pair.strata.iter().all(|stratum| stratum.counts.trials() == stratum.trials));
         }
-        let of_gates = summary.gates.iter().map(|gate| gate.judged.trials);
-        assert_eq!(of_gates.collect::<Vec<_>>(), [25, 100]);
+        assert_eq!(summary.gates.iter().map(|gate| gate.judged.trials).collect::<Vec<_>>(), [25, 100]);
         // The bins of all sets are the same, though the later pushes are harder, and "b" met none of them.
         assert!(summary.sets.iter().all(|set| set.by_impulse.len() == summary.sets[0].by_impulse.len()));
         assert_eq!(summary.sets[1].by_impulse.last().unwrap().count.trials, 0);
@@ -285,21 +281,31 @@ pub(crate) mod tests {
         let stopped = summary.stopped.clone().unwrap();
         assert!(stopped.starts_with("One gain set stopped before the others, because "), "{stopped}");
         assert!(stopped.contains("was decided by then: b after 25 trials. Each rate is over "), "{stopped}");
-        let whole = serde_json::to_value(self::summary(&[[Outcome::Recovered; 2]; 3], &[], &[])).unwrap();
-        assert!(whole.get("stopped").is_none());
     }
 
     #[test]
     fn the_keys_of_a_result_are_those_that_are_documented() {
         let outcomes = [[Outcome::Recovered, Outcome::Fell], [Outcome::Recovered; 2], [Outcome::Fell; 2]];
-        let json = serde_json::to_value(summary(&outcomes, &[], &["a >= 0.1"])).unwrap();
-        for key in ["a", "b", "both", "only_a", "only_b", "neither", "difference", "adjusted_ci95", "adjusted_p"] {
-            assert!(!json["pairs"][0][key].is_null(), "pairs: {key}");
+        let mut json = serde_json::to_value(summary(&outcomes, &[], &["a >= 0.1"])).unwrap();
+        json["agreement"] = serde_json::to_value(compared(&[[true, false, true, true]]).0.agreement).unwrap();
+        for (pointer, keys) in [
+            ("/pairs/0", "a b both only_a only_b neither difference adjusted_ci95 adjusted_p"),
+            ("/gates/0", "name status observed interval required confidence trials passes set"),
+            ("/sets/0", "name trials recovered fell diverged timed_out success_rate ci95"),
+            ("/agreement/sets/1", "set both only_a only_b neither agree agree_ci95 kappa_ci95 strata"),
+        ] {
+            let found = json.pointer(pointer).unwrap();
+            keys.split(' ').for_each(|key| assert!(found.get(key).is_some(), "{pointer}: {key}"));
         }
-        for key in ["name", "status", "observed", "interval", "required", "confidence", "trials", "passes", "set"] {
-            assert!(!json["gates"][0][key].is_null(), "gates: {key}");
+        for (pointer, expected) in [
+            ("/pairs/0/verdict", "not_resolved"),
+            ("/gates/0/status", "unresolved"),
+            ("/config_hash", "0123456789abcdef"),
+            ("/agreement/engines/1", "mujoco"),
+        ] {
+            assert_eq!(json.pointer(pointer).unwrap(), expected, "{pointer}");
         }
-        assert_eq!(json["pairs"][0]["verdict"], "not_resolved");
-        assert_eq!(json["config_hash"], "0123456789abcdef");
+        assert!(json.get("stopped").is_none());
+        assert_eq!(serde_json::to_value(PairVerdict::Better).unwrap(), "a_better");
     }
 }

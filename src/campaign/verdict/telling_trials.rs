@@ -74,19 +74,18 @@ mod tests {
         for (trial, ratio) in rows.chunks_mut(2).zip([2.0, 9.0, 1.0, 0.5, 7.0, 3.0]) {
             trial.iter_mut().for_each(|row| row.impulse_over_m_omega_d = Some(ratio));
         }
-        let names = ["a", "b"].map(String::from);
-        let telling = TellingTrial::of(&Digest::of_rows(&rows, &names), 0, Some(3.4));
-        assert_eq!(telling.iter().map(|t| t.trial).collect::<Vec<_>>(), [3, 5, 4, 1, 0]);
-        for (i, why) in
-            ["the easiest that it lost", "nearest to its 50 % limit", "hardest", "b recovered", "among the easiest"]
-                .iter()
-                .enumerate()
-        {
-            assert!(telling[i].why.contains(why), "{telling:?}");
+        let rows = Digest::of_rows(&rows, &["a", "b"]);
+        let [easiest, hardest] = [(3, "the easiest that it lost"), (4, "the hardest from which it recovered")];
+        let [other, among] = [(1, "lost; b recovered"), (0, "lost, though among the easiest")];
+        for (limit, fifth) in [(Some(3.4), (5, "lost, nearest to its 50 % limit")), (None, (5, among.1))] {
+            let told = TellingTrial::of(&rows, 0, limit);
+            let told: Vec<_> = told.iter().map(|found| (found.trial, &found.why[..])).collect();
+            let expected = match limit {
+                Some(_) => [easiest, fifth, hardest, other, among],
+                None => [easiest, hardest, other, among, fifth],
+            };
+            assert_eq!(told, expected);
         }
-        // Without a limit none is nearest to it.
-        let telling = TellingTrial::of(&Digest::of_rows(&rows, &names), 0, None);
-        assert_eq!(telling.iter().map(|t| t.trial).collect::<Vec<_>>(), [3, 4, 1, 0, 5]);
-        assert!(TellingTrial::of(&Digest::of_rows(&[], &names), 0, Some(1.0)).is_empty());
+        assert!(TellingTrial::of(&Digest::of_outcomes(&[]), 0, Some(1.0)).is_empty());
     }
 }

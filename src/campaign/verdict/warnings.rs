@@ -94,32 +94,29 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
 #[cfg(test)]
 mod tests {
     use crate::campaign::verdict::summary::tests::summary;
-    use crate::episode::Outcome::{self, Diverged, Fell, Recovered};
-
-    /// Warnings with this word in them, of a campaign of `n` trials.
-    fn found(word: &str, n: usize, outcomes: [Outcome; 2], set: &[&str]) -> usize {
-        let warnings = summary(&vec![outcomes; n], set, &[]).warnings;
-        warnings.iter().filter(|warning| warning.contains(word)).count()
-    }
+    use crate::episode::Outcome::{Diverged, Fell, Recovered};
 
     #[test]
     fn a_design_that_cannot_support_a_claim_is_told_so() {
-        for (word, n, outcomes, set) in [
-            ("are few", 99, [Recovered, Fell], &[][..]),
-            ("too weak", 100, [Recovered, Recovered], &[]),
-            ("too hard", 100, [Fell, Fell], &[]),
-            ("cannot be said", 100, [Recovered, Recovered], &[]),
-            ("same push on the same robot", 100, [Recovered, Fell], &["push.impulse_n_s=2", "push.heading_deg=0"]),
-            ("could end when decided", 100, [Recovered, Fell], &["stopping.until_resolved=true"]),
-            ("diverged numerically", 100, [Recovered, Diverged], &[]),
+        let [strong, no_noise] =
+            [["push.impulse_n_s=2", "push.heading_deg=0"], ["sensors.noise_scale=0", "sensors.bias_scale=0"]];
+        for (words, times, trials, outcomes, set) in [
+            ("are few", 1, 99, [Recovered, Fell], &[][..]),
+            ("too weak", 1, 100, [Recovered, Recovered], &[]),
+            ("too hard", 1, 100, [Fell, Fell], &[]),
+            ("cannot be said", 1, 100, [Recovered, Recovered], &[]),
+            ("same push on the same robot", 1, 100, [Recovered, Fell], &strong),
+            ("count as one", 1, 100, [Recovered, Fell], &[strong, no_noise].concat()),
+            ("could end when decided", 1, 100, [Recovered, Fell], &["stopping.until_resolved=true"]),
+            ("diverged numerically", 1, 100, [Recovered, Diverged], &[]),
+            // With either set.
+            ("not at rest", 2, 100, [Recovered, Fell], &["episode.judge.standing_com_speed_m_s=0.0005"]),
+            // A sound one.
+            ("", 0, 100, [Recovered, Fell], &[]),
         ] {
-            assert_eq!(found(word, n, outcomes, set), 1, "{word}");
+            let warnings = summary(&vec![outcomes; trials], set, &[]).warnings;
+            let found = warnings.iter().filter(|warning| warning.contains(words)).count();
+            assert_eq!(found, times, "{words}: {warnings:?}");
         }
-        let same = ["push.impulse_n_s=2", "push.heading_deg=0", "sensors.noise_scale=0", "sensors.bias_scale=0"];
-        assert_eq!(found("count as one", 100, [Recovered, Fell], &same), 1);
-        let strict = ["episode.judge.standing_com_speed_m_s=0.0005"];
-        assert_eq!(found("not at rest", 100, [Recovered, Fell], &strict), 2, "with either set");
-        // A sound one.
-        assert_eq!(found("", 100, [Recovered, Fell], &[]), 0);
     }
 }
