@@ -20,7 +20,7 @@ fn clock(engine: Engine) -> Clock {
 
 /// The robot under the command that holds its home posture, for `duration_s`, as `see` finds it after each tick.
 fn hold(bench: &Bench, robot: &Robot, ground: Ground, clock: Clock, duration_s: f64, mut see: impl FnMut(&mut Plant)) {
-    let home = bench.design.home_command();
+    let home = bench.robot.home_command();
     let mut plant = Plant::on(ground, robot, clock, None, home.clone());
     for _ in 0..(duration_s / clock.control_period_s).round() as usize {
         plant.advance(home.clone(), &[]);

@@ -13,7 +13,7 @@ const FLOORS: [&[&str]; 10] = [
     &["stats", "geometry"],
     &["lipm", "robot"],
     &["control", "sim"],
-    &["episode"],
+    &["contest", "episode"],
     &["campaign"],
     &["render"],
     &["view"],

@@ -159,7 +159,7 @@ fn limbs_that_are_driven_into_each_other_meet_and_stay_apart() {
     let arm = ["left_shoulder_abduction", "left_shoulder_abduction"];
     for (driven, of_legs) in [(legs, true), (arm, false)] {
         let joints = driven.map(|name| robot.joints.iter().position(|joint| joint.name == name).unwrap());
-        let home = bench.design.home_command();
+        let home = bench.robot.home_command();
         let mut inward = home.clone();
         joints.iter().for_each(|&joint| inward.q_ref[joint] = robot.joints[joint].lower_rad);
         let mut plant = Plant::new(robot, config.clock(), None, home.clone());

@@ -65,7 +65,7 @@ fn the_first_footstep_goes_where_the_robot_is_driven() {
     cases.par_iter().for_each(|&(impulse, heading, foot)| {
         let record = bench.push(push(impulse, heading));
         let first = record.footsteps.first().unwrap_or_else(|| panic!("no footstep at {heading} degrees: {record:?}"));
-        let (driven, way, error) = (push(1.0, heading).direction().xy(), way(first), first.zmp_error_m);
+        let (driven, way, error) = (push(1.0, heading).direction().xy(), way(first), first.zmp_error_m.unwrap());
         let shown =
             format!("at {heading} degrees: {} foot by {:.3?} for {error:.4?}", first.foot.name(), way.as_slice());
         println!("{shown}");
@@ -90,7 +90,7 @@ fn a_footstep_takes_pushes_that_standing_cannot() {
         let record = steps.push(push(impulse, heading));
         assert_eq!(record.outcome, Outcome::Recovered, "{impulse} N s at {heading}: {record:?}");
         assert!(!record.footsteps.is_empty() && record.unfinished_footstep.is_none());
-        assert!(record.footsteps.last().unwrap().in_set_at_landing, "{record:?}");
+        assert!(record.footsteps.last().unwrap().in_set_at_landing.unwrap(), "{record:?}");
         for standing in [&fixed, &switching] {
             let record = standing.push(push(impulse, heading));
             assert_eq!(record.outcome, Outcome::Fell, "{impulse} N s at {heading}, standing");

@@ -8,7 +8,7 @@ use crate::campaign::ask::bounds::in_range;
 use crate::contest;
 use crate::control::home_polygon;
 use crate::episode::CONTROL_PERIOD_S;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::geometry::SupportPolygon;
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
 use crate::lipm::{GainFamily, Pendulum};
@@ -115,6 +115,8 @@ fn parse_support(text: &str) -> Result<SupportPolygon, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Error;
+    use crate::lipm::GainSet;
     use crate::render::text::cpi::HEADER;
     use clap::Parser;
 

@@ -143,7 +143,7 @@ mod tests {
         for name in Kind::Controller.names() {
             let settings = load(name).unwrap();
             let factory = settings.prepare(&robot, 0.002).unwrap();
-            assert_eq!((settings.name(), &factory.name[..], factory.warning), (name, name, None));
+            assert_eq!((settings.name(), &factory.name[..], &factory.warning), (name, name, &None));
             let report = factory.start(0).report();
             assert!(report.totals.iter().all(|(total, _)| settings.totals().contains(&&**total)), "{report:?}");
         }

@@ -175,8 +175,7 @@ fn farthest(a: &Moment, b: &Moment) -> (Part, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::Design;
-    use crate::lipm::GainSet;
+    use crate::robot::controller::tests::stiff;
     use crate::sim::Push;
 
     /// The same push, and the same judged more coarsely in time: nothing parts with the same step, and a fall does with
@@ -185,8 +184,7 @@ mod tests {
     fn episodes_part_when_they_are_as_far_apart_as_is_asked_and_not_before() {
         let robot = Robot::load("ut-mu2").unwrap();
         let config = EpisodeConfig { horizon_s: 1.0, ..EpisodeConfig::of(&crate::robot::Units::of(&robot)) };
-        let design =
-            Factory::from(Design::new(&robot, &GainSet::load("hold").unwrap(), config.control_period_s).unwrap());
+        let design = stiff();
         let push = Push { impulse_n_s: 4.0, start_s: 0.1, ..Push::default() };
         let disturbance = || Disturbance { pushes: vec![push], ..Disturbance::default() };
         let part = |configs, limit_m| parting(&robot, &design, configs, disturbance, limit_m);
@@ -195,7 +193,7 @@ mod tests {
         let [near, far] = [1e-4, 2e-3].map(|limit_m| part([&config, &other], limit_m).unwrap());
         assert!(near.at_s < far.at_s && far.distance_m > 2e-3 && near.distance_m > 1e-4, "{near:?} {far:?}");
         assert!(near.at_s > 0.1 && far.at_s < 1.0, "not before the push: {near:?} {far:?}");
-        assert_eq!(far.phases, [Word::from("posture"), "posture".into()]);
+        assert_eq!(far.phases, [Word::from("stiff"), "stiff".into()]);
         let half_m = half_sole_width_m(&robot);
         assert!(robot.soles.left.half_m.contains(&half_m) && half_m < 0.05, "{half_m}");
     }
@@ -203,8 +201,7 @@ mod tests {
     fn films_part_where_a_point_is_first_too_far_away() {
         let robot = Robot::load("ut-mu2").unwrap();
         let config = EpisodeConfig { horizon_s: 0.2, ..EpisodeConfig::of(&crate::robot::Units::of(&robot)) };
-        let design =
-            Factory::from(Design::new(&robot, &GainSet::load("hold").unwrap(), config.control_period_s).unwrap());
+        let design = stiff();
         let how_long = (Until::Horizon, 0.0);
         let film = Film::take(&robot, &design, &config, Disturbance::default(), how_long, &mut |_| {});
         assert_eq!(Parting::of_films(&film, &film), None);

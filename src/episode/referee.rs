@@ -195,13 +195,11 @@ fn from_first_to_last(pushes: &[Push]) -> [f64; 2] {
 mod tests {
     use super::super::{Disturbance, run};
     use super::*;
-    use crate::control::Design;
-    use crate::lipm::gains::GainSet;
-    use crate::robot::Factory;
+    use crate::robot::controller::tests::stiff;
 
     fn home_at_s(impulse_n_s: f64, home_radius_m: f64) -> Option<f64> {
         let robot = Robot::load("ut-mu2").unwrap();
-        let factory = Factory::from(Design::new(&robot, &GainSet::load("hold").unwrap(), 0.002).unwrap());
+        let factory = stiff();
         let judge = Judge { home_radius_m, ..Judge::of(&crate::robot::Units::of(&robot)) };
         let config = EpisodeConfig {
             horizon_s: 0.5,
@@ -218,7 +216,7 @@ mod tests {
     #[test]
     fn the_speed_at_the_push_is_that_before_it() {
         let robot = Robot::load("ut-mu2").unwrap();
-        let factory = Factory::from(Design::new(&robot, &GainSet::load("hold").unwrap(), 0.002).unwrap());
+        let factory = stiff();
         let config = EpisodeConfig { horizon_s: 0.5, ..EpisodeConfig::of(&crate::robot::Units::of(&robot)) };
         for start_s in [0.3, 0.3001, 0.3019] {
             let push = Push { impulse_n_s: 5.0, start_s, ..Push::default() };

@@ -208,3 +208,30 @@ impl fmt::Debug for Factory {
         write!(f, "Factory({})", self.name)
     }
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    #[derive(Clone)]
+    struct Stiff;
+
+    impl Controller for Stiff {
+        fn tick(&mut self, _: &Sensed, _: &mut Command) -> Result<(), TickError> {
+            Ok(())
+        }
+
+        fn report(&self) -> Report {
+            Report::of_phase("stiff")
+        }
+
+        fn fork(&self) -> Option<Box<dyn Controller>> {
+            Some(Box::new(self.clone()))
+        }
+    }
+
+    /// A controller that never changes its first command, which holds the posture of the start.
+    pub(crate) fn stiff() -> Factory {
+        Factory::new("stiff", "which does nothing", |_seed| Stiff)
+    }
+}

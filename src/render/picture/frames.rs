@@ -68,9 +68,8 @@ fn is_frame(name: &str) -> bool {
 mod tests {
     use super::super::motion::{LAST_DELAY_CS, shots};
     use super::*;
-    use crate::control::Design;
+    use crate::contest;
     use crate::episode::{Disturbance, EpisodeConfig, Footstep};
-    use crate::lipm::gains::GainSet;
     use crate::render::scene::Stage;
     use crate::robot::{Foot, Robot};
     use crate::sim::Push;
@@ -82,18 +81,18 @@ mod tests {
     fn film() -> Film {
         let robot = Robot::load("ut-mu2").unwrap();
         let config = EpisodeConfig { horizon_s: 1.0, ..EpisodeConfig::of(&crate::robot::Units::of(&robot)) };
-        let design = Design::new(&robot, &GainSet::load("hold").unwrap(), config.control_period_s).unwrap();
+        let factory = contest::load("hold").unwrap().prepare(&robot, config.control_period_s).unwrap();
         let push = Push { impulse_n_s: 1.0, heading_deg: 180.0, start_s: 0.3, ..Push::default() };
         let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
-        let mut film = Film::take(&robot, &design, &config, disturbance, (config.until(), 0.5), &mut |_| {});
+        let mut film = Film::take(&robot, &factory, &config, disturbance, (config.until(), 0.5), &mut |_| {});
         film.record.footsteps = vec![Footstep {
             foot: Foot::Left,
             lift_s: 0.4,
             land_s: 0.5,
             from_m: [0.0; 3],
             to_m: [0.0; 3],
-            zmp_error_m: [0.0; 2],
-            in_set_at_landing: true,
+            zmp_error_m: None,
+            in_set_at_landing: None,
         }];
         (film.record.settled_at_s, film.record.fell_at_s) = (None, None);
         film

@@ -2,12 +2,11 @@
 
 use super::Camera;
 use super::draw::{draw, draw_on, draw_posture};
-use crate::control::Phase;
 use crate::episode::Snapshot;
 use crate::episode::snapshot::Arrow;
 use crate::render::scene::Stage;
 use crate::render::scene::palette::Overlay;
-use crate::robot::{Foot, Link, PerFoot, Pose, Posture, Robot, Shape, Solid};
+use crate::robot::{Foot, Link, PerFoot, Pose, Posture, Region, Robot, Shape, Solid};
 use crate::sim::Ground;
 use image::RgbImage;
 use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector3};
@@ -30,6 +29,7 @@ fn snapshot(robot: &Robot) -> Snapshot {
     let square = |x: f64, half: f64| {
         [(half, half), (-half, half), (-half, -half), (half, -half)].map(|(dx, dy)| Point2::new(x + dx, dy))
     };
+    let region = |name: &str, corners: &[Point2<f64>]| Region { name: name.into(), corners: corners.to_vec() };
     let arrow = |x: f64, y: f64, z: f64, force: Vector3<f64>| Arrow { point: Point3::new(x, y, z), force };
     Snapshot {
         time_s: 0.5,
@@ -38,13 +38,14 @@ fn snapshot(robot: &Robot) -> Snapshot {
         dcm: Point2::new(0.15, 0.0),
         dcm_outside_m: 0.0,
         zmp: Some(Point2::new(0.2, 0.05)),
-        zmp_ref: Point2::new(0.2, -0.05),
+        zmp_ref: Some(Point2::new(0.2, -0.05)),
         soles: PerFoot::default(),
         support: square(0.0, 0.15).to_vec(),
-        slices: vec![square(0.0, 0.13).to_vec(), square(0.0, 0.1).to_vec()],
-        gain: Some(1),
+        regions: [("slow", 0.13), ("fast", 0.1)].map(|(name, half)| region(name, &square(0.0, half))).into(),
+        gain: Some("fast".into()),
         margin: None,
-        phase: Phase::Swing(Foot::Left),
+        phase: "swing-left".into(),
+        in_air: Some(Foot::Left),
         footstep: Some(square(0.25, 0.03).map(|at| Point3::new(at.x, at.y, 0.0))),
         contacts: PerFoot { left: Some(arrow(0.1, 0.1, 0.0, Vector3::z() * 60.0)), right: None },
         push: Some(arrow(0.0, 0.0, 0.3, Vector3::x() * -70.0)),

@@ -181,7 +181,7 @@ mod tests {
             at_s: 1.25,
             of: Part::LeftSole,
             distance_m: 0.036,
-            phases: ["swing-left", "switching"],
+            phases: ["swing-left".into(), "switching".into()],
             phases_differ_since_s: Some(1.1),
             loaded: [Loaded::RightSole, Loaded::BothSoles],
             loaded_differ_since_s: None,
