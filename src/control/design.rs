@@ -61,15 +61,6 @@ impl Design {
         Ok(Self { robot, family, footwork, warning, home, units, stance, is_rigid_sideways })
     }
 
-    /// The same design with a patience of 0: a footstep starts at the first tick at which the state is in no CPI set.
-    pub fn without_patience(&self) -> Self {
-        let mut design = self.clone();
-        if let Some(FootworkRules::Stepping(rules)) = &mut design.footwork {
-            rules.patience_s = 0.0;
-        }
-        design
-    }
-
     /// The paper's stepping rules, if the set uses them.
     pub fn stepping(&self) -> Option<&Stepping> {
         match &self.footwork {

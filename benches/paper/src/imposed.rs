@@ -10,7 +10,7 @@
 use nalgebra::{Point2, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 use standfast::control::estimate::Estimate;
-use standfast::control::{Balance, Design, home_polygon};
+use standfast::control::{Balance, Design, FootworkRules, home_polygon};
 use standfast::episode::footsteps::FootstepLog;
 use standfast::episode::{EpisodeConfig, Footstep, Lifted, Tick, home_distance};
 use standfast::error::{Error, Result};
@@ -63,7 +63,7 @@ pub fn run(
     start: Start,
     observe: &mut dyn FnMut(&Tick),
 ) -> Result<ImposedRecord> {
-    let design = design.without_patience();
+    let design = without_patience(design);
     let com = Estimate::at_home(robot).com_xy();
     let com_vel = match start {
         Start::AtRest => Vector2::zeros(),
@@ -177,6 +177,15 @@ impl Ideal<'_> {
         self.state = State { x: self.pendulum.step(&held.x, 0.0), y: self.pendulum.step(&held.y, 0.0) };
         self.ticks += 1;
     }
+}
+
+/// The same design with a patience of 0: a footstep starts at the first tick at which the state is in no CPI set.
+fn without_patience(design: &Design) -> Design {
+    let mut design = design.clone();
+    if let Some(FootworkRules::Stepping(rules)) = &mut design.footwork {
+        rules.patience_s = 0.0;
+    }
+    design
 }
 
 /// The velocity (m/s) of a COM at `com` (world and control frame) for which the slowest gain produces `zmp_error`.

@@ -2,6 +2,7 @@
 //! that shows how the feet stand.
 
 use super::footwork::{Choice, EXAMPLES_DEG};
+use super::ground::Ground;
 use super::study::Study;
 use nalgebra::{Point2, Vector2};
 use standfast::render::figure::panel::{At, Panel, short};

@@ -5,6 +5,7 @@
 
 mod feet;
 pub mod footwork;
+mod ground;
 pub mod robot;
 mod sets;
 pub mod study;

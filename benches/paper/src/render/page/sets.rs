@@ -1,5 +1,6 @@
 //! Fig. 3, the nested sets of the gains, and Fig. 4, the sets before and after a footstep.
 
+use super::ground::Ground;
 use super::study::{Stand, Study};
 use nalgebra::{Isometry2, Point2};
 use standfast::geometry::SupportPolygon;
