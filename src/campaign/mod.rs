@@ -6,8 +6,8 @@
 //! Imports between these rooms go one way: [`ask`] does not know [`store`], and neither knows [`verdict`].
 
 pub mod ask;
+pub mod interim;
 pub mod limit;
-pub mod looking;
 pub mod partings;
 pub mod plan;
 pub mod run;

@@ -6,7 +6,7 @@ use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::campaign::store::folder::Folder;
 use crate::campaign::store::manifest::{Input, MANIFEST, Manifest, each_once, part_trials};
-use crate::campaign::store::part::Said;
+use crate::campaign::store::part::Marker;
 use crate::campaign::store::row::TrialRow;
 use crate::contest::variant::Entry;
 use crate::contest::{self, Settings};
@@ -101,8 +101,8 @@ impl Plan {
         let manifest = &self.manifest;
         let hash = &manifest.config_hash;
         // What its parts say of this campaign in a folder whose manifest is lost, and will be written again.
-        let said = |path: &Path| -> Vec<Said> {
-            let said = if path.join(MANIFEST).exists() { Ok(Vec::new()) } else { Folder::said_by_parts(path) };
+        let said = |path: &Path| -> Vec<Marker> {
+            let said = if path.join(MANIFEST).exists() { Ok(Vec::new()) } else { Folder::markers(path) };
             said.unwrap_or_default().into_iter().filter(|said| said.config_hash == *hash).collect()
         };
         let own = |path: &Path| match Folder::open(path) {

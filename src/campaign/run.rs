@@ -1,8 +1,8 @@
 //! Runs a campaign: what its folder lacks is spread over the cores, and written part by part.
 
-use crate::campaign::looking::{Look, Looking};
+use crate::campaign::interim::{InterimLooks, Look};
 use crate::campaign::plan::{Plan, pool};
-use crate::campaign::store::claim::{Claim, Company};
+use crate::campaign::store::claim::{Access, Claim};
 use crate::campaign::store::folder::Folder;
 use crate::campaign::store::manifest::Manifest;
 use crate::campaign::store::row::TrialRow;
@@ -50,7 +50,7 @@ pub struct Work<'a> {
     /// Number of trials of each gain set, if the campaign does not end earlier.
     all_trials: Vec<u64>,
     /// None for a campaign with a fixed number of trials.
-    looks: Option<Looking<'a>>,
+    looks: Option<InterimLooks<'a>>,
     claim: Option<Claim>,
 }
 
@@ -68,7 +68,7 @@ impl<'a> Work<'a> {
             shard: options.shard,
             missing: Vec::new(),
             all_trials: vec![campaign.trials; sets.len()],
-            looks: gates.and_then(|gates| Looking::at(folder, gates)),
+            looks: gates.and_then(|gates| InterimLooks::new(folder, gates)),
             claim: None,
         };
         work.missing = match work.looks {
@@ -154,10 +154,10 @@ impl<'a> Work<'a> {
     ///
     /// From then on nobody else may change the folder, as long as this lives.
     pub fn run(&mut self, watch: &Watch) -> Result<()> {
-        let company = if self.shard.is_some() { Company::Shards } else { Company::None };
+        let access = if self.shard.is_some() { Access::SharedByShards } else { Access::Exclusive };
         // No report may stand beside another decision; where there are no shards, it is written again in any case.
         let asks_anew = self.shard.is_some() && self.folder.asks_anew();
-        self.claim = Some(Claim::of(self.folder, company, || self.plan.identify(self.folder))?);
+        self.claim = Some(Claim::of(self.folder, access, || self.plan.identify(self.folder))?);
         if asks_anew || !self.is_done() {
             self.folder.remove_result()?;
         }

@@ -5,8 +5,8 @@ use super::interrupt::stop_on_ctrl_c;
 use super::result::{Printing, conclude, exit_code, gates_of};
 use super::terminal::tell;
 use crate::campaign::Folder;
-use crate::campaign::looking::Looking;
-use crate::campaign::store::claim::{Claim, Company};
+use crate::campaign::interim::InterimLooks;
+use crate::campaign::store::claim::{Access, Claim};
 use crate::error::Result;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -27,7 +27,7 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
     let mut folder = Folder::existing(&args.dir)?;
     folder.manifest.campaign.gates.add(&args.gates.gate, args.gates.unresolved);
     let gates = gates_of(&folder, &args.gates)?;
-    let _claim = Claim::of(&folder, Company::None, || Ok(()))?;
+    let _claim = Claim::of(&folder, Access::Exclusive, || Ok(()))?;
     stop_on_ctrl_c();
     let builds = folder.builds().len();
     if builds > 1 {
@@ -35,7 +35,7 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
         tell("", &format!("The parts were made by {builds} builds of standfast, whose trials may differ. {advice}"));
     }
     // Of a campaign that ends when decided, the shards may have left the looks to us; what they say is looked at again.
-    if let Some(mut looks) = Looking::at(&folder, &gates) {
+    if let Some(mut looks) = InterimLooks::new(&folder, &gates) {
         looks.go_on(&|_| {})?;
         if looks.is_over {
             folder.stop_at(&looks.set_trials)?;

@@ -7,7 +7,7 @@ use super::progress::{Progress, duration};
 use super::result::{Printing, conclude, exit_code, gates_of};
 use super::status::print_status;
 use super::terminal::{note, print, tell};
-use crate::campaign::looking::Look;
+use crate::campaign::interim::Look;
 use crate::campaign::run::{RunOptions, Watch, Work};
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::verdict::so_far::{SoFar, Tally};

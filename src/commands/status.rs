@@ -2,7 +2,7 @@
 
 use super::result::Printing;
 use super::terminal::print;
-use crate::campaign::looking::Looking;
+use crate::campaign::interim::InterimLooks;
 use crate::campaign::store::folder::joined;
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::{Folder, Summary};
@@ -66,7 +66,7 @@ fn missing(folder: &Folder, baseline: Option<&Path>) -> Result<Vec<u64>> {
         Err(_) if baseline.is_none() => return Ok(of(&vec![folder.trials(); folder.manifest.sets.len()])),
         gates => gates?,
     };
-    let Some(mut looks) = Looking::at(folder, &gates) else { return Ok(folder.missing()) };
+    let Some(mut looks) = InterimLooks::new(folder, &gates) else { return Ok(folder.missing()) };
     looks.go_on(&|_| {})?;
     Ok(of(&looks.set_trials))
 }

@@ -3,7 +3,7 @@
 use crate::robot::{Foot, Wrench};
 use nalgebra::{Point3, Vector3};
 
-/// What may touch the ground.
+/// A part of the robot that may touch the ground.
 #[derive(Debug, Clone, Copy)]
 pub enum Part {
     Sole(Foot),
@@ -24,7 +24,7 @@ impl WorldWrench {
         Wrench { force: self.force, moment: self.moment - point.coords.cross(&self.force) }
     }
 
-    /// Zero moment point (m) on the plane z = 0; None without an upward force.
+    /// Zero moment point (m) on the plane z = 0. It is None if no force acts upward.
     pub fn zmp(&self) -> Option<[f64; 2]> {
         (self.force.z > 1e-6).then(|| [-self.moment.y / self.force.z, self.moment.x / self.force.z])
     }

@@ -1,5 +1,5 @@
-//! The physics engines that can simulate the robot. Everything but the physics is the same with each: robot, servos,
-//! delay, sensors, noise, ground, pushes and judge.
+//! The physics engines that can simulate the robot. Everything but the physics is the same with each engine: robot,
+//! servos, delay, sensors, noise, ground, pushes and judge.
 
 use super::physics::Physics;
 use super::{Ground, Pairs, mujoco, rapier};
@@ -51,7 +51,7 @@ impl Engine {
         format!("{} {version}", self.title())
     }
 
-    /// Checks that this program has the engine, and that the engine takes the robot.
+    /// Checks that this program has the engine, and that the engine can simulate the robot.
     pub fn check(self, robot: &Robot) -> Result<()> {
         match self {
             Engine::Rapier => Ok(()),
@@ -59,8 +59,8 @@ impl Engine {
         }
     }
 
-    /// The robot at rest in `posture`, on the ground while it is still level. Of its links, `pairs` collide. The engine
-    /// must take the robot.
+    /// The robot at rest in `posture`, on ground that is still level. `pairs` states which of its links collide with
+    /// each other. The engine must be able to simulate the robot ([`check`](Self::check)).
     pub(super) fn start(
         self,
         robot: &Robot,
@@ -76,7 +76,7 @@ impl Engine {
     }
 }
 
-/// The physics step (s) of each engine. In files it is one number for all, or a table of the engines' names.
+/// The physics step (s) of each engine. A file states one number for all engines, or a table with one for each name.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Form")]
 pub struct PhysicsStep {
@@ -84,7 +84,7 @@ pub struct PhysicsStep {
     pub mujoco: f64,
 }
 
-/// What a file may say.
+/// The forms in which a file may state it.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, untagged, expecting = "a number, or { rapier = ..., mujoco = ... }")]
 enum Form {

@@ -1,9 +1,10 @@
 //! Which links of a robot collide with each other: those of one leg with those of the other, and those of an arm with the
 //! trunk, the legs and the other arms.
 //!
-//! Every other pair passes through each other: links of one limb, and a leg and the trunk, which the limits of the joints
-//! keep apart; a link and the one that carries it; and a pair that touches in the home posture already, so that home
-//! remains a posture without inner forces. The force sensors of the soles do not feel contacts of links.
+//! The links of every other pair pass through each other. Links of one limb, and a leg and the trunk, are kept apart by
+//! the limits of the joints. A link does not collide with the one that carries it. A pair that touches in the home
+//! posture does not collide either, so that home remains a posture without inner forces. The force sensors of the soles
+//! do not feel contacts between links.
 
 use super::rapier::shape::{gap_m, placed};
 use crate::robot::{Foot, Kinematics, PerFoot, Robot, Scale};
@@ -11,15 +12,15 @@ use crate::robot::{Foot, Kinematics, PerFoot, Robot, Scale};
 /// Friction coefficient between links, plastic on plastic; assumed. (It is a power of two, so that a factor for the
 /// friction with the ground can undo it exactly.)
 pub const FRICTION: f64 = 0.25;
-/// A pair whose gap at home is smaller touches at home; in COM heights.
+/// A pair touches at home if its gap there is smaller than this (in COM heights).
 const TOUCHING: f64 = 0.003;
 
-/// Two links that met in the past tick.
+/// Two links that pressed on each other in the past tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Meeting {
     /// Indices into `Robot::links`.
     pub links: [usize; 2],
-    /// Whether they are of the two legs.
+    /// Whether they belong to different legs.
     pub of_legs: bool,
     /// Norm of the mean force between them over one physics step (N).
     pub force_n: f64,
@@ -36,7 +37,7 @@ pub struct Pairs {
     pub touching_at_home: Vec<[usize; 2]>,
 }
 
-/// The trunk, with all links that carry it or both legs.
+/// The limb of the trunk and of all links that carry the trunk or both legs.
 const TRUNK: usize = 0;
 const LEGS: PerFoot<usize> = PerFoot { left: 1, right: 2 };
 
@@ -89,7 +90,7 @@ impl Pairs {
     }
 }
 
-/// Whether links of these limbs are looked at: an arm and any other limb, or both legs.
+/// Whether links of these limbs may collide: those of an arm and any other limb, or those of both legs.
 fn can_meet(a: usize, b: usize) -> bool {
     a != b && (a.min(b) != TRUNK || a.max(b) > LEGS.right)
 }

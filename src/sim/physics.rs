@@ -1,4 +1,5 @@
-//! What the plant asks of a physics engine: one robot on its ground, in SI units and in f64.
+//! The interface between the plant and a physics engine. An engine holds one robot on its ground. All values are in SI
+//! units and in f64.
 
 use super::contact::{Part, WorldWrench};
 use super::servo::Drive;
@@ -7,13 +8,13 @@ use nalgebra::{DVector, Isometry3, Point3, UnitQuaternion, Vector3};
 
 /// A robot on its ground in a physics engine. Links and joints are those of [`Robot`](crate::robot::Robot), by index.
 pub trait Physics: Send + Sync {
-    /// A copy that goes on from the present state to the same bits.
+    /// A copy that continues from the present state to the same bits.
     fn copy(&self) -> Box<dyn Physics>;
 
     /// Reads posture and generalised velocity (as in [`Truth`](super::Truth)).
     fn read(&self, posture: &mut Posture, velocity: &mut DVector<f64>);
 
-    /// Pose in the world of a frame that is fixed to a link. Which frame that is, is up to the engine.
+    /// Pose in the world of a frame that is fixed to a link. Each engine chooses this frame.
     fn body(&self, link: usize) -> Isometry3<f64>;
 
     /// Removes the forces of the last physics step.

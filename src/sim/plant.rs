@@ -83,7 +83,7 @@ pub struct Truth {
     pub sole_wrenches: PerFoot<Wrench>,
     /// Sum of all forces of the ground on the robot (N).
     pub contact_force: Vector3<f64>,
-    /// ZMP on the plane z = 0 (m) of all contacts; None in flight.
+    /// ZMP of all contacts on the plane z = 0 (m). It is None in flight.
     pub zmp: Option<[f64; 2]>,
     /// Sum of pushes and pull (N), and the point where the last of them acts.
     pub push_force: Vector3<f64>,

@@ -1,5 +1,5 @@
-//! The sensors: encoders, an IMU on the trunk, and a wrench sensor under each sole, with noise and bias. The delay is
-//! not theirs; it acts between command and torque, in [`Plant`](super::plant::Plant).
+//! The sensors: encoders, an IMU on the trunk, and a wrench sensor under each sole, with noise and bias. They have no
+//! delay. The delay of the robot acts between command and torque, in [`Plant`](super::plant::Plant).
 
 use crate::robot::{Foot, Imu, PerFoot, Sensed, SensorNoise, Wrench};
 use nalgebra::{UnitQuaternion, Vector3};

@@ -1,10 +1,10 @@
 //! Joint servos: `tau = kp (q_ref - q) + kd (dq_ref - dq) + tau_ff` within limits of torque and speed.
 //!
-//! The damping term becomes the joint's own damping, which the engines integrate implicitly, so that the servo is as
-//! stable as an implicit position actuator at steps of 1 to 2 ms. The torque then depends on the speed at the end of the
-//! step, which an impact may change by many rad/s. So only that much of the damping is implicit with which the torque
-//! stays within its limit whatever the impact; the rest acts with the speed at the start of the step. At the limit, the
-//! clamped torque replaces spring and damping.
+//! The damping term becomes the joint's own damping, which the engines integrate implicitly. So the servo is as stable
+//! as an implicit position actuator at steps of 1 to 2 ms. The torque then depends on the speed at the end of the step,
+//! which an impact may change by many rad/s. Therefore the implicit part of the damping is limited, so that the torque
+//! stays within its limit for any impact. The rest of the damping acts with the speed at the start of the step. At the
+//! limit, the clamped torque replaces spring and damping.
 
 use crate::robot::Servo;
 
@@ -52,7 +52,7 @@ mod tests {
         rotor_inertia_kg_m2: 0.005,
     };
 
-    /// At 0 rad, without feed-forward.
+    /// The drive at 0 rad, without feed-forward.
     fn drive(dq: f64, q_ref: f64) -> Drive {
         super::drive(&SERVO, 0.002, 0.0, dq, q_ref, 0.0, 0.0)
     }

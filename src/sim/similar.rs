@@ -1,6 +1,6 @@
-//! An engine simulates no robot in its own size, but a similar one of [`COM_HEIGHT_M`] and [`MASS_KG`], and times, forces
-//! and speeds are converted on the way in and out. Engines have tolerances in metres and seconds, of which only some can
-//! be set; so all of them, and the settings of contacts, are in units of the robot.
+//! Simulates every robot in the same size. An engine sees a similar robot of [`COM_HEIGHT_M`] and [`MASS_KG`], and
+//! times, forces and speeds are converted on the way in and out. Engines have tolerances in metres and seconds, and
+//! only some of these can be set. In this way all of them, and the settings of contacts, are in units of the robot.
 
 use super::contact::{Part, WorldWrench};
 use super::physics::Physics;
@@ -9,17 +9,18 @@ use super::{Engine, Ground, Pairs};
 use crate::robot::{Posture, Robot, Scale, Units};
 use nalgebra::{DVector, Isometry3, Point3, UnitQuaternion, Vector3};
 
-/// Height of the COM at home (m), and mass (kg), of the robot that an engine sees. Any other would do.
+/// Height of the COM at home (m), and mass (kg), of the robot that an engine sees. Other values would do as well.
 const COM_HEIGHT_M: f64 = 1.0;
 const MASS_KG: f64 = 1.0;
 
-/// Ratios of a robot as an engine sees it to the robot itself.
+/// The ratios of the robot that an engine sees to the robot itself.
 pub fn scale(robot: &Robot) -> Scale {
     let Units { mass_kg, length_m, .. } = Units::of(robot);
     Scale { length: COM_HEIGHT_M / length_m, mass: MASS_KG / mass_kg }
 }
 
-/// The robot at rest in `posture`, on the ground while it is still level. Of its links, `pairs` collide.
+/// The robot at rest in `posture`, on ground that is still level. `pairs` states which of its links collide with each
+/// other.
 pub fn start(
     engine: Engine,
     robot: &Robot,

@@ -172,7 +172,7 @@ mod tests {
 
     #[test]
     fn gates_are_read() {
-        let names = ["catch", "hold", "my-gains", "paper:stepping.alpha=2", "a, b [1]", "a", "a - b", "a >= a", "c+d"];
+        let names = ["catch", "hold", "my-gains", "paper:stepping.alpha=2", "a, b [1]", "a >= a", "a - b", "a", "c+d"];
         let names = sets(&names);
         let set = |name: &str| Against::Set(name.into());
         for (text, left, against, offset) in [

@@ -1,9 +1,9 @@
-//! A claim on a result folder: a lock that a running program holds on `parts/.lock`, and that ends with the program,
-//! however it ends.
+//! Claims a result folder. A claim is a lock on `parts/.lock`. It ends with the program that holds it, however that
+//! ends.
 //!
-//! Shards of one campaign share a folder. A whole run or a merge has it for itself, since it decides what the result is.
-//! Two different campaigns never get it at once: who comes second finds the manifest of the other. Where a file system
-//! knows no locks, the manifest alone guards the folder: it is read again before each part is written.
+//! Shards of one campaign share a folder. A whole run or a merge has it alone, because it decides what the result is.
+//! Two different campaigns never get it at the same time: the second one finds the manifest of the first. If a file
+//! system has no locks, only the manifest guards the folder, and it is read again before each part is written.
 
 use crate::campaign::store::folder::Folder;
 use crate::campaign::store::manifest::Manifest;
@@ -11,29 +11,29 @@ use crate::error::{Error, Result};
 use std::fs::{self, File, TryLockError};
 use std::time::{Duration, Instant};
 
-/// For so long one shard waits for another that is writing the manifest.
+/// A shard waits for so long for another one that is writing the manifest.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Who may be at work in a folder beside the one who claims it.
+/// Who may work in a folder while it is claimed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Company {
-    /// Nobody.
-    None,
-    /// Shards of the same campaign.
-    Shards,
+pub enum Access {
+    /// Only the program that claims it.
+    Exclusive,
+    /// All shards of one campaign.
+    SharedByShards,
 }
 
-/// A folder that nobody else may change, as long as this lives.
+/// As long as this value lives, no other program may change the folder.
 #[derive(Debug)]
 pub struct Claim {
-    /// None where the file system knows no locks.
+    /// It is None if the file system has no locks.
     _lock: Option<File>,
 }
 
 impl Claim {
-    /// Claims a folder, and lets `begin` write whose it is if nobody else is at work there. Errors: somebody else is,
-    /// or the folder belongs to another campaign.
-    pub fn of(folder: &Folder, company: Company, begin: impl Fn() -> Result<()>) -> Result<Self> {
+    /// Claims a folder. If no other program works there, `begin` is called, which writes the manifest. It fails if
+    /// another program must not be disturbed, or if the folder belongs to another campaign.
+    pub fn of(folder: &Folder, access: Access, begin: impl Fn() -> Result<()>) -> Result<Self> {
         let path = folder.path.join("parts/.lock");
         let fail = |source| Error::Write { path: path.clone(), source };
         fs::create_dir_all(folder.path.join("parts")).map_err(fail)?;
@@ -52,27 +52,27 @@ impl Claim {
                     ours()?;
                     folder.remove_unfinished()?;
                     begin()?;
-                    if company == Company::None {
+                    if access == Access::Exclusive {
                         return Ok(Self { _lock: Some(lock) });
                     }
                     lock.unlock().map_err(fail)?;
                 }
-                Err(TryLockError::WouldBlock) if company == Company::None => {
+                Err(TryLockError::WouldBlock) if access == Access::Exclusive => {
                     return Err(Error::Busy(folder.path.clone()));
                 }
                 Err(TryLockError::WouldBlock) => {}
                 Err(TryLockError::Error(error)) => {
                     let advice = "run one command at a time in this folder";
-                    log::warn!("{}: the file system knows no locks ({error}); {advice}", path.display());
+                    log::warn!("{}: the file system has no locks ({error}); {advice}", path.display());
                     ours()?;
                     begin()?;
                     return Ok(Self { _lock: None });
                 }
             }
-            // From here on others may be at work, so the manifest stays as it is.
+            // From here on other shards may be at work, so the manifest is not written any more.
             if lock.try_lock_shared().is_ok() {
                 if Manifest::stated_hash(&folder.path).is_some() {
-                    folder.check_company()?;
+                    folder.check_same_manifest()?;
                     return Ok(Self { _lock: Some(lock) });
                 }
                 lock.unlock().map_err(fail)?;
@@ -86,7 +86,7 @@ impl Claim {
 }
 
 impl Folder {
-    /// Fails if the folder does not belong to this campaign any more.
+    /// Fails if the folder no longer belongs to this campaign.
     pub fn check_owner(&self) -> Result<()> {
         let found = Manifest::stated_hash(&self.path);
         let problem = match found {
@@ -97,8 +97,8 @@ impl Folder {
         Err(Error::Parts { path: self.path.clone(), problem: problem.into() })
     }
 
-    /// Whether others that are at work in the folder ask the same: the same trials, and the same of them.
-    fn check_company(&self) -> Result<()> {
+    /// Fails if the shards that work in the folder have another manifest: other trials, or other gates.
+    fn check_same_manifest(&self) -> Result<()> {
         if Manifest::read(&self.path)? == self.manifest {
             return Ok(());
         }
@@ -113,26 +113,26 @@ mod tests {
     use super::*;
     use crate::campaign::store::folder::tests::folder;
 
-    fn claim(folder: &Folder, company: Company) -> Result<Claim> {
-        Claim::of(folder, company, || folder.create())
+    fn claim(folder: &Folder, access: Access) -> Result<Claim> {
+        Claim::of(folder, access, || folder.create())
     }
 
     #[test]
     fn a_whole_run_is_alone_and_shards_are_not() {
         let dir = tempfile::tempdir().unwrap();
         let folder = folder(dir.path());
-        let alone = claim(&folder, Company::None).unwrap();
-        assert!(matches!(claim(&folder, Company::None), Err(Error::Busy(_))));
-        drop(alone);
-        let shards = [claim(&folder, Company::Shards).unwrap(), claim(&folder, Company::Shards).unwrap()];
-        assert!(matches!(claim(&folder, Company::None), Err(Error::Busy(_))));
+        let exclusive = claim(&folder, Access::Exclusive).unwrap();
+        assert!(matches!(claim(&folder, Access::Exclusive), Err(Error::Busy(_))));
+        drop(exclusive);
+        let shards = [claim(&folder, Access::SharedByShards).unwrap(), claim(&folder, Access::SharedByShards).unwrap()];
+        assert!(matches!(claim(&folder, Access::Exclusive), Err(Error::Busy(_))));
         let mut other = folder.clone();
         other.manifest.campaign.stopping.margin = 0.1;
-        let message = claim(&other, Company::Shards).unwrap_err().to_string();
+        let message = claim(&other, Access::SharedByShards).unwrap_err().to_string();
         assert!(message.contains("other gates"), "{message}");
         drop(shards);
-        // Alone, it may ask something else of the same trials.
-        assert!(claim(&other, Company::Shards).is_ok() && claim(&folder, Company::None).is_ok());
+        // A program that is alone may apply other gates to the same trials.
+        assert!(claim(&other, Access::SharedByShards).is_ok() && claim(&folder, Access::Exclusive).is_ok());
     }
 
     #[test]
@@ -142,9 +142,9 @@ mod tests {
         let mut second = first.clone();
         second.manifest.campaign.seed += 1;
         second.manifest.config_hash = second.manifest.hash().unwrap();
-        drop(claim(&first, Company::None).unwrap());
-        for company in [Company::None, Company::Shards] {
-            let message = claim(&second, company).unwrap_err().to_string();
+        drop(claim(&first, Access::Exclusive).unwrap());
+        for access in [Access::Exclusive, Access::SharedByShards] {
+            let message = claim(&second, access).unwrap_err().to_string();
             assert!(message.contains("another campaign"), "{message}");
         }
         assert!(first.check_owner().is_ok());

@@ -1,9 +1,9 @@
-//! The finished part of a campaign on disk: a folder with a part for each block of trials, and a manifest.
+//! A result folder: a part for each finished block of trials, and a manifest.
 
 use crate::campaign::ask::bounds::{PushBounds, in_range};
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::store::manifest::{MANIFEST, Manifest};
-use crate::campaign::store::part::{PartFile, Said, said_by_marker};
+use crate::campaign::store::part::{Marker, PartFile};
 use crate::campaign::store::row::TrialRow;
 use crate::error::{Error, Result};
 use crate::files::{build_id, is_temporary, json, shell_word, write_atomic};
@@ -13,11 +13,11 @@ use std::ffi::OsString;
 use std::ops::Range;
 use std::{fs, path::Path, path::PathBuf};
 
-/// Files that are made from the parts, by this module and by `report`.
+/// Files that are made from the parts.
 pub const RESULT_FILES: [&str; 6] =
     ["summary.json", "trials.parquet", "report.html", "summary.md", "junit.xml", "success.svg"];
 
-/// What a run writes before its first part.
+/// Names that a run creates before its first part.
 const BEGUN: [&str; 3] = ["parts", "inputs", "campaign.toml"];
 
 /// Subfolder with the pages that show trials, `trial-*.html`.
@@ -28,7 +28,7 @@ pub const REPLAYS: &str = "replays";
 struct Stopped {
     trials: u64,
     config_hash: String,
-    /// Number of trials of each gain set; None: that of the campaign.
+    /// Number of trials of each gain set. It is None if all have the number of the campaign.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     set_trials: Option<Vec<u64>>,
 }
@@ -41,7 +41,7 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Opens a folder: None if it does not exist or is empty. It fails if the folder holds something else.
+    /// Opens a folder. It is None if the folder does not exist or is empty. It fails if the folder has other content.
     pub fn open(path: &Path) -> Result<Option<Folder>> {
         let empty = match fs::read_dir(path) {
             Ok(mut entries) => entries.next().is_none(),
@@ -58,7 +58,7 @@ impl Folder {
         if path.join(MANIFEST).exists() {
             return Ok(Some(Folder { path: path.into(), manifest: Manifest::read(path)? }));
         }
-        if Self::said_by_parts(path)?.is_empty() {
+        if Self::markers(path)?.is_empty() {
             return Ok(None);
         }
         let [file, out] = [path.join("campaign.toml"), path.into()].map(|path| shell_word(&path.display().to_string()));
@@ -69,9 +69,9 @@ impl Folder {
         Err(Error::Parts { path: path.into(), problem })
     }
 
-    /// What the parts in a folder say by themselves, without a manifest; nothing if a run failed before its first part.
-    /// It fails if the folder holds something else.
-    pub fn said_by_parts(path: &Path) -> Result<Vec<Said>> {
+    /// The markers of the parts in a folder, which can be read without a manifest. There are none if a run failed
+    /// before its first part. It fails if the folder has other content.
+    pub fn markers(path: &Path) -> Result<Vec<Marker>> {
         let names = |folder: &Path| -> Result<Vec<OsString>> {
             let fail = |source| Error::Read { path: folder.into(), source };
             let names: std::io::Result<_> =
@@ -81,16 +81,16 @@ impl Folder {
         let parts = path.join("parts");
         let is_marker = |name: &OsString| name.to_str().is_some_and(|n| n.starts_with("part-") && n.ends_with(".json"));
         let of_parts = if parts.is_dir() { names(&parts)? } else { Vec::new() };
-        let markers = of_parts.iter().filter(|name| is_marker(name));
-        let said: Vec<Said> = markers.filter_map(|name| said_by_marker(&parts.join(name))).collect();
-        // Without `parts`, which a run creates first, a `campaign.toml` is somebody's own.
+        let names_of_markers = of_parts.iter().filter(|name| is_marker(name));
+        let markers: Vec<Marker> = names_of_markers.filter_map(|name| Marker::read(&parts.join(name))).collect();
+        // A run creates `parts` first. If that is missing, a `campaign.toml` is a file of the user.
         let is_ours = |name: &OsString| (parts.is_dir() && BEGUN.iter().any(|ours| name == ours)) || is_temporary(name);
-        if said.is_empty() && !names(path)?.iter().all(is_ours) {
+        if markers.is_empty() && !names(path)?.iter().all(is_ours) {
             let problem =
                 "is not the folder of a campaign: it has no parts/campaign.json, and holds other files".into();
             return Err(Error::Parts { path: path.into(), problem });
         }
-        Ok(said)
+        Ok(markers)
     }
 
     /// Opens the folder of a campaign. It fails if there is no such folder, or if it does not hold a campaign.
@@ -103,7 +103,7 @@ impl Folder {
 
     /// The builds of the program that made the parts ([`build_id`]).
     pub fn builds(&self) -> BTreeSet<String> {
-        Self::said_by_parts(&self.path).unwrap_or_default().into_iter().map(|said| said.build).collect()
+        Self::markers(&self.path).unwrap_or_default().into_iter().map(|marker| marker.build).collect()
     }
 
     /// Whether parts in the folder were made by another build of the program than this one.
@@ -111,18 +111,19 @@ impl Folder {
         self.builds().iter().any(|build| build != build_id())
     }
 
-    /// Whether the folder was made with other gates, or another margin or count of trials.
+    /// Whether the manifest in the folder differs from this one in its gates, its margin or its number of trials.
     pub fn asks_anew(&self) -> bool {
         Folder::open(&self.path).ok().flatten().is_some_and(|found| found.manifest != self.manifest)
     }
 
-    /// Number of trials in the result: those of the campaign, or those up to the decision if it ended early.
+    /// Number of trials in the result. It is that of the campaign or, if the campaign ended early, that at its
+    /// decision.
     pub fn trials(&self) -> u64 {
         self.stopped().map_or(self.manifest.campaign.trials, |stopped| stopped.trials)
     }
 
-    /// Number of trials of each gain set in the result. None if that is not known yet: the campaign ends when decided,
-    /// and has not ended.
+    /// Number of trials of each gain set in the result. It is None if the campaign ends when decided and has not ended
+    /// yet.
     pub fn set_trials(&self) -> Option<Vec<u64>> {
         let Manifest { campaign, sets, .. } = &self.manifest;
         let of_all = |trials: u64| vec![trials; sets.len()];
@@ -156,7 +157,7 @@ impl Folder {
         campaign.stopping.until_resolved.then(stopped).flatten().filter(valid)
     }
 
-    /// Notes that the campaign was decided and ended, each gain set after this number of trials.
+    /// Writes that the campaign was decided and has ended, with each gain set after this number of trials.
     pub fn stop_at(&self, set_trials: &[u64]) -> Result<()> {
         let trials = set_trials.iter().copied().max().unwrap_or_default();
         let are_same = set_trials.iter().all(|of_set| *of_set == trials);
@@ -174,7 +175,7 @@ impl Folder {
         self.trials().div_ceil(self.manifest.part_trials.get())
     }
 
-    /// Index of the first trial of a block, and that after its last.
+    /// The number of the first trial of a block, and the number after its last one.
     pub fn range(&self, block: u64) -> (u64, u64) {
         let trials = self.manifest.part_trials.get();
         (block * trials, ((block + 1) * trials).min(self.manifest.campaign.trials))
@@ -185,20 +186,20 @@ impl Folder {
         let set_trials = self.set_trials();
         let is_missing = |&block: &u64| match &set_trials {
             Some(set_trials) => self.lacks(block, set_trials).contains(&true),
-            // Of a campaign that has not ended it is not known which sets a part has to hold.
+            // If the campaign has not ended, it is not known which sets a part must have.
             None => !self.part(block).holds().contains(&true),
         };
         (0..self.blocks()).filter(is_missing).collect()
     }
 
-    /// Whether a block is still to be run for each gain set, if the sets have so many trials.
+    /// For each gain set, whether a block is still to be run, if the sets have these numbers of trials.
     pub fn lacks(&self, block: u64, set_trials: &[u64]) -> Vec<bool> {
         let (first, _) = self.range(block);
         let holds = self.part(block).holds();
         set_trials.iter().zip(holds).map(|(&trials, is_there)| first < trials && !is_there).collect()
     }
 
-    /// The part of a block, complete or not.
+    /// The part of a block, whether it is complete or not.
     pub fn part(&self, block: u64) -> PartFile<'_> {
         let stem = self.path.join(format!("parts/part-{block:06}"));
         let (first, end) = self.range(block);
@@ -234,7 +235,8 @@ impl Folder {
         Ok((0..self.blocks()).map(move |block| self.rows_of(block..block + 1, &set_trials)))
     }
 
-    /// Rows of these blocks, of each gain set within its number of trials. It fails if a part is missing or damaged.
+    /// The rows of these blocks. Rows beyond the number of trials of their gain set are left out. It fails if a part is
+    /// missing or damaged.
     pub fn rows_of(&self, blocks: Range<u64>, set_trials: &[u64]) -> Result<Vec<TrialRow>> {
         let bounds = PushBounds::new(self.manifest.campaign.episode.horizon_s);
         let rows = |block| {
@@ -260,7 +262,7 @@ impl Folder {
         write_atomic(&self.path.join("campaign.toml"), self.manifest.campaign.to_toml()?.as_bytes())
     }
 
-    /// Ranges of the trials of some blocks, such as `0-49, 75-99`.
+    /// The ranges of the trials of some blocks, as text such as `0-49, 75-99`.
     pub fn trials_of(&self, blocks: &[u64]) -> String {
         joined(blocks.iter().map(|&block| self.range(block))).join(", ")
     }
@@ -271,11 +273,11 @@ impl Folder {
         format!("standfast run {file} --out {}{}", shell_word(&self.path.display().to_string()), self.baseline_option())
     }
 
-    /// Says that the result decides nothing if these gates are added to those of the campaign.
+    /// The error if these gates are added to those of a finished campaign, and its trials do not decide them.
     pub fn undecided(&self, gates: &[String]) -> Error {
         let gates: String = gates.iter().map(|gate| format!(" --gate {}", shell_word(gate))).collect();
         let problem = format!(
-            "its {} trials do not decide what is asked, and nothing was changed; to go on, run: {}{gates}",
+            "its {} trials do not decide the added gates, and nothing was changed; to continue it, run: {}{gates}",
             self.trials(),
             self.resume_command()
         );
@@ -287,12 +289,12 @@ impl Folder {
         format!("standfast merge {}{}", shell_word(&self.path.display().to_string()), self.baseline_option())
     }
 
-    /// The option that commands on this folder need for its gates.
+    /// The option that commands on this folder need if a gate compares with a baseline.
     fn baseline_option(&self) -> &'static str {
         if self.manifest.campaign.gates.ask_for_baseline(&self.manifest.sets) { " --baseline DIR" } else { "" }
     }
 
-    /// Removes what writers have left that died while they wrote. Nobody may be at work in the folder.
+    /// Removes temporary files of programs that ended while they were writing. No program may be at work in the folder.
     pub fn remove_unfinished(&self) -> Result<()> {
         for folder in ["", "parts", "inputs", "inputs/gains", REPLAYS] {
             let Ok(entries) = fs::read_dir(self.path.join(folder)) else { continue };
@@ -316,7 +318,8 @@ impl Folder {
     }
 }
 
-/// Ranges in order, each given by its first number and the one after its last, with neighbours joined: `3`, `7-9`.
+/// Writes ranges as `3` or `7-9`, and joins neighbours. Each is given by its first number and the number after its last
+/// one. They are in order.
 pub fn joined(ranges: impl IntoIterator<Item = (u64, u64)>) -> Vec<String> {
     let mut joined: Vec<(u64, u64)> = Vec::new();
     for (first, end) in ranges {
@@ -373,7 +376,7 @@ pub(crate) mod tests {
         Folder { path: path.into(), manifest }
     }
 
-    /// A new folder of a campaign with three blocks, of which these are written.
+    /// A new folder of a campaign with three blocks. These blocks are written.
     fn written(blocks: &[u64]) -> (tempfile::TempDir, Folder) {
         let dir = tempfile::tempdir().unwrap();
         let folder = folder(dir.path());
@@ -394,7 +397,7 @@ pub(crate) mod tests {
         parts.map(|parts| parts.concat().len()).map_err(|error| error.to_string())
     }
 
-    /// Of a campaign that ends when decided a part may hold some of the gain sets.
+    /// In a campaign that ends when decided, a part may have only some of the gain sets.
     #[test]
     fn a_part_says_which_sets_it_holds() {
         let (dir, mut folder) = written(&[0]);
@@ -450,7 +453,7 @@ pub(crate) mod tests {
         assert_eq!(folder.missing(), [0, 1, 2]);
     }
 
-    /// Its marker agrees, so somebody has written both.
+    /// The marker matches, so both files were changed on purpose.
     #[test]
     fn a_push_that_cannot_be_is_refused() {
         let (_dir, folder) = written(&[1, 2]);
@@ -462,8 +465,8 @@ pub(crate) mod tests {
         }
     }
 
-    /// What a run leaves that could write nothing but folders is as good as empty, and parts say whose they are. What
-    /// holds something else is not opened.
+    /// A run that failed before its first part leaves a folder that counts as empty. The markers of parts state their
+    /// campaign. A folder with other content is not opened.
     #[test]
     fn a_folder_without_a_manifest_is_told_by_its_parts() {
         let dir = tempfile::tempdir().unwrap();
@@ -477,7 +480,8 @@ pub(crate) mod tests {
         folder.part(0).write(&rows(&folder, 0)).unwrap();
         let message = Folder::open(dir.path()).unwrap_err().to_string();
         assert!(message.contains("is lost") && message.contains("standfast run "), "{message}");
-        let said = Folder::said_by_parts(dir.path()).unwrap();
-        assert!(said.len() == 1 && said[0].config_hash == folder.manifest.config_hash && said[0].trials == 25);
+        let markers = Folder::markers(dir.path()).unwrap();
+        assert_eq!((markers.len(), &markers[0].config_hash), (1, &folder.manifest.config_hash));
+        assert_eq!(markers[0].trials, 25);
     }
 }

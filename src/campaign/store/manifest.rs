@@ -1,8 +1,9 @@
-//! The manifest of a result folder, `parts/campaign.json`: which campaign the parts are of, and by what they were made.
+//! The manifest of a result folder, `parts/campaign.json`. It states to which campaign the parts belong, and with which
+//! inputs and versions they were made.
 //!
-//! Nothing in it is taken on trust. Whenever a folder is opened, its values are checked as if they had been typed, the
-//! configuration's hash is computed again from campaign and inputs, and a seal over the whole tells of any change that
-//! was made by hand or by a failing disk.
+//! It is checked whenever a folder is opened. Its values are checked as if a user had typed them, and the configuration
+//! hash is computed again from campaign and inputs. A seal over the whole file shows any change by hand or by a failing
+//! disk.
 
 use crate::assets;
 use crate::campaign::ask::gate::GateSpec;
@@ -17,24 +18,25 @@ use std::path::Path;
 
 /// Path of the manifest in a result folder.
 pub const MANIFEST: &str = "parts/campaign.json";
-/// A manifest lists names and numbers, so it is small.
+/// A larger file is not read. A manifest lists names and numbers, so it is small.
 const MOST_BYTES: u64 = 20_000_000;
 
-/// What the parts in a result folder are of.
+/// The campaign to which the parts in a result folder belong.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// Version of the program that wrote it.
     pub standfast: String,
     /// SHA-256 of all that the trials depend on: versions of program and engine, campaign, inputs.
     pub config_hash: String,
-    /// SHA-256 of URDF, settings and meshes, by which results of different robots can be told apart.
+    /// SHA-256 of URDF, settings and meshes. It tells results of different robots apart.
     pub robot_sha256: String,
     /// Name and version of the physics engine.
     pub engine: String,
-    /// Number of trials in a block. A folder keeps its own number, and the result does not depend on it.
+    /// Number of trials in a block. A folder keeps the number with which it was begun. The result does not depend on
+    /// it.
     pub part_trials: NonZeroU64,
-    /// Count of trials that was planned when the folder was begun: the [looks](Manifest::looks) go by it. A folder
-    /// keeps its own.
+    /// Number of trials that was planned when the folder was begun. A folder keeps it, because the
+    /// [looks](Manifest::looks) follow from it.
     pub planned_trials: u64,
     /// Names of the gain sets, in the order of the campaign.
     pub sets: Vec<String>,
@@ -66,13 +68,13 @@ pub struct Input {
 }
 
 impl Manifest {
-    /// The looks at which the campaign may end; None if its count of trials is fixed.
+    /// The looks at which the campaign may end. It is None if its number of trials is fixed.
     pub fn looks(&self) -> Option<Looks> {
         self.campaign.stopping.until_resolved.then(|| Looks::up_to(self.planned_trials))
     }
 
-    /// What `config_hash` has to be: SHA-256 of the versions, of the campaign without what no trial depends on, and of
-    /// the hashes of the inputs, each with its length in front.
+    /// The value that `config_hash` must have. It is the SHA-256 of the versions, of the campaign without the settings
+    /// on which no trial depends, and of the hashes of the inputs. Each of these has its length in front.
     pub fn hash(&self) -> Result<String> {
         let versions = format!("{} {}", self.standfast, self.engine);
         let campaign = what_trials_are(&self.campaign).to_toml()?;
@@ -85,8 +87,8 @@ impl Manifest {
         Ok(sha256_hex(&bytes))
     }
 
-    /// Reads the manifest of a folder. Errors: it cannot be read, says what no campaign can be, or is not as it was
-    /// written; an input in the folder is not the one that was read.
+    /// Reads the manifest of a folder. It fails if the file cannot be read, has values that no campaign can have, or
+    /// was changed. It also fails if an input in the folder was changed.
     pub fn read(folder: &Path) -> Result<Manifest> {
         let path = folder.join(MANIFEST);
         let problem = |problem: String| Error::Parts { path: path.clone(), problem };
@@ -106,7 +108,7 @@ impl Manifest {
         Ok(manifest)
     }
 
-    /// The configuration's hash that the manifest of a folder states, unchecked; None if it cannot be read.
+    /// The configuration hash in the manifest of a folder, without any check. It is None if it cannot be read.
     pub fn stated_hash(folder: &Path) -> Option<String> {
         let value: serde_json::Value =
             serde_json::from_slice(&assets::read(&folder.join(MANIFEST), MOST_BYTES).ok()?).ok()?;
@@ -121,7 +123,7 @@ impl Manifest {
         write_atomic(&folder.join(MANIFEST), json_pretty(&value)?.as_bytes())
     }
 
-    /// Checks its values as if they had been typed. Errors name `file`.
+    /// Checks its values as if a user had typed them. Errors name `file`.
     pub fn check(&self, file: &str) -> Result<()> {
         self.campaign.check(file)?;
         let (sets, gains) = (&self.sets, &self.campaign.gains);
@@ -142,7 +144,7 @@ impl Manifest {
         Ok(())
     }
 
-    /// Fails if an input that lies in the folder has changed. One that is missing is noticed when it is needed.
+    /// Fails if an input that lies in the folder has changed. A missing one is noticed when it is needed.
     fn check_inputs(&self, folder: &Path) -> Result<()> {
         for input in self.inputs.iter().filter(|input| !input.file.starts_with("builtin:")) {
             let path = folder.join(&input.file);
@@ -158,10 +160,10 @@ impl Manifest {
 /// Most trials in a part.
 const MOST_PART_TRIALS: u64 = 500;
 
-/// Number of trials in a block, which is stored as one part; the last one may have fewer. An interruption loses
-/// unfinished blocks: with four gain sets, 5 trials are 20 episodes, which take seconds. In large campaigns blocks are
-/// larger, so that there are about 2000 of them: files are what a shared folder runs out of first. The number of trials
-/// between looks of a campaign that ends when decided is a multiple of it.
+/// Number of trials in a block, which is stored as one part. The last block may have fewer. An interruption loses the
+/// unfinished blocks, so small ones have 5 trials: with four gain sets these are 20 episodes. In large campaigns blocks
+/// are larger, so that there are about 2000 of them, because a shared folder often limits the number of files. In a
+/// campaign that ends when decided, the number of trials between two looks is a multiple of it.
 pub fn part_trials(campaign: &Campaign) -> NonZeroU64 {
     const LEAST: u64 = 5;
     const PARTS: u64 = 2000;
@@ -170,9 +172,10 @@ pub fn part_trials(campaign: &Campaign) -> NonZeroU64 {
     NonZeroU64::new(if campaign.stopping.until_resolved { between_looks } else { trials }).unwrap_or(NonZeroU64::MIN)
 }
 
-/// The campaign without the settings on which no trial depends. A campaign that ends when decided may be taken up again
-/// with more trials, because its intervals hold at every look, so the number of trials is left out, too. A campaign
-/// with a fixed number may not: to add trials after having seen the result would be a second look.
+/// The campaign without the settings on which no trial depends. The number of trials is left out if the campaign ends
+/// when decided: it may be continued with more trials, because its intervals hold at every look. A campaign with a
+/// fixed number of trials may not be continued, because to add trials after having seen the result would be a second
+/// look.
 fn what_trials_are(campaign: &Campaign) -> Campaign {
     let mut trials = Campaign { gates: GateSpec::default(), ..campaign.clone() };
     trials.stopping.margin = 0.0;

@@ -1,8 +1,10 @@
-//! A part of a result: the rows of one block of trials in a CSV file (floats with all digits). Written after it is a
-//! small marker with row count, range of trials, configuration hash and content hash. A part is complete only if all of
-//! these match. Parts do not depend on threads, shards or hosts, so all histories of interruptions end in the same
-//! bytes. They may depend on the build of the program, which the marker names, too. A campaign that ends when decided
-//! stops running some gain sets early; a part then holds the others only, and its marker names them.
+//! Stores a part of a result: the rows of one block of trials, in a CSV file with all digits of its floats. A small
+//! marker is written after it, with row count, range of trials, configuration hash and content hash. A part is complete
+//! only if all of these match.
+//!
+//! Parts do not depend on threads, shards, hosts or interruptions: a finished campaign always has the same bytes. They
+//! may depend on the build of the program, which the marker names. A campaign that ends when decided stops some gain
+//! sets early. Then a part has only the other sets, and its marker names them.
 
 use crate::assets::read;
 use crate::campaign::store::row::TrialRow;
@@ -12,10 +14,10 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// No part comes near this.
+/// A larger file is not read. Parts are far smaller.
 const MOST_BYTES: u64 = 100_000_000;
 
-/// A part, complete or not.
+/// The files of a part, whether it is complete or not.
 pub struct PartFile<'a> {
     /// Path without the extension.
     pub stem: PathBuf,
@@ -23,46 +25,38 @@ pub struct PartFile<'a> {
     /// Names of the gain sets, in the order of the campaign.
     pub sets: &'a [String],
     pub config_hash: &'a str,
-    /// The count of trials by which the looks go of a campaign that ends when decided.
+    /// The planned number of trials of a campaign that ends when decided. The looks follow from it.
     pub planned_trials: Option<u64>,
 }
 
+/// The marker beside the rows of a part. It states what the part has to contain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Marker {
+pub struct Marker {
     /// Build of the program that wrote the part ([`build_id`]).
-    build: String,
+    pub build: String,
     first_trial: u64,
-    trials: u64,
+    /// Number of trials in the part.
+    pub trials: u64,
     rows: usize,
-    /// Names of the gain sets in the part; None: all of the campaign.
+    /// Names of the gain sets in the part. It is None if the part has all sets of the campaign.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     sets: Option<Vec<String>>,
-    config_hash: String,
+    pub config_hash: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    planned_trials: Option<u64>,
+    pub planned_trials: Option<u64>,
     sha256: String,
 }
 
-/// What the marker of a part says by itself, without the manifest.
-pub struct Said {
-    /// Build of the program that wrote the part.
-    pub build: String,
-    pub config_hash: String,
-    /// Number of trials in the part.
-    pub trials: u64,
-    pub planned_trials: Option<u64>,
-}
-
-/// What the marker at this path says; None if it cannot be read.
-pub fn said_by_marker(path: &Path) -> Option<Said> {
-    let Marker { build, config_hash, trials, planned_trials, .. } =
-        serde_json::from_slice(&read(path, MOST_BYTES).ok()?).ok()?;
-    Some(Said { build, config_hash, trials, planned_trials })
+impl Marker {
+    /// The marker at this path. It is None if it cannot be read.
+    pub fn read(path: &Path) -> Option<Self> {
+        serde_json::from_slice(&read(path, MOST_BYTES).ok()?).ok()
+    }
 }
 
 impl PartFile<'_> {
-    /// Writes the part, then its marker. `rows` must be sorted by trial, then by set; each trial of the part has a row
-    /// for the same sets.
+    /// Writes the part, then its marker. `rows` must be sorted by trial, then by set. Each trial of the part must have
+    /// rows of the same sets.
     pub fn write(&self, rows: &[TrialRow]) -> Result<()> {
         let mut csv = csv::Writer::from_writer(Vec::new());
         let path = self.path("csv");
@@ -75,7 +69,8 @@ impl PartFile<'_> {
         write_atomic(&self.path("json"), json(&self.marker(build_id(), &self.held_by(rows), &bytes))?.as_bytes())
     }
 
-    /// Reads the rows, by trial and then by set. It fails if the part is missing, damaged, or of another campaign.
+    /// Reads the rows, sorted by trial and then by set. It fails if the part is missing or damaged, or belongs to
+    /// another campaign.
     pub fn rows(&self) -> Result<Vec<TrialRow>> {
         let (content, sets) = self.content()?;
         let rows: Result<Vec<TrialRow>, _> = csv::Reader::from_reader(content.as_slice()).deserialize().collect();
@@ -90,18 +85,18 @@ impl PartFile<'_> {
         }
     }
 
-    /// For each gain set of the campaign, whether the part is there as it was written and holds the set.
+    /// For each gain set of the campaign, whether the part is complete and has rows of the set.
     pub fn holds(&self) -> Vec<bool> {
         let held = self.content().map_or(Vec::new(), |(_, sets)| sets);
         self.sets.iter().map(|set| held.contains(&set)).collect()
     }
 
-    /// The gain sets that rows are of, in the order of the campaign.
+    /// The gain sets of these rows, in the order of the campaign.
     fn held_by(&self, rows: &[TrialRow]) -> Vec<&String> {
         self.sets.iter().filter(|set| rows.iter().any(|row| row.set == **set)).collect()
     }
 
-    /// Path of its rows, as errors name it.
+    /// The path of its rows, for errors.
     pub fn name(&self) -> String {
         self.path("csv").display().to_string()
     }
@@ -129,7 +124,7 @@ impl PartFile<'_> {
         }
     }
 
-    /// Content of a complete part, and the gain sets in it, in the order of the campaign.
+    /// The content of a complete part, and its gain sets in the order of the campaign.
     fn content(&self) -> Result<(Vec<u8>, Vec<&String>)> {
         let marker = read(&self.path("json"), MOST_BYTES)
             .map_err(|e| self.damaged(format!("its marker cannot be read: {e}")))?;

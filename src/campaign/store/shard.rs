@@ -1,4 +1,4 @@
-//! A shard: the share of one machine in the trials of a campaign.
+//! A shard is the share of one machine in the trials of a campaign.
 
 use std::fmt;
 use std::str::FromStr;

@@ -1,7 +1,8 @@
-//! How far two results agree that differ in the physics engine alone: is it the controller, or the simulator?
+//! Tells how far two results agree that differ only in their physics engine. So a user sees what is due to the
+//! controller and what to the simulator.
 //!
-//! Every trial has the same push, robot, ground and noise in both. So a trial with another outcome, and a verdict on two
-//! gain sets that only one engine gives, tell what depends on the engine.
+//! Every trial has the same push, robot, ground and noise in both results. If it ends differently, the cause is the
+//! engine. The same holds for a verdict that only one engine gives.
 
 use crate::campaign::store::folder::Folder;
 use crate::campaign::store::manifest::Manifest;
@@ -24,13 +25,13 @@ pub struct Agreement {
     pub versions: [String; 2],
     /// The gain sets, in the order of the campaign.
     pub sets: Vec<SetAgreement>,
-    /// The distance beyond which traces part (m); None if none were compared.
+    /// Two traces have parted where they are farther apart than this (m). It is None if no traces were compared.
     pub part_beyond_m: Option<f64>,
-    /// What is said of the same two gain sets in a and in b, where that differs.
+    /// The verdicts in a and in b on each pair of gain sets for which they differ.
     pub verdicts: Vec<[Verdict; 2]>,
 }
 
-/// One gain set in both engines, over the trials that both have.
+/// One gain set in both engines, over the trials that both results have.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SetAgreement {
     /// Name of the gain set, as in both results.
@@ -40,7 +41,7 @@ pub struct SetAgreement {
     #[serde(flatten)]
     pub agreed: Agreed,
     pub strata: Vec<StratumAgreement>,
-    /// The trials with another outcome: recovered in one engine, and not in the other.
+    /// The trials from which the robot recovered in one engine only.
     pub parted: Vec<PartedTrial>,
 }
 
@@ -55,21 +56,21 @@ pub struct StratumAgreement {
     pub agreed: Agreed,
 }
 
-/// A trial that the robot recovered from in one engine alone.
+/// A trial from which the robot recovered in one engine only.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PartedTrial {
     pub trial: u64,
-    /// Of the first push.
+    /// Impulse of the first push.
     pub impulse_n_s: f64,
     pub impulse_over_m_omega_d: Option<f64>,
     pub heading_deg: f64,
     pub recovered_in: Engine,
-    /// In a and in b.
+    /// The outcomes in a and in b.
     pub outcomes: [Outcome; 2],
     pub footsteps: [u32; 2],
     /// Whether the trial was simulated again in both, to see where its traces part.
     pub traced: bool,
-    /// None if it was not, or if they nowhere part.
+    /// Where the traces part. It is None if the trial was not simulated again, or if they do not part.
     pub parting: Option<Parting>,
 }
 
@@ -83,10 +84,10 @@ pub struct Verdict {
     pub words: String,
 }
 
-/// Whether two results differ in the engine alone, its version and step: they have the same robot and gain sets, and were
-/// asked the same by the same version of the program. How many trials were asked for, and which gates, does not matter.
+/// Whether two results differ only in the engine, its version and its step. Then robot, gain sets, campaign and version
+/// of the program are the same. The number of trials and the gates may differ.
 pub fn differ_in_engine_alone(a: &Folder, b: &Folder) -> bool {
-    // What is compiled in has no file, and is the same in one version of the program.
+    // A built-in gain set has no file. One version of the program always has the same one.
     let text = |folder: &Folder, gains: &String| std::fs::read(folder.path.join(Entry::split(gains).base)).ok();
     let (ours, theirs) = (&a.manifest, &b.manifest);
     ours.campaign.episode.engine != theirs.campaign.episode.engine
@@ -96,8 +97,9 @@ pub fn differ_in_engine_alone(a: &Folder, b: &Folder) -> bool {
 }
 
 impl Agreement {
-    /// Of two results with the same gain sets, each given by its manifest and trials. `rows` are those of the
-    /// comparison, by its names of the sets, first all those of a; `pairs` compare each set of a with that of b.
+    /// Compares two results with the same gain sets, each given by its manifest and trials. `rows` has the trials of
+    /// both under the names of the comparison, and the sets of a come first. `pairs` compares each set of a with the
+    /// same set of b.
     pub fn new(of: [(&Manifest, &Digest); 2], rows: &Digest, pairs: &[Pair]) -> Self {
         let engines = of.map(|(manifest, _)| manifest.campaign.episode.engine);
         let sets = &of[0].0.sets;
@@ -139,8 +141,8 @@ impl Agreement {
         }
     }
 
-    /// The share of trials with the same outcome, from the gain set with the smallest to that with the largest, in a
-    /// sentence.
+    /// A sentence with the share of trials that have the same outcome. It names the gain sets with the smallest and
+    /// with the largest share.
     pub fn headline(&self) -> String {
         let share = |set: &SetAgreement| format!("{:.1} % ({})", 100.0 * set.agreed.agree, set.set);
         let by_share = |a: &&SetAgreement, b: &&SetAgreement| a.agreed.agree.total_cmp(&b.agreed.agree);
@@ -151,7 +153,7 @@ impl Agreement {
         format!("{in_a} and {in_b} agree on {} of trials.", shares.join(" to "))
     }
 
-    /// The verdicts that hold in one engine only, each in a sentence for a and one for b.
+    /// A warning for each verdict that holds in one engine only. It quotes the verdicts of a and of b.
     pub fn warnings(&self) -> Vec<String> {
         let told = |[a, b]: &[Verdict; 2]| {
             let contradict = [a, b].iter().all(|found| found.verdict == PairVerdict::Better);
@@ -164,7 +166,7 @@ impl Agreement {
     }
 }
 
-/// Every pair of gain sets of a result, as the result itself has it.
+/// The verdict on every pair of gain sets of a result, as the result itself states it.
 fn own_verdicts(manifest: &Manifest, rows: &Digest) -> Vec<Verdict> {
     let pairs = every_pair(manifest.sets.len());
     let pairs = Pair::all(rows, &pairs, &[], DecisionRule::of(manifest)).into_iter();
@@ -172,7 +174,7 @@ fn own_verdicts(manifest: &Manifest, rows: &Digest) -> Vec<Verdict> {
     pairs.map(verdict).collect()
 }
 
-/// Those of the same two sets that do not say the same: that another one is better, or that it is decided in one alone.
+/// The verdicts on the same two sets that differ. Either another set is better, or only one of the two results decides.
 fn differing([of_a, mut of_b]: [Vec<Verdict>; 2]) -> Vec<[Verdict; 2]> {
     let mut differing = Vec::new();
     for in_a in of_a {

@@ -1,6 +1,7 @@
-//! An earlier result as the baseline of gates, and whether two results can be compared at all.
+//! Reads an earlier result with which gates compare, and checks whether two results can be compared at all.
 //!
-//! A comparison stands on the trials being the same: seed, what is drawn, judge, and every push to the bit.
+//! Two results can be compared only if their trials are the same. So their seeds, distributions and judges must be
+//! equal, and every push must be equal to the bit.
 
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
@@ -12,7 +13,7 @@ use serde::Serialize;
 use serde_json::Value;
 use std::path::Path;
 
-/// Differences of two campaigns that an error names.
+/// An error names at most this many differences of two campaigns.
 const SHOWN: usize = 4;
 
 /// An earlier result with the same pushes.
@@ -32,7 +33,8 @@ pub struct BaselineId {
 }
 
 impl Baseline {
-    /// Errors: no complete result, or of other trials than those of `ours`.
+    /// Opens a baseline for the campaign `ours`. It fails if the result is not complete, or if its trials are not those
+    /// of `ours`.
     pub fn open(path: &Path, ours: &Manifest) -> Result<Baseline> {
         let folder = Folder::existing(path)?;
         let campaign = &ours.campaign;
@@ -56,25 +58,26 @@ impl Baseline {
         self.rows.trials()
     }
 
-    /// What a report says of it.
-    pub fn told(&self) -> BaselineId {
+    /// What a report states about the baseline.
+    pub fn id(&self) -> BaselineId {
         let Manifest { standfast, config_hash, campaign, .. } = &self.manifest;
         let (name, trials) = (campaign.name.clone(), self.trials());
         BaselineId { name, standfast: standfast.clone(), config_hash: config_hash.clone(), trials }
     }
 
-    /// Whether it ended when decided: then its count of trials has to do with its outcomes.
+    /// Whether the baseline ended when it was decided. Then its number of trials depends on its outcomes.
     pub fn is_sequential(&self) -> bool {
         self.manifest.campaign.stopping.until_resolved
     }
 
-    /// In the order of trials, from 0; none of a set that it lacks.
+    /// How the trials of a gain set ended, from trial 0. It is empty if the baseline does not have the set.
     pub fn rows_of(&self, set: &str) -> &[Ended] {
         self.rows.names.iter().position(|name| name == set).map_or(&[], |set| self.rows.of(set))
     }
 }
 
-/// What makes two results hard to compare, beside their trials: they differ in more than gains, or in nothing.
+/// Says why two results are hard to compare although their trials are the same: they differ in more than their gains,
+/// or in nothing.
 pub fn unlike(a: &Manifest, b: &Manifest) -> Vec<String> {
     let robots = [a, b].map(|m| format!("{} ({:.8})", m.campaign.robot, m.robot_sha256));
     let versions = [a, b].map(|m| m.standfast.clone());
@@ -88,7 +91,7 @@ pub fn unlike(a: &Manifest, b: &Manifest) -> Vec<String> {
     differences.chain((a.config_hash == b.config_hash).then(|| same.to_string())).collect()
 }
 
-/// Errors: the trials of `folder` are drawn or judged otherwise than those of `campaign`.
+/// Fails if the trials of `folder` are drawn or judged in another way than those of `campaign`.
 pub(super) fn refuse_other_trials(folder: &Folder, campaign: &Campaign) -> Result<()> {
     let mut found = Vec::new();
     differences("", &drawn(campaign), &drawn(&folder.manifest.campaign), &mut found);
@@ -100,17 +103,18 @@ pub(super) fn refuse_other_trials(folder: &Folder, campaign: &Campaign) -> Resul
         more => format!("; and {more} more differ"),
     };
     found.truncate(SHOWN);
-    let problem = format!("its trials are others, so nothing can be paired: {}{more}", found.join("; "));
+    let problem =
+        format!("its trials are not the same, so they cannot be compared in pairs: {}{more}", found.join("; "));
     Err(Error::Parts { path: folder.path.clone(), problem })
 }
 
-/// Error: what was drawn for a trial is not what the same campaign draws now, or drew for another result.
+/// The error if a trial has another push, robot or ground than the same campaign draws now, or drew for another result.
 pub(super) fn other_push(path: &Path, trial: u64) -> Error {
-    let problem = format!("trial {trial} met another push, robot or ground, though the campaigns say the same");
-    Error::Parts { path: path.into(), problem: problem + ": another version drew it otherwise" }
+    let problem = format!("trial {trial} has another push, robot or ground, although the campaigns are the same");
+    Error::Parts { path: path.into(), problem: problem + ": another version of standfast drew it" }
 }
 
-/// All of a campaign that says what its trials are and how they are judged.
+/// The settings of a campaign on which its trials and their judgement depend.
 fn drawn(campaign: &Campaign) -> Value {
     let mut drawn = serde_json::json!({
         "seed": campaign.seed,

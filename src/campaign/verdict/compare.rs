@@ -1,4 +1,4 @@
-//! Two finished results set beside each other, trial by trial.
+//! Compares two finished results trial by trial.
 
 use crate::campaign::ask::gate::GateSpec;
 use crate::campaign::store::folder::Folder;
@@ -16,20 +16,20 @@ use std::collections::HashMap;
 use std::io::{Write, sink};
 use std::path::{Path, PathBuf};
 
-/// Two results as one: what a campaign with the gain sets of both would have given.
+/// Two results joined to one, as if one campaign had had the gain sets of both.
 pub struct Comparison {
-    /// What they say of each other. Its campaign is the first one, with the names, sets and hashes of both; paths of
-    /// [origins](SetOrigin) are as those of the folders.
+    /// The summary of both results. Its campaign is the first one, with the names, sets and hashes of both. A path of
+    /// an [origin](SetOrigin) begins with the path by which its folder was named.
     pub summary: Summary,
-    /// The trials that both have; the sets of the first before those of the second.
+    /// The trials that both results have. The sets of the first result come before those of the second.
     pub rows: Digest,
     /// The two results.
     of: [Folder; 2],
 }
 
 impl Comparison {
-    /// Sets two finished folders beside each other; `gates` name sets as the summary does. Errors: a folder is not
-    /// complete, their trials are not the same, or a gate cannot be read.
+    /// Compares two finished folders. `gates` name the sets as the summary does. It fails if a folder is not complete,
+    /// if their trials are not the same, or if a gate cannot be read.
     pub fn new(a: &Folder, b: &Folder, gates: &[String]) -> Result<Comparison> {
         if is_same_folder(&a.path, &b.path) {
             let problem = "both are this folder: a result does not differ from itself";
@@ -67,8 +67,8 @@ impl Comparison {
         Ok(Comparison { summary, rows, of: [a.clone(), b.clone()] })
     }
 
-    /// Writes `trials.parquet` and `summary.json`, and gives the summary as it is then: with paths of the two results as
-    /// they are from that folder. The two results are read again for that. Errors: they have changed meanwhile; the folder
+    /// Reads both results again, and writes `trials.parquet` and `summary.json`. It returns the summary as it was
+    /// written, with paths that are relative to `folder`. It fails if a result has changed meanwhile, or if the folder
     /// is not writable.
     pub fn write(&self, folder: &Path) -> Result<Summary> {
         std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
@@ -89,8 +89,9 @@ impl Comparison {
     }
 }
 
-/// The trials that both folders have, under the names of `sets`; those of the first before those of the second. Their
-/// rows are written to a `trials.parquet`, which is given back with its SHA-256. Errors: a trial is not the same in both.
+/// Reads the trials that both folders have. `sets` are the new names of their sets, those of the first folder first.
+/// The rows are written to `to` as a `trials.parquet`, which is returned with its SHA-256. It fails if a trial is not
+/// the same in both.
 fn paired<W: Write + Send>([a, b]: [&Folder; 2], sets: &[String], to: W) -> Result<(Digest, W, String)> {
     let (names_a, names_b) = sets.split_at(a.manifest.sets.len());
     let renamed = |folder: &Folder, names: &[String]| {
@@ -122,7 +123,8 @@ fn trials(folder: &Folder) -> Result<impl Iterator<Item = Result<Vec<TrialRow>>>
     Ok(folder.parts()?.flat_map(move |part| part.map_or_else(|error| vec![Err(error)], of_part)))
 }
 
-/// Pairs of sets, one of each result: of the same name or, if no name is in both, every one.
+/// Pairs of one set of each result. Sets of the same name make a pair. If no name is in both results, every set of one
+/// makes a pair with every set of the other.
 fn pairs(sets_a: &[String], sets_b: &[String]) -> Vec<(usize, usize)> {
     let all = || (0..sets_a.len()).flat_map(|i| (0..sets_b.len()).map(move |j| (i, j)));
     let of_one_name: Vec<_> = all().filter(|&(i, j)| sets_a[i] == sets_b[j]).collect();
@@ -130,7 +132,8 @@ fn pairs(sets_a: &[String], sets_b: &[String]) -> Vec<(usize, usize)> {
     pairs.into_iter().map(|(i, j)| (i, sets_a.len() + j)).collect()
 }
 
-/// The manifest of the comparison: that of the first result, with the name, sets, number of trials and hashes of both.
+/// The manifest of the comparison. It is that of the first result, with the names, sets and hashes of both, and with
+/// the number of trials that both have.
 fn joined(a: &Manifest, b: &Manifest, sets: Vec<String>, trials: u64, gates: &[String]) -> Manifest {
     let both = |a: &str, b: &str| if a == b { a.to_string() } else { format!("{a}, {b}") };
     let mut campaign = a.campaign.clone();
@@ -145,7 +148,7 @@ fn joined(a: &Manifest, b: &Manifest, sets: Vec<String>, trials: u64, gates: &[S
         robot_sha256: both(&a.robot_sha256, &b.robot_sha256),
         engine: both(&a.engine, &b.engine),
         part_trials: a.part_trials,
-        // Neither is a matter of outcomes.
+        // Both numbers were chosen before any outcome was known.
         planned_trials: a.planned_trials.min(b.planned_trials),
         sets,
         totals: each_once([a, b].into_iter().flat_map(|of| of.totals.clone())),
@@ -154,7 +157,7 @@ fn joined(a: &Manifest, b: &Manifest, sets: Vec<String>, trials: u64, gates: &[S
     }
 }
 
-/// What a comparison over the first `trials` trials cannot support.
+/// Warns of what a comparison over the first `trials` trials cannot support.
 fn warnings(a: &Folder, b: &Folder, trials: u64, engines_alone: bool) -> Vec<String> {
     let (of_a, of_b) = (a.trials(), b.trials());
     let counts = format!("the results have {of_a} and {of_b} trials: only the first {trials} are compared");
@@ -165,7 +168,7 @@ fn warnings(a: &Folder, b: &Folder, trials: u64, engines_alone: bool) -> Vec<Str
     (of_a != of_b).then_some(counts).into_iter().chain(unlike).chain(decides_otherwise.then_some(gates)).collect()
 }
 
-/// Names of a folder's sets; those that the other one has too, with the folder's.
+/// The names of a folder's sets. A set whose name the other folder has too also gets the name of its folder.
 fn names(folder: &Folder, other: &Folder) -> Vec<String> {
     let label = label(&folder.path, &other.path);
     let is_shared = |set: &String| other.manifest.sets.contains(set);
@@ -185,14 +188,14 @@ fn origins(folder: &Folder) -> Vec<SetOrigin> {
     folder.manifest.sets.iter().map(origin).collect()
 }
 
-/// The path of a file as it is from a folder; both exist.
+/// The path of a file, relative to a folder. Both exist.
 fn seen_from(folder: &Path, file: &Path) -> PathBuf {
     let (Ok(folder), Ok(file)) = (folder.canonicalize(), file.canonicalize()) else { return file.into() };
     pathdiff::diff_paths(&file, &folder).unwrap_or(file)
 }
 
-/// A short name by which a folder is told from another: the last part of its path, or the whole path if these are the
-/// same.
+/// A short name that tells a folder from another. It is the last part of its path, or the whole path if the last parts
+/// are the same.
 fn label(path: &Path, other: &Path) -> String {
     let (ours, theirs) = (path.file_name(), other.file_name());
     match ours {

@@ -1,10 +1,11 @@
-//! What verdicts need of the rows of a campaign, in little memory: rows come part by part, and are forgotten.
+//! Keeps what verdicts need of the rows of a campaign, in little memory. Rows are added part by part, and are not kept
+//! themselves.
 //!
 //! A trial with a gain set takes 40 bytes, and what was drawn for the trial 8 bytes for each quantity that varies. A
 //! million trials of two sets are about 100 MB; as rows they were 1.5 GB.
 //!
-//! A campaign that ends when decided stops running a set early once everything that the set takes part in is decided,
-//! so sets may have different numbers of trials. Each has its first ones, without a gap.
+//! A campaign that ends when decided stops a set once everything in which the set takes part is decided. So sets may
+//! have different numbers of trials. Each set has all trials from the first one to its last one.
 
 use crate::campaign::store::folder::Folder;
 use crate::campaign::store::row::TrialRow;
@@ -13,7 +14,7 @@ use crate::episode::{EpisodeConfig, Membership, Outcome};
 use crate::error::Result;
 use crate::stats::rate::SuccessCount;
 
-/// The trials of a campaign by gain set, in order: a trial is known by its number.
+/// The trials of a campaign by gain set. The place of a trial is its number.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Digest {
     /// Names of the gain sets, in the order of the campaign.
@@ -24,18 +25,18 @@ pub struct Digest {
     standing_com_speed_m_s: f64,
 }
 
-/// The trials of one gain set, and what of them is only counted.
+/// The trials of one gain set, with counts of some of their features.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct OfSet {
     ended: Vec<Ended>,
     counted: Counted,
 }
 
-/// What is only counted of the trials of a gain set.
+/// Numbers of trials with some feature. For these features, the digest does not keep each trial.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Counted {
     pub failures: Failures,
-    /// In the order of their names.
+    /// The causes are in the order of their names.
     pub fall_causes: Vec<FallCause>,
     /// Trials in which the push found the COM faster than a robot that counts as standing.
     pub moving_at_push: u64,
@@ -44,7 +45,7 @@ pub struct Counted {
 /// How a trial ended with one gain set; names are as in [`TrialRow`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ended {
-    // NaN in place of None.
+    // NaN stands for None.
     impulse_over_m_omega_d: f64,
     settling_s: f64,
     homing_s: f64,
@@ -71,31 +72,31 @@ pub struct Drawn {
     pub variation: Vec<(&'static str, Values)>,
 }
 
-/// A quantity of each trial. As long as all have the same value, it is kept once.
+/// A quantity of each trial. The value is kept once as long as all trials have the same one.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Values {
     first: Option<f64>,
     trials: usize,
-    /// Empty as long as all have the same value; NaN in place of None.
+    /// Empty as long as all trials have the same value. NaN stands for None.
     each: Vec<f64>,
 }
 
 impl Digest {
-    /// Of no trial yet. `names` are the gain sets in the order of the campaign.
+    /// A digest without trials. `names` are the gain sets in the order of the campaign.
     pub fn new(names: &[String], episode: &EpisodeConfig) -> Self {
         let sets = vec![OfSet::default(); names.len()];
         let standing_com_speed_m_s = episode.judge.standing_com_speed_m_s;
         Self { names: names.to_vec(), drawn: Drawn::default(), sets, standing_com_speed_m_s }
     }
 
-    /// Of a finished campaign. Fails as [`Folder::parts`] does.
+    /// Reads the trials of a finished campaign. It fails as [`Folder::parts`] does.
     pub fn read(folder: &Folder) -> Result<Self> {
         let mut digest = Self::new(&folder.manifest.sets, &folder.manifest.campaign.episode);
         folder.parts()?.try_for_each(|rows| rows.map(|rows| digest.push(&rows)))?;
         Ok(digest)
     }
 
-    /// Adds the next rows, in the order of trials, and leaves out those of sets that are not named.
+    /// Adds the next rows, which are in the order of trials. Rows of sets that are not named are left out.
     pub fn push(&mut self, rows: &[TrialRow]) {
         for row in rows {
             let Some(set) = self.names.iter().position(|name| *name == row.set) else { continue };
@@ -120,17 +121,17 @@ impl Digest {
         &self.sets[set].counted
     }
 
-    /// How each trial that sets `a` and `b` both have ended with a and with b, from trial 0.
+    /// How each trial ended with set `a` and with set `b`, from trial 0, as far as both sets have trials.
     pub fn common(&self, a: usize, b: usize) -> impl Iterator<Item = (&Ended, &Ended)> {
         self.of(a).iter().zip(self.of(b))
     }
 
-    /// Number of trials of the campaign: that of the set that has most.
+    /// Number of trials of the set that has most.
     pub fn trials(&self) -> u64 {
         self.drawn.trials() as u64
     }
 
-    /// Impulse of the first push divided by m omega d or, if there is no d, in N s.
+    /// Impulse of the first push divided by m omega d. If there is no d, it is the impulse (N s).
     pub fn hardness(&self, set: usize, trial: usize) -> f64 {
         self.of(set)[trial].impulse_over_m_omega_d().unwrap_or_else(|| self.impulse_n_s(trial))
     }
@@ -169,12 +170,12 @@ impl Ended {
         some(self.impulse_over_m_omega_d)
     }
 
-    /// As [`TrialRow::settling_s`].
+    /// It has the meaning of [`TrialRow::settling_s`].
     pub fn settling_s(&self) -> Option<f64> {
         some(self.settling_s)
     }
 
-    /// As [`TrialRow::homing_s`].
+    /// It has the meaning of [`TrialRow::homing_s`].
     pub fn homing_s(&self) -> Option<f64> {
         some(self.homing_s)
     }
@@ -222,12 +223,12 @@ impl Values {
         self.trials += 1;
     }
 
-    /// Of trial number `trial`.
+    /// The value of trial number `trial`.
     pub fn at(&self, trial: usize) -> Option<f64> {
         if self.each.is_empty() { self.first } else { some(self.each[trial]) }
     }
 
-    /// Of each trial, in order.
+    /// The values of all trials, in order.
     pub fn iter(&self) -> impl Iterator<Item = Option<f64>> + Clone {
         (0..self.trials).map(|trial| self.at(trial))
     }
@@ -243,7 +244,7 @@ pub fn success_count<'a>(ended: impl IntoIterator<Item = &'a Ended>) -> SuccessC
     SuccessCount::new(recovered, trials)
 }
 
-/// Counts the same among those for which `such` holds.
+/// Counts the same among the trials for which `such` holds.
 pub fn success_count_of(ended: &[Ended], such: impl Fn(&Ended) -> bool) -> SuccessCount {
     success_count(ended.iter().filter(|ended| such(ended)))
 }
@@ -265,7 +266,7 @@ mod tests {
     use crate::robot::Foot;
 
     impl Digest {
-        /// Of rows in the order of trials, with the settings of the campaign `standard`.
+        /// A digest of rows in the order of trials, with the settings of the campaign `standard`.
         pub(crate) fn of_rows(rows: &[TrialRow], names: &[impl ToString]) -> Self {
             let names: Vec<String> = names.iter().map(ToString::to_string).collect();
             let mut digest = Self::new(&names, &campaign("standard", &[]).episode);
@@ -273,14 +274,14 @@ mod tests {
             digest
         }
 
-        /// A trial for each pair of outcomes of the sets "a" and "b".
+        /// A digest with a trial for each pair of outcomes of the sets "a" and "b".
         pub(crate) fn of_outcomes(outcomes: &[[Outcome; 2]]) -> Self {
             Self::of_rows(&rows(outcomes), &["a", "b"])
         }
     }
 
-    /// Rows of the campaign `harsh` as it is drawn, of 20 trials with "a", of which "b" has the first 12; other fields come
-    /// and go from row to row.
+    /// Rows of 20 trials of the campaign `harsh`, as it is drawn. Set "b" has only the first 12 of them. Optional
+    /// fields are there in some rows and not in others.
     fn varied_rows() -> Vec<TrialRow> {
         let campaign = campaign("harsh", &[]);
         let outcomes = [Outcome::Recovered, Outcome::Fell, Outcome::TimedOut];
@@ -305,7 +306,7 @@ mod tests {
         (0..20).flat_map(with_each).filter(|(trial, set)| *set == "a" || *trial < 12).map(row).collect()
     }
 
-    /// In whatever number they come at a time.
+    /// It does so however many rows are added at a time.
     #[test]
     fn a_digest_says_what_the_rows_say() {
         let rows = varied_rows();

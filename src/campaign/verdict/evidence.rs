@@ -1,13 +1,15 @@
 //! Whether trials have shown what a gate asks for.
 //!
-//! A gate has three answers. It passes if the whole interval of what was observed lies at or above what is required,
-//! fails if the whole interval lies below, and is unresolved else: more trials may tell. To hold the observed value itself
-//! against the requirement raises alarms by chance: between two results of 1000 trials, of a set that recovers in 97 %
-//! in both, "half a point lower" is seen in every fourth. At a confidence of 95 % at most 2.5 % of campaigns pass wrongly,
-//! and at most 2.5 % fail wrongly: of a rate never more, of a difference about: its interval is approximate. It errs in up
-//! to 5.6 % on the side away from zero where next to all trials that differ are of one kind and these are few (see
-//! [`mcnemar`](crate::stats::mcnemar)): `catch >= baseline - 0.01` with a true loss of one point and no gains, 400 trials,
-//! fails in 5.3 %. Intervals that hold at every look err in 5 % at most, on both sides together.
+//! A gate has three answers. It passes if the whole interval of the observed value lies at or above the requirement. It
+//! fails if the whole interval lies below. Otherwise it is unresolved, and more trials may decide. If the observed
+//! value itself were compared with the requirement, chance would raise alarms: of two results with 1000 trials each, of
+//! a set that recovers from 97 % in both, every fourth pair differs by half a point to the worse.
+//!
+//! At a confidence of 95 % at most 2.5 % of campaigns pass wrongly, and at most 2.5 % fail wrongly. This is exact for a
+//! rate. It is approximate for a difference: if nearly all trials that differ are of one kind, and these are few, up to
+//! 5.6 % err on the side away from zero (see [`mcnemar`](crate::stats::mcnemar)). For example,
+//! `catch >= baseline - 0.01` fails in 5.3 % of campaigns of 400 trials with a true loss of one point and no gains.
+//! Intervals that hold at every look err in at most 5 % of campaigns, on both sides together.
 
 use crate::campaign::ask::gate::{Gate, OnUnresolved};
 use crate::stats::mcnemar::PairedCounts;
@@ -16,15 +18,15 @@ use crate::stats::sequential;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// Standard normal at 80 %: the chance that `more_trials` resolve.
+/// The 80 % quantile of the standard normal distribution. So large is the chance that `more_trials` resolve a gate.
 const Z80: f64 = 0.841_621_233_572_914_3;
-/// An interval that holds at every look is wider, at the same confidence, than one for a fixed number of trials: about
-/// so much (1000 to 10,000 trials at 95 %).
+/// At the same confidence, an interval that holds at every look is about so many times as wide as one for a fixed
+/// number of trials (1000 to 10,000 trials at 95 %).
 const WIDER: f64 = 1.7;
-/// Distances to a requirement below this are of rounding.
+/// A smaller distance to a requirement is a rounding error.
 const ROUNDING: f64 = 1e-9;
 
-/// What was seen of a rate, or of a difference of two on the same trials (shares).
+/// What trials show of a rate, or of the difference of two rates on the same trials (shares).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
     pub observed: f64,
@@ -35,22 +37,22 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// Of a rate, with an interval of this `confidence` (a share): for a fixed number of trials that of Clopper and
-    /// Pearson, which errs at most as often as it says.
+    /// Evidence of a rate, with an interval of this `confidence` (a share). For a fixed number of trials it is the
+    /// interval of Clopper and Pearson, whose error is never larger than stated.
     pub fn rate(recovered: u64, trials: u64, confidence: f64, sequential: bool) -> Self {
         let interval = if sequential { sequential::rate_interval } else { clopper_pearson };
         let observed = recovered as f64 / trials.max(1) as f64;
         Self { observed, interval: interval(recovered, trials, confidence), trials, sequential }
     }
 
-    /// Of the difference of two rates, with an interval of this `confidence` (a share).
+    /// Evidence of the difference of two rates, with an interval of this `confidence` (a share).
     pub fn difference(counts: &PairedCounts, confidence: f64, sequential: bool) -> Self {
         let interval = counts.interval(confidence, sequential);
         Self { observed: counts.difference(), interval, trials: counts.trials(), sequential }
     }
 
-    /// The answer to a gate, of which this is the rate, or the difference (rate of the set less that of what it is held
-    /// against); the interval is of this `confidence` (a share), two-sided.
+    /// The answer to a gate. This is the evidence of the gate's rate, or of the rate of its set less the rate with
+    /// which the gate compares it. `confidence` is that of the interval (a two-sided share).
     pub fn answer(&self, gate: &Gate, confidence: f64) -> GateAnswer {
         let &Self { observed, interval: [least, most], trials, sequential } = self;
         let status = match gate.offset {
@@ -58,7 +60,7 @@ impl Evidence {
             required if most < required => Status::Failed,
             _ => Status::Unresolved,
         };
-        // A campaign with a fixed count of trials cannot be taken up again: a new one has to have them all.
+        // A campaign with a fixed number of trials cannot be continued, so a new campaign needs all of them.
         let again = if sequential { 0 } else { trials };
         let more_trials = self.more_trials(gate.offset, confidence).filter(|_| status == Status::Unresolved);
         GateAnswer {
@@ -74,19 +76,21 @@ impl Evidence {
         }
     }
 
-    /// How many more trials, about, resolve with a chance of 80 % whether what is `required` holds, if the truth is as
-    /// observed; None if that is just what is required, for then no number does. By the normal approximation: the
-    /// interval narrows with the root of the trials.
+    /// About how many more trials decide with a chance of 80 % whether the `required` value is reached, if the true
+    /// value is the observed one. It is None if the observed value is just the required one, because then no number of
+    /// trials decides. By the normal approximation, the interval narrows with the root of the number of trials.
     pub fn more_trials(&self, required: f64, confidence: f64) -> Option<u64> {
         let distance = (self.observed - required).abs();
         if self.trials == 0 || distance < ROUNDING {
             return None;
         }
         let [least, most] = self.interval;
-        // The side towards the requirement is the shorter one where the rate is near 0 or 1, but will not stay so.
+        // Near a rate of 0 or 1 the side towards the requirement may be the shorter one, but it does not stay so with
+        // more trials.
         let towards = if self.observed > required { self.observed - least } else { most - self.observed };
         let half_width = towards.max((most - least) / 2.0);
-        // Half the interval's width in standard errors; it takes the requirement to be so many and 0.84 away.
+        // This is half the width of the interval in standard errors. The interval decides with a chance of 80 % if the
+        // requirement is 0.84 standard errors farther away.
         let z = Normal::standard().inverse_cdf(0.5 + confidence / 2.0) * if self.sequential { WIDER } else { 1.0 };
         let times = (half_width * (1.0 + Z80 / z) / distance).powi(2);
         Some((self.trials as f64 * (times - 1.0)).ceil().max(1.0) as u64)
@@ -103,7 +107,7 @@ pub enum Status {
 }
 
 impl Status {
-    /// Whether it counts as a failure.
+    /// Whether a gate with this status counts as a failure.
     pub fn fails(self, unresolved: OnUnresolved) -> bool {
         self == Status::Failed || (self == Status::Unresolved && unresolved == OnUnresolved::Fail)
     }
@@ -114,15 +118,16 @@ pub struct GateAnswer {
     /// The gate as it was written.
     pub name: String,
     pub status: Status,
-    /// Rate, or difference of two (shares), its interval, and what is required of it.
+    /// The observed rate or difference of two rates (a share), its interval, and the least value that is required.
     pub observed: f64,
     pub interval: [f64; 2],
     pub required: f64,
-    /// Of the interval, two-sided (a share).
+    /// Confidence of the interval (a two-sided share).
     pub confidence: f64,
     pub trials: u64,
-    /// How many trials that are still to be run, about, would resolve it: of this campaign if intervals hold at every look,
-    /// else of a new one with another seed. None if it is resolved, or if no number would.
+    /// About how many trials that are still to be run would decide the gate. If the interval holds at every look, they
+    /// continue this campaign. Otherwise they are those of a new campaign with another seed. It is None if the gate is
+    /// decided, or if no number of trials would decide it.
     pub more_trials: Option<u64>,
     /// Whether the interval holds at every look.
     pub sequential: bool,
@@ -135,7 +140,7 @@ mod tests {
     #[test]
     fn the_whole_interval_has_to_lie_on_one_side_and_the_campaign_says_what_is_a_failure() {
         let gate = Gate::parse("catch >= hold + 0.10", &["catch", "hold"].map(String::from)).unwrap();
-        // Whether it fails where what is unresolved passes, and where it fails.
+        // The last column says whether it counts as a failure, first if unresolved gates pass, then if they fail.
         for (interval, status, fails) in [
             ([0.1, 0.2], Status::Passed, [false, false]),
             ([0.0, 0.0999], Status::Failed, [true, true]),

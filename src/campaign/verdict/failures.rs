@@ -1,42 +1,47 @@
-//! How trials are lost: when the robot fell (each fall counts once), and what went with the fall.
+//! Counts how trials were lost: when the robot fell, where each fall counts once, and what happened together with the
+//! fall.
 //!
-//! What goes with a fall need not be its cause. The thresholds are such that survivors hardly ever pass them: of the 259
-//! survivors among the first 100 pushes of the standard campaign none slid by more than 9 mm, and 3 were at a torque limit
-//! for longer than 0.1 s; of the 141 that fell or timed out, 5 slid by more than 10 mm, and 32 were longer at a limit.
-//! Among the first 300 pushes the legs of `catch` met in 18 of its 42 falls, and in none of its 258 recoveries.
+//! What happens together with a fall need not be its cause. The thresholds are chosen so that survivors hardly ever
+//! pass them: of the 259 survivors among the first 100 pushes of the standard campaign none slid by more than 9 mm, and
+//! 3 were at a torque limit for longer than 0.1 s; of the 141 that fell or timed out, 5 slid by more than 10 mm, and 32
+//! were longer at a limit. Among the first 300 pushes the legs of `catch` met in 18 of its 42 falls, and in none of its
+//! 258 recoveries.
 
 use crate::campaign::store::row::TrialRow;
 use crate::episode::Outcome;
 use serde::Serialize;
 use std::cmp::Reverse;
 
-/// A sole that has slid farther has slipped.
+/// A sole that slid farther than this has slipped.
 pub const SLIPPED_M: f64 = 0.01;
-/// A robot with a joint at its torque limit for longer, in all, is limited by torque.
+/// A robot is limited by torque if one of its joints was at its torque limit for longer than this in all.
 pub const TORQUE_LIMITED_S: f64 = 0.1;
 
-/// Trials that did not recover. The first five are each trial once.
+/// Numbers of trials from which the robot did not recover. The first five together count each of these trials once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Failures {
-    /// Fell before any foot was lifted, with a foot in the air, and after the last one had landed.
+    /// Falls before any foot was lifted.
     pub fell_before_any_footstep: u64,
+    /// Falls with a foot in the air.
     pub fell_in_swing: u64,
+    /// Falls after the last foot had landed.
     pub fell_after_landing: u64,
-    /// Not standing at the horizon.
+    /// Trials in which the robot neither fell nor stood at the horizon.
     pub timed_out: u64,
     pub diverged: u64,
-    /// Of the falls, those in which a sole slid by more than [`SLIPPED_M`] while the trunk was upright,
+    /// Falls in which a sole slid by more than [`SLIPPED_M`] while the trunk was upright. A fall may also be among the
+    /// next two counts.
     pub fell_slipped: u64,
-    /// some joint was at its torque limit for longer than [`TORQUE_LIMITED_S`] while the trunk was upright,
+    /// Falls in which a joint was at its torque limit for longer than [`TORQUE_LIMITED_S`] while the trunk was upright.
     pub fell_torque_limited: u64,
-    /// the legs met
+    /// Falls in which the legs met.
     pub fell_legs_met: u64,
-    /// (a fall may be several of these), and those that are none of these.
+    /// Falls that are in none of the last three counts.
     pub fell_otherwise: u64,
 }
 
 impl Failures {
-    /// Counts a further trial.
+    /// Counts one more trial.
     pub fn add(&mut self, row: &TrialRow) {
         match row.outcome {
             Outcome::Recovered => {}
@@ -62,16 +67,16 @@ impl Failures {
     }
 }
 
-/// How many trials of a set fell on what, or diverged by what.
+/// How many trials of a set ended by one cause of a fall or of a divergence.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FallCause {
-    /// As in [`crate::episode::Record::fall_cause`].
+    /// The cause, in the words of [`crate::episode::Record::fall_cause`].
     pub cause: String,
     pub trials: u64,
 }
 
 impl FallCause {
-    /// Counts a further trial among `causes`, which are in the order of their names.
+    /// Counts one more trial among `causes`, which are in the order of their names.
     pub fn add(causes: &mut Vec<Self>, row: &TrialRow) {
         let cause = match (row.outcome, &row.fall_cause) {
             (Outcome::Fell, Some(cause)) => cause.clone(),
@@ -84,7 +89,7 @@ impl FallCause {
         }
     }
 
-    /// The same causes, the most frequent first; of equals, by name.
+    /// The same causes, the most frequent first. Equally frequent ones are in the order of their names.
     pub fn most_frequent_first(causes: &[Self]) -> Vec<Self> {
         let mut found = causes.to_vec();
         found.sort_by_key(|found| Reverse(found.trials));

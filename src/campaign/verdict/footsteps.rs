@@ -1,18 +1,18 @@
-//! Footsteps against outcome: how often they were taken, and whether they helped.
+//! Counts outcomes by the number of footsteps, to show how often footsteps were taken and whether they helped.
 
 use crate::campaign::verdict::digest::{Ended, success_count_of};
 use crate::stats::rate::SuccessCount;
 use serde::Serialize;
 
-/// One gain set's trials by the number of footsteps that were begun.
+/// The trials of one gain set, by the number of footsteps that were begun.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ByFootsteps {
-    /// Trials with no footstep, one, two, and three or more.
+    /// Trials with no footstep, with one, with two, and with three or more.
     pub by_footsteps: [SuccessCount; 4],
 }
 
 impl ByFootsteps {
-    /// None for a set that took no footstep.
+    /// It is None for a set that took no footstep.
     pub fn new(trials: &[Ended]) -> Option<Self> {
         let begun = |ended: &Ended| ended.footsteps as usize + usize::from(ended.in_swing);
         if trials.iter().all(|ended| begun(ended) == 0) {

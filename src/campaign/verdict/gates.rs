@@ -1,4 +1,4 @@
-//! The gates of a campaign at work: the trials that each is asked of, and an earlier result that some compare with.
+//! Applies the gates of a campaign to its trials. Some gates compare the trials with those of an earlier result.
 
 use crate::campaign::ask::gate::{Against, Gate, GateSpec};
 use crate::campaign::ask::spec::Stopping;
@@ -15,47 +15,51 @@ use crate::stats::mcnemar::PairedCounts;
 use serde::Serialize;
 use std::path::Path;
 
-/// What a campaign has to show, and how that is decided.
+/// The requirements of a campaign, and how they are decided.
 pub struct Gates {
     spec: GateSpec,
     gates: Vec<Gate>,
     sets: Vec<String>,
     baseline: Option<Baseline>,
     stopping: Stopping,
-    /// None if the count of trials is fixed.
+    /// It is None if the number of trials is fixed.
     looks: Option<Looks>,
 }
 
-/// A gate and what became of it.
+/// A gate and its answer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GateResult {
     #[serde(flatten)]
     pub judged: GateAnswer,
-    /// Whether the campaign may pass with this: a failed gate may not, one that is unresolved as the campaign says.
+    /// Whether the campaign passes this gate. It does not pass a failed one, and its settings say whether it passes an
+    /// unresolved one.
     pub passes: bool,
-    /// The gain set that is asked about.
+    /// The gain set for which the gate requires something.
     pub set: String,
-    /// Whether it is asked for a difference of two rates, not for a rate.
+    /// Whether the gate requires something of a difference of two rates, and not of one rate.
     pub is_difference: bool,
-    /// Who recovered, a being this set and b the other side; None for a rate.
+    /// In how many trials this set (a) and the set with which it is compared (b) recovered. It is None for a rate.
     pub counts: Option<PairedCounts>,
-    /// A trial that it lost: one that the other side recovered from, or else the least hard one.
+    /// A trial that this set lost: the first one from which the other set recovered or, if there is none, the easiest
+    /// one.
     pub lost_trial: Option<u64>,
 }
 
-/// What a campaign that ends when decided has still to decide: a gate or, without gates, a pair of gain sets.
+/// A question that a campaign that ends when decided has still to decide: a gate or, without gates, a pair of gain
+/// sets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Open {
-    /// Numbers of the gain sets whose trials it takes.
+    /// Numbers of the gain sets that need more trials for this decision.
     pub sets: Vec<usize>,
-    /// What it is, and what was seen so far.
+    /// The question in words, with what the trials show so far.
     pub words: String,
 }
 
 impl Gates {
-    /// The gates of a campaign's specification; `baseline` is the folder of an earlier result. Errors: a gate that
-    /// cannot be read or names no set of the campaign; a baseline gate without a baseline, or one that is not complete,
-    /// lacks the set, or met other pushes; nothing to decide in a campaign that ends when decided.
+    /// Reads the gates of a campaign. `baseline` is the folder of an earlier result. It fails if a gate cannot be read
+    /// or names no set of the campaign. It fails if a gate needs a baseline and there is none, or if the baseline is
+    /// not complete, lacks the set, or has other pushes. It also fails if a campaign that ends when decided has nothing
+    /// to decide.
     pub fn new(manifest: &Manifest, baseline: Option<&Path>) -> Result<Gates> {
         let campaign = &manifest.campaign;
         let spec = campaign.gates.clone();
@@ -80,9 +84,9 @@ impl Gates {
         Ok(Gates { spec, gates, sets, baseline, stopping: campaign.stopping, looks })
     }
 
-    /// The earlier result, if there is one.
+    /// The identity of the earlier result, if there is one.
     pub fn baseline(&self) -> Option<BaselineId> {
-        self.baseline.as_ref().map(Baseline::told)
+        self.baseline.as_ref().map(Baseline::id)
     }
 
     /// Whether a gate waits for more trials than the baseline has.
@@ -91,19 +95,19 @@ impl Gates {
         self.gates.iter().any(|gate| self.is_used_up(gate, rows) && is_open(gate))
     }
 
-    /// Number of a set of the campaign; a gate names no others.
+    /// Number of a set of the campaign. A gate names only such sets.
     fn number(&self, set: &str) -> usize {
         self.sets.iter().position(|name| name == set).unwrap_or_default()
     }
 
-    /// Whether a gate compares with a baseline that has no more trials of the set than these rows.
+    /// Whether a gate compares with a baseline that has no more trials of its set than these rows have.
     fn is_used_up(&self, gate: &Gate, rows: &Digest) -> bool {
         let trials = rows.of(self.number(&gate.set)).len();
         let is_used_up = |baseline: &Baseline| baseline.rows_of(&gate.set).len() <= trials;
         gate.against == Against::Baseline && self.baseline.as_ref().is_some_and(is_used_up)
     }
 
-    /// What the baseline cannot support, for a result with these rows.
+    /// Warns of what the baseline cannot support for a result with these rows.
     pub fn warnings(&self, manifest: &Manifest, rows: &Digest) -> Vec<String> {
         let Some(baseline) = &self.baseline else { return Vec::new() };
         let mut found = unlike(&baseline.manifest, manifest);
@@ -133,14 +137,14 @@ impl Gates {
         found
     }
 
-    /// What became of each gate.
+    /// The answer to each gate.
     pub fn judged(&self, rows: &Digest) -> Vec<GateResult> {
         self.gates.iter().map(|gate| self.judge(gate, rows)).collect()
     }
 
-    /// What a campaign that ends when decided has still to decide after these trials: gates or, without gates, pairs of
-    /// sets. A gate that compares with a baseline is left as it is when that has no more trials. What is not open after
-    /// some of the looks is not open after more of them.
+    /// The questions that a campaign that ends when decided has still to decide after these trials: gates or, without
+    /// gates, pairs of sets. A gate that compares with a baseline is not among them if the baseline has no further
+    /// trials. What is decided at one look stays decided at all later ones.
     pub fn open(&self, rows: &Digest) -> Vec<Open> {
         if !self.gates.is_empty() {
             let open = |gate: &Gate| {
@@ -176,8 +180,8 @@ impl Gates {
             (Against::Baseline, Some(baseline)) => (Some(baseline.rows_of(&gate.set)), baseline.is_sequential()),
             _ => (None, false),
         };
-        // An interval has to hold at every look where outcomes have to do with the count of trials. In a campaign that
-        // itself ends when decided, all gates hold together, at their confidence.
+        // Where the number of trials depends on outcomes, an interval has to hold at every look. In a campaign that
+        // ends when decided, the intervals of all gates hold together at the confidence.
         let sequential = self.stopping.until_resolved || ends_when_decided;
         let confidence = self.spec.confidence;
         let level = if self.stopping.until_resolved { each_of(self.gates.len(), confidence) } else { confidence };
@@ -220,7 +224,7 @@ mod tests {
     use crate::campaign::store::folder::tests::manifest;
     use crate::episode::Outcome::{Fell, Recovered};
 
-    /// Of these sets, in a campaign that ends when decided.
+    /// The gates of a campaign with these sets that ends when decided.
     fn gates(sets: &[&str], gates: &[&str]) -> Result<Gates> {
         let gates = gates.iter().map(|s| s.to_string()).collect();
         let overrides = Overrides { gates, until_resolved: true, trials: Some(400), ..Overrides::default() };
@@ -242,7 +246,7 @@ mod tests {
         assert!(gates(&["a"], &[]).is_err(), "one set, no gate: nothing to decide");
     }
 
-    /// Without gates it is the pairs that are decided, by the exact test at the looks: before the first of them nothing is.
+    /// Without gates, pairs are decided by the exact test at the looks. Before the first look nothing is decided.
     #[test]
     fn a_pair_is_open_until_a_look_decides_it() {
         let open = |trials: usize| {

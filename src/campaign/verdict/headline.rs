@@ -1,10 +1,11 @@
-//! The first sentence of a result: which gain set recovers most often, and which others it is better than.
+//! Writes the first sentences of a result. They say which gain set recovers most often, and than which others it is
+//! better.
 
 use crate::campaign::verdict::pairs::{self, Pair, points};
 use crate::campaign::verdict::set_summary::SetSummary;
 use crate::stats::decision::PairVerdict;
 
-/// If there are more gain sets than this, their number is told instead of their names.
+/// If there are more gain sets than this, a list gives their number instead of their names.
 const NAMED: usize = 5;
 
 /// The gain sets that recover most, in the order of `sets`.
@@ -15,7 +16,8 @@ pub fn leaders<'a>(sets: &'a [SetSummary], pairs: &[Pair]) -> Vec<&'a SetSummary
     pairs::leaders(&rates, behind).into_iter().map(|set| &sets[set]).collect()
 }
 
-/// Two sentences, or one; `margin` is the share within which two sets count as the same. Empty without gain sets.
+/// One or two sentences. Two sets count as the same if they differ by less than `margin` (a share). The text is empty
+/// if there are no gain sets.
 pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
     let leaders = leaders(sets, pairs);
     let Some(first) = leaders.first() else { return String::new() };
@@ -33,13 +35,14 @@ pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
         (false, false) => format!("{names} recovers most often: in {rate}."),
         (true, false) => format!("{names} recover most often: in {rate} each."),
     };
-    // Of another set, what holds of every leader that it is compared with; two results need not compare each with each.
+    // The verdict on another set is the one that holds for every leader. It is None if a leader is not compared with
+    // that set, as may be in a comparison of two results.
     let verdict_on = |other: &SetSummary| {
         let on = |leader: &&SetSummary| {
             let is_of = |pair: &&Pair, a: &SetSummary, b: &SetSummary| pair.a == a.name && pair.b == b.name;
             let is_theirs = |pair: &&Pair| is_of(pair, leader, other) || is_of(pair, other, leader);
             pairs.iter().find(is_theirs).map(|pair| match pair.verdict {
-                // Of three sets with different trials each may be better than the next.
+                // Three sets with different trials may each be better than the next, in a circle.
                 PairVerdict::Better if pair.b == leader.name => PairVerdict::Open,
                 verdict => verdict,
             })
@@ -52,23 +55,23 @@ pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
     let on: Vec<_> = others.iter().filter_map(|other| Some((other.name.as_str(), verdict_on(other)?))).collect();
     let with = |verdict| on.iter().filter(|(_, found)| *found == verdict).map(|(name, _)| *name).collect::<Vec<_>>();
     let (beaten, same, open) = (with(PairVerdict::Better), with(PairVerdict::Same), with(PairVerdict::Open));
-    let mut said = Vec::new();
+    let mut findings = Vec::new();
     if !beaten.is_empty() {
-        said.push(format!("better than {}", listed(&beaten, "and")));
+        findings.push(format!("better than {}", listed(&beaten, "and")));
     }
     if !same.is_empty() {
-        said.push(format!("within {} points of {}", points(margin), listed(&same, "and")));
+        findings.push(format!("within {} points of {}", points(margin), listed(&same, "and")));
     }
     if !open.is_empty() {
-        said.push(format!("not shown to be better than {}", listed(&open, "or")));
+        findings.push(format!("not shown to be better than {}", listed(&open, "or")));
     }
-    match said.is_empty() {
+    match findings.is_empty() {
         true => who,
-        false => format!("{who} {} {}.", if are_several { "They are" } else { "It is" }, said.join(", and ")),
+        false => format!("{who} {} {}.", if are_several { "They are" } else { "It is" }, findings.join(", and ")),
     }
 }
 
-/// Lists names as in "a, b and c"; of many names it tells the number.
+/// Lists names as in "a, b and c". Of many names it gives only the number.
 pub(super) fn listed(names: &[&str], last: &str) -> String {
     match names {
         many if many.len() > NAMED => format!("{} gain sets", many.len()),

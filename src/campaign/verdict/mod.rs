@@ -1,10 +1,15 @@
-//! What is concluded from the trials of a campaign, of which a [`digest`] is kept: a [`summary`] says of each gain set
-//! ([`set_summary`]) how many trials it recovered from, where ([`strata`]) and how fast ([`times`]), how trials were
-//! lost ([`failures`], [`telling_trials`]), what the theory foretold ([`prediction`]), what footsteps were worth
-//! ([`footsteps`]); which of two sets is better ([`standing`], [`pairs`]), which recovers most of all ([`headline`]),
-//! and what the result cannot support ([`warnings`]). Whether that is enough, its [`gates`] say by their [`evidence`],
-//! some of them beside an earlier result ([`baseline`]); [`compare`] sets two results beside each other, and of two that
-//! differ in the physics engine alone says how far they agree ([`agreement`]).
+//! Draws conclusions from the trials of a campaign.
+//!
+//! A [`digest`] keeps what is needed of the trials, and a [`summary`] states all conclusions. For each gain set
+//! ([`set_summary`]) it says how many trials it recovered from, in which kinds of trials ([`strata`]) and how fast
+//! ([`times`]). It says how trials were lost ([`failures`], [`telling_trials`]), what the theory predicted
+//! ([`prediction`]), and whether footsteps helped ([`footsteps`]). It decides which of two sets is better
+//! ([`standing`], [`pairs`]) and which recovers most often ([`headline`]), and it warns of what the result cannot support
+//! ([`warnings`]). The lines of a running campaign are [`so_far`].
+//!
+//! The requirements of a campaign are its [`gates`]. They are decided by [`evidence`], and some compare with an earlier
+//! result ([`baseline`]). Two results can be compared ([`compare`]), and if they differ only in the physics engine, their
+//! [`agreement`] is measured.
 
 pub mod agreement;
 pub mod baseline;

@@ -1,9 +1,11 @@
-//! Two gain sets compared on the same pushes: where they end differently, and which is better.
+//! Compares two gain sets on the same pushes: in which trials they end differently, and which is better.
 //!
-//! The better set is the first of its pair; if neither is known to be better, the one that recovers more often, or the
-//! earlier one of two that recover equally often. This holds for two results that are compared, too: there the names
-//! tell them apart. Pairs come in the order of what they tell: those of which one is better, the larger difference
-//! first; those that are the same; those that are not resolved.
+//! The better set is the first of its pair. If neither is known to be better, it is the one that recovers more often,
+//! or the earlier one of two that recover equally often. This holds for a comparison of two results, too, where the
+//! names tell the sets apart.
+//!
+//! Pairs are ordered by their verdicts: first those of which one set is better, then those that are the same, then
+//! those that are not resolved. Within a verdict, the pair with the larger difference comes first.
 
 use crate::campaign::store::manifest::Manifest;
 use crate::campaign::verdict::digest::{Digest, Ended};
@@ -16,55 +18,57 @@ use crate::stats::ranks::{Shift, signed_rank};
 use serde::Serialize;
 use std::cmp::Ordering;
 
-/// Text has room for so many pairs.
+/// Up to so many pairs are all named in a text.
 const FEW_PAIRS: usize = 6;
-/// How many trials are named as examples.
+/// At most so many trials are named as examples.
 const EXAMPLES: usize = 5;
 /// Level of the intervals in strata.
 const LEVEL: f64 = 0.95;
-/// The chance with which the number of further trials that is told would resolve a pair.
+/// The stated number of further trials would decide a pair with this chance.
 const POWER: f64 = 0.8;
 
-/// Two sets over the trials that both have; b is not known to be better than a.
+/// Two sets on the trials that both have. Set b is not known to be better than a.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Pair {
     pub a: String,
     pub b: String,
     #[serde(flatten)]
     pub counts: PairedCounts,
-    /// Rate of a less rate of b over the trials that both have (a share). Negative only where a was found better, but
-    /// recovered less often since.
+    /// Rate of a less rate of b over the trials that both have (a share). It is negative only if a was found better and
+    /// has recovered less often since.
     pub difference: f64,
-    /// Of the difference, for all pairs of the result together at 95 %; where the campaign could end when decided, what
-    /// the intervals of all looks have in common. It leaves 0 out just where a is better: then 0 does not belong to it,
-    /// even if it is its end.
+    /// Interval of the difference, at 95 % for all pairs of the result together. If the campaign could end when
+    /// decided, it is the intersection of the intervals of all looks. It does not contain 0 exactly if a is better,
+    /// even where 0 is its end.
     pub adjusted_ci95: [f64; 2],
-    /// Two-sided p-value of McNemar's test times the number of pairs. It is below 0.05 exactly where a is better. None
-    /// where the campaign could end when decided, since the test is for a number of trials that was fixed in advance.
+    /// Two-sided p-value of McNemar's test times the number of pairs. It is below 0.05 exactly if a is better. It is
+    /// None if the campaign could end when decided, because the test is for a number of trials that was fixed in
+    /// advance.
     pub adjusted_p: Option<f64>,
     pub verdict: PairVerdict,
-    /// Where a is better and the campaign could end when decided: the count of trials at the look that found it.
+    /// The number of trials at the look at which a was found better, if the campaign could end when decided.
     pub better_after: Option<u64>,
     /// The verdict in sentences.
     pub words: String,
-    /// About how many trials that are still to be run would tell sets apart that differ as these seem to: of this campaign
-    /// if it ends when decided, else of a new one with another seed. None where they are told apart, or no difference
-    /// was seen.
+    /// About how many trials that are still to be run would show the difference, if it is as large as observed. If the
+    /// campaign ends when decided, they continue it. Otherwise they are those of a new campaign with another seed. It
+    /// is None if the pair is decided, or if no difference was observed.
     pub more_trials: Option<u64>,
     /// The first trials that only one of them recovered from.
     pub first_only_a: Vec<u64>,
     pub first_only_b: Vec<u64>,
-    /// Time to standing (s), a less b, over the trials that both recovered from.
+    /// Time to standing (s), a less b, over the trials from which both recovered.
     pub settling_s: Option<Shift>,
-    /// Time to the COM being home for good (s), over trials in which it was with both; None for episodes that end early.
+    /// Time until the COM is home for good (s), a less b, over the trials in which it got there with both. It is None
+    /// for episodes that end early.
     pub homing_s: Option<Shift>,
-    /// Footsteps that were finished, a less b, over the trials that both recovered from.
+    /// Number of finished footsteps, a less b, over the trials from which both recovered.
     pub footsteps: Option<Shift>,
     pub strata: Vec<PairStratum>,
 }
 
-/// Two sets over the trials of one stratum. These show where to look and prove nothing: the intervals are not adjusted
-/// for the number of strata.
+/// Two sets on the trials of one stratum. It shows where to look, and proves nothing, because its interval is not
+/// adjusted for the number of strata.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PairStratum {
     pub by: &'static str,
@@ -82,7 +86,7 @@ pub struct DecisionRule {
     pub when: When,
     /// Sets that differ by less than this share are the same.
     pub margin: f64,
-    /// Whether episodes ended as soon as they had settled or fallen, so that nothing is known of getting home.
+    /// Whether episodes ended as soon as the robot had settled or fallen. Then it is not known when it got home.
     pub end_early: bool,
 }
 
@@ -95,15 +99,15 @@ impl DecisionRule {
 }
 
 impl Pair {
-    /// Each pair of sets that is asked for, in the order of what they tell.
+    /// The comparisons of these pairs of sets, ordered by their verdicts.
     pub fn all(rows: &Digest, pairs: &[(usize, usize)], strata: &[Stratum], deciding: DecisionRule) -> Vec<Self> {
         let pair = |&sets: &(usize, usize)| Self::new(rows, sets, strata, pairs.len(), deciding);
         let mut all: Vec<Self> = pairs.iter().map(pair).collect();
-        all.sort_by(|x, y| by_what_they_tell((x.verdict, x.difference), (y.verdict, y.difference)));
+        all.sort_by(|x, y| by_verdict((x.verdict, x.difference), (y.verdict, y.difference)));
         all
     }
 
-    /// The comparison of two sets, one of `pairs` pairs.
+    /// The comparison of two sets, which is one of `pairs` comparisons.
     fn new(
         rows: &Digest,
         sets: (usize, usize),
@@ -196,21 +200,22 @@ impl Pair {
     }
 }
 
-/// A difference (a share) in percentage points: with one digit, or as many as it takes to be told from 0.
+/// Writes a difference (a share) in percentage points, with one digit after the point, or with as many as show that it
+/// is not 0.
 pub(super) fn points(share: f64) -> String {
     let points = 100.0 * share;
     let digits = (1..6).find(|&digits| points == 0.0 || points.abs() >= 0.5 * 10f64.powi(-digits)).unwrap_or(6);
     format!("{points:.*}", digits as usize)
 }
 
-/// Compares two pairs, each given by its verdict and its difference (a share): the one that tells more comes first.
-pub fn by_what_they_tell(x: (PairVerdict, f64), y: (PairVerdict, f64)) -> Ordering {
+/// The order of two pairs, each given by its verdict and its difference (a share).
+pub fn by_verdict(x: (PairVerdict, f64), y: (PairVerdict, f64)) -> Ordering {
     x.0.cmp(&y.0).then(y.1.total_cmp(&x.1))
 }
 
-/// The first look at which the exact test, if the rates are as observed, has found a difference with a chance of about
-/// [`POWER`]: as far as a test at that look alone would, with all the error that may be spent by then. None where no
-/// difference was seen.
+/// The first look by which the exact test finds the difference with a chance of about [`POWER`], if the rates are as
+/// observed. The guess takes a single test at that look, with all the error that may be spent by then. It is None if no
+/// difference was observed.
 fn trials_to_resolve(counts: &PairedCounts, looks: Looks, alpha: f64) -> Option<u64> {
     let enough = |look: &u64| counts.trials_to_resolve(POWER, alpha * looks.spent(*look)).is_some_and(|n| n <= *look);
     let next = |look: u64| if look < u64::MAX / 2 { looks.after(look) } else { u64::MAX };
@@ -223,9 +228,9 @@ fn trials_to_resolve(counts: &PairedCounts, looks: Looks, alpha: f64) -> Option<
     })
 }
 
-/// The numbers of the gain sets that recover most, in the order of `rates` (shares). Sets may have different trials, so
-/// they are ranked first by how many others recover more often on the trials that both have, then by their rates.
-/// `behind` is of each pair the set that recovers less often, if one does.
+/// The numbers of the gain sets that recover most often, in the order of `rates` (shares). Sets may have different
+/// trials. So they are ranked first by how many other sets recover more often on the trials that both have, and then by
+/// their rates. `behind` has for each pair the set that recovers less often, if there is one.
 pub fn leaders(rates: &[f64], behind: impl IntoIterator<Item = usize>) -> Vec<usize> {
     let mut better = vec![0; rates.len()];
     behind.into_iter().for_each(|set| better[set] += 1);
@@ -234,13 +239,13 @@ pub fn leaders(rates: &[f64], behind: impl IntoIterator<Item = usize>) -> Vec<us
     (0..rates.len()).filter(|&set| rank(set, first).is_eq()).collect()
 }
 
-/// Whether a pair is named where there is no room for many: of many `pairs`, those with the leader stand for all.
+/// Whether a pair is named where there is little room. If there are many `pairs`, only those with the leader are named.
 pub fn is_worth_a_line<T>(pairs: usize, is_leader: impl Fn(T) -> bool, (a, b): (T, T)) -> bool {
     pairs <= FEW_PAIRS || is_leader(a) || is_leader(b)
 }
 
-/// A p-value as it is told: two digits are enough of a large one. Four of a small one are cut off, not rounded, so that
-/// 0.04998 is not told as 0.05.
+/// Writes a p-value. A large one has two digits. A small one has four, and is cut off instead of rounded, so that
+/// 0.04998 does not become 0.05.
 pub fn p_value(p: f64) -> String {
     match p {
         p if p < 1e-4 => "p < 0.0001".into(),
@@ -249,13 +254,13 @@ pub fn p_value(p: f64) -> String {
     }
 }
 
-/// Rounds a guess up to two digits.
+/// Rounds a guessed number up to two digits.
 pub fn rounded(count: u64) -> u64 {
     let unit = 10u64.pow(count.max(1).ilog10().saturating_sub(1));
     count.div_ceil(unit) * unit
 }
 
-/// Every pair of so many sets, the earlier one first.
+/// Every pair of so many sets, each with the earlier set first.
 pub fn every_pair(sets: usize) -> Vec<(usize, usize)> {
     (0..sets).flat_map(|a| (a + 1..sets).map(move |b| (a, b))).collect()
 }
@@ -331,7 +336,7 @@ mod tests {
         assert_eq!((&worse.first_only_a[..2], &worse.first_only_b[..]), (&[82, 83][..], &[80, 81][..]));
     }
 
-    /// The same share of each kind of trial all along, of a campaign that may end when decided.
+    /// Every hundred trials have the same number of each kind of trial.
     #[test]
     fn at_every_look_more_is_asked_for_than_once() {
         use PairVerdict::{Better, Open};
@@ -341,7 +346,7 @@ mod tests {
             (100, [18, 1], at_looks(1000), Better, Some(75), "a is better than b by 17.0 points (4.2 to 31.9)."),
             // By betting alone it would not be better.
             (100, [12, 2], at_looks(100), Better, Some(75), "a is better than b by 10.0 points (above 0 to "),
-            // What is seen after the last look is not waited for, and no look either.
+            // Trials after the last look do not count yet.
             (74, [18, 1], at_looks(1000), Open, None, "a and b: not resolved. "),
             (500, [12, 8], at_looks(1000), Open, None, "a and b: not resolved. a recovered 4.0 points more often ("),
         ] {
@@ -361,7 +366,7 @@ mod tests {
         }
     }
 
-    /// A verdict that was taken stays, and nobody is told that the set that is behind recovered more often.
+    /// A verdict stays once it is reached, and the words do not claim that the set that is behind recovers more often.
     #[test]
     fn a_set_that_was_found_better_stays_so_and_it_is_said_if_it_falls_behind() {
         let at_first = pair(&in_turn(0, 25, 0), at_looks(200)).adjusted_ci95;
@@ -378,7 +383,7 @@ mod tests {
             assert_eq!((&found.a[..], found.verdict, found.better_after), ("a", PairVerdict::Better, Some(25)));
             assert_eq!((found.difference, found.more_trials), (difference, None));
             assert!(found.words.starts_with(words), "{}", found.words);
-            // Of intervals that exclude each other, the first stands.
+            // If intervals exclude each other, the first one counts.
             assert!(only_b != 175 || found.adjusted_ci95 == at_first, "{found:?}");
         }
     }
@@ -392,7 +397,7 @@ mod tests {
     }
 
     #[test]
-    fn pairs_come_in_the_order_of_what_they_tell() {
+    fn pairs_are_ordered_by_their_verdicts() {
         // Sets recover from the first so many pushes.
         let recovered = [50, 51, 90, 90, 45];
         let deciding = DecisionRule { margin: 0.09, ..AT_ONCE };

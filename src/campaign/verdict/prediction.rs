@@ -1,33 +1,35 @@
-//! Membership against outcome: how well the sets of the pendulum foretell what the simulated robot does.
+//! Compares memberships with outcomes, to show how well the sets of the pendulum predict what the simulated robot does.
 //!
 //! A maximal CPI set holds every state from which its gain keeps the ZMP inside the support for ever (paper, eq. 9).
-//! The true state at the end of the push is inside the slowest gain's set, the largest, or it is not: by the theory the
-//! first recover, and the others need a footstep. With `zmp_disturbance` in the gain set the sets are robust ones, and
-//! so is this.
+//! The slowest gain has the largest set. By the theory the robot recovers if its true state at the end of the push is
+//! inside this set, and needs a footstep if it is outside. If the gain set states a `zmp_disturbance`, the robust sets
+//! are used.
 
 use crate::campaign::verdict::digest::{Ended, success_count_of};
 use crate::episode::Membership;
 use crate::stats::rate::SuccessCount;
 use serde::Serialize;
 
-/// Edges of the bins of the margin; 0 is the border of the set, 1 is rest at its centre. The outer bins are open.
+/// Edges of the bins of the margin. A margin of 0 is on the border of the set, and 1 is at rest at its centre. The
+/// outer bins are open.
 const MARGIN_EDGES: [f64; 6] = [-0.5, -0.25, 0.0, 0.25, 0.5, 0.75];
 
-/// One gain set's trials by where their state was at the end of the push. Trials that were over before are left out.
+/// The trials of one gain set, by where the state was at the end of the push. Trials that had ended before are left
+/// out.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Prediction {
     pub inside: SuccessCount,
-    /// Empty sets hold nothing: their trials are here.
+    /// Trials with an empty set are counted here, too.
     pub outside: SuccessCount,
-    /// Share of trials that did as the sets say: recovered inside, not recovered outside.
+    /// Share of trials that ended as predicted: the robot recovered from inside, or did not recover from outside.
     pub agreement: f64,
-    /// The same by the margin of the estimated state: what the controller could know at that time.
+    /// The same share for the estimated state, which is what the controller could know at that time.
     pub agreement_est: f64,
-    /// By margin, without empty bins and without trials whose set was empty.
+    /// Trials by margin. Bins without trials, and trials whose set was empty, are left out.
     pub by_margin: Vec<MarginBin>,
 }
 
-/// Trials with `from <= margin < to`; an end that is open is None.
+/// Trials with `from <= margin < to`. An open end is None.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MarginBin {
     pub from: Option<f64>,
@@ -37,7 +39,7 @@ pub struct MarginBin {
 }
 
 impl Prediction {
-    /// None for a set without gains.
+    /// It is None for a set without gains.
     pub fn new(all: &[Ended]) -> Option<Self> {
         let is_inside = |ended: &Ended| ended.set_after_push.map(|side| side == Membership::Inside);
         let [inside, outside] = [true, false].map(|side| success_count_of(all, |ended| is_inside(ended) == Some(side)));

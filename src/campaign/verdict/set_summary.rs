@@ -1,4 +1,4 @@
-//! What the trials of one gain set say: how many it recovered from, by which impulses, and how it lost the rest.
+//! Sums up the trials of one gain set: from how many it recovered, by impulse, and how it lost the others.
 
 use crate::campaign::verdict::digest::{Counted, Digest, Ended, success_count};
 use crate::campaign::verdict::failures::{Failures, FallCause};
@@ -12,11 +12,11 @@ use crate::stats::curve::{NoCurve, Pushes, SuccessCurve};
 use crate::stats::rate::SuccessCount;
 use serde::Serialize;
 
-/// More trials than this need not keep their impulses to the bit in a fitted curve.
+/// If a curve is fitted to more trials than this, their impulses are rounded.
 const MANY: usize = 2500;
 const CURVE_POINTS: usize = 41;
 
-/// One gain set's count.
+/// The results of one gain set.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SetSummary {
     pub name: String,
@@ -31,18 +31,18 @@ pub struct SetSummary {
     /// Over this set's own recovered trials.
     #[serde(flatten)]
     pub times: Times,
-    /// What the sets of the pendulum say (of standing) against what happened; None without gains.
+    /// How well the sets of the pendulum predicted the outcomes. It is None for a set without gains.
     pub foretold: Option<Prediction>,
-    /// Footsteps against outcome; None for a set that took none.
+    /// Outcomes by number of footsteps. It is None for a set that took no footstep.
     pub stepped: Option<ByFootsteps>,
     /// How trials were lost.
     pub failures: Failures,
     pub fall_causes: Vec<FallCause>,
-    /// Success by impulse, bins of equal width; the same for all sets, without those in which no set has a trial.
+    /// Success by impulse, in bins of equal width. All sets have the same bins. Those without any trial are left out.
     pub by_impulse: Vec<ImpulseBin>,
-    /// The impulses (N s) that are survived in 50 % and 90 %, by a fitted curve.
+    /// The impulses (N s) with 50 % and with 90 % recovery, by a fitted curve.
     pub curve: FittedCurve,
-    /// The same over the impulse as a multiple of m omega d, by which robots compare.
+    /// The same for the impulse as a multiple of m omega d, by which robots of different sizes can be compared.
     pub normalized_curve: FittedCurve,
     pub strata: Vec<SetStratum>,
     pub telling: Vec<TellingTrial>,
@@ -51,26 +51,26 @@ pub struct SetSummary {
 /// Where a set's trials can be replayed from.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SetOrigin {
-    /// Path of the campaign file; relative to the folder of the result.
+    /// Path of the campaign file, relative to the folder of the result.
     pub campaign: String,
-    /// Its name there.
+    /// Name of the gain set in that campaign.
     pub gains: String,
 }
 
 impl SetOrigin {
-    /// Of a set of the result's own campaign.
+    /// The origin of a set of the result's own campaign.
     pub fn own(set: &str) -> Self {
         Self { campaign: "campaign.toml".into(), gains: set.into() }
     }
 }
 
-/// Success against impulse, fitted; without a fit, why there is none.
+/// A curve of success against impulse or, if it cannot be fitted, the reason.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FittedCurve {
     #[serde(flatten)]
     pub fit: Option<SuccessCurve>,
     pub none_because: Option<NoCurve>,
-    /// For a picture, over the range of the impulses.
+    /// Points of the curve for a picture, over the range of the impulses.
     pub points: Vec<CurvePoint>,
 }
 
@@ -96,8 +96,8 @@ impl FittedCurve {
     }
 }
 
-/// Trials beyond [`MANY`] are moved to the next of as many impulses, 0.02 % of their range at most: a fit takes its time
-/// for each impulse.
+/// Rounds impulses to one of [`MANY`] values if there are more trials than that, because a fit takes time for each
+/// different impulse. An impulse changes by at most 0.02 % of the range.
 fn pooled(mut trials: Vec<(f64, bool)>) -> Vec<(f64, bool)> {
     let ends = trials.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], (x, _)| [a.min(*x), b.max(*x)]);
     let unit = (ends[1] - ends[0]) / MANY as f64;
@@ -107,7 +107,7 @@ fn pooled(mut trials: Vec<(f64, bool)>) -> Vec<(f64, bool)> {
     trials
 }
 
-/// Some of a set's trials.
+/// The trials of a set that are in one stratum.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SetStratum {
     pub by: &'static str,
@@ -126,8 +126,8 @@ pub struct ImpulseBin {
 }
 
 impl SetSummary {
-    /// Of set number `set`; `bins` are the edges of bins of impulse (N s), `strata` those of the campaign, and
-    /// `end_early` as for [`Times::of`].
+    /// Sums up set number `set`. `bins` are the edges of bins of impulse (N s), and `strata` are those of the campaign.
+    /// `end_early` is as for [`Times::of`].
     pub(super) fn new(set: usize, all: &Digest, bins: &[f64], strata: &[Stratum], end_early: bool) -> Self {
         let (name, trials) = (&all.names[set], all.of(set));
         let Counted { failures, fall_causes, moving_at_push } = all.counted(set);
@@ -181,7 +181,7 @@ pub(super) fn bin_edges(values: impl Iterator<Item = f64>) -> Vec<f64> {
         return Vec::new();
     }
     if span == 0.0 {
-        // One push for all: one bin around it.
+        // All pushes are the same, so there is one bin around them.
         return vec![(least - 0.5).max(0.0), most + 0.5];
     }
     let decade = 10f64.powi((span / 8.0).log10().floor() as i32);

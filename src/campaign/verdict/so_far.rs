@@ -1,8 +1,8 @@
-//! What the finished trials of a campaign say while it runs: how often each gain set has recovered, and which sets can be
-//! told apart. One may look as often as one likes, because the intervals hold at every look.
+//! Sums up the finished trials of a campaign while it runs: how often each gain set has recovered, and which sets can
+//! be told apart. The intervals hold at every look, so a user may look at any time.
 
 use crate::campaign::store::row::TrialRow;
-use crate::campaign::verdict::pairs::{by_what_they_tell, every_pair, is_worth_a_line, leaders};
+use crate::campaign::verdict::pairs::{by_verdict, every_pair, is_worth_a_line, leaders};
 use crate::campaign::verdict::standing::Standing;
 use crate::stats::decision::PairVerdict;
 use crate::stats::mcnemar::PairedCounts;
@@ -12,24 +12,24 @@ use crate::stats::sequential::rate_interval;
 /// Level of the interval of a rate.
 const LEVEL: f64 = 0.95;
 
-/// Counts of the trials that are finished. To add a part to it takes the same time however many parts came before.
+/// Counts of the finished trials. The time to add a part does not grow with the number of parts before it.
 pub struct Tally {
     names: Vec<String>,
     trials: u64,
-    /// Of each set: trials, and how many of them it recovered from.
+    /// For each set the number of its trials, and from how many of them it recovered.
     sets: Vec<[u64; 2]>,
-    /// In the order of [`every_pair`], over the trials that both sets have.
+    /// Counts for the pairs of [`every_pair`], over the trials that both sets have.
     pairs: Vec<PairedCounts>,
 }
 
 impl Tally {
-    /// Nothing is finished yet; `names` are the gain sets in the order of the campaign.
+    /// A tally without trials. `names` are the gain sets in the order of the campaign.
     pub fn new(names: &[String]) -> Self {
         let pairs = vec![PairedCounts::default(); every_pair(names.len()).len()];
         Self { names: names.to_vec(), trials: 0, sets: vec![[0; 2]; names.len()], pairs }
     }
 
-    /// Counts further trials. `rows` are sorted by trial and hold all rows of each of their trials.
+    /// Counts more trials. `rows` are sorted by trial, and have all rows of each of their trials.
     pub fn add(&mut self, rows: &[TrialRow]) {
         let recovered =
             |trial: &[TrialRow], name: &String| trial.iter().find(|row| row.set == *name).map(TrialRow::has_recovered);
@@ -53,23 +53,23 @@ impl Tally {
     }
 }
 
-/// What a [`Tally`] says.
+/// What follows from a [`Tally`].
 pub struct SoFar {
     /// Number of finished trials. A set that was stopped earlier has fewer.
     pub trials: u64,
-    /// In the order of the campaign. The intervals hold at every look.
+    /// Name and count of each set, in the order of the campaign. The intervals hold at every look.
     pub sets: Vec<(String, SuccessCount)>,
-    /// In the order of what they tell.
+    /// The pairs, ordered by their verdicts.
     pub pairs: Vec<PairSoFar>,
 }
 
-/// Two sets on the same trials, in the order of a [`Pair`](super::pairs::Pair).
+/// Two sets on the same trials. Which of them is a is decided as for a [`Pair`](super::pairs::Pair).
 pub struct PairSoFar {
     pub a: String,
     pub b: String,
     /// Rate of a less rate of b (a share).
     pub difference: f64,
-    /// Interval of the difference, at 95 % for all pairs together and at every look.
+    /// Interval of the difference. It holds at 95 % for all pairs together and at every look.
     pub ci95: [f64; 2],
     pub verdict: PairVerdict,
 }
@@ -98,7 +98,7 @@ impl SoFar {
             PairSoFar { a, b, difference, ci95: decision.ci95, verdict: decision.verdict }
         };
         let mut pairs: Vec<PairSoFar> = shown.map(pair).collect();
-        pairs.sort_by(|x, y| by_what_they_tell((x.verdict, x.difference), (y.verdict, y.difference)));
+        pairs.sort_by(|x, y| by_verdict((x.verdict, x.difference), (y.verdict, y.difference)));
         Self { trials: *trials, sets, pairs }
     }
 }
@@ -109,7 +109,7 @@ pub(crate) mod tests {
     use crate::campaign::store::row::tests::row;
     use crate::episode::Outcome::{Fell, Recovered};
 
-    /// Of so many trials and sets: set i recovers from all but every (i + 2)nd of them.
+    /// The state after so many trials with so many sets. Set i recovers from all trials but every (i + 2)nd.
     pub(crate) fn so_far(sets: usize, trials: u64, name: impl Fn(usize) -> String) -> SoFar {
         let names: Vec<String> = (0..sets).map(name).collect();
         let outcome = |trial: u64, set: usize| if trial.is_multiple_of(set as u64 + 2) { Fell } else { Recovered };
@@ -130,7 +130,7 @@ pub(crate) mod tests {
         assert_eq!(pairs(5), ["0", "1", "2", "3"].map(|other| ("4".to_string(), other.to_string())));
     }
 
-    /// Part by part, and of a set that stops after the first part.
+    /// One of the sets stops after the first part.
     #[test]
     fn a_tally_counts_each_part_once_and_pairs_over_their_common_trials() {
         let mut tally = Tally::new(&["a", "b"].map(String::from));
@@ -144,7 +144,7 @@ pub(crate) mod tests {
         assert_eq!((&pair.a[..], pair.difference, pair.verdict), ("a", 1.0, PairVerdict::Better));
     }
 
-    /// At the same counts the intervals are wider than those for a fixed count of trials: one may look often.
+    /// Because a user may look often, the intervals are wider than those for a fixed number of trials.
     #[test]
     fn it_may_be_looked_at_often() {
         let found = so_far(2, 300, |set| set.to_string());

@@ -1,9 +1,9 @@
-//! How two gain sets stand to each other on the same trials: the one place where a campaign decides between them, for
-//! its lines while it runs, for its end, and for its result.
+//! Decides between two gain sets on the same trials. The lines of a running campaign, its end and its result all use
+//! this one decision.
 //!
-//! A betting interval contains the truth at all looks together, with its confidence. So does what the intervals of all
-//! looks have in common, and verdicts go by that: what is decided at a look stays decided, also if more trials are run
-//! because something else is still open.
+//! A betting interval contains the truth at all looks together with its confidence. So does the intersection of the
+//! intervals of all looks. Verdicts are taken from that intersection. So what is decided at one look stays decided,
+//! even if more trials are run because something else is still open.
 
 use crate::campaign::verdict::digest::Digest;
 use crate::stats::decision::{ALPHA, Decision, alpha_of_each, each_of};
@@ -11,34 +11,34 @@ use crate::stats::looks::Looks;
 use crate::stats::mcnemar::PairedCounts;
 use crate::stats::sign_test::first_decision;
 
-/// When it may be decided that one set is better.
+/// At which times a campaign may decide that one set is better.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum When {
-    /// Once, after a count of trials that was fixed in advance.
+    /// Once, after a number of trials that was fixed in advance.
     Once,
-    /// At any time, as often as one likes, by intervals alone.
+    /// At any time and any number of times, by intervals alone.
     AnyTime,
-    /// At these looks, by the exact test.
+    /// At each of these looks, by the exact test.
     At(Looks),
 }
 
-/// Two sets on the trials that both have. The better one is a; if neither is known to be better, the one that recovers
-/// more often, or the first of two that recover equally often.
+/// Two sets on the trials that both have. Set a is the better one. If neither is known to be better, it is the one that
+/// recovers more often, or the first of two that recover equally often.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Standing {
-    /// Places in the campaign.
+    /// Numbers of the sets in the campaign.
     pub a: usize,
     pub b: usize,
     pub counts: PairedCounts,
     pub decision: Decision,
-    /// Count of trials at the look that found a better. Later ones may say otherwise: then the difference is not
-    /// positive.
+    /// The number of trials at the look at which a was found better. Later trials may contradict this, and then the
+    /// difference is not positive.
     pub better_after: Option<u64>,
 }
 
 impl Standing {
-    /// Of two sets (places in the campaign), one of so many `pairs`. Sets that differ by less than `margin` (a share)
-    /// are the same.
+    /// Compares two sets, given by their numbers, as one of so many `pairs`. Sets that differ by less than `margin` (a
+    /// share) are the same.
     pub fn of(rows: &Digest, sets: (usize, usize), pairs: usize, when: When, margin: f64) -> Self {
         let next = |trials: u64| match when {
             When::At(looks) => looks.after(trials),
@@ -55,7 +55,7 @@ impl Standing {
         Self::new(sets, counts, &at_looks, pairs, when, margin)
     }
 
-    /// The same of trials in any order, at any time.
+    /// Compares two sets at any time, from counts of trials in any order.
     pub fn at_any_time(sets: (usize, usize), counts: PairedCounts, pairs: usize, margin: f64) -> Self {
         Self::new(sets, counts, &[], pairs, When::AnyTime, margin)
     }
@@ -87,8 +87,8 @@ impl Standing {
     }
 }
 
-/// The intersection of the intervals of all looks, in their order. An interval that has nothing in common with those
-/// before it is passed over: one of them misses the truth, and which one cannot be known.
+/// The intersection of the intervals of all looks, in their order. An interval is left out if it has nothing in common
+/// with those before it. Then one of them misses the truth, and it cannot be known which one.
 pub fn narrowed(intervals: impl IntoIterator<Item = [f64; 2]>) -> [f64; 2] {
     intervals.into_iter().fold([f64::NEG_INFINITY, f64::INFINITY], |[low, high], [least, most]| {
         let common = [low.max(least), high.min(most)];
@@ -102,7 +102,7 @@ mod tests {
     use crate::episode::Outcome::{self, Fell, Recovered};
     use crate::stats::decision::PairVerdict;
 
-    /// Of a campaign with 100 planned trials.
+    /// The standing in a campaign with 100 planned trials.
     fn standing(outcomes: &[[Outcome; 2]], sets: (usize, usize)) -> Standing {
         Standing::of(&Digest::of_outcomes(outcomes), sets, 1, When::At(Looks::up_to(100)), 0.05)
     }
@@ -115,13 +115,13 @@ mod tests {
         assert_eq!((found.a, found.counts.only_a), (0, 60));
         assert_eq!(found, standing(&all, (1, 0)), "whichever comes first");
         assert_eq!(standing(&all[..24], (0, 1)).decision.verdict, PairVerdict::Open, "before the first look");
-        // It takes no look: the interval holds at any time, and of trials in any order.
+        // By intervals, no look is needed, and the order of the trials does not matter.
         let counts = PairedCounts { only_a: 24, ..PairedCounts::default() };
         let by_intervals = Standing::at_any_time((0, 1), counts, 1, 0.05);
         assert_eq!((by_intervals.decision.verdict, by_intervals.better_after), (PairVerdict::Better, None));
     }
 
-    /// By a look at 300 trials; those after it alone would leave it open.
+    /// A look at 300 trials decides it. The later trials alone would leave it open.
     #[test]
     fn sets_that_were_found_to_be_the_same_stay_so() {
         let mut outcomes = vec![[Recovered; 2]; 300];

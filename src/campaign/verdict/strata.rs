@@ -1,8 +1,10 @@
-//! Strata: the trials of a campaign sorted by one quantity of what was drawn for them, to see where gain sets differ.
+//! Sorts the trials of a campaign into strata by one of the quantities that were drawn for them, to show where gain
+//! sets differ.
 //!
-//! A stratum is made of what every gain set met alike, never of what came of it. Quantities are sorted one at a time, so
-//! that each trial is in one stratum of each. One that does not vary, or that puts all trials in the same, makes none.
-//! Edges lie at quantiles and are rounded to a digit that is at most a twentieth of the range.
+//! A stratum depends only on what was drawn, which is the same for every gain set, and never on outcomes. Trials are
+//! sorted by one quantity at a time, so each trial is in one stratum of each quantity. A quantity makes no strata if it
+//! does not vary, or if all trials would be in the same one. Edges lie at quantiles, and are rounded to a digit that is
+//! at most a twentieth of the range.
 
 use crate::campaign::verdict::digest::Drawn;
 use std::rc::Rc;
@@ -15,7 +17,7 @@ pub struct Stratum {
     pub by: &'static str,
     /// Which of its values, with unit: "forward", "2.1 to 3.8 N s", "below 0.06 s".
     pub label: String,
-    /// The stratum of each trial among those of the quantity, and which of them is this one.
+    /// For each trial the number of its stratum among those of the quantity, and the number of this one.
     places: Rc<[u8]>,
     own: u8,
 }
@@ -27,7 +29,7 @@ impl Stratum {
     }
 }
 
-/// All strata of a campaign, from what was drawn for its trials.
+/// All strata of a campaign, made from what was drawn for its trials.
 pub fn strata(drawn: &Drawn) -> Vec<Stratum> {
     let mut strata = Vec::new();
     let headings = drawn.heading_deg.iter();
@@ -38,7 +40,7 @@ pub fn strata(drawn: &Drawn) -> Vec<Stratum> {
     strata.extend(at_quantiles("duration", drawn.duration_s.iter(), 2, " s"));
     strata.extend(by_height(drawn.height_m.iter()));
     strata.extend(at_quantiles("second push", drawn.second_impulse_n_s.iter(), 2, " N s"));
-    // The sign of a slope says something only beside the direction of the push.
+    // The sign of a slope has a meaning only relative to the direction of the push.
     let slopes = drawn.varied("slope_deg").zip(drawn.varied("slope_heading_deg"));
     let along = slopes.into_iter().flat_map(|(slopes, headings)| {
         slopes.iter().zip(headings.iter()).zip(drawn.heading_deg.iter()).map(
@@ -73,14 +75,14 @@ fn sector(heading_deg: f64) -> usize {
     SECTORS.iter().position(|&(_, end)| from_forward <= end).unwrap_or(SECTORS.len() - 1)
 }
 
-/// Below the COM and above it, or, if all pushes are on one side, the lower and the upper half.
+/// Strata below the COM and above it. If all pushes are on one side, they are the lower and the upper half.
 fn by_height(heights: impl Iterator<Item = Option<f64>> + Clone) -> Vec<Stratum> {
     let labels = ["below the COM", "above the COM"].map(String::from);
     let sides = sorted("height", heights.clone(), labels, |height| usize::from(height >= 0.0));
     if sides.is_empty() { at_quantiles("height", heights, 2, " m above the COM") } else { sides }
 }
 
-/// `parts` strata of about as many trials each; none if the values do not vary enough for that.
+/// Makes `parts` strata with about equal numbers of trials. There are none if the values do not vary enough for that.
 fn at_quantiles(
     by: &'static str,
     values: impl Iterator<Item = Option<f64>> + Clone,
@@ -108,8 +110,8 @@ fn at_quantiles(
     sorted(by, values, (0..parts).map(label), |value| edges.iter().filter(|(edge, _)| value >= *edge).count())
 }
 
-/// Sorts trials into the strata of `labels` by the index that `of` gives for a value, and leaves empty ones out. None if
-/// fewer than two are left. A trial without a value is in none.
+/// Sorts trials into the strata of `labels`, by the index that `of` gives for a value. Empty strata are left out, and
+/// if fewer than two are left there are none. A trial without a value is in no stratum.
 fn sorted(
     by: &'static str,
     values: impl Iterator<Item = Option<f64>>,
@@ -123,7 +125,7 @@ fn sorted(
     if strata.len() < 2 { Vec::new() } else { strata }
 }
 
-/// Least and most; None if they are the same, or there are none.
+/// The least and the greatest value. It is None if they are the same, or if there are no values.
 fn range(values: impl Iterator<Item = Option<f64>> + Clone) -> Option<[f64; 2]> {
     let of = |f: fn(f64, f64) -> f64| values.clone().flatten().reduce(f);
     let (least, most) = (of(f64::min)?, of(f64::max)?);
@@ -148,7 +150,7 @@ mod tests {
         strata(&Digest::of_rows(&rows.collect::<Vec<_>>(), &["a"]).drawn)
     }
 
-    /// Of a campaign as it is drawn; nothing is simulated.
+    /// Strata of a campaign as it is drawn. Nothing is simulated.
     fn drawn(name: &str, trials: u64, set: &[&str]) -> Vec<Stratum> {
         let campaign = campaign(name, set);
         of_rows((0..trials).map(|trial| {
@@ -252,10 +254,10 @@ mod tests {
             [[Recovered, Recovered], [Fell, Recovered], [Recovered, Fell], [Fell, TimedOut], [Recovered, Fell]];
         let rows = Digest::of_outcomes(&outcomes);
         let deciding = DecisionRule { when: When::Once, margin: 0.02, end_early: true };
-        // What the first of a pair, the second, and the first recovered from in all.
+        // The pair, the trials of the stratum, what is counted of the pair, and of its first set alone.
         for ((a, b), trials, counts, recovered) in [
             ((0, 1), &[0, 1, 2, 3, 4][..], [1, 2, 1, 1], 3),
-            // Of all trials the first set recovers from more: it comes first.
+            // Over all trials set 0 recovers from more, so it is the first of its pair.
             ((1, 0), &[0, 1, 2, 3, 4], [1, 2, 1, 1], 2),
             ((0, 1), &[1, 4], [0, 1, 1, 0], 1),
             ((1, 0), &[1, 3, 4], [0, 1, 1, 1], 1),

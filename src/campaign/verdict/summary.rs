@@ -1,4 +1,4 @@
-//! What the trials of a campaign say, as `summary.json` has it.
+//! Sums up the trials of a campaign, as `summary.json` states it.
 
 use crate::campaign::ask::push::{PushSpec, SecondPushSpec};
 use crate::campaign::ask::spec::{SensorSpec, Stopping};
@@ -34,20 +34,23 @@ pub struct Summary {
     pub standfast: String,
     /// Name and version of the physics engine.
     pub engine: String,
-    /// SHA-256 over campaign, robot, gain sets and version: equal hashes mean equal trials, by the same build.
+    /// SHA-256 over campaign, robot, gain sets and version. With the same build, equal hashes mean equal trials.
     pub config_hash: String,
     pub trials_sha256: String,
-    /// Which set recovers most, and than which it is better, in words.
+    /// The first sentences of a report: which set recovers most often, and than which others it is better.
     pub headline: String,
     pub robot: String,
-    /// Number of trials. A set that was stopped earlier, in a campaign that ends when decided, has fewer: its own
-    /// number stands in `sets`.
+    /// Number of trials. In a campaign that ends when decided, a set that was stopped earlier has fewer. Its own number
+    /// stands in `sets`.
     pub trials: u64,
-    /// At most so many were asked for; more than `trials` where the campaign ended when decided.
+    /// The largest number of trials that was asked for. It is larger than `trials` if the campaign ended earlier
+    /// because it was decided.
     pub most_trials: u64,
-    /// So many were asked for when the campaign was begun; where it could end when decided, its looks go by this.
+    /// The number of trials that was asked for when the campaign was begun. If the campaign could end when decided, its
+    /// looks follow from this number.
     pub planned_trials: u64,
-    /// Which gain sets stopped before the others, and why, in sentences; None if all have the same number of trials.
+    /// Sentences that say which gain sets stopped before the others, and why. It is None if all have the same number of
+    /// trials.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stopped: Option<String>,
     pub stopping: Stopping,
@@ -62,23 +65,24 @@ pub struct Summary {
     /// How `ci95` and `adjusted_ci95` are computed.
     pub interval: &'static str,
     pub sets: Vec<SetSummary>,
-    /// Times over the trials that every set survived, to be compared between sets.
+    /// Times over the trials that every set survived, which can be compared between sets.
     pub common_survivors: CommonSurvivors,
-    /// Every pair of sets (of two results: one of each), trial by trial, in the order of what they tell.
+    /// Every pair of sets, compared trial by trial, ordered by verdict. In a comparison of two results each pair has
+    /// one set of each.
     pub pairs: Vec<Pair>,
     pub gates: Vec<GateResult>,
-    /// Of two results that differ in the physics engine alone, how far they agree.
+    /// How far two results agree that differ only in the physics engine.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub agreement: Option<Agreement>,
-    /// The result that baseline gates compare with.
+    /// The earlier result with which gates compare.
     pub baseline: Option<BaselineId>,
-    /// What this result cannot support.
+    /// Warnings of what this result cannot support.
     pub warnings: Vec<String>,
 }
 
 impl Summary {
-    /// Counts the trials of a campaign; `trials_sha256` is of the file that holds them, `pairs` are the sets to compare, by
-    /// their places in the campaign.
+    /// Sums up the trials of a campaign. `trials_sha256` is the hash of the file that holds them. `pairs` are the sets
+    /// to compare, by their numbers in the campaign.
     pub fn new(
         manifest: &Manifest,
         rows: &Digest,
@@ -125,8 +129,8 @@ impl Summary {
         }
     }
 
-    /// Joins the parts of a campaign: writes `trials.parquet`, `summary.json` and `campaign.toml`, and gives what they
-    /// say. Errors: a part is missing or damaged, or the folder is not writable.
+    /// Joins the parts of a campaign. It writes `trials.parquet`, `summary.json` and `campaign.toml`, and returns the
+    /// summary and the trials. It fails if a part is missing or damaged, or if the folder is not writable.
     pub fn of_folder(folder: &Folder, gates: &Gates) -> Result<(Summary, Digest)> {
         let to = || AtomicFile::create(&folder.path.join("trials.parquet"));
         let (summary, rows, trials) = Self::read_into(folder, gates, to)?;
@@ -136,7 +140,7 @@ impl Summary {
         Ok((summary, rows))
     }
 
-    /// The same without writing anything. Errors: a part is missing or damaged.
+    /// Reads the same without writing anything. It fails if a part is missing or damaged.
     pub fn read(folder: &Folder, gates: &Gates) -> Result<(Summary, Digest)> {
         Self::read_into(folder, gates, || Ok(sink())).map(|(summary, rows, _)| (summary, rows))
     }
@@ -184,13 +188,13 @@ fn stopped(sets: &[SetSummary], trials: u64) -> Option<String> {
     (!by_trials.is_empty()).then(|| format!("{subject} stopped before the others, {why}: {told}. {rates}"))
 }
 
-/// How rates and differences are bounded where the count of trials was fixed.
+/// Explains the intervals of a campaign with a fixed number of trials.
 const INTERVAL: &str = "All intervals are at 95 %. Those of the differences of pairs are Tango's; they hold for all pairs \
                         together (Bonferroni), and are widened to touch 0 where the exact McNemar test finds no \
                         difference. The others hold each for itself: rates have Wilson's, or Clopper and Pearson's where \
                         fewer than 5 trials recovered or fewer than 5 did not; differences by kind of trial have \
                         Tango's; gates have Clopper and Pearson's on rates and Tango's on differences.";
-/// The same where the campaign could end when decided.
+/// Explains the intervals of a campaign that could end when decided.
 const SEQUENTIAL_INTERVAL: &str = "All intervals are at 95 %. Those of the differences of pairs, and of gates, are \
                                    what betting confidence sequences leave of them at all looks together: they hold \
                                    however often one looks, for all pairs and for all gates together. Which set of a \
@@ -210,8 +214,8 @@ pub(crate) mod tests {
     use crate::episode::Outcome;
     use crate::stats::decision::PairVerdict;
 
-    /// Of sets "a" and "b" and these gates, a trial for each pair of outcomes, impulses from 1 to 2 N s; `set` changes the
-    /// campaign, which is `smoke`.
+    /// The summary of a campaign with sets "a" and "b", with a trial for each pair of outcomes and impulses from 1 to 2
+    /// N s. The campaign is `smoke`, changed by `set`.
     pub(crate) fn summary(outcomes: &[[Outcome; 2]], set: &[&str], gates: &[&str]) -> Summary {
         let overrides = Overrides {
             set: set.iter().map(|s| s.to_string()).collect(),
@@ -239,7 +243,7 @@ pub(crate) mod tests {
         outcomes.iter().enumerate().flat_map(trial).collect()
     }
 
-    /// Of sets "a", "b" and "c", of which "b" was stopped after 25 of 100 trials, and the rows of it. "a" and "c"
+    /// A summary and its trials, of sets "a", "b" and "c". Set "b" was stopped after 25 of 100 trials. "a" and "c"
     /// recover from nine of ten pushes, "b" from one of five.
     pub(crate) fn ragged(gates: &[&str]) -> (Summary, Digest) {
         let overrides = Overrides {
@@ -273,7 +277,7 @@ pub(crate) mod tests {
             assert!(pair.strata.iter().all(|stratum| stratum.counts.trials() == stratum.trials));
         }
         assert_eq!(summary.gates.iter().map(|gate| gate.judged.trials).collect::<Vec<_>>(), [25, 100]);
-        // The bins of all sets are the same, though the later pushes are harder, and "b" met none of them.
+        // All sets have the same bins, although the later pushes are harder and "b" has none of them.
         assert!(summary.sets.iter().all(|set| set.by_impulse.len() == summary.sets[0].by_impulse.len()));
         assert_eq!(summary.sets[1].by_impulse.last().unwrap().count.trials, 0);
         assert!(summary.sets[1].telling.iter().all(|telling| telling.trial < 25));

@@ -1,11 +1,11 @@
-//! The trials of a gain set that are worth a look: what it lost without need, what it lost nearest to its limit, the
-//! hardest from which it recovered, and those from which another set did.
+//! Picks the trials of a gain set that are worth a replay: the easiest ones that it lost, the one that it lost nearest
+//! to its limit, the hardest one from which it recovered, and some that it lost and another set did not.
 
 use crate::campaign::verdict::digest::Digest;
 use serde::Serialize;
 use std::collections::HashSet;
 
-/// How many of the easiest lost trials are named, and how many sets that survived what was lost, at most.
+/// At most so many of the easiest lost trials are named, and so many other sets that survived a lost trial.
 const LOST: usize = 3;
 const OTHERS: usize = 3;
 
@@ -14,7 +14,7 @@ const OTHERS: usize = 3;
 pub struct TellingTrial {
     pub trial: u64,
     pub impulse_n_s: f64,
-    /// By which a push is hard or easy here: 1 is what standing could take.
+    /// The measure of how hard the push is. A push of 1 is the hardest that standing could take.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub impulse_over_m_omega_d: Option<f64>,
     pub heading_deg: f64,
@@ -23,10 +23,10 @@ pub struct TellingTrial {
 }
 
 impl TellingTrial {
-    /// Of set number `set`, whose limit is the push (impulse over m omega d, as [`Digest::hardness`]) that half
-    /// survive. What tells most comes first: the easiest push that was lost, the lost one that is nearest to the limit,
-    /// and the hardest that was survived; then, for the first of the other sets, the first trial that it survived and
-    /// this set lost; then the next easiest lost ones. Each trial once.
+    /// The trials of set number `set` that are worth a replay, each named once. `limit` is the push that half of the
+    /// trials survive, in the unit of [`Digest::hardness`]. The easiest lost push comes first, then the lost one that
+    /// is nearest to the limit, then the hardest that was survived. Then follows, for each of the first other sets, the
+    /// first trial that it survived and this set lost. The next easiest lost ones come last.
     pub fn of(rows: &Digest, set: usize, limit: Option<f64>) -> Vec<Self> {
         let own = rows.of(set);
         let hardness = |trial: usize| rows.hardness(set, trial);

@@ -1,7 +1,7 @@
-//! How long gain sets take to stand and to be home.
+//! Measures how long gain sets take until the robot stands, and until it is home.
 //!
-//! Each set's own median compares different trials: a set that survives harder pushes has more of the slow ones. So there
-//! are medians over the trials that all sets survive, too.
+//! The medians of two sets are over different trials: a set that survives harder pushes has more of the slow ones. So
+//! there are also medians over the trials that all sets survive.
 
 use crate::campaign::verdict::digest::{Digest, Ended};
 use crate::stats::rate::median;
@@ -10,17 +10,17 @@ use serde::Serialize;
 /// Medians of the times from the end of the push, over trials that recovered.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Times {
-    /// To standing: slow and inside of the support (s).
+    /// Median time until the robot stands, which means that it is slow and inside of the support (s).
     pub median_settling_s: Option<f64>,
-    /// To the COM being home for good (s), where the trial that never is counts as the latest: None if the median is
-    /// such a trial, and for episodes that end early.
+    /// Median time until the COM is home for good (s). A trial in which it never is counts as the latest. It is None if
+    /// the median is such a trial, and for episodes that end early.
     pub median_homing_s: Option<f64>,
-    /// Trials in which the COM was home at the horizon; None for episodes that end early.
+    /// Number of trials in which the COM was home at the horizon. It is None for episodes that end early.
     pub home: Option<u64>,
 }
 
 impl Times {
-    /// Of trials that recovered; others are left out.
+    /// Times of the trials that recovered. Others are left out.
     pub fn of<'a>(trials: impl Iterator<Item = &'a Ended> + Clone, end_early: bool) -> Self {
         let recovered = trials.filter(|ended| ended.has_recovered());
         let median_settling_s = median(recovered.clone().filter_map(Ended::settling_s).collect());
@@ -40,7 +40,7 @@ impl Times {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CommonSurvivors {
     pub trials: u64,
-    /// In the order of the sets.
+    /// The times of each set, in the order of the sets.
     pub sets: Vec<Times>,
 }
 

@@ -1,4 +1,4 @@
-//! What a campaign cannot support: a comparison is only as good as its design.
+//! Warns of conclusions that a campaign cannot support because of its design.
 
 use crate::campaign::ask::bounds::digits;
 use crate::campaign::ask::spec::Campaign;
@@ -9,14 +9,14 @@ use crate::stats::decision::PairVerdict;
 
 /// With fewer trials than this, a rate of 50 % is known to 10 points either way at best.
 const FEW_TRIALS: u64 = 100;
-/// How many pairs are named.
+/// At most so many pairs are named.
 const NAMED: usize = 3;
-/// If all rates are above this, or all below 1 minus this, there is little to compare.
+/// If all rates are above this, or all are below 1 minus this, there is little to compare.
 const NEARLY: f64 = 0.98;
-/// Share of trials that may begin with a robot in motion.
+/// No warning is given if at most this share of the trials begins with a robot in motion.
 const MOVING: f64 = 0.02;
 
-/// The warnings in words, the gravest first. There are none for a sound design.
+/// The warnings as sentences, the gravest first. A sound design has none.
 pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair]) -> Vec<String> {
     let mut found = Vec::new();
     if campaign.synthetic {
@@ -52,8 +52,8 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
             "No gain set recovered from more than a few trials: the pushes are too hard to tell the sets apart.".into(),
         );
     }
-    // The smallest number of trials that show a difference if all of them speak for the same set: 2 / 2^k is below 5 %,
-    // for each of the pairs.
+    // The smallest number k of discordant trials that show a difference if the same set recovers in all of them. It is
+    // the smallest k for which 2 / 2^k, times the number of pairs, is below 5 %.
     let enough = (2.0 * pairs.len().max(1) as f64 / 0.05).log2().ceil() as u64;
     let is_thin = |pair: &&Pair| {
         let discordant = pair.counts.only_a + pair.counts.only_b;

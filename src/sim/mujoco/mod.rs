@@ -18,7 +18,7 @@ pub fn version() -> &'static str {
     mujoco_rs::mujoco_version()
 }
 
-/// Checks that MuJoCo takes the robot.
+/// Checks that MuJoCo can simulate the robot.
 pub fn check(robot: &Robot) -> Result<()> {
     let said = match MjModel::from_xml_string(&mjcf(robot, &Ground::default(), &Pairs::new(robot), 0.001)) {
         Ok(_) => return Ok(()),
@@ -28,7 +28,8 @@ pub fn check(robot: &Robot) -> Result<()> {
     Err(Error::value("engine", "--engine", "mujoco", problem, "a robot that MuJoCo takes, or --engine rapier"))
 }
 
-/// The robot at rest in `posture`, on the ground while it is still level. Of its links, `pairs` collide.
+/// The robot at rest in `posture`, on ground that is still level. `pairs` states which of its links collide with each
+/// other.
 pub fn start(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, step_s: f64) -> Box<dyn Physics> {
     let model = MjModel::from_xml_string(&mjcf(robot, ground, pairs, step_s)).expect("the robot was checked");
     let id = |kind, name: &str| model.name_to_id(kind, name).expect("it is in the model");
@@ -81,7 +82,7 @@ struct Mujoco {
     rotors: Vec<f64>,
     bodies: Vec<usize>,
     joints: Vec<Addresses>,
-    /// Which part of which link each solid is; None for those of the ground.
+    /// The part of a link to which each solid belongs. It is None for solids of the ground.
     solids: Vec<Option<(usize, Part)>>,
     ground_body: usize,
 }

@@ -20,7 +20,8 @@ use world::{GROUND, Handles, World, build};
 
 pub const VERSION: &str = rapier3d::VERSION;
 
-/// The robot at rest in `posture`, on the ground while it is still level. Of its links, `pairs` collide.
+/// The robot at rest in `posture`, on ground that is still level. `pairs` states which of its links collide with each
+/// other.
 pub fn start(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, step_s: f64) -> Box<dyn Physics> {
     let (world, handles) = build(robot, ground, pairs, posture, step_s);
     let joints = robot.joints.iter().map(|joint| (joint.lower_rad, joint.upper_rad)).collect();

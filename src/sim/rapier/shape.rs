@@ -34,9 +34,9 @@ fn hull(mesh: &Mesh, pose: Isometry3<f64>) -> (SharedShape, Isometry3<f64>) {
     placed(&Shape::Box { half: (most - least) / 2.0 }, pose * middle)
 }
 
-/// The placed shape of a solid that stands on the ground in the direction `down` (frame of `pose`). Of a face, Parry's
-/// contacts know four corners. If that of a mesh has more, pyramids are added: each stands on four of them in turn, and
-/// has its tip inside of the hull.
+/// The placed shape of a solid that stands on the ground in the direction `down` (frame of `pose`). Parry finds
+/// contacts at no more than four corners of a face. If the lowest face of a mesh has more corners, pyramids are added.
+/// Each of them stands on four of these corners, and has its tip inside of the hull.
 pub fn standing(shape: &Shape, pose: Isometry3<f64>, down: &Vector3<f64>) -> Vec<(SharedShape, Isometry3<f64>)> {
     /// Cosine of the largest angle between `down` and a face on which the solid stands.
     const FACES_DOWN: f64 = 0.7;

@@ -10,8 +10,8 @@ use rapier3d::dynamics::MultibodyIndex;
 use rapier3d::parry::mass_properties::MassProperties;
 use rapier3d::prelude::*;
 
-/// A Rapier world that can be copied. A copy goes on to the same bits: all that lasts from step to step is copied, and
-/// the pipeline is only working memory.
+/// A Rapier world that can be copied. A copy continues to the same bits, because everything that lasts from step to
+/// step is copied. The pipeline is only working memory.
 pub struct World {
     pub physics: PhysicsWorld,
     filter: Filter,
@@ -24,8 +24,8 @@ struct Filter(Pairs);
 /// `user_data` of the ground's colliders.
 pub const GROUND: u128 = u128::MAX;
 
-/// The collision group of a limb, so that most pairs which do not collide are sorted out early. Limbs beyond the 30th share
-/// a group.
+/// The collision group of a limb. By their groups Rapier discards most pairs that do not collide early. Limbs beyond
+/// the 30th share a group.
 fn group(limb: usize) -> Group {
     Group::from_bits_truncate(1 << limb.min(30))
 }
@@ -119,8 +119,8 @@ fn integration_parameters(step_s: f64) -> IntegrationParameters {
     }
 }
 
-/// A world with gravity along -z, with `ground` (still level) and with `robot` in `posture`, of which `pairs` of links
-/// collide.
+/// A world with gravity along -z, with `robot` in `posture` and with `ground`, which is still level. `pairs` states
+/// which links of the robot collide with each other.
 pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, step_s: f64) -> (World, Handles) {
     let mut world = PhysicsWorld {
         gravity: Vector::new(0.0, 0.0, -crate::robot::GRAVITY as Real),

@@ -1,6 +1,6 @@
-//! The looks at a campaign that ends when decided: at fixed numbers of trials it is asked what is still open, and gain
-//! sets of which nothing open takes trials stop. So neither the end nor the trials of a set depend on threads, shards,
-//! or interruptions: whoever looks at the same parts finds the same.
+//! Looks at a campaign that ends when decided. After fixed numbers of trials, the gates are asked what is still open. A
+//! gain set stops if no open question needs more of its trials. The same parts always lead to the same decisions. So
+//! neither the end of the campaign nor the trials of a set depend on threads, shards or interruptions.
 
 use crate::campaign::store::folder::Folder;
 use crate::campaign::verdict::digest::Digest;
@@ -9,37 +9,39 @@ use crate::error::Result;
 use crate::stats::looks::Looks;
 use std::ops::Range;
 
-/// How far a campaign was looked at.
-pub struct Looking<'a> {
+/// The state of the looks at a campaign.
+pub struct InterimLooks<'a> {
     folder: &'a Folder,
     gates: &'a Gates,
     planned: Looks,
-    /// Numbers of trials at the last look and at the next one.
+    /// Number of trials at the last look.
     last: u64,
+    /// Number of trials at the next look.
     pub next: u64,
     /// All trials up to the last look.
     rows: Digest,
-    /// Number of trials of each gain set, as far as it is known.
+    /// Number of trials of each gain set, as far as it is decided.
     pub set_trials: Vec<u64>,
-    /// Whether all is decided, or there are no more trials.
+    /// Whether everything is decided, or there are no more trials.
     pub is_over: bool,
 }
 
-/// What a look has found.
+/// The findings of one look.
 pub struct Look<'a> {
     /// All trials so far.
     pub rows: &'a Digest,
-    /// What is still to be decided.
+    /// The questions that are still open.
     pub open: &'a [Open],
-    /// Names of the gain sets that stop here while others go on: nothing that is open takes their trials.
+    /// Names of the gain sets that stop here while others continue, because no open question needs their trials.
     pub stopping: Vec<&'a str>,
-    /// Number of trials of each gain set from now on, at most.
+    /// The largest number of trials that each gain set may still reach.
     pub set_trials: &'a [u64],
 }
 
-impl<'a> Looking<'a> {
-    /// Before the first look; None if the campaign has a fixed number of trials. `gates` say when it is decided.
-    pub fn at(folder: &'a Folder, gates: &'a Gates) -> Option<Self> {
+impl<'a> InterimLooks<'a> {
+    /// The state before the first look. It is None if the campaign has a fixed number of trials. `gates` decide when it
+    /// is over.
+    pub fn new(folder: &'a Folder, gates: &'a Gates) -> Option<Self> {
         let (planned, most) = (folder.manifest.looks()?, folder.manifest.campaign.trials);
         let set_trials = vec![most; folder.manifest.sets.len()];
         let next = planned.after(0).min(most);
@@ -47,7 +49,7 @@ impl<'a> Looking<'a> {
         Some(Self { folder, gates, planned, last: 0, next, rows, set_trials, is_over: false })
     }
 
-    /// Looks as often as there are trials for it.
+    /// Takes all looks for which there are enough trials.
     pub fn go_on(&mut self, on_look: &dyn Fn(&Look)) -> Result<()> {
         let (most, sets) = (self.folder.manifest.campaign.trials, &self.folder.manifest.sets);
         while !self.is_over {
@@ -74,8 +76,9 @@ impl<'a> Looking<'a> {
         Ok(())
     }
 
-    /// The blocks that a shard lacks for the next look or, if it lacks none, for the first look after that for which it
-    /// lacks any: it need not wait for the other shards. Empty if it lacks nothing.
+    /// The blocks that a shard has to run for the next look. If it has them all, they are those for the first later
+    /// look for which it lacks any, so that it need not wait for the other shards. It is empty if the shard lacks no
+    /// block.
     pub fn lacking(&self, is_own: impl Fn(u64) -> bool) -> Vec<u64> {
         let (mut from, mut to) = (self.last, self.next);
         while !self.is_over && from < to {
@@ -93,7 +96,7 @@ impl<'a> Looking<'a> {
         self.folder.lacks(block, &self.set_trials).contains(&true)
     }
 
-    /// The blocks with these trials, which begin and end with a block.
+    /// The blocks with these trials. Such a range begins and ends at the border of a block.
     fn blocks(&self, trials: Range<u64>) -> Range<u64> {
         let part_trials = self.folder.manifest.part_trials.get();
         trials.start / part_trials..trials.end.div_ceil(part_trials)
