@@ -65,15 +65,8 @@ impl Plan {
         resolved.robot = inputs.take(&campaign.robot, "robot", robot_files)?;
         let robot_sha256 =
             sha256_hex(inputs.listed.iter().map(|input| input.sha256.as_str()).collect::<String>().as_bytes());
-        for ((gains, entry), ((base, source), controller)) in
-            resolved.gains.iter_mut().zip(&entries).zip(sources.into_iter().zip(&controllers))
-        {
-            let referred = controller.files().into_iter().map(|file| (file, "input"));
-            *gains = entry.with_base(&inputs.take(
-                entry.base,
-                &format!("gains/{base}"),
-                referred.chain([(source, "toml")]),
-            )?);
+        for ((gains, entry), (base, source)) in resolved.gains.iter_mut().zip(&entries).zip(sources) {
+            *gains = entry.with_base(&inputs.take(entry.base, &format!("gains/{base}"), [(source, "toml")])?);
         }
         let totals =
             each_once(controllers.iter().flat_map(|controller| controller.totals()).map(|total| total.to_string()));
@@ -93,6 +86,25 @@ impl Plan {
         };
         manifest.config_hash = manifest.hash()?;
         Ok(Plan { manifest, no_step: NoStep::new(&robot), robot, controllers, inputs: inputs.kept })
+    }
+
+    /// Adds a controller that is no file but a part of the calling program. Its name and its tree are inputs of the result.
+    /// Fails if another controller has this name.
+    pub fn and(mut self, controller: Box<dyn Settings>) -> Result<Plan> {
+        let (name, manifest) = (controller.name().to_string(), &mut self.manifest);
+        if manifest.sets.contains(&name) {
+            let accepted = "a name of its own for each";
+            return Err(Error::value("the program", "name", name, "two controllers of this name", accepted));
+        }
+        let sha256 = sha256_hex(controller.tree().to_string().as_bytes());
+        manifest.inputs.push(Input { file: format!("builtin:{name}"), sha256 });
+        let more = controller.totals().iter().map(|total| total.to_string());
+        manifest.totals = each_once(std::mem::take(&mut manifest.totals).into_iter().chain(more));
+        manifest.campaign.gains.push(name.clone());
+        manifest.sets.push(name);
+        manifest.config_hash = manifest.hash()?;
+        self.controllers.push(controller);
+        Ok(self)
     }
 
     /// The folder for the result: the one asked for, or one under `standfast-results` that is free or this

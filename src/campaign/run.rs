@@ -8,6 +8,7 @@ use crate::campaign::store::manifest::Manifest;
 use crate::campaign::store::row::TrialRow;
 use crate::campaign::store::shard::Shard;
 use crate::campaign::verdict::gates::Gates;
+use crate::campaign::verdict::summary::Summary;
 use crate::episode::ClosedLoop;
 use crate::error::{Error, Result};
 use crate::robot::Factory;
@@ -15,6 +16,7 @@ use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -204,6 +206,15 @@ impl<'a> Work<'a> {
     }
 }
 
+/// Runs what the folder `out` lacks of a campaign, on all cores, and concludes it.
+pub fn run_all(plan: &Plan, out: &Path) -> Result<Summary> {
+    let folder = plan.folder(Some(out))?;
+    let gates = Gates::new(&folder.manifest, None)?;
+    let watch = Watch { stop: &AtomicBool::new(false), on_episode: &|| {}, on_part: &|_| {}, on_look: &|_, _| {} };
+    Work::new(plan, &folder, RunOptions::default(), Some(&gates))?.run(&watch)?;
+    Ok(Summary::of_folder(&folder, &gates)?.0)
+}
+
 /// Whether a block is for this shard, or for a run without shards.
 fn takes(shard: Option<Shard>, block: u64) -> bool {
     shard.is_none_or(|shard| shard.takes(block))
@@ -248,7 +259,6 @@ mod tests {
     use super::*;
     use crate::campaign::plan::tests::planned;
     use crate::campaign::store::row::tests::row;
-    use crate::campaign::verdict::summary::Summary;
     use crate::campaign::{Campaign, Overrides};
     use crate::episode::Outcome;
     use crate::stats::looks::Looks;

@@ -42,14 +42,14 @@ pub const ENGINE_CHOICES: [&str; 3] = ["rapier", "mujoco", "both"];
 /// Options that change a campaign.
 #[derive(Debug, Default, Args)]
 pub struct ChangeArgs {
-    /// Gain set by name or file, instead of those of the campaign; may be given several times
-    #[arg(long, value_name = "NAME|FILE")]
+    /// Controller by name or file, instead of those of the campaign; may be given several times
+    #[arg(long = "controller", visible_alias = "gains", value_name = "NAME|FILE")]
     pub gains: Vec<String>,
-    /// Compare variants of a gain set: one for each value of a key, such as paper:stepping.alpha=2,5.
+    /// Compare variants of a controller: one for each value of a key, such as paper:stepping.alpha=2,5.
     ///
     /// The key names the table and the value in it, and counts in an array from 0: `gains.0.x`. The values are TOML.
-    /// The variants replace the campaign's gain sets, or come after those of --gains. If the option is given several
-    /// times, each adds its variants; keys are not combined. --gains takes a single variant, SET:KEY=VALUE.
+    /// The variants replace the campaign's controllers, or come after those of --controller. If the option is given
+    /// several times, each adds its variants; keys are not combined. --controller takes a single variant, SET:KEY=VALUE.
     #[arg(long, value_name = "SET:KEY=V1,V2,...")]
     pub vary: Vec<String>,
     /// Robot by name or URDF file; its settings are in a .toml file of the same name beside it, or are inferred

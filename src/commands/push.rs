@@ -45,8 +45,8 @@ pub struct PushArgs {
     /// Course of the force over time, at the same impulse [default: that of the trial, or rectangular]
     #[arg(long, value_parser = one_of::<Profile, 2>(["rectangular", "half-sine"]))]
     pub profile: Option<Profile>,
-    /// Gain set by name or file, a variant NAME:KEY=VALUE, or a set of the campaign by its name in the results
-    #[arg(long, value_name = "NAME|FILE", default_value = "catch")]
+    /// Controller by name or file, a variant NAME:KEY=VALUE, or one of the campaign by its name in the results
+    #[arg(long = "controller", visible_alias = "gains", value_name = "NAME|FILE", default_value = "catch")]
     pub gains: String,
     /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
     #[arg(long, value_name = "NAME|FILE")]

@@ -30,8 +30,8 @@ pub struct ReplayArgs {
     /// Number of the trial
     #[arg(long, value_name = "I")]
     pub trial: u64,
-    /// Gain set by its name in the result [default: the first that lost the trial, or else the first]
-    #[arg(long, value_name = "NAME")]
+    /// Controller by its name in the result [default: the first that lost the trial, or else the first]
+    #[arg(long = "controller", visible_alias = "gains", value_name = "NAME")]
     pub gains: Option<String>,
     /// Physics engine that simulates the trial [default: that of the result].
     ///

@@ -27,9 +27,9 @@ pub struct ViewArgs {
     /// Trial of --campaign, whose robot, ground, noise and pushes are used
     #[arg(long, value_name = "I")]
     pub trial: Option<u64>,
-    /// Gain set by name or file, or a variant NAME:KEY=VALUE; may be given several times, the first acts
+    /// Controller by name or file, or a variant NAME:KEY=VALUE; may be given several times, the first acts
     /// [default: catch, paper, switching, hold]
-    #[arg(long, value_name = "NAME|FILE")]
+    #[arg(long = "controller", visible_alias = "gains", value_name = "NAME|FILE")]
     pub gains: Vec<String>,
     /// Physics engine that simulates the robot [default: that of the campaign, or rapier].
     ///

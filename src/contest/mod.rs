@@ -3,6 +3,74 @@
 //! The file of a controller says of which kind it is: `kind = "posture"`. A file without a kind is a gain set, of the kind
 //! `cpi`. A new kind is a file here and a line in [`KINDS`]. Whoever drives, judges or compares controllers gets a
 //! [`Factory`] and knows nothing of kinds.
+//!
+//! A program of your own can put a controller of its own on trial, beside the built-in ones and under the same pushes:
+//!
+//! ```
+//! use standfast::campaign::{Campaign, Overrides, Plan, run::run_all};
+//! use standfast::contest::Settings;
+//! use standfast::error::Result;
+//! use standfast::robot::{Command, Controller, Factory, Report, Robot, Sensed, TickError};
+//!
+//! /// Holds the posture of the start, with an angular velocity of the ankles against that of the trunk.
+//! #[derive(Debug, Clone)]
+//! struct Ankles {
+//!     gain: f64,
+//! }
+//!
+//! impl Settings for Ankles {
+//!     fn name(&self) -> &str {
+//!         "ankles"
+//!     }
+//!     fn check(&self, _file: &str) -> Result<()> {
+//!         Ok(())
+//!     }
+//!     // Whatever the controller depends on: a result with other numbers is another result.
+//!     fn tree(&self) -> toml::Table {
+//!         toml::Table::from_iter([("gain".to_string(), self.gain.into())])
+//!     }
+//!     fn prepare(&self, robot: &Robot, _period_s: f64) -> Result<Factory> {
+//!         let is_ankle = |(i, joint): (usize, &standfast::robot::Joint)| joint.name.contains("ankle_flexion").then_some(i);
+//!         let ankles: Vec<usize> = robot.joints.iter().enumerate().filter_map(is_ankle).collect();
+//!         let (home, gain) = (robot.home_command(), self.gain);
+//!         Ok(Factory::new("ankles", "with damped ankles", move |_seed| Damped { home: home.clone(), ankles: ankles.clone(), gain }))
+//!     }
+//! }
+//!
+//! #[derive(Clone)]
+//! struct Damped {
+//!     home: Command,
+//!     ankles: Vec<usize>,
+//!     gain: f64,
+//! }
+//!
+//! impl Controller for Damped {
+//!     fn tick(&mut self, sensed: &Sensed, command: &mut Command) -> std::result::Result<(), TickError> {
+//!         command.clone_from(&self.home);
+//!         self.ankles.iter().for_each(|&i| command.tau_ff[i] += self.gain * sensed.imu.gyro.y);
+//!         Ok(())
+//!     }
+//!     fn report(&self) -> Report {
+//!         Report::of_phase("standing")
+//!     }
+//!     fn fork(&self) -> Option<Box<dyn Controller>> {
+//!         Some(Box::new(self.clone()))
+//!     }
+//! }
+//!
+//! # fn main() -> Result<()> {
+//! let overrides = Overrides { gains: vec!["hold".into(), "fixed".into()], ..Overrides::default() };
+//! let plan = Plan::new(&Campaign::load("smoke", &overrides)?)?.and(Box::new(Ankles { gain: 0.5 }))?;
+//! # let folder = tempfile::tempdir().unwrap();
+//! # let out = folder.path().join("result");
+//! let summary = run_all(&plan, &out)?;
+//! for set in &summary.sets {
+//!     println!("{} recovers from {} of {} pushes", set.name, set.count.recovered, set.count.trials);
+//! }
+//! assert_eq!((summary.sets.len(), &summary.sets[2].name[..]), (3, "ankles"));
+//! # Ok(())
+//! # }
+//! ```
 
 mod cpi;
 mod posture;
@@ -54,11 +122,6 @@ pub trait Settings: Any + Debug + Send + Sync {
     /// Names of the totals that its reports have, which become columns of a result.
     fn totals(&self) -> &'static [&'static str] {
         &[]
-    }
-
-    /// Files that the settings refer to, by the names by which they do. They are inputs of a result.
-    fn files(&self) -> Vec<Source> {
-        Vec::new()
     }
 
     /// Prepares the controller for a robot and a control period (s). Fails if the settings do not suit the robot.

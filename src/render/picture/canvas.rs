@@ -2,7 +2,8 @@
 
 use super::camera::{Camera, View};
 use super::floor::Floor;
-use super::raster::{self, Light, Triangle, Vertex, linear};
+use super::raster;
+use super::triangle::{Light, Triangle, Vertex, linear};
 use crate::render::scene::palette::GHOST;
 use crate::render::scene::{Stage, Surface};
 use crate::robot::Kinematics;

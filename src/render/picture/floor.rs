@@ -1,12 +1,12 @@
 //! Floor and background of a picture: a floor with a grid that fades into a plain background, and the robot's shadow.
 
 use super::camera::{NEAREST_M, View};
-use super::raster::{Light, for_each_inside, linear};
+use super::triangle::{Light, for_each_inside, linear};
 use crate::render::scene::GroundPart;
 use crate::sim::Ground;
 use image::imageops::{blur, interpolate_bilinear};
 use image::{ImageBuffer, Luma};
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 
 // Colours of the floor, its lines, and the background.
 const FLOOR: Light = linear([0.905, 0.915, 0.930]);
@@ -63,31 +63,22 @@ impl Floor {
         self.right * x - self.up * y - self.back
     }
 
-    /// What part of the ground a ray meets first, and at which depth (m).
+    /// What part of the ground a ray meets first, and at which depth (m). A wall is met at the depth of the level below.
     fn met(&self, ray: &Vector3<f64>) -> Option<(GroundPart, f64)> {
-        let (eye, Ground { step_m, patch: [least, most], .. }) = (&self.eye, self.ground);
-        // A level part is not seen from below.
-        let level = |z: f64| if ray.z < 0.0 { (z - eye.z) / ray.z } else { f64::INFINITY };
-        let within = |i: usize, depth: f64| (least[i]..=most[i]).contains(&(eye[i] + depth * ray[i]));
-        let is_seen = |(part, axis, depth): &(GroundPart, usize, f64)| {
-            let z = eye.z + depth * ray.z;
-            depth.is_finite()
-                && *depth > NEAREST_M
-                && match part {
-                    GroundPart::Around => step_m == 0.0 || !(within(0, *depth) && within(1, *depth)),
-                    GroundPart::Patch => within(0, *depth) && within(1, *depth),
-                    GroundPart::Wall => within(1 - axis, *depth) && (step_m.min(0.0)..=step_m.max(0.0)).contains(&z),
-                }
+        use GroundPart::{Around, Patch, Wall};
+        let (eye, Ground { step_m, patch: [least, most], .. }) = (self.eye, self.ground);
+        let is_in_patch =
+            |depth: f64| step_m != 0.0 && (0..2).all(|i| (least[i]..=most[i]).contains(&(eye[i] + depth * ray[i])));
+        // Whether a part is where the ray meets its level, and at which depth. It is not seen from below.
+        let level = |part: GroundPart| {
+            let depth = (if part == Patch { 0.0 } else { step_m } - eye.z) / ray.z;
+            (ray.z < 0.0 && depth > NEAREST_M).then(|| (is_in_patch(depth) == (part == Patch), depth))
         };
-        let around = (GroundPart::Around, 0, level(step_m));
-        if step_m == 0.0 {
-            return Some(around).filter(is_seen).map(|(part, _, depth)| (part, depth));
+        let [high, low] = if step_m > 0.0 { [Around, Patch] } else { [Patch, Around] };
+        match level(high) {
+            Some((true, depth)) => Some((high, depth)),
+            _ => level(low).map(|(is_there, depth)| (if is_there { low } else { Wall }, depth)),
         }
-        let wall =
-            |(axis, corner): (usize, Point2<f64>)| (GroundPart::Wall, axis, (corner[axis] - eye[axis]) / ray[axis]);
-        let walls = [(0, least), (0, most), (1, least), (1, most)].map(wall);
-        let parts = [around, (GroundPart::Patch, 0, level(0.0))].into_iter().chain(walls).filter(is_seen);
-        parts.min_by(|(_, _, a), (_, _, b)| a.total_cmp(b)).map(|(part, _, depth)| (part, depth))
     }
 
     /// One over the depth of the ground at a point of the picture (1/m); 0 for the background.

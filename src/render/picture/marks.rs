@@ -1,7 +1,7 @@
 //! Marks as triangles. Fillings of polygons are painted on the ground before the robot, everything else over the picture.
 
 use super::camera::View;
-use super::raster::{Triangle, Vertex, linear};
+use super::triangle::{Triangle, Vertex, linear};
 use crate::render::scene::{At, Drawing, Form, Mark, Stroke, strokes};
 use nalgebra::{Point2, Vector2};
 

@@ -18,6 +18,7 @@ mod motion;
 mod raster;
 #[cfg(test)]
 mod tests;
+mod triangle;
 
 pub use camera::Camera;
 pub use draw::{draw, draw_posture};
