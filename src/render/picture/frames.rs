@@ -70,11 +70,6 @@ mod tests {
     use super::*;
     use crate::contest;
     use crate::episode::{Disturbance, EpisodeConfig, Footstep};
-<<<<<<< ours
-    use crate::render::scene::Stage;
-=======
-    use crate::lipm::gains::GainSet;
->>>>>>> theirs
     use crate::robot::{Foot, Robot};
     use crate::sim::Push;
     use image::AnimationDecoder;
