@@ -1,4 +1,4 @@
-//! How hard can a humanoid be pushed before it falls, and which gain set makes it stand better?
+//! How hard can a humanoid be pushed before it falls, and which controller makes it stand better?
 //!
 //! A URDF becomes a Rapier multibody with PD servos ([`sim`]). The controller ([`control`]) implements the switching
 //! control of the COG-ZMP inverted pendulum by maximal CPI sets of Yamamoto and Nakamura ([`lipm`]). An [`episode`]

@@ -92,9 +92,9 @@ impl ChangeArgs {
 
 #[derive(Debug, Default, Args)]
 pub struct GateArgs {
-    /// What the result must show: 'A >= 0.80', 'A >= B + 0.10' or 'A >= baseline - 0.01', with gain sets A and B.
+    /// What the result must show: 'A >= 0.80', 'A >= B + 0.10' or 'A >= baseline - 0.01', with controllers A and B.
     ///
-    /// A and B are names of gain sets as in the results. The option may be given several times, and adds to the gates
+    /// A and B are names of controllers as in the results. The option may be given several times, and adds to the gates
     /// of the campaign. A gate passes if its whole 95 % interval reaches what is asked, and fails (exit code 100) if
     /// the whole interval lies below. Otherwise it is unresolved, which is no failure unless --unresolved says so.
     /// `gates.confidence` of the campaign replaces the 95 %.
@@ -110,7 +110,7 @@ pub struct GateArgs {
 
 #[derive(Debug, Args)]
 pub struct ReplaysArgs {
-    /// Write this many replays for each gain set: pages that show a trial in 3D, to which report.html links.
+    /// Write this many replays for each controller: pages that show a trial in 3D, to which report.html links.
     ///
     /// The first three show the easiest push that the set lost, the lost push nearest to the impulse that it survives
     /// in 50 % of trials, and the hardest push that it survived. A push is the harder, the larger its impulse is in
@@ -128,7 +128,7 @@ impl Default for ReplaysArgs {
 
 #[derive(Debug, Default, Args)]
 pub struct CheckArgs {
-    /// Only check files, values, gain sets, gates and outputs; run nothing and write nothing
+    /// Only check files, values, controllers, gates and outputs; run nothing and write nothing
     #[arg(long)]
     pub check: bool,
 }
@@ -141,7 +141,7 @@ pub fn fine(what: &str) -> Result<ExitCode> {
 
 /// Most threads that a command accepts, which are several on each core of the largest machines.
 pub const MOST_THREADS: u64 = 1024;
-/// Most files or simulations that a command accepts beside its main work, for each gain set.
+/// Most files or simulations that a command accepts beside its main work, for each controller.
 pub const MOST_EXTRAS: u64 = 1000;
 
 /// Reads a number from 0 to `most`.

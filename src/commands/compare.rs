@@ -15,14 +15,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Gain sets of the same name are compared with each other, and called by their
-folders, as in `catch (DIR_A)`. If the two results share no name, every gain
-set of one is compared with every gain set of the other. The exit code is 3 if
-the two folders do not hold the same trials.
+#[command(after_help = "Controllers of the same name are compared with each other, and called by their
+folders, as in `catch (DIR_A)`. If the two results share no name, every
+controller of one is compared with every controller of the other. The exit code
+is 3 if the two folders do not hold the same trials.
 
 Results that differ in the physics engine alone are compared engine by engine:
 how far the two agree trial by trial, where they part company, and which
-verdicts hold in one engine only. Gain sets are then called by the engine, as in
+verdicts hold in one engine only. Controllers are then called by the engine, as in
 `catch (mujoco)`.")]
 pub struct CompareArgs {
     /// A result folder of `run`
@@ -32,7 +32,7 @@ pub struct CompareArgs {
     /// Write report.html, summary.md, summary.json, junit.xml, trials.parquet and success.svg to this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// What the result must show, as for `run`; a gain set of both results is named with its folder, as in
+    /// What the result must show, as for `run`; a controller of both results is named with its folder, as in
     /// 'catch (new) >= catch (old) - 0.01'
     #[arg(long, value_name = "EXPR")]
     pub gate: Vec<String>,
@@ -45,7 +45,7 @@ pub struct CompareArgs {
 #[derive(Debug, clap::Args)]
 pub struct TracesArgs {
     /// Where two engines disagree on a trial, simulate it again in both, to find the moment at which they part: the first
-    /// N such trials of each gain set
+    /// N such trials of each controller
     #[arg(long, value_name = "N", default_value_t = TracesArgs::default().traces, value_parser = up_to(MOST_EXTRAS))]
     pub traces: usize,
 }

@@ -1,4 +1,4 @@
-//! `standfast limit`: searches the largest impulse that each gain set recovers from, by heading, and prints it beside
+//! `standfast limit`: searches the largest impulse that each controller recovers from, by heading, and prints it beside
 //! the bounds of a pendulum or, with both physics engines, side by side.
 
 use super::arguments::{ChangeArgs, CheckArgs, MOST_THREADS, check_output, fine, up_to};
@@ -17,13 +17,13 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  standfast limit                                   all gain sets and 16 headings, with the standard campaign
+  standfast limit                                   all controllers and 16 headings, with the standard campaign
   standfast limit --gains hold --gains paper --headings 8 --out limits
   standfast limit --campaign nominal                without noise and variations
   standfast limit --campaign nominal --engine both  in both physics engines, side by side
   standfast limit --gains hold --headings 4 --precision 0.3         a quick look
 
-For each gain set and heading, an adaptive search (Bayesian, by least expected
+For each controller and heading, an adaptive search (Bayesian, by least expected
 entropy) finds the impulse from which the robot recovers in 50 % of trials, and
 its 95 % interval. The trials are as in the campaign, but for impulse and
 heading of the first push. A heading of 0 degrees pushes forward, one of 90

@@ -34,10 +34,10 @@ use std::process::ExitCode;
 #[derive(Debug, Parser)]
 #[command(
     version,
-    about = "How hard can a humanoid be pushed before it falls, and which gain set makes it
+    about = "How hard can a humanoid be pushed before it falls, and which controller makes it
 stand better?",
     after_help = "Without a command, the standard campaign runs: 1000 pushes for each of four
-gain sets. What a command computes goes to the standard output, and everything
+controllers. What a command computes goes to the standard output, and everything
 else to the standard error. The paper is that of K. Yamamoto and Y. Nakamura on
 switching control and quick stepping with maximal CPI sets (constraint
 positively invariant sets).
@@ -53,7 +53,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Chosen {
-    /// Run a campaign, and count how often each gain set recovers
+    /// Run a campaign, and count how often each controller recovers
     Run(run::RunArgs),
     /// Join the parts of a campaign that was run in shards
     Merge(merge::MergeArgs),

@@ -97,7 +97,7 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
     args.outputs.check()?;
     args.outputs.check_length(&config)?;
     if args.check.check {
-        return fine(&format!("a push of {} N s, gain set {}", pushes[0].impulse_n_s, factory.name));
+        return fine(&format!("a push of {} N s, controller {}", pushes[0].impulse_n_s, factory.name));
     }
     let of_trial = campaign.as_ref().map(|c| trial::disturbance(c, args.trial.unwrap_or(0))).unwrap_or_default();
     // Robot and ground vary only if a trial is named, since they belong to the trial.

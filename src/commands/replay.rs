@@ -84,7 +84,7 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
         tell(
             "",
             &format!(
-                "This shows gain set {}; --gains NAME shows another of: {}.",
+                "This shows controller {}; --controller NAME shows another of: {}.",
                 replayed.set,
                 replayed.sets.join(", ")
             ),
@@ -161,7 +161,7 @@ impl Page<'_> {
     }
 }
 
-/// Writes the missing pages of the first `for_each_set` telling trials of each gain set, and returns the number of new
+/// Writes the missing pages of the first `for_each_set` telling trials of each controller, and returns the number of new
 /// pages, and of those that were to be written. It asks `stop` before each page, and writes no more once this is true. A page that cannot be written is left
 /// out with a warning.
 pub fn write_telling(

@@ -43,22 +43,22 @@ pub struct RunArgs {
     pub campaign: String,
     #[command(flatten)]
     pub change: ChangeArgs,
-    /// Number of trials; each is one random push (or two), the same for every gain set
+    /// Number of trials; each is one random push (or two), the same for every controller
     #[arg(long, value_name = "N")]
     pub trials: Option<u64>,
-    /// Stop as soon as every gate is decided or, without gates, every pair of gain sets.
+    /// Stop as soon as every gate is decided or, without gates, every pair of controllers.
     ///
     /// The first look is after 25 trials, and each further one after about a quarter more, in steps of 25. A set is
     /// better by an exact test that spends its error over these looks, up to --max-trials; gates, and sets that are the
     /// same, are decided by intervals that hold however often one looks (betting confidence sequences). In at most 5 %
-    /// of runs any pair, or any gate, is decided wrongly. A gain set stops earlier than the others once all its pairs
+    /// of runs any pair, or any gate, is decided wrongly. A controller stops earlier than the others once all its pairs
     /// are decided or, with gates, once no undecided gate names it: in the standard campaign with at most 300 trials
-    /// that saves 21 % of the episodes. A run that ended undecided goes on, with the gain sets that were still
+    /// that saves 21 % of the episodes. A run that ended undecided goes on, with the controllers that were still
     /// undecided, if it is given more trials; but choose --max-trials large enough at the start, since nine tenths of
     /// the error are spent up to that count.
     #[arg(long)]
     pub until_resolved: bool,
-    /// Two gain sets count as the same once their rates surely differ by less than this share
+    /// Two controllers count as the same once their rates surely differ by less than this share
     /// [default: 0.02]
     #[arg(long, value_name = "SHARE")]
     pub margin: Option<f64>,
@@ -119,7 +119,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
             if agreement.is_some() { format!(" in {}", work.folder.manifest.engine) } else { String::new() }
         };
         let to_run = works.iter().map(|work| format!("{} episodes to run{}", work.episodes(), engine(work)));
-        return fine(&format!("campaign {name} with gain sets {sets}: {}", to_run.collect::<Vec<_>>().join(", ")));
+        return fine(&format!("campaign {name} with controllers {sets}: {}", to_run.collect::<Vec<_>>().join(", ")));
     }
     let mut summaries = Vec::new();
     for (mut work, gates) in works.into_iter().zip(&gates) {
@@ -304,7 +304,7 @@ fn say_what_is_there(folder: &Folder, work: &Work) -> bool {
 fn announce(campaign: &Campaign, work: &Work) {
     let program = std::env::args_os().next().unwrap_or("standfast".into());
     let (program, sets, name) = (shell_word(&program.to_string_lossy()), campaign.gains.len(), &campaign.name);
-    let what = format!("This runs the campaign `{name}`: {} pushes for each of {sets} gain sets, on", campaign.trials);
+    let what = format!("This runs the campaign `{name}`: {} pushes for each of {sets} controllers, on", campaign.trials);
     let keeps = "Ctrl-C keeps what is finished, and the same command goes on from there";
     let threads = match work.threads() {
         1 => "one thread".into(),
@@ -316,7 +316,7 @@ fn announce(campaign: &Campaign, work: &Work) {
 }
 
 /// What a look at a campaign that ends when decided has found: what is still to be decided, whether that takes more
-/// trials than the baseline has, and which gain sets stop.
+/// trials than the baseline has, and which controllers stop.
 fn told(look: &Look, gates: Option<&Gates>) -> String {
     let what = match look.open {
         [] if gates.is_some_and(|gates| gates.outlasts_baseline(look.rows)) => {

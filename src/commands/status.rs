@@ -71,7 +71,7 @@ fn missing(folder: &Folder, baseline: Option<&Path>) -> Result<Vec<u64>> {
     Ok(of(&looks.set_trials))
 }
 
-/// The gain sets that have fewer trials than the result, with their number.
+/// The controllers that have fewer trials than the result, with their number.
 fn stopped_early(folder: &Folder) -> Vec<(&String, u64)> {
     let trials = folder.set_trials().unwrap_or_default();
     folder.manifest.sets.iter().zip(trials).filter(|(_, trials)| *trials < folder.trials()).collect()

@@ -5,7 +5,7 @@
 //! 3. [`clusters`]: many machines, and what can go wrong
 //! 4. [`limits`]: the hardest push by heading, and what a pendulum allows
 //! 5. [`robots`]: robots that are not as designed, your own robot, and the controller alone as a library
-//! 6. [`gains`]: your own controller settings
+//! 6. [`gains`]: your own controller, or your own settings of ours
 //! 7. [`paper`]: the paper's scenarios, and where this program departs from the paper
 //! 8. [`measured`]: every figure, with its date and the command that measures it
 //! 9. [`engines`]: what depends on the physics engine, and what does not
