@@ -3,6 +3,7 @@
 
 use super::terminal::{make_way_for, note};
 use crate::campaign::verdict::so_far::SoFar;
+use crate::render::text::layout::{wrapped, wrapped_to};
 use crate::render::text::so_far;
 use console::Term;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -123,22 +124,17 @@ impl Progress {
 
     /// Shows what a campaign has found so far: above the bar of a terminal; in a log as a line, if that is new.
     pub fn show(&self, found: &SoFar) {
-        let Some(bar) = &self.bar else {
-            let (told, mut before) =
-                (so_far::sentence(found), self.found.lock().unwrap_or_else(PoisonError::into_inner));
-            if *before != told {
-                note(&told);
-                *before = told;
-            }
-            return;
-        };
-        let (height, width) = size();
-        let lines = so_far::lines(found, width, height);
-        if !lines.is_empty() {
+        let told = so_far::sentence(found);
+        if let (Some(bar), false) = (&self.bar, told.is_empty()) {
             bar.set_style(style("{prefix}\n{wide_bar} {msg}"));
-            bar.set_prefix(lines.join("\n"));
+            bar.set_prefix(wrapped_to(columns().min(80), "", &told).trim_end().to_string());
             // This draws at once; the changes of single episodes are not all drawn.
-            bar.suspend(|| {});
+            return bar.suspend(|| {});
+        }
+        let mut before = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        if self.bar.is_none() && *before != told {
+            note(wrapped("  ", &told).trim_end());
+            *before = told;
         }
     }
 
@@ -188,7 +184,7 @@ impl Progress {
     fn renew(&self) {
         if let Some(bar) = &self.bar {
             bar.set_position(self.there + self.done());
-            bar.set_message(self.line().chars().take(size().1.saturating_sub(BAR_COLUMNS)).collect::<String>());
+            bar.set_message(self.line().chars().take(columns().saturating_sub(BAR_COLUMNS)).collect::<String>());
         }
     }
 
@@ -217,10 +213,9 @@ fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
-/// Rows and columns of the terminal. The last column stays free, because some terminals begin a new line after it.
-fn size() -> (usize, usize) {
-    let (rows, columns) = Term::stderr().size();
-    (rows.into(), usize::from(columns).saturating_sub(1))
+/// Columns of the terminal. The last one stays free, because some terminals begin a new line after it.
+fn columns() -> usize {
+    usize::from(Term::stderr().size().1).saturating_sub(1)
 }
 
 /// Writes a number with two significant digits.

@@ -2,6 +2,7 @@
 //! file that loads nothing else.
 
 use crate::error::{Error, Result};
+use crate::render::text::layout::together;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
@@ -12,7 +13,7 @@ const STYLES: [(&str, &str); 2] =
     [("page_style", include_str!("html_page.css")), ("document_style", include_str!("html_document.css"))];
 
 /// Makes a page from `template`, which reads `context` and the shared styles (`page_style`, `document_style`), and
-/// calls the functions and filters that `add` gives it. `name` must end in `.html`, so that values are escaped. Fails
+/// calls the functions and filters that `add` gives it. `name` must end in `.html` or `.xml`, so that values are escaped. Fails
 /// only if the template is wrong.
 pub fn render(
     name: &str,
@@ -33,37 +34,4 @@ pub fn render(
     environment.add_filter("together", |text: String| together(&text));
     add(&mut environment);
     environment.render_named_str(name, template, Serde(context)).map_err(fail)
-}
-
-/// The text with non-breaking spaces between a number and its unit, and around `=` and `<`.
-pub fn together(text: &str) -> String {
-    let ends_in_digit = |word: &str| word.ends_with(|c: char| c.is_ascii_digit());
-    let is_unit = |word: &str| {
-        ["N", "s", "ms", "mm", "m", "m/s", "%", "cm\u{b2}"].contains(&word.trim_end_matches(['.', ',', ';', ':', ')']))
-    };
-    let mut told = String::new();
-    let mut before = "";
-    for word in text.split(' ') {
-        let stays = (ends_in_digit(before) && is_unit(word))
-            || before == "N"
-            || ["=", "<"].contains(&word)
-            || ["=", "<"].contains(&before);
-        if !told.is_empty() {
-            told.push(if stays { '\u{a0}' } else { ' ' });
-        }
-        told += word;
-        before = word;
-    }
-    told
-}
-
-#[cfg(test)]
-mod tests {
-    use super::together;
-
-    #[test]
-    fn a_number_stays_with_its_unit() {
-        let told = together("home after 2.77 s. 3.74 to 4.38 N s (1 to 2, p = 0.06) of 5 sets");
-        assert_eq!(told.replace('\u{a0}', "~"), "home after 2.77~s. 3.74 to 4.38~N~s (1 to 2, p~=~0.06) of 5 sets");
-    }
 }

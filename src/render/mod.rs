@@ -10,6 +10,8 @@ pub mod picture;
 pub mod replay;
 pub mod result;
 pub mod scene;
+pub mod table;
+pub mod tables;
 pub mod text;
 pub mod trace;
 pub mod trial_page;

@@ -4,26 +4,25 @@
 //! adds tooltips, commands to copy, and the choice of a pair. The page depends on nothing but the summary, the rows and
 //! the replays that exist, so its bytes are the same on every machine.
 
-mod engines;
 mod polar;
-mod svg;
 mod telling;
 mod trials;
-mod words;
 
 use self::trials::Trials;
-use self::words::{interval, number, part};
 use crate::campaign::Summary;
+use crate::campaign::verdict::agreement::{Agreement, PartedTrial, SetAgreement};
 use crate::campaign::verdict::digest::Digest;
 use crate::campaign::verdict::pairs::Pair;
 use crate::campaign::verdict::set_summary::SetSummary;
 use crate::error::Result;
-use crate::render::figure::{self, axes::Scale, success};
+use crate::render::figure::{self, success};
+use crate::render::table::signs;
+use crate::render::tables::{self, Detail};
+use crate::render::text::layout::percent;
 use crate::render::{html_page, replay_parts, text};
-use crate::stats::ranks::Shift;
-use minijinja::value::Kwargs;
 use minijinja::{Environment, UndefinedBehavior, Value as Cell};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 const TEMPLATE: &str = include_str!("report.html.jinja");
@@ -39,24 +38,14 @@ const FEW_ANSWERS: usize = 6;
 /// relative to `folder`. Fails only if the template is wrong.
 pub fn page(summary: &Summary, rows: &Digest, folder: &Path) -> Result<String> {
     let context = context(summary, rows, folder);
-    html_page::render("report.html", TEMPLATE, UndefinedBehavior::Strict, add_to, &context)
+    html_page::render("report.html", TEMPLATE, UndefinedBehavior::SemiStrict, add_to, &context)
 }
 
-/// Adds the functions and filters that the template calls.
+/// Adds the filters that the template calls.
 fn add_to(environment: &mut Environment) {
-    words::add_to(environment);
-    environment.add_function("whisker", |at: Cell, ci: Cell, options: Kwargs| {
-        let part = |name| options.get::<Option<f64>>(name).ok().flatten();
-        let scale = Scale { from: part("from").unwrap_or(0.0), to: part("to").unwrap_or(1.0) };
-        let class = options.get::<Option<String>>("class").ok().flatten().unwrap_or_default();
-        Cell::from_safe_string(svg::whisker(scale, number(&at), interval(&ci), &class))
-    });
-    environment.add_function("axis", |from: f64, to: f64, unit: String| {
-        Cell::from_safe_string(svg::axis(Scale { from, to }, &unit))
-    });
-    environment.add_function("share_bar", |parts: Vec<Cell>, to: f64| {
-        Cell::from_safe_string(svg::share_bar(&parts.iter().filter_map(part).collect::<Vec<_>>(), to))
-    });
+    environment.add_filter("signs", |text: String| Cell::from_safe_string(signs(&text)));
+    environment.add_filter("fixed", |x: f64, digits: usize| format!("{x:.digits$}").replace('-', "\u{2212}"));
+    environment.add_filter("pct", percent);
 }
 
 /// The values that the template reads: the summary as `s`, and everything that is computed here.
@@ -76,12 +65,20 @@ fn context(summary: &Summary, rows: &Digest, folder: &Path) -> Value {
     };
     let lost = summary.gates.iter().map(|gate| Some(telling::point(sets, gate.lost_trial?, &[index(&gate.set)])));
     let commands: Vec<_> = sets.iter().map(|set| replay_parts(&set.origin, Path::new(""))).collect();
-    let shifts = |of: fn(&Pair) -> Option<Shift>| pairs.iter().filter_map(move |pair| of(pair)?.ci95);
+    let mut told: BTreeMap<&str, String> = BTreeMap::new();
+    for told_table in tables::of(summary) {
+        let table = &told_table.table;
+        *told.entry(told_table.section).or_default() += &match told_table.detail {
+            Detail::Page => {
+                format!("<details><summary>{}</summary>\n{}</details>\n", signs(&table.title), table.html())
+            }
+            _ => table.html(),
+        };
+    }
     json!({
         "s": summary,
         "gates_seen": summary.gates.iter().map(text::gate_seen).collect::<Vec<_>>(),
         "baseline": text::baseline(summary),
-        "about_pairs": text::about_pairs(summary),
         "style": figure::page_style() + STYLE,
         "script": SCRIPT,
         "colors": figure::COLORS,
@@ -93,35 +90,33 @@ fn context(summary: &Summary, rows: &Digest, folder: &Path) -> Value {
         "most_pairs": MOST_PAIRS,
         "few_answers": FEW_ANSWERS,
         "curve": success::chart(sets).svg("role=\"img\" aria-label=\"Success rate over impulse\""),
-        "engines": summary.agreement.as_ref().map(|agreement| engines::view(agreement, sets, &maps)),
-        "footsteps": trials.footsteps(),
-        "scale": {
-            "difference": reach(pairs.iter().map(|pair| pair.adjusted_ci95), 0.05),
-            "strata": reach(pairs.iter().flat_map(|pair| &pair.strata).map(|stratum| stratum.ci95), 0.05),
-            "homing": reach(shifts(|pair| pair.homing_s), 0.05),
-            "settling": reach(shifts(|pair| pair.settling_s), 0.05),
-            "footsteps": reach(pairs.iter().filter_map(mean_footsteps), 0.1),
-            "lost": most_lost(sets),
-        },
+        "engines": summary.agreement.as_ref().map(|agreement| engines(agreement, sets, &maps)),
+        "tables": told,
+        "endings": text::endings(&summary.episode.judge),
+        "settings": text::settings(summary, true),
     })
 }
 
-/// The interval of the difference in the mean number of footsteps, or the difference itself if it has no interval.
-fn mean_footsteps(pair: &Pair) -> Option<[f64; 2]> {
-    let Shift { mean, mean_ci95, .. } = pair.footsteps?;
-    Some(mean_ci95.unwrap_or([mean; 2]))
-}
-
-/// Half the width of a scale about 0 that contains the intervals, rounded up to a multiple of `step`.
-fn reach(intervals: impl Iterator<Item = [f64; 2]>, step: f64) -> f64 {
-    let most = intervals.flatten().map(f64::abs).fold(0.0, f64::max);
-    ((most / step).ceil() * step).max(step)
-}
-
-/// Largest share of lost trials of any set, rounded up to 10 %.
-fn most_lost(sets: &[SetSummary]) -> f64 {
-    let lost = sets.iter().map(|set| 1.0 - set.count.success_rate);
-    ((lost.fold(0.0, f64::max) * 10.0 - 1e-9).ceil() / 10.0).max(0.1)
+/// What the template reads of two engines. `sets` are those of the comparison: first all in one engine, then all in the
+/// other.
+fn engines(agreement: &Agreement, sets: &[SetSummary], maps: &polar::Maps) -> Value {
+    let of_set = |(i, set): (usize, &SetAgreement)| {
+        let (a, b) = (i, agreement.sets.len() + i);
+        let parted = |of: &PartedTrial| {
+            let has_lost = if of.recovered_in == agreement.engines[0] { b } else { a };
+            json!({ "at": telling::point(sets, of.trial, &[has_lost]), "words": text::parted(agreement, of) })
+        };
+        json!({
+            "name": set.set,
+            "map": maps.pair((a, b), [0, 1]),
+            "parted": set.parted.iter().map(parted).collect::<Vec<_>>(),
+        })
+    };
+    json!({
+        "names": agreement.engines.map(|engine| engine.title()),
+        "about_traces": text::about_traces(agreement),
+        "sets": agreement.sets.iter().enumerate().map(of_set).collect::<Vec<_>>(),
+    })
 }
 
 #[cfg(test)]
@@ -168,20 +163,15 @@ mod tests {
         summary.pairs.clear();
         let page = page(&summary, &Digest::of_rows(&[row(0, "a", 1.0, Recovered)], &["a".to_string()]), Path::new(""))
             .unwrap();
-        assert!(page.contains("<h1") && !page.contains("NaN") && !page.contains("id=\"pairs\""), "{page}");
+        assert!(page.contains("<h1") && !page.contains("NaN") && !page.contains("<section id=\"pairs\""), "{page}");
     }
 
     #[test]
     fn a_set_that_was_stopped_has_its_own_trials() {
         let (summary, rows) = ragged(&[]);
         let page = page(&summary, &rows, Path::new("")).unwrap();
-        for told in [
-            "up to 100 trials of 3 gain sets",
-            ">5/25<",
-            "b after 25 trials. Each rate",
-            "<span class=\"fine\">of 25</span>",
-        ] {
-            let told = html_page::together(told);
+        for told in ["up to 100 trials of 3 gain sets", "b after 25 trials. Each rate", "20.0 % of 25</td>"] {
+            let told = text::layout::together(told);
             assert!(page.replace('\u{a0}', " ").contains(&told.replace('\u{a0}', " ")), "{told}");
         }
         // The outcome of a trial that a set has not met.
@@ -200,8 +190,8 @@ mod tests {
         let section = &page[from..to];
         assert_eq!(section.matches("data-sets=").count(), 2, "{section}");
         assert!(section.contains("data-sets=\"0 2\"") && section.contains("data-sets=\"1 3\""), "{section}");
-        assert_eq!(section.matches("<td>recovered</td>").count(), 21, "{section}");
-        assert!(section.contains(">only MuJoCo<") && !section.contains("<b onclick"), "{section}");
+        assert_eq!(section.matches("<li>").count(), 21, "{section}");
+        assert!(section.contains(">only MuJoCo</th>") && !section.contains("<b onclick"), "{section}");
         // No other map has the same pair, and a page of one engine has no such section.
         assert!(["0 2", "2 0"].iter().all(|pair| !page[to..].contains(&format!("data-sets=\"{pair}\""))));
         assert!(!usual().contains("id=\"engines\""));

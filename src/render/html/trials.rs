@@ -6,8 +6,6 @@ use serde_json::{Value, json};
 
 /// With more trials than this, no trial is drawn by itself.
 const MOST_DOTS: usize = 2000;
-/// Numbers of footsteps from this one on are counted together.
-const FOOTSTEPS: usize = 4;
 
 /// The trials of a result, and what the page makes of them.
 pub(super) struct Trials<'a>(pub &'a Digest);
@@ -41,18 +39,6 @@ impl Trials<'_> {
         };
         let trials: Vec<Value> = (0..self.len()).map(trial).collect();
         json!({ "sets": rows.names, "commands": commands, "trials": trials }).to_string().replace('<', "\\u003c")
-    }
-
-    /// For each set, the number of its recovered trials with 0, 1, 2 ... footsteps.
-    pub fn footsteps(&self) -> Vec<[u64; FOOTSTEPS + 1]> {
-        let of_set = |set: usize| {
-            let mut counts = [0; FOOTSTEPS + 1];
-            for ended in self.0.of(set).iter().filter(|ended| ended.has_recovered()) {
-                counts[(ended.footsteps as usize).min(FOOTSTEPS)] += 1;
-            }
-            counts
-        };
-        (0..self.0.names.len()).map(of_set).collect()
     }
 }
 

@@ -3,76 +3,24 @@
 use crate::campaign::Summary;
 use crate::campaign::verdict::agreement::{Agreement, PartedTrial};
 use crate::episode::parting::{Loaded, Part, Parting};
-use crate::render::text::layout::{align, compared, percent, table, whole_names, wrapped};
+use crate::render::tables;
+use crate::render::text::layout::wrapped;
 use crate::sim::Engine;
-use crate::stats::kappa::Agreed;
-use crate::stats::mcnemar::PairedCounts;
 
 /// So many trials of each gain set are told where there is little room.
 const FEW: usize = 3;
-/// With more sets than this, the sets are the rows of tables, not the columns.
-const MANY: usize = 4;
 
-/// How far two engines agree, after what holds in one of them only; empty if the summary is not of two engines.
+/// How far two engines agree, after what holds in one of them only; empty if the summary is not of two engines. `full`
+/// adds the table by kind of trial, and all trials that were traced.
 pub fn with_warnings(summary: &Summary, full: bool) -> String {
     let Some(agreement) = &summary.agreement else { return String::new() };
     let warnings: String = agreement.warnings().iter().map(|warning| wrapped("warning: ", warning)).collect();
-    warnings + &text(agreement, full)
-}
-
-/// The tables of a result in two engines. `full` adds those by heading and impulse, and all trials that were traced.
-pub(super) fn text(agreement: &Agreement, full: bool) -> String {
-    let [a, b] = &agreement.versions;
-    let mut text = "\n".to_string() + &wrapped("", &format!("{a} and {b}, trial by trial:"));
-    let [a, b] = agreement.engines.map(|engine| format!("only {}", engine.title()));
-    let mut counts = table(["gain set", "both", &a, &b, "neither", "agree", "kappa", "95 %"]);
-    for set in &agreement.sets {
-        counts.add_row([set.set.clone()].into_iter().chain(agreement_cells(&set.counts, &set.agreed)));
-    }
-    text += &format!("{}\n", whole_names(align(counts)));
-    text += &wrapped(" ", ABOUT_AGREEMENT);
-    if full {
-        text += &by_stratum(agreement, "heading");
-        text += &by_stratum(agreement, "impulse");
-    }
-    text + &where_they_part(agreement, full)
-}
-
-/// What the columns mean.
-pub const ABOUT_AGREEMENT: &str = "A trial counts under both, one or neither of the engines in which the robot recovered. \
-                               Agree is the share of trials with the same outcome in both. Cohen's kappa is that share \
-                               beyond chance: 1 if the engines always agree, 0 if no more often than two that know \
-                               nothing of each other. Its interval is at 95 %.";
-
-/// Cells of a row: both, only a, only b, neither, the share of agreement, kappa, and its interval.
-pub fn agreement_cells(counts: &PairedCounts, agreed: &Agreed) -> [String; 7] {
-    let PairedCounts { both, only_a, only_b, neither } = counts;
-    let [both, only_a, only_b, neither] = [both, only_a, only_b, neither].map(|count| count.to_string());
-    let kappa = agreed.kappa.map_or("-".into(), |kappa| format!("{kappa:.2}"));
-    let interval = agreed.kappa_ci95.map_or("-".into(), |[least, most]| {
-        let to = if least < 0.0 { " to " } else { "-" };
-        format!("{least:.2}{to}{most:.2}")
-    });
-    [both, only_a, only_b, neither, percent(agreed.agree), kappa, interval]
-}
-
-/// The share of agreement by kind of trial; empty if there are no such kinds.
-fn by_stratum(agreement: &Agreement, by: &str) -> String {
-    let Some(first) = agreement.sets.first() else { return String::new() };
-    let row = |i: usize| {
-        let shares = agreement.sets.iter().map(|set| percent(set.strata[i].agreed.agree));
-        (first.strata[i].label.clone(), shares.collect())
-    };
-    let rows: Vec<_> = (0..first.strata.len()).filter(|&i| first.strata[i].by == by).map(row).collect();
-    if rows.is_empty() {
-        return String::new();
-    }
-    let names = agreement.sets.iter().map(|set| set.set.as_str());
-    format!("\n{}\n", compared(&format!("agree, by {by}"), names, rows, agreement.sets.len() > MANY))
+    let tables = tables::of_agreement(summary, full).map(|table| format!("\n{}", table.text()));
+    warnings + &tables.collect::<String>() + &where_they_part(agreement, full)
 }
 
 /// The trials on which the engines disagree: those that were traced, or the first few of each gain set.
-fn where_they_part(agreement: &Agreement, full: bool) -> String {
+pub(super) fn where_they_part(agreement: &Agreement, full: bool) -> String {
     let mut text = String::new();
     for set in &agreement.sets {
         let traced = set.parted.iter().filter(|of| of.traced).count();
@@ -102,19 +50,15 @@ pub fn about_traces(agreement: &Agreement) -> String {
 }
 
 /// A trial on which the engines disagree, in sentences.
-fn parted(agreement: &Agreement, of: &PartedTrial) -> String {
+pub fn parted(agreement: &Agreement, of: &PartedTrial) -> String {
     let [a, b] = agreement.engines.map(|engine| engine.title());
     let [in_a, in_b] = of.outcomes.map(|outcome| outcome.name());
     let push = format!("trial {}, {:.2} N s at {:.0} deg", of.trial, of.impulse_n_s, of.heading_deg);
-    format!("{push}: {in_a} in {a}, {in_b} in {b}. {}", where_it_parts(agreement, of)).trim_end().into()
-}
-
-/// Where the traces of a trial part, in sentences; empty if it was not traced.
-pub fn where_it_parts(agreement: &Agreement, of: &PartedTrial) -> String {
-    let Some(parting) = &of.parting else {
-        return if of.traced { "The traces nowhere part.".into() } else { String::new() };
+    let parts = match &of.parting {
+        Some(parting) => format!(" {}", in_words(parting, agreement.engines)),
+        None => String::from(if of.traced { " The traces nowhere part." } else { "" }),
     };
-    in_words(parting, agreement.engines)
+    format!("{push}: {in_a} in {a}, {in_b} in {b}.{parts}")
 }
 
 /// When two episodes of a trial part in two engines, and what differs since when, in sentences.
@@ -162,13 +106,13 @@ mod tests {
         };
         let [short, full] = [false, true].map(|full| words(&summary, full));
         assert!(
-            short.starts_with("Rapier ")
-                && short.contains(" trial by trial: gain set both only Rapier only MuJoCo neither"),
+            short.starts_with("gain set both only only neither agree kappa 95 % Rapier MuJoCo ")
+                && short.contains(", trial by trial."),
             "{short}"
         );
         assert!(short.contains(" hold 10 0 20 10 50.0 % 0.20 "), "{short}");
         assert!(short.contains(" catch 40 0 0 0 100.0 % - - "), "{short}");
-        assert!(!short.contains("agree, by heading") && full.contains("agree, by heading"), "{full}");
+        assert!(!short.contains("heading: forward") && full.contains("heading: forward"), "{full}");
         assert!(
             short.contains("all 20 trials are in summary.json): - hold, trial 10, 2.00 N s at 90 deg: fell"),
             "{short}"

@@ -1,4 +1,4 @@
-//! Comparisons of gain sets, and gates, as text.
+//! What is said of pairs of gain sets, and of gates, in sentences.
 
 use crate::campaign::Summary;
 use crate::campaign::verdict::baseline::BaselineId;
@@ -7,9 +7,8 @@ use crate::campaign::verdict::gates::GateResult;
 use crate::campaign::verdict::headline::leaders;
 use crate::campaign::verdict::pairs::{Pair, is_worth_a_line, p_value, rounded};
 use crate::render::replay_command;
-use crate::render::text::layout::{align, signed, table, whole_names, wrapped};
+use crate::render::text::layout::{signed, wrapped};
 use crate::stats::mcnemar::PairedCounts;
-use comfy_table::Table;
 use std::path::Path;
 
 /// The verdicts, one paragraph for each pair, and a note on their intervals.
@@ -24,16 +23,6 @@ pub(super) fn verdicts(summary: &Summary) -> String {
         more => format!(" {more} more pairs, those without {}, are in summary.json.", leader(summary)),
     };
     format!("\n{sentences}{}", wrapped(" ", &(about_pairs(summary) + &more)))
-}
-
-/// The table of counts behind the verdicts.
-pub(super) fn pairs(summary: &Summary) -> String {
-    let shown = shown(summary);
-    if shown.is_empty() {
-        return String::new();
-    }
-    let about = "a - b is the rate of a less that of b, in points. Its interval stands in the verdicts above.";
-    format!("\n{}\n{}", counts(&shown), wrapped(" ", about))
 }
 
 /// A note on the confidence of the intervals and on p, which holds for all pairs.
@@ -51,7 +40,7 @@ pub fn about_pairs(summary: &Summary) -> String {
 }
 
 /// The pairs that are shown: all, or those of the set that recovers most if there are too many.
-fn shown(summary: &Summary) -> Vec<&Pair> {
+pub fn shown(summary: &Summary) -> Vec<&Pair> {
     let (sets, pairs) = (summary.sets.len(), &summary.pairs);
     // In a comparison of two results, each set has its partner, so that the pairs of one set would not tell enough.
     let all = pairs.len() != sets * sets.saturating_sub(1) / 2;
@@ -65,72 +54,32 @@ fn leader(summary: &Summary) -> &str {
     leaders(&summary.sets, &summary.pairs).first().map_or("", |set| &set.name)
 }
 
-fn counts(pairs: &[&Pair]) -> Table {
-    let mut table = table(["a", "b", "both", "only a", "only b", "neither", "a - b", "p"]);
-    for pair in pairs {
-        table.add_row(pair_cells(pair).into_iter().chain([adjusted_p(pair)]));
-    }
-    whole_names(align(table))
-}
-
-/// Cells of a row of a table of pairs: a, b, both, only a, only b, neither, and the difference in points.
-pub fn pair_cells(pair: &Pair) -> [String; 7] {
-    let PairedCounts { both, only_a, only_b, neither } = pair.counts;
-    let [both, only_a, only_b, neither] = [both, only_a, only_b, neither].map(|count| count.to_string());
-    [pair.a.clone(), pair.b.clone(), both, only_a, only_b, neither, signed(100.0 * pair.difference, 1)]
-}
-
-/// The p-value of a pair without "p =", or a dash if it has none.
-pub fn adjusted_p(pair: &Pair) -> String {
-    pair.adjusted_p.map_or("-".into(), p_cell)
-}
-
 /// A p-value without "p =".
 pub fn p_cell(p: f64) -> String {
     p_value(p).trim_start_matches("p ").trim_start_matches("= ").into()
 }
 
-/// The table of gates, and how they are judged; empty without gates.
-pub(super) fn gates(summary: &Summary) -> String {
-    if summary.gates.is_empty() {
-        return String::new();
-    }
-    let mut table = table(["gate", "", "seen", "interval", "trials", "to run"]);
-    for gate in &summary.gates {
-        let judged = &gate.judged;
-        let head = [judged.name.clone(), status(judged.status).to_string()];
-        let more = judged.more_trials.map_or("-".into(), |more| format!("about {}", rounded(more)));
-        table.add_row(head.into_iter().chain(gate_cells(gate)).chain([more]));
-    }
+/// How gates are judged, and with what those compare that have a baseline.
+pub fn about_gates(summary: &Summary) -> String {
     let level = level(summary.gates.first().map_or(0.95, |gate| gate.judged.confidence));
-    let mut notes = format!(
+    let about = format!(
         "A gate passes if the whole of its {level} interval reaches what is required, and fails if none of it does."
     );
-    if let Some(baseline) = baseline(summary) {
-        notes += &format!(" {baseline}");
-    }
-    format!("\n{}\n{}", align(table), wrapped(" ", &notes))
+    baseline(summary).map_or(about.clone(), |baseline| format!("{about} {baseline}"))
 }
 
-/// Cells of a row of a table of gates: the observed value, its interval, and the number of trials.
-pub fn gate_cells(gate: &GateResult) -> [String; 3] {
-    let judged = &gate.judged;
-    let [least, most] = judged.interval.map(|share| in_unit(gate, share));
-    let seen = format!("{} {}", in_unit(gate, judged.observed), unit(gate));
-    [seen, format!("{least} to {most}"), judged.trials.to_string()]
-}
-
-/// The status of a gate, in a word.
-pub fn status(status: Status) -> &'static str {
-    match status {
-        Status::Passed => "passed",
-        Status::Failed => "FAILED",
-        Status::Unresolved => "unresolved",
+/// The status of a gate, in a few words.
+pub fn status(gate: &GateResult) -> &'static str {
+    match (gate.judged.status, gate.passes) {
+        (Status::Passed, _) => "passed",
+        (Status::Failed, _) => "FAILED",
+        (Status::Unresolved, true) => "unresolved",
+        (Status::Unresolved, false) => "unresolved, counts as FAILED",
     }
 }
 
 /// The value of a gate in its unit: a rate in %, or a difference in points with its sign.
-fn in_unit(gate: &GateResult, share: f64) -> String {
+pub fn in_unit(gate: &GateResult, share: f64) -> String {
     if gate.is_difference { signed(100.0 * share, 1) } else { format!("{:.1}", 100.0 * share) }
 }
 
@@ -268,23 +217,16 @@ mod tests {
     }
 
     #[test]
-    fn guesses_have_two_digits_and_differences_are_points() {
-        let mut summary = summary(&halves(100), &[], &["b >= 0.45", "a >= b + 0.45"]);
+    fn what_would_resolve_a_gate_has_two_digits_and_the_baseline_is_named() {
+        let mut summary = summary(&halves(100), &[], &["b >= 0.45"]);
         summary.gates[0].judged.more_trials = Some(1234);
         summary.baseline =
             Some(BaselineId { name: "old".into(), standfast: "0".into(), config_hash: "00".into(), trials: 9 });
-        let text = gates(&summary);
-        assert!(text.contains("about 1300"), "{text}");
-        assert!(text.contains("50.0 %") && text.contains("+50.0 points"), "{text}");
-        assert!(text.contains("The baseline is old, with 9 trials"), "{text}");
-        assert!(
-            gate_words(&summary.gates[0])
-                .ends_with(" a new campaign with another seed and about 1300 trials would resolve it.")
-        );
-        summary.gates[0].judged.sequential = true;
-        assert!(
-            gate_words(&summary.gates[0])
-                .ends_with(" If this is the true value, about 1300 more trials would resolve it.")
-        );
+        assert!(about_gates(&summary).contains(" The baseline is old, with 9 trials"), "{}", about_gates(&summary));
+        let about = [" a new campaign with another seed and about 1300 trials", " about 1300 more trials"];
+        for (sequential, about) in [false, true].into_iter().zip(about) {
+            summary.gates[0].judged.sequential = sequential;
+            assert!(gate_words(&summary.gates[0]).ends_with(&format!("{about} would resolve it.")));
+        }
     }
 }

@@ -1,12 +1,12 @@
 //! The maximal CPI sets of a gain set as text, JSON and CSV: their sizes, their inclusion, and their rows.
 
-use super::layout::{align, table, wrapped};
+use super::layout::wrapped;
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
 use crate::lipm::gains::GainPoles;
 use crate::lipm::{GainFamily, GainSet, Pendulum};
-use comfy_table::Table;
+use crate::render::table::{Table, cell, headings, number, texts};
 use nalgebra::{DMatrix, Point2, Vector2};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
@@ -93,16 +93,14 @@ impl Sets<'_> {
             let words = format!("against disturbances of up to {:.1} mm in x and {:.1} mm in y", bounds.x, bounds.y);
             robust = "robust ";
             disturbance = wrapped("robust    ", &words);
-            undisturbed = format!("{}\n{}\n\n", wrapped("", UNDISTURBED_EXPLAINED), self.sizes(self.undisturbed));
+            undisturbed = format!("{}\n{}\n", wrapped("", UNDISTURBED_EXPLAINED), self.sizes(self.undisturbed));
         }
         format!(
             "Maximal {robust}CPI sets of gain set {}\n\
              pendulum  omega {omega:.3} rad/s, control period {:.3} ms\n\
              {}{disturbance}\n\
-             {}\n\
-             {}\n\
+             {}{}\n\
              {undisturbed}{}\n\
-             {}\n\
              {warning}",
             self.set.name,
             dt * 1e3,
@@ -110,33 +108,33 @@ impl Sets<'_> {
             self.sizes(self.sets),
             wrapped("", EXPLAINED),
             self.nesting(),
-            wrapped("", NESTING_EXPLAINED),
         )
     }
 
     /// A row for each set: poles, horizon, number of inequalities, and sizes.
-    fn sizes(&self, sets: &[CpiSet]) -> Table {
-        let headings = HEADINGS.iter().map(|(name, _)| *name);
-        let mut sizes = table(["gain", "poles x", "poles y", "horizon", "rows"].into_iter().chain(headings));
+    fn sizes(&self, sets: &[CpiSet]) -> String {
+        let columns = headings("gain", ["poles x", "poles y", "horizon", "rows"]);
+        let mut sizes = Table::new("", columns.chain(HEADINGS.map(|(name, _)| number(name))));
         let poles = |p: [f64; 3]| format!("{} {} {}", p[0], p[1], p[2]);
         for (s, g) in sets.iter().zip(&self.set.gains) {
             let horizon = format!("{:.0} ms", 1e3 * s.horizon as f64 * self.family.pendulum.dt);
             let row = [s.gain.clone(), poles(g.x), poles(g.y), horizon, s.set.rows.nrows().to_string()];
-            let impulses = HEADINGS.iter().map(|(_, d)| format!("{:.3}", s.largest_impulse_from_rest(*d)));
-            sizes.add_row(row.into_iter().chain(impulses));
+            let impulses = HEADINGS.map(|(_, d)| format!("{:.3}", s.largest_impulse_from_rest(d)));
+            sizes.row(texts(row).chain(texts(impulses)));
         }
-        align(sizes)
+        sizes.text()
     }
 
     /// Which set lies inside which.
-    fn nesting(&self) -> Table {
+    fn nesting(&self) -> String {
         let Inclusion { names, inside, .. } = &self.inclusion;
-        let mut nesting = table(["inside"].into_iter().chain(names.iter().map(String::as_str)));
+        let mut nesting = Table::new("", headings("inside", []).chain(names.iter().map(number)));
         for (name, row) in names.iter().zip(inside) {
-            let cells = row.iter().map(|inside| if *inside { "yes" } else { "-" });
-            nesting.add_row([name.as_str()].into_iter().chain(cells));
+            nesting.row(
+                [name.as_str()].into_iter().chain(row.iter().map(|inside| if *inside { "yes" } else { "-" })).map(cell),
+            );
         }
-        align(nesting)
+        nesting.with_note(NESTING_EXPLAINED).text()
     }
 
     /// Writes CSV files to `folder`: for each gain the rows of S (S x <= 1) and the closed loop of eq. 13, in full

@@ -1,28 +1,21 @@
-//! The result of `standfast limit` as a table: the largest recoverable impulse by heading.
+//! The result of `standfast limit` as text: the largest recoverable impulse by heading.
 
-use crate::campaign::limit::{FirstLoss, Heading, Limits, SetLimit};
-use crate::render::text::layout::{signed, unit_of_impulses};
+use crate::campaign::limit::{FirstLoss, Limits, SetLimit};
+use crate::render::table::{Table, cell, headings, number, texts, words};
+use crate::render::text::layout::{signed, unit_of_impulses, wrapped};
 use crate::stats::rate::median;
 use std::fmt::Write;
 
-/// The limits in one physics engine beside the bounds of the pendulum, or those in two engines side by side. A line has
-/// at most 80 columns if no name has more than 18 letters.
+/// The limits in one physics engine beside the bounds of the pendulum, or those in two engines side by side.
 pub fn text(limits: &[Limits]) -> String {
-    match limits {
-        [one] => beside_bounds(one),
-        [first, second, ..] => side_by_side(first, second),
-        [] => String::new(),
+    let [first, more @ ..] = limits else { return String::new() };
+    let Limits { robot, campaign, seed, unit_n_s, .. } = first;
+    let mut text = format!("Largest recoverable impulse [N s]: {robot}, campaign {campaign}, seed {seed}\n");
+    text += &wrapped("unit:     ", &unit_of_impulses(*unit_n_s));
+    for Limits { engine, physics_step_s, .. } in limits {
+        text += &wrapped("engine:   ", &format!("{engine}, with a physics step of {} ms", 1e3 * physics_step_s));
     }
-}
-
-/// What was searched, and with what.
-fn head(limits: &Limits) -> String {
-    let Limits { robot, campaign, seed, .. } = limits;
-    format!(
-        "Largest recoverable impulse [N s]: {robot}, campaign {campaign}, seed {seed}\n\
-         unit:     {}\n",
-        unit_of_impulses(limits.unit_n_s)
-    )
+    text + &more.first().map_or_else(|| beside_bounds(first), |second| side_by_side(first, second))
 }
 
 /// An impulse, with as many digits as the precision of the limits is worth and five columns hold.
@@ -32,92 +25,70 @@ fn n_s(limits: &Limits, impulse_n_s: f64) -> String {
     texts.into_iter().find(|text| text.len() <= 5).unwrap_or_else(|| format!("{impulse_n_s:.0}"))
 }
 
-fn engine(limits: &Limits) -> String {
-    format!("{}, with a physics step of {} ms", limits.engine, 1e3 * limits.physics_step_s)
-}
-
 fn beside_bounds(limits: &Limits) -> String {
-    let mut text = head(limits);
     let y = &limits.yardstick;
-    // Writing to a String cannot fail.
-    let mut line = |s: String| _ = writeln!(text, "{s}");
-    line(format!("engine:   {}", engine(limits)));
-    line(format!(
-        "robot:    {:.3} kg, omega {:.3} rad/s, COM {:.4} m high and at {}, {} mm\n          (x, y) from the middle of the feet",
-        y.mass_kg,
-        y.omega_rad_s,
-        y.com_height_m,
-        signed(1e3 * y.com_offset_m[0], 1),
-        signed(1e3 * y.com_offset_m[1], 1)
-    ));
-    line(format!(
-        "footstep: at home the feet are {:.3} m apart, and one can land, x ahead of the\n          other and y beside it,",
-        y.stance_width_m
-    ));
-    for region in &y.reach {
-        let ([x0, x1], [y0, y1]) = (region.x_m, region.y_m);
-        let swing_time_s = region.swing_time_s;
-        line(format!("          {}: x {x0} to {x1} m, y {y0} to {y1} m, in {swing_time_s} s", region.name));
-    }
-    line(format!(
-        "push:     {:.0} ms long, so that the bounds are {:.3} times those of a push of no\n          duration; {} mm above the COM\n",
+    let [x_mm, y_mm] = y.com_offset_m.map(|offset_m| signed(1e3 * offset_m, 1));
+    let mut text = wrapped(
+        "robot:    ",
+        &format!(
+            "{:.3} kg, omega {:.3} rad/s, COM {:.4} m high and at {x_mm}, {y_mm} mm (x, y) from the middle of the feet",
+            y.mass_kg, y.omega_rad_s, y.com_height_m
+        ),
+    );
+    let reach = y.reach.iter().map(|region| {
+        let ([x0, x1], [y0, y1], time_s) = (region.x_m, region.y_m, region.swing_time_s);
+        format!("{} x {x0} to {x1} m and y {y0} to {y1} m in {time_s} s", region.name)
+    });
+    let reach = reach.collect::<Vec<_>>().join(", ");
+    let at_home = format!("at home the feet are {:.3} m apart, and one can land", y.stance_width_m);
+    text += &wrapped("footstep: ", &format!("{at_home}, x ahead of the other and y beside it, {reach}"));
+    let push = format!(
+        "{:.0} ms long, so that the bounds are {:.3} times those of a push of no duration; {} mm above the COM",
         1e3 * y.push_duration_s,
         y.push_factor,
         signed(1e3 * y.push_height_m, 0)
-    ));
-    line(format!("{:>7} {:^17} {:18} {:>17}   {:>5} {:>5}", "", "bounds by steps", "", "50 % recover", "90 %", "safe"));
-    line(format!(
-        "{:>7} {:>5} {:>5} {:>5} {:18} {:>17}   {:>5} {:>5}",
-        "heading", "none", "one", "any", "gain set", "(95 % interval)", "", "up to"
-    ));
+    );
+    text += &wrapped("push:     ", &push);
+    let columns = ["heading", "none", "one", "any"].map(number).into_iter().chain([words("gain set")]);
+    let mut table = Table::new("", columns.chain(["50 % recover", "90 %", "safe up to"].map(number)));
+    let factors = if y.height_factor < 1.0 { &[1.0, y.height_factor][..] } else { &[1.0] };
     for heading in &limits.headings {
-        let bounds = bounds_of(limits, heading, 1.0);
-        let raised = y.height_factor < 1.0;
-        let mut left = vec![bounds];
-        if raised {
-            left.push(bounds_of(limits, heading, y.height_factor));
-        }
-        for i in 0..heading.sets.len().max(left.len()) {
-            let bounds = left.get(i).cloned().unwrap_or_else(|| " ".repeat(25));
-            line(
-                format!("{bounds} {}", heading.sets.get(i).map_or(String::new(), |set| set_of(limits, set)))
-                    .trim_end()
-                    .into(),
-            );
+        let bounds_n_s = [heading.bound_no_step_n_s, heading.bound_one_step_n_s, heading.bound_n_step_n_s];
+        for i in 0..heading.sets.len().max(factors.len()) {
+            let bound = |bound_n_s: f64| factors.get(i).map_or(String::new(), |factor| n_s(limits, factor * bound_n_s));
+            let at = if i == 0 { format!("{:.1}", heading.heading_deg) } else { String::new() };
+            let or_dash = |impulse: Option<f64>| impulse.map_or("-".into(), |impulse| n_s(limits, impulse));
+            let of_set = heading.sets.get(i).map_or([const { String::new() }; 4], |set| {
+                [set.name.clone(), fifty_of(limits, set), or_dash(set.impulse90_n_s), or_dash(set.safe_n_s)]
+            });
+            table.row(std::iter::once(cell(at)).chain(texts(bounds_n_s.map(bound))).chain(texts(of_set)));
         }
     }
+    text += &format!("\n{}", table.text());
     if y.height_factor < 1.0 {
-        line(format!(
-            "\nThe second line of bounds takes the height of the push into account: it is the\nfirst times {:.3}.",
-            y.height_factor
-        ));
+        let factor = format!("it is the first times {:.3}.", y.height_factor);
+        text += &wrapped("", &format!("The second line of bounds takes the height of the push into account: {factor}"));
     }
-    line(marked(&[limits]) + &lost_early(limits));
-    line(format!(
-        "Impulses are in N s. The bounds are the largest impulses from which a pendulum\n\
-         recovers with no footstep, with one, and with any number of them; it keeps its\n\
-         height and has no angular momentum. `50 % recover` is the impulse from which the\n\
-         gain set recovers in half of the trials, and `90 %` that of nine in ten. {}\n\
-         {} episodes were run. The intervals are within +-{} N s, except\n\
-         where marked with *.",
-        safe_means(limits),
-        limits.episodes,
-        limits.precision_n_s,
-    ));
-    text
-}
-
-/// What `safe up to` means.
-fn safe_means(limits: &Limits) -> String {
-    let episodes = match limits.replicas {
-        0 => return "`safe\nup to` was not searched (--replicas 0).".into(),
-        1 => "1 episode".into(),
-        replicas => format!("{replicas} episodes"),
+    let safe = match limits.replicas {
+        0 => "`safe up to` was not searched (--replicas 0).".into(),
+        replicas => format!(
+            "`safe up to` is the largest impulse of a grid of {} N s from which, and from all smaller ones, it always \
+             recovered (episodes for each impulse: {replicas}).",
+            limits.precision_n_s
+        ),
     };
-    format!(
-        "`safe\nup to` is the largest impulse of a grid of {} N s from which, and from all\n\
-         smaller ones, it always recovered, in {episodes} for each impulse.",
-        limits.precision_n_s
+    text += &lost_early(limits);
+    text += "\n";
+    text + &wrapped(
+        "",
+        &format!(
+            "`none`, `one` and `any` are bounds: the largest impulses from which a pendulum recovers with no footstep, with \
+             one, and with any number of them; it keeps its height and has no angular momentum. `50 % recover` is the impulse \
+             from which the gain set recovers in half of the trials, with its 95 % interval, and `90 %` that of nine in ten. \
+             {safe} {} episodes were run.{}",
+            limits.episodes,
+            marked(&[limits])
+        ),
     )
 }
 
@@ -149,28 +120,11 @@ fn replay(limits: &Limits, gains: &str, loss: &FirstLoss) -> String {
     )
 }
 
-/// The bounds at a heading, times `factor`. The heading stands beside the bounds as they are.
-fn bounds_of(limits: &Limits, heading: &Heading, factor: f64) -> String {
-    let [no, one, n] = [heading.bound_no_step_n_s, heading.bound_one_step_n_s, heading.bound_n_step_n_s];
-    let [no, one, n] = [no, one, n].map(|bound_n_s| n_s(limits, factor * bound_n_s));
-    let bounds = format!("{no:>5} {one:>5} {n:>5}");
-    match factor {
-        1.0 => format!("{:>7.1} {bounds}", heading.heading_deg),
-        _ => format!("{:>7} {bounds}", ""),
-    }
-}
-
-fn set_of(limits: &Limits, set: &SetLimit) -> String {
-    let or_dash = |impulse: Option<f64>| impulse.map_or("-".into(), |impulse| n_s(limits, impulse));
-    let [ninety, safe] = [set.impulse90_n_s, set.safe_n_s].map(or_dash);
-    format!("{:18} {:20}{ninety:>5} {safe:>5}", set.name, fifty_of(limits, set))
-}
-
 /// The impulse with 50 % recovery and its interval, and a mark if that is too wide.
 fn fifty_of(limits: &Limits, set: &SetLimit) -> String {
-    let mark = if set.resolved { ' ' } else { '*' };
+    let mark = if set.resolved { "" } else { "*" };
     let [at, low, high] = [set.impulse50_n_s, set.ci95[0], set.ci95[1]].map(|impulse_n_s| n_s(limits, impulse_n_s));
-    format!("{at:>5} ({low}-{high}){mark}")
+    format!("{at} ({low}-{high}){mark}")
 }
 
 /// What the mark `*` means, if there is any.
@@ -179,7 +133,7 @@ fn marked(all: &[&Limits]) -> String {
         return String::new();
     }
     format!(
-        "\n* The interval is wider than +-{} N s, since the search ran out of trials or\nleft the range of impulses.\n",
+        " *: the interval is wider than +-{} N s, since the search ran out of trials or left the range of impulses.",
         all[0].precision_n_s
     )
 }
@@ -187,49 +141,44 @@ fn marked(all: &[&Limits]) -> String {
 /// The limits of two engines for every heading and gain set, and for each gain set over all headings. The headings and
 /// gain sets of both are the same.
 fn side_by_side(a: &Limits, b: &Limits) -> String {
-    let mut text = head(a);
-    let mut line = |s: String| _ = writeln!(text, "{s}");
-    line(format!("engines:  {}\n          {}\n", engine(a), engine(b)));
-    line(format!("{:>7}  {:18} {:>17}   {:>17}   {:>5}", "heading", "gain set", a.engine, b.engine, "ratio"));
+    let columns = [number("heading"), words("gain set"), number(&a.engine), number(&b.engine), number("ratio")];
+    let mut table = Table::new("", columns.into_iter().chain([words("")]));
     for (at_a, at_b) in a.headings.iter().zip(&b.headings) {
         let mut heading = format!("{:.1}", at_a.heading_deg);
         for (in_a, in_b) in at_a.sets.iter().zip(&at_b.sets) {
             let apart = if in_a.is_apart_from(in_b) { "apart" } else { "" };
-            let (name, ratio) = (&in_a.name, in_b.impulse50_n_s / in_a.impulse50_n_s);
-            let [fifty_a, fifty_b] = [fifty_of(a, in_a), fifty_of(b, in_b)];
-            let row = format!("{heading:>7}  {name:18} {fifty_a:20}{fifty_b:20}{ratio:5.2}  {apart}");
-            line(row.trim_end().into());
-            heading.clear();
+            let ratio = format!("{:.2}", in_b.impulse50_n_s / in_a.impulse50_n_s);
+            let found = [fifty_of(a, in_a), fifty_of(b, in_b), ratio, apart.into()];
+            table.row(texts([std::mem::take(&mut heading), in_a.name.clone()]).chain(texts(found)));
         }
     }
-    line(format!("\n{:27} {:>6} {:>6} {:>6}   {}", "over all headings", "median", "least", "most", "apart"));
+    let mut all = Table::new("", headings("over all headings", ["median", "least", "most", "apart"]));
     for (i, set) in a.headings.iter().take(1).flat_map(|heading| &heading.sets).enumerate() {
         let both = || a.headings.iter().zip(&b.headings).map(|(in_a, in_b)| (&in_a.sets[i], &in_b.sets[i]));
         let mut ratios: Vec<f64> = both().map(|(in_a, in_b)| in_b.impulse50_n_s / in_a.impulse50_n_s).collect();
         ratios.sort_by(f64::total_cmp);
         let (least, most) = (ratios[0], ratios[ratios.len() - 1]);
         let apart = both().filter(|(in_a, in_b)| in_a.is_apart_from(in_b)).count();
-        let apart = format!("at {apart} of {} headings", ratios.len());
-        let median = median(ratios).unwrap_or(f64::NAN);
-        line(format!("{:9}{:18} {median:6.2} {least:6.2} {most:6.2}   {apart}", "", set.name));
+        let apart = format!("at {apart} of {}", ratios.len());
+        let found = [median(ratios).unwrap_or(f64::NAN), least, most].map(|ratio| format!("{ratio:.2}"));
+        all.row([cell(&set.name)].into_iter().chain(texts(found)).chain([cell(apart)]));
     }
-    line(marked(&[a, b]));
-    line(format!(
-        "Each impulse is the one from which the gain set recovers in half of the trials,\n\
-         with its 95 % interval. `ratio` is the second engine's impulse over that of the\n\
-         first, and `apart` says that the intervals do not overlap. The trials are the\n\
-         same in both engines; {} episodes were run. The bounds of the pendulum are the\n\
-         same, too: --json, --plot and --out have them.",
-        a.episodes + b.episodes
-    ));
-    text
+    let about = format!(
+        "Each impulse is the one from which the gain set recovers in half of the trials, with its 95 % interval. `ratio` is \
+         the second engine's impulse over that of the first, and `apart` says that the intervals do not overlap. The trials \
+         are the same in both engines; {} episodes were run. The bounds of the pendulum are the same, too: --json, --plot and \
+         --out have them.{}",
+        a.episodes + b.episodes,
+        marked(&[a, b])
+    );
+    format!("\n{}\n{}{}", table.text(), all.text(), wrapped("", &about))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::campaign::ask::spec::tests::campaign;
-    use crate::campaign::limit::Yardstick;
+    use crate::campaign::limit::{Heading, Yardstick};
     use crate::robot::Robot;
 
     /// Two headings with limits of two gain sets (N s).
@@ -279,18 +228,19 @@ mod tests {
         let a = limits("Rapier 0.36.1", [[2.5, 5.0], [2.5, 9.5]]);
         let b = limits("MuJoCo 3.17.0", [[2.5, 4.0], [2.6, 9.5]]);
         let told = text(&[a.clone(), b]);
-        for line in [
-            "    0.0  hold                2.50 (2.40-2.60)    2.50 (2.40-2.60)    1.00",
-            "         paper:stepping.x=2  5.00 (4.90-5.10)    4.00 (3.90-4.10)    0.80  apart",
-            "  180.0  hold                2.50 (2.40-2.60)    2.60 (2.50-2.70)    1.04",
-            "         paper:stepping.x=2  9.50 (9.40-9.60)*   9.50 (9.40-9.60)*   1.00",
-            "         hold                 1.02   1.00   1.04   at 0 of 2 headings",
-            "         paper:stepping.x=2   0.90   0.80   1.00   at 1 of 2 headings",
-            "* The interval is wider than +-0.1 N s, since the search ran out of trials or",
-            "same in both engines; 80 episodes were run. The bounds of the pendulum are the",
+        for row in [
+            "0.0 hold 2.50 (2.40-2.60) 2.50 (2.40-2.60) 1.00",
+            "paper:stepping.x=2 5.00 (4.90-5.10) 4.00 (3.90-4.10) 0.80 apart",
+            "180.0 hold 2.50 (2.40-2.60) 2.60 (2.50-2.70) 1.04",
+            "paper:stepping.x=2 9.50 (9.40-9.60)* 9.50 (9.40-9.60)* 1.00",
+            "hold 1.02 1.00 1.04 at 0 of 2",
+            "paper:stepping.x=2 0.90 0.80 1.00 at 1 of 2",
         ] {
-            assert!(told.lines().any(|told| told == line), "{line:?} is not in\n{told}");
+            let is_row = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ") == row;
+            assert!(told.lines().any(is_row), "{row:?} is not in\n{told}");
         }
+        let words = told.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(words.contains("80 episodes were run.") && words.contains("*: the interval is wider than +-0.1 N s, "));
         let alone = text(&[a]);
         assert!(alone.contains("\nunit:     1 m omega d = 2.16 N s\n"), "{alone}");
         assert!(alone.contains("engine:   Rapier 0.36.1, with a physics step of 2 ms\n"), "{alone}");

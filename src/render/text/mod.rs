@@ -2,7 +2,7 @@
 
 mod agreement;
 mod campaign;
-mod comparison;
+pub mod comparison;
 pub mod cpi;
 pub mod ghost;
 pub mod layout;
@@ -11,10 +11,7 @@ pub mod model;
 pub mod so_far;
 pub mod story;
 
-pub use agreement::{ABOUT_AGREEMENT, about_traces, agreement_cells, where_it_parts, with_warnings as agreement};
-pub use campaign::{campaign, impulse_at, thresholds};
-pub use comparison::{
-    about_pairs, adjusted_p, baseline, failed_gates, gate_cells, gate_seen, gate_words, p_cell, pair_cells, status,
-    unit,
-};
+pub use agreement::{about_traces, parted, with_warnings as agreement};
+pub use campaign::{campaign, endings, settings, thresholds};
+pub use comparison::{about_pairs, baseline, failed_gates, gate_seen, gate_words};
 pub use limit::text as limits;

@@ -1,10 +1,10 @@
 //! A robot as it was read, and its kinematics at given joint angles, as text and JSON.
 
-use crate::render::text::layout::{align, signed, table, wrapped};
+use crate::render::table::{Table, headings, number, texts};
+use crate::render::text::layout::{signed, wrapped};
 use crate::robot::swing_time::least_swing_time_s;
 use crate::robot::{Foot, Joint, Kinematics, Robot};
 use crate::sim::Pairs;
-use comfy_table::{ContentArrangement, Table};
 use nalgebra::Matrix3xX;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
@@ -136,7 +136,7 @@ pub fn description(robot: &Robot) -> String {
     reach_text(robot, &mut line);
     line("\nTree of links: mass of each moving link, and in brackets what is fixed to it".into());
     tree_text(robot, 0, 1, &mut line);
-    line(format!("\n{}\n\n{}", joint_table(robot), servo_table(robot)));
+    line(format!("\n{}\n{}", joint_table(robot), servo_table(robot).trim_end()));
     for (heading, sentences) in
         [("Changed or left out on reading", &robot.notes), ("Assumed, because it is not published", &robot.assumptions)]
     {
@@ -208,19 +208,14 @@ fn tree_text(robot: &Robot, link: usize, depth: usize, line: &mut impl FnMut(Str
     }
 }
 
-fn joint_table(robot: &Robot) -> Table {
-    let mut joints = table(["joint", "axis", "limits [deg]", "limits [rad]"]);
-    joints.set_content_arrangement(ContentArrangement::Disabled);
+fn joint_table(robot: &Robot) -> String {
+    let mut joints = Table::new("", headings("joint", ["axis", "limits [deg]", "limits [rad]"]));
     for joint in &robot.joints {
-        let axis = &joint.axis;
-        joints.add_row([
-            joint.name.clone(),
-            [axis.x, axis.y, axis.z].map(short).join(" "),
-            range(joint, 1, f64::to_degrees),
-            range(joint, 4, std::convert::identity),
-        ]);
+        let axis = [joint.axis.x, joint.axis.y, joint.axis.z].map(short).join(" ");
+        let limits = [range(joint, 1, f64::to_degrees), range(joint, 4, std::convert::identity)];
+        joints.row(texts([joint.name.clone(), axis]).chain(texts(limits)));
     }
-    align(joints)
+    joints.text()
 }
 
 /// The limits of a joint, converted and with so many decimals.
@@ -236,18 +231,23 @@ fn short(component: f64) -> String {
     ((1e3 * component).round() / 1e3 + 0.0).to_string()
 }
 
-fn servo_table(robot: &Robot) -> Table {
-    let head = ["joint", "home\n[rad]", "kp\n[N m\n/rad]", "kd\n[N m\ns/rad]", "torque\n[N m]"];
-    let mut servos = table(head.into_iter().chain(["full to\n[rad/s]", "none at\n[rad/s]", "rotor\n[kg\nm^2]"]));
-    // Each column is as wide as its contents, which makes 80 columns in all.
-    servos.set_content_arrangement(ContentArrangement::Disabled);
+fn servo_table(robot: &Robot) -> String {
+    let head = [
+        "home [rad]",
+        "kp [N\u{a0}m /rad]",
+        "kd [N\u{a0}m s/rad]",
+        "torque [N\u{a0}m]",
+        "full\u{a0}to [rad/s]",
+        "none\u{a0}at [rad/s]",
+    ];
+    let mut servos = Table::new("", headings("joint", head).chain([number("rotor [kg m^2]")]));
     for ((joint, servo), home_rad) in robot.joints.iter().zip(&robot.servos).zip(&robot.home_rad) {
         let numbers = [servo.kp, servo.kd, servo.torque_n_m, servo.full_torque_speed_rad_s];
-        let more = [servo.no_torque_speed_rad_s, servo.rotor_inertia_kg_m2];
-        let numbers = numbers.into_iter().chain(more).map(|number| number.to_string());
-        servos.add_row([joint.name.clone(), format!("{home_rad:.4}")].into_iter().chain(numbers));
+        let more = [servo.no_torque_speed_rad_s, servo.rotor_inertia_kg_m2].map(|number| number.to_string());
+        let names = texts([joint.name.clone(), format!("{home_rad:.4}")]);
+        servos.row(names.chain(texts(numbers.map(|number| number.to_string()))).chain(texts(more)));
     }
-    align(servos)
+    servos.text()
 }
 
 /// Positions of COM and links at joint angles `q` (rad), and a note for each angle outside of its limits.

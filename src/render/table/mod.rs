@@ -1,0 +1,148 @@
+//! A table as plain data, with three writers: for the terminal, in Markdown and in HTML.
+//!
+//! Who makes a table says what is in it, once; each writer says how that looks. The tables of a result are made in
+//! [`tables`](super::tables).
+
+mod html;
+mod markdown;
+mod terminal;
+
+pub use html::signs;
+pub use markdown::{escaped, left_out};
+
+/// Most rows that are written to the terminal and in Markdown. Nobody reads more rows, and GitHub takes 1 MiB at most.
+pub const MOST_ROWS: usize = 100;
+
+/// A table.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    pub title: String,
+    pub columns: Vec<Column>,
+    /// Each row has a cell for each column.
+    pub rows: Vec<Vec<Cell>>,
+    /// What the columns mean; may be empty.
+    pub note: String,
+    /// Whether the marks of the cells are drawn about 0. Otherwise they are shares, from 0 to 1.
+    pub about_zero: bool,
+}
+
+/// What stands above the cells of a column.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Column {
+    pub heading: String,
+    /// The unit of the cells, where they do not have it themselves.
+    pub unit: &'static str,
+    /// Whether the cells are names or words, which begin at the left. Numbers end at the right.
+    pub is_words: bool,
+    /// The gain set whose cells these are, if the columns are to be compared.
+    pub set: Option<usize>,
+}
+
+/// A cell. Its text is what every writer writes.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Cell {
+    pub text: String,
+    pub mark: Option<Mark>,
+    /// The gain set that is named here, which has a colour where there are colours.
+    pub set: Option<usize>,
+}
+
+/// The value of a cell and its interval, for a writer that can draw. The marks of a row are drawn one below the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mark {
+    pub at: f64,
+    pub ci: Option<[f64; 2]>,
+    /// The gain set whose colour it has.
+    pub set: Option<usize>,
+}
+
+impl Table {
+    /// An empty table with these columns.
+    pub fn new(title: impl Into<String>, columns: impl IntoIterator<Item = Column>) -> Self {
+        Self { title: title.into(), columns: columns.into_iter().collect(), ..Self::default() }
+    }
+
+    pub fn with_note(self, note: impl Into<String>) -> Self {
+        Self { note: note.into(), ..self }
+    }
+
+    pub fn row(&mut self, cells: impl IntoIterator<Item = Cell>) {
+        self.rows.push(cells.into_iter().collect());
+    }
+
+    /// The same with rows in the place of columns. The texts of the first column become the headings.
+    fn turned(&self) -> Self {
+        let corner = self.columns.iter().take(1).cloned();
+        let headings = self.rows.iter().map(|row| number(&row[0].text));
+        let mut turned = Self::new(&self.title, corner.chain(headings)).with_note(&self.note);
+        for (i, column) in self.columns.iter().enumerate().skip(1) {
+            let name = Cell { text: column.text(), mark: None, set: column.set };
+            turned.row(std::iter::once(name).chain(self.rows.iter().map(|row| row[i].clone())));
+        }
+        turned
+    }
+}
+
+impl Column {
+    /// The heading with its unit.
+    fn text(&self) -> String {
+        let unit = if self.unit.is_empty() { String::new() } else { format!(" [{}]", self.unit) };
+        format!("{}{unit}", self.heading)
+    }
+
+    pub fn in_unit(self, unit: &'static str) -> Self {
+        Self { unit, ..self }
+    }
+}
+
+/// A column of words.
+pub fn words(heading: impl Into<String>) -> Column {
+    Column { heading: heading.into(), is_words: true, ..Column::default() }
+}
+
+/// A column of numbers.
+pub fn number(heading: impl Into<String>) -> Column {
+    Column { heading: heading.into(), ..Column::default() }
+}
+
+/// A column of words, and one of numbers for each of the other headings.
+pub fn headings<const N: usize>(first: &str, others: [&str; N]) -> impl Iterator<Item = Column> {
+    std::iter::once(words(first)).chain(others.map(number))
+}
+
+/// A cell with nothing but a text.
+pub fn cell(text: impl ToString) -> Cell {
+    Cell { text: text.to_string(), ..Cell::default() }
+}
+
+/// A row with nothing but texts.
+pub fn texts<const N: usize>(texts: [String; N]) -> impl Iterator<Item = Cell> {
+    texts.into_iter().map(cell)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two gain sets, one with a name that each writer has to escape.
+    pub(super) fn rates() -> Table {
+        let mut table = Table::new("Rates", headings("gain set", ["recovered", "rate"])).with_note("At 95 %, -1 to 1.");
+        for (i, name) in ["hold", "<b>|x_"].into_iter().enumerate() {
+            let mark = Some(Mark { at: 0.5, ci: Some([0.4, 0.6]), set: Some(i) });
+            let name = Cell { set: Some(i), ..cell(name) };
+            table.row([name, cell("1/2"), Cell { mark, ..cell("-50.0 %") }]);
+        }
+        table.columns[2].unit = "m/s";
+        table
+    }
+
+    /// So many gain sets side by side.
+    pub(super) fn beside(sets: usize) -> Table {
+        let column = |set: usize| Column { set: Some(set), ..number(format!("set{set}")) };
+        let mut table = Table::new("", std::iter::once(words("lost")).chain((0..sets).map(column)));
+        for cause in ["legs met", "slipped"] {
+            table.row(std::iter::once(cell(cause)).chain((0..sets).map(cell)));
+        }
+        table
+    }
+}
