@@ -36,13 +36,13 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
             &["push.impulse, push.impulse_n_s = 1, 1"],
         ),
         (good, &["run", "c.toml", "--trials", "0"], &["trials = 0", "1 to"]),
-        (good, &["run", "c.toml", "--gains", "best"], &["gain set \"best\" not found", "hold, fixed, switching"]),
+        (good, &["run", "c.toml", "--gains", "best"], &["controller \"best\" not found", "hold, fixed, switching"]),
         (good, &["run", "c.toml", "--gains", "best.toml"], &["best.toml: cannot read"]),
-        (good, &["run", "c.toml", "--gains=hold", "--gains=hold"], &["two gain sets of this name"]),
+        (good, &["run", "c.toml", "--gains=hold", "--gains=hold"], &["two controllers of this name"]),
         (good, &["run", "c.toml", "--vary", "hold"], &["--vary = hold", "SET:KEY=V1,V2"]),
         (good, &["run", "c.toml", "--vary", "hold:zmp=1"], &["--vary", "unknown field `zmp`", "`zmp_margin`"]),
-        (good, &["run", "c.toml", "--vary", "best:zmp=1"], &["gain set \"best\" not found", "switching"]),
-        (good, &["run", "c.toml", "--vary", "hold:zmp_margin=1,1"], &["two gain sets of this name"]),
+        (good, &["run", "c.toml", "--vary", "best:zmp=1"], &["controller \"best\" not found", "switching"]),
+        (good, &["run", "c.toml", "--vary", "hold:zmp_margin=1,1"], &["two controllers of this name"]),
         (good, &["push", "--impulse=1", "--gains=fixed:gains.1.x=[1,1,5]"], &["no `gains.1`", "gains.0 to gains.0"]),
         (good, &["run", "c.toml", "--out", "c.toml"], &["result folder = c.toml: it is a file", "a folder"]),
         (good, &["run", "c.toml", "--robot", "r2d2"], &["robot \"r2d2\" not found", "ut-mu2"]),
@@ -63,7 +63,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         (
             good,
             &["run", "c.toml", "--vary", &format!("hold:zmp_margin={}0.1", "0.1,".repeat(200))],
-            &["gains = 201 gain sets: too many", "up to 200"],
+            &["gains = 201 controllers: too many", "up to 200"],
         ),
         (
             good,
@@ -221,7 +221,8 @@ fn a_push_is_drawn_and_traced_beside_its_json() {
     assert_eq!(written.keys().collect::<Vec<_>>(), ["a.csv", "a.svg", "b.svg"]);
     assert!(written["a.svg"] == written["b.svg"]);
     let svg = String::from_utf8_lossy(&written["a.svg"]);
-    let title = format!("4 N s towards 0 degrees, gain set hold: fell at {:.2} s", fell["fell_at_s"].as_f64().unwrap());
+    let title =
+        format!("4 N s towards 0 degrees, controller hold: fell at {:.2} s", fell["fell_at_s"].as_f64().unwrap());
     assert!(svg.starts_with("<svg") && svg.contains(&title), "{title:?} in {svg:.600}");
     let numbers = svg.lines().filter_map(|line| line.strip_prefix("<text class=\"tick\" ")?.split(['<', '>']).nth(1));
     let times: Vec<f64> = numbers.filter_map(|number| number.parse().ok()).collect();

@@ -370,7 +370,7 @@ fn a_campaign_ends_when_decided_with_the_same_bytes_whatever_happened_on_the_way
     assert_eq!((found["trials"].as_u64(), &found["gates"][0]["status"]), (Some(100), &Value::from("unresolved")));
 }
 
-/// One gate is decided at the first look, the other one is not; each names one gain set.
+/// One gate is decided at the first look, the other one is not; each names one controller.
 #[test]
 fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happened_on_the_way() {
     let until = |most| [most, "--until-resolved", "--gains=fixed", "--gate=hold >= 0.01", "--gate=fixed >= 0.5"];
@@ -437,7 +437,7 @@ fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happen
     standfast(other.path(), &gated).success();
     let gated = summary(&other.path().join("gated"));
     assert_eq!([0, 1].map(|gate| gated["gates"][gate]["trials"].as_u64().unwrap()), [25, 60], "{}", gated["gates"]);
-    assert!(gated["warnings"].to_string().contains("the baseline has 25 trials of some gain sets"), "{gated}");
+    assert!(gated["warnings"].to_string().contains("the baseline has 25 trials of some controllers"), "{gated}");
 }
 
 #[test]
@@ -536,7 +536,7 @@ fn a_terminal_of_60_columns_is_enough_and_so_is_none() {
             .output()
             .expect("script, of util-linux, makes a terminal");
         let text = plain(&String::from_utf8(terminal.stdout).unwrap());
-        assert!(terminal.status.success() && text.contains(" of 24 episodes") && text.contains("gain set"), "{text}");
+        assert!(terminal.status.success() && text.contains(" of 24 episodes") && text.contains("controller"), "{text}");
         // The part of one trial may end before that of five.
         assert!(text.contains(" trials, not final: ") && text.contains("can be told apart"), "{text}");
         assert_eq!(too_wide(&text, columns), None);
@@ -606,7 +606,7 @@ fn without_a_command_it_says_first_what_it_is_about_to_do() {
     // The name of the program is long here.
     assert!(first.lines().count() <= 6 && first.lines().all(|line| line.chars().count() <= 80), "{first}");
     let words = first.replace('\n', " ");
-    assert!(words.contains("1000 pushes for each of 4 gain sets, on "), "{first}");
+    assert!(words.contains("1000 pushes for each of 4 controllers, on "), "{first}");
     assert!(words.contains(" push --replay push.html ") && words.contains(" run smoke "), "{first}");
     assert!(rest.contains(" here, by the pace of its first "), "{rest}");
     let again = interrupted_at(dir.path(), &[], "goes on");

@@ -36,7 +36,7 @@ fn an_episode_repeats_to_the_bit_in_every_thread() {
     assert_ne!(fingerprint(&bench, 2), first);
 }
 
-/// Gain sets that run together, and trials that go on from a shared beginning, have the records of episodes that run
+/// Controllers that run together, and trials that go on from a shared beginning, have the records of episodes that run
 /// alone: with noise, on a slope, with pushes that need no footstep, that need some, and that topple the robot.
 #[test]
 fn episodes_that_share_a_robot_are_the_same_bits() {
@@ -116,7 +116,7 @@ fn errors_seen(gains: &str) -> Vec<Vec<f64>> {
     seen
 }
 
-/// Gain sets are compared in pairs, so the error of a sensor at a tick must not depend on the controller.
+/// Controllers are compared in pairs, so the error of a sensor at a tick must not depend on the controller.
 #[test]
 fn sensor_errors_do_not_depend_on_the_controller() {
     let (switching, hold) = (errors_seen("switching"), errors_seen("hold"));

@@ -123,7 +123,7 @@ fn what_is_wrong_is_said_before_anything_runs() {
         ("--plot=a.png", "--plot = a.png: unknown kind of file"),
         ("--out=file", "--out = file: it is a file"),
         ("--campaign=best", "campaign \"best\" not found"),
-        ("--gains=best", "gain set \"best\" not found"),
+        ("--gains=best", "controller \"best\" not found"),
     ] {
         let run = standfast(dir.path(), &["limit", more]).code(2);
         let message = text(&run.get_output().stderr);

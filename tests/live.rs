@@ -1,4 +1,4 @@
-//! A closed loop that is changed while it runs: pulls at a link, and switches of the gain set.
+//! A closed loop that is changed while it runs: pulls at a link, and switches of the controller.
 
 mod common;
 
@@ -66,7 +66,7 @@ fn a_pull_acts_at_its_link_and_point() {
     assert!(left < -1e-4 && right > 1e-4, "{left} {right}");
 }
 
-/// Another gain set can take over at any phase, and a robot that was safe stays safe.
+/// Another controller can take over at any phase, and a robot that was safe stays safe.
 #[test]
 fn gain_sets_can_be_switched_at_any_time() {
     let benches = ["hold", "switching", "paper", "catch"].map(Bench::new);

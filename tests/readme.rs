@@ -89,11 +89,11 @@ fn a_command_that_is_wrong_inside_is_not_good() {
         ("standfast run --gate nonsense", "gate = nonsense"),
         ("standfast run --set foo=bar", "--set: foo = bar: unknown key"),
         ("standfast run --gate nonsense --set foo=bar", "foo"),
-        ("standfast run --gate 'best >= 0.8'", "no gain set is named `best`"),
+        ("standfast run --gate 'best >= 0.8'", "no controller is named `best`"),
         ("standfast run --gains hold --until-resolved", "nothing to decide"),
         ("standfast run --vary paper:stepping.beta=2", "stepping.beta"),
         ("standfast run missing.toml", "missing.toml: cannot read"),
-        ("standfast push --impulse 2 --gains best", "gain set \"best\" not found"),
+        ("standfast push --impulse 2 --gains best", "controller \"best\" not found"),
         ("standfast push --impulse 2 --trace push.txt", "--trace = push.txt: unknown kind"),
         ("standfast limit --headings 0", "--headings = 0: out of range"),
     ] {

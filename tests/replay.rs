@@ -108,7 +108,7 @@ fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
     }
     standfast(dir.path(), &["merge", "shards", "--replays=0"]).success();
     assert!(files(&dir.path().join("shards")) == whole, "merged");
-    // The result has its own copy of the gain set.
+    // The result has its own copy of the controller.
     fs::remove_file(&mine).unwrap();
     fs::remove_file(out.join("parts/part-000001.json")).unwrap();
     let run = standfast(dir.path(), &["run", "out/campaign.toml", "--out", "out", "--replays=0"]).success();
@@ -137,7 +137,7 @@ fn a_sweep_alone_replaces_the_gain_sets_and_many_sets_stay_within_80_columns() {
     let args: Vec<&str> =
         short(&[FEW, sweep, "--replays=0", "--full"]).into_iter().filter(|arg| *arg != "--gains=hold").collect();
     let text = stdout(&standfast(dir.path(), &args).success());
-    let (_, tables) = text.split_once("gain set ").unwrap();
+    let (_, tables) = text.split_once("controller ").unwrap();
     let (tables, _) = tables.split_once("to replay a trial").unwrap();
     assert!(tables.lines().all(|line| line.chars().count() <= 80), "{tables}");
     assert!(!tables.contains("hold   "), "{tables}");
@@ -155,7 +155,7 @@ fn without_a_terminal_the_table_fits_80_columns() {
     let dir = folder();
     let args = ["--gains=switching", "--gains=fixed", "--set=episode.end_early=false"];
     let text = stdout(&standfast(dir.path(), &short(&[&[FEW, "--full"][..], &args].concat())).success());
-    let (_, tables) = text.split_once("gain set ").unwrap();
+    let (_, tables) = text.split_once("controller ").unwrap();
     let (tables, _) = tables.split_once("to replay a trial").unwrap();
     assert!(tables.lines().all(|line| line.chars().count() <= 80), "{tables}");
     assert!(text.contains("seed 1") && text.contains("fell:") && !text.contains("varied:"), "{text}");
@@ -240,7 +240,7 @@ fn a_result_has_replays_of_telling_trials() {
         assert!(message.contains(words), "{message}");
     }
     let message = stderr(&standfast(dir.path(), &["replay", "out", "--trial=0", "--gains=other"]).code(2));
-    assert!(message.contains("gain set \"other\" not found; accepted: hold, switching"), "{message}");
+    assert!(message.contains("controller \"other\" not found; accepted: hold, switching"), "{message}");
 }
 
 /// A result and its trial 1 in this folder.

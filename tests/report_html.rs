@@ -11,7 +11,7 @@ use std::{fs, path::Path, path::PathBuf};
 const TRIALS: &str = "--trials=16";
 const AROUND: &str = "--set=push.heading_deg={uniform=[-180, 180]}";
 
-/// Runs a small campaign of these gain sets, with further arguments, into a folder. Returns its page.
+/// Runs a small campaign of these controllers, with further arguments, into a folder. Returns its page.
 fn campaign(folder: &Path, out: &str, gains: &[&str], more: &[&str], code: i32) -> PathBuf {
     let gains: Vec<String> = gains.iter().map(|set| format!("--gains={set}")).collect();
     let out_option = format!("--out={out}");

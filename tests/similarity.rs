@@ -1,5 +1,5 @@
 //! Robots of the same build and another size move alike ("dynamic similarity"): no figure of one robot stands in
-//! controller, simulation, judge or gain sets.
+//! controller, simulation, judge or controllers.
 //!
 //! UT-mu2 is made L times as long and its masses M times as large, and a campaign is changed to match: times are sqrt(L)
 //! times as long, impulses M sqrt(L) times as large, and so on. Both robots then move alike in every trial. If L and M
@@ -75,7 +75,7 @@ impl Bench {
         Disturbance { pushes: usual.pushes.into_iter().map(push).collect(), variation, ..usual }
     }
 
-    /// Runs the first trials with a gain set.
+    /// Runs the first trials with a controller.
     fn run(&self, gains: &str, trials: u64) -> Vec<Motion> {
         let factory = self.factory(gains);
         (0..trials).into_par_iter().map(|trial| self.run_trial(&factory, trial)).collect()
@@ -154,7 +154,10 @@ fn robots_of_other_sizes_have_the_same_outcomes() {
 fn table_of_other_sizes() {
     const TRIALS: u64 = 200;
     println!("outcomes of {TRIALS} trials of `standard` that differ from those of UT-mu2");
-    println!("| gain set | {} |", SIZES.map(|Scale { length, mass }| format!("L = {length}, M = {mass}")).join(" | "));
+    println!(
+        "| controller | {} |",
+        SIZES.map(|Scale { length, mass }| format!("L = {length}, M = {mass}")).join(" | ")
+    );
     for gains in ["hold", "switching", "robust", "paper", "catch"] {
         let own = Bench::new("standard", OWN_SIZE).run(gains, TRIALS);
         let of = |scale| differences(&own, &Bench::new("standard", scale).run(gains, TRIALS)).to_string();

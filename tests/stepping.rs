@@ -1,6 +1,6 @@
 //! Footsteps in physics, after pushes that standing cannot take (paper, Sect. V and VI). Sensors are ideal.
 //!
-//! How far a gain set steps is a matter of tuning, so these tests have their own rules.
+//! How far a controller steps is a matter of tuning, so these tests have their own rules.
 
 mod common;
 
@@ -26,7 +26,7 @@ const RULES: Stepping = Stepping {
     same_foot_pause_s: 0.3,
 };
 
-/// The gain set `paper` with the rules of these tests.
+/// The controller `paper` with the rules of these tests.
 fn stepping(robot: Robot) -> Bench {
     with_rules(robot, RULES)
 }
@@ -132,7 +132,7 @@ fn mirrored_pushes_have_mirrored_footsteps() {
     });
 }
 
-/// A foot is lifted, to the tick, when the state has been in no CPI set for as long as the gain set waits.
+/// A foot is lifted, to the tick, when the state has been in no CPI set for as long as the controller waits.
 #[test]
 fn a_footstep_waits_for_as_long_as_it_is_told_to() {
     let waits = |patience_s| {

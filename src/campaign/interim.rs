@@ -1,5 +1,5 @@
 //! Looks at a campaign that ends when decided. After fixed numbers of trials, the gates are asked what is still open. A
-//! gain set stops if no open question needs more of its trials. The same parts always lead to the same decisions. So
+//! controller stops if no open question needs more of its trials. The same parts always lead to the same decisions. So
 //! neither the end of the campaign nor the trials of a set depend on threads, shards or interruptions.
 
 use crate::campaign::store::folder::Folder;
@@ -20,7 +20,7 @@ pub struct InterimLooks<'a> {
     pub next: u64,
     /// All trials up to the last look.
     rows: Digest,
-    /// Number of trials of each gain set, as far as it is decided.
+    /// Number of trials of each controller, as far as it is decided.
     pub set_trials: Vec<u64>,
     /// Whether everything is decided, or there are no more trials.
     pub is_over: bool,
@@ -32,9 +32,9 @@ pub struct Look<'a> {
     pub rows: &'a Digest,
     /// The questions that are still open.
     pub open: &'a [Open],
-    /// Names of the gain sets that stop here while others continue, because no open question needs their trials.
+    /// Names of the controllers that stop here while others continue, because no open question needs their trials.
     pub stopping: Vec<&'a str>,
-    /// The largest number of trials that each gain set may still reach.
+    /// The largest number of trials that each controller may still reach.
     pub set_trials: &'a [u64],
 }
 

@@ -1,4 +1,4 @@
-//! A campaign: many trials with random pushes on varied robots and grounds, the same for every gain set, and a count of
+//! A campaign: many trials with random pushes on varied robots and grounds, the same for every controller, and a count of
 //! how many each set recovers from. [`ask`] is what a campaign asks, [`plan`] reads what that needs, [`run`] runs it,
 //! [`store`] keeps the results, and [`verdict`] draws the conclusions. [`limit`] searches the largest recoverable
 //! impulse, heading by heading, and [`partings`] shows where two physics engines part company.

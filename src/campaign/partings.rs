@@ -17,12 +17,12 @@ pub struct Partings<'a> {
     factories: Vec<Factory>,
     /// The distance beyond which traces part (m).
     limit_m: f64,
-    /// Each with the number of its gain set.
+    /// Each with the number of its controller.
     trials: Vec<(usize, &'a mut PartedTrial)>,
 }
 
 impl<'a> Partings<'a> {
-    /// Of each gain set the first `most` trials on which two results, `folders`, do not agree. Errors: an input is gone, or
+    /// Of each controller the first `most` trials on which two results, `folders`, do not agree. Errors: an input is gone, or
     /// the program lacks an engine.
     pub fn new(folders: [&Folder; 2], agreement: &'a mut Agreement, most: usize) -> Result<Self> {
         let plan = |folder: &Folder| {

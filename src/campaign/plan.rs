@@ -33,7 +33,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Reads the robot and the gain sets. It fails if any of them is missing or wrong, or if two sets have the same
+    /// Reads the robot and the controllers. It fails if any of them is missing or wrong, or if two sets have the same
     /// name.
     pub fn new(campaign: &Campaign) -> Result<Plan> {
         Self::with(campaign, Files::open(&campaign.robot)?)
@@ -172,7 +172,7 @@ impl Plan {
         trial::variation(&self.manifest.campaign, 0).robot(&self.robot)
     }
 
-    /// The beginning of the episodes of all gain sets, if all trials begin alike, on `simulated`, the robot of trial 0.
+    /// The beginning of the episodes of all controllers, if all trials begin alike, on `simulated`, the robot of trial 0.
     pub(crate) fn opening<'a>(&'a self, simulated: &'a Robot, factories: &'a [Factory]) -> Option<ClosedLoop<'a>> {
         let campaign = &self.manifest.campaign;
         trial::begin_alike(campaign).then(|| {
@@ -182,7 +182,7 @@ impl Plan {
         })
     }
 
-    /// Runs the episodes of a trial with some gain sets, given by their numbers in ascending order. They go on from
+    /// Runs the episodes of a trial with some controllers, given by their numbers in ascending order. They go on from
     /// `opening`, if there is one.
     pub(crate) fn records(
         &self,
@@ -199,7 +199,7 @@ impl Plan {
         ClosedLoop::new(&self.robot, &simulated, factories, &self.manifest.campaign.episode, disturbance).finish()
     }
 
-    /// How long a trial takes with all gain sets, on one core of this machine (s).
+    /// How long a trial takes with all controllers, on one core of this machine (s).
     pub fn seconds_a_trial(&self) -> Result<f64> {
         const SAMPLE: u64 = 8;
         let (factories, all): (_, Vec<usize>) = (self.factories()?, (0..self.manifest.sets.len()).collect());
@@ -209,7 +209,7 @@ impl Plan {
         Ok(start.elapsed().as_secs_f64() / trials as f64)
     }
 
-    /// The rows of a trial with some gain sets, given by their numbers in ascending order.
+    /// The rows of a trial with some controllers, given by their numbers in ascending order.
     pub(super) fn rows(
         &self,
         factories: &[Factory],
@@ -223,7 +223,7 @@ impl Plan {
             |sets: &[usize]| caught(|| self.records(factories, opening, trial::disturbance(campaign, trial), sets));
         let no_step_n_s = self.no_step.impulse_n_s(pushes[0].heading_deg);
         let hardness = pushes[0].impulse_n_s / no_step_n_s.unwrap_or(1.0);
-        // A panic is the outcome of the gain set that caused it. The others are run again, each alone.
+        // A panic is the outcome of the controller that caused it. The others are run again, each alone.
         let failed = |panic| Record { outcome: Outcome::Diverged, fall_cause: Some(panic), ..Record::default() };
         let alone = |set: &usize| run(&[*set]).map_or_else(failed, |mut records| records.remove(0));
         let records = match campaign.synthetic {
@@ -251,7 +251,7 @@ pub(crate) fn pool(threads: usize) -> Result<ThreadPool> {
     pool.map_err(|e| Error::Numeric { what: "threads".into(), problem: e.to_string() })
 }
 
-/// Fails if the name of a gain set cannot be the name of a file, or if two sets have the same name.
+/// Fails if the name of a controller cannot be the name of a file, or if two sets have the same name.
 fn check_names(campaign: &Campaign, sets: &[String], bases: &[(String, Source)]) -> Result<()> {
     for (i, (name, (base, _))) in sets.iter().zip(bases).enumerate() {
         if base.is_empty() || base.starts_with('.') || base.contains(|c: char| "/\\:".contains(c) || c.is_control()) {
@@ -259,7 +259,7 @@ fn check_names(campaign: &Campaign, sets: &[String], bases: &[(String, Source)])
             return Err(Error::value(&campaign.gains[i], "name", base, "not usable as a file name", accepted));
         }
         if sets[..i].contains(name) {
-            let problem = "two gain sets of this name";
+            let problem = "two controllers of this name";
             return Err(Error::value(&campaign.gains[i], "name", name, problem, "a name of its own for each"));
         }
     }
@@ -293,12 +293,12 @@ impl Inputs {
             }
             name = format!("inputs/{stem}.{extension}");
             self.listed.push(Input { file: name.clone(), sha256 });
-            // Variants of one gain set share its file.
+            // Variants of one controller share its file.
             match self.kept.iter().find(|(kept, _)| *kept == name) {
                 Some((_, text)) if *text == source.text => {}
                 Some(_) => {
                     let (set, problem) =
-                        (stem.trim_start_matches("gains/"), "another file has a gain set of this name");
+                        (stem.trim_start_matches("gains/"), "another file has a controller of this name");
                     return Err(Error::value(original, "name", set, problem, "a name of its own for each"));
                 }
                 None => self.kept.push((name.clone(), source.text)),

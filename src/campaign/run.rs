@@ -49,7 +49,7 @@ pub struct Work<'a> {
     pub shard: Option<Shard>,
     /// Blocks to run; those up to the next look if the campaign ends when decided.
     missing: Vec<u64>,
-    /// Number of trials of each gain set, if the campaign does not end earlier.
+    /// Number of trials of each controller, if the campaign does not end earlier.
     all_trials: Vec<u64>,
     /// None for a campaign with a fixed number of trials.
     looks: Option<InterimLooks<'a>>,
@@ -58,7 +58,7 @@ pub struct Work<'a> {
 
 impl<'a> Work<'a> {
     /// What `folder` lacks (of one shard, or of all). If anything is lacking, all controllers are designed here, so that
-    /// a gain set without a design fails before anything is written or removed. `gates` say when a campaign that ends
+    /// a controller without a design fails before anything is written or removed. `gates` say when a campaign that ends
     /// when decided is decided. Errors: no design.
     pub fn new(plan: &'a Plan, folder: &'a Folder, options: RunOptions, gates: Option<&'a Gates>) -> Result<Work<'a>> {
         let Manifest { campaign, sets, .. } = &folder.manifest;
@@ -112,7 +112,7 @@ impl<'a> Work<'a> {
         self.episodes_of(|block| has_trials(block).collect())
     }
 
-    /// ClosedLoop of all blocks, each with those of the gain sets for which `of` says so.
+    /// ClosedLoop of all blocks, each with those of the controllers for which `of` says so.
     fn episodes_of(&self, of: impl Fn(u64) -> Vec<bool>) -> u64 {
         let episodes = |block: u64| {
             let (first, end) = self.folder.range(block);
@@ -128,7 +128,7 @@ impl<'a> Work<'a> {
         (0..campaign.trials.div_ceil(part_trials.get())).filter(move |&block| takes(shard, block))
     }
 
-    /// Number of trials of each gain set, as far as it is known.
+    /// Number of trials of each controller, as far as it is known.
     fn set_trials(&self) -> &[u64] {
         self.looks.as_ref().map_or(&self.all_trials, |looks| &looks.set_trials)
     }
@@ -220,20 +220,20 @@ fn takes(shard: Option<Shard>, block: u64) -> bool {
     shard.is_none_or(|shard| shard.takes(block))
 }
 
-/// A block in work. Its rows stand by trial and number of the gain set.
+/// A block in work. Its rows stand by trial and number of the controller.
 struct Block {
     index: u64,
-    /// The trials to run, each with these gain sets.
+    /// The trials to run, each with these controllers.
     trials: Range<u64>,
     sets: Vec<usize>,
     /// Number of rows when it is complete.
     all: usize,
-    /// The rows so far, by trial and gain set.
+    /// The rows so far, by trial and controller.
     rows: Mutex<BTreeMap<(u64, usize), TrialRow>>,
 }
 
 impl Block {
-    /// The block as it is in the folder, with what it lacks if the gain sets have so many trials. Rows of other sets
+    /// The block as it is in the folder, with what it lacks if the controllers have so many trials. Rows of other sets
     /// that are there are kept.
     fn new(folder: &Folder, index: u64, set_trials: &[u64]) -> Self {
         let (first, end) = folder.range(index);

@@ -304,7 +304,8 @@ fn say_what_is_there(folder: &Folder, work: &Work) -> bool {
 fn announce(campaign: &Campaign, work: &Work) {
     let program = std::env::args_os().next().unwrap_or("standfast".into());
     let (program, sets, name) = (shell_word(&program.to_string_lossy()), campaign.gains.len(), &campaign.name);
-    let what = format!("This runs the campaign `{name}`: {} pushes for each of {sets} controllers, on", campaign.trials);
+    let what =
+        format!("This runs the campaign `{name}`: {} pushes for each of {sets} controllers, on", campaign.trials);
     let keeps = "Ctrl-C keeps what is finished, and the same command goes on from there";
     let threads = match work.threads() {
         1 => "one thread".into(),

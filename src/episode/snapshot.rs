@@ -25,7 +25,7 @@ pub struct Snapshot {
     pub soles: PerFoot<Point3<f64>>,
     /// Corners of the support polygon, counter-clockwise; empty in flight.
     pub support: Vec<Point2<f64>>,
-    /// The regions of the controller's promise: places of the COM from which it recovers by standing. Of a gain set, these
+    /// The regions of the controller's promise: places of the COM from which it recovers by standing. Of a controller, these
     /// are the slices of the gains' CPI sets from slow to fast, at the estimated COM velocity and the desired ZMP. Corners
     /// are counter-clockwise. A region may be empty, and with a foot in the air there are none.
     pub regions: Vec<Region>,

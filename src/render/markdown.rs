@@ -75,7 +75,7 @@ mod tests {
     fn a_set_that_was_stopped_has_its_own_trials() {
         let text = text(&ragged(&[]).0);
         assert!(text.contains("| b | 5/25 |") && text.contains(": b after 25 trials. Each rate "), "{text}");
-        assert!(text.contains(": up to 100 trials (of 200 at most) for each gain set"), "{text}");
+        assert!(text.contains(": up to 100 trials (of 200 at most) for each controller"), "{text}");
     }
 
     #[test]

@@ -52,7 +52,7 @@ pub fn json(value: &impl serde::Serialize) -> String {
     json_pretty(value).unwrap_or_default()
 }
 
-/// The command that simulates a trial of the result in `folder` again with a gain set.
+/// The command that simulates a trial of the result in `folder` again with a controller.
 pub fn replay_command(summary: &Summary, set: &str, trial: u64, folder: &Path) -> String {
     let found = summary.sets.iter().find(|found| found.name == set).map(|found| found.origin.clone());
     replay_parts(&found.unwrap_or_else(|| SetOrigin::own(set)), folder).join(&trial.to_string())

@@ -18,7 +18,7 @@ pub fn replay_file(trial: u64, set: &str, engine: Option<&str>) -> PathBuf {
     Path::new(REPLAYS).join(format!("trial-{trial}-{name}{engine}.html"))
 }
 
-/// Path of the page of a trial of a gain set, relative to a report in `folder`. None if there is no such page.
+/// Path of the page of a trial of a controller, relative to a report in `folder`. None if there is no such page.
 pub fn replay_found(folder: &Path, origin: &SetOrigin, trial: u64) -> Option<String> {
     let path = Path::new(&origin.campaign).with_file_name("").join(replay_file(trial, &origin.gains, None));
     folder.join(&path).is_file().then(|| path.display().to_string())

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 pub struct Options {
     /// Trial of `campaign`, whose robot, ground, noise and pushes are used.
     pub trial: Option<u64>,
-    /// Gain sets by name or file, of which the first acts. If empty, the default sets.
+    /// Controllers by name or file, of which the first acts. If empty, the default sets.
     pub gains: Vec<String>,
     /// Physics engine. None for that of the campaign, or Rapier.
     pub engine: Option<Engine>,

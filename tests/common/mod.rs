@@ -28,12 +28,12 @@ pub const PROGRAM: &str = env!("CARGO_BIN_EXE_standfast");
 pub struct Bench {
     pub robot: Robot,
     pub factory: Factory,
-    /// The design, if the controller is a gain set.
+    /// The design, if the controller is a controller.
     design: Option<Design>,
 }
 
 impl Bench {
-    /// UT-mu2 with a built-in gain set.
+    /// UT-mu2 with a built-in controller.
     pub fn new(gains: &str) -> Self {
         Self::with(Robot::load("ut-mu2").unwrap(), gains)
     }
@@ -57,7 +57,7 @@ impl Bench {
         Self { robot, factory: design.clone().into(), design: Some(design) }
     }
 
-    /// The design of a gain set.
+    /// The design of a controller.
     pub fn design(&self) -> &Design {
         self.design.as_ref().unwrap()
     }

@@ -50,7 +50,7 @@ impl GateSpec {
         self.require.iter().any(is_baseline)
     }
 
-    /// Checks what does not depend on the gain sets. Errors name `file` as the origin of the values. It fails if the
+    /// Checks what does not depend on the controllers. Errors name `file` as the origin of the values. It fails if the
     /// confidence is out of range.
     pub fn check(&self, file: &str) -> Result<()> {
         if (0.5..1.0).contains(&self.confidence) {
@@ -75,7 +75,7 @@ pub enum OnUnresolved {
 pub struct Gate {
     /// The gate as it was written.
     pub text: String,
-    /// The gain set that must meet the requirement.
+    /// The controller that must meet the requirement.
     pub set: String,
     pub against: Against,
     /// Smallest accepted rate, or smallest accepted difference to `against` (shares).
@@ -107,7 +107,7 @@ impl Gate {
         let fits = sets.iter().filter_map(|set| Some((set, after(set)?)));
         let Some((set, right)) = fits.max_by_key(|(set, _)| set.len()) else {
             return match text.split_once(">=") {
-                Some((set, _)) => refuse(format!("no gain set is named `{}`", set.trim()), names()),
+                Some((set, _)) => refuse(format!("no controller is named `{}`", set.trim()), names()),
                 None => refuse("has no `>=`".into(), FORMS.into()),
             };
         };
@@ -127,7 +127,7 @@ impl Gate {
             (None, None) => (right, 0.0),
         };
         if !is_other(other) {
-            return refuse(format!("no gain set is named `{other}`"), format!("{}, {BASELINE}, or a rate", names()));
+            return refuse(format!("no controller is named `{other}`"), format!("{}, {BASELINE}, or a rate", names()));
         }
         if !(-1.0..=1.0).contains(&offset) {
             return refuse(format!("`{offset}` is not a difference of rates"), "-1 to 1, or -100 % to 100 %".into());
@@ -204,13 +204,13 @@ mod tests {
             ("catch > 0.8", "has no `>=`; accepted: SET >= RATE"),
             ("catch <= 0.8", "has no `>=`; accepted: SET >= RATE"),
             ("", "has no `>=`; accepted: SET >= RATE"),
-            ("catcher >= 0.8", "no gain set is named `catcher`; accepted: catch, hold"),
-            ("catch - 0.1 >= 0.8", "no gain set is named `catch - 0.1`; accepted: catch, hold"),
-            ("catch >= fold", "no gain set is named `fold`; accepted: catch, hold, baseline, or a rate"),
-            ("catch >=", "no gain set is named ``"),
-            ("catch >= fold - 0.1", "no gain set is named `fold`"),
-            ("catch >= hold-0.1", "no gain set is named `hold-0.1`"),
-            ("catch >= nan", "no gain set is named `nan`"),
+            ("catcher >= 0.8", "no controller is named `catcher`; accepted: catch, hold"),
+            ("catch - 0.1 >= 0.8", "no controller is named `catch - 0.1`; accepted: catch, hold"),
+            ("catch >= fold", "no controller is named `fold`; accepted: catch, hold, baseline, or a rate"),
+            ("catch >=", "no controller is named ``"),
+            ("catch >= fold - 0.1", "no controller is named `fold`"),
+            ("catch >= hold-0.1", "no controller is named `hold-0.1`"),
+            ("catch >= nan", "no controller is named `nan`"),
             ("catch >= 80", "`80` is not a rate; accepted: 0 to 1, or 0 % to 100 %"),
             ("catch >= -0.1", "`-0.1` is not a rate"),
             ("catch >= hold + 10", "`10` is not a difference of rates; accepted: -1 to 1"),

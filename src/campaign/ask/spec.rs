@@ -1,4 +1,4 @@
-//! The specification of a campaign: robot, gain sets, number of trials, and all distributions.
+//! The specification of a campaign: robot, controllers, number of trials, and all distributions.
 
 use crate::assets::{self, Kind, Source};
 use crate::campaign::ask::bounds::{PushBounds, accept, check_episode, digits, in_range};
@@ -28,11 +28,11 @@ pub struct Campaign {
     /// Name of a built-in robot, or path of a URDF (in a file: relative to that file).
     #[serde(default = "default_robot")]
     pub robot: String,
-    /// Names of built-in gain sets, paths as for the robot, or variants ([`NAME:KEY=VALUE`](crate::contest::variant)). All
+    /// Names of built-in controllers, paths as for the robot, or variants ([`NAME:KEY=VALUE`](crate::contest::variant)). All
     /// sets go through the same trials.
     #[serde(default = "default_gains")]
     pub gains: Vec<String>,
-    /// Number of trials, which are the same for each gain set.
+    /// Number of trials, which are the same for each controller.
     pub trials: u64,
     /// Seed of all random numbers (at most 2^63 - 1, as in TOML).
     pub seed: u64,
@@ -57,7 +57,7 @@ pub struct Campaign {
 
 /// Most trials of a campaign: trial and quantity share the 64 bits that number a random stream.
 pub const MOST_TRIALS: u64 = 1_000_000_000;
-/// Most gain sets of a campaign, each of which takes a part of a second to prepare.
+/// Most controllers of a campaign, each of which takes a part of a second to prepare.
 const MOST_SETS: usize = 200;
 /// Longest name, with which a folder can be named.
 const MOST_LETTERS: usize = 100;
@@ -103,7 +103,7 @@ pub struct Overrides {
     pub set: Vec<String>,
     pub trials: Option<u64>,
     pub seed: Option<u64>,
-    /// Replaces the list of gain sets unless empty. Paths are relative to the working folder.
+    /// Replaces the list of controllers unless empty. Paths are relative to the working folder.
     pub gains: Vec<String>,
     /// Sweeps `SET:KEY=V1,V2,...`. Their variants follow `gains`, and the campaign's own list is dropped.
     pub vary: Vec<String>,
@@ -243,7 +243,7 @@ impl Campaign {
         self
     }
 
-    /// Names the gain sets that `source` names as they are seen from the working folder.
+    /// Names the controllers that `source` names as they are seen from the working folder.
     fn move_gains(&mut self, source: &Source) {
         for gains in &mut self.gains {
             let entry = Entry::split(gains);
@@ -294,7 +294,7 @@ impl Campaign {
         })
     }
 
-    /// Finds the entry to load for a gain set, given its name in the results, the name of its file (also as the base of
+    /// Finds the entry to load for a controller, given its name in the results, the name of its file (also as the base of
     /// an unlisted variant), or its entry in the list. Any other name is returned unchanged.
     pub fn gains_named(&self, name: &str) -> String {
         let listed = self.gains.iter().find(|gains| {
@@ -353,10 +353,10 @@ impl Campaign {
             return Err(Error::value(file, "name", &self.name, "is too long", format!("up to {MOST_LETTERS} letters")));
         }
         if self.gains.is_empty() {
-            return Err(Error::value(file, "gains", "[]", "there is no gain set", "one or more names or paths"));
+            return Err(Error::value(file, "gains", "[]", "there is no controller", "one or more names or paths"));
         }
         if self.gains.len() > MOST_SETS {
-            let (count, accepted) = (format!("{} gain sets", self.gains.len()), format!("up to {MOST_SETS}"));
+            let (count, accepted) = (format!("{} controllers", self.gains.len()), format!("up to {MOST_SETS}"));
             return Err(Error::value(file, "gains", count, "too many", accepted));
         }
         accept((1..=MOST_TRIALS).contains(&self.trials), file, "trials", self.trials as f64, "1 to 1e9")?;

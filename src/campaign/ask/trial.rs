@@ -142,7 +142,7 @@ pub fn begin_alike(campaign: &Campaign) -> bool {
     sensor_errors(campaign, 0).is_none() && drawn.all(|distribution| distribution.is_constant())
 }
 
-/// All disturbances of a trial. They are the same for every gain set, so sets are compared in pairs.
+/// All disturbances of a trial. They are the same for every controller, so sets are compared in pairs.
 pub fn disturbance(campaign: &Campaign, trial: u64) -> Disturbance {
     Disturbance {
         pushes: pushes(campaign, trial),
@@ -152,7 +152,7 @@ pub fn disturbance(campaign: &Campaign, trial: u64) -> Disturbance {
     }
 }
 
-/// The record that a synthetic trial has with gain set number `set`, which is the better the higher its number. It costs
+/// The record that a synthetic trial has with controller number `set`, which is the better the higher its number. It costs
 /// nothing. `hardness` is the first push as a multiple of what standing takes.
 pub fn synthetic(campaign: &Campaign, trial: u64, set: usize, hardness: f64) -> Record {
     let [luck, ..] = replica(campaign.seed, trial);

@@ -1,9 +1,9 @@
 //! The largest recoverable impulse by heading, beside the bounds of the pendulum ([`crate::lipm::capture`]).
 //!
-//! For each gain set and heading, a [psychometric search](crate::stats::psychometric) finds the impulse with 50 %
+//! For each controller and heading, a [psychometric search](crate::stats::psychometric) finds the impulse with 50 %
 //! recovery. A second one goes up from small impulses to the first that is lost: below it nothing was. Each of their
 //! trials is a trial of the campaign with another impulse and heading of the push. Trial k at a heading has the same
-//! noise and variations for every gain set. The searches run in parallel and independently of each other, so the result
+//! noise and variations for every controller. The searches run in parallel and independently of each other, so the result
 //! does not depend on the number of threads.
 
 mod search;
@@ -53,7 +53,7 @@ pub struct LimitOptions {
     pub threads: usize,
 }
 
-/// The searches, one for each gain set and heading, with all that they need.
+/// The searches, one for each controller and heading, with all that they need.
 pub struct Searches<'a> {
     campaign: &'a Campaign,
     options: LimitOptions,
@@ -89,7 +89,7 @@ pub struct Limits {
 }
 
 impl<'a> Searches<'a> {
-    /// Reads the gain sets and factories the controllers for the robot of these files, and runs nothing. It fails if an
+    /// Reads the controllers and factories the controllers for the robot of these files, and runs nothing. It fails if an
     /// option or an input is wrong, or if the reach of the robot's feet is not known.
     pub fn new(campaign: &'a Campaign, files: Files, options: LimitOptions) -> Result<Self> {
         check(&options)?;

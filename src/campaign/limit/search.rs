@@ -1,4 +1,4 @@
-//! The search at one heading with one gain set, by trials of the campaign with another impulse and heading of the push.
+//! The search at one heading with one controller, by trials of the campaign with another impulse and heading of the push.
 
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
@@ -10,7 +10,7 @@ use crate::stats::psychometric::{Posterior, Rule};
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Result for one gain set at one heading.
+/// Result for one controller at one heading.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SetLimit {
     pub name: String,
@@ -95,7 +95,7 @@ pub(super) struct Search<'a> {
     pub factories: &'a [Factory],
     /// The beginning of all trials, if they begin alike.
     pub opening: Option<&'a ClosedLoop<'a>>,
-    /// Number of the gain set.
+    /// Number of the controller.
     pub set: usize,
     pub heading_deg: f64,
     /// The pendulum's bound with one footstep (N s).

@@ -37,7 +37,7 @@ pub struct Yardstick {
     pub height_factor: f64,
 }
 
-/// One heading: the bounds for the campaign's push (for its duration, not its height), and the gain sets' results.
+/// One heading: the bounds for the campaign's push (for its duration, not its height), and the controllers' results.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Heading {
     pub heading_deg: f64,
@@ -91,7 +91,7 @@ impl Yardstick {
         })
     }
 
-    /// The bounds for one heading (degrees), still without gain sets.
+    /// The bounds for one heading (degrees), still without controllers.
     pub fn heading(&self, heading_deg: f64) -> Heading {
         let region =
             |region: &LandingRegion| Region { x_m: region.x_m, y_m: region.y_m, swing_time_s: region.swing_time_s };

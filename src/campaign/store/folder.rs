@@ -28,7 +28,7 @@ pub const REPLAYS: &str = "replays";
 struct Stopped {
     trials: u64,
     config_hash: String,
-    /// Number of trials of each gain set. It is None if all have the number of the campaign.
+    /// Number of trials of each controller. It is None if all have the number of the campaign.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     set_trials: Option<Vec<u64>>,
 }
@@ -122,7 +122,7 @@ impl Folder {
         self.stopped().map_or(self.manifest.campaign.trials, |stopped| stopped.trials)
     }
 
-    /// Number of trials of each gain set in the result. It is None if the campaign ends when decided and has not ended
+    /// Number of trials of each controller in the result. It is None if the campaign ends when decided and has not ended
     /// yet.
     pub fn set_trials(&self) -> Option<Vec<u64>> {
         let Manifest { campaign, sets, .. } = &self.manifest;
@@ -157,7 +157,7 @@ impl Folder {
         campaign.stopping.until_resolved.then(stopped).flatten().filter(valid)
     }
 
-    /// Writes that the campaign was decided and has ended, with each gain set after this number of trials.
+    /// Writes that the campaign was decided and has ended, with each controller after this number of trials.
     pub fn stop_at(&self, set_trials: &[u64]) -> Result<()> {
         let trials = set_trials.iter().copied().max().unwrap_or_default();
         let are_same = set_trials.iter().all(|of_set| *of_set == trials);
@@ -192,7 +192,7 @@ impl Folder {
         (0..self.blocks()).filter(is_missing).collect()
     }
 
-    /// For each gain set, whether a block is still to be run, if the sets have these numbers of trials.
+    /// For each controller, whether a block is still to be run, if the sets have these numbers of trials.
     pub fn lacks(&self, block: u64, set_trials: &[u64]) -> Vec<bool> {
         let (first, _) = self.range(block);
         let holds = self.part(block).holds();
@@ -235,7 +235,7 @@ impl Folder {
         Ok((0..self.blocks()).map(move |block| self.rows_of(block..block + 1, &set_trials)))
     }
 
-    /// The rows of these blocks. Rows beyond the number of trials of their gain set are left out. It fails if a part is
+    /// The rows of these blocks. Rows beyond the number of trials of their controller are left out. It fails if a part is
     /// missing or damaged.
     pub fn rows_of(&self, blocks: Range<u64>, set_trials: &[u64]) -> Result<Vec<TrialRow>> {
         let bounds = PushBounds::new(self.manifest.campaign.episode.horizon_s);
@@ -397,7 +397,7 @@ pub(crate) mod tests {
         parts.map(|parts| parts.concat().len()).map_err(|error| error.to_string())
     }
 
-    /// In a campaign that ends when decided, a part may have only some of the gain sets.
+    /// In a campaign that ends when decided, a part may have only some of the controllers.
     #[test]
     fn a_part_says_which_sets_it_holds() {
         let (dir, mut folder) = written(&[0]);

@@ -38,7 +38,7 @@ pub struct Manifest {
     /// Number of trials that was planned when the folder was begun. A folder keeps it, because the
     /// [looks](Manifest::looks) follow from it.
     pub planned_trials: u64,
-    /// Names of the gain sets, in the order of the campaign.
+    /// Names of the controllers, in the order of the campaign.
     pub sets: Vec<String>,
     /// Names of what the controllers report of a whole episode, each a column of `trials.parquet`.
     pub totals: Vec<String>,
@@ -129,7 +129,7 @@ impl Manifest {
         let (sets, gains) = (&self.sets, &self.campaign.gains);
         let is_repeated = |(i, set): (usize, &String)| sets[..i].contains(set);
         if sets.len() != gains.len() || sets.iter().enumerate().any(is_repeated) {
-            let (problem, accepted) = ("not one for each gain set", format!("{} different names", gains.len()));
+            let (problem, accepted) = ("not one for each controller", format!("{} different names", gains.len()));
             return Err(Error::value(file, "sets", sets.join(", "), problem, accepted));
         }
         let part_trials = self.part_trials.get();
@@ -161,7 +161,7 @@ impl Manifest {
 const MOST_PART_TRIALS: u64 = 500;
 
 /// Number of trials in a block, which is stored as one part. The last block may have fewer. An interruption loses the
-/// unfinished blocks, so small ones have 5 trials: with four gain sets these are 20 episodes. In large campaigns blocks
+/// unfinished blocks, so small ones have 5 trials: with four controllers these are 20 episodes. In large campaigns blocks
 /// are larger, so that there are about 2000 of them, because a shared folder often limits the number of files. In a
 /// campaign that ends when decided, the number of trials between two looks is a multiple of it.
 pub fn part_trials(campaign: &Campaign) -> NonZeroU64 {

@@ -22,7 +22,7 @@ pub struct PartFile<'a> {
     /// Path without the extension.
     pub stem: PathBuf,
     pub trials: Range<u64>,
-    /// Names of the gain sets, in the order of the campaign.
+    /// Names of the controllers, in the order of the campaign.
     pub sets: &'a [String],
     pub config_hash: &'a str,
     /// The planned number of trials of a campaign that ends when decided. The looks follow from it.
@@ -38,7 +38,7 @@ pub struct Marker {
     /// Number of trials in the part.
     pub trials: u64,
     rows: usize,
-    /// Names of the gain sets in the part. It is None if the part has all sets of the campaign.
+    /// Names of the controllers in the part. It is None if the part has all sets of the campaign.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     sets: Option<Vec<String>>,
     pub config_hash: String,
@@ -85,13 +85,13 @@ impl PartFile<'_> {
         }
     }
 
-    /// For each gain set of the campaign, whether the part is complete and has rows of the set.
+    /// For each controller of the campaign, whether the part is complete and has rows of the set.
     pub fn holds(&self) -> Vec<bool> {
         let held = self.content().map_or(Vec::new(), |(_, sets)| sets);
         self.sets.iter().map(|set| held.contains(&set)).collect()
     }
 
-    /// The gain sets of these rows, in the order of the campaign.
+    /// The controllers of these rows, in the order of the campaign.
     fn held_by(&self, rows: &[TrialRow]) -> Vec<&String> {
         self.sets.iter().filter(|set| rows.iter().any(|row| row.set == **set)).collect()
     }
@@ -124,7 +124,7 @@ impl PartFile<'_> {
         }
     }
 
-    /// The content of a complete part, and its gain sets in the order of the campaign.
+    /// The content of a complete part, and its controllers in the order of the campaign.
     fn content(&self) -> Result<(Vec<u8>, Vec<&String>)> {
         let marker = read(&self.path("json"), MOST_BYTES)
             .map_err(|e| self.damaged(format!("its marker cannot be read: {e}")))?;

@@ -1,4 +1,4 @@
-//! One row of the result: one trial with one gain set.
+//! One row of the result: one trial with one controller.
 
 #[cfg(doc)]
 use crate::campaign::ask::no_step::NoStep;
@@ -24,7 +24,7 @@ macro_rules! copied {
 pub struct TrialRow {
     /// Index of the trial, from 0. A trial has the same pushes, robot, ground and noise for every set.
     pub trial: u64,
-    /// Name of the gain set.
+    /// Name of the controller.
     pub set: String,
     pub impulse_n_s: f64,
     /// Impulse of the first push divided by m omega d ([`NoStep`]); None if the COM at home is not above the support.

@@ -11,13 +11,13 @@ use crate::robot::{Factory, Robot};
 use crate::sim::Engine;
 use std::path::Path;
 
-/// A trial with one gain set, ready to run.
+/// A trial with one controller, ready to run.
 pub struct StoredTrial {
     pub campaign: Campaign,
     pub trial: u64,
-    /// Name of the gain set in the results.
+    /// Name of the controller in the results.
     pub set: String,
-    /// Names of all gain sets in the results.
+    /// Names of all controllers in the results.
     pub sets: Vec<String>,
     pub robot: Robot,
     pub factory: Factory,
@@ -34,7 +34,7 @@ impl StoredTrial {
         let (campaign, sets) = (&found.manifest.campaign, &found.manifest.sets);
         campaign.check_trial(trial)?;
         if let Some(name) = set.filter(|name| !sets.iter().any(|set| set == name)) {
-            return Err(Error::Unknown { what: "gain set", name: name.into(), accepted: sets.join(", ") });
+            return Err(Error::Unknown { what: "controller", name: name.into(), accepted: sets.join(", ") });
         }
         let block = (0..found.blocks()).find(|&block| found.range(block).1 > trial);
         let mut rows = block.and_then(|block| found.part(block).rows().ok()).unwrap_or_default();

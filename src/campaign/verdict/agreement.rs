@@ -23,18 +23,18 @@ pub struct Agreement {
     pub engines: [Engine; 2],
     /// Their names with versions.
     pub versions: [String; 2],
-    /// The gain sets, in the order of the campaign.
+    /// The controllers, in the order of the campaign.
     pub sets: Vec<SetAgreement>,
     /// Two traces have parted where they are farther apart than this (m). It is None if no traces were compared.
     pub part_beyond_m: Option<f64>,
-    /// The verdicts in a and in b on each pair of gain sets for which they differ.
+    /// The verdicts in a and in b on each pair of controllers for which they differ.
     pub verdicts: Vec<[Verdict; 2]>,
 }
 
-/// One gain set in both engines, over the trials that both results have.
+/// One controller in both engines, over the trials that both results have.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SetAgreement {
-    /// Name of the gain set, as in both results.
+    /// Name of the controller, as in both results.
     pub set: String,
     #[serde(flatten)]
     pub counts: PairedCounts,
@@ -45,7 +45,7 @@ pub struct SetAgreement {
     pub parted: Vec<PartedTrial>,
 }
 
-/// One gain set over the trials of one stratum.
+/// One controller over the trials of one stratum.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StratumAgreement {
     pub by: &'static str,
@@ -74,7 +74,7 @@ pub struct PartedTrial {
     pub parting: Option<Parting>,
 }
 
-/// A verdict on two gain sets in one engine, as in [`Pair`].
+/// A verdict on two controllers in one engine, as in [`Pair`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Verdict {
     pub a: String,
@@ -84,10 +84,10 @@ pub struct Verdict {
     pub words: String,
 }
 
-/// Whether two results differ only in the engine, its version and its step. Then robot, gain sets, campaign and version
+/// Whether two results differ only in the engine, its version and its step. Then robot, controllers, campaign and version
 /// of the program are the same. The number of trials and the gates may differ.
 pub fn differ_in_engine_alone(a: &Folder, b: &Folder) -> bool {
-    // A built-in gain set has no file. One version of the program always has the same one.
+    // A built-in controller has no file. One version of the program always has the same one.
     let text = |folder: &Folder, gains: &String| std::fs::read(folder.path.join(Entry::split(gains).base)).ok();
     let (ours, theirs) = (&a.manifest, &b.manifest);
     ours.campaign.episode.engine != theirs.campaign.episode.engine
@@ -97,7 +97,7 @@ pub fn differ_in_engine_alone(a: &Folder, b: &Folder) -> bool {
 }
 
 impl Agreement {
-    /// Compares two results with the same gain sets, each given by its manifest and trials. `rows` has the trials of
+    /// Compares two results with the same controllers, each given by its manifest and trials. `rows` has the trials of
     /// both under the names of the comparison, and the sets of a come first. `pairs` compares each set of a with the
     /// same set of b.
     pub fn new(of: [(&Manifest, &Digest); 2], rows: &Digest, pairs: &[Pair]) -> Self {
@@ -141,7 +141,7 @@ impl Agreement {
         }
     }
 
-    /// A sentence with the share of trials that have the same outcome. It names the gain sets with the smallest and
+    /// A sentence with the share of trials that have the same outcome. It names the controllers with the smallest and
     /// with the largest share.
     pub fn headline(&self) -> String {
         let share = |set: &SetAgreement| format!("{:.1} % ({})", 100.0 * set.agreed.agree, set.set);
@@ -166,7 +166,7 @@ impl Agreement {
     }
 }
 
-/// The verdict on every pair of gain sets of a result, as the result itself states it.
+/// The verdict on every pair of controllers of a result, as the result itself states it.
 fn own_verdicts(manifest: &Manifest, rows: &Digest) -> Vec<Verdict> {
     let pairs = every_pair(manifest.sets.len());
     let pairs = Pair::all(rows, &pairs, &[], DecisionRule::of(manifest)).into_iter();

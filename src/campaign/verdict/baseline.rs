@@ -70,7 +70,7 @@ impl Baseline {
         self.manifest.campaign.stopping.until_resolved
     }
 
-    /// How the trials of a gain set ended, from trial 0. It is empty if the baseline does not have the set.
+    /// How the trials of a controller ended, from trial 0. It is empty if the baseline does not have the set.
     pub fn rows_of(&self, set: &str) -> &[Ended] {
         self.rows.names.iter().position(|name| name == set).map_or(&[], |set| self.rows.of(set))
     }

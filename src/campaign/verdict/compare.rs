@@ -16,7 +16,7 @@ use std::collections::HashMap;
 use std::io::{Write, sink};
 use std::path::{Path, PathBuf};
 
-/// Two results joined to one, as if one campaign had had the gain sets of both.
+/// Two results joined to one, as if one campaign had had the controllers of both.
 pub struct Comparison {
     /// The summary of both results. Its campaign is the first one, with the names, sets and hashes of both. A path of
     /// an [origin](SetOrigin) begins with the path by which its folder was named.

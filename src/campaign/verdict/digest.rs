@@ -1,7 +1,7 @@
 //! Keeps what verdicts need of the rows of a campaign, in little memory. Rows are added part by part, and are not kept
 //! themselves.
 //!
-//! A trial with a gain set takes 40 bytes, and what was drawn for the trial 8 bytes for each quantity that varies. A
+//! A trial with a controller takes 40 bytes, and what was drawn for the trial 8 bytes for each quantity that varies. A
 //! million trials of two sets are about 100 MB; as rows they were 1.5 GB.
 //!
 //! A campaign that ends when decided stops a set once everything in which the set takes part is decided. So sets may
@@ -14,10 +14,10 @@ use crate::episode::{EpisodeConfig, Membership, Outcome};
 use crate::error::Result;
 use crate::stats::rate::SuccessCount;
 
-/// The trials of a campaign by gain set. The place of a trial is its number.
+/// The trials of a campaign by controller. The place of a trial is its number.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Digest {
-    /// Names of the gain sets, in the order of the campaign.
+    /// Names of the controllers, in the order of the campaign.
     pub names: Vec<String>,
     pub drawn: Drawn,
     sets: Vec<OfSet>,
@@ -25,7 +25,7 @@ pub struct Digest {
     standing_com_speed_m_s: f64,
 }
 
-/// The trials of one gain set, with counts of some of their features.
+/// The trials of one controller, with counts of some of their features.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct OfSet {
     ended: Vec<Ended>,
@@ -42,7 +42,7 @@ pub struct Counted {
     pub moving_at_push: u64,
 }
 
-/// How a trial ended with one gain set; names are as in [`TrialRow`].
+/// How a trial ended with one controller; names are as in [`TrialRow`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ended {
     // NaN stands for None.
@@ -60,7 +60,7 @@ pub struct Ended {
     pub in_swing: bool,
 }
 
-/// What was drawn for each trial, which is the same for every gain set.
+/// What was drawn for each trial, which is the same for every controller.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Drawn {
     pub impulse_n_s: Values,
@@ -82,7 +82,7 @@ pub struct Values {
 }
 
 impl Digest {
-    /// A digest without trials. `names` are the gain sets in the order of the campaign.
+    /// A digest without trials. `names` are the controllers in the order of the campaign.
     pub fn new(names: &[String], episode: &EpisodeConfig) -> Self {
         let sets = vec![OfSet::default(); names.len()];
         let standing_com_speed_m_s = episode.judge.standing_com_speed_m_s;

@@ -4,7 +4,7 @@ use crate::campaign::verdict::digest::{Ended, success_count_of};
 use crate::stats::rate::SuccessCount;
 use serde::Serialize;
 
-/// The trials of one gain set, by the number of footsteps that were begun.
+/// The trials of one controller, by the number of footsteps that were begun.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ByFootsteps {
     /// Trials with no footstep, with one, with two, and with three or more.

@@ -34,7 +34,7 @@ pub struct GateResult {
     /// Whether the campaign passes this gate. It does not pass a failed one, and its settings say whether it passes an
     /// unresolved one.
     pub passes: bool,
-    /// The gain set for which the gate requires something.
+    /// The controller for which the gate requires something.
     pub set: String,
     /// Whether the gate requires something of a difference of two rates, and not of one rate.
     pub is_difference: bool,
@@ -49,7 +49,7 @@ pub struct GateResult {
 /// sets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Open {
-    /// Numbers of the gain sets that need more trials for this decision.
+    /// Numbers of the controllers that need more trials for this decision.
     pub sets: Vec<usize>,
     /// The question in words, with what the trials show so far.
     pub words: String,
@@ -71,13 +71,13 @@ impl Gates {
                 return Err(Error::value("gates", "--gate", &gate.text, "there is no baseline", accepted));
             };
             if !baseline.manifest.sets.contains(&gate.set) {
-                let problem = format!("the baseline has no gain set {}", gate.set);
+                let problem = format!("the baseline has no controller {}", gate.set);
                 return Err(Error::value("gates", "--gate", &gate.text, problem, baseline.manifest.sets.join(", ")));
             }
         }
         if campaign.stopping.until_resolved && gates.is_empty() && manifest.sets.len() < 2 {
-            let problem = "there is nothing to decide: one gain set, and no gate";
-            let accepted = "a second gain set to compare with, or a gate, e.g. --gate 'catch >= 0.80'";
+            let problem = "there is nothing to decide: one controller, and no gate";
+            let accepted = "a second controller to compare with, or a gate, e.g. --gate 'catch >= 0.80'";
             return Err(Error::value("campaign", "stopping.until_resolved", true, problem, accepted));
         }
         let (sets, looks) = (manifest.sets.clone(), manifest.looks());
@@ -123,7 +123,7 @@ impl Gates {
         counts.sort_unstable();
         counts.dedup();
         for [have, trials] in counts {
-            let some = if have == baseline.trials() { "" } else { " of some gain sets" };
+            let some = if have == baseline.trials() { "" } else { " of some controllers" };
             if have < trials {
                 found.push(format!(
                     "the baseline has {have} trials{some}: gates that compare with it go by the first {have}"

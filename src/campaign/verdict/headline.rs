@@ -1,14 +1,14 @@
-//! Writes the first sentences of a result. They say which gain set recovers most often, and than which others it is
+//! Writes the first sentences of a result. They say which controller recovers most often, and than which others it is
 //! better.
 
 use crate::campaign::verdict::pairs::{self, Pair, points};
 use crate::campaign::verdict::set_summary::SetSummary;
 use crate::stats::decision::PairVerdict;
 
-/// If there are more gain sets than this, a list gives their number instead of their names.
+/// If there are more controllers than this, a list gives their number instead of their names.
 const NAMED: usize = 5;
 
-/// The gain sets that recover most, in the order of `sets`.
+/// The controllers that recover most, in the order of `sets`.
 pub fn leaders<'a>(sets: &'a [SetSummary], pairs: &[Pair]) -> Vec<&'a SetSummary> {
     let behind = pairs.iter().filter(|pair| pair.difference > 0.0 || pair.verdict == PairVerdict::Better);
     let behind = behind.filter_map(|pair| sets.iter().position(|set| set.name == pair.b));
@@ -17,7 +17,7 @@ pub fn leaders<'a>(sets: &'a [SetSummary], pairs: &[Pair]) -> Vec<&'a SetSummary
 }
 
 /// One or two sentences. Two sets count as the same if they differ by less than `margin` (a share). The text is empty
-/// if there are no gain sets.
+/// if there are no controllers.
 pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
     let leaders = leaders(sets, pairs);
     let Some(first) = leaders.first() else { return String::new() };
@@ -74,7 +74,7 @@ pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
 /// Lists names as in "a, b and c". Of many names it gives only the number.
 pub(super) fn listed(names: &[&str], last: &str) -> String {
     match names {
-        many if many.len() > NAMED => format!("{} gain sets", many.len()),
+        many if many.len() > NAMED => format!("{} controllers", many.len()),
         [init @ .., end] if !init.is_empty() => format!("{} {last} {end}", init.join(", ")),
         few => few.concat(),
     }
@@ -143,7 +143,7 @@ mod tests {
             (
                 &[("a", 1), ("b", 2), ("c", 3), ("d", 4), ("e", 5), ("f", 6), ("g", 200)],
                 0.02,
-                "g recovers most often: in 100.0 % of 200 trials. It is better than 6 gain sets.",
+                "g recovers most often: in 100.0 % of 200 trials. It is better than 6 controllers.",
             ),
             (
                 &[("hold", 0), ("paper", 170), ("twin", 171)],

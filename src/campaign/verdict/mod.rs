@@ -1,6 +1,6 @@
 //! Draws conclusions from the trials of a campaign.
 //!
-//! A [`digest`] keeps what is needed of the trials, and a [`summary`] states all conclusions. For each gain set
+//! A [`digest`] keeps what is needed of the trials, and a [`summary`] states all conclusions. For each controller
 //! ([`set_summary`]) it says how many trials it recovered from, in which kinds of trials ([`strata`]) and how fast
 //! ([`times`]). It says how trials were lost ([`failures`], [`telling_trials`]), what the theory predicted
 //! ([`prediction`]), and whether footsteps helped ([`footsteps`]). It decides which of two sets is better

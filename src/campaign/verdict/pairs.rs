@@ -1,4 +1,4 @@
-//! Compares two gain sets on the same pushes: in which trials they end differently, and which is better.
+//! Compares two controllers on the same pushes: in which trials they end differently, and which is better.
 //!
 //! The better set is the first of its pair. If neither is known to be better, it is the one that recovers more often,
 //! or the earlier one of two that recover equally often. This holds for a comparison of two results, too, where the
@@ -228,7 +228,7 @@ fn trials_to_resolve(counts: &PairedCounts, looks: Looks, alpha: f64) -> Option<
     })
 }
 
-/// The numbers of the gain sets that recover most often, in the order of `rates` (shares). Sets may have different
+/// The numbers of the controllers that recover most often, in the order of `rates` (shares). Sets may have different
 /// trials. So they are ranked first by how many other sets recover more often on the trials that both have, and then by
 /// their rates. `behind` has for each pair the set that recovers less often, if there is one.
 pub fn leaders(rates: &[f64], behind: impl IntoIterator<Item = usize>) -> Vec<usize> {

@@ -2,7 +2,7 @@
 //!
 //! A maximal CPI set holds every state from which its gain keeps the ZMP inside the support for ever (paper, eq. 9).
 //! The slowest gain has the largest set. By the theory the robot recovers if its true state at the end of the push is
-//! inside this set, and needs a footstep if it is outside. If the gain set states a `zmp_disturbance`, the robust sets
+//! inside this set, and needs a footstep if it is outside. If the controller states a `zmp_disturbance`, the robust sets
 //! are used.
 
 use crate::campaign::verdict::digest::{Ended, success_count_of};
@@ -14,7 +14,7 @@ use serde::Serialize;
 /// outer bins are open.
 const MARGIN_EDGES: [f64; 6] = [-0.5, -0.25, 0.0, 0.25, 0.5, 0.75];
 
-/// The trials of one gain set, by where the state was at the end of the push. Trials that had ended before are left
+/// The trials of one controller, by where the state was at the end of the push. Trials that had ended before are left
 /// out.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Prediction {

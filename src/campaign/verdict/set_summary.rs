@@ -1,4 +1,4 @@
-//! Sums up the trials of one gain set: from how many it recovered, by impulse, and how it lost the others.
+//! Sums up the trials of one controller: from how many it recovered, by impulse, and how it lost the others.
 
 use crate::campaign::verdict::digest::{Counted, Digest, Ended, success_count};
 use crate::campaign::verdict::failures::{Failures, FallCause};
@@ -16,7 +16,7 @@ use serde::Serialize;
 const MANY: usize = 2500;
 const CURVE_POINTS: usize = 41;
 
-/// The results of one gain set.
+/// The results of one controller.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SetSummary {
     pub name: String,
@@ -53,7 +53,7 @@ pub struct SetSummary {
 pub struct SetOrigin {
     /// Path of the campaign file, relative to the folder of the result.
     pub campaign: String,
-    /// Name of the gain set in that campaign.
+    /// Name of the controller in that campaign.
     pub gains: String,
 }
 

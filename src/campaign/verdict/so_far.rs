@@ -1,4 +1,4 @@
-//! Sums up the finished trials of a campaign while it runs: how often each gain set has recovered, and which sets can
+//! Sums up the finished trials of a campaign while it runs: how often each controller has recovered, and which sets can
 //! be told apart. The intervals hold at every look, so a user may look at any time.
 
 use crate::campaign::store::row::TrialRow;
@@ -23,7 +23,7 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// A tally without trials. `names` are the gain sets in the order of the campaign.
+    /// A tally without trials. `names` are the controllers in the order of the campaign.
     pub fn new(names: &[String]) -> Self {
         let pairs = vec![PairedCounts::default(); every_pair(names.len()).len()];
         Self { names: names.to_vec(), trials: 0, sets: vec![[0; 2]; names.len()], pairs }

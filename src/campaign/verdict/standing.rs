@@ -1,4 +1,4 @@
-//! Decides between two gain sets on the same trials. The lines of a running campaign, its end and its result all use
+//! Decides between two controllers on the same trials. The lines of a running campaign, its end and its result all use
 //! this one decision.
 //!
 //! A betting interval contains the truth at all looks together with its confidence. So does the intersection of the

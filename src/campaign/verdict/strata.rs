@@ -1,7 +1,7 @@
 //! Sorts the trials of a campaign into strata by one of the quantities that were drawn for them, to show where gain
 //! sets differ.
 //!
-//! A stratum depends only on what was drawn, which is the same for every gain set, and never on outcomes. Trials are
+//! A stratum depends only on what was drawn, which is the same for every controller, and never on outcomes. Trials are
 //! sorted by one quantity at a time, so each trial is in one stratum of each quantity. A quantity makes no strata if it
 //! does not vary, or if all trials would be in the same one. Edges lie at quantiles, and are rounded to a digit that is
 //! at most a twentieth of the range.

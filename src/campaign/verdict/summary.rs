@@ -34,7 +34,7 @@ pub struct Summary {
     pub standfast: String,
     /// Name and version of the physics engine.
     pub engine: String,
-    /// SHA-256 over campaign, robot, gain sets and version. With the same build, equal hashes mean equal trials.
+    /// SHA-256 over campaign, robot, controllers and version. With the same build, equal hashes mean equal trials.
     pub config_hash: String,
     pub trials_sha256: String,
     /// The first sentences of a report: which set recovers most often, and than which others it is better.
@@ -49,7 +49,7 @@ pub struct Summary {
     /// The number of trials that was asked for when the campaign was begun. If the campaign could end when decided, its
     /// looks follow from this number.
     pub planned_trials: u64,
-    /// Sentences that say which gain sets stopped before the others, and why. It is None if all have the same number of
+    /// Sentences that say which controllers stopped before the others, and why. It is None if all have the same number of
     /// trials.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stopped: Option<String>,
@@ -182,9 +182,9 @@ fn stopped(sets: &[SetSummary], trials: u64) -> Option<String> {
     let told = listed(&after.iter().map(String::as_str).collect::<Vec<_>>(), "and");
     let about = if are_several { "them" } else { "it" };
     let why = format!("because all that was to be decided about {about} was decided by then");
-    let subject = if are_several { "Some gain sets" } else { "One gain set" };
+    let subject = if are_several { "Some controllers" } else { "One controller" };
     let rates =
-        "Each rate is over the gain set's own trials, and each pair is compared over the trials that both sets have.";
+        "Each rate is over the controller's own trials, and each pair is compared over the trials that both sets have.";
     (!by_trials.is_empty()).then(|| format!("{subject} stopped before the others, {why}: {told}. {rates}"))
 }
 
@@ -283,7 +283,7 @@ pub(crate) mod tests {
         assert!(summary.sets[1].telling.iter().all(|telling| telling.trial < 25));
         assert!(summary.common_survivors.trials <= 5);
         let stopped = summary.stopped.clone().unwrap();
-        assert!(stopped.starts_with("One gain set stopped before the others, because "), "{stopped}");
+        assert!(stopped.starts_with("One controller stopped before the others, because "), "{stopped}");
         assert!(stopped.contains("was decided by then: b after 25 trials. Each rate is over "), "{stopped}");
     }
 

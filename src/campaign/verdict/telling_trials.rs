@@ -1,4 +1,4 @@
-//! Picks the trials of a gain set that are worth a replay: the easiest ones that it lost, the one that it lost nearest
+//! Picks the trials of a controller that are worth a replay: the easiest ones that it lost, the one that it lost nearest
 //! to its limit, the hardest one from which it recovered, and some that it lost and another set did not.
 
 use crate::campaign::verdict::digest::Digest;

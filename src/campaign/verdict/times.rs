@@ -1,4 +1,4 @@
-//! Measures how long gain sets take until the robot stands, and until it is home.
+//! Measures how long controllers take until the robot stands, and until it is home.
 //!
 //! The medians of two sets are over different trials: a set that survives harder pushes has more of the slow ones. So
 //! there are also medians over the trials that all sets survive.

@@ -45,11 +45,13 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
     let rates = || sets.iter().map(|set| set.count.success_rate);
     if sets.len() > 1 && rates().all(|rate| rate > NEARLY) {
         found.push(
-            "Every gain set recovered from nearly every trial: the pushes are too weak to tell the sets apart.".into(),
+            "Every controller recovered from nearly every trial: the pushes are too weak to tell the sets apart."
+                .into(),
         );
     } else if sets.len() > 1 && rates().all(|rate| rate < 1.0 - NEARLY) {
         found.push(
-            "No gain set recovered from more than a few trials: the pushes are too hard to tell the sets apart.".into(),
+            "No controller recovered from more than a few trials: the pushes are too hard to tell the sets apart."
+                .into(),
         );
     }
     // The smallest number k of discordant trials that show a difference if the same set recovers in all of them. It is

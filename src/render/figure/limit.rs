@@ -25,7 +25,7 @@ const SAFE_DEG: f64 = 2.5;
 /// Points of fewer headings than this are not joined, since a line would say too much about the headings between.
 const JOINED: usize = 8;
 
-/// Draws bounds and gain sets, with one physics engine or two. Fails if the solver gives up on a bound, or if the file
+/// Draws bounds and controllers, with one physics engine or two. Fails if the solver gives up on a bound, or if the file
 /// cannot be written.
 pub fn write(path: &Path, limits: &[Limits]) -> Result<()> {
     let Limits { robot, campaign, yardstick, .. } = &limits[0];
@@ -35,7 +35,7 @@ pub fn write(path: &Path, limits: &[Limits]) -> Result<()> {
     super::write(path, &heading, &[map(limits, &bounds), Panel::of_legend(&legend(limits))], 2)
 }
 
-/// The limits of all gain sets at all headings.
+/// The limits of all controllers at all headings.
 fn all(limits: &[Limits]) -> impl Iterator<Item = &SetLimit> {
     limits.iter().flat_map(|limits| &limits.headings).flat_map(|heading| &heading.sets)
 }
@@ -63,7 +63,7 @@ fn map(limits: &[Limits], bounds: &[Heading]) -> Panel {
     polar.panel
 }
 
-/// Draws the limits of a gain set in an engine: dots and a solid line or, in the second engine, diamonds and a dashed
+/// Draws the limits of a controller in an engine: dots and a solid line or, in the second engine, diamonds and a dashed
 /// one.
 fn draw_set(panel: &mut Panel, limits: &Limits, set: usize, is_second: bool) {
     let Limits { headings, engine, .. } = limits;

@@ -26,7 +26,7 @@ const GAP: f64 = 16.0;
 /// Height of the heading of a file, and approximate width of its letters (px).
 const HEADING: f64 = 26.0;
 const LETTER: f64 = 8.6;
-/// Number of colours of gain sets. The gain sets beyond have the same colours again, dashed.
+/// Number of colours of controllers. The controllers beyond have the same colours again, dashed.
 pub const COLORS: usize = 7;
 
 /// The style sheet of panels that stand in a page.
@@ -34,7 +34,7 @@ pub fn page_style() -> String {
     palette::css() + STYLE + DARK
 }
 
-/// Classes of everything that is drawn for a gain set.
+/// Classes of everything that is drawn for a controller.
 pub fn class_of_set(set: usize) -> String {
     format!("s{}{}", set % COLORS, if set >= COLORS { " again" } else { "" })
 }

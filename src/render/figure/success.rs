@@ -1,4 +1,4 @@
-//! A chart of success over impulse: each gain set's rates by bin, the curve that was fitted to its trials, and the
+//! A chart of success over impulse: each controller's rates by bin, the curve that was fitted to its trials, and the
 //! impulses of 50 % and 90 % on it. `success.svg` and the report show the same chart.
 
 use super::axes::Axis;

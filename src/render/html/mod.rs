@@ -58,7 +58,7 @@ fn context(summary: &Summary, rows: &Digest, folder: &Path) -> Value {
     let maps = polar::Maps::new(success::impulse_edges_n_s(sets), &trials);
     let view = |(i, pair): (usize, &Pair)| {
         let (a, b) = (index(&pair.a), index(&pair.b));
-        // Of two engines, the map of a gain set stands where their agreement is told.
+        // Of two engines, the map of a controller stands where their agreement is told.
         let has_map = i < MOST_PAIRS && summary.agreement.is_none();
         let map = if has_map { maps.pair((a, b), [a, b]) } else { None };
         json!({ "index": i, "a": a, "b": b, "map": map, "trials": telling::of_pair(sets, pair, (a, b)) })
@@ -170,7 +170,7 @@ mod tests {
     fn a_set_that_was_stopped_has_its_own_trials() {
         let (summary, rows) = ragged(&[]);
         let page = page(&summary, &rows, Path::new("")).unwrap();
-        for told in ["up to 100 trials of 3 gain sets", "b after 25 trials. Each rate", "20.0 % of 25</td>"] {
+        for told in ["up to 100 trials of 3 controllers", "b after 25 trials. Each rate", "20.0 % of 25</td>"] {
             let told = text::layout::together(told);
             assert!(page.replace('\u{a0}', " ").contains(&told.replace('\u{a0}', " ")), "{told}");
         }

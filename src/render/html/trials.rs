@@ -1,4 +1,4 @@
-//! The trials of a campaign in the form that the page needs: one push, and the outcome with each gain set.
+//! The trials of a campaign in the form that the page needs: one push, and the outcome with each controller.
 
 use crate::campaign::verdict::digest::Digest;
 use crate::episode::Outcome;

@@ -62,7 +62,7 @@ pub fn page(film: &Film, ghost: Option<&Film>, head: &Head) -> Result<String> {
         of_result => head.of_result,
         notes,
         robot => &film.robot.name,
-        gain_set => &film.controller,
+        controller => &film.controller,
         outcomes => outcomes(film, ghost),
         ghost => ghost.map(|ghost| context! {
             engines => [film, ghost].map(ended).to_vec(),

@@ -75,7 +75,7 @@ pub fn signs(text: &str) -> String {
     escape(&together(&told)).to_string()
 }
 
-/// The colour of a gain set, before its name.
+/// The colour of a controller, before its name.
 fn key(set: Option<usize>) -> String {
     set.map_or(String::new(), |set| format!("<span class=\"key {}\"></span>", class_of_set(set)))
 }

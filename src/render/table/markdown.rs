@@ -46,7 +46,7 @@ mod tests {
 
     #[test]
     fn names_are_text_and_numbers_end_at_the_right() {
-        let expected = "| gain set | recovered | rate \\[m/s\\] |\n|---|--:|--:|\n| hold | 1/2 | -50.0 % |\n\
+        let expected = "| controller | recovered | rate \\[m/s\\] |\n|---|--:|--:|\n| hold | 1/2 | -50.0 % |\n\
                         | &lt;b&gt;\\|x\\_ | 1/2 | -50.0 % |\n\nAt 95 %, -1 to 1.\n";
         assert_eq!(rates().markdown(), expected);
     }

@@ -34,7 +34,7 @@ pub struct Column {
     pub unit: &'static str,
     /// Whether the cells are names or words, which begin at the left. Numbers end at the right.
     pub is_words: bool,
-    /// The gain set whose cells these are, if the columns are to be compared.
+    /// The controller whose cells these are, if the columns are to be compared.
     pub set: Option<usize>,
 }
 
@@ -43,7 +43,7 @@ pub struct Column {
 pub struct Cell {
     pub text: String,
     pub mark: Option<Mark>,
-    /// The gain set that is named here, which has a colour where there are colours.
+    /// The controller that is named here, which has a colour where there are colours.
     pub set: Option<usize>,
 }
 
@@ -52,7 +52,7 @@ pub struct Cell {
 pub struct Mark {
     pub at: f64,
     pub ci: Option<[f64; 2]>,
-    /// The gain set whose colour it has.
+    /// The controller whose colour it has.
     pub set: Option<usize>,
 }
 
@@ -124,9 +124,10 @@ pub fn texts<const N: usize>(texts: [String; N]) -> impl Iterator<Item = Cell> {
 mod tests {
     use super::*;
 
-    /// Two gain sets, one with a name that each writer has to escape.
+    /// Two controllers, one with a name that each writer has to escape.
     pub(super) fn rates() -> Table {
-        let mut table = Table::new("Rates", headings("gain set", ["recovered", "rate"])).with_note("At 95 %, -1 to 1.");
+        let mut table =
+            Table::new("Rates", headings("controller", ["recovered", "rate"])).with_note("At 95 %, -1 to 1.");
         for (i, name) in ["hold", "<b>|x_"].into_iter().enumerate() {
             let mark = Some(Mark { at: 0.5, ci: Some([0.4, 0.6]), set: Some(i) });
             let name = Cell { set: Some(i), ..cell(name) };
@@ -136,7 +137,7 @@ mod tests {
         table
     }
 
-    /// So many gain sets side by side.
+    /// So many controllers side by side.
     pub(super) fn beside(sets: usize) -> Table {
         let column = |set: usize| Column { set: Some(set), ..number(format!("set{set}")) };
         let mut table = Table::new("", std::iter::once(words("lost")).chain((0..sets).map(column)));

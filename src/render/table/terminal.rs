@@ -4,7 +4,7 @@ use super::{MOST_ROWS, Table, left_out};
 use crate::render::text::layout::{PLAIN_WIDTH, wrapped};
 use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, TableStyle, Width};
 
-/// With more gain sets side by side than this, the sets are the rows.
+/// With more controllers side by side than this, the sets are the rows.
 const FEW: usize = 4;
 
 impl Table {
@@ -71,7 +71,7 @@ mod tests {
     fn numbers_end_at_the_right_and_many_sets_are_rows() {
         let text = rates().text();
         let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(lines[0], " gain set  recovered  rate [m/s]");
+        assert_eq!(lines[0], " controller  recovered  rate [m/s]");
         assert_eq!(
             lines[2..],
             [" hold            1/2     -50.0 %", " <b>|x_          1/2     -50.0 %", " At 95 %, -1 to 1."]

@@ -77,9 +77,9 @@ mod tests {
 
     #[test]
     fn rates_are_those_of_each_set_and_an_outcome_of_no_set_has_no_column() {
-        let of = |outcomes: &[_]| rows(&summary(outcomes, &[], &[]), "rates", "gain set");
+        let of = |outcomes: &[_]| rows(&summary(outcomes, &[], &[]), "rates", "controller");
         let lines = of(&[[Recovered, Fell], [Recovered, Recovered]]);
-        assert_eq!(lines[0], "gain set | recovered | rate | 95 % | fell");
+        assert_eq!(lines[0], "controller | recovered | rate | 95 % | fell");
         assert_eq!(lines[1..], ["a | 2/2 | 100.0 % | 15.8-100.0 % | 0", "b | 1/2 | 50.0 % | 1.3-98.7 % | 1"]);
         assert!(of(&[[TimedOut, Fell]])[0].ends_with("| fell | timed out"));
         assert!(of(&[[Recovered, Diverged]])[0].ends_with("| fell | diverged"));
@@ -88,7 +88,7 @@ mod tests {
     #[test]
     fn rates_over_different_trials_are_told_with_their_number() {
         let summary = ragged(&[]).0;
-        assert!(rows(&summary, "rates", "gain set")[2].starts_with("b | 5/25 | 20.0 % |"));
+        assert!(rows(&summary, "rates", "controller")[2].starts_with("b | 5/25 | 20.0 % |"));
         assert_eq!(rows(&summary, "failures", "lost")[1], "trials | 100 | 25 | 100");
         let kinds = rows(&summary, "strata", "kind of trial");
         assert_eq!(kinds[3], "impulse: from 2.32 N s | 34 | 91.2 % of 34 | - | 88.2 % of 34");
@@ -119,9 +119,12 @@ mod tests {
         let recovered: Vec<[bool; 4]> = (0..40).map(|i| [i < 10, true, i < 30, true]).collect();
         let summary = compared(&recovered).0;
         let rows = |heading| rows(&summary, "engines", heading);
-        assert_eq!(rows("gain set")[0], "gain set | both | only Rapier | only MuJoCo | neither | agree | kappa | 95 %");
-        assert!(rows("gain set")[1].starts_with("hold | 10 | 0 | 20 | 10 | 50.0 % | 0.20 | "));
-        assert_eq!(rows("gain set")[2], "catch | 40 | 0 | 0 | 0 | 100.0 % | - | -");
+        assert_eq!(
+            rows("controller")[0],
+            "controller | both | only Rapier | only MuJoCo | neither | agree | kappa | 95 %"
+        );
+        assert!(rows("controller")[1].starts_with("hold | 10 | 0 | 20 | 10 | 50.0 % | 0.20 | "));
+        assert_eq!(rows("controller")[2], "catch | 40 | 0 | 0 | 0 | 100.0 % | - | -");
         assert!(
             rows("kind of trial")[1].starts_with("heading: forward | 5 | 60.0 % | 100.0 %"),
             "{:?}",

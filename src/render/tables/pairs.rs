@@ -1,4 +1,4 @@
-//! What pairs of gain sets, gates and pairs of engines say.
+//! What pairs of controllers, gates and pairs of engines say.
 
 use crate::campaign::Summary;
 use crate::campaign::verdict::agreement::StratumAgreement;
@@ -43,7 +43,7 @@ pub(super) fn counts(summary: &Summary) -> Table {
     table.with_note(format!("{about} {}", about_pairs(summary)))
 }
 
-/// By kind of trial, how two gain sets differ: a table for each pair that is told.
+/// By kind of trial, how two controllers differ: a table for each pair that is told.
 pub(super) fn by_kind(summary: &Summary) -> Vec<Table> {
     let of_pair = |pair: &Pair| {
         let (title, columns) = (format!("{} - {}, by kind of trial", pair.a, pair.b), ["trials", "a - b", "95 %"]);
@@ -105,7 +105,7 @@ pub(super) fn gates(summary: &Summary) -> Table {
 pub(super) fn agreement(summary: &Summary) -> Table {
     let Some(agreement) = &summary.agreement else { return Table::default() };
     let [a, b] = agreement.engines.map(|engine| format!("only {}", engine.title()));
-    let columns = headings("gain set", ["both", &a, &b, "neither", "agree", "kappa", "95 %"]);
+    let columns = headings("controller", ["both", &a, &b, "neither", "agree", "kappa", "95 %"]);
     let mut table = Table::new("Agreement, set by set", columns);
     for set in &agreement.sets {
         let kappa = set.agreed.kappa.map_or("-".into(), |kappa| format!("{kappa:.2}"));

@@ -1,4 +1,4 @@
-//! What the trials of each gain set say.
+//! What the trials of each controller say.
 
 use crate::campaign::Summary;
 use crate::campaign::verdict::failures::Failures;
@@ -12,13 +12,13 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::iter::once;
 
-/// How often each gain set recovered.
+/// How often each controller recovered.
 pub(super) fn rates(summary: &Summary) -> Table {
     // An outcome that no set had gets no column.
     type Outcome = (&'static str, fn(&SetSummary) -> u64);
     let rare: [Outcome; 2] = [("diverged", |set| set.diverged), ("timed out", |set| set.timed_out)];
     let rare: Vec<_> = rare.into_iter().filter(|(_, of)| summary.sets.iter().any(|set| of(set) > 0)).collect();
-    let columns = headings("gain set", ["recovered", "rate", "95 %", "fell"]);
+    let columns = headings("controller", ["recovered", "rate", "95 %", "fell"]);
     let mut table = Table::new("Rates of recovery", columns.chain(rare.iter().map(|(label, _)| number(*label))));
     for (i, set) in summary.sets.iter().enumerate() {
         let SuccessCount { trials, recovered, success_rate, ci95: [low, high] } = set.count;
@@ -33,7 +33,7 @@ pub(super) fn rates(summary: &Summary) -> Table {
 /// The impulses of which 50 % and 90 % are survived.
 pub(super) fn limits(summary: &Summary) -> Table {
     let units = [number("50 %").in_unit("N s"), number("90 %").in_unit("N s"), number("50 %").in_unit("m w d")];
-    let mut table = Table::new("Impulses of which so many recover", once(words("gain set")).chain(units));
+    let mut table = Table::new("Impulses of which so many recover", once(words("controller")).chain(units));
     for (i, set) in summary.sets.iter().enumerate() {
         let (curve, normalized) = (&set.curve, &set.normalized_curve);
         let levels = [impulse_at(curve, true), impulse_at(curve, false), impulse_at(normalized, true)];
@@ -62,7 +62,7 @@ fn impulse_at(curve: &FittedCurve, half: bool) -> String {
     }
 }
 
-/// How often each recovered, by kind of trial; where gain sets have different numbers of trials, each with its own.
+/// How often each recovered, by kind of trial; where controllers have different numbers of trials, each with its own.
 pub(super) fn by_kind(summary: &Summary) -> Table {
     let corner = [words("kind of trial"), number("pushes")];
     let columns = corner.into_iter().chain(columns(summary.sets.iter().enumerate()));
@@ -128,7 +128,7 @@ pub(super) fn causes(summary: &Summary) -> Table {
     counts(summary, "What ended the falls", "cause of the fall", causes.into_iter().map(row))
 }
 
-/// A table of counts with a row for each kind that any set has. Where gain sets have different numbers of trials, the first
+/// A table of counts with a row for each kind that any set has. Where controllers have different numbers of trials, the first
 /// row has these.
 fn counts<'a, F: Fn(&SetSummary) -> u64>(
     summary: &Summary,
@@ -151,7 +151,7 @@ fn counts<'a, F: Fn(&SetSummary) -> u64>(
 pub(super) fn times(summary: &Summary) -> Table {
     let common = &summary.common_survivors;
     let columns = ["to standing", "to home", "to standing, common", "to home, common"];
-    let mut table = Table::new("How long recoveries took", headings("gain set", columns));
+    let mut table = Table::new("How long recoveries took", headings("controller", columns));
     for ((i, set), of_common) in summary.sets.iter().enumerate().zip(&common.sets) {
         let times = [set.times, *of_common].map(|times| [times.median_settling_s, times.median_homing_s]);
         table.row(once(name(i, set)).chain(times.concat().into_iter().map(|time_s| cell(seconds(time_s)))));
@@ -164,7 +164,7 @@ pub(super) fn times(summary: &Summary) -> Table {
     };
     table.with_note(format!(
         "Median times from the end of the last push until the robot stands, and until its COM is home for good: over the \
-         gain set's own recoveries, and over the {} trials from which all recovered. Compare the latter, since a gain set \
+         controller's own recoveries, and over the {} trials from which all recovered. Compare the latter, since a controller \
          that recovers from harder pushes has slower recoveries among its own.{home}",
         common.trials
     ))
@@ -209,12 +209,12 @@ pub(super) fn foretold(summary: &Summary) -> Table {
     )
 }
 
-/// The columns of gain sets side by side.
+/// The columns of controllers side by side.
 fn columns<'a>(sets: impl Iterator<Item = (usize, &'a SetSummary)>) -> impl Iterator<Item = Column> {
     sets.map(|(i, set)| Column { set: Some(i), ..number(&set.name) })
 }
 
-/// The name of a gain set, as a cell.
+/// The name of a controller, as a cell.
 fn name(i: usize, set: &SetSummary) -> Cell {
     Cell { set: Some(i), ..cell(&set.name) }
 }

@@ -7,7 +7,7 @@ use crate::render::tables;
 use crate::render::text::layout::wrapped;
 use crate::sim::Engine;
 
-/// So many trials of each gain set are told where there is little room.
+/// So many trials of each controller are told where there is little room.
 const FEW: usize = 3;
 
 /// How far two engines agree, after what holds in one of them only; empty if the summary is not of two engines. `full`
@@ -19,7 +19,7 @@ pub fn with_warnings(summary: &Summary, full: bool) -> String {
     warnings + &tables.collect::<String>() + &where_they_part(agreement, full)
 }
 
-/// The trials on which the engines disagree: those that were traced, or the first few of each gain set.
+/// The trials on which the engines disagree: those that were traced, or the first few of each controller.
 pub(super) fn where_they_part(agreement: &Agreement, full: bool) -> String {
     let mut text = String::new();
     for set in &agreement.sets {
@@ -106,7 +106,7 @@ mod tests {
         };
         let [short, full] = [false, true].map(|full| words(&summary, full));
         assert!(
-            short.starts_with("gain set both only only neither agree kappa 95 % Rapier MuJoCo ")
+            short.starts_with("controller both only only neither agree kappa 95 % Rapier MuJoCo ")
                 && short.contains(", trial by trial."),
             "{short}"
         );

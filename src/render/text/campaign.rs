@@ -35,7 +35,7 @@ pub fn endings(judge: &Judge) -> [String; 2] {
     [recovered, fell]
 }
 
-/// The result of a campaign: its settings, how often each gain set recovered, which is better, and the gates. `full`
+/// The result of a campaign: its settings, how often each controller recovered, which is better, and the gates. `full`
 /// adds the tables behind that. `folder` is the result folder, for the command that replays a trial.
 pub fn campaign(summary: &Summary, folder: &Path, full: bool) -> String {
     let mut text: String = settings(summary, full).iter().map(|(mark, words)| wrapped(mark, words)).collect();
@@ -69,8 +69,8 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
     };
     let Summary { name, trials, seed, .. } = summary;
     let trials = match summary.stopped {
-        None => format!("{trials} trials{most}, the same for each gain set"),
-        Some(_) => format!("up to {trials} trials{most} for each gain set"),
+        None => format!("{trials} trials{most}, the same for each controller"),
+        Some(_) => format!("up to {trials} trials{most} for each controller"),
     };
     let mut asked = format!("{name}: {trials}; robot {}, seed {seed}", summary.robot);
     let unit = unit_of_impulses(summary.units.impulse_n_s());
@@ -136,7 +136,10 @@ mod tests {
         let (summary, _) = ragged(&[]);
         let text = campaign(&summary, Path::new("out"), true);
         let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(words.contains("campaign smoke: up to 100 trials (of 200 at most) for each gain set; robot"), "{text}");
+        assert!(
+            words.contains("campaign smoke: up to 100 trials (of 200 at most) for each controller; robot"),
+            "{text}"
+        );
         for told in [" 5/25 ", "b after 25 trials. Each rate", "% of 25 ", " trials 100 25 100 "] {
             assert!(words.contains(told), "{told} in {text}");
         }
@@ -148,7 +151,8 @@ mod tests {
     fn the_short_text_has_the_verdicts_and_the_full_one_all_tables() {
         let summary = summary(&[[Recovered, Fell]; 30], &["variations.mass_scale=1.1"], &["a >= 0.1"]);
         let [short, full] = [false, true].map(|full| campaign(&summary, Path::new("out"), full));
-        for words in ["campaign smoke: 30 trials", "gain set", "30/30", "a is better than b", "a >= 0.1", "--gains b"] {
+        for words in ["campaign smoke: 30 trials", "controller", "30/30", "a is better than b", "a >= 0.1", "--gains b"]
+        {
             assert!(short.contains(words) && full.contains(words), "{words} in {short} {full}");
         }
         for words in ["impulse: ", "50 % [N s]", "only a", "fell:  ", "Wilson", "mass_scale 1.1"] {

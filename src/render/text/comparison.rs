@@ -1,4 +1,4 @@
-//! What is said of pairs of gain sets, and of gates, in sentences.
+//! What is said of pairs of controllers, and of gates, in sentences.
 
 use crate::campaign::Summary;
 use crate::campaign::verdict::baseline::BaselineId;

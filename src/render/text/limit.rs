@@ -49,7 +49,7 @@ fn beside_bounds(limits: &Limits) -> String {
         signed(1e3 * y.push_height_m, 0)
     );
     text += &wrapped("push:     ", &push);
-    let columns = ["heading", "none", "one", "any"].map(number).into_iter().chain([words("gain set")]);
+    let columns = ["heading", "none", "one", "any"].map(number).into_iter().chain([words("controller")]);
     let mut table = Table::new("", columns.chain(["50 % recover", "90 %", "safe up to"].map(number)));
     let factors = if y.height_factor < 1.0 { &[1.0, y.height_factor][..] } else { &[1.0] };
     for heading in &limits.headings {
@@ -84,7 +84,7 @@ fn beside_bounds(limits: &Limits) -> String {
         &format!(
             "`none`, `one` and `any` are bounds: the largest impulses from which a pendulum recovers with no footstep, with \
              one, and with any number of them; it keeps its height and has no angular momentum. `50 % recover` is the impulse \
-             from which the gain set recovers in half of the trials, with its 95 % interval, and `90 %` that of nine in ten. \
+             from which the controller recovers in half of the trials, with its 95 % interval, and `90 %` that of nine in ten. \
              {safe} {} episodes were run.{}",
             limits.episodes,
             marked(&[limits])
@@ -138,10 +138,10 @@ fn marked(all: &[&Limits]) -> String {
     )
 }
 
-/// The limits of two engines for every heading and gain set, and for each gain set over all headings. The headings and
-/// gain sets of both are the same.
+/// The limits of two engines for every heading and controller, and for each controller over all headings. The headings and
+/// controllers of both are the same.
 fn side_by_side(a: &Limits, b: &Limits) -> String {
-    let columns = [number("heading"), words("gain set"), number(&a.engine), number(&b.engine), number("ratio")];
+    let columns = [number("heading"), words("controller"), number(&a.engine), number(&b.engine), number("ratio")];
     let mut table = Table::new("", columns.into_iter().chain([words("")]));
     for (at_a, at_b) in a.headings.iter().zip(&b.headings) {
         let mut heading = format!("{:.1}", at_a.heading_deg);
@@ -164,7 +164,7 @@ fn side_by_side(a: &Limits, b: &Limits) -> String {
         all.row([cell(&set.name)].into_iter().chain(texts(found)).chain([cell(apart)]));
     }
     let about = format!(
-        "Each impulse is the one from which the gain set recovers in half of the trials, with its 95 % interval. `ratio` is \
+        "Each impulse is the one from which the controller recovers in half of the trials, with its 95 % interval. `ratio` is \
          the second engine's impulse over that of the first, and `apart` says that the intervals do not overlap. The trials \
          are the same in both engines; {} episodes were run. The bounds of the pendulum are the same, too: --json, --plot and \
          --out have them.{}",
@@ -181,7 +181,7 @@ mod tests {
     use crate::campaign::limit::{Heading, Yardstick};
     use crate::robot::Robot;
 
-    /// Two headings with limits of two gain sets (N s).
+    /// Two headings with limits of two controllers (N s).
     fn limits(engine: &str, impulses_n_s: [[f64; 2]; 2]) -> Limits {
         let set = |(name, impulse50_n_s): (&str, f64)| SetLimit {
             name: name.into(),

@@ -44,12 +44,12 @@ impl Witness {
 }
 
 /// The story on one line, for the title of a picture.
-pub fn headline(pushes: &[Push], gain_set: &str, record: &Record) -> String {
+pub fn headline(pushes: &[Push], controller: &str, record: &Record) -> String {
     let outcome = outcome(record);
     let came: Vec<String> = pushes.iter().filter(|push| came(push, record)).map(how_hard).collect();
     match &came[..] {
-        [] => format!("gain set {gain_set}: {outcome}, before any push"),
-        _ => format!("{}, gain set {gain_set}: {outcome}", came.join(", then ")),
+        [] => format!("controller {controller}: {outcome}, before any push"),
+        _ => format!("{}, controller {controller}: {outcome}", came.join(", then ")),
     }
 }
 
@@ -268,7 +268,7 @@ impl Told<'_> {
                 let left = left.unwrap_or_default();
                 let yet = match (recovered, stepped) {
                     (true, false) => ", but the robot recovered without one",
-                    (false, false) if !self.factory.takes_footsteps => ", which this gain set does not take",
+                    (false, false) if !self.factory.takes_footsteps => ", which this controller does not take",
                     _ => "",
                 };
                 format!(
@@ -302,7 +302,7 @@ mod tests {
     use super::*;
     use crate::episode::{Disturbance, Until, run};
 
-    /// The story of a push with a gain set: its title and its text.
+    /// The story of a push with a controller: its title and its text.
     fn story(gains: &str, impulse_n_s: f64, heading_deg: f64) -> [String; 2] {
         let robot = Robot::load("ut-mu2").unwrap();
         let config = EpisodeConfig::of(&crate::robot::Units::of(&robot));
@@ -326,7 +326,7 @@ mod tests {
     fn stories_state_what_happened() {
         // The state is outside of its set, and yet the robot recovers without a footstep.
         let [title, text] = story("catch", 3.000_123_456_789, 90.0);
-        assert!(title.starts_with("3 N s towards 90 degrees, gain set catch: recovered"), "{title}");
+        assert!(title.starts_with("3 N s towards 90 degrees, controller catch: recovered"), "{title}");
         let text = read(&text);
         assert!(
             text.starts_with("push 3 N s towards 90 degrees for 0.05 s from t = 0.5 s, level with the COM gains catch")

@@ -101,7 +101,7 @@ fn integration_parameters(step_s: f64) -> IntegrationParameters {
         num_internal_stabilization_iterations: 1,
         max_ccd_substeps: 0,
         // With up to seven times this frequency (Hz), campaigns have the same results, and those of MuJoCo. With half of
-        // it, gain sets that press on the edges of the soles lose five pushes in a hundred more.
+        // it, controllers that press on the edges of the soles lose five pushes in a hundred more.
         contact_softness: contact,
         static_contact_softness: contact,
         // Rapier looks for contacts of all colliders within 0.08 of this unit. With 3 m, each link of a robot is near

@@ -21,7 +21,7 @@ pub enum Wish {
     Harder(i32),
     /// Turn the next push to the left (degrees).
     Heading(f64),
-    /// Choose the gain set with this number, from 0.
+    /// Choose the controller with this number, from 0.
     GainSet(usize),
     Toggle(Overlay),
     ToggleGhost,
@@ -50,7 +50,7 @@ pub const HELP: [(&str, &str); 14] = [
     ("Enter", "pushes the robot"),
     ("Up, Down", "change the impulse of the push"),
     ("Left, Right", "turn the push"),
-    ("1, 2, 3 ...", "choose the gain set"),
+    ("1, 2, 3 ...", "choose the controller"),
     ("V", "returns to the first view"),
     ("E", "hides and shows the ghost (--engine both)"),
     ("H; Q or Esc", "hides this help; quits"),

@@ -1,4 +1,4 @@
-//! A live simulation, in which the user pushes and pulls the robot and chooses the gain set.
+//! A live simulation, in which the user pushes and pulls the robot and chooses the controller.
 
 use super::camera::Lens;
 use super::pick::{Grab, pick_near};
@@ -58,12 +58,12 @@ pub fn several(count: u64, one: &str, many: &str) -> String {
 }
 
 impl<'a> Live<'a> {
-    /// A simulation that starts at rest at home, with the first gain set.
+    /// A simulation that starts at rest at home, with the first controller.
     pub fn new(world: &'a World) -> Self {
         Self::start(world, 0, LiveCounts::default())
     }
 
-    /// Starts again, with the gain set that acts now.
+    /// Starts again, with the controller that acts now.
     pub fn restart(&mut self) {
         let counts = LiveCounts { restarts: self.counts.restarts + 1, ..self.counts };
         *self = Self::start(self.world, self.acting, counts);
@@ -123,7 +123,7 @@ impl<'a> Live<'a> {
         }
     }
 
-    /// Goes on with the gain set of this index, if there is one.
+    /// Goes on with the controller of this index, if there is one.
     pub fn switch_to(&mut self, index: usize) {
         if index < self.world.designs.len() && index != self.acting {
             self.acting = index;

@@ -67,7 +67,7 @@ pub fn draw(ctx: &Context, seen: &Seen, wishes: &mut Vec<Wish>) {
     });
 }
 
-/// The gain sets, the verdict, and the state of the controller.
+/// The controllers, the verdict, and the state of the controller.
 fn state(ui: &mut Ui, live: &Live, wishes: &mut Vec<Wish>) {
     let (designs, acting) = (&live.world.designs, live.acting);
     ui.horizontal_wrapped(|ui| {

@@ -18,7 +18,7 @@ pub struct Simulation<'a> {
 }
 
 impl<'a> Simulation<'a> {
-    /// Starts at rest at home. `acting` is the index of the gain set in `world.designs`.
+    /// Starts at rest at home. `acting` is the index of the controller in `world.designs`.
     pub fn start(world: &'a World, config: &'a EpisodeConfig, acting: usize) -> Self {
         let (robot, simulated) = (&world.robot, &world.simulated);
         let mut closed_loop = ClosedLoop::new(robot, simulated, &world.designs[acting], config, world.disturbance());
@@ -54,7 +54,7 @@ impl<'a> Simulation<'a> {
         self.judge_anew();
     }
 
-    /// Goes on with the gain set of this index in `world.designs`.
+    /// Goes on with the controller of this index in `world.designs`.
     pub fn switch_to(&mut self, acting: usize) {
         self.closed_loop.switch_to(&self.world.designs[acting]);
         self.judge_anew();

@@ -1,4 +1,4 @@
-//! The world of the window: robot, gain sets, and the disturbances other than those by the user.
+//! The world of the window: robot, controllers, and the disturbances other than those by the user.
 
 use crate::assets::DEFAULT_ROBOT;
 use crate::campaign::{Campaign, Overrides, ask::trial};
@@ -10,15 +10,15 @@ use crate::robot::{Robot, Units};
 use crate::sim::Ground;
 use crate::view::Options;
 
-/// Gain sets if none are named. The first acts at the start.
+/// Controllers if none are named. The first acts at the start.
 const DEFAULT_GAINS: [&str; 4] = ["catch", "paper", "switching", "hold"];
 
-/// Robot, gain sets and settings.
+/// Robot, controllers and settings.
 pub struct World {
     pub robot: Robot,
     /// The robot as varied by the trial.
     pub simulated: Robot,
-    /// The gain sets, at least one. The first acts at the start.
+    /// The controllers, at least one. The first acts at the start.
     pub designs: Vec<Design>,
     pub config: EpisodeConfig,
     /// The same settings with the engine of a ghost.
@@ -28,7 +28,7 @@ pub struct World {
 }
 
 impl World {
-    /// Loads everything that the options name. Fails if a robot, gain set, campaign or trial does not exist or is not
+    /// Loads everything that the options name. Fails if a robot, controller, campaign or trial does not exist or is not
     /// accepted, or if an engine is missing or does not take the robot.
     pub fn new(args: &Options) -> Result<Self> {
         let campaign = match &args.campaign {
