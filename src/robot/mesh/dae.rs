@@ -8,10 +8,11 @@ use nalgebra::{Matrix4, Point3, Rotation3, Translation3, Unit, Vector3};
 use roxmltree::{Document, Node};
 use std::collections::HashMap;
 
-/// Most nodes within nodes, and most nodes, of which a node that names itself would make any number.
+/// The deepest nesting of nodes, and the largest number of nodes. A node can name itself, so without a limit there would be
+/// no end.
 const MOST_LEVELS: usize = 32;
 const MOST_NODES: usize = 10_000;
-/// Most triangles, of which a small file could otherwise make any number.
+/// The largest number of triangles. A small file can name the same triangles again and again.
 const MOST_TRIANGLES: usize = 4_000_000;
 
 /// Reads the text of a file.
