@@ -15,7 +15,7 @@ fn summary(folder: &Path) -> Value {
 /// Gates with an outcome that is certain, whatever the robot does.
 const PASSES: &str = "--gate=hold >= 0";
 const FAILS: &str = "--gate=hold >= 1";
-const OPEN: &str = "--gate=hold >= hold zmp_margin=0.2";
+const OPEN: &str = "--gate=hold >= hold description=0.2";
 
 #[test]
 fn a_failed_gate_is_exit_code_100_and_says_how_to_replay_a_lost_trial() {
@@ -114,7 +114,7 @@ fn gates_change_no_trial_and_need_none_again() {
 #[test]
 fn an_unresolved_gate_fails_only_if_asked_to() {
     let dir = folder();
-    let both = ["--gains=hold:zmp_margin=0.2", OPEN, FEW];
+    let both = ["--gains=hold:description='0.2'", OPEN, FEW];
     let run = standfast(dir.path(), &short(&both)).success();
     assert!(stdout(&run).contains("unresolved"), "{}", stdout(&run));
     let junit = fs::read_to_string(dir.path().join("out/junit.xml")).unwrap();
@@ -444,7 +444,7 @@ fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happen
 fn without_gates_it_is_the_pairs_that_are_decided() {
     let dir = folder();
     // Variants that stand alike differ by less than any margin that is not small.
-    let same = ["--gains=hold:zmp_margin=0.2", "--trials=200", "--until-resolved", "--margin=0.4"];
+    let same = ["--gains=hold:description='0.2'", "--trials=200", "--until-resolved", "--margin=0.4"];
     standfast(dir.path(), &short(&same)).success();
     let found = summary(&dir.path().join("out"));
     assert_eq!(found["pairs"][0]["verdict"], "same", "{}", found["pairs"][0]);

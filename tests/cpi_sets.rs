@@ -360,7 +360,7 @@ fn robust_sets_shrink_with_the_disturbance_until_none_is_left() {
 
     // The largest disturbance that leaves a set is said, and is right.
     let with = |bound: &str| {
-        let set = GainSet::load(&format!("switching:zmp_disturbance={bound}")).unwrap();
+        let set = standfast::contest::gain_set(&format!("switching:zmp_disturbance={bound}")).unwrap();
         GainFamily::design(&set, PENDULUM, HALF_SOLE_M)
     };
     let refused = with("0.4").unwrap().check_disturbance(&home(), "g.toml").unwrap_err().to_string();

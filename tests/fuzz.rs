@@ -193,7 +193,7 @@ fn variants() {
         "catch:catching.lift=0.05",
         "paper:stepping.alpha=2",
         "robust:zmp_disturbance=[0.01,0.02]",
-        "hold:zmp_margin=0.1",
+        "hold:description=stiff",
     ];
     fuzz("variant", &valid.map(String::from), |text| {
         variant::expand(text).map(|_| ())?;

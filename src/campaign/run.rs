@@ -320,7 +320,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a");
         let begin = |trials: u64| {
-            let gains = ["", ":zmp_margin=0.2"].map(|variant| format!("hold{variant}")).to_vec();
+            let gains = ["", ":description='0.2'"].map(|variant| format!("hold{variant}")).to_vec();
             let overrides = Overrides { gains, trials: Some(trials), until_resolved: true, ..Default::default() };
             Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap()
         };
@@ -385,7 +385,8 @@ mod tests {
     fn a_set_stops_when_all_about_it_is_decided_and_the_others_go_on() {
         let dir = tempfile::tempdir().unwrap();
         let plan = |trials: u64, more: &[&str]| {
-            let gains = ["", ":zmp_margin=0.2", ":zmp_margin=0.4"].map(|variant| format!("hold{variant}")).to_vec();
+            let gains =
+                ["", ":description='0.2'", ":description='0.4'"].map(|variant| format!("hold{variant}")).to_vec();
             let set = more.iter().map(|s| s.to_string()).collect();
             let overrides = Overrides { gains, set, trials: Some(trials), until_resolved: true, ..Default::default() };
             Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap()
@@ -416,7 +417,7 @@ mod tests {
         let (made, set_trials, _) = run(&plan(400, &["stopping.margin=0.7"]));
         assert_eq!((made, &set_trials[..]), (0, &[25, 25, 25][..]));
         // A gate asks for the set that had stopped: what it lacks is run, the rest is there.
-        let gate = "gates.require=['hold zmp_margin=0.2 >= 0.21']";
+        let gate = "gates.require=['hold description=0.2 >= 0.21']";
         let (made, set_trials, _) = run(&plan(100, &[gate]));
         assert_eq!((made, &set_trials[..]), (75, &[25, 100, 25][..]));
     }

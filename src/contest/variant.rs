@@ -201,7 +201,10 @@ mod tests {
     #[test]
     fn errors_name_the_variant_the_key_the_value_and_what_is_accepted() {
         for (bad, expected) in [
-            ("switching:zmp_margn=0.1", &["zmp_margn = 0.1: unknown field `zmp_margn`; accepted: one of `name`, "][..]),
+            (
+                "switching:zmp_margn=0.1",
+                &["zmp_margn = 0.1: unknown field `zmp_margn`; accepted: one of `kind`, `name`, "][..],
+            ),
             ("switching:zmp_margin=wide", &["zmp_margin = wide", "expected f64", "like the present value: 0.06"]),
             ("switching:zmp_margin=-1", &["zmp_margin = -1", "out of range", "0 to 10, in half sole lengths"]),
             ("switching:gains.5.x=[1,1,5]", &["gains.5.x", "the set has no `gains.5`", "gains.0 to gains.4"]),

@@ -189,6 +189,6 @@ mod tests {
         }
         assert!(Design::new(&robot, &gains, 0.002).is_ok());
         // The reach may be missing if the gain set does not catch.
-        assert!(Design::new(&with(None), &GainSet::load("hold").unwrap(), 0.002).is_ok());
+        assert!(Design::new(&with(None), &GainSet::load("fixed").unwrap(), 0.002).is_ok());
     }
 }

@@ -167,6 +167,7 @@ fn landing(problem: &CatchProblem, dcm: Vector2<f64>, time_s: f64, share: f64) -
 mod tests {
     use super::super::testing::cases;
     use super::*;
+    use crate::lipm::testing::changed;
     use proptest::prelude::*;
 
     const PROBLEM: CatchProblem = CatchProblem {
@@ -221,8 +222,9 @@ mod tests {
             ("transfer = 7", "0 to 6"),
             ("settle = 0", "0.05 to 10"),
         ] {
-            let variant = format!("catch:catching.{}", bad.replace("NaN", "nan"));
-            let error = crate::lipm::GainSet::load(&variant).unwrap_err().to_string();
+            let (key, value) = bad.split_once(" = ").unwrap();
+            let value = value.replace("NaN", "nan");
+            let error = changed("catch", &format!("catching.{key}"), &value).unwrap_err().to_string();
             assert!(error.contains(&format!("catching.{bad}: out of range; accepted: {accepted}")), "{error}");
         }
     }

@@ -308,7 +308,7 @@ mod tests {
 
     #[test]
     fn the_built_in_sets_are_valid() {
-        for name in Kind::Controller.names() {
+        for name in Kind::Controller.names().into_iter().filter(|name| *name != "hold") {
             let set = GainSet::load(name).unwrap();
             assert_eq!(set.name, name);
             let family = GainFamily::design(&set, PENDULUM, 0.048).unwrap();

@@ -27,6 +27,8 @@ pub use pendulum::{Pendulum, State};
 #[cfg(test)]
 mod testing {
     use super::{GainFamily, GainSet, Pendulum};
+    use crate::assets;
+    use crate::error::Result;
     use nalgebra::SVector;
     use proptest::prelude::ProptestConfig;
     use proptest::test_runner::RngSeed;
@@ -35,6 +37,13 @@ mod testing {
 
     pub fn family() -> GainFamily {
         GainFamily::design(&GainSet::load("switching").unwrap(), PENDULUM, 0.048).unwrap()
+    }
+
+    /// A built-in gain set with another value, in TOML, in the place of a dotted key.
+    pub fn changed(name: &str, key: &str, value: &str) -> Result<GainSet> {
+        let mut tree = toml::Value::try_from(GainSet::load(name)?).unwrap();
+        *assets::place(&mut tree, key).unwrap() = assets::toml_value(value);
+        GainSet::parse(&assets::Source { file: "g.toml".into(), text: tree.to_string() })
     }
 
     /// The same cases in every run.

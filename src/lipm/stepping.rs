@@ -190,6 +190,7 @@ impl Stepping {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lipm::testing::changed;
 
     const RANGE: LandingRange = LandingRange { forward_m: 0.15, outward_m: 0.18, least_m: 0.075 };
 
@@ -212,8 +213,9 @@ mod tests {
             ("weights.com = NaN", "out of range; accepted: 0 to "),
             ("weights.zmp = 0", "out of range; accepted: 0.000000001 to "),
         ] {
-            let variant = format!("paper:stepping.{}", bad.replace("NaN", "nan"));
-            let error = crate::lipm::GainSet::load(&variant).unwrap_err().to_string();
+            let (key, value) = bad.split_once(" = ").unwrap();
+            let value = value.replace("NaN", "nan");
+            let error = changed("paper", &format!("stepping.{key}"), &value).unwrap_err().to_string();
             assert!(error.contains(&format!("stepping.{bad}: {accepted}")), "{error}\nwanted: {bad}: {accepted}");
         }
     }

@@ -74,7 +74,7 @@ mod tests {
         assert_eq!(lines[0], " controller  recovered  rate [m/s]");
         assert_eq!(
             lines[2..],
-            [" hold            1/2     -50.0 %", " <b>|x_          1/2     -50.0 %", " At 95 %, -1 to 1."]
+            [" hold              1/2     -50.0 %", " <b>|x_            1/2     -50.0 %", " At 95 %, -1 to 1."]
         );
         let few = beside(4).text();
         assert!(few.starts_with(" lost      set0  set1  set2  set3\n") && few.lines().count() == 4, "{few}");
