@@ -27,7 +27,7 @@ const RUN: [&str; 11] = [
     "--replays=1",
     "--out=out",
 ];
-const MINE: &str = "name = 'mine'\nstanding = 'posture'\nzmp_margin = 0.1\n";
+const MINE: &str = "kind = 'posture'\nname = 'mine'\ndescription = 'a'\n";
 
 type Files = BTreeMap<String, Vec<u8>>;
 
@@ -154,7 +154,7 @@ const FAULTS: [Fault; 12] = [
     ("an input changed in the folder", |dir| {
         run(dir).success();
         let input = dir.join("out/inputs/gains/mine.toml");
-        fs::write(&input, MINE.replace("0.1", "0.2")).unwrap();
+        fs::write(&input, MINE.replace("'a'", "'b'")).unwrap();
         let said = stderr(&standfast(dir, &["merge", "out"]).code(3));
         assert!(said.contains("mine.toml"), "{said}");
         run(dir).code(3);

@@ -6,7 +6,7 @@ use common::program::{FEW, SEVERAL_PARTS, files, folder, forge, short, standfast
 use std::{collections::BTreeMap, fs, path::Path};
 
 /// The columns of a trial that `push` reports too, as JSON values: outcome, times and peaks.
-const REPLAYED: [&str; 16] = [
+const REPLAYED: [&str; 14] = [
     "outcome",
     "end_s",
     "fell_at_s",
@@ -19,10 +19,8 @@ const REPLAYED: [&str; 16] = [
     "peak_dcm_outside_m",
     "legs_met_at_s",
     "legs_met",
-    "left_sets_at_s",
-    "set_after_push",
-    "cpi_margin_after_push",
-    "cpi_margin_after_push_est",
+    "promise_margin",
+    "promise_margin_est",
 ];
 
 /// A part of a campaign as one object per row, with numbers to the bit.
@@ -118,7 +116,7 @@ fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
     let rows = rows(&out.join("parts/part-000005.csv"));
     let sets: Vec<&str> = rows.iter().map(|row| row["set"].as_str().unwrap()).collect();
     assert_eq!(sets, ["hold", "mine zmp_margin=0.02", "mine zmp_margin=0.4", "fixed x=[0.8,1,5]"]);
-    assert_ne!(rows[1]["cpi_margin_after_push"], rows[2]["cpi_margin_after_push"], "a variant is another set");
+    assert_ne!(rows[1]["promise_margin"], rows[2]["promise_margin"], "a variant is another set");
     // By the name in the results, and as in the list, where the file is called by the name of its set.
     let asked = [sets[1], sets[2], sets[3], "mine:zmp_margin=0.4", "fixed:gains.0.x=[0.8,1,5]"];
     for (set, row) in asked.into_iter().zip([1, 2, 3, 2, 3].map(|i| &rows[i])) {

@@ -1,6 +1,6 @@
 //! Gain sets: our own controller ([`crate::control`]), which stands and steps by maximal CPI sets.
 
-use super::Settings;
+use super::settings::Settings;
 use crate::control::{CpiController, Design};
 use crate::error::Result;
 use crate::lipm::GainSet;

@@ -1,7 +1,7 @@
 //! The contest: all kinds of controllers, each behind the socket ([`Controller`](crate::robot::Controller)).
 //!
 //! The file of a controller says of which kind it is: `kind = "posture"`. A file without a kind is a gain set, of the kind
-//! `cpi`. A new kind is a file here and a line in [`KINDS`]. Whoever drives, judges or compares controllers gets a
+//! `cpi`. A new kind is a file here and a line in `kinds.rs`. Whoever drives, judges or compares controllers gets a
 //! [`Factory`] and knows nothing of kinds.
 //!
 //! A program of your own can put a controller of its own on trial, beside the built-in ones and under the same pushes:
@@ -73,77 +73,20 @@
 //! ```
 
 mod cpi;
+mod kinds;
 mod posture;
+mod settings;
 pub mod variant;
 
-use crate::assets::{self, Kind, Source, parse_toml};
+use crate::assets::{self, Kind};
 use crate::error::{Error, Result};
 use crate::lipm::GainSet;
-use crate::robot::{Controller, Factory, Robot};
-use serde::de::DeserializeOwned;
+use crate::robot::{Controller, Factory};
 use std::any::Any;
-use std::fmt::Debug;
-use toml::Table;
 use variant::Entry;
 
-/// The kinds of controllers, the first of which is that of a file without a kind.
-const KINDS: [KindOf; 2] = [kind::<GainSet>("cpi"), kind::<posture::Posture>("posture")];
-
-/// A kind of controllers.
-struct KindOf {
-    /// The word in a file.
-    name: &'static str,
-    /// Reads a file. It checks no values.
-    parse: fn(&Source) -> Result<Box<dyn Settings>>,
-    /// Reads what a file states. It checks no values.
-    of_tree: fn(Table) -> Result<Box<dyn Settings>, toml::de::Error>,
-}
-
-/// A kind whose files state an `S`.
-const fn kind<S: Settings + DeserializeOwned + 'static>(name: &'static str) -> KindOf {
-    KindOf {
-        name,
-        parse: |source| Ok(Box::new(parse_toml::<S>(source)?)),
-        of_tree: |tree| Ok(Box::new(tree.try_into::<S>()?)),
-    }
-}
-
-/// The settings of a controller, read and checked, for any robot.
-pub trait Settings: Any + Debug + Send + Sync {
-    /// Name of the controller in tables and results.
-    fn name(&self) -> &str;
-
-    /// Checks the values. Errors name `file`, the field, its value and what is accepted.
-    fn check(&self, file: &str) -> Result<()>;
-
-    /// The file with all defaults filled in, in which a [variant] changes a value.
-    fn tree(&self) -> Table;
-
-    /// Names of the totals that its reports have, which become columns of a result.
-    fn totals(&self) -> &'static [&'static str] {
-        &[]
-    }
-
-    /// Prepares the controller for a robot and a control period (s). Fails if the settings do not suit the robot.
-    fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory>;
-}
-
-/// Reads the file of a controller of any kind.
-pub fn read(source: &Source) -> Result<Box<dyn Settings>> {
-    let settings = (kind_of(&parse_toml(source)?, &source.file)?.parse)(source)?;
-    settings.check(&source.file)?;
-    Ok(settings)
-}
-
-/// The kind that a file states.
-fn kind_of(tree: &Table, file: &str) -> Result<&'static KindOf> {
-    let Some(stated) = tree.get("kind") else { return Ok(&KINDS[0]) };
-    KINDS.iter().find(|kind| stated.as_str() == Some(kind.name)).ok_or_else(|| {
-        let known: Vec<String> = KINDS.iter().map(|kind| format!("{:?}", kind.name)).collect();
-        let accepted = format!("{}; without a kind, the file is a gain set", known.join(", "));
-        Error::value(file, "kind", stated, "is no kind of controller", accepted)
-    })
-}
+pub use kinds::read;
+pub use settings::Settings;
 
 /// Loads a built-in controller, a file, or a variant of either.
 pub fn load(entry: &str) -> Result<Box<dyn Settings>> {
@@ -175,6 +118,8 @@ pub fn replace(controller: &mut Box<dyn Controller>, factory: &Factory, seed: u6
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assets::Source;
+    use crate::robot::Robot;
 
     fn read_text(text: &str) -> Result<Box<dyn Settings>> {
         read(&Source { file: "c.toml".into(), text: text.into() })

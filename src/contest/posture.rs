@@ -1,7 +1,7 @@
 //! Stiff joints: the servos hold the posture of the start, with the torques that carry the weight there, and nothing is
 //! measured. Every controller must beat that. It is also the shortest example of a kind of controllers.
 
-use super::Settings;
+use super::settings::Settings;
 use crate::error::{Error, Result};
 use crate::robot::{Command, Controller, Factory, Report, Robot, Sensed, TickError};
 use serde::{Deserialize, Serialize};

@@ -5,7 +5,8 @@
 //! into an array (from 0), and the value is TOML (a bare word is a string). Variants can be opened wherever
 //! controllers can, so result folders, shards and replays treat them as any other controller.
 
-use super::{Settings, kind_of};
+use super::kinds::kind_of;
+use super::settings::Settings;
 use crate::assets::{self, Kind, Missing};
 use crate::error::{Error, Result};
 use toml::Value;
