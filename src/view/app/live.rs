@@ -24,7 +24,7 @@ pub struct Live<'a> {
     pub world: &'a World,
     pub shown: Simulation<'a>,
     pub ghost: Option<Simulation<'a>>,
-    /// Index into `world.designs`.
+    /// Index into `world.factories`.
     pub acting: usize,
     /// The pull of the mouse on a link, if it holds one.
     pub grab: Option<Grab>,
@@ -125,7 +125,7 @@ impl<'a> Live<'a> {
 
     /// Goes on with the controller of this index, if there is one.
     pub fn switch_to(&mut self, index: usize) {
-        if index < self.world.designs.len() && index != self.acting {
+        if index < self.world.factories.len() && index != self.acting {
             self.acting = index;
             self.both().for_each(|robot| robot.switch_to(index));
             self.counts.switches += 1;

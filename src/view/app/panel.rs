@@ -69,10 +69,10 @@ pub fn draw(ctx: &Context, seen: &Seen, wishes: &mut Vec<Wish>) {
 
 /// The controllers, the verdict, and the state of the controller.
 fn state(ui: &mut Ui, live: &Live, wishes: &mut Vec<Wish>) {
-    let (designs, acting) = (&live.world.designs, live.acting);
+    let (factories, acting) = (&live.world.factories, live.acting);
     ui.horizontal_wrapped(|ui| {
-        for (i, design) in designs.iter().enumerate() {
-            let label = ui.selectable_label(i == acting, format!("{} {}", i + 1, design.family.name));
+        for (i, factory) in factories.iter().enumerate() {
+            let label = ui.selectable_label(i == acting, format!("{} {}", i + 1, factory.name));
             wishes.extend(label.clicked().then_some(Wish::GainSet(i)));
         }
     });
@@ -93,14 +93,13 @@ fn state(ui: &mut Ui, live: &Live, wishes: &mut Vec<Wish>) {
         ui.label("gain");
         ui.horizontal_wrapped(|ui| {
             ui.spacing_mut().item_spacing.x = 6.0;
-            let Some(of_now) = now.gain else {
-                ui.label(without_gain(now.phase));
+            let Some(of_now) = &now.gain else {
+                ui.label(without_gain(&now.phase));
                 return;
             };
             // Slow to fast.
-            for (i, gain) in designs[acting].family.gains.iter().enumerate() {
-                let name = gain.name.as_str();
-                match i == of_now {
+            for name in &factories[acting].regions {
+                match name == of_now {
                     true => ui.label(
                         RichText::new(format!(" {name} "))
                             .color(Color32::WHITE)
@@ -112,7 +111,7 @@ fn state(ui: &mut Ui, live: &Live, wishes: &mut Vec<Wish>) {
         });
         ui.end_row();
         ui.label("phase");
-        ui.label(doing(now.phase));
+        ui.label(doing(&now.phase));
         ui.end_row();
         ui.label("margin");
         match now.margin {

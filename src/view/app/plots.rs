@@ -22,7 +22,8 @@ pub struct Plotted {
     pub dcm: Point2<f64>,
     /// None in flight.
     pub zmp: Option<Point2<f64>>,
-    pub zmp_ref: Point2<f64>,
+    /// None if the controller does not say.
+    pub zmp_ref: Option<Point2<f64>>,
 }
 
 impl Plotted {
@@ -62,7 +63,7 @@ type PlottedAt = fn(&Plotted) -> Option<Point2<f64>>;
 
 /// The curves, from back to front.
 const CURVES: [(Overlay, PlottedAt); 4] = [
-    (Overlay::ZmpRef, |s| Some(s.zmp_ref)),
+    (Overlay::ZmpRef, |s| s.zmp_ref),
     (Overlay::Zmp, |s| s.zmp),
     (Overlay::Dcm, |s| Some(s.dcm)),
     (Overlay::Com, |s| Some(s.com)),
@@ -183,7 +184,7 @@ mod tests {
 
     fn sample(k: u32) -> Plotted {
         let time_s = f64::from(k) * 0.002;
-        Plotted { time_s, com: Point2::origin(), dcm: Point2::origin(), zmp: None, zmp_ref: Point2::origin() }
+        Plotted { time_s, com: Point2::origin(), dcm: Point2::origin(), zmp: None, zmp_ref: None }
     }
 
     #[test]
@@ -232,7 +233,7 @@ mod tests {
     fn the_plots_follow_the_com() {
         let of = |length: f64, com: f64, dcm: f64| {
             let (com, dcm) = (Point2::new(com, 0.0), Point2::new(dcm, 0.0));
-            bounds(&std::iter::once(Plotted { com, dcm, zmp_ref: com, ..sample(0) }).collect(), length, 0)
+            bounds(&std::iter::once(Plotted { com, dcm, zmp_ref: Some(com), ..sample(0) }).collect(), length, 0)
         };
         let at = |com: f64, dcm: f64| of(0.999, com, dcm);
         assert_eq!(at(0.0, 0.0), [-40.0, 40.0]);

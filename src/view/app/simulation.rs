@@ -2,15 +2,18 @@
 
 use super::plots::{Plotted, Trail};
 use super::world::World;
-use crate::episode::{ClosedLoop, Controlled, EpisodeConfig, Outcome, Record, Referee, Snapshot};
+use crate::contest;
+use crate::episode::{ClosedLoop, EpisodeConfig, Outcome, Record, Snapshot, Tick, Until};
 use crate::robot::Kinematics;
 use crate::sim::{Pull, Push};
+
+/// The one controller of the closed loop.
+const ONLY: usize = 0;
 
 pub struct Simulation<'a> {
     world: &'a World,
     pub config: &'a EpisodeConfig,
     closed_loop: ClosedLoop<'a>,
-    referee: Referee<'a>,
     pub now: Snapshot,
     /// Kinematics of the present posture.
     pub kinematics: Kinematics,
@@ -18,17 +21,17 @@ pub struct Simulation<'a> {
 }
 
 impl<'a> Simulation<'a> {
-    /// Starts at rest at home. `acting` is the index of the controller in `world.designs`.
+    /// Starts at rest at home. `acting` is the index of the controller in `world.factories`.
     pub fn start(world: &'a World, config: &'a EpisodeConfig, acting: usize) -> Self {
         let (robot, simulated) = (&world.robot, &world.simulated);
-        let mut closed_loop = ClosedLoop::new(robot, simulated, &world.designs[acting], config, world.disturbance());
-        let mut referee = Referee::new(simulated, config, &closed_loop.pushes);
-        let tick = closed_loop.tick();
-        referee.watch(&tick);
-        let now = Snapshot::of(simulated, &tick);
+        let closed_loop = ClosedLoop::new(robot, simulated, [&world.factories[acting]], config, world.disturbance());
+        let mut closed_loop = closed_loop.until(Until::Horizon, 0.0);
+        let mut now = None;
+        closed_loop.decide(&mut |_, tick| now = Some(Snapshot::of(simulated, tick)));
+        let now = now.expect("a closed loop starts with a tick");
         let kinematics = Kinematics::at(simulated, &now.posture);
         let trail = std::iter::once(Plotted::of(&now)).collect();
-        Self { world, config, closed_loop, referee, now, kinematics, trail }
+        Self { world, config, closed_loop, now, kinematics, trail }
     }
 
     /// Simulates one control period, with a pull at a link. False if the simulation cannot go on, since it has diverged.
@@ -38,37 +41,38 @@ impl<'a> Simulation<'a> {
         }
         self.closed_loop.pull(pull);
         self.closed_loop.advance();
-        let tick = self.closed_loop.tick();
-        self.referee.watch(&tick);
-        if tick.is_broken() {
-            return false;
-        }
-        self.now = Snapshot::of(&self.world.simulated, &tick);
+        let mut now = None;
+        let mut see =
+            |_, tick: &Tick| now = Some(Snapshot::of(&self.world.simulated, tick)).filter(|_| !tick.is_broken());
+        self.closed_loop.decide(&mut see);
+        let Some(now) = now else { return false };
+        self.now = now;
         self.kinematics.update(&self.world.simulated, &self.now.posture);
         self.trail.push(Plotted::of(&self.now));
         true
     }
 
     pub fn push(&mut self, push: Push) {
-        self.closed_loop.pushes.push(push);
+        self.closed_loop.push(push);
         self.judge_anew();
     }
 
-    /// Goes on with the controller of this index in `world.designs`.
+    /// Goes on with the controller of this index in `world.factories`.
     pub fn switch_to(&mut self, acting: usize) {
-        self.closed_loop.switch_to(&self.world.designs[acting]);
+        let (factory, seed) = (&self.world.factories[acting], self.world.disturbance().seed);
+        self.closed_loop.controllers().for_each(|controller| contest::replace(controller, factory, seed));
         self.judge_anew();
     }
 
-    /// Judges anew after a push, a pull or a change of gains, unless the robot has fallen. The referee waits for the
+    /// Judges anew after a push, a pull or a change of controllers, unless the robot has fallen. The judge waits for the
     /// last push to end.
     pub fn judge_anew(&mut self) {
         if matches!(self.record().outcome, Outcome::TimedOut | Outcome::Recovered) {
-            self.referee = Referee::new(&self.world.simulated, self.config, &self.closed_loop.pushes);
+            self.closed_loop.judge_anew();
         }
     }
 
     pub fn record(&self) -> &Record {
-        &self.referee.record
+        self.closed_loop.record(ONLY)
     }
 }

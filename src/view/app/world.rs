@@ -2,11 +2,10 @@
 
 use crate::assets::DEFAULT_ROBOT;
 use crate::campaign::{Campaign, Overrides, ask::trial};
-use crate::control::Design;
+use crate::contest;
 use crate::episode::{Disturbance, EpisodeConfig};
 use crate::error::{Error, Result};
-use crate::lipm::gains::GainSet;
-use crate::robot::{Robot, Units};
+use crate::robot::{Factory, Robot, Units};
 use crate::sim::Ground;
 use crate::view::Options;
 
@@ -19,7 +18,7 @@ pub struct World {
     /// The robot as varied by the trial.
     pub simulated: Robot,
     /// The controllers, at least one. The first acts at the start.
-    pub designs: Vec<Design>,
+    pub factories: Vec<Factory>,
     pub config: EpisodeConfig,
     /// The same settings with the engine of a ghost.
     pub ghost_config: Option<EpisodeConfig>,
@@ -53,15 +52,15 @@ impl World {
         }
         let defaults = DEFAULT_GAINS.map(String::from);
         let names = if args.gains.is_empty() { &defaults[..] } else { &args.gains };
-        let design = |name: &String| {
+        let prepared = |name: &String| {
             let entry = campaign.as_ref().map_or_else(|| name.clone(), |campaign| campaign.gains_named(name));
-            let design = Design::new(&robot, &GainSet::load(&entry)?, config.control_period_s)?;
-            design.warning.iter().for_each(|warning| log::warn!("{warning}"));
-            Ok(design)
+            let factory = contest::load(&entry)?.prepare(&robot, config.control_period_s)?;
+            factory.warning.iter().for_each(|warning| log::warn!("{warning}"));
+            Ok(factory)
         };
-        let designs = names.iter().map(design).collect::<Result<Vec<_>>>()?;
+        let factories = names.iter().map(prepared).collect::<Result<Vec<_>>>()?;
         let mut world =
-            Self { simulated: robot.clone(), robot, designs, config, ghost_config, campaign, trial: args.trial };
+            Self { simulated: robot.clone(), robot, factories, config, ghost_config, campaign, trial: args.trial };
         world.simulated = world.disturbance().variation.robot(&world.robot);
         Ok(world)
     }
