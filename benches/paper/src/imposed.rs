@@ -342,7 +342,7 @@ mod tests {
             assert!(message.starts_with(words), "{message}");
         }
         let robot = Robot::load("ut-mu2").unwrap();
-        for (gains, start) in [("switching", Start::AtRest), ("hold", Start::AtRest), ("hold", Start::Moving)] {
+        for (gains, start) in [("switching", Start::AtRest), ("fixed", Start::AtRest)] {
             let design = Design::new(&robot, &GainSet::load(gains).unwrap(), 0.002).unwrap();
             let refused = run(&robot, &design, &config(&robot), [-0.03, 0.0].into(), start, &mut |_| {});
             assert!(refused.is_err(), "{gains}");

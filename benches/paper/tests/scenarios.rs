@@ -83,7 +83,7 @@ fn scenarios_are_listed_drawn_and_told() {
         let told = String::from_utf8_lossy(&told.get_output().stdout).into_owned();
         assert!(told.contains("footstep  right") && told.contains("for a ZMP error of ("), "{told}");
         let svg = fs::read_to_string(path).unwrap();
-        assert!(svg.starts_with("<svg") && svg.contains("right foot") && svg.contains("gain set paper"));
+        assert!(svg.starts_with("<svg") && svg.contains("right foot") && svg.contains("controller paper"));
     }
 }
 

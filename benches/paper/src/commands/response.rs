@@ -95,6 +95,6 @@ mod tests {
             assert!(error.to_string().contains("--amplitude = "), "{error}");
             assert_eq!(error.exit_code(), 2);
         }
-        assert!(run(&args("best")).unwrap_err().to_string().contains("gain set \"best\" not found"));
+        assert!(run(&args("best")).unwrap_err().to_string().contains("controller \"best\" not found"));
     }
 }

@@ -17,7 +17,7 @@ impl ImposedStory<'_> {
     /// The story on one line, for the title of a picture.
     pub fn headline(&self) -> String {
         let [x, y] = self.record.zmp_error_m.map(|v| 1000.0 * v);
-        format!("ZMP error ({x:.1}, {y:.1}) mm imposed, gain set {}: {}", self.gain_set, self.outcome())
+        format!("ZMP error ({x:.1}, {y:.1}) mm imposed, controller {}: {}", self.gain_set, self.outcome())
     }
 
     fn outcome(&self) -> String {
