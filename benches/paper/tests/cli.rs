@@ -8,7 +8,7 @@ use common::program::{files, folder, standfast as program, stderr, stdout};
 fn bad_input_is_one_clear_error_and_nothing_is_written() {
     let dir = folder();
     for (args, expected) in [
-        (vec!["response", "--gains", "hold"], ["--gains = hold", "a gain set with gains"]),
+        (vec!["response", "--gains", "hold"], ["kind = posture", "is not a gain set"]),
         (vec!["response", "--amplitude", "-1"], ["--amplitude = -1", "to 0.05"]),
         (vec!["scenario", "error-backward", "--engine=rapier", "--check"], ["--engine = rapier", "has no physics"]),
         (vec!["scenario", "error-backward", "--trace=t.csv"], ["--trace = t.csv", "has no physics"]),
