@@ -293,4 +293,32 @@ mod tests {
             assert_eq!(first, push(&campaign, i));
         }
     }
+
+    /// The numbers of a sensor are standard normal and independent, over ticks, channels and sensors. A reading does not
+    /// depend on those that were drawn before it.
+    #[test]
+    fn noise_is_white_and_a_function_of_trial_tick_sensor_and_channel() {
+        let normal = sensor_errors(&campaign(&[]), 3).unwrap().normal;
+        let draw = |tick: u64, sensor: Sensor| {
+            let mut numbers = [0.0; 3];
+            normal.draw(When::Tick(tick), sensor, &mut numbers);
+            numbers
+        };
+        const TICKS: u64 = 20_000;
+        let mut sums = [0.0; 4];
+        for tick in 0..TICKS {
+            let (a, b) = (draw(tick, Sensor::Gyro), draw(tick, Sensor::JointSpeeds));
+            let products = [a[0], a[0] * a[0], a[0] * b[0] + a[0] * a[1], a[0] * draw(tick + 1, Sensor::Gyro)[0]];
+            sums.iter_mut().zip(products).for_each(|(sum, product)| *sum += product / TICKS as f64);
+        }
+        // Five standard errors of each mean.
+        let limits = [1.0, 2.0, 2.0, 1.0].map(|variance: f64| 5.0 * (variance / TICKS as f64).sqrt());
+        let expected = [0.0, 1.0, 0.0, 0.0];
+        assert!((0..4).all(|i| (sums[i] - expected[i]).abs() < limits[i]), "{sums:?}, within {limits:?}");
+        let again = draw(7, Sensor::Accelerometer);
+        assert_eq!(draw(7, Sensor::Accelerometer), again);
+        let mut one = [0.0];
+        normal.draw(When::Tick(7), Sensor::Accelerometer, &mut one);
+        assert_eq!(one[0], again[0], "another channel changes no other");
+    }
 }
