@@ -280,10 +280,12 @@ mod tests {
         assert_eq!(caught(|| 1), Ok(1));
     }
 
+    type Wrong = fn(&mut Command) -> Result<(), TickError>;
+
     /// A controller that does something wrong at one tick, and holds the posture at all others.
     struct Faulty {
         tick: u64,
-        wrong: fn(&mut Command) -> Result<(), TickError>,
+        wrong: Wrong,
     }
 
     impl Controller for Faulty {
@@ -306,7 +308,7 @@ mod tests {
     fn what_fails_ends_the_episode_with_its_cause() {
         let robot = Robot::load("ut-mu2").unwrap();
         let config = EpisodeConfig { horizon_s: 0.1, ..EpisodeConfig::of(&Units::of(&robot)) };
-        let cases: [(fn(&mut Command) -> Result<(), TickError>, &str); 6] = [
+        let cases: [(Wrong, &str); 6] = [
             (|_| panic!("no pivot"), "panic: no pivot"),
             (|_| Err(TickError::Failed("it lost its child".into())), "the controller failed: it lost its child"),
             (
