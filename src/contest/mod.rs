@@ -1,4 +1,4 @@
-//! The contest: all kinds of controllers, each behind the socket ([`Controller`](crate::robot::Controller)).
+//! The contest: all kinds of controllers, each behind the socket ([`Controller`]).
 //!
 //! The file of a controller says of which kind it is: `kind = "posture"`. A file without a kind is a gain set, of the kind
 //! `cpi`. A new kind is a file here and a line in `kinds.rs`. Whoever drives, judges or compares controllers gets a

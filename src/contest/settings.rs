@@ -14,7 +14,7 @@ pub trait Settings: Any + Debug + Send + Sync {
     /// Checks the values. Errors name `file`, the field, its value and what is accepted.
     fn check(&self, file: &str) -> Result<()>;
 
-    /// The file with all defaults filled in, in which a [variant] changes a value.
+    /// The file with all defaults filled in, in which a [variant](super::variant) changes a value.
     fn tree(&self) -> Table;
 
     /// Names of the totals that its reports have, which become columns of a result.

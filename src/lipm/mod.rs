@@ -43,7 +43,7 @@ mod testing {
     pub fn changed(name: &str, key: &str, value: &str) -> Result<GainSet> {
         let mut tree = toml::Value::try_from(GainSet::load(name)?).unwrap();
         *assets::place(&mut tree, key).unwrap() = assets::toml_value(value);
-        GainSet::parse(&assets::Source { file: "g.toml".into(), text: tree.to_string() })
+        GainSet::parse(&assets::Source { file: "g.toml".into(), text: toml::to_string(&tree).unwrap() })
     }
 
     /// The same cases in every run.
