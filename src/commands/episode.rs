@@ -24,10 +24,10 @@ const MOST_TICKS: f64 = 200_000.0;
 /// Files to make of an episode.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct OutputArgs {
-    /// Write every control tick to this file; the episode then runs to its horizon
+    /// Write every control tick to this file, also after the verdict, up to the horizon
     #[arg(long, value_name = "FILE.csv|.parquet")]
     pub trace: Option<PathBuf>,
-    /// Draw COM, ZMP and feet over time to this file; the episode then runs to its horizon
+    /// Draw COM, ZMP and feet over time to this file
     #[arg(long, value_name = "FILE.svg")]
     pub plot: Option<PathBuf>,
     /// Write a page that shows the episode in 3D: one file, which any browser opens, offline too
