@@ -8,7 +8,7 @@ use crate::campaign::store::folder::Folder;
 use crate::campaign::store::manifest::{Input, MANIFEST, Manifest, each_once, part_trials};
 use crate::campaign::store::part::Marker;
 use crate::campaign::store::row::TrialRow;
-use crate::contest::variant::Entry;
+use crate::contest::variant::Listed;
 use crate::contest::{self, Settings};
 use crate::episode::{ClosedLoop, Disturbance, Outcome, Record, caught};
 use crate::error::{Error, Result};
@@ -44,19 +44,18 @@ impl Plan {
         let engine = campaign.episode.engine;
         let robot = Robot::of(&files)?;
         engine.check(&robot)?;
-        let entries: Vec<Entry> = campaign.gains.iter().map(|gains| Entry::split(gains)).collect();
+        let entries: Vec<Listed> = campaign.gains.iter().map(|gains| Listed::split(gains)).collect();
         let mut sources = Vec::new();
         let mut controllers = Vec::new();
-        let mut names = Vec::new();
+        let mut sets = Vec::new();
         for entry in &entries {
             let source = assets::open(Kind::Controller, entry.base)?;
             let base = contest::read(&source)?;
             sources.push((base.name().to_string(), source));
             let controller = entry.of(base)?;
-            names.push(controller.name().to_string());
+            sets.push(controller.name().to_string());
             controllers.push(controller);
         }
-        let sets = names;
         check_names(campaign, &sets, &sources)?;
         let (mut inputs, mut resolved) = (Inputs::default(), campaign.clone());
         // The robot comes first among the inputs, with settings that may have been inferred, and with its meshes.
@@ -113,12 +112,12 @@ impl Plan {
         let manifest = &self.manifest;
         let hash = &manifest.config_hash;
         // What its parts say of this campaign in a folder whose manifest is lost, and will be written again.
-        let said = |path: &Path| -> Vec<Marker> {
-            let said = if path.join(MANIFEST).exists() { Ok(Vec::new()) } else { Folder::markers(path) };
-            said.unwrap_or_default().into_iter().filter(|said| said.config_hash == *hash).collect()
+        let markers = |path: &Path| -> Vec<Marker> {
+            let markers = if path.join(MANIFEST).exists() { Ok(Vec::new()) } else { Folder::markers(path) };
+            markers.unwrap_or_default().into_iter().filter(|marker| marker.config_hash == *hash).collect()
         };
         let own = |path: &Path| match Folder::open(path) {
-            Err(_) if !said(path).is_empty() => Ok(true),
+            Err(_) if !markers(path).is_empty() => Ok(true),
             found => Ok(found?.is_none_or(|found| found.manifest.config_hash == *hash)),
         };
         let path = match out {
@@ -142,10 +141,10 @@ impl Plan {
         let begun = match Folder::open(&path).ok().flatten() {
             Some(found) => found.manifest,
             None => {
-                let said = said(&path);
-                let part_trials = said.iter().filter_map(|said| NonZeroU64::new(said.trials)).max();
+                let markers = markers(&path);
+                let part_trials = markers.iter().filter_map(|marker| NonZeroU64::new(marker.trials)).max();
                 let part_trials = part_trials.unwrap_or(manifest.part_trials);
-                let planned_trials = said.iter().find_map(|said| said.planned_trials);
+                let planned_trials = markers.iter().find_map(|marker| marker.planned_trials);
                 let planned_trials = planned_trials.unwrap_or(manifest.planned_trials);
                 let begun = Manifest { part_trials, planned_trials, ..manifest.clone() };
                 // Of a last part alone, which may be a short one, the size of the others is not known.

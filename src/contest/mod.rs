@@ -83,14 +83,14 @@ use crate::error::{Error, Result};
 use crate::lipm::GainSet;
 use crate::robot::{Controller, Factory};
 use std::any::Any;
-use variant::Entry;
+use variant::Listed;
 
 pub use kinds::read;
 pub use settings::Settings;
 
 /// Loads a built-in controller, a file, or a variant of either.
 pub fn load(entry: &str) -> Result<Box<dyn Settings>> {
-    let entry = Entry::split(entry);
+    let entry = Listed::split(entry);
     entry.of(read(&assets::open(Kind::Controller, entry.base)?)?)
 }
 

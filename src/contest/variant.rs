@@ -11,17 +11,17 @@ use crate::assets::{self, Kind, Missing};
 use crate::error::{Error, Result};
 use toml::Value;
 
-/// A gain set as it is listed: a name or path and, for a variant, the change.
+/// A controller as it is listed: a name or path and, for a variant, the change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Entry<'a> {
+pub struct Listed<'a> {
     /// Name of a built-in set, or a path.
     pub base: &'a str,
     /// Key and value as they are written.
     pub change: Option<(&'a str, &'a str)>,
 }
 
-impl<'a> Entry<'a> {
-    /// Splits at the first `:` that is followed by `key=` and preceded by a gain set: the name of a built-in set, a
+impl<'a> Listed<'a> {
+    /// Splits at the first `:` that is followed by `key=` and preceded by a controller: the name of a built-in set, a
     /// `.toml` file, or anything if no path follows. So neither a drive (`C:\g.toml`) nor a folder like `a:b=1/g.toml`
     /// is a variant.
     pub fn split(text: &'a str) -> Self {
@@ -38,7 +38,7 @@ impl<'a> Entry<'a> {
         Self { base: text, change: None }
     }
 
-    /// The same change of another gain set, for a list in which the base has moved.
+    /// The same change of another controller, for a list in which the base has moved.
     pub fn with_base(&self, base: &str) -> String {
         match self.change {
             Some((key, value)) => format!("{base}:{key}={value}"),
@@ -91,14 +91,14 @@ impl<'a> Entry<'a> {
 pub fn expand(sweep: &str) -> Result<Vec<String>> {
     let accepted = "SET:KEY=V1,V2,..., e.g. switching:zmp_margin=0.02,0.06";
     let refuse = |problem: &str| Error::option("--vary", sweep, problem, accepted);
-    let Entry { base, change: Some((key, values)) } = Entry::split(sweep) else {
+    let Listed { base, change: Some((key, values)) } = Listed::split(sweep) else {
         return Err(refuse("names no key and values of a gain set"));
     };
     let values = split_values(values).ok_or_else(|| refuse("brackets or quotes do not close"))?;
     if values.iter().any(|value| value.is_empty()) {
         return Err(refuse("a value is empty"));
     }
-    Ok(values.iter().map(|value| Entry { base, change: Some((key, value)) }.with_base(base)).collect())
+    Ok(values.iter().map(|value| Listed { base, change: Some((key, value)) }.with_base(base)).collect())
 }
 
 /// Splits at commas outside of brackets and quotes; None if these do not close.
@@ -153,9 +153,9 @@ mod tests {
             ("hold:description='a:b=c/d'", "hold", Some(("description", "'a:b=c/d'"))),
             (":a=1", ":a=1", None),
         ] {
-            let entry = Entry::split(text);
-            assert_eq!(entry, Entry { base, change }, "{text}");
-            assert_eq!(Entry::split(&entry.with_base("switching")).change, change, "{text}");
+            let entry = Listed::split(text);
+            assert_eq!(entry, Listed { base, change }, "{text}");
+            assert_eq!(Listed::split(&entry.with_base("switching")).change, change, "{text}");
         }
     }
 

@@ -7,7 +7,7 @@ use crate::campaign::ask::gate::{GateSpec, OnUnresolved};
 use crate::campaign::ask::measures::{Measures, with_relative_keys};
 use crate::campaign::ask::push::{PushSpec, SecondPushSpec};
 use crate::campaign::ask::variations::{self, VariationSpec};
-use crate::contest::variant::{self, Entry};
+use crate::contest::variant::{self, Listed};
 use crate::contest::{self};
 use crate::episode::EpisodeConfig;
 use crate::error::{Error, Result};
@@ -246,7 +246,7 @@ impl Campaign {
     /// Names the controllers that `source` names as they are seen from the working folder.
     fn move_gains(&mut self, source: &Source) {
         for gains in &mut self.gains {
-            let entry = Entry::split(gains);
+            let entry = Listed::split(gains);
             *gains = entry.with_base(&moved(entry.base, source));
         }
     }
@@ -298,15 +298,15 @@ impl Campaign {
     /// an unlisted variant), or its entry in the list. Any other name is returned unchanged.
     pub fn gains_named(&self, name: &str) -> String {
         let listed = self.gains.iter().find(|gains| {
-            let is_variant = Entry::split(gains).change.is_some();
+            let is_variant = Listed::split(gains).change.is_some();
             *gains == name || is_variant && contest::load(gains).is_ok_and(|set| set.name() == name)
         });
         if let Some(gains) = listed {
             return gains.clone();
         }
-        let wanted = Entry::split(name);
+        let wanted = Listed::split(name);
         let of_that_name = |base: &&str| Path::new(base).file_stem().is_some_and(|stem| stem == wanted.base);
-        let base = self.gains.iter().map(|gains| Entry::split(gains).base).find(of_that_name);
+        let base = self.gains.iter().map(|gains| Listed::split(gains).base).find(of_that_name);
         wanted.with_base(base.unwrap_or(wanted.base))
     }
 

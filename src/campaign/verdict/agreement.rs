@@ -8,7 +8,7 @@ use crate::campaign::store::folder::Folder;
 use crate::campaign::store::manifest::Manifest;
 use crate::campaign::verdict::digest::Digest;
 use crate::campaign::verdict::pairs::{DecisionRule, Pair, every_pair};
-use crate::contest::variant::Entry;
+use crate::contest::variant::Listed;
 use crate::episode::Outcome;
 use crate::episode::parting::Parting;
 use crate::sim::Engine;
@@ -88,7 +88,7 @@ pub struct Verdict {
 /// of the program are the same. The number of trials and the gates may differ.
 pub fn differ_in_engine_alone(a: &Folder, b: &Folder) -> bool {
     // A built-in controller has no file. One version of the program always has the same one.
-    let text = |folder: &Folder, gains: &String| std::fs::read(folder.path.join(Entry::split(gains).base)).ok();
+    let text = |folder: &Folder, gains: &String| std::fs::read(folder.path.join(Listed::split(gains).base)).ok();
     let (ours, theirs) = (&a.manifest, &b.manifest);
     ours.campaign.episode.engine != theirs.campaign.episode.engine
         && (&ours.standfast, &ours.robot_sha256, &ours.sets) == (&theirs.standfast, &theirs.robot_sha256, &theirs.sets)
