@@ -318,7 +318,10 @@ fn a_campaign_in_both_engines_ends_with_their_agreement() {
     );
     assert!(files(dir.path()).is_empty());
     let text = stdout(&both(&[PASSES]).success());
-    assert!(text.matches("campaign smoke: 3 trials").count() == 2 && text.contains(", trial by trial. A trial counts"), "{text}");
+    assert!(
+        text.matches("campaign smoke: 3 trials").count() == 2 && text.contains(", trial by trial. A trial counts"),
+        "{text}"
+    );
     let found = |name: &str| summary(&dir.path().join("out").join(name));
     assert_eq!(found("rapier")["episode"]["engine"], "rapier");
     assert_eq!(found("mujoco")["episode"]["engine"], "mujoco");
